@@ -1,0 +1,35 @@
+# Device code to PTX. sunstone_ptx(<outvar> <file.cu> [NVCC] [INCLUDES dir...] [OPTIONS opt...])
+# compiles one CUDA source to PTX with clang-19 and the project's own headers, so that no toolkit
+# is needed; NVCC asks for nvcc instead (only where SUNSTONE_NVCC is found).
+find_program(SUNSTONE_DEVICE_CLANG NAMES clang++-19 REQUIRED)
+find_program(SUNSTONE_NVCC NAMES nvcc HINTS /usr/local/cuda/bin)
+
+set(SUNSTONE_DEVICE_FLAGS
+    -x cuda --cuda-device-only -nocudainc -nocudalib --cuda-gpu-arch=sm_60 -std=c++17 -O3
+    -Xclang -target-feature -Xclang +ptx65 -Wno-unknown-cuda-version
+    -I${PROJECT_SOURCE_DIR}/include/cuda -I${PROJECT_SOURCE_DIR}/include/optix7
+    -include ${PROJECT_SOURCE_DIR}/include/cuda/cuda_runtime.h)
+
+function(sunstone_ptx outvar source)
+    cmake_parse_arguments(PTX "NVCC" "SUFFIX" "INCLUDES;OPTIONS" ${ARGN})
+    get_filename_component(source ${source} ABSOLUTE)
+    get_filename_component(base ${source} NAME_WE)
+    set(includes "")
+    foreach(dir ${PTX_INCLUDES})
+        list(APPEND includes -I${dir})
+    endforeach()
+    if(PTX_NVCC)
+        set(output ${CMAKE_CURRENT_BINARY_DIR}/${base}${PTX_SUFFIX}.nvcc.ptx)
+        add_custom_command(OUTPUT ${output}
+            COMMAND ${SUNSTONE_NVCC} -ptx -O3 -std=c++17 -arch=compute_75 --use_fast_math
+                -I${PROJECT_SOURCE_DIR}/include/optix7 ${includes} ${PTX_OPTIONS} -o ${output} ${source}
+            DEPENDS ${source} COMMENT "nvcc ${base}.cu" VERBATIM)
+    else()
+        set(output ${CMAKE_CURRENT_BINARY_DIR}/${base}${PTX_SUFFIX}.ptx)
+        add_custom_command(OUTPUT ${output}
+            COMMAND ${SUNSTONE_DEVICE_CLANG} ${SUNSTONE_DEVICE_FLAGS} ${includes} ${PTX_OPTIONS}
+                -MD -MF ${output}.d -S -o ${output} ${source}
+            DEPENDS ${source} DEPFILE ${output}.d COMMENT "clang (device) ${base}.cu" VERBATIM)
+    endif()
+    set(${outvar} ${output} PARENT_SCOPE)
+endfunction()

@@ -1,0 +1,49 @@
+# How a part of the engine is declared: sunstone_part(name DEPS parts... LINK libraries...) takes
+# every .cpp of the current folder (tests excluded) into the object library sunstone_<name>, and
+# every *_test.cpp into one test program test_<name>, whose cases ctest sees one by one. The test
+# links the part and the parts named in DEPS (all of them, also indirect ones), not the whole engine.
+
+add_library(sunstone_options INTERFACE)
+target_include_directories(sunstone_options INTERFACE ${PROJECT_SOURCE_DIR}/src)
+target_compile_options(sunstone_options INTERFACE
+    $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wno-missing-field-initializers -Wno-unused-command-line-argument>
+    $<$<BOOL:${SUNSTONE_WERROR}>:-Werror>
+    # Results must not depend on what a compiler likes to fuse: code that wants FMA says so.
+    -ffp-contract=off)
+if(SUNSTONE_SANITIZE)
+    target_compile_options(sunstone_options INTERFACE
+        -fsanitize=${SUNSTONE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=undefined
+        -fno-sanitize=vptr,function)
+    target_link_options(sunstone_options INTERFACE -fsanitize=${SUNSTONE_SANITIZE})
+endif()
+
+set(SUNSTONE_PARTS "" CACHE INTERNAL "")
+
+function(sunstone_part name)
+    cmake_parse_arguments(PART "" "" "DEPS;LINK;EXCLUDE" ${ARGN})
+    file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+    file(GLOB tests CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*_test.cpp)
+    file(GLOB fuzzers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*_fuzz.cpp)
+    list(REMOVE_ITEM sources "" ${tests} ${fuzzers} ${PART_EXCLUDE})
+    if(sources)
+        add_library(sunstone_${name} OBJECT ${sources})
+        target_link_libraries(sunstone_${name} PUBLIC sunstone_options ${PART_LINK})
+        set(SUNSTONE_PARTS ${SUNSTONE_PARTS} sunstone_${name} CACHE INTERNAL "")
+    endif()
+    if(tests AND SUNSTONE_BUILD_TESTS)
+        list(TRANSFORM PART_DEPS PREPEND sunstone_)
+        sunstone_test(${name} ${tests} LINK sunstone_${name} ${PART_DEPS} ${PART_LINK})
+    endif()
+endfunction()
+
+# sunstone_test(name sources... LINK libraries...): a GoogleTest program, label = name.
+function(sunstone_test name)
+    cmake_parse_arguments(TEST "" "" "LINK" ${ARGN})
+    find_package(GTest REQUIRED)
+    include(GoogleTest)
+    add_executable(test_${name} ${TEST_UNPARSED_ARGUMENTS})
+    target_link_libraries(test_${name} PRIVATE sunstone_options ${TEST_LINK} GTest::gtest
+        GTest::gtest_main ${CMAKE_DL_LIBS})
+    gtest_discover_tests(test_${name} TEST_PREFIX ${name}. PROPERTIES LABELS ${name}
+        DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
+endfunction()

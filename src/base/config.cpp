@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/config.h"
+
+#include <array>
+#include <cstdlib>
+
+namespace sunstone {
+namespace {
+
+constexpr size_t kCount = size_t(Setting::kCount);
+
+constexpr std::array<SettingInfo, kCount> kSettings = {{
+    {"SUNSTONE_LOG", "log levels: LEVEL or AREA:LEVEL,...; levels off fatal error warning info debug"},
+    {"SUNSTONE_DUMP", "folder that receives programs after every compiler pass"},
+    {"SUNSTONE_THREADS", "worker threads of the CPU device (default: all cores)"},
+    {"SUNSTONE_ISA", "highest instruction set used by traversal: avx512, avx2 or baseline"},
+}};
+
+} // namespace
+
+const std::string& config(Setting setting) {
+    static const std::array<std::string, kCount> values = [] {
+        std::array<std::string, kCount> read;
+        for (size_t i = 0; i < kCount; ++i)
+            if (const char* value = std::getenv(kSettings[i].variable))
+                read[i] = value;
+        return read;
+    }();
+    return values[size_t(setting)];
+}
+
+unsigned configNumber(Setting setting, unsigned fallback) {
+    const std::string& text = config(setting);
+    char* end = nullptr;
+    long value = std::strtol(text.c_str(), &end, 10);
+    return (!text.empty() && *end == 0 && value > 0) ? unsigned(value) : fallback;
+}
+
+const SettingInfo& settingInfo(Setting setting) {
+    return kSettings[size_t(setting)];
+}
+
+} // namespace sunstone

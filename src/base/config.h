@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every environment variable the engine reads, in one table; nothing else calls getenv.
+// `sunstone info` prints the table.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace sunstone {
+
+enum class Setting {
+    kLog,     // SUNSTONE_LOG: levels by area, see log.h
+    kDump,    // SUNSTONE_DUMP: folder that receives the program after every compiler pass
+    kThreads, // SUNSTONE_THREADS: worker threads of the CPU device, default all cores
+    kIsa,     // SUNSTONE_ISA: highest instruction set traversal may use (avx512, avx2, baseline)
+    kCount,
+};
+
+struct SettingInfo {
+    const char* variable;
+    const char* meaning;
+};
+
+// The value of a setting as it was when first asked for; empty where the variable is unset.
+const std::string& config(Setting setting);
+
+// The setting as a number, or fallback where it is unset or not a positive number.
+unsigned configNumber(Setting setting, unsigned fallback);
+
+const SettingInfo& settingInfo(Setting setting);
+
+} // namespace sunstone

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// PTX trees to machine code. A Pipeline request names programs in several modules; the compiler
+// takes only what they reach, resolves symbols across the modules, lowers every `_optix_*` call to
+// the ABI of devlib/abi.h, optimises the whole and emits x86-64 code through ORC. LLVM does not
+// appear in this interface. All functions may be called from any thread.
+#pragma once
+
+#include "devlib/abi.h"
+#include "ptx/ast.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace sunstone::compiler {
+
+// Kind of a program, from its name's prefix.
+enum class ProgramKind : uint8_t {
+    kNone, kRaygen, kIntersection, kAnyHit, kClosestHit, kMiss, kDirectCallable,
+    kContinuationCallable, kException,
+};
+
+ProgramKind programKind(std::string_view functionName); // by prefix "__raygen__" ...
+const char* prefixOf(ProgramKind kind);
+
+enum class OptLevel : uint8_t { k0, k1, k2, k3 };
+enum class DebugLevel : uint8_t { kNone, kMinimal, kModerate, kFull };
+
+// Rules of the pipeline compile options that compiled code depends on.
+struct PipelineRules {
+    std::string launchParams;      // variable name, empty for none
+    unsigned numPayloadValues = 0;
+    unsigned numAttributeValues = 2;
+    unsigned exceptionFlags = 0;
+    unsigned primitiveTypeFlags = 0;
+    unsigned traversableGraphFlags = 0;
+    bool motionBlur = false;
+};
+
+// Checks that need no machine code, for module creation: every `_optix_*` name known, operand
+// counts right, legal in the program kinds that reach it, constant operands constant and in
+// range. Throws Error(kInvalidPtx / kInvalidPayloadAccess / kInvalidFunctionUse / ...), whose text
+// begins with the PTX line. Also returns what the module offers.
+struct ModuleSummary {
+    struct Program {
+        std::string name;
+        ProgramKind kind;
+        unsigned payloadWords = 0;   // highest payload slot touched + 1
+        bool traces = false;
+        bool callsContinuation = false;
+    };
+    std::vector<Program> programs;
+    uint64_t launchParamsSize = 0;   // 0 where the variable does not occur
+};
+ModuleSummary inspect(const ptx::Module& module, const PipelineRules& rules);
+
+struct ProgramRequest {
+    std::shared_ptr<const ptx::Module> module;
+    std::string function;
+    OptLevel optLevel = OptLevel::k3;
+    DebugLevel debugLevel = DebugLevel::kMinimal;
+};
+
+struct CompiledProgram {
+    const void* address = nullptr;
+    unsigned stackSize = 0; // bytes of its frame, without callees
+};
+
+// Machine code in memory; freed with the object.
+class Code {
+public:
+    virtual ~Code() = default;
+    // In the order of the request's programs (or of the module's entries for kernels).
+    virtual const std::vector<CompiledProgram>& programs() const = 0;
+    // Address and size of a module-scope variable; false if there is none.
+    virtual bool variable(std::string_view name, void** address, uint64_t* size) const = 0;
+};
+
+struct PipelineRequest {
+    std::vector<ProgramRequest> programs;
+    PipelineRules rules;
+};
+
+// Throws Error(kLinkError) for unresolved or duplicate symbols, kInternal for our own faults.
+std::unique_ptr<Code> compilePipeline(const PipelineRequest& request);
+
+// A CUDA module: every .entry with parameters becomes a KernelFn.
+struct KernelInfo {
+    std::string name;
+    const void* address = nullptr;   // devlib::KernelFn
+    std::vector<uint32_t> parameterOffsets;
+    std::vector<uint32_t> parameterSizes;
+    uint32_t parameterBytes = 0;
+    uint32_t staticSharedBytes = 0;
+    uint32_t maxThreadsPerBlock = 0; // 0: not limited
+    bool usesBarriers = false;       // bar.sync and friends, directly or through callees
+    bool usesWarpFunctions = false;  // shuffle, vote, match ...
+    uint32_t localBytes = 0;
+};
+class KernelCode {
+public:
+    virtual ~KernelCode() = default;
+    virtual const std::vector<KernelInfo>& kernels() const = 0;
+    virtual bool variable(std::string_view name, void** address, uint64_t* size) const = 0;
+};
+std::unique_ptr<KernelCode> compileKernels(std::shared_ptr<const ptx::Module> module);
+
+} // namespace sunstone::compiler

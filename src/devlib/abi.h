@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// The contract between compiled device programs and the run-time that calls them: the state a
+// program sees, and what the `_optix_*` calls become. Compiled code reads and writes these structs
+// by offset (the compiler takes offsetof of this very header); traversal and launch code use them
+// as C++. Plain data only, no pointers to C++ objects with behaviour.
+//
+// A program is `uint32_t program(RayState*)`. Every other function of an OptiX module gets the
+// same RayState* as a hidden first parameter, indirect calls included. What the result means:
+//   any-hit                     ProgramResult: accept, ignore, terminate
+//   intersection                kTerminate if a reported hit ended the ray, else kAccept
+//   all others                  ignored (return kAccept)
+//
+// optixTrace: the caller makes a RayState in its own frame, fills the fields marked [trace],
+// calls launch->trace(state) and reads the payload words back.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace sunstone::devlib {
+
+struct RayState;
+struct LaunchState;
+
+using ProgramFn = uint32_t (*)(RayState*);
+
+enum ProgramResult : uint32_t { kAccept = 0, kIgnore = 1, kTerminate = 2 };
+
+constexpr unsigned kMaxPayloadWords = 32;
+constexpr unsigned kMaxAttributeWords = 8;
+constexpr unsigned kMaxGraphDepth = 31;
+
+// Traversable handles are addresses with a tag in the low bits (acceleration structures are
+// 128-byte aligned, transforms and instance records 64). Zero is the null handle.
+enum HandleTag : uint64_t {
+    kTagGas = 1,
+    kTagIas = 2,
+    kTagStatic = 3,       // OptixStaticTransform in user memory
+    kTagMatrixMotion = 4, // OptixMatrixMotionTransform
+    kTagSrtMotion = 5,    // OptixSRTMotionTransform
+    kTagInstance = 6,     // InstanceRecord inside an IAS: only in transform lists
+    kTagMask = 63,
+};
+inline uint64_t makeHandle(const void* address, HandleTag tag) { return uint64_t(address) | tag; }
+inline HandleTag tagOf(uint64_t handle) { return HandleTag(handle & kTagMask); }
+inline uint64_t addressOf(uint64_t handle) { return handle & ~uint64_t(kTagMask); }
+
+// Hit kinds of triangles; custom primitives use 0..127.
+enum HitKind : uint32_t { kHitTriangleFront = 0xFE, kHitTriangleBack = 0xFF };
+
+// First 32 bytes of an SBT record, packed by sbtRecordPackHeader. Holds no address, so that it
+// survives copies and is valid before and across pipelines.
+struct SbtHeader {
+    uint32_t magic;   // kSbtMagic
+    uint32_t group;   // program group number, unique in its context, from 1
+    uint32_t kind;    // GroupKind
+    uint32_t pad[5];
+};
+static_assert(sizeof(SbtHeader) == 32);
+constexpr uint32_t kSbtMagic = 0x53544E53u;
+
+enum GroupKind : uint32_t { kGroupRaygen = 1, kGroupMiss, kGroupException, kGroupHit, kGroupCallables };
+
+// What a pipeline knows of one program group; null where the group has no such program.
+struct GroupEntry {
+    ProgramFn main;         // raygen, miss, exception or closest-hit program
+    ProgramFn anyHit;
+    ProgramFn intersection;
+    const void* direct;       // code address of the direct callable
+    const void* continuation; // and of the continuation callable
+};
+
+struct SbtView {
+    uint64_t raygenRecord;
+    uint64_t exceptionRecord;
+    uint64_t missBase;
+    uint64_t hitBase;
+    uint64_t callableBase;
+    uint32_t missStride, missCount;
+    uint32_t hitStride, hitCount;
+    uint32_t callableStride, callableCount;
+};
+
+// Everything the programs of one launch share; read only while it runs.
+struct LaunchState {
+    const void* params;           // launch parameter block (a copy made in stream order)
+    uint32_t dimensions[3];
+    uint32_t maxTraceDepth;
+    void (*trace)(RayState*);                                    // traversal + hit/miss programs
+    uint32_t (*report)(RayState*, float t, uint32_t kind);       // ProgramResult: kIgnore = rejected
+    const void* (*callable)(RayState*, uint32_t sbtIndex, uint32_t continuation);
+    void (*throwException)(RayState*, int32_t code, uint32_t detailCount, const uint32_t* details);
+    SbtView sbt;
+    const GroupEntry* groups;     // by group number
+    uint32_t groupCount;
+    uint32_t exceptionFlags;      // OptixExceptionFlags of the pipeline
+    uint32_t hasAnyHit;           // some hit group of the pipeline has an any-hit program
+    uint32_t traversableGraphFlags;
+    uint32_t maxGraphDepth;
+    uint32_t numAttributes;
+};
+
+// A hit: the candidate an any-hit or intersection program looks at, or the accepted one.
+struct Hit {
+    float t;
+    uint32_t kind;
+    uint32_t primitive;      // with primitiveIndexOffset
+    uint32_t sbtGasIndex;
+    uint32_t instanceIndex;  // 0 without instance
+    uint32_t instanceId;     // ~0u without instance
+    uint32_t instanceSbtOffset;
+    uint32_t transformCount; // entries of transforms in use, root first
+    uint64_t gas;            // handle
+    const void* record;      // SBT record of the hit program, or null
+    uint32_t attributes[kMaxAttributeWords]; // barycentrics of triangles: 0 and 1 as floats
+    uint64_t transforms[kMaxGraphDepth];     // handles: instances and transforms
+};
+
+// One per thread and launch index.
+struct ThreadState {
+    uint32_t index[3];        // launch index
+    uint32_t pad;
+    void* exceptionFrame;     // jump target of the launch index, owned by the launch loop
+    int32_t exceptionCode;
+    uint32_t exceptionDetails[8];
+};
+
+// What a program sees. Compiled code fills [trace] fields of a new one at each optixTrace; the
+// run-time fills the rest.
+struct alignas(64) RayState {
+    float worldOrigin[3];     // [trace]
+    float tmin;               // [trace]
+    float worldDirection[3];  // [trace]
+    float tmax;               // [trace]; then the closest accepted t; in any-hit the candidate's t
+    float objectOrigin[3];    // ray in the space of the current primitive: intersection, any-hit
+    float time;               // [trace]
+    float objectDirection[3];
+    uint32_t rayFlags;        // [trace]
+    uint32_t visibilityMask;  // [trace]
+    uint32_t sbtOffset;       // [trace]
+    uint32_t sbtStride;       // [trace]
+    uint32_t missIndex;       // [trace]
+    uint64_t handle;          // [trace] traversable
+    const LaunchState* launch; // [trace] copied from the caller's state
+    ThreadState* thread;       // [trace] copied from the caller's state
+    const void* sbtData;      // data of the running program's SBT record (after the header)
+    const void* callableData; // set by LaunchState::callable; the callee reads it on entry
+    uint32_t depth;           // [trace] caller's depth + 1; 0 in ray generation
+    uint32_t payloadType;     // [trace] type mask of the trace call, 0 untyped
+    uint32_t payloadCount;    // [trace]
+    uint32_t pad;
+    uint32_t payload[kMaxPayloadWords]; // [trace] the first payloadCount words
+    uint32_t reportAttributes[kMaxAttributeWords]; // set before LaunchState::report
+    Hit hit;                  // candidate in intersection/any-hit, accepted in closest-hit
+    void* traversal;          // private to the traversal loop
+};
+
+// An instance as stored in an instance acceleration structure; 64-byte aligned. A transform-list
+// handle points here, and programs read the matrices through it.
+struct alignas(64) InstanceRecord {
+    float objectToWorld[12];  // rows
+    float worldToObject[12];
+    uint64_t child;
+    uint32_t instanceId;
+    uint32_t sbtOffset;
+    uint32_t visibilityMask;
+    uint32_t flags;
+    uint32_t index;
+    uint32_t pad;
+};
+static_assert(sizeof(InstanceRecord) == 128);
+
+// ---- CUDA kernels -----------------------------------------------------------------------------
+// A kernel is `void kernel(KernelThread*, const void* params)`; params is laid out as the PTX
+// .param list says (each at its alignment). Other functions of a kernel module get KernelThread*
+// as hidden first parameter, as RayState* above.
+struct KernelThread {
+    uint32_t tid[3];
+    uint32_t ntid[3];
+    uint32_t ctaid[3];
+    uint32_t nctaid[3];
+    uint32_t laneid;          // of the block's linear thread number
+    uint32_t warpid;
+    uint8_t* shared;          // base of the block's shared memory: statics first, dynamic after
+    uint32_t dynamicSharedSize;
+    uint32_t gridIdLow;
+    void* block;              // private to the launcher (barriers, warps)
+};
+using KernelFn = void (*)(KernelThread*, const void*);
+
+} // namespace sunstone::devlib
