@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// Builds acceleration structures from plain arrays into a buffer of the caller. The result is one
+// relocatable block (layout.h): it may be copied with memcpy to any 128-byte-aligned address.
+//
+// All pointers are host addresses. Counts and strides are checked by the caller (the API rules are
+// not known here), but nothing in the buffers' contents can do harm: indices out of range, NaN and
+// infinite coordinates only make their primitive inactive. The block does not depend on the
+// number of threads, and builds of the same input are equal byte for byte.
+//
+// Read next: layout.h for the block, sah_builder.h for how trees are made.
+#pragma once
+
+#include "math/box.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace sunstone::bvh {
+
+using math::Box;
+
+enum class VertexFormat : uint32_t {
+    kFloat3 = 0x2121, // 3 floats
+    kFloat2 = 0x2122, // 2 floats, z = 0
+    kHalf3 = 0x2123,
+    kHalf2 = 0x2124,
+    kSnorm16x3 = 0x2125, // max(value / 32767, -1)
+    kSnorm16x2 = 0x2126,
+};
+
+enum class IndexFormat : uint32_t {
+    kNone = 0, // vertices 3i, 3i+1, 3i+2
+    kUshort3 = 0x2102,
+    kUint3 = 0x2103,
+};
+
+// Geometry flags of one SBT record; numbers of OptixGeometryFlags.
+enum GeometryFlag : uint32_t {
+    kGeometryDisableAnyHit = 1,
+    kGeometryRequireSingleAnyHit = 2,
+    kGeometryDisableFaceCulling = 4,
+};
+
+// What triangles and custom primitives share: which record and index a primitive reports.
+struct SbtInput {
+    const uint32_t* flags = nullptr; // numSbtRecords words; null: all 0
+    uint32_t numSbtRecords = 1;
+    const void* indexOffsets = nullptr; // per primitive, or null: all 0
+    uint32_t indexOffsetSize = 0;       // 0 (none), 1, 2 or 4 bytes
+    uint32_t indexOffsetStride = 0;     // 0: packed
+    uint32_t primitiveIndexOffset = 0;
+};
+
+struct TriangleInput {
+    const void* vertices = nullptr;
+    VertexFormat vertexFormat = VertexFormat::kFloat3;
+    uint32_t vertexStride = 0; // 0: packed
+    uint32_t numVertices = 0;
+    const void* indices = nullptr;
+    IndexFormat indexFormat = IndexFormat::kNone;
+    uint32_t indexStride = 0;              // bytes from triplet to triplet, 0: packed
+    uint32_t numTriangles = 0;             // triplets; without indices numVertices / 3
+    const float* preTransform = nullptr;   // 3x4 row-major, or null
+    SbtInput sbt;
+};
+
+struct CustomInput {
+    const void* aabbs = nullptr; // 6 floats each: minX minY minZ maxX maxY maxZ
+    uint32_t stride = 0;         // 0: 24
+    uint32_t numPrimitives = 0;
+    SbtInput sbt;
+};
+
+// The 80 bytes of an OptixInstance.
+struct InstanceDesc {
+    float transform[12]; // object to world, rows
+    uint32_t instanceId;
+    uint32_t sbtOffset;
+    uint32_t visibilityMask;
+    uint32_t flags;
+    uint64_t traversableHandle; // 0: never hit
+    uint32_t pad[2];
+};
+static_assert(sizeof(InstanceDesc) == 80);
+
+struct InstanceInput {
+    const void* instances = nullptr;             // InstanceDesc records, or
+    const uint64_t* instancePointers = nullptr;  // their addresses (then `instances` is null)
+    uint32_t stride = 0;                         // of `instances`, 0: 80
+    uint32_t numInstances = 0;
+};
+
+// Exactly one of the three is used: triangles, customs or instances. Several inputs of one kind
+// make one structure; SBT indices of an input follow those of the inputs before it.
+struct BuildInputs {
+    std::span<const TriangleInput> triangles;
+    std::span<const CustomInput> customs;
+    const InstanceInput* instances = nullptr;
+};
+
+struct BuildOptions {
+    bool allowUpdate = false;
+    bool allowCompaction = false;
+    bool preferFastTrace = false;
+    bool preferFastBuild = false;
+    bool allowRandomVertexAccess = false;
+    bool allowRandomInstanceAccess = false;
+};
+
+struct MemoryUsage {
+    size_t output = 0;
+    size_t temp = 0;
+    size_t tempUpdate = 0;
+};
+
+constexpr size_t kBlockAlignment = 128;
+
+// Upper bounds for any data of these counts; more primitives never need less. Reads no buffer.
+// Throws Error(kInvalidValue) if the inputs are more than a block can address.
+MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& options);
+
+// Builds into `output` (128-byte aligned); `temp` is scratch (128-byte aligned). Throws
+// Error(kInvalidValue) if a buffer is null, misaligned or smaller than computeMemoryUsage says.
+void build(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
+           void* output, size_t outputSize);
+
+// Whether the block at this address was made by build() (its header says so).
+bool isBlock(const void* block);
+
+// What the functions below do with something that is no block: throw Error(kInvalidValue).
+
+// Bytes of the block in use; what compact() needs. Never more than MemoryUsage::output.
+uint64_t compactedSize(const void* block);
+
+// Copies the block to `destination` (128-byte aligned, not overlapping, destinationSize at least
+// compactedSize). The source stays as it is.
+void compact(const void* source, void* destination, size_t destinationSize);
+
+// Bounds of the active primitives; empty (lower > upper) if there are none.
+Box bounds(const void* block);
+
+// The handle by which rays enter the block: address and tag (GAS or IAS).
+uint64_t traversableHandle(const void* block);
+
+// The vertices of a triangle, 9 floats, after the pre-transform. `primitive` includes the
+// primitive index offset; sbtGasIndex picks the build input. NaN if the triangle is inactive;
+// false if the block has no random vertex access or no such triangle. Never throws.
+bool triangleVertices(const void* block, uint32_t primitive, uint32_t sbtGasIndex,
+                      float vertices[9]) noexcept;
+
+// Address of the i-th instance's record (devlib::InstanceRecord), or null. Never throws.
+const void* instanceRecord(const void* block, uint32_t index) noexcept;
+
+} // namespace sunstone::bvh
