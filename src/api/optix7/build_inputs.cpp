@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "api/optix7/build_inputs.h"
+
+#include <algorithm>
+
+namespace sunstone::optix7 {
+namespace {
+
+struct FormatSize {
+    unsigned bytes;     // of a packed element
+    unsigned alignment; // of buffer and stride
+};
+
+FormatSize vertexFormatSize(OptixVertexFormat format, const std::string& where) {
+    switch (format) {
+    case OPTIX_VERTEX_FORMAT_FLOAT3: return {12, 4};
+    case OPTIX_VERTEX_FORMAT_FLOAT2: return {8, 4};
+    case OPTIX_VERTEX_FORMAT_HALF3: return {6, 2};
+    case OPTIX_VERTEX_FORMAT_HALF2: return {4, 2};
+    case OPTIX_VERTEX_FORMAT_SNORM16_3: return {6, 2};
+    case OPTIX_VERTEX_FORMAT_SNORM16_2: return {4, 2};
+    default: fail(Code::kInvalidValue, where, "vertexFormat = ", unsigned(format), " is unknown");
+    }
+}
+
+FormatSize indexFormatSize(OptixIndicesFormat format, const std::string& where) {
+    switch (format) {
+    case OPTIX_INDICES_FORMAT_NONE: return {0, 1};
+    case OPTIX_INDICES_FORMAT_UNSIGNED_SHORT3: return {6, 2};
+    case OPTIX_INDICES_FORMAT_UNSIGNED_INT3: return {12, 4};
+    default: fail(Code::kInvalidValue, where, "indexFormat = ", unsigned(format), " is unknown");
+    }
+}
+
+// Checks one kind of build input after another into an AccelInputs.
+class Checker {
+public:
+    Checker(InputCheck check, device::Device& device, engine::AccelInputs& out)
+        : buffers_(check == InputCheck::kBuffers), device_(device), out_(out) {}
+
+    void triangles(const OptixBuildInputTriangleArray& in, const std::string& where) {
+        bvh::TriangleInput t;
+        FormatSize vertex{12, 4};
+        if (in.numVertices != 0)
+            vertex = vertexFormatSize(in.vertexFormat, where);
+        FormatSize index = indexFormatSize(in.indexFormat, where);
+        checkStride(in.vertexStrideInBytes, vertex, where, "vertexStrideInBytes");
+        checkStride(in.indexStrideInBytes, index, where, "indexStrideInBytes");
+        t.vertexFormat = bvh::VertexFormat(in.vertexFormat);
+        t.vertexStride = in.vertexStrideInBytes;
+        t.numVertices = in.numVertices;
+        t.indexFormat = bvh::IndexFormat(in.indexFormat);
+        t.indexStride = in.indexStrideInBytes;
+        if (index.bytes == 0) {
+            if (in.numIndexTriplets != 0)
+                fail(Code::kInvalidValue, where, "numIndexTriplets = ", in.numIndexTriplets,
+                     ", but indexFormat is NONE");
+            if (buffers_ && in.indexBuffer != 0)
+                fail(Code::kInvalidValue, where, "indexBuffer is set, but indexFormat is NONE");
+            if (in.numVertices % 3 != 0)
+                fail(Code::kInvalidValue, where, "numVertices = ", in.numVertices,
+                     " is not a multiple of 3, and there are no indices");
+            t.numTriangles = in.numVertices / 3;
+        } else {
+            t.numTriangles = in.numIndexTriplets;
+        }
+        checkPrimitiveCount(t.numTriangles, in.primitiveIndexOffset, where);
+        transform(in, where, t);
+        if (buffers_ && t.numTriangles != 0) {
+            t.vertices = keyBuffer(in.vertexBuffers, where, "vertexBuffers");
+            checkBuffer(t.vertices, in.numVertices, in.vertexStrideInBytes, vertex, where,
+                        "vertexBuffers[0]");
+            if (index.bytes != 0) {
+                t.indices = pointer(in.indexBuffer);
+                checkBuffer(t.indices, in.numIndexTriplets, in.indexStrideInBytes, index, where,
+                            "indexBuffer");
+            }
+        }
+        t.sbt = sbt(in.flags, in.numSbtRecords, in.sbtIndexOffsetBuffer,
+                    in.sbtIndexOffsetSizeInBytes, in.sbtIndexOffsetStrideInBytes, t.numTriangles,
+                    in.primitiveIndexOffset, where);
+        out_.triangles.push_back(t);
+    }
+
+    void customs(const OptixBuildInputCustomPrimitiveArray& in, const std::string& where) {
+        bvh::CustomInput c;
+        c.numPrimitives = in.numPrimitives;
+        c.stride = in.strideInBytes;
+        if (in.strideInBytes % OPTIX_AABB_BUFFER_BYTE_ALIGNMENT != 0)
+            fail(Code::kInvalidValue, where, "strideInBytes = ", in.strideInBytes,
+                 " is not a multiple of ", unsigned(OPTIX_AABB_BUFFER_BYTE_ALIGNMENT));
+        if (in.strideInBytes != 0 && in.strideInBytes < sizeof(OptixAabb))
+            fail(Code::kInvalidValue, where, "strideInBytes = ", in.strideInBytes,
+                 " is less than a box of ", sizeof(OptixAabb), " bytes");
+        checkPrimitiveCount(in.numPrimitives, in.primitiveIndexOffset, where);
+        if (buffers_ && in.numPrimitives != 0) {
+            c.aabbs = keyBuffer(in.aabbBuffers, where, "aabbBuffers");
+            checkBuffer(c.aabbs, in.numPrimitives, in.strideInBytes,
+                        {sizeof(OptixAabb), OPTIX_AABB_BUFFER_BYTE_ALIGNMENT}, where,
+                        "aabbBuffers[0]");
+        }
+        c.sbt = sbt(in.flags, in.numSbtRecords, in.sbtIndexOffsetBuffer,
+                    in.sbtIndexOffsetSizeInBytes, in.sbtIndexOffsetStrideInBytes, in.numPrimitives,
+                    in.primitiveIndexOffset, where);
+        out_.customs.push_back(c);
+    }
+
+    void instances(const OptixBuildInputInstanceArray& in, bool pointers, const std::string& where) {
+        auto i = std::make_unique<bvh::InstanceInput>();
+        i->numInstances = in.numInstances;
+        if (in.numInstances > Limits::kInstancesPerIas)
+            fail(Code::kInvalidValue, where, "numInstances = ", in.numInstances, " is above ",
+                 Limits::kInstancesPerIas);
+        if (buffers_ && in.numInstances != 0) {
+            FormatSize format = pointers
+                                    ? FormatSize{8, 8}
+                                    : FormatSize{sizeof(OptixInstance), OPTIX_INSTANCE_BYTE_ALIGNMENT};
+            checkBuffer(pointer(in.instances), in.numInstances, 0, format, where, "instances");
+            if (pointers)
+                i->instancePointers = static_cast<const uint64_t*>(pointer(in.instances));
+            else
+                i->instances = pointer(in.instances);
+        }
+        out_.instances = std::move(i);
+    }
+
+private:
+    static const void* pointer(CUdeviceptr address) {
+        return reinterpret_cast<const void*>(address);
+    }
+
+    static void checkStride(unsigned stride, FormatSize format, const std::string& where,
+                            const char* field) {
+        if (stride == 0 || format.bytes == 0)
+            return;
+        if (stride < format.bytes)
+            fail(Code::kInvalidValue, where, field, " = ", stride, " is less than an element of ",
+                 format.bytes, " bytes");
+        if (stride % format.alignment != 0)
+            fail(Code::kInvalidValue, where, field, " = ", stride, " is not a multiple of ",
+                 format.alignment);
+    }
+
+    static void checkPrimitiveCount(unsigned count, unsigned offset, const std::string& where) {
+        if (count > Limits::kPrimitivesPerGas)
+            fail(Code::kInvalidValue, where, count, " primitives are more than ",
+                 Limits::kPrimitivesPerGas);
+        if (uint64_t(count) + offset > 0xFFFFFFFFull)
+            fail(Code::kInvalidValue, where, "primitiveIndexOffset = ", offset, " plus ", count,
+                 " primitives overflows 32 bits");
+    }
+
+    void transform(const OptixBuildInputTriangleArray& in, const std::string& where,
+                   bvh::TriangleInput& t) const {
+        if (in.transformFormat != OPTIX_TRANSFORM_FORMAT_NONE &&
+            in.transformFormat != OPTIX_TRANSFORM_FORMAT_MATRIX_FLOAT12)
+            fail(Code::kInvalidValue, where, "transformFormat = ", unsigned(in.transformFormat),
+                 " is unknown");
+        bool wanted = in.transformFormat == OPTIX_TRANSFORM_FORMAT_MATRIX_FLOAT12;
+        if (!buffers_)
+            return;
+        if (wanted != (in.preTransform != 0))
+            fail(Code::kInvalidValue, where, "transformFormat is ",
+                 wanted ? "MATRIX_FLOAT12, but preTransform is 0" : "NONE, but preTransform is set");
+        if (!wanted)
+            return;
+        checkBuffer(pointer(in.preTransform), 1, 0, {48, OPTIX_GEOMETRY_TRANSFORM_BYTE_ALIGNMENT},
+                    where, "preTransform");
+        t.preTransform = static_cast<const float*>(pointer(in.preTransform));
+    }
+
+    static const void* keyBuffer(const CUdeviceptr* buffers, const std::string& where,
+                                 const char* field) {
+        if (!buffers)
+            fail(Code::kInvalidValue, where, field, " is null");
+        if (buffers[0] == 0)
+            fail(Code::kInvalidValue, where, field, "[0] is 0");
+        return pointer(buffers[0]);
+    }
+
+    // `count` elements with this stride (0: packed) must lie in device memory, aligned.
+    void checkBuffer(const void* buffer, uint64_t count, unsigned stride, FormatSize format,
+                     const std::string& where, const char* field) const {
+        if (!buffer)
+            fail(Code::kInvalidValue, where, field, " is 0");
+        if (uint64_t(buffer) % format.alignment != 0)
+            fail(Code::kInvalidValue, where, field, " = ", buffer, " is not a multiple of ",
+                 format.alignment);
+        if (count == 0)
+            return;
+        uint64_t bytes = (count - 1) * (stride ? stride : format.bytes) + format.bytes;
+        if (!device_.isAccessible(buffer, bytes))
+            fail(Code::kInvalidValue, where, field, " = ", buffer, " with ", bytes,
+                 " bytes is not device memory");
+    }
+
+    bvh::SbtInput sbt(const unsigned* flags, unsigned numRecords, CUdeviceptr offsets,
+                      unsigned offsetSize, unsigned offsetStride, unsigned count,
+                      unsigned primitiveIndexOffset, const std::string& where) {
+        bvh::SbtInput sbt;
+        if (numRecords == 0 || numRecords > Limits::kSbtRecordsPerGas)
+            fail(Code::kInvalidValue, where, "numSbtRecords = ", numRecords, " is outside 1..",
+                 Limits::kSbtRecordsPerGas);
+        if (!flags)
+            fail(Code::kInvalidValue, where, "flags is null");
+        constexpr unsigned kKnown = OPTIX_GEOMETRY_FLAG_DISABLE_ANYHIT |
+                                    OPTIX_GEOMETRY_FLAG_REQUIRE_SINGLE_ANYHIT_CALL;
+        for (unsigned i = 0; i < numRecords; ++i)
+            if (flags[i] & ~kKnown)
+                fail(Code::kInvalidValue, where, "flags[", i, "] = ", flags[i],
+                     " has unknown bits");
+        if (offsetSize != 0 && offsetSize != 1 && offsetSize != 2 && offsetSize != 4)
+            fail(Code::kInvalidValue, where, "sbtIndexOffsetSizeInBytes = ", offsetSize,
+                 " is not 0, 1, 2 or 4");
+        if (offsetStride != 0 && offsetSize != 0 &&
+            (offsetStride < offsetSize || offsetStride % offsetSize != 0))
+            fail(Code::kInvalidValue, where, "sbtIndexOffsetStrideInBytes = ", offsetStride,
+                 " is no multiple of the size ", offsetSize);
+        sbt.flags = out_.keepFlags(flags, numRecords);
+        sbt.numSbtRecords = numRecords;
+        sbt.primitiveIndexOffset = primitiveIndexOffset;
+        if (!buffers_ || offsets == 0)
+            return sbt;
+        if (offsetSize == 0)
+            fail(Code::kInvalidValue, where,
+                 "sbtIndexOffsetBuffer is set, but sbtIndexOffsetSizeInBytes is 0");
+        checkBuffer(pointer(offsets), count, offsetStride, {offsetSize, offsetSize}, where,
+                    "sbtIndexOffsetBuffer");
+        sbt.indexOffsets = pointer(offsets);
+        sbt.indexOffsetSize = offsetSize;
+        sbt.indexOffsetStride = offsetStride;
+        return sbt;
+    }
+
+    bool buffers_;
+    device::Device& device_;
+    engine::AccelInputs& out_;
+};
+
+} // namespace
+
+bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options) {
+    requireNonNull(options, "accelOptions");
+    unsigned flags = options->buildFlags;
+    constexpr unsigned kKnown = 63;
+    if (flags & ~kKnown)
+        fail(Code::kInvalidValue, "accelOptions->buildFlags = ", flags, " has unknown bits");
+    if ((flags & OPTIX_BUILD_FLAG_PREFER_FAST_TRACE) && (flags & OPTIX_BUILD_FLAG_PREFER_FAST_BUILD))
+        fail(Code::kInvalidValue, "accelOptions->buildFlags = ", flags,
+             " has both PREFER_FAST_TRACE and PREFER_FAST_BUILD");
+    if (options->operation != OPTIX_BUILD_OPERATION_BUILD &&
+        options->operation != OPTIX_BUILD_OPERATION_UPDATE)
+        fail(Code::kInvalidValue, "accelOptions->operation = ", unsigned(options->operation),
+             " is unknown");
+    if (options->motionOptions.numKeys > 1)
+        fail(Code::kNotSupported, "accelOptions->motionOptions.numKeys = ",
+             options->motionOptions.numKeys, ": motion is not available yet");
+    bvh::BuildOptions out;
+    out.allowUpdate = flags & OPTIX_BUILD_FLAG_ALLOW_UPDATE;
+    out.allowCompaction = flags & OPTIX_BUILD_FLAG_ALLOW_COMPACTION;
+    out.preferFastTrace = flags & OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
+    out.preferFastBuild = flags & OPTIX_BUILD_FLAG_PREFER_FAST_BUILD;
+    out.allowRandomVertexAccess = flags & OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS;
+    out.allowRandomInstanceAccess = flags & OPTIX_BUILD_FLAG_ALLOW_RANDOM_INSTANCE_ACCESS;
+    return out;
+}
+
+std::shared_ptr<engine::AccelInputs> checkBuildInputs(const OptixBuildInput* inputs, unsigned count,
+                                                      InputCheck check, device::Device& device) {
+    requireNonNull(inputs, "buildInputs");
+    if (count == 0)
+        fail(Code::kInvalidValue, "numBuildInputs is 0");
+    auto out = std::make_shared<engine::AccelInputs>();
+    Checker checker(check, device, *out);
+    uint64_t total = 0;
+    for (unsigned i = 0; i < count; ++i) {
+        const OptixBuildInput& input = inputs[i];
+        std::string where = message("buildInputs[", i, "].");
+        if (input.type != inputs[0].type)
+            fail(Code::kInvalidValue, where, "type = ", unsigned(input.type),
+                 " differs from that of buildInputs[0]; all must be of one type");
+        switch (input.type) {
+        case OPTIX_BUILD_INPUT_TYPE_TRIANGLES:
+            checker.triangles(input.triangleArray, where);
+            total += out->triangles.back().numTriangles;
+            break;
+        case OPTIX_BUILD_INPUT_TYPE_CUSTOM_PRIMITIVES:
+            checker.customs(input.customPrimitiveArray, where);
+            total += out->customs.back().numPrimitives;
+            break;
+        case OPTIX_BUILD_INPUT_TYPE_INSTANCES:
+        case OPTIX_BUILD_INPUT_TYPE_INSTANCE_POINTERS:
+            if (count != 1)
+                fail(Code::kInvalidValue, "numBuildInputs = ", count,
+                     ", but an instance acceleration structure has exactly one build input");
+            checker.instances(input.instanceArray,
+                              input.type == OPTIX_BUILD_INPUT_TYPE_INSTANCE_POINTERS, where);
+            break;
+        case OPTIX_BUILD_INPUT_TYPE_CURVES:
+            fail(Code::kNotSupported, where, "type is CURVES: curves are not available yet");
+        default:
+            fail(Code::kInvalidValue, where, "type = ", unsigned(input.type), " is unknown");
+        }
+    }
+    if (total > Limits::kPrimitivesPerGas)
+        fail(Code::kInvalidValue, "all build inputs together have ", total,
+             " primitives, more than ", Limits::kPrimitivesPerGas);
+    return out;
+}
+
+} // namespace sunstone::optix7

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Build inputs of the API, checked and translated (OptiX 7.4, sections 5.3, 5.6, 5.8 to 5.10).
+#pragma once
+
+#include "api/optix7/shell.h"
+#include "engine/accel.h"
+
+namespace sunstone::optix7 {
+
+// Which parts of the inputs are looked at: the memory-usage query must not need valid buffers.
+enum class InputCheck { kShape, kBuffers };
+
+// Checks the options; throws an Error naming the field.
+bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options);
+
+// Checks and copies `count` build inputs; throws an Error naming input and field.
+std::shared_ptr<engine::AccelInputs> checkBuildInputs(const OptixBuildInput* inputs, unsigned count,
+                                                      InputCheck check, device::Device& device);
+
+} // namespace sunstone::optix7

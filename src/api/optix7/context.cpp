@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// Device contexts (OptiX 7.4, section 3.4).
+#include "api/optix7/entry_points.h"
+#include "api/optix7/shell.h"
+
+#include <dlfcn.h>
+
+namespace sunstone::optix7 {
+namespace {
+
+// The CUDA driver library of this process, if one is loaded.
+enum class Driver { kNone, kOurs, kForeign };
+
+Driver loadedDriver() {
+    void* library = dlopen("libcuda.so.1", RTLD_LAZY | RTLD_NOLOAD);
+    if (!library)
+        return Driver::kNone;
+    // A name that only our libcuda exports.
+    bool ours = dlsym(library, "sunstone_cuda_is_cpu_device") != nullptr;
+    dlclose(library);
+    return ours ? Driver::kOurs : Driver::kForeign;
+}
+
+void* resolveCudaContext(void* fromContext) {
+    device::Device& device = device::cpuDevice();
+    switch (loadedDriver()) {
+    case Driver::kForeign:
+        fail(Code::kNotSupported, "this process uses the CUDA driver of a GPU; only the CPU device "
+             "is available yet (run the application with `sunstone run APP`)");
+    case Driver::kNone:
+        // Without any CUDA library the CPU itself is the device and stream 0 the only stream.
+        if (fromContext)
+            throw ResultError(OPTIX_ERROR_CUDA_ERROR,
+                              message("fromContext = ", fromContext,
+                                      " given, but no CUDA driver library is loaded"));
+        return nullptr;
+    case Driver::kOurs:
+        break;
+    }
+    if (!fromContext) {
+        void* current = device.currentContext();
+        if (!current)
+            fail(Code::kNotInitialized, "fromContext is 0 and the calling thread has no current "
+                 "CUDA context (call cudaFree(0) or cuCtxSetCurrent first)");
+        return current;
+    }
+    if (!device.ownsContext(fromContext))
+        throw ResultError(OPTIX_ERROR_CUDA_ERROR, message("fromContext = ", fromContext,
+                                                          " is not a live CUDA context"));
+    return fromContext;
+}
+
+struct Property {
+    OptixDeviceProperty id;
+    unsigned value;
+};
+constexpr Property kProperties[] = {
+    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_TRACE_DEPTH, Limits::kTraceDepth},
+    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_TRAVERSABLE_GRAPH_DEPTH, Limits::kGraphDepth},
+    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_PRIMITIVES_PER_GAS, Limits::kPrimitivesPerGas},
+    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_INSTANCES_PER_IAS, Limits::kInstancesPerIas},
+    {OPTIX_DEVICE_PROPERTY_RTCORE_VERSION, 0},
+    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_INSTANCE_ID, Limits::kInstanceId},
+    {OPTIX_DEVICE_PROPERTY_LIMIT_NUM_BITS_INSTANCE_VISIBILITY_MASK, Limits::kVisibilityMaskBits},
+    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_SBT_RECORDS_PER_GAS, Limits::kSbtRecordsPerGas},
+    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_SBT_OFFSET, Limits::kSbtOffset},
+};
+
+} // namespace
+
+OptixResult deviceContextCreate(CUcontext fromContext, const OptixDeviceContextOptions* options,
+                                OptixDeviceContext* context) {
+    return guarded(nullptr, "optixDeviceContextCreate", [&] {
+        requireNonNull(context, "context");
+        *context = nullptr;
+        OptixDeviceContextOptions given = options ? *options : OptixDeviceContextOptions{};
+        if (given.validationMode != OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_OFF &&
+            given.validationMode != OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_ALL)
+            fail(Code::kInvalidValue, "options->validationMode = ", unsigned(given.validationMode),
+                 " is neither OFF nor ALL");
+        auto object = std::make_shared<DeviceContext>();
+        object->setCallback(given.logCallbackFunction, given.logCallbackData,
+                            unsigned(given.logCallbackLevel));
+        object->validation = given.validationMode == OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_ALL;
+        // Faults from here on reach the caller's callback too.
+        OptixResult result = guarded(object, "optixDeviceContextCreate", [&] {
+            object->cudaContext = resolveCudaContext(fromContext);
+        });
+        if (result != OPTIX_SUCCESS)
+            throw ResultError(result, "no device context was created");
+        object->engine = std::make_shared<engine::Context>();
+        object->engine->device = &device::cpuDevice();
+        // The engine's lines go to this context's callback for as long as it lives.
+        std::weak_ptr<DeviceContext> weak = object;
+        object->engine->log = [weak](LogLevel level, std::string_view tag, std::string_view text) {
+            if (auto alive = weak.lock())
+                alive->log(level, tag, text);
+        };
+        *context = static_cast<OptixDeviceContext>(contexts().add(object));
+        object->log(LogLevel::kInfo, "CONTEXT", message("device: ", object->engine->device->name()));
+    });
+}
+
+OptixResult deviceContextDestroy(OptixDeviceContext context) {
+    std::shared_ptr<DeviceContext> object = contexts().find(context);
+    return guarded(object, "optixDeviceContextDestroy", [&] {
+        contextOf(context);
+        object->engine->device->synchronizeAll();
+        auto mine = [&](const auto& other) { return other.context == object; };
+        pipelines().removeIf(mine);
+        groups().removeIf(mine);
+        modules().removeIf(mine);
+        contexts().remove(context);
+    });
+}
+
+OptixResult deviceContextGetProperty(OptixDeviceContext context, OptixDeviceProperty property,
+                                     void* value, size_t sizeInBytes) {
+    return guarded(peek(context), "optixDeviceContextGetProperty", [&] {
+        contextOf(context);
+        requireNonNull(value, "value");
+        if (sizeInBytes != sizeof(unsigned))
+            fail(Code::kInvalidValue, "sizeInBytes = ", sizeInBytes, ", but every property is an "
+                 "unsigned int of 4 bytes");
+        for (const Property& entry : kProperties)
+            if (entry.id == property) {
+                std::memcpy(value, &entry.value, sizeof(unsigned));
+                return;
+            }
+        fail(Code::kInvalidValue, "property = ", unsigned(property), " is unknown");
+    });
+}
+
+OptixResult deviceContextSetLogCallback(OptixDeviceContext context, OptixLogCallback callback,
+                                        void* callbackData, unsigned callbackLevel) {
+    return guarded(peek(context), "optixDeviceContextSetLogCallback", [&] {
+        contextOf(context)->setCallback(callback, callbackData, callbackLevel);
+    });
+}
+
+} // namespace sunstone::optix7

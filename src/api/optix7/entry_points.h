@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The functions behind the function table, by file. Signatures are those of the OptiX 7.4 API.
+#pragma once
+
+#include "optix_types.h"
+
+namespace sunstone::optix7 {
+
+// context.cpp
+OptixResult deviceContextCreate(CUcontext, const OptixDeviceContextOptions*, OptixDeviceContext*);
+OptixResult deviceContextDestroy(OptixDeviceContext);
+OptixResult deviceContextGetProperty(OptixDeviceContext, OptixDeviceProperty, void*, size_t);
+OptixResult deviceContextSetLogCallback(OptixDeviceContext, OptixLogCallback, void*, unsigned);
+
+// module.cpp
+OptixResult moduleCreateFromPTX(OptixDeviceContext, const OptixModuleCompileOptions*,
+                                const OptixPipelineCompileOptions*, const char*, size_t, char*,
+                                size_t*, OptixModule*);
+OptixResult moduleDestroy(OptixModule);
+
+// group.cpp
+OptixResult programGroupCreate(OptixDeviceContext, const OptixProgramGroupDesc*, unsigned,
+                               const OptixProgramGroupOptions*, char*, size_t*, OptixProgramGroup*);
+OptixResult programGroupDestroy(OptixProgramGroup);
+OptixResult programGroupGetStackSize(OptixProgramGroup, OptixStackSizes*);
+OptixResult sbtRecordPackHeader(OptixProgramGroup, void*);
+
+// pipeline.cpp
+OptixResult pipelineCreate(OptixDeviceContext, const OptixPipelineCompileOptions*,
+                           const OptixPipelineLinkOptions*, const OptixProgramGroup*, unsigned,
+                           char*, size_t*, OptixPipeline*);
+OptixResult pipelineDestroy(OptixPipeline);
+OptixResult pipelineSetStackSize(OptixPipeline, unsigned, unsigned, unsigned, unsigned);
+OptixResult launch(OptixPipeline, CUstream, CUdeviceptr, size_t, const OptixShaderBindingTable*,
+                   unsigned, unsigned, unsigned);
+
+// accel.cpp
+OptixResult accelComputeMemoryUsage(OptixDeviceContext, const OptixAccelBuildOptions*,
+                                    const OptixBuildInput*, unsigned, OptixAccelBufferSizes*);
+OptixResult accelBuild(OptixDeviceContext, CUstream, const OptixAccelBuildOptions*,
+                       const OptixBuildInput*, unsigned, CUdeviceptr, size_t, CUdeviceptr, size_t,
+                       OptixTraversableHandle*, const OptixAccelEmitDesc*, unsigned);
+OptixResult accelCompact(OptixDeviceContext, CUstream, OptixTraversableHandle, CUdeviceptr, size_t,
+                         OptixTraversableHandle*);
+
+} // namespace sunstone::optix7

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checks of options that several entry points take.
+#pragma once
+
+#include "api/optix7/shell.h"
+
+namespace sunstone::optix7 {
+
+// Checks and copies pipeline compile options; throws an Error naming the field.
+CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options);
+
+// Throws if the level is no enumerator.
+void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter);
+
+} // namespace sunstone::optix7

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// What all files of the OptiX 7 shell share: the objects behind the opaque handles, the translation
+// of engine errors into OptixResult, the rule for log strings. The shell checks arguments,
+// translates types and forwards to src/engine; it computes nothing itself.
+// Source of every rule: OptiX 7.4 API reference, section named at each function.
+#pragma once
+
+#include "base/error.h"
+#include "base/handles.h"
+#include "engine/context.h"
+#include "engine/pipeline.h"
+
+#include "optix_types.h"
+
+#include <atomic>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+namespace sunstone::optix7 {
+
+// Limits a context reports (optixDeviceContextGetProperty) and enforces.
+struct Limits {
+    static constexpr unsigned kTraceDepth = 31;
+    static constexpr unsigned kGraphDepth = 31;
+    static constexpr unsigned kPrimitivesPerGas = 1u << 29;
+    static constexpr unsigned kInstancesPerIas = 1u << 28;
+    static constexpr unsigned kInstanceId = (1u << 28) - 1;
+    static constexpr unsigned kVisibilityMaskBits = 8;
+    static constexpr unsigned kSbtRecordsPerGas = 1u << 24;
+    static constexpr unsigned kSbtOffset = (1u << 28) - 1;
+    static constexpr uint64_t kLaunchIndices = uint64_t(1) << 30;
+};
+
+struct DeviceContext {
+    std::shared_ptr<engine::Context> engine;
+    void* cudaContext = nullptr;
+    bool validation = false;
+
+    // Delivers to the callback if its level is at least `level`, and to the engine's own log.
+    void log(LogLevel level, std::string_view tag, std::string_view text);
+    void setCallback(OptixLogCallback function, void* data, unsigned level);
+
+private:
+    std::mutex mutex_;
+    OptixLogCallback callback_ = nullptr;
+    void* callbackData_ = nullptr;
+    std::atomic<unsigned> level_{0};
+};
+
+// Pipeline compile options in a form that can be kept and compared.
+struct CompileOptions {
+    OptixPipelineCompileOptions values{}; // name pointer cleared
+    std::string launchParams;
+    bool operator==(const CompileOptions& other) const;
+    compiler::PipelineRules rules() const;
+};
+
+struct ModuleObject {
+    std::shared_ptr<DeviceContext> context;
+    std::shared_ptr<engine::Module> module;
+    CompileOptions options;
+    std::atomic<unsigned> groups{0}; // program groups made from it
+};
+
+struct GroupObject {
+    std::shared_ptr<DeviceContext> context;
+    std::shared_ptr<engine::ProgramGroup> group;
+    std::vector<std::shared_ptr<ModuleObject>> modules;
+    OptixStackSizes stackSizes{};
+};
+
+struct PipelineObject {
+    std::shared_ptr<DeviceContext> context;
+    std::shared_ptr<engine::Pipeline> pipeline;
+};
+
+HandleTable<DeviceContext>& contexts();
+HandleTable<ModuleObject>& modules();
+HandleTable<GroupObject>& groups();
+HandleTable<PipelineObject>& pipelines();
+
+// The live object of a handle; throws an Error naming the parameter otherwise.
+std::shared_ptr<DeviceContext> contextOf(OptixDeviceContext handle);
+std::shared_ptr<ModuleObject> moduleOf(OptixModule handle, const char* parameter);
+std::shared_ptr<GroupObject> groupOf(OptixProgramGroup handle, const char* parameter);
+std::shared_ptr<PipelineObject> pipelineOf(OptixPipeline handle);
+
+OptixResult resultOf(Code code);
+const char* resultName(OptixResult result);   // null for unknown codes
+const char* resultString(OptixResult result); // null for unknown codes
+
+// An OptixResult that no engine code stands for.
+struct ResultError : std::runtime_error {
+    ResultError(OptixResult r, const std::string& text) : std::runtime_error(text), result(r) {}
+    OptixResult result;
+};
+
+// Runs body; turns whatever it throws into a result and a line "function: cause" in the log of
+// `context` (null: the engine's log). `feedback`, if given, receives the line's text too.
+OptixResult guarded(const std::shared_ptr<DeviceContext>& context, const char* function,
+                    const std::function<void()>& body, std::string* feedback = nullptr);
+
+// Finds the context of a handle outside any guard; null if it is not alive.
+inline std::shared_ptr<DeviceContext> peek(OptixDeviceContext handle) {
+    return contexts().find(handle);
+}
+
+// Throws kInvalidValue "NAME is null".
+template <class T>
+void requireNonNull(const T* pointer, const char* name) {
+    if (!pointer)
+        fail(Code::kInvalidValue, name, " is null");
+}
+
+// The logString rule of module, program group and pipeline creation: writes `text` truncated to
+// the capacity in *size and always terminated; *size becomes the full length with terminator.
+void writeLogString(const std::string& text, char* logString, size_t* logStringSize);
+
+} // namespace sunstone::optix7

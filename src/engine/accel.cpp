@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/accel.h"
+
+#include "base/error.h"
+#include "devlib/abi.h"
+
+#include <cstring>
+
+namespace sunstone::engine {
+namespace {
+
+void emitProperty(const AccelEmit& emit, const void* block) {
+    if (emit.kind == AccelEmit::kCompactedSize) {
+        uint64_t size = bvh::compactedSize(block);
+        std::memcpy(emit.destination, &size, sizeof(size));
+        return;
+    }
+    bvh::Box box = bvh::bounds(block);
+    float values[6] = {box.lower.x, box.lower.y, box.lower.z, box.upper.x, box.upper.y, box.upper.z};
+    std::memcpy(emit.destination, values, sizeof(values));
+}
+
+// Work of a stream: what goes wrong in it is logged with the context and kept by the stream.
+void enqueue(const std::shared_ptr<Context>& context, void* stream, std::function<void()> work) {
+    context->device->enqueue(stream, [context, work = std::move(work)] {
+        try {
+            work();
+        } catch (const Error& error) {
+            if (context->log)
+                context->log(LogLevel::kError, "ACCEL", error.what());
+            throw;
+        }
+    });
+}
+
+} // namespace
+
+bvh::BuildInputs AccelInputs::view() const {
+    bvh::BuildInputs inputs;
+    inputs.triangles = triangles;
+    inputs.customs = customs;
+    inputs.instances = instances.get();
+    return inputs;
+}
+
+const uint32_t* AccelInputs::keepFlags(const unsigned* words, size_t count) {
+    flags.emplace_back(words, words + count);
+    return flags.back().data();
+}
+
+uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request) {
+    bool isInstances = request.inputs->instances != nullptr;
+    uint64_t handle =
+        devlib::makeHandle(request.output, isInstances ? devlib::kTagIas : devlib::kTagGas);
+    void* stream = request.stream;
+    enqueue(context, stream, [request = std::move(request)] {
+        bvh::build(request.inputs->view(), request.options, request.temp, request.tempSize,
+                   request.output, request.outputSize);
+        for (const AccelEmit& emit : request.emit)
+            emitProperty(emit, request.output);
+    });
+    return handle;
+}
+
+uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uint64_t handle,
+                      void* destination, size_t destinationSize) {
+    context->device->synchronize(stream);
+    devlib::HandleTag tag = devlib::tagOf(handle);
+    const void* source = reinterpret_cast<const void*>(devlib::addressOf(handle));
+    if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||
+        !context->device->isAccessible(source, bvh::kBlockAlignment) || !bvh::isBlock(source))
+        fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
+             " is no acceleration structure");
+    uint64_t size = bvh::compactedSize(source);
+    if (destinationSize < size)
+        fail(Code::kInvalidValue, "outputBufferSizeInBytes = ", destinationSize,
+             " is less than the compacted size ", size);
+    uint64_t from = uint64_t(source), to = uint64_t(destination);
+    if (from < to + size && to < from + size)
+        fail(Code::kInvalidValue, "outputBuffer = ", destination,
+             " overlaps the structure that is compacted");
+    enqueue(context, stream, [source, destination, destinationSize] {
+        bvh::compact(source, destination, destinationSize);
+    });
+    return devlib::makeHandle(destination, tag);
+}
+
+} // namespace sunstone::engine

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Acceleration structures in stream order: the caller's description is copied when the call is
+// made, the caller's buffers are read and written when the stream reaches it.
+#pragma once
+
+#include "bvh/build.h"
+#include "engine/context.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace sunstone::engine {
+
+// A build's inputs with everything that lives in host memory of the caller copied.
+struct AccelInputs {
+    std::vector<bvh::TriangleInput> triangles;
+    std::vector<bvh::CustomInput> customs;
+    std::unique_ptr<bvh::InstanceInput> instances;
+    std::vector<std::vector<uint32_t>> flags; // owned copies that the inputs point to
+
+    // The view the builders take. Valid while this object lives and stays where it is.
+    bvh::BuildInputs view() const;
+    // Keeps a copy of flag words and returns its address.
+    const uint32_t* keepFlags(const unsigned* words, size_t count);
+};
+
+struct AccelEmit {
+    enum Kind { kCompactedSize, kBounds } kind = kCompactedSize;
+    void* destination = nullptr;
+};
+
+struct AccelBuild {
+    std::shared_ptr<const AccelInputs> inputs;
+    bvh::BuildOptions options;
+    void* temp = nullptr;
+    size_t tempSize = 0;
+    void* output = nullptr;
+    size_t outputSize = 0;
+    std::vector<AccelEmit> emit;
+    void* stream = nullptr;
+};
+
+// Queues the build and returns the handle the structure will have.
+uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request);
+
+// Waits for the stream, checks that `handle` is a structure that may be compacted into
+// `destination`, queues the copy and returns the new handle.
+uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uint64_t handle,
+                      void* destination, size_t destinationSize);
+
+} // namespace sunstone::engine

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// What all objects of one API context share: the device, where log lines go, and the counter that
+// numbers program groups. Read next: module.h, pipeline.h, launch.h.
+#pragma once
+
+#include "base/log.h"
+#include "device/device.h"
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string_view>
+
+namespace sunstone::engine {
+
+struct Context {
+    device::Device* device = nullptr;
+    // Receives each line for this context; may be called from any thread.
+    std::function<void(LogLevel, std::string_view tag, std::string_view text)> log;
+    // Program groups are numbered from 1 within their context; SBT headers carry the number.
+    std::atomic<uint32_t> nextGroup{1};
+};
+
+} // namespace sunstone::engine

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/launch.h"
+
+#include "base/error.h"
+#include "base/threads.h"
+#include "devlib/trace.h"
+
+#include <csetjmp>
+#include <cstring>
+#include <vector>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace sunstone::engine {
+namespace {
+
+using devlib::LaunchState;
+using devlib::RayState;
+using devlib::ThreadState;
+
+// Shapes of a tile: square ones keep neighbouring rays together; one-dimensional launches take
+// the same number of indices in a row.
+constexpr uint32_t kTileSide = 16;
+constexpr uint32_t kTileRow = kTileSide * kTileSide;
+
+struct Tiling {
+    uint32_t width, height, depth;
+    uint32_t tileWidth, tileHeight;
+    uint64_t columns, rows;
+
+    Tiling(uint32_t w, uint32_t h, uint32_t d) : width(w), height(h), depth(d) {
+        tileWidth = h == 1 ? kTileRow : kTileSide;
+        tileHeight = h == 1 ? 1 : kTileSide;
+        columns = (uint64_t(w) + tileWidth - 1) / tileWidth;
+        rows = (uint64_t(h) + tileHeight - 1) / tileHeight;
+    }
+    uint64_t count() const { return columns * rows * depth; }
+};
+
+struct Tile {
+    uint32_t x, y, z, width, height;
+    uint32_t count() const { return width * height; }
+
+    Tile(const Tiling& tiling, uint64_t number) {
+        x = uint32_t(number % tiling.columns) * tiling.tileWidth;
+        number /= tiling.columns;
+        y = uint32_t(number % tiling.rows) * tiling.tileHeight;
+        z = uint32_t(number / tiling.rows);
+        width = std::min(tiling.tileWidth, tiling.width - x);
+        height = std::min(tiling.tileHeight, tiling.height - y);
+    }
+};
+
+// The group a record belongs to, checked against the pipeline and the expected kind.
+const devlib::GroupEntry& entryOf(const Pipeline& pipeline, uint64_t record,
+                                  devlib::GroupKind kind, const char* what) {
+    devlib::SbtHeader header;
+    std::memcpy(&header, reinterpret_cast<const void*>(record), sizeof(header));
+    if (header.magic != devlib::kSbtMagic)
+        fail(Code::kLaunchFailure, what, " record at ", reinterpret_cast<const void*>(record),
+             " has no header packed by optixSbtRecordPackHeader");
+    if (header.group >= pipeline.groups.size() || !pipeline.groupPresent[header.group])
+        fail(Code::kLaunchFailure, what, " record at ", reinterpret_cast<const void*>(record),
+             " names program group ", header.group, ", which is not part of the pipeline");
+    if (pipeline.groupKinds[header.group] != kind)
+        fail(Code::kLaunchFailure, what, " record at ", reinterpret_cast<const void*>(record),
+             " holds a program group of another kind");
+    return pipeline.groups[header.group];
+}
+
+// Leaves the current launch index: the launch loop's frame takes over.
+void throwException(RayState* state, int32_t code, uint32_t count, const uint32_t* details) {
+    ThreadState* thread = state->thread;
+    thread->exceptionCode = code;
+    for (uint32_t i = 0; i < 8; ++i)
+        thread->exceptionDetails[i] = i < count ? details[i] : 0;
+    longjmp(*static_cast<jmp_buf*>(thread->exceptionFrame), 1);
+}
+
+class Runner {
+public:
+    Runner(const LaunchState& launch, devlib::ProgramFn raygen, devlib::ProgramFn exception)
+        : launch_(launch), raygen_(raygen), exception_(exception) {}
+
+    // Runs the indices of one tile. No object with a destructor lives here: exceptions of device
+    // programs leave through longjmp.
+    void run(const Tile& tile) const {
+        ThreadState thread{};
+        jmp_buf frame;
+        thread.exceptionFrame = &frame;
+        RayState state;
+        std::memset(static_cast<void*>(&state), 0, offsetof(RayState, hit));
+        state.launch = &launch_;
+        state.thread = &thread;
+        const void* data = reinterpret_cast<const void*>(launch_.sbt.raygenRecord +
+                                                         sizeof(devlib::SbtHeader));
+        volatile uint32_t next = 0;
+        if (setjmp(frame) != 0) {
+            runException(state);
+            next = next + 1;
+        }
+        for (uint32_t i = next; i < tile.count(); ++i) {
+            next = i;
+            thread.index[0] = tile.x + i % tile.width;
+            thread.index[1] = tile.y + i / tile.width;
+            thread.index[2] = tile.z;
+            state.sbtData = data;
+            state.depth = 0;
+            raygen_(&state);
+        }
+    }
+
+private:
+    void runException(RayState& state) const {
+        if (!exception_)
+            return;
+        state.sbtData = reinterpret_cast<const void*>(launch_.sbt.exceptionRecord +
+                                                      sizeof(devlib::SbtHeader));
+        state.depth = 0;
+        exception_(&state);
+    }
+
+    const LaunchState& launch_;
+    devlib::ProgramFn raygen_;
+    devlib::ProgramFn exception_;
+};
+
+void runLaunch(const LaunchRequest& request) {
+    const Pipeline& pipeline = *request.pipeline;
+    LaunchState launch{};
+    // Reads beyond the caller's block see zeros; 64 bytes allow vector loads at the end.
+    std::vector<uint8_t> params((pipeline.launchParamsSize + 127) / 64 * 64);
+    if (pipeline.launchParamsSize != 0 && request.params)
+        std::memcpy(params.data(), request.params,
+                    std::min(request.paramsSize, pipeline.launchParamsSize));
+    launch.params = params.data();
+    launch.dimensions[0] = request.width;
+    launch.dimensions[1] = request.height;
+    launch.dimensions[2] = request.depth;
+    launch.maxTraceDepth = pipeline.limits.maxTraceDepth;
+    launch.sbt = request.sbt;
+    launch.groups = pipeline.groups.data();
+    launch.groupCount = uint32_t(pipeline.groups.size());
+    launch.exceptionFlags = pipeline.rules.exceptionFlags;
+    launch.hasAnyHit = pipeline.hasAnyHit;
+    launch.traversableGraphFlags = pipeline.rules.traversableGraphFlags;
+    launch.maxGraphDepth = pipeline.limits.maxGraphDepth;
+    launch.numAttributes = pipeline.rules.numAttributeValues;
+    launch.throwException = throwException;
+    devlib::TraceFeatures features;
+    features.anyHit = pipeline.hasAnyHit;
+    features.custom = pipeline.hasIntersection;
+    features.instancing = pipeline.rules.traversableGraphFlags != 1; // SINGLE_GAS alone
+    devlib::bindTrace(launch, features);
+
+    const devlib::GroupEntry& raygen =
+        entryOf(pipeline, request.sbt.raygenRecord, devlib::kGroupRaygen, "ray generation");
+    devlib::ProgramFn exception = nullptr;
+    if (request.sbt.exceptionRecord)
+        exception = entryOf(pipeline, request.sbt.exceptionRecord, devlib::kGroupException,
+                            "exception").main;
+
+    Tiling tiling(request.width, request.height, request.depth);
+    Runner runner(launch, raygen.main, exception);
+    parallelFor(tiling.count(), 1, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            runner.run(Tile(tiling, i));
+    });
+}
+
+} // namespace
+
+void launch(const std::shared_ptr<Context>& context, const LaunchRequest& request) {
+    context->device->enqueue(request.stream, [context, request] {
+        try {
+            runLaunch(request);
+        } catch (const Error& error) {
+            if (context->log)
+                context->log(LogLevel::kError, "LAUNCH", error.what());
+            throw;
+        }
+    });
+}
+
+} // namespace sunstone::engine

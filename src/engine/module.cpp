@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/module.h"
+
+#include "base/error.h"
+#include "ptx/parser.h"
+
+#include <algorithm>
+
+namespace sunstone::engine {
+
+const compiler::ModuleSummary::Program* Module::findProgram(std::string_view name) const {
+    for (const auto& program : summary.programs)
+        if (program.name == name)
+            return &program;
+    return nullptr;
+}
+
+std::shared_ptr<Module> createModule(std::string_view text, const compiler::PipelineRules& rules,
+                                     compiler::OptLevel optLevel, compiler::DebugLevel debugLevel,
+                                     std::string& feedback) {
+    ptx::Diagnostics diagnostics;
+    std::shared_ptr<const ptx::Module> tree = ptx::parse(text, diagnostics);
+    if (diagnostics.failed() || !tree)
+        throw Error(Code::kInvalidPtx, diagnostics.format());
+    feedback = diagnostics.format();
+    auto module = std::make_shared<Module>();
+    module->tree = std::move(tree);
+    module->rules = rules;
+    module->optLevel = optLevel;
+    module->debugLevel = debugLevel;
+    module->summary = compiler::inspect(*module->tree, rules);
+    return module;
+}
+
+unsigned estimateStackSize(const Module& module, std::string_view program) {
+    const ptx::Function* function = module.tree->findFunction(program);
+    if (!function)
+        return 0;
+    uint64_t bytes = 32; // return address and saved registers
+    for (const ptx::Variable& variable : function->variables)
+        if (variable.space == ptx::Space::kLocal)
+            bytes += variable.size;
+    // Values that live across a trace or call are spilled: a share of the registers is a fair guess.
+    const auto* summary = module.findProgram(program);
+    bool calls = std::any_of(function->body.begin(), function->body.end(), [](const auto& s) {
+        return s.kind == ptx::StatementKind::kInstruction && s.instruction.opcode == "call";
+    });
+    if (summary && summary->traces)
+        bytes += std::min<uint64_t>(function->registers.size(), 64) * 4;
+    else if (calls)
+        bytes += std::min<uint64_t>(function->registers.size(), 16) * 4;
+    return unsigned((bytes + 15) / 16 * 16);
+}
+
+} // namespace sunstone::engine

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// A device module: a checked PTX tree and what it offers. Machine code is made when a pipeline is
+// created, for what the pipeline reaches only.
+#pragma once
+
+#include "compiler/compiler.h"
+#include "engine/context.h"
+
+#include <memory>
+#include <string>
+
+namespace sunstone::engine {
+
+struct Module {
+    std::shared_ptr<const ptx::Module> tree;
+    compiler::ModuleSummary summary;
+    compiler::PipelineRules rules;
+    compiler::OptLevel optLevel = compiler::OptLevel::k3;
+    compiler::DebugLevel debugLevel = compiler::DebugLevel::kMinimal;
+
+    // The program of that name, or null.
+    const compiler::ModuleSummary::Program* findProgram(std::string_view name) const;
+};
+
+// Parses and checks `text` (up to its first NUL). Throws Error with a compile code; its text is
+// the full list of diagnostics. `feedback` receives warnings.
+std::shared_ptr<Module> createModule(std::string_view text, const compiler::PipelineRules& rules,
+                                     compiler::OptLevel optLevel, compiler::DebugLevel debugLevel,
+                                     std::string& feedback);
+
+// Bytes of stack a program is said to need, derived from its local memory, registers live across
+// calls and trace calls. An estimate known before machine code exists; never 0 for a real program.
+unsigned estimateStackSize(const Module& module, std::string_view program);
+
+} // namespace sunstone::engine

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Program groups and pipelines. A pipeline owns its machine code and a table from group number to
+// program addresses; groups and modules may die after it was made.
+#pragma once
+
+#include "engine/module.h"
+
+#include <string>
+#include <vector>
+
+namespace sunstone::engine {
+
+struct ProgramRef {
+    std::shared_ptr<const Module> module; // null: no such program
+    std::string function;
+    explicit operator bool() const { return module != nullptr; }
+};
+
+struct ProgramGroup {
+    uint32_t number = 0; // unique in its context
+    devlib::GroupKind kind = devlib::kGroupRaygen;
+    ProgramRef main;         // raygen, miss, exception or closest-hit
+    ProgramRef anyHit;
+    ProgramRef intersection;
+    ProgramRef direct;
+    ProgramRef continuation;
+};
+
+// Writes the 32-byte header of a shader-binding-table record.
+void packSbtHeader(const ProgramGroup& group, void* header);
+
+struct PipelineLimits {
+    unsigned maxTraceDepth = 1;
+    unsigned maxGraphDepth = 2;
+    unsigned directStackFromTraversal = 0;
+    unsigned directStackFromState = 0;
+    unsigned continuationStack = 0;
+};
+
+struct Pipeline {
+    std::unique_ptr<compiler::Code> code;
+    std::vector<devlib::GroupEntry> groups; // by group number
+    std::vector<uint8_t> groupPresent;      // by group number: a group of this pipeline
+    std::vector<devlib::GroupKind> groupKinds;
+    compiler::PipelineRules rules;
+    PipelineLimits limits;
+    uint64_t launchParamsSize = 0;          // 0: no program uses the variable
+    bool hasAnyHit = false;
+    bool hasIntersection = false;
+};
+
+// Compiles the programs of all groups into one piece of machine code. Throws kLinkError,
+// kInvalidValue, kInternal.
+std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
+                                         const compiler::PipelineRules& rules,
+                                         const PipelineLimits& limits);
+
+} // namespace sunstone::engine
