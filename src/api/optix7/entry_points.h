@@ -2,7 +2,7 @@
 // The functions behind the function table, by file. Signatures are those of the OptiX 7.4 API.
 #pragma once
 
-#include "optix_types.h"
+#include "optix.h"
 
 namespace sunstone::optix7 {
 

@@ -10,7 +10,7 @@
 #include "engine/context.h"
 #include "engine/pipeline.h"
 
-#include "optix_types.h"
+#include "optix.h"
 
 #include <atomic>
 #include <cstring>

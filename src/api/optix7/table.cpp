@@ -22,8 +22,9 @@ const char* getErrorString(OptixResult result) {
     return text ? text : "Unrecognized OptixResult code";
 }
 
-// What every entry point that is not there yet does: says so, with its name, and fails.
-OptixResult notSupported(const char* function, const void* handle) {
+// What every entry point that is not there yet does: says so, with its name, and fails. The first
+// argument of each is a handle; it reaches that context's log if it is a live context.
+OptixResult refuse(const char* function, const void* handle) {
     std::string text = message(function, ": not supported by this version of Sunstone");
     if (std::shared_ptr<DeviceContext> context = contexts().find(handle))
         context->log(LogLevel::kError, "ERROR", text);
@@ -32,10 +33,32 @@ OptixResult notSupported(const char* function, const void* handle) {
     return OPTIX_ERROR_NOT_SUPPORTED;
 }
 
-// The first argument of each such function is a context, module, task or denoiser handle; which
-// one it is does not matter, since only a live context is recognised.
-#define NOT_SUPPORTED(name)                                                                        \
-    +[](const void* handle) -> OptixResult { return notSupported(#name, handle); }
+// A name as a template argument.
+template <size_t N>
+struct Name {
+    char text[N];
+    constexpr Name(const char (&from)[N]) { // NOLINT: implicit so that literals convert
+        for (size_t i = 0; i < N; ++i)
+            text[i] = from[i];
+    }
+};
+
+template <class Function, Name kName>
+struct Missing;
+template <class First, class... Rest, Name kName>
+struct Missing<OptixResult (*)(First, Rest...), kName> {
+    static OptixResult call(First first, Rest...) {
+        return refuse(kName.text, reinterpret_cast<const void*>(first));
+    }
+};
+
+// Reserved slots have no meaning; calling one is harmless.
+void reservedSlot() {
+    refuse("a reserved slot of the function table", nullptr);
+}
+
+// The function of a slot, with the slot's own signature.
+#define MISSING(name) slot(&Missing<decltype(OptixFunctionTable::name), #name>::call)
 
 constexpr int kAbi74 = 55;
 constexpr size_t kSlots74 = 43;
@@ -54,18 +77,18 @@ void fillTable74(void** table) {
         slot(deviceContextDestroy),
         slot(deviceContextGetProperty),
         slot(deviceContextSetLogCallback),
-        slot(NOT_SUPPORTED(optixDeviceContextSetCacheEnabled)),
-        slot(NOT_SUPPORTED(optixDeviceContextSetCacheLocation)),
-        slot(NOT_SUPPORTED(optixDeviceContextSetCacheDatabaseSizes)),
-        slot(NOT_SUPPORTED(optixDeviceContextGetCacheEnabled)),
-        slot(NOT_SUPPORTED(optixDeviceContextGetCacheLocation)),
-        slot(NOT_SUPPORTED(optixDeviceContextGetCacheDatabaseSizes)),
+        MISSING(optixDeviceContextSetCacheEnabled),
+        MISSING(optixDeviceContextSetCacheLocation),
+        MISSING(optixDeviceContextSetCacheDatabaseSizes),
+        MISSING(optixDeviceContextGetCacheEnabled),
+        MISSING(optixDeviceContextGetCacheLocation),
+        MISSING(optixDeviceContextGetCacheDatabaseSizes),
         slot(moduleCreateFromPTX),
-        slot(NOT_SUPPORTED(optixModuleCreateFromPTXWithTasks)),
-        slot(NOT_SUPPORTED(optixModuleGetCompilationState)),
+        MISSING(optixModuleCreateFromPTXWithTasks),
+        MISSING(optixModuleGetCompilationState),
         slot(moduleDestroy),
-        slot(NOT_SUPPORTED(optixBuiltinISModuleGet)),
-        slot(NOT_SUPPORTED(optixTaskExecute)),
+        MISSING(optixBuiltinISModuleGet),
+        MISSING(optixTaskExecute),
         slot(programGroupCreate),
         slot(programGroupDestroy),
         slot(programGroupGetStackSize),
@@ -74,27 +97,27 @@ void fillTable74(void** table) {
         slot(pipelineSetStackSize),
         slot(accelComputeMemoryUsage),
         slot(accelBuild),
-        slot(NOT_SUPPORTED(optixAccelGetRelocationInfo)),
-        slot(NOT_SUPPORTED(optixAccelCheckRelocationCompatibility)),
-        slot(NOT_SUPPORTED(optixAccelRelocate)),
+        MISSING(optixAccelGetRelocationInfo),
+        MISSING(optixAccelCheckRelocationCompatibility),
+        MISSING(optixAccelRelocate),
         slot(accelCompact),
-        slot(NOT_SUPPORTED(optixConvertPointerToTraversableHandle)),
-        slot(NOT_SUPPORTED(reserved1)),
-        slot(NOT_SUPPORTED(reserved2)),
+        MISSING(optixConvertPointerToTraversableHandle),
+        slot(reservedSlot),
+        slot(reservedSlot),
         slot(sbtRecordPackHeader),
         slot(launch),
-        slot(NOT_SUPPORTED(optixDenoiserCreate)),
-        slot(NOT_SUPPORTED(optixDenoiserDestroy)),
-        slot(NOT_SUPPORTED(optixDenoiserComputeMemoryResources)),
-        slot(NOT_SUPPORTED(optixDenoiserSetup)),
-        slot(NOT_SUPPORTED(optixDenoiserInvoke)),
-        slot(NOT_SUPPORTED(optixDenoiserComputeIntensity)),
-        slot(NOT_SUPPORTED(optixDenoiserComputeAverageColor)),
-        slot(NOT_SUPPORTED(optixDenoiserCreateWithUserModel)),
+        MISSING(optixDenoiserCreate),
+        MISSING(optixDenoiserDestroy),
+        MISSING(optixDenoiserComputeMemoryResources),
+        MISSING(optixDenoiserSetup),
+        MISSING(optixDenoiserInvoke),
+        MISSING(optixDenoiserComputeIntensity),
+        MISSING(optixDenoiserComputeAverageColor),
+        MISSING(optixDenoiserCreateWithUserModel),
     };
     std::memcpy(table, slots, sizeof(slots));
 }
-#undef NOT_SUPPORTED
+#undef MISSING
 
 OptixResult fail(OptixResult result, const std::string& text) {
     log(LogLevel::kError, "optix7", message("optixQueryFunctionTable: ", text));
