@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+// OptiX 7.4 host functions. Applications call them through optix_stubs.h, which loads the library.
+// Read optix_7_types.h for the structs. Source: OptiX API reference 7.4, sections 3.2 to 3.11; the
+// section of each function stands at its end.
+//
+// Rules for all: anything but OPTIX_SUCCESS is an error and leaves a log line naming parameter,
+// value and rule. Functions are thread-safe, except that an object must not be destroyed while in
+// use. Work is queued on the given stream, whose CUDA context must be current; handles and sizes
+// are returned at once. OPTIX_ERROR_INVALID_VALUE: a required pointer is null, a number is out of
+// range, an address misaligned. OPTIX_ERROR_INVALID_DEVICE_CONTEXT: the context is not a living
+// one.
+//
+// "Log string" below: logString (optional) gets what the compiler has to say about this call; the
+// context's log callback gets it too. logStringSize (optional): in, capacity in bytes; out, length
+// of the whole text with its terminating zero, which may exceed the capacity; what fits is written.
+#ifndef SUNSTONE_OPTIX7_OPTIX_7_HOST_H
+#define SUNSTONE_OPTIX7_OPTIX_7_HOST_H
+
+#include "optix_7_types.h"
+
+#if !defined(OPTIX_DONT_INCLUDE_CUDA)
+#include <cuda.h> /* CUcontext, CUstream; define the macro and the types to use another header */
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Errors ---------------------------------------------------------------------------------- */
+
+/** Spelling of the enumerator, or "Unrecognized OptixResult code". Never null. [3.3.2.1] */
+const char* optixGetErrorName(OptixResult result);
+/** Short description, or "Unrecognized OptixResult code". Never null. [3.3.2.2] */
+const char* optixGetErrorString(OptixResult result);
+
+/* ---- Device context -------------------------------------------------------------------------- */
+
+/** Makes a context on the device of fromContext; 0 means the calling thread's CUDA context.
+    options: null for all zero.
+    OPTIX_ERROR_CUDA_NOT_INITIALIZED: fromContext is 0 and there is none. OPTIX_ERROR_CUDA_ERROR,
+    OPTIX_ERROR_HOST_OUT_OF_MEMORY, OPTIX_ERROR_INTERNAL_ERROR. [3.4.2.1] */
+OptixResult optixDeviceContextCreate(CUcontext fromContext,
+                                     const OptixDeviceContextOptions* options,
+                                     OptixDeviceContext* context);
+/** Waits for launches under way, then destroys the context and all objects made from it. No other
+    thread may be using it. [3.4.2.2] */
+OptixResult optixDeviceContextDestroy(OptixDeviceContext context);
+/** Writes a property to value; sizeInBytes is that of value, 4 for all properties. [3.4.2.6] */
+OptixResult optixDeviceContextGetProperty(OptixDeviceContext context, OptixDeviceProperty property,
+                                          void* value, size_t sizeInBytes);
+/** Sets who gets log messages up to callbackLevel; a null function or level 0: nobody. Function and
+    data change together, the level on its own. [3.4.2.10] */
+OptixResult optixDeviceContextSetLogCallback(OptixDeviceContext context,
+                                             OptixLogCallback callbackFunction, void* callbackData,
+                                             unsigned int callbackLevel);
+/** Turns the disk cache on (1) or off (0). OPTIX_ERROR_DISK_CACHE_*: it cannot be opened.
+    The environment variable OPTIX_CACHE_MAXSIZE=0 turns it off whatever is set here. [3.4.2.8] */
+OptixResult optixDeviceContextSetCacheEnabled(OptixDeviceContext context, int enabled);
+/** Sets the folder of the disk cache; it is made if missing and must serve no other purpose. If it
+    cannot be used: OPTIX_ERROR_DISK_CACHE_* and the cache is off; with the cache off the error
+    comes when it is turned on. OPTIX_CACHE_PATH takes precedence. [3.4.2.9] */
+OptixResult optixDeviceContextSetCacheLocation(OptixDeviceContext context, const char* location);
+/** Sets the limits of the disk cache in bytes: when an entry would lift it above highWaterMark, old
+    ones go until it is at lowWaterMark with the new one inside. 0 for either: no limit.
+    OPTIX_ERROR_INVALID_VALUE: both non-zero and high below low. OPTIX_CACHE_MAXSIZE takes
+    precedence, with half of it as low mark. [3.4.2.7] */
+OptixResult optixDeviceContextSetCacheDatabaseSizes(OptixDeviceContext context, size_t lowWaterMark,
+                                                    size_t highWaterMark);
+/** Tells whether the disk cache is on (1) or off (0). [3.4.2.4] */
+OptixResult optixDeviceContextGetCacheEnabled(OptixDeviceContext context, int* enabled);
+/** Writes the folder of the disk cache to location (locationSize bytes); an empty string if
+    OPTIX_CACHE_MAXSIZE=0. OPTIX_ERROR_INVALID_VALUE: too small. [3.4.2.5] */
+OptixResult optixDeviceContextGetCacheLocation(OptixDeviceContext context, char* location,
+                                               size_t locationSize);
+/** Returns the limits of the disk cache in bytes; 0 and 0 if OPTIX_CACHE_MAXSIZE=0. [3.4.2.3] */
+OptixResult optixDeviceContextGetCacheDatabaseSizes(OptixDeviceContext context,
+                                                    size_t* lowWaterMark, size_t* highWaterMark);
+
+/* ---- Pipelines ------------------------------------------------------------------------------- */
+
+/** Links program groups into a pipeline. pipelineCompileOptions: as for all its modules.
+    OPTIX_ERROR_INVALID_VALUE: also for bound values that contradict each other;
+    OPTIX_ERROR_PIPELINE_LINK_ERROR: symbols missing or defined twice, or options differ;
+    OPTIX_ERROR_PIPELINE_OUT_OF_CONSTANT_MEMORY. Log string: see above. [3.5.2.1] */
+OptixResult optixPipelineCreate(OptixDeviceContext context,
+                                const OptixPipelineCompileOptions* pipelineCompileOptions,
+                                const OptixPipelineLinkOptions* pipelineLinkOptions,
+                                const OptixProgramGroup* programGroups,
+                                unsigned int numProgramGroups, char* logString,
+                                size_t* logStringSize, OptixPipeline* pipeline);
+/** Destroys a pipeline that no other thread is using. [3.5.2.2] */
+OptixResult optixPipelineDestroy(OptixPipeline pipeline);
+/** Sets stack sizes in bytes: for direct callables called from intersection and any-hit programs
+    (FromTraversal), from ray generation, miss and closest-hit programs (FromState), and for all
+    the rest. optix_stack_size.h computes them. maxTraversableGraphDepth: most traversables on a
+    path, each structure and each motion transform counting one. If never called: right for call
+    trees of depth 2 and no motion transforms. [3.5.2.3] */
+OptixResult optixPipelineSetStackSize(OptixPipeline pipeline,
+                                      unsigned int directCallableStackSizeFromTraversal,
+                                      unsigned int directCallableStackSizeFromState,
+                                      unsigned int continuationStackSize,
+                                      unsigned int maxTraversableGraphDepth);
+
+/* ---- Modules and tasks ------------------------------------------------------------------------
+ */
+
+/** Compiles PTX text, read up to PTXsize bytes or the first zero byte. Log string: see above.
+    OPTIX_ERROR_INVALID_VALUE: null arguments, bad options or bound values;
+    OPTIX_ERROR_INVALID_PTX: faulty text; OPTIX_ERROR_INVALID_FUNCTION_USE and its neighbours:
+    device functions used wrongly; OPTIX_ERROR_INTERNAL_COMPILER_ERROR. [3.6.2.2] */
+OptixResult optixModuleCreateFromPTX(OptixDeviceContext context,
+                                     const OptixModuleCompileOptions* moduleCompileOptions,
+                                     const OptixPipelineCompileOptions* pipelineCompileOptions,
+                                     const char* PTX, size_t PTXsize, char* logString,
+                                     size_t* logStringSize, OptixModule* module);
+/** As optixModuleCreateFromPTX, but returns soon with a task; optixTaskExecute does the work. Text
+    and log string must live until the module is COMPLETED or FAILED. [3.6.2.3] */
+OptixResult optixModuleCreateFromPTXWithTasks(
+    OptixDeviceContext context, const OptixModuleCompileOptions* moduleCompileOptions,
+    const OptixPipelineCompileOptions* pipelineCompileOptions, const char* PTX, size_t PTXsize,
+    char* logString, size_t* logStringSize, OptixModule* module, OptixTask* firstTask);
+/** Tells how far a module compiled with tasks is; from any thread. [3.6.2.5] */
+OptixResult optixModuleGetCompilationState(OptixModule module, OptixModuleCompileState* state);
+/** Destroys a module that no program group uses.
+    OPTIX_ERROR_ILLEGAL_DURING_TASK_EXECUTE: one of its tasks is running. [3.6.2.4] */
+OptixResult optixModuleDestroy(OptixModule module);
+/** Returns the module with the intersection program of a built-in primitive, for
+    OptixProgramGroupHitgroup::moduleIS with a null name. [3.6.2.1] */
+OptixResult optixBuiltinISModuleGet(OptixDeviceContext context,
+                                    const OptixModuleCompileOptions* moduleCompileOptions,
+                                    const OptixPipelineCompileOptions* pipelineCompileOptions,
+                                    const OptixBuiltinISOptions* builtinISOptions,
+                                    OptixModule* builtinModule);
+/** Runs a task, on any thread and in any order. It may leave more work: up to maxNumAdditionalTasks
+    tasks in additionalTasks, their number in numAdditionalTasksCreated. [3.7.2.1] */
+OptixResult optixTaskExecute(OptixTask task, OptixTask* additionalTasks,
+                             unsigned int maxNumAdditionalTasks,
+                             unsigned int* numAdditionalTasksCreated);
+
+/* ---- Program groups ---------------------------------------------------------------------------
+ */
+
+/** Returns what the programs of a group need of the stacks; 0 where it has none. [3.8.2.3] */
+OptixResult optixProgramGroupGetStackSize(OptixProgramGroup programGroup,
+                                          OptixStackSizes* stackSizes);
+/** Makes numProgramGroups groups from as many descriptions. options: null for all zero. Log string:
+    see above. OPTIX_ERROR_INVALID_VALUE: also if a name is not in its module or lacks the prefix of
+    its kind; OPTIX_ERROR_PAYLOAD_TYPE_MISMATCH, OPTIX_ERROR_PAYLOAD_TYPE_RESOLUTION_FAILED: see
+    OptixProgramGroupOptions. [3.8.2.1] */
+OptixResult optixProgramGroupCreate(OptixDeviceContext context,
+                                    const OptixProgramGroupDesc* programDescriptions,
+                                    unsigned int numProgramGroups,
+                                    const OptixProgramGroupOptions* options, char* logString,
+                                    size_t* logStringSize, OptixProgramGroup* programGroups);
+/** Destroys a group that no other thread is using. [3.8.2.2] */
+OptixResult optixProgramGroupDestroy(OptixProgramGroup programGroup);
+
+/* ---- Launch -----------------------------------------------------------------------------------
+ */
+
+/** Runs the ray generation program width * height * depth times (at most 2^30, none of them 0).
+    pipelineParams: device address of pipelineParamsSize bytes, copied in stream order into the
+    launch parameter variable, and ignored if no module has it; OPTIX_ERROR_INVALID_VALUE if larger
+    than it. sbt: on the host, its records on the device. Launches of one pipeline must not
+    overlap. [3.9.2.1] */
+OptixResult optixLaunch(OptixPipeline pipeline, CUstream stream, CUdeviceptr pipelineParams,
+                        size_t pipelineParamsSize, const OptixShaderBindingTable* sbt,
+                        unsigned int width, unsigned int height, unsigned int depth);
+/** Writes the OPTIX_SBT_RECORD_HEADER_SIZE bytes at the start of a record, on the host; they may be
+    copied freely and used with every pipeline that contains the group. [3.9.2.2] */
+OptixResult optixSbtRecordPackHeader(OptixProgramGroup programGroup,
+                                     void* sbtRecordHeaderHostPointer);
+
+/* ---- Acceleration structures ------------------------------------------------------------------
+ */
+
+/** Computes buffer sizes for a build of inputs of this shape; reads host memory only.
+    numBuildInputs: at least 1. [3.10.2.4] */
+OptixResult optixAccelComputeMemoryUsage(OptixDeviceContext context,
+                                         const OptixAccelBuildOptions* accelOptions,
+                                         const OptixBuildInput* buildInputs,
+                                         unsigned int numBuildInputs,
+                                         OptixAccelBufferSizes* bufferSizes);
+/** Builds or updates a structure in outputBuffer, which it never leaves; tempBuffer and the inputs
+   may go when the stream is done. Both buffers at OPTIX_ACCEL_BUFFER_BYTE_ALIGNMENT and at least as
+    large as optixAccelComputeMemoryUsage says. numBuildInputs: at least 1, for instances exactly 1.
+    emittedProperties: numEmittedProperties of them, may be 0. [3.10.2.1] */
+OptixResult optixAccelBuild(OptixDeviceContext context, CUstream stream,
+                            const OptixAccelBuildOptions* accelOptions,
+                            const OptixBuildInput* buildInputs, unsigned int numBuildInputs,
+                            CUdeviceptr tempBuffer, size_t tempBufferSizeInBytes,
+                            CUdeviceptr outputBuffer, size_t outputBufferSizeInBytes,
+                            OptixTraversableHandle* outputHandle,
+                            const OptixAccelEmitDesc* emittedProperties,
+                            unsigned int numEmittedProperties);
+/** Returns what is needed to move a structure or its copies.
+    OPTIX_ERROR_INVALID_VALUE: handle is not from a build. [3.10.2.5] */
+OptixResult optixAccelGetRelocationInfo(OptixDeviceContext context, OptixTraversableHandle handle,
+                                        OptixAccelRelocationInfo* info);
+/** Sets compatible to 1 if a structure described by info can be used on the context's device, else
+    to 0. A device is compatible with itself. [3.10.2.2] */
+OptixResult optixAccelCheckRelocationCompatibility(OptixDeviceContext context,
+                                                   const OptixAccelRelocationInfo* info,
+                                                   int* compatible);
+/** Makes a copy usable at its new place: targetAccel holds all targetAccelSizeInBytes bytes of the
+    original, at OPTIX_ACCEL_BUFFER_BYTE_ALIGNMENT; the original may be gone. Instance structures:
+    instanceTraversableHandles is a device array of as many new child handles as there are
+    instances; 0 and 0 keep the old ones. Boxes are not recomputed. [3.10.2.6] */
+OptixResult optixAccelRelocate(OptixDeviceContext context, CUstream stream,
+                               const OptixAccelRelocationInfo* info,
+                               CUdeviceptr instanceTraversableHandles,
+                               size_t numInstanceTraversableHandles, CUdeviceptr targetAccel,
+                               size_t targetAccelSizeInBytes, OptixTraversableHandle* targetHandle);
+/** Copies a structure built with ALLOW_COMPACTION into less memory: outputBuffer at
+    OPTIX_ACCEL_BUFFER_BYTE_ALIGNMENT, at least the emitted COMPACTED_SIZE, not overlapping the
+    source, which may be freed when the stream is done. [3.10.2.3] */
+OptixResult optixAccelCompact(OptixDeviceContext context, CUstream stream,
+                              OptixTraversableHandle inputHandle, CUdeviceptr outputBuffer,
+                              size_t outputBufferSizeInBytes, OptixTraversableHandle* outputHandle);
+/** Makes a handle (in host memory) of a transform in device memory, at
+    OPTIX_TRANSFORM_BYTE_ALIGNMENT. [3.10.2.7] */
+OptixResult optixConvertPointerToTraversableHandle(OptixDeviceContext onDevice, CUdeviceptr pointer,
+                                                   OptixTraversableType traversableType,
+                                                   OptixTraversableHandle* traversableHandle);
+
+/* ---- Denoiser ---------------------------------------------------------------------------------
+ */
+
+/** Makes a denoiser with a built-in model. [3.11.2.4] */
+OptixResult optixDenoiserCreate(OptixDeviceContext context, OptixDenoiserModelKind modelKind,
+                                const OptixDenoiserOptions* options, OptixDenoiser* denoiser);
+/** Makes a denoiser with the model in userData, which is read during the call only; the model
+    decides on kind and guide images. OPTIX_ERROR_INVALID_FILE_FORMAT: not a model. [3.11.2.5] */
+OptixResult optixDenoiserCreateWithUserModel(OptixDeviceContext context, const void* userData,
+                                             size_t userDataSizeInBytes, OptixDenoiser* denoiser);
+/** Destroys a denoiser and what it holds on the host. [3.11.2.6] */
+OptixResult optixDenoiserDestroy(OptixDenoiser denoiser);
+/** Returns the memory a denoiser needs for images of outputWidth * outputHeight pixels; tiles
+    without their overlap. [3.11.2.3] */
+OptixResult optixDenoiserComputeMemoryResources(const OptixDenoiser denoiser,
+                                                unsigned int outputWidth, unsigned int outputHeight,
+                                                OptixDenoiserSizes* returnSizes);
+/** Initialises the state memory. inputWidth, inputHeight: largest input image, tiles with overlap
+   on both sides. [3.11.2.8] */
+OptixResult optixDenoiserSetup(OptixDenoiser denoiser, CUstream stream, unsigned int inputWidth,
+                               unsigned int inputHeight, CUdeviceptr denoiserState,
+                               size_t denoiserStateSizeInBytes, CUdeviceptr scratch,
+                               size_t scratchSizeInBytes);
+/** Denoises numLayers images. layers[0] is the beauty image, others are for AOV models only.
+    guideLayer: required; images not enabled at creation are ignored, temporal models need flow.
+    inputOffsetX, inputOffsetY: first pixel of a tile without its overlap; 0 for whole images and at
+    image borders. State must live on, scratch only during the call.
+    OPTIX_ERROR_DENOISER_NOT_INITIALIZED: optixDenoiserSetup has not been called. [3.11.2.7] */
+OptixResult optixDenoiserInvoke(OptixDenoiser denoiser, CUstream stream,
+                                const OptixDenoiserParams* params, CUdeviceptr denoiserState,
+                                size_t denoiserStateSizeInBytes,
+                                const OptixDenoiserGuideLayer* guideLayer,
+                                const OptixDenoiserLayer* layers, unsigned int numLayers,
+                                unsigned int inputOffsetX, unsigned int inputOffsetY,
+                                CUdeviceptr scratch, size_t scratchSizeInBytes);
+/** Computes the factor that brings an image to middle grey: 0.18 / exp(mean of log(luminance)),
+   over the pixels whose luminance 0.212586 r + 0.715170 g + 0.072200 b exceeds 1e-8.
+   outputIntensity: one float on the device. Image: 3 or 4 floats or halves per pixel. scratch: at
+   least 4 * (2 + width * height) bytes. [3.11.2.2] */
+OptixResult optixDenoiserComputeIntensity(OptixDenoiser denoiser, CUstream stream,
+                                          const OptixImage2D* inputImage,
+                                          CUdeviceptr outputIntensity, CUdeviceptr scratch,
+                                          size_t scratchSizeInBytes);
+/** Computes the mean logarithm of each colour channel. outputAverageColor: three floats on the
+    device. Image as above. scratch: at least 4 * (3 + 3 * width * height) bytes. [3.11.2.1] */
+OptixResult optixDenoiserComputeAverageColor(OptixDenoiser denoiser, CUstream stream,
+                                             const OptixImage2D* inputImage,
+                                             CUdeviceptr outputAverageColor, CUdeviceptr scratch,
+                                             size_t scratchSizeInBytes);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Device functions under their version-independent header name; read optix_7_device.h next. What
+// the two macros do is told in optix_types.h. Source: OptiX API reference 7.4, section 6.9.
+#ifndef SUNSTONE_OPTIX7_OPTIX_DEVICE_H
+#define SUNSTONE_OPTIX7_OPTIX_DEVICE_H
+
+#ifndef __OPTIX_INCLUDE_INTERNAL_HEADERS__
+#define __OPTIX_INCLUDE_INTERNAL_HEADERS__
+#define __UNDEF_OPTIX_INCLUDE_INTERNAL_HEADERS_OPTIX_DEVICE_H__
+#endif
+
+#include "optix_7_device.h"
+
+#ifdef __UNDEF_OPTIX_INCLUDE_INTERNAL_HEADERS_OPTIX_DEVICE_H__
+#undef __OPTIX_INCLUDE_INTERNAL_HEADERS__
+#undef __UNDEF_OPTIX_INCLUDE_INTERNAL_HEADERS_OPTIX_DEVICE_H__
+#endif
+
+#endif
