@@ -13,6 +13,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 namespace sunstone::ptx {
@@ -49,7 +50,8 @@ struct Relocation {
     std::string_view symbol;
     int64_t addend = 0;
     bool generic = false;     // generic(sym): address in generic space
-    uint8_t mask = 0;         // 0, or the byte selector of the 0xFF(...) form
+    uint8_t mask = 0;         // 0, or bit k set: only byte k of the address, the 0xFF(...) form
+                              // (runs of all bytes of one address are merged into one word)
     unsigned size = 8;        // bytes the address takes
 };
 
@@ -65,6 +67,9 @@ struct Variable {
     uint64_t size = 0;                   // bytes in all; 0 for unsized arrays
     bool isArray = false;
     bool isPointer = false;              // kernel parameter marked .ptr
+    bool isManaged = false;              // .attribute(.managed)
+    Space pointerSpace = Space::kNone;   // .ptr.global and the like; kNone = generic
+    unsigned pointerAlignment = 0;       // .ptr ... .align N; 0 = not given
     bool hasInitializer = false;
     std::vector<uint8_t> initializer;    // may be shorter than size: the rest is zero
     std::vector<Relocation> relocations;
@@ -83,9 +88,11 @@ enum class OperandKind : uint8_t {
     kRegister,    // index = register; `negated` for !p
     kInteger,     // integer = value (two's complement)
     kFloat,       // integer = bits: 32 or 64 as floatBits says (0f..., 0d..., decimal = 64)
-    kSymbol,      // name of a variable, function or parameter, maybe with `offset`
+    kSymbol,      // name of a variable, function, parameter or .branchtargets list, maybe with
+                  // `offset`, maybe indexed by a register (see scale)
     kSpecial,     // name of a special register, "%tid.x"
-    kAddress,     // [base + offset]: base register (index) or symbol (name) or neither
+    kAddress,     // [base + offset]: base register (index) or symbol (name) or neither; both for
+                  // sym[%r], see scale
     kVector,      // {a, b, ...}: elements
     kLabel,       // index = label
     kSink,        // _
@@ -98,9 +105,12 @@ struct Operand {
     bool negated = false;      // !p or a leading minus before a register
     uint8_t floatBits = 0;
     uint32_t index = ~0u;      // register or label
-    int8_t component = -1;     // .x .y .z .w (0..3) of a vector register
+    int8_t component = -1;     // .x .y .z .w (0..3) of a vector register; 4..7 = .b0 .. .b3 and
+                               // 8, 9 = .h0 .h1 of a video instruction's operand
     int64_t integer = 0;
-    int64_t offset = 0;        // kSymbol, kAddress
+    int64_t offset = 0;        // kSymbol, kAddress: bytes
+    uint32_t scale = 0;        // kSymbol, kAddress with name and index, the sym[%r] form: the
+                               // address is name + register * scale + offset. 0 otherwise
     std::string_view name;     // kSymbol, kSpecial, kAddress on a symbol
     std::vector<Operand> elements;
     Location location;
@@ -158,6 +168,12 @@ struct BranchTargets {
     std::vector<uint32_t> labels;
 };
 
+// The functions an indirect call may reach, from .calltargets.
+struct CallTargets {
+    std::string_view name;
+    std::vector<std::string_view> functions;
+};
+
 struct Function {
     std::string_view name;
     Linkage linkage = Linkage::kInternal;
@@ -168,16 +184,22 @@ struct Function {
     std::vector<Variable> parameters;  // space kParam or kReg; kReg ones are also in `registers`
     std::vector<uint32_t> resultRegisters;    // register index per result, ~0u if it is a .param
     std::vector<uint32_t> parameterRegisters; // same for parameters
-    std::vector<Register> registers;
+    std::vector<Register> registers;   // of a range only the registers that are used
     std::vector<std::string_view> labels;
     std::vector<Variable> variables;   // .local, .shared, .param, .global, .const declared in the body;
                                        // names made unique within the function
     std::vector<Prototype> prototypes;
     std::vector<BranchTargets> branchTargets;
+    std::vector<CallTargets> callTargets;
     std::vector<Statement> body;       // braces flattened
     uint32_t maxThreads[3] = {0, 0, 0};      // .maxntid
     uint32_t requiredThreads[3] = {0, 0, 0}; // .reqntid
     uint32_t minBlocks = 0;                  // .minnctapersm
+    uint32_t maxBlocks = 0;                  // .maxnctapersm
+    uint32_t maxRegisters = 0;               // .maxnreg
+    uint32_t requiredCluster[3] = {0, 0, 0}; // .reqnctapercluster
+    uint32_t maxClusterRank = 0;             // .maxclusterrank
+    bool explicitCluster = false;            // .explicitcluster
     Location location;
 };
 
@@ -186,11 +208,17 @@ struct Module {
     std::vector<std::unique_ptr<std::string>> generated; // names made by the parser
     unsigned versionMajor = 0, versionMinor = 0;
     std::string_view target;               // "sm_75"
+    std::vector<std::string_view> targetOptions; // "debug", "texmode_independent", ...
     unsigned addressSize = 64;
     std::vector<std::string> files;        // .file table, index as in .loc; [0] unused
     std::vector<Variable> variables;       // module scope
     std::vector<Function> functions;       // declarations and definitions
     std::vector<std::pair<std::string_view, std::string_view>> aliases;
+
+    // Name to index, filled by the parser; whoever adds functions or variables to a parsed module
+    // adds them here too. Empty maps mean: search.
+    std::unordered_map<std::string_view, uint32_t> functionIndex;
+    std::unordered_map<std::string_view, uint32_t> variableIndex;
 
     Module() = default;
     Module(const Module&) = delete;

@@ -5,6 +5,7 @@
 #include "ptx/ast.h"
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace sunstone::ptx {
@@ -33,5 +34,23 @@ private:
     std::vector<Diagnostic> list_;
     size_t errors_ = 0;
 };
+
+// Finds the name a misspelt one may stand for: offer() the known names, then ask for hint().
+class Nearest {
+public:
+    explicit Nearest(std::string_view name) : name_(name) {}
+    void offer(std::string_view candidate);
+    // " (did you mean 'x'?)", or empty where nothing is close.
+    std::string hint() const;
+
+private:
+    std::string_view name_;
+    std::string found_;
+    size_t best_ = 4; // distances below this count as close
+    size_t offered_ = 0;
+};
+
+// A piece of the text in quotes: shortened, unprintable bytes replaced.
+std::string quoted(std::string_view text);
 
 } // namespace sunstone::ptx

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// Function headers: results, name, parameters, performance directives; prototypes of indirect
+// calls. See parser_impl.h; bodies are in bodies.cpp.
+#include "ptx/parser_impl.h"
+
+namespace sunstone::ptx {
+
+// ( param {, param} )
+std::vector<Variable> Parser::parseParameters(bool prototype) {
+    std::vector<Variable> parameters;
+    expect('(', "of the parameter list");
+    if (accept(')'))
+        return parameters;
+    do
+        parameters.push_back(parseParameter(prototype));
+    while (accept(','));
+    expect(')', "after the parameters");
+    return parameters;
+}
+
+Variable Parser::parseParameter(bool prototype) {
+    Variable parameter;
+    parameter.location = token_.location;
+    if (token_.kind != TokenKind::kDotWord || !parseSpace(token_.text, parameter.space) ||
+        (parameter.space != Space::kParam && parameter.space != Space::kReg))
+        unexpected(".param or .reg");
+    advance();
+    parseVariableType(parameter);
+    if (prototype && token_.kind != TokenKind::kIdentifier) {
+        finishSize(parameter); // the '_' may be left out
+        return parameter;
+    }
+    parameter.location = token_.location;
+    parameter.name = expectName("a parameter name");
+    parseDimensions(parameter);
+    finishSize(parameter);
+    return parameter;
+}
+
+void Parser::parseTriple(uint32_t (&values)[3]) {
+    values[0] = values[1] = values[2] = 1;
+    for (int i = 0; i < 3; ++i) {
+        values[i] = static_cast<uint32_t>(expectInteger("a size", 0xFFFFFFFF));
+        if (!accept(','))
+            return;
+    }
+    unexpected("at most three sizes");
+}
+
+// Directives between the parameters and the body.
+void Parser::parseFunctionAttributes() {
+    constexpr uint64_t kMax = 0xFFFFFFFF;
+    while (token_.kind == TokenKind::kDotWord) {
+        const std::string_view word = token_.text;
+        if (word == "pragma") {
+            parsePragma();
+            continue;
+        }
+        if (word == "loc") {
+            parseLoc();
+            continue;
+        }
+        const Location location = token_.location;
+        advance();
+        if (word == "noreturn")
+            function_.noreturn = true;
+        else if (word == "maxntid")
+            parseTriple(function_.maxThreads);
+        else if (word == "reqntid")
+            parseTriple(function_.requiredThreads);
+        else if (word == "minnctapersm")
+            function_.minBlocks = static_cast<uint32_t>(expectInteger("a number", kMax));
+        else if (word == "maxnctapersm")
+            function_.maxBlocks = static_cast<uint32_t>(expectInteger("a number", kMax));
+        else if (word == "maxnreg")
+            function_.maxRegisters = static_cast<uint32_t>(expectInteger("a number", kMax));
+        else if (word == "reqnctapercluster")
+            parseTriple(function_.requiredCluster);
+        else if (word == "maxclusterrank")
+            function_.maxClusterRank = static_cast<uint32_t>(expectInteger("a number", kMax));
+        else if (word == "explicitcluster" || word == "blocksareclusters")
+            function_.explicitCluster = true;
+        else if (word == "abi_preserve" || word == "abi_preserve_control")
+            expectInteger("a number", kMax); // register allocation of the vendor's ABI: not ours
+        else if (word == "attribute") {
+            Variable ignored; // .unified: an identity for the vendor's linker
+            parseAttribute(ignored);
+        } else
+            fault(location, "unknown function directive " + quoted("." + std::string(word)));
+    }
+}
+
+// Parameters and results are the outermost scope of the body.
+void Parser::declareParameters(std::vector<Variable>& variables, std::vector<uint32_t>& registers,
+                               SymbolKind kind) {
+    for (uint32_t i = 0; i < variables.size(); ++i) {
+        const Variable& variable = variables[i];
+        registers.push_back(~0u);
+        if (variable.name == "_")
+            continue;
+        if (variable.space == Space::kReg) {
+            registers.back() = static_cast<uint32_t>(function_.registers.size());
+            Register pattern;
+            pattern.type = variable.type;
+            pattern.vector = variable.vector;
+            pattern.location = variable.location;
+            declareRegister(variable.name, pattern);
+            continue;
+        }
+        const NameId name = names_.intern(variable.name);
+        if (const auto earlier = scopes_.declare(name, {kind, i, variable.location}))
+            fault(variable.location, "parameter " + quoted(variable.name) +
+                                         " is declared twice; first at line " +
+                                         std::to_string(earlier->location.line));
+        uniqueName(variable.name, variableStamps_); // takes the name: body variables give way
+    }
+}
+
+void Parser::addFunction(Function&& function) {
+    const auto variable = module_.variableIndex.find(function.name);
+    if (variable != module_.variableIndex.end())
+        fault(function.location, "function " + quoted(function.name) +
+                                     " has the name of a variable declared at line " +
+                                     std::to_string(
+                                         module_.variables[variable->second].location.line));
+    const uint32_t index = static_cast<uint32_t>(module_.functions.size());
+    const auto [entry, added] = module_.functionIndex.emplace(function.name, index);
+    if (!added) {
+        const Function& first = module_.functions[entry->second];
+        if (first.hasBody && function.hasBody)
+            fault(function.location, "function " + quoted(function.name) +
+                                         " is defined twice; first at line " +
+                                         std::to_string(first.location.line));
+        if (function.hasBody)
+            entry->second = index;
+    }
+    module_.functions.push_back(std::move(function));
+}
+
+// After .entry or .func: [attributes] [(results)] name [(parameters)] [directives] body or ';'
+void Parser::parseFunction(Linkage linkage, bool isEntry) {
+    function_ = Function();
+    source_ = SourcePosition();
+    ++functionNumber_;
+    scopes_.beginFunction();
+    function_.linkage = linkage;
+    function_.isEntry = isEntry;
+    parseFunctionAttributes();
+    if (at('(')) {
+        if (isEntry)
+            fault(token_.location, "an .entry function has no results");
+        function_.results = parseParameters(false);
+    }
+    function_.location = token_.location;
+    function_.name = expectName("a function name");
+    if (at('('))
+        function_.parameters = parseParameters(false);
+    parseFunctionAttributes();
+    if (isEntry) {
+        for (const Variable& parameter : function_.parameters)
+            if (parameter.space != Space::kParam)
+                fault(parameter.location, "parameters of an .entry function must be .param");
+    }
+    if (accept(';'))
+        return addFunction(std::move(function_));
+    if (!at('{'))
+        unexpected("'{' of the function body, or ';'");
+    function_.hasBody = true;
+    scopes_.open();
+    declareParameters(function_.results, function_.resultRegisters, SymbolKind::kResult);
+    declareParameters(function_.parameters, function_.parameterRegisters, SymbolKind::kParameter);
+    parseBody();
+    addFunction(std::move(function_));
+}
+
+// After the label: .callprototype [(results)] _ (parameters) [.noreturn] ;
+void Parser::parsePrototype(Prototype& prototype) {
+    if (at('('))
+        prototype.results = parseParameters(true);
+    expectName("'_' in the place of the function's name");
+    if (at('('))
+        prototype.parameters = parseParameters(true);
+    while (token_.kind == TokenKind::kDotWord) {
+        const bool counted = token_.text == "abi_preserve" || token_.text == "abi_preserve_control";
+        if (!counted && token_.text != "noreturn")
+            unexpected("';' after the prototype");
+        advance();
+        if (counted)
+            expectInteger("a number", 0xFFFFFFFF);
+    }
+    expect(';', "after the prototype");
+}
+
+} // namespace sunstone::ptx

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// PTX text to tokens, one at a time. Dots start words of their own (".global", ".v4", ".L2::128B"),
+// so that "ld.global.u32" is an identifier and two dot words. Comments and white space vanish.
+#pragma once
+
+#include "ptx/ast.h"
+#include "ptx/diagnostics.h"
+
+#include <string_view>
+
+namespace sunstone::ptx {
+
+enum class TokenKind : uint8_t {
+    kEnd,
+    kIdentifier, // text; also %r1, $L1, _
+    kDotWord,    // text without the dot
+    kInteger,    // bits
+    kFloat32,    // bits of a 0f... literal
+    kFloat64,    // bits of a 0d... or decimal literal
+    kString,     // text without the quotes, escapes as written
+    kPunctuation,
+};
+
+struct Token {
+    TokenKind kind = TokenKind::kEnd;
+    char punctuation = 0;       // kPunctuation
+    bool spaceBefore = false;
+    std::string_view text;      // the token as written (kDotWord, kString: its inside)
+    uint64_t bits = 0;
+    Location location;
+
+    bool is(char c) const { return kind == TokenKind::kPunctuation && punctuation == c; }
+    bool isDot(std::string_view word) const { return kind == TokenKind::kDotWord && text == word; }
+    const char* end() const { return text.data() + text.size(); }
+};
+
+class Lexer {
+public:
+    Lexer(std::string_view text, Diagnostics& diagnostics);
+
+    // The next token. After a byte that cannot be PTX the error is reported and the text ends.
+    Token next();
+    // Reads ".5" again, which next() took for a dot word, as a number.
+    Token numberAt(const Token& dotWord);
+    // Goes back to `token`, which next() gave lately: it will be the next one again.
+    void rewind(const Token& token);
+private:
+    bool skipSpace();
+    void skipLine();
+    Token number(Token token);
+    Token string(Token token);
+    Token hexFloat(Token token, unsigned digits, TokenKind kind);
+    Token decimalFloat(Token token);
+    Token stop(Location location, std::string text);
+    Location here(const char* at) const;
+
+    const char* at_;
+    const char* end_;
+    const char* lineStart_;
+    uint32_t line_ = 1;
+    Diagnostics& diagnostics_;
+};
+
+} // namespace sunstone::ptx

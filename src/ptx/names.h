@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Names of a PTX text as small numbers: each spelling is hashed once, everything else the parser
+// knows of a name hangs on its number.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+namespace sunstone::ptx {
+
+using NameId = uint32_t;
+
+class Names {
+public:
+    Names() : slots_(1024, kEmpty) {}
+
+    // The number of `text`, which must outlive this object. New names get the next number.
+    NameId intern(std::string_view text);
+    std::string_view text(NameId name) const { return texts_[name]; }
+    size_t size() const { return texts_.size(); }
+
+private:
+    static constexpr NameId kEmpty = ~0u;
+    void grow();
+
+    std::vector<NameId> slots_; // open addressing, a power of two of them
+    std::vector<std::string_view> texts_;
+    std::vector<uint64_t> hashes_;
+};
+
+} // namespace sunstone::ptx
