@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a CUDA source sees: vector types, the runtime API, and, in a CUDA compilation, the device
+// built-ins. Compilers force-include it for .cu files; see README.md for the flags.
+#ifndef SUNSTONE_CUDA_RUNTIME_H
+#define SUNSTONE_CUDA_RUNTIME_H
+
+#include "host_defines.h"
+
+#if defined(__CUDA__) && !defined(__NVCC__)
+#ifndef __CUDACC__
+#define __CUDACC__
+#endif
+#define SUNSTONE_CUDA_COMPILATION
+// Before any standard header: see sunstone/math.h.
+#include <stddef.h>
+#include "sunstone/builtin_variables.h"
+#include "sunstone/intrinsics.h"
+#include "sunstone/cached_loads.h"
+#include "sunstone/math.h"
+#include <cmath>
+#include <math.h>
+#include "sunstone/library.h"
+#include "sunstone/warp.h"
+#include "sunstone/atomics.h"
+#endif
+
+#include "vector_types.h"
+#include "vector_functions.h"
+#include "driver_types.h"
+#include "cuda_runtime_api.h"
+#include "sunstone/runtime_templates.h"
+
+#endif

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
+// The built-in variables come with cuda_runtime.h.
+#ifndef SUNSTONE_DEVICE_LAUNCH_PARAMETERS_H
+#define SUNSTONE_DEVICE_LAUNCH_PARAMETERS_H
+
+#include "cuda_runtime.h"
+
+#endif
