@@ -184,7 +184,26 @@ struct KernelThread {
     uint8_t* shared;          // base of the block's shared memory: statics first, dynamic after
     uint32_t dynamicSharedSize;
     uint32_t gridIdLow;
-    void* block;              // private to the launcher (barriers, warps)
+    void* block;              // private to the launcher; begins with a BlockFunctions*
+};
+
+// What a kernel calls where threads meet: `(*(BlockFunctions**)thread->block)->barrier(...)`. Kernels
+// that reach none of these need none, and their threads then run as a plain loop.
+enum BarrierReduction : uint32_t { kReduceNone = 0, kReduceAnd, kReduceOr, kReduceCount };
+struct BlockFunctions {
+    // bar.sync, bar.red: returns once `threads` threads (0: all of the block that still run) have
+    // come to barrier `id` (0..15). Result: and / or of `value != 0` (0 or 1), or how many had it.
+    uint32_t (*barrier)(KernelThread*, uint32_t id, uint32_t threads, uint32_t reduction,
+                        uint32_t value);
+    // bar.arrive: counts as a thread that came to the barrier, without waiting.
+    void (*arrive)(KernelThread*, uint32_t id, uint32_t threads);
+    // shfl, vote, match, redux, bar.warp.sync: returns once all lanes of `mask` that still run are
+    // here; then values[lane] is what each of them brought. Result: the lanes that took part.
+    uint32_t (*exchange)(KernelThread*, uint32_t mask, uint64_t value, uint64_t values[32]);
+    // activemask: the lanes taken to run together; only the own lane is certain.
+    uint32_t (*activeMask)(KernelThread*);
+    // exit, or a fault: ends the calling thread. Does not return.
+    void (*exitThread)(KernelThread*);
 };
 using KernelFn = void (*)(KernelThread*, const void*);
 
