@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads build inputs: decodes vertices, decides which primitives are active, and makes the
+// references that tree builders order. A primitive is inactive (never hit, not in the tree) if a
+// vertex index is out of range, a coordinate is NaN, infinite or beyond kMaxCoordinate, a triangle
+// has no area, a box is inverted, or an instance has no child, no visible bit or no inverse.
+#pragma once
+
+#include "bvh/build.h"
+#include "bvh/tree.h"
+
+#include <vector>
+
+namespace sunstone::bvh {
+
+// Larger coordinates count as infinite: their areas and products would not fit into floats.
+constexpr float kMaxCoordinate = 0x1p100f;
+
+// Widens a box by a little of its size, so that traversal never culls what the triangle test
+// accepts (ray_setup.h).
+void padBox(float lower[3], float upper[3]);
+
+class TriangleReader {
+public:
+    explicit TriangleReader(const TriangleInput& input);
+    uint32_t count() const { return count_; }
+    // The vertices after the pre-transform; false if the triangle is inactive.
+    bool read(uint32_t triangle, float vertices[9]) const;
+
+private:
+    bool indices(uint32_t triangle, uint32_t out[3]) const;
+    void vertex(uint32_t index, float out[3]) const;
+
+    const uint8_t* vertices_;
+    const uint8_t* indices_;
+    VertexFormat vertexFormat_;
+    IndexFormat indexFormat_;
+    size_t vertexStride_, indexStride_;
+    uint32_t numVertices_, count_;
+    bool transformed_ = false;
+    float transform_[12];
+};
+
+// Number of triangles of an input: triplets, or a third of the vertices.
+uint32_t triangleCount(const TriangleInput& input);
+
+class CustomReader {
+public:
+    explicit CustomReader(const CustomInput& input);
+    bool read(uint32_t primitive, float lower[3], float upper[3]) const;
+
+private:
+    const uint8_t* aabbs_;
+    size_t stride_;
+};
+
+// SBT index (GAS-wide) and geometry flags of a primitive, as leaves hold them.
+class SbtReader {
+public:
+    SbtReader(const SbtInput& input, uint32_t firstSbtIndex)
+        : input_(input), firstSbtIndex_(firstSbtIndex) {}
+    uint32_t sbtWord(uint32_t primitive) const;
+    uint32_t primitiveIndex(uint32_t primitive) const {
+        return primitive + input_.primitiveIndexOffset;
+    }
+
+private:
+    SbtInput input_;
+    uint32_t firstSbtIndex_;
+};
+
+// The i-th instance as given.
+const InstanceDesc& instanceAt(const InstanceInput& input, uint32_t i);
+
+// Bounds of what a handle leads to, in its space; empty if it leads to nothing that can be hit.
+Box traversableBounds(uint64_t handle);
+
+} // namespace sunstone::bvh

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ray queries for the avx512 instruction set; CMakeLists.txt sets the flags.
+#include "bvh/kernels_body.h"
+
+namespace sunstone::bvh {
+
+const Kernels kKernelsAvx512 = {avx512::closest, avx512::occluded};
+
+} // namespace sunstone::bvh

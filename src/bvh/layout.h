@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// The memory format of acceleration structures: what builders write and traversal reads.
+//
+// A structure is one block of bytes without pointers: places inside it are offsets from its start,
+// so copying the block moves it (relocation has nothing to patch). The one exception is the child
+// handle inside an instance record, which is the caller's to give.
+//
+//   BlockHeader | InputRecord[] | primitive table | InstanceData[] | nodes and leaves, depth first
+//
+// Everything before the nodes has a size known from counts; the part that depends on data comes
+// last, so that compaction is a copy of the first `usedSize` bytes.
+//
+// Nodes are eight wide with full-precision boxes. A child is a NodeRef: a place in 32-byte units
+// and a tag. What a leaf tag means depends on the type of the block:
+//   triangles   kLeaf: TriangleLeaf<4>, kWideLeaf: TriangleLeaf<8>
+//   custom      kLeaf: CustomLeaf, one primitive
+//   instances   kLeaf: InstanceData, one instance
+// Boxes in nodes are padded (padBox in build_input.h); with the margins that traversal takes
+// (ray_setup.h) no ray that the primitive test accepts is culled.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace sunstone::bvh {
+
+constexpr uint32_t kBlockMagic = 0x48564253u;
+constexpr uint32_t kBlockVersion = 1;
+
+enum class BlockType : uint32_t { kTriangles = 1, kCustom = 2, kInstances = 3 };
+
+// Low bits of a traversable handle; the same numbers as devlib::HandleTag.
+enum TraversableTag : uint64_t { kGasTag = 1, kIasTag = 2, kStaticTransformTag = 3 };
+constexpr uint64_t kTraversableTagMask = 63;
+
+using NodeRef = uint32_t;
+enum NodeTag : uint32_t { kInner = 0, kLeaf = 1, kWideLeaf = 2, kNodeTagMask = 3 };
+constexpr uint32_t kRefUnit = 32;
+constexpr NodeRef kNoNode = ~0u;
+constexpr uint64_t kMaxBlockSize = uint64_t(kRefUnit) << 30;
+
+inline NodeRef makeRef(uint64_t offset, uint32_t tag) {
+    return NodeRef(offset / kRefUnit) << 2 | tag;
+}
+inline uint64_t offsetOf(NodeRef ref) { return uint64_t(ref & ~uint32_t(kNodeTagMask)) * (kRefUnit / 4); }
+
+// No path from the root is longer than this many nodes; builders see to it.
+constexpr unsigned kMaxDepth = 48;
+// Entries a traversal stack needs: seven siblings on each level, and the last node's eight.
+constexpr unsigned kStackSize = 7 * kMaxDepth + 9;
+
+struct alignas(64) BlockHeader {
+    uint32_t magic;
+    uint32_t version;
+    BlockType type;
+    NodeRef root;             // kNoNode: empty
+    uint64_t usedSize;        // bytes of the block that matter
+    uint32_t numPrimitives;   // as in the inputs, inactive ones included
+    uint32_t numActive;
+    float lower[3];           // exact bounds of the active primitives
+    uint32_t numInputs;
+    float upper[3];
+    uint32_t numSbtRecords;
+    // Second cache line: what building and queries need.
+    uint64_t inputsOffset;
+    uint64_t tableOffset;     // uint32_t per primitive, 0: no random vertex access
+    uint64_t instancesOffset; // 0: none
+    uint64_t nodesOffset;
+    uint32_t numNodes;
+    uint32_t numLeaves;
+    uint32_t options;         // OptionBit
+    uint32_t geometryFlagsAnd; // geometry flags all primitives have
+    // Room for motion: keys, flags and time range of the structure.
+    uint32_t motionKeys;
+    uint32_t motionFlags;
+    float motionBegin;
+    float motionEnd;
+    uint32_t reserved[12];
+};
+static_assert(sizeof(BlockHeader) == 192);
+constexpr uint64_t kNodesAlignment = 256;
+
+enum OptionBit : uint32_t {
+    kOptionUpdate = 1,
+    kOptionCompaction = 2,
+    kOptionFastTrace = 4,
+    kOptionFastBuild = 8,
+    kOptionVertexAccess = 16,
+    kOptionInstanceAccess = 32,
+};
+
+// One build input: which SBT indices and primitive indices are its own.
+struct InputRecord {
+    uint32_t firstSbtIndex;
+    uint32_t numSbtRecords;
+    uint32_t firstPrimitive; // position of its first primitive in the primitive table
+    uint32_t numPrimitives;
+    uint32_t primitiveIndexOffset;
+    uint32_t pad[3];
+};
+static_assert(sizeof(InputRecord) == 32);
+
+// Boxes of eight children, planes of one kind side by side. Unused children have the empty box
+// (+inf, -inf), which no ray hits, and are behind the used ones.
+struct alignas(64) Node {
+    float planes[6][8]; // lower x, upper x, lower y, upper y, lower z, upper z
+    NodeRef children[8];
+    uint32_t numChildren;
+    uint32_t pad[7];
+};
+static_assert(sizeof(Node) == 256);
+
+// SBT index (24 bits) and geometry flags (8 bits) of a primitive in one word.
+constexpr uint32_t kSbtIndexMask = 0xFFFFFFu;
+constexpr uint32_t kGeometryFlagShift = 24;
+
+// Up to N triangles. Unused lanes have NaN vertices.
+template <unsigned N>
+struct alignas(64) TriangleLeaf {
+    float vertices[3][3][N]; // [vertex][axis][lane]
+    uint32_t primitive[N];   // with primitiveIndexOffset
+    uint32_t sbt[N];
+    uint32_t count;
+    uint32_t pad[3 + (N == 8 ? 4 : 0)];
+};
+static_assert(sizeof(TriangleLeaf<4>) == 192);
+static_assert(sizeof(TriangleLeaf<8>) == 384);
+
+struct CustomLeaf {
+    float lower[3];
+    uint32_t primitive;
+    float upper[3];
+    uint32_t sbt;
+};
+static_assert(sizeof(CustomLeaf) == 32);
+
+// An instance; the same bytes as devlib::InstanceRecord.
+struct alignas(64) InstanceData {
+    float objectToWorld[12];
+    float worldToObject[12];
+    uint64_t child;
+    uint32_t instanceId;
+    uint32_t sbtOffset;
+    uint32_t visibilityMask;
+    uint32_t flags;
+    uint32_t index;
+    uint32_t pad;
+};
+static_assert(sizeof(InstanceData) == 128);
+
+// What a static transform handle points to (OptixStaticTransform).
+struct StaticTransform {
+    uint64_t child;
+    uint32_t pad[2];
+    float transform[12];
+    float inverse[12];
+};
+static_assert(sizeof(StaticTransform) == 112);
+
+// Entries of the primitive table: where a triangle is, or kNoSlot if it is inactive.
+constexpr uint32_t kNoSlot = ~0u;
+inline uint32_t makeSlot(uint64_t leafOffset, bool wide, uint32_t lane) {
+    return uint32_t(leafOffset / 64) << 4 | uint32_t(wide) << 3 | lane;
+}
+
+inline const BlockHeader* headerOf(const void* block) {
+    return static_cast<const BlockHeader*>(block);
+}
+inline bool looksLikeBlock(const BlockHeader* header) {
+    return header->magic == kBlockMagic && header->version == kBlockVersion;
+}
+
+} // namespace sunstone::bvh

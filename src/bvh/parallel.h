@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loops over all threads, behind plain functions: files compiled for newer instruction sets must
+// not instantiate a library's inline functions, which the linker might then share with other files.
+#pragma once
+
+#include <cstddef>
+
+namespace sunstone::bvh {
+
+using BlockBody = void (*)(void* context, size_t begin, size_t end, size_t block);
+
+// Calls body for [0, count) in blocks of blockSize (the last may be shorter). Which blocks there are
+// does not depend on the number of threads.
+void forEachBlock(size_t count, size_t blockSize, BlockBody body, void* context);
+
+// The same with a callable body(begin, end, block).
+template <class Body>
+static inline void parallelBlocks(size_t count, size_t blockSize, Body& body) {
+    forEachBlock(
+        count, blockSize,
+        [](void* context, size_t begin, size_t end, size_t block) {
+            (*static_cast<Body*>(context))(begin, end, block);
+        },
+        &body);
+}
+
+} // namespace sunstone::bvh

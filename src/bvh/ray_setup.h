@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// What traversal computes once per ray (and per space it enters). Included through traverse.h.
+//
+// Box test. The primitive test (triangle_test.h) works on vertices rounded relative to the ray
+// origin: it accepts a ray as if each vertex v were displaced by up to 5 * 2^-24 * |v - origin|.
+// Culling must never lose such a hit, so boxes are tested with a ray that widens with distance, a
+// cone of slope w = 2^-21 * max|direction|: the near planes are reached with speed |d| + w, the far
+// planes with |d| - w. (The part of the displacement due to the triangle's own size is in the
+// padding of its box.) With r = 1 / speed both planes are one multiply-add, plane * r - origin * r;
+// the rounding of origin * r is at most 2^-24 |origin * r| and moves into the constants, to the
+// safe side. Margins thus cost nothing per node.
+//
+// Where |d| of an axis is within 8 w of zero, the ray stays between the planes for all its length
+// or never is: r becomes huge, and the planes move by how far the ray may drift on its way through
+// the structure.
+//
+// Triangle test: the shear of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection"
+// (JCGT 2013): axes permuted so that z is the longest of the direction, winding kept.
+#pragma once
+
+#include "bvh/layout.h"
+#include "bvh/simd.h"
+
+namespace sunstone::bvh::SUNSTONE_ISA {
+
+struct RaySetup {
+    // Planes of axis i: distance = plane * r[i] + c[i].
+    float nearR[3], nearC[3], farR[3], farC[3];
+    float org[3];
+    uint32_t nearPlanes[3]; // byte offset of the near planes in a node
+    float tmin;
+    // Shear.
+    uint32_t axis[3]; // kx, ky, kz
+    float shear[3];   // Sx, Sy, Sz
+};
+
+SUNSTONE_INLINE float absolute(float a) { return __builtin_fabsf(a); }
+SUNSTONE_INLINE float smaller(float a, float b) { return a < b ? a : b; }
+SUNSTONE_INLINE float larger(float a, float b) { return a > b ? a : b; }
+SUNSTONE_INLINE uint32_t bitsOf(float a) { return __builtin_bit_cast(uint32_t, a); }
+SUNSTONE_INLINE bool finite(float a) { return (bitsOf(a) & 0x7F800000u) != 0x7F800000u; }
+
+// False for rays that cannot hit anything: NaN or infinity in them, or no direction.
+SUNSTONE_INLINE bool isRay(const float org[3], const float dir[3], float tmin, float tmax) {
+    // The sum of the magnitudes is finite only if all are (or their sum overflows: no use either).
+    const float sum = absolute(org[0]) + absolute(org[1]) + absolute(org[2]) + absolute(dir[0]) +
+                      absolute(dir[1]) + absolute(dir[2]) + absolute(tmin);
+    const float longest = larger(larger(absolute(dir[0]), absolute(dir[1])), absolute(dir[2]));
+    return finite(sum) && tmin <= tmax && longest >= 0x1p-120f;
+}
+
+SUNSTONE_INLINE void setupShear(RaySetup& s, const float dir[3]) {
+    const float ax = absolute(dir[0]), ay = absolute(dir[1]), az = absolute(dir[2]);
+    uint32_t kz = ax > ay ? (ax > az ? 0 : 2) : (ay > az ? 1 : 2);
+    uint32_t kx = kz == 2 ? 0 : kz + 1;
+    uint32_t ky = kx == 2 ? 0 : kx + 1;
+    if (dir[kz] < 0) {
+        const uint32_t k = kx;
+        kx = ky;
+        ky = k;
+    }
+    s.axis[0] = kx;
+    s.axis[1] = ky;
+    s.axis[2] = kz;
+    s.shear[0] = dir[kx] / dir[kz];
+    s.shear[1] = dir[ky] / dir[kz];
+    s.shear[2] = 1.0f / dir[kz];
+}
+
+// The planes of an axis along which the ray hardly moves.
+SUNSTONE_INLINE void setupStillAxis(RaySetup& s, int i, float org, float dir, float reach,
+                                    float travel) {
+    const float far = larger(absolute(org), reach);
+    const float r = far > 0x1p26f ? 0x1p126f / far : 0x1p100f;
+    const float drift = smaller(travel, reach) * 0x1p-17f + absolute(org) * 0x1p-22f + 0x1p-60f;
+    const float signedR = dir < 0 ? -r : r;
+    s.nearR[i] = s.farR[i] = signedR;
+    const float c = kFusedSlab ? -org * signedR : 0.0f;
+    s.nearC[i] = c - drift * r;
+    s.farC[i] = c + drift * r;
+}
+
+// The ray must satisfy isRay(). header: the block whose nodes will be visited.
+SUNSTONE_INLINE void setupRay(RaySetup& s, const BlockHeader* header, const float org[3],
+                              const float dir[3], float tmin, float tmax) {
+    const float longest = larger(larger(absolute(dir[0]), absolute(dir[1])), absolute(dir[2]));
+    const float w = longest * 0x1p-21f;
+    float reach = 0;
+    for (int i = 0; i < 3; ++i) {
+        s.org[i] = org[i];
+        s.nearPlanes[i] = uint32_t(64 * i) + (dir[i] < 0 ? 32 : 0);
+        reach = larger(reach, larger(absolute(header->lower[i] - org[i]),
+                                     absolute(header->upper[i] - org[i])));
+    }
+    for (int i = 0; i < 3; ++i) {
+        const float speed = absolute(dir[i]);
+        if (__builtin_expect(speed <= 8 * w || speed < 0x1p-100f, 0)) {
+            setupStillAxis(s, i, org[i], dir[i], reach, tmax * longest);
+            continue;
+        }
+        const float nearR = 1.0f / (speed + w), farR = 1.0f / (speed - w) * (1 + 0x1p-21f);
+        s.nearR[i] = dir[i] < 0 ? -nearR : nearR;
+        s.farR[i] = dir[i] < 0 ? -farR : farR;
+        if (kFusedSlab) {
+            // An origin so far off that this overflows culls everything; such a ray hits nothing
+            // that floats could tell apart anyway.
+            const float n = -org[i] * s.nearR[i], f = -org[i] * s.farR[i];
+            s.nearC[i] = n - absolute(n) * 0x1p-22f;
+            s.farC[i] = f + absolute(f) * 0x1p-22f;
+        } else {
+            s.nearC[i] = s.farC[i] = 0;
+        }
+    }
+    s.tmin = tmin;
+    setupShear(s, dir);
+}
+
+} // namespace sunstone::bvh::SUNSTONE_ISA

@@ -1,0 +1,488 @@
+// SPDX-License-Identifier: Apache-2.0
+// The quality builder: top down, splitting by binned surface-area heuristic. Compiled once per
+// instruction set.
+//
+// A wide node starts as one range of references; the child with the largest area is split in two
+// until there are eight children or only leaves. A split sorts centroids into bins along all three
+// axes at once, sweeps the bins, and takes the plane with the least area * blocks, where a block of
+// up to four triangles costs the same however full it is. Ranges above kParallelCount are binned
+// and partitioned by all threads; below, children are built as independent tasks. All decisions
+// depend on counts and coordinates only, and unions of boxes are exact, so the tree is the same for
+// any number of threads.
+//
+// Below kSahDepth levels (pathological input) ranges are halved by count, which bounds the depth.
+#pragma once
+
+#include "bvh/parallel.h"
+#include "bvh/simd.h"
+#include "bvh/tree.h"
+
+namespace sunstone::bvh::SUNSTONE_ISA {
+
+constexpr uint32_t kMaxBins = 32;
+constexpr uint32_t kParallelCount = 1u << 16;
+constexpr uint32_t kPartitionBlock = 1u << 14;
+constexpr uint32_t kTaskCount = 2048;
+constexpr unsigned kSahDepth = 32;
+
+// Lower corner in words 0-2, negated upper in 4-6; words 3 and 7 mean nothing.
+struct Bounds {
+    F8 v;
+};
+SUNSTONE_INLINE Bounds emptyBounds() { return {splat(__builtin_inff(), (F8*)nullptr)}; }
+SUNSTONE_INLINE Bounds unite(Bounds a, Bounds b) { return {min(a.v, b.v)}; }
+SUNSTONE_INLINE Bounds boundsOf(const PrimitiveRef& ref) { return {load(ref.lower, (F8*)nullptr)}; }
+
+SUNSTONE_INLINE F4 highHalf(F8 a) {
+#if defined(__AVX2__)
+    return {_mm256_extractf128_ps(a.v, 1)};
+#else
+    return {a.hi};
+#endif
+}
+SUNSTONE_INLINE F8 fromHalves(F4 lo, F4 hi) {
+#if defined(__AVX2__)
+    return {_mm256_set_m128(hi.v, lo.v)};
+#else
+    return {lo.v, hi.v};
+#endif
+}
+
+// upper - lower
+SUNSTONE_INLINE F4 extent(Bounds b) {
+    const F4 sum = highHalf(b.v) + lowHalf(b.v);
+    return splat(0.0f, (F4*)nullptr) - sum;
+}
+SUNSTONE_INLINE float areaOf(Bounds b) {
+    alignas(16) float d[4];
+    store(d, extent(b));
+    return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+}
+// Twice the centroid, in words 0-2.
+SUNSTONE_INLINE F4 centroid(Bounds b) { return lowHalf(b.v) - highHalf(b.v); }
+SUNSTONE_INLINE Bounds pointBounds(F4 c) {
+    return {fromHalves(c, splat(0.0f, (F4*)nullptr) - c)};
+}
+
+struct Range {
+    Bounds box, centroids;
+    uint32_t begin, end;
+    bool inScratch; // which of the two arrays holds the references
+    bool leaf;
+    float area;
+
+    uint32_t count() const { return end - begin; }
+};
+
+// Maps centroids to bins.
+struct Binning {
+    F4 origin, scale;
+    uint32_t count;
+    bool splittable[3];
+
+    SUNSTONE_INLINE_MEMBER Binning(const Range& range) {
+        const uint32_t wanted = 8 + range.count() / 16;
+        count = wanted < kMaxBins ? wanted : kMaxBins;
+        alignas(16) float size[4], factor[4] = {};
+        store(size, extent(range.centroids));
+        for (int i = 0; i < 3; ++i) {
+            // A hair less than count / size, so that the largest centroid falls into the last bin.
+            factor[i] = float(count) * 0.99999f / size[i];
+            splittable[i] = size[i] > 0 && factor[i] > 0 && factor[i] < 0x1p100f;
+            if (!splittable[i])
+                factor[i] = 0;
+        }
+        origin = lowHalf(range.centroids.v);
+        scale = load(factor, (F4*)nullptr);
+    }
+    SUNSTONE_INLINE_MEMBER __m128i bins(F4 c) const {
+        return _mm_cvttps_epi32(((c - origin) * scale).v);
+    }
+};
+
+struct alignas(64) Bins {
+    Bounds box[3][kMaxBins];
+    uint32_t count[3][kMaxBins];
+
+    SUNSTONE_INLINE_MEMBER void clear(uint32_t bins) {
+        for (int a = 0; a < 3; ++a)
+            for (uint32_t i = 0; i < bins; ++i) {
+                box[a][i] = emptyBounds();
+                count[a][i] = 0;
+            }
+    }
+    SUNSTONE_INLINE_MEMBER void add(const Binning& binning, const PrimitiveRef* refs, size_t n) {
+        for (size_t i = 0; i < n; ++i) {
+            const Bounds b = boundsOf(refs[i]);
+            const __m128i at = binning.bins(centroid(b));
+            const uint64_t xy = uint64_t(_mm_cvtsi128_si64(at));
+            const uint32_t x = uint32_t(xy), y = uint32_t(xy >> 32);
+            const uint32_t z = uint32_t(_mm_cvtsi128_si32(_mm_unpackhi_epi64(at, at)));
+            box[0][x] = unite(box[0][x], b);
+            box[1][y] = unite(box[1][y], b);
+            box[2][z] = unite(box[2][z], b);
+            ++count[0][x];
+            ++count[1][y];
+            ++count[2][z];
+        }
+    }
+    SUNSTONE_INLINE_MEMBER void merge(const Bins& other, uint32_t bins) {
+        for (int a = 0; a < 3; ++a)
+            for (uint32_t i = 0; i < bins; ++i) {
+                box[a][i] = unite(box[a][i], other.box[a][i]);
+                count[a][i] += other.count[a][i];
+            }
+    }
+};
+
+struct Split {
+    int axis = -1;      // -1: halve by position
+    uint32_t bin = 0;   // first bin of the right side
+    float cost = __builtin_inff(); // sum of area * blocks of both sides
+};
+
+SUNSTONE_INLINE float blocks(uint32_t count, const LeafRules& rules) {
+    return rules.maxCount > 1 ? float((count + 3) / 4) : float(count);
+}
+
+SUNSTONE_INLINE Split bestSplit(const Bins& bins, const Binning& binning, uint32_t total,
+                                const LeafRules& rules) {
+    Split best;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!binning.splittable[axis])
+            continue;
+        float rightCost[kMaxBins];
+        Bounds box = emptyBounds();
+        uint32_t count = 0;
+        for (uint32_t i = binning.count - 1; i > 0; --i) {
+            box = unite(box, bins.box[axis][i]);
+            count += bins.count[axis][i];
+            rightCost[i] = count >= rules.minCount ? areaOf(box) * blocks(count, rules)
+                                                   : __builtin_inff();
+        }
+        box = emptyBounds();
+        count = 0;
+        for (uint32_t i = 1; i < binning.count; ++i) {
+            box = unite(box, bins.box[axis][i - 1]);
+            count += bins.count[axis][i - 1];
+            if (count < rules.minCount || total - count < rules.minCount)
+                continue;
+            const float cost = areaOf(box) * blocks(count, rules) + rightCost[i];
+            if (cost < best.cost)
+                best = {axis, i, cost};
+        }
+    }
+    return best;
+}
+
+class SahBuilder {
+public:
+    SahBuilder(PrimitiveRef* references, PrimitiveRef* scratch, uint32_t count,
+               const LeafRules& rules, Tree& tree)
+        : references_(references), scratch_(scratch), count_(count), rules_(rules), tree_(tree) {}
+
+    void run() {
+        Range all = summarize(0, count_, false);
+        all.leaf = count_ <= rules_.maxCount && (count_ < 2 * rules_.minCount || !wantsSplit(all));
+        if (all.leaf) {
+            setChild(tree_.root, all);
+        } else {
+            tree_.root.count = 0;
+            tree_.root.first = buildNode(all, 0);
+        }
+        tree_.references = references_;
+    }
+
+private:
+    PrimitiveRef* refs(bool inScratch) const { return inScratch ? scratch_ : references_; }
+
+    // Boxes of a range.
+    Range summarize(uint32_t begin, uint32_t end, bool inScratch) {
+        Range range{emptyBounds(), emptyBounds(), begin, end, inScratch, false, 0};
+        const uint32_t n = end - begin, numBlocks = (n + kParallelCount - 1) / kParallelCount;
+        if (numBlocks <= 1) {
+            unitePart(range, begin, end);
+        } else {
+            Range* parts = new Range[numBlocks];
+            auto body = [&](size_t b, size_t e, size_t block) {
+                parts[block] = range;
+                unitePart(parts[block], uint32_t(begin + b), uint32_t(begin + e));
+            };
+            parallelBlocks(n, kParallelCount, body);
+            for (uint32_t i = 0; i < numBlocks; ++i) {
+                range.box = unite(range.box, parts[i].box);
+                range.centroids = unite(range.centroids, parts[i].centroids);
+            }
+            delete[] parts;
+        }
+        range.area = areaOf(range.box);
+        return range;
+    }
+    void unitePart(Range& range, uint32_t begin, uint32_t end) const {
+        const PrimitiveRef* r = refs(range.inScratch);
+        Bounds box = range.box, centroids = range.centroids;
+        for (uint32_t i = begin; i < end; ++i) {
+            const Bounds b = boundsOf(r[i]);
+            box = unite(box, b);
+            centroids = unite(centroids, pointBounds(centroid(b)));
+        }
+        range.box = box;
+        range.centroids = centroids;
+    }
+
+    Split findSplit(const Range& range, const Binning& binning) {
+        Bins bins;
+        bins.clear(binning.count);
+        const PrimitiveRef* r = refs(range.inScratch) + range.begin;
+        const uint32_t n = range.count();
+        if (n < kParallelCount) {
+            bins.add(binning, r, n);
+        } else {
+            // Few large parts: merging bins costs too.
+            const uint32_t part = n / 64 > kPartitionBlock ? n / 64 : kPartitionBlock;
+            const uint32_t numParts = (n + part - 1) / part;
+            Bins* parts = new Bins[numParts];
+            auto body = [&](size_t b, size_t e, size_t block) {
+                parts[block].clear(binning.count);
+                parts[block].add(binning, r + b, e - b);
+            };
+            parallelBlocks(n, part, body);
+            for (uint32_t i = 0; i < numParts; ++i)
+                bins.merge(parts[i], binning.count);
+            delete[] parts;
+        }
+        return bestSplit(bins, binning, n, rules_);
+    }
+
+    bool wantsSplit(const Range& range) {
+        return splitPays(range, findSplit(range, Binning(range)));
+    }
+    // Whether a range that could be a leaf had better be split.
+    bool splitPays(const Range& range, const Split& split) const {
+        const float leaf = rules_.cost(range.count()) * range.area;
+        return split.axis >= 0 && kSplitCost * range.area + split.cost * rules_.cost4 < leaf;
+    }
+
+    // Halves a range by position.
+    void halve(const Range& range, Range& left, Range& right) {
+        const uint32_t middle = range.begin + range.count() / 2;
+        left = summarize(range.begin, middle, range.inScratch);
+        right = summarize(middle, range.end, range.inScratch);
+    }
+
+    // Splits a range, or marks it as a leaf and returns false.
+    bool split(Range& range, unsigned depth, Range& left, Range& right) {
+        const bool mayBeLeaf = range.count() <= rules_.maxCount;
+        if (range.count() < 2 * rules_.minCount) {
+            range.leaf = true;
+            return false;
+        }
+        Split split;
+        const Binning binning(range);
+        if (depth < kSahDepth)
+            split = findSplit(range, binning);
+        if (mayBeLeaf && !splitPays(range, split)) {
+            range.leaf = true;
+            return false;
+        }
+        if (split.axis < 0)
+            halve(range, left, right);
+        else if (range.count() < kParallelCount)
+            partition(range, binning, split, left, right);
+        else
+            partitionInParallel(range, binning, split, left, right);
+        left.area = areaOf(left.box);
+        right.area = areaOf(right.box);
+        left.leaf = left.count() < 2 * rules_.minCount && left.count() <= rules_.maxCount;
+        right.leaf = right.count() < 2 * rules_.minCount && right.count() <= rules_.maxCount;
+        return true;
+    }
+
+    struct Side {
+        Bounds box = emptyBounds(), centroids = emptyBounds();
+        SUNSTONE_INLINE_MEMBER void add(Bounds b, F4 c) {
+            box = unite(box, b);
+            centroids = unite(centroids, pointBounds(c));
+        }
+    };
+    // All ones in the lanes of the axis: one movemask tells the side.
+    SUNSTONE_INLINE_MEMBER static bool goesLeft(const Binning& binning, __m128i limit, int axisBit,
+                                                F4 c) {
+        const __m128i less = _mm_cmplt_epi32(binning.bins(c), limit);
+        return (_mm_movemask_ps(_mm_castsi128_ps(less)) & axisBit) != 0;
+    }
+
+    void partition(const Range& range, const Binning& binning, const Split& split, Range& left,
+                   Range& right) {
+        PrimitiveRef* r = refs(range.inScratch);
+        const __m128i limit = _mm_set1_epi32(int(split.bin));
+        const int bit = 1 << split.axis;
+        Side l, g;
+        uint32_t i = range.begin, j = range.end;
+        for (;;) {
+            for (; i < j; ++i) {
+                const Bounds b = boundsOf(r[i]);
+                const F4 c = centroid(b);
+                if (!goesLeft(binning, limit, bit, c))
+                    break;
+                l.add(b, c);
+            }
+            for (; i < j; --j) {
+                const Bounds b = boundsOf(r[j - 1]);
+                const F4 c = centroid(b);
+                if (goesLeft(binning, limit, bit, c))
+                    break;
+                g.add(b, c);
+            }
+            if (i >= j)
+                break;
+            // r[i] belongs right, r[j - 1] left: the loops above count them after the exchange.
+            const PrimitiveRef t = r[i];
+            r[i] = r[j - 1];
+            r[j - 1] = t;
+        }
+        left = {l.box, l.centroids, range.begin, i, range.inScratch, false, 0};
+        right = {g.box, g.centroids, i, range.end, range.inScratch, false, 0};
+    }
+
+    // Moves the references into the other array, order kept.
+    void partitionInParallel(const Range& range, const Binning& binning, const Split& split,
+                             Range& left, Range& right) {
+        const PrimitiveRef* from = refs(range.inScratch) + range.begin;
+        PrimitiveRef* to = refs(!range.inScratch) + range.begin;
+        const __m128i limit = _mm_set1_epi32(int(split.bin));
+        const int bit = 1 << split.axis;
+        const uint32_t n = range.count(), numBlocks = (n + kPartitionBlock - 1) / kPartitionBlock;
+        struct Part {
+            Side left, right;
+            uint32_t numLeft, leftStart;
+        };
+        Part* parts = new Part[numBlocks];
+        auto countBody = [&](size_t b, size_t e, size_t block) {
+            Part part;
+            part.numLeft = 0;
+            for (size_t i = b; i < e; ++i) {
+                const Bounds box = boundsOf(from[i]);
+                const F4 c = centroid(box);
+                if (goesLeft(binning, limit, bit, c)) {
+                    part.left.add(box, c);
+                    ++part.numLeft;
+                } else {
+                    part.right.add(box, c);
+                }
+            }
+            parts[block] = part;
+        };
+        parallelBlocks(n, kPartitionBlock, countBody);
+        Side l, g;
+        uint32_t numLeft = 0;
+        for (uint32_t i = 0; i < numBlocks; ++i) {
+            parts[i].leftStart = numLeft;
+            numLeft += parts[i].numLeft;
+            l.box = unite(l.box, parts[i].left.box);
+            l.centroids = unite(l.centroids, parts[i].left.centroids);
+            g.box = unite(g.box, parts[i].right.box);
+            g.centroids = unite(g.centroids, parts[i].right.centroids);
+        }
+        auto moveBody = [&](size_t b, size_t e, size_t block) {
+            uint32_t toLeft = parts[block].leftStart;
+            uint32_t toRight = numLeft + uint32_t(b) - toLeft;
+            for (size_t i = b; i < e; ++i)
+                to[goesLeft(binning, limit, bit, centroid(boundsOf(from[i]))) ? toLeft++
+                                                                              : toRight++] = from[i];
+        };
+        parallelBlocks(n, kPartitionBlock, moveBody);
+        delete[] parts;
+        const uint32_t middle = range.begin + numLeft;
+        left = {l.box, l.centroids, range.begin, middle, !range.inScratch, false, 0};
+        right = {g.box, g.centroids, middle, range.end, !range.inScratch, false, 0};
+    }
+
+    // The range to split next: the largest, or -1.
+    static int pick(const Range* ranges, unsigned count, bool byCount) {
+        int best = -1;
+        float bestSize = -1;
+        for (unsigned i = 0; i < count; ++i) {
+            const float size = byCount ? float(ranges[i].count()) : ranges[i].area;
+            // Boxes too large for floats have infinite or NaN areas: these are split too.
+            if (!ranges[i].leaf && !(size <= bestSize)) {
+                best = int(i);
+                bestSize = size;
+            }
+        }
+        return best;
+    }
+
+    uint32_t buildNode(const Range& all, unsigned depth) {
+        Range ranges[8] = {all};
+        unsigned count = 1;
+        for (int i; count < 8 && (i = pick(ranges, count, depth >= kSahDepth)) >= 0;) {
+            Range left, right;
+            if (!split(ranges[i], depth, left, right))
+                continue;
+            ranges[i] = left;
+            ranges[count++] = right;
+        }
+        // What is still undecided may be a leaf.
+        for (unsigned i = 0; i < count; ++i)
+            if (!ranges[i].leaf && ranges[i].count() <= rules_.maxCount)
+                ranges[i].leaf = depth + 1 >= kSahDepth || !wantsSplit(ranges[i]);
+        const uint32_t index = tree_.numNodes.fetch_add(1, std::memory_order_relaxed);
+        TreeNode& node = tree_.nodes[index];
+        node.numChildren = count;
+        const auto child = [&](unsigned i) {
+            setChild(node.children[i], ranges[i]);
+            if (!ranges[i].leaf) {
+                node.children[i].count = 0;
+                node.children[i].first = buildNode(ranges[i], depth + 1);
+            }
+        };
+        if (all.count() < kTaskCount) {
+            for (unsigned i = 0; i < count; ++i)
+                child(i);
+        } else {
+            auto body = [&](size_t i, size_t, size_t) { child(unsigned(i)); };
+            parallelBlocks(count, 1, body);
+        }
+        setBytes(node);
+        return index;
+    }
+
+    void setBytes(TreeNode& node) const {
+        uint64_t leaves = 0, inner = 0;
+        for (unsigned i = 0; i < node.numChildren; ++i) {
+            const TreeChild& c = node.children[i];
+            if (c.count)
+                leaves += rules_.bytes(c.count);
+            else
+                inner += tree_.nodes[c.first].bytes;
+        }
+        node.bytes = sizeof(Node) + (leaves + 63) / 64 * 64 + inner;
+    }
+
+    // A leaf; its references move to the first array, where emission looks for them.
+    void setChild(TreeChild& child, const Range& range) {
+        alignas(32) float b[8];
+        store(b, range.box.v);
+        for (int i = 0; i < 3; ++i) {
+            child.lower[i] = b[i];
+            child.upper[i] = -b[4 + i];
+        }
+        child.first = range.begin;
+        child.count = range.count();
+        if (range.leaf && range.inScratch)
+            for (uint32_t i = range.begin; i < range.end; ++i)
+                references_[i] = scratch_[i];
+    }
+
+    // Splitting a would-be leaf costs about this part of a node visit.
+    static constexpr float kSplitCost = 0.3f;
+
+    PrimitiveRef* references_;
+    PrimitiveRef* scratch_;
+    uint32_t count_;
+    const LeafRules rules_;
+    Tree& tree_;
+};
+
+} // namespace sunstone::bvh::SUNSTONE_ISA

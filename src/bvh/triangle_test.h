@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// The watertight ray/triangle test on 4 or 8 triangles. Included through traverse.h.
+//
+// Vertices are moved to the ray origin and sheared so that the ray becomes the z axis; each vertex
+// comes out the same in every triangle it belongs to. The 2D edge functions are differences of two
+// products, computed without FMA: rounding is monotone, so the sign of a non-zero difference is
+// right, and a triangle and its neighbour get exactly negated values on their common edge. Zero may
+// stand for either sign, so lanes with a zero edge are computed again in double precision, where
+// products of floats are exact. What is still zero counts as inside for both neighbours: a ray
+// through an edge or vertex hits at least one of the triangles there.
+//
+// No operation depends on the instruction set, so all sets report the same t, u and v.
+#pragma once
+
+#include "bvh/ray_setup.h"
+
+namespace sunstone::bvh::SUNSTONE_ISA {
+
+// Edge functions of the lanes: u belongs to vertex 0, v to vertex 1, w to vertex 2.
+template <unsigned N>
+struct alignas(64) TriangleCandidates {
+    float t[N], v[N], w[N], det[N];
+};
+
+// Ray values in all lanes, made once per traversal.
+template <class F>
+struct ShearLanes {
+    F ox, oy, oz, sx, sy, sz;
+};
+
+SUNSTONE_INLINE ShearLanes<F8> shearLanes(const RaySetup& s) {
+    F8* const f = nullptr;
+    return {splat(s.org[s.axis[0]], f), splat(s.org[s.axis[1]], f), splat(s.org[s.axis[2]], f),
+            splat(s.shear[0], f),       splat(s.shear[1], f),       splat(s.shear[2], f)};
+}
+
+SUNSTONE_INLINE ShearLanes<F4> lowHalf(const ShearLanes<F8>& r) {
+    return {lowHalf(r.ox), lowHalf(r.oy), lowHalf(r.oz),
+            lowHalf(r.sx), lowHalf(r.sy), lowHalf(r.sz)};
+}
+
+// Recomputes the edge functions of one lane exactly.
+template <unsigned N>
+[[gnu::noinline, gnu::cold]] static void refineLane(unsigned lane, const float (&x)[3][N],
+                                                    const float (&y)[3][N], float (&edge)[3][N]) {
+    for (int i = 0; i < 3; ++i) {
+        const int b = i == 2 ? 0 : i + 1, c = b == 2 ? 0 : b + 1;
+        edge[i][lane] = float(double(x[c][lane]) * double(y[b][lane]) -
+                              double(y[c][lane]) * double(x[b][lane]));
+    }
+}
+
+// Lanes whose triangle the ray hits at tmin <= t <= tmax; their values are in `out`.
+template <unsigned N, class F>
+SUNSTONE_INLINE Mask testTriangles(const TriangleLeaf<N>& leaf, const RaySetup& s,
+                                   const ShearLanes<F>& r, float tmax,
+                                   TriangleCandidates<N>& out) {
+    F* const f = nullptr;
+    const float* vx = leaf.vertices[0][0] + s.axis[0] * N;
+    const float* vy = leaf.vertices[0][0] + s.axis[1] * N;
+    const float* vz = leaf.vertices[0][0] + s.axis[2] * N;
+    const F az = load(vz, f) - r.oz, bz = load(vz + 3 * N, f) - r.oz,
+            cz = load(vz + 6 * N, f) - r.oz;
+    const F ax = (load(vx, f) - r.ox) - r.sx * az, ay = (load(vy, f) - r.oy) - r.sy * az;
+    const F bx = (load(vx + 3 * N, f) - r.ox) - r.sx * bz,
+            by = (load(vy + 3 * N, f) - r.oy) - r.sy * bz;
+    const F cx = (load(vx + 6 * N, f) - r.ox) - r.sx * cz,
+            cy = (load(vy + 6 * N, f) - r.oy) - r.sy * cz;
+    F u = cx * by - cy * bx, v = ax * cy - ay * cx, w = bx * ay - by * ax;
+    const F zero = splat(0.0f, f);
+    const F least = min(min(u, v), w), most = max(max(u, v), w);
+    Mask inside = lessEqual(zero, least) | lessEqual(most, zero);
+    if (__builtin_expect(inside == 0, 1))
+        return 0;
+    const Mask onEdge = (equal(u, zero) | equal(v, zero) | equal(w, zero)) & inside;
+    if (__builtin_expect(onEdge != 0, 0)) {
+        alignas(64) float x[3][N], y[3][N], edge[3][N];
+        store(x[0], ax), store(x[1], bx), store(x[2], cx);
+        store(y[0], ay), store(y[1], by), store(y[2], cy);
+        store(edge[0], u), store(edge[1], v), store(edge[2], w);
+        for (Mask m = onEdge; m; m &= m - 1)
+            refineLane<N>(lowestBit(m), x, y, edge);
+        u = load(edge[0], f), v = load(edge[1], f), w = load(edge[2], f);
+        inside &= lessEqual(zero, min(min(u, v), w)) | lessEqual(max(max(u, v), w), zero);
+    }
+    const F det = (u + v) + w;
+    const F t = (((u * az + v * bz) + w * cz) * r.sz) / det;
+    // A zero or NaN determinant gives a NaN or infinite t; infinity may equal tmax.
+    const Mask hits = inside & lessEqual(splat(s.tmin, f), t) & lessEqual(t, splat(tmax, f)) &
+                      ~equal(det, zero);
+    if (hits) {
+        store(out.t, t);
+        store(out.v, v);
+        store(out.w, w);
+        store(out.det, det);
+    }
+    return hits;
+}
+
+} // namespace sunstone::bvh::SUNSTONE_ISA

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// Visitors for structures of triangles where no program runs during traversal: the nearest hit and
+// any hit at all. The best hit stays in registers. Included through traverse.h.
+#pragma once
+
+#include "bvh/traverse.h"
+
+namespace sunstone::bvh::SUNSTONE_ISA {
+
+// Which sides do not count. A triangle is seen from its front if its vertices run counter-clockwise
+// for the ray; then the determinant of the test is negative.
+struct Culling {
+    bool front = false, back = false;
+
+    SUNSTONE_INLINE_MEMBER bool drops(float det, uint32_t sbt) const {
+        if (!(front | back) || (sbt >> kGeometryFlagShift & 4)) // 4: kGeometryDisableFaceCulling
+            return false;
+        return det < 0 ? front : back;
+    }
+};
+
+// Finds the hit with the smallest t; among equal ones that of the lowest primitive index, so that
+// the answer does not depend on the order of visits.
+struct ClosestTriangle {
+    static constexpr bool kOrdered = true;
+
+    const RaySetup& setup;
+    ShearLanes<F8> shear;
+    Culling culling;
+    float tmax;
+    bool found = false;
+    float v = 0, w = 0, det = 1; // of the best hit, see TriangleCandidates
+    uint32_t primitive = ~0u, sbt = 0;
+
+    SUNSTONE_INLINE_MEMBER ClosestTriangle(const RaySetup& s, float tmax, Culling culling)
+        : setup(s), shear(shearLanes(s)), culling(culling), tmax(tmax) {}
+
+    template <unsigned N, class F>
+    SUNSTONE_INLINE_MEMBER void test(const TriangleLeaf<N>& leaf, const ShearLanes<F>& lanes) {
+        TriangleCandidates<N> c;
+        for (Mask m = testTriangles<N, F>(leaf, setup, lanes, tmax, c); m; m &= m - 1) {
+            const unsigned i = lowestBit(m);
+            if (c.t[i] > tmax || (c.t[i] == tmax && found && leaf.primitive[i] > primitive) ||
+                culling.drops(c.det[i], leaf.sbt[i]))
+                continue;
+            found = true;
+            tmax = c.t[i];
+            v = c.v[i];
+            w = c.w[i];
+            det = c.det[i];
+            primitive = leaf.primitive[i];
+            sbt = leaf.sbt[i];
+        }
+    }
+
+    SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
+        const void* address = block + offsetOf(ref);
+        if ((ref & kNodeTagMask) == kLeaf)
+            test(*static_cast<const TriangleLeaf<4>*>(address), lowHalf(shear));
+        else
+            test(*static_cast<const TriangleLeaf<8>*>(address), shear);
+        return false;
+    }
+};
+
+// Stops at the first hit found.
+struct AnyTriangle {
+    static constexpr bool kOrdered = false;
+
+    const RaySetup& setup;
+    ShearLanes<F8> shear;
+    Culling culling;
+    float tmax;
+    bool found = false;
+
+    SUNSTONE_INLINE_MEMBER AnyTriangle(const RaySetup& s, float tmax, Culling culling)
+        : setup(s), shear(shearLanes(s)), culling(culling), tmax(tmax) {}
+
+    template <unsigned N, class F>
+    SUNSTONE_INLINE_MEMBER bool test(const TriangleLeaf<N>& leaf, const ShearLanes<F>& lanes) {
+        TriangleCandidates<N> c;
+        for (Mask m = testTriangles<N, F>(leaf, setup, lanes, tmax, c); m; m &= m - 1) {
+            const unsigned i = lowestBit(m);
+            if (!culling.drops(c.det[i], leaf.sbt[i]))
+                return true;
+        }
+        return false;
+    }
+
+    SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
+        const void* address = block + offsetOf(ref);
+        if ((ref & kNodeTagMask) == kLeaf)
+            found = test(*static_cast<const TriangleLeaf<4>*>(address), lowHalf(shear));
+        else
+            found = test(*static_cast<const TriangleLeaf<8>*>(address), shear);
+        return found;
+    }
+};
+
+} // namespace sunstone::bvh::SUNSTONE_ISA
