@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// The instruction table: for each form of each opcode the modifiers and types it takes and what
+// its operands must be. Source: PTX ISA manual; what it leaves open follows the vendor's assembler.
+//
+// Order of modifiers is not checked (several orders of the same modifiers are in use), and types
+// only by width: a register of 32 bits serves every 32-bit type, whatever it was declared as.
+#pragma once
+
+#include "ptx/ast.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sunstone::ptx {
+
+enum class OperandRuleKind : uint8_t {
+    kTyped,     // value of types[type]; of .vN instructions a vector of such values if vectorised
+    kWide,      // value of twice the width of types[0]
+    kFixed,     // integer value of `bytes` bytes
+    kPredicate,
+    kAddress,
+    kTexture,   // [texture, coordinates]
+    kLabel,
+    kTargets,   // name of a .branchtargets list
+    kConstant,  // integer literal
+    kMove,      // operand of mov: scalar, vector, symbol
+    kAny,
+};
+
+struct OperandRule {
+    OperandRuleKind kind = OperandRuleKind::kAny;
+    uint8_t type = 0;
+    uint8_t bytes = 0;
+    bool destination = false;
+    bool optional = false;
+    bool wider = false;          // registers may be wider than the type
+    bool vectorised = false;
+    bool predicateToo = false;   // destination may be value|predicate
+    bool pair = false;           // destination may be predicate|predicate
+    bool sink = false;           // destination may be _
+    bool symbol = false;         // source may be a symbol's address
+};
+
+struct ModifierGroup {
+    std::vector<std::string_view> choices; // one of these
+    bool optional = false;
+};
+
+struct Form {
+    std::vector<ModifierGroup> groups;
+    std::vector<uint32_t> types; // per position the set of types allowed, bit = Type
+    std::vector<OperandRule> operands;
+    bool loose = false; // any modifiers and operands: the back end decides
+    size_t minimumOperands = 0;
+};
+
+// The forms of an opcode; null for an unknown opcode.
+const std::vector<Form>* findForms(std::string_view opcode);
+
+// All opcodes: for spelling hints.
+const std::vector<std::string_view>& allOpcodes();
+
+// Whether the modifiers of `instruction` are those of `form`. If not, *problem says why; of
+// several forms the problem with the highest rank is the most telling.
+struct FormProblem {
+    enum Rank : uint8_t { kNone, kUnknownModifier, kWrongType, kConflict, kMissing };
+    Rank rank = kNone;
+    std::string text;
+};
+bool matches(const Form& form, const Instruction& instruction, FormProblem* problem);
+
+} // namespace sunstone::ptx
