@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The run-time behind optixTrace, optixReportIntersection and callables on the CPU: functions that
+// compiled programs reach through LaunchState (abi.h).
+//
+// What happens with bad input: a null, foreign or motion handle, a ray with NaN or infinity, and a
+// trace deeper than maxTraceDepth act as a miss (the last without running the miss program); an SBT
+// index out of range, a record no group was packed into, and a group without the program act as a
+// program that does nothing. If the pipeline has the trace-depth exception, too deep a trace throws
+// it.
+//
+// Read next: trace_body.h.
+#pragma once
+
+#include "devlib/abi.h"
+
+namespace sunstone::devlib {
+
+// What the programs and graphs of a pipeline may need; leaving something out makes traces faster,
+// and what is left out must not occur.
+struct TraceFeatures {
+    bool anyHit = true;     // some hit group has an any-hit program
+    bool custom = true;     // custom primitives
+    bool instancing = true; // handles other than that of a geometry acceleration structure
+};
+
+struct TraceVariant {
+    void (*trace)(RayState*);
+    uint32_t (*report)(RayState*, float t, uint32_t kind);
+    const void* (*callable)(RayState*, uint32_t sbtIndex, uint32_t continuation);
+};
+
+// The fastest functions for the features on this machine (see bvh::chosenIsa).
+TraceVariant selectTrace(const TraceFeatures& features);
+
+// Sets trace, report and callable of the launch.
+void bindTrace(LaunchState& launch, const TraceFeatures& features);
+
+} // namespace sunstone::devlib
