@@ -250,12 +250,15 @@ private:
     template <class Input>
     void describeInputs(std::span<const Input> inputs, std::vector<SbtReader>& sbt) {
         uint32_t firstSbt = 0, firstPrimitive = 0;
+        header_.geometryFlagsAnd = ~0u;
         for (uint32_t i = 0; i < plan_.numInputs; ++i) {
             const SbtInput& s = inputs[i].sbt;
             const uint32_t count = plan_.countOf(inputs_, i);
             inputRecords()[i] = {firstSbt, s.numSbtRecords,        firstPrimitive,
                                  count,    s.primitiveIndexOffset, {}};
             sbt.emplace_back(s, firstSbt);
+            for (uint32_t k = 0; k < s.numSbtRecords; ++k)
+                header_.geometryFlagsAnd &= s.flags ? s.flags[k] : 0;
             firstSbt += s.numSbtRecords;
             firstPrimitive += count;
         }

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+// The trace functions for the avx2 instruction set; CMakeLists.txt sets the flags.
+#include "devlib/trace_body.h"
+
+#include "devlib/trace_sets.h"
+
+namespace sunstone::devlib {
+
+const TraceSet kTraceAvx2 = {avx2::trace<true>, avx2::trace<false>, avx2::report};
+
+} // namespace sunstone::devlib

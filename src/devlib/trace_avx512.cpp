@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+// The trace functions for the avx512 instruction set; CMakeLists.txt sets the flags.
+#include "devlib/trace_body.h"
+
+#include "devlib/trace_sets.h"
+
+namespace sunstone::devlib {
+
+const TraceSet kTraceAvx512 = {avx512::trace<true>, avx512::trace<false>, avx512::report};
+
+} // namespace sunstone::devlib

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+// The trace functions for the baseline instruction set; CMakeLists.txt sets the flags.
+#include "devlib/trace_body.h"
+
+#include "devlib/trace_sets.h"
+
+namespace sunstone::devlib {
+
+const TraceSet kTraceBaseline = {baseline::trace<true>, baseline::trace<false>, baseline::report};
+
+} // namespace sunstone::devlib

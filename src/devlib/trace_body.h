@@ -1,0 +1,528 @@
+// SPDX-License-Identifier: Apache-2.0
+// optixTrace on the CPU, compiled once per instruction set by trace_*.cpp.
+//
+// A Tracer lives on the stack of one trace call. It walks the graph (instances and transforms by
+// recursion, one level deep each), and at each geometry acceleration structure picks a loop:
+//   - no program can run and no hit is dropped by flags: bvh::ClosestTriangle or AnyTriangle, which
+//     keep the best hit in registers;
+//   - otherwise ProgramTriangles or CustomPrimitives, which show each candidate to any-hit and
+//     intersection programs through RayState.
+// The best hit is kept in the Tracer and moves into RayState::hit at the end, because until then
+// that field is the candidate's. Programs run with RayState::tmax as the manual says: the candidate's
+// t in any-hit, the best t in intersection and closest-hit, the ray's own in miss.
+#pragma once
+
+#include "bvh/triangle_visitors.h"
+#include "devlib/sbt.h"
+#include "devlib/trace.h"
+
+#include <type_traits>
+
+namespace sunstone::devlib::SUNSTONE_ISA {
+
+namespace isa = sunstone::bvh::SUNSTONE_ISA;
+
+enum RayFlag : uint32_t {
+    kRayDisableAnyHit = 1,
+    kRayEnforceAnyHit = 2,
+    kRayTerminateOnFirstHit = 4,
+    kRayDisableClosestHit = 8,
+    kRayCullBack = 16,
+    kRayCullFront = 32,
+    kRayCullDisabledAnyHit = 64,
+    kRayCullEnforcedAnyHit = 128,
+};
+enum InstanceFlag : uint32_t {
+    kInstanceDisableFaceCulling = 1,
+    kInstanceFlipFacing = 2,
+    kInstanceDisableAnyHit = 4,
+    kInstanceEnforceAnyHit = 8,
+};
+constexpr uint32_t kExceptionTraceDepth = 2;
+constexpr int32_t kExceptionCodeTraceDepth = -2;
+
+SUNSTONE_INLINE const bvh::BlockHeader* blockOf(uint64_t handle) {
+    const uint64_t address = addressOf(handle);
+    // Neither page zero nor outside the user half of the address space.
+    if (address - 4096 >= (1ull << 47) - 8192)
+        return nullptr;
+    const auto* header = reinterpret_cast<const bvh::BlockHeader*>(address);
+    return bvh::looksLikeBlock(header) ? header : nullptr;
+}
+
+class Tracer {
+public:
+    SUNSTONE_INLINE_MEMBER explicit Tracer(RayState* state)
+        : state_(state), launch_(*state->launch), rayFlags_(state->rayFlags), tmax_(state->tmax) {}
+
+    SUNSTONE_INLINE_MEMBER bool found() const { return found_; }
+
+    // Walks what the handle leads to; true ends the trace.
+    template <bool kInstancing>
+    SUNSTONE_INLINE_MEMBER bool enter(uint64_t handle, const float org[3], const float dir[3]) {
+        if constexpr (kInstancing) {
+            const uint64_t tag = tagOf(handle);
+            if (tag == kTagIas)
+                return enterInstances(handle, org, dir);
+            if (tag == kTagStatic)
+                return enterStaticTransform(handle, org, dir);
+        }
+        if (tagOf(handle) != kTagGas)
+            return false;
+        const bvh::BlockHeader* block = blockOf(handle);
+        if (!block || !isa::isRay(org, dir, state_->tmin, tmax_))
+            return false;
+        gas_ = handle;
+        if (block->type == bvh::BlockType::kTriangles)
+            return enterTriangles(block, org, dir);
+        if (block->type == bvh::BlockType::kCustom)
+            return enterCustoms(block, org, dir);
+        return false;
+    }
+
+    // Moves the best hit into the state. Returns its hit group, or null.
+    SUNSTONE_INLINE_MEMBER const GroupEntry* commit() {
+        Hit& hit = state_->hit;
+        hit.t = tmax_;
+        hit.kind = best_.kind;
+        hit.primitive = best_.primitive;
+        hit.sbtGasIndex = best_.sbtGasIndex;
+        hit.instanceIndex = best_.instanceIndex;
+        hit.instanceId = best_.instanceId;
+        hit.instanceSbtOffset = best_.instanceSbtOffset;
+        hit.gas = best_.gas;
+        for (unsigned i = 0; i < kMaxAttributeWords; ++i)
+            hit.attributes[i] = best_.attributes[i];
+        hit.transformCount = best_.transformCount;
+        for (uint32_t i = 0; i < best_.transformCount; ++i)
+            hit.transforms[i] = bestTransforms_[i];
+        state_->tmax = tmax_;
+        const ResolvedRecord r = hitRecord(best_.sbtGasIndex, best_.instanceSbtOffset);
+        hit.record = r.record;
+        state_->sbtData = dataOf(r.record);
+        return r.group;
+    }
+
+    // optixReportIntersection.
+    uint32_t report(float t, uint32_t kind) {
+        if (!(t >= state_->tmin && t <= tmax_))
+            return kIgnore;
+        Hit& hit = state_->hit;
+        hit.t = t;
+        hit.kind = kind & 0x7F;
+        for (unsigned i = 0; i < kMaxAttributeWords; ++i)
+            hit.attributes[i] = state_->reportAttributes[i];
+        const uint32_t result = offer(candidateGroup_, candidateAnyHit_);
+        state_->tmax = tmax_;
+        return result;
+    }
+
+private:
+    // The values of RayState::hit but for t and the transform list.
+    struct Best {
+        uint32_t kind, primitive, sbtGasIndex, instanceIndex, instanceId, instanceSbtOffset;
+        uint32_t transformCount;
+        uint64_t gas;
+        uint32_t attributes[kMaxAttributeWords];
+    };
+
+    SUNSTONE_INLINE_MEMBER ResolvedRecord hitRecord(uint32_t sbtGasIndex,
+                                                    uint32_t instanceSbtOffset) const {
+        const uint64_t index = uint64_t(instanceSbtOffset) +
+                               uint64_t(sbtGasIndex) * (state_->sbtStride & 0xFF) +
+                               (state_->sbtOffset & 0xFF);
+        return resolveRecord(launch_, launch_.sbt.hitBase, launch_.sbt.hitStride,
+                             launch_.sbt.hitCount, index, kGroupHit);
+    }
+
+    // Whether any-hit counts as enabled, by geometry and instance; the ray's flags come on top.
+    SUNSTONE_INLINE_MEMBER bool anyHitEnabled(uint32_t sbtWord) const {
+        if (instanceFlags_ & (kInstanceDisableAnyHit | kInstanceEnforceAnyHit))
+            return (instanceFlags_ & kInstanceDisableAnyHit) == 0;
+        return (sbtWord >> bvh::kGeometryFlagShift & 1) == 0;
+    }
+    SUNSTONE_INLINE_MEMBER bool droppedByFlags(bool enabled) const {
+        return rayFlags_ & (enabled ? kRayCullEnforcedAnyHit : kRayCullDisabledAnyHit);
+    }
+    SUNSTONE_INLINE_MEMBER bool anyHitRuns(bool enabled) const {
+        if (rayFlags_ & (kRayDisableAnyHit | kRayEnforceAnyHit))
+            return (rayFlags_ & kRayDisableAnyHit) == 0;
+        return enabled;
+    }
+
+    SUNSTONE_INLINE_MEMBER isa::Culling culling() const {
+        if (instanceFlags_ & kInstanceDisableFaceCulling)
+            return {};
+        const bool front = rayFlags_ & kRayCullFront, back = rayFlags_ & kRayCullBack;
+        return flipped() ? isa::Culling{back, front} : isa::Culling{front, back};
+    }
+    SUNSTONE_INLINE_MEMBER bool flipped() const { return instanceFlags_ & kInstanceFlipFacing; }
+    SUNSTONE_INLINE_MEMBER uint32_t triangleKind(float det) const {
+        return (det < 0) != flipped() ? kHitTriangleFront : kHitTriangleBack;
+    }
+
+    // Shows the candidate in state->hit to the any-hit program and takes it unless that declines.
+    uint32_t offer(const GroupEntry* group, bool runAnyHit) {
+        uint32_t result = kAccept;
+        if (runAnyHit && group && group->anyHit) {
+            state_->tmax = state_->hit.t;
+            result = group->anyHit(state_);
+            if (result == kIgnore)
+                return kIgnore;
+        }
+        const Hit& hit = state_->hit;
+        found_ = true;
+        tmax_ = hit.t;
+        best_.kind = hit.kind;
+        best_.primitive = hit.primitive;
+        best_.sbtGasIndex = hit.sbtGasIndex;
+        for (unsigned i = 0; i < kMaxAttributeWords; ++i)
+            best_.attributes[i] = hit.attributes[i];
+        keepPath();
+        if (result == kTerminate || (rayFlags_ & kRayTerminateOnFirstHit)) {
+            ended_ = true;
+            return kTerminate;
+        }
+        return kAccept;
+    }
+
+    SUNSTONE_INLINE_MEMBER void keepPath() {
+        best_.instanceIndex = instanceIndex_;
+        best_.instanceId = instanceId_;
+        best_.instanceSbtOffset = instanceSbtOffset_;
+        best_.gas = gas_;
+        best_.transformCount = transformCount_;
+        for (uint32_t i = 0; i < transformCount_; ++i)
+            bestTransforms_[i] = transforms_[i];
+    }
+
+    // Fills what programs see of a candidate before they look at it. False if flags drop it.
+    SUNSTONE_INLINE_MEMBER bool startCandidate(uint32_t primitive, uint32_t sbtWord) {
+        const bool enabled = anyHitEnabled(sbtWord);
+        if (droppedByFlags(enabled))
+            return false;
+        candidateAnyHit_ = anyHitRuns(enabled);
+        Hit& hit = state_->hit;
+        hit.primitive = primitive;
+        hit.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
+        const ResolvedRecord r = hitRecord(hit.sbtGasIndex, instanceSbtOffset_);
+        candidateGroup_ = r.group;
+        hit.record = r.record;
+        state_->sbtData = dataOf(r.record);
+        return true;
+    }
+
+    // What is the same for all candidates in a geometry acceleration structure.
+    void startPrograms(const float org[3], const float dir[3]) {
+        for (int i = 0; i < 3; ++i) {
+            state_->objectOrigin[i] = org[i];
+            state_->objectDirection[i] = dir[i];
+        }
+        Hit& hit = state_->hit;
+        hit.instanceIndex = instanceIndex_;
+        hit.instanceId = instanceId_;
+        hit.instanceSbtOffset = instanceSbtOffset_;
+        hit.gas = gas_;
+        hit.transformCount = transformCount_;
+        for (uint32_t i = 0; i < transformCount_; ++i)
+            hit.transforms[i] = transforms_[i];
+        state_->traversal = this;
+    }
+
+    // Candidate triangles one by one.
+    struct ProgramTriangles {
+        static constexpr bool kOrdered = true;
+        Tracer& tracer;
+        const isa::RaySetup& setup;
+        isa::ShearLanes<isa::F8> shear;
+        isa::Culling culling;
+        float tmax;
+
+        template <unsigned N, class F>
+        SUNSTONE_INLINE_MEMBER bool test(const bvh::TriangleLeaf<N>& leaf,
+                                         const isa::ShearLanes<F>& lanes) {
+            isa::TriangleCandidates<N> c;
+            for (isa::Mask m = isa::testTriangles<N, F>(leaf, setup, lanes, tmax, c); m;
+                 m &= m - 1) {
+                const unsigned i = isa::lowestBit(m);
+                if (c.t[i] > tmax || culling.drops(c.det[i], leaf.sbt[i]))
+                    continue;
+                if (tracer.offerTriangle(c.t[i], c.v[i], c.w[i], c.det[i], leaf.primitive[i],
+                                         leaf.sbt[i]) == kTerminate)
+                    return true;
+                tmax = tracer.tmax_;
+            }
+            return false;
+        }
+        SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, bvh::NodeRef ref) {
+            const void* address = block + bvh::offsetOf(ref);
+            if ((ref & bvh::kNodeTagMask) == bvh::kLeaf)
+                return test(*static_cast<const bvh::TriangleLeaf<4>*>(address), lowHalf(shear));
+            return test(*static_cast<const bvh::TriangleLeaf<8>*>(address), shear);
+        }
+    };
+
+    [[gnu::noinline]] uint32_t offerTriangle(float t, float v, float w, float det,
+                                             uint32_t primitive, uint32_t sbtWord) {
+        if (!startCandidate(primitive, sbtWord))
+            return kIgnore;
+        Hit& hit = state_->hit;
+        hit.t = t;
+        hit.kind = triangleKind(det);
+        setBarycentrics(hit.attributes, v, w, det);
+        return offer(candidateGroup_, candidateAnyHit_);
+    }
+
+    SUNSTONE_INLINE_MEMBER static void setBarycentrics(uint32_t* attributes, float v, float w,
+                                                       float det) {
+        attributes[0] = isa::bitsOf(v / det);
+        attributes[1] = isa::bitsOf(w / det);
+        for (unsigned i = 2; i < kMaxAttributeWords; ++i)
+            attributes[i] = 0;
+    }
+
+    SUNSTONE_INLINE_MEMBER bool programsMayRun(const bvh::BlockHeader* block) const {
+        if (rayFlags_ & (kRayCullDisabledAnyHit | kRayCullEnforcedAnyHit))
+            return true;
+        if (!launch_.hasAnyHit || (rayFlags_ & kRayDisableAnyHit))
+            return false;
+        if (rayFlags_ & kRayEnforceAnyHit)
+            return true;
+        if (instanceFlags_ & (kInstanceDisableAnyHit | kInstanceEnforceAnyHit))
+            return (instanceFlags_ & kInstanceDisableAnyHit) == 0;
+        return (block->geometryFlagsAnd & 1) == 0;
+    }
+
+    SUNSTONE_INLINE_MEMBER bool enterTriangles(const bvh::BlockHeader* block, const float org[3],
+                                               const float dir[3]) {
+        isa::RaySetup setup;
+        isa::setupRay(setup, block, org, dir, state_->tmin, tmax_);
+        if (programsMayRun(block))
+            return walkWithPrograms(block, setup, org, dir);
+        if ((rayFlags_ & kRayTerminateOnFirstHit) == 0)
+            return walkClosest<true>(block, setup);
+        if (rayFlags_ & kRayDisableClosestHit)
+            return walkOccluded(block, setup);
+        return walkClosest<false>(block, setup);
+    }
+
+    [[gnu::noinline]] bool walkWithPrograms(const bvh::BlockHeader* block,
+                                            const isa::RaySetup& setup, const float org[3],
+                                            const float dir[3]) {
+        startPrograms(org, dir);
+        ProgramTriangles visitor{*this, setup, isa::shearLanes(setup), culling(), tmax_};
+        isa::traverse(block, setup, visitor);
+        return ended_;
+    }
+
+    // Nobody sees where the hit is: the closest-hit program is disabled.
+    [[gnu::noinline]] bool walkOccluded(const bvh::BlockHeader* block,
+                                        const isa::RaySetup& setup) {
+        isa::AnyTriangle visitor(setup, tmax_, culling());
+        isa::traverse(block, setup, visitor);
+        found_ = found_ || visitor.found;
+        ended_ = visitor.found;
+        if (visitor.found) {
+            best_ = {};
+            best_.kind = kHitTriangleFront;
+            keepPath();
+        }
+        return ended_;
+    }
+
+    struct FirstTriangle : isa::ClosestTriangle {
+        static constexpr bool kOrdered = false;
+        using ClosestTriangle::ClosestTriangle;
+        SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, bvh::NodeRef ref) {
+            ClosestTriangle::leaf(block, ref);
+            return found;
+        }
+    };
+
+    template <bool kAll>
+    [[gnu::noinline]] bool walkClosest(const bvh::BlockHeader* block, const isa::RaySetup& setup) {
+        using Visitor = std::conditional_t<kAll, isa::ClosestTriangle, FirstTriangle>;
+        Visitor visitor(setup, tmax_, culling());
+        isa::traverse(block, setup, visitor);
+        if (!visitor.found)
+            return false;
+        found_ = true;
+        tmax_ = visitor.tmax;
+        best_.kind = triangleKind(visitor.det);
+        best_.primitive = visitor.primitive;
+        best_.sbtGasIndex = visitor.sbt & bvh::kSbtIndexMask;
+        setBarycentrics(best_.attributes, visitor.v, visitor.w, visitor.det);
+        keepPath();
+        ended_ = !kAll;
+        return ended_;
+    }
+
+    struct CustomPrimitives {
+        static constexpr bool kOrdered = true;
+        Tracer& tracer;
+        float tmax;
+        SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, bvh::NodeRef ref) {
+            const auto* leaf =
+                reinterpret_cast<const bvh::CustomLeaf*>(block + bvh::offsetOf(ref));
+            const bool end = tracer.intersectCustom(leaf->primitive, leaf->sbt);
+            tmax = tracer.tmax_;
+            return end;
+        }
+    };
+
+    [[gnu::noinline]] bool intersectCustom(uint32_t primitive, uint32_t sbtWord) {
+        if (!startCandidate(primitive, sbtWord) || !candidateGroup_ ||
+            !candidateGroup_->intersection)
+            return false;
+        state_->tmax = tmax_;
+        candidateGroup_->intersection(state_);
+        return ended_;
+    }
+
+    [[gnu::noinline]] bool enterCustoms(const bvh::BlockHeader* block, const float org[3],
+                                        const float dir[3]) {
+        isa::RaySetup setup;
+        isa::setupRay(setup, block, org, dir, state_->tmin, tmax_);
+        startPrograms(org, dir);
+        CustomPrimitives visitor{*this, tmax_};
+        isa::traverse(block, setup, visitor);
+        return ended_;
+    }
+
+    struct Instances {
+        static constexpr bool kOrdered = true;
+        Tracer& tracer;
+        const float *org, *dir;
+        float tmax;
+        SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, bvh::NodeRef ref) {
+            const auto* record =
+                reinterpret_cast<const InstanceRecord*>(block + bvh::offsetOf(ref));
+            if ((record->visibilityMask & tracer.state_->visibilityMask & 0xFF) == 0)
+                return false;
+            const bool end = tracer.enterInstance(*record, org, dir);
+            tmax = tracer.tmax_;
+            return end;
+        }
+    };
+
+    [[gnu::noinline]] bool enterInstances(uint64_t handle, const float org[3],
+                                          const float dir[3]) {
+        const bvh::BlockHeader* block = blockOf(handle);
+        if (!block || block->type != bvh::BlockType::kInstances ||
+            !isa::isRay(org, dir, state_->tmin, tmax_))
+            return false;
+        isa::RaySetup setup;
+        isa::setupRay(setup, block, org, dir, state_->tmin, tmax_);
+        Instances visitor{*this, org, dir, tmax_};
+        isa::traverse(block, setup, visitor);
+        return ended_;
+    }
+
+    SUNSTONE_INLINE_MEMBER static void transformRay(const float m[12], const float org[3],
+                                                    const float dir[3], float newOrg[3],
+                                                    float newDir[3]) {
+        for (int i = 0; i < 3; ++i) {
+            const float* row = m + 4 * i;
+            newOrg[i] = row[0] * org[0] + row[1] * org[1] + row[2] * org[2] + row[3];
+            newDir[i] = row[0] * dir[0] + row[1] * dir[1] + row[2] * dir[2];
+        }
+    }
+
+    [[gnu::noinline]] bool enterInstance(const InstanceRecord& record, const float org[3],
+                                         const float dir[3]) {
+        if (transformCount_ >= kMaxGraphDepth)
+            return false;
+        float newOrg[3], newDir[3];
+        transformRay(record.worldToObject, org, dir, newOrg, newDir);
+        const uint32_t index = instanceIndex_, id = instanceId_, offset = instanceSbtOffset_,
+                       flags = instanceFlags_;
+        instanceIndex_ = record.index;
+        instanceId_ = record.instanceId;
+        instanceSbtOffset_ = offset + record.sbtOffset;
+        instanceFlags_ = record.flags;
+        transforms_[transformCount_++] = makeHandle(&record, kTagInstance);
+        const bool end = enter<true>(record.child, newOrg, newDir);
+        --transformCount_;
+        instanceIndex_ = index;
+        instanceId_ = id;
+        instanceSbtOffset_ = offset;
+        instanceFlags_ = flags;
+        return end;
+    }
+
+    [[gnu::noinline]] bool enterStaticTransform(uint64_t handle, const float org[3],
+                                                const float dir[3]) {
+        if (transformCount_ >= kMaxGraphDepth || addressOf(handle) == 0)
+            return false;
+        const auto* transform = reinterpret_cast<const bvh::StaticTransform*>(addressOf(handle));
+        float newOrg[3], newDir[3];
+        transformRay(transform->inverse, org, dir, newOrg, newDir);
+        transforms_[transformCount_++] = handle;
+        const bool end = enter<true>(transform->child, newOrg, newDir);
+        --transformCount_;
+        return end;
+    }
+
+    RayState* const state_;
+    const LaunchState& launch_;
+    const uint32_t rayFlags_;
+    float tmax_; // of the best hit, or the ray's
+    bool found_ = false, ended_ = false;
+    // Where in the graph the walk is.
+    uint32_t instanceIndex_ = 0, instanceId_ = ~0u, instanceSbtOffset_ = 0, instanceFlags_ = 0;
+    uint32_t transformCount_ = 0;
+    uint64_t gas_ = 0;
+    const GroupEntry* candidateGroup_ = nullptr;
+    bool candidateAnyHit_ = false;
+    Best best_;
+    uint64_t transforms_[kMaxGraphDepth];
+    uint64_t bestTransforms_[kMaxGraphDepth];
+};
+
+[[gnu::noinline]] static void runMiss(RayState* state) {
+    const SbtView& sbt = state->launch->sbt;
+    const ResolvedRecord r = resolveRecord(*state->launch, sbt.missBase, sbt.missStride,
+                                           sbt.missCount, state->missIndex, kGroupMiss);
+    state->hit.record = nullptr;
+    state->hit.transformCount = 0;
+    state->sbtData = dataOf(r.record);
+    if (r.group && r.group->main)
+        r.group->main(state);
+}
+
+// Walks the graph; returns the closest-hit program to run, or null. Apart from trace() so that its
+// frame is gone while programs run, which may trace themselves.
+template <bool kInstancing>
+[[gnu::noinline]] static ProgramFn findHit(RayState* state, bool& found) {
+    Tracer tracer(state);
+    tracer.enter<kInstancing>(state->handle, state->worldOrigin, state->worldDirection);
+    found = tracer.found();
+    if (!found || (state->rayFlags & kRayDisableClosestHit))
+        return nullptr;
+    const GroupEntry* group = tracer.commit();
+    return group ? group->main : nullptr;
+}
+
+template <bool kInstancing>
+static void trace(RayState* state) {
+    const LaunchState& launch = *state->launch;
+    if (state->depth > launch.maxTraceDepth) {
+        if ((launch.exceptionFlags & kExceptionTraceDepth) && launch.throwException)
+            launch.throwException(state, kExceptionCodeTraceDepth, 0, nullptr);
+        return;
+    }
+    const float tmax = state->tmax;
+    bool found = false;
+    if (const ProgramFn closestHit = findHit<kInstancing>(state, found)) {
+        closestHit(state);
+    } else if (!found) {
+        state->tmax = tmax;
+        runMiss(state);
+    }
+}
+
+static uint32_t report(RayState* state, float t, uint32_t kind) {
+    return static_cast<Tracer*>(state->traversal)->report(t, kind);
+}
+
+} // namespace sunstone::devlib::SUNSTONE_ISA
