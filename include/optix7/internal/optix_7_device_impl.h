@@ -3,7 +3,7 @@
 // reference 7.4, section 6.3.
 //
 // An intrinsic is an undeclared PTX function that only the library's compiler knows; operand order
-// and types are binary interface (tests/headers/optix7_intrinsics.txt lists them). Which asm is
+// and types are binary interface (tests/headers/optix7_intrinsics.tsv lists them). Which asm is
 // volatile: those with an effect, and those whose result may change within one program. The others
 // may be merged or moved by the compiler. Calls that run other programs clobber memory, as those
 // programs may use addresses passed in payload words.
