@@ -58,6 +58,9 @@ void Parser::parseStatement() {
     else if (token_.kind != TokenKind::kIdentifier)
         unexpected("an instruction, a label or a directive");
     const Token first = token_;
+    if (first.text[0] == '%')
+        fault(first.location, "an instruction begins with its opcode, not with register " +
+                                  quoted(first.text));
     statement.instruction.opcode = expectName("an opcode");
     statement.instruction.location = first.location;
     if (at(':') && statement.instruction.guard < 0)
@@ -100,7 +103,8 @@ std::string_view Parser::uniqueName(std::string_view name, std::vector<uint32_t>
         if (id >= stamps.size())
             stamps.resize(names_.size() + names_.size() / 2);
         const bool taken = stamps[id] == functionNumber_ ||
-                           module_.variableIndex.count(names_.text(id)) != 0;
+                           module_.variableIndex.count(names_.text(id)) != 0 ||
+                           module_.functionIndex.count(names_.text(id)) != 0;
         stamps[id] = functionNumber_;
         return !taken;
     };
@@ -271,6 +275,7 @@ void Parser::parseInstruction(Instruction& instruction) {
     const std::string_view opcode = instruction.opcode;
     if (opcode == "call")
         return parseCall(instruction);
+    addressesAreValues_ = opcode == "mov" || opcode == "cvta";
     const bool branch = opcode == "bra", table = opcode == "brx";
     if (!at(';')) {
         do {
@@ -313,6 +318,7 @@ std::vector<Operand> Parser::parseCallList() {
 
 // call[.uni] [(results),] target [, (arguments)] [, prototype] ;
 void Parser::parseCall(Instruction& call) {
+    addressesAreValues_ = true;
     if (at('(')) {
         call.results = parseCallList();
         expect(',', "between the results and the callee of the call");

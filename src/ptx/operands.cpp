@@ -268,7 +268,8 @@ void Parser::parseOffset(Operand& operand) {
     }
 }
 
-// sym[N], sym[%r], sym[%r+N]: the index counts elements.
+// sym[N], sym[%r], sym[%r+N]: the index counts elements. mov takes the address, a load what is
+// there.
 void Parser::parseIndex(Operand& operand, std::string_view name) {
     const Variable* variable = variableOf(names_.intern(name));
     if (!variable)
@@ -282,8 +283,13 @@ void Parser::parseIndex(Operand& operand, std::string_view name) {
     } else {
         operand.offset = parseIntegerExpression("an index");
     }
+    constexpr int64_t kMaxIndex = int64_t(1) << 40;
+    if (operand.offset > kMaxIndex || operand.offset < -kMaxIndex)
+        fault(operand.location, "index " + std::to_string(operand.offset) + " is out of range");
     operand.offset = static_cast<int64_t>(static_cast<uint64_t>(operand.offset) * scale);
     expect(']', "after the index");
+    if (!addressesAreValues_)
+        operand.kind = OperandKind::kAddress;
 }
 
 // [address], or [texture, ...]

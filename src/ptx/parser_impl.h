@@ -152,6 +152,7 @@ private:
     // Of the function being parsed.
     Function function_;
     SourcePosition source_;
+    bool addressesAreValues_ = false;    // in this instruction sym[N] is an address, not a place
     size_t statement_ = 0;               // index that the instruction being parsed will get
     uint32_t functionNumber_ = 0;        // from 1
     std::vector<uint32_t> variableStamps_; // by name: function that last used it for a variable

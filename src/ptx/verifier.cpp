@@ -87,17 +87,18 @@ private:
     std::deque<std::string> spellings_; // keys of cache_ that are not pieces of the text
 };
 
+std::string nameOfRegister(const Register& reg) {
+    std::string name(reg.name);
+    if (reg.number != ~0u)
+        name += std::to_string(reg.number);
+    return quoted(name);
+}
+
 std::string Verifier::nameOfOperand(const Operand& operand) const {
     switch (operand.kind) {
     case OperandKind::kRegister:
-        if (const Register* reg = registerOf(operand)) {
-            std::string name(reg->name);
-            if (reg->number != ~0u)
-                name += std::to_string(reg->number);
-            if (operand.component >= 0 && operand.component < 4)
-                name += std::string(".") + "xyzw"[operand.component];
-            return quoted(name);
-        }
+        if (const Register* reg = registerOf(operand))
+            return nameOfRegister(*reg);
         return "a register";
     case OperandKind::kInteger:
     case OperandKind::kFloat:
@@ -492,9 +493,9 @@ void Verifier::checkAddress(const Operand& operand) {
         error(operand, "an address register has 64 bits (or 32 in .shared, .local and .const), "
                        "this one is of type ." +
                            std::string(nameOf(reg->type)));
-    else if (size == 4 && isGenericOrGlobal())
-        error(operand, "register " + nameOfOperand(operand) + " has 32 bits, an address in generic "
-                       "or .global space has 64");
+    else if (size == 4 && operand.scale == 0 && isGenericOrGlobal())
+        error(operand, "register " + nameOfRegister(*reg) + " has 32 bits, an address in generic or "
+                       ".global space has 64");
 }
 
 // Whether a load or store goes to a space that is addressed with 64 bits.
