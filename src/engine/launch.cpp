@@ -5,8 +5,11 @@
 #include "base/threads.h"
 #include "devlib/trace.h"
 
+#include <algorithm>
+#include <atomic>
 #include <csetjmp>
 #include <cstring>
+#include <mutex>
 #include <vector>
 
 #include <tbb/blocked_range.h>
@@ -85,7 +88,7 @@ public:
 
     // Runs the indices of one tile. No object with a destructor lives here: exceptions of device
     // programs leave through longjmp.
-    void run(const Tile& tile) const {
+    void run(const Tile& tile) {
         ThreadState thread{};
         jmp_buf frame;
         thread.exceptionFrame = &frame;
@@ -97,7 +100,7 @@ public:
                                                          sizeof(devlib::SbtHeader));
         volatile uint32_t next = 0;
         if (setjmp(frame) != 0) {
-            runException(state);
+            endIndex(state);
             next = next + 1;
         }
         for (uint32_t i = next; i < tile.count(); ++i) {
@@ -111,8 +114,24 @@ public:
         }
     }
 
+    // Throws what a device program ended the launch with, if one did.
+    void finish() const {
+        if (!trapped_)
+            return;
+        fail(Code::kLaunchFailure, "a device program executed trap or failed an assertion at launch "
+             "index (", trapIndex_[0], ", ", trapIndex_[1], ", ", trapIndex_[2], ")");
+    }
+
 private:
-    void runException(RayState& state) const {
+    // What follows an exception: the exception program, or for a trap the end of the launch.
+    void endIndex(RayState& state) {
+        if (state.thread->exceptionCode == devlib::kExceptionTrap) {
+            std::call_once(trapOnce_, [&] {
+                std::copy_n(state.thread->index, 3, trapIndex_);
+                trapped_ = true;
+            });
+            return;
+        }
         if (!exception_)
             return;
         state.sbtData = reinterpret_cast<const void*>(launch_.sbt.exceptionRecord +
@@ -124,6 +143,9 @@ private:
     const LaunchState& launch_;
     devlib::ProgramFn raygen_;
     devlib::ProgramFn exception_;
+    std::once_flag trapOnce_;
+    std::atomic<bool> trapped_{false};
+    uint32_t trapIndex_[3] = {};
 };
 
 void runLaunch(const LaunchRequest& request) {
@@ -167,6 +189,7 @@ void runLaunch(const LaunchRequest& request) {
         for (size_t i = begin; i < end; ++i)
             runner.run(Tile(tiling, i));
     });
+    runner.finish();
 }
 
 } // namespace
