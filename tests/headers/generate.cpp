@@ -136,8 +136,7 @@ std::string hostCheck(const Row& row) {
     if (kind == "variable")
         return sameType("decltype(" + name + ")", type, name);
     if (kind == "table slot")
-        return equal("OFFSET_OF(OptixFunctionTable, " + name + ")", number + " * sizeof(void*)",
-                     name) +
+        return "CHECK_OFFSET(OptixFunctionTable, " + name + ", " + number + " * sizeof(void*))\n" +
                sameType("decltype(OptixFunctionTable::" + name + ")", pointerTo(type), name);
     if (kind == "host function" || kind == "utility function")
         return sameType("decltype(&" + name + ")", pointerTo(type), name);
