@@ -36,6 +36,8 @@ struct Kernels {
     // counts as empty.
     bool (*closest)(const void* block, const QueryRay& ray, QueryHit& hit);
     bool (*occluded)(const void* block, const QueryRay& ray);
+    // Whether the ray meets the front (or the back) of some triangle.
+    bool (*meetsSide)(const void* block, const QueryRay& ray, bool front);
 };
 
 // The kernels of a set, which must be supported.

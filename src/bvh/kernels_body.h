@@ -29,7 +29,7 @@ static bool closest(const void* block, const QueryRay& ray, QueryHit& hit) {
     hit.v = visitor.w / visitor.det;
     hit.primitive = visitor.primitive;
     hit.sbt = visitor.sbt;
-    hit.front = visitor.det < 0;
+    hit.front = visitor.det > 0;
     return true;
 }
 
@@ -38,6 +38,15 @@ static bool occluded(const void* block, const QueryRay& ray) {
     if (!prepare(block, ray, setup))
         return false;
     AnyTriangle visitor(setup, ray.tmax, {});
+    traverse(block, setup, visitor);
+    return visitor.found;
+}
+
+static bool meetsSide(const void* block, const QueryRay& ray, bool front) {
+    RaySetup setup;
+    if (!prepare(block, ray, setup))
+        return false;
+    AnyTriangle visitor(setup, ray.tmax, {!front, front});
     traverse(block, setup, visitor);
     return visitor.found;
 }

@@ -8,14 +8,14 @@
 namespace sunstone::bvh::SUNSTONE_ISA {
 
 // Which sides do not count. A triangle is seen from its front if its vertices run counter-clockwise
-// for the ray; then the determinant of the test is negative.
+// for the ray; then the determinant of the test is positive.
 struct Culling {
     bool front = false, back = false;
 
     SUNSTONE_INLINE_MEMBER bool drops(float det, uint32_t sbt) const {
         if (!(front | back) || (sbt >> kGeometryFlagShift & 4)) // 4: kGeometryDisableFaceCulling
             return false;
-        return det < 0 ? front : back;
+        return det > 0 ? front : back;
     }
 };
 

@@ -158,7 +158,7 @@ private:
     }
     SUNSTONE_INLINE_MEMBER bool flipped() const { return instanceFlags_ & kInstanceFlipFacing; }
     SUNSTONE_INLINE_MEMBER uint32_t triangleKind(float det) const {
-        return (det < 0) != flipped() ? kHitTriangleFront : kHitTriangleBack;
+        return (det > 0) != flipped() ? kHitTriangleFront : kHitTriangleBack;
     }
 
     // Shows the candidate in state->hit to the any-hit program and takes it unless that declines.

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bench {
+namespace {
+
+struct V {
+    float x, y, z;
+};
+V operator+(V a, V b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+V operator-(V a, V b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+V operator*(V a, float s) { return {a.x * s, a.y * s, a.z * s}; }
+float dot(V a, V b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+V cross(V a, V b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+V unit(V a) { return a * (1 / std::sqrt(dot(a, a))); }
+
+uint32_t hash(uint32_t a, uint32_t b) {
+    uint64_t x = (uint64_t(a) << 32 | b) + 0x9E3779B97F4A7C15ull;
+    x = (x ^ x >> 30) * 0xBF58476D1CE4E5B9ull;
+    x = (x ^ x >> 27) * 0x94D049BB133111EBull;
+    return uint32_t((x ^ x >> 31) >> 16);
+}
+float random(uint32_t a, uint32_t b) { return float(hash(a, b) >> 8) * 0x1p-24f; }
+V randomUnit(uint32_t a, uint32_t b) {
+    const float z = 2 * random(a, 2 * b) - 1, phi = 6.2831853f * random(a, 2 * b + 1);
+    const float r = std::sqrt(std::max(0.0f, 1 - z * z));
+    return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+void add(Mesh& m, V v) { m.vertices.insert(m.vertices.end(), {v.x, v.y, v.z}); }
+void add(Mesh& m, uint32_t a, uint32_t b, uint32_t c) { m.indices.insert(m.indices.end(), {a, b, c}); }
+
+void look(Mesh& m, V eye, V target) {
+    m.eye[0] = eye.x, m.eye[1] = eye.y, m.eye[2] = eye.z;
+    m.target[0] = target.x, m.target[1] = target.y, m.target[2] = target.z;
+}
+
+// Smooth noise of a lattice of random values.
+float noise(float x, float y, uint32_t seed) {
+    const float fx = std::floor(x), fy = std::floor(y);
+    const auto at = [&](int i, int j) {
+        return random(seed, hash(uint32_t(int(fx) + i), uint32_t(int(fy) + j)));
+    };
+    const auto smooth = [](float t) { return t * t * (3 - 2 * t); };
+    const float u = smooth(x - fx), v = smooth(y - fy);
+    return (at(0, 0) * (1 - u) + at(1, 0) * u) * (1 - v) + (at(0, 1) * (1 - u) + at(1, 1) * u) * v;
+}
+
+Mesh terrain(uint32_t triangles) {
+    Mesh m;
+    m.name = "terrain";
+    const uint32_t n = std::max(1u, uint32_t(std::sqrt(triangles / 2.0)));
+    for (uint32_t j = 0; j <= n; ++j)
+        for (uint32_t i = 0; i <= n; ++i) {
+            const float x = float(i) / float(n) * 100, y = float(j) / float(n) * 100;
+            float height = 0, scale = 0.05f, weight = 12;
+            for (uint32_t octave = 0; octave < 9; ++octave, scale *= 2, weight *= 0.5f)
+                height += weight * noise(x * scale, y * scale, octave);
+            add(m, {x - 50, height, y - 50});
+        }
+    for (uint32_t j = 0; j < n; ++j)
+        for (uint32_t i = 0; i < n; ++i) {
+            const uint32_t a = j * (n + 1) + i, b = a + 1, c = a + n + 1, d = c + 1;
+            add(m, a, c, b);
+            add(m, b, c, d);
+        }
+    look(m, {-48, 34, -48}, {10, 4, 10});
+    m.aoRadius = 5;
+    return m;
+}
+
+Mesh randomTriangles(uint32_t triangles, float length, float width, const char* name) {
+    Mesh m;
+    m.name = name;
+    for (uint32_t i = 0; i < triangles; ++i) {
+        const V center = {random(i, 1) * 2 - 1, random(i, 2) * 2 - 1, random(i, 3) * 2 - 1};
+        const V along = randomUnit(i, 10) * length;
+        const V across = unit(cross(along, randomUnit(i, 11) + V{1e-3f, 0, 0})) * width;
+        add(m, center - along * 0.5f);
+        add(m, center + along * 0.5f);
+        add(m, center + across);
+        add(m, 3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    look(m, {-2.2f, 1.3f, -2.6f}, {0, 0, 0});
+    m.fovDegrees = 50;
+    m.aoRadius = 0.2f;
+    return m;
+}
+
+Mesh spheres(uint32_t triangles) {
+    Mesh m;
+    m.name = "spheres";
+    constexpr uint32_t kSlices = 50, kStacks = 26; // 2500 triangles each
+    const uint32_t count = std::max(1u, triangles / (2 * kSlices * (kStacks - 1)));
+    for (uint32_t s = 0; s < count; ++s) {
+        const V center = {random(s, 1) * 100 - 50, random(s, 2) * 20, random(s, 3) * 100 - 50};
+        const float radius = 0.4f + 1.2f * random(s, 4);
+        const uint32_t base = m.numVertices();
+        for (uint32_t j = 0; j <= kStacks; ++j)
+            for (uint32_t i = 0; i < kSlices; ++i) {
+                const float theta = 3.14159265f * float(j) / float(kStacks);
+                const float phi = 6.2831853f * float(i) / float(kSlices);
+                add(m, center + V{std::sin(theta) * std::cos(phi), std::cos(theta),
+                                  std::sin(theta) * std::sin(phi)} * radius);
+            }
+        for (uint32_t j = 0; j < kStacks; ++j)
+            for (uint32_t i = 0; i < kSlices; ++i) {
+                const uint32_t a = base + j * kSlices + i;
+                const uint32_t b = base + j * kSlices + (i + 1) % kSlices;
+                if (j > 0)
+                    add(m, a, b, a + kSlices);
+                if (j + 1 < kStacks)
+                    add(m, b, b + kSlices, a + kSlices);
+            }
+    }
+    look(m, {-70, 40, -70}, {0, 8, 0});
+    m.aoRadius = 5;
+    return m;
+}
+
+V at(const float p[3]) { return {p[0], p[1], p[2]}; }
+
+} // namespace
+
+Mesh makeScene(SceneKind kind, uint32_t triangles) {
+    switch (kind) {
+    case SceneKind::kTerrain:
+        return terrain(triangles);
+    case SceneKind::kSoup:
+        return randomTriangles(triangles, 0.02f, 0.015f, "soup");
+    case SceneKind::kLongThin:
+        return randomTriangles(triangles, 0.4f, 0.001f, "long thin");
+    default:
+        return spheres(triangles);
+    }
+}
+
+std::vector<Ray> primaryRays(const Mesh& mesh, uint32_t width, uint32_t height) {
+    const V eye = at(mesh.eye), forward = unit(at(mesh.target) - eye);
+    const V right = unit(cross(forward, {0, 1, 0})), up = cross(right, forward);
+    const float tangent = std::tan(mesh.fovDegrees * 0.00872664626f);
+    const float aspect = float(width) / float(height);
+    std::vector<Ray> rays;
+    rays.reserve(size_t(width) * height);
+    for (uint32_t ty = 0; ty < height; ty += 8)
+        for (uint32_t tx = 0; tx < width; tx += 8)
+            for (uint32_t y = ty; y < std::min(height, ty + 8); ++y)
+                for (uint32_t x = tx; x < std::min(width, tx + 8); ++x) {
+                    const float sx = (2 * (float(x) + 0.5f) / float(width) - 1) * tangent * aspect;
+                    const float sy = (1 - 2 * (float(y) + 0.5f) / float(height)) * tangent;
+                    const V d = unit(forward + right * sx + up * sy);
+                    rays.push_back({{eye.x, eye.y, eye.z}, 0, {d.x, d.y, d.z}, 1e16f});
+                }
+    return rays;
+}
+
+std::vector<Ray> secondaryRays(const Mesh& mesh, const std::vector<Ray>& primary,
+                               const std::vector<SurfacePoint>& points, RayKind kind) {
+    std::vector<Ray> rays;
+    rays.reserve(primary.size());
+    const V light = unit({0.4f, 0.8f, -0.3f});
+    for (size_t i = 0; i < primary.size(); ++i) {
+        if (!points[i].hit)
+            continue;
+        const uint32_t* index = &mesh.indices[3 * size_t(points[i].triangle)];
+        const V a = at(&mesh.vertices[3 * size_t(index[0])]);
+        const V b = at(&mesh.vertices[3 * size_t(index[1])]);
+        const V c = at(&mesh.vertices[3 * size_t(index[2])]);
+        const V in = at(primary[i].direction);
+        V normal = unit(cross(b - a, c - a));
+        if (dot(normal, in) > 0)
+            normal = normal * -1;
+        const V p = at(primary[i].origin) + in * points[i].t;
+        V d = light;
+        float length = 1e16f;
+        if (kind != RayKind::kShadow) {
+            d = unit(normal * 1.0001f + randomUnit(uint32_t(i), 77)); // cosine-distributed
+            if (kind == RayKind::kAmbientOcclusion)
+                length = mesh.aoRadius;
+        }
+        rays.push_back({{p.x, p.y, p.z}, 1e-3f * mesh.aoRadius, {d.x, d.y, d.z}, length});
+    }
+    return rays;
+}
+
+} // namespace bench
