@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one device: the machine's processor. Its attributes are those of a mid-sized GPU of compute
+// capability 7.5 where programs size their work by them, and the truth where they describe memory.
+#include "api/cuda/driver/shell.h"
+
+#include "base/threads.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+
+using namespace sunstone;
+using namespace sunstone::api::cuda;
+
+namespace {
+
+constexpr char kBusId[] = "0000:00:00.0";
+
+// False if the attribute is unknown.
+bool attributeValue(int attribute, int& value) {
+    if (attribute < 1 || attribute >= CU_DEVICE_ATTRIBUTE_MAX)
+        return false;
+    switch (attribute) {
+    case CU_DEVICE_ATTRIBUTE_MAX_THREADS_PER_BLOCK: value = kMaxThreads; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_BLOCK_DIM_X: value = kMaxBlock[0]; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_BLOCK_DIM_Y: value = kMaxBlock[1]; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_BLOCK_DIM_Z: value = kMaxBlock[2]; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_GRID_DIM_X: value = int(kMaxGrid[0]); break;
+    case CU_DEVICE_ATTRIBUTE_MAX_GRID_DIM_Y: value = kMaxGrid[1]; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_GRID_DIM_Z: value = kMaxGrid[2]; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK: value = kSharedPerBlock; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN: value = kSharedOptin; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_MULTIPROCESSOR:
+        value = kSharedPerProcessor;
+        break;
+    case CU_DEVICE_ATTRIBUTE_RESERVED_SHARED_MEMORY_PER_BLOCK: value = kReservedShared; break;
+    case CU_DEVICE_ATTRIBUTE_TOTAL_CONSTANT_MEMORY: value = 65536; break;
+    case CU_DEVICE_ATTRIBUTE_WARP_SIZE: value = kWarpSize; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_PITCH: value = kMaxPitch; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_REGISTERS_PER_BLOCK:
+    case CU_DEVICE_ATTRIBUTE_MAX_REGISTERS_PER_MULTIPROCESSOR: value = kRegisters; break;
+    case CU_DEVICE_ATTRIBUTE_CLOCK_RATE: value = 2000000; break;         // kHz
+    case CU_DEVICE_ATTRIBUTE_MEMORY_CLOCK_RATE: value = 3200000; break;  // kHz
+    case CU_DEVICE_ATTRIBUTE_GLOBAL_MEMORY_BUS_WIDTH: value = 128; break; // two channels
+    case CU_DEVICE_ATTRIBUTE_TEXTURE_ALIGNMENT:
+    case CU_DEVICE_ATTRIBUTE_SURFACE_ALIGNMENT: value = kPitchAlignment; break;
+    case CU_DEVICE_ATTRIBUTE_TEXTURE_PITCH_ALIGNMENT: value = 32; break;
+    case CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT: value = int(threadCount()); break;
+    case CU_DEVICE_ATTRIBUTE_L2_CACHE_SIZE:
+        value = int(std::max(sysconf(_SC_LEVEL3_CACHE_SIZE), 1L << 20));
+        break;
+    case CU_DEVICE_ATTRIBUTE_MAX_THREADS_PER_MULTIPROCESSOR: value = kThreadsPerProcessor; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_BLOCKS_PER_MULTIPROCESSOR: value = kBlocksPerProcessor; break;
+    case CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR: value = kMajor; break;
+    case CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR: value = kMinor; break;
+    case CU_DEVICE_ATTRIBUTE_SINGLE_TO_DOUBLE_PRECISION_PERF_RATIO: value = 2; break;
+    case CU_DEVICE_ATTRIBUTE_ASYNC_ENGINE_COUNT: value = 2; break;
+    case CU_DEVICE_ATTRIBUTE_GPU_OVERLAP:
+    case CU_DEVICE_ATTRIBUTE_INTEGRATED: // shares memory with the host
+    case CU_DEVICE_ATTRIBUTE_CAN_MAP_HOST_MEMORY:
+    case CU_DEVICE_ATTRIBUTE_CONCURRENT_KERNELS:
+    case CU_DEVICE_ATTRIBUTE_UNIFIED_ADDRESSING:
+    case CU_DEVICE_ATTRIBUTE_STREAM_PRIORITIES_SUPPORTED:
+    case CU_DEVICE_ATTRIBUTE_GLOBAL_L1_CACHE_SUPPORTED:
+    case CU_DEVICE_ATTRIBUTE_LOCAL_L1_CACHE_SUPPORTED:
+    case CU_DEVICE_ATTRIBUTE_MANAGED_MEMORY:
+    case CU_DEVICE_ATTRIBUTE_HOST_NATIVE_ATOMIC_SUPPORTED:
+    case CU_DEVICE_ATTRIBUTE_PAGEABLE_MEMORY_ACCESS:
+    case CU_DEVICE_ATTRIBUTE_PAGEABLE_MEMORY_ACCESS_USES_HOST_PAGE_TABLES:
+    case CU_DEVICE_ATTRIBUTE_CONCURRENT_MANAGED_ACCESS:
+    case CU_DEVICE_ATTRIBUTE_DIRECT_MANAGED_MEM_ACCESS_FROM_HOST:
+    case CU_DEVICE_ATTRIBUTE_COMPUTE_PREEMPTION_SUPPORTED:
+    case CU_DEVICE_ATTRIBUTE_CAN_USE_HOST_POINTER_FOR_REGISTERED_MEM:
+    case CU_DEVICE_ATTRIBUTE_HOST_REGISTER_SUPPORTED:
+    case CU_DEVICE_ATTRIBUTE_READ_ONLY_HOST_REGISTER_SUPPORTED:
+    case CU_DEVICE_ATTRIBUTE_MEMORY_POOLS_SUPPORTED: value = 1; break;
+    default:
+        // Textures, surfaces, clusters, interoperation: none of it is there yet.
+        value = 0;
+    }
+    return true;
+}
+
+} // namespace
+
+SUNSTONE_EXPORT CUresult cuDeviceGet(CUdevice* device, int ordinal) {
+    return guarded("cuDeviceGet", Needs::kInit, [&] {
+        require(device, "device is null");
+        requireDevice(ordinal);
+        *device = ordinal;
+    });
+}
+
+SUNSTONE_EXPORT CUresult cuDeviceGetCount(int* count) {
+    return guarded("cuDeviceGetCount", Needs::kInit, [&] {
+        require(count, "count is null");
+        *count = 1;
+    });
+}
+
+SUNSTONE_EXPORT CUresult cuDeviceGetName(char* name, int length, CUdevice device) {
+    return guarded("cuDeviceGetName", Needs::kInit, [&] {
+        require(name && length > 0, "name is null or its length not positive");
+        requireDevice(device);
+        std::snprintf(name, size_t(length), "Sunstone CPU (%u threads)", threadCount());
+    });
+}
+
+SUNSTONE_EXPORT CUresult cuDeviceGetUuid(CUuuid* uuid, CUdevice device) {
+    return guarded("cuDeviceGetUuid", Needs::kInit, [&] {
+        require(uuid, "uuid is null");
+        requireDevice(device);
+        std::memcpy(uuid->bytes, "sunstone-cpu-000", 16);
+    });
+}
+SUNSTONE_EXPORT CUresult cuDeviceGetLuid(char*, unsigned int*, CUdevice) {
+    return guarded("cuDeviceGetLuid", Needs::kInit,
+                   [] { refuse(CUDA_ERROR_NOT_SUPPORTED, "locally unique ids exist on Windows only"); });
+}
+
+SUNSTONE_EXPORT CUresult cuDeviceTotalMem(size_t* bytes, CUdevice device) {
+    return guarded("cuDeviceTotalMem", Needs::kInit, [&] {
+        require(bytes, "bytes is null");
+        requireDevice(device);
+        *bytes = cpu::totalMemory();
+    });
+}
+
+SUNSTONE_EXPORT CUresult cuDeviceGetAttribute(int* value, CUdevice_attribute attribute,
+                                              CUdevice device) {
+    return guarded("cuDeviceGetAttribute", Needs::kInit, [&] {
+        require(value, "value is null");
+        requireDevice(device);
+        int result = 0;
+        if (!attributeValue(int(attribute), result))
+            refuse(CUDA_ERROR_INVALID_VALUE, "there is no device attribute ", int(attribute));
+        *value = result;
+    });
+}
+
+SUNSTONE_EXPORT CUresult cuDeviceGetProperties(CUdevprop* properties, CUdevice device) {
+    return guarded("cuDeviceGetProperties", Needs::kInit, [&] {
+        require(properties, "properties is null");
+        requireDevice(device);
+        *properties = {};
+        properties->maxThreadsPerBlock = kMaxThreads;
+        for (int i = 0; i < 3; ++i) {
+            properties->maxThreadsDim[i] = int(kMaxBlock[i]);
+            properties->maxGridSize[i] = int(kMaxGrid[i]);
+        }
+        properties->sharedMemPerBlock = kSharedPerBlock;
+        properties->totalConstantMemory = 65536;
+        properties->SIMDWidth = kWarpSize;
+        properties->memPitch = int(kMaxPitch);
+        properties->regsPerBlock = kRegisters;
+        properties->clockRate = 2000000;
+        properties->textureAlign = int(kPitchAlignment);
+    });
+}
+
+SUNSTONE_EXPORT CUresult cuDeviceComputeCapability(int* major, int* minor, CUdevice device) {
+    return guarded("cuDeviceComputeCapability", Needs::kInit, [&] {
+        require(major && minor, "major or minor is null");
+        requireDevice(device);
+        *major = kMajor;
+        *minor = kMinor;
+    });
+}
+
+SUNSTONE_EXPORT CUresult cuDeviceGetPCIBusId(char* id, int length, CUdevice device) {
+    return guarded("cuDeviceGetPCIBusId", Needs::kInit, [&] {
+        require(id && length >= int(sizeof kBusId), "id is null or too short");
+        requireDevice(device);
+        std::memcpy(id, kBusId, sizeof kBusId);
+    });
+}
+
+SUNSTONE_EXPORT CUresult cuDeviceGetByPCIBusId(CUdevice* device, const char* id) {
+    return guarded("cuDeviceGetByPCIBusId", Needs::kInit, [&] {
+        require(device && id, "device or id is null");
+        if (std::strcmp(id, kBusId) != 0 && std::strcmp(id, kBusId + 5) != 0)
+            refuse(CUDA_ERROR_INVALID_DEVICE, "no device has the bus id ", id);
+        *device = 0;
+    });
+}
+
+SUNSTONE_EXPORT CUresult cuDeviceCanAccessPeer(int* canAccess, CUdevice device, CUdevice peer) {
+    return guarded("cuDeviceCanAccessPeer", Needs::kInit, [&] {
+        require(canAccess, "canAccess is null");
+        requireDevice(device);
+        requireDevice(peer);
+        *canAccess = 0; // a device is no peer of itself
+    });
+}

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// See shell.h.
+#include "api/cuda/driver/shell.h"
+
+#include "base/log.h"
+
+#include <new>
+
+namespace sunstone::api::cuda {
+
+namespace {
+
+std::atomic<bool> initialized{false};
+
+} // namespace
+
+void initialize(unsigned flags) {
+    require(flags == 0, "flags of cuInit must be 0");
+    initialized.store(true, std::memory_order_release);
+}
+
+CUresult resultOf(Code code) {
+    switch (code) {
+    case Code::kOk: return CUDA_SUCCESS;
+    case Code::kInvalidValue: return CUDA_ERROR_INVALID_VALUE;
+    case Code::kOutOfMemory: return CUDA_ERROR_OUT_OF_MEMORY;
+    case Code::kInvalidOperation: return CUDA_ERROR_ILLEGAL_STATE;
+    case Code::kNotSupported: return CUDA_ERROR_NOT_SUPPORTED;
+    case Code::kInvalidPtx:
+    case Code::kInvalidPayloadAccess:
+    case Code::kInvalidAttributeAccess:
+    case Code::kInvalidFunctionUse:
+    case Code::kInvalidFunctionArguments:
+    case Code::kLinkError: return CUDA_ERROR_INVALID_PTX;
+    case Code::kInvalidContext: return CUDA_ERROR_INVALID_CONTEXT;
+    case Code::kNotInitialized: return CUDA_ERROR_NOT_INITIALIZED;
+    case Code::kNotFound: return CUDA_ERROR_NOT_FOUND;
+    case Code::kFileError: return CUDA_ERROR_FILE_NOT_FOUND;
+    case Code::kInvalidLaunchParameter: return CUDA_ERROR_INVALID_VALUE;
+    case Code::kLaunchFailure: return CUDA_ERROR_LAUNCH_FAILED;
+    default: return CUDA_ERROR_UNKNOWN;
+    }
+}
+
+CUresult guardedCall(const char* function, Needs needs, const std::function<CUresult()>& body) {
+    auto report = [&](CUresult result, const char* text) {
+        log(LogLevel::kError, "cuda", message(function, ": ", nameOf(result), ": ", text));
+        return result;
+    };
+    try {
+        if (needs != Needs::kNothing && !initialized.load(std::memory_order_acquire))
+            return report(CUDA_ERROR_NOT_INITIALIZED, "cuInit has not been called");
+        if (needs == Needs::kContext && !cpu::contexts().current())
+            return report(CUDA_ERROR_INVALID_CONTEXT, "no context is current on this thread");
+        return body();
+    } catch (const Failure& failure) {
+        return report(failure.result(), failure.what());
+    } catch (const Error& error) {
+        return report(resultOf(error.code()), error.what());
+    } catch (const std::bad_alloc&) {
+        return report(CUDA_ERROR_OUT_OF_MEMORY, "no host memory");
+    } catch (const std::exception& error) {
+        return report(CUDA_ERROR_UNKNOWN, error.what());
+    } catch (...) {
+        return report(CUDA_ERROR_UNKNOWN, "unknown exception");
+    }
+}
+
+void requireDevice(CUdevice device) {
+    if (device != 0)
+        refuse(CUDA_ERROR_INVALID_DEVICE, "device ", device, " does not exist; there is 1");
+}
+
+cpu::Context* requireContext(CUcontext context) {
+    cpu::ContextPtr live = cpu::contexts().find(context);
+    if (!live)
+        refuse(CUDA_ERROR_INVALID_CONTEXT, "context ", static_cast<void*>(context), " is not live");
+    return live.get();
+}
+
+} // namespace sunstone::api::cuda
+
+using namespace sunstone::api::cuda;
+
+SUNSTONE_EXPORT CUresult cuInit(unsigned int flags) {
+    return guarded("cuInit", Needs::kNothing, [&] { initialize(flags); });
+}
+
+SUNSTONE_EXPORT CUresult cuDriverGetVersion(int* version) {
+    return guarded("cuDriverGetVersion", Needs::kNothing, [&] {
+        require(version, "version is null");
+        *version = kDriverVersion;
+    });
+}
+
+SUNSTONE_EXPORT CUresult cuGetErrorName(CUresult error, const char** name) {
+    if (!name)
+        return CUDA_ERROR_INVALID_VALUE;
+    *name = nameOf(error);
+    return *name ? CUDA_SUCCESS : CUDA_ERROR_INVALID_VALUE;
+}
+
+SUNSTONE_EXPORT CUresult cuGetErrorString(CUresult error, const char** text) {
+    if (!text)
+        return CUDA_ERROR_INVALID_VALUE;
+    *text = textOf(error);
+    return *text ? CUDA_SUCCESS : CUDA_ERROR_INVALID_VALUE;
+}
+
+SUNSTONE_EXPORT CUresult cuProfilerStart(void) {
+    return guarded("cuProfilerStart", Needs::kContext, [] {});
+}
+SUNSTONE_EXPORT CUresult cuProfilerStop(void) {
+    return guarded("cuProfilerStop", Needs::kContext, [] {});
+}

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// See context.h.
+#include "device/cpu/context.h"
+
+#include "base/error.h"
+#include "base/log.h"
+#include "device/cpu/memory.h"
+#include "device/cpu/stream.h"
+
+#include <algorithm>
+
+namespace sunstone::device::cpu {
+
+namespace {
+
+// Weak, so that a context destroyed by another thread leaves a stack entry that reads as none.
+thread_local std::vector<std::weak_ptr<Context>> stack;
+
+constexpr size_t kDefaultLimits[8] = {1024, 1 << 20, 8 << 20, 2, 2048, 64, 0, 0};
+
+} // namespace
+
+Context* Contexts::create(unsigned flags) {
+    auto context = std::make_shared<Context>();
+    context->flags = flags;
+    for (int i = 0; i < 8; ++i)
+        context->limits[i] = kDefaultLimits[i];
+    {
+        std::lock_guard lock(mutex_);
+        context->id = nextId_++;
+        live_.push_back(context);
+    }
+    stack.push_back(context);
+    return context.get();
+}
+
+void Contexts::tearDown(const ContextPtr& context) {
+    try {
+        streams().synchronizeAll();
+    } catch (const std::exception& error) {
+        log(LogLevel::kError, "device", message("work of a destroyed context failed: ", error.what()));
+    }
+    std::vector<std::function<void(Context*)>> hooks;
+    {
+        std::lock_guard lock(mutex_);
+        hooks = hooks_;
+    }
+    for (auto& hook : hooks)
+        hook(context.get());
+    streams().destroyOwner(context.get());
+    memory().releaseOwner(context.get());
+}
+
+bool Contexts::destroy(void* handle) {
+    ContextPtr context;
+    {
+        std::lock_guard lock(mutex_);
+        auto it = std::find_if(live_.begin(), live_.end(),
+                               [&](const ContextPtr& c) { return c.get() == handle; });
+        if (it == live_.end() || (*it)->primary)
+            return false;
+        context = std::move(*it);
+        live_.erase(it);
+    }
+    tearDown(context);
+    if (current() == context.get())
+        stack.pop_back();
+    return true;
+}
+
+Context* Contexts::retainPrimary() {
+    std::lock_guard lock(mutex_);
+    if (!primary_) {
+        primary_ = std::make_shared<Context>();
+        primary_->primary = true;
+        primary_->flags = primaryFlags_.load();
+        for (int i = 0; i < 8; ++i)
+            primary_->limits[i] = kDefaultLimits[i];
+        primary_->id = nextId_++;
+        live_.push_back(primary_);
+    }
+    ++primaryCount_;
+    return primary_.get();
+}
+
+bool Contexts::releasePrimary() {
+    {
+        std::lock_guard lock(mutex_);
+        if (primaryCount_ == 0)
+            return false;
+        if (--primaryCount_ != 0)
+            return true;
+    }
+    resetPrimary();
+    return true;
+}
+
+void Contexts::resetPrimary() {
+    ContextPtr context;
+    {
+        std::lock_guard lock(mutex_);
+        context = std::move(primary_);
+        primary_ = nullptr;
+        primaryCount_ = 0;
+        if (!context)
+            return;
+        live_.erase(std::remove(live_.begin(), live_.end(), context), live_.end());
+    }
+    tearDown(context);
+}
+
+bool Contexts::primaryActive() const {
+    std::lock_guard lock(mutex_);
+    return primary_ != nullptr;
+}
+
+void Contexts::setPrimaryFlags(unsigned flags) {
+    std::lock_guard lock(mutex_);
+    primaryFlags_ = flags;
+    if (primary_)
+        primary_->flags = flags;
+}
+
+ContextPtr Contexts::find(const void* handle) const {
+    std::lock_guard lock(mutex_);
+    for (const ContextPtr& context : live_)
+        if (context.get() == handle)
+            return context;
+    return nullptr;
+}
+
+Context* Contexts::current() const {
+    if (stack.empty())
+        return nullptr;
+    ContextPtr top = stack.back().lock();
+    return top.get(); // stays alive: only its destruction by the application ends it
+}
+
+void Contexts::setCurrent(Context* context) {
+    if (!stack.empty())
+        stack.pop_back();
+    if (context)
+        stack.push_back(find(context));
+}
+
+void Contexts::push(Context* context) { stack.push_back(find(context)); }
+
+Context* Contexts::pop() {
+    if (stack.empty())
+        return nullptr;
+    Context* top = current();
+    stack.pop_back();
+    return top;
+}
+
+void Contexts::onDestroy(std::function<void(Context*)> hook) {
+    std::lock_guard lock(mutex_);
+    hooks_.push_back(std::move(hook));
+}
+
+Contexts& contexts() {
+    static Contexts* instance = new Contexts; // outlives every thread
+    return *instance;
+}
+
+} // namespace sunstone::device::cpu

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// The CPU as a Device: device.h in terms of streams, memory and contexts.
+#include "device/cpu/context.h"
+#include "device/cpu/memory.h"
+#include "device/cpu/stream.h"
+#include "device/device.h"
+
+namespace sunstone::device {
+
+namespace {
+
+class CpuDevice final : public Device {
+public:
+    const char* name() const override { return "Sunstone CPU"; }
+
+    void enqueue(void* stream, std::function<void()> work) override {
+        cpu::streams().submit(cpu::streams().find(stream), std::move(work));
+    }
+    void synchronize(void* stream) override {
+        cpu::streams().synchronize(cpu::streams().find(stream));
+    }
+    void synchronizeAll() override { cpu::streams().synchronizeAll(); }
+
+    void* currentContext() override { return cpu::contexts().current(); }
+    bool ownsContext(void* context) override { return cpu::contexts().find(context) != nullptr; }
+
+    bool isAccessible(const void* address, size_t size) override {
+        if (cpu::memory().find(address))
+            return cpu::memory().contains(address, size);
+        return cpu::isMappedReadWrite(address, size);
+    }
+};
+
+} // namespace
+
+Device& cpuDevice() {
+    static CpuDevice* device = new CpuDevice; // outlives every worker thread
+    return *device;
+}
+
+} // namespace sunstone::device

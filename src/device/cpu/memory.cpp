@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+// See memory.h.
+#include "device/cpu/memory.h"
+
+#include "base/error.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <mutex>
+
+namespace sunstone::device::cpu {
+
+namespace {
+
+bool isOurs(MemoryKind kind) {
+    return kind == MemoryKind::kDevice || kind == MemoryKind::kPinned ||
+           kind == MemoryKind::kManaged;
+}
+
+// The entry that contains the address, or end.
+template <class Map>
+auto entryOf(Map& map, uintptr_t address) {
+    auto it = map.upper_bound(address);
+    if (it == map.begin())
+        return map.end();
+    --it;
+    return address - it->first < it->second.size ? it : map.end();
+}
+
+} // namespace
+
+void* Memory::allocate(size_t size, MemoryKind kind, unsigned flags, const void* owner) {
+    if (size == 0)
+        fail(Code::kInvalidValue, "an allocation of 0 bytes");
+    // The kernel promises more than it has: refuse what could never be used.
+    if (size > totalMemory() - std::min(totalMemory(), allocatedBytes()))
+        fail(Code::kOutOfMemory, "no memory for ", size, " bytes: the device has ", totalMemory());
+    const size_t rounded = (size + kAlignment - 1) & ~(kAlignment - 1);
+    void* base = std::aligned_alloc(kAlignment, rounded);
+    if (!base)
+        fail(Code::kOutOfMemory, "no memory for ", size, " bytes");
+    std::unique_lock lock(mutex_);
+    byBase_[uintptr_t(base)] = {uintptr_t(base), size, kind, flags, owner, nextId_++};
+    allocated_ += size;
+    return base;
+}
+
+bool Memory::adopt(const void* base, size_t size, MemoryKind kind, unsigned flags,
+                   const void* owner) {
+    const uintptr_t begin = uintptr_t(base);
+    if (size == 0 || begin + size < begin)
+        return false;
+    std::unique_lock lock(mutex_);
+    auto next = byBase_.lower_bound(begin);
+    if (next != byBase_.end() && next->first < begin + size)
+        return false;
+    if (entryOf(byBase_, begin) != byBase_.end())
+        return false;
+    byBase_[begin] = {begin, size, kind, flags, owner, nextId_++};
+    return true;
+}
+
+bool Memory::release(const void* base, std::initializer_list<MemoryKind> kinds) {
+    {
+        std::unique_lock lock(mutex_);
+        auto it = byBase_.find(uintptr_t(base));
+        if (it == byBase_.end() ||
+            std::find(kinds.begin(), kinds.end(), it->second.kind) == kinds.end())
+            return false;
+        const bool ours = isOurs(it->second.kind);
+        if (ours)
+            allocated_ -= it->second.size;
+        byBase_.erase(it);
+        if (!ours)
+            return true;
+    }
+    std::free(const_cast<void*>(base));
+    return true;
+}
+
+void Memory::releaseOwner(const void* owner) {
+    std::vector<void*> dead;
+    {
+        std::unique_lock lock(mutex_);
+        for (auto it = byBase_.begin(); it != byBase_.end();) {
+            if (it->second.owner != owner) {
+                ++it;
+                continue;
+            }
+            if (isOurs(it->second.kind)) {
+                dead.push_back(reinterpret_cast<void*>(it->first));
+                allocated_ -= it->second.size;
+            }
+            it = byBase_.erase(it);
+        }
+    }
+    for (void* base : dead)
+        std::free(base);
+}
+
+std::optional<Allocation> Memory::find(const void* address) const {
+    std::shared_lock lock(mutex_);
+    auto it = entryOf(byBase_, uintptr_t(address));
+    if (it == byBase_.end())
+        return std::nullopt;
+    return it->second;
+}
+
+bool Memory::contains(const void* address, size_t size) const {
+    std::shared_lock lock(mutex_);
+    auto it = entryOf(byBase_, uintptr_t(address));
+    return it != byBase_.end() && size <= it->second.size - (uintptr_t(address) - it->first);
+}
+
+size_t Memory::allocatedBytes() const {
+    std::shared_lock lock(mutex_);
+    return allocated_;
+}
+
+bool isMapped(const void* address, size_t size) {
+    const uintptr_t page = uintptr_t(sysconf(_SC_PAGESIZE));
+    const uintptr_t begin = uintptr_t(address);
+    if (begin < page || begin + size < begin)
+        return false;
+    uintptr_t at = begin & ~(page - 1);
+    const uintptr_t end = size ? begin + size : begin + 1;
+    // mincore answers ENOMEM where a page is not mapped; residency itself does not matter.
+    static constexpr size_t kPagesAtOnce = 4096;
+    unsigned char resident[kPagesAtOnce];
+    while (at < end) {
+        const size_t bytes = std::min<size_t>(end - at, kPagesAtOnce * page);
+        if (mincore(reinterpret_cast<void*>(at), bytes, resident) != 0)
+            return false;
+        at += bytes;
+        if (at < begin)
+            return false;
+    }
+    return true;
+}
+
+bool isMappedReadWrite(const void* address, size_t size) {
+    uintptr_t at = uintptr_t(address);
+    const uintptr_t end = at + std::max<size_t>(size, 1);
+    if (!at || end < at)
+        return false;
+    FILE* maps = std::fopen("/proc/self/maps", "re");
+    if (!maps)
+        return false;
+    char line[512];
+    bool found = false;
+    while (!found && std::fgets(line, sizeof line, maps)) {
+        unsigned long begin = 0, stop = 0;
+        char rights[5] = {};
+        if (std::sscanf(line, "%lx-%lx %4s", &begin, &stop, rights) != 3)
+            continue; // the rest of a long line
+        if (at < begin)
+            break;
+        if (at >= stop)
+            continue;
+        if (rights[0] != 'r' || rights[1] != 'w')
+            break;
+        at = stop;
+        found = at >= end;
+    }
+    std::fclose(maps);
+    return found;
+}
+
+size_t totalMemory() {
+    static const size_t total = size_t(sysconf(_SC_PHYS_PAGES)) * size_t(sysconf(_SC_PAGESIZE));
+    return total;
+}
+
+size_t availableMemory() {
+    size_t available = size_t(sysconf(_SC_AVPHYS_PAGES)) * size_t(sysconf(_SC_PAGESIZE));
+    if (FILE* file = std::fopen("/proc/meminfo", "re")) {
+        char line[128];
+        unsigned long kilobytes = 0;
+        while (std::fgets(line, sizeof line, file))
+            if (std::sscanf(line, "MemAvailable: %lu kB", &kilobytes) == 1)
+                available = size_t(kilobytes) * 1024;
+        std::fclose(file);
+    }
+    return std::min(available, totalMemory());
+}
+
+Memory& memory() {
+    static Memory* instance = new Memory; // outlives every thread that may still copy at exit
+    return *instance;
+}
+
+} // namespace sunstone::device::cpu

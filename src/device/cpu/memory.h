@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Memory of the CPU device: ordinary host memory whose allocations are remembered by address, so
+// that copies out of range, double frees and foreign pointers are recognised without touching them.
+// Any thread may call anything here. Read next: stream.h.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <shared_mutex>
+#include <vector>
+
+namespace sunstone::device::cpu {
+
+enum class MemoryKind : uint8_t {
+    kDevice,
+    kPinned,     // host memory allocated by the API
+    kManaged,
+    kRegistered, // the application's own, made known to the API; never freed by us
+    kModule,     // variables of a loaded module; never freed by us
+};
+
+struct Allocation {
+    uintptr_t base = 0;
+    size_t size = 0;
+    MemoryKind kind = MemoryKind::kDevice;
+    unsigned flags = 0;         // as the API was given them
+    const void* owner = nullptr; // context that frees it when it dies
+    uint64_t id = 0;            // never used twice
+};
+
+class Memory {
+public:
+    static constexpr size_t kAlignment = 512;
+
+    // New zero-filled-or-not memory of `size` bytes, aligned to kAlignment. Throws kInvalidValue for
+    // size 0 and kOutOfMemory where the machine has not that much.
+    void* allocate(size_t size, MemoryKind kind, unsigned flags, const void* owner);
+    // Remembers memory that is not ours; false if it overlaps what is known.
+    bool adopt(const void* base, size_t size, MemoryKind kind, unsigned flags, const void* owner);
+    // Frees memory whose start is `base` if its kind is one of `kinds`; false if there is none.
+    bool release(const void* base, std::initializer_list<MemoryKind> kinds);
+    // Frees or forgets everything of this owner.
+    void releaseOwner(const void* owner);
+
+    // The live allocation that contains the address.
+    std::optional<Allocation> find(const void* address) const;
+    // Whether the whole range lies in one live allocation.
+    bool contains(const void* address, size_t size) const;
+
+    size_t allocatedBytes() const;
+
+private:
+    mutable std::shared_mutex mutex_;
+    std::map<uintptr_t, Allocation> byBase_;
+    size_t allocated_ = 0;
+    uint64_t nextId_ = 1;
+};
+
+// Whether all pages of the range are mapped (and, if asked, writable). Never faults.
+bool isMapped(const void* address, size_t size);
+bool isMappedReadWrite(const void* address, size_t size);
+
+// Physical memory of the machine, and what of it could be allocated now.
+size_t totalMemory();
+size_t availableMemory();
+
+Memory& memory();
+
+} // namespace sunstone::device::cpu

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+// See stream.h.
+#include "device/cpu/stream.h"
+
+#include "base/error.h"
+
+#include <algorithm>
+
+namespace sunstone::device::cpu {
+
+namespace {
+
+constexpr int kWorkerSpins = 2000; // pauses, some 10 to 40 microseconds
+constexpr int kWaiterSpins = 1000;
+
+void relax() {
+#if defined(__x86_64__)
+    __builtin_ia32_pause();
+#endif
+}
+
+std::atomic<uint64_t> nextStreamId{1};
+
+} // namespace
+
+void Completion::wait() const {
+    for (int i = 0; i < kWaiterSpins; ++i) {
+        if (done())
+            return;
+        relax();
+    }
+    done_.wait(0, std::memory_order_acquire);
+}
+
+void Completion::finish() {
+    time_ = std::chrono::steady_clock::now();
+    done_.store(1, std::memory_order_release);
+    done_.notify_all();
+}
+
+Stream::Stream(unsigned flags, int priority, const void* owner)
+    : flags_(flags), priority_(priority), owner_(owner),
+      id_(nextStreamId.fetch_add(1, std::memory_order_relaxed)) {}
+
+void Stream::keepError(std::exception_ptr error) {
+    std::lock_guard lock(mutex_);
+    if (!error_)
+        error_ = std::move(error);
+}
+
+void Stream::throwError() {
+    std::exception_ptr error;
+    {
+        std::lock_guard lock(mutex_);
+        std::swap(error, error_);
+    }
+    if (error)
+        std::rethrow_exception(error);
+}
+
+void Stream::push(std::shared_ptr<Stream> self, Item item) {
+    std::unique_lock lock(mutex_);
+    items_.push_back(std::move(item));
+    pending_.fetch_add(1, std::memory_order_release);
+    if (!started_) {
+        started_ = true;
+        std::thread(&Stream::run, std::move(self)).detach();
+        return;
+    }
+    lock.unlock();
+    wake_.notify_one();
+}
+
+void Stream::close() {
+    std::lock_guard lock(mutex_);
+    closing_ = true;
+    wake_.notify_one();
+}
+
+void Stream::run(std::shared_ptr<Stream> self) {
+    for (;;) {
+        for (int i = 0; i < kWorkerSpins && self->pending_.load(std::memory_order_acquire) == 0; ++i)
+            relax();
+        Item item;
+        {
+            std::unique_lock lock(self->mutex_);
+            self->wake_.wait(lock, [&] { return !self->items_.empty() || self->closing_; });
+            if (self->items_.empty())
+                return;
+            item = std::move(self->items_.front());
+            self->items_.pop_front();
+            self->pending_.fetch_sub(1, std::memory_order_relaxed);
+        }
+        for (const CompletionPtr& earlier : item.waits)
+            earlier->wait();
+        try {
+            if (item.work)
+                item.work();
+        } catch (...) {
+            self->keepError(std::current_exception());
+        }
+        item.work = nullptr; // what it owns is gone before anyone learns that it is done
+        item.done->finish();
+    }
+}
+
+Streams::Streams() : legacy_(std::make_shared<Stream>(0, 0, nullptr)) {}
+
+void* Streams::create(unsigned flags, int priority, const void* owner) {
+    auto stream = std::make_shared<Stream>(flags, priority, owner);
+    std::lock_guard lock(order_);
+    live_.push_back(stream);
+    return stream.get();
+}
+
+bool Streams::destroy(void* handle) {
+    StreamPtr stream;
+    {
+        std::lock_guard lock(order_);
+        auto it = std::find_if(live_.begin(), live_.end(),
+                               [&](const StreamPtr& s) { return s.get() == handle; });
+        if (it == live_.end())
+            return false;
+        stream = std::move(*it);
+        live_.erase(it);
+        // Its unfinished work still counts as that of a blocking stream.
+        if (stream->isBlocking() && stream->last_ && !stream->last_->done()) {
+            Stream::Item barrier{nullptr, {stream->last_}, std::make_shared<Completion>()};
+            if (legacy_->last_ && !legacy_->last_->done())
+                barrier.waits.push_back(legacy_->last_);
+            legacy_->last_ = barrier.done;
+            legacy_->push(legacy_, std::move(barrier));
+        }
+    }
+    stream->close();
+    return true;
+}
+
+void Streams::destroyOwner(const void* owner) {
+    std::vector<void*> dead;
+    {
+        std::lock_guard lock(order_);
+        for (const StreamPtr& stream : live_)
+            if (stream->owner() == owner)
+                dead.push_back(stream.get());
+    }
+    for (void* handle : dead)
+        destroy(handle);
+}
+
+StreamPtr Streams::perThread() {
+    struct Holder {
+        StreamPtr stream;
+        Streams* streams = nullptr;
+        ~Holder() {
+            if (stream)
+                streams->destroy(stream.get());
+        }
+    };
+    thread_local Holder holder;
+    if (!holder.stream) {
+        holder.stream = std::make_shared<Stream>(0, 0, &holder);
+        holder.streams = this;
+        std::lock_guard lock(order_);
+        live_.push_back(holder.stream);
+    }
+    return holder.stream;
+}
+
+StreamPtr Streams::find(void* handle) {
+    if (uintptr_t(handle) <= 1)
+        return legacy_;
+    if (uintptr_t(handle) == 2)
+        return perThread();
+    std::lock_guard lock(order_);
+    for (const StreamPtr& stream : live_)
+        if (stream.get() == handle)
+            return stream;
+    fail(Code::kInvalidValue, "stream ", handle, " is not a live stream");
+}
+
+std::vector<CompletionPtr> Streams::collect(const StreamPtr& stream) {
+    std::vector<CompletionPtr> result;
+    auto add = [&](const StreamPtr& other) {
+        if (other->last_ && !other->last_->done())
+            result.push_back(other->last_);
+    };
+    if (stream == legacy_) {
+        for (const StreamPtr& other : live_)
+            if (other->isBlocking())
+                add(other);
+    } else if (stream->isBlocking()) {
+        add(legacy_);
+    }
+    return result;
+}
+
+CompletionPtr Streams::submit(const StreamPtr& stream, std::function<void()> work,
+                              std::vector<CompletionPtr> waits) {
+    stream->throwError();
+    Stream::Item item;
+    item.work = std::move(work);
+    item.done = std::make_shared<Completion>();
+    CompletionPtr done = item.done;
+    std::lock_guard lock(order_);
+    item.waits = collect(stream);
+    for (CompletionPtr& earlier : waits)
+        if (earlier && !earlier->done())
+            item.waits.push_back(std::move(earlier));
+    stream->last_ = done;
+    stream->push(stream, std::move(item));
+    return done;
+}
+
+std::vector<CompletionPtr> Streams::outstanding(const StreamPtr& stream) {
+    std::lock_guard lock(order_);
+    std::vector<CompletionPtr> result;
+    if (stream == legacy_)
+        result = collect(stream);
+    if (stream->last_ && !stream->last_->done())
+        result.push_back(stream->last_);
+    return result;
+}
+
+bool Streams::idle(const StreamPtr& stream) { return outstanding(stream).empty(); }
+
+void Streams::synchronize(const StreamPtr& stream) {
+    for (const CompletionPtr& completion : outstanding(stream))
+        completion->wait();
+    stream->throwError();
+}
+
+void Streams::synchronizeAll() {
+    std::vector<StreamPtr> all;
+    std::vector<CompletionPtr> completions;
+    {
+        std::lock_guard lock(order_);
+        all = live_;
+        all.push_back(legacy_);
+        for (const StreamPtr& stream : all)
+            if (stream->last_)
+                completions.push_back(stream->last_);
+    }
+    for (const CompletionPtr& completion : completions)
+        completion->wait();
+    // The first error is thrown; the others stay with their streams.
+    for (const StreamPtr& stream : all)
+        stream->throwError();
+}
+
+Streams& streams() {
+    static Streams* instance = new Streams; // outlives every worker thread
+    return *instance;
+}
+
+} // namespace sunstone::device::cpu

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Streams of the CPU device: ordered queues, each with a worker thread of its own that starts with
+// the first work. Order between streams is kept by dependencies on Completions only:
+//
+//   * every piece of work has a Completion; a stream remembers its last one;
+//   * work on the legacy default stream depends on the last work of all blocking streams, and work on
+//     a blocking stream on the last work of the legacy stream, as CUDA specifies;
+//   * waiting for an event is work that depends on the Completion the event was recorded with.
+//
+// Dependencies only ever point to work submitted earlier and each stream has its own thread, so
+// there can be no cycle. One mutex (Streams::order_) makes submissions of all streams one sequence.
+// A worker spins for some microseconds before it sleeps: a program that launches and waits in turn
+// then pays no wake-up. Read next: event.h, cpu_device.cpp.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace sunstone::device::cpu {
+
+// Something that happens once.
+class Completion {
+public:
+    bool done() const { return done_.load(std::memory_order_acquire) != 0; }
+    void wait() const;
+    void finish();
+    // When it happened; valid once done.
+    std::chrono::steady_clock::time_point time() const { return time_; }
+
+private:
+    std::atomic<uint32_t> done_{0};
+    std::chrono::steady_clock::time_point time_{};
+};
+using CompletionPtr = std::shared_ptr<Completion>;
+
+class Stream {
+public:
+    Stream(unsigned flags, int priority, const void* owner);
+    Stream(const Stream&) = delete;
+    Stream& operator=(const Stream&) = delete;
+
+    bool isBlocking() const { return (flags_ & 1u) == 0; } // CU_STREAM_NON_BLOCKING is 1
+    unsigned flags() const { return flags_; }
+    int priority() const { return priority_; }
+    const void* owner() const { return owner_; }
+    uint64_t id() const { return id_; }
+
+private:
+    friend class Streams;
+    struct Item {
+        std::function<void()> work;
+        std::vector<CompletionPtr> waits;
+        CompletionPtr done;
+    };
+    static void run(std::shared_ptr<Stream> self);
+    void push(std::shared_ptr<Stream> self, Item item);
+    void close(); // the worker ends when the queue is empty
+    void keepError(std::exception_ptr error);
+    void throwError(); // and forgets it
+
+    const unsigned flags_;
+    const int priority_;
+    const void* const owner_;
+    const uint64_t id_;
+    CompletionPtr last_; // guarded by Streams::order_
+
+    std::mutex mutex_;
+    std::condition_variable wake_;
+    std::deque<Item> items_;
+    std::atomic<uint32_t> pending_{0}; // items not taken yet, for the spinning worker
+    bool started_ = false;
+    bool closing_ = false;
+    std::exception_ptr error_;
+};
+using StreamPtr = std::shared_ptr<Stream>;
+
+// All streams of the process.
+class Streams {
+public:
+    static constexpr int kLeastPriority = 0;
+    static constexpr int kGreatestPriority = -5;
+
+    Streams();
+    void* create(unsigned flags, int priority, const void* owner);
+    // Returns at once; work already queued still runs. False if there is no such stream.
+    bool destroy(void* handle);
+    void destroyOwner(const void* owner);
+
+    // The stream of a handle: null and (void*)1 mean the legacy default stream, (void*)2 that of the
+    // calling thread. Throws Error(kInvalidValue) for anything else that is not a live stream.
+    StreamPtr find(void* handle);
+    bool isDefault(void* handle) const { return uintptr_t(handle) <= 2; }
+
+    // Queues work after everything the stream's order demands. Throws the stream's pending error.
+    CompletionPtr submit(const StreamPtr& stream, std::function<void()> work,
+                         std::vector<CompletionPtr> waits = {});
+    // What the stream must have done to be idle: work of blocking streams counts for the legacy
+    // stream.
+    std::vector<CompletionPtr> outstanding(const StreamPtr& stream);
+    bool idle(const StreamPtr& stream);
+    void synchronize(const StreamPtr& stream); // throws the stream's pending error
+    void synchronizeAll();
+    void throwError(const StreamPtr& stream) { stream->throwError(); }
+
+private:
+    std::vector<CompletionPtr> collect(const StreamPtr& stream); // under order_
+    StreamPtr perThread();
+
+    std::mutex order_;
+    StreamPtr legacy_;
+    std::vector<StreamPtr> live_; // without legacy_; per-thread ones included
+};
+
+Streams& streams();
+
+} // namespace sunstone::device::cpu
