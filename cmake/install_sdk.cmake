@@ -1,0 +1,57 @@
+# What `cmake --install` lays out. Find modules in the wild look for <dir>/include/optix.h, hence a tree in
+# the shape of an SDK beside the ordinary one:
+#   <prefix>/optix7/include          OptiX 7 headers
+#   <prefix>/include/sunstone/cuda   CUDA headers for machines without a toolkit
+#   <prefix>/lib                     libsunstone, libnvoptix.so.1
+#   <prefix>/lib/sunstone/cuda       libcuda.so.1, libcudart: in a folder of their own, so that they never
+#                                    hide a real driver; `sunstone run` puts them on the path of one command
+#   <prefix>/lib/cmake/OptiX         OptiXConfig.cmake: targets OptiX::OptiX and optix
+# Components: sdk (headers and package files, needs no build), runtime, cuda, tools.
+include(CMakePackageConfigHelpers)
+
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/optix7/ DESTINATION optix7/include
+    COMPONENT sdk FILES_MATCHING PATTERN "*.h")
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/cuda/ DESTINATION include/sunstone/cuda
+    COMPONENT sdk FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp" PATTERN "*.inl")
+foreach(file IN ITEMS LICENSE README.md)
+    if(EXISTS ${PROJECT_SOURCE_DIR}/${file})
+        install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION share/doc/sunstone COMPONENT sdk)
+    endif()
+endforeach()
+
+# The version is that of the API, as programs ask for find_package(OptiX 7.4); optix.h has it.
+file(STRINGS ${PROJECT_SOURCE_DIR}/include/optix7/optix.h optix_version_line
+    REGEX "^#define OPTIX_VERSION [0-9]+$")
+string(REGEX REPLACE "^.* " "" optix_version "${optix_version_line}")
+math(EXPR optix_major "${optix_version} / 10000")
+math(EXPR optix_minor "${optix_version} % 10000 / 100")
+math(EXPR optix_micro "${optix_version} % 100")
+set(SUNSTONE_OPTIX_VERSION ${optix_major}.${optix_minor}.${optix_micro})
+
+set(optix_headers optix7/include)
+set(optix_cuda_headers include/sunstone/cuda)
+set(package_folder lib/cmake/OptiX)
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/OptiXConfig.cmake.in
+    ${PROJECT_BINARY_DIR}/package/OptiXConfig.cmake INSTALL_DESTINATION ${package_folder}
+    PATH_VARS optix_headers optix_cuda_headers)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/package/OptiXConfigVersion.cmake
+    VERSION ${SUNSTONE_OPTIX_VERSION} COMPATIBILITY SameMajorVersion ARCH_INDEPENDENT)
+install(FILES ${PROJECT_BINARY_DIR}/package/OptiXConfig.cmake
+    ${PROJECT_BINARY_DIR}/package/OptiXConfigVersion.cmake
+    DESTINATION ${package_folder} COMPONENT sdk)
+
+# sunstone_install(component folder path-from-folder-to-lib targets...): those of the targets that exist.
+function(sunstone_install component folder to_lib)
+    foreach(target IN LISTS ARGN)
+        if(TARGET ${target})
+            install(TARGETS ${target}
+                RUNTIME DESTINATION ${folder} COMPONENT ${component}
+                LIBRARY DESTINATION ${folder} COMPONENT ${component}
+                ARCHIVE DESTINATION ${folder} COMPONENT ${component})
+            set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN;$ORIGIN/${to_lib}")
+        endif()
+    endforeach()
+endfunction()
+sunstone_install(runtime lib . sunstone nvoptix)
+sunstone_install(cuda lib/sunstone/cuda ../.. sunstone_cuda cudart_shared cudart_static)
+sunstone_install(tools bin ../lib sunstone_tool)

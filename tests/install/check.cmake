@@ -1,0 +1,57 @@
+# Installs into WORK/stage, checks the layout, builds the project in SOURCE against it and runs it.
+# WAY: config (find_package finds OptiXConfig.cmake) or module (a find module as many projects have one).
+# CUDA: where cuda.h comes from, Sunstone's own headers or the toolkit.
+cmake_minimum_required(VERSION 3.25)
+
+function(run)
+    execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE out)
+    if(NOT result EQUAL 0)
+        message(FATAL_ERROR "failed (${result}): ${ARGN}\n${out}")
+    endif()
+    set(output "${out}" PARENT_SCOPE)
+endfunction()
+
+set(stage ${WORK}/stage)
+file(REMOVE_RECURSE ${WORK})
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${stage} --component sdk)
+foreach(file IN ITEMS optix7/include/optix.h optix7/include/internal/optix_7_device_impl.h
+        include/sunstone/cuda/cuda.h lib/cmake/OptiX/OptiXConfig.cmake
+        lib/cmake/OptiX/OptiXConfigVersion.cmake)
+    if(NOT EXISTS ${stage}/${file})
+        message(FATAL_ERROR "${file} is not installed")
+    endif()
+endforeach()
+# A private copy of the tree under another name: nothing may depend on where it was installed.
+file(RENAME ${stage} ${WORK}/moved)
+set(stage ${WORK}/moved)
+
+set(expected 7804) # OPTIX_ERROR_LIBRARY_NOT_FOUND
+if(EXISTS ${BUILD}/lib/libnvoptix.so.1)
+    run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${stage} --component runtime)
+    set(expected 0)
+endif()
+
+if(CUDA STREQUAL "toolkit")
+    find_path(cuda_headers cuda.h PATHS $ENV{CUDA_PATH}/include /usr/local/cuda/include NO_CACHE)
+    if(NOT cuda_headers)
+        message("[SKIP] no CUDA toolkit on this machine")
+        return()
+    endif()
+else()
+    set(cuda_headers ${stage}/include/sunstone/cuda)
+endif()
+if(WAY STREQUAL "config")
+    set(find -DCMAKE_PREFIX_PATH=${stage} -DOptiX_CUDA_HEADERS=${CUDA} -DUSE_MODULE=OFF)
+else()
+    set(find -DOptiX_INSTALL_DIR=${stage}/optix7 -DCUDA_INCLUDE_DIR=${cuda_headers} -DUSE_MODULE=ON)
+endif()
+run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX} ${find})
+run(${CMAKE_COMMAND} --build ${WORK}/build)
+
+foreach(program IN ITEMS consumer consumer_short_name)
+    run(${CMAKE_COMMAND} -E env LD_LIBRARY_PATH=${stage}/lib ${WORK}/build/${program})
+    if(NOT output MATCHES "^optixInit: ${expected} ")
+        message(FATAL_ERROR "${program} says: ${output}expected result ${expected}")
+    endif()
+    message("${program}: ${output}")
+endforeach()
