@@ -96,6 +96,8 @@ struct KernelInfo {
     bool usesBarriers = false;       // bar.sync and friends, directly or through callees
     bool usesWarpFunctions = false;  // shuffle, vote, match ...
     uint32_t localBytes = 0;
+    // Why the kernel cannot run (it uses textures, say); empty where it can. Then address is null.
+    std::string unsupported;
 };
 class KernelCode {
 public:

@@ -30,6 +30,9 @@ constexpr unsigned kMaxPayloadWords = 32;
 constexpr unsigned kMaxAttributeWords = 8;
 constexpr unsigned kMaxGraphDepth = 31;
 
+// Code that LaunchState::throwException gets for `trap` and a failed assertion: ends the launch.
+constexpr int32_t kExceptionTrap = INT32_MIN;
+
 // Traversable handles are addresses with a tag in the low bits (acceleration structures are
 // 128-byte aligned, transforms and instance records 64). Zero is the null handle.
 enum HandleTag : uint64_t {

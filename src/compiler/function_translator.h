@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+// Translates the body of one PTX function to LLVM IR, one instruction at a time.
+//
+// Registers. PTX registers are untyped bits, assigned any number of times. One that is used
+// within a single region (the code between two labels) lives only in `current`, the table of
+// known values; others also have an alloca, written at each definition and read at most once per
+// region; mem2reg removes those. A register that was never written reads as zero, which is one of
+// the values PTX allows.
+//
+// Guards. A guarded instruction becomes a branch around it and phis for the registers it wrote, so
+// that every instruction can be guarded without knowing; SimplifyCFG makes selects where it pays.
+//
+// Addresses are host addresses in all state spaces, so cvta is the identity.
+//
+// The instruction families are in translate_*.cpp: each file registers its opcodes in one table
+// at its end. Source: PTX ISA manual, chapter "Instruction Set".
+#pragma once
+
+#include "base/error.h"
+#include "compiler/unit.h"
+
+#include <unordered_map>
+
+namespace sunstone::compiler {
+
+using Value = llvm::Value;
+
+// How floating point results are rounded.
+enum class Rounding : uint8_t { kNearest, kZero, kDown, kUp };
+
+class FunctionTranslator {
+public:
+    FunctionTranslator(Unit& unit, llvm::Function& function, FunctionFacts& facts);
+    void translate();
+
+    using Handler = void (FunctionTranslator::*)(const ptx::Instruction&);
+    using Handlers = std::unordered_map<std::string_view, Handler>;
+
+private:
+    // ---- set-up and the walk over the body: translate_function.cpp
+    void declareVariables();
+    void declareParameters();
+    void classifyRegisters();
+    void createRegisters();
+    void translateInstruction(const ptx::Instruction& instruction);
+    void translateGuarded(const ptx::Instruction& instruction);
+    void dispatch(const ptx::Instruction& instruction);
+    void startRegion(llvm::BasicBlock* block);
+    void emitReturn();
+    bool terminated() const { return builder_.GetInsertBlock()->getTerminator() != nullptr; }
+    [[noreturn]] void reject(const ptx::Instruction& instruction, ErrorCode code,
+                             const std::string& why) const;
+    [[noreturn]] void rejectForm(const ptx::Instruction& instruction) const;
+    static const Handlers& handlers();
+    void operandCount(const ptx::Instruction& instruction, size_t least, size_t most) const;
+
+    // ---- types, registers, operands: translate_operands.cpp
+    struct Slot {
+        llvm::Type* type = nullptr;
+        llvm::AllocaInst* memory = nullptr; // null: the register lives in one region
+        Value* current = nullptr;
+        uint32_t region = 0;                // in which `current` is valid
+    };
+    llvm::IntegerType* intType(unsigned bits) { return builder_.getIntNTy(bits); }
+    llvm::Type* typeOf(ptx::Type type);     // integer, half, float, double, <2 x half>
+    static unsigned bitsOf(ptx::Type type) {
+        return type == ptx::Type::kPred ? 1 : ptx::sizeOf(type) * 8;
+    }
+    Value* coerce(Value* value, llvm::Type* type, bool isSigned = false);
+    Value* readSlot(uint32_t slot);
+    void writeSlot(uint32_t slot, Value* value, bool isSigned);
+    uint32_t slotOf(const ptx::Operand& operand) const;
+    Value* read(const ptx::Operand& operand, ptx::Type type);
+    Value* readInt(const ptx::Operand& operand, unsigned bits);
+    Value* readAs(const ptx::Operand& operand, llvm::Type* type);
+    Value* readImmediate(const ptx::Operand& operand, llvm::Type* type);
+    void write(const ptx::Operand& operand, Value* value, bool isSigned = false);
+    // The elements of a vector operand, also of a whole vector register.
+    std::vector<ptx::Operand> elements(const ptx::Operand& operand) const;
+    template <class Visit>
+    void visitRegisters(const ptx::Instruction& instruction, Visit visit) const;
+    ptx::Type lastType(const ptx::Instruction& instruction) const {
+        if (instruction.types.empty())
+            rejectForm(instruction);
+        return instruction.types.back();
+    }
+    Value* readCarry();
+    void writeCarry(Value* carry);
+
+    // ---- memory: translate_memory.cpp
+    struct Place {
+        Value* pointer = nullptr;
+        bool constant = false;      // never changes during a launch
+    };
+    Place place(const ptx::Operand& operand);
+    Value* symbolAddress(std::string_view name, ptx::Location location, bool* constant = nullptr);
+    Value* launchParams();
+    Value* stateField(size_t offset, llvm::Type* type, const char* name);
+    Value* indexedPointer(Value* base, const ptx::Operand& operand);
+    Value* offsetPointer(Value* pointer, int64_t offset);
+    void load(const ptx::Instruction& instruction);
+    void store(const ptx::Instruction& instruction);
+    void atomic(const ptx::Instruction& instruction);
+    void fence(const ptx::Instruction& instruction);
+    void move(const ptx::Instruction& instruction);
+    void convertAddress(const ptx::Instruction& instruction);
+    void noOperation(const ptx::Instruction&) {}
+
+    // ---- integer: translate_integer.cpp
+    void add(const ptx::Instruction& instruction);
+    void subtract(const ptx::Instruction& instruction);
+    void multiply(const ptx::Instruction& instruction);
+    void multiplyAdd(const ptx::Instruction& instruction);
+    void multiply24(const ptx::Instruction& instruction);
+    void divide(const ptx::Instruction& instruction);
+    void remainder(const ptx::Instruction& instruction);
+    void negate(const ptx::Instruction& instruction);
+    void absolute(const ptx::Instruction& instruction);
+    void minimum(const ptx::Instruction& instruction);
+    void sumAbsoluteDifference(const ptx::Instruction& instruction);
+    void logic(const ptx::Instruction& instruction);
+    void logicNot(const ptx::Instruction& instruction);
+    void lookup3(const ptx::Instruction& instruction);
+    void shift(const ptx::Instruction& instruction);
+    void funnelShift(const ptx::Instruction& instruction);
+    void extractField(const ptx::Instruction& instruction);
+    void insertField(const ptx::Instruction& instruction);
+    void findBit(const ptx::Instruction& instruction);
+    void countBits(const ptx::Instruction& instruction);
+    void fieldMask(const ptx::Instruction& instruction);
+    void permute(const ptx::Instruction& instruction);
+    void dotProduct(const ptx::Instruction& instruction);
+    void findNthSet(const ptx::Instruction& instruction);
+    void addInteger(const ptx::Instruction& instruction, Value* a, Value* b, unsigned bits,
+                    bool subtract);
+    Value* shiftLeft(Value* value, Value* amount);
+    Value* shiftRight(Value* value, Value* amount, bool isSigned);
+
+    // ---- floating point: translate_float.cpp
+    void floatArithmetic(const ptx::Instruction& instruction);
+    void fusedMultiplyAdd(const ptx::Instruction& instruction);
+    void floatDivide(const ptx::Instruction& instruction);
+    void reciprocal(const ptx::Instruction& instruction);
+    void squareRoot(const ptx::Instruction& instruction);
+    void reciprocalSquareRoot(const ptx::Instruction& instruction);
+    void transcendental(const ptx::Instruction& instruction);
+    void floatSign(const ptx::Instruction& instruction);
+    void floatMinimum(const ptx::Instruction& instruction);
+    void copySign(const ptx::Instruction& instruction);
+    void testProperty(const ptx::Instruction& instruction);
+    Value* flush(Value* value);             // subnormal f32 or f16 → zero of its sign
+    ptx::Type floatType(const ptx::Instruction& instruction) const; // rejects bf16
+    Value* readFloat(const ptx::Instruction& instruction, const ptx::Operand& operand,
+                     ptx::Type type);       // with .ftz of the instruction
+    void writeFloat(const ptx::Instruction& instruction, Value* value, bool canBeSubnormal = true);
+    Value* saturate(Value* value);
+    Value* pickMinimum(Value* a, Value* b, bool greatest, bool propagateNan);
+    Value* roundedCall(const char* operation, Rounding rounding, llvm::ArrayRef<Value*> operands);
+    static Rounding roundingOf(const ptx::Instruction& instruction);
+    Value* intrinsicCall(llvm::Intrinsic::ID id, llvm::ArrayRef<Value*> operands);
+
+    // ---- conversion and comparison: translate_convert.cpp, translate_compare.cpp
+    void convert(const ptx::Instruction& instruction);
+    void convertPacked(const ptx::Instruction& instruction);
+    Value* roundToIntegral(Value* value, const ptx::Instruction& instruction);
+    Value* floatToFloat(const ptx::Instruction& instruction, Value* value, ptx::Type from,
+                        ptx::Type to);
+    Value* floatToInt(const ptx::Instruction& instruction, Value* value, ptx::Type to);
+    Value* intToFloat(const ptx::Instruction& instruction, Value* value, ptx::Type from,
+                      ptx::Type to);
+    Value* intToInt(const ptx::Instruction& instruction, Value* value, ptx::Type from,
+                    ptx::Type to);
+    void setPredicate(const ptx::Instruction& instruction);
+    void setValue(const ptx::Instruction& instruction);
+    void select(const ptx::Instruction& instruction);
+    void selectBySign(const ptx::Instruction& instruction);
+    Value* comparison(const ptx::Instruction& instruction, const ptx::Operand& a,
+                      const ptx::Operand& b, ptx::Type type);
+    Value* combine(const ptx::Instruction& instruction, Value* result, const ptx::Operand* with);
+
+    // ---- control flow and calls: translate_control.cpp
+    void branch(const ptx::Instruction& instruction);
+    void branchIndexed(const ptx::Instruction& instruction);
+    void returnFrom(const ptx::Instruction& instruction);
+    void exitThread(const ptx::Instruction& instruction);
+    void trap(const ptx::Instruction& instruction);
+    void call(const ptx::Instruction& instruction);
+    void callIntrinsic(const ptx::Instruction& instruction, std::string_view name);
+    void callFunction(const ptx::Instruction& instruction, Value* target,
+                      const Signature& signature, const std::vector<ptx::Variable>& results,
+                      const std::vector<ptx::Variable>& parameters);
+    void emitTrap();
+
+    // ---- special registers, warps, barriers: translate_special.cpp
+    Value* special(std::string_view name, ptx::Location location);
+    void barrier(const ptx::Instruction& instruction);
+    void warpSync(const ptx::Instruction& instruction);
+    void vote(const ptx::Instruction& instruction);
+    void shuffle(const ptx::Instruction& instruction);
+    void match(const ptx::Instruction& instruction);
+    void reduceWarp(const ptx::Instruction& instruction);
+    void activeMask(const ptx::Instruction& instruction);
+    void elect(const ptx::Instruction& instruction);
+    void texture(const ptx::Instruction& instruction);
+
+    bool isKernel() const { return unit_.flavor() == Flavor::kKernel; }
+    Value* state() { return function_.getArg(0); }
+
+    Unit& unit_;
+    llvm::Function& function_;
+    FunctionFacts& facts_;
+    const ptx::Module& module_;
+    const ptx::Function& source_;
+    llvm::IRBuilder<> builder_;
+    llvm::BasicBlock* entry_ = nullptr;
+
+    std::vector<uint32_t> firstSlot_;  // by register
+    std::vector<Slot> slots_;
+    uint32_t carrySlot_ = 0;
+    uint32_t region_ = 0;
+    std::vector<std::pair<uint32_t, Value*>>* guardLog_ = nullptr; // slots written under a guard
+    std::vector<llvm::BasicBlock*> labels_;
+    // Parameters and variables of the body: address by name.
+    std::unordered_map<std::string_view, Value*> locals_;
+    std::unordered_map<std::string_view, const ptx::Variable*> localVariables_;
+    const ptx::Instruction* current_ = nullptr;
+};
+
+} // namespace sunstone::compiler

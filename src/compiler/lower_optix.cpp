@@ -1,0 +1,551 @@
+// SPDX-License-Identifier: Apache-2.0
+// See lower_optix.h. Offsets are those of devlib/abi.h itself.
+#include "compiler/lower_optix.h"
+
+#include "base/error.h"
+
+#include <llvm/IR/InstIterator.h>
+#include <llvm/Transforms/Utils/BasicBlockUtils.h>
+#include <llvm/Transforms/Utils/Local.h>
+
+namespace sunstone::compiler {
+
+namespace {
+
+using devlib::Hit;
+using devlib::InstanceRecord;
+using devlib::LaunchState;
+using devlib::RayState;
+using devlib::ThreadState;
+using llvm::Value;
+
+uint32_t lineOf(const llvm::Instruction& instruction) {
+    const llvm::MDNode* node = instruction.getMetadata("sunstone.line");
+    if (!node)
+        return 0;
+    const auto* constant = llvm::mdconst::dyn_extract<llvm::ConstantInt>(node->getOperand(0));
+    return constant ? uint32_t(constant->getZExtValue()) : 0;
+}
+
+// Lowers the calls of one function.
+class Lowering {
+public:
+    Lowering(Unit& unit, llvm::Function& function, ProgramKind kind)
+        : unit_(unit), function_(function), kind_(kind), builder_(unit.context()) {}
+
+    void run() {
+        std::vector<llvm::CallInst*> calls;
+        for (llvm::Instruction& instruction : llvm::instructions(function_))
+            if (auto* call = llvm::dyn_cast<llvm::CallInst>(&instruction))
+                if (call->getCalledFunction() && unit_.intrinsicOf(call->getCalledFunction()))
+                    calls.push_back(call);
+        for (llvm::CallInst* call : calls) {
+            if (call->getParent() == nullptr)
+                continue;
+            pending_.insert(call);
+        }
+        for (llvm::CallInst* call : calls)
+            if (pending_.erase(call))
+                lower(*call);
+    }
+
+private:
+    [[noreturn]] void fault(ErrorCode code, const std::string& text) const {
+        ptx::Location location;
+        location.line = lineOf(*call_);
+        failAt(code, location, "_optix_", intrinsic_->name, ": ", text);
+    }
+
+    llvm::Type* word() { return builder_.getInt32Ty(); }
+    llvm::Type* pointer() { return builder_.getPtrTy(); }
+    Value* state() { return function_.getArg(0); }
+    Value* argument(unsigned index) { return call_->getArgOperand(index + 1); }
+
+    Value* address(Value* base, size_t offset) {
+        return offset == 0 ? base
+                           : builder_.CreateInBoundsGEP(builder_.getInt8Ty(), base,
+                                                        builder_.getInt64(offset));
+    }
+    Value* load(Value* base, size_t offset, llvm::Type* type) {
+        return builder_.CreateAlignedLoad(type, address(base, offset),
+                                          llvm::Align(type->isPointerTy() || type->isIntegerTy(64)
+                                                          ? 8
+                                                          : 4));
+    }
+    // Of what does not change while a program runs.
+    Value* loadInvariant(Value* base, size_t offset, llvm::Type* type) {
+        Value* value = load(base, offset, type);
+        llvm::cast<llvm::LoadInst>(value)->setMetadata(llvm::LLVMContext::MD_invariant_load,
+                                                       llvm::MDNode::get(unit_.context(), {}));
+        return value;
+    }
+    void store(Value* base, size_t offset, Value* value) {
+        builder_.CreateAlignedStore(
+            value, address(base, offset),
+            llvm::Align(value->getType()->isPointerTy() || value->getType()->isIntegerTy(64) ? 8
+                                                                                             : 4));
+    }
+    Value* launch() { return loadInvariant(state(), offsetof(RayState, launch), pointer()); }
+    Value* thread() { return loadInvariant(state(), offsetof(RayState, thread), pointer()); }
+
+    // The constant value of an operand; faults where it is not constant.
+    uint32_t constant(unsigned index, const char* what) const {
+        const auto* value = llvm::dyn_cast<llvm::ConstantInt>(call_->getArgOperand(index + 1));
+        if (!value)
+            fault(ErrorCode::kInvalidFunctionArguments, message("the ", what, " is not a constant"));
+        return uint32_t(value->getZExtValue());
+    }
+
+    unsigned payloadSlot(bool fromOperand) const {
+        const uint32_t slot = fromOperand ? constant(0, "payload slot") : uint32_t(intrinsic_->number);
+        if (slot >= payloadLimit())
+            fault(ErrorCode::kInvalidPayloadAccess,
+                  message("payload slot ", slot, " of ", payloadLimit(),
+                          " (numPayloadValues of the pipeline compile options)"));
+        return slot;
+    }
+    unsigned payloadLimit() const {
+        return std::min(unit_.rules().numPayloadValues, devlib::kMaxPayloadWords);
+    }
+
+    void replace(Value* value) {
+        call_->replaceAllUsesWith(value);
+        call_->eraseFromParent();
+    }
+
+    void lower(llvm::CallInst& call) {
+        call_ = &call;
+        intrinsic_ = unit_.intrinsicOf(call.getCalledFunction());
+        builder_.SetInsertPoint(&call);
+        if (kind_ != ProgramKind::kNone && !(intrinsic_->kinds & kindBit(kind_)))
+            fault(ErrorCode::kInvalidFunctionUse,
+                  message("cannot be used in a ", prefixOf(kind_), " program"));
+        switch (intrinsic_->op) {
+        case IntrinsicOp::kTrace: return trace();
+        case IntrinsicOp::kReport: return report();
+        case IntrinsicOp::kThrow: return throwException();
+        case IntrinsicOp::kTerminate: return endProgram(devlib::kTerminate);
+        case IntrinsicOp::kIgnore: return endProgram(devlib::kIgnore);
+        case IntrinsicOp::kSetPayloadTypes:
+            constant(0, "payload type mask");
+            call_->eraseFromParent();
+            return;
+        case IntrinsicOp::kSetPayload: {
+            const bool bySlot = intrinsic_->number < 0;
+            const unsigned slot = payloadSlot(bySlot);
+            store(state(), offsetof(RayState, payload) + slot * 4u, argument(bySlot ? 1 : 0));
+            call_->eraseFromParent();
+            return;
+        }
+        default: return replace(getter());
+        }
+    }
+
+    Value* getter() {
+        llvm::Type* type = call_->getType();
+        switch (intrinsic_->op) {
+        case IntrinsicOp::kGetPayload:
+            return load(state(),
+                        offsetof(RayState, payload) + payloadSlot(intrinsic_->number < 0) * 4u,
+                        word());
+        case IntrinsicOp::kUndefined:
+            return builder_.getInt32(0);
+        case IntrinsicOp::kRayField:
+            return rayField(type);
+        case IntrinsicOp::kLaunchIndex:
+            return loadInvariant(thread(), offsetof(ThreadState, index) + number() * 4, type);
+        case IntrinsicOp::kLaunchDimension:
+            return loadInvariant(launch(), offsetof(LaunchState, dimensions) + number() * 4, type);
+        case IntrinsicOp::kBarycentrics: {
+            const size_t at = offsetof(RayState, hit) + offsetof(Hit, attributes);
+            Value* pair = llvm::PoisonValue::get(type);
+            for (unsigned i = 0; i < 2; ++i)
+                pair = builder_.CreateInsertValue(
+                    pair, loadInvariant(state(), at + i * 4, builder_.getFloatTy()), i);
+            return pair;
+        }
+        case IntrinsicOp::kSbtData:
+            return builder_.CreatePtrToInt(sbtData(), type);
+        case IntrinsicOp::kExceptionCode:
+            return load(thread(), offsetof(ThreadState, exceptionCode), type);
+        case IntrinsicOp::kExceptionDetail:
+            return load(thread(), offsetof(ThreadState, exceptionDetails) + number() * 4, type);
+        case IntrinsicOp::kLineInfo:
+            return llvm::Constant::getNullValue(type);
+        case IntrinsicOp::kPrimitiveTypeOfKind:
+            return primitiveType();
+        case IntrinsicOp::kBackfaceOfKind:
+            return builder_.CreateZExt(
+                builder_.CreateICmpEQ(argument(0), builder_.getInt32(devlib::kHitTriangleBack)),
+                type);
+        case IntrinsicOp::kMotionTime:
+        case IntrinsicOp::kMotionSteps:
+            if (unit_.rules().motionBlur)
+                fault(ErrorCode::kNotSupported, "motion is not available");
+            return intrinsic_->op == IntrinsicOp::kMotionSteps
+                       ? static_cast<Value*>(builder_.getInt32(1))
+                       : llvm::ConstantFP::get(type, 0.0);
+        case IntrinsicOp::kCallable:
+            return callable();
+        default:
+            return transformGetter(type);
+        }
+    }
+
+    size_t number() const { return size_t(intrinsic_->number); }
+
+    Value* rayField(llvm::Type* type) {
+        constexpr size_t kAttributes = offsetof(RayState, hit) + offsetof(Hit, attributes);
+        if (number() >= kAttributes && number() < kAttributes + sizeof(Hit::attributes)) {
+            const unsigned index = unsigned(number() - kAttributes) / 4;
+            const unsigned limit = std::max(2u, unit_.rules().numAttributeValues);
+            if (index >= limit)
+                fault(ErrorCode::kInvalidAttributeAccess,
+                      message("attribute ", index, " of ", limit,
+                              " (numAttributeValues of the pipeline compile options)"));
+        }
+        // The only field that moves: reports shrink the interval.
+        return number() == offsetof(RayState, tmax) ? load(state(), number(), type)
+                                                    : loadInvariant(state(), number(), type);
+    }
+
+    // A callable's data is read when it starts: calls it makes itself overwrite the field.
+    Value* sbtData() {
+        const bool callable = kind_ == ProgramKind::kDirectCallable ||
+                              kind_ == ProgramKind::kContinuationCallable;
+        if (!callable)
+            return loadInvariant(state(), offsetof(RayState, sbtData), pointer());
+        if (!callableData_) {
+            llvm::IRBuilder<>::InsertPointGuard guard(builder_);
+            builder_.SetInsertPoint(&*function_.getEntryBlock().getFirstNonPHIOrDbgOrAlloca());
+            callableData_ = load(state(), offsetof(RayState, callableData), pointer());
+        }
+        return callableData_;
+    }
+
+    Value* primitiveType() {
+        Value* kind = argument(0);
+        Value* isTriangle = builder_.CreateICmpEQ(
+            builder_.CreateOr(kind, builder_.getInt32(1)),
+            builder_.getInt32(devlib::kHitTriangleBack));
+        Value* isCustom = builder_.CreateICmpULT(kind, builder_.getInt32(128));
+        return builder_.CreateSelect(
+            isTriangle, builder_.getInt32(kPrimitiveTriangle),
+            builder_.CreateSelect(isCustom, builder_.getInt32(kPrimitiveCustom),
+                                  builder_.getInt32(0)));
+    }
+
+    Value* hasTag(Value* handle, uint64_t tag) {
+        return builder_.CreateICmpEQ(builder_.CreateAnd(handle, uint64_t(devlib::kTagMask)),
+                                     builder_.getInt64(tag));
+    }
+    Value* withoutTag(Value* handle) {
+        return builder_.CreateAnd(handle, ~uint64_t(devlib::kTagMask));
+    }
+
+    Value* transformGetter(llvm::Type* type) {
+        Value* operand = argument(0);
+        switch (intrinsic_->op) {
+        case IntrinsicOp::kTransformHandle: {
+            // The list has kMaxGraphDepth entries; an index past it stays inside the state.
+            Value* index = builder_.CreateBinaryIntrinsic(
+                llvm::Intrinsic::umin, operand, builder_.getInt32(devlib::kMaxGraphDepth - 1));
+            Value* list =
+                address(state(), offsetof(RayState, hit) + offsetof(Hit, transforms));
+            return builder_.CreateAlignedLoad(
+                type,
+                builder_.CreateInBoundsGEP(type, list,
+                                           builder_.CreateZExt(index, builder_.getInt64Ty())),
+                llvm::Align(8));
+        }
+        case IntrinsicOp::kTransformType: {
+            // Tags 3 to 6 are static, matrix, SRT, instance in the order of the API's 1 to 4.
+            Value* tag = builder_.CreateTrunc(
+                builder_.CreateAnd(operand, uint64_t(devlib::kTagMask)), word());
+            Value* number = builder_.CreateSub(tag, builder_.getInt32(devlib::kTagStatic - 1));
+            Value* known = builder_.CreateICmpULT(
+                builder_.CreateSub(number, builder_.getInt32(1)), builder_.getInt32(4));
+            return builder_.CreateSelect(known, number, builder_.getInt32(0));
+        }
+        case IntrinsicOp::kTransformPointer:
+            return builder_.CreateSelect(hasTag(operand, number()), withoutTag(operand),
+                                         builder_.getInt64(0));
+        case IntrinsicOp::kInstanceMatrix:
+            return builder_.CreateSelect(
+                hasTag(operand, devlib::kTagInstance),
+                builder_.CreateAdd(withoutTag(operand), builder_.getInt64(number())),
+                builder_.getInt64(0));
+        case IntrinsicOp::kInstanceField: {
+            Value* record = builder_.CreateSelect(
+                hasTag(operand, devlib::kTagInstance),
+                builder_.CreateIntToPtr(withoutTag(operand), pointer()), emptyInstance());
+            return load(record, number(), type);
+        }
+        default:
+            fault(ErrorCode::kInternal, "not lowered");
+        }
+    }
+
+    // Read in place of a record where the handle is not an instance.
+    llvm::Constant* emptyInstance() {
+        constexpr const char* kName = "sunstone.empty.instance";
+        if (llvm::GlobalVariable* existing = unit_.module().getNamedGlobal(kName))
+            return existing;
+        llvm::Type* type = llvm::ArrayType::get(builder_.getInt8Ty(), sizeof(InstanceRecord));
+        auto* variable = new llvm::GlobalVariable(
+            unit_.module(), type, true, llvm::GlobalValue::InternalLinkage,
+            llvm::Constant::getNullValue(type), kName);
+        variable->setAlignment(llvm::Align(alignof(InstanceRecord)));
+        return variable;
+    }
+
+    Value* callable() {
+        auto* type = llvm::FunctionType::get(pointer(), {pointer(), word(), word()}, false);
+        Value* target = loadInvariant(launch(), offsetof(LaunchState, callable), pointer());
+        Value* code = builder_.CreateCall(
+            type, target, {state(), argument(0), builder_.getInt32(uint32_t(number()))});
+        return builder_.CreatePtrToInt(code, call_->getType());
+    }
+
+    // Replaces the call and all that follows in its block by a return.
+    void endProgram(uint32_t result) {
+        if (kind_ == ProgramKind::kNone || !function_.getReturnType()->isIntegerTy(32))
+            fault(ErrorCode::kInvalidFunctionUse, "cannot end a program from a function that is called "
+                                             "through its address");
+        finishBlock(builder_.getInt32(result));
+    }
+
+    void finishBlock(Value* result) {
+        llvm::BasicBlock* block = call_->getParent();
+        for (llvm::Instruction& dead : llvm::make_range(call_->getIterator(), block->end()))
+            if (auto* call = llvm::dyn_cast<llvm::CallInst>(&dead))
+                pending_.erase(call);
+        llvm::changeToUnreachable(call_);
+        llvm::Instruction* end = block->getTerminator();
+        builder_.SetInsertPoint(end);
+        if (function_.getReturnType()->isVoidTy())
+            builder_.CreateRetVoid();
+        else
+            builder_.CreateRet(result);
+        end->eraseFromParent();
+    }
+
+    void report() {
+        const unsigned count = unsigned(intrinsic_->number);
+        const unsigned limit = std::max(2u, unit_.rules().numAttributeValues);
+        if (count > limit)
+            fault(ErrorCode::kInvalidAttributeAccess,
+                  message(count, " attributes of ", limit,
+                          " (numAttributeValues of the pipeline compile options)"));
+        for (unsigned i = 0; i < count; ++i)
+            store(state(), offsetof(RayState, reportAttributes) + i * 4u, argument(2 + i));
+        auto* type =
+            llvm::FunctionType::get(word(), {pointer(), builder_.getFloatTy(), word()}, false);
+        Value* target = loadInvariant(launch(), offsetof(LaunchState, report), pointer());
+        Value* result =
+            builder_.CreateCall(type, target, {state(), argument(0), argument(1)});
+        Value* accepted = builder_.CreateZExt(
+            builder_.CreateICmpEQ(result, builder_.getInt32(devlib::kAccept)), word());
+        Value* ended = builder_.CreateICmpEQ(result, builder_.getInt32(devlib::kTerminate));
+        if (kind_ == ProgramKind::kNone)
+            fault(ErrorCode::kInvalidFunctionUse, "cannot report from a function that is called "
+                                             "through its address");
+        llvm::Instruction* end = llvm::SplitBlockAndInsertIfThen(ended, call_, true);
+        builder_.SetInsertPoint(end);
+        builder_.CreateRet(builder_.getInt32(devlib::kTerminate));
+        end->eraseFromParent();
+        replace(accepted);
+    }
+
+    void throwException() {
+        const unsigned count = unsigned(intrinsic_->number);
+        Value* details = llvm::ConstantPointerNull::get(builder_.getPtrTy());
+        if (count > 0) {
+            details = entryAlloca(llvm::ArrayType::get(word(), 8), 4);
+            for (unsigned i = 0; i < count; ++i)
+                store(details, i * 4u, argument(1 + i));
+        }
+        auto* type = llvm::FunctionType::get(builder_.getVoidTy(),
+                                             {pointer(), word(), word(), pointer()}, false);
+        Value* target = loadInvariant(launch(), offsetof(LaunchState, throwException), pointer());
+        builder_.CreateCall(type, target,
+                            {state(), argument(0), builder_.getInt32(count), details});
+        finishBlock(function_.getReturnType()->isVoidTy()
+                        ? nullptr
+                        : llvm::Constant::getNullValue(function_.getReturnType()));
+    }
+
+    Value* entryAlloca(llvm::Type* type, unsigned alignment) {
+        llvm::IRBuilder<>::InsertPointGuard guard(builder_);
+        builder_.SetInsertPoint(&function_.getEntryBlock(), function_.getEntryBlock().begin());
+        auto* memory = builder_.CreateAlloca(type);
+        memory->setAlignment(llvm::Align(alignment));
+        return memory;
+    }
+
+    // All trace calls of a function share one state: none is live across another.
+    Value* rayMemory() {
+        if (!rayMemory_)
+            rayMemory_ = entryAlloca(
+                llvm::ArrayType::get(builder_.getInt8Ty(), sizeof(RayState)), alignof(RayState));
+        return rayMemory_;
+    }
+
+    void trace() {
+        const bool typed = intrinsic_->number < 0;
+        // Operands: [type] handle 9×f mask flags sbtOffset sbtStride missIndex [count] payload...
+        const unsigned base = typed ? 1 : 0;
+        const uint32_t type = typed ? constant(0, "payload type") : 0;
+        const uint32_t count =
+            typed ? constant(base + 15, "payload count") : uint32_t(intrinsic_->number);
+        const unsigned firstPayload = base + 15 + (typed ? 1 : 0);
+        if (count > payloadLimit())
+            fault(ErrorCode::kInvalidPayloadAccess,
+                  message(count, " payload values of ", payloadLimit(),
+                          " (numPayloadValues of the pipeline compile options)"));
+        Value* ray = rayMemory();
+        const auto bits8 = [&](unsigned index) {
+            return builder_.CreateAnd(argument(base + index), builder_.getInt32(255));
+        };
+        for (unsigned i = 0; i < 3; ++i) {
+            store(ray, offsetof(RayState, worldOrigin) + i * 4u, argument(base + 1 + i));
+            store(ray, offsetof(RayState, worldDirection) + i * 4u, argument(base + 4 + i));
+        }
+        store(ray, offsetof(RayState, tmin), argument(base + 7));
+        store(ray, offsetof(RayState, tmax), argument(base + 8));
+        store(ray, offsetof(RayState, time), argument(base + 9));
+        store(ray, offsetof(RayState, visibilityMask), bits8(10));
+        store(ray, offsetof(RayState, rayFlags),
+              builder_.CreateAnd(argument(base + 11), builder_.getInt32(0xffff)));
+        store(ray, offsetof(RayState, sbtOffset), bits8(12));
+        store(ray, offsetof(RayState, sbtStride), bits8(13));
+        store(ray, offsetof(RayState, missIndex), argument(base + 14));
+        store(ray, offsetof(RayState, handle), argument(base));
+        Value* launchPointer = launch();
+        store(ray, offsetof(RayState, launch), launchPointer);
+        store(ray, offsetof(RayState, thread), thread());
+        store(ray, offsetof(RayState, depth),
+              builder_.CreateAdd(loadInvariant(state(), offsetof(RayState, depth), word()),
+                                 builder_.getInt32(1)));
+        store(ray, offsetof(RayState, payloadType), builder_.getInt32(type));
+        store(ray, offsetof(RayState, payloadCount), builder_.getInt32(count));
+        for (unsigned i = 0; i < count; ++i)
+            store(ray, offsetof(RayState, payload) + i * 4u, argument(firstPayload + i));
+
+        auto* traceType = llvm::FunctionType::get(builder_.getVoidTy(), {pointer()}, false);
+        Value* target = loadInvariant(launchPointer, offsetof(LaunchState, trace), pointer());
+        builder_.CreateCall(traceType, target, {ray});
+
+        std::vector<Value*> results(count);
+        for (unsigned i = 0; i < count; ++i)
+            results[i] = load(ray, offsetof(RayState, payload) + i * 4u, word());
+        finishTrace(results);
+    }
+
+    // Hands out the payload; words past the count read as zero.
+    void finishTrace(const std::vector<Value*>& results) {
+        const auto valueOf = [&](unsigned index) {
+            return index < results.size() ? results[index]
+                                          : static_cast<Value*>(builder_.getInt32(0));
+        };
+        if (call_->getType()->isIntegerTy()) {
+            call_->replaceAllUsesWith(valueOf(0));
+        } else if (!call_->getType()->isVoidTy()) {
+            for (llvm::User* user : llvm::make_early_inc_range(call_->users())) {
+                auto* extract = llvm::dyn_cast<llvm::ExtractValueInst>(user);
+                if (!extract)
+                    continue;
+                extract->replaceAllUsesWith(valueOf(extract->getIndices()[0]));
+                extract->eraseFromParent();
+            }
+            if (!call_->use_empty()) { // passed on as a whole, after merging of blocks
+                Value* all = llvm::PoisonValue::get(call_->getType());
+                for (unsigned i = 0; i < call_->getType()->getStructNumElements(); ++i)
+                    all = builder_.CreateInsertValue(all, valueOf(i), i);
+                call_->replaceAllUsesWith(all);
+            }
+        }
+        call_->eraseFromParent();
+    }
+
+    static constexpr uint32_t kPrimitiveTriangle = 0x2531;
+    static constexpr uint32_t kPrimitiveCustom = 0x2500;
+
+    Unit& unit_;
+    llvm::Function& function_;
+    ProgramKind kind_;
+    llvm::IRBuilder<> builder_;
+    llvm::CallInst* call_ = nullptr;
+    const Intrinsic* intrinsic_ = nullptr;
+    std::set<llvm::CallInst*> pending_; // not lowered and not deleted yet
+    Value* rayMemory_ = nullptr;
+    Value* callableData_ = nullptr;
+};
+
+// Depth-first search for a cycle among the functions that must be inlined.
+class RecursionCheck {
+public:
+    RecursionCheck(Unit& unit, const std::set<llvm::Function*>& functions)
+        : unit_(unit), functions_(functions) {}
+
+    void visit(llvm::Function* function) {
+        if (!functions_.count(function) || done_.count(function))
+            return;
+        if (!active_.insert(function).second) {
+            const ptx::Function* source = unit_.facts()[function].function;
+            failAt(ErrorCode::kInvalidPtx, source->location, "function \"", source->name,
+                   "\" calls OptiX device functions and is recursive; such functions are inlined "
+                   "into the program and must not be");
+        }
+        for (llvm::Instruction& instruction : llvm::instructions(*function))
+            if (auto* call = llvm::dyn_cast<llvm::CallInst>(&instruction))
+                if (call->getCalledFunction())
+                    visit(call->getCalledFunction());
+        active_.erase(function);
+        done_.insert(function);
+    }
+
+private:
+    Unit& unit_;
+    const std::set<llvm::Function*>& functions_;
+    std::set<llvm::Function*> active_, done_;
+};
+
+} // namespace
+
+void markIntrinsicUsers(Unit& unit, const ProgramKinds& programs) {
+    std::set<llvm::Function*> users;
+    std::vector<llvm::Function*> queue;
+    for (llvm::Function& function : unit.module())
+        if (unit.intrinsicOf(&function))
+            queue.push_back(&function);
+    while (!queue.empty()) {
+        llvm::Function* callee = queue.back();
+        queue.pop_back();
+        for (llvm::User* user : callee->users()) {
+            auto* call = llvm::dyn_cast<llvm::CallInst>(user);
+            if (!call || call->getCalledOperand() != callee)
+                continue;
+            if (users.insert(call->getFunction()).second)
+                queue.push_back(call->getFunction());
+        }
+    }
+    RecursionCheck check(unit, users);
+    for (llvm::Function* function : users)
+        check.visit(function);
+    for (llvm::Function* function : users)
+        if (!programs.count(function) || !function->use_empty())
+            function->addFnAttr(llvm::Attribute::AlwaysInline);
+}
+
+void lowerIntrinsics(Unit& unit, const ProgramKinds& programs) {
+    for (llvm::Function& function : unit.module()) {
+        if (function.isDeclaration())
+            continue;
+        const auto program = programs.find(&function);
+        Lowering(unit, function, program == programs.end() ? ProgramKind::kNone : program->second)
+            .run();
+    }
+}
+
+} // namespace sunstone::compiler

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+// See machine.h.
+#include "compiler/machine.h"
+
+#include "base/log.h"
+#include "compiler/runtime.h"
+
+#include <llvm/ExecutionEngine/JITLink/JITLinkMemoryManager.h>
+#include <llvm/ExecutionEngine/Orc/Core.h>
+#include <llvm/ExecutionEngine/Orc/ExecutorProcessControl.h>
+#include <llvm/ExecutionEngine/Orc/ObjectLinkingLayer.h>
+#include <llvm/ExecutionEngine/Orc/TaskDispatch.h>
+#include <llvm/IR/DiagnosticInfo.h>
+#include <llvm/IR/DiagnosticPrinter.h>
+#include <llvm/IR/LegacyPassManager.h>
+#include <llvm/MC/TargetRegistry.h>
+#include <llvm/Support/SmallVectorMemoryBuffer.h>
+#include <llvm/Support/TargetSelect.h>
+#include <llvm/TargetParser/Host.h>
+
+#include <atomic>
+#include <mutex>
+
+namespace sunstone::compiler {
+
+namespace {
+
+std::string textOf(llvm::Error error) { return llvm::toString(std::move(error)); }
+
+std::unique_ptr<llvm::TargetMachine> createMachine() {
+    static const bool initialized = [] {
+        llvm::InitializeNativeTarget();
+        llvm::InitializeNativeTargetAsmPrinter();
+        return true;
+    }();
+    (void)initialized;
+    const std::string triple = llvm::sys::getProcessTriple();
+    std::string error;
+    const llvm::Target* target = llvm::TargetRegistry::lookupTarget(triple, error);
+    if (!target)
+        fail(ErrorCode::kInternal, "no code generator for ", triple, ": ", error);
+    std::string features;
+    for (const auto& feature : llvm::sys::getHostCPUFeatures())
+        features += (features.empty() ? "" : ",") + std::string(feature.second ? "+" : "-") +
+                    feature.first().str();
+    llvm::TargetOptions options;
+    options.AllowFPOpFusion = llvm::FPOpFusion::Strict;
+    options.UnsafeFPMath = options.NoInfsFPMath = options.NoNaNsFPMath = false;
+    options.NoSignedZerosFPMath = options.ApproxFuncFPMath = false;
+    return std::unique_ptr<llvm::TargetMachine>(target->createTargetMachine(
+        triple, llvm::sys::getHostCPUName(), features, options, llvm::Reloc::PIC_,
+        llvm::CodeModel::Small, llvm::CodeGenOptLevel::Default, true));
+}
+
+class MachinePool {
+public:
+    std::unique_ptr<llvm::TargetMachine> take() {
+        {
+            std::lock_guard lock(mutex_);
+            if (!free_.empty()) {
+                auto machine = std::move(free_.back());
+                free_.pop_back();
+                return machine;
+            }
+        }
+        return createMachine();
+    }
+    void give(std::unique_ptr<llvm::TargetMachine> machine) {
+        std::lock_guard lock(mutex_);
+        free_.push_back(std::move(machine));
+    }
+
+private:
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<llvm::TargetMachine>> free_;
+};
+
+MachinePool& pool() {
+    static MachinePool* instance = new MachinePool; // outlives every user at exit
+    return *instance;
+}
+
+// The process's linking session. Never destroyed: code may be freed by destructors at exit.
+class Session {
+public:
+    static Session& get() {
+        static Session* instance = new Session;
+        return *instance;
+    }
+
+    llvm::orc::JITDylib& newLibrary() {
+        static std::atomic<unsigned> count{0};
+        llvm::orc::JITDylib& library =
+            session_->createBareJITDylib("code" + std::to_string(++count));
+        library.addToLinkOrder(*runtime_);
+        return library;
+    }
+    llvm::orc::ExecutionSession& session() { return *session_; }
+    llvm::orc::ObjectLinkingLayer& linker() { return *linker_; }
+
+private:
+    Session() {
+        auto control = llvm::orc::SelfExecutorProcessControl::Create(
+            nullptr, std::make_unique<llvm::orc::InPlaceTaskDispatcher>());
+        if (!control)
+            fail(ErrorCode::kInternal, "cannot start the linker: ", textOf(control.takeError()));
+        session_ = std::make_unique<llvm::orc::ExecutionSession>(std::move(*control));
+        session_->setErrorReporter([](llvm::Error error) {
+            log(LogLevel::kError, "compiler", textOf(std::move(error)));
+        });
+        linker_ = std::make_unique<llvm::orc::ObjectLinkingLayer>(
+            *session_, session_->getExecutorProcessControl().getMemMgr());
+        runtime_ = &session_->createBareJITDylib("runtime");
+        llvm::orc::SymbolMap symbols;
+        for (const RuntimeSymbol& symbol : runtimeSymbols())
+            symbols[session_->intern(symbol.name)] = {
+                llvm::orc::ExecutorAddr::fromPtr(symbol.address),
+                llvm::JITSymbolFlags::Exported | llvm::JITSymbolFlags::Callable};
+        if (llvm::Error error = runtime_->define(llvm::orc::absoluteSymbols(std::move(symbols))))
+            fail(ErrorCode::kInternal, "cannot link the run-time: ", textOf(std::move(error)));
+    }
+
+    std::unique_ptr<llvm::orc::ExecutionSession> session_;
+    std::unique_ptr<llvm::orc::ObjectLinkingLayer> linker_;
+    llvm::orc::JITDylib* runtime_ = nullptr;
+};
+
+class LoadedLibrary : public LoadedCode {
+public:
+    LoadedLibrary() : library_(Session::get().newLibrary()) {}
+    ~LoadedLibrary() override {
+        if (llvm::Error error = Session::get().session().removeJITDylib(library_))
+            log(LogLevel::kError, "compiler", "cannot free code: " + textOf(std::move(error)));
+    }
+
+    void link(std::unique_ptr<llvm::MemoryBuffer> object,
+              const std::vector<std::string>& symbols) {
+        Session& session = Session::get();
+        if (llvm::Error error = session.linker().add(library_, std::move(object)))
+            fail(ErrorCode::kInternal, "cannot add code: ", textOf(std::move(error)));
+        llvm::orc::SymbolLookupSet wanted;
+        for (const std::string& name : symbols)
+            wanted.add(session.session().intern(name));
+        auto found = session.session().lookup(
+            llvm::orc::makeJITDylibSearchOrder({&library_},
+                                               llvm::orc::JITDylibLookupFlags::MatchAllSymbols),
+            std::move(wanted));
+        if (!found)
+            fail(ErrorCode::kInternal, "cannot link code: ", textOf(found.takeError()));
+        for (const auto& [name, definition] : *found)
+            addresses_[(*name).str()] = definition.getAddress().toPtr<void*>();
+    }
+
+    void* address(const std::string& name) const override {
+        const auto found = addresses_.find(name);
+        return found == addresses_.end() ? nullptr : found->second;
+    }
+    unsigned stackSize(const std::string& name) const override {
+        const auto found = stackSizes_.find(name);
+        return found == stackSizes_.end() ? 0 : found->second;
+    }
+    void setStackSize(const std::string& name, unsigned size) { stackSizes_[name] = size; }
+
+private:
+    llvm::orc::JITDylib& library_;
+    std::map<std::string, void*> addresses_;
+    std::map<std::string, unsigned> stackSizes_;
+};
+
+struct CodegenNotes {
+    LoadedLibrary* library = nullptr;
+    std::string error;
+};
+
+// The code generator reports frame sizes and faults as diagnostics.
+void takeDiagnostic(const llvm::DiagnosticInfo* info, void* context) {
+    auto& notes = *static_cast<CodegenNotes*>(context);
+    if (const auto* size = llvm::dyn_cast<llvm::DiagnosticInfoStackSize>(info)) {
+        notes.library->setStackSize(size->getFunction().getName().str(),
+                                    unsigned(size->getResourceSize()));
+        return;
+    }
+    if (info->getSeverity() != llvm::DS_Error)
+        return;
+    llvm::raw_string_ostream stream(notes.error);
+    llvm::DiagnosticPrinterRawOStream printer(stream);
+    info->print(printer);
+}
+
+} // namespace
+
+LentMachine::LentMachine(OptLevel level) : machine_(pool().take()) {
+    machine_->setOptLevel(level == OptLevel::k0   ? llvm::CodeGenOptLevel::None
+                          : level == OptLevel::k1 ? llvm::CodeGenOptLevel::Less
+                                                  : llvm::CodeGenOptLevel::Default);
+}
+
+LentMachine::~LentMachine() { pool().give(std::move(machine_)); }
+
+std::unique_ptr<LoadedCode> loadModule(Unit& unit, LentMachine& machine,
+                                       const std::vector<std::string>& symbols) {
+    auto loaded = std::make_unique<LoadedLibrary>();
+    CodegenNotes notes{loaded.get(), {}};
+    unit.context().setDiagnosticHandlerCallBack(takeDiagnostic, &notes);
+    llvm::SmallVector<char, 0> object;
+    {
+        llvm::raw_svector_ostream stream(object);
+        llvm::legacy::PassManager passes;
+        if (machine->addPassesToEmitFile(passes, stream, nullptr,
+                                         llvm::CodeGenFileType::ObjectFile, true))
+            fail(ErrorCode::kInternal, "the code generator cannot write object code");
+        passes.run(unit.module());
+    }
+    unit.context().setDiagnosticHandlerCallBack(nullptr, nullptr);
+    if (!notes.error.empty())
+        fail(ErrorCode::kInternal, "code generation: ", notes.error);
+    loaded->link(std::make_unique<llvm::SmallVectorMemoryBuffer>(std::move(object), "code", false),
+                 symbols);
+    return loaded;
+}
+
+} // namespace sunstone::compiler

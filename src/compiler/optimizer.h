@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pass list. PTX arrives optimised by the compiler that wrote it, so the list is short: undo
+// the detour through registers in memory, inline, combine, and clean up.
+#pragma once
+
+#include "compiler/unit.h"
+
+#include <llvm/Target/TargetMachine.h>
+
+namespace sunstone::compiler {
+
+class Optimizer {
+public:
+    Optimizer(Unit& unit, llvm::TargetMachine& machine, OptLevel level);
+    ~Optimizer();
+
+    void promote();      // registers and local arrays out of memory
+    void inlineAlways();
+    void flushes();      // see FlushPass
+    void optimize();     // everything else
+    void dump(const char* stage);
+
+private:
+    struct Managers;
+    Unit& unit_;
+    OptLevel level_;
+    std::unique_ptr<Managers> managers_;
+    unsigned number_;
+    unsigned stage_ = 0;
+};
+
+} // namespace sunstone::compiler

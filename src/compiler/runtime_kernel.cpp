@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+// What kernels and programs call outside arithmetic: printf, assertions, barriers and warp
+// functions. The launcher gives the means (devlib::BlockFunctions): a barrier, and an exchange in
+// which the lanes of a mask meet and see one another's values; every warp function is built on it.
+#include "compiler/runtime.h"
+
+#include "base/log.h"
+#include "devlib/abi.h"
+
+#include <bit>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+namespace sunstone::compiler {
+
+namespace {
+
+using devlib::BlockFunctions;
+using devlib::KernelThread;
+
+const BlockFunctions* functionsOf(const KernelThread* thread) {
+    return thread->block ? *static_cast<BlockFunctions* const*>(thread->block) : nullptr;
+}
+
+// ---- printf -----------------------------------------------------------------------------------
+// The argument buffer holds each argument at its natural alignment: 4 bytes for int, 8 for
+// double, pointers and 64-bit integers. Strings in it are addresses.
+class ArgumentReader {
+public:
+    explicit ArgumentReader(const char* buffer) : buffer_(buffer) {}
+    template <class T>
+    T take() {
+        T value{};
+        if (!buffer_)
+            return value;
+        offset_ = (offset_ + sizeof(T) - 1) / sizeof(T) * sizeof(T);
+        std::memcpy(&value, buffer_ + offset_, sizeof(T));
+        offset_ += sizeof(T);
+        return value;
+    }
+
+private:
+    const char* buffer_;
+    size_t offset_ = 0;
+};
+
+template <class... T>
+void append(std::string& out, const std::string& format, T... values) {
+    char local[256];
+    const int length = std::snprintf(local, sizeof local, format.c_str(), values...);
+    if (length < 0)
+        return;
+    if (size_t(length) < sizeof local) {
+        out.append(local, size_t(length));
+        return;
+    }
+    std::string large(size_t(length) + 1, '\0');
+    std::snprintf(large.data(), large.size(), format.c_str(), values...);
+    out.append(large.data(), size_t(length));
+}
+
+// One conversion, `spec` being its flags, width and precision.
+void convert(std::string& out, const std::string& spec, int longs, char conversion,
+             ArgumentReader& arguments) {
+    switch (conversion) {
+    case 'd':
+    case 'i':
+        append(out, spec + "lld", longs > 0 ? arguments.take<long long>()
+                                            : static_cast<long long>(arguments.take<int>()));
+        break;
+    case 'u':
+    case 'x':
+    case 'X':
+    case 'o':
+        append(out, spec + "ll" + conversion,
+               longs > 0 ? arguments.take<unsigned long long>()
+                         : static_cast<unsigned long long>(arguments.take<unsigned>()));
+        break;
+    case 'c':
+        append(out, spec + "c", arguments.take<int>());
+        break;
+    case 'p':
+        append(out, spec + "p", arguments.take<void*>());
+        break;
+    case 's': {
+        const char* text = arguments.take<const char*>();
+        append(out, spec + "s", text ? text : "(null)");
+        break;
+    }
+    default:
+        append(out, spec + conversion, arguments.take<double>());
+    }
+}
+
+int printFormatted(void*, const char* format, const char* buffer) {
+    if (!format)
+        return -1;
+    std::string out;
+    ArgumentReader arguments(buffer);
+    int converted = 0;
+    for (const char* p = format; *p; ++p) {
+        if (*p != '%') {
+            out += *p;
+            continue;
+        }
+        if (p[1] == '%') {
+            out += '%';
+            ++p;
+            continue;
+        }
+        const char* start = p++;
+        std::string spec = "%";
+        int longs = 0;
+        for (; *p && std::strchr("-+ #0123456789.*hlLqjzt", *p); ++p) {
+            if (*p == '*')
+                spec += std::to_string(arguments.take<int>());
+            else if (*p == 'l' || *p == 'q' || *p == 'j' || *p == 'z' || *p == 't')
+                ++longs;
+            else if (*p != 'h' && *p != 'L')
+                spec += *p;
+        }
+        if (!*p || !std::strchr("diuxXocpsfFeEgGaA", *p)) { // not a conversion: as it stands
+            out.append(start, size_t(p - start) + (*p ? 1 : 0));
+            if (!*p)
+                break;
+            continue;
+        }
+        convert(out, spec, longs, *p, arguments);
+        ++converted;
+    }
+    std::fwrite(out.data(), 1, out.size(), stdout);
+    return converted;
+}
+
+// ---- ends -------------------------------------------------------------------------------------
+
+void endThread(KernelThread* thread) {
+    if (const BlockFunctions* functions = functionsOf(thread))
+        functions->exitThread(thread);
+}
+
+void trapThread(KernelThread* thread) {
+    log(LogLevel::kError, "compiler", "a kernel executed a trap instruction");
+    endThread(thread);
+}
+
+void reportAssertion(void*, const char* condition, const char* file, uint32_t line,
+                     const char* function, uint64_t) {
+    std::fprintf(stderr, "%s:%u: %s: device assertion `%s' failed\n", file ? file : "?", line,
+                 function ? function : "?", condition ? condition : "?");
+}
+
+void* allocate(void*, uint64_t size) { return std::malloc(size); }
+void release(void*, void* memory) { std::free(memory); }
+
+uint64_t globalTimer() {
+    return uint64_t(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                        std::chrono::system_clock::now().time_since_epoch())
+                        .count());
+}
+
+// ---- barriers and warps -----------------------------------------------------------------------
+
+uint32_t barrier(KernelThread* thread, uint32_t id, uint32_t threads, uint32_t reduction,
+                 uint32_t value) {
+    return functionsOf(thread)->barrier(thread, id, threads, reduction, value);
+}
+
+void arrive(KernelThread* thread, uint32_t id, uint32_t threads) {
+    functionsOf(thread)->arrive(thread, id, threads);
+}
+
+uint32_t activeMask(KernelThread* thread) { return functionsOf(thread)->activeMask(thread); }
+
+struct Gathered {
+    uint64_t values[32];
+    uint32_t present;
+};
+
+Gathered exchange(KernelThread* thread, uint32_t mask, uint64_t value) {
+    Gathered gathered{};
+    gathered.present = functionsOf(thread)->exchange(thread, mask, value, gathered.values);
+    return gathered;
+}
+
+uint32_t vote(KernelThread* thread, uint32_t mode, uint32_t mask, uint32_t predicate) {
+    const Gathered all = exchange(thread, mask, predicate);
+    uint32_t ballot = 0;
+    for (unsigned lane = 0; lane < 32; ++lane)
+        if (all.present >> lane & 1 && all.values[lane])
+            ballot |= 1u << lane;
+    switch (mode) {
+    case 0: return ballot == all.present;
+    case 1: return ballot != 0;
+    case 2: return ballot == 0 || ballot == all.present;
+    default: return ballot;
+    }
+}
+
+// Result: value in the low, validity in the high word. Source: PTX ISA manual, "shfl.sync".
+uint64_t shuffle(KernelThread* thread, uint32_t mode, uint32_t value, uint32_t distance,
+                 uint32_t control, uint32_t mask) {
+    const Gathered all = exchange(thread, mask, value);
+    const int lane = int(thread->laneid);
+    const int b = int(distance & 31);
+    const int clamp = int(control & 31), segment = int(control >> 8 & 31);
+    const int last = (lane & segment) | (clamp & ~segment);
+    const int first = lane & segment;
+    int source = 0;
+    bool valid = false;
+    switch (mode) {
+    case 0:
+        source = lane - b;
+        valid = source >= last;
+        break;
+    case 1:
+        source = lane + b;
+        valid = source <= last;
+        break;
+    case 2:
+        source = lane ^ b;
+        valid = source <= last;
+        break;
+    default:
+        source = first | (b & ~segment);
+        valid = source <= last;
+    }
+    if (!valid)
+        source = lane;
+    const bool there = source >= 0 && source < 32 && all.present >> source & 1;
+    return uint64_t(valid) << 32 | (there ? uint32_t(all.values[source]) : value);
+}
+
+uint64_t match(KernelThread* thread, uint32_t wantAll, uint32_t mask, uint64_t value) {
+    const Gathered all = exchange(thread, mask, value);
+    uint32_t same = 0;
+    for (unsigned lane = 0; lane < 32; ++lane)
+        if (all.present >> lane & 1 && all.values[lane] == value)
+            same |= 1u << lane;
+    if (!wantAll)
+        return uint64_t(1) << 32 | same;
+    return same == all.present ? uint64_t(1) << 32 | same : 0;
+}
+
+uint32_t reduce(KernelThread* thread, uint32_t op, uint32_t mask, uint32_t value) {
+    const Gathered all = exchange(thread, mask, value);
+    uint32_t result = value;
+    for (unsigned lane = 0; lane < 32; ++lane) {
+        if (!(all.present >> lane & 1) || lane == thread->laneid)
+            continue;
+        const uint32_t other = uint32_t(all.values[lane]);
+        switch (op) {
+        case 0: result += other; break;
+        case 1: result &= other; break;
+        case 2: result |= other; break;
+        case 3: result ^= other; break;
+        case 4: result = uint32_t(std::min(int32_t(result), int32_t(other))); break;
+        case 5: result = std::min(result, other); break;
+        case 6: result = uint32_t(std::max(int32_t(result), int32_t(other))); break;
+        default: result = std::max(result, other);
+        }
+    }
+    return result;
+}
+
+template <class Function>
+const void* addressOf(Function* function) {
+    return reinterpret_cast<const void*>(function);
+}
+
+} // namespace
+
+void addKernelSymbols(std::vector<RuntimeSymbol>& symbols) {
+    const RuntimeSymbol own[] = {
+        {"sunstone_vprintf", addressOf(printFormatted)},
+        {"sunstone_assertfail", addressOf(reportAssertion)},
+        {"sunstone_malloc", addressOf(allocate)},
+        {"sunstone_free", addressOf(release)},
+        {"sunstone_trap", addressOf(trapThread)},
+        {"sunstone_exit", addressOf(endThread)},
+        {"sunstone_globaltimer", addressOf(globalTimer)},
+        {"sunstone_barrier", addressOf(barrier)},
+        {"sunstone_arrive", addressOf(arrive)},
+        {"sunstone_activemask", addressOf(activeMask)},
+        {"sunstone_vote", addressOf(vote)},
+        {"sunstone_shuffle", addressOf(shuffle)},
+        {"sunstone_match", addressOf(match)},
+        {"sunstone_redux", addressOf(reduce)},
+    };
+    symbols.insert(symbols.end(), std::begin(own), std::end(own));
+}
+
+} // namespace sunstone::compiler

@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+// FunctionTranslator: floating point arithmetic. Operations are IEEE and never contracted; no
+// fast-math flag is set anywhere. The .approx forms are computed exactly: an implementation may be
+// better than the stated error, and results then agree between machines.
+//
+// .ftz is a property of one instruction: flush() marks the place with a call of sunstone.flush,
+// which flush_pass.cpp removes where the value is known to be no subnormal and expands elsewhere.
+#include "compiler/function_translator.h"
+
+#include "compiler/passes.h"
+
+#include <llvm/IR/Intrinsics.h>
+
+namespace sunstone::compiler {
+
+namespace {
+
+const char* suffixOf(Rounding rounding) {
+    switch (rounding) {
+    case Rounding::kZero: return "rz";
+    case Rounding::kDown: return "rm";
+    case Rounding::kUp: return "rp";
+    default: return "rn";
+    }
+}
+
+llvm::Type* bitsLike(llvm::Type* type) {
+    llvm::Type* scalar = type->getScalarType();
+    llvm::Type* bits =
+        llvm::IntegerType::get(type->getContext(), unsigned(scalar->getPrimitiveSizeInBits()));
+    return type->isVectorTy() ? llvm::FixedVectorType::get(bits, 2) : bits;
+}
+
+} // namespace
+
+Rounding FunctionTranslator::roundingOf(const ptx::Instruction& instruction) {
+    if (instruction.has("rz"))
+        return Rounding::kZero;
+    if (instruction.has("rm"))
+        return Rounding::kDown;
+    if (instruction.has("rp"))
+        return Rounding::kUp;
+    return Rounding::kNearest;
+}
+
+ptx::Type FunctionTranslator::floatType(const ptx::Instruction& instruction) const {
+    const ptx::Type type = lastType(instruction);
+    if (type == ptx::Type::kBF16 || type == ptx::Type::kBF16x2)
+        reject(instruction, ErrorCode::kNotSupported, "bfloat16 arithmetic is not available");
+    if (!ptx::isFloat(type) || instruction.types.size() > 1)
+        rejectForm(instruction);
+    return type;
+}
+
+Value* FunctionTranslator::intrinsicCall(llvm::Intrinsic::ID id, llvm::ArrayRef<Value*> operands) {
+    return builder_.CreateIntrinsic(id, {operands[0]->getType()}, operands);
+}
+
+Value* FunctionTranslator::flush(Value* value) {
+    llvm::Type* type = value->getType();
+    if (type->isFloatTy()) {
+        if (auto* constant = llvm::dyn_cast<llvm::ConstantFP>(value))
+            return constant->getValueAPF().isDenormal()
+                       ? llvm::ConstantFP::getZero(type, constant->isNegative())
+                       : constant;
+        return builder_.CreateCall(unit_.helper(kFlushName, type, {type}), {value});
+    }
+    if (!type->getScalarType()->isHalfTy())
+        return value;
+    Value* tiny = builder_.CreateFCmpOLT(intrinsicCall(llvm::Intrinsic::fabs, {value}),
+                                         llvm::ConstantFP::get(type, 0x1p-14));
+    Value* zero = intrinsicCall(llvm::Intrinsic::copysign,
+                                {llvm::Constant::getNullValue(type), value});
+    return builder_.CreateSelect(tiny, zero, value);
+}
+
+Value* FunctionTranslator::readFloat(const ptx::Instruction& instruction,
+                                     const ptx::Operand& operand, ptx::Type type) {
+    Value* value = read(operand, type);
+    return instruction.has("ftz") ? flush(value) : value;
+}
+
+// Into [0, 1]; NaN and -0 become +0.
+Value* FunctionTranslator::saturate(Value* value) {
+    llvm::Constant* zero = llvm::ConstantFP::get(value->getType(), 0.0);
+    llvm::Constant* one = llvm::ConstantFP::get(value->getType(), 1.0);
+    value = builder_.CreateSelect(builder_.CreateFCmpOGT(value, zero), value, zero);
+    return builder_.CreateSelect(builder_.CreateFCmpOLT(value, one), value, one);
+}
+
+void FunctionTranslator::writeFloat(const ptx::Instruction& instruction, Value* value,
+                                    bool canBeSubnormal) {
+    if (instruction.has("sat"))
+        value = saturate(value);
+    if (instruction.has("relu"))
+        value = pickMinimum(value, llvm::ConstantFP::get(value->getType(), 0.0), true, true);
+    if (instruction.has("ftz") && canBeSubnormal)
+        value = flush(value);
+    write(instruction.operands[0], value);
+}
+
+Value* FunctionTranslator::roundedCall(const char* operation, Rounding rounding,
+                                       llvm::ArrayRef<Value*> operands) {
+    llvm::Type* type = operands[0]->getType();
+    if (!type->isFloatTy() && !type->isDoubleTy())
+        reject(*current_, ErrorCode::kInvalidPtx, "directed rounding needs .f32 or .f64");
+    const std::string name = message("sunstone_", operation, "_", suffixOf(rounding), "_",
+                                     type->isFloatTy() ? "f32" : "f64");
+    const std::vector<llvm::Type*> types(operands.size(), type);
+    return builder_.CreateCall(unit_.helper(name.c_str(), type, types), operands);
+}
+
+void FunctionTranslator::floatArithmetic(const ptx::Instruction& instruction) {
+    const ptx::Type type = floatType(instruction);
+    const Rounding rounding = roundingOf(instruction);
+    Value* a = readFloat(instruction, instruction.operands[1], type);
+    Value* b = readFloat(instruction, instruction.operands[2], type);
+    const std::string operation(instruction.opcode);
+    Value* result = nullptr;
+    if (rounding != Rounding::kNearest)
+        result = roundedCall(operation.c_str(), rounding, {a, b});
+    else if (operation == "add")
+        result = builder_.CreateFAdd(a, b);
+    else if (operation == "sub")
+        result = builder_.CreateFSub(a, b);
+    else
+        result = builder_.CreateFMul(a, b);
+    writeFloat(instruction, result);
+}
+
+void FunctionTranslator::fusedMultiplyAdd(const ptx::Instruction& instruction) {
+    operandCount(instruction, 4, 4);
+    const ptx::Type type = floatType(instruction);
+    const Rounding rounding = roundingOf(instruction);
+    Value* a = readFloat(instruction, instruction.operands[1], type);
+    Value* b = readFloat(instruction, instruction.operands[2], type);
+    Value* c = readFloat(instruction, instruction.operands[3], type);
+    Value* result = nullptr;
+    if (rounding != Rounding::kNearest) {
+        result = roundedCall("fma", rounding, {a, b, c});
+    } else if (type == ptx::Type::kF16 || type == ptx::Type::kF16x2) {
+        // In double the product is exact, and so is the sum wherever its rounding to half could
+        // be in doubt: one rounding in all.
+        llvm::Type* wide = builder_.getDoubleTy();
+        if (type == ptx::Type::kF16x2)
+            wide = llvm::FixedVectorType::get(wide, 2);
+        Value* product = builder_.CreateFMul(builder_.CreateFPExt(a, wide),
+                                             builder_.CreateFPExt(b, wide));
+        Value* sum = builder_.CreateFAdd(product, builder_.CreateFPExt(c, wide));
+        result = builder_.CreateFPTrunc(sum, a->getType());
+    } else {
+        result = intrinsicCall(llvm::Intrinsic::fma, {a, b, c});
+    }
+    writeFloat(instruction, result);
+}
+
+void FunctionTranslator::floatDivide(const ptx::Instruction& instruction) {
+    const ptx::Type type = floatType(instruction);
+    const Rounding rounding = roundingOf(instruction);
+    Value* a = readFloat(instruction, instruction.operands[1], type);
+    Value* b = readFloat(instruction, instruction.operands[2], type);
+    writeFloat(instruction, rounding == Rounding::kNearest ? builder_.CreateFDiv(a, b)
+                                                           : roundedCall("div", rounding, {a, b}));
+}
+
+void FunctionTranslator::reciprocal(const ptx::Instruction& instruction) {
+    operandCount(instruction, 2, 2);
+    const ptx::Type type = floatType(instruction);
+    const Rounding rounding = roundingOf(instruction);
+    Value* a = readFloat(instruction, instruction.operands[1], type);
+    llvm::Constant* one = llvm::ConstantFP::get(a->getType(), 1.0);
+    writeFloat(instruction, rounding == Rounding::kNearest
+                                ? builder_.CreateFDiv(one, a)
+                                : roundedCall("div", rounding, {one, a}));
+}
+
+void FunctionTranslator::squareRoot(const ptx::Instruction& instruction) {
+    operandCount(instruction, 2, 2);
+    const ptx::Type type = floatType(instruction);
+    const Rounding rounding = roundingOf(instruction);
+    Value* a = readFloat(instruction, instruction.operands[1], type);
+    // The root of a normal number is normal.
+    writeFloat(instruction,
+               rounding == Rounding::kNearest ? intrinsicCall(llvm::Intrinsic::sqrt, {a})
+                                              : roundedCall("sqrt", rounding, {a}),
+               !instruction.has("ftz"));
+}
+
+void FunctionTranslator::reciprocalSquareRoot(const ptx::Instruction& instruction) {
+    operandCount(instruction, 2, 2);
+    Value* a = readFloat(instruction, instruction.operands[1], floatType(instruction));
+    Value* root = intrinsicCall(llvm::Intrinsic::sqrt, {a});
+    writeFloat(instruction,
+               builder_.CreateFDiv(llvm::ConstantFP::get(a->getType(), 1.0), root), false);
+}
+
+void FunctionTranslator::transcendental(const ptx::Instruction& instruction) {
+    operandCount(instruction, 2, 2);
+    const ptx::Type type = floatType(instruction);
+    if (type == ptx::Type::kF64 || type == ptx::Type::kF16x2)
+        reject(instruction, ErrorCode::kNotSupported, "this type is not available");
+    Value* a = readFloat(instruction, instruction.operands[1], type);
+    llvm::Type* single = builder_.getFloatTy();
+    if (type == ptx::Type::kF16)
+        a = builder_.CreateFPExt(a, single);
+    const std::string name = "sunstone_" + std::string(instruction.opcode) + "_f32";
+    Value* result = builder_.CreateCall(unit_.helper(name.c_str(), single, {single}), {a});
+    if (type == ptx::Type::kF16)
+        result = builder_.CreateFPTrunc(result, builder_.getHalfTy());
+    writeFloat(instruction, result, instruction.opcode != "lg2" && instruction.opcode != "cos");
+}
+
+void FunctionTranslator::floatSign(const ptx::Instruction& instruction) {
+    Value* a = readFloat(instruction, instruction.operands[1], floatType(instruction));
+    Value* result = instruction.opcode == "neg" ? builder_.CreateFNeg(a)
+                                                : intrinsicCall(llvm::Intrinsic::fabs, {a});
+    write(instruction.operands[0], result);
+}
+
+// The smaller (greater) of two numbers, -0 below +0. A NaN loses against a number, or wins where
+// propagateNan is set.
+Value* FunctionTranslator::pickMinimum(Value* a, Value* b, bool greatest, bool propagateNan) {
+    llvm::Type* type = a->getType();
+    if (propagateNan) {
+        Value* least = pickMinimum(a, b, greatest, false);
+        llvm::Constant* nan = llvm::ConstantFP::getQNaN(type);
+        return builder_.CreateSelect(builder_.CreateFCmpUNO(a, b), nan, least);
+    }
+    if (llvm::isa<llvm::ConstantFP>(a))
+        std::swap(a, b);
+    if (auto* constant = llvm::dyn_cast<llvm::ConstantFP>(b)) {
+        // One comparison does: it fails for a NaN, and a zero is ordered by the choice of <=.
+        const bool zero = constant->isZero();
+        const bool negative = constant->isNegative();
+        if (constant->isNaN())
+            return a;
+        Value* takeA = nullptr;
+        if (greatest)
+            takeA = zero && negative ? builder_.CreateFCmpOGE(a, b) : builder_.CreateFCmpOGT(a, b);
+        else
+            takeA = zero && !negative ? builder_.CreateFCmpOLE(a, b) : builder_.CreateFCmpOLT(a, b);
+        return builder_.CreateSelect(takeA, a, b);
+    }
+    // first and second differ only for zeros of unlike sign (and NaN, decided afterwards): there
+    // the bitwise combination keeps the wanted sign.
+    const auto pick = [&](Value* x, Value* y) {
+        Value* takeX = greatest ? builder_.CreateFCmpOGT(x, y) : builder_.CreateFCmpOLT(x, y);
+        return builder_.CreateSelect(takeX, x, y);
+    };
+    llvm::Type* bits = bitsLike(type);
+    Value* first = builder_.CreateBitCast(pick(a, b), bits);
+    Value* second = builder_.CreateBitCast(pick(b, a), bits);
+    Value* joined = builder_.CreateBitCast(
+        greatest ? builder_.CreateAnd(first, second) : builder_.CreateOr(first, second), type);
+    Value* nanA = builder_.CreateFCmpUNO(a, a);
+    Value* nanB = builder_.CreateFCmpUNO(b, b);
+    return builder_.CreateSelect(nanA, b, builder_.CreateSelect(nanB, a, joined));
+}
+
+void FunctionTranslator::floatMinimum(const ptx::Instruction& instruction) {
+    const ptx::Type type = floatType(instruction);
+    const bool greatest = instruction.opcode == "max";
+    Value* result = readFloat(instruction, instruction.operands[1], type);
+    Value* sign = nullptr;
+    const bool xorSign = instruction.has("xorsign");
+    for (size_t i = 2; i < instruction.operands.size(); ++i) {
+        Value* other = readFloat(instruction, instruction.operands[i], type);
+        if (xorSign) {
+            llvm::Type* bits = bitsLike(result->getType());
+            sign = builder_.CreateXor(builder_.CreateBitCast(result, bits),
+                                      builder_.CreateBitCast(other, bits));
+        }
+        if (xorSign || instruction.has("abs")) {
+            result = intrinsicCall(llvm::Intrinsic::fabs, {result});
+            other = intrinsicCall(llvm::Intrinsic::fabs, {other});
+        }
+        result = pickMinimum(result, other, greatest, instruction.has("NaN"));
+        if (sign)
+            result = intrinsicCall(llvm::Intrinsic::copysign,
+                                   {result, builder_.CreateBitCast(sign, result->getType())});
+    }
+    write(instruction.operands[0], result);
+}
+
+// The sign of the first, the magnitude of the second operand.
+void FunctionTranslator::copySign(const ptx::Instruction& instruction) {
+    operandCount(instruction, 3, 3);
+    const ptx::Type type = floatType(instruction);
+    write(instruction.operands[0], intrinsicCall(llvm::Intrinsic::copysign,
+                                                 {read(instruction.operands[2], type),
+                                                  read(instruction.operands[1], type)}));
+}
+
+void FunctionTranslator::testProperty(const ptx::Instruction& instruction) {
+    operandCount(instruction, 2, 2);
+    Value* a = read(instruction.operands[1], floatType(instruction));
+    unsigned classes = 0;
+    if (instruction.has("finite"))
+        classes = llvm::fcFinite;
+    else if (instruction.has("infinite"))
+        classes = llvm::fcInf;
+    else if (instruction.has("number"))
+        classes = llvm::fcAllFlags & ~llvm::fcNan;
+    else if (instruction.has("notanumber"))
+        classes = llvm::fcNan;
+    else if (instruction.has("normal"))
+        classes = llvm::fcNormal;
+    else if (instruction.has("subnormal"))
+        classes = llvm::fcSubnormal;
+    else
+        rejectForm(instruction);
+    write(instruction.operands[0], builder_.createIsFPClass(a, classes));
+}
+
+} // namespace sunstone::compiler

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+// FunctionTranslator: addresses, loads, stores, atomics, mov. Accesses claim the alignment of one
+// element only: PTX aligns by its own rules, and a vector store is not one x86 store.
+#include "compiler/function_translator.h"
+
+namespace sunstone::compiler {
+
+namespace {
+
+unsigned vectorCount(const ptx::Instruction& instruction) {
+    for (std::string_view modifier : instruction.modifiers) {
+        if (modifier == "v2")
+            return 2;
+        if (modifier == "v4")
+            return 4;
+        if (modifier == "v8")
+            return 8;
+    }
+    return 1;
+}
+
+// Ordering of an access; NotAtomic for plain ones.
+llvm::AtomicOrdering orderingOf(const ptx::Instruction& instruction, bool isStore) {
+    if (instruction.has("acquire"))
+        return llvm::AtomicOrdering::Acquire;
+    if (instruction.has("release"))
+        return llvm::AtomicOrdering::Release;
+    if (instruction.has("relaxed") || instruction.has("mmio"))
+        return llvm::AtomicOrdering::Monotonic;
+    (void)isStore;
+    return llvm::AtomicOrdering::NotAtomic;
+}
+
+} // namespace
+
+Value* FunctionTranslator::offsetPointer(Value* pointer, int64_t offset) {
+    if (offset == 0)
+        return pointer;
+    return builder_.CreateGEP(builder_.getInt8Ty(), pointer, builder_.getInt64(uint64_t(offset)));
+}
+
+Value* FunctionTranslator::stateField(size_t offset, llvm::Type* type, const char* name) {
+    return builder_.CreateLoad(type, offsetPointer(state(), int64_t(offset)), name);
+}
+
+// The launch parameter block; neither pointer changes while a program runs.
+Value* FunctionTranslator::launchParams() {
+    const auto loadInvariant = [&](Value* pointer, size_t offset) {
+        auto* loaded =
+            builder_.CreateLoad(builder_.getPtrTy(), offsetPointer(pointer, int64_t(offset)));
+        loaded->setMetadata(llvm::LLVMContext::MD_invariant_load,
+                            llvm::MDNode::get(unit_.context(), {}));
+        return loaded;
+    };
+    Value* launch = loadInvariant(state(), offsetof(devlib::RayState, launch));
+    return loadInvariant(launch, offsetof(devlib::LaunchState, params));
+}
+
+Value* FunctionTranslator::symbolAddress(std::string_view name, ptx::Location location,
+                                         bool* constant) {
+    const auto sharedAddress = [&](const ptx::Variable& variable) -> Value* {
+        if (!isKernel())
+            failAt(ErrorCode::kInvalidPtx, location, "shared memory (\"", name,
+                   "\") is not allowed in OptiX programs");
+        Value* base = stateField(offsetof(devlib::KernelThread, shared), builder_.getPtrTy(),
+                                 "shared");
+        return builder_.CreateGEP(builder_.getInt8Ty(), base,
+                                  unit_.sharedOffset(variable, &function_));
+    };
+    const auto local = localVariables_.find(name);
+    if (local != localVariables_.end()) {
+        if (local->second->space == ptx::Space::kShared)
+            return sharedAddress(*local->second);
+        const auto memory = locals_.find(name);
+        if (memory == locals_.end())
+            failAt(ErrorCode::kInvalidPtx, location, "\"", name, "\" is a register, not memory");
+        if (constant && isKernel() && source_.isEntry &&
+            local->second->space == ptx::Space::kParam &&
+            !llvm::isa<llvm::AllocaInst>(memory->second))
+            *constant = true;
+        return memory->second;
+    }
+    if (const ptx::Variable* variable = unit_.findVariable(module_, name)) {
+        if (variable->space == ptx::Space::kShared)
+            return sharedAddress(*variable);
+        if (constant)
+            *constant = variable->space == ptx::Space::kConst;
+        if (unit_.isLaunchParams(*variable))
+            return launchParams();
+        return unit_.variable(module_, name, location);
+    }
+    if (unit_.knowsFunction(module_, name))
+        return unit_.function(module_, name, location);
+    failAt(ErrorCode::kInvalidPtx, location, "\"", name, "\" is not declared");
+}
+
+// sym[%r]: the register times the element size beside the name.
+Value* FunctionTranslator::indexedPointer(Value* base, const ptx::Operand& operand) {
+    if (operand.scale == 0 || operand.index == ~0u)
+        return base;
+    ptx::Operand index;
+    index.kind = ptx::OperandKind::kRegister;
+    index.index = operand.index;
+    const ptx::Type type = source_.registers[index.index].type;
+    Value* number = coerce(readInt(index, bitsOf(type)), builder_.getInt64Ty(),
+                           type != ptx::Type::kU32 && type != ptx::Type::kU16);
+    return builder_.CreateGEP(builder_.getInt8Ty(), base,
+                              builder_.CreateMul(number, builder_.getInt64(operand.scale)));
+}
+
+FunctionTranslator::Place FunctionTranslator::place(const ptx::Operand& operand) {
+    Place place;
+    if (operand.kind != ptx::OperandKind::kAddress && operand.kind != ptx::OperandKind::kSymbol &&
+        operand.kind != ptx::OperandKind::kRegister)
+        reject(*current_, ErrorCode::kInvalidPtx, "address expected");
+    Value* base = nullptr;
+    if (!operand.name.empty()) {
+        base = symbolAddress(operand.name, operand.location, &place.constant);
+        base = indexedPointer(base, operand);
+    } else if (operand.index != ~0u) {
+        ptx::Operand reg = operand;
+        reg.kind = ptx::OperandKind::kRegister;
+        reg.negated = false;
+        base = builder_.CreateIntToPtr(readInt(reg, 64), builder_.getPtrTy());
+    } else {
+        base = builder_.CreateIntToPtr(builder_.getInt64(uint64_t(operand.offset)),
+                                       builder_.getPtrTy());
+        place.pointer = base;
+        return place;
+    }
+    place.pointer = offsetPointer(base, operand.offset);
+    return place;
+}
+
+void FunctionTranslator::load(const ptx::Instruction& instruction) {
+    operandCount(instruction, 2, 4);
+    const ptx::Type type = lastType(instruction);
+    const unsigned bytes = ptx::sizeOf(type);
+    const Place from = place(instruction.operands[1]);
+    const llvm::AtomicOrdering ordering = orderingOf(instruction, false);
+    const bool constant =
+        from.constant || instruction.has("nc") || instruction.opcode == "ldu";
+    const bool isFloat = type == ptx::Type::kF32 || type == ptx::Type::kF64;
+    llvm::Type* loadType = isFloat ? typeOf(type) : intType(bytes * 8);
+
+    const unsigned count = vectorCount(instruction);
+    std::vector<ptx::Operand> targets = {instruction.operands[0]};
+    if (count > 1)
+        targets = elements(instruction.operands[0]);
+    if (targets.size() != count)
+        reject(instruction, ErrorCode::kInvalidPtx,
+               message("loads ", count, " values into ", targets.size(), " registers"));
+    std::vector<Value*> values;
+    for (unsigned i = 0; i < count; ++i) {
+        auto* loaded = builder_.CreateAlignedLoad(
+            loadType, offsetPointer(from.pointer, int64_t(i) * bytes), llvm::Align(bytes),
+            instruction.has("volatile"));
+        if (ordering != llvm::AtomicOrdering::NotAtomic)
+            loaded->setAtomic(ordering);
+        else if (constant)
+            loaded->setMetadata(llvm::LLVMContext::MD_invariant_load,
+                                llvm::MDNode::get(unit_.context(), {}));
+        values.push_back(loaded);
+    }
+    for (unsigned i = 0; i < count; ++i)
+        write(targets[i], values[i], ptx::isSigned(type));
+}
+
+void FunctionTranslator::store(const ptx::Instruction& instruction) {
+    operandCount(instruction, 2, 3);
+    const ptx::Type type = lastType(instruction);
+    const unsigned bytes = ptx::sizeOf(type);
+    const Place to = place(instruction.operands[0]);
+    const llvm::AtomicOrdering ordering = orderingOf(instruction, true);
+    const bool isFloat = type == ptx::Type::kF32 || type == ptx::Type::kF64;
+    llvm::Type* storeType = isFloat ? typeOf(type) : intType(bytes * 8);
+
+    const unsigned count = vectorCount(instruction);
+    std::vector<ptx::Operand> sources = {instruction.operands[1]};
+    if (count > 1)
+        sources = elements(instruction.operands[1]);
+    if (sources.size() != count)
+        reject(instruction, ErrorCode::kInvalidPtx,
+               message("stores ", count, " values from ", sources.size(), " registers"));
+    for (unsigned i = 0; i < count; ++i) {
+        auto* stored = builder_.CreateAlignedStore(
+            readAs(sources[i], storeType), offsetPointer(to.pointer, int64_t(i) * bytes),
+            llvm::Align(bytes), instruction.has("volatile"));
+        if (ordering != llvm::AtomicOrdering::NotAtomic)
+            stored->setAtomic(ordering);
+    }
+}
+
+void FunctionTranslator::atomic(const ptx::Instruction& instruction) {
+    using Op = llvm::AtomicRMWInst::BinOp;
+    const bool returns = instruction.opcode == "atom";
+    operandCount(instruction, returns ? 3 : 2, 5);
+    const ptx::Type type = lastType(instruction);
+    const size_t at = returns ? 1 : 0;
+    if (type == ptx::Type::kF16x2 || type == ptx::Type::kBF16 || type == ptx::Type::kBF16x2 ||
+        type == ptx::Type::kB128 || vectorCount(instruction) > 1)
+        reject(instruction, ErrorCode::kNotSupported, "atomics on this type are not available");
+    const unsigned bytes = ptx::sizeOf(type);
+    const bool isFloat = ptx::isFloat(type);
+    const bool isSigned = ptx::isSigned(type);
+
+    llvm::AtomicOrdering ordering = llvm::AtomicOrdering::Monotonic;
+    if (instruction.has("acquire"))
+        ordering = llvm::AtomicOrdering::Acquire;
+    else if (instruction.has("release"))
+        ordering = llvm::AtomicOrdering::Release;
+    else if (instruction.has("acq_rel"))
+        ordering = llvm::AtomicOrdering::AcquireRelease;
+
+    const Place where = place(instruction.operands[at]);
+    Value* old = nullptr;
+    if (instruction.has("cas")) {
+        operandCount(instruction, at + 3, at + 4);
+        Value* expected = readInt(instruction.operands[at + 1], bytes * 8);
+        Value* desired = readInt(instruction.operands[at + 2], bytes * 8);
+        Value* pair = builder_.CreateAtomicCmpXchg(
+            where.pointer, expected, desired, llvm::MaybeAlign(bytes), ordering,
+            llvm::AtomicCmpXchgInst::getStrongestFailureOrdering(ordering));
+        old = builder_.CreateExtractValue(pair, 0);
+    } else {
+        Op op = Op::BAD_BINOP;
+        if (instruction.has("add"))
+            op = isFloat ? Op::FAdd : Op::Add;
+        else if (instruction.has("and"))
+            op = Op::And;
+        else if (instruction.has("or"))
+            op = Op::Or;
+        else if (instruction.has("xor"))
+            op = Op::Xor;
+        else if (instruction.has("exch"))
+            op = Op::Xchg;
+        else if (instruction.has("inc"))
+            op = Op::UIncWrap;
+        else if (instruction.has("dec"))
+            op = Op::UDecWrap;
+        else if (instruction.has("min"))
+            op = isSigned ? Op::Min : Op::UMin;
+        else if (instruction.has("max"))
+            op = isSigned ? Op::Max : Op::UMax;
+        if (op == Op::BAD_BINOP || (isFloat && op != Op::FAdd && op != Op::Xchg))
+            rejectForm(instruction);
+        llvm::Type* valueType = op == Op::FAdd ? typeOf(type) : intType(bytes * 8);
+        Value* operand = readAs(instruction.operands[at + 1], valueType);
+        old = builder_.CreateAtomicRMW(op, where.pointer, operand, llvm::MaybeAlign(bytes),
+                                       ordering);
+    }
+    if (returns)
+        write(instruction.operands[0], old, isSigned);
+}
+
+void FunctionTranslator::fence(const ptx::Instruction& instruction) {
+    if (instruction.has("proxy"))
+        return;
+    builder_.CreateFence(llvm::AtomicOrdering::SequentiallyConsistent);
+}
+
+void FunctionTranslator::move(const ptx::Instruction& instruction) {
+    operandCount(instruction, 2, 2);
+    const ptx::Operand& to = instruction.operands[0];
+    const ptx::Operand& from = instruction.operands[1];
+    const ptx::Type type = lastType(instruction);
+    const std::vector<ptx::Operand> targets = elements(to), sources = elements(from);
+    if (targets.size() > 1 && targets.size() == sources.size()) {
+        std::vector<Value*> values;
+        for (const ptx::Operand& source : sources)
+            values.push_back(read(source, type));
+        for (size_t i = 0; i < targets.size(); ++i)
+            write(targets[i], values[i]);
+        return;
+    }
+    // A copy keeps the storage type of its source, so that no bits are recast on the way.
+    if (from.kind == ptx::OperandKind::kRegister && to.kind == ptx::OperandKind::kRegister &&
+        !from.negated && slots_[slotOf(from)].type) {
+        Value* value = readSlot(slotOf(from));
+        if (value->getType()->getPrimitiveSizeInBits() == bitsOf(type)) {
+            write(to, value);
+            return;
+        }
+    }
+    write(to, read(from, type));
+}
+
+void FunctionTranslator::convertAddress(const ptx::Instruction& instruction) {
+    operandCount(instruction, 2, 2);
+    write(instruction.operands[0],
+          readInt(instruction.operands[1], bitsOf(lastType(instruction))));
+}
+
+} // namespace sunstone::compiler
