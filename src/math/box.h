@@ -22,8 +22,10 @@ struct Box {
         upper = {std::max(upper.x, p.x), std::max(upper.y, p.y), std::max(upper.z, p.z)};
     }
     void extend(const Box& b) {
-        extend(b.lower);
-        extend(b.upper);
+        lower = {std::min(lower.x, b.lower.x), std::min(lower.y, b.lower.y),
+                 std::min(lower.z, b.lower.z)};
+        upper = {std::max(upper.x, b.upper.x), std::max(upper.y, b.upper.y),
+                 std::max(upper.z, b.upper.z)};
     }
 };
 
