@@ -207,7 +207,10 @@ struct BlockFunctions {
     uint32_t (*activeMask)(KernelThread*);
     // exit, or a fault: ends the calling thread. Does not return.
     void (*exitThread)(KernelThread*);
+    // trap or a failed assertion: as exitThread, and the launch fails for all its threads.
+    void (*fault)(KernelThread*, uint32_t kind);
 };
+enum KernelFault : uint32_t { kFaultTrap = 0, kFaultAssertion = 1 };
 using KernelFn = void (*)(KernelThread*, const void*);
 
 } // namespace sunstone::devlib
