@@ -147,7 +147,7 @@ private:
                 leaf.sbt[lane] = 0;
             }
             for (int i = 0; i < 9; ++i)
-                leaf.vertices[i / 3][i % 3][lane] = v[i];
+                leaf.vertices[i * int(N) + int(lane)] = v[i];
         }
         leaf.count = count;
         std::fill(std::begin(leaf.pad), std::end(leaf.pad), 0u);

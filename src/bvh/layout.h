@@ -117,7 +117,7 @@ constexpr uint32_t kGeometryFlagShift = 24;
 // Up to N triangles. Unused lanes have NaN vertices.
 template <unsigned N>
 struct alignas(64) TriangleLeaf {
-    float vertices[3][3][N]; // [vertex][axis][lane]
+    float vertices[9 * N];   // [vertex][axis][lane]
     uint32_t primitive[N];   // with primitiveIndexOffset
     uint32_t sbt[N];
     uint32_t count;

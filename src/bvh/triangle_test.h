@@ -56,9 +56,9 @@ SUNSTONE_INLINE Mask testTriangles(const TriangleLeaf<N>& leaf, const RaySetup& 
                                    const ShearLanes<F>& r, float tmax,
                                    TriangleCandidates<N>& out) {
     F* const f = nullptr;
-    const float* vx = leaf.vertices[0][0] + s.axis[0] * N;
-    const float* vy = leaf.vertices[0][0] + s.axis[1] * N;
-    const float* vz = leaf.vertices[0][0] + s.axis[2] * N;
+    const float* vx = leaf.vertices + s.axis[0] * N;
+    const float* vy = leaf.vertices + s.axis[1] * N;
+    const float* vz = leaf.vertices + s.axis[2] * N;
     const F az = load(vz, f) - r.oz, bz = load(vz + 3 * N, f) - r.oz,
             cz = load(vz + 6 * N, f) - r.oz;
     const F ax = (load(vx, f) - r.ox) - r.sx * az, ay = (load(vy, f) - r.oy) - r.sy * az;
