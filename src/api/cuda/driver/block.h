@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs the blocks of a kernel launch on one thread of the processor.
+//
+// Kernels without barriers and warp functions: the threads of a block are a plain loop. Others: each
+// thread of the block is a fiber with a stack of its own (Boost.Context); a thread that waits
+// switches back to the scheduler, which goes round over those that can run. Nothing in a block is
+// concurrent, so its state needs no locks. See block_fibers.cpp.
+#pragma once
+
+#include "compiler/compiler.h"
+#include "devlib/abi.h"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace sunstone::api::cuda {
+
+// One launch, shared by all threads that run its blocks.
+struct Launch {
+    devlib::KernelFn kernel = nullptr;
+    const std::byte* params = nullptr;
+    std::array<uint32_t, 3> grid{}, block{};
+    uint32_t staticShared = 0;
+    uint32_t dynamicShared = 0;
+    uint32_t localBytes = 0;
+    bool meets = false; // barriers or warp functions
+    const char* name = "";
+    std::atomic<uint32_t> fault{0}; // 1 + devlib::KernelFault of the first that failed
+    std::atomic<bool> deadlock{false};
+
+    uint32_t threadsPerBlock() const { return block[0] * block[1] * block[2]; }
+};
+
+// Runs blocks one after another; not shared between threads.
+class BlockRunner {
+public:
+    explicit BlockRunner(Launch& launch);
+    ~BlockRunner();
+    BlockRunner(const BlockRunner&) = delete;
+    BlockRunner& operator=(const BlockRunner&) = delete;
+
+    void run(uint32_t x, uint32_t y, uint32_t z);
+
+    struct Fibers;
+
+private:
+    void runLoop(uint32_t x, uint32_t y, uint32_t z);
+
+    Launch& launch_;
+    std::vector<std::byte> sharedStorage_;
+    uint8_t* shared_ = nullptr;
+    std::unique_ptr<Fibers> fibers_;
+};
+
+// The number of a thread in its block, x fastest, taken apart; fills all of `thread` that differs
+// between threads of a block.
+void placeThread(devlib::KernelThread& thread, const Launch& launch, uint32_t index);
+
+} // namespace sunstone::api::cuda

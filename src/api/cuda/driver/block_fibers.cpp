@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+// Threads of a block as fibers.
+//
+// Each thread has a state: ready, waiting (at a barrier, in an exchange of its warp, for its active
+// mask) or done. The scheduler resumes ready threads in order; a thread that comes to a meeting
+// point completes it if it is the last, and every end of a thread is checked as well, because barriers
+// and exchanges count only threads that still run. activeMask has no partners to wait for: it is
+// answered when nothing else can run, with all lanes of the warp that asked, which is the
+// convergence programs expect. If nothing can run and threads remain, the kernel is deadlocked: the
+// launch fails instead of hanging.
+#include "api/cuda/driver/block_fibers.h"
+
+#include "base/error.h"
+
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cstring>
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define SUNSTONE_ASAN_FIBERS 1
+#include <sanitizer/asan_interface.h>
+#endif
+#endif
+
+namespace sunstone::api::cuda {
+
+namespace ctx = boost::context::detail;
+using devlib::KernelThread;
+
+namespace {
+
+using Fibers = BlockRunner::Fibers;
+
+StackPool& threadStacks() {
+    thread_local StackPool pool;
+    return pool;
+}
+
+} // namespace
+
+StackPool::~StackPool() {
+    if (base_)
+        munmap(base_, count_ * stride_);
+}
+
+void StackPool::reserve(size_t count, size_t size) {
+    const size_t stride = ((size + 4095) & ~size_t(4095)) + kGuard;
+    if (count <= count_ && stride <= stride_)
+        return;
+    if (base_)
+        munmap(base_, count_ * stride_);
+    base_ = nullptr;
+    count_ = std::max(count, count_);
+    stride_ = std::max(stride, stride_);
+    void* memory = mmap(nullptr, count_ * stride_, PROT_READ | PROT_WRITE,
+                        MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (memory == MAP_FAILED) {
+        count_ = stride_ = 0;
+        fail(Code::kOutOfMemory, "no memory for the stacks of ", count, " threads");
+    }
+    base_ = static_cast<std::byte*>(memory);
+    for (size_t i = 0; i < count_; ++i)
+        mprotect(base_ + i * stride_, kGuard, PROT_NONE);
+}
+
+struct FiberTable {
+    static Fibers& of(KernelThread* thread) { return *static_cast<Fibers*>(thread->block); }
+    static uint32_t barrier(KernelThread* t, uint32_t id, uint32_t threads, uint32_t reduction,
+                            uint32_t value) {
+        return of(t).barrier(t, id, threads, reduction, value);
+    }
+    static void arrive(KernelThread* t, uint32_t id, uint32_t threads) {
+        of(t).arrive(id, threads);
+    }
+    static uint32_t exchange(KernelThread* t, uint32_t mask, uint64_t value, uint64_t values[32]) {
+        return of(t).exchange(t, mask, value, values);
+    }
+    static uint32_t activeMask(KernelThread* t) { return of(t).activeMask(t); }
+    static void exitThread(KernelThread* t) { of(t).leave(t); }
+    static void fault(KernelThread* t, uint32_t kind) { of(t).fault(t, kind); }
+    static constexpr devlib::BlockFunctions kFunctions = {barrier,    arrive,     exchange,
+                                                          activeMask, exitThread, fault};
+};
+
+BlockRunner::Fibers::Fibers(Launch& launch)
+    : functions_(&FiberTable::kFunctions), launch_(launch), stacks_(threadStacks()) {
+    // Frames of compiled kernels, printf and the run-time's helpers.
+    constexpr size_t kBaseStack = 128 << 10;
+    stacks_.reserve(launch.threadsPerBlock(), kBaseStack + launch.localBytes);
+    fibers_.resize(launch.threadsPerBlock());
+}
+
+BlockRunner::Fibers::Fiber& BlockRunner::Fibers::fiberOf(KernelThread* thread) {
+    return *reinterpret_cast<Fiber*>(thread); // the thread is a fiber's first member
+}
+
+void BlockRunner::Fibers::entry(ctx::transfer_t from) {
+    auto* fiber = static_cast<Fiber*>(from.data);
+    Fibers& self = *static_cast<Fibers*>(fiber->thread.block);
+#ifdef SUNSTONE_ASAN_FIBERS
+    __sanitizer_finish_switch_fiber(nullptr, nullptr, nullptr);
+#endif
+    self.scheduler_ = from.fctx;
+    self.launch_.kernel(&fiber->thread, self.launch_.params);
+    self.leave(&fiber->thread);
+}
+
+void BlockRunner::Fibers::suspend(Fiber& fiber) {
+    (void)fiber;
+    const ctx::transfer_t back = ctx::jump_fcontext(scheduler_, nullptr);
+    scheduler_ = back.fctx;
+}
+
+void BlockRunner::Fibers::resume(Fiber& fiber) {
+    const ctx::transfer_t back = ctx::jump_fcontext(fiber.context, &fiber);
+    fiber.context = back.fctx;
+}
+
+void BlockRunner::Fibers::run(const KernelThread& prototype) {
+    const uint32_t count = launch_.threadsPerBlock();
+    for (uint32_t i = 0; i < count; ++i) {
+        Fiber& fiber = fibers_[i];
+        fiber.thread = prototype;
+        fiber.thread.block = this;
+        placeThread(fiber.thread, launch_, i);
+        fiber.context = ctx::make_fcontext(stacks_.top(i), stacks_.size(), &Fibers::entry);
+        fiber.state = State::kReady;
+    }
+    barriers_ = {};
+    live_ = ready_ = count;
+    while (live_ != 0) {
+        for (Fiber& fiber : fibers_)
+            if (fiber.state == State::kReady)
+                resume(fiber);
+        if (launch_.fault.load(std::memory_order_relaxed))
+            return; // stacks are simply abandoned; compiled code owns nothing
+        if (ready_ == 0 && live_ != 0 && !resolveActive()) {
+            launch_.deadlock = true;
+            return;
+        }
+    }
+}
+
+void BlockRunner::Fibers::leave(KernelThread* thread) {
+    Fiber& fiber = fiberOf(thread);
+    fiber.state = State::kDone;
+    --live_;
+    --ready_;
+    for (uint32_t id = 0; id < barriers_.size(); ++id)
+        if (barriers_[id].arrived)
+            tryBarrier(id);
+    tryExchange(thread->warpid);
+    suspend(fiber); // never resumed
+}
+
+void BlockRunner::Fibers::fault(KernelThread* thread, uint32_t kind) {
+    uint32_t none = 0;
+    launch_.fault.compare_exchange_strong(none, 1 + kind);
+    leave(thread);
+}
+
+// ---- barriers ---------------------------------------------------------------------------------
+
+uint32_t BlockRunner::Fibers::barrier(KernelThread* thread, uint32_t id, uint32_t threads,
+                                      uint32_t reduction, uint32_t value) {
+    id &= 15;
+    Fiber& fiber = fiberOf(thread);
+    Barrier& barrier = barriers_[id];
+    ++barrier.arrived;
+    barrier.expected = threads;
+    barrier.reduction = reduction;
+    barrier.all &= value != 0;
+    barrier.any |= value != 0;
+    barrier.count += value != 0;
+    fiber.state = State::kBarrier;
+    fiber.barrier = id;
+    --ready_;
+    tryBarrier(id);
+    if (fiber.state != State::kReady)
+        suspend(fiber);
+    return fiber.result;
+}
+
+void BlockRunner::Fibers::arrive(uint32_t id, uint32_t threads) {
+    Barrier& barrier = barriers_[id & 15];
+    ++barrier.arrived;
+    barrier.expected = threads;
+    tryBarrier(id & 15);
+}
+
+void BlockRunner::Fibers::tryBarrier(uint32_t id) {
+    Barrier& barrier = barriers_[id];
+    // Threads that have ended count as having come.
+    const uint32_t expected = barrier.expected ? std::min(barrier.expected, live_) : live_;
+    if (barrier.arrived < expected)
+        return;
+    uint32_t result = 0;
+    switch (barrier.reduction) {
+    case devlib::kReduceAnd: result = barrier.all; break;
+    case devlib::kReduceOr: result = barrier.any; break;
+    case devlib::kReduceCount: result = barrier.count; break;
+    }
+    barrier = {};
+    for (Fiber& fiber : fibers_) {
+        if (fiber.state != State::kBarrier || fiber.barrier != id)
+            continue;
+        fiber.result = result;
+        fiber.state = State::kReady;
+        ++ready_;
+    }
+}
+
+// ---- warps ------------------------------------------------------------------------------------
+
+uint32_t BlockRunner::Fibers::exchange(KernelThread* thread, uint32_t mask, uint64_t value,
+                                       uint64_t values[32]) {
+    Fiber& fiber = fiberOf(thread);
+    fiber.state = State::kExchange;
+    fiber.mask = mask | 1u << thread->laneid;
+    fiber.value = value;
+    fiber.values = values;
+    --ready_;
+    tryExchange(thread->warpid);
+    if (fiber.state != State::kReady)
+        suspend(fiber);
+    return fiber.result;
+}
+
+// Completes every exchange of the warp whose lanes are all there.
+void BlockRunner::Fibers::tryExchange(uint32_t warp) {
+    const size_t first = size_t(warp) * 32, count = std::min<size_t>(32, fibers_.size() - first);
+    Fiber* lanes = fibers_.data() + first;
+    for (size_t leader = 0; leader < count; ++leader) {
+        if (lanes[leader].state != State::kExchange)
+            continue;
+        const uint32_t mask = lanes[leader].mask;
+        uint32_t present = 0;
+        bool complete = true;
+        for (size_t i = 0; i < count && complete; ++i) {
+            if (!(mask >> i & 1) || lanes[i].state == State::kDone)
+                continue;
+            complete = lanes[i].state == State::kExchange && lanes[i].mask == mask;
+            present |= 1u << i;
+        }
+        if (!complete)
+            continue;
+        uint64_t values[32] = {};
+        for (size_t i = 0; i < count; ++i)
+            if (present >> i & 1)
+                values[i] = lanes[i].value;
+        for (size_t i = 0; i < count; ++i) {
+            if (!(present >> i & 1))
+                continue;
+            std::memcpy(lanes[i].values, values, sizeof values);
+            lanes[i].result = present;
+            lanes[i].state = State::kReady;
+            ++ready_;
+        }
+    }
+}
+
+uint32_t BlockRunner::Fibers::activeMask(KernelThread* thread) {
+    Fiber& fiber = fiberOf(thread);
+    fiber.state = State::kActive;
+    --ready_;
+    suspend(fiber);
+    return fiber.result;
+}
+
+bool BlockRunner::Fibers::resolveActive() {
+    bool any = false;
+    for (size_t first = 0; first < fibers_.size(); first += 32) {
+        const size_t end = std::min(first + 32, fibers_.size());
+        uint32_t mask = 0;
+        for (size_t i = first; i < end; ++i)
+            if (fibers_[i].state == State::kActive)
+                mask |= 1u << (i - first);
+        for (size_t i = first; i < end; ++i) {
+            if (fibers_[i].state != State::kActive)
+                continue;
+            fibers_[i].result = mask;
+            fibers_[i].state = State::kReady;
+            ++ready_;
+            any = true;
+        }
+    }
+    return any;
+}
+
+} // namespace sunstone::api::cuda

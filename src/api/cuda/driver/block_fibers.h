@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// The threads of a block as fibers, for kernels in which they meet. See block_fibers.cpp.
+#pragma once
+
+#include "api/cuda/driver/block.h"
+
+#include <boost/context/detail/fcontext.hpp>
+
+#include <vector>
+
+namespace sunstone::api::cuda {
+
+// Stacks of equal size in one mapping, each with a guard page below. Kept per thread and reused.
+class StackPool {
+public:
+    ~StackPool();
+    // Makes sure of `count` stacks of at least `size` bytes.
+    void reserve(size_t count, size_t size);
+    void* top(size_t index) const { return base_ + (index + 1) * stride_; }
+    size_t size() const { return stride_ - kGuard; }
+
+private:
+    static constexpr size_t kGuard = 4096;
+    std::byte* base_ = nullptr;
+    size_t count_ = 0, stride_ = 0;
+};
+
+struct BlockRunner::Fibers {
+    explicit Fibers(Launch& launch);
+    // Runs all threads of a block; `prototype` has all that they share.
+    void run(const devlib::KernelThread& prototype);
+
+    // ---- called on fibers, through BlockFunctions ----
+    uint32_t barrier(devlib::KernelThread* thread, uint32_t id, uint32_t threads,
+                     uint32_t reduction, uint32_t value);
+    void arrive(uint32_t id, uint32_t threads);
+    uint32_t exchange(devlib::KernelThread* thread, uint32_t mask, uint64_t value,
+                      uint64_t values[32]);
+    uint32_t activeMask(devlib::KernelThread* thread);
+    void leave(devlib::KernelThread* thread);
+    void fault(devlib::KernelThread* thread, uint32_t kind);
+    static void entry(boost::context::detail::transfer_t from);
+
+private:
+    enum class State : uint8_t { kReady, kBarrier, kExchange, kActive, kDone };
+    struct Fiber {
+        devlib::KernelThread thread;
+        boost::context::detail::fcontext_t context;
+        State state;
+        uint32_t barrier;  // id waited for
+        uint32_t mask;     // of an exchange
+        uint32_t result;
+        uint64_t value;
+        uint64_t* values;
+    };
+    struct Barrier {
+        uint32_t arrived = 0, expected = 0; // expected 0: all that live
+        uint32_t all = 1, any = 0, count = 0;
+        uint32_t reduction = 0;
+    };
+
+    Fiber& fiberOf(devlib::KernelThread* thread);
+    void suspend(Fiber& fiber);
+    void resume(Fiber& fiber);
+    void tryBarrier(uint32_t id);
+    void tryExchange(uint32_t warp);
+    bool resolveActive();
+
+    // First, so that KernelThread::block points to the table.
+    [[maybe_unused]] const devlib::BlockFunctions* functions_;
+    Launch& launch_;
+    StackPool& stacks_;
+    std::vector<Fiber> fibers_;
+    std::array<Barrier, 16> barriers_;
+    uint32_t live_ = 0;
+    uint32_t ready_ = 0;
+    boost::context::detail::fcontext_t scheduler_ = nullptr;
+};
+
+} // namespace sunstone::api::cuda

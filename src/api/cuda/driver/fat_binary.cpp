@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+// See fat_binary.h.
+#include "api/cuda/driver/fat_binary.h"
+
+#include "api/cuda/driver/shell.h"
+
+#include <lz4.h>
+#include <zstd.h>
+
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <vector>
+
+namespace sunstone::api::cuda {
+
+namespace {
+
+constexpr uint32_t kWrapperMagic = 0x466243B1;
+constexpr uint32_t kContainerMagic = 0xBA55ED50;
+constexpr uint32_t kElfMagic = 0x464C457F;
+constexpr size_t kLargestImage = size_t(1) << 30;
+
+struct Wrapper {
+    uint32_t magic;
+    uint32_t version;
+    const void* container;
+    const void* next;
+};
+struct ContainerHeader {
+    uint32_t magic;
+    uint16_t version;
+    uint16_t headerSize;
+    uint64_t size;
+};
+struct EntryHeader {
+    uint16_t kind; // 1 PTX, 2 machine code
+    uint16_t version;
+    uint32_t headerSize;
+    uint64_t payloadSize; // padded
+    uint32_t compressedSize;
+    uint32_t optionsOffset;
+    uint16_t minor;
+    uint16_t major;
+    uint32_t architecture; // 75 for sm_75
+    uint32_t nameOffset;
+    uint32_t nameLength;
+    uint64_t flags;
+    uint64_t reserved;
+    uint64_t uncompressedSize;
+};
+static_assert(sizeof(EntryHeader) == 64);
+constexpr uint16_t kKindPtx = 1;
+constexpr uint64_t kFlagZstd = 0x8000, kFlagLz4 = 0x2000;
+
+// Bytes of the process of which we do not know where they end (images come without a size), or a
+// buffer whose size is known.
+class Bytes {
+public:
+    Bytes(const void* base, size_t known) : base_(static_cast<const char*>(base)), known_(known) {}
+    // The bytes [offset, offset + size), or null where they are not there.
+    const char* at(uint64_t offset, uint64_t size) const {
+        if (offset > kLargestImage || size > kLargestImage)
+            return nullptr;
+        if (known_)
+            return offset + size <= known_ ? base_ + offset : nullptr;
+        return cpu::isMapped(base_ + offset, size) ? base_ + offset : nullptr;
+    }
+    template <class T>
+    bool read(uint64_t offset, T& value) const {
+        const char* from = at(offset, sizeof(T));
+        if (from)
+            std::memcpy(&value, from, sizeof(T));
+        return from != nullptr;
+    }
+
+private:
+    const char* base_;
+    size_t known_; // 0: unknown
+};
+
+[[noreturn]] void damaged(const char* what) {
+    refuse(CUDA_ERROR_INVALID_IMAGE, "damaged fat binary: ", what);
+}
+
+std::string withoutTrailingZeros(std::string text) {
+    if (size_t end = text.find('\0'); end != std::string::npos)
+        text.resize(end);
+    return text;
+}
+
+std::string unpack(const EntryHeader& entry, const char* payload) {
+    const bool zstd = entry.flags & kFlagZstd, lz4 = entry.flags & kFlagLz4;
+    if (!zstd && !lz4)
+        return withoutTrailingZeros(std::string(payload, entry.payloadSize));
+    if (entry.compressedSize == 0 || entry.compressedSize > entry.payloadSize)
+        damaged("a compressed size exceeds its payload");
+    if (entry.uncompressedSize == 0 || entry.uncompressedSize > kLargestImage)
+        damaged("an uncompressed size is not plausible");
+    std::string text(entry.uncompressedSize, '\0');
+    if (zstd) {
+        const size_t size =
+            ZSTD_decompress(text.data(), text.size(), payload, entry.compressedSize);
+        if (ZSTD_isError(size))
+            damaged(ZSTD_getErrorName(size));
+        text.resize(size);
+    } else {
+        const int size = LZ4_decompress_safe(payload, text.data(), int(entry.compressedSize),
+                                             int(text.size()));
+        if (size < 0)
+            damaged("LZ4 data cannot be decompressed");
+        text.resize(size_t(size));
+    }
+    return withoutTrailingZeros(std::move(text));
+}
+
+// Whether PTX for architecture `a` suits the device better than that for `b`: the highest that a
+// device of our capability would take, else the lowest above.
+bool better(uint32_t a, uint32_t b) {
+    constexpr uint32_t ours = kMajor * 10 + kMinor;
+    if ((a <= ours) != (b <= ours))
+        return a <= ours;
+    return a <= ours ? a > b : a < b;
+}
+
+std::string ptxOfContainer(const Bytes& bytes) {
+    std::optional<EntryHeader> best;
+    const char* bestPayload = nullptr;
+    bool machineCode = false;
+    ContainerHeader header{};
+    if (!bytes.read(0, header) || header.magic != kContainerMagic)
+        damaged("no container header");
+    if (header.headerSize < sizeof header || header.size > kLargestImage)
+        damaged("implausible header");
+    const uint64_t end = header.headerSize + header.size;
+    for (uint64_t offset = header.headerSize; offset < end;) {
+        EntryHeader entry{};
+        if (end - offset < sizeof entry || !bytes.read(offset, entry))
+            damaged("an entry header is cut off");
+        if (entry.headerSize < sizeof entry || entry.headerSize > end - offset ||
+            entry.payloadSize > end - offset - entry.headerSize)
+            damaged("an entry is cut off");
+        const char* payload = bytes.at(offset + entry.headerSize, entry.payloadSize);
+        if (!payload)
+            damaged("a payload is not in memory");
+        if (entry.kind == kKindPtx) {
+            if (!best || better(entry.architecture, best->architecture)) {
+                best = entry;
+                bestPayload = payload;
+            }
+        } else {
+            machineCode = true;
+        }
+        offset += entry.headerSize + entry.payloadSize;
+    }
+    if (!best) {
+        if (machineCode)
+            refuse(CUDA_ERROR_NO_BINARY_FOR_GPU,
+                   "the fat binary holds machine code only; compile with PTX, for instance "
+                   "-arch=compute_75");
+        refuse(CUDA_ERROR_NO_BINARY_FOR_GPU, "the fat binary is empty");
+    }
+    return unpack(*best, bestPayload);
+}
+
+// Text up to its NUL, looking no further than memory goes.
+std::string textAt(const char* text) {
+    size_t length = 0;
+    for (;;) {
+        const size_t step = 4096 - (uintptr_t(text) + length) % 4096;
+        if (length > kLargestImage || !cpu::isMapped(text + length, step))
+            refuse(CUDA_ERROR_INVALID_IMAGE, "the image is text without an end");
+        if (const void* end = std::memchr(text + length, 0, step))
+            return std::string(text, static_cast<const char*>(end));
+        length += step;
+    }
+}
+
+std::string ptxOf(const Bytes& bytes, const void* text, size_t known) {
+    uint32_t magic = 0;
+    if (bytes.read(0, magic)) {
+        if (magic == kContainerMagic)
+            return ptxOfContainer(bytes);
+        if (magic == kWrapperMagic) {
+            Wrapper wrapper{};
+            if (!bytes.read(0, wrapper) || !cpu::isMapped(wrapper.container, 16))
+                damaged("the wrapper points nowhere");
+            return ptxOfContainer(Bytes(wrapper.container, 0));
+        }
+        if (magic == kElfMagic)
+            refuse(CUDA_ERROR_NO_BINARY_FOR_GPU,
+                   "the image is machine code of a GPU; this device takes PTX");
+    }
+    return known ? withoutTrailingZeros(std::string(static_cast<const char*>(text), known))
+                 : textAt(static_cast<const char*>(text));
+}
+
+} // namespace
+
+std::string ptxOfImage(const void* image) {
+    require(image, "image is null");
+    if (!cpu::isMapped(image, 1))
+        refuse(CUDA_ERROR_INVALID_VALUE, "image ", image, " is not memory of this process");
+    return ptxOf(Bytes(image, 0), image, 0);
+}
+
+std::string ptxOfFile(const char* path) {
+    require(path, "file name is null");
+    std::ifstream file(path, std::ios::binary);
+    if (!file)
+        refuse(CUDA_ERROR_FILE_NOT_FOUND, "cannot open ", path);
+    std::string content((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    if (content.empty())
+        refuse(CUDA_ERROR_INVALID_IMAGE, path, " is empty");
+    uint32_t magic = 0;
+    std::memcpy(&magic, content.data(), std::min<size_t>(4, content.size()));
+    if (magic == kWrapperMagic)
+        refuse(CUDA_ERROR_INVALID_IMAGE, path, " holds a wrapper, whose pointer means nothing");
+    return ptxOf(Bytes(content.data(), content.size()), content.data(), content.size());
+}
+
+} // namespace sunstone::api::cuda

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Images given to cuModuleLoad*: PTX text, or a fat binary (wrapper or container) that holds PTX,
+// compressed or not. Nothing about the bytes is trusted; memory is probed before it is read.
+//
+// Layout of a fat binary. Wrapper: u32 magic 0x466243B1, u32 version, pointer to the container.
+// Container: u32 magic 0xBA55ED50, u16 version, u16 header size, u64 size of the entries. Entry: see
+// fat_binary.cpp. A container may be followed by others (linked objects).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace sunstone::api::cuda {
+
+// The PTX text of an image. Throws Failure: CUDA_ERROR_INVALID_VALUE for null,
+// CUDA_ERROR_INVALID_IMAGE for damaged ones, CUDA_ERROR_NO_BINARY_FOR_GPU where there is machine
+// code but no PTX.
+std::string ptxOfImage(const void* image);
+
+// The same of a file.
+std::string ptxOfFile(const char* path);
+
+} // namespace sunstone::api::cuda

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// See launch.h.
+#include "api/cuda/driver/launch.h"
+
+#include "api/cuda/driver/block.h"
+#include "base/log.h"
+#include "base/threads.h"
+
+#include <cstring>
+
+namespace sunstone::api::cuda {
+
+namespace {
+
+// Below this many threads a launch is not worth waking other cores for.
+constexpr uint64_t kSmallLaunch = 2048;
+
+void runLaunch(Launch& launch) {
+    const uint64_t width = launch.grid[0], area = width * launch.grid[1];
+    const uint64_t blocks = area * launch.grid[2];
+    auto range = [&](size_t begin, size_t end) {
+        BlockRunner runner(launch);
+        for (size_t i = begin; i < end; ++i)
+            runner.run(uint32_t(i % width), uint32_t(i % area / width), uint32_t(i / area));
+    };
+    const uint64_t perBlock = launch.threadsPerBlock();
+    if (blocks == 1 || blocks * perBlock <= kSmallLaunch) {
+        range(0, blocks);
+    } else {
+        // Pieces of some thousand threads, but enough of them for all cores.
+        const uint64_t pieces = uint64_t(threadCount()) * 8;
+        const uint64_t grain = std::max<uint64_t>(
+            1, std::min<uint64_t>((kSmallLaunch + perBlock - 1) / perBlock, blocks / pieces));
+        parallelFor(blocks, grain, range);
+    }
+    if (launch.deadlock)
+        refuse(CUDA_ERROR_LAUNCH_FAILED, "kernel ", launch.name,
+               ": threads wait for others that will never come");
+    if (const uint32_t fault = launch.fault)
+        refuse(fault == 1 + devlib::kFaultAssertion ? CUDA_ERROR_ASSERT : CUDA_ERROR_LAUNCH_FAILED,
+               "kernel ", launch.name,
+               fault == 1 + devlib::kFaultAssertion ? ": an assertion failed"
+                                                    : ": executed a trap");
+}
+
+void checkShape(const LaunchRequest& request, const Function& function) {
+    static constexpr char kAxes[] = "xyz";
+    uint64_t threads = 1;
+    for (int i = 0; i < 3; ++i) {
+        if (request.grid[i] == 0 || request.grid[i] > kMaxGrid[i])
+            refuse(CUDA_ERROR_INVALID_VALUE, "grid dimension ", kAxes[i], " is ", request.grid[i],
+                   ", not in 1..", kMaxGrid[i]);
+        if (request.block[i] == 0 || request.block[i] > kMaxBlock[i])
+            refuse(CUDA_ERROR_INVALID_VALUE, "block dimension ", kAxes[i], " is ",
+                   request.block[i], ", not in 1..", kMaxBlock[i]);
+        threads *= request.block[i];
+    }
+    if (threads > kMaxThreads)
+        refuse(CUDA_ERROR_INVALID_VALUE, threads, " threads in a block, at most ", kMaxThreads);
+    if (threads > maxThreadsOf(function))
+        refuse(CUDA_ERROR_LAUNCH_OUT_OF_RESOURCES, threads, " threads in a block of kernel ",
+               function.info->name, ", whose launch bounds say ", maxThreadsOf(function));
+    if (request.sharedBytes > maxDynamicSharedOf(function))
+        refuse(CUDA_ERROR_INVALID_VALUE, request.sharedBytes,
+               " bytes of dynamic shared memory, at most ", maxDynamicSharedOf(function));
+}
+
+// The parameter block as the kernel reads it.
+std::vector<std::byte> gatherParameters(const LaunchRequest& request,
+                                        const compiler::KernelInfo& info) {
+    std::vector<std::byte> block(std::max<size_t>(info.parameterBytes, 1));
+    require(!request.params || !request.extra, "both params and extra are given");
+    if (request.params) {
+        for (size_t i = 0; i < info.parameterSizes.size(); ++i) {
+            if (!cpu::isMapped(&request.params[i], sizeof(void*)) ||
+                !cpu::isMapped(request.params[i], info.parameterSizes[i]))
+                refuse(CUDA_ERROR_INVALID_VALUE, "parameter ", i, " of kernel ", info.name,
+                       " is missing or unreadable");
+            std::memcpy(block.data() + info.parameterOffsets[i], request.params[i],
+                        info.parameterSizes[i]);
+        }
+        return block;
+    }
+    const void* buffer = nullptr;
+    size_t size = 0;
+    if (request.extra) {
+        for (size_t i = 0; request.extra[i] != CU_LAUNCH_PARAM_END; i += 2) {
+            if (request.extra[i] == CU_LAUNCH_PARAM_BUFFER_POINTER) {
+                buffer = request.extra[i + 1];
+            } else if (request.extra[i] == CU_LAUNCH_PARAM_BUFFER_SIZE) {
+                require(request.extra[i + 1], "the size of the parameter buffer is null");
+                size = *static_cast<size_t*>(request.extra[i + 1]);
+            } else {
+                refuse(CUDA_ERROR_INVALID_VALUE, "extra has an unknown key at ", i);
+            }
+        }
+    }
+    if (info.parameterBytes == 0)
+        return block;
+    if (!buffer || size < info.parameterBytes || !cpu::isMapped(buffer, info.parameterBytes))
+        refuse(CUDA_ERROR_INVALID_VALUE, "kernel ", info.name, " takes ", info.parameterBytes,
+               " bytes of parameters, ", buffer ? size : 0, " are given");
+    std::memcpy(block.data(), buffer, info.parameterBytes);
+    return block;
+}
+
+} // namespace
+
+unsigned maxThreadsOf(const Function& function) {
+    const unsigned bound = function.info->maxThreadsPerBlock;
+    return bound ? std::min(bound, kMaxThreads) : kMaxThreads;
+}
+
+unsigned maxDynamicSharedOf(const Function& function) {
+    const unsigned asked = function.maxDynamicShared;
+    const unsigned statics = function.info->staticSharedBytes;
+    const unsigned usual = statics < kSharedPerBlock ? kSharedPerBlock - statics : 0;
+    return std::max(asked, usual);
+}
+
+unsigned activeBlocks(const Function& function, unsigned blockSize, size_t dynamicShared) {
+    if (blockSize > maxThreadsOf(function))
+        return 0;
+    const unsigned warps = (blockSize + kWarpSize - 1) / kWarpSize;
+    size_t blocks = std::min(kBlocksPerProcessor, kThreadsPerProcessor / (warps * kWarpSize));
+    const size_t shared = function.info->staticSharedBytes + dynamicShared;
+    if (shared > kSharedOptin)
+        return 0;
+    if (shared)
+        blocks = std::min(blocks, kSharedPerProcessor / shared);
+    return unsigned(blocks);
+}
+
+void launch(const LaunchRequest& request, const cpu::StreamPtr& stream) {
+    std::shared_ptr<Function> function = functionOf(request.function);
+    std::shared_ptr<Module> module = function->module.lock();
+    if (!module)
+        refuse(CUDA_ERROR_INVALID_HANDLE, "the function's module has been unloaded");
+    const compiler::KernelInfo& info = *function->info;
+    if (!info.unsupported.empty())
+        refuse(CUDA_ERROR_NOT_SUPPORTED, "kernel ", info.name, ": ", info.unsupported);
+    checkShape(request, *function);
+
+    struct Job {
+        Launch launch;
+        std::vector<std::byte> params;
+        std::shared_ptr<Module> module;
+    };
+    auto job = std::make_shared<Job>();
+    job->params = gatherParameters(request, info);
+    job->module = std::move(module);
+    Launch& launch = job->launch;
+    launch.kernel = reinterpret_cast<devlib::KernelFn>(const_cast<void*>(info.address));
+    launch.params = job->params.data();
+    for (int i = 0; i < 3; ++i) {
+        launch.grid[i] = request.grid[i];
+        launch.block[i] = request.block[i];
+    }
+    launch.staticShared = info.staticSharedBytes;
+    launch.dynamicShared = request.sharedBytes;
+    launch.localBytes = info.localBytes;
+    launch.meets = info.usesBarriers || info.usesWarpFunctions;
+    launch.name = info.name.c_str();
+    cpu::streams().submit(stream, [job] { runLaunch(job->launch); });
+}
+
+} // namespace sunstone::api::cuda

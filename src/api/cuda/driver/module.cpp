@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+// See module.h.
+#include "api/cuda/driver/module.h"
+
+#include "api/cuda/driver/fat_binary.h"
+#include "base/handles.h"
+#include "base/log.h"
+#include "ptx/parser.h"
+
+#include <chrono>
+#include <cstring>
+
+using namespace sunstone;
+using namespace sunstone::api::cuda;
+
+namespace sunstone::api::cuda {
+
+namespace {
+
+HandleTable<Function>& functionTable() {
+    static auto* table = new HandleTable<Function>;
+    return *table;
+}
+
+HandleTable<Module>& moduleTable() {
+    static auto* table = [] {
+        cpu::contexts().onDestroy([](cpu::Context* context) {
+            auto dead = moduleTable().removeIf(
+                [&](const Module& module) { return module.owner() == context; });
+            for (const auto& module : dead)
+                module->retire();
+        });
+        return new HandleTable<Module>;
+    }();
+    return *table;
+}
+
+// The log buffers and other options of cuModuleLoadDataEx.
+struct JitOptions {
+    char* info = nullptr;
+    char* error = nullptr;
+    void** infoSize = nullptr; // option values: a size in, the length written out
+    void** errorSize = nullptr;
+    void** wallTime = nullptr;
+
+    JitOptions(unsigned count, const CUjit_option* options, void** values) {
+        require(count == 0 || (options && values), "options or values is null");
+        for (unsigned i = 0; i < count; ++i) {
+            switch (options[i]) {
+            case CU_JIT_INFO_LOG_BUFFER: info = static_cast<char*>(values[i]); break;
+            case CU_JIT_INFO_LOG_BUFFER_SIZE_BYTES: infoSize = &values[i]; break;
+            case CU_JIT_ERROR_LOG_BUFFER: error = static_cast<char*>(values[i]); break;
+            case CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES: errorSize = &values[i]; break;
+            case CU_JIT_WALL_TIME: wallTime = &values[i]; break;
+            default:
+                // What steers a GPU's code generator has no meaning here.
+                require(unsigned(options[i]) < 64, "unknown JIT option");
+            }
+        }
+    }
+    static void write(char* buffer, void** size, const std::string& text) {
+        if (!size)
+            return;
+        const size_t room = size_t(*size);
+        size_t length = 0;
+        if (buffer && room) {
+            length = std::min(text.size(), room - 1);
+            std::memcpy(buffer, text.data(), length);
+            buffer[length++] = 0;
+        }
+        *size = reinterpret_cast<void*>(length);
+    }
+};
+
+CUmodule load(const std::string& text, JitOptions options) {
+    const auto start = std::chrono::steady_clock::now();
+    ptx::Diagnostics diagnostics;
+    std::shared_ptr<const ptx::Module> tree = ptx::parse(text, diagnostics);
+    const std::string messages = diagnostics.format();
+    JitOptions::write(options.error, options.errorSize, tree ? std::string() : messages);
+    JitOptions::write(options.info, options.infoSize, tree ? messages : std::string());
+    if (options.wallTime) {
+        const float ms = std::chrono::duration<float, std::milli>(
+                             std::chrono::steady_clock::now() - start).count();
+        std::memcpy(options.wallTime, &ms, sizeof ms);
+    }
+    if (!tree)
+        refuse(CUDA_ERROR_INVALID_PTX, messages);
+    auto module = std::make_shared<Module>(std::move(tree), cpu::contexts().current());
+    return static_cast<CUmodule>(moduleTable().add(std::move(module)));
+}
+
+CUresult loadImage(const char* function, CUmodule* module, const void* image, unsigned count,
+                   const CUjit_option* options, void** values) {
+    return guarded(function, Needs::kContext, [&] {
+        require(module, "module is null");
+        const JitOptions jit(count, options, values);
+        *module = load(ptxOfImage(image), jit);
+    });
+}
+
+} // namespace
+
+Module::Module(std::shared_ptr<const ptx::Module> tree, const void* owner)
+    : tree_(std::move(tree)), owner_(owner) {}
+
+Module::~Module() {
+    for (const void* address : adopted_)
+        cpu::memory().release(address, {cpu::MemoryKind::kModule});
+}
+
+int Module::ptxVersion() const {
+    int version = 0;
+    for (char c : tree_->target)
+        if (c >= '0' && c <= '9')
+            version = version * 10 + (c - '0');
+    return version;
+}
+
+void Module::compile() {
+    if (code_)
+        return;
+    code_ = compiler::compileKernels(tree_);
+    for (const ptx::Variable& variable : tree_->variables) {
+        void* address = nullptr;
+        uint64_t size = 0;
+        if (code_->variable(variable.name, &address, &size) && size &&
+            cpu::memory().adopt(address, size, cpu::MemoryKind::kModule, 0, owner_))
+            adopted_.push_back(address);
+    }
+    for (const compiler::KernelInfo& info : code_->kernels()) {
+        auto function = std::make_shared<Function>();
+        function->module = weak_from_this();
+        function->info = &info;
+        functions_[info.name] = function;
+        functionTable().add(function);
+    }
+}
+
+Function* Module::function(const std::string& name) {
+    std::lock_guard lock(mutex_);
+    compile();
+    auto found = functions_.find(name);
+    if (found == functions_.end())
+        return nullptr;
+    return found->second.get();
+}
+
+size_t Module::functionCount() {
+    std::lock_guard lock(mutex_);
+    compile();
+    return functions_.size();
+}
+
+std::vector<Function*> Module::functions() {
+    std::lock_guard lock(mutex_);
+    compile();
+    std::vector<Function*> result;
+    for (auto& [name, function] : functions_)
+        result.push_back(function.get());
+    return result;
+}
+
+bool Module::variable(const std::string& name, void** address, uint64_t* size) {
+    std::lock_guard lock(mutex_);
+    compile();
+    return code_->variable(name, address, size);
+}
+
+void Module::retire() {
+    std::lock_guard lock(mutex_);
+    for (auto& [name, function] : functions_)
+        functionTable().remove(function.get());
+}
+
+std::shared_ptr<Module> moduleOf(CUmodule module) {
+    auto found = moduleTable().find(module);
+    if (!found)
+        refuse(CUDA_ERROR_INVALID_HANDLE, static_cast<void*>(module), " is not a live module");
+    return found;
+}
+
+std::shared_ptr<Function> functionOf(CUfunction function) {
+    auto found = functionTable().find(function);
+    if (!found)
+        refuse(CUDA_ERROR_INVALID_HANDLE, static_cast<void*>(function), " is not a live function");
+    return found;
+}
+
+} // namespace sunstone::api::cuda
+
+SUNSTONE_EXPORT CUresult cuModuleLoad(CUmodule* module, const char* file) {
+    return guarded("cuModuleLoad", Needs::kContext, [&] {
+        require(module, "module is null");
+        *module = load(ptxOfFile(file), JitOptions(0, nullptr, nullptr));
+    });
+}
+SUNSTONE_EXPORT CUresult cuModuleLoadData(CUmodule* module, const void* image) {
+    return loadImage("cuModuleLoadData", module, image, 0, nullptr, nullptr);
+}
+SUNSTONE_EXPORT CUresult cuModuleLoadDataEx(CUmodule* module, const void* image,
+                                            unsigned int numOptions, CUjit_option* options,
+                                            void** values) {
+    return loadImage("cuModuleLoadDataEx", module, image, numOptions, options, values);
+}
+SUNSTONE_EXPORT CUresult cuModuleLoadFatBinary(CUmodule* module, const void* image) {
+    return loadImage("cuModuleLoadFatBinary", module, image, 0, nullptr, nullptr);
+}
+SUNSTONE_EXPORT CUresult cuModuleUnload(CUmodule module) {
+    return guarded("cuModuleUnload", Needs::kContext, [&] {
+        moduleOf(module);
+        cpu::streams().synchronizeAll(); // its code may be queued
+        if (auto dead = moduleTable().remove(module))
+            dead->retire();
+    });
+}
+
+SUNSTONE_EXPORT CUresult cuModuleGetFunction(CUfunction* function, CUmodule module,
+                                             const char* name) {
+    return guarded("cuModuleGetFunction", Needs::kContext, [&] {
+        require(function && name && *name, "function or name is null or empty");
+        Function* found = moduleOf(module)->function(name);
+        if (!found)
+            refuse(CUDA_ERROR_NOT_FOUND, "the module has no kernel ", name);
+        *function = reinterpret_cast<CUfunction>(found);
+    });
+}
+SUNSTONE_EXPORT CUresult cuModuleGetFunctionCount(unsigned int* count, CUmodule module) {
+    return guarded("cuModuleGetFunctionCount", Needs::kContext, [&] {
+        require(count, "count is null");
+        *count = unsigned(moduleOf(module)->functionCount());
+    });
+}
+SUNSTONE_EXPORT CUresult cuModuleEnumerateFunctions(CUfunction* functions, unsigned int count,
+                                                    CUmodule module) {
+    return guarded("cuModuleEnumerateFunctions", Needs::kContext, [&] {
+        require(functions || count == 0, "functions is null");
+        std::vector<Function*> all = moduleOf(module)->functions();
+        for (unsigned i = 0; i < count && i < all.size(); ++i)
+            functions[i] = reinterpret_cast<CUfunction>(all[i]);
+    });
+}
+SUNSTONE_EXPORT CUresult cuModuleGetGlobal(CUdeviceptr* address, size_t* bytes, CUmodule module,
+                                           const char* name) {
+    return guarded("cuModuleGetGlobal", Needs::kContext, [&] {
+        require(name && *name, "name is null or empty");
+        void* where = nullptr;
+        uint64_t size = 0;
+        if (!moduleOf(module)->variable(name, &where, &size))
+            refuse(CUDA_ERROR_NOT_FOUND, "the module has no variable ", name);
+        if (address)
+            *address = reinterpret_cast<CUdeviceptr>(where);
+        if (bytes)
+            *bytes = size;
+    });
+}

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// cuGetProcAddress: the exported functions by their plain names, in the form the caller's CUDA
+// version expects; and the unsuffixed names drivers export beside the current ones.
+#include "api/cuda/driver/shell.h"
+
+#include "base/log.h"
+
+#include <dlfcn.h>
+
+#include <cstring>
+#include <string>
+
+using namespace sunstone;
+using namespace sunstone::api::cuda;
+
+namespace {
+
+void* ownLibrary() {
+    static void* const handle = [] {
+        Dl_info info{};
+        return dladdr(reinterpret_cast<void*>(&ownLibrary), &info) != 0
+                   ? dlopen(info.dli_fname, RTLD_NOW | RTLD_NOLOAD)
+                   : nullptr;
+    }();
+    return handle;
+}
+
+// The newest form of a function that a caller of this version knows.
+void* lookUp(const std::string& symbol, int version, bool perThread) {
+    if (symbol == "cuCtxCreate" && version < 13000)
+        return dlsym(ownLibrary(), "cuCtxCreate_v2");
+    for (const char* form : {"_v4", "_v3", "_v2", ""}) {
+        const std::string name = symbol + form;
+        if (perThread)
+            for (const char* suffix : {"_ptsz", "_ptds"})
+                if (void* found = dlsym(ownLibrary(), (name + suffix).c_str()))
+                    return found;
+        if (void* found = dlsym(ownLibrary(), name.c_str()))
+            return found;
+    }
+    return nullptr;
+}
+
+CUresult procAddress(const char* symbol, void** function, int version, cuuint64_t flags,
+                     CUdriverProcAddressQueryResult* status) {
+    return guarded("cuGetProcAddress", Needs::kNothing, [&] {
+        require(symbol && function, "symbol or function is null");
+        require(flags <= CU_GET_PROC_ADDRESS_PER_THREAD_DEFAULT_STREAM, "unknown flags");
+        *function = nullptr;
+        if (std::strncmp(symbol, "cu", 2) == 0)
+            *function = lookUp(symbol, version,
+                               flags == CU_GET_PROC_ADDRESS_PER_THREAD_DEFAULT_STREAM);
+        if (status)
+            *status = *function ? CU_GET_PROC_ADDRESS_SUCCESS
+                                : CU_GET_PROC_ADDRESS_SYMBOL_NOT_FOUND;
+        if (*function)
+            return CUDA_SUCCESS;
+        logOnce(LogLevel::kWarning, "cuda", message("cuGetProcAddress: no function ", symbol));
+        return status ? CUDA_SUCCESS : CUDA_ERROR_NOT_FOUND;
+    });
+}
+
+} // namespace
+
+SUNSTONE_EXPORT CUresult cuGetProcAddress(const char* symbol, void** function, int cudaVersion,
+                                          cuuint64_t flags,
+                                          CUdriverProcAddressQueryResult* status) {
+    return procAddress(symbol, function, cudaVersion, flags, status);
+}
+
+// The first form of cuGetProcAddress has no status; the others have the parameters of their
+// successors.
+#undef cuGetProcAddress
+SUNSTONE_EXPORT CUresult cuGetProcAddress(const char* symbol, void** function, int cudaVersion,
+                                          cuuint64_t flags) {
+    return procAddress(symbol, function, cudaVersion, flags, nullptr);
+}
+
+#define SUNSTONE_PLAIN(name, params, args)                                                         \
+    SUNSTONE_EXPORT CUresult name params { return name##_v2 args; }
+#undef cuCtxDestroy
+#undef cuCtxPushCurrent
+#undef cuCtxPopCurrent
+#undef cuStreamDestroy
+#undef cuEventDestroy
+#undef cuEventElapsedTime
+#undef cuDevicePrimaryCtxRelease
+#undef cuDevicePrimaryCtxReset
+#undef cuDevicePrimaryCtxSetFlags
+#undef cuDeviceGetUuid
+#undef cuMemHostRegister
+SUNSTONE_PLAIN(cuCtxDestroy, (CUcontext context), (context))
+SUNSTONE_PLAIN(cuCtxPushCurrent, (CUcontext context), (context))
+SUNSTONE_PLAIN(cuCtxPopCurrent, (CUcontext * context), (context))
+SUNSTONE_PLAIN(cuStreamDestroy, (CUstream stream), (stream))
+SUNSTONE_PLAIN(cuEventDestroy, (CUevent event), (event))
+SUNSTONE_PLAIN(cuEventElapsedTime, (float* milliseconds, CUevent start, CUevent end),
+               (milliseconds, start, end))
+SUNSTONE_PLAIN(cuDevicePrimaryCtxRelease, (CUdevice device), (device))
+SUNSTONE_PLAIN(cuDevicePrimaryCtxReset, (CUdevice device), (device))
+SUNSTONE_PLAIN(cuDevicePrimaryCtxSetFlags, (CUdevice device, unsigned int flags), (device, flags))
+SUNSTONE_PLAIN(cuDeviceGetUuid, (CUuuid * uuid, CUdevice device), (uuid, device))
+SUNSTONE_PLAIN(cuMemHostRegister, (void* address, size_t bytes, unsigned int flags),
+               (address, bytes, flags))

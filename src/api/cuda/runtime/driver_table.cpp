@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Opening the driver, and the context of each thread.
+#include "api/cuda/runtime/runtime.h"
+
+#include <dlfcn.h>
+
+namespace sunstone::cudart {
+
+namespace {
+
+#define SUNSTONE_TEXT2(name) #name
+#define SUNSTONE_TEXT(name) SUNSTONE_TEXT2(name)
+
+Driver openDriver() {
+    Driver table;
+    void* library = dlopen("libcuda.so.1", RTLD_NOW | RTLD_GLOBAL);
+    if (!library)
+        return table;
+#define SUNSTONE_LOAD(name)                                                                        \
+    table.name = reinterpret_cast<decltype(table.name)>(dlsym(library, SUNSTONE_TEXT(name)));      \
+    if (!table.name)                                                                               \
+        return table;
+    SUNSTONE_DRIVER_FUNCTIONS(SUNSTONE_LOAD)
+#undef SUNSTONE_LOAD
+    table.status = fromDriver(table.cuInit(0));
+    return table;
+}
+
+} // namespace
+
+const Driver& driver() {
+    // Never destroyed: programs call the runtime from destructors of their own.
+    static const Driver* const table = new Driver(openDriver());
+    return *table;
+}
+
+cudaError_t ensureContext() {
+    const Driver& d = driver();
+    if (d.status != cudaSuccess)
+        return d.status;
+    CUcontext current = nullptr;
+    if (d.cuCtxGetCurrent(&current) == CUDA_SUCCESS && current)
+        return cudaSuccess;
+    // One reference for the process is enough; a reset takes it, the next call a new one.
+    unsigned flags = 0;
+    int active = 0;
+    CUresult result = d.cuDevicePrimaryCtxGetState(0, &flags, &active);
+    (void)active;
+    if (!result)
+        result = d.cuDevicePrimaryCtxRetain(&current, 0);
+    if (!result)
+        result = d.cuCtxSetCurrent(current);
+    return fromDriver(result);
+}
+
+} // namespace sunstone::cudart

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+// What compilers register before main: fat binaries, kernels by their host stubs, variables by their
+// host shadows. A fat binary is loaded when something of it is first used.
+#include "api/cuda/runtime/runtime.h"
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace sunstone::cudart {
+
+namespace {
+
+struct ManagedVariable {
+    void** host;
+    std::string name;
+};
+
+struct FatBinary {
+    const void* wrapper = nullptr;
+    CUmodule module = nullptr;
+    cudaError_t error = cudaSuccess; // of loading, kept
+    std::vector<ManagedVariable> managed;
+};
+
+// A kernel; its address is what __cudaGetKernel hands out.
+struct Kernel {
+    FatBinary* binary = nullptr;
+    std::string name;
+    CUfunction function = nullptr;
+};
+
+struct Variable {
+    FatBinary* binary = nullptr;
+    std::string name;
+    size_t size = 0;
+};
+
+struct Registry {
+    std::recursive_mutex mutex;
+    std::map<void**, std::unique_ptr<FatBinary>> binaries;
+    std::map<const void*, std::unique_ptr<Kernel>> kernels;
+    std::map<const void*, Variable> variables;
+    std::map<const Kernel*, const void*> handles;
+};
+
+Registry& registry() {
+    // Constructed by the first registration, which may come before any constructor of ours.
+    static Registry* const instance = new Registry;
+    return *instance;
+}
+
+FatBinary* binaryOf(void** handle) {
+    auto found = registry().binaries.find(handle);
+    return found == registry().binaries.end() ? nullptr : found->second.get();
+}
+
+// Loads the module; managed variables then tell the host where they are.
+cudaError_t load(FatBinary& binary) {
+    if (binary.module || binary.error != cudaSuccess)
+        return binary.error;
+    binary.error = fromDriver(driver().cuModuleLoadData(&binary.module, binary.wrapper));
+    for (const ManagedVariable& variable : binary.managed) {
+        CUdeviceptr address = 0;
+        size_t size = 0;
+        if (binary.error == cudaSuccess)
+            binary.error = fromDriver(driver().cuModuleGetGlobal(&address, &size, binary.module,
+                                                                 variable.name.c_str()));
+        if (binary.error == cudaSuccess)
+            *variable.host = reinterpret_cast<void*>(address);
+    }
+    return binary.error;
+}
+
+} // namespace
+
+void forgetModules() {
+    std::lock_guard lock(registry().mutex);
+    for (auto& [handle, binary] : registry().binaries) {
+        binary->module = nullptr;
+        binary->error = cudaSuccess;
+    }
+    for (auto& [stub, kernel] : registry().kernels)
+        kernel->function = nullptr;
+}
+
+cudaError_t findFunction(const void* symbol, CUfunction* function) {
+    std::lock_guard lock(registry().mutex);
+    Kernel* kernel = nullptr;
+    if (auto found = registry().kernels.find(symbol); found != registry().kernels.end())
+        kernel = found->second.get();
+    else if (auto handle = registry().handles.find(static_cast<const Kernel*>(symbol));
+             handle != registry().handles.end())
+        kernel = registry().kernels[handle->second].get();
+    if (!kernel)
+        return cudaErrorInvalidDeviceFunction;
+    if (!kernel->function) {
+        if (cudaError_t error = load(*kernel->binary))
+            return error;
+        const CUresult result = driver().cuModuleGetFunction(
+            &kernel->function, kernel->binary->module, kernel->name.c_str());
+        if (result)
+            return result == CUDA_ERROR_NOT_FOUND ? cudaErrorInvalidDeviceFunction
+                                                  : fromDriver(result);
+    }
+    *function = kernel->function;
+    return cudaSuccess;
+}
+
+cudaError_t findVariable(const void* symbol, CUdeviceptr* address, size_t* size) {
+    std::lock_guard lock(registry().mutex);
+    auto found = registry().variables.find(symbol);
+    if (found == registry().variables.end())
+        return cudaErrorInvalidSymbol;
+    const Variable& variable = found->second;
+    if (cudaError_t error = load(*variable.binary))
+        return error;
+    const CUresult result = driver().cuModuleGetGlobal(address, size, variable.binary->module,
+                                                       variable.name.c_str());
+    return result == CUDA_ERROR_NOT_FOUND ? cudaErrorInvalidSymbol : fromDriver(result);
+}
+
+} // namespace sunstone::cudart
+
+using namespace sunstone::cudart;
+
+SUNSTONE_CUDART void** __cudaRegisterFatBinary(void* wrapper) {
+    std::lock_guard lock(registry().mutex);
+    auto binary = std::make_unique<FatBinary>();
+    binary->wrapper = wrapper;
+    void** handle = reinterpret_cast<void**>(binary.get());
+    registry().binaries[handle] = std::move(binary);
+    return handle;
+}
+SUNSTONE_CUDART void __cudaRegisterFatBinaryEnd(void**) {}
+
+SUNSTONE_CUDART void __cudaUnregisterFatBinary(void** handle) {
+    std::lock_guard lock(registry().mutex);
+    FatBinary* binary = binaryOf(handle);
+    if (!binary)
+        return;
+    // The context may be gone by now, and the module with it: an error here is none.
+    if (binary->module && driver().status == cudaSuccess && ensureContext() == cudaSuccess)
+        driver().cuModuleUnload(binary->module);
+    std::erase_if(registry().variables, [&](auto& v) { return v.second.binary == binary; });
+    std::erase_if(registry().handles, [&](auto& h) { return h.first->binary == binary; });
+    std::erase_if(registry().kernels, [&](auto& k) { return k.second->binary == binary; });
+    registry().binaries.erase(handle);
+}
+
+SUNSTONE_CUDART void __cudaRegisterFunction(void** handle, const char* hostFunction, char*,
+                                            const char* deviceName, int, uint3*, uint3*, dim3*,
+                                            dim3*, int*) {
+    std::lock_guard lock(registry().mutex);
+    FatBinary* binary = binaryOf(handle);
+    if (!binary || !hostFunction || !deviceName)
+        return;
+    auto kernel = std::make_unique<Kernel>();
+    kernel->binary = binary;
+    kernel->name = deviceName;
+    registry().handles[kernel.get()] = hostFunction;
+    registry().kernels[hostFunction] = std::move(kernel);
+}
+
+SUNSTONE_CUDART void __cudaRegisterVar(void** handle, char* hostVariable, char*,
+                                       const char* deviceName, int, size_t size, int, int) {
+    std::lock_guard lock(registry().mutex);
+    if (FatBinary* binary = binaryOf(handle); binary && hostVariable && deviceName)
+        registry().variables[hostVariable] = {binary, deviceName, size};
+}
+
+SUNSTONE_CUDART void __cudaRegisterManagedVar(void** handle, void** hostVariable, char*,
+                                              const char* deviceName, int, size_t size, int, int) {
+    std::lock_guard lock(registry().mutex);
+    FatBinary* binary = binaryOf(handle);
+    if (!binary || !hostVariable || !deviceName)
+        return;
+    binary->managed.push_back({hostVariable, deviceName});
+    registry().variables[hostVariable] = {binary, deviceName, size};
+}
+
+// Host code calls it before it first touches a managed variable.
+SUNSTONE_CUDART char __cudaInitModule(void** handle) {
+    if (remember(ensureContext()) != cudaSuccess)
+        return 0;
+    std::lock_guard lock(registry().mutex);
+    FatBinary* binary = binaryOf(handle);
+    return binary && remember(load(*binary)) == cudaSuccess;
+}
+
+SUNSTONE_CUDART cudaError_t __cudaGetKernel(cudaKernel_t* kernel, const void* hostFunction) {
+    std::lock_guard lock(registry().mutex);
+    if (!kernel)
+        return remember(cudaErrorInvalidValue);
+    auto found = registry().kernels.find(hostFunction);
+    if (found == registry().kernels.end())
+        return remember(cudaErrorInvalidDeviceFunction);
+    *kernel = reinterpret_cast<cudaKernel_t>(found->second.get());
+    return cudaSuccess;
+}
+SUNSTONE_CUDART cudaError_t cudaGetKernel(cudaKernel_t* kernel, const void* symbol) {
+    return __cudaGetKernel(kernel, symbol);
+}
+
+SUNSTONE_CUDART cudaError_t cudaGetFuncBySymbol(cudaFunction_t* function, const void* symbol) {
+    return call([&](const Driver&) {
+        return function ? findFunction(symbol, function) : cudaErrorInvalidValue;
+    });
+}
+SUNSTONE_CUDART cudaError_t cudaGetSymbolAddress(void** address, const void* symbol) {
+    return call([&](const Driver&) {
+        CUdeviceptr where = 0;
+        size_t size = 0;
+        if (!address)
+            return cudaErrorInvalidValue;
+        const cudaError_t error = findVariable(symbol, &where, &size);
+        if (!error)
+            *address = reinterpret_cast<void*>(where);
+        return error;
+    });
+}
+SUNSTONE_CUDART cudaError_t cudaGetSymbolSize(size_t* bytes, const void* symbol) {
+    return call([&](const Driver&) {
+        CUdeviceptr where = 0;
+        size_t size = 0;
+        if (!bytes)
+            return cudaErrorInvalidValue;
+        const cudaError_t error = findVariable(symbol, &where, &size);
+        if (!error)
+            *bytes = size;
+        return error;
+    });
+}

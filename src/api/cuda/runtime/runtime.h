@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// The runtime API over the driver API, which it opens at run time: the same objects make the shared
+// library and the static archive, and they serve any libcuda. Nothing of the engine is used here.
+//
+// Sources *_streams.cpp are compiled twice: with __CUDA_API_PER_THREAD_DEFAULT_STREAM the header
+// gives their functions the _ptsz and _ptds names, and null streams mean the calling thread's.
+#pragma once
+
+#include <cuda.h>
+#include <cuda_runtime_api.h>
+
+#define SUNSTONE_CUDART extern "C" __attribute__((visibility("default")))
+
+namespace sunstone::cudart {
+
+#define SUNSTONE_DRIVER_FUNCTIONS(X)                                                               \
+    X(cuInit) X(cuDriverGetVersion) X(cuDeviceGetCount) X(cuDeviceGetName) X(cuDeviceGetUuid)      \
+    X(cuDeviceTotalMem) X(cuDeviceGetAttribute) X(cuDeviceGetPCIBusId) X(cuDeviceGetByPCIBusId)    \
+    X(cuDeviceCanAccessPeer) X(cuDevicePrimaryCtxRetain) X(cuDevicePrimaryCtxReset)                \
+    X(cuDevicePrimaryCtxSetFlags) X(cuDevicePrimaryCtxGetState) X(cuCtxSetCurrent)                 \
+    X(cuCtxGetCurrent) X(cuCtxGetDevice) X(cuCtxSynchronize) X(cuCtxSetLimit) X(cuCtxGetLimit)     \
+    X(cuCtxGetCacheConfig) X(cuCtxSetCacheConfig) X(cuCtxGetStreamPriorityRange)                   \
+    X(cuModuleLoadData) X(cuModuleUnload) X(cuModuleGetFunction) X(cuModuleGetGlobal)              \
+    X(cuMemGetInfo) X(cuMemAlloc) X(cuMemAllocPitch) X(cuMemFree) X(cuMemHostAlloc)                \
+    X(cuMemFreeHost) X(cuMemHostGetDevicePointer) X(cuMemHostGetFlags) X(cuMemHostRegister)        \
+    X(cuMemHostUnregister) X(cuMemAllocManaged) X(cuMemAllocAsync) X(cuMemFreeAsync)               \
+    X(cuPointerGetAttributes) X(cuMemcpyAsync) X(cuMemcpyHtoDAsync) X(cuMemcpyDtoHAsync)           \
+    X(cuMemcpyDtoDAsync) X(cuMemcpy2DAsync) X(cuMemcpy3DAsync) X(cuMemsetD8Async)                  \
+    X(cuMemsetD2D8Async) X(cuStreamCreateWithPriority) X(cuStreamDestroy) X(cuStreamGetPriority)   \
+    X(cuStreamGetFlags) X(cuStreamGetId) X(cuStreamWaitEvent) X(cuStreamAddCallback)               \
+    X(cuStreamQuery) X(cuStreamSynchronize) X(cuStreamIsCapturing) X(cuStreamAttachMemAsync)       \
+    X(cuLaunchHostFunc) X(cuEventCreate) X(cuEventRecordWithFlags) X(cuEventQuery)                 \
+    X(cuEventSynchronize) X(cuEventDestroy) X(cuEventElapsedTime) X(cuFuncGetAttribute)            \
+    X(cuFuncSetAttribute) X(cuFuncSetCacheConfig) X(cuLaunchKernel) X(cuLaunchKernelEx)            \
+    X(cuOccupancyMaxActiveBlocksPerMultiprocessorWithFlags)                                        \
+    X(cuOccupancyAvailableDynamicSMemPerBlock)
+
+// The driver's functions, all present if `status` is success.
+struct Driver {
+    cudaError_t status = cudaErrorInsufficientDriver;
+#define SUNSTONE_MEMBER(name) decltype(&::name) name = nullptr;
+    SUNSTONE_DRIVER_FUNCTIONS(SUNSTONE_MEMBER)
+#undef SUNSTONE_MEMBER
+};
+const Driver& driver();
+
+// Makes the device's primary context current on this thread if none is.
+cudaError_t ensureContext();
+
+cudaError_t fromDriver(CUresult result);
+// Keeps an error for cudaGetLastError and passes it on.
+cudaError_t remember(cudaError_t error);
+
+// The ordinary shape of an entry point: context, driver call, error.
+template <class Body>
+cudaError_t call(Body&& body) {
+    cudaError_t error = ensureContext();
+    if (error == cudaSuccess) {
+        if constexpr (__is_same(decltype(body(driver())), CUresult))
+            error = fromDriver(body(driver()));
+        else
+            error = body(driver());
+    }
+    return remember(error);
+}
+
+inline CUstream streamOf(cudaStream_t stream) {
+#ifdef __CUDA_API_PER_THREAD_DEFAULT_STREAM
+    if (!stream)
+        stream = cudaStreamPerThread;
+#endif
+    return stream;
+}
+inline CUdeviceptr addressOf(const void* pointer) { return reinterpret_cast<CUdeviceptr>(pointer); }
+
+// ---- what compilers registered: registration.cpp ----
+// The driver's function for a kernel's host stub or a handle of __cudaGetKernel.
+cudaError_t findFunction(const void* symbol, CUfunction* function);
+cudaError_t findVariable(const void* symbol, CUdeviceptr* address, size_t* size);
+// Forgets loaded modules: their context is gone.
+void forgetModules();
+
+} // namespace sunstone::cudart

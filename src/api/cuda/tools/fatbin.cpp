@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// sunstone_fatbin IN.ptx OUT.fatbin: the container around PTX that clang embeds in host code with
+// -fcuda-include-gpubinary. The layout is described in driver/fat_binary.h.
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+namespace {
+
+struct Header {
+    uint32_t magic = 0xBA55ED50;
+    uint16_t version = 1, headerSize = 16;
+    uint64_t size = 0;
+};
+struct Entry {
+    uint16_t kind = 1, version = 0x0101;
+    uint32_t headerSize = 64;
+    uint64_t payloadSize = 0;
+    uint32_t compressedSize = 0, optionsOffset = 0;
+    uint16_t minor = 0, major = 0;
+    uint32_t architecture = 0, nameOffset = 0, nameLength = 0;
+    uint64_t flags = 0, reserved = 0, uncompressedSize = 0;
+};
+static_assert(sizeof(Header) == 16 && sizeof(Entry) == 64);
+
+} // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 3) {
+        std::fprintf(stderr, "usage: %s IN.ptx OUT.fatbin\n", argv[0]);
+        return 1;
+    }
+    std::ifstream in(argv[1], std::ios::binary);
+    std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    if (!in || text.find(".version") == std::string::npos) {
+        std::fprintf(stderr, "%s: %s is not readable PTX\n", argv[0], argv[1]);
+        return 1;
+    }
+    Entry entry;
+    if (size_t target = text.find(".target sm_"); target != std::string::npos)
+        entry.architecture = uint32_t(std::atoi(text.c_str() + target + 11));
+    if (size_t version = text.find(".version "); version != std::string::npos)
+        std::sscanf(text.c_str() + version, ".version %hu.%hu", &entry.major, &entry.minor);
+    text.resize((text.size() + 8) / 8 * 8, '\0'); // at least one NUL ends it
+    entry.payloadSize = text.size();
+    Header header;
+    header.size = sizeof entry + text.size();
+    std::ofstream out(argv[2], std::ios::binary);
+    out.write(reinterpret_cast<const char*>(&header), sizeof header);
+    out.write(reinterpret_cast<const char*>(&entry), sizeof entry);
+    out.write(text.data(), std::streamsize(text.size()));
+    out.close();
+    if (!out) {
+        std::fprintf(stderr, "%s: cannot write %s\n", argv[0], argv[2]);
+        return 1;
+    }
+    return 0;
+}
