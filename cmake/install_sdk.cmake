@@ -1,10 +1,10 @@
-# What `cmake --install` lays out. Find modules in the wild look for <dir>/include/optix.h, hence a tree in
-# the shape of an SDK beside the ordinary one:
+# What `cmake --install` lays out. Find modules in the wild look for <dir>/include/optix.h, hence a
+# tree in the shape of an SDK beside the ordinary one:
 #   <prefix>/optix7/include          OptiX 7 headers
 #   <prefix>/include/sunstone/cuda   CUDA headers for machines without a toolkit
 #   <prefix>/lib                     libsunstone, libnvoptix.so.1
-#   <prefix>/lib/sunstone/cuda       libcuda.so.1, libcudart: in a folder of their own, so that they never
-#                                    hide a real driver; `sunstone run` puts them on the path of one command
+#   <prefix>/lib/sunstone/cuda       libcuda.so.1, libcudart: in a folder of their own, so that they
+#                                    never hide a real driver; `sunstone run` sets the path
 #   <prefix>/lib/cmake/OptiX         OptiXConfig.cmake: targets OptiX::OptiX and optix
 # Components: sdk (headers and package files, needs no build), runtime, cuda, tools.
 include(CMakePackageConfigHelpers)
@@ -40,7 +40,7 @@ install(FILES ${PROJECT_BINARY_DIR}/package/OptiXConfig.cmake
     ${PROJECT_BINARY_DIR}/package/OptiXConfigVersion.cmake
     DESTINATION ${package_folder} COMPONENT sdk)
 
-# sunstone_install(component folder path-from-folder-to-lib targets...): those of the targets that exist.
+# sunstone_install(component folder path-from-folder-to-lib targets...): the targets that exist.
 function(sunstone_install component folder to_lib)
     foreach(target IN LISTS ARGN)
         if(TARGET ${target})

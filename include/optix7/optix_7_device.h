@@ -20,8 +20,7 @@
 
 #include "optix_7_types.h"
 
-/* ---- Rays -------------------------------------------------------------------------------------
- */
+/* ---- Rays ---- */
 
 /** Traces a ray: finds the closest hit in a traversable and runs its CH program, or the MS program.
     RG CH MS CC.
@@ -67,8 +66,7 @@ static __forceinline__ __device__ unsigned int optixGetRayFlags();
 /** Visibility mask of the ray. IS AH CH MS. [3.1.2.87] */
 static __forceinline__ __device__ unsigned int optixGetRayVisibilityMask();
 
-/* ---- Payload ----------------------------------------------------------------------------------
- */
+/* ---- Payload ---- */
 
 /** Writes a payload word of the current ray; the slot must be below the configured number. IS AH CH
  * MS. [3.1.2.117 to 3.1.2.148] */
@@ -144,8 +142,7 @@ static __forceinline__ __device__ void optixSetPayloadTypes(unsigned int typeMas
  */
 static __forceinline__ __device__ unsigned int optixUndefinedValue();
 
-/* ---- Hits -------------------------------------------------------------------------------------
- */
+/* ---- Hits ---- */
 
 /** Reports a hit of the current custom primitive with 0 to 8 attribute words. False: hitT is not
  * within optixGetRayTmin and optixGetRayTmax, or AH ignored the hit; true: accepted. Does not
@@ -224,8 +221,7 @@ static __forceinline__ __device__ float2 optixGetTriangleBarycentrics();
 /** Parameter of a curve hit along its segment, 0 to 1. AH CH. [3.1.2.13] */
 static __forceinline__ __device__ float optixGetCurveParameter();
 
-/* ---- Acceleration structures ------------------------------------------------------------------
- */
+/* ---- Acceleration structures ---- */
 
 /** Handle of an instance, for the FromHandle functions; the IAS must allow random instance access.
  * Any program. [3.1.2.39] */
@@ -268,8 +264,7 @@ static __forceinline__ __device__ float optixGetGASMotionTimeEnd(OptixTraversabl
 static __forceinline__ __device__ unsigned int
 optixGetGASMotionStepCount(OptixTraversableHandle gas);
 
-/* ---- Transforms -------------------------------------------------------------------------------
- */
+/* ---- Transforms ---- */
 
 /** Matrix of all transforms of the current hit at ray time; identity if there are none. The cost
  * grows with the list. IS AH CH. [3.1.2.99, 3.1.2.46] */
@@ -312,8 +307,7 @@ optixGetInstanceTransformFromHandle(OptixTraversableHandle handle);
 static __forceinline__ __device__ const float4*
 optixGetInstanceInverseTransformFromHandle(OptixTraversableHandle handle);
 
-/* ---- Launch and shader binding table ----------------------------------------------------------
- */
+/* ---- Launch and shader binding table ---- */
 
 /** Where in the launch the program runs, and how large the launch is. Any program.
  * [3.1.2.41, 3.1.2.40] */
@@ -323,8 +317,7 @@ static __forceinline__ __device__ uint3 optixGetLaunchDimensions();
  * [3.1.2.88] */
 static __forceinline__ __device__ CUdeviceptr optixGetSbtDataPointer();
 
-/* ---- Callables --------------------------------------------------------------------------------
- */
+/* ---- Callables ---- */
 
 /** Calls the DC program of a callable record. The types must be those of the program: name them if
     conversions are needed, optixDirectCall<float, int>(index, x). RG IS AH CH MS DC CC. [3.1.2.2]
@@ -336,8 +329,7 @@ template <typename ReturnT, typename... ArgTypes>
 static __forceinline__ __device__ ReturnT optixContinuationCall(unsigned int sbtIndex,
                                                                 ArgTypes... args);
 
-/* ---- Exceptions -------------------------------------------------------------------------------
- */
+/* ---- Exceptions ---- */
 
 /** Ends the launch index with a user exception: a code from 0 to 2^30 - 1 and up to 8 details,
  * which must not be addresses on the stack. Does not return. Needs OPTIX_EXCEPTION_FLAG_USER. All
@@ -395,8 +387,7 @@ optixGetExceptionParameterMismatch();
  * NONE; else null. EX. [3.1.2.26] */
 static __forceinline__ __device__ char* optixGetExceptionLineInfo();
 
-/* ---- Texture footprints -----------------------------------------------------------------------
- */
+/* ---- Texture footprints ---- */
 
 /** Texels that a lookup of a 2D texture reads, as a bit mask of texel groups; any program.
     tex: texture object. texInfo: bits 28-24 mip levels, 23-20 and 19-16 log2 of tile width and

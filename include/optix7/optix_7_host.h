@@ -26,14 +26,14 @@
 extern "C" {
 #endif
 
-/* ---- Errors ---------------------------------------------------------------------------------- */
+/* ---- Errors ---- */
 
 /** Spelling of the enumerator, or "Unrecognized OptixResult code". Never null. [3.3.2.1] */
 const char* optixGetErrorName(OptixResult result);
 /** Short description, or "Unrecognized OptixResult code". Never null. [3.3.2.2] */
 const char* optixGetErrorString(OptixResult result);
 
-/* ---- Device context -------------------------------------------------------------------------- */
+/* ---- Device context ---- */
 
 /** Makes a context on the device of fromContext; 0 means the calling thread's CUDA context.
     options: null for all zero.
@@ -76,7 +76,7 @@ OptixResult optixDeviceContextGetCacheLocation(OptixDeviceContext context, char*
 OptixResult optixDeviceContextGetCacheDatabaseSizes(OptixDeviceContext context,
                                                     size_t* lowWaterMark, size_t* highWaterMark);
 
-/* ---- Pipelines ------------------------------------------------------------------------------- */
+/* ---- Pipelines ---- */
 
 /** Links program groups into a pipeline. pipelineCompileOptions: as for all its modules.
     OPTIX_ERROR_INVALID_VALUE: also for bound values that contradict each other;
@@ -101,8 +101,7 @@ OptixResult optixPipelineSetStackSize(OptixPipeline pipeline,
                                       unsigned int continuationStackSize,
                                       unsigned int maxTraversableGraphDepth);
 
-/* ---- Modules and tasks ------------------------------------------------------------------------
- */
+/* ---- Modules and tasks ---- */
 
 /** Compiles PTX text, read up to PTXsize bytes or the first zero byte. Log string: see above.
     OPTIX_ERROR_INVALID_VALUE: null arguments, bad options or bound values;
@@ -137,8 +136,7 @@ OptixResult optixTaskExecute(OptixTask task, OptixTask* additionalTasks,
                              unsigned int maxNumAdditionalTasks,
                              unsigned int* numAdditionalTasksCreated);
 
-/* ---- Program groups ---------------------------------------------------------------------------
- */
+/* ---- Program groups ---- */
 
 /** Returns what the programs of a group need of the stacks; 0 where it has none. [3.8.2.3] */
 OptixResult optixProgramGroupGetStackSize(OptixProgramGroup programGroup,
@@ -155,8 +153,7 @@ OptixResult optixProgramGroupCreate(OptixDeviceContext context,
 /** Destroys a group that no other thread is using. [3.8.2.2] */
 OptixResult optixProgramGroupDestroy(OptixProgramGroup programGroup);
 
-/* ---- Launch -----------------------------------------------------------------------------------
- */
+/* ---- Launch ---- */
 
 /** Runs the ray generation program width * height * depth times (at most 2^30, none of them 0).
     pipelineParams: device address of pipelineParamsSize bytes, copied in stream order into the
@@ -171,8 +168,7 @@ OptixResult optixLaunch(OptixPipeline pipeline, CUstream stream, CUdeviceptr pip
 OptixResult optixSbtRecordPackHeader(OptixProgramGroup programGroup,
                                      void* sbtRecordHeaderHostPointer);
 
-/* ---- Acceleration structures ------------------------------------------------------------------
- */
+/* ---- Acceleration structures ---- */
 
 /** Computes buffer sizes for a build of inputs of this shape; reads host memory only.
     numBuildInputs: at least 1. [3.10.2.4] */
@@ -223,8 +219,7 @@ OptixResult optixConvertPointerToTraversableHandle(OptixDeviceContext onDevice, 
                                                    OptixTraversableType traversableType,
                                                    OptixTraversableHandle* traversableHandle);
 
-/* ---- Denoiser ---------------------------------------------------------------------------------
- */
+/* ---- Denoiser ---- */
 
 /** Makes a denoiser with a built-in model. [3.11.2.4] */
 OptixResult optixDenoiserCreate(OptixDeviceContext context, OptixDenoiserModelKind modelKind,

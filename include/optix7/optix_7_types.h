@@ -18,7 +18,7 @@
 extern "C" {
 #endif
 
-/* ---- Scalars and handles (section 3.12.3) --------------------------------------------------- */
+/* ---- Scalars and handles (section 3.12.3) ---- */
 
 /** Device address. The same type as in cuda.h, repeated so that types alone do not need it. */
 #if defined(__cplusplus) || (defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L)
@@ -46,7 +46,7 @@ typedef unsigned long long OptixTraversableHandle;
 /** Bits of which the low 8 count; a ray meets an instance only if they share a bit. */
 typedef unsigned int OptixVisibilityMask;
 
-/* ---- Constants (section 3.12.2) -------------------------------------------------------------- */
+/* ---- Constants (section 3.12.2) ---- */
 
 /** Size of the opaque first part of a shader binding table record. */
 #define OPTIX_SBT_RECORD_HEADER_SIZE ((size_t)32)
@@ -69,7 +69,7 @@ typedef unsigned int OptixVisibilityMask;
 /** Most 32-bit words a payload can have. */
 #define OPTIX_COMPILE_DEFAULT_MAX_PAYLOAD_VALUE_COUNT 32
 
-/* ---- Enumerations (section 3.12.4) ----------------------------------------------------------- */
+/* ---- Enumerations (section 3.12.4) ---- */
 
 /** Result of each host function; anything but OPTIX_SUCCESS is an error, never a warning. */
 typedef enum OptixResult {
@@ -456,7 +456,7 @@ typedef enum OptixQueryFunctionTableOptions {
     OPTIX_QUERY_FUNCTION_TABLE_OPTION_DUMMY = 0 /**< placeholder */
 } OptixQueryFunctionTableOptions;
 
-/* ---- Host: library entry, context (sections 3.12.3.39, 3.12.3.64, 5.17) ---------------------- */
+/* ---- Host: library entry, context (sections 3.12.3.39, 3.12.3.64, 5.17) ---- */
 
 /** Receives the messages of a context, from any thread; must be thread-safe.
     level: 1 fatal, 2 error, 3 warning, 4 print, higher ones may appear. tag: area of the message.
@@ -479,7 +479,7 @@ typedef struct OptixDeviceContextOptions {
     OptixDeviceContextValidationMode validationMode;
 } OptixDeviceContextOptions;
 
-/* ---- Host: acceleration structures (sections 5.1 to 5.10, 5.20, 5.24) ------------------------ */
+/* ---- Host: acceleration structures (sections 5.1 to 5.10, 5.20, 5.24) ---- */
 
 /** Motion of a structure or transform: numKeys states at equal distances from timeBegin to timeEnd.
     With numKeys 0 or 1 there is no motion and the other members are ignored. */
@@ -617,8 +617,7 @@ typedef struct OptixAccelRelocationInfo {
     unsigned long long info[4];
 } OptixAccelRelocationInfo;
 
-/* ---- Transforms (sections 5.21, 5.34, 5.35, 5.37) ---------------------------------------------
- */
+/* ---- Transforms (sections 5.21, 5.34, 5.35, 5.37) ---- */
 /* They lie in device memory at OPTIX_TRANSFORM_BYTE_ALIGNMENT and become traversables by
    optixConvertPointerToTraversableHandle. */
 
@@ -671,8 +670,7 @@ typedef struct OptixSRTMotionTransform {
     OptixSRTData srtData[2]; /**< numKeys of them */
 } OptixSRTMotionTransform;
 
-/* ---- Host: denoiser (sections 5.12 to 5.16, 5.19) ---------------------------------------------
- */
+/* ---- Host: denoiser (sections 5.12 to 5.16, 5.19) ---- */
 
 /** An image in device memory. */
 typedef struct OptixImage2D {
@@ -721,8 +719,7 @@ typedef struct OptixDenoiserSizes {
     unsigned int overlapWindowSizeInPixels;  /**< what a tile needs on each side */
 } OptixDenoiserSizes;
 
-/* ---- Host: modules, program groups, pipelines (sections 5.11, 5.22 to 5.36) -------------------
- */
+/* ---- Host: modules, program groups, pipelines (sections 5.11, 5.22 to 5.36) ---- */
 
 /** A part of the launch parameters that has the same value in all launches. Code is specialised to
     it where its loads can be found; the parameters must hold it all the same. */
@@ -849,8 +846,7 @@ typedef struct OptixBuiltinISOptions {
 
 #if defined(__CUDACC__) || defined(__CUDA__)
 
-/* ---- Device: exception details (sections 3.1.2.23, 3.1.2.27) ----------------------------------
- */
+/* ---- Device: exception details (sections 3.1.2.23, 3.1.2.27) ---- */
 
 /** The ray that raised OPTIX_EXCEPTION_CODE_INVALID_RAY; all zero for other exceptions. */
 typedef struct OptixInvalidRayExceptionDetails {
