@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copies and sets. Compiled twice, see runtime.h. The synchronous forms queue the work and wait for it.
+#include "api/cuda/runtime/runtime.h"
+
+using namespace sunstone::cudart;
+
+namespace {
+
+// Queues work with `queue(driver, stream)` and waits if asked.
+template <class Queue>
+cudaError_t queued(cudaStream_t stream, bool wait, Queue&& queue) {
+    return call([&](const Driver& d) {
+        CUstream target = streamOf(stream);
+        CUresult result = queue(d, target);
+        if (!result && wait)
+            result = d.cuStreamSynchronize(target);
+        return result;
+    });
+}
+
+cudaError_t copyLinear(void* dst, const void* src, size_t bytes, cudaMemcpyKind kind,
+                       cudaStream_t stream, bool wait) {
+    if (unsigned(kind) > cudaMemcpyDefault)
+        return remember(cudaErrorInvalidMemcpyDirection);
+    return queued(stream, wait, [&](const Driver& d, CUstream target) {
+        switch (kind) {
+        case cudaMemcpyHostToDevice:
+            return d.cuMemcpyHtoDAsync(addressOf(dst), src, bytes, target);
+        case cudaMemcpyDeviceToHost:
+            return d.cuMemcpyDtoHAsync(dst, addressOf(src), bytes, target);
+        case cudaMemcpyDeviceToDevice:
+            return d.cuMemcpyDtoDAsync(addressOf(dst), addressOf(src), bytes, target);
+        default: return d.cuMemcpyAsync(addressOf(dst), addressOf(src), bytes, target);
+        }
+    });
+}
+
+CUmemorytype typeOf(cudaMemcpyKind kind, bool destination) {
+    switch (kind) {
+    case cudaMemcpyHostToHost: return CU_MEMORYTYPE_HOST;
+    case cudaMemcpyHostToDevice: return destination ? CU_MEMORYTYPE_DEVICE : CU_MEMORYTYPE_HOST;
+    case cudaMemcpyDeviceToHost: return destination ? CU_MEMORYTYPE_HOST : CU_MEMORYTYPE_DEVICE;
+    case cudaMemcpyDeviceToDevice: return CU_MEMORYTYPE_DEVICE;
+    default: return CU_MEMORYTYPE_UNIFIED;
+    }
+}
+
+cudaError_t copy2D(void* dst, size_t dstPitch, const void* src, size_t srcPitch, size_t width,
+                   size_t height, cudaMemcpyKind kind, cudaStream_t stream, bool wait) {
+    if (unsigned(kind) > cudaMemcpyDefault)
+        return remember(cudaErrorInvalidMemcpyDirection);
+    if (width && height && (width > dstPitch || width > srcPitch))
+        return remember(cudaErrorInvalidPitchValue);
+    CUDA_MEMCPY2D copy = {};
+    copy.srcMemoryType = typeOf(kind, false);
+    copy.srcHost = src;
+    copy.srcDevice = addressOf(src);
+    copy.srcPitch = srcPitch;
+    copy.dstMemoryType = typeOf(kind, true);
+    copy.dstHost = dst;
+    copy.dstDevice = addressOf(dst);
+    copy.dstPitch = dstPitch;
+    copy.WidthInBytes = width;
+    copy.Height = height;
+    return queued(stream, wait,
+                  [&](const Driver& d, CUstream target) { return d.cuMemcpy2DAsync(&copy, target); });
+}
+
+cudaError_t copy3D(const cudaMemcpy3DParms* parms, cudaStream_t stream, bool wait) {
+    if (!parms)
+        return remember(cudaErrorInvalidValue);
+    if (parms->srcArray || parms->dstArray)
+        return remember(cudaErrorNotSupported);
+    if (unsigned(parms->kind) > cudaMemcpyDefault)
+        return remember(cudaErrorInvalidMemcpyDirection);
+    CUDA_MEMCPY3D copy = {};
+    copy.srcMemoryType = typeOf(parms->kind, false);
+    copy.srcHost = parms->srcPtr.ptr;
+    copy.srcDevice = addressOf(parms->srcPtr.ptr);
+    copy.srcPitch = parms->srcPtr.pitch;
+    copy.srcHeight = parms->srcPtr.ysize;
+    copy.srcXInBytes = parms->srcPos.x;
+    copy.srcY = parms->srcPos.y;
+    copy.srcZ = parms->srcPos.z;
+    copy.dstMemoryType = typeOf(parms->kind, true);
+    copy.dstHost = parms->dstPtr.ptr;
+    copy.dstDevice = addressOf(parms->dstPtr.ptr);
+    copy.dstPitch = parms->dstPtr.pitch;
+    copy.dstHeight = parms->dstPtr.ysize;
+    copy.dstXInBytes = parms->dstPos.x;
+    copy.dstY = parms->dstPos.y;
+    copy.dstZ = parms->dstPos.z;
+    copy.WidthInBytes = parms->extent.width;
+    copy.Height = parms->extent.height;
+    copy.Depth = parms->extent.depth;
+    return queued(stream, wait,
+                  [&](const Driver& d, CUstream target) { return d.cuMemcpy3DAsync(&copy, target); });
+}
+
+// The address of [offset, offset + bytes) in a variable.
+cudaError_t inSymbol(const void* symbol, size_t bytes, size_t offset, void** address) {
+    if (cudaError_t error = ensureContext())
+        return remember(error);
+    CUdeviceptr base = 0;
+    size_t size = 0;
+    if (cudaError_t error = findVariable(symbol, &base, &size))
+        return remember(error);
+    if (offset > size || bytes > size - offset)
+        return remember(cudaErrorInvalidValue);
+    *address = reinterpret_cast<void*>(base + offset);
+    return cudaSuccess;
+}
+
+cudaError_t toSymbol(const void* symbol, const void* src, size_t bytes, size_t offset,
+                     cudaMemcpyKind kind, cudaStream_t stream, bool wait) {
+    void* address = nullptr;
+    if (kind != cudaMemcpyHostToDevice && kind != cudaMemcpyDeviceToDevice &&
+        kind != cudaMemcpyDefault)
+        return remember(cudaErrorInvalidMemcpyDirection);
+    if (cudaError_t error = inSymbol(symbol, bytes, offset, &address))
+        return error;
+    return copyLinear(address, src, bytes, kind, stream, wait);
+}
+cudaError_t fromSymbol(void* dst, const void* symbol, size_t bytes, size_t offset,
+                       cudaMemcpyKind kind, cudaStream_t stream, bool wait) {
+    void* address = nullptr;
+    if (kind != cudaMemcpyDeviceToHost && kind != cudaMemcpyDeviceToDevice &&
+        kind != cudaMemcpyDefault)
+        return remember(cudaErrorInvalidMemcpyDirection);
+    if (cudaError_t error = inSymbol(symbol, bytes, offset, &address))
+        return error;
+    return copyLinear(dst, address, bytes, kind, stream, wait);
+}
+
+cudaError_t set(void* dst, int value, size_t bytes, cudaStream_t stream, bool wait) {
+    return queued(stream, wait, [&](const Driver& d, CUstream target) {
+        return d.cuMemsetD8Async(addressOf(dst), static_cast<unsigned char>(value), bytes, target);
+    });
+}
+cudaError_t set2D(void* dst, size_t pitch, int value, size_t width, size_t height,
+                  cudaStream_t stream, bool wait) {
+    return queued(stream, wait, [&](const Driver& d, CUstream target) {
+        return d.cuMemsetD2D8Async(addressOf(dst), pitch, static_cast<unsigned char>(value), width,
+                                   height, target);
+    });
+}
+
+} // namespace
+
+SUNSTONE_CUDART cudaError_t cudaMemcpy(void* dst, const void* src, size_t bytes,
+                                       enum cudaMemcpyKind kind) {
+    return copyLinear(dst, src, bytes, kind, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpyAsync(void* dst, const void* src, size_t bytes,
+                                            enum cudaMemcpyKind kind, cudaStream_t stream) {
+    return copyLinear(dst, src, bytes, kind, stream, false);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpy2D(void* dst, size_t dstPitch, const void* src,
+                                         size_t srcPitch, size_t width, size_t height,
+                                         enum cudaMemcpyKind kind) {
+    return copy2D(dst, dstPitch, src, srcPitch, width, height, kind, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpy2DAsync(void* dst, size_t dstPitch, const void* src,
+                                              size_t srcPitch, size_t width, size_t height,
+                                              enum cudaMemcpyKind kind, cudaStream_t stream) {
+    return copy2D(dst, dstPitch, src, srcPitch, width, height, kind, stream, false);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpy3D(const struct cudaMemcpy3DParms* copy) {
+    return copy3D(copy, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpy3DAsync(const struct cudaMemcpy3DParms* copy,
+                                              cudaStream_t stream) {
+    return copy3D(copy, stream, false);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpyToSymbol(const void* symbol, const void* src, size_t bytes,
+                                               size_t offset, enum cudaMemcpyKind kind) {
+    return toSymbol(symbol, src, bytes, offset, kind, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpyToSymbolAsync(const void* symbol, const void* src,
+                                                    size_t bytes, size_t offset,
+                                                    enum cudaMemcpyKind kind,
+                                                    cudaStream_t stream) {
+    return toSymbol(symbol, src, bytes, offset, kind, stream, false);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpyFromSymbol(void* dst, const void* symbol, size_t bytes,
+                                                 size_t offset, enum cudaMemcpyKind kind) {
+    return fromSymbol(dst, symbol, bytes, offset, kind, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpyFromSymbolAsync(void* dst, const void* symbol, size_t bytes,
+                                                      size_t offset, enum cudaMemcpyKind kind,
+                                                      cudaStream_t stream) {
+    return fromSymbol(dst, symbol, bytes, offset, kind, stream, false);
+}
+SUNSTONE_CUDART cudaError_t cudaMemset(void* dst, int value, size_t bytes) {
+    return set(dst, value, bytes, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemsetAsync(void* dst, int value, size_t bytes,
+                                            cudaStream_t stream) {
+    return set(dst, value, bytes, stream, false);
+}
+SUNSTONE_CUDART cudaError_t cudaMemset2D(void* dst, size_t pitch, int value, size_t width,
+                                         size_t height) {
+    return set2D(dst, pitch, value, width, height, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemset2DAsync(void* dst, size_t pitch, int value, size_t width,
+                                              size_t height, cudaStream_t stream) {
+    return set2D(dst, pitch, value, width, height, stream, false);
+}

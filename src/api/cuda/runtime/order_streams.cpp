@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is asked of and queued on a given stream: launches, events, callbacks, memory in stream order.
+// Compiled twice, see runtime.h.
+#include "api/cuda/runtime/runtime.h"
+
+using namespace sunstone::cudart;
+
+namespace {
+
+bool validShape(const dim3& grid, const dim3& block) {
+    return grid.x && grid.y && grid.z && block.x && block.y && block.z && grid.x <= 0x7fffffffu &&
+           grid.y <= 65535 && grid.z <= 65535 && block.x <= 1024 && block.y <= 1024 &&
+           block.z <= 64 && block.x * block.y * block.z <= 1024;
+}
+
+cudaError_t launchKernel(const void* symbol, const dim3& grid, const dim3& block, void** args,
+                         size_t sharedBytes, cudaStream_t stream) {
+    return call([&](const Driver& d) {
+        CUfunction function = nullptr;
+        if (cudaError_t error = findFunction(symbol, &function))
+            return error;
+        if (!validShape(grid, block) || sharedBytes > 0xffffffffu)
+            return cudaErrorInvalidConfiguration;
+        return fromDriver(d.cuLaunchKernel(function, grid.x, grid.y, grid.z, block.x, block.y,
+                                           block.z, static_cast<unsigned>(sharedBytes),
+                                           streamOf(stream), args, nullptr));
+    });
+}
+
+// A callback with the runtime's error type, given to the driver with its own.
+struct Callback {
+    cudaStreamCallback_t function;
+    cudaStream_t stream;
+    void* userData;
+};
+void runCallback(CUstream, CUresult status, void* data) {
+    Callback* callback = static_cast<Callback*>(data);
+    callback->function(callback->stream, fromDriver(status), callback->userData);
+    delete callback;
+}
+
+cudaError_t recordEvent(cudaEvent_t event, cudaStream_t stream, unsigned flags) {
+    return call([&](const Driver& d) {
+        return d.cuEventRecordWithFlags(event, streamOf(stream), flags);
+    });
+}
+
+} // namespace
+
+SUNSTONE_CUDART cudaError_t cudaLaunchKernel(const void* function, dim3 gridDim, dim3 blockDim,
+                                             void** args, size_t sharedBytes,
+                                             cudaStream_t stream) {
+    return launchKernel(function, gridDim, blockDim, args, sharedBytes, stream);
+}
+#ifdef __CUDA_API_PER_THREAD_DEFAULT_STREAM
+SUNSTONE_CUDART cudaError_t __cudaLaunchKernel_ptsz(cudaKernel_t kernel, dim3 gridDim,
+                                                    dim3 blockDim, void** args, size_t sharedBytes,
+                                                    cudaStream_t stream) {
+    return launchKernel(kernel, gridDim, blockDim, args, sharedBytes, stream);
+}
+#else
+SUNSTONE_CUDART cudaError_t __cudaLaunchKernel(cudaKernel_t kernel, dim3 gridDim, dim3 blockDim,
+                                               void** args, size_t sharedBytes,
+                                               cudaStream_t stream) {
+    return launchKernel(kernel, gridDim, blockDim, args, sharedBytes, stream);
+}
+#endif
+SUNSTONE_CUDART cudaError_t cudaLaunchKernelExC(const cudaLaunchConfig_t* config,
+                                                const void* function, void** args) {
+    if (!config)
+        return remember(cudaErrorInvalidValue);
+    if (config->numAttrs == 0)
+        return launchKernel(function, config->gridDim, config->blockDim, args,
+                            config->dynamicSmemBytes, config->stream);
+    return call([&](const Driver& d) {
+        CUlaunchConfig exact = {};
+        CUfunction found = nullptr;
+        if (cudaError_t error = findFunction(function, &found))
+            return error;
+        if (!validShape(config->gridDim, config->blockDim))
+            return cudaErrorInvalidConfiguration;
+        exact.gridDimX = config->gridDim.x;
+        exact.gridDimY = config->gridDim.y;
+        exact.gridDimZ = config->gridDim.z;
+        exact.blockDimX = config->blockDim.x;
+        exact.blockDimY = config->blockDim.y;
+        exact.blockDimZ = config->blockDim.z;
+        exact.sharedMemBytes = static_cast<unsigned>(config->dynamicSmemBytes);
+        exact.hStream = streamOf(config->stream);
+        exact.attrs = reinterpret_cast<CUlaunchAttribute*>(config->attrs);
+        exact.numAttrs = config->numAttrs;
+        return fromDriver(d.cuLaunchKernelEx(&exact, found, args, nullptr));
+    });
+}
+
+SUNSTONE_CUDART cudaError_t cudaMallocAsync(void** address, size_t bytes, cudaStream_t stream) {
+    if (!address)
+        return remember(cudaErrorInvalidValue);
+    *address = nullptr;
+    if (bytes == 0)
+        return cudaSuccess;
+    return call([&](const Driver& d) {
+        CUdeviceptr result = 0;
+        const CUresult error = d.cuMemAllocAsync(&result, bytes, streamOf(stream));
+        *address = reinterpret_cast<void*>(result);
+        return error;
+    });
+}
+SUNSTONE_CUDART cudaError_t cudaFreeAsync(void* address, cudaStream_t stream) {
+    if (!address)
+        return cudaSuccess;
+    return call(
+        [&](const Driver& d) { return d.cuMemFreeAsync(addressOf(address), streamOf(stream)); });
+}
+SUNSTONE_CUDART cudaError_t cudaMemPrefetchAsync(const void* address, size_t bytes,
+                                                 struct cudaMemLocation, unsigned int flags,
+                                                 cudaStream_t stream) {
+    // A hint: what is checked is that the range and the stream exist.
+    return call([&](const Driver& d) {
+        unsigned managed = 0;
+        CUpointer_attribute attribute = CU_POINTER_ATTRIBUTE_IS_MANAGED;
+        void* data = &managed;
+        if (!address || bytes == 0 || flags)
+            return CUDA_ERROR_INVALID_VALUE;
+        CUresult result = d.cuPointerGetAttributes(1, &attribute, &data, addressOf(address));
+        if (!result && !managed)
+            result = CUDA_ERROR_INVALID_VALUE;
+        unsigned streamFlags = 0;
+        return result ? result : d.cuStreamGetFlags(streamOf(stream), &streamFlags);
+    });
+}
+
+SUNSTONE_CUDART cudaError_t cudaStreamQuery(cudaStream_t stream) {
+    return call([&](const Driver& d) { return d.cuStreamQuery(streamOf(stream)); });
+}
+SUNSTONE_CUDART cudaError_t cudaStreamSynchronize(cudaStream_t stream) {
+    return call([&](const Driver& d) { return d.cuStreamSynchronize(streamOf(stream)); });
+}
+SUNSTONE_CUDART cudaError_t cudaStreamWaitEvent(cudaStream_t stream, cudaEvent_t event,
+                                                unsigned int flags) {
+    return call([&](const Driver& d) { return d.cuStreamWaitEvent(streamOf(stream), event, flags); });
+}
+SUNSTONE_CUDART cudaError_t cudaStreamAddCallback(cudaStream_t stream,
+                                                  cudaStreamCallback_t callback, void* userData,
+                                                  unsigned int flags) {
+    if (!callback || flags)
+        return remember(cudaErrorInvalidValue);
+    return call([&](const Driver& d) {
+        Callback* data = new Callback{callback, stream, userData};
+        const CUresult result = d.cuStreamAddCallback(streamOf(stream), runCallback, data, 0);
+        if (result)
+            delete data;
+        return result;
+    });
+}
+SUNSTONE_CUDART cudaError_t cudaLaunchHostFunc(cudaStream_t stream, cudaHostFn_t function,
+                                               void* userData) {
+    return call(
+        [&](const Driver& d) { return d.cuLaunchHostFunc(streamOf(stream), function, userData); });
+}
+SUNSTONE_CUDART cudaError_t cudaStreamGetFlags(cudaStream_t stream, unsigned int* flags) {
+    return call([&](const Driver& d) { return d.cuStreamGetFlags(streamOf(stream), flags); });
+}
+SUNSTONE_CUDART cudaError_t cudaStreamGetPriority(cudaStream_t stream, int* priority) {
+    return call([&](const Driver& d) { return d.cuStreamGetPriority(streamOf(stream), priority); });
+}
+SUNSTONE_CUDART cudaError_t cudaStreamGetId(cudaStream_t stream, unsigned long long* id) {
+    return call([&](const Driver& d) { return d.cuStreamGetId(streamOf(stream), id); });
+}
+SUNSTONE_CUDART cudaError_t cudaStreamIsCapturing(cudaStream_t stream,
+                                                  enum cudaStreamCaptureStatus* status) {
+    return call([&](const Driver& d) {
+        return d.cuStreamIsCapturing(streamOf(stream),
+                                     reinterpret_cast<CUstreamCaptureStatus*>(status));
+    });
+}
+SUNSTONE_CUDART cudaError_t cudaStreamAttachMemAsync(cudaStream_t stream, void* address,
+                                                     size_t length, unsigned int flags) {
+    return call([&](const Driver& d) {
+        return d.cuStreamAttachMemAsync(streamOf(stream), addressOf(address), length, flags);
+    });
+}
+SUNSTONE_CUDART cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t stream) {
+    return recordEvent(event, stream, 0);
+}
+SUNSTONE_CUDART cudaError_t cudaEventRecordWithFlags(cudaEvent_t event, cudaStream_t stream,
+                                                     unsigned int flags) {
+    return recordEvent(event, stream, flags);
+}
