@@ -135,7 +135,7 @@ private:
             float v[9];
             if (lane < count) {
                 const PrimitiveRef& r = references[lane];
-                readers_[r.input].read(r.primitive, v);
+                readers_[r.input].readActive(r.primitive, v);
                 leaf.primitive[lane] = sbt_[r.input].primitiveIndex(r.primitive);
                 leaf.sbt[lane] = sbt_[r.input].sbtWord(r.primitive);
                 if (table_)

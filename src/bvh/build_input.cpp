@@ -97,26 +97,7 @@ TriangleReader::TriangleReader(const TriangleInput& input)
         transformed_ = true;
         std::memcpy(transform_, input.preTransform, sizeof transform_);
     }
-}
-
-bool TriangleReader::indices(uint32_t triangle, uint32_t out[3]) const {
-    if (numVertices_ == 0)
-        return false;
-    switch (indexFormat_) {
-    case IndexFormat::kUint3:
-        std::memcpy(out, indices_ + triangle * indexStride_, 12);
-        break;
-    case IndexFormat::kUshort3: {
-        uint16_t index[3];
-        std::memcpy(index, indices_ + triangle * indexStride_, 6);
-        std::copy(index, index + 3, out);
-        break;
-    }
-    default:
-        for (uint32_t i = 0; i < 3; ++i)
-            out[i] = 3 * triangle + i;
-    }
-    return out[0] < numVertices_ && out[1] < numVertices_ && out[2] < numVertices_;
+    plain_ = vertexFormat_ == VertexFormat::kFloat3 && !transformed_;
 }
 
 void TriangleReader::vertex(uint32_t index, float out[3]) const {
@@ -146,11 +127,7 @@ void TriangleReader::vertex(uint32_t index, float out[3]) const {
     out[0] = out[1] = out[2] = std::numeric_limits<float>::quiet_NaN();
 }
 
-bool TriangleReader::read(uint32_t triangle, float vertices[9]) const {
-    uint32_t index[3];
-    if (!indices(triangle, index))
-        return false;
-    bool good = true;
+void TriangleReader::decode(const uint32_t index[3], float vertices[9]) const {
     for (int i = 0; i < 3; ++i) {
         float* const v = vertices + 3 * i;
         vertex(index[i], v);
@@ -158,8 +135,17 @@ bool TriangleReader::read(uint32_t triangle, float vertices[9]) const {
             const math::Vec3 p = math::transformPoint(transform_, {v[0], v[1], v[2]});
             v[0] = p.x, v[1] = p.y, v[2] = p.z;
         }
-        good = good && usable(v[0]) && usable(v[1]) && usable(v[2]);
     }
+}
+
+bool TriangleReader::read(uint32_t triangle, float vertices[9]) const {
+    uint32_t index[3];
+    if (!indices(triangle, index))
+        return false;
+    readActive(triangle, vertices);
+    bool good = true;
+    for (int i = 0; i < 9; ++i)
+        good = good && usable(vertices[i]);
     return good && hasArea(vertices);
 }
 

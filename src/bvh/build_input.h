@@ -8,6 +8,7 @@
 #include "bvh/build.h"
 #include "bvh/tree.h"
 
+#include <cstring>
 #include <vector>
 
 namespace sunstone::bvh {
@@ -25,9 +26,35 @@ public:
     uint32_t count() const { return count_; }
     // The vertices after the pre-transform; false if the triangle is inactive.
     bool read(uint32_t triangle, float vertices[9]) const;
+    // The same for a triangle that read() has found active.
+    void readActive(uint32_t triangle, float vertices[9]) const {
+        uint32_t index[3];
+        indices(triangle, index);
+        if (plain_)
+            for (int i = 0; i < 3; ++i)
+                std::memcpy(vertices + 3 * i, vertices_ + index[i] * vertexStride_, 12);
+        else
+            decode(index, vertices);
+    }
 
 private:
-    bool indices(uint32_t triangle, uint32_t out[3]) const;
+    bool indices(uint32_t triangle, uint32_t out[3]) const {
+        if (numVertices_ == 0)
+            return false;
+        if (indexFormat_ == IndexFormat::kUint3) {
+            std::memcpy(out, indices_ + triangle * indexStride_, 12);
+        } else if (indexFormat_ == IndexFormat::kUshort3) {
+            uint16_t index[3];
+            std::memcpy(index, indices_ + triangle * indexStride_, 6);
+            for (int i = 0; i < 3; ++i)
+                out[i] = index[i];
+        } else {
+            for (uint32_t i = 0; i < 3; ++i)
+                out[i] = 3 * triangle + i;
+        }
+        return out[0] < numVertices_ && out[1] < numVertices_ && out[2] < numVertices_;
+    }
+    void decode(const uint32_t index[3], float vertices[9]) const;
     void vertex(uint32_t index, float out[3]) const;
 
     const uint8_t* vertices_;
@@ -37,6 +64,7 @@ private:
     size_t vertexStride_, indexStride_;
     uint32_t numVertices_, count_;
     bool transformed_ = false;
+    bool plain_; // three floats, not transformed
     float transform_[12];
 };
 

@@ -81,7 +81,7 @@ struct Binning {
     bool splittable[3];
 
     SUNSTONE_INLINE_MEMBER Binning(const Range& range) {
-        const uint32_t wanted = 8 + range.count() / 16;
+        const uint32_t wanted = 6 + range.count() / 16;
         count = wanted < kMaxBins ? wanted : kMaxBins;
         alignas(16) float size[4], factor[4] = {};
         store(size, extent(range.centroids));
@@ -100,16 +100,16 @@ struct Binning {
     }
 };
 
+// Boxes and counts by bin and axis; lane 3 of the counts means nothing.
 struct alignas(64) Bins {
-    Bounds box[3][kMaxBins];
-    uint32_t count[3][kMaxBins];
+    Bounds box[kMaxBins][3];
+    alignas(16) uint32_t count[kMaxBins][4];
 
     SUNSTONE_INLINE_MEMBER void clear(uint32_t bins) {
-        for (int a = 0; a < 3; ++a)
-            for (uint32_t i = 0; i < bins; ++i) {
-                box[a][i] = emptyBounds();
-                count[a][i] = 0;
-            }
+        for (uint32_t i = 0; i < bins; ++i) {
+            box[i][0] = box[i][1] = box[i][2] = emptyBounds();
+            _mm_store_si128(reinterpret_cast<__m128i*>(count[i]), _mm_setzero_si128());
+        }
     }
     SUNSTONE_INLINE_MEMBER void add(const Binning& binning, const PrimitiveRef* refs, size_t n) {
         for (size_t i = 0; i < n; ++i) {
@@ -118,19 +118,19 @@ struct alignas(64) Bins {
             const uint64_t xy = uint64_t(_mm_cvtsi128_si64(at));
             const uint32_t x = uint32_t(xy), y = uint32_t(xy >> 32);
             const uint32_t z = uint32_t(_mm_cvtsi128_si32(_mm_unpackhi_epi64(at, at)));
-            box[0][x] = unite(box[0][x], b);
-            box[1][y] = unite(box[1][y], b);
-            box[2][z] = unite(box[2][z], b);
-            ++count[0][x];
-            ++count[1][y];
-            ++count[2][z];
+            box[x][0] = unite(box[x][0], b);
+            box[y][1] = unite(box[y][1], b);
+            box[z][2] = unite(box[z][2], b);
+            ++count[x][0];
+            ++count[y][1];
+            ++count[z][2];
         }
     }
     SUNSTONE_INLINE_MEMBER void merge(const Bins& other, uint32_t bins) {
-        for (int a = 0; a < 3; ++a)
-            for (uint32_t i = 0; i < bins; ++i) {
-                box[a][i] = unite(box[a][i], other.box[a][i]);
-                count[a][i] += other.count[a][i];
+        for (uint32_t i = 0; i < bins; ++i)
+            for (int a = 0; a < 3; ++a) {
+                box[i][a] = unite(box[i][a], other.box[i][a]);
+                count[i][a] += other.count[i][a];
             }
     }
 };
@@ -139,40 +139,73 @@ struct Split {
     int axis = -1;      // -1: halve by position
     uint32_t bin = 0;   // first bin of the right side
     float cost = __builtin_inff(); // sum of area * blocks of both sides
+    Bounds left, right; // boxes of the sides
 };
 
-SUNSTONE_INLINE float blocks(uint32_t count, const LeafRules& rules) {
-    return rules.maxCount > 1 ? float((count + 3) / 4) : float(count);
-}
+// What a sweep over the bins has gathered so far, for the three axes side by side.
+struct Sweep {
+    Bounds box[3] = {emptyBounds(), emptyBounds(), emptyBounds()};
+    __m128i count = _mm_setzero_si128();
 
-SUNSTONE_INLINE Split bestSplit(const Bins& bins, const Binning& binning, uint32_t total,
-                                const LeafRules& rules) {
-    Split best;
-    for (int axis = 0; axis < 3; ++axis) {
-        if (!binning.splittable[axis])
-            continue;
-        float rightCost[kMaxBins];
-        Bounds box = emptyBounds();
-        uint32_t count = 0;
-        for (uint32_t i = binning.count - 1; i > 0; --i) {
-            box = unite(box, bins.box[axis][i]);
-            count += bins.count[axis][i];
-            rightCost[i] = count >= rules.minCount ? areaOf(box) * blocks(count, rules)
-                                                   : __builtin_inff();
-        }
-        box = emptyBounds();
-        count = 0;
-        for (uint32_t i = 1; i < binning.count; ++i) {
-            box = unite(box, bins.box[axis][i - 1]);
-            count += bins.count[axis][i - 1];
-            if (count < rules.minCount || total - count < rules.minCount)
-                continue;
-            const float cost = areaOf(box) * blocks(count, rules) + rightCost[i];
-            if (cost < best.cost)
-                best = {axis, i, cost};
-        }
+    SUNSTONE_INLINE_MEMBER void add(const Bins& bins, uint32_t i) {
+        for (int a = 0; a < 3; ++a)
+            box[a] = unite(box[a], bins.box[i][a]);
+        count = _mm_add_epi32(count,
+                              _mm_load_si128(reinterpret_cast<const __m128i*>(bins.count[i])));
     }
-    return best;
+    // area * blocks; infinite where there are fewer references than a leaf must have.
+    SUNSTONE_INLINE_MEMBER __m128 cost(const LeafRules& rules) const {
+        __m128 x = extent(box[0]).v, y = extent(box[1]).v, z = extent(box[2]).v;
+        __m128 unused = _mm_setzero_ps();
+        _MM_TRANSPOSE4_PS(x, y, z, unused);
+        const __m128 area = _mm_add_ps(_mm_add_ps(_mm_mul_ps(x, y), _mm_mul_ps(y, z)),
+                                       _mm_mul_ps(z, x));
+        const __m128i blocks =
+            rules.maxCount > 1 ? _mm_srli_epi32(_mm_add_epi32(count, _mm_set1_epi32(3)), 2) : count;
+        const __m128 few = _mm_castsi128_ps(
+            _mm_cmplt_epi32(count, _mm_set1_epi32(int(rules.minCount))));
+        const __m128 cost = _mm_mul_ps(area, _mm_cvtepi32_ps(blocks));
+        return _mm_or_ps(_mm_andnot_ps(few, cost),
+                         _mm_and_ps(few, _mm_set1_ps(__builtin_inff())));
+    }
+};
+
+SUNSTONE_INLINE Split bestSplit(const Bins& bins, const Binning& binning, const LeafRules& rules) {
+    __m128 rightCost[kMaxBins];
+    Sweep right;
+    for (uint32_t i = binning.count - 1; i > 0; --i) {
+        right.add(bins, i);
+        rightCost[i] = right.cost(rules);
+    }
+    Sweep left;
+    __m128 best = _mm_set1_ps(__builtin_inff());
+    __m128i bestBin = _mm_setzero_si128();
+    for (uint32_t i = 1; i < binning.count; ++i) {
+        left.add(bins, i - 1);
+        const __m128 cost = _mm_add_ps(left.cost(rules), rightCost[i]);
+        const __m128i better = _mm_castps_si128(_mm_cmplt_ps(cost, best));
+        best = _mm_min_ps(cost, best); // best where cost is NaN
+        bestBin = _mm_or_si128(_mm_and_si128(better, _mm_set1_epi32(int(i))),
+                               _mm_andnot_si128(better, bestBin));
+    }
+    alignas(16) float costs[4];
+    alignas(16) uint32_t positions[4];
+    _mm_store_ps(costs, best);
+    _mm_store_si128(reinterpret_cast<__m128i*>(positions), bestBin);
+    Split split;
+    for (int axis = 0; axis < 3; ++axis)
+        if (binning.splittable[axis] && costs[axis] < split.cost) {
+            split.axis = axis;
+            split.bin = positions[axis];
+            split.cost = costs[axis];
+        }
+    split.left = split.right = emptyBounds();
+    if (split.axis >= 0)
+        for (uint32_t i = 0; i < binning.count; ++i) {
+            Bounds& side = i < split.bin ? split.left : split.right;
+            side = unite(side, bins.box[i][split.axis]);
+        }
+    return split;
 }
 
 class SahBuilder {
@@ -251,7 +284,7 @@ private:
                 bins.merge(parts[i], binning.count);
             delete[] parts;
         }
-        return bestSplit(bins, binning, n, rules_);
+        return bestSplit(bins, binning, rules_);
     }
 
     bool wantsSplit(const Range& range) {
@@ -298,51 +331,74 @@ private:
         return true;
     }
 
-    struct Side {
-        Bounds box = emptyBounds(), centroids = emptyBounds();
-        SUNSTONE_INLINE_MEMBER void add(Bounds b, F4 c) {
-            box = unite(box, b);
-            centroids = unite(centroids, pointBounds(c));
+    // Tells which side a reference goes to, with the very arithmetic of Binning::bins.
+    struct Chooser {
+        float origin, scale;
+        int32_t bin;
+        int axis;
+        SUNSTONE_INLINE_MEMBER Chooser(const Binning& binning, const Split& split)
+            : bin(int32_t(split.bin)), axis(split.axis) {
+            alignas(16) float o[4], s[4];
+            store(o, binning.origin);
+            store(s, binning.scale);
+            origin = o[axis];
+            scale = s[axis];
+        }
+        SUNSTONE_INLINE_MEMBER bool left(const PrimitiveRef& r) const {
+            return int32_t(((r.lower[axis] - r.negUpper[axis]) - origin) * scale) < bin;
         }
     };
-    // All ones in the lanes of the axis: one movemask tells the side.
-    SUNSTONE_INLINE_MEMBER static bool goesLeft(const Binning& binning, __m128i limit, int axisBit,
-                                                F4 c) {
-        const __m128i less = _mm_cmplt_epi32(binning.bins(c), limit);
-        return (_mm_movemask_ps(_mm_castsi128_ps(less)) & axisBit) != 0;
-    }
 
+    // Bounds of the centroids on both sides, without a branch that nobody can predict.
+    struct Sides {
+        F4 lower[2] = {splat(__builtin_inff(), (F4*)nullptr), splat(__builtin_inff(), (F4*)nullptr)};
+        F4 upper[2] = {splat(-__builtin_inff(), (F4*)nullptr),
+                       splat(-__builtin_inff(), (F4*)nullptr)};
+        SUNSTONE_INLINE_MEMBER void add(bool isLeft, F4 c) {
+            const __m128 left = _mm_castsi128_ps(_mm_set1_epi32(-int(isLeft)));
+            const __m128 inf = _mm_set1_ps(__builtin_inff());
+            const __m128 mine = _mm_and_ps(left, c.v), other = _mm_andnot_ps(left, c.v);
+            const __m128 padLeft = _mm_andnot_ps(left, inf), padRight = _mm_and_ps(left, inf);
+            const __m128 minus = _mm_set1_ps(-0.0f);
+            lower[0] = min({_mm_or_ps(mine, padLeft)}, lower[0]);
+            lower[1] = min({_mm_or_ps(other, padRight)}, lower[1]);
+            upper[0] = max({_mm_or_ps(mine, _mm_or_ps(padLeft, _mm_andnot_ps(left, minus)))},
+                           upper[0]);
+            upper[1] = max({_mm_or_ps(other, _mm_or_ps(padRight, _mm_and_ps(left, minus)))},
+                           upper[1]);
+        }
+        SUNSTONE_INLINE_MEMBER void add(const Sides& s) {
+            for (int i = 0; i < 2; ++i) {
+                lower[i] = min(s.lower[i], lower[i]);
+                upper[i] = max(s.upper[i], upper[i]);
+            }
+        }
+        SUNSTONE_INLINE_MEMBER Bounds centroids(int side) const {
+            return {fromHalves(lower[side], splat(0.0f, (F4*)nullptr) - upper[side])};
+        }
+    };
+
+    // Keeps the order: left references move up, right ones go through the other array.
     void partition(const Range& range, const Binning& binning, const Split& split, Range& left,
                    Range& right) {
-        PrimitiveRef* r = refs(range.inScratch);
-        const __m128i limit = _mm_set1_epi32(int(split.bin));
-        const int bit = 1 << split.axis;
-        Side l, g;
-        uint32_t i = range.begin, j = range.end;
-        for (;;) {
-            for (; i < j; ++i) {
-                const Bounds b = boundsOf(r[i]);
-                const F4 c = centroid(b);
-                if (!goesLeft(binning, limit, bit, c))
-                    break;
-                l.add(b, c);
-            }
-            for (; i < j; --j) {
-                const Bounds b = boundsOf(r[j - 1]);
-                const F4 c = centroid(b);
-                if (goesLeft(binning, limit, bit, c))
-                    break;
-                g.add(b, c);
-            }
-            if (i >= j)
-                break;
-            // r[i] belongs right, r[j - 1] left: the loops above count them after the exchange.
-            const PrimitiveRef t = r[i];
-            r[i] = r[j - 1];
-            r[j - 1] = t;
+        PrimitiveRef* const r = refs(range.inScratch);
+        PrimitiveRef* const spare = refs(!range.inScratch) + range.begin;
+        const Chooser chooser(binning, split);
+        Sides sides;
+        uint32_t toLeft = range.begin, toRight = 0;
+        for (uint32_t i = range.begin; i < range.end; ++i) {
+            const bool isLeft = chooser.left(r[i]);
+            const F8 whole = boundsOf(r[i]).v;
+            sides.add(isLeft, centroid({whole}));
+            store(r[toLeft].lower, whole);
+            store(spare[toRight].lower, whole);
+            toLeft += isLeft;
+            toRight += !isLeft;
         }
-        left = {l.box, l.centroids, range.begin, i, range.inScratch, false, 0};
-        right = {g.box, g.centroids, i, range.end, range.inScratch, false, 0};
+        for (uint32_t i = 0; i < toRight; ++i)
+            r[toLeft + i] = spare[i];
+        left = {split.left, sides.centroids(0), range.begin, toLeft, range.inScratch, false, 0};
+        right = {split.right, sides.centroids(1), toLeft, range.end, range.inScratch, false, 0};
     }
 
     // Moves the references into the other array, order kept.
@@ -350,52 +406,45 @@ private:
                              Range& left, Range& right) {
         const PrimitiveRef* from = refs(range.inScratch) + range.begin;
         PrimitiveRef* to = refs(!range.inScratch) + range.begin;
-        const __m128i limit = _mm_set1_epi32(int(split.bin));
-        const int bit = 1 << split.axis;
+        const Chooser chooser(binning, split);
         const uint32_t n = range.count(), numBlocks = (n + kPartitionBlock - 1) / kPartitionBlock;
         struct Part {
-            Side left, right;
-            uint32_t numLeft, leftStart;
+            Sides sides;
+            uint32_t numLeft = 0, leftStart = 0;
         };
         Part* parts = new Part[numBlocks];
         auto countBody = [&](size_t b, size_t e, size_t block) {
             Part part;
-            part.numLeft = 0;
             for (size_t i = b; i < e; ++i) {
-                const Bounds box = boundsOf(from[i]);
-                const F4 c = centroid(box);
-                if (goesLeft(binning, limit, bit, c)) {
-                    part.left.add(box, c);
-                    ++part.numLeft;
-                } else {
-                    part.right.add(box, c);
-                }
+                const bool isLeft = chooser.left(from[i]);
+                part.sides.add(isLeft, centroid(boundsOf(from[i])));
+                part.numLeft += isLeft;
             }
             parts[block] = part;
         };
         parallelBlocks(n, kPartitionBlock, countBody);
-        Side l, g;
+        Sides sides;
         uint32_t numLeft = 0;
         for (uint32_t i = 0; i < numBlocks; ++i) {
             parts[i].leftStart = numLeft;
             numLeft += parts[i].numLeft;
-            l.box = unite(l.box, parts[i].left.box);
-            l.centroids = unite(l.centroids, parts[i].left.centroids);
-            g.box = unite(g.box, parts[i].right.box);
-            g.centroids = unite(g.centroids, parts[i].right.centroids);
+            sides.add(parts[i].sides);
         }
         auto moveBody = [&](size_t b, size_t e, size_t block) {
             uint32_t toLeft = parts[block].leftStart;
             uint32_t toRight = numLeft + uint32_t(b) - toLeft;
-            for (size_t i = b; i < e; ++i)
-                to[goesLeft(binning, limit, bit, centroid(boundsOf(from[i]))) ? toLeft++
-                                                                              : toRight++] = from[i];
+            for (size_t i = b; i < e; ++i) {
+                const bool isLeft = chooser.left(from[i]);
+                to[isLeft ? toLeft : toRight] = from[i];
+                toLeft += isLeft;
+                toRight += !isLeft;
+            }
         };
         parallelBlocks(n, kPartitionBlock, moveBody);
         delete[] parts;
         const uint32_t middle = range.begin + numLeft;
-        left = {l.box, l.centroids, range.begin, middle, !range.inScratch, false, 0};
-        right = {g.box, g.centroids, middle, range.end, !range.inScratch, false, 0};
+        left = {split.left, sides.centroids(0), range.begin, middle, !range.inScratch, false, 0};
+        right = {split.right, sides.centroids(1), middle, range.end, !range.inScratch, false, 0};
     }
 
     // The range to split next: the largest, or -1.
