@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: Apache-2.0
+// Handles that are not what they should be: null, garbage, of another kind, destroyed. Every
+// function that takes a handle must recognise them without touching what they point to. And the
+// functions this version does not have: each says so by name.
+#include "fixture.h"
+
+#include <functional>
+
+namespace tests::api {
+namespace {
+
+class Handles : public ApiTest {
+protected:
+    void SetUp() override {
+        ApiTest::SetUp();
+        std::string text = ptxModule(".visible .entry __raygen__a() { ret; }\n");
+        ASSERT_OK(optixModuleCreateFromPTX(context_, &moduleOptions_, &options_, text.data(),
+                                           text.size(), nullptr, nullptr, &module_));
+        desc_.kind = OPTIX_PROGRAM_GROUP_KIND_RAYGEN;
+        desc_.raygen = {module_, "__raygen__a"};
+        ASSERT_OK(optixProgramGroupCreate(context_, &desc_, 1, &groupOptions_, nullptr, nullptr,
+                                          &group_));
+        ASSERT_OK(optixPipelineCreate(context_, &options_, &link_, &group_, 1, nullptr, nullptr,
+                                      &pipeline_));
+        input_.type = OPTIX_BUILD_INPUT_TYPE_INSTANCES;
+    }
+
+    // Null, garbage, and live handles of every other kind.
+    std::vector<void*> notA(void* right) {
+        std::vector<void*> all = garbageHandles();
+        all.push_back(nullptr);
+        for (void* handle : {static_cast<void*>(context_), static_cast<void*>(module_),
+                             static_cast<void*>(group_), static_cast<void*>(pipeline_)})
+            if (handle != right)
+                all.push_back(handle);
+        return all;
+    }
+
+    OptixModuleCompileOptions moduleOptions_{};
+    OptixPipelineCompileOptions options_ = compileOptions();
+    OptixPipelineLinkOptions link_{1, OPTIX_COMPILE_DEBUG_LEVEL_DEFAULT};
+    OptixProgramGroupOptions groupOptions_{};
+    OptixProgramGroupDesc desc_{};
+    OptixModule module_ = nullptr;
+    OptixProgramGroup group_ = nullptr;
+    OptixPipeline pipeline_ = nullptr;
+    OptixBuildInput input_{};
+    OptixAccelBuildOptions build_{OPTIX_BUILD_FLAG_NONE, OPTIX_BUILD_OPERATION_BUILD, {}};
+};
+
+TEST_F(Handles, NotAContext) {
+    for (void* handle : notA(context_)) {
+        SCOPED_TRACE(handle);
+        auto bad = static_cast<OptixDeviceContext>(handle);
+        auto refused = OPTIX_ERROR_INVALID_DEVICE_CONTEXT;
+        unsigned value = 7;
+        EXPECT_EQ(refused, optixDeviceContextGetProperty(
+                               bad, OPTIX_DEVICE_PROPERTY_LIMIT_MAX_TRACE_DEPTH, &value, 4));
+        EXPECT_EQ(7u, value);
+        EXPECT_EQ(refused, optixDeviceContextSetLogCallback(bad, LogRecord::callback, &log_, 4));
+        EXPECT_EQ(refused, optixDeviceContextDestroy(bad));
+        std::string text = ptxModule("");
+        OptixModule module = nullptr;
+        EXPECT_EQ(refused, optixModuleCreateFromPTX(bad, &moduleOptions_, &options_, text.data(),
+                                                    text.size(), nullptr, nullptr, &module));
+        EXPECT_EQ(nullptr, module);
+        OptixProgramGroup group = nullptr;
+        EXPECT_EQ(refused, optixProgramGroupCreate(bad, &desc_, 1, &groupOptions_, nullptr, nullptr,
+                                                   &group));
+        OptixPipeline pipeline = nullptr;
+        EXPECT_EQ(refused, optixPipelineCreate(bad, &options_, &link_, &group_, 1, nullptr, nullptr,
+                                               &pipeline));
+        OptixAccelBufferSizes sizes{};
+        EXPECT_EQ(refused, optixAccelComputeMemoryUsage(bad, &build_, &input_, 1, &sizes));
+        OptixTraversableHandle traversable = 0;
+        Buffer memory(4096);
+        EXPECT_EQ(refused, optixAccelBuild(bad, nullptr, &build_, &input_, 1, memory.address(), 2048,
+                                           memory.address() + 2048, 2048, &traversable, nullptr, 0));
+        EXPECT_EQ(refused, optixAccelCompact(bad, nullptr, 1, memory.address(), 4096, &traversable));
+        EXPECT_EQ(0u, traversable);
+    }
+}
+
+TEST_F(Handles, NotAModule) {
+    for (void* handle : notA(module_)) {
+        SCOPED_TRACE(handle);
+        EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixModuleDestroy(static_cast<OptixModule>(handle)));
+        OptixProgramGroupDesc desc = desc_;
+        desc.raygen.module = static_cast<OptixModule>(handle);
+        auto group = reinterpret_cast<OptixProgramGroup>(1);
+        EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixProgramGroupCreate", "raygen",
+                        optixProgramGroupCreate(context_, &desc, 1, &groupOptions_, nullptr,
+                                                nullptr, &group));
+        EXPECT_EQ(nullptr, group);
+    }
+}
+
+TEST_F(Handles, NotAProgramGroup) {
+    for (void* handle : notA(group_)) {
+        SCOPED_TRACE(handle);
+        auto bad = static_cast<OptixProgramGroup>(handle);
+        EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixProgramGroupDestroy(bad));
+        OptixStackSizes sizes{};
+        EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixProgramGroupGetStackSize(bad, &sizes));
+        char header[OPTIX_SBT_RECORD_HEADER_SIZE] = {};
+        EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixSbtRecordPackHeader(bad, header));
+        OptixProgramGroup both[] = {group_, bad};
+        auto pipeline = reinterpret_cast<OptixPipeline>(1);
+        EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixPipelineCreate", "programGroups[1]",
+                        optixPipelineCreate(context_, &options_, &link_, both, 2, nullptr, nullptr,
+                                            &pipeline));
+        EXPECT_EQ(nullptr, pipeline);
+    }
+}
+
+TEST_F(Handles, NotAPipeline) {
+    Buffer record(OPTIX_SBT_RECORD_HEADER_SIZE, 16);
+    ASSERT_OK(optixSbtRecordPackHeader(group_, record.as<void>()));
+    OptixShaderBindingTable sbt{};
+    sbt.raygenRecord = record.address();
+    for (void* handle : notA(pipeline_)) {
+        SCOPED_TRACE(handle);
+        auto bad = static_cast<OptixPipeline>(handle);
+        EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixPipelineDestroy(bad));
+        EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixPipelineSetStackSize(bad, 0, 0, 1024, 1));
+        EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixLaunch(bad, nullptr, 0, 0, &sbt, 1, 1, 1));
+    }
+}
+
+TEST_F(Handles, DestroyedObjectsAreDead) {
+    ASSERT_OK(optixPipelineDestroy(pipeline_));
+    EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixPipelineDestroy(pipeline_));
+    EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixPipelineSetStackSize(pipeline_, 0, 0, 1024, 1));
+    ASSERT_OK(optixProgramGroupDestroy(group_));
+    EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixProgramGroupDestroy(group_));
+    OptixStackSizes sizes{};
+    EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixProgramGroupGetStackSize(group_, &sizes));
+    ASSERT_OK(optixModuleDestroy(module_));
+    EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixModuleDestroy(module_));
+}
+
+TEST_F(Handles, ObjectsOfAnotherContext) {
+    LogRecord record;
+    OptixDeviceContext other = nullptr;
+    ASSERT_OK(optixDeviceContextCreate(nullptr, nullptr, &other));
+    ASSERT_OK(optixDeviceContextSetLogCallback(other, LogRecord::callback, &record, 4));
+    OptixProgramGroup group = nullptr;
+    EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE,
+              optixProgramGroupCreate(other, &desc_, 1, &groupOptions_, nullptr, nullptr, &group));
+    EXPECT_TRUE(record.hasError("raygen", "another device context")) << record.all();
+    OptixPipeline pipeline = nullptr;
+    record.clear();
+    EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE,
+              optixPipelineCreate(other, &options_, &link_, &group_, 1, nullptr, nullptr, &pipeline));
+    EXPECT_TRUE(record.hasError("programGroups[0]", "another device context")) << record.all();
+    ASSERT_OK(optixDeviceContextDestroy(other));
+}
+
+// ---- Functions that are not there yet ----------------------------------------------------------
+
+class Unsupported : public Handles {
+protected:
+    // Runs `call` and expects a refusal that names `function` in the context's log.
+    void expectInLog(const char* function, const std::function<OptixResult()>& call) {
+        log_.clear();
+        EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED, call()) << function;
+        EXPECT_TRUE(log_.hasError(function, "not supported")) << function << "\n" << log_.all();
+        EXPECT_EQ(1u, log_.lines().size()) << log_.all();
+    }
+    // The same for functions whose handle belongs to no context: the line goes to stderr, once.
+    void expectOnStderr(const char* function, const std::function<OptixResult()>& call) {
+        testing::internal::CaptureStderr();
+        OptixResult first = call();
+        OptixResult second = call();
+        std::string text = testing::internal::GetCapturedStderr();
+        EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED, first) << function;
+        EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED, second) << function;
+        size_t found = text.find(function);
+        EXPECT_NE(std::string::npos, found) << "stderr: " << text;
+        if (found != std::string::npos)
+            EXPECT_EQ(std::string::npos, text.find(function, found + 1)) << "said twice: " << text;
+    }
+};
+
+TEST_F(Unsupported, DiskCache) {
+    expectInLog("optixDeviceContextSetCacheEnabled",
+                [&] { return optixDeviceContextSetCacheEnabled(context_, 1); });
+    expectInLog("optixDeviceContextSetCacheLocation",
+                [&] { return optixDeviceContextSetCacheLocation(context_, "/tmp"); });
+    expectInLog("optixDeviceContextSetCacheDatabaseSizes",
+                [&] { return optixDeviceContextSetCacheDatabaseSizes(context_, 1, 2); });
+    int enabled = 5;
+    expectInLog("optixDeviceContextGetCacheEnabled",
+                [&] { return optixDeviceContextGetCacheEnabled(context_, &enabled); });
+    EXPECT_EQ(5, enabled);
+    char location[8] = "abc";
+    expectInLog("optixDeviceContextGetCacheLocation",
+                [&] { return optixDeviceContextGetCacheLocation(context_, location, 8); });
+    EXPECT_STREQ("abc", location);
+    size_t low = 3, high = 4;
+    expectInLog("optixDeviceContextGetCacheDatabaseSizes",
+                [&] { return optixDeviceContextGetCacheDatabaseSizes(context_, &low, &high); });
+    EXPECT_EQ(3u, low);
+    EXPECT_EQ(4u, high);
+}
+
+TEST_F(Unsupported, Tasks) {
+    std::string text = ptxModule("");
+    OptixModule module = nullptr;
+    OptixTask task = nullptr;
+    expectInLog("optixModuleCreateFromPTXWithTasks", [&] {
+        return optixModuleCreateFromPTXWithTasks(context_, &moduleOptions_, &options_, text.data(),
+                                                 text.size(), nullptr, nullptr, &module, &task);
+    });
+    OptixModuleCompileState state{};
+    expectInLog("optixModuleGetCompilationState",
+                [&] { return optixModuleGetCompilationState(module_, &state); });
+    unsigned created = 0;
+    expectOnStderr("optixTaskExecute",
+                   [&] { return optixTaskExecute(nullptr, nullptr, 0, &created); });
+}
+
+TEST_F(Unsupported, BuiltinIntersection) {
+    OptixBuiltinISOptions options{};
+    options.builtinISModuleType = OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
+    OptixModule module = nullptr;
+    expectInLog("optixBuiltinISModuleGet", [&] {
+        return optixBuiltinISModuleGet(context_, &moduleOptions_, &options_, &options, &module);
+    });
+}
+
+TEST_F(Unsupported, Relocation) {
+    OptixAccelRelocationInfo info{};
+    expectInLog("optixAccelGetRelocationInfo",
+                [&] { return optixAccelGetRelocationInfo(context_, 1, &info); });
+    int compatible = 9;
+    expectInLog("optixAccelCheckRelocationCompatibility", [&] {
+        return optixAccelCheckRelocationCompatibility(context_, &info, &compatible);
+    });
+    EXPECT_EQ(9, compatible);
+    OptixTraversableHandle handle = 0;
+    Buffer target(256);
+    expectInLog("optixAccelRelocate", [&] {
+        return optixAccelRelocate(context_, nullptr, &info, 0, 0, target.address(), target.size(),
+                                  &handle);
+    });
+    expectInLog("optixConvertPointerToTraversableHandle", [&] {
+        return optixConvertPointerToTraversableHandle(
+            context_, target.address(), OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM, &handle);
+    });
+    EXPECT_EQ(0u, handle);
+}
+
+TEST_F(Unsupported, Denoiser) {
+    OptixDenoiserOptions options{};
+    OptixDenoiser denoiser = nullptr;
+    expectInLog("optixDenoiserCreate", [&] {
+        return optixDenoiserCreate(context_, OPTIX_DENOISER_MODEL_KIND_HDR, &options, &denoiser);
+    });
+    expectInLog("optixDenoiserCreateWithUserModel", [&] {
+        return optixDenoiserCreateWithUserModel(context_, "x", 1, &denoiser);
+    });
+    EXPECT_EQ(nullptr, denoiser);
+    expectOnStderr("optixDenoiserDestroy", [&] { return optixDenoiserDestroy(nullptr); });
+    OptixDenoiserSizes sizes{};
+    expectOnStderr("optixDenoiserComputeMemoryResources",
+                   [&] { return optixDenoiserComputeMemoryResources(nullptr, 1, 1, &sizes); });
+    expectOnStderr("optixDenoiserSetup",
+                   [&] { return optixDenoiserSetup(nullptr, nullptr, 1, 1, 0, 0, 0, 0); });
+    OptixDenoiserParams params{};
+    expectOnStderr("optixDenoiserInvoke", [&] {
+        return optixDenoiserInvoke(nullptr, nullptr, &params, 0, 0, nullptr, nullptr, 0, 0, 0, 0, 0);
+    });
+    OptixImage2D image{};
+    expectOnStderr("optixDenoiserComputeIntensity", [&] {
+        return optixDenoiserComputeIntensity(nullptr, nullptr, &image, 0, 0, 0);
+    });
+    expectOnStderr("optixDenoiserComputeAverageColor", [&] {
+        return optixDenoiserComputeAverageColor(nullptr, nullptr, &image, 0, 0, 0);
+    });
+}
+
+TEST_F(Unsupported, GarbageHandlesToMissingFunctions) {
+    for (void* handle : garbageHandles()) {
+        testing::internal::CaptureStderr();
+        EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED,
+                  optixDeviceContextSetCacheEnabled(static_cast<OptixDeviceContext>(handle), 1));
+        EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED,
+                  optixDenoiserDestroy(static_cast<OptixDenoiser>(handle)));
+        EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED,
+                  optixTaskExecute(static_cast<OptixTask>(handle), nullptr, 0, nullptr));
+        testing::internal::GetCapturedStderr();
+    }
+}
+
+// Parts of functions that are there: curves, motion, updates, payload types.
+TEST_F(Unsupported, PartsOfFunctions) {
+    OptixAccelBufferSizes sizes{};
+    OptixBuildInput curves{};
+    curves.type = OPTIX_BUILD_INPUT_TYPE_CURVES;
+    curves.curveArray.curveType = OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
+    EXPECT_REJECTED(OPTIX_ERROR_NOT_SUPPORTED, "optixAccelComputeMemoryUsage", "CURVES",
+                    optixAccelComputeMemoryUsage(context_, &build_, &curves, 1, &sizes));
+    OptixAccelBuildOptions motion = build_;
+    motion.motionOptions.numKeys = 2;
+    EXPECT_REJECTED(OPTIX_ERROR_NOT_SUPPORTED, "optixAccelComputeMemoryUsage", "numKeys",
+                    optixAccelComputeMemoryUsage(context_, &motion, &input_, 1, &sizes));
+    OptixPayloadType payloadType{};
+    OptixModuleCompileOptions typed = moduleOptions_;
+    typed.numPayloadTypes = 1;
+    typed.payloadTypes = &payloadType;
+    std::string text = ptxModule("");
+    OptixModule module = nullptr;
+    EXPECT_REJECTED(OPTIX_ERROR_NOT_SUPPORTED, "optixModuleCreateFromPTX", "numPayloadTypes",
+                    optixModuleCreateFromPTX(context_, &typed, &options_, text.data(), text.size(),
+                                             nullptr, nullptr, &module));
+    OptixProgramGroupOptions groupOptions{&payloadType};
+    OptixProgramGroup group = nullptr;
+    EXPECT_REJECTED(OPTIX_ERROR_NOT_SUPPORTED, "optixProgramGroupCreate", "payloadType",
+                    optixProgramGroupCreate(context_, &desc_, 1, &groupOptions, nullptr, nullptr,
+                                            &group));
+}
+
+} // namespace
+} // namespace tests::api
