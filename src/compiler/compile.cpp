@@ -52,8 +52,8 @@ void prepare(Unit& unit, LentMachine& machine) {
     unit.module().setTargetTriple(machine->getTargetTriple().str());
 }
 
-bool findVariable(const std::map<std::string, uint64_t, std::less<>>& sizes,
-                  const LoadedCode& code, std::string_view name, void** address, uint64_t* size) {
+bool findVariable(const std::map<std::string, uint64_t, std::less<>>& sizes, const LoadedCode& code,
+                  std::string_view name, void** address, uint64_t* size) {
     const auto found = sizes.find(name);
     if (found == sizes.end())
         return false;
@@ -198,8 +198,8 @@ std::unique_ptr<Code> compilePipeline(const PipelineRequest& request) {
     code->code_ = loadModule(unit, machine, symbols);
     code->sizes_ = unit.variableSizes();
     for (const std::string& name : names)
-        code->programs_.push_back({code->code_->address(name),
-                                   std::max(16u, code->code_->stackSize(name))});
+        code->programs_.push_back(
+            {code->code_->address(name), std::max(16u, code->code_->stackSize(name))});
     times.step("generate");
     return code;
 }
@@ -218,7 +218,7 @@ KernelInfo describeKernel(const ptx::Function& function) {
         offset += parameter.size;
     }
     info.parameterBytes = uint32_t(offset);
-    const auto product = [](const uint32_t (&threads)[3]) {
+    const auto product = [](const uint32_t(&threads)[3]) {
         return threads[0] * std::max(1u, threads[1]) * std::max(1u, threads[2]);
     };
     info.maxThreadsPerBlock = product(function.requiredThreads);

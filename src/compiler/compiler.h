@@ -16,8 +16,15 @@ namespace sunstone::compiler {
 
 // Kind of a program, from its name's prefix.
 enum class ProgramKind : uint8_t {
-    kNone, kRaygen, kIntersection, kAnyHit, kClosestHit, kMiss, kDirectCallable,
-    kContinuationCallable, kException,
+    kNone,
+    kRaygen,
+    kIntersection,
+    kAnyHit,
+    kClosestHit,
+    kMiss,
+    kDirectCallable,
+    kContinuationCallable,
+    kException,
 };
 
 ProgramKind programKind(std::string_view functionName); // by prefix "__raygen__" ...
@@ -28,7 +35,7 @@ enum class DebugLevel : uint8_t { kNone, kMinimal, kModerate, kFull };
 
 // Rules of the pipeline compile options that compiled code depends on.
 struct PipelineRules {
-    std::string launchParams;      // variable name, empty for none
+    std::string launchParams; // variable name, empty for none
     unsigned numPayloadValues = 0;
     unsigned numAttributeValues = 2;
     unsigned exceptionFlags = 0;
@@ -45,12 +52,12 @@ struct ModuleSummary {
     struct Program {
         std::string name;
         ProgramKind kind;
-        unsigned payloadWords = 0;   // highest payload slot touched + 1
+        unsigned payloadWords = 0; // highest payload slot touched + 1
         bool traces = false;
         bool callsContinuation = false;
     };
     std::vector<Program> programs;
-    uint64_t launchParamsSize = 0;   // 0 where the variable does not occur
+    uint64_t launchParamsSize = 0; // 0 where the variable does not occur
 };
 ModuleSummary inspect(const ptx::Module& module, const PipelineRules& rules);
 
@@ -87,7 +94,7 @@ std::unique_ptr<Code> compilePipeline(const PipelineRequest& request);
 // A CUDA module: every .entry with parameters becomes a KernelFn.
 struct KernelInfo {
     std::string name;
-    const void* address = nullptr;   // devlib::KernelFn
+    const void* address = nullptr; // devlib::KernelFn
     std::vector<uint32_t> parameterOffsets;
     std::vector<uint32_t> parameterSizes;
     uint32_t parameterBytes = 0;

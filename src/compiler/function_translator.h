@@ -59,10 +59,10 @@ private:
         llvm::Type* type = nullptr;
         llvm::AllocaInst* memory = nullptr; // null: the register lives in one region
         Value* current = nullptr;
-        uint32_t region = 0;                // in which `current` is valid
+        uint32_t region = 0; // in which `current` is valid
     };
     llvm::IntegerType* intType(unsigned bits) { return builder_.getIntNTy(bits); }
-    llvm::Type* typeOf(ptx::Type type);     // integer, half, float, double, <2 x half>
+    llvm::Type* typeOf(ptx::Type type); // integer, half, float, double, <2 x half>
     static unsigned bitsOf(ptx::Type type) {
         return type == ptx::Type::kPred ? 1 : ptx::sizeOf(type) * 8;
     }
@@ -90,7 +90,7 @@ private:
     // ---- memory: translate_memory.cpp
     struct Place {
         Value* pointer = nullptr;
-        bool constant = false;      // never changes during a launch
+        bool constant = false; // never changes during a launch
     };
     Place place(const ptx::Operand& operand);
     Value* symbolAddress(std::string_view name, ptx::Location location, bool* constant = nullptr);
@@ -148,10 +148,10 @@ private:
     void floatMinimum(const ptx::Instruction& instruction);
     void copySign(const ptx::Instruction& instruction);
     void testProperty(const ptx::Instruction& instruction);
-    Value* flush(Value* value);             // subnormal f32 or f16 → zero of its sign
+    Value* flush(Value* value); // subnormal f32 or f16 → zero of its sign
     ptx::Type floatType(const ptx::Instruction& instruction) const; // rejects bf16
     Value* readFloat(const ptx::Instruction& instruction, const ptx::Operand& operand,
-                     ptx::Type type);       // with .ftz of the instruction
+                     ptx::Type type); // with .ftz of the instruction
     void writeFloat(const ptx::Instruction& instruction, Value* value, bool canBeSubnormal = true);
     Value* saturate(Value* value);
     Value* pickMinimum(Value* a, Value* b, bool greatest, bool propagateNan);
@@ -214,7 +214,7 @@ private:
     llvm::IRBuilder<> builder_;
     llvm::BasicBlock* entry_ = nullptr;
 
-    std::vector<uint32_t> firstSlot_;  // by register
+    std::vector<uint32_t> firstSlot_; // by register
     std::vector<Slot> slots_;
     uint32_t carrySlot_ = 0;
     uint32_t region_ = 0;

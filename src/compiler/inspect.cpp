@@ -187,8 +187,8 @@ private:
     unsigned attributes() const { return std::max(2u, rules_.numAttributeValues); }
 
     void checkShape(const ptx::Function& function, ProgramKind kind) const {
-        const bool callable = kind == ProgramKind::kDirectCallable ||
-                              kind == ProgramKind::kContinuationCallable;
+        const bool callable =
+            kind == ProgramKind::kDirectCallable || kind == ProgramKind::kContinuationCallable;
         if (callable && function.isEntry)
             fail(ErrorCode::kInvalidPtx, "line ", function.location.line, ": callable \"",
                  function.name, "\" must be a .func, not an .entry");

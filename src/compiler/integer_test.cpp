@@ -19,11 +19,12 @@ TEST(Integer, AddAndSubtract) {
         {"add.s16 %rs0, %rs1, %rs2;", {0x7fff, 1}, 's', 0x8000},
         {"add.cc.u32 %r5, %r1, %r2; addc.u32 %r0, %r3, %r4;", {kAll32, 1, 5, 7}, 'r', 13},
         {"add.cc.u32 %r5, %r1, %r2; addc.cc.u32 %r6, %r3, %r4; addc.u32 %r0, 0, 0;",
-         {kAll32, 1, kAll32, 0}, 'r', 1},
+         {kAll32, 1, kAll32, 0},
+         'r',
+         1},
         {"sub.cc.u32 %r5, %r1, %r2; subc.u32 %r0, %r3, %r4;", {0, 1, 5, 2}, 'r', 2},
         {"sub.cc.u64 %rd5, %rd1, %rd2; subc.u64 %rd0, %rd3, %rd4;", {1, 1, 5, 2}, 'd', 3},
-        {"mad.lo.cc.u32 %r5, %r1, %r2, %r3; madc.hi.u32 %r0, %r1, %r2, 0;",
-         {kAll32, 2, 2}, 'r', 2},
+        {"mad.lo.cc.u32 %r5, %r1, %r2, %r3; madc.hi.u32 %r0, %r1, %r2, 0;", {kAll32, 2, 2}, 'r', 2},
     });
 }
 

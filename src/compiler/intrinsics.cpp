@@ -28,7 +28,9 @@ constexpr uint32_t kAny = ~0u;
 constexpr uint32_t kHitPrograms = kIS | kAH | kCH;
 constexpr uint32_t kRayPrograms = kHitPrograms | kMS;
 
-std::string repeat(char letter, int count) { return std::string(size_t(count), letter); }
+std::string repeat(char letter, int count) {
+    return std::string(size_t(count), letter);
+}
 
 class TableBuilder {
 public:
@@ -124,13 +126,13 @@ private:
     }
 
     void transforms() {
-        field("get_transform_list_size",
-              offsetof(RayState, hit) + offsetof(Hit, transformCount), 'r', kHitPrograms | kEX);
+        field("get_transform_list_size", offsetof(RayState, hit) + offsetof(Hit, transformCount),
+              'r', kHitPrograms | kEX);
         add("get_transform_list_handle", IntrinsicOp::kTransformHandle, 0, "l", "r",
             kHitPrograms | kEX, true);
         add("get_transform_type_from_handle", IntrinsicOp::kTransformType, 0, "r", "l", kAny, true);
-        add("get_static_transform_from_handle", IntrinsicOp::kTransformPointer,
-            devlib::kTagStatic, "l", "l", kAny, true);
+        add("get_static_transform_from_handle", IntrinsicOp::kTransformPointer, devlib::kTagStatic,
+            "l", "l", kAny, true);
         add("get_matrix_motion_transform_from_handle", IntrinsicOp::kTransformPointer,
             devlib::kTagMatrixMotion, "l", "l", kAny, true);
         add("get_srt_motion_transform_from_handle", IntrinsicOp::kTransformPointer,
@@ -169,24 +171,39 @@ private:
     }
 
     void later() {
-        for (const char* name :
-             {"get_exception_invalid_sbt_offset", "get_exception_invalid_traversable",
-              "get_exception_invalid_ray", "get_exception_parameter_mismatch",
-              "get_instance_traversable_from_ias", "tex_footprint_2d_v2", "tex_footprint_2d_lod_v2",
-              "tex_footprint_2d_grad_v2", "tex_footprint_2d", "tex_footprint_2d_lod",
-              "tex_footprint_2d_grad", "get_sphere_data", "get_ribbon_normal",
-              "get_ribbon_parameters", "get_curve_parameter", "get_microtriangle_vertex_data",
-              "get_microtriangle_barycentrics_data", "get_micro_triangle_vertex_data",
-              "get_micro_triangle_barycentrics_data", "get_gas_ptr_from_handle", "get_cluster_id",
-              "get_remaining_trace_depth", "traverse", "reorder", "invoke"})
+        for (const char* name : {"get_exception_invalid_sbt_offset",
+                                 "get_exception_invalid_traversable",
+                                 "get_exception_invalid_ray",
+                                 "get_exception_parameter_mismatch",
+                                 "get_instance_traversable_from_ias",
+                                 "tex_footprint_2d_v2",
+                                 "tex_footprint_2d_lod_v2",
+                                 "tex_footprint_2d_grad_v2",
+                                 "tex_footprint_2d",
+                                 "tex_footprint_2d_lod",
+                                 "tex_footprint_2d_grad",
+                                 "get_sphere_data",
+                                 "get_ribbon_normal",
+                                 "get_ribbon_parameters",
+                                 "get_curve_parameter",
+                                 "get_microtriangle_vertex_data",
+                                 "get_microtriangle_barycentrics_data",
+                                 "get_micro_triangle_vertex_data",
+                                 "get_micro_triangle_barycentrics_data",
+                                 "get_gas_ptr_from_handle",
+                                 "get_cluster_id",
+                                 "get_remaining_trace_depth",
+                                 "traverse",
+                                 "reorder",
+                                 "invoke"})
             notYet(name);
         for (const char* shape :
              {"triangle", "linear_curve", "quadratic_bspline", "cubic_bspline", "catmullrom",
               "cubic_bezier", "ribbon", "sphere", "quadratic_bspline_rocaps",
               "cubic_bspline_rocaps", "catmullrom_rocaps", "cubic_bezier_rocaps"})
-            for (const char* form : {"_vertex_data", "_vertex_data_from_handle",
-                                     "_vertex_data_current_hit", "_data_from_handle",
-                                     "_data_current_hit"})
+            for (const char* form :
+                 {"_vertex_data", "_vertex_data_from_handle", "_vertex_data_current_hit",
+                  "_data_from_handle", "_data_current_hit"})
                 notYet(std::string("get_") + shape + form);
         notYet("get_ribbon_normal_from_handle");
         notYet("get_ribbon_normal_current_hit");
@@ -198,8 +215,8 @@ private:
 // Families of later releases whose members are many and all unavailable.
 const Intrinsic* findFamily(std::string_view name) {
     static const Intrinsic later = {"", IntrinsicOp::kLater, 0, "", "", kAny, false, true};
-    for (std::string_view prefix : {"hitobject_", "vector_", "matvecmul_", "coop_vec_",
-                                    "outer_product_", "reduce_sum_"})
+    for (std::string_view prefix :
+         {"hitobject_", "vector_", "matvecmul_", "coop_vec_", "outer_product_", "reduce_sum_"})
         if (name.starts_with(prefix))
             return &later;
     return nullptr;

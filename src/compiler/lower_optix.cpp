@@ -67,10 +67,9 @@ private:
                                                         builder_.getInt64(offset));
     }
     Value* load(Value* base, size_t offset, llvm::Type* type) {
-        return builder_.CreateAlignedLoad(type, address(base, offset),
-                                          llvm::Align(type->isPointerTy() || type->isIntegerTy(64)
-                                                          ? 8
-                                                          : 4));
+        return builder_.CreateAlignedLoad(
+            type, address(base, offset),
+            llvm::Align(type->isPointerTy() || type->isIntegerTy(64) ? 8 : 4));
     }
     // Of what does not change while a program runs.
     Value* loadInvariant(Value* base, size_t offset, llvm::Type* type) {
@@ -92,12 +91,14 @@ private:
     uint32_t constant(unsigned index, const char* what) const {
         const auto* value = llvm::dyn_cast<llvm::ConstantInt>(call_->getArgOperand(index + 1));
         if (!value)
-            fault(ErrorCode::kInvalidFunctionArguments, message("the ", what, " is not a constant"));
+            fault(ErrorCode::kInvalidFunctionArguments,
+                  message("the ", what, " is not a constant"));
         return uint32_t(value->getZExtValue());
     }
 
     unsigned payloadSlot(bool fromOperand) const {
-        const uint32_t slot = fromOperand ? constant(0, "payload slot") : uint32_t(intrinsic_->number);
+        const uint32_t slot =
+            fromOperand ? constant(0, "payload slot") : uint32_t(intrinsic_->number);
         if (slot >= payloadLimit())
             fault(ErrorCode::kInvalidPayloadAccess,
                   message("payload slot ", slot, " of ", payloadLimit(),
@@ -121,11 +122,16 @@ private:
             fault(ErrorCode::kInvalidFunctionUse,
                   message("cannot be used in a ", prefixOf(kind_), " program"));
         switch (intrinsic_->op) {
-        case IntrinsicOp::kTrace: return trace();
-        case IntrinsicOp::kReport: return report();
-        case IntrinsicOp::kThrow: return throwException();
-        case IntrinsicOp::kTerminate: return endProgram(devlib::kTerminate);
-        case IntrinsicOp::kIgnore: return endProgram(devlib::kIgnore);
+        case IntrinsicOp::kTrace:
+            return trace();
+        case IntrinsicOp::kReport:
+            return report();
+        case IntrinsicOp::kThrow:
+            return throwException();
+        case IntrinsicOp::kTerminate:
+            return endProgram(devlib::kTerminate);
+        case IntrinsicOp::kIgnore:
+            return endProgram(devlib::kIgnore);
         case IntrinsicOp::kSetPayloadTypes:
             constant(0, "payload type mask");
             call_->eraseFromParent();
@@ -137,7 +143,8 @@ private:
             call_->eraseFromParent();
             return;
         }
-        default: return replace(getter());
+        default:
+            return replace(getter());
         }
     }
 
@@ -211,8 +218,8 @@ private:
 
     // A callable's data is read when it starts: calls it makes itself overwrite the field.
     Value* sbtData() {
-        const bool callable = kind_ == ProgramKind::kDirectCallable ||
-                              kind_ == ProgramKind::kContinuationCallable;
+        const bool callable =
+            kind_ == ProgramKind::kDirectCallable || kind_ == ProgramKind::kContinuationCallable;
         if (!callable)
             return loadInvariant(state(), offsetof(RayState, sbtData), pointer());
         if (!callableData_) {
@@ -225,14 +232,13 @@ private:
 
     Value* primitiveType() {
         Value* kind = argument(0);
-        Value* isTriangle = builder_.CreateICmpEQ(
-            builder_.CreateOr(kind, builder_.getInt32(1)),
-            builder_.getInt32(devlib::kHitTriangleBack));
+        Value* isTriangle = builder_.CreateICmpEQ(builder_.CreateOr(kind, builder_.getInt32(1)),
+                                                  builder_.getInt32(devlib::kHitTriangleBack));
         Value* isCustom = builder_.CreateICmpULT(kind, builder_.getInt32(128));
-        return builder_.CreateSelect(
-            isTriangle, builder_.getInt32(kPrimitiveTriangle),
-            builder_.CreateSelect(isCustom, builder_.getInt32(kPrimitiveCustom),
-                                  builder_.getInt32(0)));
+        return builder_.CreateSelect(isTriangle, builder_.getInt32(kPrimitiveTriangle),
+                                     builder_.CreateSelect(isCustom,
+                                                           builder_.getInt32(kPrimitiveCustom),
+                                                           builder_.getInt32(0)));
     }
 
     Value* hasTag(Value* handle, uint64_t tag) {
@@ -250,8 +256,7 @@ private:
             // The list has kMaxGraphDepth entries; an index past it stays inside the state.
             Value* index = builder_.CreateBinaryIntrinsic(
                 llvm::Intrinsic::umin, operand, builder_.getInt32(devlib::kMaxGraphDepth - 1));
-            Value* list =
-                address(state(), offsetof(RayState, hit) + offsetof(Hit, transforms));
+            Value* list = address(state(), offsetof(RayState, hit) + offsetof(Hit, transforms));
             return builder_.CreateAlignedLoad(
                 type,
                 builder_.CreateInBoundsGEP(type, list,
@@ -263,8 +268,8 @@ private:
             Value* tag = builder_.CreateTrunc(
                 builder_.CreateAnd(operand, uint64_t(devlib::kTagMask)), word());
             Value* number = builder_.CreateSub(tag, builder_.getInt32(devlib::kTagStatic - 1));
-            Value* known = builder_.CreateICmpULT(
-                builder_.CreateSub(number, builder_.getInt32(1)), builder_.getInt32(4));
+            Value* known = builder_.CreateICmpULT(builder_.CreateSub(number, builder_.getInt32(1)),
+                                                  builder_.getInt32(4));
             return builder_.CreateSelect(known, number, builder_.getInt32(0));
         }
         case IntrinsicOp::kTransformPointer:
@@ -292,9 +297,9 @@ private:
         if (llvm::GlobalVariable* existing = unit_.module().getNamedGlobal(kName))
             return existing;
         llvm::Type* type = llvm::ArrayType::get(builder_.getInt8Ty(), sizeof(InstanceRecord));
-        auto* variable = new llvm::GlobalVariable(
-            unit_.module(), type, true, llvm::GlobalValue::InternalLinkage,
-            llvm::Constant::getNullValue(type), kName);
+        auto* variable =
+            new llvm::GlobalVariable(unit_.module(), type, true, llvm::GlobalValue::InternalLinkage,
+                                     llvm::Constant::getNullValue(type), kName);
         variable->setAlignment(llvm::Align(alignof(InstanceRecord)));
         return variable;
     }
@@ -310,8 +315,9 @@ private:
     // Replaces the call and all that follows in its block by a return.
     void endProgram(uint32_t result) {
         if (kind_ == ProgramKind::kNone || !function_.getReturnType()->isIntegerTy(32))
-            fault(ErrorCode::kInvalidFunctionUse, "cannot end a program from a function that is called "
-                                             "through its address");
+            fault(ErrorCode::kInvalidFunctionUse,
+                  "cannot end a program from a function that is called "
+                  "through its address");
         finishBlock(builder_.getInt32(result));
     }
 
@@ -342,14 +348,13 @@ private:
         auto* type =
             llvm::FunctionType::get(word(), {pointer(), builder_.getFloatTy(), word()}, false);
         Value* target = loadInvariant(launch(), offsetof(LaunchState, report), pointer());
-        Value* result =
-            builder_.CreateCall(type, target, {state(), argument(0), argument(1)});
+        Value* result = builder_.CreateCall(type, target, {state(), argument(0), argument(1)});
         Value* accepted = builder_.CreateZExt(
             builder_.CreateICmpEQ(result, builder_.getInt32(devlib::kAccept)), word());
         Value* ended = builder_.CreateICmpEQ(result, builder_.getInt32(devlib::kTerminate));
         if (kind_ == ProgramKind::kNone)
             fault(ErrorCode::kInvalidFunctionUse, "cannot report from a function that is called "
-                                             "through its address");
+                                                  "through its address");
         llvm::Instruction* end = llvm::SplitBlockAndInsertIfThen(ended, call_, true);
         builder_.SetInsertPoint(end);
         builder_.CreateRet(builder_.getInt32(devlib::kTerminate));
@@ -386,8 +391,8 @@ private:
     // All trace calls of a function share one state: none is live across another.
     Value* rayMemory() {
         if (!rayMemory_)
-            rayMemory_ = entryAlloca(
-                llvm::ArrayType::get(builder_.getInt8Ty(), sizeof(RayState)), alignof(RayState));
+            rayMemory_ = entryAlloca(llvm::ArrayType::get(builder_.getInt8Ty(), sizeof(RayState)),
+                                     alignof(RayState));
         return rayMemory_;
     }
 

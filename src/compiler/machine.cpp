@@ -25,7 +25,9 @@ namespace sunstone::compiler {
 
 namespace {
 
-std::string textOf(llvm::Error error) { return llvm::toString(std::move(error)); }
+std::string textOf(llvm::Error error) {
+    return llvm::toString(std::move(error));
+}
 
 std::unique_ptr<llvm::TargetMachine> createMachine() {
     static const bool initialized = [] {
@@ -105,9 +107,8 @@ private:
         if (!control)
             fail(ErrorCode::kInternal, "cannot start the linker: ", textOf(control.takeError()));
         session_ = std::make_unique<llvm::orc::ExecutionSession>(std::move(*control));
-        session_->setErrorReporter([](llvm::Error error) {
-            log(LogLevel::kError, "compiler", textOf(std::move(error)));
-        });
+        session_->setErrorReporter(
+            [](llvm::Error error) { log(LogLevel::kError, "compiler", textOf(std::move(error))); });
         linker_ = std::make_unique<llvm::orc::ObjectLinkingLayer>(
             *session_, session_->getExecutorProcessControl().getMemMgr());
         runtime_ = &session_->createBareJITDylib("runtime");
@@ -133,8 +134,7 @@ public:
             log(LogLevel::kError, "compiler", "cannot free code: " + textOf(std::move(error)));
     }
 
-    void link(std::unique_ptr<llvm::MemoryBuffer> object,
-              const std::vector<std::string>& symbols) {
+    void link(std::unique_ptr<llvm::MemoryBuffer> object, const std::vector<std::string>& symbols) {
         Session& session = Session::get();
         if (llvm::Error error = session.linker().add(library_, std::move(object)))
             fail(ErrorCode::kInternal, "cannot add code: ", textOf(std::move(error)));
@@ -195,7 +195,9 @@ LentMachine::LentMachine(OptLevel level) : machine_(pool().take()) {
                                                   : llvm::CodeGenOptLevel::Default);
 }
 
-LentMachine::~LentMachine() { pool().give(std::move(machine_)); }
+LentMachine::~LentMachine() {
+    pool().give(std::move(machine_));
+}
 
 std::unique_ptr<LoadedCode> loadModule(Unit& unit, LentMachine& machine,
                                        const std::vector<std::string>& symbols) {
@@ -206,8 +208,8 @@ std::unique_ptr<LoadedCode> loadModule(Unit& unit, LentMachine& machine,
     {
         llvm::raw_svector_ostream stream(object);
         llvm::legacy::PassManager passes;
-        if (machine->addPassesToEmitFile(passes, stream, nullptr,
-                                         llvm::CodeGenFileType::ObjectFile, true))
+        if (machine->addPassesToEmitFile(passes, stream, nullptr, llvm::CodeGenFileType::ObjectFile,
+                                         true))
             fail(ErrorCode::kInternal, "the code generator cannot write object code");
         passes.run(unit.module());
     }

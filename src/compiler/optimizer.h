@@ -14,10 +14,10 @@ public:
     Optimizer(Unit& unit, llvm::TargetMachine& machine, OptLevel level);
     ~Optimizer();
 
-    void promote();      // registers and local arrays out of memory
+    void promote(); // registers and local arrays out of memory
     void inlineAlways();
-    void flushes();      // see FlushPass
-    void optimize();     // everything else
+    void flushes();  // see FlushPass
+    void optimize(); // everything else
     void dump(const char* stage);
 
 private:

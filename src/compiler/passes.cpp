@@ -151,8 +151,7 @@ private:
 
 } // namespace
 
-llvm::PreservedAnalyses PointerPass::run(llvm::Function& function,
-                                         llvm::FunctionAnalysisManager&) {
+llvm::PreservedAnalyses PointerPass::run(llvm::Function& function, llvm::FunctionAnalysisManager&) {
     std::vector<llvm::IntToPtrInst*> casts;
     for (llvm::Instruction& instruction : llvm::instructions(function))
         if (auto* cast = llvm::dyn_cast<llvm::IntToPtrInst>(&instruction))
@@ -176,8 +175,7 @@ llvm::PreservedAnalyses PointerPass::run(llvm::Function& function,
             continue;
         llvm::IRBuilder<> builder(sum->getNextNode());
         Value* base = builder.CreateIntToPtr(sum->getOperand(0), builder.getPtrTy());
-        cast->replaceAllUsesWith(
-            builder.CreateGEP(builder.getInt8Ty(), base, sum->getOperand(1)));
+        cast->replaceAllUsesWith(builder.CreateGEP(builder.getInt8Ty(), base, sum->getOperand(1)));
         cast->eraseFromParent();
         changed = true;
     }

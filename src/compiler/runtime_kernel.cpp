@@ -68,8 +68,9 @@ void convert(std::string& out, const std::string& spec, int longs, char conversi
     switch (conversion) {
     case 'd':
     case 'i':
-        append(out, spec + "lld", longs > 0 ? arguments.take<long long>()
-                                            : static_cast<long long>(arguments.take<int>()));
+        append(out, spec + "lld",
+               longs > 0 ? arguments.take<long long>()
+                         : static_cast<long long>(arguments.take<int>()));
         break;
     case 'u':
     case 'x':
@@ -153,8 +154,12 @@ void reportAssertion(void*, const char* condition, const char* file, uint32_t li
                  function ? function : "?", condition ? condition : "?");
 }
 
-void* allocate(void*, uint64_t size) { return std::malloc(size); }
-void release(void*, void* memory) { std::free(memory); }
+void* allocate(void*, uint64_t size) {
+    return std::malloc(size);
+}
+void release(void*, void* memory) {
+    std::free(memory);
+}
 
 uint64_t globalTimer() {
     return uint64_t(std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -173,7 +178,9 @@ void arrive(KernelThread* thread, uint32_t id, uint32_t threads) {
     functionsOf(thread)->arrive(thread, id, threads);
 }
 
-uint32_t activeMask(KernelThread* thread) { return functionsOf(thread)->activeMask(thread); }
+uint32_t activeMask(KernelThread* thread) {
+    return functionsOf(thread)->activeMask(thread);
+}
 
 struct Gathered {
     uint64_t values[32];
@@ -193,10 +200,14 @@ uint32_t vote(KernelThread* thread, uint32_t mode, uint32_t mask, uint32_t predi
         if (all.present >> lane & 1 && all.values[lane])
             ballot |= 1u << lane;
     switch (mode) {
-    case 0: return ballot == all.present;
-    case 1: return ballot != 0;
-    case 2: return ballot == 0 || ballot == all.present;
-    default: return ballot;
+    case 0:
+        return ballot == all.present;
+    case 1:
+        return ballot != 0;
+    case 2:
+        return ballot == 0 || ballot == all.present;
+    default:
+        return ballot;
     }
 }
 
@@ -253,14 +264,29 @@ uint32_t reduce(KernelThread* thread, uint32_t op, uint32_t mask, uint32_t value
             continue;
         const uint32_t other = uint32_t(all.values[lane]);
         switch (op) {
-        case 0: result += other; break;
-        case 1: result &= other; break;
-        case 2: result |= other; break;
-        case 3: result ^= other; break;
-        case 4: result = uint32_t(std::min(int32_t(result), int32_t(other))); break;
-        case 5: result = std::min(result, other); break;
-        case 6: result = uint32_t(std::max(int32_t(result), int32_t(other))); break;
-        default: result = std::max(result, other);
+        case 0:
+            result += other;
+            break;
+        case 1:
+            result &= other;
+            break;
+        case 2:
+            result |= other;
+            break;
+        case 3:
+            result ^= other;
+            break;
+        case 4:
+            result = uint32_t(std::min(int32_t(result), int32_t(other)));
+            break;
+        case 5:
+            result = std::min(result, other);
+            break;
+        case 6:
+            result = uint32_t(std::max(int32_t(result), int32_t(other)));
+            break;
+        default:
+            result = std::max(result, other);
         }
     }
     return result;

@@ -10,11 +10,21 @@ namespace sunstone::compiler {
 
 namespace {
 
-float sine(float x) { return std::sin(x); }
-float cosine(float x) { return std::cos(x); }
-float logarithm2(float x) { return std::log2(x); }
-float exponential2(float x) { return std::exp2(x); }
-float hyperbolicTangent(float x) { return std::tanh(x); }
+float sine(float x) {
+    return std::sin(x);
+}
+float cosine(float x) {
+    return std::cos(x);
+}
+float logarithm2(float x) {
+    return std::log2(x);
+}
+float exponential2(float x) {
+    return std::exp2(x);
+}
+float hyperbolicTangent(float x) {
+    return std::tanh(x);
+}
 
 // fns: the position of the n-th set bit of `mask`, counted from `base` upwards (n > 0) or
 // downwards (n < 0); n = 0 asks whether bit `base` is set. All ones if there is none.

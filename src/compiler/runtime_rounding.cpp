@@ -122,7 +122,9 @@ double fromSigned64(int64_t a) {
     return result;
 }
 // Halved with the lost bit kept sticky: the rounding is the same, and doubling is exact.
-uint64_t halved(uint64_t a) { return (a >> 1) | (a & 1); }
+uint64_t halved(uint64_t a) {
+    return (a >> 1) | (a & 1);
+}
 
 template <unsigned mode>
 float fromUnsigned32(uint64_t a) {
@@ -189,8 +191,12 @@ uint16_t brainFromFloat(float a, bool nearest) {
         bits += 0x7fff + (bits >> 16 & 1);
     return uint16_t(bits >> 16);
 }
-uint16_t brainNearest(float a) { return brainFromFloat(a, true); }
-uint16_t brainZero(float a) { return brainFromFloat(a, false); }
+uint16_t brainNearest(float a) {
+    return brainFromFloat(a, true);
+}
+uint16_t brainZero(float a) {
+    return brainFromFloat(a, false);
+}
 
 template <class Function>
 const void* addressOf(Function* function) {
@@ -223,14 +229,17 @@ void addMode(std::vector<RuntimeSymbol>& symbols, const char* const (&names)[19]
 }
 
 #define SUNSTONE_MODE_NAMES(mode)                                                                  \
-    {"sunstone_add_" mode "_f32",  "sunstone_add_" mode "_f64",     "sunstone_sub_" mode "_f32",   \
-     "sunstone_sub_" mode "_f64",  "sunstone_mul_" mode "_f32",     "sunstone_mul_" mode "_f64",   \
-     "sunstone_div_" mode "_f32",  "sunstone_div_" mode "_f64",     "sunstone_sqrt_" mode "_f32",  \
-     "sunstone_sqrt_" mode "_f64", "sunstone_fma_" mode "_f32",     "sunstone_fma_" mode "_f64",   \
-     "sunstone_cvt_" mode "_f32_f64", "sunstone_cvt_" mode "_f32_s64",                             \
-     "sunstone_cvt_" mode "_f32_u64", "sunstone_cvt_" mode "_f64_s64",                             \
-     "sunstone_cvt_" mode "_f64_u64", "sunstone_cvt_" mode "_f16_f32",                             \
-     "sunstone_cvt_" mode "_f16_f64"}
+    {                                                                                              \
+        "sunstone_add_" mode "_f32", "sunstone_add_" mode "_f64", "sunstone_sub_" mode "_f32",     \
+            "sunstone_sub_" mode "_f64", "sunstone_mul_" mode "_f32", "sunstone_mul_" mode "_f64", \
+            "sunstone_div_" mode "_f32", "sunstone_div_" mode "_f64",                              \
+            "sunstone_sqrt_" mode "_f32", "sunstone_sqrt_" mode "_f64",                            \
+            "sunstone_fma_" mode "_f32", "sunstone_fma_" mode "_f64",                              \
+            "sunstone_cvt_" mode "_f32_f64", "sunstone_cvt_" mode "_f32_s64",                      \
+            "sunstone_cvt_" mode "_f32_u64", "sunstone_cvt_" mode "_f64_s64",                      \
+            "sunstone_cvt_" mode "_f64_u64", "sunstone_cvt_" mode "_f16_f32",                      \
+            "sunstone_cvt_" mode "_f16_f64"                                                        \
+    }
 
 // What the code generator calls for `fptrunc` to half; half travels in an SSE register.
 typedef float __attribute__((vector_size(16))) Lanes;
@@ -240,8 +249,12 @@ Lanes asLanes(uint16_t half) {
     std::memcpy(&result, &lanes, 16);
     return result;
 }
-Lanes truncSingle(float a) { return asLanes(toHalf(a, 0)); }
-Lanes truncDouble(double a) { return asLanes(toHalf(a, 0)); }
+Lanes truncSingle(float a) {
+    return asLanes(toHalf(a, 0));
+}
+Lanes truncDouble(double a) {
+    return asLanes(toHalf(a, 0));
+}
 
 float extendHalf(Lanes half) {
     uint16_t bits = 0;

@@ -36,8 +36,12 @@ struct Case {
     uint64_t expected;
 };
 
-inline uint64_t bits(float value) { return std::bit_cast<uint32_t>(value); }
-inline uint64_t bits(double value) { return std::bit_cast<uint64_t>(value); }
+inline uint64_t bits(float value) {
+    return std::bit_cast<uint32_t>(value);
+}
+inline uint64_t bits(double value) {
+    return std::bit_cast<uint64_t>(value);
+}
 
 inline std::string kernelOf(const Case& test, size_t number) {
     std::string text = ".visible .entry k" + std::to_string(number) +
@@ -54,12 +58,24 @@ inline std::string kernelOf(const Case& test, size_t number) {
     }
     text += std::string(test.text) + "\n";
     switch (test.result) {
-    case 'r': text += "st.u32 [%out], %r0;"; break;
-    case 'd': text += "st.u64 [%out], %rd0;"; break;
-    case 's': text += "st.u16 [%out], %rs0;"; break;
-    case 'f': text += "st.f32 [%out], %f0;"; break;
-    case 'F': text += "st.f64 [%out], %fd0;"; break;
-    case 'p': text += "selp.u32 %r0, 1, 0, %p0; st.u32 [%out], %r0;"; break;
+    case 'r':
+        text += "st.u32 [%out], %r0;";
+        break;
+    case 'd':
+        text += "st.u64 [%out], %rd0;";
+        break;
+    case 's':
+        text += "st.u16 [%out], %rs0;";
+        break;
+    case 'f':
+        text += "st.f32 [%out], %f0;";
+        break;
+    case 'F':
+        text += "st.f64 [%out], %fd0;";
+        break;
+    case 'p':
+        text += "selp.u32 %r0, 1, 0, %p0; st.u32 [%out], %r0;";
+        break;
     }
     return text + "\nret;\n}\n";
 }

@@ -8,7 +8,7 @@ namespace {
 
 struct Operator {
     std::string_view name;
-    llvm::CmpInst::Predicate ordered;  // floats
+    llvm::CmpInst::Predicate ordered; // floats
     llvm::CmpInst::Predicate asSigned;
     llvm::CmpInst::Predicate asUnsigned;
 };
@@ -98,11 +98,10 @@ void FunctionTranslator::setValue(const ptx::Instruction& instruction) {
         rejectForm(instruction);
     const ptx::Operand* with =
         instruction.operands.size() == 4 ? &instruction.operands[3] : nullptr;
-    Value* result =
-        combine(instruction,
-                comparison(instruction, instruction.operands[1], instruction.operands[2],
-                           instruction.types[1]),
-                with);
+    Value* result = combine(instruction,
+                            comparison(instruction, instruction.operands[1],
+                                       instruction.operands[2], instruction.types[1]),
+                            with);
     const ptx::Type to = instruction.types[0];
     if (to == ptx::Type::kF32 || to == ptx::Type::kF16)
         result = builder_.CreateUIToFP(result, typeOf(to));
@@ -116,10 +115,9 @@ void FunctionTranslator::setValue(const ptx::Instruction& instruction) {
 void FunctionTranslator::select(const ptx::Instruction& instruction) {
     operandCount(instruction, 4, 4);
     const ptx::Type type = lastType(instruction);
-    write(instruction.operands[0],
-          builder_.CreateSelect(readInt(instruction.operands[3], 1),
-                                read(instruction.operands[1], type),
-                                read(instruction.operands[2], type)));
+    write(instruction.operands[0], builder_.CreateSelect(readInt(instruction.operands[3], 1),
+                                                         read(instruction.operands[1], type),
+                                                         read(instruction.operands[2], type)));
 }
 
 // slct d, a, b, c: a where c >= 0 (-0 counts as 0, NaN takes b).
@@ -130,9 +128,9 @@ void FunctionTranslator::selectBySign(const ptx::Instruction& instruction) {
     const ptx::Type type = instruction.types[0];
     Value* chosen = nullptr;
     if (instruction.types[1] == ptx::Type::kF32)
-        chosen = builder_.CreateFCmpOGE(
-            readFloat(instruction, instruction.operands[3], ptx::Type::kF32),
-            llvm::ConstantFP::get(builder_.getFloatTy(), 0.0));
+        chosen =
+            builder_.CreateFCmpOGE(readFloat(instruction, instruction.operands[3], ptx::Type::kF32),
+                                   llvm::ConstantFP::get(builder_.getFloatTy(), 0.0));
     else
         chosen = builder_.CreateICmpSGE(readInt(instruction.operands[3], 32), builder_.getInt32(0));
     write(instruction.operands[0],

@@ -46,30 +46,34 @@ void FunctionTranslator::branchIndexed(const ptx::Instruction& instruction) {
         builder_.CreateCondBr(guard, taken, next);
         builder_.SetInsertPoint(taken);
     }
-    auto* jump = builder_.CreateSwitch(readInt(instruction.operands[0], 32),
-                                       labels_[targets->labels[0]],
-                                       unsigned(targets->labels.size()));
+    auto* jump =
+        builder_.CreateSwitch(readInt(instruction.operands[0], 32), labels_[targets->labels[0]],
+                              unsigned(targets->labels.size()));
     for (size_t i = 1; i < targets->labels.size(); ++i)
         jump->addCase(builder_.getInt32(uint32_t(i)), labels_[targets->labels[i]]);
     if (next)
         builder_.SetInsertPoint(next);
 }
 
-void FunctionTranslator::returnFrom(const ptx::Instruction&) { emitReturn(); }
+void FunctionTranslator::returnFrom(const ptx::Instruction&) {
+    emitReturn();
+}
 
 void FunctionTranslator::exitThread(const ptx::Instruction& instruction) {
     if (!source_.isEntry) {
         if (!isKernel())
             reject(instruction, ErrorCode::kNotSupported, "exit outside a program");
-        builder_.CreateCall(unit_.helper("sunstone_exit", builder_.getVoidTy(),
-                                         {builder_.getPtrTy()}, false),
-                            {state()});
+        builder_.CreateCall(
+            unit_.helper("sunstone_exit", builder_.getVoidTy(), {builder_.getPtrTy()}, false),
+            {state()});
         facts_.barriers = true; // its launcher must be able to end one thread
     }
     emitReturn();
 }
 
-void FunctionTranslator::trap(const ptx::Instruction&) { emitTrap(); }
+void FunctionTranslator::trap(const ptx::Instruction&) {
+    emitTrap();
+}
 
 // Ends the thread through its launcher, which does not come back; should it do so nevertheless,
 // the function returns.
@@ -88,10 +92,10 @@ void FunctionTranslator::emitTrap() {
         auto* type = llvm::FunctionType::get(
             builder_.getVoidTy(),
             {builder_.getPtrTy(), intType(32), intType(32), builder_.getPtrTy()}, false);
-        builder_.CreateCall(
-            type, handler,
-            {state(), builder_.getInt32(uint32_t(devlib::kExceptionTrap)), builder_.getInt32(0),
-             llvm::ConstantPointerNull::get(builder_.getPtrTy())});
+        builder_.CreateCall(type, handler,
+                            {state(), builder_.getInt32(uint32_t(devlib::kExceptionTrap)),
+                             builder_.getInt32(0),
+                             llvm::ConstantPointerNull::get(builder_.getPtrTy())});
     }
     emitReturn();
 }
@@ -107,7 +111,8 @@ void FunctionTranslator::call(const ptx::Instruction& instruction) {
             reject(instruction, ErrorCode::kInvalidPtx, "callee is not declared");
         const Signature signature = unit_.signature(declared->results, declared->parameters);
         if (callee->getFunctionType() != signature.type)
-            reject(instruction, ErrorCode::kInvalidPtx, "callee is a program or differs in parameters");
+            reject(instruction, ErrorCode::kInvalidPtx,
+                   "callee is a program or differs in parameters");
         return callFunction(instruction, callee, signature, declared->results,
                             declared->parameters);
     }
@@ -153,7 +158,8 @@ void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value
                 reject(instruction, ErrorCode::kInvalidPtx, "result variable is too small");
             if (!memory) {
                 llvm::IRBuilder<> top(entry_, entry_->begin());
-                memory = top.CreateAlloca(intType(unsigned(std::max<uint64_t>(1, results[i].size)) * 8));
+                memory =
+                    top.CreateAlloca(intType(unsigned(std::max<uint64_t>(1, results[i].size)) * 8));
                 registerResults.emplace_back(memory, &instruction.results[i]);
             }
             arguments.push_back(memory);
@@ -200,32 +206,31 @@ void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value
             return emitReturn();
 }
 
-void FunctionTranslator::callIntrinsic(const ptx::Instruction& instruction,
-                                       std::string_view name) {
+void FunctionTranslator::callIntrinsic(const ptx::Instruction& instruction, std::string_view name) {
     const Intrinsic* intrinsic = findIntrinsic(name);
     if (isKernel())
         failAt(ErrorCode::kInvalidPtx, instruction.location, "\"", name,
                "\" can only be called in OptiX programs");
     if (!intrinsic)
-        failAt(ErrorCode::kInvalidPtx, instruction.location, "unknown OptiX function \"", name, "\"");
+        failAt(ErrorCode::kInvalidPtx, instruction.location, "unknown OptiX function \"", name,
+               "\"");
     if (intrinsic->op == IntrinsicOp::kLater)
         failAt(ErrorCode::kNotSupported, instruction.location, "\"", name, "\" is not available");
     if (instruction.arguments.size() != intrinsic->operands.size() ||
         instruction.results.size() != intrinsic->results.size())
         failAt(ErrorCode::kInvalidPtx, instruction.location, "\"", name, "\" is called with ",
                instruction.arguments.size(), " arguments and ", instruction.results.size(),
-               " results; it has ", intrinsic->operands.size(), " and ",
-               intrinsic->results.size());
+               " results; it has ", intrinsic->operands.size(), " and ", intrinsic->results.size());
     llvm::Function* callee = unit_.intrinsic(*intrinsic, name);
     std::vector<Value*> arguments = {state()};
     for (size_t i = 0; i < instruction.arguments.size(); ++i)
-        arguments.push_back(
-            readAs(instruction.arguments[i], callee->getFunctionType()->getParamType(unsigned(i) + 1)));
+        arguments.push_back(readAs(instruction.arguments[i],
+                                   callee->getFunctionType()->getParamType(unsigned(i) + 1)));
     llvm::CallInst* result = builder_.CreateCall(callee, arguments);
-    result->setMetadata("sunstone.line",
-                        llvm::MDNode::get(unit_.context(),
-                                          llvm::ConstantAsMetadata::get(
-                                              builder_.getInt32(instruction.location.line))));
+    result->setMetadata(
+        "sunstone.line",
+        llvm::MDNode::get(unit_.context(), llvm::ConstantAsMetadata::get(
+                                               builder_.getInt32(instruction.location.line))));
     if (instruction.results.size() == 1)
         write(instruction.results[0], result);
     else

@@ -6,8 +6,12 @@ namespace sunstone::compiler {
 
 namespace {
 
-bool isHalf(ptx::Type type) { return type == ptx::Type::kF16; }
-bool isBrain(ptx::Type type) { return type == ptx::Type::kBF16; }
+bool isHalf(ptx::Type type) {
+    return type == ptx::Type::kF16;
+}
+bool isBrain(ptx::Type type) {
+    return type == ptx::Type::kBF16;
+}
 
 } // namespace
 
@@ -72,11 +76,11 @@ Value* FunctionTranslator::floatToFloat(const ptx::Instruction& instruction, Val
             reject(instruction, ErrorCode::kNotSupported, "bfloat16 from .f64 is not available");
         if (isHalf(from))
             value = builder_.CreateFPExt(value, builder_.getFloatTy());
-        return builder_.CreateCall(
-            unit_.helper(rounding == Rounding::kZero ? "sunstone_bf16_rz_f32"
-                                                     : "sunstone_bf16_rn_f32",
-                         intType(16), {builder_.getFloatTy()}),
-            {value});
+        return builder_.CreateCall(unit_.helper(rounding == Rounding::kZero
+                                                    ? "sunstone_bf16_rz_f32"
+                                                    : "sunstone_bf16_rn_f32",
+                                                intType(16), {builder_.getFloatTy()}),
+                                   {value});
     }
     if (toBytes > fromBytes) {
         value = builder_.CreateFPExt(value, target);
@@ -88,9 +92,9 @@ Value* FunctionTranslator::floatToFloat(const ptx::Instruction& instruction, Val
             message("sunstone_cvt_", kNames[unsigned(rounding)], isHalf(to) ? "_f16" : "_f32",
                     from == ptx::Type::kF64 ? "_f64" : "_f32");
         llvm::Type* returned = isHalf(to) ? intType(16) : target;
-        value = coerce(builder_.CreateCall(
-                           unit_.helper(name.c_str(), returned, {typeOf(from)}), {value}),
-                       target);
+        value = coerce(
+            builder_.CreateCall(unit_.helper(name.c_str(), returned, {typeOf(from)}), {value}),
+            target);
     }
     if (instruction.has("sat"))
         value = saturate(value);
@@ -165,9 +169,9 @@ Value* FunctionTranslator::intToInt(const ptx::Instruction& instruction, Value* 
         // Compared in a width that holds both ranges.
         llvm::IntegerType* wide = intType(std::max(fromBits, toBits) + 1);
         value = fromSigned ? builder_.CreateSExt(value, wide) : builder_.CreateZExt(value, wide);
-        const llvm::APInt low = toSigned
-                                    ? llvm::APInt::getSignedMinValue(toBits).sext(wide->getBitWidth())
-                                    : llvm::APInt(wide->getBitWidth(), 0);
+        const llvm::APInt low =
+            toSigned ? llvm::APInt::getSignedMinValue(toBits).sext(wide->getBitWidth())
+                     : llvm::APInt(wide->getBitWidth(), 0);
         const llvm::APInt high =
             toSigned ? llvm::APInt::getSignedMaxValue(toBits).sext(wide->getBitWidth())
                      : llvm::APInt::getMaxValue(toBits).zext(wide->getBitWidth());
@@ -187,11 +191,11 @@ void FunctionTranslator::convertPacked(const ptx::Instruction& instruction) {
     Value* packed = builder_.getInt32(0);
     for (unsigned i = 0; i < 2; ++i) {
         Value* value = readFloat(instruction, instruction.operands[2 - i], from);
-        Value* part = floatToFloat(instruction, value, from,
-                                   half ? ptx::Type::kF16 : ptx::Type::kBF16);
-        packed = builder_.CreateOr(packed,
-                                   builder_.CreateShl(coerce(coerce(part, intType(16)), intType(32)),
-                                                      uint64_t(i) * 16));
+        Value* part =
+            floatToFloat(instruction, value, from, half ? ptx::Type::kF16 : ptx::Type::kBF16);
+        packed = builder_.CreateOr(
+            packed,
+            builder_.CreateShl(coerce(coerce(part, intType(16)), intType(32)), uint64_t(i) * 16));
     }
     write(instruction.operands[0], packed);
 }

@@ -17,10 +17,14 @@ namespace {
 
 const char* suffixOf(Rounding rounding) {
     switch (rounding) {
-    case Rounding::kZero: return "rz";
-    case Rounding::kDown: return "rm";
-    case Rounding::kUp: return "rp";
-    default: return "rn";
+    case Rounding::kZero:
+        return "rz";
+    case Rounding::kDown:
+        return "rm";
+    case Rounding::kUp:
+        return "rp";
+    default:
+        return "rn";
     }
 }
 
@@ -69,8 +73,8 @@ Value* FunctionTranslator::flush(Value* value) {
         return value;
     Value* tiny = builder_.CreateFCmpOLT(intrinsicCall(llvm::Intrinsic::fabs, {value}),
                                          llvm::ConstantFP::get(type, 0x1p-14));
-    Value* zero = intrinsicCall(llvm::Intrinsic::copysign,
-                                {llvm::Constant::getNullValue(type), value});
+    Value* zero =
+        intrinsicCall(llvm::Intrinsic::copysign, {llvm::Constant::getNullValue(type), value});
     return builder_.CreateSelect(tiny, zero, value);
 }
 
@@ -144,8 +148,8 @@ void FunctionTranslator::fusedMultiplyAdd(const ptx::Instruction& instruction) {
         llvm::Type* wide = builder_.getDoubleTy();
         if (type == ptx::Type::kF16x2)
             wide = llvm::FixedVectorType::get(wide, 2);
-        Value* product = builder_.CreateFMul(builder_.CreateFPExt(a, wide),
-                                             builder_.CreateFPExt(b, wide));
+        Value* product =
+            builder_.CreateFMul(builder_.CreateFPExt(a, wide), builder_.CreateFPExt(b, wide));
         Value* sum = builder_.CreateFAdd(product, builder_.CreateFPExt(c, wide));
         result = builder_.CreateFPTrunc(sum, a->getType());
     } else {
@@ -190,8 +194,8 @@ void FunctionTranslator::reciprocalSquareRoot(const ptx::Instruction& instructio
     operandCount(instruction, 2, 2);
     Value* a = readFloat(instruction, instruction.operands[1], floatType(instruction));
     Value* root = intrinsicCall(llvm::Intrinsic::sqrt, {a});
-    writeFloat(instruction,
-               builder_.CreateFDiv(llvm::ConstantFP::get(a->getType(), 1.0), root), false);
+    writeFloat(instruction, builder_.CreateFDiv(llvm::ConstantFP::get(a->getType(), 1.0), root),
+               false);
 }
 
 void FunctionTranslator::transcendental(const ptx::Instruction& instruction) {
@@ -286,9 +290,9 @@ void FunctionTranslator::floatMinimum(const ptx::Instruction& instruction) {
 void FunctionTranslator::copySign(const ptx::Instruction& instruction) {
     operandCount(instruction, 3, 3);
     const ptx::Type type = floatType(instruction);
-    write(instruction.operands[0], intrinsicCall(llvm::Intrinsic::copysign,
-                                                 {read(instruction.operands[2], type),
-                                                  read(instruction.operands[1], type)}));
+    write(instruction.operands[0],
+          intrinsicCall(llvm::Intrinsic::copysign, {read(instruction.operands[2], type),
+                                                    read(instruction.operands[1], type)}));
 }
 
 void FunctionTranslator::testProperty(const ptx::Instruction& instruction) {

@@ -8,7 +8,9 @@ namespace sunstone::compiler {
 
 namespace {
 
-llvm::StringRef toRef(std::string_view text) { return {text.data(), text.size()}; }
+llvm::StringRef toRef(std::string_view text) {
+    return {text.data(), text.size()};
+}
 
 } // namespace
 
@@ -127,15 +129,14 @@ void FunctionTranslator::classifyRegisters() {
         for (uint32_t k = 0; k < std::max(1u, reg.vector); ++k) {
             const uint32_t slot = firstSlot_[i] + k;
             const unsigned bits = bitsOf(reg.type);
-            const bool declaredFloat =
-                reg.type == ptx::Type::kF32 || reg.type == ptx::Type::kF64;
-            const bool asFloat = (declaredFloat || floatVotes[slot] > 0) &&
-                                 (bits == 32 || bits == 64);
+            const bool declaredFloat = reg.type == ptx::Type::kF32 || reg.type == ptx::Type::kF64;
+            const bool asFloat =
+                (declaredFloat || floatVotes[slot] > 0) && (bits == 32 || bits == 64);
             if (regionOf[slot] == kNowhere)
                 continue; // never used: declared ranges are generous
-            slots_[slot].type = asFloat ? (bits == 32 ? builder_.getFloatTy()
-                                                      : builder_.getDoubleTy())
-                                        : static_cast<llvm::Type*>(intType(bits));
+            slots_[slot].type = asFloat
+                                    ? (bits == 32 ? builder_.getFloatTy() : builder_.getDoubleTy())
+                                    : static_cast<llvm::Type*>(intType(bits));
             slots_[slot].region = regionOf[slot] == kSeveral ? 1 : 0;
         }
     }
@@ -248,9 +249,9 @@ void FunctionTranslator::emitReturn() {
         const ptx::Variable& result = source_.results[i];
         if (signature.returnsValue) {
             llvm::Type* type = signature.type->getReturnType();
-            Value* value = reg != ~0u ? coerce(readSlot(firstSlot_[reg]), type)
-                                      : builder_.CreateAlignedLoad(type, locals_[result.name],
-                                                                   llvm::Align(1));
+            Value* value =
+                reg != ~0u ? coerce(readSlot(firstSlot_[reg]), type)
+                           : builder_.CreateAlignedLoad(type, locals_[result.name], llvm::Align(1));
             builder_.CreateRet(value);
             return;
         }
@@ -326,44 +327,103 @@ const FunctionTranslator::Handlers& FunctionTranslator::handlers() {
     using T = FunctionTranslator;
     static const Handlers table = {
         // data movement
-        {"mov", &T::move}, {"ld", &T::load}, {"ldu", &T::load}, {"st", &T::store},
-        {"atom", &T::atomic}, {"red", &T::atomic}, {"cvta", &T::convertAddress},
-        {"membar", &T::fence}, {"fence", &T::fence}, {"prefetch", &T::noOperation},
-        {"prefetchu", &T::noOperation}, {"discard", &T::noOperation},
-        {"applypriority", &T::noOperation}, {"nanosleep", &T::noOperation},
-        {"pmevent", &T::noOperation}, {"createpolicy", &T::noOperation},
+        {"mov", &T::move},
+        {"ld", &T::load},
+        {"ldu", &T::load},
+        {"st", &T::store},
+        {"atom", &T::atomic},
+        {"red", &T::atomic},
+        {"cvta", &T::convertAddress},
+        {"membar", &T::fence},
+        {"fence", &T::fence},
+        {"prefetch", &T::noOperation},
+        {"prefetchu", &T::noOperation},
+        {"discard", &T::noOperation},
+        {"applypriority", &T::noOperation},
+        {"nanosleep", &T::noOperation},
+        {"pmevent", &T::noOperation},
+        {"createpolicy", &T::noOperation},
         // arithmetic; the handlers pass on to floating point by type
-        {"add", &T::add}, {"addc", &T::add}, {"sub", &T::subtract}, {"subc", &T::subtract},
-        {"mul", &T::multiply}, {"mad", &T::multiplyAdd}, {"madc", &T::multiplyAdd},
-        {"mul24", &T::multiply24}, {"mad24", &T::multiply24}, {"sad", &T::sumAbsoluteDifference},
-        {"div", &T::divide}, {"rem", &T::remainder}, {"neg", &T::negate}, {"abs", &T::absolute},
-        {"min", &T::minimum}, {"max", &T::minimum}, {"dp4a", &T::dotProduct},
-        {"dp2a", &T::dotProduct}, {"fma", &T::fusedMultiplyAdd}, {"rcp", &T::reciprocal},
-        {"sqrt", &T::squareRoot}, {"rsqrt", &T::reciprocalSquareRoot},
-        {"sin", &T::transcendental}, {"cos", &T::transcendental}, {"lg2", &T::transcendental},
-        {"ex2", &T::transcendental}, {"tanh", &T::transcendental}, {"copysign", &T::copySign},
+        {"add", &T::add},
+        {"addc", &T::add},
+        {"sub", &T::subtract},
+        {"subc", &T::subtract},
+        {"mul", &T::multiply},
+        {"mad", &T::multiplyAdd},
+        {"madc", &T::multiplyAdd},
+        {"mul24", &T::multiply24},
+        {"mad24", &T::multiply24},
+        {"sad", &T::sumAbsoluteDifference},
+        {"div", &T::divide},
+        {"rem", &T::remainder},
+        {"neg", &T::negate},
+        {"abs", &T::absolute},
+        {"min", &T::minimum},
+        {"max", &T::minimum},
+        {"dp4a", &T::dotProduct},
+        {"dp2a", &T::dotProduct},
+        {"fma", &T::fusedMultiplyAdd},
+        {"rcp", &T::reciprocal},
+        {"sqrt", &T::squareRoot},
+        {"rsqrt", &T::reciprocalSquareRoot},
+        {"sin", &T::transcendental},
+        {"cos", &T::transcendental},
+        {"lg2", &T::transcendental},
+        {"ex2", &T::transcendental},
+        {"tanh", &T::transcendental},
+        {"copysign", &T::copySign},
         {"testp", &T::testProperty},
         // bits
-        {"and", &T::logic}, {"or", &T::logic}, {"xor", &T::logic}, {"not", &T::logicNot},
-        {"cnot", &T::logicNot}, {"lop3", &T::lookup3}, {"shl", &T::shift}, {"shr", &T::shift},
-        {"shf", &T::funnelShift}, {"bfe", &T::extractField}, {"bfi", &T::insertField},
-        {"bfind", &T::findBit}, {"clz", &T::countBits}, {"popc", &T::countBits},
-        {"brev", &T::countBits}, {"bmsk", &T::fieldMask}, {"prmt", &T::permute},
-        {"fns", &T::findNthSet}, {"szext", &T::extractField},
+        {"and", &T::logic},
+        {"or", &T::logic},
+        {"xor", &T::logic},
+        {"not", &T::logicNot},
+        {"cnot", &T::logicNot},
+        {"lop3", &T::lookup3},
+        {"shl", &T::shift},
+        {"shr", &T::shift},
+        {"shf", &T::funnelShift},
+        {"bfe", &T::extractField},
+        {"bfi", &T::insertField},
+        {"bfind", &T::findBit},
+        {"clz", &T::countBits},
+        {"popc", &T::countBits},
+        {"brev", &T::countBits},
+        {"bmsk", &T::fieldMask},
+        {"prmt", &T::permute},
+        {"fns", &T::findNthSet},
+        {"szext", &T::extractField},
         // comparison, conversion
-        {"setp", &T::setPredicate}, {"set", &T::setValue}, {"selp", &T::select},
-        {"slct", &T::selectBySign}, {"cvt", &T::convert},
+        {"setp", &T::setPredicate},
+        {"set", &T::setValue},
+        {"selp", &T::select},
+        {"slct", &T::selectBySign},
+        {"cvt", &T::convert},
         // control
-        {"bra", &T::branch}, {"brx", &T::branchIndexed}, {"ret", &T::returnFrom},
-        {"exit", &T::exitThread}, {"trap", &T::trap}, {"brkpt", &T::noOperation},
+        {"bra", &T::branch},
+        {"brx", &T::branchIndexed},
+        {"ret", &T::returnFrom},
+        {"exit", &T::exitThread},
+        {"trap", &T::trap},
+        {"brkpt", &T::noOperation},
         {"call", &T::call},
         // threads
-        {"bar", &T::barrier}, {"barrier", &T::barrier}, {"vote", &T::vote}, {"shfl", &T::shuffle},
-        {"match", &T::match}, {"redux", &T::reduceWarp}, {"activemask", &T::activeMask},
+        {"bar", &T::barrier},
+        {"barrier", &T::barrier},
+        {"vote", &T::vote},
+        {"shfl", &T::shuffle},
+        {"match", &T::match},
+        {"redux", &T::reduceWarp},
+        {"activemask", &T::activeMask},
         {"elect", &T::elect},
         // textures
-        {"tex", &T::texture}, {"tld4", &T::texture}, {"txq", &T::texture}, {"suld", &T::texture},
-        {"sust", &T::texture}, {"sured", &T::texture}, {"suq", &T::texture},
+        {"tex", &T::texture},
+        {"tld4", &T::texture},
+        {"txq", &T::texture},
+        {"suld", &T::texture},
+        {"sust", &T::texture},
+        {"sured", &T::texture},
+        {"suq", &T::texture},
     };
     return table;
 }

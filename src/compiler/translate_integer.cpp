@@ -34,18 +34,18 @@ void FunctionTranslator::addInteger(const ptx::Instruction& instruction, Value* 
     const ptx::Operand& target = instruction.operands[0];
     const bool isSigned = ptx::isSigned(lastType(instruction));
     if (instruction.has("sat")) {
-        write(target,
-              intrinsicCall(subtract ? llvm::Intrinsic::ssub_sat : llvm::Intrinsic::sadd_sat,
-                            {a, b}),
-              true);
+        write(
+            target,
+            intrinsicCall(subtract ? llvm::Intrinsic::ssub_sat : llvm::Intrinsic::sadd_sat, {a, b}),
+            true);
         return;
     }
     if (!readsCarry && !writesCarry) {
         write(target, subtract ? builder_.CreateSub(a, b) : builder_.CreateAdd(a, b), isSigned);
         return;
     }
-    const auto id = subtract ? llvm::Intrinsic::usub_with_overflow
-                             : llvm::Intrinsic::uadd_with_overflow;
+    const auto id =
+        subtract ? llvm::Intrinsic::usub_with_overflow : llvm::Intrinsic::uadd_with_overflow;
     Value* pair = intrinsicCall(id, {a, b});
     Value* result = builder_.CreateExtractValue(pair, 0);
     Value* carry = builder_.CreateExtractValue(pair, 1);
@@ -71,10 +71,9 @@ void FunctionTranslator::multiply(const ptx::Instruction& instruction) {
     Value* b = readInt(instruction.operands[2], bits);
     if (instruction.has("wide") || instruction.has("hi")) {
         llvm::Type* wide = intType(bits * 2);
-        Value* product = builder_.CreateMul(isSigned ? builder_.CreateSExt(a, wide)
-                                                     : builder_.CreateZExt(a, wide),
-                                            isSigned ? builder_.CreateSExt(b, wide)
-                                                     : builder_.CreateZExt(b, wide));
+        Value* product = builder_.CreateMul(
+            isSigned ? builder_.CreateSExt(a, wide) : builder_.CreateZExt(a, wide),
+            isSigned ? builder_.CreateSExt(b, wide) : builder_.CreateZExt(b, wide));
         if (instruction.has("hi"))
             product = builder_.CreateTrunc(builder_.CreateLShr(product, bits), intType(bits));
         write(instruction.operands[0], product, isSigned);
@@ -94,10 +93,9 @@ void FunctionTranslator::multiplyAdd(const ptx::Instruction& instruction) {
     Value* b = readInt(instruction.operands[2], bits);
     if (instruction.has("wide")) {
         llvm::Type* wide = intType(bits * 2);
-        Value* product = builder_.CreateMul(isSigned ? builder_.CreateSExt(a, wide)
-                                                     : builder_.CreateZExt(a, wide),
-                                            isSigned ? builder_.CreateSExt(b, wide)
-                                                     : builder_.CreateZExt(b, wide));
+        Value* product = builder_.CreateMul(
+            isSigned ? builder_.CreateSExt(a, wide) : builder_.CreateZExt(a, wide),
+            isSigned ? builder_.CreateSExt(b, wide) : builder_.CreateZExt(b, wide));
         write(instruction.operands[0],
               builder_.CreateAdd(product, readInt(instruction.operands[3], bits * 2)));
         return;
@@ -153,7 +151,8 @@ void FunctionTranslator::divide(const ptx::Instruction& instruction) {
     Value* isZero = builder_.CreateIsNull(b);
     Value* result = nullptr;
     if (isSigned) {
-        Value* isMinusOne = builder_.CreateICmpEQ(b, llvm::ConstantInt::getSigned(intType(bits), -1));
+        Value* isMinusOne =
+            builder_.CreateICmpEQ(b, llvm::ConstantInt::getSigned(intType(bits), -1));
         Value* unsafe = builder_.CreateOr(isZero, isMinusOne);
         Value* quotient = builder_.CreateSDiv(a, builder_.CreateSelect(unsafe, one, b));
         result = builder_.CreateSelect(isMinusOne, builder_.CreateNeg(a), quotient);
@@ -285,10 +284,10 @@ void FunctionTranslator::lookup3(const ptx::Instruction& instruction) {
 // PTX shifts clamp their amount at the width; LLVM's are undefined there.
 Value* FunctionTranslator::shiftLeft(Value* value, Value* amount) {
     const unsigned bits = value->getType()->getIntegerBitWidth();
-    Value* inRange = builder_.CreateICmpULT(
-        amount, llvm::ConstantInt::get(amount->getType(), bits));
-    Value* safe = builder_.CreateSelect(
-        inRange, amount, llvm::ConstantInt::get(amount->getType(), 0));
+    Value* inRange =
+        builder_.CreateICmpULT(amount, llvm::ConstantInt::get(amount->getType(), bits));
+    Value* safe =
+        builder_.CreateSelect(inRange, amount, llvm::ConstantInt::get(amount->getType(), 0));
     Value* shifted = builder_.CreateShl(value, builder_.CreateZExtOrTrunc(safe, value->getType()));
     return builder_.CreateSelect(inRange, shifted, llvm::ConstantInt::get(value->getType(), 0));
 }
@@ -298,8 +297,8 @@ Value* FunctionTranslator::shiftRight(Value* value, Value* amount, bool isSigned
     llvm::Type* amountType = amount->getType();
     Value* inRange = builder_.CreateICmpULT(amount, llvm::ConstantInt::get(amountType, bits));
     if (isSigned) {
-        Value* safe = builder_.CreateSelect(inRange, amount,
-                                            llvm::ConstantInt::get(amountType, bits - 1));
+        Value* safe =
+            builder_.CreateSelect(inRange, amount, llvm::ConstantInt::get(amountType, bits - 1));
         return builder_.CreateAShr(value, builder_.CreateZExtOrTrunc(safe, value->getType()));
     }
     Value* safe = builder_.CreateSelect(inRange, amount, llvm::ConstantInt::get(amountType, 0));
@@ -327,11 +326,10 @@ void FunctionTranslator::funnelShift(const ptx::Instruction& instruction) {
     Value* amount = readInt(instruction.operands[3], 32);
     const bool left = instruction.has("l");
     if (instruction.has("clamp")) {
-        Value* clamped =
-            intrinsicCall(llvm::Intrinsic::umin, {amount, builder_.getInt32(32)});
-        Value* wide = builder_.CreateOr(
-            builder_.CreateShl(builder_.CreateZExt(high, intType(64)), 32),
-            builder_.CreateZExt(low, intType(64)));
+        Value* clamped = intrinsicCall(llvm::Intrinsic::umin, {amount, builder_.getInt32(32)});
+        Value* wide =
+            builder_.CreateOr(builder_.CreateShl(builder_.CreateZExt(high, intType(64)), 32),
+                              builder_.CreateZExt(low, intType(64)));
         Value* distance = builder_.CreateZExt(clamped, intType(64));
         Value* result = left ? builder_.CreateLShr(builder_.CreateShl(wide, distance), 32)
                              : builder_.CreateLShr(wide, distance);
@@ -339,8 +337,7 @@ void FunctionTranslator::funnelShift(const ptx::Instruction& instruction) {
         return;
     }
     write(instruction.operands[0],
-          intrinsicCall(left ? llvm::Intrinsic::fshl : llvm::Intrinsic::fshr,
-                        {high, low, amount}));
+          intrinsicCall(left ? llvm::Intrinsic::fshl : llvm::Intrinsic::fshr, {high, low, amount}));
 }
 
 // bfe d, a, pos, len: only the low 8 bits of pos and len count. Past the end of the register the
@@ -360,9 +357,8 @@ void FunctionTranslator::extractField(const ptx::Instruction& instruction) {
             width = intrinsicCall(llvm::Intrinsic::umin, {width, builder_.getInt32(32)});
         Value* unused = builder_.CreateSub(builder_.getInt32(32), width);
         write(instruction.operands[0],
-              builder_.CreateSelect(
-                  builder_.CreateIsNull(width), builder_.getInt32(0),
-                  shiftRight(shiftLeft(a, unused), unused, isSigned)),
+              builder_.CreateSelect(builder_.CreateIsNull(width), builder_.getInt32(0),
+                                    shiftRight(shiftLeft(a, unused), unused, isSigned)),
               isSigned);
         return;
     }
@@ -450,9 +446,8 @@ void FunctionTranslator::permute(const ptx::Instruction& instruction) {
     Value* a = readInt(instruction.operands[1], 32);
     Value* b = readInt(instruction.operands[2], 32);
     Value* selector = readInt(instruction.operands[3], 32);
-    Value* bytes = builder_.CreateOr(
-        builder_.CreateShl(builder_.CreateZExt(b, intType(64)), 32),
-        builder_.CreateZExt(a, intType(64)));
+    Value* bytes = builder_.CreateOr(builder_.CreateShl(builder_.CreateZExt(b, intType(64)), 32),
+                                     builder_.CreateZExt(a, intType(64)));
     const auto byteAt = [&](Value* index) { // index: 0..7, i32
         Value* distance = builder_.CreateShl(builder_.CreateZExt(index, intType(64)), 3);
         return builder_.CreateTrunc(builder_.CreateLShr(bytes, distance), intType(8));
@@ -479,8 +474,8 @@ void FunctionTranslator::permute(const ptx::Instruction& instruction) {
             Value* control = builder_.CreateAnd(builder_.CreateLShr(selector, i * 4), 15);
             byte = byteAt(builder_.CreateAnd(control, 7));
             Value* sign = builder_.CreateAShr(byte, 7);
-            byte = builder_.CreateSelect(
-                builder_.CreateICmpUGE(control, builder_.getInt32(8)), sign, byte);
+            byte = builder_.CreateSelect(builder_.CreateICmpUGE(control, builder_.getInt32(8)),
+                                         sign, byte);
         }
         result = builder_.CreateOr(
             result, builder_.CreateShl(builder_.CreateZExt(byte, intType(32)), i * 8));
@@ -505,14 +500,13 @@ void FunctionTranslator::dotProduct(const ptx::Instruction& instruction) {
     };
     if (instruction.opcode == "dp4a") {
         for (unsigned i = 0; i < 4; ++i)
-            sum = builder_.CreateAdd(sum, builder_.CreateMul(piece(a, i * 8, 8, signedA),
-                                                             piece(b, i * 8, 8, signedB)));
+            sum = builder_.CreateAdd(
+                sum, builder_.CreateMul(piece(a, i * 8, 8, signedA), piece(b, i * 8, 8, signedB)));
     } else {
         const unsigned base = instruction.has("hi") ? 16 : 0;
         for (unsigned i = 0; i < 2; ++i)
-            sum = builder_.CreateAdd(sum,
-                                     builder_.CreateMul(piece(a, i * 16, 16, signedA),
-                                                        piece(b, base + i * 8, 8, signedB)));
+            sum = builder_.CreateAdd(sum, builder_.CreateMul(piece(a, i * 16, 16, signedA),
+                                                             piece(b, base + i * 8, 8, signedB)));
     }
     write(instruction.operands[0], sum);
 }

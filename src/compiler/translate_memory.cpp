@@ -62,8 +62,8 @@ Value* FunctionTranslator::symbolAddress(std::string_view name, ptx::Location lo
         if (!isKernel())
             failAt(ErrorCode::kInvalidPtx, location, "shared memory (\"", name,
                    "\") is not allowed in OptiX programs");
-        Value* base = stateField(offsetof(devlib::KernelThread, shared), builder_.getPtrTy(),
-                                 "shared");
+        Value* base =
+            stateField(offsetof(devlib::KernelThread, shared), builder_.getPtrTy(), "shared");
         return builder_.CreateGEP(builder_.getInt8Ty(), base,
                                   unit_.sharedOffset(variable, &function_));
     };
@@ -138,8 +138,7 @@ void FunctionTranslator::load(const ptx::Instruction& instruction) {
     const unsigned bytes = ptx::sizeOf(type);
     const Place from = place(instruction.operands[1]);
     const llvm::AtomicOrdering ordering = orderingOf(instruction, false);
-    const bool constant =
-        from.constant || instruction.has("nc") || instruction.opcode == "ldu";
+    const bool constant = from.constant || instruction.has("nc") || instruction.opcode == "ldu";
     const bool isFloat = type == ptx::Type::kF32 || type == ptx::Type::kF64;
     llvm::Type* loadType = isFloat ? typeOf(type) : intType(bytes * 8);
 
@@ -152,9 +151,9 @@ void FunctionTranslator::load(const ptx::Instruction& instruction) {
                message("loads ", count, " values into ", targets.size(), " registers"));
     std::vector<Value*> values;
     for (unsigned i = 0; i < count; ++i) {
-        auto* loaded = builder_.CreateAlignedLoad(
-            loadType, offsetPointer(from.pointer, int64_t(i) * bytes), llvm::Align(bytes),
-            instruction.has("volatile"));
+        auto* loaded =
+            builder_.CreateAlignedLoad(loadType, offsetPointer(from.pointer, int64_t(i) * bytes),
+                                       llvm::Align(bytes), instruction.has("volatile"));
         if (ordering != llvm::AtomicOrdering::NotAtomic)
             loaded->setAtomic(ordering);
         else if (constant)
@@ -183,9 +182,9 @@ void FunctionTranslator::store(const ptx::Instruction& instruction) {
         reject(instruction, ErrorCode::kInvalidPtx,
                message("stores ", count, " values from ", sources.size(), " registers"));
     for (unsigned i = 0; i < count; ++i) {
-        auto* stored = builder_.CreateAlignedStore(
-            readAs(sources[i], storeType), offsetPointer(to.pointer, int64_t(i) * bytes),
-            llvm::Align(bytes), instruction.has("volatile"));
+        auto* stored = builder_.CreateAlignedStore(readAs(sources[i], storeType),
+                                                   offsetPointer(to.pointer, int64_t(i) * bytes),
+                                                   llvm::Align(bytes), instruction.has("volatile"));
         if (ordering != llvm::AtomicOrdering::NotAtomic)
             stored->setAtomic(ordering);
     }
@@ -246,8 +245,8 @@ void FunctionTranslator::atomic(const ptx::Instruction& instruction) {
             rejectForm(instruction);
         llvm::Type* valueType = op == Op::FAdd ? typeOf(type) : intType(bytes * 8);
         Value* operand = readAs(instruction.operands[at + 1], valueType);
-        old = builder_.CreateAtomicRMW(op, where.pointer, operand, llvm::MaybeAlign(bytes),
-                                       ordering);
+        old =
+            builder_.CreateAtomicRMW(op, where.pointer, operand, llvm::MaybeAlign(bytes), ordering);
     }
     if (returns)
         write(instruction.operands[0], old, isSigned);
@@ -287,8 +286,7 @@ void FunctionTranslator::move(const ptx::Instruction& instruction) {
 
 void FunctionTranslator::convertAddress(const ptx::Instruction& instruction) {
     operandCount(instruction, 2, 2);
-    write(instruction.operands[0],
-          readInt(instruction.operands[1], bitsOf(lastType(instruction))));
+    write(instruction.operands[0], readInt(instruction.operands[1], bitsOf(lastType(instruction))));
 }
 
 } // namespace sunstone::compiler

@@ -11,11 +11,16 @@ namespace sunstone::compiler {
 
 llvm::Type* FunctionTranslator::typeOf(ptx::Type type) {
     switch (type) {
-    case ptx::Type::kF16: return builder_.getHalfTy();
-    case ptx::Type::kF16x2: return llvm::FixedVectorType::get(builder_.getHalfTy(), 2);
-    case ptx::Type::kF32: return builder_.getFloatTy();
-    case ptx::Type::kF64: return builder_.getDoubleTy();
-    default: return intType(std::max(1u, bitsOf(type)));
+    case ptx::Type::kF16:
+        return builder_.getHalfTy();
+    case ptx::Type::kF16x2:
+        return llvm::FixedVectorType::get(builder_.getHalfTy(), 2);
+    case ptx::Type::kF32:
+        return builder_.getFloatTy();
+    case ptx::Type::kF64:
+        return builder_.getDoubleTy();
+    default:
+        return intType(std::max(1u, bitsOf(type)));
     }
 }
 
@@ -69,8 +74,12 @@ void FunctionTranslator::writeSlot(uint32_t index, Value* value, bool isSigned) 
         builder_.CreateStore(value, slot.memory);
 }
 
-Value* FunctionTranslator::readCarry() { return readSlot(carrySlot_); }
-void FunctionTranslator::writeCarry(Value* carry) { writeSlot(carrySlot_, carry, false); }
+Value* FunctionTranslator::readCarry() {
+    return readSlot(carrySlot_);
+}
+void FunctionTranslator::writeCarry(Value* carry) {
+    writeSlot(carrySlot_, carry, false);
+}
 
 uint32_t FunctionTranslator::slotOf(const ptx::Operand& operand) const {
     SUNSTONE_CHECK(operand.index < firstSlot_.size());
@@ -89,10 +98,9 @@ Value* FunctionTranslator::readImmediate(const ptx::Operand& operand, llvm::Type
     const uint64_t bits = uint64_t(operand.integer);
     if (type->isIntegerTy() && type->getIntegerBitWidth() >= operand.floatBits)
         return llvm::ConstantInt::get(type, bits);
-    llvm::APFloat number = isDouble
-                               ? llvm::APFloat(llvm::APFloat::IEEEdouble(), llvm::APInt(64, bits))
-                               : llvm::APFloat(llvm::APFloat::IEEEsingle(),
-                                               llvm::APInt(32, bits & 0xffffffffu));
+    llvm::APFloat number =
+        isDouble ? llvm::APFloat(llvm::APFloat::IEEEdouble(), llvm::APInt(64, bits))
+                 : llvm::APFloat(llvm::APFloat::IEEEsingle(), llvm::APInt(32, bits & 0xffffffffu));
     llvm::Type* target = type;
     if (type->isIntegerTy()) // a decimal number where 32 or 16 bits are wanted
         target = type->getIntegerBitWidth() == 16 ? builder_.getHalfTy() : builder_.getFloatTy();
@@ -113,9 +121,9 @@ Value* FunctionTranslator::readAs(const ptx::Operand& operand, llvm::Type* type)
         Value* value = coerce(readSlot(slotOf(operand)), type);
         if (!operand.negated)
             return value;
-        return type->isIntegerTy(1)     ? builder_.CreateNot(value)
-               : type->isIntegerTy()    ? builder_.CreateNeg(value)
-                                        : builder_.CreateFNeg(value);
+        return type->isIntegerTy(1)  ? builder_.CreateNot(value)
+               : type->isIntegerTy() ? builder_.CreateNeg(value)
+                                     : builder_.CreateFNeg(value);
     }
     case ptx::OperandKind::kInteger:
     case ptx::OperandKind::kFloat:
@@ -137,7 +145,8 @@ Value* FunctionTranslator::readAs(const ptx::Operand& operand, llvm::Type* type)
         Value* packed = llvm::ConstantInt::get(intType(bits), 0);
         for (unsigned i = 0; i < count; ++i) {
             Value* part = coerce(readAs(operand.elements[i], intType(bits / count)), intType(bits));
-            packed = builder_.CreateOr(packed, builder_.CreateShl(part, uint64_t(i) * bits / count));
+            packed =
+                builder_.CreateOr(packed, builder_.CreateShl(part, uint64_t(i) * bits / count));
         }
         return coerce(packed, type);
     }

@@ -13,11 +13,16 @@ int componentOf(std::string_view name, std::string_view base) {
     if (name.size() != base.size() + 2 || !name.starts_with(base) || name[base.size()] != '.')
         return -1;
     switch (name.back()) {
-    case 'x': return 0;
-    case 'y': return 1;
-    case 'z': return 2;
-    case 'w': return 3;
-    default: return -1;
+    case 'x':
+        return 0;
+    case 'y':
+        return 1;
+    case 'z':
+        return 2;
+    case 'w':
+        return 3;
+    default:
+        return -1;
     }
 }
 
@@ -47,10 +52,10 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
         if (isKernel())
             return kernelField(entry.offset + size_t(component) * 4);
         if (entry.name == "%tid" || entry.name == "%ntid") {
-            const Intrinsic* source = findIntrinsic(
-                std::string(entry.name == "%tid" ? "_optix_get_launch_index_"
-                                                 : "_optix_get_launch_dimension_") +
-                name.back());
+            const Intrinsic* source =
+                findIntrinsic(std::string(entry.name == "%tid" ? "_optix_get_launch_index_"
+                                                               : "_optix_get_launch_dimension_") +
+                              name.back());
             const std::string full = "_optix_" + source->name;
             return builder_.CreateCall(unit_.intrinsic(*source, full), {state()});
         }
@@ -79,7 +84,8 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
             return one;
         Value* threads = one;
         for (size_t i = 0; i < 3; ++i)
-            threads = builder_.CreateMul(threads, kernelField(offsetof(KernelThread, ntid) + i * 4));
+            threads =
+                builder_.CreateMul(threads, kernelField(offsetof(KernelThread, ntid) + i * 4));
         return builder_.CreateLShr(builder_.CreateAdd(threads, builder_.getInt32(31)), 5);
     }
     if (name == "WARP_SZ" || name == "%warpsize")
@@ -143,9 +149,10 @@ void FunctionTranslator::barrier(const ptx::Instruction& instruction) {
                             {state(), id, threads});
         return;
     }
-    Value* result = builder_.CreateCall(
-        unit_.helper("sunstone_barrier", word, {builder_.getPtrTy(), word, word, word, word}, false),
-        {state(), id, threads, builder_.getInt32(reduction), predicate});
+    Value* result =
+        builder_.CreateCall(unit_.helper("sunstone_barrier", word,
+                                         {builder_.getPtrTy(), word, word, word, word}, false),
+                            {state(), id, threads, builder_.getInt32(reduction), predicate});
     if (reduces)
         write(instruction.operands[0],
               instruction.has("popc") ? result : builder_.CreateIsNotNull(result));
@@ -174,13 +181,9 @@ void FunctionTranslator::vote(const ptx::Instruction& instruction) {
         return;
     }
     facts_.warp = true;
-    const unsigned mode = ballot                    ? 3
-                          : instruction.has("uni")  ? 2
-                          : instruction.has("any")  ? 1
-                                                    : 0;
-    Value* mask = instruction.operands.size() == 3
-                      ? readInt(instruction.operands[2], 32)
-                      : static_cast<Value*>(builder_.getInt32(~0u));
+    const unsigned mode = ballot ? 3 : instruction.has("uni") ? 2 : instruction.has("any") ? 1 : 0;
+    Value* mask = instruction.operands.size() == 3 ? readInt(instruction.operands[2], 32)
+                                                   : static_cast<Value*>(builder_.getInt32(~0u));
     llvm::Type* word = intType(32);
     Value* result = builder_.CreateCall(
         unit_.helper("sunstone_vote", word, {builder_.getPtrTy(), word, word, word}, false),
@@ -231,13 +234,13 @@ void FunctionTranslator::match(const ptx::Instruction& instruction) {
     if (isKernel()) {
         facts_.warp = true;
         llvm::Type* word = intType(32);
-        Value* value = coerce(readInt(instruction.operands[1], bitsOf(lastType(instruction))),
-                              intType(64));
-        Value* both = builder_.CreateCall(
-            unit_.helper("sunstone_match", intType(64),
-                         {builder_.getPtrTy(), word, word, intType(64)}, false),
-            {state(), builder_.getInt32(instruction.has("all")),
-             readInt(instruction.operands[2], 32), value});
+        Value* value =
+            coerce(readInt(instruction.operands[1], bitsOf(lastType(instruction))), intType(64));
+        Value* both =
+            builder_.CreateCall(unit_.helper("sunstone_match", intType(64),
+                                             {builder_.getPtrTy(), word, word, intType(64)}, false),
+                                {state(), builder_.getInt32(instruction.has("all")),
+                                 readInt(instruction.operands[2], 32), value});
         mask = builder_.CreateTrunc(both, word);
         same = builder_.CreateIsNotNull(builder_.CreateLShr(both, 32));
     }

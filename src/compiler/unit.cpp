@@ -11,7 +11,9 @@ namespace sunstone::compiler {
 
 namespace {
 
-bool isScalar(const ptx::Variable& variable) { return !variable.isArray && variable.vector == 1; }
+bool isScalar(const ptx::Variable& variable) {
+    return !variable.isArray && variable.vector == 1;
+}
 
 unsigned scalarBits(const ptx::Variable& variable) {
     return variable.type == ptx::Type::kPred ? 1 : ptx::sizeOf(variable.type) * 8;
@@ -64,11 +66,10 @@ void Unit::collect(const ptx::Module& module) {
         if (!entry || (function.hasBody && !entry->hasBody))
             entry = &function;
         // Programs are named by (module, function) pairs, so equal names do not clash.
-        if (function.hasBody && !function.isEntry &&
-            function.linkage != ptx::Linkage::kInternal &&
+        if (function.hasBody && !function.isEntry && function.linkage != ptx::Linkage::kInternal &&
             programKind(function.name) == ProgramKind::kNone)
-            publish(function.name, {&module, &function, nullptr,
-                                    function.linkage == ptx::Linkage::kWeak});
+            publish(function.name,
+                    {&module, &function, nullptr, function.linkage == ptx::Linkage::kWeak});
     }
     for (const auto& [alias, target] : module.aliases) {
         const auto found = symbols.functions.find(target);
@@ -112,10 +113,9 @@ Signature Unit::signature(const std::vector<ptx::Variable>& results,
         types.insert(types.end(), results.size(), pointer);
     }
     for (const ptx::Variable& parameter : parameters)
-        types.push_back(isScalar(parameter)
-                            ? static_cast<llvm::Type*>(
-                                  llvm::Type::getIntNTy(*context_, scalarBits(parameter)))
-                            : pointer);
+        types.push_back(isScalar(parameter) ? static_cast<llvm::Type*>(llvm::Type::getIntNTy(
+                                                  *context_, scalarBits(parameter)))
+                                            : pointer);
     signature.type = llvm::FunctionType::get(result, types, false);
     return signature;
 }
@@ -139,8 +139,8 @@ llvm::Function* Unit::declare(const ptx::Module& module, const ptx::Function& fu
     // Shadow state pointers are ours: user memory never holds or reaches them.
     entry->addParamAttr(0, llvm::Attribute::NoAlias);
     entry->addParamAttr(0, llvm::Attribute::NonNull);
-    const uint64_t stateBytes = flavor_ == Flavor::kKernel ? sizeof(devlib::KernelThread)
-                                                           : sizeof(devlib::RayState);
+    const uint64_t stateBytes =
+        flavor_ == Flavor::kKernel ? sizeof(devlib::KernelThread) : sizeof(devlib::RayState);
     entry->addParamAttr(0, llvm::Attribute::getWithDereferenceableBytes(*context_, stateBytes));
     if (flavor_ == Flavor::kOptix)
         entry->addParamAttr(0, llvm::Attribute::getWithAlignment(*context_, llvm::Align(64)));
@@ -164,9 +164,9 @@ llvm::Function* Unit::runtimeFunction(std::string_view name, const ptx::Module& 
         return nullptr;
     if (llvm::Function* existing = module_->getFunction(symbol))
         return existing;
-    auto* function = llvm::Function::Create(
-        signature(found->second->results, found->second->parameters).type,
-        llvm::GlobalValue::ExternalLinkage, symbol, *module_);
+    auto* function =
+        llvm::Function::Create(signature(found->second->results, found->second->parameters).type,
+                               llvm::GlobalValue::ExternalLinkage, symbol, *module_);
     function->addFnAttr(llvm::Attribute::NoUnwind);
     return function;
 }
@@ -191,9 +191,10 @@ llvm::Function* Unit::function(const ptx::Module& from, std::string_view name,
         const Signature wanted = signature(found->second->results, found->second->parameters);
         llvm::Function* target = declare(*definition->module, *definition->function);
         if (target->getFunctionType() != wanted.type)
-            failAt(ErrorCode::kLinkError, location, "function \"", name, "\" is declared here with ",
-                   "other parameters or results than ", moduleLabel(definition->module),
-                   " defines it with at line ", definition->function->location.line);
+            failAt(ErrorCode::kLinkError, location, "function \"", name,
+                   "\" is declared here with ", "other parameters or results than ",
+                   moduleLabel(definition->module), " defines it with at line ",
+                   definition->function->location.line);
         return target;
     }
     if (llvm::Function* provided = runtimeFunction(name, from))
@@ -221,13 +222,11 @@ llvm::Function* Unit::intrinsic(const Intrinsic& intrinsic, std::string_view ful
     llvm::Type* result = results.empty()       ? llvm::Type::getVoidTy(*context_)
                          : results.size() == 1 ? results[0]
                                                : llvm::StructType::get(*context_, results);
-    auto* function =
-        llvm::Function::Create(llvm::FunctionType::get(result, operands, false),
-                               llvm::GlobalValue::ExternalLinkage, name, *module_);
+    auto* function = llvm::Function::Create(llvm::FunctionType::get(result, operands, false),
+                                            llvm::GlobalValue::ExternalLinkage, name, *module_);
     function->addFnAttr(llvm::Attribute::NoUnwind);
     if (intrinsic.reads) {
-        function->setMemoryEffects(
-            llvm::MemoryEffects::inaccessibleMemOnly(llvm::ModRefInfo::Ref));
+        function->setMemoryEffects(llvm::MemoryEffects::inaccessibleMemOnly(llvm::ModRefInfo::Ref));
         function->addFnAttr(llvm::Attribute::WillReturn);
     }
     intrinsics_[function] = &intrinsic;
@@ -243,9 +242,8 @@ llvm::FunctionCallee Unit::helper(const char* name, llvm::Type* result,
                                   llvm::ArrayRef<llvm::Type*> operands, bool pure) {
     if (llvm::Function* existing = module_->getFunction(name))
         return existing;
-    auto* function =
-        llvm::Function::Create(llvm::FunctionType::get(result, operands, false),
-                               llvm::GlobalValue::ExternalLinkage, name, *module_);
+    auto* function = llvm::Function::Create(llvm::FunctionType::get(result, operands, false),
+                                            llvm::GlobalValue::ExternalLinkage, name, *module_);
     function->addFnAttr(llvm::Attribute::NoUnwind);
     if (pure) {
         function->setMemoryEffects(llvm::MemoryEffects::none());
@@ -305,10 +303,10 @@ llvm::Constant* Unit::addVariable(const ptx::Module& module, const ptx::Variable
                        variable.linkage == ptx::Linkage::kInternal;
     // The first of several private variables of one name keeps it for look-ups.
     const bool named = prefix.empty() && !sizes_.count(name);
-    entry = new llvm::GlobalVariable(
-        *module_, initializerType(variable), fixed,
-        named ? llvm::GlobalValue::ExternalLinkage : llvm::GlobalValue::InternalLinkage, nullptr,
-        kVariablePrefix + name);
+    entry = new llvm::GlobalVariable(*module_, initializerType(variable), fixed,
+                                     named ? llvm::GlobalValue::ExternalLinkage
+                                           : llvm::GlobalValue::InternalLinkage,
+                                     nullptr, kVariablePrefix + name);
     if (named)
         sizes_[name] = variable.size;
     entry->setAlignment(llvm::Align(std::max(1u, variable.alignment)));
@@ -333,11 +331,12 @@ llvm::Type* Unit::initializerType(const ptx::Variable& variable) {
     uint64_t at = 0;
     for (const ptx::Relocation& relocation : variable.relocations) {
         if (relocation.mask != 0 || relocation.size != 8)
-            failAt(ErrorCode::kNotSupported, variable.location, "the initialiser of \"", variable.name,
-                   "\" takes single bytes of the address of \"", relocation.symbol, "\"");
-        if (relocation.offset < at || relocation.offset + 8 > variable.size)
-            failAt(ErrorCode::kInvalidPtx, variable.location, "bad initialiser of \"", variable.name,
+            failAt(ErrorCode::kNotSupported, variable.location, "the initialiser of \"",
+                   variable.name, "\" takes single bytes of the address of \"", relocation.symbol,
                    "\"");
+        if (relocation.offset < at || relocation.offset + 8 > variable.size)
+            failAt(ErrorCode::kInvalidPtx, variable.location, "bad initialiser of \"",
+                   variable.name, "\"");
         if (relocation.offset > at)
             parts.push_back(llvm::ArrayType::get(byte, relocation.offset - at));
         parts.push_back(llvm::Type::getInt64Ty(*context_));
@@ -365,13 +364,13 @@ llvm::Constant* Unit::initializer(const ptx::Module& module, const ptx::Variable
     for (const ptx::Relocation& relocation : variable.relocations) {
         addBytes(relocation.offset);
         const bool isVariable = findVariable(module, relocation.symbol) != nullptr;
-        llvm::Constant* symbol =
-            isVariable ? this->variable(module, relocation.symbol, variable.location)
-                       : function(module, relocation.symbol, variable.location);
+        llvm::Constant* symbol = isVariable
+                                     ? this->variable(module, relocation.symbol, variable.location)
+                                     : function(module, relocation.symbol, variable.location);
         llvm::Type* word = llvm::Type::getInt64Ty(*context_);
-        parts.push_back(llvm::ConstantExpr::getAdd(
-            llvm::ConstantExpr::getPtrToInt(symbol, word),
-            llvm::ConstantInt::getSigned(word, relocation.addend)));
+        parts.push_back(
+            llvm::ConstantExpr::getAdd(llvm::ConstantExpr::getPtrToInt(symbol, word),
+                                       llvm::ConstantInt::getSigned(word, relocation.addend)));
         at += 8;
     }
     addBytes(variable.size);
@@ -390,8 +389,7 @@ llvm::Constant* Unit::sharedOffset(const ptx::Variable& variable, llvm::Function
             nullptr, "sunstone.shared." + std::to_string(shared_.size()));
     }
     entry->users.insert(user);
-    return llvm::ConstantExpr::getPtrToInt(entry->placeholder,
-                                           llvm::Type::getInt64Ty(*context_));
+    return llvm::ConstantExpr::getPtrToInt(entry->placeholder, llvm::Type::getInt64Ty(*context_));
 }
 
 } // namespace sunstone::compiler

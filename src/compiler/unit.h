@@ -57,7 +57,7 @@ struct SharedVariable {
     const ptx::Variable* variable = nullptr;
     llvm::GlobalVariable* placeholder = nullptr; // its address stands for the offset
     std::set<llvm::Function*> users;
-    bool dynamic = false;                        // .extern .shared name[]
+    bool dynamic = false; // .extern .shared name[]
 };
 
 class Unit {

@@ -13,8 +13,8 @@ void visitOperandRegisters(const ptx::Operand& operand, size_t position, bool is
     const bool named = operand.index < registerCount;
     if (operand.kind == ptx::OperandKind::kRegister && named)
         visit(operand, position, isAddress);
-    if ((operand.kind == ptx::OperandKind::kAddress ||
-         operand.kind == ptx::OperandKind::kSymbol) && named)
+    if ((operand.kind == ptx::OperandKind::kAddress || operand.kind == ptx::OperandKind::kSymbol) &&
+        named)
         visit(operand, position, true);
     for (const ptx::Operand& element : operand.elements)
         visitOperandRegisters(element, position,
