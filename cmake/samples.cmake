@@ -1,0 +1,37 @@
+# How samples are put together: sunstone_embed(target symbol file) builds a text file into a target
+# as a function `std::string_view symbol()`; sunstone_sample(name [sources...] DEVICE file.cu [LINK
+# libraries...]) builds an application against the public headers and our CUDA run-time library.
+
+function(sunstone_embed target symbol file)
+    set(EMBED_SYMBOL ${symbol})
+    set(EMBED_FILE ${file})
+    get_filename_component(EMBED_FILE_NAME ${file} NAME)
+    set(source ${CMAKE_CURRENT_BINARY_DIR}/${symbol}.cpp)
+    configure_file(${PROJECT_SOURCE_DIR}/samples/common/embedded_text.cpp.in ${source} @ONLY)
+    # The assembler reads the text where compilers see no include.
+    set_source_files_properties(${source} PROPERTIES OBJECT_DEPENDS ${file})
+    target_sources(${target} PRIVATE ${source})
+endfunction()
+
+# Sanitizers for code that does not link sunstone_options.
+function(sunstone_sanitize target)
+    if(SUNSTONE_SANITIZE)
+        target_compile_options(${target} PRIVATE -fsanitize=${SUNSTONE_SANITIZE}
+            -fno-omit-frame-pointer -fno-sanitize-recover=undefined -fno-sanitize=vptr,function)
+        target_link_options(${target} PRIVATE -fsanitize=${SUNSTONE_SANITIZE})
+    endif()
+endfunction()
+
+function(sunstone_sample name)
+    cmake_parse_arguments(SAMPLE "" "DEVICE" "LINK" ${ARGN})
+    add_executable(sample_${name} ${SAMPLE_UNPARSED_ARGUMENTS})
+    target_link_libraries(sample_${name} PRIVATE ${SAMPLE_LINK} sample_common)
+    if(SAMPLE_DEVICE)
+        get_filename_component(base ${SAMPLE_DEVICE} NAME_WE)
+        sunstone_ptx(ptx ${SAMPLE_DEVICE} INCLUDES ${PROJECT_SOURCE_DIR}/samples/common)
+        sunstone_embed(sample_${name} ${base}_ptx ${ptx})
+    endif()
+    sunstone_sanitize(sample_${name})
+    set_target_properties(sample_${name} PROPERTIES OUTPUT_NAME ${name}
+        RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+endfunction()

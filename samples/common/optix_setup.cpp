@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "optix_setup.h"
+
+#include <optix_stack_size.h>
+
+#include <cstdio>
+
+namespace {
+
+void printLog(unsigned level, const char* tag, const char* message, void*) {
+    std::fprintf(stderr, "[%u][%s] %s\n", level, tag, message);
+}
+
+} // namespace
+
+OptixDeviceContext createContext() {
+    CUDA_CHECK(cudaFree(nullptr)); // makes the device's CUDA context current
+    OPTIX_CHECK(optixInit());
+    OptixDeviceContextOptions options = {};
+    options.logCallbackFunction = printLog;
+    options.logCallbackLevel = 3; // fatal, error, warning
+    OptixDeviceContext context = nullptr;
+    OPTIX_CHECK(optixDeviceContextCreate(nullptr, &options, &context));
+    return context;
+}
+
+Program::Program(OptixDeviceContext context, std::string_view ptx, unsigned payloadValues,
+                 unsigned attributeValues, unsigned primitiveTypeFlags, const char* launchParams)
+    : context_(context) {
+    OptixModuleCompileOptions moduleOptions = {};
+    moduleOptions.optLevel = OPTIX_COMPILE_OPTIMIZATION_DEFAULT;
+    moduleOptions.debugLevel = OPTIX_COMPILE_DEBUG_LEVEL_MINIMAL;
+    options_.traversableGraphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS;
+    options_.numPayloadValues = int(payloadValues);
+    options_.numAttributeValues = int(attributeValues);
+    options_.exceptionFlags = OPTIX_EXCEPTION_FLAG_NONE;
+    options_.pipelineLaunchParamsVariableName = launchParams;
+    options_.usesPrimitiveTypeFlags = primitiveTypeFlags;
+    OPTIX_CHECK(optixModuleCreateFromPTX(context_, &moduleOptions, &options_, ptx.data(),
+                                         ptx.size(), nullptr, nullptr, &module_));
+}
+
+Program::~Program() {
+    if (pipeline_)
+        optixPipelineDestroy(pipeline_);
+    for (OptixProgramGroup group : groups_)
+        optixProgramGroupDestroy(group);
+    optixModuleDestroy(module_);
+}
+
+OptixProgramGroup Program::add(const OptixProgramGroupDesc& description) {
+    OptixProgramGroupOptions options = {};
+    OptixProgramGroup group = nullptr;
+    OPTIX_CHECK(
+        optixProgramGroupCreate(context_, &description, 1, &options, nullptr, nullptr, &group));
+    groups_.push_back(group);
+    return group;
+}
+
+OptixProgramGroup Program::addRaygen(const char* function) {
+    OptixProgramGroupDesc description = {};
+    description.kind = OPTIX_PROGRAM_GROUP_KIND_RAYGEN;
+    description.raygen.module = module_;
+    description.raygen.entryFunctionName = function;
+    return add(description);
+}
+
+OptixProgramGroup Program::addMiss(const char* function) {
+    OptixProgramGroupDesc description = {};
+    description.kind = OPTIX_PROGRAM_GROUP_KIND_MISS;
+    description.miss.module = module_;
+    description.miss.entryFunctionName = function;
+    return add(description);
+}
+
+OptixProgramGroup Program::addHitgroup(const char* closestHit, const char* anyHit,
+                                       const char* intersection) {
+    OptixProgramGroupDesc description = {};
+    description.kind = OPTIX_PROGRAM_GROUP_KIND_HITGROUP;
+    description.hitgroup.moduleCH = closestHit ? module_ : nullptr;
+    description.hitgroup.entryFunctionNameCH = closestHit;
+    description.hitgroup.moduleAH = anyHit ? module_ : nullptr;
+    description.hitgroup.entryFunctionNameAH = anyHit;
+    description.hitgroup.moduleIS = intersection ? module_ : nullptr;
+    description.hitgroup.entryFunctionNameIS = intersection;
+    return add(description);
+}
+
+OptixPipeline Program::link(unsigned maxTraceDepth) {
+    OptixPipelineLinkOptions linkOptions = {};
+    linkOptions.maxTraceDepth = maxTraceDepth;
+    linkOptions.debugLevel = OPTIX_COMPILE_DEBUG_LEVEL_MINIMAL;
+    OPTIX_CHECK(optixPipelineCreate(context_, &options_, &linkOptions, groups_.data(),
+                                    unsigned(groups_.size()), nullptr, nullptr, &pipeline_));
+
+    OptixStackSizes sizes = {};
+    for (OptixProgramGroup group : groups_)
+        OPTIX_CHECK(optixUtilAccumulateStackSizes(group, &sizes));
+    unsigned fromTraversal = 0, fromState = 0, continuation = 0;
+    OPTIX_CHECK(optixUtilComputeStackSizes(&sizes, maxTraceDepth, 0, 0, &fromTraversal, &fromState,
+                                           &continuation));
+    OPTIX_CHECK(optixPipelineSetStackSize(pipeline_, fromTraversal, fromState, continuation, 1));
+    return pipeline_;
+}
+
+Accel buildAccel(OptixDeviceContext context, const OptixBuildInput& input) {
+    OptixAccelBuildOptions options = {};
+    options.buildFlags =
+        OPTIX_BUILD_FLAG_ALLOW_COMPACTION | OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
+    options.operation = OPTIX_BUILD_OPERATION_BUILD;
+    OptixAccelBufferSizes sizes = {};
+    OPTIX_CHECK(optixAccelComputeMemoryUsage(context, &options, &input, 1, &sizes));
+
+    DeviceBuffer temporary(sizes.tempSizeInBytes);
+    DeviceBuffer output(sizes.outputSizeInBytes);
+    DeviceBuffer compactedSize(sizeof(uint64_t));
+    OptixAccelEmitDesc emit = {};
+    emit.result = compactedSize.address();
+    emit.type = OPTIX_PROPERTY_TYPE_COMPACTED_SIZE;
+    OptixTraversableHandle handle = 0;
+    OPTIX_CHECK(optixAccelBuild(context, nullptr, &options, &input, 1, temporary.address(),
+                                temporary.size(), output.address(), output.size(), &handle, &emit,
+                                1));
+    CUDA_CHECK(cudaDeviceSynchronize());
+
+    Accel accel;
+    size_t smaller = size_t(compactedSize.download<uint64_t>()[0]);
+    if (smaller < output.size()) {
+        accel.memory.allocate(smaller);
+        OPTIX_CHECK(optixAccelCompact(context, nullptr, handle, accel.memory.address(),
+                                      accel.memory.size(), &accel.handle));
+        CUDA_CHECK(cudaDeviceSynchronize());
+    } else {
+        accel.handle = handle;
+        accel.memory = std::move(output);
+    }
+    return accel;
+}

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// The steps every OptiX program repeats: context, module, program groups, pipeline, records of the
+// shader binding table, building acceleration structures. The sample `hello` spells the first ones
+// out; the others use these functions.
+#pragma once
+
+#include "device_buffer.h"
+
+#include <optix.h>
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+// A device context on the first CUDA device. Errors and warnings go to stderr.
+OptixDeviceContext createContext();
+
+// Owns what a sample creates from one module of PTX.
+class Program {
+public:
+    // `launchParams` names the module's launch-parameter variable.
+    Program(OptixDeviceContext context, std::string_view ptx, unsigned payloadValues,
+            unsigned attributeValues, unsigned primitiveTypeFlags,
+            const char* launchParams = "params");
+    Program(const Program&) = delete;
+    Program& operator=(const Program&) = delete;
+    ~Program();
+
+    OptixProgramGroup addRaygen(const char* function);
+    OptixProgramGroup addMiss(const char* function);
+    // Functions may be null.
+    OptixProgramGroup addHitgroup(const char* closestHit, const char* anyHit,
+                                  const char* intersection);
+    // Links all groups added so far; call once.
+    OptixPipeline link(unsigned maxTraceDepth);
+
+private:
+    OptixProgramGroup add(const OptixProgramGroupDesc& description);
+
+    OptixDeviceContext context_;
+    OptixPipelineCompileOptions options_ = {};
+    OptixModule module_ = nullptr;
+    OptixPipeline pipeline_ = nullptr;
+    std::vector<OptixProgramGroup> groups_;
+};
+
+// What precedes the data of a record without data.
+struct NoData {};
+
+// One record of the shader binding table: the header names the program group, the data is what
+// optixGetSbtDataPointer() returns in its programs.
+template <class Data>
+struct alignas(OPTIX_SBT_RECORD_ALIGNMENT) SbtRecord {
+    char header[OPTIX_SBT_RECORD_HEADER_SIZE];
+    Data data;
+};
+template <>
+struct alignas(OPTIX_SBT_RECORD_ALIGNMENT) SbtRecord<NoData> {
+    char header[OPTIX_SBT_RECORD_HEADER_SIZE];
+};
+
+template <class Data>
+SbtRecord<Data> makeRecord(OptixProgramGroup group, const Data& data) {
+    SbtRecord<Data> record = {};
+    OPTIX_CHECK(optixSbtRecordPackHeader(group, &record));
+    record.data = data;
+    return record;
+}
+inline SbtRecord<NoData> makeRecord(OptixProgramGroup group) {
+    SbtRecord<NoData> record = {};
+    OPTIX_CHECK(optixSbtRecordPackHeader(group, &record));
+    return record;
+}
+
+// An acceleration structure and the memory it lives in.
+struct Accel {
+    OptixTraversableHandle handle = 0;
+    DeviceBuffer memory;
+};
+
+// Builds and then compacts one geometry acceleration structure.
+Accel buildAccel(OptixDeviceContext context, const OptixBuildInput& input);

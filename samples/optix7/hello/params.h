@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the host tells the device program at each launch.
+#pragma once
+
+struct Params {
+    float4* image; // width * height pixels, top row first
+};

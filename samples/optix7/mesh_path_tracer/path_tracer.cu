@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// The path tracer as OptiX programs. Paths run in a loop inside ray generation, so that one level
+// of tracing is enough; the closest-hit program only reports where a ray ended. The mathematics is
+// in shading.h.
+#include <optix.h>
+
+#include "params.h"
+
+extern "C" {
+__constant__ Params params;
+}
+
+namespace {
+
+// Traces rays for tracePath().
+struct OptixRays {
+    static constexpr float kFar = 1e30f;
+
+    __forceinline__ __device__ Hit closest(float3 origin, float3 direction) const {
+        unsigned t = __float_as_uint(-1.0f), triangle = 0, u = 0, v = 0;
+        optixTrace(params.traversable, origin, direction, 0.0f, kFar, 0.0f,
+                   OptixVisibilityMask(255), OPTIX_RAY_FLAG_DISABLE_ANYHIT, 0, 0, kRadianceRay, t,
+                   triangle, u, v);
+        Hit hit;
+        hit.t = __uint_as_float(t);
+        hit.triangle = triangle;
+        hit.u = __uint_as_float(u);
+        hit.v = __uint_as_float(v);
+        return hit;
+    }
+
+    // Any hit settles the question, and only the miss program has something to say.
+    __forceinline__ __device__ bool visible(float3 origin, float3 direction,
+                                            float distance) const {
+        unsigned visible = 0;
+        optixTrace(params.traversable, origin, direction, 0.0f, distance, 0.0f,
+                   OptixVisibilityMask(255),
+                   OPTIX_RAY_FLAG_DISABLE_ANYHIT | OPTIX_RAY_FLAG_DISABLE_CLOSESTHIT |
+                       OPTIX_RAY_FLAG_TERMINATE_ON_FIRST_HIT,
+                   0, 0, kShadowRay, visible);
+        return visible != 0;
+    }
+};
+
+} // namespace
+
+extern "C" __global__ void __raygen__paths() {
+    uint3 index = optixGetLaunchIndex();
+    uint3 size = optixGetLaunchDimensions();
+    float4* pixel = &params.sum[index.y * size.x + index.x];
+    float3 sum = vec(0.0f);
+    if (params.firstSample != 0)
+        sum = vec(pixel->x, pixel->y, pixel->z);
+    OptixRays rays;
+    for (unsigned i = 0; i < params.sampleCount; ++i)
+        sum += samplePixel(params.scene, rays, params.camera, index.x, index.y, size.x, size.y,
+                           params.firstSample + i);
+    pixel->x = sum.x;
+    pixel->y = sum.y;
+    pixel->z = sum.z;
+    pixel->w = 1.0f;
+}
+
+extern "C" __global__ void __miss__radiance() {} // the payload already says so
+
+extern "C" __global__ void __miss__shadow() {
+    optixSetPayload_0(1);
+}
+
+extern "C" __global__ void __closesthit__mesh() {
+    float2 weights = optixGetTriangleBarycentrics();
+    optixSetPayload_0(__float_as_uint(optixGetRayTmax()));
+    optixSetPayload_1(optixGetPrimitiveIndex());
+    optixSetPayload_2(__float_as_uint(weights.x));
+    optixSetPayload_3(__float_as_uint(weights.y));
+}

@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: Apache-2.0
+// The path tracer's mathematics, for device and host: paths through a triangle mesh under a sky and
+// rectangular lights, with a material of a diffuse base under a glossy coat.
+//
+// tracePath() is a template over what traces rays, so that the same text runs as an OptiX program
+// (path_tracer.cu) and as C++ over another ray tracer. Sines come from a polynomial of our own:
+// the C library and device compilers round theirs differently, and pictures should not.
+//
+// Light that a path meets is weighted by multiple importance sampling between sampling the lights
+// and sampling the material (Veach 1997, balance heuristic). The glossy lobe is GGX, sampled by
+// visible normals (Heitz 2018). Read next: path_tracer.cu.
+#pragma once
+
+#include "camera.h"
+
+constexpr float kPi = 3.14159265f;
+
+struct Material {
+    float3 color;
+    float roughness; // 0 to 1
+    float3 emission;
+    float metallic;  // 0 to 1
+};
+
+// Indexed triangles; `normals` has one for each vertex.
+struct Mesh {
+    const float3* positions;
+    const float3* normals;
+    const uint3* triangles;
+    const unsigned* materialOfTriangle;
+    const Material* materials;
+};
+
+// A parallelogram that shines to the side of its normal. The camera does not see it.
+struct RectangleLight {
+    float3 corner, edge1, edge2;
+    float3 normal; // unit length
+    float area;
+    float3 emission;
+};
+
+constexpr unsigned kMaxLights = 4;
+
+struct Scene {
+    Mesh mesh;
+    RectangleLight lights[kMaxLights];
+    unsigned lightCount;
+    float3 skyZenith, skyHorizon, ground;
+    float epsilon;         // distance by which rays leave a surface
+    unsigned maxSegments;  // closest-hit rays in a path, camera ray included
+};
+
+struct Hit {
+    float t; // negative: the ray left the scene
+    unsigned triangle;
+    float u, v; // barycentric weights of the second and third vertex
+};
+
+// PCG (O'Neill 2014): a small generator, one state for each path.
+struct Random {
+    unsigned state;
+};
+
+SAMPLE_INLINE unsigned hashPcg(unsigned value) {
+    unsigned state = value * 747796405u + 2891336453u;
+    unsigned word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (word >> 22u) ^ word;
+}
+SAMPLE_INLINE Random makeRandom(unsigned pixel, unsigned sample) {
+    Random random;
+    random.state = hashPcg(pixel + hashPcg(sample));
+    return random;
+}
+// In [0, 1).
+SAMPLE_INLINE float nextFloat(Random& random) {
+    unsigned state = random.state;
+    random.state = state * 747796405u + 2891336453u;
+    unsigned word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return float(((word >> 22u) ^ word) >> 8) * (1.0f / 16777216.0f);
+}
+
+// sin(2 pi x) for x in [-0.25, 0.25]: interpolated at Chebyshev nodes, error below 1e-7.
+SAMPLE_INLINE float sineOfTurns(float x) {
+    float square = x * x;
+    float polynomial = 39.7598271f;
+    polynomial = polynomial * square - 76.5811726f;
+    polynomial = polynomial * square + 81.6024764f;
+    polynomial = polynomial * square - 41.3416806f;
+    polynomial = polynomial * square + 6.28318528f;
+    return x * polynomial;
+}
+// A point on the unit circle; x = cos, y = sin of `turns` in [0, 1).
+SAMPLE_INLINE float2 circlePoint(float turns) {
+    // sin(2 pi t) = sin(2 pi (0.5 - t)): fold into the polynomial's range.
+    float shifted = turns - 0.5f;                                      // [-0.5, 0.5)
+    float sine = shifted < -0.25f  ? -0.5f - shifted
+                 : shifted > 0.25f ? 0.5f - shifted
+                                   : shifted;
+    float cosine = 0.25f - (shifted < 0.0f ? -shifted : shifted);
+    float2 point;
+    point.x = -sineOfTurns(cosine);
+    point.y = -sineOfTurns(sine);
+    return point;
+}
+
+// Two vectors that complete the unit vector `z` to a right-handed basis (Duff et al. 2017).
+SAMPLE_INLINE void makeBasis(float3 z, float3& x, float3& y) {
+    float sign = z.z < 0.0f ? -1.0f : 1.0f;
+    float a = -1.0f / (sign + z.z);
+    float b = z.x * z.y * a;
+    x = vec(1.0f + sign * z.x * z.x * a, sign * b, -sign * z.x);
+    y = vec(b, sign + z.y * z.y * a, -z.y);
+}
+SAMPLE_INLINE float3 fromBasis(float3 x, float3 y, float3 z, float3 v) {
+    return x * v.x + y * v.y + z * v.z;
+}
+
+// ---- Light sources ------------------------------------------------------------------------------
+
+SAMPLE_INLINE float3 skyRadiance(const Scene& scene, float3 direction) {
+    if (direction.y < 0.0f)
+        return lerp(scene.skyHorizon, scene.ground, minOf(1.0f, -8.0f * direction.y));
+    return lerp(scene.skyHorizon, scene.skyZenith, sqrtf(direction.y));
+}
+
+// Density by which sampleLight picks the direction to a point of `light`, per solid angle.
+SAMPLE_INLINE float lightPdf(const Scene& scene, const RectangleLight& light, float distance,
+                             float cosine) {
+    return distance * distance / (cosine * light.area * float(scene.lightCount));
+}
+
+struct LightSample {
+    float3 direction;
+    float distance;
+    float pdf; // 0: no light from there
+    float3 emission;
+};
+
+SAMPLE_INLINE LightSample sampleLight(const Scene& scene, float3 point, Random& random) {
+    LightSample sample;
+    float choice = nextFloat(random) * float(scene.lightCount);
+    float u = nextFloat(random), v = nextFloat(random);
+    unsigned index = unsigned(choice);
+    const RectangleLight& light =
+        scene.lights[index < scene.lightCount ? index : scene.lightCount - 1];
+    float3 toLight = light.corner + light.edge1 * u + light.edge2 * v - point;
+    sample.distance = length(toLight);
+    sample.direction = toLight / sample.distance;
+    float cosine = -dot(sample.direction, light.normal);
+    sample.pdf = cosine > 1e-4f ? lightPdf(scene, light, sample.distance, cosine) : 0.0f;
+    sample.emission = light.emission;
+    return sample;
+}
+
+// Light that arrives along a ray from the rectangles nearer than `limit`, each weighted against
+// sampleLight; `materialPdf` is the density by which the ray's direction was picked.
+SAMPLE_INLINE float3 lightAlongRay(const Scene& scene, float3 origin, float3 direction, float limit,
+                                   float materialPdf) {
+    float3 sum = vec(0.0f);
+    for (unsigned i = 0; i < scene.lightCount; ++i) {
+        const RectangleLight& light = scene.lights[i];
+        float cosine = -dot(direction, light.normal);
+        if (cosine <= 1e-4f)
+            continue;
+        float3 toCorner = light.corner - origin;
+        float distance = -dot(toCorner, light.normal) / cosine;
+        if (distance <= 0.0f || distance >= limit)
+            continue;
+        float3 onLight = direction * distance - toCorner;
+        float u = dot(onLight, light.edge1) / dot(light.edge1, light.edge1);
+        float v = dot(onLight, light.edge2) / dot(light.edge2, light.edge2);
+        if (u < 0.0f || u > 1.0f || v < 0.0f || v > 1.0f)
+            continue;
+        float weight = materialPdf / (materialPdf + lightPdf(scene, light, distance, cosine));
+        sum += light.emission * weight;
+    }
+    return sum;
+}
+
+// ---- Material -----------------------------------------------------------------------------------
+
+struct Surface {
+    float3 point;
+    float3 geometric; // unit normal of the triangle, on the side the ray came from
+    float3 normal;    // interpolated, on the same side
+    Material material;
+};
+
+SAMPLE_INLINE Surface surfaceAt(const Mesh& mesh, const Hit& hit, float3 direction) {
+    uint3 corner = mesh.triangles[hit.triangle];
+    float3 a = mesh.positions[corner.x], b = mesh.positions[corner.y], c = mesh.positions[corner.z];
+    float w = 1.0f - hit.u - hit.v;
+    Surface surface;
+    surface.point = a * w + b * hit.u + c * hit.v;
+    float3 geometric = cross(b - a, c - a);
+    geometric = geometric * (1.0f / sqrtf(maxOf(dot(geometric, geometric), 1e-30f)));
+    if (dot(geometric, direction) > 0.0f)
+        geometric = -geometric;
+    float3 normal = mesh.normals[corner.x] * w + mesh.normals[corner.y] * hit.u +
+                    mesh.normals[corner.z] * hit.v;
+    float square = dot(normal, normal);
+    normal = square > 1e-20f ? normal * (1.0f / sqrtf(square)) : geometric;
+    if (dot(normal, geometric) < 0.0f)
+        normal = -normal;
+    if (dot(normal, direction) > -1e-3f) // interpolated away from the viewer
+        normal = geometric;
+    surface.geometric = geometric;
+    surface.normal = normal;
+    surface.material = mesh.materials[mesh.materialOfTriangle[hit.triangle]];
+    return surface;
+}
+
+SAMPLE_INLINE float3 fresnel(float3 facing, float cosine) {
+    float edge = 1.0f - clamp01(cosine);
+    float square = edge * edge;
+    return facing + (vec(1.0f) - facing) * (square * square * edge);
+}
+
+// The material at one point, seen from one direction.
+struct Lobes {
+    float3 diffuse;     // albedo of the base
+    float3 facing;      // reflectance of the coat at normal incidence
+    float alpha;        // GGX roughness
+    float glossyChance; // probability of sampling the coat
+};
+
+SAMPLE_INLINE Lobes makeLobes(const Material& material, float viewCosine) {
+    Lobes lobes;
+    lobes.diffuse = material.color * (1.0f - material.metallic);
+    lobes.facing = lerp(vec(0.04f), material.color, material.metallic);
+    float roughness = maxOf(material.roughness, 0.08f);
+    lobes.alpha = roughness * roughness;
+    float glossy = maxComponent(fresnel(lobes.facing, viewCosine));
+    float base = maxComponent(lobes.diffuse) * (1.0f - glossy);
+    lobes.glossyChance = glossy / maxOf(glossy + base, 1e-6f);
+    return lobes;
+}
+
+// Smith's masking term for GGX, one direction.
+SAMPLE_INLINE float masking(float alpha, float cosine) {
+    float square = alpha * alpha;
+    return 2.0f * cosine / (cosine + sqrtf(square + (1.0f - square) * cosine * cosine));
+}
+
+struct Reflection {
+    float3 value; // reflectance times cosine
+    float pdf;
+};
+
+// `view` and `light` in the surface's basis, both above it.
+SAMPLE_INLINE Reflection evaluate(const Lobes& lobes, float3 view, float3 light) {
+    Reflection result;
+    float3 half = normalize(view + light);
+    float square = lobes.alpha * lobes.alpha;
+    float denominator = half.z * half.z * (square - 1.0f) + 1.0f;
+    float distribution = square / (kPi * denominator * denominator);
+    float3 reflected = fresnel(lobes.facing, dot(view, half));
+    float maskView = masking(lobes.alpha, view.z);
+    float visibility = maskView * masking(lobes.alpha, light.z) / (4.0f * view.z * light.z);
+    result.value = (lobes.diffuse * (vec(1.0f) - reflected) * (1.0f / kPi) +
+                    reflected * (distribution * visibility)) *
+                   light.z;
+    float glossyPdf = distribution * maskView / (4.0f * view.z);
+    result.pdf = lobes.glossyChance * glossyPdf + (1.0f - lobes.glossyChance) * light.z / kPi;
+    return result;
+}
+
+// A direction to follow, in the surface's basis; may point below the surface (then it is lost).
+SAMPLE_INLINE float3 sampleMaterial(const Lobes& lobes, float3 view, Random& random) {
+    float choice = nextFloat(random);
+    float radius = sqrtf(nextFloat(random));
+    float2 circle = circlePoint(nextFloat(random));
+    float x = radius * circle.x, y = radius * circle.y;
+    if (choice >= lobes.glossyChance) // cosine-weighted
+        return vec(x, y, sqrtf(maxOf(0.0f, 1.0f - x * x - y * y)));
+    float3 stretched = normalize(vec(lobes.alpha * view.x, lobes.alpha * view.y, view.z));
+    // Visible normals fill half a disc whose straight edge lies in the surface: `tangent` must too.
+    float planar = stretched.x * stretched.x + stretched.y * stretched.y;
+    float3 tangent = vec(1.0f, 0.0f, 0.0f);
+    if (planar > 1e-12f)
+        tangent = vec(-stretched.y, stretched.x, 0.0f) * (1.0f / sqrtf(planar));
+    float3 bitangent = cross(stretched, tangent);
+    float share = 0.5f * (1.0f + stretched.z);
+    y = (1.0f - share) * sqrtf(maxOf(0.0f, 1.0f - x * x)) + share * y;
+    float3 normal = tangent * x + bitangent * y +
+                    stretched * sqrtf(maxOf(0.0f, 1.0f - x * x - y * y));
+    normal = normalize(vec(lobes.alpha * normal.x, lobes.alpha * normal.y, maxOf(1e-6f, normal.z)));
+    return -reflect(view, normal);
+}
+
+// ---- Paths --------------------------------------------------------------------------------------
+
+// Light from the lights straight to the surface, reflected towards `view`.
+template <class Rays>
+SAMPLE_INLINE float3 directLight(const Scene& scene, const Rays& rays, const Surface& surface,
+                                 const Lobes& lobes, float3 x, float3 y, float3 view,
+                                 Random& random) {
+    LightSample sample = sampleLight(scene, surface.point, random);
+    float3 local = vec(dot(sample.direction, x), dot(sample.direction, y),
+                       dot(sample.direction, surface.normal));
+    if (sample.pdf <= 0.0f || local.z <= 1e-4f ||
+        dot(sample.direction, surface.geometric) <= 1e-4f)
+        return vec(0.0f);
+    if (!rays.visible(surface.point + surface.geometric * scene.epsilon, sample.direction,
+                      sample.distance - 2.0f * scene.epsilon))
+        return vec(0.0f);
+    Reflection reflection = evaluate(lobes, view, local);
+    return sample.emission * reflection.value * (1.0f / (sample.pdf + reflection.pdf));
+}
+
+// Light that reaches `origin` against `direction` along one random path. Rays must offer
+//   Hit closest(float3 origin, float3 direction) const
+//   bool visible(float3 origin, float3 direction, float distance) const
+template <class Rays>
+SAMPLE_INLINE float3 tracePath(const Scene& scene, const Rays& rays, float3 origin,
+                               float3 direction, Random& random) {
+    constexpr float kLimit = 12.0f; // on what one bounce adds: keeps rare bright paths from speckling
+    float3 radiance = vec(0.0f), throughput = vec(1.0f);
+    float materialPdf = 0.0f;
+    for (unsigned segment = 0; segment < scene.maxSegments; ++segment) {
+        Hit hit = rays.closest(origin, direction);
+        float3 arriving = vec(0.0f);
+        if (segment > 0)
+            arriving = lightAlongRay(scene, origin, direction, hit.t < 0.0f ? 1e30f : hit.t,
+                                     materialPdf);
+        if (hit.t < 0.0f) {
+            radiance += throughput * (arriving + skyRadiance(scene, direction));
+            break;
+        }
+        Surface surface = surfaceAt(scene.mesh, hit, direction);
+        float3 x, y;
+        makeBasis(surface.normal, x, y);
+        float3 view = vec(-dot(direction, x), -dot(direction, y), -dot(direction, surface.normal));
+        Lobes lobes = makeLobes(surface.material, view.z);
+        arriving += surface.material.emission;
+        if (scene.lightCount > 0)
+            arriving += directLight(scene, rays, surface, lobes, x, y, view, random);
+        float3 added = throughput * arriving;
+        float brightest = maxComponent(added);
+        radiance += segment > 0 && brightest > kLimit ? added * (kLimit / brightest) : added;
+
+        float3 next = sampleMaterial(lobes, view, random);
+        if (next.z <= 1e-4f)
+            break;
+        Reflection reflection = evaluate(lobes, view, next);
+        direction = fromBasis(x, y, surface.normal, next);
+        if (dot(direction, surface.geometric) <= 0.0f || !(reflection.pdf > 0.0f))
+            break;
+        throughput *= reflection.value / reflection.pdf;
+        materialPdf = reflection.pdf;
+        // Russian roulette: dim paths end early, the others make up for them.
+        float survival = minOf(1.0f, maxComponent(throughput));
+        if (segment > 0 && survival < 0.95f) {
+            if (nextFloat(random) >= survival)
+                break;
+            throughput = throughput / survival;
+        }
+        origin = surface.point + surface.geometric * scene.epsilon;
+    }
+    return radiance;
+}
+
+// One sample of a pixel, at a random place in it.
+template <class Rays>
+SAMPLE_INLINE float3 samplePixel(const Scene& scene, const Rays& rays, const Camera& camera,
+                                 unsigned x, unsigned y, unsigned width, unsigned height,
+                                 unsigned sample) {
+    Random random = makeRandom(y * width + x, sample);
+    float u = (float(x) + nextFloat(random)) / float(width);
+    float v = (float(y) + nextFloat(random)) / float(height);
+    return tracePath(scene, rays, camera.eye, cameraDirection(camera, u, v), random);
+}
