@@ -13,11 +13,10 @@ struct TypeInfo {
 };
 
 constexpr std::array<TypeInfo, 24> kTypes = {{
-    {"none", 0},    {"pred", 1},   {"b8", 1},       {"b16", 2},        {"b32", 4},     {"b64", 8},
-    {"b128", 16},   {"u8", 1},     {"u16", 2},      {"u32", 4},        {"u64", 8},     {"s8", 1},
-    {"s16", 2},     {"s32", 4},    {"s64", 8},      {"f16", 2},        {"f16x2", 4},   {"bf16", 2},
-    {"bf16x2", 4},  {"f32", 4},    {"f64", 8},      {"texref", 8},     {"samplerref", 8},
-    {"surfref", 8},
+    {"none", 0},   {"pred", 1}, {"b8", 1},  {"b16", 2},    {"b32", 4},        {"b64", 8},
+    {"b128", 16},  {"u8", 1},   {"u16", 2}, {"u32", 4},    {"u64", 8},        {"s8", 1},
+    {"s16", 2},    {"s32", 4},  {"s64", 8}, {"f16", 2},    {"f16x2", 4},      {"bf16", 2},
+    {"bf16x2", 4}, {"f32", 4},  {"f64", 8}, {"texref", 8}, {"samplerref", 8}, {"surfref", 8},
 }};
 static_assert(kTypes.size() == static_cast<size_t>(Type::kSurfref) + 1);
 
@@ -47,9 +46,13 @@ bool set(Type value, Type& type) {
 
 } // namespace
 
-unsigned sizeOf(Type type) { return kTypes[static_cast<size_t>(type)].size; }
+unsigned sizeOf(Type type) {
+    return kTypes[static_cast<size_t>(type)].size;
+}
 
-const char* nameOf(Type type) { return kTypes[static_cast<size_t>(type)].name; }
+const char* nameOf(Type type) {
+    return kTypes[static_cast<size_t>(type)].name;
+}
 
 // Called for every modifier of every instruction, so the first letter decides what is compared.
 bool typeFromName(std::string_view name, Type& type) {

@@ -27,18 +27,39 @@ struct Location {
 enum class Type : uint8_t {
     kNone,
     kPred,
-    kB8, kB16, kB32, kB64, kB128,
-    kU8, kU16, kU32, kU64,
-    kS8, kS16, kS32, kS64,
-    kF16, kF16x2, kBF16, kBF16x2, kF32, kF64,
-    kTexref, kSamplerref, kSurfref,
+    kB8,
+    kB16,
+    kB32,
+    kB64,
+    kB128,
+    kU8,
+    kU16,
+    kU32,
+    kU64,
+    kS8,
+    kS16,
+    kS32,
+    kS64,
+    kF16,
+    kF16x2,
+    kBF16,
+    kBF16x2,
+    kF32,
+    kF64,
+    kTexref,
+    kSamplerref,
+    kSurfref,
 };
 
-unsigned sizeOf(Type type);                 // bytes; kPred 1, opaque references 8, kNone 0
-const char* nameOf(Type type);              // "u32", "pred", ...
+unsigned sizeOf(Type type);    // bytes; kPred 1, opaque references 8, kNone 0
+const char* nameOf(Type type); // "u32", "pred", ...
 bool typeFromName(std::string_view name, Type& type); // without the dot
-inline bool isFloat(Type t) { return t >= Type::kF16 && t <= Type::kF64; }
-inline bool isSigned(Type t) { return t >= Type::kS8 && t <= Type::kS64; }
+inline bool isFloat(Type t) {
+    return t >= Type::kF16 && t <= Type::kF64;
+}
+inline bool isSigned(Type t) {
+    return t >= Type::kS8 && t <= Type::kS64;
+}
 
 enum class Space : uint8_t { kNone, kReg, kConst, kGlobal, kLocal, kParam, kShared };
 
@@ -46,13 +67,13 @@ enum class Linkage : uint8_t { kInternal, kVisible, kExtern, kWeak, kCommon };
 
 // One word of an initialiser that is the address of a symbol.
 struct Relocation {
-    uint64_t offset = 0;      // bytes from the variable's start
+    uint64_t offset = 0; // bytes from the variable's start
     std::string_view symbol;
     int64_t addend = 0;
-    bool generic = false;     // generic(sym): address in generic space
-    uint8_t mask = 0;         // 0, or bit k set: only byte k of the address, the 0xFF(...) form
-                              // (runs of all bytes of one address are merged into one word)
-    unsigned size = 8;        // bytes the address takes
+    bool generic = false; // generic(sym): address in generic space
+    uint8_t mask = 0;     // 0, or bit k set: only byte k of the address, the 0xFF(...) form
+                          // (runs of all bytes of one address are merged into one word)
+    unsigned size = 8;    // bytes the address takes
 };
 
 // A module, function-local or parameter variable.
@@ -61,17 +82,17 @@ struct Variable {
     Space space = Space::kNone;
     Linkage linkage = Linkage::kInternal;
     Type type = Type::kNone;
-    unsigned vector = 1;                 // elements of .v2/.v4
-    unsigned alignment = 0;              // bytes; never 0 after parsing (natural if not given)
-    std::vector<uint64_t> dimensions;    // array sizes; 0 = not given: name[]
-    uint64_t size = 0;                   // bytes in all; 0 for unsized arrays
+    unsigned vector = 1;              // elements of .v2/.v4
+    unsigned alignment = 0;           // bytes; never 0 after parsing (natural if not given)
+    std::vector<uint64_t> dimensions; // array sizes; 0 = not given: name[]
+    uint64_t size = 0;                // bytes in all; 0 for unsized arrays
     bool isArray = false;
-    bool isPointer = false;              // kernel parameter marked .ptr
-    bool isManaged = false;              // .attribute(.managed)
-    Space pointerSpace = Space::kNone;   // .ptr.global and the like; kNone = generic
-    unsigned pointerAlignment = 0;       // .ptr ... .align N; 0 = not given
+    bool isPointer = false;            // kernel parameter marked .ptr
+    bool isManaged = false;            // .attribute(.managed)
+    Space pointerSpace = Space::kNone; // .ptr.global and the like; kNone = generic
+    unsigned pointerAlignment = 0;     // .ptr ... .align N; 0 = not given
     bool hasInitializer = false;
-    std::vector<uint8_t> initializer;    // may be shorter than size: the rest is zero
+    std::vector<uint8_t> initializer; // may be shorter than size: the rest is zero
     std::vector<Relocation> relocations;
     Location location;
 };
@@ -85,33 +106,33 @@ struct Register {
 };
 
 enum class OperandKind : uint8_t {
-    kRegister,    // index = register; `negated` for !p
-    kInteger,     // integer = value (two's complement)
-    kFloat,       // integer = bits: 32 or 64 as floatBits says (0f..., 0d..., decimal = 64)
-    kSymbol,      // name of a variable, function, parameter or .branchtargets list, maybe with
-                  // `offset`, maybe indexed by a register (see scale)
-    kSpecial,     // name of a special register, "%tid.x"
-    kAddress,     // [base + offset]: base register (index) or symbol (name) or neither; both for
-                  // sym[%r], see scale
-    kVector,      // {a, b, ...}: elements
-    kLabel,       // index = label
-    kSink,        // _
-    kPair,        // d|p of setp, shfl, match...: elements[0], elements[1]
-    kTexture,     // [tex, {coords}] or [tex, sampler, {coords}]: elements in order
+    kRegister, // index = register; `negated` for !p
+    kInteger,  // integer = value (two's complement)
+    kFloat,    // integer = bits: 32 or 64 as floatBits says (0f..., 0d..., decimal = 64)
+    kSymbol,   // name of a variable, function, parameter or .branchtargets list, maybe with
+               // `offset`, maybe indexed by a register (see scale)
+    kSpecial,  // name of a special register, "%tid.x"
+    kAddress,  // [base + offset]: base register (index) or symbol (name) or neither; both for
+               // sym[%r], see scale
+    kVector,   // {a, b, ...}: elements
+    kLabel,    // index = label
+    kSink,     // _
+    kPair,     // d|p of setp, shfl, match...: elements[0], elements[1]
+    kTexture,  // [tex, {coords}] or [tex, sampler, {coords}]: elements in order
 };
 
 struct Operand {
     OperandKind kind = OperandKind::kSink;
-    bool negated = false;      // !p or a leading minus before a register
+    bool negated = false; // !p or a leading minus before a register
     uint8_t floatBits = 0;
-    uint32_t index = ~0u;      // register or label
-    int8_t component = -1;     // .x .y .z .w (0..3) of a vector register; 4..7 = .b0 .. .b3 and
-                               // 8, 9 = .h0 .h1 of a video instruction's operand
+    uint32_t index = ~0u;  // register or label
+    int8_t component = -1; // .x .y .z .w (0..3) of a vector register; 4..7 = .b0 .. .b3 and
+                           // 8, 9 = .h0 .h1 of a video instruction's operand
     int64_t integer = 0;
-    int64_t offset = 0;        // kSymbol, kAddress: bytes
-    uint32_t scale = 0;        // kSymbol, kAddress with name and index, the sym[%r] form: the
-                               // address is name + register * scale + offset. 0 otherwise
-    std::string_view name;     // kSymbol, kSpecial, kAddress on a symbol
+    int64_t offset = 0;    // kSymbol, kAddress: bytes
+    uint32_t scale = 0;    // kSymbol, kAddress with name and index, the sym[%r] form: the
+                           // address is name + register * scale + offset. 0 otherwise
+    std::string_view name; // kSymbol, kSpecial, kAddress on a symbol
     std::vector<Operand> elements;
     Location location;
 };
@@ -129,12 +150,12 @@ struct Instruction {
     std::vector<Type> types;                 // those modifiers that are types, in order
     int32_t guard = -1;                      // register index of @p, -1 if none
     bool guardNegated = false;
-    std::vector<Operand> operands;           // destinations first, as written (except `call`)
+    std::vector<Operand> operands; // destinations first, as written (except `call`)
     // call: results, target and arguments are separate; `operands` is empty.
     std::vector<Operand> results;
     std::vector<Operand> arguments;
     Operand target;
-    std::string_view prototype;              // label of .callprototype / .calltargets, or empty
+    std::string_view prototype; // label of .callprototype / .calltargets, or empty
     Location location;
     SourcePosition source;
 
@@ -144,7 +165,7 @@ struct Instruction {
                 return true;
         return false;
     }
-    std::string fullOpcode() const;          // "ld.global.v4.u32"
+    std::string fullOpcode() const; // "ld.global.v4.u32"
 };
 
 enum class StatementKind : uint8_t { kInstruction, kLabel };
@@ -180,18 +201,18 @@ struct Function {
     bool isEntry = false;
     bool hasBody = false;
     bool noreturn = false;
-    std::vector<Variable> results;     // space kParam or kReg
-    std::vector<Variable> parameters;  // space kParam or kReg; kReg ones are also in `registers`
+    std::vector<Variable> results;    // space kParam or kReg
+    std::vector<Variable> parameters; // space kParam or kReg; kReg ones are also in `registers`
     std::vector<uint32_t> resultRegisters;    // register index per result, ~0u if it is a .param
     std::vector<uint32_t> parameterRegisters; // same for parameters
-    std::vector<Register> registers;   // of a range only the registers that are used
+    std::vector<Register> registers;          // of a range only the registers that are used
     std::vector<std::string_view> labels;
-    std::vector<Variable> variables;   // .local, .shared, .param, .global, .const declared in the body;
-                                       // names made unique within the function
+    std::vector<Variable> variables; // .local, .shared, .param, .global, .const declared in the
+                                     // body; names made unique within the function
     std::vector<Prototype> prototypes;
     std::vector<BranchTargets> branchTargets;
     std::vector<CallTargets> callTargets;
-    std::vector<Statement> body;       // braces flattened
+    std::vector<Statement> body;             // braces flattened
     uint32_t maxThreads[3] = {0, 0, 0};      // .maxntid
     uint32_t requiredThreads[3] = {0, 0, 0}; // .reqntid
     uint32_t minBlocks = 0;                  // .minnctapersm
@@ -204,15 +225,15 @@ struct Function {
 };
 
 struct Module {
-    std::string text;                      // owns every name below
+    std::string text;                                    // owns every name below
     std::vector<std::unique_ptr<std::string>> generated; // names made by the parser
     unsigned versionMajor = 0, versionMinor = 0;
-    std::string_view target;               // "sm_75"
+    std::string_view target;                     // "sm_75"
     std::vector<std::string_view> targetOptions; // "debug", "texmode_independent", ...
     unsigned addressSize = 64;
-    std::vector<std::string> files;        // .file table, index as in .loc; [0] unused
-    std::vector<Variable> variables;       // module scope
-    std::vector<Function> functions;       // declarations and definitions
+    std::vector<std::string> files;  // .file table, index as in .loc; [0] unused
+    std::vector<Variable> variables; // module scope
+    std::vector<Function> functions; // declarations and definitions
     std::vector<std::pair<std::string_view, std::string_view>> aliases;
 
     // Name to index, filled by the parser; whoever adds functions or variables to a parsed module

@@ -13,11 +13,12 @@ void Parser::parseBody() {
     while (scopes_.depth() >= outermost) {
         if (atEnd()) {
             const size_t missing = scopes_.depth() - outermost + 1;
-            fault(token_.location,
-                  "the text ends inside function " + quoted(function_.name) + " (its '{' is at " +
-                      std::to_string(start.line) + ":" + std::to_string(start.column) + "): " +
-                      (missing == 1 ? std::string("a '}' is") : std::to_string(missing) + " '}' are") +
-                      " missing, the text may be truncated");
+            fault(token_.location, "the text ends inside function " + quoted(function_.name) +
+                                       " (its '{' is at " + std::to_string(start.line) + ":" +
+                                       std::to_string(start.column) + "): " +
+                                       (missing == 1 ? std::string("a '}' is")
+                                                     : std::to_string(missing) + " '}' are") +
+                                       " missing, the text may be truncated");
         }
         if (tooManyErrors())
             throw Fault{};
@@ -42,8 +43,8 @@ void Parser::parseStatement() {
         return;
     if (at('{')) {
         if (scopes_.depth() >= Scopes::kMaxDepth)
-            fault(token_.location, "braces are nested more than " +
-                                       std::to_string(Scopes::kMaxDepth) + " deep");
+            fault(token_.location,
+                  "braces are nested more than " + std::to_string(Scopes::kMaxDepth) + " deep");
         advance();
         return scopes_.open();
     }
@@ -59,8 +60,8 @@ void Parser::parseStatement() {
         unexpected("an instruction, a label or a directive");
     const Token first = token_;
     if (first.text[0] == '%')
-        fault(first.location, "an instruction begins with its opcode, not with register " +
-                                  quoted(first.text));
+        fault(first.location,
+              "an instruction begins with its opcode, not with register " + quoted(first.text));
     statement.instruction.opcode = expectName("an opcode");
     statement.instruction.location = first.location;
     if (at(':') && statement.instruction.guard < 0)
@@ -86,15 +87,15 @@ void Parser::parseBodyDirective() {
         return space == Space::kReg ? parseRegisters() : parseBodyVariables(linkage, space);
     }
     Nearest nearest(token_.text);
-    for (const char* known : {"reg", "local", "shared", "param", "global", "const", "loc", "pragma"})
+    for (const char* known :
+         {"reg", "local", "shared", "param", "global", "const", "loc", "pragma"})
         nearest.offer(known);
     if (token_.kind != TokenKind::kDotWord)
         unexpected("a state space");
     const bool function = token_.text == "entry" || token_.text == "func";
-    fault(token_.location,
-          "unknown directive " + quoted("." + std::string(token_.text)) +
-              " in the body of function " + quoted(function_.name) +
-              (function ? ": a '}' may be missing before it" : nearest.hint()));
+    fault(token_.location, "unknown directive " + quoted("." + std::string(token_.text)) +
+                               " in the body of function " + quoted(function_.name) +
+                               (function ? ": a '}' may be missing before it" : nearest.hint(".")));
 }
 
 // `name` unless the function or the module uses it already: then name$1, name$2, ...
@@ -130,7 +131,8 @@ void Parser::parseLabel(std::string_view name, Location location) {
     const auto declare = [&](LabelKind kind, size_t index) {
         if (const auto earlier =
                 scopes_.declareLabel(id, kind, static_cast<uint32_t>(index), location))
-            fault(location, "label " + quoted(name) + " is defined twice in this scope; first at line " +
+            fault(location, "label " + quoted(name) +
+                                " is defined twice in this scope; first at line " +
                                 std::to_string(earlier->location.line));
     };
     if (token_.isDot("callprototype")) {
@@ -239,9 +241,8 @@ void Parser::reportUnbound(const std::vector<LabelUse>& uses) {
         Nearest nearest(names_.text(use.name));
         for (const std::string_view label : function_.labels)
             nearest.offer(label);
-        const bool inner =
-            std::find(function_.labels.begin(), function_.labels.end(), names_.text(use.name)) !=
-            function_.labels.end();
+        const bool inner = std::find(function_.labels.begin(), function_.labels.end(),
+                                     names_.text(use.name)) != function_.labels.end();
         diagnostics_.error(use.location,
                            "unknown label " + quoted(names_.text(use.name)) + " in function " +
                                quoted(function_.name) +
@@ -280,9 +281,8 @@ void Parser::parseInstruction(Instruction& instruction) {
     if (!at(';')) {
         do {
             const size_t index = instruction.operands.size();
-            instruction.operands.push_back(branch || (table && index == 1)
-                                               ? parseLabelOperand(index)
-                                               : parseOperand());
+            instruction.operands.push_back(
+                branch || (table && index == 1) ? parseLabelOperand(index) : parseOperand());
             if (table && index == 1)
                 instruction.operands.back().kind = OperandKind::kSymbol;
         } while (accept(','));

@@ -62,8 +62,7 @@ void Parser::parsePointer(Variable& variable) {
     if (!token_.isDot("align"))
         return;
     advance();
-    variable.pointerAlignment =
-        static_cast<unsigned>(expectInteger("an alignment", 0xFFFFFFFF));
+    variable.pointerAlignment = static_cast<unsigned>(expectInteger("an alignment", 0xFFFFFFFF));
 }
 
 // The dot words between state space and name: alignment, vector width, type, attributes.
@@ -118,8 +117,8 @@ void Parser::parseDimensions(Variable& variable) {
         if (size == 0 && !variable.dimensions.empty())
             fault(location, "only the first dimension of an array may be left open");
         if (variable.dimensions.size() == kMaxDimensions)
-            fault(location, "an array has at most " + std::to_string(kMaxDimensions) +
-                                " dimensions");
+            fault(location,
+                  "an array has at most " + std::to_string(kMaxDimensions) + " dimensions");
         variable.dimensions.push_back(static_cast<uint64_t>(size));
         expect(']', "after the array size");
     }
@@ -132,8 +131,8 @@ void Parser::finishSize(Variable& variable) {
         variable.alignment = static_cast<unsigned>(std::bit_ceil(size));
     for (const uint64_t dimension : variable.dimensions) {
         if (dimension > kMaxVariableSize || size * dimension > kMaxVariableSize)
-            fault(variable.location, "variable " + quoted(variable.name) +
-                                         " is larger than the limit of 2^40 bytes");
+            fault(variable.location,
+                  "variable " + quoted(variable.name) + " is larger than the limit of 2^40 bytes");
         size *= dimension;
     }
     variable.size = size;
@@ -154,10 +153,10 @@ void Parser::addModuleVariable(Variable&& variable) {
     // Looked up in the map that the module keeps anyway.
     const auto function = module_.functionIndex.find(variable.name);
     if (function != module_.functionIndex.end())
-        fault(variable.location, "variable " + quoted(variable.name) +
-                                     " has the name of a function declared at line " +
-                                     std::to_string(
-                                         module_.functions[function->second].location.line));
+        fault(variable.location,
+              "variable " + quoted(variable.name) +
+                  " has the name of a function declared at line " +
+                  std::to_string(module_.functions[function->second].location.line));
     const uint32_t index = static_cast<uint32_t>(module_.variables.size());
     const auto [entry, added] = module_.variableIndex.emplace(variable.name, index);
     if (!added) {
@@ -375,11 +374,8 @@ void Parser::storeConstant(Variable& variable, uint64_t offset, const Constant& 
     uint64_t bits = constant.bits;
     const bool wantsFloat = variable.type == Type::kF32 || variable.type == Type::kF64;
     if (wantsFloat && constant.floatBits == 0) {
-        // Whole numbers appear as initialisers of floats: they mean their value.
-        const double value = constant.isUnsigned ? static_cast<double>(bits)
-                                                 : static_cast<double>(static_cast<int64_t>(bits));
-        bits = variable.type == Type::kF32 ? std::bit_cast<uint32_t>(static_cast<float>(value))
-                                           : std::bit_cast<uint64_t>(value);
+        fault(location, "an integer initialises a variable of type ." +
+                            std::string(nameOf(variable.type)) + ": write 1.0 or 0f3F800000");
     } else if (variable.type == Type::kF32 && constant.floatBits == 64) {
         bits = std::bit_cast<uint32_t>(static_cast<float>(std::bit_cast<double>(bits)));
     } else if (variable.type == Type::kF64 && constant.floatBits == 32) {

@@ -79,7 +79,7 @@ std::string Diagnostics::format() const {
 void Nearest::offer(std::string_view candidate) {
     // Long names and long lists would cost more than the hint is worth.
     constexpr size_t kMaxLength = 100, kMaxCandidates = 4000;
-    if (name_.empty() || name_.size() > kMaxLength || candidate.size() > kMaxLength ||
+    if (name_.size() < 2 || name_.size() > kMaxLength || candidate.size() > kMaxLength ||
         ++offered_ > kMaxCandidates || candidate == name_)
         return;
     const size_t limit = std::min(best_ - 1, std::max<size_t>(1, name_.size() / 3));
@@ -90,8 +90,9 @@ void Nearest::offer(std::string_view candidate) {
     }
 }
 
-std::string Nearest::hint() const {
-    return found_.empty() ? std::string() : " (did you mean '" + found_ + "'?)";
+std::string Nearest::hint(const char* prefix) const {
+    return found_.empty() ? std::string()
+                          : " (did you mean '" + std::string(prefix) + found_ + "'?)";
 }
 
 std::string quoted(std::string_view text) {

@@ -41,7 +41,7 @@ public:
     explicit Nearest(std::string_view name) : name_(name) {}
     void offer(std::string_view candidate);
     // " (did you mean 'x'?)", or empty where nothing is close.
-    std::string hint() const;
+    std::string hint(const char* prefix = "") const;
 
 private:
     std::string_view name_;

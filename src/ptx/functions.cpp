@@ -119,10 +119,10 @@ void Parser::declareParameters(std::vector<Variable>& variables, std::vector<uin
 void Parser::addFunction(Function&& function) {
     const auto variable = module_.variableIndex.find(function.name);
     if (variable != module_.variableIndex.end())
-        fault(function.location, "function " + quoted(function.name) +
-                                     " has the name of a variable declared at line " +
-                                     std::to_string(
-                                         module_.variables[variable->second].location.line));
+        fault(function.location,
+              "function " + quoted(function.name) +
+                  " has the name of a variable declared at line " +
+                  std::to_string(module_.variables[variable->second].location.line));
     const uint32_t index = static_cast<uint32_t>(module_.functions.size());
     const auto [entry, added] = module_.functionIndex.emplace(function.name, index);
     if (!added) {

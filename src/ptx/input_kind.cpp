@@ -16,7 +16,8 @@ std::string describeForeignInput(std::string_view bytes) {
     if (bytes.empty() || bytes[0] == '\0')
         return "the PTX text is empty";
     if (startsWith(bytes, "\xED\x43\x4E\x7F"sv))
-        return "this is OptiX-IR, a proprietary binary format: compile to PTX instead (nvcc -ptx in "
+        return "this is OptiX-IR, a proprietary binary format: compile to PTX instead (nvcc -ptx "
+               "in "
                "place of --optix-ir)";
     if (startsWith(bytes, "\x7F"
                           "ELF"sv))

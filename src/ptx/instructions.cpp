@@ -183,7 +183,9 @@ const std::vector<Form>* findForms(std::string_view opcode) {
     return found == table().forms.end() ? nullptr : &found->second;
 }
 
-const std::vector<std::string_view>& allOpcodes() { return table().opcodes; }
+const std::vector<std::string_view>& allOpcodes() {
+    return table().opcodes;
+}
 
 bool matches(const Form& form, const Instruction& instruction, FormProblem* problem) {
     if (form.loose)

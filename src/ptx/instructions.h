@@ -15,16 +15,16 @@
 namespace sunstone::ptx {
 
 enum class OperandRuleKind : uint8_t {
-    kTyped,     // value of types[type]; of .vN instructions a vector of such values if vectorised
-    kWide,      // value of twice the width of types[0]
-    kFixed,     // integer value of `bytes` bytes
+    kTyped, // value of types[type]; of .vN instructions a vector of such values if vectorised
+    kWide,  // value of twice the width of types[0]
+    kFixed, // integer value of `bytes` bytes
     kPredicate,
     kAddress,
-    kTexture,   // [texture, coordinates]
+    kTexture, // [texture, coordinates]
     kLabel,
-    kTargets,   // name of a .branchtargets list
-    kConstant,  // integer literal
-    kMove,      // operand of mov: scalar, vector, symbol
+    kTargets,  // name of a .branchtargets list
+    kConstant, // integer literal
+    kMove,     // operand of mov: scalar, vector, symbol
     kAny,
 };
 
@@ -34,12 +34,12 @@ struct OperandRule {
     uint8_t bytes = 0;
     bool destination = false;
     bool optional = false;
-    bool wider = false;          // registers may be wider than the type
+    bool wider = false; // registers may be wider than the type
     bool vectorised = false;
-    bool predicateToo = false;   // destination may be value|predicate
-    bool pair = false;           // destination may be predicate|predicate
-    bool sink = false;           // destination may be _
-    bool symbol = false;         // source may be a symbol's address
+    bool predicateToo = false; // destination may be value|predicate
+    bool pair = false;         // destination may be predicate|predicate
+    bool sink = false;         // destination may be _
+    bool symbol = false;       // source may be a symbol's address
 };
 
 struct ModifierGroup {

@@ -29,7 +29,9 @@ constexpr std::array<uint8_t, 256> makeClasses() {
 
 constexpr std::array<uint8_t, 256> kClasses = makeClasses();
 
-bool is(char c, uint8_t what) { return kClasses[static_cast<unsigned char>(c)] & what; }
+bool is(char c, uint8_t what) {
+    return kClasses[static_cast<unsigned char>(c)] & what;
+}
 
 std::string byteName(unsigned char c) {
     if (c >= 32 && c < 127)
@@ -115,7 +117,7 @@ Token Lexer::next() {
     token.location = here(at_);
     const char c = *at_;
     const char* start = at_;
-    if (is(c, kNameStart)) {
+    if (is(c, kNameStart) && (c != '%' || (end_ - at_ > 1 && is(at_[1], kNamePart)))) {
         do
             ++at_;
         while (at_ != end_ && is(*at_, kNamePart));
@@ -185,8 +187,8 @@ Token Lexer::decimalFloat(Token token) {
     if (result.ec == std::errc::invalid_argument)
         return stop(token.location, "malformed number");
     if (result.ec == std::errc::result_out_of_range)
-        diagnostics_.error(token.location, "number " + quoted(token.text) +
-                                               " is out of the range of .f64");
+        diagnostics_.error(token.location,
+                           "number " + quoted(token.text) + " is out of the range of .f64");
     at_ = result.ptr;
     token.bits = std::bit_cast<uint64_t>(value);
     return token;

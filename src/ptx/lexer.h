@@ -23,9 +23,9 @@ enum class TokenKind : uint8_t {
 
 struct Token {
     TokenKind kind = TokenKind::kEnd;
-    char punctuation = 0;       // kPunctuation
+    char punctuation = 0; // kPunctuation
     bool spaceBefore = false;
-    std::string_view text;      // the token as written (kDotWord, kString: its inside)
+    std::string_view text; // the token as written (kDotWord, kString: its inside)
     uint64_t bits = 0;
     Location location;
 
@@ -44,6 +44,7 @@ public:
     Token numberAt(const Token& dotWord);
     // Goes back to `token`, which next() gave lately: it will be the next one again.
     void rewind(const Token& token);
+
 private:
     bool skipSpace();
     void skipLine();

@@ -56,9 +56,13 @@ double asDouble(const Constant& constant) {
                                : static_cast<double>(static_cast<int64_t>(constant.bits));
 }
 
-Constant integer(uint64_t bits, bool isUnsigned) { return {bits, 0, isUnsigned}; }
+Constant integer(uint64_t bits, bool isUnsigned) {
+    return {bits, 0, isUnsigned};
+}
 
-Constant floating(double value) { return {std::bit_cast<uint64_t>(value), 64, false}; }
+Constant floating(double value) {
+    return {std::bit_cast<uint64_t>(value), 64, false};
+}
 
 } // namespace
 
@@ -106,8 +110,8 @@ Operand Parser::parseOperandCore() {
             advance();
             Operand operand = parseNamed();
             if (operand.kind != OperandKind::kRegister)
-                fault(sign.location, std::string("'") + sign.punctuation +
-                                         "' must stand before a register");
+                fault(sign.location,
+                      std::string("'") + sign.punctuation + "' must stand before a register");
             operand.negated = true;
             operand.location = sign.location;
             return operand;

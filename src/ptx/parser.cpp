@@ -162,7 +162,7 @@ void Parser::unknownDirective() {
           "func", "global", "const", "shared", "file", "section", "pragma", "alias"})
         nearest.offer(word);
     fault(token_.location,
-          "unknown directive " + quoted("." + std::string(token_.text)) + nearest.hint());
+          "unknown directive " + quoted("." + std::string(token_.text)) + nearest.hint("."));
 }
 
 void Parser::parseVersion() {
@@ -365,8 +365,8 @@ void Parser::resolveModuleNames() {
             return;
         Nearest nearest(names_.text(use.name));
         hintModuleNames(nearest);
-        diagnostics_.error(use.location, "undeclared name " + quoted(names_.text(use.name)) +
-                                             nearest.hint());
+        diagnostics_.error(use.location,
+                           "undeclared name " + quoted(names_.text(use.name)) + nearest.hint());
         moduleNames_.resize(names_.size());
         moduleNames_[use.name] = 1; // once is enough
     }

@@ -152,15 +152,15 @@ private:
     // Of the function being parsed.
     Function function_;
     SourcePosition source_;
-    bool addressesAreValues_ = false;    // in this instruction sym[N] is an address, not a place
-    size_t statement_ = 0;               // index that the instruction being parsed will get
-    uint32_t functionNumber_ = 0;        // from 1
+    bool addressesAreValues_ = false;      // in this instruction sym[N] is an address, not a place
+    size_t statement_ = 0;                 // index that the instruction being parsed will get
+    uint32_t functionNumber_ = 0;          // from 1
     std::vector<uint32_t> variableStamps_; // by name: function that last used it for a variable
     std::vector<uint32_t> labelStamps_;    // the same for prototypes and target lists
     std::vector<uint32_t> suffixes_;       // by name: last number tried to make it unique
 
-    std::vector<NameUse> moduleUses_;    // symbols that must be found at module scope
-    std::vector<uint8_t> moduleNames_;   // by name: 1 = declared at module scope
+    std::vector<NameUse> moduleUses_;  // symbols that must be found at module scope
+    std::vector<uint8_t> moduleNames_; // by name: 1 = declared at module scope
 };
 
 } // namespace sunstone::ptx

@@ -68,10 +68,10 @@ public:
 
     std::string run() {
         header();
-        // Declarations first: initialisers may name functions.
         for (const Function& function : module_.functions)
             if (!function.hasBody)
                 printFunction(function);
+        declareNamedByInitializers();
         for (const Variable& variable : module_.variables) {
             printVariable(variable);
             text_ += ";\n";
@@ -93,6 +93,7 @@ private:
     }
 
     void header();
+    void declareNamedByInitializers();
     void printHex(uint64_t bits, unsigned digits);
     void printType(const Variable& variable);
     void printVariable(const Variable& variable);
@@ -102,6 +103,7 @@ private:
     void printParameters(const std::vector<Variable>& parameters, bool prototype);
     void printTriple(const char* directive, const uint32_t (&values)[3]);
     void printAttributes(const Function& function);
+    void printHeader(const Function& function);
     void printFunction(const Function& function);
     void printDeclarations(const Function& function);
     void printInstruction(const Instruction& instruction);
@@ -136,6 +138,23 @@ void Printer::header() {
     for (size_t i = 0; i < module_.files.size(); ++i)
         if (!module_.files[i].empty())
             add(".file ", uint64_t(i), " \"", module_.files[i], "\"\n");
+}
+
+// Assemblers want to have seen a function whose address an initialiser takes.
+void Printer::declareNamedByInitializers() {
+    std::unordered_set<std::string_view> named;
+    for (const Variable& variable : module_.variables)
+        for (const Relocation& relocation : variable.relocations)
+            named.insert(relocation.symbol);
+    for (const Function& function : module_.functions)
+        if (!function.hasBody)
+            named.erase(function.name);
+    for (const Function& function : module_.functions) {
+        if (named.count(function.name) == 0)
+            continue;
+        printHeader(function);
+        add(";\n\n");
+    }
 }
 
 void Printer::printHex(uint64_t bits, unsigned digits) {
@@ -196,38 +215,56 @@ void Printer::printElement(const Variable& variable, size_t offset) {
     }
 }
 
+// One element after the other, in braces where a row of some dimension begins and ends.
 void Printer::printInitializer(const Variable& variable) {
-    const bool list = variable.isArray || variable.vector > 1;
-    add(list ? " = {" : " = ");
+    add(" = ");
     const unsigned size = sizeOf(variable.type);
+    const size_t count = variable.initializer.size() / size;
+    std::vector<uint64_t> rows; // elements per brace, outermost first
+    uint64_t row = variable.vector;
+    if (variable.vector > 1)
+        rows.push_back(row);
+    for (size_t i = variable.dimensions.size(); i-- > 0;)
+        rows.insert(rows.begin(), row *= std::max<uint64_t>(variable.dimensions[i], 1));
+    size_t element = 0;
+    const auto open = [&] {
+        add(element ? ", " : "");
+        for (const uint64_t length : rows)
+            add(element % length == 0 ? "{" : "");
+    };
+    const auto close = [&] {
+        ++element;
+        for (const uint64_t length : rows)
+            add(element % length == 0 || element == count ? "}" : "");
+    };
+    if (count == 0)
+        add(rows.empty() ? "0" : "{}");
     auto relocation = variable.relocations.begin();
-    for (size_t offset = 0; offset + size <= variable.initializer.size();) {
-        if (offset)
-            add(", ");
+    while (element < count) {
+        const size_t offset = element * size;
         while (relocation != variable.relocations.end() && relocation->offset < offset)
             ++relocation;
         if (relocation == variable.relocations.end() || relocation->offset != offset) {
+            open();
             printElement(variable, offset);
-            offset += size;
+            close();
         } else if (relocation->mask == 0 && relocation->size == size) {
+            open();
             printRelocation(*relocation);
-            offset += size;
+            close();
         } else {
             // Byte selectors: one of them, or those of the whole address.
             for (unsigned byte = 0; byte < 8; ++byte) {
                 if (relocation->mask && !(relocation->mask >> byte & 1))
                     continue;
-                if (!relocation->mask && byte)
-                    add(", ");
+                open();
                 add("0xFF", std::string(2 * byte, '0'), "(");
                 printRelocation(*relocation);
                 add(")");
+                close();
             }
-            offset += relocation->size;
         }
     }
-    if (list)
-        add("}");
 }
 
 void Printer::printParameters(const std::vector<Variable>& parameters, bool prototype) {
@@ -363,9 +400,7 @@ void Printer::printDeclarations(const Function& function) {
     }
 }
 
-void Printer::printFunction(const Function& function) {
-    function_ = &function;
-    source_ = SourcePosition();
+void Printer::printHeader(const Function& function) {
     add(linkageName(function.linkage), function.isEntry ? ".entry " : ".func ");
     if (!function.results.empty()) {
         printParameters(function.results, false);
@@ -375,6 +410,12 @@ void Printer::printFunction(const Function& function) {
     printParameters(function.parameters, false);
     add("\n");
     printAttributes(function);
+}
+
+void Printer::printFunction(const Function& function) {
+    function_ = &function;
+    source_ = SourcePosition();
+    printHeader(function);
     if (!function.hasBody) {
         add(";\n\n");
         return;
@@ -498,6 +539,8 @@ void Printer::printOperand(const Operand& operand) {
 
 } // namespace
 
-std::string print(const Module& module) { return Printer(module).run(); }
+std::string print(const Module& module) {
+    return Printer(module).run();
+}
 
 } // namespace sunstone::ptx

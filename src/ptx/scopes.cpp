@@ -22,7 +22,9 @@ void Scopes::beginFunction() {
     innerRanges_ = 0;
 }
 
-void Scopes::open() { scopes_.push_back({scopeCount_++, uses_.size(), {}, {}, {}}); }
+void Scopes::open() {
+    scopes_.push_back({scopeCount_++, uses_.size(), {}, {}, {}});
+}
 
 void Scopes::close(const Bind& bind) {
     const Scope& scope = scopes_.back();
@@ -101,7 +103,8 @@ std::optional<Symbol> Scopes::expand(NameId name, uint32_t aboveDepth,
                                      std::vector<Register>& registers) {
     const std::string_view text = names_.text(name);
     size_t split = text.size(); // range numbers have ten digits at most
-    while (split > 0 && text.size() - split < 10 && text[split - 1] >= '0' && text[split - 1] <= '9')
+    while (split > 0 && text.size() - split < 10 && text[split - 1] >= '0' &&
+           text[split - 1] <= '9')
         --split;
     for (; split < text.size(); ++split) {
         if (text[split] == '0' && split + 1 != text.size())
@@ -112,8 +115,10 @@ std::optional<Symbol> Scopes::expand(NameId name, uint32_t aboveDepth,
         if (parsed.ec != std::errc())
             continue;
         const NameId prefix = names_.intern(text.substr(0, split));
-        const int64_t found = of(prefix).range;
-        if (found < 0 || ranges_[found].depth <= aboveDepth || number >= ranges_[found].count)
+        int64_t found = of(prefix).range;
+        while (found >= 0 && number >= ranges_[found].count)
+            found = ranges_[found].outer;
+        if (found < 0 || ranges_[found].depth <= aboveDepth)
             continue;
         const Range range = ranges_[found];
         const Symbol symbol = {SymbolKind::kRegister, static_cast<uint32_t>(registers.size()),

@@ -25,7 +25,9 @@ bool isProvided(std::string_view name) {
            name == "vprintf" || name == "__assertfail" || name == "malloc" || name == "free";
 }
 
-std::string bitsOf(unsigned bytes) { return std::to_string(bytes * 8) + "-bit"; }
+std::string bitsOf(unsigned bytes) {
+    return std::to_string(bytes * 8) + "-bit";
+}
 
 class Verifier {
 public:
@@ -183,7 +185,7 @@ Forms Verifier::findMatching() {
             diagnostics_.error(instruction_->location,
                                "'" + instruction_->fullOpcode() + "': unknown modifier " +
                                    quoted("." + std::string(modifier)) + " for " +
-                                   quoted(instruction_->opcode) + nearest.hint());
+                                   quoted(instruction_->opcode) + nearest.hint("."));
             return result;
         }
     }
@@ -217,10 +219,10 @@ void Verifier::wrongCount(const Forms& forms) {
     std::string wanted = std::to_string(least);
     if (most != least)
         wanted += (most == least + 1 ? " or " : " to ") + std::to_string(most);
-    diagnostics_.error(instruction_->location,
-                       "'" + instruction_->fullOpcode() + "' takes " + wanted + " operand" +
-                           (most == 1 ? "" : "s") + ", not " +
-                           std::to_string(instruction_->operands.size()));
+    diagnostics_.error(instruction_->location, "'" + instruction_->fullOpcode() + "' takes " +
+                                                   wanted + " operand" + (most == 1 ? "" : "s") +
+                                                   ", not " +
+                                                   std::to_string(instruction_->operands.size()));
 }
 
 void Verifier::checkCall() {
@@ -408,14 +410,13 @@ void Verifier::checkImmediate(const Operand& operand, Type type) {
 }
 
 void Verifier::checkSource(const Operand& operand, const OperandRule& rule) {
-    const Type type = rule.kind == OperandRuleKind::kFixed
-                          ? (rule.bytes == 2 ? Type::kU16 : rule.bytes == 4 ? Type::kU32
-                                                                            : Type::kU64)
-                          : typeOf(rule);
+    const Type type = rule.kind == OperandRuleKind::kFixed ? (rule.bytes == 2   ? Type::kU16
+                                                              : rule.bytes == 4 ? Type::kU32
+                                                                                : Type::kU64)
+                                                           : typeOf(rule);
     const bool predicate = rule.kind == OperandRuleKind::kPredicate || type == Type::kPred;
-    const unsigned bytes = rule.kind == OperandRuleKind::kWide
-                               ? 2 * sizeOf(instruction_->types[0])
-                               : sizeOf(type);
+    const unsigned bytes =
+        rule.kind == OperandRuleKind::kWide ? 2 * sizeOf(instruction_->types[0]) : sizeOf(type);
     switch (operand.kind) {
     case OperandKind::kRegister:
         if (operand.negated && !predicate)
@@ -479,11 +480,11 @@ void Verifier::checkVector(const Operand& operand, const OperandRule& rule) {
 
 void Verifier::checkAddress(const Operand& operand) {
     if (operand.kind != OperandKind::kAddress)
-        return error(operand, operand.kind == OperandKind::kSymbol && operand.name.size()
-                                  ? "the address " + quoted(operand.name) +
-                                        " needs brackets: [" + std::string(operand.name) + "]"
-                                  : "expected an address in brackets, found " +
-                                        nameOfOperand(operand));
+        return error(operand,
+                     operand.kind == OperandKind::kSymbol && operand.name.size()
+                         ? "the address " + quoted(operand.name) + " needs brackets: [" +
+                               std::string(operand.name) + "]"
+                         : "expected an address in brackets, found " + nameOfOperand(operand));
     const Register* reg = registerOf(operand);
     if (!reg)
         return;
@@ -494,8 +495,9 @@ void Verifier::checkAddress(const Operand& operand) {
                        "this one is of type ." +
                            std::string(nameOf(reg->type)));
     else if (size == 4 && operand.scale == 0 && isGenericOrGlobal())
-        error(operand, "register " + nameOfRegister(*reg) + " has 32 bits, an address in generic or "
-                       ".global space has 64");
+        error(operand, "register " + nameOfRegister(*reg) +
+                           " has 32 bits, an address in generic or "
+                           ".global space has 64");
 }
 
 // Whether a load or store goes to a space that is addressed with 64 bits.
@@ -529,8 +531,7 @@ void Verifier::checkMoveSide(const Operand& operand, bool destination) {
         rule.vectorised = true;
         return checkVector(operand, rule);
     }
-    if (operand.kind == OperandKind::kVector ||
-        (reg && reg->vector > 1 && operand.component < 0))
+    if (operand.kind == OperandKind::kVector || (reg && reg->vector > 1 && operand.component < 0))
         return checkPacked(operand, destination);
     if (destination)
         return checkDestination(operand, rule);
@@ -547,8 +548,8 @@ void Verifier::checkMoveSide(const Operand& operand, bool destination) {
 // mov.b64 d, {a, b} and mov.b64 {a, b}, d: the parts make up the whole.
 void Verifier::checkPacked(const Operand& operand, bool destination) {
     const Type type = instruction_->types[0];
-    const bool bits = type == Type::kB16 || type == Type::kB32 || type == Type::kB64 ||
-                      type == Type::kB128;
+    const bool bits =
+        type == Type::kB16 || type == Type::kB32 || type == Type::kB64 || type == Type::kB128;
     const Register* vector = operand.kind == OperandKind::kRegister ? registerOf(operand) : nullptr;
     const size_t count = vector ? vector->vector : operand.elements.size();
     const unsigned part = count ? sizeOf(type) / static_cast<unsigned>(count) : 0;
@@ -565,10 +566,10 @@ void Verifier::checkPacked(const Operand& operand, bool destination) {
             continue;
         if (element.kind == OperandKind::kRegister)
             checkWidth(element, part, false, false);
-        else if (destination || (element.kind != OperandKind::kInteger &&
-                                 element.kind != OperandKind::kFloat))
-            error(element, "each part must be a register" +
-                               std::string(destination ? "" : " or a literal"));
+        else if (destination ||
+                 (element.kind != OperandKind::kInteger && element.kind != OperandKind::kFloat))
+            error(element,
+                  "each part must be a register" + std::string(destination ? "" : " or a literal"));
     }
 }
 
