@@ -25,9 +25,9 @@ namespace sunstone::bvh::SUNSTONE_ISA {
 
 struct RaySetup {
     // Planes of axis i: distance = plane * r[i] + c[i].
-    float nearR[3], nearC[3], farR[3], farC[3];
-    float org[3];
-    uint32_t nearPlanes[3]; // byte offset of the near planes in a node
+    alignas(16) float nearR[4];
+    float nearC[4], farR[4], farC[4], org[4]; // the fourth means nothing
+    uint32_t nearPlanes[3];                   // byte offset of the near planes in a node
     float tmin;
     // Shear.
     uint32_t axis[3]; // kx, ky, kz
@@ -73,43 +73,60 @@ SUNSTONE_INLINE void setupStillAxis(RaySetup& s, int i, float org, float dir, fl
     const float far = larger(absolute(org), reach);
     const float r = far > 0x1p26f ? 0x1p126f / far : 0x1p100f;
     const float drift = smaller(travel, reach) * 0x1p-17f + absolute(org) * 0x1p-22f + 0x1p-60f;
-    const float signedR = dir < 0 ? -r : r;
+    const float signedR = bitsOf(dir) >> 31 ? -r : r;
     s.nearR[i] = s.farR[i] = signedR;
     const float c = kFusedSlab ? -org * signedR : 0.0f;
     s.nearC[i] = c - drift * r;
     s.farC[i] = c + drift * r;
 }
 
+// The farthest that the structure reaches from the origin, along an axis.
+SUNSTONE_INLINE float reachOf(const BlockHeader* header, const float org[3]) {
+    float reach = 0;
+    for (int i = 0; i < 3; ++i)
+        reach = larger(reach, larger(absolute(header->lower[i] - org[i]),
+                                     absolute(header->upper[i] - org[i])));
+    return reach;
+}
+
 // The ray must satisfy isRay(). header: the block whose nodes will be visited.
 SUNSTONE_INLINE void setupRay(RaySetup& s, const BlockHeader* header, const float org[3],
                               const float dir[3], float tmin, float tmax) {
     const float longest = larger(larger(absolute(dir[0]), absolute(dir[1])), absolute(dir[2]));
-    const float w = longest * 0x1p-21f;
-    float reach = 0;
-    for (int i = 0; i < 3; ++i) {
-        s.org[i] = org[i];
-        s.nearPlanes[i] = uint32_t(64 * i) + (dir[i] < 0 ? 32 : 0);
-        reach = larger(reach, larger(absolute(header->lower[i] - org[i]),
-                                     absolute(header->upper[i] - org[i])));
+    const __m128 o = _mm_setr_ps(org[0], org[1], org[2], 0), d = _mm_setr_ps(dir[0], dir[1], dir[2], 1);
+    const __m128 signBit = _mm_set1_ps(-0.0f);
+    const __m128 sign = _mm_and_ps(d, signBit), speed = _mm_andnot_ps(signBit, d);
+    const __m128 w = _mm_set1_ps(longest * 0x1p-21f), one = _mm_set1_ps(1);
+    const __m128 nearR = _mm_or_ps(_mm_div_ps(one, _mm_add_ps(speed, w)), sign);
+    const __m128 farR = _mm_or_ps(
+        _mm_mul_ps(_mm_div_ps(one, _mm_sub_ps(speed, w)), _mm_set1_ps(1 + 0x1p-21f)), sign);
+    __m128 nearC = _mm_setzero_ps(), farC = _mm_setzero_ps();
+    if constexpr (kFusedSlab) {
+        // An origin so far off that this overflows culls everything; such a ray hits nothing
+        // that floats could tell apart anyway.
+        const __m128 n = _mm_xor_ps(_mm_mul_ps(o, nearR), signBit);
+        const __m128 f = _mm_xor_ps(_mm_mul_ps(o, farR), signBit);
+        const __m128 ulps = _mm_set1_ps(0x1p-22f);
+        nearC = _mm_sub_ps(n, _mm_mul_ps(_mm_andnot_ps(signBit, n), ulps));
+        farC = _mm_add_ps(f, _mm_mul_ps(_mm_andnot_ps(signBit, f), ulps));
     }
-    for (int i = 0; i < 3; ++i) {
-        const float speed = absolute(dir[i]);
-        if (__builtin_expect(speed <= 8 * w || speed < 0x1p-100f, 0)) {
-            setupStillAxis(s, i, org[i], dir[i], reach, tmax * longest);
-            continue;
-        }
-        const float nearR = 1.0f / (speed + w), farR = 1.0f / (speed - w) * (1 + 0x1p-21f);
-        s.nearR[i] = dir[i] < 0 ? -nearR : nearR;
-        s.farR[i] = dir[i] < 0 ? -farR : farR;
-        if (kFusedSlab) {
-            // An origin so far off that this overflows culls everything; such a ray hits nothing
-            // that floats could tell apart anyway.
-            const float n = -org[i] * s.nearR[i], f = -org[i] * s.farR[i];
-            s.nearC[i] = n - absolute(n) * 0x1p-22f;
-            s.farC[i] = f + absolute(f) * 0x1p-22f;
-        } else {
-            s.nearC[i] = s.farC[i] = 0;
-        }
+    _mm_store_ps(s.nearR, nearR);
+    _mm_store_ps(s.nearC, nearC);
+    _mm_store_ps(s.farR, farR);
+    _mm_store_ps(s.farC, farC);
+    _mm_store_ps(s.org, o);
+    for (int i = 0; i < 3; ++i)
+        s.nearPlanes[i] = uint32_t(64 * i) + (bitsOf(dir[i]) >> 31) * 32;
+    const float still = larger(8 * longest * 0x1p-21f, 0x1p-100f);
+    const int stillAxes =
+        _mm_movemask_ps(_mm_cmple_ps(_mm_andnot_ps(signBit, _mm_setr_ps(dir[0], dir[1], dir[2],
+                                                                        longest)),
+                                     _mm_set1_ps(still))) & 7;
+    if (__builtin_expect(stillAxes != 0, 0)) {
+        const float reach = reachOf(header, org);
+        for (int i = 0; i < 3; ++i)
+            if (stillAxes >> i & 1)
+                setupStillAxis(s, i, org[i], dir[i], reach, tmax * longest);
     }
     s.tmin = tmin;
     setupShear(s, dir);

@@ -22,17 +22,8 @@ SUNSTONE_INLINE void orderPair(uint64_t& a, uint64_t& b) {
     b = high;
 }
 
-// Sorts entries so that the nearest is last; small counts by network, more by insertion.
+// Sorts entries so that the nearest is last.
 SUNSTONE_INLINE void sortEntries(uint64_t* e, unsigned count) {
-    if (count == 3) {
-        orderPair(e[2], e[1]), orderPair(e[1], e[0]), orderPair(e[2], e[1]);
-        return;
-    }
-    if (count == 4) {
-        orderPair(e[2], e[0]), orderPair(e[3], e[1]), orderPair(e[1], e[0]), orderPair(e[3], e[2]);
-        orderPair(e[2], e[1]);
-        return;
-    }
     for (unsigned i = 1; i < count; ++i) {
         const uint64_t entry = e[i];
         unsigned j = i;
@@ -126,13 +117,28 @@ template <class Visitor>
                     ref = NodeRef(a);
                     continue;
                 }
+                uint64_t c = entryOf(lowestBit(more));
+                more &= more - 1;
+                orderPair(b, c), orderPair(a, b);
                 uint64_t* const first = top;
-                *top++ = b;
-                *top++ = a;
-                for (; more; more &= more - 1)
-                    *top++ = entryOf(lowestBit(more));
-                sortEntries(first, unsigned(top - first));
-                ref = NodeRef(*--top);
+                if (more == 0) {
+                    top[0] = c, top[1] = b;
+                    top += 2;
+                } else {
+                    uint64_t d = entryOf(lowestBit(more));
+                    more &= more - 1;
+                    orderPair(c, d), orderPair(b, c), orderPair(a, b);
+                    top[0] = d, top[1] = c, top[2] = b;
+                    top += 3;
+                    if (more) {
+                        *top++ = a;
+                        for (; more; more &= more - 1)
+                            *top++ = entryOf(lowestBit(more));
+                        sortEntries(first, unsigned(top - first));
+                        a = *--top;
+                    }
+                }
+                ref = NodeRef(a);
                 for (const uint64_t* e = first; e != top; ++e)
                     prefetchNode(block, offsetOf(NodeRef(*e)));
                 continue;
