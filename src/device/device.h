@@ -21,7 +21,7 @@ public:
     virtual void enqueue(void* stream, std::function<void()> work) = 0;
     // Waits for a stream; rethrows its pending error.
     virtual void synchronize(void* stream) = 0;
-    // Waits for all streams.
+    // Waits for all streams; their errors stay with them.
     virtual void synchronizeAll() = 0;
 
     // The CUcontext current on this thread, or null. ownsContext: is it a live context of ours?

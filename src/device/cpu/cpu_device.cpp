@@ -19,7 +19,7 @@ public:
     void synchronize(void* stream) override {
         cpu::streams().synchronize(cpu::streams().find(stream));
     }
-    void synchronizeAll() override { cpu::streams().synchronizeAll(); }
+    void synchronizeAll() override { cpu::streams().waitAll(); }
 
     void* currentContext() override { return cpu::contexts().current(); }
     bool ownsContext(void* context) override { return cpu::contexts().find(context) != nullptr; }

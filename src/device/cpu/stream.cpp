@@ -230,19 +230,28 @@ void Streams::synchronize(const StreamPtr& stream) {
     stream->throwError();
 }
 
-void Streams::synchronizeAll() {
-    std::vector<StreamPtr> all;
+void Streams::waitAll() {
     std::vector<CompletionPtr> completions;
+    {
+        std::lock_guard lock(order_);
+        for (const StreamPtr& stream : live_)
+            if (stream->last_)
+                completions.push_back(stream->last_);
+        if (legacy_->last_)
+            completions.push_back(legacy_->last_);
+    }
+    for (const CompletionPtr& completion : completions)
+        completion->wait();
+}
+
+void Streams::synchronizeAll() {
+    waitAll();
+    std::vector<StreamPtr> all;
     {
         std::lock_guard lock(order_);
         all = live_;
         all.push_back(legacy_);
-        for (const StreamPtr& stream : all)
-            if (stream->last_)
-                completions.push_back(stream->last_);
     }
-    for (const CompletionPtr& completion : completions)
-        completion->wait();
     // The first error is thrown; the others stay with their streams.
     for (const StreamPtr& stream : all)
         stream->throwError();

@@ -107,7 +107,8 @@ public:
     std::vector<CompletionPtr> outstanding(const StreamPtr& stream);
     bool idle(const StreamPtr& stream);
     void synchronize(const StreamPtr& stream); // throws the stream's pending error
-    void synchronizeAll();
+    void waitAll();        // errors stay with their streams
+    void synchronizeAll(); // throws the first pending error
     void throwError(const StreamPtr& stream) { stream->throwError(); }
 
 private:
