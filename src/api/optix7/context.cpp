@@ -5,6 +5,8 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
+
 namespace sunstone::optix7 {
 namespace {
 
@@ -80,7 +82,7 @@ OptixResult deviceContextCreate(CUcontext fromContext, const OptixDeviceContextO
                  " is neither OFF nor ALL");
         auto object = std::make_shared<DeviceContext>();
         object->setCallback(given.logCallbackFunction, given.logCallbackData,
-                            unsigned(given.logCallbackLevel));
+                            unsigned(std::max(0, given.logCallbackLevel)));
         object->validation = given.validationMode == OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_ALL;
         // Faults from here on reach the caller's callback too.
         OptixResult result = guarded(object, "optixDeviceContextCreate", [&] {

@@ -152,9 +152,8 @@ OptixResult programGroupCreate(OptixDeviceContext context, const OptixProgramGro
             fail(Code::kInvalidValue, "numProgramGroups is 0");
         requireNonNull(descs, "programDescriptions");
         requireNonNull(out, "programGroups");
-        requireNonNull(options, "options");
         std::fill(out, out + count, nullptr);
-        if (options->payloadType)
+        if (options && options->payloadType)
             fail(Code::kNotSupported, "options->payloadType: payload types are not available yet");
         std::vector<std::shared_ptr<GroupObject>> made;
         for (unsigned i = 0; i < count; ++i)

@@ -93,6 +93,11 @@ CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options) {
     kept.values = *options;
     kept.values.pipelineLaunchParamsVariableName = nullptr;
     kept.values.numAttributeValues = std::max(2, int(options->numAttributeValues));
+    // One form for what means the same, so that equal options compare equal.
+    kept.values.usesMotionBlur = options->usesMotionBlur != 0;
+    if (options->usesPrimitiveTypeFlags == 0)
+        kept.values.usesPrimitiveTypeFlags =
+            unsigned(OPTIX_PRIMITIVE_TYPE_FLAGS_CUSTOM) | unsigned(OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE);
     if (options->pipelineLaunchParamsVariableName)
         kept.launchParams = options->pipelineLaunchParamsVariableName;
     return kept;

@@ -50,6 +50,9 @@ devlib::SbtView checkSbt(device::Device& device, const OptixShaderBindingTable& 
                  sbt.hitgroupRecordCount);
     checkRecords("callables", sbt.callablesRecordBase, sbt.callablesRecordStrideInBytes,
                  sbt.callablesRecordCount);
+    if (sbt.callablesRecordBase != 0 && sbt.callablesRecordStrideInBytes == 0)
+        fail(Code::kInvalidValue, "sbt->callablesRecordBase is set, but "
+             "sbt->callablesRecordStrideInBytes is 0");
     auto bytes = [](unsigned stride, unsigned count) -> uint64_t {
         return count == 0 ? 0 : uint64_t(stride) * (count - 1) + OPTIX_SBT_RECORD_HEADER_SIZE;
     };
@@ -80,7 +83,7 @@ devlib::SbtView checkSbt(device::Device& device, const OptixShaderBindingTable& 
 void checkSameOptions(const CompileOptions& wanted, const GroupObject& group, unsigned index) {
     for (const std::shared_ptr<ModuleObject>& module : group.modules)
         if (!(module->options == wanted))
-            fail(Code::kInvalidValue, "programGroups[", index, "] uses a module made with other "
+            fail(Code::kLinkError, "programGroups[", index, "] uses a module made with other "
                  "pipeline compile options");
 }
 

@@ -23,10 +23,13 @@ const char* getErrorString(OptixResult result) {
 }
 
 // What every entry point that is not there yet does: says so, with its name, and fails. The first
-// argument of each is a handle; it reaches that context's log if it is a live context.
+// argument of each is a handle: if it is a live context or module, that context's log gets the line.
 OptixResult refuse(const char* function, const void* handle) {
     std::string text = message(function, ": not supported by this version of Sunstone");
-    if (std::shared_ptr<DeviceContext> context = contexts().find(handle))
+    std::shared_ptr<DeviceContext> context = contexts().find(handle);
+    if (std::shared_ptr<ModuleObject> module = modules().find(handle))
+        context = module->context;
+    if (context)
         context->log(LogLevel::kError, "ERROR", text);
     else
         logOnce(LogLevel::kFatal, "optix7", text);
