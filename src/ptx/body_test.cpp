@@ -3,6 +3,7 @@
 #include "ptx/test_support.h"
 
 #include <bit>
+#include <deque>
 
 namespace sunstone::ptx::testing {
 namespace {
@@ -115,8 +116,9 @@ TEST(Operands, SpecialRegisters) {
 }
 
 TEST(Operands, Addresses) {
-    const auto address = [](const std::string& text) {
-        const Parsed p = lastInstruction("ld.u32 %r1, " + text + ";");
+    std::deque<Parsed> kept; // the operands' names live in their modules
+    const auto address = [&](const std::string& text) -> const Operand& {
+        const Parsed& p = kept.emplace_back(lastInstruction("ld.u32 %r1, " + text + ";"));
         EXPECT_EQ(operandOf(p, 1).kind, OperandKind::kAddress) << text;
         return operandOf(p, 1);
     };
@@ -371,7 +373,10 @@ TEST(LabelErrors, UnknownTwiceAndOfAnotherKind) {
 }
 
 TEST(Calls, Spellings) {
-    const auto call = [](const std::string& text) { return lastInstruction(text).instruction; };
+    std::deque<Parsed> kept; // the names live in the modules
+    const auto call = [&](const std::string& text) {
+        return kept.emplace_back(lastInstruction(text)).instruction;
+    };
     Instruction c = call("call (%r1), _optix_get_launch_index_x, ();");
     EXPECT_EQ(c.target.kind, OperandKind::kSymbol);
     EXPECT_EQ(c.target.name, "_optix_get_launch_index_x");
