@@ -14,7 +14,25 @@ namespace sunstone::device::cpu {
 namespace {
 
 // Weak, so that a context destroyed by another thread leaves a stack entry that reads as none.
-thread_local std::vector<std::weak_ptr<Context>> stack;
+using Stack = std::vector<std::weak_ptr<Context>>;
+
+// Programs call the API from exit handlers, which run after the main thread's thread_local objects
+// are gone: the pointer has no destructor, and a stack asked for later is simply a new one.
+thread_local Stack* threadStack = nullptr;
+struct StackOwner {
+    ~StackOwner() {
+        delete threadStack;
+        threadStack = nullptr;
+    }
+};
+Stack& contextStack() {
+    if (!threadStack) {
+        threadStack = new Stack;
+        thread_local StackOwner owner;
+        (void)owner;
+    }
+    return *threadStack;
+}
 
 constexpr size_t kDefaultLimits[8] = {1024, 1 << 20, 8 << 20, 2, 2048, 64, 0, 0};
 
@@ -30,7 +48,7 @@ Context* Contexts::create(unsigned flags) {
         context->id = nextId_++;
         live_.push_back(context);
     }
-    stack.push_back(context);
+    contextStack().push_back(context);
     return context.get();
 }
 
@@ -64,7 +82,7 @@ bool Contexts::destroy(void* handle) {
     }
     tearDown(context);
     if (current() == context.get())
-        stack.pop_back();
+        contextStack().pop_back();
     return true;
 }
 
@@ -130,26 +148,26 @@ ContextPtr Contexts::find(const void* handle) const {
 }
 
 Context* Contexts::current() const {
-    if (stack.empty())
+    if (contextStack().empty())
         return nullptr;
-    ContextPtr top = stack.back().lock();
+    ContextPtr top = contextStack().back().lock();
     return top.get(); // stays alive: only its destruction by the application ends it
 }
 
 void Contexts::setCurrent(Context* context) {
-    if (!stack.empty())
-        stack.pop_back();
+    if (!contextStack().empty())
+        contextStack().pop_back();
     if (context)
-        stack.push_back(find(context));
+        contextStack().push_back(find(context));
 }
 
-void Contexts::push(Context* context) { stack.push_back(find(context)); }
+void Contexts::push(Context* context) { contextStack().push_back(find(context)); }
 
 Context* Contexts::pop() {
-    if (stack.empty())
+    if (contextStack().empty())
         return nullptr;
     Context* top = current();
-    stack.pop_back();
+    contextStack().pop_back();
     return top;
 }
 
