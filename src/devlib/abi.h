@@ -184,7 +184,8 @@ struct KernelThread {
     uint32_t nctaid[3];
     uint32_t laneid;          // of the block's linear thread number
     uint32_t warpid;
-    uint8_t* shared;          // base of the block's shared memory: statics first, dynamic after
+    uint8_t* shared;          // base of the block's shared memory: statics first, dynamic after;
+                              // below 4 GiB, as PTX may hold shared addresses in 32 bits
     uint32_t dynamicSharedSize;
     uint32_t gridIdLow;
     void* block;              // private to the launcher; begins with a BlockFunctions*

@@ -5,6 +5,8 @@
 #include "api/cuda/driver/block_fibers.h"
 #include "base/error.h"
 
+#include <sys/mman.h>
+
 #include <csetjmp>
 
 namespace sunstone::api::cuda {
@@ -41,6 +43,41 @@ void loopFault(devlib::KernelThread* thread, uint32_t kind) {
 constexpr devlib::BlockFunctions kLoopFunctions = {
     loopBarrier, loopArrive, loopExchange, loopActiveMask, loopExit, loopFault};
 
+// Shared memory of the blocks a thread runs, kept for the next launch. PTX holds shared addresses in
+// 32-bit registers as readily as in 64-bit ones, so it lies in the low 4 GiB.
+class SharedMemory {
+public:
+    ~SharedMemory() { drop(); }
+    uint8_t* reserve(size_t size) {
+        if (size <= size_)
+            return base_;
+        drop();
+        const size_t rounded = (size + 65535) & ~size_t(65535);
+        void* memory = mmap(nullptr, rounded, PROT_READ | PROT_WRITE,
+                            MAP_PRIVATE | MAP_ANONYMOUS | MAP_32BIT, -1, 0);
+        if (memory == MAP_FAILED)
+            fail(Code::kOutOfMemory, "no memory below 4 GiB for ", size, " bytes of shared memory");
+        base_ = static_cast<uint8_t*>(memory);
+        size_ = rounded;
+        return base_;
+    }
+
+private:
+    void drop() {
+        if (base_)
+            munmap(base_, size_);
+        base_ = nullptr;
+        size_ = 0;
+    }
+    uint8_t* base_ = nullptr;
+    size_t size_ = 0;
+};
+
+SharedMemory& threadShared() {
+    thread_local SharedMemory memory;
+    return memory;
+}
+
 } // namespace
 
 void placeThread(devlib::KernelThread& thread, const Launch& launch, uint32_t index) {
@@ -53,11 +90,9 @@ void placeThread(devlib::KernelThread& thread, const Launch& launch, uint32_t in
 }
 
 BlockRunner::BlockRunner(Launch& launch) : launch_(launch) {
-    constexpr size_t kAlignment = 128;
+    // Dynamic shared memory starts at a multiple of 16 after the static one.
     const size_t size = (size_t(launch.staticShared) + 15) / 16 * 16 + launch.dynamicShared;
-    sharedStorage_.resize(size + kAlignment);
-    const uintptr_t start = uintptr_t(sharedStorage_.data());
-    shared_ = reinterpret_cast<uint8_t*>((start + kAlignment - 1) & ~(kAlignment - 1));
+    shared_ = size ? threadShared().reserve(size) : nullptr;
     if (launch.meets)
         fibers_ = std::make_unique<Fibers>(launch);
 }

@@ -50,8 +50,7 @@ private:
     void runLoop(uint32_t x, uint32_t y, uint32_t z);
 
     Launch& launch_;
-    std::vector<std::byte> sharedStorage_;
-    uint8_t* shared_ = nullptr;
+    uint8_t* shared_ = nullptr; // owned by the thread, see block.cpp
     std::unique_ptr<Fibers> fibers_;
 };
 
