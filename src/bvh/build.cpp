@@ -3,6 +3,7 @@
 #include "bvh/build.h"
 
 #include "base/error.h"
+#include "base/threads.h"
 #include "bvh/build_input.h"
 #include "bvh/emit.h"
 #include "bvh/layout.h"
@@ -103,7 +104,7 @@ struct Plan {
             fail(Code::kInvalidValue, numPrimitives, " primitives need up to ", outputSize,
                  " bytes, a structure can have ", kMaxBlockSize / (tableOffset ? 2 : 1));
         referencesSize = uint64_t(numPrimitives) * sizeof(PrimitiveRef);
-        treeOffset = alignUp(3 * referencesSize, 64);
+        treeOffset = alignUp((options.preferFastBuild ? 3 : 2) * referencesSize, 64);
         tempSize = alignUp(treeOffset + uint64_t(maxTreeNodes(numPrimitives, rules)) *
                                             sizeof(TreeNode),
                            kBlockAlignment);
@@ -441,7 +442,10 @@ void build(const BuildInputs& inputs, const BuildOptions& options, void* temp, s
     const Plan plan(inputs, options);
     checkBuffer("the temporary buffer", temp, tempSize, plan.tempSize);
     checkBuffer("the output buffer", output, outputSize, plan.outputSize);
-    Build(inputs, options, plan, static_cast<uint8_t*>(temp), static_cast<uint8_t*>(output)).run();
+    inArena([&] {
+        Build(inputs, options, plan, static_cast<uint8_t*>(temp), static_cast<uint8_t*>(output))
+            .run();
+    });
 }
 
 bool isBlock(const void* block) {
@@ -462,7 +466,7 @@ void compact(const void* source, void* destination, size_t destinationSize) {
     auto copy = [&](size_t begin, size_t end, size_t) {
         std::memcpy(to + begin, from + begin, end - begin);
     };
-    parallelBlocks(header.usedSize, 1u << 22, copy);
+    inArena([&] { parallelBlocks(header.usedSize, 1u << 22, copy); });
 }
 
 Box bounds(const void* block) {

@@ -163,6 +163,18 @@ TEST(Traverse, ClosedMeshesAgreeWithTheJudge) {
     judgeMesh(roughSphere(3, 5), 1500, {}, 4);
 }
 
+TEST(Traverse, LongThinTrianglesAgreeWithTheJudge) {
+    Random random(31);
+    Mesh m;
+    for (uint32_t i = 0; i < 1500; ++i) {
+        const Vec3 center = random.point(1), along = random.unit() * 0.4f;
+        m.vertices.insert(m.vertices.end(),
+                          {center - along, center + along, center + random.unit() * 0.02f});
+        m.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    judgeMesh(m, 3000, {}, 32);
+}
+
 TEST(Traverse, FrontIsCounterClockwise) {
     Mesh m;
     m.vertices = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};

@@ -44,7 +44,7 @@ struct TreeChild {
     uint32_t count;   // references in the leaf; 0: a node
 };
 
-struct alignas(64) TreeNode {
+struct alignas(16) TreeNode {
     TreeChild children[8];
     uint32_t numChildren;
     uint32_t pad;
@@ -63,7 +63,8 @@ struct Tree {
 uint32_t maxTreeNodes(uint64_t n, const LeafRules& rules);
 uint64_t maxTreeBytes(uint64_t n, const LeafRules& rules);
 
-// The builders. `references` holds `count` entries (count > 0), `scratch` has room for twice as many; tree.nodes has
+// The builders. `references` holds `count` entries (count > 0), `scratch` has room for as many (twice as many for
+// Morton); tree.nodes has
 // room for maxTreeNodes. The result is in tree; its references are in one of the two arrays.
 void buildSahTree(PrimitiveRef* references, PrimitiveRef* scratch, uint32_t count,
                   const LeafRules& rules, Tree& tree);

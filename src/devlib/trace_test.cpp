@@ -6,6 +6,7 @@
 #include "bvh/build.h"
 #include "bvh/layout.h"
 #include "bvh/test_meshes.h"
+#include "devlib/trace_sets.h"
 #include "math/affine.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +43,7 @@ struct Record {
 };
 static_assert(sizeof(Record) == 48);
 
-class Trace : public ::testing::Test {
+class Trace : public ::testing::TestWithParam<bvh::Isa> {
 protected:
     static constexpr uint32_t kHitGroup = 1, kMissGroup = 2, kCallableGroup = 3, kEmptyGroup = 4;
 
@@ -70,7 +71,22 @@ protected:
         launch_.sbt.callableBase = uint64_t(callable_);
         launch_.sbt.callableStride = sizeof(Record);
         launch_.sbt.callableCount = 1;
+        if (!bvh::isaSupported(GetParam()))
+            GTEST_SKIP() << "[SKIP] this processor has no " << bvh::isaName(GetParam());
         bindTrace(launch_, {});
+        launch_.trace = set().traceGraph;
+        launch_.report = set().report;
+    }
+
+    static const TraceSet& set() {
+        switch (GetParam()) {
+        case bvh::Isa::kAvx512:
+            return kTraceAvx512;
+        case bvh::Isa::kAvx2:
+            return kTraceAvx2;
+        default:
+            return kTraceBaseline;
+        }
     }
 
     RayState ray(uint64_t handle, Vec3 o, Vec3 d) {
@@ -139,7 +155,7 @@ protected:
 
 constexpr Vec3 kEye = {0.25f, 0.5f, 10}, kDown = {0, 0, -1};
 
-TEST_F(Trace, ClosestHitSeesTheHit) {
+TEST_P(Trace, ClosestHitSeesTheHit) {
     const Structure s = squares(3);
     for (uint32_t anyHit : {0u, 1u}) {
         launch_.hasAnyHit = anyHit;
@@ -173,7 +189,7 @@ TEST_F(Trace, ClosestHitSeesTheHit) {
     }
 }
 
-TEST_F(Trace, MissSeesTheWholeRay) {
+TEST_P(Trace, MissSeesTheWholeRay) {
     const Structure s = squares(3);
     int calls = 0;
     programs.anyHit = [](RayState*) { return kIgnore; };
@@ -202,7 +218,7 @@ TEST_F(Trace, MissSeesTheWholeRay) {
     EXPECT_EQ(calls, 2);
 }
 
-TEST_F(Trace, HandlesThatAreNoneMiss) {
+TEST_P(Trace, HandlesThatAreNoneMiss) {
     int calls = 0;
     programs.miss = [&](RayState*) {
         ++calls;
@@ -224,7 +240,7 @@ TEST_F(Trace, HandlesThatAreNoneMiss) {
     EXPECT_EQ(calls, 11);
 }
 
-TEST_F(Trace, AnyHitSeesCandidatesAndDecides) {
+TEST_P(Trace, AnyHitSeesCandidatesAndDecides) {
     const Structure s = squares(8);
     std::multiset<float> seen;
     programs.anyHit = [&](RayState* r) {
@@ -256,7 +272,7 @@ TEST_F(Trace, AnyHitSeesCandidatesAndDecides) {
     EXPECT_EQ(t, ended);
 }
 
-TEST_F(Trace, RayFlags) {
+TEST_P(Trace, RayFlags) {
     const Structure s = squares(4), opaque = squares(4, bvh::kGeometryDisableAnyHit);
     int anyHits = 0, closest = 0, misses = 0;
     programs.anyHit = [&](RayState*) { return ++anyHits, kAccept; };
@@ -293,7 +309,7 @@ TEST_F(Trace, RayFlags) {
     EXPECT_EQ(run(s, 0), (Counts{0, 1, 0}));
 }
 
-TEST_F(Trace, DepthLimitAndRecursion) {
+TEST_P(Trace, DepthLimitAndRecursion) {
     const Structure s = squares(2);
     uint32_t deepest = 0, misses = 0;
     programs.miss = [&](RayState*) { return ++misses, kAccept; };
@@ -318,7 +334,7 @@ TEST_F(Trace, DepthLimitAndRecursion) {
     EXPECT_EQ(thrown, -2);
 }
 
-TEST_F(Trace, BrokenTablesActAsNoProgram) {
+TEST_P(Trace, BrokenTablesActAsNoProgram) {
     const Structure s = squares(2);
     int calls = 0, misses = 0;
     programs.closestHit = programs.anyHit = [&](RayState*) { return ++calls, kAccept; };
@@ -344,7 +360,7 @@ TEST_F(Trace, BrokenTablesActAsNoProgram) {
     EXPECT_EQ(misses, 0); // the surface is there all the same
 }
 
-TEST_F(Trace, CustomPrimitives) {
+TEST_P(Trace, CustomPrimitives) {
     // Spheres of radius 0.5 at z = 0, 2, 4.
     std::vector<std::array<float, 6>> boxes;
     for (int i = 0; i < 3; ++i)
@@ -418,7 +434,7 @@ TEST_F(Trace, CustomPrimitives) {
     EXPECT_EQ(misses, 1);
 }
 
-TEST_F(Trace, Instances) {
+TEST_P(Trace, Instances) {
     const Structure s = squares(1);
     std::vector<bvh::InstanceDesc> list = {instance(handleOf(s), 70, {0, 0, 1}),
                                            instance(handleOf(s), 71, {0, 0, 4}, 2),
@@ -460,7 +476,7 @@ TEST_F(Trace, Instances) {
     EXPECT_EQ(hits, 2);
 }
 
-TEST_F(Trace, InstanceFlags) {
+TEST_P(Trace, InstanceFlags) {
     const Structure s = squares(1), opaque = squares(1, bvh::kGeometryDisableAnyHit);
     int anyHits = 0;
     uint32_t kind = 0;
@@ -498,7 +514,7 @@ TEST_F(Trace, InstanceFlags) {
     EXPECT_EQ(run(opaque, 8, 128), 0u);
 }
 
-TEST_F(Trace, NestedInstancesAndStaticTransforms) {
+TEST_P(Trace, NestedInstancesAndStaticTransforms) {
     const Structure s = squares(1);
     alignas(64) bvh::StaticTransform shift = {};
     shift.child = handleOf(s);
@@ -539,7 +555,7 @@ TEST_F(Trace, NestedInstancesAndStaticTransforms) {
     EXPECT_EQ(misses, 1);
 }
 
-TEST_F(Trace, ManyRandomInstancesAgreeWithTransformedTriangles) {
+TEST_P(Trace, ManyRandomInstancesAgreeWithTransformedTriangles) {
     const Mesh mesh = bvh::testing::icosphere(2);
     const Structure s = makeStructure(mesh.input());
     Random random(77);
@@ -583,7 +599,7 @@ TEST_F(Trace, ManyRandomInstancesAgreeWithTransformedTriangles) {
     EXPECT_LT(disagree, 20u); // rounding at silhouettes
 }
 
-TEST_F(Trace, Callables) {
+TEST_P(Trace, Callables) {
     RayState r = ray(0, kEye, kDown);
     const void* code = launch_.callable(&r, 0, 0);
     ASSERT_EQ(code, reinterpret_cast<const void*>(&addOne));
@@ -597,12 +613,12 @@ TEST_F(Trace, Callables) {
     }
 }
 
-TEST_F(Trace, VariantsWithoutFeatures) {
+TEST_P(Trace, VariantsWithoutFeatures) {
     const Structure s = squares(2);
     int hits = 0, misses = 0;
     programs.closestHit = [&](RayState*) { return ++hits, kAccept; };
     programs.miss = [&](RayState*) { return ++misses, kAccept; };
-    bindTrace(launch_, {false, false, false});
+    launch_.trace = set().traceGas;
     launch_.hasAnyHit = 0;
     RayState r = ray(handleOf(s), kEye, kDown);
     launch_.trace(&r);
@@ -610,6 +626,21 @@ TEST_F(Trace, VariantsWithoutFeatures) {
     launch_.trace(&(r = ray(handleOf(ias), kEye, kDown)));
     EXPECT_EQ(hits, 1);
     EXPECT_EQ(misses, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(AllSets, Trace,
+                         ::testing::Values(bvh::Isa::kBaseline, bvh::Isa::kAvx2,
+                                           bvh::Isa::kAvx512),
+                         [](const auto& info) { return std::string(isaName(info.param)); });
+
+TEST(SelectTrace, TakesTheBestSetAndTheFeaturesIntoAccount) {
+    const TraceVariant all = selectTrace({}), gas = selectTrace({false, false, false});
+    EXPECT_NE(all.trace, gas.trace);
+    EXPECT_EQ(all.report, gas.report);
+    LaunchState launch = {};
+    bindTrace(launch, {});
+    EXPECT_EQ(launch.trace, all.trace);
+    EXPECT_EQ(launch.callable, all.callable);
 }
 
 } // namespace
