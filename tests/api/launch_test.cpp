@@ -107,6 +107,7 @@ TEST_P(Launch, ParametersAreIgnoredWhereNoProgramHasThem) {
     EXPECT_OK(optixLaunch(r.pipeline(), nullptr, 0, 1000, &sbt, 1, 1, 1));
     EXPECT_OK(optixLaunch(r.pipeline(), nullptr, 12345, 1000, &sbt, 1, 1, 1));
     EXPECT_OK(optixLaunch(r.pipeline(), nullptr, 0, 0, &sbt, 4, 4, 4));
+    waitForDevice();
 }
 
 TEST_P(Launch, ParametersAreReadInStreamOrder) {

@@ -76,8 +76,8 @@ OptixInstance instanceOf(OptixTraversableHandle child, const Matrix& transform, 
 // ---- The host's side ----------------------------------------------------------------------------
 
 struct Ray {
-    Vec3 origin;
-    Vec3 direction;
+    Vec3 origin{0, 0, 0};
+    Vec3 direction{0, 0, 1};
     float tmin = 0;
     float tmax = 1e16f;
     unsigned mask = 255;
