@@ -309,6 +309,9 @@ private:
         Value* target = loadInvariant(launch(), offsetof(LaunchState, callable), pointer());
         Value* code = builder_.CreateCall(
             type, target, {state(), argument(0), builder_.getInt32(uint32_t(number()))});
+        // A record without a callable: calling it gives zero.
+        llvm::FunctionCallee none = unit_.helper("sunstone_no_callable", word(), {}, false);
+        code = builder_.CreateSelect(builder_.CreateIsNull(code), none.getCallee(), code);
         return builder_.CreatePtrToInt(code, call_->getType());
     }
 

@@ -336,6 +336,18 @@ TEST_F(Optix, DirectCallables) {
     runProgram();
     EXPECT_EQ(out[0], 25u + 42u);
     EXPECT_EQ(out[1], 99u);
+    onCallable = [](RayState*, uint32_t, uint32_t) -> const void* { return nullptr; };
+    runProgram(); // a record without a callable does no harm
+}
+
+TEST_F(Optix, TrapReachesTheLaunch) {
+    compile(".visible .entry __miss__ms() { trap; call _optix_set_payload, (0, 1); ret; }",
+            {"__miss__ms"});
+    int32_t seen = 0;
+    onThrow = [&](int32_t code, std::vector<uint32_t>) { seen = code; };
+    runProgram();
+    EXPECT_EQ(seen, devlib::kExceptionTrap);
+    EXPECT_EQ(ray_.payload[0], 0u);
 }
 
 TEST_F(Optix, Exceptions) {

@@ -161,6 +161,11 @@ void release(void*, void* memory) {
     std::free(memory);
 }
 
+// Stands for a callable that a shader binding table record does not have.
+uint64_t noCallable() {
+    return 0;
+}
+
 uint64_t globalTimer() {
     return uint64_t(std::chrono::duration_cast<std::chrono::nanoseconds>(
                         std::chrono::system_clock::now().time_since_epoch())
@@ -305,6 +310,7 @@ void addKernelSymbols(std::vector<RuntimeSymbol>& symbols) {
         {"sunstone_assertfail", addressOf(reportAssertion)},
         {"sunstone_malloc", addressOf(allocate)},
         {"sunstone_free", addressOf(release)},
+        {"sunstone_no_callable", addressOf(noCallable)},
         {"sunstone_trap", addressOf(trapThread)},
         {"sunstone_exit", addressOf(endThread)},
         {"sunstone_globaltimer", addressOf(globalTimer)},

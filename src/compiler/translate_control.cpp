@@ -156,6 +156,8 @@ void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value
             Value* memory = memoryOf(instruction.results[i]);
             if (memory && sizeOfMemory(instruction.results[i]) < results[i].size)
                 reject(instruction, ErrorCode::kInvalidPtx, "result variable is too small");
+            if (!memory && results[i].size > 16)
+                reject(instruction, ErrorCode::kInvalidPtx, "aggregate result must be a .param");
             if (!memory) {
                 llvm::IRBuilder<> top(entry_, entry_->begin());
                 memory =

@@ -83,6 +83,9 @@ void FunctionTranslator::writeCarry(Value* carry) {
 
 uint32_t FunctionTranslator::slotOf(const ptx::Operand& operand) const {
     SUNSTONE_CHECK(operand.index < firstSlot_.size());
+    const unsigned width = std::max(1u, source_.registers[operand.index].vector);
+    if (operand.component >= int(width))
+        reject(*current_, ErrorCode::kInvalidPtx, "the register has no such component");
     return firstSlot_[operand.index] + uint32_t(std::max<int>(0, operand.component));
 }
 
