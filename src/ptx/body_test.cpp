@@ -228,6 +228,14 @@ TEST(OperandErrors, NestingIsLimited) {
     EXPECT_NE(errorOfBody("mov.u32 %r1, " + choice + "1;"), "");
 }
 
+TEST(OperandErrors, AFaultInsideAnExpressionDoesNotCountTowardsTheNext) {
+    Diagnostics diagnostics;
+    const std::string nested = std::string(60, '(') + "1 / 0" + std::string(60, ')');
+    const std::string sound = std::string(60, '(') + "1" + std::string(60, ')');
+    parse(kernel("mov.u32 %r1, " + nested + ";\nmov.u32 %r1, " + sound + ";"), diagnostics);
+    EXPECT_EQ(diagnostics.errorCount(), 1u) << diagnostics.format();
+}
+
 TEST(Scopes, InnerNamesHideOuterOnes) {
     const auto module = mustParseBody("mov.u32 %r1, 1;\n{ .reg .b64 %r1; mov.u64 %r1, 2;\n"
                                       "{ .reg .f32 %r<5>; mov.f32 %r1, 1.0; mov.f32 %r1, 2.0; }\n"

@@ -373,10 +373,8 @@ Constant Parser::parseExpression(unsigned minimumPrecedence) {
 Constant Parser::parseChoice(Constant condition) {
     advance();
     const bool first = condition.floatBits ? asDouble(condition) != 0 : condition.bits != 0;
-    if (++expressionDepth_ > kMaxExpressionDepth) {
-        expressionDepth_ = 0;
+    if (++expressionDepth_ > kMaxExpressionDepth)
         fault(token_.location, "the expression is nested too deep");
-    }
     const Constant yes = parseExpression();
     expect(':', "in the conditional expression");
     const Constant no = parseExpression();
@@ -385,10 +383,8 @@ Constant Parser::parseChoice(Constant condition) {
 }
 
 Constant Parser::parseUnary() {
-    if (++expressionDepth_ > kMaxExpressionDepth) {
-        expressionDepth_ = 0;
+    if (++expressionDepth_ > kMaxExpressionDepth)
         fault(token_.location, "the expression is nested too deep");
-    }
     Constant result;
     if (token_.kind == TokenKind::kInteger) {
         result = integer(token_.bits, token_.bits >> 63 || token_.text.back() == 'U');
@@ -436,7 +432,6 @@ Constant Parser::parseUnary() {
         else if (op == '!')
             result = integer(result.bits == 0, false);
     } else {
-        expressionDepth_ = 0;
         unexpected("a number");
     }
     --expressionDepth_;

@@ -16,6 +16,7 @@ Parser::Parser(Module& module, Diagnostics& diagnostics)
 
 void Parser::fault(Location location, std::string text) {
     diagnostics_.error(location, std::move(text));
+    expressionDepth_ = 0; // what is thrown leaves all expressions
     throw Fault{};
 }
 
