@@ -58,7 +58,7 @@ protected:
             for (const auto& module : modules)
                 if (const ptx::Function* function = module->findFunction(name))
                     if (function->hasBody) {
-                        request.programs.push_back({module, name});
+                        request.programs.push_back({module, name, level_});
                         break;
                     }
         ASSERT_EQ(request.programs.size(), names.size());
@@ -84,6 +84,7 @@ protected:
     }
 
     PipelineRules rules_;
+    OptLevel level_ = OptLevel::k3;
     LaunchState launch_{};
     ThreadState thread_{};
     RayState ray_{};
@@ -229,8 +230,10 @@ TEST_F(Optix, HitProgramsReadTheState) {
     EXPECT_EQ(ray_.payload[2], 42u);
 }
 
-TEST_F(Optix, AnyHitEndsFromAHelper) {
-    compile(R"(
+TEST_F(Optix, AnyHitEndsFromAHelperAtEveryLevel) {
+    for (OptLevel level : {OptLevel::k0, OptLevel::k1, OptLevel::k2, OptLevel::k3}) {
+        level_ = level;
+        compile(R"(
 .func helper(.param .b32 x) {
   .reg .b32 %r; .reg .pred %p<3>;
   ld.param.u32 %r, [x];
@@ -248,12 +251,13 @@ B: call _optix_terminate_ray, (); ret;
   ret;
 }
 )",
-            {"__anyhit__ah"});
-    for (uint32_t value : {0u, 1u, 2u}) {
-        ray_.hit.attributes[2] = value;
-        ray_.payload[0] = 0;
-        EXPECT_EQ(runProgram(), value);
-        EXPECT_EQ(ray_.payload[0], value == 0 ? 55u : 0u);
+                {"__anyhit__ah"});
+        for (uint32_t value : {0u, 1u, 2u}) {
+            ray_.hit.attributes[2] = value;
+            ray_.payload[0] = 0;
+            EXPECT_EQ(runProgram(), value);
+            EXPECT_EQ(ray_.payload[0], value == 0 ? 55u : 0u);
+        }
     }
 }
 

@@ -20,14 +20,13 @@ unsigned vectorCount(const ptx::Instruction& instruction) {
 }
 
 // Ordering of an access; NotAtomic for plain ones.
-llvm::AtomicOrdering orderingOf(const ptx::Instruction& instruction, bool isStore) {
+llvm::AtomicOrdering orderingOf(const ptx::Instruction& instruction) {
     if (instruction.has("acquire"))
         return llvm::AtomicOrdering::Acquire;
     if (instruction.has("release"))
         return llvm::AtomicOrdering::Release;
     if (instruction.has("relaxed") || instruction.has("mmio"))
         return llvm::AtomicOrdering::Monotonic;
-    (void)isStore;
     return llvm::AtomicOrdering::NotAtomic;
 }
 
@@ -137,7 +136,7 @@ void FunctionTranslator::load(const ptx::Instruction& instruction) {
     const ptx::Type type = lastType(instruction);
     const unsigned bytes = ptx::sizeOf(type);
     const Place from = place(instruction.operands[1]);
-    const llvm::AtomicOrdering ordering = orderingOf(instruction, false);
+    const llvm::AtomicOrdering ordering = orderingOf(instruction);
     const bool constant = from.constant || instruction.has("nc") || instruction.opcode == "ldu";
     const bool isFloat = type == ptx::Type::kF32 || type == ptx::Type::kF64;
     llvm::Type* loadType = isFloat ? typeOf(type) : intType(bytes * 8);
@@ -170,7 +169,7 @@ void FunctionTranslator::store(const ptx::Instruction& instruction) {
     const ptx::Type type = lastType(instruction);
     const unsigned bytes = ptx::sizeOf(type);
     const Place to = place(instruction.operands[0]);
-    const llvm::AtomicOrdering ordering = orderingOf(instruction, true);
+    const llvm::AtomicOrdering ordering = orderingOf(instruction);
     const bool isFloat = type == ptx::Type::kF32 || type == ptx::Type::kF64;
     llvm::Type* storeType = isFloat ? typeOf(type) : intType(bytes * 8);
 
