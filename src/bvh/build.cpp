@@ -452,6 +452,10 @@ bool isBlock(const void* block) {
     return block && uintptr_t(block) % 64 == 0 && looksLikeBlock(headerOf(block));
 }
 
+bool allowsCompaction(const void* block) {
+    return isBlock(block) && (headerOf(block)->options & kOptionCompaction) != 0;
+}
+
 uint64_t compactedSize(const void* block) {
     return checkedHeader(block).usedSize;
 }

@@ -128,6 +128,9 @@ void build(const BuildInputs& inputs, const BuildOptions& options, void* temp, s
 // Whether the block at this address was made by build() (its header says so).
 bool isBlock(const void* block);
 
+// Whether the block was built with allowCompaction.
+bool allowsCompaction(const void* block);
+
 // What the functions below do with something that is no block: throw Error(kInvalidValue).
 
 // Bytes of the block in use; what compact() needs. Never more than MemoryUsage::output.

@@ -185,7 +185,12 @@ const InstanceDesc& instanceAt(const InstanceInput& input, uint32_t i) {
         return *reinterpret_cast<const InstanceDesc*>(
             static_cast<const uint8_t*>(input.instances) +
             size_t(i) * (input.stride ? input.stride : sizeof(InstanceDesc)));
-    return *reinterpret_cast<const InstanceDesc*>(input.instancePointers[i]);
+    // Null or misaligned: an instance that is never hit.
+    static const InstanceDesc kNothing{};
+    const uint64_t address = input.instancePointers[i];
+    if (address == 0 || address % alignof(InstanceDesc) != 0)
+        return kNothing;
+    return *reinterpret_cast<const InstanceDesc*>(address);
 }
 
 Box traversableBounds(uint64_t handle) {

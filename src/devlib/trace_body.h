@@ -379,10 +379,31 @@ private:
         return ended_;
     }
 
+    // Where one primitive is all there is, the root is its leaf, and no node above has tested its
+    // box: intersection programs may rely on being asked only where the ray meets it.
+    static bool meetsBounds(const bvh::BlockHeader* block, const isa::RaySetup& s, float tmax) {
+        const auto distance = [&](int axis, float plane, float r, float c) {
+            if constexpr (isa::kFusedSlab)
+                return __builtin_fmaf(plane, r, c);
+            else
+                return (plane - s.org[axis]) * r + c;
+        };
+        float enter = isa::larger(s.tmin, 0.0f), leave = tmax;
+        for (int i = 0; i < 3; ++i) {
+            const bool backwards = s.nearPlanes[i] & 32;
+            const float low = block->lower[i], high = block->upper[i];
+            enter = isa::larger(distance(i, backwards ? high : low, s.nearR[i], s.nearC[i]), enter);
+            leave = isa::smaller(distance(i, backwards ? low : high, s.farR[i], s.farC[i]), leave);
+        }
+        return enter <= leave;
+    }
+
     [[gnu::noinline]] bool enterCustoms(const bvh::BlockHeader* block, const float org[3],
                                         const float dir[3]) {
         isa::RaySetup setup;
         isa::setupRay(setup, block, org, dir, state_->tmin, tmax_);
+        if ((block->root & bvh::kNodeTagMask) != bvh::kInner && !meetsBounds(block, setup, tmax_))
+            return false;
         startPrograms(org, dir);
         CustomPrimitives visitor{*this, tmax_};
         isa::traverse(block, setup, visitor);

@@ -71,6 +71,12 @@ uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uin
         !context->device->isAccessible(source, bvh::kBlockAlignment) || !bvh::isBlock(source))
         fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
              " is no acceleration structure");
+    if (bvh::traversableHandle(source) != handle)
+        fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
+             " is not the handle of the acceleration structure at its address");
+    if (!bvh::allowsCompaction(source))
+        fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
+             " was built without ALLOW_COMPACTION");
     uint64_t size = bvh::compactedSize(source);
     if (destinationSize < size)
         fail(Code::kInvalidValue, "outputBufferSizeInBytes = ", destinationSize,
