@@ -32,6 +32,7 @@ function(sunstone_sample name)
         sunstone_embed(sample_${name} ${base}_ptx ${ptx})
     endif()
     sunstone_sanitize(sample_${name})
+    add_dependencies(sample_${name} nvoptix sunstone_cuda) # loaded when it runs
     set_target_properties(sample_${name} PROPERTIES OUTPUT_NAME ${name}
         RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 endfunction()

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands of `sunstone`. Each returns the program's exit code and throws std::exception with
+// one clear line for what it cannot do.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace sunstone::tool {
+
+int info(bool json);
+
+// Replaces this process by `command`, with the libraries' folders in front of LD_LIBRARY_PATH.
+int run(const std::vector<std::string>& command);
+
+struct CheckOptions {
+    std::string file;
+    std::string launchParams = "params";
+    bool json = false;
+};
+int check(const CheckOptions& options);
+
+struct RenderOptions {
+    std::string model;
+    std::string output = "out.png";
+    unsigned width = 960, height = 540, samples = 32;
+    unsigned bounces = 4;
+    float azimuth = 35.0f, elevation = 20.0f, zoom = 1.0f;
+    std::vector<float> eye, lookAt; // empty: an orbit around the model
+    float fov = 34.0f;
+    bool ground = true;
+    bool zUp = false;
+};
+int render(const RenderOptions& options);
+
+// Where the libraries are; empty if this program was moved away from them.
+struct Folders {
+    std::string lib;  // libnvoptix.so.1
+    std::string cuda; // libcuda.so.1, libcudart
+};
+Folders findFolders();
+
+} // namespace sunstone::tool
