@@ -10,12 +10,24 @@ namespace {
 struct V {
     float x, y, z;
 };
-V operator+(V a, V b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-V operator-(V a, V b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-V operator*(V a, float s) { return {a.x * s, a.y * s, a.z * s}; }
-float dot(V a, V b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-V cross(V a, V b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-V unit(V a) { return a * (1 / std::sqrt(dot(a, a))); }
+V operator+(V a, V b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+V operator-(V a, V b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+V operator*(V a, float s) {
+    return {a.x * s, a.y * s, a.z * s};
+}
+float dot(V a, V b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+V cross(V a, V b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+V unit(V a) {
+    return a * (1 / std::sqrt(dot(a, a)));
+}
 
 uint32_t hash(uint32_t a, uint32_t b) {
     uint64_t x = (uint64_t(a) << 32 | b) + 0x9E3779B97F4A7C15ull;
@@ -23,15 +35,21 @@ uint32_t hash(uint32_t a, uint32_t b) {
     x = (x ^ x >> 27) * 0x94D049BB133111EBull;
     return uint32_t((x ^ x >> 31) >> 16);
 }
-float random(uint32_t a, uint32_t b) { return float(hash(a, b) >> 8) * 0x1p-24f; }
+float random(uint32_t a, uint32_t b) {
+    return float(hash(a, b) >> 8) * 0x1p-24f;
+}
 V randomUnit(uint32_t a, uint32_t b) {
     const float z = 2 * random(a, 2 * b) - 1, phi = 6.2831853f * random(a, 2 * b + 1);
     const float r = std::sqrt(std::max(0.0f, 1 - z * z));
     return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
-void add(Mesh& m, V v) { m.vertices.insert(m.vertices.end(), {v.x, v.y, v.z}); }
-void add(Mesh& m, uint32_t a, uint32_t b, uint32_t c) { m.indices.insert(m.indices.end(), {a, b, c}); }
+void add(Mesh& m, V v) {
+    m.vertices.insert(m.vertices.end(), {v.x, v.y, v.z});
+}
+void add(Mesh& m, uint32_t a, uint32_t b, uint32_t c) {
+    m.indices.insert(m.indices.end(), {a, b, c});
+}
 
 void look(Mesh& m, V eye, V target) {
     m.eye[0] = eye.x, m.eye[1] = eye.y, m.eye[2] = eye.z;
@@ -104,7 +122,8 @@ Mesh spheres(uint32_t triangles) {
                 const float theta = 3.14159265f * float(j) / float(kStacks);
                 const float phi = 6.2831853f * float(i) / float(kSlices);
                 add(m, center + V{std::sin(theta) * std::cos(phi), std::cos(theta),
-                                  std::sin(theta) * std::sin(phi)} * radius);
+                                  std::sin(theta) * std::sin(phi)} *
+                                    radius);
             }
         for (uint32_t j = 0; j < kStacks; ++j)
             for (uint32_t i = 0; i < kSlices; ++i) {
@@ -121,7 +140,9 @@ Mesh spheres(uint32_t triangles) {
     return m;
 }
 
-V at(const float p[3]) { return {p[0], p[1], p[2]}; }
+V at(const float p[3]) {
+    return {p[0], p[1], p[2]};
+}
 
 } // namespace
 

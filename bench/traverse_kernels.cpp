@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Traversal kernels and builders against Embree 3 on identical ray arrays, one ray at a time.
 //   bench_kernels [--quick] [--scene N] [--isa avx512|avx2|baseline] [--threads]
-// Runs alternate between the two; the best of several counts. Our structure lies in memory that asks
-// for huge pages, as Embree's own does. Single-thread rows are processor time.
+// Runs alternate between the two; the best of several counts. Our structure lies in memory that
+// asks for huge pages, as Embree's own does. Single-thread rows are processor time.
 #include "scenes.h"
 
 #include "bvh/build.h"
@@ -11,9 +11,9 @@
 
 #include <embree3/rtcore.h>
 #include <sys/mman.h>
-#include <time.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <time.h>
 
 #include <atomic>
 #include <chrono>
@@ -104,10 +104,9 @@ uint64_t runLoop(const RayLoop& loop, size_t count, bool allThreads) {
     if (!allThreads)
         return loop(0, count);
     std::atomic<uint64_t> hits{0};
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, count, 4096),
-                      [&](const tbb::blocked_range<size_t>& range) {
-                          hits += loop(range.begin(), range.end());
-                      });
+    tbb::parallel_for(
+        tbb::blocked_range<size_t>(0, count, 4096),
+        [&](const tbb::blocked_range<size_t>& range) { hits += loop(range.begin(), range.end()); });
     return hits;
 }
 
@@ -244,14 +243,17 @@ void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Opti
         if (all && !options.threads)
             break;
         const char* name = mesh.name.c_str();
-        print(name, "primary", contest(closestOurs(primary), closestEmbree(primary),
-                                       primary.size(), all, repeats), all);
-        print(name, "shadow", contest(occludedOurs(shadow), occludedEmbree(shadow), shadow.size(),
-                                      all, repeats), all);
+        print(name, "primary",
+              contest(closestOurs(primary), closestEmbree(primary), primary.size(), all, repeats),
+              all);
+        print(name, "shadow",
+              contest(occludedOurs(shadow), occludedEmbree(shadow), shadow.size(), all, repeats),
+              all);
         print(name, "AO", contest(occludedOurs(ao), occludedEmbree(ao), ao.size(), all, repeats),
               all);
-        print(name, "diffuse", contest(closestOurs(diffuse), closestEmbree(diffuse),
-                                       diffuse.size(), all, repeats), all);
+        print(name, "diffuse",
+              contest(closestOurs(diffuse), closestEmbree(diffuse), diffuse.size(), all, repeats),
+              all);
     }
     rtcReleaseScene(scene);
 }

@@ -18,7 +18,9 @@ namespace {
 
 using namespace testing;
 
-QueryRay down(float x, float y) { return {{x, y, 10}, 0, {0, 0, -1}, 100}; }
+QueryRay down(float x, float y) {
+    return {{x, y, 10}, 0, {0, 0, -1}, 100};
+}
 
 bool hitAt(const Structure& s, float x, float y, QueryHit* hit = nullptr) {
     QueryHit h{};
@@ -171,8 +173,8 @@ TEST(Build, VertexFormats) {
 
 TEST(Build, HalfSpecialsAndSnormMinimum) {
     const uint16_t inf = 0x7C00, nan = 0x7E01, minusTwo = 0xC000, tiny = 0x0001;
-    const uint16_t words[] = {inf, 0, 0, 0, 0, nan, 0, 0, minusTwo, 0, 0x4000, 0, tiny, 0x4000, 0,
-                              tiny, 0, 0};
+    const uint16_t words[] = {inf, 0,      0, 0,    0,      nan, 0,    0, minusTwo,
+                              0,   0x4000, 0, tiny, 0x4000, 0,   tiny, 0, 0};
     TriangleInput in;
     in.vertices = words;
     in.vertexFormat = VertexFormat::kHalf3;
@@ -190,7 +192,8 @@ TEST(Build, IndicesStridesAndTransform) {
         uint8_t head[8];
         float p[3];
         uint8_t tail[4];
-    } vertices[4] = {{{}, {0, 0, 0}, {}}, {{}, {1, 0, 0}, {}}, {{}, {0, 1, 0}, {}}, {{}, {1, 1, 0}, {}}};
+    } vertices[4] = {
+        {{}, {0, 0, 0}, {}}, {{}, {1, 0, 0}, {}}, {{}, {0, 1, 0}, {}}, {{}, {1, 1, 0}, {}}};
     const uint16_t shorts[] = {0, 1, 2, 99, 1, 3, 2, 99};
     TriangleInput in;
     in.vertices = vertices[0].p;
@@ -246,7 +249,8 @@ TEST(Build, SbtIndicesFlagsAndOffsets) {
     for (int i = 0; i < 3000; ++i) {
         const Vec3 o = random.point(1), d = random.unit();
         QueryHit hit;
-        if (!kernels(chosenIsa()).closest(s.block(), {{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 10}, hit))
+        if (!kernels(chosenIsa())
+                 .closest(s.block(), {{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 10}, hit))
             continue;
         ++hits;
         const uint32_t input = hit.primitive / 1000, local = hit.primitive % 1000;
@@ -279,9 +283,9 @@ TEST(Build, SbtIndexBeyondTheRecordsIsHarmless) {
 
 TEST(Build, BadTrianglesAreInactive) {
     Mesh m;
-    m.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {NAN, 0, 0}, {0, INFINITY, 0}, {2, 0, 0},
-                  {3e38f, 0, 0}};
-    m.triangles = {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {0, 1, 5}, {0, 0, 1},
+    m.vertices = {{0, 0, 0},        {1, 0, 0}, {0, 1, 0},    {NAN, 0, 0},
+                  {0, INFINITY, 0}, {2, 0, 0}, {3e38f, 0, 0}};
+    m.triangles = {{0, 1, 2},  {0, 1, 3},   {0, 1, 4}, {0, 1, 5}, {0, 0, 1},
                    {0, 1, 99}, {~0u, 1, 2}, {2, 2, 2}, {0, 2, 6}};
     BuildOptions options;
     options.allowRandomVertexAccess = true;
@@ -378,7 +382,8 @@ TEST(Build, BadArgumentsAreErrors) {
     EXPECT_NE(attempt(temp.get(), usage.temp, nullptr, usage.output), "");
     EXPECT_NE(attempt(temp.get(), usage.temp - 1, out.get(), usage.output), "");
     EXPECT_NE(attempt(temp.get(), usage.temp, out.get(), usage.output - 1), "");
-    EXPECT_NE(attempt(static_cast<char*>(temp.get()) + 64, usage.temp, out.get(), usage.output), "");
+    EXPECT_NE(attempt(static_cast<char*>(temp.get()) + 64, usage.temp, out.get(), usage.output),
+              "");
     std::memset(out.get(), 0xAB, usage.output);
     EXPECT_NE(errorOf([&] { compactedSize(out.get()); }), "");
     EXPECT_NE(errorOf([&] { bounds(nullptr); }), "");
@@ -436,8 +441,13 @@ TEST(Build, Instances) {
     const Structure child = makeStructure(cube().input());
     std::vector<InstanceDesc> list(5);
     for (uint32_t i = 0; i < 5; ++i) {
-        list[i] = {{1, 0, 0, 10.0f * float(i), 0, 2, 0, 0, 0, 0, 1, 0}, 100 + i, i, 255, 0,
-                   traversableHandle(child.block()), {}};
+        list[i] = {{1, 0, 0, 10.0f * float(i), 0, 2, 0, 0, 0, 0, 1, 0},
+                   100 + i,
+                   i,
+                   255,
+                   0,
+                   traversableHandle(child.block()),
+                   {}};
     }
     list[1].traversableHandle = 0;
     list[2].visibilityMask = 0;

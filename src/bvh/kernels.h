@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which instruction sets this machine has, and ray queries on a single structure of triangles: what
-// tests and benchmarks use. The OptiX run-time (devlib) compiles the same loop with its own visitors.
+// tests and benchmarks use. The OptiX run-time (devlib) compiles the same loop with its own
+// visitors.
 #pragma once
 
 #include <cstdint>
@@ -25,9 +26,9 @@ struct QueryRay {
 };
 
 struct QueryHit {
-    float t, u, v;      // u at vertex 1, v at vertex 2
+    float t, u, v; // u at vertex 1, v at vertex 2
     uint32_t primitive;
-    uint32_t sbt;       // index and geometry flags, see layout.h
+    uint32_t sbt; // index and geometry flags, see layout.h
     bool front;
 };
 

@@ -42,7 +42,9 @@ constexpr uint64_t kMaxBlockSize = uint64_t(kRefUnit) << 30;
 inline NodeRef makeRef(uint64_t offset, uint32_t tag) {
     return NodeRef(offset / kRefUnit) << 2 | tag;
 }
-inline uint64_t offsetOf(NodeRef ref) { return uint64_t(ref & ~uint32_t(kNodeTagMask)) * (kRefUnit / 4); }
+inline uint64_t offsetOf(NodeRef ref) {
+    return uint64_t(ref & ~uint32_t(kNodeTagMask)) * (kRefUnit / 4);
+}
 
 // No path from the root is longer than this many nodes; builders see to it.
 constexpr unsigned kMaxDepth = 48;
@@ -53,11 +55,11 @@ struct alignas(64) BlockHeader {
     uint32_t magic;
     uint32_t version;
     BlockType type;
-    NodeRef root;             // kNoNode: empty
-    uint64_t usedSize;        // bytes of the block that matter
-    uint32_t numPrimitives;   // as in the inputs, inactive ones included
+    NodeRef root;           // kNoNode: empty
+    uint64_t usedSize;      // bytes of the block that matter
+    uint32_t numPrimitives; // as in the inputs, inactive ones included
     uint32_t numActive;
-    float lower[3];           // exact bounds of the active primitives
+    float lower[3]; // exact bounds of the active primitives
     uint32_t numInputs;
     float upper[3];
     uint32_t numSbtRecords;
@@ -68,7 +70,7 @@ struct alignas(64) BlockHeader {
     uint64_t nodesOffset;
     uint32_t numNodes;
     uint32_t numLeaves;
-    uint32_t options;         // OptionBit
+    uint32_t options;          // OptionBit
     uint32_t geometryFlagsAnd; // geometry flags all primitives have
     // Room for motion: keys, flags and time range of the structure.
     uint32_t motionKeys;
@@ -117,8 +119,8 @@ constexpr uint32_t kGeometryFlagShift = 24;
 // Up to N triangles. Unused lanes have NaN vertices.
 template <unsigned N>
 struct alignas(64) TriangleLeaf {
-    float vertices[9 * N];   // [vertex][axis][lane]
-    uint32_t primitive[N];   // with primitiveIndexOffset
+    float vertices[9 * N]; // [vertex][axis][lane]
+    uint32_t primitive[N]; // with primitiveIndexOffset
     uint32_t sbt[N];
     uint32_t count;
     uint32_t pad[3 + (N == 8 ? 4 : 0)];

@@ -51,9 +51,8 @@ class MortonBuilder {
 public:
     MortonBuilder(PrimitiveRef* references, PrimitiveRef* scratch, uint32_t count,
                   const LeafRules& rules, Tree& tree)
-        : references_(references), sorted_(scratch),
-          keys_(reinterpret_cast<Key*>(scratch + count)), otherKeys_(keys_ + count), count_(count),
-          rules_(rules), tree_(tree) {}
+        : references_(references), sorted_(scratch), keys_(reinterpret_cast<Key*>(scratch + count)),
+          otherKeys_(keys_ + count), count_(count), rules_(rules), tree_(tree) {}
 
     void run() {
         makeKeys();
@@ -236,7 +235,8 @@ private:
             const TreeChild& c = node.children[i];
             const float negUpper[3] = {-c.upper[0], -c.upper[1], -c.upper[2]};
             box.add(c.lower, negUpper);
-            (c.count ? leaves : inner) += c.count ? rules_.bytes(c.count) : tree_.nodes[c.first].bytes;
+            (c.count ? leaves : inner) +=
+                c.count ? rules_.bytes(c.count) : tree_.nodes[c.first].bytes;
         }
         setBox(self, box);
         node.bytes = sizeof(Node) + (leaves + 63) / 64 * 64 + inner;

@@ -9,8 +9,8 @@ namespace sunstone::bvh {
 
 using BlockBody = void (*)(void* context, size_t begin, size_t end, size_t block);
 
-// Calls body for [0, count) in blocks of blockSize (the last may be shorter). Which blocks there are
-// does not depend on the number of threads.
+// Calls body for [0, count) in blocks of blockSize (the last may be shorter). Which blocks there
+// are does not depend on the number of threads.
 void forEachBlock(size_t count, size_t blockSize, BlockBody body, void* context);
 
 // The same with a callable body(begin, end, block).

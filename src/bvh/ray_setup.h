@@ -34,11 +34,21 @@ struct RaySetup {
     float shear[3];   // Sx, Sy, Sz
 };
 
-SUNSTONE_INLINE float absolute(float a) { return __builtin_fabsf(a); }
-SUNSTONE_INLINE float smaller(float a, float b) { return a < b ? a : b; }
-SUNSTONE_INLINE float larger(float a, float b) { return a > b ? a : b; }
-SUNSTONE_INLINE uint32_t bitsOf(float a) { return __builtin_bit_cast(uint32_t, a); }
-SUNSTONE_INLINE bool finite(float a) { return (bitsOf(a) & 0x7F800000u) != 0x7F800000u; }
+SUNSTONE_INLINE float absolute(float a) {
+    return __builtin_fabsf(a);
+}
+SUNSTONE_INLINE float smaller(float a, float b) {
+    return a < b ? a : b;
+}
+SUNSTONE_INLINE float larger(float a, float b) {
+    return a > b ? a : b;
+}
+SUNSTONE_INLINE uint32_t bitsOf(float a) {
+    return __builtin_bit_cast(uint32_t, a);
+}
+SUNSTONE_INLINE bool finite(float a) {
+    return (bitsOf(a) & 0x7F800000u) != 0x7F800000u;
+}
 
 // False for rays that cannot hit anything: NaN or infinity in them, or no direction.
 SUNSTONE_INLINE bool isRay(const float org[3], const float dir[3], float tmin, float tmax) {
@@ -93,7 +103,8 @@ SUNSTONE_INLINE float reachOf(const BlockHeader* header, const float org[3]) {
 SUNSTONE_INLINE void setupRay(RaySetup& s, const BlockHeader* header, const float org[3],
                               const float dir[3], float tmin, float tmax) {
     const float longest = larger(larger(absolute(dir[0]), absolute(dir[1])), absolute(dir[2]));
-    const __m128 o = _mm_setr_ps(org[0], org[1], org[2], 0), d = _mm_setr_ps(dir[0], dir[1], dir[2], 1);
+    const __m128 o = _mm_setr_ps(org[0], org[1], org[2], 0),
+                 d = _mm_setr_ps(dir[0], dir[1], dir[2], 1);
     const __m128 signBit = _mm_set1_ps(-0.0f);
     const __m128 sign = _mm_and_ps(d, signBit), speed = _mm_andnot_ps(signBit, d);
     const __m128 w = _mm_set1_ps(longest * 0x1p-21f), one = _mm_set1_ps(1);
@@ -118,10 +129,10 @@ SUNSTONE_INLINE void setupRay(RaySetup& s, const BlockHeader* header, const floa
     for (int i = 0; i < 3; ++i)
         s.nearPlanes[i] = uint32_t(64 * i) + (bitsOf(dir[i]) >> 31) * 32;
     const float still = larger(8 * longest * 0x1p-21f, 0x1p-100f);
-    const int stillAxes =
-        _mm_movemask_ps(_mm_cmple_ps(_mm_andnot_ps(signBit, _mm_setr_ps(dir[0], dir[1], dir[2],
-                                                                        longest)),
-                                     _mm_set1_ps(still))) & 7;
+    const int stillAxes = _mm_movemask_ps(_mm_cmple_ps(
+                              _mm_andnot_ps(signBit, _mm_setr_ps(dir[0], dir[1], dir[2], longest)),
+                              _mm_set1_ps(still))) &
+                          7;
     if (__builtin_expect(stillAxes != 0, 0)) {
         const float reach = reachOf(header, org);
         for (int i = 0; i < 3; ++i)

@@ -29,9 +29,15 @@ constexpr unsigned kSahDepth = 32;
 struct Bounds {
     F8 v;
 };
-SUNSTONE_INLINE Bounds emptyBounds() { return {splat(__builtin_inff(), (F8*)nullptr)}; }
-SUNSTONE_INLINE Bounds unite(Bounds a, Bounds b) { return {min(a.v, b.v)}; }
-SUNSTONE_INLINE Bounds boundsOf(const PrimitiveRef& ref) { return {load(ref.lower, (F8*)nullptr)}; }
+SUNSTONE_INLINE Bounds emptyBounds() {
+    return {splat(__builtin_inff(), (F8*)nullptr)};
+}
+SUNSTONE_INLINE Bounds unite(Bounds a, Bounds b) {
+    return {min(a.v, b.v)};
+}
+SUNSTONE_INLINE Bounds boundsOf(const PrimitiveRef& ref) {
+    return {load(ref.lower, (F8*)nullptr)};
+}
 
 SUNSTONE_INLINE F4 highHalf(F8 a) {
 #if defined(__AVX2__)
@@ -59,7 +65,9 @@ SUNSTONE_INLINE float areaOf(Bounds b) {
     return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
 }
 // Twice the centroid, in words 0-2.
-SUNSTONE_INLINE F4 centroid(Bounds b) { return lowHalf(b.v) - highHalf(b.v); }
+SUNSTONE_INLINE F4 centroid(Bounds b) {
+    return lowHalf(b.v) - highHalf(b.v);
+}
 SUNSTONE_INLINE Bounds pointBounds(F4 c) {
     return {fromHalves(c, splat(0.0f, (F4*)nullptr) - c)};
 }
@@ -136,10 +144,10 @@ struct alignas(64) Bins {
 };
 
 struct Split {
-    int axis = -1;      // -1: halve by position
-    uint32_t bin = 0;   // first bin of the right side
+    int axis = -1;                 // -1: halve by position
+    uint32_t bin = 0;              // first bin of the right side
     float cost = __builtin_inff(); // sum of area * blocks of both sides
-    Bounds left, right; // boxes of the sides
+    Bounds left, right;            // boxes of the sides
 };
 
 // What a sweep over the bins has gathered so far, for the three axes side by side.
@@ -150,23 +158,22 @@ struct Sweep {
     SUNSTONE_INLINE_MEMBER void add(const Bins& bins, uint32_t i) {
         for (int a = 0; a < 3; ++a)
             box[a] = unite(box[a], bins.box[i][a]);
-        count = _mm_add_epi32(count,
-                              _mm_load_si128(reinterpret_cast<const __m128i*>(bins.count[i])));
+        count =
+            _mm_add_epi32(count, _mm_load_si128(reinterpret_cast<const __m128i*>(bins.count[i])));
     }
     // area * blocks; infinite where there are fewer references than a leaf must have.
     SUNSTONE_INLINE_MEMBER __m128 cost(const LeafRules& rules) const {
         __m128 x = extent(box[0]).v, y = extent(box[1]).v, z = extent(box[2]).v;
         __m128 unused = _mm_setzero_ps();
         _MM_TRANSPOSE4_PS(x, y, z, unused);
-        const __m128 area = _mm_add_ps(_mm_add_ps(_mm_mul_ps(x, y), _mm_mul_ps(y, z)),
-                                       _mm_mul_ps(z, x));
+        const __m128 area =
+            _mm_add_ps(_mm_add_ps(_mm_mul_ps(x, y), _mm_mul_ps(y, z)), _mm_mul_ps(z, x));
         const __m128i blocks =
             rules.maxCount > 1 ? _mm_srli_epi32(_mm_add_epi32(count, _mm_set1_epi32(3)), 2) : count;
-        const __m128 few = _mm_castsi128_ps(
-            _mm_cmplt_epi32(count, _mm_set1_epi32(int(rules.minCount))));
+        const __m128 few =
+            _mm_castsi128_ps(_mm_cmplt_epi32(count, _mm_set1_epi32(int(rules.minCount))));
         const __m128 cost = _mm_mul_ps(area, _mm_cvtepi32_ps(blocks));
-        return _mm_or_ps(_mm_andnot_ps(few, cost),
-                         _mm_and_ps(few, _mm_set1_ps(__builtin_inff())));
+        return _mm_or_ps(_mm_andnot_ps(few, cost), _mm_and_ps(few, _mm_set1_ps(__builtin_inff())));
     }
 };
 
@@ -351,7 +358,8 @@ private:
 
     // Bounds of the centroids on both sides, without a branch that nobody can predict.
     struct Sides {
-        F4 lower[2] = {splat(__builtin_inff(), (F4*)nullptr), splat(__builtin_inff(), (F4*)nullptr)};
+        F4 lower[2] = {splat(__builtin_inff(), (F4*)nullptr),
+                       splat(__builtin_inff(), (F4*)nullptr)};
         F4 upper[2] = {splat(-__builtin_inff(), (F4*)nullptr),
                        splat(-__builtin_inff(), (F4*)nullptr)};
         SUNSTONE_INLINE_MEMBER void add(bool isLeft, F4 c) {
@@ -362,10 +370,10 @@ private:
             const __m128 minus = _mm_set1_ps(-0.0f);
             lower[0] = min({_mm_or_ps(mine, padLeft)}, lower[0]);
             lower[1] = min({_mm_or_ps(other, padRight)}, lower[1]);
-            upper[0] = max({_mm_or_ps(mine, _mm_or_ps(padLeft, _mm_andnot_ps(left, minus)))},
-                           upper[0]);
-            upper[1] = max({_mm_or_ps(other, _mm_or_ps(padRight, _mm_and_ps(left, minus)))},
-                           upper[1]);
+            upper[0] =
+                max({_mm_or_ps(mine, _mm_or_ps(padLeft, _mm_andnot_ps(left, minus)))}, upper[0]);
+            upper[1] =
+                max({_mm_or_ps(other, _mm_or_ps(padRight, _mm_and_ps(left, minus)))}, upper[1]);
         }
         SUNSTONE_INLINE_MEMBER void add(const Sides& s) {
             for (int i = 0; i < 2; ++i) {

@@ -150,7 +150,8 @@ template <class Visitor>
             if (top == stack)
                 return;
             const uint64_t entry = *--top;
-            if (!Visitor::kOrdered || __builtin_bit_cast(float, uint32_t(entry >> 32)) <= visitor.tmax) {
+            if (!Visitor::kOrdered ||
+                __builtin_bit_cast(float, uint32_t(entry >> 32)) <= visitor.tmax) {
                 ref = NodeRef(entry);
                 break;
             }

@@ -39,16 +39,16 @@ struct LeafRules {
 
 struct TreeChild {
     float lower[3];
-    uint32_t first;   // index of a TreeNode, or of the first reference of a leaf
+    uint32_t first; // index of a TreeNode, or of the first reference of a leaf
     float upper[3];
-    uint32_t count;   // references in the leaf; 0: a node
+    uint32_t count; // references in the leaf; 0: a node
 };
 
 struct alignas(16) TreeNode {
     TreeChild children[8];
     uint32_t numChildren;
     uint32_t pad;
-    uint64_t bytes;      // of the subtree in the block: this node, its leaves, its inner children
+    uint64_t bytes; // of the subtree in the block: this node, its leaves, its inner children
 };
 
 struct Tree {
@@ -63,9 +63,9 @@ struct Tree {
 uint32_t maxTreeNodes(uint64_t n, const LeafRules& rules);
 uint64_t maxTreeBytes(uint64_t n, const LeafRules& rules);
 
-// The builders. `references` holds `count` entries (count > 0), `scratch` has room for as many (twice as many for
-// Morton); tree.nodes has
-// room for maxTreeNodes. The result is in tree; its references are in one of the two arrays.
+// The builders. `references` holds `count` entries (count > 0), `scratch` has room for as many
+// (twice as many for Morton); tree.nodes has room for maxTreeNodes. The result is in tree; its
+// references are in one of the two arrays.
 void buildSahTree(PrimitiveRef* references, PrimitiveRef* scratch, uint32_t count,
                   const LeafRules& rules, Tree& tree);
 void buildMortonTree(PrimitiveRef* references, PrimitiveRef* scratch, uint32_t count,

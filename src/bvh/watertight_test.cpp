@@ -33,8 +33,8 @@ struct Setting {
     Vec3 offset;
     float scale;
 };
-const Setting kSettings[] = {{{0, 0, 0}, 1}, {{100, -37, 1000}, 1}, {{3, 5, 7}, 1e-3f},
-                             {{-1e4f, 1e5f, 10}, 1e3f}};
+const Setting kSettings[] = {
+    {{0, 0, 0}, 1}, {{100, -37, 1000}, 1}, {{3, 5, 7}, 1e-3f}, {{-1e4f, 1e5f, 10}, 1e3f}};
 
 Mesh placed(Mesh mesh, const Setting& setting) {
     for (Vec3& v : mesh.vertices)
@@ -53,9 +53,9 @@ void aimFromInside(const Mesh& unit, uint32_t rays, uint32_t seed) {
                 Random random(seed);
                 uint32_t missed = 0;
                 for (uint32_t i = 0; i < rays; ++i) {
-                    const Vec3 o =
-                        i % 16 == 0 ? setting.offset
-                                    : setting.offset + random.point(0.3f * setting.scale);
+                    const Vec3 o = i % 16 == 0
+                                       ? setting.offset
+                                       : setting.offset + random.point(0.3f * setting.scale);
                     Vec3 d = target(mesh, random) - o;
                     if (i % 3 == 0)
                         d = math::normalize(d);
@@ -65,16 +65,22 @@ void aimFromInside(const Mesh& unit, uint32_t rays, uint32_t seed) {
                     if (i % 8 == 0)
                         missed += !kernels(isa).occluded(s.block(), ray);
                 }
-                EXPECT_EQ(missed, 0u) << isaName(isa) << " offset " << setting.offset.z
-                                      << " fast " << fast;
+                EXPECT_EQ(missed, 0u)
+                    << isaName(isa) << " offset " << setting.offset.z << " fast " << fast;
             }
         }
     }
 }
 
-TEST(Watertight, Icosphere) { aimFromInside(icosphere(4), 60000, 1); }
-TEST(Watertight, RoughSphere) { aimFromInside(roughSphere(4, 3), 60000, 2); }
-TEST(Watertight, Cube) { aimFromInside(cube(), 60000, 3); }
+TEST(Watertight, Icosphere) {
+    aimFromInside(icosphere(4), 60000, 1);
+}
+TEST(Watertight, RoughSphere) {
+    aimFromInside(roughSphere(4, 3), 60000, 2);
+}
+TEST(Watertight, Cube) {
+    aimFromInside(cube(), 60000, 3);
+}
 
 // Axis-parallel rays through vertices, edges and the planes of a cube and a grid on integers.
 TEST(Watertight, RaysInThePlanesOfEdges) {
@@ -99,7 +105,8 @@ TEST(Watertight, RaysInThePlanesOfEdges) {
                         const QueryRay ray = {{px, py, side * length}, 0, {0, 0, -side}, 1e30f};
                         EXPECT_TRUE(kernels(isa).occluded(s.block(), ray)) << px << ' ' << py;
                     }
-                    // Aimed at the same point from a corner above: no zero components but two equal.
+                    // Aimed at the same point from a corner above: no zero components but two
+                    // equal.
                     const QueryRay slanted = {{px - 8, py - 8, side * 8}, 0, {1, 1, -side}, 1e30f};
                     EXPECT_TRUE(kernels(isa).occluded(s.block(), slanted)) << px << ' ' << py;
                 }

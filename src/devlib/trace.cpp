@@ -10,7 +10,8 @@ namespace sunstone::devlib {
 
 // bvh has its own names for what the two share.
 static_assert(sizeof(InstanceRecord) == sizeof(bvh::InstanceData));
-static_assert(offsetof(InstanceRecord, worldToObject) == offsetof(bvh::InstanceData, worldToObject));
+static_assert(offsetof(InstanceRecord, worldToObject) ==
+              offsetof(bvh::InstanceData, worldToObject));
 static_assert(offsetof(InstanceRecord, child) == offsetof(bvh::InstanceData, child));
 static_assert(offsetof(InstanceRecord, instanceId) == offsetof(bvh::InstanceData, instanceId));
 static_assert(offsetof(InstanceRecord, index) == offsetof(bvh::InstanceData, index));
@@ -28,12 +29,9 @@ uint64_t noCallable(RayState*) {
 
 const void* callable(RayState* state, uint32_t sbtIndex, uint32_t continuation) {
     const SbtView& sbt = state->launch->sbt;
-    const ResolvedRecord r =
-        resolveRecord(*state->launch, sbt.callableBase, sbt.callableStride, sbt.callableCount,
-                      sbtIndex, kGroupCallables);
-    const void* code = !r.group         ? nullptr
-                       : continuation ? r.group->continuation
-                                      : r.group->direct;
+    const ResolvedRecord r = resolveRecord(*state->launch, sbt.callableBase, sbt.callableStride,
+                                           sbt.callableCount, sbtIndex, kGroupCallables);
+    const void* code = !r.group ? nullptr : continuation ? r.group->continuation : r.group->direct;
     state->callableData = dataOf(r.record);
     return code ? code : reinterpret_cast<const void*>(&noCallable);
 }

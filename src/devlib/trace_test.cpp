@@ -29,13 +29,21 @@ struct Programs {
     std::function<uint32_t(RayState*)> closestHit, anyHit, intersection, miss;
 } programs;
 
-uint32_t runClosestHit(RayState* s) { return programs.closestHit ? programs.closestHit(s) : kAccept; }
-uint32_t runAnyHit(RayState* s) { return programs.anyHit ? programs.anyHit(s) : kAccept; }
+uint32_t runClosestHit(RayState* s) {
+    return programs.closestHit ? programs.closestHit(s) : kAccept;
+}
+uint32_t runAnyHit(RayState* s) {
+    return programs.anyHit ? programs.anyHit(s) : kAccept;
+}
 uint32_t runIntersection(RayState* s) {
     return programs.intersection ? programs.intersection(s) : kAccept;
 }
-uint32_t runMiss(RayState* s) { return programs.miss ? programs.miss(s) : kAccept; }
-uint32_t addOne(RayState*, uint32_t x) { return x + 1; }
+uint32_t runMiss(RayState* s) {
+    return programs.miss ? programs.miss(s) : kAccept;
+}
+uint32_t addOne(RayState*, uint32_t x) {
+    return x + 1;
+}
 
 struct Record {
     SbtHeader header;
@@ -139,8 +147,8 @@ protected:
         return bvh::testing::makeStructure(inputs);
     }
     static bvh::InstanceDesc instance(uint64_t handle, uint32_t id, Vec3 at, float scale = 1) {
-        return {{scale, 0, 0, at.x, 0, scale, 0, at.y, 0, 0, scale, at.z},
-                id, 0, 255, 0, handle, {}};
+        return {
+            {scale, 0, 0, at.x, 0, scale, 0, at.y, 0, 0, scale, at.z}, id, 0, 255, 0, handle, {}};
     }
     static uint64_t handleOf(const Structure& s) { return bvh::traversableHandle(s.block()); }
     static uint32_t dataWord(const RayState* s) {
@@ -228,8 +236,8 @@ TEST_P(Trace, HandlesThatAreNoneMiss) {
     for (uint64_t handle :
          {uint64_t(0), uint64_t(kTagGas), uint64_t(kTagStatic), makeHandle(garbage, kTagGas),
           makeHandle(garbage, kTagIas), makeHandle(garbage, HandleTag(0)),
-          makeHandle(garbage, kTagMatrixMotion), makeHandle(garbage, HandleTag(40)),
-          ~uint64_t(0), uint64_t(1) << 50 | kTagGas}) {
+          makeHandle(garbage, kTagMatrixMotion), makeHandle(garbage, HandleTag(40)), ~uint64_t(0),
+          uint64_t(1) << 50 | kTagGas}) {
         RayState r = ray(handle, kEye, kDown);
         launch_.trace(&r);
     }
@@ -294,15 +302,15 @@ TEST_P(Trace, RayFlags) {
     EXPECT_EQ(anyHits, 1); // first hit only
     EXPECT_EQ(closest, 1);
     EXPECT_EQ(run(s, 4 | 1), (Counts{0, 1, 0}));
-    EXPECT_EQ(run(s, 8), (Counts{1, 0, 0}));     // disable closest-hit
+    EXPECT_EQ(run(s, 8), (Counts{1, 0, 0})); // disable closest-hit
     EXPECT_EQ(run(s, 8 | 4 | 1), (Counts{0, 0, 0}));
-    EXPECT_EQ(run(s, 32), (Counts{0, 0, 1}));    // cull front
-    EXPECT_EQ(run(s, 16), (Counts{1, 1, 0}));    // cull back
+    EXPECT_EQ(run(s, 32), (Counts{0, 0, 1})); // cull front
+    EXPECT_EQ(run(s, 16), (Counts{1, 1, 0})); // cull back
     EXPECT_EQ(run(s, 16 | 1, {0, 0, 1}), (Counts{0, 0, 1}));
     EXPECT_EQ(run(s, 32 | 1 | 4 | 8), (Counts{0, 0, 1}));
-    EXPECT_EQ(run(s, 128), (Counts{0, 0, 1}));     // cull enforced
+    EXPECT_EQ(run(s, 128), (Counts{0, 0, 1})); // cull enforced
     EXPECT_EQ(run(opaque, 128), (Counts{0, 1, 0}));
-    EXPECT_EQ(run(s, 64), (Counts{1, 1, 0}));      // cull disabled
+    EXPECT_EQ(run(s, 64), (Counts{1, 1, 0})); // cull disabled
     EXPECT_EQ(run(opaque, 64), (Counts{0, 0, 1}));
     launch_.hasAnyHit = 0;
     EXPECT_EQ(run(opaque, 64), (Counts{0, 0, 1}));
@@ -589,9 +597,9 @@ TEST_P(Trace, ManyRandomInstancesAgreeWithTransformedTriangles) {
         r.rayFlags = i % 2; // with and without any-hit
         launch_.trace(&r);
         bvh::QueryHit hit{};
-        const bool found = kernels(bvh::chosenIsa())
-                               .closest(whole.block(), {{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1e16f},
-                                        hit);
+        const bool found =
+            kernels(bvh::chosenIsa())
+                .closest(whole.block(), {{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1e16f}, hit);
         hits += found;
         disagree += found != (t >= 0) || (found && std::fabs(t - hit.t) > 1e-4f);
     }
@@ -629,8 +637,7 @@ TEST_P(Trace, VariantsWithoutFeatures) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AllSets, Trace,
-                         ::testing::Values(bvh::Isa::kBaseline, bvh::Isa::kAvx2,
-                                           bvh::Isa::kAvx512),
+                         ::testing::Values(bvh::Isa::kBaseline, bvh::Isa::kAvx2, bvh::Isa::kAvx512),
                          [](const auto& info) { return std::string(isaName(info.param)); });
 
 TEST(SelectTrace, TakesTheBestSetAndTheFeaturesIntoAccount) {
