@@ -13,7 +13,8 @@ target_compile_options(sunstone_options INTERFACE
 if(SUNSTONE_SANITIZE)
     target_compile_options(sunstone_options INTERFACE
         -fsanitize=${SUNSTONE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=undefined
-        -fno-sanitize=vptr,function)
+        # enum: C callers pass values that no enumerator has, and get an error for it.
+        -fno-sanitize=vptr,function,enum)
     target_link_options(sunstone_options INTERFACE -fsanitize=${SUNSTONE_SANITIZE})
 endif()
 

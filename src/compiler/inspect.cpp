@@ -120,6 +120,12 @@ private:
                 reject(ErrorCode::kInvalidPtx, instruction, "unknown OptiX function \"", name,
                        "\"");
             checkOperands(*intrinsic, instruction);
+            if (!intrinsic->anySignature) {
+                checkWidths(function, *intrinsic, instruction, instruction.results,
+                            intrinsic->results);
+                checkWidths(function, *intrinsic, instruction, instruction.arguments,
+                            intrinsic->operands);
+            }
             if (!constants)
                 constants.emplace(function);
             checkConstants(*intrinsic, instruction, *constants);
@@ -136,6 +142,24 @@ private:
                    "\" is called with ", instruction.arguments.size(), " arguments and ",
                    instruction.results.size(), " results; it has ", intrinsic.operands.size(),
                    " and ", intrinsic.results.size());
+    }
+
+    // Registers must be as wide as the letters of the signature say.
+    template <class Operands>
+    static void checkWidths(const ptx::Function& function, const Intrinsic& intrinsic,
+                            const ptx::Instruction& instruction, const Operands& operands,
+                            const std::string& letters) {
+        for (size_t i = 0; i < letters.size(); ++i) {
+            const ptx::Operand& operand = operands[i];
+            if (operand.kind != ptx::OperandKind::kRegister ||
+                operand.index >= function.registers.size())
+                continue;
+            const unsigned bytes = ptx::sizeOf(function.registers[operand.index].type);
+            const unsigned wanted = letters[i] == 'l' ? 8 : 4;
+            if (bytes != wanted)
+                reject(ErrorCode::kInvalidPtx, instruction, "\"_optix_", intrinsic.name,
+                       "\" takes a register of ", wanted * 8, " bits here, not of ", bytes * 8);
+        }
     }
 
     void checkConstants(const Intrinsic& intrinsic, const ptx::Instruction& instruction,

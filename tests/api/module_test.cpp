@@ -138,7 +138,8 @@ TEST_F(Module, WrongHeader) {
           ".version six\n.target sm_60\n.address_size 64\n",
           ".version 6.5\n.target gfx90a\n.address_size 64\n",
           ".version 6.5\n.target sm_60\n.address_size 32\n",
-          ".version 99.0\n.target sm_60\n.address_size 64\n"})
+          ".version 6.5\n.version 6.5\n.target sm_60\n.address_size 64\n",
+          ".version 6.5\n.target sm_60, sm_70\n.address_size 64\n"})
         expectRefused(OPTIX_ERROR_INVALID_PTX, "", std::string(header) + program);
 }
 
@@ -280,11 +281,29 @@ TEST_F(Module, AtLeastTwoAttributesAlways) {
     expectGood(programOf("__closesthit__a", "call (%r1), _optix_get_attribute_1, ();"));
 }
 
+// Whether an operand is constant may only be known once the program is compiled: the module or the
+// pipeline is refused.
 TEST_F(Module, PayloadSlotMustBeConstant) {
     options_.numPayloadValues = 32;
-    expectRefused(OPTIX_ERROR_INVALID_FUNCTION_ARGUMENTS, "_optix_get_payload",
-                  programOf("__miss__a", "call (%r2), _optix_get_launch_index_x, ();\n"
-                                         "call (%r1), _optix_get_payload, (%r2);"));
+    std::string text = programOf("__miss__a", "call (%r2), _optix_get_launch_index_x, ();\n"
+                                              "call _optix_set_payload, (%r2, %r1);");
+    log_.clear();
+    OptixResult result = create(text);
+    if (result == OPTIX_SUCCESS) {
+        OptixProgramGroupDesc desc{};
+        desc.kind = OPTIX_PROGRAM_GROUP_KIND_MISS;
+        desc.miss = {module_, "__miss__a"};
+        OptixProgramGroupOptions groupOptions{};
+        OptixProgramGroup group = nullptr;
+        ASSERT_OK(optixProgramGroupCreate(context_, &desc, 1, &groupOptions, nullptr, nullptr,
+                                          &group));
+        OptixPipelineLinkOptions link{1, OPTIX_COMPILE_DEBUG_LEVEL_DEFAULT};
+        OptixPipeline pipeline = nullptr;
+        result = optixPipelineCreate(context_, &options_, &link, &group, 1, nullptr, nullptr,
+                                     &pipeline);
+    }
+    EXPECT_EQ(OPTIX_ERROR_INVALID_FUNCTION_ARGUMENTS, result) << log_.all();
+    EXPECT_TRUE(log_.hasError("optix", "_optix_set_payload")) << log_.all();
 }
 
 // ---- Options -------------------------------------------------------------------------------------
