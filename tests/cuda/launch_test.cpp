@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+// Modules and launches through the driver API: PTX text, fat binaries, damaged images, bad launches,
+// and what a launch costs.
+#include <cuda.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <vector>
+
+namespace {
+
+const char* const kText = R"(.version 7.0
+.target sm_60
+.address_size 64
+.visible .global .align 4 .u32 total = 3;
+.visible .entry fill(.param .u64 out, .param .u32 value)
+{
+    .reg .b32 %r<6>;
+    .reg .b64 %rd<4>;
+    ld.param.u64 %rd1, [out];
+    ld.param.u32 %r1, [value];
+    mov.u32 %r2, %ctaid.x;
+    mov.u32 %r3, %ntid.x;
+    mov.u32 %r4, %tid.x;
+    mad.lo.s32 %r5, %r2, %r3, %r4;
+    mul.wide.u32 %rd2, %r5, 4;
+    add.s64 %rd3, %rd1, %rd2;
+    add.s32 %r1, %r1, %r5;
+    st.global.u32 [%rd3], %r1;
+    ret;
+}
+.visible .entry nothing()
+{
+    ret;
+}
+)";
+
+class Launch : public testing::Test {
+protected:
+    void SetUp() override {
+        ASSERT_EQ(cuInit(0), CUDA_SUCCESS);
+        ASSERT_EQ(cuDevicePrimaryCtxRetain(&context, 0), CUDA_SUCCESS);
+        ASSERT_EQ(cuCtxSetCurrent(context), CUDA_SUCCESS);
+    }
+    void TearDown() override {
+        EXPECT_EQ(cuCtxSetCurrent(nullptr), CUDA_SUCCESS);
+        EXPECT_EQ(cuDevicePrimaryCtxRelease(0), CUDA_SUCCESS);
+    }
+    // Launches `fill` and checks what it wrote.
+    void expectFills(CUmodule module) {
+        CUfunction fill = nullptr;
+        ASSERT_EQ(cuModuleGetFunction(&fill, module, "fill"), CUDA_SUCCESS);
+        CUdeviceptr out = 0;
+        ASSERT_EQ(cuMemAlloc(&out, 400 * 4), CUDA_SUCCESS);
+        unsigned value = 5;
+        void* params[] = {&out, &value};
+        EXPECT_EQ(cuLaunchKernel(fill, 4, 1, 1, 100, 1, 1, 0, nullptr, params, nullptr),
+                  CUDA_SUCCESS);
+        std::vector<unsigned> host(400);
+        EXPECT_EQ(cuMemcpyDtoH(host.data(), out, 1600), CUDA_SUCCESS);
+        for (unsigned i = 0; i < 400; ++i)
+            ASSERT_EQ(host[i], 5 + i);
+        EXPECT_EQ(cuMemFree(out), CUDA_SUCCESS);
+    }
+    CUcontext context = nullptr;
+};
+
+// A fat binary with the text stored as it is.
+std::vector<char> container(const std::string& text) {
+    std::vector<char> bytes(16 + 64 + (text.size() + 8) / 8 * 8);
+    auto put = [&](size_t at, auto value) { std::memcpy(&bytes[at], &value, sizeof value); };
+    put(0, uint32_t(0xBA55ED50));
+    put(4, uint16_t(1));
+    put(6, uint16_t(16));
+    put(8, uint64_t(bytes.size() - 16));
+    put(16, uint16_t(1));
+    put(18, uint16_t(0x0101));
+    put(20, uint32_t(64));
+    put(24, uint64_t(bytes.size() - 80));
+    put(44, uint32_t(60));
+    std::memcpy(&bytes[80], text.data(), text.size());
+    return bytes;
+}
+
+TEST_F(Launch, TextRuns) {
+    CUmodule module = nullptr;
+    ASSERT_EQ(cuModuleLoadData(&module, kText), CUDA_SUCCESS);
+    expectFills(module);
+    CUdeviceptr total = 0;
+    size_t size = 0;
+    EXPECT_EQ(cuModuleGetGlobal(&total, &size, module, "total"), CUDA_SUCCESS);
+    EXPECT_EQ(size, 4u);
+    unsigned value = 0;
+    EXPECT_EQ(cuMemcpyDtoH(&value, total, 4), CUDA_SUCCESS);
+    EXPECT_EQ(value, 3u);
+    EXPECT_EQ(cuModuleGetGlobal(&total, &size, module, "none"), CUDA_ERROR_NOT_FOUND);
+    CUfunction function = nullptr;
+    EXPECT_EQ(cuModuleGetFunction(&function, module, "none"), CUDA_ERROR_NOT_FOUND);
+    EXPECT_EQ(cuModuleGetFunction(nullptr, module, "fill"), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuModuleGetFunction(&function, module, "fill"), CUDA_SUCCESS);
+    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    EXPECT_EQ(cuModuleUnload(module), CUDA_ERROR_INVALID_HANDLE);
+    EXPECT_EQ(cuLaunchKernel(function, 1, 1, 1, 1, 1, 1, 0, nullptr, nullptr, nullptr),
+              CUDA_ERROR_INVALID_HANDLE);
+}
+
+TEST_F(Launch, FatBinaryRunsAndDamageIsFound) {
+    const std::vector<char> good = container(kText);
+    CUmodule module = nullptr;
+    ASSERT_EQ(cuModuleLoadData(&module, good.data()), CUDA_SUCCESS);
+    expectFills(module);
+    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    // Any byte of the headers changed: an error or a module, never a crash.
+    for (size_t at = 0; at < 80; ++at) {
+        for (unsigned char flip : {0x01, 0x80, 0xff}) {
+            std::vector<char> bad = good;
+            bad[at] = char(bad[at] ^ flip);
+            if (cuModuleLoadData(&module, bad.data()) == CUDA_SUCCESS)
+                EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+        }
+    }
+    EXPECT_EQ(cuModuleLoadData(&module, nullptr), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuModuleLoadData(&module, reinterpret_cast<void*>(8)), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuModuleLoadData(&module, "\x7f" "ELF...."), CUDA_ERROR_NO_BINARY_FOR_GPU);
+    EXPECT_EQ(cuModuleLoad(&module, "/no/such/file"), CUDA_ERROR_FILE_NOT_FOUND);
+}
+
+TEST_F(Launch, BadTextFillsTheLog) {
+    char log[256] = "";
+    CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES};
+    void* values[] = {log, reinterpret_cast<void*>(sizeof log)};
+    CUmodule module = nullptr;
+    EXPECT_EQ(cuModuleLoadDataEx(&module, "nonsense", 2, options, values), CUDA_ERROR_INVALID_PTX);
+    EXPECT_GT(size_t(values[1]), 1u);
+    EXPECT_NE(std::strstr(log, "line"), nullptr) << log;
+    EXPECT_EQ(cuModuleLoadDataEx(&module, kText, 2, nullptr, nullptr), CUDA_ERROR_INVALID_VALUE);
+}
+
+TEST_F(Launch, BadLaunches) {
+    CUmodule module = nullptr;
+    CUfunction fill = nullptr;
+    ASSERT_EQ(cuModuleLoadData(&module, kText), CUDA_SUCCESS);
+    ASSERT_EQ(cuModuleGetFunction(&fill, module, "fill"), CUDA_SUCCESS);
+    CUdeviceptr out = 0;
+    ASSERT_EQ(cuMemAlloc(&out, 4096), CUDA_SUCCESS);
+    unsigned value = 1;
+    void* params[] = {&out, &value};
+    auto launch = [&](unsigned grid, unsigned block, unsigned shared, void** p, void** extra) {
+        return cuLaunchKernel(fill, grid, 1, 1, block, 1, 1, shared, nullptr, p, extra);
+    };
+    EXPECT_EQ(launch(0, 1, 0, params, nullptr), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(launch(1, 0, 0, params, nullptr), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(launch(1, 1025, 0, params, nullptr), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(launch(1, 1, 1 << 20, params, nullptr), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(launch(1, 1, 0, nullptr, nullptr), CUDA_ERROR_INVALID_VALUE);
+    void* holes[] = {&out, nullptr};
+    EXPECT_EQ(launch(1, 1, 0, holes, nullptr), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuLaunchKernel(nullptr, 1, 1, 1, 1, 1, 1, 0, nullptr, params, nullptr),
+              CUDA_ERROR_INVALID_HANDLE);
+    struct {
+        CUdeviceptr out;
+        unsigned value;
+    } block = {out, 41};
+    size_t size = 12;
+    void* extra[] = {CU_LAUNCH_PARAM_BUFFER_POINTER, &block, CU_LAUNCH_PARAM_BUFFER_SIZE, &size,
+                     CU_LAUNCH_PARAM_END};
+    EXPECT_EQ(launch(1, 2, 0, params, extra), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(launch(1, 2, 0, nullptr, extra), CUDA_SUCCESS);
+    unsigned got = 0;
+    EXPECT_EQ(cuMemcpyDtoH(&got, out + 4, 4), CUDA_SUCCESS);
+    EXPECT_EQ(got, 42u);
+    size = 8;
+    EXPECT_EQ(launch(1, 2, 0, nullptr, extra), CUDA_ERROR_INVALID_VALUE);
+    int blocks = 0;
+    EXPECT_EQ(cuOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, fill, 256, 0), CUDA_SUCCESS);
+    EXPECT_EQ(blocks, 4);
+    EXPECT_EQ(cuOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, fill, 0, 0),
+              CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemFree(out), CUDA_SUCCESS);
+    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+}
+
+TEST_F(Launch, SmallLaunchesAreCheap) {
+    CUmodule module = nullptr;
+    CUfunction nothing = nullptr;
+    ASSERT_EQ(cuModuleLoadData(&module, kText), CUDA_SUCCESS);
+    ASSERT_EQ(cuModuleGetFunction(&nothing, module, "nothing"), CUDA_SUCCESS);
+    constexpr int kLaunches = 2000;
+    double best = 1e9;
+    for (int repeat = 0; repeat < 3; ++repeat) {
+        const auto start = std::chrono::steady_clock::now();
+        for (int i = 0; i < kLaunches; ++i) {
+            ASSERT_EQ(cuLaunchKernel(nothing, 1, 1, 1, 32, 1, 1, 0, nullptr, nullptr, nullptr),
+                      CUDA_SUCCESS);
+            ASSERT_EQ(cuStreamSynchronize(nullptr), CUDA_SUCCESS);
+        }
+        const std::chrono::duration<double, std::micro> time =
+            std::chrono::steady_clock::now() - start;
+        best = std::min(best, time.count() / kLaunches);
+    }
+    std::printf("launch and wait: %.1f microseconds\n", best);
+    RecordProperty("microseconds", std::to_string(best));
+    EXPECT_LT(best, 1000); // machines are shared; the figure is for the log
+    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+}
+
+} // namespace
