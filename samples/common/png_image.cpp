@@ -17,7 +17,7 @@ float srgbCurve(float linear) {
 
 // x (1 + x / w^2) / (1 + x): Reinhard's curve with white at w (Reinhard et al. 2002).
 float filmicCurve(float linear) {
-    constexpr float kWhite = 3.0f;
+    constexpr float kWhite = 2.0f;
     return linear * (1.0f + linear / (kWhite * kWhite)) / (1.0f + linear);
 }
 

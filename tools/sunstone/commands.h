@@ -23,9 +23,9 @@ int check(const CheckOptions& options);
 struct RenderOptions {
     std::string model;
     std::string output = "out.png";
-    unsigned width = 960, height = 540, samples = 32;
+    unsigned width = 960, height = 540, samples = 64;
     unsigned bounces = 4;
-    float azimuth = 35.0f, elevation = 20.0f, zoom = 1.0f;
+    float azimuth = 38.0f, elevation = 24.0f, zoom = 1.0f;
     std::vector<float> eye, lookAt; // empty: an orbit around the model
     float fov = 34.0f;
     bool ground = true;

@@ -104,7 +104,7 @@ int render(const RenderOptions& options) {
     Placement placement = normalizePlacement(scene);
     Bounds bounds = boundsOf(scene);
     if (options.ground)
-        addGround(scene, bounds, bounds.low.y, {vec(0.5f, 0.49f, 0.47f), 0.55f, vec(0.0f), 0.0f});
+        addGround(scene, bounds, bounds.low.y, {vec(0.36f, 0.35f, 0.34f), 0.5f, vec(0.0f), 0.0f});
     Scene studio = makeStudio(bounds);
     studio.maxSegments = options.bounces + 1;
 

@@ -30,6 +30,7 @@ RectangleLight makeLight(float3 center, float3 target, float width, float height
     light.normal = normal;
     light.area = width * height;
     light.emission = emission;
+    light.chance = 0.0f;
     return light;
 }
 
@@ -165,13 +166,18 @@ Scene makeStudio(const Bounds& model) {
     float3 center = model.center();
     float size = std::max(model.radius(), 1e-6f);
     scene.lights[0] = makeLight(center + vec(-2.2f, 3.0f, 1.8f) * size, center, 2.4f * size,
-                                2.4f * size, vec(9.0f, 8.4f, 7.6f));
+                                2.4f * size, vec(8.5f, 7.6f, 6.4f));
     scene.lights[1] = makeLight(center + vec(3.2f, 1.6f, 0.4f) * size, center, 1.2f * size,
-                                2.4f * size, vec(3.0f, 3.6f, 4.6f));
+                                2.4f * size, vec(2.2f, 2.9f, 4.2f));
     scene.lightCount = 2;
-    scene.skyZenith = vec(0.28f, 0.36f, 0.5f);
-    scene.skyHorizon = vec(0.66f, 0.69f, 0.74f);
-    scene.ground = vec(0.3f, 0.29f, 0.28f);
+    float powers[2], sum = 0.0f;
+    for (int i = 0; i < 2; ++i)
+        sum += powers[i] = scene.lights[i].area * maxComponent(scene.lights[i].emission);
+    for (int i = 0; i < 2; ++i)
+        scene.lights[i].chance = powers[i] / sum;
+    scene.skyZenith = vec(0.1f, 0.14f, 0.22f);
+    scene.skyHorizon = vec(0.34f, 0.36f, 0.4f);
+    scene.ground = vec(0.15f, 0.14f, 0.13f);
     // Far enough to leave a surface in single precision, near enough not to be seen.
     scene.epsilon = 2e-5f * (size + length(center));
     scene.maxSegments = 5;
@@ -183,11 +189,18 @@ Camera orbitCamera(const Bounds& model, float azimuth, float elevation, float zo
     float cosine = std::cos(elevation * kDegree);
     float3 outwards = vec(std::sin(azimuth * kDegree) * cosine, std::sin(elevation * kDegree),
                           std::cos(azimuth * kDegree) * cosine);
-    // The bounding sphere must fit into the narrower of the two angles of view.
-    float half = kFov * 0.5f * kDegree;
-    if (aspect < 1.0f)
-        half = std::atan(std::tan(half) * aspect);
-    float distance = model.radius() / std::sin(half) / zoom;
-    return makeCamera(model.center() + outwards * distance, model.center(), vec(0.0f, 1.0f, 0.0f),
-                      kFov, aspect);
+    Camera camera = makeCamera(outwards, vec(0.0f), vec(0.0f, 1.0f, 0.0f), kFov, aspect);
+    // The nearest place from which all corners of the box are in the picture.
+    float tangent = std::tan(kFov * 0.5f * kDegree), distance = 0.0f;
+    float3 half = (model.high - model.low) * 0.5f;
+    for (int corner = 0; corner < 8; ++corner) {
+        float3 p = vec(corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y,
+                       corner & 4 ? half.z : -half.z);
+        float across = std::fabs(dot(p, normalize(camera.right))) / (tangent * aspect);
+        float upwards = std::fabs(dot(p, normalize(camera.up))) / tangent;
+        distance = maxOf(distance, dot(p, outwards) + maxOf(across, upwards));
+    }
+    constexpr float kMargin = 1.06f;
+    camera.eye = model.center() + outwards * (distance * kMargin / zoom);
+    return camera;
 }

@@ -37,6 +37,7 @@ struct RectangleLight {
     float3 normal; // unit length
     float area;
     float3 emission;
+    float chance; // of being picked; the lights' add up to one
 };
 
 constexpr unsigned kMaxLights = 4;
@@ -56,10 +57,20 @@ struct Hit {
     float u, v; // barycentric weights of the second and third vertex
 };
 
-// PCG (O'Neill 2014): a small generator, one state for each path.
+// Random numbers of one path. The first eight (place in the pixel; light and direction at the first
+// surface) matter most: over the samples of a pixel they follow the R2 sequence (Roberts 2018),
+// which covers the unit square evenly, turned by a random amount for each pixel. So that the four
+// pairs are independent of one another, each takes the samples in an order of its own. Later
+// numbers come from PCG (O'Neill 2014).
 struct Random {
     unsigned state;
+    unsigned pixel;
+    unsigned sample;
+    unsigned drawn;
 };
+
+constexpr unsigned kEvenNumbers = 8;
+constexpr unsigned kOrderMask = 63; // order changes within blocks of this many samples and one
 
 SAMPLE_INLINE unsigned hashPcg(unsigned value) {
     unsigned state = value * 747796405u + 2891336453u;
@@ -69,14 +80,27 @@ SAMPLE_INLINE unsigned hashPcg(unsigned value) {
 SAMPLE_INLINE Random makeRandom(unsigned pixel, unsigned sample) {
     Random random;
     random.state = hashPcg(pixel + hashPcg(sample));
+    random.pixel = hashPcg(pixel);
+    random.sample = sample;
+    random.drawn = 0;
     return random;
 }
 // In [0, 1).
 SAMPLE_INLINE float nextFloat(Random& random) {
-    unsigned state = random.state;
-    random.state = state * 747796405u + 2891336453u;
-    unsigned word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return float(((word >> 22u) ^ word) >> 8) * (1.0f / 16777216.0f);
+    unsigned bits;
+    if (random.drawn < kEvenNumbers) {
+        unsigned pair = random.drawn >> 1u, second = random.drawn & 1u;
+        unsigned turn = hashPcg(random.pixel + random.drawn);
+        unsigned order = hashPcg(random.pixel ^ (pair << 16u)) & kOrderMask;
+        // 2^32 / g and 2^32 / g^2, where g^3 = g + 1; products wrap as the sequence does.
+        unsigned step = second ? 2447445414u : 3242174889u;
+        bits = turn + (random.sample ^ order) * step;
+        ++random.drawn;
+    } else {
+        bits = hashPcg(random.state);
+        random.state = random.state * 747796405u + 2891336453u;
+    }
+    return float(bits >> 8) * (1.0f / 16777216.0f);
 }
 
 // sin(2 pi x) for x in [-0.25, 0.25]: interpolated at Chebyshev nodes, error below 1e-7.
@@ -124,9 +148,8 @@ SAMPLE_INLINE float3 skyRadiance(const Scene& scene, float3 direction) {
 }
 
 // Density by which sampleLight picks the direction to a point of `light`, per solid angle.
-SAMPLE_INLINE float lightPdf(const Scene& scene, const RectangleLight& light, float distance,
-                             float cosine) {
-    return distance * distance / (cosine * light.area * float(scene.lightCount));
+SAMPLE_INLINE float lightPdf(const RectangleLight& light, float distance, float cosine) {
+    return light.chance * distance * distance / (cosine * light.area);
 }
 
 struct LightSample {
@@ -138,16 +161,17 @@ struct LightSample {
 
 SAMPLE_INLINE LightSample sampleLight(const Scene& scene, float3 point, Random& random) {
     LightSample sample;
-    float choice = nextFloat(random) * float(scene.lightCount);
     float u = nextFloat(random), v = nextFloat(random);
-    unsigned index = unsigned(choice);
-    const RectangleLight& light =
-        scene.lights[index < scene.lightCount ? index : scene.lightCount - 1];
+    float choice = nextFloat(random);
+    unsigned index = 0;
+    while (index + 1 < scene.lightCount && choice >= scene.lights[index].chance)
+        choice -= scene.lights[index++].chance;
+    const RectangleLight& light = scene.lights[index];
     float3 toLight = light.corner + light.edge1 * u + light.edge2 * v - point;
     sample.distance = length(toLight);
     sample.direction = toLight / sample.distance;
     float cosine = -dot(sample.direction, light.normal);
-    sample.pdf = cosine > 1e-4f ? lightPdf(scene, light, sample.distance, cosine) : 0.0f;
+    sample.pdf = cosine > 1e-4f ? lightPdf(light, sample.distance, cosine) : 0.0f;
     sample.emission = light.emission;
     return sample;
 }
@@ -171,7 +195,7 @@ SAMPLE_INLINE float3 lightAlongRay(const Scene& scene, float3 origin, float3 dir
         float v = dot(onLight, light.edge2) / dot(light.edge2, light.edge2);
         if (u < 0.0f || u > 1.0f || v < 0.0f || v > 1.0f)
             continue;
-        float weight = materialPdf / (materialPdf + lightPdf(scene, light, distance, cosine));
+        float weight = materialPdf / (materialPdf + lightPdf(light, distance, cosine));
         sum += light.emission * weight;
     }
     return sum;
@@ -314,7 +338,7 @@ SAMPLE_INLINE float3 directLight(const Scene& scene, const Rays& rays, const Sur
 template <class Rays>
 SAMPLE_INLINE float3 tracePath(const Scene& scene, const Rays& rays, float3 origin,
                                float3 direction, Random& random) {
-    constexpr float kLimit = 12.0f; // on what one bounce adds: keeps rare bright paths from speckling
+    constexpr float kLimit = 3.0f; // on what one bounce adds: keeps rare bright paths from speckling
     float3 radiance = vec(0.0f), throughput = vec(1.0f);
     float materialPdf = 0.0f;
     for (unsigned segment = 0; segment < scene.maxSegments; ++segment) {
