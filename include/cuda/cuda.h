@@ -632,7 +632,6 @@ typedef size_t(CUDA_CB* CUoccupancyB2DSize)(int blockSize);
 #define cuMemsetD2D32 cuMemsetD2D32_v2
 #endif
 
-
 // ---- start, versions, errors -------------------------------------------------------------------
 CUresult cuInit(unsigned int flags);
 CUresult cuDriverGetVersion(int* version);
@@ -799,7 +798,8 @@ CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction function, voi
 CUresult cuOccupancyMaxActiveBlocksPerMultiprocessor(int* blocks, CUfunction function,
                                                      int blockSize, size_t sharedBytes);
 CUresult cuOccupancyMaxActiveBlocksPerMultiprocessorWithFlags(int* blocks, CUfunction function,
-    int blockSize, size_t sharedBytes, unsigned int flags);
+                                                              int blockSize, size_t sharedBytes,
+                                                              unsigned int flags);
 CUresult cuOccupancyMaxPotentialBlockSize(int* minGridSize, int* blockSize, CUfunction function,
                                           CUoccupancyB2DSize sharedBytesOf, size_t sharedBytes,
                                           int blockSizeLimit);

@@ -49,7 +49,6 @@ extern "C" {
 #define SUNSTONE_DEFAULT(value)
 #endif
 
-
 // ---- errors and versions -----------------------------------------------------------------------
 cudaError_t cudaGetLastError(void);
 cudaError_t cudaPeekAtLastError(void);
@@ -173,13 +172,14 @@ cudaError_t cudaFuncSetCacheConfig(const void* function, enum cudaFuncCache conf
 cudaError_t cudaGetFuncBySymbol(cudaFunction_t* function, const void* symbol);
 cudaError_t cudaGetKernel(cudaKernel_t* kernel, const void* symbol);
 cudaError_t cudaLaunchKernel(const void* function, dim3 gridDim, dim3 blockDim, void** args,
-                             size_t sharedBytes SUNSTONE_DEFAULT(0), cudaStream_t stream SUNSTONE_DEFAULT(0));
+                             size_t sharedBytes SUNSTONE_DEFAULT(0),
+                             cudaStream_t stream SUNSTONE_DEFAULT(0));
 cudaError_t cudaLaunchKernelExC(const cudaLaunchConfig_t* config, const void* function,
                                 void** args);
 cudaError_t cudaOccupancyMaxActiveBlocksPerMultiprocessor(int* blocks, const void* function,
                                                           int blockSize, size_t sharedBytes);
-cudaError_t cudaOccupancyMaxActiveBlocksPerMultiprocessorWithFlags(int* blocks,
-    const void* function, int blockSize, size_t sharedBytes, unsigned int flags);
+cudaError_t cudaOccupancyMaxActiveBlocksPerMultiprocessorWithFlags(
+    int* blocks, const void* function, int blockSize, size_t sharedBytes, unsigned int flags);
 cudaError_t cudaOccupancyAvailableDynamicSMemPerBlock(size_t* bytes, const void* function,
                                                       int blocks, int blockSize);
 cudaError_t cudaProfilerStart(void);

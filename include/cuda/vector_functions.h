@@ -51,7 +51,8 @@ SUNSTONE_MAKE uchar3 make_uchar3(unsigned char x, unsigned char y, unsigned char
     v.z = z;
     return v;
 }
-SUNSTONE_MAKE uchar4 make_uchar4(unsigned char x, unsigned char y, unsigned char z, unsigned char w) {
+SUNSTONE_MAKE uchar4 make_uchar4(unsigned char x, unsigned char y, unsigned char z,
+                                 unsigned char w) {
     uchar4 v;
     v.x = x;
     v.y = y;
@@ -103,7 +104,8 @@ SUNSTONE_MAKE ushort3 make_ushort3(unsigned short x, unsigned short y, unsigned 
     v.z = z;
     return v;
 }
-SUNSTONE_MAKE ushort4 make_ushort4(unsigned short x, unsigned short y, unsigned short z, unsigned short w) {
+SUNSTONE_MAKE ushort4 make_ushort4(unsigned short x, unsigned short y, unsigned short z,
+                                   unsigned short w) {
     ushort4 v;
     v.x = x;
     v.y = y;
@@ -207,7 +209,8 @@ SUNSTONE_MAKE ulong3 make_ulong3(unsigned long x, unsigned long y, unsigned long
     v.z = z;
     return v;
 }
-SUNSTONE_MAKE ulong4 make_ulong4(unsigned long x, unsigned long y, unsigned long z, unsigned long w) {
+SUNSTONE_MAKE ulong4 make_ulong4(unsigned long x, unsigned long y, unsigned long z,
+                                 unsigned long w) {
     ulong4 v;
     v.x = x;
     v.y = y;
@@ -252,14 +255,16 @@ SUNSTONE_MAKE ulonglong2 make_ulonglong2(unsigned long long x, unsigned long lon
     v.y = y;
     return v;
 }
-SUNSTONE_MAKE ulonglong3 make_ulonglong3(unsigned long long x, unsigned long long y, unsigned long long z) {
+SUNSTONE_MAKE ulonglong3 make_ulonglong3(unsigned long long x, unsigned long long y,
+                                         unsigned long long z) {
     ulonglong3 v;
     v.x = x;
     v.y = y;
     v.z = z;
     return v;
 }
-SUNSTONE_MAKE ulonglong4 make_ulonglong4(unsigned long long x, unsigned long long y, unsigned long long z, unsigned long long w) {
+SUNSTONE_MAKE ulonglong4 make_ulonglong4(unsigned long long x, unsigned long long y,
+                                         unsigned long long z, unsigned long long w) {
     ulonglong4 v;
     v.x = x;
     v.y = y;
@@ -335,7 +340,8 @@ SUNSTONE_MAKE long4_32a make_long4_32a(long x, long y, long z, long w) {
     v.w = w;
     return v;
 }
-SUNSTONE_MAKE ulong4_16a make_ulong4_16a(unsigned long x, unsigned long y, unsigned long z, unsigned long w) {
+SUNSTONE_MAKE ulong4_16a make_ulong4_16a(unsigned long x, unsigned long y, unsigned long z,
+                                         unsigned long w) {
     ulong4_16a v;
     v.x = x;
     v.y = y;
@@ -343,7 +349,8 @@ SUNSTONE_MAKE ulong4_16a make_ulong4_16a(unsigned long x, unsigned long y, unsig
     v.w = w;
     return v;
 }
-SUNSTONE_MAKE ulong4_32a make_ulong4_32a(unsigned long x, unsigned long y, unsigned long z, unsigned long w) {
+SUNSTONE_MAKE ulong4_32a make_ulong4_32a(unsigned long x, unsigned long y, unsigned long z,
+                                         unsigned long w) {
     ulong4_32a v;
     v.x = x;
     v.y = y;
@@ -367,7 +374,8 @@ SUNSTONE_MAKE longlong4_32a make_longlong4_32a(long long x, long long y, long lo
     v.w = w;
     return v;
 }
-SUNSTONE_MAKE ulonglong4_16a make_ulonglong4_16a(unsigned long long x, unsigned long long y, unsigned long long z, unsigned long long w) {
+SUNSTONE_MAKE ulonglong4_16a make_ulonglong4_16a(unsigned long long x, unsigned long long y,
+                                                 unsigned long long z, unsigned long long w) {
     ulonglong4_16a v;
     v.x = x;
     v.y = y;
@@ -375,7 +383,8 @@ SUNSTONE_MAKE ulonglong4_16a make_ulonglong4_16a(unsigned long long x, unsigned 
     v.w = w;
     return v;
 }
-SUNSTONE_MAKE ulonglong4_32a make_ulonglong4_32a(unsigned long long x, unsigned long long y, unsigned long long z, unsigned long long w) {
+SUNSTONE_MAKE ulonglong4_32a make_ulonglong4_32a(unsigned long long x, unsigned long long y,
+                                                 unsigned long long z, unsigned long long w) {
     ulonglong4_32a v;
     v.x = x;
     v.y = y;

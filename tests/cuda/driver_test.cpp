@@ -150,8 +150,7 @@ TEST_F(Driver, CopiesAndSets) {
     EXPECT_EQ(cuMemcpyHtoD(a, garbage<void*>(), 4), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuMemcpyHtoD(CUdeviceptr(back.data()), host.data(), 4), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuMemcpyHtoD(a, host.data(), ~size_t(0)), CUDA_ERROR_INVALID_VALUE);
-    EXPECT_EQ(cuMemcpyHtoDAsync(a, host.data(), 4, garbage<CUstream>()),
-              CUDA_ERROR_INVALID_HANDLE);
+    EXPECT_EQ(cuMemcpyHtoDAsync(a, host.data(), 4, garbage<CUstream>()), CUDA_ERROR_INVALID_HANDLE);
     EXPECT_EQ(cuMemcpyHtoD(a, host.data(), 0), CUDA_SUCCESS);
     EXPECT_EQ(cuMemsetD32(a, 0x01020304u, 64), CUDA_SUCCESS);
     EXPECT_EQ(cuMemsetD16(a, 0xffff, 1), CUDA_SUCCESS);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Modules and launches through the driver API: PTX text, fat binaries, damaged images, bad launches,
-// and what a launch costs.
+// Modules and launches through the driver API: PTX text, fat binaries, damaged images, bad
+// launches, and what a launch costs.
 #include <cuda.h>
 #include <gtest/gtest.h>
 
@@ -124,7 +124,9 @@ TEST_F(Launch, FatBinaryRunsAndDamageIsFound) {
     }
     EXPECT_EQ(cuModuleLoadData(&module, nullptr), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuModuleLoadData(&module, reinterpret_cast<void*>(8)), CUDA_ERROR_INVALID_VALUE);
-    EXPECT_EQ(cuModuleLoadData(&module, "\x7f" "ELF...."), CUDA_ERROR_NO_BINARY_FOR_GPU);
+    EXPECT_EQ(cuModuleLoadData(&module, "\x7f"
+                                        "ELF...."),
+              CUDA_ERROR_NO_BINARY_FOR_GPU);
     EXPECT_EQ(cuModuleLoad(&module, "/no/such/file"), CUDA_ERROR_FILE_NOT_FOUND);
 }
 

@@ -422,12 +422,24 @@ SUNSTONE_DEVICE unsigned int atomicDec_system(unsigned int* p, unsigned int v) {
     asm volatile("atom.sys.dec.u32 %0, [%1], %2;" : "=r"(old) : "l"(p), "r"(v) : "memory");
     return old;
 }
-SUNSTONE_DEVICE int atomicSub(int* p, int v) { return atomicAdd(p, int(0u - unsigned(v))); }
-SUNSTONE_DEVICE unsigned int atomicSub(unsigned int* p, unsigned int v) { return atomicAdd(p, 0u - v); }
-SUNSTONE_DEVICE int atomicSub_block(int* p, int v) { return atomicAdd_block(p, int(0u - unsigned(v))); }
-SUNSTONE_DEVICE unsigned int atomicSub_block(unsigned int* p, unsigned int v) { return atomicAdd_block(p, 0u - v); }
-SUNSTONE_DEVICE int atomicSub_system(int* p, int v) { return atomicAdd_system(p, int(0u - unsigned(v))); }
-SUNSTONE_DEVICE unsigned int atomicSub_system(unsigned int* p, unsigned int v) { return atomicAdd_system(p, 0u - v); }
+SUNSTONE_DEVICE int atomicSub(int* p, int v) {
+    return atomicAdd(p, int(0u - unsigned(v)));
+}
+SUNSTONE_DEVICE unsigned int atomicSub(unsigned int* p, unsigned int v) {
+    return atomicAdd(p, 0u - v);
+}
+SUNSTONE_DEVICE int atomicSub_block(int* p, int v) {
+    return atomicAdd_block(p, int(0u - unsigned(v)));
+}
+SUNSTONE_DEVICE unsigned int atomicSub_block(unsigned int* p, unsigned int v) {
+    return atomicAdd_block(p, 0u - v);
+}
+SUNSTONE_DEVICE int atomicSub_system(int* p, int v) {
+    return atomicAdd_system(p, int(0u - unsigned(v)));
+}
+SUNSTONE_DEVICE unsigned int atomicSub_system(unsigned int* p, unsigned int v) {
+    return atomicAdd_system(p, 0u - v);
+}
 SUNSTONE_DEVICE int atomicCAS(int* p, int compare, int v) {
     int old;
     asm volatile("atom.cas.b32 %0, [%1], %2, %3;"
@@ -460,7 +472,8 @@ SUNSTONE_DEVICE unsigned int atomicCAS(unsigned int* p, unsigned int compare, un
                  : "memory");
     return old;
 }
-SUNSTONE_DEVICE unsigned int atomicCAS_block(unsigned int* p, unsigned int compare, unsigned int v) {
+SUNSTONE_DEVICE unsigned int atomicCAS_block(unsigned int* p, unsigned int compare,
+                                             unsigned int v) {
     unsigned int old;
     asm volatile("atom.cta.cas.b32 %0, [%1], %2, %3;"
                  : "=r"(old)
@@ -468,7 +481,8 @@ SUNSTONE_DEVICE unsigned int atomicCAS_block(unsigned int* p, unsigned int compa
                  : "memory");
     return old;
 }
-SUNSTONE_DEVICE unsigned int atomicCAS_system(unsigned int* p, unsigned int compare, unsigned int v) {
+SUNSTONE_DEVICE unsigned int atomicCAS_system(unsigned int* p, unsigned int compare,
+                                              unsigned int v) {
     unsigned int old;
     asm volatile("atom.sys.cas.b32 %0, [%1], %2, %3;"
                  : "=r"(old)
@@ -476,7 +490,8 @@ SUNSTONE_DEVICE unsigned int atomicCAS_system(unsigned int* p, unsigned int comp
                  : "memory");
     return old;
 }
-SUNSTONE_DEVICE unsigned long long atomicCAS(unsigned long long* p, unsigned long long compare, unsigned long long v) {
+SUNSTONE_DEVICE unsigned long long atomicCAS(unsigned long long* p, unsigned long long compare,
+                                             unsigned long long v) {
     unsigned long long old;
     asm volatile("atom.cas.b64 %0, [%1], %2, %3;"
                  : "=l"(old)
@@ -484,7 +499,8 @@ SUNSTONE_DEVICE unsigned long long atomicCAS(unsigned long long* p, unsigned lon
                  : "memory");
     return old;
 }
-SUNSTONE_DEVICE unsigned long long atomicCAS_block(unsigned long long* p, unsigned long long compare, unsigned long long v) {
+SUNSTONE_DEVICE unsigned long long
+atomicCAS_block(unsigned long long* p, unsigned long long compare, unsigned long long v) {
     unsigned long long old;
     asm volatile("atom.cta.cas.b64 %0, [%1], %2, %3;"
                  : "=l"(old)
@@ -492,7 +508,8 @@ SUNSTONE_DEVICE unsigned long long atomicCAS_block(unsigned long long* p, unsign
                  : "memory");
     return old;
 }
-SUNSTONE_DEVICE unsigned long long atomicCAS_system(unsigned long long* p, unsigned long long compare, unsigned long long v) {
+SUNSTONE_DEVICE unsigned long long
+atomicCAS_system(unsigned long long* p, unsigned long long compare, unsigned long long v) {
     unsigned long long old;
     asm volatile("atom.sys.cas.b64 %0, [%1], %2, %3;"
                  : "=l"(old)

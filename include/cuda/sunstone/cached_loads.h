@@ -37,7 +37,9 @@
         return r;                                                                                  \
     }
 #define SUNSTONE_LOAD_AS(name, T, R)                                                               \
-    SUNSTONE_DEVICE T name(const T* p) { return __builtin_bit_cast(T, name((const R*)p)); }
+    SUNSTONE_DEVICE T name(const T* p) {                                                           \
+        return __builtin_bit_cast(T, name((const R*)p));                                           \
+    }
 #define SUNSTONE_LOADS(name, mode)                                                                 \
     SUNSTONE_LOAD(name, mode, float, "f32", "f")                                                   \
     SUNSTONE_LOAD(name, mode, double, "f64", "d")                                                  \

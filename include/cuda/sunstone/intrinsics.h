@@ -9,16 +9,33 @@
 #define SUNSTONE_DEVICE static __inline__ __attribute__((always_inline, device))
 
 // ---- bits of floating-point numbers -----------------------------------------------------------
-SUNSTONE_DEVICE int __float_as_int(float x) { return __builtin_bit_cast(int, x); }
-SUNSTONE_DEVICE unsigned int __float_as_uint(float x) { return __builtin_bit_cast(unsigned int, x); }
-SUNSTONE_DEVICE float __int_as_float(int x) { return __builtin_bit_cast(float, x); }
-SUNSTONE_DEVICE float __uint_as_float(unsigned int x) { return __builtin_bit_cast(float, x); }
-SUNSTONE_DEVICE long long __double_as_longlong(double x) { return __builtin_bit_cast(long long, x); }
-SUNSTONE_DEVICE double __longlong_as_double(long long x) { return __builtin_bit_cast(double, x); }
-SUNSTONE_DEVICE int __double2hiint(double x) { return int(__double_as_longlong(x) >> 32); }
-SUNSTONE_DEVICE int __double2loint(double x) { return int(__double_as_longlong(x)); }
+SUNSTONE_DEVICE int __float_as_int(float x) {
+    return __builtin_bit_cast(int, x);
+}
+SUNSTONE_DEVICE unsigned int __float_as_uint(float x) {
+    return __builtin_bit_cast(unsigned int, x);
+}
+SUNSTONE_DEVICE float __int_as_float(int x) {
+    return __builtin_bit_cast(float, x);
+}
+SUNSTONE_DEVICE float __uint_as_float(unsigned int x) {
+    return __builtin_bit_cast(float, x);
+}
+SUNSTONE_DEVICE long long __double_as_longlong(double x) {
+    return __builtin_bit_cast(long long, x);
+}
+SUNSTONE_DEVICE double __longlong_as_double(long long x) {
+    return __builtin_bit_cast(double, x);
+}
+SUNSTONE_DEVICE int __double2hiint(double x) {
+    return int(__double_as_longlong(x) >> 32);
+}
+SUNSTONE_DEVICE int __double2loint(double x) {
+    return int(__double_as_longlong(x));
+}
 SUNSTONE_DEVICE double __hiloint2double(int hi, int lo) {
-    return __longlong_as_double((long long)(((unsigned long long)(unsigned)hi << 32) | (unsigned)lo));
+    return __longlong_as_double(
+        (long long)(((unsigned long long)(unsigned)hi << 32) | (unsigned)lo));
 }
 
 // ---- arithmetic with a named rounding ---------------------------------------------------------
@@ -602,8 +619,12 @@ SUNSTONE_DEVICE float __double2float_rd(double x) {
     asm("cvt.rm.f32.f64 %0, %1;" : "=f"(r) : "d"(x));
     return r;
 }
-SUNSTONE_DEVICE double __int2double_rn(int x) { return double(x); }
-SUNSTONE_DEVICE double __uint2double_rn(unsigned int x) { return double(x); }
+SUNSTONE_DEVICE double __int2double_rn(int x) {
+    return double(x);
+}
+SUNSTONE_DEVICE double __uint2double_rn(unsigned int x) {
+    return double(x);
+}
 SUNSTONE_DEVICE float __frsqrt_rn(float x) {
     float r;
     asm("rsqrt.approx.f32 %0, %1;" : "=f"(r) : "f"(x));
@@ -641,44 +662,84 @@ SUNSTONE_DEVICE float __fdividef(float x, float y) {
     asm("div.approx.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
     return r;
 }
-SUNSTONE_DEVICE float __tanf(float x) { return __fdividef(__sinf(x), __cosf(x)); }
+SUNSTONE_DEVICE float __tanf(float x) {
+    return __fdividef(__sinf(x), __cosf(x));
+}
 SUNSTONE_DEVICE void __sincosf(float x, float* s, float* c) {
     *s = __sinf(x);
     *c = __cosf(x);
 }
-SUNSTONE_DEVICE float __expf(float x) { return sunstoneExp2Approx(x * 1.4426950408889634f); }
-SUNSTONE_DEVICE float __exp10f(float x) { return sunstoneExp2Approx(x * 3.3219280948873623f); }
-SUNSTONE_DEVICE float __logf(float x) { return __log2f(x) * 0.69314718055994531f; }
-SUNSTONE_DEVICE float __log10f(float x) { return __log2f(x) * 0.30102999566398120f; }
-SUNSTONE_DEVICE float __powf(float x, float y) { return sunstoneExp2Approx(y * __log2f(x)); }
+SUNSTONE_DEVICE float __expf(float x) {
+    return sunstoneExp2Approx(x * 1.4426950408889634f);
+}
+SUNSTONE_DEVICE float __exp10f(float x) {
+    return sunstoneExp2Approx(x * 3.3219280948873623f);
+}
+SUNSTONE_DEVICE float __logf(float x) {
+    return __log2f(x) * 0.69314718055994531f;
+}
+SUNSTONE_DEVICE float __log10f(float x) {
+    return __log2f(x) * 0.30102999566398120f;
+}
+SUNSTONE_DEVICE float __powf(float x, float y) {
+    return sunstoneExp2Approx(y * __log2f(x));
+}
 
 // ---- integers ---------------------------------------------------------------------------------
-SUNSTONE_DEVICE int __clz(int x) { return x == 0 ? 32 : __builtin_clz((unsigned)x); }
-SUNSTONE_DEVICE int __clzll(long long x) { return x == 0 ? 64 : __builtin_clzll((unsigned long long)x); }
-SUNSTONE_DEVICE int __popc(unsigned int x) { return __builtin_popcount(x); }
-SUNSTONE_DEVICE int __popcll(unsigned long long x) { return __builtin_popcountll(x); }
-SUNSTONE_DEVICE int __ffs(int x) { return __builtin_ffs(x); }
-SUNSTONE_DEVICE int __ffsll(long long x) { return __builtin_ffsll(x); }
-SUNSTONE_DEVICE unsigned int __brev(unsigned int x) { return __builtin_bitreverse32(x); }
-SUNSTONE_DEVICE unsigned long long __brevll(unsigned long long x) { return __builtin_bitreverse64(x); }
-SUNSTONE_DEVICE int __mulhi(int x, int y) { return int(((long long)x * y) >> 32); }
+SUNSTONE_DEVICE int __clz(int x) {
+    return x == 0 ? 32 : __builtin_clz((unsigned)x);
+}
+SUNSTONE_DEVICE int __clzll(long long x) {
+    return x == 0 ? 64 : __builtin_clzll((unsigned long long)x);
+}
+SUNSTONE_DEVICE int __popc(unsigned int x) {
+    return __builtin_popcount(x);
+}
+SUNSTONE_DEVICE int __popcll(unsigned long long x) {
+    return __builtin_popcountll(x);
+}
+SUNSTONE_DEVICE int __ffs(int x) {
+    return __builtin_ffs(x);
+}
+SUNSTONE_DEVICE int __ffsll(long long x) {
+    return __builtin_ffsll(x);
+}
+SUNSTONE_DEVICE unsigned int __brev(unsigned int x) {
+    return __builtin_bitreverse32(x);
+}
+SUNSTONE_DEVICE unsigned long long __brevll(unsigned long long x) {
+    return __builtin_bitreverse64(x);
+}
+SUNSTONE_DEVICE int __mulhi(int x, int y) {
+    return int(((long long)x * y) >> 32);
+}
 SUNSTONE_DEVICE unsigned int __umulhi(unsigned int x, unsigned int y) {
     return unsigned(((unsigned long long)x * y) >> 32);
 }
-SUNSTONE_DEVICE long long __mul64hi(long long x, long long y) { return __nvvm_mulhi_ll(x, y); }
+SUNSTONE_DEVICE long long __mul64hi(long long x, long long y) {
+    return __nvvm_mulhi_ll(x, y);
+}
 SUNSTONE_DEVICE unsigned long long __umul64hi(unsigned long long x, unsigned long long y) {
     return __nvvm_mulhi_ull(x, y);
 }
-SUNSTONE_DEVICE int __mul24(int x, int y) { return __nvvm_mul24_i(x, y); }
-SUNSTONE_DEVICE unsigned int __umul24(unsigned int x, unsigned int y) { return __nvvm_mul24_ui(x, y); }
+SUNSTONE_DEVICE int __mul24(int x, int y) {
+    return __nvvm_mul24_i(x, y);
+}
+SUNSTONE_DEVICE unsigned int __umul24(unsigned int x, unsigned int y) {
+    return __nvvm_mul24_ui(x, y);
+}
 SUNSTONE_DEVICE unsigned int __sad(int x, int y, unsigned int z) {
     return (x > y ? unsigned(x) - unsigned(y) : unsigned(y) - unsigned(x)) + z;
 }
 SUNSTONE_DEVICE unsigned int __usad(unsigned int x, unsigned int y, unsigned int z) {
     return (x > y ? x - y : y - x) + z;
 }
-SUNSTONE_DEVICE int __hadd(int x, int y) { return int(((long long)x + y) >> 1); }
-SUNSTONE_DEVICE int __rhadd(int x, int y) { return int(((long long)x + y + 1) >> 1); }
+SUNSTONE_DEVICE int __hadd(int x, int y) {
+    return int(((long long)x + y) >> 1);
+}
+SUNSTONE_DEVICE int __rhadd(int x, int y) {
+    return int(((long long)x + y + 1) >> 1);
+}
 SUNSTONE_DEVICE unsigned int __uhadd(unsigned int x, unsigned int y) {
     return unsigned(((unsigned long long)x + y) >> 1);
 }
@@ -695,7 +756,8 @@ SUNSTONE_DEVICE unsigned int __funnelshift_l(unsigned int lo, unsigned int hi, u
     asm("shf.l.wrap.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(lo), "r"(hi), "r"(shift));
     return r;
 }
-SUNSTONE_DEVICE unsigned int __funnelshift_lc(unsigned int lo, unsigned int hi, unsigned int shift) {
+SUNSTONE_DEVICE unsigned int __funnelshift_lc(unsigned int lo, unsigned int hi,
+                                              unsigned int shift) {
     unsigned int r;
     asm("shf.l.clamp.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(lo), "r"(hi), "r"(shift));
     return r;
@@ -705,24 +767,35 @@ SUNSTONE_DEVICE unsigned int __funnelshift_r(unsigned int lo, unsigned int hi, u
     asm("shf.r.wrap.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(lo), "r"(hi), "r"(shift));
     return r;
 }
-SUNSTONE_DEVICE unsigned int __funnelshift_rc(unsigned int lo, unsigned int hi, unsigned int shift) {
+SUNSTONE_DEVICE unsigned int __funnelshift_rc(unsigned int lo, unsigned int hi,
+                                              unsigned int shift) {
     unsigned int r;
     asm("shf.r.clamp.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(lo), "r"(hi), "r"(shift));
     return r;
 }
 
 // ---- clocks and waiting -----------------------------------------------------------------------
-SUNSTONE_DEVICE long long clock64() { return __nvvm_read_ptx_sreg_clock64(); }
-SUNSTONE_DEVICE int clock() { return __nvvm_read_ptx_sreg_clock(); }
+SUNSTONE_DEVICE long long clock64() {
+    return __nvvm_read_ptx_sreg_clock64();
+}
+SUNSTONE_DEVICE int clock() {
+    return __nvvm_read_ptx_sreg_clock();
+}
 SUNSTONE_DEVICE unsigned long long __globaltimer() {
     unsigned long long r;
     asm volatile("mov.u64 %0, %%globaltimer;" : "=l"(r));
     return r;
 }
-SUNSTONE_DEVICE void __trap() { asm volatile("trap;"); }
-SUNSTONE_DEVICE void __brkpt() { asm volatile("brkpt;"); }
+SUNSTONE_DEVICE void __trap() {
+    asm volatile("trap;");
+}
+SUNSTONE_DEVICE void __brkpt() {
+    asm volatile("brkpt;");
+}
 #if __CUDA_ARCH__ >= 700
-SUNSTONE_DEVICE void __nanosleep(unsigned int ns) { asm volatile("nanosleep.u32 %0;" ::"r"(ns)); }
+SUNSTONE_DEVICE void __nanosleep(unsigned int ns) {
+    asm volatile("nanosleep.u32 %0;" ::"r"(ns));
+}
 #endif
 
 // ---- address spaces ---------------------------------------------------------------------------

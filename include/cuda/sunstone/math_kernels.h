@@ -3,9 +3,9 @@
 // device library is needed. The float functions of math.h round the results of these, which makes
 // them correct to within half a unit and a little in the last place.
 //
-// Method: argument reduction to a small interval, then the Taylor or atanh series to the point where
-// the next term no longer changes a double. Sums that need more than 53 bits are kept as pairs
-// (hi + lo, lo less than an ulp of hi); products are split with fma.
+// Method: argument reduction to a small interval, then the Taylor or atanh series to the point
+// where the next term no longer changes a double. Sums that need more than 53 bits are kept as
+// pairs (hi + lo, lo less than an ulp of hi); products are split with fma.
 #ifndef SUNSTONE_MATH_KERNELS_H
 #define SUNSTONE_MATH_KERNELS_H
 
@@ -19,11 +19,21 @@ struct Pair {
     double hi, lo;
 };
 
-SUNSTONE_DEVICE double infinity() { return __longlong_as_double(0x7ff0000000000000LL); }
-SUNSTONE_DEVICE double quietNan() { return __longlong_as_double(0x7ff8000000000000LL); }
-SUNSTONE_DEVICE double absolute(double x) { return __builtin_fabs(x); }
-SUNSTONE_DEVICE bool isNan(double x) { return x != x; }
-SUNSTONE_DEVICE double withSign(double x, double sign) { return __builtin_copysign(x, sign); }
+SUNSTONE_DEVICE double infinity() {
+    return __longlong_as_double(0x7ff0000000000000LL);
+}
+SUNSTONE_DEVICE double quietNan() {
+    return __longlong_as_double(0x7ff8000000000000LL);
+}
+SUNSTONE_DEVICE double absolute(double x) {
+    return __builtin_fabs(x);
+}
+SUNSTONE_DEVICE bool isNan(double x) {
+    return x != x;
+}
+SUNSTONE_DEVICE double withSign(double x, double sign) {
+    return __builtin_copysign(x, sign);
+}
 
 // Exact sum of two numbers; |a| >= |b|.
 SUNSTONE_DEVICE Pair fastSum(double a, double b) {
@@ -247,7 +257,9 @@ SUNSTONE_MATH double expPair(double hi, double lo) {
     Pair one = fastSum(1.0, x);
     return scale(__dadd_rn(one.hi, tail + one.lo), int(n));
 }
-SUNSTONE_MATH double exponential(double x) { return expPair(x, 0); }
+SUNSTONE_MATH double exponential(double x) {
+    return expPair(x, 0);
+}
 
 SUNSTONE_MATH double exponential2(double x) {
     if (!(absolute(x) < 1100))
@@ -278,7 +290,7 @@ SUNSTONE_MATH Pair logPair(double x) {
     k += int((long long)shifted >> 52);
     double m = __longlong_as_double((long long)(bits - (shifted & 0xfff0000000000000ULL)));
     double f = m - 1.0;
-    double g = m + 1.0;                      // rounded; its error:
+    double g = m + 1.0; // rounded; its error:
     double ge = m <= 1.0 ? (1.0 - g) + m : (m - g) + 1.0;
     // s = f / (m + 1) as a pair.
     double s = __ddiv_rn(f, g);
@@ -394,16 +406,15 @@ SUNSTONE_MATH double power(double x, double y) {
 
 // atan of x >= 0 as a pair: x = tan(a + b) with tan a = k / 8.
 SUNSTONE_MATH double arcTangentPositive(double y, double x) {
-    static const double table[9][2] = {
-        {0, 0},
-        {0x1.fd5ba9aac2f6ep-4, -0x1.cd37686760c17p-59},
-        {0x1.f5b75f92c80ddp-3, 0x1.8ab6e3cf7afbdp-57},
-        {0x1.6f61941e4def1p-2, -0x1.c63aae6f6e918p-56},
-        {0x1.dac670561bb4fp-2, 0x1.a2b7f222f65e2p-56},
-        {0x1.1e00babdefeb4p-1, -0x1.928df287a668fp-58},
-        {0x1.4978fa3269ee1p-1, 0x1.2419a87f2a458p-56},
-        {0x1.700a7c5784634p-1, -0x1.8c34d25aadef6p-56},
-        {0x1.921fb54442d18p-1, 0x1.1a62633145c07p-55}};
+    static const double table[9][2] = {{0, 0},
+                                       {0x1.fd5ba9aac2f6ep-4, -0x1.cd37686760c17p-59},
+                                       {0x1.f5b75f92c80ddp-3, 0x1.8ab6e3cf7afbdp-57},
+                                       {0x1.6f61941e4def1p-2, -0x1.c63aae6f6e918p-56},
+                                       {0x1.dac670561bb4fp-2, 0x1.a2b7f222f65e2p-56},
+                                       {0x1.1e00babdefeb4p-1, -0x1.928df287a668fp-58},
+                                       {0x1.4978fa3269ee1p-1, 0x1.2419a87f2a458p-56},
+                                       {0x1.700a7c5784634p-1, -0x1.8c34d25aadef6p-56},
+                                       {0x1.921fb54442d18p-1, 0x1.1a62633145c07p-55}};
     bool swap = y > x;
     double a = swap ? x : y, b = swap ? y : x; // 0 <= a <= b
     double q = a / b;
@@ -555,7 +566,7 @@ SUNSTONE_MATH double hypotenuse(double x, double y) {
         big *= 0x1p-600;
         small *= 0x1p-600;
         factor = 0x1p600;
-    } else if (small < 0x1p-500) {
+    } else if (big < 0x1p-500) {
         big *= 0x1p600;
         small *= 0x1p600;
         factor = 0x1p-600;
@@ -645,12 +656,12 @@ SUNSTONE_MATH double fractionExponent(double x, int* exponent) {
 
 // ---- error function and gamma -----------------------------------------------------------------
 
-// Complementary error function of x >= 0.5 by its continued fraction, evaluated from a depth that
-// suffices for the distance from zero.
+// Complementary error function of x >= 0.75 by its continued fraction, evaluated from a depth that
+// suffices for the distance from zero: depth n leaves an error of exp(-2 x sqrt(2 n)).
 SUNSTONE_MATH double erfcTail(double x) {
     if (x > 27.3)
         return 0;
-    int depth = x < 1.5 ? 150 : x < 3 ? 60 : 30;
+    int depth = x < 1 ? 400 : x < 1.5 ? 250 : x < 3 ? 100 : 40;
     double f = 0;
     for (int k = depth; k >= 1; --k)
         f = (0.5 * k) / (x + f);
@@ -674,11 +685,11 @@ SUNSTONE_MATH double errorFunction(double x) {
 SUNSTONE_MATH double errorFunctionComplement(double x) {
     if (isNan(x))
         return x;
-    return x < 0.5 ? (x < -1.0 ? 2 - erfcTail(-x) : 1 - erfSeries(x)) : erfcTail(x);
+    return x < 0.75 ? (x < -1.0 ? 2 - erfcTail(-x) : 1 - erfSeries(x)) : erfcTail(x);
 }
 
-// log |gamma(x)| for x >= 12 by Stirling's series.
-SUNSTONE_MATH double stirling(double x) {
+// The part of Stirling's series for x >= 12 that vanishes at infinity.
+SUNSTONE_MATH double stirlingTail(double x) {
     double r = 1 / x, z = r * r;
     double p = 1.0 / 156;
     p = __fma_rn(p, z, -691.0 / 360360);
@@ -687,7 +698,11 @@ SUNSTONE_MATH double stirling(double x) {
     p = __fma_rn(p, z, 1.0 / 1260);
     p = __fma_rn(p, z, -1.0 / 360);
     p = __fma_rn(p, z, 1.0 / 12);
-    return (x - 0.5) * logarithm(x) - x + 0.91893853320467274178 + p * r;
+    return p * r;
+}
+// log |gamma(x)| for x >= 12.
+SUNSTONE_MATH double stirling(double x) {
+    return (x - 0.5) * logarithm(x) - x + 0.91893853320467274178 + stirlingTail(x);
 }
 SUNSTONE_MATH double logGammaPositive(double x) {
     double product = 1;
@@ -726,20 +741,19 @@ SUNSTONE_MATH double gammaFunction(double x) {
     }
     if (x > 172)
         return infinity();
-    if (x <= 12) {
-        // Recurrence to [1, 2], where the logarithm form is well conditioned.
-        double product = 1;
-        while (x > 2) {
-            x -= 1;
-            product *= x;
-        }
-        if (x < 1) {
-            product /= x;
-            x += 1;
-        }
-        return product * (x == 1 || x == 2 ? 1.0 : exponential(logGammaPositive(x)));
+    // Upwards to where the series holds; whole numbers below 20 are exact products.
+    double product = 1;
+    if (x < 20 && __builtin_trunc(x) == x) {
+        for (; x > 2; x -= 1)
+            product *= x - 1;
+        return product;
     }
-    return exponential(stirling(x));
+    for (; x < 12; x += 1)
+        product *= x;
+    // In factors that do not overflow, and each exact to about an ulp.
+    double root = power(x, 0.5 * (x - 0.5));
+    return root * exponential(-x) * root *
+           (2.5066282746310005024 * exponential(stirlingTail(x)) / product);
 }
 
 } // namespace sunstone_math

@@ -53,17 +53,16 @@ SUNSTONE_HOST cudaError_t cudaMemcpyFromSymbol(void* dst, const T& symbol, size_
     return ::cudaMemcpyFromSymbol(dst, (const void*)&symbol, bytes, offset, kind);
 }
 template <class T>
-SUNSTONE_HOST cudaError_t
-cudaMemcpyToSymbolAsync(const T& symbol, const void* src, size_t bytes, size_t offset = 0,
-                        enum cudaMemcpyKind kind = cudaMemcpyHostToDevice,
-                        cudaStream_t stream = 0) {
+SUNSTONE_HOST cudaError_t cudaMemcpyToSymbolAsync(const T& symbol, const void* src, size_t bytes,
+                                                  size_t offset = 0,
+                                                  enum cudaMemcpyKind kind = cudaMemcpyHostToDevice,
+                                                  cudaStream_t stream = 0) {
     return ::cudaMemcpyToSymbolAsync((const void*)&symbol, src, bytes, offset, kind, stream);
 }
 template <class T>
-SUNSTONE_HOST cudaError_t
-cudaMemcpyFromSymbolAsync(void* dst, const T& symbol, size_t bytes, size_t offset = 0,
-                          enum cudaMemcpyKind kind = cudaMemcpyDeviceToHost,
-                          cudaStream_t stream = 0) {
+SUNSTONE_HOST cudaError_t cudaMemcpyFromSymbolAsync(
+    void* dst, const T& symbol, size_t bytes, size_t offset = 0,
+    enum cudaMemcpyKind kind = cudaMemcpyDeviceToHost, cudaStream_t stream = 0) {
     return ::cudaMemcpyFromSymbolAsync(dst, (const void*)&symbol, bytes, offset, kind, stream);
 }
 template <class T>

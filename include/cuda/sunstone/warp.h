@@ -7,15 +7,27 @@
 
 // ---- barriers and fences ----------------------------------------------------------------------
 // __syncthreads is known to the compiler.
-SUNSTONE_DEVICE int __syncthreads_count(int p) { return __nvvm_bar0_popc(p); }
-SUNSTONE_DEVICE int __syncthreads_and(int p) { return __nvvm_bar0_and(p); }
-SUNSTONE_DEVICE int __syncthreads_or(int p) { return __nvvm_bar0_or(p); }
+SUNSTONE_DEVICE int __syncthreads_count(int p) {
+    return __nvvm_bar0_popc(p);
+}
+SUNSTONE_DEVICE int __syncthreads_and(int p) {
+    return __nvvm_bar0_and(p);
+}
+SUNSTONE_DEVICE int __syncthreads_or(int p) {
+    return __nvvm_bar0_or(p);
+}
 SUNSTONE_DEVICE void __syncwarp(unsigned int mask = 0xffffffffu) {
     asm volatile("bar.warp.sync %0;" ::"r"(mask) : "memory");
 }
-SUNSTONE_DEVICE void __threadfence() { __nvvm_membar_gl(); }
-SUNSTONE_DEVICE void __threadfence_block() { __nvvm_membar_cta(); }
-SUNSTONE_DEVICE void __threadfence_system() { __nvvm_membar_sys(); }
+SUNSTONE_DEVICE void __threadfence() {
+    __nvvm_membar_gl();
+}
+SUNSTONE_DEVICE void __threadfence_block() {
+    __nvvm_membar_cta();
+}
+SUNSTONE_DEVICE void __threadfence_system() {
+    __nvvm_membar_sys();
+}
 
 // ---- votes ------------------------------------------------------------------------------------
 SUNSTONE_DEVICE unsigned int __activemask() {
@@ -54,7 +66,9 @@ SUNSTONE_DEVICE int __uni_sync(unsigned int mask, int p) {
                  : "r"(p), "r"(mask));
     return r;
 }
-SUNSTONE_DEVICE unsigned int __lane_id() { return __nvvm_read_ptx_sreg_laneid(); }
+SUNSTONE_DEVICE unsigned int __lane_id() {
+    return __nvvm_read_ptx_sreg_laneid();
+}
 
 // ---- shuffles ---------------------------------------------------------------------------------
 SUNSTONE_DEVICE int __shfl_sync(unsigned int mask, int v, int lane, int width = 32) {
@@ -65,7 +79,7 @@ SUNSTONE_DEVICE int __shfl_sync(unsigned int mask, int v, int lane, int width = 
     return r;
 }
 SUNSTONE_DEVICE unsigned int __shfl_sync(unsigned int mask, unsigned int v, int lane,
-                                     int width = 32) {
+                                         int width = 32) {
     return (unsigned int)__shfl_sync(mask, (int)v, lane, width);
 }
 SUNSTONE_DEVICE float __shfl_sync(unsigned int mask, float v, int lane, int width = 32) {
@@ -77,14 +91,14 @@ SUNSTONE_DEVICE long long __shfl_sync(unsigned int mask, long long v, int lane, 
     return (long long)(((unsigned long long)(unsigned)hi << 32) | (unsigned)lo);
 }
 SUNSTONE_DEVICE unsigned long long __shfl_sync(unsigned int mask, unsigned long long v, int lane,
-                                           int width = 32) {
+                                               int width = 32) {
     return (unsigned long long)__shfl_sync(mask, (long long)v, lane, width);
 }
 SUNSTONE_DEVICE long __shfl_sync(unsigned int mask, long v, int lane, int width = 32) {
     return (long)__shfl_sync(mask, (long long)v, lane, width);
 }
 SUNSTONE_DEVICE unsigned long __shfl_sync(unsigned int mask, unsigned long v, int lane,
-                                      int width = 32) {
+                                          int width = 32) {
     return (unsigned long)__shfl_sync(mask, (long long)v, lane, width);
 }
 SUNSTONE_DEVICE double __shfl_sync(unsigned int mask, double v, int lane, int width = 32) {
@@ -98,29 +112,32 @@ SUNSTONE_DEVICE int __shfl_up_sync(unsigned int mask, int v, unsigned int delta,
     return r;
 }
 SUNSTONE_DEVICE unsigned int __shfl_up_sync(unsigned int mask, unsigned int v, unsigned int delta,
-                                     int width = 32) {
+                                            int width = 32) {
     return (unsigned int)__shfl_up_sync(mask, (int)v, delta, width);
 }
-SUNSTONE_DEVICE float __shfl_up_sync(unsigned int mask, float v, unsigned int delta, int width = 32) {
+SUNSTONE_DEVICE float __shfl_up_sync(unsigned int mask, float v, unsigned int delta,
+                                     int width = 32) {
     return __int_as_float(__shfl_up_sync(mask, __float_as_int(v), delta, width));
 }
-SUNSTONE_DEVICE long long __shfl_up_sync(unsigned int mask, long long v, unsigned int delta, int width = 32) {
+SUNSTONE_DEVICE long long __shfl_up_sync(unsigned int mask, long long v, unsigned int delta,
+                                         int width = 32) {
     int lo = __shfl_up_sync(mask, (int)v, delta, width);
     int hi = __shfl_up_sync(mask, (int)(v >> 32), delta, width);
     return (long long)(((unsigned long long)(unsigned)hi << 32) | (unsigned)lo);
 }
-SUNSTONE_DEVICE unsigned long long __shfl_up_sync(unsigned int mask, unsigned long long v, unsigned int delta,
-                                           int width = 32) {
+SUNSTONE_DEVICE unsigned long long __shfl_up_sync(unsigned int mask, unsigned long long v,
+                                                  unsigned int delta, int width = 32) {
     return (unsigned long long)__shfl_up_sync(mask, (long long)v, delta, width);
 }
 SUNSTONE_DEVICE long __shfl_up_sync(unsigned int mask, long v, unsigned int delta, int width = 32) {
     return (long)__shfl_up_sync(mask, (long long)v, delta, width);
 }
 SUNSTONE_DEVICE unsigned long __shfl_up_sync(unsigned int mask, unsigned long v, unsigned int delta,
-                                      int width = 32) {
+                                             int width = 32) {
     return (unsigned long)__shfl_up_sync(mask, (long long)v, delta, width);
 }
-SUNSTONE_DEVICE double __shfl_up_sync(unsigned int mask, double v, unsigned int delta, int width = 32) {
+SUNSTONE_DEVICE double __shfl_up_sync(unsigned int mask, double v, unsigned int delta,
+                                      int width = 32) {
     return __longlong_as_double(__shfl_up_sync(mask, __double_as_longlong(v), delta, width));
 }
 SUNSTONE_DEVICE int __shfl_down_sync(unsigned int mask, int v, unsigned int delta, int width = 32) {
@@ -131,29 +148,33 @@ SUNSTONE_DEVICE int __shfl_down_sync(unsigned int mask, int v, unsigned int delt
     return r;
 }
 SUNSTONE_DEVICE unsigned int __shfl_down_sync(unsigned int mask, unsigned int v, unsigned int delta,
-                                     int width = 32) {
+                                              int width = 32) {
     return (unsigned int)__shfl_down_sync(mask, (int)v, delta, width);
 }
-SUNSTONE_DEVICE float __shfl_down_sync(unsigned int mask, float v, unsigned int delta, int width = 32) {
+SUNSTONE_DEVICE float __shfl_down_sync(unsigned int mask, float v, unsigned int delta,
+                                       int width = 32) {
     return __int_as_float(__shfl_down_sync(mask, __float_as_int(v), delta, width));
 }
-SUNSTONE_DEVICE long long __shfl_down_sync(unsigned int mask, long long v, unsigned int delta, int width = 32) {
+SUNSTONE_DEVICE long long __shfl_down_sync(unsigned int mask, long long v, unsigned int delta,
+                                           int width = 32) {
     int lo = __shfl_down_sync(mask, (int)v, delta, width);
     int hi = __shfl_down_sync(mask, (int)(v >> 32), delta, width);
     return (long long)(((unsigned long long)(unsigned)hi << 32) | (unsigned)lo);
 }
-SUNSTONE_DEVICE unsigned long long __shfl_down_sync(unsigned int mask, unsigned long long v, unsigned int delta,
-                                           int width = 32) {
+SUNSTONE_DEVICE unsigned long long __shfl_down_sync(unsigned int mask, unsigned long long v,
+                                                    unsigned int delta, int width = 32) {
     return (unsigned long long)__shfl_down_sync(mask, (long long)v, delta, width);
 }
-SUNSTONE_DEVICE long __shfl_down_sync(unsigned int mask, long v, unsigned int delta, int width = 32) {
+SUNSTONE_DEVICE long __shfl_down_sync(unsigned int mask, long v, unsigned int delta,
+                                      int width = 32) {
     return (long)__shfl_down_sync(mask, (long long)v, delta, width);
 }
-SUNSTONE_DEVICE unsigned long __shfl_down_sync(unsigned int mask, unsigned long v, unsigned int delta,
-                                      int width = 32) {
+SUNSTONE_DEVICE unsigned long __shfl_down_sync(unsigned int mask, unsigned long v,
+                                               unsigned int delta, int width = 32) {
     return (unsigned long)__shfl_down_sync(mask, (long long)v, delta, width);
 }
-SUNSTONE_DEVICE double __shfl_down_sync(unsigned int mask, double v, unsigned int delta, int width = 32) {
+SUNSTONE_DEVICE double __shfl_down_sync(unsigned int mask, double v, unsigned int delta,
+                                        int width = 32) {
     return __longlong_as_double(__shfl_down_sync(mask, __double_as_longlong(v), delta, width));
 }
 SUNSTONE_DEVICE int __shfl_xor_sync(unsigned int mask, int v, int laneMask, int width = 32) {
@@ -164,26 +185,27 @@ SUNSTONE_DEVICE int __shfl_xor_sync(unsigned int mask, int v, int laneMask, int 
     return r;
 }
 SUNSTONE_DEVICE unsigned int __shfl_xor_sync(unsigned int mask, unsigned int v, int laneMask,
-                                     int width = 32) {
+                                             int width = 32) {
     return (unsigned int)__shfl_xor_sync(mask, (int)v, laneMask, width);
 }
 SUNSTONE_DEVICE float __shfl_xor_sync(unsigned int mask, float v, int laneMask, int width = 32) {
     return __int_as_float(__shfl_xor_sync(mask, __float_as_int(v), laneMask, width));
 }
-SUNSTONE_DEVICE long long __shfl_xor_sync(unsigned int mask, long long v, int laneMask, int width = 32) {
+SUNSTONE_DEVICE long long __shfl_xor_sync(unsigned int mask, long long v, int laneMask,
+                                          int width = 32) {
     int lo = __shfl_xor_sync(mask, (int)v, laneMask, width);
     int hi = __shfl_xor_sync(mask, (int)(v >> 32), laneMask, width);
     return (long long)(((unsigned long long)(unsigned)hi << 32) | (unsigned)lo);
 }
-SUNSTONE_DEVICE unsigned long long __shfl_xor_sync(unsigned int mask, unsigned long long v, int laneMask,
-                                           int width = 32) {
+SUNSTONE_DEVICE unsigned long long __shfl_xor_sync(unsigned int mask, unsigned long long v,
+                                                   int laneMask, int width = 32) {
     return (unsigned long long)__shfl_xor_sync(mask, (long long)v, laneMask, width);
 }
 SUNSTONE_DEVICE long __shfl_xor_sync(unsigned int mask, long v, int laneMask, int width = 32) {
     return (long)__shfl_xor_sync(mask, (long long)v, laneMask, width);
 }
 SUNSTONE_DEVICE unsigned long __shfl_xor_sync(unsigned int mask, unsigned long v, int laneMask,
-                                      int width = 32) {
+                                              int width = 32) {
     return (unsigned long)__shfl_xor_sync(mask, (long long)v, laneMask, width);
 }
 SUNSTONE_DEVICE double __shfl_xor_sync(unsigned int mask, double v, int laneMask, int width = 32) {

@@ -56,7 +56,8 @@ void Contexts::tearDown(const ContextPtr& context) {
     try {
         streams().synchronizeAll();
     } catch (const std::exception& error) {
-        log(LogLevel::kError, "device", message("work of a destroyed context failed: ", error.what()));
+        log(LogLevel::kError, "device",
+            message("work of a destroyed context failed: ", error.what()));
     }
     std::vector<std::function<void(Context*)>> hooks;
     {
@@ -161,7 +162,9 @@ void Contexts::setCurrent(Context* context) {
         contextStack().push_back(find(context));
 }
 
-void Contexts::push(Context* context) { contextStack().push_back(find(context)); }
+void Contexts::push(Context* context) {
+    contextStack().push_back(find(context));
+}
 
 Context* Contexts::pop() {
     if (contextStack().empty())

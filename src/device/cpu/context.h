@@ -40,10 +40,10 @@ public:
     ContextPtr find(const void* handle) const; // null if not alive
 
     // The calling thread's stack.
-    Context* current() const;        // null if none
+    Context* current() const;          // null if none
     void setCurrent(Context* context); // replaces the top; null pops it
     void push(Context* context);
-    Context* pop();                  // null if empty
+    Context* pop(); // null if empty
 
     // Called with a context about to die, after its streams have drained.
     void onDestroy(std::function<void(Context*)> hook);

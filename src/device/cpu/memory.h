@@ -15,7 +15,7 @@ namespace sunstone::device::cpu {
 
 enum class MemoryKind : uint8_t {
     kDevice,
-    kPinned,     // host memory allocated by the API
+    kPinned, // host memory allocated by the API
     kManaged,
     kRegistered, // the application's own, made known to the API; never freed by us
     kModule,     // variables of a loaded module; never freed by us
@@ -25,17 +25,17 @@ struct Allocation {
     uintptr_t base = 0;
     size_t size = 0;
     MemoryKind kind = MemoryKind::kDevice;
-    unsigned flags = 0;         // as the API was given them
+    unsigned flags = 0;          // as the API was given them
     const void* owner = nullptr; // context that frees it when it dies
-    uint64_t id = 0;            // never used twice
+    uint64_t id = 0;             // never used twice
 };
 
 class Memory {
 public:
     static constexpr size_t kAlignment = 512;
 
-    // New zero-filled-or-not memory of `size` bytes, aligned to kAlignment. Throws kInvalidValue for
-    // size 0 and kOutOfMemory where the machine has not that much.
+    // New zero-filled-or-not memory of `size` bytes, aligned to kAlignment. Throws kInvalidValue
+    // for size 0 and kOutOfMemory where the machine has not that much.
     void* allocate(size_t size, MemoryKind kind, unsigned flags, const void* owner);
     // Remembers memory that is not ours; false if it overlaps what is known.
     bool adopt(const void* base, size_t size, MemoryKind kind, unsigned flags, const void* owner);

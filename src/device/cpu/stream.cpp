@@ -79,7 +79,8 @@ void Stream::close() {
 
 void Stream::run(std::shared_ptr<Stream> self) {
     for (;;) {
-        for (int i = 0; i < kWorkerSpins && self->pending_.load(std::memory_order_acquire) == 0; ++i)
+        for (int i = 0; i < kWorkerSpins && self->pending_.load(std::memory_order_acquire) == 0;
+             ++i)
             relax();
         Item item;
         {
@@ -222,7 +223,9 @@ std::vector<CompletionPtr> Streams::outstanding(const StreamPtr& stream) {
     return result;
 }
 
-bool Streams::idle(const StreamPtr& stream) { return outstanding(stream).empty(); }
+bool Streams::idle(const StreamPtr& stream) {
+    return outstanding(stream).empty();
+}
 
 void Streams::synchronize(const StreamPtr& stream) {
     for (const CompletionPtr& completion : outstanding(stream))

@@ -3,7 +3,8 @@
 // the first work. Order between streams is kept by dependencies on Completions only:
 //
 //   * every piece of work has a Completion; a stream remembers its last one;
-//   * work on the legacy default stream depends on the last work of all blocking streams, and work on
+//   * work on the legacy default stream depends on the last work of all blocking streams, and work
+//   on
 //     a blocking stream on the last work of the legacy stream, as CUDA specifies;
 //   * waiting for an event is work that depends on the Completion the event was recorded with.
 //
@@ -94,8 +95,8 @@ public:
     bool destroy(void* handle);
     void destroyOwner(const void* owner);
 
-    // The stream of a handle: null and (void*)1 mean the legacy default stream, (void*)2 that of the
-    // calling thread. Throws Error(kInvalidValue) for anything else that is not a live stream.
+    // The stream of a handle: null and (void*)1 mean the legacy default stream, (void*)2 that of
+    // the calling thread. Throws Error(kInvalidValue) for anything else that is not a live stream.
     StreamPtr find(void* handle);
     bool isDefault(void* handle) const { return uintptr_t(handle) <= 2; }
 
@@ -107,8 +108,8 @@ public:
     std::vector<CompletionPtr> outstanding(const StreamPtr& stream);
     bool idle(const StreamPtr& stream);
     void synchronize(const StreamPtr& stream); // throws the stream's pending error
-    void waitAll();        // errors stay with their streams
-    void synchronizeAll(); // throws the first pending error
+    void waitAll();                            // errors stay with their streams
+    void synchronizeAll();                     // throws the first pending error
     void throwError(const StreamPtr& stream) { stream->throwError(); }
 
 private:

@@ -6,12 +6,14 @@
 
 __global__ void nothing() {}
 __global__ void __launch_bounds__(64) bounded() {}
-__global__ void fail() { __trap(); }
+__global__ void fail() {
+    __trap();
+}
 
 static void say(const char* what, cudaError_t error) {
     const cudaError_t last = cudaGetLastError();
-    std::printf("%s: %s, last %s, then %s\n", what, cudaGetErrorName(error),
-                cudaGetErrorName(last), cudaGetErrorName(cudaPeekAtLastError()));
+    std::printf("%s: %s, last %s, then %s\n", what, cudaGetErrorName(error), cudaGetErrorName(last),
+                cudaGetErrorName(cudaPeekAtLastError()));
 }
 
 int main() {

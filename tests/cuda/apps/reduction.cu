@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads of a block that meet: barriers, static and dynamic shared memory, shuffles, votes, atomics.
+// Threads of a block that meet: barriers, static and dynamic shared memory, shuffles, votes,
+// atomics.
 #include <cuda_runtime.h>
 
 #include "check.h"

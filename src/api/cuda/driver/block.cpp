@@ -20,7 +20,9 @@ struct LoopBlock {
     std::jmp_buf leave; // where a thread that ends early goes
 };
 
-LoopBlock& blockOf(devlib::KernelThread* thread) { return *static_cast<LoopBlock*>(thread->block); }
+LoopBlock& blockOf(devlib::KernelThread* thread) {
+    return *static_cast<LoopBlock*>(thread->block);
+}
 
 // The compiler said that the kernel does not use these.
 uint32_t loopBarrier(devlib::KernelThread* thread, uint32_t, uint32_t, uint32_t, uint32_t) {
@@ -32,19 +34,23 @@ uint32_t loopExchange(devlib::KernelThread* thread, uint32_t, uint64_t value, ui
     values[thread->laneid] = value;
     return 1u << thread->laneid;
 }
-uint32_t loopActiveMask(devlib::KernelThread* thread) { return 1u << thread->laneid; }
-void loopExit(devlib::KernelThread* thread) { std::longjmp(blockOf(thread).leave, 1); }
+uint32_t loopActiveMask(devlib::KernelThread* thread) {
+    return 1u << thread->laneid;
+}
+void loopExit(devlib::KernelThread* thread) {
+    std::longjmp(blockOf(thread).leave, 1);
+}
 void loopFault(devlib::KernelThread* thread, uint32_t kind) {
     uint32_t none = 0;
     blockOf(thread).launch->fault.compare_exchange_strong(none, 1 + kind);
     std::longjmp(blockOf(thread).leave, 1);
 }
 
-constexpr devlib::BlockFunctions kLoopFunctions = {
-    loopBarrier, loopArrive, loopExchange, loopActiveMask, loopExit, loopFault};
+constexpr devlib::BlockFunctions kLoopFunctions = {loopBarrier,    loopArrive, loopExchange,
+                                                   loopActiveMask, loopExit,   loopFault};
 
-// Shared memory of the blocks a thread runs, kept for the next launch. PTX holds shared addresses in
-// 32-bit registers as readily as in 64-bit ones, so it lies in the low 4 GiB.
+// Shared memory of the blocks a thread runs, kept for the next launch. PTX holds shared addresses
+// in 32-bit registers as readily as in 64-bit ones, so it lies in the low 4 GiB.
 class SharedMemory {
 public:
     ~SharedMemory() { drop(); }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs the blocks of a kernel launch on one thread of the processor.
 //
-// Kernels without barriers and warp functions: the threads of a block are a plain loop. Others: each
-// thread of the block is a fiber with a stack of its own (Boost.Context); a thread that waits
+// Kernels without barriers and warp functions: the threads of a block are a plain loop. Others:
+// each thread of the block is a fiber with a stack of its own (Boost.Context); a thread that waits
 // switches back to the scheduler, which goes round over those that can run. Nothing in a block is
 // concurrent, so its state needs no locks. See block_fibers.cpp.
 #pragma once

@@ -3,9 +3,9 @@
 //
 // Each thread has a state: ready, waiting (at a barrier, in an exchange of its warp, for its active
 // mask) or done. The scheduler resumes ready threads in order; a thread that comes to a meeting
-// point completes it if it is the last, and every end of a thread is checked as well, because barriers
-// and exchanges count only threads that still run. activeMask has no partners to wait for: it is
-// answered when nothing else can run, with all lanes of the warp that asked, which is the
+// point completes it if it is the last, and every end of a thread is checked as well, because
+// barriers and exchanges count only threads that still run. activeMask has no partners to wait for:
+// it is answered when nothing else can run, with all lanes of the warp that asked, which is the
 // convergence programs expect. If nothing can run and threads remain, the kernel is deadlocked: the
 // launch fails instead of hanging.
 #include "api/cuda/driver/block_fibers.h"
@@ -198,9 +198,15 @@ void BlockRunner::Fibers::tryBarrier(uint32_t id) {
         return;
     uint32_t result = 0;
     switch (barrier.reduction) {
-    case devlib::kReduceAnd: result = barrier.all; break;
-    case devlib::kReduceOr: result = barrier.any; break;
-    case devlib::kReduceCount: result = barrier.count; break;
+    case devlib::kReduceAnd:
+        result = barrier.all;
+        break;
+    case devlib::kReduceOr:
+        result = barrier.any;
+        break;
+    case devlib::kReduceCount:
+        result = barrier.count;
+        break;
     }
     barrier = {};
     for (Fiber& fiber : fibers_) {

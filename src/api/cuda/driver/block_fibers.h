@@ -47,8 +47,8 @@ private:
         devlib::KernelThread thread;
         boost::context::detail::fcontext_t context;
         State state;
-        uint32_t barrier;  // id waited for
-        uint32_t mask;     // of an exchange
+        uint32_t barrier; // id waited for
+        uint32_t mask;    // of an exchange
         uint32_t result;
         uint64_t value;
         uint64_t* values;

@@ -7,7 +7,9 @@ using namespace sunstone::api::cuda;
 
 namespace {
 
-CUcontext handleOf(cpu::Context* context) { return reinterpret_cast<CUcontext>(context); }
+CUcontext handleOf(cpu::Context* context) {
+    return reinterpret_cast<CUcontext>(context);
+}
 
 void requireFlags(unsigned flags) {
     const unsigned schedule = flags & CU_CTX_SCHED_MASK;

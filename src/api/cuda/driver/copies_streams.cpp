@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies and sets, and allocation in stream order. Compiled twice, see shell.h. All are queued work; the
-// synchronous forms wait for it. Ranges are checked before anything is queued.
+// Copies and sets, and allocation in stream order. Compiled twice, see shell.h. All are queued
+// work; the synchronous forms wait for it. Ranges are checked before anything is queued.
 #include "api/cuda/driver/shell.h"
 
 #include <cstring>
@@ -21,8 +21,12 @@ struct Shape {
     size_t width = 0, rows = 1, slices = 1;
 };
 
-bool multiply(size_t a, size_t b, size_t& result) { return !__builtin_mul_overflow(a, b, &result); }
-bool add(size_t a, size_t b, size_t& result) { return !__builtin_add_overflow(a, b, &result); }
+bool multiply(size_t a, size_t b, size_t& result) {
+    return !__builtin_mul_overflow(a, b, &result);
+}
+bool add(size_t a, size_t b, size_t& result) {
+    return !__builtin_add_overflow(a, b, &result);
+}
 
 // Bytes from the first to the last touched.
 size_t extentOf(const Side& side, const Shape& shape) {
@@ -57,7 +61,9 @@ void copyShape(const Side& dst, const Side& src, const Shape& shape) {
 
 // Whether the memory is the application's own pages, which it may change or free as soon as an
 // asynchronous call returns... as far as CUDA promises for copies from pageable memory.
-bool isPageable(const void* address) { return !cpu::memory().find(address); }
+bool isPageable(const void* address) {
+    return !cpu::memory().find(address);
+}
 
 void queueCopy(const Side& dst, const Side& src, const Shape& shape, CUstream stream, bool wait,
                bool dstDevice, bool srcDevice) {
@@ -88,7 +94,9 @@ CUresult linear(const char* function, const void* dst, const void* src, size_t b
     });
 }
 
-const void* pointerOf(CUdeviceptr address) { return reinterpret_cast<const void*>(address); }
+const void* pointerOf(CUdeviceptr address) {
+    return reinterpret_cast<const void*>(address);
+}
 
 // Reads one side of a 2D or 3D description; false if it is device memory by type.
 Side sideOf(CUmemorytype type, const void* host, CUdeviceptr device, CUarray array, size_t x,
@@ -96,13 +104,18 @@ Side sideOf(CUmemorytype type, const void* host, CUdeviceptr device, CUarray arr
     const void* base = nullptr;
     isDevice = type == CU_MEMORYTYPE_DEVICE;
     switch (type) {
-    case CU_MEMORYTYPE_HOST: base = host; break;
+    case CU_MEMORYTYPE_HOST:
+        base = host;
+        break;
     case CU_MEMORYTYPE_DEVICE:
-    case CU_MEMORYTYPE_UNIFIED: base = pointerOf(device); break;
+    case CU_MEMORYTYPE_UNIFIED:
+        base = pointerOf(device);
+        break;
     case CU_MEMORYTYPE_ARRAY:
         (void)array;
         refuse(CUDA_ERROR_NOT_SUPPORTED, "copies of CUDA arrays");
-    default: refuse(CUDA_ERROR_INVALID_VALUE, "memory type ", int(type), " is unknown");
+    default:
+        refuse(CUDA_ERROR_INVALID_VALUE, "memory type ", int(type), " is unknown");
     }
     if (pitch == 0)
         pitch = width;
@@ -232,8 +245,8 @@ SUNSTONE_EXPORT CUresult cuMemcpyDtoDAsync(CUdeviceptr dst, CUdeviceptr src, siz
 }
 SUNSTONE_EXPORT CUresult cuMemcpyPeer(CUdeviceptr dst, CUcontext dstContext, CUdeviceptr src,
                                       CUcontext srcContext, size_t bytes) {
-    const CUresult result = guarded("cuMemcpyPeer", Needs::kContext,
-                                    [&] { requirePeers(dstContext, srcContext); });
+    const CUresult result =
+        guarded("cuMemcpyPeer", Needs::kContext, [&] { requirePeers(dstContext, srcContext); });
     return result ? result
                   : linear("cuMemcpyPeer", pointerOf(dst), pointerOf(src), bytes, nullptr, true,
                            true, true);
@@ -275,9 +288,8 @@ SUNSTONE_EXPORT CUresult cuMemcpy3DAsync(const CUDA_MEMCPY3D* copy, CUstream str
                                                size_t width, size_t height) {                      \
         return set<T>("cuMemsetD2D" #bits, dst, pitch, value, width, height, nullptr, true);       \
     }                                                                                              \
-    SUNSTONE_EXPORT CUresult cuMemsetD2D##bits##Async(CUdeviceptr dst, size_t pitch, T value,      \
-                                                      size_t width, size_t height,                 \
-                                                      CUstream stream) {                           \
+    SUNSTONE_EXPORT CUresult cuMemsetD2D##bits##Async(                                             \
+        CUdeviceptr dst, size_t pitch, T value, size_t width, size_t height, CUstream stream) {    \
         return set<T>("cuMemsetD2D" #bits "Async", dst, pitch, value, width, height, stream,       \
                       false);                                                                      \
     }
@@ -290,8 +302,8 @@ SUNSTONE_EXPORT CUresult cuMemAllocAsync(CUdeviceptr* address, size_t bytes, CUs
         require(address, "address is null");
         resolveStream(stream);
         // Memory that exists early serves as well as memory that exists in time.
-        *address = reinterpret_cast<CUdeviceptr>(cpu::memory().allocate(
-            bytes, MemoryKind::kDevice, 0, cpu::contexts().current()));
+        *address = reinterpret_cast<CUdeviceptr>(
+            cpu::memory().allocate(bytes, MemoryKind::kDevice, 0, cpu::contexts().current()));
     });
 }
 SUNSTONE_EXPORT CUresult cuMemFreeAsync(CUdeviceptr address, CUstream stream) {

@@ -23,40 +23,92 @@ bool attributeValue(int attribute, int& value) {
     if (attribute < 1 || attribute >= CU_DEVICE_ATTRIBUTE_MAX)
         return false;
     switch (attribute) {
-    case CU_DEVICE_ATTRIBUTE_MAX_THREADS_PER_BLOCK: value = kMaxThreads; break;
-    case CU_DEVICE_ATTRIBUTE_MAX_BLOCK_DIM_X: value = kMaxBlock[0]; break;
-    case CU_DEVICE_ATTRIBUTE_MAX_BLOCK_DIM_Y: value = kMaxBlock[1]; break;
-    case CU_DEVICE_ATTRIBUTE_MAX_BLOCK_DIM_Z: value = kMaxBlock[2]; break;
-    case CU_DEVICE_ATTRIBUTE_MAX_GRID_DIM_X: value = int(kMaxGrid[0]); break;
-    case CU_DEVICE_ATTRIBUTE_MAX_GRID_DIM_Y: value = kMaxGrid[1]; break;
-    case CU_DEVICE_ATTRIBUTE_MAX_GRID_DIM_Z: value = kMaxGrid[2]; break;
-    case CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK: value = kSharedPerBlock; break;
-    case CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN: value = kSharedOptin; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_THREADS_PER_BLOCK:
+        value = kMaxThreads;
+        break;
+    case CU_DEVICE_ATTRIBUTE_MAX_BLOCK_DIM_X:
+        value = kMaxBlock[0];
+        break;
+    case CU_DEVICE_ATTRIBUTE_MAX_BLOCK_DIM_Y:
+        value = kMaxBlock[1];
+        break;
+    case CU_DEVICE_ATTRIBUTE_MAX_BLOCK_DIM_Z:
+        value = kMaxBlock[2];
+        break;
+    case CU_DEVICE_ATTRIBUTE_MAX_GRID_DIM_X:
+        value = int(kMaxGrid[0]);
+        break;
+    case CU_DEVICE_ATTRIBUTE_MAX_GRID_DIM_Y:
+        value = kMaxGrid[1];
+        break;
+    case CU_DEVICE_ATTRIBUTE_MAX_GRID_DIM_Z:
+        value = kMaxGrid[2];
+        break;
+    case CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK:
+        value = kSharedPerBlock;
+        break;
+    case CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN:
+        value = kSharedOptin;
+        break;
     case CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_MULTIPROCESSOR:
         value = kSharedPerProcessor;
         break;
-    case CU_DEVICE_ATTRIBUTE_RESERVED_SHARED_MEMORY_PER_BLOCK: value = kReservedShared; break;
-    case CU_DEVICE_ATTRIBUTE_TOTAL_CONSTANT_MEMORY: value = 65536; break;
-    case CU_DEVICE_ATTRIBUTE_WARP_SIZE: value = kWarpSize; break;
-    case CU_DEVICE_ATTRIBUTE_MAX_PITCH: value = kMaxPitch; break;
+    case CU_DEVICE_ATTRIBUTE_RESERVED_SHARED_MEMORY_PER_BLOCK:
+        value = kReservedShared;
+        break;
+    case CU_DEVICE_ATTRIBUTE_TOTAL_CONSTANT_MEMORY:
+        value = 65536;
+        break;
+    case CU_DEVICE_ATTRIBUTE_WARP_SIZE:
+        value = kWarpSize;
+        break;
+    case CU_DEVICE_ATTRIBUTE_MAX_PITCH:
+        value = kMaxPitch;
+        break;
     case CU_DEVICE_ATTRIBUTE_MAX_REGISTERS_PER_BLOCK:
-    case CU_DEVICE_ATTRIBUTE_MAX_REGISTERS_PER_MULTIPROCESSOR: value = kRegisters; break;
-    case CU_DEVICE_ATTRIBUTE_CLOCK_RATE: value = 2000000; break;         // kHz
-    case CU_DEVICE_ATTRIBUTE_MEMORY_CLOCK_RATE: value = 3200000; break;  // kHz
-    case CU_DEVICE_ATTRIBUTE_GLOBAL_MEMORY_BUS_WIDTH: value = 128; break; // two channels
+    case CU_DEVICE_ATTRIBUTE_MAX_REGISTERS_PER_MULTIPROCESSOR:
+        value = kRegisters;
+        break;
+    case CU_DEVICE_ATTRIBUTE_CLOCK_RATE:
+        value = 2000000;
+        break; // kHz
+    case CU_DEVICE_ATTRIBUTE_MEMORY_CLOCK_RATE:
+        value = 3200000;
+        break; // kHz
+    case CU_DEVICE_ATTRIBUTE_GLOBAL_MEMORY_BUS_WIDTH:
+        value = 128;
+        break; // two channels
     case CU_DEVICE_ATTRIBUTE_TEXTURE_ALIGNMENT:
-    case CU_DEVICE_ATTRIBUTE_SURFACE_ALIGNMENT: value = kPitchAlignment; break;
-    case CU_DEVICE_ATTRIBUTE_TEXTURE_PITCH_ALIGNMENT: value = 32; break;
-    case CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT: value = int(threadCount()); break;
+    case CU_DEVICE_ATTRIBUTE_SURFACE_ALIGNMENT:
+        value = kPitchAlignment;
+        break;
+    case CU_DEVICE_ATTRIBUTE_TEXTURE_PITCH_ALIGNMENT:
+        value = 32;
+        break;
+    case CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT:
+        value = int(threadCount());
+        break;
     case CU_DEVICE_ATTRIBUTE_L2_CACHE_SIZE:
         value = int(std::max(sysconf(_SC_LEVEL3_CACHE_SIZE), 1L << 20));
         break;
-    case CU_DEVICE_ATTRIBUTE_MAX_THREADS_PER_MULTIPROCESSOR: value = kThreadsPerProcessor; break;
-    case CU_DEVICE_ATTRIBUTE_MAX_BLOCKS_PER_MULTIPROCESSOR: value = kBlocksPerProcessor; break;
-    case CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR: value = kMajor; break;
-    case CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR: value = kMinor; break;
-    case CU_DEVICE_ATTRIBUTE_SINGLE_TO_DOUBLE_PRECISION_PERF_RATIO: value = 2; break;
-    case CU_DEVICE_ATTRIBUTE_ASYNC_ENGINE_COUNT: value = 2; break;
+    case CU_DEVICE_ATTRIBUTE_MAX_THREADS_PER_MULTIPROCESSOR:
+        value = kThreadsPerProcessor;
+        break;
+    case CU_DEVICE_ATTRIBUTE_MAX_BLOCKS_PER_MULTIPROCESSOR:
+        value = kBlocksPerProcessor;
+        break;
+    case CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR:
+        value = kMajor;
+        break;
+    case CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR:
+        value = kMinor;
+        break;
+    case CU_DEVICE_ATTRIBUTE_SINGLE_TO_DOUBLE_PRECISION_PERF_RATIO:
+        value = 2;
+        break;
+    case CU_DEVICE_ATTRIBUTE_ASYNC_ENGINE_COUNT:
+        value = 2;
+        break;
     case CU_DEVICE_ATTRIBUTE_GPU_OVERLAP:
     case CU_DEVICE_ATTRIBUTE_INTEGRATED: // shares memory with the host
     case CU_DEVICE_ATTRIBUTE_CAN_MAP_HOST_MEMORY:
@@ -75,7 +127,9 @@ bool attributeValue(int attribute, int& value) {
     case CU_DEVICE_ATTRIBUTE_CAN_USE_HOST_POINTER_FOR_REGISTERED_MEM:
     case CU_DEVICE_ATTRIBUTE_HOST_REGISTER_SUPPORTED:
     case CU_DEVICE_ATTRIBUTE_READ_ONLY_HOST_REGISTER_SUPPORTED:
-    case CU_DEVICE_ATTRIBUTE_MEMORY_POOLS_SUPPORTED: value = 1; break;
+    case CU_DEVICE_ATTRIBUTE_MEMORY_POOLS_SUPPORTED:
+        value = 1;
+        break;
     default:
         // Textures, surfaces, clusters, interoperation: none of it is there yet.
         value = 0;
@@ -116,8 +170,9 @@ SUNSTONE_EXPORT CUresult cuDeviceGetUuid(CUuuid* uuid, CUdevice device) {
     });
 }
 SUNSTONE_EXPORT CUresult cuDeviceGetLuid(char*, unsigned int*, CUdevice) {
-    return guarded("cuDeviceGetLuid", Needs::kInit,
-                   [] { refuse(CUDA_ERROR_NOT_SUPPORTED, "locally unique ids exist on Windows only"); });
+    return guarded("cuDeviceGetLuid", Needs::kInit, [] {
+        refuse(CUDA_ERROR_NOT_SUPPORTED, "locally unique ids exist on Windows only");
+    });
 }
 
 SUNSTONE_EXPORT CUresult cuDeviceTotalMem(size_t* bytes, CUdevice device) {

@@ -15,7 +15,8 @@ struct Entry {
     const char* text;
 };
 
-#define ENTRY(name, text) {name, #name, text}
+#define ENTRY(name, text)                                                                          \
+    { name, #name, text }
 // Ascending.
 constexpr Entry kEntries[] = {
     ENTRY(CUDA_SUCCESS, "no error"),
@@ -36,8 +37,7 @@ constexpr Entry kEntries[] = {
     ENTRY(CUDA_ERROR_UNMAP_FAILED, "unmapping of buffer object failed"),
     ENTRY(CUDA_ERROR_ARRAY_IS_MAPPED, "array is mapped"),
     ENTRY(CUDA_ERROR_ALREADY_MAPPED, "resource already mapped"),
-    ENTRY(CUDA_ERROR_NO_BINARY_FOR_GPU,
-          "no kernel image is available for execution on the device"),
+    ENTRY(CUDA_ERROR_NO_BINARY_FOR_GPU, "no kernel image is available for execution on the device"),
     ENTRY(CUDA_ERROR_ALREADY_ACQUIRED, "resource already acquired"),
     ENTRY(CUDA_ERROR_NOT_MAPPED, "resource not mapped"),
     ENTRY(CUDA_ERROR_NOT_MAPPED_AS_ARRAY, "resource not mapped as array"),
@@ -106,8 +106,7 @@ constexpr Entry kEntries[] = {
     ENTRY(CUDA_ERROR_CDP_VERSION_MISMATCH, "launches from the device do not match the driver"),
     ENTRY(CUDA_ERROR_STREAM_CAPTURE_UNSUPPORTED,
           "operation not permitted when stream is capturing"),
-    ENTRY(CUDA_ERROR_STREAM_CAPTURE_INVALIDATED,
-          "the capture was invalidated by an earlier error"),
+    ENTRY(CUDA_ERROR_STREAM_CAPTURE_INVALIDATED, "the capture was invalidated by an earlier error"),
     ENTRY(CUDA_ERROR_STREAM_CAPTURE_MERGE, "the operation would merge two captures"),
     ENTRY(CUDA_ERROR_STREAM_CAPTURE_UNMATCHED, "the capture was not begun in this stream"),
     ENTRY(CUDA_ERROR_STREAM_CAPTURE_UNJOINED, "the capture has work that was not joined"),

@@ -106,8 +106,8 @@ std::string unpack(const EntryHeader& entry, const char* payload) {
             damaged(ZSTD_getErrorName(size));
         text.resize(size);
     } else {
-        const int size = LZ4_decompress_safe(payload, text.data(), int(entry.compressedSize),
-                                             int(text.size()));
+        const int size =
+            LZ4_decompress_safe(payload, text.data(), int(entry.compressedSize), int(text.size()));
         if (size < 0)
             damaged("LZ4 data cannot be decompressed");
         text.resize(size_t(size));

@@ -3,8 +3,8 @@
 // compressed or not. Nothing about the bytes is trusted; memory is probed before it is read.
 //
 // Layout of a fat binary. Wrapper: u32 magic 0x466243B1, u32 version, pointer to the container.
-// Container: u32 magic 0xBA55ED50, u16 version, u16 header size, u64 size of the entries. Entry: see
-// fat_binary.cpp. A container may be followed by others (linked objects).
+// Container: u32 magic 0xBA55ED50, u16 version, u16 header size, u64 size of the entries. Entry:
+// see fat_binary.cpp. A container may be followed by others (linked objects).
 #pragma once
 
 #include <cstddef>

@@ -10,16 +10,26 @@ namespace {
 int attributeOf(const Function& function, CUfunction_attribute attribute) {
     std::shared_ptr<Module> module = function.module.lock();
     switch (int(attribute)) {
-    case CU_FUNC_ATTRIBUTE_MAX_THREADS_PER_BLOCK: return int(maxThreadsOf(function));
-    case CU_FUNC_ATTRIBUTE_SHARED_SIZE_BYTES: return int(function.info->staticSharedBytes);
-    case CU_FUNC_ATTRIBUTE_CONST_SIZE_BYTES: return 0;
-    case CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES: return int(function.info->localBytes);
-    case CU_FUNC_ATTRIBUTE_NUM_REGS: return 32; // never what limits a launch here
-    case CU_FUNC_ATTRIBUTE_PTX_VERSION: return module ? module->ptxVersion() : 0;
-    case CU_FUNC_ATTRIBUTE_BINARY_VERSION: return kMajor * 10 + kMinor;
-    case CU_FUNC_ATTRIBUTE_CACHE_MODE_CA: return 0;
-    case CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES: return int(maxDynamicSharedOf(function));
-    case CU_FUNC_ATTRIBUTE_PREFERRED_SHARED_MEMORY_CARVEOUT: return function.carveout;
+    case CU_FUNC_ATTRIBUTE_MAX_THREADS_PER_BLOCK:
+        return int(maxThreadsOf(function));
+    case CU_FUNC_ATTRIBUTE_SHARED_SIZE_BYTES:
+        return int(function.info->staticSharedBytes);
+    case CU_FUNC_ATTRIBUTE_CONST_SIZE_BYTES:
+        return 0;
+    case CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES:
+        return int(function.info->localBytes);
+    case CU_FUNC_ATTRIBUTE_NUM_REGS:
+        return 32; // never what limits a launch here
+    case CU_FUNC_ATTRIBUTE_PTX_VERSION:
+        return module ? module->ptxVersion() : 0;
+    case CU_FUNC_ATTRIBUTE_BINARY_VERSION:
+        return kMajor * 10 + kMinor;
+    case CU_FUNC_ATTRIBUTE_CACHE_MODE_CA:
+        return 0;
+    case CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES:
+        return int(maxDynamicSharedOf(function));
+    case CU_FUNC_ATTRIBUTE_PREFERRED_SHARED_MEMORY_CARVEOUT:
+        return function.carveout;
     default:
         if (int(attribute) < 0 || attribute >= CU_FUNC_ATTRIBUTE_MAX)
             refuse(CUDA_ERROR_INVALID_VALUE, "there is no function attribute ", int(attribute));
@@ -150,17 +160,16 @@ SUNSTONE_EXPORT CUresult cuOccupancyMaxPotentialBlockSize(int* minGridSize, int*
                                                           CUoccupancyB2DSize sharedBytesOf,
                                                           size_t sharedBytes, int blockSizeLimit) {
     return cuOccupancyMaxPotentialBlockSizeWithFlags(minGridSize, blockSize, function,
-                                                     sharedBytesOf, sharedBytes, blockSizeLimit,
-                                                     0);
+                                                     sharedBytesOf, sharedBytes, blockSizeLimit, 0);
 }
-SUNSTONE_EXPORT CUresult cuOccupancyAvailableDynamicSMemPerBlock(size_t* bytes,
-                                                                 CUfunction function, int blocks,
-                                                                 int blockSize) {
+SUNSTONE_EXPORT CUresult cuOccupancyAvailableDynamicSMemPerBlock(size_t* bytes, CUfunction function,
+                                                                 int blocks, int blockSize) {
     return guarded("cuOccupancyAvailableDynamicSMemPerBlock", Needs::kContext, [&] {
         require(bytes && blocks > 0 && blockSize > 0, "bytes is null or a size is not positive");
         std::shared_ptr<Function> found = functionOf(function);
         const size_t share = kSharedPerProcessor / size_t(blocks);
         const size_t statics = found->info->staticSharedBytes;
-        *bytes = share > statics ? std::min<size_t>(share - statics, maxDynamicSharedOf(*found)) : 0;
+        *bytes =
+            share > statics ? std::min<size_t>(share - statics, maxDynamicSharedOf(*found)) : 0;
     });
 }

@@ -51,8 +51,8 @@ void checkShape(const LaunchRequest& request, const Function& function) {
             refuse(CUDA_ERROR_INVALID_VALUE, "grid dimension ", kAxes[i], " is ", request.grid[i],
                    ", not in 1..", kMaxGrid[i]);
         if (request.block[i] == 0 || request.block[i] > kMaxBlock[i])
-            refuse(CUDA_ERROR_INVALID_VALUE, "block dimension ", kAxes[i], " is ",
-                   request.block[i], ", not in 1..", kMaxBlock[i]);
+            refuse(CUDA_ERROR_INVALID_VALUE, "block dimension ", kAxes[i], " is ", request.block[i],
+                   ", not in 1..", kMaxBlock[i]);
         threads *= request.block[i];
     }
     if (threads > kMaxThreads)

@@ -4,15 +4,15 @@
 
 using namespace sunstone::api::cuda;
 
-SUNSTONE_EXPORT CUresult cuLaunchKernel(CUfunction function, unsigned int gridX,
-                                        unsigned int gridY, unsigned int gridZ,
-                                        unsigned int blockX, unsigned int blockY,
-                                        unsigned int blockZ, unsigned int sharedBytes,
-                                        CUstream stream, void** params, void** extra) {
+SUNSTONE_EXPORT CUresult cuLaunchKernel(CUfunction function, unsigned int gridX, unsigned int gridY,
+                                        unsigned int gridZ, unsigned int blockX,
+                                        unsigned int blockY, unsigned int blockZ,
+                                        unsigned int sharedBytes, CUstream stream, void** params,
+                                        void** extra) {
     return guarded("cuLaunchKernel", Needs::kContext, [&] {
-        launch({function, {gridX, gridY, gridZ}, {blockX, blockY, blockZ}, sharedBytes, params,
-                extra},
-               resolveStream(stream));
+        launch(
+            {function, {gridX, gridY, gridZ}, {blockX, blockY, blockZ}, sharedBytes, params, extra},
+            resolveStream(stream));
     });
 }
 

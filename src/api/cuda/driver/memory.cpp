@@ -9,8 +9,12 @@ using cpu::MemoryKind;
 
 namespace {
 
-void* pointerOf(CUdeviceptr address) { return reinterpret_cast<void*>(address); }
-CUdeviceptr addressOf(const void* pointer) { return reinterpret_cast<CUdeviceptr>(pointer); }
+void* pointerOf(CUdeviceptr address) {
+    return reinterpret_cast<void*>(address);
+}
+CUdeviceptr addressOf(const void* pointer) {
+    return reinterpret_cast<CUdeviceptr>(pointer);
+}
 
 void* allocate(size_t bytes, MemoryKind kind, unsigned flags) {
     return cpu::memory().allocate(bytes, kind, flags, cpu::contexts().current());
@@ -42,11 +46,15 @@ bool pointerAttribute(void* data, CUpointer_attribute attribute, CUdeviceptr add
     const bool host = memory.kind == MemoryKind::kPinned || memory.kind == MemoryKind::kRegistered;
     const bool managed = memory.kind == MemoryKind::kManaged;
     switch (attribute) {
-    case CU_POINTER_ATTRIBUTE_CONTEXT: store(data, const_cast<void*>(memory.owner)); return true;
+    case CU_POINTER_ATTRIBUTE_CONTEXT:
+        store(data, const_cast<void*>(memory.owner));
+        return true;
     case CU_POINTER_ATTRIBUTE_MEMORY_TYPE:
         store(data, unsigned(host ? CU_MEMORYTYPE_HOST : CU_MEMORYTYPE_DEVICE));
         return true;
-    case CU_POINTER_ATTRIBUTE_DEVICE_POINTER: store(data, address); return true;
+    case CU_POINTER_ATTRIBUTE_DEVICE_POINTER:
+        store(data, address);
+        return true;
     case CU_POINTER_ATTRIBUTE_HOST_POINTER:
         if (!host && !managed)
             return false;
@@ -55,20 +63,37 @@ bool pointerAttribute(void* data, CUpointer_attribute attribute, CUdeviceptr add
     case CU_POINTER_ATTRIBUTE_BUFFER_ID:
         store(data, static_cast<unsigned long long>(memory.id));
         return true;
-    case CU_POINTER_ATTRIBUTE_IS_MANAGED: store(data, unsigned(managed)); return true;
-    case CU_POINTER_ATTRIBUTE_DEVICE_ORDINAL: store(data, 0); return true;
+    case CU_POINTER_ATTRIBUTE_IS_MANAGED:
+        store(data, unsigned(managed));
+        return true;
+    case CU_POINTER_ATTRIBUTE_DEVICE_ORDINAL:
+        store(data, 0);
+        return true;
     case CU_POINTER_ATTRIBUTE_SYNC_MEMOPS:
     case CU_POINTER_ATTRIBUTE_IS_LEGACY_CUDA_IPC_CAPABLE:
-    case CU_POINTER_ATTRIBUTE_IS_GPU_DIRECT_RDMA_CAPABLE: store(data, 0u); return true;
-    case CU_POINTER_ATTRIBUTE_RANGE_START_ADDR: store(data, memory.base); return true;
-    case CU_POINTER_ATTRIBUTE_RANGE_SIZE: store(data, memory.size); return true;
-    case CU_POINTER_ATTRIBUTE_MAPPED: store(data, 1u); return true;
+    case CU_POINTER_ATTRIBUTE_IS_GPU_DIRECT_RDMA_CAPABLE:
+        store(data, 0u);
+        return true;
+    case CU_POINTER_ATTRIBUTE_RANGE_START_ADDR:
+        store(data, memory.base);
+        return true;
+    case CU_POINTER_ATTRIBUTE_RANGE_SIZE:
+        store(data, memory.size);
+        return true;
+    case CU_POINTER_ATTRIBUTE_MAPPED:
+        store(data, 1u);
+        return true;
     case CU_POINTER_ATTRIBUTE_ALLOWED_HANDLE_TYPES:
         store(data, static_cast<unsigned long long>(0));
         return true;
-    case CU_POINTER_ATTRIBUTE_ACCESS_FLAGS: store(data, 3u); return true;
-    case CU_POINTER_ATTRIBUTE_MEMPOOL_HANDLE: store<void*>(data, nullptr); return true;
-    default: refuse(CUDA_ERROR_INVALID_VALUE, "pointer attribute ", int(attribute), " is unknown");
+    case CU_POINTER_ATTRIBUTE_ACCESS_FLAGS:
+        store(data, 3u);
+        return true;
+    case CU_POINTER_ATTRIBUTE_MEMPOOL_HANDLE:
+        store<void*>(data, nullptr);
+        return true;
+    default:
+        refuse(CUDA_ERROR_INVALID_VALUE, "pointer attribute ", int(attribute), " is unknown");
     }
 }
 
@@ -81,9 +106,14 @@ void clearAttribute(void* data, CUpointer_attribute attribute) {
     case CU_POINTER_ATTRIBUTE_IS_LEGACY_CUDA_IPC_CAPABLE:
     case CU_POINTER_ATTRIBUTE_IS_GPU_DIRECT_RDMA_CAPABLE:
     case CU_POINTER_ATTRIBUTE_MAPPED:
-    case CU_POINTER_ATTRIBUTE_ACCESS_FLAGS: store(data, 0u); break;
-    case CU_POINTER_ATTRIBUTE_DEVICE_ORDINAL: store(data, int(CU_DEVICE_INVALID)); break;
-    default: store<void*>(data, nullptr);
+    case CU_POINTER_ATTRIBUTE_ACCESS_FLAGS:
+        store(data, 0u);
+        break;
+    case CU_POINTER_ATTRIBUTE_DEVICE_ORDINAL:
+        store(data, int(CU_DEVICE_INVALID));
+        break;
+    default:
+        store<void*>(data, nullptr);
     }
 }
 
@@ -137,9 +167,9 @@ SUNSTONE_EXPORT CUresult cuMemFree(CUdeviceptr address) {
             cpu::memory().release(pointerOf(address), {MemoryKind::kDevice, MemoryKind::kManaged});
             throw;
         }
-        require(cpu::memory().release(pointerOf(address),
-                                      {MemoryKind::kDevice, MemoryKind::kManaged}),
-                "freed by another thread meanwhile");
+        require(
+            cpu::memory().release(pointerOf(address), {MemoryKind::kDevice, MemoryKind::kManaged}),
+            "freed by another thread meanwhile");
     });
 }
 
@@ -214,8 +244,7 @@ SUNSTONE_EXPORT CUresult cuMemHostUnregister(void* address) {
     });
 }
 
-SUNSTONE_EXPORT CUresult cuMemAllocManaged(CUdeviceptr* address, size_t bytes,
-                                           unsigned int flags) {
+SUNSTONE_EXPORT CUresult cuMemAllocManaged(CUdeviceptr* address, size_t bytes, unsigned int flags) {
     return guarded("cuMemAllocManaged", Needs::kContext, [&] {
         require(address, "address is null");
         require(flags == CU_MEM_ATTACH_GLOBAL || flags == CU_MEM_ATTACH_HOST,

@@ -47,11 +47,21 @@ struct JitOptions {
         require(count == 0 || (options && values), "options or values is null");
         for (unsigned i = 0; i < count; ++i) {
             switch (options[i]) {
-            case CU_JIT_INFO_LOG_BUFFER: info = static_cast<char*>(values[i]); break;
-            case CU_JIT_INFO_LOG_BUFFER_SIZE_BYTES: infoSize = &values[i]; break;
-            case CU_JIT_ERROR_LOG_BUFFER: error = static_cast<char*>(values[i]); break;
-            case CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES: errorSize = &values[i]; break;
-            case CU_JIT_WALL_TIME: wallTime = &values[i]; break;
+            case CU_JIT_INFO_LOG_BUFFER:
+                info = static_cast<char*>(values[i]);
+                break;
+            case CU_JIT_INFO_LOG_BUFFER_SIZE_BYTES:
+                infoSize = &values[i];
+                break;
+            case CU_JIT_ERROR_LOG_BUFFER:
+                error = static_cast<char*>(values[i]);
+                break;
+            case CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES:
+                errorSize = &values[i];
+                break;
+            case CU_JIT_WALL_TIME:
+                wallTime = &values[i];
+                break;
             default:
                 // What steers a GPU's code generator has no meaning here.
                 require(unsigned(options[i]) < 64, "unknown JIT option");
@@ -80,8 +90,9 @@ CUmodule load(const std::string& text, JitOptions options) {
     JitOptions::write(options.error, options.errorSize, tree ? std::string() : messages);
     JitOptions::write(options.info, options.infoSize, tree ? messages : std::string());
     if (options.wallTime) {
-        const float ms = std::chrono::duration<float, std::milli>(
-                             std::chrono::steady_clock::now() - start).count();
+        const float ms =
+            std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - start)
+                .count();
         std::memcpy(options.wallTime, &ms, sizeof ms);
     }
     if (!tree)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Modules and functions of the driver API. A module is parsed when it is loaded and compiled when a
-// function or variable of it is first asked for: programs load large modules and use little of them.
+// function or variable of it is first asked for: programs load large modules and use little of
+// them.
 #pragma once
 
 #include "api/cuda/driver/shell.h"

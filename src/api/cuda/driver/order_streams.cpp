@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of and queued on a given stream besides copies and launches. Compiled twice, see shell.h.
+// What is asked of and queued on a given stream besides copies and launches. Compiled twice, see
+// shell.h.
 #include "api/cuda/driver/shell.h"
 
 using namespace sunstone;
@@ -85,8 +86,8 @@ SUNSTONE_EXPORT CUresult cuStreamIsCapturing(CUstream stream, CUstreamCaptureSta
         *status = CU_STREAM_CAPTURE_STATUS_NONE; // capture cannot be begun
     });
 }
-SUNSTONE_EXPORT CUresult cuStreamAttachMemAsync(CUstream stream, CUdeviceptr address,
-                                                size_t length, unsigned int flags) {
+SUNSTONE_EXPORT CUresult cuStreamAttachMemAsync(CUstream stream, CUdeviceptr address, size_t length,
+                                                unsigned int flags) {
     return guarded("cuStreamAttachMemAsync", Needs::kContext, [&] {
         require(flags == CU_MEM_ATTACH_GLOBAL || flags == CU_MEM_ATTACH_HOST ||
                     flags == CU_MEM_ATTACH_SINGLE,

@@ -48,11 +48,11 @@ CUresult procAddress(const char* symbol, void** function, int version, cuuint64_
         require(flags <= CU_GET_PROC_ADDRESS_PER_THREAD_DEFAULT_STREAM, "unknown flags");
         *function = nullptr;
         if (std::strncmp(symbol, "cu", 2) == 0)
-            *function = lookUp(symbol, version,
-                               flags == CU_GET_PROC_ADDRESS_PER_THREAD_DEFAULT_STREAM);
+            *function =
+                lookUp(symbol, version, flags == CU_GET_PROC_ADDRESS_PER_THREAD_DEFAULT_STREAM);
         if (status)
-            *status = *function ? CU_GET_PROC_ADDRESS_SUCCESS
-                                : CU_GET_PROC_ADDRESS_SYMBOL_NOT_FOUND;
+            *status =
+                *function ? CU_GET_PROC_ADDRESS_SUCCESS : CU_GET_PROC_ADDRESS_SYMBOL_NOT_FOUND;
         if (*function)
             return CUDA_SUCCESS;
         logOnce(LogLevel::kWarning, "cuda", message("cuGetProcAddress: no function ", symbol));
@@ -77,7 +77,9 @@ SUNSTONE_EXPORT CUresult cuGetProcAddress(const char* symbol, void** function, i
 }
 
 #define SUNSTONE_PLAIN(name, params, args)                                                         \
-    SUNSTONE_EXPORT CUresult name params { return name##_v2 args; }
+    SUNSTONE_EXPORT CUresult name params {                                                         \
+        return name##_v2 args;                                                                     \
+    }
 #undef cuCtxDestroy
 #undef cuCtxPushCurrent
 #undef cuCtxPopCurrent

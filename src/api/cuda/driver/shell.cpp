@@ -21,24 +21,37 @@ void initialize(unsigned flags) {
 
 CUresult resultOf(Code code) {
     switch (code) {
-    case Code::kOk: return CUDA_SUCCESS;
-    case Code::kInvalidValue: return CUDA_ERROR_INVALID_VALUE;
-    case Code::kOutOfMemory: return CUDA_ERROR_OUT_OF_MEMORY;
-    case Code::kInvalidOperation: return CUDA_ERROR_ILLEGAL_STATE;
-    case Code::kNotSupported: return CUDA_ERROR_NOT_SUPPORTED;
+    case Code::kOk:
+        return CUDA_SUCCESS;
+    case Code::kInvalidValue:
+        return CUDA_ERROR_INVALID_VALUE;
+    case Code::kOutOfMemory:
+        return CUDA_ERROR_OUT_OF_MEMORY;
+    case Code::kInvalidOperation:
+        return CUDA_ERROR_ILLEGAL_STATE;
+    case Code::kNotSupported:
+        return CUDA_ERROR_NOT_SUPPORTED;
     case Code::kInvalidPtx:
     case Code::kInvalidPayloadAccess:
     case Code::kInvalidAttributeAccess:
     case Code::kInvalidFunctionUse:
     case Code::kInvalidFunctionArguments:
-    case Code::kLinkError: return CUDA_ERROR_INVALID_PTX;
-    case Code::kInvalidContext: return CUDA_ERROR_INVALID_CONTEXT;
-    case Code::kNotInitialized: return CUDA_ERROR_NOT_INITIALIZED;
-    case Code::kNotFound: return CUDA_ERROR_NOT_FOUND;
-    case Code::kFileError: return CUDA_ERROR_FILE_NOT_FOUND;
-    case Code::kInvalidLaunchParameter: return CUDA_ERROR_INVALID_VALUE;
-    case Code::kLaunchFailure: return CUDA_ERROR_LAUNCH_FAILED;
-    default: return CUDA_ERROR_UNKNOWN;
+    case Code::kLinkError:
+        return CUDA_ERROR_INVALID_PTX;
+    case Code::kInvalidContext:
+        return CUDA_ERROR_INVALID_CONTEXT;
+    case Code::kNotInitialized:
+        return CUDA_ERROR_NOT_INITIALIZED;
+    case Code::kNotFound:
+        return CUDA_ERROR_NOT_FOUND;
+    case Code::kFileError:
+        return CUDA_ERROR_FILE_NOT_FOUND;
+    case Code::kInvalidLaunchParameter:
+        return CUDA_ERROR_INVALID_VALUE;
+    case Code::kLaunchFailure:
+        return CUDA_ERROR_LAUNCH_FAILED;
+    default:
+        return CUDA_ERROR_UNKNOWN;
     }
 }
 

@@ -25,7 +25,8 @@ namespace cpu = sunstone::device::cpu;
 // A failure whose CUresult is known where it happens.
 class Failure : public Error {
 public:
-    Failure(CUresult result, const std::string& text) : Error(Code::kInvalidValue, text), result_(result) {}
+    Failure(CUresult result, const std::string& text)
+        : Error(Code::kInvalidValue, text), result_(result) {}
     CUresult result() const { return result_; }
 
 private:
@@ -63,7 +64,7 @@ const char* nameOf(CUresult result); // null if unknown
 const char* textOf(CUresult result);
 
 void initialize(unsigned flags);
-void requireDevice(CUdevice device);       // CUDA_ERROR_INVALID_DEVICE unless it is ours
+void requireDevice(CUdevice device);             // CUDA_ERROR_INVALID_DEVICE unless it is ours
 cpu::Context* requireContext(CUcontext context); // a live context, or CUDA_ERROR_INVALID_CONTEXT
 
 inline cpu::StreamPtr streamOf(void* handle) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies and sets. Compiled twice, see runtime.h. The synchronous forms queue the work and wait for it.
+// Copies and sets. Compiled twice, see runtime.h. The synchronous forms queue the work and wait for
+// it.
 #include "api/cuda/runtime/runtime.h"
 
 using namespace sunstone::cudart;
@@ -30,18 +31,24 @@ cudaError_t copyLinear(void* dst, const void* src, size_t bytes, cudaMemcpyKind 
             return d.cuMemcpyDtoHAsync(dst, addressOf(src), bytes, target);
         case cudaMemcpyDeviceToDevice:
             return d.cuMemcpyDtoDAsync(addressOf(dst), addressOf(src), bytes, target);
-        default: return d.cuMemcpyAsync(addressOf(dst), addressOf(src), bytes, target);
+        default:
+            return d.cuMemcpyAsync(addressOf(dst), addressOf(src), bytes, target);
         }
     });
 }
 
 CUmemorytype typeOf(cudaMemcpyKind kind, bool destination) {
     switch (kind) {
-    case cudaMemcpyHostToHost: return CU_MEMORYTYPE_HOST;
-    case cudaMemcpyHostToDevice: return destination ? CU_MEMORYTYPE_DEVICE : CU_MEMORYTYPE_HOST;
-    case cudaMemcpyDeviceToHost: return destination ? CU_MEMORYTYPE_HOST : CU_MEMORYTYPE_DEVICE;
-    case cudaMemcpyDeviceToDevice: return CU_MEMORYTYPE_DEVICE;
-    default: return CU_MEMORYTYPE_UNIFIED;
+    case cudaMemcpyHostToHost:
+        return CU_MEMORYTYPE_HOST;
+    case cudaMemcpyHostToDevice:
+        return destination ? CU_MEMORYTYPE_DEVICE : CU_MEMORYTYPE_HOST;
+    case cudaMemcpyDeviceToHost:
+        return destination ? CU_MEMORYTYPE_HOST : CU_MEMORYTYPE_DEVICE;
+    case cudaMemcpyDeviceToDevice:
+        return CU_MEMORYTYPE_DEVICE;
+    default:
+        return CU_MEMORYTYPE_UNIFIED;
     }
 }
 
@@ -62,8 +69,9 @@ cudaError_t copy2D(void* dst, size_t dstPitch, const void* src, size_t srcPitch,
     copy.dstPitch = dstPitch;
     copy.WidthInBytes = width;
     copy.Height = height;
-    return queued(stream, wait,
-                  [&](const Driver& d, CUstream target) { return d.cuMemcpy2DAsync(&copy, target); });
+    return queued(stream, wait, [&](const Driver& d, CUstream target) {
+        return d.cuMemcpy2DAsync(&copy, target);
+    });
 }
 
 cudaError_t copy3D(const cudaMemcpy3DParms* parms, cudaStream_t stream, bool wait) {
@@ -93,8 +101,9 @@ cudaError_t copy3D(const cudaMemcpy3DParms* parms, cudaStream_t stream, bool wai
     copy.WidthInBytes = parms->extent.width;
     copy.Height = parms->extent.height;
     copy.Depth = parms->extent.depth;
-    return queued(stream, wait,
-                  [&](const Driver& d, CUstream target) { return d.cuMemcpy3DAsync(&copy, target); });
+    return queued(stream, wait, [&](const Driver& d, CUstream target) {
+        return d.cuMemcpy3DAsync(&copy, target);
+    });
 }
 
 // The address of [offset, offset + bytes) in a variable.
@@ -178,8 +187,7 @@ SUNSTONE_CUDART cudaError_t cudaMemcpyToSymbol(const void* symbol, const void* s
 }
 SUNSTONE_CUDART cudaError_t cudaMemcpyToSymbolAsync(const void* symbol, const void* src,
                                                     size_t bytes, size_t offset,
-                                                    enum cudaMemcpyKind kind,
-                                                    cudaStream_t stream) {
+                                                    enum cudaMemcpyKind kind, cudaStream_t stream) {
     return toSymbol(symbol, src, bytes, offset, kind, stream, false);
 }
 SUNSTONE_CUDART cudaError_t cudaMemcpyFromSymbol(void* dst, const void* symbol, size_t bytes,

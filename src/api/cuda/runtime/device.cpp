@@ -22,10 +22,15 @@ struct Field {
     size_t size; // of the field
 };
 #define FIELD(name, attribute)                                                                     \
-    {CU_DEVICE_ATTRIBUTE_##attribute, offsetof(cudaDeviceProp, name), sizeof(cudaDeviceProp::name)}
+    {                                                                                              \
+        CU_DEVICE_ATTRIBUTE_##attribute, offsetof(cudaDeviceProp, name),                           \
+            sizeof(cudaDeviceProp::name)                                                           \
+    }
 #define ELEMENT(name, index, attribute)                                                            \
-    {CU_DEVICE_ATTRIBUTE_##attribute, offsetof(cudaDeviceProp, name) + (index) * sizeof(int),      \
-     sizeof(int)}
+    {                                                                                              \
+        CU_DEVICE_ATTRIBUTE_##attribute, offsetof(cudaDeviceProp, name) + (index) * sizeof(int),   \
+            sizeof(int)                                                                            \
+    }
 constexpr Field kFields[] = {
     FIELD(sharedMemPerBlock, MAX_SHARED_MEMORY_PER_BLOCK),
     FIELD(regsPerBlock, MAX_REGISTERS_PER_BLOCK),
@@ -237,10 +242,12 @@ SUNSTONE_CUDART cudaError_t cudaDeviceReset(void) {
     });
 }
 SUNSTONE_CUDART cudaError_t cudaDeviceSetLimit(enum cudaLimit limit, size_t value) {
-    return call([&](const Driver& d) { return d.cuCtxSetLimit(static_cast<CUlimit>(limit), value); });
+    return call(
+        [&](const Driver& d) { return d.cuCtxSetLimit(static_cast<CUlimit>(limit), value); });
 }
 SUNSTONE_CUDART cudaError_t cudaDeviceGetLimit(size_t* value, enum cudaLimit limit) {
-    return call([&](const Driver& d) { return d.cuCtxGetLimit(value, static_cast<CUlimit>(limit)); });
+    return call(
+        [&](const Driver& d) { return d.cuCtxGetLimit(value, static_cast<CUlimit>(limit)); });
 }
 SUNSTONE_CUDART cudaError_t cudaDeviceGetCacheConfig(enum cudaFuncCache* config) {
     return call([&](const Driver& d) {
@@ -248,9 +255,8 @@ SUNSTONE_CUDART cudaError_t cudaDeviceGetCacheConfig(enum cudaFuncCache* config)
     });
 }
 SUNSTONE_CUDART cudaError_t cudaDeviceSetCacheConfig(enum cudaFuncCache config) {
-    return call([&](const Driver& d) {
-        return d.cuCtxSetCacheConfig(static_cast<CUfunc_cache>(config));
-    });
+    return call(
+        [&](const Driver& d) { return d.cuCtxSetCacheConfig(static_cast<CUfunc_cache>(config)); });
 }
 SUNSTONE_CUDART cudaError_t cudaDeviceGetStreamPriorityRange(int* least, int* greatest) {
     return call([&](const Driver& d) { return d.cuCtxGetStreamPriorityRange(least, greatest); });
@@ -271,5 +277,9 @@ SUNSTONE_CUDART cudaError_t cudaDeviceEnablePeerAccess(int, unsigned int) {
 SUNSTONE_CUDART cudaError_t cudaDeviceDisablePeerAccess(int) {
     return remember(cudaErrorInvalidDevice);
 }
-SUNSTONE_CUDART cudaError_t cudaProfilerStart(void) { return cudaSuccess; }
-SUNSTONE_CUDART cudaError_t cudaProfilerStop(void) { return cudaSuccess; }
+SUNSTONE_CUDART cudaError_t cudaProfilerStart(void) {
+    return cudaSuccess;
+}
+SUNSTONE_CUDART cudaError_t cudaProfilerStop(void) {
+    return cudaSuccess;
+}

@@ -14,7 +14,8 @@ struct Entry {
     const char* text;
 };
 
-#define ENTRY(name, text) {name, #name, text}
+#define ENTRY(name, text)                                                                          \
+    { name, #name, text }
 constexpr Entry kEntries[] = {
     ENTRY(cudaSuccess, "no error"),
     ENTRY(cudaErrorInvalidValue, "invalid argument"),
@@ -67,8 +68,7 @@ constexpr Entry kEntries[] = {
     ENTRY(cudaErrorECCUncorrectable, "uncorrectable memory error"),
     ENTRY(cudaErrorUnsupportedLimit, "limit is not supported on this device"),
     ENTRY(cudaErrorDeviceAlreadyInUse, "the context is in use by another thread"),
-    ENTRY(cudaErrorPeerAccessUnsupported,
-          "peer access is not supported between these two devices"),
+    ENTRY(cudaErrorPeerAccessUnsupported, "peer access is not supported between these two devices"),
     ENTRY(cudaErrorInvalidPtx, "a PTX compilation failed"),
     ENTRY(cudaErrorInvalidGraphicsContext, "invalid graphics context"),
     ENTRY(cudaErrorNvlinkUncorrectable, "uncorrectable link error"),
@@ -177,7 +177,9 @@ SUNSTONE_CUDART cudaError_t cudaGetLastError(void) {
     lastError = cudaSuccess;
     return error;
 }
-SUNSTONE_CUDART cudaError_t cudaPeekAtLastError(void) { return lastError; }
+SUNSTONE_CUDART cudaError_t cudaPeekAtLastError(void) {
+    return lastError;
+}
 
 SUNSTONE_CUDART const char* cudaGetErrorName(cudaError_t error) {
     const Entry* entry = entryOf(error);

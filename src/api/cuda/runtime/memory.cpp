@@ -107,7 +107,7 @@ SUNSTONE_CUDART cudaError_t cudaPointerGetAttributes(struct cudaPointerAttribute
         if (result)
             return result;
         *attributes = {};
-        attributes->type = managed                       ? cudaMemoryTypeManaged
+        attributes->type = managed                        ? cudaMemoryTypeManaged
                            : type == CU_MEMORYTYPE_DEVICE ? cudaMemoryTypeDevice
                            : type == CU_MEMORYTYPE_HOST   ? cudaMemoryTypeHost
                                                           : cudaMemoryTypeUnregistered;
@@ -119,8 +119,8 @@ SUNSTONE_CUDART cudaError_t cudaPointerGetAttributes(struct cudaPointerAttribute
     });
 }
 
-SUNSTONE_CUDART cudaError_t cudaMemcpyPeer(void* dst, int dstDevice, const void* src,
-                                           int srcDevice, size_t bytes) {
+SUNSTONE_CUDART cudaError_t cudaMemcpyPeer(void* dst, int dstDevice, const void* src, int srcDevice,
+                                           size_t bytes) {
     if (dstDevice != 0 || srcDevice != 0)
         return remember(cudaErrorInvalidDevice);
     return cudaMemcpy(dst, src, bytes, cudaMemcpyDeviceToDevice);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of and queued on a given stream: launches, events, callbacks, memory in stream order.
-// Compiled twice, see runtime.h.
+// What is asked of and queued on a given stream: launches, events, callbacks, memory in stream
+// order. Compiled twice, see runtime.h.
 #include "api/cuda/runtime/runtime.h"
 
 using namespace sunstone::cudart;
@@ -40,16 +40,14 @@ void runCallback(CUstream, CUresult status, void* data) {
 }
 
 cudaError_t recordEvent(cudaEvent_t event, cudaStream_t stream, unsigned flags) {
-    return call([&](const Driver& d) {
-        return d.cuEventRecordWithFlags(event, streamOf(stream), flags);
-    });
+    return call(
+        [&](const Driver& d) { return d.cuEventRecordWithFlags(event, streamOf(stream), flags); });
 }
 
 } // namespace
 
 SUNSTONE_CUDART cudaError_t cudaLaunchKernel(const void* function, dim3 gridDim, dim3 blockDim,
-                                             void** args, size_t sharedBytes,
-                                             cudaStream_t stream) {
+                                             void** args, size_t sharedBytes, cudaStream_t stream) {
     return launchKernel(function, gridDim, blockDim, args, sharedBytes, stream);
 }
 #ifdef __CUDA_API_PER_THREAD_DEFAULT_STREAM
@@ -138,7 +136,8 @@ SUNSTONE_CUDART cudaError_t cudaStreamSynchronize(cudaStream_t stream) {
 }
 SUNSTONE_CUDART cudaError_t cudaStreamWaitEvent(cudaStream_t stream, cudaEvent_t event,
                                                 unsigned int flags) {
-    return call([&](const Driver& d) { return d.cuStreamWaitEvent(streamOf(stream), event, flags); });
+    return call(
+        [&](const Driver& d) { return d.cuStreamWaitEvent(streamOf(stream), event, flags); });
 }
 SUNSTONE_CUDART cudaError_t cudaStreamAddCallback(cudaStream_t stream,
                                                   cudaStreamCallback_t callback, void* userData,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What compilers register before main: fat binaries, kernels by their host stubs, variables by their
-// host shadows. A fat binary is loaded when something of it is first used.
+// What compilers register before main: fat binaries, kernels by their host stubs, variables by
+// their host shadows. A fat binary is loaded when something of it is first used.
 #include "api/cuda/runtime/runtime.h"
 
 #include <map>
@@ -66,8 +66,8 @@ cudaError_t load(FatBinary& binary) {
         CUdeviceptr address = 0;
         size_t size = 0;
         if (binary.error == cudaSuccess)
-            binary.error = fromDriver(driver().cuModuleGetGlobal(&address, &size, binary.module,
-                                                                 variable.name.c_str()));
+            binary.error = fromDriver(
+                driver().cuModuleGetGlobal(&address, &size, binary.module, variable.name.c_str()));
         if (binary.error == cudaSuccess)
             *variable.host = reinterpret_cast<void*>(address);
     }
@@ -117,8 +117,8 @@ cudaError_t findVariable(const void* symbol, CUdeviceptr* address, size_t* size)
     const Variable& variable = found->second;
     if (cudaError_t error = load(*variable.binary))
         return error;
-    const CUresult result = driver().cuModuleGetGlobal(address, size, variable.binary->module,
-                                                       variable.name.c_str());
+    const CUresult result =
+        driver().cuModuleGetGlobal(address, size, variable.binary->module, variable.name.c_str());
     return result == CUDA_ERROR_NOT_FOUND ? cudaErrorInvalidSymbol : fromDriver(result);
 }
 

@@ -13,27 +13,35 @@
 
 namespace sunstone::cudart {
 
-#define SUNSTONE_DRIVER_FUNCTIONS(X)                                                               \
-    X(cuInit) X(cuDriverGetVersion) X(cuDeviceGetCount) X(cuDeviceGetName) X(cuDeviceGetUuid)      \
-    X(cuDeviceTotalMem) X(cuDeviceGetAttribute) X(cuDeviceGetPCIBusId) X(cuDeviceGetByPCIBusId)    \
-    X(cuDeviceCanAccessPeer) X(cuDevicePrimaryCtxRetain) X(cuDevicePrimaryCtxReset)                \
-    X(cuDevicePrimaryCtxSetFlags) X(cuDevicePrimaryCtxGetState) X(cuCtxSetCurrent)                 \
-    X(cuCtxGetCurrent) X(cuCtxGetDevice) X(cuCtxSynchronize) X(cuCtxSetLimit) X(cuCtxGetLimit)     \
-    X(cuCtxGetCacheConfig) X(cuCtxSetCacheConfig) X(cuCtxGetStreamPriorityRange)                   \
-    X(cuModuleLoadData) X(cuModuleUnload) X(cuModuleGetFunction) X(cuModuleGetGlobal)              \
-    X(cuMemGetInfo) X(cuMemAlloc) X(cuMemAllocPitch) X(cuMemFree) X(cuMemHostAlloc)                \
-    X(cuMemFreeHost) X(cuMemHostGetDevicePointer) X(cuMemHostGetFlags) X(cuMemHostRegister)        \
-    X(cuMemHostUnregister) X(cuMemAllocManaged) X(cuMemAllocAsync) X(cuMemFreeAsync)               \
-    X(cuPointerGetAttributes) X(cuMemcpyAsync) X(cuMemcpyHtoDAsync) X(cuMemcpyDtoHAsync)           \
-    X(cuMemcpyDtoDAsync) X(cuMemcpy2DAsync) X(cuMemcpy3DAsync) X(cuMemsetD8Async)                  \
-    X(cuMemsetD2D8Async) X(cuStreamCreateWithPriority) X(cuStreamDestroy) X(cuStreamGetPriority)   \
-    X(cuStreamGetFlags) X(cuStreamGetId) X(cuStreamWaitEvent) X(cuStreamAddCallback)               \
-    X(cuStreamQuery) X(cuStreamSynchronize) X(cuStreamIsCapturing) X(cuStreamAttachMemAsync)       \
-    X(cuLaunchHostFunc) X(cuEventCreate) X(cuEventRecordWithFlags) X(cuEventQuery)                 \
-    X(cuEventSynchronize) X(cuEventDestroy) X(cuEventElapsedTime) X(cuFuncGetAttribute)            \
-    X(cuFuncSetAttribute) X(cuFuncSetCacheConfig) X(cuLaunchKernel) X(cuLaunchKernelEx)            \
-    X(cuOccupancyMaxActiveBlocksPerMultiprocessorWithFlags)                                        \
-    X(cuOccupancyAvailableDynamicSMemPerBlock)
+#define SUNSTONE_DRIVER_FUNCTIONS(X)                                                                          \
+    X(cuInit)                                                                                                 \
+    X(cuDriverGetVersion) X(cuDeviceGetCount) X(cuDeviceGetName) X(cuDeviceGetUuid) X(                        \
+        cuDeviceTotalMem) X(cuDeviceGetAttribute) X(cuDeviceGetPCIBusId) X(cuDeviceGetByPCIBusId)             \
+        X(cuDeviceCanAccessPeer) X(cuDevicePrimaryCtxRetain) X(cuDevicePrimaryCtxReset) X(                    \
+            cuDevicePrimaryCtxSetFlags) X(cuDevicePrimaryCtxGetState) X(cuCtxSetCurrent)                      \
+            X(cuCtxGetCurrent) X(cuCtxGetDevice) X(cuCtxSynchronize) X(cuCtxSetLimit) X(                      \
+                cuCtxGetLimit) X(cuCtxGetCacheConfig) X(cuCtxSetCacheConfig)                                  \
+                X(cuCtxGetStreamPriorityRange) X(cuModuleLoadData) X(cuModuleUnload) X(                       \
+                    cuModuleGetFunction) X(cuModuleGetGlobal) X(cuMemGetInfo) X(cuMemAlloc)                   \
+                    X(cuMemAllocPitch) X(cuMemFree) X(cuMemHostAlloc) X(cuMemFreeHost) X(                     \
+                        cuMemHostGetDevicePointer) X(cuMemHostGetFlags) X(cuMemHostRegister)                  \
+                        X(cuMemHostUnregister) X(cuMemAllocManaged) X(cuMemAllocAsync) X(                     \
+                            cuMemFreeAsync) X(cuPointerGetAttributes) X(cuMemcpyAsync)                        \
+                            X(cuMemcpyHtoDAsync) X(cuMemcpyDtoHAsync) X(cuMemcpyDtoDAsync) X(                 \
+                                cuMemcpy2DAsync) X(cuMemcpy3DAsync) X(cuMemsetD8Async)                        \
+                                X(cuMemsetD2D8Async) X(cuStreamCreateWithPriority) X(                         \
+                                    cuStreamDestroy) X(cuStreamGetPriority) X(cuStreamGetFlags)               \
+                                    X(cuStreamGetId) X(cuStreamWaitEvent) X(cuStreamAddCallback) X(           \
+                                        cuStreamQuery) X(cuStreamSynchronize)                                 \
+                                        X(cuStreamIsCapturing) X(cuStreamAttachMemAsync) X(                   \
+                                            cuLaunchHostFunc) X(cuEventCreate)                                \
+                                            X(cuEventRecordWithFlags) X(cuEventQuery) X(                      \
+                                                cuEventSynchronize) X(cuEventDestroy)                         \
+                                                X(cuEventElapsedTime) X(cuFuncGetAttribute) X(                \
+                                                    cuFuncSetAttribute) X(cuFuncSetCacheConfig)               \
+                                                    X(cuLaunchKernel) X(cuLaunchKernelEx) X(                  \
+                                                        cuOccupancyMaxActiveBlocksPerMultiprocessorWithFlags) \
+                                                        X(cuOccupancyAvailableDynamicSMemPerBlock)
 
 // The driver's functions, all present if `status` is success.
 struct Driver {
@@ -71,7 +79,9 @@ inline CUstream streamOf(cudaStream_t stream) {
 #endif
     return stream;
 }
-inline CUdeviceptr addressOf(const void* pointer) { return reinterpret_cast<CUdeviceptr>(pointer); }
+inline CUdeviceptr addressOf(const void* pointer) {
+    return reinterpret_cast<CUdeviceptr>(pointer);
+}
 
 // ---- what compilers registered: registration.cpp ----
 // The driver's function for a kernel's host stub or a handle of __cudaGetKernel.
