@@ -21,7 +21,7 @@ function(sunstone_ptx outvar source)
     if(PTX_NVCC)
         set(output ${CMAKE_CURRENT_BINARY_DIR}/${base}${PTX_SUFFIX}.nvcc.ptx)
         add_custom_command(OUTPUT ${output}
-            COMMAND ${SUNSTONE_NVCC} -ptx -O3 -std=c++17 -arch=compute_75 --use_fast_math
+            COMMAND ${SUNSTONE_NVCC} -ptx -rdc=true -O3 -std=c++17 -arch=compute_75 --use_fast_math
                 -I${PROJECT_SOURCE_DIR}/include/optix7 ${includes} ${PTX_OPTIONS} -o ${output} ${source}
             DEPENDS ${source} COMMENT "nvcc ${base}.cu" VERBATIM)
     else()

@@ -226,7 +226,11 @@ uint32_t fakeActive(KernelThread*) {
 void fakeExit(KernelThread* thread) {
     blockOf(thread)->calls.push_back(999);
 }
-const BlockFunctions kFunctions = {fakeBarrier, fakeArrive, fakeExchange, fakeActive, fakeExit};
+void fakeFault(KernelThread* thread, uint32_t) { // ends the thread as well
+    fakeExit(thread);
+}
+const BlockFunctions kFunctions = {fakeBarrier, fakeArrive, fakeExchange,
+                                   fakeActive,  fakeExit,   fakeFault};
 
 TEST(Threads, BarriersAndWarps) {
     const auto code = compileKernels(parse(std::string(kHeader) + R"(

@@ -160,9 +160,9 @@ private:
         add("terminate_ray", IntrinsicOp::kTerminate, 0, "", "", kAH);
         add("ignore_intersection", IntrinsicOp::kIgnore, 0, "", "", kAH);
         add("call_direct_callable", IntrinsicOp::kCallable, 0, "l", "r",
-            kRG | kHitPrograms | kMS | kCC | kDC);
+            kRG | kHitPrograms | kMS | kCC | kDC, true);
         add("call_continuation_callable", IntrinsicOp::kCallable, 1, "l", "r",
-            kRG | kCH | kMS | kCC);
+            kRG | kCH | kMS | kCC, true);
         add("get_exception_code", IntrinsicOp::kExceptionCode, 0, "r", "", kEX, true);
         for (int k = 0; k < 8; ++k)
             add("get_exception_detail_" + std::to_string(k), IntrinsicOp::kExceptionDetail, k, "r",

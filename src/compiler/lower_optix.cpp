@@ -3,6 +3,7 @@
 #include "compiler/lower_optix.h"
 
 #include "base/error.h"
+#include "compiler/callable.h"
 
 #include <llvm/IR/InstIterator.h>
 #include <llvm/Transforms/Utils/BasicBlockUtils.h>
@@ -304,15 +305,10 @@ private:
         return variable;
     }
 
+    // The look-up of a callable is arithmetic only; see callable.h.
     Value* callable() {
-        auto* type = llvm::FunctionType::get(pointer(), {pointer(), word(), word()}, false);
-        Value* target = loadInvariant(launch(), offsetof(LaunchState, callable), pointer());
-        Value* code = builder_.CreateCall(
-            type, target, {state(), argument(0), builder_.getInt32(uint32_t(number()))});
-        // A record without a callable: calling it gives zero.
-        llvm::FunctionCallee none = unit_.helper("sunstone_no_callable", word(), {}, false);
-        code = builder_.CreateSelect(builder_.CreateIsNull(code), none.getCallee(), code);
-        return builder_.CreatePtrToInt(code, call_->getType());
+        Value* index = builder_.CreateZExt(argument(0), call_->getType());
+        return builder_.CreateOr(index, number() ? kCallableTag | kContinuationTag : kCallableTag);
     }
 
     // Replaces the call and all that follows in its block by a return.

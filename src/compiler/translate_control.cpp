@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // FunctionTranslator: branches, returns, calls.
+#include "compiler/callable.h"
 #include "compiler/function_translator.h"
 
 namespace sunstone::compiler {
@@ -121,12 +122,51 @@ void FunctionTranslator::call(const ptx::Instruction& instruction) {
     for (const ptx::Prototype& prototype : source_.prototypes) {
         if (prototype.name != instruction.prototype)
             continue;
-        Value* address = builder_.CreateIntToPtr(readInt(target, 64), builder_.getPtrTy());
-        return callFunction(instruction, address,
+        return callFunction(instruction, resolveCallee(readInt(target, 64)),
                             unit_.signature(prototype.results, prototype.parameters),
                             prototype.results, prototype.parameters);
     }
     reject(instruction, ErrorCode::kInvalidPtx, "indirect call without a .callprototype");
+}
+
+// The code behind the target of an indirect call: in OptiX modules a tagged value stands for a
+// callable (callable.h), whose data the launch makes current.
+Value* FunctionTranslator::resolveCallee(Value* target) {
+    if (isKernel())
+        return builder_.CreateIntToPtr(target, builder_.getPtrTy());
+    llvm::BasicBlock* tagged = llvm::BasicBlock::Create(unit_.context(), "callable", &function_);
+    llvm::BasicBlock* plain = llvm::BasicBlock::Create(unit_.context(), "address", &function_);
+    llvm::BasicBlock* join = llvm::BasicBlock::Create(unit_.context(), "", &function_);
+    Value* isTagged = builder_.CreateICmpSLT(target, builder_.getInt64(0));
+    builder_.CreateCondBr(isTagged, tagged, plain);
+
+    builder_.SetInsertPoint(tagged);
+    llvm::Type* word = intType(32);
+    Value* launch = stateField(offsetof(devlib::RayState, launch), builder_.getPtrTy(), "launch");
+    Value* resolver = builder_.CreateLoad(
+        builder_.getPtrTy(), offsetPointer(launch, offsetof(devlib::LaunchState, callable)));
+    auto* type =
+        llvm::FunctionType::get(builder_.getPtrTy(), {builder_.getPtrTy(), word, word}, false);
+    Value* continuation =
+        builder_.CreateAnd(builder_.CreateLShr(target, kContinuationShift), builder_.getInt64(1));
+    Value* found =
+        builder_.CreateCall(type, resolver,
+                            {state(), builder_.CreateTrunc(target, word),
+                             builder_.CreateTrunc(continuation, word)});
+    // A record without a callable: calling it gives zero.
+    Value* none = unit_.helper("sunstone_no_callable", word, {}, false).getCallee();
+    found = builder_.CreateSelect(builder_.CreateIsNull(found), none, found);
+    builder_.CreateBr(join);
+
+    builder_.SetInsertPoint(plain);
+    Value* address = builder_.CreateIntToPtr(target, builder_.getPtrTy());
+    builder_.CreateBr(join);
+
+    builder_.SetInsertPoint(join);
+    llvm::PHINode* code = builder_.CreatePHI(builder_.getPtrTy(), 2);
+    code->addIncoming(found, tagged);
+    code->addIncoming(address, plain);
+    return code;
 }
 
 void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value* target,

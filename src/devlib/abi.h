@@ -91,6 +91,7 @@ struct LaunchState {
     uint32_t maxTraceDepth;
     void (*trace)(RayState*);                                    // traversal + hit/miss programs
     uint32_t (*report)(RayState*, float t, uint32_t kind);       // ProgramResult: kIgnore = rejected
+    // Just before the call of a callable: its code (of the right kind), and callableData is set.
     const void* (*callable)(RayState*, uint32_t sbtIndex, uint32_t continuation);
     void (*throwException)(RayState*, int32_t code, uint32_t detailCount, const uint32_t* details);
     SbtView sbt;
@@ -147,7 +148,7 @@ struct alignas(64) RayState {
     const LaunchState* launch; // [trace] copied from the caller's state
     ThreadState* thread;       // [trace] copied from the caller's state
     const void* sbtData;      // data of the running program's SBT record (after the header)
-    const void* callableData; // set by LaunchState::callable; the callee reads it on entry
+    const void* callableData; // set by LaunchState::callable for the call; read on entry
     uint32_t depth;           // [trace] caller's depth + 1; 0 in ray generation
     uint32_t payloadType;     // [trace] type mask of the trace call, 0 untyped
     uint32_t payloadCount;    // [trace]

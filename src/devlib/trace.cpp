@@ -27,6 +27,8 @@ uint64_t noCallable(RayState*) {
     return 0;
 }
 
+// Compiled code asks at each call, not where a program looks the callable up: the data set here is
+// then the callee's, whatever was looked up or called in between.
 const void* callable(RayState* state, uint32_t sbtIndex, uint32_t continuation) {
     const SbtView& sbt = state->launch->sbt;
     const ResolvedRecord r = resolveRecord(*state->launch, sbt.callableBase, sbt.callableStride,
