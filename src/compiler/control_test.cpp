@@ -313,7 +313,7 @@ TEST(Threads, BarriersAndWarps) {
 
     block.calls.clear();
     kernelOf(*code, "trapping")(&thread, nullptr);
-    EXPECT_EQ(block.calls, std::vector<uint32_t>{999});
+    EXPECT_EQ(block.calls, (std::vector<uint32_t>{777, devlib::kFaultTrap}));
 }
 
 TEST(Printf, FormatsThePackedBuffer) {

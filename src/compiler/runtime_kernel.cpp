@@ -145,7 +145,8 @@ void endThread(KernelThread* thread) {
 
 void trapThread(KernelThread* thread) {
     log(LogLevel::kError, "compiler", "a kernel executed a trap instruction");
-    endThread(thread);
+    if (const BlockFunctions* functions = functionsOf(thread))
+        functions->fault(thread, devlib::kFaultTrap);
 }
 
 void reportAssertion(void*, const char* condition, const char* file, uint32_t line,
