@@ -226,8 +226,8 @@ uint32_t fakeActive(KernelThread*) {
 void fakeExit(KernelThread* thread) {
     blockOf(thread)->calls.push_back(999);
 }
-void fakeFault(KernelThread* thread, uint32_t) { // ends the thread as well
-    fakeExit(thread);
+void fakeFault(KernelThread* thread, uint32_t kind) {
+    blockOf(thread)->calls.insert(blockOf(thread)->calls.end(), {777, kind});
 }
 const BlockFunctions kFunctions = {fakeBarrier, fakeArrive, fakeExchange,
                                    fakeActive,  fakeExit,   fakeFault};
