@@ -19,23 +19,6 @@ bool isFinite(const Vec3& v) {
            std::fabs(v.z) < kLargestCoordinate;
 }
 
-Vec3 subtract(const Vec3& a, const Vec3& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-// Scales to unit length; false if there is no direction to keep.
-bool normalize(Vec3& v) {
-    double length = std::sqrt(double(v.x) * v.x + double(v.y) * v.y + double(v.z) * v.z);
-    if (!(length > 0.0) || !std::isfinite(length))
-        return false;
-    v = {float(v.x / length), float(v.y / length), float(v.z / length)};
-    return true;
-}
-
 void dropBadTriangles(Model& model) {
     size_t kept = 0;
     for (size_t i = 0; i < model.triangles.size(); ++i) {
@@ -50,31 +33,6 @@ void dropBadTriangles(Model& model) {
     }
     model.triangles.resize(kept);
     model.materialOfTriangle.resize(kept);
-}
-
-// Vertices without a normal get the mean of their triangles' normals, weighted by area.
-void completeNormals(Model& model) {
-    model.normals.resize(model.positions.size());
-    std::vector<bool> missing(model.positions.size());
-    for (size_t i = 0; i < missing.size(); ++i)
-        missing[i] = !normalize(model.normals[i]);
-    std::vector<Vec3> sums(model.positions.size());
-    for (const Triangle& t : model.triangles) {
-        const Vec3& a = model.positions[t.a];
-        Vec3 scaled = cross(subtract(model.positions[t.b], a), subtract(model.positions[t.c], a));
-        for (uint32_t corner : {t.a, t.b, t.c}) {
-            sums[corner].x += scaled.x;
-            sums[corner].y += scaled.y;
-            sums[corner].z += scaled.z;
-        }
-    }
-    for (size_t i = 0; i < missing.size(); ++i) {
-        if (!missing[i])
-            continue;
-        model.normals[i] = sums[i];
-        if (!normalize(model.normals[i]))
-            model.normals[i] = {0.0f, 1.0f, 0.0f};
-    }
 }
 
 } // namespace

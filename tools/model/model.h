@@ -55,8 +55,13 @@ Model loadPly(const std::string& path);
 // The whole file; ModelError if it cannot be read.
 std::string readFile(const std::string& path);
 
-// Establishes what Model promises: checks indices, drops triangles that are not finite, computes
-// normals where a vertex has none (zero).
+// Establishes what Model promises: checks indices, drops triangles that are not finite, completes
+// the normals.
 void finish(Model& model);
+
+// Brings given normals to unit length and computes those that are missing (zero), from the
+// neighbouring triangles, but not across edges sharper than 50 degrees: a vertex there is split.
+// Indices must be in range, positions finite.
+void completeNormals(Model& model);
 
 } // namespace model

@@ -67,15 +67,16 @@ int main(int argc, char** argv) {
     addRender(*renderCommand, renderOptions);
 
     // `run` hands everything behind it to the program; CLI11 would claim what looks like options.
-    if (argc >= 2 && std::string(argv[1]) == "run" && argc > 2 &&
-        std::string(argv[2]) != "--help" && std::string(argv[2]) != "-h") {
+    bool isRun = argc > 2 && std::string(argv[1]) == "run" && std::string(argv[2]) != "--help" &&
+                 std::string(argv[2]) != "-h";
+    if (isRun) {
         int first = std::string(argv[2]) == "--" ? 3 : 2;
         command.assign(argv + first, argv + argc);
     } else {
         CLI11_PARSE(app, argc, argv);
     }
     try {
-        if (!command.empty() || *runCommand)
+        if (isRun || *runCommand)
             return run(command);
         if (*infoCommand)
             return info(infoJson);

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time from PTX text to a pipeline that can be launched: module, program groups, pipeline. Every
+// round compiles a text of its own (a comment makes it new), so that no cache can answer.
+#include "arguments.h"
+#include "optix_setup.h"
+
+#include <optix_function_table_definition.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <string>
+
+std::string_view path_tracer_ptx();
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds(Clock::time_point from, Clock::time_point to) {
+    return std::chrono::duration<double, std::milli>(to - from).count();
+}
+
+double median(std::vector<double> values) {
+    std::nth_element(values.begin(), values.begin() + long(values.size() / 2), values.end());
+    return values[values.size() / 2];
+}
+
+// Compiles the path tracer once; returns the times until the module stood and until the pipeline
+// stood.
+void compileOnce(OptixDeviceContext context, unsigned round, std::vector<double>& moduleTimes,
+                 std::vector<double>& totalTimes) {
+    // Behind the last brace, so that the line numbers stay.
+    std::string text = std::string(path_tracer_ptx()) + "\n// round " + std::to_string(round) + "\n";
+    auto start = Clock::now();
+    Program program(context, text, 4, 2, OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE);
+    auto module = Clock::now();
+    program.addRaygen("__raygen__paths");
+    program.addMiss("__miss__radiance");
+    program.addMiss("__miss__shadow");
+    program.addHitgroup("__closesthit__mesh", nullptr, nullptr);
+    program.link(1);
+    moduleTimes.push_back(milliseconds(start, module));
+    totalTimes.push_back(milliseconds(start, Clock::now()));
+}
+
+int run(int argc, char** argv) {
+    unsigned rounds = 9;
+    Arguments arguments("Compile time: PTX to pipeline.");
+    arguments.add("--rounds", rounds, 1, 1000, "how often to compile");
+    if (arguments.parse(argc, argv) == Arguments::Result::kHelp)
+        return 0;
+    OptixDeviceContext context = createContext();
+    std::vector<double> moduleTimes, totalTimes;
+    for (unsigned round = 0; round < rounds; ++round)
+        compileOnce(context, round, moduleTimes, totalTimes);
+    std::string_view text = path_tracer_ptx();
+    std::printf("path tracer: %ld lines of PTX\n", long(std::count(text.begin(), text.end(), '\n')));
+    std::printf("first in the process: module %.1f ms, module + pipeline %.1f ms\n", moduleTimes[0],
+                totalTimes[0]);
+    std::printf("median of %u:          module %.1f ms, module + pipeline %.1f ms\n", rounds,
+                median(moduleTimes), median(totalTimes));
+    OPTIX_CHECK(optixDeviceContextDestroy(context));
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    return runSample("bench_compile_time", [&] { return run(argc, argv); });
+}

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// A whole path tracer: OptiX programs through optixLaunch against the same mathematics in C++ over
+// Embree, on the same scene, camera and samples. Frames alternate between the two, so that a busy
+// machine disturbs both alike; the medians are compared, and the pictures too.
+// Run with `sunstone run`, or from the build tree as it is.
+#include "arguments.h"
+#include "embree_tracer.h"
+#include "model/model.h"
+#include "path_tracer.h"
+
+#include <optix_function_table_definition.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+namespace {
+
+struct Options {
+    std::string model;
+    unsigned width = 960, height = 540, samples = 4, frames = 7, triangles = 1000000;
+};
+
+HostScene loadScene(const Options& options) {
+    if (options.model.empty())
+        return makeKnot(options.triangles);
+    model::Model source = model::load(options.model);
+    HostScene scene;
+    for (const model::Vec3& p : source.positions)
+        scene.positions.push_back(vec(p.x, p.y, p.z));
+    for (const model::Vec3& n : source.normals)
+        scene.normals.push_back(vec(n.x, n.y, n.z));
+    for (const model::Triangle& t : source.triangles) {
+        uint3 triangle;
+        triangle.x = t.a;
+        triangle.y = t.b;
+        triangle.z = t.c;
+        scene.triangles.push_back(triangle);
+    }
+    scene.materialOfTriangle = source.materialOfTriangle;
+    for (const model::Material& m : source.materials)
+        scene.materials.push_back({vec(m.color.x, m.color.y, m.color.z), m.roughness,
+                                   vec(m.emission.x, m.emission.y, m.emission.z), m.metallic});
+    return scene;
+}
+
+template <class Tracer>
+double frameMilliseconds(Tracer& tracer, unsigned samples) {
+    tracer.restart();
+    auto start = std::chrono::steady_clock::now();
+    tracer.addSamples(samples);
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+        .count();
+}
+
+double median(std::vector<double> values) {
+    std::nth_element(values.begin(), values.begin() + long(values.size() / 2), values.end());
+    return values[values.size() / 2];
+}
+
+// Mean absolute difference over the mean of `b`: both trace the same random paths, so that only
+// rounding tells them apart.
+double relativeDifference(const std::vector<float>& a, const std::vector<float>& b) {
+    double difference = 0.0, sum = 0.0;
+    for (size_t i = 0; i < a.size(); ++i) {
+        if (i % 4 == 3)
+            continue;
+        difference += std::fabs(double(a[i]) - double(b[i]));
+        sum += std::fabs(double(b[i]));
+    }
+    return difference / sum;
+}
+
+void measure(OptixDeviceContext context, const Options& options) {
+    HostScene scene = loadScene(options);
+    Bounds bounds = boundsOf(scene);
+    addGround(scene, bounds, bounds.low.y, {vec(0.36f, 0.35f, 0.34f), 0.5f, vec(0.0f), 0.0f});
+    Scene studio = makeStudio(bounds);
+    studio.maxSegments = 4;
+    Camera camera = orbitCamera(bounds, 38.0f, 24.0f, 1.0f,
+                                float(options.width) / float(options.height));
+    PathTracer optix(context, scene, studio, camera, options.width, options.height);
+    EmbreeTracer embree(scene, studio, camera, options.width, options.height);
+
+    std::vector<double> optixTimes, embreeTimes;
+    frameMilliseconds(optix, 1);
+    frameMilliseconds(embree, 1);
+    for (unsigned frame = 0; frame < options.frames; ++frame) {
+        optixTimes.push_back(frameMilliseconds(optix, options.samples));
+        embreeTimes.push_back(frameMilliseconds(embree, options.samples));
+    }
+    double optixTime = median(optixTimes), embreeTime = median(embreeTimes);
+    std::printf("%zu triangles, %u x %u, %u samples a frame, median of %u frames\n",
+                scene.triangles.size(), options.width, options.height, options.samples,
+                options.frames);
+    std::printf("optixLaunch  %8.1f ms/frame\n", optixTime);
+    std::printf("Embree C++   %8.1f ms/frame\n", embreeTime);
+    std::printf("speed        %8.2f x Embree\n", embreeTime / optixTime);
+    std::printf("pictures differ by %.3f %% of their mean\n",
+                100.0 * relativeDifference(optix.image(), embree.image()));
+}
+
+int run(int argc, char** argv) {
+    Options options;
+    Arguments arguments("Path tracer frames: optixLaunch against C++ over Embree.");
+    arguments.addPositional("MODEL", options.model, "model (default: a generated knot)");
+    arguments.add("--width", options.width, 1, 8192, "pixels across");
+    arguments.add("--height", options.height, 1, 8192, "pixels down");
+    arguments.add("--spp", options.samples, 1, 1024, "samples for each pixel of a frame");
+    arguments.add("--frames", options.frames, 1, 1000, "frames of each");
+    arguments.add("--triangles", options.triangles, 1000, 50000000, "size of the generated knot");
+    if (arguments.parse(argc, argv) == Arguments::Result::kHelp)
+        return 0;
+    OptixDeviceContext context = createContext();
+    measure(context, options);
+    OPTIX_CHECK(optixDeviceContextDestroy(context));
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    return runSample("bench_path_tracer", [&] { return run(argc, argv); });
+}

@@ -1,0 +1,21 @@
+# Runs a command line and checks how it ends:
+# cmake -DCOMMAND=program;arguments -DCODE=number [-DSTDOUT=regex] [-DSTDERR=regex]
+#       [-DERROR_LINES=number] -P command.cmake
+execute_process(COMMAND ${COMMAND} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE err)
+message("exit ${result}\n--- stdout\n${out}\n--- stderr\n${err}")
+if(NOT result EQUAL CODE)
+    message(FATAL_ERROR "exit code ${result}, expected ${CODE}")
+endif()
+if(DEFINED STDOUT AND NOT out MATCHES "${STDOUT}")
+    message(FATAL_ERROR "stdout does not match ${STDOUT}")
+endif()
+if(DEFINED STDERR AND NOT err MATCHES "${STDERR}")
+    message(FATAL_ERROR "stderr does not match ${STDERR}")
+endif()
+if(DEFINED ERROR_LINES)
+    string(REGEX MATCHALL "\n" lines "${err}")
+    list(LENGTH lines count)
+    if(NOT count EQUAL ERROR_LINES)
+        message(FATAL_ERROR "${count} lines on stderr, expected ${ERROR_LINES}")
+    endif()
+endif()
