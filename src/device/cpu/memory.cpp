@@ -16,6 +16,9 @@ namespace sunstone::device::cpu {
 
 namespace {
 
+constexpr size_t kHugePage = size_t(2) << 20;
+constexpr size_t kHugeFrom = size_t(8) << 20;
+
 bool isOurs(MemoryKind kind) {
     return kind == MemoryKind::kDevice || kind == MemoryKind::kPinned ||
            kind == MemoryKind::kManaged;
@@ -39,10 +42,14 @@ void* Memory::allocate(size_t size, MemoryKind kind, unsigned flags, const void*
     // The kernel promises more than it has: refuse what could never be used.
     if (size > totalMemory() - std::min(totalMemory(), allocatedBytes()))
         fail(Code::kOutOfMemory, "no memory for ", size, " bytes: the device has ", totalMemory());
-    const size_t rounded = (size + kAlignment - 1) & ~(kAlignment - 1);
-    void* base = std::aligned_alloc(kAlignment, rounded);
+    // Acceleration structures are read at random: huge pages spare them most address look-ups.
+    const size_t alignment = size >= kHugeFrom ? kHugePage : kAlignment;
+    const size_t rounded = (size + alignment - 1) & ~(alignment - 1);
+    void* base = std::aligned_alloc(alignment, rounded);
     if (!base)
         fail(Code::kOutOfMemory, "no memory for ", size, " bytes");
+    if (alignment == kHugePage)
+        madvise(base, rounded, MADV_HUGEPAGE); // only advice: failing it changes nothing
     std::unique_lock lock(mutex_);
     byBase_[uintptr_t(base)] = {uintptr_t(base), size, kind, flags, owner, nextId_++};
     allocated_ += size;
