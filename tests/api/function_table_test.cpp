@@ -3,6 +3,7 @@
 #include "fixture.h"
 
 #include <dlfcn.h>
+#include <unistd.h>
 
 #include <set>
 
@@ -92,6 +93,28 @@ TEST_F(FunctionTable, StubsLoadAndUnload) {
     EXPECT_NE(nullptr, g_optixFunctionTable.optixLaunch);
     EXPECT_EQ(OPTIX_SUCCESS, optixUninitWithHandle(handle));
     EXPECT_EQ(nullptr, g_optixFunctionTable.optixLaunch);
+    EXPECT_EQ(OPTIX_SUCCESS, optixInit());
+}
+
+// Worker threads and compiled code must not lose the ground under their feet.
+TEST_F(FunctionTable, UnloadAfterWork) {
+    void* handle = nullptr;
+    ASSERT_EQ(OPTIX_SUCCESS, optixInitWithHandle(&handle));
+    OptixDeviceContext context = nullptr;
+    ASSERT_EQ(OPTIX_SUCCESS, optixDeviceContextCreate(nullptr, nullptr, &context));
+    OptixBuildInput input{};
+    input.type = OPTIX_BUILD_INPUT_TYPE_INSTANCES;
+    OptixAccelBuildOptions options{OPTIX_BUILD_FLAG_NONE, OPTIX_BUILD_OPERATION_BUILD, {}};
+    Buffer temp(1 << 16), output(1 << 16);
+    OptixTraversableHandle traversable = 0;
+    EXPECT_EQ(OPTIX_SUCCESS,
+              optixAccelBuild(context, nullptr, &options, &input, 1, temp.address(), temp.size(),
+                              output.address(), output.size(), &traversable, nullptr, 0));
+    EXPECT_EQ(OPTIX_SUCCESS, optixDeviceContextDestroy(context));
+    dlclose(library_);
+    library_ = nullptr;
+    EXPECT_EQ(OPTIX_SUCCESS, optixUninitWithHandle(handle));
+    usleep(20000); // time for a worker to touch what may be gone
     EXPECT_EQ(OPTIX_SUCCESS, optixInit());
 }
 

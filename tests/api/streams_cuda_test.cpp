@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+// The API beside a CUDA driver library: which CUDA context a device context belongs to, device
+// memory, and the order of launches and builds on streams. A program of its own, because the other
+// tests must not have a CUDA library loaded.
+#include "launch.h"
+#include "rig.h"
+#include "scene.h"
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+namespace tests::api {
+namespace {
+
+// Keeps a stream busy until told to go on.
+struct Gate {
+    std::atomic<bool> open{false};
+    std::atomic<bool> reached{false};
+    static void wait(void* self) {
+        auto* gate = static_cast<Gate*>(self);
+        gate->reached = true;
+        while (!gate->open)
+            std::this_thread::sleep_for(std::chrono::microseconds(100));
+    }
+};
+
+class Cuda : public testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        loadLibrary();
+        ASSERT_EQ(CUDA_SUCCESS, cuInit(0));
+    }
+    void SetUp() override {
+        ASSERT_EQ(CUDA_SUCCESS, cuCtxSetCurrent(nullptr));
+        ASSERT_EQ(CUDA_SUCCESS, cuDevicePrimaryCtxRetain(&primary_, 0));
+        options_.logCallbackFunction = LogRecord::callback;
+        options_.logCallbackData = &log_;
+        options_.logCallbackLevel = 4;
+    }
+    void TearDown() override {
+        cuCtxSetCurrent(nullptr);
+        EXPECT_EQ(CUDA_SUCCESS, cuDevicePrimaryCtxRelease(0));
+    }
+    OptixResult create(CUcontext from) {
+        context_ = reinterpret_cast<OptixDeviceContext>(1);
+        return optixDeviceContextCreate(from, &options_, &context_);
+    }
+
+    CUcontext primary_ = nullptr;
+    LogRecord log_;
+    OptixDeviceContextOptions options_{};
+    OptixDeviceContext context_ = nullptr;
+};
+
+TEST_F(Cuda, WithoutACurrentContext) {
+    EXPECT_EQ(OPTIX_ERROR_CUDA_NOT_INITIALIZED, create(nullptr));
+    EXPECT_EQ(nullptr, context_);
+    EXPECT_TRUE(log_.hasError("optixDeviceContextCreate", "current")) << log_.all();
+}
+
+TEST_F(Cuda, CurrentAndGivenContexts) {
+    ASSERT_EQ(CUDA_SUCCESS, cuCtxSetCurrent(primary_));
+    ASSERT_OK(create(nullptr));
+    EXPECT_OK(optixDeviceContextDestroy(context_));
+    CUcontext current = nullptr;
+    EXPECT_EQ(CUDA_SUCCESS, cuCtxGetCurrent(&current));
+    EXPECT_EQ(primary_, current) << "the current context is left as it was";
+    ASSERT_EQ(CUDA_SUCCESS, cuCtxSetCurrent(nullptr));
+    ASSERT_OK(create(primary_)); // need not be current
+    EXPECT_OK(optixDeviceContextDestroy(context_));
+}
+
+TEST_F(Cuda, CurrentIsAMatterOfThreads) {
+    ASSERT_EQ(CUDA_SUCCESS, cuCtxSetCurrent(primary_));
+    std::thread([&] { EXPECT_EQ(OPTIX_ERROR_CUDA_NOT_INITIALIZED, create(nullptr)); }).join();
+    EXPECT_OK(create(nullptr));
+    EXPECT_OK(optixDeviceContextDestroy(context_));
+}
+
+TEST_F(Cuda, ContextsThatAreNone) {
+    ASSERT_EQ(CUDA_SUCCESS, cuCtxSetCurrent(primary_));
+    for (void* garbage : garbageHandles()) {
+        EXPECT_EQ(OPTIX_ERROR_CUDA_ERROR, create(static_cast<CUcontext>(garbage)));
+        EXPECT_EQ(nullptr, context_);
+    }
+    CUcontext own = nullptr;
+    ASSERT_EQ(CUDA_SUCCESS, cuCtxCreate_v2(&own, 0, 0));
+    ASSERT_OK(create(own));
+    EXPECT_OK(optixDeviceContextDestroy(context_));
+    ASSERT_EQ(CUDA_SUCCESS, cuCtxDestroy(own));
+    EXPECT_EQ(OPTIX_ERROR_CUDA_ERROR, create(own)) << "a destroyed context";
+}
+
+// ---- Streams -------------------------------------------------------------------------------------
+
+class Streams : public Cuda {
+protected:
+    void SetUp() override {
+        Cuda::SetUp();
+        ASSERT_EQ(CUDA_SUCCESS, cuCtxSetCurrent(primary_));
+        ASSERT_OK(create(nullptr));
+        for (CUstream& stream : streams_)
+            ASSERT_EQ(CUDA_SUCCESS, cuStreamCreate(&stream, CU_STREAM_NON_BLOCKING));
+        rig_ = std::make_unique<Rig>(context_, log_, compiledPtx("launch", "clang"),
+                                     compileOptions(1));
+        rig_->raygenRecord(rig_->raygen("__raygen__trace"), 9u);
+        rig_->missRecord(rig_->miss("__miss__value"), 11u);
+        rig_->hitRecord(rig_->hit("__closesthit__value"), 22u);
+        rig_->link();
+        sbt_ = rig_->table();
+        ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&seen_, kIndices * sizeof(LaunchSeen)));
+        ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&params_, sizeof(LaunchParams)));
+        ASSERT_EQ(CUDA_SUCCESS, cuMemsetD8(seen_, 0, kIndices * sizeof(LaunchSeen)));
+        // Pinned: copies from ordinary memory may wait for the stream.
+        ASSERT_EQ(CUDA_SUCCESS, cuMemAllocHost(&pinned_, 4096));
+        values_ = new (pinned_) LaunchParams{};
+        values_->seen = reinterpret_cast<LaunchSeen*>(seen_);
+    }
+    void TearDown() override {
+        rig_.reset();
+        if (context_)
+            EXPECT_OK(optixDeviceContextDestroy(context_));
+        cuMemFree(seen_);
+        cuMemFree(params_);
+        cuMemFreeHost(pinned_);
+        for (CUstream stream : streams_)
+            EXPECT_EQ(CUDA_SUCCESS, cuStreamDestroy(stream));
+        Cuda::TearDown();
+    }
+    OptixResult launch(CUstream stream, size_t paramsSize = sizeof(LaunchParams)) {
+        return optixLaunch(rig_->pipeline(), stream, params_, paramsSize, &sbt_, kIndices, 1, 1);
+    }
+    LaunchSeen first() {
+        LaunchSeen seen{};
+        EXPECT_EQ(CUDA_SUCCESS, cuMemcpyDtoH(&seen, seen_, sizeof(seen)));
+        return seen;
+    }
+
+    static constexpr unsigned kIndices = 1000;
+    CUstream streams_[2] = {};
+    std::unique_ptr<Rig> rig_;
+    CUdeviceptr seen_ = 0, params_ = 0;
+    void* pinned_ = nullptr;
+    LaunchParams* values_ = nullptr; // at the start of it
+    OptixShaderBindingTable sbt_{};
+};
+
+TEST_F(Streams, LaunchesReturnBeforeTheyRun) {
+    Gate gate;
+    ASSERT_EQ(CUDA_SUCCESS, cuLaunchHostFunc(streams_[0], Gate::wait, &gate));
+    // Parameters arrive in stream order, after the call that reads them was made.
+    ASSERT_EQ(CUDA_SUCCESS,
+              cuMemcpyHtoDAsync(params_, values_, sizeof(*values_), streams_[0]));
+    ASSERT_OK(launch(streams_[0]));
+    EXPECT_EQ(CUDA_ERROR_NOT_READY, cuStreamQuery(streams_[0]));
+    gate.open = true;
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(streams_[0]));
+    EXPECT_EQ(1u, first().runs);
+    EXPECT_EQ(11u, first().record);
+}
+
+TEST_F(Streams, StreamsDoNotWaitForEachOther) {
+    Gate gate;
+    ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
+    ASSERT_EQ(CUDA_SUCCESS, cuLaunchHostFunc(streams_[0], Gate::wait, &gate));
+    ASSERT_OK(launch(streams_[1]));
+    EXPECT_EQ(CUDA_SUCCESS, cuStreamSynchronize(streams_[1])); // would hang otherwise
+    gate.open = true;
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(streams_[0]));
+}
+
+TEST_F(Streams, BuildsAndLaunchesInOrder) {
+    // Vertices arrive, a structure is built, compacted rays trace it: all queued before any runs.
+    TriangleMesh mesh({{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}}, {0, 1, 2});
+    auto* points = reinterpret_cast<Vec3*>(static_cast<char*>(pinned_) + 1024);
+    const size_t bytes = mesh.points.size() * sizeof(Vec3);
+    std::memcpy(points, mesh.points.data(), bytes);
+    OptixAccelBuildOptions options = buildOptions();
+    OptixAccelBufferSizes sizes{};
+    ASSERT_OK(optixAccelComputeMemoryUsage(context_, &options, &mesh.input, 1, &sizes));
+    CUdeviceptr vertices = 0, temp = 0, output = 0;
+    ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&vertices, bytes));
+    ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&temp, sizes.tempSizeInBytes + 1));
+    ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&output, sizes.outputSizeInBytes));
+    ASSERT_EQ(CUDA_SUCCESS, cuMemsetD8(vertices, 0, bytes));
+    mesh.vertexAddress = vertices;
+
+    Gate gate;
+    CUstream stream = streams_[0];
+    ASSERT_EQ(CUDA_SUCCESS, cuLaunchHostFunc(stream, Gate::wait, &gate));
+    ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoDAsync(vertices, points, bytes, stream));
+    OptixTraversableHandle handle = 0;
+    ASSERT_OK(optixAccelBuild(context_, stream, &options, &mesh.input, 1, temp,
+                              sizes.tempSizeInBytes, output, sizes.outputSizeInBytes, &handle,
+                              nullptr, 0));
+    EXPECT_NE(0u, handle) << "the handle is known at once";
+    EXPECT_FALSE(gate.open);
+    // What the description points to in host memory may go as soon as the call returns.
+    mesh.vertexAddress = 0;
+    mesh.flags[0] = 0xFFFFFFFF;
+    values_->handle = handle;
+    ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoDAsync(params_, values_, sizeof(*values_), stream));
+    ASSERT_OK(launch(stream));
+    gate.open = true;
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
+    EXPECT_EQ(22u, first().record) << "the ray met the triangle";
+    cuMemFree(vertices);
+    cuMemFree(temp);
+    cuMemFree(output);
+}
+
+TEST_F(Streams, EventsFollowLaunches) {
+    Gate gate;
+    CUevent event = nullptr;
+    ASSERT_EQ(CUDA_SUCCESS, cuEventCreate(&event, 0));
+    ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
+    ASSERT_EQ(CUDA_SUCCESS, cuLaunchHostFunc(streams_[0], Gate::wait, &gate));
+    ASSERT_OK(launch(streams_[0]));
+    ASSERT_EQ(CUDA_SUCCESS, cuEventRecord(event, streams_[0]));
+    EXPECT_EQ(CUDA_ERROR_NOT_READY, cuEventQuery(event));
+    // The other stream's launch waits for the event.
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamWaitEvent(streams_[1], event, 0));
+    ASSERT_OK(launch(streams_[1]));
+    EXPECT_EQ(CUDA_ERROR_NOT_READY, cuStreamQuery(streams_[1]));
+    gate.open = true;
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(streams_[1]));
+    EXPECT_EQ(CUDA_SUCCESS, cuEventQuery(event));
+    EXPECT_EQ(2u, first().runs);
+    cuEventDestroy(event);
+}
+
+TEST_F(Streams, MemoryThatIsNone) {
+    auto bad = OPTIX_ERROR_INVALID_VALUE;
+    EXPECT_EQ(bad, launch(streams_[0], sizeof(LaunchParams) + 1));
+    CUdeviceptr freed = 0;
+    ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&freed, 64));
+    // Beyond the end of an allocation.
+    CUdeviceptr keep = params_;
+    params_ = freed + 40;
+    EXPECT_EQ(bad, launch(streams_[0])) << log_.all();
+    params_ = keep;
+    cuMemFree(freed);
+}
+
+TEST_F(Streams, StreamsThatAreNone) {
+    ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
+    CUstream dead = nullptr;
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamCreate(&dead, CU_STREAM_NON_BLOCKING));
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamDestroy(dead));
+    for (CUstream stream : {dead, reinterpret_cast<CUstream>(0x1230)}) {
+        EXPECT_NE(OPTIX_SUCCESS, launch(stream));
+        EXPECT_TRUE(log_.hasError("optixLaunch", "stream")) << log_.all();
+        log_.clear();
+    }
+}
+
+TEST_F(Streams, DefaultStreams) {
+    ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
+    for (CUstream stream : {CUstream(nullptr), CU_STREAM_LEGACY, CU_STREAM_PER_THREAD}) {
+        EXPECT_OK(launch(stream));
+        EXPECT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
+    }
+    EXPECT_EQ(3u, first().runs);
+}
+
+TEST_F(Streams, LaunchErrorsAppearAtTheStream) {
+    ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
+    Buffer zeros(64, 16);
+    OptixShaderBindingTable sbt{};
+    sbt.raygenRecord = zeros.address();
+    ASSERT_OK(optixLaunch(rig_->pipeline(), streams_[0], params_, sizeof(LaunchParams), &sbt, 1, 1,
+                          1));
+    EXPECT_NE(CUDA_SUCCESS, cuStreamSynchronize(streams_[0]));
+    EXPECT_TRUE(log_.hasError("record", "")) << log_.all();
+}
+
+TEST_F(Streams, DestroyWaits) {
+    Gate gate;
+    ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
+    ASSERT_EQ(CUDA_SUCCESS, cuLaunchHostFunc(streams_[0], Gate::wait, &gate));
+    ASSERT_OK(launch(streams_[0]));
+    std::thread opener([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        gate.open = true;
+    });
+    ASSERT_OK(optixDeviceContextDestroy(context_));
+    EXPECT_TRUE(gate.open) << "returned before the launch was done";
+    EXPECT_EQ(1u, first().runs);
+    opener.join();
+    context_ = nullptr; // the rig's objects went with it; destroying them again is refused
+}
+
+} // namespace
+} // namespace tests::api
