@@ -31,7 +31,8 @@ double median(std::vector<double> values) {
 void compileOnce(OptixDeviceContext context, unsigned round, std::vector<double>& moduleTimes,
                  std::vector<double>& totalTimes) {
     // Behind the last brace, so that the line numbers stay.
-    std::string text = std::string(path_tracer_ptx()) + "\n// round " + std::to_string(round) + "\n";
+    std::string text =
+        std::string(path_tracer_ptx()) + "\n// round " + std::to_string(round) + "\n";
     auto start = Clock::now();
     Program program(context, text, 4, 2, OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE);
     auto module = Clock::now();
@@ -55,7 +56,8 @@ int run(int argc, char** argv) {
     for (unsigned round = 0; round < rounds; ++round)
         compileOnce(context, round, moduleTimes, totalTimes);
     std::string_view text = path_tracer_ptx();
-    std::printf("path tracer: %ld lines of PTX\n", long(std::count(text.begin(), text.end(), '\n')));
+    std::printf("path tracer: %ld lines of PTX\n",
+                long(std::count(text.begin(), text.end(), '\n')));
     std::printf("first in the process: module %.1f ms, module + pipeline %.1f ms\n", moduleTimes[0],
                 totalTimes[0]);
     std::printf("median of %u:          module %.1f ms, module + pipeline %.1f ms\n", rounds,

@@ -84,22 +84,21 @@ EmbreeTracer::~EmbreeTracer() {
 
 void EmbreeTracer::addSamples(unsigned samples) {
     EmbreeRays rays(embree_);
-    tbb::parallel_for(
-        tbb::blocked_range2d<unsigned>(0, height_, 16, 0, width_, 16),
-        [&](const tbb::blocked_range2d<unsigned>& tile) {
-            for (unsigned y = tile.rows().begin(); y < tile.rows().end(); ++y)
-                for (unsigned x = tile.cols().begin(); x < tile.cols().end(); ++x) {
-                    float3 sum = vec(0.0f);
-                    for (unsigned i = 0; i < samples; ++i)
-                        sum += samplePixel(scene_, rays, camera_, x, y, width_, height_,
-                                           samples_ + i);
-                    float* pixel = &sum_[(size_t(y) * width_ + x) * 4];
-                    pixel[0] += sum.x;
-                    pixel[1] += sum.y;
-                    pixel[2] += sum.z;
-                    pixel[3] = 1.0f;
-                }
-        });
+    tbb::parallel_for(tbb::blocked_range2d<unsigned>(0, height_, 16, 0, width_, 16),
+                      [&](const tbb::blocked_range2d<unsigned>& tile) {
+                          for (unsigned y = tile.rows().begin(); y < tile.rows().end(); ++y)
+                              for (unsigned x = tile.cols().begin(); x < tile.cols().end(); ++x) {
+                                  float3 sum = vec(0.0f);
+                                  for (unsigned i = 0; i < samples; ++i)
+                                      sum += samplePixel(scene_, rays, camera_, x, y, width_,
+                                                         height_, samples_ + i);
+                                  float* pixel = &sum_[(size_t(y) * width_ + x) * 4];
+                                  pixel[0] += sum.x;
+                                  pixel[1] += sum.y;
+                                  pixel[2] += sum.z;
+                                  pixel[3] = 1.0f;
+                              }
+                      });
     samples_ += samples;
 }
 

@@ -3,10 +3,10 @@
 // Embree, on the same scene, camera and samples. Frames alternate between the two, so that a busy
 // machine disturbs both alike; the medians are compared, and the pictures too.
 // Run with `sunstone run`, or from the build tree as it is.
+#include "path_tracer.h"
 #include "arguments.h"
 #include "embree_tracer.h"
 #include "model/model.h"
-#include "path_tracer.h"
 
 #include <optix_function_table_definition.h>
 
@@ -78,8 +78,8 @@ void measure(OptixDeviceContext context, const Options& options) {
     addGround(scene, bounds, bounds.low.y, {vec(0.36f, 0.35f, 0.34f), 0.5f, vec(0.0f), 0.0f});
     Scene studio = makeStudio(bounds);
     studio.maxSegments = 4;
-    Camera camera = orbitCamera(bounds, 38.0f, 24.0f, 1.0f,
-                                float(options.width) / float(options.height));
+    Camera camera =
+        orbitCamera(bounds, 38.0f, 24.0f, 1.0f, float(options.width) / float(options.height));
     PathTracer optix(context, scene, studio, camera, options.width, options.height);
     EmbreeTracer embree(scene, studio, camera, options.width, options.height);
 

@@ -41,8 +41,8 @@ public:
     template <class T>
     std::vector<T> download() const {
         std::vector<T> result(size_ / sizeof(T));
-        CUDA_CHECK(cudaMemcpy(result.data(), data_, result.size() * sizeof(T),
-                              cudaMemcpyDeviceToHost));
+        CUDA_CHECK(
+            cudaMemcpy(result.data(), data_, result.size() * sizeof(T), cudaMemcpyDeviceToHost));
         return result;
     }
 

@@ -105,8 +105,7 @@ OptixPipeline Program::link(unsigned maxTraceDepth) {
 
 Accel buildAccel(OptixDeviceContext context, const OptixBuildInput& input) {
     OptixAccelBuildOptions options = {};
-    options.buildFlags =
-        OPTIX_BUILD_FLAG_ALLOW_COMPACTION | OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
+    options.buildFlags = OPTIX_BUILD_FLAG_ALLOW_COMPACTION | OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
     options.operation = OPTIX_BUILD_OPERATION_BUILD;
     OptixAccelBufferSizes sizes = {};
     OPTIX_CHECK(optixAccelComputeMemoryUsage(context, &options, &input, 1, &sizes));

@@ -11,8 +11,7 @@
 namespace {
 
 float srgbCurve(float linear) {
-    return linear <= 0.0031308f ? 12.92f * linear
-                                : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
+    return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
 }
 
 // x (1 + x / w^2) / (1 + x): Reinhard's curve with white at w (Reinhard et al. 2002).

@@ -35,7 +35,8 @@ std::array<double, N> numbers(const Json& object, const char* key, std::array<do
     if (!list)
         return fallback;
     if (!list->is_array() || list->size() != N)
-        throw ModelError(std::string("\"") + key + "\" must have " + std::to_string(N) + " numbers");
+        throw ModelError(std::string("\"") + key + "\" must have " + std::to_string(N) +
+                         " numbers");
     for (size_t i = 0; i < N; ++i) {
         if (!(*list)[i].is_number())
             throw ModelError(std::string("\"") + key + "\" holds something that is no number");
@@ -51,14 +52,22 @@ Matrix localMatrix(const Json& node) {
     auto q = numbers<4>(node, "rotation", {0, 0, 0, 1});
     auto s = numbers<3>(node, "scale", {1, 1, 1});
     double x = q[0], y = q[1], z = q[2], w = q[3];
-    return {(1 - 2 * (y * y + z * z)) * s[0], 2 * (x * y + z * w) * s[0],
-            2 * (x * z - y * w) * s[0],       0,
-            2 * (x * y - z * w) * s[1],       (1 - 2 * (x * x + z * z)) * s[1],
-            2 * (y * z + x * w) * s[1],       0,
-            2 * (x * z + y * w) * s[2],       2 * (y * z - x * w) * s[2],
-            (1 - 2 * (x * x + y * y)) * s[2], 0,
-            t[0],                             t[1],
-            t[2],                             1};
+    return {(1 - 2 * (y * y + z * z)) * s[0],
+            2 * (x * y + z * w) * s[0],
+            2 * (x * z - y * w) * s[0],
+            0,
+            2 * (x * y - z * w) * s[1],
+            (1 - 2 * (x * x + z * z)) * s[1],
+            2 * (y * z + x * w) * s[1],
+            0,
+            2 * (x * z + y * w) * s[2],
+            2 * (y * z - x * w) * s[2],
+            (1 - 2 * (x * x + y * y)) * s[2],
+            0,
+            t[0],
+            t[1],
+            t[2],
+            1};
 }
 
 Vec3 transformPoint(const Matrix& m, const Vec3& p) {
@@ -152,7 +161,8 @@ private:
             std::string text = name.is_string() ? name.get<std::string>() : "?";
             if (text != "KHR_mesh_quantization" && text.rfind("KHR_materials_", 0) != 0 &&
                 text != "KHR_texture_transform" && text != "KHR_lights_punctual")
-                throw ModelError("requires the glTF extension " + text + ", which is not supported");
+                throw ModelError("requires the glTF extension " + text +
+                                 ", which is not supported");
         }
     }
 
@@ -205,9 +215,9 @@ private:
             model_.triangles.push_back(t);
         }
         uint64_t material = gltf::index(primitive, "material", defaultMaterial_);
-        model_.materialOfTriangle.resize(
-            model_.triangles.size(),
-            material < defaultMaterial_ ? uint32_t(material) : defaultMaterial_);
+        model_.materialOfTriangle.resize(model_.triangles.size(), material < defaultMaterial_
+                                                                      ? uint32_t(material)
+                                                                      : defaultMaterial_);
     }
 
     // Vertex numbers within the primitive, checked.

@@ -8,8 +8,8 @@
 namespace model::gltf {
 namespace {
 
-constexpr uint32_t kMagic = 0x46546C67;      // "glTF"
-constexpr uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
+constexpr uint32_t kMagic = 0x46546C67;       // "glTF"
+constexpr uint32_t kJsonChunk = 0x4E4F534A;   // "JSON"
 constexpr uint32_t kBinaryChunk = 0x004E4942; // "BIN"
 
 uint32_t word(const std::string& bytes, size_t at) {
@@ -166,8 +166,7 @@ uint64_t index(const Json& object, const char* key, uint64_t fallback) {
     return member->get<uint64_t>();
 }
 
-File::File(const std::string& path)
-    : folder_(std::filesystem::path(path).parent_path().string()) {
+File::File(const std::string& path) : folder_(std::filesystem::path(path).parent_path().string()) {
     std::string bytes = readFile(path), json;
     if (bytes.size() >= 4 && word(bytes, 0) == kMagic)
         splitGlb(bytes, json);
@@ -275,8 +274,8 @@ std::vector<double> File::read(const Json& reference, unsigned components) {
     values.reserve(count * components);
     for (uint64_t i = 0; i < count; ++i)
         for (unsigned c = 0; c < components; ++c)
-            values.push_back(decode(bytes, viewStart + offset + i * stride + c * type.size, type,
-                                    normalized));
+            values.push_back(
+                decode(bytes, viewStart + offset + i * stride + c * type.size, type, normalized));
     return values;
 }
 

@@ -35,8 +35,8 @@ public:
         int normal = index.normal_index;
         if (normal < 0 || size_t(normal) >= attributes_.normals.size() / 3)
             normal = -1;
-        auto [entry, isNew] = numbers_.try_emplace({index.vertex_index, normal},
-                                                   uint32_t(model_.positions.size()));
+        auto [entry, isNew] =
+            numbers_.try_emplace({index.vertex_index, normal}, uint32_t(model_.positions.size()));
         if (isNew) {
             model_.positions.push_back(take(attributes_.vertices, index.vertex_index));
             model_.normals.push_back(normal < 0 ? Vec3{} : take(attributes_.normals, normal));
@@ -98,7 +98,8 @@ Model loadObj(const std::string& path) {
     for (const tinyobj::shape_t& shape : shapes) {
         const tinyobj::mesh_t& mesh = shape.mesh;
         for (size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
-            model.triangles.push_back({vertices.at(mesh.indices[i]), vertices.at(mesh.indices[i + 1]),
+            model.triangles.push_back({vertices.at(mesh.indices[i]),
+                                       vertices.at(mesh.indices[i + 1]),
                                        vertices.at(mesh.indices[i + 2])});
             int material = i / 3 < mesh.material_ids.size() ? mesh.material_ids[i / 3] : -1;
             bool known = material >= 0 && uint32_t(material) < noMaterial;

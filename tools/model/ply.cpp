@@ -136,9 +136,7 @@ public:
     }
     size_t remaining() const { return text_.size() - at_; }
     // Fewest bytes that one number takes.
-    size_t smallest(const Number& type) const {
-        return format_ == Format::kAscii ? 1 : type.size;
-    }
+    size_t smallest(const Number& type) const { return format_ == Format::kAscii ? 1 : type.size; }
 
 private:
     [[noreturn]] static void endsEarly() { throw ModelError("ends before all its elements"); }
@@ -251,8 +249,8 @@ void readFaces(Reader& reader, const Element& element, Model& model) {
     for (uint64_t i = 0; i < element.count; ++i) {
         readElement(reader, element, values, indices, corners);
         for (size_t k = 2; k < corners.size(); ++k)
-            model.triangles.push_back({vertexNumber(corners[0]), vertexNumber(corners[k - 1]),
-                                       vertexNumber(corners[k])});
+            model.triangles.push_back(
+                {vertexNumber(corners[0]), vertexNumber(corners[k - 1]), vertexNumber(corners[k])});
     }
 }
 

@@ -15,24 +15,32 @@ void addRender(CLI::App& app, RenderOptions& options) {
     app.add_option("model", options.model, "model: .obj, .gltf, .glb or .ply")->required();
     app.add_option("-o,--output", options.output, "picture to write, PNG")->capture_default_str();
     app.add_option("--width", options.width, "pixels across")
-        ->check(CLI::Range(1, 16384))->capture_default_str();
+        ->check(CLI::Range(1, 16384))
+        ->capture_default_str();
     app.add_option("--height", options.height, "pixels down")
-        ->check(CLI::Range(1, 16384))->capture_default_str();
+        ->check(CLI::Range(1, 16384))
+        ->capture_default_str();
     app.add_option("--spp", options.samples, "samples for each pixel")
-        ->check(CLI::Range(1, 1 << 20))->capture_default_str();
+        ->check(CLI::Range(1, 1 << 20))
+        ->capture_default_str();
     app.add_option("--bounces", options.bounces, "longest path")
-        ->check(CLI::Range(0, 64))->capture_default_str();
+        ->check(CLI::Range(0, 64))
+        ->capture_default_str();
     app.add_option("--azimuth", options.azimuth, "camera's direction around the model, degrees")
-        ->check(CLI::Range(-360.0, 360.0))->capture_default_str();
+        ->check(CLI::Range(-360.0, 360.0))
+        ->capture_default_str();
     app.add_option("--elevation", options.elevation, "camera's height above the horizon, degrees")
-        ->check(CLI::Range(-89.0, 89.0))->capture_default_str();
+        ->check(CLI::Range(-89.0, 89.0))
+        ->capture_default_str();
     app.add_option("--zoom", options.zoom, "above 1: nearer")
-        ->check(CLI::Range(0.01, 100.0))->capture_default_str();
+        ->check(CLI::Range(0.01, 100.0))
+        ->capture_default_str();
     app.add_option("--camera", options.eye, "camera's position: X Y Z")->expected(3);
     app.add_option("--look-at", options.lookAt, "point in the middle of the picture: X Y Z")
         ->expected(3);
     app.add_option("--fov", options.fov, "vertical angle of view for --camera, degrees")
-        ->check(CLI::Range(1.0, 170.0))->capture_default_str();
+        ->check(CLI::Range(1.0, 170.0))
+        ->capture_default_str();
     app.add_flag("!--no-ground", options.ground, "no floor under the model");
     app.add_flag("--z-up", options.zUp, "the model's z axis points up, not its y axis");
 }
@@ -45,7 +53,8 @@ int main(int argc, char** argv) {
     app.set_version_flag("--version", SUNSTONE_VERSION);
 
     bool infoJson = false;
-    CLI::App* infoCommand = app.add_subcommand("info", "Show version, processor, libraries, settings");
+    CLI::App* infoCommand =
+        app.add_subcommand("info", "Show version, processor, libraries, settings");
     infoCommand->add_flag("--json", infoJson, "print JSON");
 
     std::vector<std::string> command;

@@ -58,7 +58,8 @@ Placement normalizePlacement(HostScene& scene) {
     return placement;
 }
 
-Camera chooseCamera(const RenderOptions& options, const Placement& placement, const Bounds& bounds) {
+Camera chooseCamera(const RenderOptions& options, const Placement& placement,
+                    const Bounds& bounds) {
     float aspect = float(options.width) / float(options.height);
     auto point = [&](const std::vector<float>& list) {
         return placement.apply(options.zUp ? vec(list[0], list[2], -list[1])
@@ -71,8 +72,7 @@ Camera chooseCamera(const RenderOptions& options, const Placement& placement, co
             throw std::runtime_error("render: --camera and --look-at are the same point");
         return makeCamera(eye, target, vec(0.0f, 1.0f, 0.0f), options.fov, aspect);
     }
-    Camera camera =
-        orbitCamera(bounds, options.azimuth, options.elevation, options.zoom, aspect);
+    Camera camera = orbitCamera(bounds, options.azimuth, options.elevation, options.zoom, aspect);
     camera.eye += target - bounds.center();
     return camera;
 }

@@ -60,8 +60,8 @@ Bounds boundsOf(const HostScene& scene) {
     for (const uint3& triangle : scene.triangles)
         for (unsigned corner : {triangle.x, triangle.y, triangle.z}) {
             float3 p = scene.positions[corner];
-            bounds.low = vec(minOf(bounds.low.x, p.x), minOf(bounds.low.y, p.y),
-                             minOf(bounds.low.z, p.z));
+            bounds.low =
+                vec(minOf(bounds.low.x, p.x), minOf(bounds.low.y, p.y), minOf(bounds.low.z, p.z));
             bounds.high = vec(maxOf(bounds.high.x, p.x), maxOf(bounds.high.y, p.y),
                               maxOf(bounds.high.z, p.z));
         }

@@ -20,13 +20,12 @@ struct Options {
 };
 
 void render(OptixDeviceContext context, const Options& options) {
-    HostScene scene =
-        options.model.empty() ? makeKnot(options.triangles) : loadObj(options.model);
+    HostScene scene = options.model.empty() ? makeKnot(options.triangles) : loadObj(options.model);
     std::fprintf(stderr, "%zu triangles\n", scene.triangles.size());
     Bounds bounds = boundsOf(scene);
     addGround(scene, bounds, bounds.low.y, {vec(0.36f, 0.35f, 0.34f), 0.5f, vec(0.0f), 0.0f});
-    Camera camera = orbitCamera(bounds, 30.0f, 18.0f, 1.0f,
-                                float(options.width) / float(options.height));
+    Camera camera =
+        orbitCamera(bounds, 30.0f, 18.0f, 1.0f, float(options.width) / float(options.height));
     PathTracer tracer(context, scene, makeStudio(bounds), camera, options.width, options.height);
 
     Progress progress("rendering", options.samples);

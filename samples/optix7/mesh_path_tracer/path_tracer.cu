@@ -30,8 +30,7 @@ struct OptixRays {
     }
 
     // Any hit settles the question, and only the miss program has something to say.
-    __forceinline__ __device__ bool visible(float3 origin, float3 direction,
-                                            float distance) const {
+    __forceinline__ __device__ bool visible(float3 origin, float3 direction, float distance) const {
         unsigned visible = 0;
         optixTrace(params.traversable, origin, direction, 0.0f, distance, 0.0f,
                    OptixVisibilityMask(255),

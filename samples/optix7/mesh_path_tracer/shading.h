@@ -19,7 +19,7 @@ struct Material {
     float3 color;
     float roughness; // 0 to 1
     float3 emission;
-    float metallic;  // 0 to 1
+    float metallic; // 0 to 1
 };
 
 // Indexed triangles; `normals` has one for each vertex.
@@ -47,8 +47,8 @@ struct Scene {
     RectangleLight lights[kMaxLights];
     unsigned lightCount;
     float3 skyZenith, skyHorizon, ground;
-    float epsilon;         // distance by which rays leave a surface
-    unsigned maxSegments;  // closest-hit rays in a path, camera ray included
+    float epsilon;        // distance by which rays leave a surface
+    unsigned maxSegments; // closest-hit rays in a path, camera ray included
 };
 
 struct Hit {
@@ -116,10 +116,8 @@ SAMPLE_INLINE float sineOfTurns(float x) {
 // A point on the unit circle; x = cos, y = sin of `turns` in [0, 1).
 SAMPLE_INLINE float2 circlePoint(float turns) {
     // sin(2 pi t) = sin(2 pi (0.5 - t)): fold into the polynomial's range.
-    float shifted = turns - 0.5f;                                      // [-0.5, 0.5)
-    float sine = shifted < -0.25f  ? -0.5f - shifted
-                 : shifted > 0.25f ? 0.5f - shifted
-                                   : shifted;
+    float shifted = turns - 0.5f; // [-0.5, 0.5)
+    float sine = shifted < -0.25f ? -0.5f - shifted : shifted > 0.25f ? 0.5f - shifted : shifted;
     float cosine = 0.25f - (shifted < 0.0f ? -shifted : shifted);
     float2 point;
     point.x = -sineOfTurns(cosine);
@@ -306,8 +304,8 @@ SAMPLE_INLINE float3 sampleMaterial(const Lobes& lobes, float3 view, Random& ran
     float3 bitangent = cross(stretched, tangent);
     float share = 0.5f * (1.0f + stretched.z);
     y = (1.0f - share) * sqrtf(maxOf(0.0f, 1.0f - x * x)) + share * y;
-    float3 normal = tangent * x + bitangent * y +
-                    stretched * sqrtf(maxOf(0.0f, 1.0f - x * x - y * y));
+    float3 normal =
+        tangent * x + bitangent * y + stretched * sqrtf(maxOf(0.0f, 1.0f - x * x - y * y));
     normal = normalize(vec(lobes.alpha * normal.x, lobes.alpha * normal.y, maxOf(1e-6f, normal.z)));
     return -reflect(view, normal);
 }
@@ -322,8 +320,7 @@ SAMPLE_INLINE float3 directLight(const Scene& scene, const Rays& rays, const Sur
     LightSample sample = sampleLight(scene, surface.point, random);
     float3 local = vec(dot(sample.direction, x), dot(sample.direction, y),
                        dot(sample.direction, surface.normal));
-    if (sample.pdf <= 0.0f || local.z <= 1e-4f ||
-        dot(sample.direction, surface.geometric) <= 1e-4f)
+    if (sample.pdf <= 0.0f || local.z <= 1e-4f || dot(sample.direction, surface.geometric) <= 1e-4f)
         return vec(0.0f);
     if (!rays.visible(surface.point + surface.geometric * scene.epsilon, sample.direction,
                       sample.distance - 2.0f * scene.epsilon))
@@ -338,15 +335,16 @@ SAMPLE_INLINE float3 directLight(const Scene& scene, const Rays& rays, const Sur
 template <class Rays>
 SAMPLE_INLINE float3 tracePath(const Scene& scene, const Rays& rays, float3 origin,
                                float3 direction, Random& random) {
-    constexpr float kLimit = 3.0f; // on what one bounce adds: keeps rare bright paths from speckling
+    constexpr float kLimit =
+        3.0f; // on what one bounce adds: keeps rare bright paths from speckling
     float3 radiance = vec(0.0f), throughput = vec(1.0f);
     float materialPdf = 0.0f;
     for (unsigned segment = 0; segment < scene.maxSegments; ++segment) {
         Hit hit = rays.closest(origin, direction);
         float3 arriving = vec(0.0f);
         if (segment > 0)
-            arriving = lightAlongRay(scene, origin, direction, hit.t < 0.0f ? 1e30f : hit.t,
-                                     materialPdf);
+            arriving =
+                lightAlongRay(scene, origin, direction, hit.t < 0.0f ? 1e30f : hit.t, materialPdf);
         if (hit.t < 0.0f) {
             radiance += throughput * (arriving + skyRadiance(scene, direction));
             break;

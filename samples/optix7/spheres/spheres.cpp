@@ -71,9 +71,10 @@ std::vector<SbtRecord<NoData>> makeHitRecords(Program& program) {
     std::vector<SbtRecord<NoData>> records;
     for (unsigned material = 0; material < kMaterialCount; ++material) {
         const char* anyHit = material == kCutout ? "__anyhit__cutout" : nullptr;
-        records.push_back(makeRecord(
-            program.addHitgroup(shaders[material], anyHit, "__intersection__sphere")));
-        records.push_back(makeRecord(program.addHitgroup(nullptr, anyHit, "__intersection__sphere")));
+        records.push_back(
+            makeRecord(program.addHitgroup(shaders[material], anyHit, "__intersection__sphere")));
+        records.push_back(
+            makeRecord(program.addHitgroup(nullptr, anyHit, "__intersection__sphere")));
     }
     return records;
 }
@@ -108,8 +109,8 @@ void render(OptixDeviceContext context, unsigned width, unsigned height, unsigne
     Params params = {};
     params.image = image.as<float4>();
     params.spheres = spheres.as<Sphere>();
-    params.camera = makeCamera(vec(0.5f, 2.2f, 8.0f), vec(0.0f, 0.9f, 0.0f),
-                               vec(0.0f, 1.0f, 0.0f), 36.0f, float(width) / float(height));
+    params.camera = makeCamera(vec(0.5f, 2.2f, 8.0f), vec(0.0f, 0.9f, 0.0f), vec(0.0f, 1.0f, 0.0f),
+                               36.0f, float(width) / float(height));
     params.lightDirection = normalize(vec(-0.6f, 1.0f, 0.7f));
     params.scene = accel.handle;
     params.samplesPerAxis = samplesPerAxis;

@@ -111,8 +111,8 @@ extern "C" __global__ void __intersection__sphere() {
 extern "C" __global__ void __anyhit__cutout() {
     const Sphere& sphere = params.spheres[optixGetPrimitiveIndex()];
     float3 normal = normalAt(sphere, hitPoint());
-    int cells = int(floorf(normal.x * 4.0f)) + int(floorf(normal.y * 4.0f)) +
-                int(floorf(normal.z * 4.0f));
+    int cells =
+        int(floorf(normal.x * 4.0f)) + int(floorf(normal.y * 4.0f)) + int(floorf(normal.z * 4.0f));
     if (cells & 1)
         optixIgnoreIntersection();
 }

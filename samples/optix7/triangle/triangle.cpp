@@ -44,9 +44,10 @@ void render(OptixDeviceContext context, unsigned width, unsigned height,
     auto missRecord =
         makeRecord(program.addMiss("__miss__background"), MissData{vec(0.05f, 0.06f, 0.1f)});
     miss.upload(&missRecord, sizeof(missRecord));
-    TriangleData colors = {{vec(0.9f, 0.15f, 0.1f), vec(0.1f, 0.75f, 0.2f), vec(0.1f, 0.25f, 0.9f)}};
-    auto hitRecord = makeRecord(program.addHitgroup("__closesthit__triangle", nullptr, nullptr),
-                                colors);
+    TriangleData colors = {
+        {vec(0.9f, 0.15f, 0.1f), vec(0.1f, 0.75f, 0.2f), vec(0.1f, 0.25f, 0.9f)}};
+    auto hitRecord =
+        makeRecord(program.addHitgroup("__closesthit__triangle", nullptr, nullptr), colors);
     hit.upload(&hitRecord, sizeof(hitRecord));
     OptixShaderBindingTable sbt = {};
     sbt.raygenRecord = raygen.address();

@@ -18,8 +18,8 @@ static __forceinline__ __device__ void setColor(float3 color) {
 extern "C" __global__ void __raygen__camera() {
     uint3 index = optixGetLaunchIndex();
     uint3 size = optixGetLaunchDimensions();
-    float3 direction = cameraDirection(params.camera, (index.x + 0.5f) / size.x,
-                                       (index.y + 0.5f) / size.y);
+    float3 direction =
+        cameraDirection(params.camera, (index.x + 0.5f) / size.x, (index.y + 0.5f) / size.y);
     unsigned red = 0, green = 0, blue = 0;
     optixTrace(params.scene, params.camera.eye, direction,
                0.0f,  // nearest hit that counts
