@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Traversal kernels and builders against Embree 3 on identical ray arrays, one ray at a time.
-//   bench_kernels [--quick] [--scene N] [--isa avx512|avx2|baseline] [--threads]
+//   bench_kernels [--quick] [--scene N] [--isa avx512|avx2|baseline] [--threads] [--refit]
+//                 [--fast-build | --fast-trace]
 // Runs alternate between the two; the best of several counts. Our structure lies in memory that
 // asks for huge pages, as Embree's own does. Single-thread rows are processor time.
 #include "scenes.h"
@@ -132,10 +133,45 @@ void print(const char* scene, const char* rays, const Contest& c, bool allThread
 }
 
 struct Options {
-    bool quick = false, threads = false, fastBuild = false;
+    bool quick = false, threads = false, fastBuild = false, fastTrace = false, refit = false;
     int scene = -1;
     bvh::Isa isa = bvh::chosenIsa();
 };
+
+// Processor time of all threads.
+double processSeconds(const std::function<void()>& work) {
+    const auto now = [] {
+        timespec t;
+        clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+        return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+    };
+    const double start = now();
+    work();
+    return now() - start;
+}
+
+// A structure that may be updated: build against update, in alternation.
+void benchRefit(const Mesh& mesh, const bvh::BuildInputs& inputs, bvh::BuildOptions options) {
+    options.allowUpdate = true;
+    const bvh::MemoryUsage usage = bvh::computeMemoryUsage(inputs, options);
+    Block temp, output;
+    temp.reserve(usage.temp);
+    output.reserve(usage.output);
+    double build = 1e30, refit = 1e30;
+    for (int i = 0; i < 5; ++i) {
+        build = std::min(build, processSeconds([&] {
+                             bvh::build(inputs, options, temp.memory, temp.capacity, output.memory,
+                                        output.capacity);
+                         }));
+        refit = std::min(refit, processSeconds([&] {
+                             bvh::update(inputs, options, temp.memory, temp.capacity,
+                                         output.memory, output.capacity);
+                         }));
+    }
+    std::printf("| %-9s | refit ms | sum  | %7.1f | rebuild | %5.1f | rebuild takes %.0f ms |\n",
+                mesh.name.c_str(), refit * 1e3, build / refit, build * 1e3);
+    std::fflush(stdout);
+}
 
 void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Options& options) {
     std::fprintf(stderr, "making a scene of %u triangles\n", triangles);
@@ -145,6 +181,7 @@ void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Opti
     inputs.triangles = {&input, 1};
     bvh::BuildOptions buildOptions;
     buildOptions.preferFastBuild = options.fastBuild;
+    buildOptions.preferFastTrace = options.fastTrace;
     const bvh::MemoryUsage usage = bvh::computeMemoryUsage(inputs, buildOptions);
     Block temp, output;
     temp.reserve(usage.temp);
@@ -166,6 +203,8 @@ void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Opti
     std::printf("| %-9s | build ms | all  | %7.0f | %7.0f | %5.2f | %.1f B/tri |\n",
                 mesh.name.c_str(), ourBuild * 1e3, embreeBuild * 1e3, ourBuild / embreeBuild,
                 double(used) / mesh.numTriangles());
+    if (options.refit)
+        benchRefit(mesh, inputs, buildOptions);
     std::free(temp.memory);
     temp.memory = nullptr;
     Block compacted;
@@ -270,6 +309,10 @@ int main(int argc, char** argv) {
             options.threads = true;
         } else if (word == "--fast-build") {
             options.fastBuild = true;
+        } else if (word == "--fast-trace") {
+            options.fastTrace = true;
+        } else if (word == "--refit") {
+            options.refit = true;
         } else if (word == "--scene" && i + 1 < argc) {
             options.scene = std::atoi(argv[++i]);
         } else if (word == "--isa" && i + 1 < argc) {
@@ -278,8 +321,8 @@ int main(int argc, char** argv) {
                           : isa == "avx2" ? bvh::Isa::kAvx2
                                           : bvh::Isa::kBaseline;
         } else {
-            std::fprintf(stderr, "bench_kernels [--quick] [--threads] [--fast-build] [--scene 0-3] "
-                                 "[--isa avx512|avx2|baseline]\n");
+            std::fprintf(stderr, "bench_kernels [--quick] [--threads] [--fast-build | --fast-trace] "
+                                 "[--refit] [--scene 0-3] [--isa avx512|avx2|baseline]\n");
             return 1;
         }
     }

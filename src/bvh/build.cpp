@@ -8,17 +8,20 @@
 #include "bvh/emit.h"
 #include "bvh/layout.h"
 #include "bvh/parallel.h"
-#include "math/affine.h"
+#include "bvh/refit.h"
 
 #include <algorithm>
 #include <cstring>
 #include <new>
+#include <type_traits>
 
 namespace sunstone::bvh {
 namespace {
 
 constexpr uint32_t kMaxPrimitives = 1u << 30;
 constexpr size_t kReferenceBlock = 1u << 14;
+// Updates need no scratch memory, but callers allocate what they are told.
+constexpr size_t kUpdateTempSize = kBlockAlignment;
 
 uint64_t alignUp(uint64_t value, uint64_t alignment) {
     return (value + alignment - 1) / alignment * alignment;
@@ -45,15 +48,28 @@ LeafRules rulesOf(BlockType type) {
     return rules;
 }
 
+uint32_t optionBits(const BuildOptions& options) {
+    return (options.allowUpdate ? kOptionUpdate : 0) |
+           (options.allowCompaction ? kOptionCompaction : 0) |
+           (options.preferFastTrace ? kOptionFastTrace : 0) |
+           (options.preferFastBuild ? kOptionFastBuild : 0) |
+           (options.allowRandomVertexAccess ? kOptionVertexAccess : 0) |
+           (options.allowRandomInstanceAccess ? kOptionInstanceAccess : 0);
+}
+
 // What counts and options say about a build.
 struct Plan {
     BlockType type;
     LeafRules rules;
     uint32_t numInputs = 1;
     uint32_t numPrimitives = 0;
+    bool instancesMissing = false; // sizes can be asked for without buffers
     uint64_t inputsOffset, tableOffset = 0, instancesOffset = 0, nodesOffset;
     uint64_t outputSize, referencesSize, treeOffset, tempSize;
 
+    const SbtInput& sbtOf(const BuildInputs& inputs, uint32_t i) const {
+        return type == BlockType::kTriangles ? inputs.triangles[i].sbt : inputs.customs[i].sbt;
+    }
     uint32_t countOf(const BuildInputs& inputs, uint32_t i) const {
         switch (type) {
         case BlockType::kTriangles:
@@ -77,9 +93,20 @@ struct Plan {
         rules = rulesOf(type);
         if (type != BlockType::kInstances)
             numInputs = uint32_t(std::max(inputs.triangles.size(), inputs.customs.size()));
-        uint64_t total = 0;
-        for (uint32_t i = 0; i < numInputs; ++i)
+        uint64_t total = 0, sbtRecords = 0;
+        for (uint32_t i = 0; i < numInputs; ++i) {
             total += countOf(inputs, i);
+            if (type != BlockType::kInstances)
+                sbtRecords += sbtOf(inputs, i).numSbtRecords;
+            if (type != BlockType::kInstances && sbtOf(inputs, i).numSbtRecords == 0)
+                fail(Code::kInvalidValue, "build input ", i, " has no SBT record");
+        }
+        if (sbtRecords > kSbtIndexMask + 1u)
+            fail(Code::kInvalidValue, sbtRecords, " SBT records in one structure, the limit is ",
+                 kSbtIndexMask + 1u);
+        if (type == BlockType::kInstances && total != 0 && !inputs.instances->instances &&
+            !inputs.instances->instancePointers)
+            instancesMissing = true;
         if (total > kMaxPrimitives)
             fail(Code::kInvalidValue, total, " primitives in one structure, the limit is ",
                  kMaxPrimitives);
@@ -113,9 +140,8 @@ struct Plan {
 
 class TriangleWriter final : public LeafWriter {
 public:
-    TriangleWriter(const std::vector<TriangleReader>& readers, const std::vector<SbtReader>& sbt,
-                   const InputRecord* inputs, uint32_t* table)
-        : readers_(readers), sbt_(sbt), inputs_(inputs), table_(table) {}
+    TriangleWriter(const Sources& sources, const InputRecord* inputs, uint32_t* table)
+        : sources_(sources), inputs_(inputs), table_(table) {}
 
     NodeRef write(uint8_t* block, uint64_t offset, const PrimitiveRef* references,
                   uint32_t count) const override {
@@ -136,9 +162,10 @@ private:
             float v[9];
             if (lane < count) {
                 const PrimitiveRef& r = references[lane];
-                readers_[r.input].readActive(r.primitive, v);
-                leaf.primitive[lane] = sbt_[r.input].primitiveIndex(r.primitive);
-                leaf.sbt[lane] = sbt_[r.input].sbtWord(r.primitive);
+                if (!sources_.triangles[r.input].read(r.primitive, v))
+                    std::fill(v, v + 9, std::numeric_limits<float>::quiet_NaN());
+                leaf.primitive[lane] = sources_.sbt[r.input].primitiveIndex(r.primitive);
+                leaf.sbt[lane] = sources_.sbt[r.input].sbtWord(r.primitive);
                 if (table_)
                     table_[inputs_[r.input].firstPrimitive + r.primitive] =
                         makeSlot(offset, N == 8, lane);
@@ -154,30 +181,30 @@ private:
         std::fill(std::begin(leaf.pad), std::end(leaf.pad), 0u);
     }
 
-    const std::vector<TriangleReader>& readers_;
-    const std::vector<SbtReader>& sbt_;
+    const Sources& sources_;
     const InputRecord* inputs_;
     uint32_t* table_;
 };
 
 class CustomWriter final : public LeafWriter {
 public:
-    CustomWriter(const std::vector<CustomReader>& readers, const std::vector<SbtReader>& sbt)
-        : readers_(readers), sbt_(sbt) {}
+    explicit CustomWriter(const Sources& sources) : sources_(sources) {}
 
     NodeRef write(uint8_t* block, uint64_t offset, const PrimitiveRef* references,
                   uint32_t) const override {
         auto& leaf = *reinterpret_cast<CustomLeaf*>(block + offset);
         const PrimitiveRef& r = *references;
-        readers_[r.input].read(r.primitive, leaf.lower, leaf.upper);
-        leaf.primitive = sbt_[r.input].primitiveIndex(r.primitive);
-        leaf.sbt = sbt_[r.input].sbtWord(r.primitive);
+        if (!sources_.customs[r.input].read(r.primitive, leaf.lower, leaf.upper)) {
+            std::fill(leaf.lower, leaf.lower + 3, __builtin_inff());
+            std::fill(leaf.upper, leaf.upper + 3, -__builtin_inff());
+        }
+        leaf.primitive = sources_.sbt[r.input].primitiveIndex(r.primitive);
+        leaf.sbt = sources_.sbt[r.input].sbtWord(r.primitive);
         return makeRef(offset, kLeaf);
     }
 
 private:
-    const std::vector<CustomReader>& readers_;
-    const std::vector<SbtReader>& sbt_;
+    const Sources& sources_;
 };
 
 class InstanceWriter final : public LeafWriter {
@@ -234,12 +261,8 @@ private:
         header_.tableOffset = plan_.tableOffset;
         header_.instancesOffset = plan_.instancesOffset;
         header_.nodesOffset = plan_.nodesOffset;
-        header_.options = (options_.allowUpdate ? kOptionUpdate : 0) |
-                          (options_.allowCompaction ? kOptionCompaction : 0) |
-                          (options_.preferFastTrace ? kOptionFastTrace : 0) |
-                          (options_.preferFastBuild ? kOptionFastBuild : 0) |
-                          (options_.allowRandomVertexAccess ? kOptionVertexAccess : 0) |
-                          (options_.allowRandomInstanceAccess ? kOptionInstanceAccess : 0);
+        header_.wholeRoot = kNoNode;
+        header_.options = optionBits(options_);
         header_.motionKeys = 1;
     }
 
@@ -247,17 +270,18 @@ private:
         return reinterpret_cast<InputRecord*>(block_ + plan_.inputsOffset);
     }
 
-    // Input records and SBT readers; returns nothing the block does not hold.
+    // Input records and what the header says of them.
     template <class Input>
-    void describeInputs(std::span<const Input> inputs, std::vector<SbtReader>& sbt) {
+    void describeInputs(std::span<const Input> inputs) {
         uint32_t firstSbt = 0, firstPrimitive = 0;
         header_.geometryFlagsAnd = ~0u;
         for (uint32_t i = 0; i < plan_.numInputs; ++i) {
             const SbtInput& s = inputs[i].sbt;
             const uint32_t count = plan_.countOf(inputs_, i);
-            inputRecords()[i] = {firstSbt, s.numSbtRecords,        firstPrimitive,
-                                 count,    s.primitiveIndexOffset, {}};
-            sbt.emplace_back(s, firstSbt);
+            const TriangleInput* triangles = nullptr;
+            if constexpr (std::is_same_v<Input, TriangleInput>)
+                triangles = &inputs[i];
+            inputRecords()[i] = makeInputRecord(s, firstSbt, firstPrimitive, count, triangles);
             for (uint32_t k = 0; k < s.numSbtRecords; ++k)
                 header_.geometryFlagsAnd &= s.flags ? s.flags[k] : 0;
             firstSbt += s.numSbtRecords;
@@ -266,13 +290,14 @@ private:
         header_.numSbtRecords = firstSbt;
     }
 
-    // Makes references of the active primitives; box(input, primitive, lower, upper) gives a
+    // Makes references of the active primitives, or all if updates are allowed; an inactive one
+    // then stands where its predecessor is. boxOf(input, primitive, lower, upper) gives a
     // primitive's exact box, or false.
     template <class BoxOf>
     uint32_t makeReferences(const BoxOf& boxOf) {
         struct Part {
             Box box;
-            uint32_t active = 0;
+            uint32_t count = 0, active = 0;
         };
         uint32_t written = 0;
         Box all;
@@ -284,18 +309,25 @@ private:
             auto body = [&](size_t begin, size_t end, size_t block) {
                 Part part;
                 for (size_t i = begin; i < end; ++i) {
-                    PrimitiveRef& r = to[begin + part.active];
+                    PrimitiveRef& r = to[begin + part.count];
                     float upper[3];
-                    if (!boxOf(input, uint32_t(i), r.lower, upper))
+                    if (boxOf(input, uint32_t(i), r.lower, upper)) {
+                        part.box.extend({{r.lower[0], r.lower[1], r.lower[2]},
+                                         {upper[0], upper[1], upper[2]}});
+                        padBox(r.lower, upper);
+                        for (int a = 0; a < 3; ++a)
+                            r.negUpper[a] = -upper[a];
+                        ++part.active;
+                    } else if (!options_.allowUpdate) {
                         continue;
-                    part.box.extend({{r.lower[0], r.lower[1], r.lower[2]},
-                                     {upper[0], upper[1], upper[2]}});
-                    padBox(r.lower, upper);
-                    for (int a = 0; a < 3; ++a)
-                        r.negUpper[a] = -upper[a];
+                    } else if (part.count > 0) {
+                        r = to[begin + part.count - 1];
+                    } else {
+                        r = {};
+                    }
                     r.primitive = uint32_t(i);
                     r.input = input;
-                    ++part.active;
+                    ++part.count;
                 }
                 parts[block] = part;
             };
@@ -304,13 +336,13 @@ private:
                 const PrimitiveRef* from = to + block * kReferenceBlock;
                 if (from != references_ + written)
                     std::memmove(references_ + written, from,
-                                 parts[block].active * sizeof(PrimitiveRef));
-                written += parts[block].active;
+                                 parts[block].count * sizeof(PrimitiveRef));
+                written += parts[block].count;
+                header_.numActive += parts[block].active;
                 all.extend(parts[block].box);
             }
             first += count;
         }
-        header_.numActive = written;
         for (int a = 0; a < 3; ++a) {
             header_.lower[a] = all.lower[a];
             header_.upper[a] = all.upper[a];
@@ -318,22 +350,24 @@ private:
         return written;
     }
 
-    void buildAndEmit(uint32_t active, const LeafWriter& writer) {
-        if (active == 0)
+    void buildAndEmit(uint32_t count, const LeafWriter& writer, const Sources& sources) {
+        if (count == 0)
             return;
         if (options_.preferFastBuild)
-            buildMortonTree(references_, scratch_, active, plan_.rules, tree_);
+            buildMortonTree(references_, scratch_, count, plan_.rules, tree_);
         else
-            buildSahTree(references_, scratch_, active, plan_.rules, tree_);
+            buildSahTree(references_, scratch_, count, plan_.rules, tree_);
         emitTree(tree_, plan_.rules, writer, block_, plan_.nodesOffset);
+        if (!options_.allowUpdate)
+            return;
+        header_.wholeRoot = header_.root;
+        if (header_.numActive < count) // places given to inactive primitives are in boxes
+            refit(block_, sources);
     }
 
     void runTriangles() {
-        std::vector<SbtReader> sbt;
-        std::vector<TriangleReader> readers;
-        describeInputs(inputs_.triangles, sbt);
-        for (const TriangleInput& input : inputs_.triangles)
-            readers.emplace_back(input);
+        const Sources sources(inputs_);
+        describeInputs(inputs_.triangles);
         uint32_t* table = nullptr;
         if (plan_.tableOffset) {
             table = reinterpret_cast<uint32_t*>(block_ + plan_.tableOffset);
@@ -341,7 +375,7 @@ private:
         }
         const auto boxOf = [&](uint32_t input, uint32_t i, float lower[3], float upper[3]) {
             float v[9];
-            if (!readers[input].read(i, v))
+            if (!sources.triangles[input].read(i, v))
                 return false;
             for (int a = 0; a < 3; ++a) {
                 lower[a] = std::min({v[a], v[3 + a], v[6 + a]});
@@ -349,57 +383,29 @@ private:
             }
             return true;
         };
-        const uint32_t active = makeReferences(boxOf);
-        buildAndEmit(active, TriangleWriter(readers, sbt, inputRecords(), table));
+        const uint32_t count = makeReferences(boxOf);
+        buildAndEmit(count, TriangleWriter(sources, inputRecords(), table), sources);
     }
 
     void runCustoms() {
-        std::vector<SbtReader> sbt;
-        std::vector<CustomReader> readers;
-        describeInputs(inputs_.customs, sbt);
-        for (const CustomInput& input : inputs_.customs)
-            readers.emplace_back(input);
+        const Sources sources(inputs_);
+        describeInputs(inputs_.customs);
         const auto boxOf = [&](uint32_t input, uint32_t i, float lower[3], float upper[3]) {
-            return readers[input].read(i, lower, upper);
+            return sources.customs[input].read(i, lower, upper);
         };
-        const uint32_t active = makeReferences(boxOf);
-        buildAndEmit(active, CustomWriter(readers, sbt));
+        const uint32_t count = makeReferences(boxOf);
+        buildAndEmit(count, CustomWriter(sources), sources);
     }
 
     void runInstances() {
+        const Sources sources(inputs_);
         const InstanceInput& input = *inputs_.instances;
-        if (input.numInstances && !input.instances && !input.instancePointers)
-            fail(Code::kInvalidValue, "instances is null, numInstances is ", input.numInstances);
-        auto* const records =
-            reinterpret_cast<InstanceData*>(block_ + plan_.instancesOffset);
+        auto* const records = reinterpret_cast<InstanceData*>(block_ + plan_.instancesOffset);
         const auto boxOf = [&](uint32_t, uint32_t i, float lower[3], float upper[3]) {
             return describeInstance(instanceAt(input, i), i, records[i], lower, upper);
         };
-        const uint32_t active = makeReferences(boxOf);
-        buildAndEmit(active, InstanceWriter(plan_.instancesOffset));
-    }
-
-    static bool describeInstance(const InstanceDesc& from, uint32_t index, InstanceData& to,
-                                 float lower[3], float upper[3]) {
-        std::memcpy(to.objectToWorld, from.transform, sizeof to.objectToWorld);
-        const bool invertible = math::invert(from.transform, to.worldToObject);
-        to.child = from.traversableHandle;
-        to.instanceId = from.instanceId;
-        to.sbtOffset = from.sbtOffset;
-        to.visibilityMask = from.visibilityMask;
-        to.flags = from.flags;
-        to.index = index;
-        if (!invertible || from.traversableHandle == 0 || (from.visibilityMask & 0xFF) == 0)
-            return false;
-        const Box box = math::transformBox(from.transform, traversableBounds(from.traversableHandle));
-        bool good = !box.empty();
-        for (int a = 0; a < 3; ++a) {
-            lower[a] = box.lower[a];
-            upper[a] = box.upper[a];
-            good = good && std::fabs(lower[a]) <= kMaxCoordinate &&
-                   std::fabs(upper[a]) <= kMaxCoordinate;
-        }
-        return good;
+        const uint32_t count = makeReferences(boxOf);
+        buildAndEmit(count, InstanceWriter(plan_.instancesOffset), sources);
     }
 
     const BuildInputs& inputs_;
@@ -420,6 +426,39 @@ void checkBuffer(const char* name, const void* buffer, size_t size, size_t neede
         fail(Code::kInvalidValue, name, " has ", size, " bytes, the build needs ", needed);
 }
 
+void requireInstances(const Plan& plan) {
+    if (plan.instancesMissing)
+        fail(Code::kInvalidValue, "instances is null, numInstances is ", plan.numPrimitives);
+}
+
+// Whether the inputs of an update are those of the build but for buffers.
+void checkInputRecords(const BuildInputs& inputs, const Plan& plan, const BlockHeader& header) {
+    const auto* records = reinterpret_cast<const InputRecord*>(
+        reinterpret_cast<const uint8_t*>(&header) + header.inputsOffset);
+    uint32_t firstSbt = 0, firstPrimitive = 0;
+    for (uint32_t i = 0; i < plan.numInputs; ++i) {
+        const bool triangles = plan.type == BlockType::kTriangles;
+        const SbtInput& sbt = plan.sbtOf(inputs, i);
+        const uint32_t count = plan.countOf(inputs, i);
+        const InputRecord now = makeInputRecord(sbt, firstSbt, firstPrimitive, count,
+                                                triangles ? &inputs.triangles[i] : nullptr);
+        const InputRecord& then = records[i];
+        const auto require = [&](const char* what, uint32_t a, uint32_t b) {
+            if (a != b)
+                fail(Code::kInvalidValue, "build input ", i, " of an update has other ", what,
+                     " than in the build");
+        };
+        require("numbers of primitives", now.numPrimitives, then.numPrimitives);
+        require("numbers of vertices", now.numVertices, then.numVertices);
+        require("vertex or index formats", now.formats, then.formats);
+        require("numbers of SBT records", now.numSbtRecords, then.numSbtRecords);
+        require("geometry flags", now.flagsHash, then.flagsHash);
+        require("primitive index offsets", now.primitiveIndexOffset, then.primitiveIndexOffset);
+        firstSbt += sbt.numSbtRecords;
+        firstPrimitive += count;
+    }
+}
+
 const BlockHeader& checkedHeader(const void* block) {
     if (!isBlock(block))
         fail(Code::kInvalidValue, block, " is no acceleration structure");
@@ -433,19 +472,50 @@ MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& op
     MemoryUsage usage;
     usage.output = plan.outputSize;
     usage.temp = plan.tempSize;
-    usage.tempUpdate = options.allowUpdate ? plan.tempSize : 0;
+    usage.tempUpdate = options.allowUpdate ? kUpdateTempSize : 0;
     return usage;
 }
 
 void build(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
            void* output, size_t outputSize) {
     const Plan plan(inputs, options);
+    requireInstances(plan);
     checkBuffer("the temporary buffer", temp, tempSize, plan.tempSize);
     checkBuffer("the output buffer", output, outputSize, plan.outputSize);
     inArena([&] {
         Build(inputs, options, plan, static_cast<uint8_t*>(temp), static_cast<uint8_t*>(output))
             .run();
     });
+}
+
+void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const void* output,
+                 size_t outputSize) {
+    const Plan plan(inputs, options);
+    requireInstances(plan);
+    if (!isBlock(output))
+        fail(Code::kInvalidValue, "an update needs an acceleration structure in the output buffer "
+             "at ", output);
+    const BlockHeader& header = *headerOf(output);
+    if (!(header.options & kOptionUpdate) || !options.allowUpdate)
+        fail(Code::kInvalidValue, "an update needs ALLOW_UPDATE, in the build and now");
+    if (header.options != optionBits(options))
+        fail(Code::kInvalidValue, "an update has other build flags than the build");
+    if (header.type != plan.type)
+        fail(Code::kInvalidValue, "an update has another type of build inputs than the build");
+    if (header.numInputs != plan.numInputs || header.numPrimitives != plan.numPrimitives)
+        fail(Code::kInvalidValue, "an update has ", plan.numInputs, " build inputs with ",
+             plan.numPrimitives, " primitives, the build had ", header.numInputs, " with ",
+             header.numPrimitives);
+    checkBuffer("the output buffer", output, outputSize, header.usedSize);
+    if (plan.type != BlockType::kInstances)
+        checkInputRecords(inputs, plan, header);
+}
+
+void update(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
+            void* output, size_t outputSize) {
+    checkBuffer("the temporary buffer", temp, tempSize, kUpdateTempSize);
+    checkUpdate(inputs, options, output, outputSize);
+    inArena([&] { refit(static_cast<uint8_t*>(output), Sources(inputs)); });
 }
 
 bool isBlock(const void* block) {

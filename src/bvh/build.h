@@ -125,6 +125,19 @@ MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& op
 void build(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
            void* output, size_t outputSize);
 
+// Brings the structure in `output`, built with allowUpdate (and perhaps compacted and moved since),
+// up to date with the inputs: the tree stays, boxes and primitives are computed anew. Only contents
+// and places of buffers may differ from the build, see checkUpdate. Inactive primitives may become
+// active and the other way round. temp must have MemoryUsage::tempUpdate bytes. The result does not
+// depend on the number of threads.
+void update(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
+            void* output, size_t outputSize);
+
+// Throws Error(kInvalidValue) if update() cannot be done: no structure, no allowUpdate, other
+// options, kinds, counts, formats or geometry flags than in the build, too small an output buffer.
+void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const void* output,
+                 size_t outputSize);
+
 // Whether the block at this address was made by build() (its header says so).
 bool isBlock(const void* block);
 

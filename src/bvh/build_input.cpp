@@ -70,8 +70,8 @@ constexpr int kMaxTransformChain = 32;
 } // namespace
 
 void padBox(float lower[3], float upper[3]) {
-    const float size =
-        std::max({upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]}) * 0x1p-21f;
+    const float size = boxPadding(
+        std::max({upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]}));
     for (int i = 0; i < 3; ++i) {
         lower[i] -= size;
         upper[i] += size;
@@ -139,10 +139,8 @@ void TriangleReader::decode(const uint32_t index[3], float vertices[9]) const {
 }
 
 bool TriangleReader::read(uint32_t triangle, float vertices[9]) const {
-    uint32_t index[3];
-    if (!indices(triangle, index))
+    if (!readUnchecked(triangle, vertices))
         return false;
-    readActive(triangle, vertices);
     bool good = true;
     for (int i = 0; i < 9; ++i)
         good = good && usable(vertices[i]);
@@ -191,6 +189,48 @@ const InstanceDesc& instanceAt(const InstanceInput& input, uint32_t i) {
     if (address == 0 || address % alignof(InstanceDesc) != 0)
         return kNothing;
     return *reinterpret_cast<const InstanceDesc*>(address);
+}
+
+bool describeInstance(const InstanceDesc& from, uint32_t index, InstanceData& to, float lower[3],
+                      float upper[3]) {
+    std::memcpy(to.objectToWorld, from.transform, sizeof to.objectToWorld);
+    const bool invertible = math::invert(from.transform, to.worldToObject);
+    to.child = from.traversableHandle;
+    to.instanceId = from.instanceId;
+    to.sbtOffset = from.sbtOffset;
+    to.visibilityMask = from.visibilityMask;
+    to.flags = from.flags;
+    to.index = index;
+    if (!invertible || from.traversableHandle == 0 || (from.visibilityMask & 0xFF) == 0)
+        return false;
+    const Box box = math::transformBox(from.transform, traversableBounds(from.traversableHandle));
+    bool good = !box.empty();
+    for (int a = 0; a < 3; ++a) {
+        lower[a] = box.lower[a];
+        upper[a] = box.upper[a];
+        good = good && usable(lower[a]) && usable(upper[a]);
+    }
+    return good;
+}
+
+InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_t firstPrimitive,
+                            uint32_t numPrimitives, const TriangleInput* triangles) {
+    InputRecord record{};
+    record.firstSbtIndex = firstSbtIndex;
+    record.numSbtRecords = sbt.numSbtRecords;
+    record.firstPrimitive = firstPrimitive;
+    record.numPrimitives = numPrimitives;
+    record.primitiveIndexOffset = sbt.primitiveIndexOffset;
+    if (triangles) {
+        record.formats =
+            uint32_t(triangles->vertexFormat) << 16 | uint32_t(triangles->indexFormat);
+        record.numVertices = triangles->numVertices;
+    }
+    uint32_t hash = 2166136261u; // FNV-1a, a word at a time
+    for (uint32_t k = 0; k < sbt.numSbtRecords; ++k)
+        hash = (hash ^ (sbt.flags ? sbt.flags[k] : 0)) * 16777619u;
+    record.flagsHash = hash;
+    return record;
 }
 
 Box traversableBounds(uint64_t handle) {

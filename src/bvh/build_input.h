@@ -26,15 +26,29 @@ public:
     uint32_t count() const { return count_; }
     // The vertices after the pre-transform; false if the triangle is inactive.
     bool read(uint32_t triangle, float vertices[9]) const;
-    // The same for a triangle that read() has found active.
-    void readActive(uint32_t triangle, float vertices[9]) const {
+    // The vertices as they are, whether they make an active triangle or not; false if there are
+    // none.
+    bool readUnchecked(uint32_t triangle, float vertices[9]) const {
         uint32_t index[3];
-        indices(triangle, index);
+        if (!indices(triangle, index))
+            return false;
         if (plain_)
             for (int i = 0; i < 3; ++i)
                 std::memcpy(vertices + 3 * i, vertices_ + index[i] * vertexStride_, 12);
         else
             decode(index, vertices);
+        return true;
+    }
+
+    void prefetchIndices(uint32_t triangle) const {
+        if (indexFormat_ != IndexFormat::kNone)
+            __builtin_prefetch(indices_ + triangle * indexStride_);
+    }
+    void prefetchVertices(uint32_t triangle) const {
+        uint32_t index[3];
+        if (indices(triangle, index))
+            for (uint32_t i : index)
+                __builtin_prefetch(vertices_ + i * vertexStride_);
     }
 
 private:
@@ -87,6 +101,8 @@ public:
     SbtReader(const SbtInput& input, uint32_t firstSbtIndex)
         : input_(input), firstSbtIndex_(firstSbtIndex) {}
     uint32_t sbtWord(uint32_t primitive) const;
+    // Whether primitives may have different words.
+    bool varies() const { return input_.indexOffsets && input_.indexOffsetSize; }
     uint32_t primitiveIndex(uint32_t primitive) const {
         return primitive + input_.primitiveIndexOffset;
     }
@@ -96,8 +112,21 @@ private:
     uint32_t firstSbtIndex_;
 };
 
+// What a box grows by on each side, if `size` is its longest edge.
+inline float boxPadding(float size) {
+    return size * 0x1p-21f;
+}
+
 // The i-th instance as given.
 const InstanceDesc& instanceAt(const InstanceInput& input, uint32_t i);
+
+// Fills the record of an instance and its box; false if it is inactive.
+bool describeInstance(const InstanceDesc& from, uint32_t index, InstanceData& to, float lower[3],
+                      float upper[3]);
+
+// The record of a build input in the block.
+InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_t firstPrimitive,
+                            uint32_t numPrimitives, const TriangleInput* triangles);
 
 // Bounds of what a handle leads to, in its space; empty if it leads to nothing that can be hit.
 Box traversableBounds(uint64_t handle);

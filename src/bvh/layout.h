@@ -15,6 +15,9 @@
 //   triangles   kLeaf: TriangleLeaf<4>, kWideLeaf: TriangleLeaf<8>
 //   custom      kLeaf: CustomLeaf, one primitive
 //   instances   kLeaf: InstanceData, one instance
+// A structure that may be updated holds its inactive primitives too, with empty boxes above them,
+// because an update may make them active; `root` is then kNoNode while none is.
+//
 // Boxes in nodes are padded (padBox in build_input.h); with the margins that traversal takes
 // (ray_setup.h) no ray that the primitive test accepts is culled.
 #pragma once
@@ -77,7 +80,8 @@ struct alignas(64) BlockHeader {
     uint32_t motionFlags;
     float motionBegin;
     float motionEnd;
-    uint32_t reserved[12];
+    NodeRef wholeRoot; // kOptionUpdate: root of the tree of all primitives, the inactive included
+    uint32_t reserved[11];
 };
 static_assert(sizeof(BlockHeader) == 192);
 constexpr uint64_t kNodesAlignment = 256;
@@ -98,7 +102,10 @@ struct InputRecord {
     uint32_t firstPrimitive; // position of its first primitive in the primitive table
     uint32_t numPrimitives;
     uint32_t primitiveIndexOffset;
-    uint32_t pad[3];
+    // What an update must find again.
+    uint32_t formats; // of vertices (upper half) and indices
+    uint32_t numVertices;
+    uint32_t flagsHash; // of the geometry flags
 };
 static_assert(sizeof(InputRecord) == 32);
 

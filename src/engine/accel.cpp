@@ -53,9 +53,15 @@ uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request)
     uint64_t handle =
         devlib::makeHandle(request.output, isInstances ? devlib::kTagIas : devlib::kTagGas);
     void* stream = request.stream;
+    if (request.update) {
+        context->device->synchronize(stream);
+        bvh::checkUpdate(request.inputs->view(), request.options, request.output,
+                         request.outputSize);
+    }
     enqueue(context, stream, [request = std::move(request)] {
-        bvh::build(request.inputs->view(), request.options, request.temp, request.tempSize,
-                   request.output, request.outputSize);
+        const auto run = request.update ? bvh::update : bvh::build;
+        run(request.inputs->view(), request.options, request.temp, request.tempSize, request.output,
+            request.outputSize);
         for (const AccelEmit& emit : request.emit)
             emitProperty(emit, request.output);
     });

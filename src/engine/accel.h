@@ -39,9 +39,11 @@ struct AccelBuild {
     size_t outputSize = 0;
     std::vector<AccelEmit> emit;
     void* stream = nullptr;
+    bool update = false; // refit the structure that is in `output`
 };
 
-// Queues the build and returns the handle the structure will have.
+// Queues the build and returns the handle the structure will have. An update first waits for the
+// stream, to check that the structure in `output` was built from inputs of the same shape.
 uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request);
 
 // Waits for the stream, checks that `handle` is a structure that may be compacted into

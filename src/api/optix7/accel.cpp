@@ -93,15 +93,19 @@ OptixResult accelBuild(OptixDeviceContext context, CUstream stream,
         device::Device& device = *owner->engine->device;
         engine::AccelBuild request;
         request.options = checkBuildOptions(accelOptions);
-        if (accelOptions->operation == OPTIX_BUILD_OPERATION_UPDATE)
-            fail(Code::kNotSupported, "accelOptions->operation is UPDATE: updates are not "
-                 "available yet");
+        request.update = accelOptions->operation == OPTIX_BUILD_OPERATION_UPDATE;
+        if (request.update && !request.options.allowUpdate)
+            fail(Code::kInvalidValue, "accelOptions->operation is UPDATE, but buildFlags lacks "
+                 "ALLOW_UPDATE");
         requireNonNull(outputHandle, "outputHandle");
         request.inputs = checkBuildInputs(buildInputs, numBuildInputs, InputCheck::kBuffers, device);
         bvh::MemoryUsage usage =
             bvh::computeMemoryUsage(request.inputs->view(), request.options);
-        checkAccelBuffer(device, "tempBuffer", tempBuffer, tempBufferSize, usage.temp);
-        checkAccelBuffer(device, "outputBuffer", outputBuffer, outputBufferSize, usage.output);
+        checkAccelBuffer(device, "tempBuffer", tempBuffer, tempBufferSize,
+                         request.update ? usage.tempUpdate : usage.temp);
+        // A structure that is updated may be smaller than a fresh one: compacted.
+        checkAccelBuffer(device, "outputBuffer", outputBuffer, outputBufferSize,
+                         request.update ? bvh::kBlockAlignment : usage.output);
         request.emit = checkEmits(device, emittedProperties, numEmitted, request.options);
         request.temp = reinterpret_cast<void*>(tempBuffer);
         request.tempSize = tempBufferSize;
