@@ -12,8 +12,12 @@
 
 namespace sunstone::compiler {
 
-constexpr uint64_t kCallableTag = 1ull << 63; // addresses of user space end at 2^57
-constexpr uint64_t kContinuationTag = 1ull << 62;
-constexpr unsigned kContinuationShift = 62;
+// index << kCallableIndexShift | continuation << 1 | kCallableTag. The tag is the lowest bit, as
+// code starts at even addresses; the sign would do as well, but LLVM's folding of signed
+// comparisons of addresses cannot be relied on.
+constexpr uint64_t kCallableTag = 1;
+constexpr uint64_t kContinuationTag = 2;
+constexpr unsigned kCallableIndexShift = 2;
+constexpr unsigned kFunctionAlignment = 16;
 
 } // namespace sunstone::compiler

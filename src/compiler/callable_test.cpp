@@ -125,6 +125,12 @@ TEST_P(Callables, TargetChosenAtRunTimeAndKeptInMemory) {
     EXPECT_EQ(fake.asked, (std::vector<uint64_t>{3}));
 }
 
+TEST_P(Callables, AddressOfAFunctionIsCalledAsItIs) {
+    run("mov.u64 %rd1, plain;\n" + callOf("%rd1", "%r1", "%r11") + "mov.u32 %r12, 3;\n");
+    EXPECT_EQ(out_[0], 8u);
+    EXPECT_TRUE(fake.asked.empty());
+}
+
 TEST_P(Callables, CallableThatCallsAnotherKeepsItsData) {
     run("mov.u32 %r4, 4; call (%rd1), _optix_call_direct_callable, (%r4);\n" +
         callOf("%rd1", "%r1", "%r11") + callOf("%rd1", "%r11", "%r12"));

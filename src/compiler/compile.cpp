@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/log.h"
+#include "compiler/flush.h"
 #include "compiler/lower_optix.h"
 #include "compiler/machine.h"
 #include "compiler/optimizer.h"
@@ -179,8 +180,8 @@ std::unique_ptr<Code> compilePipeline(const PipelineRequest& request) {
     if (unit.facts().size() > kinds.size()) // constants came along with what was inlined
         optimizer.promote();
     times.step("inline");
-    optimizer.flushes();
     lowerIntrinsics(unit, kinds);
+    lowerFlushes(unit, machine.hasFma());
     optimizer.dump("lowered");
     verify(unit, "lowering");
     times.step("lower");
@@ -199,7 +200,9 @@ std::unique_ptr<Code> compilePipeline(const PipelineRequest& request) {
     code->sizes_ = unit.variableSizes();
     for (const std::string& name : names)
         code->programs_.push_back(
-            {code->code_->address(name), std::max(16u, code->code_->stackSize(name))});
+            {code->code_->address(name),
+             std::max(16u, code->code_->stackSize(name) +
+                               code->code_->stackSize(name + kFlushedSuffix))});
     times.step("generate");
     return code;
 }
@@ -288,7 +291,8 @@ std::unique_ptr<KernelCode> compileKernels(std::shared_ptr<const ptx::Module> mo
     optimizer.dump("translated");
     verify(*unit, "translation");
     optimizer.promote();
-    optimizer.flushes();
+    lowerFlushes(*unit, machine.hasFma());
+    verify(*unit, "flushing");
     optimizer.optimize();
     times.step("optimize");
 

@@ -307,7 +307,8 @@ private:
 
     // The look-up of a callable is arithmetic only; see callable.h.
     Value* callable() {
-        Value* index = builder_.CreateZExt(argument(0), call_->getType());
+        Value* index = builder_.CreateShl(builder_.CreateZExt(argument(0), call_->getType()),
+                                          kCallableIndexShift);
         return builder_.CreateOr(index, number() ? kCallableTag | kContinuationTag : kCallableTag);
     }
 

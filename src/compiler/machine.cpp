@@ -199,6 +199,11 @@ LentMachine::~LentMachine() {
     pool().give(std::move(machine_));
 }
 
+bool LentMachine::hasFma() const {
+    return ("," + machine_->getTargetFeatureString().str() + ",").find(",+fma,") !=
+           std::string::npos;
+}
+
 std::unique_ptr<LoadedCode> loadModule(Unit& unit, LentMachine& machine,
                                        const std::vector<std::string>& symbols) {
     auto loaded = std::make_unique<LoadedLibrary>();

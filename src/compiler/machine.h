@@ -18,6 +18,8 @@ public:
     LentMachine& operator=(const LentMachine&) = delete;
     llvm::TargetMachine& operator*() { return *machine_; }
     llvm::TargetMachine* operator->() { return machine_.get(); }
+    // Whether fma is an instruction.
+    bool hasFma() const;
 
 private:
     std::unique_ptr<llvm::TargetMachine> machine_;

@@ -94,12 +94,6 @@ void Optimizer::inlineAlways() {
     dump("inlined");
 }
 
-void Optimizer::flushes() {
-    llvm::ModulePassManager passes;
-    passes.addPass(llvm::createModuleToFunctionPassAdaptor(FlushPass()));
-    passes.run(unit_.module(), managers_->modules);
-}
-
 void Optimizer::optimize() {
     if (level_ == OptLevel::k0)
         return dump("optimized");

@@ -16,7 +16,6 @@ public:
 
     void promote(); // registers and local arrays out of memory
     void inlineAlways();
-    void flushes();  // see FlushPass
     void optimize(); // everything else
     void dump(const char* stage);
 

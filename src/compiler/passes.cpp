@@ -4,12 +4,10 @@
 
 #include <llvm/IR/IRBuilder.h>
 #include <llvm/IR/InstIterator.h>
-#include <llvm/IR/IntrinsicInst.h>
 #include <llvm/IR/Operator.h>
 #include <llvm/Transforms/Utils/Local.h>
 
 #include <map>
-#include <set>
 
 namespace sunstone::compiler {
 
@@ -91,64 +89,6 @@ private:
     std::map<Value*, Value*> made_;
 };
 
-// Whether a float is surely no subnormal.
-class FlushedFinder {
-public:
-    bool isFlushed(Value* value, unsigned depth = 0) {
-        if (depth == 0)
-            budget_ = kBudget;
-        if (auto* constant = llvm::dyn_cast<llvm::ConstantFP>(value))
-            return !constant->getValueAPF().isDenormal();
-        const auto known = known_.find(value);
-        if (known != known_.end())
-            return known->second;
-        if (depth > kMaxDepth || --budget_ < 0)
-            return false;
-        if (llvm::isa<llvm::SIToFPInst, llvm::UIToFPInst>(value))
-            return true;
-        if (auto* extension = llvm::dyn_cast<llvm::FPExtInst>(value))
-            return extension->getSrcTy()->isHalfTy();
-        if (auto* negation = llvm::dyn_cast<llvm::UnaryOperator>(value))
-            return isFlushed(negation->getOperand(0), depth + 1);
-        if (auto* select = llvm::dyn_cast<llvm::SelectInst>(value))
-            return isFlushed(select->getTrueValue(), depth + 1) &&
-                   isFlushed(select->getFalseValue(), depth + 1);
-        if (auto* phi = llvm::dyn_cast<llvm::PHINode>(value)) {
-            known_[value] = true;
-            bool all = true;
-            for (Value* incoming : phi->incoming_values())
-                all = all && isFlushed(incoming, depth + 1);
-            if (!all)
-                known_.clear();
-            return known_[value] = all;
-        }
-        auto* call = llvm::dyn_cast<llvm::CallInst>(value);
-        if (!call || !call->getCalledFunction())
-            return false;
-        if (call->getCalledFunction()->getName() == kFlushName)
-            return true;
-        switch (call->getIntrinsicID()) {
-        case llvm::Intrinsic::fabs:
-        case llvm::Intrinsic::copysign:
-        case llvm::Intrinsic::sqrt:
-            return isFlushed(call->getArgOperand(0), depth + 1);
-        case llvm::Intrinsic::floor:
-        case llvm::Intrinsic::ceil:
-        case llvm::Intrinsic::trunc:
-        case llvm::Intrinsic::roundeven:
-            return true;
-        default:
-            return false;
-        }
-    }
-
-private:
-    static constexpr unsigned kMaxDepth = 32;
-    static constexpr int kBudget = 300; // values looked at per question
-    int budget_ = 0;
-    std::map<Value*, bool> known_;
-};
-
 } // namespace
 
 llvm::PreservedAnalyses PointerPass::run(llvm::Function& function, llvm::FunctionAnalysisManager&) {
@@ -183,41 +123,6 @@ llvm::PreservedAnalyses PointerPass::run(llvm::Function& function, llvm::Functio
         if (changed)
             llvm::SimplifyInstructionsInBlock(&block);
     return changed ? llvm::PreservedAnalyses::none() : llvm::PreservedAnalyses::all();
-}
-
-llvm::PreservedAnalyses FlushPass::run(llvm::Function& function, llvm::FunctionAnalysisManager&) {
-    std::vector<llvm::CallInst*> calls;
-    for (llvm::Instruction& instruction : llvm::instructions(function))
-        if (auto* call = llvm::dyn_cast<llvm::CallInst>(&instruction))
-            if (call->getCalledFunction() && call->getCalledFunction()->getName() == kFlushName)
-                calls.push_back(call);
-    if (calls.empty())
-        return llvm::PreservedAnalyses::all();
-    FlushedFinder finder;
-    std::vector<llvm::CallInst*> needed, unneeded;
-    for (llvm::CallInst* call : calls) {
-        if (finder.isFlushed(call->getArgOperand(0)))
-            unneeded.push_back(call);
-        else
-            needed.push_back(call);
-    }
-    for (llvm::CallInst* call : unneeded) { // after the questions, whose answers name values
-        call->replaceAllUsesWith(call->getArgOperand(0));
-        call->eraseFromParent();
-    }
-    llvm::IRBuilder<> builder(function.getContext());
-    for (llvm::CallInst* call : needed) {
-        builder.SetInsertPoint(call);
-        Value* value = call->getArgOperand(0);
-        llvm::Type* type = value->getType();
-        Value* magnitude = builder.CreateUnaryIntrinsic(llvm::Intrinsic::fabs, value);
-        Value* tiny = builder.CreateFCmpOLT(magnitude, llvm::ConstantFP::get(type, 0x1p-126));
-        Value* zero = builder.CreateBinaryIntrinsic(llvm::Intrinsic::copysign,
-                                                    llvm::ConstantFP::get(type, 0.0), value);
-        call->replaceAllUsesWith(builder.CreateSelect(tiny, zero, value));
-        call->eraseFromParent();
-    }
-    return llvm::PreservedAnalyses::none();
 }
 
 } // namespace sunstone::compiler

@@ -6,19 +6,10 @@
 
 namespace sunstone::compiler {
 
-// Marks "subnormal to zero of its sign"; see translate_float.cpp.
-constexpr const char* kFlushName = "sunstone.flush";
-
 // Turns address arithmetic on integers into address arithmetic on pointers, where the integer
 // comes from a pointer we know: only then can local arrays be promoted to registers and accesses
 // be told apart. PTX computes addresses in integer registers throughout.
 class PointerPass : public llvm::PassInfoMixin<PointerPass> {
-public:
-    llvm::PreservedAnalyses run(llvm::Function& function, llvm::FunctionAnalysisManager&);
-};
-
-// Removes flushes of values that cannot be subnormal and expands the others.
-class FlushPass : public llvm::PassInfoMixin<FlushPass> {
 public:
     llvm::PreservedAnalyses run(llvm::Function& function, llvm::FunctionAnalysisManager&);
 };

@@ -43,7 +43,16 @@ inline uint64_t bits(double value) {
     return std::bit_cast<uint64_t>(value);
 }
 
-inline std::string kernelOf(const Case& test, size_t number) {
+// Enough .ftz arithmetic that the kernel runs with results flushed by the processor (flush.h).
+constexpr unsigned kManyFlushes = 60;
+inline std::string manyFlushes() {
+    std::string text = "mov.f32 %f18, %f1; mov.f32 %f19, %f2;\n";
+    for (unsigned i = 0; i < kManyFlushes; ++i)
+        text += "fma.rn.ftz.f32 %f19, %f19, %f18, %f18;\n";
+    return text + "st.f32 [%out+8], %f19;\n";
+}
+
+inline std::string kernelOf(const Case& test, size_t number, bool flushed) {
     std::string text = ".visible .entry k" + std::to_string(number) +
                        "(.param .u64 p0, .param .u64 p1) {\n"
                        ".reg .b32 %r<20>; .reg .b64 %rd<20>; .reg .b16 %rs<20>; .reg .f32 %f<20>;\n"
@@ -56,6 +65,8 @@ inline std::string kernelOf(const Case& test, size_t number) {
         text += "mov.b32 %f" + n + ", %r" + n + "; mov.b64 %fd" + n + ", %rd" + n + ";\n";
         text += "setp.ne.u32 %p" + n + ", %r" + n + ", 0;\n";
     }
+    if (flushed)
+        text += manyFlushes();
     text += std::string(test.text) + "\n";
     switch (test.result) {
     case 'r':
@@ -85,11 +96,11 @@ inline bool isNan(char type, uint64_t value) {
                        : type == 'F' && std::isnan(std::bit_cast<double>(value));
 }
 
-// Compares bits; any NaN equals any NaN.
-inline void run(const std::vector<Case>& cases) {
+// Compares bits; any NaN equals any NaN. flushed: among much .ftz arithmetic.
+inline void run(const std::vector<Case>& cases, bool flushed) {
     std::string text = kHeader;
     for (size_t i = 0; i < cases.size(); ++i)
-        text += kernelOf(cases[i], i);
+        text += kernelOf(cases[i], i, flushed);
     std::unique_ptr<KernelCode> code;
     try {
         code = compileKernels(parse(text));
@@ -102,16 +113,23 @@ inline void run(const std::vector<Case>& cases) {
         ASSERT_TRUE(kernel.address) << cases[i].text << ": " << kernel.unsupported;
         std::vector<uint64_t> inputs = cases[i].inputs;
         inputs.resize(4);
-        uint64_t out = 0;
-        const void* parameters[2] = {inputs.data(), &out};
+        uint64_t results[2] = {};
+        const void* parameters[2] = {inputs.data(), results};
         devlib::KernelThread thread{};
         reinterpret_cast<devlib::KernelFn>(const_cast<void*>(kernel.address))(&thread, parameters);
+        const uint64_t out = results[0];
         if (isNan(cases[i].result, cases[i].expected) && isNan(cases[i].result, out))
             continue;
         EXPECT_EQ(out, cases[i].expected)
             << cases[i].text << std::hex << " inputs " << inputs[0] << " " << inputs[1] << " "
-            << inputs[2] << " " << inputs[3] << ": got " << out << ", want " << cases[i].expected;
+            << inputs[2] << " " << inputs[3] << ": got " << out << ", want " << cases[i].expected
+            << (flushed ? " (flushed by the processor)" : "");
     }
+}
+
+inline void run(const std::vector<Case>& cases) {
+    run(cases, false);
+    run(cases, true);
 }
 
 } // namespace sunstone::compiler::testing

@@ -137,8 +137,7 @@ Value* FunctionTranslator::resolveCallee(Value* target) {
     llvm::BasicBlock* tagged = llvm::BasicBlock::Create(unit_.context(), "callable", &function_);
     llvm::BasicBlock* plain = llvm::BasicBlock::Create(unit_.context(), "address", &function_);
     llvm::BasicBlock* join = llvm::BasicBlock::Create(unit_.context(), "", &function_);
-    Value* isTagged = builder_.CreateICmpSLT(target, builder_.getInt64(0));
-    builder_.CreateCondBr(isTagged, tagged, plain);
+    builder_.CreateCondBr(builder_.CreateTrunc(target, intType(1)), tagged, plain);
 
     builder_.SetInsertPoint(tagged);
     llvm::Type* word = intType(32);
@@ -147,12 +146,11 @@ Value* FunctionTranslator::resolveCallee(Value* target) {
         builder_.getPtrTy(), offsetPointer(launch, offsetof(devlib::LaunchState, callable)));
     auto* type =
         llvm::FunctionType::get(builder_.getPtrTy(), {builder_.getPtrTy(), word, word}, false);
-    Value* continuation =
-        builder_.CreateAnd(builder_.CreateLShr(target, kContinuationShift), builder_.getInt64(1));
-    Value* found =
-        builder_.CreateCall(type, resolver,
-                            {state(), builder_.CreateTrunc(target, word),
-                             builder_.CreateTrunc(continuation, word)});
+    Value* continuation = builder_.CreateAnd(builder_.CreateLShr(target, 1), uint64_t(1));
+    Value* index = builder_.CreateLShr(target, kCallableIndexShift);
+    Value* found = builder_.CreateCall(
+        type, resolver,
+        {state(), builder_.CreateTrunc(index, word), builder_.CreateTrunc(continuation, word)});
     // A record without a callable: calling it gives zero.
     Value* none = unit_.helper("sunstone_no_callable", word, {}, false).getCallee();
     found = builder_.CreateSelect(builder_.CreateIsNull(found), none, found);

@@ -96,12 +96,12 @@ Value* FunctionTranslator::floatToFloat(const ptx::Instruction& instruction, Val
             builder_.CreateCall(unit_.helper(name.c_str(), returned, {typeOf(from)}), {value}),
             target);
     }
+    if (instruction.has("ftz") && to == ptx::Type::kF32)
+        value = flush(value);
     if (instruction.has("sat"))
         value = saturate(value);
     if (instruction.has("relu"))
         value = pickMinimum(value, llvm::ConstantFP::get(value->getType(), 0.0), true, true);
-    if (instruction.has("ftz") && to == ptx::Type::kF32)
-        value = flush(value);
     return value;
 }
 

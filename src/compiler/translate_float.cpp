@@ -4,10 +4,11 @@
 // better than the stated error, and results then agree between machines.
 //
 // .ftz is a property of one instruction: flush() marks the place with a call of sunstone.flush,
-// which flush_pass.cpp removes where the value is known to be no subnormal and expands elsewhere.
+// which flush.cpp turns into code. A result is flushed before anything else is done to it: only
+// then can the processor do it.
 #include "compiler/function_translator.h"
 
-#include "compiler/passes.h"
+#include "compiler/flush.h"
 
 #include <llvm/IR/Intrinsics.h>
 
@@ -94,12 +95,12 @@ Value* FunctionTranslator::saturate(Value* value) {
 
 void FunctionTranslator::writeFloat(const ptx::Instruction& instruction, Value* value,
                                     bool canBeSubnormal) {
+    if (instruction.has("ftz") && canBeSubnormal)
+        value = flush(value);
     if (instruction.has("sat"))
         value = saturate(value);
     if (instruction.has("relu"))
         value = pickMinimum(value, llvm::ConstantFP::get(value->getType(), 0.0), true, true);
-    if (instruction.has("ftz") && canBeSubnormal)
-        value = flush(value);
     write(instruction.operands[0], value);
 }
 

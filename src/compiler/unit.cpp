@@ -3,6 +3,7 @@
 #include "compiler/unit.h"
 
 #include "base/error.h"
+#include "compiler/callable.h"
 #include "compiler/function_translator.h"
 
 #include <llvm/IR/Constants.h>
@@ -136,6 +137,7 @@ llvm::Function* Unit::declare(const ptx::Module& module, const ptx::Function& fu
                                    kFunctionPrefix + std::string(function.name), *module_);
     entry->addFnAttr(llvm::Attribute::NoUnwind);
     entry->addFnAttr("warn-stack-size", "0");
+    entry->setAlignment(llvm::Align(kFunctionAlignment));
     // Shadow state pointers are ours: user memory never holds or reaches them.
     entry->addParamAttr(0, llvm::Attribute::NoAlias);
     entry->addParamAttr(0, llvm::Attribute::NonNull);
