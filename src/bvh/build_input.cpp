@@ -2,6 +2,7 @@
 #include "bvh/build_input.h"
 
 #include "base/log.h"
+#include "base/readable.h"
 #include "math/affine.h"
 
 #include <algorithm>
@@ -233,12 +234,39 @@ InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_
     return record;
 }
 
+bool leadsToBlock(uint64_t handle) {
+    // Instances of one structure tend to come in a row.
+    thread_local uint64_t known = 0;
+    if (handle == known && known != 0)
+        return true;
+    const uint64_t first = handle;
+    for (int i = 0; i < kMaxTransformChain; ++i) {
+        const auto* address = reinterpret_cast<const void*>(handle & ~kTraversableTagMask);
+        const uint64_t tag = handle & kTraversableTagMask;
+        if (tag == kStaticTransformTag) {
+            if (!isReadable(address, sizeof(StaticTransform)))
+                return false;
+            handle = static_cast<const StaticTransform*>(address)->child;
+            continue;
+        }
+        if ((tag != kGasTag && tag != kIasTag) || !isReadable(address, sizeof(BlockHeader)) ||
+            !looksLikeBlock(headerOf(address)))
+            return false;
+        if (i == 0)
+            known = first; // a transform's child may change
+        return true;
+    }
+    return false;
+}
+
 Box traversableBounds(uint64_t handle) {
     std::vector<const StaticTransform*> chain;
     while (chain.size() < kMaxTransformChain) {
         const uint64_t address = handle & ~kTraversableTagMask;
         const uint64_t tag = handle & kTraversableTagMask;
         if (address == 0)
+            return {};
+        if (tag <= kStaticTransformTag && !leadsToBlock(handle))
             return {};
         if (tag == kStaticTransformTag) {
             chain.push_back(reinterpret_cast<const StaticTransform*>(address));

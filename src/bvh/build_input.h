@@ -128,6 +128,10 @@ bool describeInstance(const InstanceDesc& from, uint32_t index, InstanceData& to
 InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_t firstPrimitive,
                             uint32_t numPrimitives, const TriangleInput* triangles);
 
+// Whether the handle leads, perhaps through static transforms, to an acceleration structure. Never
+// faults.
+bool leadsToBlock(uint64_t handle);
+
 // Bounds of what a handle leads to, in its space; empty if it leads to nothing that can be hit.
 Box traversableBounds(uint64_t handle);
 

@@ -145,6 +145,10 @@ private:
             offsetof(InstanceRecord, instanceId), "r", "l", kAny, true);
         add("get_instance_child_from_handle", IntrinsicOp::kInstanceField,
             offsetof(InstanceRecord, child), "l", "l", kAny, true);
+        add("get_triangle_vertex_data", IntrinsicOp::kTriangleVertices, 0, repeat('f', 9), "lrrf",
+            kAny, true);
+        add("get_instance_traversable_from_ias", IntrinsicOp::kInstanceHandle, 0, "l", "lr", kAny,
+            true);
         add("get_gas_motion_time_begin", IntrinsicOp::kMotionTime, 0, "f", "l", kAny, true);
         add("get_gas_motion_time_end", IntrinsicOp::kMotionTime, 0, "f", "l", kAny, true);
         add("get_gas_motion_step_count", IntrinsicOp::kMotionSteps, 0, "r", "l", kAny, true);
@@ -175,7 +179,6 @@ private:
                                  "get_exception_invalid_traversable",
                                  "get_exception_invalid_ray",
                                  "get_exception_parameter_mismatch",
-                                 "get_instance_traversable_from_ias",
                                  "tex_footprint_2d_v2",
                                  "tex_footprint_2d_lod_v2",
                                  "tex_footprint_2d_grad_v2",
@@ -197,8 +200,11 @@ private:
                                  "reorder",
                                  "invoke"})
             notYet(name);
+        for (const char* form :
+             {"_from_handle", "_current_hit"})
+            notYet(std::string("get_triangle_vertex_data") + form);
         for (const char* shape :
-             {"triangle", "linear_curve", "quadratic_bspline", "cubic_bspline", "catmullrom",
+             {"linear_curve", "quadratic_bspline", "cubic_bspline", "catmullrom",
               "cubic_bezier", "ribbon", "sphere", "quadratic_bspline_rocaps",
               "cubic_bspline_rocaps", "catmullrom_rocaps", "cubic_bezier_rocaps"})
             for (const char* form :

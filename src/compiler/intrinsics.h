@@ -37,7 +37,9 @@ enum class IntrinsicOp : uint8_t {
     kTransformPointer, // number = HandleTag expected; result is the address
     kInstanceMatrix,   // number = offset in InstanceRecord; result is its address
     kInstanceField,    // number = offset in InstanceRecord; result is its value
-    kMotionTime,       // 0 without motion
+    kTriangleVertices,
+    kInstanceHandle, // of the n-th instance of an instance acceleration structure
+    kMotionTime,     // 0 without motion
     kMotionSteps,      // 1 without motion
     kCallable,         // number = 1: continuation
     kLater,            // known, not available yet

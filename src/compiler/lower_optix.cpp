@@ -195,9 +195,32 @@ private:
                        : llvm::ConstantFP::get(type, 0.0);
         case IntrinsicOp::kCallable:
             return callable();
+        case IntrinsicOp::kTriangleVertices:
+            return triangleVertices(type);
+        case IntrinsicOp::kInstanceHandle: {
+            auto* signature = llvm::FunctionType::get(type, {type, word()}, false);
+            Value* target =
+                loadInvariant(launch(), offsetof(LaunchState, instanceHandle), pointer());
+            return builder_.CreateCall(signature, target, {argument(0), argument(1)});
+        }
         default:
             return transformGetter(type);
         }
+    }
+
+    Value* triangleVertices(llvm::Type* type) {
+        llvm::Type* number = builder_.getFloatTy();
+        Value* memory = entryAlloca(llvm::ArrayType::get(number, 9), 4);
+        auto* signature = llvm::FunctionType::get(
+            builder_.getVoidTy(), {builder_.getInt64Ty(), word(), word(), number, pointer()},
+            false);
+        Value* target = loadInvariant(launch(), offsetof(LaunchState, triangleVertices), pointer());
+        builder_.CreateCall(signature, target,
+                            {argument(0), argument(1), argument(2), argument(3), memory});
+        Value* all = llvm::PoisonValue::get(type);
+        for (unsigned i = 0; i < 9; ++i)
+            all = builder_.CreateInsertValue(all, load(memory, i * 4u, number), i);
+        return all;
     }
 
     size_t number() const { return size_t(intrinsic_->number); }

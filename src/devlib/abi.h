@@ -102,6 +102,10 @@ struct LaunchState {
     uint32_t traversableGraphFlags;
     uint32_t maxGraphDepth;
     uint32_t numAttributes;
+    // Random access to structures; what is not there gives NaN or the null handle.
+    void (*triangleVertices)(uint64_t gas, uint32_t primitive, uint32_t sbtGasIndex, float time,
+                             float* vertices); // nine floats
+    uint64_t (*instanceHandle)(uint64_t ias, uint32_t index);
 };
 
 // A hit: the candidate an any-hit or intersection program looks at, or the accepted one.
@@ -127,6 +131,7 @@ struct ThreadState {
     void* exceptionFrame;     // jump target of the launch index, owned by the launch loop
     int32_t exceptionCode;
     uint32_t exceptionDetails[8];
+    uint64_t knownHandles[4]; // traversables that trace has found to be in mapped memory; starts as 0
 };
 
 // What a program sees. Compiled code fills [trace] fields of a new one at each optixTrace; the

@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "devlib/trace.h"
 
+#include "base/log.h"
+#include "base/readable.h"
+#include "bvh/build.h"
 #include "bvh/kernels.h"
 #include "bvh/layout.h"
 #include "devlib/sbt.h"
 #include "devlib/trace_sets.h"
+
+#include <algorithm>
+#include <limits>
 
 namespace sunstone::devlib {
 
@@ -38,6 +44,54 @@ const void* callable(RayState* state, uint32_t sbtIndex, uint32_t continuation) 
     return code ? code : reinterpret_cast<const void*>(&noCallable);
 }
 
+// The block of a handle in mapped memory, or null.
+const void* blockAt(uint64_t handle, HandleTag tag) {
+    const auto* block = reinterpret_cast<const void*>(addressOf(handle));
+    // Programs ask about the same structure many times.
+    thread_local const void* known = nullptr;
+    if (tagOf(handle) != tag)
+        return nullptr;
+    if (block != known && !isReadable(block, sizeof(bvh::BlockHeader)))
+        return nullptr;
+    known = block;
+    return bvh::isBlock(block) ? block : nullptr;
+}
+
+void triangleVertices(uint64_t gas, uint32_t primitive, uint32_t sbtGasIndex, float,
+                      float* vertices) {
+    const void* block = blockAt(gas, kTagGas);
+    if (!block || !bvh::triangleVertices(block, primitive, sbtGasIndex, vertices))
+        std::fill(vertices, vertices + 9, std::numeric_limits<float>::quiet_NaN());
+}
+
+uint64_t instanceHandle(uint64_t ias, uint32_t index) {
+    const void* block = blockAt(ias, kTagIas);
+    if (!block || !(bvh::headerOf(block)->options & bvh::kOptionInstanceAccess))
+        return 0;
+    const void* record = bvh::instanceRecord(block, index);
+    return record ? makeHandle(record, kTagInstance) : 0;
+}
+
+// See isTraversable.
+bool leadsToMemory(uint64_t handle) {
+    const auto* address = reinterpret_cast<const void*>(addressOf(handle));
+    switch (tagOf(handle)) {
+    case kTagGas:
+    case kTagIas:
+        return isReadable(address, sizeof(bvh::BlockHeader));
+    case kTagStatic:
+        return isReadable(address, sizeof(bvh::StaticTransform));
+    case kTagMatrixMotion:
+    case kTagSrtMotion:
+        logOnce(LogLevel::kError, "devlib",
+                "optixTrace through a motion transform: motion is not available yet, the ray "
+                "misses");
+        return false;
+    default:
+        return false;
+    }
+}
+
 const TraceSet& chosenSet() {
     switch (bvh::chosenIsa()) {
     case bvh::Isa::kAvx512:
@@ -61,6 +115,21 @@ void bindTrace(LaunchState& launch, const TraceFeatures& features) {
     launch.trace = variant.trace;
     launch.report = variant.report;
     launch.callable = variant.callable;
+    launch.triangleVertices = triangleVertices;
+    launch.instanceHandle = instanceHandle;
+}
+
+bool isTraversable(uint64_t handle) {
+    // From one tile of a launch to the next the handles stay the same.
+    constexpr size_t kKnown = 16;
+    thread_local uint64_t known[kKnown] = {};
+    uint64_t& slot = known[(handle >> 7) % kKnown];
+    if (slot == handle && handle != 0)
+        return true;
+    if (!leadsToMemory(handle))
+        return false;
+    slot = handle;
+    return true;
 }
 
 } // namespace sunstone::devlib

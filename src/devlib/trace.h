@@ -23,6 +23,11 @@ struct TraceFeatures {
     bool instancing = true; // handles other than that of a geometry acceleration structure
 };
 
+// Whether the handle's own memory is mapped: asked once per thread for a handle that programs pass
+// to optixTrace, and for children of static transforms; see ThreadState::knownHandles. (Children of
+// instances are looked at when their structure is built.) Says in the log why motion misses.
+bool isTraversable(uint64_t handle);
+
 struct TraceVariant {
     void (*trace)(RayState*);
     uint32_t (*report)(RayState*, float t, uint32_t kind);

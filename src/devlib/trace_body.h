@@ -50,6 +50,17 @@ SUNSTONE_INLINE const bvh::BlockHeader* blockOf(uint64_t handle) {
     return bvh::looksLikeBlock(header) ? header : nullptr;
 }
 
+// Whether the handle leads to mapped memory: garbage is told apart once per handle and thread.
+SUNSTONE_INLINE bool isKnown(RayState* state, uint64_t handle) {
+    uint64_t& known = state->thread->knownHandles[handle >> 7 & 3];
+    if (__builtin_expect(known == handle, 1))
+        return true;
+    if (!isTraversable(handle))
+        return false;
+    known = handle;
+    return true;
+}
+
 class Tracer {
 public:
     SUNSTONE_INLINE_MEMBER explicit Tracer(RayState* state)
@@ -476,6 +487,8 @@ private:
         if (transformCount_ >= kMaxGraphDepth || addressOf(handle) == 0)
             return false;
         const auto* transform = reinterpret_cast<const bvh::StaticTransform*>(addressOf(handle));
+        if (!isKnown(state_, transform->child))
+            return false;
         float newOrg[3], newDir[3];
         transformRay(transform->inverse, org, dir, newOrg, newDir);
         transforms_[transformCount_++] = handle;
@@ -534,6 +547,8 @@ static void trace(RayState* state) {
     }
     const float tmax = state->tmax;
     bool found = false;
+    if (!isKnown(state, state->handle))
+        return runMiss(state);
     if (const ProgramFn closestHit = findHit<kInstancing>(state, found)) {
         closestHit(state);
     } else if (!found) {

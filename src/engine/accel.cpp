@@ -33,6 +33,20 @@ void enqueue(const std::shared_ptr<Context>& context, void* stream, std::functio
     });
 }
 
+// The structure of a handle that a caller gave.
+const void* checkedBlock(const Context& context, uint64_t handle, const char* parameter) {
+    const devlib::HandleTag tag = devlib::tagOf(handle);
+    const void* block = reinterpret_cast<const void*>(devlib::addressOf(handle));
+    if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||
+        !context.device->isAccessible(block, bvh::kBlockAlignment) || !bvh::isBlock(block))
+        fail(Code::kInvalidValue, parameter, " = ", reinterpret_cast<void*>(handle),
+             " is no acceleration structure");
+    if (bvh::traversableHandle(block) != handle)
+        fail(Code::kInvalidValue, parameter, " = ", reinterpret_cast<void*>(handle),
+             " is not the handle of the acceleration structure at its address");
+    return block;
+}
+
 } // namespace
 
 bvh::BuildInputs AccelInputs::view() const {
@@ -71,15 +85,8 @@ uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request)
 uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uint64_t handle,
                       void* destination, size_t destinationSize) {
     context->device->synchronize(stream);
-    devlib::HandleTag tag = devlib::tagOf(handle);
-    const void* source = reinterpret_cast<const void*>(devlib::addressOf(handle));
-    if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||
-        !context->device->isAccessible(source, bvh::kBlockAlignment) || !bvh::isBlock(source))
-        fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
-             " is no acceleration structure");
-    if (bvh::traversableHandle(source) != handle)
-        fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
-             " is not the handle of the acceleration structure at its address");
+    const devlib::HandleTag tag = devlib::tagOf(handle);
+    const void* source = checkedBlock(*context, handle, "inputHandle");
     if (!bvh::allowsCompaction(source))
         fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
              " was built without ALLOW_COMPACTION");
@@ -95,6 +102,27 @@ uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uin
         bvh::compact(source, destination, destinationSize);
     });
     return devlib::makeHandle(destination, tag);
+}
+
+bvh::RelocationInfo relocationInfo(const std::shared_ptr<Context>& context, uint64_t handle) {
+    context->device->synchronizeAll();
+    return bvh::relocationInfo(checkedBlock(*context, handle, "handle"));
+}
+
+uint64_t relocateAccel(const std::shared_ptr<Context>& context, void* stream,
+                       const bvh::RelocationInfo& info, void* block, const uint64_t* children,
+                       size_t count) {
+    enqueue(context, stream,
+            [info, block, children, count] { bvh::relocate(info, block, children, count); });
+    return devlib::makeHandle(block,
+                              bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
+}
+
+uint64_t transformHandle(const void* transform, TransformType type) {
+    return devlib::makeHandle(transform, type == TransformType::kStatic ? devlib::kTagStatic
+                                         : type == TransformType::kMatrixMotion
+                                             ? devlib::kTagMatrixMotion
+                                             : devlib::kTagSrtMotion);
 }
 
 } // namespace sunstone::engine

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "bvh/build.h"
+#include "bvh/relocate.h"
 #include "engine/context.h"
 
 #include <memory>
@@ -50,5 +51,18 @@ uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request)
 // `destination`, queues the copy and returns the new handle.
 uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uint64_t handle,
                       void* destination, size_t destinationSize);
+
+// What relocateAccel needs to know of the structure; waits for all streams.
+bvh::RelocationInfo relocationInfo(const std::shared_ptr<Context>& context, uint64_t handle);
+
+// Queues the relocation of the copy at `block` and returns its handle. `children`: see
+// bvh::relocate; read when the stream comes to it.
+uint64_t relocateAccel(const std::shared_ptr<Context>& context, void* stream,
+                       const bvh::RelocationInfo& info, void* block, const uint64_t* children,
+                       size_t count);
+
+// The handle of a transform in device memory.
+enum class TransformType { kStatic, kMatrixMotion, kSrtMotion };
+uint64_t transformHandle(const void* transform, TransformType type);
 
 } // namespace sunstone::engine

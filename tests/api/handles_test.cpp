@@ -229,28 +229,6 @@ TEST_F(Unsupported, BuiltinIntersection) {
     });
 }
 
-TEST_F(Unsupported, Relocation) {
-    OptixAccelRelocationInfo info{};
-    expectInLog("optixAccelGetRelocationInfo",
-                [&] { return optixAccelGetRelocationInfo(context_, 1, &info); });
-    int compatible = 9;
-    expectInLog("optixAccelCheckRelocationCompatibility", [&] {
-        return optixAccelCheckRelocationCompatibility(context_, &info, &compatible);
-    });
-    EXPECT_EQ(9, compatible);
-    OptixTraversableHandle handle = 0;
-    Buffer target(256);
-    expectInLog("optixAccelRelocate", [&] {
-        return optixAccelRelocate(context_, nullptr, &info, 0, 0, target.address(), target.size(),
-                                  &handle);
-    });
-    expectInLog("optixConvertPointerToTraversableHandle", [&] {
-        return optixConvertPointerToTraversableHandle(
-            context_, target.address(), OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM, &handle);
-    });
-    EXPECT_EQ(0u, handle);
-}
-
 TEST_F(Unsupported, Denoiser) {
     OptixDenoiserOptions options{};
     OptixDenoiser denoiser = nullptr;

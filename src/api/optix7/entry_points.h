@@ -43,4 +43,14 @@ OptixResult accelBuild(OptixDeviceContext, CUstream, const OptixAccelBuildOption
 OptixResult accelCompact(OptixDeviceContext, CUstream, OptixTraversableHandle, CUdeviceptr, size_t,
                          OptixTraversableHandle*);
 
+// relocation.cpp
+OptixResult accelGetRelocationInfo(OptixDeviceContext, OptixTraversableHandle,
+                                   OptixAccelRelocationInfo*);
+OptixResult accelCheckRelocationCompatibility(OptixDeviceContext, const OptixAccelRelocationInfo*,
+                                              int*);
+OptixResult accelRelocate(OptixDeviceContext, CUstream, const OptixAccelRelocationInfo*,
+                          CUdeviceptr, size_t, CUdeviceptr, size_t, OptixTraversableHandle*);
+OptixResult convertPointerToTraversableHandle(OptixDeviceContext, CUdeviceptr, OptixTraversableType,
+                                              OptixTraversableHandle*);
+
 } // namespace sunstone::optix7

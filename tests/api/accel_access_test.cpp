@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+// Structures from the outside: relocation, handles of transforms, random access to triangles and
+// instances, and traces through handles that lead nowhere.
+#include "random_access.h"
+#include "rig.h"
+#include "scene.h"
+
+#include <sys/mman.h>
+
+#include <cmath>
+
+namespace tests::api {
+namespace {
+
+class AccelAccess : public DeviceTest {
+protected:
+    void SetUp() override {
+        DeviceTest::SetUp();
+        rig_ = rig("random_access", compileOptions(1));
+        rig_->raygenRecord(rig_->raygen("__raygen__access"));
+        rig_->missRecord(rig_->miss("__miss__access"));
+        const size_t group = rig_->hit("__closesthit__access");
+        for (int i = 0; i < 4; ++i)
+            rig_->hitRecord(group);
+        rig_->link();
+    }
+    void TearDown() override {
+        rig_.reset();
+        DeviceTest::TearDown();
+    }
+    std::vector<AccessResult> run(AccessParams params, unsigned count) {
+        Buffer out(count * sizeof(AccessResult));
+        params.results = out.as<AccessResult>();
+        rig_->run(params, count);
+        return {out.as<AccessResult>(), out.as<AccessResult>() + count};
+    }
+    // 1: missed, 2: hit.
+    unsigned trace(OptixTraversableHandle handle) {
+        return run({0, 0, handle, 0, 0, nullptr}, 1)[0].missed;
+    }
+
+    std::unique_ptr<Rig> rig_;
+};
+
+constexpr unsigned kVertices = OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS;
+constexpr unsigned kInstances = OPTIX_BUILD_FLAG_ALLOW_RANDOM_INSTANCE_ACCESS;
+
+const std::vector<Vec3> kTwoTriangles = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0},
+                                         {4, 4, 1},   {5, 4, 1},  {4, 5, 1}};
+
+TEST_P(AccelAccess, VertexDataOfTriangles) {
+    TriangleMesh first(kTwoTriangles, {0, 1, 2, 3, 4, 5}, {0, 0});
+    TriangleMesh second(kTwoTriangles, {3, 4, 5, 0, 0, 1, 2, 1, 0});
+    second.input.triangleArray.primitiveIndexOffset = 10;
+    for (unsigned flags : {0u, unsigned(OPTIX_BUILD_FLAG_ALLOW_UPDATE),
+                           unsigned(OPTIX_BUILD_FLAG_PREFER_FAST_TRACE)}) {
+        const Accel gas =
+            buildAccel(context_, log_, {first.input, second.input}, kVertices | flags);
+        std::vector<AccessResult> seen = run({gas.handle, 0, 0, 0, 1, nullptr}, 3);
+        for (unsigned i = 0; i < 2; ++i)
+            EXPECT_EQ(0, std::memcmp(seen[i].vertices, &kTwoTriangles[3 * i], 36)) << i;
+        EXPECT_TRUE(std::isnan(seen[2].vertices[0])); // no such primitive
+        seen = run({gas.handle, 0, 0, 10, 2, nullptr}, 3);
+        EXPECT_EQ(0, std::memcmp(seen[0].vertices, &kTwoTriangles[3], 36));
+        for (float v : seen[1].vertices)
+            EXPECT_TRUE(std::isnan(v)); // degenerate
+        EXPECT_EQ(kTwoTriangles[2].y, seen[2].vertices[1]);
+    }
+    const Accel without = buildAccel(context_, log_, {first.input});
+    for (OptixTraversableHandle bad :
+         {without.handle, OptixTraversableHandle(0), OptixTraversableHandle(0x12345681)})
+        EXPECT_TRUE(std::isnan(run({bad, 0, 0, 0, 0, nullptr}, 1)[0].vertices[4]));
+}
+
+TEST_P(AccelAccess, InstancesOfAStructure) {
+    TriangleMesh mesh(kTwoTriangles, {0, 1, 2});
+    const Accel gas = buildAccel(context_, log_, {mesh.input});
+    std::vector<OptixInstance> list;
+    for (unsigned i = 0; i < 5; ++i)
+        list.push_back(instanceOf(gas.handle, translation(float(i), 0, 0), 70 + i));
+    InstanceList top(list);
+    const Accel ias = buildAccel(context_, log_, {top.input}, kInstances);
+    const std::vector<AccessResult> seen = run({0, ias.handle, ias.handle, 0, 0, nullptr}, 6);
+    for (unsigned i = 0; i < 5; ++i) {
+        EXPECT_EQ(70 + i, seen[i].id);
+        EXPECT_EQ(gas.handle, seen[i].child);
+        EXPECT_EQ(2u, seen[i].missed);
+    }
+    EXPECT_EQ(0u, seen[5].instance);
+    const Accel without = buildAccel(context_, log_, {top.input});
+    for (OptixTraversableHandle bad :
+         {without.handle, gas.handle, OptixTraversableHandle(0x12345682)})
+        EXPECT_EQ(0u, run({0, bad, 0, 0, 0, nullptr}, 1)[0].instance);
+}
+
+TEST_P(AccelAccess, TransformsBecomeTraversables) {
+    TriangleMesh mesh(kTwoTriangles, {0, 1, 2});
+    const Accel gas = buildAccel(context_, log_, {mesh.input});
+    Buffer memory(512, 64);
+    auto* transform = memory.as<OptixStaticTransform>();
+    transform->child = gas.handle;
+    for (bool away : {false, true}) {
+        const Matrix m = translation(away ? 7.0f : 0.05f, 0, 2), inverted = inverse(m);
+        std::copy(m.begin(), m.end(), transform->transform);
+        std::copy(inverted.begin(), inverted.end(), transform->invTransform);
+        OptixTraversableHandle handle = 0;
+        ASSERT_OK(optixConvertPointerToTraversableHandle(
+            context_, memory.address(), OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM, &handle));
+        EXPECT_EQ(away ? 1u : 2u, trace(handle));
+        InstanceList top({instanceOf(handle, identity())});
+        EXPECT_EQ(away ? 1u : 2u, trace(buildAccel(context_, log_, {top.input}).handle));
+    }
+    OptixTraversableHandle matrix = 0, srt = 0;
+    ASSERT_OK(optixConvertPointerToTraversableHandle(
+        context_, memory.address(), OPTIX_TRAVERSABLE_TYPE_MATRIX_MOTION_TRANSFORM, &matrix));
+    ASSERT_OK(optixConvertPointerToTraversableHandle(
+        context_, memory.address(), OPTIX_TRAVERSABLE_TYPE_SRT_MOTION_TRANSFORM, &srt));
+    EXPECT_NE(matrix, srt);
+    EXPECT_EQ(1u, trace(matrix)); // motion is not there yet
+    const auto refuse = [&](CUdeviceptr pointer, unsigned type, const char* mention) {
+        OptixTraversableHandle handle = 0;
+        EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixConvertPointerToTraversableHandle",
+                        mention,
+                        optixConvertPointerToTraversableHandle(
+                            context_, pointer, OptixTraversableType(type), &handle));
+        EXPECT_EQ(0u, handle);
+    };
+    refuse(0, OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM, "pointer");
+    refuse(memory.address() + 16, OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM, "64");
+    refuse(memory.address(), 7, "traversableType");
+    EXPECT_REJECTED(
+        OPTIX_ERROR_INVALID_VALUE, "optixConvertPointerToTraversableHandle", "traversableHandle",
+        optixConvertPointerToTraversableHandle(context_, memory.address(),
+                                               OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM, nullptr));
+}
+
+TEST_P(AccelAccess, CopiesAreRelocated) {
+    TriangleMesh mesh(kTwoTriangles, {0, 1, 2});
+    auto gas = std::make_unique<Accel>(buildAccel(context_, log_, {mesh.input}));
+    InstanceList top({instanceOf(gas->handle, translation(0.05f, 0, 0), 3)});
+    auto ias = std::make_unique<Accel>(buildAccel(context_, log_, {top.input}));
+    OptixAccelRelocationInfo gasInfo{}, iasInfo{};
+    ASSERT_OK(optixAccelGetRelocationInfo(context_, gas->handle, &gasInfo));
+    ASSERT_OK(optixAccelGetRelocationInfo(context_, ias->handle, &iasInfo));
+    int compatible = 0;
+    ASSERT_OK(optixAccelCheckRelocationCompatibility(context_, &gasInfo, &compatible));
+    EXPECT_EQ(1, compatible);
+    Buffer newGas(gas->memory.size()), newIas(ias->memory.size());
+    std::memcpy(newGas.as<void>(), gas->memory.as<void>(), newGas.size());
+    std::memcpy(newIas.as<void>(), ias->memory.as<void>(), newIas.size());
+    const OptixTraversableHandle oldIas = ias->handle;
+    OptixTraversableHandle handle = 0, parent = 0;
+    ASSERT_OK(optixAccelRelocate(context_, nullptr, &gasInfo, 0, 0, newGas.address(), newGas.size(),
+                                 &handle));
+    Buffer children(std::vector<OptixTraversableHandle>{handle});
+    ASSERT_OK(optixAccelRelocate(context_, nullptr, &iasInfo, 0, 0, newIas.address(), newIas.size(),
+                                 &parent));
+    EXPECT_EQ(2u, trace(parent)); // with the old child
+    ASSERT_OK(optixAccelRelocate(context_, nullptr, &iasInfo, children.address(), 1,
+                                 newIas.address(), newIas.size(), &parent));
+    waitForDevice();
+    EXPECT_NE(oldIas, parent);
+    std::memset(gas->memory.as<void>(), 0xA5, gas->memory.size());
+    std::memset(ias->memory.as<void>(), 0xA5, ias->memory.size());
+    ias.reset();
+    gas.reset();
+    EXPECT_EQ(2u, trace(handle));
+    EXPECT_EQ(2u, trace(parent));
+}
+
+TEST_P(AccelAccess, RelocationRefusesWhatIsNoCopy) {
+    TriangleMesh mesh(kTwoTriangles, {0, 1, 2});
+    const Accel gas = buildAccel(context_, log_, {mesh.input});
+    OptixAccelRelocationInfo info{}, garbage{{1, 2, 3, 4}};
+    const char* const kGet = "optixAccelGetRelocationInfo";
+    for (OptixTraversableHandle bad :
+         {OptixTraversableHandle(0), OptixTraversableHandle(1), gas.handle + 1, gas.handle - 1,
+          OptixTraversableHandle(0x12345681)})
+        EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, kGet, "handle",
+                        optixAccelGetRelocationInfo(context_, bad, &info));
+    EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, kGet, "info",
+                    optixAccelGetRelocationInfo(context_, gas.handle, nullptr));
+    log_.clear();
+    ASSERT_OK(optixAccelGetRelocationInfo(context_, gas.handle, &info));
+    int compatible = 9;
+    EXPECT_OK(optixAccelCheckRelocationCompatibility(context_, &garbage, &compatible));
+    EXPECT_EQ(0, compatible);
+    EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixAccelCheckRelocationCompatibility",
+                    "compatible", optixAccelCheckRelocationCompatibility(context_, &info, nullptr));
+    Buffer target(gas.memory.size()), handles(16);
+    OptixTraversableHandle handle = 0;
+    const auto refuse = [&](const char* mention, const OptixAccelRelocationInfo* from,
+                            CUdeviceptr children, size_t count, CUdeviceptr to, size_t size) {
+        EXPECT_REJECTED(
+            OPTIX_ERROR_INVALID_VALUE, "optixAccelRelocate", mention,
+            optixAccelRelocate(context_, nullptr, from, children, count, to, size, &handle));
+    };
+    refuse("info", nullptr, 0, 0, target.address(), target.size());
+    refuse("info", &garbage, 0, 0, target.address(), target.size());
+    refuse("targetAccel", &info, 0, 0, 0, target.size());
+    refuse("targetAccel", &info, 0, 0, target.address() + 64, target.size() - 64);
+    refuse("targetAccelSizeInBytes", &info, 0, 0, target.address(), 128);
+    refuse("numInstanceTraversableHandles", &info, handles.address(), 1, target.address(),
+           target.size());
+    EXPECT_EQ(0u, handle);
+}
+
+// Handles of all tags into unmapped memory, memory that cannot be read, and memory that holds
+// something else: misses.
+TEST_P(AccelAccess, GarbageTraversablesMiss) {
+    void* mapped = mmap(nullptr, 8192, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    void* closed = mmap(nullptr, 8192, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    void* gone = mmap(nullptr, 8192, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    ASSERT_NE(MAP_FAILED, mapped);
+    ASSERT_NE(MAP_FAILED, gone);
+    munmap(gone, 8192);
+    for (unsigned long long address :
+         {0ull, 4096ull, (unsigned long long)mapped, (unsigned long long)gone,
+          (unsigned long long)closed, 0x7ffffffff000ull, 0x800000000000ull, ~0ull})
+        for (unsigned tag = 0; tag < 64; ++tag)
+            EXPECT_EQ(1u, trace((address & ~63ull) | tag)) << address << " " << tag;
+    // The same below a static transform and an instance.
+    Buffer memory(sizeof(OptixStaticTransform), 64);
+    memory.as<OptixStaticTransform>()->child = (unsigned long long)gone | 1;
+    OptixTraversableHandle handle = 0;
+    ASSERT_OK(optixConvertPointerToTraversableHandle(
+        context_, memory.address(), OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM, &handle));
+    EXPECT_EQ(1u, trace(handle));
+    memory.as<OptixStaticTransform>()->child = handle; // a loop
+    EXPECT_EQ(1u, trace(handle));
+    InstanceList top({instanceOf((unsigned long long)gone | 1, identity()),
+                      instanceOf(handle, identity()), instanceOf(0x1001, identity())});
+    EXPECT_EQ(1u, trace(buildAccel(context_, log_, {top.input}).handle));
+    munmap(mapped, 8192);
+    munmap(closed, 8192);
+}
+
+INSTANTIATE_DEVICE_TEST(AccelAccess);
+
+} // namespace
+} // namespace tests::api
