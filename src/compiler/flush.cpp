@@ -21,7 +21,8 @@
 // is not inlined. So mode changes stand only in functions that do no arithmetic and are never
 // inlined:
 //      f            saves MXCSR, sets the bit, calls f.flushed, restores MXCSR
-//      f.flushed    the body of f; may inline other flushed bodies, which LLVM lets it because the
+//      f.flushed    the body of f (a copy where f itself stays as it is); may inline other flushed
+//      bodies, which LLVM lets it because the
 //                   attribute denormal-fp-math-f32 agrees (constants then fold as the mode says)
 //      leave.N      one for each function type: clears the bit, calls its argument, restores MXCSR
 // Code is entered and left in the default mode wherever it meets other code: addresses of functions
@@ -30,10 +31,13 @@
 // leave.N. An exception that jumps out of the launch's function jumps in the default mode.
 #include "compiler/flush.h"
 
+#include "compiler/approximations.h"
+
 #include <llvm/ADT/MapVector.h>
 #include <llvm/IR/InstIterator.h>
 #include <llvm/IR/IntrinsicInst.h>
 #include <llvm/IR/IntrinsicsX86.h>
+#include <llvm/Transforms/Utils/Cloning.h>
 
 #include <algorithm>
 
@@ -195,6 +199,8 @@ Arithmetic arithmeticOf(llvm::Function& function) {
         else
             found.other.push_back(&instruction);
     }
+    if (function.hasFnAttribute(kAnyModeAttribute))
+        found.other.clear();
     return found;
 }
 
@@ -222,6 +228,20 @@ public:
             function, [&](Value* mode) { return builder_.CreateOr(mode, kFlushBit); },
             body->getFunctionType(), body, arguments);
         return body;
+    }
+
+    // A copy that runs in the mode, for functions called in both.
+    llvm::Function* clone(llvm::Function& function, std::set<const llvm::Instruction*>& native) {
+        llvm::ValueToValueMapTy copies;
+        llvm::Function* copy = llvm::CloneFunction(&function, copies);
+        copy->setLinkage(llvm::GlobalValue::InternalLinkage);
+        copy->setName(function.getName() + kFlushedSuffix);
+        copy->addFnAttr("denormal-fp-math-f32", "preserve-sign,ieee");
+        std::set<const llvm::Instruction*> mapped;
+        for (const llvm::Instruction* instruction : native)
+            mapped.insert(llvm::cast<llvm::Instruction>(copies[instruction]));
+        native = std::move(mapped);
+        return copy;
     }
 
     // Sends a call through the default mode.
@@ -335,7 +355,7 @@ bool paysOff(const Analyses& all, const Arithmetic& found) {
 }
 
 // Functions that do no arithmetic the mode would change, and are called by those that run in it,
-// run in it too: the calls stay direct, and can be inlined.
+// get a copy that runs in it too: the calls stay direct, and can be inlined.
 void addCallees(const Analyses& all, std::set<llvm::Function*>& chosen) {
     std::vector<llvm::Function*> queue(chosen.begin(), chosen.end());
     while (!queue.empty()) {
@@ -370,8 +390,15 @@ void lowerFlushes(Unit& unit, bool hasFma) {
             expand(*function, {});
             continue;
         }
-        expand(*function, found.flushed);
-        bodies[function] = modes.split(*function);
+        if (paysOff(all, found)) {
+            expand(*function, found.flushed);
+            bodies[function] = modes.split(*function);
+        } else { // chosen for its callers' sake
+            llvm::Function* copy = modes.clone(*function, found.flushed);
+            expand(*function, {});
+            expand(*copy, found.flushed);
+            bodies[function] = copy;
+        }
     }
     for (auto& [function, body] : bodies) {
         std::vector<llvm::CallInst*> calls;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // FunctionTranslator: floating point arithmetic. Operations are IEEE and never contracted; no
-// fast-math flag is set anywhere. The .approx forms are computed exactly: an implementation may be
-// better than the stated error, and results then agree between machines.
+// fast-math flag is set anywhere. The .approx forms of division and roots are computed exactly: an
+// implementation may be better than the stated error. The others are in approximations.cpp.
 //
 // .ftz is a property of one instruction: flush() marks the place with a call of sunstone.flush,
 // which flush.cpp turns into code. A result is flushed before anything else is done to it: only
 // then can the processor do it.
 #include "compiler/function_translator.h"
 
+#include "compiler/approximations.h"
 #include "compiler/flush.h"
 
 #include <llvm/IR/Intrinsics.h>
@@ -208,11 +209,12 @@ void FunctionTranslator::transcendental(const ptx::Instruction& instruction) {
     llvm::Type* single = builder_.getFloatTy();
     if (type == ptx::Type::kF16)
         a = builder_.CreateFPExt(a, single);
-    const std::string name = "sunstone_" + std::string(instruction.opcode) + "_f32";
-    Value* result = builder_.CreateCall(unit_.helper(name.c_str(), single, {single}), {a});
+    Value* result = builder_.CreateCall(
+        approximation(unit_, instruction.opcode, type == ptx::Type::kF32 && instruction.has("ftz")),
+        {a});
     if (type == ptx::Type::kF16)
         result = builder_.CreateFPTrunc(result, builder_.getHalfTy());
-    writeFloat(instruction, result, instruction.opcode != "lg2" && instruction.opcode != "cos");
+    writeFloat(instruction, result, false); // the approximation sees to it
 }
 
 void FunctionTranslator::floatSign(const ptx::Instruction& instruction) {
