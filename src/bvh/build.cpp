@@ -8,6 +8,7 @@
 #include "bvh/emit.h"
 #include "bvh/layout.h"
 #include "bvh/parallel.h"
+#include "bvh/presplit.h"
 #include "bvh/refit.h"
 
 #include <algorithm>
@@ -63,6 +64,7 @@ struct Plan {
     LeafRules rules;
     uint32_t numInputs = 1;
     uint32_t numPrimitives = 0;
+    uint32_t numReferences = 0;    // room for them: more where triangles may be split
     bool instancesMissing = false; // sizes can be asked for without buffers
     uint64_t inputsOffset, tableOffset = 0, instancesOffset = 0, nodesOffset;
     uint64_t outputSize, referencesSize, treeOffset, tempSize;
@@ -82,8 +84,8 @@ struct Plan {
     }
 
     Plan(const BuildInputs& inputs, const BuildOptions& options) {
-        const int kinds = !inputs.triangles.empty() + !inputs.customs.empty() +
-                          (inputs.instances != nullptr);
+        const int kinds =
+            !inputs.triangles.empty() + !inputs.customs.empty() + (inputs.instances != nullptr);
         if (kinds != 1)
             fail(Code::kInvalidValue,
                  "a build takes triangles, custom primitives or instances: got ", kinds, " kinds");
@@ -111,6 +113,10 @@ struct Plan {
             fail(Code::kInvalidValue, total, " primitives in one structure, the limit is ",
                  kMaxPrimitives);
         numPrimitives = uint32_t(total);
+        // Updates need one place for each primitive.
+        if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate)
+            total += maxSplits(total);
+        numReferences = uint32_t(total);
         layOut(options);
     }
 
@@ -126,15 +132,15 @@ struct Plan {
             offset = instancesOffset + uint64_t(numPrimitives) * sizeof(InstanceData);
         }
         nodesOffset = alignUp(offset, kNodesAlignment);
-        outputSize = alignUp(nodesOffset + maxTreeBytes(numPrimitives, rules), kBlockAlignment);
+        outputSize = alignUp(nodesOffset + maxTreeBytes(numReferences, rules), kBlockAlignment);
         if (outputSize > kMaxBlockSize || (tableOffset && outputSize > kMaxBlockSize / 2))
             fail(Code::kInvalidValue, numPrimitives, " primitives need up to ", outputSize,
                  " bytes, a structure can have ", kMaxBlockSize / (tableOffset ? 2 : 1));
-        referencesSize = uint64_t(numPrimitives) * sizeof(PrimitiveRef);
+        referencesSize = uint64_t(numReferences) * sizeof(PrimitiveRef);
         treeOffset = alignUp((options.preferFastBuild ? 3 : 2) * referencesSize, 64);
-        tempSize = alignUp(treeOffset + uint64_t(maxTreeNodes(numPrimitives, rules)) *
-                                            sizeof(TreeNode),
-                           kBlockAlignment);
+        tempSize =
+            alignUp(treeOffset + uint64_t(maxTreeNodes(numReferences, rules)) * sizeof(TreeNode),
+                    kBlockAlignment);
     }
 };
 
@@ -158,27 +164,43 @@ private:
     void fillLeaf(uint8_t* block, uint64_t offset, const PrimitiveRef* references,
                   uint32_t count) const {
         auto& leaf = *reinterpret_cast<TriangleLeaf<N>*>(block + offset);
-        for (uint32_t lane = 0; lane < N; ++lane) {
-            float v[9];
-            if (lane < count) {
-                const PrimitiveRef& r = references[lane];
-                if (!sources_.triangles[r.input].read(r.primitive, v))
-                    std::fill(v, v + 9, std::numeric_limits<float>::quiet_NaN());
-                leaf.primitive[lane] = sources_.sbt[r.input].primitiveIndex(r.primitive);
-                leaf.sbt[lane] = sources_.sbt[r.input].sbtWord(r.primitive);
-                if (table_)
-                    table_[inputs_[r.input].firstPrimitive + r.primitive] =
-                        makeSlot(offset, N == 8, lane);
-            } else {
-                std::fill(v, v + 9, std::numeric_limits<float>::quiet_NaN());
-                leaf.primitive[lane] = ~0u;
-                leaf.sbt[lane] = 0;
+        uint32_t used = 0;
+        const PrimitiveRef* lanes[N];
+        for (uint32_t i = 0; i < count; ++i) {
+            const PrimitiveRef& r = references[i];
+            const uint32_t input = r.input & ~kDuplicate;
+            // Parts of a split triangle may meet again.
+            uint32_t lane = 0;
+            while (lane < used && (lanes[lane]->primitive != r.primitive ||
+                                   (lanes[lane]->input & ~kDuplicate) != input))
+                ++lane;
+            if (lane == used) {
+                lanes[used++] = &r;
+                fillLane(leaf, lane, input, r.primitive);
             }
-            for (int i = 0; i < 9; ++i)
-                leaf.vertices[i * int(N) + int(lane)] = v[i];
+            if (table_ && !(r.input & kDuplicate))
+                table_[inputs_[input].firstPrimitive + r.primitive] =
+                    makeSlot(offset, N == 8, lane);
         }
-        leaf.count = count;
+        for (uint32_t lane = used; lane < N; ++lane) {
+            for (uint32_t i = 0; i < 9; ++i)
+                leaf.vertices[i * N + lane] = std::numeric_limits<float>::quiet_NaN();
+            leaf.primitive[lane] = ~0u;
+            leaf.sbt[lane] = 0;
+        }
+        leaf.count = used;
         std::fill(std::begin(leaf.pad), std::end(leaf.pad), 0u);
+    }
+
+    template <unsigned N>
+    void fillLane(TriangleLeaf<N>& leaf, uint32_t lane, uint32_t input, uint32_t primitive) const {
+        float v[9];
+        if (!sources_.triangles[input].read(primitive, v))
+            std::fill(v, v + 9, std::numeric_limits<float>::quiet_NaN());
+        leaf.primitive[lane] = sources_.sbt[input].primitiveIndex(primitive);
+        leaf.sbt[lane] = sources_.sbt[input].sbtWord(primitive);
+        for (uint32_t i = 0; i < 9; ++i)
+            leaf.vertices[i * N + lane] = v[i];
     }
 
     const Sources& sources_;
@@ -225,10 +247,10 @@ public:
           uint8_t* output)
         : inputs_(inputs), options_(options), plan_(plan), block_(output),
           references_(reinterpret_cast<PrimitiveRef*>(temp)),
-          scratch_(references_ + plan.numPrimitives),
+          scratch_(references_ + plan.numReferences),
           header_(*reinterpret_cast<BlockHeader*>(output)) {
         tree_.nodes = reinterpret_cast<TreeNode*>(temp + plan.treeOffset);
-        tree_.capacity = maxTreeNodes(plan.numPrimitives, plan.rules);
+        tree_.capacity = maxTreeNodes(plan.numReferences, plan.rules);
     }
 
     void run() {
@@ -312,8 +334,8 @@ private:
                     PrimitiveRef& r = to[begin + part.count];
                     float upper[3];
                     if (boxOf(input, uint32_t(i), r.lower, upper)) {
-                        part.box.extend({{r.lower[0], r.lower[1], r.lower[2]},
-                                         {upper[0], upper[1], upper[2]}});
+                        part.box.extend(
+                            {{r.lower[0], r.lower[1], r.lower[2]}, {upper[0], upper[1], upper[2]}});
                         padBox(r.lower, upper);
                         for (int a = 0; a < 3; ++a)
                             r.negUpper[a] = -upper[a];
@@ -383,7 +405,10 @@ private:
             }
             return true;
         };
-        const uint32_t count = makeReferences(boxOf);
+        uint32_t count = makeReferences(boxOf);
+        if (plan_.numReferences > plan_.numPrimitives)
+            count =
+                splitLongTriangles(references_, count, sources, reinterpret_cast<float*>(scratch_));
         buildAndEmit(count, TriangleWriter(sources, inputRecords(), table), sources);
     }
 
@@ -493,8 +518,10 @@ void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const v
     const Plan plan(inputs, options);
     requireInstances(plan);
     if (!isBlock(output))
-        fail(Code::kInvalidValue, "an update needs an acceleration structure in the output buffer "
-             "at ", output);
+        fail(Code::kInvalidValue,
+             "an update needs an acceleration structure in the output buffer "
+             "at ",
+             output);
     const BlockHeader& header = *headerOf(output);
     if (!(header.options & kOptionUpdate) || !options.allowUpdate)
         fail(Code::kInvalidValue, "an update needs ALLOW_UPDATE, in the build and now");

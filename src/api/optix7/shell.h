@@ -25,8 +25,9 @@ namespace sunstone::optix7 {
 struct Limits {
     static constexpr unsigned kTraceDepth = 31;
     static constexpr unsigned kGraphDepth = 31;
-    static constexpr unsigned kPrimitivesPerGas = 1u << 29;
-    static constexpr unsigned kInstancesPerIas = 1u << 28;
+    // What a structure can address whatever the build flags are (bvh/layout.h).
+    static constexpr unsigned kPrimitivesPerGas = 80'000'000;
+    static constexpr unsigned kInstancesPerIas = 1u << 26;
     static constexpr unsigned kInstanceId = (1u << 28) - 1;
     static constexpr unsigned kVisibilityMaskBits = 8;
     static constexpr unsigned kSbtRecordsPerGas = 1u << 24;
