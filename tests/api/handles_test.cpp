@@ -229,42 +229,11 @@ TEST_F(Unsupported, BuiltinIntersection) {
     });
 }
 
-TEST_F(Unsupported, Denoiser) {
-    OptixDenoiserOptions options{};
-    OptixDenoiser denoiser = nullptr;
-    expectInLog("optixDenoiserCreate", [&] {
-        return optixDenoiserCreate(context_, OPTIX_DENOISER_MODEL_KIND_HDR, &options, &denoiser);
-    });
-    expectInLog("optixDenoiserCreateWithUserModel", [&] {
-        return optixDenoiserCreateWithUserModel(context_, "x", 1, &denoiser);
-    });
-    EXPECT_EQ(nullptr, denoiser);
-    expectOnStderr("optixDenoiserDestroy", [&] { return optixDenoiserDestroy(nullptr); });
-    OptixDenoiserSizes sizes{};
-    expectOnStderr("optixDenoiserComputeMemoryResources",
-                   [&] { return optixDenoiserComputeMemoryResources(nullptr, 1, 1, &sizes); });
-    expectOnStderr("optixDenoiserSetup",
-                   [&] { return optixDenoiserSetup(nullptr, nullptr, 1, 1, 0, 0, 0, 0); });
-    OptixDenoiserParams params{};
-    expectOnStderr("optixDenoiserInvoke", [&] {
-        return optixDenoiserInvoke(nullptr, nullptr, &params, 0, 0, nullptr, nullptr, 0, 0, 0, 0, 0);
-    });
-    OptixImage2D image{};
-    expectOnStderr("optixDenoiserComputeIntensity", [&] {
-        return optixDenoiserComputeIntensity(nullptr, nullptr, &image, 0, 0, 0);
-    });
-    expectOnStderr("optixDenoiserComputeAverageColor", [&] {
-        return optixDenoiserComputeAverageColor(nullptr, nullptr, &image, 0, 0, 0);
-    });
-}
-
 TEST_F(Unsupported, GarbageHandlesToMissingFunctions) {
     for (void* handle : garbageHandles()) {
         testing::internal::CaptureStderr();
         EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED,
                   optixDeviceContextSetCacheEnabled(static_cast<OptixDeviceContext>(handle), 1));
-        EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED,
-                  optixDenoiserDestroy(static_cast<OptixDenoiser>(handle)));
         EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED,
                   optixTaskExecute(static_cast<OptixTask>(handle), nullptr, 0, nullptr));
         testing::internal::GetCapturedStderr();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Device contexts (OptiX 7.4, section 3.4).
+#include "api/optix7/denoiser.h"
 #include "api/optix7/entry_points.h"
 #include "api/optix7/shell.h"
 
@@ -109,6 +110,7 @@ OptixResult deviceContextDestroy(OptixDeviceContext context) {
         contextOf(context);
         object->engine->device->synchronizeAll();
         auto mine = [&](const auto& other) { return other.context == object; };
+        denoisers().removeIf(mine);
         pipelines().removeIf(mine);
         groups().removeIf(mine);
         modules().removeIf(mine);

@@ -53,4 +53,20 @@ OptixResult accelRelocate(OptixDeviceContext, CUstream, const OptixAccelRelocati
 OptixResult convertPointerToTraversableHandle(OptixDeviceContext, CUdeviceptr, OptixTraversableType,
                                               OptixTraversableHandle*);
 
+// denoiser.cpp
+OptixResult denoiserCreate(OptixDeviceContext, OptixDenoiserModelKind, const OptixDenoiserOptions*,
+                           OptixDenoiser*);
+OptixResult denoiserCreateWithUserModel(OptixDeviceContext, const void*, size_t, OptixDenoiser*);
+OptixResult denoiserDestroy(OptixDenoiser);
+OptixResult denoiserComputeMemoryResources(OptixDenoiser, unsigned, unsigned, OptixDenoiserSizes*);
+OptixResult denoiserSetup(OptixDenoiser, CUstream, unsigned, unsigned, CUdeviceptr, size_t,
+                          CUdeviceptr, size_t);
+OptixResult denoiserInvoke(OptixDenoiser, CUstream, const OptixDenoiserParams*, CUdeviceptr, size_t,
+                           const OptixDenoiserGuideLayer*, const OptixDenoiserLayer*, unsigned,
+                           unsigned, unsigned, CUdeviceptr, size_t);
+OptixResult denoiserComputeIntensity(OptixDenoiser, CUstream, const OptixImage2D*, CUdeviceptr,
+                                     CUdeviceptr, size_t);
+OptixResult denoiserComputeAverageColor(OptixDenoiser, CUstream, const OptixImage2D*, CUdeviceptr,
+                                        CUdeviceptr, size_t);
+
 } // namespace sunstone::optix7

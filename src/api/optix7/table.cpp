@@ -109,14 +109,14 @@ void fillTable74(void** table) {
         slot(reservedSlot),
         slot(sbtRecordPackHeader),
         slot(launch),
-        MISSING(optixDenoiserCreate),
-        MISSING(optixDenoiserDestroy),
-        MISSING(optixDenoiserComputeMemoryResources),
-        MISSING(optixDenoiserSetup),
-        MISSING(optixDenoiserInvoke),
-        MISSING(optixDenoiserComputeIntensity),
-        MISSING(optixDenoiserComputeAverageColor),
-        MISSING(optixDenoiserCreateWithUserModel),
+        slot(denoiserCreate),
+        slot(denoiserDestroy),
+        slot(denoiserComputeMemoryResources),
+        slot(denoiserSetup),
+        slot(denoiserInvoke),
+        slot(denoiserComputeIntensity),
+        slot(denoiserComputeAverageColor),
+        slot(denoiserCreateWithUserModel),
     };
     std::memcpy(table, slots, sizeof(slots));
 }

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The guided à-trous filter. Idea: pixels of path-traced images are independent noisy estimates;
+// average each with neighbours that belong to the same surface (guides) and whose colours differ
+// by no more than the noise explains.
+//
+//   1. Colours are divided by the albedo guide (not in limited range), so that textures need not be
+//      recognised in noise; they come back at the end.
+//   2. Values that are not finite, and fireflies, are replaced or cut by statistics of 5x5 pixels.
+//   3. The noise's variance is estimated from what a 3x3 mean leaves, averaged over 7x7 pixels.
+//   4. Passes of a 5x5 B-spline with steps 1, 2, 4... (Dammertz et al. 2010, Schied et al. 2017).
+//      A neighbour's weight falls with the distance of its guides and with the part of its colour
+//      difference that the variance of both does not explain; the variance is carried along.
+//   5. Temporal: the previous image, moved by the flow, is blended in as far as it is in the range
+//      of the new one.
+//
+// Everything is local: a pixel depends on inputs within overlap() of it, computed in the same order
+// wherever it lies in the memory given, so that tiles give what the whole image gives.
+// Read next: rows.h, the inner loops.
+#pragma once
+
+#include "denoise/filter.h"
+
+namespace sunstone::denoise {
+
+// The tunable part; a user model carries one of these.
+struct FilterSettings {
+    uint32_t passes = 5;         // 1 to kMaxPasses
+    float colorTolerance = 2.0f; // in standard deviations of the noise
+    float albedoTolerance = 0.15f;
+    float normalTolerance = 0.25f;
+    float historyWeight = 0.8f; // temporal: part of the previous image, 0 to below 1
+};
+constexpr uint32_t kMaxPasses = 5;
+
+class GuidedFilter final : public Filter {
+public:
+    explicit GuidedFilter(const FilterSettings& settings) : settings_(settings) {}
+    uint32_t overlap() const override;
+    size_t scratchSize(uint32_t width, uint32_t height) const override;
+    void run(const Frame& frame, void* scratch) const override;
+
+private:
+    FilterSettings settings_;
+};
+
+} // namespace sunstone::denoise

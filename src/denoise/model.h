@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a denoiser was made for, and the container in which users bring their own settings.
+//
+// The container (all values little-endian, no padding) is described in docs/denoiser.md.
+#pragma once
+
+#include "denoise/filter.h"
+#include "denoise/guided_filter.h"
+
+#include <memory>
+#include <string>
+
+namespace sunstone::denoise {
+
+enum class Kind : uint8_t { kLimited, kHighRange, kLayers, kTemporal, kTemporalLayers };
+
+inline bool takesLayers(Kind kind) {
+    return kind == Kind::kLayers || kind == Kind::kTemporalLayers;
+}
+inline bool isTemporal(Kind kind) {
+    return kind == Kind::kTemporal || kind == Kind::kTemporalLayers;
+}
+
+struct Model {
+    Kind kind = Kind::kHighRange;
+    bool usesAlbedo = false;
+    bool usesNormal = false;
+    FilterSettings settings;
+};
+
+std::unique_ptr<Filter> makeFilter(const Model& model);
+
+// Reads a container. False, with the reason, if the bytes are not one.
+bool parseModel(const void* bytes, size_t size, Model& model, std::string& reason);
+
+} // namespace sunstone::denoise

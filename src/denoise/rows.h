@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// The inner loops of the guided filter: one row of one pass, taps outside, pixels inside, so that
+// compilers vectorise over pixels. Compiled once per instruction set (rows_*.cpp include
+// rows_body.h); all give the same bits, as nothing is fused and no sum is reordered.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace sunstone::denoise {
+
+constexpr int kMaxGuides = 6;
+
+// Planes of one image, `stride` floats from row to row.
+struct Planes {
+    float* color[3];
+    float* variance; // summed over the channels
+    float* alpha;
+};
+
+struct Pass {
+    uint32_t width, height;
+    size_t stride;
+    int guideCount;                  // 0, 2, 3, 5 or 6
+    const float* guides[kMaxGuides]; // in units of their tolerance
+    const float* valid;              // 1, or 0 where the input was not finite
+    Planes from, to;
+    // What colours are compared by: means of few pixels tell more than single noisy ones.
+    Planes pilot;
+    int step;             // of an à-trous pass
+    float colorTolerance; // squared
+    bool hasAlpha;
+};
+
+struct RowKernels {
+    void (*repair)(const Pass&, uint32_t y); // from.color, valid -> to.color
+    // from.color -> to.variance: squared detail; pilot: mean of 3x3 and its part of the variance
+    void (*residual)(const Pass&, uint32_t y);
+    // from.variance -> to.variance: mean of 7x7; pilot.variance: its part becomes a variance
+    void (*spread)(const Pass&, uint32_t y);
+    void (*smooth)(const Pass&, uint32_t y); // one à-trous pass
+};
+
+constexpr int kRepairRadius = 2;
+constexpr int kResidualRadius = 1;
+constexpr int kSpreadRadius = 3;
+
+const RowKernels& baseRowKernels();
+const RowKernels& avx2RowKernels();
+// Those for this machine.
+const RowKernels& rowKernels();
+
+} // namespace sunstone::denoise
