@@ -7,8 +7,8 @@
 // 2. The processor's own mode, bit 15 of MXCSR: results that would be subnormal become zeros of
 //    their sign, at no cost. It holds for all instructions while it is set, so a function takes
 //    part as a whole, if nearly all its arithmetic is .ftz. Inputs are not touched (bit 6 stays
-//    clear): values from memory are still flushed by way 1, and comparisons, conversions and sign
-//    operations mean the same in both modes. What the mode does change:
+//    clear): values from memory are flushed by a product with 1, and comparisons, conversions and
+//    sign operations mean the same in both modes. What the mode does change:
 //      - single precision arithmetic whose result is only ever flushed: the point of it;
 //      - any other arithmetic that could round to a subnormal: moved into a function of its own
 //        that runs in the default mode;
@@ -22,8 +22,8 @@
 // inlined:
 //      f            saves MXCSR, sets the bit, calls f.flushed, restores MXCSR
 //      f.flushed    the body of f (a copy where f itself stays as it is); may inline other flushed
-//      bodies, which LLVM lets it because the
-//                   attribute denormal-fp-math-f32 agrees (constants then fold as the mode says)
+//                   bodies, which LLVM lets it because the attribute denormal-fp-math-f32 agrees
+//                   (constants then fold as the mode says)
 //      leave.N      one for each function type: clears the bit, calls its argument, restores MXCSR
 // Code is entered and left in the default mode wherever it meets other code: addresses of functions
 // and programs are those of f, and whatever f.flushed calls that is not itself a flushed body (the
@@ -34,6 +34,7 @@
 #include "compiler/approximations.h"
 
 #include <llvm/ADT/MapVector.h>
+#include <llvm/IR/InlineAsm.h>
 #include <llvm/IR/InstIterator.h>
 #include <llvm/IR/IntrinsicInst.h>
 #include <llvm/IR/IntrinsicsX86.h>
@@ -146,8 +147,19 @@ bool isArithmetic(const llvm::Instruction& instruction) {
     return call && call->getIntrinsicID() == llvm::Intrinsic::fma;
 }
 
-// Removes flushes that change nothing and expands the others.
-void expand(llvm::Function& function, const std::set<const llvm::Instruction*>& native) {
+// 1 as a value that no optimisation knows.
+Value* hiddenOne(llvm::Function& function) {
+    llvm::IRBuilder<> builder(&*function.getEntryBlock().getFirstInsertionPt());
+    llvm::Type* single = builder.getFloatTy();
+    auto* nothing =
+        llvm::InlineAsm::get(llvm::FunctionType::get(single, {single}, false), "", "=x,0", false);
+    return builder.CreateCall(nothing, {llvm::ConstantFP::get(single, 1.0)});
+}
+
+// Removes flushes that change nothing and expands the others. byProcessor: the function runs in the
+// mode, where a product with 1 is a flush.
+void expand(llvm::Function& function, const std::set<const llvm::Instruction*>& native,
+            bool byProcessor) {
     std::vector<llvm::CallInst*> needed, unneeded;
     FlushedFinder finder(native);
     for (llvm::Instruction& instruction : llvm::instructions(function))
@@ -160,9 +172,15 @@ void expand(llvm::Function& function, const std::set<const llvm::Instruction*>& 
         call->eraseFromParent();
     }
     llvm::IRBuilder<> builder(function.getContext());
+    Value* one = byProcessor && !needed.empty() ? hiddenOne(function) : nullptr;
     for (llvm::CallInst* call : needed) {
         builder.SetInsertPoint(call);
         Value* value = call->getArgOperand(0);
+        if (one) {
+            call->replaceAllUsesWith(builder.CreateFMul(value, one));
+            call->eraseFromParent();
+            continue;
+        }
         llvm::Type* type = value->getType();
         Value* magnitude = builder.CreateUnaryIntrinsic(llvm::Intrinsic::fabs, value);
         Value* tiny = builder.CreateFCmpOLT(magnitude, llvm::ConstantFP::get(type, 0x1p-126));
@@ -387,16 +405,16 @@ void lowerFlushes(Unit& unit, bool hasFma) {
     llvm::MapVector<llvm::Function*, llvm::Function*> bodies;
     for (auto& [function, found] : all) {
         if (!chosen.count(function)) {
-            expand(*function, {});
+            expand(*function, {}, false);
             continue;
         }
         if (paysOff(all, found)) {
-            expand(*function, found.flushed);
+            expand(*function, found.flushed, true);
             bodies[function] = modes.split(*function);
         } else { // chosen for its callers' sake
             llvm::Function* copy = modes.clone(*function, found.flushed);
-            expand(*function, {});
-            expand(*copy, found.flushed);
+            expand(*function, {}, false);
+            expand(*copy, found.flushed, true);
             bodies[function] = copy;
         }
     }
@@ -404,7 +422,7 @@ void lowerFlushes(Unit& unit, bool hasFma) {
         std::vector<llvm::CallInst*> calls;
         for (llvm::Instruction& instruction : llvm::instructions(*body))
             if (auto* call = llvm::dyn_cast<llvm::CallInst>(&instruction))
-                if (!llvm::isa<llvm::IntrinsicInst>(call))
+                if (!llvm::isa<llvm::IntrinsicInst>(call) && !call->isInlineAsm())
                     calls.push_back(call);
         for (llvm::CallInst* call : calls) {
             const auto other = bodies.find(call->getCalledFunction());
