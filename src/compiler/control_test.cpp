@@ -343,8 +343,8 @@ TEST(Printf, FormatsThePackedBuffer) {
 TEST(Kernels, ParametersAndUnsupported) {
     const auto code = compileKernels(parse(std::string(kHeader) + R"(
 .visible .entry k(.param .u8 a, .param .align 8 .b8 b[12], .param .u64 c) .maxntid 64, 2, 1 { ret; }
-.visible .entry t(.param .u64 x) { .reg .f32 %f<9>; .reg .b64 %rd; ld.param.u64 %rd, [x];
-  tex.2d.v4.f32.f32 {%f1, %f2, %f3, %f4}, [%rd, {%f5, %f6}]; ret; }
+.visible .entry t(.param .u64 x) { .reg .f32 %f<9>; .reg .b32 %r<2>; .reg .b64 %rd; ld.param.u64 %rd, [x];
+  tex.2dms.v4.f32.s32 {%f1, %f2, %f3, %f4}, [%rd, {%r1, %r1, %r1, %r1}]; ret; }
 )"));
     const KernelInfo& kernel = code->kernels()[0];
     EXPECT_EQ(kernel.parameterOffsets, (std::vector<uint32_t>{0, 8, 24}));
@@ -353,7 +353,7 @@ TEST(Kernels, ParametersAndUnsupported) {
     EXPECT_EQ(kernel.maxThreadsPerBlock, 128u);
     EXPECT_TRUE(kernel.address);
     EXPECT_FALSE(code->kernels()[1].address);
-    EXPECT_NE(code->kernels()[1].unsupported.find("tex.2d"), std::string::npos);
+    EXPECT_NE(code->kernels()[1].unsupported.find("tex.2dms"), std::string::npos);
     EXPECT_NE(code->kernels()[1].unsupported.find("line 7"), std::string::npos);
 }
 

@@ -202,7 +202,28 @@ private:
     void reduceWarp(const ptx::Instruction& instruction);
     void activeMask(const ptx::Instruction& instruction);
     void elect(const ptx::Instruction& instruction);
-    void texture(const ptx::Instruction& instruction);
+
+    // ---- textures and surfaces: translate_texture.cpp
+    struct TextureOperand {
+        Value* handle = nullptr;
+        uint32_t form = 0; // geometry
+        Value* position[3] = {};
+        Value* layer = nullptr;
+    };
+    Value* textureHandle(const ptx::Operand& operand);
+    TextureOperand textureOperand(const ptx::Instruction& instruction, const ptx::Operand& operand,
+                                  bool isFloat);
+    Value* textureBlock();
+    void storeOperand(size_t offset, Value* value);
+    void sampleTexture(const ptx::Instruction& instruction);
+    void writeSample(const ptx::Instruction& instruction, Value* result);
+    void queryTexture(const ptx::Instruction& instruction);
+    template <class Access>
+    std::vector<Value*> atTexel(const ptx::Instruction& instruction, const ptx::Operand& operand,
+                                unsigned bytes, Access access);
+    void loadSurface(const ptx::Instruction& instruction);
+    void storeSurface(const ptx::Instruction& instruction);
+    void reduceSurface(const ptx::Instruction& instruction);
 
     bool isKernel() const { return unit_.flavor() == Flavor::kKernel; }
     Value* state() { return function_.getArg(0); }
@@ -225,6 +246,7 @@ private:
     std::unordered_map<std::string_view, Value*> locals_;
     std::unordered_map<std::string_view, const ptx::Variable*> localVariables_;
     const ptx::Instruction* current_ = nullptr;
+    Value* textureBlock_ = nullptr;
 };
 
 } // namespace sunstone::compiler

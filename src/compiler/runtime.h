@@ -20,5 +20,6 @@ const std::vector<RuntimeSymbol>& runtimeSymbols();
 void addRoundingSymbols(std::vector<RuntimeSymbol>& symbols);
 void addMathSymbols(std::vector<RuntimeSymbol>& symbols);
 void addKernelSymbols(std::vector<RuntimeSymbol>& symbols);
+void addTextureSymbols(std::vector<RuntimeSymbol>& symbols);
 
 } // namespace sunstone::compiler

@@ -95,6 +95,7 @@ const std::vector<RuntimeSymbol>& runtimeSymbols() {
         addRoundingSymbols(symbols);
         addMathSymbols(symbols);
         addKernelSymbols(symbols);
+        addTextureSymbols(symbols);
         return symbols;
     }();
     return all;

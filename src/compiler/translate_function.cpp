@@ -417,13 +417,13 @@ const FunctionTranslator::Handlers& FunctionTranslator::handlers() {
         {"activemask", &T::activeMask},
         {"elect", &T::elect},
         // textures
-        {"tex", &T::texture},
-        {"tld4", &T::texture},
-        {"txq", &T::texture},
-        {"suld", &T::texture},
-        {"sust", &T::texture},
-        {"sured", &T::texture},
-        {"suq", &T::texture},
+        {"tex", &T::sampleTexture},
+        {"tld4", &T::sampleTexture},
+        {"txq", &T::queryTexture},
+        {"suq", &T::queryTexture},
+        {"suld", &T::loadSurface},
+        {"sust", &T::storeSurface},
+        {"sured", &T::reduceSurface},
     };
     return table;
 }

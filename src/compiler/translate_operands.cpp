@@ -134,6 +134,10 @@ Value* FunctionTranslator::readAs(const ptx::Operand& operand, llvm::Type* type)
     case ptx::OperandKind::kSpecial:
         return coerce(special(operand.name, operand.location), type);
     case ptx::OperandKind::kSymbol: {
+        // A texture reference stands for the handle it holds.
+        const ptx::Variable* variable = unit_.findVariable(module_, operand.name);
+        if (variable && variable->type >= ptx::Type::kTexref)
+            return coerce(textureHandle(operand), type);
         Value* address = builder_.CreatePtrToInt(
             indexedPointer(symbolAddress(operand.name, operand.location), operand),
             builder_.getInt64Ty());

@@ -300,8 +300,4 @@ void FunctionTranslator::elect(const ptx::Instruction& instruction) {
     write(target.elements[1], chosen);
 }
 
-void FunctionTranslator::texture(const ptx::Instruction& instruction) {
-    reject(instruction, ErrorCode::kNotSupported, "textures and surfaces are not available");
-}
-
 } // namespace sunstone::compiler

@@ -296,8 +296,8 @@ llvm::Constant* Unit::addVariable(const ptx::Module& module, const ptx::Variable
     llvm::GlobalVariable*& entry = variables_[&variable];
     if (entry)
         return entry;
-    if (variable.type >= ptx::Type::kTexref)
-        failAt(ErrorCode::kNotSupported, variable.location, "texture and surface references (\"",
+    if (variable.type == ptx::Type::kSamplerref)
+        failAt(ErrorCode::kNotSupported, variable.location, "samplers of their own (\"",
                variable.name, "\") are not available");
     const std::string name = prefix + std::string(variable.name);
     // Constants nobody outside can name may be folded into the code.
@@ -319,7 +319,7 @@ llvm::Constant* Unit::addVariable(const ptx::Module& module, const ptx::Variable
 void Unit::addAllVariables() {
     for (const ptx::Module* module : modules_)
         for (const ptx::Variable& variable : module->variables)
-            if (isDefined(variable) && variable.type < ptx::Type::kTexref &&
+            if (isDefined(variable) && variable.type != ptx::Type::kSamplerref &&
                 (variable.space == ptx::Space::kGlobal || variable.space == ptx::Space::kConst))
                 addVariable(*module, variable, "");
 }

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// What compiled device code calls to read textures and to reach the texels of surfaces. Every call
+// carries a word that says which form of the instruction it stands for. No exception leaves them.
+#pragma once
+
+#include <cstdint>
+
+namespace sunstone::texture {
+
+enum Geometry : uint32_t { k1D, k2D, k3D, k1DArray, k2DArray, kCube, kCubeArray };
+
+// The words of a sampling call.
+constexpr uint32_t kGeometryMask = 7;
+constexpr uint32_t kIntegerCoordinates = 1 << 3; // texel numbers, s32
+constexpr uint32_t kWithLevel = 1 << 4;
+constexpr uint32_t kWithGradient = 1 << 5;
+constexpr uint32_t kGather = 1 << 6; // one channel of the four texels of a 2D footprint
+constexpr uint32_t kGatherShift = 7; // which channel: two bits
+
+// Operands of a sampling call, as 32-bit words.
+struct SampleOperands {
+    uint32_t position[3]; // float, or s32 with kIntegerCoordinates
+    uint32_t layer;
+    float level;
+    float dx[3], dy[3]; // change of the position, with kWithGradient
+};
+
+// Four words: floats, or integers where the texture holds integers and is not read as float.
+void sample(uint64_t handle, uint32_t form, const SampleOperands* operands, uint32_t result[4]);
+
+// txq. An unknown handle answers 0.
+enum Query : uint32_t {
+    kQueryWidth,
+    kQueryHeight,
+    kQueryDepth,
+    kQueryArraySize,
+    kQueryLevels,
+    kQueryChannelType,
+    kQueryChannelOrder,
+    kQueryNormalized,
+    kQuerySamples,
+    kQueryFilter,
+    kQueryAddress0,
+    kQueryAddress1,
+    kQueryAddress2,
+};
+uint32_t queryTexture(uint64_t handle, uint32_t query, uint32_t level);
+uint32_t querySurface(uint64_t handle, uint32_t query);
+
+// The form of an access to a surface: the geometry and these.
+constexpr uint32_t kBytesShift = 3;     // bytes of the access, five bits
+constexpr uint32_t kClamp = 1 << 8;     // outside: the nearest texel
+constexpr uint32_t kFormatted = 1 << 9; // x counts texels, not bytes
+// The place of a texel; null outside, and where the handle is no surface.
+void* surfaceAddress(uint64_t handle, uint32_t form, int32_t x, int32_t y, int32_t z,
+                     uint32_t layer);
+
+// Formatted access (suld.p, sust.p): four words to and from the texel's format.
+void loadTexel(uint64_t handle, const void* texel, uint32_t values[4]);
+void storeTexel(uint64_t handle, void* texel, const uint32_t values[4], uint32_t count);
+
+} // namespace sunstone::texture

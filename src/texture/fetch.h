@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Texels to numbers and back: what the formats of array.h mean.
+#pragma once
+
+#include "texture/array.h"
+
+namespace sunstone::texture {
+
+// How a texture wants its texels.
+struct Reading {
+    bool asFloat = false; // integers become numbers in [0, 1] or [-1, 1]
+    bool srgb = false;
+};
+
+// The four channels at (x, y) of a slice as words: floats, or integers where the format holds
+// integers and `asFloat` is not set. Channels that the format lacks are 0. x and y are inside the
+// image.
+void fetchTexel(const Format& format, Reading reading, const uint8_t* slice, size_t rowPitch,
+                uint32_t x, uint32_t y, uint32_t words[4]);
+
+// What a border of this colour reads as: stored in the format and read back.
+void borderTexel(const Format& format, Reading reading, const float color[4], uint32_t words[4]);
+
+// Words into a texel of the format: integers are cut, floats saturated.
+void storeWords(const Format& format, uint8_t* texel, const uint32_t words[4]);
+
+// One texel of a 4 x 4 block; block formats BC1 to BC5 only.
+void decodeBlock(Channel channel, const uint8_t* block, unsigned x, unsigned y, float color[4]);
+
+float halfToFloat(uint16_t half);
+uint16_t floatToHalf(float value);
+
+} // namespace sunstone::texture

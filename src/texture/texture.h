@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Texture and surface objects: what they read, how, and the table of their handles. A handle is a
+// number that device code passes around; it is looked up at every use, so that stale and made-up
+// ones read as zero. Objects share their arrays' memory: destroying an array before its textures is
+// harmless. Destroying an object while a program uses it is the caller's mistake, and the API
+// shells wait for queued work first. Read next: device_functions.h, sample.cpp.
+#pragma once
+
+#include "texture/array.h"
+
+namespace sunstone::texture {
+
+enum class Address : uint8_t { kWrap, kClamp, kMirror, kBorder };
+
+constexpr unsigned kMaxLevels = 32;
+
+struct Texture {
+    Format format;
+    unsigned levels = 1;
+    Image images[kMaxLevels];
+    bool layered = false;
+    bool cube = false;
+    bool is3D = false;
+    bool linearMemory = false; // indexed by integers alone
+    Address address[3] = {Address::kWrap, Address::kWrap, Address::kWrap};
+    bool linear = false;       // filter between texels
+    bool linearLevels = false; // filter between levels
+    bool normalizedCoordinates = false;
+    bool asFloat = false; // integers read as numbers in [0, 1] or [-1, 1]
+    bool srgb = false;
+    bool seamless = false; // filters reach over the edges of cube faces
+    float levelBias = 0, minLevel = 0, maxLevel = 0;
+    unsigned anisotropy = 1;
+    float border[4] = {};
+
+    std::vector<std::shared_ptr<Array>> arrays; // keeps images alive
+};
+
+struct Surface {
+    std::shared_ptr<Array> array;
+};
+
+// Registers an object; never 0.
+uint64_t add(std::unique_ptr<Texture> texture);
+uint64_t add(std::unique_ptr<Surface> surface);
+// The live object of a handle, or null. Costs a few loads.
+const Texture* findTexture(uint64_t handle);
+const Surface* findSurface(uint64_t handle);
+// False if the handle is not alive.
+bool removeTexture(uint64_t handle);
+bool removeSurface(uint64_t handle);
+
+} // namespace sunstone::texture
