@@ -817,4 +817,6 @@ CUresult cuProfilerStop(void);
 }
 #endif
 
+#include "sunstone/driver_textures.h"
+
 #endif

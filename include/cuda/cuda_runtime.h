@@ -28,6 +28,10 @@
 #include "vector_functions.h"
 #include "driver_types.h"
 #include "cuda_runtime_api.h"
+#include "channel_descriptor.h"
 #include "sunstone/runtime_templates.h"
+#ifdef SUNSTONE_CUDA_COMPILATION
+#include "sunstone/textures.h"
+#endif
 
 #endif

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copies and sets, and allocation in stream order. Compiled twice, see shell.h. All are queued
 // work; the synchronous forms wait for it. Ranges are checked before anything is queued.
+#include "api/cuda/driver/arrays.h"
 #include "api/cuda/driver/shell.h"
 
 #include <cstring>
@@ -99,8 +100,22 @@ const void* pointerOf(CUdeviceptr address) {
 }
 
 // Reads one side of a 2D or 3D description; false if it is device memory by type.
+// A block of an array; x and the width are bytes.
+Side sideOfArray(CUarray handle, size_t x, size_t y, size_t z, const Shape& shape) {
+    texture::Array& array = *arrayOf(handle)->array;
+    size_t right = 0, bottom = 0, back = 0;
+    require(add(x, shape.width, right) && right <= array.rowPitch() && add(y, shape.rows, bottom) &&
+                bottom <= array.rowCount() && add(z, shape.slices, back) &&
+                back <= array.shape().slices(),
+            "the copy leaves the array");
+    return {reinterpret_cast<std::byte*>(array.data()) + z * array.slicePitch() +
+                y * array.rowPitch() + x,
+            array.rowPitch(), array.slicePitch()};
+}
+
 Side sideOf(CUmemorytype type, const void* host, CUdeviceptr device, CUarray array, size_t x,
-            size_t y, size_t z, size_t pitch, size_t height, size_t width, bool& isDevice) {
+            size_t y, size_t z, size_t pitch, size_t height, const Shape& shape, bool& isDevice) {
+    const size_t width = shape.width;
     const void* base = nullptr;
     isDevice = type == CU_MEMORYTYPE_DEVICE;
     switch (type) {
@@ -111,9 +126,7 @@ Side sideOf(CUmemorytype type, const void* host, CUdeviceptr device, CUarray arr
     case CU_MEMORYTYPE_UNIFIED:
         base = pointerOf(device);
         break;
-    case CU_MEMORYTYPE_ARRAY:
-        (void)array;
-        refuse(CUDA_ERROR_NOT_SUPPORTED, "copies of CUDA arrays");
+    case CU_MEMORYTYPE_ARRAY: return sideOfArray(array, x, y, z, shape);
     default:
         refuse(CUDA_ERROR_INVALID_VALUE, "memory type ", int(type), " is unknown");
     }
@@ -139,10 +152,10 @@ CUresult copy2D(const char* function, const CUDA_MEMCPY2D* copy, CUstream stream
         bool dstDevice = false, srcDevice = false;
         const Side src = sideOf(copy->srcMemoryType, copy->srcHost, copy->srcDevice, copy->srcArray,
                                 copy->srcXInBytes, copy->srcY, 0, copy->srcPitch, 0,
-                                copy->WidthInBytes, srcDevice);
+                                {copy->WidthInBytes, copy->Height}, srcDevice);
         const Side dst = sideOf(copy->dstMemoryType, copy->dstHost, copy->dstDevice, copy->dstArray,
                                 copy->dstXInBytes, copy->dstY, 0, copy->dstPitch, 0,
-                                copy->WidthInBytes, dstDevice);
+                                {copy->WidthInBytes, copy->Height}, dstDevice);
         queueCopy(dst, src, {copy->WidthInBytes, copy->Height}, stream, wait, dstDevice, srcDevice);
     });
 }
@@ -157,15 +170,15 @@ CUresult copy3D(const char* function, const CUDA_MEMCPY3D* copy, CUstream stream
         }
         const size_t srcRows = copy->srcHeight ? copy->srcHeight : copy->Height;
         const size_t dstRows = copy->dstHeight ? copy->dstHeight : copy->Height;
+        const Shape shape{copy->WidthInBytes, copy->Height, copy->Depth};
         bool dstDevice = false, srcDevice = false;
         const Side src = sideOf(copy->srcMemoryType, copy->srcHost, copy->srcDevice, copy->srcArray,
                                 copy->srcXInBytes, copy->srcY, copy->srcZ, copy->srcPitch, srcRows,
-                                copy->WidthInBytes, srcDevice);
+                                shape, srcDevice);
         const Side dst = sideOf(copy->dstMemoryType, copy->dstHost, copy->dstDevice, copy->dstArray,
                                 copy->dstXInBytes, copy->dstY, copy->dstZ, copy->dstPitch, dstRows,
-                                copy->WidthInBytes, dstDevice);
-        queueCopy(dst, src, {copy->WidthInBytes, copy->Height, copy->Depth}, stream, wait,
-                  dstDevice, srcDevice);
+                                shape, dstDevice);
+        queueCopy(dst, src, shape, stream, wait, dstDevice, srcDevice);
     });
 }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copies and sets. Compiled twice, see runtime.h. The synchronous forms queue the work and wait for
 // it.
+#include "api/cuda/runtime/arrays.h"
 #include "api/cuda/runtime/runtime.h"
+
+#include <utility>
 
 using namespace sunstone::cudart;
 
@@ -77,29 +80,40 @@ cudaError_t copy2D(void* dst, size_t dstPitch, const void* src, size_t srcPitch,
 cudaError_t copy3D(const cudaMemcpy3DParms* parms, cudaStream_t stream, bool wait) {
     if (!parms)
         return remember(cudaErrorInvalidValue);
-    if (parms->srcArray || parms->dstArray)
-        return remember(cudaErrorNotSupported);
+    // With an array, sizes count its elements, and so do positions in it.
+    Element srcElement, dstElement;
+    if (const cudaError_t error = ensureContext())
+        return remember(error);
+    for (const auto& [array, element] :
+         {std::pair{parms->srcArray, &srcElement}, std::pair{parms->dstArray, &dstElement}})
+        if (const CUresult result = array ? elementOf(driver(), array, element) : CUDA_SUCCESS)
+            return remember(fromDriver(result));
+    const Element element = parms->srcArray ? srcElement : dstElement;
     if (unsigned(parms->kind) > cudaMemcpyDefault)
         return remember(cudaErrorInvalidMemcpyDirection);
     CUDA_MEMCPY3D copy = {};
-    copy.srcMemoryType = typeOf(parms->kind, false);
+    copy.srcMemoryType = parms->srcArray ? CU_MEMORYTYPE_ARRAY : typeOf(parms->kind, false);
+    copy.srcArray = arrayOf(parms->srcArray);
     copy.srcHost = parms->srcPtr.ptr;
     copy.srcDevice = addressOf(parms->srcPtr.ptr);
     copy.srcPitch = parms->srcPtr.pitch;
     copy.srcHeight = parms->srcPtr.ysize;
-    copy.srcXInBytes = parms->srcPos.x;
-    copy.srcY = parms->srcPos.y;
+    copy.srcXInBytes = parms->srcPos.x / srcElement.edge * srcElement.bytes;
+    copy.srcY = parms->srcPos.y / srcElement.edge;
     copy.srcZ = parms->srcPos.z;
-    copy.dstMemoryType = typeOf(parms->kind, true);
+    copy.dstMemoryType = parms->dstArray ? CU_MEMORYTYPE_ARRAY : typeOf(parms->kind, true);
+    copy.dstArray = arrayOf(parms->dstArray);
     copy.dstHost = parms->dstPtr.ptr;
     copy.dstDevice = addressOf(parms->dstPtr.ptr);
     copy.dstPitch = parms->dstPtr.pitch;
     copy.dstHeight = parms->dstPtr.ysize;
-    copy.dstXInBytes = parms->dstPos.x;
-    copy.dstY = parms->dstPos.y;
+    copy.dstXInBytes = parms->dstPos.x / dstElement.edge * dstElement.bytes;
+    copy.dstY = parms->dstPos.y / dstElement.edge;
     copy.dstZ = parms->dstPos.z;
-    copy.WidthInBytes = parms->extent.width;
-    copy.Height = parms->extent.height;
+    copy.Height = (parms->extent.height + element.edge - 1) / element.edge;
+    if (__builtin_mul_overflow((parms->extent.width + element.edge - 1) / element.edge,
+                               element.bytes, &copy.WidthInBytes))
+        return remember(cudaErrorInvalidValue);
     copy.Depth = parms->extent.depth;
     return queued(stream, wait, [&](const Driver& d, CUstream target) {
         return d.cuMemcpy3DAsync(&copy, target);

@@ -41,7 +41,11 @@ namespace sunstone::cudart {
                                                     cuFuncSetAttribute) X(cuFuncSetCacheConfig)               \
                                                     X(cuLaunchKernel) X(cuLaunchKernelEx) X(                  \
                                                         cuOccupancyMaxActiveBlocksPerMultiprocessorWithFlags) \
-                                                        X(cuOccupancyAvailableDynamicSMemPerBlock)
+                                                        X(cuOccupancyAvailableDynamicSMemPerBlock)                                                     \
+    X(cuArray3DCreate) X(cuArray3DGetDescriptor) X(cuArrayDestroy) X(cuMipmappedArrayCreate)       \
+    X(cuMipmappedArrayGetLevel) X(cuMipmappedArrayDestroy) X(cuTexObjectCreate)                    \
+    X(cuTexObjectDestroy) X(cuTexObjectGetResourceDesc) X(cuTexObjectGetTextureDesc)               \
+    X(cuSurfObjectCreate) X(cuSurfObjectDestroy) X(cuSurfObjectGetResourceDesc)
 
 // The driver's functions, all present if `status` is success.
 struct Driver {

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Channel descriptions of texel types: cudaCreateChannelDesc<float4>().
+#ifndef SUNSTONE_CHANNEL_DESCRIPTOR_H
+#define SUNSTONE_CHANNEL_DESCRIPTOR_H
+
+#include "cuda_runtime_api.h"
+#include "vector_types.h"
+
+#ifdef __cplusplus
+
+template <class T> static inline cudaChannelFormatDesc cudaCreateChannelDesc();
+#define SUNSTONE_CHANNELS(T, bits, kind, stem)                                                     \
+    template <> inline cudaChannelFormatDesc cudaCreateChannelDesc<T>() {                          \
+        return ::cudaCreateChannelDesc(bits, 0, 0, 0, kind);                                       \
+    }                                                                                              \
+    template <> inline cudaChannelFormatDesc cudaCreateChannelDesc<stem##1>() {                    \
+        return ::cudaCreateChannelDesc(bits, 0, 0, 0, kind);                                       \
+    }                                                                                              \
+    template <> inline cudaChannelFormatDesc cudaCreateChannelDesc<stem##2>() {                    \
+        return ::cudaCreateChannelDesc(bits, bits, 0, 0, kind);                                    \
+    }                                                                                              \
+    template <> inline cudaChannelFormatDesc cudaCreateChannelDesc<stem##4>() {                    \
+        return ::cudaCreateChannelDesc(bits, bits, bits, bits, kind);                              \
+    }
+SUNSTONE_CHANNELS(signed char, 8, cudaChannelFormatKindSigned, char)
+SUNSTONE_CHANNELS(unsigned char, 8, cudaChannelFormatKindUnsigned, uchar)
+SUNSTONE_CHANNELS(short, 16, cudaChannelFormatKindSigned, short)
+SUNSTONE_CHANNELS(unsigned short, 16, cudaChannelFormatKindUnsigned, ushort)
+SUNSTONE_CHANNELS(int, 32, cudaChannelFormatKindSigned, int)
+SUNSTONE_CHANNELS(unsigned int, 32, cudaChannelFormatKindUnsigned, uint)
+SUNSTONE_CHANNELS(float, 32, cudaChannelFormatKindFloat, float)
+#undef SUNSTONE_CHANNELS
+template <> inline cudaChannelFormatDesc cudaCreateChannelDesc<char>() {
+    return ::cudaCreateChannelDesc(8, 0, 0, 0, cudaChannelFormatKindSigned);
+}
+
+#endif
+
+#endif

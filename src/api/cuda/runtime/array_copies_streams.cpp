@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copies to, from and between arrays, where offsets along x are bytes. Compiled twice, see
+// runtime.h.
+#include "api/cuda/runtime/arrays.h"
+
+using namespace sunstone::cudart;
+
+namespace {
+
+// The side of a 2D copy that is no array.
+CUmemorytype memoryType(cudaMemcpyKind kind, bool toArray) {
+    switch (kind) {
+    case cudaMemcpyHostToDevice:
+        return toArray ? CU_MEMORYTYPE_HOST : CU_MEMORYTYPE_ARRAY;
+    case cudaMemcpyDeviceToHost:
+        return toArray ? CU_MEMORYTYPE_ARRAY : CU_MEMORYTYPE_HOST;
+    case cudaMemcpyDeviceToDevice:
+        return CU_MEMORYTYPE_DEVICE;
+    case cudaMemcpyDefault:
+        return CU_MEMORYTYPE_UNIFIED;
+    default:
+        return CU_MEMORYTYPE_ARRAY;
+    }
+}
+
+cudaError_t queue(const CUDA_MEMCPY2D& copy, cudaStream_t stream, bool wait) {
+    return call([&](const Driver& driver) {
+        const CUstream target = streamOf(stream);
+        CUresult result = driver.cuMemcpy2DAsync(&copy, target);
+        if (!result && wait)
+            result = driver.cuStreamSynchronize(target);
+        return result;
+    });
+}
+
+cudaError_t toArray(cudaArray_t dst, size_t x, size_t y, const void* src, size_t pitch,
+                    size_t width, size_t height, cudaMemcpyKind kind, cudaStream_t stream,
+                    bool wait) {
+    CUDA_MEMCPY2D copy = {};
+    copy.srcMemoryType = memoryType(kind, true);
+    if (copy.srcMemoryType == CU_MEMORYTYPE_ARRAY) // this kind does not end in an array
+        return remember(cudaErrorInvalidMemcpyDirection);
+    if (height > 1 && width > pitch)
+        return remember(cudaErrorInvalidPitchValue);
+    copy.srcHost = src;
+    copy.srcDevice = addressOf(src);
+    copy.srcPitch = pitch;
+    copy.dstMemoryType = CU_MEMORYTYPE_ARRAY;
+    copy.dstArray = arrayOf(dst);
+    copy.dstXInBytes = x;
+    copy.dstY = y;
+    copy.WidthInBytes = width;
+    copy.Height = height;
+    return queue(copy, stream, wait);
+}
+
+cudaError_t fromArray(void* dst, size_t pitch, cudaArray_const_t src, size_t x, size_t y,
+                      size_t width, size_t height, cudaMemcpyKind kind, cudaStream_t stream,
+                      bool wait) {
+    CUDA_MEMCPY2D copy = {};
+    copy.dstMemoryType = memoryType(kind, false);
+    if (copy.dstMemoryType == CU_MEMORYTYPE_ARRAY)
+        return remember(cudaErrorInvalidMemcpyDirection);
+    if (height > 1 && width > pitch)
+        return remember(cudaErrorInvalidPitchValue);
+    copy.dstHost = dst;
+    copy.dstDevice = addressOf(dst);
+    copy.dstPitch = pitch;
+    copy.srcMemoryType = CU_MEMORYTYPE_ARRAY;
+    copy.srcArray = arrayOf(src);
+    copy.srcXInBytes = x;
+    copy.srcY = y;
+    copy.WidthInBytes = width;
+    copy.Height = height;
+    return queue(copy, stream, wait);
+}
+
+} // namespace
+
+SUNSTONE_CUDART cudaError_t cudaMemcpy2DToArray(cudaArray_t dst, size_t x, size_t y,
+                                                const void* src, size_t pitch, size_t width,
+                                                size_t height, enum cudaMemcpyKind kind) {
+    return toArray(dst, x, y, src, pitch, width, height, kind, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpy2DToArrayAsync(cudaArray_t dst, size_t x, size_t y,
+                                                     const void* src, size_t pitch, size_t width,
+                                                     size_t height, enum cudaMemcpyKind kind,
+                                                     cudaStream_t stream) {
+    return toArray(dst, x, y, src, pitch, width, height, kind, stream, false);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpy2DFromArray(void* dst, size_t pitch, cudaArray_const_t src,
+                                                  size_t x, size_t y, size_t width, size_t height,
+                                                  enum cudaMemcpyKind kind) {
+    return fromArray(dst, pitch, src, x, y, width, height, kind, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpy2DFromArrayAsync(void* dst, size_t pitch,
+                                                       cudaArray_const_t src, size_t x, size_t y,
+                                                       size_t width, size_t height,
+                                                       enum cudaMemcpyKind kind,
+                                                       cudaStream_t stream) {
+    return fromArray(dst, pitch, src, x, y, width, height, kind, stream, false);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpyToArray(cudaArray_t dst, size_t x, size_t y, const void* src,
+                                              size_t bytes, enum cudaMemcpyKind kind) {
+    return toArray(dst, x, y, src, bytes, bytes, 1, kind, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpyFromArray(void* dst, cudaArray_const_t src, size_t x,
+                                                size_t y, size_t bytes, enum cudaMemcpyKind kind) {
+    return fromArray(dst, bytes, src, x, y, bytes, 1, kind, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpy2DArrayToArray(cudaArray_t dst, size_t dstX, size_t dstY,
+                                                     cudaArray_const_t src, size_t srcX,
+                                                     size_t srcY, size_t width, size_t height,
+                                                     enum cudaMemcpyKind kind) {
+    if (kind != cudaMemcpyDeviceToDevice && kind != cudaMemcpyDefault)
+        return remember(cudaErrorInvalidMemcpyDirection);
+    CUDA_MEMCPY2D copy = {};
+    copy.srcMemoryType = copy.dstMemoryType = CU_MEMORYTYPE_ARRAY;
+    copy.srcArray = arrayOf(src);
+    copy.srcXInBytes = srcX;
+    copy.srcY = srcY;
+    copy.dstArray = arrayOf(dst);
+    copy.dstXInBytes = dstX;
+    copy.dstY = dstY;
+    copy.WidthInBytes = width;
+    copy.Height = height;
+    return queue(copy, nullptr, true);
+}

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Channel descriptions and array handles of the runtime API in terms of the driver's.
+#pragma once
+
+#include "api/cuda/runtime/runtime.h"
+
+namespace sunstone::cudart {
+
+// False for descriptions that no format has.
+bool toFormat(const cudaChannelFormatDesc& desc, CUarray_format* format, unsigned* channels);
+cudaChannelFormatDesc toChannelDesc(CUarray_format format, unsigned channels);
+
+// Runtime handles are the driver's.
+inline CUarray arrayOf(cudaArray_const_t array) {
+    return reinterpret_cast<CUarray>(const_cast<cudaArray*>(array));
+}
+inline CUmipmappedArray mipmapOf(cudaMipmappedArray_const_t mipmap) {
+    return reinterpret_cast<CUmipmappedArray>(const_cast<cudaMipmappedArray*>(mipmap));
+}
+
+// What a copy counts along x and y of an array: texels, or blocks of 4 x 4.
+struct Element {
+    size_t bytes = 1;
+    size_t edge = 1;
+};
+CUresult elementOf(const Driver& driver, cudaArray_const_t array, Element* element);
+
+// Layouts that applications were compiled with.
+static_assert(sizeof(cudaResourceDesc) == 144 && sizeof(cudaTextureDesc) == 72 &&
+              sizeof(cudaResourceViewDesc) == 112);
+
+} // namespace sunstone::cudart
