@@ -131,6 +131,23 @@ TEST(Presplit, NeitherWithUpdatesNorForCompactTriangles) {
         EXPECT_EQ(times, 1u);
 }
 
+// A height field of steep triangles: ordinary ones, whose boxes are as good as boxes get.
+TEST(Presplit, LeavesTerrainAlone) {
+    Mesh mesh;
+    const uint32_t side = 60;
+    for (uint32_t y = 0; y < side; ++y)
+        for (uint32_t x = 0; x < side; ++x)
+            mesh.vertices.push_back({float(x), float(y), float((x * 7 + y * 13) % 5)});
+    for (uint32_t y = 0; y + 1 < side; ++y)
+        for (uint32_t x = 0; x + 1 < side; ++x) {
+            const uint32_t i = y * side + x;
+            mesh.triangles.push_back({i, i + 1, i + side});
+            mesh.triangles.push_back({i + side, i + 1, i + side + 1});
+        }
+    for (const auto& [primitive, times] : occurrences(makeStructure(mesh.input(), fastTrace())))
+        EXPECT_EQ(times, 1u);
+}
+
 TEST(Presplit, IsTheSameForAnyNumberOfThreads) {
     const Mesh mesh = needles(100000, 3);
     const Structure first = makeStructure(mesh.input(), fastTrace(true));
