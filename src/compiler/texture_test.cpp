@@ -161,5 +161,61 @@ TEST(Textures, ReferencesHoldHandles) {
     EXPECT_TRUE(removeTexture(handle));
 }
 
+int32_t thrown;
+
+TEST(Textures, OptixPrograms) {
+    PipelineRequest request;
+    request.rules.launchParams = "params";
+    request.programs.push_back({parse(std::string(kHeader) + R"(
+.visible .const .align 8 .b8 params[24];
+.visible .entry __raygen__sample() { .reg .f32 %f<9>; .reg .b32 %r<3>; .reg .b64 %rd<4>;
+  ld.const.u64 %rd1, [params]; ld.const.u64 %rd2, [params+8]; ld.const.u64 %rd3, [params+16];
+  mov.f32 %f5, 0f40200000; mov.u32 %r1, 4096;
+  tex.2d.v4.f32.f32 {%f1, %f2, %f3, %f4}, [%rd1, {%f5, %f5}];
+  st.f32 [%rd3], %f2;
+  suld.b.2d.b32.trap %r2, [%rd2, {%r1, %r1}];
+  st.u32 [%rd3], %r2; ret; }
+)"),
+                                "__raygen__sample"});
+    const auto code = compilePipeline(request);
+    const uint64_t texture = textureOf(numbered({8, 8})), surface = surfaceOf(numbered({8, 8}));
+    float out = 0;
+    float* const address = &out;
+    uint8_t params[24];
+    std::memcpy(params, &texture, 8);
+    std::memcpy(params + 8, &surface, 8);
+    std::memcpy(params + 16, &address, 8);
+    devlib::LaunchState launch{};
+    launch.params = params;
+    thrown = 0;
+    launch.throwException = [](devlib::RayState*, int32_t kind, uint32_t, const uint32_t*) {
+        thrown = kind;
+    };
+    devlib::ThreadState thread{};
+    devlib::RayState ray{};
+    ray.launch = &launch;
+    ray.thread = &thread;
+    reinterpret_cast<devlib::ProgramFn>(const_cast<void*>(code->programs()[0].address))(&ray);
+    EXPECT_EQ(out, 1022);
+    EXPECT_EQ(thrown, devlib::kExceptionTrap); // the surface was left
+    EXPECT_TRUE(removeTexture(texture));
+    EXPECT_TRUE(removeSurface(surface));
+}
+
+TEST(Textures, FormsThatAreMissingSaySo) {
+    for (const char* text : {"tex.2d.v4.f32.f32 {%f1, %f2, %f3, %f4}, [%rd1, %rd1, {%f1, %f2}];",
+                             "tld4.r.cube.v4.f32.f32 {%f1, %f2, %f3, %f4}, [%rd1, {%f1, %f2, %f3, "
+                             "%f4}];",
+                             "sured.p.add.2d.b32.trap [%rd1, {%r1, %r1}], %r1;"}) {
+        const auto code = compileKernels(
+            parse(std::string(kHeader) +
+                  ".visible .entry k() { .reg .f32 %f<9>; .reg .b32 %r<3>; .reg .b64 %rd<3>; " +
+                  text + " ret; }"));
+        EXPECT_FALSE(code->kernels()[0].address) << text;
+        EXPECT_NE(code->kernels()[0].unsupported.find("not available"), std::string::npos)
+            << code->kernels()[0].unsupported;
+    }
+}
+
 } // namespace
 } // namespace sunstone::compiler::testing

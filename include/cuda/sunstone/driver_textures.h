@@ -128,8 +128,6 @@ typedef CUDA_RESOURCE_VIEW_DESC_v1 CUDA_RESOURCE_VIEW_DESC;
 #define cuArrayGetDescriptor cuArrayGetDescriptor_v2
 #define cuArray3DCreate cuArray3DCreate_v2
 #define cuArray3DGetDescriptor cuArray3DGetDescriptor_v2
-#define cuTexRefSetAddress cuTexRefSetAddress_v2
-#define cuTexRefSetAddress2D cuTexRefSetAddress2D_v3
 
 #ifdef __cplusplus
 extern "C" {
@@ -157,25 +155,6 @@ CUresult cuTexObjectGetResourceViewDesc(CUDA_RESOURCE_VIEW_DESC* view, CUtexObje
 CUresult cuSurfObjectCreate(CUsurfObject* surface, const CUDA_RESOURCE_DESC* resource);
 CUresult cuSurfObjectDestroy(CUsurfObject surface);
 CUresult cuSurfObjectGetResourceDesc(CUDA_RESOURCE_DESC* resource, CUsurfObject surface);
-
-// ---- texture and surface references of a module ------------------------------------------------
-CUresult cuModuleGetTexRef(CUtexref* reference, CUmodule module, const char* name);
-CUresult cuModuleGetSurfRef(CUsurfref* reference, CUmodule module, const char* name);
-CUresult cuTexRefSetArray(CUtexref reference, CUarray array, unsigned int flags);
-CUresult cuTexRefSetMipmappedArray(CUtexref reference, CUmipmappedArray mipmap, unsigned int flags);
-CUresult cuTexRefSetAddress(size_t* offset, CUtexref reference, CUdeviceptr address, size_t bytes);
-CUresult cuTexRefSetAddress2D(CUtexref reference, const CUDA_ARRAY_DESCRIPTOR* descriptor,
-                              CUdeviceptr address, size_t pitch);
-CUresult cuTexRefSetFormat(CUtexref reference, CUarray_format format, int channels);
-CUresult cuTexRefSetAddressMode(CUtexref reference, int dimension, CUaddress_mode mode);
-CUresult cuTexRefSetFilterMode(CUtexref reference, CUfilter_mode mode);
-CUresult cuTexRefSetMipmapFilterMode(CUtexref reference, CUfilter_mode mode);
-CUresult cuTexRefSetMipmapLevelBias(CUtexref reference, float bias);
-CUresult cuTexRefSetMipmapLevelClamp(CUtexref reference, float least, float most);
-CUresult cuTexRefSetMaxAnisotropy(CUtexref reference, unsigned int most);
-CUresult cuTexRefSetBorderColor(CUtexref reference, float* color);
-CUresult cuTexRefSetFlags(CUtexref reference, unsigned int flags);
-CUresult cuSurfRefSetArray(CUsurfref reference, CUarray array, unsigned int flags);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// Arrays, textures and surfaces of the driver API: what wrong arguments get, and copies.
+#include <cuda.h>
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <vector>
+
+namespace {
+
+class Textures : public ::testing::Test {
+protected:
+    void SetUp() override {
+        ASSERT_EQ(cuInit(0), CUDA_SUCCESS);
+        ASSERT_EQ(cuDevicePrimaryCtxRetain(&context_, 0), CUDA_SUCCESS);
+        ASSERT_EQ(cuCtxSetCurrent(context_), CUDA_SUCCESS);
+    }
+    void TearDown() override { cuDevicePrimaryCtxRelease(0); }
+
+    static CUarray makeArray(CUDA_ARRAY3D_DESCRIPTOR d) {
+        CUarray array = nullptr;
+        EXPECT_EQ(cuArray3DCreate(&array, &d), CUDA_SUCCESS);
+        return array;
+    }
+    static CUDA_RESOURCE_DESC resourceOf(CUarray array) {
+        CUDA_RESOURCE_DESC r = {};
+        r.res.array.hArray = array;
+        return r;
+    }
+
+    CUcontext context_ = nullptr;
+};
+
+TEST_F(Textures, ArraysThatCannotBe) {
+    using D = CUDA_ARRAY3D_DESCRIPTOR;
+    CUarray array = nullptr;
+    for (const D& d : {D{0, 4, 0, CU_AD_FORMAT_FLOAT, 1, 0}, D{4, 4, 0, CU_AD_FORMAT_FLOAT, 3, 0},
+                       D{4, 4, 0, CUarray_format(77), 1, 0}, D{4, 0, 4, CU_AD_FORMAT_FLOAT, 1, 0},
+                       D{4, 4, 5, CU_AD_FORMAT_FLOAT, 1, CUDA_ARRAY3D_CUBEMAP},
+                       D{4, 5, 6, CU_AD_FORMAT_FLOAT, 1, CUDA_ARRAY3D_CUBEMAP},
+                       D{4, 4, 0, CU_AD_FORMAT_FLOAT, 1, CUDA_ARRAY3D_LAYERED},
+                       D{4, 4, 0, CU_AD_FORMAT_FLOAT, 1, 0x8000},
+                       D{size_t(1) << 40, 4, 0, CU_AD_FORMAT_FLOAT, 1, 0}})
+        EXPECT_EQ(cuArray3DCreate(&array, &d), CUDA_ERROR_INVALID_VALUE);
+    const D good = {4, 4, 0, CU_AD_FORMAT_FLOAT, 1, 0};
+    EXPECT_EQ(cuArray3DCreate(nullptr, &good), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuArray3DCreate(&array, nullptr), CUDA_ERROR_INVALID_VALUE);
+    const D sparse = {4, 4, 0, CU_AD_FORMAT_FLOAT, 1, CUDA_ARRAY3D_SPARSE};
+    EXPECT_EQ(cuArray3DCreate(&array, &sparse), CUDA_ERROR_NOT_SUPPORTED);
+    EXPECT_EQ(cuArrayDestroy(reinterpret_cast<CUarray>(0x1234)), CUDA_ERROR_INVALID_HANDLE);
+    EXPECT_EQ(cuArrayDestroy(nullptr), CUDA_ERROR_INVALID_HANDLE);
+    array = makeArray(good);
+    EXPECT_EQ(cuArrayDestroy(array), CUDA_SUCCESS);
+    EXPECT_EQ(cuArrayDestroy(array), CUDA_ERROR_INVALID_HANDLE);
+}
+
+TEST_F(Textures, CopiesStayInside) {
+    const CUarray array = makeArray({4, 3, 2, CU_AD_FORMAT_UNSIGNED_INT16, 2, 0});
+    std::vector<uint16_t> in(48), out(48);
+    for (size_t i = 0; i < in.size(); ++i)
+        in[i] = uint16_t(i * 7);
+    CUDA_MEMCPY3D copy = {};
+    copy.srcMemoryType = CU_MEMORYTYPE_HOST;
+    copy.srcHost = in.data();
+    copy.dstMemoryType = CU_MEMORYTYPE_ARRAY;
+    copy.dstArray = array;
+    copy.WidthInBytes = 16;
+    copy.Height = 3;
+    copy.Depth = 2;
+    EXPECT_EQ(cuMemcpy3D(&copy), CUDA_SUCCESS);
+    for (const auto field :
+         {&CUDA_MEMCPY3D::dstXInBytes, &CUDA_MEMCPY3D::dstY, &CUDA_MEMCPY3D::dstZ}) {
+        CUDA_MEMCPY3D outside = copy;
+        for (const size_t offset : {size_t(1), ~size_t(0)}) {
+            outside.*field = offset;
+            EXPECT_EQ(cuMemcpy3D(&outside), CUDA_ERROR_INVALID_VALUE);
+        }
+    }
+    CUDA_MEMCPY3D back = {};
+    back.srcMemoryType = CU_MEMORYTYPE_ARRAY;
+    back.srcArray = array;
+    back.dstMemoryType = CU_MEMORYTYPE_HOST;
+    back.dstHost = out.data();
+    back.WidthInBytes = 16;
+    back.Height = 3;
+    back.Depth = 2;
+    EXPECT_EQ(cuMemcpy3D(&back), CUDA_SUCCESS);
+    EXPECT_EQ(in, out);
+    back.srcArray = reinterpret_cast<CUarray>(&back);
+    EXPECT_EQ(cuMemcpy3D(&back), CUDA_ERROR_INVALID_HANDLE);
+    EXPECT_EQ(cuArrayDestroy(array), CUDA_SUCCESS);
+}
+
+TEST_F(Textures, ObjectsThatCannotBe) {
+    const CUarray floats = makeArray({4, 4, 0, CU_AD_FORMAT_FLOAT, 1, 0});
+    const CUarray ints = makeArray({4, 4, 0, CU_AD_FORMAT_UNSIGNED_INT32, 1, 0});
+    CUDA_RESOURCE_DESC r = resourceOf(floats);
+    CUDA_TEXTURE_DESC d = {};
+    CUtexObject texture = 0;
+    EXPECT_EQ(cuTexObjectCreate(nullptr, &r, &d, nullptr), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuTexObjectCreate(&texture, nullptr, &d, nullptr), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, nullptr, nullptr), CUDA_ERROR_INVALID_VALUE);
+    d.flags = 0x1000;
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, nullptr), CUDA_ERROR_INVALID_VALUE);
+    d.flags = 0;
+    d.addressMode[1] = CUaddress_mode(9);
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, nullptr), CUDA_ERROR_INVALID_VALUE);
+    d.addressMode[1] = CU_TR_ADDRESS_MODE_CLAMP;
+    d.filterMode = CU_TR_FILTER_MODE_LINEAR;
+    r = resourceOf(ints); // no filter between integers
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, nullptr), CUDA_ERROR_INVALID_VALUE);
+    r = resourceOf(nullptr);
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, nullptr), CUDA_ERROR_INVALID_HANDLE);
+    r.resType = CUresourcetype(7);
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, nullptr), CUDA_ERROR_INVALID_VALUE);
+    r = {};
+    r.resType = CU_RESOURCE_TYPE_LINEAR;
+    r.res.linear = {0x1000, CU_AD_FORMAT_FLOAT, 1, 64};
+    d.filterMode = CU_TR_FILTER_MODE_POINT;
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, nullptr), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuTexObjectDestroy(0), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuTexObjectDestroy(12345), CUDA_ERROR_INVALID_VALUE);
+    CUsurfObject surface = 0;
+    r = resourceOf(floats); // not made for surfaces
+    EXPECT_EQ(cuSurfObjectCreate(&surface, &r), CUDA_ERROR_INVALID_VALUE);
+
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, nullptr), CUDA_SUCCESS);
+    CUDA_RESOURCE_DESC seen = {};
+    EXPECT_EQ(cuTexObjectGetResourceDesc(&seen, texture), CUDA_SUCCESS);
+    EXPECT_EQ(seen.res.array.hArray, floats);
+    EXPECT_EQ(cuSurfObjectDestroy(texture), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuArrayDestroy(floats), CUDA_SUCCESS); // before its texture
+    EXPECT_EQ(cuTexObjectDestroy(texture), CUDA_SUCCESS);
+    EXPECT_EQ(cuTexObjectDestroy(texture), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuArrayDestroy(ints), CUDA_SUCCESS);
+}
+
+TEST_F(Textures, MipmappedArrays) {
+    const CUDA_ARRAY3D_DESCRIPTOR d = {16, 8, 0, CU_AD_FORMAT_HALF, 4, 0};
+    CUmipmappedArray mipmap = nullptr;
+    EXPECT_EQ(cuMipmappedArrayCreate(&mipmap, &d, 99), CUDA_SUCCESS);
+    CUarray level = nullptr;
+    EXPECT_EQ(cuMipmappedArrayGetLevel(&level, mipmap, 5), CUDA_ERROR_INVALID_VALUE);
+    ASSERT_EQ(cuMipmappedArrayGetLevel(&level, mipmap, 4), CUDA_SUCCESS);
+    CUDA_ARRAY3D_DESCRIPTOR smallest = {};
+    EXPECT_EQ(cuArray3DGetDescriptor(&smallest, level), CUDA_SUCCESS);
+    EXPECT_EQ(smallest.Width, 1u);
+    EXPECT_EQ(smallest.Height, 1u);
+    EXPECT_EQ(cuArrayDestroy(level), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMipmappedArrayDestroy(mipmap), CUDA_SUCCESS);
+    EXPECT_EQ(cuMipmappedArrayDestroy(mipmap), CUDA_ERROR_INVALID_HANDLE);
+    EXPECT_EQ(cuArray3DGetDescriptor(&smallest, level), CUDA_ERROR_INVALID_HANDLE);
+}
+
+} // namespace
