@@ -471,12 +471,12 @@ TEST_F(Denoiser, TiledEqualsWhole) {
     for (OptixDenoiserModelKind kind :
          {OPTIX_DENOISER_MODEL_KIND_HDR, OPTIX_DENOISER_MODEL_KIND_TEMPORAL}) {
         create(kind);
-        Pictures pictures(430, 250);
-        setup(430, 250);
+        Pictures pictures(300, 180);
+        setup(300, 180);
         OptixDenoiserGuideLayer guides = pictures.guides();
         OptixDenoiserLayer layer = pictures.layer();
         ASSERT_OK(invoke(guides, &layer));
-        TestImage tiled(430, 250, OPTIX_PIXEL_FORMAT_FLOAT4);
+        TestImage tiled(300, 180, OPTIX_PIXEL_FORMAT_FLOAT4);
         layer.output = tiled.image;
         constexpr unsigned kTile = 96;
         ASSERT_OK(optixDenoiserComputeMemoryResources(denoiser_, kTile, kTile, &sizes_));
