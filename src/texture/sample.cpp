@@ -188,6 +188,8 @@ FacePosition onCube(double x, double y, double z) {
         p.s /= major;
         p.t /= major;
     }
+    if (!std::isfinite(p.s) || !std::isfinite(p.t)) // directions of infinities and NaN
+        p.s = p.t = 0;
     return p;
 }
 
@@ -279,7 +281,8 @@ void sampleLevels(const Sampler& sampler, const Request& request, float level, u
     const Texture& t = sampler.texture;
     level += t.levelBias;
     level = level >= t.minLevel ? level : t.minLevel; // NaN too
-    level = std::clamp(std::min(level, t.maxLevel), 0.0f, float(t.levels - 1));
+    level = std::min(std::min(level, t.maxLevel), float(t.levels - 1));
+    level = level >= 0 ? level : 0; // also where a bound is NaN
     if (!t.linearLevels || sampler.integers) {
         sampleLevel(sampler, request, unsigned(level + 0.5f), result);
         return;
@@ -318,7 +321,8 @@ void sampleGradient(const Sampler& sampler, Request request, const SampleOperand
     const float lengthY = lengthInTexels(t, request, operands.dy);
     const float major = std::max(lengthX, lengthY), minor = std::min(lengthX, lengthY);
     unsigned count = 1;
-    if (t.anisotropy > 1 && !sampler.integers && !request.cube && major > 1) {
+    if (t.anisotropy > 1 && !sampler.integers && !request.cube && major > 1 &&
+        std::isfinite(major)) {
         const float ratio = std::ceil(major / std::max({minor, 1.0f, major / float(t.anisotropy)}));
         count = std::clamp(unsigned(ratio), 1u, t.anisotropy);
     }
@@ -356,6 +360,11 @@ void gather(const Sampler& sampler, const Request& request, unsigned channel, ui
     }
 }
 
+// -1 below 0 and for NaN.
+int32_t wholeNumber(float value) {
+    return value >= 0 ? int32_t(std::min(value, 2147483520.0f)) : -1;
+}
+
 // Linear memory: texel numbers, zero outside.
 void fetchLinear(const Texture& t, int32_t index, uint32_t result[4]) {
     if (index < 0 || uint32_t(index) >= t.images[0].width)
@@ -376,8 +385,7 @@ void sample(uint64_t handle, uint32_t form, const SampleOperands* operands, uint
     if (texture->linearMemory) {
         fetchLinear(*texture,
                     texelNumbers ? int32_t(operands->position[0])
-                                 : int32_t(std::clamp(std::bit_cast<float>(operands->position[0]),
-                                                      -1.0f, 2147483520.0f)),
+                                 : wholeNumber(std::bit_cast<float>(operands->position[0])),
                     result);
         return;
     }

@@ -27,6 +27,8 @@ Sampled sampleAt(uint64_t handle, uint32_t form, float x, float y = 0, float z =
     operands.position[2] = std::bit_cast<uint32_t>(z);
     operands.layer = layer;
     operands.level = level;
+    operands.dx[0] = z;
+    operands.dy[1] = level;
     Sampled result;
     uint32_t words[4];
     sample(handle, form, &operands, words);
@@ -207,6 +209,9 @@ TEST(Sample, ExtremeCoordinates) {
                 texture->address[0] = texture->address[1] = Address(mode);
                 texture->linear = linear;
                 texture->normalizedCoordinates = normalized;
+                texture->anisotropy = 8;
+                texture->minLevel = mode == 1 ? NAN : 0;
+                texture->maxLevel = mode == 2 ? NAN : 1;
                 const uint64_t handle = add(std::move(texture));
                 for (const float c : {0.0f, -0.0f, 1.0f, -1.0f, 1e-45f, -1e-45f, 1e30f, -1e30f,
                                       INFINITY, -INFINITY, NAN, 0.99999994f, -1e-9f})
@@ -219,6 +224,23 @@ TEST(Sample, ExtremeCoordinates) {
                     }
                 removeTexture(handle);
             }
+}
+
+TEST(Sample, DirectionsThatAreNone) {
+    auto array = makeFloats({4, 4, 6, false, true}, 5);
+    for (const bool seamless : {false, true}) {
+        auto texture = textureOf(array);
+        texture->linear = texture->normalizedCoordinates = true;
+        texture->seamless = seamless;
+        const uint64_t handle = add(std::move(texture));
+        for (const float x : {0.0f, 1.0f, -1.0f, INFINITY, NAN, 1e30f, 1e-45f})
+            for (const float y : {0.0f, 1.0f, -INFINITY, NAN})
+                for (const float z : {0.0f, -1.0f, INFINITY, NAN}) {
+                    const float value = sampleAt(handle, kCube, x, y, z).v[0];
+                    EXPECT_TRUE(value >= 0 && value <= 101) << x << " " << y << " " << z;
+                }
+        removeTexture(handle);
+    }
 }
 
 TEST(Fetch, HalfFloatsBothWays) {

@@ -19,11 +19,6 @@
 #define CU_TRSF_SEAMLESS_CUBEMAP 0x40
 #define CU_TRSA_OVERRIDE_FORMAT 0x01
 
-typedef unsigned long long CUtexObject_v1;
-typedef CUtexObject_v1 CUtexObject;
-typedef unsigned long long CUsurfObject_v1;
-typedef CUsurfObject_v1 CUsurfObject;
-
 typedef struct CUDA_ARRAY_DESCRIPTOR_st {
     size_t Width;
     size_t Height;
