@@ -39,11 +39,14 @@ template <class T> struct sunstone_texel;
             return r;                                                                              \
         }                                                                                          \
     };
+// The bytes of one type as another; what is missing is zero.
+template <class To, class From> SUNSTONE_TEX To sunstone_bits(const From& from) {
+    To to = To();
+    __builtin_memcpy(&to, &from, sizeof(To) < sizeof(From) ? sizeof(To) : sizeof(From));
+    return to;
+}
 template <class M> SUNSTONE_TEX M sunstone_word(unsigned word) {
-    if constexpr (__is_same(M, float))
-        return __builtin_bit_cast(float, word);
-    else
-        return (M)word;
+    return __is_same(M, float) ? (M)sunstone_bits<float>(word) : (M)word;
 }
 #define SUNSTONE_TEXELS(M, stem, isF)                                                              \
     SUNSTONE_TEXEL1(M, M, isF)                                                                     \
@@ -67,15 +70,15 @@ SUNSTONE_TEXEL1(char, char, false)
 #define SUNSTONE_SAMPLE(name, params, args, opcode, coordinates, operands, ...)                    \
     template <class T> SUNSTONE_TEX T name params {                                                \
         unsigned w[4];                                                                             \
-        if constexpr (sunstone_texel<T>::isFloat) {                                                \
+        if (sunstone_texel<T>::isFloat) {                                                \
             float a, b, c, d;                                                                      \
             asm volatile(opcode ".v4.f32." coordinates " {%0, %1, %2, %3}, " operands ";"          \
                          : "=f"(a), "=f"(b), "=f"(c), "=f"(d)                                      \
                          : "l"(texture), __VA_ARGS__);                                             \
-            w[0] = __builtin_bit_cast(unsigned, a);                                                \
-            w[1] = __builtin_bit_cast(unsigned, b);                                                \
-            w[2] = __builtin_bit_cast(unsigned, c);                                                \
-            w[3] = __builtin_bit_cast(unsigned, d);                                                \
+            w[0] = sunstone_bits<unsigned>(a);                                                \
+            w[1] = sunstone_bits<unsigned>(b);                                                \
+            w[2] = sunstone_bits<unsigned>(c);                                                \
+            w[3] = sunstone_bits<unsigned>(d);                                                \
         } else {                                                                                   \
             asm volatile(opcode ".v4.u32." coordinates " {%0, %1, %2, %3}, " operands ";"          \
                          : "=r"(w[0]), "=r"(w[1]), "=r"(w[2]), "=r"(w[3])                          \
@@ -161,49 +164,37 @@ SUNSTONE_INTO(tex2DGrad)
 // ---- surfaces: texels as bytes, in pieces of 1, 2, 4 or 8 ------------------------------------------
 // Operand numbers: destination or source words first, then the surface, then x (and y, z, layer).
 #define SUNSTONE_SULD(bytes, R, letter, type, geometry, at, mode, ...)                             \
-    if constexpr (sizeof(T) == bytes) {                                                            \
+    if (sizeof(T) == bytes) {                                                            \
         R w;                                                                                       \
         asm volatile("suld.b." geometry "." type "." mode " {%0}, [%1, " at "];"                   \
                      : "=" letter(w)                                                               \
                      : "l"(surface), __VA_ARGS__                                                   \
                      : "memory");                                                                  \
-        return sunstone_surface_cast<T>(w);                                                        \
+        return sunstone_bits<T>(w);                                                        \
     }
 #define SUNSTONE_SULD16(geometry, at2, mode, ...)                                                  \
-    if constexpr (sizeof(T) == 16) {                                                               \
+    if (sizeof(T) == 16) {                                                               \
         longlong2 w;                                                                               \
         asm volatile("suld.b." geometry ".v2.b64." mode " {%0, %1}, [%2, " at2 "];"                \
                      : "=l"(w.x), "=l"(w.y)                                                        \
                      : "l"(surface), __VA_ARGS__                                                   \
                      : "memory");                                                                  \
-        return __builtin_bit_cast(T, w);                                                           \
+        return sunstone_bits<T>(w);                                                           \
     }
 #define SUNSTONE_SUST(bytes, R, letter, type, geometry, at, mode, ...)                             \
-    if constexpr (sizeof(T) == bytes) {                                                            \
-        const R w = sunstone_surface_word<R>(value);                                               \
+    if (sizeof(T) == bytes) {                                                            \
+        const R w = sunstone_bits<R>(value);                                               \
         asm volatile("sust.b." geometry "." type "." mode " [%1, " at "], {%0};" ::letter(w),      \
                      "l"(surface), __VA_ARGS__                                                     \
                      : "memory");                                                                  \
     }
 #define SUNSTONE_SUST16(geometry, at2, mode, ...)                                                  \
-    if constexpr (sizeof(T) == 16) {                                                               \
-        const longlong2 w = __builtin_bit_cast(longlong2, value);                                  \
+    if (sizeof(T) == 16) {                                                               \
+        const longlong2 w = sunstone_bits<longlong2>(value);                                  \
         asm volatile("sust.b." geometry ".v2.b64." mode " [%2, " at2 "], {%0, %1};" ::"l"(w.x),    \
                      "l"(w.y), "l"(surface), __VA_ARGS__                                           \
                      : "memory");                                                                  \
     }
-template <class T, class R> SUNSTONE_TEX T sunstone_surface_cast(R word) {
-    if constexpr (sizeof(T) == 1)
-        return __builtin_bit_cast(T, (signed char)word);
-    else
-        return __builtin_bit_cast(T, word);
-}
-template <class R, class T> SUNSTONE_TEX R sunstone_surface_word(T value) {
-    if constexpr (sizeof(T) == 1)
-        return (R)__builtin_bit_cast(signed char, value);
-    else
-        return __builtin_bit_cast(R, value);
-}
 #define SUNSTONE_READ_MODE(geometry, at, at2, mode, ...)                                           \
     SUNSTONE_SULD(1, short, "h", "b8", geometry, at, mode, __VA_ARGS__)                            \
     SUNSTONE_SULD(2, short, "h", "b16", geometry, at, mode, __VA_ARGS__)                           \
@@ -227,6 +218,7 @@ template <class R, class T> SUNSTONE_TEX R sunstone_surface_word(T value) {
             SUNSTONE_READ_MODE(geometry, at, at2, "clamp", __VA_ARGS__)                            \
         }                                                                                          \
         SUNSTONE_READ_MODE(geometry, at, at2, "trap", __VA_ARGS__)                                 \
+        return T();                                                                                \
     }                                                                                              \
     template <class T>                                                                             \
     SUNSTONE_TEX void stem##read(T* result, cudaSurfaceObject_t surface, SUNSTONE_LIST params,     \
