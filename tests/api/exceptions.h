@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// What exceptions.cu and its test share.
+#pragma once
+
+enum ExceptionKind : unsigned {
+    kNone,
+    kFromRaygen,
+    kFromHit,
+    kFromAnyHit,
+    kFromMiss,
+    kFromCallable,
+    kKinds
+};
+
+struct ExceptionResult {
+    unsigned reached; // 1: the program started, 2: it came to its end
+    unsigned value;
+    int code;         // -77 where no exception program ran
+    unsigned details[3];
+    unsigned record;
+};
+
+struct ExceptionParams {
+    ExceptionResult* results;
+    unsigned long long handle;
+};
