@@ -191,6 +191,7 @@ private:
                       const Signature& signature, const std::vector<ptx::Variable>& results,
                       const std::vector<ptx::Variable>& parameters);
     void emitTrap();
+    void endAfterAssertion();
 
     // ---- special registers, warps, barriers: translate_special.cpp
     Value* special(std::string_view name, ptx::Location location);

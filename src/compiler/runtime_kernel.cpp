@@ -149,6 +149,11 @@ void trapThread(KernelThread* thread) {
         functions->fault(thread, devlib::kFaultTrap);
 }
 
+void endAssertion(KernelThread* thread) {
+    if (const BlockFunctions* functions = functionsOf(thread))
+        functions->fault(thread, devlib::kFaultAssertion);
+}
+
 void reportAssertion(void*, const char* condition, const char* file, uint32_t line,
                      const char* function, uint64_t) {
     std::fprintf(stderr, "%s:%u: %s: device assertion `%s' failed\n", file ? file : "?", line,
@@ -309,6 +314,7 @@ void addKernelSymbols(std::vector<RuntimeSymbol>& symbols) {
     const RuntimeSymbol own[] = {
         {"sunstone_vprintf", addressOf(printFormatted)},
         {"sunstone_assertfail", addressOf(reportAssertion)},
+        {"sunstone_assertion", addressOf(endAssertion)},
         {"sunstone_malloc", addressOf(allocate)},
         {"sunstone_free", addressOf(release)},
         {"sunstone_no_callable", addressOf(noCallable)},

@@ -76,6 +76,16 @@ void FunctionTranslator::trap(const ptx::Instruction&) {
     emitTrap();
 }
 
+// A failed assertion has been printed; the thread does not go on.
+void FunctionTranslator::endAfterAssertion() {
+    if (!isKernel())
+        return emitTrap();
+    builder_.CreateCall(
+        unit_.helper("sunstone_assertion", builder_.getVoidTy(), {builder_.getPtrTy()}, false),
+        {state()});
+    emitReturn();
+}
+
 // Ends the thread through its launcher, which does not come back; should it do so nevertheless,
 // the function returns.
 void FunctionTranslator::emitTrap() {
@@ -239,7 +249,7 @@ void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value
     }
     if (auto* callee = llvm::dyn_cast<llvm::Function>(target))
         if (callee->getName() == "sunstone_assertfail")
-            return emitTrap();
+            return endAfterAssertion();
     for (const ptx::Function& function : module_.functions)
         if (function.noreturn && instruction.target.kind == ptx::OperandKind::kSymbol &&
             function.name == instruction.target.name)

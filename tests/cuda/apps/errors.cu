@@ -4,10 +4,17 @@
 
 #include "check.h"
 
+#include <cassert>
+
 __global__ void nothing() {}
 __global__ void __launch_bounds__(64) bounded() {}
 __global__ void fail() {
     __trap();
+}
+
+__global__ void claim(int value, int* after) {
+    assert(value == 1);
+    *after = value;
 }
 
 static void say(const char* what, cudaError_t error) {
@@ -46,5 +53,13 @@ int main() {
     say("fine", cudaDeviceSynchronize());
     fail<<<1, 1>>>();
     say("trap", cudaDeviceSynchronize());
+    int* after;
+    CHECK(cudaMallocManaged(&after, sizeof(int)));
+    *after = 0;
+    claim<<<1, 1>>>(1, after);
+    say("assertion that holds", cudaDeviceSynchronize());
+    claim<<<1, 1>>>(2, after);
+    say("assertion that fails", cudaDeviceSynchronize());
+    std::printf("after the assertions: %d\n", *after);
     return 0;
 }
