@@ -97,6 +97,13 @@ private:
         return uint32_t(value->getZExtValue());
     }
 
+    // No module has payload types yet, so no id names one.
+    void requireUntyped(uint32_t typeMask) {
+        if (typeMask != 0)
+            fault(ErrorCode::kNotSupported,
+                  message("payload type mask ", typeMask, ": payload types are not available"));
+    }
+
     unsigned payloadSlot(bool fromOperand) const {
         const uint32_t slot =
             fromOperand ? constant(0, "payload slot") : uint32_t(intrinsic_->number);
@@ -134,7 +141,7 @@ private:
         case IntrinsicOp::kIgnore:
             return endProgram(devlib::kIgnore);
         case IntrinsicOp::kSetPayloadTypes:
-            constant(0, "payload type mask");
+            requireUntyped(constant(0, "payload type mask"));
             call_->eraseFromParent();
             return;
         case IntrinsicOp::kSetPayload: {
@@ -424,6 +431,7 @@ private:
         // Operands: [type] handle 9×f mask flags sbtOffset sbtStride missIndex [count] payload...
         const unsigned base = typed ? 1 : 0;
         const uint32_t type = typed ? constant(0, "payload type") : 0;
+        requireUntyped(type);
         const uint32_t count =
             typed ? constant(base + 15, "payload count") : uint32_t(intrinsic_->number);
         const unsigned firstPayload = base + 15 + (typed ? 1 : 0);

@@ -447,6 +447,9 @@ TEST_F(Optix, Errors) {
                       "call (%f0,%f1,%f2,%f3), _optix_get_sphere_data, (); ret; }",
                       "__miss__ms"),
               E::kNotSupported);
+    EXPECT_EQ(errorOf(".visible .entry __miss__ms() { call _optix_set_payload_types, (1); ret; }",
+                      "__miss__ms"),
+              E::kNotSupported);
     EXPECT_EQ(errorOf(".visible .entry __miss__ms() { call _optix_set_payload, (0); ret; }",
                       "__miss__ms"),
               E::kInvalidPtx);

@@ -160,14 +160,14 @@ void runLaunch(const LaunchRequest& request) {
     launch.dimensions[0] = request.width;
     launch.dimensions[1] = request.height;
     launch.dimensions[2] = request.depth;
-    launch.maxTraceDepth = pipeline.limits.maxTraceDepth;
+    launch.maxTraceDepth = request.limits.maxTraceDepth;
     launch.sbt = request.sbt;
     launch.groups = pipeline.groups.data();
     launch.groupCount = uint32_t(pipeline.groups.size());
     launch.exceptionFlags = pipeline.rules.exceptionFlags;
     launch.hasAnyHit = pipeline.hasAnyHit;
     launch.traversableGraphFlags = pipeline.rules.traversableGraphFlags;
-    launch.maxGraphDepth = pipeline.limits.maxGraphDepth;
+    launch.maxGraphDepth = request.limits.maxGraphDepth;
     launch.numAttributes = pipeline.rules.numAttributeValues;
     launch.throwException = throwException;
     devlib::TraceFeatures features;

@@ -9,6 +9,7 @@ namespace sunstone::engine {
 
 struct LaunchRequest {
     std::shared_ptr<const Pipeline> pipeline;
+    PipelineLimits limits; // as they are when the launch is made
     devlib::SbtView sbt{};
     const void* params = nullptr; // device address, read in stream order
     uint64_t paramsSize = 0;

@@ -100,6 +100,10 @@ OptixResult deviceContextCreate(CUcontext fromContext, const OptixDeviceContextO
                 alive->log(level, tag, text);
         };
         *context = static_cast<OptixDeviceContext>(contexts().add(object));
+        if (object->validation)
+            object->log(LogLevel::kWarning, "CONTEXT",
+                        "validation mode waits for launches and reports their errors; its device "
+                        "checks are not available yet");
         object->log(LogLevel::kInfo, "CONTEXT", message("device: ", object->engine->device->name()));
     });
 }

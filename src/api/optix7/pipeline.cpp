@@ -119,6 +119,12 @@ OptixResult pipelineCreate(OptixDeviceContext context,
             checkSameOptions(options, *group, i);
             members.push_back(group->group);
         }
+        constexpr unsigned kNeverRaised =
+            OPTIX_EXCEPTION_FLAG_STACK_OVERFLOW | OPTIX_EXCEPTION_FLAG_DEBUG;
+        if (options.values.exceptionFlags & kNeverRaised)
+            owner->log(LogLevel::kWarning, "PIPELINE",
+                       message("exceptionFlags = ", options.values.exceptionFlags,
+                               ": stack-overflow and debug exceptions are not raised yet"));
         engine::PipelineLimits limits;
         limits.maxTraceDepth = linkOptions->maxTraceDepth;
         auto object = std::make_shared<PipelineObject>();
@@ -182,6 +188,7 @@ OptixResult launch(OptixPipeline pipeline, CUstream stream, CUdeviceptr params, 
         }
         engine::LaunchRequest request;
         request.pipeline = object->pipeline;
+        request.limits = object->pipeline->limits;
         request.sbt = checkSbt(device, *sbt);
         request.params = reinterpret_cast<const void*>(params);
         request.paramsSize = paramsSize;
