@@ -54,6 +54,7 @@ struct SbtInput {
 
 struct TriangleInput {
     const void* vertices = nullptr;
+    const void* const* keyVertices = nullptr; // with motion: vertices of each key, the first too
     VertexFormat vertexFormat = VertexFormat::kFloat3;
     uint32_t vertexStride = 0; // 0: packed
     uint32_t numVertices = 0;
@@ -67,6 +68,7 @@ struct TriangleInput {
 
 struct CustomInput {
     const void* aabbs = nullptr; // 6 floats each: minX minY minZ maxX maxY maxZ
+    const void* const* keyAabbs = nullptr; // with motion: boxes of each key, the first too
     uint32_t stride = 0;         // 0: 24
     uint32_t numPrimitives = 0;
     SbtInput sbt;
@@ -99,6 +101,14 @@ struct BuildInputs {
     const InstanceInput* instances = nullptr;
 };
 
+// Motion keys are evenly spaced over the time range. Before and after it the first and last key
+// stand, or with the vanish flags (layout.h: MotionFlag) nothing is there.
+struct MotionOptions {
+    uint32_t keys = 1; // 1: no motion, the rest means nothing
+    uint32_t flags = 0;
+    float begin = 0, end = 0; // begin <= end, finite
+};
+
 struct BuildOptions {
     bool allowUpdate = false;
     bool allowCompaction = false;
@@ -106,6 +116,7 @@ struct BuildOptions {
     bool preferFastBuild = false;
     bool allowRandomVertexAccess = false;
     bool allowRandomInstanceAccess = false;
+    MotionOptions motion;
 };
 
 struct MemoryUsage {

@@ -26,7 +26,7 @@ public:
         std::fill(std::begin(node.pad), std::end(node.pad), 0u);
         unsigned order[8];
         sortByArea(from, order);
-        uint64_t leafAt = offset + sizeof(Node), innerAt[8];
+        uint64_t leafAt = offset + rules_.nodeBytes, innerAt[8];
         for (unsigned i = 0; i < from.numChildren; ++i) {
             const TreeChild& c = from.children[order[i]];
             for (int a = 0; a < 3; ++a) {

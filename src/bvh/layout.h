@@ -18,6 +18,17 @@
 // A structure that may be updated holds its inactive primitives too, with empty boxes above them,
 // because an update may make them active; `root` is then kNoNode while none is.
 //
+// Motion. A structure with several motion keys has kMotionBit in its type. One tree serves all keys:
+//   nodes    Node with the planes of key 0, then KeyPlanes of the later keys
+//   leaves   as without motion with the data of key 0, then the same numbers of the later keys
+//            (TriangleKey: 9 * N floats, CustomKey: 6 floats); the whole rounded up to 64 bytes (32
+//            for custom primitives); leaves of instances hold no keys
+//   header   KeyBounds of each key at keyBoundsOffset
+// The boxes at a time are those of the two keys around it, interpolated (motion.h: KeySegment);
+// as vertices move linearly between keys, they hold what is in them. Unused children and those with
+// nothing active have the box (kFar, -kFar): infinite planes times a weight of zero would be NaN.
+// A program that reads only Node and the leaves' first parts sees key 0.
+//
 // Boxes in nodes are padded (padBox in build_input.h); with the margins that traversal takes
 // (ray_setup.h) no ray that the primitive test accepts is culled.
 #pragma once
@@ -31,9 +42,21 @@ constexpr uint32_t kBlockMagic = 0x48564253u;
 constexpr uint32_t kBlockVersion = 1;
 
 enum class BlockType : uint32_t { kTriangles = 1, kCustom = 2, kInstances = 3 };
+// Part of BlockHeader::type where the structure has motion keys, so that code for structures
+// without motion refuses it by the comparison it makes anyway.
+constexpr uint32_t kMotionBit = 0x100;
+inline BlockType kindOf(BlockType type) { return BlockType(uint32_t(type) & ~kMotionBit); }
+inline BlockType withMotion(BlockType kind) { return BlockType(uint32_t(kind) | kMotionBit); }
+inline bool isMoving(BlockType type) { return uint32_t(type) & kMotionBit; }
 
 // Low bits of a traversable handle; the same numbers as devlib::HandleTag.
-enum TraversableTag : uint64_t { kGasTag = 1, kIasTag = 2, kStaticTransformTag = 3 };
+enum TraversableTag : uint64_t {
+    kGasTag = 1,
+    kIasTag = 2,
+    kStaticTransformTag = 3,
+    kMatrixMotionTag = 4,
+    kSrtMotionTag = 5,
+};
 constexpr uint64_t kTraversableTagMask = 63;
 
 using NodeRef = uint32_t;
@@ -57,12 +80,12 @@ constexpr unsigned kStackSize = 7 * kMaxDepth + 9;
 struct alignas(64) BlockHeader {
     uint32_t magic;
     uint32_t version;
-    BlockType type;
+    BlockType type;         // with kMotionBit if motionKeys > 1
     NodeRef root;           // kNoNode: empty
     uint64_t usedSize;      // bytes of the block that matter
     uint32_t numPrimitives; // as in the inputs, inactive ones included
     uint32_t numActive;
-    float lower[3]; // exact bounds of the active primitives
+    float lower[3]; // exact bounds of the active primitives, at all times
     uint32_t numInputs;
     float upper[3];
     uint32_t numSbtRecords;
@@ -75,13 +98,15 @@ struct alignas(64) BlockHeader {
     uint32_t numLeaves;
     uint32_t options;          // OptionBit
     uint32_t geometryFlagsAnd; // geometry flags all primitives have
-    // Room for motion: keys, flags and time range of the structure.
+    // Motion: number of keys (1: none), flags and time range as given.
     uint32_t motionKeys;
-    uint32_t motionFlags;
+    uint32_t motionFlags; // MotionFlag
     float motionBegin;
     float motionEnd;
     NodeRef wholeRoot; // kOptionUpdate: root of the tree of all primitives, the inactive included
-    uint32_t reserved[11];
+    uint32_t pad;
+    uint64_t keyBoundsOffset; // KeyBounds of each key; 0 without motion
+    uint32_t reserved[8];
 };
 static_assert(sizeof(BlockHeader) == 192);
 constexpr uint64_t kNodesAlignment = 256;
@@ -119,6 +144,33 @@ struct alignas(64) Node {
 };
 static_assert(sizeof(Node) == 256);
 
+// Numbers of OptixMotionFlags: outside the time range there is nothing to hit.
+enum MotionFlag : uint32_t { kStartVanish = 1, kEndVanish = 2 };
+
+// Planes of a box that no ray meets, in structures with motion.
+constexpr float kFar = 1e38f;
+
+// Exact bounds of the active primitives at a motion key.
+struct KeyBounds {
+    float lower[3], upper[3];
+};
+
+// A node's planes at a motion key after the first.
+struct alignas(64) KeyPlanes {
+    float planes[6][8];
+};
+static_assert(sizeof(KeyPlanes) == 192);
+
+// Bytes of a node with its planes at all keys.
+inline uint32_t nodeBytes(uint32_t keys) {
+    return uint32_t(sizeof(Node) + (keys - 1) * sizeof(KeyPlanes));
+}
+// The planes of a key in such a node.
+inline float (*keyPlanes(uint8_t* node, uint32_t key))[8] {
+    return key == 0 ? reinterpret_cast<Node*>(node)->planes
+                    : reinterpret_cast<KeyPlanes*>(node + sizeof(Node))[key - 1].planes;
+}
+
 // SBT index (24 bits) and geometry flags (8 bits) of a primitive in one word.
 constexpr uint32_t kSbtIndexMask = 0xFFFFFFu;
 constexpr uint32_t kGeometryFlagShift = 24;
@@ -134,6 +186,22 @@ struct alignas(64) TriangleLeaf {
 };
 static_assert(sizeof(TriangleLeaf<4>) == 192);
 static_assert(sizeof(TriangleLeaf<8>) == 384);
+
+// Vertices of a leaf's triangles at a motion key after the first; behind the leaf.
+template <unsigned N>
+struct TriangleKey {
+    float vertices[9 * N];
+};
+
+// Box of a custom primitive at a motion key after the first; behind the leaf.
+struct CustomKey {
+    float lower[3], upper[3];
+};
+
+// Bytes of a leaf with its data at all keys, rounded up to a multiple of `unit`.
+inline uint32_t leafBytes(uint32_t leaf, uint32_t key, uint32_t keys, uint32_t unit) {
+    return (leaf + (keys - 1) * key + unit - 1) / unit * unit;
+}
 
 struct CustomLeaf {
     float lower[3];

@@ -239,7 +239,7 @@ private:
                 c.count ? rules_.bytes(c.count) : tree_.nodes[c.first].bytes;
         }
         setBox(self, box);
-        node.bytes = sizeof(Node) + (leaves + 63) / 64 * 64 + inner;
+        node.bytes = rules_.nodeBytes + (leaves + 63) / 64 * 64 + inner;
     }
 
     PrimitiveRef* references_;

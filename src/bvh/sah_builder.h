@@ -514,7 +514,7 @@ private:
             else
                 inner += tree_.nodes[c.first].bytes;
         }
-        node.bytes = sizeof(Node) + (leaves + 63) / 64 * 64 + inner;
+        node.bytes = rules_.nodeBytes + (leaves + 63) / 64 * 64 + inner;
     }
 
     // A leaf; its references move to the first array, where emission looks for them.

@@ -19,7 +19,7 @@ uint32_t maxTreeNodes(uint64_t n, const LeafRules& rules) {
 uint64_t maxTreeBytes(uint64_t n, const LeafRules& rules) {
     const uint64_t leaves = n / rules.minCount + 1;
     const uint64_t padding = rules.bytes4 % 64 ? 32 : 0;
-    return maxTreeNodes(n, rules) * (sizeof(Node) + padding) + leaves * rules.bytes4 +
+    return maxTreeNodes(n, rules) * (rules.nodeBytes + padding) + leaves * rules.bytes4 +
            (rules.maxCount > 4 ? rules.bytes8 : 0);
 }
 

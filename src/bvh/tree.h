@@ -31,6 +31,9 @@ struct LeafRules {
     float cost4 = 1.0f;
     float cost8 = 1.35f;
 
+    // Bytes of a node in the block: more than a Node with motion.
+    uint32_t nodeBytes = sizeof(Node);
+
     float cost(uint32_t count) const { return count <= 4 ? cost4 : cost8; }
     // Bytes in the block.
     uint32_t bytes4, bytes8;

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a time falls among motion keys. Small and always inline: included by files compiled for
+// different instruction sets.
+//
+// Keys divide the time range [begin, end] evenly. Outside of it the first and the last key stand. A
+// NaN time, or one in an empty range, counts as before its end.
+#pragma once
+
+#include "bvh/layout.h"
+
+namespace sunstone::bvh {
+
+// Two neighbouring keys and the place between them: value = (1 - fraction) * at(key) +
+// fraction * at(key + 1). With one key, fraction is 0 and the next key must not be read.
+struct KeySegment {
+    uint32_t key;   // 0 .. keys - 2
+    float fraction; // 0 .. 1
+};
+
+[[gnu::always_inline]] static inline KeySegment keySegment(uint32_t keys, float begin, float end,
+                                                           float time) {
+    const float last = float(keys) - 1.0f;
+    float t = (time - begin) * last / (end - begin);
+    if (begin == end && time > end)
+        t = last;
+    t = t > 0.0f ? (t < last ? t : last) : 0.0f;
+    if (!(last > 0.0f))
+        return {0, 0.0f};
+    const uint32_t key = uint32_t(t) < keys - 1 ? uint32_t(t) : keys - 2;
+    return {key, t - float(key)};
+}
+
+[[gnu::always_inline]] static inline KeySegment keySegment(const BlockHeader& header, float time) {
+    return keySegment(header.motionKeys, header.motionBegin, header.motionEnd, time);
+}
+
+// Whether the vanish flags hide what has this range at this time.
+[[gnu::always_inline]] static inline bool hasVanished(uint32_t flags, float begin, float end,
+                                                      float time) {
+    return ((flags & kStartVanish) && time < begin) || ((flags & kEndVanish) && time > end);
+}
+
+// One number between two keys. Everything that moves is interpolated by these very operations:
+// each is monotone, so what lies within bounds at both keys lies within the interpolated bounds.
+[[gnu::always_inline]] static inline float between(float a, float b, float fraction) {
+    return a * (1.0f - fraction) + b * fraction;
+}
+
+} // namespace sunstone::bvh
