@@ -37,14 +37,14 @@ function(sunstone_part name)
     endif()
 endfunction()
 
-# sunstone_test(name sources... LINK libraries...): a GoogleTest program, label = name.
+# sunstone_test(name sources... LINK libraries... PROPERTIES p v...): a GoogleTest program, label = name.
 function(sunstone_test name)
-    cmake_parse_arguments(TEST "" "" "LINK" ${ARGN})
+    cmake_parse_arguments(TEST "" "" "LINK;PROPERTIES" ${ARGN})
     find_package(GTest REQUIRED)
     include(GoogleTest)
     add_executable(test_${name} ${TEST_UNPARSED_ARGUMENTS})
     target_link_libraries(test_${name} PRIVATE sunstone_options ${TEST_LINK} GTest::gtest
         GTest::gtest_main ${CMAKE_DL_LIBS})
     gtest_discover_tests(test_${name} TEST_PREFIX ${name}. PROPERTIES LABELS ${name}
-        DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
+        ${TEST_PROPERTIES} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
 endfunction()

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fixture.h"
 
+#include "coverage/call_record.h"
+
 #include "optix_function_table_definition.h"
 
 #include <cstdlib>
@@ -61,9 +63,11 @@ void loadLibrary() {
     OptixResult result = optixInit();
     if (result != OPTIX_SUCCESS)
         throw std::runtime_error("optixInit failed with " + std::to_string(int(result)));
+    recordCalls();
 }
 
 void ApiTest::SetUp() {
+    recordCalls(); // a test may have loaded the library anew
     OptixDeviceContextOptions options{};
     options.logCallbackFunction = LogRecord::callback;
     options.logCallbackData = &log_;
@@ -115,6 +119,7 @@ std::string compiledPtx(const std::string& program, const std::string& toolchain
         throw std::runtime_error("cannot read " + path);
     std::ostringstream text;
     text << file.rdbuf();
+    recordProgram(text.str(), "tests/api/" + program + ".cu");
     return text.str();
 }
 
