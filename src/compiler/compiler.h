@@ -83,13 +83,32 @@ public:
     virtual bool variable(std::string_view name, void** address, uint64_t* size) const = 0;
 };
 
+// Keeps compiled pieces between compilations. Keys are digests of everything the piece depends on,
+// this build and this processor included; values are bytes. Any thread may call.
+class ObjectStore {
+public:
+    virtual ~ObjectStore() = default;
+    virtual bool find(const std::string& key, std::string& value) = 0;
+    virtual void insert(const std::string& key, const std::string& value) = 0;
+};
+
 struct PipelineRequest {
     std::vector<ProgramRequest> programs;
     PipelineRules rules;
 };
 
-// Throws Error(kLinkError) for unresolved or duplicate symbols, kInternal for our own faults.
-std::unique_ptr<Code> compilePipeline(const PipelineRequest& request);
+// Programs are compiled one by one, side by side on the shared threads; what `store` (may be null)
+// has is not compiled again. Throws Error(kLinkError) for unresolved or duplicate symbols,
+// kInternal for our own faults; of several faulty programs the first one's error.
+std::unique_ptr<Code> compilePipeline(const PipelineRequest& request, ObjectStore* store = nullptr);
+
+// Whether a program of this module can be compiled without knowing the other modules of its
+// pipeline: it declares no functions or variables that are defined elsewhere.
+bool isSelfContained(const ptx::Module& module, const PipelineRules& rules);
+
+// Compiles one program of a self-contained module into `store` ahead of the pipeline that will
+// use it. Throws as compilePipeline does.
+void precompile(const ProgramRequest& program, const PipelineRules& rules, ObjectStore& store);
 
 // A CUDA module: every .entry with parameters becomes a KernelFn.
 struct KernelInfo {

@@ -14,7 +14,8 @@
 #include <llvm/IR/DiagnosticPrinter.h>
 #include <llvm/IR/LegacyPassManager.h>
 #include <llvm/MC/TargetRegistry.h>
-#include <llvm/Support/SmallVectorMemoryBuffer.h>
+#include <llvm/ADT/StringExtras.h>
+#include <llvm/Support/MemoryBuffer.h>
 #include <llvm/Support/TargetSelect.h>
 #include <llvm/TargetParser/Host.h>
 
@@ -29,6 +30,14 @@ std::string textOf(llvm::Error error) {
     return llvm::toString(std::move(error));
 }
 
+std::string hostFeatures() {
+    std::string features;
+    for (const auto& feature : llvm::sys::getHostCPUFeatures())
+        features += (features.empty() ? "" : ",") + std::string(feature.second ? "+" : "-") +
+                    feature.first().str();
+    return features;
+}
+
 std::unique_ptr<llvm::TargetMachine> createMachine() {
     static const bool initialized = [] {
         llvm::InitializeNativeTarget();
@@ -41,16 +50,12 @@ std::unique_ptr<llvm::TargetMachine> createMachine() {
     const llvm::Target* target = llvm::TargetRegistry::lookupTarget(triple, error);
     if (!target)
         fail(ErrorCode::kInternal, "no code generator for ", triple, ": ", error);
-    std::string features;
-    for (const auto& feature : llvm::sys::getHostCPUFeatures())
-        features += (features.empty() ? "" : ",") + std::string(feature.second ? "+" : "-") +
-                    feature.first().str();
     llvm::TargetOptions options;
     options.AllowFPOpFusion = llvm::FPOpFusion::Strict;
     options.UnsafeFPMath = options.NoInfsFPMath = options.NoNaNsFPMath = false;
     options.NoSignedZerosFPMath = options.ApproxFuncFPMath = false;
     return std::unique_ptr<llvm::TargetMachine>(target->createTargetMachine(
-        triple, llvm::sys::getHostCPUName(), features, options, llvm::Reloc::PIC_,
+        triple, llvm::sys::getHostCPUName(), hostFeatures(), options, llvm::Reloc::PIC_,
         llvm::CodeModel::Small, llvm::CodeGenOptLevel::Default, true));
 }
 
@@ -134,6 +139,17 @@ public:
             log(LogLevel::kError, "compiler", "cannot free code: " + textOf(std::move(error)));
     }
 
+    void define(const std::vector<std::pair<std::string, void*>>& externals) {
+        if (externals.empty())
+            return;
+        llvm::orc::SymbolMap symbols;
+        for (const auto& [name, address] : externals)
+            symbols[Session::get().session().intern(name)] = {
+                llvm::orc::ExecutorAddr::fromPtr(address), llvm::JITSymbolFlags::Exported};
+        if (llvm::Error error = library_.define(llvm::orc::absoluteSymbols(std::move(symbols))))
+            fail(ErrorCode::kInternal, "cannot link variables: ", textOf(std::move(error)));
+    }
+
     void link(std::unique_ptr<llvm::MemoryBuffer> object, const std::vector<std::string>& symbols) {
         Session& session = Session::get();
         if (llvm::Error error = session.linker().add(library_, std::move(object)))
@@ -155,20 +171,14 @@ public:
         const auto found = addresses_.find(name);
         return found == addresses_.end() ? nullptr : found->second;
     }
-    unsigned stackSize(const std::string& name) const override {
-        const auto found = stackSizes_.find(name);
-        return found == stackSizes_.end() ? 0 : found->second;
-    }
-    void setStackSize(const std::string& name, unsigned size) { stackSizes_[name] = size; }
 
 private:
     llvm::orc::JITDylib& library_;
     std::map<std::string, void*> addresses_;
-    std::map<std::string, unsigned> stackSizes_;
 };
 
 struct CodegenNotes {
-    LoadedLibrary* library = nullptr;
+    CodeObject* object = nullptr;
     std::string error;
 };
 
@@ -176,8 +186,8 @@ struct CodegenNotes {
 void takeDiagnostic(const llvm::DiagnosticInfo* info, void* context) {
     auto& notes = *static_cast<CodegenNotes*>(context);
     if (const auto* size = llvm::dyn_cast<llvm::DiagnosticInfoStackSize>(info)) {
-        notes.library->setStackSize(size->getFunction().getName().str(),
-                                    unsigned(size->getResourceSize()));
+        notes.object->stackSizes[size->getFunction().getName().str()] =
+            uint32_t(size->getResourceSize());
         return;
     }
     if (info->getSeverity() != llvm::DS_Error)
@@ -188,6 +198,19 @@ void takeDiagnostic(const llvm::DiagnosticInfo* info, void* context) {
 }
 
 } // namespace
+
+const std::string& targetDescription() {
+    static const std::string text = [] {
+        // The map of features has no order of its own.
+        const std::string all = hostFeatures();
+        llvm::SmallVector<llvm::StringRef, 0> features;
+        llvm::StringRef(all).split(features, ',');
+        llvm::sort(features);
+        return llvm::sys::getProcessTriple() + " " + llvm::sys::getHostCPUName().str() + " " +
+               llvm::join(features, ",");
+    }();
+    return text;
+}
 
 LentMachine::LentMachine(OptLevel level) : machine_(pool().take()) {
     machine_->setOptLevel(level == OptLevel::k0   ? llvm::CodeGenOptLevel::None
@@ -204,14 +227,13 @@ bool LentMachine::hasFma() const {
            std::string::npos;
 }
 
-std::unique_ptr<LoadedCode> loadModule(Unit& unit, LentMachine& machine,
-                                       const std::vector<std::string>& symbols) {
-    auto loaded = std::make_unique<LoadedLibrary>();
-    CodegenNotes notes{loaded.get(), {}};
+CodeObject generate(Unit& unit, LentMachine& machine) {
+    CodeObject object;
+    CodegenNotes notes{&object, {}};
     unit.context().setDiagnosticHandlerCallBack(takeDiagnostic, &notes);
-    llvm::SmallVector<char, 0> object;
+    llvm::SmallVector<char, 0> code;
     {
-        llvm::raw_svector_ostream stream(object);
+        llvm::raw_svector_ostream stream(code);
         llvm::legacy::PassManager passes;
         if (machine->addPassesToEmitFile(passes, stream, nullptr, llvm::CodeGenFileType::ObjectFile,
                                          true))
@@ -221,8 +243,16 @@ std::unique_ptr<LoadedCode> loadModule(Unit& unit, LentMachine& machine,
     unit.context().setDiagnosticHandlerCallBack(nullptr, nullptr);
     if (!notes.error.empty())
         fail(ErrorCode::kInternal, "code generation: ", notes.error);
-    loaded->link(std::make_unique<llvm::SmallVectorMemoryBuffer>(std::move(object), "code", false),
-                 symbols);
+    object.code.assign(code.begin(), code.end());
+    return object;
+}
+
+std::unique_ptr<LoadedCode>
+loadObject(const CodeObject& object, const std::vector<std::string>& symbols,
+           const std::vector<std::pair<std::string, void*>>& externals) {
+    auto loaded = std::make_unique<LoadedLibrary>();
+    loaded->define(externals);
+    loaded->link(llvm::MemoryBuffer::getMemBufferCopy(object.code, "code"), symbols);
     return loaded;
 }
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// LLVM IR to machine code in memory, for the processor we run on. One linking session per process;
-// target machines are kept and lent out, since making one costs more than a small program.
+// LLVM IR to machine code in memory, for the processor we run on, in two steps: `generate` makes an
+// object file, which may be kept and loaded again by any process with the same build; `loadObject`
+// gives it addresses. One linking session per process; target machines are kept and lent out,
+// since making one costs more than a small program.
 #pragma once
 
+#include "compiler/code_object.h"
 #include "compiler/unit.h"
 
 #include <llvm/Target/TargetMachine.h>
@@ -25,18 +28,23 @@ private:
     std::unique_ptr<llvm::TargetMachine> machine_;
 };
 
+// Processor and features that code is generated for, as text.
+const std::string& targetDescription();
+
 // Loaded code; its memory goes with it.
 class LoadedCode {
 public:
     virtual ~LoadedCode() = default;
     // Null if there is no such symbol.
     virtual void* address(const std::string& name) const = 0;
-    // Frame size of a function, 0 if unknown or empty.
-    virtual unsigned stackSize(const std::string& name) const = 0;
 };
 
-// Generates and links; takes `symbols` (functions and variables) to be looked up.
-std::unique_ptr<LoadedCode> loadModule(Unit& unit, LentMachine& machine,
-                                       const std::vector<std::string>& symbols);
+// The object file of a finished unit and the frame size of each of its functions.
+CodeObject generate(Unit& unit, LentMachine& machine);
+
+// Links `object` against the run-time and `externals` (symbol, address) and looks `symbols` up.
+std::unique_ptr<LoadedCode> loadObject(const CodeObject& object,
+                                       const std::vector<std::string>& symbols,
+                                       const std::vector<std::pair<std::string, void*>>& externals);
 
 } // namespace sunstone::compiler

@@ -223,8 +223,7 @@ void FunctionTranslator::declareVariables() {
         }
         case ptx::Space::kGlobal:
         case ptx::Space::kConst:
-            locals_[variable.name] =
-                unit_.addVariable(module_, variable, std::string(source_.name) + ".");
+            locals_[variable.name] = unit_.addVariable(module_, variable);
             break;
         case ptx::Space::kShared: // symbolAddress finds these in localVariables_
             break;

@@ -8,6 +8,8 @@
 
 #include <llvm/IR/Constants.h>
 
+#include <algorithm>
+
 namespace sunstone::compiler {
 
 namespace {
@@ -26,8 +28,9 @@ bool isDefined(const ptx::Variable& variable) {
 
 } // namespace
 
-Unit::Unit(Flavor flavor, PipelineRules rules, std::vector<const ptx::Module*> modules)
-    : flavor_(flavor), rules_(std::move(rules)), modules_(std::move(modules)),
+Unit::Unit(Flavor flavor, PipelineRules rules, std::vector<const ptx::Module*> modules,
+           Variables variables)
+    : flavor_(flavor), home_(variables), rules_(std::move(rules)), modules_(std::move(modules)),
       context_(std::make_unique<llvm::LLVMContext>()),
       module_(std::make_unique<llvm::Module>("sunstone", *context_)) {
     for (const ptx::Module* module : modules_)
@@ -151,16 +154,19 @@ llvm::Function* Unit::declare(const ptx::Module& module, const ptx::Function& fu
     return entry;
 }
 
-// Functions that CUDA's driver provides; both take the hidden state like every other function.
-llvm::Function* Unit::runtimeFunction(std::string_view name, const ptx::Module& from) {
-    const char* symbol = nullptr;
+const char* providedFunction(std::string_view name) {
     for (const auto& [provided, target] :
          {std::pair<std::string_view, const char*>{"vprintf", "sunstone_vprintf"},
           {"malloc", "sunstone_malloc"},
           {"free", "sunstone_free"},
           {"__assertfail", "sunstone_assertfail"}})
         if (provided == name)
-            symbol = target;
+            return target;
+    return nullptr;
+}
+
+llvm::Function* Unit::runtimeFunction(std::string_view name, const ptx::Module& from) {
+    const char* symbol = providedFunction(name);
     const auto found = symbols_[&from].functions.find(name);
     if (!symbol || found == symbols_[&from].functions.end())
         return nullptr;
@@ -283,36 +289,72 @@ llvm::Constant* Unit::variable(const ptx::Module& from, std::string_view name,
     if (!variable)
         failAt(ErrorCode::kInvalidPtx, location, "\"", name, "\" is not declared");
     if (isDefined(*variable))
-        return addVariable(from, *variable, "");
+        return addVariable(from, *variable);
     const Definition* definition = published(name);
     if (!definition || !definition->variable)
         failAt(ErrorCode::kLinkError, location, "variable \"", name,
                "\" is extern, but no module of the program defines it");
-    return addVariable(*definition->module, *definition->variable, "");
+    return addVariable(*definition->module, *definition->variable);
 }
 
-llvm::Constant* Unit::addVariable(const ptx::Module& module, const ptx::Variable& variable,
-                                  const std::string& prefix) {
+VariableId Unit::idOf(const ptx::Module& module, const ptx::Variable& variable) const {
+    VariableId id;
+    id.module = uint32_t(std::find(modules_.begin(), modules_.end(), &module) - modules_.begin());
+    const auto within = [&](const std::vector<ptx::Variable>& list) {
+        // std::less orders pointers into different arrays too.
+        const std::less<const ptx::Variable*> before;
+        if (list.empty() || before(&variable, list.data()) || before(&list.back(), &variable))
+            return false;
+        id.index = uint32_t(&variable - list.data());
+        return true;
+    };
+    if (within(module.variables))
+        return id;
+    for (id.function = 0; id.function < module.functions.size(); ++id.function)
+        if (within(module.functions[id.function].variables))
+            return id;
+    fail(ErrorCode::kInternal, "variable \"", variable.name, "\" is in no module");
+}
+
+void Unit::addVariable(const VariableId& id) {
+    if (id.module < modules_.size()) {
+        const ptx::Module& module = *modules_[id.module];
+        const bool isLocal = id.function < module.functions.size();
+        if (isLocal || id.function == VariableId::kModuleScope) {
+            const auto& list =
+                isLocal ? module.functions[id.function].variables : module.variables;
+            if (id.index < list.size()) {
+                addVariable(module, list[id.index]);
+                return;
+            }
+        }
+    }
+    fail(ErrorCode::kInternal, "no variable ", id.symbol());
+}
+
+llvm::Constant* Unit::addVariable(const ptx::Module& module, const ptx::Variable& variable) {
     llvm::GlobalVariable*& entry = variables_[&variable];
     if (entry)
         return entry;
     if (variable.type == ptx::Type::kSamplerref)
         failAt(ErrorCode::kNotSupported, variable.location, "samplers of their own (\"",
                variable.name, "\") are not available");
-    const std::string name = prefix + std::string(variable.name);
-    // Constants nobody outside can name may be folded into the code.
+    // Constants nobody outside can name may be folded into the code: each piece has its own.
+    constexpr uint64_t kCopyLimit = 4096;
     const bool fixed = flavor_ == Flavor::kOptix && variable.space == ptx::Space::kConst &&
-                       variable.linkage == ptx::Linkage::kInternal;
-    // The first of several private variables of one name keeps it for look-ups.
-    const bool named = prefix.empty() && !sizes_.count(name);
+                       variable.linkage == ptx::Linkage::kInternal && variable.size <= kCopyLimit;
+    const VariableId id = idOf(module, variable);
     entry = new llvm::GlobalVariable(*module_, initializerType(variable), fixed,
-                                     named ? llvm::GlobalValue::ExternalLinkage
-                                           : llvm::GlobalValue::InternalLinkage,
-                                     nullptr, kVariablePrefix + name);
-    if (named)
-        sizes_[name] = variable.size;
+                                     fixed ? llvm::GlobalValue::InternalLinkage
+                                           : llvm::GlobalValue::ExternalLinkage,
+                                     nullptr, id.symbol());
     entry->setAlignment(llvm::Align(std::max(1u, variable.alignment)));
-    variableQueue_.emplace_back(&module, &variable);
+    if (!fixed)
+        ids_.push_back(id);
+    if (fixed || home_ == Variables::kDefined) {
+        entry->setDSOLocal(true);
+        variableQueue_.emplace_back(&module, &variable);
+    }
     return entry;
 }
 
@@ -321,7 +363,7 @@ void Unit::addAllVariables() {
         for (const ptx::Variable& variable : module->variables)
             if (isDefined(variable) && variable.type != ptx::Type::kSamplerref &&
                 (variable.space == ptx::Space::kGlobal || variable.space == ptx::Space::kConst))
-                addVariable(*module, variable, "");
+                addVariable(*module, variable);
 }
 
 // Runs of plain bytes and 64-bit words for addresses, in order, packed.

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "base/error.h"
+#include "compiler/code_object.h"
 #include "compiler/compiler.h"
 #include "compiler/intrinsics.h"
 
@@ -23,9 +24,11 @@ using ErrorCode = sunstone::Code; // beside this folder's class Code
 
 enum class Flavor : uint8_t { kOptix, kKernel };
 
+// Whether the unit holds the variables it uses, or refers to those of another piece of code.
+enum class Variables : uint8_t { kDefined, kReferenced };
+
 // Names of user symbols are prefixed, so that none meets a name of the run-time.
 constexpr const char* kFunctionPrefix = "f.";
-constexpr const char* kVariablePrefix = "v.";
 
 // Throws Error whose text begins with the PTX line.
 template <class... Parts>
@@ -34,6 +37,10 @@ template <class... Parts>
         fail(code, parts...);
     fail(code, "line ", location.line, ": ", parts...);
 }
+
+// The run-time's symbol of a function that CUDA's driver provides, or null. It takes the hidden
+// state like every other function.
+const char* providedFunction(std::string_view name);
 
 // How a PTX function or prototype is called: hidden state pointer first, then one out-pointer per
 // result unless there is exactly one scalar result, then scalars by value (as integers of their
@@ -62,7 +69,8 @@ struct SharedVariable {
 
 class Unit {
 public:
-    Unit(Flavor flavor, PipelineRules rules, std::vector<const ptx::Module*> modules);
+    Unit(Flavor flavor, PipelineRules rules, std::vector<const ptx::Module*> modules,
+         Variables variables = Variables::kDefined);
 
     Flavor flavor() const { return flavor_; }
     const PipelineRules& rules() const { return rules_; }
@@ -83,8 +91,9 @@ public:
     // Global or constant variable; never a shared one or the launch parameters.
     llvm::Constant* variable(const ptx::Module& from, std::string_view name,
                              ptx::Location location);
-    llvm::Constant* addVariable(const ptx::Module& module, const ptx::Variable& variable,
-                                const std::string& prefix);
+    llvm::Constant* addVariable(const ptx::Module& module, const ptx::Variable& variable);
+    // The variable of an id of this unit's; throws kInternal where there is none.
+    void addVariable(const VariableId& id);
     llvm::Constant* sharedOffset(const ptx::Variable& variable, llvm::Function* user);
 
     // Declares every variable of the modules, used or not (kernels: the host may look it up).
@@ -101,7 +110,8 @@ public:
 
     std::map<llvm::Function*, FunctionFacts>& facts() { return facts_; }
     std::deque<SharedVariable>& shared() { return shared_; }
-    const std::map<std::string, uint64_t, std::less<>>& variableSizes() const { return sizes_; }
+    // Variables that have a symbol, in the order they came.
+    const std::vector<VariableId>& variableIds() const { return ids_; }
     const Intrinsic* intrinsicOf(const llvm::Function* function) const;
 
 private:
@@ -120,11 +130,13 @@ private:
     void publish(std::string_view name, Definition definition);
     const Definition* published(std::string_view name) const;
     std::string moduleLabel(const ptx::Module* module) const;
+    VariableId idOf(const ptx::Module& module, const ptx::Variable& variable) const;
     llvm::Type* initializerType(const ptx::Variable& variable);
     llvm::Constant* initializer(const ptx::Module& module, const ptx::Variable& variable);
     llvm::Function* runtimeFunction(std::string_view name, const ptx::Module& from);
 
     Flavor flavor_;
+    Variables home_;
     PipelineRules rules_;
     std::vector<const ptx::Module*> modules_;
     std::unique_ptr<llvm::LLVMContext> context_;
@@ -139,7 +151,7 @@ private:
     std::deque<std::pair<const ptx::Module*, const ptx::Variable*>> variableQueue_;
     std::map<llvm::Function*, FunctionFacts> facts_;
     std::deque<SharedVariable> shared_;
-    std::map<std::string, uint64_t, std::less<>> sizes_;
+    std::vector<VariableId> ids_;
 };
 
 } // namespace sunstone::compiler

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the compilations of pipelines and of kernels share.
+#pragma once
+
+#include "base/log.h"
+#include "compiler/machine.h"
+#include "compiler/unit.h"
+
+#include <chrono>
+
+namespace sunstone::compiler {
+
+// One line per compilation with the time of each step, at level debug.
+class StepTimes {
+public:
+    explicit StepTimes(std::string what) : text_(std::move(what)) {}
+    void step(const char* name);
+    ~StepTimes();
+
+private:
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point last_ = Clock::now();
+    std::string text_;
+};
+
+// Faulty IR is our own fault: throws kInternal naming the step before.
+void verify(Unit& unit, const char* step);
+
+// Data layout and triple of the machine that will generate the code.
+void prepare(Unit& unit, LentMachine& machine);
+
+// Module-scope variables by name; of several private ones of one name the first.
+class VariableTable {
+public:
+    void add(const std::vector<const ptx::Module*>& modules, const VariableId& id, void* address);
+    bool find(std::string_view name, void** address, uint64_t* size) const;
+
+private:
+    struct Entry {
+        void* address = nullptr;
+        uint64_t size = 0;
+    };
+    std::map<std::string, Entry, std::less<>> entries_;
+};
+
+} // namespace sunstone::compiler

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compiles one piece of a pipeline: a program with all it reaches, or the variables that the
+// programs share. A piece depends on its request alone, so that it can be kept: `keyOf` is the
+// digest of the request, of this build and of the processor.
+#pragma once
+
+#include "compiler/code_object.h"
+#include "compiler/compiler.h"
+
+namespace sunstone::compiler {
+
+struct PieceRequest {
+    std::vector<const ptx::Module*> modules; // that symbols are looked for in
+    PipelineRules rules;
+    OptLevel optLevel = OptLevel::k3;
+    DebugLevel debugLevel = DebugLevel::kMinimal;
+    // Either a program (index of its module, name of its function) ...
+    uint32_t module = 0;
+    std::string function;
+    // ... or variables to define.
+    std::vector<VariableId> variables;
+};
+
+// Symbol of the program in the piece's object code.
+std::string programSymbol(const PieceRequest& request);
+
+CodeObject compilePiece(const PieceRequest& request);
+
+std::string keyOf(const PieceRequest& request);
+
+// From the store or freshly compiled and stored. A stored value that cannot be read counts as none.
+CodeObject obtainPiece(const PieceRequest& request, ObjectStore* store);
+
+} // namespace sunstone::compiler
