@@ -108,6 +108,29 @@ Mesh randomTriangles(uint32_t triangles, float length, float width, const char* 
     return m;
 }
 
+// A sphere of `slices` around the y axis and `stacks` along it; radiusAt(direction) gives its shape.
+template <class Radius>
+void addSphere(Mesh& m, V center, uint32_t slices, uint32_t stacks, const Radius& radiusAt) {
+    const uint32_t base = m.numVertices();
+    for (uint32_t j = 0; j <= stacks; ++j)
+        for (uint32_t i = 0; i < slices; ++i) {
+            const float theta = 3.14159265f * float(j) / float(stacks);
+            const float phi = 6.2831853f * float(i) / float(slices);
+            const V d = {std::sin(theta) * std::cos(phi), std::cos(theta),
+                         std::sin(theta) * std::sin(phi)};
+            add(m, center + d * radiusAt(d));
+        }
+    for (uint32_t j = 0; j < stacks; ++j)
+        for (uint32_t i = 0; i < slices; ++i) {
+            const uint32_t a = base + j * slices + i;
+            const uint32_t b = base + j * slices + (i + 1) % slices;
+            if (j > 0)
+                add(m, a, b, a + slices);
+            if (j + 1 < stacks)
+                add(m, b, b + slices, a + slices);
+        }
+}
+
 Mesh spheres(uint32_t triangles) {
     Mesh m;
     m.name = "spheres";
@@ -116,26 +139,9 @@ Mesh spheres(uint32_t triangles) {
     for (uint32_t s = 0; s < count; ++s) {
         const V center = {random(s, 1) * 100 - 50, random(s, 2) * 20, random(s, 3) * 100 - 50};
         const float radius = 0.4f + 1.2f * random(s, 4);
-        const uint32_t base = m.numVertices();
-        for (uint32_t j = 0; j <= kStacks; ++j)
-            for (uint32_t i = 0; i < kSlices; ++i) {
-                const float theta = 3.14159265f * float(j) / float(kStacks);
-                const float phi = 6.2831853f * float(i) / float(kSlices);
-                add(m, center + V{std::sin(theta) * std::cos(phi), std::cos(theta),
-                                  std::sin(theta) * std::sin(phi)} *
-                                    radius);
-            }
-        for (uint32_t j = 0; j < kStacks; ++j)
-            for (uint32_t i = 0; i < kSlices; ++i) {
-                const uint32_t a = base + j * kSlices + i;
-                const uint32_t b = base + j * kSlices + (i + 1) % kSlices;
-                if (j > 0)
-                    add(m, a, b, a + kSlices);
-                if (j + 1 < kStacks)
-                    add(m, b, b + kSlices, a + kSlices);
-            }
+        addSphere(m, center, kSlices, kStacks, [&](V) { return radius; });
     }
-    look(m, {-70, 40, -70}, {0, 8, 0});
+    lookOverSlab(m);
     m.aoRadius = 5;
     return m;
 }
@@ -180,18 +186,33 @@ std::vector<Ray> primaryRays(const Mesh& mesh, uint32_t width, uint32_t height) 
 
 std::vector<Ray> secondaryRays(const Mesh& mesh, const std::vector<Ray>& primary,
                                const std::vector<SurfacePoint>& points, RayKind kind) {
-    std::vector<Ray> rays;
-    rays.reserve(primary.size());
-    const V light = unit({0.4f, 0.8f, -0.3f});
-    for (size_t i = 0; i < primary.size(); ++i) {
+    std::vector<Surfel> surfels(points.size());
+    for (size_t i = 0; i < points.size(); ++i) {
+        surfels[i] = {points[i].hit, points[i].t, {}};
         if (!points[i].hit)
             continue;
         const uint32_t* index = &mesh.indices[3 * size_t(points[i].triangle)];
         const V a = at(&mesh.vertices[3 * size_t(index[0])]);
         const V b = at(&mesh.vertices[3 * size_t(index[1])]);
         const V c = at(&mesh.vertices[3 * size_t(index[2])]);
+        const V normal = cross(b - a, c - a);
+        surfels[i].normal[0] = normal.x;
+        surfels[i].normal[1] = normal.y;
+        surfels[i].normal[2] = normal.z;
+    }
+    return secondaryRays(primary, surfels, mesh.aoRadius, kind);
+}
+
+std::vector<Ray> secondaryRays(const std::vector<Ray>& primary, const std::vector<Surfel>& points,
+                               float aoRadius, RayKind kind) {
+    std::vector<Ray> rays;
+    rays.reserve(primary.size());
+    const V light = unit({0.4f, 0.8f, -0.3f});
+    for (size_t i = 0; i < primary.size(); ++i) {
+        if (!points[i].hit)
+            continue;
         const V in = at(primary[i].direction);
-        V normal = unit(cross(b - a, c - a));
+        V normal = unit(at(points[i].normal));
         if (dot(normal, in) > 0)
             normal = normal * -1;
         const V p = at(primary[i].origin) + in * points[i].t;
@@ -200,11 +221,41 @@ std::vector<Ray> secondaryRays(const Mesh& mesh, const std::vector<Ray>& primary
         if (kind != RayKind::kShadow) {
             d = unit(normal * 1.0001f + randomUnit(uint32_t(i), 77)); // cosine-distributed
             if (kind == RayKind::kAmbientOcclusion)
-                length = mesh.aoRadius;
+                length = aoRadius;
         }
-        rays.push_back({{p.x, p.y, p.z}, 1e-3f * mesh.aoRadius, {d.x, d.y, d.z}, length});
+        rays.push_back({{p.x, p.y, p.z}, 1e-3f * aoRadius, {d.x, d.y, d.z}, length});
     }
     return rays;
+}
+
+Mesh makeRock(uint32_t triangles) {
+    Mesh m;
+    m.name = "rock";
+    const uint32_t stacks = std::max(3u, uint32_t(std::sqrt(triangles / 4.0)));
+    addSphere(m, {0, 0, 0}, 2 * stacks, stacks, [](V d) {
+        return 0.8f + 0.4f * noise(3 * d.x + 7 * d.y, 3 * d.z - 5 * d.y, 5);
+    });
+    m.aoRadius = 2;
+    lookOverSlab(m);
+    return m;
+}
+
+void lookOverSlab(Mesh& mesh) {
+    look(mesh, {-70, 40, -70}, {0, 8, 0});
+}
+
+std::vector<float> scatter(uint32_t count) {
+    std::vector<float> matrices;
+    for (uint32_t i = 0; i < count; ++i) {
+        const V center = {random(i, 1) * 100 - 50, random(i, 2) * 20, random(i, 3) * 100 - 50};
+        const V x = randomUnit(i, 20), y = unit(cross(x, randomUnit(i, 21) + V{1e-3f, 0, 0}));
+        const V z = cross(x, y);
+        const float s = 0.4f + 0.8f * random(i, 4);
+        matrices.insert(matrices.end(), {s * x.x, s * y.x, s * z.x, center.x, //
+                                         s * x.y, s * y.y, s * z.y, center.y, //
+                                         s * x.z, s * y.z, s * z.z, center.z});
+    }
+    return matrices;
 }
 
 } // namespace bench

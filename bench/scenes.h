@@ -44,11 +44,30 @@ struct SurfacePoint {
     uint32_t triangle;
 };
 
+// The same with a normal, of any length and side, in place of the triangle.
+struct Surfel {
+    bool hit;
+    float t;
+    float normal[3];
+};
+
 enum class RayKind { kShadow, kAmbientOcclusion, kDiffuse };
 
 // One ray of a kind from each hit point: to a far light, short over the hemisphere, or long over
 // it. Points that were not hit give no ray.
 std::vector<Ray> secondaryRays(const Mesh& mesh, const std::vector<Ray>& primary,
                                const std::vector<SurfacePoint>& points, RayKind kind);
+std::vector<Ray> secondaryRays(const std::vector<Ray>& primary, const std::vector<Surfel>& points,
+                               float aoRadius, RayKind kind);
+
+// A rock of about `triangles` triangles around the origin, its radius near 1.
+Mesh makeRock(uint32_t triangles);
+
+// Row-major 3x4 matrices that spread `count` things of radius 1 over a slab of 100 x 20 x 100:
+// random rotations, uniform scales from 0.4 to 1.2; neighbours overlap.
+std::vector<float> scatter(uint32_t count);
+
+// A camera that looks over the slab.
+void lookOverSlab(Mesh& mesh);
 
 } // namespace bench
