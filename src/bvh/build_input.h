@@ -40,6 +40,17 @@ public:
         return true;
     }
 
+    // Where the vertices are, if they are three floats to be taken as they stand; false if there are
+    // none or they are to be decoded.
+    bool locate(uint32_t triangle, const uint8_t* out[3]) const {
+        uint32_t index[3];
+        if (!plain_ || !indices(triangle, index))
+            return false;
+        for (int i = 0; i < 3; ++i)
+            out[i] = vertices_ + index[i] * vertexStride_;
+        return true;
+    }
+
     void prefetchIndices(uint32_t triangle) const {
         if (indexFormat_ != IndexFormat::kNone)
             __builtin_prefetch(indices_ + triangle * indexStride_);
