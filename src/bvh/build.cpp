@@ -7,6 +7,7 @@
 #include "bvh/build_input.h"
 #include "bvh/emit.h"
 #include "bvh/layout.h"
+#include "bvh/micromap_binding.h"
 #include "bvh/parallel.h"
 #include "bvh/presplit.h"
 #include "bvh/refit.h"
@@ -55,7 +56,9 @@ uint32_t optionBits(const BuildOptions& options) {
            (options.preferFastTrace ? kOptionFastTrace : 0) |
            (options.preferFastBuild ? kOptionFastBuild : 0) |
            (options.allowRandomVertexAccess ? kOptionVertexAccess : 0) |
-           (options.allowRandomInstanceAccess ? kOptionInstanceAccess : 0);
+           (options.allowRandomInstanceAccess ? kOptionInstanceAccess : 0) |
+           (options.allowMicromapUpdate ? kOptionMicromapUpdate : 0) |
+           (options.allowDisableMicromaps ? kOptionDisableMicromaps : 0);
 }
 
 // What counts and options say about a build.
@@ -66,7 +69,7 @@ struct Plan {
     uint32_t numPrimitives = 0;
     uint32_t numReferences = 0;    // room for them: more where triangles may be split
     bool instancesMissing = false; // sizes can be asked for without buffers
-    uint64_t inputsOffset, tableOffset = 0, instancesOffset = 0, nodesOffset;
+    uint64_t inputsOffset, tableOffset = 0, micromapsOffset = 0, instancesOffset = 0, nodesOffset;
     uint64_t outputSize, referencesSize, treeOffset, tempSize;
 
     const SbtInput& sbtOf(const BuildInputs& inputs, uint32_t i) const {
@@ -117,15 +120,19 @@ struct Plan {
         if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate)
             total += maxSplits(total);
         numReferences = uint32_t(total);
-        layOut(options);
+        layOut(options, micromapTableSize(inputs.triangles));
     }
 
-    void layOut(const BuildOptions& options) {
+    void layOut(const BuildOptions& options, uint64_t micromapsSize) {
         inputsOffset = sizeof(BlockHeader);
         uint64_t offset = inputsOffset + uint64_t(numInputs) * sizeof(InputRecord);
         if (type == BlockType::kTriangles && options.allowRandomVertexAccess) {
             tableOffset = alignUp(offset, 64);
             offset = tableOffset + uint64_t(numPrimitives) * sizeof(uint32_t);
+        }
+        if (micromapsSize) {
+            micromapsOffset = alignUp(offset, 64);
+            offset = micromapsOffset + micromapsSize;
         }
         if (type == BlockType::kInstances) {
             instancesOffset = alignUp(offset, 64);
@@ -274,13 +281,14 @@ private:
     void startHeader() {
         std::memset(block_, 0, plan_.nodesOffset);
         header_.version = kBlockVersion;
-        header_.type = plan_.type;
+        header_.type = plan_.micromapsOffset ? withMicromaps(plan_.type) : plan_.type;
         header_.root = kNoNode;
         header_.usedSize = plan_.nodesOffset;
         header_.numPrimitives = plan_.numPrimitives;
         header_.numInputs = plan_.numInputs;
         header_.inputsOffset = plan_.inputsOffset;
         header_.tableOffset = plan_.tableOffset;
+        header_.micromapsOffset = plan_.micromapsOffset;
         header_.instancesOffset = plan_.instancesOffset;
         header_.nodesOffset = plan_.nodesOffset;
         header_.wholeRoot = kNoNode;
@@ -390,6 +398,8 @@ private:
     void runTriangles() {
         const Sources sources(inputs_);
         describeInputs(inputs_.triangles);
+        if (plan_.micromapsOffset)
+            bindMicromaps(block_, inputs_.triangles);
         uint32_t* table = nullptr;
         if (plan_.tableOffset) {
             table = reinterpret_cast<uint32_t*>(block_ + plan_.tableOffset);
@@ -527,7 +537,7 @@ void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const v
         fail(Code::kInvalidValue, "an update needs ALLOW_UPDATE, in the build and now");
     if (header.options != optionBits(options))
         fail(Code::kInvalidValue, "an update has other build flags than the build");
-    if (header.type != plan.type)
+    if (kindOf(header.type) != plan.type)
         fail(Code::kInvalidValue, "an update has another type of build inputs than the build");
     if (header.numInputs != plan.numInputs || header.numPrimitives != plan.numPrimitives)
         fail(Code::kInvalidValue, "an update has ", plan.numInputs, " build inputs with ",
@@ -536,13 +546,19 @@ void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const v
     checkBuffer("the output buffer", output, outputSize, header.usedSize);
     if (plan.type != BlockType::kInstances)
         checkInputRecords(inputs, plan, header);
+    checkMicromapUpdate(header, inputs.triangles);
 }
 
 void update(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
             void* output, size_t outputSize) {
     checkBuffer("the temporary buffer", temp, tempSize, kUpdateTempSize);
     checkUpdate(inputs, options, output, outputSize);
-    inArena([&] { refit(static_cast<uint8_t*>(output), Sources(inputs)); });
+    auto* const block = static_cast<uint8_t*>(output);
+    inArena([&] {
+        if (hasMicromaps(headerOf(block)->type) && options.allowMicromapUpdate)
+            bindMicromaps(block, inputs.triangles);
+        refit(block, Sources(inputs));
+    });
 }
 
 bool isBlock(const void* block) {
@@ -591,7 +607,7 @@ bool triangleVertices(const void* block, uint32_t primitive, uint32_t sbtGasInde
         return false;
     const BlockHeader& header = *headerOf(block);
     const auto* const bytes = static_cast<const uint8_t*>(block);
-    if (header.type != BlockType::kTriangles || !header.tableOffset)
+    if (kindOf(header.type) != BlockType::kTriangles || !header.tableOffset)
         return false;
     const auto* inputs = reinterpret_cast<const InputRecord*>(bytes + header.inputsOffset);
     for (uint32_t i = 0; i < header.numInputs; ++i) {

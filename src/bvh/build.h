@@ -52,6 +52,24 @@ struct SbtInput {
     uint32_t primitiveIndexOffset = 0;
 };
 
+// How triangles name their opacity micromap; numbers of OptixOpacityMicromapArrayIndexingMode.
+enum class MicromapIndexing : uint32_t {
+    kNone = 0,    // they have none
+    kLinear = 1,  // triangle i has micromap i
+    kIndexed = 2, // as an index buffer says
+};
+
+// The opacity micromaps of a build input. Indices -1 to -4 stand for micromaps that are all
+// transparent, opaque, unknown-transparent, unknown-opaque.
+struct MicromapInput {
+    MicromapIndexing indexing = MicromapIndexing::kNone;
+    const void* array = nullptr;   // micromap_array.h; must live as long as the structure is used
+    const void* indices = nullptr; // per triangle, of kIndexed
+    uint32_t indexSize = 4;        // 2 or 4 bytes
+    uint32_t indexStride = 0;      // 0: packed
+    uint32_t indexOffset = 0;      // added to indices that are not negative
+};
+
 struct TriangleInput {
     const void* vertices = nullptr;
     const void* const* keyVertices = nullptr; // with motion: vertices of each key, the first too
@@ -63,6 +81,7 @@ struct TriangleInput {
     uint32_t indexStride = 0;              // bytes from triplet to triplet, 0: packed
     uint32_t numTriangles = 0;             // triplets; without indices numVertices / 3
     const float* preTransform = nullptr;   // 3x4 row-major, or null
+    MicromapInput micromaps;
     SbtInput sbt;
 };
 
@@ -117,6 +136,8 @@ struct BuildOptions {
     bool allowRandomVertexAccess = false;
     bool allowRandomInstanceAccess = false;
     MotionOptions motion;
+    bool allowMicromapUpdate = false;   // an update may give triangles other micromaps
+    bool allowDisableMicromaps = false; // instances may; costs nothing here
 };
 
 struct MemoryUsage {

@@ -2,10 +2,12 @@
 // The memory format of acceleration structures: what builders write and traversal reads.
 //
 // A structure is one block of bytes without pointers: places inside it are offsets from its start,
-// so copying the block moves it (relocation has nothing to patch). The one exception is the child
-// handle inside an instance record, which is the caller's to give.
+// so copying the block moves it (relocation has nothing to patch). The exceptions are the child
+// handle inside an instance record and the address of an opacity micromap array, which are the
+// caller's to give.
 //
-//   BlockHeader | InputRecord[] | primitive table | InstanceData[] | nodes and leaves, depth first
+//   BlockHeader | InputRecord[] | primitive table | MicromapRecord[], MicromapRef[] | InstanceData[]
+//   | nodes and leaves, depth first
 //
 // Everything before the nodes has a size known from counts; the part that depends on data comes
 // last, so that compaction is a copy of the first `usedSize` bytes.
@@ -45,8 +47,14 @@ enum class BlockType : uint32_t { kTriangles = 1, kCustom = 2, kInstances = 3 };
 // Part of BlockHeader::type where the structure has motion keys, so that code for structures
 // without motion refuses it by the comparison it makes anyway.
 constexpr uint32_t kMotionBit = 0x100;
-inline BlockType kindOf(BlockType type) { return BlockType(uint32_t(type) & ~kMotionBit); }
+// The same for triangles of which some have opacity micromaps.
+constexpr uint32_t kMicromapBit = 0x200;
+inline BlockType kindOf(BlockType type) {
+    return BlockType(uint32_t(type) & ~(kMotionBit | kMicromapBit));
+}
 inline BlockType withMotion(BlockType kind) { return BlockType(uint32_t(kind) | kMotionBit); }
+inline BlockType withMicromaps(BlockType kind) { return BlockType(uint32_t(kind) | kMicromapBit); }
+inline bool hasMicromaps(BlockType type) { return uint32_t(type) & kMicromapBit; }
 inline bool isMoving(BlockType type) { return uint32_t(type) & kMotionBit; }
 
 // Low bits of a traversable handle; the same numbers as devlib::HandleTag.
@@ -80,7 +88,7 @@ constexpr unsigned kStackSize = 7 * kMaxDepth + 9;
 struct alignas(64) BlockHeader {
     uint32_t magic;
     uint32_t version;
-    BlockType type;         // with kMotionBit if motionKeys > 1
+    BlockType type;         // with kMotionBit if motionKeys > 1, and kMicromapBit
     NodeRef root;           // kNoNode: empty
     uint64_t usedSize;      // bytes of the block that matter
     uint32_t numPrimitives; // as in the inputs, inactive ones included
@@ -106,9 +114,13 @@ struct alignas(64) BlockHeader {
     NodeRef wholeRoot; // kOptionUpdate: root of the tree of all primitives, the inactive included
     uint32_t pad;
     uint64_t keyBoundsOffset; // KeyBounds of each key; 0 without motion
+    uint64_t micromapsOffset; // MicromapRecord of each input; 0 without kMicromapBit
     uint32_t reserved[8];
 };
 static_assert(sizeof(BlockHeader) == 192);
+
+// What sends rays another way than the usual.
+enum TraitBit : uint32_t { kTraitMicromaps = 1 };
 constexpr uint64_t kNodesAlignment = 256;
 
 enum OptionBit : uint32_t {
@@ -118,6 +130,8 @@ enum OptionBit : uint32_t {
     kOptionFastBuild = 8,
     kOptionVertexAccess = 16,
     kOptionInstanceAccess = 32,
+    kOptionMicromapUpdate = 64,
+    kOptionDisableMicromaps = 128,
 };
 
 // One build input: which SBT indices and primitive indices are its own.
@@ -133,6 +147,16 @@ struct InputRecord {
     uint32_t flagsHash; // of the geometry flags
 };
 static_assert(sizeof(InputRecord) == 32);
+
+// The opacity micromaps of one build input.
+struct MicromapRecord {
+    uint64_t array;      // address of the array; 0: none
+    uint64_t refsOffset; // a MicromapRef (micromap.h) for each primitive; 0: the input has none
+    uint64_t arraySize;  // what tells a copy of the array
+    uint32_t numMicromaps;
+    uint32_t indexing;
+};
+static_assert(sizeof(MicromapRecord) == 32);
 
 // Boxes of eight children, planes of one kind side by side. Unused children have the empty box
 // (+inf, -inf), which no ray hits, and are behind the used ones.

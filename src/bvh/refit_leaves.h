@@ -73,7 +73,7 @@ public:
 
     // Bytes of a leaf behind its node.
     uint64_t bytes(NodeRef ref) const {
-        switch (header_.type) {
+        switch (kindOf(header_.type)) {
         case BlockType::kTriangles:
             return isWide(ref) ? sizeof(TriangleLeaf<8>) : sizeof(TriangleLeaf<4>);
         case BlockType::kCustom:
@@ -85,7 +85,7 @@ public:
 
     Extent refit(NodeRef ref) const {
         uint8_t* const leaf = block_ + offsetOf(ref);
-        switch (header_.type) {
+        switch (kindOf(header_.type)) {
         case BlockType::kTriangles:
             return isWide(ref) ? refitTriangles(*reinterpret_cast<TriangleLeaf<8>*>(leaf))
                                : refitTriangles(*reinterpret_cast<TriangleLeaf<4>*>(leaf));
@@ -192,7 +192,7 @@ private:
 
     template <class Work>
     void forLanes(NodeRef ref, const Work& work) const {
-        if (header_.type != BlockType::kTriangles)
+        if (kindOf(header_.type) != BlockType::kTriangles)
             return;
         const uint8_t* leaf = block_ + offsetOf(ref);
         if (isWide(ref))

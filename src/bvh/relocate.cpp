@@ -5,6 +5,8 @@
 #include "bvh/build.h"
 #include "bvh/build_input.h"
 #include "bvh/layout.h"
+#include "bvh/micromap_array.h"
+#include "bvh/micromap_binding.h"
 
 namespace sunstone::bvh {
 namespace {
@@ -20,20 +22,34 @@ uint64_t checkSum(const uint64_t words[3]) {
 
 } // namespace
 
-RelocationInfo relocationInfo(const void* block) {
-    if (!isBlock(block))
-        fail(Code::kInvalidValue, block, " is no acceleration structure");
-    const BlockHeader& header = *headerOf(block);
+RelocationInfo makeRelocationInfo(uint32_t magic, uint32_t version, uint32_t count,
+                                  uint32_t details, uint64_t size) {
     RelocationInfo info{};
-    info.words[0] = uint64_t(header.version) << 32 | header.magic;
-    info.words[1] = uint64_t(header.numPrimitives) << 32 | uint32_t(header.type);
-    info.words[2] = header.usedSize;
+    info.words[0] = uint64_t(version) << 32 | magic;
+    info.words[1] = uint64_t(count) << 32 | details;
+    info.words[2] = size;
     info.words[3] = checkSum(info.words);
     return info;
 }
 
+void requireCopy(const RelocationInfo& info, const RelocationInfo& here, const void* block) {
+    for (int i = 0; i < 4; ++i)
+        if (here.words[i] != info.words[i])
+            fail(Code::kInvalidValue, "the memory at ", block,
+                 " holds no copy of what the relocation info is from");
+}
+
+RelocationInfo relocationInfo(const void* block) {
+    if (!isBlock(block))
+        fail(Code::kInvalidValue, block, " is no acceleration structure");
+    const BlockHeader& header = *headerOf(block);
+    return makeRelocationInfo(header.magic, header.version, header.numPrimitives,
+                              uint32_t(header.type), header.usedSize);
+}
+
 bool isRelocatable(const RelocationInfo& info) {
-    return info.words[0] == (uint64_t(kBlockVersion) << 32 | kBlockMagic) &&
+    return (info.words[0] == (uint64_t(kBlockVersion) << 32 | kBlockMagic) ||
+            info.words[0] == (uint64_t(kMicromapVersion) << 32 | kMicromapMagic)) &&
            info.words[3] == checkSum(info.words);
 }
 
@@ -49,14 +65,19 @@ uint32_t relocatedPrimitives(const RelocationInfo& info) {
     return uint32_t(info.words[1] >> 32);
 }
 
+namespace {
+
+void requireStructure(const RelocationInfo& info, const void* block) {
+    if (!isRelocatable(info) || holdsMicromaps(info))
+        fail(Code::kInvalidValue, "the relocation info is not that of an acceleration structure of "
+                                  "this version");
+    requireCopy(info, relocationInfo(block), block);
+}
+
+} // namespace
+
 void relocate(const RelocationInfo& info, void* block, const uint64_t* children, size_t count) {
-    if (!isRelocatable(info))
-        fail(Code::kInvalidValue, "the relocation info is not from this version");
-    const RelocationInfo here = relocationInfo(block);
-    for (int i = 0; i < 4; ++i)
-        if (here.words[i] != info.words[i])
-            fail(Code::kInvalidValue, "the structure at ", block,
-                 " is no copy of the one that the relocation info is from");
+    requireStructure(info, block);
     if (!children && count == 0)
         return;
     if (!holdsInstances(info) || count != relocatedPrimitives(info) || !children)
@@ -71,6 +92,22 @@ void relocate(const RelocationInfo& info, void* block, const uint64_t* children,
     // An instance that was never hit stays so: it has no place in the tree.
     for (size_t i = 0; i < count; ++i)
         records[i].child = children[i];
+}
+
+void relocateMicromaps(const RelocationInfo& info, void* block, const void* const* arrays,
+                       size_t count) {
+    requireStructure(info, block);
+    const BlockHeader& header = *headerOf(block);
+    const bool triangles = kindOf(header.type) == BlockType::kTriangles;
+    if (!triangles || count != header.numInputs)
+        fail(Code::kInvalidValue, count, " opacity micromap arrays for a structure with ",
+             triangles ? header.numInputs : 0, " build inputs of triangles");
+    for (size_t i = 0; i < count; ++i)
+        if (arrays[i])
+            requireSameArray(header, i, arrays[i]);
+    for (size_t i = 0; i < count; ++i)
+        if (arrays[i])
+            micromapRecords(block)[i].array = uint64_t(arrays[i]);
 }
 
 } // namespace sunstone::bvh

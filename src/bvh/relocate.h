@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Moving a structure to another address. The block itself needs no patching (layout.h); what there
-// is to do is to recognise the copy and to give instances the handles of their moved children.
+// is to do is to recognise the copy and to give instances the handles of their moved children, and
+// triangles the addresses of their moved opacity micromap arrays.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +15,18 @@ struct RelocationInfo {
     uint64_t words[4];
 };
 
+// Of a memory block with such a magic number. `details` is anything that copies have in common.
+RelocationInfo makeRelocationInfo(uint32_t magic, uint32_t version, uint32_t count,
+                                  uint32_t details, uint64_t size);
+
+// Throws Error(kInvalidValue) if `here`, made from the memory at `block`, is not `info`.
+void requireCopy(const RelocationInfo& info, const RelocationInfo& here, const void* block);
+
 // Throws Error(kInvalidValue) if there is no structure at the address.
 RelocationInfo relocationInfo(const void* block);
 
-// Whether the words were made by relocationInfo() of a version that writes the same memory format.
+// Whether the words were made by relocationInfo() or micromapRelocationInfo() of a version that writes
+// the same memory format.
 bool isRelocatable(const RelocationInfo& info);
 
 // Of relocatable infos: what they tell.
@@ -29,5 +38,12 @@ uint32_t relocatedPrimitives(const RelocationInfo& info);
 // and 0: they keep those they have. Throws Error(kInvalidValue) if the memory holds no copy of the
 // structure, the count differs, or a handle leads nowhere.
 void relocate(const RelocationInfo& info, void* block, const uint64_t* children, size_t count);
+
+// Of a relocated structure of triangles: build input i finds its micromaps in arrays[i] from now on,
+// a copy of the array it was built with; null: it keeps that. Throws Error(kInvalidValue) if the
+// memory holds no copy of the structure, the structure is none of triangles, it has another number
+// of build inputs, or an address leads to no array or to another one.
+void relocateMicromaps(const RelocationInfo& info, void* block, const void* const* arrays,
+                       size_t count);
 
 } // namespace sunstone::bvh

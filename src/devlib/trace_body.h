@@ -6,12 +6,14 @@
 //   - no program can run and no hit is dropped by flags: bvh::ClosestTriangle or AnyTriangle, which
 //     keep the best hit in registers;
 //   - otherwise ProgramTriangles or CustomPrimitives, which show each candidate to any-hit and
-//     intersection programs through RayState.
+//     intersection programs through RayState;
+//   - MicromapTriangles where triangles have opacity micromaps.
 // The best hit is kept in the Tracer and moves into RayState::hit at the end, because until then
 // that field is the candidate's. Programs run with RayState::tmax as the manual says: the candidate's
 // t in any-hit, the best t in intersection and closest-hit, the ray's own in miss.
 #pragma once
 
+#include "bvh/micromap_lookup.h"
 #include "bvh/triangle_visitors.h"
 #include "devlib/sbt.h"
 #include "devlib/trace.h"
@@ -31,12 +33,15 @@ enum RayFlag : uint32_t {
     kRayCullFront = 32,
     kRayCullDisabledAnyHit = 64,
     kRayCullEnforcedAnyHit = 128,
+    kRayForceMicromap2State = 1024,
 };
 enum InstanceFlag : uint32_t {
     kInstanceDisableFaceCulling = 1,
     kInstanceFlipFacing = 2,
     kInstanceDisableAnyHit = 4,
     kInstanceEnforceAnyHit = 8,
+    kInstanceForceMicromap2State = 16,
+    kInstanceDisableMicromaps = 32,
 };
 constexpr uint32_t kExceptionTraceDepth = 2;
 constexpr int32_t kExceptionCodeTraceDepth = -2;
@@ -88,6 +93,8 @@ public:
             return enterTriangles(block, org, dir);
         if (block->type == bvh::BlockType::kCustom)
             return enterCustoms(block, org, dir);
+        if (block->type == bvh::withMicromaps(bvh::BlockType::kTriangles))
+            return enterMicromaps(block, org, dir);
         return false;
     }
 
@@ -290,6 +297,102 @@ private:
         attributes[1] = isa::bitsOf(w / det);
         for (unsigned i = 2; i < kMaxAttributeWords; ++i)
             attributes[i] = 0;
+    }
+
+    // Triangles of a structure with opacity micromaps. The state where the ray meets a triangle takes
+    // the place of its geometry flag DISABLE_ANYHIT; instance and ray flags apply after it.
+    template <bool kAll>
+    struct MicromapTriangles {
+        static constexpr bool kOrdered = kAll;
+        Tracer& tracer;
+        const isa::RaySetup& setup;
+        isa::ShearLanes<isa::F8> shear;
+        isa::Culling culling;
+        isa::MicromapLookup micromaps;
+        bool twoStates;
+        float tmax;
+
+        template <unsigned N, class F>
+        SUNSTONE_INLINE_MEMBER bool test(const bvh::TriangleLeaf<N>& leaf,
+                                         const isa::ShearLanes<F>& lanes) {
+            isa::TriangleCandidates<N> c;
+            for (isa::Mask m = isa::testTriangles<N, F>(leaf, setup, lanes, tmax, c); m;
+                 m &= m - 1) {
+                const unsigned i = isa::lowestBit(m);
+                if (c.t[i] > tmax || culling.drops(c.det[i], leaf.sbt[i]))
+                    continue;
+                uint32_t sbtWord = leaf.sbt[i];
+                if (!throughMicromap(leaf.primitive[i], c.v[i] / c.det[i], c.w[i] / c.det[i],
+                                     sbtWord))
+                    continue;
+                if (tracer.takeTriangle(c.t[i], c.v[i], c.w[i], c.det[i], leaf.primitive[i],
+                                        sbtWord) == kTerminate)
+                    return true;
+                tmax = tracer.tmax_;
+            }
+            return false;
+        }
+
+        // False where the triangle is transparent; else sets the geometry flag.
+        SUNSTONE_INLINE_MEMBER bool throughMicromap(uint32_t primitive, float u, float v,
+                                                    uint32_t& sbtWord) const {
+            uint32_t state = micromaps.stateAt(primitive, sbtWord, u, v);
+            if (state == bvh::kNoMicromap)
+                return true;
+            if (twoStates)
+                state = bvh::forcedToTwoStates(state);
+            const uint32_t disabled = 1u << bvh::kGeometryFlagShift;
+            sbtWord = state == bvh::kOpaque ? sbtWord | disabled : sbtWord & ~disabled;
+            return state != bvh::kTransparent;
+        }
+
+        SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, bvh::NodeRef ref) {
+            const void* address = block + bvh::offsetOf(ref);
+            if ((ref & bvh::kNodeTagMask) == bvh::kLeaf)
+                return test(*static_cast<const bvh::TriangleLeaf<4>*>(address), lowHalf(shear));
+            return test(*static_cast<const bvh::TriangleLeaf<8>*>(address), shear);
+        }
+    };
+
+    // Without an any-hit program to ask, there is no record to look up.
+    uint32_t takeTriangle(float t, float v, float w, float det, uint32_t primitive,
+                          uint32_t sbtWord) {
+        const bool enabled = anyHitEnabled(sbtWord);
+        if (launch_.hasAnyHit && anyHitRuns(enabled))
+            return offerTriangle(t, v, w, det, primitive, sbtWord);
+        if (droppedByFlags(enabled) || (t == tmax_ && found_ && primitive > best_.primitive))
+            return kIgnore;
+        found_ = true;
+        tmax_ = t;
+        best_.kind = triangleKind(det);
+        best_.primitive = primitive;
+        best_.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
+        setBarycentrics(best_.attributes, v, w, det);
+        keepPath();
+        ended_ = rayFlags_ & kRayTerminateOnFirstHit;
+        return ended_ ? kTerminate : kAccept;
+    }
+
+    template <bool kAll>
+    bool walkMicromaps(const bvh::BlockHeader* block, const isa::RaySetup& setup) {
+        const bool twoStates = (rayFlags_ & kRayForceMicromap2State) ||
+                               (instanceFlags_ & kInstanceForceMicromap2State);
+        MicromapTriangles<kAll> visitor{*this,     setup, isa::shearLanes(setup),
+                                        culling(), isa::MicromapLookup(block), twoStates, tmax_};
+        isa::traverse(block, setup, visitor);
+        return ended_;
+    }
+
+    [[gnu::noinline]] bool enterMicromaps(const bvh::BlockHeader* block, const float org[3],
+                                          const float dir[3]) {
+        if (instanceFlags_ & kInstanceDisableMicromaps)
+            return enterTriangles(block, org, dir);
+        isa::RaySetup setup;
+        isa::setupRay(setup, block, org, dir, state_->tmin, tmax_);
+        startPrograms(org, dir);
+        if (rayFlags_ & kRayTerminateOnFirstHit)
+            return walkMicromaps<false>(block, setup);
+        return walkMicromaps<true>(block, setup);
     }
 
     SUNSTONE_INLINE_MEMBER bool programsMayRun(const bvh::BlockHeader* block) const {

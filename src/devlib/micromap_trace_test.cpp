@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays through triangles with opacity micromaps: which programs run, and what is hit, by state and
+// by the flags of geometry, instance and ray; against the rules written out, and against any-hit
+// programs that decide the same.
+#include "bvh/micromap_array.h"
+#include "bvh/test_meshes.h"
+#include "devlib/trace.h"
+#include "devlib/trace_sets.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+
+namespace sunstone::devlib {
+namespace {
+
+using bvh::MicromapFormat;
+using bvh::testing::alignedBuffer;
+using bvh::testing::makeStructure;
+using bvh::testing::Mesh;
+using bvh::testing::Random;
+using bvh::testing::Structure;
+using math::Vec3;
+
+enum Flag : uint32_t {
+    kDisableAnyHit = 1,
+    kEnforceAnyHit = 2,
+    kTerminateOnFirstHit = 4,
+    kDisableClosestHit = 8,
+    kCullDisabledAnyHit = 64,
+    kCullEnforcedAnyHit = 128,
+    kForce2State = 1024,
+};
+enum InstanceFlags : uint32_t {
+    kInstanceDisableAnyHit = 4,
+    kInstanceEnforceAnyHit = 8,
+    kInstanceForce2State = 16,
+    kInstanceDisableMicromaps = 32,
+};
+
+std::function<uint32_t(RayState*)> anyHitProgram;
+int anyHitCalls;
+uint32_t runAnyHit(RayState* s) {
+    ++anyHitCalls;
+    return anyHitProgram ? anyHitProgram(s) : kAccept;
+}
+uint32_t runClosestHit(RayState* s) {
+    s->payload[0] = 1;
+    return kAccept;
+}
+uint32_t runMiss(RayState* s) {
+    s->payload[0] = 0;
+    return kAccept;
+}
+
+class MicromapTrace : public ::testing::TestWithParam<bvh::Isa> {
+protected:
+    void SetUp() override {
+        if (!bvh::isaSupported(GetParam()))
+            GTEST_SKIP() << "[SKIP] this processor has no " << bvh::isaName(GetParam());
+        anyHitProgram = {};
+        groups_[1] = {runClosestHit, runAnyHit, nullptr, nullptr, nullptr};
+        groups_[2].main = runMiss;
+        for (SbtHeader& record : hit_)
+            record = {kSbtMagic, 1, kGroupHit, {}};
+        miss_ = {kSbtMagic, 2, kGroupMiss, {}};
+        launch_ = {};
+        launch_.maxTraceDepth = 1;
+        launch_.groups = groups_;
+        launch_.groupCount = 3;
+        launch_.hasAnyHit = 1;
+        launch_.sbt.hitBase = uint64_t(hit_);
+        launch_.sbt.hitStride = sizeof(SbtHeader);
+        launch_.sbt.hitCount = 2;
+        launch_.sbt.missBase = uint64_t(&miss_);
+        launch_.sbt.missStride = sizeof(SbtHeader);
+        launch_.sbt.missCount = 1;
+        bindTrace(launch_, {});
+        const TraceSet& set = GetParam() == bvh::Isa::kAvx512 ? kTraceAvx512
+                              : GetParam() == bvh::Isa::kAvx2 ? kTraceAvx2
+                                                              : kTraceBaseline;
+        launch_.trace = set.traceGraph;
+        launch_.report = set.report;
+    }
+
+    struct Answer {
+        bool hit;
+        int anyHits;
+        RayState state;
+    };
+    Answer trace(uint64_t handle, Vec3 o, Vec3 d, uint32_t flags = 0) {
+        Answer a{};
+        RayState& s = a.state;
+        std::memset(static_cast<void*>(&s), 0xCD, sizeof s);
+        for (int i = 0; i < 3; ++i) {
+            s.worldOrigin[i] = o[i];
+            s.worldDirection[i] = d[i];
+        }
+        s.tmin = 0;
+        s.tmax = 1e16f;
+        s.time = 0;
+        s.rayFlags = flags;
+        s.visibilityMask = 255;
+        s.sbtOffset = s.missIndex = 0;
+        s.sbtStride = 1;
+        s.handle = handle;
+        s.launch = &launch_;
+        s.thread = &thread_;
+        s.depth = 1;
+        s.payloadType = 0;
+        s.payloadCount = 1;
+        s.payload[0] = 7;
+        anyHitCalls = 0;
+        launch_.trace(&s);
+        a.hit = s.payload[0] == 1;
+        a.anyHits = anyHitCalls;
+        return a;
+    }
+
+    static uint64_t handleOf(const Structure& s) { return bvh::traversableHandle(s.block()); }
+
+    GroupEntry groups_[3] = {};
+    SbtHeader hit_[2], miss_;
+    LaunchState launch_;
+    ThreadState thread_{};
+};
+
+// An array with one micromap for each list of states (all of one level).
+std::shared_ptr<void> makeArray(unsigned level, MicromapFormat format,
+                                const std::vector<std::vector<uint8_t>>& maps) {
+    const uint64_t bytes = bvh::micromapBytes(level, format);
+    const unsigned bits = format == MicromapFormat::kTwoState ? 1 : 2;
+    std::vector<uint8_t> states(bytes * maps.size());
+    std::vector<bvh::MicromapDesc> descs;
+    for (size_t m = 0; m < maps.size(); ++m) {
+        descs.push_back({uint32_t(m * bytes), uint16_t(level), uint16_t(format)});
+        for (size_t i = 0; i < maps[m].size(); ++i)
+            states[m * bytes + i * bits / 8] |= uint8_t(maps[m][i] << (i * bits % 8));
+    }
+    const bvh::MicromapHistogramEntry entry{uint32_t(maps.size()), level, format};
+    const size_t size = bvh::micromapArraySizes({&entry, 1}).output;
+    auto array = alignedBuffer(size);
+    bvh::buildMicromapArray({{&entry, 1}, states.data(), descs.data(), 0}, array.get(), size);
+    return array;
+}
+
+Mesh oneTriangle() {
+    Mesh m;
+    m.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    m.triangles = {{0, 1, 2}};
+    return m;
+}
+
+// What should happen at a point with this state (kNoMicromap: none): the rules in their order.
+struct Expected {
+    bool hit, anyHit;
+};
+Expected expectedFor(uint32_t state, uint32_t geometryFlags, uint32_t instanceFlags,
+                     uint32_t rayFlags) {
+    bool enabled = !(geometryFlags & bvh::kGeometryDisableAnyHit);
+    if (instanceFlags & kInstanceDisableMicromaps)
+        state = bvh::kNoMicromap;
+    if (state != bvh::kNoMicromap) {
+        if ((rayFlags & kForce2State) || (instanceFlags & kInstanceForce2State))
+            state = state == bvh::kUnknownTransparent ? uint32_t(bvh::kTransparent)
+                    : state == bvh::kUnknownOpaque    ? uint32_t(bvh::kOpaque)
+                                                      : state;
+        if (state == bvh::kTransparent)
+            return {false, false};
+        enabled = state != bvh::kOpaque;
+    }
+    if (instanceFlags & kInstanceDisableAnyHit)
+        enabled = false;
+    if (instanceFlags & kInstanceEnforceAnyHit)
+        enabled = true;
+    if (rayFlags & (enabled ? kCullEnforcedAnyHit : kCullDisabledAnyHit))
+        return {false, false};
+    if (rayFlags & kDisableAnyHit)
+        enabled = false;
+    if (rayFlags & kEnforceAnyHit)
+        enabled = true;
+    return {true, enabled};
+}
+
+TEST_P(MicromapTrace, StatesAndFlagsCombine) {
+    // Micro-triangle i of the map has state i; also by predefined index, and without micromaps.
+    const auto array = makeArray(1, MicromapFormat::kFourState, {{0, 1, 2, 3}});
+    const Vec3 inside[4] = {{0.1f, 0.1f, 5}, {0.3f, 0.3f, 5}, {0.8f, 0.1f, 5}, {0.1f, 0.8f, 5}};
+    const Mesh mesh = oneTriangle();
+    for (const uint32_t geometryFlags : {0u, uint32_t(bvh::kGeometryDisableAnyHit)})
+        for (int index = -5; index <= 0; ++index) {
+            bvh::TriangleInput in = mesh.input();
+            in.sbt.flags = &geometryFlags;
+            if (index > -5)
+                in.micromaps = {bvh::MicromapIndexing::kIndexed, array.get(), &index, 4, 0, 0};
+            const Structure gas = makeStructure(in);
+            for (uint32_t instanceFlags :
+                 {0u, 4u, 8u, 16u, 32u, 4u | 16, 8u | 16, 4u | 32, 8u | 32, 16u | 32}) {
+                const bvh::InstanceDesc desc{{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+                                             0,
+                                             0,
+                                             255,
+                                             instanceFlags,
+                                             handleOf(gas),
+                                             {}};
+                bvh::InstanceInput instances;
+                instances.instances = &desc;
+                instances.numInstances = 1;
+                bvh::BuildInputs inputs;
+                inputs.instances = &instances;
+                const Structure ias = makeStructure(inputs);
+                for (uint32_t base : {0u, 1u, 2u, 64u, 128u})
+                    for (uint32_t more : {0u, 1024u, 4u, 4u | 8, 4u | 8 | 1024})
+                        for (uint32_t place = 0; place < 4; ++place) {
+                            const uint32_t state = index == 0    ? place
+                                                   : index == -5 ? uint32_t(bvh::kNoMicromap)
+                                                                 : uint32_t(-1 - index);
+                            const uint32_t flags = base | more;
+                            const Expected e =
+                                expectedFor(state, geometryFlags, instanceFlags, flags);
+                            SCOPED_TRACE(::testing::Message()
+                                         << "index " << index << ", state " << state
+                                         << ", geometry " << geometryFlags << ", instance "
+                                         << instanceFlags << ", ray " << flags);
+                            const Answer a = trace(handleOf(ias), inside[place], {0, 0, -1}, flags);
+                            // Without closest-hit program a hit shows as no miss.
+                            ASSERT_EQ(flags & kDisableClosestHit ? a.state.payload[0] == 7 : a.hit,
+                                      e.hit);
+                            ASSERT_EQ(a.anyHits, e.anyHit ? 1 : 0);
+                            // A program that ignores the hit makes it none.
+                            anyHitProgram = [](RayState*) -> uint32_t { return kIgnore; };
+                            const Answer b = trace(handleOf(ias), inside[place], {0, 0, -1}, flags);
+                            ASSERT_EQ(b.state.payload[0] == 0, !e.hit || e.anyHit);
+                            anyHitProgram = {};
+                            // Without any-hit programs only flags and transparency matter.
+                            launch_.hasAnyHit = 0;
+                            const Answer c = trace(handleOf(ias), inside[place], {0, 0, -1}, flags);
+                            ASSERT_EQ(c.state.payload[0] != 0, e.hit);
+                            launch_.hasAnyHit = 1;
+                        }
+            }
+        }
+}
+
+// A pile of triangles with random micromaps, the states decided once by micromap and once by an
+// any-hit program that reads the same states from the barycentrics.
+TEST_P(MicromapTrace, AgreesWithAnyHitPrograms) {
+    const Mesh mesh = bvh::testing::soup(600, 0.5f, 11);
+    const uint32_t half = 300;
+    Random random(12);
+    for (unsigned level : {0u, 2u, 5u}) {
+        std::vector<std::vector<uint8_t>> states(40);
+        for (auto& map : states)
+            for (uint64_t i = 0; i < bvh::microTriangleCount(level); ++i)
+                map.push_back(uint8_t(random.below(2)));
+        const auto array = makeArray(level, MicromapFormat::kTwoState, states);
+        // Two build inputs, of which the first one has index offsets and the second one none.
+        std::vector<int16_t> indices;
+        for (uint32_t i = 0; i < half; ++i)
+            indices.push_back(int16_t(random.below(42)) - 2);
+        bvh::TriangleInput with[2] = {mesh.input(), mesh.input()};
+        with[0].numTriangles = half;
+        with[0].sbt.primitiveIndexOffset = 1000;
+        with[1].indices = mesh.triangles.data() + half;
+        with[1].numTriangles = half;
+        bvh::TriangleInput without[2] = {with[0], with[1]};
+        with[0].micromaps = {bvh::MicromapIndexing::kIndexed, array.get(), indices.data(), 2, 0, 0};
+        bvh::BuildInputs all;
+        all.triangles = with;
+        bvh::BuildOptions options;
+        options.preferFastTrace = true; // splits triangles
+        const Structure maps = makeStructure(all, options);
+        all.triangles = without;
+        const Structure plain = makeStructure(all, options);
+        const auto decide = [&](RayState* s) -> uint32_t {
+            if (s->hit.sbtGasIndex == 1)
+                return kAccept;
+            const int index = indices[s->hit.primitive - 1000];
+            float u, v;
+            std::memcpy(&u, &s->hit.attributes[0], 4);
+            std::memcpy(&v, &s->hit.attributes[1], 4);
+            const bool opaque = index < 0
+                                    ? index == -2
+                                    : states[size_t(index)][bvh::microTriangleAt(u, v, level)] == 1;
+            return opaque ? kAccept : kIgnore;
+        };
+        int hits = 0;
+        for (int i = 0; i < 3000; ++i) {
+            const Vec3 o = random.unit() * 3, d = random.point(1) - o;
+            const uint32_t flags = i % 3 == 2 ? uint32_t(kTerminateOnFirstHit) : 0u;
+            anyHitProgram = decide;
+            const Answer expected = trace(handleOf(plain), o, d, flags);
+            anyHitProgram = {};
+            const Answer a = trace(handleOf(maps), o, d, flags);
+            ASSERT_EQ(a.hit, expected.hit) << "ray " << i;
+            // Any-hit programs run for triangles that have no micromap, and only for those.
+            launch_.hasAnyHit = 0;
+            const Answer b = trace(handleOf(maps), o, d, flags);
+            launch_.hasAnyHit = 1;
+            ASSERT_EQ(b.hit, expected.hit) << "ray " << i;
+            hits += a.hit;
+            if (!a.hit || flags)
+                continue;
+            EXPECT_EQ(a.state.hit.t, expected.state.hit.t);
+            EXPECT_EQ(a.state.hit.primitive, expected.state.hit.primitive);
+            EXPECT_EQ(a.state.hit.kind, expected.state.hit.kind);
+            EXPECT_EQ(a.state.hit.attributes[0], expected.state.hit.attributes[0]);
+            EXPECT_EQ(b.state.hit.t, expected.state.hit.t);
+            EXPECT_EQ(b.state.hit.primitive, expected.state.hit.primitive);
+            EXPECT_EQ(b.state.hit.attributes[1], expected.state.hit.attributes[1]);
+        }
+        EXPECT_GT(hits, 500);
+        EXPECT_LT(hits, 3000);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sets, MicromapTrace,
+                         ::testing::Values(bvh::Isa::kBaseline, bvh::Isa::kAvx2, bvh::Isa::kAvx512),
+                         [](const auto& info) { return std::string(bvh::isaName(info.param)); });
+
+} // namespace
+} // namespace sunstone::devlib
