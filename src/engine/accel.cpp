@@ -20,17 +20,8 @@ void emitProperty(const AccelEmit& emit, const void* block) {
     std::memcpy(emit.destination, values, sizeof(values));
 }
 
-// Work of a stream: what goes wrong in it is logged with the context and kept by the stream.
 void enqueue(const std::shared_ptr<Context>& context, void* stream, std::function<void()> work) {
-    context->device->enqueue(stream, [context, work = std::move(work)] {
-        try {
-            work();
-        } catch (const Error& error) {
-            if (context->log)
-                context->log(LogLevel::kError, "ACCEL", error.what());
-            throw;
-        }
-    });
+    enqueueLogged(context, stream, "ACCEL", std::move(work));
 }
 
 // The structure of a handle that a caller gave.

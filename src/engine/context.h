@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string_view>
 
 namespace sunstone::engine {
@@ -20,5 +21,10 @@ struct Context {
     // Program groups are numbered from 1 within their context; SBT headers carry the number.
     std::atomic<uint32_t> nextGroup{1};
 };
+
+// Queues work on a stream: what goes wrong in it is logged with the context, under this tag, and
+// kept by the stream.
+void enqueueLogged(const std::shared_ptr<Context>& context, void* stream, const char* tag,
+                   std::function<void()> work);
 
 } // namespace sunstone::engine

@@ -14,15 +14,7 @@ constexpr uint64_t kStateMagic = 0x53554e44454e4f31ull;
 
 // Work of a stream: what goes wrong in it is logged with the context and kept by the stream.
 void enqueue(const std::shared_ptr<Context>& context, void* stream, std::function<void()> work) {
-    context->device->enqueue(stream, [context, work = std::move(work)] {
-        try {
-            work();
-        } catch (const Error& error) {
-            if (context->log)
-                context->log(LogLevel::kError, "DENOISER", error.what());
-            throw;
-        }
-    });
+    enqueueLogged(context, stream, "DENOISER", std::move(work));
 }
 
 void checkState(const void* state, const denoise::Image& input) {

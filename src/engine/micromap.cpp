@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/micromap.h"
+
+#include "base/error.h"
+#include "devlib/abi.h"
+
+namespace sunstone::engine {
+
+void buildMicromapArray(const std::shared_ptr<Context>& context, MicromapArrayBuild request) {
+    void* const stream = request.stream;
+    enqueueLogged(context, stream, "MICROMAP", [context, request = std::move(request)] {
+        const bvh::MicromapArrayInput input{request.histogram, request.states,
+                                            request.descriptions, request.descriptionStride};
+        const uint64_t bytes = bvh::checkMicromaps(input);
+        if (bytes && !context->device->isAccessible(request.states, bytes))
+            fail(Code::kInvalidValue, "inputBuffer = ", request.states, " with ", bytes,
+                 " bytes, as far as the descriptions lead, is not device memory");
+        bvh::buildMicromapArray(input, request.output, request.outputSize);
+    });
+}
+
+bvh::RelocationInfo micromapRelocationInfo(const std::shared_ptr<Context>& context,
+                                           const void* array) {
+    context->device->synchronizeAll();
+    if (!context->device->isAccessible(array, sizeof(bvh::MicromapArrayHeader)) ||
+        !bvh::isMicromapArray(array))
+        fail(Code::kInvalidValue, "opacityMicromapArray = ", array, " is no opacity micromap array");
+    return bvh::micromapRelocationInfo(array);
+}
+
+void relocateMicromapArray(const std::shared_ptr<Context>& context, void* stream,
+                           const bvh::RelocationInfo& info, void* array) {
+    enqueueLogged(context, stream, "MICROMAP",
+                  [info, array] { bvh::relocateMicromapArray(info, array); });
+}
+
+uint64_t relocateMicromapAccel(const std::shared_ptr<Context>& context, void* stream,
+                               const bvh::RelocationInfo& info, void* block,
+                               std::vector<const void*> arrays) {
+    enqueueLogged(context, stream, "ACCEL", [info, block, arrays = std::move(arrays)] {
+        bvh::relocateMicromaps(info, block, arrays.data(), arrays.size());
+    });
+    return devlib::makeHandle(block, devlib::kTagGas);
+}
+
+} // namespace sunstone::engine
