@@ -3,6 +3,8 @@
 
 #include "base/config.h"
 
+#include <algorithm>
+#include <atomic>
 #include <thread>
 
 #include <tbb/blocked_range.h>
@@ -41,14 +43,40 @@ void inArena(const std::function<void()>& body) {
     workers().arena.execute(body);
 }
 
+// Hands out pieces that get smaller towards the end: what costs how much is not known before (rows of
+// sky, then rows of forest), and no thread is to wait for another's last large piece.
 void parallelFor(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body) {
     if (count == 0)
         return;
+    constexpr size_t kPiecesPerThread = 8;
+    grain = std::max<size_t>(grain, 1);
+    std::atomic<size_t> next{0};
+    const auto work = [&] {
+        size_t begin = next.load(std::memory_order_relaxed);
+        while (begin < count) {
+            const size_t rest = count - begin;
+            const size_t piece = std::max(grain, rest / (kPiecesPerThread * threadCount()));
+            const size_t end = begin + std::min(rest, piece);
+            if (!next.compare_exchange_weak(begin, end, std::memory_order_relaxed))
+                continue;
+            try {
+                body(begin, end);
+            } catch (...) {
+                next = count; // nobody starts anything more
+                throw;
+            }
+            begin = next.load(std::memory_order_relaxed);
+        }
+    };
+    const size_t threads = std::min<size_t>(threadCount(), (count - 1) / grain + 1);
     inArena([&] {
-        tbb::parallel_for(tbb::blocked_range<size_t>(0, count, grain),
-                          [&](const tbb::blocked_range<size_t>& range) {
-                              body(range.begin(), range.end());
-                          });
+        tbb::parallel_for(
+            tbb::blocked_range<size_t>(0, threads, 1),
+            [&](const tbb::blocked_range<size_t>& range) {
+                for (size_t i = range.begin(); i != range.end(); ++i)
+                    work();
+            },
+            tbb::simple_partitioner());
     });
 }
 

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/threads.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <stdexcept>
+#include <vector>
+
+namespace sunstone {
+namespace {
+
+TEST(ParallelFor, CoversEveryIndexOnceInPiecesOfTheGrain) {
+    for (size_t count : {0u, 1u, 2u, 7u, 100u, 12345u})
+        for (size_t grain : {0u, 1u, 3u, 64u, 100000u}) {
+            std::vector<std::atomic<int>> visits(count);
+            std::atomic<size_t> small{0};
+            parallelFor(count, grain, [&](size_t begin, size_t end) {
+                EXPECT_LT(begin, end);
+                EXPECT_LE(end, count);
+                small += end - begin < std::min(std::max<size_t>(grain, 1), count);
+                for (size_t i = begin; i < end; ++i)
+                    ++visits[i];
+            });
+            EXPECT_LE(small, 1u) << "only the last piece may be smaller";
+            for (size_t i = 0; i < count; ++i)
+                EXPECT_EQ(visits[i], 1) << i;
+        }
+}
+
+TEST(ParallelFor, PiecesShrinkTowardsTheEnd) {
+    std::atomic<size_t> lastPiece{0};
+    constexpr size_t kCount = 100000;
+    parallelFor(kCount, 1, [&](size_t begin, size_t end) {
+        if (end == kCount)
+            lastPiece = end - begin;
+    });
+    EXPECT_EQ(lastPiece, 1u);
+}
+
+TEST(ParallelFor, NestsAndRethrows) {
+    std::atomic<size_t> sum{0};
+    parallelFor(10, 1, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            parallelFor(100, 1, [&](size_t b, size_t e) { sum += e - b; });
+    });
+    EXPECT_EQ(sum, 1000u);
+
+    std::atomic<size_t> started{0};
+    EXPECT_THROW(parallelFor(1000000, 1,
+                             [&](size_t, size_t) {
+                                 ++started;
+                                 throw std::runtime_error("no");
+                             }),
+                 std::runtime_error);
+    EXPECT_LE(started, threadCount()) << "nothing is started after a failure";
+}
+
+} // namespace
+} // namespace sunstone
