@@ -1,6 +1,7 @@
 # What `cmake --install` lays out. Find modules in the wild look for <dir>/include/optix.h, hence a
 # tree in the shape of an SDK beside the ordinary one:
-#   <prefix>/optix7/include          OptiX 7 headers
+#   <prefix>/optix7/include          OptiX 7.4 headers
+#   <prefix>/optix7.6/include        OptiX 7.6 headers
 #   <prefix>/include/sunstone/cuda   CUDA headers for machines without a toolkit
 #   <prefix>/lib                     libsunstone, libnvoptix.so.1
 #   <prefix>/lib/sunstone/cuda       libcuda.so.1, libcudart: in a folder of their own, so that they
@@ -10,6 +11,8 @@
 include(CMakePackageConfigHelpers)
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/optix7/ DESTINATION optix7/include
+    COMPONENT sdk FILES_MATCHING PATTERN "*.h")
+install(DIRECTORY ${SUNSTONE_OPTIX76_FOLDER}/ DESTINATION optix7.6/include
     COMPONENT sdk FILES_MATCHING PATTERN "*.h")
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/cuda/ DESTINATION include/sunstone/cuda
     COMPONENT sdk FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp" PATTERN "*.inl")

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// OptiX 7.4 device functions, for programs compiled to PTX. Each becomes one call of an `_optix_*`
+// OptiX device functions, for programs compiled to PTX. Each becomes one call of an `_optix_*`
 // intrinsic that the library's compiler knows, or arithmetic on such calls; read
 // internal/optix_7_device_impl.h next. Source: OptiX API reference 7.4, sections 3.1, 6.2.
+// ../optix76 reads this text as OptiX 7.6, with what stands between SUNSTONE_OPTIX_API lines.
 //
 // Program types: RG ray generation, IS intersection, AH any-hit, CH closest-hit, MS miss,
 // EX exception, DC direct callable, CC continuation callable. Each function names those it may be
@@ -256,6 +257,13 @@ static __forceinline__ __device__ void optixGetCatmullRomVertexData(OptixTravers
                                                                     unsigned int primIdx,
                                                                     unsigned int sbtGASIndex,
                                                                     float time, float4 data[4]);
+#if SUNSTONE_OPTIX_API >= 70600
+/** Centre in xyz and radius in w of a sphere; else as for triangles. [7.5] */
+static __forceinline__ __device__ void optixGetSphereData(OptixTraversableHandle gas,
+                                                          unsigned int primIdx,
+                                                          unsigned int sbtGASIndex, float time,
+                                                          float4 data[1]);
+#endif
 /** The GAS of the current hit. IS AH CH. [3.1.2.31] */
 static __forceinline__ __device__ OptixTraversableHandle optixGetGASTraversableHandle();
 /** Motion range and number of keys of a GAS, as built. Any program. [3.1.2.28 to 3.1.2.30] */

@@ -191,6 +191,23 @@ OptixResult optixAccelBuild(OptixDeviceContext context, CUstream stream,
                             unsigned int numEmittedProperties);
 /** Returns what is needed to move a structure or its copies.
     OPTIX_ERROR_INVALID_VALUE: handle is not from a build. [3.10.2.5] */
+#if SUNSTONE_OPTIX_API >= 70600
+OptixResult optixAccelGetRelocationInfo(OptixDeviceContext context, OptixTraversableHandle handle,
+                                        OptixRelocationInfo* info);
+/** Sets compatible to 1 if a structure or micromap array described by info can be used on the
+    context's device, else to 0. A device is compatible with itself. [7.6] */
+OptixResult optixCheckRelocationCompatibility(OptixDeviceContext context,
+                                              const OptixRelocationInfo* info, int* compatible);
+/** Makes a copy usable at its new place: targetAccel holds all targetAccelSizeInBytes bytes of the
+    original, at OPTIX_ACCEL_BUFFER_BYTE_ALIGNMENT; the original may be gone. relocateInputs: on the
+    host, one for each build input of the original, with the new places of child traversables or
+    micromap arrays; null and 0 keep the old ones. Boxes are not recomputed. [7.6] */
+OptixResult optixAccelRelocate(OptixDeviceContext context, CUstream stream,
+                               const OptixRelocationInfo* info,
+                               const OptixRelocateInput* relocateInputs, size_t numRelocateInputs,
+                               CUdeviceptr targetAccel, size_t targetAccelSizeInBytes,
+                               OptixTraversableHandle* targetHandle);
+#else
 OptixResult optixAccelGetRelocationInfo(OptixDeviceContext context, OptixTraversableHandle handle,
                                         OptixAccelRelocationInfo* info);
 /** Sets compatible to 1 if a structure described by info can be used on the context's device, else
@@ -207,6 +224,7 @@ OptixResult optixAccelRelocate(OptixDeviceContext context, CUstream stream,
                                CUdeviceptr instanceTraversableHandles,
                                size_t numInstanceTraversableHandles, CUdeviceptr targetAccel,
                                size_t targetAccelSizeInBytes, OptixTraversableHandle* targetHandle);
+#endif
 /** Copies a structure built with ALLOW_COMPACTION into less memory: outputBuffer at
     OPTIX_ACCEL_BUFFER_BYTE_ALIGNMENT, at least the emitted COMPACTED_SIZE, not overlapping the
     source, which may be freed when the stream is done. [3.10.2.3] */
@@ -218,6 +236,32 @@ OptixResult optixAccelCompact(OptixDeviceContext context, CUstream stream,
 OptixResult optixConvertPointerToTraversableHandle(OptixDeviceContext onDevice, CUdeviceptr pointer,
                                                    OptixTraversableType traversableType,
                                                    OptixTraversableHandle* traversableHandle);
+
+#if SUNSTONE_OPTIX_API >= 70600
+/* ---- Opacity micromaps ---- */
+
+/** Computes buffer sizes for a build of a micromap array; reads the histogram only. [7.6] */
+OptixResult
+optixOpacityMicromapArrayComputeMemoryUsage(OptixDeviceContext context,
+                                            const OptixOpacityMicromapArrayBuildInput* buildInput,
+                                            OptixMicromapBufferSizes* bufferSizes);
+/** Builds a micromap array in buffers->output, which it never leaves; temp and the input may go
+    when the stream is done. [7.6] */
+OptixResult optixOpacityMicromapArrayBuild(OptixDeviceContext context, CUstream stream,
+                                           const OptixOpacityMicromapArrayBuildInput* buildInput,
+                                           const OptixMicromapBuffers* buffers);
+/** Returns what is needed to move a micromap array or its copies. [7.6] */
+OptixResult optixOpacityMicromapArrayGetRelocationInfo(OptixDeviceContext context,
+                                                       CUdeviceptr opacityMicromapArray,
+                                                       OptixRelocationInfo* info);
+/** Makes a copy usable at its new place, at OPTIX_OPACITY_MICROMAP_ARRAY_BUFFER_BYTE_ALIGNMENT and
+    with the size of the original, which may be gone. Structures keep referring to the original's
+    place until they are updated or relocated. [7.6] */
+OptixResult optixOpacityMicromapArrayRelocate(OptixDeviceContext context, CUstream stream,
+                                              const OptixRelocationInfo* info,
+                                              CUdeviceptr targetOpacityMicromapArray,
+                                              size_t targetOpacityMicromapArraySizeInBytes);
+#endif
 
 /* ---- Denoiser ---- */
 
@@ -256,13 +300,15 @@ OptixResult optixDenoiserInvoke(OptixDenoiser denoiser, CUstream stream,
 /** Computes the factor that brings an image to middle grey: 0.18 / exp(mean of log(luminance)),
    over the pixels whose luminance 0.212586 r + 0.715170 g + 0.072200 b exceeds 1e-8.
    outputIntensity: one float on the device. Image: 3 or 4 floats or halves per pixel. scratch: at
-   least 4 * (2 + width * height) bytes. [3.11.2.2] */
+   least 4 * (2 + width * height) bytes (7.6: as optixDenoiserComputeMemoryResources says).
+   [3.11.2.2] */
 OptixResult optixDenoiserComputeIntensity(OptixDenoiser denoiser, CUstream stream,
                                           const OptixImage2D* inputImage,
                                           CUdeviceptr outputIntensity, CUdeviceptr scratch,
                                           size_t scratchSizeInBytes);
 /** Computes the mean logarithm of each colour channel. outputAverageColor: three floats on the
-    device. Image as above. scratch: at least 4 * (3 + 3 * width * height) bytes. [3.11.2.1] */
+    device. Image as above. scratch: at least 4 * (3 + 3 * width * height) bytes (7.6: as
+    optixDenoiserComputeMemoryResources says). [3.11.2.1] */
 OptixResult optixDenoiserComputeAverageColor(OptixDenoiser denoiser, CUstream stream,
                                              const OptixImage2D* inputImage,
                                              CUdeviceptr outputAverageColor, CUdeviceptr scratch,

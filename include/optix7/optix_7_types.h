@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// OptiX 7.4 types: constants, handles, enumerations, and structs whose sizes and offsets are binary
-// interface between an application and the library (checked field by field in tests/headers).
+// OptiX types: constants, handles, and structs whose sizes and offsets are binary interface between
+// an application and the library (checked field by field in tests/headers).
 // Seen by host compilers (C99, C++11) and device compilers alike, so it includes next to nothing.
 // Read optix_7_host.h or optix_7_device.h next. Source: OptiX API reference 7.4, sections 3.12,
-// 5, 6.7.
+// 5, 6.7; OptiX API reference 7.6, optix_7_host.h; layouts of 7.5 and 7.6 are those of their ABI.
+//
+// The text serves two versions: read from this folder it is OptiX 7.4; the folder ../optix76 reads
+// the same files as OptiX 7.6, and what that has more stands between SUNSTONE_OPTIX_API lines.
 //
 // Conventions: CUdeviceptr members are device addresses and may be 0 where "optional" is said; a
 // stride is in bytes, and 0 stands for densely packed elements; matrices are affine 3x4, row-major.
 #ifndef SUNSTONE_OPTIX7_OPTIX_7_TYPES_H
 #define SUNSTONE_OPTIX7_OPTIX_7_TYPES_H
+
+#ifndef SUNSTONE_OPTIX_API
+#define SUNSTONE_OPTIX_API 70400
+#endif
 
 #if !defined(__CUDACC_RTC__)
 #include <stddef.h> /* size_t; NVRTC has it built in */
@@ -68,6 +75,27 @@ typedef unsigned int OptixVisibilityMask;
 #define OPTIX_COMPILE_DEFAULT_MAX_PAYLOAD_TYPE_COUNT 8
 /** Most 32-bit words a payload can have. */
 #define OPTIX_COMPILE_DEFAULT_MAX_PAYLOAD_VALUE_COUNT 32
+#if SUNSTONE_OPTIX_API >= 70600
+/** Alignment of opacity micromap arrays and of the input of their builds. */
+#define OPTIX_OPACITY_MICROMAP_ARRAY_BUFFER_BYTE_ALIGNMENT 128ull
+/** Alignment of OptixOpacityMicromapDesc buffers and their stride. */
+#define OPTIX_OPACITY_MICROMAP_DESC_BUFFER_BYTE_ALIGNMENT 8ull
+/** Most subdivision levels of an opacity micromap: it has 4^level micro-triangles. */
+#define OPTIX_OPACITY_MICROMAP_MAX_SUBDIVISION_LEVEL 12
+/** State of a micro-triangle: rays pass. */
+#define OPTIX_OPACITY_MICROMAP_STATE_TRANSPARENT (0)
+/** State of a micro-triangle: hit, and the any-hit program does not run. */
+#define OPTIX_OPACITY_MICROMAP_STATE_OPAQUE (1)
+/** State of a micro-triangle: the any-hit program decides; transparent if only two states count. */
+#define OPTIX_OPACITY_MICROMAP_STATE_UNKNOWN_TRANSPARENT (2)
+/** State of a micro-triangle: the any-hit program decides; opaque if only two states count. */
+#define OPTIX_OPACITY_MICROMAP_STATE_UNKNOWN_OPAQUE (3)
+/** Indices that stand for a micromap with one state everywhere; no array entry is used. */
+#define OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_FULLY_TRANSPARENT (-1)
+#define OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_FULLY_OPAQUE (-2)
+#define OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_FULLY_UNKNOWN_TRANSPARENT (-3)
+#define OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_FULLY_UNKNOWN_OPAQUE (-4)
+#endif
 
 /* ---- Enumerations (section 3.12.4) ---- */
 
@@ -99,7 +127,11 @@ typedef enum OptixResult {
     OPTIX_ERROR_INTERNAL_COMPILER_ERROR = 7299,         /**< fault of the compiler itself */
     OPTIX_ERROR_DENOISER_MODEL_NOT_SET = 7300,          /**< denoiser without a model */
     OPTIX_ERROR_DENOISER_NOT_INITIALIZED = 7301,        /**< denoiser used before its setup */
-    OPTIX_ERROR_ACCEL_NOT_COMPATIBLE = 7400,            /**< structure does not fit this context */
+#if SUNSTONE_OPTIX_API >= 70600
+    OPTIX_ERROR_NOT_COMPATIBLE = 7400, /**< structure or micromap array of another device */
+#else
+    OPTIX_ERROR_ACCEL_NOT_COMPATIBLE = 7400, /**< structure does not fit this context */
+#endif
     OPTIX_ERROR_PAYLOAD_TYPE_MISMATCH = 7500, /**< program lacks the group's payload type */
     OPTIX_ERROR_PAYLOAD_TYPE_RESOLUTION_FAILED = 7501, /**< no or several payload types possible */
     OPTIX_ERROR_PAYLOAD_TYPE_ID_INVALID = 7502,        /**< payload type the module does not have */
@@ -110,9 +142,12 @@ typedef enum OptixResult {
     OPTIX_ERROR_LIBRARY_NOT_FOUND = 7804,              /**< stubs found no library to load */
     OPTIX_ERROR_ENTRY_SYMBOL_NOT_FOUND = 7805,         /**< library lacks optixQueryFunctionTable */
     OPTIX_ERROR_LIBRARY_UNLOAD_FAILURE = 7806,         /**< library could not be unloaded */
-    OPTIX_ERROR_CUDA_ERROR = 7900,                     /**< a CUDA call failed */
-    OPTIX_ERROR_INTERNAL_ERROR = 7990,                 /**< fault of the library itself */
-    OPTIX_ERROR_UNKNOWN = 7999                         /**< anything else */
+#if SUNSTONE_OPTIX_API >= 70600
+    OPTIX_ERROR_DEVICE_OUT_OF_MEMORY = 7807, /**< device memory exhausted */
+#endif
+    OPTIX_ERROR_CUDA_ERROR = 7900,     /**< a CUDA call failed */
+    OPTIX_ERROR_INTERNAL_ERROR = 7990, /**< fault of the library itself */
+    OPTIX_ERROR_UNKNOWN = 7999         /**< anything else */
 } OptixResult;
 
 /** What optixDeviceContextGetProperty can be asked for; each value is one unsigned int. */
@@ -149,7 +184,11 @@ typedef enum OptixGeometryFlags {
     /** Any-hit programs do not run, unless instance or ray flags enforce them. */
     OPTIX_GEOMETRY_FLAG_DISABLE_ANYHIT = 1u << 0,
     /** Exactly one any-hit call for each primitive hit; otherwise there may be more. */
-    OPTIX_GEOMETRY_FLAG_REQUIRE_SINGLE_ANYHIT_CALL = 1u << 1
+    OPTIX_GEOMETRY_FLAG_REQUIRE_SINGLE_ANYHIT_CALL = 1u << 1,
+#if SUNSTONE_OPTIX_API >= 70600
+    /** Face culling flags of rays have no effect on these triangles. */
+    OPTIX_GEOMETRY_FLAG_DISABLE_TRIANGLE_FACE_CULLING = 1u << 2
+#endif
 } OptixGeometryFlags;
 
 /** Hit kinds of triangles. Prefer optixGetPrimitiveType, optixIsFrontFaceHit, optixIsBackFaceHit.
@@ -183,6 +222,30 @@ typedef enum OptixTransformFormat {
     OPTIX_TRANSFORM_FORMAT_MATRIX_FLOAT12 = 0x21E1 /**< 12 floats, a 3x4 row-major matrix */
 } OptixTransformFormat;
 
+#if SUNSTONE_OPTIX_API >= 70600
+/** How triangles find their micromap in the array; see OptixBuildInputOpacityMicromap. */
+typedef enum OptixOpacityMicromapArrayIndexingMode {
+    OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_NONE = 0,   /**< no micromaps */
+    OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_LINEAR = 1, /**< triangle i has micromap i */
+    OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_INDEXED = 2 /**< by indexBuffer */
+} OptixOpacityMicromapArrayIndexingMode;
+
+/** What a micro-triangle of an opacity micromap is stored as. Each map starts at a byte, and its
+    micro-triangles follow one another from the least significant bit on. */
+typedef enum OptixOpacityMicromapFormat {
+    OPTIX_OPACITY_MICROMAP_FORMAT_NONE = 0,    /**< not a format */
+    OPTIX_OPACITY_MICROMAP_FORMAT_2_STATE = 1, /**< one bit: transparent or opaque */
+    OPTIX_OPACITY_MICROMAP_FORMAT_4_STATE = 2  /**< two bits: OPTIX_OPACITY_MICROMAP_STATE_... */
+} OptixOpacityMicromapFormat;
+
+/** Bits of OptixOpacityMicromapArrayBuildInput::flags; the two exclude one another. */
+typedef enum OptixOpacityMicromapFlags {
+    OPTIX_OPACITY_MICROMAP_FLAG_NONE = 0,
+    OPTIX_OPACITY_MICROMAP_FLAG_PREFER_FAST_TRACE = 1 << 0,
+    OPTIX_OPACITY_MICROMAP_FLAG_PREFER_FAST_BUILD = 1 << 1
+} OptixOpacityMicromapFlags;
+
+#endif
 /** Kinds of primitives. Curves have circular cross-sections. */
 typedef enum OptixPrimitiveType {
     OPTIX_PRIMITIVE_TYPE_CUSTOM = 0x2500,
@@ -190,6 +253,9 @@ typedef enum OptixPrimitiveType {
     OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE = 0x2502,
     OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR = 0x2503,
     OPTIX_PRIMITIVE_TYPE_ROUND_CATMULLROM = 0x2504,
+#if SUNSTONE_OPTIX_API >= 70600
+    OPTIX_PRIMITIVE_TYPE_SPHERE = 0x2506,
+#endif
     OPTIX_PRIMITIVE_TYPE_TRIANGLE = 0x2531
 } OptixPrimitiveType;
 
@@ -201,6 +267,9 @@ typedef enum OptixPrimitiveTypeFlags {
     OPTIX_PRIMITIVE_TYPE_FLAGS_ROUND_CUBIC_BSPLINE = 1 << 2,
     OPTIX_PRIMITIVE_TYPE_FLAGS_ROUND_LINEAR = 1 << 3,
     OPTIX_PRIMITIVE_TYPE_FLAGS_ROUND_CATMULLROM = 1 << 4,
+#if SUNSTONE_OPTIX_API >= 70600
+    OPTIX_PRIMITIVE_TYPE_FLAGS_SPHERE = 1 << 6,
+#endif
     OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE = 1 << 31
 } OptixPrimitiveTypeFlags;
 
@@ -216,7 +285,10 @@ typedef enum OptixBuildInputType {
     OPTIX_BUILD_INPUT_TYPE_CUSTOM_PRIMITIVES = 0x2142, /**< OptixBuildInputCustomPrimitiveArray */
     OPTIX_BUILD_INPUT_TYPE_INSTANCES = 0x2143,         /**< OptixBuildInputInstanceArray */
     OPTIX_BUILD_INPUT_TYPE_INSTANCE_POINTERS = 0x2144, /**< the same, as an array of pointers */
-    OPTIX_BUILD_INPUT_TYPE_CURVES = 0x2145             /**< OptixBuildInputCurveArray */
+    OPTIX_BUILD_INPUT_TYPE_CURVES = 0x2145,            /**< OptixBuildInputCurveArray */
+#if SUNSTONE_OPTIX_API >= 70600
+    OPTIX_BUILD_INPUT_TYPE_SPHERES = 0x2146 /**< OptixBuildInputSphereArray */
+#endif
 } OptixBuildInputType;
 
 /** Bits of OptixInstance::flags. */
@@ -229,7 +301,15 @@ typedef enum OptixInstanceFlags {
     /** No any-hit programs, unless the ray enforces them; not with ENFORCE_ANYHIT. */
     OPTIX_INSTANCE_FLAG_DISABLE_ANYHIT = 1u << 2,
     /** Any-hit programs in spite of geometry flags, unless the ray disables them. */
-    OPTIX_INSTANCE_FLAG_ENFORCE_ANYHIT = 1u << 3
+    OPTIX_INSTANCE_FLAG_ENFORCE_ANYHIT = 1u << 3,
+#if SUNSTONE_OPTIX_API >= 70600
+    /** Opacity micromaps know two states only, as with
+       OPTIX_RAY_FLAG_FORCE_OPACITY_MICROMAP_2_STATE. */
+    OPTIX_INSTANCE_FLAG_FORCE_OPACITY_MICROMAP_2_STATE = 1u << 4,
+    /** Opacity micromaps are ignored. Needs ALLOW_DISABLE_OPACITY_MICROMAPS in the geometry
+        structure; stronger than the flag above. */
+    OPTIX_INSTANCE_FLAG_DISABLE_OPACITY_MICROMAPS = 1u << 5
+#endif
 } OptixInstanceFlags;
 
 /** Bits of OptixAccelBuildOptions::buildFlags. */
@@ -242,7 +322,13 @@ typedef enum OptixBuildFlags {
     /** Vertices may be read back on the device (optixGetTriangleVertexData and its like). */
     OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS = 1u << 4,
     /** Instances may be looked up on the device (optixGetInstanceTraversableFromIAS). */
-    OPTIX_BUILD_FLAG_ALLOW_RANDOM_INSTANCE_ACCESS = 1u << 5
+    OPTIX_BUILD_FLAG_ALLOW_RANDOM_INSTANCE_ACCESS = 1u << 5,
+#if SUNSTONE_OPTIX_API >= 70600
+    /** Updates may change micromap arrays and indices; without it they must stay the same. */
+    OPTIX_BUILD_FLAG_ALLOW_OPACITY_MICROMAP_UPDATE = 1u << 6,
+    /** Instances may have OPTIX_INSTANCE_FLAG_DISABLE_OPACITY_MICROMAPS. */
+    OPTIX_BUILD_FLAG_ALLOW_DISABLE_OPACITY_MICROMAPS = 1u << 7
+#endif
 } OptixBuildFlags;
 
 /** What optixAccelBuild does. */
@@ -281,7 +367,11 @@ typedef enum OptixPixelFormat {
     OPTIX_PIXEL_FORMAT_FLOAT3 = 0x2203,
     OPTIX_PIXEL_FORMAT_FLOAT4 = 0x2204,
     OPTIX_PIXEL_FORMAT_UCHAR3 = 0x2205, /**< three bytes, RGB */
-    OPTIX_PIXEL_FORMAT_UCHAR4 = 0x2206  /**< four bytes, RGBA */
+    OPTIX_PIXEL_FORMAT_UCHAR4 = 0x2206, /**< four bytes, RGBA */
+#if SUNSTONE_OPTIX_API >= 70600
+    /** OptixDenoiserSizes::internalGuideLayerPixelSizeInBytes bytes of the denoiser's own. */
+    OPTIX_PIXEL_FORMAT_INTERNAL_GUIDE_LAYER = 0x2209
+#endif
 } OptixPixelFormat;
 
 /** Built-in denoiser models. AOV models take further layers beside the beauty image. */
@@ -290,8 +380,21 @@ typedef enum OptixDenoiserModelKind {
     OPTIX_DENOISER_MODEL_KIND_HDR = 0x2323, /**< high dynamic range */
     OPTIX_DENOISER_MODEL_KIND_AOV = 0x2324,
     OPTIX_DENOISER_MODEL_KIND_TEMPORAL = 0x2325, /**< stable over the frames of a sequence */
-    OPTIX_DENOISER_MODEL_KIND_TEMPORAL_AOV = 0x2326
+    OPTIX_DENOISER_MODEL_KIND_TEMPORAL_AOV = 0x2326,
+#if SUNSTONE_OPTIX_API >= 70600
+    OPTIX_DENOISER_MODEL_KIND_UPSCALE2X = 0x2327,         /**< output twice as wide and high */
+    OPTIX_DENOISER_MODEL_KIND_TEMPORAL_UPSCALE2X = 0x2328 /**< both */
+#endif
 } OptixDenoiserModelKind;
+
+#if SUNSTONE_OPTIX_API >= 70600
+/** What happens to the alpha channel; see OptixDenoiserParams::denoiseAlpha. */
+typedef enum OptixDenoiserAlphaMode {
+    OPTIX_DENOISER_ALPHA_MODE_COPY = 0,         /**< as in the input */
+    OPTIX_DENOISER_ALPHA_MODE_ALPHA_AS_AOV = 1, /**< denoised on its own, in AOV models as AOV */
+    OPTIX_DENOISER_ALPHA_MODE_FULL_DENOISE_PASS = 2 /**< AOV models: a full pass */
+} OptixDenoiserAlphaMode;
+#endif
 
 /** Bits of the rayFlags of optixTrace. The four any-hit flags exclude one another, and so do the
     two face culling flags. */
@@ -304,7 +407,11 @@ typedef enum OptixRayFlags {
     OPTIX_RAY_FLAG_CULL_BACK_FACING_TRIANGLES = 1u << 4,
     OPTIX_RAY_FLAG_CULL_FRONT_FACING_TRIANGLES = 1u << 5,
     OPTIX_RAY_FLAG_CULL_DISABLED_ANYHIT = 1u << 6, /**< skip geometry whose any-hit is disabled */
-    OPTIX_RAY_FLAG_CULL_ENFORCED_ANYHIT = 1u << 7  /**< skip geometry whose any-hit is enabled */
+    OPTIX_RAY_FLAG_CULL_ENFORCED_ANYHIT = 1u << 7, /**< skip geometry whose any-hit is enabled */
+#if SUNSTONE_OPTIX_API >= 70600
+    /** Unknown states of opacity micromaps count as transparent or opaque, as their names say. */
+    OPTIX_RAY_FLAG_FORCE_OPACITY_MICROMAP_2_STATE = 1u << 10
+#endif
 } OptixRayFlags;
 
 /** What a handle of the transform list is; see optixGetTransformTypeFromHandle. */
@@ -490,6 +597,30 @@ typedef struct OptixMotionOptions {
     float timeEnd;
 } OptixMotionOptions;
 
+#if SUNSTONE_OPTIX_API >= 70600
+/** How many triangles of a build input use a kind of micromap. */
+typedef struct OptixOpacityMicromapUsageCount {
+    unsigned int count;
+    unsigned int subdivisionLevel;
+    OptixOpacityMicromapFormat format;
+} OptixOpacityMicromapUsageCount;
+
+/** The opacity micromaps of a triangle build input. The structure refers to the array's memory for
+    as long as it is traversed. */
+typedef struct OptixBuildInputOpacityMicromap {
+    OptixOpacityMicromapArrayIndexingMode indexingMode;
+    CUdeviceptr opacityMicromapArray; /**< of optixOpacityMicromapArrayBuild; 0 with mode NONE */
+    /** Mode INDEXED: a signed integer for each triangle; a negative one is one of
+        OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_... */
+    CUdeviceptr indexBuffer;
+    unsigned int indexSizeInBytes; /**< 2 or 4; 0 without indexBuffer */
+    unsigned int indexStrideInBytes;
+    unsigned int indexOffset; /**< added to indices that are not negative */
+    unsigned int numMicromapUsageCounts;
+    const OptixOpacityMicromapUsageCount* micromapUsageCounts; /**< on the host; kinds add up */
+} OptixBuildInputOpacityMicromap;
+
+#endif
 /** Triangles. */
 typedef struct OptixBuildInputTriangleArray {
     /** Host array of one device address for each motion key (one without motion). */
@@ -513,8 +644,29 @@ typedef struct OptixBuildInputTriangleArray {
     unsigned int sbtIndexOffsetStrideInBytes;
     unsigned int primitiveIndexOffset;    /**< added to what optixGetPrimitiveIndex returns */
     OptixTransformFormat transformFormat; /**< of preTransform */
+#if SUNSTONE_OPTIX_API >= 70600
+    OptixBuildInputOpacityMicromap opacityMicromap;
+#endif
 } OptixBuildInputTriangleArray;
 
+#if SUNSTONE_OPTIX_API >= 70600
+/** Spheres. Each is a vertex and a radius; motion keys interpolate both linearly. */
+typedef struct OptixBuildInputSphereArray {
+    const CUdeviceptr* vertexBuffers; /**< host array, one address of float3 for each motion key */
+    unsigned int vertexStrideInBytes;
+    unsigned int numVertices;
+    const CUdeviceptr* radiusBuffers; /**< the same for radii, floats */
+    unsigned int radiusStrideInBytes;
+    int singleRadius;           /**< non-zero: each radius buffer has one float for all spheres */
+    const unsigned int* flags;  /**< host array of OptixGeometryFlags, one for each SBT record */
+    unsigned int numSbtRecords; /**< at least 1 */
+    CUdeviceptr sbtIndexOffsetBuffer; /**< as for triangles */
+    unsigned int sbtIndexOffsetSizeInBytes;
+    unsigned int sbtIndexOffsetStrideInBytes;
+    unsigned int primitiveIndexOffset;
+} OptixBuildInputSphereArray;
+
+#endif
 /** Segments of curves, swept by a circle. A segment of a curve of degree d is given by d+1
     consecutive vertices and widths; widths are radii and follow the same basis. All segments of an
     input use one SBT record. */
@@ -566,6 +718,9 @@ typedef struct OptixBuildInputInstanceArray {
         each instance at OPTIX_INSTANCE_BYTE_ALIGNMENT. */
     CUdeviceptr instances;
     unsigned int numInstances;
+#if SUNSTONE_OPTIX_API >= 70600
+    unsigned int instanceStride; /**< from one to the next; multiple of its alignment */
+#endif
 } OptixBuildInputInstanceArray;
 
 /** One input of a build. All inputs of a geometry structure have the same type; an instance
@@ -575,6 +730,9 @@ typedef struct OptixBuildInput {
     union {
         OptixBuildInputTriangleArray triangleArray;
         OptixBuildInputCurveArray curveArray;
+#if SUNSTONE_OPTIX_API >= 70600
+        OptixBuildInputSphereArray sphereArray;
+#endif
         OptixBuildInputCustomPrimitiveArray customPrimitiveArray;
         OptixBuildInputInstanceArray instanceArray;
         char pad[1024]; /**< room for later versions */
@@ -612,10 +770,82 @@ typedef struct OptixAccelEmitDesc {
     OptixAccelPropertyType type;
 } OptixAccelEmitDesc;
 
+#if SUNSTONE_OPTIX_API >= 70600
+/** What a relocation needs to know of a structure or micromap array; opaque. */
+typedef struct OptixRelocationInfo {
+    unsigned long long info[4];
+} OptixRelocationInfo;
+
+/** Where the children of a relocated instance structure are now. */
+typedef struct OptixRelocateInputInstanceArray {
+    unsigned int numInstances;      /**< as in the build, or 0 */
+    CUdeviceptr traversableHandles; /**< device array of as many handles; 0 keeps the old ones */
+} OptixRelocateInputInstanceArray;
+
+/** Where the micromap array of a relocated build input is now. */
+typedef struct OptixRelocateInputOpacityMicromap {
+    CUdeviceptr opacityMicromapArray; /**< 0 keeps the old one */
+} OptixRelocateInputOpacityMicromap;
+
+/** What a relocated triangle build input refers to. */
+typedef struct OptixRelocateInputTriangleArray {
+    unsigned int numSbtRecords; /**< as in the build */
+    OptixRelocateInputOpacityMicromap opacityMicromap;
+} OptixRelocateInputTriangleArray;
+
+/** New places of what one build input refers to; other types than the two have nothing to say. */
+typedef struct OptixRelocateInput {
+    OptixBuildInputType type;
+    union {
+        OptixRelocateInputInstanceArray instanceArray;
+        OptixRelocateInputTriangleArray triangleArray;
+    };
+} OptixRelocateInput;
+
+/** One opacity micromap of an array; lies in device memory at
+    OPTIX_OPACITY_MICROMAP_DESC_BUFFER_BYTE_ALIGNMENT. */
+typedef struct OptixOpacityMicromapDesc {
+    unsigned int byteOffset;         /**< of its first byte in inputBuffer */
+    unsigned short subdivisionLevel; /**< at most OPTIX_OPACITY_MICROMAP_MAX_SUBDIVISION_LEVEL */
+    unsigned short format;           /**< OptixOpacityMicromapFormat */
+} OptixOpacityMicromapDesc;
+
+/** How many micromaps of a kind a build of an array gets; entries of one kind add up. */
+typedef struct OptixOpacityMicromapHistogramEntry {
+    unsigned int count;
+    unsigned int subdivisionLevel;
+    OptixOpacityMicromapFormat format;
+} OptixOpacityMicromapHistogramEntry;
+
+/** The micromaps of an array. */
+typedef struct OptixOpacityMicromapArrayBuildInput {
+    unsigned int flags;                /**< OptixOpacityMicromapFlags */
+    CUdeviceptr inputBuffer;           /**< the maps; ..._ARRAY_BUFFER_BYTE_ALIGNMENT */
+    CUdeviceptr perMicromapDescBuffer; /**< OptixOpacityMicromapDesc, one for each map */
+    unsigned int perMicromapDescStrideInBytes;
+    unsigned int numMicromapHistogramEntries;
+    const OptixOpacityMicromapHistogramEntry* micromapHistogramEntries; /**< on the host */
+} OptixOpacityMicromapArrayBuildInput;
+
+/** What optixOpacityMicromapArrayComputeMemoryUsage returns. */
+typedef struct OptixMicromapBufferSizes {
+    size_t outputSizeInBytes;
+    size_t tempSizeInBytes;
+} OptixMicromapBufferSizes;
+
+/** Buffers of a build of a micromap array. */
+typedef struct OptixMicromapBuffers {
+    CUdeviceptr output; /**< OPTIX_OPACITY_MICROMAP_ARRAY_BUFFER_BYTE_ALIGNMENT */
+    size_t outputSizeInBytes;
+    CUdeviceptr temp;
+    size_t tempSizeInBytes;
+} OptixMicromapBuffers;
+#else
 /** What optixAccelRelocate needs to know of a structure; opaque. */
 typedef struct OptixAccelRelocationInfo {
     unsigned long long info[4];
 } OptixAccelRelocationInfo;
+#endif
 
 /* ---- Transforms (sections 5.21, 5.34, 5.35, 5.37) ---- */
 /* They lie in device memory at OPTIX_TRANSFORM_BYTE_ALIGNMENT and become traversables by
@@ -693,6 +923,11 @@ typedef struct OptixDenoiserGuideLayer {
     OptixImage2D albedo;
     OptixImage2D normal; /**< in camera space for temporal models; else only x and y count */
     OptixImage2D flow;   /**< temporal models: pixels moved since the previous frame */
+#if SUNSTONE_OPTIX_API >= 70600
+    /** Temporal AOV and upscaling models: outputInternalGuideLayer of the previous frame. */
+    OptixImage2D previousOutputInternalGuideLayer;
+    OptixImage2D outputInternalGuideLayer; /**< written; for the next frame */
+#endif
 } OptixDenoiserGuideLayer;
 
 /** One image to denoise. */
@@ -709,6 +944,10 @@ typedef struct OptixDenoiserParams {
     float blendFactor;         /**< 0 denoised, 1 input, linear between */
     CUdeviceptr
         hdrAverageColor; /**< optional, AOV models: three floats of ...ComputeAverageColor */
+#if SUNSTONE_OPTIX_API >= 70600
+    /** Temporal models: 0 in the first frame of a sequence, when there is nothing before it. */
+    unsigned int temporalModeUsePreviousLayers;
+#endif
 } OptixDenoiserParams;
 
 /** What optixDenoiserComputeMemoryResources returns. */
@@ -717,6 +956,11 @@ typedef struct OptixDenoiserSizes {
     size_t withOverlapScratchSizeInBytes;    /**< scratch for tiles */
     size_t withoutOverlapScratchSizeInBytes; /**< scratch for whole images */
     unsigned int overlapWindowSizeInPixels;  /**< what a tile needs on each side */
+#if SUNSTONE_OPTIX_API >= 70600
+    size_t computeAverageColorSizeInBytes; /**< scratch of optixDenoiserComputeAverageColor */
+    size_t computeIntensitySizeInBytes;    /**< scratch of optixDenoiserComputeIntensity */
+    unsigned int internalGuideLayerPixelSizeInBytes; /**< 0 if the model needs no such layer */
+#endif
 } OptixDenoiserSizes;
 
 /* ---- Host: modules, program groups, pipelines (sections 5.11, 5.22 to 5.36) ---- */
@@ -801,6 +1045,9 @@ typedef struct OptixPipelineCompileOptions {
     const char* pipelineLaunchParamsVariableName;
     /** OptixPrimitiveTypeFlags; 0 means custom primitives and triangles. */
     unsigned int usesPrimitiveTypeFlags;
+#if SUNSTONE_OPTIX_API >= 70600
+    int allowOpacityMicromaps; /**< non-zero: rays may meet opacity micromaps */
+#endif
 } OptixPipelineCompileOptions;
 
 /** How to link a pipeline. */

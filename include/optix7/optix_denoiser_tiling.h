@@ -88,6 +88,10 @@ inline unsigned int optixUtilGetPixelStride(const OptixImage2D& image) {
         return 3;
     case OPTIX_PIXEL_FORMAT_UCHAR4:
         return 4;
+#if SUNSTONE_OPTIX_API >= 70600
+    case OPTIX_PIXEL_FORMAT_INTERNAL_GUIDE_LAYER:
+        return 0; /* only the denoiser knows: the field has to say */
+#endif
     }
     return 0;
 }
@@ -153,6 +157,12 @@ inline OptixResult optixUtilDenoiserInvokeTiled(
     };
     std::vector<Tiles> images(numLayers), previous(numLayers);
     Tiles albedo, normal, flow;
+#if SUNSTONE_OPTIX_API >= 70600
+    Tiles internal;
+    if (guideLayer->outputInternalGuideLayer.data != 0)
+        split(guideLayer->previousOutputInternalGuideLayer, guideLayer->outputInternalGuideLayer,
+              internal);
+#endif
     for (unsigned int i = 0; i < numLayers; ++i) {
         split(layers[i].input, layers[i].output, images[i]);
         split(layers[i].previousOutput, layers[i].output, previous[i]);
@@ -178,6 +188,12 @@ inline OptixResult optixUtilDenoiserInvokeTiled(
             tileGuide.normal = normal[t].input;
         if (!flow.empty())
             tileGuide.flow = flow[t].input;
+#if SUNSTONE_OPTIX_API >= 70600
+        if (!internal.empty()) {
+            tileGuide.previousOutputInternalGuideLayer = internal[t].input;
+            tileGuide.outputInternalGuideLayer = internal[t].output;
+        }
+#endif
         result =
             optixDenoiserInvoke(denoiser, stream, params, denoiserState, denoiserStateSizeInBytes,
                                 &tileGuide, tileLayers.data(), numLayers, images[0][t].inputOffsetX,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The table through which applications call the library: one pointer for each host function, in
-// the order of ABI 55. Position is binary interface: clients fill the table through
-// optixQueryFunctionTable and some use it by slot number.
-// Source: OptiX API reference 7.4, sections 3.13, 5.18, 6.10.
+// the order of ABI 55 (7.4) or 68 (7.6). Position is binary interface: clients fill the table
+// through optixQueryFunctionTable and some use it by slot number. Source: OptiX API reference 7.4,
+// sections 3.13, 5.18, 6.10.
 #ifndef SUNSTONE_OPTIX7_OPTIX_FUNCTION_TABLE_H
 #define SUNSTONE_OPTIX7_OPTIX_FUNCTION_TABLE_H
 
@@ -10,6 +10,11 @@
 #define OPTIX_ABI_VERSION 55
 
 #include "optix_host.h"
+
+#if SUNSTONE_OPTIX_API >= 70600
+#undef OPTIX_ABI_VERSION
+#define OPTIX_ABI_VERSION 68
+#endif
 
 #ifdef __cplusplus
 extern "C" {
@@ -103,6 +108,20 @@ typedef struct OptixFunctionTable {
                                    OptixTraversableHandle* outputHandle,
                                    const OptixAccelEmitDesc* emittedProperties,
                                    unsigned int numEmittedProperties);
+#if SUNSTONE_OPTIX_API >= 70600
+    OptixResult (*optixAccelGetRelocationInfo)(OptixDeviceContext context,
+                                               OptixTraversableHandle handle,
+                                               OptixRelocationInfo* info);
+    OptixResult (*optixCheckRelocationCompatibility)(OptixDeviceContext context,
+                                                     const OptixRelocationInfo* info,
+                                                     int* compatible);
+    OptixResult (*optixAccelRelocate)(OptixDeviceContext context, CUstream stream,
+                                      const OptixRelocationInfo* info,
+                                      const OptixRelocateInput* relocateInputs,
+                                      size_t numRelocateInputs, CUdeviceptr targetAccel,
+                                      size_t targetAccelSizeInBytes,
+                                      OptixTraversableHandle* targetHandle);
+#else
     OptixResult (*optixAccelGetRelocationInfo)(OptixDeviceContext context,
                                                OptixTraversableHandle handle,
                                                OptixAccelRelocationInfo* info);
@@ -115,6 +134,7 @@ typedef struct OptixFunctionTable {
                                       size_t numInstanceTraversableHandles, CUdeviceptr targetAccel,
                                       size_t targetAccelSizeInBytes,
                                       OptixTraversableHandle* targetHandle);
+#endif
     OptixResult (*optixAccelCompact)(OptixDeviceContext context, CUstream stream,
                                      OptixTraversableHandle inputHandle, CUdeviceptr outputBuffer,
                                      size_t outputBufferSizeInBytes,
@@ -122,6 +142,22 @@ typedef struct OptixFunctionTable {
     OptixResult (*optixConvertPointerToTraversableHandle)(
         OptixDeviceContext onDevice, CUdeviceptr pointer, OptixTraversableType traversableType,
         OptixTraversableHandle* traversableHandle);
+#if SUNSTONE_OPTIX_API >= 70600
+    /* ABI 68: slots 31 to 34; the numbers below grow by 4 */
+    OptixResult (*optixOpacityMicromapArrayComputeMemoryUsage)(
+        OptixDeviceContext context, const OptixOpacityMicromapArrayBuildInput* buildInput,
+        OptixMicromapBufferSizes* bufferSizes);
+    OptixResult (*optixOpacityMicromapArrayBuild)(
+        OptixDeviceContext context, CUstream stream,
+        const OptixOpacityMicromapArrayBuildInput* buildInput, const OptixMicromapBuffers* buffers);
+    OptixResult (*optixOpacityMicromapArrayGetRelocationInfo)(OptixDeviceContext context,
+                                                              CUdeviceptr opacityMicromapArray,
+                                                              OptixRelocationInfo* info);
+    OptixResult (*optixOpacityMicromapArrayRelocate)(OptixDeviceContext context, CUstream stream,
+                                                     const OptixRelocationInfo* info,
+                                                     CUdeviceptr targetOpacityMicromapArray,
+                                                     size_t targetOpacityMicromapArraySizeInBytes);
+#endif
     void (*reserved1)(void); /**< never null, does nothing */
     void (*reserved2)(void); /**< never null, does nothing */
 

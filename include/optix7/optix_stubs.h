@@ -380,6 +380,29 @@ OPTIX_STUB_INLINE OptixResult optixAccelBuild(
                      emittedProperties, numEmittedProperties));
 }
 
+#if SUNSTONE_OPTIX_API >= 70600
+OPTIX_STUB_INLINE OptixResult optixAccelGetRelocationInfo(OptixDeviceContext context,
+                                                          OptixTraversableHandle handle,
+                                                          OptixRelocationInfo* info) {
+    OPTIX_STUB_CALL(optixAccelGetRelocationInfo, (context, handle, info));
+}
+
+OPTIX_STUB_INLINE OptixResult optixCheckRelocationCompatibility(OptixDeviceContext context,
+                                                                const OptixRelocationInfo* info,
+                                                                int* compatible) {
+    OPTIX_STUB_CALL(optixCheckRelocationCompatibility, (context, info, compatible));
+}
+
+OPTIX_STUB_INLINE OptixResult optixAccelRelocate(OptixDeviceContext context, CUstream stream,
+                                                 const OptixRelocationInfo* info,
+                                                 const OptixRelocateInput* relocateInputs,
+                                                 size_t numRelocateInputs, CUdeviceptr targetAccel,
+                                                 size_t targetAccelSizeInBytes,
+                                                 OptixTraversableHandle* targetHandle) {
+    OPTIX_STUB_CALL(optixAccelRelocate, (context, stream, info, relocateInputs, numRelocateInputs,
+                                         targetAccel, targetAccelSizeInBytes, targetHandle));
+}
+#else
 OPTIX_STUB_INLINE OptixResult optixAccelGetRelocationInfo(OptixDeviceContext context,
                                                           OptixTraversableHandle handle,
                                                           OptixAccelRelocationInfo* info) {
@@ -399,6 +422,7 @@ OPTIX_STUB_INLINE OptixResult optixAccelRelocate(
                                          numInstanceTraversableHandles, targetAccel,
                                          targetAccelSizeInBytes, targetHandle));
 }
+#endif
 
 OPTIX_STUB_INLINE OptixResult optixAccelCompact(OptixDeviceContext context, CUstream stream,
                                                 OptixTraversableHandle inputHandle,
@@ -415,6 +439,37 @@ OPTIX_STUB_INLINE OptixResult optixConvertPointerToTraversableHandle(
     OPTIX_STUB_CALL(optixConvertPointerToTraversableHandle,
                     (onDevice, pointer, traversableType, traversableHandle));
 }
+
+#if SUNSTONE_OPTIX_API >= 70600
+/* Opacity micromaps */
+
+OPTIX_STUB_INLINE OptixResult optixOpacityMicromapArrayComputeMemoryUsage(
+    OptixDeviceContext context, const OptixOpacityMicromapArrayBuildInput* buildInput,
+    OptixMicromapBufferSizes* bufferSizes) {
+    OPTIX_STUB_CALL(optixOpacityMicromapArrayComputeMemoryUsage,
+                    (context, buildInput, bufferSizes));
+}
+
+OPTIX_STUB_INLINE OptixResult optixOpacityMicromapArrayBuild(
+    OptixDeviceContext context, CUstream stream,
+    const OptixOpacityMicromapArrayBuildInput* buildInput, const OptixMicromapBuffers* buffers) {
+    OPTIX_STUB_CALL(optixOpacityMicromapArrayBuild, (context, stream, buildInput, buffers));
+}
+
+OPTIX_STUB_INLINE OptixResult optixOpacityMicromapArrayGetRelocationInfo(
+    OptixDeviceContext context, CUdeviceptr opacityMicromapArray, OptixRelocationInfo* info) {
+    OPTIX_STUB_CALL(optixOpacityMicromapArrayGetRelocationInfo,
+                    (context, opacityMicromapArray, info));
+}
+
+OPTIX_STUB_INLINE OptixResult optixOpacityMicromapArrayRelocate(
+    OptixDeviceContext context, CUstream stream, const OptixRelocationInfo* info,
+    CUdeviceptr targetOpacityMicromapArray, size_t targetOpacityMicromapArraySizeInBytes) {
+    OPTIX_STUB_CALL(
+        optixOpacityMicromapArrayRelocate,
+        (context, stream, info, targetOpacityMicromapArray, targetOpacityMicromapArraySizeInBytes));
+}
+#endif
 
 /* Launch */
 

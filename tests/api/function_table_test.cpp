@@ -73,7 +73,7 @@ TEST_F(FunctionTable, RejectsBadArguments) {
 
 TEST_F(FunctionTable, RejectsOtherAbis) {
     void* table[64] = {};
-    for (int abi : {0, 1, -1, 22, 36, 41, 47, 54, 56, 60, 68, 84, 118, 0x7FFFFFFF})
+    for (int abi : {0, 1, -1, 21, 23, 22 + 256, 54, 56, 61, 67, 69, 84, 118, 0x7FFFFFFF})
         EXPECT_EQ(OPTIX_ERROR_UNSUPPORTED_ABI_VERSION,
                   query_(abi, 0, nullptr, nullptr, table, kSlots * sizeof(void*)))
             << abi;

@@ -5,7 +5,7 @@
 //
 // A row is: function (with /overload where they differ), intrinsic, results, operands, constants.
 // Types: r 32-bit, l 64-bit, f float, one letter each, "-" for none. Constants: position=value,...
-// Usage: check_calls TABLE PTX
+// Usage: check_calls TABLE... PTX
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
@@ -115,9 +115,10 @@ std::map<std::string, std::string> kernelsOf(const std::string& ptx) {
     return kernels;
 }
 
-std::map<std::string, std::vector<Call>> readTable(const char* path) {
+using Table = std::map<std::string, std::vector<Call>>;
+
+void readTable(const char* path, Table& table) {
     std::istringstream text(readFile(path));
-    std::map<std::string, std::vector<Call>> table;
     for (std::string function, intrinsic, results, operands, constants;
          text >> function >> intrinsic >> results >> operands >> constants;) {
         Call call{intrinsic, results == "-" ? "" : results, operands == "-" ? "" : operands, {}};
@@ -125,7 +126,6 @@ std::map<std::string, std::vector<Call>> readTable(const char* path) {
             call.constants[std::stoi(pair)] = pair.substr(pair.find('=') + 1);
         table[function].push_back(call);
     }
-    return table;
 }
 
 void compare(const std::string& kernel, const Call& expected, const Call& call) {
@@ -161,12 +161,16 @@ void checkKernel(const std::string& kernel, const std::vector<Call>& expected,
 } // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 3) {
-        std::cerr << "usage: check_calls TABLE PTX\n";
+    if (argc < 3) {
+        std::cerr << "usage: check_calls TABLE... PTX\n";
         return 2;
     }
-    const auto table = readTable(argv[1]);
-    const std::string ptx = readFile(argv[2]);
+    Table table;
+    for (int i = 1; i < argc - 1; ++i)
+        readTable(argv[i], table);
+    if (table.size() < 235)
+        error("rows of the table are missing");
+    const std::string ptx = readFile(argv[argc - 1]);
     std::set<std::string> used;
     int checked = 0;
     for (const auto& [kernel, text] : kernelsOf(ptx)) {
@@ -189,5 +193,5 @@ int main(int argc, char** argv) {
         if (!used.count(function))
             error("no kernel for " + function);
     std::cout << checked << " kernels checked, " << gErrors << " errors\n";
-    return gErrors == 0 && checked == 235 ? 0 : 1;
+    return gErrors == 0 && checked >= int(table.size()) ? 0 : 1;
 }

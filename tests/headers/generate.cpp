@@ -4,7 +4,10 @@
 // device_calls.inc (one kernel for each device function, whose PTX check_calls.cpp examines).
 //
 // A row is: kind, symbol, number (value, size, offset or slot), type or signature.
-// Usage: generate TABLE OUTPUT_FOLDER. Fails if a kind is unknown or rows of a kind are missing.
+// Usage: generate TABLE OUTPUT_FOLDER [CHANGES]. Fails if a kind is unknown or rows of a kind are
+// missing. CHANGES (optix76_changes.tsv) makes the table of a later version: a row replaces that of
+// the same kind and symbol, or is new; one that begins with "-" takes a symbol away.
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
@@ -16,30 +19,37 @@ namespace {
 
 using Row = std::vector<std::string>;
 
+using Counts = std::map<std::string, int>;
+
 // How many rows of each kind the API has; a table that lost some must not pass.
-const std::map<std::string, int> kExpected = {{"enum", 33},
-                                              {"enumerator", 214},
-                                              {"struct", 36},
-                                              {"field", 191},
-                                              {"utility struct", 1},
-                                              {"utility field", 4},
-                                              {"device struct", 2},
-                                              {"device field", 9},
-                                              {"typedef", 11},
-                                              {"macro", 11},
-                                              {"host macro", 1},
-                                              {"device macro", 2},
-                                              {"transient macro", 4},
-                                              {"windows macro", 1},
-                                              {"windows function", 2},
-                                              {"host function", 41},
-                                              {"table", 1},
-                                              {"table slot", 43},
-                                              {"variable", 1},
-                                              {"utility function", 11},
-                                              {"device function", 233},
-                                              {"device template", 2},
-                                              {"device helper", 25}};
+const Counts kExpected74 = {{"enum", 33},
+                            {"enumerator", 214},
+                            {"struct", 36},
+                            {"field", 191},
+                            {"utility struct", 1},
+                            {"utility field", 4},
+                            {"device struct", 2},
+                            {"device field", 9},
+                            {"typedef", 11},
+                            {"macro", 11},
+                            {"host macro", 1},
+                            {"device macro", 2},
+                            {"transient macro", 4},
+                            {"windows macro", 1},
+                            {"windows function", 2},
+                            {"host function", 41},
+                            {"table", 1},
+                            {"table slot", 43},
+                            {"variable", 1},
+                            {"utility function", 11},
+                            {"device function", 233},
+                            {"device template", 2},
+                            {"device helper", 25}};
+
+// What 7.6 has more or less.
+const Counts kMoreIn76 = {{"enum", 4},       {"enumerator", 25},    {"struct", 12},
+                          {"field", 59},     {"macro", 11},         {"host function", 4},
+                          {"table slot", 4}, {"device function", 1}};
 
 [[noreturn]] void fail(const std::string& text) {
     std::cerr << "generate: " << text << "\n";
@@ -57,21 +67,49 @@ std::vector<std::string> split(const std::string& text, char separator) {
     return parts;
 }
 
-std::vector<Row> readTable(const char* path) {
+std::vector<Row> readRows(const char* path) {
     std::ifstream file(path);
     if (!file)
         fail(std::string("cannot read ") + path);
     std::vector<Row> rows;
-    std::map<std::string, int> counts;
     for (std::string line; std::getline(file, line);) {
         rows.push_back(split(line, '\t'));
-        if (rows.back().size() != 4)
-            fail("row without four columns: " + line);
-        ++counts[rows.back()[0]];
+        if (rows.back().size() != (rows.back()[0] == "-" ? 3 : 4))
+            fail("row with a wrong number of columns: " + line);
     }
-    if (counts != kExpected) {
+    return rows;
+}
+
+void change(std::vector<Row>& rows, const Row& change) {
+    const bool removes = change[0] == "-";
+    const std::string& kind = change[removes ? 1 : 0];
+    const std::string& name = change[removes ? 2 : 1];
+    const auto found = std::find_if(
+        rows.begin(), rows.end(), [&](const Row& row) { return row[0] == kind && row[1] == name; });
+    if (removes && found == rows.end())
+        fail("nothing to take away: " + name);
+    if (removes)
+        rows.erase(found);
+    else if (found != rows.end())
+        *found = change;
+    else
+        rows.push_back(change);
+}
+
+std::vector<Row> readTable(const char* path, const char* changes) {
+    std::vector<Row> rows = readRows(path);
+    Counts expected = kExpected74, counts;
+    if (changes) {
+        for (const Row& row : readRows(changes))
+            change(rows, row);
+        for (const auto& [kind, more] : kMoreIn76)
+            expected[kind] += more;
+    }
+    for (const Row& row : rows)
+        ++counts[row[0]];
+    if (counts != expected) {
         for (const auto& [kind, count] : counts)
-            if (!kExpected.count(kind) || kExpected.at(kind) != count)
+            if (!expected.count(kind) || expected.at(kind) != count)
                 std::cerr << kind << ": " << count << " rows\n";
         fail("rows are missing, doubled or of an unknown kind");
     }
@@ -224,14 +262,14 @@ void write(const std::string& path, const std::string& text) {
 } // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 3)
-        fail("usage: generate TABLE OUTPUT_FOLDER");
-    const std::string head = "// Generated from optix7_symbols.tsv; do not edit.\n";
-    std::string host = head, c = "/* Generated from optix7_symbols.tsv; do not edit. */\n";
+    if (argc != 3 && argc != 4)
+        fail("usage: generate TABLE OUTPUT_FOLDER [CHANGES]");
+    const std::string head = "// Generated by generate.cpp; do not edit.\n";
+    std::string host = head, c = "/* Generated by generate.cpp; do not edit. */\n";
     std::string device = head, calls = head, uses;
     std::map<std::string, int> overloads;
     int index = 0;
-    for (const Row& row : readTable(argv[1])) {
+    for (const Row& row : readTable(argv[1], argc == 4 ? argv[3] : nullptr)) {
         host += hostCheck(row);
         c += cCheck(row, index++);
         if (row[0] != "utility struct" && row[0] != "utility field" && row[0] != "table")

@@ -15,6 +15,7 @@ set(stage ${WORK}/stage)
 file(REMOVE_RECURSE ${WORK})
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${stage} --component sdk)
 foreach(file IN ITEMS optix7/include/optix.h optix7/include/internal/optix_7_device_impl.h
+        optix7.6/include/optix.h optix7.6/include/internal/optix_7_device_impl.h
         include/sunstone/cuda/cuda.h lib/cmake/OptiX/OptiXConfig.cmake
         lib/cmake/OptiX/OptiXConfigVersion.cmake)
     if(NOT EXISTS ${stage}/${file})

@@ -413,6 +413,18 @@ static __forceinline__ __device__ void optixGetCatmullRomVertexData(OptixTravers
         :);
 }
 
+#if SUNSTONE_OPTIX_API >= 70600
+static __forceinline__ __device__ void optixGetSphereData(OptixTraversableHandle gas,
+                                                          unsigned int primIdx,
+                                                          unsigned int sbtGASIndex, float time,
+                                                          float4 data[1]) {
+    asm("call (%0, %1, %2, %3), _optix_get_sphere_data, (%4, %5, %6, %7);"
+        : "=f"(data[0].x), "=f"(data[0].y), "=f"(data[0].z), "=f"(data[0].w)
+        : "l"(gas), "r"(primIdx), "r"(sbtGASIndex), "f"(time)
+        :);
+}
+#endif
+
 OPTIX_IMPL_GETTER(OptixTraversableHandle, "=l", optixGetGASTraversableHandle,
                   "_optix_get_gas_traversable_handle")
 OPTIX_IMPL_FROM_HANDLE(float, "=f", optixGetGASMotionTimeBegin, "_optix_get_gas_motion_time_begin")

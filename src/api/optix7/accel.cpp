@@ -65,12 +65,12 @@ std::vector<engine::AccelEmit> checkEmits(device::Device& device, const OptixAcc
 
 OptixResult accelComputeMemoryUsage(OptixDeviceContext context,
                                     const OptixAccelBuildOptions* accelOptions,
-                                    const OptixBuildInput* buildInputs, unsigned numBuildInputs,
+                                    BuildInputs buildInputs, unsigned numBuildInputs,
                                     OptixAccelBufferSizes* bufferSizes) {
     std::shared_ptr<DeviceContext> owner = peek(context);
     return guarded(owner, "optixAccelComputeMemoryUsage", [&] {
         contextOf(context);
-        bvh::BuildOptions options = checkBuildOptions(accelOptions);
+        bvh::BuildOptions options = checkBuildOptions(accelOptions, buildInputs.abi());
         auto inputs = checkBuildInputs(buildInputs, numBuildInputs, InputCheck::kShape,
                                        *owner->engine->device);
         requireNonNull(bufferSizes, "bufferSizes");
@@ -83,16 +83,16 @@ OptixResult accelComputeMemoryUsage(OptixDeviceContext context,
 
 OptixResult accelBuild(OptixDeviceContext context, CUstream stream,
                        const OptixAccelBuildOptions* accelOptions,
-                       const OptixBuildInput* buildInputs, unsigned numBuildInputs,
-                       CUdeviceptr tempBuffer, size_t tempBufferSize, CUdeviceptr outputBuffer,
-                       size_t outputBufferSize, OptixTraversableHandle* outputHandle,
+                       BuildInputs buildInputs, unsigned numBuildInputs, CUdeviceptr tempBuffer,
+                       size_t tempBufferSize, CUdeviceptr outputBuffer, size_t outputBufferSize,
+                       OptixTraversableHandle* outputHandle,
                        const OptixAccelEmitDesc* emittedProperties, unsigned numEmitted) {
     std::shared_ptr<DeviceContext> owner = peek(context);
     return guarded(owner, "optixAccelBuild", [&] {
         contextOf(context);
         device::Device& device = *owner->engine->device;
         engine::AccelBuild request;
-        request.options = checkBuildOptions(accelOptions);
+        request.options = checkBuildOptions(accelOptions, buildInputs.abi());
         request.update = accelOptions->operation == OPTIX_BUILD_OPERATION_UPDATE;
         if (request.update && !request.options.allowUpdate)
             fail(Code::kInvalidValue, "accelOptions->operation is UPDATE, but buildFlags lacks "

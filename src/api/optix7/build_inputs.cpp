@@ -35,8 +35,8 @@ FormatSize indexFormatSize(OptixIndicesFormat format, const std::string& where) 
 // Checks one kind of build input after another into an AccelInputs.
 class Checker {
 public:
-    Checker(InputCheck check, device::Device& device, engine::AccelInputs& out)
-        : buffers_(check == InputCheck::kBuffers), device_(device), out_(out) {}
+    Checker(InputCheck check, Abi abi, device::Device& device, engine::AccelInputs& out)
+        : buffers_(check == InputCheck::kBuffers), abi_(abi), device_(device), out_(out) {}
 
     void triangles(const OptixBuildInputTriangleArray& in, const std::string& where) {
         bvh::TriangleInput t;
@@ -108,9 +108,12 @@ public:
     void instances(const OptixBuildInputInstanceArray& in, bool pointers, const std::string& where) {
         auto i = std::make_unique<bvh::InstanceInput>();
         i->numInstances = in.numInstances;
-        if (in.numInstances > Limits::kInstancesPerIas)
+        if (in.numInstances > Limits::instancesPerIas(abi_))
             fail(Code::kInvalidValue, where, "numInstances = ", in.numInstances, " is above ",
-                 Limits::kInstancesPerIas);
+                 Limits::instancesPerIas(abi_));
+        if (in.instanceStride != 0)
+            fail(Code::kNotSupported, where, "instanceStride = ", in.instanceStride,
+                 ": only dense instances are available yet");
         if (buffers_ && in.numInstances != 0) {
             FormatSize format = pointers
                                     ? FormatSize{8, 8}
@@ -203,12 +206,15 @@ private:
                  Limits::kSbtRecordsPerGas);
         if (!flags)
             fail(Code::kInvalidValue, where, "flags is null");
-        constexpr unsigned kKnown = OPTIX_GEOMETRY_FLAG_DISABLE_ANYHIT |
-                                    OPTIX_GEOMETRY_FLAG_REQUIRE_SINGLE_ANYHIT_CALL;
-        for (unsigned i = 0; i < numRecords; ++i)
-            if (flags[i] & ~kKnown)
+        const unsigned known = knownGeometryFlags(abi_);
+        for (unsigned i = 0; i < numRecords; ++i) {
+            if (flags[i] & ~known)
                 fail(Code::kInvalidValue, where, "flags[", i, "] = ", flags[i],
                      " has unknown bits");
+            if (flags[i] & OPTIX_GEOMETRY_FLAG_DISABLE_TRIANGLE_FACE_CULLING)
+                fail(Code::kNotSupported, where, "flags[", i, "] = ", flags[i],
+                     ": DISABLE_TRIANGLE_FACE_CULLING is not available yet");
+        }
         if (offsetSize != 0 && offsetSize != 1 && offsetSize != 2 && offsetSize != 4)
             fail(Code::kInvalidValue, where, "sbtIndexOffsetSizeInBytes = ", offsetSize,
                  " is not 0, 1, 2 or 4");
@@ -233,17 +239,17 @@ private:
     }
 
     bool buffers_;
+    Abi abi_;
     device::Device& device_;
     engine::AccelInputs& out_;
 };
 
 } // namespace
 
-bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options) {
+bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, Abi abi) {
     requireNonNull(options, "accelOptions");
     unsigned flags = options->buildFlags;
-    constexpr unsigned kKnown = 63;
-    if (flags & ~kKnown)
+    if (flags & ~knownBuildFlags(abi))
         fail(Code::kInvalidValue, "accelOptions->buildFlags = ", flags, " has unknown bits");
     if ((flags & OPTIX_BUILD_FLAG_PREFER_FAST_TRACE) && (flags & OPTIX_BUILD_FLAG_PREFER_FAST_BUILD))
         fail(Code::kInvalidValue, "accelOptions->buildFlags = ", flags,
@@ -265,17 +271,21 @@ bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options) {
     return out;
 }
 
-std::shared_ptr<engine::AccelInputs> checkBuildInputs(const OptixBuildInput* inputs, unsigned count,
+std::shared_ptr<engine::AccelInputs> checkBuildInputs(const BuildInputs& inputs, unsigned count,
                                                       InputCheck check, device::Device& device) {
-    requireNonNull(inputs, "buildInputs");
+    if (!inputs)
+        fail(Code::kInvalidValue, "buildInputs is null");
     if (count == 0)
         fail(Code::kInvalidValue, "numBuildInputs is 0");
     auto out = std::make_shared<engine::AccelInputs>();
-    Checker checker(check, device, *out);
+    Checker checker(check, inputs.abi(), device, *out);
     uint64_t total = 0;
     for (unsigned i = 0; i < count; ++i) {
-        const OptixBuildInput& input = inputs[i];
+        const OptixBuildInput input = inputs[i];
         std::string where = message("buildInputs[", i, "].");
+        if (!inputs.hasType(input.type))
+            fail(Code::kInvalidValue, where, "type = ", unsigned(input.type),
+                 " is unknown in OptiX ", releaseOf(inputs.abi()));
         if (input.type != inputs[0].type)
             fail(Code::kInvalidValue, where, "type = ", unsigned(input.type),
                  " differs from that of buildInputs[0]; all must be of one type");
@@ -298,6 +308,8 @@ std::shared_ptr<engine::AccelInputs> checkBuildInputs(const OptixBuildInput* inp
             break;
         case OPTIX_BUILD_INPUT_TYPE_CURVES:
             fail(Code::kNotSupported, where, "type is CURVES: curves are not available yet");
+        case OPTIX_BUILD_INPUT_TYPE_SPHERES:
+            fail(Code::kNotSupported, where, "type is SPHERES: spheres are not available yet");
         default:
             fail(Code::kInvalidValue, where, "type = ", unsigned(input.type), " is unknown");
         }

@@ -2,6 +2,7 @@
 // Build inputs of the API, checked and translated (OptiX 7.4, sections 5.3, 5.6, 5.8 to 5.10).
 #pragma once
 
+#include "api/optix7/client_structs.h"
 #include "api/optix7/shell.h"
 #include "engine/accel.h"
 
@@ -11,10 +12,10 @@ namespace sunstone::optix7 {
 enum class InputCheck { kShape, kBuffers };
 
 // Checks the options; throws an Error naming the field.
-bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options);
+bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, Abi abi);
 
 // Checks and copies `count` build inputs; throws an Error naming input and field.
-std::shared_ptr<engine::AccelInputs> checkBuildInputs(const OptixBuildInput* inputs, unsigned count,
+std::shared_ptr<engine::AccelInputs> checkBuildInputs(const BuildInputs& inputs, unsigned count,
                                                       InputCheck check, device::Device& device);
 
 } // namespace sunstone::optix7

@@ -53,25 +53,26 @@ void* resolveCudaContext(void* fromContext) {
     return fromContext;
 }
 
-struct Property {
-    OptixDeviceProperty id;
-    unsigned value;
-};
-constexpr Property kProperties[] = {
-    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_TRACE_DEPTH, Limits::kTraceDepth},
-    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_TRAVERSABLE_GRAPH_DEPTH, Limits::kGraphDepth},
-    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_PRIMITIVES_PER_GAS, Limits::kPrimitivesPerGas},
-    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_INSTANCES_PER_IAS, Limits::kInstancesPerIas},
-    {OPTIX_DEVICE_PROPERTY_RTCORE_VERSION, 0},
-    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_INSTANCE_ID, Limits::kInstanceId},
-    {OPTIX_DEVICE_PROPERTY_LIMIT_NUM_BITS_INSTANCE_VISIBILITY_MASK, Limits::kVisibilityMaskBits},
-    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_SBT_RECORDS_PER_GAS, Limits::kSbtRecordsPerGas},
-    {OPTIX_DEVICE_PROPERTY_LIMIT_MAX_SBT_OFFSET, Limits::kSbtOffset},
-};
+unsigned propertyOf(Abi abi, OptixDeviceProperty property) {
+    switch (property) {
+    case OPTIX_DEVICE_PROPERTY_LIMIT_MAX_TRACE_DEPTH: return Limits::kTraceDepth;
+    case OPTIX_DEVICE_PROPERTY_LIMIT_MAX_TRAVERSABLE_GRAPH_DEPTH: return Limits::kGraphDepth;
+    case OPTIX_DEVICE_PROPERTY_LIMIT_MAX_PRIMITIVES_PER_GAS: return Limits::kPrimitivesPerGas;
+    case OPTIX_DEVICE_PROPERTY_LIMIT_MAX_INSTANCES_PER_IAS: return Limits::instancesPerIas(abi);
+    case OPTIX_DEVICE_PROPERTY_RTCORE_VERSION: return 0;
+    case OPTIX_DEVICE_PROPERTY_LIMIT_MAX_INSTANCE_ID: return Limits::instanceId(abi);
+    case OPTIX_DEVICE_PROPERTY_LIMIT_NUM_BITS_INSTANCE_VISIBILITY_MASK:
+        return Limits::kVisibilityMaskBits;
+    case OPTIX_DEVICE_PROPERTY_LIMIT_MAX_SBT_RECORDS_PER_GAS: return Limits::kSbtRecordsPerGas;
+    case OPTIX_DEVICE_PROPERTY_LIMIT_MAX_SBT_OFFSET: return Limits::sbtOffset(abi);
+    }
+    fail(Code::kInvalidValue, "property = ", unsigned(property), " is unknown");
+}
 
 } // namespace
 
-OptixResult deviceContextCreate(CUcontext fromContext, const OptixDeviceContextOptions* options,
+OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
+                                const OptixDeviceContextOptions* options,
                                 OptixDeviceContext* context) {
     return guarded(nullptr, "optixDeviceContextCreate", [&] {
         requireNonNull(context, "context");
@@ -82,6 +83,7 @@ OptixResult deviceContextCreate(CUcontext fromContext, const OptixDeviceContextO
             fail(Code::kInvalidValue, "options->validationMode = ", unsigned(given.validationMode),
                  " is neither OFF nor ALL");
         auto object = std::make_shared<DeviceContext>();
+        object->abi = abi;
         object->setCallback(given.logCallbackFunction, given.logCallbackData,
                             unsigned(std::max(0, given.logCallbackLevel)));
         object->validation = given.validationMode == OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_ALL;
@@ -130,12 +132,8 @@ OptixResult deviceContextGetProperty(OptixDeviceContext context, OptixDeviceProp
         if (sizeInBytes != sizeof(unsigned))
             fail(Code::kInvalidValue, "sizeInBytes = ", sizeInBytes, ", but every property is an "
                  "unsigned int of 4 bytes");
-        for (const Property& entry : kProperties)
-            if (entry.id == property) {
-                std::memcpy(value, &entry.value, sizeof(unsigned));
-                return;
-            }
-        fail(Code::kInvalidValue, "property = ", unsigned(property), " is unknown");
+        const unsigned found = propertyOf(contextOf(context)->abi, property);
+        std::memcpy(value, &found, sizeof(unsigned));
     });
 }
 

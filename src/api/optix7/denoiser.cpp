@@ -46,6 +46,10 @@ denoise::Kind checkKind(OptixDenoiserModelKind kind) {
         return denoise::Kind::kTemporal;
     case OPTIX_DENOISER_MODEL_KIND_TEMPORAL_AOV:
         return denoise::Kind::kTemporalLayers;
+    case OPTIX_DENOISER_MODEL_KIND_UPSCALE2X:
+    case OPTIX_DENOISER_MODEL_KIND_TEMPORAL_UPSCALE2X:
+        fail(Code::kNotSupported, "modelKind = ", unsigned(kind),
+             ": upscaling denoisers are not available");
     }
     fail(Code::kInvalidValue, "modelKind = ", unsigned(kind), " is unknown");
 }
@@ -102,6 +106,9 @@ denoise::Format checkFormat(const std::string& name, OptixPixelFormat format) {
         return denoise::Format::kByte3;
     case OPTIX_PIXEL_FORMAT_UCHAR4:
         return denoise::Format::kByte4;
+    case OPTIX_PIXEL_FORMAT_INTERNAL_GUIDE_LAYER:
+        fail(Code::kInvalidValue, name, ".format is INTERNAL_GUIDE_LAYER, which is for internal "
+             "guide layers only");
     }
     fail(Code::kInvalidValue, name, ".format = ", unsigned(format), " is unknown");
 }
@@ -267,16 +274,23 @@ DenoiserObject::Setup setupOf(DenoiserObject& denoiser, CUdeviceptr state) {
     return found->second;
 }
 
+// Scratch memory of the statistics functions: words, and words for each pixel. The formulas are in
+// the 7.4 manual; from 7.5 on clients ask for the sizes.
+struct ScratchWords {
+    size_t fixed, perPixel;
+    size_t bytes(size_t pixels) const { return sizeof(int) * (fixed + perPixel * pixels); }
+};
+constexpr ScratchWords kIntensityScratch{2, 1};
+constexpr ScratchWords kAverageColorScratch{3, 3};
+
 // What both statistics functions check.
 denoise::Image checkStatistics(DenoiserObject& denoiser, const OptixImage2D* inputImage,
-                               CUdeviceptr scratch, size_t scratchSize, size_t header,
-                               size_t perPixel) {
+                               CUdeviceptr scratch, size_t scratchSize, ScratchWords needed) {
     requireNonNull(inputImage, "inputImage");
     device::Device& device = *denoiser.context->engine->device;
     denoise::Image image = checkImage(device, "inputImage", *inputImage, kStatisticsRule);
-    size_t pixels = size_t(image.width) * image.height;
     checkMemory(device, "scratch", scratch, scratchSize,
-                sizeof(int) * (header + perPixel * pixels));
+                needed.bytes(size_t(image.width) * image.height));
     return image;
 }
 
@@ -338,6 +352,10 @@ OptixResult denoiserComputeMemoryResources(const OptixDenoiser denoiser, unsigne
         returnSizes->withoutOverlapScratchSizeInBytes =
             filter.scratchSize(outputWidth, outputHeight);
         returnSizes->overlapWindowSizeInPixels = overlap;
+        const size_t pixels = size_t(outputWidth + 2 * overlap) * (outputHeight + 2 * overlap);
+        returnSizes->computeAverageColorSizeInBytes = kAverageColorScratch.bytes(pixels);
+        returnSizes->computeIntensitySizeInBytes = kIntensityScratch.bytes(pixels);
+        returnSizes->internalGuideLayerPixelSizeInBytes = 0; // what is remembered is the output
     });
 }
 
@@ -400,7 +418,7 @@ OptixResult denoiserComputeIntensity(OptixDenoiser denoiser, CUstream stream,
     return guarded(peek(denoiser), "optixDenoiserComputeIntensity", [&] {
         std::shared_ptr<DenoiserObject> object = denoiserOf(denoiser);
         denoise::Image image =
-            checkStatistics(*object, inputImage, scratch, scratchSizeInBytes, 2, 1);
+            checkStatistics(*object, inputImage, scratch, scratchSizeInBytes, kIntensityScratch);
         device::Device& device = *object->context->engine->device;
         checkFloats(device, "outputIntensity", outputIntensity, 1);
         engine::computeIntensity(object->context->engine, stream, image,
@@ -415,7 +433,7 @@ OptixResult denoiserComputeAverageColor(OptixDenoiser denoiser, CUstream stream,
     return guarded(peek(denoiser), "optixDenoiserComputeAverageColor", [&] {
         std::shared_ptr<DenoiserObject> object = denoiserOf(denoiser);
         denoise::Image image =
-            checkStatistics(*object, inputImage, scratch, scratchSizeInBytes, 3, 3);
+            checkStatistics(*object, inputImage, scratch, scratchSizeInBytes, kAverageColorScratch);
         device::Device& device = *object->context->engine->device;
         checkFloats(device, "outputAverageColor", outputAverageColor, 3);
         engine::computeAverageColor(object->context->engine, stream, image,

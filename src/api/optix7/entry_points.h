@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions behind the function table, by file. Signatures are those of the OptiX 7.4 API.
+// The functions behind the function tables, by file. Signatures are those of the OptiX 7.6 API, but
+// for build inputs and the leading ABI of some; adapter.h makes those of the tables from them.
 #pragma once
+
+#include "api/optix7/client_structs.h"
 
 #include "optix.h"
 
 namespace sunstone::optix7 {
 
 // context.cpp
-OptixResult deviceContextCreate(CUcontext, const OptixDeviceContextOptions*, OptixDeviceContext*);
+OptixResult deviceContextCreate(Abi, CUcontext, const OptixDeviceContextOptions*,
+                                OptixDeviceContext*);
 OptixResult deviceContextDestroy(OptixDeviceContext);
 OptixResult deviceContextGetProperty(OptixDeviceContext, OptixDeviceProperty, void*, size_t);
 OptixResult deviceContextSetLogCallback(OptixDeviceContext, OptixLogCallback, void*, unsigned);
@@ -36,20 +40,24 @@ OptixResult launch(OptixPipeline, CUstream, CUdeviceptr, size_t, const OptixShad
 
 // accel.cpp
 OptixResult accelComputeMemoryUsage(OptixDeviceContext, const OptixAccelBuildOptions*,
-                                    const OptixBuildInput*, unsigned, OptixAccelBufferSizes*);
-OptixResult accelBuild(OptixDeviceContext, CUstream, const OptixAccelBuildOptions*,
-                       const OptixBuildInput*, unsigned, CUdeviceptr, size_t, CUdeviceptr, size_t,
-                       OptixTraversableHandle*, const OptixAccelEmitDesc*, unsigned);
+                                    BuildInputs, unsigned, OptixAccelBufferSizes*);
+OptixResult accelBuild(OptixDeviceContext, CUstream, const OptixAccelBuildOptions*, BuildInputs,
+                       unsigned, CUdeviceptr, size_t, CUdeviceptr, size_t, OptixTraversableHandle*,
+                       const OptixAccelEmitDesc*, unsigned);
 OptixResult accelCompact(OptixDeviceContext, CUstream, OptixTraversableHandle, CUdeviceptr, size_t,
                          OptixTraversableHandle*);
 
 // relocation.cpp
 OptixResult accelGetRelocationInfo(OptixDeviceContext, OptixTraversableHandle,
-                                   OptixAccelRelocationInfo*);
-OptixResult accelCheckRelocationCompatibility(OptixDeviceContext, const OptixAccelRelocationInfo*,
-                                              int*);
-OptixResult accelRelocate(OptixDeviceContext, CUstream, const OptixAccelRelocationInfo*,
-                          CUdeviceptr, size_t, CUdeviceptr, size_t, OptixTraversableHandle*);
+                                   OptixRelocationInfo*);
+OptixResult checkRelocationCompatibility(OptixDeviceContext, const OptixRelocationInfo*, int*);
+OptixResult accelRelocate(OptixDeviceContext, CUstream, const OptixRelocationInfo*,
+                          const OptixRelocateInput*, size_t, CUdeviceptr, size_t,
+                          OptixTraversableHandle*);
+// The same as it was until 7.5: with an array of instance handles.
+OptixResult accelRelocateChildren(OptixDeviceContext, CUstream, const OptixRelocationInfo*,
+                                  CUdeviceptr, size_t, CUdeviceptr, size_t,
+                                  OptixTraversableHandle*);
 OptixResult convertPointerToTraversableHandle(OptixDeviceContext, CUdeviceptr, OptixTraversableType,
                                               OptixTraversableHandle*);
 

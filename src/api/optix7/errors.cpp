@@ -9,6 +9,8 @@ struct ResultInfo {
     OptixResult result;
     const char* name;
     const char* text;
+    Abi first = kAbi70; // ABIs that call it so
+    Abi last = kNewestAbi;
 };
 
 #define ROW(code, text) {code, #code, text}
@@ -39,7 +41,9 @@ constexpr ResultInfo kResults[] = {
     ROW(OPTIX_ERROR_INTERNAL_COMPILER_ERROR, "Internal compiler error"),
     ROW(OPTIX_ERROR_DENOISER_MODEL_NOT_SET, "Denoiser model is not set"),
     ROW(OPTIX_ERROR_DENOISER_NOT_INITIALIZED, "Denoiser is not initialized"),
-    ROW(OPTIX_ERROR_ACCEL_NOT_COMPATIBLE, "Acceleration structure is not compatible"),
+    {OPTIX_ERROR_NOT_COMPATIBLE, "OPTIX_ERROR_ACCEL_NOT_COMPATIBLE",
+     "Acceleration structure is not compatible", kAbi70, kAbi75},
+    {OPTIX_ERROR_NOT_COMPATIBLE, "OPTIX_ERROR_NOT_COMPATIBLE", "Not compatible", kAbi76},
     ROW(OPTIX_ERROR_PAYLOAD_TYPE_MISMATCH, "Payload types do not match"),
     ROW(OPTIX_ERROR_PAYLOAD_TYPE_RESOLUTION_FAILED, "Payload type could not be resolved"),
     ROW(OPTIX_ERROR_PAYLOAD_TYPE_ID_INVALID, "Payload type id is invalid"),
@@ -50,28 +54,30 @@ constexpr ResultInfo kResults[] = {
     ROW(OPTIX_ERROR_LIBRARY_NOT_FOUND, "Library not found"),
     ROW(OPTIX_ERROR_ENTRY_SYMBOL_NOT_FOUND, "Entry symbol not found in the library"),
     ROW(OPTIX_ERROR_LIBRARY_UNLOAD_FAILURE, "Library could not be unloaded"),
+    {OPTIX_ERROR_DEVICE_OUT_OF_MEMORY, "OPTIX_ERROR_DEVICE_OUT_OF_MEMORY",
+     "Device is out of memory", kAbi75},
     ROW(OPTIX_ERROR_CUDA_ERROR, "CUDA error"),
     ROW(OPTIX_ERROR_INTERNAL_ERROR, "Internal error"),
     ROW(OPTIX_ERROR_UNKNOWN, "Unknown error"),
 };
 #undef ROW
 
-const ResultInfo* find(OptixResult result) {
+const ResultInfo* find(OptixResult result, Abi abi) {
     for (const ResultInfo& info : kResults)
-        if (info.result == result)
+        if (info.result == result && info.first <= abi && abi <= info.last)
             return &info;
     return nullptr;
 }
 
 } // namespace
 
-const char* resultName(OptixResult result) {
-    const ResultInfo* info = find(result);
+const char* resultName(OptixResult result, Abi abi) {
+    const ResultInfo* info = find(result, abi);
     return info ? info->name : nullptr;
 }
 
-const char* resultString(OptixResult result) {
-    const ResultInfo* info = find(result);
+const char* resultString(OptixResult result, Abi abi) {
+    const ResultInfo* info = find(result, abi);
     return info ? info->text : nullptr;
 }
 
@@ -93,7 +99,7 @@ OptixResult resultOf(Code code) {
     case Code::kInvalidContext: return OPTIX_ERROR_INVALID_DEVICE_CONTEXT;
     case Code::kNotInitialized: return OPTIX_ERROR_CUDA_NOT_INITIALIZED;
     case Code::kLaunchFailure: return OPTIX_ERROR_LAUNCH_FAILURE;
-    case Code::kAccelNotCompatible: return OPTIX_ERROR_ACCEL_NOT_COMPATIBLE;
+    case Code::kAccelNotCompatible: return OPTIX_ERROR_NOT_COMPATIBLE;
     case Code::kNotFound: return OPTIX_ERROR_INVALID_VALUE;
     case Code::kFileError: return OPTIX_ERROR_FILE_IO_ERROR;
     case Code::kInternal: return OPTIX_ERROR_INTERNAL_ERROR;

@@ -67,7 +67,7 @@ void checkModuleOptions(const OptixModuleCompileOptions& options) {
 
 } // namespace
 
-CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options) {
+CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options, Abi abi) {
     requireNonNull(options, "pipelineCompileOptions");
     const char* where = "pipelineCompileOptions->";
     constexpr unsigned kGraphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS |
@@ -75,9 +75,9 @@ CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options) {
     if (options->traversableGraphFlags & ~kGraphFlags)
         fail(Code::kInvalidValue, where, "traversableGraphFlags = ", options->traversableGraphFlags,
              " has unknown bits");
-    if (options->numPayloadValues < 0 || options->numPayloadValues > 32)
+    if (options->numPayloadValues < 0 || options->numPayloadValues > Limits::payloadValues(abi))
         fail(Code::kInvalidValue, where, "numPayloadValues = ", options->numPayloadValues,
-             " is outside 0..32");
+             " is outside 0..", Limits::payloadValues(abi));
     if (options->numAttributeValues < 0 || options->numAttributeValues > 8)
         fail(Code::kInvalidValue, where, "numAttributeValues = ", options->numAttributeValues,
              " is outside 0..8");
@@ -85,8 +85,7 @@ CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options) {
     if (options->exceptionFlags & ~kExceptionFlags)
         fail(Code::kInvalidValue, where, "exceptionFlags = ", options->exceptionFlags,
              " has unknown bits");
-    constexpr unsigned kPrimitives = 31u | 1u << 31;
-    if (unsigned(options->usesPrimitiveTypeFlags) & ~kPrimitives)
+    if (unsigned(options->usesPrimitiveTypeFlags) & ~knownPrimitiveTypeFlags(abi))
         fail(Code::kInvalidValue, where, "usesPrimitiveTypeFlags = ",
              unsigned(options->usesPrimitiveTypeFlags), " has unknown bits");
     CompileOptions kept;
@@ -95,6 +94,10 @@ CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options) {
     kept.values.numAttributeValues = std::max(2, int(options->numAttributeValues));
     // One form for what means the same, so that equal options compare equal.
     kept.values.usesMotionBlur = options->usesMotionBlur != 0;
+    kept.values.allowOpacityMicromaps = options->allowOpacityMicromaps != 0;
+    if (options->allowOpacityMicromaps)
+        fail(Code::kNotSupported, where, "allowOpacityMicromaps = ",
+             options->allowOpacityMicromaps, ": opacity micromaps are not available yet");
     if (options->usesPrimitiveTypeFlags == 0)
         kept.values.usesPrimitiveTypeFlags =
             unsigned(OPTIX_PRIMITIVE_TYPE_FLAGS_CUSTOM) | unsigned(OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE);
@@ -120,7 +123,7 @@ OptixResult moduleCreateFromPTX(OptixDeviceContext context,
         *module = nullptr;
         requireNonNull(moduleOptions, "moduleCompileOptions");
         requireNonNull(ptx, "PTX");
-        CompileOptions options = checkCompileOptions(pipelineOptions);
+        CompileOptions options = checkCompileOptions(pipelineOptions, owner->abi);
         checkModuleOptions(*moduleOptions);
         compiler::OptLevel optLevel = optLevelOf(moduleOptions->optLevel);
         compiler::DebugLevel debugLevel =

@@ -6,8 +6,9 @@
 
 namespace sunstone::optix7 {
 
-// Checks and copies pipeline compile options; throws an Error naming the field.
-CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options);
+// Checks and copies pipeline compile options for a context of an ABI; throws an Error naming the
+// field.
+CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options, Abi abi);
 
 // Throws if the level is no enumerator.
 void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter);

@@ -100,7 +100,7 @@ OptixResult pipelineCreate(OptixDeviceContext context,
         contextOf(context);
         requireNonNull(pipeline, "pipeline");
         *pipeline = nullptr;
-        CompileOptions options = checkCompileOptions(compileOptions);
+        CompileOptions options = checkCompileOptions(compileOptions, owner->abi);
         requireNonNull(linkOptions, "pipelineLinkOptions");
         if (linkOptions->maxTraceDepth > Limits::kTraceDepth)
             fail(Code::kInvalidValue, "pipelineLinkOptions->maxTraceDepth = ",

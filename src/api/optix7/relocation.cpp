@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Relocation of acceleration structures and handles of transforms (OptiX 7.4, sections 3.10.2.2 and
-// 3.10.2.5 to 3.10.2.7).
+// 3.10.2.5 to 3.10.2.7; OptiX 7.6, optixAccelRelocate and optixCheckRelocationCompatibility).
 #include "api/optix7/entry_points.h"
 #include "api/optix7/shell.h"
 #include "engine/accel.h"
@@ -8,9 +8,9 @@
 namespace sunstone::optix7 {
 namespace {
 
-static_assert(sizeof(OptixAccelRelocationInfo) == sizeof(bvh::RelocationInfo));
+static_assert(sizeof(OptixRelocationInfo) == sizeof(bvh::RelocationInfo));
 
-bvh::RelocationInfo translate(const OptixAccelRelocationInfo& info) {
+bvh::RelocationInfo translate(const OptixRelocationInfo& info) {
     bvh::RelocationInfo out;
     std::memcpy(&out, &info, sizeof(out));
     return out;
@@ -28,23 +28,88 @@ void requireDeviceMemory(device::Device& device, const char* name, CUdeviceptr a
              " bytes is not device memory");
 }
 
-// Checks the handles for the instances; returns their number.
-void checkChildren(device::Device& device, const bvh::RelocationInfo& info, CUdeviceptr handles,
-                   size_t count) {
-    if (handles == 0 && count == 0)
+// New handles for the instances of a structure; none: they keep those they have.
+struct Children {
+    CUdeviceptr handles = 0;
+    size_t count = 0;
+};
+
+// The names say which API's arguments are at fault.
+void checkChildren(device::Device& device, const bvh::RelocationInfo& info, Children children,
+                   const char* handlesName, const char* countName) {
+    if (children.handles == 0 && children.count == 0)
         return;
     const size_t expected = bvh::holdsInstances(info) ? bvh::relocatedPrimitives(info) : 0;
-    if (count != expected)
-        fail(Code::kInvalidValue, "numInstanceTraversableHandles = ", count, ", but there are ",
-             expected, " instances");
-    requireDeviceMemory(device, "instanceTraversableHandles", handles,
-                        count * sizeof(OptixTraversableHandle), sizeof(OptixTraversableHandle));
+    if (children.count != expected)
+        fail(Code::kInvalidValue, countName, " = ", children.count, ", but there are ", expected,
+             " instances");
+    requireDeviceMemory(device, handlesName, children.handles,
+                        children.count * sizeof(OptixTraversableHandle),
+                        sizeof(OptixTraversableHandle));
+}
+
+// Checks the inputs of 7.6, one for each build input of the structure.
+Children childrenOf(const bvh::RelocationInfo& info, const OptixRelocateInput* inputs,
+                    size_t count) {
+    if (!inputs && count == 0)
+        return {};
+    requireNonNull(inputs, "relocateInputs");
+    if (bvh::holdsInstances(info)) {
+        if (count != 1)
+            fail(Code::kInvalidValue, "numRelocateInputs = ", count,
+                 ", but an instance structure has one build input");
+        if (inputs[0].type != OPTIX_BUILD_INPUT_TYPE_INSTANCES &&
+            inputs[0].type != OPTIX_BUILD_INPUT_TYPE_INSTANCE_POINTERS)
+            fail(Code::kInvalidValue, "relocateInputs[0].type = ", unsigned(inputs[0].type),
+                 ", but the structure was built of instances");
+        const OptixRelocateInputInstanceArray& array = inputs[0].instanceArray;
+        if (array.traversableHandles == 0)
+            return {};
+        return {array.traversableHandles, array.numInstances};
+    }
+    if (count == 0)
+        fail(Code::kInvalidValue, "relocateInputs is set, but numRelocateInputs is 0");
+    for (size_t i = 0; i < count; ++i) {
+        if (inputs[i].type == OPTIX_BUILD_INPUT_TYPE_INSTANCES ||
+            inputs[i].type == OPTIX_BUILD_INPUT_TYPE_INSTANCE_POINTERS)
+            fail(Code::kInvalidValue, "relocateInputs[", i,
+                 "].type is INSTANCES, but the structure was built of geometry");
+        if (inputs[i].type == OPTIX_BUILD_INPUT_TYPE_TRIANGLES &&
+            inputs[i].triangleArray.opacityMicromap.opacityMicromapArray != 0)
+            fail(Code::kNotSupported, "relocateInputs[", i,
+                 "]: opacity micromaps are not available yet");
+    }
+    return {};
+}
+
+// Checks and queues the relocation; `children` finds the new handles once the info is known good.
+template <class FindChildren>
+OptixTraversableHandle relocate(DeviceContext& owner, CUstream stream,
+                                const OptixRelocationInfo* info, CUdeviceptr targetAccel,
+                                size_t targetAccelSizeInBytes, FindChildren findChildren) {
+    device::Device& device = *owner.engine->device;
+    requireNonNull(info, "info");
+    const bvh::RelocationInfo translated = translate(*info);
+    if (!bvh::isRelocatable(translated))
+        fail(Code::kInvalidValue, "info was not filled by optixAccelGetRelocationInfo of a "
+                                  "compatible version");
+    const uint64_t size = bvh::relocatedSize(translated);
+    if (targetAccelSizeInBytes < size)
+        fail(Code::kInvalidValue, "targetAccelSizeInBytes = ", targetAccelSizeInBytes,
+             " is less than the ", size, " bytes of the structure");
+    requireDeviceMemory(device, "targetAccel", targetAccel, targetAccelSizeInBytes,
+                        OPTIX_ACCEL_BUFFER_BYTE_ALIGNMENT);
+    const Children children = findChildren(device, translated);
+    return engine::relocateAccel(owner.engine, stream, translated,
+                                 reinterpret_cast<void*>(targetAccel),
+                                 reinterpret_cast<const uint64_t*>(children.handles),
+                                 children.count);
 }
 
 } // namespace
 
 OptixResult accelGetRelocationInfo(OptixDeviceContext context, OptixTraversableHandle handle,
-                                   OptixAccelRelocationInfo* info) {
+                                   OptixRelocationInfo* info) {
     std::shared_ptr<DeviceContext> owner = peek(context);
     return guarded(owner, "optixAccelGetRelocationInfo", [&] {
         contextOf(context);
@@ -54,11 +119,12 @@ OptixResult accelGetRelocationInfo(OptixDeviceContext context, OptixTraversableH
     });
 }
 
-OptixResult accelCheckRelocationCompatibility(OptixDeviceContext context,
-                                              const OptixAccelRelocationInfo* info,
-                                              int* compatible) {
+OptixResult checkRelocationCompatibility(OptixDeviceContext context,
+                                         const OptixRelocationInfo* info, int* compatible) {
     std::shared_ptr<DeviceContext> owner = peek(context);
-    return guarded(owner, "optixAccelCheckRelocationCompatibility", [&] {
+    const char* name = owner && owner->abi < kAbi76 ? "optixAccelCheckRelocationCompatibility"
+                                                    : "optixCheckRelocationCompatibility";
+    return guarded(owner, name, [&] {
         contextOf(context);
         requireNonNull(info, "info");
         requireNonNull(compatible, "compatible");
@@ -67,32 +133,43 @@ OptixResult accelCheckRelocationCompatibility(OptixDeviceContext context,
 }
 
 OptixResult accelRelocate(OptixDeviceContext context, CUstream stream,
-                          const OptixAccelRelocationInfo* info,
-                          CUdeviceptr instanceTraversableHandles,
-                          size_t numInstanceTraversableHandles, CUdeviceptr targetAccel,
+                          const OptixRelocationInfo* info, const OptixRelocateInput* relocateInputs,
+                          size_t numRelocateInputs, CUdeviceptr targetAccel,
                           size_t targetAccelSizeInBytes, OptixTraversableHandle* targetHandle) {
     std::shared_ptr<DeviceContext> owner = peek(context);
     return guarded(owner, "optixAccelRelocate", [&] {
         contextOf(context);
-        device::Device& device = *owner->engine->device;
-        requireNonNull(info, "info");
         requireNonNull(targetHandle, "targetHandle");
-        const bvh::RelocationInfo translated = translate(*info);
-        if (!bvh::isRelocatable(translated))
-            fail(Code::kInvalidValue, "info was not filled by optixAccelGetRelocationInfo of a "
-                                      "compatible version");
-        const uint64_t size = bvh::relocatedSize(translated);
-        if (targetAccelSizeInBytes < size)
-            fail(Code::kInvalidValue, "targetAccelSizeInBytes = ", targetAccelSizeInBytes,
-                 " is less than the ", size, " bytes of the structure");
-        requireDeviceMemory(device, "targetAccel", targetAccel, targetAccelSizeInBytes,
-                            OPTIX_ACCEL_BUFFER_BYTE_ALIGNMENT);
-        checkChildren(device, translated, instanceTraversableHandles,
-                      numInstanceTraversableHandles);
-        *targetHandle = engine::relocateAccel(
-            owner->engine, stream, translated, reinterpret_cast<void*>(targetAccel),
-            reinterpret_cast<const uint64_t*>(instanceTraversableHandles),
-            numInstanceTraversableHandles);
+        *targetHandle = relocate(
+            *owner, stream, info, targetAccel, targetAccelSizeInBytes,
+            [&](device::Device& device, const bvh::RelocationInfo& translated) {
+                Children children = childrenOf(translated, relocateInputs, numRelocateInputs);
+                checkChildren(device, translated, children,
+                              "relocateInputs[0].instanceArray.traversableHandles",
+                              "relocateInputs[0].instanceArray.numInstances");
+                return children;
+            });
+    });
+}
+
+OptixResult accelRelocateChildren(OptixDeviceContext context, CUstream stream,
+                                  const OptixRelocationInfo* info,
+                                  CUdeviceptr instanceTraversableHandles,
+                                  size_t numInstanceTraversableHandles, CUdeviceptr targetAccel,
+                                  size_t targetAccelSizeInBytes,
+                                  OptixTraversableHandle* targetHandle) {
+    std::shared_ptr<DeviceContext> owner = peek(context);
+    return guarded(owner, "optixAccelRelocate", [&] {
+        contextOf(context);
+        requireNonNull(targetHandle, "targetHandle");
+        *targetHandle = relocate(
+            *owner, stream, info, targetAccel, targetAccelSizeInBytes,
+            [&](device::Device& device, const bvh::RelocationInfo& translated) {
+                Children children{instanceTraversableHandles, numInstanceTraversableHandles};
+                checkChildren(device, translated, children, "instanceTraversableHandles",
+                              "numInstanceTraversableHandles");
+                return children;
+            });
     });
 }
 

@@ -84,6 +84,7 @@ bool CompileOptions::operator==(const CompileOptions& other) const {
            a.numPayloadValues == b.numPayloadValues &&
            a.numAttributeValues == b.numAttributeValues && a.exceptionFlags == b.exceptionFlags &&
            a.usesPrimitiveTypeFlags == b.usesPrimitiveTypeFlags &&
+           a.allowOpacityMicromaps == b.allowOpacityMicromaps &&
            launchParams == other.launchParams;
 }
 
@@ -122,7 +123,8 @@ OptixResult guarded(const std::shared_ptr<DeviceContext>& context, const char* f
     // A message of several lines (diagnostics) keeps them; only the last newline goes.
     while (!cause.empty() && cause.back() == '\n')
         cause.pop_back();
-    std::string line = message(function, ": ", cause, " [", resultName(result), "]");
+    std::string line = message(function, ": ", cause, " [",
+                               resultName(result, context ? context->abi : kNewestAbi), "]");
     if (context)
         context->log(LogLevel::kError, "ERROR", line);
     else

@@ -2,9 +2,11 @@
 // What all files of the OptiX 7 shell share: the objects behind the opaque handles, the translation
 // of engine errors into OptixResult, the rule for log strings. The shell checks arguments,
 // translates types and forwards to src/engine; it computes nothing itself.
-// Source of every rule: OptiX 7.4 API reference, section named at each function.
+// Source of every rule: OptiX 7.4 API reference, section named at each function; what differs in
+// other releases is in abi.h and client_structs.h.
 #pragma once
 
+#include "api/optix7/abi.h"
 #include "base/error.h"
 #include "base/handles.h"
 #include "engine/context.h"
@@ -21,24 +23,11 @@
 
 namespace sunstone::optix7 {
 
-// Limits a context reports (optixDeviceContextGetProperty) and enforces.
-struct Limits {
-    static constexpr unsigned kTraceDepth = 31;
-    static constexpr unsigned kGraphDepth = 31;
-    // What a structure can address whatever the build flags are (bvh/layout.h).
-    static constexpr unsigned kPrimitivesPerGas = 80'000'000;
-    static constexpr unsigned kInstancesPerIas = 1u << 26;
-    static constexpr unsigned kInstanceId = (1u << 28) - 1;
-    static constexpr unsigned kVisibilityMaskBits = 8;
-    static constexpr unsigned kSbtRecordsPerGas = 1u << 24;
-    static constexpr unsigned kSbtOffset = (1u << 28) - 1;
-    static constexpr uint64_t kLaunchIndices = uint64_t(1) << 30;
-};
-
 struct DeviceContext {
     std::shared_ptr<engine::Context> engine;
     void* cudaContext = nullptr;
     bool validation = false;
+    Abi abi = kNewestAbi; // of the client that made it
 
     // Delivers to the callback if its level is at least `level`, and to the engine's own log.
     void log(LogLevel level, std::string_view tag, std::string_view text);
@@ -90,8 +79,9 @@ std::shared_ptr<GroupObject> groupOf(OptixProgramGroup handle, const char* param
 std::shared_ptr<PipelineObject> pipelineOf(OptixPipeline handle);
 
 OptixResult resultOf(Code code);
-const char* resultName(OptixResult result);   // null for unknown codes
-const char* resultString(OptixResult result); // null for unknown codes
+// Name and text of a code; null for codes unknown to the ABI.
+const char* resultName(OptixResult result, Abi abi);
+const char* resultString(OptixResult result, Abi abi);
 
 // An OptixResult that no engine code stands for.
 struct ResultError : std::runtime_error {

@@ -1,24 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// optixQueryFunctionTable, the one exported symbol: serves the function table of ABI 55 (OptiX
-// 7.4). Slots are filled by position, which is the ABI; the order is that of OptixFunctionTable.
+// optixQueryFunctionTable, the one exported symbol: serves the function tables of ABIs 22 (OptiX
+// 7.0) to 68 (7.6). Slots are filled by position, which is the ABI. Releases inserted and removed
+// slots but never swapped two, so that one list, with conditions, is the order of all tables.
 // Source: OptiX 7.4, sections 4.1 and 6.9.
+#include "api/optix7/adapter.h"
 #include "api/optix7/entry_points.h"
 #include "api/optix7/shell.h"
 
 #include "optix_function_table.h"
 
+#include <algorithm>
 #include <cstddef>
 
 namespace sunstone::optix7 {
 namespace {
 
+template <Abi kAbi>
 const char* getErrorName(OptixResult result) {
-    const char* name = resultName(result);
+    const char* name = resultName(result, kAbi);
     return name ? name : "Unrecognized OptixResult code";
 }
 
+template <Abi kAbi>
 const char* getErrorString(OptixResult result) {
-    const char* text = resultString(result);
+    const char* text = resultString(result, kAbi);
     return text ? text : "Unrecognized OptixResult code";
 }
 
@@ -60,71 +65,135 @@ void reservedSlot() {
     refuse("a reserved slot of the function table", nullptr);
 }
 
-// The function of a slot, with the slot's own signature.
-#define MISSING(name) slot(&Missing<decltype(OptixFunctionTable::name), #name>::call)
+// A table in the making.
+class Slots {
+public:
+    Slots(void** table, size_t count) : next_(table), end_(table + count) {}
+    template <class Function>
+    void add(Function* function) {
+        SUNSTONE_CHECK(next_ != end_);
+        *next_++ = reinterpret_cast<void*>(function);
+    }
+    bool areFull() const { return next_ == end_; }
 
-constexpr int kAbi74 = 55;
-constexpr size_t kSlots74 = 43;
-static_assert(sizeof(OptixFunctionTable) == kSlots74 * sizeof(void*));
+private:
+    void** next_;
+    void** end_;
+};
 
-template <class Function>
-void* slot(Function* function) {
-    return reinterpret_cast<void*>(function);
+// FUNCTION: one of entry_points.h, seen through the ABI. MISSING: one that is not there yet, with
+// the slot's own signature.
+#define FUNCTION(name) slots.add(&Adapter<kAbi, &name>::call)
+#define MISSING(name) slots.add(&Missing<decltype(OptixFunctionTable::name), #name>::call)
+
+template <Abi kAbi>
+void addContextSlots(Slots& slots) {
+    slots.add(&getErrorName<kAbi>);
+    slots.add(&getErrorString<kAbi>);
+    FUNCTION(deviceContextCreate);
+    FUNCTION(deviceContextDestroy);
+    FUNCTION(deviceContextGetProperty);
+    FUNCTION(deviceContextSetLogCallback);
+    MISSING(optixDeviceContextSetCacheEnabled);
+    MISSING(optixDeviceContextSetCacheLocation);
+    MISSING(optixDeviceContextSetCacheDatabaseSizes);
+    MISSING(optixDeviceContextGetCacheEnabled);
+    MISSING(optixDeviceContextGetCacheLocation);
+    MISSING(optixDeviceContextGetCacheDatabaseSizes);
 }
 
-void fillTable74(void** table) {
-    void* const slots[kSlots74] = {
-        slot(getErrorName),
-        slot(getErrorString),
-        slot(deviceContextCreate),
-        slot(deviceContextDestroy),
-        slot(deviceContextGetProperty),
-        slot(deviceContextSetLogCallback),
-        MISSING(optixDeviceContextSetCacheEnabled),
-        MISSING(optixDeviceContextSetCacheLocation),
-        MISSING(optixDeviceContextSetCacheDatabaseSizes),
-        MISSING(optixDeviceContextGetCacheEnabled),
-        MISSING(optixDeviceContextGetCacheLocation),
-        MISSING(optixDeviceContextGetCacheDatabaseSizes),
-        slot(moduleCreateFromPTX),
-        MISSING(optixModuleCreateFromPTXWithTasks),
-        MISSING(optixModuleGetCompilationState),
-        slot(moduleDestroy),
-        MISSING(optixBuiltinISModuleGet),
-        MISSING(optixTaskExecute),
-        slot(programGroupCreate),
-        slot(programGroupDestroy),
-        slot(programGroupGetStackSize),
-        slot(pipelineCreate),
-        slot(pipelineDestroy),
-        slot(pipelineSetStackSize),
-        slot(accelComputeMemoryUsage),
-        slot(accelBuild),
-        slot(accelGetRelocationInfo),
-        slot(accelCheckRelocationCompatibility),
-        slot(accelRelocate),
-        slot(accelCompact),
-        slot(convertPointerToTraversableHandle),
-        slot(reservedSlot),
-        slot(reservedSlot),
-        slot(sbtRecordPackHeader),
-        slot(launch),
-        slot(denoiserCreate),
-        slot(denoiserDestroy),
-        slot(denoiserComputeMemoryResources),
-        slot(denoiserSetup),
-        slot(denoiserInvoke),
-        slot(denoiserComputeIntensity),
-        slot(denoiserComputeAverageColor),
-        slot(denoiserCreateWithUserModel),
-    };
-    std::memcpy(table, slots, sizeof(slots));
+template <Abi kAbi>
+void addPipelineSlots(Slots& slots) {
+    FUNCTION(moduleCreateFromPTX);
+    if constexpr (kAbi >= kAbi74) {
+        MISSING(optixModuleCreateFromPTXWithTasks);
+        MISSING(optixModuleGetCompilationState);
+    }
+    FUNCTION(moduleDestroy);
+    if constexpr (kAbi >= kAbi71)
+        MISSING(optixBuiltinISModuleGet);
+    if constexpr (kAbi >= kAbi74)
+        MISSING(optixTaskExecute);
+    FUNCTION(programGroupCreate);
+    FUNCTION(programGroupDestroy);
+    FUNCTION(programGroupGetStackSize);
+    FUNCTION(pipelineCreate);
+    FUNCTION(pipelineDestroy);
+    FUNCTION(pipelineSetStackSize);
 }
+
+template <Abi kAbi>
+void addAccelSlots(Slots& slots) {
+    FUNCTION(accelComputeMemoryUsage);
+    FUNCTION(accelBuild);
+    FUNCTION(accelGetRelocationInfo);
+    FUNCTION(checkRelocationCompatibility);
+    if constexpr (kAbi >= kAbi76)
+        FUNCTION(accelRelocate);
+    else
+        FUNCTION(accelRelocateChildren);
+    FUNCTION(accelCompact);
+    FUNCTION(convertPointerToTraversableHandle);
+    if constexpr (kAbi >= kAbi76) {
+        MISSING(optixOpacityMicromapArrayComputeMemoryUsage);
+        MISSING(optixOpacityMicromapArrayBuild);
+        MISSING(optixOpacityMicromapArrayGetRelocationInfo);
+        MISSING(optixOpacityMicromapArrayRelocate);
+    }
+    if constexpr (kAbi >= kAbi74) {
+        slots.add(reservedSlot);
+        slots.add(reservedSlot);
+    }
+}
+
+template <Abi kAbi>
+void addDenoiserSlots(Slots& slots) {
+    FUNCTION(denoiserCreate);
+    FUNCTION(denoiserDestroy);
+    FUNCTION(denoiserComputeMemoryResources);
+    FUNCTION(denoiserSetup);
+    FUNCTION(denoiserInvoke);
+    FUNCTION(denoiserComputeIntensity);
+    FUNCTION(denoiserComputeAverageColor);
+    FUNCTION(denoiserCreateWithUserModel);
+}
+
+template <Abi kAbi>
+void addSlots(Slots& slots) {
+    addContextSlots<kAbi>(slots);
+    addPipelineSlots<kAbi>(slots);
+    addAccelSlots<kAbi>(slots);
+    FUNCTION(sbtRecordPackHeader);
+    FUNCTION(launch);
+    addDenoiserSlots<kAbi>(slots);
+}
+#undef FUNCTION
 #undef MISSING
+
+// A table that is served.
+struct Table {
+    Abi abi;
+    size_t slots;
+    void (*addSlots)(Slots&);
+};
+constexpr Table kTables[] = {
+    {kAbi74, 43, addSlots<kAbi74>},
+    {kAbi75, 43, addSlots<kAbi75>},
+    {kAbi76, 47, addSlots<kAbi76>},
+};
+static_assert(sizeof(OptixFunctionTable) == 47 * sizeof(void*));
 
 OptixResult fail(OptixResult result, const std::string& text) {
     log(LogLevel::kError, "optix7", message("optixQueryFunctionTable: ", text));
     return result;
+}
+
+std::string servedAbis() {
+    std::string text;
+    for (const Table& table : kTables)
+        text += message(text.empty() ? "" : ", ", int(table.abi), " (OptiX ", releaseOf(table.abi),
+                        ")");
+    return text;
 }
 
 OptixResult queryFunctionTable(int abiId, unsigned numOptions, void* table, size_t sizeOfTable) {
@@ -133,14 +202,19 @@ OptixResult queryFunctionTable(int abiId, unsigned numOptions, void* table, size
     if (numOptions != 0)
         return fail(OPTIX_ERROR_INVALID_ENTRY_FUNCTION_OPTIONS,
                     message("numOptions = ", numOptions, ", but no option is defined"));
-    if (abiId != kAbi74)
+    const Table* served = std::find_if(std::begin(kTables), std::end(kTables),
+                                       [&](const Table& t) { return t.abi == abiId; });
+    if (served == std::end(kTables))
         return fail(OPTIX_ERROR_UNSUPPORTED_ABI_VERSION,
-                    message("abiId = ", abiId, "; this library serves ", kAbi74, " (OptiX 7.4)"));
-    if (sizeOfTable != kSlots74 * sizeof(void*))
+                    message("abiId = ", abiId, "; this library serves ", servedAbis()));
+    const size_t size = served->slots * sizeof(void*);
+    if (sizeOfTable != size)
         return fail(OPTIX_ERROR_FUNCTION_TABLE_SIZE_MISMATCH,
-                    message("sizeOfTable = ", sizeOfTable, ", but ABI ", kAbi74, " has ",
-                            kSlots74 * sizeof(void*), " bytes"));
-    fillTable74(static_cast<void**>(table));
+                    message("sizeOfTable = ", sizeOfTable, ", but the table of ABI ", abiId,
+                            " (OptiX ", releaseOf(served->abi), ") has ", size, " bytes"));
+    Slots slots(static_cast<void**>(table), served->slots);
+    served->addSlots(slots);
+    SUNSTONE_CHECK(slots.areFull());
     return OPTIX_SUCCESS;
 }
 

@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+// ../optix7/optix_types.h, read as OptiX 7.6.
+#include "internal/optix_76_api.h"
+
+#include "../optix7/optix_types.h"

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Structs whose size differs between ABIs, copied between a client's form and ours. Up to ABI 68
+// each release only appended members (or used what had been padding), so a client's struct is the
+// beginning of ours: as many bytes as its ABI has members are taken, never its padding, and what it
+// lacks is zero, which always means "without". Structs not named here are the same in all ABIs.
+#pragma once
+
+#include "api/optix7/abi.h"
+
+#include "optix.h"
+
+#include <cstddef>
+#include <cstring>
+
+namespace sunstone::optix7 {
+
+// Bytes of T, from its begin, that hold members in an ABI.
+template <class T>
+constexpr size_t clientBytes(Abi) = delete;
+
+#define SUNSTONE_BYTES_BEFORE(type, member) offsetof(type, member)
+#define SUNSTONE_BYTES_UP_TO(type, member) (offsetof(type, member) + sizeof(type::member))
+
+template <>
+constexpr size_t clientBytes<OptixDeviceContextOptions>(Abi abi) {
+    return abi < kAbi72 ? SUNSTONE_BYTES_BEFORE(OptixDeviceContextOptions, validationMode)
+                        : sizeof(OptixDeviceContextOptions);
+}
+template <>
+constexpr size_t clientBytes<OptixModuleCompileOptions>(Abi abi) {
+    return abi < kAbi72   ? SUNSTONE_BYTES_UP_TO(OptixModuleCompileOptions, debugLevel)
+           : abi < kAbi74 ? SUNSTONE_BYTES_BEFORE(OptixModuleCompileOptions, numPayloadTypes)
+                          : sizeof(OptixModuleCompileOptions);
+}
+template <>
+constexpr size_t clientBytes<OptixPipelineCompileOptions>(Abi abi) {
+    return abi < kAbi71   ? SUNSTONE_BYTES_BEFORE(OptixPipelineCompileOptions, usesPrimitiveTypeFlags)
+           : abi < kAbi76 ? SUNSTONE_BYTES_BEFORE(OptixPipelineCompileOptions, allowOpacityMicromaps)
+                          : sizeof(OptixPipelineCompileOptions);
+}
+// 7.0 has a third member, which overrides usesMotionBlur for one pipeline: nothing that a traversal
+// that looks at the structures could do better with.
+template <>
+constexpr size_t clientBytes<OptixPipelineLinkOptions>(Abi) {
+    return sizeof(OptixPipelineLinkOptions);
+}
+// Before 7.4 an int without a meaning.
+template <>
+constexpr size_t clientBytes<OptixProgramGroupOptions>(Abi abi) {
+    return abi < kAbi74 ? 0 : sizeof(OptixProgramGroupOptions);
+}
+template <>
+constexpr size_t clientBytes<OptixBuiltinISOptions>(Abi abi) {
+    return abi < kAbi74 ? SUNSTONE_BYTES_BEFORE(OptixBuiltinISOptions, buildFlags)
+                        : sizeof(OptixBuiltinISOptions);
+}
+template <>
+constexpr size_t clientBytes<OptixBuildInputTriangleArray>(Abi abi) {
+    return abi < kAbi71   ? SUNSTONE_BYTES_BEFORE(OptixBuildInputTriangleArray, transformFormat)
+           : abi < kAbi76 ? SUNSTONE_BYTES_BEFORE(OptixBuildInputTriangleArray, opacityMicromap)
+                          : sizeof(OptixBuildInputTriangleArray);
+}
+template <>
+constexpr size_t clientBytes<OptixBuildInputCurveArray>(Abi abi) {
+    return abi < kAbi74 ? SUNSTONE_BYTES_BEFORE(OptixBuildInputCurveArray, endcapFlags)
+                        : sizeof(OptixBuildInputCurveArray);
+}
+// 7.0 and 7.1 go on with boxes for the instances, which were never needed.
+template <>
+constexpr size_t clientBytes<OptixBuildInputInstanceArray>(Abi abi) {
+    return abi < kAbi76 ? SUNSTONE_BYTES_BEFORE(OptixBuildInputInstanceArray, instanceStride)
+                        : sizeof(OptixBuildInputInstanceArray);
+}
+template <>
+constexpr size_t clientBytes<OptixDenoiserGuideLayer>(Abi abi) {
+    return abi < kAbi75
+               ? SUNSTONE_BYTES_BEFORE(OptixDenoiserGuideLayer, previousOutputInternalGuideLayer)
+               : sizeof(OptixDenoiserGuideLayer);
+}
+template <>
+constexpr size_t clientBytes<OptixDenoiserParams>(Abi abi) {
+    return abi < kAbi72   ? SUNSTONE_BYTES_UP_TO(OptixDenoiserParams, blendFactor)
+           : abi < kAbi75 ? SUNSTONE_BYTES_BEFORE(OptixDenoiserParams, temporalModeUsePreviousLayers)
+                          : SUNSTONE_BYTES_UP_TO(OptixDenoiserParams, temporalModeUsePreviousLayers);
+}
+template <>
+constexpr size_t clientBytes<OptixDenoiserSizes>(Abi abi) {
+    return abi < kAbi75
+               ? SUNSTONE_BYTES_UP_TO(OptixDenoiserSizes, overlapWindowSizeInPixels)
+               : SUNSTONE_BYTES_UP_TO(OptixDenoiserSizes, internalGuideLayerPixelSizeInBytes);
+}
+#undef SUNSTONE_BYTES_BEFORE
+#undef SUNSTONE_BYTES_UP_TO
+
+// Whether T is one of the structs above.
+template <class T>
+concept DiffersBetweenAbis = requires(Abi abi) { clientBytes<T>(abi); };
+
+// A client's struct in our form.
+template <DiffersBetweenAbis T>
+T fromClient(const void* given, Abi abi) {
+    T out{};
+    std::memcpy(static_cast<void*>(&out), given, clientBytes<T>(abi));
+    return out;
+}
+
+// A client's build inputs, each brought into our form when it is asked for: a count may be wrong,
+// and then the first bad input is the last one read.
+class BuildInputs {
+public:
+    BuildInputs(const OptixBuildInput* array, Abi abi) : array_(array), abi_(abi) {}
+    explicit operator bool() const { return array_ != nullptr; }
+    Abi abi() const { return abi_; }
+    // Of a type that the ABI does not have, only `type` is set.
+    OptixBuildInput operator[](unsigned index) const;
+    // Whether the ABI has such inputs.
+    bool hasType(OptixBuildInputType type) const;
+
+private:
+    const OptixBuildInput* array_;
+    Abi abi_;
+};
+
+} // namespace sunstone::optix7
