@@ -14,6 +14,8 @@ constexpr std::array<SettingInfo, kCount> kSettings = {{
     {"SUNSTONE_DUMP", "folder that receives programs after every compiler pass"},
     {"SUNSTONE_THREADS", "worker threads of the CPU device (default: all cores)"},
     {"SUNSTONE_ISA", "highest instruction set used by traversal: avx512, avx2 or baseline"},
+    {"OPTIX_CACHE_PATH", "folder of the disk cache, instead of any that a program names"},
+    {"OPTIX_CACHE_MAXSIZE", "bytes the disk cache may grow to; 0 turns it off"},
 }};
 
 } // namespace
@@ -27,6 +29,11 @@ const std::string& config(Setting setting) {
         return read;
     }();
     return values[size_t(setting)];
+}
+
+std::string currentConfig(Setting setting) {
+    const char* value = std::getenv(kSettings[size_t(setting)].variable);
+    return value ? value : "";
 }
 
 unsigned configNumber(Setting setting, unsigned fallback) {

@@ -13,6 +13,8 @@ enum class Setting {
     kDump,    // SUNSTONE_DUMP: folder that receives the program after every compiler pass
     kThreads, // SUNSTONE_THREADS: worker threads of the CPU device, default all cores
     kIsa,     // SUNSTONE_ISA: highest instruction set traversal may use (avx512, avx2, baseline)
+    kCachePath,    // OPTIX_CACHE_PATH: folder of the disk cache
+    kCacheMaxSize, // OPTIX_CACHE_MAXSIZE: bytes of the disk cache, 0 for none
     kCount,
 };
 
@@ -23,6 +25,9 @@ struct SettingInfo {
 
 // The value of a setting as it was when first asked for; empty where the variable is unset.
 const std::string& config(Setting setting);
+
+// The value as it is now, for what a process may set before it creates a context.
+std::string currentConfig(Setting setting);
 
 // The setting as a number, or fallback where it is unset or not a positive number.
 unsigned configNumber(Setting setting, unsigned fallback);

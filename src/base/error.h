@@ -32,6 +32,9 @@ enum class Code : uint32_t {
     kAccelNotCompatible,
     kNotFound,
     kFileError,
+    kCacheInvalidPath,
+    kCachePermission,
+    kCacheDatabase,
     kInternal,
 };
 

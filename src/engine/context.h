@@ -5,6 +5,7 @@
 
 #include "base/log.h"
 #include "device/device.h"
+#include "engine/compile_cache.h"
 
 #include <atomic>
 #include <cstdint>
@@ -18,6 +19,8 @@ struct Context {
     device::Device* device = nullptr;
     // Receives each line for this context; may be called from any thread.
     std::function<void(LogLevel, std::string_view tag, std::string_view text)> log;
+    // What was compiled before, by any process; null where the owner wants none.
+    std::shared_ptr<CompileCache> cache;
     // Program groups are numbered from 1 within their context; SBT headers carry the number.
     std::atomic<uint32_t> nextGroup{1};
 };

@@ -66,7 +66,8 @@ void packSbtHeader(const ProgramGroup& group, void* header) {
 
 std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
                                          const compiler::PipelineRules& rules,
-                                         const PipelineLimits& limits) {
+                                         const PipelineLimits& limits,
+                                         compiler::ObjectStore* cache) {
     auto pipeline = std::make_shared<Pipeline>();
     pipeline->rules = rules;
     pipeline->limits = limits;
@@ -88,7 +89,7 @@ std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<Progr
     request.programs = collector.take();
     request.rules = rules;
     if (!request.programs.empty())
-        pipeline->code = compiler::compilePipeline(request);
+        pipeline->code = compiler::compilePipeline(request, cache);
 
     pipeline->groups.resize(highest + 1, devlib::GroupEntry{});
     pipeline->groupPresent.resize(highest + 1, 0);

@@ -49,10 +49,11 @@ struct Pipeline {
     bool hasIntersection = false;
 };
 
-// Compiles the programs of all groups into one piece of machine code. Throws kLinkError,
-// kInvalidValue, kInternal.
+// Compiles the programs of all groups; what tasks of their modules or `cache` (may be null) have is
+// taken from there. Throws kLinkError, kInvalidValue, kInternal.
 std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
                                          const compiler::PipelineRules& rules,
-                                         const PipelineLimits& limits);
+                                         const PipelineLimits& limits,
+                                         compiler::ObjectStore* cache = nullptr);
 
 } // namespace sunstone::engine

@@ -60,6 +60,8 @@ std::string LogRecord::all() const {
 }
 
 void loadLibrary() {
+    // Nothing is taken from earlier runs; tests of the disk cache say where it is.
+    setenv("OPTIX_CACHE_MAXSIZE", "0", 1);
     OptixResult result = optixInit();
     if (result != OPTIX_SUCCESS)
         throw std::runtime_error("optixInit failed with " + std::to_string(int(result)));

@@ -182,28 +182,6 @@ protected:
     }
 };
 
-TEST_F(Unsupported, DiskCache) {
-    expectInLog("optixDeviceContextSetCacheEnabled",
-                [&] { return optixDeviceContextSetCacheEnabled(context_, 1); });
-    expectInLog("optixDeviceContextSetCacheLocation",
-                [&] { return optixDeviceContextSetCacheLocation(context_, "/tmp"); });
-    expectInLog("optixDeviceContextSetCacheDatabaseSizes",
-                [&] { return optixDeviceContextSetCacheDatabaseSizes(context_, 1, 2); });
-    int enabled = 5;
-    expectInLog("optixDeviceContextGetCacheEnabled",
-                [&] { return optixDeviceContextGetCacheEnabled(context_, &enabled); });
-    EXPECT_EQ(5, enabled);
-    char location[8] = "abc";
-    expectInLog("optixDeviceContextGetCacheLocation",
-                [&] { return optixDeviceContextGetCacheLocation(context_, location, 8); });
-    EXPECT_STREQ("abc", location);
-    size_t low = 3, high = 4;
-    expectInLog("optixDeviceContextGetCacheDatabaseSizes",
-                [&] { return optixDeviceContextGetCacheDatabaseSizes(context_, &low, &high); });
-    EXPECT_EQ(3u, low);
-    EXPECT_EQ(4u, high);
-}
-
 TEST_F(Unsupported, Tasks) {
     std::string text = ptxModule("");
     OptixModule module = nullptr;
@@ -232,8 +210,6 @@ TEST_F(Unsupported, BuiltinIntersection) {
 TEST_F(Unsupported, GarbageHandlesToMissingFunctions) {
     for (void* handle : garbageHandles()) {
         testing::internal::CaptureStderr();
-        EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED,
-                  optixDeviceContextSetCacheEnabled(static_cast<OptixDeviceContext>(handle), 1));
         EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED,
                   optixTaskExecute(static_cast<OptixTask>(handle), nullptr, 0, nullptr));
         testing::internal::GetCapturedStderr();

@@ -1,6 +1,7 @@
 # Which part may include which: the table of docs/conventions.md. Fails with one line per breach.
 cmake_policy(SET CMP0057 NEW)
 set(may_base "base")
+set(may_cache "cache;base")
 set(may_math "math;base")
 set(may_ptx "ptx;base")
 set(may_bvh "bvh;math;base;devlib/abi.h")
@@ -9,8 +10,8 @@ set(may_devlib "devlib;bvh;math;base")
 set(may_compiler "compiler;ptx;texture/device_functions.h;devlib/abi.h;base")
 set(may_texture "texture;base")
 set(may_device "device;base")
-set(may_engine "engine;denoise;compiler;ptx;bvh;math;devlib;device/device.h;base")
-set(may_api_optix7 "api/optix7;engine;denoise;bvh;compiler;devlib;device/device.h;base")
+set(may_engine "engine;cache;denoise;compiler;ptx;bvh;math;devlib;device/device.h;base")
+set(may_api_optix7 "api/optix7;engine;cache;denoise;bvh;compiler;devlib;device/device.h;base")
 set(may_api_cuda "api/cuda;compiler;ptx;texture;devlib/abi.h;device;base")
 
 set(failures 0)

@@ -101,6 +101,12 @@ OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
             if (auto alive = weak.lock())
                 alive->log(level, tag, text);
         };
+        object->engine->cache = std::make_shared<engine::CompileCache>(
+            [weak](LogLevel level, const std::string& text) {
+                if (auto alive = weak.lock())
+                    alive->log(level, "DISKCACHE", text);
+            });
+        object->engine->cache->start();
         *context = static_cast<OptixDeviceContext>(contexts().add(object));
         if (object->validation)
             object->log(LogLevel::kWarning, "CONTEXT",

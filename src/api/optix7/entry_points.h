@@ -16,6 +16,14 @@ OptixResult deviceContextDestroy(OptixDeviceContext);
 OptixResult deviceContextGetProperty(OptixDeviceContext, OptixDeviceProperty, void*, size_t);
 OptixResult deviceContextSetLogCallback(OptixDeviceContext, OptixLogCallback, void*, unsigned);
 
+// disk_cache.cpp
+OptixResult deviceContextSetCacheEnabled(OptixDeviceContext, int);
+OptixResult deviceContextSetCacheLocation(OptixDeviceContext, const char*);
+OptixResult deviceContextSetCacheDatabaseSizes(OptixDeviceContext, size_t, size_t);
+OptixResult deviceContextGetCacheEnabled(OptixDeviceContext, int*);
+OptixResult deviceContextGetCacheLocation(OptixDeviceContext, char*, size_t);
+OptixResult deviceContextGetCacheDatabaseSizes(OptixDeviceContext, size_t*, size_t*);
+
 // module.cpp
 OptixResult moduleCreateFromPTX(OptixDeviceContext, const OptixModuleCompileOptions*,
                                 const OptixPipelineCompileOptions*, const char*, size_t, char*,

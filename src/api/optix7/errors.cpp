@@ -102,6 +102,9 @@ OptixResult resultOf(Code code) {
     case Code::kAccelNotCompatible: return OPTIX_ERROR_NOT_COMPATIBLE;
     case Code::kNotFound: return OPTIX_ERROR_INVALID_VALUE;
     case Code::kFileError: return OPTIX_ERROR_FILE_IO_ERROR;
+    case Code::kCacheInvalidPath: return OPTIX_ERROR_DISK_CACHE_INVALID_PATH;
+    case Code::kCachePermission: return OPTIX_ERROR_DISK_CACHE_PERMISSION_ERROR;
+    case Code::kCacheDatabase: return OPTIX_ERROR_DISK_CACHE_DATABASE_ERROR;
     case Code::kInternal: return OPTIX_ERROR_INTERNAL_ERROR;
     }
     return OPTIX_ERROR_UNKNOWN;

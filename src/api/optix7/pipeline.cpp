@@ -129,7 +129,8 @@ OptixResult pipelineCreate(OptixDeviceContext context,
         limits.maxTraceDepth = linkOptions->maxTraceDepth;
         auto object = std::make_shared<PipelineObject>();
         object->context = owner;
-        object->pipeline = engine::createPipeline(members, options.rules(), limits);
+        object->pipeline = engine::createPipeline(members, options.rules(), limits,
+                                                  owner->engine->cache.get());
         *pipeline = static_cast<OptixPipeline>(pipelines().add(object));
     }, &feedback);
     writeLogString(feedback, logString, logStringSize);

@@ -94,12 +94,12 @@ void addContextSlots(Slots& slots) {
     FUNCTION(deviceContextDestroy);
     FUNCTION(deviceContextGetProperty);
     FUNCTION(deviceContextSetLogCallback);
-    MISSING(optixDeviceContextSetCacheEnabled);
-    MISSING(optixDeviceContextSetCacheLocation);
-    MISSING(optixDeviceContextSetCacheDatabaseSizes);
-    MISSING(optixDeviceContextGetCacheEnabled);
-    MISSING(optixDeviceContextGetCacheLocation);
-    MISSING(optixDeviceContextGetCacheDatabaseSizes);
+    FUNCTION(deviceContextSetCacheEnabled);
+    FUNCTION(deviceContextSetCacheLocation);
+    FUNCTION(deviceContextSetCacheDatabaseSizes);
+    FUNCTION(deviceContextGetCacheEnabled);
+    FUNCTION(deviceContextGetCacheLocation);
+    FUNCTION(deviceContextGetCacheDatabaseSizes);
 }
 
 template <Abi kAbi>

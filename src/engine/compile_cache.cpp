@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/compile_cache.h"
+
+#include "base/config.h"
+#include "base/error.h"
+
+#include <algorithm>
+#include <charconv>
+#include <pwd.h>
+#include <unistd.h>
+#include <vector>
+
+namespace sunstone::engine {
+
+namespace {
+
+// A name of our own: other implementations of the API keep their caches beside it.
+std::string folderName() {
+    std::vector<char> buffer(16384);
+    passwd entry{};
+    passwd* found = nullptr;
+    if (getpwuid_r(geteuid(), &entry, buffer.data(), buffer.size(), &found) == 0 && found &&
+        found->pw_name && *found->pw_name)
+        return std::string("SunstoneCache_") + found->pw_name;
+    return "SunstoneCache";
+}
+
+const std::vector<std::string>& defaultLocations() {
+    static const std::vector<std::string> places = {"/var/tmp/" + folderName(),
+                                                    "/tmp/" + folderName()};
+    return places;
+}
+
+std::string hexOf(const std::string& key) {
+    std::string text;
+    for (const char byte : key)
+        for (const unsigned digit : {unsigned(uint8_t(byte)) >> 4, unsigned(byte) & 15})
+            text += "0123456789abcdef"[digit];
+    return text;
+}
+
+} // namespace
+
+CompileCache::CompileCache(Log log)
+    : log_(std::move(log)), location_(currentConfig(Setting::kCachePath)) {
+    locationFixed_ = !location_.empty();
+    const std::string text = currentConfig(Setting::kCacheMaxSize);
+    uint64_t bytes = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), bytes);
+    if (text.empty())
+        return;
+    if (error != std::errc() || end != text.data() + text.size()) {
+        log_(LogLevel::kWarning, message("OPTIX_CACHE_MAXSIZE = \"", text,
+                                         "\" is no number of bytes and is ignored"));
+        return;
+    }
+    off_ = bytes == 0;
+    marksFixed_ = true;
+    marks_ = {std::max<uint64_t>(1, bytes / 2), bytes};
+}
+
+std::shared_ptr<cache::DiskCache> CompileCache::current() const {
+    std::lock_guard lock(mutex_);
+    return cache_;
+}
+
+// With the mutex held.
+void CompileCache::open() {
+    cache_ = nullptr;
+    if (!location_.empty()) {
+        cache_ = std::make_shared<cache::DiskCache>(location_, false, log_);
+        return;
+    }
+    for (const std::string& place : defaultLocations()) {
+        defaultLocation_ = place;
+        try {
+            cache_ = std::make_shared<cache::DiskCache>(place, true, log_);
+            return;
+        } catch (const Error& error) {
+            if (place == defaultLocations().back())
+                throw;
+            log_(LogLevel::kInfo, error.what());
+        }
+    }
+}
+
+void CompileCache::start() {
+    std::lock_guard lock(mutex_);
+    if (off_)
+        return;
+    try {
+        open();
+    } catch (const Error& error) {
+        log_(LogLevel::kWarning, message(error.what(), "; nothing is cached"));
+    }
+}
+
+bool CompileCache::enabled() const {
+    return current() != nullptr;
+}
+
+void CompileCache::setEnabled(bool enabled) {
+    std::lock_guard lock(mutex_);
+    if (!enabled)
+        cache_ = nullptr;
+    else if (off_)
+        log_(LogLevel::kWarning, "the disk cache stays off: OPTIX_CACHE_MAXSIZE is 0");
+    else if (!cache_)
+        open();
+}
+
+std::string CompileCache::location() const {
+    std::lock_guard lock(mutex_);
+    if (off_)
+        return {};
+    if (!location_.empty())
+        return location_;
+    return defaultLocation_.empty() ? defaultLocations().front() : defaultLocation_;
+}
+
+void CompileCache::setLocation(const std::string& folder) {
+    std::lock_guard lock(mutex_);
+    if (locationFixed_) {
+        log_(LogLevel::kInfo, message("location \"", folder, "\" is not used: OPTIX_CACHE_PATH is ",
+                                      location_));
+        return;
+    }
+    if (folder.empty())
+        fail(Code::kCacheInvalidPath, "location is an empty path");
+    location_ = folder;
+    if (cache_)
+        open();
+}
+
+cache::Marks CompileCache::marks() const {
+    std::lock_guard lock(mutex_);
+    return off_ ? cache::Marks{} : marks_;
+}
+
+void CompileCache::setMarks(cache::Marks marks) {
+    if (marks.collects() && marks.high < marks.low)
+        fail(Code::kInvalidValue, "highWaterMark = ", marks.high, " is less than lowWaterMark = ",
+             marks.low);
+    std::lock_guard lock(mutex_);
+    if (marksFixed_)
+        log_(LogLevel::kInfo, "the marks are not used: OPTIX_CACHE_MAXSIZE goes before them");
+    else
+        marks_ = marks;
+}
+
+bool CompileCache::find(const std::string& key, std::string& value) {
+    const std::shared_ptr<cache::DiskCache> cache = current();
+    if (!cache)
+        return false;
+    const bool found = cache->find(key, value);
+    log_(LogLevel::kInfo, (found ? "hit for " : "miss for ") + hexOf(key));
+    return found;
+}
+
+void CompileCache::insert(const std::string& key, const std::string& value) {
+    const cache::Marks limits = marks();
+    if (const std::shared_ptr<cache::DiskCache> cache = current())
+        cache->insert(key, value, limits);
+}
+
+} // namespace sunstone::engine

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// The disk cache of one context: whether it is on, where it is and how large it may grow, by the
+// API's calls and by the environment, which goes before them.
+//
+//   OPTIX_CACHE_PATH     folder instead of any the API names
+//   OPTIX_CACHE_MAXSIZE  bytes: high mark instead of the API's, with half of it as the low mark;
+//                        0 turns the cache off for good; anything but a number from 0 is ignored
+//
+// Both are read when the context is created. Source: OptiX 7.4, sections 3.4.2.3 to 3.4.2.9.
+#pragma once
+
+#include "base/log.h"
+#include "cache/disk_cache.h"
+#include "compiler/compiler.h"
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+namespace sunstone::engine {
+
+class CompileCache : public compiler::ObjectStore {
+public:
+    using Log = std::function<void(LogLevel, const std::string&)>;
+
+    // Marks of a context that never set any.
+    static constexpr cache::Marks kDefaultMarks{uint64_t(512) << 20, uint64_t(1) << 30};
+
+    explicit CompileCache(Log log);
+
+    // Turns the cache on at the default location or that of the environment. Where that fails, a
+    // warning is logged and the cache stays off.
+    void start();
+
+    bool enabled() const;
+    // Throws Error(kCache...) where the cache cannot be opened; it is off then.
+    void setEnabled(bool enabled);
+    std::string location() const; // empty where the environment turned the cache off
+    // Throws as setEnabled does, unless the cache is off: then opening waits until it is turned on.
+    void setLocation(const std::string& folder);
+    cache::Marks marks() const; // zeros where the environment turned the cache off
+    void setMarks(cache::Marks marks);
+
+    bool find(const std::string& key, std::string& value) override;
+    void insert(const std::string& key, const std::string& value) override;
+
+private:
+    void open();
+    std::shared_ptr<cache::DiskCache> current() const;
+
+    Log log_;
+    // Recursive: a log callback may ask for settings.
+    mutable std::recursive_mutex mutex_;
+    std::shared_ptr<cache::DiskCache> cache_; // null while the cache is off
+    std::string location_;                    // empty: the default
+    std::string defaultLocation_;             // the one of the defaults that was opened last
+    cache::Marks marks_ = kDefaultMarks;
+    bool off_ = false;            // by OPTIX_CACHE_MAXSIZE=0
+    bool marksFixed_ = false;     // by OPTIX_CACHE_MAXSIZE
+    bool locationFixed_ = false;  // by OPTIX_CACHE_PATH
+};
+
+} // namespace sunstone::engine
