@@ -436,8 +436,9 @@ private:
         const Sources sources(inputs_);
         const InstanceInput& input = *inputs_.instances;
         auto* const records = reinterpret_cast<InstanceData*>(block_ + plan_.instancesOffset);
+        const OpenLevels levels = OpenLevels::of(header_.options);
         const auto boxOf = [&](uint32_t, uint32_t i, float lower[3], float upper[3]) {
-            return describeInstance(instanceAt(input, i), i, records[i], lower, upper);
+            return describeInstance(instanceAt(input, i), i, levels, records[i], lower, upper);
         };
         const uint32_t count = makeReferences(boxOf);
         buildAndEmit(count, InstanceWriter(plan_.instancesOffset), sources);

@@ -192,8 +192,8 @@ const InstanceDesc& instanceAt(const InstanceInput& input, uint32_t i) {
     return *reinterpret_cast<const InstanceDesc*>(address);
 }
 
-bool describeInstance(const InstanceDesc& from, uint32_t index, InstanceData& to, float lower[3],
-                      float upper[3]) {
+bool describeInstance(const InstanceDesc& from, uint32_t index, OpenLevels levels,
+                      InstanceData& to, float lower[3], float upper[3]) {
     std::memcpy(to.objectToWorld, from.transform, sizeof to.objectToWorld);
     const bool invertible = math::invert(from.transform, to.worldToObject);
     to.child = from.traversableHandle;
@@ -204,7 +204,7 @@ bool describeInstance(const InstanceDesc& from, uint32_t index, InstanceData& to
     to.index = index;
     if (!invertible || from.traversableHandle == 0 || (from.visibilityMask & 0xFF) == 0)
         return false;
-    const Box box = math::transformBox(from.transform, traversableBounds(from.traversableHandle));
+    const Box box = instanceBounds(from.transform, from.traversableHandle, levels);
     bool good = !box.empty();
     for (int a = 0; a < 3; ++a) {
         lower[a] = box.lower[a];

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "bvh/build.h"
+#include "bvh/instance_bounds.h"
 #include "bvh/tree.h"
 
 #include <cstring>
@@ -132,8 +133,8 @@ inline float boxPadding(float size) {
 const InstanceDesc& instanceAt(const InstanceInput& input, uint32_t i);
 
 // Fills the record of an instance and its box; false if it is inactive.
-bool describeInstance(const InstanceDesc& from, uint32_t index, InstanceData& to, float lower[3],
-                      float upper[3]);
+bool describeInstance(const InstanceDesc& from, uint32_t index, OpenLevels levels,
+                      InstanceData& to, float lower[3], float upper[3]);
 
 // The record of a build input in the block.
 InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_t firstPrimitive,

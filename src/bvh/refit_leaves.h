@@ -277,7 +277,8 @@ private:
         Extent extent;
         float lower[3], upper[3];
         const uint32_t index = record.index;
-        if (describeInstance(instanceAt(*sources_.instances, index), index, record, lower, upper))
+        if (describeInstance(instanceAt(*sources_.instances, index), index,
+                             OpenLevels::of(header_.options), record, lower, upper))
             extent.addPrimitive(lower, upper);
         return extent;
     }
