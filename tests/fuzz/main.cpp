@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fuzzes the host API: sequences of random calls with valid and invalid arguments. A sequence is
+// determined by its number alone, so a failure is repeated with `fuzz_api --sequence NUMBER`.
+//   --seconds N    runs sequences for this long (20)
+//   --start N      number of the first sequence (1); with --seconds, sequences count up from it
+//   --sequence N   runs this sequence alone, and prints its calls
+//   --calls N      calls in a sequence (60)
+// What it finds are crashes, sanitizer reports, results that are none, and calls that do not return
+// within a minute. Read world.h for how calls are written.
+#include "world.h"
+
+#include "optix_function_table_definition.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+extern "C" void __sanitizer_set_death_callback(void (*)());
+#define FUZZ_HAS_SANITIZER 1
+#endif
+#endif
+
+namespace {
+
+std::atomic<uint64_t> gSequence{0};
+std::atomic<uint64_t> gCalls{0};
+std::atomic<const char*> gCall{"none"};
+
+void tellWhere() {
+    char text[200];
+    int size = std::snprintf(text, sizeof(text), "\nfuzz_api: in %s; repeat with --sequence %llu\n",
+                             gCall.load(), static_cast<unsigned long long>(gSequence.load()));
+    if (write(STDERR_FILENO, text, size_t(size)) < 0)
+        _exit(3);
+}
+
+void onSignal(int number) {
+    tellWhere();
+    signal(number, SIG_DFL);
+    raise(number);
+}
+
+// Ends the process when a call takes longer than a minute.
+void watch() {
+    for (uint64_t seen = 0;;) {
+        std::this_thread::sleep_for(std::chrono::seconds(60));
+        uint64_t now = gCalls;
+        if (now == seen) {
+            std::fprintf(stderr, "a call does not return\n");
+            tellWhere();
+            std::_Exit(4);
+        }
+        seen = now;
+    }
+}
+
+void runSequence(uint64_t number, unsigned count, bool print) {
+    gSequence = number;
+    if (print)
+        std::printf("sequence %llu\n", static_cast<unsigned long long>(number));
+    int total = 0;
+    for (const fuzz::Call& call : fuzz::calls())
+        total += call.weight;
+    fuzz::World world(number * 0x9E3779B97F4A7C15ull + 1, print);
+    for (unsigned i = 0; i < count; ++i) {
+        int at = int(world.below(uint32_t(total)));
+        for (const fuzz::Call& call : fuzz::calls()) {
+            at -= call.weight;
+            bool isFirst = call.name == std::string("optixDeviceContextCreate");
+            if (i == 0 ? !isFirst : at >= 0) // nothing works without a context
+                continue;
+            gCall = call.name;
+            ++gCalls;
+            if (print) {
+                std::printf("%u: %s\n", i, call.name);
+                std::fflush(stdout);
+            }
+            call.run(world);
+            break;
+        }
+    }
+    gCall = "the end of the sequence";
+    ++gCalls;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    uint64_t seconds = 20, start = 1, sequence = 0, count = 60;
+    for (int i = 1; i + 1 < argc; i += 2) {
+        const std::string name = argv[i];
+        uint64_t value = std::strtoull(argv[i + 1], nullptr, 0);
+        if (name == "--seconds")
+            seconds = value;
+        else if (name == "--start")
+            start = value;
+        else if (name == "--sequence")
+            sequence = value;
+        else if (name == "--calls")
+            count = value;
+        else
+            argc = 0;
+    }
+    if (argc % 2 == 0) {
+        std::fprintf(stderr,
+                     "usage: fuzz_api [--seconds N] [--start N] [--sequence N] [--calls N]\n");
+        return 2;
+    }
+#ifdef FUZZ_HAS_SANITIZER
+    __sanitizer_set_death_callback(tellWhere);
+#else
+    for (int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL})
+        signal(number, onSignal);
+#endif
+    signal(SIGABRT, onSignal);
+    if (optixInit() != OPTIX_SUCCESS) {
+        std::fprintf(stderr, "cannot load the library\n");
+        return 1;
+    }
+    std::thread(watch).detach();
+    if (sequence != 0) {
+        runSequence(sequence, unsigned(count), true);
+        return 0;
+    }
+    auto end = std::chrono::steady_clock::now() + std::chrono::seconds(seconds);
+    uint64_t ran = 0;
+    for (uint64_t number = start; std::chrono::steady_clock::now() < end; ++number, ++ran)
+        runSequence(number, unsigned(count), false);
+    std::printf("%-45s %10s %10s\n", "function", "success", "refused");
+    for (const auto& [name, count] : fuzz::counts())
+        std::printf("%-45s %10llu %10llu\n", name.c_str(), static_cast<unsigned long long>(count[1]),
+                    static_cast<unsigned long long>(count[0]));
+    std::printf("%llu sequences, %llu calls\n", static_cast<unsigned long long>(ran),
+                static_cast<unsigned long long>(gCalls.load()));
+    return 0;
+}

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs of every kind for the API fuzzer. They are well-behaved whatever the launch parameters
+// are: nothing is written beyond `answers`.
+#include <optix.h>
+
+#include "programs.h"
+
+extern "C" {
+__constant__ FuzzParams params;
+}
+
+static __forceinline__ __device__ void answer(unsigned value) {
+    const uint3 index = optixGetLaunchIndex();
+    const unsigned i = index.x + optixGetLaunchDimensions().x * index.y;
+    if (params.answers && i < params.count)
+        params.answers[i] = value;
+}
+
+extern "C" __global__ void __raygen__trace() {
+    unsigned payload = optixGetLaunchIndex().x;
+    const float shift = optixGetLaunchIndex().x * 0.01f;
+    optixTrace(params.handle, make_float3(params.origin[0] + shift, params.origin[1], params.origin[2]),
+               make_float3(params.direction[0], params.direction[1], params.direction[2]), params.tmin,
+               params.tmax, params.time, params.mask, params.rayFlags, params.sbtOffset,
+               params.sbtStride, params.missIndex, payload);
+    answer(payload);
+}
+
+extern "C" __global__ void __raygen__call() {
+    answer(optixDirectCall<unsigned, unsigned>(params.callable, 3u) +
+           optixContinuationCall<unsigned, unsigned>(params.callable + 1, 4u));
+}
+
+extern "C" __global__ void __raygen__throw() {
+    if (optixGetLaunchIndex().x % 3 == 0)
+        optixThrowException(int(params.callable & 0xffff), 1, 2);
+    answer(7);
+}
+
+extern "C" __device__ unsigned __direct_callable__add(unsigned a) { return a + 1; }
+extern "C" __device__ unsigned __continuation_callable__add(unsigned a) { return a * 2; }
+extern "C" __global__ void __exception__note() { answer(unsigned(optixGetExceptionCode())); }
+extern "C" __global__ void __miss__note() { optixSetPayload_0(1u); }
+
+// Reads everything that a hit knows.
+extern "C" __global__ void __closesthit__note() {
+    unsigned sum = optixGetPrimitiveIndex() + optixGetInstanceIndex() + optixGetInstanceId() +
+                   optixGetHitKind() + optixGetSbtGASIndex() + optixGetTransformListSize();
+    for (unsigned i = 0; i < optixGetTransformListSize(); ++i)
+        sum += unsigned(optixGetTransformTypeFromHandle(optixGetTransformListHandle(i)));
+    const float3 p = optixTransformPointFromWorldToObjectSpace(optixGetWorldRayOrigin());
+    sum += unsigned(p.x > 0.0f) + unsigned(optixGetObjectRayDirection().x > 0.0f);
+    if (optixIsTriangleHit())
+        sum += unsigned(optixGetTriangleBarycentrics().x > 0.5f);
+    optixSetPayload_0(sum);
+}
+
+extern "C" __global__ void __anyhit__note() {
+    if (optixGetPrimitiveIndex() % 5 == 1)
+        optixIgnoreIntersection();
+    if (optixGetPrimitiveIndex() % 7 == 2)
+        optixTerminateRay();
+}
+
+extern "C" __global__ void __intersection__note() {
+    optixReportIntersection(optixGetRayTmin() + 0.5f, optixGetPrimitiveIndex() & 63, 1u, 2u);
+    optixReportIntersection(optixGetRayTmax() * 0.5f, 200u);
+}

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+// What host and device of programs.cu share.
+#pragma once
+
+struct FuzzParams {
+    unsigned* answers; // may be null
+    unsigned count;    // words in answers
+    unsigned rayFlags;
+    unsigned long long handle; // any value
+    float origin[3], direction[3], tmin, tmax, time;
+    unsigned sbtOffset, sbtStride, missIndex, callable, mask;
+};
