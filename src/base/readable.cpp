@@ -6,10 +6,38 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstdint>
 
 namespace sunstone {
+
+namespace {
+std::atomic<uint64_t> gEpoch{1};
+}
+
+void beginReadableEpoch() {
+    gEpoch.fetch_add(1, std::memory_order_relaxed);
+}
+
+uint64_t readableEpoch() {
+    return gEpoch.load(std::memory_order_relaxed);
+}
+
+bool isReadableNearby(const void* address, size_t size) {
+    constexpr uintptr_t kPage = 4096; // no machine has smaller ones
+    thread_local uint64_t epoch = 0;
+    thread_local uintptr_t known = 0;
+    const uintptr_t page = uintptr_t(address) / kPage;
+    const bool isInside = size != 0 && uintptr_t(address) % kPage <= kPage - std::min(size, kPage);
+    if (isInside && size <= kPage && page == known && epoch == readableEpoch())
+        return true;
+    if (!isReadable(address, size))
+        return false;
+    known = page;
+    epoch = readableEpoch();
+    return true;
+}
 
 bool isReadable(const void* address, size_t size) {
     const uintptr_t page = uintptr_t(sysconf(_SC_PAGESIZE));

@@ -184,10 +184,11 @@ const InstanceDesc& instanceAt(const InstanceInput& input, uint32_t i) {
         return *reinterpret_cast<const InstanceDesc*>(
             static_cast<const uint8_t*>(input.instances) +
             size_t(i) * (input.stride ? input.stride : sizeof(InstanceDesc)));
-    // Null or misaligned: an instance that is never hit.
+    // Null, misaligned or no memory: an instance that is never hit.
     static const InstanceDesc kNothing{};
     const uint64_t address = input.instancePointers[i];
-    if (address == 0 || address % alignof(InstanceDesc) != 0)
+    if (address == 0 || address % alignof(InstanceDesc) != 0 ||
+        !isReadableNearby(reinterpret_cast<const void*>(address), sizeof(InstanceDesc)))
         return kNothing;
     return *reinterpret_cast<const InstanceDesc*>(address);
 }
@@ -236,8 +237,8 @@ InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_
 
 bool leadsToBlock(uint64_t handle) {
     // Instances of one structure tend to come in a row.
-    thread_local uint64_t known = 0;
-    if (handle == known && known != 0)
+    thread_local uint64_t known = 0, epoch = 0;
+    if (handle == known && known != 0 && epoch == readableEpoch())
         return true;
     const uint64_t first = handle;
     for (int i = 0; i < kMaxTransformChain; ++i) {
@@ -252,8 +253,10 @@ bool leadsToBlock(uint64_t handle) {
         if ((tag != kGasTag && tag != kIasTag) || !isReadable(address, sizeof(BlockHeader)) ||
             !looksLikeBlock(headerOf(address)))
             return false;
-        if (i == 0)
-            known = first; // a transform's child may change
+        if (i == 0) { // a transform's child may change
+            known = first;
+            epoch = readableEpoch();
+        }
         return true;
     }
     return false;

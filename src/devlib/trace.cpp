@@ -49,11 +49,14 @@ const void* blockAt(uint64_t handle, HandleTag tag) {
     const auto* block = reinterpret_cast<const void*>(addressOf(handle));
     // Programs ask about the same structure many times.
     thread_local const void* known = nullptr;
+    thread_local uint64_t epoch = 0;
     if (tagOf(handle) != tag)
         return nullptr;
-    if (block != known && !isReadable(block, sizeof(bvh::BlockHeader)))
+    if ((block != known || epoch != readableEpoch()) &&
+        !isReadable(block, sizeof(bvh::BlockHeader)))
         return nullptr;
     known = block;
+    epoch = readableEpoch();
     return bvh::isBlock(block) ? block : nullptr;
 }
 
@@ -123,6 +126,10 @@ bool isTraversable(uint64_t handle) {
     // From one tile of a launch to the next the handles stay the same.
     constexpr size_t kKnown = 16;
     thread_local uint64_t known[kKnown] = {};
+    thread_local uint64_t epoch = 0;
+    if (epoch != readableEpoch())
+        std::fill_n(known, kKnown, 0);
+    epoch = readableEpoch();
     uint64_t& slot = known[(handle >> 7) % kKnown];
     if (slot == handle && handle != 0)
         return true;

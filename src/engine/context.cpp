@@ -2,12 +2,14 @@
 #include "engine/context.h"
 
 #include "base/error.h"
+#include "base/readable.h"
 
 namespace sunstone::engine {
 
 void enqueueLogged(const std::shared_ptr<Context>& context, void* stream, const char* tag,
                    std::function<void()> work) {
     context->device->enqueue(stream, [context, tag, work = std::move(work)] {
+        beginReadableEpoch();
         try {
             work();
         } catch (const Error& error) {

@@ -2,6 +2,7 @@
 #include "engine/launch.h"
 
 #include "base/error.h"
+#include "base/readable.h"
 #include "base/threads.h"
 #include "devlib/trace.h"
 
@@ -196,6 +197,7 @@ void runLaunch(const LaunchRequest& request) {
 
 void launch(const std::shared_ptr<Context>& context, const LaunchRequest& request) {
     context->device->enqueue(request.stream, [context, request] {
+        beginReadableEpoch();
         try {
             runLaunch(request);
         } catch (const Error& error) {

@@ -13,7 +13,7 @@ void onLog(unsigned, const char*, const char*, void* world) {
 unsigned gLogLines = 0;
 
 void create(World& w) {
-    if (w.contexts.live.size() > 4)
+    if (w.contexts.live.size() > 2)
         return;
     OptixDeviceContextOptions options{};
     if (w.chance(70))
@@ -31,7 +31,7 @@ void create(World& w) {
         w.contexts.live.push_back(context);
     w.done("optixDeviceContextCreate", result);
 }
-const Call kCreate{"optixDeviceContextCreate", 6, create};
+const Call kCreate{"optixDeviceContextCreate", 2, create};
 
 // What was made from a context may outlive it.
 void destroy(World& w) {

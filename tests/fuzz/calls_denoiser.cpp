@@ -7,19 +7,17 @@ namespace {
 
 constexpr unsigned kMostPixels = 48; // in each direction
 
-OptixImage2D image(World& w, unsigned width, unsigned height) {
+OptixImage2D image(World& w, unsigned width, unsigned height, bool isFlow = false) {
     OptixImage2D i{};
-    i.format = w.enumerator({OPTIX_PIXEL_FORMAT_FLOAT4, OPTIX_PIXEL_FORMAT_FLOAT3,
-                             OPTIX_PIXEL_FORMAT_FLOAT2, OPTIX_PIXEL_FORMAT_HALF4,
-                             OPTIX_PIXEL_FORMAT_HALF3, OPTIX_PIXEL_FORMAT_HALF2,
-                             OPTIX_PIXEL_FORMAT_UCHAR4, OPTIX_PIXEL_FORMAT_UCHAR3});
-    unsigned pixel = i.format == OPTIX_PIXEL_FORMAT_FLOAT4   ? 16
-                     : i.format == OPTIX_PIXEL_FORMAT_FLOAT3 ? 12
-                                                             : 8;
+    i.format = isFlow == w.chance(97)
+                   ? w.enumerator({OPTIX_PIXEL_FORMAT_FLOAT2, OPTIX_PIXEL_FORMAT_HALF2})
+                   : w.enumerator({OPTIX_PIXEL_FORMAT_FLOAT4, OPTIX_PIXEL_FORMAT_FLOAT3,
+                                   OPTIX_PIXEL_FORMAT_HALF4, OPTIX_PIXEL_FORMAT_HALF3,
+                                   OPTIX_PIXEL_FORMAT_UCHAR4, OPTIX_PIXEL_FORMAT_UCHAR3});
     i.width = w.nearly(width);
     i.height = w.nearly(height);
     i.rowStrideInBytes = w.chance(95) ? 16 * width : w.any32();
-    i.pixelStrideInBytes = w.chance(80) ? 0 : w.chance(80) ? pixel : w.any32();
+    i.pixelStrideInBytes = w.chance(90) ? 0 : w.oneOf({16u, 12u, 8u, 6u, 3u, w.any32()});
     size_t size = size_t(16) * width * height;
     i.data = w.address(size, 16);
     if (w.chance(40)) {
@@ -102,10 +100,13 @@ void denoise(World& w) {
             w.chance(80) ? w.upload(std::vector<float>{1.0f, w.anyFloat(), 2.0f}) / 4 * 4
                          : w.address(12, 4);
     OptixDenoiserGuideLayer guides{image(w, width, height), image(w, width, height),
-                                   image(w, width, height)};
+                                   image(w, width, height, true)};
     OptixDenoiserLayer layers[2];
+    // All images of a call have one format, as a rule.
     for (OptixDenoiserLayer& layer : layers) {
         layer = {image(w, width, height), image(w, width, height), image(w, width, height)};
+        if (w.chance(92))
+            layer.output.format = layer.previousOutput.format = layer.input.format;
         if (w.chance(20))
             layer.output = layer.input;
     }

@@ -24,7 +24,7 @@ OptixPipelineCompileOptions compileOptions(World& w) {
     options.numAttributeValues = 2;
     options.exceptionFlags = OPTIX_EXCEPTION_FLAG_USER;
     options.pipelineLaunchParamsVariableName = "params";
-    if (w.chance(85))
+    if (w.chance(93))
         return options;
     options.usesMotionBlur = int(w.chance(50) ? 1 : w.any32());
     options.traversableGraphFlags = w.chance(70) ? w.below(4) : w.any32();
@@ -232,9 +232,11 @@ void createGroups(World& w) {
         w.chance(97) ? &options : nullptr, log.text, w.chance(80) ? &log.size : nullptr,
         w.chance(97) ? groups.data() : nullptr);
     if (result == OPTIX_SUCCESS)
-        for (OptixProgramGroup group : groups)
-            if (group)
-                w.groups.live.push_back(group);
+        for (unsigned i = 0; i < count; ++i)
+            if (groups[i]) {
+                w.groups.live.push_back(groups[i]);
+                w.kindOf[groups[i]] = descs[i].kind;
+            }
     w.done(log.isRight() ? "optixProgramGroupCreate" : "a log string without end",
            log.isRight() ? result : OptixResult(-1));
 }
@@ -302,7 +304,11 @@ const Call kSetStackSize{"optixPipelineSetStackSize", 1, setStackSize};
 // Launches with a table whose records come from groups of the pipeline, others, or nowhere.
 void launch(World& w) {
     constexpr unsigned kStride = OPTIX_SBT_RECORD_HEADER_SIZE + 16;
-    auto pack = [&](unsigned count) -> CUdeviceptr {
+    auto pack = [&](OptixProgramGroupKind kind, unsigned count) -> CUdeviceptr {
+        Handles<OptixProgramGroup> fitting;
+        for (OptixProgramGroup group : w.groups.live)
+            if (w.kindOf[group] == kind || w.chance(3))
+                fitting.live.push_back(group);
         CUdeviceptr at = w.memory(size_t(count) * kStride, OPTIX_SBT_RECORD_ALIGNMENT);
         for (unsigned i = 0; i < count; ++i) {
             auto* record = reinterpret_cast<char*>(at) + size_t(i) * kStride;
@@ -315,16 +321,16 @@ void launch(World& w) {
         return w.chance(95) ? at : w.address(size_t(count) * kStride, OPTIX_SBT_RECORD_ALIGNMENT);
     };
     OptixShaderBindingTable sbt{};
-    sbt.raygenRecord = pack(1);
-    sbt.exceptionRecord = w.chance(30) ? pack(1) : 0;
-    sbt.missRecordBase = pack(2);
+    sbt.raygenRecord = pack(OPTIX_PROGRAM_GROUP_KIND_RAYGEN, 1);
+    sbt.exceptionRecord = w.chance(30) ? pack(OPTIX_PROGRAM_GROUP_KIND_EXCEPTION, 1) : 0;
+    sbt.missRecordBase = pack(OPTIX_PROGRAM_GROUP_KIND_MISS, 2);
     sbt.missRecordCount = w.nearly(2);
     sbt.missRecordStrideInBytes = w.nearly(kStride);
-    sbt.hitgroupRecordBase = pack(6);
+    sbt.hitgroupRecordBase = pack(OPTIX_PROGRAM_GROUP_KIND_HITGROUP, 6);
     sbt.hitgroupRecordCount = w.nearly(6);
     sbt.hitgroupRecordStrideInBytes = w.nearly(kStride);
     if (w.chance(60)) {
-        sbt.callablesRecordBase = pack(4);
+        sbt.callablesRecordBase = pack(OPTIX_PROGRAM_GROUP_KIND_CALLABLES, 4);
         sbt.callablesRecordCount = w.nearly(4);
         sbt.callablesRecordStrideInBytes = w.nearly(kStride);
     }

@@ -135,7 +135,8 @@ int main(int argc, char** argv) {
         runSequence(number, unsigned(count), false);
     std::printf("%-45s %10s %10s\n", "function", "success", "refused");
     for (const auto& [name, count] : fuzz::counts())
-        std::printf("%-45s %10llu %10llu\n", name.c_str(), static_cast<unsigned long long>(count[1]),
+        std::printf("%-45s %10llu %10llu\n", name.c_str(),
+                    static_cast<unsigned long long>(count[1]),
                     static_cast<unsigned long long>(count[0]));
     std::printf("%llu sequences, %llu calls\n", static_cast<unsigned long long>(ran),
                 static_cast<unsigned long long>(gCalls.load()));

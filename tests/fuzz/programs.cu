@@ -49,13 +49,15 @@ extern "C" __global__ void __closesthit__note() {
     for (unsigned i = 0; i < optixGetTransformListSize(); ++i)
         sum += unsigned(optixGetTransformTypeFromHandle(optixGetTransformListHandle(i)));
     const float3 p = optixTransformPointFromWorldToObjectSpace(optixGetWorldRayOrigin());
-    sum += unsigned(p.x > 0.0f) + unsigned(optixGetObjectRayDirection().x > 0.0f);
+    sum += unsigned(p.x > 0.0f);
     if (optixIsTriangleHit())
         sum += unsigned(optixGetTriangleBarycentrics().x > 0.5f);
     optixSetPayload_0(sum);
 }
 
 extern "C" __global__ void __anyhit__note() {
+    if (optixGetObjectRayDirection().x > 2.0f)
+        optixSetPayload_1(unsigned(optixGetRayTmax()));
     if (optixGetPrimitiveIndex() % 5 == 1)
         optixIgnoreIntersection();
     if (optixGetPrimitiveIndex() % 7 == 2)

@@ -52,7 +52,8 @@ std::map<std::string, std::array<uint64_t, 2>>& counts() {
     return map;
 }
 
-World::World(uint64_t seed, bool print) : random_(seed), print_(print) {}
+World::World(uint64_t seed, bool print)
+    : random_(seed), print_(print), isCalm_(random_() % 3 != 0) {}
 
 World::~World() {
     for (OptixDenoiser denoiser : denoisers.live)

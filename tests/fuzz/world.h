@@ -67,7 +67,13 @@ public:
 
     // ---- Random numbers ----
     uint32_t below(uint32_t count) { return count == 0 ? 0 : uint32_t(random_() % count); }
-    bool chance(unsigned percent) { return below(100) < percent; }
+    // Chances up to 6 and from 90 percent are about mistakes: calm sequences make a twelfth of
+    // them.
+    bool chance(unsigned percent) {
+        if (isCalm_ && (percent <= 6 || percent >= 90))
+            return below(1200) < (percent <= 6 ? percent : 1100 + percent);
+        return below(100) < percent;
+    }
     uint32_t any32(); // small, all ones, powers of two and their neighbours, anything
     size_t anySize(); // the same, with 64 bits
     float anyFloat(); // ordinary, 0, huge, tiny, infinite, no number
@@ -99,7 +105,10 @@ public:
             return handles.dead[below(uint32_t(handles.dead.size()))];
         return reinterpret_cast<Handle>(uintptr_t(chance(50) ? 0 : anySize()));
     }
-    OptixDeviceContext context() { return pick(contexts); }
+    // Mostly the same one: what belongs together has to come from one context.
+    OptixDeviceContext context() {
+        return !contexts.live.empty() && chance(92) ? contexts.live[0] : pick(contexts);
+    }
     CUstream stream() { return chance(97) ? CUstream(nullptr) : CUstream(anySize()); }
     OptixTraversableHandle traversable();
 
@@ -133,6 +142,7 @@ public:
     Handles<OptixDeviceContext> contexts;
     Handles<OptixModule> modules;
     Handles<OptixProgramGroup> groups;
+    std::map<OptixProgramGroup, OptixProgramGroupKind> kindOf;
     Handles<OptixPipeline> pipelines;
     Handles<OptixDenoiser> denoisers;
     std::vector<Structure> structures;
@@ -146,6 +156,7 @@ private:
     };
     std::mt19937_64 random_;
     bool print_;
+    bool isCalm_;
     std::vector<Mapping> mappings_;
     size_t mapped_ = 0;
 };
