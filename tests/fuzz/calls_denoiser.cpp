@@ -73,7 +73,7 @@ const Call kDestroy{"optixDenoiserDestroy", 1, destroy};
 
 // Sizes, set-up and one image.
 void denoise(World& w) {
-    if (w.mapped() > (size_t(64) << 20))
+    if (w.mapped() > (size_t(64) << 20) || (w.denoisers.live.empty() && w.chance(90)))
         return;
     OptixDenoiser denoiser = w.pick(w.denoisers);
     unsigned width = 1 + w.below(kMostPixels), height = 1 + w.below(kMostPixels);
