@@ -25,12 +25,13 @@ OptixDeviceContext createContext() {
 }
 
 Program::Program(OptixDeviceContext context, std::string_view ptx, unsigned payloadValues,
-                 unsigned attributeValues, unsigned primitiveTypeFlags, const char* launchParams)
+                 unsigned attributeValues, unsigned primitiveTypeFlags, const char* launchParams,
+                 unsigned graphFlags)
     : context_(context) {
     OptixModuleCompileOptions moduleOptions = {};
     moduleOptions.optLevel = OPTIX_COMPILE_OPTIMIZATION_DEFAULT;
     moduleOptions.debugLevel = OPTIX_COMPILE_DEBUG_LEVEL_MINIMAL;
-    options_.traversableGraphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS;
+    options_.traversableGraphFlags = graphFlags;
     options_.numPayloadValues = int(payloadValues);
     options_.numAttributeValues = int(attributeValues);
     options_.exceptionFlags = OPTIX_EXCEPTION_FLAG_NONE;
@@ -86,7 +87,18 @@ OptixProgramGroup Program::addHitgroup(const char* closestHit, const char* anyHi
     return add(description);
 }
 
-OptixPipeline Program::link(unsigned maxTraceDepth) {
+OptixProgramGroup Program::addCallables(const char* direct, const char* continuation) {
+    OptixProgramGroupDesc description = {};
+    description.kind = OPTIX_PROGRAM_GROUP_KIND_CALLABLES;
+    description.callables.moduleDC = direct ? module_ : nullptr;
+    description.callables.entryFunctionNameDC = direct;
+    description.callables.moduleCC = continuation ? module_ : nullptr;
+    description.callables.entryFunctionNameCC = continuation;
+    hasCallables_ = true;
+    return add(description);
+}
+
+OptixPipeline Program::link(unsigned maxTraceDepth, unsigned maxGraphDepth) {
     OptixPipelineLinkOptions linkOptions = {};
     linkOptions.maxTraceDepth = maxTraceDepth;
     linkOptions.debugLevel = OPTIX_COMPILE_DEBUG_LEVEL_MINIMAL;
@@ -97,9 +109,11 @@ OptixPipeline Program::link(unsigned maxTraceDepth) {
     for (OptixProgramGroup group : groups_)
         OPTIX_CHECK(optixUtilAccumulateStackSizes(group, &sizes));
     unsigned fromTraversal = 0, fromState = 0, continuation = 0;
-    OPTIX_CHECK(optixUtilComputeStackSizes(&sizes, maxTraceDepth, 0, 0, &fromTraversal, &fromState,
-                                           &continuation));
-    OPTIX_CHECK(optixPipelineSetStackSize(pipeline_, fromTraversal, fromState, continuation, 1));
+    unsigned callableDepth = hasCallables_ ? 1 : 0;
+    OPTIX_CHECK(optixUtilComputeStackSizes(&sizes, maxTraceDepth, callableDepth, callableDepth,
+                                           &fromTraversal, &fromState, &continuation));
+    OPTIX_CHECK(optixPipelineSetStackSize(pipeline_, fromTraversal, fromState, continuation,
+                                          maxGraphDepth));
     return pipeline_;
 }
 
@@ -134,4 +148,14 @@ Accel buildAccel(OptixDeviceContext context, const OptixBuildInput& input) {
         accel.memory = std::move(output);
     }
     return accel;
+}
+
+Accel buildInstances(OptixDeviceContext context, const std::vector<OptixInstance>& instances) {
+    DeviceBuffer deviceInstances;
+    deviceInstances.upload(instances);
+    OptixBuildInput input = {};
+    input.type = OPTIX_BUILD_INPUT_TYPE_INSTANCES;
+    input.instanceArray.instances = deviceInstances.address();
+    input.instanceArray.numInstances = unsigned(instances.size());
+    return buildAccel(context, input);
 }

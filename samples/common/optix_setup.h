@@ -18,10 +18,12 @@ OptixDeviceContext createContext();
 // Owns what a sample creates from one module of PTX.
 class Program {
 public:
-    // `launchParams` names the module's launch-parameter variable.
+    // `launchParams` names the module's launch-parameter variable; `graphFlags` says what rays may
+    // start at (OptixTraversableGraphFlags).
     Program(OptixDeviceContext context, std::string_view ptx, unsigned payloadValues,
             unsigned attributeValues, unsigned primitiveTypeFlags,
-            const char* launchParams = "params");
+            const char* launchParams = "params",
+            unsigned graphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS);
     Program(const Program&) = delete;
     Program& operator=(const Program&) = delete;
     ~Program();
@@ -31,8 +33,11 @@ public:
     // Functions may be null.
     OptixProgramGroup addHitgroup(const char* closestHit, const char* anyHit,
                                   const char* intersection);
-    // Links all groups added so far; call once.
-    OptixPipeline link(unsigned maxTraceDepth);
+    // One of the two may be null.
+    OptixProgramGroup addCallables(const char* direct, const char* continuation);
+    // Links all groups added so far; call once. Callables do not call further ones; a graph of
+    // depth 1 is a geometry structure alone.
+    OptixPipeline link(unsigned maxTraceDepth, unsigned maxGraphDepth = 1);
 
 private:
     OptixProgramGroup add(const OptixProgramGroupDesc& description);
@@ -42,6 +47,7 @@ private:
     OptixModule module_ = nullptr;
     OptixPipeline pipeline_ = nullptr;
     std::vector<OptixProgramGroup> groups_;
+    bool hasCallables_ = false;
 };
 
 // What precedes the data of a record without data.
@@ -78,5 +84,8 @@ struct Accel {
     DeviceBuffer memory;
 };
 
-// Builds and then compacts one geometry acceleration structure.
+// Builds and then compacts one acceleration structure.
 Accel buildAccel(OptixDeviceContext context, const OptixBuildInput& input);
+
+// An acceleration structure over instances.
+Accel buildInstances(OptixDeviceContext context, const std::vector<OptixInstance>& instances);

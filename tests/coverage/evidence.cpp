@@ -148,8 +148,9 @@ void Evidence::readSource(const fs::path& file) {
         return;
     if (path.starts_with("src/") && !path.ends_with("_test.cpp"))
         return;
-    if (path.starts_with("tests/coverage/") || path.starts_with("tests/headers/host_") ||
-        path.starts_with("tests/headers/device_") || path.starts_with("tests/headers/nvrtc"))
+    if (path.starts_with("tests/coverage/") || path.starts_with("tests/fuzz/") ||
+        path.starts_with("tests/headers/host_") || path.starts_with("tests/headers/device_") ||
+        path.starts_with("tests/headers/nvrtc"))
         return;
     std::string text = readText(file);
     sources_.push_back({path, wordsOf(withoutComments(text)), {}});
@@ -284,11 +285,11 @@ Files Evidence::filesFor(const Symbol& symbol) const {
     if (symbol.kind.ends_with("field"))
         return field(symbol);
     Files files = references(symbol.name);
-    if (files.empty() && (symbol.kind == "enum" || symbol.kind.ends_with("struct")))
-        files = members(symbol);
-    // All other rows are names, values, sizes and signatures: the generated header checks.
-    bool isDeclaration = symbol.kind != "enum" && !symbol.kind.ends_with("struct");
-    return files.empty() && isDeclaration ? headers : files;
+    if (symbol.kind == "enum" || symbol.kind.ends_with("struct"))
+        files.merge(members(symbol));
+    else if (files.empty()) // names, values, sizes and signatures: the generated header checks
+        files = headers;
+    return files;
 }
 
 std::set<std::string> Evidence::resultsOf(const std::string& function) const {

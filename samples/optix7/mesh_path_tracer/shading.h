@@ -3,8 +3,7 @@
 // rectangular lights, with a material of a diffuse base under a glossy coat.
 //
 // tracePath() is a template over what traces rays, so that the same text runs as an OptiX program
-// (path_tracer.cu) and as C++ over another ray tracer. Sines come from a polynomial of our own:
-// the C library and device compilers round theirs differently, and pictures should not.
+// (path_tracer.cu) and as C++ over another ray tracer.
 //
 // Light that a path meets is weighted by multiple importance sampling between sampling the lights
 // and sampling the material (Veach 1997, balance heuristic). The glossy lobe is GGX, sampled by
@@ -12,8 +11,7 @@
 #pragma once
 
 #include "camera.h"
-
-constexpr float kPi = 3.14159265f;
+#include "sampling.h"
 
 struct Material {
     float3 color;
@@ -72,11 +70,6 @@ struct Random {
 constexpr unsigned kEvenNumbers = 8;
 constexpr unsigned kOrderMask = 63; // order changes within blocks of this many samples and one
 
-SAMPLE_INLINE unsigned hashPcg(unsigned value) {
-    unsigned state = value * 747796405u + 2891336453u;
-    unsigned word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return (word >> 22u) ^ word;
-}
 SAMPLE_INLINE Random makeRandom(unsigned pixel, unsigned sample) {
     Random random;
     random.state = hashPcg(pixel + hashPcg(sample));
@@ -101,40 +94,6 @@ SAMPLE_INLINE float nextFloat(Random& random) {
         random.state = random.state * 747796405u + 2891336453u;
     }
     return float(bits >> 8) * (1.0f / 16777216.0f);
-}
-
-// sin(2 pi x) for x in [-0.25, 0.25]: interpolated at Chebyshev nodes, error below 1e-7.
-SAMPLE_INLINE float sineOfTurns(float x) {
-    float square = x * x;
-    float polynomial = 39.7598271f;
-    polynomial = polynomial * square - 76.5811726f;
-    polynomial = polynomial * square + 81.6024764f;
-    polynomial = polynomial * square - 41.3416806f;
-    polynomial = polynomial * square + 6.28318528f;
-    return x * polynomial;
-}
-// A point on the unit circle; x = cos, y = sin of `turns` in [0, 1).
-SAMPLE_INLINE float2 circlePoint(float turns) {
-    // sin(2 pi t) = sin(2 pi (0.5 - t)): fold into the polynomial's range.
-    float shifted = turns - 0.5f; // [-0.5, 0.5)
-    float sine = shifted < -0.25f ? -0.5f - shifted : shifted > 0.25f ? 0.5f - shifted : shifted;
-    float cosine = 0.25f - (shifted < 0.0f ? -shifted : shifted);
-    float2 point;
-    point.x = -sineOfTurns(cosine);
-    point.y = -sineOfTurns(sine);
-    return point;
-}
-
-// Two vectors that complete the unit vector `z` to a right-handed basis (Duff et al. 2017).
-SAMPLE_INLINE void makeBasis(float3 z, float3& x, float3& y) {
-    float sign = z.z < 0.0f ? -1.0f : 1.0f;
-    float a = -1.0f / (sign + z.z);
-    float b = z.x * z.y * a;
-    x = vec(1.0f + sign * z.x * z.x * a, sign * b, -sign * z.x);
-    y = vec(b, sign + z.y * z.y * a, -z.y);
-}
-SAMPLE_INLINE float3 fromBasis(float3 x, float3 y, float3 z, float3 v) {
-    return x * v.x + y * v.y + z * v.z;
 }
 
 // ---- Light sources ------------------------------------------------------------------------------
