@@ -274,8 +274,8 @@ Files Evidence::filesFor(const Symbol& symbol) const {
     if (symbol.kind == "enumerator" && symbol.type == "OptixResult") {
         Files files = references(symbol.name);
         for (const Source& source : sources_)
-            if (files.empty() && countOf(source.allWords, symbol.name))
-                files[source.path] = 1;
+            if (countOf(source.allWords, symbol.name))
+                files.emplace(source.path, 1);
         return files;
     }
     if (symbol.kind == "enumerator" || symbol.kind == "macro" || symbol.kind == "utility function")
