@@ -110,6 +110,8 @@ struct InstanceInput {
     const uint64_t* instancePointers = nullptr;  // their addresses (then `instances` is null)
     uint32_t stride = 0;                         // of `instances`, 0: 80
     uint32_t numInstances = 0;
+    uint32_t knownFlags = ~0u;                   // bits of InstanceDesc::flags that count
+    uint32_t identityFlag = 0;                   // an instance with it has no transform
 };
 
 // Exactly one of the three is used: triangles, customs or instances. Several inputs of one kind

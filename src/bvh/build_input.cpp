@@ -179,18 +179,31 @@ uint32_t SbtReader::sbtWord(uint32_t primitive) const {
     return ((firstSbtIndex_ + local) & kSbtIndexMask) | flags << kGeometryFlagShift;
 }
 
-const InstanceDesc& instanceAt(const InstanceInput& input, uint32_t i) {
+namespace {
+
+InstanceDesc givenInstance(const InstanceInput& input, uint32_t i) {
     if (input.instances)
         return *reinterpret_cast<const InstanceDesc*>(
             static_cast<const uint8_t*>(input.instances) +
             size_t(i) * (input.stride ? input.stride : sizeof(InstanceDesc)));
     // Null, misaligned or no memory: an instance that is never hit.
-    static const InstanceDesc kNothing{};
     const uint64_t address = input.instancePointers[i];
     if (address == 0 || address % alignof(InstanceDesc) != 0 ||
         !isReadableNearby(reinterpret_cast<const void*>(address), sizeof(InstanceDesc)))
-        return kNothing;
+        return {};
     return *reinterpret_cast<const InstanceDesc*>(address);
+}
+
+} // namespace
+
+InstanceDesc instanceAt(const InstanceInput& input, uint32_t i) {
+    InstanceDesc instance = givenInstance(input, i);
+    if (instance.flags & input.identityFlag) {
+        constexpr float kIdentity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+        std::memcpy(instance.transform, kIdentity, sizeof(kIdentity));
+    }
+    instance.flags &= input.knownFlags & ~input.identityFlag;
+    return instance;
 }
 
 bool describeInstance(const InstanceDesc& from, uint32_t index, OpenLevels levels,

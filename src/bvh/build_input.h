@@ -129,8 +129,8 @@ inline float boxPadding(float size) {
     return size * 0x1p-21f;
 }
 
-// The i-th instance as given.
-const InstanceDesc& instanceAt(const InstanceInput& input, uint32_t i);
+// The i-th instance as the input means it.
+InstanceDesc instanceAt(const InstanceInput& input, uint32_t i);
 
 // Fills the record of an instance and its box; false if it is inactive.
 bool describeInstance(const InstanceDesc& from, uint32_t index, OpenLevels levels,

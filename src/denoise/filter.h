@@ -33,6 +33,7 @@ struct Frame {
     float scale[3] = {1, 1, 1}; // brings the colours of the first layer to a middle grey of 0.18
     bool isLimited = false;     // colours are 0 to 1 and perhaps not linear
     bool isTemporal = false;
+    bool hasPrevious = true; // temporal: layers have previous images; not so in a first frame
 };
 
 class Filter {

@@ -162,7 +162,7 @@ private:
         if (pass_.hasAlpha)
             std::swap(alpha_, result.alpha);
         multiply(result);
-        if (frame_.isTemporal) {
+        if (frame_.isTemporal && frame_.hasPrevious) {
             blendHistory(layer, result, other);
             write(layer, other);
         } else {

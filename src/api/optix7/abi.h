@@ -8,6 +8,8 @@
 // (client_structs.h, adapter.h); what a number means is asked of the object's ABI, here.
 #pragma once
 
+#include "optix.h"
+
 #include <cstdint>
 
 namespace sunstone::optix7 {
@@ -50,9 +52,17 @@ private:
     static constexpr unsigned k28Bits = (1u << 28) - 1;
 };
 
+// An instance flag that releases before 7.4 had: the instance's transform does not count.
+constexpr unsigned kInstanceFlagDisableTransform = 1u << 6;
+
 // Bits that have a meaning in an ABI; others in a client's word are an error.
 unsigned knownBuildFlags(Abi abi);
 unsigned knownGeometryFlags(Abi abi);
 unsigned knownPrimitiveTypeFlags(Abi abi);
+unsigned knownInstanceFlags(Abi abi);
+
+// 7.0 counts levels from 0, without a default. Unknown numbers become unknown ones.
+OptixCompileOptimizationLevel optLevelOf70(int level);
+OptixCompileDebugLevel debugLevelOf70(int level);
 
 } // namespace sunstone::optix7

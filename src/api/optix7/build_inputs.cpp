@@ -111,14 +111,19 @@ public:
         if (in.numInstances > Limits::instancesPerIas(abi_))
             fail(Code::kInvalidValue, where, "numInstances = ", in.numInstances, " is above ",
                  Limits::instancesPerIas(abi_));
-        if (in.instanceStride != 0)
-            fail(Code::kNotSupported, where, "instanceStride = ", in.instanceStride,
-                 ": only dense instances are available yet");
+        i->knownFlags = knownInstanceFlags(abi_);
+        if (abi_ < kAbi74)
+            i->identityFlag = kInstanceFlagDisableTransform;
+        const FormatSize format =
+            pointers ? FormatSize{8, 8}
+                     : FormatSize{sizeof(OptixInstance), OPTIX_INSTANCE_BYTE_ALIGNMENT};
+        if (!pointers) {
+            checkStride(in.instanceStride, format, where, "instanceStride");
+            i->stride = in.instanceStride;
+        }
         if (buffers_ && in.numInstances != 0) {
-            FormatSize format = pointers
-                                    ? FormatSize{8, 8}
-                                    : FormatSize{sizeof(OptixInstance), OPTIX_INSTANCE_BYTE_ALIGNMENT};
-            checkBuffer(pointer(in.instances), in.numInstances, 0, format, where, "instances");
+            checkBuffer(pointer(in.instances), in.numInstances, i->stride, format, where,
+                        "instances");
             if (pointers)
                 i->instancePointers = static_cast<const uint64_t*>(pointer(in.instances));
             else
@@ -207,14 +212,10 @@ private:
         if (!flags)
             fail(Code::kInvalidValue, where, "flags is null");
         const unsigned known = knownGeometryFlags(abi_);
-        for (unsigned i = 0; i < numRecords; ++i) {
+        for (unsigned i = 0; i < numRecords; ++i)
             if (flags[i] & ~known)
                 fail(Code::kInvalidValue, where, "flags[", i, "] = ", flags[i],
                      " has unknown bits");
-            if (flags[i] & OPTIX_GEOMETRY_FLAG_DISABLE_TRIANGLE_FACE_CULLING)
-                fail(Code::kNotSupported, where, "flags[", i, "] = ", flags[i],
-                     ": DISABLE_TRIANGLE_FACE_CULLING is not available yet");
-        }
         if (offsetSize != 0 && offsetSize != 1 && offsetSize != 2 && offsetSize != 4)
             fail(Code::kInvalidValue, where, "sbtIndexOffsetSizeInBytes = ", offsetSize,
                  " is not 0, 1, 2 or 4");

@@ -8,9 +8,12 @@ bool BuildInputs::hasType(OptixBuildInputType type) const {
     case OPTIX_BUILD_INPUT_TYPE_TRIANGLES:
     case OPTIX_BUILD_INPUT_TYPE_CUSTOM_PRIMITIVES:
     case OPTIX_BUILD_INPUT_TYPE_INSTANCES:
-    case OPTIX_BUILD_INPUT_TYPE_INSTANCE_POINTERS: return true;
-    case OPTIX_BUILD_INPUT_TYPE_CURVES: return abi_ >= kAbi71;
-    case OPTIX_BUILD_INPUT_TYPE_SPHERES: return abi_ >= kAbi75;
+    case OPTIX_BUILD_INPUT_TYPE_INSTANCE_POINTERS:
+        return true;
+    case OPTIX_BUILD_INPUT_TYPE_CURVES:
+        return abi_ >= kAbi71;
+    case OPTIX_BUILD_INPUT_TYPE_SPHERES:
+        return abi_ >= kAbi75;
     }
     return false;
 }
@@ -40,7 +43,8 @@ OptixBuildInput BuildInputs::operator[](unsigned index) const {
     case OPTIX_BUILD_INPUT_TYPE_INSTANCE_POINTERS:
         out.instanceArray = fromClient<OptixBuildInputInstanceArray>(member, abi_);
         break;
-    default: break;
+    default:
+        break;
     }
     return out;
 }

@@ -34,15 +34,10 @@ constexpr size_t clientBytes<OptixModuleCompileOptions>(Abi abi) {
 }
 template <>
 constexpr size_t clientBytes<OptixPipelineCompileOptions>(Abi abi) {
-    return abi < kAbi71   ? SUNSTONE_BYTES_BEFORE(OptixPipelineCompileOptions, usesPrimitiveTypeFlags)
-           : abi < kAbi76 ? SUNSTONE_BYTES_BEFORE(OptixPipelineCompileOptions, allowOpacityMicromaps)
-                          : sizeof(OptixPipelineCompileOptions);
-}
-// 7.0 has a third member, which overrides usesMotionBlur for one pipeline: nothing that a traversal
-// that looks at the structures could do better with.
-template <>
-constexpr size_t clientBytes<OptixPipelineLinkOptions>(Abi) {
-    return sizeof(OptixPipelineLinkOptions);
+    return abi < kAbi71 ? SUNSTONE_BYTES_BEFORE(OptixPipelineCompileOptions, usesPrimitiveTypeFlags)
+           : abi < kAbi76
+               ? SUNSTONE_BYTES_BEFORE(OptixPipelineCompileOptions, allowOpacityMicromaps)
+               : sizeof(OptixPipelineCompileOptions);
 }
 // Before 7.4 an int without a meaning.
 template <>
@@ -79,9 +74,10 @@ constexpr size_t clientBytes<OptixDenoiserGuideLayer>(Abi abi) {
 }
 template <>
 constexpr size_t clientBytes<OptixDenoiserParams>(Abi abi) {
-    return abi < kAbi72   ? SUNSTONE_BYTES_UP_TO(OptixDenoiserParams, blendFactor)
-           : abi < kAbi75 ? SUNSTONE_BYTES_BEFORE(OptixDenoiserParams, temporalModeUsePreviousLayers)
-                          : SUNSTONE_BYTES_UP_TO(OptixDenoiserParams, temporalModeUsePreviousLayers);
+    return abi < kAbi72 ? SUNSTONE_BYTES_UP_TO(OptixDenoiserParams, blendFactor)
+           : abi < kAbi75
+               ? SUNSTONE_BYTES_BEFORE(OptixDenoiserParams, temporalModeUsePreviousLayers)
+               : SUNSTONE_BYTES_UP_TO(OptixDenoiserParams, temporalModeUsePreviousLayers);
 }
 template <>
 constexpr size_t clientBytes<OptixDenoiserSizes>(Abi abi) {
@@ -92,9 +88,25 @@ constexpr size_t clientBytes<OptixDenoiserSizes>(Abi abi) {
 #undef SUNSTONE_BYTES_BEFORE
 #undef SUNSTONE_BYTES_UP_TO
 
-// Whether T is one of the structs above.
+// Structs that later releases do not have any more.
+
+struct PipelineLinkOptions70 { // 7.0
+    OptixPipelineLinkOptions common;
+    int overrideUsesMotionBlur; // rays of this pipeline have a time whatever the modules say
+};
+static_assert(sizeof(PipelineLinkOptions70) == 12);
+
+struct DenoiserOptions70 { // 7.0 to 7.2; a pixel format followed in 7.0, which images say as well
+    enum InputKind : int { kColor = 0x2301, kColorAlbedo = 0x2302, kColorAlbedoNormal = 0x2303 };
+    int inputKind;
+};
+static_assert(sizeof(DenoiserOptions70) == 4);
+
+// Whether T is a struct that differs.
 template <class T>
-concept DiffersBetweenAbis = requires(Abi abi) { clientBytes<T>(abi); };
+concept DiffersBetweenAbis = requires(Abi abi) {
+    clientBytes<T>(abi);
+};
 
 // A client's struct in our form.
 template <DiffersBetweenAbis T>

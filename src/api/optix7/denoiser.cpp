@@ -14,10 +14,6 @@ HandleTable<DenoiserObject>& denoisers() {
     return *table;
 }
 
-namespace {
-
-constexpr unsigned kMaxSide = 1u << 20;
-
 std::shared_ptr<DenoiserObject> denoiserOf(OptixDenoiser handle) {
     if (!handle)
         fail(Code::kInvalidValue, "denoiser is null");
@@ -28,30 +24,58 @@ std::shared_ptr<DenoiserObject> denoiserOf(OptixDenoiser handle) {
     return object;
 }
 
-// The context of a denoiser outside any guard; null if the denoiser is not alive.
 std::shared_ptr<DeviceContext> peek(OptixDenoiser handle) {
     std::shared_ptr<DenoiserObject> object = denoisers().find(handle);
     return object ? object->context : nullptr;
 }
 
-denoise::Kind checkKind(OptixDenoiserModelKind kind) {
+denoise::Kind checkKind(OptixDenoiserModelKind kind, Abi abi) {
     switch (kind) {
     case OPTIX_DENOISER_MODEL_KIND_LDR:
         return denoise::Kind::kLimited;
     case OPTIX_DENOISER_MODEL_KIND_HDR:
         return denoise::Kind::kHighRange;
     case OPTIX_DENOISER_MODEL_KIND_AOV:
-        return denoise::Kind::kLayers;
+        if (abi >= kAbi72)
+            return denoise::Kind::kLayers;
+        break;
     case OPTIX_DENOISER_MODEL_KIND_TEMPORAL:
-        return denoise::Kind::kTemporal;
+        if (abi >= kAbi73)
+            return denoise::Kind::kTemporal;
+        break;
     case OPTIX_DENOISER_MODEL_KIND_TEMPORAL_AOV:
-        return denoise::Kind::kTemporalLayers;
+        if (abi >= kAbi73)
+            return denoise::Kind::kTemporalLayers;
+        break;
     case OPTIX_DENOISER_MODEL_KIND_UPSCALE2X:
     case OPTIX_DENOISER_MODEL_KIND_TEMPORAL_UPSCALE2X:
-        fail(Code::kNotSupported, "modelKind = ", unsigned(kind),
-             ": upscaling denoisers are not available");
+        if (abi >= kAbi75)
+            fail(Code::kNotSupported, "modelKind = ", unsigned(kind),
+                 ": upscaling denoisers are not available");
+        break;
     }
-    fail(Code::kInvalidValue, "modelKind = ", unsigned(kind), " is unknown");
+    fail(Code::kInvalidValue, "modelKind = ", unsigned(kind), " is unknown in OptiX ",
+         releaseOf(abi));
+}
+
+denoise::Model checkUserModel(const void* data, size_t size) {
+    denoise::Model model;
+    std::string reason;
+    if (!denoise::parseModel(data, size, model, reason))
+        throw ResultError(OPTIX_ERROR_INVALID_FILE_FORMAT,
+                          "the data is no denoiser model: " + reason);
+    return model;
+}
+
+namespace {
+
+constexpr unsigned kMaxSide = 1u << 20;
+
+const denoise::Filter& filterOf(const DenoiserObject& denoiser) {
+    if (!denoiser.filter)
+        throw ResultError(OPTIX_ERROR_DENOISER_MODEL_NOT_SET,
+                          "optixDenoiserSetModel was not called for this denoiser");
+    return *denoiser.filter;
 }
 
 OptixDenoiser makeDenoiser(std::shared_ptr<DeviceContext> context, const denoise::Model& model) {
@@ -165,7 +189,8 @@ void requireSameSize(const std::string& name, const denoise::Image& image,
 class InvokeCheck {
 public:
     InvokeCheck(DenoiserObject& denoiser, const OptixDenoiserParams& params)
-        : model_(denoiser.model), device_(*denoiser.context->engine->device), params_(params) {
+        : model_(denoiser.model), abi_(denoiser.context->abi),
+          device_(*denoiser.context->engine->device), params_(params) {
         request_.filter = denoiser.filter;
     }
 
@@ -176,6 +201,8 @@ public:
         frame_.offsetY = offsetY;
         frame_.isLimited = model_.kind == denoise::Kind::kLimited;
         frame_.isTemporal = denoise::isTemporal(model_.kind);
+        // Clients before 7.5 always pass something: in a first frame the noisy image.
+        frame_.hasPrevious = abi_ < kAbi75 || params_.temporalModeUsePreviousLayers != 0;
         checkParams();
         if (count == 0 || (count > 1 && !denoise::takesLayers(model_.kind)))
             fail(Code::kInvalidValue, "numLayers = ", count, ", but this kind of denoiser takes ",
@@ -215,7 +242,7 @@ private:
         if (!frame_.layers.empty())
             requireSameSize(name + ".input", layer.input, frame_.layers[0].input);
         checkWindow(name, layer);
-        if (frame_.isTemporal) {
+        if (frame_.isTemporal && frame_.hasPrevious) {
             layer.previous =
                 checkImage(device_, name + ".previousOutput", from.previousOutput, kColorRule);
             requireSameSize(name + ".previousOutput", layer.previous, layer.input);
@@ -250,11 +277,12 @@ private:
         if (model_.usesNormal)
             frame_.normal =
                 guide("guideLayer->normal", guides.normal, {frame_.isTemporal ? 3u : 2u, false});
-        if (frame_.isTemporal)
+        if (frame_.isTemporal && frame_.hasPrevious)
             frame_.flow = guide("guideLayer->flow", guides.flow, {2, false});
     }
 
     const denoise::Model& model_;
+    Abi abi_;
     device::Device& device_;
     const OptixDenoiserParams& params_;
     engine::DenoiseRequest request_;
@@ -305,7 +333,7 @@ OptixResult denoiserCreate(OptixDeviceContext context, OptixDenoiserModelKind mo
         *denoiser = nullptr;
         requireNonNull(options, "options");
         denoise::Model model;
-        model.kind = checkKind(modelKind);
+        model.kind = checkKind(modelKind, owner->abi);
         model.usesAlbedo = options->guideAlbedo != 0;
         model.usesNormal = options->guideNormal != 0;
         *denoiser = makeDenoiser(owner, model);
@@ -320,12 +348,7 @@ OptixResult denoiserCreateWithUserModel(OptixDeviceContext context, const void* 
         requireNonNull(denoiser, "denoiser");
         *denoiser = nullptr;
         requireNonNull(userData, "userData");
-        denoise::Model model;
-        std::string reason;
-        if (!denoise::parseModel(userData, userDataSizeInBytes, model, reason))
-            throw ResultError(OPTIX_ERROR_INVALID_FILE_FORMAT,
-                              "userData is no denoiser model: " + reason);
-        *denoiser = makeDenoiser(owner, model);
+        *denoiser = makeDenoiser(owner, checkUserModel(userData, userDataSizeInBytes));
     });
 }
 
@@ -344,13 +367,15 @@ OptixResult denoiserComputeMemoryResources(const OptixDenoiser denoiser, unsigne
         requireNonNull(returnSizes, "returnSizes");
         checkSide("outputWidth", outputWidth);
         checkSide("outputHeight", outputHeight);
-        const denoise::Filter& filter = *object->filter;
+        const denoise::Filter& filter = filterOf(*object);
         unsigned overlap = filter.overlap();
         returnSizes->stateSizeInBytes = engine::kDenoiserStateSize;
         returnSizes->withOverlapScratchSizeInBytes =
             filter.scratchSize(outputWidth + 2 * overlap, outputHeight + 2 * overlap);
+        // 7.0 calls the two "minimum" and "recommended": what is recommended must do for tiles too.
         returnSizes->withoutOverlapScratchSizeInBytes =
-            filter.scratchSize(outputWidth, outputHeight);
+            object->context->abi < kAbi71 ? returnSizes->withOverlapScratchSizeInBytes
+                                          : filter.scratchSize(outputWidth, outputHeight);
         returnSizes->overlapWindowSizeInPixels = overlap;
         const size_t pixels = size_t(outputWidth + 2 * overlap) * (outputHeight + 2 * overlap);
         returnSizes->computeAverageColorSizeInBytes = kAverageColorScratch.bytes(pixels);
@@ -371,12 +396,35 @@ OptixResult denoiserSetup(OptixDenoiser denoiser, CUstream stream, unsigned inpu
         checkMemory(device, "denoiserState", denoiserState, denoiserStateSizeInBytes,
                     engine::kDenoiserStateSize);
         checkMemory(device, "scratch", scratch, scratchSizeInBytes,
-                    object->filter->scratchSize(inputWidth, inputHeight));
+                    filterOf(*object).scratchSize(inputWidth, inputHeight));
         engine::setupDenoiser(object->context->engine, stream,
                               reinterpret_cast<void*>(denoiserState), inputWidth, inputHeight);
         std::lock_guard lock(object->mutex);
         object->setups[denoiserState] = {inputWidth, inputHeight};
     });
+}
+
+void invoke(DenoiserObject& denoiser, const InvokePlace& place, const OptixDenoiserParams& params,
+            const OptixDenoiserGuideLayer& guideLayer, const OptixDenoiserLayer* layers,
+            unsigned numLayers) {
+    device::Device& device = *denoiser.context->engine->device;
+    const denoise::Filter& filter = filterOf(denoiser);
+    DenoiserObject::Setup setup = setupOf(denoiser, place.state);
+    checkMemory(device, "denoiserState", place.state, place.stateSize, engine::kDenoiserStateSize);
+    engine::DenoiseRequest request =
+        InvokeCheck(denoiser, params)
+            .take(guideLayer, layers, numLayers, place.inputOffsetX, place.inputOffsetY);
+    const denoise::Image& input = request.frame.layers[0].input;
+    if (input.width > setup.width || input.height > setup.height)
+        fail(Code::kInvalidValue, "layers[0].input has ", input.width, " x ", input.height,
+             " pixels, more than the ", setup.width, " x ", setup.height,
+             " of optixDenoiserSetup");
+    checkMemory(device, "scratch", place.scratch, place.scratchSize,
+                filter.scratchSize(input.width, input.height));
+    request.state = reinterpret_cast<const void*>(place.state);
+    request.scratch = reinterpret_cast<void*>(place.scratch);
+    request.stream = place.stream;
+    engine::denoise(denoiser.context->engine, std::move(request));
 }
 
 OptixResult denoiserInvoke(OptixDenoiser denoiser, CUstream stream,
@@ -388,27 +436,12 @@ OptixResult denoiserInvoke(OptixDenoiser denoiser, CUstream stream,
                            size_t scratchSizeInBytes) {
     return guarded(peek(denoiser), "optixDenoiserInvoke", [&] {
         std::shared_ptr<DenoiserObject> object = denoiserOf(denoiser);
-        device::Device& device = *object->context->engine->device;
         requireNonNull(params, "params");
         requireNonNull(guideLayer, "guideLayer");
         requireNonNull(layers, "layers");
-        DenoiserObject::Setup setup = setupOf(*object, denoiserState);
-        checkMemory(device, "denoiserState", denoiserState, denoiserStateSizeInBytes,
-                    engine::kDenoiserStateSize);
-        engine::DenoiseRequest request =
-            InvokeCheck(*object, *params)
-                .take(*guideLayer, layers, numLayers, inputOffsetX, inputOffsetY);
-        const denoise::Image& input = request.frame.layers[0].input;
-        if (input.width > setup.width || input.height > setup.height)
-            fail(Code::kInvalidValue, "layers[0].input has ", input.width, " x ", input.height,
-                 " pixels, more than the ", setup.width, " x ", setup.height,
-                 " of optixDenoiserSetup");
-        checkMemory(device, "scratch", scratch, scratchSizeInBytes,
-                    object->filter->scratchSize(input.width, input.height));
-        request.state = reinterpret_cast<const void*>(denoiserState);
-        request.scratch = reinterpret_cast<void*>(scratch);
-        request.stream = stream;
-        engine::denoise(object->context->engine, std::move(request));
+        const InvokePlace place{stream,       denoiserState, denoiserStateSizeInBytes, inputOffsetX,
+                                inputOffsetY, scratch,       scratchSizeInBytes};
+        invoke(*object, place, *params, *guideLayer, layers, numLayers);
     });
 }
 

@@ -41,6 +41,9 @@ OptixResult sbtRecordPackHeader(OptixProgramGroup, void*);
 OptixResult pipelineCreate(OptixDeviceContext, const OptixPipelineCompileOptions*,
                            const OptixPipelineLinkOptions*, const OptixProgramGroup*, unsigned,
                            char*, size_t*, OptixPipeline*);
+OptixResult pipelineCreate70(OptixDeviceContext, const OptixPipelineCompileOptions*,
+                             const PipelineLinkOptions70*, const OptixProgramGroup*, unsigned,
+                             char*, size_t*, OptixPipeline*);
 OptixResult pipelineDestroy(OptixPipeline);
 OptixResult pipelineSetStackSize(OptixPipeline, unsigned, unsigned, unsigned, unsigned);
 OptixResult launch(OptixPipeline, CUstream, CUdeviceptr, size_t, const OptixShaderBindingTable*,
@@ -69,9 +72,14 @@ OptixResult accelRelocateChildren(OptixDeviceContext, CUstream, const OptixReloc
 OptixResult convertPointerToTraversableHandle(OptixDeviceContext, CUdeviceptr, OptixTraversableType,
                                               OptixTraversableHandle*);
 
-// denoiser.cpp
+// denoiser.cpp; the two versions of a function are those from 7.3 on and those before
 OptixResult denoiserCreate(OptixDeviceContext, OptixDenoiserModelKind, const OptixDenoiserOptions*,
                            OptixDenoiser*);
+OptixResult denoiserCreate70(OptixDeviceContext, const DenoiserOptions70*, OptixDenoiser*);
+OptixResult denoiserSetModel(OptixDenoiser, int, const void*, size_t);
+OptixResult denoiserInvoke70(OptixDenoiser, CUstream, const OptixDenoiserParams*, CUdeviceptr,
+                             size_t, const OptixImage2D*, unsigned, unsigned, unsigned,
+                             const OptixImage2D*, CUdeviceptr, size_t);
 OptixResult denoiserCreateWithUserModel(OptixDeviceContext, const void*, size_t, OptixDenoiser*);
 OptixResult denoiserDestroy(OptixDenoiser);
 OptixResult denoiserComputeMemoryResources(OptixDenoiser, unsigned, unsigned, OptixDenoiserSizes*);

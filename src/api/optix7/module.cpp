@@ -9,8 +9,8 @@
 namespace sunstone::optix7 {
 namespace {
 
-compiler::OptLevel optLevelOf(OptixCompileOptimizationLevel level) {
-    switch (level) {
+compiler::OptLevel optLevelOf(OptixCompileOptimizationLevel level, Abi abi) {
+    switch (abi < kAbi71 ? optLevelOf70(level) : level) {
     case OPTIX_COMPILE_OPTIMIZATION_LEVEL_0: return compiler::OptLevel::k0;
     case OPTIX_COMPILE_OPTIMIZATION_LEVEL_1: return compiler::OptLevel::k1;
     case OPTIX_COMPILE_OPTIMIZATION_LEVEL_2: return compiler::OptLevel::k2;
@@ -20,12 +20,15 @@ compiler::OptLevel optLevelOf(OptixCompileOptimizationLevel level) {
     fail(Code::kInvalidValue, "moduleCompileOptions->optLevel = ", unsigned(level), " is unknown");
 }
 
-compiler::DebugLevel debugLevelOf(OptixCompileDebugLevel level, const char* parameter) {
-    switch (level) {
+compiler::DebugLevel debugLevelOf(OptixCompileDebugLevel level, const char* parameter, Abi abi) {
+    switch (abi < kAbi71 ? debugLevelOf70(level) : level) {
     case OPTIX_COMPILE_DEBUG_LEVEL_NONE: return compiler::DebugLevel::kNone;
     case OPTIX_COMPILE_DEBUG_LEVEL_DEFAULT:
     case OPTIX_COMPILE_DEBUG_LEVEL_MINIMAL: return compiler::DebugLevel::kMinimal;
-    case OPTIX_COMPILE_DEBUG_LEVEL_MODERATE: return compiler::DebugLevel::kModerate;
+    case OPTIX_COMPILE_DEBUG_LEVEL_MODERATE:
+        if (abi >= kAbi74)
+            return compiler::DebugLevel::kModerate;
+        break;
     case OPTIX_COMPILE_DEBUG_LEVEL_FULL: return compiler::DebugLevel::kFull;
     }
     fail(Code::kInvalidValue, parameter, "->debugLevel = ", unsigned(level), " is unknown");
@@ -106,8 +109,8 @@ CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options, A
     return kept;
 }
 
-void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter) {
-    debugLevelOf(level, parameter);
+void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter, Abi abi) {
+    debugLevelOf(level, parameter, abi);
 }
 
 OptixResult moduleCreateFromPTX(OptixDeviceContext context,
@@ -125,9 +128,9 @@ OptixResult moduleCreateFromPTX(OptixDeviceContext context,
         requireNonNull(ptx, "PTX");
         CompileOptions options = checkCompileOptions(pipelineOptions, owner->abi);
         checkModuleOptions(*moduleOptions);
-        compiler::OptLevel optLevel = optLevelOf(moduleOptions->optLevel);
+        compiler::OptLevel optLevel = optLevelOf(moduleOptions->optLevel, owner->abi);
         compiler::DebugLevel debugLevel =
-            debugLevelOf(moduleOptions->debugLevel, "moduleCompileOptions");
+            debugLevelOf(moduleOptions->debugLevel, "moduleCompileOptions", owner->abi);
 
         auto object = std::make_shared<ModuleObject>();
         object->context = owner;

@@ -10,7 +10,7 @@ namespace sunstone::optix7 {
 // field.
 CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options, Abi abi);
 
-// Throws if the level is no enumerator.
-void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter);
+// Throws if the level is no enumerator of the ABI.
+void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter, Abi abi);
 
 } // namespace sunstone::optix7

@@ -87,11 +87,10 @@ void checkSameOptions(const CompileOptions& wanted, const GroupObject& group, un
                  "pipeline compile options");
 }
 
-} // namespace
-
-OptixResult pipelineCreate(OptixDeviceContext context,
+// Creates a pipeline; forceMotionBlur: it has ray times even if the modules say otherwise.
+OptixResult makePipeline(OptixDeviceContext context,
                            const OptixPipelineCompileOptions* compileOptions,
-                           const OptixPipelineLinkOptions* linkOptions,
+                           const OptixPipelineLinkOptions* linkOptions, bool forceMotionBlur,
                            const OptixProgramGroup* programGroups, unsigned count, char* logString,
                            size_t* logStringSize, OptixPipeline* pipeline) {
     std::string feedback;
@@ -105,7 +104,7 @@ OptixResult pipelineCreate(OptixDeviceContext context,
         if (linkOptions->maxTraceDepth > Limits::kTraceDepth)
             fail(Code::kInvalidValue, "pipelineLinkOptions->maxTraceDepth = ",
                  linkOptions->maxTraceDepth, " is above ", Limits::kTraceDepth);
-        checkDebugLevel(linkOptions->debugLevel, "pipelineLinkOptions");
+        checkDebugLevel(linkOptions->debugLevel, "pipelineLinkOptions", owner->abi);
         if (count == 0)
             fail(Code::kInvalidValue, "numProgramGroups is 0");
         requireNonNull(programGroups, "programGroups");
@@ -127,14 +126,37 @@ OptixResult pipelineCreate(OptixDeviceContext context,
                                ": stack-overflow and debug exceptions are not raised yet"));
         engine::PipelineLimits limits;
         limits.maxTraceDepth = linkOptions->maxTraceDepth;
+        compiler::PipelineRules rules = options.rules();
+        rules.motionBlur |= forceMotionBlur;
         auto object = std::make_shared<PipelineObject>();
         object->context = owner;
-        object->pipeline = engine::createPipeline(members, options.rules(), limits,
-                                                  owner->engine->cache.get());
+        object->pipeline =
+            engine::createPipeline(members, rules, limits, owner->engine->cache.get());
         *pipeline = static_cast<OptixPipeline>(pipelines().add(object));
     }, &feedback);
     writeLogString(feedback, logString, logStringSize);
     return result;
+}
+
+} // namespace
+
+OptixResult pipelineCreate(OptixDeviceContext context,
+                           const OptixPipelineCompileOptions* compileOptions,
+                           const OptixPipelineLinkOptions* linkOptions,
+                           const OptixProgramGroup* programGroups, unsigned count, char* logString,
+                           size_t* logStringSize, OptixPipeline* pipeline) {
+    return makePipeline(context, compileOptions, linkOptions, false, programGroups, count,
+                          logString, logStringSize, pipeline);
+}
+
+OptixResult pipelineCreate70(OptixDeviceContext context,
+                             const OptixPipelineCompileOptions* compileOptions,
+                             const PipelineLinkOptions70* linkOptions,
+                             const OptixProgramGroup* programGroups, unsigned count,
+                             char* logString, size_t* logStringSize, OptixPipeline* pipeline) {
+    return makePipeline(context, compileOptions, linkOptions ? &linkOptions->common : nullptr,
+                          linkOptions && linkOptions->overrideUsesMotionBlur != 0, programGroups,
+                          count, logString, logStringSize, pipeline);
 }
 
 OptixResult pipelineDestroy(OptixPipeline pipeline) {

@@ -117,7 +117,10 @@ void addPipelineSlots(Slots& slots) {
     FUNCTION(programGroupCreate);
     FUNCTION(programGroupDestroy);
     FUNCTION(programGroupGetStackSize);
-    FUNCTION(pipelineCreate);
+    if constexpr (kAbi >= kAbi71)
+        FUNCTION(pipelineCreate);
+    else
+        FUNCTION(pipelineCreate70);
     FUNCTION(pipelineDestroy);
     FUNCTION(pipelineSetStackSize);
 }
@@ -148,14 +151,24 @@ void addAccelSlots(Slots& slots) {
 
 template <Abi kAbi>
 void addDenoiserSlots(Slots& slots) {
-    FUNCTION(denoiserCreate);
+    if constexpr (kAbi >= kAbi73)
+        FUNCTION(denoiserCreate);
+    else
+        FUNCTION(denoiserCreate70);
     FUNCTION(denoiserDestroy);
     FUNCTION(denoiserComputeMemoryResources);
     FUNCTION(denoiserSetup);
-    FUNCTION(denoiserInvoke);
+    if constexpr (kAbi >= kAbi73) {
+        FUNCTION(denoiserInvoke);
+    } else {
+        FUNCTION(denoiserInvoke70);
+        FUNCTION(denoiserSetModel);
+    }
     FUNCTION(denoiserComputeIntensity);
-    FUNCTION(denoiserComputeAverageColor);
-    FUNCTION(denoiserCreateWithUserModel);
+    if constexpr (kAbi >= kAbi72)
+        FUNCTION(denoiserComputeAverageColor);
+    if constexpr (kAbi >= kAbi73)
+        FUNCTION(denoiserCreateWithUserModel);
 }
 
 template <Abi kAbi>
@@ -177,6 +190,10 @@ struct Table {
     void (*addSlots)(Slots&);
 };
 constexpr Table kTables[] = {
+    {kAbi70, 36, addSlots<kAbi70>},
+    {kAbi71, 37, addSlots<kAbi71>},
+    {kAbi72, 38, addSlots<kAbi72>},
+    {kAbi73, 38, addSlots<kAbi73>},
     {kAbi74, 43, addSlots<kAbi74>},
     {kAbi75, 43, addSlots<kAbi75>},
     {kAbi76, 47, addSlots<kAbi76>},
