@@ -73,7 +73,7 @@ protected:
         fake.code[4] = code_->programs()[2].address;
         LaunchState launch{};
         launch.callable = [](RayState* ray, uint32_t index, uint32_t continuation) -> const void* {
-            fake.asked.push_back(uint64_t(continuation) << 32 | index);
+            fake.asked.push_back(uint64_t(continuation & 1) << 32 | index);
             if (index >= 5)
                 return nullptr;
             ray->callableData = &fake.data[index];

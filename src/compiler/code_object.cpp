@@ -76,6 +76,10 @@ std::string CodeObject::serialize() const {
     for (const VariableId& id : variables)
         for (uint32_t part : {id.module, id.function, id.index})
             out.number(part);
+    out.number(stackNeed);
+    out.number(uint32_t(boundLoads.size()));
+    for (uint32_t count : boundLoads)
+        out.number(count);
     return out.take();
 }
 
@@ -97,6 +101,10 @@ bool CodeObject::deserialize(std::string_view bytes) {
         id.index = in.number();
         variables.push_back(id);
     }
+    stackNeed = in.number();
+    boundLoads.clear();
+    for (uint32_t left = in.number(); left != 0 && in.good(); --left)
+        boundLoads.push_back(in.number());
     return in.finished();
 }
 

@@ -28,6 +28,8 @@ struct CodeObject {
     std::string code;                           // relocatable ELF
     std::map<std::string, uint32_t> stackSizes; // frame of each function, by symbol
     std::vector<VariableId> variables;          // referred to, or defined by the piece of variables
+    uint32_t stackNeed = 0;                     // bytes of the program with all it calls directly
+    std::vector<uint32_t> boundLoads;           // loads that were replaced by each bound value
 
     // Bytes that hold everything, and back; false where they are no such bytes.
     std::string serialize() const;

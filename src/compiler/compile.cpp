@@ -7,7 +7,6 @@
 #include "base/error.h"
 #include "base/threads.h"
 #include "compiler/compile_steps.h"
-#include "compiler/flush.h"
 #include "compiler/piece.h"
 
 #include <algorithm>
@@ -23,6 +22,8 @@ public:
     bool variable(std::string_view name, void** address, uint64_t* size) const override {
         return table_.find(name, address, size);
     }
+    const std::string& feedback() const override { return feedback_; }
+    std::string feedback_;
     std::vector<CompiledProgram> programs_;
     VariableTable table_;
     std::vector<std::unique_ptr<LoadedCode>> code_;
@@ -68,8 +69,10 @@ public:
         for (const ProgramRequest& program : request.programs) {
             requestedFunction(program);
             const ptx::Module* module = program.module.get();
-            if (std::find(modules_.begin(), modules_.end(), module) == modules_.end())
+            if (std::find(modules_.begin(), modules_.end(), module) == modules_.end()) {
                 modules_.push_back(module);
+                rules_.push_back(program.moduleRules);
+            }
             level_ = std::max(level_, program.optLevel);
         }
         checkLaunchParams(request);
@@ -82,6 +85,7 @@ public:
         loadVariables();
         for (size_t i = 0; i < pieces_.size(); ++i)
             loadProgram(i);
+        describeBoundValues();
         return std::move(code_);
     }
 
@@ -105,12 +109,16 @@ private:
             piece.request.optLevel = program.optLevel;
             piece.request.debugLevel = program.debugLevel;
             piece.request.function = program.function;
+            piece.request.payloadType = program.payloadType;
+            SUNSTONE_CHECK(program.payloadType < 0 || program.moduleRules);
             if (isSelfContained(*program.module, request_.rules)) {
                 piece.request.modules = {program.module.get()};
+                piece.request.moduleRules = {program.moduleRules};
                 piece.modules = {own};
                 continue;
             }
             piece.request.modules = modules_;
+            piece.request.moduleRules = rules_;
             piece.request.module = own;
             for (uint32_t k = 0; k < modules_.size(); ++k)
                 piece.modules.push_back(k);
@@ -170,18 +178,36 @@ private:
             externals.emplace_back(id.symbol(), addresses_.at(inPipeline(piece, id)));
         const std::string symbol = programSymbol(piece.request);
         code_->code_.push_back(loadObject(piece.object, {symbol}, externals));
-        const auto stackOf = [&](const std::string& name) {
-            const auto found = piece.object.stackSizes.find(name);
-            return found == piece.object.stackSizes.end() ? 0 : found->second;
-        };
         code_->programs_.push_back(
-            {code_->code_.back()->address(symbol),
-             std::max(16u, stackOf(symbol) + stackOf(symbol + kFlushedSuffix))});
+            {code_->code_.back()->address(symbol), std::max(16u, piece.object.stackNeed)});
+    }
+
+    // A line for each bound value, with the loads that it replaced in all programs.
+    void describeBoundValues() {
+        std::map<std::pair<uint64_t, std::string>, std::pair<const BoundValue*, uint64_t>> lines;
+        std::vector<std::vector<BoundValue>> values(pieces_.size());
+        for (size_t p = 0; p < pieces_.size(); ++p) {
+            const Piece& piece = pieces_[p];
+            values[p] = boundValuesOf(piece.request);
+            for (size_t i = 0; i < values[p].size(); ++i) {
+                const BoundValue& value = values[p][i];
+                auto& line = lines[{value.offset, value.annotation}];
+                line.first = &value;
+                if (i < piece.object.boundLoads.size())
+                    line.second += piece.object.boundLoads[i];
+            }
+        }
+        for (const auto& [name, line] : lines)
+            code_->feedback_ += message(
+                "bound value \"", line.first->annotation, "\", bytes ", line.first->offset, " to ",
+                line.first->offset + line.first->bytes.size() - 1, ": ", line.second,
+                line.second == 1 ? " load" : " loads", " specialised\n");
     }
 
     const PipelineRequest& request_;
     ObjectStore* store_;
     std::vector<const ptx::Module*> modules_;
+    std::vector<std::shared_ptr<const ModuleRules>> rules_; // of modules_
     OptLevel level_ = OptLevel::k0;
     std::vector<Piece> pieces_;
     std::map<VariableId, void*> addresses_;
@@ -216,6 +242,8 @@ void precompile(const ProgramRequest& program, const PipelineRules& rules, Objec
     request.optLevel = program.optLevel;
     request.debugLevel = program.debugLevel;
     request.function = program.function;
+    request.payloadType = program.payloadType;
+    request.moduleRules = {program.moduleRules};
     obtainPiece(request, &store);
 }
 

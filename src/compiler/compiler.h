@@ -44,6 +44,27 @@ struct PipelineRules {
     bool motionBlur = false;
 };
 
+// A payload: for each word who may read and write it (bits of OptixPayloadSemantics). Types of
+// different modules are the same if all words are.
+struct PayloadType {
+    std::vector<uint32_t> words;
+    bool operator==(const PayloadType&) const = default;
+};
+constexpr unsigned kMaxPayloadTypes = 8;
+
+// Bytes of the launch parameters that a module is compiled for.
+struct BoundValue {
+    uint64_t offset = 0;
+    std::vector<uint8_t> bytes;
+    std::string annotation;
+};
+
+// What the compile options of one module say beyond those of the pipeline.
+struct ModuleRules {
+    std::vector<PayloadType> payloadTypes; // empty: payloads are untyped
+    std::vector<BoundValue> boundValues;
+};
+
 // Checks that need no machine code, for module creation: every `_optix_*` name known, operand
 // counts right, legal in the program kinds that reach it, constant operands constant and in
 // range. Throws Error(kInvalidPtx / kInvalidPayloadAccess / kInvalidFunctionUse / ...), whose text
@@ -55,17 +76,25 @@ struct ModuleSummary {
         unsigned payloadWords = 0; // highest payload slot touched + 1
         bool traces = false;
         bool callsContinuation = false;
+        unsigned parameterWords = 0;   // 32-bit words of a callable's parameters
+        uint32_t payloadTypes = 0;     // bit per type of the module that the program supports
     };
     std::vector<Program> programs;
     uint64_t launchParamsSize = 0; // 0 where the variable does not occur
 };
-ModuleSummary inspect(const ptx::Module& module, const PipelineRules& rules);
+ModuleSummary inspect(const ptx::Module& module, const PipelineRules& rules,
+                      const ModuleRules& moduleRules = {});
+
+// Words of 32 bits that parameters take when they are passed to a callable.
+unsigned parameterWords(const std::vector<ptx::Variable>& parameters);
 
 struct ProgramRequest {
     std::shared_ptr<const ptx::Module> module;
     std::string function;
     OptLevel optLevel = OptLevel::k3;
     DebugLevel debugLevel = DebugLevel::kMinimal;
+    std::shared_ptr<const ModuleRules> moduleRules; // may be null; one for all of a module
+    int payloadType = -1; // of moduleRules, that this program is compiled for; -1 untyped
 };
 
 struct CompiledProgram {
@@ -81,6 +110,8 @@ public:
     virtual const std::vector<CompiledProgram>& programs() const = 0;
     // Address and size of a module-scope variable; false if there is none.
     virtual bool variable(std::string_view name, void** address, uint64_t* size) const = 0;
+    // What was specialised to bound values, a line each.
+    virtual const std::string& feedback() const = 0;
 };
 
 // Keeps compiled pieces between compilations. Keys are digests of everything the piece depends on,

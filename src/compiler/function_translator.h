@@ -186,7 +186,8 @@ private:
     void trap(const ptx::Instruction& instruction);
     void call(const ptx::Instruction& instruction);
     void callIntrinsic(const ptx::Instruction& instruction, std::string_view name);
-    Value* resolveCallee(Value* target);
+    Value* resolveCallee(const ptx::Instruction& instruction, Value* target,
+                         const ptx::Prototype& prototype);
     void callFunction(const ptx::Instruction& instruction, Value* target,
                       const Signature& signature, const std::vector<ptx::Variable>& results,
                       const std::vector<ptx::Variable>& parameters);

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // inspect: what can be said of a module from its tree alone. One walk over the functions collects
 // their calls; programs then follow the direct calls. Operands whose value is not plain to see
-// here (they come through memory, or are computed) are checked when the program is compiled.
+// here (they come through memory, or are computed) make inspect compile the module up to the point
+// where constants have been found, and throw the result away (checkByCompiling).
 #include "compiler/compiler.h"
 
+#include "compiler/check_module.h"
 #include "compiler/intrinsics.h"
+#include "compiler/payload.h"
 
 #include "base/error.h"
 
@@ -26,6 +29,7 @@ struct IntrinsicCall {
 
 struct FunctionCalls {
     std::vector<IntrinsicCall> intrinsics;
+    uint32_t firstBranch = ~0u; // line of the first branch
     std::set<std::string_view> callees;
 };
 
@@ -54,10 +58,17 @@ public:
     std::optional<uint32_t> valueOf(const ptx::Operand& operand) const {
         if (operand.kind == ptx::OperandKind::kInteger)
             return uint32_t(operand.integer);
-        if (operand.kind != ptx::OperandKind::kRegister || operand.index >= values_.size() ||
-            definitions_[operand.index] != 1)
-            return std::nullopt;
-        return values_[operand.index];
+        uint32_t index = operand.index;
+        for (unsigned copies = 0; copies < 8; ++copies) {
+            if (operand.kind != ptx::OperandKind::kRegister || index >= values_.size() ||
+                definitions_[index] != 1)
+                return std::nullopt;
+            const auto source = copyOf_.find(index);
+            if (source == copyOf_.end())
+                return values_[index];
+            index = source->second;
+        }
+        return std::nullopt;
     }
 
 private:
@@ -67,20 +78,26 @@ private:
         if (target.kind != ptx::OperandKind::kRegister || target.index >= values_.size())
             return;
         ++definitions_[target.index];
-        if (instruction && instruction->opcode == "mov" && instruction->guard < 0 &&
-            instruction->operands.size() == 2 &&
-            instruction->operands[1].kind == ptx::OperandKind::kInteger)
-            values_[target.index] = uint32_t(instruction->operands[1].integer);
+        if (!instruction || instruction->opcode != "mov" || instruction->guard >= 0 ||
+            instruction->operands.size() != 2)
+            return;
+        const ptx::Operand& source = instruction->operands[1];
+        if (source.kind == ptx::OperandKind::kInteger)
+            values_[target.index] = uint32_t(source.integer);
+        else if (source.kind == ptx::OperandKind::kRegister && source.component < 0)
+            copyOf_[target.index] = source.index;
     }
 
     std::vector<unsigned> definitions_;
     std::vector<std::optional<uint32_t>> values_;
+    std::unordered_map<uint32_t, uint32_t> copyOf_;
 };
 
 class Inspection {
 public:
-    Inspection(const ptx::Module& module, const PipelineRules& rules)
-        : module_(module), rules_(rules) {}
+    Inspection(const ptx::Module& module, const PipelineRules& rules,
+               const ModuleRules& moduleRules)
+        : module_(module), rules_(rules), moduleRules_(moduleRules) {}
 
     ModuleSummary run() {
         for (const ptx::Function& function : module_.functions)
@@ -93,10 +110,20 @@ public:
                 continue;
             checkShape(function, kind);
             summary.programs.push_back({std::string(function.name), kind});
+            ModuleSummary::Program& program = summary.programs.back();
+            program.parameterWords = parameterWords(function.parameters);
             std::set<std::string_view> visited;
-            follow(function.name, summary.programs.back(), visited);
+            typeCall_ = nullptr;
+            typeMask_ = 0;
+            follow(function.name, program, visited);
+            program.payloadTypes = supportedTypes(typeMask_, moduleRules_);
+            visited.clear();
+            if (!moduleRules_.payloadTypes.empty())
+                checkTypedAccess(function.name, program, visited);
         }
         inspectLaunchParams(summary);
+        if (mustCompile_)
+            checkByCompiling(module_, rules_, moduleRules_, summary);
         return summary;
     }
 
@@ -105,6 +132,10 @@ private:
         FunctionCalls& calls = calls_[function.name];
         std::optional<Constants> constants;
         for (const ptx::Statement& statement : function.body) {
+            if (statement.kind == ptx::StatementKind::kInstruction &&
+                statement.instruction.opcode.starts_with("br"))
+                calls.firstBranch = std::min(calls.firstBranch,
+                                             statement.instruction.location.line);
             if (statement.kind != ptx::StatementKind::kInstruction ||
                 statement.instruction.opcode != "call" ||
                 statement.instruction.target.kind != ptx::OperandKind::kSymbol)
@@ -170,7 +201,8 @@ private:
         case IntrinsicOp::kGetPayload:
             slot = intrinsic.number >= 0 ? std::optional(uint32_t(intrinsic.number))
                                          : constants.valueOf(instruction.arguments[0]);
-            if (slot && *slot >= rules_.numPayloadValues)
+            mustCompile_ |= !slot;
+            if (slot && *slot >= rules_.numPayloadValues && moduleRules_.payloadTypes.empty())
                 reject(ErrorCode::kInvalidPayloadAccess, instruction, "_optix_", intrinsic.name,
                        ": payload slot ", *slot, " of ", rules_.numPayloadValues,
                        " (numPayloadValues of the pipeline compile options)");
@@ -178,15 +210,27 @@ private:
                 slots_[&instruction] = *slot + 1;
             break;
         case IntrinsicOp::kTrace: {
-            std::optional<uint32_t> count = uint32_t(std::max(0, intrinsic.number));
-            if (intrinsic.number < 0)
+            std::optional<uint32_t> count = uint32_t(std::max(0, intrinsic.number)), mask = 0;
+            if (intrinsic.number < 0) {
                 count = constants.valueOf(instruction.arguments[16]);
-            if (count && *count > rules_.numPayloadValues)
-                reject(ErrorCode::kInvalidPayloadAccess, instruction, "_optix_", intrinsic.name,
-                       ": ", *count, " payload values of ", rules_.numPayloadValues,
-                       " (numPayloadValues of the pipeline compile options)");
+                mask = constants.valueOf(instruction.arguments[0]);
+            }
+            mustCompile_ |= !count || !mask;
+            if (!count || !mask)
+                break;
+            const TracePayload payload = payloadOfTrace(*mask, *count, moduleRules_, rules_);
+            if (payload.code != ErrorCode::kOk)
+                reject(payload.code, instruction, "_optix_", intrinsic.name, ": ",
+                       payload.problem);
             break;
         }
+        case IntrinsicOp::kSetPayloadTypes:
+            slot = constants.valueOf(instruction.arguments[0]);
+            if (!slot)
+                reject(ErrorCode::kInvalidFunctionArguments, instruction, "_optix_",
+                       intrinsic.name, ": the payload type mask is not a constant");
+            slots_[&instruction] = *slot;
+            break;
         case IntrinsicOp::kReport:
             if (unsigned(intrinsic.number) > attributes())
                 reject(ErrorCode::kInvalidAttributeAccess, instruction, "_optix_", intrinsic.name,
@@ -239,11 +283,59 @@ private:
             program.callsContinuation |=
                 call.intrinsic->op == IntrinsicOp::kCallable && call.intrinsic->number == 1;
             const auto slot = slots_.find(call.instruction);
-            if (slot != slots_.end())
+            if (call.intrinsic->op == IntrinsicOp::kSetPayloadTypes)
+                takePayloadTypes(found->second, call, slot->second);
+            else if (slot != slots_.end())
                 program.payloadWords = std::max(program.payloadWords, slot->second);
         }
         for (std::string_view callee : found->second.callees)
             follow(callee, program, visited);
+    }
+
+    // "Once per program, at the top": before anything that may branch.
+    void takePayloadTypes(const FunctionCalls& function, const IntrinsicCall& call,
+                          uint32_t mask) {
+        const ptx::Instruction& instruction = *call.instruction;
+        if (typeCall_)
+            reject(ErrorCode::kInvalidFunctionUse, instruction,
+                   "\"_optix_set_payload_types\" is used twice in a program; first at line ",
+                   typeCall_->location.line);
+        if (instruction.guard >= 0 || instruction.location.line > function.firstBranch)
+            reject(ErrorCode::kInvalidFunctionUse, instruction,
+                   "\"_optix_set_payload_types\" must stand at the top of the program, outside "
+                   "of conditions");
+        const std::string problem = unknownTypes(mask, moduleRules_);
+        if (!problem.empty())
+            reject(ErrorCode::kPayloadTypeId, instruction, problem);
+        typeCall_ = &instruction;
+        typeMask_ = mask;
+    }
+
+    // Whether the program may do what it does with the payload, for each type it supports.
+    void checkTypedAccess(std::string_view name, const ModuleSummary::Program& program,
+                          std::set<std::string_view>& visited) const {
+        const auto found = calls_.find(name);
+        if (found == calls_.end() || !visited.insert(name).second)
+            return;
+        for (const IntrinsicCall& call : found->second.intrinsics) {
+            const bool reads = call.intrinsic->op == IntrinsicOp::kGetPayload;
+            const auto slot = slots_.find(call.instruction);
+            if ((!reads && call.intrinsic->op != IntrinsicOp::kSetPayload) || slot == slots_.end())
+                continue;
+            const PayloadAccess access = reads ? PayloadAccess::kRead : PayloadAccess::kWrite;
+            for (size_t i = 0; i < moduleRules_.payloadTypes.size(); ++i) {
+                if (!(program.payloadTypes >> i & 1))
+                    continue;
+                const std::string problem = payloadProblem(
+                    program.kind, slot->second - 1, access, &moduleRules_.payloadTypes[i], 0);
+                if (!problem.empty())
+                    reject(ErrorCode::kInvalidPayloadAccess, *call.instruction, "_optix_",
+                           call.intrinsic->name, ": ", problem, "; payload type ", i,
+                           ", program \"", program.name, "\"");
+            }
+        }
+        for (std::string_view callee : found->second.callees)
+            checkTypedAccess(callee, program, visited);
     }
 
     void inspectLaunchParams(ModuleSummary& summary) const {
@@ -260,14 +352,27 @@ private:
 
     const ptx::Module& module_;
     const PipelineRules& rules_;
+    const ModuleRules& moduleRules_;
+    bool mustCompile_ = false; // operands were found that may not be constants
+    const ptx::Instruction* typeCall_ = nullptr; // set_payload_types of the current program
+    uint32_t typeMask_ = 0;
     std::unordered_map<std::string_view, FunctionCalls> calls_;
-    std::unordered_map<const ptx::Instruction*, uint32_t> slots_; // payload words a call needs
+    std::unordered_map<const ptx::Instruction*, uint32_t> slots_; // payload words a call needs, or
+                                                                   // its type mask
 };
 
 } // namespace
 
-ModuleSummary inspect(const ptx::Module& module, const PipelineRules& rules) {
-    return Inspection(module, rules).run();
+ModuleSummary inspect(const ptx::Module& module, const PipelineRules& rules,
+                      const ModuleRules& moduleRules) {
+    return Inspection(module, rules, moduleRules).run();
+}
+
+unsigned parameterWords(const std::vector<ptx::Variable>& parameters) {
+    uint64_t words = 0;
+    for (const ptx::Variable& parameter : parameters)
+        words += (parameter.size + 3) / 4;
+    return unsigned(words);
 }
 
 } // namespace sunstone::compiler

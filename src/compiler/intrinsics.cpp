@@ -12,6 +12,7 @@ namespace sunstone::compiler {
 
 namespace {
 
+using devlib::ExceptionInfo;
 using devlib::Hit;
 using devlib::InstanceRecord;
 using devlib::RayState;
@@ -171,15 +172,19 @@ private:
         for (int k = 0; k < 8; ++k)
             add("get_exception_detail_" + std::to_string(k), IntrinsicOp::kExceptionDetail, k, "r",
                 "", kEX, true);
-        add("get_exception_line_info", IntrinsicOp::kLineInfo, 0, "l", "", kEX, true);
+        const auto info = [&](const char* name, size_t offset, std::string results) {
+            add(std::string("get_exception_") + name, IntrinsicOp::kExceptionInfo, int(offset),
+                std::move(results), "", kEX, true);
+        };
+        info("line_info", offsetof(ExceptionInfo, line), "l");
+        info("invalid_traversable", offsetof(ExceptionInfo, traversable), "l");
+        info("invalid_sbt_offset", offsetof(ExceptionInfo, sbtOffset), "r");
+        info("invalid_ray", offsetof(ExceptionInfo, ray), repeat('f', 9));
+        info("parameter_mismatch", offsetof(ExceptionInfo, expectedWords), "rrrl");
     }
 
     void later() {
-        for (const char* name : {"get_exception_invalid_sbt_offset",
-                                 "get_exception_invalid_traversable",
-                                 "get_exception_invalid_ray",
-                                 "get_exception_parameter_mismatch",
-                                 "tex_footprint_2d_v2",
+        for (const char* name : {"tex_footprint_2d_v2",
                                  "tex_footprint_2d_lod_v2",
                                  "tex_footprint_2d_grad_v2",
                                  "tex_footprint_2d",

@@ -29,7 +29,7 @@ enum class IntrinsicOp : uint8_t {
     kThrow, // number = details
     kExceptionCode,
     kExceptionDetail, // number = index
-    kLineInfo,
+    kExceptionInfo,   // number = offset in ExceptionInfo of the first result
     kPrimitiveTypeOfKind,
     kBackfaceOfKind,
     kTransformHandle,

@@ -3,6 +3,7 @@
 #include "compiler/lower_optix.h"
 
 #include "base/error.h"
+#include "compiler/call_site.h"
 #include "compiler/callable.h"
 
 #include <llvm/IR/InstIterator.h>
@@ -20,19 +21,12 @@ using devlib::RayState;
 using devlib::ThreadState;
 using llvm::Value;
 
-uint32_t lineOf(const llvm::Instruction& instruction) {
-    const llvm::MDNode* node = instruction.getMetadata("sunstone.line");
-    if (!node)
-        return 0;
-    const auto* constant = llvm::mdconst::dyn_extract<llvm::ConstantInt>(node->getOperand(0));
-    return constant ? uint32_t(constant->getZExtValue()) : 0;
-}
-
 // Lowers the calls of one function.
 class Lowering {
 public:
-    Lowering(Unit& unit, llvm::Function& function, ProgramKind kind)
-        : unit_(unit), function_(function), kind_(kind), builder_(unit.context()) {}
+    Lowering(Unit& unit, llvm::Function& function, ProgramKind kind, const PayloadType* payload)
+        : unit_(unit), function_(function), kind_(kind), payload_(payload),
+          builder_(unit.context()) {}
 
     void run() {
         std::vector<llvm::CallInst*> calls;
@@ -48,12 +42,14 @@ public:
         for (llvm::CallInst* call : calls)
             if (pending_.erase(call))
                 lower(*call);
+        if (unit_.debugExceptions() && hasPayload(kind_))
+            checkPayload();
     }
 
 private:
     [[noreturn]] void fault(ErrorCode code, const std::string& text) const {
         ptx::Location location;
-        location.line = lineOf(*call_);
+        location.line = callSite(unit_, *call_).line;
         failAt(code, location, "_optix_", intrinsic_->name, ": ", text);
     }
 
@@ -97,24 +93,44 @@ private:
         return uint32_t(value->getZExtValue());
     }
 
-    // No module has payload types yet, so no id names one.
-    void requireUntyped(uint32_t typeMask) {
-        if (typeMask != 0)
-            fault(ErrorCode::kNotSupported,
-                  message("payload type mask ", typeMask, ": payload types are not available"));
-    }
-
-    unsigned payloadSlot(bool fromOperand) const {
+    // The payload slot of an access, checked against the program's payload type.
+    unsigned payloadSlot(bool fromOperand, PayloadAccess access) const {
         const uint32_t slot =
             fromOperand ? constant(0, "payload slot") : uint32_t(intrinsic_->number);
-        if (slot >= payloadLimit())
-            fault(ErrorCode::kInvalidPayloadAccess,
-                  message("payload slot ", slot, " of ", payloadLimit(),
-                          " (numPayloadValues of the pipeline compile options)"));
+        const std::string problem =
+            payloadProblem(kind_, slot, access, payload_, unit_.rules().numPayloadValues);
+        if (!problem.empty())
+            fault(ErrorCode::kInvalidPayloadAccess, problem);
         return slot;
     }
-    unsigned payloadLimit() const {
-        return std::min(unit_.rules().numPayloadValues, devlib::kMaxPayloadWords);
+
+    // Programs check on entry that the trace call had the payload they are compiled for.
+    void checkPayload() {
+        builder_.SetInsertPoint(&*function_.getEntryBlock().getFirstNonPHIOrDbgOrAlloca());
+        auto* type = llvm::FunctionType::get(builder_.getVoidTy(), {pointer(), word()}, false);
+        Value* target = loadInvariant(launch(), offsetof(LaunchState, checkPayload), pointer());
+        const uint32_t number = payload_ ? payloadNumber(*payload_) : 0;
+        builder_.CreateCall(type, target, {state(), builder_.getInt32(number)});
+    }
+
+    // With debug exceptions: raises where the getter that follows has no answer.
+    void checkAccess(devlib::AccessKind access, Value* handle, Value* first, Value* second) {
+        if (!unit_.debugExceptions())
+            return;
+        auto* type = llvm::FunctionType::get(
+            builder_.getVoidTy(), {pointer(), word(), builder_.getInt64Ty(), word(), word()},
+            false);
+        Value* target = loadInvariant(launch(), offsetof(LaunchState, checkAccess), pointer());
+        builder_.CreateCall(type, target,
+                            {state(), builder_.getInt32(access), handle, first, second});
+    }
+
+    // The place of the current call in the program's source as a C string, or null.
+    Value* sourceLine() {
+        const llvm::StringRef source = callSite(unit_, *call_).source;
+        if (source.empty())
+            return llvm::ConstantPointerNull::get(builder_.getPtrTy());
+        return builder_.CreateGlobalString(source);
     }
 
     void replace(Value* value) {
@@ -140,13 +156,17 @@ private:
             return endProgram(devlib::kTerminate);
         case IntrinsicOp::kIgnore:
             return endProgram(devlib::kIgnore);
-        case IntrinsicOp::kSetPayloadTypes:
-            requireUntyped(constant(0, "payload type mask"));
-            call_->eraseFromParent();
+        case IntrinsicOp::kSetPayloadTypes: { // inspect has seen to the rest
+            const ModuleRules* rules = callSite(unit_, *call_).rules;
+            const std::string problem = unknownTypes(constant(0, "payload type mask"),
+                                                     rules ? *rules : ModuleRules{});
+            if (!problem.empty())
+                fault(ErrorCode::kPayloadTypeId, problem);
             return;
+        }
         case IntrinsicOp::kSetPayload: {
             const bool bySlot = intrinsic_->number < 0;
-            const unsigned slot = payloadSlot(bySlot);
+            const unsigned slot = payloadSlot(bySlot, PayloadAccess::kWrite);
             store(state(), offsetof(RayState, payload) + slot * 4u, argument(bySlot ? 1 : 0));
             call_->eraseFromParent();
             return;
@@ -161,7 +181,8 @@ private:
         switch (intrinsic_->op) {
         case IntrinsicOp::kGetPayload:
             return load(state(),
-                        offsetof(RayState, payload) + payloadSlot(intrinsic_->number < 0) * 4u,
+                        offsetof(RayState, payload) +
+                            payloadSlot(intrinsic_->number < 0, PayloadAccess::kRead) * 4u,
                         word());
         case IntrinsicOp::kUndefined:
             return builder_.getInt32(0);
@@ -185,8 +206,8 @@ private:
             return load(thread(), offsetof(ThreadState, exceptionCode), type);
         case IntrinsicOp::kExceptionDetail:
             return load(thread(), offsetof(ThreadState, exceptionDetails) + number() * 4, type);
-        case IntrinsicOp::kLineInfo:
-            return llvm::Constant::getNullValue(type);
+        case IntrinsicOp::kExceptionInfo:
+            return exceptionInfo(type);
         case IntrinsicOp::kPrimitiveTypeOfKind:
             return primitiveType();
         case IntrinsicOp::kBackfaceOfKind:
@@ -197,6 +218,8 @@ private:
         case IntrinsicOp::kMotionSteps:
             if (unit_.rules().motionBlur)
                 fault(ErrorCode::kNotSupported, "motion is not available");
+            checkAccess(devlib::kAccessMotion, argument(0), builder_.getInt32(0),
+                        builder_.getInt32(0));
             return intrinsic_->op == IntrinsicOp::kMotionSteps
                        ? static_cast<Value*>(builder_.getInt32(1))
                        : llvm::ConstantFP::get(type, 0.0);
@@ -205,6 +228,7 @@ private:
         case IntrinsicOp::kTriangleVertices:
             return triangleVertices(type);
         case IntrinsicOp::kInstanceHandle: {
+            checkAccess(devlib::kAccessInstance, argument(0), argument(1), builder_.getInt32(0));
             auto* signature = llvm::FunctionType::get(type, {type, word()}, false);
             Value* target =
                 loadInvariant(launch(), offsetof(LaunchState, instanceHandle), pointer());
@@ -215,7 +239,24 @@ private:
         }
     }
 
+    // Loads one field, or several that stand behind one another.
+    Value* exceptionInfo(llvm::Type* type) {
+        size_t offset = offsetof(ThreadState, exception) + number();
+        if (!type->isStructTy())
+            return load(thread(), offset, type);
+        Value* all = llvm::PoisonValue::get(type);
+        for (unsigned i = 0; i < type->getStructNumElements(); ++i) {
+            llvm::Type* element = type->getStructElementType(i);
+            const size_t size = element->isIntegerTy(64) ? 8 : 4;
+            offset = (offset + size - 1) / size * size;
+            all = builder_.CreateInsertValue(all, load(thread(), offset, element), i);
+            offset += size;
+        }
+        return all;
+    }
+
     Value* triangleVertices(llvm::Type* type) {
+        checkAccess(devlib::kAccessVertices, argument(0), argument(1), argument(2));
         llvm::Type* number = builder_.getFloatTy();
         Value* memory = entryAlloca(llvm::ArrayType::get(number, 9), 4);
         auto* signature = llvm::FunctionType::get(
@@ -284,6 +325,8 @@ private:
         Value* operand = argument(0);
         switch (intrinsic_->op) {
         case IntrinsicOp::kTransformHandle: {
+            checkAccess(devlib::kAccessTransformList, builder_.getInt64(0), operand,
+                        builder_.getInt32(0));
             // The list has kMaxGraphDepth entries; an index past it stays inside the state.
             Value* index = builder_.CreateBinaryIntrinsic(
                 llvm::Intrinsic::umin, operand, builder_.getInt32(devlib::kMaxGraphDepth - 1));
@@ -402,6 +445,7 @@ private:
         }
         auto* type = llvm::FunctionType::get(builder_.getVoidTy(),
                                              {pointer(), word(), word(), pointer()}, false);
+        store(thread(), offsetof(ThreadState, line), sourceLine());
         Value* target = loadInvariant(launch(), offsetof(LaunchState, throwException), pointer());
         builder_.CreateCall(type, target,
                             {state(), argument(0), builder_.getInt32(count), details});
@@ -430,15 +474,19 @@ private:
         const bool typed = intrinsic_->number < 0;
         // Operands: [type] handle 9×f mask flags sbtOffset sbtStride missIndex [count] payload...
         const unsigned base = typed ? 1 : 0;
-        const uint32_t type = typed ? constant(0, "payload type") : 0;
-        requireUntyped(type);
+        const uint32_t mask = typed ? constant(0, "payload type") : 0;
         const uint32_t count =
             typed ? constant(base + 15, "payload count") : uint32_t(intrinsic_->number);
         const unsigned firstPayload = base + 15 + (typed ? 1 : 0);
-        if (count > payloadLimit())
-            fault(ErrorCode::kInvalidPayloadAccess,
-                  message(count, " payload values of ", payloadLimit(),
-                          " (numPayloadValues of the pipeline compile options)"));
+        const ModuleRules* rules = callSite(unit_, *call_).rules;
+        const TracePayload payload =
+            payloadOfTrace(mask, count, rules ? *rules : ModuleRules{}, unit_.rules());
+        if (payload.code != ErrorCode::kOk)
+            fault(payload.code, payload.problem);
+        // Words that nobody looks at need not travel.
+        const auto carried = [&](unsigned i, PayloadAccess access) {
+            return !payload.type || allows(payload.type->words[i], ProgramKind::kNone, access);
+        };
         Value* ray = rayMemory();
         const auto bits8 = [&](unsigned index) {
             return builder_.CreateAnd(argument(base + index), builder_.getInt32(255));
@@ -463,10 +511,14 @@ private:
         store(ray, offsetof(RayState, depth),
               builder_.CreateAdd(loadInvariant(state(), offsetof(RayState, depth), word()),
                                  builder_.getInt32(1)));
-        store(ray, offsetof(RayState, payloadType), builder_.getInt32(type));
+        store(ray, offsetof(RayState, payloadType),
+              builder_.getInt32(payload.type ? payloadNumber(*payload.type) : 0));
         store(ray, offsetof(RayState, payloadCount), builder_.getInt32(count));
         for (unsigned i = 0; i < count; ++i)
-            store(ray, offsetof(RayState, payload) + i * 4u, argument(firstPayload + i));
+            if (carried(i, PayloadAccess::kWrite))
+                store(ray, offsetof(RayState, payload) + i * 4u, argument(firstPayload + i));
+        if (unit_.debugExceptions())
+            store(ray, offsetof(RayState, line), sourceLine());
 
         auto* traceType = llvm::FunctionType::get(builder_.getVoidTy(), {pointer()}, false);
         Value* target = loadInvariant(launchPointer, offsetof(LaunchState, trace), pointer());
@@ -474,7 +526,9 @@ private:
 
         std::vector<Value*> results(count);
         for (unsigned i = 0; i < count; ++i)
-            results[i] = load(ray, offsetof(RayState, payload) + i * 4u, word());
+            results[i] = carried(i, PayloadAccess::kRead)
+                             ? load(ray, offsetof(RayState, payload) + i * 4u, word())
+                             : argument(firstPayload + i);
         finishTrace(results);
     }
 
@@ -510,6 +564,7 @@ private:
     Unit& unit_;
     llvm::Function& function_;
     ProgramKind kind_;
+    const PayloadType* payload_; // that the program is compiled for; null: untyped
     llvm::IRBuilder<> builder_;
     llvm::CallInst* call_ = nullptr;
     const Intrinsic* intrinsic_ = nullptr;
@@ -574,12 +629,14 @@ void markIntrinsicUsers(Unit& unit, const ProgramKinds& programs) {
             function->addFnAttr(llvm::Attribute::AlwaysInline);
 }
 
-void lowerIntrinsics(Unit& unit, const ProgramKinds& programs) {
+void lowerIntrinsics(Unit& unit, const ProgramKinds& programs, const ProgramPayloads& payloads) {
     for (llvm::Function& function : unit.module()) {
         if (function.isDeclaration())
             continue;
         const auto program = programs.find(&function);
-        Lowering(unit, function, program == programs.end() ? ProgramKind::kNone : program->second)
+        const auto payload = payloads.find(&function);
+        Lowering(unit, function, program == programs.end() ? ProgramKind::kNone : program->second,
+                 payload == payloads.end() ? nullptr : payload->second)
             .run();
     }
 }

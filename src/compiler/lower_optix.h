@@ -8,15 +8,17 @@
 // program is at fault.
 #pragma once
 
+#include "compiler/payload.h"
 #include "compiler/unit.h"
 
 namespace sunstone::compiler {
 
 using ProgramKinds = std::map<llvm::Function*, ProgramKind>;
+using ProgramPayloads = std::map<llvm::Function*, const PayloadType*>;
 
 // Marks for inlining; throws Error(kInvalidPtx) on recursion through such functions.
 void markIntrinsicUsers(Unit& unit, const ProgramKinds& programs);
 
-void lowerIntrinsics(Unit& unit, const ProgramKinds& programs);
+void lowerIntrinsics(Unit& unit, const ProgramKinds& programs, const ProgramPayloads& payloads);
 
 } // namespace sunstone::compiler

@@ -32,7 +32,7 @@ protected:
             return onReport(ray, t, kind);
         };
         launch_.callable = [](RayState* ray, uint32_t index, uint32_t continuation) {
-            return onCallable(ray, index, continuation);
+            return onCallable(ray, index, continuation & 1);
         };
         launch_.throwException = [](RayState*, int32_t code, uint32_t count,
                                     const uint32_t* details) {
@@ -449,7 +449,7 @@ TEST_F(Optix, Errors) {
               E::kNotSupported);
     EXPECT_EQ(errorOf(".visible .entry __miss__ms() { call _optix_set_payload_types, (1); ret; }",
                       "__miss__ms"),
-              E::kNotSupported);
+              E::kPayloadTypeId);
     EXPECT_EQ(errorOf(".visible .entry __miss__ms() { call _optix_set_payload, (0); ret; }",
                       "__miss__ms"),
               E::kInvalidPtx);

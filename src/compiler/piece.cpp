@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/piece.h"
 
+#include "base/error.h"
+#include "compiler/bound_values.h"
 #include "compiler/build_id.h"
+#include "compiler/check_module.h"
 #include "compiler/compile_steps.h"
 #include "compiler/flush.h"
 #include "compiler/lower_optix.h"
 #include "compiler/machine.h"
 #include "compiler/optimizer.h"
+#include "compiler/stack_checks.h"
 
 #include <llvm/Support/BLAKE3.h>
+
+#include <optional>
 
 namespace sunstone::compiler {
 
@@ -16,50 +22,137 @@ std::string programSymbol(const PieceRequest& request) {
     return "program." + request.function;
 }
 
-CodeObject compilePiece(const PieceRequest& request) {
-    const bool isProgram = !request.function.empty();
-    StepTimes times(isProgram ? request.function : "variables");
-    LentMachine machine(request.optLevel);
-    Unit unit(Flavor::kOptix, request.rules, request.modules,
-              isProgram ? Variables::kReferenced : Variables::kDefined);
-    prepare(unit, machine);
-    times.step("set-up");
+namespace {
 
-    ProgramKinds kinds;
-    if (isProgram) {
-        const ptx::Module& module = *request.modules[request.module];
-        llvm::Function* function = unit.declare(module, *module.findFunction(request.function));
-        kinds[function] = programKind(request.function);
+const ModuleRules& rulesOf(const PieceRequest& request, size_t module) {
+    static const ModuleRules none;
+    const bool given = module < request.moduleRules.size() && request.moduleRules[module];
+    return given ? *request.moduleRules[module] : none;
+}
+
+// One piece on its way from PTX to machine code.
+class Compilation {
+public:
+    explicit Compilation(const PieceRequest& request)
+        : request_(request), isProgram_(!request.function.empty()),
+          times_(isProgram_ ? request.function : "variables"), machine_(request.optLevel),
+          unit_(Flavor::kOptix, request.rules, request.modules,
+                isProgram_ ? Variables::kReferenced : Variables::kDefined) {
+        for (size_t i = 0; i < request.modules.size(); ++i)
+            unit_.setOptions(*request.modules[i],
+                             i < request.moduleRules.size() ? request.moduleRules[i] : nullptr,
+                             request.debugLevel);
+        prepare(unit_, machine_);
+        optimizer_.emplace(unit_, *machine_, request.optLevel);
+        times_.step("set-up");
+    }
+
+    // Until no `_optix_*` call is left.
+    void lower() {
+        if (isProgram_)
+            declareProgram();
+        for (const VariableId& id : request_.variables)
+            unit_.addVariable(id);
+        unit_.translateQueue();
+        times_.step("translate");
+        optimizer_->dump("translated");
+        verify(unit_, "translation");
+        optimizer_->promote();
+        times_.step("promote");
+        markIntrinsicUsers(unit_, kinds_);
+        optimizer_->inlineAlways();
+        if (unit_.facts().size() > kinds_.size()) // constants came along with what was inlined
+            optimizer_->promote();
+        times_.step("inline");
+        object_.boundLoads = substituteBoundValues(unit_, boundValuesOf(request_));
+        lowerIntrinsics(unit_, kinds_, payloads_);
+    }
+
+    CodeObject finish() {
+        lowerFlushes(unit_, machine_.hasFma());
+        optimizer_->dump("lowered");
+        verify(unit_, "lowering");
+        times_.step("lower");
+        optimizer_->optimize();
+        times_.step("optimize");
+        addStackChecks(unit_);
+        CodeObject object = generate(unit_, machine_);
+        object.variables = unit_.variableIds();
+        object.boundLoads = std::move(object_.boundLoads);
+        if (isProgram_)
+            object.stackNeed =
+                stackNeed(unit_, programSymbol(request_), object.stackSizes);
+        times_.step("generate");
+        return object;
+    }
+
+private:
+    void declareProgram() {
+        const ptx::Module& module = *request_.modules[request_.module];
+        llvm::Function* function = unit_.declare(module, *module.findFunction(request_.function));
+        kinds_[function] = programKind(request_.function);
+        if (request_.payloadType >= 0)
+            payloads_[function] = &rulesOf(request_, request_.module)
+                                       .payloadTypes.at(size_t(request_.payloadType));
         function->setLinkage(llvm::GlobalValue::ExternalLinkage);
-        function->setName(programSymbol(request));
+        function->setName(programSymbol(request_));
         function->setDSOLocal(true);
     }
-    for (const VariableId& id : request.variables)
-        unit.addVariable(id);
-    unit.translateQueue();
-    times.step("translate");
 
-    Optimizer optimizer(unit, *machine, request.optLevel);
-    optimizer.dump("translated");
-    verify(unit, "translation");
-    optimizer.promote();
-    times.step("promote");
-    markIntrinsicUsers(unit, kinds);
-    optimizer.inlineAlways();
-    if (unit.facts().size() > kinds.size()) // constants came along with what was inlined
-        optimizer.promote();
-    times.step("inline");
-    lowerIntrinsics(unit, kinds);
-    lowerFlushes(unit, machine.hasFma());
-    optimizer.dump("lowered");
-    verify(unit, "lowering");
-    times.step("lower");
-    optimizer.optimize();
-    times.step("optimize");
-    CodeObject object = generate(unit, machine);
-    object.variables = unit.variableIds();
-    times.step("generate");
-    return object;
+    const PieceRequest& request_;
+    const bool isProgram_;
+    StepTimes times_;
+    LentMachine machine_;
+    Unit unit_;
+    std::optional<Optimizer> optimizer_;
+    ProgramKinds kinds_;
+    ProgramPayloads payloads_;
+    CodeObject object_;
+};
+
+} // namespace
+
+CodeObject compilePiece(const PieceRequest& request) {
+    Compilation compilation(request);
+    compilation.lower();
+    return compilation.finish();
+}
+
+void checkPiece(const PieceRequest& request) {
+    Compilation(request).lower();
+}
+
+std::vector<BoundValue> boundValuesOf(const PieceRequest& request) {
+    std::vector<BoundValue> values;
+    for (size_t i = 0; i < request.modules.size(); ++i) {
+        const auto& own = rulesOf(request, i).boundValues;
+        values.insert(values.end(), own.begin(), own.end());
+    }
+    return values;
+}
+
+void checkByCompiling(const ptx::Module& module, const PipelineRules& rules,
+                      const ModuleRules& moduleRules, const ModuleSummary& summary) {
+    PieceRequest request;
+    request.modules = {&module};
+    request.rules = rules;
+    request.moduleRules = {std::make_shared<const ModuleRules>(moduleRules)};
+    const int types = int(moduleRules.payloadTypes.size());
+    for (const ModuleSummary::Program& program : summary.programs) {
+        const bool typed = types != 0 && hasPayload(program.kind);
+        request.function = program.name;
+        for (int type = typed ? 0 : -1; type < (typed ? types : 0); ++type) {
+            if (typed && !(program.payloadTypes >> type & 1))
+                continue;
+            request.payloadType = type;
+            try {
+                checkPiece(request);
+            } catch (const Error& error) {
+                if (error.code() != ErrorCode::kLinkError) // other modules are not known yet
+                    throw;
+            }
+        }
+    }
 }
 
 namespace {
@@ -94,10 +187,27 @@ void addRules(Digest& digest, const PipelineRules& rules) {
         digest.add(value);
 }
 
+void addRules(Digest& digest, const ModuleRules& rules) {
+    const auto& [payloadTypes, boundValues] = rules;
+    digest.add(uint64_t(payloadTypes.size()));
+    for (const PayloadType& type : payloadTypes) {
+        digest.add(uint64_t(type.words.size()));
+        for (uint32_t word : type.words)
+            digest.add(uint64_t(word));
+    }
+    digest.add(uint64_t(boundValues.size()));
+    for (const BoundValue& value : boundValues) {
+        digest.add(value.offset);
+        digest.add(std::string_view(reinterpret_cast<const char*>(value.bytes.data()),
+                                    value.bytes.size()));
+    }
+}
+
 } // namespace
 
 std::string keyOf(const PieceRequest& request) {
-    const auto& [modules, rules, optLevel, debugLevel, module, function, variables] = request;
+    const auto& [modules, rules, optLevel, debugLevel, module, function, payloadType, moduleRules,
+                 variables] = request;
     Digest digest;
     digest.add(buildId());
     digest.add(targetDescription());
@@ -108,6 +218,9 @@ std::string keyOf(const PieceRequest& request) {
     for (const uint64_t value : {uint64_t(optLevel), uint64_t(debugLevel), uint64_t(module)})
         digest.add(value);
     digest.add(function);
+    digest.add(uint64_t(int64_t(payloadType)));
+    for (size_t i = 0; i < modules.size(); ++i)
+        addRules(digest, rulesOf(request, i));
     for (const VariableId& id : variables)
         digest.add(id.symbol());
     return digest.take();

@@ -17,6 +17,9 @@ struct PieceRequest {
     // Either a program (index of its module, name of its function) ...
     uint32_t module = 0;
     std::string function;
+    int payloadType = -1; // that the program is compiled for, among its module's; -1: untyped
+    // Options of the modules, in their order; missing and null ones: none.
+    std::vector<std::shared_ptr<const ModuleRules>> moduleRules;
     // ... or variables to define.
     std::vector<VariableId> variables;
 };
@@ -25,6 +28,12 @@ struct PieceRequest {
 std::string programSymbol(const PieceRequest& request);
 
 CodeObject compilePiece(const PieceRequest& request);
+
+// Goes as far as it takes to know that all operands that must be constant are so and in range.
+void checkPiece(const PieceRequest& request);
+
+// The bound values of all modules, one after the other: what CodeObject::boundLoads counts.
+std::vector<BoundValue> boundValuesOf(const PieceRequest& request);
 
 std::string keyOf(const PieceRequest& request);
 

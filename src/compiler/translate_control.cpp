@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // FunctionTranslator: branches, returns, calls.
+#include "compiler/call_site.h"
 #include "compiler/callable.h"
 #include "compiler/function_translator.h"
 
@@ -132,7 +133,7 @@ void FunctionTranslator::call(const ptx::Instruction& instruction) {
     for (const ptx::Prototype& prototype : source_.prototypes) {
         if (prototype.name != instruction.prototype)
             continue;
-        return callFunction(instruction, resolveCallee(readInt(target, 64)),
+        return callFunction(instruction, resolveCallee(instruction, readInt(target, 64), prototype),
                             unit_.signature(prototype.results, prototype.parameters),
                             prototype.results, prototype.parameters);
     }
@@ -141,7 +142,8 @@ void FunctionTranslator::call(const ptx::Instruction& instruction) {
 
 // The code behind the target of an indirect call: in OptiX modules a tagged value stands for a
 // callable (callable.h), whose data the launch makes current.
-Value* FunctionTranslator::resolveCallee(Value* target) {
+Value* FunctionTranslator::resolveCallee(const ptx::Instruction& instruction, Value* target,
+                                         const ptx::Prototype& prototype) {
     if (isKernel())
         return builder_.CreateIntToPtr(target, builder_.getPtrTy());
     llvm::BasicBlock* tagged = llvm::BasicBlock::Create(unit_.context(), "callable", &function_);
@@ -156,11 +158,22 @@ Value* FunctionTranslator::resolveCallee(Value* target) {
         builder_.getPtrTy(), offsetPointer(launch, offsetof(devlib::LaunchState, callable)));
     auto* type =
         llvm::FunctionType::get(builder_.getPtrTy(), {builder_.getPtrTy(), word, word}, false);
-    Value* continuation = builder_.CreateAnd(builder_.CreateLShr(target, 1), uint64_t(1));
+    // Which kind is called, and with how many words (LaunchState::callable).
+    Value* call = builder_.CreateAnd(builder_.CreateLShr(target, 1), uint64_t(1));
+    call = builder_.CreateOr(call, uint64_t(parameterWords(prototype.parameters)) << 8);
+    if (unit_.debugExceptions()) {
+        const std::string place = sourcePlace(unit_, module_, instruction);
+        Value* thread =
+            stateField(offsetof(devlib::RayState, thread), builder_.getPtrTy(), "thread");
+        Value* line = llvm::ConstantPointerNull::get(builder_.getPtrTy());
+        if (!place.empty())
+            line = builder_.CreateGlobalString(place);
+        builder_.CreateStore(line, offsetPointer(thread, offsetof(devlib::ThreadState, line)));
+    }
     Value* index = builder_.CreateLShr(target, kCallableIndexShift);
     Value* found = builder_.CreateCall(
         type, resolver,
-        {state(), builder_.CreateTrunc(index, word), builder_.CreateTrunc(continuation, word)});
+        {state(), builder_.CreateTrunc(index, word), builder_.CreateTrunc(call, word)});
     // A record without a callable: calling it gives zero.
     Value* none = unit_.helper("sunstone_no_callable", word, {}, false).getCallee();
     found = builder_.CreateSelect(builder_.CreateIsNull(found), none, found);
@@ -277,10 +290,7 @@ void FunctionTranslator::callIntrinsic(const ptx::Instruction& instruction, std:
         arguments.push_back(readAs(instruction.arguments[i],
                                    callee->getFunctionType()->getParamType(unsigned(i) + 1)));
     llvm::CallInst* result = builder_.CreateCall(callee, arguments);
-    result->setMetadata(
-        "sunstone.line",
-        llvm::MDNode::get(unit_.context(), llvm::ConstantAsMetadata::get(
-                                               builder_.getInt32(instruction.location.line))));
+    setCallSite(unit_, *result, module_, instruction);
     if (instruction.results.size() == 1)
         write(instruction.results[0], result);
     else

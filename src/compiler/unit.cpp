@@ -32,7 +32,7 @@ Unit::Unit(Flavor flavor, PipelineRules rules, std::vector<const ptx::Module*> m
            Variables variables)
     : flavor_(flavor), home_(variables), rules_(std::move(rules)), modules_(std::move(modules)),
       context_(std::make_unique<llvm::LLVMContext>()),
-      module_(std::make_unique<llvm::Module>("sunstone", *context_)) {
+      module_(std::make_unique<llvm::Module>("sunstone", *context_)), options_(modules_.size()) {
     for (const ptx::Module* module : modules_)
         collect(*module);
 }
@@ -100,6 +100,27 @@ const Unit::Definition* Unit::published(std::string_view name) const {
 bool Unit::isLaunchParams(const ptx::Variable& variable) const {
     return flavor_ == Flavor::kOptix && !rules_.launchParams.empty() &&
            variable.space == ptx::Space::kConst && variable.name == rules_.launchParams;
+}
+
+void Unit::setOptions(const ptx::Module& module, std::shared_ptr<const ModuleRules> rules,
+                      DebugLevel level) {
+    options_[moduleNumber(module)] = {std::move(rules), level};
+}
+
+uint32_t Unit::moduleNumber(const ptx::Module& module) const {
+    const auto found = std::find(modules_.begin(), modules_.end(), &module);
+    SUNSTONE_CHECK(found != modules_.end());
+    return uint32_t(found - modules_.begin());
+}
+
+const ModuleRules& Unit::moduleRules(uint32_t moduleNumber) const {
+    static const ModuleRules none;
+    const auto& rules = options_[moduleNumber].rules;
+    return rules ? *rules : none;
+}
+
+bool Unit::hasLineInfo(const ptx::Module& module) const {
+    return options_[moduleNumber(module)].level != DebugLevel::kNone;
 }
 
 // ---- functions --------------------------------------------------------------------------------

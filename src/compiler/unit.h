@@ -114,6 +114,14 @@ public:
     const std::vector<VariableId>& variableIds() const { return ids_; }
     const Intrinsic* intrinsicOf(const llvm::Function* function) const;
 
+    // Options of a module; without them it has none, and line information if its PTX does.
+    void setOptions(const ptx::Module& module, std::shared_ptr<const ModuleRules> rules,
+                    DebugLevel level);
+    uint32_t moduleNumber(const ptx::Module& module) const; // from 0
+    const ModuleRules& moduleRules(uint32_t moduleNumber) const;
+    bool hasLineInfo(const ptx::Module& module) const;
+    bool debugExceptions() const { return rules_.exceptionFlags & devlib::kFlagDebug; }
+
 private:
     struct Symbols {
         std::unordered_map<std::string_view, const ptx::Function*> functions;
@@ -152,6 +160,11 @@ private:
     std::map<llvm::Function*, FunctionFacts> facts_;
     std::deque<SharedVariable> shared_;
     std::vector<VariableId> ids_;
+    struct Options {
+        std::shared_ptr<const ModuleRules> rules;
+        DebugLevel level = DebugLevel::kMinimal;
+    };
+    std::vector<Options> options_; // of modules_
 };
 
 } // namespace sunstone::compiler

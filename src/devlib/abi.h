@@ -28,10 +28,38 @@ enum ProgramResult : uint32_t { kAccept = 0, kIgnore = 1, kTerminate = 2 };
 
 constexpr unsigned kMaxPayloadWords = 32;
 constexpr unsigned kMaxAttributeWords = 8;
-constexpr unsigned kMaxGraphDepth = 31;
+constexpr unsigned kMaxGraphDepth = 31; // entries of a transform list; traversables: one more
 
-// Code that LaunchState::throwException gets for `trap` and a failed assertion: ends the launch.
-constexpr int32_t kExceptionTrap = INT32_MIN;
+// Codes of exceptions. User exceptions are 0 and above; those of the run-time have the numbers of
+// the API (OptixExceptionCodes).
+enum ExceptionCode : int32_t {
+    kExceptionTrap = INT32_MIN, // `trap` and a failed assertion: ends the launch
+    kExceptionStackOverflow = -1,
+    kExceptionTraceDepth = -2,
+    kExceptionTraversalDepth = -3,
+    kExceptionInvalidTraversable = -5,
+    kExceptionInvalidMissSbt = -6,
+    kExceptionInvalidHitSbt = -7,
+    kExceptionUnsupportedPrimitive = -8,
+    kExceptionInvalidRay = -9,
+    kExceptionParameterMismatch = -10,
+    kExceptionBuiltinIsMismatch = -11,
+    kExceptionCallableInvalidSbt = -12,
+    kExceptionNoDirectCallable = -13,
+    kExceptionNoContinuationCallable = -14,
+    kExceptionUnsupportedSingleGas = -15,
+    kExceptionInvalidArgument0 = -16, // -17, -18: the next arguments
+    kExceptionUnsupportedDataAccess = -32,
+    kExceptionPayloadType = -33,
+};
+
+// Bits of LaunchState::exceptionFlags (OptixExceptionFlags).
+enum ExceptionFlag : uint32_t {
+    kFlagStackOverflow = 1,
+    kFlagTraceDepth = 2,
+    kFlagUser = 4,
+    kFlagDebug = 8, // checks in traversal, callables and getters
+};
 
 // Traversable handles are addresses with a tag in the low bits (acceleration structures are
 // 128-byte aligned, transforms and instance records 64). Zero is the null handle.
@@ -71,6 +99,10 @@ struct GroupEntry {
     ProgramFn intersection;
     const void* direct;       // code address of the direct callable
     const void* continuation; // and of the continuation callable
+    // For kFlagDebug: 32-bit words of parameters and names of the callables.
+    uint32_t directWords, continuationWords;
+    const char* directName;
+    const char* continuationName;
 };
 
 struct SbtView {
@@ -84,6 +116,27 @@ struct SbtView {
     uint32_t callableStride, callableCount;
 };
 
+// Getters that LaunchState::checkAccess knows; first and second are their further operands.
+enum AccessKind : uint32_t {
+    kAccessVertices,      // gas, primitive, sbtGasIndex
+    kAccessInstance,      // ias, index
+    kAccessTransformList, // 0, index
+    kAccessMotion,        // gas
+};
+
+// What an exception program can ask for; all zero but what the code has.
+struct ExceptionInfo {
+    uint64_t traversable;
+    uint32_t sbtOffset;
+    uint32_t expectedWords; // these four in the order of the getter's results
+    uint32_t passedWords;
+    uint32_t callableIndex;
+    const char* callableName;
+    float ray[9]; // origin, direction, tmin, tmax, time
+    uint32_t pad;
+    const char* line; // "file:line:column", null if not known
+};
+
 // Everything the programs of one launch share; read only while it runs.
 struct LaunchState {
     const void* params;           // launch parameter block (a copy made in stream order)
@@ -92,15 +145,25 @@ struct LaunchState {
     void (*trace)(RayState*);                                    // traversal + hit/miss programs
     uint32_t (*report)(RayState*, float t, uint32_t kind);       // ProgramResult: kIgnore = rejected
     // Just before the call of a callable: its code (of the right kind), and callableData is set.
-    const void* (*callable)(RayState*, uint32_t sbtIndex, uint32_t continuation);
+    // `call`: bit 0 continuation callable, from bit 8 the words of parameters that are passed.
+    const void* (*callable)(RayState*, uint32_t sbtIndex, uint32_t call);
+    // From programs: `trap` and user exceptions. ThreadState::line says where.
     void (*throwException)(RayState*, int32_t code, uint32_t detailCount, const uint32_t* details);
+    // From the run-time: leaves the launch index with this code. Does not return.
+    void (*raise)(RayState*, int32_t code, const ExceptionInfo* info);
+    // With kFlagDebug, before a getter with a handle or index (AccessKind): raises where the
+    // getter would answer with NaN or null.
+    void (*checkAccess)(RayState*, uint32_t kind, uint64_t handle, uint32_t first, uint32_t second);
+    // With kFlagDebug, at the start of a program with a payload: raises unless the trace had it.
+    void (*checkPayload)(RayState*, uint32_t type);
     SbtView sbt;
     const GroupEntry* groups;     // by group number
     uint32_t groupCount;
     uint32_t exceptionFlags;      // OptixExceptionFlags of the pipeline
     uint32_t hasAnyHit;           // some hit group of the pipeline has an any-hit program
     uint32_t traversableGraphFlags;
-    uint32_t maxGraphDepth;
+    uint32_t primitiveTypeFlags;
+    uint32_t maxGraphDepth;       // traversables on a path; the runner gives what flags ask for
     uint32_t numAttributes;
     // Random access to structures; what is not there gives NaN or the null handle.
     void (*triangleVertices)(uint64_t gas, uint32_t primitive, uint32_t sbtGasIndex, float time,
@@ -132,6 +195,10 @@ struct ThreadState {
     int32_t exceptionCode;
     uint32_t exceptionDetails[8];
     uint64_t knownHandles[4]; // traversables that trace has found to be in mapped memory; starts as 0
+    RayState* root;           // state of the launch index itself
+    uint64_t stackLimit;      // frames below this address are an overflow
+    const char* line;         // place of the throw, or (kFlagDebug) of the callable's call; or null
+    ExceptionInfo exception;
 };
 
 // What a program sees. Compiled code fills [trace] fields of a new one at each optixTrace; the
@@ -162,6 +229,7 @@ struct alignas(64) RayState {
     uint32_t reportAttributes[kMaxAttributeWords]; // set before LaunchState::report
     Hit hit;                  // candidate in intersection/any-hit, accepted in closest-hit
     void* traversal;          // private to the traversal loop
+    const char* line;         // [trace] place of the trace call, with kFlagDebug; else not set
 };
 
 // An instance as stored in an instance acceleration structure; 64-byte aligned. A transform-list

@@ -6,6 +6,7 @@
 #include "bvh/build.h"
 #include "bvh/kernels.h"
 #include "bvh/layout.h"
+#include "devlib/checks.h"
 #include "devlib/sbt.h"
 #include "devlib/trace_sets.h"
 
@@ -35,13 +36,20 @@ uint64_t noCallable(RayState*) {
 
 // Compiled code asks at each call, not where a program looks the callable up: the data set here is
 // then the callee's, whatever was looked up or called in between.
-const void* callable(RayState* state, uint32_t sbtIndex, uint32_t continuation) {
+const void* callable(RayState* state, uint32_t sbtIndex, uint32_t call) {
+    checkStack(state);
+    const bool continuation = call & 1;
     const SbtView& sbt = state->launch->sbt;
     const ResolvedRecord r = resolveRecord(*state->launch, sbt.callableBase, sbt.callableStride,
                                            sbt.callableCount, sbtIndex, kGroupCallables);
     const void* code = !r.group ? nullptr : continuation ? r.group->continuation : r.group->direct;
     state->callableData = dataOf(r.record);
     return code ? code : reinterpret_cast<const void*>(&noCallable);
+}
+
+const void* checkedCallable(RayState* state, uint32_t sbtIndex, uint32_t call) {
+    checkCallable(state, sbtIndex, call);
+    return callable(state, sbtIndex, call);
 }
 
 // The block of a handle in mapped memory, or null.
@@ -109,6 +117,8 @@ const TraceSet& chosenSet() {
 } // namespace
 
 TraceVariant selectTrace(const TraceFeatures& features) {
+    if (features.checked)
+        return {kTraceChecked.traceGraph, kTraceChecked.report, checkedCallable};
     const TraceSet& set = chosenSet();
     return {features.instancing ? set.traceGraph : set.traceGas, set.report, callable};
 }
@@ -120,6 +130,8 @@ void bindTrace(LaunchState& launch, const TraceFeatures& features) {
     launch.callable = variant.callable;
     launch.triangleVertices = triangleVertices;
     launch.instanceHandle = instanceHandle;
+    launch.checkAccess = checkAccess;
+    launch.checkPayload = checkPayload;
 }
 
 bool isTraversable(uint64_t handle) {

@@ -5,8 +5,8 @@
 // What happens with bad input: a null, foreign or motion handle, a ray with NaN or infinity, and a
 // trace deeper than maxTraceDepth act as a miss (the last without running the miss program); an SBT
 // index out of range, a record no group was packed into, and a group without the program act as a
-// program that does nothing. If the pipeline has the trace-depth exception, too deep a trace throws
-// it.
+// program that does nothing. If the pipeline has the trace-depth exception, too deep a trace or graph
+// raises it; with debug exceptions all of these do (checks.h). Too deep a stack raises always.
 //
 // Read next: trace_body.h.
 #pragma once
@@ -21,6 +21,7 @@ struct TraceFeatures {
     bool anyHit = true;     // some hit group has an any-hit program
     bool custom = true;     // custom primitives
     bool instancing = true; // handles other than that of a geometry acceleration structure
+    bool checked = false;   // debug exceptions
 };
 
 // Whether the handle's own memory is mapped: asked once per thread for a handle that programs pass
@@ -31,13 +32,13 @@ bool isTraversable(uint64_t handle);
 struct TraceVariant {
     void (*trace)(RayState*);
     uint32_t (*report)(RayState*, float t, uint32_t kind);
-    const void* (*callable)(RayState*, uint32_t sbtIndex, uint32_t continuation);
+    const void* (*callable)(RayState*, uint32_t sbtIndex, uint32_t call);
 };
 
 // The fastest functions for the features on this machine (see bvh::chosenIsa).
 TraceVariant selectTrace(const TraceFeatures& features);
 
-// Sets trace, report and callable of the launch.
+// Sets the functions of the launch that this part has: trace, report, callable, getters, checks.
 void bindTrace(LaunchState& launch, const TraceFeatures& features);
 
 } // namespace sunstone::devlib

@@ -11,6 +11,10 @@
 // The best hit is kept in the Tracer and moves into RayState::hit at the end, because until then
 // that field is the candidate's. Programs run with RayState::tmax as the manual says: the candidate's
 // t in any-hit, the best t in intersection and closest-hit, the ray's own in miss.
+//
+// trace_checked.cpp compiles all of this once more with kChecked, for pipelines with debug
+// exceptions: what the manual calls undefined then leaves the launch index through
+// LaunchState::raise. Without it these checks do not exist.
 #pragma once
 
 #include "bvh/micromap_lookup.h"
@@ -20,9 +24,21 @@
 
 #include <type_traits>
 
-namespace sunstone::devlib::SUNSTONE_ISA {
+#ifdef SUNSTONE_TRACE_CHECKED
+#define SUNSTONE_TRACE_SPACE SUNSTONE_ISA::checked
+#else
+#define SUNSTONE_TRACE_SPACE SUNSTONE_ISA
+#endif
+
+namespace sunstone::devlib::SUNSTONE_TRACE_SPACE {
 
 namespace isa = sunstone::bvh::SUNSTONE_ISA;
+
+#ifdef SUNSTONE_TRACE_CHECKED
+constexpr bool kChecked = true;
+#else
+constexpr bool kChecked = false;
+#endif
 
 enum RayFlag : uint32_t {
     kRayDisableAnyHit = 1,
@@ -43,8 +59,6 @@ enum InstanceFlag : uint32_t {
     kInstanceForceMicromap2State = 16,
     kInstanceDisableMicromaps = 32,
 };
-constexpr uint32_t kExceptionTraceDepth = 2;
-constexpr int32_t kExceptionCodeTraceDepth = -2;
 
 SUNSTONE_INLINE const bvh::BlockHeader* blockOf(uint64_t handle) {
     const uint64_t address = addressOf(handle);
@@ -76,6 +90,8 @@ public:
     // Walks what the handle leads to; true ends the trace.
     template <bool kInstancing>
     SUNSTONE_INLINE_MEMBER bool enter(uint64_t handle, const float org[3], const float dir[3]) {
+        if constexpr (kChecked)
+            checkTraversable(handle);
         if constexpr (kInstancing) {
             const uint64_t tag = tagOf(handle);
             if (tag == kTagIas)
@@ -115,7 +131,7 @@ public:
         for (uint32_t i = 0; i < best_.transformCount; ++i)
             hit.transforms[i] = bestTransforms_[i];
         state_->tmax = tmax_;
-        const ResolvedRecord r = hitRecord(best_.sbtGasIndex, best_.instanceSbtOffset);
+        const ResolvedRecord r = hitRecord<false>(best_.sbtGasIndex, best_.instanceSbtOffset);
         hit.record = r.record;
         state_->sbtData = dataOf(r.record);
         return r.group;
@@ -144,13 +160,116 @@ private:
         uint32_t attributes[kMaxAttributeWords];
     };
 
+    // kWalking: of a candidate, while the walk is where it is.
+    template <bool kWalking>
     SUNSTONE_INLINE_MEMBER ResolvedRecord hitRecord(uint32_t sbtGasIndex,
                                                     uint32_t instanceSbtOffset) const {
         const uint64_t index = uint64_t(instanceSbtOffset) +
                                uint64_t(sbtGasIndex) * (state_->sbtStride & 0xFF) +
                                (state_->sbtOffset & 0xFF);
+        if constexpr (kChecked)
+            if (launch_.sbt.hitBase == 0 || index >= launch_.sbt.hitCount) {
+                if (kWalking)
+                    exposePath();
+                state_->hit.sbtGasIndex = sbtGasIndex;
+                ExceptionInfo info{};
+                info.sbtOffset = uint32_t(index);
+                launch_.raise(state_, kExceptionInvalidHitSbt, &info);
+            }
         return resolveRecord(launch_, launch_.sbt.hitBase, launch_.sbt.hitStride,
                              launch_.sbt.hitCount, index, kGroupHit);
+    }
+
+    // Shows an exception program where the walk is.
+    void exposePath() const {
+        Hit& hit = state_->hit;
+        hit.transformCount = transformCount_;
+        for (uint32_t i = 0; i < transformCount_; ++i)
+            hit.transforms[i] = transforms_[i];
+    }
+
+    [[gnu::noinline]] bool tooDeep() const {
+        if ((launch_.exceptionFlags & (kFlagTraceDepth | kFlagDebug)) && launch_.raise) {
+            exposePath();
+            launch_.raise(state_, kExceptionTraversalDepth, nullptr);
+        }
+        return false;
+    }
+
+    // Whether the child of an instance or transform that is entered now would be too deep in the
+    // graph. Every entry of the transform list stands for one traversable above it.
+    SUNSTONE_INLINE_MEMBER bool isDeepest() const {
+        return transformCount_ + 2 > launch_.maxGraphDepth;
+    }
+
+    // Raises what makes a traversable unfit for the pipeline. The null handle is never hit.
+    void checkTraversable(uint64_t handle) const {
+        if (handle == 0)
+            return;
+        if (transformCount_ + 1 > launch_.maxGraphDepth)
+            tooDeep();
+        const int32_t code = faultOf(handle);
+        if (code == 0)
+            return;
+        exposePath();
+        ExceptionInfo info{};
+        if (code == kExceptionUnsupportedPrimitive)
+            info.line = state_->line;
+        else
+            info.traversable = handle;
+        launch_.raise(state_, code, &info);
+    }
+
+    // A handle that does not lead to memory at all.
+    void checkUnknown(uint64_t handle) const {
+        if (handle == 0)
+            return;
+        exposePath();
+        ExceptionInfo info{};
+        info.traversable = handle;
+        launch_.raise(state_, kExceptionInvalidTraversable, &info);
+    }
+
+    int32_t faultOf(uint64_t handle) const {
+        const uint32_t flags = launch_.traversableGraphFlags; // 0: all graphs
+        constexpr uint32_t kSingleGas = 1;
+        switch (tagOf(handle)) {
+        case kTagGas: {
+            const bvh::BlockHeader* block = blockOf(handle);
+            if (!block || block->type == bvh::BlockType::kInstances)
+                return kExceptionInvalidTraversable;
+            if (transformCount_ == 0 && flags != 0 && !(flags & kSingleGas))
+                return kExceptionUnsupportedSingleGas;
+            return launch_.primitiveTypeFlags & primitiveFlagOf(*block)
+                       ? 0
+                       : kExceptionUnsupportedPrimitive;
+        }
+        case kTagIas: {
+            const bvh::BlockHeader* block = blockOf(handle);
+            const bool allowed = flags == 0 || (flags != kSingleGas && transformCount_ == 0);
+            return block && block->type == bvh::BlockType::kInstances && allowed
+                       ? 0
+                       : kExceptionInvalidTraversable;
+        }
+        case kTagStatic:
+        case kTagMatrixMotion:
+        case kTagSrtMotion:
+            return flags == 0 ? 0 : kExceptionInvalidTraversable;
+        default:
+            return kExceptionInvalidTraversable;
+        }
+    }
+
+    // Bits of OptixPrimitiveTypeFlags.
+    static uint32_t primitiveFlagOf(const bvh::BlockHeader& block) {
+        switch (block.type) {
+        case bvh::BlockType::kTriangles:
+            return 1u << 31;
+        case bvh::BlockType::kCustom:
+            return 1;
+        default:
+            return ~0u;
+        }
     }
 
     // Whether any-hit counts as enabled, by geometry and instance; the ray's flags come on top.
@@ -223,7 +342,7 @@ private:
         Hit& hit = state_->hit;
         hit.primitive = primitive;
         hit.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
-        const ResolvedRecord r = hitRecord(hit.sbtGasIndex, instanceSbtOffset_);
+        const ResolvedRecord r = hitRecord<true>(hit.sbtGasIndex, instanceSbtOffset_);
         candidateGroup_ = r.group;
         hit.record = r.record;
         state_->sbtData = dataOf(r.record);
@@ -565,8 +684,8 @@ private:
 
     [[gnu::noinline]] bool enterInstance(const InstanceRecord& record, const float org[3],
                                          const float dir[3]) {
-        if (transformCount_ >= kMaxGraphDepth)
-            return false;
+        if (isDeepest())
+            return tooDeep();
         float newOrg[3], newDir[3];
         transformRay(record.worldToObject, org, dir, newOrg, newDir);
         const uint32_t index = instanceIndex_, id = instanceId_, offset = instanceSbtOffset_,
@@ -587,11 +706,16 @@ private:
 
     [[gnu::noinline]] bool enterStaticTransform(uint64_t handle, const float org[3],
                                                 const float dir[3]) {
-        if (transformCount_ >= kMaxGraphDepth || addressOf(handle) == 0)
+        if (isDeepest())
+            return tooDeep();
+        if (addressOf(handle) == 0)
             return false;
         const auto* transform = reinterpret_cast<const bvh::StaticTransform*>(addressOf(handle));
-        if (!isKnown(state_, transform->child))
+        if (!isKnown(state_, transform->child)) {
+            if constexpr (kChecked)
+                checkUnknown(transform->child);
             return false;
+        }
         float newOrg[3], newDir[3];
         transformRay(transform->inverse, org, dir, newOrg, newDir);
         transforms_[transformCount_++] = handle;
@@ -618,6 +742,13 @@ private:
 
 [[gnu::noinline]] static void runMiss(RayState* state) {
     const SbtView& sbt = state->launch->sbt;
+    if constexpr (kChecked)
+        if (sbt.missBase == 0 || state->missIndex >= sbt.missCount) {
+            state->hit.transformCount = 0;
+            ExceptionInfo info{};
+            info.sbtOffset = state->missIndex;
+            state->launch->raise(state, kExceptionInvalidMissSbt, &info);
+        }
     const ResolvedRecord r = resolveRecord(*state->launch, sbt.missBase, sbt.missStride,
                                            sbt.missCount, state->missIndex, kGroupMiss);
     state->hit.record = nullptr;
@@ -640,18 +771,54 @@ template <bool kInstancing>
     return group ? group->main : nullptr;
 }
 
+[[gnu::noinline]] static void raiseWithoutPath(RayState* state, int32_t code,
+                                               const ExceptionInfo* info = nullptr) {
+    state->hit.transformCount = 0;
+    if (state->launch->raise)
+        state->launch->raise(state, code, info);
+}
+
+// All floats of the call must be finite.
+[[maybe_unused]] static void checkRay(RayState* state) {
+    ExceptionInfo info{};
+    for (int i = 0; i < 3; ++i) {
+        info.ray[i] = state->worldOrigin[i];
+        info.ray[3 + i] = state->worldDirection[i];
+    }
+    info.ray[6] = state->tmin;
+    info.ray[7] = state->tmax;
+    info.ray[8] = state->time;
+    for (float value : info.ray)
+        if ((isa::bitsOf(value) & 0x7F800000u) == 0x7F800000u) {
+            info.line = state->line;
+            raiseWithoutPath(state, kExceptionInvalidRay, &info);
+        }
+}
+
 template <bool kInstancing>
 static void trace(RayState* state) {
     const LaunchState& launch = *state->launch;
+    // The state is a part of the caller's frame.
+    if (__builtin_expect(reinterpret_cast<uint64_t>(state) < state->thread->stackLimit, 0))
+        return raiseWithoutPath(state, kExceptionStackOverflow);
     if (state->depth > launch.maxTraceDepth) {
-        if ((launch.exceptionFlags & kExceptionTraceDepth) && launch.throwException)
-            launch.throwException(state, kExceptionCodeTraceDepth, 0, nullptr);
+        if (launch.exceptionFlags & kFlagTraceDepth)
+            raiseWithoutPath(state, kExceptionTraceDepth);
         return;
     }
+    if constexpr (kChecked)
+        checkRay(state);
     const float tmax = state->tmax;
     bool found = false;
-    if (!isKnown(state, state->handle))
+    if (!isKnown(state, state->handle)) {
+        if constexpr (kChecked)
+            if (state->handle != 0) {
+                ExceptionInfo info{};
+                info.traversable = state->handle;
+                raiseWithoutPath(state, kExceptionInvalidTraversable, &info);
+            }
         return runMiss(state);
+    }
     if (const ProgramFn closestHit = findHit<kInstancing>(state, found)) {
         closestHit(state);
     } else if (!found) {
@@ -664,4 +831,4 @@ static uint32_t report(RayState* state, float t, uint32_t kind) {
     return static_cast<Tracer*>(state->traversal)->report(t, kind);
 }
 
-} // namespace sunstone::devlib::SUNSTONE_ISA
+} // namespace sunstone::devlib::SUNSTONE_TRACE_SPACE

@@ -12,6 +12,6 @@ struct TraceSet {
     uint32_t (*report)(RayState*, float t, uint32_t kind);
 };
 
-extern const TraceSet kTraceBaseline, kTraceAvx2, kTraceAvx512;
+extern const TraceSet kTraceBaseline, kTraceAvx2, kTraceAvx512, kTraceChecked;
 
 } // namespace sunstone::devlib

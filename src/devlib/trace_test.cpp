@@ -67,6 +67,7 @@ protected:
         callable_[0] = {{kSbtMagic, kCallableGroup, kGroupCallables, {}}, {7, 0, 0, 0}};
         launch_ = {};
         launch_.maxTraceDepth = 5;
+        launch_.maxGraphDepth = kMaxGraphDepth;
         launch_.groups = groups_;
         launch_.groupCount = 5;
         launch_.hasAnyHit = 1;
@@ -335,9 +336,7 @@ TEST_P(Trace, DepthLimitAndRecursion) {
     static int32_t thrown;
     thrown = 0;
     launch_.exceptionFlags = 2;
-    launch_.throwException = [](RayState*, int32_t code, uint32_t, const uint32_t*) {
-        thrown = code;
-    };
+    launch_.raise = [](RayState*, int32_t code, const ExceptionInfo*) { thrown = code; };
     launch_.trace(&r);
     EXPECT_EQ(thrown, -2);
 }

@@ -5,12 +5,11 @@
 #include "base/readable.h"
 #include "base/threads.h"
 #include "devlib/trace.h"
+#include "engine/exceptions.h"
 
 #include <algorithm>
-#include <atomic>
 #include <csetjmp>
 #include <cstring>
-#include <mutex>
 #include <vector>
 
 #include <tbb/blocked_range.h>
@@ -73,13 +72,46 @@ const devlib::GroupEntry& entryOf(const Pipeline& pipeline, uint64_t record,
     return pipeline.groups[header.group];
 }
 
-// Leaves the current launch index: the launch loop's frame takes over.
-void throwException(RayState* state, int32_t code, uint32_t count, const uint32_t* details) {
+// Leaves the current launch index: the launch loop's frame takes over. The transform list at the
+// fault moves to where the exception program, which runs with the launch index's own state, looks
+// for it.
+[[noreturn]] void leave(RayState* state, int32_t code) {
     ThreadState* thread = state->thread;
     thread->exceptionCode = code;
+    RayState* root = thread->root;
+    if (root != state) {
+        const devlib::Hit& hit = state->hit;
+        const uint32_t count = std::min(hit.transformCount, devlib::kMaxGraphDepth);
+        root->hit.transformCount = count;
+        std::copy_n(hit.transforms, count, root->hit.transforms);
+        root->hit.sbtGasIndex = hit.sbtGasIndex;
+    }
+    longjmp(*static_cast<jmp_buf*>(thread->exceptionFrame), 1);
+}
+
+// A `trap` or optixThrowException.
+void throwException(RayState* state, int32_t code, uint32_t count, const uint32_t* details) {
+    ThreadState* thread = state->thread;
     for (uint32_t i = 0; i < 8; ++i)
         thread->exceptionDetails[i] = i < count ? details[i] : 0;
-    longjmp(*static_cast<jmp_buf*>(thread->exceptionFrame), 1);
+    thread->exception = {};
+    thread->exception.line = thread->line;
+    constexpr int32_t kUserCodes = 1 << 30;
+    if (code != devlib::kExceptionTrap && uint32_t(code) >= uint32_t(kUserCodes)) {
+        if (state->launch->exceptionFlags & devlib::kFlagDebug)
+            code = devlib::kExceptionInvalidArgument0;
+        else
+            code &= kUserCodes - 1; // never taken for a code of the run-time
+    }
+    leave(state, code);
+}
+
+// An exception of the run-time.
+void raise(RayState* state, int32_t code, const devlib::ExceptionInfo* info) {
+    ThreadState* thread = state->thread;
+    std::fill(std::begin(thread->exceptionDetails), std::end(thread->exceptionDetails), 0);
+    thread->exception = info ? *info : devlib::ExceptionInfo{};
+    leave(state, code);
 }
 
 class Runner {
@@ -95,13 +127,22 @@ public:
         thread.exceptionFrame = &frame;
         RayState state;
         std::memset(static_cast<void*>(&state), 0, offsetof(RayState, hit));
+        state.hit.transformCount = 0;
+        state.hit.sbtGasIndex = 0;
         state.launch = &launch_;
         state.thread = &thread;
+        thread.root = &state;
+        thread.stackLimit = stackLimitOfThread();
         const void* data = reinterpret_cast<const void*>(launch_.sbt.raygenRecord +
                                                          sizeof(devlib::SbtHeader));
         volatile uint32_t next = 0;
+        volatile bool ending = false; // an exception program may raise exceptions itself
         if (setjmp(frame) != 0) {
-            endIndex(state);
+            if (!ending) {
+                ending = true;
+                endIndex(state);
+            }
+            ending = false;
             next = next + 1;
         }
         for (uint32_t i = next; i < tile.count(); ++i) {
@@ -115,26 +156,34 @@ public:
         }
     }
 
-    // Throws what a device program ended the launch with, if one did.
-    void finish() const {
-        if (!trapped_)
-            return;
-        fail(Code::kLaunchFailure, "a device program executed trap or failed an assertion at launch "
-             "index (", trapIndex_[0], ", ", trapIndex_[1], ", ", trapIndex_[2], ")");
+    // Throws what a device program ended the launch with, if one did. `validation`: exceptions of
+    // the run-time count as well. Otherwise `note` receives what no exception program has seen.
+    void finish(bool validation, std::string& note) const {
+        if (fatal_.any())
+            fail(Code::kLaunchFailure, fatal_.text());
+        if (validation && raised_.any())
+            fail(Code::kLaunchFailure, raised_.text());
+        if (unseen_.any())
+            note = unseen_.text();
     }
 
 private:
-    // What follows an exception: the exception program, or for a trap the end of the launch.
+    // What follows an exception: the exception program, or where there can be none the end of the
+    // launch.
     void endIndex(RayState& state) {
-        if (state.thread->exceptionCode == devlib::kExceptionTrap) {
-            std::call_once(trapOnce_, [&] {
-                std::copy_n(state.thread->index, 3, trapIndex_);
-                trapped_ = true;
-            });
+        const int32_t code = state.thread->exceptionCode;
+        const bool overflow = code == devlib::kExceptionStackOverflow &&
+                              !(launch_.exceptionFlags & devlib::kFlagStackOverflow);
+        if (code == devlib::kExceptionTrap || overflow) {
+            fatal_.add(*state.thread, launch_);
             return;
         }
-        if (!exception_)
+        if (code < 0)
+            raised_.add(*state.thread, launch_);
+        if (!exception_) {
+            unseen_.add(*state.thread, launch_);
             return;
+        }
         state.sbtData = reinterpret_cast<const void*>(launch_.sbt.exceptionRecord +
                                                       sizeof(devlib::SbtHeader));
         state.depth = 0;
@@ -144,12 +193,27 @@ private:
     const LaunchState& launch_;
     devlib::ProgramFn raygen_;
     devlib::ProgramFn exception_;
-    std::once_flag trapOnce_;
-    std::atomic<bool> trapped_{false};
-    uint32_t trapIndex_[3] = {};
+    ExceptionRecord fatal_;  // ends the launch
+    ExceptionRecord raised_; // by the run-time
+    ExceptionRecord unseen_; // without an exception program
 };
 
-void runLaunch(const LaunchRequest& request) {
+// In validation mode: the launch parameters must hold what the code is specialised to.
+void checkBoundValues(const Pipeline& pipeline, const uint8_t* params) {
+    for (const compiler::BoundValue& value : pipeline.boundValues) {
+        const uint64_t end = value.offset + value.bytes.size();
+        if (end > pipeline.launchParamsSize)
+            continue;
+        for (size_t i = 0; i < value.bytes.size(); ++i)
+            if (params[value.offset + i] != value.bytes[i])
+                fail(Code::kLaunchFailure, "byte ", value.offset + i,
+                     " of the launch parameters is ", unsigned(params[value.offset + i]),
+                     ", but bound value \"", value.annotation, "\" says ",
+                     unsigned(value.bytes[i]));
+    }
+}
+
+void runLaunch(const LaunchRequest& request, std::string& note) {
     const Pipeline& pipeline = *request.pipeline;
     LaunchState launch{};
     // Reads beyond the caller's block see zeros; 64 bytes allow vector loads at the end.
@@ -157,6 +221,8 @@ void runLaunch(const LaunchRequest& request) {
     if (pipeline.launchParamsSize != 0 && request.params)
         std::memcpy(params.data(), request.params,
                     std::min(request.paramsSize, pipeline.launchParamsSize));
+    if (request.validation)
+        checkBoundValues(pipeline, params.data());
     launch.params = params.data();
     launch.dimensions[0] = request.width;
     launch.dimensions[1] = request.height;
@@ -168,13 +234,18 @@ void runLaunch(const LaunchRequest& request) {
     launch.exceptionFlags = pipeline.rules.exceptionFlags;
     launch.hasAnyHit = pipeline.hasAnyHit;
     launch.traversableGraphFlags = pipeline.rules.traversableGraphFlags;
-    launch.maxGraphDepth = request.limits.maxGraphDepth;
+    launch.primitiveTypeFlags = pipeline.rules.primitiveTypeFlags;
+    constexpr uint32_t kDepthChecked = devlib::kFlagTraceDepth | devlib::kFlagDebug;
+    launch.maxGraphDepth = launch.exceptionFlags & kDepthChecked ? request.limits.maxGraphDepth
+                                                                 : devlib::kMaxGraphDepth;
     launch.numAttributes = pipeline.rules.numAttributeValues;
     launch.throwException = throwException;
+    launch.raise = raise;
     devlib::TraceFeatures features;
     features.anyHit = pipeline.hasAnyHit;
     features.custom = pipeline.hasIntersection;
     features.instancing = pipeline.rules.traversableGraphFlags != 1; // SINGLE_GAS alone
+    features.checked = launch.exceptionFlags & devlib::kFlagDebug;
     devlib::bindTrace(launch, features);
 
     const devlib::GroupEntry& raygen =
@@ -190,7 +261,7 @@ void runLaunch(const LaunchRequest& request) {
         for (size_t i = begin; i < end; ++i)
             runner.run(Tile(tiling, i));
     });
-    runner.finish();
+    runner.finish(request.validation, note);
 }
 
 } // namespace
@@ -199,7 +270,10 @@ void launch(const std::shared_ptr<Context>& context, const LaunchRequest& reques
     context->device->enqueue(request.stream, [context, request] {
         beginReadableEpoch();
         try {
-            runLaunch(request);
+            std::string note;
+            runLaunch(request, note);
+            if (!note.empty() && context->log)
+                context->log(LogLevel::kWarning, "LAUNCH", "no exception program saw: " + note);
         } catch (const Error& error) {
             if (context->log)
                 context->log(LogLevel::kError, "LAUNCH", error.what());

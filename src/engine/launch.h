@@ -15,6 +15,7 @@ struct LaunchRequest {
     uint64_t paramsSize = 0;
     uint32_t width = 0, height = 0, depth = 0;
     void* stream = nullptr;
+    bool validation = false; // exceptions of the run-time make the launch fail
 };
 
 // Queues the launch on its stream and returns. Faults found when it runs (a record of another

@@ -15,7 +15,22 @@ const compiler::ModuleSummary::Program* Module::findProgram(std::string_view nam
     return nullptr;
 }
 
+namespace {
+
+// Bound values must lie in the launch parameters, if the module has them at all.
+void checkBoundValues(const compiler::ModuleRules& rules, uint64_t paramsSize) {
+    for (size_t i = 0; i < rules.boundValues.size() && paramsSize != 0; ++i) {
+        const compiler::BoundValue& value = rules.boundValues[i];
+        if (value.offset > paramsSize || value.bytes.size() > paramsSize - value.offset)
+            fail(Code::kInvalidValue, "boundValues[", i, "] covers ", value.bytes.size(),
+                 " bytes from ", value.offset, " of a launch parameter variable of ", paramsSize);
+    }
+}
+
+} // namespace
+
 std::shared_ptr<Module> createModule(std::string_view text, const compiler::PipelineRules& rules,
+                                     compiler::ModuleRules moduleRules,
                                      compiler::OptLevel optLevel, compiler::DebugLevel debugLevel,
                                      std::string& feedback) {
     ptx::Diagnostics diagnostics;
@@ -28,7 +43,9 @@ std::shared_ptr<Module> createModule(std::string_view text, const compiler::Pipe
     module->rules = rules;
     module->optLevel = optLevel;
     module->debugLevel = debugLevel;
-    module->summary = compiler::inspect(*module->tree, rules);
+    module->summary = compiler::inspect(*module->tree, rules, moduleRules);
+    checkBoundValues(moduleRules, module->summary.launchParamsSize);
+    module->moduleRules = std::make_shared<const compiler::ModuleRules>(std::move(moduleRules));
     return module;
 }
 

@@ -15,6 +15,7 @@ struct Module {
     std::shared_ptr<const ptx::Module> tree;
     compiler::ModuleSummary summary;
     compiler::PipelineRules rules;
+    std::shared_ptr<const compiler::ModuleRules> moduleRules;
     compiler::OptLevel optLevel = compiler::OptLevel::k3;
     compiler::DebugLevel debugLevel = compiler::DebugLevel::kMinimal;
 
@@ -25,6 +26,7 @@ struct Module {
 // Parses and checks `text` (up to its first NUL). Throws Error with a compile code; its text is
 // the full list of diagnostics. `feedback` receives warnings.
 std::shared_ptr<Module> createModule(std::string_view text, const compiler::PipelineRules& rules,
+                                     compiler::ModuleRules moduleRules,
                                      compiler::OptLevel optLevel, compiler::DebugLevel debugLevel,
                                      std::string& feedback);
 

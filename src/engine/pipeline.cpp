@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <set>
+#include <tuple>
 
 namespace sunstone::engine {
 namespace {
@@ -18,11 +20,12 @@ public:
     size_t add(const ProgramRef& ref) {
         if (!ref)
             return kNone;
-        auto key = std::make_pair(ref.module.get(), ref.function);
+        auto key = std::make_tuple(ref.module.get(), ref.function, ref.payloadType);
         auto [found, inserted] = index_.try_emplace(key, requests_.size());
         if (inserted) {
             const Module& module = *ref.module;
-            requests_.push_back({module.tree, ref.function, module.optLevel, module.debugLevel});
+            requests_.push_back({module.tree, ref.function, module.optLevel, module.debugLevel,
+                                 module.moduleRules, ref.payloadType});
         }
         return found->second;
     }
@@ -30,12 +33,38 @@ public:
 
 private:
     std::vector<compiler::ProgramRequest> requests_;
-    std::map<std::pair<const Module*, std::string>, size_t> index_;
+    std::map<std::tuple<const Module*, std::string, int>, size_t> index_;
 };
 
 struct GroupIndices {
     size_t main, anyHit, intersection, direct, continuation;
 };
+
+// Calls use(module) once for each module of the groups.
+template <class Use>
+void forEachModule(const std::vector<std::shared_ptr<ProgramGroup>>& groups, const Use& use) {
+    std::set<const Module*> seen;
+    for (const auto& group : groups)
+        for (const ProgramRef* ref : {&group->main, &group->anyHit, &group->intersection,
+                                      &group->direct, &group->continuation})
+            if (*ref && seen.insert(ref->module.get()).second)
+                use(*ref->module);
+}
+
+// Where values of two modules overlap, they must be equal.
+void checkBoundValues(const std::vector<compiler::BoundValue>& values) {
+    std::map<uint64_t, std::pair<uint8_t, const compiler::BoundValue*>> bytes;
+    for (const compiler::BoundValue& value : values)
+        for (size_t i = 0; i < value.bytes.size(); ++i) {
+            const auto [entry, isNew] =
+                bytes.try_emplace(value.offset + i, value.bytes[i], &value);
+            if (!isNew && entry->second.first != value.bytes[i])
+                fail(Code::kInvalidValue, "two modules bind byte ", value.offset + i,
+                     " of the launch parameters to ", unsigned(entry->second.first), " (\"",
+                     entry->second.second->annotation, "\") and ", unsigned(value.bytes[i]), " (\"",
+                     value.annotation, "\")");
+        }
+}
 
 uint64_t commonLaunchParamsSize(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
                                 const std::string& name) {
@@ -56,6 +85,49 @@ uint64_t commonLaunchParamsSize(const std::vector<std::shared_ptr<ProgramGroup>>
 
 } // namespace
 
+void choosePayloadType(ProgramGroup& group, const compiler::PayloadType* wanted) {
+    std::vector<ProgramRef*> programs;
+    const bool typed = group.kind == devlib::kGroupHit || group.kind == devlib::kGroupMiss;
+    for (ProgramRef* ref : {&group.main, &group.anyHit, &group.intersection})
+        if (typed && *ref && (wanted || !ref->module->moduleRules->payloadTypes.empty()))
+            programs.push_back(ref);
+    if (programs.empty())
+        return;
+    // Index of the type among those the program supports, or -1.
+    const auto find = [](const ProgramRef& ref, const compiler::PayloadType& type) {
+        const auto& types = ref.module->moduleRules->payloadTypes;
+        const uint32_t supported = ref.module->findProgram(ref.function)->payloadTypes;
+        for (size_t i = 0; i < types.size(); ++i)
+            if ((supported >> i & 1) && types[i] == type)
+                return int(i);
+        return -1;
+    };
+    std::vector<compiler::PayloadType> candidates;
+    if (wanted) {
+        candidates = {*wanted};
+        for (const ProgramRef* ref : programs)
+            if (find(*ref, *wanted) < 0)
+                fail(Code::kPayloadTypeMismatch, "program \"", ref->function,
+                     "\" does not support the payload type of ", wanted->words.size(),
+                     " words that the program group options ask for");
+    } else {
+        for (const compiler::PayloadType& type : programs[0]->module->moduleRules->payloadTypes) {
+            const bool known = std::find(candidates.begin(), candidates.end(), type) !=
+                               candidates.end();
+            if (!known && std::all_of(programs.begin(), programs.end(), [&](const ProgramRef* ref) {
+                    return find(*ref, type) >= 0;
+                }))
+                candidates.push_back(type);
+        }
+        if (candidates.size() != 1)
+            fail(Code::kPayloadTypeResolution, "the programs of the group (first \"",
+                 programs[0]->function, "\") have ", candidates.size(),
+                 " payload types in common; name one in the program group options");
+    }
+    for (ProgramRef* ref : programs)
+        ref->payloadType = find(*ref, candidates[0]);
+}
+
 void packSbtHeader(const ProgramGroup& group, void* header) {
     devlib::SbtHeader out = {};
     out.magic = devlib::kSbtMagic;
@@ -72,6 +144,12 @@ std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<Progr
     pipeline->rules = rules;
     pipeline->limits = limits;
     pipeline->launchParamsSize = commonLaunchParamsSize(groups, rules.launchParams);
+
+    forEachModule(groups, [&](const Module& module) {
+        const auto& own = module.moduleRules->boundValues;
+        pipeline->boundValues.insert(pipeline->boundValues.end(), own.begin(), own.end());
+    });
+    checkBoundValues(pipeline->boundValues);
 
     ProgramCollector collector;
     std::vector<GroupIndices> indices;
@@ -98,6 +176,14 @@ std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<Progr
         return index == ProgramCollector::kNone ? nullptr
                                                 : pipeline->code->programs()[index].address;
     };
+    pipeline->callableNames.reserve(2 * groups.size());
+    auto describe = [&](const ProgramRef& ref, uint32_t& words, const char*& name) {
+        if (!ref)
+            return;
+        pipeline->callableNames.push_back(ref.function);
+        name = pipeline->callableNames.back().c_str();
+        words = ref.module->findProgram(ref.function)->parameterWords;
+    };
     for (size_t i = 0; i < groups.size(); ++i) {
         devlib::GroupEntry& entry = pipeline->groups[groups[i]->number];
         entry.main = devlib::ProgramFn(address(indices[i].main));
@@ -105,6 +191,8 @@ std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<Progr
         entry.intersection = devlib::ProgramFn(address(indices[i].intersection));
         entry.direct = address(indices[i].direct);
         entry.continuation = address(indices[i].continuation);
+        describe(groups[i]->direct, entry.directWords, entry.directName);
+        describe(groups[i]->continuation, entry.continuationWords, entry.continuationName);
         pipeline->groupPresent[groups[i]->number] = 1;
         pipeline->groupKinds[groups[i]->number] = groups[i]->kind;
     }

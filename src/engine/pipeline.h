@@ -13,6 +13,7 @@ namespace sunstone::engine {
 struct ProgramRef {
     std::shared_ptr<const Module> module; // null: no such program
     std::string function;
+    int payloadType = -1; // of the module's types, that the program is made for; -1: untyped
     explicit operator bool() const { return module != nullptr; }
 };
 
@@ -26,12 +27,17 @@ struct ProgramGroup {
     ProgramRef continuation;
 };
 
+// Chooses the payload type of a group's programs: `wanted`, or if that is null the one type that all
+// of them support. Throws kPayloadTypeMismatch, kPayloadTypeResolution. Programs without payload
+// (ray generation, callables, exception) and of modules without payload types are left alone.
+void choosePayloadType(ProgramGroup& group, const compiler::PayloadType* wanted);
+
 // Writes the 32-byte header of a shader-binding-table record.
 void packSbtHeader(const ProgramGroup& group, void* header);
 
 struct PipelineLimits {
     unsigned maxTraceDepth = 1;
-    unsigned maxGraphDepth = 2;
+    unsigned maxGraphDepth = devlib::kMaxGraphDepth; // until it is set, no path is too long
     unsigned directStackFromTraversal = 0;
     unsigned directStackFromState = 0;
     unsigned continuationStack = 0;
@@ -45,6 +51,8 @@ struct Pipeline {
     compiler::PipelineRules rules;
     PipelineLimits limits;
     uint64_t launchParamsSize = 0;          // 0: no program uses the variable
+    std::vector<compiler::BoundValue> boundValues; // of all modules
+    std::vector<std::string> callableNames;        // GroupEntry points to them
     bool hasAnyHit = false;
     bool hasIntersection = false;
 };

@@ -216,7 +216,7 @@ TEST_F(Unsupported, GarbageHandlesToMissingFunctions) {
     }
 }
 
-// Parts of functions that are there: curves, motion, updates, payload types.
+// Parts of functions that are there: curves, motion, updates.
 TEST_F(Unsupported, PartsOfFunctions) {
     OptixAccelBufferSizes sizes{};
     OptixBuildInput curves{};
@@ -228,20 +228,6 @@ TEST_F(Unsupported, PartsOfFunctions) {
     motion.motionOptions.numKeys = 2;
     EXPECT_REJECTED(OPTIX_ERROR_NOT_SUPPORTED, "optixAccelComputeMemoryUsage", "numKeys",
                     optixAccelComputeMemoryUsage(context_, &motion, &input_, 1, &sizes));
-    OptixPayloadType payloadType{};
-    OptixModuleCompileOptions typed = moduleOptions_;
-    typed.numPayloadTypes = 1;
-    typed.payloadTypes = &payloadType;
-    std::string text = ptxModule("");
-    OptixModule module = nullptr;
-    EXPECT_REJECTED(OPTIX_ERROR_NOT_SUPPORTED, "optixModuleCreateFromPTX", "numPayloadTypes",
-                    optixModuleCreateFromPTX(context_, &typed, &options_, text.data(), text.size(),
-                                             nullptr, nullptr, &module));
-    OptixProgramGroupOptions groupOptions{&payloadType};
-    OptixProgramGroup group = nullptr;
-    EXPECT_REJECTED(OPTIX_ERROR_NOT_SUPPORTED, "optixProgramGroupCreate", "payloadType",
-                    optixProgramGroupCreate(context_, &desc_, 1, &groupOptions, nullptr, nullptr,
-                                            &group));
 }
 
 } // namespace

@@ -100,6 +100,9 @@ OptixResult resultOf(Code code) {
     case Code::kNotInitialized: return OPTIX_ERROR_CUDA_NOT_INITIALIZED;
     case Code::kLaunchFailure: return OPTIX_ERROR_LAUNCH_FAILURE;
     case Code::kAccelNotCompatible: return OPTIX_ERROR_NOT_COMPATIBLE;
+    case Code::kPayloadTypeMismatch: return OPTIX_ERROR_PAYLOAD_TYPE_MISMATCH;
+    case Code::kPayloadTypeResolution: return OPTIX_ERROR_PAYLOAD_TYPE_RESOLUTION_FAILED;
+    case Code::kPayloadTypeId: return OPTIX_ERROR_PAYLOAD_TYPE_ID_INVALID;
     case Code::kNotFound: return OPTIX_ERROR_INVALID_VALUE;
     case Code::kFileError: return OPTIX_ERROR_FILE_IO_ERROR;
     case Code::kCacheInvalidPath: return OPTIX_ERROR_DISK_CACHE_INVALID_PATH;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Program groups and their SBT headers (OptiX 7.4, sections 3.8, 3.9.2.2 and 5.29 to 5.32).
 #include "api/optix7/entry_points.h"
-#include "api/optix7/shell.h"
+#include "api/optix7/options.h"
 
+#include <optional>
 #include <vector>
 
 namespace sunstone::optix7 {
@@ -42,13 +43,18 @@ public:
         if (!owner->module->findProgram(name))
             fail(Code::kInvalidValue, place, ": the module has no program '", name, "'");
         object_->modules.push_back(owner);
-        return {owner->module, name};
+        return {owner->module, name, -1};
     }
 
     GroupObject& object() { return *object_; }
     engine::ProgramGroup& group() { return *object_->group; }
 
-    std::shared_ptr<GroupObject> finish() {
+    std::shared_ptr<GroupObject> finish(const compiler::PayloadType* payloadType) {
+        try {
+            engine::choosePayloadType(group(), payloadType);
+        } catch (const Error& error) {
+            fail(error.code(), where_, ": ", error.what());
+        }
         group().number = context_->engine->nextGroup++;
         computeStackSizes();
         return object_;
@@ -84,7 +90,8 @@ private:
 };
 
 std::shared_ptr<GroupObject> buildGroup(const std::shared_ptr<DeviceContext>& context,
-                                        const OptixProgramGroupDesc& desc, unsigned index) {
+                                        const OptixProgramGroupDesc& desc, unsigned index,
+                                        const compiler::PayloadType* payloadType) {
     GroupBuilder builder(context, message("programDescriptions[", index, "]"));
     engine::ProgramGroup& group = builder.group();
     if (desc.flags != OPTIX_PROGRAM_GROUP_FLAGS_NONE)
@@ -136,7 +143,7 @@ std::shared_ptr<GroupObject> buildGroup(const std::shared_ptr<DeviceContext>& co
         fail(Code::kInvalidValue, "programDescriptions[", index, "].kind = ", unsigned(desc.kind),
              " is unknown");
     }
-    return builder.finish();
+    return builder.finish(payloadType);
 }
 
 } // namespace
@@ -153,11 +160,12 @@ OptixResult programGroupCreate(OptixDeviceContext context, const OptixProgramGro
         requireNonNull(descs, "programDescriptions");
         requireNonNull(out, "programGroups");
         std::fill(out, out + count, nullptr);
+        std::optional<compiler::PayloadType> payloadType;
         if (options && options->payloadType)
-            fail(Code::kNotSupported, "options->payloadType: payload types are not available yet");
+            payloadType = checkPayloadType(*options->payloadType, "*options->payloadType");
         std::vector<std::shared_ptr<GroupObject>> made;
         for (unsigned i = 0; i < count; ++i)
-            made.push_back(buildGroup(owner, descs[i], i));
+            made.push_back(buildGroup(owner, descs[i], i, payloadType ? &*payloadType : nullptr));
         for (unsigned i = 0; i < count; ++i)
             out[i] = static_cast<OptixProgramGroup>(groups().add(made[i]));
     }, &feedback);

@@ -34,11 +34,11 @@ compiler::DebugLevel debugLevelOf(OptixCompileDebugLevel level, const char* para
     fail(Code::kInvalidValue, parameter, "->debugLevel = ", unsigned(level), " is unknown");
 }
 
-// Bound values promise what the launch parameters will hold. Loads keep reading memory, which the
-// manual allows; the entries are checked all the same.
-void checkBoundValues(const OptixModuleCompileOptions& options, uint64_t paramsSize) {
+// Bound values promise what the launch parameters will hold; code is specialised to them.
+std::vector<compiler::BoundValue> boundValuesOf(const OptixModuleCompileOptions& options) {
+    std::vector<compiler::BoundValue> values;
     if (options.numBoundValues == 0)
-        return;
+        return values;
     requireNonNull(options.boundValues, "moduleCompileOptions->boundValues");
     std::vector<std::pair<uint64_t, uint64_t>> ranges;
     for (unsigned i = 0; i < options.numBoundValues; ++i) {
@@ -46,29 +46,71 @@ void checkBoundValues(const OptixModuleCompileOptions& options, uint64_t paramsS
         if (entry.sizeInBytes == 0 || !entry.boundValuePtr)
             fail(Code::kInvalidValue, "boundValues[", i, "] has size ", entry.sizeInBytes,
                  " and pointer ", entry.boundValuePtr, "; both must be non-zero");
-        uint64_t begin = entry.pipelineParamOffsetInBytes;
-        if (paramsSize != 0 && (begin > paramsSize || entry.sizeInBytes > paramsSize - begin))
-            fail(Code::kInvalidValue, "boundValues[", i, "] covers bytes ", begin, " to ",
-                 begin + entry.sizeInBytes, " of a launch parameter variable of ", paramsSize);
+        constexpr uint64_t kConstantMemory = 64 << 10;
+        const uint64_t begin = entry.pipelineParamOffsetInBytes;
+        if (begin > kConstantMemory || entry.sizeInBytes > kConstantMemory - begin)
+            fail(Code::kInvalidValue, "boundValues[", i, "] covers ", entry.sizeInBytes,
+                 " bytes from ", begin, "; launch parameters have at most ", kConstantMemory);
         ranges.push_back({begin, begin + entry.sizeInBytes});
+        const auto* bytes = static_cast<const uint8_t*>(entry.boundValuePtr);
+        values.push_back({begin,
+                          {bytes, bytes + entry.sizeInBytes},
+                          entry.annotation ? entry.annotation : ""});
     }
     std::sort(ranges.begin(), ranges.end());
     for (size_t i = 1; i < ranges.size(); ++i)
         if (ranges[i].first < ranges[i - 1].second)
             fail(Code::kInvalidValue, "bound values overlap at byte ", ranges[i].first,
                  " of the launch parameters");
+    return values;
+}
+
+std::vector<compiler::PayloadType> payloadTypesOf(const OptixModuleCompileOptions& options,
+                                                  const OptixPipelineCompileOptions& pipeline) {
+    std::vector<compiler::PayloadType> types;
+    if (options.numPayloadTypes == 0)
+        return types;
+    if (options.numPayloadTypes > compiler::kMaxPayloadTypes)
+        fail(Code::kInvalidValue, "moduleCompileOptions->numPayloadTypes = ",
+             options.numPayloadTypes, " is above ", compiler::kMaxPayloadTypes);
+    requireNonNull(options.payloadTypes, "moduleCompileOptions->payloadTypes");
+    if (pipeline.numPayloadValues != 0)
+        fail(Code::kInvalidValue, "pipelineCompileOptions->numPayloadValues = ",
+             pipeline.numPayloadValues, ", but must be 0 for a module with payload types");
+    for (unsigned i = 0; i < options.numPayloadTypes; ++i)
+        types.push_back(checkPayloadType(
+            options.payloadTypes[i], message("moduleCompileOptions->payloadTypes[", i, "]")));
+    return types;
 }
 
 void checkModuleOptions(const OptixModuleCompileOptions& options) {
     if (options.maxRegisterCount < 0)
         fail(Code::kInvalidValue, "moduleCompileOptions->maxRegisterCount = ",
              options.maxRegisterCount, " is negative");
-    if (options.numPayloadTypes != 0)
-        fail(Code::kNotSupported, "moduleCompileOptions->numPayloadTypes = ",
-             options.numPayloadTypes, ": payload types are not available yet");
 }
 
 } // namespace
+
+compiler::PayloadType checkPayloadType(const OptixPayloadType& type, const std::string& where) {
+    if (type.numPayloadValues > devlib::kMaxPayloadWords)
+        fail(Code::kInvalidValue, where, ".numPayloadValues = ", type.numPayloadValues,
+             " is above ", devlib::kMaxPayloadWords);
+    if (type.numPayloadValues != 0 && !type.payloadSemantics)
+        fail(Code::kInvalidValue, where, ".payloadSemantics is null");
+    compiler::PayloadType result;
+    for (unsigned i = 0; i < type.numPayloadValues; ++i) {
+        const unsigned word = type.payloadSemantics[i];
+        constexpr unsigned kReads = 0x155, kWrites = 0x2AA;
+        if (word & ~(kReads | kWrites))
+            fail(Code::kInvalidValue, where, ".payloadSemantics[", i, "] = ", word,
+                 " has unknown bits");
+        if (!(word & kWrites) || !(word & kReads))
+            fail(Code::kInvalidValue, where, ".payloadSemantics[", i, "] = ", word,
+                 ": nobody may ", word & kWrites ? "read" : "write", " the word");
+        result.words.push_back(word);
+    }
+    return result;
+}
 
 CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options, Abi abi) {
     requireNonNull(options, "pipelineCompileOptions");
@@ -135,9 +177,12 @@ OptixResult moduleCreateFromPTX(OptixDeviceContext context,
         auto object = std::make_shared<ModuleObject>();
         object->context = owner;
         object->options = options;
-        object->module = engine::createModule(std::string_view(ptx, ptxSize), options.rules(),
+        compiler::ModuleRules moduleRules;
+        moduleRules.boundValues = boundValuesOf(*moduleOptions);
+        moduleRules.payloadTypes = payloadTypesOf(*moduleOptions, *pipelineOptions);
+        object->module = engine::createModule(std::string_view(ptx, ptxSize),
+                                              owner->rulesOf(options), std::move(moduleRules),
                                               optLevel, debugLevel, feedback);
-        checkBoundValues(*moduleOptions, object->module->summary.launchParamsSize);
         *module = static_cast<OptixModule>(modules().add(object));
         owner->log(LogLevel::kInfo, "COMPILER",
                    message("module with ", object->module->summary.programs.size(), " programs"));

@@ -10,6 +10,9 @@ namespace sunstone::optix7 {
 // field.
 CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options, Abi abi);
 
+// Checks and copies a payload type; `where` names it in messages.
+compiler::PayloadType checkPayloadType(const OptixPayloadType& type, const std::string& where);
+
 // Throws if the level is no enumerator of the ABI.
 void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter, Abi abi);
 

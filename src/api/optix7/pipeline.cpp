@@ -118,20 +118,18 @@ OptixResult makePipeline(OptixDeviceContext context,
             checkSameOptions(options, *group, i);
             members.push_back(group->group);
         }
-        constexpr unsigned kNeverRaised =
-            OPTIX_EXCEPTION_FLAG_STACK_OVERFLOW | OPTIX_EXCEPTION_FLAG_DEBUG;
-        if (options.values.exceptionFlags & kNeverRaised)
-            owner->log(LogLevel::kWarning, "PIPELINE",
-                       message("exceptionFlags = ", options.values.exceptionFlags,
-                               ": stack-overflow and debug exceptions are not raised yet"));
         engine::PipelineLimits limits;
         limits.maxTraceDepth = linkOptions->maxTraceDepth;
-        compiler::PipelineRules rules = options.rules();
+        compiler::PipelineRules rules = owner->rulesOf(options);
         rules.motionBlur |= forceMotionBlur;
         auto object = std::make_shared<PipelineObject>();
         object->context = owner;
         object->pipeline =
             engine::createPipeline(members, rules, limits, owner->engine->cache.get());
+        if (object->pipeline->code && !object->pipeline->code->feedback().empty()) {
+            feedback += object->pipeline->code->feedback();
+            owner->log(LogLevel::kInfo, "COMPILER", object->pipeline->code->feedback());
+        }
         *pipeline = static_cast<OptixPipeline>(pipelines().add(object));
     }, &feedback);
     writeLogString(feedback, logString, logStringSize);
@@ -219,6 +217,7 @@ OptixResult launch(OptixPipeline pipeline, CUstream stream, CUdeviceptr params, 
         request.height = height;
         request.depth = depth;
         request.stream = stream;
+        request.validation = object->context->validation;
         engine::launch(object->context->engine, request);
         if (object->context->validation) {
             try {

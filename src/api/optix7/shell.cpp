@@ -100,6 +100,14 @@ compiler::PipelineRules CompileOptions::rules() const {
     return rules;
 }
 
+compiler::PipelineRules DeviceContext::rulesOf(const CompileOptions& options) const {
+    compiler::PipelineRules rules = options.rules();
+    if (validation)
+        rules.exceptionFlags |= OPTIX_EXCEPTION_FLAG_STACK_OVERFLOW |
+                                OPTIX_EXCEPTION_FLAG_TRACE_DEPTH | OPTIX_EXCEPTION_FLAG_DEBUG;
+    return rules;
+}
+
 OptixResult guarded(const std::shared_ptr<DeviceContext>& context, const char* function,
                     const std::function<void()>& body, std::string* feedback) {
     OptixResult result = OPTIX_SUCCESS;

@@ -23,6 +23,8 @@
 
 namespace sunstone::optix7 {
 
+struct CompileOptions;
+
 struct DeviceContext {
     std::shared_ptr<engine::Context> engine;
     void* cudaContext = nullptr;
@@ -31,6 +33,8 @@ struct DeviceContext {
 
     // Delivers to the callback if its level is at least `level`, and to the engine's own log.
     void log(LogLevel level, std::string_view tag, std::string_view text);
+    // The rules of the options; validation mode adds all exceptions of the library.
+    compiler::PipelineRules rulesOf(const CompileOptions& options) const;
     void setCallback(OptixLogCallback function, void* data, unsigned level);
 
 private:

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rules of payloads: which word a program of which kind may read and write, and which type a
+// trace call means. Without payload types every program may use the first numPayloadValues words.
+// Source: OptiX API reference 7.4, sections 3.12.3.47 to 3.12.3.49, 3.12.4.19 and 5.30.2.6.
+#pragma once
+
+#include "base/error.h"
+#include "compiler/compiler.h"
+
+namespace sunstone::compiler {
+
+enum class PayloadAccess : uint32_t { kRead = 1, kWrite = 2 };
+
+// Whether the semantics of a word let programs of this kind (kNone: the caller of optixTrace)
+// access it so. Of kinds that have no payload: false.
+bool allows(uint32_t semantics, ProgramKind kind, PayloadAccess access);
+
+bool hasPayload(ProgramKind kind);
+
+// Why a program of this kind may not access the slot; empty if it may. type null: untyped, with
+// `untypedWords`.
+std::string payloadProblem(ProgramKind kind, uint32_t slot, PayloadAccess access,
+                           const PayloadType* type, unsigned untypedWords);
+
+// A number for RayState::payloadType; the same for equal types, whatever module or pipeline they are
+// in, and never 0, which stands for an untyped payload.
+uint32_t payloadNumber(const PayloadType& type);
+
+// What a trace call with this type mask and word count passes.
+struct TracePayload {
+    const PayloadType* type = nullptr; // null: untyped
+    sunstone::Code code = sunstone::Code::kOk;             // or what is wrong
+    std::string problem;
+};
+TracePayload payloadOfTrace(uint32_t mask, uint32_t count, const ModuleRules& module,
+                            const PipelineRules& pipeline);
+
+// What is wrong (kPayloadTypeId) with a mask that names types the module does not have, or empty.
+std::string unknownTypes(uint32_t mask, const ModuleRules& module);
+// Mask 0 means all types of the module.
+uint32_t supportedTypes(uint32_t mask, const ModuleRules& module);
+
+} // namespace sunstone::compiler

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "devlib/checks.h"
+
+#include "base/readable.h"
+#include "bvh/build.h"
+#include "bvh/layout.h"
+#include "devlib/sbt.h"
+
+namespace sunstone::devlib {
+namespace {
+
+void raise(RayState* state, int32_t code, const ExceptionInfo* info = nullptr) {
+    state->launch->raise(state, code, info);
+}
+
+// The block behind a handle of this kind, or null.
+const bvh::BlockHeader* blockOf(uint64_t handle, HandleTag tag) {
+    const auto* block = reinterpret_cast<const void*>(addressOf(handle));
+    if (tagOf(handle) != tag || !isReadable(block, sizeof(bvh::BlockHeader)) ||
+        !bvh::isBlock(block))
+        return nullptr;
+    return bvh::headerOf(block);
+}
+
+void checkVertices(RayState* state, uint64_t gas, uint32_t primitive, uint32_t sbtGasIndex) {
+    const bvh::BlockHeader* block = blockOf(gas, kTagGas);
+    if (!block || block->type == bvh::BlockType::kInstances)
+        return raise(state, kExceptionInvalidArgument0);
+    if (!(block->options & bvh::kOptionVertexAccess))
+        return raise(state, kExceptionUnsupportedDataAccess);
+    const auto* inputs = reinterpret_cast<const bvh::InputRecord*>(
+        reinterpret_cast<const uint8_t*>(block) + block->inputsOffset);
+    for (uint32_t i = 0; i < block->numInputs; ++i) {
+        const bvh::InputRecord& input = inputs[i];
+        if (sbtGasIndex - input.firstSbtIndex >= input.numSbtRecords)
+            continue;
+        if (primitive - input.primitiveIndexOffset >= input.numPrimitives)
+            raise(state, kExceptionInvalidArgument0 - 1);
+        return;
+    }
+    raise(state, kExceptionInvalidArgument0 - 2);
+}
+
+void checkInstance(RayState* state, uint64_t ias, uint32_t index) {
+    const bvh::BlockHeader* block = blockOf(ias, kTagIas);
+    if (!block)
+        return raise(state, kExceptionInvalidArgument0);
+    if (!(block->options & bvh::kOptionInstanceAccess))
+        return raise(state, kExceptionUnsupportedDataAccess);
+    if (index >= block->numPrimitives)
+        raise(state, kExceptionInvalidArgument0 - 1);
+}
+
+} // namespace
+
+void checkStack(RayState* state) {
+    const auto frame = reinterpret_cast<uint64_t>(__builtin_frame_address(0));
+    if (frame < state->thread->stackLimit && state->launch->raise)
+        raise(state, kExceptionStackOverflow);
+}
+
+void checkCallable(RayState* state, uint32_t sbtIndex, uint32_t call) {
+    const LaunchState& launch = *state->launch;
+    const bool continuation = call & 1;
+    const uint32_t passed = call >> 8;
+    ExceptionInfo info{};
+    info.sbtOffset = sbtIndex;
+    if (launch.sbt.callableBase == 0 || sbtIndex >= launch.sbt.callableCount)
+        return raise(state, kExceptionCallableInvalidSbt, &info);
+    const GroupEntry* group =
+        resolveRecord(launch, launch.sbt.callableBase, launch.sbt.callableStride,
+                      launch.sbt.callableCount, sbtIndex, kGroupCallables)
+            .group;
+    const void* code = !group ? nullptr : continuation ? group->continuation : group->direct;
+    if (!code)
+        return raise(state,
+                     continuation ? kExceptionNoContinuationCallable : kExceptionNoDirectCallable,
+                     &info);
+    const uint32_t expected = continuation ? group->continuationWords : group->directWords;
+    if (expected == passed)
+        return;
+    info = {};
+    info.expectedWords = expected;
+    info.passedWords = passed;
+    info.callableIndex = sbtIndex;
+    info.callableName = continuation ? group->continuationName : group->directName;
+    info.line = state->thread->line;
+    raise(state, kExceptionParameterMismatch, &info);
+}
+
+void checkAccess(RayState* state, uint32_t kind, uint64_t handle, uint32_t first, uint32_t second) {
+    switch (kind) {
+    case kAccessVertices:
+        return checkVertices(state, handle, first, second);
+    case kAccessInstance:
+        return checkInstance(state, handle, first);
+    case kAccessTransformList:
+        if (first >= state->hit.transformCount)
+            raise(state, kExceptionInvalidArgument0);
+        return;
+    case kAccessMotion: {
+        const bvh::BlockHeader* block = blockOf(handle, kTagGas);
+        if (!block || block->type == bvh::BlockType::kInstances)
+            raise(state, kExceptionInvalidArgument0);
+        return;
+    }
+    default:
+        return;
+    }
+}
+
+void checkPayload(RayState* state, uint32_t type) {
+    if (state->payloadType != type)
+        raise(state, kExceptionPayloadType);
+}
+
+} // namespace sunstone::devlib

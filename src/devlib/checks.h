@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checks of callables, getters and payload types for pipelines with debug exceptions: what the
+// manual calls undefined without them leaves the launch index through LaunchState::raise. The
+// checks of traversal itself are in trace_body.h (kChecked).
+#pragma once
+
+#include "devlib/abi.h"
+
+namespace sunstone::devlib {
+
+// Raises if the stack is used up, whatever the flags are: how that ends is the launch's business.
+void checkStack(RayState* state);
+
+// Raises what keeps the call of a callable from being made; see LaunchState::callable.
+void checkCallable(RayState* state, uint32_t sbtIndex, uint32_t call);
+
+void checkAccess(RayState* state, uint32_t kind, uint64_t handle, uint32_t first, uint32_t second);
+void checkPayload(RayState* state, uint32_t type);
+
+} // namespace sunstone::devlib

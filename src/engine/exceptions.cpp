@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/exceptions.h"
+
+#include "base/error.h"
+
+#include <algorithm>
+#include <pthread.h>
+
+namespace sunstone::engine {
+namespace {
+
+using namespace devlib;
+
+const char* nameOf(int32_t code) {
+    switch (code) {
+    case kExceptionTrap: return "trap or a failed assertion";
+    case kExceptionStackOverflow: return "stack overflow";
+    case kExceptionTraceDepth: return "trace depth exceeded";
+    case kExceptionTraversalDepth: return "traversal depth exceeded";
+    case kExceptionInvalidTraversable: return "invalid traversable";
+    case kExceptionInvalidMissSbt: return "miss SBT index out of range";
+    case kExceptionInvalidHitSbt: return "hit SBT index out of range";
+    case kExceptionUnsupportedPrimitive: return "primitive type not in usesPrimitiveTypeFlags";
+    case kExceptionInvalidRay: return "infinity or NaN among the arguments of optixTrace";
+    case kExceptionParameterMismatch: return "callable called with wrong parameters";
+    case kExceptionBuiltinIsMismatch: return "built-in intersection does not fit the structure";
+    case kExceptionCallableInvalidSbt: return "callable SBT index out of range";
+    case kExceptionNoDirectCallable: return "SBT record without direct callable";
+    case kExceptionNoContinuationCallable: return "SBT record without continuation callable";
+    case kExceptionUnsupportedSingleGas:
+        return "geometry acceleration structure traced directly, but traversableGraphFlags lack "
+               "ALLOW_SINGLE_GAS";
+    case kExceptionInvalidArgument0: return "first argument out of range";
+    case kExceptionInvalidArgument0 - 1: return "second argument out of range";
+    case kExceptionInvalidArgument0 - 2: return "third argument out of range";
+    case kExceptionUnsupportedDataAccess:
+        return "structure was built without the random access flag";
+    case kExceptionPayloadType: return "program has another payload type than the trace call";
+    default: return "exception";
+    }
+}
+
+std::string details(int32_t code, const ExceptionInfo& info) {
+    switch (code) {
+    case kExceptionInvalidTraversable:
+    case kExceptionUnsupportedSingleGas:
+        return message(", handle ", reinterpret_cast<const void*>(info.traversable));
+    case kExceptionInvalidMissSbt:
+    case kExceptionInvalidHitSbt:
+    case kExceptionCallableInvalidSbt:
+    case kExceptionNoDirectCallable:
+    case kExceptionNoContinuationCallable:
+        return message(", index ", info.sbtOffset);
+    case kExceptionInvalidRay: {
+        const float* r = info.ray;
+        return message(", origin (", r[0], ", ", r[1], ", ", r[2], "), direction (", r[3], ", ",
+                       r[4], ", ", r[5], "), tmin ", r[6], ", tmax ", r[7], ", time ", r[8]);
+    }
+    case kExceptionParameterMismatch:
+        return message(", ", info.callableName ? info.callableName : "callable", " takes ",
+                       info.expectedWords, " words and got ", info.passedWords, ", index ",
+                       info.callableIndex);
+    default:
+        return {};
+    }
+}
+
+} // namespace
+
+std::string describeException(const ThreadState& thread) {
+    const int32_t code = thread.exceptionCode;
+    std::string text = code >= 0 ? message("user exception ", code)
+                                 : nameOf(code) + (code == kExceptionTrap
+                                                       ? std::string()
+                                                       : message(" (exception ", code, ")")) +
+                                       details(code, thread.exception);
+    if (thread.exception.line)
+        text += message(", at ", thread.exception.line);
+    return text;
+}
+
+uint64_t stackLimitOfThread() {
+    static constexpr uint64_t kReserve = 384 << 10;
+    thread_local const uint64_t limit = [] {
+        pthread_attr_t attributes;
+        void* lowest = nullptr;
+        size_t size = 0;
+        if (pthread_getattr_np(pthread_self(), &attributes) != 0)
+            return uint64_t(0);
+        pthread_attr_getstack(&attributes, &lowest, &size);
+        pthread_attr_destroy(&attributes);
+        return reinterpret_cast<uint64_t>(lowest) + std::min<uint64_t>(kReserve, size / 2);
+    }();
+    return limit;
+}
+
+void ExceptionRecord::add(const ThreadState& thread, const LaunchState& launch) {
+    const uint32_t* index = thread.index;
+    const uint64_t place =
+        (uint64_t(index[2]) * launch.dimensions[1] + index[1]) * launch.dimensions[0] + index[0];
+    any_ = true;
+    if (place >= lowest_)
+        return;
+    std::lock_guard lock(mutex_);
+    if (place >= lowest_)
+        return;
+    lowest_ = place;
+    text_ = message(describeException(thread), ", at launch index (", index[0], ", ", index[1],
+                    ", ", index[2], ")");
+}
+
+} // namespace sunstone::engine

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a launch remembers of exceptions of its device programs: the one at the lowest launch index
+// of each kind that somebody has to hear of, so that reports are the same in every run.
+#pragma once
+
+#include "devlib/abi.h"
+
+#include <atomic>
+#include <mutex>
+#include <string>
+
+namespace sunstone::engine {
+
+// One line about an exception: its name and what is known of it.
+std::string describeException(const devlib::ThreadState& thread);
+
+// Lowest address that frames of the calling thread may reach, with room left for functions of the
+// run-time that do not check.
+uint64_t stackLimitOfThread();
+
+class ExceptionRecord {
+public:
+    // Called once for each launch index that ended with an exception.
+    void add(const devlib::ThreadState& thread, const devlib::LaunchState& launch);
+
+    bool any() const { return any_; }
+    const std::string& text() const { return text_; }
+
+private:
+    std::atomic<bool> any_{false};
+    std::atomic<uint64_t> lowest_{~uint64_t(0)};
+    std::mutex mutex_;
+    std::string text_; // of the lowest index
+};
+
+} // namespace sunstone::engine
