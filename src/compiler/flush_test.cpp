@@ -190,8 +190,10 @@ TEST(FlushedMode, ProgramsCallInTheDefaultMode) {
     float memory[8] = {0, 0, 0, 0, kSmallest};
     float* pointer = memory;
     launch.params = &pointer;
+    devlib::ThreadState thread{};
     devlib::RayState ray{};
     ray.launch = &launch;
+    ray.thread = &thread;
     reinterpret_cast<devlib::ProgramFn>(const_cast<void*>(code->programs()[0].address))(&ray);
     EXPECT_EQ(seenModes, std::vector<bool>(2, true));
     EXPECT_TRUE(inDefaultMode());

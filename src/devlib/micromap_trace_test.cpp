@@ -67,6 +67,7 @@ protected:
         miss_ = {kSbtMagic, 2, kGroupMiss, {}};
         launch_ = {};
         launch_.maxTraceDepth = 1;
+        launch_.maxGraphDepth = kMaxGraphDepth;
         launch_.groups = groups_;
         launch_.groupCount = 3;
         launch_.hasAnyHit = 1;
