@@ -14,20 +14,39 @@ uint32_t numberOf(const llvm::MDNode& node, unsigned operand) {
     return number ? uint32_t(number->getZExtValue()) : 0;
 }
 
+bool isKnown(const ptx::Module& module, const ptx::SourcePosition& at) {
+    return at.line != 0 && at.file < module.files.size() && !module.files[at.file].empty();
+}
+
+// optix_7_device_impl.h and its like.
+bool isApiHeader(std::string_view file) {
+    const std::string_view name = file.substr(file.find_last_of('/') + 1);
+    return name.starts_with("optix") && name.find("device") != std::string_view::npos;
+}
+
 } // namespace
 
-std::string sourcePlace(Unit& unit, const ptx::Module& module,
+std::string sourcePlace(Unit& unit, const FunctionFacts& caller,
                         const ptx::Instruction& instruction) {
-    const ptx::SourcePosition& at = instruction.source;
-    if (!unit.hasLineInfo(module) || at.line == 0 || at.file >= module.files.size() ||
-        module.files[at.file].empty())
+    const ptx::Module& module = *caller.module;
+    ptx::SourcePosition at = instruction.source;
+    if (!unit.hasLineInfo(module) || !isKnown(module, at))
         return {};
+    if (isApiHeader(module.files[at.file]))
+        for (const ptx::Statement& statement : caller.function->body) {
+            if (&statement.instruction == &instruction)
+                break;
+            const ptx::SourcePosition& before = statement.instruction.source;
+            if (statement.kind == ptx::StatementKind::kInstruction && isKnown(module, before) &&
+                !isApiHeader(module.files[before.file]))
+                at = before;
+        }
     std::string text = message(module.files[at.file], ":", at.line);
     return at.column ? message(text, ":", at.column) : text;
 }
 
-void setCallSite(Unit& unit, llvm::CallInst& call, const ptx::Module& module,
-                 const ptx::Instruction& instruction) {
+void setCallSite(Unit& unit, llvm::CallInst& call, const FunctionFacts& caller,
+                 const ptx::Instruction& instruction, const std::string& source) {
     llvm::LLVMContext& context = unit.context();
     const auto number = [&](uint32_t value) {
         return llvm::ConstantAsMetadata::get(
@@ -35,9 +54,8 @@ void setCallSite(Unit& unit, llvm::CallInst& call, const ptx::Module& module,
     };
     call.setMetadata(
         kKind, llvm::MDNode::get(context, {number(instruction.location.line),
-                                           number(unit.moduleNumber(module)),
-                                           llvm::MDString::get(
-                                               context, sourcePlace(unit, module, instruction))}));
+                                           number(unit.moduleNumber(*caller.module)),
+                                           llvm::MDString::get(context, source)}));
 }
 
 CallSite callSite(Unit& unit, const llvm::Instruction& call) {

@@ -8,8 +8,8 @@
 
 namespace sunstone::compiler {
 
-void setCallSite(Unit& unit, llvm::CallInst& call, const ptx::Module& module,
-                 const ptx::Instruction& instruction);
+void setCallSite(Unit& unit, llvm::CallInst& call, const FunctionFacts& caller,
+                 const ptx::Instruction& instruction, const std::string& source);
 
 struct CallSite {
     uint32_t line = 0;       // in the PTX; 0: not known
@@ -18,7 +18,10 @@ struct CallSite {
 };
 CallSite callSite(Unit& unit, const llvm::Instruction& call);
 
-// "file:line:column" of an instruction, or empty if the module has no line information.
-std::string sourcePlace(Unit& unit, const ptx::Module& module, const ptx::Instruction& instruction);
+// "file:line:column" of an instruction, or empty if the module has no line information. Where that is
+// in a header of the device API, whose functions are inlined, it is the last place before it that is
+// not: the line of the program with the call.
+std::string sourcePlace(Unit& unit, const FunctionFacts& caller,
+                        const ptx::Instruction& instruction);
 
 } // namespace sunstone::compiler

@@ -162,7 +162,7 @@ Value* FunctionTranslator::resolveCallee(const ptx::Instruction& instruction, Va
     Value* call = builder_.CreateAnd(builder_.CreateLShr(target, 1), uint64_t(1));
     call = builder_.CreateOr(call, uint64_t(parameterWords(prototype.parameters)) << 8);
     if (unit_.debugExceptions()) {
-        const std::string place = sourcePlace(unit_, module_, instruction);
+        const std::string place = sourcePlace(unit_, facts_, instruction);
         Value* thread =
             stateField(offsetof(devlib::RayState, thread), builder_.getPtrTy(), "thread");
         Value* line = llvm::ConstantPointerNull::get(builder_.getPtrTy());
@@ -290,7 +290,10 @@ void FunctionTranslator::callIntrinsic(const ptx::Instruction& instruction, std:
         arguments.push_back(readAs(instruction.arguments[i],
                                    callee->getFunctionType()->getParamType(unsigned(i) + 1)));
     llvm::CallInst* result = builder_.CreateCall(callee, arguments);
-    setCallSite(unit_, *result, module_, instruction);
+    const bool namesLine =
+        intrinsic->op == IntrinsicOp::kTrace || intrinsic->op == IntrinsicOp::kThrow;
+    setCallSite(unit_, *result, facts_, instruction,
+                namesLine ? sourcePlace(unit_, facts_, instruction) : std::string());
     if (instruction.results.size() == 1)
         write(instruction.results[0], result);
     else

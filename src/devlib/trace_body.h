@@ -828,6 +828,9 @@ static void trace(RayState* state) {
 }
 
 static uint32_t report(RayState* state, float t, uint32_t kind) {
+    if constexpr (kChecked)
+        if (kind > 127)
+            state->launch->raise(state, kExceptionInvalidArgument0 - 1, nullptr);
     return static_cast<Tracer*>(state->traversal)->report(t, kind);
 }
 

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+// Exceptions of the library itself: every mistake of debug_exceptions.h reaches the exception
+// program with its code and details, ends its launch index alone, is harmless without the flags,
+// and fails a launch in validation mode.
+#include "debug_exceptions.h"
+#include "rig.h"
+#include "scene.h"
+
+#include <cmath>
+#include <limits>
+
+namespace tests::api {
+namespace {
+
+constexpr unsigned kAllFlags = OPTIX_EXCEPTION_FLAG_STACK_OVERFLOW |
+                               OPTIX_EXCEPTION_FLAG_TRACE_DEPTH | OPTIX_EXCEPTION_FLAG_USER |
+                               OPTIX_EXCEPTION_FLAG_DEBUG;
+
+class DebugExceptions : public DeviceTest {
+protected:
+    // A triangle, an instance of it, both with and without random access; a box.
+    struct Scene {
+        Scene(OptixDeviceContext context, const LogRecord& log)
+            : mesh({{-50, -50, 1}, {50, -50, 1}, {0, 80, 1}}, {0, 1, 2}),
+              boxes({{-1, -1, 0, 1, 1, 2}}),
+              gas(buildAccel(context, log, {mesh.input}, OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS)),
+              plainGas(buildAccel(context, log, {mesh.input})),
+              customs(buildAccel(context, log, {boxes.input})),
+              list({instanceOf(gas.handle, identity(), 5)}),
+              ias(buildAccel(context, log, {list.input},
+                             OPTIX_BUILD_FLAG_ALLOW_RANDOM_INSTANCE_ACCESS)),
+              plainIas(buildAccel(context, log, {list.input})) {}
+        TriangleMesh mesh;
+        CustomBoxes boxes;
+        Accel gas, plainGas, customs;
+        InstanceList list;
+        Accel ias, plainIas;
+    };
+
+    void prepare(unsigned flags, bool exceptionProgram = true) {
+        scene_ = std::make_unique<Scene>(context_, log_);
+        OptixPipelineCompileOptions options = compileOptions(1);
+        options.exceptionFlags = flags;
+        adjust(options);
+        rig_ = rig("debug_exceptions", options);
+        Rig& r = *rig_;
+        r.raygenRecord(r.raygen("__raygen__mistakes"));
+        r.missRecord(r.miss("__miss__mistakes"));
+        r.hitRecord(r.hit("__closesthit__mistakes"));
+        r.hitRecord(r.hit("__closesthit__mistakes", nullptr, "__intersection__mistakes"));
+        r.callableRecord(r.callables("__direct_callable__two"));
+        r.callableRecord(r.callables("__direct_callable__again"));
+        r.callableRecord(r.callables(nullptr, "__continuation_callable__sum"));
+        if (exceptionProgram) {
+            OptixProgramGroupDesc desc{};
+            desc.kind = OPTIX_PROGRAM_GROUP_KIND_EXCEPTION;
+            desc.exception.module = r.module();
+            desc.exception.entryFunctionName = "__exception__mistakes";
+            const size_t group = r.add(desc);
+            record_ = Buffer(OPTIX_SBT_RECORD_HEADER_SIZE);
+            require(optixSbtRecordPackHeader(r.group(group), record_.as<void>()), "pack", log_);
+        }
+        r.link(1);
+    }
+    virtual void adjust(OptixPipelineCompileOptions&) {}
+
+    OptixResult launch(unsigned mistake, unsigned indices) {
+        results_ = Buffer(indices * sizeof(DebugResult));
+        params_ = Buffer(sizeof(DebugParams));
+        *params_.as<DebugParams>() = {results_.as<DebugResult>(), scene_->ias.handle,
+                                      scene_->gas.handle,         scene_->plainIas.handle,
+                                      scene_->plainGas.handle,    scene_->customs.handle,
+                                      mistake};
+        OptixShaderBindingTable sbt = rig_->table();
+        sbt.exceptionRecord = record_.address();
+        const OptixResult result = optixLaunch(rig_->pipeline(), nullptr, params_.address(),
+                                               sizeof(DebugParams), &sbt, indices, 1, 1);
+        waitForDevice();
+        return result;
+    }
+    const DebugResult& result(unsigned i) const { return results_.as<DebugResult>()[i]; }
+
+    std::unique_ptr<Scene> scene_;
+    std::unique_ptr<Rig> rig_;
+    Buffer record_, results_, params_;
+};
+
+int codeOf(unsigned mistake) {
+    switch (mistake) {
+    case kDeepTrace: return OPTIX_EXCEPTION_CODE_TRACE_DEPTH_EXCEEDED;
+    case kBadTraversable: return OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_TRAVERSABLE;
+    case kBadMiss: return OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_MISS_SBT;
+    case kBadHit: return OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_HIT_SBT;
+    case kBadRay: return OPTIX_EXCEPTION_CODE_INVALID_RAY;
+    case kWrongParameters: return OPTIX_EXCEPTION_CODE_CALLABLE_PARAMETER_MISMATCH;
+    case kCallableOutOfRange: return OPTIX_EXCEPTION_CODE_CALLABLE_INVALID_SBT;
+    case kNoDirect: return OPTIX_EXCEPTION_CODE_CALLABLE_NO_DC_SBT_RECORD;
+    case kNoContinuation: return OPTIX_EXCEPTION_CODE_CALLABLE_NO_CC_SBT_RECORD;
+    case kListIndex:
+    case kBadGasForVertices: return OPTIX_EXCEPTION_CODE_INVALID_VALUE_ARGUMENT_0;
+    case kBadPrimitive:
+    case kBadInstance:
+    case kReportKind: return OPTIX_EXCEPTION_CODE_INVALID_VALUE_ARGUMENT_1;
+    case kBadSbtGasIndex: return OPTIX_EXCEPTION_CODE_INVALID_VALUE_ARGUMENT_2;
+    case kNoVertexAccess:
+    case kNoInstanceAccess: return OPTIX_EXCEPTION_CODE_UNSUPPORTED_DATA_ACCESS;
+    case kDeepCallables:
+    case kDeepRecursion:
+    case kLargeFrames: return OPTIX_EXCEPTION_CODE_STACK_OVERFLOW;
+    default: return 1000;
+    }
+}
+
+TEST_P(DebugExceptions, EveryMistakeHasItsCodeAndDetails) {
+    prepare(kAllFlags);
+    constexpr unsigned kIndices = 20 * kMistakes;
+    ASSERT_OK(launch(kMistakes, kIndices));
+    for (unsigned i = 0; i < kIndices; ++i) {
+        const unsigned mistake = i % kMistakes;
+        SCOPED_TRACE(mistake);
+        const DebugResult& r = result(i);
+        ASSERT_EQ(codeOf(mistake), r.code);
+        ASSERT_EQ(mistake == kFine ? 1u : 0u, r.reached);
+        if (mistake == kFine) {
+            ASSERT_EQ(100u, r.detail);
+            continue;
+        }
+        // All that the code does not have is zero.
+        ASSERT_EQ(0u, r.detail);
+        ASSERT_EQ(mistake == kBadTraversable ? scene_->gas.handle + 48 : 0, r.traversable);
+        const int offsets[] = {0, 0, 0, 7, 200, 0, 0, 77, 2, 0};
+        ASSERT_EQ(mistake <= kNoContinuation ? offsets[mistake] : 0, r.sbtOffset);
+        ASSERT_EQ(mistake == kWrongParameters ? "__direct_callable__two" : std::string(), r.name);
+        ASSERT_EQ(mistake == kWrongParameters ? 2u : 0u, r.expected);
+        ASSERT_EQ(mistake == kWrongParameters ? 4u : 0u, r.passed);
+        ASSERT_EQ(mistake == kBadHit ? 1u : 0u, mistake == kBadHit ? r.listSize : 0u);
+        if (mistake == kBadHit)
+            ASSERT_EQ(unsigned(OPTIX_TRANSFORM_TYPE_INSTANCE), r.listType);
+        if (mistake == kBadRay) {
+            ASSERT_EQ(-1.0f, r.ray[2]);
+            ASSERT_TRUE(std::isinf(r.ray[5]));
+            ASSERT_EQ(10.0f, r.ray[7]);
+        } else {
+            ASSERT_EQ(0.0f, r.ray[2]);
+        }
+        const bool hasLine = mistake == kBadRay || mistake == kWrongParameters;
+        ASSERT_EQ(hasLine, std::string(r.line).find("debug_exceptions.cu:") != std::string::npos)
+            << r.line;
+        if (!hasLine)
+            ASSERT_STREQ("", r.line);
+    }
+}
+
+// Undefined by the manual, but nothing crashes, and the launch goes on. Recursion without end and
+// without the flag is a failed launch.
+TEST_P(DebugExceptions, WithoutFlagsMistakesAreHarmless) {
+    prepare(OPTIX_EXCEPTION_FLAG_NONE);
+    for (unsigned mistake = 0; mistake < kMistakes; ++mistake) {
+        SCOPED_TRACE(mistake);
+        log_.clear();
+        const OptixResult launched = launch(mistake, 40);
+        if (mistake == kDeepCallables || mistake == kDeepRecursion || mistake == kLargeFrames) {
+            // A failure stays with its stream until the next call on it.
+            ASSERT_EQ(OPTIX_SUCCESS, launched);
+            EXPECT_EQ(OPTIX_ERROR_LAUNCH_FAILURE, launch(kFine, 1));
+            EXPECT_TRUE(log_.hasError("stack overflow", "launch index (0, 0, 0)")) << log_.all();
+            continue;
+        }
+        ASSERT_EQ(OPTIX_SUCCESS, launched) << log_.all();
+        for (unsigned i = 0; i < 40; ++i) {
+            ASSERT_EQ(1u, result(i).reached);
+            ASSERT_EQ(1000, result(i).code);
+        }
+    }
+}
+
+// The log names the first index that ended so; no call fails.
+TEST_P(DebugExceptions, WithoutExceptionProgram) {
+    prepare(kAllFlags, false);
+    log_.clear();
+    ASSERT_OK(launch(kBadMiss, 300));
+    EXPECT_FALSE(log_.hasError("", "")) << log_.all();
+    EXPECT_NE(std::string::npos, log_.all().find("miss SBT index out of range (exception -6), index "
+                                                 "7, at launch index (0, 0, 0)"))
+        << log_.all();
+    EXPECT_EQ(0u, result(0).reached);
+}
+
+TEST_P(DebugExceptions, ValidationModeFailsTheLaunch) {
+    OptixDeviceContextOptions contextOptions{};
+    contextOptions.logCallbackFunction = LogRecord::callback;
+    contextOptions.logCallbackData = &log_;
+    contextOptions.logCallbackLevel = 4;
+    contextOptions.validationMode = OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_ALL;
+    OptixDeviceContext plain = context_;
+    ASSERT_OK(optixDeviceContextCreate(nullptr, &contextOptions, &context_));
+    prepare(OPTIX_EXCEPTION_FLAG_NONE);
+    for (unsigned mistake = 0; mistake < kMistakes; ++mistake) {
+        SCOPED_TRACE(mistake);
+        log_.clear();
+        const OptixResult result = launch(mistake, 4);
+        if (mistake == kFine) {
+            EXPECT_EQ(OPTIX_SUCCESS, result) << log_.all();
+            continue;
+        }
+        EXPECT_EQ(OPTIX_ERROR_VALIDATION_FAILURE, result);
+        EXPECT_TRUE(log_.hasError("exception " + std::to_string(codeOf(mistake)),
+                                  "at launch index (0, 0, 0)"))
+            << log_.all();
+    }
+    EXPECT_EQ(OPTIX_SUCCESS, launch(kFine, 4)) << "a failed launch leaves nothing behind";
+    rig_.reset();
+    ASSERT_OK(optixDeviceContextDestroy(context_));
+    context_ = plain;
+}
+
+class GraphExceptions : public DebugExceptions {
+protected:
+    void adjust(OptixPipelineCompileOptions& options) override {
+        options.traversableGraphFlags = graph_;
+        options.usesPrimitiveTypeFlags = primitives_;
+    }
+    unsigned graph_ = 0, primitives_ = 0;
+};
+
+TEST_P(GraphExceptions, UnsupportedPrimitiveTypeWithLine) {
+    primitives_ = OPTIX_PRIMITIVE_TYPE_FLAGS_CUSTOM;
+    prepare(kAllFlags);
+    ASSERT_OK(launch(kFine, 1));
+    EXPECT_EQ(OPTIX_EXCEPTION_CODE_UNSUPPORTED_PRIMITIVE_TYPE, result(0).code);
+    EXPECT_NE(std::string::npos, std::string(result(0).line).find("debug_exceptions.cu:"));
+}
+
+TEST_P(GraphExceptions, SingleGasNotAllowed) {
+    graph_ = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_LEVEL_INSTANCING;
+    prepare(kAllFlags);
+    ASSERT_OK(launch(kReportKind, 1)); // traces a geometry structure
+    EXPECT_EQ(OPTIX_EXCEPTION_CODE_UNSUPPORTED_SINGLE_LEVEL_GAS, result(0).code);
+    EXPECT_EQ(scene_->customs.handle, result(0).traversable);
+    EXPECT_EQ(0u, result(0).listSize);
+    ASSERT_OK(launch(kFine, 1));
+    EXPECT_EQ(1000, result(0).code);
+}
+
+TEST_P(GraphExceptions, InstancingNotAllowed) {
+    graph_ = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS;
+    prepare(kAllFlags);
+    ASSERT_OK(launch(kFine, 1)); // traces an instance structure
+    EXPECT_EQ(OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_TRAVERSABLE, result(0).code);
+    EXPECT_EQ(scene_->ias.handle, result(0).traversable);
+}
+
+// The graph has two traversables on its path.
+TEST_P(GraphExceptions, TraversalDepth) {
+    for (unsigned flag : {unsigned(OPTIX_EXCEPTION_FLAG_TRACE_DEPTH),
+                          unsigned(OPTIX_EXCEPTION_FLAG_DEBUG)}) {
+        prepare(flag);
+        ASSERT_OK(optixPipelineSetStackSize(rig_->pipeline(), 0, 0, 0, 1));
+        ASSERT_OK(launch(kFine, 1));
+        EXPECT_EQ(OPTIX_EXCEPTION_CODE_TRAVERSAL_DEPTH_EXCEEDED, result(0).code);
+        ASSERT_OK(optixPipelineSetStackSize(rig_->pipeline(), 0, 0, 0, 2));
+        ASSERT_OK(launch(kFine, 1));
+        EXPECT_EQ(1000, result(0).code);
+        rig_.reset();
+    }
+}
+
+INSTANTIATE_DEVICE_TEST(DebugExceptions);
+INSTANTIATE_DEVICE_TEST(GraphExceptions);
+
+} // namespace
+} // namespace tests::api
