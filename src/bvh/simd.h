@@ -107,6 +107,22 @@ SUNSTONE_INLINE Mask equal(F8 a, F8 b) {
 }
 #endif
 
+// The power of two by which the magnitude of a lane comes into [1, 2); nothing sensible beyond 2^127.
+SUNSTONE_INLINE __m128 inversePower(__m128 a) {
+    const __m128i exponent = _mm_and_si128(_mm_castps_si128(a), _mm_set1_epi32(0x7F800000));
+    return _mm_castsi128_ps(_mm_sub_epi32(_mm_set1_epi32(0x7F000000), exponent));
+}
+SUNSTONE_INLINE F4 inversePower(F4 a) { return {inversePower(a.v)}; }
+#if defined(__AVX2__)
+SUNSTONE_INLINE F8 inversePower(F8 a) {
+    const __m256i exponent =
+        _mm256_and_si256(_mm256_castps_si256(a.v), _mm256_set1_epi32(0x7F800000));
+    return {_mm256_castsi256_ps(_mm256_sub_epi32(_mm256_set1_epi32(0x7F000000), exponent))};
+}
+#else
+SUNSTONE_INLINE F8 inversePower(F8 a) { return {inversePower(a.lo), inversePower(a.hi)}; }
+#endif
+
 // Distances to a plane of eight boxes, see ray_setup.h: with FMA plane * r + c, else
 // (plane - org) * r + c, where c then holds no -org * r.
 SUNSTONE_INLINE F8 slab(F8 plane, [[maybe_unused]] F8 org, F8 r, F8 c) {

@@ -84,7 +84,10 @@ SUNSTONE_INLINE Mask testTriangles(const TriangleLeaf<N>& leaf, const RaySetup& 
         inside &= lessEqual(zero, min(min(u, v), w)) | lessEqual(max(max(u, v), w), zero);
     }
     const F det = (u + v) + w;
-    const F t = (((u * az + v * bz) + w * cz) * r.sz) / det;
+    // A power of two, which changes nothing but the range: products of three lengths would leave that
+    // of floats in scenes that are not so large or small.
+    const F k = inversePower(det);
+    const F t = ((((u * k) * az + (v * k) * bz) + (w * k) * cz) * r.sz) / (det * k);
     // A zero or NaN determinant gives a NaN or infinite t; infinity may equal tmax.
     const Mask hits = inside & lessEqual(splat(s.tmin, f), t) & lessEqual(t, splat(tmax, f)) &
                       ~equal(det, zero);

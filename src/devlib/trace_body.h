@@ -665,11 +665,24 @@ private:
         if (!block || block->type != bvh::BlockType::kInstances ||
             !isa::isRay(org, dir, state_->tmin, tmax_))
             return false;
+        if (__builtin_expect(iasCount_ != 0, 0) && isInside(handle))
+            return false;
+        iasPath_[iasCount_++] = handle;
         isa::RaySetup setup;
         isa::setupRay(setup, block, org, dir, state_->tmin, tmax_);
         Instances visitor{*this, org, dir, tmax_};
         isa::traverse(block, setup, visitor);
+        --iasCount_;
         return ended_;
+    }
+
+    // A graph with a cycle (updates can make one) would be walked for ever, the limit of its depth
+    // notwithstanding: instances of a structure within itself are never hit.
+    [[gnu::noinline]] bool isInside(uint64_t handle) const {
+        for (uint32_t i = 0; i < iasCount_; ++i)
+            if (iasPath_[i] == handle)
+                return true;
+        return false;
     }
 
     SUNSTONE_INLINE_MEMBER static void transformRay(const float m[12], const float org[3],
@@ -731,13 +744,14 @@ private:
     bool found_ = false, ended_ = false;
     // Where in the graph the walk is.
     uint32_t instanceIndex_ = 0, instanceId_ = ~0u, instanceSbtOffset_ = 0, instanceFlags_ = 0;
-    uint32_t transformCount_ = 0;
+    uint32_t transformCount_ = 0, iasCount_ = 0;
     uint64_t gas_ = 0;
     const GroupEntry* candidateGroup_ = nullptr;
     bool candidateAnyHit_ = false;
     Best best_;
     uint64_t transforms_[kMaxGraphDepth];
     uint64_t bestTransforms_[kMaxGraphDepth];
+    uint64_t iasPath_[kMaxGraphDepth + 1]; // one transform at least is between two of them
 };
 
 [[gnu::noinline]] static void runMiss(RayState* state) {
