@@ -481,15 +481,18 @@ void checkInputRecords(const BuildInputs& inputs, const Plan& plan, const BlockH
         const InputRecord& then = records[i];
         const auto require = [&](const char* what, uint32_t a, uint32_t b) {
             if (a != b)
-                fail(Code::kInvalidValue, "build input ", i, " of an update has other ", what,
-                     " than in the build");
+                fail(Code::kInvalidValue, "build input ", i, " of an update: ", what, " = ", a,
+                     ", in the build it was ", b);
         };
-        require("numbers of primitives", now.numPrimitives, then.numPrimitives);
-        require("numbers of vertices", now.numVertices, then.numVertices);
-        require("vertex or index formats", now.formats, then.formats);
-        require("numbers of SBT records", now.numSbtRecords, then.numSbtRecords);
-        require("geometry flags", now.flagsHash, then.flagsHash);
-        require("primitive index offsets", now.primitiveIndexOffset, then.primitiveIndexOffset);
+        require("number of primitives", now.numPrimitives, then.numPrimitives);
+        require("number of vertices", now.numVertices, then.numVertices);
+        require("vertex format", now.formats >> 16, then.formats >> 16);
+        require("index format", now.formats & 0xFFFF, then.formats & 0xFFFF);
+        require("numSbtRecords", now.numSbtRecords, then.numSbtRecords);
+        require("primitiveIndexOffset", now.primitiveIndexOffset, then.primitiveIndexOffset);
+        if (now.flagsHash != then.flagsHash)
+            fail(Code::kInvalidValue, "build input ", i,
+                 " of an update: geometry flags are not those of the build");
         firstSbt += sbt.numSbtRecords;
         firstPrimitive += count;
     }
@@ -537,7 +540,8 @@ void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const v
     if (!(header.options & kOptionUpdate) || !options.allowUpdate)
         fail(Code::kInvalidValue, "an update needs ALLOW_UPDATE, in the build and now");
     if (header.options != optionBits(options))
-        fail(Code::kInvalidValue, "an update has other build flags than the build");
+        fail(Code::kInvalidValue, "an update has other build flags than the build: ",
+             optionBits(options), ", not ", header.options);
     if (kindOf(header.type) != plan.type)
         fail(Code::kInvalidValue, "an update has another type of build inputs than the build");
     if (header.numInputs != plan.numInputs || header.numPrimitives != plan.numPrimitives)

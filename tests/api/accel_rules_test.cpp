@@ -326,7 +326,7 @@ TEST_F(AccelRules, CountsOfBoxesAndInputsMayNotChange) {
                     update({fewer, six.input}, customs));
     OptixBuildInput shifted = boxes.input;
     shifted.customPrimitiveArray.primitiveIndexOffset = 3;
-    EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixAccelBuild", "offset",
+    EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixAccelBuild", "primitiveIndexOffset = 3",
                     update({boxes.input, shifted}, customs));
     EXPECT_OK(update({boxes.input, boxes.input}, customs));
 }
