@@ -15,14 +15,19 @@ public:
 
     // Marks the stream's present end; later calls move the mark.
     void record(const StreamPtr& stream);
-    // The mark; null if never recorded.
+    // The mark; null if never recorded. Throws CaptureError if it was recorded in a capture, where
+    // it stands for no moment in time.
     CompletionPtr mark() const;
+    void setMark(CompletionPtr mark);
+    // The mark of a capturing stream; null capture if it has another or none.
+    CapturedMark capturedMark() const;
 
 private:
     const unsigned flags_;
     const void* const owner_;
     mutable std::mutex mutex_;
     CompletionPtr mark_;
+    CapturedMark captured_;
 };
 
 } // namespace sunstone::device::cpu

@@ -124,6 +124,7 @@ bool Streams::destroy(void* handle) {
             return false;
         stream = std::move(*it);
         live_.erase(it);
+        dropCapture(stream);
         // Its unfinished work still counts as that of a blocking stream.
         if (stream->isBlocking() && stream->last_ && !stream->last_->done()) {
             Stream::Item barrier{nullptr, {stream->last_}, std::make_shared<Completion>()};
@@ -197,13 +198,16 @@ std::vector<CompletionPtr> Streams::collect(const StreamPtr& stream) {
 }
 
 CompletionPtr Streams::submit(const StreamPtr& stream, std::function<void()> work,
-                              std::vector<CompletionPtr> waits) {
+                              std::vector<CompletionPtr> waits, WorkInfo info) {
     stream->throwError();
+    if (isCapturing(stream))
+        return capture(stream, std::move(work), std::move(info));
     Stream::Item item;
     item.work = std::move(work);
     item.done = std::make_shared<Completion>();
     CompletionPtr done = item.done;
     std::lock_guard lock(order_);
+    refuseImplicitJoin(stream);
     item.waits = collect(stream);
     for (CompletionPtr& earlier : waits)
         if (earlier && !earlier->done())
@@ -215,6 +219,7 @@ CompletionPtr Streams::submit(const StreamPtr& stream, std::function<void()> wor
 
 std::vector<CompletionPtr> Streams::outstanding(const StreamPtr& stream) {
     std::lock_guard lock(order_);
+    refuseCapturing(stream);
     std::vector<CompletionPtr> result;
     if (stream == legacy_)
         result = collect(stream);
@@ -248,6 +253,7 @@ void Streams::waitAll() {
 }
 
 void Streams::synchronizeAll() {
+    refuseDuringCapture();
     waitAll();
     std::vector<StreamPtr> all;
     {

@@ -10,9 +10,12 @@
 //
 // Dependencies only ever point to work submitted earlier and each stream has its own thread, so
 // there can be no cycle. One mutex (Streams::order_) makes submissions of all streams one sequence.
+// A capturing stream queues nothing: see graph.h.
 // A worker spins for some microseconds before it sleeps: a program that launches and waits in turn
 // then pays no wake-up. Read next: event.h, cpu_device.cpp.
 #pragma once
+
+#include "device/cpu/graph.h"
 
 #include <atomic>
 #include <chrono>
@@ -40,7 +43,12 @@ private:
     std::atomic<uint32_t> done_{0};
     std::chrono::steady_clock::time_point time_{};
 };
-using CompletionPtr = std::shared_ptr<Completion>;
+
+// What a piece of work is, for graphs that capture it.
+struct WorkInfo {
+    WorkKind kind = WorkKind::kKernel;
+    std::shared_ptr<const void> details;
+};
 
 class Stream {
 public:
@@ -71,7 +79,9 @@ private:
     const int priority_;
     const void* const owner_;
     const uint64_t id_;
-    CompletionPtr last_; // guarded by Streams::order_
+    CompletionPtr last_; // guarded by Streams::order_, as the next two are
+    std::shared_ptr<Capture> capture_;
+    std::vector<GraphNode*> tips_; // of the capture
 
     std::mutex mutex_;
     std::condition_variable wake_;
@@ -81,7 +91,6 @@ private:
     bool closing_ = false;
     std::exception_ptr error_;
 };
-using StreamPtr = std::shared_ptr<Stream>;
 
 // All streams of the process.
 class Streams {
@@ -101,8 +110,9 @@ public:
     bool isDefault(void* handle) const { return uintptr_t(handle) <= 2; }
 
     // Queues work after everything the stream's order demands. Throws the stream's pending error.
+    // On a capturing stream: adds a node to the graph instead; the result is then already done.
     CompletionPtr submit(const StreamPtr& stream, std::function<void()> work,
-                         std::vector<CompletionPtr> waits = {});
+                         std::vector<CompletionPtr> waits = {}, WorkInfo info = {});
     // What the stream must have done to be idle: work of blocking streams counts for the legacy
     // stream.
     std::vector<CompletionPtr> outstanding(const StreamPtr& stream);
@@ -112,12 +122,36 @@ public:
     void synchronizeAll();                     // throws the first pending error
     void throwError(const StreamPtr& stream) { stream->throwError(); }
 
+    // Capturing; all throw CaptureError. With a graph given, its nodes `after` are the first tips.
+    void beginCapture(const StreamPtr& stream, Capture::Mode mode, std::shared_ptr<Graph> graph,
+                      std::vector<GraphNode*> after);
+    std::shared_ptr<Graph> endCapture(const StreamPtr& stream);
+    bool isCapturing(const StreamPtr& stream);
+    // The capture and the nodes that the stream's next work comes after; no capture: null.
+    CapturedMark captureState(const StreamPtr& stream);
+    void setTips(const StreamPtr& stream, std::vector<GraphNode*> tips);
+    // Makes the stream's work depend on the mark; a stream that does not capture joins.
+    void waitForCaptured(const StreamPtr& stream, const CapturedMark& mark);
+    // For calls that may synchronise behind the scenes: throws while a capture forbids them.
+    void refuseDuringCapture();
+    // The calling thread's attitude to such calls; returns the one before.
+    static Capture::Mode exchangeThreadMode(Capture::Mode mode);
+
 private:
     std::vector<CompletionPtr> collect(const StreamPtr& stream); // under order_
     StreamPtr perThread();
+    CompletionPtr capture(const StreamPtr& stream, std::function<void()> work, WorkInfo info);
+    // Under order_: what waits for a stream may not be asked while it, or (of the legacy stream) any
+    // blocking one, captures; the captures concerned become invalid.
+    void refuseCapturing(const StreamPtr& stream);
+    // Under order_: the stream's valid capture, or null.
+    Capture* validCapture(const StreamPtr& stream);
+    void refuseImplicitJoin(const StreamPtr& stream); // under order_
+    void dropCapture(const StreamPtr& stream);        // under order_: the stream is being destroyed
 
     std::mutex order_;
     StreamPtr legacy_;
+    std::vector<std::shared_ptr<Capture>> captures_; // in progress
     std::vector<StreamPtr> live_; // without legacy_; per-thread ones included
 };
 

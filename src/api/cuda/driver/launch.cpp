@@ -131,7 +131,7 @@ unsigned activeBlocks(const Function& function, unsigned blockSize, size_t dynam
     return unsigned(blocks);
 }
 
-void launch(const LaunchRequest& request, const cpu::StreamPtr& stream) {
+PreparedLaunch prepareLaunch(const LaunchRequest& request) {
     std::shared_ptr<Function> function = functionOf(request.function);
     std::shared_ptr<Module> module = function->module.lock();
     if (!module)
@@ -145,6 +145,7 @@ void launch(const LaunchRequest& request, const cpu::StreamPtr& stream) {
         Launch launch;
         std::vector<std::byte> params;
         std::shared_ptr<Module> module;
+        KernelDetails details;
     };
     auto job = std::make_shared<Job>();
     job->params = gatherParameters(request, info);
@@ -161,7 +162,20 @@ void launch(const LaunchRequest& request, const cpu::StreamPtr& stream) {
     launch.localBytes = info.localBytes;
     launch.meets = info.usesBarriers || info.usesWarpFunctions;
     launch.name = info.name.c_str();
-    cpu::streams().submit(stream, [job] { runLaunch(job->launch); });
+
+    for (size_t offset : info.parameterOffsets)
+        job->details.pointers.push_back(job->params.data() + offset);
+    job->details.request = request;
+    job->details.request.params = job->details.pointers.data();
+    job->details.request.extra = nullptr;
+    return {[job] { runLaunch(job->launch); },
+            std::shared_ptr<const KernelDetails>(job, &job->details)};
+}
+
+void launch(const LaunchRequest& request, const cpu::StreamPtr& stream) {
+    PreparedLaunch prepared = prepareLaunch(request);
+    cpu::streams().submit(stream, std::move(prepared.work), {},
+                          {cpu::WorkKind::kKernel, std::move(prepared.details)});
 }
 
 } // namespace sunstone::api::cuda

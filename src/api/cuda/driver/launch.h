@@ -22,8 +22,22 @@ unsigned maxThreadsOf(const Function& function);
 // Most dynamic shared memory it may be launched with.
 unsigned maxDynamicSharedOf(const Function& function);
 
-// Checks everything, copies the parameters and queues the launch. Throws Failure with the code
-// cuLaunchKernel documents.
+// A launch as graphs show it: its own copy of the parameters.
+struct KernelDetails {
+    LaunchRequest request;
+    std::vector<void*> pointers; // request.params
+};
+
+// A launch that may run any number of times, but not twice at once.
+struct PreparedLaunch {
+    std::function<void()> work;
+    std::shared_ptr<const KernelDetails> details;
+};
+
+// Checks everything and copies the parameters. Throws Failure with the code cuLaunchKernel
+// documents.
+PreparedLaunch prepareLaunch(const LaunchRequest& request);
+// Prepares and queues.
 void launch(const LaunchRequest& request, const cpu::StreamPtr& stream);
 
 // How many blocks of this size a multiprocessor takes, by threads and shared memory.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Allocation and what is known about pointers. Device, pinned and managed memory are all host
 // memory here and differ in what queries say about them.
-#include "api/cuda/driver/shell.h"
+#include "api/cuda/driver/graphs.h"
 
 using namespace sunstone;
 using namespace sunstone::api::cuda;
@@ -17,6 +17,7 @@ CUdeviceptr addressOf(const void* pointer) {
 }
 
 void* allocate(size_t bytes, MemoryKind kind, unsigned flags) {
+    cpu::streams().refuseDuringCapture();
     return cpu::memory().allocate(bytes, kind, flags, cpu::contexts().current());
 }
 
@@ -160,6 +161,9 @@ SUNSTONE_EXPORT CUresult cuMemFree(CUdeviceptr address) {
             (found->kind != MemoryKind::kDevice && found->kind != MemoryKind::kManaged))
             refuse(CUDA_ERROR_INVALID_VALUE, pointerOf(address),
                    " is not the start of a live device allocation");
+        cpu::streams().refuseDuringCapture();
+        if (isOwnedByGraph(address))
+            return;
         // Queued work may still use it: freeing waits for the device, as it does on others.
         try {
             cpu::streams().synchronizeAll();

@@ -8,11 +8,42 @@ using namespace sunstone::api::cuda;
 
 namespace {
 
-CUresult recordEvent(const char* function, CUevent event, CUstream stream) {
+// An event node in the stream's capture.
+void captureEvent(const cpu::StreamPtr& stream, cpu::WorkKind kind,
+                  const std::shared_ptr<cpu::Event>& event) {
+    cpu::streams().submit(stream, nullptr, {}, {kind, nullptr});
+    std::lock_guard lock(cpu::graphMutex());
+    cpu::streams().captureState(stream).tips.at(0)->event = event;
+}
+
+CUresult recordEvent(const char* function, CUevent event, CUstream stream, unsigned flags) {
     return guarded(function, Needs::kContext, [&] {
+        require(flags <= CU_EVENT_RECORD_EXTERNAL, "unknown flags");
         std::shared_ptr<cpu::Event> found = eventOf(event);
-        found->record(resolveStream(stream));
+        cpu::StreamPtr target = resolveStream(stream);
+        if (flags & CU_EVENT_RECORD_EXTERNAL && cpu::streams().isCapturing(target))
+            captureEvent(target, cpu::WorkKind::kRecordEvent, found);
+        else
+            found->record(target);
     });
+}
+
+void waitForEvent(const cpu::StreamPtr& stream, const std::shared_ptr<cpu::Event>& event,
+                  unsigned flags) {
+    const bool captures = cpu::streams().isCapturing(stream);
+    if (captures && (flags & CU_EVENT_WAIT_EXTERNAL))
+        return captureEvent(stream, cpu::WorkKind::kWaitEvent, event);
+    if (const cpu::CapturedMark captured = event->capturedMark(); captured.capture)
+        return cpu::streams().waitForCaptured(stream, captured);
+    cpu::CompletionPtr mark = event->mark();
+    if (!mark)
+        return;
+    if (captures) {
+        cpu::streams().captureState(stream).capture->invalidated = true;
+        throw cpu::CaptureError(cpu::CaptureError::kIsolation,
+                                "the event was recorded outside of the stream's capture");
+    }
+    cpu::streams().submit(stream, nullptr, {mark});
 }
 
 } // namespace
@@ -47,23 +78,28 @@ SUNSTONE_EXPORT CUresult cuStreamGetCtx(CUstream stream, CUcontext* context) {
 SUNSTONE_EXPORT CUresult cuStreamWaitEvent(CUstream stream, CUevent event, unsigned int flags) {
     return guarded("cuStreamWaitEvent", Needs::kContext, [&] {
         require(flags <= CU_EVENT_WAIT_EXTERNAL, "unknown flags");
-        cpu::StreamPtr target = resolveStream(stream);
-        if (cpu::CompletionPtr mark = eventOf(event)->mark())
-            cpu::streams().submit(target, nullptr, {mark});
+        waitForEvent(resolveStream(stream), eventOf(event), flags);
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamAddCallback(CUstream stream, CUstreamCallback callback,
                                              void* userData, unsigned int flags) {
     return guarded("cuStreamAddCallback", Needs::kContext, [&] {
         require(callback && flags == 0, "callback is null or flags not 0");
-        cpu::streams().submit(resolveStream(stream),
-                              [=] { callback(stream, CUDA_SUCCESS, userData); });
+        cpu::StreamPtr target = resolveStream(stream);
+        if (cpu::streams().isCapturing(target))
+            throw cpu::CaptureError(cpu::CaptureError::kUnsupported,
+                                    "callbacks cannot be captured, host functions can");
+        cpu::streams().submit(target, [=] { callback(stream, CUDA_SUCCESS, userData); });
     });
 }
 SUNSTONE_EXPORT CUresult cuLaunchHostFunc(CUstream stream, CUhostFn function, void* userData) {
     return guarded("cuLaunchHostFunc", Needs::kContext, [&] {
         require(function, "function is null");
-        cpu::streams().submit(resolveStream(stream), [=] { function(userData); });
+        auto details = std::make_shared<CUDA_HOST_NODE_PARAMS>();
+        details->fn = function;
+        details->userData = userData;
+        cpu::streams().submit(resolveStream(stream), [=] { function(userData); }, {},
+                              {cpu::WorkKind::kHost, details});
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamQuery(CUstream stream) {
@@ -79,13 +115,6 @@ SUNSTONE_EXPORT CUresult cuStreamSynchronize(CUstream stream) {
     return guarded("cuStreamSynchronize", Needs::kContext,
                    [&] { cpu::streams().synchronize(resolveStream(stream)); });
 }
-SUNSTONE_EXPORT CUresult cuStreamIsCapturing(CUstream stream, CUstreamCaptureStatus* status) {
-    return guarded("cuStreamIsCapturing", Needs::kContext, [&] {
-        require(status, "status is null");
-        resolveStream(stream);
-        *status = CU_STREAM_CAPTURE_STATUS_NONE; // capture cannot be begun
-    });
-}
 SUNSTONE_EXPORT CUresult cuStreamAttachMemAsync(CUstream stream, CUdeviceptr address, size_t length,
                                                 unsigned int flags) {
     return guarded("cuStreamAttachMemAsync", Needs::kContext, [&] {
@@ -100,12 +129,9 @@ SUNSTONE_EXPORT CUresult cuStreamAttachMemAsync(CUstream stream, CUdeviceptr add
     });
 }
 SUNSTONE_EXPORT CUresult cuEventRecord(CUevent event, CUstream stream) {
-    return recordEvent("cuEventRecord", event, stream);
+    return recordEvent("cuEventRecord", event, stream, 0);
 }
 SUNSTONE_EXPORT CUresult cuEventRecordWithFlags(CUevent event, CUstream stream,
                                                 unsigned int flags) {
-    if (flags > CU_EVENT_RECORD_EXTERNAL)
-        return guarded("cuEventRecordWithFlags", Needs::kContext,
-                       [] { require(false, "unknown flags"); });
-    return recordEvent("cuEventRecordWithFlags", event, stream);
+    return recordEvent("cuEventRecordWithFlags", event, stream, flags);
 }

@@ -68,6 +68,8 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
         return body();
     } catch (const Failure& failure) {
         return report(failure.result(), failure.what());
+    } catch (const cpu::CaptureError& error) {
+        return report(CUresult(error.number()), error.what());
     } catch (const Error& error) {
         return report(resultOf(error.code()), error.what());
     } catch (const std::bad_alloc&) {

@@ -2,6 +2,8 @@
 // Arrays and mipmapped arrays. See arrays.h.
 #include "api/cuda/runtime/arrays.h"
 
+#include <utility>
+
 using namespace sunstone::cudart;
 
 namespace sunstone::cudart {
@@ -117,6 +119,59 @@ CUresult elementOf(const Driver& driver, cudaArray_const_t array, Element* eleme
         element->bytes = size_t(channelBytes(d.Format)) * d.NumChannels;
     }
     return CUDA_SUCCESS;
+}
+
+CUmemorytype typeOf(cudaMemcpyKind kind, bool destination) {
+    switch (kind) {
+    case cudaMemcpyHostToHost:
+        return CU_MEMORYTYPE_HOST;
+    case cudaMemcpyHostToDevice:
+        return destination ? CU_MEMORYTYPE_DEVICE : CU_MEMORYTYPE_HOST;
+    case cudaMemcpyDeviceToHost:
+        return destination ? CU_MEMORYTYPE_HOST : CU_MEMORYTYPE_DEVICE;
+    case cudaMemcpyDeviceToDevice:
+        return CU_MEMORYTYPE_DEVICE;
+    default:
+        return CU_MEMORYTYPE_UNIFIED;
+    }
+}
+
+cudaError_t toDriver(const cudaMemcpy3DParms& parms, CUDA_MEMCPY3D* driverCopy) {
+    // With an array, sizes count its elements, and so do positions in it.
+    Element srcElement, dstElement;
+    for (const auto& [array, element] :
+         {std::pair{parms.srcArray, &srcElement}, std::pair{parms.dstArray, &dstElement}})
+        if (const CUresult result = array ? elementOf(driver(), array, element) : CUDA_SUCCESS)
+            return fromDriver(result);
+    const Element element = parms.srcArray ? srcElement : dstElement;
+    if (unsigned(parms.kind) > cudaMemcpyDefault)
+        return cudaErrorInvalidMemcpyDirection;
+    CUDA_MEMCPY3D& copy = *driverCopy;
+    copy = {};
+    copy.srcMemoryType = parms.srcArray ? CU_MEMORYTYPE_ARRAY : typeOf(parms.kind, false);
+    copy.srcArray = arrayOf(parms.srcArray);
+    copy.srcHost = parms.srcPtr.ptr;
+    copy.srcDevice = addressOf(parms.srcPtr.ptr);
+    copy.srcPitch = parms.srcPtr.pitch;
+    copy.srcHeight = parms.srcPtr.ysize;
+    copy.srcXInBytes = parms.srcPos.x / srcElement.edge * srcElement.bytes;
+    copy.srcY = parms.srcPos.y / srcElement.edge;
+    copy.srcZ = parms.srcPos.z;
+    copy.dstMemoryType = parms.dstArray ? CU_MEMORYTYPE_ARRAY : typeOf(parms.kind, true);
+    copy.dstArray = arrayOf(parms.dstArray);
+    copy.dstHost = parms.dstPtr.ptr;
+    copy.dstDevice = addressOf(parms.dstPtr.ptr);
+    copy.dstPitch = parms.dstPtr.pitch;
+    copy.dstHeight = parms.dstPtr.ysize;
+    copy.dstXInBytes = parms.dstPos.x / dstElement.edge * dstElement.bytes;
+    copy.dstY = parms.dstPos.y / dstElement.edge;
+    copy.dstZ = parms.dstPos.z;
+    copy.Height = (parms.extent.height + element.edge - 1) / element.edge;
+    if (__builtin_mul_overflow((parms.extent.width + element.edge - 1) / element.edge,
+                               element.bytes, &copy.WidthInBytes))
+        return cudaErrorInvalidValue;
+    copy.Depth = parms.extent.depth;
+    return cudaSuccess;
 }
 
 } // namespace sunstone::cudart

@@ -25,6 +25,10 @@ struct Element {
 };
 CUresult elementOf(const Driver& driver, cudaArray_const_t array, Element* element);
 
+CUmemorytype typeOf(cudaMemcpyKind kind, bool destination);
+// The driver's description of a copy. A context must be current.
+cudaError_t toDriver(const cudaMemcpy3DParms& parms, CUDA_MEMCPY3D* copy);
+
 // Layouts that applications were compiled with.
 static_assert(sizeof(cudaResourceDesc) == 144 && sizeof(cudaTextureDesc) == 72 &&
               sizeof(cudaResourceViewDesc) == 112);

@@ -4,8 +4,6 @@
 #include "api/cuda/runtime/arrays.h"
 #include "api/cuda/runtime/runtime.h"
 
-#include <utility>
-
 using namespace sunstone::cudart;
 
 namespace {
@@ -40,21 +38,6 @@ cudaError_t copyLinear(void* dst, const void* src, size_t bytes, cudaMemcpyKind 
     });
 }
 
-CUmemorytype typeOf(cudaMemcpyKind kind, bool destination) {
-    switch (kind) {
-    case cudaMemcpyHostToHost:
-        return CU_MEMORYTYPE_HOST;
-    case cudaMemcpyHostToDevice:
-        return destination ? CU_MEMORYTYPE_DEVICE : CU_MEMORYTYPE_HOST;
-    case cudaMemcpyDeviceToHost:
-        return destination ? CU_MEMORYTYPE_HOST : CU_MEMORYTYPE_DEVICE;
-    case cudaMemcpyDeviceToDevice:
-        return CU_MEMORYTYPE_DEVICE;
-    default:
-        return CU_MEMORYTYPE_UNIFIED;
-    }
-}
-
 cudaError_t copy2D(void* dst, size_t dstPitch, const void* src, size_t srcPitch, size_t width,
                    size_t height, cudaMemcpyKind kind, cudaStream_t stream, bool wait) {
     if (unsigned(kind) > cudaMemcpyDefault)
@@ -80,41 +63,11 @@ cudaError_t copy2D(void* dst, size_t dstPitch, const void* src, size_t srcPitch,
 cudaError_t copy3D(const cudaMemcpy3DParms* parms, cudaStream_t stream, bool wait) {
     if (!parms)
         return remember(cudaErrorInvalidValue);
-    // With an array, sizes count its elements, and so do positions in it.
-    Element srcElement, dstElement;
     if (const cudaError_t error = ensureContext())
         return remember(error);
-    for (const auto& [array, element] :
-         {std::pair{parms->srcArray, &srcElement}, std::pair{parms->dstArray, &dstElement}})
-        if (const CUresult result = array ? elementOf(driver(), array, element) : CUDA_SUCCESS)
-            return remember(fromDriver(result));
-    const Element element = parms->srcArray ? srcElement : dstElement;
-    if (unsigned(parms->kind) > cudaMemcpyDefault)
-        return remember(cudaErrorInvalidMemcpyDirection);
     CUDA_MEMCPY3D copy = {};
-    copy.srcMemoryType = parms->srcArray ? CU_MEMORYTYPE_ARRAY : typeOf(parms->kind, false);
-    copy.srcArray = arrayOf(parms->srcArray);
-    copy.srcHost = parms->srcPtr.ptr;
-    copy.srcDevice = addressOf(parms->srcPtr.ptr);
-    copy.srcPitch = parms->srcPtr.pitch;
-    copy.srcHeight = parms->srcPtr.ysize;
-    copy.srcXInBytes = parms->srcPos.x / srcElement.edge * srcElement.bytes;
-    copy.srcY = parms->srcPos.y / srcElement.edge;
-    copy.srcZ = parms->srcPos.z;
-    copy.dstMemoryType = parms->dstArray ? CU_MEMORYTYPE_ARRAY : typeOf(parms->kind, true);
-    copy.dstArray = arrayOf(parms->dstArray);
-    copy.dstHost = parms->dstPtr.ptr;
-    copy.dstDevice = addressOf(parms->dstPtr.ptr);
-    copy.dstPitch = parms->dstPtr.pitch;
-    copy.dstHeight = parms->dstPtr.ysize;
-    copy.dstXInBytes = parms->dstPos.x / dstElement.edge * dstElement.bytes;
-    copy.dstY = parms->dstPos.y / dstElement.edge;
-    copy.dstZ = parms->dstPos.z;
-    copy.Height = (parms->extent.height + element.edge - 1) / element.edge;
-    if (__builtin_mul_overflow((parms->extent.width + element.edge - 1) / element.edge,
-                               element.bytes, &copy.WidthInBytes))
-        return remember(cudaErrorInvalidValue);
-    copy.Depth = parms->extent.depth;
+    if (const cudaError_t error = toDriver(*parms, &copy))
+        return remember(error);
     return queued(stream, wait, [&](const Driver& d, CUstream target) {
         return d.cuMemcpy3DAsync(&copy, target);
     });

@@ -22,6 +22,10 @@ Driver openDriver() {
         return table;
     SUNSTONE_DRIVER_FUNCTIONS(SUNSTONE_LOAD)
 #undef SUNSTONE_LOAD
+#define SUNSTONE_LOAD(name)                                                                        \
+    table.name = reinterpret_cast<decltype(table.name)>(dlsym(library, SUNSTONE_TEXT(name)));
+    SUNSTONE_OPTIONAL_DRIVER_FUNCTIONS(SUNSTONE_LOAD)
+#undef SUNSTONE_LOAD
     table.status = fromDriver(table.cuInit(0));
     return table;
 }

@@ -109,6 +109,14 @@ cudaError_t findFunction(const void* symbol, CUfunction* function) {
     return cudaSuccess;
 }
 
+const void* symbolOf(CUfunction function) {
+    std::lock_guard lock(registry().mutex);
+    for (const auto& [symbol, kernel] : registry().kernels)
+        if (kernel->function == function)
+            return symbol;
+    return nullptr;
+}
+
 cudaError_t findVariable(const void* symbol, CUdeviceptr* address, size_t* size) {
     std::lock_guard lock(registry().mutex);
     auto found = registry().variables.find(symbol);

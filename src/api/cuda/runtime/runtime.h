@@ -47,11 +47,65 @@ namespace sunstone::cudart {
     X(cuTexObjectDestroy) X(cuTexObjectGetResourceDesc) X(cuTexObjectGetTextureDesc)               \
     X(cuSurfObjectCreate) X(cuSurfObjectDestroy) X(cuSurfObjectGetResourceDesc)
 
-// The driver's functions, all present if `status` is success.
+// Functions that older drivers lack: null then.
+#define SUNSTONE_OPTIONAL_DRIVER_FUNCTIONS(X) \
+    X(cuGraphAddChildGraphNode) \
+    X(cuGraphAddDependencies) \
+    X(cuGraphAddEmptyNode) \
+    X(cuGraphAddEventRecordNode) \
+    X(cuGraphAddEventWaitNode) \
+    X(cuGraphAddHostNode) \
+    X(cuGraphAddKernelNode) \
+    X(cuGraphAddMemcpyNode) \
+    X(cuGraphAddMemsetNode) \
+    X(cuGraphChildGraphNodeGetGraph) \
+    X(cuGraphClone) \
+    X(cuGraphCreate) \
+    X(cuGraphDestroy) \
+    X(cuGraphDestroyNode) \
+    X(cuGraphEventRecordNodeGetEvent) \
+    X(cuGraphEventWaitNodeGetEvent) \
+    X(cuGraphExecDestroy) \
+    X(cuGraphExecGetFlags) \
+    X(cuGraphExecHostNodeSetParams) \
+    X(cuGraphExecKernelNodeSetParams) \
+    X(cuGraphExecMemcpyNodeSetParams) \
+    X(cuGraphExecMemsetNodeSetParams) \
+    X(cuGraphExecUpdate) \
+    X(cuGraphGetEdges) \
+    X(cuGraphGetNodes) \
+    X(cuGraphGetRootNodes) \
+    X(cuGraphHostNodeGetParams) \
+    X(cuGraphHostNodeSetParams) \
+    X(cuGraphInstantiateWithFlags) \
+    X(cuGraphInstantiateWithParams) \
+    X(cuGraphKernelNodeGetParams) \
+    X(cuGraphKernelNodeSetParams) \
+    X(cuGraphLaunch) \
+    X(cuGraphMemcpyNodeSetParams) \
+    X(cuGraphMemsetNodeGetParams) \
+    X(cuGraphMemsetNodeSetParams) \
+    X(cuGraphNodeFindInClone) \
+    X(cuGraphNodeGetDependencies) \
+    X(cuGraphNodeGetDependentNodes) \
+    X(cuGraphNodeGetEnabled) \
+    X(cuGraphNodeGetType) \
+    X(cuGraphNodeSetEnabled) \
+    X(cuGraphRemoveDependencies) \
+    X(cuGraphUpload) \
+    X(cuStreamBeginCapture) \
+    X(cuStreamBeginCaptureToGraph) \
+    X(cuStreamEndCapture) \
+    X(cuStreamGetCaptureInfo) \
+    X(cuStreamUpdateCaptureDependencies) \
+    X(cuThreadExchangeStreamCaptureMode)
+
+// The driver's functions, all but the optional ones present if `status` is success.
 struct Driver {
     cudaError_t status = cudaErrorInsufficientDriver;
 #define SUNSTONE_MEMBER(name) decltype(&::name) name = nullptr;
     SUNSTONE_DRIVER_FUNCTIONS(SUNSTONE_MEMBER)
+    SUNSTONE_OPTIONAL_DRIVER_FUNCTIONS(SUNSTONE_MEMBER)
 #undef SUNSTONE_MEMBER
 };
 const Driver& driver();
@@ -90,6 +144,8 @@ inline CUdeviceptr addressOf(const void* pointer) {
 // ---- what compilers registered: registration.cpp ----
 // The driver's function for a kernel's host stub or a handle of __cudaGetKernel.
 cudaError_t findFunction(const void* symbol, CUfunction* function);
+// The host stub of a function found before; null if there is none.
+const void* symbolOf(CUfunction function);
 cudaError_t findVariable(const void* symbol, CUdeviceptr* address, size_t* size);
 // Forgets loaded modules: their context is gone.
 void forgetModules();

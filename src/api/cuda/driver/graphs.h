@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Graph handles of the driver API, and node parameters as work.
+#pragma once
+
+#include "api/cuda/driver/shell.h"
+#include "device/cpu/graph.h"
+
+namespace sunstone::api::cuda {
+
+// The live graph of a handle, or CUDA_ERROR_INVALID_VALUE, as for all of these.
+std::shared_ptr<cpu::Graph> graphOf(CUgraph graph);
+CUgraph handleOf(const std::shared_ptr<cpu::Graph>& graph); // registers it if it is new
+std::shared_ptr<cpu::ExecutableGraph> execOf(CUgraphExec exec);
+CUresult instantiateWith(CUgraphExec* exec, CUgraph graph, CUDA_GRAPH_INSTANTIATE_PARAMS* params);
+// A node and the graph it lives in; of the given kind, if one is given.
+struct NodeInGraph {
+    cpu::GraphNode* node;
+    std::shared_ptr<cpu::Graph> graph;
+};
+NodeInGraph nodeOf(CUgraphNode handle);
+NodeInGraph nodeOf(CUgraphNode handle, cpu::WorkKind kind);
+inline CUgraphNode handleOf(const cpu::GraphNode* node) {
+    return reinterpret_cast<CUgraphNode>(const_cast<cpu::GraphNode*>(node));
+}
+// Nodes of this graph.
+std::vector<cpu::GraphNode*> nodesOf(const cpu::Graph& graph, const CUgraphNode* handles,
+                                     size_t count);
+// Edges have no ports or types here.
+void requirePlainEdges(const CUgraphEdgeData* edges, size_t count);
+
+// Parameters checked and made into a node's kind, work and details.
+cpu::GraphNode nodeFor(const CUDA_KERNEL_NODE_PARAMS* params);
+cpu::GraphNode nodeFor(const CUDA_MEMCPY3D* params);
+cpu::GraphNode nodeFor(const CUDA_MEMSET_NODE_PARAMS* params);
+cpu::GraphNode nodeFor(const CUDA_HOST_NODE_PARAMS* params);
+
+// Memory allocated in captures lives as long as its graph.
+void ownByGraph(cpu::Graph& graph, CUdeviceptr address);
+bool isOwnedByGraph(CUdeviceptr address);
+
+// As guarded(), for functions that touch graphs.
+template <class Body>
+CUresult guardedGraph(const char* function, Body&& body) {
+    return guarded(function, Needs::kContext, [&] {
+        std::lock_guard lock(cpu::graphMutex());
+        return body();
+    });
+}
+
+} // namespace sunstone::api::cuda
