@@ -5,6 +5,8 @@
 
 #include "client.h"
 
+#include <deque>
+
 namespace tests::abi {
 
 // A context of release R, and what is needed to render with it.
@@ -90,8 +92,8 @@ public:
             set(options->overrideUsesMotionBlur, 0);
         return options;
     }
-    int makePipeline(void** groups, unsigned count, void** pipeline) const {
-        Guarded<typename R::CompileOptions> compile = compileOptions();
+    int makePipeline(void** groups, unsigned count, void** pipeline,
+                     Guarded<typename R::CompileOptions>&& compile = compileOptions()) const {
         Guarded<typename R::LinkOptions> link = linkOptions();
         return call("PipelineCreate", context_, (const void*)compile, (const void*)link, groups,
                     count, (char*)nullptr, (size_t*)nullptr, pipeline);
@@ -104,21 +106,25 @@ public:
         expect(call("DeviceContextDestroy", other));
     }
     // Builds a structure; the buffers stay with the client.
-    Handle build(Guarded<BuildInput>& inputs, unsigned count) {
+    Handle build(Guarded<BuildInput>& inputs, unsigned count, const AccelEmitDesc* emits = nullptr,
+                 unsigned numEmits = 0) {
         AccelBuildOptions options{};
         options.operation = 0x2161;
         AccelBufferSizes sizes{};
         expect(call("AccelComputeMemoryUsage", context_, &options, (const void*)inputs, count,
                     &sizes));
         Memory temp(sizes.temp);
+        lastOutput_ = memory_.size();
         memory_.emplace_back(sizes.output);
         Handle handle = 0;
         expect(call("AccelBuild", context_, (void*)nullptr, &options, (const void*)inputs, count,
                     temp.address(), sizes.temp, memory_.back().address(), sizes.output, &handle,
-                    (const void*)nullptr, 0u));
+                    (const void*)emits, numEmits));
         wait();
         return handle;
     }
+    // Of the last build.
+    Memory& lastOutput() { return memory_[lastOutput_]; }
     template <class T>
     DevicePointer keep(const std::vector<T>& values) {
         memory_.emplace_back(values);
@@ -133,7 +139,8 @@ private:
     Table table_;
     Log log_;
     void* context_ = nullptr;
-    std::vector<Memory> memory_;
+    std::deque<Memory> memory_;
+    size_t lastOutput_ = 0;
 };
 
 template <class R>

@@ -42,7 +42,9 @@ template <Abi kAbi, DiffersBetweenAbis T>
 class Argument<kAbi, T*> {
 public:
     using Client = T*;
-    explicit Argument(Client given) : given_(given) {}
+    explicit Argument(Client given) : given_(given) {
+        std::memset(static_cast<void*>(&ours_), 0, sizeof(T)); // its padding too
+    }
     T* get() { return given_ ? &ours_ : nullptr; }
     void finish(OptixResult result) {
         if (given_ && result == OPTIX_SUCCESS)
@@ -51,7 +53,7 @@ public:
 
 private:
     T* given_;
-    T ours_{};
+    T ours_;
 };
 
 template <Abi kAbi>
