@@ -2,6 +2,8 @@
 // Fuzzing of contexts: creation, properties, log, cache.
 #include "world.h"
 
+#include <cstdlib>
+
 namespace fuzz {
 namespace {
 
@@ -81,8 +83,10 @@ void cache(World& w) {
         break;
     }
     case 1: {
-        const char* path =
-            w.oneOf({"", "/proc/nowhere/x", "/dev/null", "/tmp/sunstone-fuzz-cache"});
+        const std::string own = getenv("OPTIX_CACHE_PATH") ? getenv("OPTIX_CACHE_PATH") : "";
+        const std::string folder =
+            w.oneOf<std::string>({own, own + "/other", "", "/proc/nowhere/x", "/dev/null"});
+        const char* path = folder.c_str();
         w.done("optixDeviceContextSetCacheLocation",
                optixDeviceContextSetCacheLocation(context, w.chance(90) ? path : nullptr), path);
         break;

@@ -18,6 +18,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <thread>
 
 #if defined(__has_feature)
@@ -120,6 +121,19 @@ int main(int argc, char** argv) {
         signal(number, onSignal);
 #endif
     signal(SIGABRT, onSignal);
+    // A disk cache of its own, gone at the end.
+    char folder[] = "/tmp/sunstone-fuzz-XXXXXX";
+    if (!mkdtemp(folder) || setenv("OPTIX_CACHE_PATH", folder, 1) != 0) {
+        std::fprintf(stderr, "cannot make a folder\n");
+        return 1;
+    }
+    struct Cleaner {
+        const char* folder;
+        ~Cleaner() {
+            std::error_code ignored;
+            std::filesystem::remove_all(folder, ignored);
+        }
+    } cleaner{folder};
     if (optixInit() != OPTIX_SUCCESS) {
         std::fprintf(stderr, "cannot load the library\n");
         return 1;

@@ -6,13 +6,23 @@
 
 #include <optix.h>
 
+// What denoisers want to know of the first surface, as sums over samples like the picture's; all
+// null if nobody asks.
+struct Guides {
+    float4* albedo;
+    float4* normal; // x to the right, y up, z to the camera
+    float2* flow;   // pixels moved since previousCamera's picture; not a sum
+};
+
 struct Params {
     float4* sum; // of all samples so far; width * height pixels, top row first
-    Camera camera;
+    Guides guides;
+    Camera camera, previousCamera;
     Scene scene;
     OptixTraversableHandle traversable;
     unsigned firstSample; // number of the launch's first sample: 0 starts a new picture
     unsigned sampleCount; // samples to add for each pixel
+    unsigned seed;        // pictures with different ones have independent noise
 };
 
 enum RayType : unsigned { kRadianceRay, kShadowRay, kRayTypeCount };

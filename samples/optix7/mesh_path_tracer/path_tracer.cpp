@@ -75,8 +75,17 @@ void PathTracer::addSamples(unsigned samples) {
     params_.firstSample += samples;
 }
 
-std::vector<float> PathTracer::image() const {
-    std::vector<float> pixels = sum_.download<float>();
+void PathTracer::wantGuides(const Camera& previous) {
+    size_t pixels = size_t(width_) * height_;
+    albedo_.allocate(pixels * sizeof(float4));
+    normal_.allocate(pixels * sizeof(float4));
+    flow_.allocate(pixels * sizeof(float2));
+    params_.guides = {albedo_.as<float4>(), normal_.as<float4>(), flow_.as<float2>()};
+    params_.previousCamera = previous;
+}
+
+std::vector<float> PathTracer::meanOf(const DeviceBuffer& sums) const {
+    std::vector<float> pixels = sums.download<float>();
     for (float& value : pixels)
         value /= float(std::max(params_.firstSample, 1u));
     return pixels;

@@ -41,6 +41,34 @@ struct OptixRays {
     }
 };
 
+__forceinline__ __device__ void addTo(float4* sum, float3 value, bool isFirst) {
+    float4 old;
+    old.x = old.y = old.z = 0.0f;
+    if (!isFirst)
+        old = *sum;
+    old.x += value.x;
+    old.y += value.y;
+    old.z += value.z;
+    old.w = 1.0f;
+    *sum = old;
+}
+
+// Rays of their own, along the same directions: pictures without guides pay nothing.
+__forceinline__ __device__ void addGuides(uint3 index, uint3 size, unsigned sample) {
+    unsigned pixel = index.y * size.x + index.x;
+    const OptixRays rays;
+    GuideSample guides = sampleGuides(params.scene, rays, params.camera, index.x, index.y, size.x,
+                                      size.y, sample, params.seed);
+    addTo(&params.guides.albedo[pixel], guides.albedo, sample == 0);
+    addTo(&params.guides.normal[pixel], guides.normal, sample == 0);
+    float2 now = pixelOf(params.camera, guides.point, size.x, size.y);
+    float2 before = pixelOf(params.previousCamera, guides.point, size.x, size.y);
+    float2 flow;
+    flow.x = now.x - before.x;
+    flow.y = now.y - before.y;
+    params.guides.flow[pixel] = flow;
+}
+
 } // namespace
 
 extern "C" __global__ void __raygen__paths() {
@@ -53,7 +81,10 @@ extern "C" __global__ void __raygen__paths() {
     OptixRays rays;
     for (unsigned i = 0; i < params.sampleCount; ++i)
         sum += samplePixel(params.scene, rays, params.camera, index.x, index.y, size.x, size.y,
-                           params.firstSample + i);
+                           params.firstSample + i, params.seed);
+    if (params.guides.albedo)
+        for (unsigned i = 0; i < params.sampleCount; ++i)
+            addGuides(index, size, params.firstSample + i);
     pixel->x = sum.x;
     pixel->y = sum.y;
     pixel->z = sum.z;

@@ -19,13 +19,29 @@ public:
     void addSamples(unsigned samples);
     unsigned samples() const { return params_.firstSample; }
     // Mean of all samples, 4 floats a pixel.
-    std::vector<float> image() const;
-    // Forgets all samples.
-    void restart() { params_.firstSample = 0; }
+    std::vector<float> image() const { return meanOf(sum_); }
+    // Forgets all samples; another seed gives other noise.
+    void restart(unsigned seed = 0) {
+        params_.firstSample = 0;
+        params_.seed = seed;
+    }
+
+    // From now on samples also leave guides for a denoiser; `previous` is the camera that flow is
+    // counted from. moveTo() goes on with another camera and forgets all samples.
+    void wantGuides(const Camera& previous);
+    void moveTo(const Camera& camera) {
+        params_.previousCamera = params_.camera;
+        params_.camera = camera;
+        restart(params_.seed + 1);
+    }
+    std::vector<float> albedo() const { return meanOf(albedo_); }       // 4 floats a pixel
+    std::vector<float> normal() const { return meanOf(normal_); }       // 4 floats a pixel
+    std::vector<float> flow() const { return flow_.download<float>(); } // 2 floats a pixel
 
 private:
     void upload(const HostScene& scene);
     void makeTable();
+    std::vector<float> meanOf(const DeviceBuffer& sums) const;
 
     unsigned width_, height_;
     Program program_;
@@ -34,6 +50,6 @@ private:
     DeviceBuffer raygenRecord_, missRecords_, hitRecord_;
     OptixShaderBindingTable table_ = {};
     Accel accel_;
-    DeviceBuffer sum_, deviceParams_;
+    DeviceBuffer sum_, albedo_, normal_, flow_, deviceParams_;
     Params params_ = {};
 };

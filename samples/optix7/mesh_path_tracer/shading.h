@@ -341,13 +341,67 @@ SAMPLE_INLINE float3 tracePath(const Scene& scene, const Rays& rays, float3 orig
     return radiance;
 }
 
-// One sample of a pixel, at a random place in it.
+// Direction of a sample of a pixel, at a random place in it: the first two numbers of the path.
+SAMPLE_INLINE float3 sampleDirection(const Camera& camera, unsigned x, unsigned y, unsigned width,
+                                     unsigned height, Random& random) {
+    float u = (float(x) + nextFloat(random)) / float(width);
+    float v = (float(y) + nextFloat(random)) / float(height);
+    return cameraDirection(camera, u, v);
+}
+
+// One sample of a pixel.
 template <class Rays>
 SAMPLE_INLINE float3 samplePixel(const Scene& scene, const Rays& rays, const Camera& camera,
                                  unsigned x, unsigned y, unsigned width, unsigned height,
-                                 unsigned sample) {
-    Random random = makeRandom(y * width + x, sample);
-    float u = (float(x) + nextFloat(random)) / float(width);
-    float v = (float(y) + nextFloat(random)) / float(height);
-    return tracePath(scene, rays, camera.eye, cameraDirection(camera, u, v), random);
+                                 unsigned sample, unsigned seed = 0) {
+    Random random = makeRandom(y * width + x + seed * 7919u, sample);
+    float3 direction = sampleDirection(camera, x, y, width, height, random);
+    return tracePath(scene, rays, camera.eye, direction, random);
+}
+
+// ---- Guides for denoisers
+// -------------------------------------------------------------------------
+
+struct GuideSample {
+    float3 albedo, normal; // 0 where there is no surface; the normal in the camera's directions
+    float3 point;          // far away where there is no surface
+};
+
+// What samplePixel with the same numbers meets first.
+template <class Rays>
+SAMPLE_INLINE GuideSample sampleGuides(const Scene& scene, const Rays& rays, const Camera& camera,
+                                       unsigned x, unsigned y, unsigned width, unsigned height,
+                                       unsigned sample, unsigned seed) {
+    Random random = makeRandom(y * width + x + seed * 7919u, sample);
+    float3 direction = sampleDirection(camera, x, y, width, height, random);
+    GuideSample guides;
+    Hit hit = rays.closest(camera.eye, direction);
+    if (hit.t < 0.0f) {
+        guides.albedo = guides.normal = vec(0.0f);
+        guides.point = camera.eye + direction * 1e6f;
+        return guides;
+    }
+    Surface surface = surfaceAt(scene.mesh, hit, direction);
+    float3 reflected =
+        fresnel(makeLobes(surface.material, 1.0f).facing, -dot(surface.normal, direction));
+    float3 diffuse = surface.material.color * (1.0f - surface.material.metallic);
+    guides.albedo = diffuse * (vec(1.0f) - reflected) + reflected;
+    if (maxComponent(surface.material.emission) > 0.0f)
+        guides.albedo = vec(0.0f); // its light is its own
+    guides.normal =
+        vec(dot(surface.normal, normalize(camera.right)), dot(surface.normal, normalize(camera.up)),
+            -dot(surface.normal, camera.forward));
+    guides.point = surface.point;
+    return guides;
+}
+
+// Where the camera sees a point, in pixels.
+SAMPLE_INLINE float2 pixelOf(const Camera& camera, float3 point, unsigned width, unsigned height) {
+    float3 to = point - camera.eye;
+    float depth = dot(to, camera.forward);
+    float2 pixel;
+    pixel.x =
+        (dot(to, camera.right) / (dot(camera.right, camera.right) * depth) + 1.0f) * 0.5f * width;
+    pixel.y = (1.0f - dot(to, camera.up) / (dot(camera.up, camera.up) * depth)) * 0.5f * height;
+    return pixel;
 }
