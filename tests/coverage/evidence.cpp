@@ -253,9 +253,15 @@ Files Evidence::members(const Symbol& symbol) const {
     return files;
 }
 
-Files Evidence::filesFor(const Symbol& symbol) const {
+Files Evidence::filesFor(const Symbol& later) const {
+    // Of 7.6: as what they are, but calls of its functions are not recorded.
+    Symbol symbol = later;
+    if (symbol.kind.ends_with(" 7.6"))
+        symbol.kind.resize(symbol.kind.size() - 4);
+    if (symbol.kind == "host function" && later.kind != symbol.kind)
+        return references(symbol.name);
     const Files headers = {{"tests/headers/generate.cpp", 1}};
-    if (symbol.kind == "host function" || symbol.kind == "host function 7.6") {
+    if (symbol.kind == "host function") {
         auto found = succeeded_.find(symbol.name);
         return found == succeeded_.end() ? Files{} : found->second;
     }

@@ -46,6 +46,10 @@ const Section kSections[] = {
     {"Enumerations", {"enum", "enumerator"}},
     {"Structures",
      {"struct", "field", "device struct", "device field", "utility struct", "utility field"}},
+    {"New in OptiX 7.6",
+     {"enum 7.6", "enumerator 7.6", "struct 7.6", "field 7.6", "device function 7.6", "macro 7.6",
+      "typedef 7.6", "utility function 7.6", "device helper 7.6", "utility struct 7.6",
+      "utility field 7.6"}},
     {"Types, macros, table",
      {"typedef", "macro", "host macro", "transient macro", "windows macro", "variable", "table",
       "table slot"}},
@@ -159,7 +163,7 @@ public:
     Row rowOf(const Symbol& symbol, const Row& old) {
         Row row;
         Files files = evidence_.filesFor(symbol);
-        bool isFunction = symbol.kind.starts_with("host function");
+        bool isFunction = symbol.kind == "host function";
         for (const std::string& result : evidence_.resultsOf(symbol.name))
             if (isFunction)
                 row.results.insert(shortResult(result));
@@ -219,7 +223,8 @@ private:
     static constexpr size_t kFiles = 2;
     static constexpr const char* kUntested = "no test";
     // Tests of the API first, samples last, then by the number of uses; names decide what is left.
-    static std::tuple<bool, bool, int, std::string> rank(const std::pair<const std::string, int>& file) {
+    static std::tuple<bool, bool, int, std::string>
+    rank(const std::pair<const std::string, int>& file) {
         return {!file.first.starts_with("samples/"), file.first.starts_with("tests/api/"),
                 file.second, file.first};
     }
@@ -234,10 +239,22 @@ private:
     int errors_ = 0;
 };
 
+// Those of OptiX 7.6 that 7.4 does not have, as kinds of their own.
+void addLaterSymbols(std::vector<Symbol>& symbols, const std::vector<Symbol>& changes) {
+    std::set<std::string> known;
+    for (const Symbol& symbol : symbols)
+        known.insert(symbol.name);
+    for (Symbol symbol : changes)
+        if (symbol.kind != "-" && symbol.kind != "table slot" && known.insert(symbol.name).second) {
+            symbol.kind += " 7.6";
+            symbols.push_back(symbol);
+        }
+}
+
 int run(bool write, const fs::path& root, const fs::path& records,
         const std::vector<fs::path>& programs) {
-    std::vector<Symbol> symbols = readSymbols(
-        {root / "tests/headers/optix7_symbols.tsv", root / "tests/coverage/later_symbols.tsv"});
+    std::vector<Symbol> symbols = readSymbols({root / "tests/headers/optix7_symbols.tsv"});
+    addLaterSymbols(symbols, readSymbols({root / "tests/headers/optix76_changes.tsv"}));
     Evidence evidence(root, symbols);
     evidence.readRecords(records, programs);
     Table table(root);
