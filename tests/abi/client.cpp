@@ -101,7 +101,7 @@ std::string getPayload(int abi, int slot, const std::string& result) {
 
 } // namespace
 
-std::string scenePtx(int abi) {
+std::string scenePtx(int abi, unsigned rayFlags, bool showTime) {
     return R"(.version 6.5
 .target sm_60
 .address_size 64
@@ -131,9 +131,12 @@ std::string scenePtx(int abi) {
  mov.f32 %dz, 0f3F800000;
  mov.f32 %tmin, 0f00000000;
  mov.f32 %tmax, 0f42C80000;
- mov.f32 %time, 0f00000000;
+ mov.f32 %time, )" +
+           std::string(showTime ? "0f3F000000" : "0f00000000") + R"(;
  mov.u32 %mask, 255;
- mov.u32 %flags, 0;
+ mov.u32 %flags, )" +
+           std::to_string(rayFlags) +
+           R"(;
  mov.u32 %offset, 0;
  mov.u32 %stride, 1;
  mov.u32 %miss, 0;
@@ -171,8 +174,11 @@ std::string scenePtx(int abi) {
 
 .visible .entry __miss__main() {
  .reg .b32 %slot, %word;
- mov.u32 %word, 12345;
- )" + setPayload(abi, 0, "%word") +
+ .reg .f32 %time;
+ )" +
+           (showTime ? "call (%time), _optix_get_ray_time, ();\n mov.b32 %word, %time;\n"
+                     : "mov.u32 %word, 12345;\n") +
+           setPayload(abi, 0, "%word") +
            R"( ret;
 }
 )";

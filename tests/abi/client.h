@@ -121,7 +121,8 @@ struct Image {
     bool operator==(const Image&) const = default;
 };
 
-// PTX of the scene's programs with the intrinsics that a release's headers compile to.
-std::string scenePtx(int abi);
+// PTX of the scene's programs with the intrinsics that a release's headers compile to; rays have
+// these flags. showTime: rays have the time 0.5, and misses show the time instead of a constant.
+std::string scenePtx(int abi, unsigned rayFlags = 0, bool showTime = false);
 
 } // namespace tests::abi

@@ -102,8 +102,7 @@ std::vector<Intrinsic> intrinsics() {
 bool mayBeRefused(const std::string& name) {
     return name.find("curve") != std::string::npos || name.find("bspline") != std::string::npos ||
            name.find("catmullrom") != std::string::npos || name == "get_sphere_data" ||
-           name.starts_with("get_exception_invalid") ||
-           name == "get_exception_parameter_mismatch" || name.starts_with("tex_footprint");
+           name.starts_with("tex_footprint");
 }
 
 const char* prefixOf(char program) {

@@ -102,6 +102,43 @@ TYPED_TEST(EachRelease, RendersTheSamePicture) {
     EXPECT_TRUE(client.render(64, 48) == expected());
 }
 
+// 7.0 lets a pipeline have ray times although its modules were made without motion.
+TEST(Picture, MotionOfOnePipeline) {
+    const Image image =
+        Client<Release70>().render(64, 48, {.showTime = true, .overrideMotionBlur = true});
+    EXPECT_EQ(0.5f, std::bit_cast<float>(image.words[0])) << "the first pixel is a miss";
+}
+
+// Members and flags that came with 7.5 and 7.6 do something.
+TEST(Picture, InstancesApart) {
+    Client<Release76> client;
+    EXPECT_TRUE(client.render(64, 48, {.instanceStride = 80}) == expected());
+    EXPECT_TRUE(client.render(64, 48, {.instanceStride = 112}) == expected());
+}
+
+template <class R>
+size_t missesOf(const Variant& variant) {
+    const Image image = Client<R>().render(64, 48, variant);
+    size_t misses = 0;
+    for (size_t i = 0; i < image.words.size(); i += 2)
+        misses += image.words[i] == 12345;
+    return misses;
+}
+
+TEST(Picture, FaceCullingPerGeometry) {
+    constexpr unsigned kCullBack = 16, kCullFront = 32, kNeverCulled = 4, kPixels = 64 * 48;
+    const size_t front = missesOf<Release76>({.rayFlags = kCullFront});
+    const size_t back = missesOf<Release76>({.rayFlags = kCullBack});
+    EXPECT_EQ(kPixels, std::max(front, back)) << "all triangles face the same way";
+    const size_t none = missesOf<Release76>({});
+    EXPECT_EQ(none, std::min(front, back));
+    EXPECT_LT(none, kPixels);
+    for (unsigned flags : {kCullBack, kCullFront}) {
+        EXPECT_EQ(none, missesOf<Release75>({.rayFlags = flags, .geometryFlags = kNeverCulled}));
+        EXPECT_EQ(none, missesOf<Release76>({.rayFlags = flags, .geometryFlags = kNeverCulled}));
+    }
+}
+
 template <class R>
 void renderOften(bool& same) {
     Client<R> client;

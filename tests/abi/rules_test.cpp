@@ -238,6 +238,61 @@ TYPED_TEST(Rules, DisabledTransforms) {
     EXPECT_NEAR(this->kAbi < 55 ? 0.5f : 4.0f, bounds[5], 1e-4f);
 }
 
+TEST(RulesOf76, InstanceStride) {
+    Client<Release76> client;
+    AccelBuildOptions options{};
+    options.operation = 0x2161;
+    AccelBufferSizes sizes{};
+    Guarded<BuildInput> input;
+    const auto usage = [&](int type, unsigned stride) {
+        set(input->type, type);
+        input->instances72 = {0, 3, stride};
+        return client.call("AccelComputeMemoryUsage", client.context(), &options,
+                           (const void*)input, 1u, &sizes);
+    };
+    for (unsigned stride : {0u, 80u, 96u, 1u << 20})
+        EXPECT_EQ(kSuccess, usage(0x2143, stride)) << stride;
+    for (unsigned stride : {1u, 16u, 64u, 84u, 88u, ~0u})
+        EXPECT_EQ(kInvalidValue, usage(0x2143, stride)) << stride;
+    EXPECT_EQ(kSuccess, usage(0x2144, 5)) << "pointers have no stride";
+}
+
+TEST(RulesOf76, RelocateInputs) {
+    Client<Release76> client;
+    const Handle quad = client.buildQuad();
+    Memory copy(client.lastOutput().size());
+    std::memcpy(copy.as<char>(), client.lastOutput().as<char>(), copy.size());
+    RelocationInfo info{};
+    client.expect(client.call("AccelGetRelocationInfo", client.context(), quad, &info));
+    Guarded<RelocateInput76> inputs(2);
+    for (int i = 0; i < 2; ++i) {
+        set(inputs[size_t(i)].type, 0x2141);
+        set(inputs[size_t(i)].triangles.numSbtRecords, 1u);
+        set(inputs[size_t(i)].triangles.opacityMicromapArray, 0);
+    }
+    Handle moved = 0;
+    const auto relocate = [&](const void* given, size_t count) {
+        return client.call("AccelRelocate", client.context(), (void*)nullptr, (const void*)&info,
+                           given, count, copy.address(), copy.size(), &moved);
+    };
+    EXPECT_EQ(kInvalidValue, relocate(nullptr, 2));
+    EXPECT_EQ(kInvalidValue, relocate(inputs, 0));
+    set(inputs[0].type, 0x2143);
+    EXPECT_EQ(kInvalidValue, relocate(inputs, 2)) << "built of triangles";
+    set(inputs[0].type, 0x2141);
+    client.expect(relocate(inputs, 2));
+    client.wait();
+    EXPECT_NE(0u, moved);
+    client.expect(relocate(nullptr, 0));
+    client.wait();
+    info.info[2] ^= 1;
+    EXPECT_EQ(kInvalidValue, relocate(nullptr, 0)) << "not an info";
+    int compatible = -1;
+    client.expect(client.call("CheckRelocationCompatibility", client.context(), (const void*)&info,
+                              &compatible));
+    EXPECT_EQ(0, compatible);
+}
+
 TYPED_TEST(Rules, Relocation) {
     Client<TypeParam>& client = this->client_;
     const Handle first = client.buildQuad();

@@ -9,6 +9,15 @@
 
 namespace tests::abi {
 
+// How the scene may be rendered otherwise.
+struct Variant {
+    unsigned rayFlags = 0;
+    unsigned geometryFlags = 0;
+    unsigned instanceStride = 0; // 7.6
+    bool showTime = false;
+    bool overrideMotionBlur = false; // 7.0
+};
+
 // A context of release R, and what is needed to render with it.
 template <class R>
 class Client {
@@ -93,8 +102,11 @@ public:
         return options;
     }
     int makePipeline(void** groups, unsigned count, void** pipeline,
-                     Guarded<typename R::CompileOptions>&& compile = compileOptions()) const {
+                     Guarded<typename R::CompileOptions>&& compile = compileOptions(),
+                     bool overrideMotionBlur = false) const {
         Guarded<typename R::LinkOptions> link = linkOptions();
+        if constexpr (R::kAbi < 36)
+            set(link->overrideUsesMotionBlur, int(overrideMotionBlur));
         return call("PipelineCreate", context_, (const void*)compile, (const void*)link, groups,
                     count, (char*)nullptr, (size_t*)nullptr, pipeline);
     }
@@ -130,10 +142,10 @@ public:
         memory_.emplace_back(values);
         return memory_.back().address();
     }
-    Handle buildQuad();
-    Handle buildInstances(Handle child, std::vector<Instance> instances);
-    Handle buildScene();
-    Image render(unsigned width, unsigned height);
+    Handle buildQuad(unsigned geometryFlags = 0);
+    Handle buildInstances(Handle child, std::vector<Instance> instances, unsigned stride = 0);
+    Handle buildScene(const Variant& variant);
+    Image render(unsigned width, unsigned height, const Variant& variant = {});
 
 private:
     Table table_;
@@ -144,7 +156,7 @@ private:
 };
 
 template <class R>
-Handle Client<R>::buildQuad() {
+Handle Client<R>::buildQuad(unsigned geometryFlags) {
     const DevicePointer vertices = keep(std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0});
     const DevicePointer indices = keep(std::vector<uint32_t>{0, 1, 2, 1, 3, 2});
     // The second triangle comes from the left and is moved into its place.
@@ -152,7 +164,7 @@ Handle Client<R>::buildQuad() {
     Guarded<DevicePointer> buffers;
     set(*buffers.get(), vertices);
     Guarded<unsigned> flags;
-    set(*flags.get(), 0u);
+    set(*flags.get(), geometryFlags);
     Guarded<BuildInput> inputs(2);
     for (unsigned i = 0; i < 2; ++i) {
         set(inputs[i].type, 0x2141);
@@ -181,12 +193,16 @@ Handle Client<R>::buildQuad() {
 }
 
 template <class R>
-Handle Client<R>::buildInstances(Handle child, std::vector<Instance> instances) {
+Handle Client<R>::buildInstances(Handle child, std::vector<Instance> instances, unsigned stride) {
     for (Instance& instance : instances)
         instance.handle = child;
     Guarded<BuildInput> input;
     set(input->type, 0x2143);
-    const DevicePointer address = keep(instances);
+    const size_t step = stride ? stride : sizeof(Instance);
+    std::vector<char> bytes(step * instances.size());
+    for (size_t i = 0; i < instances.size(); ++i)
+        std::memcpy(&bytes[i * step], &instances[i], sizeof(Instance));
+    const DevicePointer address = keep(bytes);
     if constexpr (R::kAbi < 41) {
         set(input->instances70.instances, address);
         set(input->instances70.numInstances, unsigned(instances.size()));
@@ -196,13 +212,13 @@ Handle Client<R>::buildInstances(Handle child, std::vector<Instance> instances) 
         set(input->instances72.instances, address);
         set(input->instances72.numInstances, unsigned(instances.size()));
         if constexpr (R::kAbi >= 68)
-            set(input->instances72.instanceStride, 0u);
+            set(input->instances72.instanceStride, stride);
     }
     return build(input, 1);
 }
 
 template <class R>
-Handle Client<R>::buildScene() {
+Handle Client<R>::buildScene(const Variant& variant) {
     std::vector<Instance> instances(2);
     const float left[12] = {0.5f, 0, 0, 0, 0, 0.9f, 0, 0.05f, 0, 0, 1, 0};
     const float right[12] = {0.4f, 0.1f, 0, 0.5f, 0, 0.5f, 0, 0.3f, 0, 0, 1, 1};
@@ -213,13 +229,14 @@ Handle Client<R>::buildScene() {
         instances[i].visibilityMask = 255;
         instances[i].sbtOffset = 2 * i;
     }
-    return buildInstances(buildQuad(), instances);
+    return buildInstances(buildQuad(variant.geometryFlags), instances, variant.instanceStride);
 }
 
 template <class R>
-Image Client<R>::render(unsigned width, unsigned height) {
+Image Client<R>::render(unsigned width, unsigned height, const Variant& variant) {
     void* module = nullptr;
-    expect(makeModule(scenePtx(R::kAbi), &module, moduleOptions(), compileOptions()));
+    expect(makeModule(scenePtx(R::kAbi, variant.rayFlags, variant.showTime), &module,
+                      moduleOptions(), compileOptions()));
     Guarded<ProgramGroupDesc> descs(3);
     const char* names[] = {"__raygen__main", "__miss__main", "__closesthit__main"};
     const int kinds[] = {0x2421, 0x2422, 0x2424};
@@ -237,7 +254,7 @@ Image Client<R>::render(unsigned width, unsigned height) {
     EXPECT_GT(sizes.cssCH, 0u);
     EXPECT_EQ(sizes.cssRG, 0u);
     void* pipeline = nullptr;
-    expect(makePipeline(groups, 3, &pipeline));
+    expect(makePipeline(groups, 3, &pipeline, compileOptions(), variant.overrideMotionBlur));
     expect(call("PipelineSetStackSize", pipeline, 0u, 0u, 4096u, 2u));
 
     struct alignas(16) Record {
@@ -263,7 +280,7 @@ Image Client<R>::render(unsigned width, unsigned height) {
 
     Image image{width, height, std::vector<uint32_t>(size_t(width) * height * 2)};
     Memory output(image.words.size() * 4);
-    const DevicePointer params = keep(std::vector<uint64_t>{output.address(), buildScene()});
+    const DevicePointer params = keep(std::vector<uint64_t>{output.address(), buildScene(variant)});
     expect(call("Launch", pipeline, (void*)nullptr, params, size_t(16), (const void*)sbt, width,
                 height, 1u));
     wait();
