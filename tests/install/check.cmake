@@ -1,5 +1,6 @@
 # Installs into WORK/stage, checks the layout, builds the project in SOURCE against it and runs it.
-# WAY: config (find_package finds OptiXConfig.cmake) or module (a find module as many projects have one).
+# WAY: config (find_package finds OptiXConfig.cmake), module (a find module as many projects have one) or
+# module76 (the same with the OptiX 7.6 headers).
 # CUDA: where cuda.h comes from, Sunstone's own headers or the toolkit.
 cmake_minimum_required(VERSION 3.25)
 
@@ -32,6 +33,7 @@ if(EXISTS ${BUILD}/lib/libnvoptix.so.1)
     set(expected 0)
 endif()
 
+set(version 7.4.0)
 if(CUDA STREQUAL "toolkit")
     find_path(cuda_headers cuda.h PATHS $ENV{CUDA_PATH}/include /usr/local/cuda/include NO_CACHE)
     if(NOT cuda_headers)
@@ -44,9 +46,15 @@ endif()
 if(WAY STREQUAL "config")
     set(find -DCMAKE_PREFIX_PATH=${stage} -DOptiX_CUDA_HEADERS=${CUDA} -DUSE_MODULE=OFF)
 else()
-    set(find -DOptiX_INSTALL_DIR=${stage}/optix7 -DCUDA_INCLUDE_DIR=${cuda_headers} -DUSE_MODULE=ON)
+    set(sdk optix7)
+    if(WAY STREQUAL "module76")
+        set(sdk optix7.6)
+        set(version 7.6.0)
+    endif()
+    set(find -DOptiX_INSTALL_DIR=${stage}/${sdk} -DCUDA_INCLUDE_DIR=${cuda_headers} -DUSE_MODULE=ON)
 endif()
-run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX} ${find})
+run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX}
+    -DEXPECTED_VERSION=${version} ${find})
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 
 foreach(program IN ITEMS consumer consumer_short_name)
