@@ -59,7 +59,9 @@ void setCallSite(Unit& unit, llvm::CallInst& call, const FunctionFacts& caller,
 }
 
 CallSite callSite(Unit& unit, const llvm::Instruction& call) {
+    static const ModuleRules none;
     CallSite site;
+    site.rules = &none;
     if (const llvm::MDNode* node = call.getMetadata(kKind)) {
         site.line = numberOf(*node, 0);
         site.rules = &unit.moduleRules(numberOf(*node, 1));

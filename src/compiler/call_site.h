@@ -14,7 +14,7 @@ void setCallSite(Unit& unit, llvm::CallInst& call, const FunctionFacts& caller,
 struct CallSite {
     uint32_t line = 0;       // in the PTX; 0: not known
     llvm::StringRef source;  // "file:line:column"; empty: not known
-    const ModuleRules* rules = nullptr;
+    const ModuleRules* rules = nullptr; // never null from callSite
 };
 CallSite callSite(Unit& unit, const llvm::Instruction& call);
 

@@ -61,6 +61,22 @@ void checkLaunchParams(const PipelineRequest& request) {
     }
 }
 
+constexpr uint32_t kLeastStack = 16; // no program needs nothing
+
+// A program without the rest of its pipeline.
+PieceRequest aloneOf(const ProgramRequest& program, const PipelineRules& rules) {
+    requestedFunction(program);
+    PieceRequest request;
+    request.modules = {program.module.get()};
+    request.rules = rules;
+    request.optLevel = program.optLevel;
+    request.debugLevel = program.debugLevel;
+    request.function = program.function;
+    request.payloadType = program.payloadType;
+    request.moduleRules = {program.moduleRules};
+    return request;
+}
+
 // One pipeline under construction.
 class PipelineBuild {
 public:
@@ -179,7 +195,7 @@ private:
         const std::string symbol = programSymbol(piece.request);
         code_->code_.push_back(loadObject(piece.object, {symbol}, externals));
         code_->programs_.push_back(
-            {code_->code_.back()->address(symbol), std::max(16u, piece.object.stackNeed)});
+            {code_->code_.back()->address(symbol), std::max(kLeastStack, piece.object.stackNeed)});
     }
 
     // A line for each bound value, with the loads that it replaced in all programs.
@@ -235,16 +251,11 @@ bool isSelfContained(const ptx::Module& module, const PipelineRules& rules) {
 }
 
 void precompile(const ProgramRequest& program, const PipelineRules& rules, ObjectStore& store) {
-    requestedFunction(program);
-    PieceRequest request;
-    request.modules = {program.module.get()};
-    request.rules = rules;
-    request.optLevel = program.optLevel;
-    request.debugLevel = program.debugLevel;
-    request.function = program.function;
-    request.payloadType = program.payloadType;
-    request.moduleRules = {program.moduleRules};
-    obtainPiece(request, &store);
+    obtainPiece(aloneOf(program, rules), &store);
+}
+
+unsigned stackNeed(const ProgramRequest& program, const PipelineRules& rules, ObjectStore* store) {
+    return std::max(kLeastStack, obtainPiece(aloneOf(program, rules), store).stackNeed);
 }
 
 } // namespace sunstone::compiler

@@ -141,6 +141,10 @@ bool isSelfContained(const ptx::Module& module, const PipelineRules& rules);
 // use it. Throws as compilePipeline does.
 void precompile(const ProgramRequest& program, const PipelineRules& rules, ObjectStore& store);
 
+// Bytes of stack that the program of a self-contained module takes with all it calls by name, from
+// its machine code, which `store` (may be null) keeps for the pipeline. Throws as compilePipeline.
+unsigned stackNeed(const ProgramRequest& program, const PipelineRules& rules, ObjectStore* store);
+
 // A CUDA module: every .entry with parameters becomes a KernelFn.
 struct KernelInfo {
     std::string name;

@@ -4,6 +4,7 @@
 #include "compiler/intrinsics.h"
 
 #include "devlib/abi.h"
+#include "texture/device_functions.h"
 
 #include <unordered_map>
 #include <vector>
@@ -168,6 +169,11 @@ private:
             kRG | kHitPrograms | kMS | kCC | kDC, true);
         add("call_continuation_callable", IntrinsicOp::kCallable, 1, "l", "r",
             kRG | kCH | kMS | kCC, true);
+        add("tex_footprint_2d_v2", IntrinsicOp::kFootprint, texture::k2D, "", "lrrrll", kAny);
+        add("tex_footprint_2d_lod_v2", IntrinsicOp::kFootprint, texture::k2D | texture::kWithLevel,
+            "", "lrrrrrll", kAny);
+        add("tex_footprint_2d_grad_v2", IntrinsicOp::kFootprint,
+            texture::k2D | texture::kWithGradient, "", "lrrrrrrrrll", kAny);
         add("get_exception_code", IntrinsicOp::kExceptionCode, 0, "r", "", kEX, true);
         for (int k = 0; k < 8; ++k)
             add("get_exception_detail_" + std::to_string(k), IntrinsicOp::kExceptionDetail, k, "r",
@@ -184,10 +190,7 @@ private:
     }
 
     void later() {
-        for (const char* name : {"tex_footprint_2d_v2",
-                                 "tex_footprint_2d_lod_v2",
-                                 "tex_footprint_2d_grad_v2",
-                                 "tex_footprint_2d",
+        for (const char* name : {"tex_footprint_2d",
                                  "tex_footprint_2d_lod",
                                  "tex_footprint_2d_grad",
                                  "get_sphere_data",

@@ -41,6 +41,7 @@ enum class IntrinsicOp : uint8_t {
     kInstanceHandle, // of the n-th instance of an instance acceleration structure
     kMotionTime,     // 0 without motion
     kMotionSteps,      // 1 without motion
+    kFootprint,        // number = form of the sampling call
     kCallable,         // number = 1: continuation
     kLater,            // known, not available yet
 };

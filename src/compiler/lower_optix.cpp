@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "compiler/call_site.h"
 #include "compiler/callable.h"
+#include "texture/device_functions.h"
 
 #include <llvm/IR/InstIterator.h>
 #include <llvm/Transforms/Utils/BasicBlockUtils.h>
@@ -150,6 +151,8 @@ private:
             return trace();
         case IntrinsicOp::kReport:
             return report();
+        case IntrinsicOp::kFootprint:
+            return footprint();
         case IntrinsicOp::kThrow:
             return throwException();
         case IntrinsicOp::kTerminate:
@@ -157,11 +160,11 @@ private:
         case IntrinsicOp::kIgnore:
             return endProgram(devlib::kIgnore);
         case IntrinsicOp::kSetPayloadTypes: { // inspect has seen to the rest
-            const ModuleRules* rules = callSite(unit_, *call_).rules;
-            const std::string problem = unknownTypes(constant(0, "payload type mask"),
-                                                     rules ? *rules : ModuleRules{});
+            const std::string problem =
+                unknownTypes(constant(0, "payload type mask"), *callSite(unit_, *call_).rules);
             if (!problem.empty())
                 fault(ErrorCode::kPayloadTypeId, problem);
+            call_->eraseFromParent();
             return;
         }
         case IntrinsicOp::kSetPayload: {
@@ -435,6 +438,37 @@ private:
         replace(accepted);
     }
 
+    // Operands: texture, info, x, y, [level | 4 x gradient, coarse,] &singleMipLevel, &result.
+    void footprint() {
+        using texture::SampleOperands;
+        const unsigned count = unsigned(intrinsic_->operands.size());
+        auto* bytes = llvm::ArrayType::get(builder_.getInt8Ty(), sizeof(SampleOperands));
+        Value* operands = entryAlloca(bytes, alignof(SampleOperands));
+        builder_.CreateMemSet(operands, builder_.getInt8(0), sizeof(SampleOperands),
+                              llvm::MaybeAlign(4));
+        const auto put = [&](size_t offset, unsigned index) {
+            store(operands, offset, argument(index));
+        };
+        put(offsetof(SampleOperands, position), 2);
+        put(offsetof(SampleOperands, position) + 4, 3);
+        Value* coarse = count > 6 ? argument(count - 3) : builder_.getInt32(0);
+        if (number() & texture::kWithLevel)
+            put(offsetof(SampleOperands, level), 4);
+        if (number() & texture::kWithGradient)
+            for (unsigned i = 0; i < 2; ++i) {
+                put(offsetof(SampleOperands, dx) + i * 4, 4 + i);
+                put(offsetof(SampleOperands, dy) + i * 4, 6 + i);
+            }
+        llvm::Type* wide = builder_.getInt64Ty();
+        builder_.CreateCall(
+            unit_.helper("sunstone_footprint", builder_.getVoidTy(),
+                         {wide, word(), word(), pointer(), word(), pointer(), pointer()}, false),
+            {argument(0), argument(1), builder_.getInt32(uint32_t(number())), operands, coarse,
+             builder_.CreateIntToPtr(argument(count - 2), pointer()),
+             builder_.CreateIntToPtr(argument(count - 1), pointer())});
+        call_->eraseFromParent();
+    }
+
     void throwException() {
         const unsigned count = unsigned(intrinsic_->number);
         Value* details = llvm::ConstantPointerNull::get(builder_.getPtrTy());
@@ -478,9 +512,8 @@ private:
         const uint32_t count =
             typed ? constant(base + 15, "payload count") : uint32_t(intrinsic_->number);
         const unsigned firstPayload = base + 15 + (typed ? 1 : 0);
-        const ModuleRules* rules = callSite(unit_, *call_).rules;
         const TracePayload payload =
-            payloadOfTrace(mask, count, rules ? *rules : ModuleRules{}, unit_.rules());
+            payloadOfTrace(mask, count, *callSite(unit_, *call_).rules, unit_.rules());
         if (payload.code != ErrorCode::kOk)
             fault(payload.code, payload.problem);
         // Words that nobody looks at need not travel.

@@ -116,8 +116,9 @@ void raise(RayState* state, int32_t code, const devlib::ExceptionInfo* info) {
 
 class Runner {
 public:
-    Runner(const LaunchState& launch, devlib::ProgramFn raygen, devlib::ProgramFn exception)
-        : launch_(launch), raygen_(raygen), exception_(exception) {}
+    Runner(const LaunchState& launch, devlib::ProgramFn raygen, devlib::ProgramFn exception,
+           uint64_t stackBudget)
+        : launch_(launch), raygen_(raygen), exception_(exception), stackBudget_(stackBudget) {}
 
     // Runs the indices of one tile. No object with a destructor lives here: exceptions of device
     // programs leave through longjmp.
@@ -133,6 +134,9 @@ public:
         state.thread = &thread;
         thread.root = &state;
         thread.stackLimit = stackLimitOfThread();
+        const auto here = reinterpret_cast<uint64_t>(&state);
+        if (here > stackBudget_)
+            thread.stackLimit = std::max(thread.stackLimit, here - stackBudget_);
         const void* data = reinterpret_cast<const void*>(launch_.sbt.raygenRecord +
                                                          sizeof(devlib::SbtHeader));
         volatile uint32_t next = 0;
@@ -193,10 +197,24 @@ private:
     const LaunchState& launch_;
     devlib::ProgramFn raygen_;
     devlib::ProgramFn exception_;
+    uint64_t stackBudget_; // bytes that a launch index may use
     ExceptionRecord fatal_;  // ends the launch
     ExceptionRecord raised_; // by the run-time
     ExceptionRecord unseen_; // without an exception program
 };
+
+// Bytes of stack for a launch index: the thread's stack alone limits it, unless overflows are to be
+// exceptions.
+uint64_t stackBudget(const LaunchRequest& request) {
+    if (!(request.pipeline->rules.exceptionFlags & devlib::kFlagStackOverflow))
+        return ~uint64_t(0);
+    constexpr uint64_t kTraversal = 128 << 10; // below any-hit and intersection programs
+    const PipelineLimits &set = request.limits, &least = request.pipeline->defaultLimits;
+    const auto larger = [](unsigned a, unsigned b) { return uint64_t(std::max(a, b)); };
+    return kTraversal + larger(set.directStackFromTraversal, least.directStackFromTraversal) +
+           larger(set.directStackFromState, least.directStackFromState) +
+           larger(set.continuationStack, least.continuationStack);
+}
 
 // In validation mode: the launch parameters must hold what the code is specialised to.
 void checkBoundValues(const Pipeline& pipeline, const uint8_t* params) {
@@ -256,7 +274,7 @@ void runLaunch(const LaunchRequest& request, std::string& note) {
                             "exception").main;
 
     Tiling tiling(request.width, request.height, request.depth);
-    Runner runner(launch, raygen.main, exception);
+    Runner runner(launch, raygen.main, exception, stackBudget(request));
     parallelFor(tiling.count(), 1, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i)
             runner.run(Tile(tiling, i));

@@ -31,7 +31,7 @@ std::shared_ptr<Module> createModule(std::string_view text, const compiler::Pipe
                                      std::string& feedback);
 
 // Bytes of stack a program is said to need, derived from its local memory, registers live across
-// calls and trace calls. An estimate known before machine code exists; never 0 for a real program.
+// calls and trace calls. For programs that cannot be compiled by themselves; never 0.
 unsigned estimateStackSize(const Module& module, std::string_view program);
 
 } // namespace sunstone::engine

@@ -12,6 +12,12 @@
 namespace sunstone::engine {
 namespace {
 
+compiler::ProgramRequest requestOf(const ProgramRef& ref) {
+    const Module& module = *ref.module;
+    return {module.tree,        ref.function,       module.optLevel,
+            module.debugLevel, module.moduleRules, ref.payloadType};
+}
+
 // Programs used by several groups are compiled once.
 class ProgramCollector {
 public:
@@ -23,9 +29,7 @@ public:
         auto key = std::make_tuple(ref.module.get(), ref.function, ref.payloadType);
         auto [found, inserted] = index_.try_emplace(key, requests_.size());
         if (inserted) {
-            const Module& module = *ref.module;
-            requests_.push_back({module.tree, ref.function, module.optLevel, module.debugLevel,
-                                 module.moduleRules, ref.payloadType});
+            requests_.push_back(requestOf(ref));
         }
         return found->second;
     }
@@ -39,6 +43,36 @@ private:
 struct GroupIndices {
     size_t main, anyHit, intersection, direct, continuation;
 };
+
+// Frames of the run-time between a program that traces, or calls a callable, and the next program.
+constexpr unsigned kRuntimeFrames = 128;
+
+// Stack sizes for traces of full depth, whose programs call callables that call callables.
+PipelineLimits defaultLimits(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
+                             const std::vector<GroupIndices>& indices,
+                             const compiler::Code& code, unsigned traceDepth) {
+    unsigned raygen = 0, state = 0, traversal = 0, direct = 0, continuation = 0;
+    const auto sizeOf = [&](size_t index) {
+        return index == ProgramCollector::kNone ? 0
+                                                : code.programs()[index].stackSize + kRuntimeFrames;
+    };
+    for (size_t i = 0; i < groups.size(); ++i) {
+        const GroupIndices& index = indices[i];
+        if (groups[i]->kind == devlib::kGroupRaygen)
+            raygen = std::max(raygen, sizeOf(index.main));
+        else
+            state = std::max(state, sizeOf(index.main));
+        traversal = std::max(traversal, sizeOf(index.anyHit) + sizeOf(index.intersection));
+        direct = std::max(direct, sizeOf(index.direct));
+        continuation = std::max(continuation, sizeOf(index.continuation));
+    }
+    state += 2 * continuation;
+    PipelineLimits limits;
+    limits.directStackFromTraversal = limits.directStackFromState = 2 * direct;
+    limits.continuationStack = raygen + 2 * continuation +
+                               (std::max(traceDepth, 1u) - 1) * state + std::max(state, traversal);
+    return limits;
+}
 
 // Calls use(module) once for each module of the groups.
 template <class Use>
@@ -128,6 +162,15 @@ void choosePayloadType(ProgramGroup& group, const compiler::PayloadType* wanted)
         ref->payloadType = find(*ref, candidates[0]);
 }
 
+unsigned stackSizeOf(const ProgramRef& program, compiler::ObjectStore* cache) {
+    const Module& module = *program.module;
+    const unsigned frames =
+        compiler::isSelfContained(*module.tree, module.rules)
+            ? compiler::stackNeed(requestOf(program), module.rules, cache)
+            : estimateStackSize(module, program.function);
+    return frames + kRuntimeFrames;
+}
+
 void packSbtHeader(const ProgramGroup& group, void* header) {
     devlib::SbtHeader out = {};
     out.magic = devlib::kSbtMagic;
@@ -168,6 +211,9 @@ std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<Progr
     request.rules = rules;
     if (!request.programs.empty())
         pipeline->code = compiler::compilePipeline(request, cache);
+    if (pipeline->code)
+        pipeline->defaultLimits =
+            defaultLimits(groups, indices, *pipeline->code, limits.maxTraceDepth);
 
     pipeline->groups.resize(highest + 1, devlib::GroupEntry{});
     pipeline->groupPresent.resize(highest + 1, 0);

@@ -35,9 +35,16 @@ void choosePayloadType(ProgramGroup& group, const compiler::PayloadType* wanted)
 // Writes the 32-byte header of a shader-binding-table record.
 void packSbtHeader(const ProgramGroup& group, void* header);
 
+// Bytes of stack that a program takes with the functions it calls and the way into the run-time:
+// measured from its machine code, which is compiled for that if need be (cache may be null). An
+// estimate where the module refers to other modules, which only a pipeline knows.
+unsigned stackSizeOf(const ProgramRef& program, compiler::ObjectStore* cache);
+
 struct PipelineLimits {
     unsigned maxTraceDepth = 1;
     unsigned maxGraphDepth = devlib::kMaxGraphDepth; // until it is set, no path is too long
+    // With stack-overflow exceptions, what a launch index may use in all. Sizes below those that
+    // are right for traces of full depth and callables two deep count as these.
     unsigned directStackFromTraversal = 0;
     unsigned directStackFromState = 0;
     unsigned continuationStack = 0;
@@ -49,7 +56,8 @@ struct Pipeline {
     std::vector<uint8_t> groupPresent;      // by group number: a group of this pipeline
     std::vector<devlib::GroupKind> groupKinds;
     compiler::PipelineRules rules;
-    PipelineLimits limits;
+    PipelineLimits limits;        // as set
+    PipelineLimits defaultLimits; // stack sizes that the programs need
     uint64_t launchParamsSize = 0;          // 0: no program uses the variable
     std::vector<compiler::BoundValue> boundValues; // of all modules
     std::vector<std::string> callableNames;        // GroupEntry points to them

@@ -28,6 +28,12 @@ struct SampleOperands {
 // Four words: floats, or integers where the texture holds integers and is not read as float.
 void sample(uint64_t handle, uint32_t form, const SampleOperands* operands, uint32_t result[4]);
 
+// optixTexFootprint2D and its like: which groups of texels the sampling call reads (footprint.cpp).
+// info: the tile size in bits 20-23 and 16-19. *singleLevel: whether one level is all it reads; if
+// not, `coarse` chooses. A handle that is no texture of images gives an empty mask.
+void footprint(uint64_t handle, uint32_t info, uint32_t form, const SampleOperands* operands,
+               uint32_t coarse, uint32_t* singleLevel, uint32_t result[4]);
+
 // txq. An unknown handle answers 0.
 enum Query : uint32_t {
     kQueryWidth,

@@ -8,6 +8,7 @@
 
 #include "base/log.h"
 #include "texture/fetch.h"
+#include "texture/footprint.h"
 #include "texture/texture.h"
 
 #include <algorithm>
@@ -33,6 +34,7 @@ struct Sampler {
     bool normalized; // of this call's coordinates
     Reading reading;
     bool clamps = false; // whatever the address modes say
+    TexelRecord* record = nullptr; // where texels are noted instead of read
 
     explicit Sampler(const Texture& t, bool texelNumbers) : texture(t), reading{t.asFloat, t.srgb} {
         integers = t.format.isInteger() && !t.asFloat && !t.format.normalized;
@@ -95,6 +97,12 @@ int64_t resolve(Address mode, int64_t i, uint32_t size) {
 
 void fetch(const Sampler& sampler, const Image& image, int64_t x, int64_t y, int64_t z,
            uint32_t words[4]) {
+    if (sampler.record) {
+        std::fill_n(words, 4, 0u);
+        if (x >= 0 && y >= 0 && z >= 0)
+            sampler.record->add(image, uint32_t(x), uint32_t(y));
+        return;
+    }
     if (x < 0 || y < 0 || z < 0) {
         const Texture& t = sampler.texture;
         borderTexel(t.format, sampler.reading, t.border, words);
@@ -372,7 +380,48 @@ void fetchLinear(const Texture& t, int32_t index, uint32_t result[4]) {
     fetchTexel(t.format, {t.asFloat, t.srgb}, t.images[0].data, 0, uint32_t(index), 0, result);
 }
 
+// A call on a texture of images.
+void sampleImages(const Sampler& sampler, uint32_t form, const SampleOperands& operands,
+                  uint32_t result[4]) {
+    const Texture& texture = sampler.texture;
+    const bool texelNumbers = form & kIntegerCoordinates;
+    Request request;
+    const uint32_t geometry = form & kGeometryMask;
+    request.dimensions = geometry == k1D || geometry == k1DArray   ? 1
+                         : geometry == k2D || geometry == k2DArray ? 2
+                                                                   : 3;
+    request.cube = texture.cube && (geometry == kCube || geometry == kCubeArray);
+    if (request.dimensions == 3 && !texture.is3D && !request.cube)
+        request.dimensions = 2;
+    for (unsigned k = 0; k < 3; ++k)
+        request.position[k] = texelNumbers ? double(int32_t(operands.position[k]))
+                                           : double(std::bit_cast<float>(operands.position[k]));
+    const uint32_t slices = texture.images[0].depth;
+    if (request.cube)
+        request.slice = std::min(geometry == kCubeArray ? operands.layer : 0, slices / 6 - 1) * 6;
+    else if (request.dimensions != 3)
+        request.slice = std::min(geometry >= k1DArray ? operands.layer : 0, slices - 1);
+    if (form & kGather)
+        gather(sampler, request, form >> kGatherShift & 3, result);
+    else if (form & kWithGradient)
+        sampleGradient(sampler, request, operands, result);
+    else
+        sampleLevels(sampler, request, form & kWithLevel ? operands.level : 0, result);
+}
+
 } // namespace
+
+bool recordTexels(uint64_t handle, uint32_t form, const SampleOperands& operands,
+                  TexelRecord& record) {
+    const Texture* texture = findTexture(handle);
+    if (!texture || texture->linearMemory)
+        return false;
+    Sampler sampler(*texture, form & kIntegerCoordinates);
+    sampler.record = &record;
+    uint32_t unused[4];
+    sampleImages(sampler, form, operands, unused);
+    return true;
+}
 
 void sample(uint64_t handle, uint32_t form, const SampleOperands* operands, uint32_t result[4]) {
     result[0] = result[1] = result[2] = result[3] = 0;
@@ -389,29 +438,7 @@ void sample(uint64_t handle, uint32_t form, const SampleOperands* operands, uint
                     result);
         return;
     }
-    const Sampler sampler(*texture, texelNumbers);
-    Request request;
-    const uint32_t geometry = form & kGeometryMask;
-    request.dimensions = geometry == k1D || geometry == k1DArray   ? 1
-                         : geometry == k2D || geometry == k2DArray ? 2
-                                                                   : 3;
-    request.cube = texture->cube && (geometry == kCube || geometry == kCubeArray);
-    if (request.dimensions == 3 && !texture->is3D && !request.cube)
-        request.dimensions = 2;
-    for (unsigned k = 0; k < 3; ++k)
-        request.position[k] = texelNumbers ? double(int32_t(operands->position[k]))
-                                           : double(std::bit_cast<float>(operands->position[k]));
-    const uint32_t slices = texture->images[0].depth;
-    if (request.cube)
-        request.slice = std::min(geometry == kCubeArray ? operands->layer : 0, slices / 6 - 1) * 6;
-    else if (request.dimensions != 3)
-        request.slice = std::min(geometry >= k1DArray ? operands->layer : 0, slices - 1);
-    if (form & kGather)
-        gather(sampler, request, form >> kGatherShift & 3, result);
-    else if (form & kWithGradient)
-        sampleGradient(sampler, request, *operands, result);
-    else
-        sampleLevels(sampler, request, form & kWithLevel ? operands->level : 0, result);
+    sampleImages(Sampler(*texture, texelNumbers), form, *operands, result);
 }
 
 } // namespace sunstone::texture

@@ -56,38 +56,38 @@ public:
             fail(error.code(), where_, ": ", error.what());
         }
         group().number = context_->engine->nextGroup++;
-        computeStackSizes();
         return object_;
     }
 
 private:
-    static unsigned stackOf(const engine::ProgramRef& ref) {
-        return ref ? engine::estimateStackSize(*ref.module, ref.function) : 0;
-    }
-
-    void computeStackSizes() {
-        OptixStackSizes& sizes = object_->stackSizes;
-        const engine::ProgramGroup& g = group();
-        switch (g.kind) {
-        case devlib::kGroupRaygen: sizes.cssRG = stackOf(g.main); break;
-        case devlib::kGroupMiss: sizes.cssMS = stackOf(g.main); break;
-        case devlib::kGroupException: break;
-        case devlib::kGroupHit:
-            sizes.cssCH = stackOf(g.main);
-            sizes.cssAH = stackOf(g.anyHit);
-            sizes.cssIS = stackOf(g.intersection);
-            break;
-        case devlib::kGroupCallables:
-            sizes.cssCC = stackOf(g.continuation);
-            sizes.dssDC = stackOf(g.direct);
-            break;
-        }
-    }
-
     std::shared_ptr<DeviceContext> context_;
     std::string where_;
     std::shared_ptr<GroupObject> object_;
 };
+
+// From machine code, so not before somebody asks.
+OptixStackSizes stackSizesOf(const GroupObject& object) {
+    OptixStackSizes sizes{};
+    const engine::ProgramGroup& g = *object.group;
+    const auto stackOf = [&](const engine::ProgramRef& ref) {
+        return ref ? engine::stackSizeOf(ref, object.context->engine->cache.get()) : 0;
+    };
+    switch (g.kind) {
+    case devlib::kGroupRaygen: sizes.cssRG = stackOf(g.main); break;
+    case devlib::kGroupMiss: sizes.cssMS = stackOf(g.main); break;
+    case devlib::kGroupException: break;
+    case devlib::kGroupHit:
+        sizes.cssCH = stackOf(g.main);
+        sizes.cssAH = stackOf(g.anyHit);
+        sizes.cssIS = stackOf(g.intersection);
+        break;
+    case devlib::kGroupCallables:
+        sizes.cssCC = stackOf(g.continuation);
+        sizes.dssDC = stackOf(g.direct);
+        break;
+    }
+    return sizes;
+}
 
 std::shared_ptr<GroupObject> buildGroup(const std::shared_ptr<DeviceContext>& context,
                                         const OptixProgramGroupDesc& desc, unsigned index,
@@ -186,6 +186,8 @@ OptixResult programGroupGetStackSize(OptixProgramGroup group, OptixStackSizes* s
     return guarded(object ? object->context : nullptr, "optixProgramGroupGetStackSize", [&] {
         groupOf(group, "programGroup");
         requireNonNull(sizes, "stackSizes");
+        std::call_once(object->stackSizesKnown,
+                       [&] { object->stackSizes = stackSizesOf(*object); });
         *sizes = object->stackSizes;
     });
 }

@@ -63,7 +63,8 @@ struct GroupObject {
     std::shared_ptr<DeviceContext> context;
     std::shared_ptr<engine::ProgramGroup> group;
     std::vector<std::shared_ptr<ModuleObject>> modules;
-    OptixStackSizes stackSizes{};
+    std::once_flag stackSizesKnown;
+    OptixStackSizes stackSizes{}; // since the first question
 };
 
 struct PipelineObject {
