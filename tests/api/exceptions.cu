@@ -66,5 +66,8 @@ extern "C" __global__ void __exception__store() {
     result.details[0] = optixGetExceptionDetail_0();
     result.details[1] = optixGetExceptionDetail_1();
     result.details[2] = optixGetExceptionDetail_7();
+    result.value = optixGetExceptionDetail_2() + 10 * optixGetExceptionDetail_3() +
+                   100 * optixGetExceptionDetail_4() + 1000 * optixGetExceptionDetail_5() +
+                   10000 * optixGetExceptionDetail_6();
     result.record = reinterpret_cast<const RecordData*>(optixGetSbtDataPointer())->value;
 }

@@ -60,6 +60,7 @@ TEST_P(Exceptions, ThrownFromEveryProgramKind) {
         if (kind == kFromRaygen) {
             ASSERT_EQ(2u, e.details[1]);
             ASSERT_EQ(8u, e.details[2]);
+            ASSERT_EQ(76543u, e.value);
         }
         if (kind == kFromMiss)
             ASSERT_EQ(9u, e.details[1]);

@@ -8,17 +8,14 @@
 namespace tests::api {
 namespace {
 
-enum : unsigned {
-    kCallerRead = 1,
-    kCallerWrite = 2,
-    kHitRead = 4,
-    kHitWrite = 8,
-    kMissWrite = 32,
-    kAnyHitRead = 64,
-    kAnyHitWrite = 128,
-    kIntersectionWrite = 512,
-};
-constexpr unsigned kCaller = kCallerRead | kCallerWrite;
+constexpr OptixPayloadSemantics kCallerRead = OPTIX_PAYLOAD_SEMANTICS_TRACE_CALLER_READ;
+constexpr unsigned kCallerWrite = OPTIX_PAYLOAD_SEMANTICS_TRACE_CALLER_WRITE;
+constexpr unsigned kCaller = OPTIX_PAYLOAD_SEMANTICS_TRACE_CALLER_READ_WRITE;
+constexpr unsigned kHitRead = OPTIX_PAYLOAD_SEMANTICS_CH_READ;
+constexpr unsigned kHitWrite = OPTIX_PAYLOAD_SEMANTICS_CH_WRITE;
+constexpr unsigned kMissWrite = OPTIX_PAYLOAD_SEMANTICS_MS_WRITE;
+constexpr unsigned kAnyHitRead = OPTIX_PAYLOAD_SEMANTICS_AH_READ;
+constexpr unsigned kAnyHitWrite = OPTIX_PAYLOAD_SEMANTICS_AH_WRITE;
 constexpr unsigned kFirstWord = kCaller | kHitRead | kMissWrite | kAnyHitRead | kAnyHitWrite;
 
 // Types, with the arrays they point to.
@@ -139,6 +136,7 @@ TEST_P(PayloadTypes, TwoTypesInOnePipeline) {
     sbt.hitgroupRecordStrideInBytes = OPTIX_SBT_RECORD_HEADER_SIZE;
     sbt.hitgroupRecordCount = 2;
     TriangleMesh mesh({{-50, -50, 1}, {50, -50, 1}, {0, 80, 1}}, {0, 1, 2});
+    log_.clear();
     Accel accel = buildAccel(context_, log_, {mesh.input});
     constexpr unsigned kIndices = 64;
     Buffer results(kIndices * sizeof(TypedResult)), params(sizeof(TypedParams));
@@ -219,7 +217,9 @@ TEST_P(PayloadTypes, BadOptions) {
                     optixModuleCreateFromPTX(context_, &options, &pipeline, ptx.data(), ptx.size(),
                                              nullptr, nullptr, &module));
     // The limits themselves are legal.
-    Types most(std::vector<std::vector<unsigned>>(8, std::vector<unsigned>(32, kCaller)));
+    Types most(std::vector<std::vector<unsigned>>(
+        OPTIX_COMPILE_DEFAULT_MAX_PAYLOAD_TYPE_COUNT,
+        std::vector<unsigned>(OPTIX_COMPILE_DEFAULT_MAX_PAYLOAD_VALUE_COUNT, kCaller)));
     ASSERT_OK(create(ptx, most, module));
     optixModuleDestroy(module);
 }
@@ -284,6 +284,42 @@ TEST_P(PayloadTypes, BadPrograms) {
     refused(OPTIX_ERROR_INVALID_FUNCTION_USE, "__raygen__", entry("__raygen__r", types(1)), two);
 }
 
+// Each kind of program may do what its two bits say, and no more.
+TEST_P(PayloadTypes, SemanticsOfEveryKind) {
+    struct Row {
+        const char* name;
+        unsigned none, read, write, both;
+    };
+    const Row rows[] = {
+        {"__closesthit__p", OPTIX_PAYLOAD_SEMANTICS_CH_NONE, OPTIX_PAYLOAD_SEMANTICS_CH_READ,
+         OPTIX_PAYLOAD_SEMANTICS_CH_WRITE, OPTIX_PAYLOAD_SEMANTICS_CH_READ_WRITE},
+        {"__miss__p", OPTIX_PAYLOAD_SEMANTICS_MS_NONE, OPTIX_PAYLOAD_SEMANTICS_MS_READ,
+         OPTIX_PAYLOAD_SEMANTICS_MS_WRITE, OPTIX_PAYLOAD_SEMANTICS_MS_READ_WRITE},
+        {"__anyhit__p", OPTIX_PAYLOAD_SEMANTICS_AH_NONE, OPTIX_PAYLOAD_SEMANTICS_AH_READ,
+         OPTIX_PAYLOAD_SEMANTICS_AH_WRITE, OPTIX_PAYLOAD_SEMANTICS_AH_READ_WRITE},
+        {"__intersection__p", OPTIX_PAYLOAD_SEMANTICS_IS_NONE, OPTIX_PAYLOAD_SEMANTICS_IS_READ,
+         OPTIX_PAYLOAD_SEMANTICS_IS_WRITE, OPTIX_PAYLOAD_SEMANTICS_IS_READ_WRITE},
+    };
+    const unsigned others = OPTIX_PAYLOAD_SEMANTICS_TRACE_CALLER_NONE | kCaller;
+    for (const Row& row : rows)
+        for (unsigned bits : {row.none, row.read, row.write, row.both})
+            for (bool writes : {false, true}) {
+                SCOPED_TRACE(testing::Message() << row.name << " " << bits << " " << writes);
+                const std::string body =
+                    ".visible .entry " + std::string(row.name) + "() { .reg .b32 %r<3>;\n" +
+                    (writes ? "call _optix_set_payload, (0, %r2);"
+                            : "call (%r2), _optix_get_payload, (0);") +
+                    " ret; }\n";
+                Types types({{others | bits}});
+                OptixModule module = nullptr;
+                const bool allowed = bits == row.both || bits == (writes ? row.write : row.read);
+                EXPECT_EQ(allowed ? OPTIX_SUCCESS : OPTIX_ERROR_INVALID_PAYLOAD_ACCESS,
+                          create(ptxModule(body), types, module));
+                if (module)
+                    optixModuleDestroy(module);
+            }
+}
+
 TEST_P(PayloadTypes, BadTraces) {
     const auto traceWith = [](unsigned type, unsigned count) {
         std::string text = ".visible .entry __raygen__r() {\n .reg .b32 %r<40>; .reg .b32 %t<32>; "
@@ -310,8 +346,17 @@ TEST_P(PayloadTypes, BadTraces) {
                     "has no payload types", create(traceWith(1, 1), none, module, 1));
     EXPECT_REJECTED(OPTIX_ERROR_PAYLOAD_TYPE_MISMATCH, "optixModuleCreateFromPTX",
                     "payload type 1 has 1", create(traceWith(2, 2), two, module));
-    for (unsigned type : {0u, 1u}) {
+    for (unsigned type : {unsigned(OPTIX_PAYLOAD_TYPE_DEFAULT), 1u}) {
         ASSERT_OK(create(traceWith(type, 1), one, module));
+        optixModuleDestroy(module);
+    }
+    Types all(std::vector<std::vector<unsigned>>(OPTIX_COMPILE_DEFAULT_MAX_PAYLOAD_TYPE_COUNT,
+                                                 {kCaller}));
+    for (OptixPayloadTypeID type :
+         {OPTIX_PAYLOAD_TYPE_ID_0, OPTIX_PAYLOAD_TYPE_ID_1, OPTIX_PAYLOAD_TYPE_ID_2,
+          OPTIX_PAYLOAD_TYPE_ID_3, OPTIX_PAYLOAD_TYPE_ID_4, OPTIX_PAYLOAD_TYPE_ID_5,
+          OPTIX_PAYLOAD_TYPE_ID_6, OPTIX_PAYLOAD_TYPE_ID_7}) {
+        ASSERT_OK(create(traceWith(type, 1), all, module));
         optixModuleDestroy(module);
     }
 }

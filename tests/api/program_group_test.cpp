@@ -214,6 +214,37 @@ TEST_F(ProgramGroup, LogString) {
     EXPECT_EQ(std::strlen(text) + 1, size);
 }
 
+// Sizes come from machine code: local memory counts, so does that of functions a program calls.
+TEST_F(ProgramGroup, StackSizesAreMeasured) {
+    const auto entry = [](const std::string& name, const std::string& locals,
+                          const std::string& code) {
+        return ".visible .entry " + name + "() {\n .reg .b64 %rd<4>; .reg .b32 %r<4>;\n" + locals +
+               code + "\n ret; }\n";
+    };
+    // Written at a computed place, so that the array stays.
+    const std::string touch = "call (%r1), _optix_get_launch_index_x, ();\n"
+                              "and.b32 %r1, %r1, 60; cvt.u64.u32 %rd1, %r1;\n"
+                              "mov.u64 %rd2, box; add.u64 %rd2, %rd2, %rd1;\n"
+                              "st.local.u32 [%rd2], %r1; ld.volatile.local.u32 %r2, [box];\n"
+                              "st.global.u32 [out], %r2;\n";
+    const std::string text = ptxModule(
+        ".visible .global .align 4 .u32 out;\n" + entry("__raygen__small", "", "") +
+        entry("__raygen__large", ".local .align 4 .b8 box[9000];\n", touch));
+    OptixModule module = nullptr;
+    OptixModuleCompileOptions moduleOptions{};
+    ASSERT_OK(optixModuleCreateFromPTX(context_, &moduleOptions, &options_, text.data(),
+                                       text.size(), nullptr, nullptr, &module));
+    OptixStackSizes small{}, large{};
+    ASSERT_OK(create(single(kRaygen, module, "__raygen__small")));
+    ASSERT_OK(optixProgramGroupGetStackSize(group_, &small));
+    ASSERT_OK(create(single(kRaygen, module, "__raygen__large")));
+    ASSERT_OK(optixProgramGroupGetStackSize(group_, &large));
+    EXPECT_LT(small.cssRG, 1024u);
+    EXPECT_GE(large.cssRG, 9000u);
+    EXPECT_LE(large.cssRG, small.cssRG + 10000);
+    optixModuleDestroy(module);
+}
+
 TEST_F(ProgramGroup, StackSizesBelongToTheKind) {
     auto sizesOf = [&](const OptixProgramGroupDesc& desc) {
         OptixStackSizes sizes;

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// What texture_footprint.cu and its test share.
+#pragma once
+
+struct FootprintResult {
+    unsigned words[4];
+    unsigned single;
+    unsigned undefined; // optixUndefinedValue, masked away
+};
+
+struct FootprintParams {
+    FootprintResult* results; // one for each launch index
+    unsigned long long texture;
+};
