@@ -110,8 +110,7 @@ OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
         *context = static_cast<OptixDeviceContext>(contexts().add(object));
         if (object->validation)
             object->log(LogLevel::kWarning, "CONTEXT",
-                        "validation mode waits for launches and reports their errors; its device "
-                        "checks are not available yet");
+                        "validation mode: launches wait, check what they do, and are slow");
         object->log(LogLevel::kInfo, "CONTEXT", message("device: ", object->engine->device->name()));
     });
 }
