@@ -134,7 +134,8 @@ public:
         state.thread = &thread;
         thread.root = &state;
         thread.stackLimit = stackLimitOfThread();
-        const auto here = reinterpret_cast<uint64_t>(&state);
+        // Not the address of a variable: sanitizers keep those elsewhere.
+        const auto here = reinterpret_cast<uint64_t>(__builtin_frame_address(0));
         if (here > stackBudget_)
             thread.stackLimit = std::max(thread.stackLimit, here - stackBudget_);
         const void* data = reinterpret_cast<const void*>(launch_.sbt.raygenRecord +
