@@ -69,5 +69,7 @@ extern "C" __global__ void __exception__store() {
     result.value = optixGetExceptionDetail_2() + 10 * optixGetExceptionDetail_3() +
                    100 * optixGetExceptionDetail_4() + 1000 * optixGetExceptionDetail_5() +
                    10000 * optixGetExceptionDetail_6();
+    if (index() == 1)
+        optix_impl::optixDumpExceptionDetails();
     result.record = reinterpret_cast<const RecordData*>(optixGetSbtDataPointer())->value;
 }

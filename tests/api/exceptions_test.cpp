@@ -38,9 +38,13 @@ TEST_P(Exceptions, ThrownFromEveryProgramKind) {
     *params.as<ExceptionParams>() = {result, accel.handle};
     OptixShaderBindingTable sbt = r->table();
     sbt.exceptionRecord = record.address();
-    ASSERT_OK(optixLaunch(r->pipeline(), nullptr, params.address(), sizeof(ExceptionParams), &sbt,
+    testing::internal::CaptureStdout(); // index 1 prints its exception
+    EXPECT_OK(optixLaunch(r->pipeline(), nullptr, params.address(), sizeof(ExceptionParams), &sbt,
                           kIndices, 1, 1));
     waitForDevice();
+    std::fflush(stdout);
+    const std::string printed = testing::internal::GetCapturedStdout();
+    EXPECT_NE(std::string::npos, printed.find("OptiX exception 100 (user exception)")) << printed;
     for (unsigned i = 0; i < kIndices; ++i) {
         SCOPED_TRACE(i);
         const ExceptionResult& e = result[i];
