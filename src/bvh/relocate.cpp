@@ -8,8 +8,14 @@
 #include "bvh/micromap_array.h"
 #include "bvh/micromap_binding.h"
 
+#include <algorithm>
+
 namespace sunstone::bvh {
 namespace {
+
+// Type and number of build inputs share a word.
+constexpr uint32_t kInputsShift = 10;
+constexpr uint64_t kMostInputs = (1u << (32 - kInputsShift)) - 1;
 
 uint64_t checkSum(const uint64_t words[3]) {
     uint64_t sum = 0x9E3779B97F4A7C15ull;
@@ -44,7 +50,10 @@ RelocationInfo relocationInfo(const void* block) {
         fail(Code::kInvalidValue, block, " is no acceleration structure");
     const BlockHeader& header = *headerOf(block);
     return makeRelocationInfo(header.magic, header.version, header.numPrimitives,
-                              uint32_t(header.type), header.usedSize);
+                              uint32_t(std::min<uint64_t>(header.numInputs, kMostInputs))
+                                      << kInputsShift |
+                                  uint32_t(header.type),
+                              header.usedSize);
 }
 
 bool isRelocatable(const RelocationInfo& info) {
@@ -58,7 +67,12 @@ uint64_t relocatedSize(const RelocationInfo& info) {
 }
 
 bool holdsInstances(const RelocationInfo& info) {
-    return uint32_t(info.words[1]) == uint32_t(BlockType::kInstances);
+    const auto type = BlockType(info.words[1] & ((1u << kInputsShift) - 1));
+    return kindOf(type) == BlockType::kInstances;
+}
+
+bool hasInputs(const RelocationInfo& info, uint64_t count) {
+    return uint32_t(info.words[1]) >> kInputsShift == std::min(count, kMostInputs);
 }
 
 uint32_t relocatedPrimitives(const RelocationInfo& info) {

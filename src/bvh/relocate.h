@@ -33,6 +33,8 @@ bool isRelocatable(const RelocationInfo& info);
 uint64_t relocatedSize(const RelocationInfo& info);
 bool holdsInstances(const RelocationInfo& info);
 uint32_t relocatedPrimitives(const RelocationInfo& info);
+// Whether the structure has so many build inputs. (Millions are not told from other millions.)
+bool hasInputs(const RelocationInfo& info, uint64_t count);
 
 // Makes the copy at `block` usable. Instances get the `count` handles of `children`, one each; null
 // and 0: they keep those they have. Throws Error(kInvalidValue) if the memory holds no copy of the

@@ -161,6 +161,7 @@ struct LaunchState {
     uint32_t groupCount;
     uint32_t exceptionFlags;      // OptixExceptionFlags of the pipeline
     uint32_t hasAnyHit;           // some hit group of the pipeline has an any-hit program
+    uint32_t opacityMicromaps;    // rays look at them
     uint32_t traversableGraphFlags;
     uint32_t primitiveTypeFlags;
     uint32_t maxGraphDepth;       // traversables on a path; the runner gives what flags ask for

@@ -71,6 +71,7 @@ protected:
         launch_.groups = groups_;
         launch_.groupCount = 3;
         launch_.hasAnyHit = 1;
+        launch_.opacityMicromaps = 1;
         launch_.sbt.hitBase = uint64_t(hit_);
         launch_.sbt.hitStride = sizeof(SbtHeader);
         launch_.sbt.hitCount = 2;
@@ -313,6 +314,22 @@ TEST_P(MicromapTrace, AgreesWithAnyHitPrograms) {
         }
         EXPECT_GT(hits, 500);
         EXPECT_LT(hits, 3000);
+    }
+}
+
+// A pipeline that does not say so meets triangles as if they had no micromaps.
+TEST_P(MicromapTrace, PipelinesMustAskForThem) {
+    const auto array = makeArray(0, MicromapFormat::kTwoState, {{0}});
+    const Mesh mesh = oneTriangle();
+    bvh::TriangleInput in = mesh.input();
+    in.micromaps.indexing = bvh::MicromapIndexing::kLinear;
+    in.micromaps.array = array.get();
+    const Structure gas = makeStructure(in);
+    for (uint32_t ask : {0u, 1u}) {
+        launch_.opacityMicromaps = ask;
+        const Answer a = trace(handleOf(gas), {0.2f, 0.2f, 1}, {0, 0, -1});
+        EXPECT_EQ(a.hit, ask == 0);
+        EXPECT_EQ(a.anyHits, ask ? 0 : 1);
     }
 }
 

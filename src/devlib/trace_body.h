@@ -504,7 +504,7 @@ private:
 
     [[gnu::noinline]] bool enterMicromaps(const bvh::BlockHeader* block, const float org[3],
                                           const float dir[3]) {
-        if (instanceFlags_ & kInstanceDisableMicromaps)
+        if (!launch_.opacityMicromaps || (instanceFlags_ & kInstanceDisableMicromaps))
             return enterTriangles(block, org, dir);
         isa::RaySetup setup;
         isa::setupRay(setup, block, org, dir, state_->tmin, tmax_);

@@ -102,9 +102,12 @@ bvh::RelocationInfo relocationInfo(const std::shared_ptr<Context>& context, uint
 
 uint64_t relocateAccel(const std::shared_ptr<Context>& context, void* stream,
                        const bvh::RelocationInfo& info, void* block, const uint64_t* children,
-                       size_t count) {
-    enqueue(context, stream,
-            [info, block, children, count] { bvh::relocate(info, block, children, count); });
+                       size_t count, std::vector<const void*> arrays) {
+    enqueue(context, stream, [info, block, children, count, arrays = std::move(arrays)] {
+        bvh::relocate(info, block, children, count);
+        if (!arrays.empty())
+            bvh::relocateMicromaps(info, block, arrays.data(), arrays.size());
+    });
     return devlib::makeHandle(block,
                               bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
 }

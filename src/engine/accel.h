@@ -56,10 +56,11 @@ uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uin
 bvh::RelocationInfo relocationInfo(const std::shared_ptr<Context>& context, uint64_t handle);
 
 // Queues the relocation of the copy at `block` and returns its handle. `children`: see
-// bvh::relocate; read when the stream comes to it.
+// bvh::relocate; read when the stream comes to it. `arrays`: see bvh::relocateMicromaps; empty: all
+// build inputs keep theirs.
 uint64_t relocateAccel(const std::shared_ptr<Context>& context, void* stream,
                        const bvh::RelocationInfo& info, void* block, const uint64_t* children,
-                       size_t count);
+                       size_t count, std::vector<const void*> arrays);
 
 // The handle of a transform in device memory.
 enum class TransformType { kStatic, kMatrixMotion, kSrtMotion };

@@ -252,6 +252,7 @@ void runLaunch(const LaunchRequest& request, std::string& note) {
     launch.groupCount = uint32_t(pipeline.groups.size());
     launch.exceptionFlags = pipeline.rules.exceptionFlags;
     launch.hasAnyHit = pipeline.hasAnyHit;
+    launch.opacityMicromaps = request.limits.opacityMicromaps;
     launch.traversableGraphFlags = pipeline.rules.traversableGraphFlags;
     launch.primitiveTypeFlags = pipeline.rules.primitiveTypeFlags;
     constexpr uint32_t kDepthChecked = devlib::kFlagTraceDepth | devlib::kFlagDebug;

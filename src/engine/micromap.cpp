@@ -2,7 +2,6 @@
 #include "engine/micromap.h"
 
 #include "base/error.h"
-#include "devlib/abi.h"
 
 namespace sunstone::engine {
 
@@ -32,15 +31,6 @@ void relocateMicromapArray(const std::shared_ptr<Context>& context, void* stream
                            const bvh::RelocationInfo& info, void* array) {
     enqueueLogged(context, stream, "MICROMAP",
                   [info, array] { bvh::relocateMicromapArray(info, array); });
-}
-
-uint64_t relocateMicromapAccel(const std::shared_ptr<Context>& context, void* stream,
-                               const bvh::RelocationInfo& info, void* block,
-                               std::vector<const void*> arrays) {
-    enqueueLogged(context, stream, "ACCEL", [info, block, arrays = std::move(arrays)] {
-        bvh::relocateMicromaps(info, block, arrays.data(), arrays.size());
-    });
-    return devlib::makeHandle(block, devlib::kTagGas);
 }
 
 } // namespace sunstone::engine

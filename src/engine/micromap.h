@@ -32,10 +32,4 @@ bvh::RelocationInfo micromapRelocationInfo(const std::shared_ptr<Context>& conte
 void relocateMicromapArray(const std::shared_ptr<Context>& context, void* stream,
                            const bvh::RelocationInfo& info, void* array);
 
-// Queues the relocation of the copy of a structure of triangles at `block` and returns its handle.
-// `arrays`: see bvh::relocateMicromaps.
-uint64_t relocateMicromapAccel(const std::shared_ptr<Context>& context, void* stream,
-                               const bvh::RelocationInfo& info, void* block,
-                               std::vector<const void*> arrays);
-
 } // namespace sunstone::engine

@@ -48,6 +48,7 @@ struct PipelineLimits {
     unsigned directStackFromTraversal = 0;
     unsigned directStackFromState = 0;
     unsigned continuationStack = 0;
+    bool opacityMicromaps = false; // rays look at them
 };
 
 struct Pipeline {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "api/optix7/build_inputs.h"
 
+#include "bvh/micromap.h"
+
 #include <algorithm>
 
 namespace sunstone::optix7 {
@@ -79,6 +81,7 @@ public:
         t.sbt = sbt(in.flags, in.numSbtRecords, in.sbtIndexOffsetBuffer,
                     in.sbtIndexOffsetSizeInBytes, in.sbtIndexOffsetStrideInBytes, t.numTriangles,
                     in.primitiveIndexOffset, where);
+        t.micromaps = micromaps(in.opacityMicromap, t.numTriangles, where + "opacityMicromap.");
         out_.triangles.push_back(t);
     }
 
@@ -239,6 +242,61 @@ private:
         return sbt;
     }
 
+    bvh::MicromapInput micromaps(const OptixBuildInputOpacityMicromap& in, unsigned numTriangles,
+                                 const std::string& where) const {
+        bvh::MicromapInput out;
+        checkMicromapUsage(in, where);
+        if (unsigned(in.indexingMode) > OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_INDEXED)
+            fail(Code::kInvalidValue, where, "indexingMode = ", unsigned(in.indexingMode),
+                 " is unknown");
+        out.indexing = bvh::MicromapIndexing(in.indexingMode);
+        const bool indexed = out.indexing == bvh::MicromapIndexing::kIndexed;
+        if (indexed && in.indexSizeInBytes != 2 && in.indexSizeInBytes != 4)
+            fail(Code::kInvalidValue, where, "indexSizeInBytes = ", in.indexSizeInBytes,
+                 " is not 2 or 4");
+        const FormatSize index{in.indexSizeInBytes, in.indexSizeInBytes};
+        if (indexed)
+            checkStride(in.indexStrideInBytes, index, where, "indexStrideInBytes");
+        out.indexSize = in.indexSizeInBytes;
+        out.indexStride = in.indexStrideInBytes;
+        out.indexOffset = in.indexOffset;
+        if (!buffers_)
+            return out;
+        const bool wanted = out.indexing != bvh::MicromapIndexing::kNone;
+        if (wanted != (in.opacityMicromapArray != 0))
+            fail(Code::kInvalidValue, where, wanted ? "opacityMicromapArray is 0, but indexingMode "
+                                                      "is not NONE"
+                                                    : "opacityMicromapArray is set, but "
+                                                      "indexingMode is NONE");
+        if (!indexed && in.indexBuffer != 0)
+            fail(Code::kInvalidValue, where, "indexBuffer is set, but indexingMode is not INDEXED");
+        if (!wanted)
+            return out;
+        out.array = pointer(in.opacityMicromapArray);
+        checkBuffer(out.array, 1, 0,
+                    {sizeof(bvh::MicromapArrayHeader),
+                     OPTIX_OPACITY_MICROMAP_ARRAY_BUFFER_BYTE_ALIGNMENT},
+                    where, "opacityMicromapArray");
+        if (indexed && numTriangles != 0) {
+            out.indices = pointer(in.indexBuffer);
+            checkBuffer(out.indices, numTriangles, in.indexStrideInBytes, index, where,
+                        "indexBuffer");
+        }
+        return out;
+    }
+
+    // Says how many triangles use which kind of micromap; nothing here depends on it.
+    static void checkMicromapUsage(const OptixBuildInputOpacityMicromap& in,
+                                   const std::string& where) {
+        if (in.numMicromapUsageCounts != 0 && !in.micromapUsageCounts)
+            fail(Code::kInvalidValue, where, "micromapUsageCounts is null, but "
+                 "numMicromapUsageCounts = ", in.numMicromapUsageCounts);
+        for (unsigned i = 0; i < in.numMicromapUsageCounts; ++i)
+            checkMicromapKind(in.micromapUsageCounts[i].subdivisionLevel,
+                              in.micromapUsageCounts[i].format,
+                              message(where, "micromapUsageCounts[", i, "]."));
+    }
+
     bool buffers_;
     Abi abi_;
     device::Device& device_;
@@ -246,6 +304,16 @@ private:
 };
 
 } // namespace
+
+void checkMicromapKind(unsigned level, OptixOpacityMicromapFormat format,
+                       const std::string& where) {
+    if (level > OPTIX_OPACITY_MICROMAP_MAX_SUBDIVISION_LEVEL)
+        fail(Code::kInvalidValue, where, "subdivisionLevel = ", level, " is above ",
+             OPTIX_OPACITY_MICROMAP_MAX_SUBDIVISION_LEVEL);
+    if (format != OPTIX_OPACITY_MICROMAP_FORMAT_2_STATE &&
+        format != OPTIX_OPACITY_MICROMAP_FORMAT_4_STATE)
+        fail(Code::kInvalidValue, where, "format = ", unsigned(format), " is unknown");
+}
 
 bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, Abi abi) {
     requireNonNull(options, "accelOptions");
@@ -269,6 +337,8 @@ bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, Abi a
     out.preferFastBuild = flags & OPTIX_BUILD_FLAG_PREFER_FAST_BUILD;
     out.allowRandomVertexAccess = flags & OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS;
     out.allowRandomInstanceAccess = flags & OPTIX_BUILD_FLAG_ALLOW_RANDOM_INSTANCE_ACCESS;
+    out.allowMicromapUpdate = flags & OPTIX_BUILD_FLAG_ALLOW_OPACITY_MICROMAP_UPDATE;
+    out.allowDisableMicromaps = flags & OPTIX_BUILD_FLAG_ALLOW_DISABLE_OPACITY_MICROMAPS;
     return out;
 }
 

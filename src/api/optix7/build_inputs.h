@@ -11,6 +11,9 @@ namespace sunstone::optix7 {
 // Which parts of the inputs are looked at: the memory-usage query must not need valid buffers.
 enum class InputCheck { kShape, kBuffers };
 
+// Throws an Error naming the field, which begins with `where`, if there are no such micromaps.
+void checkMicromapKind(unsigned level, OptixOpacityMicromapFormat format, const std::string& where);
+
 // Checks the options; throws an Error naming the field.
 bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, Abi abi);
 

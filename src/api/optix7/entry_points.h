@@ -72,6 +72,18 @@ OptixResult accelRelocateChildren(OptixDeviceContext, CUstream, const OptixReloc
 OptixResult convertPointerToTraversableHandle(OptixDeviceContext, CUdeviceptr, OptixTraversableType,
                                               OptixTraversableHandle*);
 
+// micromap.cpp
+OptixResult opacityMicromapArrayComputeMemoryUsage(OptixDeviceContext,
+                                                   const OptixOpacityMicromapArrayBuildInput*,
+                                                   OptixMicromapBufferSizes*);
+OptixResult opacityMicromapArrayBuild(OptixDeviceContext, CUstream,
+                                      const OptixOpacityMicromapArrayBuildInput*,
+                                      const OptixMicromapBuffers*);
+OptixResult opacityMicromapArrayGetRelocationInfo(OptixDeviceContext, CUdeviceptr,
+                                                  OptixRelocationInfo*);
+OptixResult opacityMicromapArrayRelocate(OptixDeviceContext, CUstream, const OptixRelocationInfo*,
+                                         CUdeviceptr, size_t);
+
 // denoiser.cpp; the two versions of a function are those from 7.3 on and those before
 OptixResult denoiserCreate(OptixDeviceContext, OptixDenoiserModelKind, const OptixDenoiserOptions*,
                            OptixDenoiser*);

@@ -140,9 +140,6 @@ CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options, A
     // One form for what means the same, so that equal options compare equal.
     kept.values.usesMotionBlur = options->usesMotionBlur != 0;
     kept.values.allowOpacityMicromaps = options->allowOpacityMicromaps != 0;
-    if (options->allowOpacityMicromaps)
-        fail(Code::kNotSupported, where, "allowOpacityMicromaps = ",
-             options->allowOpacityMicromaps, ": opacity micromaps are not available yet");
     if (options->usesPrimitiveTypeFlags == 0)
         kept.values.usesPrimitiveTypeFlags =
             unsigned(OPTIX_PRIMITIVE_TYPE_FLAGS_CUSTOM) | unsigned(OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE);

@@ -120,6 +120,7 @@ OptixResult makePipeline(OptixDeviceContext context,
         }
         engine::PipelineLimits limits;
         limits.maxTraceDepth = linkOptions->maxTraceDepth;
+        limits.opacityMicromaps = options.values.allowOpacityMicromaps;
         compiler::PipelineRules rules = owner->rulesOf(options);
         rules.motionBlur |= forceMotionBlur;
         auto object = std::make_shared<PipelineObject>();

@@ -2,40 +2,25 @@
 // Relocation of acceleration structures and handles of transforms (OptiX 7.4, sections 3.10.2.2 and
 // 3.10.2.5 to 3.10.2.7; OptiX 7.6, optixAccelRelocate and optixCheckRelocationCompatibility).
 #include "api/optix7/entry_points.h"
-#include "api/optix7/shell.h"
+#include "api/optix7/relocation.h"
 #include "engine/accel.h"
+#include "engine/micromap.h"
+
+#include <algorithm>
 
 namespace sunstone::optix7 {
 namespace {
 
-static_assert(sizeof(OptixRelocationInfo) == sizeof(bvh::RelocationInfo));
-
-bvh::RelocationInfo translate(const OptixRelocationInfo& info) {
-    bvh::RelocationInfo out;
-    std::memcpy(&out, &info, sizeof(out));
-    return out;
-}
-
-void requireDeviceMemory(device::Device& device, const char* name, CUdeviceptr address, size_t size,
-                         unsigned alignment) {
-    void* pointer = reinterpret_cast<void*>(address);
-    if (!pointer)
-        fail(Code::kInvalidValue, name, " is 0");
-    if (address % alignment != 0)
-        fail(Code::kInvalidValue, name, " = ", pointer, " is not a multiple of ", alignment);
-    if (!device.isAccessible(pointer, size))
-        fail(Code::kInvalidValue, name, " = ", pointer, " with ", size,
-             " bytes is not device memory");
-}
-
-// New handles for the instances of a structure; none: they keep those they have.
+// New handles for the instances of a structure, new arrays for its build inputs; none: they keep
+// those they have.
 struct Children {
     CUdeviceptr handles = 0;
     size_t count = 0;
+    std::vector<const void*> arrays;
 };
 
 // The names say which API's arguments are at fault.
-void checkChildren(device::Device& device, const bvh::RelocationInfo& info, Children children,
+void checkChildren(device::Device& device, const bvh::RelocationInfo& info, const Children& children,
                    const char* handlesName, const char* countName) {
     if (children.handles == 0 && children.count == 0)
         return;
@@ -48,9 +33,32 @@ void checkChildren(device::Device& device, const bvh::RelocationInfo& info, Chil
                         sizeof(OptixTraversableHandle));
 }
 
+// The moved micromap arrays of a structure of triangles, null where an input keeps its own; empty
+// if all do.
+std::vector<const void*> arraysOf(device::Device& device, const OptixRelocateInput* inputs,
+                                  size_t count) {
+    std::vector<const void*> arrays(count);
+    for (size_t i = 0; i < count; ++i) {
+        if (inputs[i].type != OPTIX_BUILD_INPUT_TYPE_TRIANGLES)
+            continue;
+        const CUdeviceptr array = inputs[i].triangleArray.opacityMicromap.opacityMicromapArray;
+        if (array == 0)
+            continue;
+        requireDeviceMemory(
+            device,
+            message("relocateInputs[", i, "].triangleArray.opacityMicromap.opacityMicromapArray")
+                .c_str(),
+            array, sizeof(bvh::MicromapArrayHeader),
+            OPTIX_OPACITY_MICROMAP_ARRAY_BUFFER_BYTE_ALIGNMENT);
+        arrays[i] = reinterpret_cast<const void*>(array);
+    }
+    const bool any = std::any_of(arrays.begin(), arrays.end(), [](const void* a) { return a; });
+    return any ? arrays : std::vector<const void*>();
+}
+
 // Checks the inputs of 7.6, one for each build input of the structure.
-Children childrenOf(const bvh::RelocationInfo& info, const OptixRelocateInput* inputs,
-                    size_t count) {
+Children childrenOf(device::Device& device, const bvh::RelocationInfo& info,
+                    const OptixRelocateInput* inputs, size_t count) {
     if (!inputs && count == 0)
         return {};
     requireNonNull(inputs, "relocateInputs");
@@ -65,21 +73,18 @@ Children childrenOf(const bvh::RelocationInfo& info, const OptixRelocateInput* i
         const OptixRelocateInputInstanceArray& array = inputs[0].instanceArray;
         if (array.traversableHandles == 0)
             return {};
-        return {array.traversableHandles, array.numInstances};
+        return {array.traversableHandles, array.numInstances, {}};
     }
-    if (count == 0)
-        fail(Code::kInvalidValue, "relocateInputs is set, but numRelocateInputs is 0");
+    if (!bvh::hasInputs(info, count))
+        fail(Code::kInvalidValue, "numRelocateInputs = ", count,
+             ", but the structure was built of another number of build inputs");
     for (size_t i = 0; i < count; ++i) {
         if (inputs[i].type == OPTIX_BUILD_INPUT_TYPE_INSTANCES ||
             inputs[i].type == OPTIX_BUILD_INPUT_TYPE_INSTANCE_POINTERS)
             fail(Code::kInvalidValue, "relocateInputs[", i,
                  "].type is INSTANCES, but the structure was built of geometry");
-        if (inputs[i].type == OPTIX_BUILD_INPUT_TYPE_TRIANGLES &&
-            inputs[i].triangleArray.opacityMicromap.opacityMicromapArray != 0)
-            fail(Code::kNotSupported, "relocateInputs[", i,
-                 "]: opacity micromaps are not available yet");
     }
-    return {};
+    return {0, 0, arraysOf(device, inputs, count)};
 }
 
 // Checks and queues the relocation; `children` finds the new handles once the info is known good.
@@ -90,7 +95,7 @@ OptixTraversableHandle relocate(DeviceContext& owner, CUstream stream,
     device::Device& device = *owner.engine->device;
     requireNonNull(info, "info");
     const bvh::RelocationInfo translated = translate(*info);
-    if (!bvh::isRelocatable(translated))
+    if (!bvh::isRelocatable(translated) || bvh::holdsMicromaps(translated))
         fail(Code::kInvalidValue, "info was not filled by optixAccelGetRelocationInfo of a "
                                   "compatible version");
     const uint64_t size = bvh::relocatedSize(translated);
@@ -99,11 +104,11 @@ OptixTraversableHandle relocate(DeviceContext& owner, CUstream stream,
              " is less than the ", size, " bytes of the structure");
     requireDeviceMemory(device, "targetAccel", targetAccel, targetAccelSizeInBytes,
                         OPTIX_ACCEL_BUFFER_BYTE_ALIGNMENT);
-    const Children children = findChildren(device, translated);
+    Children children = findChildren(device, translated);
     return engine::relocateAccel(owner.engine, stream, translated,
                                  reinterpret_cast<void*>(targetAccel),
                                  reinterpret_cast<const uint64_t*>(children.handles),
-                                 children.count);
+                                 children.count, std::move(children.arrays));
 }
 
 } // namespace
@@ -143,7 +148,7 @@ OptixResult accelRelocate(OptixDeviceContext context, CUstream stream,
         *targetHandle = relocate(
             *owner, stream, info, targetAccel, targetAccelSizeInBytes,
             [&](device::Device& device, const bvh::RelocationInfo& translated) {
-                Children children = childrenOf(translated, relocateInputs, numRelocateInputs);
+                Children children = childrenOf(device, translated, relocateInputs, numRelocateInputs);
                 checkChildren(device, translated, children,
                               "relocateInputs[0].instanceArray.traversableHandles",
                               "relocateInputs[0].instanceArray.numInstances");
@@ -165,7 +170,7 @@ OptixResult accelRelocateChildren(OptixDeviceContext context, CUstream stream,
         *targetHandle = relocate(
             *owner, stream, info, targetAccel, targetAccelSizeInBytes,
             [&](device::Device& device, const bvh::RelocationInfo& translated) {
-                Children children{instanceTraversableHandles, numInstanceTraversableHandles};
+                Children children{instanceTraversableHandles, numInstanceTraversableHandles, {}};
                 checkChildren(device, translated, children, "instanceTraversableHandles",
                               "numInstanceTraversableHandles");
                 return children;

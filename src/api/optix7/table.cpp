@@ -138,10 +138,10 @@ void addAccelSlots(Slots& slots) {
     FUNCTION(accelCompact);
     FUNCTION(convertPointerToTraversableHandle);
     if constexpr (kAbi >= kAbi76) {
-        MISSING(optixOpacityMicromapArrayComputeMemoryUsage);
-        MISSING(optixOpacityMicromapArrayBuild);
-        MISSING(optixOpacityMicromapArrayGetRelocationInfo);
-        MISSING(optixOpacityMicromapArrayRelocate);
+        FUNCTION(opacityMicromapArrayComputeMemoryUsage);
+        FUNCTION(opacityMicromapArrayBuild);
+        FUNCTION(opacityMicromapArrayGetRelocationInfo);
+        FUNCTION(opacityMicromapArrayRelocate);
     }
     if constexpr (kAbi >= kAbi74) {
         slots.add(reservedSlot);
