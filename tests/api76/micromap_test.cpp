@@ -86,6 +86,13 @@ void useIndices(OptixBuildInput& input, const Array& array, const Buffer& indice
     m.indexSizeInBytes = 4;
 }
 
+// What queued work has failed with: the next call on the stream reports it, once.
+OptixResult failureOfStream(OptixDeviceContext context) {
+    waitForDevice();
+    Array array(1);
+    return array.build(context);
+}
+
 // ---- arguments ----
 
 class MicromapArguments : public ApiTest {
@@ -244,6 +251,7 @@ TEST_F(MicromapArguments, ContentsThatDoNotFitFailTheQueuedBuild) {
         bad.descriptions.as<OptixOpacityMicromapDesc>()[3] = value;
         log_.clear();
         EXPECT_EQ(OPTIX_SUCCESS, bad.build(context_));
+        EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, failureOfStream(context_));
         OptixRelocationInfo info;
         EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE,
                   optixOpacityMicromapArrayGetRelocationInfo(context_, bad.output.address(), &info))
@@ -340,7 +348,7 @@ TEST_F(MicromapArguments, ArraysThatAreNoneFailTheQueuedBuild) {
     useLinear(input, array_);
     array_.output.fill(0);
     EXPECT_OK(build(input));
-    waitForDevice();
+    EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, failureOfStream(context_));
     EXPECT_TRUE(log_.hasError("no opacity micromap array", "build input 0")) << log_.all();
 }
 
@@ -374,6 +382,7 @@ TEST_F(MicromapArguments, OfRelocations) {
                     relocate(&info, array + 64, size));
     EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, kArrayRelocate, "targetOpacityMicromapArray",
                     relocate(&info, 0, size));
+    log_.clear();
 
     // The infos of arrays and of structures are not each other's.
     OptixBuildInput input = mesh_->input;
@@ -409,7 +418,7 @@ TEST_F(MicromapArguments, OfRelocations) {
     ASSERT_OK(small.build(context_));
     inputs[0].triangleArray.opacityMicromap.opacityMicromapArray = small.output.address();
     EXPECT_OK(relocateGas(gasInfo, inputs, 1));
-    waitForDevice();
+    EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, failureOfStream(context_));
     EXPECT_TRUE(log_.hasError("no copy", "build input 0")) << log_.all();
 }
 
@@ -579,6 +588,7 @@ TEST_P(MicromapTraversal, UpdatesChangeMicromapsOnlyIfAllowed) {
     EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, kBuild, "ALLOW_OPACITY_MICROMAP_UPDATE", update());
     input.triangleArray.opacityMicromap = {};
     EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, kBuild, "indexing mode", update());
+    log_.clear();
     EXPECT_EQ(numbers(gas.handle, 2), (Numbers{0, 1}));
 }
 

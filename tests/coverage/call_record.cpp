@@ -229,7 +229,15 @@ void recordCalls() {
     PUT(optixAccelComputeMemoryUsage);
     PUT(optixAccelBuild);
     PUT(optixAccelGetRelocationInfo);
+#if OPTIX_VERSION >= 70600
+    PUT(optixCheckRelocationCompatibility);
+    PUT(optixOpacityMicromapArrayComputeMemoryUsage);
+    PUT(optixOpacityMicromapArrayBuild);
+    PUT(optixOpacityMicromapArrayGetRelocationInfo);
+    PUT(optixOpacityMicromapArrayRelocate);
+#else
     PUT(optixAccelCheckRelocationCompatibility);
+#endif
     PUT(optixAccelRelocate);
     PUT(optixAccelCompact);
     PUT(optixConvertPointerToTraversableHandle);
