@@ -1,6 +1,7 @@
 # How samples are put together: sunstone_embed(target symbol file) builds a text file into a target
-# as a function `std::string_view symbol()`; sunstone_sample(name [sources...] DEVICE file.cu [LINK
-# libraries...]) builds an application against the public headers and our CUDA run-time library.
+# as a function `std::string_view symbol()`; sunstone_sample(name [OPTIX76] [sources...] DEVICE file.cu
+# [LINK libraries...]) builds an application against the public headers, those of OptiX 7.4 if nothing
+# else is said, and our CUDA run-time library.
 
 function(sunstone_embed target symbol file)
     set(EMBED_SYMBOL ${symbol})
@@ -23,9 +24,13 @@ function(sunstone_sanitize target)
 endfunction()
 
 function(sunstone_sample name)
-    cmake_parse_arguments(SAMPLE "" "DEVICE" "LINK" ${ARGN})
+    cmake_parse_arguments(SAMPLE "OPTIX76" "DEVICE" "LINK" ${ARGN})
+    set(common sample_common)
+    if(SAMPLE_OPTIX76)
+        set(common sample_common76)
+    endif()
     add_executable(sample_${name} ${SAMPLE_UNPARSED_ARGUMENTS})
-    target_link_libraries(sample_${name} PRIVATE ${SAMPLE_LINK} sample_common)
+    target_link_libraries(sample_${name} PRIVATE ${SAMPLE_LINK} ${common})
     if(SAMPLE_DEVICE)
         get_filename_component(base ${SAMPLE_DEVICE} NAME_WE)
         sunstone_ptx(ptx ${SAMPLE_DEVICE} INCLUDES ${PROJECT_SOURCE_DIR}/samples/common)

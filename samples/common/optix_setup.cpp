@@ -26,7 +26,7 @@ OptixDeviceContext createContext() {
 
 Program::Program(OptixDeviceContext context, std::string_view ptx, unsigned payloadValues,
                  unsigned attributeValues, unsigned primitiveTypeFlags, const char* launchParams,
-                 unsigned graphFlags)
+                 unsigned graphFlags, bool opacityMicromaps)
     : context_(context) {
     OptixModuleCompileOptions moduleOptions = {};
     moduleOptions.optLevel = OPTIX_COMPILE_OPTIMIZATION_DEFAULT;
@@ -37,6 +37,12 @@ Program::Program(OptixDeviceContext context, std::string_view ptx, unsigned payl
     options_.exceptionFlags = OPTIX_EXCEPTION_FLAG_NONE;
     options_.pipelineLaunchParamsVariableName = launchParams;
     options_.usesPrimitiveTypeFlags = primitiveTypeFlags;
+#if OPTIX_VERSION >= 70600
+    options_.allowOpacityMicromaps = opacityMicromaps;
+#else
+    if (opacityMicromaps)
+        throw std::runtime_error("opacity micromaps need a program built for OptiX 7.6");
+#endif
     OPTIX_CHECK(optixModuleCreateFromPTX(context_, &moduleOptions, &options_, ptx.data(),
                                          ptx.size(), nullptr, nullptr, &module_));
 }

@@ -19,11 +19,12 @@ OptixDeviceContext createContext();
 class Program {
 public:
     // `launchParams` names the module's launch-parameter variable; `graphFlags` says what rays may
-    // start at (OptixTraversableGraphFlags).
+    // start at (OptixTraversableGraphFlags). `opacityMicromaps`: rays may meet some (OptiX 7.6).
     Program(OptixDeviceContext context, std::string_view ptx, unsigned payloadValues,
             unsigned attributeValues, unsigned primitiveTypeFlags,
             const char* launchParams = "params",
-            unsigned graphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS);
+            unsigned graphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS,
+            bool opacityMicromaps = false);
     Program(const Program&) = delete;
     Program& operator=(const Program&) = delete;
     ~Program();

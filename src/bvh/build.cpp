@@ -120,7 +120,11 @@ struct Plan {
         if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate)
             total += maxSplits(total);
         numReferences = uint32_t(total);
-        layOut(options, micromapTableSize(inputs.triangles));
+        const uint64_t micromapsSize = micromapTableSize(inputs.triangles);
+        if (micromapsSize && options.motion.keys > 1)
+            fail(Code::kNotSupported,
+                 "opacity micromaps in a structure with motion keys are not available yet");
+        layOut(options, micromapsSize);
     }
 
     void layOut(const BuildOptions& options, uint64_t micromapsSize) {

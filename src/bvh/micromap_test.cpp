@@ -390,6 +390,25 @@ TEST(MicromapBinding, ArraysMustBeThere) {
     }
 }
 
+TEST(MicromapBinding, IsRefusedWithMotion) {
+    const Array array = fiveMaps();
+    const Mesh mesh = testing::cube();
+    TriangleInput in = mesh.input();
+    in.micromaps.indexing = MicromapIndexing::kLinear;
+    in.micromaps.array = array.get();
+    BuildInputs all;
+    all.triangles = {&in, 1};
+    BuildOptions options;
+    options.motion.keys = 2;
+    options.motion.end = 1;
+    try {
+        computeMemoryUsage(all, options);
+        ADD_FAILURE() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), Code::kNotSupported);
+    }
+}
+
 TEST(MicromapBinding, SurvivesCompactionUpdateAndRelocation) {
     const Array first = fiveMaps();
     const Array second = fiveMaps();

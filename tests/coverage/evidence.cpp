@@ -154,7 +154,7 @@ void Evidence::readSource(const fs::path& file) {
         return;
     std::string text = readText(file);
     sources_.push_back({path, wordsOf(withoutComments(text)), {}});
-    if (path.starts_with("tests/api/"))
+    if (path.starts_with("tests/api"))
         sources_.back().allWords = wordsOf(text);
 }
 

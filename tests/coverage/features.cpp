@@ -225,7 +225,7 @@ private:
     // Tests of the API first, samples last, then by the number of uses; names decide what is left.
     static std::tuple<bool, bool, int, std::string>
     rank(const std::pair<const std::string, int>& file) {
-        return {!file.first.starts_with("samples/"), file.first.starts_with("tests/api/"),
+        return {!file.first.starts_with("samples/"), file.first.starts_with("tests/api"),
                 file.second, file.first};
     }
     const std::string* reasonFor(const std::string& name) const {

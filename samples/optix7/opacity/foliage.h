@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene of the sample: plants of leaves that are cut out of squares, on a ground.
+#pragma once
+
+#include "params.h"
+
+#include <vector>
+
+struct Foliage {
+    std::vector<float3> vertices;
+    std::vector<unsigned> indices;   // three for each triangle
+    std::vector<unsigned> materials; // for each triangle
+    std::vector<float3> normals;     // for each pair of triangles
+};
+
+// `leaves` leaves on seven plants. Pairs of triangles as leafCoordinates() has them.
+Foliage makeFoliage(unsigned leaves);
+
+// The mask of a leaf: size * size texels.
+std::vector<unsigned char> makeLeafMask(unsigned size);
+
+// The states of the micro-triangles of one of a leaf's two triangles, in the order of the API:
+// opaque or transparent where the mask is all one, unknown where the any-hit program has to look.
+std::vector<unsigned char> leafStates(const Mask& mask, unsigned triangle, unsigned level);
+
+// States as the bytes of a 4-state micromap.
+std::vector<unsigned char> packStates(const std::vector<unsigned char>& states);
