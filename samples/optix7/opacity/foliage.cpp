@@ -55,7 +55,7 @@ void addLeaf(Foliage& foliage, const Plant& plant, Random& random) {
     float3 across, up;
     makeBasis(normal, across, up);
     const float2 turn = circlePoint(random(0, 1));
-    const float size = random(0.3f, 0.55f);
+    const float size = random(0.4f, 0.8f);
     const float3 x = (across * turn.x + up * turn.y) * size;
     const float3 y = (up * turn.x - across * turn.y) * size;
     addSquare(foliage, at - (x + y) * 0.5f, x, y, normal, kLeaf);

@@ -20,7 +20,7 @@ namespace {
 
 struct Options {
     std::string output = "opacity.png";
-    unsigned width = 960, height = 540, samplesPerAxis = 2, leaves = 30000, level = 5, repeats = 3;
+    unsigned width = 960, height = 540, samplesPerAxis = 2, leaves = 9000, level = 5, repeats = 3;
 };
 
 // An array with the micromaps of a leaf's two triangles.
