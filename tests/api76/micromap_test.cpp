@@ -27,7 +27,11 @@ struct Array {
         std::vector<unsigned char> bytes;
         std::vector<OptixOpacityMicromapDesc> descs;
         for (unsigned i = 0; i < count; ++i) {
-            descs.push_back({i, 1, OPTIX_OPACITY_MICROMAP_FORMAT_2_STATE});
+            OptixOpacityMicromapDesc desc{};
+            desc.byteOffset = i;
+            desc.subdivisionLevel = 1;
+            desc.format = OPTIX_OPACITY_MICROMAP_FORMAT_2_STATE;
+            descs.push_back(desc);
             bytes.push_back((unsigned char)(i & 15));
         }
         states = Buffer(bytes);
@@ -171,12 +175,14 @@ TEST_F(MicromapArguments, OfArrays) {
         return [](Input&) {};
     };
     const OptixOpacityMicromapHistogramEntry good = array_.histogram[0];
-    expectBad("flags = 3", [](Input& in) { in.flags = 3; });
+    constexpr OptixOpacityMicromapFlags kFast = OPTIX_OPACITY_MICROMAP_FLAG_PREFER_FAST_TRACE;
+    expectBad("flags = 3",
+              [](Input& in) { in.flags = kFast | OPTIX_OPACITY_MICROMAP_FLAG_PREFER_FAST_BUILD; });
     expectBad("flags = 4", [](Input& in) { in.flags = 4; });
     expectBad("micromapHistogramEntries", [](Input& in) { in.micromapHistogramEntries = nullptr; });
     expectBad("subdivisionLevel = 13", withEntry({1, 13, OPTIX_OPACITY_MICROMAP_FORMAT_2_STATE}));
     expectBad("subdivisionLevel", withEntry({1, ~0u, OPTIX_OPACITY_MICROMAP_FORMAT_2_STATE}));
-    expectBad("format = 0", withEntry({1, 1, OptixOpacityMicromapFormat(0)}));
+    expectBad("format = 0", withEntry({1, 1, OPTIX_OPACITY_MICROMAP_FORMAT_NONE}));
     expectBad("format = 3", withEntry({1, 1, OptixOpacityMicromapFormat(3)}));
     expectBad("limits", withEntry({~0u, 12, OPTIX_OPACITY_MICROMAP_FORMAT_4_STATE}));
     array_.histogram[0] = good;
@@ -186,12 +192,15 @@ TEST_F(MicromapArguments, OfArrays) {
         });
     using Buffers = OptixMicromapBuffers;
     expectBadBuffer("inputBuffer", [](Input& in, Buffers&) { in.inputBuffer = 0; });
-    expectBadBuffer("inputBuffer", [](Input& in, Buffers&) { in.inputBuffer += 64; });
+    expectBadBuffer("inputBuffer", [](Input& in, Buffers&) {
+        in.inputBuffer += OPTIX_OPACITY_MICROMAP_ARRAY_BUFFER_BYTE_ALIGNMENT / 2;
+    });
     expectBadBuffer("inputBuffer", [](Input& in, Buffers&) { in.inputBuffer = 128; });
     expectBadBuffer("perMicromapDescBuffer",
                     [](Input& in, Buffers&) { in.perMicromapDescBuffer = 0; });
-    expectBadBuffer("perMicromapDescBuffer",
-                    [](Input& in, Buffers&) { in.perMicromapDescBuffer += 4; });
+    expectBadBuffer("perMicromapDescBuffer", [](Input& in, Buffers&) {
+        in.perMicromapDescBuffer += OPTIX_OPACITY_MICROMAP_DESC_BUFFER_BYTE_ALIGNMENT / 2;
+    });
     expectBadBuffer("perMicromapDescBuffer",
                     [](Input& in, Buffers&) { in.perMicromapDescBuffer = 0x4141414141414140; });
     expectBadBuffer("output", [](Input&, Buffers& b) { b.output = 0; });
@@ -590,6 +599,32 @@ TEST_P(MicromapTraversal, UpdatesChangeMicromapsOnlyIfAllowed) {
     EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, kBuild, "indexing mode", update());
     log_.clear();
     EXPECT_EQ(numbers(gas.handle, 2), (Numbers{0, 1}));
+}
+
+// Instances tell whether and how micromaps count; -1 where any-hit ran.
+TEST_P(MicromapTraversal, InstancesHaveFlagsForThem) {
+    makeRig();
+    Array array;
+    ASSERT_OK(array.build(context_));
+    const auto mesh = row(4);
+    const Buffer indices(
+        std::vector<int32_t>{OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_FULLY_TRANSPARENT,
+                             OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_FULLY_OPAQUE,
+                             OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_FULLY_UNKNOWN_TRANSPARENT,
+                             OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_FULLY_UNKNOWN_OPAQUE});
+    OptixBuildInput input = mesh->input;
+    useIndices(input, array, indices);
+    const Accel gas =
+        buildAccel(context_, log_, {input}, OPTIX_BUILD_FLAG_ALLOW_DISABLE_OPACITY_MICROMAPS);
+    const auto with = [&](unsigned flags) {
+        const InstanceList list({instanceOf(gas.handle, identity(), 0, 0, 255, flags)});
+        const Accel ias = buildAccel(context_, log_, {list.input});
+        return numbers(ias.handle, 4);
+    };
+    EXPECT_EQ(with(OPTIX_INSTANCE_FLAG_NONE), (Numbers{0, 15, -1, -1}));
+    EXPECT_EQ(with(OPTIX_INSTANCE_FLAG_FORCE_OPACITY_MICROMAP_2_STATE), (Numbers{0, 15, 0, 15}));
+    EXPECT_EQ(with(OPTIX_INSTANCE_FLAG_DISABLE_OPACITY_MICROMAPS), (Numbers{-1, -1, -1, -1}));
+    EXPECT_EQ(with(OPTIX_INSTANCE_FLAG_DISABLE_ANYHIT), (Numbers{0, 15, 15, 15}));
 }
 
 // Several build inputs, of which some have micromaps, each an array of its own.
