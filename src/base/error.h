@@ -35,6 +35,7 @@ enum class Code : uint32_t {
     kPayloadTypeId,
     kNotFound,
     kFileError,
+    kIllegalDuringTask,
     kCacheInvalidPath,
     kCachePermission,
     kCacheDatabase,

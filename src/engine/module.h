@@ -11,6 +11,8 @@
 
 namespace sunstone::engine {
 
+class PreparedCode;
+
 struct Module {
     std::shared_ptr<const ptx::Module> tree;
     compiler::ModuleSummary summary;
@@ -18,6 +20,8 @@ struct Module {
     std::shared_ptr<const compiler::ModuleRules> moduleRules;
     compiler::OptLevel optLevel = compiler::OptLevel::k3;
     compiler::DebugLevel debugLevel = compiler::DebugLevel::kMinimal;
+
+    std::shared_ptr<PreparedCode> prepared; // machine code made by tasks; null otherwise
 
     // The program of that name, or null.
     const compiler::ModuleSummary::Program* findProgram(std::string_view name) const;

@@ -2,6 +2,7 @@
 #include "engine/pipeline.h"
 
 #include "base/error.h"
+#include "engine/module_tasks.h"
 
 #include <algorithm>
 #include <cstring>
@@ -100,6 +101,28 @@ void checkBoundValues(const std::vector<compiler::BoundValue>& values) {
         }
 }
 
+// What tasks of the modules have compiled, then the cache.
+class PipelineStore : public compiler::ObjectStore {
+public:
+    explicit PipelineStore(compiler::ObjectStore* cache) : cache_(cache) {}
+    void add(std::shared_ptr<PreparedCode> code) { prepared_.push_back(std::move(code)); }
+
+    bool find(const std::string& key, std::string& value) override {
+        for (const auto& code : prepared_)
+            if (code->findOwn(key, value))
+                return true;
+        return cache_ && cache_->find(key, value);
+    }
+    void insert(const std::string& key, const std::string& value) override {
+        if (cache_)
+            cache_->insert(key, value);
+    }
+
+private:
+    compiler::ObjectStore* cache_;
+    std::vector<std::shared_ptr<PreparedCode>> prepared_;
+};
+
 uint64_t commonLaunchParamsSize(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
                                 const std::string& name) {
     uint64_t size = 0;
@@ -188,7 +211,10 @@ std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<Progr
     pipeline->limits = limits;
     pipeline->launchParamsSize = commonLaunchParamsSize(groups, rules.launchParams);
 
+    PipelineStore store(cache);
     forEachModule(groups, [&](const Module& module) {
+        if (module.prepared)
+            store.add(module.prepared);
         const auto& own = module.moduleRules->boundValues;
         pipeline->boundValues.insert(pipeline->boundValues.end(), own.begin(), own.end());
     });
@@ -210,7 +236,7 @@ std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<Progr
     request.programs = collector.take();
     request.rules = rules;
     if (!request.programs.empty())
-        pipeline->code = compiler::compilePipeline(request, cache);
+        pipeline->code = compiler::compilePipeline(request, &store);
     if (pipeline->code)
         pipeline->defaultLimits =
             defaultLimits(groups, indices, *pipeline->code, limits.maxTraceDepth);

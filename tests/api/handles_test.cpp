@@ -167,36 +167,7 @@ protected:
         EXPECT_TRUE(log_.hasError(function, "not supported")) << function << "\n" << log_.all();
         EXPECT_EQ(1u, log_.lines().size()) << log_.all();
     }
-    // The same for functions whose handle belongs to no context: the line goes to stderr, once.
-    void expectOnStderr(const char* function, const std::function<OptixResult()>& call) {
-        testing::internal::CaptureStderr();
-        OptixResult first = call();
-        OptixResult second = call();
-        std::string text = testing::internal::GetCapturedStderr();
-        EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED, first) << function;
-        EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED, second) << function;
-        size_t found = text.find(function);
-        EXPECT_NE(std::string::npos, found) << "stderr: " << text;
-        if (found != std::string::npos)
-            EXPECT_EQ(std::string::npos, text.find(function, found + 1)) << "said twice: " << text;
-    }
 };
-
-TEST_F(Unsupported, Tasks) {
-    std::string text = ptxModule("");
-    OptixModule module = nullptr;
-    OptixTask task = nullptr;
-    expectInLog("optixModuleCreateFromPTXWithTasks", [&] {
-        return optixModuleCreateFromPTXWithTasks(context_, &moduleOptions_, &options_, text.data(),
-                                                 text.size(), nullptr, nullptr, &module, &task);
-    });
-    OptixModuleCompileState state{};
-    expectInLog("optixModuleGetCompilationState",
-                [&] { return optixModuleGetCompilationState(module_, &state); });
-    unsigned created = 0;
-    expectOnStderr("optixTaskExecute",
-                   [&] { return optixTaskExecute(nullptr, nullptr, 0, &created); });
-}
 
 TEST_F(Unsupported, BuiltinIntersection) {
     OptixBuiltinISOptions options{};
@@ -205,15 +176,6 @@ TEST_F(Unsupported, BuiltinIntersection) {
     expectInLog("optixBuiltinISModuleGet", [&] {
         return optixBuiltinISModuleGet(context_, &moduleOptions_, &options_, &options, &module);
     });
-}
-
-TEST_F(Unsupported, GarbageHandlesToMissingFunctions) {
-    for (void* handle : garbageHandles()) {
-        testing::internal::CaptureStderr();
-        EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED,
-                  optixTaskExecute(static_cast<OptixTask>(handle), nullptr, 0, nullptr));
-        testing::internal::GetCapturedStderr();
-    }
 }
 
 // Parts of functions that are there: curves, motion, updates.

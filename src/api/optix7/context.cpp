@@ -124,6 +124,7 @@ OptixResult deviceContextDestroy(OptixDeviceContext context) {
         denoisers().removeIf(mine);
         pipelines().removeIf(mine);
         groups().removeIf(mine);
+        tasks().removeIf(mine);
         modules().removeIf(mine);
         contexts().remove(context);
     });

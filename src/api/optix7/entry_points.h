@@ -30,6 +30,13 @@ OptixResult moduleCreateFromPTX(OptixDeviceContext, const OptixModuleCompileOpti
                                 size_t*, OptixModule*);
 OptixResult moduleDestroy(OptixModule);
 
+// tasks.cpp
+OptixResult moduleCreateFromPTXWithTasks(OptixDeviceContext, const OptixModuleCompileOptions*,
+                                         const OptixPipelineCompileOptions*, const char*, size_t,
+                                         char*, size_t*, OptixModule*, OptixTask*);
+OptixResult moduleGetCompilationState(OptixModule, OptixModuleCompileState*);
+OptixResult taskExecute(OptixTask, OptixTask*, unsigned, unsigned*);
+
 // group.cpp
 OptixResult programGroupCreate(OptixDeviceContext, const OptixProgramGroupDesc*, unsigned,
                                const OptixProgramGroupOptions*, char*, size_t*, OptixProgramGroup*);

@@ -105,6 +105,7 @@ OptixResult resultOf(Code code) {
     case Code::kPayloadTypeId: return OPTIX_ERROR_PAYLOAD_TYPE_ID_INVALID;
     case Code::kNotFound: return OPTIX_ERROR_INVALID_VALUE;
     case Code::kFileError: return OPTIX_ERROR_FILE_IO_ERROR;
+    case Code::kIllegalDuringTask: return OPTIX_ERROR_ILLEGAL_DURING_TASK_EXECUTE;
     case Code::kCacheInvalidPath: return OPTIX_ERROR_DISK_CACHE_INVALID_PATH;
     case Code::kCachePermission: return OPTIX_ERROR_DISK_CACHE_PERMISSION_ERROR;
     case Code::kCacheDatabase: return OPTIX_ERROR_DISK_CACHE_DATABASE_ERROR;

@@ -40,10 +40,11 @@ public:
         if (compiler::programKind(name) != kind)
             fail(Code::kInvalidValue, place, ": '", name, "' does not begin with ",
                  compiler::prefixOf(kind));
-        if (!owner->module->findProgram(name))
+        std::shared_ptr<const engine::Module> made = completedModule(*owner, place.c_str());
+        if (!made->findProgram(name))
             fail(Code::kInvalidValue, place, ": the module has no program '", name, "'");
         object_->modules.push_back(owner);
-        return {owner->module, name, -1};
+        return {made, name, -1};
     }
 
     GroupObject& object() { return *object_; }

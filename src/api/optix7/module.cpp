@@ -152,6 +152,32 @@ void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter, Abi ab
     debugLevelOf(level, parameter, abi);
 }
 
+ModuleInput checkModuleInput(const std::shared_ptr<DeviceContext>& owner,
+                             const OptixModuleCompileOptions* moduleOptions,
+                             const OptixPipelineCompileOptions* pipelineOptions, const char* ptx) {
+    requireNonNull(moduleOptions, "moduleCompileOptions");
+    requireNonNull(ptx, "PTX");
+    ModuleInput input;
+    input.options = checkCompileOptions(pipelineOptions, owner->abi);
+    input.rules = owner->rulesOf(input.options);
+    checkModuleOptions(*moduleOptions);
+    input.optLevel = optLevelOf(moduleOptions->optLevel, owner->abi);
+    input.debugLevel = debugLevelOf(moduleOptions->debugLevel, "moduleCompileOptions", owner->abi);
+    input.moduleRules.boundValues = boundValuesOf(*moduleOptions);
+    input.moduleRules.payloadTypes = payloadTypesOf(*moduleOptions, *pipelineOptions);
+    return input;
+}
+
+std::shared_ptr<engine::Module> makeModule(const std::shared_ptr<DeviceContext>& owner,
+                                           ModuleInput input, std::string_view ptx,
+                                           std::string& feedback) {
+    auto module = engine::createModule(ptx, input.rules, std::move(input.moduleRules),
+                                       input.optLevel, input.debugLevel, feedback);
+    owner->log(LogLevel::kInfo, "COMPILER",
+               message("module with ", module->summary.programs.size(), " programs"));
+    return module;
+}
+
 OptixResult moduleCreateFromPTX(OptixDeviceContext context,
                                 const OptixModuleCompileOptions* moduleOptions,
                                 const OptixPipelineCompileOptions* pipelineOptions,
@@ -163,26 +189,13 @@ OptixResult moduleCreateFromPTX(OptixDeviceContext context,
         contextOf(context);
         requireNonNull(module, "module");
         *module = nullptr;
-        requireNonNull(moduleOptions, "moduleCompileOptions");
-        requireNonNull(ptx, "PTX");
-        CompileOptions options = checkCompileOptions(pipelineOptions, owner->abi);
-        checkModuleOptions(*moduleOptions);
-        compiler::OptLevel optLevel = optLevelOf(moduleOptions->optLevel, owner->abi);
-        compiler::DebugLevel debugLevel =
-            debugLevelOf(moduleOptions->debugLevel, "moduleCompileOptions", owner->abi);
-
+        ModuleInput input = checkModuleInput(owner, moduleOptions, pipelineOptions, ptx);
         auto object = std::make_shared<ModuleObject>();
         object->context = owner;
-        object->options = options;
-        compiler::ModuleRules moduleRules;
-        moduleRules.boundValues = boundValuesOf(*moduleOptions);
-        moduleRules.payloadTypes = payloadTypesOf(*moduleOptions, *pipelineOptions);
-        object->module = engine::createModule(std::string_view(ptx, ptxSize),
-                                              owner->rulesOf(options), std::move(moduleRules),
-                                              optLevel, debugLevel, feedback);
+        object->options = input.options;
+        object->module =
+            makeModule(owner, std::move(input), std::string_view(ptx, ptxSize), feedback);
         *module = static_cast<OptixModule>(modules().add(object));
-        owner->log(LogLevel::kInfo, "COMPILER",
-                   message("module with ", object->module->summary.programs.size(), " programs"));
     }, &feedback);
     writeLogString(feedback, logString, logStringSize);
     return result;
@@ -192,6 +205,10 @@ OptixResult moduleDestroy(OptixModule module) {
     std::shared_ptr<ModuleObject> object = modules().find(module);
     return guarded(object ? object->context : nullptr, "optixModuleDestroy", [&] {
         moduleOf(module, "module");
+        if (object->tasks && object->tasks->isExecuting())
+            fail(Code::kIllegalDuringTask, "module = ", static_cast<const void*>(module),
+                 ": a task of it is being executed");
+        tasks().removeIf([&](const TaskObject& task) { return task.module.lock() == object; });
         modules().remove(module);
     });
 }

@@ -13,6 +13,21 @@ CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options, A
 // Checks and copies a payload type; `where` names it in messages.
 compiler::PayloadType checkPayloadType(const OptixPayloadType& type, const std::string& where);
 
+// What a module is made from, checked and copied; the text stays the caller's.
+struct ModuleInput {
+    CompileOptions options;
+    compiler::PipelineRules rules;
+    compiler::ModuleRules moduleRules;
+    compiler::OptLevel optLevel = compiler::OptLevel::k3;
+    compiler::DebugLevel debugLevel = compiler::DebugLevel::kMinimal;
+};
+ModuleInput checkModuleInput(const std::shared_ptr<DeviceContext>& owner,
+                             const OptixModuleCompileOptions* moduleOptions,
+                             const OptixPipelineCompileOptions* pipelineOptions, const char* ptx);
+std::shared_ptr<engine::Module> makeModule(const std::shared_ptr<DeviceContext>& owner,
+                                           ModuleInput input, std::string_view ptx,
+                                           std::string& feedback);
+
 // Throws if the level is no enumerator of the ABI.
 void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter, Abi abi);
 

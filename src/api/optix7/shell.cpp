@@ -14,6 +14,10 @@ HandleTable<ModuleObject>& modules() {
     static auto* table = new HandleTable<ModuleObject>;
     return *table;
 }
+HandleTable<TaskObject>& tasks() {
+    static auto* table = new HandleTable<TaskObject>;
+    return *table;
+}
 HandleTable<GroupObject>& groups() {
     static auto* table = new HandleTable<GroupObject>;
     return *table;
@@ -47,6 +51,12 @@ std::shared_ptr<DeviceContext> contextOf(OptixDeviceContext handle) {
 }
 std::shared_ptr<ModuleObject> moduleOf(OptixModule handle, const char* parameter) {
     return require(modules(), handle, parameter, "module");
+}
+std::shared_ptr<engine::Module> completedModule(const ModuleObject& object, const char* parameter) {
+    std::shared_ptr<engine::Module> module = object.tasks ? object.tasks->module() : object.module;
+    if (!module)
+        fail(Code::kInvalidOperation, parameter, ": the module's tasks have not completed it");
+    return module;
 }
 std::shared_ptr<GroupObject> groupOf(OptixProgramGroup handle, const char* parameter) {
     return require(groups(), handle, parameter, "program group");

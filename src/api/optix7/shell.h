@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/handles.h"
 #include "engine/context.h"
+#include "engine/module_tasks.h"
 #include "engine/pipeline.h"
 
 #include "optix.h"
@@ -54,9 +55,21 @@ struct CompileOptions {
 
 struct ModuleObject {
     std::shared_ptr<DeviceContext> context;
+    // Null while the module is being made by tasks: completedModuleOf knows.
     std::shared_ptr<engine::Module> module;
     CompileOptions options;
+    std::shared_ptr<engine::ModuleTasks> tasks; // null for a module that was made at once
+    // Where tasks write; the client keeps it alive until they are done.
+    char* logString = nullptr;
+    size_t logCapacity = 0;
+    std::mutex logMutex;
     std::atomic<unsigned> groups{0}; // program groups made from it
+};
+
+struct TaskObject {
+    std::shared_ptr<DeviceContext> context;
+    std::weak_ptr<ModuleObject> module;
+    size_t number = 0; // in the module's tasks
 };
 
 struct GroupObject {
@@ -74,12 +87,15 @@ struct PipelineObject {
 
 HandleTable<DeviceContext>& contexts();
 HandleTable<ModuleObject>& modules();
+HandleTable<TaskObject>& tasks();
 HandleTable<GroupObject>& groups();
 HandleTable<PipelineObject>& pipelines();
 
 // The live object of a handle; throws an Error naming the parameter otherwise.
 std::shared_ptr<DeviceContext> contextOf(OptixDeviceContext handle);
 std::shared_ptr<ModuleObject> moduleOf(OptixModule handle, const char* parameter);
+// The engine's module; throws kInvalidOperation if tasks have not completed it.
+std::shared_ptr<engine::Module> completedModule(const ModuleObject& object, const char* parameter);
 std::shared_ptr<GroupObject> groupOf(OptixProgramGroup handle, const char* parameter);
 std::shared_ptr<PipelineObject> pipelineOf(OptixPipeline handle);
 

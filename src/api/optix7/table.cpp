@@ -106,14 +106,14 @@ template <Abi kAbi>
 void addPipelineSlots(Slots& slots) {
     FUNCTION(moduleCreateFromPTX);
     if constexpr (kAbi >= kAbi74) {
-        MISSING(optixModuleCreateFromPTXWithTasks);
-        MISSING(optixModuleGetCompilationState);
+        FUNCTION(moduleCreateFromPTXWithTasks);
+        FUNCTION(moduleGetCompilationState);
     }
     FUNCTION(moduleDestroy);
     if constexpr (kAbi >= kAbi71)
         MISSING(optixBuiltinISModuleGet);
     if constexpr (kAbi >= kAbi74)
-        MISSING(optixTaskExecute);
+        FUNCTION(taskExecute);
     FUNCTION(programGroupCreate);
     FUNCTION(programGroupDestroy);
     FUNCTION(programGroupGetStackSize);

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// A module made by tasks (OptiX 7.4, sections 3.6.2.3 and 3.7). The first task parses and checks;
+// then the machine code of the module's programs is made, shared out to as many tasks as the
+// caller takes, or in the first one if it takes none. Code waits in the module for the pipelines
+// that use it. A module that needs others cannot be compiled ahead: the first task is all it has.
+#pragma once
+
+#include "engine/module.h"
+
+#include <mutex>
+#include <vector>
+
+namespace sunstone::engine {
+
+// Compiled pieces of one module, and behind them the disk cache if there is one.
+class PreparedCode : public compiler::ObjectStore {
+public:
+    explicit PreparedCode(std::shared_ptr<compiler::ObjectStore> next) : next_(std::move(next)) {}
+    bool find(const std::string& key, std::string& value) override;
+    void insert(const std::string& key, const std::string& value) override;
+    // What is here itself.
+    bool findOwn(const std::string& key, std::string& value) const;
+
+private:
+    std::shared_ptr<compiler::ObjectStore> next_; // may be null
+    mutable std::mutex mutex_;
+    std::unordered_map<std::string, std::string> values_;
+};
+
+enum class TaskState : uint8_t { kNotStarted, kStarted, kImpendingFailure, kFailed, kCompleted };
+
+class ModuleTasks {
+public:
+    // make: does the work of the first task; parses and checks.
+    using Make = std::function<std::shared_ptr<Module>(std::string& feedback)>;
+    ModuleTasks(Make make, std::shared_ptr<compiler::ObjectStore> cache);
+
+    static constexpr size_t kFirst = 0;
+
+    // Executing a task takes three calls, so that the caller can hand over what the task had to say
+    // before the module counts as done. start throws kInvalidOperation if the task has run or
+    // runs; run does the work on this thread, returns the numbers of up to `most` new tasks and
+    // throws what the work throws; finish must follow.
+    void start(size_t number);
+    std::vector<size_t> run(size_t number, size_t most);
+    void finish(size_t number, bool good);
+
+    TaskState state() const;
+    bool isExecuting() const; // some task
+    // Once completed; null before.
+    std::shared_ptr<Module> module() const;
+    // What finished tasks have to say, errors before the rest.
+    std::string feedback() const;
+    void addError(const std::string& line);
+
+private:
+    enum class Phase : uint8_t { kWaiting, kRunning, kDone };
+    struct Task {
+        Phase phase = Phase::kWaiting;
+        std::vector<compiler::ProgramRequest> programs;
+    };
+
+    std::vector<size_t> runFirst(size_t most);
+
+    Make make_;
+    std::shared_ptr<PreparedCode> code_;
+    mutable std::mutex mutex_;
+    std::vector<Task> tasks_;
+    std::shared_ptr<Module> module_;
+    std::string errors_, notes_;
+    bool started_ = false, failed_ = false;
+};
+
+} // namespace sunstone::engine
