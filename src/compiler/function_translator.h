@@ -17,6 +17,7 @@
 #pragma once
 
 #include "base/error.h"
+#include "compiler/debug_info.h"
 #include "compiler/unit.h"
 
 #include <unordered_map>
@@ -45,6 +46,7 @@ private:
     void translateInstruction(const ptx::Instruction& instruction);
     void translateGuarded(const ptx::Instruction& instruction);
     void dispatch(const ptx::Instruction& instruction);
+    void beginDebug();
     void startRegion(llvm::BasicBlock* block);
     void emitReturn();
     bool terminated() const { return builder_.GetInsertBlock()->getTerminator() != nullptr; }
@@ -238,7 +240,10 @@ private:
     llvm::IRBuilder<> builder_;
     llvm::BasicBlock* entry_ = nullptr;
 
+    std::unique_ptr<FunctionDebug> debug_; // null without line information
+
     std::vector<uint32_t> firstSlot_; // by register
+    std::vector<uint32_t> registerOfSlot_; // filled where variables are described
     std::vector<Slot> slots_;
     uint32_t carrySlot_ = 0;
     uint32_t region_ = 0;

@@ -6,6 +6,7 @@
 #include "compiler/build_id.h"
 #include "compiler/check_module.h"
 #include "compiler/compile_steps.h"
+#include "compiler/debug_info.h"
 #include "compiler/flush.h"
 #include "compiler/lower_optix.h"
 #include "compiler/machine.h"
@@ -30,12 +31,18 @@ const ModuleRules& rulesOf(const PieceRequest& request, size_t module) {
     return given ? *request.moduleRules[module] : none;
 }
 
+// Full debugging wants each line's code where the line is.
+OptLevel levelOf(const PieceRequest& request) {
+    return request.debugLevel == DebugLevel::kFull ? OptLevel::k0 : request.optLevel;
+}
+
 // One piece on its way from PTX to machine code.
 class Compilation {
 public:
     explicit Compilation(const PieceRequest& request)
         : request_(request), isProgram_(!request.function.empty()),
-          times_(isProgram_ ? request.function : "variables"), machine_(request.optLevel),
+          times_(isProgram_ ? request.function : "variables"), level_(levelOf(request)),
+          machine_(level_),
           unit_(Flavor::kOptix, request.rules, request.modules,
                 isProgram_ ? Variables::kReferenced : Variables::kDefined) {
         for (size_t i = 0; i < request.modules.size(); ++i)
@@ -43,7 +50,7 @@ public:
                              i < request.moduleRules.size() ? request.moduleRules[i] : nullptr,
                              request.debugLevel);
         prepare(unit_, machine_);
-        optimizer_.emplace(unit_, *machine_, request.optLevel);
+        optimizer_.emplace(unit_, *machine_, level_);
         times_.step("set-up");
     }
 
@@ -76,6 +83,8 @@ public:
         optimizer_->optimize();
         times_.step("optimize");
         addStackChecks(unit_);
+        if (request_.debugLevel == DebugLevel::kFull)
+            pinVariables(unit_);
         CodeObject object = generate(unit_, machine_);
         object.variables = unit_.variableIds();
         object.boundLoads = std::move(object_.boundLoads);
@@ -102,6 +111,7 @@ private:
     const PieceRequest& request_;
     const bool isProgram_;
     StepTimes times_;
+    const OptLevel level_;
     LentMachine machine_;
     Unit unit_;
     std::optional<Optimizer> optimizer_;

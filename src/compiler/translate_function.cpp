@@ -41,26 +41,49 @@ void FunctionTranslator::translate() {
     for (std::string_view label : source_.labels)
         labels_.push_back(llvm::BasicBlock::Create(unit_.context(), toRef(label), &function_));
 
+    beginDebug();
     classifyRegisters();
     createRegisters();
     declareParameters();
     declareVariables();
+    if (debug_)
+        for (const auto& [name, memory] : locals_)
+            if (llvm::isa<llvm::AllocaInst>(memory))
+                debug_->atMemory(name, memory, entry_);
     // Allocas stay together at the top; code starts in a block of its own.
     llvm::BasicBlock* start = llvm::BasicBlock::Create(unit_.context(), "start", &function_);
     builder_.CreateBr(start);
     builder_.SetInsertPoint(start);
 
     for (const ptx::Statement& statement : source_.body) {
-        if (statement.kind == ptx::StatementKind::kLabel)
-            startRegion(labels_[statement.label]);
-        else
+        if (statement.kind == ptx::StatementKind::kInstruction) {
             translateInstruction(statement.instruction);
+            continue;
+        }
+        startRegion(labels_[statement.label]);
+        if (debug_)
+            for (const uint32_t reg : debug_->atLabel(source_.labels[statement.label]))
+                debug_->atValue(builder_, reg, readSlot(firstSlot_[reg]));
     }
     if (!terminated())
         emitReturn();
     for (llvm::BasicBlock* label : labels_) // labels that no statement carries
         if (label->empty())
             new llvm::UnreachableInst(unit_.context(), label);
+}
+
+void FunctionTranslator::beginDebug() {
+    if (isKernel() || !unit_.hasLineInfo(module_))
+        return;
+    debug_ = std::make_unique<FunctionDebug>(unit_.debugInfo(), module_, source_, function_);
+    if (!function_.getSubprogram()) {
+        debug_ = nullptr;
+        return;
+    }
+    debug_->setLocation(builder_, {});
+    for (uint32_t i = 0; debug_->hasVariables() && i < source_.registers.size(); ++i)
+        registerOfSlot_.resize(registerOfSlot_.size() +
+                                   std::max(1u, source_.registers[i].vector), i);
 }
 
 void FunctionTranslator::startRegion(llvm::BasicBlock* block) {
@@ -263,6 +286,8 @@ void FunctionTranslator::emitReturn() {
 
 void FunctionTranslator::translateInstruction(const ptx::Instruction& instruction) {
     current_ = &instruction;
+    if (debug_)
+        debug_->setLocation(builder_, instruction.source);
     if (terminated()) // code behind a jump that no label reaches
         builder_.SetInsertPoint(llvm::BasicBlock::Create(unit_.context(), "", &function_));
     if (instruction.guard >= 0 && instruction.opcode != "bra" && instruction.opcode != "brx")

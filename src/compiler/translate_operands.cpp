@@ -72,6 +72,8 @@ void FunctionTranslator::writeSlot(uint32_t index, Value* value, bool isSigned) 
     slot.region = region_;
     if (slot.memory)
         builder_.CreateStore(value, slot.memory);
+    if (index < registerOfSlot_.size())
+        debug_->atValue(builder_, registerOfSlot_[index], value);
 }
 
 Value* FunctionTranslator::readCarry() {

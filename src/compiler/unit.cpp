@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "compiler/callable.h"
+#include "compiler/debug_info.h"
 #include "compiler/function_translator.h"
 
 #include <llvm/IR/Constants.h>
@@ -105,6 +106,14 @@ bool Unit::isLaunchParams(const ptx::Variable& variable) const {
 void Unit::setOptions(const ptx::Module& module, std::shared_ptr<const ModuleRules> rules,
                       DebugLevel level) {
     options_[moduleNumber(module)] = {std::move(rules), level};
+}
+
+Unit::~Unit() = default;
+
+DebugInfo& Unit::debugInfo() {
+    if (!debugInfo_)
+        debugInfo_ = std::make_unique<DebugInfo>(*this);
+    return *debugInfo_;
 }
 
 uint32_t Unit::moduleNumber(const ptx::Module& module) const {
@@ -294,6 +303,8 @@ void Unit::translateQueue() {
             variables_[variable]->setInitializer(initializer(*module, *variable));
         }
     }
+    if (debugInfo_)
+        debugInfo_->finish();
 }
 
 // ---- variables --------------------------------------------------------------------------------

@@ -67,8 +67,11 @@ struct SharedVariable {
     bool dynamic = false; // .extern .shared name[]
 };
 
+class DebugInfo;
+
 class Unit {
 public:
+    ~Unit();
     Unit(Flavor flavor, PipelineRules rules, std::vector<const ptx::Module*> modules,
          Variables variables = Variables::kDefined);
 
@@ -119,6 +122,10 @@ public:
                     DebugLevel level);
     uint32_t moduleNumber(const ptx::Module& module) const; // from 0
     const ModuleRules& moduleRules(uint32_t moduleNumber) const;
+    DebugLevel debugLevel(const ptx::Module& module) const {
+        return options_[moduleNumber(module)].level;
+    }
+    DebugInfo& debugInfo(); // made when first asked for
     bool hasLineInfo(const ptx::Module& module) const;
     bool debugExceptions() const { return rules_.exceptionFlags & devlib::kFlagDebug; }
 
@@ -160,6 +167,7 @@ private:
     std::map<llvm::Function*, FunctionFacts> facts_;
     std::deque<SharedVariable> shared_;
     std::vector<VariableId> ids_;
+    std::unique_ptr<DebugInfo> debugInfo_;
     struct Options {
         std::shared_ptr<const ModuleRules> rules;
         DebugLevel level = DebugLevel::kMinimal;

@@ -224,6 +224,12 @@ struct Function {
     Location location;
 };
 
+// Text between the braces of a .section: debug information as data directives, not looked into.
+struct Section {
+    std::string_view name; // "debug_info"
+    std::string_view text;
+};
+
 struct Module {
     std::string text;                                    // owns every name below
     std::vector<std::unique_ptr<std::string>> generated; // names made by the parser
@@ -232,6 +238,7 @@ struct Module {
     std::vector<std::string_view> targetOptions; // "debug", "texmode_independent", ...
     unsigned addressSize = 64;
     std::vector<std::string> files;  // .file table, index as in .loc; [0] unused
+    std::vector<Section> sections;
     std::vector<Variable> variables; // module scope
     std::vector<Function> functions; // declarations and definitions
     std::vector<std::pair<std::string_view, std::string_view>> aliases;

@@ -267,20 +267,25 @@ void Parser::parseLoc() {
     }
 }
 
-// Debug information: skipped whole.
+// Debug information: kept as text, for those who ask for it.
 void Parser::parseSection() {
     const Location location = token_.location;
     advance();
+    Section section;
+    section.name = token_.text;
     while (!at('{')) {
         if (atEnd() || at(';') || at('}'))
             unexpected("'{' of the .section");
         advance();
     }
+    const char* begin = token_.text.data() + token_.text.size();
     while (!at('}')) {
         if (atEnd())
             fault(location, "this .section has no end: missing '}', the text may be truncated");
         advance();
     }
+    section.text = {begin, size_t(token_.text.data() - begin)};
+    module_.sections.push_back(section);
     advance();
 }
 
