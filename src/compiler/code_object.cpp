@@ -80,6 +80,7 @@ std::string CodeObject::serialize() const {
     out.number(uint32_t(boundLoads.size()));
     for (uint32_t count : boundLoads)
         out.number(count);
+    out.number(forDebugger);
     return out.take();
 }
 
@@ -105,6 +106,7 @@ bool CodeObject::deserialize(std::string_view bytes) {
     boundLoads.clear();
     for (uint32_t left = in.number(); left != 0 && in.good(); --left)
         boundLoads.push_back(in.number());
+    forDebugger = in.number() != 0;
     return in.finished();
 }
 

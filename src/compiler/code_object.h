@@ -31,6 +31,8 @@ struct CodeObject {
     uint32_t stackNeed = 0;                     // bytes of the program with all it calls directly
     std::vector<uint32_t> boundLoads;           // loads that were replaced by each bound value
 
+    bool forDebugger = false;                   // gdb is told of it
+
     // Bytes that hold everything, and back; false where they are no such bytes.
     std::string serialize() const;
     bool deserialize(std::string_view bytes);

@@ -145,6 +145,16 @@ void precompile(const ProgramRequest& program, const PipelineRules& rules, Objec
 // its machine code, which `store` (may be null) keeps for the pipeline. Throws as compilePipeline.
 unsigned stackNeed(const ProgramRequest& program, const PipelineRules& rules, ObjectStore* store);
 
+// The source line of an address in loaded code of a pipeline, from the line information of its PTX;
+// false where nothing is known (other code, debug level NONE, PTX without .loc). Takes its time.
+struct SourceLocation {
+    std::string file;
+    std::string function;
+    unsigned line = 0;
+    unsigned column = 0;
+};
+bool sourceLocation(const void* address, SourceLocation& location);
+
 // A CUDA module: every .entry with parameters becomes a KernelFn.
 struct KernelInfo {
     std::string name;

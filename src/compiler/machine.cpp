@@ -3,6 +3,7 @@
 #include "compiler/machine.h"
 
 #include "base/log.h"
+#include "compiler/debugger.h"
 #include "compiler/runtime.h"
 
 #include <llvm/ExecutionEngine/JITLink/JITLinkMemoryManager.h>
@@ -87,6 +88,44 @@ MachinePool& pool() {
     return *instance;
 }
 
+// Notes where the sections of each object go.
+class SectionNotes : public llvm::orc::ObjectLinkingLayer::Plugin {
+public:
+    void modifyPassConfig(llvm::orc::MaterializationResponsibility& responsibility,
+                          llvm::jitlink::LinkGraph&,
+                          llvm::jitlink::PassConfiguration& config) override {
+        const llvm::orc::JITDylib* library = &responsibility.getTargetJITDylib();
+        config.PostFixupPasses.push_back([this, library](llvm::jitlink::LinkGraph& graph) {
+            SectionAddresses addresses;
+            for (llvm::jitlink::Section& section : graph.sections())
+                if (!section.empty())
+                    addresses[section.getName().str()] =
+                        llvm::jitlink::SectionRange(section).getStart().getValue();
+            std::lock_guard lock(mutex_);
+            notes_[library] = std::move(addresses);
+            return llvm::Error::success();
+        });
+    }
+    SectionAddresses take(const llvm::orc::JITDylib& library) {
+        std::lock_guard lock(mutex_);
+        SectionAddresses addresses = std::move(notes_[&library]);
+        notes_.erase(&library);
+        return addresses;
+    }
+    llvm::Error notifyFailed(llvm::orc::MaterializationResponsibility&) override {
+        return llvm::Error::success();
+    }
+    llvm::Error notifyRemovingResources(llvm::orc::JITDylib&, llvm::orc::ResourceKey) override {
+        return llvm::Error::success();
+    }
+    void notifyTransferringResources(llvm::orc::JITDylib&, llvm::orc::ResourceKey,
+                                     llvm::orc::ResourceKey) override {}
+
+private:
+    std::mutex mutex_;
+    std::map<const llvm::orc::JITDylib*, SectionAddresses> notes_;
+};
+
 // The process's linking session. Never destroyed: code may be freed by destructors at exit.
 class Session {
 public:
@@ -104,6 +143,7 @@ public:
     }
     llvm::orc::ExecutionSession& session() { return *session_; }
     llvm::orc::ObjectLinkingLayer& linker() { return *linker_; }
+    SectionNotes& sections() { return *sections_; }
 
 private:
     Session() {
@@ -116,6 +156,8 @@ private:
             [](llvm::Error error) { log(LogLevel::kError, "compiler", textOf(std::move(error))); });
         linker_ = std::make_unique<llvm::orc::ObjectLinkingLayer>(
             *session_, session_->getExecutorProcessControl().getMemMgr());
+        sections_ = std::make_shared<SectionNotes>();
+        linker_->addPlugin(sections_);
         runtime_ = &session_->createBareJITDylib("runtime");
         llvm::orc::SymbolMap symbols;
         for (const RuntimeSymbol& symbol : runtimeSymbols())
@@ -128,6 +170,7 @@ private:
 
     std::unique_ptr<llvm::orc::ExecutionSession> session_;
     std::unique_ptr<llvm::orc::ObjectLinkingLayer> linker_;
+    std::shared_ptr<SectionNotes> sections_;
     llvm::orc::JITDylib* runtime_ = nullptr;
 };
 
@@ -135,6 +178,7 @@ class LoadedLibrary : public LoadedCode {
 public:
     LoadedLibrary() : library_(Session::get().newLibrary()) {}
     ~LoadedLibrary() override {
+        debug_ = nullptr;
         if (llvm::Error error = Session::get().session().removeJITDylib(library_))
             log(LogLevel::kError, "compiler", "cannot free code: " + textOf(std::move(error)));
     }
@@ -167,6 +211,11 @@ public:
             addresses_[(*name).str()] = definition.getAddress().toPtr<void*>();
     }
 
+    void describe(const CodeObject& object) {
+        const SectionAddresses addresses = Session::get().sections().take(library_);
+        debug_ = DebugRegistration::add(object.code, addresses, object.forDebugger);
+    }
+
     void* address(const std::string& name) const override {
         const auto found = addresses_.find(name);
         return found == addresses_.end() ? nullptr : found->second;
@@ -175,6 +224,7 @@ public:
 private:
     llvm::orc::JITDylib& library_;
     std::map<std::string, void*> addresses_;
+    std::unique_ptr<DebugRegistration> debug_; // forgotten before the code goes
 };
 
 struct CodegenNotes {
@@ -253,6 +303,7 @@ loadObject(const CodeObject& object, const std::vector<std::string>& symbols,
     auto loaded = std::make_unique<LoadedLibrary>();
     loaded->define(externals);
     loaded->link(llvm::MemoryBuffer::getMemBufferCopy(object.code, "code"), symbols);
+    loaded->describe(object);
     return loaded;
 }
 

@@ -87,6 +87,8 @@ public:
             pinVariables(unit_);
         CodeObject object = generate(unit_, machine_);
         object.variables = unit_.variableIds();
+        object.forDebugger = request_.debugLevel == DebugLevel::kModerate ||
+                             request_.debugLevel == DebugLevel::kFull;
         object.boundLoads = std::move(object_.boundLoads);
         if (isProgram_)
             object.stackNeed =

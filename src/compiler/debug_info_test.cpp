@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lines of compiled code, debug sections that make no sense. What gdb sees is tested in
+// tests/debug.
+#include "compiler/dwarf.h"
+#include "compiler/testing.h"
+
+#include <random>
+
+namespace sunstone::compiler::testing {
+namespace {
+
+const std::string kProgram = std::string(kHeader) +
+                             ".file 1 \"/src/shade.cu\"\n"
+                             ".visible .entry __miss__a()\n{\n"
+                             "\t.local .align 4 .b8 __local_depot0[8];\n"
+                             "\t.reg .b32 %r<3>; .reg .b64 %SP;\n"
+                             "\t.loc 1 41 7\n"
+                             "$L__begin: mov.u64 %SP, __local_depot0;\n"
+                             "\t.loc 1 42 9\n"
+                             "\tcall (%r1), _optix_get_launch_index_x, ();\n"
+                             "\tst.volatile.u32 [%SP], %r1;\n"
+                             "\t.loc 1 43 3\n"
+                             "\tret;\n$L__end:\n}\n";
+
+std::unique_ptr<Code> compile(const std::string& text, DebugLevel level, OptLevel opt) {
+    PipelineRequest request;
+    ProgramRequest program{parse(text), "__miss__a", opt, level};
+    program.moduleRules = std::make_shared<ModuleRules>();
+    request.programs.push_back(program);
+    return compilePipeline(request);
+}
+
+// The lines found in the first bytes of the program.
+std::vector<unsigned> linesOf(const Code& code, unsigned bytes) {
+    std::vector<unsigned> lines;
+    const auto* begin = static_cast<const char*>(code.programs()[0].address);
+    for (unsigned i = 0; i < bytes; ++i) {
+        SourceLocation location;
+        if (!sourceLocation(begin + i, location))
+            continue;
+        EXPECT_EQ("/src/shade.cu", location.file);
+        EXPECT_EQ("__miss__a", location.function);
+        if (lines.empty() || lines.back() != location.line)
+            lines.push_back(location.line);
+    }
+    return lines;
+}
+
+TEST(SourceLocation, LinesOfAProgram) {
+    for (const DebugLevel level : {DebugLevel::kMinimal, DebugLevel::kModerate, DebugLevel::kFull})
+        for (const OptLevel opt : {OptLevel::k0, OptLevel::k3}) {
+            const auto code = compile(kProgram, level, opt);
+            const std::vector<unsigned> lines = linesOf(*code, 24);
+            EXPECT_NE(lines.end(), std::find(lines.begin(), lines.end(), 42u))
+                << unsigned(level) << " " << unsigned(opt);
+        }
+}
+
+TEST(SourceLocation, NothingIsKnownOf) {
+    SourceLocation location;
+    EXPECT_FALSE(sourceLocation(nullptr, location));
+    EXPECT_FALSE(sourceLocation(&location, location));
+    EXPECT_FALSE(sourceLocation(reinterpret_cast<void*>(~uintptr_t(0)), location));
+    EXPECT_TRUE(linesOf(*compile(kProgram, DebugLevel::kNone, OptLevel::k3), 16).empty());
+    const std::string plain =
+        std::string(kHeader) + ".visible .entry __miss__a() { ret; }\n"; // without .loc
+    EXPECT_TRUE(linesOf(*compile(plain, DebugLevel::kFull, OptLevel::k3), 1).empty());
+    const void* gone = compile(kProgram, DebugLevel::kMinimal, OptLevel::k3)->programs()[0].address;
+    EXPECT_FALSE(sourceLocation(gone, location)) << "code that was freed";
+}
+
+// One unit, one function with a variable of type int in the depot.
+const char* const kSections = R"(
+.section .debug_abbrev
+{
+.b8 1, 17, 1, 0, 0
+.b8 2, 46, 1, 135, 64, 8, 3, 8, 17, 1, 18, 1, 0, 0
+.b8 3, 52, 0, 2, 10, 3, 8, 58, 11, 59, 11, 73, 19, 0, 0
+.b8 4, 36, 0, 3, 8, 62, 11, 11, 11, 0, 0
+.b8 0
+}
+.section .debug_info
+{
+.b32 74 // length
+.b8 2
+.b8 0
+.b32 .debug_abbrev
+.b8 8
+.b8 1
+.b8 4, 105, 110, 116, 0, 5, 4 // int at 12
+.b8 2, 95, 95, 109, 105, 115, 115, 95, 95, 97, 0, 109, 105, 115, 115, 0
+.b64 $L__begin
+.b64 $L__end
+.b8 3, 11, 3
+.b64 __local_depot0
+.b8 35, 4
+.b8 99, 111, 117, 110, 116, 0, 1, 42
+.b32 12
+.b8 0
+.b8 0
+}
+)";
+
+TEST(Dwarf, VariableInADepot) {
+    const auto module = parse(kProgram + kSections);
+    const DwarfInfo info = readDwarf(*module);
+    ASSERT_EQ(1u, info.functions.count("__miss__a"));
+    const DwarfFunction& function = info.functions.at("__miss__a");
+    EXPECT_EQ("miss", function.name);
+    ASSERT_EQ(1u, function.scope.variables.size());
+    const DwarfVariable& variable = function.scope.variables[0];
+    EXPECT_EQ("count", variable.name);
+    EXPECT_EQ(42u, variable.line);
+    ASSERT_EQ(1u, variable.places.size());
+    EXPECT_EQ("__local_depot0", variable.places[0].name);
+    EXPECT_EQ(4u, variable.places[0].offset);
+    ASSERT_EQ(1u, info.types.count(variable.type));
+    EXPECT_EQ("int", info.types.at(variable.type).name);
+    EXPECT_EQ(4u, info.types.at(variable.type).size);
+    compile(kProgram + kSections, DebugLevel::kFull, OptLevel::k0);
+}
+
+TEST(Dwarf, NonsenseDoesNoHarm) {
+    const unsigned seed = std::random_device()();
+    SCOPED_TRACE(message("seed ", seed));
+    std::mt19937 random(seed);
+    const std::string sections = kSections;
+    const std::string digits = "0123456789";
+    for (unsigned round = 0; round < 300; ++round) {
+        std::string damaged = sections;
+        for (unsigned i = 0; i < 1 + round % 8; ++i) {
+            const size_t at = random() % damaged.size();
+            if (isdigit(uint8_t(damaged[at])))
+                damaged[at] = digits[random() % digits.size()];
+        }
+        ptx::Diagnostics diagnostics;
+        if (const auto module = ptx::parse(kProgram + damaged, diagnostics)) {
+            readDwarf(*module);
+            if (round % 10 == 0)
+                compile(kProgram + damaged, DebugLevel::kFull, OptLevel::k0);
+        }
+    }
+    for (const char* text : {".section .debug_info { }", ".section .debug_info { .b8 }",
+                             ".section .debug_info { .b32 4294967295 .b8 2 }",
+                             ".section .debug_info { rubbish }"}) {
+        ptx::Diagnostics diagnostics;
+        if (const auto module = ptx::parse(kProgram + text, diagnostics))
+            EXPECT_TRUE(readDwarf(*module).functions.empty());
+    }
+}
+
+} // namespace
+} // namespace sunstone::compiler::testing

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loaded code and its debug information: registration with gdb, and the source line of an address.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+namespace sunstone::compiler {
+
+// Where the sections of an object file were loaded, by name.
+using SectionAddresses = std::map<std::string, uint64_t>;
+
+// Keeps an object's debug information known for as long as it lives.
+class DebugRegistration {
+public:
+    // code: the object file. forDebugger: also tell gdb, which then knows lines and variables
+    // (GDB manual, "JIT Compilation Interface"). Null where the object has no debug information.
+    static std::unique_ptr<DebugRegistration> add(const std::string& code,
+                                                  const SectionAddresses& addresses,
+                                                  bool forDebugger);
+    ~DebugRegistration();
+    DebugRegistration(const DebugRegistration&) = delete;
+    DebugRegistration& operator=(const DebugRegistration&) = delete;
+
+private:
+    DebugRegistration() = default;
+    struct Entry;
+    std::unique_ptr<Entry> entry_;
+};
+
+} // namespace sunstone::compiler
