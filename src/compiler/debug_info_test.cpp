@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lines of compiled code, debug sections that make no sense. What gdb sees is tested in
-// tests/debug.
+// tests/gdb.
 #include "compiler/dwarf.h"
 #include "compiler/testing.h"
 
@@ -54,6 +54,20 @@ TEST(SourceLocation, LinesOfAProgram) {
             EXPECT_NE(lines.end(), std::find(lines.begin(), lines.end(), 42u))
                 << unsigned(level) << " " << unsigned(opt);
         }
+}
+
+// Such programs are split in two functions.
+TEST(SourceLocation, ProgramsThatTheProcessorFlushes) {
+    const std::string text =
+        std::string(kHeader) +
+        ".file 1 \"/src/shade.cu\"\n.const .align 8 .b8 params[8];\n"
+        ".visible .entry __miss__a()\n{\n.reg .f32 %f<20>; .reg .b64 %out;\n.loc 1 42 7\n"
+        "ld.const.u64 %out, [params];\nld.global.f32 %f1, [%out];\nld.global.f32 %f2, [%out+4];\n"
+        "add.f32 %f3, %f1, %f2;\nst.f32 [%out+12], %f3;\n" +
+        manyFlushes() + "ret;\n}\n";
+    for (const DebugLevel level : {DebugLevel::kMinimal, DebugLevel::kFull})
+        for (const OptLevel opt : {OptLevel::k0, OptLevel::k3})
+            EXPECT_NO_THROW(compile(text, level, opt));
 }
 
 TEST(SourceLocation, NothingIsKnownOf) {

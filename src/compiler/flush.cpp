@@ -235,6 +235,8 @@ public:
         body->setAttributes(function.getAttributes());
         body->addFnAttr("denormal-fp-math-f32", "preserve-sign,ieee");
         body->splice(body->begin(), &function);
+        body->setSubprogram(function.getSubprogram()); // lines go with the instructions
+        function.setSubprogram(nullptr);
         for (unsigned i = 0; i < function.arg_size(); ++i)
             function.getArg(i)->replaceAllUsesWith(body->getArg(i));
         function.removeFnAttr(llvm::Attribute::AlwaysInline);
@@ -285,6 +287,8 @@ public:
         alone->addFnAttr(llvm::Attribute::NoUnwind);
         auto* block = llvm::BasicBlock::Create(unit_.context(), "", alone);
         llvm::Instruction* copy = instruction.clone();
+        copy->setDebugLoc(llvm::DebugLoc());
+        builder_.SetCurrentDebugLocation(llvm::DebugLoc());
         for (unsigned i = 0; i < operands.size(); ++i)
             copy->setOperand(i, alone->getArg(i));
         builder_.SetInsertPoint(block);
@@ -332,6 +336,7 @@ private:
                 const std::vector<Value*>& arguments) {
         function.addFnAttr(llvm::Attribute::NoInline);
         builder_.SetInsertPoint(llvm::BasicBlock::Create(unit_.context(), "", &function));
+        builder_.SetCurrentDebugLocation(llvm::DebugLoc()); // belongs to no line
         llvm::Type* word = builder_.getInt32Ty();
         Value* saved = builder_.CreateAlloca(word);
         Value* inside = builder_.CreateAlloca(word);

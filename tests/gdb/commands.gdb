@@ -2,7 +2,7 @@ set pagination off
 set confirm off
 set breakpoint pending on
 set width 0
-break debug.cu:23
+break device.cu:23
 run
 info locals
 print sum
@@ -10,13 +10,13 @@ print weights
 print pair
 next
 print sum
-break debug.cu:12
+break device.cu:12
 continue
 print value
 print result
 backtrace 2
 delete
-break debug.cu:26
+break device.cu:26
 continue
 print sum
 print pair.first

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Launches __raygen__debug of the PTX file that the argument names, for one index, at debug level
 // FULL, and prints the result. Runs under gdb: see check.cmake.
-#include "debug.h"
+#include "shared_params.h"
 
 #include <optix.h>
 #include <optix_function_table_definition.h>

@@ -2,7 +2,7 @@
 // A program to stop in. Line numbers are named in check.cmake.
 #include <optix.h>
 
-#include "debug.h"
+#include "shared_params.h"
 
 extern "C" __constant__ Params params;
 
