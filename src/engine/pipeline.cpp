@@ -187,6 +187,8 @@ void choosePayloadType(ProgramGroup& group, const compiler::PayloadType* wanted)
 
 unsigned stackSizeOf(const ProgramRef& program, compiler::ObjectStore* cache) {
     const Module& module = *program.module;
+    if (module.prepared) // by tasks, and the cache behind it
+        cache = module.prepared.get();
     const unsigned frames =
         compiler::isSelfContained(*module.tree, module.rules)
             ? compiler::stackNeed(requestOf(program), module.rules, cache)
