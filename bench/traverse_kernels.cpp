@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Traversal kernels and builders against Embree 3 on identical ray arrays, one ray at a time.
 //   bench_kernels [--quick] [--scene N] [--isa avx512|avx2|baseline] [--threads] [--refit]
-//                 [--fast-build | --fast-trace]
+//                 [--fast-build | --fast-trace] [--motion]
 // Runs alternate between the two; the best of several counts. Meshes and our structure lie in memory
 // that asks for huge pages, as device memory and Embree's own does. Single-thread rows are processor
 // time.
@@ -88,11 +88,40 @@ bvh::TriangleInput inputOf(const Mesh& mesh, const MeshMemory& memory) {
     return input;
 }
 
-RTCScene embreeScene(RTCDevice device, const Mesh& mesh, const MeshMemory& memory) {
+// The vertices at a second motion key: waves through the scene, of 3 percent of its size, so that
+// neighbours move alike.
+std::vector<float> movedVertices(const Mesh& mesh) {
+    float low = 1e30f, high = -1e30f;
+    for (const float x : mesh.vertices) {
+        low = std::min(low, x);
+        high = std::max(high, x);
+    }
+    const float size = high - low, wave = 20 / size;
+    std::vector<float> moved = mesh.vertices;
+    for (size_t i = 0; i < mesh.vertices.size(); ++i) {
+        const size_t other = i / 3 * 3 + (i + 1) % 3;
+        moved[i] += 0.03f * size * std::sin(mesh.vertices[other] * wave + float(i % 3));
+    }
+    moved.resize(moved.size() + 4); // Embree reads 16 bytes at the last vertex
+    return moved;
+}
+
+// Times of rays: spread over [0, 1] without order.
+float timeOf(size_t ray) {
+    return float(uint32_t(ray) * 2654435761u >> 8) * 0x1p-24f;
+}
+
+RTCScene embreeScene(RTCDevice device, const Mesh& mesh, const MeshMemory& memory,
+                      const std::vector<float>& moved) {
     RTCScene scene = rtcNewScene(device);
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                memory.vertices.memory, 0, 12, mesh.numVertices());
+    if (!moved.empty()) {
+        rtcSetGeometryTimeStepCount(geometry, 2);
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 1, RTC_FORMAT_FLOAT3,
+                                   moved.data(), 0, 12, mesh.numVertices());
+    }
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                memory.indices.memory, 0, 12, mesh.numTriangles());
     rtcCommitGeometry(geometry);
@@ -101,11 +130,11 @@ RTCScene embreeScene(RTCDevice device, const Mesh& mesh, const MeshMemory& memor
     return scene;
 }
 
-RTCRay embreeRay(const Ray& r) {
+RTCRay embreeRay(const Ray& r, float time) {
     RTCRay ray = {};
     ray.org_x = r.origin[0], ray.org_y = r.origin[1], ray.org_z = r.origin[2];
     ray.dir_x = r.direction[0], ray.dir_y = r.direction[1], ray.dir_z = r.direction[2];
-    ray.tnear = r.tmin, ray.tfar = r.tmax, ray.mask = ~0u;
+    ray.tnear = r.tmin, ray.tfar = r.tmax, ray.mask = ~0u, ray.time = time;
     return ray;
 }
 
@@ -148,7 +177,8 @@ void print(const char* scene, const char* rays, const Contest& c, bool allThread
 }
 
 struct Options {
-    bool quick = false, threads = false, fastBuild = false, fastTrace = false, refit = false;
+    bool quick = false, threads = false, fastBuild = false, fastTrace = false, refit = false,
+         motion = false;
     int scene = -1;
     bvh::Isa isa = bvh::chosenIsa();
 };
@@ -192,12 +222,19 @@ void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Opti
     std::fprintf(stderr, "making a scene of %u triangles\n", triangles);
     const Mesh mesh = makeScene(kind, triangles);
     const MeshMemory memory(mesh);
-    const bvh::TriangleInput input = inputOf(mesh, memory);
+    const std::vector<float> moved =
+        options.motion ? movedVertices(mesh) : std::vector<float>();
+    const void* keys[2] = {memory.vertices.memory, moved.data()};
+    bvh::TriangleInput input = inputOf(mesh, memory);
     bvh::BuildInputs inputs;
     inputs.triangles = {&input, 1};
     bvh::BuildOptions buildOptions;
     buildOptions.preferFastBuild = options.fastBuild;
     buildOptions.preferFastTrace = options.fastTrace;
+    if (options.motion) {
+        input.keyVertices = keys;
+        buildOptions.motion = {2, 0, 0, 1};
+    }
     const bvh::MemoryUsage usage = bvh::computeMemoryUsage(inputs, buildOptions);
     Block temp, output;
     temp.reserve(usage.temp);
@@ -212,7 +249,7 @@ void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Opti
                             }));
         if (scene)
             rtcReleaseScene(scene);
-        scene = embreeScene(device, mesh, memory);
+        scene = embreeScene(device, mesh, memory, moved);
         embreeBuild = std::min(embreeBuild, seconds([&] { rtcCommitScene(scene); }));
     }
     const uint64_t used = bvh::compactedSize(output.memory);
@@ -229,16 +266,18 @@ void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Opti
 
     const bvh::Kernels& kernels = bvh::kernels(options.isa);
     const void* block = compacted.memory;
+    const bool motion = options.motion;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     const auto closestOurs = [&](const std::vector<Ray>& rays) -> RayLoop {
-        return [&rays, &kernels, block](size_t begin, size_t end) {
+        return [&rays, &kernels, block, motion](size_t begin, size_t end) {
             uint64_t hits = 0;
             for (size_t i = begin; i < end; ++i) {
                 bvh::QueryRay ray;
                 std::memcpy(&ray, &rays[i], sizeof ray);
                 bvh::QueryHit hit;
-                hits += kernels.closest(block, ray, hit);
+                hits += motion ? kernels.closestAt(block, ray, timeOf(i), hit)
+                               : kernels.closest(block, ray, hit);
             }
             return hits;
         };
@@ -248,7 +287,7 @@ void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Opti
             uint64_t hits = 0;
             for (size_t i = begin; i < end; ++i) {
                 RTCRayHit hit;
-                hit.ray = embreeRay(rays[i]);
+                hit.ray = embreeRay(rays[i], timeOf(i));
                 hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
                 rtcIntersect1(scene, &context, &hit);
                 hits += hit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
@@ -257,12 +296,13 @@ void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Opti
         };
     };
     const auto occludedOurs = [&](const std::vector<Ray>& rays) -> RayLoop {
-        return [&rays, &kernels, block](size_t begin, size_t end) {
+        return [&rays, &kernels, block, motion](size_t begin, size_t end) {
             uint64_t hits = 0;
             for (size_t i = begin; i < end; ++i) {
                 bvh::QueryRay ray;
                 std::memcpy(&ray, &rays[i], sizeof ray);
-                hits += kernels.occluded(block, ray);
+                hits += motion ? kernels.occludedAt(block, ray, timeOf(i))
+                               : kernels.occluded(block, ray);
             }
             return hits;
         };
@@ -271,7 +311,7 @@ void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Opti
         return [&rays, &context, scene](size_t begin, size_t end) {
             uint64_t hits = 0;
             for (size_t i = begin; i < end; ++i) {
-                RTCRay ray = embreeRay(rays[i]);
+                RTCRay ray = embreeRay(rays[i], timeOf(i));
                 rtcOccluded1(scene, &context, &ray);
                 hits += ray.tfar < 0;
             }
@@ -286,7 +326,8 @@ void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Opti
         bvh::QueryRay ray;
         std::memcpy(&ray, &primary[i], sizeof ray);
         bvh::QueryHit hit{};
-        points[i].hit = kernels.closest(block, ray, hit);
+        points[i].hit = motion ? kernels.closestAt(block, ray, timeOf(i), hit)
+                               : kernels.closest(block, ray, hit);
         points[i].t = hit.t;
         points[i].triangle = hit.primitive;
     }
@@ -327,6 +368,8 @@ int main(int argc, char** argv) {
             options.fastBuild = true;
         } else if (word == "--fast-trace") {
             options.fastTrace = true;
+        } else if (word == "--motion") {
+            options.motion = true;
         } else if (word == "--refit") {
             options.refit = true;
         } else if (word == "--scene" && i + 1 < argc) {
@@ -338,7 +381,8 @@ int main(int argc, char** argv) {
                                           : bvh::Isa::kBaseline;
         } else {
             std::fprintf(stderr, "bench_kernels [--quick] [--threads] [--fast-build | --fast-trace] "
-                                 "[--refit] [--scene 0-3] [--isa avx512|avx2|baseline]\n");
+                                 "[--refit] [--motion] [--scene 0-3] "
+                                 "[--isa avx512|avx2|baseline]\n");
             return 1;
         }
     }

@@ -26,12 +26,13 @@ OptixDeviceContext createContext() {
 
 Program::Program(OptixDeviceContext context, std::string_view ptx, unsigned payloadValues,
                  unsigned attributeValues, unsigned primitiveTypeFlags, const char* launchParams,
-                 unsigned graphFlags, bool opacityMicromaps)
+                 unsigned graphFlags, bool opacityMicromaps, bool motionBlur)
     : context_(context) {
     OptixModuleCompileOptions moduleOptions = {};
     moduleOptions.optLevel = OPTIX_COMPILE_OPTIMIZATION_DEFAULT;
     moduleOptions.debugLevel = OPTIX_COMPILE_DEBUG_LEVEL_MINIMAL;
     options_.traversableGraphFlags = graphFlags;
+    options_.usesMotionBlur = motionBlur;
     options_.numPayloadValues = int(payloadValues);
     options_.numAttributeValues = int(attributeValues);
     options_.exceptionFlags = OPTIX_EXCEPTION_FLAG_NONE;
@@ -123,10 +124,13 @@ OptixPipeline Program::link(unsigned maxTraceDepth, unsigned maxGraphDepth) {
     return pipeline_;
 }
 
-Accel buildAccel(OptixDeviceContext context, const OptixBuildInput& input) {
+Accel buildAccel(OptixDeviceContext context, const OptixBuildInput& input,
+                 const OptixMotionOptions& motion, unsigned flags) {
     OptixAccelBuildOptions options = {};
-    options.buildFlags = OPTIX_BUILD_FLAG_ALLOW_COMPACTION | OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
+    options.buildFlags = OPTIX_BUILD_FLAG_ALLOW_COMPACTION | OPTIX_BUILD_FLAG_PREFER_FAST_TRACE |
+                         flags;
     options.operation = OPTIX_BUILD_OPERATION_BUILD;
+    options.motionOptions = motion;
     OptixAccelBufferSizes sizes = {};
     OPTIX_CHECK(optixAccelComputeMemoryUsage(context, &options, &input, 1, &sizes));
 
@@ -156,12 +160,13 @@ Accel buildAccel(OptixDeviceContext context, const OptixBuildInput& input) {
     return accel;
 }
 
-Accel buildInstances(OptixDeviceContext context, const std::vector<OptixInstance>& instances) {
+Accel buildInstances(OptixDeviceContext context, const std::vector<OptixInstance>& instances,
+                     const OptixMotionOptions& motion) {
     DeviceBuffer deviceInstances;
     deviceInstances.upload(instances);
     OptixBuildInput input = {};
     input.type = OPTIX_BUILD_INPUT_TYPE_INSTANCES;
     input.instanceArray.instances = deviceInstances.address();
     input.instanceArray.numInstances = unsigned(instances.size());
-    return buildAccel(context, input);
+    return buildAccel(context, input, motion);
 }

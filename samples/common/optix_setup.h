@@ -19,12 +19,13 @@ OptixDeviceContext createContext();
 class Program {
 public:
     // `launchParams` names the module's launch-parameter variable; `graphFlags` says what rays may
-    // start at (OptixTraversableGraphFlags). `opacityMicromaps`: rays may meet some (OptiX 7.6).
+    // start at (OptixTraversableGraphFlags). `opacityMicromaps`: rays may meet some (OptiX 7.6);
+    // `motionBlur`: rays have times.
     Program(OptixDeviceContext context, std::string_view ptx, unsigned payloadValues,
             unsigned attributeValues, unsigned primitiveTypeFlags,
             const char* launchParams = "params",
             unsigned graphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS,
-            bool opacityMicromaps = false);
+            bool opacityMicromaps = false, bool motionBlur = false);
     Program(const Program&) = delete;
     Program& operator=(const Program&) = delete;
     ~Program();
@@ -85,8 +86,11 @@ struct Accel {
     DeviceBuffer memory;
 };
 
-// Builds and then compacts one acceleration structure.
-Accel buildAccel(OptixDeviceContext context, const OptixBuildInput& input);
+// Builds and then compacts one acceleration structure. Motion of less than two keys is none; `flags`
+// are further OptixBuildFlags.
+Accel buildAccel(OptixDeviceContext context, const OptixBuildInput& input,
+                 const OptixMotionOptions& motion = {}, unsigned flags = 0);
 
 // An acceleration structure over instances.
-Accel buildInstances(OptixDeviceContext context, const std::vector<OptixInstance>& instances);
+Accel buildInstances(OptixDeviceContext context, const std::vector<OptixInstance>& instances,
+                     const OptixMotionOptions& motion = {});

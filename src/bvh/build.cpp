@@ -8,6 +8,8 @@
 #include "bvh/emit.h"
 #include "bvh/layout.h"
 #include "bvh/micromap_binding.h"
+#include "bvh/motion_input.h"
+#include "bvh/motion_refit.h"
 #include "bvh/parallel.h"
 #include "bvh/presplit.h"
 #include "bvh/refit.h"
@@ -22,25 +24,25 @@ namespace {
 
 constexpr uint32_t kMaxPrimitives = 1u << 30;
 constexpr size_t kReferenceBlock = 1u << 14;
-// Updates need no scratch memory, but callers allocate what they are told.
-constexpr size_t kUpdateTempSize = kBlockAlignment;
 
 uint64_t alignUp(uint64_t value, uint64_t alignment) {
     return (value + alignment - 1) / alignment * alignment;
 }
 
-LeafRules rulesOf(BlockType type) {
+LeafRules rulesOf(BlockType type, uint32_t keys) {
     LeafRules rules;
+    rules.nodeBytes = nodeBytes(keys);
     switch (type) {
     case BlockType::kTriangles:
         rules.minCount = 2;
         rules.maxCount = 8;
-        rules.bytes4 = sizeof(TriangleLeaf<4>);
-        rules.bytes8 = sizeof(TriangleLeaf<8>);
+        rules.bytes4 = leafBytes(sizeof(TriangleLeaf<4>), sizeof(TriangleKey<4>), keys, 64);
+        rules.bytes8 = leafBytes(sizeof(TriangleLeaf<8>), sizeof(TriangleKey<8>), keys, 64);
         break;
     case BlockType::kCustom:
         rules.minCount = rules.maxCount = 1;
-        rules.bytes4 = rules.bytes8 = sizeof(CustomLeaf);
+        rules.bytes4 = rules.bytes8 =
+            leafBytes(sizeof(CustomLeaf), sizeof(CustomKey), keys, kRefUnit);
         break;
     case BlockType::kInstances:
         rules.minCount = rules.maxCount = 1;
@@ -63,14 +65,17 @@ uint32_t optionBits(const BuildOptions& options) {
 
 // What counts and options say about a build.
 struct Plan {
-    BlockType type;
+    BlockType type; // without kMotionBit
+    uint32_t keys;
     LeafRules rules;
     uint32_t numInputs = 1;
     uint32_t numPrimitives = 0;
     uint32_t numReferences = 0;    // room for them: more where triangles may be split
     bool instancesMissing = false; // sizes can be asked for without buffers
-    uint64_t inputsOffset, tableOffset = 0, micromapsOffset = 0, instancesOffset = 0, nodesOffset;
+    uint64_t inputsOffset, keyBoundsOffset = 0, tableOffset = 0, micromapsOffset = 0,
+                                                 instancesOffset = 0, nodesOffset;
     uint64_t outputSize, referencesSize, treeOffset, tempSize;
+    uint64_t instanceMotionSize = 0; // scratch at the end of temp; all that updates need
 
     const SbtInput& sbtOf(const BuildInputs& inputs, uint32_t i) const {
         return type == BlockType::kTriangles ? inputs.triangles[i].sbt : inputs.customs[i].sbt;
@@ -95,7 +100,8 @@ struct Plan {
         type = !inputs.triangles.empty() ? BlockType::kTriangles
                : !inputs.customs.empty() ? BlockType::kCustom
                                          : BlockType::kInstances;
-        rules = rulesOf(type);
+        keys = std::max(options.motion.keys, 1u);
+        rules = rulesOf(type, keys);
         if (type != BlockType::kInstances)
             numInputs = uint32_t(std::max(inputs.triangles.size(), inputs.customs.size()));
         uint64_t total = 0, sbtRecords = 0;
@@ -116,8 +122,9 @@ struct Plan {
             fail(Code::kInvalidValue, total, " primitives in one structure, the limit is ",
                  kMaxPrimitives);
         numPrimitives = uint32_t(total);
-        // Updates need one place for each primitive.
-        if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate)
+        // Updates need one place for each primitive; parts of a triangle may move apart.
+        if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate &&
+            keys == 1)
             total += maxSplits(total);
         numReferences = uint32_t(total);
         const uint64_t micromapsSize = micromapTableSize(inputs.triangles);
@@ -130,6 +137,10 @@ struct Plan {
     void layOut(const BuildOptions& options, uint64_t micromapsSize) {
         inputsOffset = sizeof(BlockHeader);
         uint64_t offset = inputsOffset + uint64_t(numInputs) * sizeof(InputRecord);
+        if (keys > 1) {
+            keyBoundsOffset = offset;
+            offset += uint64_t(keys) * sizeof(KeyBounds);
+        }
         if (type == BlockType::kTriangles && options.allowRandomVertexAccess) {
             tableOffset = alignUp(offset, 64);
             offset = tableOffset + uint64_t(numPrimitives) * sizeof(uint32_t);
@@ -152,6 +163,10 @@ struct Plan {
         tempSize =
             alignUp(treeOffset + uint64_t(maxTreeNodes(numReferences, rules)) * sizeof(TreeNode),
                     kBlockAlignment);
+        if (type == BlockType::kInstances && keys > 1)
+            instanceMotionSize =
+                alignUp(uint64_t(numPrimitives) * keys * sizeof(KeyBounds), kBlockAlignment);
+        tempSize += instanceMotionSize;
     }
 };
 
@@ -262,6 +277,9 @@ public:
           header_(*reinterpret_cast<BlockHeader*>(output)) {
         tree_.nodes = reinterpret_cast<TreeNode*>(temp + plan.treeOffset);
         tree_.capacity = maxTreeNodes(plan.numReferences, plan.rules);
+        instanceMotion_.bounds =
+            reinterpret_cast<KeyBounds*>(temp + plan.tempSize - plan.instanceMotionSize);
+        instanceMotion_.read = false;
     }
 
     void run() {
@@ -286,6 +304,8 @@ private:
         std::memset(block_, 0, plan_.nodesOffset);
         header_.version = kBlockVersion;
         header_.type = plan_.micromapsOffset ? withMicromaps(plan_.type) : plan_.type;
+        if (plan_.keys > 1)
+            header_.type = withMotion(header_.type);
         header_.root = kNoNode;
         header_.usedSize = plan_.nodesOffset;
         header_.numPrimitives = plan_.numPrimitives;
@@ -297,7 +317,15 @@ private:
         header_.nodesOffset = plan_.nodesOffset;
         header_.wholeRoot = kNoNode;
         header_.options = optionBits(options_);
-        header_.motionKeys = 1;
+        header_.motionKeys = plan_.keys;
+        if (plan_.keys == 1)
+            return;
+        header_.motionFlags = options_.motion.flags;
+        header_.motionBegin = options_.motion.begin;
+        header_.motionEnd = options_.motion.end;
+        header_.keyBoundsOffset = plan_.keyBoundsOffset;
+        auto* const keys = reinterpret_cast<KeyBounds*>(block_ + plan_.keyBoundsOffset);
+        std::fill(keys, keys + plan_.keys, kNoBounds);
     }
 
     InputRecord* inputRecords() {
@@ -392,11 +420,12 @@ private:
         else
             buildSahTree(references_, scratch_, count, plan_.rules, tree_);
         emitTree(tree_, plan_.rules, writer, block_, plan_.nodesOffset);
-        if (!options_.allowUpdate)
-            return;
-        header_.wholeRoot = header_.root;
-        if (header_.numActive < count) // places given to inactive primitives are in boxes
-            refit(block_, sources);
+        if (options_.allowUpdate)
+            header_.wholeRoot = header_.root;
+        if (plan_.keys > 1) // what is there are the mean boxes
+            refitMotion(block_, sources, MotionReader(inputs_, plan_.keys), instanceMotion_);
+        else if (options_.allowUpdate && header_.numActive < count)
+            refit(block_, sources); // places given to inactive primitives are in boxes
     }
 
     void runTriangles() {
@@ -409,7 +438,10 @@ private:
             table = reinterpret_cast<uint32_t*>(block_ + plan_.tableOffset);
             std::fill(table, table + plan_.numPrimitives, kNoSlot);
         }
+        const MotionReader motion(inputs_, plan_.keys);
         const auto boxOf = [&](uint32_t input, uint32_t i, float lower[3], float upper[3]) {
+            if (plan_.keys > 1)
+                return motion.triangleBox(input, i, lower, upper);
             float v[9];
             if (!sources.triangles[input].read(i, v))
                 return false;
@@ -429,8 +461,10 @@ private:
     void runCustoms() {
         const Sources sources(inputs_);
         describeInputs(inputs_.customs);
+        const MotionReader motion(inputs_, plan_.keys);
         const auto boxOf = [&](uint32_t input, uint32_t i, float lower[3], float upper[3]) {
-            return sources.customs[input].read(i, lower, upper);
+            return plan_.keys > 1 ? motion.customBox(input, i, lower, upper)
+                                  : sources.customs[input].read(i, lower, upper);
         };
         const uint32_t count = makeReferences(boxOf);
         buildAndEmit(count, CustomWriter(sources), sources);
@@ -442,7 +476,14 @@ private:
         auto* const records = reinterpret_cast<InstanceData*>(block_ + plan_.instancesOffset);
         const OpenLevels levels = OpenLevels::of(header_.options);
         const auto boxOf = [&](uint32_t, uint32_t i, float lower[3], float upper[3]) {
-            return describeInstance(instanceAt(input, i), i, levels, records[i], lower, upper);
+            const InstanceDesc& desc = instanceAt(input, i);
+            if (plan_.keys == 1)
+                return describeInstance(desc, i, levels, records[i], lower, upper);
+            KeyBounds* const keys = instanceMotion_.bounds + uint64_t(i) * plan_.keys;
+            if (!describeMovingInstance(desc, i, levels, options_.motion, records[i], keys))
+                return false;
+            meanBox(keys, plan_.keys, lower, upper);
+            return true;
         };
         const uint32_t count = makeReferences(boxOf);
         buildAndEmit(count, InstanceWriter(plan_.instancesOffset), sources);
@@ -455,6 +496,7 @@ private:
     PrimitiveRef* references_;
     PrimitiveRef* scratch_;
     BlockHeader& header_;
+    InstanceMotion instanceMotion_;
     Tree tree_;
 };
 
@@ -464,6 +506,11 @@ void checkBuffer(const char* name, const void* buffer, size_t size, size_t neede
              kBlockAlignment);
     if (size < needed)
         fail(Code::kInvalidValue, name, " has ", size, " bytes, the build needs ", needed);
+}
+
+// Most updates need no scratch memory, but callers allocate what they are told.
+size_t updateTempSize(const Plan& plan) {
+    return std::max<size_t>(plan.instanceMotionSize, kBlockAlignment);
 }
 
 void requireInstances(const Plan& plan) {
@@ -515,7 +562,7 @@ MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& op
     MemoryUsage usage;
     usage.output = plan.outputSize;
     usage.temp = plan.tempSize;
-    usage.tempUpdate = options.allowUpdate ? kUpdateTempSize : 0;
+    usage.tempUpdate = options.allowUpdate ? updateTempSize(plan) : 0;
     return usage;
 }
 
@@ -548,6 +595,13 @@ void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const v
              optionBits(options), ", not ", header.options);
     if (kindOf(header.type) != plan.type)
         fail(Code::kInvalidValue, "an update has another type of build inputs than the build");
+    if (header.motionKeys != plan.keys)
+        fail(Code::kInvalidValue, "an update has ", plan.keys, " motion keys, the build had ",
+             header.motionKeys);
+    if (plan.keys > 1 && (header.motionFlags != options.motion.flags ||
+                          header.motionBegin != options.motion.begin ||
+                          header.motionEnd != options.motion.end))
+        fail(Code::kInvalidValue, "an update has another motion range than the build");
     if (header.numInputs != plan.numInputs || header.numPrimitives != plan.numPrimitives)
         fail(Code::kInvalidValue, "an update has ", plan.numInputs, " build inputs with ",
              plan.numPrimitives, " primitives, the build had ", header.numInputs, " with ",
@@ -560,13 +614,18 @@ void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const v
 
 void update(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
             void* output, size_t outputSize) {
-    checkBuffer("the temporary buffer", temp, tempSize, kUpdateTempSize);
+    const Plan plan(inputs, options);
+    checkBuffer("the temporary buffer", temp, tempSize, updateTempSize(plan));
     checkUpdate(inputs, options, output, outputSize);
     auto* const block = static_cast<uint8_t*>(output);
     inArena([&] {
         if (hasMicromaps(headerOf(block)->type) && options.allowMicromapUpdate)
             bindMicromaps(block, inputs.triangles);
-        refit(block, Sources(inputs));
+        if (plan.keys > 1)
+            refitMotion(block, Sources(inputs), MotionReader(inputs, plan.keys),
+                        {static_cast<KeyBounds*>(temp), true});
+        else
+            refit(block, Sources(inputs));
     });
 }
 
@@ -605,19 +664,34 @@ Box bounds(const void* block) {
     return box;
 }
 
+Box boundsAtKey(const void* block, uint32_t key) {
+    const BlockHeader& header = checkedHeader(block);
+    if (!isMoving(header.type) || key >= header.motionKeys)
+        return bounds(block);
+    const KeyBounds& b = reinterpret_cast<const KeyBounds*>(static_cast<const uint8_t*>(block) +
+                                                            header.keyBoundsOffset)[key];
+    return {{b.lower[0], b.lower[1], b.lower[2]}, {b.upper[0], b.upper[1], b.upper[2]}};
+}
+
+MotionOptions motionOf(const void* block) {
+    const BlockHeader& header = checkedHeader(block);
+    return {header.motionKeys, header.motionFlags, header.motionBegin, header.motionEnd};
+}
+
 uint64_t traversableHandle(const void* block) {
-    const bool instances = checkedHeader(block).type == BlockType::kInstances;
+    const bool instances = kindOf(checkedHeader(block).type) == BlockType::kInstances;
     return uint64_t(block) | (instances ? kIasTag : kGasTag);
 }
 
 bool triangleVertices(const void* block, uint32_t primitive, uint32_t sbtGasIndex,
-                      float vertices[9]) noexcept {
+                      float vertices[9], float time) noexcept {
     if (!isBlock(block))
         return false;
     const BlockHeader& header = *headerOf(block);
     const auto* const bytes = static_cast<const uint8_t*>(block);
     if (kindOf(header.type) != BlockType::kTriangles || !header.tableOffset)
         return false;
+    const KeySegment at = keySegment(header, time);
     const auto* inputs = reinterpret_cast<const InputRecord*>(bytes + header.inputsOffset);
     for (uint32_t i = 0; i < header.numInputs; ++i) {
         const InputRecord& input = inputs[i];
@@ -630,9 +704,17 @@ bool triangleVertices(const void* block, uint32_t primitive, uint32_t sbtGasInde
             bytes + header.tableOffset)[input.firstPrimitive + local];
         const uint32_t lanes = slot & 8 ? 8 : 4;
         const auto* leaf = reinterpret_cast<const float*>(bytes + uint64_t(slot >> 4) * 64);
-        for (uint32_t k = 0; k < 9; ++k)
-            vertices[k] = slot == kNoSlot ? std::numeric_limits<float>::quiet_NaN()
-                                          : leaf[k * lanes + (slot & 7)];
+        // Where key 0 ends and the later ones begin; see layout.h.
+        const float* later = leaf + (lanes == 4 ? sizeof(TriangleLeaf<4>)
+                                                : sizeof(TriangleLeaf<8>)) / sizeof(float);
+        const float* const first = at.key == 0 ? leaf : later + (at.key - 1) * 9 * lanes;
+        const float* const second = later + at.key * 9 * lanes;
+        for (uint32_t k = 0; k < 9; ++k) {
+            const uint32_t i = k * lanes + (slot & 7);
+            vertices[k] = slot == kNoSlot           ? std::numeric_limits<float>::quiet_NaN()
+                          : isMoving(header.type) ? between(first[i], second[i], at.fraction)
+                                                    : leaf[i];
+        }
         return true;
     }
     return false;
@@ -642,7 +724,7 @@ const void* instanceRecord(const void* block, uint32_t index) noexcept {
     if (!isBlock(block))
         return nullptr;
     const BlockHeader& header = *headerOf(block);
-    if (header.type != BlockType::kInstances || index >= header.numPrimitives)
+    if (kindOf(header.type) != BlockType::kInstances || index >= header.numPrimitives)
         return nullptr;
     return static_cast<const uint8_t*>(block) + header.instancesOffset +
            uint64_t(index) * sizeof(InstanceData);

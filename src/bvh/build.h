@@ -187,17 +187,23 @@ uint64_t compactedSize(const void* block);
 // compactedSize). The source stays as it is.
 void compact(const void* source, void* destination, size_t destinationSize);
 
-// Bounds of the active primitives; empty (lower > upper) if there are none.
+// Bounds of the active primitives at all times; empty (lower > upper) if there are none.
 Box bounds(const void* block);
+
+// The same at a motion key.
+Box boundsAtKey(const void* block, uint32_t key);
+
+// The motion options of the build; keys is 1 without motion.
+MotionOptions motionOf(const void* block);
 
 // The handle by which rays enter the block: address and tag (GAS or IAS).
 uint64_t traversableHandle(const void* block);
 
-// The vertices of a triangle, 9 floats, after the pre-transform. `primitive` includes the
+// The vertices of a triangle at a time, 9 floats, after the pre-transform. `primitive` includes the
 // primitive index offset; sbtGasIndex picks the build input. NaN if the triangle is inactive;
 // false if the block has no random vertex access or no such triangle. Never throws.
 bool triangleVertices(const void* block, uint32_t primitive, uint32_t sbtGasIndex,
-                      float vertices[9]) noexcept;
+                      float vertices[9], float time = 0) noexcept;
 
 // Address of the i-th instance's record (devlib::InstanceRecord), or null. Never throws.
 const void* instanceRecord(const void* block, uint32_t index) noexcept;

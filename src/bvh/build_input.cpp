@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bvh/build_input.h"
 
-#include "base/log.h"
 #include "base/readable.h"
+#include "bvh/motion_bounds.h"
+#include "bvh/transforms.h"
 #include "math/affine.h"
 
 #include <algorithm>
@@ -52,9 +53,7 @@ uint32_t packedVertexSize(VertexFormat format) {
     }
 }
 
-bool usable(float a) {
-    return a >= -kMaxCoordinate && a <= kMaxCoordinate;
-}
+} // namespace
 
 bool hasArea(const float v[9]) {
     double e[2][3];
@@ -65,10 +64,6 @@ bool hasArea(const float v[9]) {
     return e[0][1] * e[1][2] != e[0][2] * e[1][1] || e[0][2] * e[1][0] != e[0][0] * e[1][2] ||
            e[0][0] * e[1][1] != e[0][1] * e[1][0];
 }
-
-constexpr int kMaxTransformChain = 32;
-
-} // namespace
 
 void padBox(float lower[3], float upper[3]) {
     const float size = boxPadding(
@@ -257,10 +252,10 @@ bool leadsToBlock(uint64_t handle) {
     for (int i = 0; i < kMaxTransformChain; ++i) {
         const auto* address = reinterpret_cast<const void*>(handle & ~kTraversableTagMask);
         const uint64_t tag = handle & kTraversableTagMask;
-        if (tag == kStaticTransformTag) {
-            if (!isReadable(address, sizeof(StaticTransform)))
+        if (isTransformTag(tag)) {
+            if (!isReadableTransform(handle))
                 return false;
-            handle = static_cast<const StaticTransform*>(address)->child;
+            handle = childOf(handle);
             continue;
         }
         if ((tag != kGasTag && tag != kIasTag) || !isReadable(address, sizeof(BlockHeader)) ||
@@ -276,34 +271,20 @@ bool leadsToBlock(uint64_t handle) {
 }
 
 Box traversableBounds(uint64_t handle) {
-    std::vector<const StaticTransform*> chain;
-    while (chain.size() < kMaxTransformChain) {
-        const uint64_t address = handle & ~kTraversableTagMask;
-        const uint64_t tag = handle & kTraversableTagMask;
-        if (address == 0)
-            return {};
-        if (tag <= kStaticTransformTag && !leadsToBlock(handle))
-            return {};
-        if (tag == kStaticTransformTag) {
-            chain.push_back(reinterpret_cast<const StaticTransform*>(address));
-            handle = chain.back()->child;
-            continue;
-        }
-        if (tag != kGasTag && tag != kIasTag) {
-            logOnce(LogLevel::kWarning, "bvh",
-                    "an instance refers to a motion transform or an unknown handle: not "
-                    "supported, it is never hit");
-            return {};
-        }
-        const BlockHeader* header = reinterpret_cast<const BlockHeader*>(address);
-        if (!looksLikeBlock(header))
-            return {};
-        Box box = bounds(header);
-        for (size_t i = chain.size(); i-- > 0;)
-            box = math::transformBox(chain[i]->transform, box);
-        return box;
+    if (!leadsToBlock(handle))
+        return {};
+    std::vector<uint64_t> chain;
+    for (; isTransformTag(handle & kTraversableTagMask); handle = childOf(handle))
+        chain.push_back(handle);
+    Box box = bounds(reinterpret_cast<const void*>(handle & ~kTraversableTagMask));
+    for (size_t i = chain.size(); i-- > 0;) {
+        const auto* still =
+            reinterpret_cast<const StaticTransform*>(chain[i] & ~kTraversableTagMask);
+        box = (chain[i] & kTraversableTagMask) == kStaticTransformTag
+                  ? math::transformBox(still->transform, box)
+                  : boundsOfMotion(chain[i], box);
     }
-    return {};
+    return box;
 }
 
 } // namespace sunstone::bvh

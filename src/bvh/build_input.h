@@ -9,6 +9,7 @@
 #include "bvh/instance_bounds.h"
 #include "bvh/tree.h"
 
+#include <algorithm>
 #include <cstring>
 #include <vector>
 
@@ -20,6 +21,14 @@ constexpr float kMaxCoordinate = 0x1p100f;
 // Widens a box by a little of its size, so that traversal never culls what the triangle test
 // accepts (ray_setup.h).
 void padBox(float lower[3], float upper[3]);
+
+// Whether a coordinate is one that an active primitive may have.
+inline bool usable(float a) {
+    return a >= -kMaxCoordinate && a <= kMaxCoordinate;
+}
+
+// Whether a triangle has an area.
+bool hasArea(const float v[9]);
 
 class TriangleReader {
 public:
@@ -124,6 +133,18 @@ private:
     uint32_t firstSbtIndex_;
 };
 
+// The build input of a primitive, from the word a leaf has for it: the last one whose SBT indices
+// begin at or before its own.
+inline uint32_t inputOf(const BlockHeader& header, const InputRecord* inputs, uint32_t sbtWord) {
+    if (header.numInputs == 1)
+        return 0;
+    const uint32_t index = sbtWord & kSbtIndexMask;
+    const InputRecord* after = std::upper_bound(
+        inputs, inputs + header.numInputs, index,
+        [](uint32_t value, const InputRecord& input) { return value < input.firstSbtIndex; });
+    return uint32_t(after - inputs) - 1;
+}
+
 // What a box grows by on each side, if `size` is its longest edge.
 inline float boxPadding(float size) {
     return size * 0x1p-21f;
@@ -140,11 +161,14 @@ bool describeInstance(const InstanceDesc& from, uint32_t index, OpenLevels level
 InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_t firstPrimitive,
                             uint32_t numPrimitives, const TriangleInput* triangles);
 
-// Whether the handle leads, perhaps through static transforms, to an acceleration structure. Never
+// Longer chains of transforms lead nowhere.
+constexpr int kMaxTransformChain = 32;
+
+// Whether the handle leads, perhaps through transforms, to an acceleration structure. Never
 // faults.
 bool leadsToBlock(uint64_t handle);
 
-// Bounds of what a handle leads to, in its space; empty if it leads to nothing that can be hit.
+// Bounds of what a handle leads to, in its space, at all times; empty if it leads to nothing that can be hit.
 Box traversableBounds(uint64_t handle);
 
 } // namespace sunstone::bvh

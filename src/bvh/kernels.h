@@ -39,6 +39,9 @@ struct Kernels {
     bool (*occluded)(const void* block, const QueryRay& ray);
     // Whether the ray meets the front (or the back) of some triangle.
     bool (*meetsSide)(const void* block, const QueryRay& ray, bool front);
+    // The first two for triangles with motion keys; any other block counts as empty.
+    bool (*closestAt)(const void* block, const QueryRay& ray, float time, QueryHit& hit);
+    bool (*occludedAt)(const void* block, const QueryRay& ray, float time);
 };
 
 // The kernels of a set, which must be supported.

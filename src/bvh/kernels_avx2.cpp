@@ -4,6 +4,6 @@
 
 namespace sunstone::bvh {
 
-const Kernels kKernelsAvx2 = {avx2::closest, avx2::occluded, avx2::meetsSide};
+const Kernels kKernelsAvx2 = avx2::kAllKernels;
 
 } // namespace sunstone::bvh

@@ -4,6 +4,6 @@
 
 namespace sunstone::bvh {
 
-const Kernels kKernelsAvx512 = {avx512::closest, avx512::occluded, avx512::meetsSide};
+const Kernels kKernelsAvx512 = avx512::kAllKernels;
 
 } // namespace sunstone::bvh

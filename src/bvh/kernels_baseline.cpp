@@ -4,6 +4,6 @@
 
 namespace sunstone::bvh {
 
-const Kernels kKernelsBaseline = {baseline::closest, baseline::occluded, baseline::meetsSide};
+const Kernels kKernelsBaseline = baseline::kAllKernels;
 
 } // namespace sunstone::bvh

@@ -178,6 +178,9 @@ constexpr float kFar = 1e38f;
 struct KeyBounds {
     float lower[3], upper[3];
 };
+constexpr KeyBounds kNoBounds = {
+    {__builtin_inff(), __builtin_inff(), __builtin_inff()},
+    {-__builtin_inff(), -__builtin_inff(), -__builtin_inff()}};
 
 // A node's planes at a motion key after the first.
 struct alignas(64) KeyPlanes {

@@ -180,15 +180,7 @@ private:
         return e;
     }
 
-    uint32_t inputOf(uint32_t sbtWord) const {
-        if (header_.numInputs == 1)
-            return 0;
-        const uint32_t index = sbtWord & kSbtIndexMask;
-        const InputRecord* after = std::upper_bound(
-            inputs_, inputs_ + header_.numInputs, index,
-            [](uint32_t value, const InputRecord& input) { return value < input.firstSbtIndex; });
-        return uint32_t(after - inputs_) - 1;
-    }
+    uint32_t inputOf(uint32_t sbtWord) const { return bvh::inputOf(header_, inputs_, sbtWord); }
 
     template <class Work>
     void forLanes(NodeRef ref, const Work& work) const {

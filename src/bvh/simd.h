@@ -123,6 +123,12 @@ SUNSTONE_INLINE F8 inversePower(F8 a) {
 SUNSTONE_INLINE F8 inversePower(F8 a) { return {inversePower(a.lo), inversePower(a.hi)}; }
 #endif
 
+#if defined(__FMA__)
+SUNSTONE_INLINE F8 fusedMultiplyAdd(F8 a, F8 b, F8 c) { return {_mm256_fmadd_ps(a.v, b.v, c.v)}; }
+#else
+F8 fusedMultiplyAdd(F8 a, F8 b, F8 c); // not there: callers ask kFusedSlab first
+#endif
+
 // Distances to a plane of eight boxes, see ray_setup.h: with FMA plane * r + c, else
 // (plane - org) * r + c, where c then holds no -org * r.
 SUNSTONE_INLINE F8 slab(F8 plane, [[maybe_unused]] F8 org, F8 r, F8 c) {

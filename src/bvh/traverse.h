@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The traversal loop, a template over what happens at leaves. Included by files that are compiled
-// once per instruction set (see simd.h).
+// once per instruction set (see simd.h). How nodes are tested is a second parameter.
 //
 // A Visitor has
 //   static constexpr bool kOrdered;     visit near children first (closest hit), or in any order
@@ -73,14 +73,27 @@ SUNSTONE_INLINE Mask testNode(const uint8_t* node, const RaySetup& s, const Slab
     return lessEqual(distance, end);
 }
 
-template <class Visitor>
-[[gnu::always_inline]] static inline void traverse(const void* blockAddress, const RaySetup& setup,
-                                                   Visitor& visitor) {
+// How nodes are tested: those without motion. (motion_traverse.h has those with.)
+struct StillNodes {
+    const RaySetup& setup;
+    SlabLanes lanes;
+
+    SUNSTONE_INLINE_MEMBER explicit StillNodes(const RaySetup& s) : setup(s), lanes(s) {}
+    SUNSTONE_INLINE_MEMBER Mask test(const uint8_t* node, float tmax, F8& distance) const {
+        return testNode(node, setup, lanes, tmax, distance);
+    }
+    SUNSTONE_INLINE_MEMBER static void prefetch(const uint8_t* block, uint64_t offset) {
+        prefetchNode(block, offset);
+    }
+};
+
+template <class Nodes, class Visitor>
+[[gnu::always_inline]] static inline void traverseNodes(const void* blockAddress,
+                                                        const Nodes& nodes, Visitor& visitor) {
     const uint8_t* const block = static_cast<const uint8_t*>(blockAddress);
     NodeRef ref = headerOf(block)->root;
     if (ref == kNoNode)
         return;
-    const SlabLanes lanes(setup);
     uint64_t stack[kStackSize];
     uint64_t* top = stack;
     for (;;) {
@@ -88,7 +101,7 @@ template <class Visitor>
             const uint8_t* const node = block + offsetOf(ref);
             const NodeRef* const children = reinterpret_cast<const Node*>(node)->children;
             F8 distance;
-            Mask hits = testNode(node, setup, lanes, visitor.tmax, distance);
+            Mask hits = nodes.test(node, visitor.tmax, distance);
             if (hits) {
                 ref = children[lowestBit(hits)];
                 const Mask rest = hits & (hits - 1);
@@ -98,7 +111,7 @@ template <class Visitor>
                 if constexpr (!Visitor::kOrdered) {
                     for (Mask m = rest; m; m &= m - 1) {
                         *top = children[lowestBit(m)];
-                        prefetchNode(block, offsetOf(NodeRef(*top)));
+                        nodes.prefetch(block, offsetOf(NodeRef(*top)));
                         ++top;
                     }
                     continue;
@@ -113,7 +126,7 @@ template <class Visitor>
                 Mask more = rest & (rest - 1);
                 if (more == 0) {
                     *top++ = b;
-                    prefetchNode(block, offsetOf(NodeRef(b)));
+                    nodes.prefetch(block, offsetOf(NodeRef(b)));
                     ref = NodeRef(a);
                     continue;
                 }
@@ -140,7 +153,7 @@ template <class Visitor>
                 }
                 ref = NodeRef(a);
                 for (const uint64_t* e = first; e != top; ++e)
-                    prefetchNode(block, offsetOf(NodeRef(*e)));
+                    nodes.prefetch(block, offsetOf(NodeRef(*e)));
                 continue;
             }
         } else if (visitor.leaf(block, ref)) {
@@ -157,6 +170,12 @@ template <class Visitor>
             }
         }
     }
+}
+
+template <class Visitor>
+[[gnu::always_inline]] static inline void traverse(const void* block, const RaySetup& setup,
+                                                   Visitor& visitor) {
+    traverseNodes(block, StillNodes(setup), visitor);
 }
 
 } // namespace sunstone::bvh::SUNSTONE_ISA

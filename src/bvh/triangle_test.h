@@ -50,22 +50,28 @@ template <unsigned N>
     }
 }
 
-// Lanes whose triangle the ray hits at tmin <= t <= tmax; their values are in `out`.
+// One coordinate of one vertex of all triangles in a leaf.
 template <unsigned N, class F>
-SUNSTONE_INLINE Mask testTriangles(const TriangleLeaf<N>& leaf, const RaySetup& s,
+SUNSTONE_INLINE F vertexLanes(const TriangleLeaf<N>& leaf, uint32_t vertex, uint32_t axis, F* f) {
+    return load(leaf.vertices + (3 * vertex + axis) * N, f);
+}
+
+// Lanes whose triangle the ray hits at tmin <= t <= tmax; their values are in `out`.
+// Leaf: what has an overload of vertexLanes.
+template <unsigned N, class F, class Leaf>
+SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const RaySetup& s,
                                    const ShearLanes<F>& r, float tmax,
                                    TriangleCandidates<N>& out) {
     F* const f = nullptr;
-    const float* vx = leaf.vertices + s.axis[0] * N;
-    const float* vy = leaf.vertices + s.axis[1] * N;
-    const float* vz = leaf.vertices + s.axis[2] * N;
-    const F az = load(vz, f) - r.oz, bz = load(vz + 3 * N, f) - r.oz,
-            cz = load(vz + 6 * N, f) - r.oz;
-    const F ax = (load(vx, f) - r.ox) - r.sx * az, ay = (load(vy, f) - r.oy) - r.sy * az;
-    const F bx = (load(vx + 3 * N, f) - r.ox) - r.sx * bz,
-            by = (load(vy + 3 * N, f) - r.oy) - r.sy * bz;
-    const F cx = (load(vx + 6 * N, f) - r.ox) - r.sx * cz,
-            cy = (load(vy + 6 * N, f) - r.oy) - r.sy * cz;
+    const uint32_t kx = s.axis[0], ky = s.axis[1], kz = s.axis[2];
+    const F az = vertexLanes(leaf, 0, kz, f) - r.oz, bz = vertexLanes(leaf, 1, kz, f) - r.oz,
+            cz = vertexLanes(leaf, 2, kz, f) - r.oz;
+    const F ax = (vertexLanes(leaf, 0, kx, f) - r.ox) - r.sx * az,
+            ay = (vertexLanes(leaf, 0, ky, f) - r.oy) - r.sy * az;
+    const F bx = (vertexLanes(leaf, 1, kx, f) - r.ox) - r.sx * bz,
+            by = (vertexLanes(leaf, 1, ky, f) - r.oy) - r.sy * bz;
+    const F cx = (vertexLanes(leaf, 2, kx, f) - r.ox) - r.sx * cz,
+            cy = (vertexLanes(leaf, 2, ky, f) - r.oy) - r.sy * cz;
     F u = cx * by - cy * bx, v = ax * cy - ay * cx, w = bx * ay - by * ax;
     const F zero = splat(0.0f, f);
     const F least = min(min(u, v), w), most = max(max(u, v), w);

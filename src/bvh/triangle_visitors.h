@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Visitors for structures of triangles where no program runs during traversal: the nearest hit and
-// any hit at all. The best hit stays in registers. Included through traverse.h.
+// any hit at all. The best hit stays in registers. Included through traverse.h. Visitors of triangles
+// have visit(leaf, lanes), the same for leaves with motion (motion_traverse.h); true ends.
 #pragma once
 
 #include "bvh/traverse.h"
@@ -19,6 +20,16 @@ struct Culling {
     }
 };
 
+// Shows the visitor the triangles of a leaf without motion.
+template <class Visitor>
+SUNSTONE_INLINE bool visitTriangles(Visitor& visitor, const uint8_t* block, NodeRef ref) {
+    const void* address = block + offsetOf(ref);
+    if ((ref & kNodeTagMask) == kLeaf)
+        return visitor.visit(*static_cast<const TriangleLeaf<4>*>(address),
+                             lowHalf(visitor.shear));
+    return visitor.visit(*static_cast<const TriangleLeaf<8>*>(address), visitor.shear);
+}
+
 // Finds the hit with the smallest t; among equal ones that of the lowest primitive index, so that
 // the answer does not depend on the order of visits.
 struct ClosestTriangle {
@@ -35,8 +46,9 @@ struct ClosestTriangle {
     SUNSTONE_INLINE_MEMBER ClosestTriangle(const RaySetup& s, float tmax, Culling culling)
         : setup(s), shear(shearLanes(s)), culling(culling), tmax(tmax) {}
 
-    template <unsigned N, class F>
-    SUNSTONE_INLINE_MEMBER void test(const TriangleLeaf<N>& leaf, const ShearLanes<F>& lanes) {
+    template <class Leaf, class F>
+    SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf, const ShearLanes<F>& lanes) {
+        constexpr unsigned N = F::kLanes;
         TriangleCandidates<N> c;
         for (Mask m = testTriangles<N, F>(leaf, setup, lanes, tmax, c); m; m &= m - 1) {
             const unsigned i = lowestBit(m);
@@ -51,15 +63,11 @@ struct ClosestTriangle {
             primitive = leaf.primitive[i];
             sbt = leaf.sbt[i];
         }
+        return false;
     }
 
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
-        const void* address = block + offsetOf(ref);
-        if ((ref & kNodeTagMask) == kLeaf)
-            test(*static_cast<const TriangleLeaf<4>*>(address), lowHalf(shear));
-        else
-            test(*static_cast<const TriangleLeaf<8>*>(address), shear);
-        return false;
+        return visitTriangles(*this, block, ref);
     }
 };
 
@@ -76,24 +84,22 @@ struct AnyTriangle {
     SUNSTONE_INLINE_MEMBER AnyTriangle(const RaySetup& s, float tmax, Culling culling)
         : setup(s), shear(shearLanes(s)), culling(culling), tmax(tmax) {}
 
-    template <unsigned N, class F>
-    SUNSTONE_INLINE_MEMBER bool test(const TriangleLeaf<N>& leaf, const ShearLanes<F>& lanes) {
+    template <class Leaf, class F>
+    SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf, const ShearLanes<F>& lanes) {
+        constexpr unsigned N = F::kLanes;
         TriangleCandidates<N> c;
         for (Mask m = testTriangles<N, F>(leaf, setup, lanes, tmax, c); m; m &= m - 1) {
             const unsigned i = lowestBit(m);
-            if (!culling.drops(c.det[i], leaf.sbt[i]))
+            if (!culling.drops(c.det[i], leaf.sbt[i])) {
+                found = true;
                 return true;
+            }
         }
         return false;
     }
 
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
-        const void* address = block + offsetOf(ref);
-        if ((ref & kNodeTagMask) == kLeaf)
-            found = test(*static_cast<const TriangleLeaf<4>*>(address), lowHalf(shear));
-        else
-            found = test(*static_cast<const TriangleLeaf<8>*>(address), shear);
-        return found;
+        return visitTriangles(*this, block, ref);
     }
 };
 

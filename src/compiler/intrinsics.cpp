@@ -14,6 +14,7 @@ namespace sunstone::compiler {
 namespace {
 
 using devlib::ExceptionInfo;
+using devlib::GasMotion;
 using devlib::Hit;
 using devlib::InstanceRecord;
 using devlib::RayState;
@@ -151,9 +152,12 @@ private:
             kAny, true);
         add("get_instance_traversable_from_ias", IntrinsicOp::kInstanceHandle, 0, "l", "lr", kAny,
             true);
-        add("get_gas_motion_time_begin", IntrinsicOp::kMotionTime, 0, "f", "l", kAny, true);
-        add("get_gas_motion_time_end", IntrinsicOp::kMotionTime, 0, "f", "l", kAny, true);
-        add("get_gas_motion_step_count", IntrinsicOp::kMotionSteps, 0, "r", "l", kAny, true);
+        add("get_gas_motion_time_begin", IntrinsicOp::kGasMotion, offsetof(GasMotion, begin), "f",
+            "l", kAny, true);
+        add("get_gas_motion_time_end", IntrinsicOp::kGasMotion, offsetof(GasMotion, end), "f", "l",
+            kAny, true);
+        add("get_gas_motion_step_count", IntrinsicOp::kGasMotion, offsetof(GasMotion, keys), "r",
+            "l", kAny, true);
     }
 
     void control() {

@@ -39,9 +39,8 @@ enum class IntrinsicOp : uint8_t {
     kInstanceField,    // number = offset in InstanceRecord; result is its value
     kTriangleVertices,
     kInstanceHandle, // of the n-th instance of an instance acceleration structure
-    kMotionTime,     // 0 without motion
-    kMotionSteps,      // 1 without motion
     kFootprint,        // number = form of the sampling call
+    kGasMotion,      // number = offset in GasMotion
     kCallable,         // number = 1: continuation
     kLater,            // known, not available yet
 };

@@ -217,15 +217,10 @@ private:
             return builder_.CreateZExt(
                 builder_.CreateICmpEQ(argument(0), builder_.getInt32(devlib::kHitTriangleBack)),
                 type);
-        case IntrinsicOp::kMotionTime:
-        case IntrinsicOp::kMotionSteps:
-            if (unit_.rules().motionBlur)
-                fault(ErrorCode::kNotSupported, "motion is not available");
+        case IntrinsicOp::kGasMotion:
             checkAccess(devlib::kAccessMotion, argument(0), builder_.getInt32(0),
                         builder_.getInt32(0));
-            return intrinsic_->op == IntrinsicOp::kMotionSteps
-                       ? static_cast<Value*>(builder_.getInt32(1))
-                       : llvm::ConstantFP::get(type, 0.0);
+            return gasMotion(type);
         case IntrinsicOp::kCallable:
             return callable();
         case IntrinsicOp::kTriangleVertices:
@@ -258,6 +253,23 @@ private:
         return all;
     }
 
+    // A member of GasMotion.
+    Value* gasMotion(llvm::Type* type) {
+        Value* memory = entryAlloca(
+            llvm::ArrayType::get(word(), sizeof(devlib::GasMotion) / sizeof(uint32_t)), 4);
+        auto* signature = llvm::FunctionType::get(builder_.getVoidTy(),
+                                                  {builder_.getInt64Ty(), pointer()}, false);
+        Value* target = loadInvariant(launch(), offsetof(LaunchState, gasMotion), pointer());
+        builder_.CreateCall(signature, target, {argument(0), memory});
+        return load(memory, number(), type);
+    }
+
+    // Time is what a program says only where the pipeline has motion blur; else always 0.
+    Value* timeOf(Value* time) {
+        return unit_.rules().motionBlur ? time
+                                        : llvm::ConstantFP::get(builder_.getFloatTy(), 0.0);
+    }
+
     Value* triangleVertices(llvm::Type* type) {
         checkAccess(devlib::kAccessVertices, argument(0), argument(1), argument(2));
         llvm::Type* number = builder_.getFloatTy();
@@ -267,7 +279,7 @@ private:
             false);
         Value* target = loadInvariant(launch(), offsetof(LaunchState, triangleVertices), pointer());
         builder_.CreateCall(signature, target,
-                            {argument(0), argument(1), argument(2), argument(3), memory});
+                            {argument(0), argument(1), argument(2), timeOf(argument(3)), memory});
         Value* all = llvm::PoisonValue::get(type);
         for (unsigned i = 0; i < 9; ++i)
             all = builder_.CreateInsertValue(all, load(memory, i * 4u, number), i);
@@ -530,7 +542,7 @@ private:
         }
         store(ray, offsetof(RayState, tmin), argument(base + 7));
         store(ray, offsetof(RayState, tmax), argument(base + 8));
-        store(ray, offsetof(RayState, time), argument(base + 9));
+        store(ray, offsetof(RayState, time), timeOf(argument(base + 9)));
         store(ray, offsetof(RayState, visibilityMask), bits8(10));
         store(ray, offsetof(RayState, rayFlags),
               builder_.CreateAnd(argument(base + 11), builder_.getInt32(0xffff)));

@@ -137,6 +137,12 @@ struct ExceptionInfo {
     const char* line; // "file:line:column", null if not known
 };
 
+// Motion of a geometry acceleration structure, as built; 1 key and times 0 without motion.
+struct GasMotion {
+    uint32_t keys;
+    float begin, end;
+};
+
 // Everything the programs of one launch share; read only while it runs.
 struct LaunchState {
     const void* params;           // launch parameter block (a copy made in stream order)
@@ -170,6 +176,7 @@ struct LaunchState {
     void (*triangleVertices)(uint64_t gas, uint32_t primitive, uint32_t sbtGasIndex, float time,
                              float* vertices); // nine floats
     uint64_t (*instanceHandle)(uint64_t ias, uint32_t index);
+    void (*gasMotion)(uint64_t gas, GasMotion* motion);
 };
 
 // A hit: the candidate an any-hit or intersection program looks at, or the accepted one.

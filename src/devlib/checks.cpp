@@ -24,7 +24,7 @@ const bvh::BlockHeader* blockOf(uint64_t handle, HandleTag tag) {
 
 void checkVertices(RayState* state, uint64_t gas, uint32_t primitive, uint32_t sbtGasIndex) {
     const bvh::BlockHeader* block = blockOf(gas, kTagGas);
-    if (!block || block->type == bvh::BlockType::kInstances)
+    if (!block || bvh::kindOf(block->type) == bvh::BlockType::kInstances)
         return raise(state, kExceptionInvalidArgument0);
     if (!(block->options & bvh::kOptionVertexAccess))
         return raise(state, kExceptionUnsupportedDataAccess);
@@ -100,7 +100,7 @@ void checkAccess(RayState* state, uint32_t kind, uint64_t handle, uint32_t first
         return;
     case kAccessMotion: {
         const bvh::BlockHeader* block = blockOf(handle, kTagGas);
-        if (!block || block->type == bvh::BlockType::kInstances)
+        if (!block || bvh::kindOf(block->type) == bvh::BlockType::kInstances)
             raise(state, kExceptionInvalidArgument0);
         return;
     }

@@ -6,6 +6,7 @@
 #include "bvh/build.h"
 #include "bvh/kernels.h"
 #include "bvh/layout.h"
+#include "bvh/transforms.h"
 #include "devlib/checks.h"
 #include "devlib/sbt.h"
 #include "devlib/trace_sets.h"
@@ -24,6 +25,8 @@ static_assert(offsetof(InstanceRecord, instanceId) == offsetof(bvh::InstanceData
 static_assert(offsetof(InstanceRecord, index) == offsetof(bvh::InstanceData, index));
 static_assert(uint64_t(kTagGas) == bvh::kGasTag && uint64_t(kTagIas) == bvh::kIasTag &&
               uint64_t(kTagStatic) == bvh::kStaticTransformTag &&
+              uint64_t(kTagMatrixMotion) == bvh::kMatrixMotionTag &&
+              uint64_t(kTagSrtMotion) == bvh::kSrtMotionTag &&
               uint64_t(kTagMask) == bvh::kTraversableTagMask);
 
 namespace {
@@ -68,11 +71,17 @@ const void* blockAt(uint64_t handle, HandleTag tag) {
     return bvh::isBlock(block) ? block : nullptr;
 }
 
-void triangleVertices(uint64_t gas, uint32_t primitive, uint32_t sbtGasIndex, float,
+void triangleVertices(uint64_t gas, uint32_t primitive, uint32_t sbtGasIndex, float time,
                       float* vertices) {
     const void* block = blockAt(gas, kTagGas);
-    if (!block || !bvh::triangleVertices(block, primitive, sbtGasIndex, vertices))
+    if (!block || !bvh::triangleVertices(block, primitive, sbtGasIndex, vertices, time))
         std::fill(vertices, vertices + 9, std::numeric_limits<float>::quiet_NaN());
+}
+
+void gasMotion(uint64_t gas, GasMotion* motion) {
+    const void* block = blockAt(gas, kTagGas);
+    const bvh::MotionOptions options = block ? bvh::motionOf(block) : bvh::MotionOptions{};
+    *motion = {options.keys, options.begin, options.end};
 }
 
 uint64_t instanceHandle(uint64_t ias, uint32_t index) {
@@ -91,13 +100,9 @@ bool leadsToMemory(uint64_t handle) {
     case kTagIas:
         return isReadable(address, sizeof(bvh::BlockHeader));
     case kTagStatic:
-        return isReadable(address, sizeof(bvh::StaticTransform));
     case kTagMatrixMotion:
     case kTagSrtMotion:
-        logOnce(LogLevel::kError, "devlib",
-                "optixTrace through a motion transform: motion is not available yet, the ray "
-                "misses");
-        return false;
+        return bvh::isReadableTransform(handle);
     default:
         return false;
     }
@@ -132,6 +137,7 @@ void bindTrace(LaunchState& launch, const TraceFeatures& features) {
     launch.instanceHandle = instanceHandle;
     launch.checkAccess = checkAccess;
     launch.checkPayload = checkPayload;
+    launch.gasMotion = gasMotion;
 }
 
 bool isTraversable(uint64_t handle) {

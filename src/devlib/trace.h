@@ -2,7 +2,7 @@
 // The run-time behind optixTrace, optixReportIntersection and callables on the CPU: functions that
 // compiled programs reach through LaunchState (abi.h).
 //
-// What happens with bad input: a null, foreign or motion handle, a ray with NaN or infinity, and a
+// What happens with bad input: a null or foreign handle, a ray with NaN or infinity, and a
 // trace deeper than maxTraceDepth act as a miss (the last without running the miss program); an SBT
 // index out of range, a record no group was packed into, and a group without the program act as a
 // program that does nothing. If the pipeline has the trace-depth exception, too deep a trace or graph
@@ -26,7 +26,7 @@ struct TraceFeatures {
 
 // Whether the handle's own memory is mapped: asked once per thread for a handle that programs pass
 // to optixTrace, and for children of static transforms; see ThreadState::knownHandles. (Children of
-// instances are looked at when their structure is built.) Says in the log why motion misses.
+// instances are looked at when their structure is built.)
 bool isTraversable(uint64_t handle);
 
 struct TraceVariant {

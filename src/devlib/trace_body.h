@@ -8,6 +8,8 @@
 //   - otherwise ProgramTriangles or CustomPrimitives, which show each candidate to any-hit and
 //     intersection programs through RayState;
 //   - MicromapTriangles where triangles have opacity micromaps.
+// What moves goes through motion_body.h, which interpolates at the ray's time and shows primitives to
+// the same visitors.
 // The best hit is kept in the Tracer and moves into RayState::hit at the end, because until then
 // that field is the candidate's. Programs run with RayState::tmax as the manual says: the candidate's
 // t in any-hit, the best t in intersection and closest-hit, the ray's own in miss.
@@ -18,6 +20,7 @@
 #pragma once
 
 #include "bvh/micromap_lookup.h"
+#include "bvh/motion_traverse.h"
 #include "bvh/triangle_visitors.h"
 #include "devlib/sbt.h"
 #include "devlib/trace.h"
@@ -98,6 +101,8 @@ public:
                 return enterInstances(handle, org, dir);
             if (tag == kTagStatic)
                 return enterStaticTransform(handle, org, dir);
+            if (tag == kTagMatrixMotion || tag == kTagSrtMotion)
+                return enterMotionTransform(handle, org, dir);
         }
         if (tagOf(handle) != kTagGas)
             return false;
@@ -111,6 +116,8 @@ public:
             return enterCustoms(block, org, dir);
         if (block->type == bvh::withMicromaps(bvh::BlockType::kTriangles))
             return enterMicromaps(block, org, dir);
+        if (bvh::isMoving(block->type))
+            return enterMoving(block, org, dir);
         return false;
     }
 
@@ -236,7 +243,7 @@ private:
         switch (tagOf(handle)) {
         case kTagGas: {
             const bvh::BlockHeader* block = blockOf(handle);
-            if (!block || block->type == bvh::BlockType::kInstances)
+            if (!block || bvh::kindOf(block->type) == bvh::BlockType::kInstances)
                 return kExceptionInvalidTraversable;
             if (transformCount_ == 0 && flags != 0 && !(flags & kSingleGas))
                 return kExceptionUnsupportedSingleGas;
@@ -247,7 +254,7 @@ private:
         case kTagIas: {
             const bvh::BlockHeader* block = blockOf(handle);
             const bool allowed = flags == 0 || (flags != kSingleGas && transformCount_ == 0);
-            return block && block->type == bvh::BlockType::kInstances && allowed
+            return block && bvh::kindOf(block->type) == bvh::BlockType::kInstances && allowed
                        ? 0
                        : kExceptionInvalidTraversable;
         }
@@ -262,7 +269,7 @@ private:
 
     // Bits of OptixPrimitiveTypeFlags.
     static uint32_t primitiveFlagOf(const bvh::BlockHeader& block) {
-        switch (block.type) {
+        switch (bvh::kindOf(block.type)) {
         case bvh::BlockType::kTriangles:
             return 1u << 31;
         case bvh::BlockType::kCustom:
@@ -375,9 +382,9 @@ private:
         isa::Culling culling;
         float tmax;
 
-        template <unsigned N, class F>
-        SUNSTONE_INLINE_MEMBER bool test(const bvh::TriangleLeaf<N>& leaf,
-                                         const isa::ShearLanes<F>& lanes) {
+        template <class Leaf, class F>
+        SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf, const isa::ShearLanes<F>& lanes) {
+            constexpr unsigned N = F::kLanes;
             isa::TriangleCandidates<N> c;
             for (isa::Mask m = isa::testTriangles<N, F>(leaf, setup, lanes, tmax, c); m;
                  m &= m - 1) {
@@ -392,10 +399,7 @@ private:
             return false;
         }
         SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, bvh::NodeRef ref) {
-            const void* address = block + bvh::offsetOf(ref);
-            if ((ref & bvh::kNodeTagMask) == bvh::kLeaf)
-                return test(*static_cast<const bvh::TriangleLeaf<4>*>(address), lowHalf(shear));
-            return test(*static_cast<const bvh::TriangleLeaf<8>*>(address), shear);
+            return isa::visitTriangles(*this, block, ref);
         }
     };
 
@@ -431,9 +435,9 @@ private:
         bool twoStates;
         float tmax;
 
-        template <unsigned N, class F>
-        SUNSTONE_INLINE_MEMBER bool test(const bvh::TriangleLeaf<N>& leaf,
-                                         const isa::ShearLanes<F>& lanes) {
+        template <class Leaf, class F>
+        SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf, const isa::ShearLanes<F>& lanes) {
+            constexpr unsigned N = F::kLanes;
             isa::TriangleCandidates<N> c;
             for (isa::Mask m = isa::testTriangles<N, F>(leaf, setup, lanes, tmax, c); m;
                  m &= m - 1) {
@@ -466,10 +470,7 @@ private:
         }
 
         SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, bvh::NodeRef ref) {
-            const void* address = block + bvh::offsetOf(ref);
-            if ((ref & bvh::kNodeTagMask) == bvh::kLeaf)
-                return test(*static_cast<const bvh::TriangleLeaf<4>*>(address), lowHalf(shear));
-            return test(*static_cast<const bvh::TriangleLeaf<8>*>(address), shear);
+            return isa::visitTriangles(*this, block, ref);
         }
     };
 
@@ -553,9 +554,12 @@ private:
                                         const isa::RaySetup& setup) {
         isa::AnyTriangle visitor(setup, tmax_, culling());
         isa::traverse(block, setup, visitor);
-        found_ = found_ || visitor.found;
-        ended_ = visitor.found;
-        if (visitor.found) {
+        return takeOccluded(visitor.found);
+    }
+    SUNSTONE_INLINE_MEMBER bool takeOccluded(bool found) {
+        found_ = found_ || found;
+        ended_ = found;
+        if (found) {
             best_ = {};
             best_.kind = kHitTriangleFront;
             keepPath();
@@ -566,17 +570,27 @@ private:
     struct FirstTriangle : isa::ClosestTriangle {
         static constexpr bool kOrdered = false;
         using ClosestTriangle::ClosestTriangle;
-        SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, bvh::NodeRef ref) {
-            ClosestTriangle::leaf(block, ref);
+        template <class Leaf, class F>
+        SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf, const isa::ShearLanes<F>& lanes) {
+            ClosestTriangle::visit(leaf, lanes);
             return found;
+        }
+        SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, bvh::NodeRef ref) {
+            return isa::visitTriangles(*this, block, ref);
         }
     };
 
     template <bool kAll>
+    using ClosestVisitor = std::conditional_t<kAll, isa::ClosestTriangle, FirstTriangle>;
+
+    template <bool kAll>
     [[gnu::noinline]] bool walkClosest(const bvh::BlockHeader* block, const isa::RaySetup& setup) {
-        using Visitor = std::conditional_t<kAll, isa::ClosestTriangle, FirstTriangle>;
-        Visitor visitor(setup, tmax_, culling());
+        ClosestVisitor<kAll> visitor(setup, tmax_, culling());
         isa::traverse(block, setup, visitor);
+        return takeClosest<kAll>(visitor);
+    }
+    template <bool kAll>
+    SUNSTONE_INLINE_MEMBER bool takeClosest(const isa::ClosestTriangle& visitor) {
         if (!visitor.found)
             return false;
         found_ = true;
@@ -614,7 +628,8 @@ private:
 
     // Where one primitive is all there is, the root is its leaf, and no node above has tested its
     // box: intersection programs may rely on being asked only where the ray meets it.
-    static bool meetsBounds(const bvh::BlockHeader* block, const isa::RaySetup& s, float tmax) {
+    static bool meetsBounds(const float lower[3], const float upper[3], const isa::RaySetup& s,
+                            float tmax) {
         const auto distance = [&](int axis, float plane, float r, float c) {
             if constexpr (isa::kFusedSlab)
                 return __builtin_fmaf(plane, r, c);
@@ -624,7 +639,7 @@ private:
         float enter = isa::larger(s.tmin, 0.0f), leave = tmax;
         for (int i = 0; i < 3; ++i) {
             const bool backwards = s.nearPlanes[i] & 32;
-            const float low = block->lower[i], high = block->upper[i];
+            const float low = lower[i], high = upper[i];
             enter = isa::larger(distance(i, backwards ? high : low, s.nearR[i], s.nearC[i]), enter);
             leave = isa::smaller(distance(i, backwards ? low : high, s.farR[i], s.farC[i]), leave);
         }
@@ -635,7 +650,8 @@ private:
                                         const float dir[3]) {
         isa::RaySetup setup;
         isa::setupRay(setup, block, org, dir, state_->tmin, tmax_);
-        if ((block->root & bvh::kNodeTagMask) != bvh::kInner && !meetsBounds(block, setup, tmax_))
+        if ((block->root & bvh::kNodeTagMask) != bvh::kInner &&
+            !meetsBounds(block->lower, block->upper, setup, tmax_))
             return false;
         startPrograms(org, dir);
         CustomPrimitives visitor{*this, tmax_};
@@ -662,12 +678,16 @@ private:
     [[gnu::noinline]] bool enterInstances(uint64_t handle, const float org[3],
                                           const float dir[3]) {
         const bvh::BlockHeader* block = blockOf(handle);
-        if (!block || block->type != bvh::BlockType::kInstances ||
-            !isa::isRay(org, dir, state_->tmin, tmax_))
+        if (!block || !isa::isRay(org, dir, state_->tmin, tmax_))
             return false;
         if (__builtin_expect(iasCount_ != 0, 0) && isInside(handle))
             return false;
         iasPath_[iasCount_++] = handle;
+        if (block->type != bvh::BlockType::kInstances) {
+            enterMovingInstances(block, org, dir);
+            --iasCount_;
+            return ended_;
+        }
         isa::RaySetup setup;
         isa::setupRay(setup, block, org, dir, state_->tmin, tmax_);
         Instances visitor{*this, org, dir, tmax_};
@@ -737,6 +757,21 @@ private:
         return end;
     }
 
+    // motion_body.h
+    [[gnu::noinline]] bool enterMoving(const bvh::BlockHeader* block, const float org[3],
+                                       const float dir[3]);
+    [[gnu::noinline]] bool enterMovingInstances(const bvh::BlockHeader* block, const float org[3],
+                                                const float dir[3]);
+    [[gnu::noinline]] bool enterMotionTransform(uint64_t handle, const float org[3],
+                                                const float dir[3]);
+    bool enterMovingTriangles(const isa::MovingNodes& nodes, const bvh::BlockHeader* block,
+                              bvh::KeySegment at, const isa::RaySetup& setup);
+    bool enterMovingCustoms(const isa::MovingNodes& nodes, const bvh::BlockHeader* block,
+                            bvh::KeySegment at, const isa::RaySetup& setup);
+    template <bool kAll>
+    bool walkMovingMicromaps(const isa::MovingNodes& nodes, const bvh::BlockHeader* block,
+                             bvh::KeySegment at, const isa::RaySetup& setup);
+
     RayState* const state_;
     const LaunchState& launch_;
     const uint32_t rayFlags_;
@@ -753,6 +788,12 @@ private:
     uint64_t bestTransforms_[kMaxGraphDepth];
     uint64_t iasPath_[kMaxGraphDepth + 1]; // one transform at least is between two of them
 };
+
+} // namespace sunstone::devlib::SUNSTONE_TRACE_SPACE
+
+#include "devlib/motion_body.h"
+
+namespace sunstone::devlib::SUNSTONE_TRACE_SPACE {
 
 [[gnu::noinline]] static void runMiss(RayState* state) {
     const SbtView& sbt = state->launch->sbt;

@@ -15,9 +15,14 @@ void emitProperty(const AccelEmit& emit, const void* block) {
         std::memcpy(emit.destination, &size, sizeof(size));
         return;
     }
-    bvh::Box box = bvh::bounds(block);
-    float values[6] = {box.lower.x, box.lower.y, box.lower.z, box.upper.x, box.upper.y, box.upper.z};
-    std::memcpy(emit.destination, values, sizeof(values));
+    const uint32_t keys = bvh::motionOf(block).keys;
+    for (uint32_t key = 0; key < keys; ++key) {
+        const bvh::Box box = bvh::boundsAtKey(block, key);
+        const float values[6] = {box.lower.x, box.lower.y, box.lower.z,
+                                 box.upper.x, box.upper.y, box.upper.z};
+        std::memcpy(static_cast<uint8_t*>(emit.destination) + key * sizeof(values), values,
+                    sizeof(values));
+    }
 }
 
 void enqueue(const std::shared_ptr<Context>& context, void* stream, std::function<void()> work) {
@@ -51,6 +56,11 @@ bvh::BuildInputs AccelInputs::view() const {
 const uint32_t* AccelInputs::keepFlags(const unsigned* words, size_t count) {
     flags.emplace_back(words, words + count);
     return flags.back().data();
+}
+
+const void* const* AccelInputs::keepKeys(std::vector<const void*> buffers) {
+    keys.push_back(std::move(buffers));
+    return keys.back().data();
 }
 
 uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request) {

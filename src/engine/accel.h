@@ -19,11 +19,14 @@ struct AccelInputs {
     std::vector<bvh::CustomInput> customs;
     std::unique_ptr<bvh::InstanceInput> instances;
     std::vector<std::vector<uint32_t>> flags; // owned copies that the inputs point to
+    std::vector<std::vector<const void*>> keys; // the same of buffers for motion keys
 
     // The view the builders take. Valid while this object lives and stays where it is.
     bvh::BuildInputs view() const;
     // Keeps a copy of flag words and returns its address.
     const uint32_t* keepFlags(const unsigned* words, size_t count);
+    // Keeps the addresses of one buffer for each motion key.
+    const void* const* keepKeys(std::vector<const void*> buffers);
 };
 
 struct AccelEmit {

@@ -110,15 +110,6 @@ TEST_P(AccelAccess, TransformsBecomeTraversables) {
         InstanceList top({instanceOf(handle, identity())});
         EXPECT_EQ(away ? 1u : 2u, trace(buildAccel(context_, log_, {top.input}).handle));
     }
-    // Motion is not there yet, and says so.
-    for (OptixTraversableType type : {OPTIX_TRAVERSABLE_TYPE_MATRIX_MOTION_TRANSFORM,
-                                      OPTIX_TRAVERSABLE_TYPE_SRT_MOTION_TRANSFORM}) {
-        OptixTraversableHandle handle = 0;
-        EXPECT_REJECTED(
-            OPTIX_ERROR_NOT_SUPPORTED, "optixConvertPointerToTraversableHandle", "motion",
-            optixConvertPointerToTraversableHandle(context_, memory.address(), type, &handle));
-        EXPECT_EQ(0u, handle);
-    }
     const auto refuse = [&](CUdeviceptr pointer, unsigned type, const char* mention) {
         OptixTraversableHandle handle = 0;
         EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixConvertPointerToTraversableHandle",

@@ -178,7 +178,7 @@ TEST_F(Unsupported, BuiltinIntersection) {
     });
 }
 
-// Parts of functions that are there: curves, motion, updates.
+// Parts of functions that are there: curves.
 TEST_F(Unsupported, PartsOfFunctions) {
     OptixAccelBufferSizes sizes{};
     OptixBuildInput curves{};
@@ -186,10 +186,6 @@ TEST_F(Unsupported, PartsOfFunctions) {
     curves.curveArray.curveType = OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
     EXPECT_REJECTED(OPTIX_ERROR_NOT_SUPPORTED, "optixAccelComputeMemoryUsage", "CURVES",
                     optixAccelComputeMemoryUsage(context_, &build_, &curves, 1, &sizes));
-    OptixAccelBuildOptions motion = build_;
-    motion.motionOptions.numKeys = 2;
-    EXPECT_REJECTED(OPTIX_ERROR_NOT_SUPPORTED, "optixAccelComputeMemoryUsage", "numKeys",
-                    optixAccelComputeMemoryUsage(context_, &motion, &input_, 1, &sizes));
 }
 
 } // namespace

@@ -65,7 +65,12 @@ OptixAccelBuildOptions buildOptions(unsigned flags) {
 Accel buildAccel(OptixDeviceContext context, const LogRecord& log,
                  const std::vector<OptixBuildInput>& inputs, unsigned flags,
                  const std::vector<OptixAccelEmitDesc>& emit) {
-    OptixAccelBuildOptions options = buildOptions(flags);
+    return buildAccel(context, log, inputs, buildOptions(flags), emit);
+}
+
+Accel buildAccel(OptixDeviceContext context, const LogRecord& log,
+                 const std::vector<OptixBuildInput>& inputs, const OptixAccelBuildOptions& options,
+                 const std::vector<OptixAccelEmitDesc>& emit) {
     OptixAccelBufferSizes sizes{};
     require(optixAccelComputeMemoryUsage(context, &options, inputs.data(), unsigned(inputs.size()),
                                          &sizes),

@@ -34,6 +34,9 @@ OptixAccelBuildOptions buildOptions(unsigned flags = 0);
 Accel buildAccel(OptixDeviceContext context, const LogRecord& log,
                  const std::vector<OptixBuildInput>& inputs, unsigned flags = 0,
                  const std::vector<OptixAccelEmitDesc>& emit = {});
+Accel buildAccel(OptixDeviceContext context, const LogRecord& log,
+                 const std::vector<OptixBuildInput>& inputs, const OptixAccelBuildOptions& options,
+                 const std::vector<OptixAccelEmitDesc>& emit);
 
 // One build input of float3 triangles with 32-bit indices and what it points to. Stays where it is:
 // the input points into it.

@@ -43,7 +43,7 @@ std::vector<engine::AccelEmit> checkEmits(device::Device& device, const OptixAcc
             break;
         case OPTIX_PROPERTY_TYPE_AABBS:
             emit.kind = engine::AccelEmit::kBounds;
-            size = sizeof(OptixAabb);
+            size = sizeof(OptixAabb) * options.motion.keys;
             break;
         default:
             fail(Code::kInvalidValue, "emittedProperties[", i, "].type = ",
@@ -71,7 +71,7 @@ OptixResult accelComputeMemoryUsage(OptixDeviceContext context,
     return guarded(owner, "optixAccelComputeMemoryUsage", [&] {
         contextOf(context);
         bvh::BuildOptions options = checkBuildOptions(accelOptions, buildInputs.abi());
-        auto inputs = checkBuildInputs(buildInputs, numBuildInputs, InputCheck::kShape,
+        auto inputs = checkBuildInputs(buildInputs, numBuildInputs, options.motion.keys, InputCheck::kShape,
                                        *owner->engine->device);
         requireNonNull(bufferSizes, "bufferSizes");
         bvh::MemoryUsage usage = bvh::computeMemoryUsage(inputs->view(), options);
@@ -98,7 +98,8 @@ OptixResult accelBuild(OptixDeviceContext context, CUstream stream,
             fail(Code::kInvalidValue, "accelOptions->operation is UPDATE, but buildFlags lacks "
                  "ALLOW_UPDATE");
         requireNonNull(outputHandle, "outputHandle");
-        request.inputs = checkBuildInputs(buildInputs, numBuildInputs, InputCheck::kBuffers, device);
+        request.inputs = checkBuildInputs(buildInputs, numBuildInputs, request.options.motion.keys,
+                                          InputCheck::kBuffers, device);
         bvh::MemoryUsage usage =
             bvh::computeMemoryUsage(request.inputs->view(), request.options);
         checkAccelBuffer(device, "tempBuffer", tempBuffer, tempBufferSize,

@@ -4,6 +4,7 @@
 #include "bvh/micromap.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sunstone::optix7 {
 namespace {
@@ -37,8 +38,10 @@ FormatSize indexFormatSize(OptixIndicesFormat format, const std::string& where) 
 // Checks one kind of build input after another into an AccelInputs.
 class Checker {
 public:
-    Checker(InputCheck check, Abi abi, device::Device& device, engine::AccelInputs& out)
-        : buffers_(check == InputCheck::kBuffers), abi_(abi), device_(device), out_(out) {}
+    Checker(InputCheck check, Abi abi, unsigned keys, device::Device& device,
+            engine::AccelInputs& out)
+        : buffers_(check == InputCheck::kBuffers), abi_(abi), keys_(keys), device_(device),
+          out_(out) {}
 
     void triangles(const OptixBuildInputTriangleArray& in, const std::string& where) {
         bvh::TriangleInput t;
@@ -69,9 +72,9 @@ public:
         checkPrimitiveCount(t.numTriangles, in.primitiveIndexOffset, where);
         transform(in, where, t);
         if (buffers_ && t.numTriangles != 0) {
-            t.vertices = keyBuffer(in.vertexBuffers, where, "vertexBuffers");
-            checkBuffer(t.vertices, in.numVertices, in.vertexStrideInBytes, vertex, where,
-                        "vertexBuffers[0]");
+            t.keyVertices = keyBuffers(in.vertexBuffers, in.numVertices, in.vertexStrideInBytes,
+                                       vertex, where, "vertexBuffers");
+            t.vertices = t.keyVertices[0];
             if (index.bytes != 0) {
                 t.indices = pointer(in.indexBuffer);
                 checkBuffer(t.indices, in.numIndexTriplets, in.indexStrideInBytes, index, where,
@@ -97,10 +100,10 @@ public:
                  " is less than a box of ", sizeof(OptixAabb), " bytes");
         checkPrimitiveCount(in.numPrimitives, in.primitiveIndexOffset, where);
         if (buffers_ && in.numPrimitives != 0) {
-            c.aabbs = keyBuffer(in.aabbBuffers, where, "aabbBuffers");
-            checkBuffer(c.aabbs, in.numPrimitives, in.strideInBytes,
-                        {sizeof(OptixAabb), OPTIX_AABB_BUFFER_BYTE_ALIGNMENT}, where,
-                        "aabbBuffers[0]");
+            c.keyAabbs = keyBuffers(in.aabbBuffers, in.numPrimitives, in.strideInBytes,
+                                    {sizeof(OptixAabb), OPTIX_AABB_BUFFER_BYTE_ALIGNMENT}, where,
+                                    "aabbBuffers");
+            c.aabbs = c.keyAabbs[0];
         }
         c.sbt = sbt(in.flags, in.numSbtRecords, in.sbtIndexOffsetBuffer,
                     in.sbtIndexOffsetSizeInBytes, in.sbtIndexOffsetStrideInBytes, in.numPrimitives,
@@ -180,13 +183,18 @@ private:
         t.preTransform = static_cast<const float*>(pointer(in.preTransform));
     }
 
-    static const void* keyBuffer(const CUdeviceptr* buffers, const std::string& where,
-                                 const char* field) {
+    // The array of one buffer for each motion key; a copy of its addresses that the inputs own.
+    const void* const* keyBuffers(const CUdeviceptr* buffers, uint64_t count, unsigned stride,
+                                  FormatSize format, const std::string& where, const char* field) {
         if (!buffers)
             fail(Code::kInvalidValue, where, field, " is null");
-        if (buffers[0] == 0)
-            fail(Code::kInvalidValue, where, field, "[0] is 0");
-        return pointer(buffers[0]);
+        std::vector<const void*> keys(keys_);
+        for (unsigned key = 0; key < keys_; ++key) {
+            keys[key] = pointer(buffers[key]);
+            checkBuffer(keys[key], count, stride, format, where,
+                        message(field, "[", key, "]").c_str());
+        }
+        return out_.keepKeys(std::move(keys));
     }
 
     // `count` elements with this stride (0: packed) must lie in device memory, aligned.
@@ -299,6 +307,7 @@ private:
 
     bool buffers_;
     Abi abi_;
+    unsigned keys_;
     device::Device& device_;
     engine::AccelInputs& out_;
 };
@@ -315,6 +324,22 @@ void checkMicromapKind(unsigned level, OptixOpacityMicromapFormat format,
         fail(Code::kInvalidValue, where, "format = ", unsigned(format), " is unknown");
 }
 
+// Without motion the other members are not looked at.
+static bvh::MotionOptions checkMotion(const OptixMotionOptions& motion) {
+    if (motion.numKeys <= 1)
+        return {};
+    if (motion.flags & ~(OPTIX_MOTION_FLAG_START_VANISH | OPTIX_MOTION_FLAG_END_VANISH))
+        fail(Code::kInvalidValue, "accelOptions->motionOptions.flags = ", motion.flags,
+             " has unknown bits");
+    if (!std::isfinite(motion.timeBegin) || !std::isfinite(motion.timeEnd))
+        fail(Code::kInvalidValue, "accelOptions->motionOptions.timeBegin = ", motion.timeBegin,
+             " or timeEnd = ", motion.timeEnd, " is not finite");
+    if (motion.timeBegin > motion.timeEnd)
+        fail(Code::kInvalidValue, "accelOptions->motionOptions.timeBegin = ", motion.timeBegin,
+             " is after timeEnd = ", motion.timeEnd);
+    return {motion.numKeys, motion.flags, motion.timeBegin, motion.timeEnd};
+}
+
 bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, Abi abi) {
     requireNonNull(options, "accelOptions");
     unsigned flags = options->buildFlags;
@@ -327,10 +352,8 @@ bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, Abi a
         options->operation != OPTIX_BUILD_OPERATION_UPDATE)
         fail(Code::kInvalidValue, "accelOptions->operation = ", unsigned(options->operation),
              " is unknown");
-    if (options->motionOptions.numKeys > 1)
-        fail(Code::kNotSupported, "accelOptions->motionOptions.numKeys = ",
-             options->motionOptions.numKeys, ": motion is not available yet");
     bvh::BuildOptions out;
+    out.motion = checkMotion(options->motionOptions);
     out.allowUpdate = flags & OPTIX_BUILD_FLAG_ALLOW_UPDATE;
     out.allowCompaction = flags & OPTIX_BUILD_FLAG_ALLOW_COMPACTION;
     out.preferFastTrace = flags & OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
@@ -343,13 +366,14 @@ bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, Abi a
 }
 
 std::shared_ptr<engine::AccelInputs> checkBuildInputs(const BuildInputs& inputs, unsigned count,
-                                                      InputCheck check, device::Device& device) {
+                                                      unsigned keys, InputCheck check,
+                                                      device::Device& device) {
     if (!inputs)
         fail(Code::kInvalidValue, "buildInputs is null");
     if (count == 0)
         fail(Code::kInvalidValue, "numBuildInputs is 0");
     auto out = std::make_shared<engine::AccelInputs>();
-    Checker checker(check, inputs.abi(), device, *out);
+    Checker checker(check, inputs.abi(), keys, device, *out);
     uint64_t total = 0;
     for (unsigned i = 0; i < count; ++i) {
         const OptixBuildInput input = inputs[i];
@@ -385,9 +409,10 @@ std::shared_ptr<engine::AccelInputs> checkBuildInputs(const BuildInputs& inputs,
             fail(Code::kInvalidValue, where, "type = ", unsigned(input.type), " is unknown");
         }
     }
-    if (total > Limits::kPrimitivesPerGas)
+    if (total * keys > Limits::kPrimitivesPerGas)
         fail(Code::kInvalidValue, "all build inputs together have ", total,
-             " primitives, more than ", Limits::kPrimitivesPerGas);
+             " primitives with ", keys, " motion keys each, more than ",
+             Limits::kPrimitivesPerGas, " in all");
     return out;
 }
 

@@ -17,8 +17,10 @@ void checkMicromapKind(unsigned level, OptixOpacityMicromapFormat format, const 
 // Checks the options; throws an Error naming the field.
 bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, Abi abi);
 
-// Checks and copies `count` build inputs; throws an Error naming input and field.
+// Checks and copies `count` build inputs, with buffers for `keys` motion keys; throws an Error naming
+// input and field.
 std::shared_ptr<engine::AccelInputs> checkBuildInputs(const BuildInputs& inputs, unsigned count,
-                                                      InputCheck check, device::Device& device);
+                                                      unsigned keys, InputCheck check,
+                                                      device::Device& device);
 
 } // namespace sunstone::optix7

@@ -206,10 +206,6 @@ OptixResult convertPointerToTraversableHandle(OptixDeviceContext onDevice, CUdev
         }
         requireDeviceMemory(*owner->engine->device, "pointer", pointer, size,
                             OPTIX_TRANSFORM_BYTE_ALIGNMENT);
-        // Rays would miss what is behind it: better no handle than a wrong picture.
-        if (type != engine::TransformType::kStatic)
-            fail(Code::kNotSupported, "traversableType = ", unsigned(traversableType),
-                 ": motion transforms are not available yet");
         *traversableHandle = engine::transformHandle(reinterpret_cast<const void*>(pointer), type);
     });
 }
