@@ -107,6 +107,7 @@ std::string traceCall(const std::string& count, const std::string& first) {
 }
 
 TEST_F(Optix, RaygenTracesAndStores) {
+    rules_.motionBlur = true; // else times are 0
     compile(R"(
 .extern .const .align 8 .b8 params[16];
 .visible .entry __raygen__rg() {
