@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/threads.h"
 #include "bvh/build_input.h"
+#include "bvh/build_parts.h"
 #include "bvh/emit.h"
 #include "bvh/layout.h"
 #include "bvh/micromap_binding.h"
@@ -13,6 +14,8 @@
 #include "bvh/parallel.h"
 #include "bvh/presplit.h"
 #include "bvh/refit.h"
+#include "bvh/shape_build.h"
+#include "bvh/shape_input.h"
 
 #include <algorithm>
 #include <cstring>
@@ -21,13 +24,6 @@
 
 namespace sunstone::bvh {
 namespace {
-
-constexpr uint32_t kMaxPrimitives = 1u << 30;
-constexpr size_t kReferenceBlock = 1u << 14;
-
-uint64_t alignUp(uint64_t value, uint64_t alignment) {
-    return (value + alignment - 1) / alignment * alignment;
-}
 
 LeafRules rulesOf(BlockType type, uint32_t keys) {
     LeafRules rules;
@@ -48,19 +44,10 @@ LeafRules rulesOf(BlockType type, uint32_t keys) {
         rules.minCount = rules.maxCount = 1;
         rules.bytes4 = rules.bytes8 = 0;
         break;
+    case BlockType::kShapes: // shape_build.cpp
+        break;
     }
     return rules;
-}
-
-uint32_t optionBits(const BuildOptions& options) {
-    return (options.allowUpdate ? kOptionUpdate : 0) |
-           (options.allowCompaction ? kOptionCompaction : 0) |
-           (options.preferFastTrace ? kOptionFastTrace : 0) |
-           (options.preferFastBuild ? kOptionFastBuild : 0) |
-           (options.allowRandomVertexAccess ? kOptionVertexAccess : 0) |
-           (options.allowRandomInstanceAccess ? kOptionInstanceAccess : 0) |
-           (options.allowMicromapUpdate ? kOptionMicromapUpdate : 0) |
-           (options.allowDisableMicromaps ? kOptionDisableMicromaps : 0);
 }
 
 // What counts and options say about a build.
@@ -294,6 +281,8 @@ public:
         case BlockType::kInstances:
             runInstances();
             break;
+        case BlockType::kShapes: // shape_build.cpp
+            break;
         }
         header_.magic = kBlockMagic;
     }
@@ -500,17 +489,9 @@ private:
     Tree tree_;
 };
 
-void checkBuffer(const char* name, const void* buffer, size_t size, size_t needed) {
-    if (!buffer || uintptr_t(buffer) % kBlockAlignment != 0)
-        fail(Code::kInvalidValue, name, " is ", buffer, ": must be a multiple of ",
-             kBlockAlignment);
-    if (size < needed)
-        fail(Code::kInvalidValue, name, " has ", size, " bytes, the build needs ", needed);
-}
-
 // Most updates need no scratch memory, but callers allocate what they are told.
 size_t updateTempSize(const Plan& plan) {
-    return std::max<size_t>(plan.instanceMotionSize, kBlockAlignment);
+    return std::max<size_t>(plan.instanceMotionSize, kUpdateTempSize);
 }
 
 void requireInstances(const Plan& plan) {
@@ -557,7 +538,28 @@ const BlockHeader& checkedHeader(const void* block) {
 
 } // namespace
 
+uint32_t optionBits(const BuildOptions& options) {
+    return (options.allowUpdate ? kOptionUpdate : 0) |
+           (options.allowCompaction ? kOptionCompaction : 0) |
+           (options.preferFastTrace ? kOptionFastTrace : 0) |
+           (options.preferFastBuild ? kOptionFastBuild : 0) |
+           (options.allowRandomVertexAccess ? kOptionVertexAccess : 0) |
+           (options.allowRandomInstanceAccess ? kOptionInstanceAccess : 0) |
+           (options.allowMicromapUpdate ? kOptionMicromapUpdate : 0) |
+           (options.allowDisableMicromaps ? kOptionDisableMicromaps : 0);
+}
+
+void checkBuffer(const char* name, const void* buffer, size_t size, size_t needed) {
+    if (!buffer || uintptr_t(buffer) % kBlockAlignment != 0)
+        fail(Code::kInvalidValue, name, " is ", buffer, ": must be a multiple of ",
+             kBlockAlignment);
+    if (size < needed)
+        fail(Code::kInvalidValue, name, " has ", size, " bytes, the build needs ", needed);
+}
+
 MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& options) {
+    if (hasShapes(inputs))
+        return shapeMemoryUsage(inputs, options);
     const Plan plan(inputs, options);
     MemoryUsage usage;
     usage.output = plan.outputSize;
@@ -568,6 +570,8 @@ MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& op
 
 void build(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
            void* output, size_t outputSize) {
+    if (hasShapes(inputs))
+        return buildShapes(inputs, options, temp, tempSize, output, outputSize);
     const Plan plan(inputs, options);
     requireInstances(plan);
     checkBuffer("the temporary buffer", temp, tempSize, plan.tempSize);
@@ -580,6 +584,8 @@ void build(const BuildInputs& inputs, const BuildOptions& options, void* temp, s
 
 void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const void* output,
                  size_t outputSize) {
+    if (hasShapes(inputs))
+        return checkShapeUpdate(inputs, options, output, outputSize);
     const Plan plan(inputs, options);
     requireInstances(plan);
     if (!isBlock(output))
@@ -614,6 +620,8 @@ void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const v
 
 void update(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
             void* output, size_t outputSize) {
+    if (hasShapes(inputs))
+        return updateShapes(inputs, options, temp, tempSize, output, outputSize);
     const Plan plan(inputs, options);
     checkBuffer("the temporary buffer", temp, tempSize, updateTempSize(plan));
     checkUpdate(inputs, options, output, outputSize);

@@ -93,6 +93,35 @@ struct CustomInput {
     SbtInput sbt;
 };
 
+// Segments of round curves, see curves.h. One SBT record for all.
+struct CurveInput {
+    uint32_t basis = 0x2503; // CurveBasis; here linear
+    const void* vertices = nullptr;           // 3 floats each
+    const void* const* keyVertices = nullptr; // with motion: of each key, the first too
+    uint32_t vertexStride = 0;                // 0: 12
+    uint32_t numVertices = 0;
+    const void* radii = nullptr; // one float for each vertex
+    const void* const* keyRadii = nullptr;
+    uint32_t radiusStride = 0;     // 0: 4
+    const void* indices = nullptr; // of each segment's first vertex
+    uint32_t indexStride = 0;      // 0: 4
+    uint32_t numSegments = 0;
+    bool caps = false; // flat discs at the ends of strands
+    SbtInput sbt;
+};
+
+struct SphereInput {
+    const void* centres = nullptr;           // 3 floats each
+    const void* const* keyCentres = nullptr; // with motion: of each key, the first too
+    uint32_t centreStride = 0;               // 0: 12
+    uint32_t numSpheres = 0;
+    const void* radii = nullptr; // one float for each sphere, or for all
+    const void* const* keyRadii = nullptr;
+    uint32_t radiusStride = 0; // 0: 4
+    bool oneRadius = false;
+    SbtInput sbt;
+};
+
 // The 80 bytes of an OptixInstance.
 struct InstanceDesc {
     float transform[12]; // object to world, rows
@@ -114,11 +143,13 @@ struct InstanceInput {
     uint32_t identityFlag = 0;                   // an instance with it has no transform
 };
 
-// Exactly one of the three is used: triangles, customs or instances. Several inputs of one kind
+// Exactly one kind is used: triangles, customs, curves (of one basis), spheres or instances. Several inputs of one kind
 // make one structure; SBT indices of an input follow those of the inputs before it.
 struct BuildInputs {
     std::span<const TriangleInput> triangles;
     std::span<const CustomInput> customs;
+    std::span<const CurveInput> curves;
+    std::span<const SphereInput> spheres;
     const InstanceInput* instances = nullptr;
 };
 
@@ -204,6 +235,12 @@ uint64_t traversableHandle(const void* block);
 // false if the block has no random vertex access or no such triangle. Never throws.
 bool triangleVertices(const void* block, uint32_t primitive, uint32_t sbtGasIndex,
                       float vertices[9], float time = 0) noexcept;
+
+// The control points of a curve's segment, degree + 1 of x, y, z and radius, or a sphere's centre
+// and radius, at a motion time; `shape` is the number of the OptixPrimitiveType. Otherwise as
+// triangleVertices.
+bool shapePoints(const void* block, uint32_t shape, uint32_t primitive, uint32_t sbtGasIndex,
+                 float time, float* points) noexcept;
 
 // Address of the i-th instance's record (devlib::InstanceRecord), or null. Never throws.
 const void* instanceRecord(const void* block, uint32_t index) noexcept;

@@ -4,6 +4,7 @@
 #include "base/config.h"
 #include "base/error.h"
 #include "base/log.h"
+#include "bvh/shapes.h"
 
 namespace sunstone::bvh {
 
@@ -61,6 +62,17 @@ const Kernels& kernels(Isa isa) {
         return kKernelsAvx2;
     default:
         return kKernelsBaseline;
+    }
+}
+
+const ShapeKernels& shapeKernels(Isa isa) {
+    switch (isa) {
+    case Isa::kAvx512:
+        return kShapesAvx512;
+    case Isa::kAvx2:
+        return kShapesAvx2;
+    default:
+        return kShapesBaseline;
     }
 }
 

@@ -17,6 +17,7 @@
 //   triangles   kLeaf: TriangleLeaf<4>, kWideLeaf: TriangleLeaf<8>
 //   custom      kLeaf: CustomLeaf, one primitive
 //   instances   kLeaf: InstanceData, one instance
+//   shapes      kLeaf, kWideLeaf: 4 or 8 pieces of curves or spheres, see curves.h and spheres.h
 // A structure that may be updated holds its inactive primitives too, with empty boxes above them,
 // because an update may make them active; `root` is then kNoNode while none is.
 //
@@ -43,7 +44,7 @@ namespace sunstone::bvh {
 constexpr uint32_t kBlockMagic = 0x48564253u;
 constexpr uint32_t kBlockVersion = 1;
 
-enum class BlockType : uint32_t { kTriangles = 1, kCustom = 2, kInstances = 3 };
+enum class BlockType : uint32_t { kTriangles = 1, kCustom = 2, kInstances = 3, kShapes = 4 };
 // Part of BlockHeader::type where the structure has motion keys, so that code for structures
 // without motion refuses it by the comparison it makes anyway.
 constexpr uint32_t kMotionBit = 0x100;
@@ -115,7 +116,11 @@ struct alignas(64) BlockHeader {
     uint32_t pad;
     uint64_t keyBoundsOffset; // KeyBounds of each key; 0 without motion
     uint64_t micromapsOffset; // MicromapRecord of each input; 0 without kMicromapBit
-    uint32_t reserved[8];
+    // Curves and spheres (kShapes): see curves.h and spheres.h.
+    uint64_t pointsOffset;  // control points or centres, with radii
+    uint64_t recordsOffset; // ShapeRecord of each primitive
+    uint32_t shape;         // number of the OptixPrimitiveType
+    uint32_t reserved[1];
 };
 static_assert(sizeof(BlockHeader) == 192);
 
@@ -229,6 +234,21 @@ struct CustomKey {
 inline uint32_t leafBytes(uint32_t leaf, uint32_t key, uint32_t keys, uint32_t unit) {
     return (leaf + (keys - 1) * key + unit - 1) / unit * unit;
 }
+
+// What a curve's segment or a sphere reports.
+struct ShapeRecord {
+    uint32_t primitive; // with primitiveIndexOffset
+    uint32_t sbt;       // as in leaves of triangles
+    uint32_t flags;     // ShapeFlag
+};
+static_assert(sizeof(ShapeRecord) == 12);
+
+enum ShapeFlag : uint32_t {
+    kShapeInactive = 1,
+    kCurveCapBegin = 2, // a disc closes u = 0
+    kCurveCapEnd = 4,
+    kCurveBent = 8, // turns much within an eighth of a piece
+};
 
 struct CustomLeaf {
     float lower[3];

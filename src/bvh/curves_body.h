@@ -1,0 +1,348 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays against round curves, compiled once per instruction set.
+//
+// Everything happens in the space of the ray (ray_space.h). A leaf's pieces are first tested side
+// by side by their capsules: is the chord nearer to the z axis than the radius. What remains:
+//
+// Linear segments (same pass): the union of a truncated cone and two spheres. Each of the three is
+// convex and covers an interval of the ray; a hit is where an interval begins outside of the
+// others. So rays that start inside see no surface from within.
+//
+// Other bases, one piece at a time: eight lanes start in the middle of the piece's eighths and
+// iterate. About C(u), the surface is nearly the cone with axis C'(u) and radius r(u) + r'(u) du;
+// the ray enters it at a distance found by a quadratic equation, and how far that point is from the
+// plane orthogonal to the curve at u gives the next u:
+//     du = q.C' / (C'.C' - q.C''),   q = hit - C(u)   (C'' here without its part along C')
+// The denominator has the curvature, so that convergence is fast while the radius of curvature
+// exceeds r. (The idea of cones along the curve is from Reshetov and Luebke, "Phantom Ray-Hair
+// Intersector", 2018.) Distances count from C(u), so that nothing large cancels. A lane's answer
+// counts where the iteration has settled within its eighth. Pieces that turn much within an eighth
+// are cut further.
+//
+// Only surfaces that the ray enters are hit: curves are hollow and not seen from within.
+#pragma once
+
+#include "bvh/curves.h"
+#include "bvh/ray_space.h"
+#include "bvh/traverse.h"
+
+namespace sunstone::bvh::SUNSTONE_ISA {
+
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wpsabi"
+
+// Parameters of hits on the side are strictly within 0 and 1: the ends stand for caps.
+constexpr float kFirstU = 0x1p-24f, kLastU = 1 - 0x1p-24f;
+
+SUNSTONE_INLINE float insideU(float u) {
+    return u > kFirstU ? (u < kLastU ? u : kLastU) : kFirstU;
+}
+
+// The position polynomial of a segment in ray space, all lanes alike: x, y, z, radius.
+struct CurveLanes {
+    V8 a[4][4]; // [power][component]
+    V4 power[4];
+
+    SUNSTONE_INLINE_MEMBER CurveLanes(const RaySpace& s, const float* points, CurveBasis basis) {
+        const auto& weights = powerWeights(basis);
+        const uint32_t degree = degreeOf(basis);
+        V4 p[4];
+        for (uint32_t i = 0; i <= degree; ++i)
+            p[i] = toRaySpace(s, loadLanes<V4>(points + 4 * i));
+        if (degree < 3)
+            p[3] = V4{};
+        for (int k = 0; k < 4; ++k) {
+            power[k] = weights[k][0] * p[0];
+            for (int i = 1; i < 4; ++i)
+                power[k] = fused(all<V4>(weights[k][i]), p[i], power[k]);
+            for (int c = 0; c < 4; ++c)
+                a[k][c] = all<V8>(power[k][c]);
+        }
+    }
+    SUNSTONE_INLINE_MEMBER V8 value(int c, V8 u) const {
+        return fused(fused(fused(a[3][c], u, a[2][c]), u, a[1][c]), u, a[0][c]);
+    }
+    SUNSTONE_INLINE_MEMBER V8 first(int c, V8 u) const {
+        return fused(fused(3 * a[3][c], u, 2 * a[2][c]), u, a[1][c]);
+    }
+    SUNSTONE_INLINE_MEMBER V8 second(int c, V8 u) const {
+        return fused(6 * a[3][c], u, 2 * a[2][c]);
+    }
+    SUNSTONE_INLINE_MEMBER V4 value(float u) const {
+        return ((power[3] * u + power[2]) * u + power[1]) * u + power[0];
+    }
+    // Direction at an end, also where the first derivative is zero.
+    SUNSTONE_INLINE_MEMBER V4 direction(float u) const {
+        V4 d = (3 * power[3] * u + 2 * power[2]) * u + power[1];
+        const V4 next = 6 * power[3] * u + 2 * power[2];
+        const float sign = u > 0 ? -1.0f : 1.0f; // towards the inside of the segment
+        const auto size = [](V4 v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; };
+        const float scale = size(power[1]) + size(power[2]) + size(power[3]);
+        if (!(size(d) > 1e-10f * scale))
+            d = sign * next;
+        if (!(size(d) > 1e-10f * scale))
+            d = power[3];
+        return d;
+    }
+};
+
+struct CurveCandidate {
+    float t, u;
+};
+
+// Where in its part of the segment each lane has settled.
+struct SettledLanes {
+    V8 t, u;
+    Mask mask;
+};
+
+constexpr V8 kLaneNumbers = {0, 1, 2, 3, 4, 5, 6, 7};
+
+// Lanes over the eighths of [begin, begin + length].
+template <int kSteps>
+SUNSTONE_INLINE SettledLanes settle(const CurveLanes& curve, const RaySpace& s, float begin,
+                                    float length, float tmax) {
+    const float h = length / 8;
+    const V8 middle = begin + h * (kLaneNumbers + 0.5f);
+    V8 u = middle, z, du, radius, discriminant, pace;
+    for (int step = 0; step < kSteps; ++step) {
+        const V8 x = curve.value(0, u), y = curve.value(1, u), r = curve.value(3, u);
+        const V8 dx = curve.first(0, u), dy = curve.first(1, u), dz = curve.first(2, u),
+                 dr = curve.first(3, u);
+        const V8 flat = fused(dx, dx, dy * dy), speed = fused(dz, dz, flat);
+        const V8 inverse = 1 / speed;
+        pace = speed;
+        const V8 cross = x * dy - y * dx, distance = fused(x, x, y * y);
+        const V8 along = -fused(x, dx, y * dy); // (q . C') for q at the depth of C(u)
+        // Cone: a z^2 + 2 b z + c = 0 for z from C(u) on.
+        const V8 slope = dr * inverse, rAlong = fused(slope, along, r);
+        const V8 a = inverse * fused(-dr * slope, dz * dz, flat);
+        const V8 b = -dz * fused(along, inverse, slope * rAlong);
+        const V8 c = fused(inverse, fused(dz * dz, distance, cross * cross), -rAlong * rAlong);
+        discriminant = fused(b, b, -a * c);
+        const V8 root = rootOf(mostOf(discriminant, V8{}));
+        const V8 q = b > 0 ? (-b - root) / a : c / (root - b);
+        const V8 m = fused(q, dz, along);
+        // q.C'' without the part along the curve, which is about the parameter's speed alone.
+        const V8 ddx = curve.second(0, u), ddy = curve.second(1, u), ddz = curve.second(2, u);
+        const V8 hurry = fused(dx, ddx, fused(dy, ddy, dz * ddz)) * inverse;
+        const V8 bend = fused(q, ddz, -fused(x, ddx, fused(y, ddy, m * hurry)));
+        du = m / mostOf(speed - bend, 0.2f * speed);
+        z = curve.value(2, u) + q;
+        radius = fused(dr * inverse, m, r);
+        const V8 next = leastOf(mostOf(u + du, middle - h), middle + h);
+        if (step + 1 < kSteps)
+            u = next;
+    }
+    SettledLanes out;
+    out.u = u + du;
+    out.t = z * s.toT;
+    const auto good = (discriminant >= 0.0f) & (radius > 0.0f) & (magnitude(du) <= 0.05f * h) &
+                      (magnitude(out.u - middle) <= 0.502f * h) & (out.t >= s.tmin) &
+                      (out.t <= tmax) &
+                      // What is shorter than this is lost in rounding.
+                      (pace * (h * h) > 1e-12f * radius * radius);
+    out.mask = bitsOfMask(good);
+    return out;
+}
+
+// Which eighths the ray may meet, and which of them turn so much that they must be cut.
+struct EighthTest {
+    Mask meets, bent;
+};
+SUNSTONE_INLINE EighthTest testEighths(const CurveLanes& curve, const RaySpace& s, float begin,
+                                       float length, float tmax) {
+    const float h = length / 8;
+    const V8 u0 = begin + h * kLaneNumbers, u1 = u0 + h;
+    const V8 ax = curve.value(0, u0), ay = curve.value(1, u0), az = curve.value(2, u0);
+    const V8 vx = curve.value(0, u1) - ax, vy = curve.value(1, u1) - ay,
+             vz = curve.value(2, u1) - az;
+    // How far the curve and its radius may be from linear.
+    V8 turn = {}, off = {}, offR = {};
+    const V8 ends[2] = {u0, u1};
+    for (const V8 u : ends) {
+        const V8 x = curve.second(0, u), y = curve.second(1, u), z = curve.second(2, u);
+        const V8 cx = y * vz - z * vy, cy = z * vx - x * vz, cz = x * vy - y * vx;
+        turn = mostOf(turn, cx * cx + cy * cy + cz * cz);
+        off = mostOf(off, x * x + y * y + z * z);
+        offR = mostOf(offR, magnitude(curve.second(3, u)));
+    }
+    const V8 flat = vx * vx + vy * vy, size = flat + vz * vz;
+    const V8 place =
+        leastOf(mostOf(-(ax * vx + ay * vy) / mostOf(flat, all<V8>(1e-37f)), V8{}), all<V8>(1));
+    const V8 px = fused(place, vx, ax), py = fused(place, vy, ay);
+    const V8 r = mostOf(magnitude(curve.value(3, u0)), magnitude(curve.value(3, u1))) +
+                 (rootOf(off) + offR) * (h * h / 8) + 0x1p-20f * (magnitude(az) + magnitude(vz));
+    const V8 low = leastOf(az, az + vz) - r, high = mostOf(az, az + vz) + r;
+    const auto meets = (px * px + py * py <= r * r) & (low <= tmax * s.length) &
+                       (high >= s.tmin * s.length);
+    // The angle between the ends: |C'' x V| h^2 / |V|^2.
+    const V8 limit = 0.25f * size * size;
+    return {bitsOfMask(meets), bitsOfMask(turn * (h * h * h * h) > limit)};
+}
+
+SUNSTONE_INLINE bool takeNearest(const SettledLanes& lanes, CurveCandidate& best) {
+    alignas(32) float t[8], u[8];
+    __builtin_memcpy(t, &lanes.t, sizeof t);
+    __builtin_memcpy(u, &lanes.u, sizeof u);
+    bool found = false;
+    for (Mask m = lanes.mask; m; m &= m - 1) {
+        const unsigned i = lowestBit(m);
+        if (t[i] > best.t)
+            continue;
+        best = {t[i], insideU(u[i])};
+        found = true;
+    }
+    return found;
+}
+
+// Cuts what is bent; at the last level takes it as it is.
+[[gnu::noinline]] static bool intersectBent(const CurveLanes& curve, const RaySpace& s, float begin,
+                                            float length, int levels, CurveCandidate& best) {
+    const EighthTest test = testEighths(curve, s, begin, length, best.t);
+    if (!test.meets)
+        return false;
+    bool found = false;
+    if (levels > 0)
+        for (Mask m = test.meets & test.bent; m; m &= m - 1)
+            found |= intersectBent(curve, s, begin + float(lowestBit(m)) * length / 8, length / 8,
+                                   levels - 1, best);
+    SettledLanes lanes = settle<6>(curve, s, begin, length, best.t);
+    lanes.mask &= test.meets & (levels > 0 ? ~test.bent : ~0u);
+    return takeNearest(lanes, best) || found;
+}
+
+// The disc that closes an end.
+SUNSTONE_INLINE bool intersectCap(const CurveLanes& curve, const RaySpace& s, float u,
+                                  CurveCandidate& best) {
+    const V4 p = curve.value(u), d = curve.direction(u);
+    // Seen from outside: against the curve's direction at its begin, along it at its end.
+    if (!(u > 0 ? d[2] < 0 : d[2] > 0) || !(p[3] > 0))
+        return false;
+    const float q = (p[0] * d[0] + p[1] * d[1]) / d[2];
+    const float t = (p[2] + q) * s.toT;
+    if (!(p[0] * p[0] + p[1] * p[1] + q * q <= p[3] * p[3]) || !(t >= s.tmin && t <= best.t))
+        return false;
+    best = {t, u};
+    return true;
+}
+
+// Levels of cutting in eighths: with the pieces' own, more than curves with cusps need.
+constexpr int kBentLevels = 3;
+
+// The nearest hit of a piece that is not behind best.t.
+SUNSTONE_INLINE bool intersectPiece(const RaySpace& s, const float* points, CurveBasis basis,
+                                    uint32_t word, uint32_t flags, CurveCandidate& best) {
+    const CurveLanes curve(s, points, basis);
+    const PieceRange range = rangeOf(word);
+    bool found;
+    if (__builtin_expect(flags & kCurveBent, 0))
+        found = intersectBent(curve, s, range.begin, range.length, kBentLevels, best);
+    else
+        found = takeNearest(settle<3>(curve, s, range.begin, range.length, best.t), best);
+    if (__builtin_expect((flags & kCurveCapBegin) && range.begin == 0, 0))
+        found |= intersectCap(curve, s, 0, best);
+    if (__builtin_expect((flags & kCurveCapEnd) && range.begin + range.length == 1, 0))
+        found |= intersectCap(curve, s, 1, best);
+    return found;
+}
+
+// Which pieces of a leaf have capsules that the ray meets, and from what z on.
+template <unsigned N>
+SUNSTONE_INLINE Mask testCapsules(const float* rows, const RaySpace& s, float tmax,
+                                  Lanes<N>& near) {
+    using V = Lanes<N>;
+    const auto row = [&](int i) { return loadLanes<V>(rows + i * int(N)); };
+    const Point<V> a = toRaySpace(s, row(0), row(1), row(2));
+    const Point<V> b = toRaySpace(s, row(3), row(4), row(5));
+    const V vx = b.x - a.x, vy = b.y - a.y;
+    const V flat = mostOf(fused(vx, vx, vy * vy), all<V>(1e-37f));
+    const V place =
+        leastOf(mostOf(-fused(a.x, vx, a.y * vy) / flat, V{}), all<V>(1));
+    const V px = fused(place, vx, a.x), py = fused(place, vy, a.y);
+    const V r = row(6) + 0x1p-20f * (magnitude(a.z) + magnitude(b.z));
+    near = leastOf(a.z, b.z) - r;
+    return bitsOfMask((fused(px, px, py * py) <= r * r) & (near <= tmax * s.length) &
+                      (mostOf(a.z, b.z) + r >= s.tmin * s.length));
+}
+
+// Linear segments of a leaf: the nearest entry of each, at tmin or behind.
+template <unsigned N>
+SUNSTONE_INLINE Mask testCones(const float* rows, const RaySpace& s, float tmax, Lanes<N>& t,
+                               Lanes<N>& u) {
+    using V = Lanes<N>;
+    const auto row = [&](int i) { return loadLanes<V>(rows + i * int(N)); };
+    const Point<V> a = toRaySpace(s, row(0), row(1), row(2));
+    const Point<V> b = toRaySpace(s, row(3), row(4), row(5));
+    const V ra = row(6), rb = row(7);
+    const V dx = b.x - a.x, dy = b.y - a.y, dz = b.z - a.z, dr = rb - ra;
+    const V flat = fused(dx, dx, dy * dy), tiny = all<V>(1e-37f);
+    const V place = leastOf(mostOf(-fused(a.x, dx, a.y * dy) / mostOf(flat, tiny), V{}), all<V>(1));
+    const V x = fused(place, dx, a.x), y = fused(place, dy, a.y), z = fused(place, dz, a.z);
+    const V distance = fused(x, x, y * y);
+    const V margin = mostOf(ra, rb);
+    if (bitsOfMask(distance <= margin * margin * (1 + 0x1p-20f)) == 0)
+        return 0;
+    const V far = all<V>(__builtin_inff());
+    // Spheres.
+    const auto half = [&](const Point<V>& p, V r, V& root) {
+        const V square = fused(r, r, -fused(p.x, p.x, p.y * p.y));
+        root = rootOf(mostOf(square, V{}));
+        return square >= 0.0f;
+    };
+    V rootA, rootB;
+    const auto meetsA = half(a, ra, rootA), meetsB = half(b, rb, rootB);
+    const V inA = meetsA ? a.z - rootA : far, outA = meetsA ? a.z + rootA : -far;
+    const V inB = meetsB ? b.z - rootB : far, outB = meetsB ? b.z + rootB : -far;
+    // Cone about the axis, z from the point nearest to the ray on; see settle().
+    const V speed = fused(dz, dz, flat), inverse = 1 / speed;
+    const V cross = x * dy - y * dx, along = -fused(x, dx, y * dy), slope = dr * inverse;
+    const V r = fused(place, dr, ra), rAlong = fused(slope, along, r);
+    const V ca = inverse * fused(-dr * slope, dz * dz, flat);
+    const V cb = -dz * fused(along, inverse, slope * rAlong);
+    const V cc = fused(inverse, fused(dz * dz, distance, cross * cross), -rAlong * rAlong);
+    const V discriminant = fused(cb, cb, -ca * cc), root = rootOf(mostOf(discriminant, V{}));
+    const auto positive = cb > 0.0f;
+    const V q1 = positive ? (-cb - root) / ca : cc / (root - cb);
+    const V q2 = positive ? cc / (-cb - root) : (root - cb) / ca;
+    // Between the planes at the ends.
+    const V perZ = 1 / dz;
+    const V toBegin = -fused(place, speed, along) * perZ,
+            toEnd = fused(1 - place, speed, -along) * perZ;
+    const auto across = magnitude(dz) <= 1e-18f;
+    const V slabIn = across ? -far : leastOf(toBegin, toEnd);
+    const V slabOut = across ? far : mostOf(toBegin, toEnd);
+    // Where the ray is steeper than the cone it is within from one root on, or up to one.
+    const auto steep = ca <= 0.0f, growing = dz * dr > 0.0f;
+    const auto none = discriminant < 0.0f;
+    // A cylinder along the ray has no roots: the ray is within for all its length, or never.
+    const auto rootless = none | ((ca == 0.0f) & (cb == 0.0f));
+    const V first = steep ? (growing & ~rootless ? q1 : -far) : q1;
+    const V last = steep ? (growing | rootless ? far : q2) : q2;
+    const auto meetsC = (steep ? (~rootless | none | (cc <= 0.0f)) : ~none) & (speed > 0.0f) &
+                        (mostOf(first, slabIn) <= leastOf(last, slabOut));
+    const V inC = meetsC ? z + mostOf(first, slabIn) : far,
+            outC = meetsC ? z + leastOf(last, slabOut) : -far;
+    const auto side = meetsC & (first >= slabIn);
+    // Entries that are not within another part.
+    const V zmin = all<V>(s.tmin * s.length);
+    const auto within = [](V at, V in, V out) { return (in < at) & (at < out); };
+    const auto goodA = meetsA & (inA >= zmin) & ~within(inA, inB, outB) & ~within(inA, inC, outC);
+    const auto goodB = meetsB & (inB >= zmin) & ~within(inB, inA, outA) & ~within(inB, inC, outC);
+    const auto goodC = side & (inC >= zmin) & ~within(inC, inA, outA) & ~within(inC, inB, outB);
+    V best = goodA ? inA : far;
+    u = V{};
+    const auto takesB = goodB & (inB < best);
+    best = takesB ? inB : best;
+    u = takesB ? all<V>(1) : u;
+    const auto takesC = goodC & (inC <= best);
+    const V onSide = fused(fused(first, dz, along), inverse, place);
+    best = takesC ? inC : best;
+    u = takesC ? leastOf(mostOf(onSide, all<V>(kFirstU)), all<V>(kLastU)) : u;
+    t = best * s.toT;
+    return bitsOfMask((goodA | goodB | goodC) & (t >= s.tmin) & (t <= tmax));
+}
+
+#pragma clang diagnostic pop
+
+} // namespace sunstone::bvh::SUNSTONE_ISA

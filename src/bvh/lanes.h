@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vectors of four and eight floats with arithmetic, comparison and selection as operators, for
+// intersection tests with much arithmetic. Comparisons give vectors of 0 and -1, `m ? a : b`
+// selects. Included by files compiled once per instruction set (see simd.h).
+#pragma once
+
+#include "bvh/simd.h"
+
+namespace sunstone::bvh::SUNSTONE_ISA {
+
+using V4 = float __attribute__((vector_size(16)));
+using V8 = float __attribute__((vector_size(32)));
+
+// Arguments are passed within inlined functions only.
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wpsabi"
+
+template <unsigned N>
+struct VectorOf;
+template <>
+struct VectorOf<4> {
+    using Type = V4;
+};
+template <>
+struct VectorOf<8> {
+    using Type = V8;
+};
+template <unsigned N>
+using Lanes = typename VectorOf<N>::Type;
+
+template <class V>
+SUNSTONE_INLINE V all(float a) {
+    return V{} + a;
+}
+// a * b + c, in one rounding where the processor can.
+template <class V>
+SUNSTONE_INLINE V fused(V a, V b, V c) {
+#if defined(__FMA__)
+    return __builtin_elementwise_fma(a, b, c);
+#else
+    return a * b + c;
+#endif
+}
+template <class V>
+SUNSTONE_INLINE V leastOf(V a, V b) {
+    return a < b ? a : b;
+}
+template <class V>
+SUNSTONE_INLINE V mostOf(V a, V b) {
+    return a > b ? a : b;
+}
+template <class V>
+SUNSTONE_INLINE V rootOf(V a) {
+    return __builtin_elementwise_sqrt(a);
+}
+template <class V>
+SUNSTONE_INLINE V magnitude(V a) {
+    return __builtin_elementwise_abs(a);
+}
+SUNSTONE_INLINE Mask bitsOfMask(__attribute__((vector_size(32))) int m) {
+    using Bits = bool __attribute__((ext_vector_type(8)));
+    return __builtin_bit_cast(uint8_t, __builtin_convertvector(m, Bits));
+}
+SUNSTONE_INLINE Mask bitsOfMask(__attribute__((vector_size(16))) int m) {
+    return Mask(_mm_movemask_ps(__builtin_bit_cast(__m128, m)));
+}
+template <class V>
+SUNSTONE_INLINE V loadLanes(const float* p) {
+    V v;
+    __builtin_memcpy(&v, p, sizeof v);
+    return v;
+}
+
+#pragma clang diagnostic pop
+
+} // namespace sunstone::bvh::SUNSTONE_ISA
