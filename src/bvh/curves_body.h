@@ -310,8 +310,10 @@ SUNSTONE_INLINE Mask testCones(const float* rows, const RaySpace& s, float tmax,
     const V toBegin = -fused(place, speed, along) * perZ,
             toEnd = fused(1 - place, speed, -along) * perZ;
     const auto across = magnitude(dz) <= 1e-18f;
-    const V slabIn = across ? -far : leastOf(toBegin, toEnd);
-    const V slabOut = across ? far : mostOf(toBegin, toEnd);
+    const V level = fused(place, speed, along); // where the ray is along the axis, at z
+    const auto beside = across & ((level < 0.0f) | (level > speed));
+    const V slabIn = across ? (beside ? far : -far) : leastOf(toBegin, toEnd);
+    const V slabOut = across ? (beside ? -far : far) : mostOf(toBegin, toEnd);
     // Where the ray is steeper than the cone it is within from one root on, or up to one.
     const auto steep = ca <= 0.0f, growing = dz * dr > 0.0f;
     const auto none = discriminant < 0.0f;

@@ -68,11 +68,11 @@ const Kernels& kernels(Isa isa) {
 const ShapeKernels& shapeKernels(Isa isa) {
     switch (isa) {
     case Isa::kAvx512:
-        return kShapesAvx512;
+        return avx512::kShapes;
     case Isa::kAvx2:
-        return kShapesAvx2;
+        return avx2::kShapes;
     default:
-        return kShapesBaseline;
+        return baseline::kShapes;
     }
 }
 

@@ -47,7 +47,15 @@ struct ShapeKernels {
     void (*filtered)(const void* block, const ShapeRay& ray, const ShapeFilter& filter);
 };
 
-extern const ShapeKernels kShapesBaseline, kShapesAvx2, kShapesAvx512;
+namespace baseline {
+extern const ShapeKernels kShapes;
+}
+namespace avx2 {
+extern const ShapeKernels kShapes;
+}
+namespace avx512 {
+extern const ShapeKernels kShapes;
+}
 
 // The kernels of a set, which must be supported.
 const ShapeKernels& shapeKernels(Isa isa);

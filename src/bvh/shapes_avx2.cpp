@@ -2,8 +2,8 @@
 // Curves and spheres for the avx2 instruction set; CMakeLists.txt sets the flags.
 #include "bvh/shapes_body.h"
 
-namespace sunstone::bvh {
+namespace sunstone::bvh::avx2 {
 
-const ShapeKernels kShapesAvx2 = {avx2::findShape<false>, avx2::findShape<true>, avx2::filterShapes};
+extern const ShapeKernels kShapes = {findShape<false>, findShape<true>, filterShapes};
 
-} // namespace sunstone::bvh
+} // namespace sunstone::bvh::avx2

@@ -2,8 +2,8 @@
 // Curves and spheres for the avx512 instruction set; CMakeLists.txt sets the flags.
 #include "bvh/shapes_body.h"
 
-namespace sunstone::bvh {
+namespace sunstone::bvh::avx512 {
 
-const ShapeKernels kShapesAvx512 = {avx512::findShape<false>, avx512::findShape<true>, avx512::filterShapes};
+extern const ShapeKernels kShapes = {findShape<false>, findShape<true>, filterShapes};
 
-} // namespace sunstone::bvh
+} // namespace sunstone::bvh::avx512

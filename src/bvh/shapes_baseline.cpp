@@ -2,8 +2,8 @@
 // Curves and spheres for the baseline instruction set; CMakeLists.txt sets the flags.
 #include "bvh/shapes_body.h"
 
-namespace sunstone::bvh {
+namespace sunstone::bvh::baseline {
 
-const ShapeKernels kShapesBaseline = {baseline::findShape<false>, baseline::findShape<true>, baseline::filterShapes};
+extern const ShapeKernels kShapes = {findShape<false>, findShape<true>, filterShapes};
 
-} // namespace sunstone::bvh
+} // namespace sunstone::bvh::baseline

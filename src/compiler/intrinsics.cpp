@@ -31,6 +31,10 @@ constexpr uint32_t kAny = ~0u;
 constexpr uint32_t kHitPrograms = kIS | kAH | kCH;
 constexpr uint32_t kRayPrograms = kHitPrograms | kMS;
 
+// Numbers of OptixPrimitiveType.
+constexpr int kRoundQuadraticBSpline = 0x2501, kRoundCubicBSpline = 0x2502, kRoundLinear = 0x2503,
+              kRoundCatmullRom = 0x2504, kSphere = 0x2506;
+
 std::string repeat(char letter, int count) {
     return std::string(size_t(count), letter);
 }
@@ -150,6 +154,16 @@ private:
             offsetof(InstanceRecord, child), "l", "l", kAny, true);
         add("get_triangle_vertex_data", IntrinsicOp::kTriangleVertices, 0, repeat('f', 9), "lrrf",
             kAny, true);
+        add("get_linear_curve_vertex_data", IntrinsicOp::kShapePoints, kRoundLinear,
+            repeat('f', 8), "lrrf", kAny, true);
+        add("get_quadratic_bspline_vertex_data", IntrinsicOp::kShapePoints, kRoundQuadraticBSpline,
+            repeat('f', 12), "lrrf", kAny, true);
+        add("get_cubic_bspline_vertex_data", IntrinsicOp::kShapePoints, kRoundCubicBSpline,
+            repeat('f', 16), "lrrf", kAny, true);
+        add("get_catmullrom_vertex_data", IntrinsicOp::kShapePoints, kRoundCatmullRom,
+            repeat('f', 16), "lrrf", kAny, true);
+        add("get_sphere_data", IntrinsicOp::kShapePoints, kSphere, repeat('f', 4), "lrrf", kAny,
+            true);
         add("get_instance_traversable_from_ias", IntrinsicOp::kInstanceHandle, 0, "l", "lr", kAny,
             true);
         add("get_gas_motion_time_begin", IntrinsicOp::kGasMotion, offsetof(GasMotion, begin), "f",
@@ -197,7 +211,6 @@ private:
         for (const char* name : {"tex_footprint_2d",
                                  "tex_footprint_2d_lod",
                                  "tex_footprint_2d_grad",
-                                 "get_sphere_data",
                                  "get_ribbon_normal",
                                  "get_ribbon_parameters",
                                  "get_curve_parameter",
@@ -219,10 +232,13 @@ private:
              {"linear_curve", "quadratic_bspline", "cubic_bspline", "catmullrom",
               "cubic_bezier", "ribbon", "sphere", "quadratic_bspline_rocaps",
               "cubic_bspline_rocaps", "catmullrom_rocaps", "cubic_bezier_rocaps"})
-            for (const char* form :
-                 {"_vertex_data", "_vertex_data_from_handle", "_vertex_data_current_hit",
-                  "_data_from_handle", "_data_current_hit"})
+            for (const char* form : {"_vertex_data_from_handle", "_vertex_data_current_hit",
+                                     "_data_from_handle", "_data_current_hit"})
                 notYet(std::string("get_") + shape + form);
+        for (const char* shape :
+             {"cubic_bezier", "ribbon", "quadratic_bspline_rocaps", "cubic_bspline_rocaps",
+              "catmullrom_rocaps", "cubic_bezier_rocaps"})
+            notYet(std::string("get_") + shape + "_vertex_data");
         notYet("get_ribbon_normal_from_handle");
         notYet("get_ribbon_normal_current_hit");
     }

@@ -38,6 +38,7 @@ enum class IntrinsicOp : uint8_t {
     kInstanceMatrix,   // number = offset in InstanceRecord; result is its address
     kInstanceField,    // number = offset in InstanceRecord; result is its value
     kTriangleVertices,
+    kShapePoints, // number = OptixPrimitiveType
     kInstanceHandle, // of the n-th instance of an instance acceleration structure
     kFootprint,        // number = form of the sampling call
     kGasMotion,      // number = offset in GasMotion

@@ -214,9 +214,7 @@ private:
         case IntrinsicOp::kPrimitiveTypeOfKind:
             return primitiveType();
         case IntrinsicOp::kBackfaceOfKind:
-            return builder_.CreateZExt(
-                builder_.CreateICmpEQ(argument(0), builder_.getInt32(devlib::kHitTriangleBack)),
-                type);
+            return builder_.CreateZExt(isBackface(argument(0)), type);
         case IntrinsicOp::kGasMotion:
             checkAccess(devlib::kAccessMotion, argument(0), builder_.getInt32(0),
                         builder_.getInt32(0));
@@ -225,6 +223,8 @@ private:
             return callable();
         case IntrinsicOp::kTriangleVertices:
             return triangleVertices(type);
+        case IntrinsicOp::kShapePoints:
+            return shapePoints(type);
         case IntrinsicOp::kInstanceHandle: {
             checkAccess(devlib::kAccessInstance, argument(0), argument(1), builder_.getInt32(0));
             auto* signature = llvm::FunctionType::get(type, {type, word()}, false);
@@ -268,6 +268,26 @@ private:
     Value* timeOf(Value* time) {
         return unit_.rules().motionBlur ? time
                                         : llvm::ConstantFP::get(builder_.getFloatTy(), 0.0);
+    }
+
+    Value* shapePoints(llvm::Type* type) {
+        checkAccess(devlib::kAccessVertices, argument(0), argument(1), argument(2));
+        llvm::Type* number = builder_.getFloatTy();
+        const unsigned count = llvm::cast<llvm::StructType>(type)->getNumElements();
+        Value* memory = entryAlloca(llvm::ArrayType::get(number, count), 4);
+        auto* signature =
+            llvm::FunctionType::get(builder_.getVoidTy(),
+                                    {builder_.getInt64Ty(), word(), word(), word(), number,
+                                     pointer()},
+                                    false);
+        Value* target = loadInvariant(launch(), offsetof(LaunchState, shapePoints), pointer());
+        builder_.CreateCall(signature, target,
+                            {argument(0), builder_.getInt32(this->number()), argument(1),
+                             argument(2), argument(3), memory});
+        Value* all = llvm::PoisonValue::get(type);
+        for (unsigned i = 0; i < count; ++i)
+            all = builder_.CreateInsertValue(all, load(memory, i * 4u, number), i);
+        return all;
     }
 
     Value* triangleVertices(llvm::Type* type) {
@@ -322,10 +342,20 @@ private:
         Value* isTriangle = builder_.CreateICmpEQ(builder_.CreateOr(kind, builder_.getInt32(1)),
                                                   builder_.getInt32(devlib::kHitTriangleBack));
         Value* isCustom = builder_.CreateICmpULT(kind, builder_.getInt32(128));
-        return builder_.CreateSelect(isTriangle, builder_.getInt32(kPrimitiveTriangle),
-                                     builder_.CreateSelect(isCustom,
-                                                           builder_.getInt32(kPrimitiveCustom),
-                                                           builder_.getInt32(0)));
+        Value* shape = builder_.CreateOr(builder_.CreateAnd(kind, 15u),
+                                         builder_.getInt32(kPrimitiveCustom));
+        return builder_.CreateSelect(
+            isTriangle, builder_.getInt32(kPrimitiveTriangle),
+            builder_.CreateSelect(isCustom, builder_.getInt32(kPrimitiveCustom), shape));
+    }
+
+    Value* isBackface(Value* kind) {
+        const uint32_t bits = devlib::kHitShape | devlib::kHitShapeBack;
+        Value* isBackOfShape = builder_.CreateICmpEQ(
+            builder_.CreateAnd(kind, builder_.getInt32(0xF0)), builder_.getInt32(bits));
+        return builder_.CreateOr(
+            isBackOfShape,
+            builder_.CreateICmpEQ(kind, builder_.getInt32(devlib::kHitTriangleBack)));
     }
 
     Value* hasTag(Value* handle, uint64_t tag) {

@@ -76,8 +76,15 @@ inline uint64_t makeHandle(const void* address, HandleTag tag) { return uint64_t
 inline HandleTag tagOf(uint64_t handle) { return HandleTag(handle & kTagMask); }
 inline uint64_t addressOf(uint64_t handle) { return handle & ~uint64_t(kTagMask); }
 
-// Hit kinds of triangles; custom primitives use 0..127.
-enum HitKind : uint32_t { kHitTriangleFront = 0xFE, kHitTriangleBack = 0xFF };
+// Hit kinds of triangles; custom primitives use 0..127. Curves and spheres have kHitShape and the low
+// four bits of the number of their OptixPrimitiveType; spheres seen from within have kHitShapeBack
+// too.
+enum HitKind : uint32_t {
+    kHitShape = 0x80,
+    kHitShapeBack = 0x10,
+    kHitTriangleFront = 0xFE,
+    kHitTriangleBack = 0xFF,
+};
 
 // First 32 bytes of an SBT record, packed by sbtRecordPackHeader. Holds no address, so that it
 // survives copies and is valid before and across pipelines.
@@ -177,6 +184,10 @@ struct LaunchState {
                              float* vertices); // nine floats
     uint64_t (*instanceHandle)(uint64_t ias, uint32_t index);
     void (*gasMotion)(uint64_t gas, GasMotion* motion);
+    // Four floats for each control point of a curve's segment, or for a sphere; `shape` is the number
+    // of the OptixPrimitiveType.
+    void (*shapePoints)(uint64_t gas, uint32_t shape, uint32_t primitive, uint32_t sbtGasIndex,
+                        float time, float* points);
 };
 
 // A hit: the candidate an any-hit or intersection program looks at, or the accepted one.

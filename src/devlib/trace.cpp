@@ -6,6 +6,8 @@
 #include "bvh/build.h"
 #include "bvh/kernels.h"
 #include "bvh/layout.h"
+#include "bvh/shape_geometry.h"
+#include "bvh/shapes.h"
 #include "bvh/transforms.h"
 #include "devlib/checks.h"
 #include "devlib/sbt.h"
@@ -28,6 +30,7 @@ static_assert(uint64_t(kTagGas) == bvh::kGasTag && uint64_t(kTagIas) == bvh::kIa
               uint64_t(kTagMatrixMotion) == bvh::kMatrixMotionTag &&
               uint64_t(kTagSrtMotion) == bvh::kSrtMotionTag &&
               uint64_t(kTagMask) == bvh::kTraversableTagMask);
+static_assert(kHitShape == bvh::kShapeKindBase && kHitShapeBack == bvh::kShapeKindBack);
 
 namespace {
 
@@ -84,6 +87,14 @@ void gasMotion(uint64_t gas, GasMotion* motion) {
     *motion = {options.keys, options.begin, options.end};
 }
 
+void shapePoints(uint64_t gas, uint32_t shape, uint32_t primitive, uint32_t sbtGasIndex, float time,
+                 float* points) {
+    const void* block = blockAt(gas, kTagGas);
+    if (!block || !bvh::shapePoints(block, shape, primitive, sbtGasIndex, time, points))
+        std::fill(points, points + bvh::shapeFloats(shape),
+                  std::numeric_limits<float>::quiet_NaN());
+}
+
 uint64_t instanceHandle(uint64_t ias, uint32_t index) {
     const void* block = blockAt(ias, kTagIas);
     if (!block || !(bvh::headerOf(block)->options & bvh::kOptionInstanceAccess))
@@ -138,6 +149,7 @@ void bindTrace(LaunchState& launch, const TraceFeatures& features) {
     launch.checkAccess = checkAccess;
     launch.checkPayload = checkPayload;
     launch.gasMotion = gasMotion;
+    launch.shapePoints = shapePoints;
 }
 
 bool isTraversable(uint64_t handle) {

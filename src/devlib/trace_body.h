@@ -21,6 +21,7 @@
 
 #include "bvh/micromap_lookup.h"
 #include "bvh/motion_traverse.h"
+#include "bvh/shapes.h"
 #include "bvh/triangle_visitors.h"
 #include "devlib/sbt.h"
 #include "devlib/trace.h"
@@ -118,6 +119,8 @@ public:
             return enterMicromaps(block, org, dir);
         if (bvh::isMoving(block->type))
             return enterMoving(block, org, dir);
+        if (block->type == bvh::BlockType::kShapes)
+            return enterShapes(block, org, dir);
         return false;
     }
 
@@ -274,6 +277,8 @@ private:
             return 1u << 31;
         case bvh::BlockType::kCustom:
             return 1;
+        case bvh::BlockType::kShapes:
+            return 1u << (block.shape & 15);
         default:
             return ~0u;
         }
@@ -657,6 +662,48 @@ private:
         CustomPrimitives visitor{*this, tmax_};
         isa::traverse(block, setup, visitor);
         return ended_;
+    }
+
+    // Curves and spheres: their kernels (bvh/shapes.h) test hits and know no programs.
+    [[gnu::noinline]] bool enterShapes(const bvh::BlockHeader* block, const float org[3],
+                                       const float dir[3]) {
+        const bvh::ShapeRay ray = {
+            {org[0], org[1], org[2]}, state_->tmin, {dir[0], dir[1], dir[2]}, tmax_, state_->time};
+        if (programsMayRun(block)) {
+            startPrograms(org, dir);
+            isa::kShapes.filtered(block, ray, {offerShape, this});
+            return ended_;
+        }
+        bvh::ShapeHit hit;
+        const bool first = rayFlags_ & kRayTerminateOnFirstHit;
+        if (!(first ? isa::kShapes.any : isa::kShapes.closest)(block, ray, hit))
+            return false;
+        found_ = true;
+        tmax_ = hit.t;
+        best_ = {};
+        best_.kind = hit.kind;
+        best_.primitive = hit.primitive;
+        best_.sbtGasIndex = hit.sbt & bvh::kSbtIndexMask;
+        best_.attributes[0] = isa::bitsOf(hit.u);
+        keepPath();
+        ended_ = first;
+        return ended_;
+    }
+
+    static bvh::ShapeFilter::Answer offerShape(void* context, const bvh::ShapeHit& from) {
+        Tracer& tracer = *static_cast<Tracer*>(context);
+        if (!tracer.startCandidate(from.primitive, from.sbt))
+            return bvh::ShapeFilter::kIgnore;
+        Hit& hit = tracer.state_->hit;
+        hit.t = from.t;
+        hit.kind = from.kind;
+        hit.attributes[0] = isa::bitsOf(from.u);
+        for (unsigned i = 1; i < kMaxAttributeWords; ++i)
+            hit.attributes[i] = 0;
+        const uint32_t result = tracer.offer(tracer.candidateGroup_, tracer.candidateAnyHit_);
+        return result == kIgnore      ? bvh::ShapeFilter::kIgnore
+               : result == kTerminate ? bvh::ShapeFilter::kEnd
+                                      : bvh::ShapeFilter::kAccept;
     }
 
     struct Instances {

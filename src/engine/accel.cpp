@@ -49,6 +49,8 @@ bvh::BuildInputs AccelInputs::view() const {
     bvh::BuildInputs inputs;
     inputs.triangles = triangles;
     inputs.customs = customs;
+    inputs.curves = curves;
+    inputs.spheres = spheres;
     inputs.instances = instances.get();
     return inputs;
 }

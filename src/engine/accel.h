@@ -17,6 +17,8 @@ namespace sunstone::engine {
 struct AccelInputs {
     std::vector<bvh::TriangleInput> triangles;
     std::vector<bvh::CustomInput> customs;
+    std::vector<bvh::CurveInput> curves;
+    std::vector<bvh::SphereInput> spheres;
     std::unique_ptr<bvh::InstanceInput> instances;
     std::vector<std::vector<uint32_t>> flags; // owned copies that the inputs point to
     std::vector<std::vector<const void*>> keys; // the same of buffers for motion keys

@@ -169,23 +169,17 @@ protected:
     }
 };
 
-TEST_F(Unsupported, BuiltinIntersection) {
-    OptixBuiltinISOptions options{};
-    options.builtinISModuleType = OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
-    OptixModule module = nullptr;
-    expectInLog("optixBuiltinISModuleGet", [&] {
-        return optixBuiltinISModuleGet(context_, &moduleOptions_, &options_, &options, &module);
-    });
-}
-
-// Parts of functions that are there: curves.
+// Parts of functions that are there: curves that move.
 TEST_F(Unsupported, PartsOfFunctions) {
     OptixAccelBufferSizes sizes{};
     OptixBuildInput curves{};
     curves.type = OPTIX_BUILD_INPUT_TYPE_CURVES;
     curves.curveArray.curveType = OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
-    EXPECT_REJECTED(OPTIX_ERROR_NOT_SUPPORTED, "optixAccelComputeMemoryUsage", "CURVES",
-                    optixAccelComputeMemoryUsage(context_, &build_, &curves, 1, &sizes));
+    OptixAccelBuildOptions motion = build_;
+    motion.motionOptions.numKeys = 2;
+    motion.motionOptions.timeEnd = 1;
+    EXPECT_REJECTED(OPTIX_ERROR_NOT_SUPPORTED, "optixAccelComputeMemoryUsage", "motion",
+                    optixAccelComputeMemoryUsage(context_, &motion, &curves, 1, &sizes));
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "api/optix7/build_inputs.h"
 
+#include "bvh/curves.h"
 #include "bvh/micromap.h"
 
 #include <algorithm>
@@ -111,6 +112,61 @@ public:
         out_.customs.push_back(c);
     }
 
+    void curves(const OptixBuildInputCurveArray& in, const std::string& where) {
+        bvh::CurveInput c;
+        refuseMotion("curves");
+        checkCurveKind(in, where);
+        checkStride(in.vertexStrideInBytes, {12, 4}, where, "vertexStrideInBytes");
+        checkStride(in.widthStrideInBytes, {4, 4}, where, "widthStrideInBytes");
+        checkStride(in.indexStrideInBytes, {4, 4}, where, "indexStrideInBytes");
+        checkPrimitiveCount(in.numPrimitives, in.primitiveIndexOffset, where);
+        c.basis = in.curveType;
+        c.vertexStride = in.vertexStrideInBytes;
+        c.numVertices = in.numVertices;
+        c.radiusStride = in.widthStrideInBytes;
+        c.indexStride = in.indexStrideInBytes;
+        c.numSegments = in.numPrimitives;
+        c.caps = in.endcapFlags & OPTIX_CURVE_ENDCAP_ON;
+        if (buffers_ && in.numPrimitives != 0) {
+            c.keyVertices = keyBuffers(in.vertexBuffers, in.numVertices, in.vertexStrideInBytes,
+                                       {12, 4}, where, "vertexBuffers");
+            c.vertices = c.keyVertices[0];
+            c.keyRadii = keyBuffers(in.widthBuffers, in.numVertices, in.widthStrideInBytes, {4, 4},
+                                    where, "widthBuffers");
+            c.radii = c.keyRadii[0];
+            c.indices = pointer(in.indexBuffer);
+            checkBuffer(c.indices, in.numPrimitives, in.indexStrideInBytes, {4, 4}, where,
+                        "indexBuffer");
+        }
+        // A curve input has one SBT record and one word of flags.
+        c.sbt = sbt(&in.flag, 1, 0, 0, 0, in.numPrimitives, in.primitiveIndexOffset, where);
+        out_.curves.push_back(c);
+    }
+
+    void spheres(const OptixBuildInputSphereArray& in, const std::string& where) {
+        bvh::SphereInput s;
+        refuseMotion("spheres");
+        checkStride(in.vertexStrideInBytes, {12, 4}, where, "vertexStrideInBytes");
+        checkStride(in.radiusStrideInBytes, {4, 4}, where, "radiusStrideInBytes");
+        checkPrimitiveCount(in.numVertices, in.primitiveIndexOffset, where);
+        s.centreStride = in.vertexStrideInBytes;
+        s.numSpheres = in.numVertices;
+        s.radiusStride = in.radiusStrideInBytes;
+        s.oneRadius = in.singleRadius != 0;
+        if (buffers_ && in.numVertices != 0) {
+            s.keyCentres = keyBuffers(in.vertexBuffers, in.numVertices, in.vertexStrideInBytes,
+                                      {12, 4}, where, "vertexBuffers");
+            s.centres = s.keyCentres[0];
+            s.keyRadii = keyBuffers(in.radiusBuffers, s.oneRadius ? 1 : in.numVertices,
+                                    in.radiusStrideInBytes, {4, 4}, where, "radiusBuffers");
+            s.radii = s.keyRadii[0];
+        }
+        s.sbt = sbt(in.flags, in.numSbtRecords, in.sbtIndexOffsetBuffer,
+                    in.sbtIndexOffsetSizeInBytes, in.sbtIndexOffsetStrideInBytes, in.numVertices,
+                    in.primitiveIndexOffset, where);
+        out_.spheres.push_back(s);
+    }
+
     void instances(const OptixBuildInputInstanceArray& in, bool pointers, const std::string& where) {
         auto i = std::make_unique<bvh::InstanceInput>();
         i->numInstances = in.numInstances;
@@ -153,6 +209,30 @@ private:
         if (stride % format.alignment != 0)
             fail(Code::kInvalidValue, where, field, " = ", stride, " is not a multiple of ",
                  format.alignment);
+    }
+
+    void refuseMotion(const char* what) const {
+        if (keys_ > 1)
+            fail(Code::kNotSupported, "accelOptions->motionOptions.numKeys = ", keys_, ": motion of ",
+                 what, " is not available yet");
+    }
+
+    void checkCurveKind(const OptixBuildInputCurveArray& in, const std::string& where) const {
+        if (!bvh::isCurveBasis(in.curveType) ||
+            (in.curveType == OPTIX_PRIMITIVE_TYPE_ROUND_CATMULLROM && abi_ < kAbi74))
+            fail(Code::kInvalidValue, where, "curveType = ", unsigned(in.curveType),
+                 " is no type of curves in OptiX ", releaseOf(abi_));
+        if (!out_.curves.empty() && out_.curves[0].basis != unsigned(in.curveType))
+            fail(Code::kInvalidValue, where, "curveType = ", unsigned(in.curveType),
+                 " differs from that of buildInputs[0]: a structure holds one type of curves");
+        if (in.endcapFlags & ~unsigned(OPTIX_CURVE_ENDCAP_ON))
+            fail(Code::kInvalidValue, where, "endcapFlags = ", in.endcapFlags, " has unknown bits");
+        if (in.endcapFlags != 0 && in.curveType == OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR)
+            fail(Code::kInvalidValue, where,
+                 "endcapFlags = 1, but linear curves have round ends always");
+        if (in.normalBuffers || in.normalStrideInBytes)
+            fail(Code::kInvalidValue, where,
+                 "normalBuffers and normalStrideInBytes are reserved and must be 0");
     }
 
     static void checkPrimitiveCount(unsigned count, unsigned offset, const std::string& where) {
@@ -402,9 +482,13 @@ std::shared_ptr<engine::AccelInputs> checkBuildInputs(const BuildInputs& inputs,
                               input.type == OPTIX_BUILD_INPUT_TYPE_INSTANCE_POINTERS, where);
             break;
         case OPTIX_BUILD_INPUT_TYPE_CURVES:
-            fail(Code::kNotSupported, where, "type is CURVES: curves are not available yet");
+            checker.curves(input.curveArray, where);
+            total += out->curves.back().numSegments;
+            break;
         case OPTIX_BUILD_INPUT_TYPE_SPHERES:
-            fail(Code::kNotSupported, where, "type is SPHERES: spheres are not available yet");
+            checker.spheres(input.sphereArray, where);
+            total += out->spheres.back().numSpheres;
+            break;
         default:
             fail(Code::kInvalidValue, where, "type = ", unsigned(input.type), " is unknown");
         }

@@ -37,6 +37,11 @@ OptixResult moduleCreateFromPTXWithTasks(OptixDeviceContext, const OptixModuleCo
 OptixResult moduleGetCompilationState(OptixModule, OptixModuleCompileState*);
 OptixResult taskExecute(OptixTask, OptixTask*, unsigned, unsigned*);
 
+// builtin.cpp
+OptixResult builtinISModuleGet(OptixDeviceContext, const OptixModuleCompileOptions*,
+                               const OptixPipelineCompileOptions*, const OptixBuiltinISOptions*,
+                               OptixModule*);
+
 // group.cpp
 OptixResult programGroupCreate(OptixDeviceContext, const OptixProgramGroupDesc*, unsigned,
                                const OptixProgramGroupOptions*, char*, size_t*, OptixProgramGroup*);

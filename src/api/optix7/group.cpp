@@ -37,6 +37,9 @@ public:
         std::shared_ptr<ModuleObject> owner = moduleOf(module, place.c_str());
         if (owner->context != context_)
             fail(Code::kInvalidValue, place, ": the module belongs to another device context");
+        if (owner->builtinPrimitive)
+            fail(Code::kInvalidValue, place, ": a module of optixBuiltinISModuleGet is for "
+                 "intersection, with a null entry function name");
         if (compiler::programKind(name) != kind)
             fail(Code::kInvalidValue, place, ": '", name, "' does not begin with ",
                  compiler::prefixOf(kind));
@@ -45,6 +48,20 @@ public:
             fail(Code::kInvalidValue, place, ": the module has no program '", name, "'");
         object_->modules.push_back(owner);
         return {made, name, -1};
+    }
+
+    // Whether the pair stands for a built-in intersection, of which traversal takes care itself.
+    bool builtinIntersection(OptixModule module, const char* name) {
+        if (!module || name)
+            return false;
+        const std::string place = where_ + ".hitgroup (intersection)";
+        std::shared_ptr<ModuleObject> owner = moduleOf(module, place.c_str());
+        if (!owner->builtinPrimitive)
+            return false;
+        if (owner->context != context_)
+            fail(Code::kInvalidValue, place, ": the module belongs to another device context");
+        object_->modules.push_back(owner);
+        return true;
     }
 
     GroupObject& object() { return *object_; }
@@ -121,6 +138,8 @@ std::shared_ptr<GroupObject> buildGroup(const std::shared_ptr<DeviceContext>& co
                                      ProgramKind::kClosestHit, ".hitgroup (closest-hit)", false);
         group.anyHit = builder.program(hit.moduleAH, hit.entryFunctionNameAH,
                                        ProgramKind::kAnyHit, ".hitgroup (any-hit)", false);
+        if (builder.builtinIntersection(hit.moduleIS, hit.entryFunctionNameIS))
+            break;
         group.intersection =
             builder.program(hit.moduleIS, hit.entryFunctionNameIS, ProgramKind::kIntersection,
                             ".hitgroup (intersection)", false);

@@ -83,12 +83,6 @@ std::vector<compiler::PayloadType> payloadTypesOf(const OptixModuleCompileOption
     return types;
 }
 
-void checkModuleOptions(const OptixModuleCompileOptions& options) {
-    if (options.maxRegisterCount < 0)
-        fail(Code::kInvalidValue, "moduleCompileOptions->maxRegisterCount = ",
-             options.maxRegisterCount, " is negative");
-}
-
 } // namespace
 
 compiler::PayloadType checkPayloadType(const OptixPayloadType& type, const std::string& where) {
@@ -110,6 +104,14 @@ compiler::PayloadType checkPayloadType(const OptixPayloadType& type, const std::
         result.words.push_back(word);
     }
     return result;
+}
+
+void checkCompileLevels(const OptixModuleCompileOptions& options, Abi abi) {
+    if (options.maxRegisterCount < 0)
+        fail(Code::kInvalidValue, "moduleCompileOptions->maxRegisterCount = ",
+             options.maxRegisterCount, " is negative");
+    optLevelOf(options.optLevel, abi);
+    debugLevelOf(options.debugLevel, "moduleCompileOptions", abi);
 }
 
 CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options, Abi abi) {
@@ -160,7 +162,7 @@ ModuleInput checkModuleInput(const std::shared_ptr<DeviceContext>& owner,
     ModuleInput input;
     input.options = checkCompileOptions(pipelineOptions, owner->abi);
     input.rules = owner->rulesOf(input.options);
-    checkModuleOptions(*moduleOptions);
+    checkCompileLevels(*moduleOptions, owner->abi);
     input.optLevel = optLevelOf(moduleOptions->optLevel, owner->abi);
     input.debugLevel = debugLevelOf(moduleOptions->debugLevel, "moduleCompileOptions", owner->abi);
     input.moduleRules.boundValues = boundValuesOf(*moduleOptions);

@@ -28,6 +28,10 @@ std::shared_ptr<engine::Module> makeModule(const std::shared_ptr<DeviceContext>&
                                            ModuleInput input, std::string_view ptx,
                                            std::string& feedback);
 
+// What of module options says how to compile: register count and levels. Throws an Error naming the
+// field.
+void checkCompileLevels(const OptixModuleCompileOptions& options, Abi abi);
+
 // Throws if the level is no enumerator of the ABI.
 void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter, Abi abi);
 

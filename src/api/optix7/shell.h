@@ -55,8 +55,9 @@ struct CompileOptions {
 
 struct ModuleObject {
     std::shared_ptr<DeviceContext> context;
-    // Null while the module is being made by tasks: completedModuleOf knows.
+    // Null if built in, and while the module is being made by tasks: completedModuleOf knows.
     std::shared_ptr<engine::Module> module;
+    uint32_t builtinPrimitive = 0; // OptixPrimitiveType of a built-in module
     CompileOptions options;
     std::shared_ptr<engine::ModuleTasks> tasks; // null for a module that was made at once
     // Where tasks write; the client keeps it alive until they are done.

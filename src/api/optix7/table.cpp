@@ -111,7 +111,7 @@ void addPipelineSlots(Slots& slots) {
     }
     FUNCTION(moduleDestroy);
     if constexpr (kAbi >= kAbi71)
-        MISSING(optixBuiltinISModuleGet);
+        FUNCTION(builtinISModuleGet);
     if constexpr (kAbi >= kAbi74)
         FUNCTION(taskExecute);
     FUNCTION(programGroupCreate);

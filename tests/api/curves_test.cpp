@@ -1,0 +1,580 @@
+// SPDX-License-Identifier: Apache-2.0
+// Curves through the API: build inputs and their errors, built-in intersection modules, what
+// programs see of hits, any-hit rules, end caps, updates, compaction, relocation.
+#include "curves.h"
+#include "rig.h"
+#include "scene.h"
+
+#include <cmath>
+
+namespace tests::api {
+namespace {
+
+constexpr OptixPrimitiveType kTypes[] = {
+    OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR, OPTIX_PRIMITIVE_TYPE_ROUND_QUADRATIC_BSPLINE,
+    OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE, OPTIX_PRIMITIVE_TYPE_ROUND_CATMULLROM};
+
+unsigned degree(OptixPrimitiveType type) {
+    return type == OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR               ? 1
+           : type == OPTIX_PRIMITIVE_TYPE_ROUND_QUADRATIC_BSPLINE ? 2
+                                                                  : 3;
+}
+
+OptixPipelineCompileOptions curveOptions() {
+    OptixPipelineCompileOptions options = compileOptions(0);
+    options.numAttributeValues = 2;
+    options.usesPrimitiveTypeFlags =
+        OPTIX_PRIMITIVE_TYPE_FLAGS_ROUND_LINEAR | OPTIX_PRIMITIVE_TYPE_FLAGS_ROUND_QUADRATIC_BSPLINE |
+        OPTIX_PRIMITIVE_TYPE_FLAGS_ROUND_CUBIC_BSPLINE | OPTIX_PRIMITIVE_TYPE_FLAGS_ROUND_CATMULLROM;
+    return options;
+}
+
+// One straight strand along x from x0 on, of `count` segments of length 1, all of radius 0.25, and
+// what its input points to. Stays where it is.
+struct Strand {
+    Strand(OptixPrimitiveType type, unsigned count, float y = 0, float x0 = 0) {
+        const unsigned lead = type == OPTIX_PRIMITIVE_TYPE_ROUND_QUADRATIC_BSPLINE ? 0 : 1;
+        for (unsigned i = 0; i < count + degree(type); ++i) {
+            // A segment of a quadratic spline runs between middles of its polygon.
+            float x = x0 + float(i) - (degree(type) == 1 ? 0.0f : lead ? 1.0f : 0.5f);
+            points.push_back({x, y, 0});
+            widths.push_back(0.25f);
+        }
+        for (unsigned i = 0; i < count; ++i)
+            first.push_back(i);
+        upload();
+        OptixBuildInputCurveArray& c = input.curveArray;
+        input.type = OPTIX_BUILD_INPUT_TYPE_CURVES;
+        c.curveType = type;
+        c.numPrimitives = count;
+        c.numVertices = unsigned(points.size());
+        c.vertexBuffers = &vertexAddress;
+        c.widthBuffers = &widthAddress;
+        c.indexBuffer = indices.address();
+    }
+    Strand(const Strand&) = delete;
+    void upload() {
+        vertices = Buffer(points);
+        radii = Buffer(widths);
+        indices = Buffer(first);
+        vertexAddress = vertices.address();
+        widthAddress = radii.address();
+    }
+
+    std::vector<Vec3> points;
+    std::vector<float> widths;
+    std::vector<uint32_t> first;
+    Buffer vertices, radii, indices;
+    CUdeviceptr vertexAddress = 0, widthAddress = 0;
+    OptixBuildInput input{};
+};
+
+class CurveTest : public ApiTest {
+protected:
+    void prepare(OptixPrimitiveType type, bool anyHit,
+                 unsigned endcaps = OPTIX_CURVE_ENDCAP_DEFAULT) {
+        rig_ = std::make_unique<Rig>(context_, log_, compiledPtx("curves", "clang"), curveOptions());
+        OptixBuiltinISOptions builtin{};
+        builtin.builtinISModuleType = type;
+        builtin.usesMotionBlur = 0;
+        builtin.curveEndcapFlags = endcaps;
+        OptixModuleCompileOptions module{};
+        const OptixPipelineCompileOptions pipeline = curveOptions();
+        require(optixBuiltinISModuleGet(context_, &module, &pipeline, &builtin, &builtin_),
+                "optixBuiltinISModuleGet", log_);
+        OptixProgramGroupDesc desc{};
+        desc.kind = OPTIX_PROGRAM_GROUP_KIND_HITGROUP;
+        desc.hitgroup.moduleCH = rig_->module();
+        desc.hitgroup.entryFunctionNameCH = "__closesthit__curves";
+        desc.hitgroup.moduleIS = builtin_;
+        if (anyHit) {
+            desc.hitgroup.moduleAH = rig_->module();
+            desc.hitgroup.entryFunctionNameAH = "__anyhit__curves";
+        }
+        rig_->raygenRecord(rig_->raygen("__raygen__curves"));
+        rig_->missRecord(rig_->miss("__miss__curves"));
+        const size_t group = rig_->add(desc);
+        for (int i = 0; i < 4; ++i)
+            rig_->hitRecord(group);
+        rig_->link();
+    }
+    void TearDown() override {
+        rig_.reset();
+        if (builtin_)
+            EXPECT_EQ(OPTIX_SUCCESS, optixModuleDestroy(builtin_));
+        builtin_ = nullptr;
+        ApiTest::TearDown();
+    }
+
+    std::vector<CurveResult> trace(const std::vector<CurveRay>& rays, OptixTraversableHandle handle,
+                                   CurveRule rule = kCurveAccept) {
+        Buffer in(rays), out(rays.size() * sizeof(CurveResult));
+        rig_->run(CurveParams{handle, in.as<CurveRay>(), out.as<CurveResult>(), rule, 0},
+                  unsigned(rays.size()));
+        return {out.as<CurveResult>(), out.as<CurveResult>() + rays.size()};
+    }
+    static CurveRay down(float x, float y = 0, unsigned flags = 0) {
+        return {{x, y, 4}, 0, {0, 0, -1}, 1e16f, flags};
+    }
+    Accel build(const OptixBuildInput& input, unsigned flags = 0) {
+        return buildAccel(context_, log_, {input}, flags);
+    }
+    void again() {
+        TearDown();
+        SetUp();
+    }
+
+    std::unique_ptr<Rig> rig_;
+    OptixModule builtin_ = nullptr;
+};
+
+TEST_F(CurveTest, HitsOfAllBases) {
+    for (OptixPrimitiveType type : kTypes) {
+        prepare(type, true);
+        Strand strand(type, 4);
+        strand.input.curveArray.primitiveIndexOffset = 100;
+        const Accel accel = build(strand.input, OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS);
+        std::vector<CurveRay> rays;
+        for (int i = 0; i < 16; ++i)
+            rays.push_back(down(0.125f + 0.25f * float(i), 0.1f));
+        rays.push_back(down(0.5f, 0.26f)); // beside it
+        const auto results = trace(rays, accel.handle);
+        for (int i = 0; i < 16; ++i) {
+            const CurveResult& r = results[size_t(i)];
+            ASSERT_EQ(1u, r.closestHits) << type << " " << i;
+            EXPECT_EQ(0u, r.misses);
+            EXPECT_GE(r.anyHits, 1u);
+            EXPECT_NEAR(4 - std::sqrt(0.25f * 0.25f - 0.01f), r.t, 1e-5f);
+            EXPECT_NEAR(0.125f + 0.25f * float(i % 4), r.u, 1e-4f) << type << " " << i;
+            EXPECT_EQ(100u + unsigned(i) / 4, r.primitive);
+            EXPECT_EQ(unsigned(type), r.primitiveType);
+            EXPECT_GE(r.hitKind, 128u);
+            EXPECT_EQ(1u, r.isFront);
+            EXPECT_EQ(0u, r.isBack);
+            EXPECT_EQ(0u, r.isTriangle);
+            EXPECT_EQ(r.anyHitT, r.t);
+            EXPECT_EQ(r.anyHitU, r.u);
+            for (unsigned k = 0; k <= degree(type); ++k) {
+                EXPECT_EQ(strand.points[size_t(i) / 4 + k].x, r.points[4 * k]);
+                EXPECT_EQ(0.25f, r.points[4 * k + 3]);
+            }
+        }
+        EXPECT_EQ(1u, results[16].misses);
+        again();
+    }
+}
+
+TEST_F(CurveTest, WithoutRandomAccessGettersGiveNaN) {
+    const OptixPrimitiveType type = OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE;
+    prepare(type, false);
+    Strand strand(type, 1);
+    const Accel accel = build(strand.input);
+    const auto results = trace({down(0.5f)}, accel.handle);
+    ASSERT_EQ(1u, results[0].closestHits);
+    for (int k = 0; k < 16; ++k)
+        EXPECT_TRUE(std::isnan(results[0].points[k]));
+}
+
+TEST_F(CurveTest, EndCaps) {
+    for (OptixPrimitiveType type : kTypes) {
+        const bool linear = type == OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
+        for (unsigned caps : {0u, 1u}) {
+            if (linear && caps)
+                continue;
+            prepare(type, false, caps);
+            Strand strand(type, 3);
+            strand.input.curveArray.endcapFlags = caps;
+            const Accel accel = build(strand.input);
+            // Along the axis from both sides, off the axis, and from within.
+            const auto results = trace({{{-2, 0.1f, 0}, 0, {1, 0, 0}, 1e16f, 0},
+                                        {{5, 0.1f, 0}, 0, {-1, 0, 0}, 1e16f, 0},
+                                        {{1.5f, 0.1f, 0}, 0, {1, 0.02f, 0}, 1e16f, 0},
+                                        {{1.5f, 0, 0}, 0, {0, 1, 0}, 1e16f, 0}},
+                                       accel.handle);
+            const float bulge = std::sqrt(0.0625f - 0.01f);
+            for (int i = 0; i < 2; ++i) {
+                EXPECT_EQ(linear || caps ? 1u : 0u, results[size_t(i)].closestHits) << type;
+                if (!results[size_t(i)].closestHits)
+                    continue;
+                EXPECT_NEAR(linear ? 2 - bulge : 2, results[size_t(i)].t, 1e-5f);
+                EXPECT_EQ(float(i), results[size_t(i)].u); // exactly an end
+                EXPECT_EQ(i ? 2u : 0u, results[size_t(i)].primitive);
+            }
+            EXPECT_EQ(1u, results[3].misses) << type << ": curves are not seen from within";
+            if (!linear)
+                EXPECT_EQ(1u, results[2].misses) << type;
+            again();
+        }
+    }
+}
+
+TEST_F(CurveTest, StrandsEndWhereIndicesDoNotGoOn) {
+    const OptixPrimitiveType type = OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE;
+    prepare(type, false, 1);
+    Strand strand(type, 4);
+    // The second of four segments is left out: two strands, [0, 1] and [2, 4].
+    strand.first = {0, 2, 3};
+    strand.upload();
+    strand.input.curveArray.numPrimitives = 3;
+    strand.input.curveArray.indexBuffer = strand.indices.address();
+    strand.input.curveArray.endcapFlags = 1;
+    const Accel accel = build(strand.input);
+    const auto results = trace({{{1.5f, 0, 0}, 0, {1, 0, 0}, 1e16f, 0},
+                                {{1.5f, 0, 0}, 0, {-1, 0, 0}, 1e16f, 0},
+                                {{2.5f, 0, 0}, 0, {1, 0.01f, 0}, 1.0f, 0}},
+                               accel.handle);
+    EXPECT_NEAR(0.5f, results[0].t, 1e-5f);
+    EXPECT_EQ(0.0f, results[0].u);
+    EXPECT_EQ(1u, results[0].primitive);
+    EXPECT_NEAR(0.5f, results[1].t, 1e-5f);
+    EXPECT_EQ(1.0f, results[1].u);
+    EXPECT_EQ(0u, results[1].primitive);
+    EXPECT_EQ(1u, results[2].misses); // no cap between the two
+}
+
+TEST_F(CurveTest, AnyHitRules) {
+    for (OptixPrimitiveType type : kTypes) {
+        prepare(type, true);
+        // Three strands one behind the other for rays along y.
+        Strand a(type, 2, 0), b(type, 2, 1), c(type, 2, 2);
+        const Accel accel = buildAccel(context_, log_, {a.input, b.input, c.input});
+        const CurveRay ray{{0.3f, -3, 0.05f}, 0, {0, 1, 0}, 1e16f, 0};
+        const auto first = trace({ray}, accel.handle);
+        EXPECT_EQ(1u, first[0].closestHits);
+        EXPECT_EQ(0u, first[0].sbtGasIndex);
+        const float t = first[0].t;
+        const auto ignored = trace({ray}, accel.handle, kCurveIgnore);
+        EXPECT_EQ(1u, ignored[0].misses);
+        EXPECT_GE(ignored[0].anyHits, 3u);
+        const auto ended = trace({ray}, accel.handle, kCurveTerminate);
+        EXPECT_EQ(1u, ended[0].closestHits);
+        EXPECT_EQ(1u, ended[0].anyHits);
+        CurveRay disabled = ray, enough = ray, silent = ray, dropped = ray;
+        disabled.flags = OPTIX_RAY_FLAG_DISABLE_ANYHIT;
+        enough.flags = OPTIX_RAY_FLAG_TERMINATE_ON_FIRST_HIT | OPTIX_RAY_FLAG_DISABLE_ANYHIT;
+        silent.flags = OPTIX_RAY_FLAG_DISABLE_CLOSESTHIT;
+        dropped.flags = OPTIX_RAY_FLAG_CULL_ENFORCED_ANYHIT;
+        const auto flagged = trace({disabled, enough, silent, dropped}, accel.handle, kCurveAccept);
+        EXPECT_EQ(0u, flagged[0].anyHits);
+        EXPECT_EQ(t, flagged[0].t);
+        EXPECT_EQ(0u, flagged[1].anyHits);
+        EXPECT_EQ(1u, flagged[1].closestHits);
+        EXPECT_EQ(0u, flagged[2].closestHits + flagged[2].misses);
+        EXPECT_EQ(1u, flagged[3].misses);
+        // Face culling concerns triangles alone.
+        CurveRay culled = disabled;
+        culled.flags |= OPTIX_RAY_FLAG_CULL_BACK_FACING_TRIANGLES;
+        EXPECT_EQ(1u, trace({culled}, accel.handle)[0].closestHits);
+        culled.flags = OPTIX_RAY_FLAG_CULL_FRONT_FACING_TRIANGLES;
+        EXPECT_EQ(1u, trace({culled}, accel.handle)[0].closestHits);
+        again();
+    }
+}
+
+TEST_F(CurveTest, SingleAnyHitGuarantee) {
+    for (OptixPrimitiveType type : kTypes) {
+        prepare(type, true);
+        Strand strand(type, 1);
+        strand.input.curveArray.flag = OPTIX_GEOMETRY_FLAG_REQUIRE_SINGLE_ANYHIT_CALL;
+        for (unsigned flags : {0u, unsigned(OPTIX_BUILD_FLAG_PREFER_FAST_TRACE)}) {
+            const Accel accel = build(strand.input, flags);
+            std::vector<CurveRay> rays;
+            for (int i = 0; i < 200; ++i) // also across the places where pieces would meet
+                rays.push_back({{0.005f * float(i), -2, 0.02f}, 0, {0, 1, 0}, 1e16f, 0});
+            for (const CurveResult& r : trace(rays, accel.handle, kCurveIgnore))
+                EXPECT_EQ(1u, r.anyHits) << type;
+        }
+        again();
+    }
+}
+
+TEST_F(CurveTest, GeometryFlagDisablesAnyHit) {
+    const OptixPrimitiveType type = OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
+    prepare(type, true);
+    Strand strand(type, 2);
+    strand.input.curveArray.flag = OPTIX_GEOMETRY_FLAG_DISABLE_ANYHIT;
+    const Accel accel = build(strand.input);
+    CurveRay enforced = down(0.5f, 0, OPTIX_RAY_FLAG_ENFORCE_ANYHIT);
+    CurveRay culled = down(0.5f, 0, OPTIX_RAY_FLAG_CULL_DISABLED_ANYHIT);
+    const auto results = trace({down(0.5f), enforced, culled}, accel.handle);
+    EXPECT_EQ(0u, results[0].anyHits);
+    EXPECT_EQ(1u, results[0].closestHits);
+    EXPECT_GE(results[1].anyHits, 1u);
+    EXPECT_EQ(1u, results[2].misses);
+}
+
+TEST_F(CurveTest, StridesAndInstances) {
+    for (OptixPrimitiveType type : kTypes) {
+        prepare(type, false);
+        Strand strand(type, 3);
+        const Accel packed = build(strand.input);
+        // The same in wider records.
+        std::vector<float> vertices, widths;
+        std::vector<uint32_t> indices;
+        for (const Vec3& p : strand.points)
+            vertices.insert(vertices.end(), {p.x, p.y, p.z, 7, 7});
+        for (float w : strand.widths)
+            widths.insert(widths.end(), {w, 9});
+        for (uint32_t i : strand.first)
+            indices.insert(indices.end(), {i, 77, 77});
+        const Buffer a(vertices), b(widths), c(indices);
+        const CUdeviceptr va = a.address(), vb = b.address();
+        OptixBuildInput wide = strand.input;
+        wide.curveArray.vertexBuffers = &va;
+        wide.curveArray.vertexStrideInBytes = 20;
+        wide.curveArray.widthBuffers = &vb;
+        wide.curveArray.widthStrideInBytes = 8;
+        wide.curveArray.indexBuffer = c.address();
+        wide.curveArray.indexStrideInBytes = 12;
+        const Accel strided = build(wide);
+        InstanceList list({instanceOf(packed.handle, translation(0, 5, 0)),
+                           instanceOf(strided.handle, translation(0, 10, 0))});
+        const Accel scene = build(list.input);
+        const auto results =
+            trace({down(1.7f, 0.1f), down(1.7f, 5.1f), down(1.7f, 10.1f)}, scene.handle);
+        const auto alone = trace({down(1.7f, 0.1f)}, strided.handle);
+        ASSERT_EQ(1u, alone[0].closestHits);
+        EXPECT_EQ(1u, results[0].misses);
+        for (int i = 1; i < 3; ++i) {
+            ASSERT_EQ(1u, results[size_t(i)].closestHits);
+            EXPECT_NEAR(alone[0].t, results[size_t(i)].t, 1e-5f);
+            EXPECT_NEAR(alone[0].u, results[size_t(i)].u, 1e-4f);
+            EXPECT_EQ(1u, results[size_t(i)].primitive);
+        }
+        again();
+    }
+}
+
+TEST_F(CurveTest, UpdateCompactRelocate) {
+    for (OptixPrimitiveType type : kTypes) {
+        prepare(type, false);
+        Strand strand(type, 6);
+        const unsigned flags = OPTIX_BUILD_FLAG_ALLOW_UPDATE | OPTIX_BUILD_FLAG_ALLOW_COMPACTION |
+                               OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS;
+        const Buffer size(8), bounds(sizeof(OptixAabb));
+        const Accel built =
+            buildAccel(context_, log_, {strand.input}, flags,
+                       {{size.address(), OPTIX_PROPERTY_TYPE_COMPACTED_SIZE},
+                        {bounds.address(), OPTIX_PROPERTY_TYPE_AABBS}});
+        const OptixAabb& box = *bounds.as<OptixAabb>();
+        EXPECT_NEAR(-0.25f, box.minX, 1e-4f);
+        EXPECT_NEAR(6.25f, box.maxX, 1e-4f);
+        EXPECT_NEAR(0.25f, box.maxZ, 1e-5f);
+        Accel compacted;
+        compacted.memory = Buffer(*size.as<uint64_t>());
+        ASSERT_OK(optixAccelCompact(context_, nullptr, built.handle, compacted.memory.address(),
+                                    compacted.memory.size(), &compacted.handle));
+        waitForDevice();
+        const auto before = trace({down(3.3f, 0.1f)}, compacted.handle);
+        ASSERT_EQ(1u, before[0].closestHits);
+        // Moved away in y, and thinner.
+        for (Vec3& p : strand.points)
+            p.y += 2;
+        for (float& w : strand.widths)
+            w = 0.125f;
+        strand.upload();
+        strand.input.curveArray.indexBuffer = strand.indices.address();
+        OptixAccelBuildOptions options = buildOptions(flags);
+        OptixAccelBufferSizes sizes{};
+        ASSERT_OK(optixAccelComputeMemoryUsage(context_, &options, &strand.input, 1, &sizes));
+        ASSERT_GT(sizes.tempUpdateSizeInBytes, 0u);
+        const Buffer temp(sizes.tempUpdateSizeInBytes);
+        options.operation = OPTIX_BUILD_OPERATION_UPDATE;
+        OptixTraversableHandle handle = 0;
+        ASSERT_OK(optixAccelBuild(context_, nullptr, &options, &strand.input, 1, temp.address(),
+                                  temp.size(), compacted.memory.address(), compacted.memory.size(),
+                                  &handle, nullptr, 0));
+        EXPECT_EQ(compacted.handle, handle);
+        waitForDevice();
+        const auto after = trace({down(3.3f, 0.1f), down(3.3f, 2.1f), down(3.3f, 2.2f)}, handle);
+        EXPECT_EQ(1u, after[0].misses);
+        ASSERT_EQ(1u, after[1].closestHits);
+        EXPECT_NEAR(4 - std::sqrt(0.125f * 0.125f - 0.01f), after[1].t, 1e-4f);
+        EXPECT_EQ(1u, after[2].misses);
+        EXPECT_EQ(0.125f, after[1].points[3]);
+        // A copy elsewhere.
+        OptixAccelRelocationInfo info{};
+        ASSERT_OK(optixAccelGetRelocationInfo(context_, handle, &info));
+        const Buffer copy(compacted.memory.size());
+        std::memcpy(copy.as<char>(), compacted.memory.as<char>(), copy.size());
+        OptixTraversableHandle moved = 0;
+        ASSERT_OK(optixAccelRelocate(context_, nullptr, &info, 0, 0, copy.address(), copy.size(),
+                                     &moved));
+        waitForDevice();
+        compacted.memory.fill(0xCD);
+        const auto there = trace({down(3.3f, 2.1f)}, moved);
+        EXPECT_EQ(after[1].t, there[0].t);
+        again();
+    }
+}
+
+TEST_F(CurveTest, InactiveSegmentsAndEmptyInputs) {
+    const OptixPrimitiveType type = OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE;
+    prepare(type, false);
+    Strand strand(type, 4);
+    strand.points[0].x = NAN;            // the first segment
+    strand.first = {0, 1, 2, 0xFFFFFFFE}; // and the last
+    strand.upload();
+    strand.input.curveArray.indexBuffer = strand.indices.address();
+    for (unsigned flags : {0u, 1u, 4u, 8u}) {
+        const Accel accel = build(strand.input, flags);
+        const auto results = trace({down(0.5f), down(1.5f), down(2.5f), down(3.5f)}, accel.handle);
+        EXPECT_EQ(1u, results[0].misses);
+        EXPECT_EQ(1u, results[1].closestHits);
+        EXPECT_EQ(1u, results[2].closestHits);
+        EXPECT_EQ(1u, results[3].misses);
+    }
+    OptixBuildInput none = strand.input;
+    none.curveArray.numPrimitives = 0;
+    const Accel empty = build(none);
+    EXPECT_EQ(1u, trace({down(1.5f)}, empty.handle)[0].misses);
+}
+
+TEST_F(CurveTest, BuildInputErrors) {
+    Strand strand(OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE, 4);
+    OptixAccelBuildOptions options = buildOptions();
+    OptixAccelBufferSizes sizes{};
+    ASSERT_OK(optixAccelComputeMemoryUsage(context_, &options, &strand.input, 1, &sizes));
+    const Buffer temp(sizes.tempSizeInBytes), output(sizes.outputSizeInBytes);
+    const auto rejected = [&](const char* word, auto&& change) {
+        OptixBuildInput input = strand.input;
+        change(input.curveArray);
+        OptixTraversableHandle handle = 0;
+        EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixAccelBuild", word,
+                        optixAccelBuild(context_, nullptr, &options, &input, 1, temp.address(),
+                                        temp.size(), output.address(), output.size(), &handle,
+                                        nullptr, 0));
+    };
+    using Array = OptixBuildInputCurveArray;
+    rejected("curveType", [](Array& c) { c.curveType = OPTIX_PRIMITIVE_TYPE_CUSTOM; });
+    rejected("curveType", [](Array& c) { c.curveType = OPTIX_PRIMITIVE_TYPE_TRIANGLE; });
+    rejected("curveType", [](Array& c) { c.curveType = OptixPrimitiveType(0x2505); });
+    rejected("endcapFlags", [](Array& c) { c.endcapFlags = 2; });
+    rejected("endcapFlags", [](Array& c) {
+        c.curveType = OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
+        c.endcapFlags = OPTIX_CURVE_ENDCAP_ON;
+    });
+    rejected("vertexStrideInBytes", [](Array& c) { c.vertexStrideInBytes = 8; });
+    rejected("vertexStrideInBytes", [](Array& c) { c.vertexStrideInBytes = 14; });
+    rejected("widthStrideInBytes", [](Array& c) { c.widthStrideInBytes = 2; });
+    rejected("indexStrideInBytes", [](Array& c) { c.indexStrideInBytes = 6; });
+    rejected("flag", [](Array& c) { c.flag = 64; });
+    rejected("vertexBuffers", [](Array& c) { c.vertexBuffers = nullptr; });
+    rejected("widthBuffers", [](Array& c) { c.widthBuffers = nullptr; });
+    rejected("indexBuffer", [](Array& c) { c.indexBuffer = 0; });
+    rejected("indexBuffer", [](Array& c) { c.indexBuffer += 2; });
+    rejected("normalBuffers", [](Array& c) { c.normalBuffers = c.vertexBuffers; });
+    rejected("normalBuffers", [](Array& c) { c.normalStrideInBytes = 12; });
+    rejected("primitiveIndexOffset", [](Array& c) { c.primitiveIndexOffset = 0xFFFFFFFEu; });
+    rejected("device memory", [](Array& c) { c.numVertices = 0x70000000; });
+    const CUdeviceptr odd = strand.vertexAddress + 2;
+    rejected("vertexBuffers", [&](Array& c) { c.vertexBuffers = &odd; });
+    // Two types in one structure.
+    Strand other(OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR, 4);
+    const OptixBuildInput both[] = {strand.input, other.input};
+    EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixAccelComputeMemoryUsage", "one type of curves",
+                    optixAccelComputeMemoryUsage(context_, &options, both, 2, &sizes));
+}
+
+TEST_F(CurveTest, MemoryUsageIsMonotone) {
+    OptixBuildInput input{};
+    input.type = OPTIX_BUILD_INPUT_TYPE_CURVES;
+    for (OptixPrimitiveType type : kTypes)
+        for (unsigned flags : {0u, 1u, 2u, 4u, 8u, 16u}) {
+            OptixAccelBufferSizes last{};
+            for (unsigned count : {0u, 1u, 2u, 3u, 9u, 100u, 1000u, 65536u, 1000000u}) {
+                input.curveArray.curveType = type;
+                input.curveArray.numPrimitives = count;
+                input.curveArray.numVertices = count + 3;
+                OptixAccelBuildOptions options = buildOptions(flags);
+                OptixAccelBufferSizes sizes{};
+                ASSERT_OK(optixAccelComputeMemoryUsage(context_, &options, &input, 1, &sizes));
+                EXPECT_GE(sizes.outputSizeInBytes, last.outputSizeInBytes);
+                EXPECT_GE(sizes.tempSizeInBytes, last.tempSizeInBytes);
+                last = sizes;
+            }
+        }
+}
+
+TEST_F(CurveTest, BuiltinModuleErrors) {
+    OptixModuleCompileOptions module{};
+    OptixPipelineCompileOptions pipeline = curveOptions();
+    OptixBuiltinISOptions good{};
+    good.builtinISModuleType = OPTIX_PRIMITIVE_TYPE_ROUND_CATMULLROM;
+    OptixModule out = nullptr;
+    const auto rejected = [&](const char* word, auto&& change) {
+        OptixBuiltinISOptions options = good;
+        change(options);
+        out = reinterpret_cast<OptixModule>(uintptr_t(1));
+        EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixBuiltinISModuleGet", word,
+                        optixBuiltinISModuleGet(context_, &module, &pipeline, &options, &out));
+        EXPECT_EQ(nullptr, out);
+    };
+    using Options = OptixBuiltinISOptions;
+    rejected("CUSTOM", [](Options& o) { o.builtinISModuleType = OPTIX_PRIMITIVE_TYPE_CUSTOM; });
+    rejected("builtinISModuleType", [](Options& o) { o.builtinISModuleType = OptixPrimitiveType(1); });
+    rejected("usesPrimitiveTypeFlags",
+             [](Options& o) { o.builtinISModuleType = OPTIX_PRIMITIVE_TYPE_TRIANGLE; });
+    rejected("buildFlags", [](Options& o) { o.buildFlags = 0x10000; });
+    rejected("curveEndcapFlags", [](Options& o) { o.curveEndcapFlags = 2; });
+    rejected("curveEndcapFlags", [](Options& o) {
+        o.builtinISModuleType = OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
+        o.curveEndcapFlags = 1;
+    });
+    EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixBuiltinISModuleGet", "builtinISOptions",
+                    optixBuiltinISModuleGet(context_, &module, &pipeline, nullptr, &out));
+    EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixBuiltinISModuleGet", "moduleCompileOptions",
+                    optixBuiltinISModuleGet(context_, nullptr, &pipeline, &good, &out));
+    EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixBuiltinISModuleGet", "pipelineCompileOptions",
+                    optixBuiltinISModuleGet(context_, &module, nullptr, &good, &out));
+    EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixBuiltinISModuleGet", "builtinModule",
+                    optixBuiltinISModuleGet(context_, &module, &pipeline, &good, nullptr));
+    for (void* garbage : garbageHandles())
+        EXPECT_NE(OPTIX_SUCCESS,
+                  optixBuiltinISModuleGet(static_cast<OptixDeviceContext>(garbage), &module,
+                                          &pipeline, &good, &out));
+    // All types there are, triangles too where the pipeline has them.
+    pipeline.usesPrimitiveTypeFlags = unsigned(OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE) | 31u;
+    for (unsigned type : {0x2501u, 0x2502u, 0x2503u, 0x2504u, 0x2531u}) {
+        good.builtinISModuleType = OptixPrimitiveType(type);
+        ASSERT_OK(optixBuiltinISModuleGet(context_, &module, &pipeline, &good, &out));
+        EXPECT_OK(optixModuleDestroy(out));
+    }
+}
+
+TEST_F(CurveTest, BuiltinModulesInGroups) {
+    prepare(OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR, false);
+    OptixProgramGroup group = nullptr;
+    OptixProgramGroupOptions options{};
+    OptixProgramGroupDesc desc{};
+    desc.kind = OPTIX_PROGRAM_GROUP_KIND_HITGROUP;
+    const auto rejected = [&](const char* word) {
+        EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixProgramGroupCreate", word,
+                        optixProgramGroupCreate(context_, &desc, 1, &options, nullptr, nullptr,
+                                                &group));
+    };
+    desc.hitgroup.moduleIS = builtin_;
+    desc.hitgroup.entryFunctionNameIS = "__intersection__named";
+    rejected("null entry function name");
+    desc.hitgroup = {};
+    desc.hitgroup.moduleCH = builtin_;
+    desc.hitgroup.entryFunctionNameCH = "__closesthit__curves";
+    rejected("optixBuiltinISModuleGet");
+    desc.hitgroup = {};
+    desc.hitgroup.moduleIS = rig_->module(); // not a built-in one
+    rejected("intersection");
+    // Other pipeline options than the module was made with.
+    desc.hitgroup.moduleIS = builtin_;
+    ASSERT_OK(optixProgramGroupCreate(context_, &desc, 1, &options, nullptr, nullptr, &group));
+    OptixPipelineCompileOptions other = curveOptions();
+    other.usesPrimitiveTypeFlags = OPTIX_PRIMITIVE_TYPE_FLAGS_ROUND_LINEAR;
+    OptixPipelineLinkOptions link{1, OPTIX_COMPILE_DEBUG_LEVEL_DEFAULT};
+    OptixPipeline pipeline = nullptr;
+    EXPECT_REJECTED(OPTIX_ERROR_PIPELINE_LINK_ERROR, "optixPipelineCreate", "compile options",
+                    optixPipelineCreate(context_, &other, &link, &group, 1, nullptr, nullptr,
+                                        &pipeline));
+    EXPECT_OK(optixProgramGroupDestroy(group));
+}
+
+} // namespace
+} // namespace tests::api
