@@ -447,7 +447,7 @@ TEST_F(Optix, Errors) {
     EXPECT_EQ(errorOf(".visible .entry __miss__ms() { .reg .f32 %f<8>; "
                       "call (%f0,%f1,%f2,%f3), _optix_get_sphere_data, (); ret; }",
                       "__miss__ms"),
-              E::kNotSupported);
+              E::kInvalidPtx); // its operands are missing
     EXPECT_EQ(errorOf(".visible .entry __miss__ms() { call _optix_set_payload_types, (1); ret; }",
                       "__miss__ms"),
               E::kPayloadTypeId);
