@@ -153,14 +153,16 @@ void bindTrace(LaunchState& launch, const TraceFeatures& features) {
 }
 
 bool isTraversable(uint64_t handle) {
-    // From one tile of a launch to the next the handles stay the same.
-    constexpr size_t kKnown = 16;
+    // From one tile of a launch to the next the handles stay the same. As many slots as scenes have
+    // transforms usually: a miss costs system calls, at worst for every ray.
+    constexpr size_t kKnown = 1024;
     thread_local uint64_t known[kKnown] = {};
     thread_local uint64_t epoch = 0;
     if (epoch != readableEpoch())
         std::fill_n(known, kKnown, 0);
     epoch = readableEpoch();
-    uint64_t& slot = known[(handle >> 7) % kKnown];
+    uint64_t& slot = known[handle * 0x9E3779B97F4A7C15u >> 54];
+    static_assert(kKnown == 1u << (64 - 54));
     if (slot == handle && handle != 0)
         return true;
     if (!leadsToMemory(handle))
