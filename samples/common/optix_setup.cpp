@@ -28,9 +28,8 @@ Program::Program(OptixDeviceContext context, std::string_view ptx, unsigned payl
                  unsigned attributeValues, unsigned primitiveTypeFlags, const char* launchParams,
                  unsigned graphFlags, bool opacityMicromaps, bool motionBlur)
     : context_(context) {
-    OptixModuleCompileOptions moduleOptions = {};
-    moduleOptions.optLevel = OPTIX_COMPILE_OPTIMIZATION_DEFAULT;
-    moduleOptions.debugLevel = OPTIX_COMPILE_DEBUG_LEVEL_MINIMAL;
+    moduleOptions_.optLevel = OPTIX_COMPILE_OPTIMIZATION_DEFAULT;
+    moduleOptions_.debugLevel = OPTIX_COMPILE_DEBUG_LEVEL_MINIMAL;
     options_.traversableGraphFlags = graphFlags;
     options_.usesMotionBlur = motionBlur;
     options_.numPayloadValues = int(payloadValues);
@@ -44,7 +43,7 @@ Program::Program(OptixDeviceContext context, std::string_view ptx, unsigned payl
     if (opacityMicromaps)
         throw std::runtime_error("opacity micromaps need a program built for OptiX 7.6");
 #endif
-    OPTIX_CHECK(optixModuleCreateFromPTX(context_, &moduleOptions, &options_, ptx.data(),
+    OPTIX_CHECK(optixModuleCreateFromPTX(context_, &moduleOptions_, &options_, ptx.data(),
                                          ptx.size(), nullptr, nullptr, &module_));
 }
 
@@ -53,6 +52,8 @@ Program::~Program() {
         optixPipelineDestroy(pipeline_);
     for (OptixProgramGroup group : groups_)
         optixProgramGroupDestroy(group);
+    for (OptixModule module : builtinModules_)
+        optixModuleDestroy(module);
     optixModuleDestroy(module_);
 }
 
@@ -83,13 +84,29 @@ OptixProgramGroup Program::addMiss(const char* function) {
 
 OptixProgramGroup Program::addHitgroup(const char* closestHit, const char* anyHit,
                                        const char* intersection) {
+    return addHitgroup(closestHit, anyHit, intersection ? module_ : nullptr, intersection);
+}
+
+OptixProgramGroup Program::addBuiltinHitgroup(const char* closestHit, const char* anyHit,
+                                              OptixPrimitiveType type) {
+    OptixBuiltinISOptions builtin = {};
+    builtin.builtinISModuleType = type;
+    builtin.usesMotionBlur = options_.usesMotionBlur;
+    OptixModule module = nullptr;
+    OPTIX_CHECK(optixBuiltinISModuleGet(context_, &moduleOptions_, &options_, &builtin, &module));
+    builtinModules_.push_back(module);
+    return addHitgroup(closestHit, anyHit, module, nullptr);
+}
+
+OptixProgramGroup Program::addHitgroup(const char* closestHit, const char* anyHit,
+                                       OptixModule intersectionModule, const char* intersection) {
     OptixProgramGroupDesc description = {};
     description.kind = OPTIX_PROGRAM_GROUP_KIND_HITGROUP;
     description.hitgroup.moduleCH = closestHit ? module_ : nullptr;
     description.hitgroup.entryFunctionNameCH = closestHit;
     description.hitgroup.moduleAH = anyHit ? module_ : nullptr;
     description.hitgroup.entryFunctionNameAH = anyHit;
-    description.hitgroup.moduleIS = intersection ? module_ : nullptr;
+    description.hitgroup.moduleIS = intersectionModule;
     description.hitgroup.entryFunctionNameIS = intersection;
     return add(description);
 }

@@ -35,6 +35,9 @@ public:
     // Functions may be null.
     OptixProgramGroup addHitgroup(const char* closestHit, const char* anyHit,
                                   const char* intersection);
+    // For primitives that OptiX intersects itself, curves for instance; functions may be null.
+    OptixProgramGroup addBuiltinHitgroup(const char* closestHit, const char* anyHit,
+                                         OptixPrimitiveType type);
     // One of the two may be null.
     OptixProgramGroup addCallables(const char* direct, const char* continuation);
     // Links all groups added so far; call once. Callables do not call further ones; a graph of
@@ -43,12 +46,16 @@ public:
 
 private:
     OptixProgramGroup add(const OptixProgramGroupDesc& description);
+    OptixProgramGroup addHitgroup(const char* closestHit, const char* anyHit,
+                                  OptixModule intersectionModule, const char* intersection);
 
     OptixDeviceContext context_;
+    OptixModuleCompileOptions moduleOptions_ = {};
     OptixPipelineCompileOptions options_ = {};
     OptixModule module_ = nullptr;
     OptixPipeline pipeline_ = nullptr;
     std::vector<OptixProgramGroup> groups_;
+    std::vector<OptixModule> builtinModules_;
     bool hasCallables_ = false;
 };
 
