@@ -3,6 +3,7 @@
 // their host shadows. A fat binary is loaded when something of it is first used.
 #include "api/cuda/runtime/runtime.h"
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -57,11 +58,22 @@ FatBinary* binaryOf(void** handle) {
     return found == registry().binaries.end() ? nullptr : found->second.get();
 }
 
+// What compilers register is a wrapper around the image; drivers document the image alone.
+const void* imageOf(const void* registered) {
+    struct Wrapper {
+        uint32_t magic, version;
+        const void* image;
+    };
+    constexpr uint32_t kMagic = 0x466243B1;
+    const auto* wrapper = static_cast<const Wrapper*>(registered);
+    return wrapper->magic == kMagic ? wrapper->image : registered;
+}
+
 // Loads the module; managed variables then tell the host where they are.
 cudaError_t load(FatBinary& binary) {
     if (binary.module || binary.error != cudaSuccess)
         return binary.error;
-    binary.error = fromDriver(driver().cuModuleLoadData(&binary.module, binary.wrapper));
+    binary.error = fromDriver(driver().cuModuleLoadData(&binary.module, imageOf(binary.wrapper)));
     for (const ManagedVariable& variable : binary.managed) {
         CUdeviceptr address = 0;
         size_t size = 0;
