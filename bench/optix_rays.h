@@ -106,8 +106,10 @@ class Optix {
 public:
     enum Kind { kClosest, kAny };
 
-    explicit Optix(unsigned graphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS)
-        : graphFlags_(graphFlags), records_(4 * sizeof(Record)), params_(sizeof(LaunchRaysParams)) {
+    // `type`: what rays may meet.
+    explicit Optix(unsigned graphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS,
+                   OptixPrimitiveType type = OPTIX_PRIMITIVE_TYPE_TRIANGLE)
+        : graphFlags_(graphFlags), type_(type), records_(4 * sizeof(Record)), params_(sizeof(LaunchRaysParams)) {
         CHECK(cudaFree(nullptr));
         CHECK(optixInit());
         OptixDeviceContextOptions options = {};
@@ -155,6 +157,8 @@ private:
         options.numPayloadValues = 2;
         options.numAttributeValues = 2;
         options.pipelineLaunchParamsVariableName = "params";
+        if (type_ != OPTIX_PRIMITIVE_TYPE_TRIANGLE)
+            options.usesPrimitiveTypeFlags = 1u << (type_ - OPTIX_PRIMITIVE_TYPE_CUSTOM);
         OptixModule module = nullptr;
         CHECK(optixModuleCreateFromPTX(context, &moduleOptions, &options, ptx.data(), ptx.size(),
                                        nullptr, nullptr, &module));
@@ -168,6 +172,12 @@ private:
         descs[3].kind = OPTIX_PROGRAM_GROUP_KIND_HITGROUP;
         descs[3].hitgroup.moduleCH = module;
         descs[3].hitgroup.entryFunctionNameCH = "__closesthit__store";
+        if (type_ != OPTIX_PRIMITIVE_TYPE_TRIANGLE) {
+            OptixBuiltinISOptions builtin = {};
+            builtin.builtinISModuleType = type_;
+            CHECK(optixBuiltinISModuleGet(context, &moduleOptions, &options, &builtin,
+                                          &descs[3].hitgroup.moduleIS));
+        }
         OptixProgramGroupOptions groupOptions = {};
         OptixProgramGroup groups[4] = {};
         CHECK(optixProgramGroupCreate(context, descs, 4, &groupOptions, nullptr, nullptr, groups));
@@ -182,6 +192,7 @@ private:
     }
 
     unsigned graphFlags_;
+    OptixPrimitiveType type_;
     OptixPipeline pipeline_ = nullptr;
     Buffer records_, params_;
 };
