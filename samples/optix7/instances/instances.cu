@@ -75,12 +75,15 @@ extern "C" __global__ void __miss__shadow() {
     optixSetPayload_0(0);
 }
 
+DEVICE float3 hitPoint() {
+    return optixGetWorldRayOrigin() + optixGetWorldRayDirection() * optixGetRayTmax();
+}
+
 // Sun, and one diffuse bounce that stands for the rest.
-DEVICE void shade(float3 color, float3 normal) {
+DEVICE void shade(float3 color, float3 normal, float3 point) {
     if (dot(normal, optixGetWorldRayDirection()) > 0.0f)
         normal = -normal;
-    float3 point = optixGetWorldRayOrigin() + optixGetWorldRayDirection() * optixGetRayTmax() +
-                   normal * params.epsilon;
+    point += normal * params.epsilon;
     float3 light = vec(0.0f);
     float cosine = dot(normal, params.sunDirection);
     if (cosine > 0.0f && seesSun(point))
@@ -110,9 +113,13 @@ extern "C" __global__ void __closesthit__cube() {
     unsigned side = optixGetPrimitiveIndex() / 2, axis = side / 2;
     float sign = side & 1 ? 1.0f : -1.0f;
     float3 normal = vec(axis == 0 ? sign : 0.0f, axis == 1 ? sign : 0.0f, axis == 2 ? sign : 0.0f);
-    shade(tint * 0.8f, normalize(optixTransformNormalFromObjectToWorldSpace(normal)));
+    shade(tint * 0.8f, normalize(optixTransformNormalFromObjectToWorldSpace(normal)),
+          hitPoint());
 }
 
 extern "C" __global__ void __closesthit__ground() {
-    shade(vec(0.62f, 0.58f, 0.52f), vec(0.0f, 1.0f, 0.0f));
+    // So large a triangle is met less precisely than the cubes are small.
+    float3 point = hitPoint();
+    point.y = 0.0f;
+    shade(vec(0.62f, 0.58f, 0.52f), vec(0.0f, 1.0f, 0.0f), point);
 }
