@@ -4,6 +4,7 @@
 #pragma once
 
 #include "bvh/curves_body.h"
+#include "bvh/motion_traverse.h"
 #include "bvh/spheres_body.h"
 
 namespace sunstone::bvh::SUNSTONE_ISA {
@@ -12,7 +13,8 @@ namespace sunstone::bvh::SUNSTONE_ISA {
 struct ShapeArrays {
     const float* points;
     const ShapeRecord* records;
-    uint32_t shape, stride; // floats of a primitive in points
+    uint32_t shape, stride;  // floats of a primitive in points, at all keys
+    KeySegment at = {0, 0};  // with motion: the ray's time
 
     SUNSTONE_INLINE_MEMBER explicit ShapeArrays(const void* block) {
         const BlockHeader& header = *headerOf(block);
@@ -22,6 +24,14 @@ struct ShapeArrays {
         shape = header.shape;
         stride = isCurveBasis(shape) ? curvePointFloats(CurveBasis(shape), header.motionKeys)
                                      : 4 * header.motionKeys;
+    }
+
+    // The first `count` of a moving primitive's numbers at the ray's time.
+    SUNSTONE_INLINE_MEMBER void interpolate(uint32_t number, uint32_t count, float* to) const {
+        const uint32_t floats = isCurveBasis(shape) ? curvePointFloats(CurveBasis(shape), 1) : 4;
+        const float* const from = points + size_t(number) * stride + at.key * floats;
+        for (uint32_t i = 0; i < count; ++i)
+            to[i] = between(from[i], from[floats + i], at.fraction);
     }
 };
 
@@ -70,13 +80,13 @@ struct CurveVisitor {
     Judge& judge;
     float tmax;
 
+    // Row 0 of a leaf, and the rows behind it.
     template <unsigned N>
-    SUNSTONE_INLINE_MEMBER bool test(const float* rows) {
-        const auto* words = reinterpret_cast<const uint32_t*>(rows);
+    SUNSTONE_INLINE_MEMBER bool test(const uint32_t* words, const float* rows) {
         const uint32_t kind = kShapeKindBase | (arrays.shape & 15);
         alignas(32) float near[N];
         Lanes<N> distance;
-        Mask m = testCapsules<N>(rows + N, space, tmax, distance);
+        Mask m = testCapsules<N>(rows, space, tmax, distance);
         __builtin_memcpy(near, &distance, sizeof near);
         for (; m; m &= m - 1) {
             const unsigned i = lowestBit(m);
@@ -96,8 +106,9 @@ struct CurveVisitor {
         return false;
     }
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
-        const auto* rows = reinterpret_cast<const float*>(block + offsetOf(ref));
-        return (ref & kNodeTagMask) == kLeaf ? test<4>(rows) : test<8>(rows);
+        const auto* words = reinterpret_cast<const uint32_t*>(block + offsetOf(ref));
+        const auto* rows = reinterpret_cast<const float*>(words);
+        return (ref & kNodeTagMask) == kLeaf ? test<4>(words, rows + 4) : test<8>(words, rows + 8);
     }
 };
 
@@ -109,13 +120,13 @@ struct ConeVisitor {
     Judge& judge;
     float tmax;
 
+    // Row 0 of a leaf, and the rows behind it.
     template <unsigned N>
-    SUNSTONE_INLINE_MEMBER bool test(const float* rows) {
-        const auto* words = reinterpret_cast<const uint32_t*>(rows);
+    SUNSTONE_INLINE_MEMBER bool test(const uint32_t* words, const float* rows) {
         constexpr uint32_t kKind = kShapeKindBase | (uint32_t(CurveBasis::kLinear) & 15);
         alignas(32) float t[N], u[N];
         Lanes<N> laneT, laneU;
-        Mask m = testCones<N>(rows + N, space, tmax, laneT, laneU);
+        Mask m = testCones<N>(rows, space, tmax, laneT, laneU);
         __builtin_memcpy(t, &laneT, sizeof t);
         __builtin_memcpy(u, &laneU, sizeof u);
         for (; m; m &= m - 1) {
@@ -133,8 +144,9 @@ struct ConeVisitor {
         return false;
     }
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
-        const auto* rows = reinterpret_cast<const float*>(block + offsetOf(ref));
-        return (ref & kNodeTagMask) == kLeaf ? test<4>(rows) : test<8>(rows);
+        const auto* words = reinterpret_cast<const uint32_t*>(block + offsetOf(ref));
+        const auto* rows = reinterpret_cast<const float*>(words);
+        return (ref & kNodeTagMask) == kLeaf ? test<4>(words, rows + 4) : test<8>(words, rows + 8);
     }
 };
 
@@ -146,11 +158,11 @@ struct SphereVisitor {
     Judge& judge;
     float tmax;
 
+    // Row 0 of a leaf, and the rows behind it.
     template <unsigned N>
-    SUNSTONE_INLINE_MEMBER bool test(const float* rows) {
-        const auto* words = reinterpret_cast<const uint32_t*>(rows);
+    SUNSTONE_INLINE_MEMBER bool test(const uint32_t* words, const float* rows) {
         constexpr uint32_t kKind = kShapeKindBase | (kSphereShape & 15);
-        const auto hits = testSpheres<N>(rows + N, space, tmax);
+        const auto hits = testSpheres<N>(rows, space, tmax);
         alignas(32) float enter[N], leave[N];
         __builtin_memcpy(enter, &hits.enter, sizeof enter);
         __builtin_memcpy(leave, &hits.leave, sizeof leave);
@@ -170,10 +182,112 @@ struct SphereVisitor {
         return false;
     }
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
-        const auto* rows = reinterpret_cast<const float*>(block + offsetOf(ref));
-        return (ref & kNodeTagMask) == kLeaf ? test<4>(rows) : test<8>(rows);
+        const auto* words = reinterpret_cast<const uint32_t*>(block + offsetOf(ref));
+        const auto* rows = reinterpret_cast<const float*>(words);
+        return (ref & kNodeTagMask) == kLeaf ? test<4>(words, rows + 4) : test<8>(words, rows + 8);
     }
 };
+
+// Curves that move. Capsules at the keys say nothing about the time between, so each piece is cut
+// and tested as it is at the time.
+template <class Judge>
+struct MovingCurveVisitor {
+    static constexpr bool kOrdered = Judge::kOrdered;
+    const RaySpace& space;
+    const ShapeArrays& arrays;
+    Judge& judge;
+    float tmax;
+
+    SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
+        const auto* words = reinterpret_cast<const uint32_t*>(block + offsetOf(ref));
+        const uint32_t lanes = (ref & kNodeTagMask) == kLeaf ? 4 : 8;
+        const CurveBasis basis = CurveBasis(arrays.shape);
+        const uint32_t kind = kShapeKindBase | (arrays.shape & 15);
+        for (uint32_t i = 0; i < lanes; ++i) {
+            const uint32_t number = segmentOf(words[i]);
+            if (words[i] == kNoPiece || (arrays.records[number].flags & kShapeInactive))
+                continue;
+            alignas(16) float points[16];
+            arrays.interpolate(number, curvePointFloats(basis, 1), points);
+            CurveCandidate best = {tmax, 0};
+            if (!intersectPiece(space, points, basis, words[i], arrays.records[number].flags, best))
+                continue;
+            const bool end = judge.take(arrays, best.t, best.u, number, kind);
+            tmax = judge.tmax;
+            if (end)
+                return true;
+        }
+        return false;
+    }
+};
+
+// Linear segments and spheres that move: a leaf as it is at the time. Radii below zero count as
+// zero only then.
+template <class Visitor, unsigned kFloats>
+struct MovingLanes : Visitor {
+    SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
+        const auto* words = reinterpret_cast<const uint32_t*>(block + offsetOf(ref));
+        return (ref & kNodeTagMask) == kLeaf ? testAt<4>(words) : testAt<8>(words);
+    }
+
+private:
+    template <unsigned N>
+    SUNSTONE_INLINE_MEMBER bool testAt(const uint32_t* words) {
+        alignas(32) float rows[kFloats * N];
+        for (uint32_t lane = 0; lane < N; ++lane) {
+            float points[kFloats];
+            lanePoints(words[lane], points);
+            // The rows have positions first, then radii.
+            constexpr uint32_t kPoints = kFloats / 4;
+            for (uint32_t p = 0; p < kPoints; ++p) {
+                for (uint32_t axis = 0; axis < 3; ++axis)
+                    rows[(3 * p + axis) * N + lane] = points[4 * p + axis];
+                rows[(3 * kPoints + p) * N + lane] = points[4 * p + 3];
+            }
+        }
+        return this->template test<N>(words, rows);
+    }
+    // NaN where there is nothing to hit.
+    SUNSTONE_INLINE_MEMBER void lanePoints(uint32_t word, float* points) const {
+        const uint32_t number = kFloats == 4 ? word : segmentOf(word);
+        if (word == kNoPiece || (this->arrays.records[number].flags & kShapeInactive)) {
+            for (uint32_t i = 0; i < kFloats; ++i)
+                points[i] = __builtin_nanf("");
+            return;
+        }
+        this->arrays.interpolate(number, kFloats, points);
+        for (uint32_t i = 3; i < kFloats; i += 4)
+            points[i] = points[i] > 0 ? points[i] : 0;
+    }
+};
+template <class Judge>
+struct MovingConeVisitor : MovingLanes<ConeVisitor<Judge>, 8> {};
+template <class Judge>
+struct MovingSphereVisitor : MovingLanes<SphereVisitor<Judge>, 4> {};
+
+template <class Judge, template <class> class Visitor>
+[[gnu::noinline]] static void walkMoving(const void* block, const RaySetup& setup,
+                                         const RaySpace& space, const ShapeArrays& arrays,
+                                         Judge& judge) {
+    Visitor<Judge> visitor{space, arrays, judge, judge.tmax};
+    traverseNodes(block, MovingNodes(*headerOf(block), setup, arrays.at), visitor);
+}
+
+template <class Judge>
+[[gnu::noinline]] static void walkMovingShapes(const void* block, const RaySetup& setup,
+                                               const RaySpace& space, ShapeArrays arrays,
+                                               float time, Judge& judge) {
+    const BlockHeader& header = *headerOf(block);
+    if (hasVanished(header.motionFlags, header.motionBegin, header.motionEnd, time))
+        return;
+    arrays.at = keySegment(header, time);
+    if (arrays.shape == kSphereShape)
+        walkMoving<Judge, MovingSphereVisitor>(block, setup, space, arrays, judge);
+    else if (arrays.shape == uint32_t(CurveBasis::kLinear))
+        walkMoving<Judge, MovingConeVisitor>(block, setup, space, arrays, judge);
+    else
+        walkMoving<Judge, MovingCurveVisitor>(block, setup, space, arrays, judge);
+}
 
 template <class Judge, template <class> class Visitor>
 [[gnu::noinline]] static void walkShapes(const void* block, const RaySetup& setup,
@@ -191,7 +305,9 @@ SUNSTONE_INLINE bool walkShapes(const void* block, const ShapeRay& ray, Judge& j
         return false;
     RaySetup setup;
     setupRay(setup, headerOf(block), ray.origin, ray.direction, ray.tmin, ray.tmax);
-    if (arrays.shape == kSphereShape)
+    if (headerOf(block)->motionKeys > 1)
+        walkMovingShapes(block, setup, space, arrays, ray.time, judge);
+    else if (arrays.shape == kSphereShape)
         walkShapes<Judge, SphereVisitor>(block, setup, space, arrays, judge);
     else if (arrays.shape == uint32_t(CurveBasis::kLinear))
         walkShapes<Judge, ConeVisitor>(block, setup, space, arrays, judge);

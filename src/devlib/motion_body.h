@@ -18,6 +18,8 @@ SUNSTONE_INLINE bool isGone(const bvh::BlockHeader* block, float time) {
                                                   const float dir[3]) {
     if (isGone(block, state_->time))
         return false;
+    if (bvh::kindOf(block->type) == bvh::BlockType::kShapes)
+        return enterShapes(block, org, dir);
     isa::RaySetup setup;
     isa::setupRay(setup, block, org, dir, state_->tmin, tmax_);
     const bvh::KeySegment at = bvh::keySegment(*block, state_->time);

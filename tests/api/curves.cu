@@ -14,7 +14,7 @@ extern "C" __global__ void __raygen__curves() {
     const CurveRay& ray = params.rays[optixGetLaunchIndex().x];
     optixTrace(params.handle, make_float3(ray.origin[0], ray.origin[1], ray.origin[2]),
                make_float3(ray.direction[0], ray.direction[1], ray.direction[2]), ray.tmin,
-               ray.tmax, 0.0f, OptixVisibilityMask(255), ray.flags, 0, 1, 0);
+               ray.tmax, params.time, OptixVisibilityMask(255), ray.flags, 0, 1, 0);
 }
 
 extern "C" __global__ void __miss__curves() {

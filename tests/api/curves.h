@@ -26,5 +26,5 @@ struct CurveParams {
     const CurveRay* rays;
     CurveResult* results;
     unsigned rule;
-    float time; // of the getters
+    float time; // of rays and getters
 };

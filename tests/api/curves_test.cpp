@@ -20,8 +20,9 @@ unsigned degree(OptixPrimitiveType type) {
                                                                   : 3;
 }
 
-OptixPipelineCompileOptions curveOptions() {
+OptixPipelineCompileOptions curveOptions(bool motion = false) {
     OptixPipelineCompileOptions options = compileOptions(0);
+    options.usesMotionBlur = motion;
     options.numAttributeValues = 2;
     options.usesPrimitiveTypeFlags =
         OPTIX_PRIMITIVE_TYPE_FLAGS_ROUND_LINEAR | OPTIX_PRIMITIVE_TYPE_FLAGS_ROUND_QUADRATIC_BSPLINE |
@@ -72,14 +73,15 @@ struct Strand {
 class CurveTest : public ApiTest {
 protected:
     void prepare(OptixPrimitiveType type, bool anyHit,
-                 unsigned endcaps = OPTIX_CURVE_ENDCAP_DEFAULT) {
-        rig_ = std::make_unique<Rig>(context_, log_, compiledPtx("curves", "clang"), curveOptions());
+                 unsigned endcaps = OPTIX_CURVE_ENDCAP_DEFAULT, bool motion = false) {
+        rig_ = std::make_unique<Rig>(context_, log_, compiledPtx("curves", "clang"),
+                                     curveOptions(motion));
         OptixBuiltinISOptions builtin{};
         builtin.builtinISModuleType = type;
-        builtin.usesMotionBlur = 0;
+        builtin.usesMotionBlur = motion;
         builtin.curveEndcapFlags = endcaps;
         OptixModuleCompileOptions module{};
-        const OptixPipelineCompileOptions pipeline = curveOptions();
+        const OptixPipelineCompileOptions pipeline = curveOptions(motion);
         require(optixBuiltinISModuleGet(context_, &module, &pipeline, &builtin, &builtin_),
                 "optixBuiltinISModuleGet", log_);
         OptixProgramGroupDesc desc{};
@@ -107,9 +109,9 @@ protected:
     }
 
     std::vector<CurveResult> trace(const std::vector<CurveRay>& rays, OptixTraversableHandle handle,
-                                   CurveRule rule = kCurveAccept) {
+                                   CurveRule rule = kCurveAccept, float time = 0) {
         Buffer in(rays), out(rays.size() * sizeof(CurveResult));
-        rig_->run(CurveParams{handle, in.as<CurveRay>(), out.as<CurveResult>(), rule, 0},
+        rig_->run(CurveParams{handle, in.as<CurveRay>(), out.as<CurveResult>(), rule, time},
                   unsigned(rays.size()));
         return {out.as<CurveResult>(), out.as<CurveResult>() + rays.size()};
     }
@@ -408,6 +410,78 @@ TEST_F(CurveTest, UpdateCompactRelocate) {
     }
 }
 
+TEST_F(CurveTest, MotionOfPointsAndWidths) {
+    for (OptixPrimitiveType type : kTypes) {
+        prepare(type, false, OPTIX_CURVE_ENDCAP_DEFAULT, true);
+        // From y = 0 to y = 4, and twice as thick.
+        Strand first(type, 4), last(type, 4, 4);
+        for (float& w : last.widths)
+            w = 0.5f;
+        last.upload();
+        const CUdeviceptr vertices[] = {first.vertexAddress, last.vertexAddress};
+        const CUdeviceptr widths[] = {first.widthAddress, last.widthAddress};
+        OptixBuildInput input = first.input;
+        input.curveArray.vertexBuffers = vertices;
+        input.curveArray.widthBuffers = widths;
+        const unsigned flags = OPTIX_BUILD_FLAG_ALLOW_UPDATE | OPTIX_BUILD_FLAG_ALLOW_COMPACTION |
+                               OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS;
+        OptixAccelBuildOptions options = buildOptions(flags);
+        options.motionOptions = {2, OPTIX_MOTION_FLAG_START_VANISH, 1, 3};
+        const Buffer size(8);
+        const Accel built = buildAccel(context_, log_, {input}, options,
+                                       {{size.address(), OPTIX_PROPERTY_TYPE_COMPACTED_SIZE}});
+        const Buffer compacted(*size.as<uint64_t>());
+        OptixTraversableHandle handle = 0;
+        ASSERT_OK(optixAccelCompact(context_, nullptr, built.handle, compacted.address(),
+                                    compacted.size(), &handle));
+        waitForDevice();
+        const auto expectMotion = [&](OptixTraversableHandle moving, float toY) {
+            for (const float time : {1.0f, 1.5f, 2.25f, 3.0f, 9.0f}) {
+                const float f = time < 3 ? (time - 1) / 2 : 1;
+                const auto r =
+                    trace({down(2.25f, toY * f), down(2.25f, 9)}, moving, kCurveAccept, time);
+                ASSERT_EQ(1u, r[0].closestHits) << type << " " << time;
+                EXPECT_NEAR(4 - 0.25f * (1 + f), r[0].t, 1e-4f) << type << " " << time;
+                EXPECT_NEAR(0.25f, r[0].u, 1e-3f);
+                EXPECT_EQ(2u, r[0].primitive);
+                EXPECT_NEAR(toY * f, r[0].points[1], 1e-6f);
+                EXPECT_NEAR(0.25f * (1 + f), r[0].points[3], 1e-6f);
+                EXPECT_EQ(1u, r[1].misses);
+            }
+            EXPECT_EQ(1u, trace({down(2.25f)}, moving, kCurveAccept, 0.5f)[0].misses);
+        };
+        expectMotion(handle, 4);
+        // Elsewhere in memory.
+        OptixAccelRelocationInfo info{};
+        ASSERT_OK(optixAccelGetRelocationInfo(context_, handle, &info));
+        const Buffer copy(compacted.size());
+        std::memcpy(copy.as<char>(), compacted.as<char>(), copy.size());
+        OptixTraversableHandle there = 0;
+        ASSERT_OK(optixAccelRelocate(context_, nullptr, &info, 0, 0, copy.address(), copy.size(),
+                                     &there));
+        waitForDevice();
+        expectMotion(there, 4);
+        // Updated, to another second key.
+        Strand other(type, 4, -2);
+        for (float& w : other.widths)
+            w = 0.5f;
+        other.upload();
+        const CUdeviceptr newVertices[] = {first.vertexAddress, other.vertexAddress};
+        const CUdeviceptr newWidths[] = {first.widthAddress, other.widthAddress};
+        input.curveArray.vertexBuffers = newVertices;
+        input.curveArray.widthBuffers = newWidths;
+        OptixAccelBufferSizes sizes{};
+        ASSERT_OK(optixAccelComputeMemoryUsage(context_, &options, &input, 1, &sizes));
+        const Buffer temp(sizes.tempUpdateSizeInBytes);
+        options.operation = OPTIX_BUILD_OPERATION_UPDATE;
+        ASSERT_OK(optixAccelBuild(context_, nullptr, &options, &input, 1, temp.address(),
+                                  temp.size(), copy.address(), copy.size(), &there, nullptr, 0));
+        waitForDevice();
+        expectMotion(there, -2);
+        again();
+    }
+}
+
 TEST_F(CurveTest, InactiveSegmentsAndEmptyInputs) {
     const OptixPrimitiveType type = OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE;
     prepare(type, false);
@@ -469,6 +543,16 @@ TEST_F(CurveTest, BuildInputErrors) {
     rejected("device memory", [](Array& c) { c.numVertices = 0x70000000; });
     const CUdeviceptr odd = strand.vertexAddress + 2;
     rejected("vertexBuffers", [&](Array& c) { c.vertexBuffers = &odd; });
+    // A motion key without a buffer.
+    options.motionOptions = {2, OPTIX_MOTION_FLAG_NONE, 0, 1};
+    const CUdeviceptr missing[] = {strand.vertexAddress, 0};
+    const CUdeviceptr present[] = {strand.vertexAddress, strand.vertexAddress};
+    rejected("vertexBuffers[1]", [&](Array& c) { c.vertexBuffers = missing; });
+    rejected("widthBuffers[1]", [&](Array& c) {
+        c.vertexBuffers = present;
+        c.widthBuffers = missing;
+    });
+    options.motionOptions = {};
     // Two types in one structure.
     Strand other(OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR, 4);
     const OptixBuildInput both[] = {strand.input, other.input};

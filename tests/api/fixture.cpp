@@ -6,6 +6,7 @@
 #include "optix_function_table_definition.h"
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -121,7 +122,8 @@ std::string compiledPtx(const std::string& program, const std::string& toolchain
         throw std::runtime_error("cannot read " + path);
     std::ostringstream text;
     text << file.rdbuf();
-    recordProgram(text.str(), "tests/api/" + program + ".cu");
+    const std::filesystem::path source = "tests/api/" + program + ".cu";
+    recordProgram(text.str(), source.lexically_normal().string());
     return text.str();
 }
 

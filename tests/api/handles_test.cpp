@@ -156,31 +156,5 @@ TEST_F(Handles, ObjectsOfAnotherContext) {
     ASSERT_OK(optixDeviceContextDestroy(other));
 }
 
-// ---- Functions that are not there yet ----------------------------------------------------------
-
-class Unsupported : public Handles {
-protected:
-    // Runs `call` and expects a refusal that names `function` in the context's log.
-    void expectInLog(const char* function, const std::function<OptixResult()>& call) {
-        log_.clear();
-        EXPECT_EQ(OPTIX_ERROR_NOT_SUPPORTED, call()) << function;
-        EXPECT_TRUE(log_.hasError(function, "not supported")) << function << "\n" << log_.all();
-        EXPECT_EQ(1u, log_.lines().size()) << log_.all();
-    }
-};
-
-// Parts of functions that are there: curves that move.
-TEST_F(Unsupported, PartsOfFunctions) {
-    OptixAccelBufferSizes sizes{};
-    OptixBuildInput curves{};
-    curves.type = OPTIX_BUILD_INPUT_TYPE_CURVES;
-    curves.curveArray.curveType = OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
-    OptixAccelBuildOptions motion = build_;
-    motion.motionOptions.numKeys = 2;
-    motion.motionOptions.timeEnd = 1;
-    EXPECT_REJECTED(OPTIX_ERROR_NOT_SUPPORTED, "optixAccelComputeMemoryUsage", "motion",
-                    optixAccelComputeMemoryUsage(context_, &motion, &curves, 1, &sizes));
-}
-
 } // namespace
 } // namespace tests::api

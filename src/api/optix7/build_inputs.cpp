@@ -114,7 +114,6 @@ public:
 
     void curves(const OptixBuildInputCurveArray& in, const std::string& where) {
         bvh::CurveInput c;
-        refuseMotion("curves");
         checkCurveKind(in, where);
         checkStride(in.vertexStrideInBytes, {12, 4}, where, "vertexStrideInBytes");
         checkStride(in.widthStrideInBytes, {4, 4}, where, "widthStrideInBytes");
@@ -145,7 +144,6 @@ public:
 
     void spheres(const OptixBuildInputSphereArray& in, const std::string& where) {
         bvh::SphereInput s;
-        refuseMotion("spheres");
         checkStride(in.vertexStrideInBytes, {12, 4}, where, "vertexStrideInBytes");
         checkStride(in.radiusStrideInBytes, {4, 4}, where, "radiusStrideInBytes");
         checkPrimitiveCount(in.numVertices, in.primitiveIndexOffset, where);
@@ -209,12 +207,6 @@ private:
         if (stride % format.alignment != 0)
             fail(Code::kInvalidValue, where, field, " = ", stride, " is not a multiple of ",
                  format.alignment);
-    }
-
-    void refuseMotion(const char* what) const {
-        if (keys_ > 1)
-            fail(Code::kNotSupported, "accelOptions->motionOptions.numKeys = ", keys_, ": motion of ",
-                 what, " is not available yet");
     }
 
     void checkCurveKind(const OptixBuildInputCurveArray& in, const std::string& where) const {
