@@ -90,6 +90,31 @@ std::unique_ptr<llvm::object::ObjectFile> objectOf(const std::string& code) {
     return std::move(*object);
 }
 
+// The function of the machine code at this offset of .text; where line information names none.
+std::string symbolAt(const llvm::object::ObjectFile& object, uint64_t section, uint64_t offset) {
+    std::string name;
+    uint64_t best = 0;
+    for (const llvm::object::SymbolRef& symbol : object.symbols()) {
+        auto type = symbol.getType();
+        auto place = symbol.getSection();
+        auto start = symbol.getAddress();
+        auto text = symbol.getName();
+        const bool good = type && place && start && text;
+        if (good && *type == llvm::object::SymbolRef::ST_Function &&
+            *place != object.section_end() && (*place)->getIndex() == section &&
+            *start <= offset && *start >= best) {
+            best = *start;
+            text->consume_front("program."); // the compiler's name for what the pipeline calls
+            name = text->str();
+        }
+        if (!type) llvm::consumeError(type.takeError());
+        if (!place) llvm::consumeError(place.takeError());
+        if (!start) llvm::consumeError(start.takeError());
+        if (!text) llvm::consumeError(text.takeError());
+    }
+    return name;
+}
+
 void tellDebugger(uint32_t action, jit_code_entry& entry) {
     __jit_debug_descriptor.action_flag = action;
     __jit_debug_descriptor.relevant_entry = &entry;
@@ -183,7 +208,9 @@ bool sourceLocation(const void* address, SourceLocation& location) {
     if (info.Line == 0)
         return false;
     location.file = info.FileName;
-    location.function = info.FunctionName == llvm::DILineInfo::BadString ? "" : info.FunctionName;
+    location.function = info.FunctionName == llvm::DILineInfo::BadString 
+                            ? symbolAt(*object, index, offset)
+                            : info.FunctionName;
     location.line = info.Line;
     location.column = info.Column;
     return true;

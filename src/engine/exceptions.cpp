@@ -2,6 +2,7 @@
 #include "engine/exceptions.h"
 
 #include "base/error.h"
+#include "compiler/compiler.h"
 
 #include <algorithm>
 #include <pthread.h>
@@ -65,6 +66,16 @@ std::string details(int32_t code, const ExceptionInfo& info) {
     }
 }
 
+std::string describeFaultInCode(const FaultFrame& fault) {
+    std::string text = describeFault(fault);
+    compiler::SourceLocation place;
+    if (!compiler::sourceLocation(fault.instruction, place))
+        return text;
+    if (!place.function.empty())
+        text += message(", in ", place.function);
+    return text + message(", at ", place.file, ":", place.line);
+}
+
 } // namespace
 
 std::string describeException(const ThreadState& thread) {
@@ -95,6 +106,17 @@ uint64_t stackLimitOfThread() {
 }
 
 void ExceptionRecord::add(const ThreadState& thread, const LaunchState& launch) {
+    addWith([&] { return describeException(thread); }, thread, launch);
+}
+
+void ExceptionRecord::add(const FaultFrame& fault, const ThreadState& thread,
+                          const LaunchState& launch) {
+    addWith([&] { return describeFaultInCode(fault); }, thread, launch);
+}
+
+template <class Describe>
+void ExceptionRecord::addWith(Describe describe, const ThreadState& thread,
+                              const LaunchState& launch) {
     const uint32_t* index = thread.index;
     const uint64_t place =
         (uint64_t(index[2]) * launch.dimensions[1] + index[1]) * launch.dimensions[0] + index[0];
@@ -105,7 +127,7 @@ void ExceptionRecord::add(const ThreadState& thread, const LaunchState& launch) 
     if (place >= lowest_)
         return;
     lowest_ = place;
-    text_ = message(describeException(thread), ", at launch index (", index[0], ", ", index[1],
+    text_ = message(describe(), ", at launch index (", index[0], ", ", index[1],
                     ", ", index[2], ")");
 }
 

@@ -3,6 +3,7 @@
 // of each kind that somebody has to hear of, so that reports are the same in every run.
 #pragma once
 
+#include "base/faults.h"
 #include "devlib/abi.h"
 
 #include <atomic>
@@ -22,11 +23,18 @@ class ExceptionRecord {
 public:
     // Called once for each launch index that ended with an exception.
     void add(const devlib::ThreadState& thread, const devlib::LaunchState& launch);
+    // The same for one that ended with a fault of the processor.
+    void add(const FaultFrame& fault, const devlib::ThreadState& thread,
+             const devlib::LaunchState& launch);
 
     bool any() const { return any_; }
     const std::string& text() const { return text_; }
 
 private:
+    template <class Describe>
+    void addWith(Describe describe, const devlib::ThreadState& thread,
+                 const devlib::LaunchState& launch);
+
     std::atomic<bool> any_{false};
     std::atomic<uint64_t> lowest_{~uint64_t(0)};
     std::mutex mutex_;

@@ -2,6 +2,7 @@
 #include "engine/launch.h"
 
 #include "base/error.h"
+#include "base/faults.h"
 #include "base/readable.h"
 #include "base/threads.h"
 #include "devlib/trace.h"
@@ -59,6 +60,9 @@ struct Tile {
 const devlib::GroupEntry& entryOf(const Pipeline& pipeline, uint64_t record,
                                   devlib::GroupKind kind, const char* what) {
     devlib::SbtHeader header;
+    if (!isReadable(reinterpret_cast<const void*>(record), sizeof(header)))
+        fail(Code::kLaunchFailure, what, " record at ", reinterpret_cast<const void*>(record),
+             " is not in readable memory");
     std::memcpy(&header, reinterpret_cast<const void*>(record), sizeof(header));
     if (header.magic != devlib::kSbtMagic)
         fail(Code::kLaunchFailure, what, " record at ", reinterpret_cast<const void*>(record),
@@ -124,8 +128,8 @@ public:
     // programs leave through longjmp.
     void run(const Tile& tile) {
         ThreadState thread{};
-        jmp_buf frame;
-        thread.exceptionFrame = &frame;
+        FaultFrame frame;
+        thread.exceptionFrame = &frame.jump;
         RayState state;
         std::memset(static_cast<void*>(&state), 0, offsetof(RayState, hit));
         state.hit.transformCount = 0;
@@ -142,14 +146,19 @@ public:
                                                          sizeof(devlib::SbtHeader));
         volatile uint32_t next = 0;
         volatile bool ending = false; // an exception program may raise exceptions itself
-        if (setjmp(frame) != 0) {
-            if (!ending) {
+        const int reason = setjmp(frame.jump);
+        if (reason != 0) {
+            leaveDeviceCode();
+            if (reason == kJumpFault) {
+                fatal_.add(frame, thread, launch_);
+            } else if (!ending) {
                 ending = true;
-                endIndex(state);
+                endIndex(state, frame);
             }
             ending = false;
             next = next + 1;
         }
+        enterDeviceCode(frame);
         for (uint32_t i = next; i < tile.count(); ++i) {
             next = i;
             thread.index[0] = tile.x + i % tile.width;
@@ -159,6 +168,7 @@ public:
             state.depth = 0;
             raygen_(&state);
         }
+        leaveDeviceCode();
     }
 
     // Throws what a device program ended the launch with, if one did. `validation`: exceptions of
@@ -175,7 +185,7 @@ public:
 private:
     // What follows an exception: the exception program, or where there can be none the end of the
     // launch.
-    void endIndex(RayState& state) {
+    void endIndex(RayState& state, FaultFrame& frame) {
         const int32_t code = state.thread->exceptionCode;
         const bool overflow = code == devlib::kExceptionStackOverflow &&
                               !(launch_.exceptionFlags & devlib::kFlagStackOverflow);
@@ -192,7 +202,9 @@ private:
         state.sbtData = reinterpret_cast<const void*>(launch_.sbt.exceptionRecord +
                                                       sizeof(devlib::SbtHeader));
         state.depth = 0;
+        enterDeviceCode(frame);
         exception_(&state);
+        leaveDeviceCode();
     }
 
     const LaunchState& launch_;
@@ -278,6 +290,7 @@ void runLaunch(const LaunchRequest& request, std::string& note) {
     Tiling tiling(request.width, request.height, request.depth);
     Runner runner(launch, raygen.main, exception, stackBudget(request));
     parallelFor(tiling.count(), 1, [&](size_t begin, size_t end) {
+        prepareForFaults();
         for (size_t i = begin; i < end; ++i)
             runner.run(Tile(tiling, i));
     });

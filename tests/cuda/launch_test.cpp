@@ -6,11 +6,15 @@
 
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <vector>
 
 namespace {
+
+// Before the library reads it: a test looks at what is logged.
+[[maybe_unused]] const int kLogged = setenv("SUNSTONE_LOG", "cuda:error", 1);
 
 const char* const kText = R"(.version 7.0
 .target sm_60
@@ -105,6 +109,45 @@ TEST_F(Launch, TextRuns) {
     EXPECT_EQ(cuModuleUnload(module), CUDA_ERROR_INVALID_HANDLE);
     EXPECT_EQ(cuLaunchKernel(function, 1, 1, 1, 1, 1, 1, 0, nullptr, nullptr, nullptr),
               CUDA_ERROR_INVALID_HANDLE);
+}
+
+// Writes where nothing is, alone and from threads that have met at a barrier: an illegal address,
+// and the process and the next launch go on.
+TEST_F(Launch, WildAddressesAreErrors) {
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+    GTEST_SKIP() << "a sanitizer reports faults";
+#endif
+#endif
+    std::string met = kText;
+    met.insert(met.find("    st.global"), "    bar.sync 0;\n");
+    for (const std::string& text : {std::string(kText), met}) {
+        CUmodule module = nullptr;
+        ASSERT_EQ(cuModuleLoadData(&module, text.c_str()), CUDA_SUCCESS);
+        CUfunction fill = nullptr;
+        ASSERT_EQ(cuModuleGetFunction(&fill, module, "fill"), CUDA_SUCCESS);
+        for (CUdeviceptr out : {CUdeviceptr(0), CUdeviceptr(0xdead000000000000)}) {
+            for (const unsigned blocks : {1u, 300u}) {
+                unsigned value = 5;
+                void* params[] = {&out, &value};
+                testing::internal::CaptureStderr();
+                CUresult result = cuLaunchKernel(fill, blocks, 1, 1, 100, 1, 1, 0, nullptr, params,
+                                                 nullptr);
+                if (result == CUDA_SUCCESS)
+                    result = cuCtxSynchronize();
+                EXPECT_EQ(result, CUDA_ERROR_ILLEGAL_ADDRESS);
+                const std::string log = testing::internal::GetCapturedStderr();
+                EXPECT_NE(std::string::npos, log.find("kernel fill: invalid memory access")) << log;
+                // The last to come to a barrier is the first to go on.
+                const char* const first = text == met ? "thread (99, 0, 0)" : "thread (0, 0, 0)";
+                if (blocks == 1)
+                    EXPECT_NE(std::string::npos, log.find(std::string("block (0, 0, 0), ") + first))
+                        << log;
+            }
+        }
+        expectFills(module);
+        EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    }
 }
 
 TEST_F(Launch, FatBinaryRunsAndDamageIsFound) {

@@ -17,7 +17,7 @@ namespace {
 struct LoopBlock {
     const devlib::BlockFunctions* functions;
     Launch* launch;
-    std::jmp_buf leave; // where a thread that ends early goes
+    FaultFrame frame; // its jump is where a thread that ends early goes
 };
 
 LoopBlock& blockOf(devlib::KernelThread* thread) {
@@ -27,7 +27,7 @@ LoopBlock& blockOf(devlib::KernelThread* thread) {
 // The compiler said that the kernel does not use these.
 uint32_t loopBarrier(devlib::KernelThread* thread, uint32_t, uint32_t, uint32_t, uint32_t) {
     blockOf(thread).launch->deadlock = true;
-    std::longjmp(blockOf(thread).leave, 1);
+    std::longjmp(blockOf(thread).frame.jump, 1);
 }
 void loopArrive(devlib::KernelThread*, uint32_t, uint32_t) {}
 uint32_t loopExchange(devlib::KernelThread* thread, uint32_t, uint64_t value, uint64_t values[32]) {
@@ -38,12 +38,12 @@ uint32_t loopActiveMask(devlib::KernelThread* thread) {
     return 1u << thread->laneid;
 }
 void loopExit(devlib::KernelThread* thread) {
-    std::longjmp(blockOf(thread).leave, 1);
+    std::longjmp(blockOf(thread).frame.jump, 1);
 }
 void loopFault(devlib::KernelThread* thread, uint32_t kind) {
     uint32_t none = 0;
     blockOf(thread).launch->fault.compare_exchange_strong(none, 1 + kind);
-    std::longjmp(blockOf(thread).leave, 1);
+    std::longjmp(blockOf(thread).frame.jump, 1);
 }
 
 constexpr devlib::BlockFunctions kLoopFunctions = {loopBarrier,    loopArrive, loopExchange,
@@ -127,6 +127,7 @@ void BlockRunner::run(uint32_t x, uint32_t y, uint32_t z) {
 
 void BlockRunner::runLoop(uint32_t x, uint32_t y, uint32_t z) {
     LoopBlock block{&kLoopFunctions, &launch_, {}};
+    prepareForFaults();
     devlib::KernelThread thread{};
     for (int i = 0; i < 3; ++i) {
         thread.ntid[i] = launch_.block[i];
@@ -141,13 +142,20 @@ void BlockRunner::runLoop(uint32_t x, uint32_t y, uint32_t z) {
     const uint32_t count = launch_.threadsPerBlock();
     // Volatile: it must keep its value over the jump.
     volatile uint32_t index = 0;
-    if (setjmp(block.leave) != 0)
+    const int reason = setjmp(block.frame.jump);
+    if (reason == kJumpFault) {
+        launch_.noteFault(block.frame, thread);
+        return;
+    }
+    if (reason != 0)
         index = index + 1;
+    enterDeviceCode(block.frame);
     while (index < count) {
         placeThread(thread, launch_, index);
         launch_.kernel(&thread, launch_.params);
         index = index + 1;
     }
+    leaveDeviceCode();
 }
 
 } // namespace sunstone::api::cuda

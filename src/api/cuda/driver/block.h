@@ -7,6 +7,7 @@
 // concurrent, so its state needs no locks. See block_fibers.cpp.
 #pragma once
 
+#include "base/faults.h"
 #include "compiler/compiler.h"
 #include "devlib/abi.h"
 
@@ -30,6 +31,19 @@ struct Launch {
     const char* name = "";
     std::atomic<uint32_t> fault{0}; // 1 + devlib::KernelFault of the first that failed
     std::atomic<bool> deadlock{false};
+    // Written by the one thread that set `fault` to kProcessorFault.
+    FaultFrame processorFault;
+    devlib::KernelThread faulted{};
+
+    static constexpr uint32_t kProcessorFault = ~uint32_t(0);
+    // A thread of the kernel ended with a fault of the processor.
+    void noteFault(const FaultFrame& frame, const devlib::KernelThread& thread) {
+        uint32_t none = 0;
+        if (!fault.compare_exchange_strong(none, kProcessorFault))
+            return;
+        processorFault = frame;
+        faulted = thread;
+    }
 
     uint32_t threadsPerBlock() const { return block[0] * block[1] * block[2]; }
 };

@@ -114,7 +114,10 @@ void BlockRunner::Fibers::suspend(Fiber& fiber) {
 }
 
 void BlockRunner::Fibers::resume(Fiber& fiber) {
+    running_ = &fiber;
+    enterDeviceCode(frame_);
     const ctx::transfer_t back = ctx::jump_fcontext(fiber.context, &fiber);
+    leaveDeviceCode();
     fiber.context = back.fctx;
 }
 
@@ -130,6 +133,11 @@ void BlockRunner::Fibers::run(const KernelThread& prototype) {
     }
     barriers_ = {};
     live_ = ready_ = count;
+    prepareForFaults();
+    if (setjmp(frame_.jump) == kJumpFault) { // from the stack of a fiber, which is abandoned
+        launch_.noteFault(frame_, running_->thread);
+        return;
+    }
     while (live_ != 0) {
         for (Fiber& fiber : fibers_)
             if (fiber.state == State::kReady)

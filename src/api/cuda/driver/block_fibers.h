@@ -72,6 +72,8 @@ private:
     StackPool& stacks_;
     std::vector<Fiber> fibers_;
     std::array<Barrier, 16> barriers_;
+    FaultFrame frame_;
+    Fiber* running_ = nullptr;
     uint32_t live_ = 0;
     uint32_t ready_ = 0;
     boost::context::detail::fcontext_t scheduler_ = nullptr;

@@ -6,6 +6,7 @@
 #include "base/log.h"
 #include "base/threads.h"
 
+#include <csignal>
 #include <cstring>
 
 namespace sunstone::api::cuda {
@@ -14,6 +15,19 @@ namespace {
 
 // Below this many threads a launch is not worth waking other cores for.
 constexpr uint64_t kSmallLaunch = 2048;
+
+[[noreturn]] void refuseFault(const Launch& launch) {
+    const FaultFrame& fault = launch.processorFault;
+    const auto &block = launch.faulted.ctaid, &thread = launch.faulted.tid;
+    std::string place;
+    compiler::SourceLocation source;
+    if (compiler::sourceLocation(fault.instruction, source))
+        place = message(", at ", source.file, ":", source.line);
+    const bool isAccess = fault.signal == SIGSEGV || fault.signal == SIGBUS;
+    refuse(isAccess ? CUDA_ERROR_ILLEGAL_ADDRESS : CUDA_ERROR_LAUNCH_FAILED, "kernel ",
+           launch.name, ": ", describeFault(fault), ", in block (", block[0], ", ", block[1], ", ",
+           block[2], "), thread (", thread[0], ", ", thread[1], ", ", thread[2], ")", place);
+}
 
 void runLaunch(Launch& launch) {
     const uint64_t width = launch.grid[0], area = width * launch.grid[1];
@@ -36,6 +50,8 @@ void runLaunch(Launch& launch) {
     if (launch.deadlock)
         refuse(CUDA_ERROR_LAUNCH_FAILED, "kernel ", launch.name,
                ": threads wait for others that will never come");
+    if (launch.fault == Launch::kProcessorFault)
+        refuseFault(launch);
     if (const uint32_t fault = launch.fault)
         refuse(fault == 1 + devlib::kFaultAssertion ? CUDA_ERROR_ASSERT : CUDA_ERROR_LAUNCH_FAILED,
                "kernel ", launch.name,
