@@ -110,6 +110,7 @@ struct GroupEntry {
     uint32_t directWords, continuationWords;
     const char* directName;
     const char* continuationName;
+    uint32_t builtinPrimitive; // OptixPrimitiveType of a built-in intersection; 0: none
 };
 
 struct SbtView {

@@ -186,8 +186,33 @@ private:
                 info.sbtOffset = uint32_t(index);
                 launch_.raise(state_, kExceptionInvalidHitSbt, &info);
             }
-        return resolveRecord(launch_, launch_.sbt.hitBase, launch_.sbt.hitStride,
-                             launch_.sbt.hitCount, index, kGroupHit);
+        const ResolvedRecord record =
+            resolveRecord(launch_, launch_.sbt.hitBase, launch_.sbt.hitStride,
+                          launch_.sbt.hitCount, index, kGroupHit);
+        if constexpr (kChecked)
+            if (record.group && !fitsBuiltin(*record.group, kWalking ? gas_ : best_.gas)) {
+                if (kWalking)
+                    exposePath();
+                launch_.raise(state_, kExceptionBuiltinIsMismatch, nullptr);
+            }
+        return record;
+    }
+
+    // Whether the group's intersection is the one for the primitives of the structure: built-in for
+    // curves and spheres, at will for triangles, the application's for others.
+    static bool fitsBuiltin(const GroupEntry& group, uint64_t gas) {
+        constexpr uint32_t kTriangle = 0x2531; // OPTIX_PRIMITIVE_TYPE_TRIANGLE
+        const bvh::BlockHeader* block = blockOf(gas);
+        if (!block)
+            return true;
+        switch (bvh::kindOf(block->type)) {
+        case bvh::BlockType::kShapes:
+            return group.builtinPrimitive == block->shape;
+        case bvh::BlockType::kTriangles:
+            return group.builtinPrimitive == 0 || group.builtinPrimitive == kTriangle;
+        default:
+            return group.builtinPrimitive == 0;
+        }
     }
 
     // Shows an exception program where the walk is.

@@ -265,6 +265,7 @@ std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<Progr
         entry.intersection = devlib::ProgramFn(address(indices[i].intersection));
         entry.direct = address(indices[i].direct);
         entry.continuation = address(indices[i].continuation);
+        entry.builtinPrimitive = groups[i]->builtinPrimitive;
         describe(groups[i]->direct, entry.directWords, entry.directName);
         describe(groups[i]->continuation, entry.continuationWords, entry.continuationName);
         pipeline->groupPresent[groups[i]->number] = 1;

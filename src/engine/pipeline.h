@@ -25,6 +25,7 @@ struct ProgramGroup {
     ProgramRef intersection;
     ProgramRef direct;
     ProgramRef continuation;
+    uint32_t builtinPrimitive = 0; // OptixPrimitiveType of a built-in intersection
 };
 
 // Chooses the payload type of a group's programs: `wanted`, or if that is null the one type that all

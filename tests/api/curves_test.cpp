@@ -74,14 +74,14 @@ class CurveTest : public ApiTest {
 protected:
     void prepare(OptixPrimitiveType type, bool anyHit,
                  unsigned endcaps = OPTIX_CURVE_ENDCAP_DEFAULT, bool motion = false) {
-        rig_ = std::make_unique<Rig>(context_, log_, compiledPtx("curves", "clang"),
-                                     curveOptions(motion));
+        OptixPipelineCompileOptions pipeline = curveOptions(motion);
+        pipeline.exceptionFlags = exceptionFlags_;
+        rig_ = std::make_unique<Rig>(context_, log_, compiledPtx("curves", "clang"), pipeline);
         OptixBuiltinISOptions builtin{};
         builtin.builtinISModuleType = type;
         builtin.usesMotionBlur = motion;
         builtin.curveEndcapFlags = endcaps;
         OptixModuleCompileOptions module{};
-        const OptixPipelineCompileOptions pipeline = curveOptions(motion);
         require(optixBuiltinISModuleGet(context_, &module, &pipeline, &builtin, &builtin_),
                 "optixBuiltinISModuleGet", log_);
         OptixProgramGroupDesc desc{};
@@ -128,6 +128,7 @@ protected:
 
     std::unique_ptr<Rig> rig_;
     OptixModule builtin_ = nullptr;
+    unsigned exceptionFlags_ = OPTIX_EXCEPTION_FLAG_NONE;
 };
 
 TEST_F(CurveTest, HitsOfAllBases) {
@@ -624,6 +625,23 @@ TEST_F(CurveTest, BuiltinModuleErrors) {
         ASSERT_OK(optixBuiltinISModuleGet(context_, &module, &pipeline, &good, &out));
         EXPECT_OK(optixModuleDestroy(out));
     }
+}
+
+TEST_F(CurveTest, BuiltinIntersectionOfAnotherBasisIsAnException) {
+    const std::string number = std::to_string(int(OPTIX_EXCEPTION_CODE_BUILTIN_IS_MISMATCH));
+    exceptionFlags_ = OPTIX_EXCEPTION_FLAG_DEBUG;
+    prepare(OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR, false);
+    Strand linear(OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR, 4);
+    Strand cubic(OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE, 4);
+    const Accel right = build(linear.input), wrong = build(cubic.input);
+    log_.clear();
+    EXPECT_EQ(1u, trace({down(0.5f)}, right.handle)[0].closestHits);
+    EXPECT_FALSE(log_.all().find("built-in intersection") != std::string::npos);
+    trace({down(0.5f)}, wrong.handle);
+    EXPECT_NE(std::string::npos,
+              log_.all().find("built-in intersection does not fit the structure"))
+        << log_.all();
+    EXPECT_NE(std::string::npos, log_.all().find(number)) << log_.all();
 }
 
 TEST_F(CurveTest, BuiltinModulesInGroups) {

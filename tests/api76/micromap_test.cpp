@@ -251,6 +251,7 @@ TEST_F(MicromapArguments, SizesNeedNoBuffersAndGrow) {
     const OptixMicromapBuffers buffers{output.address(), output.size(), temp.address(),
                                        temp.size()};
     EXPECT_OK(optixOpacityMicromapArrayBuild(context_, nullptr, &input, &buffers));
+    waitForDevice(); // the buffers end here
 }
 
 // What is wrong with the contents of buffers shows when the stream comes to them.

@@ -61,6 +61,7 @@ public:
         if (owner->context != context_)
             fail(Code::kInvalidValue, place, ": the module belongs to another device context");
         object_->modules.push_back(owner);
+        group().builtinPrimitive = owner->builtinPrimitive;
         return true;
     }
 
