@@ -63,15 +63,23 @@ const MotionRange& motionOf(uint64_t transform) {
     return at<MatrixMotionTransform>(transform).motion;
 }
 
+// A motion key; the structs declare the two that are always there.
+template <class Key>
+const Key* keyOf(uint64_t transform, size_t offset, uint32_t key) {
+    return reinterpret_cast<const Key*>(&at<unsigned char>(transform) + offset) + key;
+}
+
 void transformAt(uint64_t transform, KeySegment segment, float m[12]) {
     const float fraction = segment.fraction;
     if (tagOf(transform) == kMatrixMotionTag) {
-        const float* key = at<MatrixMotionTransform>(transform).matrices[0] + 12 * segment.key;
+        const float* key =
+            keyOf<float>(transform, offsetof(MatrixMotionTransform, matrices), 12 * segment.key);
         for (int i = 0; i < 12; ++i)
             m[i] = fraction > 0 ? between(key[i], key[12 + i], fraction) : key[i];
         return;
     }
-    const SrtKey* key = at<SrtMotionTransform>(transform).keys + segment.key;
+    const SrtKey* key =
+        keyOf<SrtKey>(transform, offsetof(SrtMotionTransform, keys), segment.key);
     float numbers[2][16];
     std::memcpy(numbers[0], key, sizeof(SrtKey));
     if (fraction > 0) {

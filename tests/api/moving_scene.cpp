@@ -224,7 +224,9 @@ NodePointer SceneMaker::matrixMotion(const SceneLimits& limits, NodePointer chil
         std::vector<float> m = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
         for (size_t i = 0; i < 12; ++i)
             m[i] += i % 4 == 3 ? number(-1, 1) : number(-0.25f, 0.25f);
-        std::copy(m.begin(), m.end(), transform->transform[0] + 12 * k);
+        std::copy(m.begin(), m.end(), reinterpret_cast<float*>(node->memory.as<char>() +
+                                            offsetof(OptixMatrixMotionTransform, transform)) +
+                      12 * k);
         node->keys.push_back(m);
     }
     node->child = std::move(child);
@@ -265,7 +267,9 @@ NodePointer SceneMaker::srtMotion(const SceneLimits& limits, NodePointer child) 
         key.ty = number(-1, 1);
         key.tz = number(-1, 1);
         angle += number(-2.6f, 2.6f);
-        transform->srtData[k] = key;
+        std::memcpy(node->memory.as<char>() + offsetof(OptixSRTMotionTransform, srtData) +
+                        k * sizeof(key),
+                    &key, sizeof(key));
         std::vector<float> numbers(16);
         std::memcpy(numbers.data(), &key, sizeof(key));
         node->keys.push_back(numbers);
