@@ -109,6 +109,7 @@ private:
     struct Piece {
         PieceRequest request;
         std::vector<uint32_t> modules; // index in modules_ of each of the request's modules
+        ObjectStore* store;
         CodeObject object;
         std::exception_ptr error;
     };
@@ -126,11 +127,14 @@ private:
             piece.request.debugLevel = program.debugLevel;
             piece.request.function = program.function;
             piece.request.payloadType = program.payloadType;
+            piece.store = store_;
             SUNSTONE_CHECK(program.payloadType < 0 || program.moduleRules);
             if (isSelfContained(*program.module, request_.rules)) {
                 piece.request.modules = {program.module.get()};
                 piece.request.moduleRules = {program.moduleRules};
                 piece.modules = {own};
+                if (program.store)
+                    piece.store = program.store.get();
                 continue;
             }
             piece.request.modules = modules_;
@@ -145,7 +149,7 @@ private:
         parallelFor(pieces_.size(), 1, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; ++i) {
                 try {
-                    pieces_[i].object = obtainPiece(pieces_[i].request, store_);
+                    pieces_[i].object = obtainPiece(pieces_[i].request, pieces_[i].store);
                 } catch (...) {
                     pieces_[i].error = std::current_exception();
                 }
@@ -250,12 +254,12 @@ bool isSelfContained(const ptx::Module& module, const PipelineRules& rules) {
         });
 }
 
-void precompile(const ProgramRequest& program, const PipelineRules& rules, ObjectStore& store) {
-    obtainPiece(aloneOf(program, rules), &store);
+void precompile(const ProgramRequest& program, const PipelineRules& rules) {
+    obtainPiece(aloneOf(program, rules), program.store.get());
 }
 
-unsigned stackNeed(const ProgramRequest& program, const PipelineRules& rules, ObjectStore* store) {
-    return std::max(kLeastStack, obtainPiece(aloneOf(program, rules), store).stackNeed);
+unsigned stackNeed(const ProgramRequest& program, const PipelineRules& rules) {
+    return std::max(kLeastStack, obtainPiece(aloneOf(program, rules), program.store.get()).stackNeed);
 }
 
 } // namespace sunstone::compiler

@@ -88,6 +88,8 @@ ModuleSummary inspect(const ptx::Module& module, const PipelineRules& rules,
 // Words of 32 bits that parameters take when they are passed to a callable.
 unsigned parameterWords(const std::vector<ptx::Variable>& parameters);
 
+class ObjectStore;
+
 struct ProgramRequest {
     std::shared_ptr<const ptx::Module> module;
     std::string function;
@@ -95,6 +97,8 @@ struct ProgramRequest {
     DebugLevel debugLevel = DebugLevel::kMinimal;
     std::shared_ptr<const ModuleRules> moduleRules; // may be null; one for all of a module
     int payloadType = -1; // of moduleRules, that this program is compiled for; -1 untyped
+    // Where its code is kept when it refers to no other module; null: where the pipeline's is.
+    std::shared_ptr<ObjectStore> store;
 };
 
 struct CompiledProgram {
@@ -137,13 +141,13 @@ std::unique_ptr<Code> compilePipeline(const PipelineRequest& request, ObjectStor
 // pipeline: it declares no functions or variables that are defined elsewhere.
 bool isSelfContained(const ptx::Module& module, const PipelineRules& rules);
 
-// Compiles one program of a self-contained module into `store` ahead of the pipeline that will
+// Compiles one program of a self-contained module into its store ahead of the pipeline that will
 // use it. Throws as compilePipeline does.
-void precompile(const ProgramRequest& program, const PipelineRules& rules, ObjectStore& store);
+void precompile(const ProgramRequest& program, const PipelineRules& rules);
 
 // Bytes of stack that the program of a self-contained module takes with all it calls by name, from
-// its machine code, which `store` (may be null) keeps for the pipeline. Throws as compilePipeline.
-unsigned stackNeed(const ProgramRequest& program, const PipelineRules& rules, ObjectStore* store);
+// its machine code, which the program's store keeps for the pipeline. Throws as compilePipeline.
+unsigned stackNeed(const ProgramRequest& program, const PipelineRules& rules);
 
 // The source line of an address in loaded code of a pipeline, from the line information of its PTX;
 // false where nothing is known (other code, debug level NONE, PTX without .loc). Takes its time.

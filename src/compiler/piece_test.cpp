@@ -48,12 +48,10 @@ const std::string kParams = ".const .align 8 .b8 params[8];\n";
 const std::string kCounter = ".global .align 4 .u32 counter = 100;\n";
 
 struct Runner {
-    explicit Runner(const std::vector<std::pair<Module, std::string>>& programs,
-                    ObjectStore* store = nullptr) {
+    explicit Runner(const std::vector<ProgramRequest>& programs, ObjectStore* store = nullptr) {
         PipelineRequest request;
         request.rules.launchParams = "params";
-        for (const auto& [module, name] : programs)
-            request.programs.push_back({module, name});
+        request.programs = programs;
         code = compilePipeline(request, store);
     }
     uint32_t call(size_t program) {
@@ -182,15 +180,20 @@ TEST(Piece, ValuesThatCannotBeReadAreReplaced) {
 
 TEST(Piece, PrecompiledProgramsAreUsed) {
     const Module module = parse(kHeader + kParams + kCounter + counterProgram("__miss__a", 1));
+    const auto own = std::make_shared<MapStore>();
     MapStore store;
     PipelineRules rules;
     rules.launchParams = "params";
-    precompile({module, "__miss__a"}, rules, store);
-    EXPECT_EQ(1u, store.inserts);
-    Runner run({{module, "__miss__a"}}, &store);
+    ProgramRequest program{module, "__miss__a"};
+    program.store = own;
+    precompile(program, rules);
+    EXPECT_EQ(1u, own->inserts);
+    Runner run({program}, &store);
     EXPECT_EQ(101u, run.call(0));
-    EXPECT_EQ(1u, store.hits);
-    EXPECT_EQ(2u, store.inserts) << "the variables are made with the pipeline";
+    EXPECT_EQ(1u, own->hits);
+    EXPECT_EQ(1u, store.inserts) << "the variables are made with the pipeline";
+    stackNeed(program, rules);
+    EXPECT_EQ(1u, own->inserts) << "compiled once, whoever asks";
 }
 
 TEST(Piece, TheFirstFaultyProgramIsNamed) {

@@ -32,6 +32,7 @@ void checkBoundValues(const compiler::ModuleRules& rules, uint64_t paramsSize) {
 std::shared_ptr<Module> createModule(std::string_view text, const compiler::PipelineRules& rules,
                                      compiler::ModuleRules moduleRules,
                                      compiler::OptLevel optLevel, compiler::DebugLevel debugLevel,
+                                     std::shared_ptr<compiler::ObjectStore> cache,
                                      std::string& feedback) {
     ptx::Diagnostics diagnostics;
     std::shared_ptr<const ptx::Module> tree = ptx::parse(text, diagnostics);
@@ -40,6 +41,7 @@ std::shared_ptr<Module> createModule(std::string_view text, const compiler::Pipe
     feedback = diagnostics.format();
     auto module = std::make_shared<Module>();
     module->tree = std::move(tree);
+    module->prepared = std::make_shared<PreparedCode>(std::move(cache));
     module->rules = rules;
     module->optLevel = optLevel;
     module->debugLevel = debugLevel;

@@ -5,13 +5,12 @@
 
 #include "compiler/compiler.h"
 #include "engine/context.h"
+#include "engine/prepared_code.h"
 
 #include <memory>
 #include <string>
 
 namespace sunstone::engine {
-
-class PreparedCode;
 
 struct Module {
     std::shared_ptr<const ptx::Module> tree;
@@ -21,17 +20,19 @@ struct Module {
     compiler::OptLevel optLevel = compiler::OptLevel::k3;
     compiler::DebugLevel debugLevel = compiler::DebugLevel::kMinimal;
 
-    std::shared_ptr<PreparedCode> prepared; // machine code made by tasks; null otherwise
+    std::shared_ptr<PreparedCode> prepared; // machine code made so far; never null
 
     // The program of that name, or null.
     const compiler::ModuleSummary::Program* findProgram(std::string_view name) const;
 };
 
 // Parses and checks `text` (up to its first NUL). Throws Error with a compile code; its text is
-// the full list of diagnostics. `feedback` receives warnings.
+// the full list of diagnostics. `feedback` receives warnings. `cache` (may be null) is where the
+// module's code is kept beyond its life.
 std::shared_ptr<Module> createModule(std::string_view text, const compiler::PipelineRules& rules,
                                      compiler::ModuleRules moduleRules,
                                      compiler::OptLevel optLevel, compiler::DebugLevel debugLevel,
+                                     std::shared_ptr<compiler::ObjectStore> cache,
                                      std::string& feedback);
 
 // Bytes of stack a program is said to need, derived from its local memory, registers live across

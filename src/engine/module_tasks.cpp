@@ -14,7 +14,8 @@ std::vector<compiler::ProgramRequest> requestsOf(const Module& module) {
     std::vector<compiler::ProgramRequest> requests;
     for (const auto& program : module.summary.programs) {
         compiler::ProgramRequest request{module.tree, program.name, module.optLevel,
-                                         module.debugLevel, module.moduleRules};
+                                         module.debugLevel, module.moduleRules, -1,
+                                         module.prepared};
         const size_t types = module.moduleRules->payloadTypes.size();
         bool typed = false;
         for (size_t type = 0; type < types; ++type) {
@@ -53,35 +54,7 @@ share(std::vector<compiler::ProgramRequest> requests, size_t parts) {
 
 } // namespace
 
-bool PreparedCode::findOwn(const std::string& key, std::string& value) const {
-    std::lock_guard lock(mutex_);
-    const auto found = values_.find(key);
-    if (found != values_.end())
-        value = found->second;
-    return found != values_.end();
-}
-
-bool PreparedCode::find(const std::string& key, std::string& value) {
-    if (findOwn(key, value))
-        return true;
-    if (!next_ || !next_->find(key, value))
-        return false;
-    std::lock_guard lock(mutex_);
-    values_[key] = value;
-    return true;
-}
-
-void PreparedCode::insert(const std::string& key, const std::string& value) {
-    {
-        std::lock_guard lock(mutex_);
-        values_[key] = value;
-    }
-    if (next_)
-        next_->insert(key, value);
-}
-
-ModuleTasks::ModuleTasks(Make make, std::shared_ptr<compiler::ObjectStore> cache)
-    : make_(std::move(make)), code_(std::make_shared<PreparedCode>(std::move(cache))), tasks_(1) {}
+ModuleTasks::ModuleTasks(Make make) : make_(std::move(make)), tasks_(1) {}
 
 void ModuleTasks::start(size_t number) {
     std::lock_guard lock(mutex_);
@@ -103,7 +76,7 @@ std::vector<size_t> ModuleTasks::run(size_t number, size_t most) {
         programs = std::move(tasks_[number].programs);
     }
     for (const auto& program : programs)
-        compiler::precompile(program, module_->rules, *code_);
+        compiler::precompile(program, module_->rules);
     return {};
 }
 
@@ -111,7 +84,6 @@ std::vector<size_t> ModuleTasks::runFirst(size_t most) {
     std::string feedback;
     std::shared_ptr<Module> module = make_(feedback);
     make_ = nullptr; // lets go of the text
-    module->prepared = code_;
     std::vector<compiler::ProgramRequest> requests;
     if (compiler::isSelfContained(*module->tree, module->rules))
         requests = requestsOf(*module);
@@ -122,7 +94,7 @@ std::vector<size_t> ModuleTasks::runFirst(size_t most) {
     }
     if (most == 0 || requests.size() < 2) {
         for (const auto& request : requests)
-            compiler::precompile(request, module->rules, *code_);
+            compiler::precompile(request, module->rules);
         return {};
     }
     std::vector<size_t> created;

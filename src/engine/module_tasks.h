@@ -12,28 +12,13 @@
 
 namespace sunstone::engine {
 
-// Compiled pieces of one module, and behind them the disk cache if there is one.
-class PreparedCode : public compiler::ObjectStore {
-public:
-    explicit PreparedCode(std::shared_ptr<compiler::ObjectStore> next) : next_(std::move(next)) {}
-    bool find(const std::string& key, std::string& value) override;
-    void insert(const std::string& key, const std::string& value) override;
-    // What is here itself.
-    bool findOwn(const std::string& key, std::string& value) const;
-
-private:
-    std::shared_ptr<compiler::ObjectStore> next_; // may be null
-    mutable std::mutex mutex_;
-    std::unordered_map<std::string, std::string> values_;
-};
-
 enum class TaskState : uint8_t { kNotStarted, kStarted, kImpendingFailure, kFailed, kCompleted };
 
 class ModuleTasks {
 public:
     // make: does the work of the first task; parses and checks.
     using Make = std::function<std::shared_ptr<Module>(std::string& feedback)>;
-    ModuleTasks(Make make, std::shared_ptr<compiler::ObjectStore> cache);
+    explicit ModuleTasks(Make make);
 
     static constexpr size_t kFirst = 0;
 
@@ -63,7 +48,6 @@ private:
     std::vector<size_t> runFirst(size_t most);
 
     Make make_;
-    std::shared_ptr<PreparedCode> code_;
     mutable std::mutex mutex_;
     std::vector<Task> tasks_;
     std::shared_ptr<Module> module_;

@@ -16,7 +16,7 @@ namespace {
 compiler::ProgramRequest requestOf(const ProgramRef& ref) {
     const Module& module = *ref.module;
     return {module.tree,        ref.function,       module.optLevel,
-            module.debugLevel, module.moduleRules, ref.payloadType};
+            module.debugLevel, module.moduleRules, ref.payloadType, module.prepared};
 }
 
 // Programs used by several groups are compiled once.
@@ -101,28 +101,6 @@ void checkBoundValues(const std::vector<compiler::BoundValue>& values) {
         }
 }
 
-// What tasks of the modules have compiled, then the cache.
-class PipelineStore : public compiler::ObjectStore {
-public:
-    explicit PipelineStore(compiler::ObjectStore* cache) : cache_(cache) {}
-    void add(std::shared_ptr<PreparedCode> code) { prepared_.push_back(std::move(code)); }
-
-    bool find(const std::string& key, std::string& value) override {
-        for (const auto& code : prepared_)
-            if (code->findOwn(key, value))
-                return true;
-        return cache_ && cache_->find(key, value);
-    }
-    void insert(const std::string& key, const std::string& value) override {
-        if (cache_)
-            cache_->insert(key, value);
-    }
-
-private:
-    compiler::ObjectStore* cache_;
-    std::vector<std::shared_ptr<PreparedCode>> prepared_;
-};
-
 uint64_t commonLaunchParamsSize(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
                                 const std::string& name) {
     uint64_t size = 0;
@@ -185,13 +163,11 @@ void choosePayloadType(ProgramGroup& group, const compiler::PayloadType* wanted)
         ref->payloadType = find(*ref, candidates[0]);
 }
 
-unsigned stackSizeOf(const ProgramRef& program, compiler::ObjectStore* cache) {
+unsigned stackSizeOf(const ProgramRef& program) {
     const Module& module = *program.module;
-    if (module.prepared) // by tasks, and the cache behind it
-        cache = module.prepared.get();
     const unsigned frames =
         compiler::isSelfContained(*module.tree, module.rules)
-            ? compiler::stackNeed(requestOf(program), module.rules, cache)
+            ? compiler::stackNeed(requestOf(program), module.rules)
             : estimateStackSize(module, program.function);
     return frames + kRuntimeFrames;
 }
@@ -213,10 +189,7 @@ std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<Progr
     pipeline->limits = limits;
     pipeline->launchParamsSize = commonLaunchParamsSize(groups, rules.launchParams);
 
-    PipelineStore store(cache);
     forEachModule(groups, [&](const Module& module) {
-        if (module.prepared)
-            store.add(module.prepared);
         const auto& own = module.moduleRules->boundValues;
         pipeline->boundValues.insert(pipeline->boundValues.end(), own.begin(), own.end());
     });
@@ -238,7 +211,7 @@ std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<Progr
     request.programs = collector.take();
     request.rules = rules;
     if (!request.programs.empty())
-        pipeline->code = compiler::compilePipeline(request, &store);
+        pipeline->code = compiler::compilePipeline(request, cache);
     if (pipeline->code)
         pipeline->defaultLimits =
             defaultLimits(groups, indices, *pipeline->code, limits.maxTraceDepth);

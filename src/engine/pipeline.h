@@ -37,9 +37,9 @@ void choosePayloadType(ProgramGroup& group, const compiler::PayloadType* wanted)
 void packSbtHeader(const ProgramGroup& group, void* header);
 
 // Bytes of stack that a program takes with the functions it calls and the way into the run-time:
-// measured from its machine code, which is compiled for that if need be (cache may be null). An
+// measured from its machine code, which is compiled for that if need be. An
 // estimate where the module refers to other modules, which only a pipeline knows.
-unsigned stackSizeOf(const ProgramRef& program, compiler::ObjectStore* cache);
+unsigned stackSizeOf(const ProgramRef& program);
 
 struct PipelineLimits {
     unsigned maxTraceDepth = 1;

@@ -358,6 +358,54 @@ TEST_F(Graphs, MemoryOfACapture) {
     EXPECT_EQ(cuMemsetD8(scratch, 0, 1), CUDA_ERROR_INVALID_VALUE); // gone with its graph
 }
 
+// A run that failed leaves nothing behind for the next.
+TEST_F(Graphs, RunsAfterAFault) {
+    const char* const text = R"(.version 7.0
+.target sm_60
+.address_size 64
+.visible .entry stop(.param .u64 word)
+{
+    .reg .pred %p;
+    .reg .b32 %r<2>;
+    .reg .b64 %rd;
+    ld.param.u64 %rd, [word];
+    ld.global.u32 %r0, [%rd];
+    setp.eq.u32 %p, %r0, 1;
+    @%p trap;
+    st.global.u32 [%rd+4], 8;
+    ret;
+}
+)";
+    CUmodule module = nullptr;
+    CUfunction stop = nullptr;
+    ASSERT_EQ(cuModuleLoadData(&module, text), CUDA_SUCCESS);
+    ASSERT_EQ(cuModuleGetFunction(&stop, module, "stop"), CUDA_SUCCESS);
+    void* arguments[] = {&memory};
+    CUDA_KERNEL_NODE_PARAMS kernel = {stop, 1, 1,         1,       1,       1,
+                                      1,    0, arguments, nullptr, nullptr, nullptr};
+    CUgraph graph = nullptr;
+    CUgraphNode node = nullptr;
+    CUgraphExec exec = nullptr;
+    ASSERT_EQ(cuGraphCreate(&graph, 0), CUDA_SUCCESS);
+    ASSERT_EQ(cuGraphAddKernelNode(&node, graph, nullptr, 0, &kernel), CUDA_SUCCESS);
+    CUDA_KERNEL_NODE_PARAMS read = {};
+    EXPECT_EQ(cuGraphKernelNodeGetParams(node, &read), CUDA_SUCCESS);
+    EXPECT_EQ(read.func, stop);
+    EXPECT_EQ(*static_cast<CUdeviceptr*>(read.kernelParams[0]), memory);
+    ASSERT_EQ(cuGraphInstantiate(&exec, graph, 0), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemsetD32(memory, 1, 1), CUDA_SUCCESS);
+    EXPECT_EQ(cuGraphLaunch(exec, stream), CUDA_SUCCESS);
+    EXPECT_EQ(cuStreamSynchronize(stream), CUDA_ERROR_LAUNCH_FAILED);
+    EXPECT_EQ(word(1), 0u);
+    EXPECT_EQ(cuMemsetD32(memory, 0, 1), CUDA_SUCCESS);
+    EXPECT_EQ(cuGraphLaunch(exec, stream), CUDA_SUCCESS);
+    EXPECT_EQ(cuStreamSynchronize(stream), CUDA_SUCCESS);
+    EXPECT_EQ(word(1), 8u);
+    EXPECT_EQ(cuGraphExecDestroy(exec), CUDA_SUCCESS);
+    EXPECT_EQ(cuGraphDestroy(graph), CUDA_SUCCESS);
+    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+}
+
 TEST_F(Graphs, NullAndGarbage) {
     CUgraph graph = nullptr;
     CUgraphNode node = nullptr;

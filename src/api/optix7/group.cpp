@@ -89,7 +89,7 @@ OptixStackSizes stackSizesOf(const GroupObject& object) {
     OptixStackSizes sizes{};
     const engine::ProgramGroup& g = *object.group;
     const auto stackOf = [&](const engine::ProgramRef& ref) {
-        return ref ? engine::stackSizeOf(ref, object.context->engine->cache.get()) : 0;
+        return ref ? engine::stackSizeOf(ref) : 0;
     };
     switch (g.kind) {
     case devlib::kGroupRaygen: sizes.cssRG = stackOf(g.main); break;

@@ -174,7 +174,7 @@ std::shared_ptr<engine::Module> makeModule(const std::shared_ptr<DeviceContext>&
                                            ModuleInput input, std::string_view ptx,
                                            std::string& feedback) {
     auto module = engine::createModule(ptx, input.rules, std::move(input.moduleRules),
-                                       input.optLevel, input.debugLevel, feedback);
+                                       input.optLevel, input.debugLevel, owner->engine->cache, feedback);
     owner->log(LogLevel::kInfo, "COMPILER",
                message("module with ", module->summary.programs.size(), " programs"));
     return module;

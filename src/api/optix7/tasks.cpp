@@ -67,8 +67,7 @@ OptixResult moduleCreateFromPTXWithTasks(OptixDeviceContext context,
         object->tasks = std::make_shared<engine::ModuleTasks>(
             [owner, input = std::move(input), text = std::move(text)](std::string& notes) {
                 return makeModule(owner, input, text, notes);
-            },
-            owner->engine->cache);
+            });
         *firstTask = addTask(object, engine::ModuleTasks::kFirst);
         *module = static_cast<OptixModule>(modules().add(std::move(object)));
     }, &feedback);

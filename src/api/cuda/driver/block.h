@@ -19,8 +19,8 @@
 
 namespace sunstone::api::cuda {
 
-// One launch, shared by all threads that run its blocks.
-struct Launch {
+// What to run.
+struct LaunchPlan {
     devlib::KernelFn kernel = nullptr;
     const std::byte* params = nullptr;
     std::array<uint32_t, 3> grid{}, block{};
@@ -29,6 +29,14 @@ struct Launch {
     uint32_t localBytes = 0;
     bool meets = false; // barriers or warp functions
     const char* name = "";
+
+    uint32_t threadsPerBlock() const { return block[0] * block[1] * block[2]; }
+};
+
+// One run of it, shared by all threads that run its blocks.
+struct Launch : LaunchPlan {
+    explicit Launch(const LaunchPlan& plan) : LaunchPlan(plan) {}
+
     std::atomic<uint32_t> fault{0}; // 1 + devlib::KernelFault of the first that failed
     std::atomic<bool> deadlock{false};
     // Written by the one thread that set `fault` to kProcessorFault.
@@ -44,8 +52,6 @@ struct Launch {
         processorFault = frame;
         faulted = thread;
     }
-
-    uint32_t threadsPerBlock() const { return block[0] * block[1] * block[2]; }
 };
 
 // Runs blocks one after another; not shared between threads.

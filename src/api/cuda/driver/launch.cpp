@@ -29,7 +29,8 @@ constexpr uint64_t kSmallLaunch = 2048;
            block[2], "), thread (", thread[0], ", ", thread[1], ", ", thread[2], ")", place);
 }
 
-void runLaunch(Launch& launch) {
+void runLaunch(const LaunchPlan& plan) {
+    Launch launch(plan);
     const uint64_t width = launch.grid[0], area = width * launch.grid[1];
     const uint64_t blocks = area * launch.grid[2];
     auto range = [&](size_t begin, size_t end) {
@@ -158,7 +159,7 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
     checkShape(request, *function);
 
     struct Job {
-        Launch launch;
+        LaunchPlan plan;
         std::vector<std::byte> params;
         std::shared_ptr<Module> module;
         KernelDetails details;
@@ -166,25 +167,25 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
     auto job = std::make_shared<Job>();
     job->params = gatherParameters(request, info);
     job->module = std::move(module);
-    Launch& launch = job->launch;
-    launch.kernel = reinterpret_cast<devlib::KernelFn>(const_cast<void*>(info.address));
-    launch.params = job->params.data();
+    LaunchPlan& plan = job->plan;
+    plan.kernel = reinterpret_cast<devlib::KernelFn>(const_cast<void*>(info.address));
+    plan.params = job->params.data();
     for (int i = 0; i < 3; ++i) {
-        launch.grid[i] = request.grid[i];
-        launch.block[i] = request.block[i];
+        plan.grid[i] = request.grid[i];
+        plan.block[i] = request.block[i];
     }
-    launch.staticShared = info.staticSharedBytes;
-    launch.dynamicShared = request.sharedBytes;
-    launch.localBytes = info.localBytes;
-    launch.meets = info.usesBarriers || info.usesWarpFunctions;
-    launch.name = info.name.c_str();
+    plan.staticShared = info.staticSharedBytes;
+    plan.dynamicShared = request.sharedBytes;
+    plan.localBytes = info.localBytes;
+    plan.meets = info.usesBarriers || info.usesWarpFunctions;
+    plan.name = info.name.c_str();
 
     for (size_t offset : info.parameterOffsets)
         job->details.pointers.push_back(job->params.data() + offset);
     job->details.request = request;
     job->details.request.params = job->details.pointers.data();
     job->details.request.extra = nullptr;
-    return {[job] { runLaunch(job->launch); },
+    return {[job] { runLaunch(job->plan); },
             std::shared_ptr<const KernelDetails>(job, &job->details)};
 }
 

@@ -28,7 +28,7 @@ struct KernelDetails {
     std::vector<void*> pointers; // request.params
 };
 
-// A launch that may run any number of times, but not twice at once.
+// A launch that may run any number of times, also side by side.
 struct PreparedLaunch {
     std::function<void()> work;
     std::shared_ptr<const KernelDetails> details;
