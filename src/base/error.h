@@ -29,6 +29,7 @@ enum class Code : uint32_t {
     kInvalidContext,
     kNotInitialized,
     kLaunchFailure,
+    kCudaError, // of a GPU's driver
     kAccelNotCompatible,
     kPayloadTypeMismatch,
     kPayloadTypeResolution,

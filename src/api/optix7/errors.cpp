@@ -99,6 +99,7 @@ OptixResult resultOf(Code code) {
     case Code::kInvalidContext: return OPTIX_ERROR_INVALID_DEVICE_CONTEXT;
     case Code::kNotInitialized: return OPTIX_ERROR_CUDA_NOT_INITIALIZED;
     case Code::kLaunchFailure: return OPTIX_ERROR_LAUNCH_FAILURE;
+    case Code::kCudaError: return OPTIX_ERROR_CUDA_ERROR;
     case Code::kAccelNotCompatible: return OPTIX_ERROR_NOT_COMPATIBLE;
     case Code::kPayloadTypeMismatch: return OPTIX_ERROR_PAYLOAD_TYPE_MISMATCH;
     case Code::kPayloadTypeResolution: return OPTIX_ERROR_PAYLOAD_TYPE_RESOLUTION_FAILED;

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// The CUDA driver of a GPU, opened at run time: a table of its functions, and errors as Error. No
+// toolkit and no import library is needed; types and values come from include/cuda/cuda.h. This is
+// the only place that looks up names in libcuda.so.1.
+//
+//   using namespace device::cuda;
+//   ContextScope current(context);              // of the calling thread, until the scope ends
+//   SUNSTONE_CU(memAlloc, &address, bytes);     // throws Error("cuMemAlloc_v2: CUDA_ERROR_...
+//   (...)")
+#pragma once
+
+#include "base/error.h"
+
+#include "cuda.h"
+
+namespace sunstone::device::cuda {
+
+// member of Driver, name in cuda.h. Streams are those of the legacy default stream: callers hand
+// over real streams, whichever they were compiled for.
+#define SUNSTONE_CUDA_FUNCTIONS(X)                                                                 \
+    X(init, cuInit)                                                                                \
+    X(driverGetVersion, cuDriverGetVersion)                                                        \
+    X(getErrorName, cuGetErrorName)                                                                \
+    X(getErrorString, cuGetErrorString)                                                            \
+    X(deviceGetName, cuDeviceGetName)                                                              \
+    X(deviceGetAttribute, cuDeviceGetAttribute)                                                    \
+    X(ctxGetCurrent, cuCtxGetCurrent)                                                              \
+    X(ctxPushCurrent, cuCtxPushCurrent)                                                            \
+    X(ctxPopCurrent, cuCtxPopCurrent)                                                              \
+    X(ctxGetDevice, cuCtxGetDevice)                                                                \
+    X(ctxSynchronize, cuCtxSynchronize)                                                            \
+    X(ctxSetLimit, cuCtxSetLimit)                                                                  \
+    X(ctxGetLimit, cuCtxGetLimit)                                                                  \
+    X(moduleLoadDataEx, cuModuleLoadDataEx)                                                        \
+    X(moduleUnload, cuModuleUnload)                                                                \
+    X(moduleGetFunction, cuModuleGetFunction)                                                      \
+    X(moduleGetGlobal, cuModuleGetGlobal)                                                          \
+    X(memAlloc, cuMemAlloc)                                                                        \
+    X(memFree, cuMemFree)                                                                          \
+    X(memAllocHost, cuMemAllocHost)                                                                \
+    X(memFreeHost, cuMemFreeHost)                                                                  \
+    X(memGetAddressRange, cuMemGetAddressRange)                                                    \
+    X(pointerGetAttribute, cuPointerGetAttribute)                                                  \
+    X(memcpyHtoD, cuMemcpyHtoD)                                                                    \
+    X(memcpyDtoH, cuMemcpyDtoH)                                                                    \
+    X(memcpyAsync, cuMemcpyAsync)                                                                  \
+    X(memcpyHtoDAsync, cuMemcpyHtoDAsync)                                                          \
+    X(memcpyDtoHAsync, cuMemcpyDtoHAsync)                                                          \
+    X(memcpyDtoDAsync, cuMemcpyDtoDAsync)                                                          \
+    X(memsetD8Async, cuMemsetD8Async)                                                              \
+    X(memsetD32Async, cuMemsetD32Async)                                                            \
+    X(streamCreate, cuStreamCreate)                                                                \
+    X(streamDestroy, cuStreamDestroy)                                                              \
+    X(streamSynchronize, cuStreamSynchronize)                                                      \
+    X(streamWaitEvent, cuStreamWaitEvent)                                                          \
+    X(launchHostFunc, cuLaunchHostFunc)                                                            \
+    X(eventCreate, cuEventCreate)                                                                  \
+    X(eventDestroy, cuEventDestroy)                                                                \
+    X(eventRecord, cuEventRecord)                                                                  \
+    X(eventQuery, cuEventQuery)                                                                    \
+    X(eventSynchronize, cuEventSynchronize)                                                        \
+    X(eventElapsedTime, cuEventElapsedTime)                                                        \
+    X(funcGetAttribute, cuFuncGetAttribute)                                                        \
+    X(funcSetAttribute, cuFuncSetAttribute)                                                        \
+    X(occupancyMaxActiveBlocksPerMultiprocessor, cuOccupancyMaxActiveBlocksPerMultiprocessor)      \
+    X(launchKernel, cuLaunchKernel)
+
+struct Driver {
+#define SUNSTONE_CUDA_MEMBER(member, function) decltype(&::function) member = nullptr;
+    SUNSTONE_CUDA_FUNCTIONS(SUNSTONE_CUDA_MEMBER)
+#undef SUNSTONE_CUDA_MEMBER
+};
+
+// The names under which the driver exports them.
+struct DriverNames {
+#define SUNSTONE_CUDA_TEXT_OF(text) #text
+#define SUNSTONE_CUDA_TEXT(name) SUNSTONE_CUDA_TEXT_OF(name)
+#define SUNSTONE_CUDA_MEMBER(member, function)                                                     \
+    static constexpr const char* member = SUNSTONE_CUDA_TEXT(function);
+    SUNSTONE_CUDA_FUNCTIONS(SUNSTONE_CUDA_MEMBER)
+#undef SUNSTONE_CUDA_MEMBER
+};
+
+// Whether this process has loaded a libcuda.so.1, and whose. Loads nothing.
+enum class LoadedDriver { kNone, kCpuDevice, kGpu };
+LoadedDriver loadedDriver();
+
+// The driver's functions. The first call opens libcuda.so.1. Throws Error(kNotInitialized) where
+// there is none, and Error(kNotSupported) for one that lacks a function or belongs to the CPU
+// device.
+const Driver& driver();
+
+// Throws Error unless result is CUDA_SUCCESS: kOutOfMemory for memory, else kCudaError, with the
+// function and the driver's name and text of the code.
+void check(CUresult result, const char* function);
+
+#define SUNSTONE_CU(member, ...)                                                                   \
+    ::sunstone::device::cuda::check(::sunstone::device::cuda::driver().member(__VA_ARGS__),        \
+                                    ::sunstone::device::cuda::DriverNames::member)
+
+// Makes a context current on the calling thread for as long as it lives.
+class ContextScope {
+public:
+    explicit ContextScope(CUcontext context) { SUNSTONE_CU(ctxPushCurrent, context); }
+    ~ContextScope();
+    ContextScope(const ContextScope&) = delete;
+    ContextScope& operator=(const ContextScope&) = delete;
+};
+
+} // namespace sunstone::device::cuda
