@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Builds acceleration structures on a GPU: asynchronous, in the caller's stream, inside the
+// caller's buffers. The inputs are those of the CPU's builder (bvh/build.h) but all pointers in
+// them are device addresses, except SbtInput::flags, which is read during the call. Contents of
+// buffers are read when the kernels run.
+//
+// The result is the block of layout.h, ready for traversal.h; its header says what it holds. Not
+// there yet, and refused with Error(kNotSupported): motion keys, opacity micromaps, curves,
+// spheres, updates.
+#pragma once
+
+#include "bvh/build.h"
+#include "device/cuda/driver.h"
+
+#include <cstdint>
+
+namespace sunstone::bvh::gpu {
+
+struct BuildJob;
+
+// The kernels, loaded into the context that is current when it is made. Calls must be made with the
+// same context current; they may come from any thread.
+class Builder {
+public:
+    explicit Builder(const device::cuda::Driver& driver);
+    ~Builder();
+    Builder(const Builder&) = delete;
+    Builder& operator=(const Builder&) = delete;
+
+    // Upper bounds for any data of these counts. Reads no buffer. Throws Error(kInvalidValue) as
+    // bvh::computeMemoryUsage, Error(kNotSupported) for what cannot be built yet.
+    static MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& options);
+
+    // Queues a build. temp and output: 128-byte aligned, at least as large as computeMemoryUsage
+    // says. Throws Error(kInvalidValue) otherwise.
+    void build(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
+               CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize) const;
+
+    // Queues a compacting copy of the block; the destination (128-byte aligned) must have the
+    // compacted size that the block reports.
+    void compact(CUstream stream, CUdeviceptr block, CUdeviceptr destination) const;
+
+    // Queues what a build reports: 8 bytes, or 6 floats (lower, upper; inf, -inf if there is
+    // nothing).
+    void emitCompactedSize(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
+    void emitBounds(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
+
+private:
+    enum Kernel : uint32_t {
+        kReferences,
+        kCodes,
+        kSort,
+        kHierarchy,
+        kCollapse,
+        kRecords,
+        kFinish,
+        kCompact,
+        kEmit,
+        kKernelCount
+    };
+    void check(CUresult result, const char* what) const;
+    void launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
+                void** arguments) const;
+    void queueKernels(CUstream stream, BuildJob& job) const;
+
+    const device::cuda::Driver& driver_;
+    CUmodule module_ = nullptr;
+    CUfunction kernels_[kKernelCount] = {};
+    uint32_t multiprocessors_ = 1;
+};
+
+} // namespace sunstone::bvh::gpu

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// The GPU's builder kernels, run on the CPU device, and the GPU's traversal, compiled for the host:
+// every hit must be that of the CPU's engine, to the bit.
+#include "bvh/gpu/test_device.h"
+
+#include <gtest/gtest.h>
+
+namespace sunstone::bvh::gpu {
+namespace {
+
+using namespace bvh::testing;
+using namespace gpu::testing;
+using bvh::testing::Mesh;
+
+QueryRay randomRay(Random& random) {
+    Vec3 o = random.point(random.below(2) ? 1.0f : 4.0f);
+    Vec3 d = random.below(3) ? random.point(1) - o : random.unit();
+    switch (random.below(12)) {
+    case 0:
+        d = {0, 0, random.below(2) ? 1.0f : -1.0f};
+        break;
+    case 1:
+        d = {random.below(2) ? 2.0f : -0.5f, 0, 0};
+        break;
+    case 2:
+        d.y = 0;
+        break;
+    case 3:
+        d = d * 1e-6f;
+        break;
+    case 4:
+        d = d * 1e6f;
+        break;
+    case 5:
+        d.x *= 1e-9f;
+        break;
+    case 6:
+        d = d * (random.below(2) ? 1e-33f : 1e33f);
+        break;
+    }
+    QueryRay ray{{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1e30f};
+    if (random.below(4) == 0) {
+        ray.tmin = random(0, 1);
+        ray.tmax = ray.tmin + random(0, 2);
+    }
+    return ray;
+}
+
+// How the tree is made: every active primitive in one leaf, every box inside its parent's.
+struct TreeCheck {
+    const BlockHeader& header;
+    std::vector<uint32_t> seen;
+    uint32_t nodes = 0, deepest = 0;
+
+    explicit TreeCheck(const BlockHeader& h) : header(h), seen(h.numLeaves) {
+        if (h.root != kNoNode)
+            visit(0, 1);
+    }
+    void visit(uint32_t index, uint32_t depth) {
+        ASSERT_LT(index, header.numNodes);
+        ++nodes;
+        deepest = std::max(deepest, depth);
+        const auto& node = reinterpret_cast<const WideNode*>(
+            reinterpret_cast<const uint8_t*>(&header) + header.nodesOffset)[index];
+        uint32_t inner = 0;
+        for (uint32_t s = 0; s < 8; ++s) {
+            if (node.innerMask >> s & 1) {
+                EXPECT_EQ(node.meta[s], 1u << 5 | (24 + s));
+                visit(node.childBase + inner++, depth + 1);
+            } else if (node.meta[s]) {
+                const uint32_t count = uint32_t(__builtin_popcount(node.meta[s] >> 5));
+                for (uint32_t k = 0; k < count; ++k)
+                    ++seen.at(node.primitiveBase + (node.meta[s] & 31u) + k);
+            }
+        }
+    }
+};
+
+void expectSound(const BlockHeader& header) {
+    ASSERT_EQ(header.magic, kGpuBlockMagic);
+    const TreeCheck check(header);
+    EXPECT_EQ(check.nodes, header.numNodes);
+    EXPECT_LE(check.deepest, kMaxWideDepth);
+    for (uint32_t count : check.seen)
+        ASSERT_EQ(count, 1u);
+}
+
+void expectSameHits(const Structure& cpu, const GpuStructure& gpu, uint32_t rays, uint32_t seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    uint32_t hits = 0, wrong = 0;
+    for (uint32_t i = 0; i < rays; ++i) {
+        const QueryRay ray = randomRay(random);
+        QueryHit a{}, b{};
+        const bool foundA = kernels(chosenIsa()).closest(cpu.block(), ray, a);
+        const bool foundB = nearest(gpu.handle(), ray, b);
+        hits += foundA;
+        const bool same = foundA == foundB && (!foundA || (a.t == b.t && a.u == b.u && a.v == b.v &&
+                                                           a.primitive == b.primitive &&
+                                                           a.sbt == b.sbt && a.front == b.front));
+        if (!same && wrong++ == 0)
+            ADD_FAILURE() << "ray " << i << " CPU " << foundA << " t " << a.t << " primitive "
+                          << a.primitive << " GPU " << foundB << " t " << b.t << " primitive "
+                          << b.primitive;
+    }
+    EXPECT_EQ(wrong, 0u);
+    EXPECT_GT(hits, rays / 100);
+}
+
+void compareMesh(const Mesh& mesh, uint32_t rays, uint32_t seed) {
+    const Structure cpu = makeStructure(mesh.input());
+    const GpuStructure gpu = buildOnDevice(mesh.input());
+    expectSound(gpu.header());
+    expectSameHits(cpu, gpu, rays, seed);
+}
+
+TEST(GpuBuild, FindsTheHitsOfTheCpu) {
+    compareMesh(cube(), 4000, 1);
+    compareMesh(icosphere(3), 20000, 2);
+    compareMesh(soup(3000, 0.1f, 3), 20000, 3);
+}
+
+TEST(GpuBuild, FewTriangles) {
+    for (uint32_t count : {1u, 2u, 3u, 4u, 5u, 8u, 9u, 16u, 17u, 33u, 100u})
+        compareMesh(soup(count, 0.7f, count), 2000, count);
+}
+
+} // namespace
+} // namespace sunstone::bvh::gpu

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fourth step: wide nodes. A thread makes one node of a part of the binary tree: it opens the child
+// with the largest area until there are eight, puts them into slots, rounds their boxes and hands
+// inner children on. Task i makes node i; whoever comes first takes the next one, so that no thread
+// waits for one that has not started.
+#pragma once
+
+#include "bvh/gpu/device.h"
+
+namespace sunstone::bvh::gpu {
+
+constexpr uint32_t kCollapseThreads = 128;
+constexpr uint32_t kSlots = 8;
+
+struct WideChildren {
+    uint32_t count;
+    uint32_t refs[kSlots];
+    Bounds boxes[kSlots];
+};
+
+// Most primitives a leaf may have.
+SUNSTONE_BUILDER uint32_t leafLimit(const BuildJob& job) {
+    return job.type == BlockType::kTriangles ? kMaxLeafPrimitives : 1;
+}
+SUNSTONE_BUILDER bool isLeaf(uint32_t ref, uint32_t limit) {
+    return refCount(ref) != 0 && refCount(ref) <= limit;
+}
+
+SUNSTONE_BUILDER BinaryNode loadNode(const BuildJob& job, uint32_t ref) {
+    const U4* const words = at<const U4>(job.binary + uint64_t(refIndex(ref)) * sizeof(BinaryNode));
+    const U4 a = words[0], b = words[1];
+    return {{floatOf(a.x), floatOf(a.y), floatOf(a.z)},
+            a.w,
+            {floatOf(b.x), floatOf(b.y), floatOf(b.z)},
+            b.w};
+}
+
+SUNSTONE_BUILDER Bounds boundsOf(const BuildJob& job, uint32_t ref) {
+    if (refCount(ref) == 1)
+        return primitiveBounds(job, refIndex(ref));
+    const BinaryNode node = loadNode(job, ref);
+    return {{node.lower[0], node.lower[1], node.lower[2]},
+            {node.upper[0], node.upper[1], node.upper[2]}};
+}
+
+// Inner children first, then leaves of several primitives while there is room.
+SUNSTONE_BUILDER void gatherChildren(const BuildJob& job, uint32_t ref, WideChildren& c) {
+    const uint32_t limit = leafLimit(job);
+    c.count = 1;
+    c.refs[0] = ref;
+    c.boxes[0] = boundsOf(job, ref);
+    while (c.count < kSlots) {
+        uint32_t best = kSlots;
+        bool bestInner = false;
+        float bestArea = -1;
+        for (uint32_t i = 0; i < c.count; ++i) {
+            if (refCount(c.refs[i]) == 1)
+                continue;
+            const bool inner = !isLeaf(c.refs[i], limit);
+            const float area = halfArea(c.boxes[i]);
+            if (inner > bestInner || (inner == bestInner && area > bestArea)) {
+                best = i;
+                bestInner = inner;
+                bestArea = area;
+            }
+        }
+        if (best == kSlots)
+            break;
+        const BinaryNode node = loadNode(job, c.refs[best]);
+        c.refs[best] = node.left;
+        c.boxes[best] = boundsOf(job, node.left);
+        c.refs[c.count] = node.right;
+        c.boxes[c.count] = boundsOf(job, node.right);
+        ++c.count;
+    }
+}
+
+// The child of each slot in 4 bits, 8: none. Children go, the farthest out first, where their place
+// in the node tells them to.
+SUNSTONE_BUILDER uint32_t assignSlots(const WideChildren& c, const Bounds& whole) {
+    uint32_t slots = 0x88888888u, freeSlots = 0xFFu, freeChildren = (1u << c.count) - 1;
+    while (freeChildren) {
+        float best = -__builtin_inff();
+        uint32_t bestChild = uint32_t(__ffs(int(freeChildren)) - 1);
+        uint32_t bestSlot = uint32_t(__ffs(int(freeSlots)) - 1);
+        for (uint32_t i = 0; i < c.count; ++i) {
+            if (!(freeChildren >> i & 1))
+                continue;
+            float off[3];
+            for (int a = 0; a < 3; ++a)
+                off[a] = sub(add(c.boxes[i].lower[a], c.boxes[i].upper[a]),
+                             add(whole.lower[a], whole.upper[a]));
+            for (uint32_t s = 0; s < kSlots; ++s) {
+                const float fit = add(add(s & 1 ? off[0] : -off[0], s & 2 ? off[1] : -off[1]),
+                                      s & 4 ? off[2] : -off[2]);
+                if ((freeSlots >> s & 1) && fit > best) {
+                    best = fit;
+                    bestChild = i;
+                    bestSlot = s;
+                }
+            }
+        }
+        slots = (slots & ~(15u << 4 * bestSlot)) | bestChild << 4 * bestSlot;
+        freeSlots &= ~(1u << bestSlot);
+        freeChildren &= ~(1u << bestChild);
+    }
+    return slots;
+}
+
+// The grid of an axis: 255 steps, a power of two each, hold the node with a little to spare for
+// rounding.
+SUNSTONE_BUILDER uint32_t stepExponent(float size) {
+    uint32_t exponent = bitsOf(mul(size, 1.0f / 254.9375f)) >> 23;
+    exponent += 1; // up to the next power of two, or one further
+    return exponent < 254 ? exponent : 254;
+}
+
+struct Quantised {
+    uint32_t exponents[3];
+    uint64_t planes[6];
+};
+
+SUNSTONE_BUILDER void quantise(const WideChildren& c, const Bounds& whole, uint32_t slots,
+                               Quantised& q) {
+    for (int a = 0; a < 3; ++a) {
+        q.exponents[a] = stepExponent(sub(whole.upper[a], whole.lower[a]));
+        // The reciprocal of a power of two; steps below 2^-126 do not occur.
+        const float inverse = floatOf((254u - q.exponents[a]) << 23);
+        q.planes[a] = q.planes[3 + a] = 0;
+        for (uint32_t s = 0; s < kSlots; ++s) {
+            const uint32_t child = slots >> 4 * s & 15u;
+            if (child == kSlots)
+                continue;
+            const float low = mul(sub(c.boxes[child].lower[a], whole.lower[a]), inverse);
+            const float high = mul(sub(c.boxes[child].upper[a], whole.lower[a]), inverse);
+            // Rounding above is below 2^-15 of a step.
+            const float lower = __builtin_floorf(sub(low, 0x1p-14f));
+            const float upper = __builtin_ceilf(add(high, 0x1p-14f));
+            q.planes[a] |= uint64_t(uint32_t(larger(lower, 0.0f))) << 8 * s;
+            q.planes[3 + a] |= uint64_t(uint32_t(smaller(upper, 255.0f))) << 8 * s;
+        }
+    }
+}
+
+// References of a leaf's primitives, left to right.
+SUNSTONE_BUILDER void listPrimitives(const BuildJob& job, uint32_t ref, uint32_t* to) {
+    if (refCount(ref) == 1) {
+        *to = ref;
+        return;
+    }
+    const BinaryNode node = loadNode(job, ref);
+    uint32_t parts[2] = {node.left, node.right};
+    for (uint32_t part : parts) {
+        if (refCount(part) == 1) {
+            *to++ = part;
+        } else { // of two
+            const BinaryNode pair = loadNode(job, part);
+            *to++ = pair.left;
+            *to++ = pair.right;
+        }
+    }
+}
+
+SUNSTONE_BUILDER void writeWideNode(const BuildJob& job, uint32_t index, const WideChildren& c,
+                                    uint32_t depth, uint32_t childBase, uint32_t primitiveBase) {
+    const uint32_t limit = leafLimit(job);
+    Bounds whole = c.boxes[0];
+    for (uint32_t i = 1; i < c.count; ++i)
+        whole = unite(whole, c.boxes[i]);
+    const uint32_t slots = assignSlots(c, whole);
+    Quantised q;
+    quantise(c, whole, slots, q);
+    uint32_t innerMask = 0, inner = 0, primitives = 0;
+    uint64_t meta = 0;
+    for (uint32_t s = 0; s < kSlots; ++s) {
+        const uint32_t child = slots >> 4 * s & 15u;
+        if (child == kSlots)
+            continue;
+        const uint32_t ref = c.refs[child];
+        if (isLeaf(ref, limit)) {
+            meta |= uint64_t(((1u << refCount(ref)) - 1) << 5 | primitives) << 8 * s;
+            listPrimitives(job, ref, at<uint32_t>(job.order) + primitiveBase + primitives);
+            primitives += refCount(ref);
+        } else {
+            innerMask |= 1u << s;
+            meta |= uint64_t(1u << 5 | (24 + s)) << 8 * s;
+            if (childBase + inner < job.maxWide)
+                atomicExch(at<unsigned long long>(job.tasks) + childBase + inner,
+                           uint64_t(depth + 1) << 32 | ref);
+            ++inner;
+        }
+    }
+    U4* const node = at<U4>(job.nodes + uint64_t(index) * sizeof(WideNode));
+    node[0] = U4{bitsOf(whole.lower[0]), bitsOf(whole.lower[1]), bitsOf(whole.lower[2]),
+                 q.exponents[0] | q.exponents[1] << 8 | q.exponents[2] << 16 | innerMask << 24};
+    node[1] = U4{childBase, primitiveBase, uint32_t(meta), uint32_t(meta >> 32)};
+    for (int i = 0; i < 3; ++i)
+        node[2 + i] = U4{uint32_t(q.planes[2 * i]), uint32_t(q.planes[2 * i] >> 32),
+                         uint32_t(q.planes[2 * i + 1]), uint32_t(q.planes[2 * i + 1] >> 32)};
+}
+
+// Adds the lanes' numbers of nodes and primitives to the counter and returns where each lane's
+// begin: nodes, and primitives above 32 bits.
+SUNSTONE_BUILDER uint64_t allocate(Counters& counters, uint32_t nodes, uint32_t primitives) {
+    const uint32_t lane = laneOf(), own = nodes | primitives << 16;
+    uint32_t sum = own;
+    for (uint32_t step = 1; step < 32; step *= 2) {
+        const uint32_t other = __shfl_up_sync(kWholeWarp, sum, step);
+        if (lane >= step)
+            sum += other;
+    }
+    unsigned long long first = 0;
+    if (lane == 31)
+        first = atomicAdd(reinterpret_cast<unsigned long long*>(&counters.allocated),
+                          (unsigned long long)(sum >> 16) << 32 | (sum & 0xFFFFu));
+    first = __shfl_sync(kWholeWarp, first, 31);
+    const uint32_t before = sum - own;
+    return first + (uint64_t(before >> 16) << 32 | (before & 0xFFFFu));
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob job) {
+    Counters& counters = countersOf(job);
+    const uint32_t numActive = counters.numActive, lane = laneOf(), limit = leafLimit(job);
+    if (numActive == 0)
+        return;
+    bool hasTicket = false;
+    uint32_t index = 0, deepest = 0;
+    for (;;) {
+        const uint32_t takers = __ballot_sync(kWholeWarp, !hasTicket);
+        uint32_t first = 0;
+        if (lane == 0 && takers)
+            first = atomicAdd(&counters.nextTask, uint32_t(__popc(takers)));
+        first = __shfl_sync(kWholeWarp, first, 0);
+        if (!hasTicket)
+            index = first + uint32_t(__popc(takers & lanesBelow(lane)));
+        hasTicket = true;
+        const uint64_t task =
+            index < job.maxWide ? loadFresh(at<uint64_t>(job.tasks) + index) : ~0ull;
+        const bool ready = task != ~0ull;
+        if (!__any_sync(kWholeWarp, ready)) {
+            const uint64_t allocated = loadFresh(&counters.allocated);
+            if (__any_sync(kWholeWarp, uint32_t(allocated >> 32) == numActive))
+                break;
+            continue;
+        }
+        WideChildren children;
+        uint32_t inner = 0, primitives = 0;
+        if (ready) {
+            gatherChildren(job, uint32_t(task), children);
+            for (uint32_t i = 0; i < children.count; ++i)
+                if (isLeaf(children.refs[i], limit))
+                    primitives += refCount(children.refs[i]);
+                else
+                    ++inner;
+        }
+        const uint64_t place = allocate(counters, inner, primitives);
+        if (ready) {
+            const uint32_t depth = uint32_t(task >> 32);
+            writeWideNode(job, index, children, depth, uint32_t(place), uint32_t(place >> 32));
+            deepest = depth > deepest ? depth : deepest;
+            hasTicket = false;
+        }
+    }
+    if (deepest)
+        atomicMax(&counters.depth, deepest);
+}
+
+} // namespace sunstone::bvh::gpu

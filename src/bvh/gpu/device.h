@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// What builder kernels share: access to the buffers of a job, warps, ordered numbers.
+#pragma once
+
+#include "bvh/gpu/job.h"
+#include "bvh/gpu/portable.h"
+
+namespace sunstone::bvh::gpu {
+
+#define SUNSTONE_KERNEL extern "C" __global__ void
+#define SUNSTONE_BUILDER static inline __attribute__((always_inline)) __device__
+
+constexpr uint32_t kWholeWarp = ~0u;
+
+template <class T>
+SUNSTONE_BUILDER T* at(uint64_t address) {
+    return reinterpret_cast<T*>(address);
+}
+SUNSTONE_BUILDER Counters& countersOf(const BuildJob& job) {
+    return *at<Counters>(job.counters);
+}
+SUNSTONE_BUILDER uint32_t globalThread() {
+    return blockIdx.x * blockDim.x + threadIdx.x;
+}
+SUNSTONE_BUILDER uint32_t laneOf() {
+    return threadIdx.x & 31u;
+}
+SUNSTONE_BUILDER uint32_t lanesBelow(uint32_t lane) {
+    return (1u << lane) - 1;
+}
+
+// Loads of what other multiprocessors write while the kernel runs.
+template <class T>
+SUNSTONE_BUILDER T loadFresh(const T* address) {
+    return *const_cast<const volatile T*>(address);
+}
+
+// Floats as integers in the same order.
+SUNSTONE_BUILDER uint32_t orderedBits(float a) {
+    const uint32_t bits = bitsOf(a);
+    return bits >> 31 ? ~bits : bits | 0x80000000u;
+}
+SUNSTONE_BUILDER float fromOrdered(uint32_t bits) {
+    return floatOf(bits >> 31 ? bits & 0x7FFFFFFFu : ~bits);
+}
+
+// A box in registers.
+struct Bounds {
+    float lower[3], upper[3];
+};
+SUNSTONE_BUILDER Bounds emptyBounds() {
+    const float inf = __builtin_inff();
+    return {{inf, inf, inf}, {-inf, -inf, -inf}};
+}
+SUNSTONE_BUILDER Bounds unite(const Bounds& a, const Bounds& b) {
+    Bounds r;
+    for (int i = 0; i < 3; ++i) {
+        r.lower[i] = smaller(a.lower[i], b.lower[i]);
+        r.upper[i] = larger(a.upper[i], b.upper[i]);
+    }
+    return r;
+}
+SUNSTONE_BUILDER float halfArea(const Bounds& b) {
+    const float x = sub(b.upper[0], b.lower[0]), y = sub(b.upper[1], b.lower[1]),
+                z = sub(b.upper[2], b.lower[2]);
+    return add(add(mul(x, y), mul(y, z)), mul(z, x));
+}
+
+SUNSTONE_BUILDER uint32_t refCount(uint32_t ref) { // 1 to 3, 0: more
+    return ref >> kRefCountShift;
+}
+SUNSTONE_BUILDER uint32_t refIndex(uint32_t ref) {
+    return ref & kRefIndexMask;
+}
+SUNSTONE_BUILDER uint32_t joinCounts(uint32_t a, uint32_t b) {
+    const uint32_t sum = refCount(a) + refCount(b);
+    return refCount(a) != 0 && refCount(b) != 0 && sum <= kMaxLeafPrimitives ? sum : 0;
+}
+
+SUNSTONE_BUILDER Bounds primitiveBounds(const BuildJob& job, uint32_t primitive) {
+    const U2* const words = at<const U2>(job.boxes + uint64_t(primitive) * sizeof(PrimitiveBox));
+    const U2 a = words[0], b = words[1], c = words[2];
+    return {{floatOf(a.x), floatOf(a.y), floatOf(b.x)}, {floatOf(b.y), floatOf(c.x), floatOf(c.y)}};
+}
+
+} // namespace sunstone::bvh::gpu

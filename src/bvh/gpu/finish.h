@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Last steps: the primitives' records and the header; compaction and what a build reports.
+#pragma once
+
+#include "bvh/gpu/references.h"
+
+namespace sunstone::bvh::gpu {
+
+constexpr uint32_t kFinishThreads = 256;
+
+SUNSTONE_BUILDER uint32_t sbtWord(const DeviceInput& input, const InputRecord& record,
+                                  uint32_t primitive) {
+    uint32_t local = 0;
+    const uint64_t address = input.sbtOffsets + uint64_t(primitive) * input.sbtOffsetStride;
+    if (input.sbtOffsets && input.sbtOffsetSize)
+        local = input.sbtOffsetSize == 1   ? *at<const uint8_t>(address)
+                : input.sbtOffsetSize == 2 ? *at<const uint16_t>(address)
+                                           : *at<const uint32_t>(address);
+    local = local < record.numSbtRecords ? local : record.numSbtRecords - 1;
+    return ((record.firstSbtIndex + local) & kSbtIndexMask) |
+           uint32_t(at<const uint8_t>(input.flags)[local]) << kGeometryFlagShift;
+}
+
+SUNSTONE_BUILDER void writeRecord(const BuildJob& job, uint32_t place, uint32_t primitive) {
+    const uint32_t i = inputOfPrimitive(job, primitive);
+    const DeviceInput& input = at<const DeviceInput>(job.inputs)[i];
+    const InputRecord& record = at<const InputRecord>(job.inputRecords)[i];
+    const uint32_t local = primitive - record.firstPrimitive;
+    const uint32_t reported = local + record.primitiveIndexOffset;
+    const uint32_t word = sbtWord(input, record, local);
+    if (job.type == BlockType::kCustom) {
+        Bounds b = emptyBounds();
+        readCustom(input, local, b);
+        U4* const to = at<U4>(job.records + uint64_t(place) * sizeof(CustomLeaf));
+        to[0] = U4{bitsOf(b.lower[0]), bitsOf(b.lower[1]), bitsOf(b.lower[2]), reported};
+        to[1] = U4{bitsOf(b.upper[0]), bitsOf(b.upper[1]), bitsOf(b.upper[2]), word};
+        return;
+    }
+    float v[9];
+    readVertices(input, local, v);
+    U4* const to = at<U4>(job.records + uint64_t(place) * sizeof(TriangleRecord));
+    to[0] = U4{bitsOf(v[0]), bitsOf(v[1]), bitsOf(v[2]), reported};
+    to[1] = U4{bitsOf(v[3]), bitsOf(v[4]), bitsOf(v[5]), word};
+    to[2] = U4{bitsOf(v[6]), bitsOf(v[7]), bitsOf(v[8]), 0};
+}
+
+SUNSTONE_KERNEL sunstone_records(BuildJob job) {
+    const uint32_t count = countersOf(job).numActive;
+    for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
+        const uint32_t primitive = refIndex(at<const uint32_t>(job.order)[i]);
+        if (job.type == BlockType::kInstances) {
+            at<uint32_t>(job.records)[i] = primitive;
+            continue;
+        }
+        writeRecord(job, i, primitive);
+        if (job.table)
+            at<uint32_t>(job.table)[primitive] = i;
+    }
+}
+
+SUNSTONE_BUILDER uint64_t roundUp(uint64_t value, uint64_t unit) {
+    return (value + unit - 1) / unit * unit;
+}
+SUNSTONE_BUILDER uint64_t recordSize(BlockType type) {
+    return type == BlockType::kTriangles ? sizeof(TriangleRecord)
+           : type == BlockType::kCustom  ? sizeof(CustomLeaf)
+                                         : sizeof(uint32_t);
+}
+// Where the nodes of a compacted copy begin.
+SUNSTONE_BUILDER uint64_t compactNodes(const BlockHeader& header) {
+    return roundUp(header.recordsOffset + header.numLeaves * recordSize(header.type), 128);
+}
+
+// The header is complete only with its magic number.
+SUNSTONE_KERNEL sunstone_finish(BuildJob job) {
+    BlockHeader& header = *at<BlockHeader>(job.output);
+    const Counters& counters = countersOf(job);
+    header.numActive = counters.numActive;
+    for (int a = 0; a < 3; ++a) {
+        const bool any = counters.numActive != 0;
+        header.lower[a] = any ? fromOrdered(~counters.lower[a]) : __builtin_inff();
+        header.upper[a] = any ? fromOrdered(counters.upper[a]) : -__builtin_inff();
+    }
+    header.numNodes = uint32_t(counters.allocated);
+    header.numLeaves = counters.numActive;
+    header.root = counters.numActive ? 0 : kNoNode;
+    header.usedSize =
+        roundUp(compactNodes(header) + uint64_t(header.numNodes) * sizeof(WideNode), 128);
+    __threadfence();
+    header.magic = kGpuBlockMagic;
+}
+
+// Copies a structure, primitives and nodes side by side.
+SUNSTONE_KERNEL sunstone_compact(uint64_t from, uint64_t to) {
+    const BlockHeader& header = *at<const BlockHeader>(from);
+    const uint64_t newNodes = compactNodes(header);
+    const uint64_t first = sizeof(BlockHeader) / 16, words = header.usedSize / 16;
+    const uint64_t stride = uint64_t(gridDim.x) * blockDim.x;
+    for (uint64_t i = globalThread(); i < words; i += stride) {
+        if (i < first)
+            continue;
+        const uint64_t source = 16 * i < newNodes ? 16 * i : 16 * i - newNodes + header.nodesOffset;
+        at<U4>(to)[i] = *at<const U4>(from + source);
+    }
+    if (globalThread() == 0) {
+        BlockHeader copy = header;
+        copy.nodesOffset = newNodes;
+        *at<BlockHeader>(to) = copy;
+    }
+}
+
+enum EmittedProperty : uint32_t { kEmitCompactedSize = 1, kEmitBounds = 2 };
+
+SUNSTONE_KERNEL sunstone_emit(uint64_t block, uint64_t to, uint32_t what) {
+    const BlockHeader& header = *at<const BlockHeader>(block);
+    if (what == kEmitCompactedSize) {
+        *at<uint64_t>(to) = header.usedSize;
+        return;
+    }
+    for (int a = 0; a < 3; ++a) {
+        at<float>(to)[a] = header.lower[a];
+        at<float>(to)[3 + a] = header.upper[a];
+    }
+}
+
+} // namespace sunstone::bvh::gpu

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+// Third step: a binary tree over the sorted primitives, by clustering (Benthin et al., "H-PLOC:
+// Hierarchical Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction", HPG
+// 2024).
+//
+// Threads climb the radix tree of the Morton codes from its leaves; of two that meet at a node the
+// second goes on. Whenever the range below has grown beyond 16, the warp helps: the up to 16
+// clusters of either side stand side by side in its lanes, and pairs that are each other's nearest
+// (of 8 to the left and right, by the area of their common box) are merged until 16 are left. They
+// are kept in place of the first primitives of the range. At the root they are merged to one.
+//
+// Which pairs merge does not depend on the order in which threads run; only the numbers of the
+// nodes do.
+#pragma once
+
+#include "bvh/gpu/device.h"
+
+namespace sunstone::bvh::gpu {
+
+constexpr uint32_t kHierarchyThreads = 128;
+constexpr uint32_t kClusters = 16;
+constexpr uint32_t kSearchRadius = 8;
+
+// How high up the radix tree two neighbours part; the codes first, then the places.
+SUNSTONE_BUILDER uint64_t partingOf(const uint64_t* keys, uint32_t i) {
+    const uint64_t different = keys[i] ^ keys[i + 1];
+    return different ? different | 1ull << 63 : uint64_t(i ^ (i + 1));
+}
+
+SUNSTONE_BUILDER Bounds loadBounds(const BuildJob& job, uint32_t ref) {
+    if (refCount(ref) == 1)
+        return primitiveBounds(job, refIndex(ref));
+    const U4* const node = at<const U4>(job.binary + uint64_t(refIndex(ref)) * sizeof(BinaryNode));
+    const volatile uint32_t* const words = reinterpret_cast<const volatile uint32_t*>(node);
+    return {{floatOf(words[0]), floatOf(words[1]), floatOf(words[2])},
+            {floatOf(words[4]), floatOf(words[5]), floatOf(words[6])}};
+}
+
+SUNSTONE_BUILDER void storeNode(const BuildJob& job, uint32_t index, const Bounds& box,
+                                uint32_t left, uint32_t right) {
+    U4* const node = at<U4>(job.binary + uint64_t(index) * sizeof(BinaryNode));
+    node[0] = U4{bitsOf(box.lower[0]), bitsOf(box.lower[1]), bitsOf(box.lower[2]), left};
+    node[1] = U4{bitsOf(box.upper[0]), bitsOf(box.upper[1]), bitsOf(box.upper[2]), right};
+}
+
+SUNSTONE_BUILDER Bounds shuffleDown(const Bounds& b, uint32_t by) {
+    Bounds r;
+    for (int a = 0; a < 3; ++a) {
+        r.lower[a] = __shfl_down_sync(kWholeWarp, b.lower[a], by);
+        r.upper[a] = __shfl_down_sync(kWholeWarp, b.upper[a], by);
+    }
+    return r;
+}
+SUNSTONE_BUILDER Bounds shuffleFrom(const Bounds& b, uint32_t lane) {
+    Bounds r;
+    for (int a = 0; a < 3; ++a) {
+        r.lower[a] = __shfl_sync(kWholeWarp, b.lower[a], int(lane));
+        r.upper[a] = __shfl_sync(kWholeWarp, b.upper[a], int(lane));
+    }
+    return r;
+}
+
+// Place of the n-th set bit.
+SUNSTONE_BUILDER uint32_t placeOfBit(uint32_t mask, uint32_t n) {
+    uint32_t place = 0;
+    for (uint32_t width = 16; width > 0; width /= 2) {
+        const uint32_t below = uint32_t(__popc(mask >> place & ((1u << width) - 1)));
+        if (n >= below) {
+            n -= below;
+            place += width;
+        }
+    }
+    return place;
+}
+
+// The lane whose cluster makes the smallest box with this lane's. Pairs have a total order, so that
+// at least one pair chooses one another.
+SUNSTONE_BUILDER uint32_t nearestCluster(const Bounds& box, uint32_t count) {
+    const uint32_t lane = laneOf();
+    uint64_t best = ~0ull;
+    for (uint32_t r = 1; r <= kSearchRadius; ++r) {
+        const float area = halfArea(unite(box, shuffleDown(box, r)));
+        const uint32_t areaBits = lane + r < count ? bitsOf(area) & 0x7FFFFFFFu : ~0u;
+        const uint32_t areaBefore = __shfl_up_sync(kWholeWarp, areaBits, r);
+        const uint64_t after = uint64_t(areaBits) << 10 | lane << 5 | (lane + r);
+        if (lane + r < count && after < best)
+            best = after;
+        const uint64_t before = uint64_t(areaBefore) << 10 | (lane - r) << 5 | lane;
+        if (lane >= r && lane < count && before < best)
+            best = before;
+    }
+    const uint32_t low = uint32_t(best) >> 5 & 31u, high = uint32_t(best) & 31u;
+    return low == lane ? high : low;
+}
+
+// Merges mutual nearest pairs; the clusters left are in the first lanes.
+SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds& box,
+                                     uint32_t count) {
+    const uint32_t lane = laneOf();
+    const bool valid = lane < count;
+    const uint32_t found = nearestCluster(box, count);
+    const uint32_t nearest = valid ? found & 31u : lane;
+    const uint32_t back = __shfl_sync(kWholeWarp, nearest, int(nearest));
+    const bool mutual = valid && back == lane && nearest != lane;
+    const bool merges = mutual && lane < nearest;
+    const uint32_t otherRef = __shfl_sync(kWholeWarp, ref, int(nearest));
+    const Bounds other = shuffleFrom(box, nearest);
+    const uint32_t merging = __ballot_sync(kWholeWarp, merges);
+    uint32_t first = 0;
+    if (lane == 0)
+        first = atomicAdd(&countersOf(job).nextNode, uint32_t(__popc(merging)));
+    first = __shfl_sync(kWholeWarp, first, 0);
+    if (merges) {
+        const uint32_t index = first + uint32_t(__popc(merging & lanesBelow(lane)));
+        box = unite(box, other);
+        storeNode(job, index, box, ref, otherRef);
+        ref = joinCounts(ref, otherRef) << kRefCountShift | index;
+    }
+    const uint32_t kept = __ballot_sync(kWholeWarp, valid && (!mutual || merges));
+    const uint32_t left = uint32_t(__popc(kept));
+    const uint32_t from = lane < left ? placeOfBit(kept, lane) : lane;
+    ref = __shfl_sync(kWholeWarp, ref, int(from));
+    box = shuffleFrom(box, from);
+    return left;
+}
+
+// A range of the sorted primitives, and where its right half begins.
+struct ClusterRange {
+    uint32_t first, last, split;
+};
+
+SUNSTONE_BUILDER void mergeClusters(const BuildJob& job, ClusterRange range, bool toOne) {
+    uint32_t* const clusters = at<uint32_t>(job.values[0]);
+    const uint32_t lane = laneOf();
+    const uint32_t place = lane < kClusters ? range.first + lane : range.split + lane - kClusters;
+    const uint32_t end = lane < kClusters ? range.split : range.last + 1;
+    uint32_t ref = place < end ? loadFresh(clusters + place) : kNoRef;
+    const uint32_t present = __ballot_sync(kWholeWarp, ref != kNoRef);
+    uint32_t count = uint32_t(__popc(present));
+    ref = __shfl_sync(kWholeWarp, ref, int(lane < count ? placeOfBit(present, lane) : lane));
+    Bounds box = lane < count ? loadBounds(job, ref) : emptyBounds();
+    const uint32_t wanted = toOne ? 1 : kClusters;
+    while (count > wanted)
+        count = mergePairs(job, ref, box, count);
+    if (lane < kClusters && range.first + lane <= range.last)
+        const_cast<volatile uint32_t*>(clusters)[range.first + lane] = lane < count ? ref : kNoRef;
+    if (toOne && lane == 0) {
+        countersOf(job).root = ref + 1;
+        *at<uint64_t>(job.tasks) = ref;
+    }
+    __threadfence();
+    __syncwarp();
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads) sunstone_hierarchy(BuildJob job) {
+    Counters& counters = countersOf(job);
+    const uint32_t count = counters.numActive;
+    const uint32_t self = globalThread();
+    if (self == 0) {
+        counters.allocated = count != 0;
+        if (count == 1) {
+            const uint32_t ref = at<uint32_t>(job.values[0])[0];
+            counters.root = ref + 1;
+            *at<uint64_t>(job.tasks) = ref;
+        }
+    }
+    const uint64_t* const keys = at<const uint64_t>(job.keys[0]);
+    uint32_t* const parents = at<uint32_t>(job.parents);
+    uint32_t first = self, last = self, split = 0;
+    bool climbing = self < count && count > 1;
+    while (__any_sync(kWholeWarp, climbing)) {
+        if (climbing) {
+            const bool isLeft = first == 0 || (last != count - 1 &&
+                                               partingOf(keys, last) < partingOf(keys, first - 1));
+            const uint32_t parent = isLeft ? last : first - 1;
+            const uint32_t other = atomicExch(parents + parent, isLeft ? first : last);
+            if (other == kNoRef) {
+                climbing = false;
+            } else if (isLeft) {
+                split = last + 1;
+                last = other;
+            } else {
+                split = first;
+                first = other;
+            }
+        }
+        __threadfence();
+        const bool whole = climbing && first == 0 && last == count - 1;
+        uint32_t waiting =
+            __ballot_sync(kWholeWarp, climbing && (whole || last - first >= kClusters));
+        while (waiting) {
+            const int lane = __ffs(int(waiting)) - 1;
+            waiting &= waiting - 1;
+            const ClusterRange range = {__shfl_sync(kWholeWarp, first, lane),
+                                        __shfl_sync(kWholeWarp, last, lane),
+                                        __shfl_sync(kWholeWarp, split, lane)};
+            mergeClusters(job, range, range.first == 0 && range.last == count - 1);
+        }
+        if (whole)
+            climbing = false;
+    }
+}
+
+} // namespace sunstone::bvh::gpu

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the host tells builder kernels. A job is the argument of every kernel of a build: places in
+// the caller's temp and output buffers, all known on the host before the build; counts that depend
+// on data are in Counters, on the device.
+#pragma once
+
+#include "bvh/gpu/layout.h"
+
+namespace sunstone::bvh::gpu {
+
+constexpr uint32_t kSortThreads = 256;
+constexpr uint32_t kSortItems = 8;
+constexpr uint32_t kSortTile = kSortThreads * kSortItems;
+constexpr uint32_t kSortDigits = 256;
+constexpr uint32_t kSortPasses = 6;
+
+// Morton codes: this many bits for each axis.
+constexpr uint32_t kAxisBits = 16;
+
+// A reference to a node of the binary tree: how many primitives are below (1 to 3; 0: more) and,
+// for one, which primitive, else which node.
+constexpr uint32_t kRefCountShift = 30;
+constexpr uint32_t kRefIndexMask = (1u << kRefCountShift) - 1;
+constexpr uint32_t kNoRef = ~0u;
+
+struct BinaryNode {
+    float lower[3];
+    uint32_t left;
+    float upper[3];
+    uint32_t right;
+};
+static_assert(sizeof(BinaryNode) == 32);
+
+struct PrimitiveBox {
+    float lower[3], upper[3];
+};
+
+// One build input as kernels see it; addresses are of the device.
+struct DeviceInput {
+    uint64_t data; // vertices, boxes, InstanceDesc or their addresses
+    uint64_t indices;
+    uint64_t preTransform; // 12 floats, or 0
+    uint64_t sbtOffsets;
+    uint64_t flags; // of geometry, one byte for each SBT record
+    uint32_t vertexFormat, indexFormat;
+    uint32_t stride, indexStride;
+    uint32_t numVertices;
+    uint32_t sbtOffsetSize, sbtOffsetStride;
+    uint32_t knownFlags, identityFlag; // of instances
+    uint32_t areAddresses;             // data: addresses of instances
+};
+
+// Zeroed before the build.
+struct Counters {
+    uint32_t numActive;
+    uint32_t nextNode;  // binary nodes given out
+    uint32_t lower[3];  // of the active primitives: maxima of ~orderedBits
+    uint32_t upper[3];  // maxima of orderedBits
+    uint64_t allocated; // wide nodes given out, and above 32 bits primitive records
+    uint32_t nextTask;  // wide nodes taken up
+    uint32_t depth;     // of the wide tree
+    uint32_t root;      // reference plus 1
+    uint32_t pad;
+    uint32_t sortTickets[kSortPasses + (kSortPasses & 1)];
+    uint32_t histograms[kSortPasses][kSortDigits];
+};
+
+struct BuildJob {
+    uint64_t output, compacted;
+    uint64_t inputRecords, table, instances, records, nodes; // in the output; table: or 0
+    uint64_t inputs;                                         // DeviceInput[]
+    uint64_t counters;
+    uint64_t boxes;   // PrimitiveBox of each primitive
+    uint64_t keys[2]; // 64 bits each
+    uint64_t values[2];
+    uint64_t tileStates; // of the sort
+    uint64_t binary;     // BinaryNode[]
+    uint64_t parents;    // one word for each primitive, ~0
+    uint64_t tasks;      // for each wide node its reference, and above 32 bits its depth; ~0
+    uint64_t order;      // reference of each primitive record
+    uint32_t numInputs, numPrimitives, maxWide;
+    BlockType type;
+    uint32_t openLevels; // of instances
+};
+
+} // namespace sunstone::bvh::gpu

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// The memory format of acceleration structures on GPUs. As on the CPU (bvh/layout.h, whose header
+// and records it shares) a structure is one block without pointers inside:
+//
+//   BlockHeader | InputRecord[] | primitive table | InstanceData[] | primitive records | WideNode[]
+//
+// A node has up to eight children. Their boxes are stored in 8 bits for each plane, on a grid that
+// spans the node: plane = origin + byte * 2^exponent, rounded outwards (Ylitie, Karras and Laine,
+// "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, from where
+// the encoding of children is too). Children that are nodes follow one another from childBase, in
+// the order of their slots; primitives of children that are leaves are a run of records from
+// primitiveBase. A child lies in the slot whose bits (x, y, z) say on which side of the node it is,
+// so far as that can be had, so that the slots in the order of a ray's octant are nearly sorted.
+//
+// meta of a slot: 0, empty; inner child: 1 << 5 | 24 + slot; leaf: ones for each of its 1 to 3
+// primitives << 5 | place of the first among the node's primitives (0..23).
+//
+// Records: triangles, TriangleRecord; custom primitives, CustomLeaf; instances, uint32_t, the index
+// of the instance. The root is node 0; numNodes is 0 if the structure is empty. Header fields with
+// a meaning of their own: recordsOffset, the primitive records; numLeaves, how many there are;
+// tableOffset, the record of each triangle (kNoSlot: inactive); usedSize, what a compacted copy
+// takes; root is kNoNode if there is nothing to hit, else 0.
+#pragma once
+
+#include "bvh/layout.h"
+
+namespace sunstone::bvh::gpu {
+
+constexpr uint32_t kGpuBlockMagic = 0x47564253u;
+
+struct alignas(16) WideNode {
+    float origin[3];
+    uint8_t exponents[3]; // biased as in a float: 2^(e - 127)
+    uint8_t innerMask;    // slots whose child is a node
+    uint32_t childBase;
+    uint32_t primitiveBase;
+    uint8_t meta[8];
+    uint8_t planes[6][8]; // lower x, y, z, upper x, y, z
+};
+static_assert(sizeof(WideNode) == 80);
+
+struct alignas(16) TriangleRecord {
+    float v0[3];
+    uint32_t primitive; // with primitiveIndexOffset
+    float v1[3];
+    uint32_t sbt; // index and geometry flags, see bvh/layout.h
+    float v2[3];
+    uint32_t pad;
+};
+static_assert(sizeof(TriangleRecord) == 48);
+
+constexpr uint32_t kMaxLeafPrimitives = 3;
+// No path from the root is longer than this many nodes; builders see to it.
+constexpr unsigned kMaxWideDepth = 30;
+// Groups of children that wait during traversal of one structure: one for each level, and two where
+// an instance is entered.
+constexpr unsigned kStackEntries = kMaxWideDepth + 2;
+
+} // namespace sunstone::bvh::gpu

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// What code for GPUs needs of its compiler, so that the same lines compile as CUDA (builder
+// kernels), as freestanding C++ for nvptx64 (run-time of device programs) and for the CPU (tests).
+// Single operations are named where rounding matters: whatever the compiler's flags, nothing is
+// fused that is not written as fused.
+#pragma once
+
+#include <cstdint>
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device begin
+#endif
+
+namespace sunstone::bvh::gpu {
+
+#define SUNSTONE_GPU_INLINE __attribute__((always_inline)) static inline
+
+using U4 = uint32_t __attribute__((ext_vector_type(4)));
+using U2 = uint32_t __attribute__((ext_vector_type(2)));
+
+#if defined(__NVPTX__)
+SUNSTONE_GPU_INLINE float mul(float a, float b) {
+    return __nvvm_mul_rn_f(a, b);
+}
+SUNSTONE_GPU_INLINE float add(float a, float b) {
+    return __nvvm_add_rn_f(a, b);
+}
+SUNSTONE_GPU_INLINE float sub(float a, float b) {
+    return __nvvm_add_rn_f(a, -b);
+}
+SUNSTONE_GPU_INLINE float divide(float a, float b) {
+    return __nvvm_div_rn_f(a, b);
+}
+SUNSTONE_GPU_INLINE double mul(double a, double b) {
+    return __nvvm_mul_rn_d(a, b);
+}
+SUNSTONE_GPU_INLINE double sub(double a, double b) {
+    return __nvvm_add_rn_d(a, -b);
+}
+SUNSTONE_GPU_INLINE float fused(float a, float b, float c) {
+    return __nvvm_fma_rn_f(a, b, c);
+}
+// Bytes of a (0..3) and b (4..7) as the four digits of the selector say, the lowest first.
+SUNSTONE_GPU_INLINE uint32_t permute(uint32_t a, uint32_t b, uint32_t selector) {
+    return uint32_t(__nvvm_prmt(int(a), int(b), int(selector)));
+}
+// Memory that nobody writes while the kernel runs.
+SUNSTONE_GPU_INLINE U4 loadConstant(const U4* address) {
+    return __nvvm_ldg_ui4(address);
+}
+#else
+SUNSTONE_GPU_INLINE float mul(float a, float b) {
+    return a * b;
+}
+SUNSTONE_GPU_INLINE float add(float a, float b) {
+    return a + b;
+}
+SUNSTONE_GPU_INLINE float sub(float a, float b) {
+    return a - b;
+}
+SUNSTONE_GPU_INLINE float divide(float a, float b) {
+    return a / b;
+}
+SUNSTONE_GPU_INLINE double mul(double a, double b) {
+    return a * b;
+}
+SUNSTONE_GPU_INLINE double sub(double a, double b) {
+    return a - b;
+}
+SUNSTONE_GPU_INLINE float fused(float a, float b, float c) {
+    return __builtin_fmaf(a, b, c);
+}
+SUNSTONE_GPU_INLINE uint32_t permute(uint32_t a, uint32_t b, uint32_t selector) {
+    uint32_t result = 0;
+    for (uint32_t i = 0; i < 4; ++i) {
+        const uint32_t from = selector >> 4 * i & 7;
+        result |= ((from < 4 ? a >> 8 * from : b >> 8 * (from - 4)) & 255u) << 8 * i;
+    }
+    return result;
+}
+SUNSTONE_GPU_INLINE U4 loadConstant(const U4* address) {
+    return *address;
+}
+#endif
+
+SUNSTONE_GPU_INLINE float smaller(float a, float b) {
+    return __builtin_fminf(a, b);
+}
+SUNSTONE_GPU_INLINE float larger(float a, float b) {
+    return __builtin_fmaxf(a, b);
+}
+SUNSTONE_GPU_INLINE float magnitude(float a) {
+    return __builtin_fabsf(a);
+}
+SUNSTONE_GPU_INLINE uint32_t bitsOf(float a) {
+    return __builtin_bit_cast(uint32_t, a);
+}
+SUNSTONE_GPU_INLINE float floatOf(uint32_t bits) {
+    return __builtin_bit_cast(float, bits);
+}
+
+} // namespace sunstone::bvh::gpu
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device end
+#endif

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// Second step: Morton codes of the primitives, and their sort by 8 bits a pass. A pass reads its
+// keys once: each block takes a tile, counts its digits, and learns from the tiles before it where
+// its own go (Adinets and Merrill, "Onesweep", 2022). Blocks take tiles in the order they start, so
+// that whom they wait for is running already. The sort is stable; equal codes stay in the order of
+// the input.
+#pragma once
+
+#include "bvh/gpu/device.h"
+
+namespace sunstone::bvh::gpu {
+
+constexpr uint64_t kInactiveKey = (1ull << 3 * kAxisBits) - 1;
+
+SUNSTONE_BUILDER uint64_t spreadBits(uint32_t a) { // 16 bits, two zeros between
+    uint64_t x = a;
+    x = (x | x << 16) & 0x0000FF0000FFull;
+    x = (x | x << 8) & 0x00F00F00F00Full;
+    x = (x | x << 4) & 0x0C30C30C30C3ull;
+    x = (x | x << 2) & 0x249249249249ull;
+    return x;
+}
+
+SUNSTONE_BUILDER uint64_t mortonCode(const Counters& counters, const Bounds& box) {
+    float lower[3], size = 0;
+    for (int a = 0; a < 3; ++a) {
+        lower[a] = fromOrdered(~counters.lower[a]);
+        size = larger(size, sub(fromOrdered(counters.upper[a]), lower[a]));
+    }
+    const float cells = float(1u << kAxisBits);
+    const float scale = size > 0 ? divide(cells, size) : 0.0f;
+    uint32_t cell[3];
+    for (int a = 0; a < 3; ++a) {
+        const float centre = mul(0.5f, box.lower[a]) + mul(0.5f, box.upper[a]);
+        const float x = mul(sub(centre, lower[a]), scale);
+        cell[a] = uint32_t(smaller(larger(x, 0.0f), cells - 1));
+    }
+    const uint64_t code = spreadBits(cell[0]) << 2 | spreadBits(cell[1]) << 1 | spreadBits(cell[2]);
+    return code < kInactiveKey ? code : kInactiveKey - 1;
+}
+
+constexpr uint32_t kMortonThreads = 256;
+
+SUNSTONE_KERNEL sunstone_codes(BuildJob job) {
+    __shared__ uint32_t counts[kSortPasses][kSortDigits];
+    for (uint32_t i = threadIdx.x; i < kSortPasses * kSortDigits; i += blockDim.x)
+        counts[i / kSortDigits][i % kSortDigits] = 0;
+    __syncthreads();
+    Counters& counters = countersOf(job);
+    for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
+        const Bounds box = primitiveBounds(job, i);
+        const uint64_t code =
+            box.lower[0] <= box.upper[0] ? mortonCode(counters, box) : kInactiveKey;
+        at<uint64_t>(job.keys[0])[i] = code;
+        at<uint32_t>(job.values[0])[i] = i | 1u << kRefCountShift;
+        for (uint32_t pass = 0; pass < kSortPasses; ++pass)
+            atomicAdd(&counts[pass][uint32_t(code >> 8 * pass) & 0xFFu], 1u);
+    }
+    __syncthreads();
+    for (uint32_t i = threadIdx.x; i < kSortPasses * kSortDigits; i += blockDim.x)
+        if (const uint32_t count = counts[i / kSortDigits][i % kSortDigits])
+            atomicAdd(&counters.histograms[i / kSortDigits][i % kSortDigits], count);
+}
+
+// Exclusive sums over the 256 threads of a block.
+SUNSTONE_BUILDER uint32_t sumBefore(uint32_t value, uint32_t* warpSums) {
+    const uint32_t lane = laneOf(), warp = threadIdx.x / 32;
+    uint32_t sum = value;
+    for (uint32_t step = 1; step < 32; step *= 2) {
+        const uint32_t other = __shfl_up_sync(kWholeWarp, sum, step);
+        if (lane >= step)
+            sum += other;
+    }
+    __syncthreads();
+    if (lane == 31)
+        warpSums[warp] = sum;
+    __syncthreads();
+    uint32_t before = 0;
+    for (uint32_t w = 0; w < kSortThreads / 32; ++w)
+        before += w < warp ? warpSums[w] : 0;
+    return before + sum - value;
+}
+
+// What a tile tells the later ones of a digit: nothing yet, its own count, or that of all tiles up
+// to it.
+constexpr uint32_t kTileCount = 1u << 30, kTileSum = 2u << 30, kTileValue = kTileCount - 1;
+
+// Number of keys with a digit in the tiles before.
+SUNSTONE_BUILDER uint32_t sumOfTiles(uint32_t* states, uint32_t tile, uint32_t count) {
+    uint32_t sum = 0;
+    if (tile > 0) {
+        atomicExch(states + tile * kSortDigits, kTileCount | count);
+        for (uint32_t before = tile; before-- > 0;) {
+            uint32_t state;
+            do
+                state = loadFresh(states + before * kSortDigits);
+            while (state == 0);
+            sum += state & kTileValue;
+            if (state & kTileSum)
+                break;
+        }
+    }
+    atomicExch(states + tile * kSortDigits, kTileSum | (sum + count));
+    return sum;
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kSortThreads) sunstone_sort(BuildJob job, uint32_t pass) {
+    constexpr uint32_t kWarps = kSortThreads / 32;
+    __shared__ uint64_t sortedKeys[kSortTile];
+    __shared__ uint32_t sortedValues[kSortTile];
+    __shared__ uint32_t counts[kWarps][kSortDigits]; // then: places in the tile
+    __shared__ uint32_t places[kSortDigits];         // in the output, less those in the tile
+    __shared__ uint32_t warpSums[kWarps];
+    __shared__ uint32_t ownTile;
+    Counters& counters = countersOf(job);
+    if (threadIdx.x == 0)
+        ownTile = atomicAdd(&counters.sortTickets[pass], 1u);
+    for (uint32_t w = 0; w < kWarps; ++w)
+        counts[w][threadIdx.x] = 0;
+    __syncthreads();
+    const uint32_t tile = ownTile, first = tile * kSortTile, shift = 8 * pass;
+    const uint32_t inTile =
+        job.numPrimitives - first < kSortTile ? job.numPrimitives - first : kSortTile;
+    const uint64_t* const keysIn = at<const uint64_t>(job.keys[pass & 1]);
+    const uint32_t* const valuesIn = at<const uint32_t>(job.values[pass & 1]);
+    const uint32_t lane = laneOf(), warp = threadIdx.x / 32;
+    uint64_t keys[kSortItems];
+    uint32_t values[kSortItems], ranks[kSortItems];
+#pragma unroll
+    for (uint32_t i = 0; i < kSortItems; ++i) {
+        const uint32_t place = warp * 32 * kSortItems + i * 32 + lane;
+        keys[i] = place < inTile ? keysIn[first + place] : ~0ull;
+        values[i] = place < inTile ? valuesIn[first + place] : 0;
+    }
+#pragma unroll
+    for (uint32_t i = 0; i < kSortItems; ++i) {
+        const uint32_t digit = uint32_t(keys[i] >> shift) & 0xFFu;
+        const uint32_t peers = __match_any_sync(kWholeWarp, digit);
+        const uint32_t before = counts[warp][digit];
+        __syncwarp();
+        ranks[i] = before + uint32_t(__popc(peers & lanesBelow(lane)));
+        if ((peers & lanesBelow(lane)) == 0)
+            counts[warp][digit] = before + uint32_t(__popc(peers));
+        __syncwarp();
+    }
+    __syncthreads();
+    // Thread d: digit d.
+    uint32_t count = 0;
+    for (uint32_t w = 0; w < kWarps; ++w) {
+        const uint32_t ofWarp = counts[w][threadIdx.x];
+        counts[w][threadIdx.x] = count;
+        count += ofWarp;
+    }
+    const uint32_t before = sumOfTiles(
+        at<uint32_t>(job.tileStates) +
+            uint64_t(pass) * ((job.numPrimitives + kSortTile - 1) / kSortTile) * kSortDigits +
+            threadIdx.x,
+        tile, count);
+    const uint32_t inOutput = sumBefore(counters.histograms[pass][threadIdx.x], warpSums);
+    const uint32_t local = sumBefore(count, warpSums);
+    places[threadIdx.x] = inOutput + before - local;
+    for (uint32_t w = 0; w < kWarps; ++w)
+        counts[w][threadIdx.x] += local;
+    __syncthreads();
+#pragma unroll
+    for (uint32_t i = 0; i < kSortItems; ++i) {
+        const uint32_t place = counts[warp][uint32_t(keys[i] >> shift) & 0xFFu] + ranks[i];
+        sortedKeys[place] = keys[i];
+        sortedValues[place] = values[i];
+    }
+    __syncthreads();
+    uint64_t* const keysOut = at<uint64_t>(job.keys[~pass & 1]);
+    uint32_t* const valuesOut = at<uint32_t>(job.values[~pass & 1]);
+    for (uint32_t i = threadIdx.x; i < inTile; i += kSortThreads) {
+        const uint64_t key = sortedKeys[i];
+        const uint32_t place = places[uint32_t(key >> shift) & 0xFFu] + i;
+        keysOut[place] = key;
+        valuesOut[place] = sortedValues[i];
+    }
+}
+
+} // namespace sunstone::bvh::gpu

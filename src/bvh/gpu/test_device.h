@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// For tests: the CPU device's driver as a table, device memory that is host memory, structures
+// built with the GPU's kernels, and a query of the nearest hit by the GPU's traversal compiled for
+// the host.
+#pragma once
+
+#include "base/error.h"
+#include "bvh/gpu/builder.h"
+#include "bvh/gpu/traversal.h"
+#include "bvh/test_meshes.h"
+
+#include <dlfcn.h>
+
+namespace sunstone::bvh::gpu::testing {
+
+class Device {
+public:
+    static Device& get() {
+        static Device device;
+        return device;
+    }
+    const device::cuda::Driver& driver() const { return driver_; }
+    const Builder& builder() const { return *builder_; }
+
+private:
+    Device() {
+        void* const library = dlopen(TEST_CUDA_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+        if (!library)
+            fail(Code::kNotInitialized, dlerror());
+#define SUNSTONE_CUDA_MEMBER(member, function)                                                     \
+    driver_.member = reinterpret_cast<decltype(driver_.member)>(                                   \
+        dlsym(library, device::cuda::DriverNames::member));                                        \
+    if (!driver_.member)                                                                           \
+        fail(Code::kNotInitialized, device::cuda::DriverNames::member);
+        SUNSTONE_CUDA_FUNCTIONS(SUNSTONE_CUDA_MEMBER)
+#undef SUNSTONE_CUDA_MEMBER
+        const auto createContext = reinterpret_cast<decltype(&cuDevicePrimaryCtxRetain)>(
+            dlsym(library, "cuDevicePrimaryCtxRetain"));
+        const auto setContext =
+            reinterpret_cast<decltype(&cuCtxSetCurrent)>(dlsym(library, "cuCtxSetCurrent"));
+        CUcontext context = nullptr;
+        if (driver_.init(0) || createContext(&context, 0) || setContext(context))
+            fail(Code::kNotInitialized, "no context on the CPU device");
+        builder_ = std::make_unique<Builder>(driver_);
+    }
+
+    device::cuda::Driver driver_;
+    std::unique_ptr<Builder> builder_;
+};
+
+class Buffer {
+public:
+    explicit Buffer(size_t size, int fill = 0xCD) : size_(size) {
+        if (Device::get().driver().memAlloc(&address_, size ? size : 1))
+            fail(Code::kOutOfMemory, size, " bytes");
+        std::memset(data(), fill, size);
+    }
+    ~Buffer() { Device::get().driver().memFree(address_); }
+    Buffer(const Buffer&) = delete;
+    CUdeviceptr address() const { return address_; }
+    size_t size() const { return size_; }
+    void* data() const { return reinterpret_cast<void*>(address_); }
+
+private:
+    CUdeviceptr address_ = 0;
+    size_t size_;
+};
+
+// A structure built by the GPU's kernels and compacted.
+struct GpuStructure {
+    std::shared_ptr<Buffer> memory, loose;
+    const BlockHeader& header() const { return *static_cast<const BlockHeader*>(memory->data()); }
+    uint64_t handle() const {
+        return memory->address() | (header().type == BlockType::kInstances ? kIasTag : kGasTag);
+    }
+};
+
+inline GpuStructure buildOnDevice(const BuildInputs& inputs, const BuildOptions& options = {}) {
+    const Device& device = Device::get();
+    const MemoryUsage usage = Builder::computeMemoryUsage(inputs, options);
+    Buffer temp(usage.temp), size(8);
+    GpuStructure s;
+    s.loose = std::make_shared<Buffer>(usage.output);
+    device.builder().build(nullptr, inputs, options, temp.address(), usage.temp, s.loose->address(),
+                           usage.output);
+    device.builder().emitCompactedSize(nullptr, s.loose->address(), size.address());
+    if (device.driver().ctxSynchronize())
+        fail(Code::kCudaError, "the build failed");
+    const uint64_t compacted = *static_cast<const uint64_t*>(size.data());
+    if (compacted > usage.output)
+        fail(Code::kInternal, "compacted size ", compacted, " of ", usage.output);
+    s.memory = std::make_shared<Buffer>(compacted);
+    device.builder().compact(nullptr, s.loose->address(), s.memory->address());
+    if (device.driver().ctxSynchronize())
+        fail(Code::kCudaError, "compaction failed");
+    return s;
+}
+
+inline GpuStructure buildOnDevice(const TriangleInput& input, const BuildOptions& options = {}) {
+    BuildInputs inputs;
+    inputs.triangles = {&input, 1};
+    return buildOnDevice(inputs, options);
+}
+
+// The nearest triangle.
+struct NearestPrograms {
+    static constexpr bool kTriangles = true, kCustoms = false, kInstances = true;
+    static constexpr unsigned kLevels = 4;
+    bool found = false;
+    TriangleHit hit{};
+    uint32_t primitive = ~0u, sbt = 0, instance = 0, current = 0;
+
+    Visit triangle(gpu::Ray& ray, const TriangleHit& h, uint32_t p, uint32_t word) {
+        if (h.t < ray.tmax || !found || p < primitive) {
+            found = true;
+            hit = h;
+            ray.tmax = h.t;
+            primitive = p;
+            sbt = word;
+            instance = current;
+        }
+        return Visit::kContinue;
+    }
+    Visit custom(gpu::Ray&, uint32_t, uint32_t) { return Visit::kContinue; }
+    bool enterInstance(gpu::Ray&, const InstanceData& i, float worldToObject[12]) {
+        std::memcpy(worldToObject, i.worldToObject, 48);
+        current = i.index;
+        return true;
+    }
+    bool enterTransform(gpu::Ray&, uint64_t, uint64_t&, float*) { return false; }
+    void leave(gpu::Ray&) { current = 0; }
+};
+
+inline bool nearest(uint64_t handle, const QueryRay& query, QueryHit& hit,
+                    uint32_t* instance = nullptr) {
+    gpu::Ray ray;
+    for (int i = 0; i < 3; ++i) {
+        ray.origin[i] = query.origin[i];
+        ray.direction[i] = query.direction[i];
+    }
+    ray.tmin = query.tmin;
+    ray.tmax = query.tmax;
+    NearestPrograms programs;
+    Traversal<NearestPrograms> traversal;
+    U2 stack[Traversal<NearestPrograms>::kStackSize];
+    Level levels[NearestPrograms::kLevels + 1];
+    if (!traversal.start(programs, ray, handle, levels))
+        return false;
+    traversal.run(programs, ray, stack, levels, RunToEnd());
+    if (!programs.found)
+        return false;
+    hit.t = programs.hit.t;
+    hit.u = programs.hit.v / programs.hit.det;
+    hit.v = programs.hit.w / programs.hit.det;
+    hit.front = programs.hit.det > 0;
+    hit.primitive = programs.primitive;
+    hit.sbt = programs.sbt;
+    if (instance)
+        *instance = programs.instance;
+    return true;
+}
+
+} // namespace sunstone::bvh::gpu::testing
