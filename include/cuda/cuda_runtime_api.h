@@ -13,6 +13,7 @@
 #if defined(CUDA_API_PER_THREAD_DEFAULT_STREAM) || defined(__CUDA_API_PER_THREAD_DEFAULT_STREAM)
 #define cudaMallocAsync cudaMallocAsync_ptsz
 #define cudaFreeAsync cudaFreeAsync_ptsz
+#define cudaMallocFromPoolAsync cudaMallocFromPoolAsync_ptsz
 #define cudaMemPrefetchAsync cudaMemPrefetchAsync_ptsz
 #define cudaMemcpy cudaMemcpy_ptds
 #define cudaMemcpyAsync cudaMemcpyAsync_ptsz
@@ -49,6 +50,7 @@
 #define cudaEventRecordWithFlags cudaEventRecordWithFlags_ptsz
 #define cudaLaunchKernel cudaLaunchKernel_ptsz
 #define cudaLaunchKernelExC cudaLaunchKernelExC_ptsz
+#define cudaLaunchCooperativeKernel cudaLaunchCooperativeKernel_ptsz
 #endif
 
 #ifdef __cplusplus
@@ -240,6 +242,8 @@ cudaError_t cudaGetKernel(cudaKernel_t* kernel, const void* symbol);
 cudaError_t cudaLaunchKernel(const void* function, dim3 gridDim, dim3 blockDim, void** args,
                              size_t sharedBytes SUNSTONE_DEFAULT(0),
                              cudaStream_t stream SUNSTONE_DEFAULT(0));
+cudaError_t cudaLaunchCooperativeKernel(const void* function, dim3 gridDim, dim3 blockDim,
+                                        void** args, size_t sharedBytes, cudaStream_t stream);
 cudaError_t cudaLaunchKernelExC(const cudaLaunchConfig_t* config, const void* function,
                                 void** args);
 cudaError_t cudaOccupancyMaxActiveBlocksPerMultiprocessor(int* blocks, const void* function,
@@ -285,5 +289,7 @@ cudaError_t __cudaLaunchKernel_ptsz(cudaKernel_t kernel, dim3 gridDim, dim3 bloc
 }
 #endif
 #undef SUNSTONE_DEFAULT
+
+#include "sunstone/runtime_pools.h"
 
 #endif

@@ -103,6 +103,9 @@ private:
     void load(const ptx::Instruction& instruction);
     void store(const ptx::Instruction& instruction);
     void atomic(const ptx::Instruction& instruction);
+    void mayWait();
+    void mayWaitIfZero(Value* operand);
+    void sleep(const ptx::Instruction&) { mayWait(); }
     void fence(const ptx::Instruction& instruction);
     void move(const ptx::Instruction& instruction);
     void convertAddress(const ptx::Instruction& instruction);

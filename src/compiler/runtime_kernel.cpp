@@ -189,6 +189,13 @@ void arrive(KernelThread* thread, uint32_t id, uint32_t threads) {
     functionsOf(thread)->arrive(thread, id, threads);
 }
 
+// Follows every read by which a thread may wait for another. The launcher's threads do not preempt
+// one another, so that one that reads in a loop must let the others run now and then.
+void spin(KernelThread* thread) {
+    if (--thread->spins == 0)
+        functionsOf(thread)->yield(thread);
+}
+
 uint32_t activeMask(KernelThread* thread) {
     return functionsOf(thread)->activeMask(thread);
 }
@@ -323,6 +330,7 @@ void addKernelSymbols(std::vector<RuntimeSymbol>& symbols) {
         {"sunstone_globaltimer", addressOf(globalTimer)},
         {"sunstone_barrier", addressOf(barrier)},
         {"sunstone_arrive", addressOf(arrive)},
+        {"sunstone_spin", addressOf(spin)},
         {"sunstone_activemask", addressOf(activeMask)},
         {"sunstone_vote", addressOf(vote)},
         {"sunstone_shuffle", addressOf(shuffle)},

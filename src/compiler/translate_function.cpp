@@ -364,7 +364,7 @@ const FunctionTranslator::Handlers& FunctionTranslator::handlers() {
         {"prefetchu", &T::noOperation},
         {"discard", &T::noOperation},
         {"applypriority", &T::noOperation},
-        {"nanosleep", &T::noOperation},
+        {"nanosleep", &T::sleep},
         {"pmevent", &T::noOperation},
         {"createpolicy", &T::noOperation},
         // arithmetic; the handlers pass on to floating point by type

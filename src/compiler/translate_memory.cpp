@@ -131,6 +131,25 @@ FunctionTranslator::Place FunctionTranslator::place(const ptx::Operand& operand)
     return place;
 }
 
+// After a read by which a kernel's thread may wait for another.
+void FunctionTranslator::mayWait() {
+    if (isKernel())
+        builder_.CreateCall(
+            unit_.helper("sunstone_spin", builder_.getVoidTy(), {builder_.getPtrTy()}, false),
+            {state()});
+}
+
+// Adding nothing is a way to read. Where the operand is a constant, only one side is left.
+void FunctionTranslator::mayWaitIfZero(Value* operand) {
+    llvm::BasicBlock* zero = llvm::BasicBlock::Create(unit_.context(), "", &function_);
+    llvm::BasicBlock* join = llvm::BasicBlock::Create(unit_.context(), "", &function_);
+    builder_.CreateCondBr(builder_.CreateIsNull(operand), zero, join);
+    builder_.SetInsertPoint(zero);
+    mayWait();
+    builder_.CreateBr(join);
+    builder_.SetInsertPoint(join);
+}
+
 void FunctionTranslator::load(const ptx::Instruction& instruction) {
     operandCount(instruction, 2, 4);
     const ptx::Type type = lastType(instruction);
@@ -160,6 +179,8 @@ void FunctionTranslator::load(const ptx::Instruction& instruction) {
                                 llvm::MDNode::get(unit_.context(), {}));
         values.push_back(loaded);
     }
+    if (ordering != llvm::AtomicOrdering::NotAtomic || instruction.has("volatile"))
+        mayWait();
     for (unsigned i = 0; i < count; ++i)
         write(targets[i], values[i], ptx::isSigned(type));
 }
@@ -247,8 +268,13 @@ void FunctionTranslator::atomic(const ptx::Instruction& instruction) {
         old =
             builder_.CreateAtomicRMW(op, where.pointer, operand, llvm::MaybeAlign(bytes), ordering);
     }
-    if (returns)
-        write(instruction.operands[0], old, isSigned);
+    if (!returns)
+        return;
+    write(instruction.operands[0], old, isSigned);
+    if (instruction.has("cas") || instruction.has("exch"))
+        mayWait(); // locks are taken so
+    else if (isKernel() && !isFloat && (instruction.has("add") || instruction.has("or")))
+        mayWaitIfZero(readInt(instruction.operands[at + 1], bytes * 8));
 }
 
 void FunctionTranslator::fence(const ptx::Instruction& instruction) {

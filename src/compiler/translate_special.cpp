@@ -96,6 +96,9 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
         return one;
     if (name == "%gridid")
         return isKernel() ? kernelField(offsetof(KernelThread, gridIdLow)) : builder_.getInt32(0);
+    // Only grid-wide barriers read them: the address of the launch's workspace, high word first.
+    if (isKernel() && (name == "%envreg1" || name == "%envreg2"))
+        return kernelField(offsetof(KernelThread, gridWorkspace) + (name == "%envreg1" ? 4 : 0));
     if (name == "%dynamic_smem_size" && isKernel())
         return kernelField(offsetof(KernelThread, dynamicSharedSize));
     if (name == "%clock64" || name == "%clock" || name == "%clock_hi") {

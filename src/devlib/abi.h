@@ -283,6 +283,9 @@ struct KernelThread {
     uint32_t dynamicSharedSize;
     uint32_t gridIdLow;
     void* block;              // private to the launcher; begins with a BlockFunctions*
+    uint64_t gridWorkspace;   // of a cooperative launch, else 0; the word at +4 is the grid barrier's
+    uint32_t spins;           // reads of what others may write until the thread lets others run
+    uint32_t reserved;
 };
 
 // What a kernel calls where threads meet: `(*(BlockFunctions**)thread->block)->barrier(...)`. Kernels
@@ -304,6 +307,8 @@ struct BlockFunctions {
     void (*exitThread)(KernelThread*);
     // trap or a failed assertion: as exitThread, and the launch fails for all its threads.
     void (*fault)(KernelThread*, uint32_t kind);
+    // The thread may be waiting for another one: lets others run, and sets `spins` anew.
+    void (*yield)(KernelThread*);
 };
 enum KernelFault : uint32_t { kFaultTrap = 0, kFaultAssertion = 1 };
 using KernelFn = void (*)(KernelThread*, const void*);

@@ -98,6 +98,13 @@ SUNSTONE_HOST cudaError_t cudaLaunchKernel(T* kernel, dim3 gridDim, dim3 blockDi
     return ::cudaLaunchKernel((const void*)kernel, gridDim, blockDim, args, sharedBytes, stream);
 }
 template <class T>
+SUNSTONE_HOST cudaError_t cudaLaunchCooperativeKernel(T* kernel, dim3 gridDim, dim3 blockDim,
+                                                      void** args, size_t sharedBytes = 0,
+                                                      cudaStream_t stream = 0) {
+    return ::cudaLaunchCooperativeKernel((const void*)kernel, gridDim, blockDim, args, sharedBytes,
+                                         stream);
+}
+template <class T>
 SUNSTONE_HOST cudaError_t cudaGetFuncBySymbol(cudaFunction_t* function, const T* symbol) {
     return ::cudaGetFuncBySymbol(function, (const void*)symbol);
 }

@@ -8,6 +8,7 @@
 #include <sys/mman.h>
 
 #include <csetjmp>
+#include <thread>
 
 namespace sunstone::api::cuda {
 
@@ -46,45 +47,64 @@ void loopFault(devlib::KernelThread* thread, uint32_t kind) {
     std::longjmp(blockOf(thread).frame.jump, 1);
 }
 
-constexpr devlib::BlockFunctions kLoopFunctions = {loopBarrier,    loopArrive, loopExchange,
-                                                   loopActiveMask, loopExit,   loopFault};
+void loopYield(devlib::KernelThread* thread) {
+    thread->spins = kSpins; // other blocks run on other threads
+    std::this_thread::yield();
+}
 
-// Shared memory of the blocks a thread runs, kept for the next launch. PTX holds shared addresses
-// in 32-bit registers as readily as in 64-bit ones, so it lies in the low 4 GiB.
-class SharedMemory {
-public:
-    ~SharedMemory() { drop(); }
-    uint8_t* reserve(size_t size) {
-        if (size <= size_)
-            return base_;
-        drop();
-        const size_t rounded = (size + 65535) & ~size_t(65535);
-        void* memory = mmap(nullptr, rounded, PROT_READ | PROT_WRITE,
-                            MAP_PRIVATE | MAP_ANONYMOUS | MAP_32BIT, -1, 0);
-        if (memory == MAP_FAILED)
-            fail(Code::kOutOfMemory, "no memory below 4 GiB for ", size, " bytes of shared memory");
-        base_ = static_cast<uint8_t*>(memory);
-        size_ = rounded;
-        return base_;
-    }
+constexpr devlib::BlockFunctions kLoopFunctions = {
+    loopBarrier, loopArrive, loopExchange, loopActiveMask, loopExit, loopFault, loopYield};
 
-private:
-    void drop() {
-        if (base_)
-            munmap(base_, size_);
-        base_ = nullptr;
-        size_ = 0;
-    }
-    uint8_t* base_ = nullptr;
-    size_t size_ = 0;
-};
-
+// For the blocks a thread runs one after another, kept for the next launch.
 SharedMemory& threadShared() {
     thread_local SharedMemory memory;
     return memory;
 }
 
 } // namespace
+
+uint8_t* SharedMemory::reserve(size_t size) {
+    if (size <= size_)
+        return base_;
+    drop();
+    const size_t rounded = (size + 65535) & ~size_t(65535);
+    void* memory = mmap(nullptr, rounded, PROT_READ | PROT_WRITE,
+                        MAP_PRIVATE | MAP_ANONYMOUS | MAP_32BIT, -1, 0);
+    if (memory == MAP_FAILED)
+        fail(Code::kOutOfMemory, "no memory below 4 GiB for ", size, " bytes of shared memory");
+    base_ = static_cast<uint8_t*>(memory);
+    size_ = rounded;
+    return base_;
+}
+
+void SharedMemory::drop() {
+    if (base_)
+        munmap(base_, size_);
+    base_ = nullptr;
+    size_ = 0;
+}
+
+size_t sharedBytesOf(const Launch& launch) {
+    // Dynamic shared memory starts at a multiple of 16 after the static one.
+    return (size_t(launch.staticShared) + 15) / 16 * 16 + launch.dynamicShared;
+}
+
+devlib::KernelThread blockPrototype(const Launch& launch, uint32_t x, uint32_t y, uint32_t z,
+                                    uint8_t* shared) {
+    devlib::KernelThread thread{};
+    for (int i = 0; i < 3; ++i) {
+        thread.ntid[i] = launch.block[i];
+        thread.nctaid[i] = launch.grid[i];
+    }
+    thread.ctaid[0] = x;
+    thread.ctaid[1] = y;
+    thread.ctaid[2] = z;
+    thread.shared = shared;
+    thread.dynamicSharedSize = launch.dynamicShared;
+    thread.gridWorkspace = launch.gridWorkspace;
+    thread.spins = kSpins;
+    return thread;
+}
 
 void placeThread(devlib::KernelThread& thread, const Launch& launch, uint32_t index) {
     const auto& block = launch.block;
@@ -96,11 +116,10 @@ void placeThread(devlib::KernelThread& thread, const Launch& launch, uint32_t in
 }
 
 BlockRunner::BlockRunner(Launch& launch) : launch_(launch) {
-    // Dynamic shared memory starts at a multiple of 16 after the static one.
-    const size_t size = (size_t(launch.staticShared) + 15) / 16 * 16 + launch.dynamicShared;
+    const size_t size = sharedBytesOf(launch);
     shared_ = size ? threadShared().reserve(size) : nullptr;
     if (launch.meets)
-        fibers_ = std::make_unique<Fibers>(launch);
+        fibers_ = std::make_unique<Fibers>(launch, threadStacks());
 }
 
 BlockRunner::~BlockRunner() = default;
@@ -112,32 +131,13 @@ void BlockRunner::run(uint32_t x, uint32_t y, uint32_t z) {
         runLoop(x, y, z);
         return;
     }
-    devlib::KernelThread prototype{};
-    for (int i = 0; i < 3; ++i) {
-        prototype.ntid[i] = launch_.block[i];
-        prototype.nctaid[i] = launch_.grid[i];
-    }
-    prototype.ctaid[0] = x;
-    prototype.ctaid[1] = y;
-    prototype.ctaid[2] = z;
-    prototype.shared = shared_;
-    prototype.dynamicSharedSize = launch_.dynamicShared;
-    fibers_->run(prototype);
+    fibers_->run(blockPrototype(launch_, x, y, z, shared_));
 }
 
 void BlockRunner::runLoop(uint32_t x, uint32_t y, uint32_t z) {
     LoopBlock block{&kLoopFunctions, &launch_, {}};
     prepareForFaults();
-    devlib::KernelThread thread{};
-    for (int i = 0; i < 3; ++i) {
-        thread.ntid[i] = launch_.block[i];
-        thread.nctaid[i] = launch_.grid[i];
-    }
-    thread.ctaid[0] = x;
-    thread.ctaid[1] = y;
-    thread.ctaid[2] = z;
-    thread.shared = shared_;
-    thread.dynamicSharedSize = launch_.dynamicShared;
+    devlib::KernelThread thread = blockPrototype(launch_, x, y, z, shared_);
     thread.block = &block;
     const uint32_t count = launch_.threadsPerBlock();
     // Volatile: it must keep its value over the jump.

@@ -27,7 +27,8 @@ struct LaunchPlan {
     uint32_t staticShared = 0;
     uint32_t dynamicShared = 0;
     uint32_t localBytes = 0;
-    bool meets = false; // barriers or warp functions
+    bool cooperative = false; // all blocks at once: see cooperative.h
+    bool meets = false;       // barriers or warp functions
     const char* name = "";
 
     uint32_t threadsPerBlock() const { return block[0] * block[1] * block[2]; }
@@ -37,6 +38,7 @@ struct LaunchPlan {
 struct Launch : LaunchPlan {
     explicit Launch(const LaunchPlan& plan) : LaunchPlan(plan) {}
 
+    uint64_t gridWorkspace = 0;     // KernelThread::gridWorkspace
     std::atomic<uint32_t> fault{0}; // 1 + devlib::KernelFault of the first that failed
     std::atomic<bool> deadlock{false};
     // Written by the one thread that set `fault` to kProcessorFault.
@@ -45,6 +47,9 @@ struct Launch : LaunchPlan {
 
     static constexpr uint32_t kProcessorFault = ~uint32_t(0);
     // A thread of the kernel ended with a fault of the processor.
+    bool hasFailed() const {
+        return fault.load(std::memory_order_relaxed) || deadlock.load(std::memory_order_relaxed);
+    }
     void noteFault(const FaultFrame& frame, const devlib::KernelThread& thread) {
         uint32_t none = 0;
         if (!fault.compare_exchange_strong(none, kProcessorFault))
@@ -73,6 +78,31 @@ private:
     uint8_t* shared_ = nullptr; // owned by the thread, see block.cpp
     std::unique_ptr<Fibers> fibers_;
 };
+
+// Reads of what others may write before a thread lets others run.
+constexpr uint32_t kSpins = 64;
+
+// Shared memory of a block. PTX holds shared addresses in 32-bit registers as readily as in 64-bit
+// ones, so it lies in the low 4 GiB.
+class SharedMemory {
+public:
+    SharedMemory() = default;
+    SharedMemory(const SharedMemory&) = delete;
+    SharedMemory& operator=(const SharedMemory&) = delete;
+    ~SharedMemory() { drop(); }
+    uint8_t* reserve(size_t size); // null for 0; throws kOutOfMemory
+
+private:
+    void drop();
+    uint8_t* base_ = nullptr;
+    size_t size_ = 0;
+};
+
+// Bytes of shared memory that a block of the launch needs.
+size_t sharedBytesOf(const Launch& launch);
+// What the threads of a block have in common.
+devlib::KernelThread blockPrototype(const Launch& launch, uint32_t x, uint32_t y, uint32_t z,
+                                    uint8_t* shared);
 
 // The number of a thread in its block, x fastest, taken apart; fills all of `thread` that differs
 // between threads of a block.

@@ -6,8 +6,10 @@
 // point completes it if it is the last, and every end of a thread is checked as well, because
 // barriers and exchanges count only threads that still run. activeMask has no partners to wait for:
 // it is answered when nothing else can run, with all lanes of the warp that asked, which is the
-// convergence programs expect. If nothing can run and threads remain, the kernel is deadlocked: the
-// launch fails instead of hanging.
+// convergence programs expect. A thread that reads again and again what others may write yields: it
+// stays ready, and if all that can run only do that, the block waits for something outside. If
+// nothing can run and threads remain, the kernel is deadlocked: the launch fails instead of
+// hanging.
 #include "api/cuda/driver/block_fibers.h"
 
 #include "base/error.h"
@@ -16,6 +18,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <thread>
 
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
@@ -33,12 +36,12 @@ namespace {
 
 using Fibers = BlockRunner::Fibers;
 
+} // namespace
+
 StackPool& threadStacks() {
     thread_local StackPool pool;
     return pool;
 }
-
-} // namespace
 
 StackPool::~StackPool() {
     if (base_)
@@ -80,12 +83,13 @@ struct FiberTable {
     static uint32_t activeMask(KernelThread* t) { return of(t).activeMask(t); }
     static void exitThread(KernelThread* t) { of(t).leave(t); }
     static void fault(KernelThread* t, uint32_t kind) { of(t).fault(t, kind); }
-    static constexpr devlib::BlockFunctions kFunctions = {barrier,    arrive,     exchange,
-                                                          activeMask, exitThread, fault};
+    static void yield(KernelThread* t) { of(t).yield(t); }
+    static constexpr devlib::BlockFunctions kFunctions = {barrier,    arrive, exchange, activeMask,
+                                                          exitThread, fault,  yield};
 };
 
-BlockRunner::Fibers::Fibers(Launch& launch)
-    : functions_(&FiberTable::kFunctions), launch_(launch), stacks_(threadStacks()) {
+BlockRunner::Fibers::Fibers(Launch& launch, StackPool& stacks)
+    : functions_(&FiberTable::kFunctions), launch_(launch), stacks_(stacks) {
     // Frames of compiled kernels, printf and the run-time's helpers.
     constexpr size_t kBaseStack = 128 << 10;
     stacks_.reserve(launch.threadsPerBlock(), kBaseStack + launch.localBytes);
@@ -122,6 +126,12 @@ void BlockRunner::Fibers::resume(Fiber& fiber) {
 }
 
 void BlockRunner::Fibers::run(const KernelThread& prototype) {
+    start(prototype);
+    while (step() == Progress::kWaits)
+        std::this_thread::yield();
+}
+
+void BlockRunner::Fibers::start(const KernelThread& prototype) {
     const uint32_t count = launch_.threadsPerBlock();
     for (uint32_t i = 0; i < count; ++i) {
         Fiber& fiber = fibers_[i];
@@ -133,22 +143,35 @@ void BlockRunner::Fibers::run(const KernelThread& prototype) {
     }
     barriers_ = {};
     live_ = ready_ = count;
+}
+
+Fibers::Progress BlockRunner::Fibers::step() {
     prepareForFaults();
     if (setjmp(frame_.jump) == kJumpFault) { // from the stack of a fiber, which is abandoned
         launch_.noteFault(frame_, running_->thread);
-        return;
+        return Progress::kDone;
     }
     while (live_ != 0) {
-        for (Fiber& fiber : fibers_)
-            if (fiber.state == State::kReady)
-                resume(fiber);
-        if (launch_.fault.load(std::memory_order_relaxed))
-            return; // stacks are simply abandoned; compiled code owns nothing
-        if (ready_ == 0 && live_ != 0 && !resolveActive()) {
-            launch_.deadlock = true;
-            return;
+        bool advanced = false;
+        for (Fiber& fiber : fibers_) {
+            if (fiber.state != State::kReady)
+                continue;
+            fiber.yielded = false;
+            resume(fiber);
+            advanced |= !fiber.yielded;
         }
+        if (launch_.hasFailed())
+            return Progress::kDone; // stacks are simply abandoned; compiled code owns nothing
+        if (advanced && ready_ != 0)
+            continue;
+        if (live_ == 0 || resolveActive())
+            continue;
+        if (ready_ != 0)
+            return Progress::kWaits;
+        launch_.deadlock = true;
+        return Progress::kDone;
     }
+    return Progress::kDone;
 }
 
 void BlockRunner::Fibers::leave(KernelThread* thread) {
@@ -167,6 +190,13 @@ void BlockRunner::Fibers::fault(KernelThread* thread, uint32_t kind) {
     uint32_t none = 0;
     launch_.fault.compare_exchange_strong(none, 1 + kind);
     leave(thread);
+}
+
+void BlockRunner::Fibers::yield(KernelThread* thread) {
+    Fiber& fiber = fiberOf(thread);
+    thread->spins = kSpins;
+    fiber.yielded = true;
+    suspend(fiber);
 }
 
 // ---- barriers ---------------------------------------------------------------------------------

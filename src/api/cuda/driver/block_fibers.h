@@ -25,10 +25,18 @@ private:
     size_t count_ = 0, stride_ = 0;
 };
 
+// The pool of the calling thread.
+StackPool& threadStacks();
+
 struct BlockRunner::Fibers {
-    explicit Fibers(Launch& launch);
+    Fibers(Launch& launch, StackPool& stacks);
     // Runs all threads of a block; `prototype` has all that they share.
     void run(const devlib::KernelThread& prototype);
+
+    // The same in steps, each on any thread: start, then step until it says that the block is done.
+    void start(const devlib::KernelThread& prototype);
+    enum class Progress : uint8_t { kDone, kWaits }; // kWaits: for other blocks or the host
+    Progress step();
 
     // ---- called on fibers, through BlockFunctions ----
     uint32_t barrier(devlib::KernelThread* thread, uint32_t id, uint32_t threads,
@@ -39,6 +47,7 @@ struct BlockRunner::Fibers {
     uint32_t activeMask(devlib::KernelThread* thread);
     void leave(devlib::KernelThread* thread);
     void fault(devlib::KernelThread* thread, uint32_t kind);
+    void yield(devlib::KernelThread* thread);
     static void entry(boost::context::detail::transfer_t from);
 
 private:
@@ -47,6 +56,7 @@ private:
         devlib::KernelThread thread;
         boost::context::detail::fcontext_t context;
         State state;
+        bool yielded;     // the last time it ran, it only waited
         uint32_t barrier; // id waited for
         uint32_t mask;    // of an exchange
         uint32_t result;

@@ -3,6 +3,7 @@
 // work; the synchronous forms wait for it. Ranges are checked before anything is queued.
 #include "api/cuda/driver/copies.h"
 #include "api/cuda/driver/graphs.h"
+#include "api/cuda/driver/pools.h"
 
 using namespace sunstone;
 using namespace sunstone::api::cuda;
@@ -170,18 +171,33 @@ SUNSTONE_SETS(8, unsigned char)
 SUNSTONE_SETS(16, unsigned short)
 SUNSTONE_SETS(32, unsigned int)
 
-SUNSTONE_EXPORT CUresult cuMemAllocAsync(CUdeviceptr* address, size_t bytes, CUstream stream) {
-    return guardedGraph("cuMemAllocAsync", [&] {
+namespace {
+
+CUresult allocateAsync(const char* function, CUdeviceptr* address, size_t bytes, CUmemoryPool pool,
+                       CUstream stream) {
+    return guardedGraph(function, [&] {
         require(address, "address is null");
         cpu::StreamPtr target = resolveStream(stream);
         // Memory that exists early serves as well as memory that exists in time.
-        *address = reinterpret_cast<CUdeviceptr>(
-            cpu::memory().allocate(bytes, MemoryKind::kDevice, 0, cpu::contexts().current()));
+        *address = reinterpret_cast<CUdeviceptr>(allocateFromPool(pool, bytes));
         if (const cpu::CapturedMark state = cpu::streams().captureState(target); state.capture) {
             ownByGraph(*state.capture->graph, *address);
             cpu::streams().submit(target, nullptr, {}, {cpu::WorkKind::kAllocate, nullptr});
         }
     });
+}
+
+} // namespace
+
+SUNSTONE_EXPORT CUresult cuMemAllocAsync(CUdeviceptr* address, size_t bytes, CUstream stream) {
+    return allocateAsync("cuMemAllocAsync", address, bytes, nullptr, stream);
+}
+SUNSTONE_EXPORT CUresult cuMemAllocFromPoolAsync(CUdeviceptr* address, size_t bytes,
+                                                 CUmemoryPool pool, CUstream stream) {
+    if (!pool)
+        return guarded("cuMemAllocFromPoolAsync", Needs::kContext,
+                       [] { require(false, "pool is null"); });
+    return allocateAsync("cuMemAllocFromPoolAsync", address, bytes, pool, stream);
 }
 SUNSTONE_EXPORT CUresult cuMemFreeAsync(CUdeviceptr address, CUstream stream) {
     return guarded("cuMemFreeAsync", Needs::kContext, [&] {
@@ -194,6 +210,7 @@ SUNSTONE_EXPORT CUresult cuMemFreeAsync(CUdeviceptr address, CUstream stream) {
             release = [address] {
                 if (!cpu::memory().release(pointerOf(address), {MemoryKind::kDevice}))
                     refuse(CUDA_ERROR_INVALID_VALUE, pointerOf(address), " was freed twice");
+                forgetPoolMemory(pointerOf(address));
             };
         cpu::streams().submit(target, std::move(release), {}, {cpu::WorkKind::kFree, nullptr});
     });

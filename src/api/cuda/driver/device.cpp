@@ -128,10 +128,11 @@ bool attributeValue(int attribute, int& value) {
     case CU_DEVICE_ATTRIBUTE_HOST_REGISTER_SUPPORTED:
     case CU_DEVICE_ATTRIBUTE_READ_ONLY_HOST_REGISTER_SUPPORTED:
     case CU_DEVICE_ATTRIBUTE_MEMORY_POOLS_SUPPORTED:
+    case CU_DEVICE_ATTRIBUTE_COOPERATIVE_LAUNCH:
         value = 1;
         break;
     default:
-        // Textures, surfaces, clusters, interoperation: none of it is there yet.
+        // Clusters, interoperation, sparse arrays: none of it is there.
         value = 0;
     }
     return true;

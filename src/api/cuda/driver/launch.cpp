@@ -3,6 +3,7 @@
 #include "api/cuda/driver/launch.h"
 
 #include "api/cuda/driver/block.h"
+#include "api/cuda/driver/cooperative.h"
 #include "base/log.h"
 #include "base/threads.h"
 
@@ -24,9 +25,9 @@ constexpr uint64_t kSmallLaunch = 2048;
     if (compiler::sourceLocation(fault.instruction, source))
         place = message(", at ", source.file, ":", source.line);
     const bool isAccess = fault.signal == SIGSEGV || fault.signal == SIGBUS;
-    refuse(isAccess ? CUDA_ERROR_ILLEGAL_ADDRESS : CUDA_ERROR_LAUNCH_FAILED, "kernel ",
-           launch.name, ": ", describeFault(fault), ", in block (", block[0], ", ", block[1], ", ",
-           block[2], "), thread (", thread[0], ", ", thread[1], ", ", thread[2], ")", place);
+    refuse(isAccess ? CUDA_ERROR_ILLEGAL_ADDRESS : CUDA_ERROR_LAUNCH_FAILED, "kernel ", launch.name,
+           ": ", describeFault(fault), ", in block (", block[0], ", ", block[1], ", ", block[2],
+           "), thread (", thread[0], ", ", thread[1], ", ", thread[2], ")", place);
 }
 
 void runLaunch(const LaunchPlan& plan) {
@@ -39,7 +40,9 @@ void runLaunch(const LaunchPlan& plan) {
             runner.run(uint32_t(i % width), uint32_t(i % area / width), uint32_t(i / area));
     };
     const uint64_t perBlock = launch.threadsPerBlock();
-    if (blocks == 1 || blocks * perBlock <= kSmallLaunch) {
+    if (launch.cooperative) {
+        runCooperative(launch);
+    } else if (blocks == 1 || blocks * perBlock <= kSmallLaunch) {
         range(0, blocks);
     } else {
         // Pieces of some thousand threads, but enough of them for all cores.
@@ -80,6 +83,14 @@ void checkShape(const LaunchRequest& request, const Function& function) {
     if (request.sharedBytes > maxDynamicSharedOf(function))
         refuse(CUDA_ERROR_INVALID_VALUE, request.sharedBytes,
                " bytes of dynamic shared memory, at most ", maxDynamicSharedOf(function));
+    if (!request.cooperative)
+        return;
+    const uint64_t perProcessor = activeBlocks(function, unsigned(threads), request.sharedBytes);
+    const uint64_t blocks = uint64_t(request.grid[0]) * request.grid[1] * request.grid[2];
+    if (blocks > perProcessor * threadCount())
+        refuse(CUDA_ERROR_COOPERATIVE_LAUNCH_TOO_LARGE, blocks, " blocks of kernel ",
+               function.info->name, "; ", perProcessor, " fit on each of ", threadCount(),
+               " multiprocessors at once");
 }
 
 // The parameter block as the kernel reads it.
@@ -177,6 +188,7 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
     plan.staticShared = info.staticSharedBytes;
     plan.dynamicShared = request.sharedBytes;
     plan.localBytes = info.localBytes;
+    plan.cooperative = request.cooperative;
     plan.meets = info.usesBarriers || info.usesWarpFunctions;
     plan.name = info.name.c_str();
 

@@ -15,6 +15,7 @@ struct LaunchRequest {
     unsigned sharedBytes = 0;
     void** params = nullptr;
     void** extra = nullptr;
+    bool cooperative = false;
 };
 
 // Most threads a block of this function may have.

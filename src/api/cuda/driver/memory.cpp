@@ -2,6 +2,7 @@
 // Allocation and what is known about pointers. Device, pinned and managed memory are all host
 // memory here and differ in what queries say about them.
 #include "api/cuda/driver/graphs.h"
+#include "api/cuda/driver/pools.h"
 
 using namespace sunstone;
 using namespace sunstone::api::cuda;
@@ -91,7 +92,7 @@ bool pointerAttribute(void* data, CUpointer_attribute attribute, CUdeviceptr add
         store(data, 3u);
         return true;
     case CU_POINTER_ATTRIBUTE_MEMPOOL_HANDLE:
-        store<void*>(data, nullptr);
+        store(data, poolOfMemory(reinterpret_cast<void*>(memory.base)));
         return true;
     default:
         refuse(CUDA_ERROR_INVALID_VALUE, "pointer attribute ", int(attribute), " is unknown");
@@ -169,11 +170,13 @@ SUNSTONE_EXPORT CUresult cuMemFree(CUdeviceptr address) {
             cpu::streams().synchronizeAll();
         } catch (...) {
             cpu::memory().release(pointerOf(address), {MemoryKind::kDevice, MemoryKind::kManaged});
+            forgetPoolMemory(pointerOf(address));
             throw;
         }
         require(
             cpu::memory().release(pointerOf(address), {MemoryKind::kDevice, MemoryKind::kManaged}),
             "freed by another thread meanwhile");
+        forgetPoolMemory(pointerOf(address));
     });
 }
 

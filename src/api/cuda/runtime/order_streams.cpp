@@ -13,18 +13,28 @@ bool validShape(const dim3& grid, const dim3& block) {
            block.z <= 64 && block.x * block.y * block.z <= 1024;
 }
 
-cudaError_t launchKernel(const void* symbol, const dim3& grid, const dim3& block, void** args,
-                         size_t sharedBytes, cudaStream_t stream) {
+// Finds the kernel, checks the shape, and lets `body` call the driver with them.
+template <class Body>
+cudaError_t withKernel(const void* symbol, const dim3& grid, const dim3& block, size_t sharedBytes,
+                       Body&& body) {
     return call([&](const Driver& d) {
         CUfunction function = nullptr;
         if (cudaError_t error = findFunction(symbol, &function))
             return error;
         if (!validShape(grid, block) || sharedBytes > 0xffffffffu)
             return cudaErrorInvalidConfiguration;
-        return fromDriver(d.cuLaunchKernel(function, grid.x, grid.y, grid.z, block.x, block.y,
-                                           block.z, static_cast<unsigned>(sharedBytes),
-                                           streamOf(stream), args, nullptr));
+        return fromDriver(body(d, function, static_cast<unsigned>(sharedBytes)));
     });
+}
+
+cudaError_t launchKernel(const void* symbol, const dim3& grid, const dim3& block, void** args,
+                         size_t sharedBytes, cudaStream_t stream) {
+    return withKernel(symbol, grid, block, sharedBytes,
+                      [&](const Driver& d, CUfunction function, unsigned shared) {
+                          return d.cuLaunchKernel(function, grid.x, grid.y, grid.z, block.x,
+                                                  block.y, block.z, shared, streamOf(stream), args,
+                                                  nullptr);
+                      });
 }
 
 // A callback with the runtime's error type, given to the driver with its own.
@@ -70,25 +80,33 @@ SUNSTONE_CUDART cudaError_t cudaLaunchKernelExC(const cudaLaunchConfig_t* config
     if (config->numAttrs == 0)
         return launchKernel(function, config->gridDim, config->blockDim, args,
                             config->dynamicSmemBytes, config->stream);
-    return call([&](const Driver& d) {
-        CUlaunchConfig exact = {};
-        CUfunction found = nullptr;
-        if (cudaError_t error = findFunction(function, &found))
-            return error;
-        if (!validShape(config->gridDim, config->blockDim))
-            return cudaErrorInvalidConfiguration;
-        exact.gridDimX = config->gridDim.x;
-        exact.gridDimY = config->gridDim.y;
-        exact.gridDimZ = config->gridDim.z;
-        exact.blockDimX = config->blockDim.x;
-        exact.blockDimY = config->blockDim.y;
-        exact.blockDimZ = config->blockDim.z;
-        exact.sharedMemBytes = static_cast<unsigned>(config->dynamicSmemBytes);
-        exact.hStream = streamOf(config->stream);
-        exact.attrs = reinterpret_cast<CUlaunchAttribute*>(config->attrs);
-        exact.numAttrs = config->numAttrs;
-        return fromDriver(d.cuLaunchKernelEx(&exact, found, args, nullptr));
-    });
+    return withKernel(function, config->gridDim, config->blockDim, config->dynamicSmemBytes,
+                      [&](const Driver& d, CUfunction found, unsigned shared) {
+                          CUlaunchConfig exact = {};
+                          exact.gridDimX = config->gridDim.x;
+                          exact.gridDimY = config->gridDim.y;
+                          exact.gridDimZ = config->gridDim.z;
+                          exact.blockDimX = config->blockDim.x;
+                          exact.blockDimY = config->blockDim.y;
+                          exact.blockDimZ = config->blockDim.z;
+                          exact.sharedMemBytes = shared;
+                          exact.hStream = streamOf(config->stream);
+                          exact.attrs = reinterpret_cast<CUlaunchAttribute*>(config->attrs);
+                          exact.numAttrs = config->numAttrs;
+                          return d.cuLaunchKernelEx(&exact, found, args, nullptr);
+                      });
+}
+SUNSTONE_CUDART cudaError_t cudaLaunchCooperativeKernel(const void* function, dim3 gridDim,
+                                                        dim3 blockDim, void** args,
+                                                        size_t sharedBytes, cudaStream_t stream) {
+    return withKernel(function, gridDim, blockDim, sharedBytes,
+                      [&](const Driver& d, CUfunction found, unsigned shared) {
+                          if (!d.cuLaunchCooperativeKernel)
+                              return CUDA_ERROR_NOT_SUPPORTED;
+                          return d.cuLaunchCooperativeKernel(found, gridDim.x, gridDim.y, gridDim.z,
+                                                             blockDim.x, blockDim.y, blockDim.z,
+                                                             shared, streamOf(stream), args);
+                      });
 }
 
 SUNSTONE_CUDART cudaError_t cudaMallocAsync(void** address, size_t bytes, cudaStream_t stream) {
@@ -100,6 +118,22 @@ SUNSTONE_CUDART cudaError_t cudaMallocAsync(void** address, size_t bytes, cudaSt
     return call([&](const Driver& d) {
         CUdeviceptr result = 0;
         const CUresult error = d.cuMemAllocAsync(&result, bytes, streamOf(stream));
+        *address = reinterpret_cast<void*>(result);
+        return error;
+    });
+}
+SUNSTONE_CUDART cudaError_t cudaMallocFromPoolAsync(void** address, size_t bytes,
+                                                    cudaMemPool_t pool, cudaStream_t stream) {
+    if (!address)
+        return remember(cudaErrorInvalidValue);
+    *address = nullptr;
+    if (bytes == 0)
+        return cudaSuccess;
+    return call([&](const Driver& d) {
+        CUdeviceptr result = 0;
+        if (!d.cuMemAllocFromPoolAsync)
+            return CUDA_ERROR_NOT_SUPPORTED;
+        const CUresult error = d.cuMemAllocFromPoolAsync(&result, bytes, pool, streamOf(stream));
         *address = reinterpret_cast<void*>(result);
         return error;
     });

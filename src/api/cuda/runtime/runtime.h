@@ -49,6 +49,18 @@ namespace sunstone::cudart {
 
 // Functions that older drivers lack: null then.
 #define SUNSTONE_OPTIONAL_DRIVER_FUNCTIONS(X) \
+    X(cuLaunchCooperativeKernel) \
+    X(cuMemPoolCreate) \
+    X(cuMemPoolDestroy) \
+    X(cuMemPoolTrimTo) \
+    X(cuMemPoolSetAttribute) \
+    X(cuMemPoolGetAttribute) \
+    X(cuMemPoolSetAccess) \
+    X(cuMemPoolGetAccess) \
+    X(cuDeviceGetDefaultMemPool) \
+    X(cuDeviceGetMemPool) \
+    X(cuDeviceSetMemPool) \
+    X(cuMemAllocFromPoolAsync) \
     X(cuGraphAddChildGraphNode) \
     X(cuGraphAddDependencies) \
     X(cuGraphAddEmptyNode) \

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// See cooperative.h.
+//
+// Every thread of the grid is a fiber. A block whose threads all wait for other blocks (they read
+// some word again and again, see KernelThread::spins) is put aside, and the worker goes on with the
+// next one: any number of workers, even one, completes a grid-wide barrier. Blocks move between
+// workers, the fibers of a block never run at the same time.
+//
+// A grid barrier in a program is a word in global memory on which threads add and spin. Programs
+// bring their own, or use the one whose address %envreg1 and %envreg2 give.
+#include "api/cuda/driver/cooperative.h"
+
+#include "api/cuda/driver/block_fibers.h"
+#include "base/threads.h"
+
+#include <deque>
+#include <mutex>
+#include <thread>
+
+namespace sunstone::api::cuda {
+
+namespace {
+
+using Fibers = BlockRunner::Fibers;
+
+struct ResidentBlock {
+    SharedMemory shared;
+    StackPool stacks;
+    std::unique_ptr<Fibers> fibers;
+};
+
+class Grid {
+public:
+    Grid(Launch& launch, size_t count) : launch_(launch), remaining_(count) {
+        for (size_t i = 0; i < count; ++i)
+            waiting_.push_back(i);
+        blocks_.resize(count);
+    }
+
+    void work() {
+        while (remaining_.load(std::memory_order_acquire) != 0) {
+            size_t number = 0;
+            if (!take(number)) {
+                std::this_thread::yield(); // the rest runs on other workers
+                continue;
+            }
+            std::unique_ptr<ResidentBlock>& block = blocks_[number];
+            try {
+                if (!block)
+                    block = make(number);
+            } catch (...) {
+                remaining_.store(0, std::memory_order_release); // the others would wait for it
+                throw;
+            }
+            if (block->fibers->step() == Fibers::Progress::kWaits) {
+                putAside(number);
+            } else {
+                block.reset();
+                size_t left = remaining_.load(std::memory_order_relaxed);
+                while (left != 0 && !remaining_.compare_exchange_weak(left, left - 1)) {
+                }
+            }
+        }
+    }
+
+private:
+    bool take(size_t& number) {
+        std::lock_guard lock(mutex_);
+        if (waiting_.empty())
+            return false;
+        number = waiting_.front();
+        waiting_.pop_front();
+        return true;
+    }
+    void putAside(size_t number) {
+        std::lock_guard lock(mutex_);
+        waiting_.push_back(number);
+    }
+    std::unique_ptr<ResidentBlock> make(size_t number) {
+        auto block = std::make_unique<ResidentBlock>();
+        const size_t width = launch_.grid[0], height = launch_.grid[1];
+        uint8_t* shared = block->shared.reserve(sharedBytesOf(launch_));
+        block->fibers = std::make_unique<Fibers>(launch_, block->stacks);
+        block->fibers->start(blockPrototype(launch_, uint32_t(number % width),
+                                            uint32_t(number / width % height),
+                                            uint32_t(number / width / height), shared));
+        return block;
+    }
+
+    Launch& launch_;
+    std::vector<std::unique_ptr<ResidentBlock>> blocks_;
+    std::mutex mutex_;
+    std::deque<size_t> waiting_; // numbers of blocks that no worker runs
+    std::atomic<size_t> remaining_;
+};
+
+} // namespace
+
+void runCooperative(Launch& launch) {
+    alignas(64) uint32_t workspace[16] = {};
+    launch.gridWorkspace = reinterpret_cast<uintptr_t>(workspace);
+    const size_t count = size_t(launch.grid[0]) * launch.grid[1] * launch.grid[2];
+    Grid grid(launch, count);
+    const size_t workers = std::min<size_t>(threadCount(), count);
+    parallelFor(workers, 1, [&](size_t, size_t) { grid.work(); });
+}
+
+} // namespace sunstone::api::cuda
