@@ -232,6 +232,12 @@ private:
     void storeSurface(const ptx::Instruction& instruction);
     void reduceSurface(const ptx::Instruction& instruction);
 
+    // ---- GPU: instructions kept as they are, translate_native.cpp
+    bool translateNative(const ptx::Instruction& instruction);
+    void emitNative(const ptx::Instruction& instruction, bool hasResult, bool effects,
+                    bool convergent, bool memory);
+    Value* readSpecialNative(std::string_view name);
+
     bool isKernel() const { return unit_.flavor() == Flavor::kKernel; }
     Value* state() { return function_.getArg(0); }
 

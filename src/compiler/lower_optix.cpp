@@ -83,6 +83,10 @@ private:
                                                                                              : 4));
     }
     Value* launch() { return loadInvariant(state(), offsetof(RayState, launch), pointer()); }
+    Value* launchFunction(size_t offset, const char* name, llvm::FunctionType* type) {
+        return unit_.launchFunction(builder_, unit_.isGpu() ? nullptr : launch(), offset, name,
+                                    type);
+    }
     Value* thread() { return loadInvariant(state(), offsetof(RayState, thread), pointer()); }
 
     // The constant value of an operand; faults where it is not constant.
@@ -109,7 +113,7 @@ private:
     void checkPayload() {
         builder_.SetInsertPoint(&*function_.getEntryBlock().getFirstNonPHIOrDbgOrAlloca());
         auto* type = llvm::FunctionType::get(builder_.getVoidTy(), {pointer(), word()}, false);
-        Value* target = loadInvariant(launch(), offsetof(LaunchState, checkPayload), pointer());
+        Value* target = launchFunction(offsetof(LaunchState, checkPayload), "checkPayload", type);
         const uint32_t number = payload_ ? payloadNumber(*payload_) : 0;
         builder_.CreateCall(type, target, {state(), builder_.getInt32(number)});
     }
@@ -121,7 +125,7 @@ private:
         auto* type = llvm::FunctionType::get(
             builder_.getVoidTy(), {pointer(), word(), builder_.getInt64Ty(), word(), word()},
             false);
-        Value* target = loadInvariant(launch(), offsetof(LaunchState, checkAccess), pointer());
+        Value* target = launchFunction(offsetof(LaunchState, checkAccess), "checkAccess", type);
         builder_.CreateCall(type, target,
                             {state(), builder_.getInt32(access), handle, first, second});
     }
@@ -229,7 +233,7 @@ private:
             checkAccess(devlib::kAccessInstance, argument(0), argument(1), builder_.getInt32(0));
             auto* signature = llvm::FunctionType::get(type, {type, word()}, false);
             Value* target =
-                loadInvariant(launch(), offsetof(LaunchState, instanceHandle), pointer());
+                launchFunction(offsetof(LaunchState, instanceHandle), "instanceHandle", signature);
             return builder_.CreateCall(signature, target, {argument(0), argument(1)});
         }
         default:
@@ -259,15 +263,14 @@ private:
             llvm::ArrayType::get(word(), sizeof(devlib::GasMotion) / sizeof(uint32_t)), 4);
         auto* signature = llvm::FunctionType::get(builder_.getVoidTy(),
                                                   {builder_.getInt64Ty(), pointer()}, false);
-        Value* target = loadInvariant(launch(), offsetof(LaunchState, gasMotion), pointer());
+        Value* target = launchFunction(offsetof(LaunchState, gasMotion), "gasMotion", signature);
         builder_.CreateCall(signature, target, {argument(0), memory});
         return load(memory, number(), type);
     }
 
     // Time is what a program says only where the pipeline has motion blur; else always 0.
     Value* timeOf(Value* time) {
-        return unit_.rules().motionBlur ? time
-                                        : llvm::ConstantFP::get(builder_.getFloatTy(), 0.0);
+        return unit_.rules().motionBlur ? time : llvm::ConstantFP::get(builder_.getFloatTy(), 0.0);
     }
 
     Value* shapePoints(llvm::Type* type) {
@@ -275,12 +278,11 @@ private:
         llvm::Type* number = builder_.getFloatTy();
         const unsigned count = llvm::cast<llvm::StructType>(type)->getNumElements();
         Value* memory = entryAlloca(llvm::ArrayType::get(number, count), 4);
-        auto* signature =
-            llvm::FunctionType::get(builder_.getVoidTy(),
-                                    {builder_.getInt64Ty(), word(), word(), word(), number,
-                                     pointer()},
-                                    false);
-        Value* target = loadInvariant(launch(), offsetof(LaunchState, shapePoints), pointer());
+        auto* signature = llvm::FunctionType::get(
+            builder_.getVoidTy(),
+            {builder_.getInt64Ty(), word(), word(), word(), number, pointer()}, false);
+        Value* target =
+            launchFunction(offsetof(LaunchState, shapePoints), "shapePoints", signature);
         builder_.CreateCall(signature, target,
                             {argument(0), builder_.getInt32(this->number()), argument(1),
                              argument(2), argument(3), memory});
@@ -297,7 +299,8 @@ private:
         auto* signature = llvm::FunctionType::get(
             builder_.getVoidTy(), {builder_.getInt64Ty(), word(), word(), number, pointer()},
             false);
-        Value* target = loadInvariant(launch(), offsetof(LaunchState, triangleVertices), pointer());
+        Value* target =
+            launchFunction(offsetof(LaunchState, triangleVertices), "triangleVertices", signature);
         builder_.CreateCall(signature, target,
                             {argument(0), argument(1), argument(2), timeOf(argument(3)), memory});
         Value* all = llvm::PoisonValue::get(type);
@@ -342,8 +345,8 @@ private:
         Value* isTriangle = builder_.CreateICmpEQ(builder_.CreateOr(kind, builder_.getInt32(1)),
                                                   builder_.getInt32(devlib::kHitTriangleBack));
         Value* isCustom = builder_.CreateICmpULT(kind, builder_.getInt32(128));
-        Value* shape = builder_.CreateOr(builder_.CreateAnd(kind, 15u),
-                                         builder_.getInt32(kPrimitiveCustom));
+        Value* shape =
+            builder_.CreateOr(builder_.CreateAnd(kind, 15u), builder_.getInt32(kPrimitiveCustom));
         return builder_.CreateSelect(
             isTriangle, builder_.getInt32(kPrimitiveTriangle),
             builder_.CreateSelect(isCustom, builder_.getInt32(kPrimitiveCustom), shape));
@@ -465,7 +468,7 @@ private:
             store(state(), offsetof(RayState, reportAttributes) + i * 4u, argument(2 + i));
         auto* type =
             llvm::FunctionType::get(word(), {pointer(), builder_.getFloatTy(), word()}, false);
-        Value* target = loadInvariant(launch(), offsetof(LaunchState, report), pointer());
+        Value* target = launchFunction(offsetof(LaunchState, report), "report", type);
         Value* result = builder_.CreateCall(type, target, {state(), argument(0), argument(1)});
         Value* accepted = builder_.CreateZExt(
             builder_.CreateICmpEQ(result, builder_.getInt32(devlib::kAccept)), word());
@@ -522,7 +525,8 @@ private:
         auto* type = llvm::FunctionType::get(builder_.getVoidTy(),
                                              {pointer(), word(), word(), pointer()}, false);
         store(thread(), offsetof(ThreadState, line), sourceLine());
-        Value* target = loadInvariant(launch(), offsetof(LaunchState, throwException), pointer());
+        Value* target =
+            launchFunction(offsetof(LaunchState, throwException), "throwException", type);
         builder_.CreateCall(type, target,
                             {state(), argument(0), builder_.getInt32(count), details});
         finishBlock(function_.getReturnType()->isVoidTy()
@@ -596,7 +600,8 @@ private:
             store(ray, offsetof(RayState, line), sourceLine());
 
         auto* traceType = llvm::FunctionType::get(builder_.getVoidTy(), {pointer()}, false);
-        Value* target = loadInvariant(launchPointer, offsetof(LaunchState, trace), pointer());
+        Value* target = unit_.launchFunction(builder_, launchPointer, offsetof(LaunchState, trace),
+                                             "trace", traceType);
         builder_.CreateCall(traceType, target, {ray});
 
         std::vector<Value*> results(count);

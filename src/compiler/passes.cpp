@@ -100,7 +100,7 @@ llvm::PreservedAnalyses PointerPass::run(llvm::Function& function, llvm::Functio
     bool changed = false;
     for (llvm::IntToPtrInst* cast : casts) {
         Value* address = cast->getOperand(0);
-        if (!address->getType()->isIntegerTy(64))
+        if (!address->getType()->isIntegerTy(64) || cast->getAddressSpace() != 0)
             continue;
         if (finder.isPointer(address)) {
             cast->replaceAllUsesWith(finder.pointerOf(address));

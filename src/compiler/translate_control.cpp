@@ -98,12 +98,12 @@ void FunctionTranslator::emitTrap() {
     } else {
         Value* launch =
             stateField(offsetof(devlib::RayState, launch), builder_.getPtrTy(), "launch");
-        Value* handler = builder_.CreateLoad(
-            builder_.getPtrTy(),
-            offsetPointer(launch, offsetof(devlib::LaunchState, throwException)));
         auto* type = llvm::FunctionType::get(
             builder_.getVoidTy(),
             {builder_.getPtrTy(), intType(32), intType(32), builder_.getPtrTy()}, false);
+        Value* handler =
+            unit_.launchFunction(builder_, launch, offsetof(devlib::LaunchState, throwException),
+                                 "throwException", type);
         builder_.CreateCall(type, handler,
                             {state(), builder_.getInt32(uint32_t(devlib::kExceptionTrap)),
                              builder_.getInt32(0),
@@ -154,10 +154,10 @@ Value* FunctionTranslator::resolveCallee(const ptx::Instruction& instruction, Va
     builder_.SetInsertPoint(tagged);
     llvm::Type* word = intType(32);
     Value* launch = stateField(offsetof(devlib::RayState, launch), builder_.getPtrTy(), "launch");
-    Value* resolver = builder_.CreateLoad(
-        builder_.getPtrTy(), offsetPointer(launch, offsetof(devlib::LaunchState, callable)));
     auto* type =
         llvm::FunctionType::get(builder_.getPtrTy(), {builder_.getPtrTy(), word, word}, false);
+    Value* resolver = unit_.launchFunction(
+        builder_, launch, offsetof(devlib::LaunchState, callable), "callable", type);
     // Which kind is called, and with how many words (LaunchState::callable).
     Value* call = builder_.CreateAnd(builder_.CreateLShr(target, 1), uint64_t(1));
     call = builder_.CreateOr(call, uint64_t(parameterWords(prototype.parameters)) << 8);

@@ -339,6 +339,8 @@ void FunctionTranslator::translateGuarded(const ptx::Instruction& instruction) {
 }
 
 void FunctionTranslator::dispatch(const ptx::Instruction& instruction) {
+    if (unit_.isGpu() && translateNative(instruction))
+        return;
     const auto found = handlers().find(instruction.opcode);
     if (found == handlers().end())
         failAt(ErrorCode::kNotSupported, instruction.location, "instruction \"",

@@ -19,6 +19,14 @@ unsigned vectorCount(const ptx::Instruction& instruction) {
     return 1;
 }
 
+constexpr unsigned kGlobalSpace = 1; // of NVPTX
+
+// Of element i. On a GPU a vector is one access, aligned as a whole.
+llvm::Align alignmentOf(bool gpu, unsigned bytes, unsigned count, unsigned i) {
+    const llvm::Align element(bytes);
+    return gpu ? llvm::commonAlignment(llvm::Align(bytes * count), uint64_t(i) * bytes) : element;
+}
+
 // Ordering of an access; NotAtomic for plain ones.
 llvm::AtomicOrdering orderingOf(const ptx::Instruction& instruction) {
     if (instruction.has("acquire"))
@@ -120,7 +128,10 @@ FunctionTranslator::Place FunctionTranslator::place(const ptx::Operand& operand)
         ptx::Operand reg = operand;
         reg.kind = ptx::OperandKind::kRegister;
         reg.negated = false;
-        base = builder_.CreateIntToPtr(readInt(reg, 64), builder_.getPtrTy());
+        // The generic address of global memory is its address there.
+        const bool global = unit_.isGpu() && current_->has("global");
+        base = builder_.CreateIntToPtr(readInt(reg, 64),
+                                       builder_.getPtrTy(global ? kGlobalSpace : 0));
     } else {
         base = builder_.CreateIntToPtr(builder_.getInt64(uint64_t(operand.offset)),
                                        builder_.getPtrTy());
@@ -171,7 +182,8 @@ void FunctionTranslator::load(const ptx::Instruction& instruction) {
     for (unsigned i = 0; i < count; ++i) {
         auto* loaded =
             builder_.CreateAlignedLoad(loadType, offsetPointer(from.pointer, int64_t(i) * bytes),
-                                       llvm::Align(bytes), instruction.has("volatile"));
+                                       alignmentOf(unit_.isGpu(), bytes, count, i),
+                                       instruction.has("volatile"));
         if (ordering != llvm::AtomicOrdering::NotAtomic)
             loaded->setAtomic(ordering);
         else if (constant)
@@ -204,7 +216,8 @@ void FunctionTranslator::store(const ptx::Instruction& instruction) {
     for (unsigned i = 0; i < count; ++i) {
         auto* stored = builder_.CreateAlignedStore(readAs(sources[i], storeType),
                                                    offsetPointer(to.pointer, int64_t(i) * bytes),
-                                                   llvm::Align(bytes), instruction.has("volatile"));
+                                                   alignmentOf(unit_.isGpu(), bytes, count, i),
+                                                   instruction.has("volatile"));
         if (ordering != llvm::AtomicOrdering::NotAtomic)
             stored->setAtomic(ordering);
     }

@@ -61,6 +61,8 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
         }
         return builder_.getInt32(isCount ? 1 : 0);
     }
+    if (unit_.isGpu() && name.starts_with("%"))
+        return readSpecialNative(name);
     const auto lane = [&]() -> Value* {
         return isKernel() ? kernelField(offsetof(KernelThread, laneid)) : builder_.getInt32(0);
     };

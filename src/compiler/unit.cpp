@@ -291,6 +291,24 @@ llvm::FunctionCallee Unit::helper(const char* name, llvm::Type* result,
     return function;
 }
 
+llvm::Value* Unit::launchFunction(llvm::IRBuilder<>& builder, llvm::Value* launch, size_t offset,
+                                  const char* name, llvm::FunctionType* type) {
+    if (isGpu()) {
+        const std::string symbol = std::string("sunstone_gpu_") + name;
+        if (llvm::Function* existing = module_->getFunction(symbol))
+            return existing;
+        auto* function =
+            llvm::Function::Create(type, llvm::GlobalValue::ExternalLinkage, symbol, *module_);
+        function->addFnAttr(llvm::Attribute::NoUnwind);
+        return function;
+    }
+    llvm::Value* place =
+        builder.CreateInBoundsGEP(builder.getInt8Ty(), launch, builder.getInt64(offset));
+    auto* loaded = builder.CreateAlignedLoad(builder.getPtrTy(), place, llvm::Align(8));
+    loaded->setMetadata(llvm::LLVMContext::MD_invariant_load, llvm::MDNode::get(*context_, {}));
+    return loaded;
+}
+
 void Unit::translateQueue() {
     while (!functionQueue_.empty() || !variableQueue_.empty()) {
         if (!functionQueue_.empty()) {

@@ -24,6 +24,11 @@ using ErrorCode = sunstone::Code; // beside this folder's class Code
 
 enum class Flavor : uint8_t { kOptix, kKernel };
 
+// What the code is for. For GPUs the same intermediate code is made, with two differences:
+// instructions that no intermediate code stands for exactly stay what they are, as inline assembly
+// (translate_native.cpp), and the functions of LaunchState are linked by name.
+enum class Target : uint8_t { kCpu, kGpu };
+
 // Whether the unit holds the variables it uses, or refers to those of another piece of code.
 enum class Variables : uint8_t { kDefined, kReferenced };
 
@@ -76,6 +81,8 @@ public:
          Variables variables = Variables::kDefined);
 
     Flavor flavor() const { return flavor_; }
+    void setTarget(Target target) { target_ = target; } // before anything is translated
+    bool isGpu() const { return target_ == Target::kGpu; }
     const PipelineRules& rules() const { return rules_; }
     llvm::LLVMContext& context() { return *context_; }
     llvm::Module& module() { return *module_; }
@@ -110,6 +117,11 @@ public:
     // A function of the run-time (runtime.h). pure: depends on its operands alone.
     llvm::FunctionCallee helper(const char* name, llvm::Type* result,
                                 llvm::ArrayRef<llvm::Type*> operands, bool pure = true);
+
+    // The address of a function of LaunchState: loaded from `launch`, or (GPU) linked by its name in
+    // the struct.
+    llvm::Value* launchFunction(llvm::IRBuilder<>& builder, llvm::Value* launch, size_t offset,
+                                const char* name, llvm::FunctionType* type);
 
     std::map<llvm::Function*, FunctionFacts>& facts() { return facts_; }
     std::deque<SharedVariable>& shared() { return shared_; }
@@ -151,6 +163,7 @@ private:
     llvm::Function* runtimeFunction(std::string_view name, const ptx::Module& from);
 
     Flavor flavor_;
+    Target target_ = Target::kCpu;
     Variables home_;
     PipelineRules rules_;
     std::vector<const ptx::Module*> modules_;

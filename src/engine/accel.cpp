@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "devlib/abi.h"
+#include "engine/cpu_backend.h"
 
 #include <cstring>
 
@@ -65,7 +66,7 @@ const void* const* AccelInputs::keepKeys(std::vector<const void*> buffers) {
     return keys.back().data();
 }
 
-uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request) {
+uint64_t cpu::buildAccel(const ContextPtr& context, AccelBuild request) {
     bool isInstances = request.inputs->instances != nullptr;
     uint64_t handle =
         devlib::makeHandle(request.output, isInstances ? devlib::kTagIas : devlib::kTagGas);
@@ -85,7 +86,7 @@ uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request)
     return handle;
 }
 
-uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uint64_t handle,
+uint64_t cpu::compactAccel(const ContextPtr& context, void* stream, uint64_t handle,
                       void* destination, size_t destinationSize) {
     context->device->synchronize(stream);
     const devlib::HandleTag tag = devlib::tagOf(handle);
@@ -107,12 +108,12 @@ uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uin
     return devlib::makeHandle(destination, tag);
 }
 
-bvh::RelocationInfo relocationInfo(const std::shared_ptr<Context>& context, uint64_t handle) {
+bvh::RelocationInfo cpu::relocationInfo(const ContextPtr& context, uint64_t handle) {
     context->device->synchronizeAll();
     return bvh::relocationInfo(checkedBlock(*context, handle, "handle"));
 }
 
-uint64_t relocateAccel(const std::shared_ptr<Context>& context, void* stream,
+uint64_t cpu::relocateAccel(const ContextPtr& context, void* stream,
                        const bvh::RelocationInfo& info, void* block, const uint64_t* children,
                        size_t count, std::vector<const void*> arrays) {
     enqueue(context, stream, [info, block, children, count, arrays = std::move(arrays)] {
@@ -122,6 +123,31 @@ uint64_t relocateAccel(const std::shared_ptr<Context>& context, void* stream,
     });
     return devlib::makeHandle(block,
                               bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
+}
+
+bvh::MemoryUsage accelMemory(const Context& context, const AccelInputs& inputs,
+                             const bvh::BuildOptions& options) {
+    return context.backend->accelMemory(inputs.view(), options);
+}
+
+uint64_t buildAccel(const ContextPtr& context, AccelBuild request) {
+    return context->backend->buildAccel(context, std::move(request));
+}
+
+uint64_t compactAccel(const ContextPtr& context, void* stream, uint64_t handle, void* destination,
+                      size_t destinationSize) {
+    return context->backend->compactAccel(context, stream, handle, destination, destinationSize);
+}
+
+bvh::RelocationInfo relocationInfo(const ContextPtr& context, uint64_t handle) {
+    return context->backend->relocationInfo(context, handle);
+}
+
+uint64_t relocateAccel(const ContextPtr& context, void* stream, const bvh::RelocationInfo& info,
+                       void* block, const uint64_t* children, size_t count,
+                       std::vector<const void*> arrays) {
+    return context->backend->relocateAccel(context, stream, info, block, children, count,
+                                           std::move(arrays));
 }
 
 uint64_t transformHandle(const void* transform, TransformType type) {

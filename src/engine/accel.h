@@ -48,6 +48,10 @@ struct AccelBuild {
     bool update = false; // refit the structure that is in `output`
 };
 
+// Sizes of the buffers that a build of these inputs takes.
+bvh::MemoryUsage accelMemory(const Context& context, const AccelInputs& inputs,
+                             const bvh::BuildOptions& options);
+
 // Queues the build and returns the handle the structure will have. An update first waits for the
 // stream, to check that the structure in `output` was built from inputs of the same shape.
 uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request);

@@ -8,6 +8,7 @@ namespace sunstone::engine {
 
 void enqueueLogged(const std::shared_ptr<Context>& context, void* stream, const char* tag,
                    std::function<void()> work) {
+    requireSharedMemory(*context, tag);
     context->device->enqueue(stream, [context, tag, work = std::move(work)] {
         beginReadableEpoch();
         try {

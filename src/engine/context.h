@@ -4,7 +4,7 @@
 #pragma once
 
 #include "base/log.h"
-#include "device/device.h"
+#include "engine/backend.h"
 #include "engine/compile_cache.h"
 
 #include <atomic>
@@ -16,7 +16,8 @@
 namespace sunstone::engine {
 
 struct Context {
-    device::Device* device = nullptr;
+    device::Device* device = nullptr; // the back end's
+    std::shared_ptr<Backend> backend;
     // Receives each line for this context; may be called from any thread.
     std::function<void(LogLevel, std::string_view tag, std::string_view text)> log;
     // What was compiled before, by any process; null where the owner wants none.
@@ -25,7 +26,7 @@ struct Context {
     std::atomic<uint32_t> nextGroup{1};
 };
 
-// Queues work on a stream: what goes wrong in it is logged with the context, under this tag, and
+// For the CPU. Queues work on a stream: what goes wrong in it is logged with the context, under this tag, and
 // kept by the stream.
 void enqueueLogged(const std::shared_ptr<Context>& context, void* stream, const char* tag,
                    std::function<void()> work);

@@ -6,6 +6,7 @@
 #include "base/readable.h"
 #include "base/threads.h"
 #include "devlib/trace.h"
+#include "engine/cpu_backend.h"
 #include "engine/exceptions.h"
 
 #include <algorithm>
@@ -300,6 +301,10 @@ void runLaunch(const LaunchRequest& request, std::string& note) {
 } // namespace
 
 void launch(const std::shared_ptr<Context>& context, const LaunchRequest& request) {
+    context->backend->launch(context, request);
+}
+
+void cpu::launch(const ContextPtr& context, const LaunchRequest& request) {
     context->device->enqueue(request.stream, [context, request] {
         beginReadableEpoch();
         try {

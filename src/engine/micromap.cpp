@@ -20,6 +20,7 @@ void buildMicromapArray(const std::shared_ptr<Context>& context, MicromapArrayBu
 
 bvh::RelocationInfo micromapRelocationInfo(const std::shared_ptr<Context>& context,
                                            const void* array) {
+    requireSharedMemory(*context, "relocation of opacity micromap arrays");
     context->device->synchronizeAll();
     if (!context->device->isAccessible(array, sizeof(bvh::MicromapArrayHeader)) ||
         !bvh::isMicromapArray(array))

@@ -2,6 +2,7 @@
 #include "engine/pipeline.h"
 
 #include "base/error.h"
+#include "engine/cpu_backend.h"
 #include "engine/module_tasks.h"
 
 #include <algorithm>
@@ -22,7 +23,7 @@ compiler::ProgramRequest requestOf(const ProgramRef& ref) {
 // Programs used by several groups are compiled once.
 class ProgramCollector {
 public:
-    static constexpr size_t kNone = ~size_t(0);
+    static constexpr size_t kNone = PipelineParts::kNone;
 
     size_t add(const ProgramRef& ref) {
         if (!ref)
@@ -41,16 +42,12 @@ private:
     std::map<std::tuple<const Module*, std::string, int>, size_t> index_;
 };
 
-struct GroupIndices {
-    size_t main, anyHit, intersection, direct, continuation;
-};
-
 // Frames of the run-time between a program that traces, or calls a callable, and the next program.
 constexpr unsigned kRuntimeFrames = 128;
 
 // Stack sizes for traces of full depth, whose programs call callables that call callables.
 PipelineLimits defaultLimits(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
-                             const std::vector<GroupIndices>& indices,
+                             const std::vector<PipelineParts::Indices>& indices,
                              const compiler::Code& code, unsigned traceDepth) {
     unsigned raygen = 0, state = 0, traversal = 0, direct = 0, continuation = 0;
     const auto sizeOf = [&](size_t index) {
@@ -58,7 +55,7 @@ PipelineLimits defaultLimits(const std::vector<std::shared_ptr<ProgramGroup>>& g
                                                 : code.programs()[index].stackSize + kRuntimeFrames;
     };
     for (size_t i = 0; i < groups.size(); ++i) {
-        const GroupIndices& index = indices[i];
+        const PipelineParts::Indices& index = indices[i];
         if (groups[i]->kind == devlib::kGroupRaygen)
             raygen = std::max(raygen, sizeOf(index.main));
         else
@@ -180,10 +177,10 @@ void packSbtHeader(const ProgramGroup& group, void* header) {
     std::memcpy(header, &out, sizeof(out));
 }
 
-std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
+std::shared_ptr<Pipeline> createPipeline(Context& context,
+                                         const std::vector<std::shared_ptr<ProgramGroup>>& groups,
                                          const compiler::PipelineRules& rules,
-                                         const PipelineLimits& limits,
-                                         compiler::ObjectStore* cache) {
+                                         const PipelineLimits& limits) {
     auto pipeline = std::make_shared<Pipeline>();
     pipeline->rules = rules;
     pipeline->limits = limits;
@@ -196,55 +193,59 @@ std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<Progr
     checkBoundValues(pipeline->boundValues);
 
     ProgramCollector collector;
-    std::vector<GroupIndices> indices;
-    uint32_t highest = 0;
+    PipelineParts parts{groups, {}, {}, context.cache.get()};
     for (const auto& group : groups) {
-        indices.push_back({collector.add(group->main), collector.add(group->anyHit),
-                           collector.add(group->intersection), collector.add(group->direct),
-                           collector.add(group->continuation)});
-        highest = std::max(highest, group->number);
+        parts.indices.push_back({collector.add(group->main), collector.add(group->anyHit),
+                                 collector.add(group->intersection), collector.add(group->direct),
+                                 collector.add(group->continuation)});
         pipeline->hasAnyHit |= bool(group->anyHit);
         pipeline->hasIntersection |= bool(group->intersection);
     }
+    parts.request.programs = collector.take();
+    parts.request.rules = rules;
+    context.backend->compile(*pipeline, parts);
+    return pipeline;
+}
 
-    compiler::PipelineRequest request;
-    request.programs = collector.take();
-    request.rules = rules;
-    if (!request.programs.empty())
-        pipeline->code = compiler::compilePipeline(request, cache);
-    if (pipeline->code)
-        pipeline->defaultLimits =
-            defaultLimits(groups, indices, *pipeline->code, limits.maxTraceDepth);
-
-    pipeline->groups.resize(highest + 1, devlib::GroupEntry{});
-    pipeline->groupPresent.resize(highest + 1, 0);
-    pipeline->groupKinds.resize(highest + 1, devlib::kGroupRaygen);
+void cpu::compile(Pipeline& pipeline, const PipelineParts& parts) {
+    const auto& groups = parts.groups;
+    if (!parts.request.programs.empty()) {
+        pipeline.code = compiler::compilePipeline(parts.request, parts.cache);
+        pipeline.feedback = pipeline.code->feedback();
+        pipeline.defaultLimits =
+            defaultLimits(groups, parts.indices, *pipeline.code, pipeline.limits.maxTraceDepth);
+    }
+    uint32_t highest = 0;
+    for (const auto& group : groups)
+        highest = std::max(highest, group->number);
+    pipeline.groups.resize(highest + 1, devlib::GroupEntry{});
+    pipeline.groupPresent.resize(highest + 1, 0);
+    pipeline.groupKinds.resize(highest + 1, devlib::kGroupRaygen);
     auto address = [&](size_t index) -> const void* {
-        return index == ProgramCollector::kNone ? nullptr
-                                                : pipeline->code->programs()[index].address;
+        return index == PipelineParts::kNone ? nullptr : pipeline.code->programs()[index].address;
     };
-    pipeline->callableNames.reserve(2 * groups.size());
+    pipeline.callableNames.reserve(2 * groups.size());
     auto describe = [&](const ProgramRef& ref, uint32_t& words, const char*& name) {
         if (!ref)
             return;
-        pipeline->callableNames.push_back(ref.function);
-        name = pipeline->callableNames.back().c_str();
+        pipeline.callableNames.push_back(ref.function);
+        name = pipeline.callableNames.back().c_str();
         words = ref.module->findProgram(ref.function)->parameterWords;
     };
     for (size_t i = 0; i < groups.size(); ++i) {
-        devlib::GroupEntry& entry = pipeline->groups[groups[i]->number];
-        entry.main = devlib::ProgramFn(address(indices[i].main));
-        entry.anyHit = devlib::ProgramFn(address(indices[i].anyHit));
-        entry.intersection = devlib::ProgramFn(address(indices[i].intersection));
-        entry.direct = address(indices[i].direct);
-        entry.continuation = address(indices[i].continuation);
+        devlib::GroupEntry& entry = pipeline.groups[groups[i]->number];
+        const PipelineParts::Indices& indices = parts.indices[i];
+        entry.main = devlib::ProgramFn(address(indices.main));
+        entry.anyHit = devlib::ProgramFn(address(indices.anyHit));
+        entry.intersection = devlib::ProgramFn(address(indices.intersection));
+        entry.direct = address(indices.direct);
+        entry.continuation = address(indices.continuation);
         entry.builtinPrimitive = groups[i]->builtinPrimitive;
         describe(groups[i]->direct, entry.directWords, entry.directName);
         describe(groups[i]->continuation, entry.continuationWords, entry.continuationName);
-        pipeline->groupPresent[groups[i]->number] = 1;
-        pipeline->groupKinds[groups[i]->number] = groups[i]->kind;
+        pipeline.groupPresent[groups[i]->number] = 1;
+        pipeline.groupKinds[groups[i]->number] = groups[i]->kind;
     }
-    return pipeline;
 }
 
 } // namespace sunstone::engine

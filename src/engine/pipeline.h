@@ -53,7 +53,9 @@ struct PipelineLimits {
 };
 
 struct Pipeline {
-    std::unique_ptr<compiler::Code> code;
+    std::unique_ptr<compiler::Code> code;    // for the CPU; null where there is no program
+    std::shared_ptr<DeviceCode> deviceCode;  // for a GPU
+    std::string feedback;                    // what the compiler has to say
     std::vector<devlib::GroupEntry> groups; // by group number
     std::vector<uint8_t> groupPresent;      // by group number: a group of this pipeline
     std::vector<devlib::GroupKind> groupKinds;
@@ -67,11 +69,11 @@ struct Pipeline {
     bool hasIntersection = false;
 };
 
-// Compiles the programs of all groups; what tasks of their modules or `cache` (may be null) have is
-// taken from there. Throws kLinkError, kInvalidValue, kInternal.
-std::shared_ptr<Pipeline> createPipeline(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
+// Compiles the programs of all groups; what tasks of their modules or the context's cache have
+// is taken from there. Throws kLinkError, kInvalidValue, kInternal.
+std::shared_ptr<Pipeline> createPipeline(Context& context,
+                                         const std::vector<std::shared_ptr<ProgramGroup>>& groups,
                                          const compiler::PipelineRules& rules,
-                                         const PipelineLimits& limits,
-                                         compiler::ObjectStore* cache = nullptr);
+                                         const PipelineLimits& limits);
 
 } // namespace sunstone::engine

@@ -74,7 +74,7 @@ OptixResult accelComputeMemoryUsage(OptixDeviceContext context,
         auto inputs = checkBuildInputs(buildInputs, numBuildInputs, options.motion.keys, InputCheck::kShape,
                                        *owner->engine->device);
         requireNonNull(bufferSizes, "bufferSizes");
-        bvh::MemoryUsage usage = bvh::computeMemoryUsage(inputs->view(), options);
+        bvh::MemoryUsage usage = engine::accelMemory(*owner->engine, *inputs, options);
         bufferSizes->outputSizeInBytes = usage.output;
         bufferSizes->tempSizeInBytes = usage.temp;
         bufferSizes->tempUpdateSizeInBytes = usage.tempUpdate;
@@ -101,7 +101,7 @@ OptixResult accelBuild(OptixDeviceContext context, CUstream stream,
         request.inputs = checkBuildInputs(buildInputs, numBuildInputs, request.options.motion.keys,
                                           InputCheck::kBuffers, device);
         bvh::MemoryUsage usage =
-            bvh::computeMemoryUsage(request.inputs->view(), request.options);
+            engine::accelMemory(*owner->engine, *request.inputs, request.options);
         checkAccelBuffer(device, "tempBuffer", tempBuffer, tempBufferSize,
                          request.update ? usage.tempUpdate : usage.temp);
         // A structure that is updated may be smaller than a fresh one: compacted.

@@ -3,41 +3,38 @@
 #include "api/optix7/denoiser.h"
 #include "api/optix7/entry_points.h"
 #include "api/optix7/shell.h"
-
-#include <dlfcn.h>
+#include "device/cuda/driver.h"
 
 #include <algorithm>
 
 namespace sunstone::optix7 {
 namespace {
 
-// The CUDA driver library of this process, if one is loaded.
-enum class Driver { kNone, kOurs, kForeign };
+using device::cuda::LoadedDriver;
 
-Driver loadedDriver() {
-    void* library = dlopen("libcuda.so.1", RTLD_LAZY | RTLD_NOLOAD);
-    if (!library)
-        return Driver::kNone;
-    // A name that only our libcuda exports.
-    bool ours = dlsym(library, "sunstone_cuda_is_cpu_device") != nullptr;
-    dlclose(library);
-    return ours ? Driver::kOurs : Driver::kForeign;
+// The context of a GPU that the process drives through its own libcuda.
+void* resolveGpuContext(void* fromContext) {
+    if (fromContext)
+        return fromContext;
+    CUcontext current = nullptr;
+    SUNSTONE_CU(ctxGetCurrent, &current);
+    if (!current)
+        fail(Code::kNotInitialized, "fromContext is 0 and the calling thread has no current "
+             "CUDA context (call cudaFree(0) or cuCtxSetCurrent first)");
+    return current;
 }
 
-void* resolveCudaContext(void* fromContext) {
+void* resolveCpuContext(LoadedDriver driver, void* fromContext) {
     device::Device& device = device::cpuDevice();
-    switch (loadedDriver()) {
-    case Driver::kForeign:
-        fail(Code::kNotSupported, "this process uses the CUDA driver of a GPU; only the CPU device "
-             "is available yet (run the application with `sunstone run APP`)");
-    case Driver::kNone:
+    switch (driver) {
+    case LoadedDriver::kNone:
         // Without any CUDA library the CPU itself is the device and stream 0 the only stream.
         if (fromContext)
             throw ResultError(OPTIX_ERROR_CUDA_ERROR,
                               message("fromContext = ", fromContext,
                                       " given, but no CUDA driver library is loaded"));
         return nullptr;
-    case Driver::kOurs:
+    default:
         break;
     }
     if (!fromContext) {
@@ -51,6 +48,19 @@ void* resolveCudaContext(void* fromContext) {
         throw ResultError(OPTIX_ERROR_CUDA_ERROR, message("fromContext = ", fromContext,
                                                           " is not a live CUDA context"));
     return fromContext;
+}
+
+// Chooses the back end: the process's GPU, or the CPU. Without any libcuda loaded it is the CPU.
+void chooseDevice(DeviceContext& object, void* fromContext) {
+    const LoadedDriver driver = device::cuda::loadedDriver();
+    if (driver == LoadedDriver::kGpu) {
+        object.cudaContext = resolveGpuContext(fromContext);
+        object.engine->backend = engine::createGpuBackend(object.cudaContext);
+    } else {
+        object.cudaContext = resolveCpuContext(driver, fromContext);
+        object.engine->backend = engine::cpuBackend();
+    }
+    object.engine->device = &object.engine->backend->device();
 }
 
 unsigned propertyOf(Abi abi, OptixDeviceProperty property) {
@@ -89,12 +99,11 @@ OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
         object->validation = given.validationMode == OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_ALL;
         // Faults from here on reach the caller's callback too.
         OptixResult result = guarded(object, "optixDeviceContextCreate", [&] {
-            object->cudaContext = resolveCudaContext(fromContext);
+            object->engine = std::make_shared<engine::Context>();
+            chooseDevice(*object, fromContext);
         });
         if (result != OPTIX_SUCCESS)
             throw ResultError(result, "no device context was created");
-        object->engine = std::make_shared<engine::Context>();
-        object->engine->device = &device::cpuDevice();
         // The engine's lines go to this context's callback for as long as it lives.
         std::weak_ptr<DeviceContext> weak = object;
         object->engine->log = [weak](LogLevel level, std::string_view tag, std::string_view text) {

@@ -126,10 +126,10 @@ OptixResult makePipeline(OptixDeviceContext context,
         auto object = std::make_shared<PipelineObject>();
         object->context = owner;
         object->pipeline =
-            engine::createPipeline(members, rules, limits, owner->engine->cache.get());
-        if (object->pipeline->code && !object->pipeline->code->feedback().empty()) {
-            feedback += object->pipeline->code->feedback();
-            owner->log(LogLevel::kInfo, "COMPILER", object->pipeline->code->feedback());
+            engine::createPipeline(*owner->engine, members, rules, limits);
+        if (!object->pipeline->feedback.empty()) {
+            feedback += object->pipeline->feedback;
+            owner->log(LogLevel::kInfo, "COMPILER", object->pipeline->feedback);
         }
         *pipeline = static_cast<OptixPipeline>(pipelines().add(object));
     }, &feedback);

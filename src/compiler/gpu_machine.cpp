@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/gpu_machine.h"
+
+#include "base/error.h"
+#include "compiler/unit.h"
+
+#include <llvm/IR/LegacyPassManager.h>
+#include <llvm/MC/TargetRegistry.h>
+#include <llvm/Passes/PassBuilder.h>
+#include <llvm/Support/TargetSelect.h>
+
+#include <algorithm>
+
+// LLVM declares these in a header that lists all targets it was built with.
+extern "C" void LLVMInitializeNVPTXTargetInfo();
+extern "C" void LLVMInitializeNVPTXTarget();
+extern "C" void LLVMInitializeNVPTXTargetMC();
+extern "C" void LLVMInitializeNVPTXAsmPrinter();
+
+namespace sunstone::compiler {
+
+namespace {
+
+// The newest of what LLVM 19 knows that is not above `wanted`: drivers compile PTX for older
+// devices and of older versions.
+unsigned newestUpTo(std::initializer_list<unsigned> known, unsigned wanted) {
+    unsigned newest = *known.begin();
+    for (unsigned each : known)
+        if (each <= wanted)
+            newest = std::max(newest, each);
+    return newest;
+}
+
+} // namespace
+
+std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target) {
+    static const bool initialized = [] {
+        LLVMInitializeNVPTXTargetInfo();
+        LLVMInitializeNVPTXTarget();
+        LLVMInitializeNVPTXTargetMC();
+        LLVMInitializeNVPTXAsmPrinter();
+        return true;
+    }();
+    (void)initialized;
+    const std::string triple = "nvptx64-nvidia-cuda";
+    std::string error;
+    const llvm::Target* found = llvm::TargetRegistry::lookupTarget(triple, error);
+    if (!found)
+        fail(ErrorCode::kInternal, "no code generator for ", triple, ": ", error);
+    const unsigned device = newestUpTo({70, 72, 75, 80, 86, 87, 89, 90}, target.computeCapability);
+    const unsigned version =
+        newestUpTo({63, 64, 65, 70, 71, 72, 73, 74, 75, 76, 77, 78, 80, 81, 82, 83, 84, 85},
+                   target.ptxVersion);
+    llvm::TargetOptions options;
+    options.AllowFPOpFusion = llvm::FPOpFusion::Strict;
+    return std::unique_ptr<llvm::TargetMachine>(found->createTargetMachine(
+        triple, message("sm_", device), message("+ptx", version), options, llvm::Reloc::PIC_,
+        llvm::CodeModel::Small, llvm::CodeGenOptLevel::Default, false));
+}
+
+void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine, OptLevel level) {
+    llvm::PipelineTuningOptions tuning;
+    tuning.LoopVectorization = false;
+    tuning.SLPVectorization = false;
+    tuning.MergeFunctions = false;
+    llvm::PassBuilder builder(&machine, tuning);
+    llvm::LoopAnalysisManager loops;
+    llvm::FunctionAnalysisManager functions;
+    llvm::CGSCCAnalysisManager components;
+    llvm::ModuleAnalysisManager modules;
+    machine.registerPassBuilderCallbacks(builder);
+    builder.registerModuleAnalyses(modules);
+    builder.registerCGSCCAnalyses(components);
+    builder.registerFunctionAnalyses(functions);
+    builder.registerLoopAnalyses(loops);
+    builder.crossRegisterProxies(loops, functions, components, modules);
+    const auto effort = level == OptLevel::k0   ? llvm::OptimizationLevel::O1
+                        : level == OptLevel::k1 ? llvm::OptimizationLevel::O1
+                        : level == OptLevel::k2 ? llvm::OptimizationLevel::O2
+                                                : llvm::OptimizationLevel::O3;
+    builder.buildPerModuleDefaultPipeline(effort).run(module, modules);
+}
+
+std::string emitGpuText(llvm::Module& module, llvm::TargetMachine& machine) {
+    llvm::SmallVector<char, 0> text;
+    llvm::raw_svector_ostream stream(text);
+    llvm::legacy::PassManager passes;
+    if (machine.addPassesToEmitFile(passes, stream, nullptr, llvm::CodeGenFileType::AssemblyFile,
+                                    true))
+        fail(ErrorCode::kInternal, "the code generator cannot write PTX");
+    passes.run(module);
+    return std::string(text.begin(), text.end());
+}
+
+} // namespace sunstone::compiler

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+// See gpu_pipeline.h.
+#include "compiler/gpu_pipeline.h"
+
+#include "base/config.h"
+#include "base/error.h"
+#include "compiler/bound_values.h"
+#include "compiler/compile_steps.h"
+#include "compiler/flush.h"
+#include "compiler/gpu_machine.h"
+#include "compiler/lower_optix.h"
+#include "compiler/optimizer.h"
+
+#include <llvm/Bitcode/BitcodeReader.h>
+#include <llvm/IR/DebugInfo.h>
+#include <llvm/IR/InlineAsm.h>
+#include <llvm/IR/Verifier.h>
+#include <llvm/Linker/Linker.h>
+#include <llvm/Support/MemoryBuffer.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace sunstone::compiler {
+
+namespace {
+
+struct Dispatcher {
+    const char* name;
+    std::vector<devlib::GroupKind> kinds;
+    size_t GpuGroup::*program;
+    bool isCallable;
+};
+
+class GpuBuild {
+public:
+    explicit GpuBuild(const GpuPipelineRequest& request)
+        : request_(request), times_("pipeline for a GPU"), modules_(modulesOf(request)),
+          machine_(createGpuMachine(request.target)),
+          unit_(Flavor::kOptix, request.pipeline.rules, modules_) {
+        unit_.setTarget(Target::kGpu);
+        unit_.module().setDataLayout(machine_->createDataLayout());
+        unit_.module().setTargetTriple(machine_->getTargetTriple().str());
+        for (const ProgramRequest& program : request.pipeline.programs) {
+            unit_.setOptions(*program.module, program.moduleRules, DebugLevel::kMinimal);
+            level_ = std::max(level_, program.optLevel);
+        }
+        optimizer_.emplace(unit_, *machine_, level_);
+    }
+
+    GpuCode run() {
+        declarePrograms();
+        unit_.translateQueue();
+        optimizer_->dump("translated");
+        verify(unit_, "translation");
+        optimizer_->promote();
+        markIntrinsicUsers(unit_, kinds_);
+        optimizer_->inlineAlways();
+        optimizer_->promote();
+        bindValues();
+        lowerIntrinsics(unit_, kinds_, payloads_);
+        lowerFlushesNative();
+        llvm::StripDebugInfo(unit_.module());
+        times_.step("translate");
+        for (const Dispatcher& dispatcher : dispatchers())
+            define(dispatcher);
+        defineConstants();
+        link();
+        makeKernel();
+        optimizer_->dump("linked");
+        verify(unit_, "linking");
+        times_.step("link");
+        optimizeForGpu(unit_.module(), *machine_, level_);
+        optimizer_->dump("optimized");
+        refuseUnresolved();
+        times_.step("optimize");
+        code_.ptx = emitGpuText(unit_.module(), *machine_);
+        times_.step("generate");
+        code_.localBytes = localBytesOf(code_.ptx);
+        return std::move(code_);
+    }
+
+private:
+    static std::vector<const ptx::Module*> modulesOf(const GpuPipelineRequest& request) {
+        std::vector<const ptx::Module*> modules;
+        for (const ProgramRequest& program : request.pipeline.programs)
+            if (std::find(modules.begin(), modules.end(), program.module.get()) == modules.end())
+                modules.push_back(program.module.get());
+        return modules;
+    }
+
+    static const std::vector<Dispatcher>& dispatchers() {
+        using namespace devlib;
+        static const std::vector<Dispatcher> all = {
+            {"sunstone_gpu_raygen", {kGroupRaygen}, &GpuGroup::main, false},
+            {"sunstone_gpu_miss", {kGroupMiss}, &GpuGroup::main, false},
+            {"sunstone_gpu_exception", {kGroupException}, &GpuGroup::main, false},
+            {"sunstone_gpu_closestHit", {kGroupHit}, &GpuGroup::main, false},
+            {"sunstone_gpu_anyHit", {kGroupHit}, &GpuGroup::anyHit, false},
+            {"sunstone_gpu_intersection", {kGroupHit}, &GpuGroup::intersection, false},
+            {"sunstone_gpu_direct", {kGroupCallables}, &GpuGroup::direct, true},
+            {"sunstone_gpu_continuation", {kGroupCallables}, &GpuGroup::continuation, true},
+        };
+        return all;
+    }
+
+    void declarePrograms() {
+        for (const ProgramRequest& program : request_.pipeline.programs) {
+            const ptx::Function* source = program.module->findFunction(program.function);
+            if (!source || !source->hasBody)
+                fail(ErrorCode::kNotFound, "the module has no function \"", program.function, "\"");
+            llvm::Function* function = unit_.declare(*program.module, *source);
+            const PayloadType* payload =
+                program.payloadType < 0
+                    ? nullptr
+                    : &program.moduleRules->payloadTypes.at(size_t(program.payloadType));
+            const auto [known, isNew] = payloads_.emplace(function, payload);
+            if (!isNew && known->second != payload)
+                fail(ErrorCode::kNotSupported, "program \"", program.function,
+                     "\" is used with two payload types in one pipeline, which is not available on "
+                     "GPUs yet");
+            kinds_[function] = programKind(program.function);
+            // Seen from outside until the dispatchers are there.
+            function->setLinkage(llvm::GlobalValue::ExternalLinkage);
+            programs_.push_back(function);
+        }
+        for (auto at = payloads_.begin(); at != payloads_.end();)
+            at = at->second ? std::next(at) : payloads_.erase(at);
+    }
+
+    void bindValues() {
+        std::vector<BoundValue> values;
+        for (uint32_t i = 0; i < modules_.size(); ++i) {
+            const auto& own = unit_.moduleRules(i).boundValues;
+            values.insert(values.end(), own.begin(), own.end());
+        }
+        const std::vector<uint32_t> loads = substituteBoundValues(unit_, values);
+        for (size_t i = 0; i < values.size() && i < loads.size(); ++i)
+            code_.feedback += message("bound value \"", values[i].annotation, "\": ", loads[i],
+                                      loads[i] == 1 ? " load" : " loads", " specialised\n");
+    }
+
+    // What is left of .ftz: adding -0 flushes and changes nothing else.
+    void lowerFlushesNative() {
+        llvm::Function* marker = unit_.module().getFunction(kFlushName);
+        if (!marker)
+            return;
+        for (llvm::User* user : llvm::make_early_inc_range(marker->users())) {
+            auto* call = llvm::cast<llvm::CallInst>(user);
+            auto* type = llvm::FunctionType::get(call->getType(), {call->getType()}, false);
+            auto* code =
+                llvm::InlineAsm::get(type, "add.rn.ftz.f32 $0, $1, 0f80000000;", "=f,f", false);
+            llvm::CallInst* flushed = llvm::CallInst::Create(type, code, {call->getArgOperand(0)},
+                                                             "", call->getIterator());
+            flushed->setMemoryEffects(llvm::MemoryEffects::none());
+            call->replaceAllUsesWith(flushed);
+            call->eraseFromParent();
+        }
+        marker->eraseFromParent();
+    }
+
+    // switch (group) { case number: return program(state); ... default: return 0; }
+    void define(const Dispatcher& dispatcher) {
+        llvm::LLVMContext& context = unit_.context();
+        llvm::IRBuilder<> builder(context);
+        llvm::Type *word = builder.getInt32Ty(), *pointer = builder.getPtrTy();
+        llvm::Type* result = dispatcher.isCallable ? pointer : word;
+        std::vector<llvm::Type*> operands;
+        if (!dispatcher.isCallable)
+            operands.push_back(pointer);
+        operands.push_back(word);
+        auto* function = llvm::Function::Create(llvm::FunctionType::get(result, operands, false),
+                                                llvm::GlobalValue::ExternalLinkage, dispatcher.name,
+                                                unit_.module());
+        function->addFnAttr(llvm::Attribute::AlwaysInline);
+        function->addFnAttr(llvm::Attribute::NoUnwind);
+        auto* entry = llvm::BasicBlock::Create(context, "", function);
+        auto* other = llvm::BasicBlock::Create(context, "none", function);
+        builder.SetInsertPoint(other);
+        builder.CreateRet(dispatcher.isCallable ? llvm::Constant::getNullValue(result)
+                                                : builder.getInt32(~0u));
+        builder.SetInsertPoint(entry);
+        auto* choice = builder.CreateSwitch(function->getArg(dispatcher.isCallable ? 0 : 1), other);
+        std::map<llvm::Function*, llvm::BasicBlock*> calls; // of one program: one call
+        for (const GpuGroup& group : request_.groups) {
+            const size_t index = group.*dispatcher.program;
+            if (index == GpuGroup::kNone || group.kind != dispatcher.kinds[0])
+                continue;
+            llvm::Function* program = programs_[index];
+            llvm::BasicBlock*& block = calls[program];
+            if (!block) {
+                block = llvm::BasicBlock::Create(context, "", function);
+                builder.SetInsertPoint(block);
+                if (dispatcher.isCallable) {
+                    builder.CreateRet(program);
+                } else {
+                    llvm::CallInst* call = builder.CreateCall(program, {function->getArg(0)});
+                    builder.CreateRet(call->getType()->isIntegerTy(32)
+                                          ? static_cast<llvm::Value*>(call)
+                                          : builder.getInt32(devlib::kAccept));
+                }
+            }
+            choice->addCase(builder.getInt32(group.number), block);
+        }
+    }
+
+    void defineConstants() {
+        for (const auto& [name, value] : request_.constants)
+            new llvm::GlobalVariable(
+                unit_.module(), llvm::Type::getInt32Ty(unit_.context()), true,
+                llvm::GlobalValue::ExternalLinkage,
+                llvm::ConstantInt::get(llvm::Type::getInt32Ty(unit_.context()), value), name);
+    }
+
+    void link() {
+        auto buffer = llvm::MemoryBuffer::getMemBuffer(
+            llvm::StringRef(request_.runtime.data(), request_.runtime.size()), "run-time", false);
+        auto runtime = llvm::parseBitcodeFile(buffer->getMemBufferRef(), unit_.context());
+        if (!runtime)
+            fail(ErrorCode::kInternal,
+                 "the run-time for GPUs cannot be read: ", llvm::toString(runtime.takeError()));
+        (*runtime)->setTargetTriple(unit_.module().getTargetTriple());
+        (*runtime)->setDataLayout(unit_.module().getDataLayout());
+        for (llvm::Function& function : **runtime) { // those of the build fit no newer device
+            function.removeFnAttr("target-cpu");
+            function.removeFnAttr("target-features");
+        }
+        if (llvm::Linker::linkModules(unit_.module(), std::move(*runtime)))
+            fail(ErrorCode::kInternal, "the run-time for GPUs cannot be linked");
+    }
+
+    void makeKernel() {
+        llvm::LLVMContext& context = unit_.context();
+        llvm::Function* run = unit_.module().getFunction("sunstone_gpu_run");
+        if (!run || run->isDeclaration())
+            fail(ErrorCode::kInternal, "the run-time for GPUs has no sunstone_gpu_run");
+        llvm::IRBuilder<> builder(context);
+        auto* kernel = llvm::Function::Create(
+            run->getFunctionType(), llvm::GlobalValue::ExternalLinkage, kGpuKernel, unit_.module());
+        kernel->setCallingConv(llvm::CallingConv::PTX_Kernel);
+        builder.SetInsertPoint(llvm::BasicBlock::Create(context, "", kernel));
+        std::vector<llvm::Value*> arguments;
+        for (llvm::Argument& argument : kernel->args())
+            arguments.push_back(&argument);
+        builder.CreateCall(run, arguments);
+        builder.CreateRetVoid();
+        // Everything else is seen by nobody.
+        for (llvm::GlobalValue& value : unit_.module().global_values())
+            if (!value.isDeclaration() && &value != kernel)
+                value.setLinkage(llvm::GlobalValue::InternalLinkage);
+    }
+
+    void refuseUnresolved() {
+        // Functions that the driver provides to device code.
+        static const std::set<std::string, std::less<>> kProvided = {"vprintf", "malloc", "free",
+                                                                     "__assertfail"};
+        std::string missing;
+        for (llvm::Function& function : unit_.module())
+            if (function.isDeclaration() && !function.isIntrinsic() && !function.use_empty() &&
+                !kProvided.count(function.getName().str()))
+                missing += (missing.empty() ? "" : ", ") + function.getName().str();
+        if (!missing.empty())
+            fail(ErrorCode::kNotSupported,
+                 "programs need what the GPU back end does not have yet: ", missing);
+    }
+
+    // The code generator declares each function's frame as __local_depotN[bytes].
+    static uint64_t localBytesOf(const std::string& text) {
+        uint64_t bytes = 0;
+        constexpr std::string_view kDepot = "__local_depot";
+        for (size_t at = text.find(kDepot); at != std::string::npos;
+             at = text.find(kDepot, at + 1)) {
+            const size_t bracket = text.find_first_not_of("0123456789", at + kDepot.size());
+            if (bracket != std::string::npos && text[bracket] == '[')
+                bytes += std::strtoull(text.c_str() + bracket + 1, nullptr, 10);
+        }
+        return bytes;
+    }
+
+    const GpuPipelineRequest& request_;
+    StepTimes times_;
+    std::vector<const ptx::Module*> modules_;
+    std::unique_ptr<llvm::TargetMachine> machine_;
+    Unit unit_;
+    OptLevel level_ = OptLevel::k0;
+    std::optional<Optimizer> optimizer_;
+    ProgramKinds kinds_;
+    ProgramPayloads payloads_;
+    std::vector<llvm::Function*> programs_; // of the request
+    GpuCode code_;
+};
+
+} // namespace
+
+GpuCode compileGpuPipeline(const GpuPipelineRequest& request) {
+    return GpuBuild(request).run();
+}
+
+} // namespace sunstone::compiler

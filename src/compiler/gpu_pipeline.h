@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// A pipeline's programs for CUDA GPUs: all of them, the run-time of device programs (bitcode, given
+// by the caller) and dispatchers from group number to program become one LLVM module, optimised as
+// a whole and written as PTX for the driver. LLVM does not appear in this interface.
+#pragma once
+
+#include "compiler/compiler.h"
+
+#include <string_view>
+
+namespace sunstone::compiler {
+
+struct GpuTarget {
+    unsigned computeCapability = 70; // 10 * major + minor of the device
+    unsigned ptxVersion = 70;        // 10 * major + minor: the newest that the driver reads
+};
+
+// A program group: indices in the request's programs.
+struct GpuGroup {
+    static constexpr size_t kNone = ~size_t(0);
+    uint32_t number = 0;
+    devlib::GroupKind kind = devlib::kGroupRaygen;
+    size_t main = kNone, anyHit = kNone, intersection = kNone;
+    size_t direct = kNone, continuation = kNone;
+};
+
+struct GpuPipelineRequest {
+    PipelineRequest pipeline;
+    std::vector<GpuGroup> groups;
+    std::string_view runtime; // LLVM bitcode for nvptx64
+    // Values of `extern const uint32_t` variables of the run-time, which folds what they rule out.
+    std::vector<std::pair<std::string, uint32_t>> constants;
+    GpuTarget target;
+};
+
+// The run-time calls these, each with the state and a group number; a group without such a program
+// answers ~0u: sunstone_gpu_raygen, _miss, _exception, _closestHit, _anyHit,
+// _intersection; and with the group number alone, for the code address or null:
+// sunstone_gpu_direct, sunstone_gpu_continuation.
+struct GpuCode {
+    std::string ptx;         // the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
+    std::string feedback;    // what was specialised to bound values, a line each
+    uint64_t localBytes = 0; // of all functions together: what a level of recursion takes at most
+};
+constexpr const char* kGpuKernel = "sunstone_launch";
+
+// Throws as compilePipeline does; kNotSupported for what the run-time for GPUs lacks.
+GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
+
+} // namespace sunstone::compiler

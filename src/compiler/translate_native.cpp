@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+// FunctionTranslator for GPUs: instructions that stay what they are. Whatever LLVM has no exact
+// equivalent for (approximations, flushing, directed rounding, saturation, textures, warp
+// functions, atomics, and every opcode the translator does not know) becomes inline assembly, so
+// that results are the processor's own and any PTX the driver accepts is accepted.
+//
+// Registers are handed over as bits of their declared width, which PTX accepts for operands of
+// every type; addresses as generic ones, which for global memory are the same. What remains
+// intermediate code is what the optimiser profits from: integers, plain float arithmetic,
+// comparisons, loads and stores, control flow.
+#include "compiler/function_translator.h"
+
+#include <llvm/IR/InlineAsm.h>
+
+#include <cinttypes>
+#include <set>
+
+namespace sunstone::compiler {
+
+namespace {
+
+using Names = std::set<std::string_view>;
+
+// Every modifier but types and these two has a meaning that LLVM's operations lack.
+bool isPlain(const ptx::Instruction& instruction) {
+    ptx::Type type;
+    for (std::string_view modifier : instruction.modifiers)
+        if (modifier != "rn" && !ptx::typeFromName(modifier, type))
+            return false;
+    for (ptx::Type each : instruction.types)
+        if (each != ptx::Type::kF32 && each != ptx::Type::kF64)
+            return false;
+    return true;
+}
+
+bool hasFloat(const ptx::Instruction& instruction) {
+    for (ptx::Type type : instruction.types)
+        if (ptx::isFloat(type))
+            return true;
+    return false;
+}
+
+// Text and operands of one piece of inline assembly. Results come first.
+struct Assembly {
+    std::string text;
+    std::string outputs, inputs; // constraints
+    std::vector<llvm::Type*> types;
+    std::vector<ptx::Operand> targets;
+    std::vector<Value*> values;
+
+    std::string place() const { return "$" + std::to_string(types.size() + values.size()); }
+    static void add(std::string& constraints, const char* constraint) {
+        constraints += (constraints.empty() ? "" : ",") + std::string(constraint);
+    }
+};
+
+const char* constraintOf(unsigned bits) {
+    return bits == 1 ? "b" : bits <= 16 ? "h" : bits == 32 ? "r" : "l";
+}
+
+std::string literalOf(const ptx::Operand& operand) {
+    if (operand.kind == ptx::OperandKind::kInteger)
+        return std::to_string(operand.integer);
+    char text[32];
+    if (operand.floatBits == 64)
+        std::snprintf(text, sizeof text, "0d%016" PRIx64, uint64_t(operand.integer));
+    else
+        std::snprintf(text, sizeof text, "0f%08" PRIx32, uint32_t(operand.integer));
+    return text;
+}
+
+} // namespace
+
+// True if the instruction has been translated here.
+bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
+    static const Names kKept = {
+        "rcp",  "sqrt",  "rsqrt", "sin",   "cos", "lg2",  "ex2",  "tanh",  "testp",   "lop3",
+        "prmt", "bfe",   "bfi",   "bfind", "shf", "fns",  "bmsk", "szext", "dp4a",    "dp2a",
+        "sad",  "mul24", "mad24", "brev",  "tex", "tld4", "txq",  "suq",   "copysign"};
+    static const Names kKeptIfFloat = {"add", "sub", "mul", "mad", "fma", "div",  "neg",
+                                       "abs", "min", "max", "cvt", "set", "setp", "slct"};
+    static const Names kWarp = {"vote", "shfl", "match", "redux", "activemask", "elect"};
+    static const Names kEffects = {"suld", "sust", "sured", "atom", "red", "membar", "fence"};
+    static const Names kWithoutResult = {"sust",  "sured",     "red",      "membar",
+                                         "fence", "nanosleep", "prefetch", "prefetchu"};
+    const std::string_view op = instruction.opcode;
+    if (kKept.count(op)) {
+        emitNative(instruction, true, false, false, false);
+        return true;
+    }
+    if (kKeptIfFloat.count(op)) {
+        const bool arithmetic = op != "min" && op != "max" && op != "cvt" && op != "set";
+        if (!hasFloat(instruction) || (arithmetic && isPlain(instruction)))
+            return false;
+        if ((op == "setp" || op == "slct") && !instruction.has("ftz") &&
+            (lastType(instruction) == ptx::Type::kF32 || lastType(instruction) == ptx::Type::kF64))
+            return false;
+        emitNative(instruction, true, false, false, false);
+        return true;
+    }
+    const bool warpBarrier = (op == "bar" || op == "barrier") && instruction.has("warp");
+    if (kWarp.count(op) || warpBarrier) {
+        emitNative(instruction, !warpBarrier, true, true, warpBarrier);
+        return true;
+    }
+    if (kEffects.count(op) || handlers().find(op) == handlers().end()) {
+        const bool known = kEffects.count(op);
+        emitNative(instruction, !kWithoutResult.count(op), true, !known, true);
+        return true;
+    }
+    return false;
+}
+
+void FunctionTranslator::emitNative(const ptx::Instruction& instruction, bool hasResult,
+                                    bool effects, bool convergent, bool memory) {
+    Assembly code;
+    const auto bitsOfRegister = [&](const ptx::Operand& operand) {
+        const unsigned bits = bitsOf(source_.registers[operand.index].type);
+        return bits == 8 ? 16u : bits;
+    };
+    const auto input = [&](Value* value) {
+        const unsigned bits = unsigned(value->getType()->getIntegerBitWidth());
+        code.text += code.place();
+        Assembly::add(code.inputs, constraintOf(bits));
+        code.values.push_back(value);
+    };
+    // Visits operands in the order of the text; `target`: the instruction writes it.
+    const auto emit = [&](const auto& self, const ptx::Operand& operand, bool target) -> void {
+        const auto list = [&](const std::vector<ptx::Operand>& all, const char* open,
+                              const char* between, const char* close) {
+            code.text += open;
+            for (size_t i = 0; i < all.size(); ++i) {
+                code.text += i ? between : "";
+                self(self, all[i], target);
+            }
+            code.text += close;
+        };
+        switch (operand.kind) {
+        case ptx::OperandKind::kRegister: {
+            const std::vector<ptx::Operand> parts = elements(operand);
+            if (parts.size() > 1)
+                return list(parts, "{", ", ", "}");
+            const unsigned bits = bitsOfRegister(operand);
+            if (bits > 64)
+                reject(instruction, ErrorCode::kNotSupported,
+                       "128-bit registers are not available here");
+            if (!target)
+                return input(coerce(readInt(operand, bitsOf(source_.registers[operand.index].type)),
+                                    intType(bits)));
+            code.text += code.place();
+            Assembly::add(code.outputs, (std::string("=") + constraintOf(bits)).c_str());
+            code.types.push_back(intType(bits));
+            code.targets.push_back(operand);
+            return;
+        }
+        case ptx::OperandKind::kInteger:
+        case ptx::OperandKind::kFloat:
+            code.text += literalOf(operand);
+            return;
+        case ptx::OperandKind::kSpecial: {
+            Value* value = special(operand.name, operand.location);
+            return input(coerce(value, intType(unsigned(value->getType()->getIntegerBitWidth()))));
+        }
+        case ptx::OperandKind::kSymbol:
+            return input(readInt(operand, 64));
+        case ptx::OperandKind::kAddress: {
+            code.text += "[";
+            Value* pointer = place(operand).pointer;
+            input(builder_.CreatePtrToInt(pointer, builder_.getInt64Ty()));
+            code.text += "]";
+            return;
+        }
+        case ptx::OperandKind::kVector:
+            return list(operand.elements, "{", ", ", "}");
+        case ptx::OperandKind::kPair:
+            return list(operand.elements, "", "|", "");
+        case ptx::OperandKind::kTexture: {
+            const ptx::Operand& handle = operand.elements.at(0);
+            if (handle.kind == ptx::OperandKind::kSymbol)
+                reject(instruction, ErrorCode::kNotSupported,
+                       "texture references are not available on GPUs; use texture objects");
+            return list(operand.elements, "[", ", ", "]");
+        }
+        case ptx::OperandKind::kSink:
+            code.text += "_";
+            return;
+        default:
+            reject(instruction, ErrorCode::kNotSupported, "operand of an unexpected kind");
+        }
+    };
+    for (size_t i = 0; i < instruction.operands.size(); ++i) {
+        code.text += i ? ", " : " ";
+        emit(emit, instruction.operands[i], hasResult && i == 0);
+    }
+    code.text = instruction.fullOpcode() + code.text + ";";
+    std::string constraints = code.outputs;
+    if (!code.inputs.empty())
+        Assembly::add(constraints, code.inputs.c_str());
+    if (memory)
+        Assembly::add(constraints, "~{memory}");
+    llvm::Type* result = code.types.empty() ? builder_.getVoidTy()
+                         : code.types.size() == 1
+                             ? code.types[0]
+                             : llvm::StructType::get(unit_.context(), code.types);
+    std::vector<llvm::Type*> inputs;
+    for (Value* value : code.values)
+        inputs.push_back(value->getType());
+    auto* type = llvm::FunctionType::get(result, inputs, false);
+    llvm::CallInst* call = builder_.CreateCall(
+        type, llvm::InlineAsm::get(type, code.text, constraints, effects), code.values);
+    call->addFnAttr(llvm::Attribute::NoUnwind);
+    if (convergent)
+        call->addFnAttr(llvm::Attribute::Convergent);
+    if (!effects)
+        call->setMemoryEffects(llvm::MemoryEffects::none());
+    for (size_t i = 0; i < code.targets.size(); ++i)
+        write(code.targets[i], code.targets.size() == 1
+                                   ? static_cast<Value*>(call)
+                                   : builder_.CreateExtractValue(call, unsigned(i)));
+}
+
+// %laneid, %clock64 ...: what it holds when it is read.
+Value* FunctionTranslator::readSpecialNative(std::string_view name) {
+    static const Names kWide = {"%clock64", "%globaltimer", "%gridid", "%total_smem_size64"};
+    const bool wide = kWide.count(name) || (name.starts_with("%pm") && name.ends_with("_64"));
+    llvm::Type* type = intType(wide ? 64 : 32);
+    const std::string text = message(wide ? "mov.u64 $0, " : "mov.u32 $0, ", name, ";");
+    auto* signature = llvm::FunctionType::get(type, false);
+    return builder_.CreateCall(signature,
+                               llvm::InlineAsm::get(signature, text, wide ? "=l" : "=r", true), {});
+}
+
+} // namespace sunstone::compiler

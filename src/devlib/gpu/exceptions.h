@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Exceptions on a GPU: a thread is a launch index, so the way out of it is the end of the thread,
+// after the exception program if there is one. What the host has to hear goes to the launch's
+// report.
+#pragma once
+
+#include "devlib/gpu/programs.h"
+
+namespace sunstone::devlib::gpu {
+
+SUNSTONE_DEVICE LaunchReport& reportOf(RayState* state) {
+    // LaunchState is the block's first member.
+    return reinterpret_cast<LaunchBlock*>(const_cast<LaunchState*>(state->launch))->report;
+}
+
+SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
+    const uint32_t *index = state->thread->index, *size = state->launch->dimensions;
+    const uint64_t place = (uint64_t(index[2]) * size[1] + index[1]) * size[0] + index[0];
+    __nvvm_atom_min_gen_ull(reinterpret_cast<unsigned long long*>(&word),
+                            place << 32 | uint32_t(code));
+}
+
+[[noreturn]] SUNSTONE_DEVICE void endThread() {
+    asm volatile("exit;");
+    __builtin_unreachable();
+}
+
+// What ends the launch ends the thread; the host finds it in the report. (A trap of the processor
+// would take the context with it.)
+[[noreturn]] [[gnu::noinline]] static void endLaunch(RayState* state, int32_t code) {
+    note(state, reportOf(state).fatal, code);
+    endThread();
+}
+
+// The transform list at the fault moves to where the exception program, which runs with the launch
+// index's own state, looks for it.
+[[noreturn]] [[gnu::noinline]] static void leave(RayState* state, int32_t code) {
+    ThreadState* const thread = state->thread;
+    RayState* const root = thread->root;
+    const LaunchState& launch = *state->launch;
+    thread->exceptionCode = code;
+    const bool overflow =
+        code == kExceptionStackOverflow && !(sunstone_gpu_exceptionFlags & kFlagStackOverflow);
+    if (code == kExceptionTrap || overflow)
+        endLaunch(state, code);
+    if (code < 0)
+        note(state, reportOf(state).raised, code);
+    const bool again = thread->pad != 0; // raised by the exception program itself
+    if (again)
+        endThread();
+    if (!sunstone_gpu_hasException || launch.sbt.exceptionRecord == 0) {
+        note(state, reportOf(state).unseen, code);
+        endThread();
+    }
+    thread->pad = 1;
+    if (root != state) {
+        const uint32_t count = state->hit.transformCount;
+        root->hit.transformCount = count;
+        for (uint32_t i = 0; i < count && i < kMaxGraphDepth; ++i)
+            root->hit.transforms[i] = state->hit.transforms[i];
+        root->hit.sbtGasIndex = state->hit.sbtGasIndex;
+    }
+    root->sbtData = dataOf(launch.sbt.exceptionRecord);
+    root->depth = 0;
+    if (sunstone_gpu_exception(root, groupOf(launch.sbt.exceptionRecord, kGroupException)) ==
+        kNoProgram)
+        endLaunch(state, kFatalExceptionRecord);
+    endThread();
+}
+
+extern "C" void sunstone_gpu_throwException(RayState* state, int32_t code, uint32_t count,
+                                            const uint32_t* details) {
+    ThreadState* const thread = state->thread;
+    for (uint32_t i = 0; i < 8; ++i)
+        thread->exceptionDetails[i] = i < count ? details[i] : 0;
+    thread->exception = {};
+    thread->exception.line = thread->line;
+    constexpr int32_t kUserCodes = 1 << 30;
+    if (code != kExceptionTrap && uint32_t(code) >= uint32_t(kUserCodes)) {
+        if (sunstone_gpu_exceptionFlags & kFlagDebug)
+            code = kExceptionInvalidArgument0;
+        else
+            code &= kUserCodes - 1; // never taken for a code of the run-time
+    }
+    leave(state, code);
+}
+
+[[noreturn]] SUNSTONE_DEVICE void raise(RayState* state, int32_t code) {
+    ThreadState* const thread = state->thread;
+    for (uint32_t& detail : thread->exceptionDetails)
+        detail = 0;
+    thread->exception = {};
+    leave(state, code);
+}
+
+extern "C" void sunstone_gpu_checkPayload(RayState* state, uint32_t type) {
+    if (state->payloadType != type)
+        raise(state, kExceptionPayloadType);
+}
+
+} // namespace sunstone::devlib::gpu

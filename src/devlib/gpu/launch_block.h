@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the host hands to the kernel of a launch on a GPU, and gets back. Lies in device memory, one
+// for each launch in flight; the launch parameters follow it.
+#pragma once
+
+#include "devlib/abi.h"
+
+namespace sunstone::devlib {
+
+// Launch index (linear, so that the lowest one wins) in the upper, code in the lower half; all
+// ones: nothing happened.
+constexpr uint64_t kNoReport = ~uint64_t(0);
+
+struct LaunchReport {
+    uint64_t raised; // exception of the run-time
+    uint64_t unseen; // exception without an exception program
+    uint64_t fatal;  // trap, stack overflow, or a fault of FatalCode: the launch failed
+};
+
+// Fatal codes of the launch itself, beside ExceptionCode.
+enum FatalCode : int32_t {
+    kFatalRaygenRecord = -1000,    // holds no ray generation group of the pipeline
+    kFatalExceptionRecord = -1001, // holds no exception group of the pipeline
+    kFatalGraphTooDeep = -1002,    // deeper than traversal on GPUs goes (kMaxGpuGraphDepth)
+    kFatalMotionTransform = -1003, // not available on GPUs
+};
+
+// Spaces on a path below the world's that traversal on GPUs keeps.
+constexpr unsigned kMaxGpuGraphDepth = 15;
+
+struct LaunchBlock {
+    LaunchState launch;
+    LaunchReport report;
+};
+
+// Threads of a block, and the shape of a warp's tile of launch indices; launches of height 1 have
+// their indices in a row.
+constexpr unsigned kGpuBlockThreads = 64;
+constexpr unsigned kGpuTileWidth = 8, kGpuTileHeight = 4;
+
+} // namespace sunstone::devlib

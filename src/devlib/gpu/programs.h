@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the compiler puts beside the run-time in each pipeline's module: dispatchers to the
+// programs, by group number, and constants that are known when the pipeline is made (so that what
+// they rule out is not there).
+#pragma once
+
+#include "devlib/gpu/launch_block.h"
+
+namespace sunstone::devlib::gpu {
+
+#define SUNSTONE_DEVICE __attribute__((always_inline)) static inline
+
+// What dispatchers answer for a group without such a program.
+constexpr uint32_t kNoProgram = ~0u;
+
+extern "C" {
+uint32_t sunstone_gpu_raygen(RayState*, uint32_t group);
+uint32_t sunstone_gpu_exception(RayState*, uint32_t group);
+uint32_t sunstone_gpu_miss(RayState*, uint32_t group);
+uint32_t sunstone_gpu_closestHit(RayState*, uint32_t group);
+uint32_t sunstone_gpu_anyHit(RayState*, uint32_t group);
+uint32_t sunstone_gpu_intersection(RayState*, uint32_t group);
+const void* sunstone_gpu_direct(uint32_t group);
+const void* sunstone_gpu_continuation(uint32_t group);
+
+extern const uint32_t sunstone_gpu_hasAnyHit;
+extern const uint32_t sunstone_gpu_hasIntersection;
+extern const uint32_t sunstone_gpu_hasException; // some group is an exception program
+extern const uint32_t sunstone_gpu_exceptionFlags;
+extern const uint32_t sunstone_gpu_graph; // GraphKind
+}
+
+// Traversables that optixTrace may be given.
+enum GraphKind : uint32_t { kGraphGas = 0, kGraphSingleLevel = 1, kGraphAny = 2 };
+
+// A record's group, if its header says it is of that kind; else one that no pipeline has (0).
+SUNSTONE_DEVICE uint32_t groupOf(uint64_t record, GroupKind kind) {
+    const SbtHeader& header = *reinterpret_cast<const SbtHeader*>(record);
+    return header.magic == kSbtMagic && header.kind == kind ? header.group : 0;
+}
+
+// Address of a record, or 0 where the table has none of that index.
+SUNSTONE_DEVICE uint64_t recordAt(uint64_t base, uint32_t stride, uint32_t count, uint64_t index) {
+    return base == 0 || index >= count ? 0 : base + index * stride;
+}
+
+SUNSTONE_DEVICE const void* dataOf(uint64_t record) {
+    return record ? reinterpret_cast<const void*>(record + sizeof(SbtHeader)) : nullptr;
+}
+
+} // namespace sunstone::devlib::gpu

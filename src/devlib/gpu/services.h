@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Functions that translated programs call by name: what CUDA's driver provides to device code, with
+// the hidden state that every function of an OptiX module takes.
+#pragma once
+
+#include "devlib/gpu/exceptions.h"
+
+extern "C" {
+int vprintf(const char*, void*);
+void* malloc(size_t);
+void free(void*);
+void __assertfail(const void*, const void*, uint32_t, const void*, size_t);
+
+uint32_t sunstone_vprintf(sunstone::devlib::RayState*, uint64_t format, uint64_t values) {
+    return uint32_t(
+        vprintf(reinterpret_cast<const char*>(format), reinterpret_cast<void*>(values)));
+}
+uint64_t sunstone_malloc(sunstone::devlib::RayState*, uint64_t size) {
+    return reinterpret_cast<uint64_t>(malloc(size));
+}
+void sunstone_free(sunstone::devlib::RayState*, uint64_t address) {
+    free(reinterpret_cast<void*>(address));
+}
+}
+
+namespace sunstone::devlib::gpu {
+
+// Stands for callables that do not exist.
+extern "C" uint32_t sunstone_no_callable() {
+    return 0;
+}
+
+extern "C" const void* sunstone_gpu_callable(RayState* state, uint32_t sbtIndex, uint32_t call) {
+    const SbtView& sbt = state->launch->sbt;
+    const uint64_t record =
+        recordAt(sbt.callableBase, sbt.callableStride, sbt.callableCount, sbtIndex);
+    state->callableData = dataOf(record);
+    if (!record)
+        return nullptr;
+    const uint32_t group = groupOf(record, kGroupCallables);
+    return call & 1 ? sunstone_gpu_continuation(group) : sunstone_gpu_direct(group);
+}
+
+} // namespace sunstone::devlib::gpu

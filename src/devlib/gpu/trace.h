@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: Apache-2.0
+// optixTrace and optixReportIntersection on GPUs: what happens at primitives and instances while
+// bvh/gpu/traversal.h walks the tree. Rules and formulas are those of the CPU
+// (devlib/trace_body.h): the best hit is kept apart and moves into RayState::hit at the end,
+// because until then that field is the candidate's; RayState::tmax is the candidate's t in any-hit,
+// the best t in intersection and closest-hit, the ray's own in miss.
+#pragma once
+
+#include "bvh/gpu/traversal.h"
+#include "devlib/gpu/exceptions.h"
+
+namespace sunstone::devlib::gpu {
+
+namespace walk = sunstone::bvh::gpu;
+
+enum RayFlag : uint32_t {
+    kRayDisableAnyHit = 1,
+    kRayEnforceAnyHit = 2,
+    kRayTerminateOnFirstHit = 4,
+    kRayDisableClosestHit = 8,
+    kRayCullBack = 16,
+    kRayCullFront = 32,
+    kRayCullDisabledAnyHit = 64,
+    kRayCullEnforcedAnyHit = 128,
+};
+enum InstanceFlag : uint32_t {
+    kInstanceDisableFaceCulling = 1,
+    kInstanceFlipFacing = 2,
+    kInstanceDisableAnyHit = 4,
+    kInstanceEnforceAnyHit = 8,
+};
+
+#define SUNSTONE_DEVICE_MEMBER __attribute__((always_inline))
+
+// What does not depend on the kinds of primitives and graphs; optixReportIntersection reaches it
+// through RayState::traversal.
+struct Candidates {
+    RayState* state;
+    uint32_t rayFlags;
+    bool found = false, ended = false;
+    bool candidateAnyHit = false;
+    float tmax = 0; // while an intersection program runs
+    uint32_t candidateGroup = 0;
+    // Where in the graph the walk is.
+    uint32_t instanceIndex = 0, instanceId = ~0u, instanceSbtOffset = 0, instanceFlags = 0;
+    uint32_t transformCount = 0;
+    uint64_t gas = 0;
+    // The best hit: as in RayState::hit.
+    struct Best {
+        uint32_t kind, primitive, sbtGasIndex, instanceIndex, instanceId, instanceSbtOffset;
+        uint32_t transformCount;
+        uint64_t gas;
+        uint32_t attributes[kMaxAttributeWords];
+    } best;
+    uint64_t *transforms, *bestTransforms; // lists of the tracer
+
+    SUNSTONE_DEVICE_MEMBER uint64_t hitRecord(uint32_t sbtGasIndex, uint32_t offset) const {
+        const SbtView& sbt = state->launch->sbt;
+        return recordAt(sbt.hitBase, sbt.hitStride, sbt.hitCount,
+                        uint64_t(offset) + uint64_t(sbtGasIndex) * (state->sbtStride & 0xFF) +
+                            (state->sbtOffset & 0xFF));
+    }
+
+    // Whether any-hit counts as enabled, by geometry and instance; the ray's flags come on top.
+    SUNSTONE_DEVICE_MEMBER bool anyHitEnabled(uint32_t sbtWord) const {
+        if (instanceFlags & (kInstanceDisableAnyHit | kInstanceEnforceAnyHit))
+            return (instanceFlags & kInstanceDisableAnyHit) == 0;
+        return (sbtWord >> bvh::kGeometryFlagShift & 1) == 0;
+    }
+    SUNSTONE_DEVICE_MEMBER bool droppedByFlags(bool enabled) const {
+        return rayFlags & (enabled ? kRayCullEnforcedAnyHit : kRayCullDisabledAnyHit);
+    }
+    SUNSTONE_DEVICE_MEMBER bool anyHitRuns(bool enabled) const {
+        if (!sunstone_gpu_hasAnyHit)
+            return false;
+        if (rayFlags & (kRayDisableAnyHit | kRayEnforceAnyHit))
+            return (rayFlags & kRayDisableAnyHit) == 0;
+        return enabled;
+    }
+    SUNSTONE_DEVICE_MEMBER bool flipped() const { return instanceFlags & kInstanceFlipFacing; }
+    SUNSTONE_DEVICE_MEMBER bool culled(float det, uint32_t sbtWord) const {
+        if ((instanceFlags & kInstanceDisableFaceCulling) ||
+            (sbtWord >> bvh::kGeometryFlagShift & 4))
+            return false;
+        return rayFlags & ((det > 0) != flipped() ? kRayCullFront : kRayCullBack);
+    }
+
+    SUNSTONE_DEVICE_MEMBER void keepPath() {
+        best.instanceIndex = instanceIndex;
+        best.instanceId = instanceId;
+        best.instanceSbtOffset = instanceSbtOffset;
+        best.gas = gas;
+        best.transformCount = transformCount;
+        for (uint32_t i = 0; i < transformCount; ++i)
+            bestTransforms[i] = transforms[i];
+    }
+
+    // Fills what programs see of a candidate before they look at it. False if flags drop it.
+    SUNSTONE_DEVICE_MEMBER bool startCandidate(const walk::Ray& ray, uint32_t primitive,
+                                               uint32_t sbtWord) {
+        const bool enabled = anyHitEnabled(sbtWord);
+        if (droppedByFlags(enabled))
+            return false;
+        candidateAnyHit = anyHitRuns(enabled);
+        Hit& hit = state->hit;
+        hit.primitive = primitive;
+        hit.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
+        const uint64_t record = hitRecord(hit.sbtGasIndex, instanceSbtOffset);
+        candidateGroup = record ? groupOf(record, kGroupHit) : 0;
+        hit.record = reinterpret_cast<const void*>(record);
+        state->sbtData = dataOf(record);
+        for (int i = 0; i < 3; ++i) {
+            state->objectOrigin[i] = ray.origin[i];
+            state->objectDirection[i] = ray.direction[i];
+        }
+        hit.instanceIndex = instanceIndex;
+        hit.instanceId = instanceId;
+        hit.instanceSbtOffset = instanceSbtOffset;
+        hit.gas = gas;
+        hit.transformCount = transformCount;
+        for (uint32_t i = 0; i < transformCount; ++i)
+            hit.transforms[i] = transforms[i];
+        return true;
+    }
+
+    // Shows the candidate in state->hit to the any-hit program and takes it unless that declines.
+    SUNSTONE_DEVICE_MEMBER uint32_t offer(float& rayTmax) {
+        uint32_t result = kAccept;
+        if (candidateAnyHit) {
+            state->tmax = state->hit.t;
+            result = sunstone_gpu_anyHit(state, candidateGroup);
+            if (result == kIgnore)
+                return kIgnore;
+        }
+        const Hit& hit = state->hit;
+        found = true;
+        rayTmax = hit.t;
+        best.kind = hit.kind;
+        best.primitive = hit.primitive;
+        best.sbtGasIndex = hit.sbtGasIndex;
+        for (unsigned i = 0; i < kMaxAttributeWords; ++i)
+            best.attributes[i] = hit.attributes[i];
+        keepPath();
+        ended = result == kTerminate || (rayFlags & kRayTerminateOnFirstHit);
+        return ended ? kTerminate : kAccept;
+    }
+};
+
+template <bool kWithCustoms, unsigned kMaxLevels>
+struct Tracer : Candidates {
+    static constexpr bool kTriangles = true, kCustoms = kWithCustoms, kInstances = kMaxLevels > 0;
+    static constexpr unsigned kLevels = kMaxLevels;
+
+    // What leaving an instance brings back.
+    struct Place {
+        uint32_t index, id, sbtOffset, flags;
+    };
+    uint64_t ownTransforms[kMaxLevels + 1], ownBest[kMaxLevels + 1];
+    Place places[kMaxLevels + 1];
+
+    SUNSTONE_DEVICE_MEMBER void setBarycentrics(uint32_t* attributes,
+                                                const walk::TriangleHit& hit) {
+        attributes[0] = walk::bitsOf(walk::divide(hit.v, hit.det));
+        attributes[1] = walk::bitsOf(walk::divide(hit.w, hit.det));
+        for (unsigned i = 2; i < kMaxAttributeWords; ++i)
+            attributes[i] = 0;
+    }
+    SUNSTONE_DEVICE_MEMBER uint32_t triangleKind(float det) const {
+        return (det > 0) != flipped() ? kHitTriangleFront : kHitTriangleBack;
+    }
+
+    SUNSTONE_DEVICE_MEMBER walk::Visit triangle(walk::Ray& ray, const walk::TriangleHit& hit,
+                                                uint32_t primitive, uint32_t sbtWord) {
+        if (culled(hit.det, sbtWord))
+            return walk::Visit::kContinue;
+        const bool enabled = anyHitEnabled(sbtWord);
+        if (anyHitRuns(enabled)) {
+            if (!startCandidate(ray, primitive, sbtWord))
+                return walk::Visit::kContinue;
+            state->hit.t = hit.t;
+            state->hit.kind = triangleKind(hit.det);
+            setBarycentrics(state->hit.attributes, hit);
+            return offer(ray.tmax) == kTerminate ? walk::Visit::kEnd : walk::Visit::kContinue;
+        }
+        if (droppedByFlags(enabled) || (hit.t == ray.tmax && found && primitive > best.primitive))
+            return walk::Visit::kContinue;
+        found = true;
+        ray.tmax = hit.t;
+        best.kind = triangleKind(hit.det);
+        best.primitive = primitive;
+        best.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
+        setBarycentrics(best.attributes, hit);
+        keepPath();
+        ended = rayFlags & kRayTerminateOnFirstHit;
+        return ended ? walk::Visit::kEnd : walk::Visit::kContinue;
+    }
+
+    SUNSTONE_DEVICE_MEMBER walk::Visit custom(walk::Ray& ray, uint32_t primitive,
+                                              uint32_t sbtWord) {
+        if (!startCandidate(ray, primitive, sbtWord))
+            return walk::Visit::kContinue;
+        tmax = ray.tmax;
+        state->tmax = ray.tmax;
+        state->traversal = static_cast<Candidates*>(this);
+        sunstone_gpu_intersection(state, candidateGroup);
+        ray.tmax = tmax;
+        return ended ? walk::Visit::kEnd : walk::Visit::kContinue;
+    }
+
+    SUNSTONE_DEVICE_MEMBER bool enterInstance(walk::Ray&, const bvh::InstanceData& instance,
+                                              float worldToObject[12]) {
+        const InstanceRecord& record = reinterpret_cast<const InstanceRecord&>(instance);
+        if ((record.visibilityMask & state->visibilityMask & 0xFF) == 0)
+            return false;
+        places[transformCount] = {instanceIndex, instanceId, instanceSbtOffset, instanceFlags};
+        instanceIndex = record.index;
+        instanceId = record.instanceId;
+        instanceSbtOffset += record.sbtOffset;
+        instanceFlags = record.flags;
+        enterWith(makeHandle(&record, kTagInstance), record.child);
+        for (int i = 0; i < 12; ++i)
+            worldToObject[i] = record.worldToObject[i];
+        return true;
+    }
+
+    SUNSTONE_DEVICE_MEMBER bool enterTransform(walk::Ray&, uint64_t handle, uint64_t& child,
+                                               float worldToObject[12]) {
+        if (tagOf(handle) != kTagStatic)
+            endLaunch(state, kFatalMotionTransform);
+        if (addressOf(handle) == 0)
+            return false;
+        // OptixStaticTransform: child, padding, matrix, inverse.
+        const auto* const words = reinterpret_cast<const float*>(addressOf(handle));
+        child = *reinterpret_cast<const uint64_t*>(words);
+        for (int i = 0; i < 12; ++i)
+            worldToObject[i] = words[16 + i];
+        places[transformCount] = {instanceIndex, instanceId, instanceSbtOffset, instanceFlags};
+        enterWith(handle, child);
+        return true;
+    }
+
+    SUNSTONE_DEVICE_MEMBER void enterWith(uint64_t handle, uint64_t child) {
+        transforms[transformCount++] = handle;
+        if (tagOf(child) == kTagGas)
+            gas = child;
+        else if (kMaxLevels > 1 && transformCount >= kMaxLevels)
+            endLaunch(state, kFatalGraphTooDeep);
+    }
+
+    SUNSTONE_DEVICE_MEMBER void leave(walk::Ray&) {
+        const Place& place = places[--transformCount];
+        instanceIndex = place.index;
+        instanceId = place.id;
+        instanceSbtOffset = place.sbtOffset;
+        instanceFlags = place.flags;
+    }
+
+    // Moves the best hit into the state; the group of its record.
+    SUNSTONE_DEVICE_MEMBER uint32_t commit(float t) {
+        Hit& hit = state->hit;
+        hit.t = t;
+        hit.kind = best.kind;
+        hit.primitive = best.primitive;
+        hit.sbtGasIndex = best.sbtGasIndex;
+        hit.instanceIndex = best.instanceIndex;
+        hit.instanceId = best.instanceId;
+        hit.instanceSbtOffset = best.instanceSbtOffset;
+        hit.gas = best.gas;
+        for (unsigned i = 0; i < kMaxAttributeWords; ++i)
+            hit.attributes[i] = best.attributes[i];
+        hit.transformCount = best.transformCount;
+        for (uint32_t i = 0; i < best.transformCount; ++i)
+            hit.transforms[i] = bestTransforms[i];
+        state->tmax = t;
+        const uint64_t record = hitRecord(best.sbtGasIndex, best.instanceSbtOffset);
+        hit.record = reinterpret_cast<const void*>(record);
+        state->sbtData = dataOf(record);
+        return record ? groupOf(record, kGroupHit) : 0;
+    }
+};
+
+enum class Found : uint32_t { kNothing, kHit, kSilentHit };
+
+// Walks the graph; the frame is gone while closest-hit and miss programs run, which may trace
+// themselves.
+template <bool kWithCustoms, unsigned kMaxLevels>
+[[gnu::noinline]] static Found findHit(RayState* state, uint32_t& group) {
+    using Programs = Tracer<kWithCustoms, kMaxLevels>;
+    using Walk = walk::Traversal<Programs>;
+    Programs tracer;
+    tracer.state = state;
+    tracer.rayFlags = state->rayFlags;
+    tracer.transforms = tracer.ownTransforms;
+    tracer.bestTransforms = tracer.ownBest;
+    if (tagOf(state->handle) == kTagGas)
+        tracer.gas = state->handle;
+    walk::Ray ray;
+    for (int i = 0; i < 3; ++i) {
+        ray.origin[i] = state->worldOrigin[i];
+        ray.direction[i] = state->worldDirection[i];
+    }
+    ray.tmin = state->tmin;
+    ray.tmax = state->tmax;
+    Walk walker;
+    walk::U2 stack[Walk::kStackSize];
+    walk::Level levels[kMaxLevels + 1];
+    if (walker.start(tracer, ray, state->handle, levels))
+        walker.run(tracer, ray, stack, levels, walk::RunToEnd());
+    if (!tracer.found)
+        return Found::kNothing;
+    if (state->rayFlags & kRayDisableClosestHit)
+        return Found::kSilentHit;
+    group = tracer.commit(ray.tmax);
+    return Found::kHit;
+}
+
+SUNSTONE_DEVICE void runMiss(RayState* state) {
+    const SbtView& sbt = state->launch->sbt;
+    const uint64_t record = recordAt(sbt.missBase, sbt.missStride, sbt.missCount, state->missIndex);
+    state->hit.record = nullptr;
+    state->hit.transformCount = 0;
+    state->sbtData = dataOf(record);
+    if (record)
+        sunstone_gpu_miss(state, groupOf(record, kGroupMiss));
+}
+
+template <bool kWithCustoms>
+SUNSTONE_DEVICE Found findInGraph(RayState* state, uint32_t& group) {
+    switch (sunstone_gpu_graph) {
+    case kGraphGas:
+        return findHit<kWithCustoms, 0>(state, group);
+    case kGraphSingleLevel:
+        return findHit<kWithCustoms, 1>(state, group);
+    default:
+        return findHit<kWithCustoms, kMaxGpuGraphDepth>(state, group);
+    }
+}
+
+extern "C" [[gnu::noinline]] void sunstone_gpu_trace(RayState* state) {
+    if (state->depth > state->launch->maxTraceDepth) {
+        if (sunstone_gpu_exceptionFlags & kFlagTraceDepth) {
+            state->hit.transformCount = 0;
+            raise(state, kExceptionTraceDepth);
+        }
+        return;
+    }
+    const float tmax = state->tmax;
+    uint32_t group = 0;
+    const Found found = sunstone_gpu_hasIntersection ? findInGraph<true>(state, group)
+                                                     : findInGraph<false>(state, group);
+    if (found == Found::kHit) {
+        sunstone_gpu_closestHit(state, group);
+    } else if (found == Found::kNothing) {
+        state->tmax = tmax;
+        runMiss(state);
+    }
+}
+
+extern "C" [[gnu::noinline]] uint32_t sunstone_gpu_report(RayState* state, float t, uint32_t kind) {
+    Candidates& candidates = *static_cast<Candidates*>(state->traversal);
+    if (!(t >= state->tmin && t <= candidates.tmax))
+        return kIgnore;
+    Hit& hit = state->hit;
+    hit.t = t;
+    hit.kind = kind & 0x7F;
+    for (unsigned i = 0; i < kMaxAttributeWords; ++i)
+        hit.attributes[i] = state->reportAttributes[i];
+    const uint32_t result = candidates.offer(candidates.tmax);
+    state->tmax = candidates.tmax;
+    return result;
+}
+
+} // namespace sunstone::devlib::gpu

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+// The run-time of device programs on GPUs (devlib/gpu/runtime.cpp) as the build made it: LLVM bitcode.
+#pragma once
+
+#include <string_view>
+
+namespace sunstone::devlib {
+
+std::string_view gpuRuntime();
+
+} // namespace sunstone::devlib

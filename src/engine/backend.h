@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// The seam between the engine and what runs device code: the CPU (cpu_backend.cpp) or a CUDA GPU
+// (gpu_backend.cpp). The free functions of pipeline.h, launch.h and accel.h check and prepare what
+// is the same for both, then come here. Descriptions are in the engine's terms and already checked
+// by the shell; memory they name is the device's.
+#pragma once
+
+#include "bvh/build.h"
+#include "bvh/relocate.h"
+#include "compiler/compiler.h"
+#include "device/device.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace sunstone::engine {
+
+struct AccelBuild;
+struct Context;
+struct LaunchRequest;
+struct Pipeline;
+struct ProgramGroup;
+
+using ContextPtr = std::shared_ptr<Context>;
+
+// What a pipeline is made of: programs, each once, and for every group the places of its own.
+struct PipelineParts {
+    static constexpr size_t kNone = ~size_t(0);
+    struct Indices {
+        size_t main, anyHit, intersection, direct, continuation;
+    };
+    const std::vector<std::shared_ptr<ProgramGroup>>& groups;
+    std::vector<Indices> indices; // of groups
+    compiler::PipelineRequest request;
+    compiler::ObjectStore* cache; // may be null
+};
+
+// Code of a pipeline that only its back end looks into.
+class DeviceCode {
+public:
+    virtual ~DeviceCode() = default;
+};
+
+class Backend {
+public:
+    virtual ~Backend() = default;
+    virtual device::Device& device() = 0;
+    // Whether the host may read and write device memory.
+    virtual bool sharesMemory() const = 0;
+
+    // Compiles the programs; what a launch needs of them goes into the pipeline.
+    virtual void compile(Pipeline& pipeline, const PipelineParts& parts) = 0;
+    virtual void launch(const ContextPtr& context, const LaunchRequest& request) = 0;
+
+    virtual bvh::MemoryUsage accelMemory(const bvh::BuildInputs& inputs,
+                                         const bvh::BuildOptions& options) = 0;
+    virtual uint64_t buildAccel(const ContextPtr& context, AccelBuild request) = 0;
+    virtual uint64_t compactAccel(const ContextPtr& context, void* stream, uint64_t handle,
+                                  void* destination, size_t destinationSize) = 0;
+    virtual bvh::RelocationInfo relocationInfo(const ContextPtr& context, uint64_t handle) = 0;
+    virtual uint64_t relocateAccel(const ContextPtr& context, void* stream,
+                                   const bvh::RelocationInfo& info, void* block,
+                                   const uint64_t* children, size_t count,
+                                   std::vector<const void*> arrays) = 0;
+};
+
+std::shared_ptr<Backend> cpuBackend();
+
+// For the GPU of this CUcontext. Throws kNotSupported for devices that are too old, kCudaError
+// where the driver has no such context.
+std::shared_ptr<Backend> createGpuBackend(void* cudaContext);
+
+// Throws kNotSupported unless the device's memory is the host's; `what` names what needs it.
+void requireSharedMemory(const Context& context, const char* what);
+
+} // namespace sunstone::engine

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/cpu_backend.h"
+
+#include "base/error.h"
+
+namespace sunstone::engine {
+namespace {
+
+class CpuBackend final : public Backend {
+public:
+    device::Device& device() override { return device::cpuDevice(); }
+    bool sharesMemory() const override { return true; }
+
+    void compile(Pipeline& pipeline, const PipelineParts& parts) override {
+        cpu::compile(pipeline, parts);
+    }
+    void launch(const ContextPtr& context, const LaunchRequest& request) override {
+        cpu::launch(context, request);
+    }
+    bvh::MemoryUsage accelMemory(const bvh::BuildInputs& inputs,
+                                 const bvh::BuildOptions& options) override {
+        return bvh::computeMemoryUsage(inputs, options);
+    }
+    uint64_t buildAccel(const ContextPtr& context, AccelBuild request) override {
+        return cpu::buildAccel(context, std::move(request));
+    }
+    uint64_t compactAccel(const ContextPtr& context, void* stream, uint64_t handle,
+                          void* destination, size_t destinationSize) override {
+        return cpu::compactAccel(context, stream, handle, destination, destinationSize);
+    }
+    bvh::RelocationInfo relocationInfo(const ContextPtr& context, uint64_t handle) override {
+        return cpu::relocationInfo(context, handle);
+    }
+    uint64_t relocateAccel(const ContextPtr& context, void* stream, const bvh::RelocationInfo& info,
+                           void* block, const uint64_t* children, size_t count,
+                           std::vector<const void*> arrays) override {
+        return cpu::relocateAccel(context, stream, info, block, children, count, std::move(arrays));
+    }
+};
+
+} // namespace
+
+std::shared_ptr<Backend> cpuBackend() {
+    return std::make_shared<CpuBackend>();
+}
+
+void requireSharedMemory(const Context& context, const char* what) {
+    if (!context.backend->sharesMemory())
+        fail(Code::kNotSupported, what, " is not available on GPUs yet");
+}
+
+} // namespace sunstone::engine

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// The CPU's side of backend.h: see launch.cpp, accel.cpp and pipeline.cpp, where these are.
+#pragma once
+
+#include "engine/accel.h"
+#include "engine/launch.h"
+#include "engine/pipeline.h"
+
+namespace sunstone::engine::cpu {
+
+void compile(Pipeline& pipeline, const PipelineParts& parts);
+void launch(const ContextPtr& context, const LaunchRequest& request);
+uint64_t buildAccel(const ContextPtr& context, AccelBuild request);
+uint64_t compactAccel(const ContextPtr& context, void* stream, uint64_t handle, void* destination,
+                      size_t destinationSize);
+bvh::RelocationInfo relocationInfo(const ContextPtr& context, uint64_t handle);
+uint64_t relocateAccel(const ContextPtr& context, void* stream, const bvh::RelocationInfo& info,
+                       void* block, const uint64_t* children, size_t count,
+                       std::vector<const void*> arrays);
+
+} // namespace sunstone::engine::cpu

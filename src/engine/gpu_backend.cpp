@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/gpu_backend.h"
+
+#include "base/error.h"
+#include "engine/accel.h"
+#include "engine/launch.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace sunstone::engine {
+
+using namespace device::cuda;
+
+namespace {
+
+constexpr unsigned kLeastCapability = 70;
+
+[[noreturn]] void missing(const char* what) {
+    fail(Code::kNotSupported, what, " is not available on GPUs yet");
+}
+
+} // namespace
+
+GpuBackend::GpuBackend(CUcontext context) : device_(context), slots_(context) {
+    if (device_.computeCapability() < kLeastCapability)
+        fail(Code::kNotSupported, device_.name(),
+             ": GPUs from compute capability 7.0 on are "
+             "supported");
+}
+
+std::shared_ptr<Backend> createGpuBackend(void* cudaContext) {
+    return std::make_shared<GpuBackend>(CUcontext(cudaContext));
+}
+
+void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request) {
+    using devlib::LaunchBlock;
+    const Pipeline& pipeline = *request.pipeline;
+    ContextScope scope(device_.context());
+    const auto stream = CUstream(request.stream);
+    const size_t variable = pipeline.launchParamsSize;
+    const size_t given = request.params ? std::min<size_t>(request.paramsSize, variable) : 0;
+
+    GpuLaunchSlots::Slot& slot = slots_.take(variable);
+    slot.context = context;
+    slot.validation = request.validation;
+    LaunchBlock& block = *slot.host;
+    std::memset(static_cast<void*>(&block), 0, sizeof(block));
+    block.launch.params = reinterpret_cast<const void*>(slot.memory + GpuLaunchSlots::kParameters);
+    block.launch.dimensions[0] = request.width;
+    block.launch.dimensions[1] = request.height;
+    block.launch.dimensions[2] = request.depth;
+    block.launch.maxTraceDepth = request.limits.maxTraceDepth;
+    block.launch.sbt = request.sbt;
+    block.launch.exceptionFlags = pipeline.rules.exceptionFlags;
+    block.launch.traversableGraphFlags = pipeline.rules.traversableGraphFlags;
+    block.launch.primitiveTypeFlags = pipeline.rules.primitiveTypeFlags;
+    block.launch.maxGraphDepth = request.limits.maxGraphDepth;
+    block.launch.numAttributes = pipeline.rules.numAttributeValues;
+    block.report = {devlib::kNoReport, devlib::kNoReport, devlib::kNoReport};
+    SUNSTONE_CU(memcpyHtoDAsync, slot.memory, &block, sizeof(block), stream);
+    const CUdeviceptr params = slot.memory + GpuLaunchSlots::kParameters;
+    if (given)
+        SUNSTONE_CU(memcpyAsync, params, CUdeviceptr(request.params), given, stream);
+    if (given < variable) // reads beyond the caller's block see zeros
+        SUNSTONE_CU(memsetD8Async, params + given, 0, variable - given, stream);
+
+    const uint64_t plane = request.height == 1
+                               ? request.width
+                               : uint64_t((request.width + 7) / devlib::kGpuTileWidth) *
+                                     ((request.height + 3) / devlib::kGpuTileHeight) *
+                                     devlib::kGpuTileWidth * devlib::kGpuTileHeight;
+    const uint64_t threads = plane * request.depth;
+    const auto blocks =
+        unsigned((threads + devlib::kGpuBlockThreads - 1) / devlib::kGpuBlockThreads);
+    void* arguments[] = {&slot.memory};
+    const auto& code = static_cast<const GpuCodeObject&>(*pipeline.deviceCode);
+    SUNSTONE_CU(launchKernel, code.kernel, blocks, 1, 1, devlib::kGpuBlockThreads, 1, 1, 0, stream,
+                arguments, nullptr);
+    SUNSTONE_CU(memcpyDtoHAsync, &block.report, slot.memory + offsetof(LaunchBlock, report),
+                sizeof(block.report), stream);
+    slots_.started(slot, stream);
+    if (!request.validation)
+        return;
+    const std::string failure = slots_.finish(slot);
+    if (!failure.empty())
+        fail(Code::kLaunchFailure, failure);
+}
+
+bvh::MemoryUsage GpuBackend::accelMemory(const bvh::BuildInputs&, const bvh::BuildOptions&) {
+    missing("building acceleration structures");
+}
+
+uint64_t GpuBackend::buildAccel(const ContextPtr&, AccelBuild) {
+    missing("building acceleration structures");
+}
+
+uint64_t GpuBackend::compactAccel(const ContextPtr&, void*, uint64_t, void*, size_t) {
+    missing("compaction of acceleration structures");
+}
+
+bvh::RelocationInfo GpuBackend::relocationInfo(const ContextPtr&, uint64_t) {
+    missing("relocation of acceleration structures");
+}
+
+uint64_t GpuBackend::relocateAccel(const ContextPtr&, void*, const bvh::RelocationInfo&, void*,
+                                   const uint64_t*, size_t, std::vector<const void*>) {
+    missing("relocation of acceleration structures");
+}
+
+} // namespace sunstone::engine

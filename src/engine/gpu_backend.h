@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// CUDA GPUs behind backend.h. A pipeline is one module of machine code, made by the driver from
+// PTX; a launch is one kernel with a block of device memory for what it needs
+// (devlib/gpu/launch_block.h), copied in stream order.
+#pragma once
+
+#include "device/cuda/gpu_device.h"
+#include "engine/backend.h"
+#include "engine/gpu_launch_slots.h"
+
+#include <mutex>
+
+namespace sunstone::engine {
+
+// A loaded module; unloaded with the object, when nothing runs it any more.
+class GpuCodeObject final : public DeviceCode {
+public:
+    GpuCodeObject(CUcontext context, const std::string& ptx);
+    ~GpuCodeObject() override;
+    CUfunction kernel = nullptr;
+
+private:
+    CUcontext context_;
+    CUmodule module_ = nullptr;
+};
+
+class GpuBackend final : public Backend {
+public:
+    explicit GpuBackend(CUcontext context);
+    device::Device& device() override { return device_; }
+    bool sharesMemory() const override { return false; }
+
+    void compile(Pipeline& pipeline, const PipelineParts& parts) override;
+    void launch(const ContextPtr& context, const LaunchRequest& request) override;
+    bvh::MemoryUsage accelMemory(const bvh::BuildInputs& inputs,
+                                 const bvh::BuildOptions& options) override;
+    uint64_t buildAccel(const ContextPtr& context, AccelBuild request) override;
+    uint64_t compactAccel(const ContextPtr& context, void* stream, uint64_t handle,
+                          void* destination, size_t destinationSize) override;
+    bvh::RelocationInfo relocationInfo(const ContextPtr& context, uint64_t handle) override;
+    uint64_t relocateAccel(const ContextPtr& context, void* stream, const bvh::RelocationInfo& info,
+                           void* block, const uint64_t* children, size_t count,
+                           std::vector<const void*> arrays) override;
+
+private:
+    device::cuda::GpuDevice device_;
+    GpuLaunchSlots slots_;
+};
+
+} // namespace sunstone::engine

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pipelines on a GPU: programs to PTX (compiler/gpu_pipeline.h), PTX to machine code by the driver.
+#include "base/error.h"
+#include "compiler/gpu_pipeline.h"
+#include "devlib/gpu_runtime.h"
+#include "engine/gpu_backend.h"
+#include "engine/pipeline.h"
+
+#include <algorithm>
+
+namespace sunstone::engine {
+
+using namespace device::cuda;
+
+namespace {
+
+// The newest PTX that a driver reads (CUDA release to PTX version, PTX ISA manual, release notes).
+unsigned ptxVersionOf(int driverVersion) {
+    const int major = driverVersion / 1000, minor = driverVersion % 1000 / 10;
+    if (major >= 12)
+        return 80 + unsigned(major > 12 ? 5 : std::min(minor, 5));
+    return major == 11 ? 70 + unsigned(std::min(minor, 8)) : 65;
+}
+
+// Values of GraphKind, devlib/gpu/programs.h.
+uint32_t graphKindOf(unsigned flags) {
+    constexpr unsigned kSingleGas = 1, kSingleLevel = 2;
+    return flags == kSingleGas ? 0 : (flags & kSingleLevel) ? 1 : 2;
+}
+
+// Programs that run while another one's trace, or call, is under way and can start the same again.
+bool mayRecurse(const PipelineParts& parts) {
+    for (const auto& group : parts.groups) {
+        if (group->kind == devlib::kGroupCallables || group->kind == devlib::kGroupException)
+            return true;
+        if (group->kind == devlib::kGroupRaygen || !group->main)
+            continue;
+        const auto* program = group->main.module->findProgram(group->main.function);
+        if (program && program->traces)
+            return true;
+    }
+    return false;
+}
+
+void refuseWhatIsMissing(const Pipeline& pipeline, const PipelineParts& parts) {
+    if (pipeline.rules.motionBlur)
+        fail(Code::kNotSupported, "usesMotionBlur: motion is not available on GPUs yet");
+    for (const auto& group : parts.groups)
+        if (group->builtinPrimitive)
+            fail(Code::kNotSupported, "curves and spheres are not available on GPUs yet");
+}
+
+// Makes room for the frames of recursion, which the driver cannot foresee.
+void raiseStackLimit(size_t bytes) {
+    size_t limit = 0;
+    SUNSTONE_CU(ctxGetLimit, &limit, CU_LIMIT_STACK_SIZE);
+    if (limit < bytes)
+        SUNSTONE_CU(ctxSetLimit, CU_LIMIT_STACK_SIZE, bytes);
+}
+
+} // namespace
+
+GpuCodeObject::GpuCodeObject(CUcontext context, const std::string& ptx) : context_(context) {
+    std::string errors(8192, '\0');
+    CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES};
+    void* values[] = {errors.data(), reinterpret_cast<void*>(errors.size())};
+    const CUresult result =
+        driver().moduleLoadDataEx(&module_, ptx.c_str(), std::size(options), options, values);
+    if (result != CUDA_SUCCESS) {
+        const char* name = nullptr;
+        driver().getErrorName(result, &name);
+        fail(Code::kLinkError, "the driver cannot compile the pipeline: ", name ? name : "", ": ",
+             errors.c_str());
+    }
+    SUNSTONE_CU(moduleGetFunction, &kernel, module_, compiler::kGpuKernel);
+}
+
+GpuCodeObject::~GpuCodeObject() {
+    try {
+        ContextScope scope(context_);
+        driver().ctxSynchronize(); // launches may still run it
+        driver().moduleUnload(module_);
+    } catch (const Error&) { // the application has destroyed its context, and the module with it
+    }
+}
+
+void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
+    refuseWhatIsMissing(pipeline, parts);
+    compiler::GpuPipelineRequest request;
+    request.pipeline = parts.request;
+    request.runtime = devlib::gpuRuntime();
+    request.target = {device_.computeCapability(), ptxVersionOf(device_.driverVersion())};
+    bool hasException = false;
+    for (size_t i = 0; i < parts.groups.size(); ++i) {
+        const auto& [main, anyHit, intersection, direct, continuation] = parts.indices[i];
+        request.groups.push_back({parts.groups[i]->number, parts.groups[i]->kind, main, anyHit,
+                                  intersection, direct, continuation});
+        hasException |= parts.groups[i]->kind == devlib::kGroupException;
+    }
+    request.constants = {
+        {"sunstone_gpu_hasAnyHit", pipeline.hasAnyHit},
+        {"sunstone_gpu_hasIntersection", pipeline.hasIntersection},
+        {"sunstone_gpu_hasException", hasException},
+        {"sunstone_gpu_exceptionFlags", pipeline.rules.exceptionFlags},
+        {"sunstone_gpu_graph", graphKindOf(pipeline.rules.traversableGraphFlags)},
+    };
+    const compiler::GpuCode code = compiler::compileGpuPipeline(request);
+    pipeline.feedback = code.feedback;
+    ContextScope scope(device_.context());
+    auto loaded = std::make_shared<GpuCodeObject>(device_.context(), code.ptx);
+    if (mayRecurse(parts)) {
+        int frame = 0;
+        SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);
+        constexpr size_t kSpills = 1024; // of a level, which the code generator does not know of
+        raiseStackLimit(size_t(frame) +
+                        (size_t(pipeline.limits.maxTraceDepth) + 1) * (code.localBytes + kSpills));
+    }
+    pipeline.deviceCode = std::move(loaded);
+}
+
+} // namespace sunstone::engine

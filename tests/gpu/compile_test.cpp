@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pipelines for CUDA GPUs as PTX text: what must be in it, what must be refused, and that ptxas
+// compiles it.
+#include "base/error.h"
+#include "compiler/gpu_pipeline.h"
+#include "devlib/gpu_runtime.h"
+#include "engine/module.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <unistd.h>
+
+namespace sunstone {
+namespace {
+
+using compiler::GpuGroup;
+using compiler::ProgramKind;
+
+struct Options {
+    unsigned graphFlags = 1; // ALLOW_SINGLE_GAS
+    compiler::GpuTarget target = {90, 80};
+};
+
+GpuGroup groupOf(ProgramKind kind, size_t program) {
+    GpuGroup group;
+    group.number = uint32_t(program) + 1;
+    switch (kind) {
+    case ProgramKind::kMiss:
+        group.kind = devlib::kGroupMiss;
+        group.main = program;
+        break;
+    case ProgramKind::kException:
+        group.kind = devlib::kGroupException;
+        group.main = program;
+        break;
+    case ProgramKind::kClosestHit:
+        group.kind = devlib::kGroupHit;
+        group.main = program;
+        break;
+    case ProgramKind::kAnyHit:
+        group.kind = devlib::kGroupHit;
+        group.anyHit = program;
+        break;
+    case ProgramKind::kIntersection:
+        group.kind = devlib::kGroupHit;
+        group.intersection = program;
+        break;
+    case ProgramKind::kDirectCallable:
+        group.kind = devlib::kGroupCallables;
+        group.direct = program;
+        break;
+    case ProgramKind::kContinuationCallable:
+        group.kind = devlib::kGroupCallables;
+        group.continuation = program;
+        break;
+    default:
+        group.kind = devlib::kGroupRaygen;
+        group.main = program;
+        break;
+    }
+    return group;
+}
+
+// A pipeline of all programs of one module.
+std::string compile(const std::string& text, const Options& options = {}) {
+    compiler::PipelineRules rules;
+    rules.launchParams = "params";
+    rules.numPayloadValues = 8;
+    rules.numAttributeValues = 4;
+    rules.traversableGraphFlags = options.graphFlags;
+    std::string feedback;
+    const auto module = engine::createModule(text, rules, {}, compiler::OptLevel::k3,
+                                             compiler::DebugLevel::kMinimal, nullptr, feedback);
+    compiler::GpuPipelineRequest request;
+    request.pipeline.rules = rules;
+    request.runtime = devlib::gpuRuntime();
+    request.target = options.target;
+    bool anyHit = false, intersection = false, exception = false;
+    for (const auto& program : module->summary.programs) {
+        anyHit |= program.kind == ProgramKind::kAnyHit;
+        intersection |= program.kind == ProgramKind::kIntersection;
+        exception |= program.kind == ProgramKind::kException;
+        request.groups.push_back(groupOf(program.kind, request.pipeline.programs.size()));
+        compiler::ProgramRequest wanted;
+        wanted.module = module->tree;
+        wanted.function = program.name;
+        wanted.moduleRules = module->moduleRules;
+        request.pipeline.programs.push_back(std::move(wanted));
+    }
+    const uint32_t graph = options.graphFlags == 1 ? 0 : options.graphFlags & 2 ? 1 : 2;
+    request.constants = {{"sunstone_gpu_hasAnyHit", anyHit},
+                         {"sunstone_gpu_hasIntersection", intersection},
+                         {"sunstone_gpu_hasException", exception},
+                         {"sunstone_gpu_exceptionFlags", 0},
+                         {"sunstone_gpu_graph", graph}};
+    return compiler::compileGpuPipeline(request).ptx;
+}
+
+std::string raygen(const std::string& body) {
+    return ".version 7.8\n.target sm_70\n.address_size 64\n"
+           ".visible .const .align 8 .b8 params[16];\n"
+           ".visible .entry __raygen__main()\n{\n"
+           "    .reg .b32 %r<8>;\n    .reg .f32 %f<8>;\n    .reg .b64 %rd<8>;\n"
+           "    .reg .pred %p<4>;\n    .reg .b16 %rs<4>;\n    .reg .b8 %b<2>;\n"
+           "    ld.const.u64 %rd1, [params];\n    ld.global.f32 %f1, [%rd1];\n"
+           "    ld.global.u32 %r1, [%rd1+4];\n" +
+           body + "    ret;\n}\n";
+}
+
+bool has(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+void expectAccepted(const std::string& ptx) {
+#ifdef SUNSTONE_PTXAS
+    char name[] = "/tmp/sunstone_gpu_XXXXXX";
+    const int file = mkstemp(name);
+    ASSERT_GE(file, 0);
+    close(file);
+    std::ofstream(name) << ptx;
+    const std::string command = std::string(SUNSTONE_PTXAS " -arch=sm_90 -O0 -o /dev/null ") + name;
+    EXPECT_EQ(std::system(command.c_str()), 0);
+    unlink(name);
+#else
+    (void)ptx;
+    std::puts("no ptxas here: only the text was looked at");
+#endif
+}
+
+TEST(GpuCompile, KernelForTheDevice) {
+    const std::string body = raygen("    st.global.u32 [%rd1+8], %r1;\n");
+    const std::string newest = compile(body);
+    EXPECT_TRUE(has(newest, ".visible .entry sunstone_launch("));
+    EXPECT_TRUE(has(newest, ".target sm_90")) << newest.substr(0, 200);
+    EXPECT_TRUE(has(newest, ".version 8.0"));
+    expectAccepted(newest);
+    Options old;
+    old.target = {72, 70};
+    EXPECT_TRUE(has(compile(body, old), ".target sm_72"));
+    Options future; // devices that LLVM has not heard of run code for the newest it knows
+    future.target = {121, 99};
+    EXPECT_TRUE(has(compile(body, future), ".target sm_90"));
+}
+
+TEST(GpuCompile, InstructionsStayWhatTheyAre) {
+    const std::string text = compile(raygen(R"(
+    sin.approx.ftz.f32 %f2, %f1;
+    add.ftz.f32 %f3, %f2, 0f3F800000;
+    fma.rz.f32 %f4, %f3, %f1, %f2;
+    lop3.b32 %r2, %r1, 17, %r1, 0x96;
+    prmt.b32 %r3, %r2, %r1, 0x3210;
+    atom.global.add.u32 %r4, [%rd1+16], %r3;
+    cvt.rzi.s32.f32 %r5, %f4;
+    shfl.sync.bfly.b32 %r6|%p1, %r5, 1, 31, -1;
+    mov.u32 %r7, %laneid;
+    add.u32 %r7, %r7, %r6;
+    @%p1 st.global.u32 [%rd1+8], %r7;
+    st.global.v2.f32 [%rd1+24], {%f4, %f1};
+)"));
+    for (const char* kept : {"sin.approx.ftz.f32", "add.ftz.f32", "fma.rz.f32", "lop3.b32",
+                             "prmt.b32", "atom.global.add.u32", "cvt.rzi.s32.f32",
+                             "shfl.sync.bfly.b32", "%laneid", "st.global.v2"})
+        EXPECT_TRUE(has(text, kept)) << kept;
+    expectAccepted(text);
+}
+
+// What the translator has no rule for is the driver's to judge.
+TEST(GpuCompile, UnknownInstructionsPass) {
+    const std::string text = compile(raygen(R"(
+    vadd.u32.u32.u32 %r2, %r1, %r1;
+    st.global.u32 [%rd1+8], %r2;
+)"));
+    EXPECT_TRUE(has(text, "vadd.u32.u32.u32"));
+    expectAccepted(text);
+}
+
+TEST(GpuCompile, WhatIsMissingIsNamed) {
+    const std::string text = R"(.version 7.8
+.target sm_70
+.address_size 64
+.visible .const .align 8 .b8 params[16];
+.visible .entry __raygen__main()
+{
+    .reg .b64 %rd<4>;
+    .reg .f32 %f<12>;
+    .reg .b32 %r<4>;
+    ld.const.u64 %rd1, [params];
+    mov.u32 %r1, 0;
+    mov.f32 %f10, 0f00000000;
+    call (%f1, %f2, %f3, %f4), _optix_get_sphere_data, (%rd1, %r1, %r1, %f10);
+    st.global.f32 [%rd1], %f1;
+    ret;
+}
+)";
+    try {
+        compile(text);
+        FAIL() << "compiled";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), Code::kNotSupported);
+        EXPECT_TRUE(has(error.what(), "shapePoints")) << error.what();
+    }
+}
+
+#ifdef SUNSTONE_SAMPLE_PTX
+class GpuCompileSample : public testing::TestWithParam<std::pair<const char*, unsigned>> {};
+
+TEST_P(GpuCompileSample, IsAccepted) {
+    const auto [name, flags] = GetParam();
+    std::ifstream file(std::string(SUNSTONE_SAMPLE_PTX "/") + name + ".ptx");
+    ASSERT_TRUE(file.good()) << name;
+    std::stringstream text;
+    text << file.rdbuf();
+    Options options;
+    options.graphFlags = flags;
+    const std::string ptx = compile(text.str(), options);
+    EXPECT_TRUE(has(ptx, ".visible .entry sunstone_launch("));
+    expectAccepted(ptx);
+}
+
+INSTANTIATE_TEST_SUITE_P(Samples, GpuCompileSample,
+                         testing::Values(std::pair{"hello", 1u}),
+                         [](const auto& info) { return std::string(info.param.first); });
+#endif
+
+} // namespace
+} // namespace sunstone
