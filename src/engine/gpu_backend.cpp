@@ -16,10 +16,6 @@ namespace {
 
 constexpr unsigned kLeastCapability = 70;
 
-[[noreturn]] void missing(const char* what) {
-    fail(Code::kNotSupported, what, " is not available on GPUs yet");
-}
-
 } // namespace
 
 GpuBackend::GpuBackend(CUcontext context) : device_(context), slots_(context) {
@@ -27,6 +23,15 @@ GpuBackend::GpuBackend(CUcontext context) : device_(context), slots_(context) {
         fail(Code::kNotSupported, device_.name(),
              ": GPUs from compute capability 7.0 on are "
              "supported");
+}
+
+GpuBackend::~GpuBackend() {
+    try {
+        ContextScope scope(device_.context());
+        builder_.reset();
+    } catch (const Error&) { // the application has destroyed its context, and modules with it
+        (void)builder_.release();
+    }
 }
 
 std::shared_ptr<Backend> createGpuBackend(void* cudaContext) {
@@ -85,27 +90,6 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     const std::string failure = slots_.finish(slot);
     if (!failure.empty())
         fail(Code::kLaunchFailure, failure);
-}
-
-bvh::MemoryUsage GpuBackend::accelMemory(const bvh::BuildInputs&, const bvh::BuildOptions&) {
-    missing("building acceleration structures");
-}
-
-uint64_t GpuBackend::buildAccel(const ContextPtr&, AccelBuild) {
-    missing("building acceleration structures");
-}
-
-uint64_t GpuBackend::compactAccel(const ContextPtr&, void*, uint64_t, void*, size_t) {
-    missing("compaction of acceleration structures");
-}
-
-bvh::RelocationInfo GpuBackend::relocationInfo(const ContextPtr&, uint64_t) {
-    missing("relocation of acceleration structures");
-}
-
-uint64_t GpuBackend::relocateAccel(const ContextPtr&, void*, const bvh::RelocationInfo&, void*,
-                                   const uint64_t*, size_t, std::vector<const void*>) {
-    missing("relocation of acceleration structures");
 }
 
 } // namespace sunstone::engine

@@ -4,6 +4,7 @@
 // (devlib/gpu/launch_block.h), copied in stream order.
 #pragma once
 
+#include "bvh/gpu/builder.h"
 #include "device/cuda/gpu_device.h"
 #include "engine/backend.h"
 #include "engine/gpu_launch_slots.h"
@@ -27,6 +28,7 @@ private:
 class GpuBackend final : public Backend {
 public:
     explicit GpuBackend(CUcontext context);
+    ~GpuBackend() override;
     device::Device& device() override { return device_; }
     bool sharesMemory() const override { return false; }
 
@@ -43,7 +45,11 @@ public:
                            std::vector<const void*> arrays) override;
 
 private:
+    const bvh::gpu::Builder& builder(); // made when first asked for, as its kernels are
+
     device::cuda::GpuDevice device_;
+    std::once_flag builderMade_;
+    std::unique_ptr<bvh::gpu::Builder> builder_;
     GpuLaunchSlots slots_;
 };
 

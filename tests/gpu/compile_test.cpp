@@ -221,7 +221,9 @@ TEST_P(GpuCompileSample, IsAccepted) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Samples, GpuCompileSample,
-                         testing::Values(std::pair{"hello", 1u}),
+                         testing::Values(std::pair{"hello", 1u}, std::pair{"triangle", 1u},
+                                         std::pair{"spheres", 1u}, std::pair{"instances", 2u},
+                                         std::pair{"callables", 0u}, std::pair{"path_tracer", 1u}),
                          [](const auto& info) { return std::string(info.param.first); });
 #endif
 

@@ -1,14 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
-// Getters that look into acceleration structures.
+// Getters that look into acceleration structures. What is not there gives NaN or the null handle.
 #pragma once
 
+#include "bvh/gpu/layout.h"
+#include "bvh/gpu/portable.h"
 #include "devlib/gpu/programs.h"
 
 namespace sunstone::devlib::gpu {
 
+// The block of a handle, or null.
+SUNSTONE_DEVICE const bvh::BlockHeader* blockOf(uint64_t handle, HandleTag tag) {
+    const auto* header = reinterpret_cast<const bvh::BlockHeader*>(addressOf(handle));
+    return tagOf(handle) == tag && header && header->magic == bvh::gpu::kGpuBlockMagic ? header
+                                                                                       : nullptr;
+}
+
 // Structures with motion cannot be built for GPUs yet: all stand still.
-extern "C" void sunstone_gpu_gasMotion(uint64_t, GasMotion* motion) {
-    *motion = {1, 0, 0};
+extern "C" void sunstone_gpu_gasMotion(uint64_t, GasMotion* motion) { *motion = {1, 0, 0}; }
+
+// The record of a triangle in the structure's table, or null.
+SUNSTONE_DEVICE const float* triangleRecord(const bvh::BlockHeader* block, uint32_t primitive,
+                                            uint32_t sbtGasIndex) {
+    if (!block || block->type != bvh::BlockType::kTriangles || block->tableOffset == 0)
+        return nullptr;
+    const auto* const bytes = reinterpret_cast<const uint8_t*>(block);
+    const auto* const inputs =
+        reinterpret_cast<const bvh::InputRecord*>(bytes + block->inputsOffset);
+    for (uint32_t i = 0; i < block->numInputs; ++i) {
+        const bvh::InputRecord& input = inputs[i];
+        if (sbtGasIndex - input.firstSbtIndex >= input.numSbtRecords)
+            continue;
+        const uint32_t local = primitive - input.primitiveIndexOffset;
+        if (local >= input.numPrimitives)
+            return nullptr;
+        const uint32_t record = reinterpret_cast<const uint32_t*>(
+            bytes + block->tableOffset)[input.firstPrimitive + local];
+        if (record == bvh::kNoSlot)
+            return nullptr;
+        return reinterpret_cast<const float*>(bytes + block->recordsOffset +
+                                              uint64_t(record) * sizeof(bvh::gpu::TriangleRecord));
+    }
+    return nullptr;
+}
+
+extern "C" void sunstone_gpu_triangleVertices(uint64_t gas, uint32_t primitive,
+                                              uint32_t sbtGasIndex, float, float* vertices) {
+    const float* const record = triangleRecord(blockOf(gas, kTagGas), primitive, sbtGasIndex);
+    for (uint32_t i = 0; i < 9; ++i)
+        vertices[i] = record ? record[i / 3 * 4 + i % 3] : __builtin_nanf("");
+}
+
+extern "C" uint64_t sunstone_gpu_instanceHandle(uint64_t ias, uint32_t index) {
+    const bvh::BlockHeader* const block = blockOf(ias, kTagIas);
+    if (!block || !(block->options & bvh::kOptionInstanceAccess) || index >= block->numPrimitives)
+        return 0;
+    return makeHandle(reinterpret_cast<const uint8_t*>(block) + block->instancesOffset +
+                          uint64_t(index) * sizeof(bvh::InstanceData),
+                      kTagInstance);
 }
 
 } // namespace sunstone::devlib::gpu

@@ -5,6 +5,4 @@
 #include "devlib/gpu/getters.h"
 #include "devlib/gpu/run.h"
 #include "devlib/gpu/services.h"
-#if __has_include("bvh/gpu/traversal.h")
 #include "devlib/gpu/trace.h"
-#endif

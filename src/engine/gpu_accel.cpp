@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Acceleration structures on a GPU: kernels of src/bvh/gpu in the caller's stream.
+#include "base/error.h"
+#include "bvh/gpu/layout.h"
+#include "engine/accel.h"
+#include "engine/gpu_backend.h"
+
+namespace sunstone::engine {
+
+using namespace device::cuda;
+
+const bvh::gpu::Builder& GpuBackend::builder() {
+    std::call_once(builderMade_, [&] { builder_ = std::make_unique<bvh::gpu::Builder>(driver()); });
+    return *builder_;
+}
+
+bvh::MemoryUsage GpuBackend::accelMemory(const bvh::BuildInputs& inputs,
+                                         const bvh::BuildOptions& options) {
+    return bvh::gpu::Builder::computeMemoryUsage(inputs, options);
+}
+
+uint64_t GpuBackend::buildAccel(const ContextPtr&, AccelBuild request) {
+    if (request.update)
+        fail(Code::kNotSupported,
+             "updates of acceleration structures are not available on GPUs yet");
+    ContextScope scope(device_.context());
+    const auto stream = CUstream(request.stream);
+    const auto output = CUdeviceptr(request.output);
+    const bvh::BuildInputs inputs = request.inputs->view();
+    builder().build(stream, inputs, request.options, CUdeviceptr(request.temp), request.tempSize,
+                    output, request.outputSize);
+    for (const AccelEmit& emit : request.emit) {
+        const auto to = CUdeviceptr(emit.destination);
+        if (emit.kind == AccelEmit::kCompactedSize)
+            builder().emitCompactedSize(stream, output, to);
+        else
+            builder().emitBounds(stream, output, to);
+    }
+    return devlib::makeHandle(request.output, inputs.instances ? devlib::kTagIas : devlib::kTagGas);
+}
+
+// As on the CPU the call waits for the stream, so that what is wrong with the structure or the
+// buffer is an error of this call.
+uint64_t GpuBackend::compactAccel(const ContextPtr&, void* stream, uint64_t handle,
+                                  void* destination, size_t destinationSize) {
+    ContextScope scope(device_.context());
+    const devlib::HandleTag tag = devlib::tagOf(handle);
+    const uint64_t source = devlib::addressOf(handle);
+    const auto refuse = [&] {
+        fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
+             " is no acceleration structure");
+    };
+    bvh::BlockHeader header;
+    if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||
+        !device_.isAccessible(reinterpret_cast<const void*>(source), sizeof(header)))
+        refuse();
+    SUNSTONE_CU(memcpyDtoHAsync, &header, source, sizeof(header), CUstream(stream));
+    SUNSTONE_CU(streamSynchronize, CUstream(stream));
+    const bool instances = header.type == bvh::BlockType::kInstances;
+    if (header.magic != bvh::gpu::kGpuBlockMagic || instances != (tag == devlib::kTagIas))
+        refuse();
+    if (!(header.options & bvh::kOptionCompaction))
+        fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
+             " was built without ALLOW_COMPACTION");
+    const uint64_t size = header.usedSize, to = uint64_t(destination);
+    if (destinationSize < size)
+        fail(Code::kInvalidValue, "outputBufferSizeInBytes = ", destinationSize,
+             " is less than the compacted size ", size);
+    if (source < to + size && to < source + size)
+        fail(Code::kInvalidValue, "outputBuffer = ", destination,
+             " overlaps the structure that is compacted");
+    builder().compact(CUstream(stream), source, to);
+    return devlib::makeHandle(destination, tag);
+}
+
+bvh::RelocationInfo GpuBackend::relocationInfo(const ContextPtr&, uint64_t) {
+    fail(Code::kNotSupported, "relocation of acceleration structures is not available on GPUs yet");
+}
+
+uint64_t GpuBackend::relocateAccel(const ContextPtr&, void*, const bvh::RelocationInfo&, void*,
+                                   const uint64_t*, size_t, std::vector<const void*>) {
+    fail(Code::kNotSupported, "relocation of acceleration structures is not available on GPUs yet");
+}
+
+} // namespace sunstone::engine
