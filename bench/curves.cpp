@@ -5,7 +5,7 @@
 //   bench_curves [--quick] [--fast-trace] [--strands N]
 // Runs alternate between the two; the best of several counts, by the clock and by processor time of
 // all threads (for machines that are not idle).
-#include "optix_rays.h"
+#include "embree_rays.h"
 
 #include <optix_function_table_definition.h>
 

@@ -5,7 +5,7 @@
 //   bench_instances [--quick] [--processors] [--fast-trace] [--instances N] [--triangles N]
 // Runs alternate between the two; the best of several counts. --processors: compares processor time
 // of all threads, for machines that are not idle.
-#include "optix_rays.h"
+#include "embree_rays.h"
 
 #include <optix_function_table_definition.h>
 

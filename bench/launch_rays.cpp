@@ -5,7 +5,7 @@
 // against Embree's medium quality.
 //   bench_launch [--quick] [--scene N] [--json]
 // Runs alternate between the two; the best of several counts.
-#include "optix_rays.h"
+#include "embree_rays.h"
 
 #include <optix_function_table_definition.h>
 

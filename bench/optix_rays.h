@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What benchmarks of rays share: the OptiX side (device memory, a pipeline of the programs in
-// launch_rays.cu, a mesh with its acceleration structure) and the Embree side on the same rays.
+// What benchmarks of rays share of OptiX: device memory, a pipeline of the programs in launch_rays.cu,
+// a mesh with its acceleration structure. The Embree side is in embree_rays.h.
 #pragma once
 
 #include "launch_rays.h"
@@ -9,10 +9,6 @@
 #include <cuda_runtime.h>
 #include <optix.h>
 #include <optix_stubs.h>
-
-#include <embree3/rtcore.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <chrono>
@@ -108,8 +104,9 @@ public:
 
     // `type`: what rays may meet.
     explicit Optix(unsigned graphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS,
-                   OptixPrimitiveType type = OPTIX_PRIMITIVE_TYPE_TRIANGLE)
-        : graphFlags_(graphFlags), type_(type), records_(4 * sizeof(Record)), params_(sizeof(LaunchRaysParams)) {
+                   OptixPrimitiveType type = OPTIX_PRIMITIVE_TYPE_TRIANGLE,
+                   std::string ptx = BENCH_PTX)
+        : graphFlags_(graphFlags), type_(type), ptx_(std::move(ptx)), records_(4 * sizeof(Record)), params_(sizeof(LaunchRaysParams)) {
         CHECK(cudaFree(nullptr));
         CHECK(optixInit());
         OptixDeviceContextOptions options = {};
@@ -132,6 +129,11 @@ public:
 
     // Traces `count` rays and waits.
     void launch(Kind kind, size_t count) {
+        queue(kind, count);
+        CHECK(cudaDeviceSynchronize());
+    }
+
+    void queue(Kind kind, size_t count) {
         OptixShaderBindingTable sbt = {};
         sbt.raygenRecord = records_.address() + kind * sizeof(Record);
         sbt.missRecordBase = records_.address() + 2 * sizeof(Record);
@@ -142,12 +144,11 @@ public:
         sbt.hitgroupRecordCount = 1;
         CHECK(optixLaunch(pipeline_, nullptr, params_.address(), sizeof(LaunchRaysParams), &sbt,
                           unsigned(count), 1, 1));
-        CHECK(cudaDeviceSynchronize());
     }
 
 private:
     void createPipeline() {
-        std::ifstream file(BENCH_PTX);
+        std::ifstream file(ptx_);
         std::stringstream text;
         text << file.rdbuf();
         const std::string ptx = text.str();
@@ -193,6 +194,7 @@ private:
 
     unsigned graphFlags_;
     OptixPrimitiveType type_;
+    std::string ptx_; // path
     OptixPipeline pipeline_ = nullptr;
     Buffer records_, params_;
 };
@@ -200,7 +202,7 @@ private:
 // A mesh on the device and its acceleration structure.
 class Structure {
 public:
-    Structure(Optix& optix, const Mesh& mesh)
+    Structure(Optix& optix, const Mesh& mesh, unsigned buildFlags = 0)
         : optix_(optix), vertices_(mesh.vertices), indices_(mesh.indices), temp_(16), output_(16) {
         vertexBuffer_ = vertices_.address();
         input_.type = OPTIX_BUILD_INPUT_TYPE_TRIANGLES;
@@ -213,7 +215,7 @@ public:
         t.indexFormat = OPTIX_INDICES_FORMAT_UNSIGNED_INT3;
         t.flags = &flags_;
         t.numSbtRecords = 1;
-        options_.buildFlags = OPTIX_BUILD_FLAG_ALLOW_COMPACTION;
+        options_.buildFlags = OPTIX_BUILD_FLAG_ALLOW_COMPACTION | buildFlags;
         options_.operation = OPTIX_BUILD_OPERATION_BUILD;
         CHECK(optixAccelComputeMemoryUsage(optix.context, &options_, &input_, 1, &sizes_));
         temp_ = Buffer(sizes_.tempSizeInBytes);
@@ -221,68 +223,28 @@ public:
     }
 
     void build() {
-        CHECK(optixAccelBuild(optix_.context, nullptr, &options_, &input_, 1, temp_.address(),
-                              sizes_.tempSizeInBytes, output_.address(), sizes_.outputSizeInBytes,
-                              &handle, nullptr, 0));
+        queue();
         CHECK(cudaDeviceSynchronize());
     }
+    void queue() {
+        OptixAccelEmitDesc emit = {compacted_.address(), OPTIX_PROPERTY_TYPE_COMPACTED_SIZE};
+        CHECK(optixAccelBuild(optix_.context, nullptr, &options_, &input_, 1, temp_.address(),
+                              sizes_.tempSizeInBytes, output_.address(), sizes_.outputSizeInBytes,
+                              &handle, &emit, 1));
+    }
+    uint64_t compactedSize() const { return compacted_.read<uint64_t>(1)[0]; }
+    const OptixAccelBufferSizes& sizes() const { return sizes_; }
 
     OptixTraversableHandle handle = 0;
 
 private:
     Optix& optix_;
-    Buffer vertices_, indices_, temp_, output_;
+    Buffer vertices_, indices_, temp_, output_, compacted_{sizeof(uint64_t)};
     CUdeviceptr vertexBuffer_ = 0;
     unsigned flags_ = OPTIX_GEOMETRY_FLAG_NONE;
     OptixBuildInput input_ = {};
     OptixAccelBuildOptions options_ = {};
     OptixAccelBufferSizes sizes_ = {};
 };
-
-// The Embree side.
-inline RTCScene embreeScene(RTCDevice device, const Mesh& mesh) {
-    RTCScene scene = rtcNewScene(device);
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                               mesh.vertices.data(), 0, 12, mesh.numVertices());
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                               mesh.indices.data(), 0, 12, mesh.numTriangles());
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene, geometry);
-    rtcReleaseGeometry(geometry);
-    return scene;
-}
-
-inline RTCRay embreeRay(const Ray& r) {
-    RTCRay ray = {};
-    ray.org_x = r.origin[0], ray.org_y = r.origin[1], ray.org_z = r.origin[2];
-    ray.dir_x = r.direction[0], ray.dir_y = r.direction[1], ray.dir_z = r.direction[2];
-    ray.tnear = r.tmin, ray.tfar = r.tmax, ray.mask = ~0u;
-    return ray;
-}
-
-// Stores the same results as the device programs do.
-inline void traceEmbree(RTCScene scene, Optix::Kind kind, const std::vector<Ray>& rays,
-                 std::vector<BenchHit>& hits) {
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, rays.size(), 256), [&](const auto& range) {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        for (size_t i = range.begin(); i < range.end(); ++i) {
-            if (kind == Optix::kClosest) {
-                RTCRayHit hit;
-                hit.ray = embreeRay(rays[i]);
-                hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-                hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-                rtcIntersect1(scene, &context, &hit);
-                const bool found = hit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
-                hits[i] = {found ? hit.ray.tfar : -1.0f, found ? hit.hit.primID : ~0u};
-            } else {
-                RTCRay ray = embreeRay(rays[i]);
-                rtcOccluded1(scene, &context, &ray);
-                hits[i].primitive = ray.tfar < 0;
-            }
-        }
-    });
-}
 
 } // namespace bench
