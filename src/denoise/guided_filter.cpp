@@ -14,7 +14,7 @@
 namespace sunstone::denoise {
 namespace {
 
-constexpr size_t kPlaneCount = 22;
+constexpr size_t kPlaneCount = 25;
 constexpr size_t kAlignment = 64;
 constexpr size_t kRowsPerTask = 4;
 // Beyond this a value is as good as infinite; its square still fits into a float with room.
@@ -29,6 +29,15 @@ size_t rowStride(uint32_t width) {
 }
 size_t planeSize(uint32_t width, uint32_t height) {
     return rowStride(width) * height;
+}
+
+// Limited colours are encoded for a screen. The mean of noisy encoded colours is too dark: they are
+// averaged as light, by a curve that is near to all in use.
+float decoded(float value) {
+    return value > 0.0f ? value * value : 0.0f;
+}
+float encoded(float value) {
+    return value > 0.0f ? std::sqrt(value) : 0.0f;
 }
 
 bool isUsable(float value) {
@@ -67,6 +76,8 @@ public:
         for (float*& plane : pilot_.color)
             plane = takePlane();
         pilot_.variance = takePlane();
+        for (float*& plane : pass_.detail)
+            plane = takePlane();
         for (float*& plane : guides_)
             plane = takePlane();
         valid_ = takePlane();
@@ -154,11 +165,8 @@ private:
             filterAlpha();
         pass_.hasAlpha = hasAlpha && frame_.alpha == AlphaMode::kTogether;
         loadColor(layer.input);
-        if (pass_.hasAlpha)
-            forPixels([&](uint32_t, uint32_t, size_t at) { b_.alpha[at] = alpha_[at]; });
-        bool inB = smooth();
-        Planes& result = inB ? b_ : a_;
-        Planes& other = inB ? a_ : b_;
+        Planes& result = smooth();
+        Planes& other = &result == &a_ ? b_ : a_;
         if (pass_.hasAlpha)
             std::swap(alpha_, result.alpha);
         multiply(result);
@@ -188,8 +196,7 @@ private:
             a_.color[1][at] = 0.0f;
             a_.color[2][at] = 0.0f;
         });
-        bool inB = smooth();
-        const Planes& result = inB ? b_ : a_;
+        const Planes& result = smooth();
         forPixels([&](uint32_t, uint32_t, size_t at) { alpha_[at] = result.color[0][at]; });
     }
 
@@ -201,28 +208,42 @@ private:
             valid_[at] = usable ? 1.0f : 0.0f;
             Divisor divisor = isDivided_ ? divisorAt(at) : Divisor({1, 1, 1});
             for (int c = 0; c < 3; ++c) {
-                float value = usable ? values[c] * scale_[c] / divisor.values[c] : 0.0f;
+                float value = usable ? values[c] : 0.0f;
+                value = frame_.isLimited ? decoded(value) : value * scale_[c] / divisor.values[c];
                 a_.color[c][at] = std::clamp(value, -kLargestColor, kLargestColor);
             }
         });
     }
 
-    // From a_ to a_ or b_; true if the result is in b_.
-    bool smooth() {
+    // From a_ to what is returned, one of a_ and b_.
+    Planes& smooth() {
         const RowKernels& kernels = rowKernels();
         pass_.pilot = pilot_;
         run(kernels.repair, a_, b_);
         run(kernels.residual, b_, a_);
         run(kernels.spread, a_, b_);
-        bool inB = true;
+        Planes* from = &b_;
+        Planes* to = &a_;
+        bool hasDetail = pass_.guideCount != 0;
+        if (hasDetail) {
+            run(kernels.detail, *from, *to);
+            std::swap(from, to);
+        }
+        if (pass_.hasAlpha)
+            forPixels([&](uint32_t, uint32_t, size_t at) { from->alpha[at] = alpha_[at]; });
         for (uint32_t i = 0; i < settings_.passes; ++i) {
             pass_.step = 1 << i;
             if (i > 0) // what is smooth already speaks for itself
-                pass_.pilot = inB ? b_ : a_;
-            run(kernels.smooth, inB ? b_ : a_, inB ? a_ : b_);
-            inB = !inB;
+                pass_.pilot = *from;
+            run(kernels.smooth, *from, *to);
+            std::swap(from, to);
         }
-        return inB;
+        if (hasDetail)
+            forPixels([&](uint32_t, uint32_t, size_t at) {
+                for (int c = 0; c < 3; ++c)
+                    from->color[c][at] += pass_.detail[c][at];
+            });
+        return *from;
     }
 
     void multiply(const Planes& planes) const {
@@ -262,9 +283,8 @@ private:
         size_t at = inputY * pass_.stride + inputX;
         float values[4] = {0, 0, 0, 1};
         for (int c = 0; c < 3; ++c) {
-            values[c] = from.color[c][at] / scale_[c];
-            if (frame_.isLimited)
-                values[c] = std::clamp(values[c], 0.0f, 1.0f);
+            float value = from.color[c][at];
+            values[c] = frame_.isLimited ? std::min(encoded(value), 1.0f) : value / scale_[c];
         }
         if (channelsOf(layer.input.format) == 4)
             values[3] = alpha_[at];
@@ -295,7 +315,8 @@ private:
 } // namespace
 
 uint32_t GuidedFilter::overlap() const {
-    uint32_t reach = kRepairRadius + kResidualRadius + kSpreadRadius + kHistoryRadius;
+    uint32_t reach =
+        kRepairRadius + kResidualRadius + std::max(kSpreadRadius, kDetailRadius) + kHistoryRadius;
     for (uint32_t i = 0; i < settings_.passes; ++i)
         reach += 2u << i;
     return (reach + 7) / 8 * 8;

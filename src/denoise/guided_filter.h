@@ -3,14 +3,17 @@
 // average each with neighbours that belong to the same surface (guides) and whose colours differ
 // by no more than the noise explains.
 //
-//   1. Colours are divided by the albedo guide (not in limited range), so that textures need not be
-//      recognised in noise; they come back at the end.
+//   1. Colours are divided by the albedo guide, so that textures need not be recognised in noise;
+//      they come back at the end. Not in limited range: there colours are squared instead, which
+//      makes light of what is encoded for a screen.
 //   2. Values that are not finite, and fireflies, are replaced or cut by statistics of 5x5 pixels.
 //   3. The noise's variance is estimated from what a 3x3 mean leaves, averaged over 7x7 pixels.
-//   4. Passes of a 5x5 B-spline with steps 1, 2, 4... (Dammertz et al. 2010, Schied et al. 2017).
+//   4. What a local regression on the guides explains of a pixel's colour against its surroundings
+//      is taken out, and comes back at the end (rows_detail.h).
+//   5. Passes of a 5x5 B-spline with steps 1, 2, 4... (Dammertz et al. 2010, Schied et al. 2017).
 //      A neighbour's weight falls with the distance of its guides and with the part of its colour
 //      difference that the variance of both does not explain; the variance is carried along.
-//   5. Temporal: the previous image, moved by the flow, is blended in as far as it is in the range
+//   6. Temporal: the previous image, moved by the flow, is blended in as far as it is in the range
 //      of the new one.
 //
 // Everything is local: a pixel depends on inputs within overlap() of it, computed in the same order
@@ -24,10 +27,10 @@ namespace sunstone::denoise {
 
 // The tunable part; a user model carries one of these.
 struct FilterSettings {
-    uint32_t passes = 5;         // 1 to kMaxPasses
+    uint32_t passes = 4;         // 1 to kMaxPasses
     float colorTolerance = 2.0f; // in standard deviations of the noise
-    float albedoTolerance = 0.15f;
-    float normalTolerance = 0.25f;
+    float albedoTolerance = 0.2f;
+    float normalTolerance = 0.3f;
     float historyWeight = 0.8f; // temporal: part of the previous image, 0 to below 1
 };
 constexpr uint32_t kMaxPasses = 5;

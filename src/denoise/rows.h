@@ -27,6 +27,7 @@ struct Pass {
     Planes from, to;
     // What colours are compared by: means of few pixels tell more than single noisy ones.
     Planes pilot;
+    float* detail[3];     // of colours, as guides explain it
     int step;             // of an à-trous pass
     float colorTolerance; // squared
     bool hasAlpha;
@@ -38,12 +39,15 @@ struct RowKernels {
     void (*residual)(const Pass&, uint32_t y);
     // from.variance -> to.variance: mean of 7x7; pilot.variance: its part becomes a variance
     void (*spread)(const Pass&, uint32_t y);
+    // from.color, pilot -> detail, to.color without it; from.variance -> to.variance. With guides.
+    void (*detail)(const Pass&, uint32_t y);
     void (*smooth)(const Pass&, uint32_t y); // one à-trous pass
 };
 
 constexpr int kRepairRadius = 2;
 constexpr int kResidualRadius = 1;
 constexpr int kSpreadRadius = 3;
+constexpr int kDetailRadius = 4;
 
 const RowKernels& baseRowKernels();
 const RowKernels& avx2RowKernels();

@@ -68,7 +68,7 @@ inline float brightness(float r, float g, float b) {
 
 // A pixel may be as bright as its surroundings' mean and this many standard deviations more, both
 // without the brightest pixel there: fireflies seldom come alone.
-constexpr float kFireflyDeviations = 3.0f;
+constexpr float kFireflyDeviations = 5.0f;
 // With fewer like neighbours (together) than this there is little to judge a pixel by: it may be
 // that many times brighter.
 constexpr float kEnoughLikeness = 4.0f, kSlack = 10.0f;
@@ -180,7 +180,9 @@ void spreadChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t end) {
     size_t here = y * pass.stride;
     GuideRows center(pass, here);
     forTaps(pass, y, begin, end, kSpreadRadius, 1,
-            [&](int dx, int, size_t row, uint32_t first, uint32_t last) {
+            [&](int dx, int dy, size_t row, uint32_t first, uint32_t last) {
+                if ((dx + dy) % 2 != 0) // every other pixel tells nearly as much
+                    return;
                 GuideRows tap(pass, row);
                 const float* variance = pass.from.variance + row;
                 for (uint32_t x = first; x < last; ++x) {
@@ -196,6 +198,14 @@ void spreadChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t end) {
         pass.pilot.variance[here + x] *= variance;
     }
 }
+
+} // namespace
+} // namespace sunstone::denoise
+
+#include "denoise/rows_detail.h"
+
+namespace sunstone::denoise {
+namespace {
 
 constexpr float kSpline[3] = {3.0f / 8.0f, 1.0f / 4.0f, 1.0f / 16.0f};
 constexpr float kLeastVariance = 1e-9f;
@@ -256,9 +266,9 @@ void smoothChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t end) {
 }
 
 template <class Chunk>
-void forChunks(const Pass& pass, Chunk chunk) {
-    for (uint32_t begin = 0; begin < pass.width; begin += kChunk)
-        chunk(begin, std::min(pass.width, begin + kChunk));
+void forChunks(const Pass& pass, Chunk chunk, uint32_t size = kChunk) {
+    for (uint32_t begin = 0; begin < pass.width; begin += size)
+        chunk(begin, std::min(pass.width, begin + size));
 }
 
 // Picks the variant for a pass's number of guides.
@@ -293,6 +303,14 @@ void spreadRow(const Pass& pass, uint32_t y) {
         forChunks(pass, [&](uint32_t a, uint32_t b) { spreadChunk<kGuides>(pass, y, a, b); });
     });
 }
+void detailRow(const Pass& pass, uint32_t y) {
+    withGuides(pass, [&]<int kGuides>() {
+        if constexpr (kGuides != 0)
+            forChunks(
+                pass, [&](uint32_t a, uint32_t b) { detailChunk<kGuides>(pass, y, a, b); },
+                kDetailChunk);
+    });
+}
 void smoothRow(const Pass& pass, uint32_t y) {
     withGuides(pass, [&]<int kGuides>() {
         forChunks(pass, [&](uint32_t a, uint32_t b) {
@@ -304,7 +322,7 @@ void smoothRow(const Pass& pass, uint32_t y) {
     });
 }
 
-constexpr RowKernels kKernels = {repairRow, residualRow, spreadRow, smoothRow};
+constexpr RowKernels kKernels = {repairRow, residualRow, spreadRow, detailRow, smoothRow};
 
 } // namespace
 } // namespace sunstone::denoise

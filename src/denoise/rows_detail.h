@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// The row kernel that finds what guides explain of the colours: part of rows_body.h, whose helpers
+// it uses. For each pixel a weighted regression of the colours around it on the guides (first-order
+// regression as of Moon et al. 2014 and Bitterli et al. 2016, but once, over small windows):
+//
+//   colour(q) ~ a + b * (guides(q) - guides(pixel))
+//
+// What b says of the pixel against its surroundings (the shading of a bump, the share of two
+// surfaces in a pixel at a silhouette) is taken out before the passes, which would smooth it away,
+// and put back after them. The less of the surroundings' variance it explains beyond what any
+// regression on noise would, the more it is shrunk.
+#include "denoise/rows.h"
+
+namespace sunstone::denoise {
+namespace {
+
+constexpr uint32_t kDetailChunk = 64; // few enough for all moments to stay in the first cache
+// Surroundings: guides may be further away than for smoothing, that is what is regressed on; what
+// is several times brighter or darker is something else (a highlight, a lamp, a shadow).
+constexpr float kDetailGuidePart = 0.2f;
+constexpr float kDetailLightPart = 1.5f;
+constexpr int kDetailDisc = 18; // squared radius of the surroundings
+// Ridge, in squared units of the guides' tolerance: noise in guides must not look like a cause.
+constexpr float kRidge = 0.1f;
+constexpr float kSmallLight = 1e-6f;
+// The third coordinate of a normal adds nothing to the first two, which stand before it.
+constexpr int kMaxCauses = 5;
+constexpr int causesOf(int guides) {
+    return guides < kMaxCauses ? guides : kMaxCauses;
+}
+
+template <int kCauses>
+struct Moments {
+    static constexpr int kPairs = kCauses * (kCauses + 1) / 2;
+    float weight[kDetailChunk], squaredWeight[kDetailChunk], squaredColor[kDetailChunk];
+    float guide[kCauses][kDetailChunk], color[3][kDetailChunk];
+    float pair[kPairs][kDetailChunk], mixed[kCauses][3][kDetailChunk];
+};
+
+template <int kGuides>
+void addTap(const Pass& pass, const GuideRows& center, size_t here, const GuideRows& tap,
+            size_t row, int dx, uint32_t begin, uint32_t first, uint32_t last,
+            Moments<causesOf(kGuides)>& sums) {
+    const float* const* color = pass.from.color;
+    const float* const* pilot = pass.pilot.color;
+    for (uint32_t x = first; x < last; ++x) {
+        uint32_t q = uint32_t(int(x) + dx), i = x - begin;
+        float d[kGuides], c[3], distance = 0.0f;
+        for (int g = 0; g < kGuides; ++g) {
+            d[g] = tap.rows[g][q] - center.rows[g][x];
+            distance += d[g] * d[g];
+        }
+        float light = brightness(pilot[0][here + x], pilot[1][here + x], pilot[2][here + x]);
+        float other = brightness(pilot[0][row + q], pilot[1][row + q], pilot[2][row + q]);
+        float product = light * other, step = light - other;
+        product = product > 0.0f ? product : 0.0f;
+        float w = falloff(distance * kDetailGuidePart +
+                          kDetailLightPart * step * step / (product + kSmallLight));
+        sums.weight[i] += w;
+        sums.squaredWeight[i] += w * w;
+        float square = 0.0f;
+        for (int k = 0; k < 3; ++k) { // against the pixel's own: fewer digits are lost
+            c[k] = color[k][row + q] - color[k][here + x];
+            square += c[k] * c[k];
+            sums.color[k][i] += w * c[k];
+        }
+        sums.squaredColor[i] += w * square;
+        int pair = 0;
+        for (int g = 0; g < causesOf(kGuides); ++g) {
+            float wd = w * d[g];
+            sums.guide[g][i] += wd;
+            for (int h = 0; h <= g; ++h)
+                sums.pair[pair++][i] += wd * d[h];
+            for (int k = 0; k < 3; ++k)
+                sums.mixed[g][k][i] += wd * c[k];
+        }
+    }
+}
+
+// What the guides say of pixel i of the chunk against the mean of its surroundings.
+template <int kCauses>
+inline void explain(const Moments<kCauses>& sums, uint32_t i, float (&detail)[3]) {
+    float inverse = 1.0f / sums.weight[i]; // the pixel itself weighs 1
+    float guide[kCauses], color[3], matrix[kCauses][kCauses], pivot[kCauses];
+    float total = sums.squaredColor[i] * inverse, explained = 0.0f;
+    for (int g = 0; g < kCauses; ++g)
+        guide[g] = sums.guide[g][i] * inverse;
+    for (int k = 0; k < 3; ++k) {
+        color[k] = sums.color[k][i] * inverse;
+        total -= color[k] * color[k];
+    }
+    // Covariance of the guides = L D L^T, below the diagonal in place.
+    int pair = 0;
+    for (int g = 0; g < kCauses; ++g)
+        for (int h = 0; h <= g; ++h) {
+            float value = sums.pair[pair++][i] * inverse - guide[g] * guide[h];
+            for (int m = 0; m < h; ++m)
+                value -= matrix[g][m] * matrix[h][m] * pivot[m];
+            if (g == h) {
+                value += kRidge;
+                pivot[g] = value > 0.5f * kRidge ? value : 0.5f * kRidge; // rounding
+            } else {
+                matrix[g][h] = value / pivot[h];
+            }
+        }
+    for (int k = 0; k < 3; ++k) {
+        float slope[kCauses], joint[kCauses];
+        for (int g = 0; g < kCauses; ++g) {
+            joint[g] = sums.mixed[g][k][i] * inverse - guide[g] * color[k];
+            slope[g] = joint[g];
+            for (int m = 0; m < g; ++m)
+                slope[g] -= matrix[g][m] * slope[m];
+        }
+        for (int g = kCauses - 1; g >= 0; --g) {
+            slope[g] = slope[g] / pivot[g];
+            for (int m = g + 1; m < kCauses; ++m)
+                slope[g] -= matrix[m][g] * slope[m];
+        }
+        detail[k] = 0.0f;
+        for (int g = 0; g < kCauses; ++g) {
+            explained += slope[g] * joint[g];
+            detail[k] -= slope[g] * guide[g];
+        }
+    }
+    float effective = sums.weight[i] * sums.weight[i] / sums.squaredWeight[i] - float(kCauses + 1);
+    effective = effective > 1.0f ? effective : 1.0f;
+    float rest = total > explained ? total - explained : 0.0f;
+    float chance = float(kCauses) * rest / effective; // explained in noise alone
+    float trust = explained > chance ? 1.0f - chance / explained : 0.0f;
+    for (int k = 0; k < 3; ++k)
+        detail[k] *= trust;
+}
+
+template <int kGuides>
+void detailChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t end) {
+    Moments<causesOf(kGuides)> sums = {};
+    size_t here = y * pass.stride;
+    GuideRows center(pass, here);
+    forTaps(pass, y, begin, end, kDetailRadius, 1,
+            [&](int dx, int dy, size_t row, uint32_t first, uint32_t last) {
+                // A disc, and of that every other pixel: it tells nearly as much.
+                if ((dx + dy) % 2 != 0 || dx * dx + dy * dy > kDetailDisc)
+                    return;
+                GuideRows tap(pass, row);
+                addTap<kGuides>(pass, center, here, tap, row, dx, begin, first, last, sums);
+            });
+    for (uint32_t x = begin; x < end; ++x) {
+        float detail[3];
+        explain(sums, x - begin, detail);
+        for (int k = 0; k < 3; ++k) {
+            pass.detail[k][here + x] = detail[k];
+            pass.to.color[k][here + x] = pass.from.color[k][here + x] - detail[k];
+        }
+        pass.to.variance[here + x] = pass.from.variance[here + x];
+    }
+}
+
+} // namespace
+} // namespace sunstone::denoise
