@@ -63,16 +63,22 @@ public:
 
     void prefetchIndices(uint32_t triangle) const {
         if (indexFormat_ != IndexFormat::kNone)
-            __builtin_prefetch(indices_ + triangle * indexStride_);
+            prefetchBothEnds(indices_ + triangle * indexStride_);
     }
     void prefetchVertices(uint32_t triangle) const {
         uint32_t index[3];
         if (indices(triangle, index))
             for (uint32_t i : index)
-                __builtin_prefetch(vertices_ + i * vertexStride_);
+                prefetchBothEnds(vertices_ + i * vertexStride_);
     }
 
 private:
+    // Of twelve bytes the last ones are in the next cache line often enough (one time in eight) to
+    // take half of the time of an update if nobody asks for them.
+    static void prefetchBothEnds(const uint8_t* address) {
+        __builtin_prefetch(address);
+        __builtin_prefetch(address + 11);
+    }
     bool indices(uint32_t triangle, uint32_t out[3]) const {
         if (numVertices_ == 0)
             return false;
