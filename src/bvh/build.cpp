@@ -114,11 +114,7 @@ struct Plan {
             keys == 1)
             total += maxSplits(total);
         numReferences = uint32_t(total);
-        const uint64_t micromapsSize = micromapTableSize(inputs.triangles);
-        if (micromapsSize && options.motion.keys > 1)
-            fail(Code::kNotSupported,
-                 "opacity micromaps in a structure with motion keys are not available yet");
-        layOut(options, micromapsSize);
+        layOut(options, micromapTableSize(inputs.triangles));
     }
 
     void layOut(const BuildOptions& options, uint64_t micromapsSize) {

@@ -390,30 +390,14 @@ TEST(MicromapBinding, ArraysMustBeThere) {
     }
 }
 
-TEST(MicromapBinding, IsRefusedWithMotion) {
-    const Array array = fiveMaps();
-    const Mesh mesh = testing::cube();
-    TriangleInput in = mesh.input();
-    in.micromaps.indexing = MicromapIndexing::kLinear;
-    in.micromaps.array = array.get();
-    BuildInputs all;
-    all.triangles = {&in, 1};
-    BuildOptions options;
-    options.motion.keys = 2;
-    options.motion.end = 1;
-    try {
-        computeMemoryUsage(all, options);
-        ADD_FAILURE() << "no error";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.code(), Code::kNotSupported);
-    }
-}
-
-TEST(MicromapBinding, SurvivesCompactionUpdateAndRelocation) {
+void surviveCompactionUpdateAndRelocation(uint32_t motionKeys) {
     const Array first = fiveMaps();
     const Array second = fiveMaps();
     const Mesh mesh = testing::cube();
+    const void* const keys[2] = {mesh.vertices.data(), mesh.vertices.data()};
     TriangleInput inputs[2] = {mesh.input(), mesh.input()};
+    if (motionKeys > 1)
+        inputs[0].keyVertices = inputs[1].keyVertices = keys;
     const int32_t indices[12] = {0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 0, 1};
     int32_t others[12] = {4, 3, 2, 1, 0, 4, 3, 2, 1, 0, -1, -2};
     inputs[1].micromaps = {MicromapIndexing::kIndexed, first.get(), indices, 4, 0, 0};
@@ -421,7 +405,9 @@ TEST(MicromapBinding, SurvivesCompactionUpdateAndRelocation) {
     all.triangles = inputs;
     BuildOptions options;
     options.allowUpdate = options.allowCompaction = options.allowMicromapUpdate = true;
+    options.motion = {motionKeys, 0, 0, 1};
     const Structure s = makeStructure(all, options); // compacted
+    EXPECT_EQ(isMoving(headerOf(s.block())->type), motionKeys > 1);
     const auto before = refsOf(s.block(), 1, 12);
     EXPECT_EQ(before[4], first.refs()[4]);
     EXPECT_TRUE(refsOf(s.block(), 0, 12).empty());
@@ -454,6 +440,14 @@ TEST(MicromapBinding, SurvivesCompactionUpdateAndRelocation) {
     expectInvalid([&] { relocateMicromaps(info, copy.get(), arrays, 2); }, "no copy");
     arrays[1] = copy.get();
     expectInvalid([&] { relocateMicromaps(info, copy.get(), arrays, 2); }, "no opacity micromap");
+}
+
+TEST(MicromapBinding, SurvivesCompactionUpdateAndRelocation) {
+    surviveCompactionUpdateAndRelocation(1);
+}
+
+TEST(MicromapBinding, SurvivesThemWithMotionKeysToo) {
+    surviveCompactionUpdateAndRelocation(2);
 }
 
 TEST(MicromapBinding, UpdatesKeepToWhatTheBuildAllows) {

@@ -25,8 +25,8 @@ SUNSTONE_INLINE bool isGone(const bvh::BlockHeader* block, float time) {
     const bvh::KeySegment at = bvh::keySegment(*block, state_->time);
     const isa::MovingNodes nodes(*block, setup, at);
     const bvh::BlockType kind = bvh::kindOf(block->type);
-    const bool micromaps =
-        bvh::hasMicromaps(block->type) && !(instanceFlags_ & kInstanceDisableMicromaps);
+    const bool micromaps = bvh::hasMicromaps(block->type) && launch_.opacityMicromaps &&
+                           !(instanceFlags_ & kInstanceDisableMicromaps);
     if (kind == bvh::BlockType::kCustom || micromaps || programsMayRun(block))
         startPrograms(org, dir);
     if (kind == bvh::BlockType::kCustom)

@@ -439,6 +439,7 @@ protected:
     void makeRig(bool allow = true) {
         OptixPipelineCompileOptions options = compileOptions(4);
         options.allowOpacityMicromaps = allow;
+        options.usesMotionBlur = 1;
         rig_ = rig("probe", options);
         rig_->raygenRecord(rig_->raygen("__raygen__probe"));
         rig_->missRecord(rig_->miss("__miss__probe"), ProbeData{1, 0, nullptr, 0, 0});
@@ -449,12 +450,17 @@ protected:
 
     // The number that the micromap of each triangle of a row shows; -1 where any-hit ran.
     std::vector<int> numbers(OptixTraversableHandle handle, unsigned count) {
+        return numbersAt(handle, count, 0, 0);
+    }
+    // The same at a time at which the row is `y` farther up.
+    std::vector<int> numbersAt(OptixTraversableHandle handle, unsigned count, float time, float y) {
         const float inside[4][2] = {{0.1f, 0.1f}, {0.3f, 0.3f}, {0.8f, 0.1f}, {0.1f, 0.8f}};
         std::vector<ProbeRay> rays;
         for (unsigned i = 0; i < 4 * count; ++i) {
             ProbeRay ray{};
             ray.origin[0] = inside[i % 4][0] + 2.0f * float(i / 4);
-            ray.origin[1] = inside[i % 4][1];
+            ray.origin[1] = inside[i % 4][1] + y;
+            ray.time = time;
             ray.origin[2] = 1;
             ray.direction[2] = -1;
             ray.tmax = 1e16f;
@@ -572,6 +578,72 @@ TEST_P(MicromapTraversal, SurvivesEverythingThatCanBeDone) {
     ASSERT_OK(optixAccelRelocate(context_, nullptr, &gasInfo, nullptr, 0, moved.address(),
                                  moved.size(), &handle));
     EXPECT_EQ(numbers(handle, 6), (Numbers{1, 2, 3, 4, 15, 0}));
+}
+
+// Triangles with motion keys have micromaps too: a row that moves up, through compaction, an update
+// that turns the motion round and changes the micromaps, and relocation.
+TEST_P(MicromapTraversal, MovesWithTheTriangles) {
+    makeRig();
+    Array array;
+    ASSERT_OK(array.build(context_));
+    const auto mesh = row(6), above = row(6);
+    for (size_t i = 0; i < above->points.size(); ++i)
+        above->vertices.as<Vec3>()[i].y += 4;
+    CUdeviceptr keys[2] = {mesh->vertexAddress, above->vertexAddress};
+    const Buffer indices(std::vector<int32_t>{5, 4, -1, -2, 15, 7});
+    OptixBuildInput input = mesh->input;
+    input.triangleArray.vertexBuffers = keys;
+    useIndices(input, array, indices);
+    const unsigned flags = OPTIX_BUILD_FLAG_ALLOW_UPDATE | OPTIX_BUILD_FLAG_ALLOW_COMPACTION |
+                           OPTIX_BUILD_FLAG_ALLOW_OPACITY_MICROMAP_UPDATE;
+    OptixAccelBuildOptions options = buildOptions(flags);
+    options.motionOptions = {2, 0, 0, 1};
+    OptixAccelBufferSizes sizes{};
+    ASSERT_OK(optixAccelComputeMemoryUsage(context_, &options, &input, 1, &sizes));
+    const Buffer temp(sizes.tempSizeInBytes), output(sizes.outputSizeInBytes), compactedSize(8);
+    const OptixAccelEmitDesc emit{compactedSize.address(), OPTIX_PROPERTY_TYPE_COMPACTED_SIZE};
+    OptixTraversableHandle handle = 0;
+    ASSERT_OK(optixAccelBuild(context_, nullptr, &options, &input, 1, temp.address(), temp.size(),
+                              output.address(), output.size(), &handle, &emit, 1));
+    waitForDevice();
+    const auto expect = [&](const Numbers& numbers, float begin, float end) {
+        for (float time : {0.0f, 0.25f, 0.7f, 1.0f})
+            EXPECT_EQ(numbersAt(handle, 6, time, begin + (end - begin) * time), numbers)
+                << "time " << time;
+        EXPECT_EQ(numbersAt(handle, 6, 0.5f, begin), Numbers(6)); // gone from where it was
+    };
+    expect({5, 4, 0, 15, 15, 7}, 0, 4);
+
+    const Buffer compacted(*compactedSize.as<uint64_t>());
+    ASSERT_OK(optixAccelCompact(context_, nullptr, handle, compacted.address(), compacted.size(),
+                                &handle));
+    waitForDevice();
+    output.fill(0xEE);
+    expect({5, 4, 0, 15, 15, 7}, 0, 4);
+
+    std::swap(keys[0], keys[1]);
+    const Buffer others(std::vector<int32_t>{1, 2, 3, 4, -2, -1});
+    useIndices(input, array, others);
+    options.operation = OPTIX_BUILD_OPERATION_UPDATE;
+    ASSERT_OK(optixAccelBuild(context_, nullptr, &options, &input, 1, temp.address(), temp.size(),
+                              compacted.address(), compacted.size(), &handle, nullptr, 0));
+    expect({1, 2, 3, 4, 15, 0}, 4, 0);
+
+    OptixRelocationInfo info{};
+    ASSERT_OK(optixAccelGetRelocationInfo(context_, handle, &info));
+    Array other;
+    ASSERT_OK(other.build(context_));
+    const Buffer moved(compacted.size());
+    std::memcpy(moved.as<void>(), compacted.as<void>(), moved.size());
+    compacted.fill(0xEE);
+    array.output.fill(0xEE);
+    OptixRelocateInput relocated{};
+    relocated.type = OPTIX_BUILD_INPUT_TYPE_TRIANGLES;
+    relocated.triangleArray.numSbtRecords = 1;
+    relocated.triangleArray.opacityMicromap.opacityMicromapArray = other.output.address();
+    ASSERT_OK(optixAccelRelocate(context_, nullptr, &info, &relocated, 1, moved.address(),
+                                 moved.size(), &handle));
+    expect({1, 2, 3, 4, 15, 0}, 4, 0);
 }
 
 // Without the flag an update keeps the micromaps, and says so where others are given.
