@@ -16,8 +16,8 @@
 // The denominator has the curvature, so that convergence is fast while the radius of curvature
 // exceeds r. (The idea of cones along the curve is from Reshetov and Luebke, "Phantom Ray-Hair
 // Intersector", 2018.) Distances count from C(u), so that nothing large cancels. A lane's answer
-// counts where the iteration has settled within its eighth. Pieces that turn much within an eighth
-// are cut further.
+// counts where the iteration has settled within its eighth. Pieces that turn much within an eighth,
+// or more tightly than their radius, are cut further and searched more carefully (settleBent).
 //
 // Only surfaces that the ray enters are hit: curves are hollow and not seen from within.
 #pragma once
@@ -98,52 +98,129 @@ struct SettledLanes {
 
 constexpr V8 kLaneNumbers = {0, 1, 2, 3, 4, 5, 6, 7};
 
+// Where the ray enters the cones about C(u): at the distance q behind the depth of C(u), by m in
+// front of the plane at u, in units of |C'|.
+struct ConeEntries {
+    V8 q, m, speed, bend, radius, discriminant;
+};
+SUNSTONE_INLINE ConeEntries enterCones(const CurveLanes& curve, V8 u) {
+    ConeEntries e;
+    const V8 x = curve.value(0, u), y = curve.value(1, u), r = curve.value(3, u);
+    const V8 dx = curve.first(0, u), dy = curve.first(1, u), dz = curve.first(2, u),
+             dr = curve.first(3, u);
+    const V8 flat = fused(dx, dx, dy * dy);
+    e.speed = fused(dz, dz, flat);
+    const V8 inverse = 1 / e.speed;
+    const V8 cross = x * dy - y * dx, distance = fused(x, x, y * y);
+    const V8 along = -fused(x, dx, y * dy); // (q . C') for q at the depth of C(u)
+    // Cone: a z^2 + 2 b z + c = 0 for z from C(u) on.
+    const V8 slope = dr * inverse, rAlong = fused(slope, along, r);
+    const V8 a = inverse * fused(-dr * slope, dz * dz, flat);
+    const V8 b = -dz * fused(along, inverse, slope * rAlong);
+    const V8 c = fused(inverse, fused(dz * dz, distance, cross * cross), -rAlong * rAlong);
+    e.discriminant = fused(b, b, -a * c);
+    const V8 root = rootOf(mostOf(e.discriminant, V8{}));
+    e.q = b > 0 ? (-b - root) / a : c / (root - b);
+    e.m = fused(e.q, dz, along);
+    // q.C'' without the part along the curve, which is about the parameter's speed alone.
+    const V8 ddx = curve.second(0, u), ddy = curve.second(1, u), ddz = curve.second(2, u);
+    const V8 hurry = fused(dx, ddx, fused(dy, ddy, dz * ddz)) * inverse;
+    e.bend = fused(e.q, ddz, -fused(x, ddx, fused(y, ddy, e.m * hurry)));
+    e.radius = fused(dr * inverse, e.m, r);
+    return e;
+}
+
+// Which lanes have settled: one more step of du would hardly change them.
+SUNSTONE_INLINE SettledLanes settledLanes(const CurveLanes& curve, const RaySpace& s,
+                                          const ConeEntries& e, V8 u, V8 du, V8 middle, float h,
+                                          float tmax) {
+    SettledLanes out;
+    out.u = u + du;
+    out.t = (curve.value(2, u) + e.q) * s.toT;
+    const auto good = (e.discriminant >= 0.0f) & (e.radius > 0.0f) & (magnitude(du) <= 0.05f * h) &
+                      (magnitude(out.u - middle) <= 0.502f * h) & (out.t >= s.tmin) &
+                      (out.t <= tmax) &
+                      // What is shorter than this is lost in rounding.
+                      (e.speed * (h * h) > 1e-12f * e.radius * e.radius);
+    out.mask = bitsOfMask(good);
+    return out;
+}
+
 // Lanes over the eighths of [begin, begin + length].
 template <int kSteps>
 SUNSTONE_INLINE SettledLanes settle(const CurveLanes& curve, const RaySpace& s, float begin,
                                     float length, float tmax) {
     const float h = length / 8;
     const V8 middle = begin + h * (kLaneNumbers + 0.5f);
-    V8 u = middle, z, du, radius, discriminant, pace;
-    for (int step = 0; step < kSteps; ++step) {
-        const V8 x = curve.value(0, u), y = curve.value(1, u), r = curve.value(3, u);
-        const V8 dx = curve.first(0, u), dy = curve.first(1, u), dz = curve.first(2, u),
-                 dr = curve.first(3, u);
-        const V8 flat = fused(dx, dx, dy * dy), speed = fused(dz, dz, flat);
-        const V8 inverse = 1 / speed;
-        pace = speed;
-        const V8 cross = x * dy - y * dx, distance = fused(x, x, y * y);
-        const V8 along = -fused(x, dx, y * dy); // (q . C') for q at the depth of C(u)
-        // Cone: a z^2 + 2 b z + c = 0 for z from C(u) on.
-        const V8 slope = dr * inverse, rAlong = fused(slope, along, r);
-        const V8 a = inverse * fused(-dr * slope, dz * dz, flat);
-        const V8 b = -dz * fused(along, inverse, slope * rAlong);
-        const V8 c = fused(inverse, fused(dz * dz, distance, cross * cross), -rAlong * rAlong);
-        discriminant = fused(b, b, -a * c);
-        const V8 root = rootOf(mostOf(discriminant, V8{}));
-        const V8 q = b > 0 ? (-b - root) / a : c / (root - b);
-        const V8 m = fused(q, dz, along);
-        // q.C'' without the part along the curve, which is about the parameter's speed alone.
-        const V8 ddx = curve.second(0, u), ddy = curve.second(1, u), ddz = curve.second(2, u);
-        const V8 hurry = fused(dx, ddx, fused(dy, ddy, dz * ddz)) * inverse;
-        const V8 bend = fused(q, ddz, -fused(x, ddx, fused(y, ddy, m * hurry)));
-        du = m / mostOf(speed - bend, 0.2f * speed);
-        z = curve.value(2, u) + q;
-        radius = fused(dr * inverse, m, r);
-        const V8 next = leastOf(mostOf(u + du, middle - h), middle + h);
-        if (step + 1 < kSteps)
-            u = next;
+    V8 u = middle;
+    for (int step = 1;; ++step) {
+        const ConeEntries e = enterCones(curve, u);
+        const V8 du = e.m / mostOf(e.speed - e.bend, 0.2f * e.speed);
+        if (step == kSteps)
+            return settledLanes(curve, s, e, u, du, middle, h, tmax);
+        u = leastOf(mostOf(u + du, middle - h), middle + h);
     }
-    SettledLanes out;
-    out.u = u + du;
-    out.t = z * s.toT;
-    const auto good = (discriminant >= 0.0f) & (radius > 0.0f) & (magnitude(du) <= 0.05f * h) &
-                      (magnitude(out.u - middle) <= 0.502f * h) & (out.t >= s.tmin) &
-                      (out.t <= tmax) &
-                      // What is shorter than this is lost in rounding.
-                      (pace * (h * h) > 1e-12f * radius * radius);
-    out.mask = bitsOfMask(good);
-    return out;
+}
+
+// The same where the curve may turn more tightly than its radius. There m may rise as well as fall,
+// and the entry of a grazing ray moves faster than the steps know. So each lane looks at both ends
+// of its part first. Once m has had both signs, a lane keeps the last place of each, and stays
+// between them: every other step goes where a straight line through the two is zero.
+constexpr int kBentSteps = 12;
+[[gnu::noinline]] static SettledLanes settleBent(const CurveLanes& curve, const RaySpace& s,
+                                                 float begin, float length, float tmax) {
+    const float h = length / 8;
+    const V8 middle = begin + h * (kLaneNumbers + 0.5f), none = all<V8>(__builtin_nanf(""));
+    V8 u = middle - 0.5f * h, above = none, below = none, mAbove = none, mBelow = none;
+    for (int step = 1;; ++step) {
+        const ConeEntries e = enterCones(curve, u);
+        const auto positive = e.m >= 0.0f;
+        above = positive ? u : above;
+        below = positive ? below : u;
+        mAbove = positive ? e.m : mAbove;
+        mBelow = positive ? mBelow : e.m;
+        if (step == 1) {
+            u = middle + 0.5f * h;
+            continue;
+        }
+        const V8 slope = e.speed - e.bend, least = 0.2f * e.speed;
+        const V8 du = e.m / (slope < 0.0f ? leastOf(slope, -least) : mostOf(slope, least));
+        if (step == kBentSteps) {
+            const V8 most = all<V8>(0.05f * h), last = leastOf(mostOf(du, -most), most);
+            SettledLanes lanes = settledLanes(curve, s, e, u, last, middle, h, tmax);
+            // Where m jumps there is a change of sign, but no hit.
+            const V8 near = 1e-3f * e.radius;
+            lanes.mask &= bitsOfMask(e.m * e.m <= near * near * e.speed);
+            return lanes;
+        }
+        const auto both = (above == above) & (below == below);
+        const V8 low = leastOf(above, below), high = mostOf(above, below), next = u + du;
+        const auto fits = ((next > low) & (next < high)) | (magnitude(du) <= 1e-3f * h);
+        const V8 straight = (above * mBelow - below * mAbove) / (mBelow - mAbove);
+        const V8 inside = step & 1 ? (fits ? next : 0.5f * (low + high)) : straight;
+        const V8 alone = step == 2 ? middle : leastOf(mostOf(next, middle - h), middle + h);
+        u = both ? inside : alone;
+    }
+}
+
+// Whether the direction may turn by more than 28 degrees between two parameters. It turns no more
+// than the derivative's Bernstein coefficients do from one to the next, each by 14 degrees here.
+SUNSTONE_INLINE Mask turnsMuch(const CurveLanes& curve, V8 u0, V8 u1, float h) {
+    constexpr float kCosineSquared = 0.985f;
+    V8 d[3][3], size[3] = {};
+    for (int c = 0; c < 3; ++c) {
+        d[0][c] = curve.first(c, u0);
+        d[1][c] = fused(curve.second(c, u0), all<V8>(0.5f * h), d[0][c]);
+        d[2][c] = curve.first(c, u1);
+        for (int k = 0; k < 3; ++k)
+            size[k] = fused(d[k][c], d[k][c], size[k]);
+    }
+    const auto turns = [&](int k) {
+        const V8 along =
+            fused(d[k][0], d[k + 1][0], fused(d[k][1], d[k + 1][1], d[k][2] * d[k + 1][2]));
+        return (along <= 0.0f) | (along * along < kCosineSquared * (size[k] * size[k + 1]));
+    };
+    return bitsOfMask(turns(0) | turns(1));
 }
 
 // Which eighths the ray may meet, and which of them turn so much that they must be cut.
@@ -158,27 +235,23 @@ SUNSTONE_INLINE EighthTest testEighths(const CurveLanes& curve, const RaySpace& 
     const V8 vx = curve.value(0, u1) - ax, vy = curve.value(1, u1) - ay,
              vz = curve.value(2, u1) - az;
     // How far the curve and its radius may be from linear.
-    V8 turn = {}, off = {}, offR = {};
+    V8 off = {}, offR = {};
     const V8 ends[2] = {u0, u1};
     for (const V8 u : ends) {
         const V8 x = curve.second(0, u), y = curve.second(1, u), z = curve.second(2, u);
-        const V8 cx = y * vz - z * vy, cy = z * vx - x * vz, cz = x * vy - y * vx;
-        turn = mostOf(turn, cx * cx + cy * cy + cz * cz);
         off = mostOf(off, x * x + y * y + z * z);
         offR = mostOf(offR, magnitude(curve.second(3, u)));
     }
-    const V8 flat = vx * vx + vy * vy, size = flat + vz * vz;
+    const V8 flat = vx * vx + vy * vy;
     const V8 place =
         leastOf(mostOf(-(ax * vx + ay * vy) / mostOf(flat, all<V8>(1e-37f)), V8{}), all<V8>(1));
     const V8 px = fused(place, vx, ax), py = fused(place, vy, ay);
     const V8 r = mostOf(magnitude(curve.value(3, u0)), magnitude(curve.value(3, u1))) +
                  (rootOf(off) + offR) * (h * h / 8) + 0x1p-20f * (magnitude(az) + magnitude(vz));
     const V8 low = leastOf(az, az + vz) - r, high = mostOf(az, az + vz) + r;
-    const auto meets = (px * px + py * py <= r * r) & (low <= tmax * s.length) &
-                       (high >= s.tmin * s.length);
-    // The angle between the ends: |C'' x V| h^2 / |V|^2.
-    const V8 limit = 0.25f * size * size;
-    return {bitsOfMask(meets), bitsOfMask(turn * (h * h * h * h) > limit)};
+    const auto meets =
+        (px * px + py * py <= r * r) & (low <= tmax * s.length) & (high >= s.tmin * s.length);
+    return {bitsOfMask(meets), turnsMuch(curve, u0, u1, h)};
 }
 
 SUNSTONE_INLINE bool takeNearest(const SettledLanes& lanes, CurveCandidate& best) {
@@ -207,7 +280,7 @@ SUNSTONE_INLINE bool takeNearest(const SettledLanes& lanes, CurveCandidate& best
         for (Mask m = test.meets & test.bent; m; m &= m - 1)
             found |= intersectBent(curve, s, begin + float(lowestBit(m)) * length / 8, length / 8,
                                    levels - 1, best);
-    SettledLanes lanes = settle<6>(curve, s, begin, length, best.t);
+    SettledLanes lanes = settleBent(curve, s, begin, length, best.t);
     lanes.mask &= test.meets & (levels > 0 ? ~test.bent : ~0u);
     return takeNearest(lanes, best) || found;
 }
@@ -257,8 +330,7 @@ SUNSTONE_INLINE Mask testCapsules(const float* rows, const RaySpace& s, float tm
     const Point<V> b = toRaySpace(s, row(3), row(4), row(5));
     const V vx = b.x - a.x, vy = b.y - a.y;
     const V flat = mostOf(fused(vx, vx, vy * vy), all<V>(1e-37f));
-    const V place =
-        leastOf(mostOf(-fused(a.x, vx, a.y * vy) / flat, V{}), all<V>(1));
+    const V place = leastOf(mostOf(-fused(a.x, vx, a.y * vy) / flat, V{}), all<V>(1));
     const V px = fused(place, vx, a.x), py = fused(place, vy, a.y);
     const V r = row(6) + 0x1p-20f * (magnitude(a.z) + magnitude(b.z));
     near = leastOf(a.z, b.z) - r;

@@ -72,6 +72,15 @@ struct FilterHit {
     }
 };
 
+// A leaf, whose words are its row 0, to the visitor's test().
+template <class Visitor>
+SUNSTONE_INLINE bool visitRows(Visitor& visitor, const uint8_t* block, NodeRef ref) {
+    const auto* words = reinterpret_cast<const uint32_t*>(block + offsetOf(ref));
+    const auto* rows = reinterpret_cast<const float*>(words);
+    return (ref & kNodeTagMask) == kLeaf ? visitor.template test<4>(words, rows + 4)
+                                         : visitor.template test<8>(words, rows + 8);
+}
+
 template <class Judge>
 struct CurveVisitor {
     static constexpr bool kOrdered = Judge::kOrdered;
@@ -106,9 +115,7 @@ struct CurveVisitor {
         return false;
     }
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
-        const auto* words = reinterpret_cast<const uint32_t*>(block + offsetOf(ref));
-        const auto* rows = reinterpret_cast<const float*>(words);
-        return (ref & kNodeTagMask) == kLeaf ? test<4>(words, rows + 4) : test<8>(words, rows + 8);
+        return visitRows(*this, block, ref);
     }
 };
 
@@ -144,9 +151,7 @@ struct ConeVisitor {
         return false;
     }
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
-        const auto* words = reinterpret_cast<const uint32_t*>(block + offsetOf(ref));
-        const auto* rows = reinterpret_cast<const float*>(words);
-        return (ref & kNodeTagMask) == kLeaf ? test<4>(words, rows + 4) : test<8>(words, rows + 8);
+        return visitRows(*this, block, ref);
     }
 };
 
@@ -182,9 +187,7 @@ struct SphereVisitor {
         return false;
     }
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
-        const auto* words = reinterpret_cast<const uint32_t*>(block + offsetOf(ref));
-        const auto* rows = reinterpret_cast<const float*>(words);
-        return (ref & kNodeTagMask) == kLeaf ? test<4>(words, rows + 4) : test<8>(words, rows + 8);
+        return visitRows(*this, block, ref);
     }
 };
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// For tests: a judge of rays against round curves in double precision. It cuts a segment into
-// many short truncated cones along chords, which differ from the surface by less than the judge's
-// tolerance, and knows nothing of how the kernels look for hits.
+// For tests: a judge of rays against round curves in double precision, straight from what the
+// surface is: all circles of radius r(u) about C(u), orthogonal to C'(u). A ray meets the plane of
+// the circle at u in one point, and that point's distance from C(u), less r(u), is a function of u
+// whose zeros are the hits. The judge scans it finely and finds each zero by bisection; it knows
+// nothing of how the kernels look for hits.
 #pragma once
 
 #include "bvh/curves.h"
@@ -37,6 +39,12 @@ struct CurvePoint {
     Vec3d position;
     double radius;
 };
+inline CurvePoint operator-(const CurvePoint& a, const CurvePoint& b) {
+    return {a.position - b.position, a.radius - b.radius};
+}
+inline CurvePoint operator*(double s, const CurvePoint& a) {
+    return {s * a.position, s * a.radius};
+}
 
 // Straight from the definitions of the bases.
 inline CurvePoint evaluate(const Segment& s, double u) {
@@ -67,6 +75,14 @@ inline CurvePoint evaluate(const Segment& s, double u) {
     return p;
 }
 
+// Their change with u: differences that are exact for polynomials up to the fourth degree.
+inline CurvePoint derivative(const Segment& s, double u) {
+    constexpr double h = 0.125;
+    const CurvePoint near = evaluate(s, u + h) - evaluate(s, u - h);
+    const CurvePoint far = evaluate(s, u + 2 * h) - evaluate(s, u - 2 * h);
+    return 1 / (12 * h) * (8 * near - far);
+}
+
 struct JudgedHit {
     double t, u;
 };
@@ -79,11 +95,20 @@ struct Lean {
 
 class CurveJudge {
 public:
-    CurveJudge(const Segment& segment, Lean lean, int cuts = 600)
-        : segment_(segment), lean_(lean), cuts_(cuts) {}
+    explicit CurveJudge(const Segment& segment) : segment_(segment) {
+        if (segment.basis == CurveBasis::kLinear)
+            return;
+        const double begin = -kBeyond, end = 1 + kBeyond;
+        addPlace(begin);
+        for (int i = 1; i <= kScan; ++i)
+            scan(places_.back(), placeAt(begin + (end - begin) * i / kScan));
+        for (const Place& p : places_)
+            fastest_ = std::max(fastest_, dot(p.change.position, p.change.position));
+    }
 
-    std::optional<JudgedHit> nearest(const ShapeRay& ray) const {
+    std::optional<JudgedHit> nearest(const ShapeRay& ray, Lean lean = {}) const {
         best_.reset();
+        lean_ = lean;
         ray_ = &ray;
         org_ = {ray.origin[0], ray.origin[1], ray.origin[2]};
         dir_ = {ray.direction[0], ray.direction[1], ray.direction[2]};
@@ -91,8 +116,17 @@ public:
             linear();
             return best_;
         }
-        for (int i = 0; i < cuts_; ++i)
-            cone(double(i) / cuts_, double(i + 1) / cuts_);
+        double before = 0, here = excess(places_[0]);
+        for (size_t i = 1; i < places_.size(); ++i) {
+            const double next = excess(places_[i]);
+            if ((here < 0) != (next < 0))
+                zero(places_[i - 1].u, places_[i].u);
+            else if (i > 1 && (here < 0) == (before < 0) && std::fabs(here) <= std::fabs(before) &&
+                     std::fabs(here) <= std::fabs(next))
+                twoZeros(places_[i - 2].u, places_[i].u);
+            before = here;
+            here = next;
+        }
         if (segment_.capBegin)
             cap(0, 1e-4);
         if (segment_.capEnd)
@@ -101,73 +135,109 @@ public:
     }
 
 private:
+    // How far beyond the ends a lean may look, and in how many steps at least.
+    static constexpr double kBeyond = 2e-3;
+    static constexpr int kScan = 512;
+    // Steps turn less than this, or are as short as this.
+    static constexpr double kTurn = 0.02, kShortest = 1e-9;
+    // Where a straight line turns back there is no turn but that of rounded control points: what is
+    // slower than this, compared with the fastest, is not looked at.
+    static constexpr double kStill = 1e-5;
+
+    struct Place {
+        double u;
+        CurvePoint at, change;
+    };
+
+    Place placeAt(double u) const { return {u, evaluate(segment_, u), derivative(segment_, u)}; }
+    void addPlace(double u) { places_.push_back(placeAt(u)); }
+
+    // Adds places up to `to` so that the direction turns little from one to the next.
+    void scan(Place from, const Place& to) {
+        const Vec3d a = from.change.position, b = to.change.position;
+        if (to.u - from.u > kShortest && !(dot(a, b) >= std::cos(kTurn) * length(a) * length(b))) {
+            const Place middle = placeAt(0.5 * (from.u + to.u));
+            scan(from, middle);
+            scan(middle, to);
+        } else {
+            places_.push_back(to);
+        }
+    }
+
     void take(double t, double u) const {
         if (t >= ray_->tmin && t <= ray_->tmax && (!best_ || t < best_->t))
             best_ = {t, u};
     }
-    CurvePoint at(double u) const {
-        CurvePoint p = evaluate(segment_, u);
-        p.radius *= lean_.radius;
-        return p;
-    }
 
-    // The side of a truncated cone, where the ray enters it.
-    void cone(double u0, double u1) const {
-        const CurvePoint a = at(u0), b = at(u1);
-        const Vec3d v = b.position - a.position;
-        const double size = dot(v, v), dr = b.radius - a.radius;
-        if (size == 0)
-            return;
-        const Vec3d o = org_ - a.position;
-        const double ov = dot(o, v) / size, dv = dot(dir_, v) / size;
-        const Vec3d p = o - ov * v, q = dir_ - dv * v;
-        const double r = a.radius + ov * dr, k = dv * dr;
-        const double aa = dot(q, q) - k * k, bb = dot(p, q) - r * k, cc = dot(p, p) - r * r;
-        const double disc = bb * bb - aa * cc;
-        if (disc < 0)
-            return;
-        const double t = (-bb - std::sqrt(disc)) / aa;
-        const double place = ov + t * dv, radius = a.radius + place * dr;
-        // Neighbouring cones on the outside of a bend leave a gap.
-        const double width = 0.02 + 1.2 * radius * turn(u0, u1) / std::sqrt(size);
-        const double low = u0 == 0 ? lean_.ends * cuts_ : -width;
-        const double high = u1 == 1 ? 1 - lean_.ends * cuts_ : 1 + width;
-        if (place < low || place > high || radius <= 0)
-            return;
-        take(t, u0 + (u1 - u0) * std::clamp(place, 0.0, 1.0));
+    // By how much the square of the distance from C(u) exceeds that of the radius, where the ray
+    // meets the plane at u; times the square of a cosine, so that it is finite.
+    double excess(const Place& p) const {
+        const Vec3d w = p.at.position - org_, c = p.change.position;
+        const double wc = dot(w, c), dc = dot(dir_, c), size = dot(c, c);
+        const double r = p.at.radius * lean_.radius;
+        return size == 0 ? 0
+                         : (wc * (wc * dot(dir_, dir_) - 2 * dc * dot(w, dir_)) +
+                            dc * dc * (dot(w, w) - r * r)) /
+                               size;
     }
+    double excess(double u) const { return excess(placeAt(u)); }
 
-    // Half the angle from the chord to the next one.
-    double turn(double u0, double u1) const {
-        const double h = u1 - u0;
-        const Vec3d v = at(u1).position - at(u0).position;
-        double most = 0;
-        for (const double u : {u0 - h, u1}) {
-            if (u < -0.5 * h || u > 1 - 0.5 * h)
-                continue;
-            const Vec3d w = at(u + h).position - at(u).position;
-            const double c = dot(v, w) / (length(v) * length(w));
-            most = std::max(most, std::acos(std::clamp(c, -1.0, 1.0)));
+    void zero(double low, double high) const {
+        const bool negative = excess(low) < 0;
+        for (int i = 0; i < 60; ++i) {
+            const double middle = 0.5 * (low + high);
+            ((excess(middle) < 0) == negative ? low : high) = middle;
         }
-        // Where the curve turns back there is no outside to close.
-        return most < 0.5 ? 0.5 * most : 0;
+        hit(0.5 * (low + high));
+    }
+
+    // Between places of one sign and least magnitude within there may be two zeros.
+    void twoZeros(double low, double high) const {
+        const double begin = low, end = high, sign = excess(low) < 0 ? -1 : 1;
+        for (int i = 0; i < 80; ++i) {
+            const double a = low + (high - low) * 0.382, b = low + (high - low) * 0.618;
+            const double atA = sign * excess(a), atB = sign * excess(b);
+            if (atA < 0 || atB < 0) {
+                zero(begin, atA < 0 ? a : b);
+                zero(atA < 0 ? a : b, end);
+                return;
+            }
+            (atA < atB ? high : low) = atA < atB ? b : a;
+        }
+    }
+
+    // Counts where the ray enters the cone about the circle. Next to a cusp the function may change
+    // its sign without a zero.
+    void hit(double u) const {
+        const Place p = placeAt(u);
+        const Vec3d c = p.change.position;
+        const double along = dot(dir_, c), size = dot(c, c), r = p.at.radius * lean_.radius;
+        if (u < lean_.ends || u > 1 - lean_.ends || r <= 0 || size <= kStill * kStill * fastest_ ||
+            std::fabs(along) <= 1e-9 * std::sqrt(size * dot(dir_, dir_)))
+            return;
+        const double t = dot(p.at.position - org_, c) / along;
+        const Vec3d outwards = org_ + t * dir_ - p.at.position;
+        if (std::fabs(length(outwards) - r) <= 1e-5 * r &&
+            dot(outwards, dir_) < r * p.change.radius * lean_.radius * along / size)
+            take(t, u);
     }
 
     void cap(double u, double inside) const {
-        const CurvePoint p = at(u);
-        const Vec3d normal = p.position - at(inside).position;
+        const CurvePoint p = evaluate(segment_, u);
+        const Vec3d normal = p.position - evaluate(segment_, inside).position;
         if (dot(normal, dir_) >= 0 || p.radius <= 0)
             return;
         const double t = dot(p.position - org_, normal) / dot(dir_, normal);
-        if (length(org_ + t * dir_ - p.position) <= p.radius)
+        if (length(org_ + t * dir_ - p.position) <= p.radius * lean_.radius)
             take(t, u);
     }
 
     // A truncated cone and two spheres: whether a point is within; where the ray enters is found by
     // sampling and bisection.
     void linear() const {
-        const CurvePoint a = at(0), b = at(1);
-        const double ra = std::max(a.radius, 0.0), rb = std::max(b.radius, 0.0);
+        const CurvePoint a = evaluate(segment_, 0), b = evaluate(segment_, 1);
+        const double ra = std::max(a.radius * lean_.radius, 0.0),
+                     rb = std::max(b.radius * lean_.radius, 0.0);
         const Vec3d v = b.position - a.position;
         const auto inside = [&](double t) {
             const Vec3d p = org_ + t * dir_;
@@ -206,9 +276,10 @@ private:
         return std::clamp(place, 0.0, 1.0);
     }
 
-    const Segment& segment_;
-    Lean lean_;
-    int cuts_;
+    const Segment segment_;
+    std::vector<Place> places_; // where the function is looked at
+    double fastest_ = 0;        // square of the largest derivative
+    mutable Lean lean_;
     mutable std::optional<JudgedHit> best_;
     mutable const ShapeRay* ray_ = nullptr;
     mutable Vec3d org_{}, dir_{};

@@ -258,19 +258,22 @@ void MicromapTrace::combineStatesAndFlags(bool moving) {
                                          << "index " << index << ", state " << state
                                          << ", geometry " << geometryFlags << ", instance "
                                          << instanceFlags << ", ray " << flags);
-                            const Answer a = trace(handleOf(ias), inside[place], {0, 0, -1}, flags, time);
+                            const Answer a =
+                                trace(handleOf(ias), inside[place], {0, 0, -1}, flags, time);
                             // Without closest-hit program a hit shows as no miss.
                             ASSERT_EQ(flags & kDisableClosestHit ? a.state.payload[0] == 7 : a.hit,
                                       e.hit);
                             ASSERT_EQ(a.anyHits, e.anyHit ? 1 : 0);
                             // A program that ignores the hit makes it none.
                             anyHitProgram = [](RayState*) -> uint32_t { return kIgnore; };
-                            const Answer b = trace(handleOf(ias), inside[place], {0, 0, -1}, flags, time);
+                            const Answer b =
+                                trace(handleOf(ias), inside[place], {0, 0, -1}, flags, time);
                             ASSERT_EQ(b.state.payload[0] == 0, !e.hit || e.anyHit);
                             anyHitProgram = {};
                             // Without any-hit programs only flags and transparency matter.
                             launch_.hasAnyHit = 0;
-                            const Answer c = trace(handleOf(ias), inside[place], {0, 0, -1}, flags, time);
+                            const Answer c =
+                                trace(handleOf(ias), inside[place], {0, 0, -1}, flags, time);
                             ASSERT_EQ(c.state.payload[0] != 0, e.hit);
                             launch_.hasAnyHit = 1;
                         }

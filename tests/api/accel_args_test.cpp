@@ -359,9 +359,9 @@ TEST_F(AccelArguments, PrimitiveIndexOffsets) {
 }
 
 TEST_F(AccelArguments, TooManyPrimitives) {
-    expectBad(mesh_->input, "primitives",
+    expectBad(mesh_->input, "buildInputs[0].numIndexTriplets = 536870913",
               [](Input& i) { i.triangleArray.numIndexTriplets = (1u << 29) + 1; });
-    expectBad(boxes_->input, "primitives",
+    expectBad(boxes_->input, "buildInputs[0].numPrimitives = 4294967295",
               [](Input& i) { i.customPrimitiveArray.numPrimitives = ~0u; });
     expectBad(instances_->input, "numInstances",
               [](Input& i) { i.instanceArray.numInstances = (1u << 28) + 1; });

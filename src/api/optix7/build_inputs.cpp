@@ -70,7 +70,8 @@ public:
         } else {
             t.numTriangles = in.numIndexTriplets;
         }
-        checkPrimitiveCount(t.numTriangles, in.primitiveIndexOffset, where);
+        checkPrimitiveCount(t.numTriangles, in.primitiveIndexOffset, where,
+                            index.bytes == 0 ? "numVertices / 3" : "numIndexTriplets");
         transform(in, where, t);
         if (buffers_ && t.numTriangles != 0) {
             t.keyVertices = keyBuffers(in.vertexBuffers, in.numVertices, in.vertexStrideInBytes,
@@ -99,7 +100,7 @@ public:
         if (in.strideInBytes != 0 && in.strideInBytes < sizeof(OptixAabb))
             fail(Code::kInvalidValue, where, "strideInBytes = ", in.strideInBytes,
                  " is less than a box of ", sizeof(OptixAabb), " bytes");
-        checkPrimitiveCount(in.numPrimitives, in.primitiveIndexOffset, where);
+        checkPrimitiveCount(in.numPrimitives, in.primitiveIndexOffset, where, "numPrimitives");
         if (buffers_ && in.numPrimitives != 0) {
             c.keyAabbs = keyBuffers(in.aabbBuffers, in.numPrimitives, in.strideInBytes,
                                     {sizeof(OptixAabb), OPTIX_AABB_BUFFER_BYTE_ALIGNMENT}, where,
@@ -118,7 +119,7 @@ public:
         checkStride(in.vertexStrideInBytes, {12, 4}, where, "vertexStrideInBytes");
         checkStride(in.widthStrideInBytes, {4, 4}, where, "widthStrideInBytes");
         checkStride(in.indexStrideInBytes, {4, 4}, where, "indexStrideInBytes");
-        checkPrimitiveCount(in.numPrimitives, in.primitiveIndexOffset, where);
+        checkPrimitiveCount(in.numPrimitives, in.primitiveIndexOffset, where, "numPrimitives");
         c.basis = in.curveType;
         c.vertexStride = in.vertexStrideInBytes;
         c.numVertices = in.numVertices;
@@ -146,7 +147,7 @@ public:
         bvh::SphereInput s;
         checkStride(in.vertexStrideInBytes, {12, 4}, where, "vertexStrideInBytes");
         checkStride(in.radiusStrideInBytes, {4, 4}, where, "radiusStrideInBytes");
-        checkPrimitiveCount(in.numVertices, in.primitiveIndexOffset, where);
+        checkPrimitiveCount(in.numVertices, in.primitiveIndexOffset, where, "numVertices");
         s.centreStride = in.vertexStrideInBytes;
         s.numSpheres = in.numVertices;
         s.radiusStride = in.radiusStrideInBytes;
@@ -227,10 +228,12 @@ private:
                  "normalBuffers and normalStrideInBytes are reserved and must be 0");
     }
 
-    static void checkPrimitiveCount(unsigned count, unsigned offset, const std::string& where) {
+    // `field`: where the count is from.
+    static void checkPrimitiveCount(unsigned count, unsigned offset, const std::string& where,
+                                    const char* field) {
         if (count > Limits::kPrimitivesPerGas)
-            fail(Code::kInvalidValue, where, count, " primitives are more than ",
-                 Limits::kPrimitivesPerGas);
+            fail(Code::kInvalidValue, where, field, " = ", count, " is above ",
+                 Limits::kPrimitivesPerGas, ", the most primitives of a structure");
         if (uint64_t(count) + offset > 0xFFFFFFFFull)
             fail(Code::kInvalidValue, where, "primitiveIndexOffset = ", offset, " plus ", count,
                  " primitives overflows 32 bits");
