@@ -254,9 +254,9 @@ void requireBuffer(const char* name, CUdeviceptr buffer, size_t size, size_t nee
 }
 
 constexpr const char* kKernelNames[] = {
-    "sunstone_references", "sunstone_codes",    "sunstone_sort",
-    "sunstone_hierarchy",  "sunstone_collapse", "sunstone_records",
-    "sunstone_finish",     "sunstone_compact",  "sunstone_emit"};
+    "sunstone_references", "sunstone_codes", "sunstone_sort",    "sunstone_hierarchy",
+    "sunstone_collapse",   "sunstone_retry", "sunstone_records", "sunstone_finish",
+    "sunstone_compact",    "sunstone_emit"};
 
 uint32_t blocksFor(uint32_t count, uint32_t threads, uint32_t most) {
     return std::clamp((count + threads - 1) / threads, 1u, most);
@@ -302,6 +302,8 @@ void Builder::launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t t
     check(driver_.launchKernel(kernels_[kernel], blocks, 1, 1, threads, 1, 1, 0, stream, arguments,
                                nullptr),
           kKernelNames[kernel]);
+    if (observer_)
+        observer_(observerUser_, kKernelNames[kernel]);
 }
 
 void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
@@ -361,8 +363,13 @@ void Builder::queueKernels(CUstream stream, BuildJob& job) const {
             void* passArguments[] = {&job, &pass};
             launch(kSort, stream, (n + kSortTile - 1) / kSortTile, kSortThreads, passArguments);
         }
-        launch(kHierarchy, stream, (n + 127) / 128, 128, arguments);
-        launch(kCollapse, stream, blocksFor(n, 512, most), 128, arguments);
+        for (TreeMode mode : {kClustered, kRadix}) {
+            void* treeArguments[] = {&job, &mode};
+            launch(kHierarchy, stream, (n + 127) / 128, 128, treeArguments);
+            launch(kCollapse, stream, blocksFor(n, 512, most), 128, treeArguments);
+            if (mode == kClustered)
+                launch(kRetry, stream, blocksFor(n, 4096, most), 256, arguments);
+        }
         launch(kRecords, stream, blocksFor(n, 256, most * 4), 256, arguments);
     }
     launch(kFinish, stream, 1, 1, arguments);

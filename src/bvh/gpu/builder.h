@@ -45,6 +45,13 @@ public:
     void emitCompactedSize(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
     void emitBounds(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
 
+    // For measuring: called after each kernel of later builds is queued, with its name; null ends
+    // it.
+    void observe(void (*observer)(void* user, const char* kernel), void* user) {
+        observer_ = observer;
+        observerUser_ = user;
+    }
+
 private:
     enum Kernel : uint32_t {
         kReferences,
@@ -52,6 +59,7 @@ private:
         kSort,
         kHierarchy,
         kCollapse,
+        kRetry,
         kRecords,
         kFinish,
         kCompact,
@@ -67,6 +75,8 @@ private:
     CUmodule module_ = nullptr;
     CUfunction kernels_[kKernelCount] = {};
     uint32_t multiprocessors_ = 1;
+    void (*observer_)(void*, const char*) = nullptr;
+    void* observerUser_ = nullptr;
 };
 
 } // namespace sunstone::bvh::gpu

@@ -125,5 +125,21 @@ TEST(GpuBuild, FewTriangles) {
         compareMesh(soup(count, 0.7f, count), 2000, count);
 }
 
+// Triangles around one point, each a little larger than the last: clusters grow by one at a time.
+TEST(GpuBuild, TreesThatWouldBeTooDeep) {
+    Mesh mesh;
+    double size = 0x1p-90;
+    for (uint32_t i = 0; i < 900; ++i, size *= 1.12) {
+        const float s = float(size);
+        mesh.vertices.insert(mesh.vertices.end(), {{0, 0, 0}, {s, 0, 0}, {0, s, s}});
+        mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    const GpuStructure gpu = buildOnDevice(mesh.input());
+    expectSound(gpu.header());
+    EXPECT_EQ(gpu.header().reserved[0], 1u);
+    const Structure cpu = makeStructure(mesh.input());
+    expectSameHits(cpu, gpu, 1000, 1);
+}
+
 } // namespace
 } // namespace sunstone::bvh::gpu

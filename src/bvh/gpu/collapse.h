@@ -43,12 +43,15 @@ SUNSTONE_BUILDER Bounds boundsOf(const BuildJob& job, uint32_t ref) {
             {node.upper[0], node.upper[1], node.upper[2]}};
 }
 
-// Inner children first, then leaves of several primitives while there is room.
-SUNSTONE_BUILDER void gatherChildren(const BuildJob& job, uint32_t ref, WideChildren& c) {
+// Opens children until there are eight: inner ones first, the largest or (radix trees) the highest
+// up, then leaves of several primitives.
+SUNSTONE_BUILDER void gatherChildren(const BuildJob& job, TreeMode mode, uint32_t ref,
+                                     WideChildren& c) {
     const uint32_t limit = leafLimit(job);
     c.count = 1;
     c.refs[0] = ref;
     c.boxes[0] = boundsOf(job, ref);
+    uint32_t levels = 0; // of each child, in 4 bits
     while (c.count < kSlots) {
         uint32_t best = kSlots;
         bool bestInner = false;
@@ -57,7 +60,8 @@ SUNSTONE_BUILDER void gatherChildren(const BuildJob& job, uint32_t ref, WideChil
             if (refCount(c.refs[i]) == 1)
                 continue;
             const bool inner = !isLeaf(c.refs[i], limit);
-            const float area = halfArea(c.boxes[i]);
+            const float area =
+                mode == kRadix ? 16.0f - float(levels >> 4 * i & 15u) : halfArea(c.boxes[i]);
             if (inner > bestInner || (inner == bestInner && area > bestArea)) {
                 best = i;
                 bestInner = inner;
@@ -69,6 +73,8 @@ SUNSTONE_BUILDER void gatherChildren(const BuildJob& job, uint32_t ref, WideChil
         const BinaryNode node = loadNode(job, c.refs[best]);
         c.refs[best] = node.left;
         c.boxes[best] = boundsOf(job, node.left);
+        levels += 1u << 4 * best;
+        levels |= (levels >> 4 * best & 15u) << 4 * c.count;
         c.refs[c.count] = node.right;
         c.boxes[c.count] = boundsOf(job, node.right);
         ++c.count;
@@ -218,10 +224,10 @@ SUNSTONE_BUILDER uint64_t allocate(Counters& counters, uint32_t nodes, uint32_t 
     return first + (uint64_t(before >> 16) << 32 | (before & 0xFFFFu));
 }
 
-SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob job) {
+SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob job, TreeMode mode) {
     Counters& counters = countersOf(job);
     const uint32_t numActive = counters.numActive, lane = laneOf(), limit = leafLimit(job);
-    if (numActive == 0)
+    if (numActive == 0 || (mode == kRadix && !counters.tooDeep))
         return;
     bool hasTicket = false;
     uint32_t index = 0, deepest = 0;
@@ -246,7 +252,7 @@ SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob j
         WideChildren children;
         uint32_t inner = 0, primitives = 0;
         if (ready) {
-            gatherChildren(job, uint32_t(task), children);
+            gatherChildren(job, mode, uint32_t(task), children);
             for (uint32_t i = 0; i < children.count; ++i)
                 if (isLeaf(children.refs[i], limit))
                     primitives += refCount(children.refs[i]);

@@ -83,6 +83,7 @@ SUNSTONE_KERNEL sunstone_finish(BuildJob job) {
     }
     header.numNodes = uint32_t(counters.allocated);
     header.numLeaves = counters.numActive;
+    header.reserved[0] = counters.tooDeep;
     header.root = counters.numActive ? 0 : kNoNode;
     header.usedSize =
         roundUp(compactNodes(header) + uint64_t(header.numNodes) * sizeof(WideNode), 128);

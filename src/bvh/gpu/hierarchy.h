@@ -124,13 +124,18 @@ SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds&
     return left;
 }
 
+SUNSTONE_BUILDER void storeRoot(const BuildJob& job, uint32_t ref) {
+    countersOf(job).root = ref + 1;
+    *at<uint64_t>(job.tasks) = ref;
+}
+
 // A range of the sorted primitives, and where its right half begins.
 struct ClusterRange {
     uint32_t first, last, split;
 };
 
 SUNSTONE_BUILDER void mergeClusters(const BuildJob& job, ClusterRange range, bool toOne) {
-    uint32_t* const clusters = at<uint32_t>(job.values[0]);
+    uint32_t* const clusters = at<uint32_t>(job.values[1]);
     const uint32_t lane = laneOf();
     const uint32_t place = lane < kClusters ? range.first + lane : range.split + lane - kClusters;
     const uint32_t end = lane < kClusters ? range.split : range.last + 1;
@@ -144,57 +149,110 @@ SUNSTONE_BUILDER void mergeClusters(const BuildJob& job, ClusterRange range, boo
         count = mergePairs(job, ref, box, count);
     if (lane < kClusters && range.first + lane <= range.last)
         const_cast<volatile uint32_t*>(clusters)[range.first + lane] = lane < count ? ref : kNoRef;
-    if (toOne && lane == 0) {
-        countersOf(job).root = ref + 1;
-        *at<uint64_t>(job.tasks) = ref;
-    }
+    if (toOne && lane == 0)
+        storeRoot(job, ref);
     __threadfence();
     __syncwarp();
 }
 
-SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads) sunstone_hierarchy(BuildJob job) {
+// The warp merges the ranges of the lanes that wait for it, one after the other.
+SUNSTONE_BUILDER void mergeWaiting(const BuildJob& job, uint32_t count, const ClusterRange& range,
+                                   bool waits) {
+    uint32_t waiting = __ballot_sync(kWholeWarp, waits);
+    while (waiting) {
+        const int lane = __ffs(int(waiting)) - 1;
+        waiting &= waiting - 1;
+        const ClusterRange next = {__shfl_sync(kWholeWarp, range.first, lane),
+                                   __shfl_sync(kWholeWarp, range.last, lane),
+                                   __shfl_sync(kWholeWarp, range.split, lane)};
+        mergeClusters(job, next, next.first == 0 && next.last == count - 1);
+    }
+}
+
+// One step up the radix tree. False if the other half of the parent is not there yet: its thread
+// goes on.
+SUNSTONE_BUILDER bool climb(const uint64_t* keys, uint32_t* parents, uint32_t count,
+                            ClusterRange& range) {
+    const bool isLeft =
+        range.first == 0 ||
+        (range.last != count - 1 && partingOf(keys, range.last) < partingOf(keys, range.first - 1));
+    const uint32_t parent = isLeft ? range.last : range.first - 1;
+    const uint32_t other = atomicExch(parents + parent, isLeft ? range.first : range.last);
+    if (other == kNoRef)
+        return false;
+    if (isLeft) {
+        range.split = range.last + 1;
+        range.last = other;
+    } else {
+        range.split = range.first;
+        range.first = other;
+    }
+    return true;
+}
+
+// One node for the two halves of a range, by one thread.
+SUNSTONE_BUILDER void joinHalves(const BuildJob& job, ClusterRange range, bool whole) {
+    volatile uint32_t* const clusters = at<volatile uint32_t>(job.values[1]);
+    const uint32_t left = clusters[range.first], right = clusters[range.split];
+    const uint32_t index = atomicAdd(&countersOf(job).nextNode, 1u);
+    storeNode(job, index, unite(loadBounds(job, left), loadBounds(job, right)), left, right);
+    const uint32_t ref = joinCounts(left, right) << kRefCountShift | index;
+    clusters[range.first] = ref;
+    if (whole)
+        storeRoot(job, ref);
+    __threadfence();
+}
+
+// The kernels after it make another tree if this one is too deep.
+SUNSTONE_KERNEL sunstone_retry(BuildJob job) {
     Counters& counters = countersOf(job);
+    if (counters.depth < kMaxWideDepth)
+        return;
+    const uint32_t stride = gridDim.x * blockDim.x;
+    for (uint32_t i = globalThread(); i < job.numPrimitives; i += stride)
+        at<uint32_t>(job.parents)[i] = kNoRef;
+    for (uint32_t i = globalThread(); i < job.maxWide; i += stride)
+        at<uint64_t>(job.tasks)[i] = ~0ull;
+    if (globalThread() == 0) {
+        counters.tooDeep = 1;
+        counters.nextNode = 0;
+        counters.nextTask = 0;
+    }
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads)
+    sunstone_hierarchy(BuildJob job, TreeMode mode) {
+    Counters& counters = countersOf(job);
+    if (mode == kRadix && !counters.tooDeep)
+        return;
     const uint32_t count = counters.numActive;
     const uint32_t self = globalThread();
-    if (self == 0) {
+    if (self == 0)
         counters.allocated = count != 0;
+    bool climbing = self < count;
+    if (climbing) {
+        const uint32_t ref = at<uint32_t>(job.values[0])[self];
+        *at<volatile uint32_t>(job.values[1] + 4 * uint64_t(self)) = ref;
+        __threadfence();
         if (count == 1) {
-            const uint32_t ref = at<uint32_t>(job.values[0])[0];
-            counters.root = ref + 1;
-            *at<uint64_t>(job.tasks) = ref;
+            storeRoot(job, ref);
+            climbing = false;
         }
     }
     const uint64_t* const keys = at<const uint64_t>(job.keys[0]);
     uint32_t* const parents = at<uint32_t>(job.parents);
-    uint32_t first = self, last = self, split = 0;
-    bool climbing = self < count && count > 1;
+    ClusterRange range = {self, self, 0};
     while (__any_sync(kWholeWarp, climbing)) {
-        if (climbing) {
-            const bool isLeft = first == 0 || (last != count - 1 &&
-                                               partingOf(keys, last) < partingOf(keys, first - 1));
-            const uint32_t parent = isLeft ? last : first - 1;
-            const uint32_t other = atomicExch(parents + parent, isLeft ? first : last);
-            if (other == kNoRef) {
-                climbing = false;
-            } else if (isLeft) {
-                split = last + 1;
-                last = other;
-            } else {
-                split = first;
-                first = other;
-            }
-        }
+        if (climbing)
+            climbing = climb(keys, parents, count, range);
         __threadfence();
-        const bool whole = climbing && first == 0 && last == count - 1;
-        uint32_t waiting =
-            __ballot_sync(kWholeWarp, climbing && (whole || last - first >= kClusters));
-        while (waiting) {
-            const int lane = __ffs(int(waiting)) - 1;
-            waiting &= waiting - 1;
-            const ClusterRange range = {__shfl_sync(kWholeWarp, first, lane),
-                                        __shfl_sync(kWholeWarp, last, lane),
-                                        __shfl_sync(kWholeWarp, split, lane)};
-            mergeClusters(job, range, range.first == 0 && range.last == count - 1);
+        const bool whole = climbing && range.first == 0 && range.last == count - 1;
+        if (mode == kRadix) {
+            if (climbing)
+                joinHalves(job, range, whole);
+        } else {
+            mergeWaiting(job, count, range,
+                         climbing && (whole || range.last - range.first >= kClusters));
         }
         if (whole)
             climbing = false;

@@ -60,10 +60,16 @@ struct Counters {
     uint32_t nextTask;  // wide nodes taken up
     uint32_t depth;     // of the wide tree
     uint32_t root;      // reference plus 1
-    uint32_t pad;
+    uint32_t tooDeep;   // the clustered tree is; a second one replaces it
     uint32_t sortTickets[kSortPasses + (kSortPasses & 1)];
     uint32_t histograms[kSortPasses][kSortDigits];
 };
+
+// How a binary tree is made and collapsed. Clustering may make trees as deep as their primitives
+// are many, if someone wants them to. Then, and only then, the second run of the same kernels makes
+// the plain radix tree of the Morton codes (48 bits, and 30 of the place) and opens children level
+// by level, which takes at least three of its levels for one of wide nodes: 26 at most.
+enum TreeMode : uint32_t { kClustered = 0, kRadix = 1 };
 
 struct BuildJob {
     uint64_t output, compacted;

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: Apache-2.0
+// What build inputs can say, on the GPU's builder (run on the CPU device): vertex and index
+// formats, SBT indices, inactive primitives, custom primitives, instances, and what is refused.
+#include "bvh/gpu/test_device.h"
+
+#include "math/affine.h"
+
+#include <gtest/gtest.h>
+
+namespace sunstone::bvh::gpu {
+namespace {
+
+using namespace bvh::testing;
+using namespace gpu::testing;
+using bvh::testing::Mesh;
+
+// Rays through the middles of random places; CPU and GPU must tell the same.
+void expectSame(const BuildInputs& inputs, uint32_t seed, uint32_t leastHits) {
+    const Structure cpu = makeStructure(inputs);
+    const GpuStructure gpu = buildOnDevice(inputs);
+    EXPECT_EQ(gpu.header().numActive, headerOf(cpu.block())->numActive);
+    for (int a = 0; a < 3; ++a) {
+        EXPECT_EQ(gpu.header().lower[a], headerOf(cpu.block())->lower[a]);
+        EXPECT_EQ(gpu.header().upper[a], headerOf(cpu.block())->upper[a]);
+    }
+    Random random(seed);
+    uint32_t hits = 0;
+    for (uint32_t i = 0; i < 3000; ++i) {
+        const Vec3 o = random.point(3), d = random.point(1) - o;
+        const QueryRay ray{{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1e30f};
+        QueryHit a{}, b{};
+        const bool found = kernels(chosenIsa()).closest(cpu.block(), ray, a);
+        ASSERT_EQ(found, nearest(gpu.handle(), ray, b)) << "ray " << i << " seed " << seed;
+        hits += found;
+        if (found) {
+            ASSERT_EQ(a.t, b.t);
+            ASSERT_EQ(a.primitive, b.primitive);
+            ASSERT_EQ(a.sbt, b.sbt);
+        }
+    }
+    EXPECT_GE(hits, leastHits);
+}
+
+void expectSame(const TriangleInput& input, uint32_t seed, uint32_t leastHits) {
+    BuildInputs inputs;
+    inputs.triangles = {&input, 1};
+    expectSame(inputs, seed, leastHits);
+}
+
+TEST(GpuInputs, VertexFormats) {
+    Random random(5);
+    std::vector<uint16_t> words(3000);
+    for (uint16_t& w : words)
+        w = uint16_t(random.below(65536)) & 0xBFFF; // halves below 2
+    std::vector<float> floats(3000);
+    for (float& f : floats)
+        f = random(-1, 1);
+    struct Case {
+        VertexFormat format;
+        uint32_t stride;
+    };
+    for (const Case c : {Case{VertexFormat::kFloat3, 0}, Case{VertexFormat::kFloat3, 20},
+                         Case{VertexFormat::kFloat2, 0}, Case{VertexFormat::kHalf3, 0},
+                         Case{VertexFormat::kHalf3, 8}, Case{VertexFormat::kHalf2, 0},
+                         Case{VertexFormat::kSnorm16x3, 0}, Case{VertexFormat::kSnorm16x2, 6}}) {
+        SCOPED_TRACE("format " + std::to_string(uint32_t(c.format)) + " stride " +
+                     std::to_string(c.stride));
+        const bool isFloat = c.format == VertexFormat::kFloat3 || c.format == VertexFormat::kFloat2;
+        TriangleInput in;
+        in.vertices = isFloat ? static_cast<const void*>(floats.data()) : words.data();
+        in.vertexFormat = c.format;
+        in.vertexStride = c.stride;
+        in.numVertices = 300;
+        expectSame(in, 7, 50);
+    }
+}
+
+TEST(GpuInputs, IndicesAndPreTransform) {
+    const Mesh mesh = icosphere(2);
+    std::vector<uint16_t> packed, strided;
+    for (const auto& t : mesh.triangles) {
+        for (uint32_t i : t) {
+            packed.push_back(uint16_t(i));
+            strided.push_back(uint16_t(i));
+        }
+        strided.push_back(0xFFFF);
+    }
+    packed[3] = 60000; // out of range: inactive
+    TriangleInput in = mesh.input();
+    in.indices = packed.data();
+    in.indexFormat = IndexFormat::kUshort3;
+    expectSame(in, 1, 500);
+    in.indices = strided.data();
+    in.indexStride = 8;
+    const float transform[12] = {0.9f, 0.3f, 0, 0.1f, -0.2f, 1.1f, 0.1f, 0, 0, 0.2f, 0.7f, -0.3f};
+    in.preTransform = transform;
+    expectSame(in, 2, 500);
+}
+
+TEST(GpuInputs, SbtIndicesOfSeveralInputs) {
+    const Mesh a = soup(200, 0.3f, 1), b = soup(100, 0.4f, 2), c = soup(57, 0.5f, 3);
+    const uint32_t flags[3] = {1, 0, 2};
+    std::vector<uint8_t> bytes(200);
+    std::vector<uint32_t> words(2 * 57);
+    for (size_t i = 0; i < bytes.size(); ++i)
+        bytes[i] = uint8_t(i % 5); // some beyond the records
+    for (size_t i = 0; i < words.size(); ++i)
+        words[i] = uint32_t(i / 2 % 3);
+    TriangleInput inputs[3] = {a.input(), b.input(), c.input()};
+    inputs[0].sbt = {flags, 3, bytes.data(), 1, 0, 1000};
+    inputs[2].sbt = {flags, 3, words.data(), 4, 8, 5};
+    BuildInputs all;
+    all.triangles = inputs;
+    expectSame(all, 4, 500);
+}
+
+TEST(GpuInputs, InactiveTriangles) {
+    Mesh mesh = soup(300, 0.4f, 9);
+    const float bad[] = {NAN, INFINITY, -INFINITY, 1e38f};
+    for (uint32_t i = 0; i < 300; i += 7)
+        mesh.vertices[3 * i + i % 3].y = bad[i % 4];
+    for (uint32_t i = 1; i < 300; i += 11)
+        mesh.vertices[3 * i + 1] = mesh.vertices[3 * i];
+    expectSame(mesh.input(), 5, 500);
+    for (Vec3& v : mesh.vertices)
+        v.x = NAN;
+    const GpuStructure empty = buildOnDevice(mesh.input());
+    EXPECT_EQ(empty.header().root, kNoNode);
+    EXPECT_EQ(empty.header().numActive, 0u);
+    QueryHit hit;
+    EXPECT_FALSE(nearest(empty.handle(), {{0, 0, -3}, 0, {0, 0, 1}, 1e30f}, hit));
+}
+
+TEST(GpuInputs, NoPrimitives) {
+    const TriangleInput none;
+    const GpuStructure s = buildOnDevice(none);
+    EXPECT_EQ(s.header().magic, kGpuBlockMagic);
+    EXPECT_EQ(s.header().root, kNoNode);
+}
+
+TEST(GpuInputs, EqualPlaces) {
+    // Equal Morton codes: the tree must stay shallow.
+    Mesh mesh;
+    mesh.vertices = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}, {50, 50, 50}, {51, 50, 50}, {50, 51, 50}};
+    for (uint32_t i = 0; i < 800; ++i)
+        mesh.triangles.push_back({0, 1, 2});
+    mesh.triangles.push_back({3, 4, 5});
+    const GpuStructure s = buildOnDevice(mesh.input());
+    QueryHit hit;
+    ASSERT_TRUE(nearest(s.handle(), {{0, 0, -3}, 0, {0, 0, 1}, 1e30f}, hit));
+    EXPECT_EQ(hit.t, 3.0f);
+    EXPECT_EQ(hit.primitive, 0u); // the lowest of equals
+}
+
+TEST(GpuInputs, RandomVertexAccess) {
+    const Mesh mesh = soup(500, 0.2f, 3);
+    BuildOptions options;
+    options.allowRandomVertexAccess = true;
+    const GpuStructure s = buildOnDevice(mesh.input(), options);
+    const auto* bytes = static_cast<const uint8_t*>(s.memory->data());
+    const auto* table = reinterpret_cast<const uint32_t*>(bytes + s.header().tableOffset);
+    const auto* records = reinterpret_cast<const TriangleRecord*>(bytes + s.header().recordsOffset);
+    for (uint32_t i = 0; i < 500; ++i) {
+        ASSERT_LT(table[i], 500u);
+        ASSERT_EQ(records[table[i]].primitive, i);
+        ASSERT_EQ(std::memcmp(records[table[i]].v0, &mesh.vertices[3 * i], 12), 0);
+    }
+}
+
+// Boxes that a ray's way leads through.
+struct BoxPrograms {
+    static constexpr bool kTriangles = false, kCustoms = true, kInstances = false;
+    static constexpr unsigned kLevels = 0;
+    std::vector<uint32_t> seen;
+    Visit triangle(gpu::Ray&, const TriangleHit&, uint32_t, uint32_t) { return Visit::kEnd; }
+    Visit custom(gpu::Ray&, uint32_t primitive, uint32_t) {
+        seen.push_back(primitive);
+        return Visit::kContinue;
+    }
+    void leave(gpu::Ray&) {}
+};
+
+TEST(GpuInputs, CustomPrimitives) {
+    Random random(8);
+    std::vector<Box> boxes(400);
+    for (Box& b : boxes) {
+        const Vec3 c = random.point(1);
+        b.lower = c - Vec3{0.05f, 0.1f, 0.02f};
+        b.upper = c + Vec3{0.05f, 0.1f, 0.02f};
+    }
+    boxes[17].lower.x = boxes[17].upper.x + 1; // inverted
+    CustomInput in;
+    in.aabbs = boxes.data();
+    in.numPrimitives = 400;
+    BuildInputs inputs;
+    inputs.customs = {&in, 1};
+    const GpuStructure s = buildOnDevice(inputs);
+    EXPECT_EQ(s.header().numActive, 399u);
+    uint32_t shown = 0;
+    for (uint32_t i = 0; i < 1000; ++i) {
+        const Vec3 o = random.point(3), d = random.point(1) - o;
+        gpu::Ray ray{{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1e30f};
+        BoxPrograms programs;
+        Traversal<BoxPrograms> traversal;
+        U2 stack[Traversal<BoxPrograms>::kStackSize];
+        if (traversal.start(programs, ray, s.handle(), nullptr))
+            traversal.run(programs, ray, stack, nullptr, RunToEnd());
+        std::sort(programs.seen.begin(), programs.seen.end());
+        EXPECT_EQ(std::adjacent_find(programs.seen.begin(), programs.seen.end()),
+                  programs.seen.end());
+        shown += uint32_t(programs.seen.size());
+        for (uint32_t k = 0; k < 400; ++k) {
+            double begin = 0, end = 1e30;
+            for (int a = 0; a < 3; ++a) {
+                const double x = (double(boxes[k].lower[a]) - o[a]) / d[a];
+                const double y = (double(boxes[k].upper[a]) - o[a]) / d[a];
+                begin = std::max(begin, std::min(x, y));
+                end = std::min(end, std::max(x, y));
+            }
+            if (begin <= end && k != 17)
+                ASSERT_TRUE(std::binary_search(programs.seen.begin(), programs.seen.end(), k));
+        }
+    }
+    EXPECT_LT(shown, 1000u * 40);
+}
+
+TEST(GpuInputs, Instances) {
+    const Mesh mesh = icosphere(2);
+    const GpuStructure sphere = buildOnDevice(mesh.input());
+    const Structure sphereCpu = makeStructure(mesh.input());
+    Random random(12);
+    std::vector<InstanceDesc> instances(150);
+    for (InstanceDesc& i : instances) {
+        const Vec3 p = random.point(1), x = random.point(0.2f), y = random.point(0.2f),
+                   z = random.point(0.2f);
+        for (int a = 0; a < 3; ++a) {
+            i.transform[4 * a] = x[a];
+            i.transform[4 * a + 1] = y[a];
+            i.transform[4 * a + 2] = z[a];
+            i.transform[4 * a + 3] = p[a];
+        }
+        i.visibilityMask = 255;
+        i.traversableHandle = sphere.handle();
+    }
+    instances[3].visibilityMask = 0;
+    instances[4].traversableHandle = 0;
+    InstanceInput in;
+    in.instances = instances.data();
+    in.numInstances = 150;
+    BuildInputs inputs;
+    inputs.instances = &in;
+    const GpuStructure top = buildOnDevice(inputs);
+    EXPECT_EQ(top.header().numActive, 148u);
+    std::vector<uint64_t> addresses;
+    for (const InstanceDesc& i : instances)
+        addresses.push_back(reinterpret_cast<uint64_t>(&i));
+    InstanceInput byAddress = in;
+    byAddress.instances = nullptr;
+    byAddress.instancePointers = addresses.data();
+    inputs.instances = &byAddress;
+    const GpuStructure same = buildOnDevice(inputs);
+    uint32_t hits = 0;
+    for (uint32_t i = 0; i < 2000; ++i) {
+        const Vec3 o = random.point(3), d = random.point(1) - o;
+        const QueryRay ray{{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1e30f};
+        float t = 1e30f;
+        for (uint32_t k = 0; k < 150; ++k) {
+            if (k == 3 || k == 4)
+                continue;
+            float inverse[12];
+            ASSERT_TRUE(math::invert(instances[k].transform, inverse));
+            const Vec3 lo = math::transformPoint(inverse, o),
+                       ld = math::transformVector(inverse, d);
+            QueryHit hit;
+            if (kernels(chosenIsa())
+                    .closest(sphereCpu.block(), {{lo.x, lo.y, lo.z}, 0, {ld.x, ld.y, ld.z}, t},
+                             hit))
+                t = hit.t;
+        }
+        QueryHit hit, again;
+        ASSERT_EQ(nearest(top.handle(), ray, hit), t < 1e30f) << "ray " << i;
+        ASSERT_EQ(nearest(same.handle(), ray, again), t < 1e30f) << "ray " << i;
+        if (t < 1e30f) {
+            ++hits;
+            ASSERT_EQ(hit.t, t);
+            ASSERT_EQ(again.t, t);
+        }
+    }
+    EXPECT_GT(hits, 500u);
+}
+
+TEST(GpuInputs, SaysWhatItCannotBuildYet) {
+    BuildOptions motion;
+    motion.motion.keys = 2;
+    const TriangleInput triangles;
+    BuildInputs inputs;
+    inputs.triangles = {&triangles, 1};
+    EXPECT_THROW(Builder::computeMemoryUsage(inputs, motion), Error);
+    const SphereInput spheres;
+    BuildInputs balls;
+    balls.spheres = {&spheres, 1};
+    EXPECT_THROW(Builder::computeMemoryUsage(balls, {}), Error);
+    EXPECT_THROW(Builder::computeMemoryUsage({}, {}), Error);
+    TriangleInput marked;
+    marked.micromaps.indexing = MicromapIndexing::kLinear;
+    inputs.triangles = {&marked, 1};
+    EXPECT_THROW(Builder::computeMemoryUsage(inputs, {}), Error);
+}
+
+TEST(GpuInputs, BuffersMustDo) {
+    const Mesh mesh = cube();
+    const TriangleInput in = mesh.input();
+    BuildInputs inputs;
+    inputs.triangles = {&in, 1};
+    const MemoryUsage usage = Builder::computeMemoryUsage(inputs, {});
+    Buffer temp(usage.temp + 128), output(usage.output + 128);
+    const Builder& builder = Device::get().builder();
+    const auto build = [&](CUdeviceptr t, size_t ts, CUdeviceptr o, size_t os) {
+        builder.build(nullptr, inputs, {}, t, ts, o, os);
+    };
+    const CUdeviceptr t = (temp.address() + 127) / 128 * 128,
+                      o = (output.address() + 127) / 128 * 128;
+    EXPECT_THROW(build(0, usage.temp, o, usage.output), Error);
+    EXPECT_THROW(build(t, usage.temp, 0, usage.output), Error);
+    EXPECT_THROW(build(t + 64, usage.temp, o, usage.output), Error);
+    EXPECT_THROW(build(t, usage.temp, o + 8, usage.output), Error);
+    EXPECT_THROW(build(t, usage.temp - 1, o, usage.output), Error);
+    EXPECT_THROW(build(t, usage.temp, o, usage.output - 1), Error);
+    EXPECT_NO_THROW(build(t, usage.temp, o, usage.output));
+    EXPECT_EQ(Device::get().driver().ctxSynchronize(), CUDA_SUCCESS);
+}
+
+TEST(GpuInputs, MemoryIsWithinThePromise) {
+    TriangleInput in;
+    in.numVertices = 3;
+    in.indexFormat = IndexFormat::kUint3;
+    in.numTriangles = 2000000;
+    BuildInputs inputs;
+    inputs.triangles = {&in, 1};
+    const MemoryUsage usage = Builder::computeMemoryUsage(inputs, {});
+    EXPECT_LE(usage.temp, 100u * in.numTriangles);
+    EXPECT_LE(usage.output, 80u * in.numTriangles);
+}
+
+} // namespace
+} // namespace sunstone::bvh::gpu
