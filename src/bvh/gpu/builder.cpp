@@ -6,6 +6,7 @@
 #include "bvh/build_parts.h"
 #include "bvh/gpu/job.h"
 #include "bvh/gpu/kernels_ptx.h"
+#include "bvh/presplit.h"
 
 #include <algorithm>
 #include <cstring>
@@ -49,11 +50,11 @@ void requireSupported(const BuildInputs& inputs, const BuildOptions& options) {
 // Counts and places of a build.
 struct Plan {
     BlockType type;
-    uint32_t numInputs = 1, numPrimitives = 0, maxWide, tiles;
+    uint32_t numInputs = 1, numPrimitives = 0, maxReferences, maxWide, tiles;
     uint32_t numSbtRecords = 0;
     uint64_t table = 0, instances = 0, records, nodes, outputSize;
-    uint64_t inputs, flags, counters, tileStates, parents, tasks, boxes, keys[2], values[2], binary,
-        order, tempSize;
+    uint64_t inputs, flags, counters, tileStates, parents, tasks, boxes, origins, keys[2],
+        values[2], binary, order, tempSize;
 
     Plan(const BuildInputs& in, const BuildOptions& options) {
         requireSupported(in, options);
@@ -67,6 +68,7 @@ struct Plan {
         if (type != BlockType::kInstances)
             numInputs = uint32_t(std::max(in.triangles.size(), in.customs.size()));
         count(in);
+        countReferences(options);
         layOutOutput(options);
         layOutTemp();
     }
@@ -100,7 +102,17 @@ private:
                  kMaxPrimitives - 1);
         numPrimitives = uint32_t(total);
         numSbtRecords = uint32_t(sbtRecords);
-        tiles = (numPrimitives + kSortTile - 1) / kSortTile;
+    }
+
+    void countReferences(const BuildOptions& options) {
+        // Updates need one place for each primitive; parts of a triangle may move apart.
+        uint64_t total = numPrimitives;
+        if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate)
+            total += maxSplits(total);
+        if (total >= kMaxPrimitives)
+            total = kMaxPrimitives - 1;
+        maxReferences = uint32_t(total);
+        tiles = (maxReferences + kSortTile - 1) / kSortTile;
         // A node whose primitives do not fit into its slots has eight children. By induction there
         // are no more than (2 n - 1) / 7 nodes where an inner child has four primitives or more, (4
         // n - 1) / 7 where it has two or more.
@@ -122,7 +134,7 @@ private:
                                 : type == BlockType::kCustom  ? sizeof(CustomLeaf)
                                                               : sizeof(uint32_t);
         records = alignUp(offset, 128);
-        nodes = alignUp(records + numPrimitives * record, 128);
+        nodes = alignUp(records + maxReferences * record, 128);
         outputSize = alignUp(nodes + uint64_t(maxWide) * sizeof(WideNode), kBlockAlignment);
     }
 
@@ -133,7 +145,7 @@ private:
             offset = alignUp(offset + bytes, 128);
             return at;
         };
-        const uint64_t n = numPrimitives;
+        const uint64_t n = maxReferences;
         inputs = place(numInputs * sizeof(DeviceInput) + numSbtRecords);
         flags = inputs + numInputs * sizeof(DeviceInput);
         counters = place(sizeof(Counters)); // and what is zeroed with them
@@ -141,6 +153,7 @@ private:
         parents = place(n * 4); // and what is set to ones with them
         tasks = place(uint64_t(maxWide) * 8);
         boxes = place(n * sizeof(PrimitiveBox));
+        origins = place((n - numPrimitives) * 4);
         for (int i = 0; i < 2; ++i) {
             keys[i] = place(n * 8);
             values[i] = place(n * 4);
@@ -254,9 +267,11 @@ void requireBuffer(const char* name, CUdeviceptr buffer, size_t size, size_t nee
 }
 
 constexpr const char* kKernelNames[] = {
-    "sunstone_references", "sunstone_codes", "sunstone_sort",    "sunstone_hierarchy",
-    "sunstone_collapse",   "sunstone_retry", "sunstone_records", "sunstone_finish",
-    "sunstone_compact",    "sunstone_emit"};
+    "sunstone_references",  "sunstone_split_measure", "sunstone_split_choose",
+    "sunstone_split_count", "sunstone_split_sum",     "sunstone_split",
+    "sunstone_codes",       "sunstone_sort",          "sunstone_hierarchy",
+    "sunstone_collapse",    "sunstone_retry",         "sunstone_records",
+    "sunstone_finish",      "sunstone_compact",       "sunstone_emit"};
 
 uint32_t blocksFor(uint32_t count, uint32_t threads, uint32_t most) {
     return std::clamp((count + threads - 1) / threads, 1u, most);
@@ -348,6 +363,8 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.order = temp + plan.order;
     job.numInputs = plan.numInputs;
     job.numPrimitives = plan.numPrimitives;
+    job.maxReferences = plan.maxReferences;
+    job.origins = temp + plan.origins;
     job.maxWide = plan.maxWide;
     job.type = plan.type;
     queueKernels(stream, job);
@@ -355,9 +372,17 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
 
 void Builder::queueKernels(CUstream stream, BuildJob& job) const {
     void* arguments[] = {&job};
-    const uint32_t n = job.numPrimitives, most = multiprocessors_ * 8;
+    const uint32_t n = job.maxReferences, most = multiprocessors_ * 8;
     if (n != 0) {
-        launch(kReferences, stream, blocksFor(n, 256, most), 256, arguments);
+        launch(kReferences, stream, blocksFor(job.numPrimitives, 256, most), 256, arguments);
+        if (n != job.numPrimitives) {
+            const uint32_t blocks = blocksFor(job.numPrimitives, 256, ~0u);
+            launch(kSplitMeasure, stream, std::min(blocks, most), 256, arguments);
+            launch(kSplitChoose, stream, 1, kSplitBins / 8, arguments);
+            launch(kSplitCount, stream, blocks, 256, arguments);
+            launch(kSplitSum, stream, 1, 256, arguments);
+            launch(kSplit, stream, blocks, 256, arguments);
+        }
         launch(kCodes, stream, blocksFor(n, 256, most), 256, arguments);
         for (uint32_t pass = 0; pass < kSortPasses; ++pass) {
             void* passArguments[] = {&job, &pass};

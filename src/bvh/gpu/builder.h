@@ -55,6 +55,11 @@ public:
 private:
     enum Kernel : uint32_t {
         kReferences,
+        kSplitMeasure,
+        kSplitChoose,
+        kSplitCount,
+        kSplitSum,
+        kSplit,
         kCodes,
         kSort,
         kHierarchy,

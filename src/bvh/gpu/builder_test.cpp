@@ -141,5 +141,36 @@ TEST(GpuBuild, TreesThatWouldBeTooDeep) {
     expectSameHits(cpu, gpu, 1000, 1);
 }
 
+TEST(GpuBuild, SplitsLongThinTriangles) {
+    Mesh mesh;
+    Random random(31);
+    for (uint32_t i = 0; i < 400; ++i) {
+        const Vec3 p = random.point(1), along = random.unit() * random(0.1f, 1.2f);
+        mesh.vertices.insert(mesh.vertices.end(), {p, p + along, p + random.unit() * 0.004f});
+        mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    BuildOptions options;
+    options.preferFastTrace = options.allowRandomVertexAccess = true;
+    const GpuStructure gpu = buildOnDevice(mesh.input(), options);
+    expectSound(gpu.header());
+    EXPECT_EQ(gpu.header().numActive, 400u);
+    EXPECT_GT(gpu.header().numLeaves, 700u);
+    EXPECT_LE(gpu.header().numLeaves, 800u);
+    const Structure cpu = makeStructure(mesh.input());
+    expectSameHits(cpu, gpu, 20000, 4);
+    const auto* bytes = static_cast<const uint8_t*>(gpu.memory->data());
+    const auto* table = reinterpret_cast<const uint32_t*>(bytes + gpu.header().tableOffset);
+    const auto* records =
+        reinterpret_cast<const TriangleRecord*>(bytes + gpu.header().recordsOffset);
+    for (uint32_t i = 0; i < 400; ++i)
+        EXPECT_EQ(records[table[i]].primitive, i);
+    // Ordinary triangles, and those that programs may see once only, stay whole.
+    EXPECT_EQ(buildOnDevice(icosphere(1).input(), options).header().numLeaves, 80u);
+    const uint32_t once = kGeometryRequireSingleAnyHit;
+    TriangleInput single = mesh.input();
+    single.sbt.flags = &once;
+    EXPECT_EQ(buildOnDevice(single, options).header().numLeaves, 400u);
+}
+
 } // namespace
 } // namespace sunstone::bvh::gpu

@@ -226,7 +226,8 @@ SUNSTONE_BUILDER uint64_t allocate(Counters& counters, uint32_t nodes, uint32_t 
 
 SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob job, TreeMode mode) {
     Counters& counters = countersOf(job);
-    const uint32_t numActive = counters.numActive, lane = laneOf(), limit = leafLimit(job);
+    const uint32_t numActive = counters.numActiveReferences, lane = laneOf(),
+                   limit = leafLimit(job);
     if (numActive == 0 || (mode == kRadix && !counters.tooDeep))
         return;
     bool hasTicket = false;

@@ -45,15 +45,18 @@ SUNSTONE_BUILDER void writeRecord(const BuildJob& job, uint32_t place, uint32_t 
 }
 
 SUNSTONE_KERNEL sunstone_records(BuildJob job) {
-    const uint32_t count = countersOf(job).numActive;
+    const uint32_t count = countersOf(job).numActiveReferences;
     for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
-        const uint32_t primitive = refIndex(at<const uint32_t>(job.order)[i]);
+        const uint32_t reference = refIndex(at<const uint32_t>(job.order)[i]);
+        const bool whole = reference < job.numPrimitives;
+        const uint32_t primitive =
+            whole ? reference : at<const uint32_t>(job.origins)[reference - job.numPrimitives];
         if (job.type == BlockType::kInstances) {
             at<uint32_t>(job.records)[i] = primitive;
             continue;
         }
         writeRecord(job, i, primitive);
-        if (job.table)
+        if (job.table && whole)
             at<uint32_t>(job.table)[primitive] = i;
     }
 }
@@ -82,7 +85,7 @@ SUNSTONE_KERNEL sunstone_finish(BuildJob job) {
         header.upper[a] = any ? fromOrdered(counters.upper[a]) : -__builtin_inff();
     }
     header.numNodes = uint32_t(counters.allocated);
-    header.numLeaves = counters.numActive;
+    header.numLeaves = counters.numActiveReferences;
     header.reserved[0] = counters.tooDeep;
     header.root = counters.numActive ? 0 : kNoNode;
     header.usedSize =

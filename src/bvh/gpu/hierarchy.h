@@ -209,7 +209,7 @@ SUNSTONE_KERNEL sunstone_retry(BuildJob job) {
     if (counters.depth < kMaxWideDepth)
         return;
     const uint32_t stride = gridDim.x * blockDim.x;
-    for (uint32_t i = globalThread(); i < job.numPrimitives; i += stride)
+    for (uint32_t i = globalThread(); i < job.maxReferences; i += stride)
         at<uint32_t>(job.parents)[i] = kNoRef;
     for (uint32_t i = globalThread(); i < job.maxWide; i += stride)
         at<uint64_t>(job.tasks)[i] = ~0ull;
@@ -225,7 +225,7 @@ SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads)
     Counters& counters = countersOf(job);
     if (mode == kRadix && !counters.tooDeep)
         return;
-    const uint32_t count = counters.numActive;
+    const uint32_t count = counters.numActiveReferences;
     const uint32_t self = globalThread();
     if (self == 0)
         counters.allocated = count != 0;

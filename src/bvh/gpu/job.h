@@ -50,6 +50,9 @@ struct DeviceInput {
     uint32_t areAddresses;             // data: addresses of instances
 };
 
+// Bins of the priorities by which triangles are split: exponent and three bits of mantissa.
+constexpr uint32_t kSplitBins = 2048;
+
 // Zeroed before the build.
 struct Counters {
     uint32_t numActive;
@@ -63,6 +66,11 @@ struct Counters {
     uint32_t tooDeep;   // the clustered tree is; a second one replaces it
     uint32_t sortTickets[kSortPasses + (kSortPasses & 1)];
     uint32_t histograms[kSortPasses][kSortDigits];
+    uint32_t numReferences; // primitives, and further parts of those that were split
+    uint32_t numActiveReferences;
+    float splitFactor;
+    uint32_t pad;
+    uint32_t splitBins[kSplitBins]; // how many triangles have a priority
 };
 
 // How a binary tree is made and collapsed. Clustering may make trees as deep as their primitives
@@ -76,15 +84,16 @@ struct BuildJob {
     uint64_t inputRecords, table, instances, records, nodes; // in the output; table: or 0
     uint64_t inputs;                                         // DeviceInput[]
     uint64_t counters;
-    uint64_t boxes;   // PrimitiveBox of each primitive
+    uint64_t boxes;   // PrimitiveBox of each reference
+    uint64_t origins; // primitive of each reference after those of whole primitives
     uint64_t keys[2]; // 64 bits each
     uint64_t values[2];
     uint64_t tileStates; // of the sort
     uint64_t binary;     // BinaryNode[]
-    uint64_t parents;    // one word for each primitive, ~0
+    uint64_t parents;    // one word for each reference, ~0
     uint64_t tasks;      // for each wide node its reference, and above 32 bits its depth; ~0
     uint64_t order;      // reference of each primitive record
-    uint32_t numInputs, numPrimitives, maxWide;
+    uint32_t numInputs, numPrimitives, maxReferences, maxWide;
     BlockType type;
     uint32_t openLevels; // of instances
 };

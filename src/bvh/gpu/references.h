@@ -170,8 +170,10 @@ SUNSTONE_BUILDER void addToCounters(const BuildJob& job, const Bounds& found, ui
         atomicMax(&counters.lower[threadIdx.x], most[threadIdx.x]);
     else if (threadIdx.x < 6)
         atomicMax(&counters.upper[threadIdx.x - 3], most[threadIdx.x]);
-    else if (threadIdx.x == 6 && most[6])
+    else if (threadIdx.x == 6 && most[6]) {
         atomicAdd(&counters.numActive, most[6]);
+        atomicAdd(&counters.numActiveReferences, most[6]);
+    }
 }
 
 // ---- instances --------------------------------------------------------------------------------
@@ -306,6 +308,9 @@ SUNSTONE_KERNEL sunstone_references(BuildJob job) {
         }
     }
     addToCounters(job, found, numActive);
+    // If nothing is split, references are primitives.
+    if (globalThread() == 0)
+        countersOf(job).numReferences = job.numPrimitives;
 }
 
 } // namespace sunstone::bvh::gpu

@@ -47,7 +47,8 @@ SUNSTONE_KERNEL sunstone_codes(BuildJob job) {
         counts[i / kSortDigits][i % kSortDigits] = 0;
     __syncthreads();
     Counters& counters = countersOf(job);
-    for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
+    const uint32_t count = counters.numReferences;
+    for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
         const Bounds box = primitiveBounds(job, i);
         const uint64_t code =
             box.lower[0] <= box.upper[0] ? mortonCode(counters, box) : kInactiveKey;
@@ -119,8 +120,10 @@ SUNSTONE_KERNEL __launch_bounds__(kSortThreads) sunstone_sort(BuildJob job, uint
         counts[w][threadIdx.x] = 0;
     __syncthreads();
     const uint32_t tile = ownTile, first = tile * kSortTile, shift = 8 * pass;
-    const uint32_t inTile =
-        job.numPrimitives - first < kSortTile ? job.numPrimitives - first : kSortTile;
+    const uint32_t total = counters.numReferences;
+    if (first >= total)
+        return;
+    const uint32_t inTile = total - first < kSortTile ? total - first : kSortTile;
     const uint64_t* const keysIn = at<const uint64_t>(job.keys[pass & 1]);
     const uint32_t* const valuesIn = at<const uint32_t>(job.values[pass & 1]);
     const uint32_t lane = laneOf(), warp = threadIdx.x / 32;
@@ -153,7 +156,7 @@ SUNSTONE_KERNEL __launch_bounds__(kSortThreads) sunstone_sort(BuildJob job, uint
     }
     const uint32_t before = sumOfTiles(
         at<uint32_t>(job.tileStates) +
-            uint64_t(pass) * ((job.numPrimitives + kSortTile - 1) / kSortTile) * kSortDigits +
+            uint64_t(pass) * ((job.maxReferences + kSortTile - 1) / kSortTile) * kSortDigits +
             threadIdx.x,
         tile, count);
     const uint32_t inOutput = sumBefore(counters.histograms[pass][threadIdx.x], warpSums);
