@@ -111,16 +111,14 @@ __device__ void persistent(const GpuBenchJob& job) {
 
 } // namespace
 
-#define TRACE_KERNEL(name, body, Programs, blocks)                                                 \
+#define TRACE_KERNEL(name, body, blocks)                                                           \
     extern "C" __global__ void __launch_bounds__(128, blocks) name(GpuBenchJob job) {              \
-        body<Programs>(job);                                                                       \
+        body(job);                                                                                 \
     }
 
-TRACE_KERNEL(nearest_plain, plain, Nearest, 8)
-TRACE_KERNEL(any_plain, plain, Any, 8)
-TRACE_KERNEL(nearest_persistent, persistent, Nearest, 8)
-TRACE_KERNEL(any_persistent, persistent, Any, 8)
-TRACE_KERNEL(nearest_persistent_10, persistent, Nearest, 10)
-TRACE_KERNEL(any_persistent_10, persistent, Any, 10)
-TRACE_KERNEL(nearest_persistent_6, persistent, Nearest, 6)
-TRACE_KERNEL(any_persistent_6, persistent, Any, 6)
+TRACE_KERNEL(nearest_plain, plain<Nearest>, 8)
+TRACE_KERNEL(any_plain, plain<Any>, 8)
+TRACE_KERNEL(nearest_persistent, persistent<Nearest>, 6)
+TRACE_KERNEL(any_persistent, persistent<Any>, 6)
+TRACE_KERNEL(nearest_persistent_8, persistent<Nearest>, 8)
+TRACE_KERNEL(any_persistent_8, persistent<Any>, 8)

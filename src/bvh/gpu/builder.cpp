@@ -54,7 +54,7 @@ struct Plan {
     uint32_t numSbtRecords = 0;
     uint64_t table = 0, instances = 0, records, nodes, outputSize;
     uint64_t inputs, flags, counters, tileStates, parents, tasks, boxes, origins, keys[2],
-        values[2], binary, order, tempSize;
+        values[2], binary, costs, order, tempSize;
 
     Plan(const BuildInputs& in, const BuildOptions& options) {
         requireSupported(in, options);
@@ -159,7 +159,8 @@ private:
             values[i] = place(n * 4);
         }
         binary = place(n * sizeof(BinaryNode));
-        order = keys[1]; // free after the sort
+        costs = keys[1];   // free after the sort
+        order = values[1]; // and this after the tree
         tempSize = offset;
     }
 };
@@ -361,6 +362,7 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.parents = temp + plan.parents;
     job.tasks = temp + plan.tasks;
     job.order = temp + plan.order;
+    job.costs = temp + plan.costs;
     job.numInputs = plan.numInputs;
     job.numPrimitives = plan.numPrimitives;
     job.maxReferences = plan.maxReferences;

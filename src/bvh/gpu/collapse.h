@@ -5,7 +5,7 @@
 // waits for one that has not started.
 #pragma once
 
-#include "bvh/gpu/device.h"
+#include "bvh/gpu/costs.h"
 
 namespace sunstone::bvh::gpu {
 
@@ -18,10 +18,6 @@ struct WideChildren {
     Bounds boxes[kSlots];
 };
 
-// Most primitives a leaf may have.
-SUNSTONE_BUILDER uint32_t leafLimit(const BuildJob& job) {
-    return job.type == BlockType::kTriangles ? kMaxLeafPrimitives : 1;
-}
 SUNSTONE_BUILDER bool isLeaf(uint32_t ref, uint32_t limit) {
     return refCount(ref) != 0 && refCount(ref) <= limit;
 }
@@ -43,26 +39,74 @@ SUNSTONE_BUILDER Bounds boundsOf(const BuildJob& job, uint32_t ref) {
             {node.upper[0], node.upper[1], node.upper[2]}};
 }
 
-// Opens children until there are eight: inner ones first, the largest or (radix trees) the highest
-// up, then leaves of several primitives.
-SUNSTONE_BUILDER void gatherChildren(const BuildJob& job, TreeMode mode, uint32_t ref,
-                                     WideChildren& c) {
+// Children in registers: places are found by comparing with each.
+SUNSTONE_BUILDER uint32_t refAt(const WideChildren& c, uint32_t place) {
+    uint32_t ref = 0;
+#pragma unroll
+    for (uint32_t i = 0; i < kSlots; ++i)
+        ref = i == place ? c.refs[i] : ref;
+    return ref;
+}
+SUNSTONE_BUILDER void putAt(WideChildren& c, uint32_t place, uint32_t ref, const Bounds& box) {
+#pragma unroll
+    for (uint32_t i = 0; i < kSlots; ++i)
+        if (i == place) {
+            c.refs[i] = ref;
+            c.boxes[i] = box;
+        }
+}
+
+SUNSTONE_BUILDER uint64_t costsOf(const BuildJob& job, uint32_t ref, const Bounds& box) {
+    return refCount(ref) == 1 ? primitiveCosts(halfArea(box))
+                              : at<const uint64_t>(job.costs)[refIndex(ref)];
+}
+
+// Opens the children that costs tell to open; each has a budget of slots for its descendants.
+SUNSTONE_BUILDER void openByCosts(const BuildJob& job, WideChildren& c) {
+    uint32_t budgets = kSlots; // of each child, in 4 bits
+    for (uint32_t place = 0; place < c.count;) {
+        const uint32_t ref = refAt(c, place), budget = budgets >> 4 * place & 15u;
+        if (budget < 2 || refCount(ref) == 1) {
+            ++place;
+            continue;
+        }
+        const BinaryNode node = loadNode(job, ref);
+        const Bounds left = boundsOf(job, node.left), right = boundsOf(job, node.right);
+        uint32_t ofLeft;
+        const float apart =
+            shareSlots(unpackCosts(costsOf(job, node.left, left)),
+                       unpackCosts(costsOf(job, node.right, right)), budget, ofLeft);
+        // The node itself (eight slots) must be opened.
+        if (budget < kSlots &&
+            unpackCosts(at<const uint64_t>(job.costs)[refIndex(ref)]).of[0] <= apart) {
+            ++place;
+            continue;
+        }
+        putAt(c, place, node.left, left);
+        putAt(c, c.count, node.right, right);
+        budgets = (budgets & ~(15u << 4 * place)) | ofLeft << 4 * place |
+                  (budget - ofLeft) << 4 * c.count;
+        ++c.count;
+    }
+}
+
+// Opens children while there is room: inner ones first, the largest or (radix trees) the highest
+// up, then leaves of several primitives. Only a node with nothing left to open has less than eight.
+SUNSTONE_BUILDER void openWhileRoom(const BuildJob& job, TreeMode mode, WideChildren& c) {
     const uint32_t limit = leafLimit(job);
-    c.count = 1;
-    c.refs[0] = ref;
-    c.boxes[0] = boundsOf(job, ref);
     uint32_t levels = 0; // of each child, in 4 bits
     while (c.count < kSlots) {
         uint32_t best = kSlots;
         bool bestInner = false;
         float bestArea = -1;
-        for (uint32_t i = 0; i < c.count; ++i) {
-            if (refCount(c.refs[i]) == 1)
+#pragma unroll
+        for (uint32_t i = 0; i < kSlots; ++i) {
+            if (i >= c.count || refCount(c.refs[i]) == 1)
                 continue;
             const bool inner = !isLeaf(c.refs[i], limit);
             const float area =
                 mode == kRadix ? 16.0f - float(levels >> 4 * i & 15u) : halfArea(c.boxes[i]);
-            if (inner > bestInner || (inner == bestInner && area > bestArea)) {
+            if (best == kSlots || inner > bestInner || (inner == bestInner && area > bestArea)) {
                 best = i;
                 bestInner = inner;
                 bestArea = area;
@@ -70,35 +114,53 @@ SUNSTONE_BUILDER void gatherChildren(const BuildJob& job, TreeMode mode, uint32_
         }
         if (best == kSlots)
             break;
-        const BinaryNode node = loadNode(job, c.refs[best]);
-        c.refs[best] = node.left;
-        c.boxes[best] = boundsOf(job, node.left);
+        const BinaryNode node = loadNode(job, refAt(c, best));
+        putAt(c, best, node.left, boundsOf(job, node.left));
         levels += 1u << 4 * best;
         levels |= (levels >> 4 * best & 15u) << 4 * c.count;
-        c.refs[c.count] = node.right;
-        c.boxes[c.count] = boundsOf(job, node.right);
+        putAt(c, c.count, node.right, boundsOf(job, node.right));
         ++c.count;
     }
+}
+
+SUNSTONE_BUILDER void gatherChildren(const BuildJob& job, TreeMode mode, uint32_t ref,
+                                     WideChildren& c) {
+    c.count = 1;
+#pragma unroll
+    for (uint32_t i = 0; i < kSlots; ++i) {
+        c.refs[i] = ref;
+        c.boxes[i] = emptyBounds();
+    }
+    c.boxes[0] = boundsOf(job, ref);
+    if (mode == kClustered)
+        openByCosts(job, c);
+    openWhileRoom(job, mode, c);
 }
 
 // The child of each slot in 4 bits, 8: none. Children go, the farthest out first, where their place
 // in the node tells them to.
 SUNSTONE_BUILDER uint32_t assignSlots(const WideChildren& c, const Bounds& whole) {
     uint32_t slots = 0x88888888u, freeSlots = 0xFFu, freeChildren = (1u << c.count) - 1;
+    float off[kSlots][3];
+#pragma unroll
+    for (uint32_t i = 0; i < kSlots; ++i)
+#pragma unroll
+        for (int a = 0; a < 3; ++a)
+            off[i][a] = sub(add(c.boxes[i].lower[a], c.boxes[i].upper[a]),
+                            add(whole.lower[a], whole.upper[a]));
     while (freeChildren) {
         float best = -__builtin_inff();
         uint32_t bestChild = uint32_t(__ffs(int(freeChildren)) - 1);
         uint32_t bestSlot = uint32_t(__ffs(int(freeSlots)) - 1);
-        for (uint32_t i = 0; i < c.count; ++i) {
+#pragma unroll
+        for (uint32_t i = 0; i < kSlots; ++i) {
             if (!(freeChildren >> i & 1))
                 continue;
-            float off[3];
-            for (int a = 0; a < 3; ++a)
-                off[a] = sub(add(c.boxes[i].lower[a], c.boxes[i].upper[a]),
-                             add(whole.lower[a], whole.upper[a]));
+#pragma unroll
             for (uint32_t s = 0; s < kSlots; ++s) {
-                const float fit = add(add(s & 1 ? off[0] : -off[0], s & 2 ? off[1] : -off[1]),
-                                      s & 4 ? off[2] : -off[2]);
+                const float fit =
+                    add(add(s & 1 ? off[i][0] : -off[i][0], s & 2 ? off[i][1] : -off[i][1]),
+                        s & 4 ? off[i][2] : -off[i][2]);
                 if ((freeSlots >> s & 1) && fit > best) {
                     best = fit;
                     bestChild = i;
@@ -121,6 +183,13 @@ SUNSTONE_BUILDER uint32_t stepExponent(float size) {
     return exponent < 254 ? exponent : 254;
 }
 
+SUNSTONE_BUILDER uint32_t slotOf(uint32_t slots, uint32_t child) {
+    uint32_t slot = 0;
+    for (uint32_t s = 0; s < kSlots; ++s)
+        slot = (slots >> 4 * s & 15u) == child ? s : slot;
+    return slot;
+}
+
 struct Quantised {
     uint32_t exponents[3];
     uint64_t planes[6];
@@ -128,15 +197,17 @@ struct Quantised {
 
 SUNSTONE_BUILDER void quantise(const WideChildren& c, const Bounds& whole, uint32_t slots,
                                Quantised& q) {
+#pragma unroll
     for (int a = 0; a < 3; ++a) {
         q.exponents[a] = stepExponent(sub(whole.upper[a], whole.lower[a]));
         // The reciprocal of a power of two; steps below 2^-126 do not occur.
         const float inverse = floatOf((254u - q.exponents[a]) << 23);
         q.planes[a] = q.planes[3 + a] = 0;
-        for (uint32_t s = 0; s < kSlots; ++s) {
-            const uint32_t child = slots >> 4 * s & 15u;
-            if (child == kSlots)
+#pragma unroll
+        for (uint32_t child = 0; child < kSlots; ++child) {
+            if (child >= c.count)
                 continue;
+            const uint32_t s = slotOf(slots, child);
             const float low = mul(sub(c.boxes[child].lower[a], whole.lower[a]), inverse);
             const float high = mul(sub(c.boxes[child].upper[a], whole.lower[a]), inverse);
             // Rounding above is below 2^-15 of a step.
@@ -171,7 +242,8 @@ SUNSTONE_BUILDER void writeWideNode(const BuildJob& job, uint32_t index, const W
                                     uint32_t depth, uint32_t childBase, uint32_t primitiveBase) {
     const uint32_t limit = leafLimit(job);
     Bounds whole = c.boxes[0];
-    for (uint32_t i = 1; i < c.count; ++i)
+#pragma unroll
+    for (uint32_t i = 1; i < kSlots; ++i) // the unused are empty
         whole = unite(whole, c.boxes[i]);
     const uint32_t slots = assignSlots(c, whole);
     Quantised q;
@@ -182,7 +254,7 @@ SUNSTONE_BUILDER void writeWideNode(const BuildJob& job, uint32_t index, const W
         const uint32_t child = slots >> 4 * s & 15u;
         if (child == kSlots)
             continue;
-        const uint32_t ref = c.refs[child];
+        const uint32_t ref = refAt(c, child);
         if (isLeaf(ref, limit)) {
             meta |= uint64_t(((1u << refCount(ref)) - 1) << 5 | primitives) << 8 * s;
             listPrimitives(job, ref, at<uint32_t>(job.order) + primitiveBase + primitives);
@@ -254,11 +326,15 @@ SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob j
         uint32_t inner = 0, primitives = 0;
         if (ready) {
             gatherChildren(job, mode, uint32_t(task), children);
-            for (uint32_t i = 0; i < children.count; ++i)
+#pragma unroll
+            for (uint32_t i = 0; i < kSlots; ++i) {
+                if (i >= children.count)
+                    continue;
                 if (isLeaf(children.refs[i], limit))
                     primitives += refCount(children.refs[i]);
                 else
                     ++inner;
+            }
         }
         const uint64_t place = allocate(counters, inner, primitives);
         if (ready) {

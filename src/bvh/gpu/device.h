@@ -77,6 +77,11 @@ SUNSTONE_BUILDER uint32_t joinCounts(uint32_t a, uint32_t b) {
     return refCount(a) != 0 && refCount(b) != 0 && sum <= kMaxLeafPrimitives ? sum : 0;
 }
 
+// Most primitives a leaf may have.
+SUNSTONE_BUILDER uint32_t leafLimit(const BuildJob& job) {
+    return job.type == BlockType::kTriangles ? kMaxLeafPrimitives : 1;
+}
+
 SUNSTONE_BUILDER Bounds primitiveBounds(const BuildJob& job, uint32_t primitive) {
     const U2* const words = at<const U2>(job.boxes + uint64_t(primitive) * sizeof(PrimitiveBox));
     const U2 a = words[0], b = words[1], c = words[2];

@@ -13,7 +13,7 @@
 // nodes do.
 #pragma once
 
-#include "bvh/gpu/device.h"
+#include "bvh/gpu/costs.h"
 
 namespace sunstone::bvh::gpu {
 
@@ -95,7 +95,7 @@ SUNSTONE_BUILDER uint32_t nearestCluster(const Bounds& box, uint32_t count) {
 
 // Merges mutual nearest pairs; the clusters left are in the first lanes.
 SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds& box,
-                                     uint32_t count) {
+                                     unsigned long long& costs, uint32_t count) {
     const uint32_t lane = laneOf();
     const bool valid = lane < count;
     const uint32_t found = nearestCluster(box, count);
@@ -105,6 +105,7 @@ SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds&
     const bool merges = mutual && lane < nearest;
     const uint32_t otherRef = __shfl_sync(kWholeWarp, ref, int(nearest));
     const Bounds other = shuffleFrom(box, nearest);
+    const unsigned long long otherCosts = __shfl_sync(kWholeWarp, costs, int(nearest));
     const uint32_t merging = __ballot_sync(kWholeWarp, merges);
     uint32_t first = 0;
     if (lane == 0)
@@ -114,13 +115,18 @@ SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds&
         const uint32_t index = first + uint32_t(__popc(merging & lanesBelow(lane)));
         box = unite(box, other);
         storeNode(job, index, box, ref, otherRef);
-        ref = joinCounts(ref, otherRef) << kRefCountShift | index;
+        const uint32_t primitives = joinCounts(ref, otherRef);
+        costs = joinCosts(halfArea(box), primitives <= leafLimit(job) ? primitives : 0, costs,
+                          otherCosts);
+        at<uint64_t>(job.costs)[index] = costs;
+        ref = primitives << kRefCountShift | index;
     }
     const uint32_t kept = __ballot_sync(kWholeWarp, valid && (!mutual || merges));
     const uint32_t left = uint32_t(__popc(kept));
     const uint32_t from = lane < left ? placeOfBit(kept, lane) : lane;
     ref = __shfl_sync(kWholeWarp, ref, int(from));
     box = shuffleFrom(box, from);
+    costs = __shfl_sync(kWholeWarp, costs, int(from));
     return left;
 }
 
@@ -144,9 +150,13 @@ SUNSTONE_BUILDER void mergeClusters(const BuildJob& job, ClusterRange range, boo
     uint32_t count = uint32_t(__popc(present));
     ref = __shfl_sync(kWholeWarp, ref, int(lane < count ? placeOfBit(present, lane) : lane));
     Bounds box = lane < count ? loadBounds(job, ref) : emptyBounds();
+    unsigned long long costs = 0;
+    if (lane < count)
+        costs = refCount(ref) == 1 ? primitiveCosts(halfArea(box))
+                                   : loadFresh(at<uint64_t>(job.costs) + refIndex(ref));
     const uint32_t wanted = toOne ? 1 : kClusters;
     while (count > wanted)
-        count = mergePairs(job, ref, box, count);
+        count = mergePairs(job, ref, box, costs, count);
     if (lane < kClusters && range.first + lane <= range.last)
         const_cast<volatile uint32_t*>(clusters)[range.first + lane] = lane < count ? ref : kNoRef;
     if (toOne && lane == 0)

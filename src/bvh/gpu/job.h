@@ -90,6 +90,7 @@ struct BuildJob {
     uint64_t values[2];
     uint64_t tileStates; // of the sort
     uint64_t binary;     // BinaryNode[]
+    uint64_t costs;      // of each binary node, see costs.h
     uint64_t parents;    // one word for each reference, ~0
     uint64_t tasks;      // for each wide node its reference, and above 32 bits its depth; ~0
     uint64_t order;      // reference of each primitive record
