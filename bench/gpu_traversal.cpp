@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds and traversal on a GPU, by our kernels alone: build times, sizes, rays per second of each
 // kernel, and how many answers differ from those of the CPU's engine.
-//   bench_gpu [--scenes terrain,soup,thin,spheres] [--triangles N] [--driver libcuda.so.1]
+//   bench_gpu_kernels [--scenes terrain,soup,thin,spheres] [--triangles N] [--driver libcuda.so.1]
 // Reads gpu_traversal.ptx beside the program.
 #include "gpu_traversal.h"
 #include "bvh/gpu/builder.h"
