@@ -5,7 +5,9 @@
 #include "base/config.h"
 #include "base/error.h"
 #include "compiler/bound_values.h"
+#include "compiler/build_id.h"
 #include "compiler/compile_steps.h"
+#include "compiler/digest.h"
 #include "compiler/flush.h"
 #include "compiler/gpu_machine.h"
 #include "compiler/lower_optix.h"
@@ -17,9 +19,12 @@
 #include <llvm/IR/Verifier.h>
 #include <llvm/Linker/Linker.h>
 #include <llvm/Support/MemoryBuffer.h>
+#include <llvm/Transforms/Utils/Cloning.h>
 
 #include <algorithm>
+#include <cstring>
 #include <optional>
+#include <set>
 
 namespace sunstone::compiler {
 
@@ -27,7 +32,7 @@ namespace {
 
 struct Dispatcher {
     const char* name;
-    std::vector<devlib::GroupKind> kinds;
+    devlib::GroupKind kind;
     size_t GpuGroup::*program;
     bool isCallable;
 };
@@ -57,6 +62,7 @@ public:
         markIntrinsicUsers(unit_, kinds_);
         optimizer_->inlineAlways();
         optimizer_->promote();
+        makeCopies();
         bindValues();
         lowerIntrinsics(unit_, kinds_, payloads_);
         lowerFlushesNative();
@@ -76,7 +82,7 @@ public:
         times_.step("optimize");
         code_.ptx = emitGpuText(unit_.module(), *machine_);
         times_.step("generate");
-        code_.localBytes = localBytesOf(code_.ptx);
+        countFrames();
         return std::move(code_);
     }
 
@@ -92,14 +98,14 @@ private:
     static const std::vector<Dispatcher>& dispatchers() {
         using namespace devlib;
         static const std::vector<Dispatcher> all = {
-            {"sunstone_gpu_raygen", {kGroupRaygen}, &GpuGroup::main, false},
-            {"sunstone_gpu_miss", {kGroupMiss}, &GpuGroup::main, false},
-            {"sunstone_gpu_exception", {kGroupException}, &GpuGroup::main, false},
-            {"sunstone_gpu_closestHit", {kGroupHit}, &GpuGroup::main, false},
-            {"sunstone_gpu_anyHit", {kGroupHit}, &GpuGroup::anyHit, false},
-            {"sunstone_gpu_intersection", {kGroupHit}, &GpuGroup::intersection, false},
-            {"sunstone_gpu_direct", {kGroupCallables}, &GpuGroup::direct, true},
-            {"sunstone_gpu_continuation", {kGroupCallables}, &GpuGroup::continuation, true},
+            {"sunstone_gpu_raygen", kGroupRaygen, &GpuGroup::main, false},
+            {"sunstone_gpu_miss", kGroupMiss, &GpuGroup::main, false},
+            {"sunstone_gpu_exception", kGroupException, &GpuGroup::main, false},
+            {"sunstone_gpu_closestHit", kGroupHit, &GpuGroup::main, false},
+            {"sunstone_gpu_anyHit", kGroupHit, &GpuGroup::anyHit, false},
+            {"sunstone_gpu_intersection", kGroupHit, &GpuGroup::intersection, false},
+            {"sunstone_gpu_direct", kGroupCallables, &GpuGroup::direct, true},
+            {"sunstone_gpu_continuation", kGroupCallables, &GpuGroup::continuation, true},
         };
         return all;
     }
@@ -114,18 +120,29 @@ private:
                 program.payloadType < 0
                     ? nullptr
                     : &program.moduleRules->payloadTypes.at(size_t(program.payloadType));
-            const auto [known, isNew] = payloads_.emplace(function, payload);
-            if (!isNew && known->second != payload)
-                fail(ErrorCode::kNotSupported, "program \"", program.function,
-                     "\" is used with two payload types in one pipeline, which is not available on "
-                     "GPUs yet");
+            const auto [known, isNew] = kinds_.emplace(function, ProgramKind::kNone);
+            if (payload && isNew)
+                payloads_[function] = payload;
+            if (!isNew) // for another payload type: lowered in another way
+                copies_.push_back({programs_.size(), payload});
             kinds_[function] = programKind(program.function);
             // Seen from outside until the dispatchers are there.
             function->setLinkage(llvm::GlobalValue::ExternalLinkage);
             programs_.push_back(function);
         }
-        for (auto at = payloads_.begin(); at != payloads_.end();)
-            at = at->second ? std::next(at) : payloads_.erase(at);
+    }
+
+    // Programs of one name for several payload types, before anything depends on the type.
+    void makeCopies() {
+        for (const Copy& copy : copies_) {
+            llvm::Function* original = programs_[copy.program];
+            llvm::ValueToValueMapTy map;
+            llvm::Function* function = llvm::CloneFunction(original, map);
+            kinds_[function] = kinds_[original];
+            if (copy.payload)
+                payloads_[function] = copy.payload;
+            programs_[copy.program] = function;
+        }
     }
 
     void bindValues() {
@@ -136,8 +153,10 @@ private:
         }
         const std::vector<uint32_t> loads = substituteBoundValues(unit_, values);
         for (size_t i = 0; i < values.size() && i < loads.size(); ++i)
-            code_.feedback += message("bound value \"", values[i].annotation, "\": ", loads[i],
-                                      loads[i] == 1 ? " load" : " loads", " specialised\n");
+            code_.feedback +=
+                message("bound value \"", values[i].annotation, "\", bytes ", values[i].offset,
+                        " to ", values[i].offset + values[i].bytes.size() - 1, ": ", loads[i],
+                        loads[i] == 1 ? " load" : " loads", " specialised\n");
     }
 
     // What is left of .ftz: adding -0 flushes and changes nothing else.
@@ -182,9 +201,11 @@ private:
         builder.SetInsertPoint(entry);
         auto* choice = builder.CreateSwitch(function->getArg(dispatcher.isCallable ? 0 : 1), other);
         std::map<llvm::Function*, llvm::BasicBlock*> calls; // of one program: one call
+        std::set<uint32_t> numbers;                         // a group may be given twice
         for (const GpuGroup& group : request_.groups) {
             const size_t index = group.*dispatcher.program;
-            if (index == GpuGroup::kNone || group.kind != dispatcher.kinds[0])
+            if (index == GpuGroup::kNone || group.kind != dispatcher.kind ||
+                !numbers.insert(group.number).second)
                 continue;
             llvm::Function* program = programs_[index];
             llvm::BasicBlock*& block = calls[program];
@@ -264,17 +285,23 @@ private:
                  "programs need what the GPU back end does not have yet: ", missing);
     }
 
-    // The code generator declares each function's frame as __local_depotN[bytes].
-    static uint64_t localBytesOf(const std::string& text) {
-        uint64_t bytes = 0;
-        constexpr std::string_view kDepot = "__local_depot";
-        for (size_t at = text.find(kDepot); at != std::string::npos;
-             at = text.find(kDepot, at + 1)) {
-            const size_t bracket = text.find_first_not_of("0123456789", at + kDepot.size());
-            if (bracket != std::string::npos && text[bracket] == '[')
-                bytes += std::strtoull(text.c_str() + bracket + 1, nullptr, 10);
+    // The code generator declares each function's frame as __local_depotN[bytes] behind its name.
+    // The walk through the structures calls nothing that could trace again.
+    void countFrames() {
+        constexpr std::string_view kFunction = ".func ", kDepot = "__local_depot",
+                                   kWalk = "findHit";
+        const std::string_view text = code_.ptx;
+        for (size_t at = text.find(kFunction); at != text.npos;) {
+            const size_t next = text.find(kFunction, at + 1);
+            const std::string_view function = text.substr(at, next - at);
+            const size_t depot = function.find(kDepot);
+            const size_t bracket = depot == text.npos ? text.npos : function.find('[', depot);
+            const bool walks = function.substr(0, function.find('{')).find(kWalk) != text.npos;
+            if (bracket != text.npos)
+                (walks ? code_.otherBytes : code_.waitingBytes) +=
+                    std::strtoull(function.data() + bracket + 1, nullptr, 10);
+            at = next;
         }
-        return bytes;
     }
 
     const GpuPipelineRequest& request_;
@@ -287,6 +314,11 @@ private:
     ProgramKinds kinds_;
     ProgramPayloads payloads_;
     std::vector<llvm::Function*> programs_; // of the request
+    struct Copy {
+        size_t program;
+        const PayloadType* payload;
+    };
+    std::vector<Copy> copies_;
     GpuCode code_;
 };
 
@@ -294,6 +326,71 @@ private:
 
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request) {
     return GpuBuild(request).run();
+}
+
+namespace {
+
+std::string keyOf(const GpuPipelineRequest& request) {
+    Digest digest;
+    digest.add(buildId()); // the run-time is a part of the build
+    digest.add("gpu");
+    digest.add(uint64_t(request.target.computeCapability));
+    digest.add(uint64_t(request.target.ptxVersion));
+    addRules(digest, request.pipeline.rules);
+    for (const ProgramRequest& program : request.pipeline.programs) {
+        digest.add(program.module->text);
+        digest.add(program.function);
+        digest.add(uint64_t(program.optLevel));
+        digest.add(uint64_t(int64_t(program.payloadType)));
+        addRules(digest, program.moduleRules ? *program.moduleRules : ModuleRules());
+    }
+    for (const GpuGroup& group : request.groups)
+        for (const size_t value :
+             {size_t(group.number), size_t(group.kind), group.main, group.anyHit,
+              group.intersection, group.direct, group.continuation})
+            digest.add(uint64_t(value));
+    for (const auto& [name, value] : request.constants) {
+        digest.add(name);
+        digest.add(uint64_t(value));
+    }
+    return digest.take();
+}
+
+constexpr size_t kHeaderWords = 3; // waitingBytes, otherBytes, bytes of feedback
+
+std::string serialize(const GpuCode& code) {
+    const uint64_t words[kHeaderWords] = {code.waitingBytes, code.otherBytes, code.feedback.size()};
+    return std::string(reinterpret_cast<const char*>(words), sizeof words) + code.feedback +
+           code.ptx;
+}
+
+bool deserialize(const std::string& bytes, GpuCode& code) {
+    uint64_t words[kHeaderWords];
+    if (bytes.size() < sizeof words)
+        return false;
+    std::memcpy(words, bytes.data(), sizeof words);
+    if (words[2] >= bytes.size() - sizeof words)
+        return false;
+    code.waitingBytes = words[0];
+    code.otherBytes = words[1];
+    code.feedback = bytes.substr(sizeof words, words[2]);
+    code.ptx = bytes.substr(sizeof words + words[2]);
+    return true;
+}
+
+} // namespace
+
+GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store) {
+    if (!store)
+        return compileGpuPipeline(request);
+    const std::string key = keyOf(request);
+    GpuCode code;
+    std::string bytes;
+    if (store->find(key, bytes) && deserialize(bytes, code))
+        return code;
+    code = compileGpuPipeline(request);
+    store->insert(key, serialize(code));
+    return code;
 }
 
 } // namespace sunstone::compiler

@@ -38,13 +38,18 @@ struct GpuPipelineRequest {
 // _intersection; and with the group number alone, for the code address or null:
 // sunstone_gpu_direct, sunstone_gpu_continuation.
 struct GpuCode {
-    std::string ptx;         // the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
-    std::string feedback;    // what was specialised to bound values, a line each
-    uint64_t localBytes = 0; // of all functions together: what a level of recursion takes at most
+    std::string ptx;      // the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
+    std::string feedback; // what was specialised to bound values, a line each
+    // Bytes of stack that functions take, without what the driver's compiler spills: of all those
+    // together that may wait while a trace is under way, and of those that cannot.
+    uint64_t waitingBytes = 0, otherBytes = 0;
 };
 constexpr const char* kGpuKernel = "sunstone_launch";
 
 // Throws as compilePipeline does; kNotSupported for what the run-time for GPUs lacks.
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
+
+// The same, from the store (may be null) if it is there, else kept in it.
+GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store);
 
 } // namespace sunstone::compiler

@@ -46,6 +46,13 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     const size_t variable = pipeline.launchParamsSize;
     const size_t given = request.params ? std::min<size_t>(request.paramsSize, variable) : 0;
 
+    if (request.validation && variable != 0) {
+        std::vector<uint8_t> params(variable);
+        if (given)
+            SUNSTONE_CU(memcpyDtoHAsync, params.data(), CUdeviceptr(request.params), given, stream);
+        SUNSTONE_CU(streamSynchronize, stream);
+        checkBoundValues(pipeline, params.data());
+    }
     GpuLaunchSlots::Slot& slot = slots_.take(variable);
     slot.context = context;
     slot.validation = request.validation;

@@ -54,8 +54,13 @@ void refuseWhatIsMissing(const Pipeline& pipeline, const PipelineParts& parts) {
 void raiseStackLimit(size_t bytes) {
     size_t limit = 0;
     SUNSTONE_CU(ctxGetLimit, &limit, CU_LIMIT_STACK_SIZE);
-    if (limit < bytes)
-        SUNSTONE_CU(ctxSetLimit, CU_LIMIT_STACK_SIZE, bytes);
+    if (limit >= bytes)
+        return;
+    const CUresult result = driver().ctxSetLimit(CU_LIMIT_STACK_SIZE, bytes);
+    if (result == CUDA_ERROR_INVALID_VALUE || result == CUDA_ERROR_OUT_OF_MEMORY)
+        fail(Code::kNotSupported, "traces of full depth take ", bytes,
+             " bytes of stack a thread, which this GPU cannot give to all of them");
+    check(result, DriverNames::ctxSetLimit);
 }
 
 } // namespace
@@ -104,16 +109,18 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         {"sunstone_gpu_exceptionFlags", pipeline.rules.exceptionFlags},
         {"sunstone_gpu_graph", graphKindOf(pipeline.rules.traversableGraphFlags)},
     };
-    const compiler::GpuCode code = compiler::compileGpuPipeline(request);
+    const compiler::GpuCode code = compiler::obtainGpuPipeline(request, parts.cache);
     pipeline.feedback = code.feedback;
     ContextScope scope(device_.context());
     auto loaded = std::make_shared<GpuCodeObject>(device_.context(), code.ptx);
     if (mayRecurse(parts)) {
         int frame = 0;
         SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);
-        constexpr size_t kSpills = 1024; // of a level, which the code generator does not know of
-        raiseStackLimit(size_t(frame) +
-                        (size_t(pipeline.limits.maxTraceDepth) + 1) * (code.localBytes + kSpills));
+        // Of a level, what the driver's compiler spills; the code generator does not know of it.
+        constexpr size_t kSpills = 384;
+        const size_t depth = size_t(pipeline.limits.maxTraceDepth) + 1;
+        raiseStackLimit(size_t(frame) + code.otherBytes + kSpills +
+                        depth * (code.waitingBytes + kSpills));
     }
     pipeline.deviceCode = std::move(loaded);
 }

@@ -230,7 +230,8 @@ uint64_t stackBudget(const LaunchRequest& request) {
            larger(set.continuationStack, least.continuationStack);
 }
 
-// In validation mode: the launch parameters must hold what the code is specialised to.
+} // namespace
+
 void checkBoundValues(const Pipeline& pipeline, const uint8_t* params) {
     for (const compiler::BoundValue& value : pipeline.boundValues) {
         const uint64_t end = value.offset + value.bytes.size();
@@ -244,6 +245,8 @@ void checkBoundValues(const Pipeline& pipeline, const uint8_t* params) {
                      unsigned(value.bytes[i]));
     }
 }
+
+namespace {
 
 void runLaunch(const LaunchRequest& request, std::string& note) {
     const Pipeline& pipeline = *request.pipeline;

@@ -23,4 +23,7 @@ struct LaunchRequest {
 // several launches at once.
 void launch(const std::shared_ptr<Context>& context, const LaunchRequest& request);
 
+// For validation mode: the launch parameters must hold what the code is specialised to.
+void checkBoundValues(const Pipeline& pipeline, const uint8_t* params);
+
 } // namespace sunstone::engine

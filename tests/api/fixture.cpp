@@ -2,6 +2,7 @@
 #include "fixture.h"
 
 #include "coverage/call_record.h"
+#include "device_memory.h"
 
 #include "optix_function_table_definition.h"
 
@@ -14,8 +15,7 @@
 namespace tests::api {
 
 Buffer::Buffer(size_t size, size_t alignment) : size_(size) {
-    if (posix_memalign(&data_, alignment, size == 0 ? 1 : size) != 0)
-        throw std::bad_alloc();
+    data_ = allocateDevice(size == 0 ? 1 : size, alignment);
     std::memset(data_, 0, size);
 }
 
@@ -26,7 +26,7 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
 }
 
 Buffer::~Buffer() {
-    std::free(data_);
+    freeDevice(data_);
 }
 
 void LogRecord::callback(unsigned level, const char* tag, const char* message, void* self) {
@@ -63,6 +63,7 @@ std::string LogRecord::all() const {
 void loadLibrary() {
     // Nothing is taken from earlier runs; tests of the disk cache say where it is.
     setenv("OPTIX_CACHE_MAXSIZE", "0", 1);
+    prepareDevice();
     OptixResult result = optixInit();
     if (result != OPTIX_SUCCESS)
         throw std::runtime_error("optixInit failed with " + std::to_string(int(result)));
@@ -115,7 +116,8 @@ std::string ptxModule(std::string_view body) {
 }
 
 std::string compiledPtx(const std::string& program, const std::string& toolchain) {
-    std::string path = std::string(SUNSTONE_TEST_PTX_DIR) + "/" + program +
+    const char* folder = std::getenv("SUNSTONE_TEST_PTX"); // where the build folder is not
+    std::string path = std::string(folder ? folder : SUNSTONE_TEST_PTX_DIR) + "/" + program +
                        (toolchain == "nvcc" ? ".nvcc.ptx" : ".ptx");
     std::ifstream file(path);
     if (!file)

@@ -219,13 +219,15 @@ OptixResult launch(OptixPipeline pipeline, CUstream stream, CUdeviceptr params, 
         request.depth = depth;
         request.stream = stream;
         request.validation = object->context->validation;
-        engine::launch(object->context->engine, request);
-        if (object->context->validation) {
-            try {
-                device.synchronize(stream);
-            } catch (const Error& error) {
-                throw ResultError(OPTIX_ERROR_VALIDATION_FAILURE, error.what());
-            }
+        if (!object->context->validation)
+            return engine::launch(object->context->engine, request);
+        try {
+            engine::launch(object->context->engine, request);
+            device.synchronize(stream);
+        } catch (const Error& error) {
+            if (error.code() == Code::kInvalidValue) // not a live stream
+                throw;
+            throw ResultError(OPTIX_ERROR_VALIDATION_FAILURE, error.what());
         }
     });
 }

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "device_memory.h"
+
+#include <cuda.h>
+
+#include <cstdlib>
+#include <dlfcn.h>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+namespace tests::api {
+namespace {
+
+struct Gpu {
+    decltype(&::cuMemAllocManaged) allocate = nullptr;
+    decltype(&::cuMemFree) free = nullptr;
+    decltype(&::cuCtxSynchronize) wait = nullptr;
+};
+
+template <class Function>
+Function find(void* library, const char* name) {
+    void* address = dlsym(library, name);
+    if (!address)
+        throw std::runtime_error(std::string("libcuda.so.1 has no ") + name);
+    return reinterpret_cast<Function>(address);
+}
+
+void require(CUresult result, const char* what) {
+    if (result != CUDA_SUCCESS)
+        throw std::runtime_error(std::string(what) + " failed with " + std::to_string(int(result)));
+}
+
+Gpu openGpu() {
+    void* library = dlopen("libcuda.so.1", RTLD_NOW);
+    if (!library)
+        throw std::runtime_error(dlerror());
+    require(find<decltype(&::cuInit)>(library, "cuInit")(0), "cuInit");
+    CUcontext context = nullptr;
+    require(find<decltype(&::cuDevicePrimaryCtxRetain)>(library, "cuDevicePrimaryCtxRetain")(
+                &context, 0),
+            "cuDevicePrimaryCtxRetain");
+    require(find<decltype(&::cuCtxSetCurrent)>(library, "cuCtxSetCurrent")(context),
+            "cuCtxSetCurrent");
+    return {find<decltype(&::cuMemAllocManaged)>(library, "cuMemAllocManaged"),
+            find<decltype(&::cuMemFree)>(library, "cuMemFree_v2"),
+            find<decltype(&::cuCtxSynchronize)>(library, "cuCtxSynchronize")};
+}
+
+// Null where the tests run on the CPU.
+const Gpu* gpu() {
+    static const bool wanted = std::getenv("SUNSTONE_TEST_GPU") != nullptr;
+    if (!wanted)
+        return nullptr;
+    static const Gpu opened = openGpu();
+    return &opened;
+}
+
+} // namespace
+
+void prepareDevice() {
+    gpu();
+}
+
+void* allocateDevice(size_t size, size_t alignment) {
+    if (const Gpu* driver = gpu()) {
+        CUdeviceptr memory = 0; // aligned to 512 bytes at least
+        if (driver->allocate(&memory, size, 1) != CUDA_SUCCESS) // CU_MEM_ATTACH_GLOBAL
+            throw std::bad_alloc();
+        return reinterpret_cast<void*>(memory);
+    }
+    void* memory = nullptr;
+    if (posix_memalign(&memory, alignment, size) != 0)
+        throw std::bad_alloc();
+    return memory;
+}
+
+void freeDevice(void* memory) {
+    if (!memory)
+        return;
+    if (const Gpu* driver = gpu()) {
+        driver->wait();
+        driver->free(reinterpret_cast<CUdeviceptr>(memory));
+    } else {
+        std::free(memory);
+    }
+}
+
+} // namespace tests::api

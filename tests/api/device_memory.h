@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the tests' device memory comes from. Usually it is memory of this process, as the CPU device
+// takes it. With SUNSTONE_TEST_GPU in the environment the same tests run on a GPU: the driver is
+// loaded, its first device's context made current, and memory is managed, so that both sides reach it.
+#pragma once
+
+#include <cstddef>
+
+namespace tests::api {
+
+// Before the first use of the library.
+void prepareDevice();
+
+// At least `alignment`-aligned (a power of two); throws std::bad_alloc.
+void* allocateDevice(size_t size, size_t alignment);
+void freeDevice(void* memory);
+
+} // namespace tests::api
