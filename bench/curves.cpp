@@ -2,7 +2,7 @@
 // Round curves: a ball of hair built by optixAccelBuild and rays through optixLaunch, against
 // Embree's round curves on the same control points and rays, in one process, all threads on both
 // sides. Quadratic B-splines are left out: Embree has none.
-//   bench_curves [--quick] [--fast-trace] [--strands N]
+//   bench_curves [--quick] [--fast-trace] [--motion] [--strands N]
 // Runs alternate between the two; the best of several counts, by the clock and by processor time of
 // all threads (for machines that are not idle).
 #include "embree_rays.h"
@@ -21,7 +21,7 @@ namespace {
 using namespace bench;
 
 struct Options {
-    bool quick = false, fastTrace = false;
+    bool quick = false, fastTrace = false, motion = false;
     uint32_t strands = 25000;
 };
 
@@ -43,6 +43,7 @@ constexpr unsigned kStrandPoints = 11;
 
 struct Hair {
     std::vector<float> points;   // x, y, z, radius
+    std::vector<float> later;    // the same at the end of the motion
     std::vector<uint32_t> first; // first point of each segment
 };
 
@@ -76,23 +77,39 @@ Hair makeHair(uint32_t strands, unsigned degree) {
     return hair;
 }
 
+// The wind blows, the more the farther from the ball.
+void blow(Hair& hair) {
+    hair.later = hair.points;
+    for (size_t i = 0; i < hair.later.size(); i += 4) {
+        float* const p = &hair.later[i];
+        const float far = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) - 0.5f;
+        p[0] += 0.1f * far;
+        p[1] += 0.05f * far * std::sin(8 * p[2]);
+    }
+}
+
 // The curves on the device and their acceleration structure.
 class Curves {
 public:
     Curves(Optix& optix, const Hair& hair, OptixPrimitiveType type, bool fastTrace)
-        : optix_(optix), points_(hair.points), first_(hair.first), temp_(16), output_(16) {
-        pointAddress_ = points_.address();
-        radiusAddress_ = pointAddress_ + 3 * sizeof(float);
+        : optix_(optix), points_(hair.points), later_(hair.later), first_(hair.first), temp_(16),
+          output_(16) {
+        pointAddress_[0] = points_.address();
+        pointAddress_[1] = later_.address();
+        for (int key = 0; key < 2; ++key)
+            radiusAddress_[key] = pointAddress_[key] + 3 * sizeof(float);
         input_.type = OPTIX_BUILD_INPUT_TYPE_CURVES;
         OptixBuildInputCurveArray& c = input_.curveArray;
         c.curveType = type;
         c.numPrimitives = unsigned(hair.first.size());
-        c.vertexBuffers = &pointAddress_;
+        c.vertexBuffers = pointAddress_;
         c.numVertices = unsigned(hair.points.size() / 4);
-        c.widthBuffers = &radiusAddress_;
+        c.widthBuffers = radiusAddress_;
         c.vertexStrideInBytes = c.widthStrideInBytes = 4 * sizeof(float);
         c.indexBuffer = first_.address();
         options_.operation = OPTIX_BUILD_OPERATION_BUILD;
+        if (!hair.later.empty())
+            options_.motionOptions = {2, OPTIX_MOTION_FLAG_NONE, 0, 1};
         if (fastTrace)
             options_.buildFlags = OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
         CHECK(optixAccelComputeMemoryUsage(optix.context, &options_, &input_, 1, &sizes_));
@@ -112,8 +129,8 @@ public:
 
 private:
     Optix& optix_;
-    Buffer points_, first_, temp_, output_;
-    CUdeviceptr pointAddress_ = 0, radiusAddress_ = 0;
+    Buffer points_, later_, first_, temp_, output_;
+    CUdeviceptr pointAddress_[2], radiusAddress_[2]; // at each motion key
     OptixBuildInput input_ = {};
     OptixAccelBuildOptions options_ = {};
     OptixAccelBufferSizes sizes_ = {};
@@ -124,6 +141,11 @@ RTCScene embreeCurves(RTCDevice device, const Hair& hair, RTCGeometryType type) 
     RTCGeometry curves = rtcNewGeometry(device, type);
     rtcSetSharedGeometryBuffer(curves, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4,
                                hair.points.data(), 0, 16, hair.points.size() / 4);
+    if (!hair.later.empty()) {
+        rtcSetGeometryTimeStepCount(curves, 2);
+        rtcSetSharedGeometryBuffer(curves, RTC_BUFFER_TYPE_VERTEX, 1, RTC_FORMAT_FLOAT4,
+                                   hair.later.data(), 0, 16, hair.later.size() / 4);
+    }
     rtcSetSharedGeometryBuffer(curves, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT,
                                hair.first.data(), 0, 4, hair.first.size());
     rtcCommitGeometry(curves);
@@ -186,7 +208,7 @@ void benchRays(Optix& optix, OptixTraversableHandle handle, RTCScene peer, Optix
     Best ours, theirs;
     for (int i = 0; i < (options.quick ? 3 : 7); ++i) {
         ours.run([&] { optix.launch(kind, rays.size()); });
-        theirs.run([&] { traceEmbree(peer, kind, rays, peerHits); });
+        theirs.run([&] { traceEmbree(peer, kind, rays, peerHits, options.motion); });
     }
     char rest[32];
     std::snprintf(rest, sizeof rest, "%.4f%%",
@@ -195,8 +217,11 @@ void benchRays(Optix& optix, OptixTraversableHandle handle, RTCScene peer, Optix
 }
 
 void benchBasis(RTCDevice device, const Basis& basis, const Options& options) {
-    const Hair hair = makeHair(options.strands, basis.degree);
-    Optix optix(OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS, basis.type);
+    Hair hair = makeHair(options.strands, basis.degree);
+    if (options.motion)
+        blow(hair);
+    Optix optix(OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS, basis.type, BENCH_PTX,
+                options.motion);
     Curves curves(optix, hair, basis.type, options.fastTrace);
     std::printf("\n%s: %zu segments\n\n| rays | Sunstone | Embree | ratio by processor time | by "
                 "the clock | hits that differ |\n|---|---|---|---|---|---|\n",
@@ -248,10 +273,13 @@ int main(int argc, char** argv) {
             options.quick = true;
         } else if (word == "--fast-trace") {
             options.fastTrace = true;
+        } else if (word == "--motion") {
+            options.motion = true;
         } else if (word == "--strands" && i + 1 < argc) {
             options.strands = uint32_t(std::max(1, std::atoi(argv[++i])));
         } else {
-            std::fprintf(stderr, "usage: bench_curves [--quick] [--fast-trace] [--strands N]\n");
+            std::fprintf(stderr, "usage: bench_curves [--quick] [--fast-trace] [--motion] "
+                                 "[--strands N]\n");
             return word == "--help" ? 0 : 2;
         }
     }

@@ -34,7 +34,7 @@ inline RTCRay embreeRay(const Ray& r) {
 
 // Stores the same results as the device programs do.
 inline void traceEmbree(RTCScene scene, Optix::Kind kind, const std::vector<Ray>& rays,
-                 std::vector<BenchHit>& hits) {
+                        std::vector<BenchHit>& hits, bool motion = false) {
     tbb::parallel_for(tbb::blocked_range<size_t>(0, rays.size(), 256), [&](const auto& range) {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
@@ -42,6 +42,7 @@ inline void traceEmbree(RTCScene scene, Optix::Kind kind, const std::vector<Ray>
             if (kind == Optix::kClosest) {
                 RTCRayHit hit;
                 hit.ray = embreeRay(rays[i]);
+                hit.ray.time = motion ? timeOfRay(unsigned(i)) : 0;
                 hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
                 hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
                 rtcIntersect1(scene, &context, &hit);
@@ -49,6 +50,7 @@ inline void traceEmbree(RTCScene scene, Optix::Kind kind, const std::vector<Ray>
                 hits[i] = {found ? hit.ray.tfar : -1.0f, found ? hit.hit.primID : ~0u};
             } else {
                 RTCRay ray = embreeRay(rays[i]);
+                ray.time = motion ? timeOfRay(unsigned(i)) : 0;
                 rtcOccluded1(scene, &context, &ray);
                 hits[i].primitive = ray.tfar < 0;
             }

@@ -19,7 +19,7 @@ extern "C" __global__ void __raygen__closest() {
     const BenchRay ray = params.rays[i];
     unsigned int t = __float_as_uint(-1.0f), primitive = ~0u;
     optixTrace(params.handle, make_float3(ray.ox, ray.oy, ray.oz), make_float3(ray.dx, ray.dy, ray.dz),
-               ray.tmin, ray.tmax, 0.0f, 255, OPTIX_RAY_FLAG_DISABLE_ANYHIT, 0, 1, 0, t, primitive);
+               ray.tmin, ray.tmax, params.shutter * timeOfRay(i), 255, OPTIX_RAY_FLAG_DISABLE_ANYHIT, 0, 1, 0, t, primitive);
     params.hits[i].t = __uint_as_float(t);
     params.hits[i].primitive = primitive;
 }
@@ -29,7 +29,7 @@ extern "C" __global__ void __raygen__any() {
     const BenchRay ray = params.rays[i];
     unsigned int occluded = 1;
     optixTrace(params.handle, make_float3(ray.ox, ray.oy, ray.oz), make_float3(ray.dx, ray.dy, ray.dz),
-               ray.tmin, ray.tmax, 0.0f, 255,
+               ray.tmin, ray.tmax, params.shutter * timeOfRay(i), 255,
                OPTIX_RAY_FLAG_DISABLE_ANYHIT | OPTIX_RAY_FLAG_TERMINATE_ON_FIRST_HIT |
                    OPTIX_RAY_FLAG_DISABLE_CLOSESTHIT,
                0, 1, 0, occluded);

@@ -16,4 +16,12 @@ struct LaunchRaysParams {
     const BenchRay* rays;
     BenchHit* hits;
     unsigned long long handle;
+    float shutter; // 1: each ray has a time of its own, 0: all have time 0
 };
+
+#ifdef __CUDACC__
+__device__
+#endif
+inline float timeOfRay(unsigned int ray) {
+    return float(ray * 2654435761u >> 8) * 0x1p-24f;
+}

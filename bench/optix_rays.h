@@ -105,8 +105,9 @@ public:
     // `type`: what rays may meet.
     explicit Optix(unsigned graphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS,
                    OptixPrimitiveType type = OPTIX_PRIMITIVE_TYPE_TRIANGLE,
-                   std::string ptx = BENCH_PTX)
-        : graphFlags_(graphFlags), type_(type), ptx_(std::move(ptx)), records_(4 * sizeof(Record)), params_(sizeof(LaunchRaysParams)) {
+                   std::string ptx = BENCH_PTX, bool motion = false)
+        : graphFlags_(graphFlags), type_(type), ptx_(std::move(ptx)), motion_(motion),
+          records_(4 * sizeof(Record)), params_(sizeof(LaunchRaysParams)) {
         CHECK(cudaFree(nullptr));
         CHECK(optixInit());
         OptixDeviceContextOptions options = {};
@@ -124,6 +125,7 @@ public:
         params.rays = rays.as<BenchRay>();
         params.hits = hits.as<BenchHit>();
         params.handle = handle;
+        params.shutter = motion_ ? 1.0f : 0.0f;
         CHECK(cudaMemcpy(params_.as<void>(), &params, sizeof(params), cudaMemcpyHostToDevice));
     }
 
@@ -156,6 +158,7 @@ private:
         OptixPipelineCompileOptions options = {};
         options.traversableGraphFlags = graphFlags_;
         options.numPayloadValues = 2;
+        options.usesMotionBlur = motion_;
         options.numAttributeValues = 2;
         options.pipelineLaunchParamsVariableName = "params";
         if (type_ != OPTIX_PRIMITIVE_TYPE_TRIANGLE)
@@ -176,6 +179,7 @@ private:
         if (type_ != OPTIX_PRIMITIVE_TYPE_TRIANGLE) {
             OptixBuiltinISOptions builtin = {};
             builtin.builtinISModuleType = type_;
+            builtin.usesMotionBlur = motion_;
             CHECK(optixBuiltinISModuleGet(context, &moduleOptions, &options, &builtin,
                                           &descs[3].hitgroup.moduleIS));
         }
@@ -195,6 +199,7 @@ private:
     unsigned graphFlags_;
     OptixPrimitiveType type_;
     std::string ptx_; // path
+    bool motion_;
     OptixPipeline pipeline_ = nullptr;
     Buffer records_, params_;
 };

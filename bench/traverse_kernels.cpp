@@ -5,6 +5,7 @@
 // Runs alternate between the two; the best of several counts. Meshes and our structure lie in memory
 // that asks for huge pages, as device memory and Embree's own does. Single-thread rows are processor
 // time.
+#include "launch_rays.h"
 #include "scenes.h"
 
 #include "bvh/build.h"
@@ -109,7 +110,7 @@ std::vector<float> movedVertices(const Mesh& mesh) {
 
 // Times of rays: spread over [0, 1] without order.
 float timeOf(size_t ray) {
-    return float(uint32_t(ray) * 2654435761u >> 8) * 0x1p-24f;
+    return timeOfRay(unsigned(ray));
 }
 
 RTCScene embreeScene(RTCDevice device, const Mesh& mesh, const MeshMemory& memory,

@@ -203,8 +203,8 @@ constexpr int kBentSteps = 12;
     }
 }
 
-// Whether the direction may turn by more than 28 degrees between two parameters. It turns no more
-// than the derivative's Bernstein coefficients do from one to the next, each by 14 degrees here.
+// Which eighths turn so much that they must be cut: by more than 14 degrees. The direction turns no
+// more than the derivative's Bernstein coefficients do from one to the next, each by 7 degrees here.
 SUNSTONE_INLINE Mask turnsMuch(const CurveLanes& curve, V8 u0, V8 u1, float h) {
     constexpr float kCosineSquared = 0.985f;
     V8 d[3][3], size[3] = {};
@@ -223,9 +223,11 @@ SUNSTONE_INLINE Mask turnsMuch(const CurveLanes& curve, V8 u0, V8 u1, float h) {
     return bitsOfMask(turns(0) | turns(1));
 }
 
-// Which eighths the ray may meet, and which of them turn so much that they must be cut.
+// Which eighths the ray may meet, which turn so much that they must be cut, and for which settle()
+// is not enough, because the radius is not small against that of the curvature or the parameter's
+// speed changes much.
 struct EighthTest {
-    Mask meets, bent;
+    Mask meets, bent, tight;
 };
 SUNSTONE_INLINE EighthTest testEighths(const CurveLanes& curve, const RaySpace& s, float begin,
                                        float length, float tmax) {
@@ -237,10 +239,16 @@ SUNSTONE_INLINE EighthTest testEighths(const CurveLanes& curve, const RaySpace& 
     // How far the curve and its radius may be from linear.
     V8 off = {}, offR = {};
     const V8 ends[2] = {u0, u1};
+    auto tight = u0 > u1;
     for (const V8 u : ends) {
         const V8 x = curve.second(0, u), y = curve.second(1, u), z = curve.second(2, u);
-        off = mostOf(off, x * x + y * y + z * z);
+        const V8 dx = curve.first(0, u), dy = curve.first(1, u), dz = curve.first(2, u);
+        const V8 size = x * x + y * y + z * z, speed = dx * dx + dy * dy + dz * dz,
+                 along = x * dx + y * dy + z * dz, r = curve.value(3, u);
+        off = mostOf(off, size);
         offR = mostOf(offR, magnitude(curve.second(3, u)));
+        tight |= ((size * speed - along * along) * r * r > 0.0625f * speed * speed * speed) |
+                 (magnitude(along) * h > speed);
     }
     const V8 flat = vx * vx + vy * vy;
     const V8 place =
@@ -251,7 +259,7 @@ SUNSTONE_INLINE EighthTest testEighths(const CurveLanes& curve, const RaySpace& 
     const V8 low = leastOf(az, az + vz) - r, high = mostOf(az, az + vz) + r;
     const auto meets =
         (px * px + py * py <= r * r) & (low <= tmax * s.length) & (high >= s.tmin * s.length);
-    return {bitsOfMask(meets), turnsMuch(curve, u0, u1, h)};
+    return {bitsOfMask(meets), turnsMuch(curve, u0, u1, h), bitsOfMask(tight)};
 }
 
 SUNSTONE_INLINE bool takeNearest(const SettledLanes& lanes, CurveCandidate& best) {
@@ -275,6 +283,11 @@ SUNSTONE_INLINE bool takeNearest(const SettledLanes& lanes, CurveCandidate& best
     const EighthTest test = testEighths(curve, s, begin, length, best.t);
     if (!test.meets)
         return false;
+    if (!(test.meets & (test.bent | test.tight))) {
+        SettledLanes lanes = settle<3>(curve, s, begin, length, best.t);
+        lanes.mask &= test.meets;
+        return takeNearest(lanes, best);
+    }
     bool found = false;
     if (levels > 0)
         for (Mask m = test.meets & test.bent; m; m &= m - 1)

@@ -131,7 +131,7 @@ void shapeBox(const ShapePoints& at, uint32_t word, float lower[3], float upper[
     }
 }
 
-void shapeLane(const ShapePoints& at, uint32_t word, float* rows) {
+void shapeLane(const ShapePoints& at, uint32_t word, bool moving, float* rows) {
     if (!isCurveBasis(at.shape)) {
         std::copy(at.points, at.points + 4, rows);
         return;
@@ -148,16 +148,22 @@ void shapeLane(const ShapePoints& at, uint32_t word, float* rows) {
     Vec4 b[4];
     Cubic(basis, at.points, range.begin, range.length).hull(b);
     double radius = 0;
-    for (const Vec4& p : b)
-        radius = std::max(radius, fromChord(p, b[0], b[3]) + std::fabs(p.v[3]));
-    double shift = 0; // by rounding of the ends
+    for (int i = 0; i < 4; ++i) {
+        // Distances from fixed places on the chord can be interpolated between keys.
+        const double distance =
+            moving ? length(b[i] - (b[0] + i / 3.0 * (b[3] - b[0]))) : fromChord(b[i], b[0], b[3]);
+        radius = std::max(radius, distance + std::fabs(b[i].v[3]));
+    }
+    double shift = 0, largest = 0; // by rounding of the ends; coordinate
     for (int end = 0; end < 2; ++end)
         for (int i = 0; i < 3; ++i) {
             const double exact = b[3 * end].v[i];
             rows[3 * end + i] = float(exact);
             shift = std::max(shift, std::fabs(exact - float(exact)));
+            largest = std::max(largest, std::fabs(exact));
         }
-    rows[6] = roundedUp(radius + 2 * shift);
+    // Interpolation rounds chords and control points by a few units in the last place.
+    rows[6] = roundedUp(radius + 2 * shift + (moving ? 0x1p-20 * largest : 0));
 }
 
 bool isBentPiece(const ShapePoints& at, uint32_t word) {

@@ -22,8 +22,8 @@ bool isActiveShape(const ShapePoints& at);
 // A box around the piece.
 void shapeBox(const ShapePoints& at, uint32_t word, float lower[3], float upper[3]);
 
-// What a leaf holds of the piece: the rows after the first (curves.h, spheres.h).
-void shapeLane(const ShapePoints& at, uint32_t word, float* rows);
+// What a leaf holds of the piece at one motion key: the rows after the first (curves.h, spheres.h).
+void shapeLane(const ShapePoints& at, uint32_t word, bool moving, float* rows);
 
 // Whether the piece turns much within an eighth of it, or is thick for its curvature.
 bool isBentPiece(const ShapePoints& at, uint32_t word);

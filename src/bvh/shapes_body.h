@@ -191,8 +191,8 @@ struct SphereVisitor {
     }
 };
 
-// Curves that move. Capsules at the keys say nothing about the time between, so each piece is cut
-// and tested as it is at the time.
+// Curves that move: a leaf's capsules are interpolated (curves.h), and pieces that the ray may meet
+// are tested as they are at the time.
 template <class Judge>
 struct MovingCurveVisitor {
     static constexpr bool kOrdered = Judge::kOrdered;
@@ -202,14 +202,26 @@ struct MovingCurveVisitor {
     float tmax;
 
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
-        const auto* words = reinterpret_cast<const uint32_t*>(block + offsetOf(ref));
-        const uint32_t lanes = (ref & kNodeTagMask) == kLeaf ? 4 : 8;
+        return visitRows(*this, block, ref);
+    }
+    // Row 0 of a leaf, and the rows behind it.
+    template <unsigned N>
+    SUNSTONE_INLINE_MEMBER bool test(const uint32_t* words, const float* rows) {
         const CurveBasis basis = CurveBasis(arrays.shape);
         const uint32_t kind = kShapeKindBase | (arrays.shape & 15);
-        for (uint32_t i = 0; i < lanes; ++i) {
-            const uint32_t number = segmentOf(words[i]);
-            if (words[i] == kNoPiece || (arrays.records[number].flags & kShapeInactive))
+        constexpr uint32_t kKeyFloats = (kCurveRows - 1) * N;
+        alignas(32) float now[kKeyFloats], near[N];
+        rows += arrays.at.key * kKeyFloats;
+        for (uint32_t i = 0; i < kKeyFloats; ++i)
+            now[i] = between(rows[i], rows[kKeyFloats + i], arrays.at.fraction);
+        Lanes<N> distance;
+        Mask m = testCapsules<N>(now, space, tmax, distance);
+        __builtin_memcpy(near, &distance, sizeof near);
+        for (; m; m &= m - 1) {
+            const unsigned i = lowestBit(m);
+            if (near[i] > tmax * space.length)
                 continue;
+            const uint32_t number = segmentOf(words[i]);
             alignas(16) float points[16];
             arrays.interpolate(number, curvePointFloats(basis, 1), points);
             CurveCandidate best = {tmax, 0};
