@@ -204,7 +204,8 @@ constexpr int kBentSteps = 12;
 }
 
 // Which eighths turn so much that they must be cut: by more than 14 degrees. The direction turns no
-// more than the derivative's Bernstein coefficients do from one to the next, each by 7 degrees here.
+// more than the derivative's Bernstein coefficients do from one to the next, each by 7 degrees
+// here.
 SUNSTONE_INLINE Mask turnsMuch(const CurveLanes& curve, V8 u0, V8 u1, float h) {
     constexpr float kCosineSquared = 0.985f;
     V8 d[3][3], size[3] = {};
