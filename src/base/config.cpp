@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/config.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 
@@ -16,6 +17,8 @@ constexpr std::array<SettingInfo, kCount> kSettings = {{
     {"SUNSTONE_ISA", "highest instruction set used by traversal: avx512, avx2 or baseline"},
     {"OPTIX_CACHE_PATH", "folder of the disk cache, instead of any that a program names"},
     {"OPTIX_CACHE_MAXSIZE", "bytes the disk cache may grow to; 0 turns it off"},
+    {"SUNSTONE_CHECK", "checks of device code, set by `sunstone run --check`: memory,leaks,host"},
+    {"SUNSTONE_CHECK_REPORT", "file that the reports of these checks are added to, JSON lines"},
 }};
 
 } // namespace
@@ -41,6 +44,17 @@ unsigned configNumber(Setting setting, unsigned fallback) {
     char* end = nullptr;
     long value = std::strtol(text.c_str(), &end, 10);
     return (!text.empty() && *end == 0 && value > 0) ? unsigned(value) : fallback;
+}
+
+bool checks(std::string_view what) {
+    const std::string_view list = config(Setting::kCheck);
+    for (size_t begin = 0; begin < list.size();) {
+        const size_t end = std::min(list.find(',', begin), list.size());
+        if (list.substr(begin, end - begin) == what)
+            return true;
+        begin = end + 1;
+    }
+    return false;
 }
 
 const SettingInfo& settingInfo(Setting setting) {

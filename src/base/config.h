@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace sunstone {
@@ -15,6 +16,8 @@ enum class Setting {
     kIsa,     // SUNSTONE_ISA: highest instruction set traversal may use (avx512, avx2, baseline)
     kCachePath,    // OPTIX_CACHE_PATH: folder of the disk cache
     kCacheMaxSize, // OPTIX_CACHE_MAXSIZE: bytes of the disk cache, 0 for none
+    kCheck,        // SUNSTONE_CHECK: what `sunstone run --check` watches, see checks()
+    kCheckReport,  // SUNSTONE_CHECK_REPORT: file that receives its reports
     kCount,
 };
 
@@ -31,6 +34,10 @@ std::string currentConfig(Setting setting);
 
 // The setting as a number, or fallback where it is unset or not a positive number.
 unsigned configNumber(Setting setting, unsigned fallback);
+
+// Whether SUNSTONE_CHECK names this: "memory" (accesses of device code), "leaks", "host" (ordinary
+// memory of the process may be accessed).
+bool checks(std::string_view what);
 
 const SettingInfo& settingInfo(Setting setting);
 

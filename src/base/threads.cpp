@@ -12,6 +12,20 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+// The library behind inArena is not built with the thread sanitizer, which therefore cannot see that
+// its tasks start after the call that makes them and end before it returns.
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#include <sanitizer/tsan_interface.h>
+#define SUNSTONE_HAPPENS_BEFORE(address) __tsan_release(address)
+#define SUNSTONE_HAPPENS_AFTER(address) __tsan_acquire(address)
+#endif
+#endif
+#ifndef SUNSTONE_HAPPENS_BEFORE
+#define SUNSTONE_HAPPENS_BEFORE(address) (void)(address)
+#define SUNSTONE_HAPPENS_AFTER(address) (void)(address)
+#endif
+
 namespace sunstone {
 namespace {
 
@@ -51,7 +65,9 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
     constexpr size_t kPiecesPerThread = 8;
     grain = std::max<size_t>(grain, 1);
     std::atomic<size_t> next{0};
+    char tasks = 0; // an address for the sanitizer
     const auto work = [&] {
+        SUNSTONE_HAPPENS_AFTER(&tasks);
         size_t begin = next.load(std::memory_order_relaxed);
         while (begin < count) {
             const size_t rest = count - begin;
@@ -63,12 +79,15 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
                 body(begin, end);
             } catch (...) {
                 next = count; // nobody starts anything more
+                SUNSTONE_HAPPENS_BEFORE(&tasks);
                 throw;
             }
             begin = next.load(std::memory_order_relaxed);
         }
+        SUNSTONE_HAPPENS_BEFORE(&tasks);
     };
     const size_t threads = std::min<size_t>(threadCount(), (count - 1) / grain + 1);
+    SUNSTONE_HAPPENS_BEFORE(&tasks);
     inArena([&] {
         tbb::parallel_for(
             tbb::blocked_range<size_t>(0, threads, 1),
@@ -78,6 +97,7 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
             },
             tbb::simple_partitioner());
     });
+    SUNSTONE_HAPPENS_AFTER(&tasks);
 }
 
 } // namespace sunstone

@@ -18,10 +18,14 @@ bool isKnown(const ptx::Module& module, const ptx::SourcePosition& at) {
     return at.line != 0 && at.file < module.files.size() && !module.files[at.file].empty();
 }
 
-// optix_7_device_impl.h and its like.
+// Headers of device functions: optix_7_device_impl.h and its like, those of include/cuda and of a
+// toolkit.
 bool isApiHeader(std::string_view file) {
     const std::string_view name = file.substr(file.find_last_of('/') + 1);
-    return name.starts_with("optix") && name.find("device") != std::string_view::npos;
+    if (name.starts_with("optix") && name.find("device") != std::string_view::npos)
+        return true;
+    return file.find("/cuda/sunstone/") != std::string_view::npos ||
+           name.ends_with("_atomic_functions.hpp") || name.ends_with("_intrinsics.hpp");
 }
 
 } // namespace

@@ -1,31 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// compileKernels: the order of the steps from a CUDA module's tree to loaded code.
+// kernel_module.h: the order of the steps from a CUDA module's tree to loaded code.
+#include "compiler/kernel_module.h"
+
+#include "base/config.h"
+#include "base/threads.h"
+#include "compiler/build_id.h"
 #include "compiler/compile_steps.h"
+#include "compiler/debug_info.h"
+#include "compiler/digest.h"
 #include "compiler/flush.h"
 #include "compiler/machine.h"
 #include "compiler/optimizer.h"
 #include "compiler/shared_layout.h"
 
 #include <algorithm>
+#include <cstring>
+#include <exception>
 
 namespace sunstone::compiler {
 
 namespace {
 
-class KernelCodeImpl : public KernelCode {
-public:
-    const std::vector<KernelInfo>& kernels() const override { return kernels_; }
-    bool variable(std::string_view name, void** address, uint64_t* size) const override {
-        return variables_.find(name, address, size);
-    }
-    std::vector<KernelInfo> kernels_;
-    VariableTable variables_;
-    std::unique_ptr<LoadedCode> code_;
-};
-
-} // namespace
-
-namespace {
+constexpr const char* kKernelPrefix = "kernel.";
 
 KernelInfo describeKernel(const ptx::Function& function) {
     KernelInfo info;
@@ -48,86 +44,347 @@ KernelInfo describeKernel(const ptx::Function& function) {
     return info;
 }
 
-// Translates every kernel that can be; false if one had to be given up, which leaves the unit
-// half-made: the caller starts again without it.
-bool translateKernels(Unit& unit, const ptx::Module& module, std::vector<KernelInfo>& kernels,
-                      std::vector<llvm::Function*>& functions) {
-    size_t number = 0;
-    for (const ptx::Function& function : module.functions) {
-        if (!function.isEntry || !function.hasBody)
-            continue;
-        KernelInfo& info = kernels[number++];
-        functions.push_back(nullptr);
-        if (!info.unsupported.empty())
-            continue;
-        try {
-            llvm::Function* kernel = unit.declare(module, function);
-            kernel->setLinkage(llvm::GlobalValue::ExternalLinkage);
-            kernel->setName("kernel." + info.name);
-            kernel->setDSOLocal(true);
-            functions.back() = kernel;
-            unit.translateQueue();
-        } catch (const Error& error) {
-            // Programs of OptiX may stand in the same module; they are no kernels.
-            const bool isProgram = programKind(info.name) != ProgramKind::kNone;
-            if (error.code() != ErrorCode::kNotSupported && !isProgram)
-                throw;
-            info.unsupported = error.what();
-            return false;
-        }
-    }
-    return true;
+bool callsThroughPointers(const ptx::Module& module) {
+    for (const ptx::Function& function : module.functions)
+        for (const ptx::Statement& statement : function.body)
+            if (statement.kind == ptx::StatementKind::kInstruction &&
+                statement.instruction.opcode == "call" &&
+                statement.instruction.target.kind != ptx::OperandKind::kSymbol)
+                return true;
+    return false;
 }
 
+bool isMemory(const ptx::Variable& variable) {
+    return variable.linkage != ptx::Linkage::kExtern && variable.type != ptx::Type::kSamplerref &&
+           (variable.space == ptx::Space::kGlobal || variable.space == ptx::Space::kConst);
+}
+
+// All variables of the module, those inside functions too.
+std::vector<VariableId> variablesOf(const ptx::Module& module) {
+    std::vector<VariableId> ids;
+    for (uint32_t i = 0; i < module.variables.size(); ++i)
+        if (isMemory(module.variables[i]))
+            ids.push_back({0, VariableId::kModuleScope, i});
+    for (uint32_t f = 0; f < module.functions.size(); ++f)
+        for (uint32_t i = 0; i < module.functions[f].variables.size(); ++i)
+            if (isMemory(module.functions[f].variables[i]))
+                ids.push_back({0, f, i});
+    return ids;
+}
+
+// What compiling kernels found out, beside their code.
+struct KernelObject {
+    CodeObject object;
+    std::vector<KernelInfo> kernels; // in the order of the request
+
+    std::string serialize() const {
+        std::string text;
+        const auto number = [&](uint32_t value) {
+            text.append(reinterpret_cast<const char*>(&value), sizeof value);
+        };
+        for (const KernelInfo& info : kernels) {
+            for (const uint32_t value :
+                 {uint32_t(info.usesBarriers), uint32_t(info.usesWarpFunctions),
+                  info.staticSharedBytes, info.localBytes, uint32_t(info.unsupported.size())})
+                number(value);
+            text += info.unsupported;
+        }
+        return text + object.serialize();
+    }
+    // `kernels` has the descriptions already.
+    bool deserialize(std::string_view bytes) {
+        for (KernelInfo& info : kernels) {
+            uint32_t values[5];
+            if (bytes.size() < sizeof values)
+                return false;
+            std::memcpy(values, bytes.data(), sizeof values);
+            bytes.remove_prefix(sizeof values);
+            if (bytes.size() < values[4])
+                return false;
+            info.usesBarriers = values[0] != 0;
+            info.usesWarpFunctions = values[1] != 0;
+            info.staticSharedBytes = values[2];
+            info.localBytes = values[3];
+            info.unsupported = std::string(bytes.substr(0, values[4]));
+            bytes.remove_prefix(values[4]);
+        }
+        return object.deserialize(bytes);
+    }
+};
+
+// One piece: kernels, variables, or all of a module.
+class KernelCompilation {
+public:
+    KernelCompilation(const ptx::Module& module, DebugLevel debugLevel, Variables home)
+        : module_(module), debugLevel_(debugLevel), home_(home),
+          level_(debugLevel == DebugLevel::kFull ? OptLevel::k0 : OptLevel::k3), machine_(level_) {
+        begin();
+    }
+
+    void addVariables(const std::vector<VariableId>& ids) {
+        for (const VariableId& id : ids)
+            unit_->addVariable(id);
+        unit_->translateQueue();
+    }
+
+    // False if one had to be given up, which leaves the unit half-made: it begins again without.
+    bool addKernels(std::vector<KernelInfo>& kernels) {
+        functions_.clear();
+        for (KernelInfo& info : kernels) {
+            functions_.push_back(nullptr);
+            if (!info.unsupported.empty())
+                continue;
+            try {
+                llvm::Function* kernel = unit_->declare(module_, *module_.findFunction(info.name));
+                kernel->setLinkage(llvm::GlobalValue::ExternalLinkage);
+                kernel->setName(kKernelPrefix + info.name);
+                kernel->setDSOLocal(true);
+                functions_.back() = kernel;
+                unit_->translateQueue();
+            } catch (const Error& error) {
+                // Programs of OptiX may stand in the same module; they are no kernels.
+                const bool isProgram = programKind(info.name) != ProgramKind::kNone;
+                if (error.code() != ErrorCode::kNotSupported && !isProgram)
+                    throw;
+                info.unsupported = error.what();
+                begin();
+                return false;
+            }
+        }
+        return true;
+    }
+
+    CodeObject finish(std::vector<KernelInfo>& kernels, StepTimes& times) {
+        times.step("translate");
+        describeThreads(*unit_, functions_, kernels);
+        Optimizer optimizer(*unit_, *machine_, level_);
+        optimizer.dump("translated");
+        verify(*unit_, "translation");
+        optimizer.promote();
+        lowerFlushes(*unit_, machine_.hasFma());
+        verify(*unit_, "flushing");
+        optimizer.optimize();
+        if (debugLevel_ == DebugLevel::kFull)
+            pinVariables(*unit_);
+        times.step("optimize");
+        CodeObject object = generate(*unit_, machine_);
+        object.variables = unit_->variableIds();
+        object.forDebugger = debugLevel_ >= DebugLevel::kModerate;
+        times.step("generate");
+        return object;
+    }
+
+private:
+    void begin() {
+        unit_ = std::make_unique<Unit>(Flavor::kKernel, PipelineRules{},
+                                       std::vector<const ptx::Module*>{&module_}, home_);
+        unit_->setOptions(module_, nullptr, debugLevel_);
+        prepare(*unit_, machine_);
+    }
+
+    const ptx::Module& module_;
+    const DebugLevel debugLevel_;
+    const Variables home_;
+    const OptLevel level_;
+    LentMachine machine_;
+    std::unique_ptr<Unit> unit_;
+    std::vector<llvm::Function*> functions_;
+};
+
+class KernelModuleImpl : public KernelModule {
+public:
+    KernelModuleImpl(std::shared_ptr<const ptx::Module> module, const KernelOptions& options)
+        : module_(std::move(module)), options_(options), isWhole_(callsThroughPointers(*module_)) {
+        for (const ptx::Function& function : module_->functions)
+            if (function.isEntry && function.hasBody)
+                kernels_.push_back(describeKernel(function));
+        ready_.resize(kernels_.size());
+        if (isWhole_)
+            loadWhole();
+        else
+            loadVariables();
+    }
+
+    const std::vector<KernelInfo>& kernels() const override { return kernels_; }
+    bool variable(std::string_view name, void** address, uint64_t* size) const override {
+        return table_.find(name, address, size);
+    }
+    void forEachVariable(
+        const std::function<void(void* address, uint64_t bytes)>& visit) const override {
+        for (const auto& [id, address] : addresses_) {
+            const ptx::Variable& variable = variableOf(id);
+            if (variable.size != 0)
+                visit(address, variable.size);
+        }
+    }
+
+    void prepare(size_t index) override {
+        if (ready_[index])
+            return;
+        KernelObject made = obtainKernel(index);
+        loadKernel(index, made);
+    }
+    void prepareAll() {
+        std::vector<KernelObject> objects(kernels_.size());
+        std::vector<std::exception_ptr> errors(kernels_.size());
+        parallelFor(kernels_.size(), 1, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i)
+                try {
+                    if (!ready_[i])
+                        objects[i] = obtainKernel(i);
+                } catch (...) {
+                    errors[i] = std::current_exception();
+                }
+        });
+        for (size_t i = 0; i < kernels_.size(); ++i) {
+            if (errors[i])
+                std::rethrow_exception(errors[i]);
+            if (!ready_[i])
+                loadKernel(i, objects[i]);
+        }
+    }
+
+private:
+    const ptx::Variable& variableOf(const VariableId& id) const {
+        return id.function == VariableId::kModuleScope
+                   ? module_->variables[id.index]
+                   : module_->functions[id.function].variables[id.index];
+    }
+
+    std::string keyOf(std::string_view what) const {
+        Digest digest;
+        digest.add(buildId());
+        digest.add(targetDescription());
+        digest.add(uint64_t(checks("memory")));
+        digest.add(module_->text);
+        digest.add(uint64_t(options_.debugLevel));
+        digest.add(what);
+        return digest.take();
+    }
+
+    // From the store, or made by `compile` and stored.
+    template <class Compile>
+    KernelObject obtain(const std::string& what, std::vector<KernelInfo> kernels,
+                        const Compile& compile) const {
+        KernelObject made;
+        made.kernels = kernels;
+        std::string key, bytes;
+        if (options_.store) {
+            key = keyOf(what);
+            if (options_.store->find(key, bytes) && made.deserialize(bytes))
+                return made;
+        }
+        made.kernels = std::move(kernels);
+        StepTimes times(what);
+        made.object = compile(made.kernels, times);
+        if (options_.store)
+            options_.store->insert(key, made.serialize());
+        return made;
+    }
+
+    KernelObject obtainKernel(size_t index) const {
+        return obtain(kKernelPrefix + kernels_[index].name, {kernels_[index]},
+                      [&](std::vector<KernelInfo>& kernels, StepTimes& times) {
+                          KernelCompilation compilation(*module_, options_.debugLevel,
+                                                        Variables::kReferenced);
+                          if (!compilation.addKernels(kernels))
+                              return CodeObject();
+                          return compilation.finish(kernels, times);
+                      });
+    }
+
+    void loadVariables() {
+        const std::vector<VariableId> ids = variablesOf(*module_);
+        if (ids.empty())
+            return;
+        const KernelObject made =
+            obtain("variables", {}, [&](std::vector<KernelInfo>& kernels, StepTimes& times) {
+                KernelCompilation compilation(*module_, options_.debugLevel, Variables::kDefined);
+                compilation.addVariables(ids);
+                return compilation.finish(kernels, times);
+            });
+        load(made, {});
+    }
+
+    void loadWhole() {
+        const KernelObject made =
+            obtain("module", kernels_, [&](std::vector<KernelInfo>& kernels, StepTimes& times) {
+                KernelCompilation compilation(*module_, options_.debugLevel, Variables::kDefined);
+                while (!compilation.addKernels(kernels)) {
+                }
+                compilation.addVariables(variablesOf(*module_));
+                return compilation.finish(kernels, times);
+            });
+        kernels_ = made.kernels;
+        std::vector<std::string> symbols;
+        for (const KernelInfo& info : kernels_)
+            if (info.unsupported.empty())
+                symbols.push_back(kKernelPrefix + info.name);
+        const LoadedCode& code = load(made, symbols);
+        for (size_t i = 0; i < kernels_.size(); ++i) {
+            kernels_[i].address = code.address(kKernelPrefix + kernels_[i].name);
+            ready_[i] = true;
+        }
+    }
+
+    // A piece that defines variables.
+    const LoadedCode& load(const KernelObject& made, std::vector<std::string> symbols) {
+        for (const VariableId& id : made.object.variables)
+            symbols.push_back(id.symbol());
+        code_.push_back(loadObject(made.object, symbols, {}));
+        for (const VariableId& id : made.object.variables) {
+            addresses_[id] = code_.back()->address(id.symbol());
+            table_.add({module_.get()}, id, addresses_[id]);
+        }
+        return *code_.back();
+    }
+
+    void loadKernel(size_t index, const KernelObject& made) {
+        KernelInfo info = made.kernels[0];
+        if (info.unsupported.empty()) {
+            std::vector<std::pair<std::string, void*>> externals;
+            for (const VariableId& id : made.object.variables)
+                externals.emplace_back(id.symbol(), addresses_.at(id));
+            const std::string symbol = kKernelPrefix + info.name;
+            code_.push_back(loadObject(made.object, {symbol}, externals));
+            info.address = code_.back()->address(symbol);
+        }
+        kernels_[index] = std::move(info);
+        ready_[index] = true;
+    }
+
+    const std::shared_ptr<const ptx::Module> module_;
+    const KernelOptions options_;
+    const bool isWhole_;
+    std::vector<KernelInfo> kernels_;
+    std::vector<char> ready_;
+    std::map<VariableId, void*> addresses_;
+    VariableTable table_;
+    std::vector<std::unique_ptr<LoadedCode>> code_;
+};
+
 } // namespace
+
+std::unique_ptr<KernelModule> openKernels(std::shared_ptr<const ptx::Module> module,
+                                          const KernelOptions& options) {
+    if (!module)
+        fail(ErrorCode::kInvalidValue, "no module");
+    return std::make_unique<KernelModuleImpl>(std::move(module), options);
+}
 
 std::unique_ptr<KernelCode> compileKernels(std::shared_ptr<const ptx::Module> module) {
     if (!module)
         fail(ErrorCode::kInvalidValue, "no module");
-    StepTimes times("kernels");
-    auto code = std::make_unique<KernelCodeImpl>();
-    for (const ptx::Function& function : module->functions)
-        if (function.isEntry && function.hasBody)
-            code->kernels_.push_back(describeKernel(function));
-
-    LentMachine machine(OptLevel::k3);
-    std::unique_ptr<Unit> unit;
-    std::vector<llvm::Function*> functions;
-    for (bool done = false; !done;) {
-        unit = std::make_unique<Unit>(Flavor::kKernel, PipelineRules{},
-                                      std::vector<const ptx::Module*>{module.get()});
-        prepare(*unit, machine);
-        functions.clear();
-        done = translateKernels(*unit, *module, code->kernels_, functions);
-    }
-    unit->addAllVariables();
-    unit->translateQueue();
-    times.step("translate");
-
-    describeThreads(*unit, functions, code->kernels_);
-    Optimizer optimizer(*unit, *machine, OptLevel::k3);
-    optimizer.dump("translated");
-    verify(*unit, "translation");
-    optimizer.promote();
-    lowerFlushes(*unit, machine.hasFma());
-    verify(*unit, "flushing");
-    optimizer.optimize();
-    times.step("optimize");
-
-    std::vector<std::string> symbols;
-    for (const VariableId& id : unit->variableIds())
-        symbols.push_back(id.symbol());
-    for (llvm::Function* function : functions)
-        if (function)
-            symbols.push_back(function->getName().str());
-    code->code_ = loadObject(generate(*unit, machine), symbols, {});
-    for (const VariableId& id : unit->variableIds())
-        code->variables_.add({module.get()}, id, code->code_->address(id.symbol()));
-    for (size_t i = 0; i < functions.size(); ++i)
-        if (functions[i])
-            code->kernels_[i].address = code->code_->address("kernel." + code->kernels_[i].name);
-    times.step("generate");
+    auto code = std::make_unique<KernelModuleImpl>(std::move(module), KernelOptions{});
+    code->prepareAll();
     return code;
+}
+
+DebugLevel debugLevelOf(const ptx::Module& module) {
+    for (const std::string_view option : module.targetOptions)
+        if (option == "debug")
+            return DebugLevel::kFull;
+    return DebugLevel::kMinimal;
 }
 
 } // namespace sunstone::compiler

@@ -159,6 +159,14 @@ struct SourceLocation {
 };
 bool sourceLocation(const void* address, SourceLocation& location);
 
+// For the memory checker: whether the range lies in variables of loaded code, or in one block of
+// memory that device code allocated.
+bool inDeviceData(const void* address, size_t bytes);
+
+// The place in the application's own code, by the debug information of its file: the line, or
+// without debug information "file+0xoffset" in `file` and line 0. False where no file is known.
+bool hostLocation(const void* address, SourceLocation& location);
+
 // A CUDA module: every .entry with parameters becomes a KernelFn.
 struct KernelInfo {
     std::string name;

@@ -100,6 +100,10 @@ private:
     Value* stateField(size_t offset, llvm::Type* type, const char* name);
     Value* indexedPointer(Value* base, const ptx::Operand& operand);
     Value* offsetPointer(Value* pointer, int64_t offset);
+    // For the memory checker: `access` is the part at `offset` of an access of `bytes`.
+    void mark(llvm::Instruction& access, const ptx::Operand& operand, uint8_t kind, unsigned offset,
+              unsigned bytes);
+    bool isWithinVariable(const ptx::Operand& operand, unsigned bytes) const;
     void load(const ptx::Instruction& instruction);
     void store(const ptx::Instruction& instruction);
     void atomic(const ptx::Instruction& instruction);

@@ -4,6 +4,7 @@
 
 #include "base/log.h"
 #include "compiler/debugger.h"
+#include "compiler/device_data.h"
 #include "compiler/runtime.h"
 
 #include <llvm/ExecutionEngine/JITLink/JITLinkMemoryManager.h>
@@ -97,10 +98,15 @@ public:
         const llvm::orc::JITDylib* library = &responsibility.getTargetJITDylib();
         config.PostFixupPasses.push_back([this, library](llvm::jitlink::LinkGraph& graph) {
             SectionAddresses addresses;
-            for (llvm::jitlink::Section& section : graph.sections())
-                if (!section.empty())
-                    addresses[section.getName().str()] =
-                        llvm::jitlink::SectionRange(section).getStart().getValue();
+            for (llvm::jitlink::Section& section : graph.sections()) {
+                if (section.empty())
+                    continue;
+                const llvm::jitlink::SectionRange range(section);
+                addresses[section.getName().str()] = range.getStart().getValue();
+                if (section.getName() == ".data" || section.getName() == ".bss" ||
+                    section.getName().starts_with(".rodata"))
+                    addLoadedData(library, range.getStart().getValue(), range.getSize());
+            }
             std::lock_guard lock(mutex_);
             notes_[library] = std::move(addresses);
             return llvm::Error::success();
@@ -179,6 +185,7 @@ public:
     LoadedLibrary() : library_(Session::get().newLibrary()) {}
     ~LoadedLibrary() override {
         debug_ = nullptr;
+        removeLoadedData(&library_);
         if (llvm::Error error = Session::get().session().removeJITDylib(library_))
             log(LogLevel::kError, "compiler", "cannot free code: " + textOf(std::move(error)));
     }

@@ -4,6 +4,7 @@
 
 #include "base/config.h"
 #include "base/log.h"
+#include "compiler/check_accesses.h"
 #include "compiler/passes.h"
 
 #include <llvm/Passes/PassBuilder.h>
@@ -78,9 +79,14 @@ void Optimizer::promote() {
     functions.addPass(llvm::SROAPass(llvm::SROAOptions::PreserveCFG));
     functions.addPass(PointerPass());
     functions.addPass(llvm::SROAPass(llvm::SROAOptions::PreserveCFG));
+    llvm::ModulePassManager passes;
+    if (checks("memory")) { // before loads are merged, which drops marks
+        passes.addPass(llvm::createModuleToFunctionPassAdaptor(std::move(functions)));
+        passes.addPass(CheckAccessesPass(unit_.flavor()));
+        functions = llvm::FunctionPassManager();
+    }
     functions.addPass(llvm::EarlyCSEPass(false));
     functions.addPass(llvm::SimplifyCFGPass());
-    llvm::ModulePassManager passes;
     passes.addPass(llvm::createModuleToFunctionPassAdaptor(std::move(functions)));
     passes.run(unit_.module(), managers_->modules);
     dump("promoted");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/piece.h"
 
+#include "base/config.h"
 #include "base/error.h"
 #include "compiler/bound_values.h"
 #include "compiler/build_id.h"
@@ -172,6 +173,7 @@ std::string keyOf(const PieceRequest& request) {
     Digest digest;
     digest.add(buildId());
     digest.add(targetDescription());
+    digest.add(uint64_t(checks("memory")));
     digest.add(uint64_t(modules.size()));
     for (const ptx::Module* each : modules)
         digest.add(each->text);

@@ -21,5 +21,6 @@ void addRoundingSymbols(std::vector<RuntimeSymbol>& symbols);
 void addMathSymbols(std::vector<RuntimeSymbol>& symbols);
 void addKernelSymbols(std::vector<RuntimeSymbol>& symbols);
 void addTextureSymbols(std::vector<RuntimeSymbol>& symbols);
+void addCheckSymbols(std::vector<RuntimeSymbol>& symbols);
 
 } // namespace sunstone::compiler

@@ -4,7 +4,10 @@
 // which the lanes of a mask meet and see one another's values; every warp function is built on it.
 #include "compiler/runtime.h"
 
+#include "base/config.h"
+#include "base/error.h"
 #include "base/log.h"
+#include "compiler/device_data.h"
 #include "devlib/abi.h"
 
 #include <bit>
@@ -161,9 +164,19 @@ void reportAssertion(void*, const char* condition, const char* file, uint32_t li
 }
 
 void* allocate(void*, uint64_t size) {
-    return std::malloc(size);
+    void* memory = std::malloc(size);
+    static const bool isChecked = checks("memory");
+    if (isChecked && memory)
+        addDeviceBlock(memory, size);
+    return memory;
 }
 void release(void*, void* memory) {
+    static const bool isChecked = checks("memory");
+    if (isChecked && memory && !removeDeviceBlock(memory)) {
+        log(LogLevel::kError, "compiler",
+            message("device code frees ", memory, ", which it has not allocated"));
+        return;
+    }
     std::free(memory);
 }
 

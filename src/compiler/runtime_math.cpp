@@ -96,6 +96,7 @@ const std::vector<RuntimeSymbol>& runtimeSymbols() {
         addMathSymbols(symbols);
         addKernelSymbols(symbols);
         addTextureSymbols(symbols);
+        addCheckSymbols(symbols);
         return symbols;
     }();
     return all;

@@ -73,7 +73,7 @@ void FunctionTranslator::translate() {
 }
 
 void FunctionTranslator::beginDebug() {
-    if (isKernel() || !unit_.hasLineInfo(module_))
+    if (!unit_.hasLineInfo(module_))
         return;
     debug_ = std::make_unique<FunctionDebug>(unit_.debugInfo(), module_, source_, function_);
     if (!function_.getSubprogram()) {

@@ -3,6 +3,10 @@
 // element only: PTX aligns by its own rules, and a vector store is not one x86 store.
 #include "compiler/function_translator.h"
 
+#include "base/config.h"
+#include "compiler/call_site.h"
+#include "compiler/check_accesses.h"
+
 namespace sunstone::compiler {
 
 namespace {
@@ -38,7 +42,47 @@ llvm::AtomicOrdering orderingOf(const ptx::Instruction& instruction) {
     return llvm::AtomicOrdering::NotAtomic;
 }
 
+devlib::AccessSpace spaceOf(const ptx::Instruction& instruction) {
+    for (const auto& [name, space] : {std::pair<std::string_view, devlib::AccessSpace>
+                                          {"shared", devlib::kSpaceShared},
+                                      {"shared::cta", devlib::kSpaceShared},
+                                      {"global", devlib::kSpaceGlobal},
+                                      {"const", devlib::kSpaceGlobal},
+                                      {"local", devlib::kSpaceLocal},
+                                      {"param", devlib::kSpaceParam}})
+        if (instruction.has(name))
+            return space;
+    return devlib::kSpaceGeneric;
+}
+
 } // namespace
+
+// name, name+offset: nothing that could go wrong when it runs.
+bool FunctionTranslator::isWithinVariable(const ptx::Operand& operand, unsigned bytes) const {
+    if (operand.name.empty() || (operand.scale != 0 && operand.index != ~0u) || operand.offset < 0)
+        return false;
+    const auto local = localVariables_.find(operand.name);
+    const ptx::Variable* variable = local != localVariables_.end()
+                                        ? local->second
+                                        : unit_.findVariable(module_, operand.name);
+    return variable && uint64_t(operand.offset) + bytes <= variable->size;
+}
+
+void FunctionTranslator::mark(llvm::Instruction& access, const ptx::Operand& operand, uint8_t kind,
+                              unsigned offset, unsigned bytes) {
+    static const bool isOn = checks("memory");
+    if (!isOn || unit_.isGpu() || isWithinVariable(operand, bytes))
+        return;
+    AccessMark mark;
+    mark.number = unit_.nextAccess(offset == 0);
+    mark.bytes = bytes;
+    mark.kind = kind;
+    mark.space = spaceOf(*current_);
+    mark.ptxLine = current_->location.line;
+    mark.function = std::string(source_.name);
+    mark.place = sourcePlace(unit_, facts_, *current_);
+    markAccess(access, mark, offset);
+}
 
 Value* FunctionTranslator::offsetPointer(Value* pointer, int64_t offset) {
     if (offset == 0)
@@ -189,6 +233,7 @@ void FunctionTranslator::load(const ptx::Instruction& instruction) {
         else if (constant)
             loaded->setMetadata(llvm::LLVMContext::MD_invariant_load,
                                 llvm::MDNode::get(unit_.context(), {}));
+        mark(*loaded, instruction.operands[1], devlib::kAccessLoad, i * bytes, count * bytes);
         values.push_back(loaded);
     }
     if (ordering != llvm::AtomicOrdering::NotAtomic || instruction.has("volatile"))
@@ -220,6 +265,7 @@ void FunctionTranslator::store(const ptx::Instruction& instruction) {
                                                    instruction.has("volatile"));
         if (ordering != llvm::AtomicOrdering::NotAtomic)
             stored->setAtomic(ordering);
+        mark(*stored, instruction.operands[0], devlib::kAccessStore, i * bytes, count * bytes);
     }
 }
 
@@ -250,9 +296,10 @@ void FunctionTranslator::atomic(const ptx::Instruction& instruction) {
         operandCount(instruction, at + 3, at + 4);
         Value* expected = readInt(instruction.operands[at + 1], bytes * 8);
         Value* desired = readInt(instruction.operands[at + 2], bytes * 8);
-        Value* pair = builder_.CreateAtomicCmpXchg(
+        auto* pair = builder_.CreateAtomicCmpXchg(
             where.pointer, expected, desired, llvm::MaybeAlign(bytes), ordering,
             llvm::AtomicCmpXchgInst::getStrongestFailureOrdering(ordering));
+        mark(*pair, instruction.operands[at], devlib::kAccessAtomic, 0, bytes);
         old = builder_.CreateExtractValue(pair, 0);
     } else {
         Op op = Op::BAD_BINOP;
@@ -278,8 +325,10 @@ void FunctionTranslator::atomic(const ptx::Instruction& instruction) {
             rejectForm(instruction);
         llvm::Type* valueType = op == Op::FAdd ? typeOf(type) : intType(bytes * 8);
         Value* operand = readAs(instruction.operands[at + 1], valueType);
-        old =
+        auto* changed =
             builder_.CreateAtomicRMW(op, where.pointer, operand, llvm::MaybeAlign(bytes), ordering);
+        mark(*changed, instruction.operands[at], devlib::kAccessAtomic, 0, bytes);
+        old = changed;
     }
     if (!returns)
         return;

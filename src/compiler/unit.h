@@ -128,6 +128,8 @@ public:
     // Variables that have a symbol, in the order they came.
     const std::vector<VariableId>& variableIds() const { return ids_; }
     const Intrinsic* intrinsicOf(const llvm::Function* function) const;
+    // Numbers the accesses of the PTX for the memory checker.
+    uint32_t nextAccess(bool isNew) { return isNew ? ++accesses_ : accesses_; }
 
     // Options of a module; without them it has none, and line information if its PTX does.
     void setOptions(const ptx::Module& module, std::shared_ptr<const ModuleRules> rules,
@@ -180,6 +182,7 @@ private:
     std::map<llvm::Function*, FunctionFacts> facts_;
     std::deque<SharedVariable> shared_;
     std::vector<VariableId> ids_;
+    uint32_t accesses_ = 0;
     std::unique_ptr<DebugInfo> debugInfo_;
     struct Options {
         std::shared_ptr<const ModuleRules> rules;

@@ -4,10 +4,24 @@
 // of src/api/cuda, opaque here.
 #pragma once
 
+#include "base/error.h"
+
 #include <cstddef>
 #include <functional>
 
 namespace sunstone::device {
+
+// Device code has failed in this context, which can do nothing more: every call that needs it fails
+// with the same error, whose number is that of the CUDA API.
+class ContextFault : public Error {
+public:
+    ContextFault(int number, const std::string& text)
+        : Error(Code::kCudaError, text), number_(number) {}
+    int number() const { return number_; }
+
+private:
+    int number_;
+};
 
 class Device {
 public:
@@ -17,7 +31,7 @@ public:
     // Runs `work` after everything queued earlier on `stream` (null: the legacy default stream,
     // (void*)2: the per-thread default stream) and returns at once. What work throws becomes the
     // stream's error, seen by the next call on the stream. Throws Error(kInvalidValue) if `stream`
-    // is not a live stream.
+    // is not a live stream, and ContextFault if device code failed in the current context.
     virtual void enqueue(void* stream, std::function<void()> work) = 0;
     // Waits for a stream; rethrows its pending error.
     virtual void synchronize(void* stream) = 0;

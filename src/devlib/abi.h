@@ -34,6 +34,7 @@ constexpr unsigned kMaxGraphDepth = 31; // entries of a transform list; traversa
 // the API (OptixExceptionCodes).
 enum ExceptionCode : int32_t {
     kExceptionTrap = INT32_MIN, // `trap` and a failed assertion: ends the launch
+    kExceptionAccess,           // the memory checker found an invalid access: ends the launch
     kExceptionStackOverflow = -1,
     kExceptionTraceDepth = -2,
     kExceptionTraversalDepth = -3,
@@ -151,6 +152,25 @@ struct GasMotion {
     float begin, end;
 };
 
+// An access that code compiled for the memory checker is about to make.
+enum AccessVerb : uint8_t { kAccessLoad, kAccessStore, kAccessAtomic };
+enum AccessSpace : uint8_t { kSpaceGeneric, kSpaceGlobal, kSpaceShared, kSpaceLocal, kSpaceParam };
+struct AccessPlace {
+    const char* function; // its name in the PTX
+    const char* line;     // "file:line:column", empty if not known
+    uint32_t ptxLine;
+    uint32_t bytes; // also the alignment that the access must have
+    uint8_t kind;   // AccessVerb
+    uint8_t space;  // AccessSpace
+    uint8_t pad[6];
+};
+struct CheckedAccess {
+    uint64_t address;
+    const AccessPlace* place; // one for each access in the code
+    // The variable that the address was computed from, where the compiler knows it; else 0, 0.
+    uint64_t object, objectBytes;
+};
+
 // Everything the programs of one launch share; read only while it runs.
 struct LaunchState {
     const void* params;           // launch parameter block (a copy made in stream order)
@@ -170,6 +190,9 @@ struct LaunchState {
     void (*checkAccess)(RayState*, uint32_t kind, uint64_t handle, uint32_t first, uint32_t second);
     // With kFlagDebug, at the start of a program with a payload: raises unless the trace had it.
     void (*checkPayload)(RayState*, uint32_t type);
+    // Of code compiled for the memory checker; ends the launch index where the access is invalid.
+    void (*checkMemory)(RayState*, const CheckedAccess*);
+    uint64_t paramsBytes;         // of the block at `params`
     SbtView sbt;
     const GroupEntry* groups;     // by group number
     uint32_t groupCount;
@@ -309,8 +332,17 @@ struct BlockFunctions {
     void (*fault)(KernelThread*, uint32_t kind);
     // The thread may be waiting for another one: lets others run, and sets `spins` anew.
     void (*yield)(KernelThread*);
+    // Of code compiled for the memory checker: `fault` where the access is invalid.
+    void (*checkMemory)(KernelThread*, const CheckedAccess*);
 };
-enum KernelFault : uint32_t { kFaultTrap = 0, kFaultAssertion = 1 };
+enum KernelFault : uint32_t {
+    kFaultTrap = 0,
+    kFaultAssertion = 1,
+    // Found by the memory checker: the other threads of the launch go on.
+    kFaultAddress = 2,
+    kFaultAlignment = 3,
+    kFaultShared = 4,
+};
 using KernelFn = void (*)(KernelThread*, const void*);
 
 } // namespace sunstone::devlib

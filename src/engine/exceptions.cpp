@@ -15,6 +15,7 @@ using namespace devlib;
 const char* nameOf(int32_t code) {
     switch (code) {
     case kExceptionTrap: return "trap or a failed assertion";
+    case kExceptionAccess: return "invalid access of memory";
     case kExceptionStackOverflow: return "stack overflow";
     case kExceptionTraceDepth: return "trace depth exceeded";
     case kExceptionTraversalDepth: return "traversal depth exceeded";
@@ -81,7 +82,7 @@ std::string describeFaultInCode(const FaultFrame& fault) {
 std::string describeException(const ThreadState& thread) {
     const int32_t code = thread.exceptionCode;
     std::string text = code >= 0 ? message("user exception ", code)
-                                 : nameOf(code) + (code == kExceptionTrap
+                                 : nameOf(code) + (code <= kExceptionAccess
                                                        ? std::string()
                                                        : message(" (exception ", code, ")")) +
                                        details(code, thread.exception);

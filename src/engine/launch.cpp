@@ -5,6 +5,7 @@
 #include "base/faults.h"
 #include "base/readable.h"
 #include "base/threads.h"
+#include "check/memory_check.h"
 #include "devlib/trace.h"
 #include "engine/cpu_backend.h"
 #include "engine/exceptions.h"
@@ -119,6 +120,18 @@ void raise(RayState* state, int32_t code, const devlib::ExceptionInfo* info) {
     leave(state, code);
 }
 
+// Before an access of a program compiled for the memory checker.
+void checkMemory(RayState* state, const devlib::CheckedAccess* access) {
+    check::Scene scene;
+    const ThreadState& thread = *state->thread;
+    std::copy_n(thread.index, 3, scene.thread);
+    const auto params = reinterpret_cast<uint64_t>(state->launch->params);
+    scene.params = {params, params + state->launch->paramsBytes};
+    scene.stack = check::stackOfThread();
+    if (check::examine(*access, scene) != check::Fault::kNone)
+        raise(state, devlib::kExceptionAccess, nullptr);
+}
+
 class Runner {
 public:
     Runner(const LaunchState& launch, devlib::ProgramFn raygen, devlib::ProgramFn exception,
@@ -190,7 +203,7 @@ private:
         const int32_t code = state.thread->exceptionCode;
         const bool overflow = code == devlib::kExceptionStackOverflow &&
                               !(launch_.exceptionFlags & devlib::kFlagStackOverflow);
-        if (code == devlib::kExceptionTrap || overflow) {
+        if (code == devlib::kExceptionTrap || code == devlib::kExceptionAccess || overflow) {
             fatal_.add(*state.thread, launch_);
             return;
         }
@@ -275,6 +288,9 @@ void runLaunch(const LaunchRequest& request, std::string& note) {
     launch.maxGraphDepth = launch.exceptionFlags & kDepthChecked ? request.limits.maxGraphDepth
                                                                  : devlib::kMaxGraphDepth;
     launch.numAttributes = pipeline.rules.numAttributeValues;
+    launch.paramsBytes = params.size();
+    if (check::enabled())
+        launch.checkMemory = checkMemory;
     launch.throwException = throwException;
     launch.raise = raise;
     devlib::TraceFeatures features;
@@ -308,6 +324,7 @@ void launch(const std::shared_ptr<Context>& context, const LaunchRequest& reques
 }
 
 void cpu::launch(const ContextPtr& context, const LaunchRequest& request) {
+    check::start();
     context->device->enqueue(request.stream, [context, request] {
         beginReadableEpoch();
         try {

@@ -153,6 +153,10 @@ TEST_F(Cooperative, AFaultEndsAllBlocks) {
     ASSERT_EQ(cuLaunchCooperativeKernel(fails, 4, 1, 1, 32, 1, 1, 0, nullptr, nullptr),
               CUDA_SUCCESS);
     EXPECT_EQ(cuCtxSynchronize(), CUDA_ERROR_LAUNCH_FAILED);
+    // The context has failed with it.
+    ASSERT_EQ(cuCtxSetCurrent(nullptr), CUDA_SUCCESS);
+    ASSERT_EQ(cuDevicePrimaryCtxReset(0), CUDA_SUCCESS);
+    SetUp();
 }
 
 TEST_F(Cooperative, ThreadsOfABlockMayWaitByReading) {

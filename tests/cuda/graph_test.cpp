@@ -358,8 +358,9 @@ TEST_F(Graphs, MemoryOfACapture) {
     EXPECT_EQ(cuMemsetD8(scratch, 0, 1), CUDA_ERROR_INVALID_VALUE); // gone with its graph
 }
 
-// A run that failed leaves nothing behind for the next.
-TEST_F(Graphs, RunsAfterAFault) {
+// Device code that fails in a graph fails its context; the executable graph can still be destroyed,
+// and graphs made after a reset run.
+TEST_F(Graphs, Faults) {
     const char* const text = R"(.version 7.0
 .target sm_60
 .address_size 64
@@ -376,34 +377,40 @@ TEST_F(Graphs, RunsAfterAFault) {
     ret;
 }
 )";
-    CUmodule module = nullptr;
-    CUfunction stop = nullptr;
-    ASSERT_EQ(cuModuleLoadData(&module, text), CUDA_SUCCESS);
-    ASSERT_EQ(cuModuleGetFunction(&stop, module, "stop"), CUDA_SUCCESS);
-    void* arguments[] = {&memory};
-    CUDA_KERNEL_NODE_PARAMS kernel = {stop, 1, 1,         1,       1,       1,
-                                      1,    0, arguments, nullptr, nullptr, nullptr};
-    CUgraph graph = nullptr;
-    CUgraphNode node = nullptr;
-    CUgraphExec exec = nullptr;
-    ASSERT_EQ(cuGraphCreate(&graph, 0), CUDA_SUCCESS);
-    ASSERT_EQ(cuGraphAddKernelNode(&node, graph, nullptr, 0, &kernel), CUDA_SUCCESS);
-    CUDA_KERNEL_NODE_PARAMS read = {};
-    EXPECT_EQ(cuGraphKernelNodeGetParams(node, &read), CUDA_SUCCESS);
-    EXPECT_EQ(read.func, stop);
-    EXPECT_EQ(*static_cast<CUdeviceptr*>(read.kernelParams[0]), memory);
-    ASSERT_EQ(cuGraphInstantiate(&exec, graph, 0), CUDA_SUCCESS);
-    EXPECT_EQ(cuMemsetD32(memory, 1, 1), CUDA_SUCCESS);
-    EXPECT_EQ(cuGraphLaunch(exec, stream), CUDA_SUCCESS);
-    EXPECT_EQ(cuStreamSynchronize(stream), CUDA_ERROR_LAUNCH_FAILED);
-    EXPECT_EQ(word(1), 0u);
-    EXPECT_EQ(cuMemsetD32(memory, 0, 1), CUDA_SUCCESS);
-    EXPECT_EQ(cuGraphLaunch(exec, stream), CUDA_SUCCESS);
-    EXPECT_EQ(cuStreamSynchronize(stream), CUDA_SUCCESS);
-    EXPECT_EQ(word(1), 8u);
-    EXPECT_EQ(cuGraphExecDestroy(exec), CUDA_SUCCESS);
-    EXPECT_EQ(cuGraphDestroy(graph), CUDA_SUCCESS);
-    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    for (const bool fails : {true, false}) {
+        CUmodule module = nullptr;
+        CUfunction stop = nullptr;
+        ASSERT_EQ(cuModuleLoadData(&module, text), CUDA_SUCCESS);
+        ASSERT_EQ(cuModuleGetFunction(&stop, module, "stop"), CUDA_SUCCESS);
+        void* arguments[] = {&memory};
+        CUDA_KERNEL_NODE_PARAMS kernel = {stop, 1, 1,         1,       1,       1,
+                                          1,    0, arguments, nullptr, nullptr, nullptr};
+        CUgraph graph = nullptr;
+        CUgraphNode node = nullptr;
+        CUgraphExec exec = nullptr;
+        ASSERT_EQ(cuGraphCreate(&graph, 0), CUDA_SUCCESS);
+        ASSERT_EQ(cuGraphAddKernelNode(&node, graph, nullptr, 0, &kernel), CUDA_SUCCESS);
+        CUDA_KERNEL_NODE_PARAMS read = {};
+        EXPECT_EQ(cuGraphKernelNodeGetParams(node, &read), CUDA_SUCCESS);
+        EXPECT_EQ(read.func, stop);
+        EXPECT_EQ(*static_cast<CUdeviceptr*>(read.kernelParams[0]), memory);
+        ASSERT_EQ(cuGraphInstantiate(&exec, graph, 0), CUDA_SUCCESS);
+        EXPECT_EQ(cuMemsetD32(memory, fails, 1), CUDA_SUCCESS);
+        EXPECT_EQ(cuGraphLaunch(exec, stream), CUDA_SUCCESS);
+        if (!fails) {
+            EXPECT_EQ(cuStreamSynchronize(stream), CUDA_SUCCESS);
+            EXPECT_EQ(word(1), 8u);
+        } else {
+            EXPECT_EQ(cuStreamSynchronize(stream), CUDA_ERROR_LAUNCH_FAILED);
+            EXPECT_EQ(cuGraphLaunch(exec, stream), CUDA_ERROR_LAUNCH_FAILED);
+            ASSERT_EQ(cuCtxSetCurrent(nullptr), CUDA_SUCCESS);
+            ASSERT_EQ(cuDevicePrimaryCtxReset(0), CUDA_SUCCESS);
+            SetUp();
+        }
+        EXPECT_EQ(cuGraphExecDestroy(exec), CUDA_SUCCESS);
+        EXPECT_EQ(cuGraphDestroy(graph), CUDA_SUCCESS);
+        EXPECT_EQ(cuModuleUnload(module), fails ? CUDA_ERROR_INVALID_HANDLE : CUDA_SUCCESS);
+    }
 }
 
 TEST_F(Graphs, NullAndGarbage) {

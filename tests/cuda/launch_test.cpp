@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace {
@@ -46,12 +47,28 @@ class Launch : public testing::Test {
 protected:
     void SetUp() override {
         ASSERT_EQ(cuInit(0), CUDA_SUCCESS);
-        ASSERT_EQ(cuDevicePrimaryCtxRetain(&context, 0), CUDA_SUCCESS);
-        ASSERT_EQ(cuCtxSetCurrent(context), CUDA_SUCCESS);
+        enter();
     }
     void TearDown() override {
         EXPECT_EQ(cuCtxSetCurrent(nullptr), CUDA_SUCCESS);
         EXPECT_EQ(cuDevicePrimaryCtxRelease(0), CUDA_SUCCESS);
+    }
+    void enter() {
+        ASSERT_EQ(cuDevicePrimaryCtxRetain(&context, 0), CUDA_SUCCESS);
+        ASSERT_EQ(cuCtxSetCurrent(context), CUDA_SUCCESS);
+    }
+    // What a program does after device code has failed.
+    void reset() {
+        ASSERT_EQ(cuCtxSetCurrent(nullptr), CUDA_SUCCESS);
+        ASSERT_EQ(cuDevicePrimaryCtxReset(0), CUDA_SUCCESS);
+        enter();
+    }
+    CUfunction load(const std::string& text, const char* kernel) {
+        CUmodule module = nullptr;
+        CUfunction function = nullptr;
+        EXPECT_EQ(cuModuleLoadData(&module, text.c_str()), CUDA_SUCCESS);
+        EXPECT_EQ(cuModuleGetFunction(&function, module, kernel), CUDA_SUCCESS);
+        return function;
     }
     // Launches `fill` and checks what it wrote.
     void expectFills(CUmodule module) {
@@ -122,12 +139,9 @@ TEST_F(Launch, WildAddressesAreErrors) {
     std::string met = kText;
     met.insert(met.find("    st.global"), "    bar.sync 0;\n");
     for (const std::string& text : {std::string(kText), met}) {
-        CUmodule module = nullptr;
-        ASSERT_EQ(cuModuleLoadData(&module, text.c_str()), CUDA_SUCCESS);
-        CUfunction fill = nullptr;
-        ASSERT_EQ(cuModuleGetFunction(&fill, module, "fill"), CUDA_SUCCESS);
         for (CUdeviceptr out : {CUdeviceptr(0), CUdeviceptr(0xdead000000000000)}) {
             for (const unsigned blocks : {1u, 300u}) {
+                CUfunction fill = load(text, "fill");
                 unsigned value = 5;
                 void* params[] = {&out, &value};
                 testing::internal::CaptureStderr();
@@ -143,10 +157,130 @@ TEST_F(Launch, WildAddressesAreErrors) {
                 if (blocks == 1)
                     EXPECT_NE(std::string::npos, log.find(std::string("block (0, 0, 0), ") + first))
                         << log;
+                reset();
             }
         }
+        CUmodule module = nullptr;
+        ASSERT_EQ(cuModuleLoadData(&module, text.c_str()), CUDA_SUCCESS);
         expectFills(module);
         EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    }
+}
+
+const char* const kFaults = R"(.version 7.0
+.target sm_60
+.address_size 64
+.visible .entry stop()
+{
+    trap;
+}
+.visible .entry mark(.param .u64 out)
+{
+    .reg .b64 %rd<2>;
+    ld.param.u64 %rd1, [out];
+    st.global.u32 [%rd1], 1;
+    ret;
+}
+)";
+
+// What failed stays with the context: every call that needs it gives the same code, whichever
+// stream or thread; what was queued behind does not run; a reset makes all well again.
+TEST_F(Launch, FailuresStayWithTheContext) {
+    CUdeviceptr out = 0;
+    ASSERT_EQ(cuMemAlloc(&out, 64), CUDA_SUCCESS);
+    unsigned* seen = nullptr;
+    ASSERT_EQ(cuMemAllocHost(reinterpret_cast<void**>(&seen), 4), CUDA_SUCCESS);
+    *seen = 0;
+    CUstream stream = nullptr;
+    ASSERT_EQ(cuStreamCreate(&stream, CU_STREAM_NON_BLOCKING), CUDA_SUCCESS);
+    CUevent event = nullptr;
+    ASSERT_EQ(cuEventCreate(&event, 0), CUDA_SUCCESS);
+    CUfunction stop = load(kFaults, "stop"), mark = load(kFaults, "mark");
+    void* params[] = {&seen};
+    EXPECT_EQ(cuLaunchKernel(stop, 1, 1, 1, 1, 1, 1, 0, stream, nullptr, nullptr), CUDA_SUCCESS);
+    const CUresult behind = cuLaunchKernel(mark, 1, 1, 1, 1, 1, 1, 0, stream, params, nullptr);
+    EXPECT_TRUE(behind == CUDA_SUCCESS || behind == CUDA_ERROR_LAUNCH_FAILED) << behind;
+    EXPECT_EQ(cuStreamSynchronize(stream), CUDA_ERROR_LAUNCH_FAILED);
+    EXPECT_EQ(*seen, 0u);
+    CUdeviceptr more = 0;
+    unsigned value = 0;
+    for (int round = 0; round < 2; ++round) {
+        EXPECT_EQ(cuCtxSynchronize(), CUDA_ERROR_LAUNCH_FAILED);
+        EXPECT_EQ(cuStreamSynchronize(nullptr), CUDA_ERROR_LAUNCH_FAILED);
+        EXPECT_EQ(cuStreamQuery(stream), CUDA_ERROR_LAUNCH_FAILED);
+        EXPECT_EQ(cuEventRecord(event, stream), CUDA_ERROR_LAUNCH_FAILED);
+        EXPECT_EQ(cuMemAlloc(&more, 4), CUDA_ERROR_LAUNCH_FAILED);
+        EXPECT_EQ(cuMemcpyDtoH(&value, out, 4), CUDA_ERROR_LAUNCH_FAILED);
+        EXPECT_EQ(cuMemFree(out), CUDA_ERROR_LAUNCH_FAILED);
+        EXPECT_EQ(cuLaunchKernel(mark, 1, 1, 1, 1, 1, 1, 0, nullptr, params, nullptr),
+                  CUDA_ERROR_LAUNCH_FAILED);
+    }
+    CUdevice device = -1;
+    EXPECT_EQ(cuCtxGetDevice(&device), CUDA_SUCCESS) << "asks nothing of the device";
+    std::thread([&] {
+        EXPECT_EQ(cuCtxSetCurrent(context), CUDA_SUCCESS);
+        EXPECT_EQ(cuCtxSynchronize(), CUDA_ERROR_LAUNCH_FAILED);
+    }).join();
+
+    // Another context is well.
+    CUcontext other = nullptr;
+    ASSERT_EQ(cuCtxCreate(&other, nullptr, 0, 0), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemAlloc(&more, 4), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemFree(more), CUDA_SUCCESS);
+    EXPECT_EQ(cuCtxDestroy(other), CUDA_SUCCESS);
+
+    reset();
+    EXPECT_EQ(cuMemFree(out), CUDA_ERROR_INVALID_VALUE) << "went with its context";
+    EXPECT_EQ(cuStreamSynchronize(stream), CUDA_ERROR_INVALID_HANDLE);
+    EXPECT_EQ(cuLaunchKernel(mark, 1, 1, 1, 1, 1, 1, 0, nullptr, params, nullptr),
+              CUDA_ERROR_INVALID_HANDLE);
+    EXPECT_EQ(cuStreamSynchronize(nullptr), CUDA_SUCCESS);
+    mark = load(kFaults, "mark");
+    ASSERT_EQ(cuMemAlloc(&out, 64), CUDA_SUCCESS);
+    void* again[] = {&out};
+    EXPECT_EQ(cuLaunchKernel(mark, 1, 1, 1, 1, 1, 1, 0, nullptr, again, nullptr), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemcpyDtoH(&value, out, 4), CUDA_SUCCESS);
+    EXPECT_EQ(value, 1u);
+    EXPECT_EQ(cuMemFree(out), CUDA_SUCCESS);
+}
+
+// Copies and frees that go beyond what is there.
+TEST_F(Launch, BadMemoryCalls) {
+    CUdeviceptr a = 0, b = 0;
+    ASSERT_EQ(cuMemAlloc(&a, 100), CUDA_SUCCESS);
+    ASSERT_EQ(cuMemAlloc(&b, 100), CUDA_SUCCESS);
+    char host[256] = {};
+    EXPECT_EQ(cuMemcpyHtoD(a, host, 101), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemcpyHtoD(a + 1, host, 100), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemcpyDtoH(host, a, 101), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemcpyDtoD(b, a, 101), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemcpyDtoD(b, 0, 4), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemsetD8(a, 0, 101), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemsetD32(a, 0, 26), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemcpyHtoD(a, host, SIZE_MAX), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemFree(a + 4), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemFree(a), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemFree(a), CUDA_ERROR_INVALID_VALUE) << "freed twice";
+    EXPECT_EQ(cuMemcpyDtoH(host, a, 4), CUDA_ERROR_INVALID_VALUE) << "used after it was freed";
+    EXPECT_EQ(cuMemFreeHost(host), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemFree(0), CUDA_SUCCESS) << "as documented";
+    EXPECT_EQ(cuMemAlloc(&a, 0), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemAlloc(&a, size_t(1) << 50), CUDA_ERROR_OUT_OF_MEMORY);
+    EXPECT_EQ(cuMemFree(b), CUDA_SUCCESS) << "none of this is sticky";
+}
+
+// Texts cut at any place: an error, or a module that has what it kept.
+TEST_F(Launch, CutTexts) {
+    const std::string text = kText;
+    for (size_t length = 0; length < text.size(); length += 7) {
+        CUmodule module = nullptr;
+        const std::string cut = text.substr(0, length);
+        const CUresult result = cuModuleLoadData(&module, cut.c_str());
+        EXPECT_TRUE(result == CUDA_SUCCESS || result == CUDA_ERROR_INVALID_PTX ||
+                    result == CUDA_ERROR_INVALID_IMAGE || result == CUDA_ERROR_NO_BINARY_FOR_GPU)
+            << result << " at " << length;
+        if (result == CUDA_SUCCESS)
+            EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
     }
 }
 

@@ -10,8 +10,19 @@ namespace sunstone::tool {
 
 int info(bool json);
 
-// Replaces this process by `command`, with the libraries' folders in front of LD_LIBRARY_PATH.
-int run(const std::vector<std::string>& command);
+struct RunOptions {
+    bool check = false;      // memory accesses of device code
+    bool leakCheck = false;  // device memory that is never freed
+    bool hostMemory = false; // ordinary memory of the process may be accessed
+    std::string json;        // file for the reports
+    std::vector<std::string> command;
+};
+// Replaces this process by the command, with the libraries' folders in front of LD_LIBRARY_PATH.
+// With checks it waits for the command: 1 if anything was reported, else the command's exit code.
+int run(const RunOptions& options);
+// The reports of a checked run, from the lines that the libraries wrote (src/check/memory_check.h).
+// Prints a summary, writes the JSON file if one is wanted; returns whether anything was reported.
+bool summarize(const std::string& lines, const RunOptions& options);
 
 struct CheckOptions {
     std::string file;

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cstdio>
 
 using namespace sunstone::tool;
@@ -45,6 +46,38 @@ void addRender(CLI::App& app, RenderOptions& options) {
     app.add_flag("--z-up", options.zUp, "the model's z axis points up, not its y axis");
 }
 
+void addRun(CLI::App& app, RunOptions& options) {
+    app.footer("PROGRAM [ARGUMENTS...] follow the options.\n\n"
+               "--check compiles device code (kernels and ray tracing programs) so that each load, "
+               "store and atomic\nis checked before it is made: it must be aligned and lie within "
+               "one allocation, the block's shared\nmemory, the parameters or the thread's own "
+               "variables. What is not is reported once for each place in the\nsource, with the "
+               "address, the nearest allocation and the thread; the launch then fails with the "
+               "documented\nerror. The exit code is 1 if anything was reported, else the "
+               "program's.");
+    app.add_flag("--check", options.check, "check memory accesses of device code");
+    app.add_flag("--leak-check", options.leakCheck,
+                 "with --check: report device memory that is never freed");
+    app.add_flag("--host-memory", options.hostMemory,
+                 "with --check: device code may access ordinary memory of the process, "
+                 "as the CPU can and a GPU cannot");
+    app.add_option("--json", options.json, "with --check: write the reports to this file as JSON");
+}
+
+// `run` hands everything behind the program's name to the program; CLI11 would claim what looks like
+// options.
+int firstOfCommand(int argc, char** argv) {
+    int i = 2;
+    for (; i < argc; ++i) {
+        const std::string word = argv[i];
+        if (word == "--json")
+            ++i;
+        else if (word.rfind("-", 0) != 0 || word == "--")
+            break;
+    }
+    return std::min(i, argc);
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -57,12 +90,10 @@ int main(int argc, char** argv) {
         app.add_subcommand("info", "Show version, processor, libraries, settings");
     infoCommand->add_flag("--json", infoJson, "print JSON");
 
-    std::vector<std::string> command;
+    RunOptions runOptions;
     CLI::App* runCommand = app.add_subcommand(
         "run", "Run a program with Sunstone's OptiX and CUDA libraries; its exit code is returned");
-    runCommand->add_option("command", command, "program and its arguments (after --)")->required();
-    runCommand->prefix_command(); // options behind the program belong to it
-    runCommand->positionals_at_end();
+    addRun(*runCommand, runOptions);
 
     CheckOptions checkOptions;
     CLI::App* checkCommand = app.add_subcommand("check", "Check a PTX file and list its programs");
@@ -76,17 +107,15 @@ int main(int argc, char** argv) {
     addRender(*renderCommand, renderOptions);
 
     // `run` hands everything behind it to the program; CLI11 would claim what looks like options.
-    bool isRun = argc > 2 && std::string(argv[1]) == "run" && std::string(argv[2]) != "--help" &&
-                 std::string(argv[2]) != "-h";
-    if (isRun) {
-        int first = std::string(argv[2]) == "--" ? 3 : 2;
-        command.assign(argv + first, argv + argc);
-    } else {
-        CLI11_PARSE(app, argc, argv);
-    }
+    const bool isRun = argc > 2 && std::string(argv[1]) == "run" &&
+                       std::string(argv[2]) != "--help" && std::string(argv[2]) != "-h";
+    const int first = isRun ? firstOfCommand(argc, argv) : argc;
+    CLI11_PARSE(app, first, argv);
+    const bool hasMark = first < argc && std::string(argv[first]) == "--";
+    runOptions.command.assign(argv + first + (hasMark ? 1 : 0), argv + argc);
     try {
-        if (isRun || *runCommand)
-            return run(command);
+        if (*runCommand)
+            return run(runOptions);
         if (*infoCommand)
             return info(infoJson);
         if (*checkCommand)

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "commands.h"
 
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 
 namespace sunstone::tool {
@@ -25,9 +29,84 @@ Folders findFolders() {
     return folders;
 }
 
-int run(const std::vector<std::string>& command) {
+namespace {
+
+[[noreturn]] void start(const std::vector<std::string>& command) {
+    std::vector<char*> arguments;
+    for (const std::string& word : command)
+        arguments.push_back(const_cast<char*>(word.c_str())); // execvp does not write
+    arguments.push_back(nullptr);
+    execvp(arguments[0], arguments.data());
+    throw std::runtime_error("run: cannot start " + command[0] + ": " + std::strerror(errno));
+}
+
+// A file that exists while the command runs.
+class ReportFile {
+public:
+    ReportFile() {
+        path_ = (std::filesystem::temp_directory_path() / "sunstone-check-XXXXXX").string();
+        const int file = mkstemp(path_.data());
+        if (file < 0)
+            throw std::runtime_error("run: cannot make " + path_ + ": " + std::strerror(errno));
+        close(file);
+    }
+    ~ReportFile() { unlink(path_.c_str()); }
+    ReportFile(const ReportFile&) = delete;
+    ReportFile& operator=(const ReportFile&) = delete;
+    const std::string& path() const { return path_; }
+    std::string read() const {
+        std::ifstream in(path_, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+
+private:
+    std::string path_;
+};
+
+int runChecked(const RunOptions& options) {
+    const ReportFile report;
+    std::string what = "memory";
+    if (options.leakCheck)
+        what += ",leaks";
+    if (options.hostMemory)
+        what += ",host";
+    setenv("SUNSTONE_CHECK", what.c_str(), 1);
+    setenv("SUNSTONE_CHECK_REPORT", report.path().c_str(), 1);
+    const pid_t child = fork();
+    if (child < 0)
+        throw std::runtime_error(std::string("run: fork: ") + std::strerror(errno));
+    if (child == 0) {
+        try {
+            start(options.command);
+        } catch (const std::exception& error) {
+            std::fprintf(stderr, "sunstone: %s\n", error.what());
+            _exit(127);
+        }
+    }
+    // What a terminal sends to both is the command's to answer.
+    std::signal(SIGINT, SIG_IGN);
+    std::signal(SIGQUIT, SIG_IGN);
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0)
+        if (errno != EINTR)
+            throw std::runtime_error(std::string("run: wait: ") + std::strerror(errno));
+    if (summarize(report.read(), options))
+        return 1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+} // namespace
+
+int run(const RunOptions& options) {
+    const std::vector<std::string>& command = options.command;
     if (command.empty())
         throw std::runtime_error("run: no program given (see sunstone run --help)");
+    const char* needing = options.leakCheck      ? "--leak-check"
+                          : options.hostMemory   ? "--host-memory"
+                          : options.json.empty() ? nullptr
+                                                 : "--json";
+    if (needing && !options.check)
+        throw std::runtime_error(std::string("run: ") + needing + " needs --check");
     Folders folders = findFolders();
     if (folders.lib.empty())
         throw std::runtime_error("run: libnvoptix.so.1 is not in ../lib beside this program");
@@ -39,12 +118,9 @@ int run(const std::vector<std::string>& command) {
         path += std::string(":") + previous;
     setenv("LD_LIBRARY_PATH", path.c_str(), 1);
 
-    std::vector<char*> arguments;
-    for (const std::string& word : command)
-        arguments.push_back(const_cast<char*>(word.c_str())); // execvp does not write
-    arguments.push_back(nullptr);
-    execvp(arguments[0], arguments.data());
-    throw std::runtime_error("run: cannot start " + command[0] + ": " + std::strerror(errno));
+    if (options.check)
+        return runChecked(options);
+    start(command);
 }
 
 } // namespace sunstone::tool

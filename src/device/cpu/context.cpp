@@ -66,6 +66,9 @@ void Contexts::tearDown(const ContextPtr& context) {
     }
     for (auto& hook : hooks)
         hook(context.get());
+    streams().forgetErrors([&](const void* owner) {
+        return owner == context.get() || !find(owner); // default streams have none
+    });
     streams().destroyOwner(context.get());
     memory().releaseOwner(context.get());
 }
@@ -148,11 +151,12 @@ ContextPtr Contexts::find(const void* handle) const {
     return nullptr;
 }
 
+ContextPtr Contexts::shareCurrent() const {
+    return contextStack().empty() ? nullptr : contextStack().back().lock();
+}
+
 Context* Contexts::current() const {
-    if (contextStack().empty())
-        return nullptr;
-    ContextPtr top = contextStack().back().lock();
-    return top.get(); // stays alive: only its destruction by the application ends it
+    return shareCurrent().get(); // stays alive: only its destruction by the application ends it
 }
 
 void Contexts::setCurrent(Context* context) {

@@ -21,6 +21,12 @@ struct Context {
     std::atomic<size_t> limits[8] = {};
     std::atomic<unsigned> cacheConfig{0};
     std::atomic<unsigned> sharedConfig{0};
+    // The API's number of the error that device code ended with; 0 while there was none.
+    std::atomic<int> fault{0};
+    void keepFault(int number) {
+        int none = 0;
+        fault.compare_exchange_strong(none, number);
+    }
 };
 using ContextPtr = std::shared_ptr<Context>;
 
@@ -41,6 +47,7 @@ public:
 
     // The calling thread's stack.
     Context* current() const;          // null if none
+    ContextPtr shareCurrent() const;   // the same, kept alive
     void setCurrent(Context* context); // replaces the top; null pops it
     void push(Context* context);
     Context* pop(); // null if empty

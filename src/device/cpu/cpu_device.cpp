@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The CPU as a Device: device.h in terms of streams, memory and contexts.
+#include "base/error.h"
 #include "device/cpu/context.h"
 #include "device/cpu/memory.h"
 #include "device/cpu/stream.h"
@@ -14,6 +15,10 @@ public:
     const char* name() const override { return "Sunstone CPU"; }
 
     void enqueue(void* stream, std::function<void()> work) override {
+        const cpu::Context* context = cpu::contexts().current();
+        if (const int fault = context ? context->fault.load() : 0)
+            throw ContextFault(fault, message("device code has failed in the current CUDA context "
+                                              "(CUDA error ", fault, ")"));
         cpu::streams().submit(cpu::streams().find(stream), std::move(work));
     }
     void synchronize(void* stream) override {

@@ -2,8 +2,10 @@
 // See memory.h.
 #include "device/cpu/memory.h"
 
+#include "base/config.h"
 #include "base/error.h"
 
+#include <execinfo.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -22,6 +24,21 @@ constexpr size_t kHugeFrom = size_t(8) << 20;
 bool isOurs(MemoryKind kind) {
     return kind == MemoryKind::kDevice || kind == MemoryKind::kPinned ||
            kind == MemoryKind::kManaged;
+}
+
+// Freed memory that the checker keeps.
+constexpr size_t kKeptBytes = size_t(256) << 20;
+
+bool isChecked() {
+    static const bool on = checks("memory");
+    return on;
+}
+
+CallStack callStack() {
+    constexpr int kFrames = 24;
+    void* frames[kFrames];
+    const int count = backtrace(frames, kFrames);
+    return CallStack(frames + 1, frames + std::max(1, count));
 }
 
 // The entry that contains the address, or end.
@@ -50,9 +67,14 @@ void* Memory::allocate(size_t size, MemoryKind kind, unsigned flags, const void*
         fail(Code::kOutOfMemory, "no memory for ", size, " bytes");
     if (alignment == kHugePage)
         madvise(base, rounded, MADV_HUGEPAGE); // only advice: failing it changes nothing
+    Allocation made{uintptr_t(base), size, kind, flags, owner};
+    if (isChecked())
+        made.allocatedAt = std::make_shared<const CallStack>(callStack());
     std::unique_lock lock(mutex_);
-    byBase_[uintptr_t(base)] = {uintptr_t(base), size, kind, flags, owner, nextId_++};
+    made.id = nextId_++;
+    byBase_[made.base] = std::move(made);
     allocated_ += size;
+    ++version_;
     return base;
 }
 
@@ -68,24 +90,44 @@ bool Memory::adopt(const void* base, size_t size, MemoryKind kind, unsigned flag
     if (entryOf(byBase_, begin) != byBase_.end())
         return false;
     byBase_[begin] = {begin, size, kind, flags, owner, nextId_++};
+    ++version_;
     return true;
 }
 
+// Under the lock. `dead` receives what may be freed now.
+void Memory::retire(const Allocation& allocation, bool withContext, std::vector<void*>& dead) {
+    if (!isChecked()) {
+        dead.push_back(reinterpret_cast<void*>(allocation.base));
+        return;
+    }
+    if (withContext)
+        leaked_.push_back(allocation);
+    freed_.push_back({allocation, callStack(), withContext});
+    freedBytes_ += allocation.size;
+    while (freedBytes_ > kKeptBytes) {
+        dead.push_back(reinterpret_cast<void*>(freed_.front().base));
+        freedBytes_ -= freed_.front().size;
+        freed_.pop_front();
+    }
+}
+
 bool Memory::release(const void* base, std::initializer_list<MemoryKind> kinds) {
+    std::vector<void*> dead;
     {
         std::unique_lock lock(mutex_);
         auto it = byBase_.find(uintptr_t(base));
         if (it == byBase_.end() ||
             std::find(kinds.begin(), kinds.end(), it->second.kind) == kinds.end())
             return false;
-        const bool ours = isOurs(it->second.kind);
-        if (ours)
+        if (isOurs(it->second.kind)) {
             allocated_ -= it->second.size;
+            retire(it->second, false, dead);
+        }
         byBase_.erase(it);
-        if (!ours)
-            return true;
+        ++version_;
     }
-    std::free(const_cast<void*>(base));
+    for (void* memory : dead)
+        std::free(memory);
     return true;
 }
 
@@ -99,11 +141,12 @@ void Memory::releaseOwner(const void* owner) {
                 continue;
             }
             if (isOurs(it->second.kind)) {
-                dead.push_back(reinterpret_cast<void*>(it->first));
                 allocated_ -= it->second.size;
+                retire(it->second, true, dead);
             }
             it = byBase_.erase(it);
         }
+        ++version_;
     }
     for (void* base : dead)
         std::free(base);
@@ -121,6 +164,28 @@ bool Memory::contains(const void* address, size_t size) const {
     std::shared_lock lock(mutex_);
     auto it = entryOf(byBase_, uintptr_t(address));
     return it != byBase_.end() && size <= it->second.size - (uintptr_t(address) - it->first);
+}
+
+std::vector<Allocation> Memory::live() const {
+    std::shared_lock lock(mutex_);
+    std::vector<Allocation> all;
+    for (const auto& [base, allocation] : byBase_)
+        all.push_back(allocation);
+    return all;
+}
+
+std::vector<FreedAllocation> Memory::freed() const {
+    std::shared_lock lock(mutex_);
+    return {freed_.begin(), freed_.end()};
+}
+
+std::vector<Allocation> Memory::leaked() const {
+    std::shared_lock lock(mutex_);
+    std::vector<Allocation> all = leaked_;
+    for (const auto& [base, allocation] : byBase_)
+        if (isOurs(allocation.kind))
+            all.push_back(allocation);
+    return all;
 }
 
 size_t Memory::allocatedBytes() const {

@@ -4,9 +4,12 @@
 // Any thread may call anything here. Read next: stream.h.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <shared_mutex>
 #include <vector>
@@ -21,6 +24,9 @@ enum class MemoryKind : uint8_t {
     kModule,     // variables of a loaded module; never freed by us
 };
 
+// Return addresses of the application's call, innermost first; empty unless memory is checked.
+using CallStack = std::vector<const void*>;
+
 struct Allocation {
     uintptr_t base = 0;
     size_t size = 0;
@@ -28,6 +34,13 @@ struct Allocation {
     unsigned flags = 0;          // as the API was given them
     const void* owner = nullptr; // context that frees it when it dies
     uint64_t id = 0;             // never used twice
+    std::shared_ptr<const CallStack> allocatedAt; // only while memory is checked
+};
+
+// Memory that was freed while memory is checked.
+struct FreedAllocation : Allocation {
+    CallStack freedAt;
+    bool withContext = false; // not freed by itself: its context ended
 };
 
 class Memory {
@@ -51,11 +64,26 @@ public:
 
     size_t allocatedBytes() const;
 
+    // For the memory checker. Freed memory is kept from being used again for a while, so that late
+    // accesses to it are recognised.
+    // Changes with every allocation and release.
+    uint64_t version() const { return version_.load(std::memory_order_acquire); }
+    std::vector<Allocation> live() const;
+    std::vector<FreedAllocation> freed() const; // the last ones, in the order they were freed
+    // Allocations that were never freed by themselves, also those that ended with their context.
+    std::vector<Allocation> leaked() const;
+
 private:
+    void retire(const Allocation& allocation, bool withContext, std::vector<void*>& dead);
+
     mutable std::shared_mutex mutex_;
     std::map<uintptr_t, Allocation> byBase_;
     size_t allocated_ = 0;
     uint64_t nextId_ = 1;
+    std::atomic<uint64_t> version_{0};
+    std::deque<FreedAllocation> freed_;
+    size_t freedBytes_ = 0;
+    std::vector<Allocation> leaked_;
 };
 
 // Whether all pages of the range are mapped (and, if asked, writable). Never faults.

@@ -150,6 +150,20 @@ void Streams::destroyOwner(const void* owner) {
         destroy(handle);
 }
 
+void Streams::forgetErrors(const std::function<bool(const void* owner)>& isOne) {
+    std::vector<StreamPtr> all;
+    {
+        std::lock_guard lock(order_);
+        all = live_;
+        all.push_back(legacy_);
+    }
+    for (const StreamPtr& stream : all)
+        if (isOne(stream->owner())) {
+            std::lock_guard lock(stream->mutex_);
+            stream->error_ = nullptr;
+        }
+}
+
 StreamPtr Streams::perThread() {
     struct Holder {
         StreamPtr stream;

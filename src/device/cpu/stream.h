@@ -103,6 +103,8 @@ public:
     // Returns at once; work already queued still runs. False if there is no such stream.
     bool destroy(void* handle);
     void destroyOwner(const void* owner);
+    // Drops the pending errors of streams whose owner is one of these.
+    void forgetErrors(const std::function<bool(const void* owner)>& isOne);
 
     // The stream of a handle: null and (void*)1 mean the legacy default stream, (void*)2 that of
     // the calling thread. Throws Error(kInvalidValue) for anything else that is not a live stream.

@@ -53,13 +53,21 @@ int main() {
     say("fine", cudaDeviceSynchronize());
     fail<<<1, 1>>>();
     say("trap", cudaDeviceSynchronize());
+    // Device code that failed leaves an error that stays, until the device is reset.
+    say("allocation after it", cudaMalloc(&p, 64));
+    say("reset", cudaDeviceReset());
     int* after;
     CHECK(cudaMallocManaged(&after, sizeof(int)));
     *after = 0;
     claim<<<1, 1>>>(1, after);
     say("assertion that holds", cudaDeviceSynchronize());
+    std::printf("after it: %d\n", *after);
     claim<<<1, 1>>>(2, after);
     say("assertion that fails", cudaDeviceSynchronize());
-    std::printf("after the assertions: %d\n", *after);
+    nothing<<<1, 1>>>();
+    say("launch after it", cudaPeekAtLastError());
+    say("reset", cudaDeviceReset());
+    nothing<<<1, 1>>>();
+    say("launch after the reset", cudaDeviceSynchronize());
     return 0;
 }

@@ -4,9 +4,11 @@
 
 #include "api/cuda/driver/block_fibers.h"
 #include "base/error.h"
+#include "check/memory_check.h"
 
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <csetjmp>
 #include <thread>
 
@@ -51,9 +53,15 @@ void loopYield(devlib::KernelThread* thread) {
     thread->spins = kSpins; // other blocks run on other threads
     std::this_thread::yield();
 }
+void loopCheck(devlib::KernelThread* thread, const devlib::CheckedAccess* access) {
+    const uint64_t top = check::stackOfThread().end;
+    if (const uint32_t fault = checkMemory(*blockOf(thread).launch, *thread, *access, top))
+        loopFault(thread, fault - 1);
+}
 
-constexpr devlib::BlockFunctions kLoopFunctions = {
-    loopBarrier, loopArrive, loopExchange, loopActiveMask, loopExit, loopFault, loopYield};
+constexpr devlib::BlockFunctions kLoopFunctions = {loopBarrier,    loopArrive, loopExchange,
+                                                   loopActiveMask, loopExit,   loopFault,
+                                                   loopYield,      loopCheck};
 
 // For the blocks a thread runs one after another, kept for the next launch.
 SharedMemory& threadShared() {
@@ -86,7 +94,8 @@ void SharedMemory::drop() {
 
 size_t sharedBytesOf(const Launch& launch) {
     // Dynamic shared memory starts at a multiple of 16 after the static one.
-    return (size_t(launch.staticShared) + 15) / 16 * 16 + launch.dynamicShared;
+    const size_t statics = launch.staticShared;
+    return launch.dynamicShared ? (statics + 15) / 16 * 16 + launch.dynamicShared : statics;
 }
 
 devlib::KernelThread blockPrototype(const Launch& launch, uint32_t x, uint32_t y, uint32_t z,
@@ -104,6 +113,35 @@ devlib::KernelThread blockPrototype(const Launch& launch, uint32_t x, uint32_t y
     thread.gridWorkspace = launch.gridWorkspace;
     thread.spins = kSpins;
     return thread;
+}
+
+uint32_t checkMemory(const Launch& launch, const devlib::KernelThread& thread,
+                     const devlib::CheckedAccess& access, uint64_t stackTop) {
+    constexpr uint64_t kWorkspace = 64; // see cooperative.cpp
+    if (launch.cooperative &&
+        check::Range{launch.gridWorkspace, launch.gridWorkspace + kWorkspace}.holds(
+            access.address, access.place->bytes))
+        return 0;
+    check::Scene scene;
+    scene.kernel = launch.name;
+    std::copy_n(thread.ctaid, 3, scene.block);
+    std::copy_n(thread.tid, 3, scene.thread);
+    const auto shared = reinterpret_cast<uint64_t>(thread.shared);
+    scene.shared = {shared, shared + sharedBytesOf(launch)};
+    const auto params = reinterpret_cast<uint64_t>(launch.params);
+    scene.params = {params, params + launch.paramBytes};
+    scene.stack = {reinterpret_cast<uint64_t>(__builtin_frame_address(0)), stackTop};
+    switch (check::examine(access, scene)) {
+    case check::Fault::kNone:
+        return 0;
+    case check::Fault::kAddress:
+        return 1 + devlib::kFaultAddress;
+    case check::Fault::kAlignment:
+        return 1 + devlib::kFaultAlignment;
+    case check::Fault::kShared:
+        return 1 + devlib::kFaultShared;
+    }
+    return 0;
 }
 
 void placeThread(devlib::KernelThread& thread, const Launch& launch, uint32_t index) {
@@ -125,7 +163,7 @@ BlockRunner::BlockRunner(Launch& launch) : launch_(launch) {
 BlockRunner::~BlockRunner() = default;
 
 void BlockRunner::run(uint32_t x, uint32_t y, uint32_t z) {
-    if (launch_.fault.load(std::memory_order_relaxed))
+    if (launch_.stops())
         return; // the launch has failed already
     if (!fibers_) {
         runLoop(x, y, z);

@@ -31,6 +31,8 @@ struct LaunchPlan {
     bool meets = false;       // barriers or warp functions
     const char* name = "";
 
+    uint32_t paramBytes = 0;
+
     uint32_t threadsPerBlock() const { return block[0] * block[1] * block[2]; }
 };
 
@@ -46,10 +48,16 @@ struct Launch : LaunchPlan {
     devlib::KernelThread faulted{};
 
     static constexpr uint32_t kProcessorFault = ~uint32_t(0);
-    // A thread of the kernel ended with a fault of the processor.
-    bool hasFailed() const {
-        return fault.load(std::memory_order_relaxed) || deadlock.load(std::memory_order_relaxed);
+    // Whether the threads that still run are given up: not after what the memory checker found,
+    // which looks for more.
+    bool stops() const {
+        const uint32_t kind = fault.load(std::memory_order_relaxed);
+        if (cooperative) // the others may wait for the one that ended
+            return kind != 0;
+        return kind != 0 && (kind == kProcessorFault || kind <= 1 + devlib::kFaultAssertion);
     }
+    bool hasFailed() const { return stops() || deadlock.load(std::memory_order_relaxed); }
+    // A thread of the kernel ended with a fault of the processor.
     void noteFault(const FaultFrame& frame, const devlib::KernelThread& thread) {
         uint32_t none = 0;
         if (!fault.compare_exchange_strong(none, kProcessorFault))
@@ -103,6 +111,10 @@ size_t sharedBytesOf(const Launch& launch);
 // What the threads of a block have in common.
 devlib::KernelThread blockPrototype(const Launch& launch, uint32_t x, uint32_t y, uint32_t z,
                                     uint8_t* shared);
+// devlib::BlockFunctions::checkMemory without what the thread's stack is; returns 0 or 1 + the
+// devlib::KernelFault.
+uint32_t checkMemory(const Launch& launch, const devlib::KernelThread& thread,
+                     const devlib::CheckedAccess& access, uint64_t stackTop);
 
 // The number of a thread in its block, x fastest, taken apart; fills all of `thread` that differs
 // between threads of a block.

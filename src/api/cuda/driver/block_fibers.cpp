@@ -25,6 +25,10 @@
 #define SUNSTONE_ASAN_FIBERS 1
 #include <sanitizer/asan_interface.h>
 #endif
+#if __has_feature(thread_sanitizer)
+#define SUNSTONE_TSAN_FIBERS 1
+#include <sanitizer/tsan_interface.h>
+#endif
 #endif
 
 namespace sunstone::api::cuda {
@@ -42,6 +46,30 @@ StackPool& threadStacks() {
     thread_local StackPool pool;
     return pool;
 }
+
+#ifdef SUNSTONE_TSAN_FIBERS
+void SanitizerFibers::restart(size_t count) {
+    for (void* fiber : fibers_)
+        __tsan_destroy_fiber(fiber);
+    fibers_.clear();
+    for (size_t i = 0; i < count; ++i)
+        fibers_.push_back(__tsan_create_fiber(0));
+}
+void SanitizerFibers::begin() {
+    scheduler_ = __tsan_get_current_fiber();
+}
+void SanitizerFibers::enter(size_t index) const {
+    __tsan_switch_to_fiber(fibers_[index], 0);
+}
+void SanitizerFibers::leave() const {
+    __tsan_switch_to_fiber(scheduler_, 0);
+}
+#else
+void SanitizerFibers::restart(size_t) {}
+void SanitizerFibers::begin() {}
+void SanitizerFibers::enter(size_t) const {}
+void SanitizerFibers::leave() const {}
+#endif
 
 StackPool::~StackPool() {
     if (base_)
@@ -84,8 +112,11 @@ struct FiberTable {
     static void exitThread(KernelThread* t) { of(t).leave(t); }
     static void fault(KernelThread* t, uint32_t kind) { of(t).fault(t, kind); }
     static void yield(KernelThread* t) { of(t).yield(t); }
+    static void checkMemory(KernelThread* t, const devlib::CheckedAccess* access) {
+        of(t).checkMemory(t, *access);
+    }
     static constexpr devlib::BlockFunctions kFunctions = {barrier,    arrive, exchange, activeMask,
-                                                          exitThread, fault,  yield};
+                                                          exitThread, fault,  yield,    checkMemory};
 };
 
 BlockRunner::Fibers::Fibers(Launch& launch, StackPool& stacks)
@@ -113,6 +144,7 @@ void BlockRunner::Fibers::entry(ctx::transfer_t from) {
 
 void BlockRunner::Fibers::suspend(Fiber& fiber) {
     (void)fiber;
+    sanitizer_.leave();
     const ctx::transfer_t back = ctx::jump_fcontext(scheduler_, nullptr);
     scheduler_ = back.fctx;
 }
@@ -120,6 +152,7 @@ void BlockRunner::Fibers::suspend(Fiber& fiber) {
 void BlockRunner::Fibers::resume(Fiber& fiber) {
     running_ = &fiber;
     enterDeviceCode(frame_);
+    sanitizer_.enter(size_t(&fiber - fibers_.data()));
     const ctx::transfer_t back = ctx::jump_fcontext(fiber.context, &fiber);
     leaveDeviceCode();
     fiber.context = back.fctx;
@@ -143,10 +176,12 @@ void BlockRunner::Fibers::start(const KernelThread& prototype) {
     }
     barriers_ = {};
     live_ = ready_ = count;
+    sanitizer_.restart(count);
 }
 
 Fibers::Progress BlockRunner::Fibers::step() {
     prepareForFaults();
+    sanitizer_.begin();
     if (setjmp(frame_.jump) == kJumpFault) { // from the stack of a fiber, which is abandoned
         launch_.noteFault(frame_, running_->thread);
         return Progress::kDone;
@@ -197,6 +232,13 @@ void BlockRunner::Fibers::yield(KernelThread* thread) {
     thread->spins = kSpins;
     fiber.yielded = true;
     suspend(fiber);
+}
+
+void BlockRunner::Fibers::checkMemory(KernelThread* thread, const devlib::CheckedAccess& access) {
+    const auto top =
+        reinterpret_cast<uint64_t>(stacks_.top(size_t(&fiberOf(thread) - fibers_.data())));
+    if (const uint32_t kind = cuda::checkMemory(launch_, *thread, access, top))
+        fault(thread, kind - 1);
 }
 
 // ---- barriers ---------------------------------------------------------------------------------

@@ -28,6 +28,24 @@ private:
 // The pool of the calling thread.
 StackPool& threadStacks();
 
+// What the thread sanitizer must be told of switches between stacks; empty in other builds.
+struct SanitizerFibers {
+    SanitizerFibers() = default;
+    SanitizerFibers(const SanitizerFibers&) = delete;
+    SanitizerFibers& operator=(const SanitizerFibers&) = delete;
+    ~SanitizerFibers() { restart(0); }
+    // New ones: fibers that were abandoned leave their frames open in its books.
+    void restart(size_t count);
+    // The caller is what `leave` goes back to.
+    void begin();
+    void enter(size_t index) const;
+    void leave() const;
+
+private:
+    std::vector<void*> fibers_;
+    void* scheduler_ = nullptr;
+};
+
 struct BlockRunner::Fibers {
     Fibers(Launch& launch, StackPool& stacks);
     // Runs all threads of a block; `prototype` has all that they share.
@@ -48,6 +66,7 @@ struct BlockRunner::Fibers {
     void leave(devlib::KernelThread* thread);
     void fault(devlib::KernelThread* thread, uint32_t kind);
     void yield(devlib::KernelThread* thread);
+    void checkMemory(devlib::KernelThread* thread, const devlib::CheckedAccess& access);
     static void entry(boost::context::detail::transfer_t from);
 
 private:
@@ -83,6 +102,7 @@ private:
     std::vector<Fiber> fibers_;
     std::array<Barrier, 16> barriers_;
     FaultFrame frame_;
+    SanitizerFibers sanitizer_;
     Fiber* running_ = nullptr;
     uint32_t live_ = 0;
     uint32_t ready_ = 0;

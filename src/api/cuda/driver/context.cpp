@@ -89,7 +89,7 @@ SUNSTONE_EXPORT CUresult cuCtxPushCurrent(CUcontext context) {
                    [&] { cpu::contexts().push(requireContext(context)); });
 }
 SUNSTONE_EXPORT CUresult cuCtxPopCurrent(CUcontext* context) {
-    return guarded("cuCtxPopCurrent", Needs::kContext, [&] {
+    return guarded("cuCtxPopCurrent", Needs::kAnyContext, [&] {
         cpu::Context* popped = cpu::contexts().pop();
         if (context)
             *context = handleOf(popped);
@@ -107,25 +107,25 @@ SUNSTONE_EXPORT CUresult cuCtxGetCurrent(CUcontext* context) {
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxGetDevice(CUdevice* device) {
-    return guarded("cuCtxGetDevice", Needs::kContext, [&] {
+    return guarded("cuCtxGetDevice", Needs::kAnyContext, [&] {
         require(device, "device is null");
         *device = 0;
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxGetFlags(unsigned int* flags) {
-    return guarded("cuCtxGetFlags", Needs::kContext, [&] {
+    return guarded("cuCtxGetFlags", Needs::kAnyContext, [&] {
         require(flags, "flags is null");
         *flags = cpu::contexts().current()->flags;
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxSetFlags(unsigned int flags) {
-    return guarded("cuCtxSetFlags", Needs::kContext, [&] {
+    return guarded("cuCtxSetFlags", Needs::kAnyContext, [&] {
         requireFlags(flags);
         cpu::contexts().current()->flags = flags;
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxGetId(CUcontext context, unsigned long long* id) {
-    return guarded("cuCtxGetId", Needs::kContext, [&] {
+    return guarded("cuCtxGetId", Needs::kAnyContext, [&] {
         require(id, "id is null");
         *id = (context ? requireContext(context) : cpu::contexts().current())->id;
     });
@@ -143,14 +143,14 @@ SUNSTONE_EXPORT CUresult cuCtxGetApiVersion(CUcontext context, unsigned int* ver
 }
 
 SUNSTONE_EXPORT CUresult cuCtxSetLimit(CUlimit limit, size_t value) {
-    return guarded("cuCtxSetLimit", Needs::kContext, [&] {
+    return guarded("cuCtxSetLimit", Needs::kAnyContext, [&] {
         if (unsigned(limit) > CU_LIMIT_PERSISTING_L2_CACHE_SIZE)
             refuse(CUDA_ERROR_UNSUPPORTED_LIMIT, "there is no limit ", int(limit));
         cpu::contexts().current()->limits[limit] = value;
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxGetLimit(size_t* value, CUlimit limit) {
-    return guarded("cuCtxGetLimit", Needs::kContext, [&] {
+    return guarded("cuCtxGetLimit", Needs::kAnyContext, [&] {
         require(value, "value is null");
         if (unsigned(limit) > CU_LIMIT_PERSISTING_L2_CACHE_SIZE)
             refuse(CUDA_ERROR_UNSUPPORTED_LIMIT, "there is no limit ", int(limit));
@@ -158,32 +158,32 @@ SUNSTONE_EXPORT CUresult cuCtxGetLimit(size_t* value, CUlimit limit) {
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxGetCacheConfig(CUfunc_cache* config) {
-    return guarded("cuCtxGetCacheConfig", Needs::kContext, [&] {
+    return guarded("cuCtxGetCacheConfig", Needs::kAnyContext, [&] {
         require(config, "config is null");
         *config = CUfunc_cache(cpu::contexts().current()->cacheConfig.load());
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxSetCacheConfig(CUfunc_cache config) {
-    return guarded("cuCtxSetCacheConfig", Needs::kContext, [&] {
+    return guarded("cuCtxSetCacheConfig", Needs::kAnyContext, [&] {
         require(unsigned(config) <= CU_FUNC_CACHE_PREFER_EQUAL, "unknown cache configuration");
         cpu::contexts().current()->cacheConfig = config;
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxGetSharedMemConfig(CUsharedconfig* config) {
-    return guarded("cuCtxGetSharedMemConfig", Needs::kContext, [&] {
+    return guarded("cuCtxGetSharedMemConfig", Needs::kAnyContext, [&] {
         require(config, "config is null");
         *config = CUsharedconfig(cpu::contexts().current()->sharedConfig.load());
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxSetSharedMemConfig(CUsharedconfig config) {
-    return guarded("cuCtxSetSharedMemConfig", Needs::kContext, [&] {
+    return guarded("cuCtxSetSharedMemConfig", Needs::kAnyContext, [&] {
         require(unsigned(config) <= CU_SHARED_MEM_CONFIG_EIGHT_BYTE_BANK_SIZE,
                 "unknown shared memory configuration");
         cpu::contexts().current()->sharedConfig = config;
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxGetStreamPriorityRange(int* least, int* greatest) {
-    return guarded("cuCtxGetStreamPriorityRange", Needs::kContext, [&] {
+    return guarded("cuCtxGetStreamPriorityRange", Needs::kAnyContext, [&] {
         if (least)
             *least = cpu::Streams::kLeastPriority;
         if (greatest)

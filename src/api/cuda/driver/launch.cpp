@@ -6,6 +6,7 @@
 #include "api/cuda/driver/cooperative.h"
 #include "base/log.h"
 #include "base/threads.h"
+#include "device/device.h"
 
 #include <csignal>
 #include <cstring>
@@ -28,6 +29,22 @@ constexpr uint64_t kSmallLaunch = 2048;
     refuse(isAccess ? CUDA_ERROR_ILLEGAL_ADDRESS : CUDA_ERROR_LAUNCH_FAILED, "kernel ", launch.name,
            ": ", describeFault(fault), ", in block (", block[0], ", ", block[1], ", ", block[2],
            "), thread (", thread[0], ", ", thread[1], ", ", thread[2], ")", place);
+}
+
+[[noreturn]] void refuseFault(const char* kernel, devlib::KernelFault fault) {
+    switch (fault) {
+    case devlib::kFaultAssertion:
+        refuse(CUDA_ERROR_ASSERT, "kernel ", kernel, ": an assertion failed");
+    case devlib::kFaultAddress:
+        refuse(CUDA_ERROR_ILLEGAL_ADDRESS, "kernel ", kernel, ": invalid access of memory");
+    case devlib::kFaultAlignment:
+        refuse(CUDA_ERROR_MISALIGNED_ADDRESS, "kernel ", kernel, ": misaligned access of memory");
+    case devlib::kFaultShared:
+        refuse(CUDA_ERROR_LAUNCH_FAILED, "kernel ", kernel, ": shared memory out of bounds");
+    case devlib::kFaultTrap:
+        break;
+    }
+    refuse(CUDA_ERROR_LAUNCH_FAILED, "kernel ", kernel, ": executed a trap");
 }
 
 void runLaunch(const LaunchPlan& plan) {
@@ -57,10 +74,7 @@ void runLaunch(const LaunchPlan& plan) {
     if (launch.fault == Launch::kProcessorFault)
         refuseFault(launch);
     if (const uint32_t fault = launch.fault)
-        refuse(fault == 1 + devlib::kFaultAssertion ? CUDA_ERROR_ASSERT : CUDA_ERROR_LAUNCH_FAILED,
-               "kernel ", launch.name,
-               fault == 1 + devlib::kFaultAssertion ? ": an assertion failed"
-                                                    : ": executed a trap");
+        refuseFault(launch.name, devlib::KernelFault(fault - 1));
 }
 
 void checkShape(const LaunchRequest& request, const Function& function) {
@@ -173,11 +187,27 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
         LaunchPlan plan;
         std::vector<std::byte> params;
         std::shared_ptr<Module> module;
+        std::weak_ptr<cpu::Context> context;
         KernelDetails details;
+
+        // What device code ends with stays with the context; what is queued behind does not run.
+        void run() const {
+            const cpu::ContextPtr home = context.lock();
+            if (home && home->fault)
+                return;
+            try {
+                runLaunch(plan);
+            } catch (const Failure& failure) {
+                if (home)
+                    home->keepFault(failure.result());
+                throw device::ContextFault(failure.result(), failure.what());
+            }
+        }
     };
     auto job = std::make_shared<Job>();
     job->params = gatherParameters(request, info);
     job->module = std::move(module);
+    job->context = cpu::contexts().shareCurrent();
     LaunchPlan& plan = job->plan;
     plan.kernel = reinterpret_cast<devlib::KernelFn>(const_cast<void*>(info.address));
     plan.params = job->params.data();
@@ -185,6 +215,7 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
         plan.grid[i] = request.grid[i];
         plan.block[i] = request.block[i];
     }
+    plan.paramBytes = info.parameterBytes;
     plan.staticShared = info.staticSharedBytes;
     plan.dynamicShared = request.sharedBytes;
     plan.localBytes = info.localBytes;
@@ -197,7 +228,7 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
     job->details.request = request;
     job->details.request.params = job->details.pointers.data();
     job->details.request.extra = nullptr;
-    return {[job] { runLaunch(job->plan); },
+    return {[job] { job->run(); },
             std::shared_ptr<const KernelDetails>(job, &job->details)};
 }
 

@@ -5,6 +5,7 @@
 #include "api/cuda/driver/fat_binary.h"
 #include "base/handles.h"
 #include "base/log.h"
+#include "engine/compile_cache.h"
 #include "ptx/parser.h"
 
 #include <chrono>
@@ -35,6 +36,19 @@ HandleTable<Module>& moduleTable() {
     return *table;
 }
 
+// One for the process, opened by the first kernel.
+const std::shared_ptr<engine::CompileCache>& compileCache() {
+    static const auto* cache = [] {
+        auto made = std::make_shared<engine::CompileCache>([](LogLevel level,
+                                                              const std::string& text) {
+            log(level == LogLevel::kInfo ? LogLevel::kDebug : level, "cuda", "disk cache: " + text);
+        });
+        made->start();
+        return new std::shared_ptr<engine::CompileCache>(std::move(made));
+    }();
+    return *cache;
+}
+
 // The log buffers and other options of cuModuleLoadDataEx.
 struct JitOptions {
     char* info = nullptr;
@@ -42,6 +56,7 @@ struct JitOptions {
     void** infoSize = nullptr; // option values: a size in, the length written out
     void** errorSize = nullptr;
     void** wallTime = nullptr;
+    bool debug = false;
 
     JitOptions(unsigned count, const CUjit_option* options, void** values) {
         require(count == 0 || (options && values), "options or values is null");
@@ -58,6 +73,9 @@ struct JitOptions {
                 break;
             case CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES:
                 errorSize = &values[i];
+                break;
+            case CU_JIT_GENERATE_DEBUG_INFO:
+                debug = values[i] != nullptr;
                 break;
             case CU_JIT_WALL_TIME:
                 wallTime = &values[i];
@@ -97,7 +115,9 @@ CUmodule load(const std::string& text, JitOptions options) {
     }
     if (!tree)
         refuse(CUDA_ERROR_INVALID_PTX, messages);
-    auto module = std::make_shared<Module>(std::move(tree), cpu::contexts().current());
+    const compiler::DebugLevel level =
+        options.debug ? compiler::DebugLevel::kFull : compiler::debugLevelOf(*tree);
+    auto module = std::make_shared<Module>(std::move(tree), cpu::contexts().current(), level);
     return static_cast<CUmodule>(moduleTable().add(std::move(module)));
 }
 
@@ -112,8 +132,9 @@ CUresult loadImage(const char* function, CUmodule* module, const void* image, un
 
 } // namespace
 
-Module::Module(std::shared_ptr<const ptx::Module> tree, const void* owner)
-    : tree_(std::move(tree)), owner_(owner) {}
+Module::Module(std::shared_ptr<const ptx::Module> tree, const void* owner,
+               compiler::DebugLevel debugLevel)
+    : tree_(std::move(tree)), owner_(owner), debugLevel_(debugLevel) {}
 
 Module::~Module() {
     for (const void* address : adopted_)
@@ -128,44 +149,53 @@ int Module::ptxVersion() const {
     return version;
 }
 
-void Module::compile() {
+void Module::open() {
     if (code_)
         return;
-    code_ = compiler::compileKernels(tree_);
-    for (const ptx::Variable& variable : tree_->variables) {
-        void* address = nullptr;
-        uint64_t size = 0;
-        if (code_->variable(variable.name, &address, &size) && size &&
-            cpu::memory().adopt(address, size, cpu::MemoryKind::kModule, 0, owner_))
+    code_ = compiler::openKernels(tree_, {debugLevel_, compileCache()});
+    code_->forEachVariable([&](void* address, uint64_t size) {
+        if (cpu::memory().adopt(address, size, cpu::MemoryKind::kModule, 0, owner_))
             adopted_.push_back(address);
-    }
-    for (const compiler::KernelInfo& info : code_->kernels()) {
+    });
+    for (size_t i = 0; i < code_->kernels().size(); ++i) {
         auto function = std::make_shared<Function>();
         function->module = weak_from_this();
-        function->info = &info;
-        functions_[info.name] = function;
+        function->info = &code_->kernels()[i];
+        function->index = i;
+        functions_[function->info->name] = function;
         functionTable().add(function);
     }
 }
 
-Function* Module::function(const std::string& name) {
+void Module::compile(Function& function) {
     std::lock_guard lock(mutex_);
-    compile();
-    auto found = functions_.find(name);
-    if (found == functions_.end())
-        return nullptr;
-    return found->second.get();
+    code_->prepare(function.index);
+    function.compiled.store(true, std::memory_order_release);
+}
+
+Function* Module::function(const std::string& name) {
+    Function* function = nullptr;
+    {
+        std::lock_guard lock(mutex_);
+        open();
+        auto found = functions_.find(name);
+        if (found == functions_.end())
+            return nullptr;
+        function = found->second.get();
+    }
+    compile(*function);
+    return function;
 }
 
 size_t Module::functionCount() {
     std::lock_guard lock(mutex_);
-    compile();
+    open();
     return functions_.size();
 }
 
 std::vector<Function*> Module::functions() {
     std::lock_guard lock(mutex_);
-    compile();
+    open();
     std::vector<Function*> result;
     for (auto& [name, function] : functions_)
         result.push_back(function.get());
@@ -174,7 +204,7 @@ std::vector<Function*> Module::functions() {
 
 bool Module::variable(const std::string& name, void** address, uint64_t* size) {
     std::lock_guard lock(mutex_);
-    compile();
+    open();
     return code_->variable(name, address, size);
 }
 
@@ -195,6 +225,9 @@ std::shared_ptr<Function> functionOf(CUfunction function) {
     auto found = functionTable().find(function);
     if (!found)
         refuse(CUDA_ERROR_INVALID_HANDLE, static_cast<void*>(function), " is not a live function");
+    if (!found->compiled.load(std::memory_order_acquire))
+        if (const std::shared_ptr<Module> module = found->module.lock())
+            module->compile(*found);
     return found;
 }
 

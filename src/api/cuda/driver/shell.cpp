@@ -3,6 +3,8 @@
 #include "api/cuda/driver/shell.h"
 
 #include "base/log.h"
+#include "check/memory_check.h"
+#include "device/device.h"
 
 #include <new>
 
@@ -17,6 +19,7 @@ std::atomic<bool> initialized{false};
 void initialize(unsigned flags) {
     require(flags == 0, "flags of cuInit must be 0");
     initialized.store(true, std::memory_order_release);
+    check::start();
 }
 
 CUresult resultOf(Code code) {
@@ -63,9 +66,23 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
     try {
         if (needs != Needs::kNothing && !initialized.load(std::memory_order_acquire))
             return report(CUDA_ERROR_NOT_INITIALIZED, "cuInit has not been called");
-        if (needs == Needs::kContext && !cpu::contexts().current())
+        if (needs < Needs::kAnyContext)
+            return body();
+        const cpu::ContextPtr context = cpu::contexts().shareCurrent();
+        if (!context)
             return report(CUDA_ERROR_INVALID_CONTEXT, "no context is current on this thread");
-        return body();
+        if (needs == Needs::kAnyContext)
+            return body();
+        constexpr const char* kFailed = "device code has failed in this context";
+        if (const int fault = context->fault)
+            return report(CUresult(fault), kFailed);
+        const CUresult result = body();
+        // It may have failed while the call waited for something else.
+        if (const int fault = result == CUDA_SUCCESS ? context->fault.load() : 0)
+            return report(CUresult(fault), kFailed);
+        return result;
+    } catch (const device::ContextFault& fault) {
+        return report(CUresult(fault.number()), fault.what());
     } catch (const Failure& failure) {
         return report(failure.result(), failure.what());
     } catch (const cpu::CaptureError& error) {
@@ -123,8 +140,8 @@ SUNSTONE_EXPORT CUresult cuGetErrorString(CUresult error, const char** text) {
 }
 
 SUNSTONE_EXPORT CUresult cuProfilerStart(void) {
-    return guarded("cuProfilerStart", Needs::kContext, [] {});
+    return guarded("cuProfilerStart", Needs::kAnyContext, [] {});
 }
 SUNSTONE_EXPORT CUresult cuProfilerStop(void) {
-    return guarded("cuProfilerStop", Needs::kContext, [] {});
+    return guarded("cuProfilerStop", Needs::kAnyContext, [] {});
 }

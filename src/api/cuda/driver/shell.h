@@ -43,7 +43,8 @@ inline void require(bool condition, const char* text) {
         throw Failure(CUDA_ERROR_INVALID_VALUE, text);
 }
 
-enum class Needs { kNothing, kInit, kContext };
+// kContext: a current context in which no device code has failed; kAnyContext: a current one.
+enum class Needs { kNothing, kInit, kAnyContext, kContext };
 
 // Runs a body, logs what it throws with the function's name, returns the code. A body returning
 // CUresult passes its own on.

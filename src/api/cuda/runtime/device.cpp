@@ -238,7 +238,10 @@ SUNSTONE_CUDART cudaError_t cudaDeviceReset(void) {
     return callDriver([](const Driver& d) {
         forgetModules();
         d.cuCtxSetCurrent(nullptr);
-        return d.cuDevicePrimaryCtxReset(0);
+        const CUresult result = d.cuDevicePrimaryCtxReset(0);
+        if (result == CUDA_SUCCESS)
+            forgetDeviceError();
+        return result;
     });
 }
 SUNSTONE_CUDART cudaError_t cudaDeviceSetLimit(enum cudaLimit limit, size_t value) {

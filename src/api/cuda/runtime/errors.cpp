@@ -2,11 +2,33 @@
 // Names and descriptions of cudaError_t values, and the last error of each thread.
 #include "api/cuda/runtime/runtime.h"
 
+#include <atomic>
+
 namespace sunstone::cudart {
 
 namespace {
 
 thread_local cudaError_t lastError = cudaSuccess;
+
+// An error that device code ended with stays until the device is reset: every call answers with it.
+std::atomic<cudaError_t> deviceError{cudaSuccess};
+
+bool isDeviceError(cudaError_t error) {
+    switch (error) {
+    case cudaErrorIllegalAddress:
+    case cudaErrorLaunchTimeout:
+    case cudaErrorAssert:
+    case cudaErrorHardwareStackError:
+    case cudaErrorIllegalInstruction:
+    case cudaErrorMisalignedAddress:
+    case cudaErrorInvalidAddressSpace:
+    case cudaErrorInvalidPc:
+    case cudaErrorLaunchFailure:
+        return true;
+    default:
+        return false;
+    }
+}
 
 struct Entry {
     cudaError_t error;
@@ -159,7 +181,14 @@ cudaError_t remember(cudaError_t error) {
     // "Not ready" is an answer, not a failure.
     if (error != cudaSuccess && error != cudaErrorNotReady)
         lastError = error;
+    if (isDeviceError(error))
+        deviceError = error;
     return error;
+}
+
+void forgetDeviceError() {
+    deviceError = cudaSuccess;
+    lastError = cudaSuccess;
 }
 
 cudaError_t fromDriver(CUresult result) {
@@ -173,12 +202,13 @@ cudaError_t fromDriver(CUresult result) {
 using namespace sunstone::cudart;
 
 SUNSTONE_CUDART cudaError_t cudaGetLastError(void) {
-    const cudaError_t error = lastError;
+    const cudaError_t error = cudaPeekAtLastError();
     lastError = cudaSuccess;
     return error;
 }
 SUNSTONE_CUDART cudaError_t cudaPeekAtLastError(void) {
-    return lastError;
+    const cudaError_t fault = deviceError;
+    return fault != cudaSuccess ? fault : lastError;
 }
 
 SUNSTONE_CUDART const char* cudaGetErrorName(cudaError_t error) {

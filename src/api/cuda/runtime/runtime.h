@@ -128,6 +128,8 @@ cudaError_t ensureContext();
 cudaError_t fromDriver(CUresult result);
 // Keeps an error for cudaGetLastError and passes it on.
 cudaError_t remember(cudaError_t error);
+// The device has been reset.
+void forgetDeviceError();
 
 // The ordinary shape of an entry point: context, driver call, error.
 template <class Body>

@@ -1,0 +1,22 @@
+# Kernels come from the disk cache the second time: -DPROGRAM= -DFOLDER= -DLIBRARIES=
+file(REMOVE_RECURSE ${FOLDER})
+foreach(round 1 2)
+    execute_process(COMMAND ${CMAKE_COMMAND} -E env OPTIX_CACHE_PATH=${FOLDER} SUNSTONE_LOG=cuda:debug
+        LD_LIBRARY_PATH=${LIBRARIES} ${PROGRAM} RESULT_VARIABLE result OUTPUT_VARIABLE out${round}
+        ERROR_VARIABLE log)
+    if(NOT result EQUAL 0)
+        message(FATAL_ERROR "exit ${result}\n${log}")
+    endif()
+    string(REGEX MATCHALL "miss for" misses "${log}")
+    string(REGEX MATCHALL "hit for" hits "${log}")
+    list(LENGTH misses misses)
+    list(LENGTH hits hits)
+    message("round ${round}: ${hits} hits, ${misses} misses")
+    if((round EQUAL 1 AND misses EQUAL 0) OR (round EQUAL 2 AND (hits EQUAL 0 OR misses GREATER 0)))
+        message(FATAL_ERROR "not what the cache is for\n${log}")
+    endif()
+endforeach()
+if(NOT out1 STREQUAL out2)
+    message(FATAL_ERROR "another output from the cache:\n${out1}\n---\n${out2}")
+endif()
+file(REMOVE_RECURSE ${FOLDER})

@@ -1,0 +1,20 @@
+# What gdb says with commands.gdb.
+set(expected
+    # first stop: in the loop, before the sum changes
+    "Breakpoint 1, [^\n]*__raygen__debug[^\n]*device.cu:23"
+    "23[^\n]*sum \\+= term"
+    "\\$1 = 100"
+    "\\$2 = {1.5, 2.5, 4}"
+    "\\$3 = {first = 7, second = -2.5}"
+    "\\$4 = 101"
+    # in the function that is called, second round
+    "Breakpoint 2, [^\n]*twice[^\n]*value=1[^\n]*device.cu:12"
+    "\\$5 = 1\n"
+    "\\$6 = 2\n"
+    "#0 +[^\n]*twice[^\n]*device.cu:12"
+    "#1 +[^\n]*__raygen__debug[^\n]*device.cu:22"
+    # behind the loop
+    "\\$7 = 113"
+    "\\$8 = 120"
+    "result 233"
+    "term = 0")
