@@ -7,6 +7,7 @@
 #include "device/device.h"
 
 #include <new>
+#include <string_view>
 
 namespace sunstone::api::cuda {
 
@@ -77,8 +78,11 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
         if (const int fault = context->fault)
             return report(CUresult(fault), kFailed);
         const CUresult result = body();
-        // It may have failed while the call waited for something else.
-        if (const int fault = result == CUDA_SUCCESS ? context->fault.load() : 0)
+        // It may have failed while the call waited for something else. Not so calls that queue
+        // work: whether that has failed already would be chance.
+        const std::string_view name = function;
+        const bool queues = name.find("Launch") != name.npos || name.find("Async") != name.npos;
+        if (const int fault = result == CUDA_SUCCESS && !queues ? context->fault.load() : 0)
             return report(CUresult(fault), kFailed);
         return result;
     } catch (const device::ContextFault& fault) {
