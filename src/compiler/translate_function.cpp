@@ -191,7 +191,18 @@ void FunctionTranslator::declareParameters() {
         for (const ptx::Variable& parameter : source_.parameters) {
             const uint64_t alignment = std::max(1u, parameter.alignment);
             offset = (offset + alignment - 1) / alignment * alignment;
-            locals_[parameter.name] = offsetPointer(function_.getArg(1), int64_t(offset));
+            Value* memory = offsetPointer(function_.getArg(1), int64_t(offset));
+            if (debug_ && debug_->hasVariables()) { // debuggers look for variables in the frame
+                auto* copy = builder_.CreateAlloca(
+                    llvm::ArrayType::get(builder_.getInt8Ty(),
+                                         std::max<uint64_t>(1, parameter.size)),
+                    nullptr, toRef(parameter.name));
+                copy->setAlignment(llvm::Align(alignment));
+                builder_.CreateMemCpy(copy, llvm::Align(alignment), memory, llvm::Align(1),
+                                      parameter.size);
+                memory = copy;
+            }
+            locals_[parameter.name] = memory;
             localVariables_[parameter.name] = &parameter;
             offset += parameter.size;
         }

@@ -38,6 +38,19 @@ constexpr size_t kDefaultLimits[8] = {1024, 1 << 20, 8 << 20, 2, 2048, 64, 0, 0}
 
 } // namespace
 
+void Context::keepFault(int number, const std::string& text) {
+    std::lock_guard lock(faultMutex_);
+    if (fault != 0)
+        return;
+    faultText_ = text;
+    fault = number;
+}
+
+std::string Context::faultText() const {
+    std::lock_guard lock(faultMutex_);
+    return faultText_;
+}
+
 Context* Contexts::create(unsigned flags) {
     auto context = std::make_shared<Context>();
     context->flags = flags;

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 namespace sunstone::device::cpu {
@@ -23,10 +24,12 @@ struct Context {
     std::atomic<unsigned> sharedConfig{0};
     // The API's number of the error that device code ended with; 0 while there was none.
     std::atomic<int> fault{0};
-    void keepFault(int number) {
-        int none = 0;
-        fault.compare_exchange_strong(none, number);
-    }
+    void keepFault(int number, const std::string& text); // the first one stays
+    std::string faultText() const;
+
+private:
+    mutable std::mutex faultMutex_;
+    std::string faultText_;
 };
 using ContextPtr = std::shared_ptr<Context>;
 

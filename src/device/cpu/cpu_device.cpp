@@ -17,8 +17,10 @@ public:
     void enqueue(void* stream, std::function<void()> work) override {
         const cpu::Context* context = cpu::contexts().current();
         if (const int fault = context ? context->fault.load() : 0)
-            throw ContextFault(fault, message("device code has failed in the current CUDA context "
-                                              "(CUDA error ", fault, ")"));
+            throw ContextFault(fault,
+                               message("device code has failed in the current CUDA context (CUDA "
+                                       "error ",
+                                       fault, "): ", context->faultText()));
         cpu::streams().submit(cpu::streams().find(stream), std::move(work));
     }
     void synchronize(void* stream) override {

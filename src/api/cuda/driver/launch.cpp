@@ -199,7 +199,7 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
                 runLaunch(plan);
             } catch (const Failure& failure) {
                 if (home)
-                    home->keepFault(failure.result());
+                    home->keepFault(failure.result(), failure.what());
                 throw device::ContextFault(failure.result(), failure.what());
             }
         }

@@ -74,16 +74,19 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
             return report(CUDA_ERROR_INVALID_CONTEXT, "no context is current on this thread");
         if (needs == Needs::kAnyContext)
             return body();
-        constexpr const char* kFailed = "device code has failed in this context";
+        const auto failed = [&](int fault) {
+            const std::string text = "device code has failed in this context: ";
+            return report(CUresult(fault), (text + context->faultText()).c_str());
+        };
         if (const int fault = context->fault)
-            return report(CUresult(fault), kFailed);
+            return failed(fault);
         const CUresult result = body();
         // It may have failed while the call waited for something else. Not so calls that queue
         // work: whether that has failed already would be chance.
         const std::string_view name = function;
         const bool queues = name.find("Launch") != name.npos || name.find("Async") != name.npos;
         if (const int fault = result == CUDA_SUCCESS && !queues ? context->fault.load() : 0)
-            return report(CUresult(fault), kFailed);
+            return failed(fault);
         return result;
     } catch (const device::ContextFault& fault) {
         return report(CUresult(fault.number()), fault.what());
