@@ -18,7 +18,7 @@ struct GpuTarget {
 // A program group: indices in the request's programs.
 struct GpuGroup {
     static constexpr size_t kNone = ~size_t(0);
-    uint32_t number = 0;
+    uint32_t number = 0; // what the run-time passes to dispatchers
     devlib::GroupKind kind = devlib::kGroupRaygen;
     size_t main = kNone, anyHit = kNone, intersection = kNone;
     size_t direct = kNone, continuation = kNone;

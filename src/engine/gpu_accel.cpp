@@ -16,7 +16,10 @@ const bvh::gpu::Builder& GpuBackend::builder() {
 
 bvh::MemoryUsage GpuBackend::accelMemory(const bvh::BuildInputs& inputs,
                                          const bvh::BuildOptions& options) {
-    return bvh::gpu::Builder::computeMemoryUsage(inputs, options);
+    bvh::MemoryUsage usage = bvh::gpu::Builder::computeMemoryUsage(inputs, options);
+    if (!options.allowUpdate)
+        usage.tempUpdate = 0;
+    return usage;
 }
 
 uint64_t GpuBackend::buildAccel(const ContextPtr&, AccelBuild request) {

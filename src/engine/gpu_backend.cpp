@@ -69,6 +69,8 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.launch.primitiveTypeFlags = pipeline.rules.primitiveTypeFlags;
     block.launch.maxGraphDepth = request.limits.maxGraphDepth;
     block.launch.numAttributes = pipeline.rules.numAttributeValues;
+    const auto& code = static_cast<const GpuCodeObject&>(*pipeline.deviceCode);
+    block.firstGroup = code.firstGroup;
     block.report = {devlib::kNoReport, devlib::kNoReport, devlib::kNoReport};
     SUNSTONE_CU(memcpyHtoDAsync, slot.memory, &block, sizeof(block), stream);
     const CUdeviceptr params = slot.memory + GpuLaunchSlots::kParameters;
@@ -86,7 +88,6 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     const auto blocks =
         unsigned((threads + devlib::kGpuBlockThreads - 1) / devlib::kGpuBlockThreads);
     void* arguments[] = {&slot.memory};
-    const auto& code = static_cast<const GpuCodeObject&>(*pipeline.deviceCode);
     SUNSTONE_CU(launchKernel, code.kernel, blocks, 1, 1, devlib::kGpuBlockThreads, 1, 1, 0, stream,
                 arguments, nullptr);
     SUNSTONE_CU(memcpyDtoHAsync, &block.report, slot.memory + offsetof(LaunchBlock, report),

@@ -19,6 +19,7 @@ public:
     GpuCodeObject(CUcontext context, const std::string& ptx);
     ~GpuCodeObject() override;
     CUfunction kernel = nullptr;
+    uint32_t firstGroup = 0; // what the code counts group numbers from
 
 private:
     CUcontext context_;

@@ -67,8 +67,8 @@ void raiseStackLimit(size_t bytes) {
 
 GpuCodeObject::GpuCodeObject(CUcontext context, const std::string& ptx) : context_(context) {
     std::string errors(8192, '\0');
-    // What the traversal loop takes by itself is a little more; on an H100 the warps that fit in more
-    // are worth 7 %, fewer registers cost what they win (docs/gpu.md).
+    // What the traversal loop takes by itself is a little more; on an H100 the warps that fit in
+    // more are worth 7 %, fewer registers cost what they win (docs/gpu.md).
     constexpr uintptr_t kRegisters = 96;
     CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES,
                               CU_JIT_MAX_REGISTERS};
@@ -101,10 +101,13 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     request.runtime = devlib::gpuRuntime();
     request.target = {device_.computeCapability(), ptxVersionOf(device_.driverVersion())};
     bool hasException = false;
+    uint32_t first = ~0u;
+    for (const auto& group : parts.groups)
+        first = std::min(first, group->number);
     for (size_t i = 0; i < parts.groups.size(); ++i) {
         const auto& [main, anyHit, intersection, direct, continuation] = parts.indices[i];
-        request.groups.push_back({parts.groups[i]->number, parts.groups[i]->kind, main, anyHit,
-                                  intersection, direct, continuation});
+        request.groups.push_back({parts.groups[i]->number - first, parts.groups[i]->kind, main,
+                                  anyHit, intersection, direct, continuation});
         hasException |= parts.groups[i]->kind == devlib::kGroupException;
     }
     request.constants = {
@@ -118,6 +121,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     pipeline.feedback = code.feedback;
     ContextScope scope(device_.context());
     auto loaded = std::make_shared<GpuCodeObject>(device_.context(), code.ptx);
+    loaded->firstGroup = first;
     if (mayRecurse(parts)) {
         int frame = 0;
         SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);

@@ -2,9 +2,7 @@
 // Pipelines for CUDA GPUs as PTX text: what must be in it, what must be refused, and that ptxas
 // compiles it.
 #include "base/error.h"
-#include "compiler/gpu_pipeline.h"
-#include "devlib/gpu_runtime.h"
-#include "engine/module.h"
+#include "gpu/pipelines.h"
 
 #include <gtest/gtest.h>
 
@@ -16,99 +14,7 @@
 namespace sunstone {
 namespace {
 
-using compiler::GpuGroup;
-using compiler::ProgramKind;
-
-struct Options {
-    unsigned graphFlags = 1; // ALLOW_SINGLE_GAS
-    compiler::GpuTarget target = {90, 80};
-};
-
-GpuGroup groupOf(ProgramKind kind, size_t program) {
-    GpuGroup group;
-    group.number = uint32_t(program) + 1;
-    switch (kind) {
-    case ProgramKind::kMiss:
-        group.kind = devlib::kGroupMiss;
-        group.main = program;
-        break;
-    case ProgramKind::kException:
-        group.kind = devlib::kGroupException;
-        group.main = program;
-        break;
-    case ProgramKind::kClosestHit:
-        group.kind = devlib::kGroupHit;
-        group.main = program;
-        break;
-    case ProgramKind::kAnyHit:
-        group.kind = devlib::kGroupHit;
-        group.anyHit = program;
-        break;
-    case ProgramKind::kIntersection:
-        group.kind = devlib::kGroupHit;
-        group.intersection = program;
-        break;
-    case ProgramKind::kDirectCallable:
-        group.kind = devlib::kGroupCallables;
-        group.direct = program;
-        break;
-    case ProgramKind::kContinuationCallable:
-        group.kind = devlib::kGroupCallables;
-        group.continuation = program;
-        break;
-    default:
-        group.kind = devlib::kGroupRaygen;
-        group.main = program;
-        break;
-    }
-    return group;
-}
-
-// A pipeline of all programs of one module.
-std::string compile(const std::string& text, const Options& options = {}) {
-    compiler::PipelineRules rules;
-    rules.launchParams = "params";
-    rules.numPayloadValues = 8;
-    rules.numAttributeValues = 4;
-    rules.traversableGraphFlags = options.graphFlags;
-    std::string feedback;
-    const auto module = engine::createModule(text, rules, {}, compiler::OptLevel::k3,
-                                             compiler::DebugLevel::kMinimal, nullptr, feedback);
-    compiler::GpuPipelineRequest request;
-    request.pipeline.rules = rules;
-    request.runtime = devlib::gpuRuntime();
-    request.target = options.target;
-    bool anyHit = false, intersection = false, exception = false;
-    for (const auto& program : module->summary.programs) {
-        anyHit |= program.kind == ProgramKind::kAnyHit;
-        intersection |= program.kind == ProgramKind::kIntersection;
-        exception |= program.kind == ProgramKind::kException;
-        request.groups.push_back(groupOf(program.kind, request.pipeline.programs.size()));
-        compiler::ProgramRequest wanted;
-        wanted.module = module->tree;
-        wanted.function = program.name;
-        wanted.moduleRules = module->moduleRules;
-        request.pipeline.programs.push_back(std::move(wanted));
-    }
-    const uint32_t graph = options.graphFlags == 1 ? 0 : options.graphFlags & 2 ? 1 : 2;
-    request.constants = {{"sunstone_gpu_hasAnyHit", anyHit},
-                         {"sunstone_gpu_hasIntersection", intersection},
-                         {"sunstone_gpu_hasException", exception},
-                         {"sunstone_gpu_exceptionFlags", 0},
-                         {"sunstone_gpu_graph", graph}};
-    return compiler::compileGpuPipeline(request).ptx;
-}
-
-std::string raygen(const std::string& body) {
-    return ".version 7.8\n.target sm_70\n.address_size 64\n"
-           ".visible .const .align 8 .b8 params[16];\n"
-           ".visible .entry __raygen__main()\n{\n"
-           "    .reg .b32 %r<8>;\n    .reg .f32 %f<8>;\n    .reg .b64 %rd<8>;\n"
-           "    .reg .pred %p<4>;\n    .reg .b16 %rs<4>;\n    .reg .b8 %b<2>;\n"
-           "    ld.const.u64 %rd1, [params];\n    ld.global.f32 %f1, [%rd1];\n"
-           "    ld.global.u32 %r1, [%rd1+4];\n" +
-           body + "    ret;\n}\n";
-}
+using namespace gpu_tests;
 
 bool has(const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;

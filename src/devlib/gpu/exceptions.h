@@ -9,8 +9,7 @@
 namespace sunstone::devlib::gpu {
 
 SUNSTONE_DEVICE LaunchReport& reportOf(RayState* state) {
-    // LaunchState is the block's first member.
-    return reinterpret_cast<LaunchBlock*>(const_cast<LaunchState*>(state->launch))->report;
+    return blockOf(state->launch).report;
 }
 
 SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
@@ -62,7 +61,7 @@ SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
     }
     root->sbtData = dataOf(launch.sbt.exceptionRecord);
     root->depth = 0;
-    if (sunstone_gpu_exception(root, groupOf(launch.sbt.exceptionRecord, kGroupException)) ==
+    if (sunstone_gpu_exception(root, groupOf(state, launch.sbt.exceptionRecord, kGroupException)) ==
         kNoProgram)
         endLaunch(state, kFatalExceptionRecord);
     endThread();

@@ -16,7 +16,9 @@ SUNSTONE_DEVICE const bvh::BlockHeader* blockOf(uint64_t handle, HandleTag tag) 
 }
 
 // Structures with motion cannot be built for GPUs yet: all stand still.
-extern "C" void sunstone_gpu_gasMotion(uint64_t, GasMotion* motion) { *motion = {1, 0, 0}; }
+extern "C" void sunstone_gpu_gasMotion(uint64_t, GasMotion* motion) {
+    *motion = {1, 0, 0};
+}
 
 // The record of a triangle in the structure's table, or null.
 SUNSTONE_DEVICE const float* triangleRecord(const bvh::BlockHeader* block, uint32_t primitive,

@@ -31,6 +31,9 @@ constexpr unsigned kMaxGpuGraphDepth = 15;
 struct LaunchBlock {
     LaunchState launch;
     LaunchReport report;
+    // The pipeline's lowest group number. Its code counts groups from there, so that what is kept
+    // on disk fits pipelines made later in a context too.
+    uint32_t firstGroup;
 };
 
 // Threads of a block, and the shape of a warp's tile of launch indices; launches of height 1 have

@@ -33,10 +33,20 @@ extern const uint32_t sunstone_gpu_graph; // GraphKind
 // Traversables that optixTrace may be given.
 enum GraphKind : uint32_t { kGraphGas = 0, kGraphSingleLevel = 1, kGraphAny = 2 };
 
-// A record's group, if its header says it is of that kind; else one that no pipeline has (0).
-SUNSTONE_DEVICE uint32_t groupOf(uint64_t record, GroupKind kind) {
+constexpr uint32_t kNoGroup = ~0u;
+
+SUNSTONE_DEVICE LaunchBlock& blockOf(const LaunchState* launch) {
+    // LaunchState is the block's first member.
+    return *reinterpret_cast<LaunchBlock*>(const_cast<LaunchState*>(launch));
+}
+
+// A record's group, counted from the pipeline's first, if its header says it is of that kind; else
+// kNoGroup. Groups of other pipelines have numbers that the dispatchers do not know.
+SUNSTONE_DEVICE uint32_t groupOf(const RayState* state, uint64_t record, GroupKind kind) {
     const SbtHeader& header = *reinterpret_cast<const SbtHeader*>(record);
-    return header.magic == kSbtMagic && header.kind == kind ? header.group : 0;
+    return header.magic == kSbtMagic && header.kind == kind
+               ? header.group - blockOf(state->launch).firstGroup
+               : kNoGroup;
 }
 
 // Address of a record, or 0 where the table has none of that index.

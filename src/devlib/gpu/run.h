@@ -49,7 +49,8 @@ extern "C" void sunstone_gpu_run(LaunchBlock* block) {
     state.payloadType = state.payloadCount = 0;
     state.hit.transformCount = 0;
     state.hit.sbtGasIndex = 0;
-    if (sunstone_gpu_raygen(&state, groupOf(launch.sbt.raygenRecord, kGroupRaygen)) == kNoProgram)
+    if (sunstone_gpu_raygen(&state, groupOf(&state, launch.sbt.raygenRecord, kGroupRaygen)) ==
+        kNoProgram)
         endLaunch(&state, kFatalRaygenRecord);
 }
 

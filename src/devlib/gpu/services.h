@@ -37,7 +37,7 @@ extern "C" const void* sunstone_gpu_callable(RayState* state, uint32_t sbtIndex,
     state->callableData = dataOf(record);
     if (!record)
         return nullptr;
-    const uint32_t group = groupOf(record, kGroupCallables);
+    const uint32_t group = groupOf(state, record, kGroupCallables);
     return call & 1 ? sunstone_gpu_continuation(group) : sunstone_gpu_direct(group);
 }
 

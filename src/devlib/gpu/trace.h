@@ -106,7 +106,7 @@ struct Candidates {
         hit.primitive = primitive;
         hit.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
         const uint64_t record = hitRecord(hit.sbtGasIndex, instanceSbtOffset);
-        candidateGroup = record ? groupOf(record, kGroupHit) : 0;
+        candidateGroup = record ? groupOf(state, record, kGroupHit) : kNoGroup;
         hit.record = reinterpret_cast<const void*>(record);
         state->sbtData = dataOf(record);
         for (int i = 0; i < 3; ++i) {
@@ -275,7 +275,7 @@ struct Tracer : Candidates {
         const uint64_t record = hitRecord(best.sbtGasIndex, best.instanceSbtOffset);
         hit.record = reinterpret_cast<const void*>(record);
         state->sbtData = dataOf(record);
-        return record ? groupOf(record, kGroupHit) : 0;
+        return record ? groupOf(state, record, kGroupHit) : kNoGroup;
     }
 };
 
@@ -321,7 +321,7 @@ SUNSTONE_DEVICE void runMiss(RayState* state) {
     state->hit.transformCount = 0;
     state->sbtData = dataOf(record);
     if (record)
-        sunstone_gpu_miss(state, groupOf(record, kGroupMiss));
+        sunstone_gpu_miss(state, groupOf(state, record, kGroupMiss));
 }
 
 template <bool kWithCustoms>
