@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of bench_gpu_kernels: traversal alone, without user programs. One thread a ray, or persistent
-// warps whose lanes take a new ray when theirs has ended.
+// Kernels of bench_gpu_kernels: traversal alone, without user programs. One thread a ray, or
+// persistent warps whose lanes take a new ray when theirs has ended.
 #include "gpu_traversal.h"
 
 #include "bvh/gpu/traversal.h"

@@ -369,10 +369,12 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.origins = temp + plan.origins;
     job.maxWide = plan.maxWide;
     job.type = plan.type;
-    queueKernels(stream, job);
+    job.searchRadius = 8;
+    job.primitiveCost = 0.3f;
+    queueKernels(stream, job, options.preferFastBuild);
 }
 
-void Builder::queueKernels(CUstream stream, BuildJob& job) const {
+void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
     void* arguments[] = {&job};
     const uint32_t n = job.maxReferences, most = multiprocessors_ * 8;
     if (n != 0) {
@@ -390,11 +392,12 @@ void Builder::queueKernels(CUstream stream, BuildJob& job) const {
             void* passArguments[] = {&job, &pass};
             launch(kSort, stream, (n + kSortTile - 1) / kSortTile, kSortThreads, passArguments);
         }
-        for (TreeMode mode : {kClustered, kRadix}) {
+        const TreeMode first = fast ? kRadix : kClustered;
+        for (TreeMode mode : {first, kRadixByLevel}) {
             void* treeArguments[] = {&job, &mode};
             launch(kHierarchy, stream, (n + 127) / 128, 128, treeArguments);
             launch(kCollapse, stream, blocksFor(n, 512, most), 128, treeArguments);
-            if (mode == kClustered)
+            if (mode == first)
                 launch(kRetry, stream, blocksFor(n, 4096, most), 256, arguments);
         }
         launch(kRecords, stream, blocksFor(n, 256, most * 4), 256, arguments);

@@ -74,7 +74,7 @@ private:
     void check(CUresult result, const char* what) const;
     void launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
                 void** arguments) const;
-    void queueKernels(CUstream stream, BuildJob& job) const;
+    void queueKernels(CUstream stream, BuildJob& job, bool fast) const;
 
     const device::cuda::Driver& driver_;
     CUmodule module_ = nullptr;

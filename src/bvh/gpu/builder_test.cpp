@@ -107,17 +107,26 @@ void expectSameHits(const Structure& cpu, const GpuStructure& gpu, uint32_t rays
     EXPECT_GT(hits, rays / 100);
 }
 
-void compareMesh(const Mesh& mesh, uint32_t rays, uint32_t seed) {
+void compareMesh(const Mesh& mesh, uint32_t rays, uint32_t seed, const BuildOptions& options = {}) {
     const Structure cpu = makeStructure(mesh.input());
-    const GpuStructure gpu = buildOnDevice(mesh.input());
+    const GpuStructure gpu = buildOnDevice(mesh.input(), options);
     expectSound(gpu.header());
     expectSameHits(cpu, gpu, rays, seed);
 }
 
 TEST(GpuBuild, FindsTheHitsOfTheCpu) {
     compareMesh(cube(), 4000, 1);
-    compareMesh(icosphere(3), 20000, 2);
-    compareMesh(soup(3000, 0.1f, 3), 20000, 3);
+    compareMesh(icosphere(2), 10000, 2);
+    compareMesh(soup(1000, 0.1f, 3), 10000, 3);
+}
+
+TEST(GpuBuild, FastBuild) {
+    BuildOptions options;
+    options.preferFastBuild = true;
+    compareMesh(icosphere(2), 5000, 4, options);
+    compareMesh(soup(1200, 0.1f, 5), 10000, 5, options);
+    for (uint32_t count : {1u, 2u, 9u})
+        compareMesh(soup(count, 0.7f, count), 1000, count, options);
 }
 
 TEST(GpuBuild, FewTriangles) {

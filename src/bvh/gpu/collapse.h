@@ -57,7 +57,7 @@ SUNSTONE_BUILDER void putAt(WideChildren& c, uint32_t place, uint32_t ref, const
 }
 
 SUNSTONE_BUILDER uint64_t costsOf(const BuildJob& job, uint32_t ref, const Bounds& box) {
-    return refCount(ref) == 1 ? primitiveCosts(halfArea(box))
+    return refCount(ref) == 1 ? primitiveCosts(job, halfArea(box))
                               : at<const uint64_t>(job.costs)[refIndex(ref)];
 }
 
@@ -90,7 +90,7 @@ SUNSTONE_BUILDER void openByCosts(const BuildJob& job, WideChildren& c) {
     }
 }
 
-// Opens children while there is room: inner ones first, the largest or (radix trees) the highest
+// Opens children while there is room: inner ones first, the largest or (by level) the highest
 // up, then leaves of several primitives. Only a node with nothing left to open has less than eight.
 SUNSTONE_BUILDER void openWhileRoom(const BuildJob& job, TreeMode mode, WideChildren& c) {
     const uint32_t limit = leafLimit(job);
@@ -105,7 +105,7 @@ SUNSTONE_BUILDER void openWhileRoom(const BuildJob& job, TreeMode mode, WideChil
                 continue;
             const bool inner = !isLeaf(c.refs[i], limit);
             const float area =
-                mode == kRadix ? 16.0f - float(levels >> 4 * i & 15u) : halfArea(c.boxes[i]);
+                mode == kRadixByLevel ? 16.0f - float(levels >> 4 * i & 15u) : halfArea(c.boxes[i]);
             if (best == kSlots || inner > bestInner || (inner == bestInner && area > bestArea)) {
                 best = i;
                 bestInner = inner;
@@ -300,7 +300,7 @@ SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob j
     Counters& counters = countersOf(job);
     const uint32_t numActive = counters.numActiveReferences, lane = laneOf(),
                    limit = leafLimit(job);
-    if (numActive == 0 || (mode == kRadix && !counters.tooDeep))
+    if (numActive == 0 || (mode == kRadixByLevel && !counters.tooDeep))
         return;
     bool hasTicket = false;
     uint32_t index = 0, deepest = 0;

@@ -11,7 +11,6 @@
 namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kCosts = 7;
-constexpr float kPrimitiveCost = 0.3f;
 
 struct Costs {
     float of[kCosts]; // of[i]: as i + 1 children
@@ -39,10 +38,10 @@ SUNSTONE_BUILDER uint64_t packCosts(const Costs& c) {
     return word;
 }
 
-SUNSTONE_BUILDER uint64_t primitiveCosts(float area) {
+SUNSTONE_BUILDER uint64_t primitiveCosts(const BuildJob& job, float area) {
     Costs c;
     for (uint32_t i = 0; i < kCosts; ++i)
-        c.of[i] = mul(area, kPrimitiveCost);
+        c.of[i] = mul(area, job.primitiveCost);
     return packCosts(c);
 }
 
@@ -63,14 +62,14 @@ SUNSTONE_BUILDER float shareSlots(const Costs& left, const Costs& right, uint32_
 }
 
 // Of a new node; count: of its primitives, 0 if too many for a leaf.
-SUNSTONE_BUILDER uint64_t joinCosts(float area, uint32_t count, uint64_t leftWord,
-                                    uint64_t rightWord) {
+SUNSTONE_BUILDER uint64_t joinCosts(const BuildJob& job, float area, uint32_t count,
+                                    uint64_t leftWord, uint64_t rightWord) {
     const Costs left = unpackCosts(leftWord), right = unpackCosts(rightWord);
     uint32_t unused;
     Costs c;
     c.of[0] = add(area, shareSlots(left, right, 8, unused));
     if (count)
-        c.of[0] = smaller(c.of[0], mul(area, mul(kPrimitiveCost, float(count))));
+        c.of[0] = smaller(c.of[0], mul(area, mul(job.primitiveCost, float(count))));
 #pragma unroll
     for (uint32_t i = 1; i < kCosts; ++i)
         c.of[i] = smaller(c.of[i - 1], shareSlots(left, right, i + 1, unused));

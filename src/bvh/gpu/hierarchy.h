@@ -19,7 +19,6 @@ namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kHierarchyThreads = 128;
 constexpr uint32_t kClusters = 16;
-constexpr uint32_t kSearchRadius = 8;
 
 // How high up the radix tree two neighbours part; the codes first, then the places.
 SUNSTONE_BUILDER uint64_t partingOf(const uint64_t* keys, uint32_t i) {
@@ -75,10 +74,10 @@ SUNSTONE_BUILDER uint32_t placeOfBit(uint32_t mask, uint32_t n) {
 
 // The lane whose cluster makes the smallest box with this lane's. Pairs have a total order, so that
 // at least one pair chooses one another.
-SUNSTONE_BUILDER uint32_t nearestCluster(const Bounds& box, uint32_t count) {
+SUNSTONE_BUILDER uint32_t nearestCluster(const Bounds& box, uint32_t count, uint32_t radius) {
     const uint32_t lane = laneOf();
     uint64_t best = ~0ull;
-    for (uint32_t r = 1; r <= kSearchRadius; ++r) {
+    for (uint32_t r = 1; r <= radius; ++r) {
         const float area = halfArea(unite(box, shuffleDown(box, r)));
         const uint32_t areaBits = lane + r < count ? bitsOf(area) & 0x7FFFFFFFu : ~0u;
         const uint32_t areaBefore = __shfl_up_sync(kWholeWarp, areaBits, r);
@@ -98,7 +97,7 @@ SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds&
                                      unsigned long long& costs, uint32_t count) {
     const uint32_t lane = laneOf();
     const bool valid = lane < count;
-    const uint32_t found = nearestCluster(box, count);
+    const uint32_t found = nearestCluster(box, count, job.searchRadius);
     const uint32_t nearest = valid ? found & 31u : lane;
     const uint32_t back = __shfl_sync(kWholeWarp, nearest, int(nearest));
     const bool mutual = valid && back == lane && nearest != lane;
@@ -116,7 +115,7 @@ SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds&
         box = unite(box, other);
         storeNode(job, index, box, ref, otherRef);
         const uint32_t primitives = joinCounts(ref, otherRef);
-        costs = joinCosts(halfArea(box), primitives <= leafLimit(job) ? primitives : 0, costs,
+        costs = joinCosts(job, halfArea(box), primitives <= leafLimit(job) ? primitives : 0, costs,
                           otherCosts);
         at<uint64_t>(job.costs)[index] = costs;
         ref = primitives << kRefCountShift | index;
@@ -152,7 +151,7 @@ SUNSTONE_BUILDER void mergeClusters(const BuildJob& job, ClusterRange range, boo
     Bounds box = lane < count ? loadBounds(job, ref) : emptyBounds();
     unsigned long long costs = 0;
     if (lane < count)
-        costs = refCount(ref) == 1 ? primitiveCosts(halfArea(box))
+        costs = refCount(ref) == 1 ? primitiveCosts(job, halfArea(box))
                                    : loadFresh(at<uint64_t>(job.costs) + refIndex(ref));
     const uint32_t wanted = toOne ? 1 : kClusters;
     while (count > wanted)
@@ -204,7 +203,7 @@ SUNSTONE_BUILDER bool climb(const uint64_t* keys, uint32_t* parents, uint32_t co
 SUNSTONE_BUILDER void joinHalves(const BuildJob& job, ClusterRange range, bool whole) {
     volatile uint32_t* const clusters = at<volatile uint32_t>(job.values[1]);
     const uint32_t left = clusters[range.first], right = clusters[range.split];
-    const uint32_t index = atomicAdd(&countersOf(job).nextNode, 1u);
+    const uint32_t index = range.split - 1; // where the tree parts, once for each node
     storeNode(job, index, unite(loadBounds(job, left), loadBounds(job, right)), left, right);
     const uint32_t ref = joinCounts(left, right) << kRefCountShift | index;
     clusters[range.first] = ref;
@@ -233,7 +232,7 @@ SUNSTONE_KERNEL sunstone_retry(BuildJob job) {
 SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads)
     sunstone_hierarchy(BuildJob job, TreeMode mode) {
     Counters& counters = countersOf(job);
-    if (mode == kRadix && !counters.tooDeep)
+    if (mode == kRadixByLevel && !counters.tooDeep)
         return;
     const uint32_t count = counters.numActiveReferences;
     const uint32_t self = globalThread();
@@ -257,7 +256,7 @@ SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads)
             climbing = climb(keys, parents, count, range);
         __threadfence();
         const bool whole = climbing && range.first == 0 && range.last == count - 1;
-        if (mode == kRadix) {
+        if (mode != kClustered) {
             if (climbing)
                 joinHalves(job, range, whole);
         } else {

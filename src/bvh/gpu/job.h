@@ -73,11 +73,12 @@ struct Counters {
     uint32_t splitBins[kSplitBins]; // how many triangles have a priority
 };
 
-// How a binary tree is made and collapsed. Clustering may make trees as deep as their primitives
-// are many, if someone wants them to. Then, and only then, the second run of the same kernels makes
-// the plain radix tree of the Morton codes (48 bits, and 30 of the place) and opens children level
-// by level, which takes at least three of its levels for one of wide nodes: 26 at most.
-enum TreeMode : uint32_t { kClustered = 0, kRadix = 1 };
+// How a binary tree is made and which nodes are opened. PREFER_FAST_BUILD takes the radix tree of
+// the Morton codes as it is. Both kinds of trees may be too deep for traversal, if someone wants
+// them to. Then, and only then, a second run of the same kernels makes the radix tree (48 bits, and
+// 30 of the place) and opens it level by level, which takes at least three of its levels for one of
+// wide nodes: 26 at most.
+enum TreeMode : uint32_t { kClustered, kRadix, kRadixByLevel };
 
 struct BuildJob {
     uint64_t output, compacted;
@@ -96,7 +97,8 @@ struct BuildJob {
     uint64_t order;      // reference of each primitive record
     uint32_t numInputs, numPrimitives, maxReferences, maxWide;
     BlockType type;
-    uint32_t openLevels; // of instances
+    uint32_t searchRadius; // of clusters, to either side
+    float primitiveCost;   // of a test, where a step into a node costs 1
 };
 
 } // namespace sunstone::bvh::gpu

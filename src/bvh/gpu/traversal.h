@@ -126,6 +126,7 @@ SUNSTONE_GPU_INLINE void testNode(const U4* node, const float origin[3], const B
     // Lower planes: planes0.xy, .zw, planes1.xy; upper: planes1.zw, planes2.xy, .zw.
     const bool downX = ray.inverse[0] < 0, downY = ray.inverse[1] < 0, downZ = ray.inverse[2] < 0;
     uint32_t hits = 0;
+#pragma unroll
     for (int half = 0; half < 2; ++half) {
         const uint32_t lowX = half ? planes0.y : planes0.x, highX = half ? planes1.w : planes1.z;
         const uint32_t lowY = half ? planes0.w : planes0.z, highY = half ? planes2.y : planes2.x;
@@ -139,6 +140,7 @@ SUNSTONE_GPU_INLINE void testNode(const U4* node, const float origin[3], const B
         const uint32_t innerMask = (isInner >> 4) * 0xFFu;
         const uint32_t place = (meta ^ (ray.octant & innerMask)) & 0x1F1F1F1Fu;
         const uint32_t bits = meta >> 5 & 0x07070707u;
+#pragma unroll
         for (uint32_t k = 0; k < 4; ++k) {
             const uint32_t selector = 0x7604u | k << 4;
             const auto plane = [&](uint32_t bytes, float s, float c) {
