@@ -14,7 +14,8 @@ using compiler::GpuGroup;
 using compiler::ProgramKind;
 
 struct Options {
-    unsigned graphFlags = 1; // ALLOW_SINGLE_GAS
+    unsigned graphFlags = 1;  // ALLOW_SINGLE_GAS
+    bool oneHitGroup = false; // any-hit and closest-hit programs make one group, the closest-hit's
     compiler::GpuTarget target = {90, 80};
 };
 
@@ -84,6 +85,12 @@ inline std::string compile(const std::string& text, const Options& options = {})
         wanted.moduleRules = module->moduleRules;
         request.pipeline.programs.push_back(std::move(wanted));
     }
+    if (options.oneHitGroup)
+        for (GpuGroup& group : request.groups)
+            for (const GpuGroup& other : request.groups)
+                if (group.kind == devlib::kGroupHit && group.main != GpuGroup::kNone &&
+                    other.anyHit != GpuGroup::kNone)
+                    group.anyHit = other.anyHit;
     const uint32_t graph = options.graphFlags == 1 ? 0 : options.graphFlags & 2 ? 1 : 2;
     request.constants = {{"sunstone_gpu_hasAnyHit", anyHit},
                          {"sunstone_gpu_hasIntersection", intersection},

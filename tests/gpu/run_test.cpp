@@ -2,12 +2,16 @@
 // The kernel of a GPU pipeline on the CPU device, which runs PTX too: launch indices, records and
 // what the launch reports. So the code for GPUs is tested where there is none.
 #include "bvh/gpu/test_device.h"
+#include "bvh/kernels.h"
 #include "devlib/gpu/launch_block.h"
 #include "gpu/pipelines.h"
+#include "gpu/rays.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <fstream>
+#include <sstream>
 #include <vector>
 
 namespace sunstone {
@@ -32,37 +36,59 @@ Record recordOf(uint32_t group, devlib::GroupKind kind) {
     return record;
 }
 
-// Launches the pipeline of a module; params is one address.
-devlib::LaunchReport launch(const std::string& module, const Record& raygenRecord, void* output,
+// A pipeline's kernel, loaded into the CPU device.
+class Kernel {
+public:
+    explicit Kernel(const std::string& module, const Options& options = {}) {
+        const std::string ptx = compile(module, options);
+        EXPECT_EQ(driver().moduleLoadDataEx(&module_, ptx.c_str(), 0, nullptr, nullptr),
+                  CUDA_SUCCESS);
+        EXPECT_EQ(driver().moduleGetFunction(&function_, module_, compiler::kGpuKernel),
+                  CUDA_SUCCESS);
+    }
+    ~Kernel() { driver().moduleUnload(module_); }
+    Kernel(const Kernel&) = delete;
+
+    // Runs with this block, of which the caller has set what depends on the test.
+    devlib::LaunchReport launch(const devlib::LaunchBlock& prepared, uint32_t width,
+                                uint32_t height = 1, uint32_t depth = 1) const {
+        Buffer memory(sizeof(prepared));
+        std::memcpy(memory.data(), &prepared, sizeof(prepared));
+        auto& block = *static_cast<devlib::LaunchBlock*>(memory.data());
+        block.launch.dimensions[0] = width;
+        block.launch.dimensions[1] = height;
+        block.launch.dimensions[2] = depth;
+        block.launch.maxTraceDepth = 1;
+        block.report = {devlib::kNoReport, devlib::kNoReport, devlib::kNoReport};
+        block.firstGroup = kFirstGroup - 1;
+        const uint32_t tiles = (width + 7) / 8 * ((height + 3) / 4) * depth;
+        const uint32_t threads = height == 1 ? width * depth : tiles * 32;
+        constexpr uint32_t kThreads = devlib::kGpuBlockThreads;
+        CUdeviceptr address = memory.address();
+        void* arguments[] = {&address};
+        EXPECT_EQ(driver().launchKernel(function_, (threads + kThreads - 1) / kThreads, 1, 1,
+                                        kThreads, 1, 1, 0, nullptr, arguments, nullptr),
+                  CUDA_SUCCESS);
+        EXPECT_EQ(driver().ctxSynchronize(), CUDA_SUCCESS);
+        return block.report;
+    }
+
+private:
+    static const device::cuda::Driver& driver() { return Device::get().driver(); }
+    CUmodule module_ = nullptr;
+    CUfunction function_ = nullptr;
+};
+
+// Launches with one record, for ray generation; params is one address.
+devlib::LaunchReport launch(const Kernel& kernel, const Record& raygenRecord, void* output,
                             uint32_t width, uint32_t height, uint32_t depth) {
-    const auto& driver = Device::get().driver();
-    const std::string ptx = compile(module);
-    CUmodule loaded = nullptr;
-    CUfunction kernel = nullptr;
-    EXPECT_EQ(driver.moduleLoadDataEx(&loaded, ptx.c_str(), 0, nullptr, nullptr), CUDA_SUCCESS);
-    EXPECT_EQ(driver.moduleGetFunction(&kernel, loaded, compiler::kGpuKernel), CUDA_SUCCESS);
-    Buffer record(sizeof(Record)), memory(sizeof(devlib::LaunchBlock), 0), params(16, 0);
+    Buffer record(sizeof(Record)), params(16, 0);
     std::memcpy(record.data(), &raygenRecord, sizeof(Record));
     std::memcpy(params.data(), &output, sizeof(output));
-    auto& block = *static_cast<devlib::LaunchBlock*>(memory.data());
+    devlib::LaunchBlock block{};
     block.launch.params = params.data();
-    block.launch.dimensions[0] = width;
-    block.launch.dimensions[1] = height;
-    block.launch.dimensions[2] = depth;
     block.launch.sbt.raygenRecord = record.address();
-    block.report = {devlib::kNoReport, devlib::kNoReport, devlib::kNoReport};
-    block.firstGroup = kFirstGroup - 1;
-    const uint32_t tiles = (width + 7) / 8 * ((height + 3) / 4) * depth;
-    const uint32_t threads = height == 1 ? width * depth : tiles * 32;
-    CUdeviceptr address = memory.address();
-    void* arguments[] = {&address};
-    EXPECT_EQ(driver.launchKernel(
-                  kernel, (threads + devlib::kGpuBlockThreads - 1) / devlib::kGpuBlockThreads, 1, 1,
-                  devlib::kGpuBlockThreads, 1, 1, 0, nullptr, arguments, nullptr),
-              CUDA_SUCCESS);
-    EXPECT_EQ(driver.ctxSynchronize(), CUDA_SUCCESS);
-    driver.moduleUnload(loaded);
-    return block.report;
+    return kernel.launch(block, width, height, depth);
 }
 
 // Adds 1 to the word of each launch index, and the record's first word times 16.
@@ -86,12 +112,13 @@ const char* const kCount = R"(
 TEST(GpuRun, EveryLaunchIndexRunsOnce) {
     Record record = recordOf(kFirstGroup, devlib::kGroupRaygen);
     record.data[0] = 3;
+    const Kernel kernel(raygen(kCount));
     const uint32_t sizes[][3] = {{1, 1, 1}, {100, 1, 1}, {13, 7, 1}, {64, 4, 3}, {5, 1, 9}};
     for (const auto& size : sizes) {
         const uint32_t count = size[0] * size[1] * size[2];
         Buffer output(count * 4 + 64, 0);
         const devlib::LaunchReport report =
-            launch(raygen(kCount), record, output.data(), size[0], size[1], size[2]);
+            launch(kernel, record, output.data(), size[0], size[1], size[2]);
         EXPECT_EQ(report.fatal, devlib::kNoReport);
         EXPECT_EQ(report.unseen, devlib::kNoReport);
         const auto* words = static_cast<const uint32_t*>(output.data());
@@ -104,8 +131,9 @@ TEST(GpuRun, EveryLaunchIndexRunsOnce) {
 
 TEST(GpuRun, RecordsOfOtherGroupsAreReported) {
     Buffer output(256, 0);
+    const Kernel kernel(raygen(kCount));
     const auto failureOf = [&](const Record& record) {
-        return launch(raygen(kCount), record, output.data(), 4, 4, 1).fatal;
+        return launch(kernel, record, output.data(), 4, 4, 1).fatal;
     };
     const uint64_t wanted = uint32_t(devlib::kFatalRaygenRecord); // at index 0
     EXPECT_EQ(failureOf(recordOf(kFirstGroup - 1, devlib::kGroupRaygen)), wanted);
@@ -117,17 +145,109 @@ TEST(GpuRun, RecordsOfOtherGroupsAreReported) {
 
 TEST(GpuRun, ExceptionsNobodySeesAreReported) {
     Buffer output(256, 0);
-    const std::string throws = raygen(R"(
+    const Kernel throws(raygen(R"(
     mov.u32 %r2, 77;
     call _optix_throw_exception_0, (%r2);
-)");
+)"));
     const Record record = recordOf(kFirstGroup, devlib::kGroupRaygen);
     const devlib::LaunchReport report = launch(throws, record, output.data(), 9, 2, 1);
     EXPECT_EQ(report.unseen, 77u); // of launch index 0
     EXPECT_EQ(report.fatal, devlib::kNoReport);
     const devlib::LaunchReport trapped =
-        launch(raygen("    trap;\n"), record, output.data(), 2, 1, 1);
+        launch(Kernel(raygen("    trap;\n")), record, output.data(), 2, 1, 1);
     EXPECT_EQ(trapped.fatal, uint64_t(uint32_t(devlib::kExceptionTrap)));
+}
+
+// Rays from all around a rough sphere.
+std::vector<TestRay> raysAround(uint32_t count) {
+    std::vector<TestRay> rays;
+    uint32_t state = 1;
+    const auto number = [&] {
+        state = state * 1664525u + 1013904223u;
+        return float(state >> 8) * 0x1p-23f - 1;
+    };
+    for (uint32_t i = 0; i < count; ++i) {
+        TestRay ray{{number() * 4, number() * 4, number() * 4}, 0, {}, 1e16f};
+        for (int k = 0; k < 3; ++k)
+            ray.direction[k] = number() * 0.8f - ray.origin[k];
+        rays.push_back(ray);
+    }
+    return rays;
+}
+
+std::vector<TestHit> trace(const Kernel& kernel, uint64_t handle, const std::vector<TestRay>& rays,
+                           unsigned flags) {
+    const auto count = uint32_t(rays.size());
+    Buffer rayMemory(count * sizeof(TestRay)), hits(count * sizeof(TestHit)),
+        params(sizeof(TestParams)), records(3 * sizeof(Record));
+    std::memcpy(rayMemory.data(), rays.data(), rayMemory.size());
+    const TestParams values = {static_cast<const TestRay*>(rayMemory.data()),
+                               static_cast<TestHit*>(hits.data()), handle, flags};
+    std::memcpy(params.data(), &values, sizeof(values));
+    // The programs' numbers are their places in the file.
+    const Record all[] = {recordOf(kFirstGroup, devlib::kGroupRaygen),
+                          recordOf(kFirstGroup + 1, devlib::kGroupMiss),
+                          recordOf(kFirstGroup + 2, devlib::kGroupHit)};
+    std::memcpy(records.data(), all, sizeof(all));
+    devlib::LaunchBlock block{};
+    block.launch.params = params.data();
+    devlib::SbtView& sbt = block.launch.sbt;
+    sbt.raygenRecord = records.address();
+    sbt.missBase = sbt.raygenRecord + sizeof(Record);
+    sbt.hitBase = sbt.missBase + sizeof(Record);
+    sbt.missStride = sbt.hitStride = sizeof(Record);
+    sbt.missCount = sbt.hitCount = 1;
+    const devlib::LaunchReport report = kernel.launch(block, count);
+    EXPECT_EQ(report.fatal, devlib::kNoReport);
+    const auto* found = static_cast<const TestHit*>(hits.data());
+    return {found, found + count};
+}
+
+TEST(GpuRun, TracesFindWhatTheTraversalFinds) {
+    std::ifstream file(TEST_RAYS_PTX);
+    std::stringstream text;
+    text << file.rdbuf();
+    Options options;
+    options.oneHitGroup = true;
+    const Kernel kernel(text.str(), options);
+    const bvh::testing::Mesh mesh = bvh::testing::roughSphere(4, 7);
+    const bvh::gpu::testing::GpuStructure structure =
+        bvh::gpu::testing::buildOnDevice(mesh.input());
+    const std::vector<TestRay> rays = raysAround(3000);
+
+    constexpr unsigned kDisableAnyHit = 1;
+    size_t count = 0;
+    std::vector<TestHit> hits = trace(kernel, structure.handle(), rays, kDisableAnyHit);
+    for (size_t i = 0; i < rays.size(); ++i) {
+        bvh::QueryRay query{};
+        for (int k = 0; k < 3; ++k) {
+            query.origin[k] = rays[i].origin[k];
+            query.direction[k] = rays[i].direction[k];
+        }
+        query.tmin = rays[i].tmin;
+        query.tmax = rays[i].tmax;
+        bvh::QueryHit wanted{};
+        const bool found = bvh::gpu::testing::nearest(structure.handle(), query, wanted);
+        count += found;
+        ASSERT_EQ(hits[i].primitive, found ? wanted.primitive : ~0u) << i;
+        ASSERT_EQ(hits[i].t, found ? wanted.t : rays[i].tmax) << i;
+        ASSERT_EQ(hits[i].asked, 0u);
+        if (found) {
+            ASSERT_EQ(hits[i].u, wanted.u) << i;
+            ASSERT_EQ(hits[i].v, wanted.v) << i;
+        }
+    }
+    EXPECT_GT(count, rays.size() / 4);
+
+    const std::vector<TestHit> filtered = trace(kernel, structure.handle(), rays, 0);
+    for (size_t i = 0; i < rays.size(); ++i) {
+        if (filtered[i].primitive != ~0u)
+            ASSERT_EQ(filtered[i].primitive % 2, 0u) << i;
+        if (hits[i].primitive % 2 == 0)
+            ASSERT_EQ(filtered[i].primitive, hits[i].primitive) << i;
+        if (hits[i].primitive != ~0u)
+            ASSERT_GT(filtered[i].asked, 0u) << i;
+    }
 }
 
 } // namespace
