@@ -451,6 +451,8 @@ typedef enum CUjitInputType_enum {
     CU_JIT_INPUT_FATBINARY = 2,
     CU_JIT_INPUT_OBJECT = 3,
     CU_JIT_INPUT_LIBRARY = 4,
+    CU_JIT_INPUT_NVVM = 5,
+    CU_JIT_NUM_INPUT_TYPES = 6,
 } CUjitInputType;
 
 typedef struct CUDA_MEMCPY2D_st {
@@ -573,6 +575,9 @@ typedef size_t(CUDA_CB* CUoccupancyB2DSize)(int blockSize);
 #define cuCtxPushCurrent cuCtxPushCurrent_v2
 #define cuCtxPopCurrent cuCtxPopCurrent_v2
 #define cuModuleGetGlobal cuModuleGetGlobal_v2
+#define cuLinkCreate cuLinkCreate_v2
+#define cuLinkAddData cuLinkAddData_v2
+#define cuLinkAddFile cuLinkAddFile_v2
 #define cuMemGetInfo cuMemGetInfo_v2
 #define cuMemAlloc cuMemAlloc_v2
 #define cuMemAllocPitch cuMemAllocPitch_v2
@@ -711,6 +716,13 @@ CUresult cuModuleLoadDataEx(CUmodule* module, const void* image, unsigned int nu
                             CUjit_option* options, void** values);
 CUresult cuModuleLoadFatBinary(CUmodule* module, const void* image);
 CUresult cuModuleUnload(CUmodule module);
+CUresult cuLinkCreate(unsigned int count, CUjit_option* options, void** values, CUlinkState* state);
+CUresult cuLinkAddData(CUlinkState state, CUjitInputType type, void* data, size_t size,
+                       const char* name, unsigned int count, CUjit_option* options, void** values);
+CUresult cuLinkAddFile(CUlinkState state, CUjitInputType type, const char* path,
+                       unsigned int count, CUjit_option* options, void** values);
+CUresult cuLinkComplete(CUlinkState state, void** image, size_t* size);
+CUresult cuLinkDestroy(CUlinkState state);
 CUresult cuModuleGetFunction(CUfunction* function, CUmodule module, const char* name);
 CUresult cuModuleGetFunctionCount(unsigned int* count, CUmodule module);
 CUresult cuModuleEnumerateFunctions(CUfunction* functions, unsigned int count, CUmodule module);

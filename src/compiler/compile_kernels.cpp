@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cstring>
 #include <exception>
+#include <map>
 
 namespace sunstone::compiler {
 
@@ -59,17 +60,45 @@ bool isMemory(const ptx::Variable& variable) {
            (variable.space == ptx::Space::kGlobal || variable.space == ptx::Space::kConst);
 }
 
-// All variables of the module, those inside functions too.
-std::vector<VariableId> variablesOf(const ptx::Module& module) {
+// All variables of the modules, those inside functions too.
+std::vector<VariableId> variablesOf(const KernelModules& modules) {
     std::vector<VariableId> ids;
-    for (uint32_t i = 0; i < module.variables.size(); ++i)
-        if (isMemory(module.variables[i]))
-            ids.push_back({0, VariableId::kModuleScope, i});
-    for (uint32_t f = 0; f < module.functions.size(); ++f)
-        for (uint32_t i = 0; i < module.functions[f].variables.size(); ++i)
-            if (isMemory(module.functions[f].variables[i]))
-                ids.push_back({0, f, i});
+    for (uint32_t m = 0; m < modules.size(); ++m) {
+        const ptx::Module& module = *modules[m];
+        for (uint32_t i = 0; i < module.variables.size(); ++i)
+            if (isMemory(module.variables[i]))
+                ids.push_back({m, VariableId::kModuleScope, i});
+        for (uint32_t f = 0; f < module.functions.size(); ++f)
+            for (uint32_t i = 0; i < module.functions[f].variables.size(); ++i)
+                if (isMemory(module.functions[f].variables[i]))
+                    ids.push_back({m, f, i});
+    }
     return ids;
+}
+
+// The kernels of all modules. Templates make one and the same weak kernel in several.
+std::vector<KernelInfo> describeKernels(const KernelModules& modules) {
+    std::vector<KernelInfo> kernels;
+    std::map<std::string_view, bool> weak;
+    for (const auto& module : modules)
+        for (const ptx::Function& function : module->functions) {
+            if (!function.isEntry || !function.hasBody)
+                continue;
+            const bool isWeak = function.linkage == ptx::Linkage::kWeak;
+            const auto [known, isNew] = weak.emplace(function.name, isWeak);
+            if (isNew || modules.size() == 1)
+                kernels.push_back(describeKernel(function));
+            else if (!isWeak && !known->second)
+                fail(ErrorCode::kLinkError, "kernel \"", function.name, "\" is defined twice");
+        }
+    return kernels;
+}
+
+std::vector<const ptx::Module*> pointersOf(const KernelModules& modules) {
+    std::vector<const ptx::Module*> pointers;
+    for (const auto& module : modules)
+        pointers.push_back(module.get());
+    return pointers;
 }
 
 // What compiling kernels found out, beside their code.
@@ -115,8 +144,8 @@ struct KernelObject {
 // One piece: kernels, variables, or all of a module.
 class KernelCompilation {
 public:
-    KernelCompilation(const ptx::Module& module, DebugLevel debugLevel, Variables home)
-        : module_(module), debugLevel_(debugLevel), home_(home),
+    KernelCompilation(const KernelModules& modules, DebugLevel debugLevel, Variables home)
+        : modules_(modules), debugLevel_(debugLevel), home_(home),
           level_(debugLevel == DebugLevel::kFull ? OptLevel::k0 : OptLevel::k3), machine_(level_) {
         begin();
     }
@@ -135,7 +164,7 @@ public:
             if (!info.unsupported.empty())
                 continue;
             try {
-                llvm::Function* kernel = unit_->declare(module_, *module_.findFunction(info.name));
+                llvm::Function* kernel = declare(info.name);
                 kernel->setLinkage(llvm::GlobalValue::ExternalLinkage);
                 kernel->setName(kKernelPrefix + info.name);
                 kernel->setDSOLocal(true);
@@ -175,14 +204,22 @@ public:
     }
 
 private:
+    llvm::Function* declare(const std::string& name) {
+        for (const auto& module : modules_)
+            if (const ptx::Function* kernel = module->findFunction(name); kernel && kernel->hasBody)
+                return unit_->declare(*module, *kernel);
+        fail(ErrorCode::kInternal, "no kernel ", name);
+    }
+
     void begin() {
-        unit_ = std::make_unique<Unit>(Flavor::kKernel, PipelineRules{},
-                                       std::vector<const ptx::Module*>{&module_}, home_);
-        unit_->setOptions(module_, nullptr, debugLevel_);
+        unit_ =
+            std::make_unique<Unit>(Flavor::kKernel, PipelineRules{}, pointersOf(modules_), home_);
+        for (const auto& module : modules_)
+            unit_->setOptions(*module, nullptr, debugLevel_);
         prepare(*unit_, machine_);
     }
 
-    const ptx::Module& module_;
+    const KernelModules& modules_;
     const DebugLevel debugLevel_;
     const Variables home_;
     const OptLevel level_;
@@ -193,11 +230,10 @@ private:
 
 class KernelModuleImpl : public KernelModule {
 public:
-    KernelModuleImpl(std::shared_ptr<const ptx::Module> module, const KernelOptions& options)
-        : module_(std::move(module)), options_(options), isWhole_(callsThroughPointers(*module_)) {
-        for (const ptx::Function& function : module_->functions)
-            if (function.isEntry && function.hasBody)
-                kernels_.push_back(describeKernel(function));
+    KernelModuleImpl(KernelModules modules, const KernelOptions& options)
+        : modules_(std::move(modules)), options_(options),
+          isWhole_(modules_.size() > 1 || callsThroughPointers(*modules_[0])),
+          kernels_(describeKernels(modules_)) {
         ready_.resize(kernels_.size());
         if (isWhole_)
             loadWhole();
@@ -246,9 +282,10 @@ public:
 
 private:
     const ptx::Variable& variableOf(const VariableId& id) const {
+        const ptx::Module& module = *modules_[id.module];
         return id.function == VariableId::kModuleScope
-                   ? module_->variables[id.index]
-                   : module_->functions[id.function].variables[id.index];
+                   ? module.variables[id.index]
+                   : module.functions[id.function].variables[id.index];
     }
 
     std::string keyOf(std::string_view what) const {
@@ -256,7 +293,8 @@ private:
         digest.add(buildId());
         digest.add(targetDescription());
         digest.add(uint64_t(checks("memory")));
-        digest.add(module_->text);
+        for (const auto& module : modules_)
+            digest.add(module->text);
         digest.add(uint64_t(options_.debugLevel));
         digest.add(what);
         return digest.take();
@@ -285,7 +323,7 @@ private:
     KernelObject obtainKernel(size_t index) const {
         return obtain(kKernelPrefix + kernels_[index].name, {kernels_[index]},
                       [&](std::vector<KernelInfo>& kernels, StepTimes& times) {
-                          KernelCompilation compilation(*module_, options_.debugLevel,
+                          KernelCompilation compilation(modules_, options_.debugLevel,
                                                         Variables::kReferenced);
                           if (!compilation.addKernels(kernels))
                               return CodeObject();
@@ -294,12 +332,12 @@ private:
     }
 
     void loadVariables() {
-        const std::vector<VariableId> ids = variablesOf(*module_);
+        const std::vector<VariableId> ids = variablesOf(modules_);
         if (ids.empty())
             return;
         const KernelObject made =
             obtain("variables", {}, [&](std::vector<KernelInfo>& kernels, StepTimes& times) {
-                KernelCompilation compilation(*module_, options_.debugLevel, Variables::kDefined);
+                KernelCompilation compilation(modules_, options_.debugLevel, Variables::kDefined);
                 compilation.addVariables(ids);
                 return compilation.finish(kernels, times);
             });
@@ -309,10 +347,10 @@ private:
     void loadWhole() {
         const KernelObject made =
             obtain("module", kernels_, [&](std::vector<KernelInfo>& kernels, StepTimes& times) {
-                KernelCompilation compilation(*module_, options_.debugLevel, Variables::kDefined);
+                KernelCompilation compilation(modules_, options_.debugLevel, Variables::kDefined);
                 while (!compilation.addKernels(kernels)) {
                 }
-                compilation.addVariables(variablesOf(*module_));
+                compilation.addVariables(variablesOf(modules_));
                 return compilation.finish(kernels, times);
             });
         kernels_ = made.kernels;
@@ -334,7 +372,7 @@ private:
         code_.push_back(loadObject(made.object, symbols, {}));
         for (const VariableId& id : made.object.variables) {
             addresses_[id] = code_.back()->address(id.symbol());
-            table_.add({module_.get()}, id, addresses_[id]);
+            table_.add(pointersOf(modules_), id, addresses_[id]);
         }
         return *code_.back();
     }
@@ -353,7 +391,7 @@ private:
         ready_[index] = true;
     }
 
-    const std::shared_ptr<const ptx::Module> module_;
+    const KernelModules modules_;
     const KernelOptions options_;
     const bool isWhole_;
     std::vector<KernelInfo> kernels_;
@@ -365,17 +403,26 @@ private:
 
 } // namespace
 
-std::unique_ptr<KernelModule> openKernels(std::shared_ptr<const ptx::Module> module,
+std::unique_ptr<KernelModule> openKernels(const KernelModules& modules,
                                           const KernelOptions& options) {
-    if (!module)
+    if (modules.empty() || std::find(modules.begin(), modules.end(), nullptr) != modules.end())
         fail(ErrorCode::kInvalidValue, "no module");
-    return std::make_unique<KernelModuleImpl>(std::move(module), options);
+    return std::make_unique<KernelModuleImpl>(modules, options);
+}
+
+void checkKernels(const KernelModules& modules) {
+    std::vector<KernelInfo> kernels = describeKernels(modules);
+    KernelCompilation compilation(modules, DebugLevel::kMinimal, Variables::kDefined);
+    while (!compilation.addKernels(kernels)) {
+    }
+    compilation.addVariables(variablesOf(modules));
 }
 
 std::unique_ptr<KernelCode> compileKernels(std::shared_ptr<const ptx::Module> module) {
     if (!module)
         fail(ErrorCode::kInvalidValue, "no module");
-    auto code = std::make_unique<KernelModuleImpl>(std::move(module), KernelOptions{});
+    auto code =
+        std::make_unique<KernelModuleImpl>(KernelModules{std::move(module)}, KernelOptions{});
     code->prepareAll();
     return code;
 }

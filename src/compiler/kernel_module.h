@@ -3,7 +3,8 @@
 // modules and launch few of their kernels. Each kernel is a piece of its own with what it calls,
 // kept in a store; the variables of the module are one more, made at once, as the host may ask for
 // any. Where a module calls functions through pointers, which kernel reaches what is not known:
-// then all its kernels are one piece.
+// then all its kernels are one piece. So are those of a program of several modules, as a device
+// linker makes it of relocatable code: what is extern in one is defined in another.
 #pragma once
 
 #include "compiler/compiler.h"
@@ -27,8 +28,18 @@ public:
     forEachVariable(const std::function<void(void* address, uint64_t bytes)>& visit) const = 0;
 };
 
-std::unique_ptr<KernelModule> openKernels(std::shared_ptr<const ptx::Module> module,
+using KernelModules = std::vector<std::shared_ptr<const ptx::Module>>;
+
+// Throws kLinkError where a symbol of several modules is missing or defined twice.
+std::unique_ptr<KernelModule> openKernels(const KernelModules& modules,
                                           const KernelOptions& options = {});
+inline std::unique_ptr<KernelModule> openKernels(std::shared_ptr<const ptx::Module> module,
+                                                 const KernelOptions& options = {}) {
+    return openKernels(KernelModules{std::move(module)}, options);
+}
+
+// Throws what openKernels would throw for symbols and instructions; makes no code.
+void checkKernels(const KernelModules& modules);
 
 // The level that the module itself asks for: full where it was compiled for debugging
 // (`.target ..., debug`).

@@ -23,6 +23,11 @@ unsigned scalarBits(const ptx::Variable& variable) {
     return variable.type == ptx::Type::kPred ? 1 : ptx::sizeOf(variable.type) * 8;
 }
 
+// One of several definitions stands for all.
+bool isWeak(const ptx::Variable& variable) {
+    return variable.linkage == ptx::Linkage::kWeak || variable.linkage == ptx::Linkage::kCommon;
+}
+
 bool isDefined(const ptx::Variable& variable) {
     return variable.linkage != ptx::Linkage::kExtern;
 }
@@ -87,9 +92,7 @@ void Unit::collect(const ptx::Module& module) {
             entry = &variable;
         if (isDefined(variable) && variable.linkage != ptx::Linkage::kInternal &&
             variable.space != ptx::Space::kShared && !isLaunchParams(variable))
-            publish(variable.name, {&module, nullptr, &variable,
-                                    variable.linkage == ptx::Linkage::kWeak ||
-                                        variable.linkage == ptx::Linkage::kCommon});
+            publish(variable.name, {&module, nullptr, &variable, isWeak(variable)});
     }
 }
 
@@ -338,9 +341,10 @@ llvm::Constant* Unit::variable(const ptx::Module& from, std::string_view name,
     const ptx::Variable* variable = findVariable(from, name);
     if (!variable)
         failAt(ErrorCode::kInvalidPtx, location, "\"", name, "\" is not declared");
-    if (isDefined(*variable))
-        return addVariable(from, *variable);
     const Definition* definition = published(name);
+    const bool shared = isWeak(*variable) && definition && definition->variable;
+    if (isDefined(*variable) && !shared)
+        return addVariable(from, *variable);
     if (!definition || !definition->variable)
         failAt(ErrorCode::kLinkError, location, "variable \"", name,
                "\" is extern, but no module of the program defines it");
@@ -371,8 +375,7 @@ void Unit::addVariable(const VariableId& id) {
         const ptx::Module& module = *modules_[id.module];
         const bool isLocal = id.function < module.functions.size();
         if (isLocal || id.function == VariableId::kModuleScope) {
-            const auto& list =
-                isLocal ? module.functions[id.function].variables : module.variables;
+            const auto& list = isLocal ? module.functions[id.function].variables : module.variables;
             if (id.index < list.size()) {
                 addVariable(module, list[id.index]);
                 return;
@@ -413,7 +416,7 @@ void Unit::addAllVariables() {
         for (const ptx::Variable& variable : module->variables)
             if (isDefined(variable) && variable.type != ptx::Type::kSamplerref &&
                 (variable.space == ptx::Space::kGlobal || variable.space == ptx::Space::kConst))
-                addVariable(*module, variable);
+                this->variable(*module, variable.name, variable.location);
 }
 
 // Runs of plain bytes and 64-bit words for addresses, in order, packed.

@@ -71,6 +71,20 @@ meet:
     bar.sync 0;
     ret;
 }
+.visible .entry leave(.param .u64 out)
+{
+    .reg .pred %p<3>;
+    .reg .b32 %r<4>;
+    .reg .b64 %rd<2>;
+    ld.param.u64 %rd1, [out];
+    mov.u32 %r1, %tid.x;
+    and.b32 %r2, %r1, 1;
+    setp.eq.u32 %p1, %r2, 0;
+    setp.lt.and.u32 %p2, %r1, 5, %p1;
+    @%p2 exit;
+    red.global.add.u32 [%rd1], 1;
+    ret;
+}
 .visible .entry fails()
 {
     .reg .pred %p<2>;
@@ -165,6 +179,18 @@ TEST_F(Cooperative, ThreadsOfABlockMayWaitByReading) {
     void* params[] = {&out};
     ASSERT_EQ(cuLaunchKernel(pair, 1, 1, 1, 2, 1, 1, 0, nullptr, params, nullptr), CUDA_SUCCESS);
     EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
+}
+
+// A thread that ends early ends alone, wherever in the block it stands.
+TEST_F(Cooperative, ThreadsThatExitLeaveTheOthers) {
+    CUfunction leave = nullptr;
+    ASSERT_EQ(cuModuleGetFunction(&leave, module, "leave"), CUDA_SUCCESS);
+    void* params[] = {&out};
+    ASSERT_EQ(cuLaunchKernel(leave, 3, 1, 1, 8, 4, 2, 0, nullptr, params, nullptr), CUDA_SUCCESS);
+    ASSERT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
+    unsigned stayed = 0;
+    ASSERT_EQ(cuMemcpyDtoH(&stayed, out, 4), CUDA_SUCCESS);
+    EXPECT_EQ(stayed, 3u * 5 * 4 * 2); // x = 0, 2, 4 leave
 }
 
 TEST_F(Cooperative, ExtendedLaunchesReadTheirAttributes) {

@@ -16,8 +16,7 @@ __global__ void convolve(cudaTextureObject_t picture, float* out, int dx, int dy
         return;
     float sum = 0;
     for (int i = -kRadius; i <= kRadius; ++i)
-        sum += weights[i + kRadius] *
-               tex2D<float>(picture, x + i * dx + 0.5f, y + i * dy + 0.5f);
+        sum += weights[i + kRadius] * tex2D<float>(picture, x + i * dx + 0.5f, y + i * dy + 0.5f);
     out[y * kWidth + x] = sum;
 }
 

@@ -76,8 +76,8 @@ int main() {
     for (int i = 0; i < 16; ++i)
         std::printf("%u ", order[i]);
 
-    const cudaError_t error = cudaLaunchCooperativeKernel(
-        pass, dim3(processors * perProcessor + 1), dim3(kThreads), args, 0, 0);
+    const cudaError_t error = cudaLaunchCooperativeKernel(pass, dim3(processors * perProcessor + 1),
+                                                          dim3(kThreads), args, 0, 0);
     std::printf("\none block too many: %s\n", cudaGetErrorName(error));
     cudaGetLastError();
 

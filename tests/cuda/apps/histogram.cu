@@ -89,8 +89,8 @@ int main() {
     t->anded = ~0u;
     others<<<(n + 255) / 256, 256>>>(data, n, t);
     CHECK(cudaDeviceSynchronize());
-    std::printf("sum %llu, least %d, most %d, or %x, and %x, xor %x, wrapped %u\n", t->sum, t->least,
-                t->most, t->ored, t->anded, t->xored, t->wrapped);
+    std::printf("sum %llu, least %d, most %d, or %x, and %x, xor %x, wrapped %u\n", t->sum,
+                t->least, t->most, t->ored, t->anded, t->xored, t->wrapped);
     std::printf("float %.1f, double %.2f, largest %llx\n", t->floats, t->doubles, t->largest);
     return 0;
 }

@@ -82,6 +82,7 @@ int main() {
     CHECK(cudaFree(memory));
     CHECK(cudaDeviceSetMemPool(device, standard));
     CHECK(cudaMemPoolDestroy(own));
-    std::printf("destroying the default pool: %s\n", cudaGetErrorName(cudaMemPoolDestroy(standard)));
+    std::printf("destroying the default pool: %s\n",
+                cudaGetErrorName(cudaMemPoolDestroy(standard)));
     return 0;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pipeline over streams: copy in, compute, copy out, piece by piece through page-locked memory, with
-// events between streams and host functions at the ends.
+// A pipeline over streams: copy in, compute, copy out, piece by piece through page-locked memory,
+// with events between streams and host functions at the ends.
 #include <cuda_runtime.h>
 
 #include "check.h"

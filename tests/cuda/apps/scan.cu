@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prefix sums over many blocks: shuffles within a warp, shared memory within a block, a second level
-// over the sums of the blocks.
+// Prefix sums over many blocks: shuffles within a warp, shared memory within a block, a second
+// level over the sums of the blocks.
 #include <cuda_runtime.h>
 
 #include "check.h"

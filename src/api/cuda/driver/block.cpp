@@ -59,6 +59,19 @@ void loopCheck(devlib::KernelThread* thread, const devlib::CheckedAccess* access
         loopFault(thread, fault - 1);
 }
 
+// placeThread for the thread after the one that stands there, without divisions.
+void nextThread(devlib::KernelThread& thread, const Launch& launch) {
+    thread.laneid = (thread.laneid + 1) % 32;
+    thread.warpid += thread.laneid == 0;
+    if (++thread.tid[0] != launch.block[0])
+        return;
+    thread.tid[0] = 0;
+    if (++thread.tid[1] != launch.block[1])
+        return;
+    thread.tid[1] = 0;
+    ++thread.tid[2];
+}
+
 constexpr devlib::BlockFunctions kLoopFunctions = {loopBarrier,    loopArrive, loopExchange,
                                                    loopActiveMask, loopExit,   loopFault,
                                                    loopYield,      loopCheck};
@@ -178,7 +191,8 @@ void BlockRunner::runLoop(uint32_t x, uint32_t y, uint32_t z) {
     devlib::KernelThread thread = blockPrototype(launch_, x, y, z, shared_);
     thread.block = &block;
     const uint32_t count = launch_.threadsPerBlock();
-    // Volatile: it must keep its value over the jump.
+    // Volatile: it must keep its value over the jump, with which a thread ends early. Nothing else
+    // of this function does.
     volatile uint32_t index = 0;
     const int reason = setjmp(block.frame.jump);
     if (reason == kJumpFault) {
@@ -188,10 +202,11 @@ void BlockRunner::runLoop(uint32_t x, uint32_t y, uint32_t z) {
     if (reason != 0)
         index = index + 1;
     enterDeviceCode(block.frame);
+    placeThread(thread, launch_, index);
     while (index < count) {
-        placeThread(thread, launch_, index);
         launch_.kernel(&thread, launch_.params);
         index = index + 1;
+        nextThread(thread, launch_);
     }
     leaveDeviceCode();
 }

@@ -20,6 +20,7 @@ namespace {
 constexpr uint32_t kWrapperMagic = 0x466243B1;
 constexpr uint32_t kContainerMagic = 0xBA55ED50;
 constexpr uint32_t kElfMagic = 0x464C457F;
+constexpr uint32_t kLinkedMagic = 0x4C4E5553; // "SUNL"
 constexpr size_t kLargestImage = size_t(1) << 30;
 
 struct Wrapper {
@@ -51,6 +52,11 @@ struct EntryHeader {
     uint64_t uncompressedSize;
 };
 static_assert(sizeof(EntryHeader) == 64);
+struct LinkedHeader {
+    uint32_t magic;
+    uint32_t count;
+    uint64_t size; // of all texts, NULs included
+};
 constexpr uint16_t kKindPtx = 1;
 constexpr uint64_t kFlagZstd = 0x8000, kFlagLz4 = 0x2000;
 
@@ -177,35 +183,76 @@ std::string textAt(const char* text) {
     }
 }
 
-std::string ptxOf(const Bytes& bytes, const void* text, size_t known) {
+std::vector<std::string> ptxOfLinked(const Bytes& bytes) {
+    LinkedHeader header{};
+    if (!bytes.read(0, header))
+        damaged("the header of a linked image is cut off");
+    const char* at = bytes.at(sizeof header, header.size);
+    if (!at)
+        damaged("a linked image is cut off");
+    const char* const end = at + header.size;
+    std::vector<std::string> texts;
+    while (at < end) {
+        const char* stop = static_cast<const char*>(std::memchr(at, 0, size_t(end - at)));
+        if (!stop)
+            damaged("a text of a linked image has no end");
+        texts.emplace_back(at, stop);
+        at = stop + 1;
+    }
+    if (texts.empty() || texts.size() != header.count)
+        damaged("a linked image holds other texts than it says");
+    return texts;
+}
+
+std::vector<std::string> ptxOf(const Bytes& bytes, const void* text, size_t known) {
     uint32_t magic = 0;
     if (bytes.read(0, magic)) {
+        if (magic == kLinkedMagic)
+            return ptxOfLinked(bytes);
         if (magic == kContainerMagic)
-            return ptxOfContainer(bytes);
+            return {ptxOfContainer(bytes)};
         if (magic == kWrapperMagic) {
             Wrapper wrapper{};
             if (!bytes.read(0, wrapper) || !cpu::isMapped(wrapper.container, 16))
                 damaged("the wrapper points nowhere");
-            return ptxOfContainer(Bytes(wrapper.container, 0));
+            return {ptxOfContainer(Bytes(wrapper.container, 0))};
         }
         if (magic == kElfMagic)
             refuse(CUDA_ERROR_NO_BINARY_FOR_GPU,
                    "the image is machine code of a GPU; this device takes PTX");
     }
-    return known ? withoutTrailingZeros(std::string(static_cast<const char*>(text), known))
-                 : textAt(static_cast<const char*>(text));
+    return {known ? withoutTrailingZeros(std::string(static_cast<const char*>(text), known))
+                  : textAt(static_cast<const char*>(text))};
 }
 
 } // namespace
 
-std::string ptxOfImage(const void* image) {
+std::vector<std::string> ptxOfImage(const void* image) {
     require(image, "image is null");
     if (!cpu::isMapped(image, 1))
         refuse(CUDA_ERROR_INVALID_VALUE, "image ", image, " is not memory of this process");
     return ptxOf(Bytes(image, 0), image, 0);
 }
 
-std::string ptxOfFile(const char* path) {
+std::vector<std::string> ptxOfBytes(const void* image, size_t size) {
+    require(image && size, "image is null or empty");
+    if (!cpu::isMapped(image, size))
+        refuse(CUDA_ERROR_INVALID_VALUE, "image ", image, " + ", size,
+               " is not memory of this process");
+    return ptxOf(Bytes(image, size), image, size);
+}
+
+std::string makeLinkedImage(const std::vector<std::string>& texts) {
+    LinkedHeader header{kLinkedMagic, uint32_t(texts.size()), 0};
+    std::string image(sizeof header, '\0');
+    for (const std::string& text : texts)
+        image.append(text.c_str(), text.size() + 1);
+    header.size = image.size() - sizeof header;
+    std::memcpy(image.data(), &header, sizeof header);
+    return image;
+}
+
+std::vector<std::string> ptxOfFile(const char* path) {
     require(path, "file name is null");
     std::ifstream file(path, std::ios::binary);
     if (!file)

@@ -5,21 +5,27 @@
 // Layout of a fat binary. Wrapper: u32 magic 0x466243B1, u32 version, pointer to the container.
 // Container: u32 magic 0xBA55ED50, u16 version, u16 header size, u64 size of the entries. Entry:
 // see fat_binary.cpp. A container may be followed by others (linked objects).
+//
+// A linked image is what cuLinkComplete makes: a header, then each PTX text with its NUL.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <string_view>
+#include <vector>
 
 namespace sunstone::api::cuda {
 
-// The PTX text of an image. Throws Failure: CUDA_ERROR_INVALID_VALUE for null,
+// The PTX texts of an image: one, or those of a linked image. Throws Failure: CUDA_ERROR_INVALID_VALUE for null,
 // CUDA_ERROR_INVALID_IMAGE for damaged ones, CUDA_ERROR_NO_BINARY_FOR_GPU where there is machine
 // code but no PTX.
-std::string ptxOfImage(const void* image);
+std::vector<std::string> ptxOfImage(const void* image);
+// The same of an image of known size.
+std::vector<std::string> ptxOfBytes(const void* image, size_t size);
 
 // The same of a file.
-std::string ptxOfFile(const char* path);
+std::vector<std::string> ptxOfFile(const char* path);
+
+std::string makeLinkedImage(const std::vector<std::string>& texts);
 
 } // namespace sunstone::api::cuda

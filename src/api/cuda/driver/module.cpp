@@ -49,75 +49,25 @@ const std::shared_ptr<engine::CompileCache>& compileCache() {
     return *cache;
 }
 
-// The log buffers and other options of cuModuleLoadDataEx.
-struct JitOptions {
-    char* info = nullptr;
-    char* error = nullptr;
-    void** infoSize = nullptr; // option values: a size in, the length written out
-    void** errorSize = nullptr;
-    void** wallTime = nullptr;
-    bool debug = false;
-
-    JitOptions(unsigned count, const CUjit_option* options, void** values) {
-        require(count == 0 || (options && values), "options or values is null");
-        for (unsigned i = 0; i < count; ++i) {
-            switch (options[i]) {
-            case CU_JIT_INFO_LOG_BUFFER:
-                info = static_cast<char*>(values[i]);
-                break;
-            case CU_JIT_INFO_LOG_BUFFER_SIZE_BYTES:
-                infoSize = &values[i];
-                break;
-            case CU_JIT_ERROR_LOG_BUFFER:
-                error = static_cast<char*>(values[i]);
-                break;
-            case CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES:
-                errorSize = &values[i];
-                break;
-            case CU_JIT_GENERATE_DEBUG_INFO:
-                debug = values[i] != nullptr;
-                break;
-            case CU_JIT_WALL_TIME:
-                wallTime = &values[i];
-                break;
-            default:
-                // What steers a GPU's code generator has no meaning here.
-                require(unsigned(options[i]) < 64, "unknown JIT option");
-            }
-        }
-    }
-    static void write(char* buffer, void** size, const std::string& text) {
-        if (!size)
-            return;
-        const size_t room = size_t(*size);
-        size_t length = 0;
-        if (buffer && room) {
-            length = std::min(text.size(), room - 1);
-            std::memcpy(buffer, text.data(), length);
-            buffer[length++] = 0;
-        }
-        *size = reinterpret_cast<void*>(length);
-    }
-};
-
-CUmodule load(const std::string& text, JitOptions options) {
+CUmodule load(const std::vector<std::string>& texts, JitOptions options) {
     const auto start = std::chrono::steady_clock::now();
-    ptx::Diagnostics diagnostics;
-    std::shared_ptr<const ptx::Module> tree = ptx::parse(text, diagnostics);
-    const std::string messages = diagnostics.format();
-    JitOptions::write(options.error, options.errorSize, tree ? std::string() : messages);
-    JitOptions::write(options.info, options.infoSize, tree ? messages : std::string());
-    if (options.wallTime) {
-        const float ms =
-            std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - start)
-                .count();
-        std::memcpy(options.wallTime, &ms, sizeof ms);
+    const auto milliseconds = [&] {
+        return std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - start)
+            .count();
+    };
+    std::vector<std::shared_ptr<const ptx::Module>> trees;
+    std::string warnings;
+    try {
+        for (const std::string& text : texts)
+            trees.push_back(parsePtx(text, &warnings));
+    } catch (const Failure& failure) {
+        options.report({}, failure.what(), milliseconds());
+        throw;
     }
-    if (!tree)
-        refuse(CUDA_ERROR_INVALID_PTX, messages);
+    options.report(warnings, {}, milliseconds());
     const compiler::DebugLevel level =
-        options.debug ? compiler::DebugLevel::kFull : compiler::debugLevelOf(*tree);
-    auto module = std::make_shared<Module>(std::move(tree), cpu::contexts().current(), level);
+        options.debug() ? compiler::DebugLevel::kFull : compiler::debugLevelOf(*trees[0]);
+    auto module = std::make_shared<Module>(std::move(trees), cpu::contexts().current(), level);
     return static_cast<CUmodule>(moduleTable().add(std::move(module)));
 }
 
@@ -132,9 +82,18 @@ CUresult loadImage(const char* function, CUmodule* module, const void* image, un
 
 } // namespace
 
-Module::Module(std::shared_ptr<const ptx::Module> tree, const void* owner,
+std::shared_ptr<const ptx::Module> parsePtx(const std::string& text, std::string* warnings) {
+    ptx::Diagnostics diagnostics;
+    std::shared_ptr<const ptx::Module> tree = ptx::parse(text, diagnostics);
+    if (!tree)
+        throw Failure(CUDA_ERROR_INVALID_PTX, diagnostics.format());
+    *warnings += diagnostics.format();
+    return tree;
+}
+
+Module::Module(std::vector<std::shared_ptr<const ptx::Module>> trees, const void* owner,
                compiler::DebugLevel debugLevel)
-    : tree_(std::move(tree)), owner_(owner), debugLevel_(debugLevel) {}
+    : trees_(std::move(trees)), owner_(owner), debugLevel_(debugLevel) {}
 
 Module::~Module() {
     for (const void* address : adopted_)
@@ -143,7 +102,7 @@ Module::~Module() {
 
 int Module::ptxVersion() const {
     int version = 0;
-    for (char c : tree_->target)
+    for (char c : trees_[0]->target)
         if (c >= '0' && c <= '9')
             version = version * 10 + (c - '0');
     return version;
@@ -152,7 +111,7 @@ int Module::ptxVersion() const {
 void Module::open() {
     if (code_)
         return;
-    code_ = compiler::openKernels(tree_, {debugLevel_, compileCache()});
+    code_ = compiler::openKernels(trees_, {debugLevel_, compileCache()});
     code_->forEachVariable([&](void* address, uint64_t size) {
         if (cpu::memory().adopt(address, size, cpu::MemoryKind::kModule, 0, owner_))
             adopted_.push_back(address);
@@ -236,7 +195,7 @@ std::shared_ptr<Function> functionOf(CUfunction function) {
 SUNSTONE_EXPORT CUresult cuModuleLoad(CUmodule* module, const char* file) {
     return guarded("cuModuleLoad", Needs::kContext, [&] {
         require(module, "module is null");
-        *module = load(ptxOfFile(file), JitOptions(0, nullptr, nullptr));
+        *module = load(ptxOfFile(file), JitOptions());
     });
 }
 SUNSTONE_EXPORT CUresult cuModuleLoadData(CUmodule* module, const void* image) {

@@ -11,15 +11,38 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 namespace sunstone::api::cuda {
 
 class Module;
 
+// The options of cuModuleLoadDataEx and cuLinkCreate: where their messages go.
+class JitOptions {
+public:
+    JitOptions() = default;
+    // Throws Failure for null arrays and unknown options.
+    JitOptions(unsigned count, const CUjit_option* options, void** values);
+    // Writes to the caller's buffers, as far as there are any.
+    void report(const std::string& information, const std::string& errors, float milliseconds);
+    bool debug() const { return debug_; }
+
+private:
+    char* info_ = nullptr;
+    char* error_ = nullptr;
+    void** infoSize_ = nullptr; // option values: a size in, the length written out
+    void** errorSize_ = nullptr;
+    void** wallTime_ = nullptr;
+    bool debug_ = false;
+};
+
+// Parses; throws Failure with CUDA_ERROR_INVALID_PTX and the messages.
+std::shared_ptr<const ptx::Module> parsePtx(const std::string& text, std::string* warnings);
+
 struct Function {
     std::weak_ptr<Module> module; // launches hold it, so that the code lives while they are queued
     const compiler::KernelInfo* info = nullptr; // complete once it is compiled
-    size_t index = 0;                            // in the module
+    size_t index = 0;                           // in the module
     std::atomic<bool> compiled{false};
     std::atomic<unsigned> maxDynamicShared{0}; // 0: what is left of the block's share
     std::atomic<int> carveout{-1};
@@ -27,7 +50,7 @@ struct Function {
 
 class Module : public std::enable_shared_from_this<Module> {
 public:
-    Module(std::shared_ptr<const ptx::Module> tree, const void* owner,
+    Module(std::vector<std::shared_ptr<const ptx::Module>> trees, const void* owner,
            compiler::DebugLevel debugLevel);
     ~Module();
 
@@ -47,7 +70,7 @@ public:
 private:
     void open(); // at most once; throws what the compiler throws, each time
 
-    const std::shared_ptr<const ptx::Module> tree_;
+    const std::vector<std::shared_ptr<const ptx::Module>> trees_; // of a linked image several
     const void* const owner_;
     const compiler::DebugLevel debugLevel_;
     std::mutex mutex_;

@@ -2,6 +2,7 @@
 // cuGetProcAddress: the exported functions by their plain names, in the form the caller's CUDA
 // version expects; and the unsuffixed names drivers export beside the current ones.
 #include "api/cuda/driver/shell.h"
+#include "api/cuda/driver/unsupported.h"
 
 #include "base/log.h"
 
@@ -25,20 +26,29 @@ void* ownLibrary() {
     return handle;
 }
 
-// The newest form of a function that a caller of this version knows.
+// The newest form of a function that a caller of this version knows. What is not supported serves
+// only where nothing else has the name.
 void* lookUp(const std::string& symbol, int version, bool perThread) {
     if (symbol == "cuCtxCreate" && version < 13000)
         return dlsym(ownLibrary(), "cuCtxCreate_v2");
+    void* unsupported = nullptr;
+    const auto find = [&](const std::string& name) -> void* {
+        void* found = dlsym(ownLibrary(), name.c_str());
+        if (!found || !isUnsupported(name))
+            return found;
+        unsupported = unsupported ? unsupported : found;
+        return nullptr;
+    };
     for (const char* form : {"_v4", "_v3", "_v2", ""}) {
         const std::string name = symbol + form;
         if (perThread)
             for (const char* suffix : {"_ptsz", "_ptds"})
-                if (void* found = dlsym(ownLibrary(), (name + suffix).c_str()))
+                if (void* found = find(name + suffix))
                     return found;
-        if (void* found = dlsym(ownLibrary(), name.c_str()))
+        if (void* found = find(name))
             return found;
     }
-    return nullptr;
+    return unsupported;
 }
 
 CUresult procAddress(const char* symbol, void** function, int version, cuuint64_t flags,
@@ -91,6 +101,9 @@ SUNSTONE_EXPORT CUresult cuGetProcAddress(const char* symbol, void** function, i
 #undef cuDevicePrimaryCtxSetFlags
 #undef cuDeviceGetUuid
 #undef cuMemHostRegister
+#undef cuLinkCreate
+#undef cuLinkAddData
+#undef cuLinkAddFile
 SUNSTONE_PLAIN(cuCtxDestroy, (CUcontext context), (context))
 SUNSTONE_PLAIN(cuCtxPushCurrent, (CUcontext context), (context))
 SUNSTONE_PLAIN(cuCtxPopCurrent, (CUcontext * context), (context))
@@ -102,5 +115,16 @@ SUNSTONE_PLAIN(cuDevicePrimaryCtxRelease, (CUdevice device), (device))
 SUNSTONE_PLAIN(cuDevicePrimaryCtxReset, (CUdevice device), (device))
 SUNSTONE_PLAIN(cuDevicePrimaryCtxSetFlags, (CUdevice device, unsigned int flags), (device, flags))
 SUNSTONE_PLAIN(cuDeviceGetUuid, (CUuuid * uuid, CUdevice device), (uuid, device))
+SUNSTONE_PLAIN(cuLinkCreate,
+               (unsigned int count, CUjit_option* options, void** values, CUlinkState* state),
+               (count, options, values, state))
+SUNSTONE_PLAIN(cuLinkAddData,
+               (CUlinkState state, CUjitInputType type, void* data, size_t size, const char* name,
+                unsigned int count, CUjit_option* options, void** values),
+               (state, type, data, size, name, count, options, values))
+SUNSTONE_PLAIN(cuLinkAddFile,
+               (CUlinkState state, CUjitInputType type, const char* path, unsigned int count,
+                CUjit_option* options, void** values),
+               (state, type, path, count, options, values))
 SUNSTONE_PLAIN(cuMemHostRegister, (void* address, size_t bytes, unsigned int flags),
                (address, bytes, flags))

@@ -148,7 +148,7 @@ SUNSTONE_CUDART cudaError_t cudaDriverGetVersion(int* version) {
 SUNSTONE_CUDART cudaError_t cudaRuntimeGetVersion(int* version) {
     if (!version)
         return remember(cudaErrorInvalidValue);
-    *version = CUDART_VERSION;
+    *version = SUNSTONE_SINCE_13(CUDART_VERSION, 12090);
     return cudaSuccess;
 }
 SUNSTONE_CUDART cudaError_t cudaGetDeviceCount(int* count) {
@@ -185,7 +185,8 @@ SUNSTONE_CUDART cudaError_t cudaDeviceGetAttribute(int* value, enum cudaDeviceAt
         return d.cuDeviceGetAttribute(value, static_cast<CUdevice_attribute>(attribute), device);
     });
 }
-SUNSTONE_CUDART cudaError_t cudaGetDeviceProperties(struct cudaDeviceProp* properties, int device) {
+SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaGetDeviceProperties, sunstoneGetDeviceProperties)(
+    struct cudaDeviceProp* properties, int device) {
     if (!properties)
         return remember(cudaErrorInvalidValue);
     return callDriver([&](const Driver& d) {

@@ -191,6 +191,12 @@ void forgetDeviceError() {
     lastError = cudaSuccess;
 }
 
+// For unsupported.cpp, which does not see our header.
+int rememberNotSupported();
+int rememberNotSupported() {
+    return remember(cudaErrorNotSupported);
+}
+
 cudaError_t fromDriver(CUresult result) {
     // The numbers agree but for what the runtime does not know.
     const cudaError_t error = static_cast<cudaError_t>(result);

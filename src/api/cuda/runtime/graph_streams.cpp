@@ -23,21 +23,20 @@ SUNSTONE_CUDART cudaError_t cudaStreamEndCapture(cudaStream_t stream, cudaGraph_
     return graphCall([&](const Driver& d) { return d.cuStreamEndCapture; }, streamOf(stream),
                      graph);
 }
-SUNSTONE_CUDART cudaError_t cudaStreamGetCaptureInfo(cudaStream_t stream,
-                                                     enum cudaStreamCaptureStatus* status,
-                                                     unsigned long long* id, cudaGraph_t* graph,
-                                                     const cudaGraphNode_t** dependencies,
-                                                     const cudaGraphEdgeData** edges,
-                                                     size_t* count) {
+SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaStreamGetCaptureInfo,
+                                              cudaStreamGetCaptureInfo_v3)(
+    cudaStream_t stream, enum cudaStreamCaptureStatus* status, unsigned long long* id,
+    cudaGraph_t* graph, const cudaGraphNode_t** dependencies, const cudaGraphEdgeData** edges,
+    size_t* count) {
     return graphCall([&](const Driver& d) { return d.cuStreamGetCaptureInfo; }, streamOf(stream),
                      reinterpret_cast<CUstreamCaptureStatus*>(status),
                      reinterpret_cast<cuuint64_t*>(id), graph, dependencies,
                      reinterpret_cast<const CUgraphEdgeData**>(edges), count);
 }
-SUNSTONE_CUDART cudaError_t cudaStreamUpdateCaptureDependencies(cudaStream_t stream,
-                                                                cudaGraphNode_t* dependencies,
-                                                                const cudaGraphEdgeData* edges,
-                                                                size_t count, unsigned int flags) {
+SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaStreamUpdateCaptureDependencies,
+                                              cudaStreamUpdateCaptureDependencies_v2)(
+    cudaStream_t stream, cudaGraphNode_t* dependencies, const cudaGraphEdgeData* edges,
+    size_t count, unsigned int flags) {
     return graphCall([&](const Driver& d) { return d.cuStreamUpdateCaptureDependencies; },
                      streamOf(stream), dependencies,
                      reinterpret_cast<const CUgraphEdgeData*>(edges), count, flags);

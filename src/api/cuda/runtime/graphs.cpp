@@ -149,36 +149,35 @@ SUNSTONE_CUDART cudaError_t cudaGraphGetRootNodes(cudaGraph_t graph, cudaGraphNo
                                                   size_t* count) {
     return graphCall([&](const Driver& d) { return d.cuGraphGetRootNodes; }, graph, nodes, count);
 }
-SUNSTONE_CUDART cudaError_t cudaGraphGetEdges(cudaGraph_t graph, cudaGraphNode_t* from,
-                                              cudaGraphNode_t* to, cudaGraphEdgeData* edges,
-                                              size_t* count) {
+SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaGraphGetEdges, cudaGraphGetEdges_v2)(
+    cudaGraph_t graph, cudaGraphNode_t* from, cudaGraphNode_t* to, cudaGraphEdgeData* edges,
+    size_t* count) {
     return graphCall([&](const Driver& d) { return d.cuGraphGetEdges; }, graph, from, to,
                      reinterpret_cast<CUgraphEdgeData*>(edges), count);
 }
-SUNSTONE_CUDART cudaError_t cudaGraphNodeGetDependencies(cudaGraphNode_t node,
-                                                         cudaGraphNode_t* dependencies,
-                                                         cudaGraphEdgeData* edges, size_t* count) {
+SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaGraphNodeGetDependencies,
+                                              cudaGraphNodeGetDependencies_v2)(
+    cudaGraphNode_t node, cudaGraphNode_t* dependencies, cudaGraphEdgeData* edges, size_t* count) {
     return graphCall([&](const Driver& d) { return d.cuGraphNodeGetDependencies; }, node,
                      dependencies, reinterpret_cast<CUgraphEdgeData*>(edges), count);
 }
-SUNSTONE_CUDART cudaError_t cudaGraphNodeGetDependentNodes(cudaGraphNode_t node,
-                                                           cudaGraphNode_t* dependents,
-                                                           cudaGraphEdgeData* edges,
-                                                           size_t* count) {
+SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaGraphNodeGetDependentNodes,
+                                              cudaGraphNodeGetDependentNodes_v2)(
+    cudaGraphNode_t node, cudaGraphNode_t* dependents, cudaGraphEdgeData* edges, size_t* count) {
     return graphCall([&](const Driver& d) { return d.cuGraphNodeGetDependentNodes; }, node,
                      dependents, reinterpret_cast<CUgraphEdgeData*>(edges), count);
 }
-SUNSTONE_CUDART cudaError_t cudaGraphAddDependencies(cudaGraph_t graph, const cudaGraphNode_t* from,
-                                                     const cudaGraphNode_t* to,
-                                                     const cudaGraphEdgeData* edges, size_t count) {
+SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaGraphAddDependencies,
+                                              cudaGraphAddDependencies_v2)(
+    cudaGraph_t graph, const cudaGraphNode_t* from, const cudaGraphNode_t* to,
+    const cudaGraphEdgeData* edges, size_t count) {
     return graphCall([&](const Driver& d) { return d.cuGraphAddDependencies; }, graph, from, to,
                      reinterpret_cast<const CUgraphEdgeData*>(edges), count);
 }
-SUNSTONE_CUDART cudaError_t cudaGraphRemoveDependencies(cudaGraph_t graph,
-                                                        const cudaGraphNode_t* from,
-                                                        const cudaGraphNode_t* to,
-                                                        const cudaGraphEdgeData* edges,
-                                                        size_t count) {
+SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaGraphRemoveDependencies,
+                                              cudaGraphRemoveDependencies_v2)(
+    cudaGraph_t graph, const cudaGraphNode_t* from, const cudaGraphNode_t* to,
+    const cudaGraphEdgeData* edges, size_t count) {
     return graphCall([&](const Driver& d) { return d.cuGraphRemoveDependencies; }, graph, from, to,
                      reinterpret_cast<const CUgraphEdgeData*>(edges), count);
 }

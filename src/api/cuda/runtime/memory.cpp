@@ -80,8 +80,10 @@ SUNSTONE_CUDART cudaError_t cudaMalloc3D(struct cudaPitchedPtr* pitched, struct 
 SUNSTONE_CUDART cudaError_t cudaMemGetInfo(size_t* freeBytes, size_t* total) {
     return call([&](const Driver& d) { return d.cuMemGetInfo(freeBytes, total); });
 }
-SUNSTONE_CUDART cudaError_t cudaMemAdvise(const void* address, size_t bytes,
-                                          enum cudaMemoryAdvise advice, struct cudaMemLocation) {
+SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaMemAdvise,
+                                              cudaMemAdvise_v2)(const void* address, size_t bytes,
+                                                                enum cudaMemoryAdvise advice,
+                                                                struct cudaMemLocation) {
     // Nothing to gain from advice where host and device are the same memory.
     if (!address || bytes == 0 || advice < cudaMemAdviseSetReadMostly ||
         advice > cudaMemAdviseUnsetAccessedBy)
@@ -89,8 +91,9 @@ SUNSTONE_CUDART cudaError_t cudaMemAdvise(const void* address, size_t bytes,
     return remember(ensureContext());
 }
 
-SUNSTONE_CUDART cudaError_t cudaPointerGetAttributes(struct cudaPointerAttributes* attributes,
-                                                     const void* address) {
+SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaPointerGetAttributes,
+                                              sunstonePointerGetAttributes)(
+    struct cudaPointerAttributes* attributes, const void* address) {
     if (!attributes)
         return remember(cudaErrorInvalidValue);
     return call([&](const Driver& d) {

@@ -144,9 +144,9 @@ SUNSTONE_CUDART cudaError_t cudaFreeAsync(void* address, cudaStream_t stream) {
     return call(
         [&](const Driver& d) { return d.cuMemFreeAsync(addressOf(address), streamOf(stream)); });
 }
-SUNSTONE_CUDART cudaError_t cudaMemPrefetchAsync(const void* address, size_t bytes,
-                                                 struct cudaMemLocation, unsigned int flags,
-                                                 cudaStream_t stream) {
+SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaMemPrefetchAsync, cudaMemPrefetchAsync_v2)(
+    const void* address, size_t bytes, struct cudaMemLocation, unsigned int flags,
+    cudaStream_t stream) {
     // A hint: what is checked is that the range and the stream exist.
     return call([&](const Driver& d) {
         unsigned managed = 0;

@@ -58,22 +58,67 @@ FatBinary* binaryOf(void** handle) {
     return found == registry().binaries.end() ? nullptr : found->second.get();
 }
 
-// What compilers register is a wrapper around the image; drivers document the image alone.
-const void* imageOf(const void* registered) {
-    struct Wrapper {
-        uint32_t magic, version;
-        const void* image;
+// What compilers register: a wrapper around the image. Of relocatable device code it is the image
+// that the device linker made, empty if it left the work to us, and a list of what it was made of.
+struct Wrapper {
+    uint32_t magic, version;
+    const void* image;
+    void* const* pieces; // version 2: images, up to a null
+};
+constexpr uint32_t kWrapperMagic = 0x466243B1;
+constexpr uint32_t kWithPieces = 2;
+
+// The size of a fat binary by its header; 0 if that holds nothing.
+size_t sizeOf(const void* image) {
+    struct Header {
+        uint32_t magic;
+        uint16_t version, headerSize;
+        uint64_t size;
     };
-    constexpr uint32_t kMagic = 0x466243B1;
+    const auto* header = static_cast<const Header*>(image);
+    return header->size ? header->headerSize + header->size : 0;
+}
+
+CUresult linkPieces(CUmodule* module, void* const* pieces) {
+    const Driver& d = driver();
+    CUlinkState state = nullptr;
+    if (!d.cuLinkCreate)
+        return CUDA_ERROR_NOT_SUPPORTED;
+    CUresult result = d.cuLinkCreate(0, nullptr, nullptr, &state);
+    if (result)
+        return result;
+    for (; *pieces && !result; ++pieces)
+        if (const size_t size = sizeOf(*pieces))
+            result = d.cuLinkAddData(state, CU_JIT_INPUT_FATBINARY, *pieces, size, "", 0, nullptr,
+                                     nullptr);
+    void* image = nullptr;
+    size_t size = 0;
+    if (!result)
+        result = d.cuLinkComplete(state, &image, &size);
+    if (!result)
+        result = d.cuModuleLoadData(module, image);
+    d.cuLinkDestroy(state);
+    return result;
+}
+
+CUresult loadRegistered(CUmodule* module, const void* registered) {
     const auto* wrapper = static_cast<const Wrapper*>(registered);
-    return wrapper->magic == kMagic ? wrapper->image : registered;
+    if (wrapper->magic != kWrapperMagic)
+        return driver().cuModuleLoadData(module, registered);
+    const bool hasPieces = wrapper->version == kWithPieces && wrapper->pieces;
+    if (!hasPieces || sizeOf(wrapper->image)) {
+        const CUresult result = driver().cuModuleLoadData(module, wrapper->image);
+        if (!hasPieces || result != CUDA_ERROR_NO_BINARY_FOR_GPU)
+            return result;
+    }
+    return linkPieces(module, wrapper->pieces);
 }
 
 // Loads the module; managed variables then tell the host where they are.
 cudaError_t load(FatBinary& binary) {
     if (binary.module || binary.error != cudaSuccess)
         return binary.error;
-    binary.error = fromDriver(driver().cuModuleLoadData(&binary.module, imageOf(binary.wrapper)));
+    binary.error = fromDriver(loadRegistered(&binary.module, binary.wrapper));
     for (const ManagedVariable& variable : binary.managed) {
         CUdeviceptr address = 0;
         size_t size = 0;

@@ -11,6 +11,21 @@
 
 #define SUNSTONE_CUDART extern "C" __attribute__((visibility("default")))
 
+// Two libraries are made of these sources: for programs of CUDA 13, whose headers are ours, and of
+// CUDA 12. Where a function's parameters differ between them, the newer form has another name in the
+// library for 12, which also has the older form (runtime12/).
+#ifdef SUNSTONE_CUDART_12
+#define SUNSTONE_SINCE_13(name, nameIn12) nameIn12
+#ifdef __CUDA_API_PER_THREAD_DEFAULT_STREAM
+#define cudaMemPrefetchAsync_v2 cudaMemPrefetchAsync_v2_ptsz
+#define cudaStreamGetCaptureInfo_v2 cudaStreamGetCaptureInfo_v2_ptsz
+#define cudaStreamGetCaptureInfo_v3 cudaStreamGetCaptureInfo_v3_ptsz
+#define cudaStreamUpdateCaptureDependencies_v2 cudaStreamUpdateCaptureDependencies_v2_ptsz
+#endif
+#else
+#define SUNSTONE_SINCE_13(name, nameIn12) name
+#endif
+
 namespace sunstone::cudart {
 
 #define SUNSTONE_DRIVER_FUNCTIONS(X)                                                                          \
@@ -49,6 +64,10 @@ namespace sunstone::cudart {
 
 // Functions that older drivers lack: null then.
 #define SUNSTONE_OPTIONAL_DRIVER_FUNCTIONS(X) \
+    X(cuLinkCreate) \
+    X(cuLinkAddData) \
+    X(cuLinkComplete) \
+    X(cuLinkDestroy) \
     X(cuLaunchCooperativeKernel) \
     X(cuMemPoolCreate) \
     X(cuMemPoolDestroy) \

@@ -17,14 +17,16 @@ struct Header {
 };
 struct Entry {
     uint16_t kind = 1, version = 0x0101;
-    uint32_t headerSize = 64;
+    uint32_t headerSize = 80;
     uint64_t payloadSize = 0;
-    uint32_t compressedSize = 0, optionsOffset = 0;
+    uint32_t compressedSize = 0, optionsOffset = 64;
     uint16_t minor = 0, major = 0;
     uint32_t architecture = 0, nameOffset = 0, nameLength = 0;
-    uint64_t flags = 0, reserved = 0, uncompressedSize = 0;
+    uint64_t flags = 0x11, reserved = 0, uncompressedSize = 0; // 64-bit, Linux
+    uint32_t optionTextOffset = 72, optionTextLength = 0;      // no options
+    uint64_t noText = 0;
 };
-static_assert(sizeof(Header) == 16 && sizeof(Entry) == 64);
+static_assert(sizeof(Header) == 16 && sizeof(Entry) == 80);
 
 } // namespace
 

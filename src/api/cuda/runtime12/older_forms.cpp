@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// Functions of CUDA 12 that have other parameters or structs in CUDA 13: here in the older form, on
+// top of the newer one, which this library has under another name.
+#include "api/cuda/runtime/runtime.h"
+#include "api/cuda/runtime12/device_properties.h"
+
+#include <cstring>
+
+using namespace sunstone::cudart;
+
+extern "C" {
+cudaError_t sunstoneGetDeviceProperties(cudaDeviceProp* properties, int device);
+cudaError_t sunstonePointerGetAttributes(cudaPointerAttributes* attributes, const void* address);
+cudaError_t cudaMemAdvise_v2(const void* address, size_t bytes, cudaMemoryAdvise advice,
+                             cudaMemLocation location);
+cudaError_t cudaGraphGetEdges_v2(cudaGraph_t graph, cudaGraphNode_t* from, cudaGraphNode_t* to,
+                                 cudaGraphEdgeData* edges, size_t* count);
+cudaError_t cudaGraphNodeGetDependencies_v2(cudaGraphNode_t node, cudaGraphNode_t* dependencies,
+                                            cudaGraphEdgeData* edges, size_t* count);
+cudaError_t cudaGraphNodeGetDependentNodes_v2(cudaGraphNode_t node, cudaGraphNode_t* dependents,
+                                              cudaGraphEdgeData* edges, size_t* count);
+cudaError_t cudaGraphAddDependencies_v2(cudaGraph_t graph, const cudaGraphNode_t* from,
+                                        const cudaGraphNode_t* to, const cudaGraphEdgeData* edges,
+                                        size_t count);
+cudaError_t cudaGraphRemoveDependencies_v2(cudaGraph_t graph, const cudaGraphNode_t* from,
+                                           const cudaGraphNode_t* to,
+                                           const cudaGraphEdgeData* edges, size_t count);
+}
+
+namespace {
+
+// The members that CUDA 13 has no place for, as attributes.
+cudaError_t readRemoved(DeviceProperties12& to, int device) {
+    const struct {
+        cudaDeviceAttr attribute;
+        int* value;
+    } removed[] = {
+        {cudaDevAttrClockRate, &to.clockRate},
+        {cudaDevAttrGpuOverlap, &to.deviceOverlap},
+        {cudaDevAttrKernelExecTimeout, &to.kernelExecTimeoutEnabled},
+        {cudaDevAttrComputeMode, &to.computeMode},
+        {cudaDevAttrMemoryClockRate, &to.memoryClockRate},
+        {cudaDevAttrSingleToDoublePrecisionPerfRatio, &to.singleToDoublePrecisionPerfRatio},
+        {cudaDevAttrMaxTexture1DLinearWidth, &to.maxTexture1DLinear},
+    };
+    for (const auto& [attribute, value] : removed)
+        if (const cudaError_t error = cudaDeviceGetAttribute(value, attribute, device))
+            return error;
+    return cudaSuccess;
+}
+
+cudaError_t properties12(DeviceProperties12& to, int device) {
+    cudaDeviceProp from;
+    if (const cudaError_t error = sunstoneGetDeviceProperties(&from, device))
+        return error;
+    std::memset(&to, 0, sizeof to);
+    // Both structs have the same members in the same order, but for those of readRemoved: runs of
+    // them are copied.
+    struct Run {
+        size_t to, from, endFrom;
+    };
+#define RUN(first, next)                                                                           \
+    {                                                                                              \
+        offsetof(DeviceProperties12, first), offsetof(cudaDeviceProp, first),                      \
+            offsetof(cudaDeviceProp, next)                                                         \
+    }
+    constexpr Run runs[] = {
+        RUN(name, totalConstMem),
+        RUN(totalConstMem, multiProcessorCount),
+        RUN(multiProcessorCount, integrated),
+        RUN(integrated, maxTexture1D),
+        RUN(maxTexture1D, maxTexture2D),
+        RUN(maxTexture2D, memoryBusWidth),
+        RUN(memoryBusWidth, pageableMemoryAccess),
+        RUN(pageableMemoryAccess, sharedMemPerBlockOptin),
+        RUN(sharedMemPerBlockOptin, deviceNumaConfig),
+    };
+#undef RUN
+    for (const Run& run : runs)
+        std::memcpy(reinterpret_cast<char*>(&to) + run.to,
+                    reinterpret_cast<const char*>(&from) + run.from, run.endFrom - run.from);
+    return readRemoved(to, device);
+}
+
+} // namespace
+
+SUNSTONE_CUDART cudaError_t cudaGetDeviceProperties_v2(DeviceProperties12* properties, int device) {
+    if (!properties)
+        return remember(cudaErrorInvalidValue);
+    DeviceProperties12 result;
+    if (const cudaError_t error = properties12(result, device))
+        return error;
+    *properties = result;
+    return cudaSuccess;
+}
+// The name that programs of CUDA 11 have; their struct ends earlier.
+#undef cudaGetDeviceProperties
+SUNSTONE_CUDART cudaError_t sunstoneDeviceProperties11(void* properties,
+                                                       int device) asm("cudaGetDeviceProperties");
+SUNSTONE_CUDART cudaError_t sunstoneDeviceProperties11(void* properties, int device) {
+    if (!properties)
+        return remember(cudaErrorInvalidValue);
+    DeviceProperties12 result;
+    if (const cudaError_t error = properties12(result, device))
+        return error;
+    std::memcpy(properties, &result, kPropertyBytes11);
+    return cudaSuccess;
+}
+
+// Declared by our headers with the parameters of CUDA 13: the names below are given to functions
+// with others by asm labels.
+#define SUNSTONE_OLDER(name, params)                                                               \
+    SUNSTONE_CUDART cudaError_t older_##name params asm(#name);                                    \
+    SUNSTONE_CUDART cudaError_t older_##name params
+
+SUNSTONE_OLDER(cudaPointerGetAttributes, (void* attributes, const void* address)) {
+    if (!attributes)
+        return remember(cudaErrorInvalidValue);
+    cudaPointerAttributes result = {};
+    const cudaError_t error = sunstonePointerGetAttributes(&result, address);
+    if (error == cudaSuccess)
+        std::memcpy(attributes, &result, offsetof(cudaPointerAttributes, reserved));
+    return error;
+}
+SUNSTONE_OLDER(cudaMemAdvise, (const void* address, size_t bytes, cudaMemoryAdvise advice, int)) {
+    return cudaMemAdvise_v2(address, bytes, advice, {cudaMemLocationTypeDevice, 0});
+}
+SUNSTONE_OLDER(cudaGraphGetEdges,
+               (cudaGraph_t graph, cudaGraphNode_t* from, cudaGraphNode_t* to, size_t* count)) {
+    return cudaGraphGetEdges_v2(graph, from, to, nullptr, count);
+}
+SUNSTONE_OLDER(cudaGraphNodeGetDependencies,
+               (cudaGraphNode_t node, cudaGraphNode_t* dependencies, size_t* count)) {
+    return cudaGraphNodeGetDependencies_v2(node, dependencies, nullptr, count);
+}
+SUNSTONE_OLDER(cudaGraphNodeGetDependentNodes,
+               (cudaGraphNode_t node, cudaGraphNode_t* dependents, size_t* count)) {
+    return cudaGraphNodeGetDependentNodes_v2(node, dependents, nullptr, count);
+}
+SUNSTONE_OLDER(cudaGraphAddDependencies, (cudaGraph_t graph, const cudaGraphNode_t* from,
+                                          const cudaGraphNode_t* to, size_t count)) {
+    return cudaGraphAddDependencies_v2(graph, from, to, nullptr, count);
+}
+SUNSTONE_OLDER(cudaGraphRemoveDependencies, (cudaGraph_t graph, const cudaGraphNode_t* from,
+                                             const cudaGraphNode_t* to, size_t count)) {
+    return cudaGraphRemoveDependencies_v2(graph, from, to, nullptr, count);
+}

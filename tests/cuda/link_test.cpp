@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// Linking pieces of PTX: symbols across pieces, what the linker refuses, damaged linked images.
+#include <cuda.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+namespace {
+
+const std::string kHead = ".version 7.0\n.target sm_60\n.address_size 64\n";
+const std::string kMain = kHead + R"(
+.extern .func (.param .b32 result) triple(.param .b32 x);
+.extern .global .align 4 .u32 total;
+.visible .entry run(.param .u64 out, .param .u32 x)
+{
+    .reg .b32 %r<6>;
+    .reg .b64 %rd<2>;
+    ld.param.u64 %rd1, [out];
+    ld.param.u32 %r1, [x];
+    {
+        .param .b32 argument;
+        .param .b32 value;
+        st.param.b32 [argument], %r1;
+        call.uni (value), triple, (argument);
+        ld.param.b32 %r2, [value];
+    }
+    ld.global.u32 %r3, [total];
+    add.u32 %r4, %r2, %r3;
+    st.global.u32 [%rd1], %r4;
+    ret;
+}
+)";
+const std::string kLibrary = kHead + R"(
+.visible .global .align 4 .u32 total = 1000;
+.weak .global .align 4 .u32 shared = 5;
+.visible .func (.param .b32 result) triple(.param .b32 x)
+{
+    .reg .b32 %r<3>;
+    ld.param.u32 %r1, [x];
+    mul.lo.u32 %r2, %r1, 3;
+    st.param.b32 [result], %r2;
+    ret;
+}
+.weak .entry common(.param .u64 out)
+{
+    .reg .b64 %rd<2>;
+    ld.param.u64 %rd1, [out];
+    st.global.u32 [%rd1], 77;
+    ret;
+}
+)";
+
+class Link : public testing::Test {
+protected:
+    void SetUp() override {
+        ASSERT_EQ(cuInit(0), CUDA_SUCCESS);
+        ASSERT_EQ(cuDevicePrimaryCtxRetain(&context, 0), CUDA_SUCCESS);
+        ASSERT_EQ(cuCtxSetCurrent(context), CUDA_SUCCESS);
+        ASSERT_EQ(cuLinkCreate(0, nullptr, nullptr, &link), CUDA_SUCCESS);
+    }
+    void TearDown() override {
+        EXPECT_EQ(cuLinkDestroy(link), CUDA_SUCCESS);
+        EXPECT_EQ(cuCtxSetCurrent(nullptr), CUDA_SUCCESS);
+        EXPECT_EQ(cuDevicePrimaryCtxRelease(0), CUDA_SUCCESS);
+    }
+    CUresult add(const std::string& text) {
+        return cuLinkAddData(link, CU_JIT_INPUT_PTX, const_cast<char*>(text.c_str()),
+                             text.size() + 1, "piece", 0, nullptr, nullptr);
+    }
+    CUcontext context = nullptr;
+    CUlinkState link = nullptr;
+};
+
+TEST_F(Link, SymbolsAcrossPieces) {
+    ASSERT_EQ(add(kMain), CUDA_SUCCESS);
+    ASSERT_EQ(add(kLibrary), CUDA_SUCCESS);
+    // The same weak symbols once more, as templates leave them in every piece.
+    std::string weak = kLibrary.substr(kLibrary.find(".weak .entry"));
+    ASSERT_EQ(add(kHead + ".weak .global .align 4 .u32 shared = 5;\n" + weak), CUDA_SUCCESS);
+    void* image = nullptr;
+    size_t size = 0;
+    ASSERT_EQ(cuLinkComplete(link, &image, &size), CUDA_SUCCESS);
+    const std::vector<char> copy(static_cast<char*>(image), static_cast<char*>(image) + size);
+
+    CUmodule module = nullptr;
+    ASSERT_EQ(cuModuleLoadData(&module, copy.data()), CUDA_SUCCESS);
+    CUfunction run = nullptr, common = nullptr;
+    ASSERT_EQ(cuModuleGetFunction(&run, module, "run"), CUDA_SUCCESS);
+    ASSERT_EQ(cuModuleGetFunction(&common, module, "common"), CUDA_SUCCESS);
+    unsigned count = 0;
+    EXPECT_EQ(cuModuleGetFunctionCount(&count, module), CUDA_SUCCESS);
+    EXPECT_EQ(count, 2u);
+    CUdeviceptr total = 0, out = 0;
+    size_t bytes = 0;
+    ASSERT_EQ(cuModuleGetGlobal(&total, &bytes, module, "total"), CUDA_SUCCESS);
+    ASSERT_EQ(cuMemAllocManaged(&out, 4, CU_MEM_ATTACH_GLOBAL), CUDA_SUCCESS);
+    const unsigned hundred = 100;
+    ASSERT_EQ(cuMemcpyHtoD(total, &hundred, 4), CUDA_SUCCESS);
+    unsigned x = 7;
+    void* params[] = {&out, &x};
+    ASSERT_EQ(cuLaunchKernel(run, 1, 1, 1, 1, 1, 1, 0, nullptr, params, nullptr), CUDA_SUCCESS);
+    ASSERT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
+    EXPECT_EQ(*reinterpret_cast<unsigned*>(out), 121u);
+    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemFree(out), CUDA_SUCCESS);
+}
+
+TEST_F(Link, RefusesMissingAndDoubleSymbols) {
+    void* image = nullptr;
+    ASSERT_EQ(add(kMain), CUDA_SUCCESS);
+    EXPECT_EQ(cuLinkComplete(link, &image, nullptr), CUDA_ERROR_INVALID_PTX);
+    ASSERT_EQ(add(kLibrary), CUDA_SUCCESS);
+    ASSERT_EQ(add(kHead + ".visible .global .align 4 .u32 total = 2;\n"), CUDA_SUCCESS);
+    EXPECT_EQ(cuLinkComplete(link, &image, nullptr), CUDA_ERROR_INVALID_PTX);
+    EXPECT_EQ(image, nullptr);
+}
+
+TEST_F(Link, RefusesWhatTheManualForbids) {
+    void* image = nullptr;
+    size_t size = 0;
+    char cubin[64] = "\x7f"
+                     "ELF";
+    CUlinkState none = nullptr, garbage = reinterpret_cast<CUlinkState>(0x5550);
+    EXPECT_EQ(cuLinkCreate(0, nullptr, nullptr, nullptr), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuLinkCreate(2, nullptr, nullptr, &none), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuLinkComplete(link, &image, &size), CUDA_ERROR_INVALID_VALUE); // nothing in it
+    EXPECT_EQ(add("this is no PTX"), CUDA_ERROR_INVALID_PTX);
+    EXPECT_EQ(cuLinkAddData(link, CU_JIT_INPUT_PTX, nullptr, 5, "", 0, nullptr, nullptr),
+              CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuLinkAddData(link, CU_JIT_INPUT_PTX, cubin, 0, "", 0, nullptr, nullptr),
+              CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuLinkAddData(link, CUjitInputType(50), cubin, 64, "", 0, nullptr, nullptr),
+              CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuLinkAddData(link, CU_JIT_INPUT_CUBIN, cubin, 64, "", 0, nullptr, nullptr),
+              CUDA_ERROR_NO_BINARY_FOR_GPU);
+    EXPECT_EQ(cuLinkAddData(link, CU_JIT_INPUT_LIBRARY, cubin, 64, "", 0, nullptr, nullptr),
+              CUDA_ERROR_NOT_SUPPORTED);
+    EXPECT_EQ(cuLinkAddFile(link, CU_JIT_INPUT_PTX, "/no/such/file", 0, nullptr, nullptr),
+              CUDA_ERROR_FILE_NOT_FOUND);
+    EXPECT_EQ(cuLinkAddFile(link, CU_JIT_INPUT_PTX, nullptr, 0, nullptr, nullptr),
+              CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuLinkComplete(garbage, &image, &size), CUDA_ERROR_INVALID_HANDLE);
+    EXPECT_EQ(cuLinkDestroy(garbage), CUDA_ERROR_INVALID_HANDLE);
+    ASSERT_EQ(add(kLibrary), CUDA_SUCCESS);
+    EXPECT_EQ(cuLinkComplete(link, nullptr, &size), CUDA_ERROR_INVALID_VALUE);
+    ASSERT_EQ(cuLinkComplete(link, &image, &size), CUDA_SUCCESS);
+    EXPECT_EQ(add(kMain), CUDA_ERROR_INVALID_VALUE); // it is complete
+}
+
+TEST_F(Link, ErrorsGoToTheLogBuffer) {
+    char buffer[512] = "";
+    CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES};
+    void* values[] = {buffer, reinterpret_cast<void*>(sizeof buffer)};
+    CUlinkState logged = nullptr;
+    ASSERT_EQ(cuLinkCreate(2, options, values, &logged), CUDA_SUCCESS);
+    ASSERT_EQ(cuLinkAddData(logged, CU_JIT_INPUT_PTX, const_cast<char*>(kMain.c_str()),
+                            kMain.size() + 1, "main", 0, nullptr, nullptr),
+              CUDA_SUCCESS);
+    void* image = nullptr;
+    EXPECT_EQ(cuLinkComplete(logged, &image, nullptr), CUDA_ERROR_INVALID_PTX);
+    EXPECT_TRUE(std::strstr(buffer, "triple") || std::strstr(buffer, "total")) << buffer;
+    EXPECT_EQ(cuLinkDestroy(logged), CUDA_SUCCESS);
+}
+
+TEST_F(Link, DamagedImagesAreRefused) {
+    ASSERT_EQ(add(kLibrary), CUDA_SUCCESS);
+    void* image = nullptr;
+    size_t size = 0;
+    ASSERT_EQ(cuLinkComplete(link, &image, &size), CUDA_SUCCESS);
+    const std::string whole(static_cast<char*>(image), size);
+    const auto load = [](std::string bytes, size_t at, uint64_t value, size_t width) {
+        std::memcpy(&bytes[at], &value, width);
+        CUmodule module = nullptr;
+        return cuModuleLoadData(&module, bytes.data());
+    };
+    EXPECT_EQ(load(whole, 4, 2, 4), CUDA_ERROR_INVALID_IMAGE);            // more texts
+    EXPECT_EQ(load(whole, 8, ~uint64_t(0), 8), CUDA_ERROR_INVALID_IMAGE); // endless
+    EXPECT_EQ(load(whole, 8, size - 17, 8), CUDA_ERROR_INVALID_IMAGE);    // no NUL
+    EXPECT_EQ(load(whole, 8, 0, 8), CUDA_ERROR_INVALID_IMAGE);            // nothing
+    EXPECT_EQ(load(whole, 20, 0x2121212121, 4), CUDA_ERROR_INVALID_PTX);
+}
+
+} // namespace
