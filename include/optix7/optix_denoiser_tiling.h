@@ -64,6 +64,18 @@ inline OptixImage2D subImage(const OptixImage2D& image, unsigned int pixelStride
     return part;
 }
 
+/** 1, or 2 if one image is twice as wide and high as the other and the release upscales; else 0. */
+inline unsigned int upscaling(const OptixImage2D& input, const OptixImage2D& output) {
+    if (input.width == output.width && input.height == output.height)
+        return 1;
+#if SUNSTONE_OPTIX_API >= 70600
+    if (output.width % 2 == 0 && input.width == output.width / 2 && output.height % 2 == 0 &&
+        input.height == output.height / 2)
+        return 2;
+#endif
+    return 0;
+}
+
 } // namespace optix_impl
 
 /** Bytes from one pixel to the next: pixelStrideInBytes, or if that is 0 the size of a pixel of the
@@ -97,8 +109,9 @@ inline unsigned int optixUtilGetPixelStride(const OptixImage2D& image) {
 }
 
 /** Appends the tiles that cover an image. tileWidth, tileHeight: largest output of a tile that is
-   not the first. OPTIX_ERROR_INVALID_VALUE: one of them is 0, the images are empty or differ in
-   size, or a format is unknown. [3.14.2.10] */
+   not the first, in pixels of the input. OPTIX_ERROR_INVALID_VALUE: one of them is 0, the images
+   are empty or differ in size (7.6: and the output is not twice as wide and high as the input), or
+   a format is unknown. [3.14.2.10] */
 inline OptixResult optixUtilDenoiserSplitImage(const OptixImage2D& input,
                                                const OptixImage2D& output,
                                                unsigned int overlapWindowSizeInPixels,
@@ -106,9 +119,9 @@ inline OptixResult optixUtilDenoiserSplitImage(const OptixImage2D& input,
                                                std::vector<OptixUtilDenoiserImageTile>& tiles) {
     const unsigned int inputStride = optixUtilGetPixelStride(input);
     const unsigned int outputStride = optixUtilGetPixelStride(output);
-    if (tileWidth == 0 || tileHeight == 0 || input.width == 0 || input.height == 0 ||
-        input.width != output.width || input.height != output.height || inputStride == 0 ||
-        outputStride == 0)
+    const unsigned int factor = optix_impl::upscaling(input, output);
+    if (tileWidth == 0 || tileHeight == 0 || input.width == 0 || input.height == 0 || factor == 0 ||
+        inputStride == 0 || outputStride == 0)
         return OPTIX_ERROR_INVALID_VALUE;
     unsigned int width, height;
     const std::vector<optix_impl::TileSpan> columns =
@@ -120,8 +133,9 @@ inline OptixResult optixUtilDenoiserSplitImage(const OptixImage2D& input,
             OptixUtilDenoiserImageTile tile;
             tile.input =
                 optix_impl::subImage(input, inputStride, column.input, row.input, width, height);
-            tile.output = optix_impl::subImage(output, outputStride, column.output, row.output,
-                                               column.count, row.count);
+            tile.output = optix_impl::subImage(output, outputStride, factor * column.output,
+                                               factor * row.output, factor * column.count,
+                                               factor * row.count);
             tile.inputOffsetX = column.output - column.input;
             tile.inputOffsetY = row.output - row.input;
             tiles.push_back(tile);
@@ -148,12 +162,20 @@ inline OptixResult optixUtilDenoiserInvokeTiled(
 
     OptixResult result = OPTIX_SUCCESS;
     const OptixImage2D& whole = layers[0].output;
-    const auto split = [&](const OptixImage2D& input, const OptixImage2D& output, Tiles& tiles) {
-        if (result == OPTIX_SUCCESS && input.data != 0)
-            result = input.width == whole.width && input.height == whole.height
-                         ? optixUtilDenoiserSplitImage(input, output, overlapWindowSizeInPixels,
-                                                       tileWidth, tileHeight, tiles)
-                         : OPTIX_ERROR_INVALID_VALUE;
+    const unsigned int factor = optix_impl::upscaling(layers[0].input, whole);
+    if (factor == 0)
+        return OPTIX_ERROR_INVALID_VALUE;
+    /* scale: 1 for images of the input's size, factor for those of the output's */
+    const auto split = [&](const OptixImage2D& input, const OptixImage2D& output,
+                           unsigned int scale, Tiles& tiles) {
+        if (result != OPTIX_SUCCESS || input.data == 0)
+            return;
+        if (output.width != whole.width || output.height != whole.height ||
+            optix_impl::upscaling(input, output) != factor / scale)
+            result = OPTIX_ERROR_INVALID_VALUE;
+        else
+            result = optixUtilDenoiserSplitImage(input, output, scale * overlapWindowSizeInPixels,
+                                                 scale * tileWidth, scale * tileHeight, tiles);
     };
     std::vector<Tiles> images(numLayers), previous(numLayers);
     Tiles albedo, normal, flow;
@@ -161,17 +183,17 @@ inline OptixResult optixUtilDenoiserInvokeTiled(
     Tiles internal;
     if (guideLayer->outputInternalGuideLayer.data != 0)
         split(guideLayer->previousOutputInternalGuideLayer, guideLayer->outputInternalGuideLayer,
-              internal);
+              factor, internal);
 #endif
     for (unsigned int i = 0; i < numLayers; ++i) {
-        split(layers[i].input, layers[i].output, images[i]);
-        split(layers[i].previousOutput, layers[i].output, previous[i]);
+        split(layers[i].input, layers[i].output, 1, images[i]);
+        split(layers[i].previousOutput, layers[i].output, factor, previous[i]);
         if (result == OPTIX_SUCCESS && images[i].empty())
             result = OPTIX_ERROR_INVALID_VALUE;
     }
-    split(guideLayer->albedo, whole, albedo);
-    split(guideLayer->normal, whole, normal);
-    split(guideLayer->flow, whole, flow);
+    split(guideLayer->albedo, whole, 1, albedo);
+    split(guideLayer->normal, whole, 1, normal);
+    split(guideLayer->flow, whole, 1, flow);
 
     for (size_t t = 0; result == OPTIX_SUCCESS && t < images[0].size(); ++t) {
         std::vector<OptixDenoiserLayer> tileLayers(layers, layers + numLayers);

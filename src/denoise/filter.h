@@ -18,15 +18,16 @@ enum class AlphaMode : uint8_t {
 
 struct Layer {
     Image input;
-    Image previous; // the layer's denoised previous frame; temporal filters only
-    Image output;   // may share memory with input and previous
+    Image
+        previous; // the layer's denoised previous frame, as large as a whole output; temporal only
+    Image output; // may share memory with previous, and with input where sizes are the same
 };
 
 // One image, or one tile of an image with what surrounds it.
 struct Frame {
     Image albedo, normal, flow; // guides; those without data are not used
-    std::vector<Layer> layers;  // inputs, previous images and guides all have the same size
-    // First pixel of the inputs that is written; outputs may be smaller than inputs.
+    std::vector<Layer> layers;  // inputs and guides all have the same size
+    // First pixel of the inputs that is written; outputs may show a part of what inputs show.
     uint32_t offsetX = 0, offsetY = 0;
     AlphaMode alpha = AlphaMode::kCopy;
     float blend = 0;            // 0: denoised, 1: input
@@ -39,6 +40,8 @@ struct Frame {
 class Filter {
 public:
     virtual ~Filter() = default;
+    // Pixels of the output for one of the input, in each direction: 1 or 2.
+    virtual uint32_t factor() const = 0;
     // Pixels of surrounding that a tile needs on each side for the result to be that of the whole.
     virtual uint32_t overlap() const = 0;
     // Bytes of scratch memory for inputs of this size.

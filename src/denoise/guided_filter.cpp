@@ -3,6 +3,7 @@
 
 #include "denoise/history.h"
 #include "denoise/rows.h"
+#include "denoise/upsampler.h"
 
 #include "base/error.h"
 #include "base/threads.h"
@@ -15,6 +16,7 @@ namespace sunstone::denoise {
 namespace {
 
 constexpr size_t kPlaneCount = 25;
+constexpr size_t kLargePlaneCount = 7; // of the output's size, where that is larger
 constexpr size_t kAlignment = 64;
 constexpr size_t kRowsPerTask = 4;
 // Beyond this a value is as good as infinite; its square still fits into a float with room.
@@ -58,8 +60,8 @@ struct Divisor {
 
 class Run {
 public:
-    Run(const Frame& frame, const FilterSettings& settings, void* scratch)
-        : frame_(frame), settings_(settings), first_(frame.layers.at(0).input) {
+    Run(const Frame& frame, const FilterSettings& settings, uint32_t factor, void* scratch)
+        : frame_(frame), settings_(settings), factor_(factor), first_(frame.layers.at(0).input) {
         pass_ = Pass{};
         pass_.width = first_.width;
         pass_.height = first_.height;
@@ -83,6 +85,14 @@ public:
         valid_ = takePlane();
         alpha_ = takePlane();
         pass_.valid = valid_;
+        outputStride_ = pass_.stride;
+        if (factor_ == 1)
+            return;
+        outputStride_ = rowStride(factor_ * pass_.width);
+        for (float** plane :
+             {&large_.color[0], &large_.color[1], &large_.color[2], &large_.variance,
+              &blended_.color[0], &blended_.color[1], &blended_.color[2]})
+            *plane = takePlane(factor_);
     }
 
     void all() {
@@ -94,9 +104,9 @@ public:
 private:
     using RowFunction = void (*)(const Pass&, uint32_t);
 
-    float* takePlane() {
+    float* takePlane(uint32_t factor = 1) {
         float* plane = next_;
-        next_ += planeSize(pass_.width, pass_.height);
+        next_ += planeSize(factor * pass_.width, factor * pass_.height);
         return plane;
     }
 
@@ -170,12 +180,32 @@ private:
         if (pass_.hasAlpha)
             std::swap(alpha_, result.alpha);
         multiply(result);
-        if (frame_.isTemporal && frame_.hasPrevious) {
-            blendHistory(layer, result, other);
-            write(layer, other);
-        } else {
-            write(layer, result);
-        }
+        if (factor_ != 1)
+            upsample(result, other);
+        const Planes& present = factor_ == 1 ? result : large_;
+        const Planes& blended = factor_ == 1 ? other : blended_;
+        bool isBlended = frame_.isTemporal && frame_.hasPrevious;
+        if (isBlended)
+            blendHistory(layer, present, blended);
+        write(layer, isBlended ? blended : present);
+    }
+
+    // From `from` to large_.
+    void upsample(const Planes& from, const Planes& scratch) const {
+        Upsampler upsampler{pass_.width,
+                            pass_.height,
+                            pass_.stride,
+                            pass_.guideCount,
+                            guides_,
+                            from.color,
+                            from.variance,
+                            {scratch.color[0], scratch.color[1], scratch.color[2]},
+                            {pass_.detail[0], pass_.detail[1], pass_.detail[2]},
+                            outputStride_,
+                            large_};
+        forRows([&](uint32_t y) { upsampler.compressRow(y); });
+        forRows([&](uint32_t y) { upsampler.tensorRow(y); });
+        forRows([&](uint32_t y) { upsampler.upsampleRow(y); });
     }
 
     void loadAlpha(const Layer& layer) {
@@ -263,10 +293,13 @@ private:
     void blendHistory(const Layer& layer, const Planes& from, const Planes& to) const {
         History history{layer.previous,
                         frame_.flow,
+                        factor_,
                         {scale_[0], scale_[1], scale_[2]},
                         settings_.historyWeight};
-        forRows([&](uint32_t y) {
-            history.blendRow(y, pass_.width, pass_.height, pass_.stride, from, to);
+        uint32_t width = factor_ * pass_.width, height = factor_ * pass_.height;
+        parallelFor(height, kRowsPerTask, [&](size_t begin, size_t end) {
+            for (size_t y = begin; y < end; ++y)
+                history.blendRow(uint32_t(y), width, height, outputStride_, from, to);
         });
     }
 
@@ -279,32 +312,47 @@ private:
         });
     }
     void writeOne(const Layer& layer, const Planes& from, uint32_t x, uint32_t y) const {
-        uint32_t inputX = x + frame_.offsetX, inputY = y + frame_.offsetY;
-        size_t at = inputY * pass_.stride + inputX;
+        uint32_t largeX = x + factor_ * frame_.offsetX, largeY = y + factor_ * frame_.offsetY;
+        size_t at = largeY * outputStride_ + largeX;
         float values[4] = {0, 0, 0, 1};
         for (int c = 0; c < 3; ++c) {
             float value = from.color[c][at];
             values[c] = frame_.isLimited ? std::min(encoded(value), 1.0f) : value / scale_[c];
         }
         if (channelsOf(layer.input.format) == 4)
-            values[3] = alpha_[at];
+            values[3] = factor_ == 1 ? alpha_[at] : alphaBetween(largeX, largeY);
         if (frame_.blend != 0.0f) {
             float given[4] = {0, 0, 0, 1};
-            readPixel(layer.input, inputX, inputY, given);
+            readPixel(layer.input, largeX / factor_, largeY / factor_, given);
             for (int c = 0; c < 4; ++c)
                 if (isUsable(given[c]))
                     values[c] += (given[c] - values[c]) * frame_.blend;
         }
         writePixel(layer.output, x, y, values);
     }
+    // Bilinear, at a pixel of an output twice as large.
+    float alphaBetween(uint32_t x, uint32_t y) const {
+        auto other = [](uint32_t large, uint32_t size) {
+            uint32_t own = large / 2;
+            return large % 2 ? std::min(own + 1, size - 1) : own - std::min(own, 1u);
+        };
+        size_t row = y / 2 * pass_.stride, otherRow = other(y, pass_.height) * pass_.stride;
+        size_t column = x / 2, otherColumn = other(x, pass_.width);
+        return 0.75f * (0.75f * alpha_[row + column] + 0.25f * alpha_[row + otherColumn]) +
+               0.25f * (0.75f * alpha_[otherRow + column] + 0.25f * alpha_[otherRow + otherColumn]);
+    }
 
     const Frame& frame_;
     const FilterSettings& settings_;
+    uint32_t factor_;
     const Image& first_;
     Pass pass_;
     float* next_ = nullptr;
     Planes a_, b_;
     Planes pilot_{}; // without alpha
+    // Factor 2: the upsampled image, and the same with the previous image blended in.
+    Planes large_{}, blended_{};
+    size_t outputStride_;
     float* guides_[kMaxGuides];
     float* valid_ = nullptr;
     float* alpha_ = nullptr;
@@ -319,17 +367,22 @@ uint32_t GuidedFilter::overlap() const {
         kRepairRadius + kResidualRadius + std::max(kSpreadRadius, kDetailRadius) + kHistoryRadius;
     for (uint32_t i = 0; i < settings_.passes; ++i)
         reach += 2u << i;
+    if (factor_ != 1)
+        reach += kUpsamplerRadius;
     return (reach + 7) / 8 * 8;
 }
 
 size_t GuidedFilter::scratchSize(uint32_t width, uint32_t height) const {
-    return kPlaneCount * planeSize(width, height) * sizeof(float) + kAlignment;
+    size_t floats = kPlaneCount * planeSize(width, height);
+    if (factor_ != 1)
+        floats += kLargePlaneCount * planeSize(factor_ * width, factor_ * height);
+    return floats * sizeof(float) + kAlignment;
 }
 
 void GuidedFilter::run(const Frame& frame, void* scratch) const {
     SUNSTONE_CHECK(settings_.passes >= 1 && settings_.passes <= kMaxPasses);
     SUNSTONE_CHECK(!frame.layers.empty());
-    Run(frame, settings_, scratch).all();
+    Run(frame, settings_, factor_, scratch).all();
 }
 
 } // namespace sunstone::denoise

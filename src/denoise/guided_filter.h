@@ -37,13 +37,17 @@ constexpr uint32_t kMaxPasses = 5;
 
 class GuidedFilter final : public Filter {
 public:
-    explicit GuidedFilter(const FilterSettings& settings) : settings_(settings) {}
+    // Factor 2: upsampled before what is temporal, see upsampler.h.
+    explicit GuidedFilter(const FilterSettings& settings, uint32_t factor = 1)
+        : settings_(settings), factor_(factor) {}
+    uint32_t factor() const override { return factor_; }
     uint32_t overlap() const override;
     size_t scratchSize(uint32_t width, uint32_t height) const override;
     void run(const Frame& frame, void* scratch) const override;
 
 private:
     FilterSettings settings_;
+    uint32_t factor_;
 };
 
 } // namespace sunstone::denoise

@@ -114,7 +114,9 @@ void History::blendRow(uint32_t y, uint32_t width, uint32_t height, size_t strid
         for (int c = 0; c < 3; ++c)
             to.color[c][at] = from.color[c][at];
         float moved[4] = {}, old[3];
-        readPixel(flow, x, y, moved);
+        readPixel(flow, x / factor, y / factor, moved);
+        moved[0] *= float(factor);
+        moved[1] *= float(factor);
         if (!(std::abs(moved[0]) < kLargestFlow && std::abs(moved[1]) < kLargestFlow))
             continue;
         float left = std::floor(-moved[0]), top = std::floor(-moved[1]);

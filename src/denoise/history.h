@@ -14,6 +14,7 @@ constexpr uint32_t kHistoryRadius = 1;
 struct History {
     const Image& previous;
     const Image& flow; // pixels moved since the previous image: new position minus old one
+    uint32_t factor;   // pixels of the planes for one of the flow, in each direction
     float scale[3];    // brings the previous image to the range of the planes
     float weight;
 

@@ -69,7 +69,7 @@ std::string faultOf(const Container& c) {
 } // namespace
 
 std::unique_ptr<Filter> makeFilter(const Model& model) {
-    return std::make_unique<GuidedFilter>(model.settings);
+    return std::make_unique<GuidedFilter>(model.settings, isTwice(model.kind) ? 2 : 1);
 }
 
 bool parseModel(const void* bytes, size_t size, Model& model, std::string& reason) {

@@ -12,13 +12,24 @@
 
 namespace sunstone::denoise {
 
-enum class Kind : uint8_t { kLimited, kHighRange, kLayers, kTemporal, kTemporalLayers };
+enum class Kind : uint8_t {
+    kLimited,
+    kHighRange,
+    kLayers,
+    kTemporal,
+    kTemporalLayers,
+    kTwice, // outputs are twice as wide and high
+    kTemporalTwice,
+};
 
+inline bool isTwice(Kind kind) {
+    return kind == Kind::kTwice || kind == Kind::kTemporalTwice;
+}
 inline bool takesLayers(Kind kind) {
-    return kind == Kind::kLayers || kind == Kind::kTemporalLayers;
+    return kind == Kind::kLayers || kind == Kind::kTemporalLayers || isTwice(kind);
 }
 inline bool isTemporal(Kind kind) {
-    return kind == Kind::kTemporal || kind == Kind::kTemporalLayers;
+    return kind == Kind::kTemporal || kind == Kind::kTemporalLayers || kind == Kind::kTemporalTwice;
 }
 
 struct Model {

@@ -1,27 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bodies of the row kernels; see rows.h. Include once in a file that is compiled for one
 // instruction set: everything here is local to that file.
+#include "denoise/falloff.h"
 #include "denoise/rows.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace sunstone::denoise {
 namespace {
 
 constexpr uint32_t kChunk = 256; // pixels whose sums are held on the stack
-
-// exp(-x) for x >= 0 with a relative error below 1e-4; 0 from 60 on.
-inline float falloff(float x) {
-    float power = (x < 60.0f ? x : 60.0f) * -1.44269504f;
-    int whole = int(power); // towards zero: the rest is in (-1, 0]
-    float rest = power - float(whole);
-    float value =
-        1.0f + rest * (0.6931472f + rest * (0.2402265f + rest * (0.0555041f + rest * 0.0083360f)));
-    float scale = std::bit_cast<float>(uint32_t(whole + 127) << 23);
-    return x < 60.0f ? value * scale : 0.0f;
-}
 
 // Squared distance of the guides of pixel i in row `at` and pixel j in row `other`.
 template <int kGuides>

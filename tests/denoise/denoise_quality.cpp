@@ -238,6 +238,57 @@ void measureTemporal(OptixDeviceContext context, Stage& stage, OptixDenoiserMode
             own / frames);
 }
 
+// What a client without an upscaling denoiser would do with a denoised picture.
+Image bilinear(const Image& small, unsigned width, unsigned height) {
+    Image large(4 * small.size());
+    auto next = [](unsigned at, unsigned size) { // the other pixel that counts
+        return at % 2 ? std::min(at / 2 + 1, size - 1) : at / 2 - std::min(at / 2, 1u);
+    };
+    for (unsigned y = 0; y < 2 * height; ++y)
+        for (unsigned x = 0; x < 2 * width; ++x)
+            for (unsigned c = 0; c < 4; ++c) {
+                auto row = [&](unsigned from) {
+                    size_t at = size_t(from) * width;
+                    return 0.75f * small[4 * (at + x / 2) + c] +
+                           0.25f * small[4 * (at + next(x, width)) + c];
+                };
+                large[4 * (size_t(y) * 2 * width + x) + c] =
+                    0.75f * row(y / 2) + 0.25f * row(next(y, height));
+            }
+    return large;
+}
+
+// Against a reference twice as wide and high.
+void measureUpscaling(OptixDeviceContext context, Stage& stage, Stage& large) {
+    unsigned width = stage.options().width, height = stage.options().height;
+    auto denoise = [&](OptixDenoiserModelKind kind, const NoisyImage& image) {
+        ImageDenoiser denoiser(context, kind, true, true, width, height);
+        return denoiser.denoise(image)[0];
+    };
+    NoisyImage noisy = stage.noisy(1);
+    Reference reference = large.reference();
+    double before = psnr(bilinear(noisy.layers[0], width, height), reference);
+    Image plain = bilinear(denoise(OPTIX_DENOISER_MODEL_KIND_HDR, noisy), width, height);
+    double interpolated = psnr(plain, reference);
+    double upscaled = psnr(denoise(OPTIX_DENOISER_MODEL_KIND_UPSCALE2X, noisy), reference);
+
+    ImageDenoiser temporal(context, OPTIX_DENOISER_MODEL_KIND_TEMPORAL_UPSCALE2X, true, true, width,
+                           height);
+    Image last;
+    for (unsigned frame = 0; frame < 4; ++frame) { // of a camera that stands still
+        NoisyImage image = stage.noisy(1 + frame);
+        std::fill(image.flow.begin(), image.flow.end(), 0.0f);
+        last = temporal.denoise(image)[0];
+    }
+    double stable = psnr(last, reference);
+    std::printf("| %-8s | %5.1f | %5.2f | %5.2f | %5.2f |\n", stage.name(), before,
+                interpolated - before, upscaled - before, stable - before);
+    require(upscaled > interpolated, stage.name(), "upscaled, against bilinear",
+            upscaled - interpolated);
+    require(stable > upscaled, stage.name(), "fourth frame upscaled, against the first",
+            stable - upscaled);
+}
+
 int run(int argc, char** argv) {
     Options options;
     Arguments arguments("Measures what the denoiser gains on path-traced scenes.");
@@ -265,6 +316,18 @@ int run(int argc, char** argv) {
         measureTemporal(context, stage,
                         number == 1 ? OPTIX_DENOISER_MODEL_KIND_TEMPORAL
                                     : OPTIX_DENOISER_MODEL_KIND_TEMPORAL_AOV);
+    }
+    std::printf("\n| scene | noisy, bilinear to twice the size | HDR, then bilinear | UPSCALE2X | "
+                "TEMPORAL_UPSCALE2X, fourth frame |\n|---|---|---|---|---|\n");
+    Options half = options;
+    half.width /= 2;
+    half.height /= 2;
+    Options whole = half;
+    whole.width *= 2;
+    whole.height *= 2;
+    for (unsigned number = 0; number < kViewCount; ++number) {
+        Stage small(context, number, half), large(context, number, whole);
+        measureUpscaling(context, small, large);
     }
     OPTIX_CHECK(optixDeviceContextDestroy(context));
     return gFailures == 0 ? 0 : 1;

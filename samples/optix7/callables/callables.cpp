@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Any pattern on any material: the surface of each sphere names two callables, a direct one for the
 // colour and a continuation one for the light that leaves it. Read spheres first.
-#include "arguments.h"
-#include "optix_setup.h"
-#include "png_image.h"
+#include "picture.h"
 
 #include <optix_function_table_definition.h>
-
-#include <cstdio>
 
 #include "params.h"
 
@@ -82,8 +78,7 @@ std::vector<SbtRecord<CallableData>> makeCallables(Program& program) {
     return records;
 }
 
-void render(OptixDeviceContext context, unsigned width, unsigned height, unsigned samplesPerAxis,
-            const std::string& output) {
+void render(OptixDeviceContext context, const Picture& picture, unsigned samplesPerAxis) {
     std::vector<Shape> hostShapes = makeShapes();
     Accel accel = buildShapes(context, hostShapes);
     Program program(context, callables_ptx(), 4, 2, OPTIX_PRIMITIVE_TYPE_FLAGS_CUSTOM);
@@ -111,45 +106,29 @@ void render(OptixDeviceContext context, unsigned width, unsigned height, unsigne
     sbt.callablesRecordCount = unsigned(callableRecords.size());
     OptixPipeline pipeline = program.link(kMaxTraceDepth);
 
-    DeviceBuffer image(size_t(width) * height * sizeof(float4));
+    DeviceBuffer image(picture.pixels() * sizeof(float4));
     DeviceBuffer shapes;
     shapes.upload(hostShapes);
     Params params = {};
     params.image = image.as<float4>();
     params.shapes = shapes.as<Shape>();
     params.camera = makeCamera(vec(0.6f, 4.4f, 8.6f), vec(0.0f, 0.45f, -0.6f),
-                               vec(0.0f, 1.0f, 0.0f), 34.0f, float(width) / float(height));
+                               vec(0.0f, 1.0f, 0.0f), 34.0f, picture.aspect());
     params.lightDirection = normalize(vec(-0.55f, 1.0f, 0.6f));
     params.scene = accel.handle;
     params.samplesPerAxis = samplesPerAxis;
-    DeviceBuffer deviceParams;
-    deviceParams.upload(&params, sizeof(params));
-    OPTIX_CHECK(optixLaunch(pipeline, nullptr, deviceParams.address(), sizeof(params), &sbt, width,
-                            height, 1));
-    CUDA_CHECK(cudaDeviceSynchronize());
-    writePng(output, width, height, toSrgb(image.download<float>(), false));
-    std::printf("wrote %s\n", output.c_str());
-}
-
-int run(int argc, char** argv) {
-    std::string output = "callables.png";
-    unsigned width = 960, height = 540, samplesPerAxis = 3;
-    Arguments arguments("Ray traces spheres whose patterns and materials are callable programs.");
-    arguments.add("-o,--output", output, "picture to write");
-    arguments.add("--width", width, 1, 8192, "pixels across");
-    arguments.add("--height", height, 1, 8192, "pixels down");
-    arguments.add("--samples-per-axis", samplesPerAxis, 1, 16, "rays for a pixel, square root");
-    if (arguments.parse(argc, argv) == Arguments::Result::kHelp)
-        return 0;
-
-    OptixDeviceContext context = createContext();
-    render(context, width, height, samplesPerAxis, output);
-    OPTIX_CHECK(optixDeviceContextDestroy(context));
-    return 0;
+    launch(pipeline, sbt, params, picture);
+    writePicture(picture, image);
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-    return runSample("callables", [&] { return run(argc, argv); });
+    Picture picture = {"callables.png", 960, 540};
+    unsigned samplesPerAxis = 3;
+    Arguments arguments("Ray traces spheres whose patterns and materials are callable programs.");
+    addPictureOptions(arguments, picture);
+    arguments.add("--samples-per-axis", samplesPerAxis, 1, 16, "rays for a pixel, square root");
+    return runSample("callables", arguments, argc, argv,
+                     [&](OptixDeviceContext context) { render(context, picture, samplesPerAxis); });
 }

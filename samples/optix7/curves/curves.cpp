@@ -3,15 +3,12 @@
 // segments, quadratic B-splines, cubic B-splines, Catmull-Rom splines. Linear segments show the
 // polygon of the points; B-splines cut its corners; Catmull-Rom splines go through the points.
 // Read instances first.
-#include "arguments.h"
-#include "optix_setup.h"
-#include "png_image.h"
+#include "picture.h"
 #include "sampling.h"
 
 #include <optix_function_table_definition.h>
 
 #include <algorithm>
-#include <cstdio>
 
 #include "params.h"
 
@@ -124,8 +121,8 @@ Scene buildScene(OptixDeviceContext context, unsigned strands) {
     return scene;
 }
 
-void render(OptixDeviceContext context, unsigned width, unsigned height, unsigned samplesPerAxis,
-            unsigned strands, const std::string& output) {
+void render(OptixDeviceContext context, const Picture& picture, unsigned samplesPerAxis,
+            unsigned strands) {
     Scene scene = buildScene(context, strands);
     Program program(context, curves_ptx(), 3, 2, kBasisFlags, "params",
                     OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_LEVEL_INSTANCING);
@@ -151,43 +148,28 @@ void render(OptixDeviceContext context, unsigned width, unsigned height, unsigne
     sbt.hitgroupRecordCount = unsigned(hitRecords.size());
     OptixPipeline pipeline = program.link(2, 2);
 
-    DeviceBuffer image(size_t(width) * height * sizeof(float4));
+    DeviceBuffer image(picture.pixels() * sizeof(float4));
     Params params = {};
     params.image = image.as<float4>();
-    params.camera = makeCamera(vec(0.0f, 2.6f, 12.0f), vec(0.0f, 1.1f, 0.0f),
-                               vec(0.0f, 1.0f, 0.0f), 14.5f, float(width) / float(height));
+    params.camera = makeCamera(vec(0.0f, 2.6f, 12.0f), vec(0.0f, 1.1f, 0.0f), vec(0.0f, 1.0f, 0.0f),
+                               14.5f, picture.aspect());
     params.lightDirection = normalize(vec(-0.5f, 1.0f, 0.7f));
     params.scene = scene.top.handle;
     params.samplesPerAxis = samplesPerAxis;
-    DeviceBuffer deviceParams;
-    deviceParams.upload(&params, sizeof(params));
-    OPTIX_CHECK(optixLaunch(pipeline, nullptr, deviceParams.address(), sizeof(params), &sbt, width,
-                            height, 1));
-    CUDA_CHECK(cudaDeviceSynchronize());
-    writePng(output, width, height, toSrgb(image.download<float>(), false));
-    std::printf("wrote %s\n", output.c_str());
-}
-
-int run(int argc, char** argv) {
-    std::string output = "curves.png";
-    unsigned width = 1200, height = 400, samplesPerAxis = 3, strands = 4000;
-    Arguments arguments("Ray traces hair made of round curves in four bases.");
-    arguments.add("-o,--output", output, "picture to write");
-    arguments.add("--width", width, 1, 8192, "pixels across");
-    arguments.add("--height", height, 1, 8192, "pixels down");
-    arguments.add("--samples-per-axis", samplesPerAxis, 1, 16, "rays for a pixel, square root");
-    arguments.add("--strands", strands, 1, 1000000, "strands of hair for each basis");
-    if (arguments.parse(argc, argv) == Arguments::Result::kHelp)
-        return 0;
-
-    OptixDeviceContext context = createContext();
-    render(context, width, height, samplesPerAxis, strands, output);
-    OPTIX_CHECK(optixDeviceContextDestroy(context));
-    return 0;
+    launch(pipeline, sbt, params, picture);
+    writePicture(picture, image);
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-    return runSample("curves", [&] { return run(argc, argv); });
+    Picture picture = {"curves.png", 1200, 400};
+    unsigned samplesPerAxis = 3, strands = 4000;
+    Arguments arguments("Ray traces hair made of round curves in four bases.");
+    addPictureOptions(arguments, picture);
+    arguments.add("--samples-per-axis", samplesPerAxis, 1, 16, "rays for a pixel, square root");
+    arguments.add("--strands", strands, 1, 1000000, "strands of hair for each basis");
+    return runSample("curves", arguments, argc, argv, [&](OptixDeviceContext context) {
+        render(context, picture, samplesPerAxis, strands);
+    });
 }

@@ -3,17 +3,31 @@
 
 namespace {
 
+#if OPTIX_VERSION >= 70600
+constexpr bool kHasUpscaling = true;
+constexpr auto kUpscale = OPTIX_DENOISER_MODEL_KIND_UPSCALE2X;
+constexpr auto kTemporalUpscale = OPTIX_DENOISER_MODEL_KIND_TEMPORAL_UPSCALE2X;
+#else
+constexpr bool kHasUpscaling = false;
+constexpr auto kUpscale = OPTIX_DENOISER_MODEL_KIND_AOV;
+constexpr auto kTemporalUpscale = OPTIX_DENOISER_MODEL_KIND_TEMPORAL_AOV;
+#endif
+
 bool isTemporal(OptixDenoiserModelKind kind) {
     return kind == OPTIX_DENOISER_MODEL_KIND_TEMPORAL ||
-           kind == OPTIX_DENOISER_MODEL_KIND_TEMPORAL_AOV;
+           kind == OPTIX_DENOISER_MODEL_KIND_TEMPORAL_AOV || kind == kTemporalUpscale;
+}
+
+unsigned factorOf(OptixDenoiserModelKind kind) {
+    return kHasUpscaling && (kind == kUpscale || kind == kTemporalUpscale) ? 2 : 1;
 }
 
 } // namespace
 
 ImageDenoiser::ImageDenoiser(OptixDeviceContext context, OptixDenoiserModelKind kind,
                              bool withAlbedo, bool withNormal, unsigned width, unsigned height)
-    : kind_(kind), withAlbedo_(withAlbedo), withNormal_(withNormal), width_(width),
-      height_(height) {
+    : kind_(kind), withAlbedo_(withAlbedo), withNormal_(withNormal), width_(width), height_(height),
+      factor_(factorOf(kind)) {
     OptixDenoiserOptions options = {};
     options.guideAlbedo = withAlbedo;
     options.guideNormal = withNormal;
@@ -32,13 +46,14 @@ ImageDenoiser::~ImageDenoiser() {
         optixDenoiserDestroy(denoiser_);
 }
 
-OptixImage2D ImageDenoiser::describe(const DeviceBuffer& memory, OptixPixelFormat format) const {
+OptixImage2D ImageDenoiser::describe(const DeviceBuffer& memory, OptixPixelFormat format,
+                                     unsigned factor) const {
     OptixImage2D image = {};
     image.data = memory.address();
-    image.width = width_;
-    image.height = height_;
+    image.width = factor * width_;
+    image.height = factor * height_;
     image.pixelStrideInBytes = format == OPTIX_PIXEL_FORMAT_FLOAT2 ? 8 : 16;
-    image.rowStrideInBytes = width_ * image.pixelStrideInBytes;
+    image.rowStrideInBytes = image.width * image.pixelStrideInBytes;
     image.format = format;
     return image;
 }
@@ -51,10 +66,12 @@ std::vector<std::vector<float>> ImageDenoiser::denoise(const NoisyImage& image) 
     std::vector<OptixDenoiserLayer> layers(count);
     for (size_t i = 0; i < count; ++i) {
         inputs_[i].upload(image.layers[i]);
-        if (isFirst) // the noisy image stands for the frame before the first
+        if (isFirst && factor_ != 1)
+            outputs_[i].allocate(factor_ * factor_ * image.layers[i].size() * sizeof(float));
+        else if (isFirst) // the noisy image stands for the frame before the first
             outputs_[i].upload(image.layers[i]);
         layers[i].input = describe(inputs_[i], OPTIX_PIXEL_FORMAT_FLOAT4);
-        layers[i].output = describe(outputs_[i], OPTIX_PIXEL_FORMAT_FLOAT4);
+        layers[i].output = describe(outputs_[i], OPTIX_PIXEL_FORMAT_FLOAT4, factor_);
         if (isTemporal(kind_))
             layers[i].previousOutput = layers[i].output;
     }
@@ -72,7 +89,10 @@ std::vector<std::vector<float>> ImageDenoiser::denoise(const NoisyImage& image) 
         guides.flow = describe(flow_, OPTIX_PIXEL_FORMAT_FLOAT2);
     }
     OptixDenoiserParams params = {};
-    if (kind_ == OPTIX_DENOISER_MODEL_KIND_HDR) {
+#if OPTIX_VERSION >= 70600
+    params.temporalModeUsePreviousLayers = !isFirst;
+#endif
+    if (kind_ == OPTIX_DENOISER_MODEL_KIND_HDR || factor_ != 1) {
         OPTIX_CHECK(optixDenoiserComputeIntensity(denoiser_, nullptr, &layers[0].input,
                                                   intensity_.address(), scratch_.address(),
                                                   scratch_.size()));

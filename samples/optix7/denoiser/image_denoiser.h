@@ -23,15 +23,18 @@ public:
     ImageDenoiser& operator=(const ImageDenoiser&) = delete;
     ~ImageDenoiser();
 
-    // The denoised layers. Temporal kinds take the images in the order of time.
+    // The denoised layers; upscaling kinds (OptiX 7.6) make them twice as wide and high. Temporal
+    // kinds take the images in the order of time.
     std::vector<std::vector<float>> denoise(const NoisyImage& image);
 
 private:
-    OptixImage2D describe(const DeviceBuffer& memory, OptixPixelFormat format) const;
+    OptixImage2D describe(const DeviceBuffer& memory, OptixPixelFormat format,
+                          unsigned factor = 1) const;
 
     OptixDenoiserModelKind kind_;
     bool withAlbedo_, withNormal_;
     unsigned width_, height_;
+    unsigned factor_; // pixels of outputs for one of inputs, in each direction
     OptixDenoiser denoiser_ = nullptr;
     DeviceBuffer state_, scratch_, intensity_;
     DeviceBuffer albedo_, normal_, flow_;

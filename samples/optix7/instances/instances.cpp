@@ -2,9 +2,7 @@
 // Instances of instances: a cube of twelve triangles, twenty copies of which make a sponge, twenty
 // of which make a larger one, and so on. The deepest has 20^6 = 64 million cubes; in memory are a
 // cube and one small structure for each level. Read triangle first.
-#include "arguments.h"
-#include "optix_setup.h"
-#include "png_image.h"
+#include "picture.h"
 #include "sampling.h"
 
 #include <optix_function_table_definition.h>
@@ -112,8 +110,7 @@ Scene buildScene(OptixDeviceContext context, unsigned depth) {
     return scene;
 }
 
-void render(OptixDeviceContext context, unsigned width, unsigned height, unsigned samples,
-            unsigned depth, const std::string& output) {
+void render(OptixDeviceContext context, const Picture& picture, unsigned samples, unsigned depth) {
     Scene scene = buildScene(context, depth);
     size_t bytes = scene.ground.memory.size() + scene.whole.memory.size();
     for (const Accel& level : scene.levels)
@@ -143,44 +140,28 @@ void render(OptixDeviceContext context, unsigned width, unsigned height, unsigne
     sbt.hitgroupRecordCount = unsigned(hitRecords.size());
     OptixPipeline pipeline = program.link(4, scene.graphDepth); // camera, two bounces, shadow
 
-    DeviceBuffer image(size_t(width) * height * sizeof(float4));
+    DeviceBuffer image(picture.pixels() * sizeof(float4));
     Params params = {};
     params.image = image.as<float4>();
     params.camera = makeCamera(vec(0.6f, 2.6f, 4.4f), vec(0.05f, 1.05f, 0.0f),
-                               vec(0.0f, 1.0f, 0.0f), 38.0f, float(width) / float(height));
+                               vec(0.0f, 1.0f, 0.0f), 38.0f, picture.aspect());
     params.sunDirection = normalize(vec(0.75f, 0.8f, 0.35f));
     params.scene = scene.whole.handle;
     params.samples = samples;
     params.epsilon = 2e-5f;
-    DeviceBuffer deviceParams;
-    deviceParams.upload(&params, sizeof(params));
-    OPTIX_CHECK(optixLaunch(pipeline, nullptr, deviceParams.address(), sizeof(params), &sbt, width,
-                            height, 1));
-    CUDA_CHECK(cudaDeviceSynchronize());
-    writePng(output, width, height, toSrgb(image.download<float>(), true));
-    std::printf("wrote %s\n", output.c_str());
-}
-
-int run(int argc, char** argv) {
-    std::string output = "instances.png";
-    unsigned width = 960, height = 540, samples = 16, depth = 6;
-    Arguments arguments("Ray traces instances of instances: sponges of up to 64 million cubes.");
-    arguments.add("-o,--output", output, "picture to write");
-    arguments.add("--width", width, 1, 8192, "pixels across");
-    arguments.add("--height", height, 1, 8192, "pixels down");
-    arguments.add("--spp", samples, 1, 4096, "paths for a pixel");
-    arguments.add("--depth", depth, 1, 12, "levels of instances in the large sponge");
-    if (arguments.parse(argc, argv) == Arguments::Result::kHelp)
-        return 0;
-
-    OptixDeviceContext context = createContext();
-    render(context, width, height, samples, depth, output);
-    OPTIX_CHECK(optixDeviceContextDestroy(context));
-    return 0;
+    launch(pipeline, sbt, params, picture);
+    writePicture(picture, image, true);
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-    return runSample("instances", [&] { return run(argc, argv); });
+    Picture picture = {"instances.png", 960, 540};
+    unsigned samples = 16, depth = 6;
+    Arguments arguments("Ray traces instances of instances: sponges of up to 64 million cubes.");
+    addPictureOptions(arguments, picture);
+    arguments.add("--spp", samples, 1, 4096, "paths for a pixel");
+    arguments.add("--depth", depth, 1, 12, "levels of instances in the large sponge");
+    return runSample("instances", arguments, argc, argv,
+                     [&](OptixDeviceContext context) { render(context, picture, samples, depth); });
 }

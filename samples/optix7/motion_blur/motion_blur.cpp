@@ -3,15 +3,12 @@
 // motion keys: a bouncing ball. A matrix motion transform: a block that shoots past and shears. SRT
 // motion transforms: a windmill's sails and spinning coins. A structure of instances with motion
 // keys holds them all. Read instances first.
-#include "arguments.h"
-#include "optix_setup.h"
-#include "png_image.h"
+#include "picture.h"
 #include "sampling.h"
 
 #include <optix_function_table_definition.h>
 
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 
 #include "params.h"
@@ -269,8 +266,7 @@ private:
     Accel whole_;
 };
 
-void render(OptixDeviceContext context, unsigned width, unsigned height, unsigned samples,
-            const std::string& output) {
+void render(OptixDeviceContext context, const Picture& picture, unsigned samples) {
     const Scene scene(context);
     Program program(context, motion_blur_ptx(), 5, 2,
                     OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE | OPTIX_PRIMITIVE_TYPE_FLAGS_CUSTOM,
@@ -300,43 +296,27 @@ void render(OptixDeviceContext context, unsigned width, unsigned height, unsigne
     // Three bounces and a shadow ray; instances over a transform over geometry.
     OptixPipeline pipeline = program.link(4, 3);
 
-    DeviceBuffer image(size_t(width) * height * sizeof(float4));
+    DeviceBuffer image(picture.pixels() * sizeof(float4));
     Params params = {};
     params.image = image.as<float4>();
-    params.camera = makeCamera(vec(0.2f, 3.1f, 10.6f), vec(-0.35f, 1.55f, 0.0f), vec(0, 1, 0), 33.0f,
-                               float(width) / float(height));
+    params.camera = makeCamera(vec(0.2f, 3.1f, 10.6f), vec(-0.35f, 1.55f, 0.0f), vec(0, 1, 0),
+                               33.0f, picture.aspect());
     params.sunDirection = normalize(vec(0.55f, 0.9f, 0.6f));
     params.scene = scene.handle();
     params.samples = samples;
     params.epsilon = 1e-3f;
-    DeviceBuffer deviceParams;
-    deviceParams.upload(&params, sizeof(params));
-    OPTIX_CHECK(optixLaunch(pipeline, nullptr, deviceParams.address(), sizeof(params), &sbt, width,
-                            height, 1));
-    CUDA_CHECK(cudaDeviceSynchronize());
-    writePng(output, width, height, toSrgb(image.download<float>(), false));
-    std::printf("wrote %s\n", output.c_str());
-}
-
-int run(int argc, char** argv) {
-    std::string output = "motion_blur.png";
-    unsigned width = 960, height = 540, samples = 64;
-    Arguments arguments("Renders moving, spinning and twisting things over an exposure.");
-    arguments.add("-o,--output", output, "picture to write");
-    arguments.add("--width", width, 1, 8192, "pixels across");
-    arguments.add("--height", height, 1, 8192, "pixels down");
-    arguments.add("--spp", samples, 1, 65536, "paths for each pixel, each at its own time");
-    if (arguments.parse(argc, argv) == Arguments::Result::kHelp)
-        return 0;
-
-    OptixDeviceContext context = createContext();
-    render(context, width, height, samples, output);
-    OPTIX_CHECK(optixDeviceContextDestroy(context));
-    return 0;
+    launch(pipeline, sbt, params, picture);
+    writePicture(picture, image);
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-    return runSample("motion_blur", [&] { return run(argc, argv); });
+    Picture picture = {"motion_blur.png", 960, 540};
+    unsigned samples = 64;
+    Arguments arguments("Renders moving, spinning and twisting things over an exposure.");
+    addPictureOptions(arguments, picture);
+    arguments.add("--spp", samples, 1, 65536, "paths for each pixel, each at its own time");
+    return runSample("motion_blur", arguments, argc, argv,
+                     [&](OptixDeviceContext context) { render(context, picture, samples); });
 }

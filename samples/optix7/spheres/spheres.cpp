@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Spheres as custom primitives, with one row of the shader binding table for each material and two
 // kinds of rays. Read triangle first.
-#include "arguments.h"
-#include "optix_setup.h"
-#include "png_image.h"
+#include "picture.h"
 
 #include <optix_function_table_definition.h>
-
-#include <cstdio>
 
 #include "params.h"
 
@@ -79,8 +75,7 @@ std::vector<SbtRecord<NoData>> makeHitRecords(Program& program) {
     return records;
 }
 
-void render(OptixDeviceContext context, unsigned width, unsigned height, unsigned samplesPerAxis,
-            const std::string& output) {
+void render(OptixDeviceContext context, const Picture& picture, unsigned samplesPerAxis) {
     Scene scene = makeScene();
     Accel accel = buildSpheres(context, scene);
     Program program(context, spheres_ptx(), 4, 2, OPTIX_PRIMITIVE_TYPE_FLAGS_CUSTOM);
@@ -103,45 +98,29 @@ void render(OptixDeviceContext context, unsigned width, unsigned height, unsigne
     sbt.hitgroupRecordCount = unsigned(hitRecords.size());
     OptixPipeline pipeline = program.link(kMaxTraceDepth);
 
-    DeviceBuffer image(size_t(width) * height * sizeof(float4));
+    DeviceBuffer image(picture.pixels() * sizeof(float4));
     DeviceBuffer spheres;
     spheres.upload(scene.spheres);
     Params params = {};
     params.image = image.as<float4>();
     params.spheres = spheres.as<Sphere>();
     params.camera = makeCamera(vec(0.5f, 2.2f, 8.0f), vec(0.0f, 0.9f, 0.0f), vec(0.0f, 1.0f, 0.0f),
-                               36.0f, float(width) / float(height));
+                               36.0f, picture.aspect());
     params.lightDirection = normalize(vec(-0.6f, 1.0f, 0.7f));
     params.scene = accel.handle;
     params.samplesPerAxis = samplesPerAxis;
-    DeviceBuffer deviceParams;
-    deviceParams.upload(&params, sizeof(params));
-    OPTIX_CHECK(optixLaunch(pipeline, nullptr, deviceParams.address(), sizeof(params), &sbt, width,
-                            height, 1));
-    CUDA_CHECK(cudaDeviceSynchronize());
-    writePng(output, width, height, toSrgb(image.download<float>(), false));
-    std::printf("wrote %s\n", output.c_str());
-}
-
-int run(int argc, char** argv) {
-    std::string output = "spheres.png";
-    unsigned width = 960, height = 540, samplesPerAxis = 2;
-    Arguments arguments("Ray traces spheres with an intersection program and several materials.");
-    arguments.add("-o,--output", output, "picture to write");
-    arguments.add("--width", width, 1, 8192, "pixels across");
-    arguments.add("--height", height, 1, 8192, "pixels down");
-    arguments.add("--samples-per-axis", samplesPerAxis, 1, 16, "rays for a pixel, square root");
-    if (arguments.parse(argc, argv) == Arguments::Result::kHelp)
-        return 0;
-
-    OptixDeviceContext context = createContext();
-    render(context, width, height, samplesPerAxis, output);
-    OPTIX_CHECK(optixDeviceContextDestroy(context));
-    return 0;
+    launch(pipeline, sbt, params, picture);
+    writePicture(picture, image);
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-    return runSample("spheres", [&] { return run(argc, argv); });
+    Picture picture = {"spheres.png", 960, 540};
+    unsigned samplesPerAxis = 2;
+    Arguments arguments("Ray traces spheres with an intersection program and several materials.");
+    addPictureOptions(arguments, picture);
+    arguments.add("--samples-per-axis", samplesPerAxis, 1, 16, "rays for a pixel, square root");
+    return runSample("spheres", arguments, argc, argv,
+                     [&](OptixDeviceContext context) { render(context, picture, samplesPerAxis); });
 }

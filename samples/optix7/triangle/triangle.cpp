@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // One triangle, coloured by its barycentric coordinates: the smallest program that traces rays.
 // Read hello first; read next: spheres, mesh_path_tracer.
-#include "arguments.h"
-#include "optix_setup.h"
-#include "png_image.h"
+#include "picture.h"
 
 #include <optix_function_table_definition.h>
-
-#include <cstdio>
 
 #include "params.h"
 
@@ -33,8 +29,7 @@ Accel buildTriangle(OptixDeviceContext context) {
     return buildAccel(context, input);
 }
 
-void render(OptixDeviceContext context, unsigned width, unsigned height,
-            const std::string& output) {
+void render(OptixDeviceContext context, const Picture& picture) {
     Accel scene = buildTriangle(context);
     Program program(context, triangle_ptx(), 3, 2, OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE);
 
@@ -59,39 +54,22 @@ void render(OptixDeviceContext context, unsigned width, unsigned height,
     sbt.hitgroupRecordCount = 1;
     OptixPipeline pipeline = program.link(1);
 
-    DeviceBuffer image(size_t(width) * height * sizeof(float4));
+    DeviceBuffer image(picture.pixels() * sizeof(float4));
     Params params = {};
     params.image = image.as<float4>();
     params.scene = scene.handle;
     params.camera = makeCamera(vec(0.0f, 0.0f, 3.0f), vec(0.0f), vec(0.0f, 1.0f, 0.0f), 45.0f,
-                               float(width) / float(height));
-    DeviceBuffer deviceParams;
-    deviceParams.upload(&params, sizeof(params));
-    OPTIX_CHECK(optixLaunch(pipeline, nullptr, deviceParams.address(), sizeof(params), &sbt, width,
-                            height, 1));
-    CUDA_CHECK(cudaDeviceSynchronize());
-    writePng(output, width, height, toSrgb(image.download<float>(), false));
-    std::printf("wrote %s\n", output.c_str());
-}
-
-int run(int argc, char** argv) {
-    std::string output = "triangle.png";
-    unsigned width = 512, height = 384;
-    Arguments arguments("Traces one triangle and colours it by its barycentric coordinates.");
-    arguments.add("-o,--output", output, "picture to write");
-    arguments.add("--width", width, 1, 8192, "pixels across");
-    arguments.add("--height", height, 1, 8192, "pixels down");
-    if (arguments.parse(argc, argv) == Arguments::Result::kHelp)
-        return 0;
-
-    OptixDeviceContext context = createContext();
-    render(context, width, height, output);
-    OPTIX_CHECK(optixDeviceContextDestroy(context));
-    return 0;
+                               picture.aspect());
+    launch(pipeline, sbt, params, picture);
+    writePicture(picture, image);
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-    return runSample("triangle", [&] { return run(argc, argv); });
+    Picture picture = {"triangle.png", 512, 384};
+    Arguments arguments("Traces one triangle and colours it by its barycentric coordinates.");
+    addPictureOptions(arguments, picture);
+    return runSample("triangle", arguments, argc, argv,
+                     [&](OptixDeviceContext context) { render(context, picture); });
 }

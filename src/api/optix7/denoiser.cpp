@@ -48,10 +48,12 @@ denoise::Kind checkKind(OptixDenoiserModelKind kind, Abi abi) {
             return denoise::Kind::kTemporalLayers;
         break;
     case OPTIX_DENOISER_MODEL_KIND_UPSCALE2X:
+        if (abi >= kAbi75)
+            return denoise::Kind::kTwice;
+        break;
     case OPTIX_DENOISER_MODEL_KIND_TEMPORAL_UPSCALE2X:
         if (abi >= kAbi75)
-            fail(Code::kNotSupported, "modelKind = ", unsigned(kind),
-                 ": upscaling denoisers are not available");
+            return denoise::Kind::kTemporalTwice;
         break;
     }
     fail(Code::kInvalidValue, "modelKind = ", unsigned(kind), " is unknown in OptiX ",
@@ -131,7 +133,8 @@ denoise::Format checkFormat(const std::string& name, OptixPixelFormat format) {
     case OPTIX_PIXEL_FORMAT_UCHAR4:
         return denoise::Format::kByte4;
     case OPTIX_PIXEL_FORMAT_INTERNAL_GUIDE_LAYER:
-        fail(Code::kInvalidValue, name, ".format is INTERNAL_GUIDE_LAYER, which is for internal "
+        fail(Code::kInvalidValue, name,
+             ".format is INTERNAL_GUIDE_LAYER, which is for internal "
              "guide layers only");
     }
     fail(Code::kInvalidValue, name, ".format = ", unsigned(format), " is unknown");
@@ -178,18 +181,27 @@ denoise::Image checkImage(device::Device& device, const std::string& name, const
     return image;
 }
 
-void requireSameSize(const std::string& name, const denoise::Image& image,
-                     const denoise::Image& input) {
-    if (image.width != input.width || image.height != input.height)
+// `factor` times as wide and high as the input.
+void requireSize(const std::string& name, const denoise::Image& image, const denoise::Image& input,
+                 unsigned factor = 1) {
+    if (image.width != factor * input.width || image.height != factor * input.height)
         fail(Code::kInvalidValue, name, " has ", image.width, " x ", image.height,
-             " pixels, layers[0].input has ", input.width, " x ", input.height);
+             " pixels, layers[0].input has ", input.width, " x ", input.height,
+             factor == 1 ? "" : "; it must be twice as wide and high");
+}
+
+bool overlap(const denoise::Image& a, const denoise::Image& b) {
+    auto end = [](const denoise::Image& image) {
+        return image.pixel(0, image.height - 1) + image.width * image.pixelStride;
+    };
+    return a.data < end(b) && b.data < end(a);
 }
 
 // Checks one call of optixDenoiserInvoke and says it in the engine's words.
 class InvokeCheck {
 public:
     InvokeCheck(DenoiserObject& denoiser, const OptixDenoiserParams& params)
-        : model_(denoiser.model), abi_(denoiser.context->abi),
+        : model_(denoiser.model), factor_(denoiser.filter->factor()), abi_(denoiser.context->abi),
           device_(*denoiser.context->engine->device), params_(params) {
         request_.filter = denoiser.filter;
     }
@@ -240,13 +252,16 @@ private:
         layer.input = checkImage(device_, name + ".input", from.input, kColorRule);
         layer.output = checkImage(device_, name + ".output", from.output, kColorRule);
         if (!frame_.layers.empty())
-            requireSameSize(name + ".input", layer.input, frame_.layers[0].input);
+            requireSize(name + ".input", layer.input, frame_.layers[0].input);
         checkWindow(name, layer);
         if (frame_.isTemporal && frame_.hasPrevious) {
             layer.previous =
                 checkImage(device_, name + ".previousOutput", from.previousOutput, kColorRule);
-            requireSameSize(name + ".previousOutput", layer.previous, layer.input);
+            requireSize(name + ".previousOutput", layer.previous, layer.input, factor_);
         }
+        if (factor_ != 1 && overlap(layer.input, layer.output))
+            fail(Code::kInvalidValue, name,
+                 ".input and output share memory, but an upscaling denoiser's output is larger");
         bool inPlace = layer.output.data == layer.input.pixel(frame_.offsetX, frame_.offsetY);
         if (inPlace && frame_.blend != 0.0f && layer.input.format != layer.output.format)
             fail(Code::kInvalidValue, name,
@@ -257,18 +272,22 @@ private:
 
     void checkWindow(const std::string& name, const denoise::Layer& layer) const {
         const denoise::Image &in = layer.input, &out = layer.output;
-        if (frame_.offsetX >= in.width || out.width > in.width - frame_.offsetX ||
-            frame_.offsetY >= in.height || out.height > in.height - frame_.offsetY)
+        if (out.width % factor_ != 0 || out.height % factor_ != 0)
+            fail(Code::kInvalidValue, name, ".output of ", out.width, " x ", out.height,
+                 " pixels is not twice as wide and high as what it shows of the input");
+        if (frame_.offsetX >= in.width || out.width / factor_ > in.width - frame_.offsetX ||
+            frame_.offsetY >= in.height || out.height / factor_ > in.height - frame_.offsetY)
             fail(Code::kInvalidValue, name, ".output of ", out.width, " x ", out.height,
                  " pixels at inputOffset (", frame_.offsetX, ", ", frame_.offsetY,
-                 ") is not inside the input of ", in.width, " x ", in.height);
+                 ") is not inside the input of ", in.width, " x ", in.height,
+                 factor_ == 1 ? "" : ", of which each pixel becomes 2 x 2");
     }
 
     void checkGuides(const OptixDenoiserGuideLayer& guides) {
         const denoise::Image& input = frame_.layers[0].input;
         auto guide = [&](const char* name, const OptixImage2D& from, ImageRule rule) {
             denoise::Image image = checkImage(device_, name, from, rule);
-            requireSameSize(name, image, input);
+            requireSize(name, image, input);
             return image;
         };
         // A guide that was not asked for at creation is not even looked at.
@@ -282,6 +301,7 @@ private:
     }
 
     const denoise::Model& model_;
+    unsigned factor_; // pixels of an output for one of its input, in each direction
     Abi abi_;
     device::Device& device_;
     const OptixDenoiserParams& params_;
@@ -417,8 +437,7 @@ void invoke(DenoiserObject& denoiser, const InvokePlace& place, const OptixDenoi
     const denoise::Image& input = request.frame.layers[0].input;
     if (input.width > setup.width || input.height > setup.height)
         fail(Code::kInvalidValue, "layers[0].input has ", input.width, " x ", input.height,
-             " pixels, more than the ", setup.width, " x ", setup.height,
-             " of optixDenoiserSetup");
+             " pixels, more than the ", setup.width, " x ", setup.height, " of optixDenoiserSetup");
     checkMemory(device, "scratch", place.scratch, place.scratchSize,
                 filter.scratchSize(input.width, input.height));
     request.state = reinterpret_cast<const void*>(place.state);

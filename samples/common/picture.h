@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// What all samples do that render one picture: options for its file and size, a context, the
+// launch, the PNG. The sample `hello` spells these steps out; the others use these functions.
+#pragma once
+
+#include "arguments.h"
+#include "optix_setup.h"
+
+#include <functional>
+#include <string>
+
+struct Picture {
+    std::string output;
+    unsigned width, height;
+
+    size_t pixels() const { return size_t(width) * height; }
+    float aspect() const { return float(width) / float(height); }
+};
+
+// The options -o, --width and --height; the picture's values are the defaults.
+void addPictureOptions(Arguments& arguments, Picture& picture);
+
+// Runs the ray generation program once for each pixel, with what `params` holds as the value of the
+// program's launch parameters, and waits for the end.
+void launch(OptixPipeline pipeline, const OptixShaderBindingTable& table, const void* params,
+            size_t paramsSize, const Picture& picture);
+template <class Params>
+void launch(OptixPipeline pipeline, const OptixShaderBindingTable& table, const Params& params,
+            const Picture& picture) {
+    launch(pipeline, table, &params, sizeof(params), picture);
+}
+
+// Writes the PNG and says so. `image` has a float4 for each pixel; `filmic` as in toSrgb().
+void writePicture(const Picture& picture, const DeviceBuffer& image, bool filmic = false);
+
+// The rest of main(): reads the command line and calls `body` with a context that lives as long.
+int runSample(const char* name, const Arguments& arguments, int argc, char** argv,
+              const std::function<void(OptixDeviceContext)>& body);
