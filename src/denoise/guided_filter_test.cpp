@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <random>
+#include <tuple>
 #include <vector>
 
 namespace sunstone::denoise::test {
@@ -34,8 +35,8 @@ Frame frameOf(Rendering& r, Picture& output, Guides guides = {}) {
     return frame;
 }
 
-void runFilter(const Frame& frame, const FilterSettings& settings = {}) {
-    GuidedFilter filter(settings);
+void runFilter(const Frame& frame, const FilterSettings& settings = {}, uint32_t factor = 1) {
+    GuidedFilter filter(settings, factor);
     const Image& input = frame.layers[0].input;
     // Garbage in scratch must not matter.
     std::vector<uint8_t> scratch(filter.scratchSize(input.width, input.height), 0xff);
@@ -162,49 +163,64 @@ TEST(GuidedFilter, LeavesNoiselessPicturesAlone) {
         EXPECT_NEAR(value, 0.25f, 1e-6f);
 }
 
-TEST(GuidedFilter, TilesGiveWhatTheWholeGives) {
+// Each pixel factor x factor times.
+Picture enlarged(const Picture& picture, uint32_t factor) {
+    Picture large(factor * picture.width, factor * picture.height);
+    for (uint32_t y = 0; y < large.height; ++y)
+        for (uint32_t x = 0; x < large.width; ++x)
+            std::copy_n(picture.at(x / factor, y / factor), 4, large.at(x, y));
+    return large;
+}
+
+class GuidedFilterTiles : public testing::TestWithParam<std::tuple<uint32_t, bool>> {};
+
+TEST_P(GuidedFilterTiles, GiveWhatTheWholeGives) {
+    auto [factor, temporal] = GetParam();
     Rendering noisy = Tracer().render(kWidth, kHeight, 4, 11);
     FilterSettings settings;
     settings.passes = 3; // so that the overlap is a small part of the picture
-    GuidedFilter filter(settings);
+    GuidedFilter filter(settings, factor);
     uint32_t overlap = filter.overlap();
     ASSERT_LT(overlap * 2, kHeight);
-    for (bool temporal : {false, true}) {
-        Picture flow(kWidth, kHeight), whole(kWidth, kHeight), tiled(kWidth, kHeight);
-        Picture previous = truth().color;
-        for (size_t i = 0; i < flow.values.size(); i += 4) {
-            flow.values[i] = 1.3f;
-            flow.values[i + 1] = -2.0f;
-        }
-        Frame frame = frameOf(noisy, whole);
-        frame.isTemporal = temporal;
-        frame.flow = flow.image();
-        frame.layers[0].previous = previous.image();
-        runFilter(frame, settings);
-        constexpr uint32_t kTile = 61;
-        for (uint32_t y = 0; y < kHeight; y += kTile)
-            for (uint32_t x = 0; x < kWidth; x += kTile) {
-                uint32_t left = x - std::min(x, overlap), top = y - std::min(y, overlap);
-                uint32_t right = std::min(kWidth, x + kTile + overlap);
-                uint32_t bottom = std::min(kHeight, y + kTile + overlap);
-                auto cut = [&](Picture& p) {
-                    return p.part(left, top, right - left, bottom - top);
-                };
-                Frame tile = frame;
-                tile.albedo = cut(noisy.albedo);
-                tile.normal = cut(noisy.normal);
-                tile.flow = cut(flow);
-                tile.layers[0].input = cut(noisy.color);
-                tile.layers[0].previous = cut(previous);
-                tile.layers[0].output =
-                    tiled.part(x, y, std::min(kTile, kWidth - x), std::min(kTile, kHeight - y));
-                tile.offsetX = x - left;
-                tile.offsetY = y - top;
-                runFilter(tile, settings);
-            }
-        EXPECT_EQ(whole.values, tiled.values) << "temporal: " << temporal;
+    Picture flow(kWidth, kHeight), whole(factor * kWidth, factor * kHeight), tiled = whole;
+    Picture previous = enlarged(truth().color, factor);
+    for (size_t i = 0; i < flow.values.size(); i += 4) {
+        flow.values[i] = 1.3f;
+        flow.values[i + 1] = -2.0f;
     }
+    Frame frame = frameOf(noisy, whole);
+    frame.isTemporal = temporal;
+    frame.flow = flow.image();
+    frame.layers[0].previous = previous.image();
+    runFilter(frame, settings, factor);
+    constexpr uint32_t kTile = 61;
+    for (uint32_t y = 0; y < kHeight; y += kTile)
+        for (uint32_t x = 0; x < kWidth; x += kTile) {
+            uint32_t left = x - std::min(x, overlap), top = y - std::min(y, overlap);
+            uint32_t right = std::min(kWidth, x + kTile + overlap);
+            uint32_t bottom = std::min(kHeight, y + kTile + overlap);
+            auto cut = [&](Picture& p) {
+                uint32_t f = p.width / kWidth;
+                return p.part(f * left, f * top, f * (right - left), f * (bottom - top));
+            };
+            Frame tile = frame;
+            tile.albedo = cut(noisy.albedo);
+            tile.normal = cut(noisy.normal);
+            tile.flow = cut(flow);
+            tile.layers[0].input = cut(noisy.color);
+            tile.layers[0].previous = cut(previous);
+            tile.layers[0].output =
+                tiled.part(factor * x, factor * y, factor * std::min(kTile, kWidth - x),
+                           factor * std::min(kTile, kHeight - y));
+            tile.offsetX = x - left;
+            tile.offsetY = y - top;
+            runFilter(tile, settings, factor);
+        }
+    EXPECT_EQ(whole.values, tiled.values);
 }
+
+INSTANTIATE_TEST_SUITE_P(Factors, GuidedFilterTiles,
+                         testing::Combine(testing::Values(1u, 2u), testing::Bool()));
 
 TEST(GuidedFilter, AnySize) {
     const uint32_t sizes[][2] = {{1, 1}, {1, 7}, {9, 1}, {2, 2}, {5, 3}, {257, 2}, {16, 16}};
