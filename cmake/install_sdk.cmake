@@ -22,23 +22,29 @@ foreach(file IN ITEMS LICENSE README.md)
     endif()
 endforeach()
 
-# The version is that of the API, as programs ask for find_package(OptiX 7.4); optix.h has it.
-file(STRINGS ${PROJECT_SOURCE_DIR}/include/optix7/optix.h optix_version_line
-    REGEX "^#define OPTIX_VERSION [0-9]+$")
-string(REGEX REPLACE "^.* " "" optix_version "${optix_version_line}")
-math(EXPR optix_major "${optix_version} / 10000")
-math(EXPR optix_minor "${optix_version} % 10000 / 100")
-math(EXPR optix_micro "${optix_version} % 100")
-set(SUNSTONE_OPTIX_VERSION ${optix_major}.${optix_minor}.${optix_micro})
+# Versions are those of the API, as programs ask for find_package(OptiX 7.4); optix.h has them.
+function(sunstone_optix_version result header)
+    file(STRINGS ${header} line REGEX "^#define OPTIX_VERSION [0-9]+$")
+    string(REGEX REPLACE "^.* " "" number "${line}")
+    math(EXPR major "${number} / 10000")
+    math(EXPR minor "${number} % 10000 / 100")
+    math(EXPR micro "${number} % 100")
+    set(${result} ${major}.${minor}.${micro} PARENT_SCOPE)
+endfunction()
+sunstone_optix_version(SUNSTONE_OPTIX_VERSION ${PROJECT_SOURCE_DIR}/include/optix7/optix.h)
+sunstone_optix_version(SUNSTONE_OPTIX76_VERSION ${SUNSTONE_OPTIX76_FOLDER}/optix.h)
+string(REGEX MATCH "^[0-9]+" optix_major "${SUNSTONE_OPTIX_VERSION}")
+set(SUNSTONE_OPTIX_VERSIONS "${SUNSTONE_OPTIX_VERSION} ${SUNSTONE_OPTIX76_VERSION}") # rising
 
 set(optix_headers optix7/include)
+set(optix76_headers optix7.6/include)
 set(optix_cuda_headers include/sunstone/cuda)
 set(package_folder lib/cmake/OptiX)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/OptiXConfig.cmake.in
     ${PROJECT_BINARY_DIR}/package/OptiXConfig.cmake INSTALL_DESTINATION ${package_folder}
-    PATH_VARS optix_headers optix_cuda_headers)
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/package/OptiXConfigVersion.cmake
-    VERSION ${SUNSTONE_OPTIX_VERSION} COMPATIBILITY SameMajorVersion ARCH_INDEPENDENT)
+    PATH_VARS optix_headers optix76_headers optix_cuda_headers)
+configure_file(${PROJECT_SOURCE_DIR}/cmake/OptiXConfigVersion.cmake.in
+    ${PROJECT_BINARY_DIR}/package/OptiXConfigVersion.cmake @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/package/OptiXConfig.cmake
     ${PROJECT_BINARY_DIR}/package/OptiXConfigVersion.cmake
     DESTINATION ${package_folder} COMPONENT sdk)

@@ -7,6 +7,7 @@
 #include "bvh/build_input.h"
 #include "bvh/build_parts.h"
 #include "bvh/emit.h"
+#include "bvh/input_lookup.h"
 #include "bvh/layout.h"
 #include "bvh/micromap_binding.h"
 #include "bvh/motion_input.h"
@@ -696,32 +697,26 @@ bool triangleVertices(const void* block, uint32_t primitive, uint32_t sbtGasInde
     if (kindOf(header.type) != BlockType::kTriangles || !header.tableOffset)
         return false;
     const KeySegment at = keySegment(header, time);
-    const auto* inputs = reinterpret_cast<const InputRecord*>(bytes + header.inputsOffset);
-    for (uint32_t i = 0; i < header.numInputs; ++i) {
-        const InputRecord& input = inputs[i];
-        if (sbtGasIndex - input.firstSbtIndex >= input.numSbtRecords)
-            continue;
-        const uint32_t local = primitive - input.primitiveIndexOffset;
-        if (local >= input.numPrimitives)
-            return false;
-        const uint32_t slot = reinterpret_cast<const uint32_t*>(
-            bytes + header.tableOffset)[input.firstPrimitive + local];
-        const uint32_t lanes = slot & 8 ? 8 : 4;
-        const auto* leaf = reinterpret_cast<const float*>(bytes + uint64_t(slot >> 4) * 64);
-        // Where key 0 ends and the later ones begin; see layout.h.
-        const float* later = leaf + (lanes == 4 ? sizeof(TriangleLeaf<4>)
-                                                : sizeof(TriangleLeaf<8>)) / sizeof(float);
-        const float* const first = at.key == 0 ? leaf : later + (at.key - 1) * 9 * lanes;
-        const float* const second = later + at.key * 9 * lanes;
-        for (uint32_t k = 0; k < 9; ++k) {
-            const uint32_t i = k * lanes + (slot & 7);
-            vertices[k] = slot == kNoSlot           ? std::numeric_limits<float>::quiet_NaN()
-                          : isMoving(header.type) ? between(first[i], second[i], at.fraction)
-                                                    : leaf[i];
-        }
-        return true;
+    const InputRecord* input = inputWithSbtIndex(header, sbtGasIndex);
+    const uint32_t local = input ? primitive - input->primitiveIndexOffset : 0;
+    if (!input || local >= input->numPrimitives)
+        return false;
+    const uint32_t slot = reinterpret_cast<const uint32_t*>(
+        bytes + header.tableOffset)[input->firstPrimitive + local];
+    const uint32_t lanes = slot & 8 ? 8 : 4;
+    const auto* leaf = reinterpret_cast<const float*>(bytes + uint64_t(slot >> 4) * 64);
+    // Where key 0 ends and the later ones begin; see layout.h.
+    const float* later =
+        leaf + (lanes == 4 ? sizeof(TriangleLeaf<4>) : sizeof(TriangleLeaf<8>)) / sizeof(float);
+    const float* const first = at.key == 0 ? leaf : later + (at.key - 1) * 9 * lanes;
+    const float* const second = later + at.key * 9 * lanes;
+    for (uint32_t k = 0; k < 9; ++k) {
+        const uint32_t i = k * lanes + (slot & 7);
+        vertices[k] = slot == kNoSlot         ? std::numeric_limits<float>::quiet_NaN()
+                      : isMoving(header.type) ? between(first[i], second[i], at.fraction)
+                                              : leaf[i];
     }
-    return false;
+    return true;
 }
 
 const void* instanceRecord(const void* block, uint32_t index) noexcept {

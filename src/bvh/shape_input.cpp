@@ -2,6 +2,7 @@
 #include "bvh/shape_input.h"
 
 #include "bvh/build_input.h"
+#include "bvh/input_lookup.h"
 #include "bvh/motion.h"
 #include "bvh/parallel.h"
 #include "bvh/shape_geometry.h"
@@ -162,26 +163,19 @@ bool shapePoints(const void* block, uint32_t shape, uint32_t primitive, uint32_t
         !(header.options & kOptionVertexAccess))
         return false;
     const auto* const bytes = static_cast<const uint8_t*>(block);
-    const auto* inputs = reinterpret_cast<const InputRecord*>(bytes + header.inputsOffset);
-    for (uint32_t i = 0; i < header.numInputs; ++i) {
-        const InputRecord& input = inputs[i];
-        const uint32_t local = primitive - input.primitiveIndexOffset;
-        if (sbtGasIndex - input.firstSbtIndex >= input.numSbtRecords)
-            continue;
-        if (local >= input.numPrimitives)
-            return false;
-        const uint32_t floats = shapeFloats(shape);
-        const KeySegment segment = keySegment(header, time);
-        const auto* const from = reinterpret_cast<const float*>(bytes + header.pointsOffset) +
-                                 (size_t(input.firstPrimitive + local) * header.motionKeys +
-                                  segment.key) * floats;
-        for (uint32_t k = 0; k < floats; ++k)
-            points[k] = header.motionKeys > 1
-                            ? between(from[k], from[floats + k], segment.fraction)
-                            : from[k];
-        return true;
-    }
-    return false;
+    const InputRecord* input = inputWithSbtIndex(header, sbtGasIndex);
+    const uint32_t local = input ? primitive - input->primitiveIndexOffset : 0;
+    if (!input || local >= input->numPrimitives)
+        return false;
+    const uint32_t floats = shapeFloats(shape);
+    const KeySegment segment = keySegment(header, time);
+    const auto* const from =
+        reinterpret_cast<const float*>(bytes + header.pointsOffset) +
+        (size_t(input->firstPrimitive + local) * header.motionKeys + segment.key) * floats;
+    for (uint32_t k = 0; k < floats; ++k)
+        points[k] =
+            header.motionKeys > 1 ? between(from[k], from[floats + k], segment.fraction) : from[k];
+    return true;
 }
 
 } // namespace sunstone::bvh

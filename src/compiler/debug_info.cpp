@@ -2,9 +2,11 @@
 #include "compiler/debug_info.h"
 
 #include <llvm/BinaryFormat/Dwarf.h>
+#include <llvm/Demangle/Demangle.h>
 #include <llvm/Support/Path.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace sunstone::compiler {
 
@@ -14,6 +16,18 @@ constexpr unsigned kDwarfVersion = 4;
 
 llvm::StringRef toRef(std::string_view text) {
     return {text.data(), text.size()};
+}
+
+// "outer" of _ZN12_GLOBAL__N_15outerEj; names that are not mangled stay.
+std::string baseName(const std::string& symbol) {
+    llvm::ItaniumPartialDemangler demangler;
+    if (demangler.partialDemangle(symbol.c_str()) || !demangler.isFunction())
+        return symbol;
+    size_t size = 0;
+    char* text = demangler.getFunctionBaseName(nullptr, &size);
+    std::string name = text ? text : symbol;
+    std::free(text);
+    return name;
 }
 
 } // namespace
@@ -50,6 +64,13 @@ const DwarfFunction* DebugInfo::variablesOf(const ptx::Module& module,
     return found == functions.end() ? nullptr : &found->second;
 }
 
+const InlinedCalls& DebugInfo::inlinedCalls(const ptx::Module& module) {
+    std::optional<InlinedCalls>& entry = modules_[&module].calls;
+    if (!entry)
+        entry.emplace(module);
+    return *entry;
+}
+
 llvm::DISubprogram* DebugInfo::describe(const ptx::Module& module, const ptx::Function& source) {
     if (!unit_.hasLineInfo(module))
         return nullptr;
@@ -58,6 +79,11 @@ llvm::DISubprogram* DebugInfo::describe(const ptx::Module& module, const ptx::Fu
         if (statement.kind == ptx::StatementKind::kInstruction &&
             statement.instruction.source.line != 0) {
             first = &statement.instruction.source;
+            // To the function's own code.
+            const InlinedCalls& calls = inlinedCalls(module);
+            for (uint32_t call = calls.at(statement.instruction.location.line); call != 0;
+                 call = calls.call(call).within)
+                first = &calls.call(call).at;
             break;
         }
     if (!first)
@@ -76,6 +102,47 @@ llvm::DISubprogram* DebugInfo::describe(const ptx::Module& module, const ptx::Fu
         place, name, toRef(source.name), place, line,
         builder_.createSubroutineType(builder_.getOrCreateTypeArray({})), line,
         llvm::DINode::FlagPrototyped, llvm::DISubprogram::SPFlagDefinition);
+}
+
+llvm::DISubprogram* DebugInfo::inlinedFunction(const ptx::Module& module, const std::string& name,
+                                               uint32_t file, uint32_t line) {
+    llvm::DISubprogram*& function = modules_[&module].inlined[{name, file}];
+    if (!function) {
+        llvm::DIFile* place = this->file(module, file);
+        function = builder_.createFunction(
+            place, name, {}, place, line,
+            builder_.createSubroutineType(builder_.getOrCreateTypeArray({})), line,
+            llvm::DINode::FlagPrototyped, llvm::DISubprogram::SPFlagDefinition);
+    }
+    return function;
+}
+
+DebugInfo::InlinedScope DebugInfo::inlinedScope(const ptx::Module& module, uint32_t number,
+                                                const ptx::SourcePosition& within,
+                                                llvm::DISubprogram* function) {
+    InlinedScope& scope = inlinedScopes_[{function, number}];
+    if (scope.function)
+        return scope;
+    const InlinedCall& call = inlinedCalls(module).call(number);
+    ModuleInfo& own = modules_[&module];
+    const auto [name, isNew] = own.inlinedNames.try_emplace(number);
+    if (isNew) {
+        const std::string symbol = debugString(module, call.name, call.nameOffset);
+        name->second = symbol.empty() ? "inlined function" : baseName(symbol);
+    }
+    scope.function = inlinedFunction(module, name->second, within.file, within.line);
+    llvm::DILocalScope* outer = function;
+    llvm::DILocation* outerAt = nullptr;
+    if (call.within) {
+        const InlinedScope around = inlinedScope(module, call.within, call.at, function);
+        outer = around.function;
+        outerAt = around.at;
+    }
+    if (llvm::DIFile* file = this->file(module, call.at.file); file != outer->getFile())
+        outer = builder_.createLexicalBlockFile(outer, file);
+    scope.at = llvm::DILocation::getDistinct(function->getContext(), call.at.line, call.at.column,
+                                             outer, outerAt);
+    return scope;
 }
 
 llvm::DIType* DebugInfo::type(const ptx::Module& module, uint32_t key) {
@@ -158,7 +225,7 @@ FunctionDebug::FunctionDebug(DebugInfo& info, const ptx::Module& module,
     if (!subprogram_)
         return;
     function.setSubprogram(subprogram_);
-    open_.push_back(subprogram_);
+    open_.push_back({subprogram_});
     const DwarfFunction* dwarf = info.variablesOf(module, source);
     if (!dwarf)
         return;
@@ -169,59 +236,100 @@ FunctionDebug::FunctionDebug(DebugInfo& info, const ptx::Module& module,
             registers_[std::string(reg.name) + number] = i;
     }
     unsigned parameters = 0;
-    addScope(dwarf->scope, subprogram_, parameters);
+    addScope(dwarf->scope, {subprogram_}, parameters);
 }
 
-void FunctionDebug::addScope(const DwarfScope& scope, llvm::DILocalScope* parent,
-                             unsigned& parameters) {
-    for (const DwarfVariable& variable : scope.variables) {
-        llvm::DIFile* file = info_.file(module_, variable.file);
-        llvm::DIType* type = info_.type(module_, variable.type);
-        if (!type)
+void FunctionDebug::addVariable(const DwarfVariable& from, Scope parent, unsigned& parameters) {
+    llvm::DIFile* file = info_.file(module_, from.file);
+    llvm::DIType* type = info_.type(module_, from.type);
+    if (!type)
+        return;
+    const auto create = [&] {
+        return from.isParameter
+                   ? info_.builder().createParameterVariable(parent.scope, from.name, ++parameters,
+                                                             file, from.line, type, true)
+                   : info_.builder().createAutoVariable(parent.scope, from.name, file, from.line,
+                                                        type, true);
+    };
+    Variable made;
+    if (auto* function = llvm::dyn_cast<llvm::DISubprogram>(parent.scope);
+        function && parent.inlinedAt) {
+        llvm::DILocalVariable*& known = info_.inlinedVariable(function, from.name, from.line);
+        if (!known)
+            known = create();
+        made.variable = known;
+    } else {
+        made.variable = create();
+    }
+    made.location = llvm::DILocation::get(parent.scope->getContext(), from.line, 0, parent.scope,
+                                          parent.inlinedAt);
+    for (const DwarfPlace& place : from.places) {
+        const auto reg = registers_.find(place.name);
+        if (place.isRegister && reg == registers_.end())
             continue;
-        Variable made;
-        made.variable =
-            variable.isParameter
-                ? info_.builder().createParameterVariable(parent, variable.name, ++parameters, file,
-                                                          variable.line, type, true)
-                : info_.builder().createAutoVariable(parent, variable.name, file, variable.line,
-                                                     type, true);
-        made.location = llvm::DILocation::get(parent->getContext(), variable.line, 0, parent);
-        for (const DwarfPlace& place : variable.places) {
-            const auto reg = registers_.find(place.name);
-            if (place.isRegister && reg == registers_.end())
-                continue;
-            made.places.push_back({&place, place.isRegister ? reg->second : ~0u,
-                                   place.isRegister && place.begin.empty()});
-        }
-        if (!made.places.empty())
-            variables_.push_back(std::move(made));
+        made.places.push_back({&place, place.isRegister ? reg->second : ~0u,
+                               place.isRegister && place.begin.empty()});
     }
+    if (!made.places.empty())
+        variables_.push_back(std::move(made));
+}
+
+FunctionDebug::Scope FunctionDebug::enterInlined(const DwarfInlined& inlined, Scope parent) {
+    llvm::LLVMContext& context = parent.scope->getContext();
+    if (inlined.callFile != 0)
+        if (llvm::DIFile* file = info_.file(module_, inlined.callFile);
+            file != parent.scope->getFile())
+            parent.scope = info_.builder().createLexicalBlockFile(parent.scope, file);
+    return {info_.inlinedFunction(module_, inlined.name, inlined.file, inlined.line),
+            llvm::DILocation::getDistinct(context, inlined.callLine, inlined.callColumn,
+                                          parent.scope, parent.inlinedAt)};
+}
+
+void FunctionDebug::addScope(const DwarfScope& scope, Scope parent, unsigned& parameters) {
+    for (const DwarfVariable& variable : scope.variables)
+        addVariable(variable, parent, parameters);
     for (const DwarfScope& inner : scope.scopes) {
-        const uint32_t line = inner.variables.empty() ? parent->getSubprogram()->getLine()
-                                                      : inner.variables.front().line;
-        const uint32_t number = inner.variables.empty() ? 0 : inner.variables.front().file;
-        llvm::DIFile* file = number ? info_.file(module_, number) : parent->getFile();
-        llvm::DILexicalBlock* block = info_.builder().createLexicalBlock(parent, file, line, 0);
-        begins_[inner.begin].push_back(block);
-        ends_[inner.end].push_back(block);
-        addScope(inner, block, parameters);
+        Scope entered = parent;
+        unsigned own = 0;
+        if (inner.inlined) {
+            entered = enterInlined(*inner.inlined, parent);
+        } else {
+            const DwarfVariable* first = inner.variables.empty() ? nullptr : &inner.variables[0];
+            const uint32_t line = first ? first->line : parent.scope->getSubprogram()->getLine();
+            llvm::DIFile* file =
+                first && first->file ? info_.file(module_, first->file) : parent.scope->getFile();
+            entered.scope = info_.builder().createLexicalBlock(parent.scope, file, line, 0);
+        }
+        for (const auto& [begin, end] : inner.ranges) {
+            begins_[begin].push_back(entered);
+            ends_[end].push_back(entered);
+        }
+        addScope(inner, entered, inner.inlined ? own : parameters);
     }
 }
 
-void FunctionDebug::setLocation(llvm::IRBuilder<>& builder, const ptx::SourcePosition& source) {
+void FunctionDebug::setLocation(llvm::IRBuilder<>& builder, const ptx::SourcePosition& source,
+                                uint32_t textLine) {
     if (!subprogram_)
         return;
-    llvm::DILocalScope* scope = open_.back();
-    const uint32_t line = source.line ? source.line : subprogram_->getLine();
+    Scope in = open_.back();
+    const uint32_t call = source.line != 0 && !in.inlinedAt
+                              ? info_.inlinedCalls(module_).at(textLine)
+                              : 0;
+    if (call != 0) {
+        const DebugInfo::InlinedScope inlined =
+            info_.inlinedScope(module_, call, source, subprogram_);
+        in = {inlined.function, inlined.at};
+    }
+    const uint32_t line = source.line ? source.line : in.scope->getSubprogram()->getLine();
     if (source.line != 0 && source.file != 0) {
         // Code of another file, inlined by the compiler that wrote the PTX.
         llvm::DIFile* file = info_.file(module_, source.file);
-        if (file != scope->getFile())
-            scope = info_.builder().createLexicalBlockFile(scope, file);
+        if (file != in.scope->getFile())
+            in.scope = info_.builder().createLexicalBlockFile(in.scope, file);
     }
-    builder.SetCurrentDebugLocation(
-        llvm::DILocation::get(subprogram_->getContext(), line, source.column, scope));
+    builder.SetCurrentDebugLocation(llvm::DILocation::get(subprogram_->getContext(), line,
+                                                          source.column, in.scope, in.inlinedAt));
 }
 
 void FunctionDebug::atMemory(std::string_view name, llvm::Value* memory, llvm::BasicBlock* block) {
@@ -244,8 +352,8 @@ std::vector<uint32_t> FunctionDebug::atLabel(std::string_view label) {
     if (!subprogram_)
         return registers;
     if (const auto found = ends_.find(label); found != ends_.end())
-        for (llvm::DILexicalBlock* block : found->second)
-            std::erase(open_, block);
+        for (const Scope& scope : found->second)
+            std::erase(open_, scope);
     if (const auto found = begins_.find(label); found != begins_.end())
         open_.insert(open_.end(), found->second.begin(), found->second.end());
     for (Variable& variable : variables_)

@@ -2,6 +2,7 @@
 // Lines of compiled code, debug sections that make no sense. What gdb sees is tested in
 // tests/gdb.
 #include "compiler/dwarf.h"
+#include "compiler/inlined_calls.h"
 #include "compiler/testing.h"
 
 #include <random>
@@ -82,6 +83,88 @@ TEST(SourceLocation, NothingIsKnownOf) {
     EXPECT_TRUE(linesOf(*compile(plain, DebugLevel::kFull, OptLevel::k3), 1).empty());
     const void* gone = compile(kProgram, DebugLevel::kMinimal, OptLevel::k3)->programs()[0].address;
     EXPECT_FALSE(sourceLocation(gone, location)) << "code that was freed";
+}
+
+// ---- functions that were inlined before they became PTX (what gdb makes of it: tests/gdb) --------
+
+TEST(InlinedCalls, WithinInlinedCalls) {
+    const std::string text =
+        std::string(kHeader) + ".visible .entry __miss__a()\n{\n" // kHeader has three lines
+                               ".loc 1 5 9\nbar.sync 0;\n"
+                               ".loc 1 30 2, function_name $A, inlined_at 1 5 9\nbar.sync 1;\n"
+                               ".loc 1 40 4, function_name $B+7, inlined_at 1 30 2\nbar.sync 2;\n"
+                               ".loc 1 31 2, function_name $A, inlined_at 1 5 9\nbar.sync 3;\n"
+                               ".loc 1 6 1, inlined_at 1 99 9\nret;\n}\n.func f()\n{\n"
+                               ".loc 1 50 4, function_name $B, inlined_at 1 30 2\nret;\n}\n";
+    const auto module = parse(text);
+    const InlinedCalls calls(*module);
+    std::vector<uint32_t> numbers;
+    for (const ptx::Function& function : module->functions)
+        for (const ptx::Statement& statement : function.body)
+            if (statement.kind == ptx::StatementKind::kInstruction)
+                numbers.push_back(calls.at(statement.instruction.location.line));
+    EXPECT_EQ((std::vector<uint32_t>{0, 1, 2, 1, 3, 4}), numbers);
+    EXPECT_EQ("$A", calls.call(1).name);
+    EXPECT_EQ(5u, calls.call(1).at.line);
+    EXPECT_EQ(0u, calls.call(1).within);
+    EXPECT_EQ("$B", calls.call(2).name);
+    EXPECT_EQ(7u, calls.call(2).nameOffset);
+    EXPECT_EQ(1u, calls.call(2).within);
+    EXPECT_EQ(0u, calls.call(3).within) << "no such .loc";
+    EXPECT_EQ("", calls.call(3).name);
+    EXPECT_EQ(0u, calls.call(4).within) << ".loc of another function";
+    EXPECT_EQ(0u, calls.at(0));
+}
+
+// Calls inlined in themselves without end, text cut anywhere.
+TEST(InlinedCalls, Nonsense) {
+    std::string text = std::string(kHeader) + ".file 1 \"/src/shade.cu\"\n"
+                                              ".visible .entry __miss__a()\n{\n";
+    for (int i = 0; i < 500; ++i)
+        text += ".loc 1 5 9, function_name $A, inlined_at 1 5 9\nbar.warp.sync 0;\n";
+    const auto module = parse(text + "ret;\n}\n");
+    const InlinedCalls calls(*module);
+    for (uint32_t line = 0; line < 1100; ++line)
+        if (const uint32_t call = calls.at(line))
+            EXPECT_LE(calls.call(call).depth, 64u);
+    for (const char* end : {".loc", ".loc 1", ".loc 1 2 3, inlined_at", ".loc 1 2 3, function_name",
+                            ".loc 1 2 3, function_name $A+, inlined_at 9999999999999 x -1"}) {
+        ptx::Module broken;
+        broken.text = std::string("inlined_at\n") + end;
+        EXPECT_LE(InlinedCalls(broken).at(5), 1u);
+    }
+}
+
+TEST(SourceLocation, InlinedFunctions) {
+    const std::string text =
+        std::string(kHeader) +
+        ".file 1 \"/src/shade.cu\"\n.visible .entry __miss__a()\n{\n"
+        ".local .align 4 .b8 depot[8];\n.reg .b32 %r<3>; .reg .b64 %SP;\n"
+        ".loc 1 41 7\nmov.u64 %SP, depot;\n"
+        ".loc 1 20 3, function_name $outer, inlined_at 1 41 7\n"
+        "call (%r1), _optix_get_launch_index_x, ();\n"
+        ".loc 1 10 3, function_name $names+2, inlined_at 1 20 3\n"
+        "st.volatile.u32 [%SP], %r1;\n.loc 1 43 3\nret;\n}\n"
+        ".section .debug_str {\n$names: .b8 65,0, 105,110,110,101,114,0\n" // A, inner
+        "$outer: .b8 95,90,53,111,117,116,101,114,106,0\n}\n";             // _Z5outerj
+    EXPECT_EQ("inner", debugString(*parse(text), "$names", 2));
+    EXPECT_EQ("", debugString(*parse(text), "$nowhere", 0));
+    for (const DebugLevel level : {DebugLevel::kMinimal, DebugLevel::kModerate, DebugLevel::kFull})
+        for (const OptLevel opt : {OptLevel::k0, OptLevel::k3}) {
+            SCOPED_TRACE(message(unsigned(level), " ", unsigned(opt)));
+            const auto code = compile(text, level, opt);
+            const auto* begin = static_cast<const char*>(code->programs()[0].address);
+            bool seen = false;
+            for (unsigned i = 0; i < 64; ++i) {
+                SourceLocation location;
+                if (!sourceLocation(begin + i, location) || location.line != 10)
+                    continue;
+                seen = true;
+                EXPECT_EQ("/src/shade.cu", location.file);
+                EXPECT_EQ("__miss__a", location.function) << "the program, not what is inlined";
+            }
+            EXPECT_TRUE(seen);
+        }
 }
 
 // One unit, one function with a variable of type int in the depot.

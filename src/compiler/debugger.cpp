@@ -201,16 +201,18 @@ bool sourceLocation(const void* address, SourceLocation& location) {
             offset += section.getAddress(); // 0, unless it was set for gdb
         }
     const auto context = llvm::DWARFContext::create(*object);
-    const llvm::DILineInfo info = context->getLineInfoForAddress(
+    const llvm::DIInliningInfo frames = context->getInliningInfoForAddress(
         {offset, index},
         {llvm::DILineInfoSpecifier::FileLineInfoKind::AbsoluteFilePath,
          llvm::DILineInfoSpecifier::FunctionNameKind::ShortName});
-    if (info.Line == 0)
+    const uint32_t count = frames.getNumberOfFrames();
+    if (count == 0 || frames.getFrame(0).Line == 0)
         return false;
+    const llvm::DILineInfo& info = frames.getFrame(0);
+    const std::string& outermost = frames.getFrame(count - 1).FunctionName;
     location.file = info.FileName;
-    location.function = info.FunctionName == llvm::DILineInfo::BadString 
-                            ? symbolAt(*object, index, offset)
-                            : info.FunctionName;
+    location.function = outermost == llvm::DILineInfo::BadString ? symbolAt(*object, index, offset)
+                                                                 : outermost;
     location.line = info.Line;
     location.column = info.Column;
     return true;

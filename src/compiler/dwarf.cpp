@@ -206,6 +206,7 @@ enum Tag : uint32_t {
     kTagStruct = 0x13,
     kTagTypedef = 0x16,
     kTagUnion = 0x17,
+    kTagInlined = 0x1d,
     kTagSubrange = 0x21,
     kTagBase = 0x24,
     kTagConst = 0x26,
@@ -231,6 +232,10 @@ enum Attribute : uint32_t {
     kEncoding = 0x3e,
     kSpecification = 0x47,
     kType = 0x49,
+    kRanges = 0x55,
+    kCallColumn = 0x57,
+    kCallFile = 0x58,
+    kCallLine = 0x59,
     kLinkageName = 0x6e,
     kMipsLinkageName = 0x2007,
 };
@@ -476,15 +481,52 @@ private:
             const Entry& child = entries_[index];
             if (child.tag == kTagVariable || child.tag == kTagParameter) {
                 addVariable(child, scope);
-            } else if (child.tag == kTagLexicalBlock && depth < kMaxDepth) {
+            } else if ((child.tag == kTagLexicalBlock || child.tag == kTagInlined) &&
+                       depth < kMaxDepth) {
                 DwarfScope inner;
-                inner.begin = child.text(kLowPc);
-                inner.end = child.text(kHighPc);
+                inner.ranges = rangesOf(child);
+                if (child.tag == kTagInlined)
+                    inner.inlined = inlinedOf(child);
                 fillScope(child, inner, depth + 1);
-                if (!inner.begin.empty() && !inner.end.empty())
+                if (!inner.ranges.empty())
                     scope.scopes.push_back(std::move(inner));
             }
         }
+    }
+
+    DwarfInlined inlinedOf(const Entry& entry) const {
+        DwarfInlined inlined;
+        inlined.name = inheritedText(entry, kName);
+        inlined.line = uint32_t(inheritedNumber(entry, kDeclLine));
+        inlined.file = uint32_t(inheritedNumber(entry, kDeclFile));
+        inlined.callLine = uint32_t(entry.number(kCallLine));
+        inlined.callFile = uint32_t(entry.number(kCallFile));
+        inlined.callColumn = uint32_t(entry.number(kCallColumn));
+        return inlined;
+    }
+
+    // Low and high address, or a list in .debug_ranges that ends with zeros.
+    std::vector<std::pair<std::string, std::string>> rangesOf(const Entry& entry) {
+        std::vector<std::pair<std::string, std::string>> ranges;
+        const std::string low = entry.text(kLowPc), high = entry.text(kHighPc);
+        if (!low.empty() && !high.empty())
+            ranges.emplace_back(low, high);
+        if (!entry.find(kRanges))
+            return ranges;
+        const SectionBytes& list = sections_["debug_ranges"];
+        for (Cursor cursor(list, entry.number(kRanges)); !cursor.atEnd();) {
+            const std::string begin = address(cursor), end = address(cursor);
+            if (begin.empty() || end.empty())
+                break;
+            ranges.emplace_back(begin, end);
+        }
+        return ranges;
+    }
+
+    static std::string address(Cursor& cursor) {
+        const auto* reference = cursor.reference();
+        cursor.skip(8);
+        return reference ? reference->first : std::string();
     }
 
     void addVariable(const Entry& entry, DwarfScope& scope) {
@@ -530,12 +572,7 @@ private:
     void addList(uint64_t at, DwarfVariable& variable) {
         const SectionBytes& list = sections_["debug_loc"];
         for (Cursor cursor(list, at); !cursor.atEnd();) {
-            const auto address = [&]() -> std::string {
-                const auto* reference = cursor.reference();
-                cursor.skip(8);
-                return reference ? reference->first : std::string();
-            };
-            const std::string begin = address(), end = address();
+            const std::string begin = address(cursor), end = address(cursor);
             if (begin.empty() || end.empty())
                 return;
             const uint64_t size = cursor.fixed(2);
@@ -623,6 +660,20 @@ private:
 };
 
 } // namespace
+
+std::string debugString(const ptx::Module& module, std::string_view label, uint64_t offset) {
+    for (const ptx::Section& section : module.sections)
+        try {
+            if (section.name != "debug_str")
+                continue;
+            const SectionBytes strings = SectionReader(section.text).read();
+            const auto found = strings.labels.find(label);
+            if (found != strings.labels.end())
+                return Cursor(strings, found->second + offset).string();
+        } catch (const Unreadable&) { // no name then
+        }
+    return {};
+}
 
 DwarfInfo readDwarf(const ptx::Module& module) {
     try {

@@ -6,15 +6,17 @@
 //   in a register: DW_OP_regx, whose operand holds the characters of the register's name
 //   in changing places: a list in .debug_loc with labels as bounds
 //
-// Inlined functions are left out. Whatever cannot be read is left out too: debug information never
-// fails a compilation. No LLVM here.
-// Source: DWARF 2 specification; "PTX Writer's Guide to Interoperability", debug information.
+// Inlined functions are scopes with a function of their own (clang, nvcc -G; nvcc -lineinfo says it
+// in .loc instead, with names in .debug_str). Whatever cannot be read is left out: debug
+// information never fails a compilation. No LLVM here. Source: DWARF 2 specification; "PTX Writer's
+// Guide to Interoperability", debug information.
 #pragma once
 
 #include "ptx/ast.h"
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -63,9 +65,17 @@ struct DwarfVariable {
     std::vector<DwarfPlace> places;
 };
 
+// What is inlined: the function, and the place of the call.
+struct DwarfInlined {
+    std::string name; // in the source
+    uint32_t line = 0, file = 0;
+    uint32_t callLine = 0, callFile = 0, callColumn = 0;
+};
+
 struct DwarfScope {
-    std::string begin, end; // labels; empty for the function itself
-    uint32_t line = 0;
+    // Labels where it begins and ends, perhaps several times; none for the function itself.
+    std::vector<std::pair<std::string, std::string>> ranges;
+    std::optional<DwarfInlined> inlined; // none: a block
     std::vector<DwarfVariable> variables;
     std::vector<DwarfScope> scopes;
 };
@@ -82,5 +92,8 @@ struct DwarfInfo {
 };
 
 DwarfInfo readDwarf(const ptx::Module& module);
+
+// The string in .debug_str at a label; empty: there is none.
+std::string debugString(const ptx::Module& module, std::string_view label, uint64_t offset);
 
 } // namespace sunstone::compiler

@@ -80,7 +80,7 @@ void FunctionTranslator::beginDebug() {
         debug_ = nullptr;
         return;
     }
-    debug_->setLocation(builder_, {});
+    debug_->setLocation(builder_, {}, 0);
     for (uint32_t i = 0; debug_->hasVariables() && i < source_.registers.size(); ++i)
         registerOfSlot_.resize(registerOfSlot_.size() +
                                    std::max(1u, source_.registers[i].vector), i);
@@ -298,7 +298,7 @@ void FunctionTranslator::emitReturn() {
 void FunctionTranslator::translateInstruction(const ptx::Instruction& instruction) {
     current_ = &instruction;
     if (debug_)
-        debug_->setLocation(builder_, instruction.source);
+        debug_->setLocation(builder_, instruction.source, instruction.location.line);
     if (terminated()) // code behind a jump that no label reaches
         builder_.SetInsertPoint(llvm::BasicBlock::Create(unit_.context(), "", &function_));
     if (instruction.guard >= 0 && instruction.opcode != "bra" && instruction.opcode != "brx")

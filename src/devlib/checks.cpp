@@ -3,8 +3,14 @@
 
 #include "base/readable.h"
 #include "bvh/build.h"
+#include "bvh/curves.h"
+#include "bvh/input_lookup.h"
 #include "bvh/layout.h"
+#include "devlib/builtin.h"
+#include "devlib/launch_notes.h"
 #include "devlib/sbt.h"
+
+#include <cmath>
 
 namespace sunstone::devlib {
 namespace {
@@ -28,17 +34,11 @@ void checkVertices(RayState* state, uint64_t gas, uint32_t primitive, uint32_t s
         return raise(state, kExceptionInvalidArgument0);
     if (!(block->options & bvh::kOptionVertexAccess))
         return raise(state, kExceptionUnsupportedDataAccess);
-    const auto* inputs = reinterpret_cast<const bvh::InputRecord*>(
-        reinterpret_cast<const uint8_t*>(block) + block->inputsOffset);
-    for (uint32_t i = 0; i < block->numInputs; ++i) {
-        const bvh::InputRecord& input = inputs[i];
-        if (sbtGasIndex - input.firstSbtIndex >= input.numSbtRecords)
-            continue;
-        if (primitive - input.primitiveIndexOffset >= input.numPrimitives)
-            raise(state, kExceptionInvalidArgument0 - 1);
-        return;
-    }
-    raise(state, kExceptionInvalidArgument0 - 2);
+    const bvh::InputRecord* input = bvh::inputWithSbtIndex(*block, sbtGasIndex);
+    if (!input)
+        return raise(state, kExceptionInvalidArgument0 - 2);
+    if (primitive - input->primitiveIndexOffset >= input->numPrimitives)
+        raise(state, kExceptionInvalidArgument0 - 1);
 }
 
 void checkInstance(RayState* state, uint64_t ias, uint32_t index) {
@@ -51,7 +51,88 @@ void checkInstance(RayState* state, uint64_t ias, uint32_t index) {
         raise(state, kExceptionInvalidArgument0 - 1);
 }
 
+void raiseWithoutPath(RayState* state, int32_t code, const ExceptionInfo& info) {
+    state->hit.transformCount = 0;
+    raise(state, code, &info);
+}
+
+// The rest of what a built-in intersection of curves or spheres is asked for. A preference that was
+// not stated fits all, and so does motion that the structure has not.
+bool fitsTraits(uint32_t traits, const bvh::BlockHeader& block, uint32_t sbtGasIndex) {
+    constexpr uint32_t kPreferences = kBuiltinFastTrace | kBuiltinFastBuild;
+    static_assert(kPreferences == (bvh::kOptionFastTrace | bvh::kOptionFastBuild));
+    const uint32_t preference = traits & kPreferences;
+    if (preference != 0 && preference != (block.options & kPreferences))
+        return false;
+    if (bvh::isMoving(block.type) && !(traits & kBuiltinMotion))
+        return false;
+    const bvh::InputRecord* input = bvh::inputWithSbtIndex(block, sbtGasIndex);
+    return !bvh::isCurveBasis(block.shape) || !input ||
+           bvh::hasEndcaps(*input) == ((traits & kBuiltinEndcaps) != 0);
+}
+
+void checkFinite(RayState* state) {
+    ExceptionInfo info{};
+    for (int i = 0; i < 3; ++i) {
+        info.ray[i] = state->worldOrigin[i];
+        info.ray[3 + i] = state->worldDirection[i];
+    }
+    info.ray[6] = state->tmin;
+    info.ray[7] = state->tmax;
+    info.ray[8] = state->time;
+    for (float value : info.ray)
+        if (!std::isfinite(value)) {
+            info.line = state->line;
+            raiseWithoutPath(state, kExceptionInvalidRay, info);
+        }
+}
+
+// Numbers of OptixRayFlags.
+enum RayFlag : uint32_t {
+    kDisableAnyHit = 1,
+    kEnforceAnyHit = 2,
+    kCullBack = 16,
+    kCullFront = 32,
+    kCullDisabledAnyHit = 64,
+    kCullEnforcedAnyHit = 128,
+};
+
+void checkRayFlags(RayState* state) {
+    constexpr uint32_t kAnyHit =
+        kDisableAnyHit | kEnforceAnyHit | kCullDisabledAnyHit | kCullEnforcedAnyHit;
+    constexpr uint32_t kFaces = kCullBack | kCullFront;
+    ExceptionInfo info{};
+    info.line = state->line;
+    if (__builtin_popcount(state->rayFlags & kAnyHit) > 1 || (state->rayFlags & kFaces) == kFaces)
+        raiseWithoutPath(state, kExceptionInvalidArgument0, info);
+}
+
 } // namespace
+
+void checkRay(RayState* state) {
+    checkFinite(state);
+    checkRayFlags(state);
+    // Eight bits count here, as the manual says; on some processors only four.
+    LaunchNotes* notes = notesOf(*state->launch);
+    if (notes && (state->sbtOffset > 15 || state->sbtStride > 15))
+        note(notes->wideSbt);
+}
+
+bool fitsBuiltin(const GroupEntry& group, const bvh::BlockHeader* block, uint32_t sbtGasIndex) {
+    constexpr uint32_t kTriangle = 0x2531; // OPTIX_PRIMITIVE_TYPE_TRIANGLE
+    const uint32_t primitive = primitiveOfBuiltin(group.builtinPrimitive);
+    if (!block)
+        return true;
+    switch (bvh::kindOf(block->type)) {
+    case bvh::BlockType::kShapes:
+        return primitive == block->shape &&
+               fitsTraits(traitsOfBuiltin(group.builtinPrimitive), *block, sbtGasIndex);
+    case bvh::BlockType::kTriangles:
+        return primitive == 0 || primitive == kTriangle;
+    default:
+        return primitive == 0;
+    }
+}
 
 void checkStack(RayState* state) {
     const auto frame = reinterpret_cast<uint64_t>(__builtin_frame_address(0));

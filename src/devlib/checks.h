@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of callables, getters and payload types for pipelines with debug exceptions: what the
+// Checks of trace calls, callables, getters and payload types for pipelines with debug exceptions: what the
 // manual calls undefined without them leaves the launch index through LaunchState::raise. The
 // checks of traversal itself are in trace_body.h (kChecked).
 #pragma once
 
 #include "devlib/abi.h"
+
+namespace sunstone::bvh {
+struct BlockHeader;
+}
 
 namespace sunstone::devlib {
 
@@ -16,5 +20,11 @@ void checkCallable(RayState* state, uint32_t sbtIndex, uint32_t call);
 
 void checkAccess(RayState* state, uint32_t kind, uint64_t handle, uint32_t first, uint32_t second);
 void checkPayload(RayState* state, uint32_t type);
+
+// The arguments of optixTrace: floats must be finite, flags must not exclude each other.
+void checkRay(RayState* state);
+// Whether the group's intersection is the one for the primitives of the structure (null: anything
+// is): built-in for curves and spheres, at will for triangles, the application's for others.
+bool fitsBuiltin(const GroupEntry& group, const bvh::BlockHeader* block, uint32_t sbtGasIndex);
 
 } // namespace sunstone::devlib

@@ -111,8 +111,8 @@ inline bool Tracer::enterMovingCustoms(const isa::MovingNodes& nodes, const bvh:
 
 [[gnu::noinline]] inline bool Tracer::enterMotionTransform(uint64_t handle, const float org[3],
                                                            const float dir[3]) {
-    if (isDeepest())
-        return tooDeep();
+    if (isDeepest() && tooDeep())
+        return false;
     if (!isKnown(state_, handle))
         return false;
     const uint64_t child = bvh::childOf(handle);

@@ -23,6 +23,8 @@
 #include "bvh/motion_traverse.h"
 #include "bvh/shapes.h"
 #include "bvh/triangle_visitors.h"
+#include "devlib/checks.h"
+#include "devlib/launch_notes.h"
 #include "devlib/sbt.h"
 #include "devlib/trace.h"
 
@@ -190,29 +192,13 @@ private:
             resolveRecord(launch_, launch_.sbt.hitBase, launch_.sbt.hitStride,
                           launch_.sbt.hitCount, index, kGroupHit);
         if constexpr (kChecked)
-            if (record.group && !fitsBuiltin(*record.group, kWalking ? gas_ : best_.gas)) {
+            if (record.group &&
+                !fitsBuiltin(*record.group, blockOf(kWalking ? gas_ : best_.gas), sbtGasIndex)) {
                 if (kWalking)
                     exposePath();
                 launch_.raise(state_, kExceptionBuiltinIsMismatch, nullptr);
             }
         return record;
-    }
-
-    // Whether the group's intersection is the one for the primitives of the structure: built-in for
-    // curves and spheres, at will for triangles, the application's for others.
-    static bool fitsBuiltin(const GroupEntry& group, uint64_t gas) {
-        constexpr uint32_t kTriangle = 0x2531; // OPTIX_PRIMITIVE_TYPE_TRIANGLE
-        const bvh::BlockHeader* block = blockOf(gas);
-        if (!block)
-            return true;
-        switch (bvh::kindOf(block->type)) {
-        case bvh::BlockType::kShapes:
-            return group.builtinPrimitive == block->shape;
-        case bvh::BlockType::kTriangles:
-            return group.builtinPrimitive == 0 || group.builtinPrimitive == kTriangle;
-        default:
-            return group.builtinPrimitive == 0;
-        }
     }
 
     // Shows an exception program where the walk is.
@@ -223,12 +209,17 @@ private:
             hit.transforms[i] = transforms_[i];
     }
 
+    // Called where the graph is deeper than declared. The manual promises an exception where they
+    // are on and leaves open what happens otherwise: the walk goes on as far as transform lists
+    // reach, and the log will tell. True: no further.
     [[gnu::noinline]] bool tooDeep() const {
         if ((launch_.exceptionFlags & (kFlagTraceDepth | kFlagDebug)) && launch_.raise) {
             exposePath();
             launch_.raise(state_, kExceptionTraversalDepth, nullptr);
         }
-        return false;
+        if (LaunchNotes* notes = notesOf(launch_))
+            note(notes->deepGraph);
+        return transformCount_ + 2 > kMaxGraphDepth;
     }
 
     // Whether the child of an instance or transform that is entered now would be too deep in the
@@ -789,8 +780,8 @@ private:
 
     [[gnu::noinline]] bool enterInstance(const InstanceRecord& record, const float org[3],
                                          const float dir[3]) {
-        if (isDeepest())
-            return tooDeep();
+        if (isDeepest() && tooDeep())
+            return false;
         float newOrg[3], newDir[3];
         transformRay(record.worldToObject, org, dir, newOrg, newDir);
         const uint32_t index = instanceIndex_, id = instanceId_, offset = instanceSbtOffset_,
@@ -811,8 +802,8 @@ private:
 
     [[gnu::noinline]] bool enterStaticTransform(uint64_t handle, const float org[3],
                                                 const float dir[3]) {
-        if (isDeepest())
-            return tooDeep();
+        if (isDeepest() && tooDeep())
+            return false;
         if (addressOf(handle) == 0)
             return false;
         const auto* transform = reinterpret_cast<const bvh::StaticTransform*>(addressOf(handle));
@@ -903,23 +894,6 @@ template <bool kInstancing>
     state->hit.transformCount = 0;
     if (state->launch->raise)
         state->launch->raise(state, code, info);
-}
-
-// All floats of the call must be finite.
-[[maybe_unused]] static void checkRay(RayState* state) {
-    ExceptionInfo info{};
-    for (int i = 0; i < 3; ++i) {
-        info.ray[i] = state->worldOrigin[i];
-        info.ray[3 + i] = state->worldDirection[i];
-    }
-    info.ray[6] = state->tmin;
-    info.ray[7] = state->tmax;
-    info.ray[8] = state->time;
-    for (float value : info.ray)
-        if ((isa::bitsOf(value) & 0x7F800000u) == 0x7F800000u) {
-            info.line = state->line;
-            raiseWithoutPath(state, kExceptionInvalidRay, &info);
-        }
 }
 
 template <bool kInstancing>

@@ -76,7 +76,12 @@ uint64_t cpu::buildAccel(const ContextPtr& context, AccelBuild request) {
         bvh::checkUpdate(request.inputs->view(), request.options, request.output,
                          request.outputSize);
     }
-    enqueue(context, stream, [request = std::move(request)] {
+    enqueue(context, stream, [context, request = std::move(request)] {
+        if (request.rules && request.inputs->instances && context->log) {
+            const std::string text = brokenRule(*request.inputs->instances, *request.rules);
+            if (!text.empty())
+                context->log(LogLevel::kWarning, "ACCEL", "validation: " + text);
+        }
         const auto run = request.update ? bvh::update : bvh::build;
         run(request.inputs->view(), request.options, request.temp, request.tempSize, request.output,
             request.outputSize);

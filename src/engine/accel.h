@@ -6,8 +6,10 @@
 #include "bvh/build.h"
 #include "bvh/relocate.h"
 #include "engine/context.h"
+#include "engine/instance_rules.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +48,7 @@ struct AccelBuild {
     std::vector<AccelEmit> emit;
     void* stream = nullptr;
     bool update = false; // refit the structure that is in `output`
+    std::optional<InstanceRules> rules; // the log hears of instances that break them
 };
 
 // Sizes of the buffers that a build of these inputs takes.

@@ -32,7 +32,7 @@ const char* nameOf(int32_t code) {
     case kExceptionUnsupportedSingleGas:
         return "geometry acceleration structure traced directly, but traversableGraphFlags lack "
                "ALLOW_SINGLE_GAS";
-    case kExceptionInvalidArgument0: return "first argument out of range";
+    case kExceptionInvalidArgument0: return "first argument out of range, or ray flags that exclude each other";
     case kExceptionInvalidArgument0 - 1: return "second argument out of range";
     case kExceptionInvalidArgument0 - 2: return "third argument out of range";
     case kExceptionUnsupportedDataAccess:

@@ -6,6 +6,7 @@
 #include "base/readable.h"
 #include "base/threads.h"
 #include "check/memory_check.h"
+#include "devlib/launch_notes.h"
 #include "devlib/trace.h"
 #include "engine/cpu_backend.h"
 #include "engine/exceptions.h"
@@ -186,14 +187,13 @@ public:
     }
 
     // Throws what a device program ended the launch with, if one did. `validation`: exceptions of
-    // the run-time count as well. Otherwise `note` receives what no exception program has seen.
-    void finish(bool validation, std::string& note) const {
+    // the run-time count as well. Otherwise returns what no exception program has seen.
+    std::string finish(bool validation) const {
         if (fatal_.any())
             fail(Code::kLaunchFailure, fatal_.text());
         if (validation && raised_.any())
             fail(Code::kLaunchFailure, raised_.text());
-        if (unseen_.any())
-            note = unseen_.text();
+        return unseen_.any() ? unseen_.text() : std::string();
     }
 
 private:
@@ -261,9 +261,23 @@ void checkBoundValues(const Pipeline& pipeline, const uint8_t* params) {
 
 namespace {
 
-void runLaunch(const LaunchRequest& request, std::string& note) {
+// What the log shall say of a launch that went well.
+std::vector<std::string> remarks(const LaunchRequest& request, const devlib::LaunchNotes& notes) {
+    std::vector<std::string> lines;
+    if (notes.deepGraph)
+        lines.push_back(message("a traversable graph has more than the ",
+                                request.limits.maxGraphDepth,
+                                " levels of maxTraversableGraphDepth given to "
+                                "optixPipelineSetStackSize"));
+    if (notes.wideSbt)
+        lines.push_back("optixTrace with an SBT offset or stride above 15: on processors that use "
+                        "four bits of them it finds other records");
+    return lines;
+}
+
+void runLaunch(const LaunchRequest& request, std::vector<std::string>& warnings) {
     const Pipeline& pipeline = *request.pipeline;
-    LaunchState launch{};
+    devlib::NotedLaunch launch{};
     // Reads beyond the caller's block see zeros; 64 bytes allow vector loads at the end.
     std::vector<uint8_t> params((pipeline.launchParamsSize + 127) / 64 * 64);
     if (pipeline.launchParamsSize != 0 && request.params)
@@ -279,14 +293,12 @@ void runLaunch(const LaunchRequest& request, std::string& note) {
     launch.sbt = request.sbt;
     launch.groups = pipeline.groups.data();
     launch.groupCount = uint32_t(pipeline.groups.size());
-    launch.exceptionFlags = pipeline.rules.exceptionFlags;
+    launch.exceptionFlags = pipeline.rules.exceptionFlags | devlib::kHasNotes;
     launch.hasAnyHit = pipeline.hasAnyHit;
     launch.opacityMicromaps = request.limits.opacityMicromaps;
     launch.traversableGraphFlags = pipeline.rules.traversableGraphFlags;
     launch.primitiveTypeFlags = pipeline.rules.primitiveTypeFlags;
-    constexpr uint32_t kDepthChecked = devlib::kFlagTraceDepth | devlib::kFlagDebug;
-    launch.maxGraphDepth = launch.exceptionFlags & kDepthChecked ? request.limits.maxGraphDepth
-                                                                 : devlib::kMaxGraphDepth;
+    launch.maxGraphDepth = request.limits.maxGraphDepth;
     launch.numAttributes = pipeline.rules.numAttributeValues;
     launch.paramsBytes = params.size();
     if (check::enabled())
@@ -314,7 +326,11 @@ void runLaunch(const LaunchRequest& request, std::string& note) {
         for (size_t i = begin; i < end; ++i)
             runner.run(Tile(tiling, i));
     });
-    runner.finish(request.validation, note);
+    const std::string unseen = runner.finish(request.validation);
+    if (!unseen.empty())
+        warnings.push_back("no exception program saw: " + unseen);
+    for (std::string& line : remarks(request, launch.notes))
+        warnings.push_back(std::move(line));
 }
 
 } // namespace
@@ -328,10 +344,11 @@ void cpu::launch(const ContextPtr& context, const LaunchRequest& request) {
     context->device->enqueue(request.stream, [context, request] {
         beginReadableEpoch();
         try {
-            std::string note;
-            runLaunch(request, note);
-            if (!note.empty() && context->log)
-                context->log(LogLevel::kWarning, "LAUNCH", "no exception program saw: " + note);
+            std::vector<std::string> warnings;
+            runLaunch(request, warnings);
+            for (const std::string& line : warnings)
+                if (context->log)
+                    context->log(LogLevel::kWarning, "LAUNCH", line);
         } catch (const Error& error) {
             if (context->log)
                 context->log(LogLevel::kError, "LAUNCH", error.what());

@@ -27,6 +27,19 @@ void checkBoundValues(const compiler::ModuleRules& rules, uint64_t paramsSize) {
     }
 }
 
+// The manual asks for the flag; without it user exceptions work here, but perhaps not elsewhere.
+std::string remarkOnThrows(const ptx::Module& tree, const compiler::PipelineRules& rules) {
+    if (rules.exceptionFlags & devlib::kFlagUser)
+        return {};
+    for (const ptx::Function& function : tree.functions)
+        for (const ptx::Statement& statement : function.body)
+            if (statement.instruction.target.name.starts_with("_optix_throw_exception_"))
+                return message("warning: line ", statement.instruction.location.line, ": \"",
+                               function.name,
+                               "\" calls optixThrowException, but the exception flags lack USER\n");
+    return {};
+}
+
 } // namespace
 
 std::shared_ptr<Module> createModule(std::string_view text, const compiler::PipelineRules& rules,
@@ -47,6 +60,7 @@ std::shared_ptr<Module> createModule(std::string_view text, const compiler::Pipe
     module->debugLevel = debugLevel;
     module->summary = compiler::inspect(*module->tree, rules, moduleRules);
     checkBoundValues(moduleRules, module->summary.launchParamsSize);
+    feedback += remarkOnThrows(*module->tree, rules);
     module->moduleRules = std::make_shared<const compiler::ModuleRules>(std::move(moduleRules));
     return module;
 }

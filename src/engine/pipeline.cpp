@@ -98,6 +98,22 @@ void checkBoundValues(const std::vector<compiler::BoundValue>& values) {
         }
 }
 
+// What devices have for .const variables: those of all modules, the launch parameters once.
+void checkConstantMemory(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
+                         const std::string& launchParams, uint64_t launchParamsSize) {
+    constexpr uint64_t kConstantMemory = 64 << 10;
+    uint64_t bytes = launchParamsSize;
+    forEachModule(groups, [&](const Module& module) {
+        for (const ptx::Variable& variable : module.tree->variables)
+            if (variable.space == ptx::Space::kConst && variable.linkage != ptx::Linkage::kExtern &&
+                variable.name != launchParams)
+                bytes += variable.size;
+    });
+    if (bytes > kConstantMemory)
+        fail(Code::kOutOfConstantMemory, "the .const variables of all modules have ", bytes,
+             " bytes together, more than ", kConstantMemory);
+}
+
 uint64_t commonLaunchParamsSize(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
                                 const std::string& name) {
     uint64_t size = 0;
@@ -186,6 +202,7 @@ std::shared_ptr<Pipeline> createPipeline(Context& context,
     pipeline->limits = limits;
     pipeline->launchParamsSize = commonLaunchParamsSize(groups, rules.launchParams);
 
+    checkConstantMemory(groups, rules.launchParams, pipeline->launchParamsSize);
     forEachModule(groups, [&](const Module& module) {
         const auto& own = module.moduleRules->boundValues;
         pipeline->boundValues.insert(pipeline->boundValues.end(), own.begin(), own.end());

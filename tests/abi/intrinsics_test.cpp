@@ -98,13 +98,6 @@ std::vector<Intrinsic> intrinsics() {
     return all;
 }
 
-// Known, and refused when a pipeline needs them, until their features are there.
-bool mayBeRefused(const std::string& name) {
-    return name.find("curve") != std::string::npos || name.find("bspline") != std::string::npos ||
-           name.find("catmullrom") != std::string::npos || name == "get_sphere_data" ||
-           name.starts_with("tex_footprint");
-}
-
 const char* prefixOf(char program) {
     switch (program) {
     case 'r':
@@ -203,8 +196,6 @@ protected:
         auto again = Client<R>::compileOptions();
         adjust(*again.get());
         result = client_.makePipeline(groups, 2, &pipeline, std::move(again));
-        if (result == kNotSupported && mayBeRefused(intrinsic.name))
-            return "";
         return result == kSuccess ? "" : "pipeline " + std::to_string(result);
     }
 

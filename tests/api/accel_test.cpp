@@ -533,6 +533,47 @@ TEST_F(AccelTest, LimitsOfInstanceFields) {
 
 // ---- Emitted properties --------------------------------------------------------------------------
 
+// Limits of instances in device memory are the application's to keep; validation mode looks.
+TEST_F(AccelTest, ValidationModeChecksInstances) {
+    OptixDeviceContextOptions options{};
+    options.logCallbackFunction = LogRecord::callback;
+    options.logCallbackData = &log_;
+    options.logCallbackLevel = 4;
+    options.validationMode = OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_ALL;
+    OptixDeviceContext validating = nullptr;
+    ASSERT_OK(optixDeviceContextCreate(nullptr, &options, &validating));
+    auto mesh = terrain(2);
+    const Accel gas = buildAccel(context_, log_, {mesh->input});
+    const InstanceList inner({instanceOf(gas.handle, identity())});
+    const Accel ias = buildAccel(context_, log_, {inner.input});
+    const OptixInstance good = instanceOf(gas.handle, identity(), (1u << 28) - 1, (1u << 28) - 1);
+    const struct {
+        const char* mention;
+        OptixInstance instance;
+    } cases[] = {
+        {nullptr, good},
+        {"instanceId = 268435456", instanceOf(gas.handle, identity(), 1u << 28)},
+        {"sbtOffset = 268435456", instanceOf(gas.handle, identity(), 0, 1u << 28)},
+        {"visibilityMask = 256", instanceOf(gas.handle, identity(), 0, 0, 256)},
+        {"flags = 64", instanceOf(gas.handle, identity(), 0, 0, 255, 64)},
+        {"ENFORCE_ANYHIT", instanceOf(gas.handle, identity(), 0, 0, 255, 12)},
+        {"must be 0", instanceOf(ias.handle, identity(), 0, 1)},
+    };
+    for (const auto& c : cases) {
+        InstanceList list({good, c.instance});
+        for (OptixDeviceContext context : {context_, validating}) {
+            log_.clear();
+            buildAccel(context, log_, {list.input});
+            const std::string text = log_.all();
+            const bool isTold = c.mention && context == validating;
+            EXPECT_EQ(isTold, text.find("instances[1]: ") != std::string::npos) << text;
+            if (isTold)
+                EXPECT_NE(std::string::npos, text.find(c.mention)) << text;
+        }
+    }
+    ASSERT_OK(optixDeviceContextDestroy(validating));
+}
+
 TEST_F(AccelTest, EmittedBounds) {
     TriangleMesh mesh({{-1, 2, 3}, {4, -5, 6}, {0, 0, -7}, {100, 100, 100}}, {0, 1, 2});
     Buffer box(24);

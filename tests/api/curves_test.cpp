@@ -2,6 +2,7 @@
 // Curves through the API: build inputs and their errors, built-in intersection modules, what
 // programs see of hits, any-hit rules, end caps, updates, compaction, relocation.
 #include "curves.h"
+#include "moving_scene.h"
 #include "rig.h"
 #include "scene.h"
 
@@ -81,6 +82,7 @@ protected:
         builtin.builtinISModuleType = type;
         builtin.usesMotionBlur = motion;
         builtin.curveEndcapFlags = endcaps;
+        builtin.buildFlags = buildFlags_;
         OptixModuleCompileOptions module{};
         require(optixBuiltinISModuleGet(context_, &module, &pipeline, &builtin, &builtin_),
                 "optixBuiltinISModuleGet", log_);
@@ -129,6 +131,7 @@ protected:
     std::unique_ptr<Rig> rig_;
     OptixModule builtin_ = nullptr;
     unsigned exceptionFlags_ = OPTIX_EXCEPTION_FLAG_NONE;
+    unsigned buildFlags_ = 0; // of the built-in module
 };
 
 TEST_F(CurveTest, HitsOfAllBases) {
@@ -601,6 +604,7 @@ TEST_F(CurveTest, BuiltinModuleErrors) {
     rejected("usesPrimitiveTypeFlags",
              [](Options& o) { o.builtinISModuleType = OPTIX_PRIMITIVE_TYPE_TRIANGLE; });
     rejected("buildFlags", [](Options& o) { o.buildFlags = 0x10000; });
+    rejected("buildFlags", [](Options& o) { o.buildFlags = 12; }); // both preferences
     rejected("curveEndcapFlags", [](Options& o) { o.curveEndcapFlags = 2; });
     rejected("curveEndcapFlags", [](Options& o) {
         o.builtinISModuleType = OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
@@ -642,6 +646,57 @@ TEST_F(CurveTest, BuiltinIntersectionOfAnotherBasisIsAnException) {
               log_.all().find("built-in intersection does not fit the structure"))
         << log_.all();
     EXPECT_NE(std::string::npos, log_.all().find(number)) << log_.all();
+}
+
+// The rest of OptixBuiltinISOptions. Preferences count where they were stated; a module for curves
+// that move does for those that do not.
+TEST_F(CurveTest, BuiltinIntersectionWithOtherOptionsIsAnException) {
+    exceptionFlags_ = OPTIX_EXCEPTION_FLAG_DEBUG;
+    constexpr OptixPrimitiveType kCubic = OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE;
+    constexpr unsigned kTrace = OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
+    constexpr unsigned kBuild = OPTIX_BUILD_FLAG_PREFER_FAST_BUILD;
+    constexpr unsigned kOther = OPTIX_BUILD_FLAG_ALLOW_COMPACTION;
+    struct Options {
+        unsigned flags, caps;
+        bool motion;
+    };
+    const struct {
+        Options module, structure;
+        bool fits;
+    } cases[] = {
+        {{0, 0, false}, {0, 0, false}, true},
+        {{0, 0, false}, {0, 1, false}, false},
+        {{0, 1, false}, {0, 0, false}, false},
+        {{0, 1, false}, {0, 1, false}, true},
+        {{kTrace, 0, false}, {kTrace | kOther, 0, false}, true},
+        {{kTrace, 0, false}, {kBuild, 0, false}, false},
+        {{kTrace, 0, false}, {0, 0, false}, false},
+        {{0, 0, false}, {kTrace, 0, false}, true},
+        {{kOther, 0, false}, {kBuild, 0, false}, true},
+        {{0, 0, true}, {0, 0, false}, true},
+        {{0, 0, true}, {0, 0, true}, true},
+        {{0, 0, false}, {0, 0, true}, false},
+    };
+    for (const auto& c : cases) {
+        SCOPED_TRACE(&c - cases);
+        buildFlags_ = c.module.flags;
+        prepare(kCubic, false, c.module.caps, c.module.motion);
+        Strand strand(kCubic, 4);
+        strand.input.curveArray.endcapFlags = c.structure.caps;
+        const CUdeviceptr vertices[2] = {strand.vertexAddress, strand.vertexAddress};
+        const CUdeviceptr widths[2] = {strand.widthAddress, strand.widthAddress};
+        strand.input.curveArray.vertexBuffers = vertices;
+        strand.input.curveArray.widthBuffers = widths;
+        Motion motion;
+        motion.keys = c.structure.motion ? 2 : 1;
+        const Accel accel = buildMoving(context_, log_, {strand.input}, motion, c.structure.flags);
+        log_.clear();
+        const CurveResult result = trace({down(0.5f)}, accel.handle)[0];
+        EXPECT_EQ(c.fits ? 1u : 0u, result.closestHits);
+        EXPECT_EQ(c.fits, log_.all().find("does not fit the structure") == std::string::npos)
+            << log_.all();
+        again();
+    }
 }
 
 TEST_F(CurveTest, BuiltinModulesInGroups) {

@@ -14,9 +14,10 @@ static __forceinline__ __device__ unsigned mistakeOf() {
 
 static __forceinline__ __device__ void trace(OptixTraversableHandle handle, float tmax,
                                              unsigned sbtOffset, unsigned miss, float z,
-                                             unsigned& payload) {
-    optixTrace(handle, make_float3(0, 0, -1), make_float3(0, 0, z), 0.0f, tmax, 0.5f, 255,
-               OPTIX_RAY_FLAG_NONE, sbtOffset, 1, miss, payload);
+                                             unsigned& payload,
+                                             unsigned flags = OPTIX_RAY_FLAG_NONE) {
+    optixTrace(handle, make_float3(0, 0, -1), make_float3(0, 0, z), 0.0f, tmax, 0.5f, 255, flags,
+               sbtOffset, 1, miss, payload);
 }
 
 extern "C" __device__ unsigned __direct_callable__two(unsigned a, unsigned b) {
@@ -112,6 +113,20 @@ static __forceinline__ __device__ void makeMistake(DebugResult& result) {
         break;
     case kReportKind:
         trace(params.customs, 10.0f, 1, 0, 1.0f, payload);
+        break;
+    case kAnyHitFlags: // any two of four
+        trace(params.ias, 10.0f, 0, 0, 1.0f, payload,
+              optixGetLaunchIndex().x & 32
+                  ? OPTIX_RAY_FLAG_DISABLE_ANYHIT | OPTIX_RAY_FLAG_CULL_ENFORCED_ANYHIT
+                  : OPTIX_RAY_FLAG_ENFORCE_ANYHIT | OPTIX_RAY_FLAG_CULL_DISABLED_ANYHIT);
+        break;
+    case kThrowCode:
+        optixThrowException(-int(payload));
+        break;
+    case kFaceFlags:
+        trace(params.ias, 10.0f, 0, 0, 1.0f, payload,
+              OPTIX_RAY_FLAG_CULL_BACK_FACING_TRIANGLES |
+                  OPTIX_RAY_FLAG_CULL_FRONT_FACING_TRIANGLES);
         break;
     default:
         trace(params.ias, 10.0f, 0, 0, 1.0f, payload);

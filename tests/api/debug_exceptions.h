@@ -26,6 +26,9 @@ enum Mistake : unsigned {
     kDeepRecursion,      // -1
     kLargeFrames,        // -1
     kReportKind,         // -17 of optixReportIntersection
+    kAnyHitFlags,        // -16: ray flags that exclude each other
+    kFaceFlags,          // -16
+    kThrowCode,          // -16: a user exception with a negative code
     kMistakes
 };
 

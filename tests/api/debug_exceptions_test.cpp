@@ -97,6 +97,9 @@ int codeOf(unsigned mistake) {
     case kNoDirect: return OPTIX_EXCEPTION_CODE_CALLABLE_NO_DC_SBT_RECORD;
     case kNoContinuation: return OPTIX_EXCEPTION_CODE_CALLABLE_NO_CC_SBT_RECORD;
     case kListIndex:
+    case kAnyHitFlags:
+    case kFaceFlags:
+    case kThrowCode:
     case kBadGasForVertices: return OPTIX_EXCEPTION_CODE_INVALID_VALUE_ARGUMENT_0;
     case kBadPrimitive:
     case kBadInstance:
@@ -143,7 +146,9 @@ TEST_P(DebugExceptions, EveryMistakeHasItsCodeAndDetails) {
         } else {
             ASSERT_EQ(0.0f, r.ray[2]);
         }
-        const bool hasLine = mistake == kBadRay || mistake == kWrongParameters;
+        const bool hasLine = mistake == kBadRay || mistake == kWrongParameters ||
+                             mistake == kAnyHitFlags || mistake == kFaceFlags ||
+                             mistake == kThrowCode;
         ASSERT_EQ(hasLine, std::string(r.line).find("debug_exceptions.cu:") != std::string::npos)
             << r.line;
         if (!hasLine)
@@ -168,6 +173,10 @@ TEST_P(DebugExceptions, WithoutFlagsMistakesAreHarmless) {
         }
         ASSERT_EQ(OPTIX_SUCCESS, launched) << log_.all();
         for (unsigned i = 0; i < 40; ++i) {
+            if (mistake == kThrowCode) { // never taken for a code of the library
+                ASSERT_GE(result(i).code, 0);
+                continue;
+            }
             ASSERT_EQ(1u, result(i).reached);
             ASSERT_EQ(1000, result(i).code);
         }
@@ -248,6 +257,33 @@ TEST_P(GraphExceptions, InstancingNotAllowed) {
     ASSERT_OK(launch(kFine, 1)); // traces an instance structure
     EXPECT_EQ(OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_TRAVERSABLE, result(0).code);
     EXPECT_EQ(scene_->ias.handle, result(0).traversable);
+}
+
+// Legal, but not what all processors understand alike.
+TEST_P(DebugExceptions, SbtOffsetsAbove15AreRemarkedUpon) {
+    prepare(OPTIX_EXCEPTION_FLAG_DEBUG);
+    log_.clear();
+    ASSERT_OK(launch(kFine, 4));
+    EXPECT_EQ(std::string::npos, log_.all().find("above 15")) << log_.all();
+    ASSERT_OK(launch(kBadHit, 4)); // offset 200
+    EXPECT_NE(std::string::npos, log_.all().find("SBT offset or stride above 15")) << log_.all();
+}
+
+// Without exceptions the manual promises nothing: what is deeper is found all the same.
+TEST_P(GraphExceptions, DeeperThanDeclaredWithoutExceptions) {
+    prepare(OPTIX_EXCEPTION_FLAG_NONE);
+    constexpr const char* kLine = "more than the 1 levels of maxTraversableGraphDepth";
+    ASSERT_OK(optixPipelineSetStackSize(rig_->pipeline(), 0, 0, 0, 1));
+    log_.clear();
+    ASSERT_OK(launch(kFine, 40));
+    EXPECT_EQ(1u, result(0).reached);
+    EXPECT_EQ(100u, result(0).detail) << "the triangle under the instance is hit";
+    EXPECT_NE(std::string::npos, log_.all().find(kLine)) << log_.all();
+    ASSERT_OK(optixPipelineSetStackSize(rig_->pipeline(), 0, 0, 0, 2));
+    log_.clear();
+    ASSERT_OK(launch(kFine, 40));
+    EXPECT_EQ(100u, result(0).detail);
+    EXPECT_EQ(std::string::npos, log_.all().find("levels of")) << log_.all();
 }
 
 // The graph has two traversables on its path.

@@ -90,6 +90,20 @@ TEST_P(Exceptions, NoExceptionProgram) {
         ASSERT_EQ(i % kKinds == kNone ? 2u : 1u, results.as<ExceptionResult>()[i].reached) << i;
 }
 
+// The flag USER "must be specified" where programs throw. They do so without it; the log warns.
+TEST_P(Exceptions, WithoutTheUserFlag) {
+    log_.clear();
+    auto r = rig("exceptions", compileOptions(2));
+    EXPECT_NE(std::string::npos, log_.all().find("calls optixThrowException, but the exception "
+                                                 "flags lack USER"))
+        << log_.all();
+    log_.clear();
+    OptixPipelineCompileOptions options = compileOptions(2);
+    options.exceptionFlags = OPTIX_EXCEPTION_FLAG_USER;
+    auto with = rig("exceptions", options);
+    EXPECT_EQ(std::string::npos, log_.all().find("lack USER")) << log_.all();
+}
+
 INSTANTIATE_DEVICE_TEST(Exceptions);
 
 } // namespace

@@ -77,7 +77,44 @@ TEST_F(Handles, NotAContext) {
         EXPECT_EQ(refused, optixAccelBuild(bad, nullptr, &build_, &input_, 1, memory.address(), 2048,
                                            memory.address() + 2048, 2048, &traversable, nullptr, 0));
         EXPECT_EQ(refused, optixAccelCompact(bad, nullptr, 1, memory.address(), 4096, &traversable));
+        OptixAccelRelocationInfo info{};
+        int fits = 7;
+        EXPECT_EQ(refused, optixAccelGetRelocationInfo(bad, 1, &info));
+        EXPECT_EQ(refused, optixAccelCheckRelocationCompatibility(bad, &info, &fits));
+        EXPECT_EQ(7, fits);
+        EXPECT_EQ(refused, optixAccelRelocate(bad, nullptr, &info, 0, 0, memory.address(), 4096,
+                                              &traversable));
+        EXPECT_EQ(refused, optixConvertPointerToTraversableHandle(
+                               bad, memory.address(), OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM,
+                               &traversable));
         EXPECT_EQ(0u, traversable);
+        OptixTask task = nullptr;
+        EXPECT_EQ(refused,
+                  optixModuleCreateFromPTXWithTasks(bad, &moduleOptions_, &options_, text.data(),
+                                                    text.size(), nullptr, nullptr, &module, &task));
+        EXPECT_EQ(nullptr, module);
+        EXPECT_EQ(nullptr, task);
+        const OptixBuiltinISOptions builtin{OPTIX_PRIMITIVE_TYPE_TRIANGLE};
+        EXPECT_EQ(refused,
+                  optixBuiltinISModuleGet(bad, &moduleOptions_, &options_, &builtin, &module));
+        OptixDenoiser denoiser = nullptr;
+        const OptixDenoiserOptions guides{};
+        EXPECT_EQ(refused,
+                  optixDenoiserCreate(bad, OPTIX_DENOISER_MODEL_KIND_LDR, &guides, &denoiser));
+        EXPECT_EQ(refused, optixDenoiserCreateWithUserModel(bad, text.data(), 16, &denoiser));
+        EXPECT_EQ(nullptr, denoiser);
+        int enabled = 7;
+        size_t low = 7, high = 7;
+        char path[8] = "old";
+        EXPECT_EQ(refused, optixDeviceContextSetCacheEnabled(bad, 1));
+        EXPECT_EQ(refused, optixDeviceContextSetCacheLocation(bad, "/tmp"));
+        EXPECT_EQ(refused, optixDeviceContextSetCacheDatabaseSizes(bad, 1, 2));
+        EXPECT_EQ(refused, optixDeviceContextGetCacheEnabled(bad, &enabled));
+        EXPECT_EQ(refused, optixDeviceContextGetCacheLocation(bad, path, sizeof(path)));
+        EXPECT_EQ(refused, optixDeviceContextGetCacheDatabaseSizes(bad, &low, &high));
+        EXPECT_EQ(7, enabled);
+        EXPECT_EQ(7u, low + high - 7);
+        EXPECT_STREQ("old", path);
     }
 }
 
@@ -85,6 +122,9 @@ TEST_F(Handles, NotAModule) {
     for (void* handle : notA(module_)) {
         SCOPED_TRACE(handle);
         EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixModuleDestroy(static_cast<OptixModule>(handle)));
+        OptixModuleCompileState state{};
+        EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE,
+                  optixModuleGetCompilationState(static_cast<OptixModule>(handle), &state));
         OptixProgramGroupDesc desc = desc_;
         desc.raygen.module = static_cast<OptixModule>(handle);
         auto group = reinterpret_cast<OptixProgramGroup>(1);
@@ -92,6 +132,42 @@ TEST_F(Handles, NotAModule) {
                         optixProgramGroupCreate(context_, &desc, 1, &groupOptions_, nullptr,
                                                 nullptr, &group));
         EXPECT_EQ(nullptr, group);
+    }
+}
+
+// "Modules must not be destroyed while they are still used by any program group": here they may,
+// and validation mode says so.
+TEST_F(Handles, ModulesMayGoBeforeTheirGroups) {
+    for (const bool validation : {false, true}) {
+        OptixDeviceContextOptions contextOptions{};
+        contextOptions.logCallbackFunction = LogRecord::callback;
+        contextOptions.logCallbackData = &log_;
+        contextOptions.logCallbackLevel = 4;
+        if (validation)
+            contextOptions.validationMode = OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_ALL;
+        OptixDeviceContext context = nullptr;
+        ASSERT_OK(optixDeviceContextCreate(nullptr, &contextOptions, &context));
+        const std::string text = ptxModule(".visible .entry __raygen__a() { ret; }\n");
+        OptixModule module = nullptr, unused = nullptr;
+        for (OptixModule* each : {&module, &unused})
+            ASSERT_OK(optixModuleCreateFromPTX(context, &moduleOptions_, &options_, text.data(),
+                                               text.size(), nullptr, nullptr, each));
+        OptixProgramGroupDesc desc = desc_;
+        desc.raygen.module = module;
+        OptixProgramGroup group = nullptr;
+        ASSERT_OK(
+            optixProgramGroupCreate(context, &desc, 1, &groupOptions_, nullptr, nullptr, &group));
+        log_.clear();
+        ASSERT_OK(optixModuleDestroy(unused));
+        EXPECT_EQ(std::string::npos, log_.all().find("groups")) << log_.all();
+        ASSERT_OK(optixModuleDestroy(module));
+        EXPECT_EQ(validation,
+                  log_.all().find("program groups of the module are alive") != std::string::npos)
+            << log_.all();
+        OptixPipeline pipeline = nullptr;
+        ASSERT_OK(optixPipelineCreate(context, &options_, &link_, &group, 1, nullptr, nullptr,
+                                      &pipeline));
+        ASSERT_OK(optixDeviceContextDestroy(context));
     }
 }
 

@@ -291,6 +291,27 @@ TEST_F(Pipeline, LaunchParametersOfDifferentSize) {
     EXPECT_EQ(nullptr, pipeline_);
 }
 
+// All .const variables share 64 KiB; the launch parameters count once.
+TEST_F(Pipeline, ConstantMemory) {
+    const auto text = [](const char* program, unsigned bytes) {
+        return ptxModule(std::string(kParameters) + "\n.const .align 4 .b8 table_" + program + "[" +
+                         std::to_string(bytes) + "];\n.visible .entry __" + program +
+                         "__a() { ret; }\n");
+    };
+    OptixProgramGroup first = group(OPTIX_PROGRAM_GROUP_KIND_RAYGEN,
+                                    module(text("raygen", 40000), options_), "__raygen__a");
+    ASSERT_OK(create({first}));
+    const unsigned rest = 65536 - 40000 - 16;
+    const auto miss = [&](unsigned bytes) {
+        return group(OPTIX_PROGRAM_GROUP_KIND_MISS, module(text("miss", bytes), options_),
+                     "__miss__a");
+    };
+    EXPECT_OK(create({first, miss(rest)}));
+    EXPECT_REJECTED(OPTIX_ERROR_PIPELINE_OUT_OF_CONSTANT_MEMORY, kFunction, "65537 bytes",
+                    create({first, miss(rest + 1)}));
+    EXPECT_EQ(nullptr, pipeline_);
+}
+
 TEST_F(Pipeline, LogString) {
     OptixProgramGroup a = raygen(caller(), options_);
     char text[1024];

@@ -362,6 +362,32 @@ TEST_F(MicromapArguments, ArraysThatAreNoneFailTheQueuedBuild) {
     EXPECT_TRUE(log_.hasError("no opacity micromap array", "build input 0")) << log_.all();
 }
 
+TEST_F(MicromapArguments, ContextsThatAreNone) {
+    std::vector<void*> handles = garbageHandles();
+    handles.push_back(nullptr);
+    for (void* handle : handles) {
+        const auto bad = static_cast<OptixDeviceContext>(handle);
+        constexpr OptixResult kRefused = OPTIX_ERROR_INVALID_DEVICE_CONTEXT;
+        const CUdeviceptr array = array_.output.address();
+        OptixMicromapBufferSizes sizes{};
+        OptixRelocationInfo info{};
+        int fits = 7;
+        OptixTraversableHandle traversable = kNoHandle;
+        EXPECT_EQ(kRefused,
+                  optixOpacityMicromapArrayComputeMemoryUsage(bad, &array_.input, &sizes));
+        EXPECT_EQ(kRefused, optixOpacityMicromapArrayBuild(bad, nullptr, &array_.input,
+                                                           &array_.buffers));
+        EXPECT_EQ(kRefused, optixOpacityMicromapArrayGetRelocationInfo(bad, array, &info));
+        EXPECT_EQ(kRefused, optixOpacityMicromapArrayRelocate(bad, nullptr, &info, array,
+                                                              array_.output.size()));
+        EXPECT_EQ(kRefused, optixCheckRelocationCompatibility(bad, &info, &fits));
+        EXPECT_EQ(kRefused, optixAccelRelocate(bad, nullptr, &info, nullptr, 0, array,
+                                               array_.output.size(), &traversable));
+        EXPECT_EQ(7, fits);
+        EXPECT_EQ(kNoHandle, traversable);
+    }
+}
+
 TEST_F(MicromapArguments, OfRelocations) {
     OptixRelocationInfo info{};
     const CUdeviceptr array = array_.output.address();

@@ -10,8 +10,10 @@
 //   - a symbol has no row, or a row no symbol;
 //   - a symbol that is not listed as missing has no test, or a host function no test of an error;
 //   - a function that is listed as missing succeeds in a test, or a pattern fits no symbol;
-//   - a row names a test that no longer shows the symbol.
+//   - a row names a test that no longer shows the symbol;
+//   - a host function has no row in rules.tsv, or a rule there no test (rules.h).
 #include "evidence.h"
+#include "rules.h"
 
 #include <algorithm>
 #include <fstream>
@@ -267,6 +269,7 @@ int run(bool write, const fs::path& root, const fs::path& records,
     } else {
         for (const Symbol& symbol : symbols)
             judge.compare(symbol, table);
+        checkRules(root, symbols, [&](const std::string& text) { judge.complain(text); });
         for (const auto& [name, row] : table.rows())
             if (!names.count(name))
                 judge.complain("docs/features.md has a row for " + name + ", which is no symbol");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fuzzing of acceleration structures: all kinds of inputs, updates, compaction, relocation,
-// transforms.
+// transforms; with OptiX 7.6 also the opacity micromaps of build inputs (arrays of them are in
+// calls_micromap.cpp).
 #include "world.h"
 
 #include <algorithm>
@@ -9,6 +10,8 @@ namespace fuzz {
 namespace {
 
 constexpr unsigned kMostKeys = 3;
+constexpr unsigned kBuildFlags = FUZZ_76 ? 256 : 64; // the known ones are below
+constexpr unsigned kGeometryFlags = FUZZ_76 ? 8 : 4;
 
 std::vector<float> floats(World& w, size_t count) {
     std::vector<float> values(count);
@@ -41,7 +44,7 @@ Records records(World& w, unsigned primitives) {
     r.count = 1 + w.below(3);
     std::vector<unsigned> flags(r.count);
     for (unsigned& f : flags)
-        f = w.chance(90) ? w.below(4) : w.any32();
+        f = w.chance(90) ? w.below(kGeometryFlags) : w.any32();
     r.flags = w.chance(97) ? w.keep(flags) : nullptr;
     if (w.chance(40)) {
         r.size = w.oneOf({1u, 2u, 4u, 4u, 3u});
@@ -58,6 +61,65 @@ Records records(World& w, unsigned primitives) {
         r.count = unsigned(flags.size());
     return r;
 }
+
+#if FUZZ_76
+// Micromaps for a triangle input: of an array of this sequence, or of none.
+OptixBuildInputOpacityMicromap micromaps(World& w, unsigned primitives) {
+    OptixBuildInputOpacityMicromap m{};
+    if (w.chance(60))
+        return m;
+    m.indexingMode = w.enumerator({OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_LINEAR,
+                                   OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_INDEXED,
+                                   OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_INDEXED,
+                                   OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_NONE});
+    m.opacityMicromapArray = !w.arrays.empty() && w.chance(90)
+                                 ? w.arrays[w.below(uint32_t(w.arrays.size()))].address
+                                 : w.address(1 << 10);
+    if (m.indexingMode == OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_NONE && w.chance(80))
+        m.opacityMicromapArray = 0;
+    if (m.indexingMode == OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_INDEXED || w.chance(4)) {
+        m.indexSizeInBytes = w.oneOf({2u, 4u, 4u, 4u, w.below(9)});
+        m.indexStrideInBytes = w.chance(80) ? 0 : w.below(12);
+        const size_t stride = std::max(m.indexSizeInBytes, m.indexStrideInBytes);
+        std::vector<uint8_t> bytes(primitives * stride + 4);
+        for (unsigned i = 0; i < primitives; ++i) { // small numbers and the predefined ones
+            const int32_t index = w.chance(97) ? int32_t(w.below(8)) - 4 : int32_t(w.any32());
+            std::memcpy(bytes.data() + i * stride, &index, std::min<size_t>(m.indexSizeInBytes, 4));
+        }
+        m.indexBuffer = w.chance(97) ? w.upload(bytes) / 4 * 4 : w.address(bytes.size(), 4);
+    }
+    m.indexOffset = w.chance(90) ? 0 : w.any32();
+    std::vector<OptixOpacityMicromapUsageCount> counts(w.below(3));
+    for (auto& entry : counts)
+        entry = {w.any32(), w.chance(95) ? w.below(6) : w.any32(),
+                 w.enumerator({OPTIX_OPACITY_MICROMAP_FORMAT_2_STATE,
+                               OPTIX_OPACITY_MICROMAP_FORMAT_4_STATE})};
+    m.micromapUsageCounts = counts.empty() || w.chance(2) ? nullptr : w.keep(counts);
+    m.numMicromapUsageCounts = unsigned(counts.size());
+    return m;
+}
+
+OptixBuildInput spheres(World& w, unsigned keyCount) {
+    OptixBuildInput input{};
+    input.type = OPTIX_BUILD_INPUT_TYPE_SPHERES;
+    OptixBuildInputSphereArray& s = input.sphereArray;
+    const unsigned count = 1 + w.below(40);
+    s.vertexStrideInBytes = w.oneOf({0u, 12u, 16u, 7u});
+    s.vertexBuffers = keys(w, keyCount, floats(w, size_t(count) * 4), 0);
+    s.numVertices = w.chance(97) ? count : w.below(2 * count);
+    s.radiusStrideInBytes = w.oneOf({0u, 4u, 8u});
+    s.singleRadius = int(w.chance(50) ? w.below(2) : w.any32());
+    s.radiusBuffers = keys(w, keyCount, floats(w, size_t(count) * 2), 0);
+    Records r = records(w, count);
+    s.flags = r.flags;
+    s.numSbtRecords = r.count;
+    s.sbtIndexOffsetBuffer = r.buffer;
+    s.sbtIndexOffsetSizeInBytes = r.size;
+    s.sbtIndexOffsetStrideInBytes = r.stride;
+    s.primitiveIndexOffset = w.chance(90) ? 0 : w.any32();
+    return input;
+}
+#endif
 
 OptixBuildInput triangles(World& w, unsigned keyCount) {
     OptixBuildInput input{};
@@ -101,6 +163,9 @@ OptixBuildInput triangles(World& w, unsigned keyCount) {
     t.sbtIndexOffsetSizeInBytes = r.size;
     t.sbtIndexOffsetStrideInBytes = r.stride;
     t.primitiveIndexOffset = w.chance(90) ? 0 : w.any32();
+#if FUZZ_76
+    t.opacityMicromap = micromaps(w, primitives);
+#endif
     return input;
 }
 
@@ -175,12 +240,17 @@ OptixBuildInput instances(World& w, OptixTraversableHandle self) {
     input.instanceArray.instances =
         w.chance(97) ? at : w.address(count * sizeof(OptixInstance), 16);
     input.instanceArray.numInstances = w.chance(97) ? count : w.any32();
+#if FUZZ_76
+    if (w.chance(5))
+        input.instanceArray.instanceStride = w.oneOf({80u, 96u, 16u, 81u, w.any32()});
+#endif
     return input;
 }
 
 OptixAccelBuildOptions buildOptions(World& w, unsigned& keyCount) {
     OptixAccelBuildOptions options{};
-    options.buildFlags = w.chance(90) ? w.below(64) & ~(w.chance(90) ? 1u << 4 : 0u) : w.any32();
+    options.buildFlags =
+        w.chance(90) ? w.below(kBuildFlags) & ~(w.chance(90) ? 1u << 4 : 0u) : w.any32();
     if ((options.buildFlags & 12) == 12 && w.chance(80))
         options.buildFlags &= ~4u; // one preference
     options.operation = w.chance(97) ? OPTIX_BUILD_OPERATION_BUILD : OptixBuildOperation(w.any32());
@@ -221,16 +291,20 @@ void buildNew(World& w) {
     OptixDeviceContext context = w.context();
     CUdeviceptr output = w.memory(size_t(1) << 18);
     std::vector<OptixBuildInput> inputs;
-    unsigned kind = w.below(10);
+    constexpr unsigned kKinds = FUZZ_76 ? 11 : 10;
+    unsigned kind = w.below(kKinds);
     for (unsigned i = 0, count = 1 + w.below(3); i < count; ++i) {
         OptixBuildInput input = kind < 4   ? triangles(w, keyCount)
                                 : kind < 6 ? boxes(w, keyCount)
                                 : kind < 7 ? curves(w, keyCount)
-                                           : instances(w, output | 1);
+#if FUZZ_76
+                                : kind == 10 ? spheres(w, keyCount)
+#endif
+                                             : instances(w, output | 1);
         inputs.push_back(input);
         if (w.chance(3))
-            kind = w.below(10); // kinds do not mix
-        if (kind >= 7 && w.chance(95))
+            kind = w.below(kKinds); // kinds do not mix
+        if (kind >= 7 && kind < 10 && w.chance(95))
             break;
     }
     if (w.chance(2))
@@ -296,8 +370,55 @@ void compact(World& w) {
 }
 const Call kCompact{"optixAccelCompact", 4, compact};
 
+// What a structure refers to, moved or not.
+OptixResult relocateCall(World& w, OptixDeviceContext context, const RelocationInfo* info,
+                         [[maybe_unused]] const Structure* source, CUdeviceptr target, size_t size,
+                         OptixTraversableHandle* handle) {
+    unsigned count = w.below(5);
+#if FUZZ_76
+    if (source && w.chance(50)) { // what fits the structure
+        count = 0;
+        for (const OptixBuildInput& input : source->inputs)
+            if (input.type == OPTIX_BUILD_INPUT_TYPE_INSTANCES ||
+                input.type == OPTIX_BUILD_INPUT_TYPE_INSTANCE_POINTERS)
+                count = std::min(input.instanceArray.numInstances, 100u);
+    }
+#endif
+    std::vector<OptixTraversableHandle> children(count);
+    for (OptixTraversableHandle& child : children)
+        child = w.traversable();
+    const CUdeviceptr handles = count && w.chance(95) ? w.upload(children) : 0;
+    count = w.chance(95) ? count : w.any32();
+#if FUZZ_76
+    std::vector<OptixRelocateInput> inputs(source && w.chance(80) ? source->inputs.size()
+                                                                  : w.below(4));
+    for (size_t i = 0; i < inputs.size(); ++i) {
+        inputs[i].type =
+            source && i < source->inputs.size() && w.chance(95)
+                ? source->inputs[i].type
+                : w.enumerator({OPTIX_BUILD_INPUT_TYPE_TRIANGLES, OPTIX_BUILD_INPUT_TYPE_INSTANCES,
+                                OPTIX_BUILD_INPUT_TYPE_CURVES});
+        if (inputs[i].type == OPTIX_BUILD_INPUT_TYPE_TRIANGLES) {
+            const bool known = !w.arrays.empty() && w.chance(80);
+            inputs[i].triangleArray = {w.below(4),
+                                       {known ? w.arrays[w.below(uint32_t(w.arrays.size()))].address
+                                        : w.chance(80) ? 0
+                                                       : w.address(1 << 10)}};
+        } else {
+            inputs[i].instanceArray = {count, handles};
+        }
+    }
+    const bool none = w.chance(20);
+    return optixAccelRelocate(context, w.stream(), info,
+                              none || w.chance(2) ? nullptr : inputs.data(),
+                              none ? 0 : inputs.size(), target, size, handle);
+#else
+    return optixAccelRelocate(context, w.stream(), info, handles, count, target, size, handle);
+#endif
+}
+
 void relocate(World& w) {
-    OptixAccelRelocationInfo info{};
+    RelocationInfo info{};
     OptixDeviceContext context = w.context();
     OptixTraversableHandle from = w.traversable(), handle = 0;
     w.done("optixAccelGetRelocationInfo",
@@ -305,28 +426,28 @@ void relocate(World& w) {
     if (w.chance(10))
         w.garble(&info, sizeof(info));
     int fits = 0;
-    w.done("optixAccelCheckRelocationCompatibility",
-           optixAccelCheckRelocationCompatibility(w.context(), w.chance(97) ? &info : nullptr,
-                                                  w.chance(97) ? &fits : nullptr));
+#if FUZZ_76
+    auto* const check = optixCheckRelocationCompatibility;
+#else
+    auto* const check = optixAccelCheckRelocationCompatibility;
+#endif
+    w.done("optix*CheckRelocationCompatibility",
+           check(w.context(), w.chance(97) ? &info : nullptr, w.chance(97) ? &fits : nullptr));
     // The target is a copy of a structure of ours, or bytes that are none.
     w.wait();
     size_t size = 1 << 12;
     CUdeviceptr target = w.memory(size);
+    const Structure* source = nullptr;
     for (const Structure& s : w.structures)
         if (s.handle == from && w.chance(90)) {
+            source = &s;
             size = s.outputSize;
             target = w.memory(size);
             std::memcpy(reinterpret_cast<void*>(target), reinterpret_cast<void*>(s.output), size);
         }
-    unsigned count = w.below(5);
-    std::vector<OptixTraversableHandle> children(count);
-    for (OptixTraversableHandle& child : children)
-        child = w.traversable();
-    OptixResult result = optixAccelRelocate(context, w.stream(), w.chance(97) ? &info : nullptr,
-                                            count && w.chance(95) ? w.upload(children) : 0,
-                                            w.chance(95) ? count : w.any32(),
-                                            w.chance(95) ? target : w.address(size),
-                                            w.nearlySize(size), w.chance(97) ? &handle : nullptr);
+    OptixResult result = relocateCall(w, context, w.chance(97) ? &info : nullptr, source,
+                                      w.chance(95) ? target : w.address(size), w.nearlySize(size),
+                                      w.chance(97) ? &handle : nullptr);
     if (result == OPTIX_SUCCESS && handle)
         w.structures.push_back({handle, context, 0, 0, {}, target, size});
     w.done("optixAccelRelocate", result);

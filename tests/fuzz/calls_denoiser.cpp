@@ -34,9 +34,14 @@ void create(World& w) {
         return;
     OptixDenoiserOptions options{w.chance(90) ? w.below(2) : w.any32(),
                                  w.chance(90) ? w.below(2) : w.any32()};
-    auto kind = w.enumerator({OPTIX_DENOISER_MODEL_KIND_LDR, OPTIX_DENOISER_MODEL_KIND_HDR,
-                              OPTIX_DENOISER_MODEL_KIND_AOV, OPTIX_DENOISER_MODEL_KIND_TEMPORAL,
-                              OPTIX_DENOISER_MODEL_KIND_TEMPORAL_AOV});
+    auto kind = w.enumerator({
+        OPTIX_DENOISER_MODEL_KIND_LDR, OPTIX_DENOISER_MODEL_KIND_HDR, OPTIX_DENOISER_MODEL_KIND_AOV,
+            OPTIX_DENOISER_MODEL_KIND_TEMPORAL,
+#if FUZZ_76
+            OPTIX_DENOISER_MODEL_KIND_UPSCALE2X,
+#endif
+            OPTIX_DENOISER_MODEL_KIND_TEMPORAL_AOV
+    });
     OptixDenoiser denoiser = nullptr;
     OptixResult result = optixDenoiserCreate(w.context(), kind, w.chance(97) ? &options : nullptr,
                                              w.chance(97) ? &denoiser : nullptr);
@@ -52,6 +57,16 @@ void createWithModel(World& w) {
         byte = uint8_t(w.any32());
     if (w.chance(70))
         std::memcpy(model, "SUNDENOI\1\0\0\0\70\0\0\0\1\0\0\0\1\0\0\0", 24);
+    if (w.chance(70)) { // kind, guides, passes, three tolerances, weight of the history
+        const uint32_t numbers[3] = {w.below(6), w.below(5), w.below(8)};
+        const float floats[4] = {w.anyFloat(), 0.5f, 1.0f, w.chance(80) ? 0.7f : w.anyFloat()};
+        std::memcpy(model + 24, numbers, sizeof(numbers));
+        std::memcpy(model + 36, floats, sizeof(floats));
+        uint32_t sum = 2166136261u; // the checksum that belongs to it
+        for (unsigned i = 0; i < 52; ++i)
+            sum = (sum ^ model[i]) * 16777619u;
+        std::memcpy(model + 52, &sum, sizeof(sum));
+    }
     OptixDenoiser denoiser = nullptr;
     OptixResult result = optixDenoiserCreateWithUserModel(
         w.context(), w.chance(95) ? model : nullptr, w.chance(80) ? 56 : w.below(65),
@@ -101,6 +116,11 @@ void denoise(World& w) {
                          : w.address(12, 4);
     OptixDenoiserGuideLayer guides{image(w, width, height), image(w, width, height),
                                    image(w, width, height, true)};
+#if FUZZ_76
+    params.temporalModeUsePreviousLayers = w.chance(90) ? w.below(2) : w.any32();
+    guides.previousOutputInternalGuideLayer = image(w, width, height);
+    guides.outputInternalGuideLayer = image(w, width, height);
+#endif
     OptixDenoiserLayer layers[2];
     // All images of a call have one format, as a rule.
     for (OptixDenoiserLayer& layer : layers) {

@@ -24,6 +24,11 @@ OptixPipelineCompileOptions compileOptions(World& w) {
     options.numAttributeValues = 2;
     options.exceptionFlags = OPTIX_EXCEPTION_FLAG_USER;
     options.pipelineLaunchParamsVariableName = "params";
+    options.usesPrimitiveTypeFlags = 0x1Fu | 1u << 31; // all of 7.4
+#if FUZZ_76
+    options.usesPrimitiveTypeFlags |= unsigned(OPTIX_PRIMITIVE_TYPE_FLAGS_SPHERE);
+    options.allowOpacityMicromaps = 1;
+#endif
     if (w.chance(93))
         return options;
     options.usesMotionBlur = int(w.chance(50) ? 1 : w.any32());
@@ -34,6 +39,9 @@ OptixPipelineCompileOptions compileOptions(World& w) {
     options.pipelineLaunchParamsVariableName =
         w.oneOf<const char*>({"params", nullptr, "", "other"});
     options.usesPrimitiveTypeFlags = w.chance(80) ? w.below(64) : w.any32();
+#if FUZZ_76
+    options.allowOpacityMicromaps = int(w.chance(80) ? w.below(2) : w.any32());
+#endif
     return options;
 }
 
@@ -140,31 +148,40 @@ void moduleState(World& w) {
 const Call kModuleState{"optixModuleGetCompilationState", 1, moduleState};
 
 void builtinModule(World& w) {
+    if (w.builtins.live.size() > 3)
+        return;
     OptixModuleCompileOptions options{};
-    OptixPipelineCompileOptions pipeline = compileOptions(w);
+    if (w.chance(5))
+        options.optLevel = OptixCompileOptimizationLevel(w.any32());
+    const OptixPipelineCompileOptions pipeline = compileOptions(w);
     OptixBuiltinISOptions builtin{};
-    builtin.builtinISModuleType = w.enumerator(
-        {OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR, OPTIX_PRIMITIVE_TYPE_ROUND_QUADRATIC_BSPLINE,
-         OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE, OPTIX_PRIMITIVE_TYPE_ROUND_CATMULLROM,
-         OPTIX_PRIMITIVE_TYPE_TRIANGLE, OPTIX_PRIMITIVE_TYPE_CUSTOM});
-    builtin.usesMotionBlur = w.chance(80) ? 0 : int(w.any32());
-    builtin.buildFlags = w.chance(80) ? 0 : w.any32();
-    builtin.curveEndcapFlags = w.chance(80) ? w.below(2) : w.any32();
+    builtin.builtinISModuleType = w.enumerator({
+        OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR, OPTIX_PRIMITIVE_TYPE_ROUND_QUADRATIC_BSPLINE,
+            OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE, OPTIX_PRIMITIVE_TYPE_ROUND_CATMULLROM,
+#if FUZZ_76
+            OPTIX_PRIMITIVE_TYPE_SPHERE,
+#endif
+            OPTIX_PRIMITIVE_TYPE_TRIANGLE, OPTIX_PRIMITIVE_TYPE_CUSTOM
+    });
+    builtin.usesMotionBlur = int(w.chance(90) ? w.below(2) : w.any32());
+    builtin.buildFlags = w.chance(60) ? 0 : w.chance(90) ? w.below(64) : w.any32();
+    builtin.curveEndcapFlags = w.chance(80) ? 0 : w.chance(90) ? 1 : w.any32();
     OptixModule module = nullptr;
-    OptixResult result = optixBuiltinISModuleGet(
-        w.context(), w.chance(96) ? &options : nullptr, w.chance(96) ? &pipeline : nullptr,
-        w.chance(96) ? &builtin : nullptr, w.chance(96) ? &module : nullptr);
+    const OptixResult result = optixBuiltinISModuleGet(
+        w.context(), w.chance(97) ? &options : nullptr, w.chance(97) ? &pipeline : nullptr,
+        w.chance(97) ? &builtin : nullptr, w.chance(97) ? &module : nullptr);
     if (result == OPTIX_SUCCESS)
-        w.modules.live.push_back(module);
+        w.builtins.live.push_back(module);
     w.done("optixBuiltinISModuleGet", result);
 }
-const Call kBuiltinModule{"optixBuiltinISModuleGet", 1, builtinModule};
+const Call kBuiltinModule{"optixBuiltinISModuleGet", 3, builtinModule};
 
 void destroyModule(World& w) {
-    OptixModule module = w.pick(w.modules);
+    Handles<OptixModule>& kind = w.chance(80) ? w.modules : w.builtins;
+    OptixModule module = w.pick(kind);
     OptixResult result = optixModuleDestroy(module);
     if (result == OPTIX_SUCCESS)
-        w.modules.died(module);
+        kind.died(module);
     w.done("optixModuleDestroy", result);
 }
 const Call kDestroyModule{"optixModuleDestroy", 1, destroyModule};
@@ -177,7 +194,7 @@ const char* entry(World& w, const char* right) {
 
 OptixProgramGroupDesc groupDesc(World& w) {
     OptixProgramGroupDesc d{};
-    OptixModule module = w.pick(w.modules);
+    OptixModule module = w.pick(w.chance(97) ? w.modules : w.builtins);
     d.kind = w.enumerator({OPTIX_PROGRAM_GROUP_KIND_RAYGEN, OPTIX_PROGRAM_GROUP_KIND_MISS,
                            OPTIX_PROGRAM_GROUP_KIND_EXCEPTION, OPTIX_PROGRAM_GROUP_KIND_HITGROUP,
                            OPTIX_PROGRAM_GROUP_KIND_CALLABLES});
@@ -201,7 +218,10 @@ OptixProgramGroupDesc groupDesc(World& w) {
         if (w.chance(50))
             d.hitgroup.moduleAH = module,
             d.hitgroup.entryFunctionNameAH = entry(w, "__anyhit__note");
-        if (w.chance(50)) {
+        if (!w.builtins.live.empty() && w.chance(40)) {
+            d.hitgroup.moduleIS = w.pick(w.builtins);
+            d.hitgroup.entryFunctionNameIS = w.chance(95) ? nullptr : "__intersection__note";
+        } else if (w.chance(50)) {
             d.hitgroup.moduleIS = w.chance(80) ? module : w.pick(w.modules);
             d.hitgroup.entryFunctionNameIS = entry(w, "__intersection__note");
         }
@@ -346,7 +366,7 @@ void launch(World& w) {
     params.count = w.below(300);
     params.answers =
         w.chance(95) ? reinterpret_cast<unsigned*>(w.memory(params.count * 4 + 4, 4)) : nullptr;
-    params.rayFlags = w.chance(70) ? 0 : w.chance(70) ? w.below(512) : w.any32();
+    params.rayFlags = w.chance(70) ? 0 : w.chance(70) ? w.below(2048) : w.any32();
     params.handle = w.traversable();
     for (int i = 0; i < 3; ++i) {
         params.origin[i] = w.anyFloat();

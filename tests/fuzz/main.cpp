@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fuzzes the host API: sequences of random calls with valid and invalid arguments. A sequence is
-// determined by its number alone, so a failure is repeated with `fuzz_api --sequence NUMBER`.
+// determined by its number alone, so a failure is repeated with `fuzz_api --sequence NUMBER` (or
+// fuzz_api76, the same with OptiX 7.6: each has its own sequences).
 //   --seconds N    runs sequences for this long (20)
 //   --start N      number of the first sequence (1); with --seconds, sequences count up from it
 //   --sequence N   runs this sequence alone, and prints its calls

@@ -42,6 +42,34 @@ extern "C" __device__ unsigned __continuation_callable__add(unsigned a) { return
 extern "C" __global__ void __exception__note() { answer(unsigned(optixGetExceptionCode())); }
 extern "C" __global__ void __miss__note() { optixSetPayload_0(1u); }
 
+// Points of the primitive that was hit, if the structure gives them; sometimes of another.
+static __forceinline__ __device__ float readPoints() {
+    const OptixTraversableHandle gas = optixGetGASTraversableHandle();
+    const unsigned primitive = optixGetPrimitiveIndex() + (params.callable & 1);
+    const unsigned record = optixGetSbtGASIndex() + (params.callable & 2);
+    float3 corners[3];
+    float4 points[4];
+    switch (optixGetPrimitiveType()) {
+    case OPTIX_PRIMITIVE_TYPE_TRIANGLE:
+        optixGetTriangleVertexData(gas, primitive, record, params.time, corners);
+        return corners[2].x;
+    case OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR:
+        optixGetLinearCurveVertexData(gas, primitive, record, params.time, points);
+        return points[1].w;
+    case OPTIX_PRIMITIVE_TYPE_ROUND_CATMULLROM:
+        optixGetCatmullRomVertexData(gas, primitive, record, params.time, points);
+        return points[3].w;
+    default:
+        return 0.0f;
+    }
+}
+
+// Any handle, of the wrong kind as a rule.
+static __forceinline__ __device__ unsigned readHandle(OptixTraversableHandle handle) {
+    return optixGetGASMotionStepCount(handle) +
+           unsigned(optixGetInstanceTraversableFromIAS(handle, params.callable & 7));
+}
+
 // Reads everything that a hit knows.
 extern "C" __global__ void __closesthit__note() {
     unsigned sum = optixGetPrimitiveIndex() + optixGetInstanceIndex() + optixGetInstanceId() +
@@ -52,7 +80,7 @@ extern "C" __global__ void __closesthit__note() {
     sum += unsigned(p.x > 0.0f);
     if (optixIsTriangleHit())
         sum += unsigned(optixGetTriangleBarycentrics().x > 0.5f);
-    optixSetPayload_0(sum);
+    optixSetPayload_0(sum + unsigned(readPoints() > 0.0f) + readHandle(params.handle));
 }
 
 extern "C" __global__ void __anyhit__note() {

@@ -62,8 +62,9 @@ World::~World() {
         done("optixPipelineDestroy", optixPipelineDestroy(pipeline));
     for (OptixProgramGroup group : groups.live)
         done("optixProgramGroupDestroy", optixProgramGroupDestroy(group));
-    for (OptixModule module : modules.live)
-        done("optixModuleDestroy", optixModuleDestroy(module));
+    for (const auto* list : {&modules, &builtins})
+        for (OptixModule module : list->live)
+            done("optixModuleDestroy", optixModuleDestroy(module));
     for (OptixDeviceContext context : contexts.live)
         done("optixDeviceContextDestroy", optixDeviceContextDestroy(context));
     wait();

@@ -11,6 +11,9 @@
 // to, and device memory that is given as readable is so, or is not mapped at all. All else is
 // random: sizes, counts, enumerators, flags, floats, handles, alignments, the bytes of every
 // buffer.
+//
+// The same files make two fuzzers: fuzz_api with the OptiX 7.4 headers, fuzz_api76 with those of
+// 7.6. What only 7.6 has is behind FUZZ_76.
 #pragma once
 
 #include "optix.h"
@@ -25,7 +28,15 @@
 #include <string>
 #include <vector>
 
+#define FUZZ_76 (OPTIX_VERSION >= 70600)
+
 namespace fuzz {
+
+#if FUZZ_76
+using RelocationInfo = OptixRelocationInfo;
+#else
+using RelocationInfo = OptixAccelRelocationInfo;
+#endif
 
 class World;
 
@@ -57,6 +68,12 @@ struct Structure {
     std::vector<OptixBuildInput> inputs; // point into memory of this sequence
     CUdeviceptr output;
     size_t outputSize;
+};
+
+// Opacity micromaps in memory of this sequence.
+struct MicromapArray {
+    CUdeviceptr address;
+    size_t size;
 };
 
 class World {
@@ -141,12 +158,14 @@ public:
 
     Handles<OptixDeviceContext> contexts;
     Handles<OptixModule> modules;
+    Handles<OptixModule> builtins; // of optixBuiltinISModuleGet
     Handles<OptixProgramGroup> groups;
     std::map<OptixProgramGroup, OptixProgramGroupKind> kindOf;
     Handles<OptixPipeline> pipelines;
     Handles<OptixDenoiser> denoisers;
     std::vector<Structure> structures;
     std::vector<OptixTraversableHandle> transforms;
+    std::vector<MicromapArray> arrays;
     unsigned logLines = 0;
 
 private:

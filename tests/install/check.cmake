@@ -1,6 +1,6 @@
 # Installs into WORK/stage, checks the layout, builds the project in SOURCE against it and runs it.
-# WAY: config (find_package finds OptiXConfig.cmake), module (a find module as many projects have one) or
-# module76 (the same with the OptiX 7.6 headers).
+# WAY: config (find_package finds OptiXConfig.cmake), module (a find module as many projects have one),
+# config76 and module76 (the same for OptiX 7.6).
 # CUDA: where cuda.h comes from, Sunstone's own headers or the toolkit.
 cmake_minimum_required(VERSION 3.25)
 
@@ -43,8 +43,14 @@ if(CUDA STREQUAL "toolkit")
 else()
     set(cuda_headers ${stage}/include/sunstone/cuda)
 endif()
-if(WAY STREQUAL "config")
-    set(find -DCMAKE_PREFIX_PATH=${stage} -DOptiX_CUDA_HEADERS=${CUDA} -DUSE_MODULE=OFF)
+if(WAY MATCHES "config")
+    set(wanted 7.4)
+    if(WAY STREQUAL "config76")
+        set(wanted 7.6)
+        set(version 7.6.0)
+    endif()
+    set(find -DCMAKE_PREFIX_PATH=${stage} -DOptiX_CUDA_HEADERS=${CUDA} -DUSE_MODULE=OFF
+        -DWANTED_VERSION=${wanted})
 else()
     set(sdk optix7)
     if(WAY STREQUAL "module76")

@@ -113,6 +113,11 @@ OptixResult accelBuild(OptixDeviceContext context, CUstream stream,
         request.output = reinterpret_cast<void*>(outputBuffer);
         request.outputSize = outputBufferSize;
         request.stream = stream;
+        if (owner->validation) {
+            const Abi abi = buildInputs.abi();
+            request.rules = {Limits::instanceId(abi), Limits::sbtOffset(abi),
+                             Limits::kVisibilityMaskBits, knownInstanceFlags(abi)};
+        }
         *outputHandle = engine::buildAccel(owner->engine, std::move(request));
     });
 }

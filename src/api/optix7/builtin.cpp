@@ -4,6 +4,7 @@
 // itself. What is left are the rules for their options, and that hit groups name them.
 #include "api/optix7/entry_points.h"
 #include "api/optix7/options.h"
+#include "engine/builtin_options.h"
 
 namespace sunstone::optix7 {
 namespace {
@@ -44,6 +45,11 @@ void checkOptions(const OptixBuiltinISOptions& options, const CompileOptions& pi
     if (options.buildFlags & ~knownBuildFlags(abi))
         fail(Code::kInvalidValue, "builtinISOptions->buildFlags = ", options.buildFlags,
              " has unknown bits");
+    constexpr unsigned kPreferences =
+        OPTIX_BUILD_FLAG_PREFER_FAST_TRACE | OPTIX_BUILD_FLAG_PREFER_FAST_BUILD;
+    if ((options.buildFlags & kPreferences) == kPreferences)
+        fail(Code::kInvalidValue, "builtinISOptions->buildFlags = ", options.buildFlags,
+             " has both PREFER_FAST_TRACE and PREFER_FAST_BUILD");
     if (options.curveEndcapFlags & ~unsigned(OPTIX_CURVE_ENDCAP_ON))
         fail(Code::kInvalidValue, "builtinISOptions->curveEndcapFlags = ",
              options.curveEndcapFlags, " has unknown bits");
@@ -51,6 +57,16 @@ void checkOptions(const OptixBuiltinISOptions& options, const CompileOptions& pi
         (!isRoundCurve(type) || type == OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR))
         fail(Code::kInvalidValue, "builtinISOptions->curveEndcapFlags = ",
              options.curveEndcapFlags, ": only quadratic and cubic curves have flat end caps");
+}
+
+uint32_t builtinOf(const OptixBuiltinISOptions& options) {
+    engine::BuiltinOptions asked;
+    asked.primitive = options.builtinISModuleType;
+    asked.endcaps = options.curveEndcapFlags & OPTIX_CURVE_ENDCAP_ON;
+    asked.motion = options.usesMotionBlur != 0;
+    asked.fastTrace = options.buildFlags & OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
+    asked.fastBuild = options.buildFlags & OPTIX_BUILD_FLAG_PREFER_FAST_BUILD;
+    return engine::packBuiltin(asked);
 }
 
 } // namespace
@@ -71,7 +87,7 @@ OptixResult builtinISModuleGet(OptixDeviceContext context,
         object->context = owner;
         object->options = checkCompileOptions(pipelineOptions, owner->abi);
         checkOptions(*builtinOptions, object->options, owner->abi);
-        object->builtinPrimitive = builtinOptions->builtinISModuleType;
+        object->builtinPrimitive = builtinOf(*builtinOptions);
         *module = static_cast<OptixModule>(modules().add(object));
     });
 }

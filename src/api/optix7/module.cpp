@@ -175,6 +175,9 @@ std::shared_ptr<engine::Module> makeModule(const std::shared_ptr<DeviceContext>&
                                            std::string& feedback) {
     auto module = engine::createModule(ptx, input.rules, std::move(input.moduleRules),
                                        input.optLevel, input.debugLevel, owner->engine->cache, feedback);
+    if (!feedback.empty())
+        owner->log(LogLevel::kWarning, "COMPILER",
+                   feedback.substr(0, feedback.find_last_not_of('\n') + 1));
     owner->log(LogLevel::kInfo, "COMPILER",
                message("module with ", module->summary.programs.size(), " programs"));
     return module;
@@ -210,6 +213,11 @@ OptixResult moduleDestroy(OptixModule module) {
         if (object->tasks && object->tasks->isExecuting())
             fail(Code::kIllegalDuringTask, "module = ", static_cast<const void*>(module),
                  ": a task of it is being executed");
+        const bool isUsed = object.use_count() > 2; // than by the table and here
+        if (isUsed && object->context->validation)
+            object->context->log(LogLevel::kWarning, "API",
+                                 "optixModuleDestroy: program groups of the module are alive; they "
+                                 "keep its code");
         tasks().removeIf([&](const TaskObject& task) { return task.module.lock() == object; });
         modules().remove(module);
     });

@@ -285,9 +285,11 @@ SUNSTONE_EXPORT CUresult cuGraphNodeFindInClone(CUgraphNode* node, CUgraphNode o
     return guardedGraph("cuGraphNodeFindInClone", [&] {
         require(node, "node is null");
         std::shared_ptr<cpu::Graph> graph = graphOf(clone);
-        const Twins& twins = twinsOf()[graph.get()];
-        auto twin = twins.find(reinterpret_cast<GraphNode*>(original));
-        require(twin != twins.end() && graph->owns(twin->second), "no such node in the clone");
+        const auto twins = twinsOf().find(graph.get());
+        require(twins != twinsOf().end(), "clone was not made by cuGraphClone");
+        const auto twin = twins->second.find(reinterpret_cast<GraphNode*>(original));
+        require(twin != twins->second.end() && graph->owns(twin->second),
+                "no such node in the clone");
         *node = handleOf(twin->second);
     });
 }

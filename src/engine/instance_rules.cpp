@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/instance_rules.h"
+
+#include "base/error.h"
+#include "bvh/build_input.h"
+
+namespace sunstone::engine {
+namespace {
+
+// Numbers of OptixInstanceFlags.
+constexpr uint32_t kDisableAnyHit = 4, kEnforceAnyHit = 8;
+
+std::string brokenBy(const bvh::InstanceDesc& instance, const InstanceRules& rules) {
+    const auto isAbove = [](const char* field, uint32_t value, uint32_t limit) {
+        return message(field, " = ", value, " is above ", limit);
+    };
+    if (instance.instanceId > rules.maxId)
+        return isAbove("instanceId", instance.instanceId, rules.maxId);
+    if (instance.sbtOffset > rules.maxSbtOffset)
+        return isAbove("sbtOffset", instance.sbtOffset, rules.maxSbtOffset);
+    if (instance.visibilityMask >> rules.visibilityMaskBits)
+        return message("visibilityMask = ", instance.visibilityMask, " has more than ",
+                       rules.visibilityMaskBits, " bits");
+    if (instance.flags & ~rules.knownFlags)
+        return message("flags = ", instance.flags, " has unknown bits");
+    constexpr uint32_t kBoth = kDisableAnyHit | kEnforceAnyHit;
+    if ((instance.flags & kBoth) == kBoth)
+        return message("flags = ", instance.flags, " has both DISABLE_ANYHIT and ENFORCE_ANYHIT");
+    if ((instance.traversableHandle & bvh::kTraversableTagMask) == bvh::kIasTag &&
+        instance.sbtOffset != 0)
+        return message("sbtOffset = ", instance.sbtOffset,
+                       ", but must be 0 for an instance acceleration structure");
+    return {};
+}
+
+} // namespace
+
+std::string brokenRule(const bvh::InstanceInput& input, const InstanceRules& rules) {
+    bvh::InstanceInput given = input; // with the flags as they are
+    given.knownFlags = ~0u;
+    given.identityFlag = 0;
+    constexpr uint64_t kAlignment = 16; // OPTIX_INSTANCE_BYTE_ALIGNMENT
+    for (uint32_t i = 0; i < input.numInstances; ++i) {
+        const uint64_t pointer = input.instances ? 0 : input.instancePointers[i];
+        std::string text = pointer % kAlignment != 0
+                               ? message("address ", reinterpret_cast<const void*>(pointer),
+                                         " is not a multiple of ", kAlignment)
+                               : brokenBy(bvh::instanceAt(given, i), rules);
+        if (!text.empty())
+            return message("instances[", i, "]: ", text);
+    }
+    return {};
+}
+
+} // namespace sunstone::engine

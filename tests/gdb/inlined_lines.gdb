@@ -1,0 +1,9 @@
+set pagination off
+set confirm off
+set breakpoint pending on
+set width 0
+break inlined.cu:12
+run
+backtrace 3
+delete
+continue
