@@ -29,6 +29,8 @@ llvm::Value* pointerOf(llvm::Instruction& access) {
         return store->getPointerOperand();
     if (auto* change = llvm::dyn_cast<llvm::AtomicRMWInst>(&access))
         return change->getPointerOperand();
+    if (auto* call = llvm::dyn_cast<llvm::CallInst>(&access)) // an atomic of the run-time
+        return call->getArgOperand(0);
     return llvm::cast<llvm::AtomicCmpXchgInst>(access).getPointerOperand();
 }
 

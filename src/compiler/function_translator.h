@@ -110,6 +110,9 @@ private:
     void mayWait();
     void mayWaitIfZero(Value* operand);
     void sleep(const ptx::Instruction&) { mayWait(); }
+    void atomicNumbers(const ptx::Instruction& instruction);
+    llvm::CallInst* atomicNumber(const ptx::Instruction& instruction, Value* pointer,
+                                 const ptx::Operand& source);
     void fence(const ptx::Instruction& instruction);
     void move(const ptx::Instruction& instruction);
     void convertAddress(const ptx::Instruction& instruction);
@@ -139,11 +142,23 @@ private:
     void fieldMask(const ptx::Instruction& instruction);
     void permute(const ptx::Instruction& instruction);
     void dotProduct(const ptx::Instruction& instruction);
+    void packedArithmetic(const ptx::Instruction& instruction); // u16x2, s16x2
     void findNthSet(const ptx::Instruction& instruction);
     void addInteger(const ptx::Instruction& instruction, Value* a, Value* b, unsigned bits,
                     bool subtract);
     Value* shiftLeft(Value* value, Value* amount);
     Value* shiftRight(Value* value, Value* amount, bool isSigned);
+
+    // ---- video instructions: translate_video.cpp
+    void videoScalar(const ptx::Instruction& instruction);
+    void videoMultiplyAdd(const ptx::Instruction& instruction);
+    void videoPacked(const ptx::Instruction& instruction);
+    Value* videoOperand(const ptx::Operand& operand, bool isSigned);
+    Value* videoResult(const ptx::Instruction& instruction, Value* a, Value* b,
+                       bool arithmeticShift);
+    Value* videoSaturate(Value* value, unsigned bits, bool isSigned);
+    Value* videoSecond(const ptx::Instruction& instruction, Value* result, Value* other,
+                       bool isSigned);
 
     // ---- floating point: translate_float.cpp
     void floatArithmetic(const ptx::Instruction& instruction);
@@ -152,15 +167,24 @@ private:
     void reciprocal(const ptx::Instruction& instruction);
     void squareRoot(const ptx::Instruction& instruction);
     void reciprocalSquareRoot(const ptx::Instruction& instruction);
+    void approximateDouble(const ptx::Instruction& instruction);
     void transcendental(const ptx::Instruction& instruction);
     void floatSign(const ptx::Instruction& instruction);
     void floatMinimum(const ptx::Instruction& instruction);
     void copySign(const ptx::Instruction& instruction);
     void testProperty(const ptx::Instruction& instruction);
     Value* flush(Value* value); // subnormal f32 or f16 → zero of its sign
-    ptx::Type floatType(const ptx::Instruction& instruction) const; // rejects bf16
+    ptx::Type floatType(const ptx::Instruction& instruction) const;
+    // With .ftz of the instruction. Numbers of 16 bits are computed with in single precision, which
+    // holds them; writeFloat rounds back.
     Value* readFloat(const ptx::Instruction& instruction, const ptx::Operand& operand,
-                     ptx::Type type); // with .ftz of the instruction
+                     ptx::Type type);
+    static bool isHalfType(ptx::Type type); // f16, bf16 and pairs of them
+    static bool isHalfPair(ptx::Type type);
+    static bool isBrainType(ptx::Type type);
+    Value* widenHalf(Value* value, ptx::Type type);
+    Value* narrowHalf(Value* value, ptx::Type type);
+    Value* fusedHalf(Value* a, Value* b, Value* c, ptx::Type type);
     void writeFloat(const ptx::Instruction& instruction, Value* value, bool canBeSubnormal = true);
     Value* saturate(Value* value);
     Value* pickMinimum(Value* a, Value* b, bool greatest, bool propagateNan);
@@ -171,6 +195,12 @@ private:
     // ---- conversion and comparison: translate_convert.cpp, translate_compare.cpp
     void convert(const ptx::Instruction& instruction);
     void convertPacked(const ptx::Instruction& instruction);
+    void packIntegers(const ptx::Instruction& instruction);
+    void convertSmall(const ptx::Instruction& instruction);
+    void decodeSmallPair(const ptx::Instruction& instruction, uint32_t format);
+    Value* intToHalf(Value* value, bool isSigned, ptx::Type to, Rounding rounding);
+    Value* encodeSmall(Value* value, uint32_t format, uint32_t how);
+    Value* limitHalf(const ptx::Instruction& instruction, Value* half, ptx::Type type);
     Value* roundToIntegral(Value* value, const ptx::Instruction& instruction);
     Value* floatToFloat(const ptx::Instruction& instruction, Value* value, ptx::Type from,
                         ptx::Type to);
@@ -183,6 +213,7 @@ private:
     void setValue(const ptx::Instruction& instruction);
     void select(const ptx::Instruction& instruction);
     void selectBySign(const ptx::Instruction& instruction);
+    // One bit, or two for pairs of halves.
     Value* comparison(const ptx::Instruction& instruction, const ptx::Operand& a,
                       const ptx::Operand& b, ptx::Type type);
     Value* combine(const ptx::Instruction& instruction, Value* result, const ptx::Operand* with);
@@ -255,7 +286,7 @@ private:
 
     std::unique_ptr<FunctionDebug> debug_; // null without line information
 
-    std::vector<uint32_t> firstSlot_; // by register
+    std::vector<uint32_t> firstSlot_;      // by register
     std::vector<uint32_t> registerOfSlot_; // filled where variables are described
     std::vector<Slot> slots_;
     uint32_t carrySlot_ = 0;

@@ -61,7 +61,7 @@ TEST(Integer, Divide) {
         {"rem.s32 %r0, %r1, %r2;", {uint32_t(-7), 2}, 'r', kAll32},
         {"rem.s32 %r0, %r1, %r2;", {kMin32, kAll32}, 'r', 0},
         {"rem.u32 %r0, %r1, %r2;", {17, 5}, 'r', 2},
-        {"rem.u32 %r0, %r1, %r2;", {17, 0}, 'r', 17},
+        {"rem.u32 %r0, %r1, %r2;", {17, 0}, 'r', kAll32},
         {"rem.u64 %rd0, %rd1, %rd2;", {kAll64, 10}, 'd', 5},
     });
 }

@@ -4,6 +4,7 @@
 // exception may leave them.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 namespace sunstone::compiler {
@@ -22,5 +23,10 @@ void addMathSymbols(std::vector<RuntimeSymbol>& symbols);
 void addKernelSymbols(std::vector<RuntimeSymbol>& symbols);
 void addTextureSymbols(std::vector<RuntimeSymbol>& symbols);
 void addCheckSymbols(std::vector<RuntimeSymbol>& symbols);
+void addSmallFloatSymbols(std::vector<RuntimeSymbol>& symbols);
+void addAtomicSymbols(std::vector<RuntimeSymbol>& symbols);
+
+// What atomics on numbers of 16 bits do.
+enum class AtomicOperation : uint32_t { kAdd, kMinimum, kMaximum };
 
 } // namespace sunstone::compiler

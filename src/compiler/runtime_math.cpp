@@ -97,6 +97,8 @@ const std::vector<RuntimeSymbol>& runtimeSymbols() {
         addKernelSymbols(symbols);
         addTextureSymbols(symbols);
         addCheckSymbols(symbols);
+        addSmallFloatSymbols(symbols);
+        addAtomicSymbols(symbols);
         return symbols;
     }();
     return all;

@@ -46,8 +46,7 @@ Value* FunctionTranslator::comparison(const ptx::Instruction& instruction, const
         if (entry.name != name)
             continue;
         if (ptx::isFloat(type)) {
-            if (entry.ordered == C::BAD_FCMP_PREDICATE || type == ptx::Type::kBF16 ||
-                type == ptx::Type::kBF16x2 || type == ptx::Type::kF16x2)
+            if (entry.ordered == C::BAD_FCMP_PREDICATE)
                 rejectForm(instruction);
             return builder_.CreateFCmp(entry.ordered, readFloat(instruction, a, type),
                                        readFloat(instruction, b, type));
@@ -65,6 +64,8 @@ Value* FunctionTranslator::combine(const ptx::Instruction& instruction, Value* r
     if (!with)
         return result;
     Value* other = readInt(*with, 1);
+    if (result->getType()->isVectorTy())
+        other = builder_.CreateVectorSplat(2, other);
     if (instruction.has("and"))
         return builder_.CreateAnd(result, other);
     if (instruction.has("or"))
@@ -74,7 +75,8 @@ Value* FunctionTranslator::combine(const ptx::Instruction& instruction, Value* r
     rejectForm(instruction);
 }
 
-// setp.cmp.bool p|q, a, b, c: p = (a cmp b) bool c, q = !(a cmp b) bool c.
+// setp.cmp.bool p|q, a, b, c: p = (a cmp b) bool c, q = !(a cmp b) bool c. Of pairs of halves p is
+// the result of the lower ones and q that of the upper ones.
 void FunctionTranslator::setPredicate(const ptx::Instruction& instruction) {
     operandCount(instruction, 3, 4);
     const ptx::Operand* with =
@@ -84,10 +86,18 @@ void FunctionTranslator::setPredicate(const ptx::Instruction& instruction) {
     const ptx::Operand& target = instruction.operands[0];
     Value* first = combine(instruction, result, with);
     if (target.kind != ptx::OperandKind::kPair) {
+        if (isHalfPair(lastType(instruction)))
+            rejectForm(instruction);
         write(target, first);
         return;
     }
-    Value* second = combine(instruction, builder_.CreateNot(result), with);
+    Value* second = nullptr;
+    if (isHalfPair(lastType(instruction))) {
+        second = builder_.CreateExtractElement(first, uint64_t(1));
+        first = builder_.CreateExtractElement(first, uint64_t(0));
+    } else {
+        second = combine(instruction, builder_.CreateNot(result), with);
+    }
     write(target.elements[0], first);
     write(target.elements[1], second);
 }
@@ -103,7 +113,14 @@ void FunctionTranslator::setValue(const ptx::Instruction& instruction) {
                                        instruction.operands[2], instruction.types[1]),
                             with);
     const ptx::Type to = instruction.types[0];
-    if (to == ptx::Type::kF32 || to == ptx::Type::kF16)
+    if (isHalfPair(to) != result->getType()->isVectorTy())
+        rejectForm(instruction);
+    if (isHalfType(to)) {
+        llvm::Type* single = builder_.getFloatTy();
+        if (isHalfPair(to))
+            single = llvm::FixedVectorType::get(single, 2);
+        result = narrowHalf(builder_.CreateUIToFP(result, single), to);
+    } else if (to == ptx::Type::kF32)
         result = builder_.CreateUIToFP(result, typeOf(to));
     else if (ptx::isFloat(to))
         rejectForm(instruction);

@@ -37,6 +37,15 @@ llvm::Type* bitsLike(llvm::Type* type) {
     return type->isVectorTy() ? llvm::FixedVectorType::get(bits, 2) : bits;
 }
 
+// All bits but the sign set, as the hardware makes it.
+llvm::Constant* canonicalNan(llvm::Type* type) {
+    llvm::Type* scalar = type->getScalarType();
+    const llvm::fltSemantics& semantics = scalar->getFltSemantics();
+    llvm::APInt bits = llvm::APInt::getAllOnes(unsigned(scalar->getPrimitiveSizeInBits()));
+    bits.clearSignBit();
+    return llvm::ConstantFP::get(type, llvm::APFloat(semantics, bits));
+}
+
 } // namespace
 
 Rounding FunctionTranslator::roundingOf(const ptx::Instruction& instruction) {
@@ -51,8 +60,6 @@ Rounding FunctionTranslator::roundingOf(const ptx::Instruction& instruction) {
 
 ptx::Type FunctionTranslator::floatType(const ptx::Instruction& instruction) const {
     const ptx::Type type = lastType(instruction);
-    if (type == ptx::Type::kBF16 || type == ptx::Type::kBF16x2)
-        reject(instruction, ErrorCode::kNotSupported, "bfloat16 arithmetic is not available");
     if (!ptx::isFloat(type) || instruction.types.size() > 1)
         rejectForm(instruction);
     return type;
@@ -83,7 +90,52 @@ Value* FunctionTranslator::flush(Value* value) {
 Value* FunctionTranslator::readFloat(const ptx::Instruction& instruction,
                                      const ptx::Operand& operand, ptx::Type type) {
     Value* value = read(operand, type);
-    return instruction.has("ftz") ? flush(value) : value;
+    if (instruction.has("ftz") && !isBrainType(type))
+        value = flush(value);
+    return isHalfType(type) ? widenHalf(value, type) : value;
+}
+
+bool FunctionTranslator::isBrainType(ptx::Type type) {
+    return type == ptx::Type::kBF16 || type == ptx::Type::kBF16x2;
+}
+bool FunctionTranslator::isHalfPair(ptx::Type type) {
+    return type == ptx::Type::kF16x2 || type == ptx::Type::kBF16x2;
+}
+bool FunctionTranslator::isHalfType(ptx::Type type) {
+    return type == ptx::Type::kF16 || type == ptx::Type::kBF16 || isHalfPair(type);
+}
+
+// f16 and bf16 to float, pairs to a vector of two.
+Value* FunctionTranslator::widenHalf(Value* value, ptx::Type type) {
+    llvm::Type* single = builder_.getFloatTy();
+    if (isHalfPair(type))
+        single = llvm::FixedVectorType::get(single, 2);
+    if (!isBrainType(type))
+        return builder_.CreateFPExt(value, single);
+    // A bfloat16 is the upper half of a float.
+    if (type == ptx::Type::kBF16)
+        return builder_.CreateBitCast(builder_.CreateShl(coerce(value, intType(32)), 16), single);
+    Value* pair = llvm::PoisonValue::get(llvm::FixedVectorType::get(intType(32), 2));
+    pair = builder_.CreateInsertElement(pair, builder_.CreateShl(value, 16), uint64_t(0));
+    pair = builder_.CreateInsertElement(pair, builder_.CreateAnd(value, 0xffff0000u), uint64_t(1));
+    return builder_.CreateBitCast(pair, single);
+}
+
+// Back to 16 bits, to the nearest even. A NaN becomes the canonical one.
+Value* FunctionTranslator::narrowHalf(Value* value, ptx::Type type) {
+    if (!isBrainType(type))
+        return builder_.CreateFPTrunc(value, typeOf(type));
+    llvm::Type* words = bitsLike(value->getType());
+    const auto word = [&](uint64_t bits) { return llvm::ConstantInt::get(words, bits); };
+    Value* bits = builder_.CreateBitCast(value, words);
+    Value* odd = builder_.CreateAnd(builder_.CreateLShr(bits, word(16)), word(1));
+    bits = builder_.CreateAdd(bits, builder_.CreateAdd(odd, word(0x7fff)));
+    bits = builder_.CreateSelect(builder_.CreateFCmpUNO(value, value), word(0x7fff0000), bits);
+    bits = builder_.CreateLShr(bits, word(16));
+    if (type == ptx::Type::kBF16)
+        return builder_.CreateTrunc(bits, intType(16));
+    Value* high = builder_.CreateShl(builder_.CreateExtractElement(bits, uint64_t(1)), 16);
+    return builder_.CreateOr(high, builder_.CreateExtractElement(bits, uint64_t(0)));
 }
 
 // Into [0, 1]; NaN and -0 become +0.
@@ -96,12 +148,23 @@ Value* FunctionTranslator::saturate(Value* value) {
 
 void FunctionTranslator::writeFloat(const ptx::Instruction& instruction, Value* value,
                                     bool canBeSubnormal) {
-    if (instruction.has("ftz") && canBeSubnormal)
+    const ptx::Type type = lastType(instruction);
+    if (isHalfType(type)) {
+        value = narrowHalf(value, type); // rounds, before anything else is done
+        if (instruction.has("ftz") && !isBrainType(type))
+            value = flush(value);
+        if (!instruction.has("sat") && !instruction.has("relu"))
+            return write(instruction.operands[0], value);
+        value = widenHalf(value, type);
+    } else if (instruction.has("ftz") && canBeSubnormal) {
         value = flush(value);
+    }
     if (instruction.has("sat"))
         value = saturate(value);
     if (instruction.has("relu"))
         value = pickMinimum(value, llvm::ConstantFP::get(value->getType(), 0.0), true, true);
+    if (isHalfType(type))
+        value = narrowHalf(value, type);
     write(instruction.operands[0], value);
 }
 
@@ -144,20 +207,41 @@ void FunctionTranslator::fusedMultiplyAdd(const ptx::Instruction& instruction) {
     Value* result = nullptr;
     if (rounding != Rounding::kNearest) {
         result = roundedCall("fma", rounding, {a, b, c});
-    } else if (type == ptx::Type::kF16 || type == ptx::Type::kF16x2) {
-        // In double the product is exact, and so is the sum wherever its rounding to half could
-        // be in doubt: one rounding in all.
-        llvm::Type* wide = builder_.getDoubleTy();
-        if (type == ptx::Type::kF16x2)
-            wide = llvm::FixedVectorType::get(wide, 2);
-        Value* product =
-            builder_.CreateFMul(builder_.CreateFPExt(a, wide), builder_.CreateFPExt(b, wide));
-        Value* sum = builder_.CreateFAdd(product, builder_.CreateFPExt(c, wide));
-        result = builder_.CreateFPTrunc(sum, a->getType());
+    } else if (isHalfType(type)) {
+        result = fusedHalf(a, b, c, type);
     } else {
         result = intrinsicCall(llvm::Intrinsic::fma, {a, b, c});
     }
     writeFloat(instruction, result);
+}
+
+// a * b + c of numbers that have 16 bits, as floats whose rounding back to 16 bits is the only one.
+Value* FunctionTranslator::fusedHalf(Value* a, Value* b, Value* c, ptx::Type type) {
+    if (!isBrainType(type)) {
+        // In double the product is exact, and so is the sum wherever its rounding to half could
+        // be in doubt.
+        llvm::Type* wide = builder_.getDoubleTy();
+        if (isHalfPair(type))
+            wide = llvm::FixedVectorType::get(wide, 2);
+        Value* product =
+            builder_.CreateFMul(builder_.CreateFPExt(a, wide), builder_.CreateFPExt(b, wide));
+        Value* sum = builder_.CreateFAdd(product, builder_.CreateFPExt(c, wide));
+        return builder_.CreateFPExt(builder_.CreateFPTrunc(sum, typeOf(type)), a->getType());
+    }
+    llvm::Type* single = builder_.getFloatTy();
+    const llvm::FunctionCallee fused =
+        unit_.helper("sunstone_fma_bf16", single, {single, single, single});
+    if (type == ptx::Type::kBF16)
+        return builder_.CreateCall(fused, {a, b, c});
+    Value* result = llvm::PoisonValue::get(a->getType());
+    for (uint64_t i = 0; i < 2; ++i)
+        result = builder_.CreateInsertElement(
+            result,
+            builder_.CreateCall(fused, {builder_.CreateExtractElement(a, i),
+                                        builder_.CreateExtractElement(b, i),
+                                        builder_.CreateExtractElement(c, i)}),
+            i);
+    return result;
 }
 
 void FunctionTranslator::floatDivide(const ptx::Instruction& instruction) {
@@ -173,6 +257,8 @@ void FunctionTranslator::reciprocal(const ptx::Instruction& instruction) {
     operandCount(instruction, 2, 2);
     const ptx::Type type = floatType(instruction);
     const Rounding rounding = roundingOf(instruction);
+    if (type == ptx::Type::kF64 && instruction.has("approx"))
+        return approximateDouble(instruction);
     Value* a = readFloat(instruction, instruction.operands[1], type);
     llvm::Constant* one = llvm::ConstantFP::get(a->getType(), 1.0);
     writeFloat(instruction, rounding == Rounding::kNearest
@@ -194,31 +280,69 @@ void FunctionTranslator::squareRoot(const ptx::Instruction& instruction) {
 
 void FunctionTranslator::reciprocalSquareRoot(const ptx::Instruction& instruction) {
     operandCount(instruction, 2, 2);
+    if (floatType(instruction) == ptx::Type::kF64 && instruction.has("ftz"))
+        return approximateDouble(instruction);
     Value* a = readFloat(instruction, instruction.operands[1], floatType(instruction));
     Value* root = intrinsicCall(llvm::Intrinsic::sqrt, {a});
     writeFloat(instruction, builder_.CreateFDiv(llvm::ConstantFP::get(a->getType(), 1.0), root),
                false);
 }
 
+// rcp.approx.ftz.f64 and rsqrt.approx.ftz.f64 look at the upper word of their operand alone, give
+// one, and flush.
+void FunctionTranslator::approximateDouble(const ptx::Instruction& instruction) {
+    llvm::Type* wide = builder_.getDoubleTy();
+    const auto upper = [&](Value* value) -> Value* {
+        Value* bits = builder_.CreateAnd(coerce(value, intType(64)), 0xffffffff00000000ull);
+        Value* number = builder_.CreateBitCast(bits, wide);
+        Value* tiny = builder_.CreateFCmpOLT(intrinsicCall(llvm::Intrinsic::fabs, {number}),
+                                             llvm::ConstantFP::get(wide, 0x1p-1022));
+        Value* zero =
+            intrinsicCall(llvm::Intrinsic::copysign, {llvm::ConstantFP::get(wide, 0.0), number});
+        return builder_.CreateSelect(tiny, zero, number);
+    };
+    Value* a = upper(readInt(instruction.operands[1], 64));
+    if (instruction.opcode == "rsqrt")
+        a = intrinsicCall(llvm::Intrinsic::sqrt, {a});
+    write(instruction.operands[0], upper(builder_.CreateFDiv(llvm::ConstantFP::get(wide, 1.0), a)));
+}
+
 void FunctionTranslator::transcendental(const ptx::Instruction& instruction) {
     operandCount(instruction, 2, 2);
     const ptx::Type type = floatType(instruction);
-    if (type == ptx::Type::kF64 || type == ptx::Type::kF16x2)
+    if (type == ptx::Type::kF64)
         reject(instruction, ErrorCode::kNotSupported, "this type is not available");
     Value* a = readFloat(instruction, instruction.operands[1], type);
-    llvm::Type* single = builder_.getFloatTy();
-    if (type == ptx::Type::kF16)
-        a = builder_.CreateFPExt(a, single);
-    Value* result = builder_.CreateCall(
-        approximation(unit_, instruction.opcode, type == ptx::Type::kF32 && instruction.has("ftz")),
-        {a});
-    if (type == ptx::Type::kF16)
-        result = builder_.CreateFPTrunc(result, builder_.getHalfTy());
+    // A bfloat16 is subnormal where the float is.
+    const bool flushes = instruction.has("ftz") && (type == ptx::Type::kF32 || isBrainType(type));
+    llvm::Function* function = approximation(unit_, instruction.opcode, flushes);
+    Value* result = nullptr;
+    if (isHalfPair(type)) {
+        result = llvm::PoisonValue::get(a->getType());
+        for (uint64_t i = 0; i < 2; ++i)
+            result = builder_.CreateInsertElement(
+                result, builder_.CreateCall(function, {builder_.CreateExtractElement(a, i)}), i);
+    } else {
+        result = builder_.CreateCall(function, {a});
+    }
     writeFloat(instruction, result, false); // the approximation sees to it
 }
 
 void FunctionTranslator::floatSign(const ptx::Instruction& instruction) {
-    Value* a = readFloat(instruction, instruction.operands[1], floatType(instruction));
+    const ptx::Type type = floatType(instruction);
+    if (isBrainType(type)) { // the sign bits
+        const unsigned bits = bitsOf(type);
+        const uint64_t signs = bits == 32 ? 0x80008000u : 0x8000u;
+        Value* a = readInt(instruction.operands[1], bits);
+        write(instruction.operands[0],
+              instruction.opcode == "neg"
+                  ? builder_.CreateXor(a, llvm::ConstantInt::get(intType(bits), signs))
+                  : builder_.CreateAnd(a, llvm::ConstantInt::get(intType(bits), ~signs)));
+        return;
+    }
+    Value* a = read(instruction.operands[1], type);
+    if (instruction.has("ftz"))
+        a = flush(a);
     Value* result = instruction.opcode == "neg" ? builder_.CreateFNeg(a)
                                                 : intrinsicCall(llvm::Intrinsic::fabs, {a});
     write(instruction.operands[0], result);
@@ -228,9 +352,9 @@ void FunctionTranslator::floatSign(const ptx::Instruction& instruction) {
 // propagateNan is set.
 Value* FunctionTranslator::pickMinimum(Value* a, Value* b, bool greatest, bool propagateNan) {
     llvm::Type* type = a->getType();
+    llvm::Constant* nan = canonicalNan(type);
     if (propagateNan) {
         Value* least = pickMinimum(a, b, greatest, false);
-        llvm::Constant* nan = llvm::ConstantFP::getQNaN(type);
         return builder_.CreateSelect(builder_.CreateFCmpUNO(a, b), nan, least);
     }
     if (llvm::isa<llvm::ConstantFP>(a))
@@ -240,7 +364,7 @@ Value* FunctionTranslator::pickMinimum(Value* a, Value* b, bool greatest, bool p
         const bool zero = constant->isZero();
         const bool negative = constant->isNegative();
         if (constant->isNaN())
-            return a;
+            return builder_.CreateSelect(builder_.CreateFCmpUNO(a, a), nan, a);
         Value* takeA = nullptr;
         if (greatest)
             takeA = zero && negative ? builder_.CreateFCmpOGE(a, b) : builder_.CreateFCmpOGT(a, b);
@@ -261,7 +385,8 @@ Value* FunctionTranslator::pickMinimum(Value* a, Value* b, bool greatest, bool p
         greatest ? builder_.CreateAnd(first, second) : builder_.CreateOr(first, second), type);
     Value* nanA = builder_.CreateFCmpUNO(a, a);
     Value* nanB = builder_.CreateFCmpUNO(b, b);
-    return builder_.CreateSelect(nanA, b, builder_.CreateSelect(nanB, a, joined));
+    Value* other = builder_.CreateSelect(nanB, nan, b); // of two NaNs comes the canonical one
+    return builder_.CreateSelect(nanA, other, builder_.CreateSelect(nanB, a, joined));
 }
 
 void FunctionTranslator::floatMinimum(const ptx::Instruction& instruction) {
@@ -282,11 +407,16 @@ void FunctionTranslator::floatMinimum(const ptx::Instruction& instruction) {
             other = intrinsicCall(llvm::Intrinsic::fabs, {other});
         }
         result = pickMinimum(result, other, greatest, instruction.has("NaN"));
-        if (sign)
-            result = intrinsicCall(llvm::Intrinsic::copysign,
-                                   {result, builder_.CreateBitCast(sign, result->getType())});
+        if (sign) {
+            Value* signedResult =
+                intrinsicCall(llvm::Intrinsic::copysign,
+                              {result, builder_.CreateBitCast(sign, result->getType())});
+            // A NaN stays the canonical one, without a sign.
+            result =
+                builder_.CreateSelect(builder_.CreateFCmpUNO(result, result), result, signedResult);
+        }
     }
-    write(instruction.operands[0], result);
+    write(instruction.operands[0], isHalfType(type) ? narrowHalf(result, type) : result);
 }
 
 // The sign of the first, the magnitude of the second operand.
@@ -310,8 +440,8 @@ void FunctionTranslator::testProperty(const ptx::Instruction& instruction) {
         classes = llvm::fcAllFlags & ~llvm::fcNan;
     else if (instruction.has("notanumber"))
         classes = llvm::fcNan;
-    else if (instruction.has("normal"))
-        classes = llvm::fcNormal;
+    else if (instruction.has("normal")) // which zeros are, says the manual
+        classes = llvm::fcNormal | llvm::fcZero;
     else if (instruction.has("subnormal"))
         classes = llvm::fcSubnormal;
     else

@@ -7,6 +7,8 @@ namespace sunstone::compiler {
 
 void FunctionTranslator::add(const ptx::Instruction& instruction) {
     operandCount(instruction, 3, 3);
+    if (instruction.has("u16x2") || instruction.has("s16x2"))
+        return packedArithmetic(instruction);
     const ptx::Type type = lastType(instruction);
     if (ptx::isFloat(type))
         return floatArithmetic(instruction);
@@ -136,8 +138,8 @@ void FunctionTranslator::multiply24(const ptx::Instruction& instruction) {
     write(instruction.operands[0], result, isSigned);
 }
 
-// Division by zero must not trap as it does on x86: it gives all ones (quotient) and the dividend
-// (remainder), which is what the hardware's sequences give. INT_MIN / -1 wraps.
+// Division by zero must not trap as it does on x86: quotient and remainder are all ones, which is
+// what GPUs give. INT_MIN / -1 wraps.
 void FunctionTranslator::divide(const ptx::Instruction& instruction) {
     operandCount(instruction, 3, 3);
     const ptx::Type type = lastType(instruction);
@@ -178,7 +180,8 @@ void FunctionTranslator::remainder(const ptx::Instruction& instruction) {
             isZero, builder_.CreateICmpEQ(b, llvm::ConstantInt::getSigned(intType(bits), -1)));
     Value* divisor = builder_.CreateSelect(unsafe, one, b);
     Value* result = isSigned ? builder_.CreateSRem(a, divisor) : builder_.CreateURem(a, divisor);
-    write(instruction.operands[0], builder_.CreateSelect(isZero, a, result), isSigned);
+    result = builder_.CreateSelect(isZero, llvm::ConstantInt::getSigned(intType(bits), -1), result);
+    write(instruction.operands[0], result, isSigned);
 }
 
 void FunctionTranslator::negate(const ptx::Instruction& instruction) {
@@ -203,13 +206,13 @@ void FunctionTranslator::absolute(const ptx::Instruction& instruction) {
 
 void FunctionTranslator::minimum(const ptx::Instruction& instruction) {
     operandCount(instruction, 3, 4);
+    if (instruction.has("u16x2") || instruction.has("s16x2"))
+        return packedArithmetic(instruction);
     const ptx::Type type = lastType(instruction);
     if (ptx::isFloat(type))
         return floatMinimum(instruction);
     const bool isMin = instruction.opcode == "min";
     const bool isSigned = ptx::isSigned(type);
-    if (instruction.has("u16x2") || instruction.has("s16x2"))
-        reject(instruction, ErrorCode::kNotSupported, "packed 16-bit integers are not available");
     const unsigned bits = bitsOf(type);
     Value* a = readInt(instruction.operands[1], bits);
     Value* b = readInt(instruction.operands[2], bits);
@@ -220,6 +223,27 @@ void FunctionTranslator::minimum(const ptx::Instruction& instruction) {
         result = intrinsicCall(llvm::Intrinsic::smax,
                                {result, llvm::ConstantInt::get(intType(bits), 0)});
     write(instruction.operands[0], result, isSigned);
+}
+
+// Two halves of a word at once.
+void FunctionTranslator::packedArithmetic(const ptx::Instruction& instruction) {
+    operandCount(instruction, 3, 3);
+    const bool isSigned = instruction.has("s16x2");
+    llvm::Type* pair = llvm::FixedVectorType::get(intType(16), 2);
+    Value* a = builder_.CreateBitCast(readInt(instruction.operands[1], 32), pair);
+    Value* b = builder_.CreateBitCast(readInt(instruction.operands[2], 32), pair);
+    Value* result = nullptr;
+    if (instruction.opcode == "add")
+        result = builder_.CreateAdd(a, b);
+    else if (instruction.opcode == "min")
+        result = intrinsicCall(isSigned ? llvm::Intrinsic::smin : llvm::Intrinsic::umin, {a, b});
+    else if (instruction.opcode == "max")
+        result = intrinsicCall(isSigned ? llvm::Intrinsic::smax : llvm::Intrinsic::umax, {a, b});
+    else
+        rejectForm(instruction);
+    if (instruction.has("relu"))
+        result = intrinsicCall(llvm::Intrinsic::smax, {result, llvm::Constant::getNullValue(pair)});
+    write(instruction.operands[0], builder_.CreateBitCast(result, intType(32)));
 }
 
 void FunctionTranslator::sumAbsoluteDifference(const ptx::Instruction& instruction) {
@@ -260,7 +284,9 @@ void FunctionTranslator::logicNot(const ptx::Instruction& instruction) {
 // lop3: bit k of the table is the result for inputs a,b,c = bits 2,1,0 of k.
 void FunctionTranslator::lookup3(const ptx::Instruction& instruction) {
     operandCount(instruction, 5, 6);
-    if (instruction.operands[0].kind == ptx::OperandKind::kPair || instruction.types.size() != 1)
+    const ptx::Operand& target = instruction.operands[0];
+    const bool pair = target.kind == ptx::OperandKind::kPair;
+    if (instruction.types.size() != 1 || pair != (instruction.operands.size() == 6))
         rejectForm(instruction);
     const ptx::Operand& table = instruction.operands[4];
     if (table.kind != ptx::OperandKind::kInteger)
@@ -278,7 +304,12 @@ void FunctionTranslator::lookup3(const ptx::Instruction& instruction) {
                                                                : builder_.CreateNot(inputs[i]));
         result = builder_.CreateOr(result, term);
     }
-    write(instruction.operands[0], result);
+    if (!pair)
+        return write(target, result);
+    // lop3.and, lop3.or: also whether the result is not zero, combined with a predicate.
+    write(target.elements[1],
+          combine(instruction, builder_.CreateIsNotNull(result), &instruction.operands[5]));
+    write(target.elements[0], result);
 }
 
 // PTX shifts clamp their amount at the width; LLVM's are undefined there.

@@ -6,6 +6,8 @@
 #include "base/config.h"
 #include "compiler/call_site.h"
 #include "compiler/check_accesses.h"
+#include "compiler/runtime.h"
+#include "compiler/runtime_small_floats.h"
 
 namespace sunstone::compiler {
 
@@ -43,13 +45,13 @@ llvm::AtomicOrdering orderingOf(const ptx::Instruction& instruction) {
 }
 
 devlib::AccessSpace spaceOf(const ptx::Instruction& instruction) {
-    for (const auto& [name, space] : {std::pair<std::string_view, devlib::AccessSpace>
-                                          {"shared", devlib::kSpaceShared},
-                                      {"shared::cta", devlib::kSpaceShared},
-                                      {"global", devlib::kSpaceGlobal},
-                                      {"const", devlib::kSpaceGlobal},
-                                      {"local", devlib::kSpaceLocal},
-                                      {"param", devlib::kSpaceParam}})
+    for (const auto& [name, space] :
+         {std::pair<std::string_view, devlib::AccessSpace>{"shared", devlib::kSpaceShared},
+          {"shared::cta", devlib::kSpaceShared},
+          {"global", devlib::kSpaceGlobal},
+          {"const", devlib::kSpaceGlobal},
+          {"local", devlib::kSpaceLocal},
+          {"param", devlib::kSpaceParam}})
         if (instruction.has(name))
             return space;
     return devlib::kSpaceGeneric;
@@ -62,9 +64,8 @@ bool FunctionTranslator::isWithinVariable(const ptx::Operand& operand, unsigned 
     if (operand.name.empty() || (operand.scale != 0 && operand.index != ~0u) || operand.offset < 0)
         return false;
     const auto local = localVariables_.find(operand.name);
-    const ptx::Variable* variable = local != localVariables_.end()
-                                        ? local->second
-                                        : unit_.findVariable(module_, operand.name);
+    const ptx::Variable* variable =
+        local != localVariables_.end() ? local->second : unit_.findVariable(module_, operand.name);
     return variable && uint64_t(operand.offset) + bytes <= variable->size;
 }
 
@@ -174,8 +175,8 @@ FunctionTranslator::Place FunctionTranslator::place(const ptx::Operand& operand)
         reg.negated = false;
         // The generic address of global memory is its address there.
         const bool global = unit_.isGpu() && current_->has("global");
-        base = builder_.CreateIntToPtr(readInt(reg, 64),
-                                       builder_.getPtrTy(global ? kGlobalSpace : 0));
+        base =
+            builder_.CreateIntToPtr(readInt(reg, 64), builder_.getPtrTy(global ? kGlobalSpace : 0));
     } else {
         base = builder_.CreateIntToPtr(builder_.getInt64(uint64_t(operand.offset)),
                                        builder_.getPtrTy());
@@ -224,10 +225,9 @@ void FunctionTranslator::load(const ptx::Instruction& instruction) {
                message("loads ", count, " values into ", targets.size(), " registers"));
     std::vector<Value*> values;
     for (unsigned i = 0; i < count; ++i) {
-        auto* loaded =
-            builder_.CreateAlignedLoad(loadType, offsetPointer(from.pointer, int64_t(i) * bytes),
-                                       alignmentOf(unit_.isGpu(), bytes, count, i),
-                                       instruction.has("volatile"));
+        auto* loaded = builder_.CreateAlignedLoad(
+            loadType, offsetPointer(from.pointer, int64_t(i) * bytes),
+            alignmentOf(unit_.isGpu(), bytes, count, i), instruction.has("volatile"));
         if (ordering != llvm::AtomicOrdering::NotAtomic)
             loaded->setAtomic(ordering);
         else if (constant)
@@ -259,10 +259,9 @@ void FunctionTranslator::store(const ptx::Instruction& instruction) {
         reject(instruction, ErrorCode::kInvalidPtx,
                message("stores ", count, " values from ", sources.size(), " registers"));
     for (unsigned i = 0; i < count; ++i) {
-        auto* stored = builder_.CreateAlignedStore(readAs(sources[i], storeType),
-                                                   offsetPointer(to.pointer, int64_t(i) * bytes),
-                                                   alignmentOf(unit_.isGpu(), bytes, count, i),
-                                                   instruction.has("volatile"));
+        auto* stored = builder_.CreateAlignedStore(
+            readAs(sources[i], storeType), offsetPointer(to.pointer, int64_t(i) * bytes),
+            alignmentOf(unit_.isGpu(), bytes, count, i), instruction.has("volatile"));
         if (ordering != llvm::AtomicOrdering::NotAtomic)
             stored->setAtomic(ordering);
         mark(*stored, instruction.operands[0], devlib::kAccessStore, i * bytes, count * bytes);
@@ -275,8 +274,12 @@ void FunctionTranslator::atomic(const ptx::Instruction& instruction) {
     operandCount(instruction, returns ? 3 : 2, 5);
     const ptx::Type type = lastType(instruction);
     const size_t at = returns ? 1 : 0;
-    if (type == ptx::Type::kF16x2 || type == ptx::Type::kBF16 || type == ptx::Type::kBF16x2 ||
-        type == ptx::Type::kB128 || vectorCount(instruction) > 1)
+    if (isHalfType(type) || (type == ptx::Type::kF32 && vectorCount(instruction) > 1))
+        return atomicNumbers(instruction);
+    if (type == ptx::Type::kF32 && instruction.has("add") && !instruction.has("shared") &&
+        !instruction.has("shared::cta") && !instruction.has("shared::cluster"))
+        return atomicNumbers(instruction);
+    if (type == ptx::Type::kB128 || vectorCount(instruction) > 1)
         reject(instruction, ErrorCode::kNotSupported, "atomics on this type are not available");
     const unsigned bytes = ptx::sizeOf(type);
     const bool isFloat = ptx::isFloat(type);
@@ -337,6 +340,58 @@ void FunctionTranslator::atomic(const ptx::Instruction& instruction) {
         mayWait(); // locks are taken so
     else if (isKernel() && !isFloat && (instruction.has("add") || instruction.has("or")))
         mayWaitIfZero(readInt(instruction.operands[at + 1], bytes * 8));
+}
+
+// Atomics through the run-time: numbers of 16 bits, and sums of floats where GPUs flush: in global
+// memory, and through generic addresses, which nearly always mean it. Vectors one element after the
+// other, as the manual allows.
+void FunctionTranslator::atomicNumbers(const ptx::Instruction& instruction) {
+    const bool returns = instruction.opcode == "atom";
+    const ptx::Type type = lastType(instruction);
+    const Place where = place(instruction.operands[returns ? 1 : 0]);
+    const std::vector<ptx::Operand> sources = elements(instruction.operands[returns ? 2 : 1]);
+    std::vector<ptx::Operand> targets;
+    if (returns)
+        targets = elements(instruction.operands[0]);
+    if (sources.size() != vectorCount(instruction) || (returns && targets.size() != sources.size()))
+        rejectForm(instruction);
+    std::vector<Value*> old;
+    const unsigned bytes = ptx::sizeOf(type), count = unsigned(sources.size());
+    for (unsigned i = 0; i < count; ++i) {
+        llvm::CallInst* call =
+            atomicNumber(instruction, offsetPointer(where.pointer, int64_t(i) * bytes), sources[i]);
+        mark(*call, instruction.operands[returns ? 1 : 0], devlib::kAccessAtomic, i * bytes,
+             count * bytes);
+        old.push_back(call);
+    }
+    for (size_t i = 0; i < old.size() && isHalfType(type); ++i)
+        old[i] = builder_.CreateTrunc(old[i], intType(bytes * 8));
+    for (size_t i = 0; i < targets.size(); ++i)
+        write(targets[i], old[i]);
+}
+
+llvm::CallInst* FunctionTranslator::atomicNumber(const ptx::Instruction& instruction,
+                                                 Value* pointer, const ptx::Operand& source) {
+    const ptx::Type type = lastType(instruction);
+    llvm::Type* word = intType(32);
+    if (type == ptx::Type::kF32) {
+        if (!instruction.has("add"))
+            rejectForm(instruction);
+        llvm::Type* single = builder_.getFloatTy();
+        return builder_.CreateCall(unit_.helper("sunstone_atomic_add_flushed", single,
+                                                {builder_.getPtrTy(), single}, false),
+                                   {pointer, read(source, type)});
+    }
+    const auto operation = instruction.has("add")   ? AtomicOperation::kAdd
+                           : instruction.has("min") ? AtomicOperation::kMinimum
+                                                    : AtomicOperation::kMaximum;
+    const SmallFormat format = isBrainType(type) ? SmallFormat::kBrain : SmallFormat::kHalf;
+    const unsigned bits = bitsOf(type);
+    return builder_.CreateCall(
+        unit_.helper(isHalfPair(type) ? "sunstone_atomic_pair" : "sunstone_atomic_half", word,
+                     {builder_.getPtrTy(), word, word, word}, false),
+        {pointer, coerce(readInt(source, bits), word), builder_.getInt32(uint32_t(format)),
+         builder_.getInt32(uint32_t(operation))});
 }
 
 void FunctionTranslator::fence(const ptx::Instruction& instruction) {

@@ -76,7 +76,11 @@ bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
     static const Names kKept = {
         "rcp",  "sqrt",  "rsqrt", "sin",   "cos", "lg2",  "ex2",  "tanh",  "testp",   "lop3",
         "prmt", "bfe",   "bfi",   "bfind", "shf", "fns",  "bmsk", "szext", "dp4a",    "dp2a",
-        "sad",  "mul24", "mad24", "brev",  "tex", "tld4", "txq",  "suq",   "copysign"};
+        "sad",  "mul24", "mad24", "brev",  "tex", "tld4", "txq",  "suq",   "copysign",
+        // video instructions
+        "vadd", "vsub", "vabsdiff", "vmin", "vmax", "vshl", "vshr", "vset", "vmad", "vadd2",
+        "vsub2", "vavrg2", "vabsdiff2", "vmin2", "vmax2", "vset2", "vadd4", "vsub4", "vavrg4",
+        "vabsdiff4", "vmin4", "vmax4", "vset4"};
     static const Names kKeptIfFloat = {"add", "sub", "mul", "mad", "fma", "div",  "neg",
                                        "abs", "min", "max", "cvt", "set", "setp", "slct"};
     static const Names kWarp = {"vote", "shfl", "match", "redux", "activemask", "elect"};

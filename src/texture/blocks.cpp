@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Block-compressed texels: BC1 to BC5. A block holds two end points per colour or channel and, for
-// each of its 16 texels, an index of a point between them. Source: the Khronos Data Format
-// Specification, chapters "S3TC" and "RGTC".
+// Block-compressed texels; here BC1 to BC5, in bptc.cpp the others. A block holds two end points per
+// colour or channel and, for each of its 16 texels, an index of a point between them. Source: the
+// Khronos Data Format Specification, chapters "S3TC" and "RGTC".
+#include "texture/bptc.h"
 #include "texture/fetch.h"
 
 #include <cstring>
@@ -100,8 +101,13 @@ void decodeBlock(Channel channel, const uint8_t* block, unsigned x, unsigned y, 
         color[0] =
             decodeChannel(block, texel, channel == Channel::kBC4S || channel == Channel::kBC5S);
         return;
+    case Channel::kBC6U:
+    case Channel::kBC6S:
+        return decodeBc6(block, texel, channel == Channel::kBC6S, color);
+    case Channel::kBC7:
+        return decodeBc7(block, texel, color);
     default:
-        return; // the shells refuse the others
+        return; // no block format
     }
 }
 

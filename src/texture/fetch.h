@@ -24,7 +24,7 @@ void borderTexel(const Format& format, Reading reading, const float color[4], ui
 // Words into a texel of the format: integers are cut, floats saturated.
 void storeWords(const Format& format, uint8_t* texel, const uint32_t words[4]);
 
-// One texel of a 4 x 4 block; block formats BC1 to BC5 only.
+// One texel of a 4 x 4 block; block formats only.
 void decodeBlock(Channel channel, const uint8_t* block, unsigned x, unsigned y, float color[4]);
 
 float halfToFloat(uint16_t half);

@@ -46,6 +46,8 @@ constexpr NamedFormat kNamedFormats[] = {
     {0x95, Channel::kBC3, 4, false},  {0x96, Channel::kBC3, 4, true},
     {0x97, Channel::kBC4U, 1, false}, {0x98, Channel::kBC4S, 1, false},
     {0x99, Channel::kBC5U, 2, false}, {0x9A, Channel::kBC5S, 2, false},
+    {0x9B, Channel::kBC6U, 3, false}, {0x9C, Channel::kBC6S, 3, false},
+    {0x9D, Channel::kBC7, 4, false},  {0x9E, Channel::kBC7, 4, true},
     {0xC0, Channel::kU8, 1, false},   {0xC1, Channel::kU8, 2, false},
     {0xC2, Channel::kU8, 4, false},   {0xC3, Channel::kU16, 1, false},
     {0xC4, Channel::kU16, 2, false},  {0xC5, Channel::kU16, 4, false},

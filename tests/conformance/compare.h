@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compares results of a form with a recording, by the rules of the form's outputs.
+#pragma once
+
+#include "forms.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace conformance {
+
+// Vectors that differ by more than the rule of their output allows; the first few in words.
+struct Difference {
+    unsigned vectors = 0;
+    std::string text;
+};
+Difference compare(const Form& form, const std::vector<uint8_t>& recorded,
+                   const std::vector<uint8_t>& results);
+
+} // namespace conformance

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Conformance vectors of PTX instructions: which forms there are, what they read and write, and how
+// closely two implementations must agree. A form is one instruction with its modifiers and types,
+// in the few lines of PTX that make its results visible. The forms_*.cpp files enumerate them,
+// module_writer.cpp makes kernels of them. Source: PTX ISA manual, chapter "Instruction Set".
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace conformance {
+
+// Vectors per form: threads of a launch, a multiple of 32.
+constexpr unsigned kVectors = 512;
+
+// How results compare. All rules but kExact take any NaN for any NaN, for that is where the manual
+// leaves the payload open; results it calls canonical NaN are compared by kExact.
+struct Rule {
+    enum Kind : uint8_t {
+        kExact,    // bit by bit
+        kNumber,   // bit by bit, but for NaNs
+        kUlp,      // at most `bound` units of the last place apart
+        kAbsolute, // at most `bound` apart
+        kRelative, // at most `bound` times the recorded magnitude apart
+        kMixed,    // likewise, where the magnitude is below 1 as if it were 1
+    };
+    Kind kind = kExact;
+    double bound = 0;
+    // Vectors whose operand of this number is not within +-limit have no stated bound: skipped.
+    int limited = -1;
+    double limit = 0;
+    // A result whose rounding decides whether it is flushed may be zero or the least normal number:
+    // which is meant, before or after rounding, the manual leaves open.
+    bool flushEdge = false;
+};
+
+// Types of inputs: i16 i32 i64 (integers with their edges), f16 bf16 f16x2 bf16x2 f32 f64, p (a
+// predicate), and 32-bit ones with a purpose: sh (shift amounts), len (positions and lengths, some
+// past the end), lane (0..40), nth (-40..40), arg (floats of moderate size).
+// Types of outputs: p b8 b16 b32 b64 f16 bf16 f16x2 bf16x2 f32 f64.
+struct Output {
+    Output(const char* type) : type(type) {} // implicit: lists of types read better as text
+    Output(std::string type) : type(std::move(type)) {}
+    Output(const char* type, Rule rule) : type(type), rule(rule) {}
+    std::string type;
+    Rule rule;
+};
+
+struct Form {
+    std::string name;
+    // PTX. Operands are a0, a1, ...; results d0, d1, ...; free registers t0..t3 (b32), u0..u3
+    // (b64), h0..h3 (b16), q0..q1 (predicates); m: 64 bytes of global, sm: of shared, lm: of local
+    // memory of the thread's own, as 64-bit addresses.
+    std::string code;
+    std::vector<std::string> inputs;
+    std::vector<Output> outputs;
+    bool warp = false; // talks to other threads: kept apart from the rest
+};
+
+class Forms {
+public:
+    // One form for each way to read `pattern`, where {a|b|} stands for a, b or nothing. `code`: the
+    // PTX with @ (and a space) for the instruction; empty: "@ d0, a0, a1, ...;". `note` makes the
+    // name unique where one instruction is tried in several ways.
+    void add(const std::string& pattern, const std::vector<std::string>& inputs,
+             const std::vector<Output>& outputs, const std::string& code = "",
+             const std::string& note = "");
+    void addWarp(const std::string& pattern, const std::vector<std::string>& inputs,
+                 const std::vector<Output>& outputs, const std::string& code,
+                 const std::string& note = "");
+
+    std::vector<Form> list;
+};
+
+inline Rule number() {
+    return {Rule::kNumber, 0, -1, 0, false};
+}
+inline Rule within(Rule::Kind kind, double bound, int limited = -1, double limit = 0) {
+    return {kind, bound, limited, limit, false};
+}
+
+// The width of a register for a type, in bits; 1 for predicates.
+unsigned widthOf(const std::string& type);
+
+void addIntegerForms(Forms& forms);
+void addBitForms(Forms& forms);
+void addFloatForms(Forms& forms);
+void addComparisonForms(Forms& forms);
+void addConversionForms(Forms& forms);
+void addMemoryForms(Forms& forms);
+void addWarpForms(Forms& forms);
+void addVideoForms(Forms& forms);
+
+std::vector<Form> allForms();
+
+} // namespace conformance

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+// Conformance vectors of PTX: records them on a device, and replays them on another.
+//   conformance record FILE [--like FILE]
+//       runs every form on the device that libcuda.so.1 finds and writes the recording; --like
+//       leaves out what the driver of that recording refused
+//   conformance replay FILE [GAPS [DEVIATIONS]]
+//       runs the forms of a recording and compares; GAPS names, one a line, those that the device
+//       is known to refuse, and DEVIATIONS those where the recording is known to be wrong
+//   conformance record-textures FILE
+//   conformance replay-textures FILE [GAPS [DEVIATIONS]]
+//       the same with textures and surfaces
+//   conformance ptx FOLDER
+//       writes the modules as text
+//   conformance list
+//       prints the forms and how their results compare
+// --only TEXT limits each to forms with TEXT in their names.
+#include "compare.h"
+#include "driver.h"
+#include "module_writer.h"
+#include "names.h"
+#include "recording.h"
+#include "texture_run.h"
+
+#include <cstdio>
+#include <fstream>
+#include <set>
+
+using namespace conformance;
+
+namespace {
+
+std::string only;
+
+std::vector<size_t> chosen(const std::vector<Form>& forms) {
+    std::vector<size_t> numbers;
+    for (size_t i = 0; i < forms.size(); ++i)
+        if (forms[i].name.find(only) != std::string::npos)
+            numbers.push_back(i);
+    return numbers;
+}
+
+int record(const std::string& file, const std::string& like) {
+    const std::vector<Form> forms = allForms();
+    std::vector<size_t> numbers = chosen(forms);
+    std::set<std::string> refused;
+    if (!like.empty()) {
+        const Recording known = load(like);
+        for (const auto& [name, form] : known.forms)
+            if (form.status == Status::kRefused)
+                refused.insert(name);
+        std::erase_if(numbers, [&](size_t i) { return refused.contains(forms[i].name); });
+    }
+    Results results = runForms(forms, numbers, 0);
+    size_t counts[4] = {};
+    for (size_t i = 0; i < forms.size(); ++i) {
+        if (refused.contains(forms[i].name))
+            results.status[i] = Status::kRefused;
+        ++counts[size_t(results.status[i])];
+        if (results.status[i] == Status::kRefused || results.status[i] == Status::kCrashed)
+            std::printf("%s: %s\n", results.status[i] == Status::kRefused ? "refused" : "CRASHED",
+                        forms[i].name.c_str());
+    }
+    std::printf("%s: %zu forms recorded, %zu refused, %zu crashed, %zu not chosen\n",
+                results.device.c_str(), counts[1], counts[2], counts[3], counts[0]);
+    save(file, forms, results);
+    return counts[3] ? 1 : 0;
+}
+
+struct Counts {
+    unsigned agreed = 0, refused = 0, different = 0, crashed = 0, known = 0, notThere = 0,
+             deviating = 0;
+};
+
+void say(const char* what, const Form& form, const std::string& text = "") {
+    std::printf("%s: %s\n%s", what, form.name.c_str(), text.c_str());
+}
+
+int replay(const std::string& file, const std::string& gapsFile,
+           const std::string& deviationsFile) {
+    const std::vector<Form> forms = allForms();
+    const Recording recording = load(file);
+    const std::set<std::string> gaps = readNames(gapsFile);
+    const std::set<std::string> deviations = readNames(deviationsFile);
+    if (recording.inputs != inputsHash())
+        quit(1, "the inputs are not those of the recording: record again");
+    Counts report;
+    std::vector<size_t> numbers;
+    for (const size_t i : chosen(forms)) {
+        const auto found = recording.forms.find(forms[i].name);
+        if (found == recording.forms.end() || found->second.code != codeHash(forms[i])) {
+            say("not in the recording", forms[i]);
+            ++report.different;
+        } else if (found->second.status == Status::kDone) {
+            numbers.push_back(i);
+        } else {
+            ++report.notThere;
+        }
+    }
+    const Results results = runForms(forms, numbers, 0);
+    for (const size_t i : numbers) {
+        const Form& form = forms[i];
+        const bool gap = isNamed(gaps, form.name);
+        if (results.status[i] == Status::kRefused && gap) {
+            ++report.known;
+        } else if (results.status[i] == Status::kRefused) {
+            ++report.refused;
+            say("refused", form);
+        } else if (results.status[i] != Status::kDone) {
+            ++report.crashed;
+            say("crashed", form);
+        } else if (gap) {
+            ++report.different;
+            say("named as a gap, but it runs", form);
+        } else {
+            const Difference difference =
+                compare(form, recording.forms.at(form.name).results, results.results[i]);
+            if (deviations.contains(form.name)) {
+                ++(difference.vectors ? report.deviating : report.different);
+                if (!difference.vectors)
+                    say("named as a deviation, but it agrees", form);
+                continue;
+            }
+            ++(difference.vectors ? report.different : report.agreed);
+            if (difference.vectors)
+                say("differs", form,
+                    "  " + std::to_string(difference.vectors) + " results\n" + difference.text);
+        }
+    }
+    std::printf(
+        "recorded on %s, replayed on %s: %u forms agree, %u differ, %u refused, %u crashed; "
+        "%u known gaps, %u where the recording is known to be wrong, %u not recorded (the "
+        "recorder's driver refused them)\n",
+        recording.device.c_str(), results.device.c_str(), report.agreed, report.different,
+        report.refused, report.crashed, report.known, report.deviating, report.notThere);
+    return report.different + report.refused + report.crashed ? 1 : 0;
+}
+
+int recordTextures(const std::string& file) {
+    const TextureResults results = runTextures(only);
+    const std::vector<TextureCase>& cases = allTextureCases();
+    size_t counts[4] = {};
+    for (size_t i = 0; i < cases.size(); ++i) {
+        ++counts[size_t(results.status[i])];
+        if (results.status[i] == Status::kRefused || results.status[i] == Status::kCrashed)
+            std::printf("%s: %s\n", results.status[i] == Status::kRefused ? "refused" : "CRASHED",
+                        cases[i].name.c_str());
+    }
+    std::printf("%s: %zu texture cases recorded, %zu refused, %zu crashed\n",
+                results.device.c_str(), counts[1], counts[2], counts[3]);
+    saveTextures(file, results);
+    return counts[3] ? 1 : 0;
+}
+
+int replayTextures(const std::string& file, const std::string& gapsFile,
+                   const std::string& deviationsFile) {
+    return compareTextures(file, runTextures(only), readNames(gapsFile), readNames(deviationsFile),
+                           only);
+}
+
+int writePtx(const std::string& folder) {
+    const std::vector<Form> forms = allForms();
+    unsigned count = 0;
+    for (const auto& numbers : splitForms(forms, chosen(forms)))
+        std::ofstream(folder + "/" + std::to_string(count++) + ".ptx")
+            << writeModule(forms, numbers).ptx;
+    std::set<std::string> kernels;
+    for (const TextureCase& test : allTextureCases())
+        kernels.insert(textureKernel(test));
+    for (const std::string& kernel : kernels)
+        std::ofstream(folder + "/" + std::to_string(count++) + ".ptx") << kernel;
+    return 0;
+}
+
+int list() {
+    const char* const kRules[] = {"exact",    "exact or NaN", "ulp",
+                                  "absolute", "relative",     "relative from 1"};
+    const std::vector<Form> forms = allForms();
+    for (const size_t i : chosen(forms)) {
+        const Rule& rule = forms[i].outputs[0].rule;
+        std::printf("%s: %s", forms[i].name.c_str(), kRules[rule.kind]);
+        if (rule.bound != 0)
+            std::printf(" %g", rule.bound);
+        if (rule.limited >= 0)
+            std::printf(" for |a%d| <= %g", rule.limited, rule.limit);
+        std::printf("\n");
+    }
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    std::vector<std::string> words(argv + 1, argv + argc);
+    std::string like;
+    const auto option = [&](const std::string& name, std::string& value) {
+        for (size_t i = 0; i + 1 < words.size(); ++i)
+            if (words[i] == name) {
+                value = words[i + 1];
+                words.erase(words.begin() + std::ptrdiff_t(i),
+                            words.begin() + std::ptrdiff_t(i) + 2);
+                return;
+            }
+    };
+    option("--only", only);
+    option("--like", like);
+    const std::string verb = words.empty() ? "" : words[0];
+    if (verb == "record" && words.size() == 2)
+        return record(words[1], like);
+    if (verb == "replay" && words.size() >= 2 && words.size() <= 4) {
+        words.resize(4);
+        return replay(words[1], words[2], words[3]);
+    }
+    if (verb == "record-textures" && words.size() == 2)
+        return recordTextures(words[1]);
+    if (verb == "replay-textures" && words.size() >= 2 && words.size() <= 4) {
+        words.resize(4);
+        return replayTextures(words[1], words[2], words[3]);
+    }
+    if (verb == "ptx" && words.size() == 2)
+        return writePtx(words[1]);
+    if (verb == "list" && words.size() == 1)
+        return list();
+    std::fprintf(stderr,
+                 "usage: conformance record FILE [--like FILE] | replay FILE [GAPS [DEVIATIONS]] | "
+                 "record-textures FILE | replay-textures FILE [GAPS [DEVIATIONS]] | "
+                 "ptx FOLDER | list   [--only TEXT]\n");
+    return 2;
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recording: what a device gave for every form, and which forms its driver refused. The file is
+// one zstd frame; inside stand text lines (device, hash of all inputs, then per form its status,
+// the hash of its code, and its name) and then the results, each output cut into planes of equal
+// bytes, which compress better.
+#pragma once
+
+#include "forms.h"
+#include "run_forms.h"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace conformance {
+
+struct RecordedForm {
+    Status status = Status::kPending;
+    uint32_t code = 0; // hash
+    std::vector<uint8_t> results;
+};
+
+struct Recording {
+    std::string device;
+    uint32_t inputs = 0; // hash
+    std::map<std::string, RecordedForm> forms;
+};
+
+uint32_t hashOf(const void* data, size_t size);
+uint32_t codeHash(const Form& form);
+uint32_t inputsHash();
+
+void save(const std::string& file, const std::vector<Form>& forms, const Results& results);
+// Ends the process if the file is none.
+Recording load(const std::string& file);
+
+// One zstd frame around text and results, for recordings of other kinds too.
+void saveCompressed(const std::string& file, const std::string& bytes);
+std::string loadCompressed(const std::string& file);
+
+} // namespace conformance
