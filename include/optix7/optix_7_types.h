@@ -934,7 +934,7 @@ typedef struct OptixDenoiserGuideLayer {
 typedef struct OptixDenoiserLayer {
     OptixImage2D input;
     OptixImage2D previousOutput; /**< temporal models; may be the same memory as output */
-    OptixImage2D output;         /**< may be the same memory as input */
+    OptixImage2D output;         /**< may be the same memory as input, but not when upscaling */
 } OptixDenoiserLayer;
 
 /** How to denoise one frame. */

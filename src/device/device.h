@@ -33,6 +33,9 @@ public:
     // stream's error, seen by the next call on the stream. Throws Error(kInvalidValue) if `stream`
     // is not a live stream, and ContextFault if device code failed in the current context.
     virtual void enqueue(void* stream, std::function<void()> work) = 0;
+    // The CUcontext a stream was made in; null for the default streams, which belong to whatever
+    // context is current. Throws as enqueue does.
+    virtual const void* streamContext(void* stream) = 0;
     // Waits for a stream; rethrows its pending error.
     virtual void synchronize(void* stream) = 0;
     // Waits for all streams; their errors stay with them.

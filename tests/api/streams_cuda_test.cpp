@@ -255,6 +255,23 @@ TEST_F(Streams, StreamsThatAreNone) {
     }
 }
 
+// "The stream and pipeline must belong to the same device context."
+TEST_F(Streams, StreamsOfAnotherContext) {
+    ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
+    CUcontext other = nullptr;
+    CUstream foreign = nullptr;
+    ASSERT_EQ(CUDA_SUCCESS, cuCtxCreate_v2(&other, 0, 0));
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamCreate(&foreign, CU_STREAM_NON_BLOCKING));
+    EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, launch(foreign));
+    EXPECT_TRUE(log_.hasError("optixLaunch", "belongs to CUDA context")) << log_.all();
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamDestroy(foreign));
+    ASSERT_EQ(CUDA_SUCCESS, cuCtxDestroy(other));
+    ASSERT_EQ(CUDA_SUCCESS, cuCtxSetCurrent(primary_));
+    EXPECT_OK(launch(streams_[0]));
+    EXPECT_EQ(CUDA_SUCCESS, cuStreamSynchronize(streams_[0]));
+    EXPECT_EQ(1u, first().runs);
+}
+
 TEST_F(Streams, DefaultStreams) {
     ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
     for (CUstream stream : {CUstream(nullptr), CU_STREAM_LEGACY, CU_STREAM_PER_THREAD}) {

@@ -198,6 +198,13 @@ OptixResult launch(OptixPipeline pipeline, CUstream stream, CUdeviceptr params, 
             fail(Code::kInvalidValue, "launch dimensions ", width, " x ", height, " x ", depth,
                  " exceed 2^30 indices");
         device::Device& device = *object->context->engine->device;
+        const void* streamContext = device.streamContext(stream);
+        if (streamContext && object->context->cudaContext &&
+            streamContext != object->context->cudaContext)
+            fail(Code::kInvalidValue, "stream = ", static_cast<const void*>(stream),
+                 " belongs to CUDA context ", streamContext,
+                 ", but the pipeline's device context to ",
+                 static_cast<const void*>(object->context->cudaContext));
         uint64_t variable = object->pipeline->launchParamsSize;
         if (variable != 0 && paramsSize > variable)
             fail(Code::kInvalidValue, "pipelineParamsSize = ", paramsSize, ", but the launch "

@@ -23,6 +23,9 @@ public:
                                        fault, "): ", context->faultText()));
         cpu::streams().submit(cpu::streams().find(stream), std::move(work));
     }
+    const void* streamContext(void* stream) override {
+        return cpu::streams().isDefault(stream) ? nullptr : cpu::streams().find(stream)->owner();
+    }
     void synchronize(void* stream) override {
         cpu::streams().synchronize(cpu::streams().find(stream));
     }

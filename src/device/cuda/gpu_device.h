@@ -23,6 +23,8 @@ public:
 
     const char* name() const override { return name_.c_str(); }
     [[noreturn]] void enqueue(void* stream, std::function<void()> work) override;
+    // The driver itself refuses streams of other contexts.
+    const void* streamContext(void*) override { return nullptr; }
     void synchronize(void* stream) override;
     void synchronizeAll() override;
     void* currentContext() override;
