@@ -77,11 +77,8 @@ uint64_t cpu::buildAccel(const ContextPtr& context, AccelBuild request) {
                          request.outputSize);
     }
     enqueue(context, stream, [context, request = std::move(request)] {
-        if (request.rules && request.inputs->instances && context->log) {
-            const std::string text = brokenRule(*request.inputs->instances, *request.rules);
-            if (!text.empty())
-                context->log(LogLevel::kWarning, "ACCEL", "validation: " + text);
-        }
+        if (request.rules && request.inputs->instances && context->log)
+            warnOfBrokenRule(*context, *request.inputs->instances, *request.rules);
         const auto run = request.update ? bvh::update : bvh::build;
         run(request.inputs->view(), request.options, request.temp, request.tempSize, request.output,
             request.outputSize);
@@ -92,7 +89,7 @@ uint64_t cpu::buildAccel(const ContextPtr& context, AccelBuild request) {
 }
 
 uint64_t cpu::compactAccel(const ContextPtr& context, void* stream, uint64_t handle,
-                      void* destination, size_t destinationSize) {
+                           void* destination, size_t destinationSize) {
     context->device->synchronize(stream);
     const devlib::HandleTag tag = devlib::tagOf(handle);
     const void* source = checkedBlock(*context, handle, "inputHandle");
@@ -119,15 +116,14 @@ bvh::RelocationInfo cpu::relocationInfo(const ContextPtr& context, uint64_t hand
 }
 
 uint64_t cpu::relocateAccel(const ContextPtr& context, void* stream,
-                       const bvh::RelocationInfo& info, void* block, const uint64_t* children,
-                       size_t count, std::vector<const void*> arrays) {
+                            const bvh::RelocationInfo& info, void* block, const uint64_t* children,
+                            size_t count, std::vector<const void*> arrays) {
     enqueue(context, stream, [info, block, children, count, arrays = std::move(arrays)] {
         bvh::relocate(info, block, children, count);
         if (!arrays.empty())
             bvh::relocateMicromaps(info, block, arrays.data(), arrays.size());
     });
-    return devlib::makeHandle(block,
-                              bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
+    return devlib::makeHandle(block, bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
 }
 
 bvh::MemoryUsage accelMemory(const Context& context, const AccelInputs& inputs,

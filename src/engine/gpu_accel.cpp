@@ -5,9 +5,50 @@
 #include "engine/accel.h"
 #include "engine/gpu_backend.h"
 
+#include <cstddef>
+#include <vector>
+
 namespace sunstone::engine {
 
 using namespace device::cuda;
+
+namespace {
+
+// Instances in host memory: their rules are read there, after what the stream does before.
+struct HostInstances {
+    bvh::InstanceInput input;
+    std::vector<bvh::InstanceDesc> copies;
+    std::vector<uint64_t> pointers;
+
+    HostInstances(const bvh::InstanceInput& given, CUstream stream) : input(given) {
+        const auto read = [stream](void* to, const void* from, size_t size) {
+            SUNSTONE_CU(memcpyDtoHAsync, to, CUdeviceptr(from), size, stream);
+        };
+        const size_t count = given.numInstances, size = sizeof(bvh::InstanceDesc);
+        copies.resize(count);
+        if (given.instances) {
+            const size_t stride = given.stride ? given.stride : size;
+            for (size_t i = 0; i < count; ++i)
+                read(&copies[i], static_cast<const std::byte*>(given.instances) + i * stride, size);
+            input.instances = copies.data();
+            input.stride = 0;
+        } else {
+            pointers.resize(count);
+            read(pointers.data(), given.instancePointers, count * sizeof(uint64_t));
+            SUNSTONE_CU(streamSynchronize, stream);
+            for (size_t i = 0; i < count; ++i) {
+                if (pointers[i] % InstanceRules::kAlignment != 0)
+                    continue; // broken by its address alone
+                read(&copies[i], reinterpret_cast<const void*>(pointers[i]), size);
+                pointers[i] = reinterpret_cast<uint64_t>(&copies[i]);
+            }
+            input.instancePointers = pointers.data();
+        }
+        SUNSTONE_CU(streamSynchronize, stream);
+    }
+};
+
+} // namespace
 
 const bvh::gpu::Builder& GpuBackend::builder() {
     std::call_once(builderMade_, [&] { builder_ = std::make_unique<bvh::gpu::Builder>(driver()); });
@@ -22,7 +63,7 @@ bvh::MemoryUsage GpuBackend::accelMemory(const bvh::BuildInputs& inputs,
     return usage;
 }
 
-uint64_t GpuBackend::buildAccel(const ContextPtr&, AccelBuild request) {
+uint64_t GpuBackend::buildAccel(const ContextPtr& context, AccelBuild request) {
     if (request.update)
         fail(Code::kNotSupported,
              "updates of acceleration structures are not available on GPUs yet");
@@ -30,6 +71,8 @@ uint64_t GpuBackend::buildAccel(const ContextPtr&, AccelBuild request) {
     const auto stream = CUstream(request.stream);
     const auto output = CUdeviceptr(request.output);
     const bvh::BuildInputs inputs = request.inputs->view();
+    if (request.rules && inputs.instances && context->log)
+        warnOfBrokenRule(*context, HostInstances(*inputs.instances, stream).input, *request.rules);
     builder().build(stream, inputs, request.options, CUdeviceptr(request.temp), request.tempSize,
                     output, request.outputSize);
     for (const AccelEmit& emit : request.emit) {

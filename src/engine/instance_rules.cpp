@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "bvh/build_input.h"
+#include "engine/context.h"
 
 namespace sunstone::engine {
 namespace {
@@ -35,21 +36,21 @@ std::string brokenBy(const bvh::InstanceDesc& instance, const InstanceRules& rul
 
 } // namespace
 
-std::string brokenRule(const bvh::InstanceInput& input, const InstanceRules& rules) {
+void warnOfBrokenRule(const Context& context, const bvh::InstanceInput& input,
+                      const InstanceRules& rules) {
     bvh::InstanceInput given = input; // with the flags as they are
     given.knownFlags = ~0u;
     given.identityFlag = 0;
-    constexpr uint64_t kAlignment = 16; // OPTIX_INSTANCE_BYTE_ALIGNMENT
     for (uint32_t i = 0; i < input.numInstances; ++i) {
         const uint64_t pointer = input.instances ? 0 : input.instancePointers[i];
-        std::string text = pointer % kAlignment != 0
-                               ? message("address ", reinterpret_cast<const void*>(pointer),
-                                         " is not a multiple of ", kAlignment)
-                               : brokenBy(bvh::instanceAt(given, i), rules);
+        const std::string text = pointer % InstanceRules::kAlignment != 0
+                                     ? message("address ", reinterpret_cast<const void*>(pointer),
+                                               " is not a multiple of ", InstanceRules::kAlignment)
+                                     : brokenBy(bvh::instanceAt(given, i), rules);
         if (!text.empty())
-            return message("instances[", i, "]: ", text);
+            return context.log(LogLevel::kWarning, "ACCEL",
+                               message("validation: instances[", i, "]: ", text));
     }
-    return {};
 }
 
 } // namespace sunstone::engine

@@ -11,14 +11,18 @@
 
 namespace sunstone::engine {
 
+struct Context;
+
 struct InstanceRules {
+    static constexpr uint64_t kAlignment = 16; // of each instance, OPTIX_INSTANCE_BYTE_ALIGNMENT
     uint32_t maxId = 0;
     uint32_t maxSbtOffset = 0;
     uint32_t visibilityMaskBits = 0;
     uint32_t knownFlags = 0;
 };
 
-// Says which rule the first instance breaks that breaks one; empty: none does. Reads the instances.
-std::string brokenRule(const bvh::InstanceInput& input, const InstanceRules& rules);
+// Logs which rule the first instance breaks that breaks one. Reads the instances.
+void warnOfBrokenRule(const Context& context, const bvh::InstanceInput& input,
+                      const InstanceRules& rules);
 
 } // namespace sunstone::engine

@@ -84,6 +84,7 @@ int main() {
     for (int i = 0; i < 8; ++i)
         std::printf("%d ", out[i]);
     const int n = 100, threads = 40;
+    CHECK(cudaDeviceSetLimit(cudaLimitStackSize, 16 << 10)); // a tree may be as deep as it has nodes
     sortByTree<<<1, threads>>>(out, n);
     CHECK(cudaDeviceSynchronize());
     int wrong = 0;
