@@ -35,23 +35,24 @@ float fromSrgb(uint8_t value) {
 }
 
 template <class T>
-float unit(T value) {
+float unit(T value, bool unclamped) {
     if constexpr (std::is_signed_v<T>)
-        return std::max(-1.0f, float(value) / float(std::numeric_limits<T>::max()));
+        return std::max(unclamped ? -2.0f : -1.0f,
+                        float(value) / float(std::numeric_limits<T>::max()));
     else
         return float(double(value) / double(std::numeric_limits<T>::max()));
 }
 
 template <class T>
-uint32_t integerWord(T value, bool asFloat) {
-    return asFloat ? bits(unit(value)) : uint32_t(int64_t(value));
+uint32_t integerWord(T value, bool asFloat, bool unclamped) {
+    return asFloat ? bits(unit(value, unclamped)) : uint32_t(int64_t(value));
 }
 
 template <class T>
 void fetchIntegers(const Format& format, Reading reading, const uint8_t* texel, uint32_t words[4]) {
     const bool asFloat = (reading.asFloat || format.normalized) && sizeof(T) < 4;
     for (unsigned i = 0; i < format.channels; ++i)
-        words[i] = integerWord(load<T>(texel + i * sizeof(T)), asFloat);
+        words[i] = integerWord(load<T>(texel + i * sizeof(T)), asFloat, reading.unclamped);
 }
 
 // Stores a colour as a signed or unsigned fraction.
@@ -60,7 +61,7 @@ void storeUnit(uint8_t* texel, float value) {
     const double low = std::is_signed_v<T> ? -1.0 : 0.0;
     const double most = double(std::numeric_limits<T>::max());
     const double clamped = value >= low ? std::min(double(value), 1.0) : low; // NaN becomes low
-    const T stored = T(std::lrint(clamped * most));
+    const T stored = T(std::floor(clamped * most + 0.5));
     std::memcpy(texel, &stored, sizeof stored);
 }
 
@@ -107,8 +108,8 @@ void fetchTexel(const Format& format, Reading reading, const uint8_t* slice, siz
     case Channel::kU8:
         fetchIntegers<uint8_t>(format, reading, texel, words);
         if ((reading.srgb || format.srgb) && (reading.asFloat || format.normalized))
-            for (unsigned i = 0; i < std::min<unsigned>(3, format.channels); ++i)
-                words[i] = bits(fromSrgb(texel[i]));
+            for (unsigned i = 0; i < (format.channels == 2 ? 1u : 3u) && i < format.channels; ++i)
+                words[i] = bits(fromSrgb(texel[i])); // of two channels the second is no colour
         return;
     case Channel::kU16:
         return fetchIntegers<uint16_t>(format, reading, texel, words);
@@ -165,13 +166,53 @@ void borderTexel(const Format& format, Reading reading, const float color[4], ui
     fetchTexel(plain, reading, texel, 0, 0, 0, words);
 }
 
+namespace {
+
+// What a formatted store makes of a word: integers end at the ends of their range, floats are cut
+// to halves.
+template <class T>
+T limited(uint32_t word) {
+    if constexpr (std::is_signed_v<T>)
+        return T(std::clamp<int32_t>(int32_t(word), std::numeric_limits<T>::min(),
+                                     std::numeric_limits<T>::max()));
+    else
+        return T(std::min<uint32_t>(word, std::numeric_limits<T>::max()));
+}
+
+uint16_t cutToHalf(float value) {
+    const uint16_t nearest = floatToHalf(value);
+    if ((nearest & 0x7FFF) > 0x7C00 || std::isinf(value))
+        return nearest;
+    return std::fabs(halfToFloat(nearest)) > std::fabs(value) ? uint16_t(nearest - 1) : nearest;
+}
+
+template <class T>
+void storeAs(uint8_t* channel, T value) {
+    std::memcpy(channel, &value, sizeof value);
+}
+
+} // namespace
+
 void storeWords(const Format& format, uint8_t* texel, const uint32_t words[4]) {
     for (unsigned i = 0; i < format.channels; ++i) {
         uint8_t* channel = texel + i * format.channelBytes();
-        if (format.channel == Channel::kF16) {
-            const uint16_t half = floatToHalf(std::bit_cast<float>(words[i]));
-            std::memcpy(channel, &half, 2);
-        } else {
+        switch (format.channel) {
+        case Channel::kF16:
+            storeAs(channel, cutToHalf(std::bit_cast<float>(words[i])));
+            break;
+        case Channel::kU8:
+            storeAs(channel, limited<uint8_t>(words[i]));
+            break;
+        case Channel::kS8:
+            storeAs(channel, limited<int8_t>(words[i]));
+            break;
+        case Channel::kU16:
+            storeAs(channel, limited<uint16_t>(words[i]));
+            break;
+        case Channel::kS16:
+            storeAs(channel, limited<int16_t>(words[i]));
+            break;
+        default:
             std::memcpy(channel, &words[i], format.channelBytes());
         }
     }

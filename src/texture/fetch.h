@@ -10,6 +10,7 @@ namespace sunstone::texture {
 struct Reading {
     bool asFloat = false; // integers become numbers in [0, 1] or [-1, 1]
     bool srgb = false;
+    bool unclamped = false; // the least signed fraction is below -1: on the way to a filter
 };
 
 // The four channels at (x, y) of a slice as words: floats, or integers where the format holds
@@ -21,7 +22,7 @@ void fetchTexel(const Format& format, Reading reading, const uint8_t* slice, siz
 // What a border of this colour reads as: stored in the format and read back.
 void borderTexel(const Format& format, Reading reading, const float color[4], uint32_t words[4]);
 
-// Words into a texel of the format: integers are cut, floats saturated.
+// Words into a texel of the format: integers saturate, floats are cut to halves, all as devices do.
 void storeWords(const Format& format, uint8_t* texel, const uint32_t words[4]);
 
 // One texel of a 4 x 4 block; block formats only.

@@ -32,14 +32,17 @@ struct Sampler {
     bool integers; // results are integers: no filter
     bool filter;
     bool normalized; // of this call's coordinates
+    bool byNumber;   // coordinates are texel numbers
     Reading reading;
-    bool clamps = false; // whatever the address modes say
+    bool clamps = false;           // whatever the address modes say
     TexelRecord* record = nullptr; // where texels are noted instead of read
 
     explicit Sampler(const Texture& t, bool texelNumbers) : texture(t), reading{t.asFloat, t.srgb} {
+        byNumber = texelNumbers;
         integers = t.format.isInteger() && !t.asFloat && !t.format.normalized;
         filter = t.linear && !integers && !texelNumbers;
         normalized = t.normalizedCoordinates && !texelNumbers;
+        reading.unclamped = filter;
     }
 
     Address mode(unsigned axis) const {
@@ -56,15 +59,16 @@ struct Sampler {
 double toTexels(const Sampler& sampler, unsigned axis, double x, uint32_t size) {
     if (std::isnan(x))
         x = 0;
+    if (sampler
+            .normalized) // devices cut it to 23 bits: 1/6 of six texels, as a float, is in texel 0
+        x = std::floor(x * 0x1p23) * 0x1p-23;
     switch (sampler.mode(axis)) {
     case Address::kWrap:
         return std::isinf(x) ? 0 : (x - std::floor(x)) * size;
     case Address::kMirror: {
         if (std::isinf(x))
             return 0;
-        const double whole = std::floor(x), rest = x - whole;
-        const bool odd = std::fmod(whole, 2) != 0;
-        return (odd ? 1 - rest : rest) * size;
+        return (x - 2 * std::floor(x / 2)) * size; // resolve() mirrors each texel
     }
     default: {
         const double u = sampler.normalized ? x * size : x;
@@ -90,8 +94,13 @@ int64_t resolve(Address mode, int64_t i, uint32_t size) {
         return i < 0 ? (i + int64_t(size)) % int64_t(size) : i % int64_t(size);
     case Address::kBorder:
         return -1;
+    case Address::kMirror: {
+        const int64_t period = 2 * int64_t(size);
+        i = (i % period + period) % period;
+        return i < int64_t(size) ? i : period - 1 - i;
+    }
     default:
-        return i < 0 ? 0 : int64_t(size) - 1; // mirrored edges meet themselves
+        return i < 0 ? 0 : int64_t(size) - 1;
     }
 }
 
@@ -135,6 +144,34 @@ void addWeighted(const uint32_t words[4], float weight, float sum[4]) {
         sum[k] += weight * std::bit_cast<float>(words[k]);
 }
 
+// The nearest half, of two the one farther from zero; `value` is no more than the largest half.
+float nearestHalf(float value) {
+    constexpr float kLeastNormal = 0x1p-14f, kUnit = 0x1p-24f;
+    if (!std::isfinite(value))
+        return value;
+    if (std::fabs(value) < kLeastNormal)
+        return std::copysign(std::floor(std::fabs(value) / kUnit + 0.5f) * kUnit, value);
+    return std::bit_cast<float>((std::bit_cast<uint32_t>(value) + 0x1000) & ~0x1FFFu);
+}
+
+// Filtered halves are halves, and signed fractions end at -1.
+void finishSum(const Format& format, float sum[4]) {
+    const Channel channel = format.channel;
+    for (unsigned k = 0; k < 4; ++k) {
+        if (channel == Channel::kF16 || channel == Channel::kBC6U || channel == Channel::kBC6S)
+            sum[k] = nearestHalf(sum[k]);
+        else if (channel == Channel::kS8 || channel == Channel::kS16)
+            sum[k] = std::max(sum[k], -1.0f);
+    }
+}
+
+// What reads by a texel number that the image does not have give: zero, or opaque black.
+void noTexel(const Format& format, uint32_t result[4]) {
+    std::fill_n(result, 4, 0u);
+    if (format.isBlock() && format.channels < 4)
+        result[3] = std::bit_cast<uint32_t>(1.0f);
+}
+
 // Filters over `dimensions` axes; axes beyond are fixed by `slice`.
 void sampleImage(const Sampler& sampler, const Image& image, unsigned dimensions,
                  const double position[3], uint32_t slice, uint32_t result[4]) {
@@ -146,6 +183,10 @@ void sampleImage(const Sampler& sampler, const Image& image, unsigned dimensions
         texels[d][0] = resolve(sampler.mode(d), axes[d].i, sizes[d]);
         texels[d][1] = axes[d].weight ? resolve(sampler.mode(d), axes[d].i + 1, sizes[d]) : 0;
     }
+    if (sampler.byNumber)
+        for (unsigned d = 0; d < dimensions; ++d)
+            if (texels[d][0] != axes[d].i && texels[d][0] >= 0)
+                return noTexel(sampler.texture.format, result);
     if (!sampler.filter) {
         fetch(sampler, image, texels[0][0], texels[1][0], texels[2][0], result);
         return;
@@ -163,6 +204,7 @@ void sampleImage(const Sampler& sampler, const Image& image, unsigned dimensions
         fetch(sampler, image, at[0], at[1], at[2], words);
         addWeighted(words, float(weights[corner]) * (1.0f / 256), sum);
     }
+    finishSum(sampler.texture.format, sum);
     std::memcpy(result, sum, sizeof sum);
 }
 
@@ -397,6 +439,8 @@ void sampleImages(const Sampler& sampler, uint32_t form, const SampleOperands& o
         request.position[k] = texelNumbers ? double(int32_t(operands.position[k]))
                                            : double(std::bit_cast<float>(operands.position[k]));
     const uint32_t slices = texture.images[0].depth;
+    if (texelNumbers && geometry >= k1DArray && operands.layer >= slices)
+        return noTexel(texture.format, result);
     if (request.cube)
         request.slice = std::min(geometry == kCubeArray ? operands.layer : 0, slices / 6 - 1) * 6;
     else if (request.dimensions != 3)

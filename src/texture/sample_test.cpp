@@ -270,16 +270,55 @@ TEST(Fetch, Blocks) {
     const uint8_t black[8] = {0x1F, 0x00, 0x00, 0xF8, 0xE4, 0, 0, 0};
     float color[4];
     decodeBlock(Channel::kBC1, black, 2, 0, color);
-    EXPECT_FLOAT_EQ(color[0], 0.5f);
+    EXPECT_FLOAT_EQ(color[0], 127 / 255.0f);
     decodeBlock(Channel::kBC1, black, 3, 0, color);
     EXPECT_EQ(color[3], 0);
     // Ends 255 and 0, indices 0 to 7 from the first texel on.
     const uint8_t bc4[8] = {255, 0, 0x88, 0xC6, 0xFA, 0, 0, 0};
-    const float ramp[8] = {1, 0, 6 / 7.f, 5 / 7.f, 4 / 7.f, 3 / 7.f, 2 / 7.f, 1 / 7.f};
+    const float ramp[8] = {257, 0, 221, 185, 144, 113, 72, 36}; // sevenths as GPUs have them
+    const int alpha[8] = {255, 0, 219, 183, 144, 111, 72, 36};
+    uint8_t bc3[16] = {};
+    std::memcpy(bc3, bc4, sizeof bc4);
     for (unsigned i = 0; i < 8; ++i) {
         decodeBlock(Channel::kBC4U, bc4, i % 4, i / 4, color);
-        EXPECT_FLOAT_EQ(color[0], ramp[i]) << i;
+        EXPECT_FLOAT_EQ(color[0], ramp[i] / 257) << i;
+        decodeBlock(Channel::kBC3, bc3, i % 4, i / 4, color);
+        EXPECT_EQ(color[3], float(alpha[i]) / 255) << i;
     }
+}
+
+TEST(Sample, NormalizedPositionsAreCutTo23Bits) {
+    auto texture = textureOf(makeFloats({6, 1, 0}, 1));
+    texture->normalizedCoordinates = true;
+    const uint64_t handle = add(std::move(texture));
+    // A third as a float is more than a third, but not in 23 bits.
+    const float below = sampleAt(handle, k2D, 0.3f, 0.5f).v[0];
+    const float above = sampleAt(handle, k2D, 0.34f, 0.5f).v[0];
+    EXPECT_NE(below, above);
+    EXPECT_EQ(sampleAt(handle, k2D, 1 / 3.0f, 0.5f).v[0], below);
+    EXPECT_EQ(sampleAt(handle, k2D, 0.5f, 0.5f).v[0], sampleAt(handle, k2D, 0.51f, 0.5f).v[0]);
+    removeTexture(handle);
+}
+
+TEST(Fetch, FormattedStoresSaturate) {
+    const uint32_t words[4] = {300, 0xFFFFFFFF, 5, 1};
+    uint8_t bytes[4];
+    storeWords({Channel::kU8, 4}, bytes, words);
+    EXPECT_EQ(bytes[0], 255);
+    EXPECT_EQ(bytes[1], 255);
+    EXPECT_EQ(bytes[2], 5);
+    int8_t signs[4];
+    storeWords({Channel::kS8, 4}, reinterpret_cast<uint8_t*>(signs), words);
+    EXPECT_EQ(signs[0], 127);
+    EXPECT_EQ(signs[1], -1);
+    // A float between two halves is cut towards zero; there is no infinity.
+    const float floats[2] = {1 + 0x1.8p-10f, -1e6f};
+    uint32_t raw[2];
+    std::memcpy(raw, floats, sizeof raw);
+    uint16_t halves[2];
+    storeWords({Channel::kF16, 2}, reinterpret_cast<uint8_t*>(halves), raw);
+    EXPECT_EQ(halves[0], 0x3C01);
+    EXPECT_EQ(halves[1], 0xFBFF);
 }
 
 TEST(Surface, PlacesAndBounds) {

@@ -33,6 +33,8 @@ struct TextureCase {
     // "txq.width.b32"); a store is followed by a load of what it left.
     std::string access;
     double bound = 0; // how far floats may be apart; 0: bit by bit
+    // Of all words, this share may be further apart: up to this much.
+    double share = 0, most = 0;
     bool isSurface() const { return access.starts_with("su"); }
     bool has(const char* part) const { return access.find(part) != std::string::npos; }
 };

@@ -71,6 +71,8 @@ void surfacePlace(const TextureCase& test, unsigned index, TextureVector& vector
     } else { // no two vectors at one texel
         vector[0] = index % (test.width + 4) - 2;
         vector[1] = index / (test.width + 4) - 1;
+        if (!test.height && vector[1] != 0) // rows of one-dimensional surfaces lie outside
+            vector[0] = 0u - 1 - index;
     }
     if (test.has(".b.")) // counts bytes
         vector[0] *= test.format.bytes;
