@@ -20,17 +20,6 @@
 #include <cstring>
 #include <thread>
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define SUNSTONE_ASAN_FIBERS 1
-#include <sanitizer/asan_interface.h>
-#endif
-#if __has_feature(thread_sanitizer)
-#define SUNSTONE_TSAN_FIBERS 1
-#include <sanitizer/tsan_interface.h>
-#endif
-#endif
-
 namespace sunstone::api::cuda {
 
 namespace ctx = boost::context::detail;
@@ -46,30 +35,6 @@ StackPool& threadStacks() {
     thread_local StackPool pool;
     return pool;
 }
-
-#ifdef SUNSTONE_TSAN_FIBERS
-void SanitizerFibers::restart(size_t count) {
-    for (void* fiber : fibers_)
-        __tsan_destroy_fiber(fiber);
-    fibers_.clear();
-    for (size_t i = 0; i < count; ++i)
-        fibers_.push_back(__tsan_create_fiber(0));
-}
-void SanitizerFibers::begin() {
-    scheduler_ = __tsan_get_current_fiber();
-}
-void SanitizerFibers::enter(size_t index) const {
-    __tsan_switch_to_fiber(fibers_[index], 0);
-}
-void SanitizerFibers::leave() const {
-    __tsan_switch_to_fiber(scheduler_, 0);
-}
-#else
-void SanitizerFibers::restart(size_t) {}
-void SanitizerFibers::begin() {}
-void SanitizerFibers::enter(size_t) const {}
-void SanitizerFibers::leave() const {}
-#endif
 
 StackPool::~StackPool() {
     if (base_)
@@ -134,26 +99,26 @@ BlockRunner::Fibers::Fiber& BlockRunner::Fibers::fiberOf(KernelThread* thread) {
 void BlockRunner::Fibers::entry(ctx::transfer_t from) {
     auto* fiber = static_cast<Fiber*>(from.data);
     Fibers& self = *static_cast<Fibers*>(fiber->thread.block);
-#ifdef SUNSTONE_ASAN_FIBERS
-    __sanitizer_finish_switch_fiber(nullptr, nullptr, nullptr);
-#endif
+    self.sanitizer_.entered();
     self.scheduler_ = from.fctx;
     self.launch_.kernel(&fiber->thread, self.launch_.params);
     self.leave(&fiber->thread);
 }
 
 void BlockRunner::Fibers::suspend(Fiber& fiber) {
-    (void)fiber;
-    sanitizer_.leave();
+    sanitizer_.leave(fiber.state == State::kDone);
     const ctx::transfer_t back = ctx::jump_fcontext(scheduler_, nullptr);
+    sanitizer_.entered();
     scheduler_ = back.fctx;
 }
 
 void BlockRunner::Fibers::resume(Fiber& fiber) {
     running_ = &fiber;
     enterDeviceCode(frame_);
-    sanitizer_.enter(size_t(&fiber - fibers_.data()));
+    const auto index = size_t(&fiber - fibers_.data());
+    sanitizer_.enter(index, stacks_.top(index), stacks_.size());
     const ctx::transfer_t back = ctx::jump_fcontext(fiber.context, &fiber);
+    sanitizer_.left();
     leaveDeviceCode();
     fiber.context = back.fctx;
 }
@@ -183,6 +148,7 @@ Fibers::Progress BlockRunner::Fibers::step() {
     prepareForFaults();
     sanitizer_.begin();
     if (setjmp(frame_.jump) == kJumpFault) { // from the stack of a fiber, which is abandoned
+        sanitizer_.abandoned();
         launch_.noteFault(frame_, running_->thread);
         return Progress::kDone;
     }

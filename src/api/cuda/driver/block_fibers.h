@@ -3,6 +3,7 @@
 #pragma once
 
 #include "api/cuda/driver/block.h"
+#include "api/cuda/driver/sanitizer_fibers.h"
 
 #include <boost/context/detail/fcontext.hpp>
 
@@ -27,24 +28,6 @@ private:
 
 // The pool of the calling thread.
 StackPool& threadStacks();
-
-// What the thread sanitizer must be told of switches between stacks; empty in other builds.
-struct SanitizerFibers {
-    SanitizerFibers() = default;
-    SanitizerFibers(const SanitizerFibers&) = delete;
-    SanitizerFibers& operator=(const SanitizerFibers&) = delete;
-    ~SanitizerFibers() { restart(0); }
-    // New ones: fibers that were abandoned leave their frames open in its books.
-    void restart(size_t count);
-    // The caller is what `leave` goes back to.
-    void begin();
-    void enter(size_t index) const;
-    void leave() const;
-
-private:
-    std::vector<void*> fibers_;
-    void* scheduler_ = nullptr;
-};
 
 struct BlockRunner::Fibers {
     Fibers(Launch& launch, StackPool& stacks);
