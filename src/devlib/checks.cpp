@@ -7,6 +7,7 @@
 #include "bvh/input_lookup.h"
 #include "bvh/layout.h"
 #include "devlib/builtin.h"
+#include "devlib/flags.h"
 #include "devlib/launch_notes.h"
 #include "devlib/sbt.h"
 
@@ -87,20 +88,10 @@ void checkFinite(RayState* state) {
         }
 }
 
-// Numbers of OptixRayFlags.
-enum RayFlag : uint32_t {
-    kDisableAnyHit = 1,
-    kEnforceAnyHit = 2,
-    kCullBack = 16,
-    kCullFront = 32,
-    kCullDisabledAnyHit = 64,
-    kCullEnforcedAnyHit = 128,
-};
-
 void checkRayFlags(RayState* state) {
     constexpr uint32_t kAnyHit =
-        kDisableAnyHit | kEnforceAnyHit | kCullDisabledAnyHit | kCullEnforcedAnyHit;
-    constexpr uint32_t kFaces = kCullBack | kCullFront;
+        kRayDisableAnyHit | kRayEnforceAnyHit | kRayCullDisabledAnyHit | kRayCullEnforcedAnyHit;
+    constexpr uint32_t kFaces = kRayCullBack | kRayCullFront;
     ExceptionInfo info{};
     info.line = state->line;
     if (__builtin_popcount(state->rayFlags & kAnyHit) > 1 || (state->rayFlags & kFaces) == kFaces)

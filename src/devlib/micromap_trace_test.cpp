@@ -5,6 +5,7 @@
 #include "bvh/micromap_array.h"
 #include "bvh/motion.h"
 #include "bvh/test_meshes.h"
+#include "devlib/flags.h"
 #include "devlib/trace.h"
 #include "devlib/trace_sets.h"
 
@@ -24,22 +25,6 @@ using bvh::testing::Mesh;
 using bvh::testing::Random;
 using bvh::testing::Structure;
 using math::Vec3;
-
-enum Flag : uint32_t {
-    kDisableAnyHit = 1,
-    kEnforceAnyHit = 2,
-    kTerminateOnFirstHit = 4,
-    kDisableClosestHit = 8,
-    kCullDisabledAnyHit = 64,
-    kCullEnforcedAnyHit = 128,
-    kForce2State = 1024,
-};
-enum InstanceFlags : uint32_t {
-    kInstanceDisableAnyHit = 4,
-    kInstanceEnforceAnyHit = 8,
-    kInstanceForce2State = 16,
-    kInstanceDisableMicromaps = 32,
-};
 
 std::function<uint32_t(RayState*)> anyHitProgram;
 int anyHitCalls;
@@ -187,7 +172,7 @@ Expected expectedFor(uint32_t state, uint32_t geometryFlags, uint32_t instanceFl
     if (instanceFlags & kInstanceDisableMicromaps)
         state = bvh::kNoMicromap;
     if (state != bvh::kNoMicromap) {
-        if ((rayFlags & kForce2State) || (instanceFlags & kInstanceForce2State))
+        if ((rayFlags & kRayForceMicromap2State) || (instanceFlags & kInstanceForceMicromap2State))
             state = state == bvh::kUnknownTransparent ? uint32_t(bvh::kTransparent)
                     : state == bvh::kUnknownOpaque    ? uint32_t(bvh::kOpaque)
                                                       : state;
@@ -199,11 +184,11 @@ Expected expectedFor(uint32_t state, uint32_t geometryFlags, uint32_t instanceFl
         enabled = false;
     if (instanceFlags & kInstanceEnforceAnyHit)
         enabled = true;
-    if (rayFlags & (enabled ? kCullEnforcedAnyHit : kCullDisabledAnyHit))
+    if (rayFlags & (enabled ? kRayCullEnforcedAnyHit : kRayCullDisabledAnyHit))
         return {false, false};
-    if (rayFlags & kDisableAnyHit)
+    if (rayFlags & kRayDisableAnyHit)
         enabled = false;
-    if (rayFlags & kEnforceAnyHit)
+    if (rayFlags & kRayEnforceAnyHit)
         enabled = true;
     return {true, enabled};
 }
@@ -261,7 +246,8 @@ void MicromapTrace::combineStatesAndFlags(bool moving) {
                             const Answer a =
                                 trace(handleOf(ias), inside[place], {0, 0, -1}, flags, time);
                             // Without closest-hit program a hit shows as no miss.
-                            ASSERT_EQ(flags & kDisableClosestHit ? a.state.payload[0] == 7 : a.hit,
+                            ASSERT_EQ(flags & kRayDisableClosestHit ? a.state.payload[0] == 7
+                                                                    : a.hit,
                                       e.hit);
                             ASSERT_EQ(a.anyHits, e.anyHit ? 1 : 0);
                             // A program that ignores the hit makes it none.
@@ -339,7 +325,7 @@ void MicromapTrace::compareWithAnyHitPrograms(uint32_t motionKeys) {
         int hits = 0;
         for (int i = 0; i < 3000; ++i) {
             const Vec3 o = random.unit() * 3, d = random.point(1) - o;
-            const uint32_t flags = i % 3 == 2 ? uint32_t(kTerminateOnFirstHit) : 0u;
+            const uint32_t flags = i % 3 == 2 ? uint32_t(kRayTerminateOnFirstHit) : 0u;
             const float time = motionKeys > 1 ? random(0, 1) : 0;
             anyHitProgram = decide;
             const Answer expected = trace(handleOf(plain), o, d, flags, time);
@@ -420,7 +406,7 @@ TEST_P(MicromapTrace, MovingTrianglesAreLikeStill) {
             const Structure still = makeStructure(stillInput);
             for (int i = 0; i < 400; ++i) {
                 const Vec3 o = random.unit() * 3, d = random.point(1) - o;
-                const uint32_t flags = i % 3 == 2 ? uint32_t(kForce2State) : 0u;
+                const uint32_t flags = i % 3 == 2 ? uint32_t(kRayForceMicromap2State) : 0u;
                 const Answer expected = trace(handleOf(still), o, d, flags);
                 const Answer a = trace(handleOf(moving), o, d, flags, time);
                 ASSERT_EQ(a.hit, expected.hit) << "time " << time << ", ray " << i;

@@ -24,6 +24,7 @@
 #include "bvh/shapes.h"
 #include "bvh/triangle_visitors.h"
 #include "devlib/checks.h"
+#include "devlib/flags.h"
 #include "devlib/launch_notes.h"
 #include "devlib/sbt.h"
 #include "devlib/trace.h"
@@ -45,26 +46,6 @@ constexpr bool kChecked = true;
 #else
 constexpr bool kChecked = false;
 #endif
-
-enum RayFlag : uint32_t {
-    kRayDisableAnyHit = 1,
-    kRayEnforceAnyHit = 2,
-    kRayTerminateOnFirstHit = 4,
-    kRayDisableClosestHit = 8,
-    kRayCullBack = 16,
-    kRayCullFront = 32,
-    kRayCullDisabledAnyHit = 64,
-    kRayCullEnforcedAnyHit = 128,
-    kRayForceMicromap2State = 1024,
-};
-enum InstanceFlag : uint32_t {
-    kInstanceDisableFaceCulling = 1,
-    kInstanceFlipFacing = 2,
-    kInstanceDisableAnyHit = 4,
-    kInstanceEnforceAnyHit = 8,
-    kInstanceForceMicromap2State = 16,
-    kInstanceDisableMicromaps = 32,
-};
 
 SUNSTONE_INLINE const bvh::BlockHeader* blockOf(uint64_t handle) {
     const uint64_t address = addressOf(handle);

@@ -3,13 +3,11 @@
 
 #include "base/error.h"
 #include "bvh/build_input.h"
+#include "devlib/flags.h"
 #include "engine/context.h"
 
 namespace sunstone::engine {
 namespace {
-
-// Numbers of OptixInstanceFlags.
-constexpr uint32_t kDisableAnyHit = 4, kEnforceAnyHit = 8;
 
 std::string brokenBy(const bvh::InstanceDesc& instance, const InstanceRules& rules) {
     const auto isAbove = [](const char* field, uint32_t value, uint32_t limit) {
@@ -24,7 +22,7 @@ std::string brokenBy(const bvh::InstanceDesc& instance, const InstanceRules& rul
                        rules.visibilityMaskBits, " bits");
     if (instance.flags & ~rules.knownFlags)
         return message("flags = ", instance.flags, " has unknown bits");
-    constexpr uint32_t kBoth = kDisableAnyHit | kEnforceAnyHit;
+    constexpr uint32_t kBoth = devlib::kInstanceDisableAnyHit | devlib::kInstanceEnforceAnyHit;
     if ((instance.flags & kBoth) == kBoth)
         return message("flags = ", instance.flags, " has both DISABLE_ANYHIT and ENFORCE_ANYHIT");
     if ((instance.traversableHandle & bvh::kTraversableTagMask) == bvh::kIasTag &&

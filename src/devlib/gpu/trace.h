@@ -7,28 +7,12 @@
 #pragma once
 
 #include "bvh/gpu/traversal.h"
+#include "devlib/flags.h"
 #include "devlib/gpu/exceptions.h"
 
 namespace sunstone::devlib::gpu {
 
 namespace walk = sunstone::bvh::gpu;
-
-enum RayFlag : uint32_t {
-    kRayDisableAnyHit = 1,
-    kRayEnforceAnyHit = 2,
-    kRayTerminateOnFirstHit = 4,
-    kRayDisableClosestHit = 8,
-    kRayCullBack = 16,
-    kRayCullFront = 32,
-    kRayCullDisabledAnyHit = 64,
-    kRayCullEnforcedAnyHit = 128,
-};
-enum InstanceFlag : uint32_t {
-    kInstanceDisableFaceCulling = 1,
-    kInstanceFlipFacing = 2,
-    kInstanceDisableAnyHit = 4,
-    kInstanceEnforceAnyHit = 8,
-};
 
 #define SUNSTONE_DEVICE_MEMBER __attribute__((always_inline))
 
