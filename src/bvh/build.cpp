@@ -579,6 +579,28 @@ void build(const BuildInputs& inputs, const BuildOptions& options, void* temp, s
     });
 }
 
+void checkSameShape(const BlockHeader& header, const BuildOptions& options, BlockType type,
+                    uint32_t keys, uint32_t numInputs, uint32_t numPrimitives) {
+    if (!(header.options & kOptionUpdate) || !options.allowUpdate)
+        fail(Code::kInvalidValue, "an update needs ALLOW_UPDATE, in the build and now");
+    if (header.options != optionBits(options))
+        fail(Code::kInvalidValue, "an update has other build flags than the build: ",
+             optionBits(options), ", not ", header.options);
+    if (kindOf(header.type) != type)
+        fail(Code::kInvalidValue, "an update has another type of build inputs than the build");
+    if (header.motionKeys != keys)
+        fail(Code::kInvalidValue, "an update has ", keys, " motion keys, the build had ",
+             header.motionKeys);
+    if (keys > 1 && (header.motionFlags != options.motion.flags ||
+                     header.motionBegin != options.motion.begin ||
+                     header.motionEnd != options.motion.end))
+        fail(Code::kInvalidValue, "an update has another motion range than the build");
+    if (header.numInputs != numInputs || header.numPrimitives != numPrimitives)
+        fail(Code::kInvalidValue, "an update has ", numInputs, " build inputs with ",
+             numPrimitives, " primitives, the build had ", header.numInputs, " with ",
+             header.numPrimitives);
+}
+
 void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const void* output,
                  size_t outputSize) {
     if (hasShapes(inputs))
@@ -591,24 +613,7 @@ void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const v
              "at ",
              output);
     const BlockHeader& header = *headerOf(output);
-    if (!(header.options & kOptionUpdate) || !options.allowUpdate)
-        fail(Code::kInvalidValue, "an update needs ALLOW_UPDATE, in the build and now");
-    if (header.options != optionBits(options))
-        fail(Code::kInvalidValue, "an update has other build flags than the build: ",
-             optionBits(options), ", not ", header.options);
-    if (kindOf(header.type) != plan.type)
-        fail(Code::kInvalidValue, "an update has another type of build inputs than the build");
-    if (header.motionKeys != plan.keys)
-        fail(Code::kInvalidValue, "an update has ", plan.keys, " motion keys, the build had ",
-             header.motionKeys);
-    if (plan.keys > 1 && (header.motionFlags != options.motion.flags ||
-                          header.motionBegin != options.motion.begin ||
-                          header.motionEnd != options.motion.end))
-        fail(Code::kInvalidValue, "an update has another motion range than the build");
-    if (header.numInputs != plan.numInputs || header.numPrimitives != plan.numPrimitives)
-        fail(Code::kInvalidValue, "an update has ", plan.numInputs, " build inputs with ",
-             plan.numPrimitives, " primitives, the build had ", header.numInputs, " with ",
-             header.numPrimitives);
+    checkSameShape(header, options, plan.type, plan.keys, plan.numInputs, plan.numPrimitives);
     checkBuffer("the output buffer", output, outputSize, header.usedSize);
     if (plan.type != BlockType::kInstances)
         checkInputRecords(inputs, plan, header);

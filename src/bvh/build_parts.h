@@ -10,7 +10,8 @@ namespace sunstone::bvh {
 constexpr uint32_t kMaxPrimitives = 1u << 30;
 // References are made in blocks of this many primitives.
 constexpr size_t kReferenceBlock = 1u << 14;
-// Updates need no scratch memory, but callers allocate what they are told.
+// Updates need no scratch memory but those of instances with motion keys (updateTempSize);
+// callers allocate what they are told.
 constexpr size_t kUpdateTempSize = kBlockAlignment;
 
 inline uint64_t alignUp(uint64_t value, uint64_t alignment) {
@@ -22,5 +23,10 @@ uint32_t optionBits(const BuildOptions& options);
 
 // Throws Error(kInvalidValue) if the buffer is null, misaligned or too small.
 void checkBuffer(const char* name, const void* buffer, size_t size, size_t needed);
+
+// Throws Error(kInvalidValue) unless a structure with this header may be updated from inputs of
+// this shape.
+void checkSameShape(const BlockHeader& header, const BuildOptions& options, BlockType type,
+                    uint32_t keys, uint32_t numInputs, uint32_t numPrimitives);
 
 } // namespace sunstone::bvh

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Curves and spheres with motion keys. The judge: a structure without motion of the points as they
 // are at the time.
+#include "base/error.h"
 #include "bvh/curves.h"
 #include "bvh/motion.h"
 #include "bvh/shapes.h"
@@ -203,6 +204,9 @@ TEST(MovingShapes, UpdatesAndPointsOfATime) {
         second.with([&](const BuildInputs& inputs) {
             const size_t size = computeMemoryUsage(inputs, options).tempUpdate;
             const auto temp = alignedBuffer(size);
+            BuildOptions wrong = options;
+            wrong.motion.end += 1;
+            EXPECT_THROW(update(inputs, wrong, temp.get(), size, s.memory.get(), s.size), Error);
             update(inputs, options, temp.get(), size, s.memory.get(), s.size);
         });
         Tally tally;

@@ -558,19 +558,10 @@ void checkShapeUpdate(const BuildInputs& inputs, const BuildOptions& options, co
         fail(Code::kInvalidValue,
              "an update needs an acceleration structure in the output buffer at ", output);
     const BlockHeader& header = *headerOf(output);
-    if (!(header.options & kOptionUpdate) || !options.allowUpdate)
-        fail(Code::kInvalidValue, "an update needs ALLOW_UPDATE, in the build and now");
-    if (header.options != optionBits(options))
-        fail(Code::kInvalidValue, "an update has other build flags than the build");
-    if (kindOf(header.type) != BlockType::kShapes || header.shape != plan.shape)
+    checkSameShape(header, options, BlockType::kShapes, plan.keys, plan.numInputs,
+                   plan.numPrimitives);
+    if (header.shape != plan.shape)
         fail(Code::kInvalidValue, "an update has another type of build inputs than the build");
-    if (header.motionKeys != plan.keys)
-        fail(Code::kInvalidValue, "an update has ", plan.keys, " motion keys, the build had ",
-             header.motionKeys);
-    if (header.numInputs != plan.numInputs || header.numPrimitives != plan.numPrimitives)
-        fail(Code::kInvalidValue, "an update has ", plan.numInputs, " build inputs with ",
-             plan.numPrimitives, " primitives, the build had ", header.numInputs, " with ",
-             header.numPrimitives);
     checkBuffer("the output buffer", output, outputSize, header.usedSize);
     checkSameInputs(inputs, header);
 }
@@ -584,11 +575,6 @@ void updateShapes(const BuildInputs& inputs, const BuildOptions& options, void* 
         BlockHeader& header = *reinterpret_cast<BlockHeader*>(block);
         const ShapeStore store(block);
         store.read(inputs);
-        if (header.motionKeys > 1) {
-            header.motionFlags = options.motion.flags;
-            header.motionBegin = options.motion.begin;
-            header.motionEnd = options.motion.end;
-        }
         markBends(store, header.numPrimitives, ShapePlan(inputs, options).pieces);
         measure(block, store);
         header.root = kNoNode;

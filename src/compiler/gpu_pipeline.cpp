@@ -289,7 +289,7 @@ private:
     // The walk through the structures calls nothing that could trace again.
     void countFrames() {
         constexpr std::string_view kFunction = ".func ", kDepot = "__local_depot",
-                                   kWalk = "findHit";
+                                   kWalk = "6devlib3gpuL7findHit";
         const std::string_view text = code_.ptx;
         for (size_t at = text.find(kFunction); at != text.npos;) {
             const size_t next = text.find(kFunction, at + 1);
@@ -337,7 +337,14 @@ std::string keyOf(const GpuPipelineRequest& request) {
     digest.add(uint64_t(request.target.computeCapability));
     digest.add(uint64_t(request.target.ptxVersion));
     addRules(digest, request.pipeline.rules);
+    digest.add(uint64_t(request.pipeline.programs.size()));
+    digest.add(uint64_t(request.groups.size()));
+    std::vector<const ptx::Module*> modules; // equal texts may be several modules
     for (const ProgramRequest& program : request.pipeline.programs) {
+        auto found = std::find(modules.begin(), modules.end(), program.module.get());
+        digest.add(uint64_t(found - modules.begin()));
+        if (found == modules.end())
+            modules.push_back(program.module.get());
         digest.add(program.module->text);
         digest.add(program.function);
         digest.add(uint64_t(program.optLevel));

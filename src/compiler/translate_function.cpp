@@ -128,9 +128,10 @@ void FunctionTranslator::classifyRegisters() {
         visitRegisters(instruction, [&](const ptx::Operand& operand, size_t position,
                                         bool isAddress) {
             const ptx::Register& reg = source_.registers[operand.index];
-            const uint32_t width = operand.component >= 0 ? 1 : std::max(1u, reg.vector);
-            const uint32_t first =
-                firstSlot_[operand.index] + uint32_t(std::max<int>(0, operand.component));
+            // Components above 3 are bytes and halves that video instructions pick.
+            const int element = operand.component < 4 ? operand.component : -1;
+            const uint32_t width = element >= 0 ? 1 : std::max(1u, reg.vector);
+            const uint32_t first = firstSlot_[operand.index] + uint32_t(std::max(0, element));
             int vote = 0;
             if (!isAddress && !instruction.types.empty()) {
                 const bool isResult = position == 0;

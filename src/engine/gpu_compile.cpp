@@ -45,9 +45,12 @@ bool mayRecurse(const PipelineParts& parts) {
 void refuseWhatIsMissing(const Pipeline& pipeline, const PipelineParts& parts) {
     if (pipeline.rules.motionBlur)
         fail(Code::kNotSupported, "usesMotionBlur: motion is not available on GPUs yet");
+    if (pipeline.rules.exceptionFlags & devlib::kFlagDebug)
+        fail(Code::kNotSupported,
+             "debug exceptions, which validation mode needs, are not available on GPUs yet");
     for (const auto& group : parts.groups)
         if (group->builtinPrimitive)
-            fail(Code::kNotSupported, "curves and spheres are not available on GPUs yet");
+            fail(Code::kNotSupported, "built-in intersection modules are not available on GPUs yet");
 }
 
 // Makes room for the frames of recursion, which the driver cannot foresee.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Memory of launches in flight on a GPU: for each a block in device memory with room for launch
 // parameters, and its image in page-locked host memory. A slot is used again once its launch is
-// over; what that launch reported is told then, or when the slots are flushed.
+// over; what that launch reported is told then.
 #pragma once
 
 #include "device/cuda/driver.h"

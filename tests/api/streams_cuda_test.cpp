@@ -249,7 +249,7 @@ TEST_F(Streams, StreamsThatAreNone) {
     ASSERT_EQ(CUDA_SUCCESS, cuStreamCreate(&dead, CU_STREAM_NON_BLOCKING));
     ASSERT_EQ(CUDA_SUCCESS, cuStreamDestroy(dead));
     for (CUstream stream : {dead, reinterpret_cast<CUstream>(0x1230)}) {
-        EXPECT_NE(OPTIX_SUCCESS, launch(stream));
+        EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, launch(stream));
         EXPECT_TRUE(log_.hasError("optixLaunch", "stream")) << log_.all();
         log_.clear();
     }

@@ -34,14 +34,14 @@ void* Driver::find(const char* name) const {
 
 Driver::Driver() : library_(dlopen("libcuda.so.1", RTLD_NOW)) {
     if (!library_)
-        quit(77, "[SKIP] no libcuda.so.1");
+        quit(1, "no libcuda.so.1");
 #define TEXT(name) #name
 #define X(name) bind(*this, name, TEXT(name));
     CONFORMANCE_FUNCTIONS(X)
 #undef X
 #undef TEXT
     if (cuInit(0) != CUDA_SUCCESS || cuDeviceGet(&device_, 0) != CUDA_SUCCESS)
-        quit(77, "[SKIP] no CUDA device");
+        quit(1, "no CUDA device");
     CUcontext context = nullptr;
     if (cuDevicePrimaryCtxRetain(&context, device_) != CUDA_SUCCESS ||
         cuCtxSetCurrent(context) != CUDA_SUCCESS)

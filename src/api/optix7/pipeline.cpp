@@ -232,7 +232,7 @@ OptixResult launch(OptixPipeline pipeline, CUstream stream, CUdeviceptr params, 
             engine::launch(object->context->engine, request);
             device.synchronize(stream);
         } catch (const Error& error) {
-            if (error.code() == Code::kInvalidValue) // not a live stream
+            if (error.code() != Code::kLaunchFailure) // no live stream, say
                 throw;
             throw ResultError(OPTIX_ERROR_VALIDATION_FAILURE, error.what());
         }

@@ -51,15 +51,6 @@ struct Name {
     }
 };
 
-template <class Function, Name kName>
-struct Missing;
-template <class First, class... Rest, Name kName>
-struct Missing<OptixResult (*)(First, Rest...), kName> {
-    static OptixResult call(First first, Rest...) {
-        return refuse(kName.text, reinterpret_cast<const void*>(first));
-    }
-};
-
 // Reserved slots have no meaning; calling one is harmless.
 void reservedSlot() {
     refuse("a reserved slot of the function table", nullptr);
@@ -81,10 +72,8 @@ private:
     void** end_;
 };
 
-// FUNCTION: one of entry_points.h, seen through the ABI. MISSING: one that is not there yet, with
-// the slot's own signature.
+// FUNCTION: one of entry_points.h, seen through the ABI.
 #define FUNCTION(name) slots.add(&Adapter<kAbi, &name>::call)
-#define MISSING(name) slots.add(&Missing<decltype(OptixFunctionTable::name), #name>::call)
 
 template <Abi kAbi>
 void addContextSlots(Slots& slots) {
@@ -181,7 +170,6 @@ void addSlots(Slots& slots) {
     addDenoiserSlots<kAbi>(slots);
 }
 #undef FUNCTION
-#undef MISSING
 
 // A table that is served.
 struct Table {

@@ -226,12 +226,15 @@ SUNSTONE_BUILDER Bounds transformBounds(const float m[12], const Bounds& b) {
     return r;
 }
 
+// As many as traversal walks (devlib/gpu/launch_block.h).
+constexpr uint32_t kMaxStaticChain = 15;
+
 // Bounds of what an instance's child leads to; false if there is nothing. Transforms between: only
 // static ones (others are met as if they held nothing).
-SUNSTONE_BUILDER bool childBounds(uint64_t handle, Bounds& box, uint64_t chain[4],
+SUNSTONE_BUILDER bool childBounds(uint64_t handle, Bounds& box, uint64_t chain[kMaxStaticChain],
                                   uint32_t& length) {
     length = 0;
-    while ((handle & kTraversableTagMask) == kStaticTransformTag && length < 4) {
+    while ((handle & kTraversableTagMask) == kStaticTransformTag && length < kMaxStaticChain) {
         chain[length++] = handle & ~uint64_t(kTraversableTagMask);
         handle = at<const StaticTransform>(handle & ~uint64_t(kTraversableTagMask))->child;
     }
@@ -277,7 +280,7 @@ SUNSTONE_BUILDER bool describeInstance(const BuildJob& job, uint32_t index, Boun
     to.sbtOffset = from.sbtOffset;
     to.visibilityMask = from.visibilityMask;
     to.flags = from.flags & input.knownFlags & ~input.identityFlag;
-    uint64_t chain[4];
+    uint64_t chain[kMaxStaticChain];
     uint32_t length;
     if (!invertible || (to.visibilityMask & 0xFF) == 0 ||
         !childBounds(to.child, box, chain, length))
