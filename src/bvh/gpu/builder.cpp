@@ -9,6 +9,7 @@
 #include "bvh/presplit.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -53,8 +54,13 @@ struct Plan {
     uint32_t numInputs = 1, numPrimitives = 0, maxReferences, maxWide, tiles;
     uint32_t numSbtRecords = 0;
     uint64_t table = 0, instances = 0, records, nodes, outputSize;
-    uint64_t inputs, flags, counters, tileStates, parents, tasks, boxes, origins, keys[2],
-        values[2], binary, costs, order, tempSize;
+    // Scratch: places in the temp buffer, or in the output buffer where records will be.
+    struct Place {
+        uint64_t offset = 0;
+        bool inOutput = false;
+    };
+    uint64_t inputs, flags, counters, tileStates, parents, tasks, boxes, tempSize;
+    Place origins, keys[2], values[2], binary, costs, order;
 
     Plan(const BuildInputs& in, const BuildOptions& options) {
         requireSupported(in, options);
@@ -138,12 +144,20 @@ private:
         outputSize = alignUp(nodes + uint64_t(maxWide) * sizeof(WideNode), kBlockAlignment);
     }
 
+    // Records are written last; until then, their part of the output is scratch.
     void layOutTemp() {
-        uint64_t offset = 0;
+        uint64_t offset = 0, spare = records;
         const auto place = [&](uint64_t bytes) {
             const uint64_t at = offset;
             offset = alignUp(offset + bytes, 128);
             return at;
+        };
+        const auto placeAnywhere = [&](uint64_t bytes) {
+            if (spare + bytes > nodes)
+                return Place{place(bytes), false};
+            const uint64_t at = spare;
+            spare = alignUp(spare + bytes, 128);
+            return Place{at, true};
         };
         const uint64_t n = maxReferences;
         inputs = place(numInputs * sizeof(DeviceInput) + numSbtRecords);
@@ -153,12 +167,13 @@ private:
         parents = place(n * 4); // and what is set to ones with them
         tasks = place(uint64_t(maxWide) * 8);
         boxes = place(n * sizeof(PrimitiveBox));
-        origins = place((n - numPrimitives) * 4);
-        for (int i = 0; i < 2; ++i) {
-            keys[i] = place(n * 8);
-            values[i] = place(n * 4);
-        }
-        binary = place(n * sizeof(BinaryNode));
+        // What is read while records are written must not lie where they go.
+        origins = {place((n - numPrimitives) * 4), false};
+        values[1] = {place(n * 4), false};
+        keys[0] = {place(n * 8), false};
+        binary = placeAnywhere(n * sizeof(BinaryNode));
+        keys[1] = placeAnywhere(n * 8);
+        values[0] = placeAnywhere(n * 4);
         costs = keys[1];   // free after the sort
         order = values[1]; // and this after the tree
         tempSize = offset;
@@ -274,6 +289,18 @@ constexpr const char* kKernelNames[] = {
     "sunstone_collapse",    "sunstone_retry",         "sunstone_records",
     "sunstone_finish",      "sunstone_compact",       "sunstone_emit"};
 
+std::string describeFailure(uint64_t block, uint32_t failure) {
+    const auto address = reinterpret_cast<const void*>(block);
+    switch (failure) {
+    case kTreeBroken:
+        return message("the build into outputBuffer = ", address,
+                       " came to a tree that cannot be; there is no acceleration structure "
+                       "(an error in Sunstone, or something wrote into the buffers meanwhile)");
+    default:
+        return message("building into outputBuffer = ", address, " failed: ", failure);
+    }
+}
+
 uint32_t blocksFor(uint32_t count, uint32_t threads, uint32_t most) {
     return std::clamp((count + threads - 1) / threads, 1u, most);
 }
@@ -292,11 +319,32 @@ Builder::Builder(const device::cuda::Driver& driver) : driver_(driver) {
           "cuModuleLoadDataEx");
     for (uint32_t i = 0; i < kKernelCount; ++i)
         check(driver_.moduleGetFunction(&kernels_[i], module_, kKernelNames[i]), kKernelNames[i]);
+    // With unified addresses, which every GPU of today has, kernels use the host's pointer.
+    void* report = nullptr;
+    check(driver_.memAllocHost(&report, sizeof(BuildReport)), "cuMemAllocHost");
+    report_ = new (report) BuildReport{};
 }
 
 Builder::~Builder() {
     if (module_)
         driver_.moduleUnload(module_);
+    if (report_)
+        driver_.memFreeHost(report_);
+}
+
+std::vector<std::string> Builder::takeFailures() const {
+    std::vector<std::string> texts;
+    std::lock_guard lock(reportMutex_);
+    for (;;) {
+        const volatile BuildReport::Entry& entry =
+            report_->entries[failuresTold_ % BuildReport::kEntries];
+        const uint32_t number = entry.number;
+        if (number <= failuresTold_)
+            return texts;
+        std::atomic_thread_fence(std::memory_order_acquire);
+        texts.push_back(describeFailure(entry.block, entry.failure));
+        failuresTold_ = number;
+    }
 }
 
 void Builder::check(CUresult result, const char* what) const {
@@ -353,20 +401,22 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.inputs = temp + plan.inputs;
     job.counters = temp + plan.counters;
     job.boxes = temp + plan.boxes;
+    const auto addressOf = [&](Plan::Place p) { return (p.inOutput ? output : temp) + p.offset; };
     for (int i = 0; i < 2; ++i) {
-        job.keys[i] = temp + plan.keys[i];
-        job.values[i] = temp + plan.values[i];
+        job.keys[i] = addressOf(plan.keys[i]);
+        job.values[i] = addressOf(plan.values[i]);
     }
     job.tileStates = temp + plan.tileStates;
-    job.binary = temp + plan.binary;
+    job.binary = addressOf(plan.binary);
     job.parents = temp + plan.parents;
     job.tasks = temp + plan.tasks;
-    job.order = temp + plan.order;
-    job.costs = temp + plan.costs;
+    job.order = addressOf(plan.order);
+    job.costs = addressOf(plan.costs);
+    job.report = bvh::gpu::addressOf(report_);
     job.numInputs = plan.numInputs;
     job.numPrimitives = plan.numPrimitives;
     job.maxReferences = plan.maxReferences;
-    job.origins = temp + plan.origins;
+    job.origins = addressOf(plan.origins);
     job.maxWide = plan.maxWide;
     job.type = plan.type;
     job.searchRadius = 8;

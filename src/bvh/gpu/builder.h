@@ -13,10 +13,14 @@
 #include "device/cuda/driver.h"
 
 #include <cstdint>
+#include <mutex>
+#include <string>
+#include <vector>
 
 namespace sunstone::bvh::gpu {
 
 struct BuildJob;
+struct BuildReport;
 
 // The kernels, loaded into the context that is current when it is made. Calls must be made with the
 // same context current; they may come from any thread.
@@ -44,6 +48,10 @@ public:
     // nothing).
     void emitCompactedSize(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
     void emitBounds(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
+
+    // What kernels of builds that have run meanwhile could not do, in words; each is told once.
+    // Never waits.
+    std::vector<std::string> takeFailures() const;
 
     // For measuring: called after each kernel of later builds is queued, with its name; null ends
     // it.
@@ -80,6 +88,9 @@ private:
     CUmodule module_ = nullptr;
     CUfunction kernels_[kKernelCount] = {};
     uint32_t multiprocessors_ = 1;
+    BuildReport* report_ = nullptr; // page-locked
+    mutable std::mutex reportMutex_;
+    mutable uint32_t failuresTold_ = 0;
     void (*observer_)(void*, const char*) = nullptr;
     void* observerUser_ = nullptr;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The GPU's builder kernels, run on the CPU device, and the GPU's traversal, compiled for the host:
 // every hit must be that of the CPU's engine, to the bit.
+#include "bvh/gpu/job.h"
+#include "bvh/gpu/kernels_ptx.h"
 #include "bvh/gpu/test_device.h"
 
 #include <gtest/gtest.h>
@@ -179,6 +181,61 @@ TEST(GpuBuild, SplitsLongThinTriangles) {
     TriangleInput single = mesh.input();
     single.sbt.flags = &once;
     EXPECT_EQ(buildOnDevice(single, options).header().numLeaves, 400u);
+}
+
+// Builds end whatever the binary tree is like: here one whose nodes are their own children, and one
+// that holds a primitive too many. Kernels are launched as the builder does.
+TEST(GpuBuild, BrokenTreesAreReportedAndNeverWaitedFor) {
+    const auto& driver = Device::get().driver();
+    CUmodule module = nullptr;
+    CUfunction collapse = nullptr, finish = nullptr;
+    ASSERT_EQ(driver.moduleLoadDataEx(&module, builderPtx(), 0, nullptr, nullptr), CUDA_SUCCESS);
+    ASSERT_EQ(driver.moduleGetFunction(&collapse, module, "sunstone_collapse"), CUDA_SUCCESS);
+    ASSERT_EQ(driver.moduleGetFunction(&finish, module, "sunstone_finish"), CUDA_SUCCESS);
+    constexpr uint32_t kCount = 40, kWide = 12;
+    for (bool cyclic : {true, false}) {
+        Buffer output(sizeof(BlockHeader) + 4096, 0), counters(sizeof(Counters), 0),
+            boxes(kCount * 24, 0), binary(kCount * sizeof(BinaryNode), 0), costs(kCount * 8, 0),
+            tasks(kWide * 8, 0xFF), order(kCount * 4, 0), report(sizeof(BuildReport), 0);
+        auto* const nodes = static_cast<BinaryNode*>(binary.data());
+        for (uint32_t i = 0; i < kCount; ++i) { // else a list of primitives, one more each time
+            const uint32_t first = i | 1u << kRefCountShift;
+            nodes[i] = {{0, 0, 0}, cyclic ? i : first, {1, 1, 1}, cyclic ? i : i + 1};
+        }
+        nodes[kCount - 1].right = 1u << kRefCountShift;
+        auto& c = *static_cast<Counters*>(counters.data());
+        c.numActive = c.numActiveReferences = kCount - 5;
+        c.allocated = 1;
+        *static_cast<uint64_t*>(tasks.data()) = 0;
+        BuildJob job{};
+        job.output = output.address();
+        job.counters = counters.address();
+        job.boxes = boxes.address();
+        job.binary = binary.address();
+        job.costs = costs.address();
+        job.tasks = tasks.address();
+        job.order = order.address();
+        job.nodes = output.address() + sizeof(BlockHeader);
+        job.report = report.address();
+        job.numPrimitives = job.maxReferences = kCount;
+        job.maxWide = kWide;
+        job.type = BlockType::kCustom;
+        TreeMode mode = kRadix;
+        void* arguments[] = {&job, &mode};
+        ASSERT_EQ(driver.launchKernel(collapse, 1, 1, 1, 128, 1, 1, 0, nullptr, arguments, nullptr),
+                  CUDA_SUCCESS);
+        ASSERT_EQ(driver.launchKernel(finish, 1, 1, 1, 1, 1, 1, 0, nullptr, arguments, nullptr),
+                  CUDA_SUCCESS);
+        ASSERT_EQ(driver.ctxSynchronize(), CUDA_SUCCESS);
+        const auto& told = *static_cast<const BuildReport*>(report.data());
+        EXPECT_EQ(told.count, 1u);
+        EXPECT_EQ(told.entries[0].number, 1u);
+        EXPECT_EQ(told.entries[0].failure, uint32_t(kTreeBroken));
+        EXPECT_EQ(told.entries[0].block, output.address());
+        EXPECT_EQ(static_cast<const BlockHeader*>(output.data())->magic, 0u);
+    }
+    driver.moduleUnload(module);
+    EXPECT_TRUE(Device::get().builder().takeFailures().empty());
 }
 
 } // namespace

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fourth step: wide nodes. A thread makes one node of a part of the binary tree: it opens the child
 // with the largest area until there are eight, puts them into slots, rounds their boxes and hands
-// inner children on. Task i makes node i; whoever comes first takes the next one, so that no thread
-// waits for one that has not started.
+// inner children on. Task i makes node i; whoever comes first takes the next one. Threads look for
+// their task again and again until it is there, which needs only threads that run already: a task
+// is handed out by one that has been taken up. They stop when all nodes given out are written,
+// which must come to pass whatever the tree is like: there are no more than job.maxWide tasks, and
+// one that has no room for what is below it is given up, with a failure, instead of handing it on.
 #pragma once
 
 #include "bvh/gpu/costs.h"
@@ -262,9 +265,8 @@ SUNSTONE_BUILDER void writeWideNode(const BuildJob& job, uint32_t index, const W
         } else {
             innerMask |= 1u << s;
             meta |= uint64_t(1u << 5 | (24 + s)) << 8 * s;
-            if (childBase + inner < job.maxWide)
-                atomicExch(at<unsigned long long>(job.tasks) + childBase + inner,
-                           uint64_t(depth + 1) << 32 | ref);
+            atomicExch(at<unsigned long long>(job.tasks) + childBase + inner,
+                       uint64_t(depth + 1) << 32 | ref);
             ++inner;
         }
     }
@@ -296,6 +298,14 @@ SUNSTONE_BUILDER uint64_t allocate(Counters& counters, uint32_t nodes, uint32_t 
     return first + (uint64_t(before >> 16) << 32 | (before & 0xFFFFu));
 }
 
+// Nodes are given out by those not yet written, so that equal numbers mean the end; the number
+// written is read first.
+SUNSTONE_BUILDER bool isOver(const Counters& counters) {
+    const uint32_t finished = loadFresh(&counters.finished);
+    __threadfence();
+    return finished == uint32_t(loadFresh(&counters.allocated)) || loadFresh(&counters.failure);
+}
+
 SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob job, TreeMode mode) {
     Counters& counters = countersOf(job);
     const uint32_t numActive = counters.numActiveReferences, lane = laneOf(),
@@ -317,8 +327,7 @@ SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob j
             index < job.maxWide ? loadFresh(at<uint64_t>(job.tasks) + index) : ~0ull;
         const bool ready = task != ~0ull;
         if (!__any_sync(kWholeWarp, ready)) {
-            const uint64_t allocated = loadFresh(&counters.allocated);
-            if (__any_sync(kWholeWarp, uint32_t(allocated >> 32) == numActive))
+            if (__any_sync(kWholeWarp, isOver(counters)))
                 break;
             continue;
         }
@@ -339,10 +348,17 @@ SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob j
         const uint64_t place = allocate(counters, inner, primitives);
         if (ready) {
             const uint32_t depth = uint32_t(task >> 32);
-            writeWideNode(job, index, children, depth, uint32_t(place), uint32_t(place >> 32));
+            if (uint32_t(place) + inner <= job.maxWide &&
+                uint32_t(place >> 32) + primitives <= numActive)
+                writeWideNode(job, index, children, depth, uint32_t(place), uint32_t(place >> 32));
+            else
+                atomicExch(&counters.failure, uint32_t(kTreeBroken));
             deepest = depth > deepest ? depth : deepest;
             hasTicket = false;
         }
+        const uint32_t written = uint32_t(__popc(__ballot_sync(kWholeWarp, ready)));
+        if (lane == 0)
+            atomicAdd(&counters.finished, written);
     }
     if (deepest)
         atomicMax(&counters.depth, deepest);

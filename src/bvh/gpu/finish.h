@@ -74,10 +74,28 @@ SUNSTONE_BUILDER uint64_t compactNodes(const BlockHeader& header) {
     return roundUp(header.recordsOffset + header.numLeaves * recordSize(header.type), 128);
 }
 
+// Tells the host; the entry's number is last.
+SUNSTONE_BUILDER void reportFailure(uint64_t report, uint64_t block, uint32_t failure) {
+    BuildReport& to = *at<BuildReport>(report);
+    const uint32_t before = atomicAdd(&to.count, 1u);
+    BuildReport::Entry& entry = to.entries[before % BuildReport::kEntries];
+    entry.block = block;
+    entry.failure = failure;
+    __threadfence_system();
+    const_cast<volatile uint32_t&>(entry.number) = before + 1;
+}
+
 // The header is complete only with its magic number.
 SUNSTONE_KERNEL sunstone_finish(BuildJob job) {
     BlockHeader& header = *at<BlockHeader>(job.output);
     const Counters& counters = countersOf(job);
+    const uint32_t nodes = uint32_t(counters.allocated);
+    if (counters.failure || counters.finished != nodes ||
+        uint32_t(counters.allocated >> 32) != counters.numActiveReferences) {
+        header.magic = 0;
+        header.usedSize = sizeof(BlockHeader);
+        return reportFailure(job.report, job.output, kTreeBroken);
+    }
     header.numActive = counters.numActive;
     for (int a = 0; a < 3; ++a) {
         const bool any = counters.numActive != 0;

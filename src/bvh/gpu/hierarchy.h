@@ -224,6 +224,7 @@ SUNSTONE_KERNEL sunstone_retry(BuildJob job) {
         at<uint64_t>(job.tasks)[i] = ~0ull;
     if (globalThread() == 0) {
         counters.tooDeep = 1;
+        counters.finished = 0;
         counters.nextNode = 0;
         counters.nextTask = 0;
     }

@@ -330,16 +330,46 @@ TEST(GpuInputs, BuffersMustDo) {
     EXPECT_EQ(Device::get().driver().ctxSynchronize(), CUDA_SUCCESS);
 }
 
+// Scratch memory of at most 100 bytes a primitive whatever the flags; output of one reference for
+// each primitive 80 bytes, of two (PREFER_FAST_TRACE) twice as much.
 TEST(GpuInputs, MemoryIsWithinThePromise) {
-    TriangleInput in;
-    in.numVertices = 3;
-    in.indexFormat = IndexFormat::kUint3;
-    in.numTriangles = 2000000;
-    BuildInputs inputs;
-    inputs.triangles = {&in, 1};
-    const MemoryUsage usage = Builder::computeMemoryUsage(inputs, {});
-    EXPECT_LE(usage.temp, 100u * in.numTriangles);
-    EXPECT_LE(usage.output, 80u * in.numTriangles);
+    for (uint32_t count : {10000u, 2000000u, (1u << 29) - 1}) {
+        for (uint32_t bits = 0; bits < 16; ++bits) {
+            BuildOptions options;
+            options.preferFastTrace = bits & 1;
+            options.preferFastBuild = bits & 2;
+            options.allowUpdate = bits & 4;
+            options.allowRandomVertexAccess = bits & 8;
+            SCOPED_TRACE("count " + std::to_string(count) + " options " + std::to_string(bits));
+            // Besides what counts with the primitives there are counters and alignment.
+            const uint64_t fixed = 24u << 10;
+            TriangleInput triangles;
+            triangles.numVertices = 3;
+            triangles.indexFormat = IndexFormat::kUint3;
+            triangles.numTriangles = count;
+            BuildInputs inputs;
+            inputs.triangles = {&triangles, 1};
+            MemoryUsage usage = Builder::computeMemoryUsage(inputs, options);
+            const uint64_t parts = options.preferFastTrace && !options.allowUpdate ? 2 : 1;
+            EXPECT_LE(usage.temp, 100ull * count + fixed);
+            EXPECT_LE(usage.output, (80 * parts) * count + fixed);
+            EXPECT_LE(usage.tempUpdate, 100ull * count + fixed);
+            CustomInput customs;
+            customs.numPrimitives = count;
+            inputs = {};
+            inputs.customs = {&customs, 1};
+            usage = Builder::computeMemoryUsage(inputs, options);
+            EXPECT_LE(usage.temp, 100ull * count + fixed);
+            EXPECT_LE(usage.tempUpdate, 100ull * count + fixed);
+            InstanceInput instances;
+            instances.numInstances = count;
+            inputs = {};
+            inputs.instances = &instances;
+            usage = Builder::computeMemoryUsage(inputs, options);
+            EXPECT_LE(usage.temp, 100ull * count + fixed);
+            EXPECT_LE(usage.tempUpdate, 100ull * count + fixed);
+        }
+    }
 }
 
 } // namespace

@@ -53,6 +53,23 @@ struct DeviceInput {
 // Bins of the priorities by which triangles are split: exponent and three bits of mantissa.
 constexpr uint32_t kSplitBins = 2048;
 
+// What only an error in these kernels can bring about; the structure is then none (no magic
+// number), and the host is told through a BuildReport.
+enum BuildFailure : uint32_t { kNoFailure, kTreeBroken };
+
+// In memory of the host that kernels write: failures one after the other, in a ring.
+struct BuildReport {
+    struct Entry {
+        uint64_t block;
+        uint32_t failure;
+        uint32_t number; // counted from 1; written last
+    };
+    static constexpr uint32_t kEntries = 16;
+    uint32_t count;
+    uint32_t pad[3];
+    Entry entries[kEntries];
+};
+
 // Zeroed before the build.
 struct Counters {
     uint32_t numActive;
@@ -69,7 +86,9 @@ struct Counters {
     uint32_t numReferences; // primitives, and further parts of those that were split
     uint32_t numActiveReferences;
     float splitFactor;
-    uint32_t pad;
+    uint32_t finished; // wide nodes written
+    uint32_t failure;  // BuildFailure
+    uint32_t pad[3];
     uint32_t splitBins[kSplitBins]; // how many triangles have a priority
 };
 
@@ -81,6 +100,7 @@ struct Counters {
 enum TreeMode : uint32_t { kClustered, kRadix, kRadixByLevel };
 
 struct BuildJob {
+    uint64_t report; // BuildReport
     uint64_t output, compacted;
     uint64_t inputRecords, table, instances, records, nodes; // in the output; table: or 0
     uint64_t inputs;                                         // DeviceInput[]
