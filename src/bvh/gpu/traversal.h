@@ -214,38 +214,46 @@ struct Traversal {
     __attribute__((always_inline)) bool run(Programs& programs, Ray& ray, U2* stack, Level* levels,
                                             Policy policy) {
         for (;;) {
-            if (inner.bits > 0x00FFFFFFu) {
-                const uint32_t bit = 31 - uint32_t(__builtin_clz(inner.bits));
-                const uint32_t slot = (bit - 24) ^ (box.octant & 7u);
-                const uint32_t child =
-                    inner.base + uint32_t(__builtin_popcount(inner.bits & 0xFFu & ~(~0u << slot)));
-                inner.bits &= ~(1u << bit);
-                if (inner.bits > 0x00FFFFFFu)
-                    push(stack, inner);
-                testNode(nodes + uint64_t(child) * (sizeof(WideNode) / 16), ray.origin, box,
-                         larger(ray.tmin, 0.0f), ray.tmax, inner, leaf);
-            } else {
-                leaf = inner;
-                inner.bits = 0;
-            }
-            while (leaf.bits != 0) {
-                const uint32_t place = uint32_t(__builtin_ctz(leaf.bits));
-                leaf.bits &= leaf.bits - 1;
-                if (visit(programs, ray, leaf.base + place, stack, levels))
-                    return true;
-            }
-            while (inner.bits <= 0x00FFFFFFu) {
-                if (top == 0)
-                    return true;
-                const U2 entry = stack[--top];
-                inner = {entry.x, entry.y};
-                if (!Programs::kInstances || entry.y != 0)
-                    break;
-                leaveSpace(programs, ray, levels);
-            }
+            if (step(programs, ray, stack, levels))
+                return true;
             if (policy.stop())
                 return false;
         }
+    }
+
+    // Visits one node, or what is left of a leaf, and the primitives found there. True at the end.
+    __attribute__((always_inline)) bool step(Programs& programs, Ray& ray, U2* stack,
+                                             Level* levels) {
+        if (inner.bits > 0x00FFFFFFu) {
+            const uint32_t bit = 31 - uint32_t(__builtin_clz(inner.bits));
+            const uint32_t slot = (bit - 24) ^ (box.octant & 7u);
+            const uint32_t child =
+                inner.base + uint32_t(__builtin_popcount(inner.bits & 0xFFu & ~(~0u << slot)));
+            inner.bits &= ~(1u << bit);
+            if (inner.bits > 0x00FFFFFFu)
+                push(stack, inner);
+            testNode(nodes + uint64_t(child) * (sizeof(WideNode) / 16), ray.origin, box,
+                     larger(ray.tmin, 0.0f), ray.tmax, inner, leaf);
+        } else {
+            leaf = inner;
+            inner.bits = 0;
+        }
+        while (leaf.bits != 0) {
+            const uint32_t place = uint32_t(__builtin_ctz(leaf.bits));
+            leaf.bits &= leaf.bits - 1;
+            if (visit(programs, ray, leaf.base + place, stack, levels))
+                return true;
+        }
+        while (inner.bits <= 0x00FFFFFFu) {
+            if (top == 0)
+                return true;
+            const U2 entry = stack[--top];
+            inner = {entry.x, entry.y};
+            if (!Programs::kInstances || entry.y != 0)
+                break;
+            leaveSpace(programs, ray, levels);
+        }
+        return false;
     }
 
 private:

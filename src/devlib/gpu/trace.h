@@ -265,6 +265,34 @@ struct Tracer : Candidates {
 
 enum class Found : uint32_t { kNothing, kHit, kSilentHit };
 
+// Makes both ready for the ray that the state asks for.
+template <class Programs>
+SUNSTONE_DEVICE void prepare(RayState* state, Programs& tracer, walk::Ray& ray) {
+    tracer.state = state;
+    tracer.rayFlags = state->rayFlags;
+    tracer.transforms = tracer.ownTransforms;
+    tracer.bestTransforms = tracer.ownBest;
+    if (tagOf(state->handle) == kTagGas)
+        tracer.gas = state->handle;
+    for (int i = 0; i < 3; ++i) {
+        ray.origin[i] = state->worldOrigin[i];
+        ray.direction[i] = state->worldDirection[i];
+    }
+    ray.tmin = state->tmin;
+    ray.tmax = state->tmax;
+}
+
+// What the walk has found; a hit that programs will see moves into the state.
+template <class Programs>
+SUNSTONE_DEVICE Found conclude(Programs& tracer, const walk::Ray& ray, uint32_t& group) {
+    if (!tracer.found)
+        return Found::kNothing;
+    if (tracer.rayFlags & kRayDisableClosestHit)
+        return Found::kSilentHit;
+    group = tracer.commit(ray.tmax);
+    return Found::kHit;
+}
+
 // Walks the graph; the frame is gone while closest-hit and miss programs run, which may trace
 // themselves.
 template <bool kWithCustoms, unsigned kMaxLevels>
@@ -272,30 +300,14 @@ template <bool kWithCustoms, unsigned kMaxLevels>
     using Programs = Tracer<kWithCustoms, kMaxLevels>;
     using Walk = walk::Traversal<Programs>;
     Programs tracer;
-    tracer.state = state;
-    tracer.rayFlags = state->rayFlags;
-    tracer.transforms = tracer.ownTransforms;
-    tracer.bestTransforms = tracer.ownBest;
-    if (tagOf(state->handle) == kTagGas)
-        tracer.gas = state->handle;
     walk::Ray ray;
-    for (int i = 0; i < 3; ++i) {
-        ray.origin[i] = state->worldOrigin[i];
-        ray.direction[i] = state->worldDirection[i];
-    }
-    ray.tmin = state->tmin;
-    ray.tmax = state->tmax;
+    prepare(state, tracer, ray);
     Walk walker;
     walk::U2 stack[Walk::kStackSize];
     walk::Level levels[kMaxLevels + 1];
     if (walker.start(tracer, ray, state->handle, levels))
         walker.run(tracer, ray, stack, levels, walk::RunToEnd());
-    if (!tracer.found)
-        return Found::kNothing;
-    if (state->rayFlags & kRayDisableClosestHit)
-        return Found::kSilentHit;
-    group = tracer.commit(ray.tmax);
-    return Found::kHit;
+    return conclude(tracer, ray, group);
 }
 
 SUNSTONE_DEVICE void runMiss(RayState* state) {
@@ -320,24 +332,35 @@ SUNSTONE_DEVICE Found findInGraph(RayState* state, uint32_t& group) {
     }
 }
 
-extern "C" [[gnu::noinline]] void sunstone_gpu_trace(RayState* state) {
-    if (state->depth > state->launch->maxTraceDepth) {
-        if (sunstone_gpu_exceptionFlags & kFlagTraceDepth) {
-            state->hit.transformCount = 0;
-            raise(state, kExceptionTraceDepth);
-        }
-        return;
-    }
-    const float tmax = state->tmax;
-    uint32_t group = 0;
-    const Found found = sunstone_gpu_hasIntersection ? findInGraph<true>(state, group)
-                                                     : findInGraph<false>(state, group);
+// The programs at the end of a ray. `tmax`: the ray's own.
+SUNSTONE_DEVICE void runPrograms(RayState* state, Found found, uint32_t group, float tmax) {
     if (found == Found::kHit) {
         sunstone_gpu_closestHit(state, group);
     } else if (found == Found::kNothing) {
         state->tmax = tmax;
         runMiss(state);
     }
+}
+
+// Whether the ray may be traced; else it ends without any program.
+SUNSTONE_DEVICE bool withinDepth(RayState* state) {
+    if (state->depth <= state->launch->maxTraceDepth)
+        return true;
+    if (sunstone_gpu_exceptionFlags & kFlagTraceDepth) {
+        state->hit.transformCount = 0;
+        raise(state, kExceptionTraceDepth);
+    }
+    return false;
+}
+
+extern "C" [[gnu::noinline]] void sunstone_gpu_trace(RayState* state) {
+    if (!withinDepth(state))
+        return;
+    const float tmax = state->tmax;
+    uint32_t group = 0;
+    const Found found = sunstone_gpu_hasIntersection ? findInGraph<true>(state, group)
+                                                     : findInGraph<false>(state, group);
+    runPrograms(state, found, group, tmax);
 }
 
 extern "C" [[gnu::noinline]] uint32_t sunstone_gpu_report(RayState* state, float t, uint32_t kind) {
