@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the host knows of a build before it: counts, places in the caller's buffers, and the bytes
+// that kernels find there. A new kind of primitives adds its counts, the size of its records and
+// what describes its inputs here.
+#pragma once
+
+#include "bvh/build_parts.h"
+#include "bvh/gpu/job.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace sunstone::bvh::gpu {
+
+inline uint64_t addressOf(const void* pointer) {
+    return reinterpret_cast<uint64_t>(pointer);
+}
+
+struct Plan {
+    BlockType type;
+    uint32_t numInputs = 1, numPrimitives = 0, maxReferences, maxWide, tiles;
+    uint32_t numSbtRecords = 0;
+    // Of the output.
+    uint64_t table = 0, instances = 0, records, nodes, outputSize;
+    // Scratch: places in the temp buffer, or in the output buffer where records will be.
+    struct Place {
+        uint64_t offset = 0;
+        bool inOutput = false;
+    };
+    uint64_t inputs, flags, counters, tileStates, parents, tasks, boxes, tempSize;
+    Place origins, keys[2], values[2], binary, costs, order;
+
+    // Throws Error(kInvalidValue) or Error(kNotSupported) as Builder::computeMemoryUsage says.
+    Plan(const BuildInputs& in, const BuildOptions& options);
+
+    const SbtInput& sbtOf(const BuildInputs& in, uint32_t i) const;
+    uint32_t countOf(const BuildInputs& in, uint32_t i) const;
+
+private:
+    void count(const BuildInputs& in);
+    void countReferences(const BuildOptions& options);
+    void layOutOutput(const BuildOptions& options);
+    void layOutTemp();
+};
+
+// What the host writes into the buffers before kernels run: the header and records of the inputs
+// into the output, DeviceInput[] and geometry flags into the temp buffer, which will be at
+// `tempBase`.
+struct Uploads {
+    std::vector<uint8_t> output, temp;
+
+    Uploads(const BuildInputs& in, const BuildOptions& options, const Plan& plan,
+            uint64_t tempBase);
+};
+
+} // namespace sunstone::bvh::gpu
