@@ -240,6 +240,37 @@ Mesh makeRock(uint32_t triangles) {
     return m;
 }
 
+Mesh makeLeaves(uint32_t triangles) {
+    Mesh m;
+    m.name = "leaves";
+    for (uint32_t i = 0; i < std::max(1u, triangles / 2); ++i) {
+        const V center = {random(i, 1) * 100 - 50, random(i, 2) * 20, random(i, 3) * 100 - 50};
+        const V u = randomUnit(i, 20) * 0.8f;
+        const V v = unit(cross(u, randomUnit(i, 21) + V{1e-3f, 0, 0})) * 0.5f;
+        const V corner = center - (u + v) * 0.5f;
+        add(m, corner);
+        add(m, corner + u);
+        add(m, corner + u + v);
+        add(m, corner + v);
+        add(m, 4 * i, 4 * i + 1, 4 * i + 2);
+        add(m, 4 * i, 4 * i + 2, 4 * i + 3);
+    }
+    m.aoRadius = 5;
+    lookOverSlab(m);
+    return m;
+}
+
+std::vector<float> makeBalls(uint32_t count, Mesh& view) {
+    std::vector<float> balls;
+    for (uint32_t i = 0; i < count; ++i)
+        balls.insert(balls.end(), {random(i, 1) * 2 - 1, random(i, 2) * 2 - 1,
+                                   random(i, 3) * 2 - 1, 0.002f + 0.008f * random(i, 4)});
+    look(view, {-2.2f, 1.3f, -2.6f}, {0, 0, 0});
+    view.fovDegrees = 50;
+    view.aoRadius = 0.2f;
+    return balls;
+}
+
 void lookOverSlab(Mesh& mesh) {
     look(mesh, {-70, 40, -70}, {0, 8, 0});
 }

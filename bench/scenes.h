@@ -67,6 +67,13 @@ Mesh makeRock(uint32_t triangles);
 // random rotations, uniform scales from 0.4 to 1.2; neighbours overlap.
 std::vector<float> scatter(uint32_t count);
 
+// Leaves over the slab, about `triangles` of them in pairs: each pair is a square whose corners are
+// (0, 0), (1, 0), (1, 1) and (0, 0), (1, 1), (0, 1) in its own coordinates.
+Mesh makeLeaves(uint32_t triangles);
+
+// Centre and radius of `count` small spheres in a cube; `view` gets a camera that sees them.
+std::vector<float> makeBalls(uint32_t count, Mesh& view);
+
 // A camera that looks over the slab.
 void lookOverSlab(Mesh& mesh);
 

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of bench_gpu. Each adds to the measurements what it finds.
+#pragma once
+
+#include "measurements.h"
+#include "optix_setup.h"
+
+#include <string>
+
+namespace bench {
+
+struct Settings {
+    std::string hits; // prefix of files that carry results from the first library to the second
+    std::string json; // where the measurements go; empty: nowhere
+    std::string label = "sunstone";
+    std::string cache; // folder of OptiX's disk cache, for compile times
+    double scale = 1;  // of the number of primitives
+    unsigned width = 1920, height = 1080, repeats = 10;
+};
+
+// Builds a scene with every preference, then shoots rays at it.
+void benchWorld(OptixDeviceContext context, const std::string& name, const Settings& settings,
+                Measurements& measurements);
+// Frames of the samples' path tracer.
+void benchPathTracer(OptixDeviceContext context, const Settings& settings,
+                     Measurements& measurements);
+// PTX to pipeline. `name` is "compile cold" or "compile cached"; which it is lies with the folder
+// of the cache and whether an earlier process has filled it.
+void benchCompile(OptixDeviceContext context, const std::string& name, const Settings& settings,
+                  Measurements& measurements);
+
+// The file that carries an array from the first library to the second. Returns whether it was
+// there; else it is written with `mine`.
+bool exchange(const Settings& settings, const std::string& name, void* mine, size_t size,
+              void* theirs);
+
+} // namespace bench

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scenes of bench_gpu: what they are made of, their acceleration structures and the programs
+// that trace them.
+#pragma once
+
+#include "../scenes.h"
+#include "optix_setup.h"
+#include "programs.h"
+
+#include <memory>
+
+namespace bench {
+
+enum class WorldKind { kTriangles, kLeaves, kInstances, kSpheres };
+
+// A scene in host memory.
+struct World {
+    std::string name;
+    WorldKind kind = WorldKind::kTriangles;
+    Mesh mesh;                   // with the camera; empty for spheres
+    std::vector<float> matrices; // of instances: rows of 3 x 4
+    std::vector<float> spheres;  // centres and radii
+    unsigned buildFlags = 0;     // of the structure that rays meet
+
+    uint32_t count() const; // of triangles, instances or spheres
+    // Where the ray met the scene, with a normal.
+    Surfel surfel(const Ray& ray, const GpuHit& hit) const;
+};
+
+// `scale`: of the number of primitives; 1 is what the tables show.
+const std::vector<std::string>& worldNames();
+World makeWorld(const std::string& name, double scale);
+
+// A structure in memory of its own, compacted if its flags allow that.
+struct Built {
+    OptixTraversableHandle handle = 0;
+    DeviceBuffer memory;
+    OptixAccelBufferSizes sizes = {};
+    uint64_t compactedSize = 0;
+    double milliseconds = 0; // the fastest of the builds
+};
+
+// A world's data on the device.
+class DeviceWorld {
+public:
+    DeviceWorld(OptixDeviceContext context, const World& world);
+
+    // Builds `repeats` times.
+    Built build(unsigned flags, int repeats);
+    const DeviceBuffer& spheres() const { return spheres_; }
+
+private:
+    void describeTriangles(const World& world);
+    void describeInstances(OptixDeviceContext context, const World& world);
+    void describeSpheres(const World& world);
+
+    OptixDeviceContext context_;
+    DeviceBuffer vertices_, indices_, boxes_, spheres_, instances_;
+    CUdeviceptr address_ = 0;
+    unsigned flags_ = OPTIX_GEOMETRY_FLAG_NONE;
+    OptixBuildInput input_ = {};
+    std::unique_ptr<DeviceWorld> child_; // what instances show
+    Built childStructure_;
+};
+
+enum class RayQuery { kClosest, kAny };
+
+// The pipeline for a kind of world.
+class Tracer {
+public:
+    Tracer(OptixDeviceContext context, WorldKind kind);
+
+    // Uploads what a series of launches needs.
+    void prepare(const GpuRaysParams& params);
+    // Queues a launch on the default stream.
+    void queue(RayQuery query, size_t count);
+
+private:
+    Program program_;
+    OptixPipeline pipeline_ = nullptr;
+    DeviceBuffer records_, params_;
+    OptixShaderBindingTable table_ = {};
+};
+
+// Milliseconds of the fastest of several repetitions, by events on the default stream; slow work is
+// repeated less often, but at least twice.
+double fastest(int repeats, const std::function<void()>& work);
+
+} // namespace bench
