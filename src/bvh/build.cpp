@@ -498,33 +498,19 @@ void requireInstances(const Plan& plan) {
 
 // Whether the inputs of an update are those of the build but for buffers.
 void checkInputRecords(const BuildInputs& inputs, const Plan& plan, const BlockHeader& header) {
-    const auto* records = reinterpret_cast<const InputRecord*>(
-        reinterpret_cast<const uint8_t*>(&header) + header.inputsOffset);
+    std::vector<InputRecord> now;
     uint32_t firstSbt = 0, firstPrimitive = 0;
     for (uint32_t i = 0; i < plan.numInputs; ++i) {
         const bool triangles = plan.type == BlockType::kTriangles;
         const SbtInput& sbt = plan.sbtOf(inputs, i);
         const uint32_t count = plan.countOf(inputs, i);
-        const InputRecord now = makeInputRecord(sbt, firstSbt, firstPrimitive, count,
-                                                triangles ? &inputs.triangles[i] : nullptr);
-        const InputRecord& then = records[i];
-        const auto require = [&](const char* what, uint32_t a, uint32_t b) {
-            if (a != b)
-                fail(Code::kInvalidValue, "build input ", i, " of an update: ", what, " = ", a,
-                     ", in the build it was ", b);
-        };
-        require("number of primitives", now.numPrimitives, then.numPrimitives);
-        require("number of vertices", now.numVertices, then.numVertices);
-        require("vertex format", now.formats >> 16, then.formats >> 16);
-        require("index format", now.formats & 0xFFFF, then.formats & 0xFFFF);
-        require("numSbtRecords", now.numSbtRecords, then.numSbtRecords);
-        require("primitiveIndexOffset", now.primitiveIndexOffset, then.primitiveIndexOffset);
-        if (now.flagsHash != then.flagsHash)
-            fail(Code::kInvalidValue, "build input ", i,
-                 " of an update: geometry flags are not those of the build");
+        now.push_back(makeInputRecord(sbt, firstSbt, firstPrimitive, count,
+                                      triangles ? &inputs.triangles[i] : nullptr));
         firstSbt += sbt.numSbtRecords;
         firstPrimitive += count;
     }
+    checkSameInputs(now, reinterpret_cast<const InputRecord*>(
+                             reinterpret_cast<const uint8_t*>(&header) + header.inputsOffset));
 }
 
 const BlockHeader& checkedHeader(const void* block) {
@@ -579,26 +565,58 @@ void build(const BuildInputs& inputs, const BuildOptions& options, void* temp, s
     });
 }
 
+void checkSameShape(const BlockHeader& header, const BlockHeader& wanted) {
+    if (!(header.options & kOptionUpdate) || !(wanted.options & kOptionUpdate))
+        fail(Code::kInvalidValue, "an update needs ALLOW_UPDATE, in the build and now");
+    if (header.options != wanted.options)
+        fail(Code::kInvalidValue, "an update has other build flags than the build: ",
+             wanted.options, ", not ", header.options);
+    if (kindOf(header.type) != kindOf(wanted.type))
+        fail(Code::kInvalidValue, "an update has another type of build inputs than the build");
+    if (header.motionKeys != wanted.motionKeys)
+        fail(Code::kInvalidValue, "an update has ", wanted.motionKeys,
+             " motion keys, the build had ", header.motionKeys);
+    if (wanted.motionKeys > 1 &&
+        (header.motionFlags != wanted.motionFlags || header.motionBegin != wanted.motionBegin ||
+         header.motionEnd != wanted.motionEnd))
+        fail(Code::kInvalidValue, "an update has another motion range than the build");
+    if (header.numInputs != wanted.numInputs || header.numPrimitives != wanted.numPrimitives)
+        fail(Code::kInvalidValue, "an update has ", wanted.numInputs, " build inputs with ",
+             wanted.numPrimitives, " primitives, the build had ", header.numInputs, " with ",
+             header.numPrimitives);
+}
+
 void checkSameShape(const BlockHeader& header, const BuildOptions& options, BlockType type,
                     uint32_t keys, uint32_t numInputs, uint32_t numPrimitives) {
-    if (!(header.options & kOptionUpdate) || !options.allowUpdate)
-        fail(Code::kInvalidValue, "an update needs ALLOW_UPDATE, in the build and now");
-    if (header.options != optionBits(options))
-        fail(Code::kInvalidValue, "an update has other build flags than the build: ",
-             optionBits(options), ", not ", header.options);
-    if (kindOf(header.type) != type)
-        fail(Code::kInvalidValue, "an update has another type of build inputs than the build");
-    if (header.motionKeys != keys)
-        fail(Code::kInvalidValue, "an update has ", keys, " motion keys, the build had ",
-             header.motionKeys);
-    if (keys > 1 && (header.motionFlags != options.motion.flags ||
-                     header.motionBegin != options.motion.begin ||
-                     header.motionEnd != options.motion.end))
-        fail(Code::kInvalidValue, "an update has another motion range than the build");
-    if (header.numInputs != numInputs || header.numPrimitives != numPrimitives)
-        fail(Code::kInvalidValue, "an update has ", numInputs, " build inputs with ",
-             numPrimitives, " primitives, the build had ", header.numInputs, " with ",
-             header.numPrimitives);
+    BlockHeader wanted{};
+    wanted.options = optionBits(options);
+    wanted.type = type;
+    wanted.motionKeys = keys;
+    wanted.motionFlags = options.motion.flags;
+    wanted.motionBegin = options.motion.begin;
+    wanted.motionEnd = options.motion.end;
+    wanted.numInputs = numInputs;
+    wanted.numPrimitives = numPrimitives;
+    checkSameShape(header, wanted);
+}
+
+void checkSameInputs(std::span<const InputRecord> now, const InputRecord* then) {
+    for (size_t i = 0; i < now.size(); ++i) {
+        const auto require = [&](const char* what, uint32_t a, uint32_t b) {
+            if (a != b)
+                fail(Code::kInvalidValue, "build input ", i, " of an update: ", what, " = ", a,
+                     ", in the build it was ", b);
+        };
+        require("number of primitives", now[i].numPrimitives, then[i].numPrimitives);
+        require("number of vertices", now[i].numVertices, then[i].numVertices);
+        require("vertex format", now[i].formats >> 16, then[i].formats >> 16);
+        require("index format", now[i].formats & 0xFFFF, then[i].formats & 0xFFFF);
+        require("numSbtRecords", now[i].numSbtRecords, then[i].numSbtRecords);
+        require("primitiveIndexOffset", now[i].primitiveIndexOffset, then[i].primitiveIndexOffset);
+        if (now[i].flagsHash != then[i].flagsHash)
+            fail(Code::kInvalidValue, "build input ", i,
+                 " of an update: geometry flags are not those of the build");
+    }
 }
 
 void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const void* output,

@@ -5,6 +5,8 @@
 #include "bvh/build.h"
 #include "bvh/layout.h"
 
+#include <span>
+
 namespace sunstone::bvh {
 
 constexpr uint32_t kMaxPrimitives = 1u << 30;
@@ -26,7 +28,11 @@ void checkBuffer(const char* name, const void* buffer, size_t size, size_t neede
 
 // Throws Error(kInvalidValue) unless a structure with this header may be updated from inputs of
 // this shape.
+void checkSameShape(const BlockHeader& header, const BlockHeader& wanted);
 void checkSameShape(const BlockHeader& header, const BuildOptions& options, BlockType type,
                     uint32_t keys, uint32_t numInputs, uint32_t numPrimitives);
+
+// The same for the records of its build inputs, as they are now and were in the build.
+void checkSameInputs(std::span<const InputRecord> now, const InputRecord* then);
 
 } // namespace sunstone::bvh

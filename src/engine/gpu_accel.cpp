@@ -57,24 +57,28 @@ const bvh::gpu::Builder& GpuBackend::builder() {
 
 bvh::MemoryUsage GpuBackend::accelMemory(const bvh::BuildInputs& inputs,
                                          const bvh::BuildOptions& options) {
-    bvh::MemoryUsage usage = bvh::gpu::Builder::computeMemoryUsage(inputs, options);
-    if (!options.allowUpdate)
-        usage.tempUpdate = 0;
-    return usage;
+    return bvh::gpu::Builder::computeMemoryUsage(inputs, options);
+}
+
+// Kernels cannot return errors; the log of whichever context comes next hears of them.
+void GpuBackend::tellOfBuilds(const Context& context) {
+    if (!context.log)
+        return;
+    for (const std::string& failure : builder().takeFailures())
+        context.log(LogLevel::kError, "ACCEL", failure);
 }
 
 uint64_t GpuBackend::buildAccel(const ContextPtr& context, AccelBuild request) {
-    if (request.update)
-        fail(Code::kNotSupported,
-             "updates of acceleration structures are not available on GPUs yet");
     ContextScope scope(device_.context());
     const auto stream = CUstream(request.stream);
     const auto output = CUdeviceptr(request.output);
     const bvh::BuildInputs inputs = request.inputs->view();
     if (request.rules && inputs.instances && context->log)
         warnOfBrokenRule(*context, HostInstances(*inputs.instances, stream).input, *request.rules);
-    builder().build(stream, inputs, request.options, CUdeviceptr(request.temp), request.tempSize,
-                    output, request.outputSize);
+    tellOfBuilds(*context);
+    const auto run = request.update ? &bvh::gpu::Builder::update : &bvh::gpu::Builder::build;
+    (builder().*run)(stream, inputs, request.options, CUdeviceptr(request.temp), request.tempSize,
+                     output, request.outputSize);
     for (const AccelEmit& emit : request.emit) {
         const auto to = CUdeviceptr(emit.destination);
         if (emit.kind == AccelEmit::kCompactedSize)
@@ -87,7 +91,7 @@ uint64_t GpuBackend::buildAccel(const ContextPtr& context, AccelBuild request) {
 
 // As on the CPU the call waits for the stream, so that what is wrong with the structure or the
 // buffer is an error of this call.
-uint64_t GpuBackend::compactAccel(const ContextPtr&, void* stream, uint64_t handle,
+uint64_t GpuBackend::compactAccel(const ContextPtr& context, void* stream, uint64_t handle,
                                   void* destination, size_t destinationSize) {
     ContextScope scope(device_.context());
     const devlib::HandleTag tag = devlib::tagOf(handle);
@@ -102,6 +106,7 @@ uint64_t GpuBackend::compactAccel(const ContextPtr&, void* stream, uint64_t hand
         refuse();
     SUNSTONE_CU(memcpyDtoHAsync, &header, source, sizeof(header), CUstream(stream));
     SUNSTONE_CU(streamSynchronize, CUstream(stream));
+    tellOfBuilds(*context);
     const bool instances = header.type == bvh::BlockType::kInstances;
     if (header.magic != bvh::gpu::kGpuBlockMagic || instances != (tag == devlib::kTagIas))
         refuse();

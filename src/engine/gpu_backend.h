@@ -46,6 +46,7 @@ public:
                            std::vector<const void*> arrays) override;
 
 private:
+    void tellOfBuilds(const Context& context);
     const bvh::gpu::Builder& builder(); // made when first asked for, as its kernels are
 
     device::cuda::GpuDevice device_;

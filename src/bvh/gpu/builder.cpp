@@ -23,11 +23,13 @@ void requireBuffer(const char* name, CUdeviceptr buffer, size_t size, size_t nee
 }
 
 constexpr const char* kKernelNames[] = {
-    "sunstone_references",  "sunstone_split_measure", "sunstone_split_choose",
-    "sunstone_split_count", "sunstone_split_sum",     "sunstone_split",
-    "sunstone_codes",       "sunstone_sort",          "sunstone_hierarchy",
-    "sunstone_collapse",    "sunstone_retry",         "sunstone_records",
-    "sunstone_finish",      "sunstone_compact",       "sunstone_emit"};
+    "sunstone_references",   "sunstone_split_measure", "sunstone_split_choose",
+    "sunstone_split_count",  "sunstone_split_sum",     "sunstone_split",
+    "sunstone_codes",        "sunstone_sort",          "sunstone_hierarchy",
+    "sunstone_collapse",     "sunstone_retry",         "sunstone_records",
+    "sunstone_finish",       "sunstone_update_check",  "sunstone_update_records",
+    "sunstone_update_links", "sunstone_update_nodes",  "sunstone_update_finish",
+    "sunstone_compact",      "sunstone_emit"};
 
 std::string describeFailure(uint64_t block, uint32_t failure) {
     const auto address = reinterpret_cast<const void*>(block);
@@ -36,6 +38,10 @@ std::string describeFailure(uint64_t block, uint32_t failure) {
         return message("the build into outputBuffer = ", address,
                        " came to a tree that cannot be; there is no acceleration structure "
                        "(an error in Sunstone, or something wrote into the buffers meanwhile)");
+    case kNotThatStructure:
+        return message("the update of outputBuffer = ", address,
+                       " did nothing: there is no acceleration structure that was built with "
+                       "ALLOW_UPDATE, these build flags and inputs of this shape");
     default:
         return message("building into outputBuffer = ", address, " failed: ", failure);
     }
@@ -98,7 +104,7 @@ void Builder::check(CUresult result, const char* what) const {
 
 MemoryUsage Builder::computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& options) {
     const Plan plan(inputs, options);
-    return {plan.outputSize, plan.tempSize, kUpdateTempSize};
+    return {plan.outputSize, plan.tempSize, options.allowUpdate ? UpdatePlan(plan).tempSize : 0};
 }
 
 void Builder::launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
@@ -116,7 +122,7 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     const Plan plan(inputs, options);
     requireBuffer("temp", temp, tempSize, plan.tempSize);
     requireBuffer("output", output, outputSize, plan.outputSize);
-    const Uploads uploads(inputs, options, plan, temp);
+    const Uploads uploads(inputs, options, plan, temp + plan.flags);
     // Pageable memory: the driver has copied it when the calls return.
     check(driver_.memcpyHtoDAsync(output, uploads.output.data(), uploads.output.size(), stream),
           "cuMemcpyHtoDAsync");
@@ -161,6 +167,7 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.type = plan.type;
     job.searchRadius = 8;
     job.primitiveCost = 0.3f;
+    job.keepInactive = options.allowUpdate;
     queueKernels(stream, job, options.preferFastBuild);
 }
 
@@ -193,6 +200,71 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
         launch(kRecords, stream, blocksFor(n, 256, most * 4), 256, arguments);
     }
     launch(kFinish, stream, 1, 1, arguments);
+}
+
+void Builder::checkUpdate(CUdeviceptr output, size_t outputSize,
+                          const std::vector<uint8_t>& expected) const {
+    std::vector<uint8_t> found(expected.size());
+    check(driver_.memcpyDtoH(found.data(), output, found.size()), "cuMemcpyDtoH");
+    const auto& is = *reinterpret_cast<const BlockHeader*>(found.data());
+    const auto& wanted = *reinterpret_cast<const BlockHeader*>(expected.data());
+    if (is.magic != kGpuBlockMagic || is.version != kBlockVersion ||
+        is.inputsOffset != wanted.inputsOffset)
+        fail(Code::kInvalidValue,
+             "an update needs an acceleration structure in the output buffer at ",
+             reinterpret_cast<const void*>(output));
+    checkSameShape(is, wanted);
+    requireBuffer("output", output, outputSize, is.usedSize);
+    checkSameInputs({reinterpret_cast<const InputRecord*>(expected.data() + sizeof(BlockHeader)),
+                     wanted.numInputs},
+                    reinterpret_cast<const InputRecord*>(found.data() + sizeof(BlockHeader)));
+}
+
+void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
+                     CUdeviceptr temp, size_t tempSize, CUdeviceptr output,
+                     size_t outputSize) const {
+    const Plan plan(inputs, options);
+    const UpdatePlan places(plan);
+    requireBuffer("temp", temp, tempSize, places.tempSize);
+    const Uploads uploads(inputs, options, plan, temp + places.flags);
+    requireBuffer("output", output, outputSize, uploads.output.size());
+    if (driver_.streamQuery(stream) == CUDA_SUCCESS)
+        checkUpdate(output, outputSize, uploads.output);
+    check(driver_.memcpyHtoDAsync(temp + places.inputs, uploads.temp.data(), uploads.temp.size(),
+                                  stream),
+          "cuMemcpyHtoDAsync");
+    check(driver_.memcpyHtoDAsync(temp + places.expected, uploads.output.data(),
+                                  uploads.output.size(), stream),
+          "cuMemcpyHtoDAsync");
+    check(
+        driver_.memsetD8Async(temp + places.counters, 0, places.expected - places.counters, stream),
+        "cuMemsetD8Async");
+    BuildJob job{};
+    job.report = addressOf(report_);
+    job.output = output;
+    job.outputSize = outputSize;
+    job.expected = temp + places.expected;
+    job.inputs = temp + places.inputs;
+    job.counters = temp + places.counters;
+    job.arrivals = temp + places.arrivals;
+    job.parents = temp + places.parents;
+    job.nodeBoxes = temp + places.nodeBoxes;
+    job.boxes = temp + places.boxes;
+    job.numInputs = plan.numInputs;
+    job.numPrimitives = plan.numPrimitives;
+    job.maxReferences = plan.maxReferences;
+    job.maxWide = plan.maxWide;
+    job.type = plan.type;
+    job.keepInactive = 1;
+    void* arguments[] = {&job};
+    const uint32_t most = multiprocessors_ * 8;
+    launch(kUpdateCheck, stream, 1, 256, arguments);
+    if (plan.numPrimitives != 0) {
+        launch(kUpdateRecords, stream, blocksFor(plan.maxReferences, 256, most), 256, arguments);
+        launch(kUpdateLinks, stream, blocksFor(plan.maxWide, 256, most), 256, arguments);
+        launch(kUpdateNodes, stream, blocksFor(plan.maxWide, 256 / 8, most), 256, arguments);
+    }
+    launch(kUpdateFinish, stream, 1, 1, arguments);
 }
 
 void Builder::compact(CUstream stream, CUdeviceptr block, CUdeviceptr destination) const {

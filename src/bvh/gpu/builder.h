@@ -6,7 +6,7 @@
 //
 // The result is the block of layout.h, ready for traversal.h; its header says what it holds. Not
 // there yet, and refused with Error(kNotSupported): motion keys, opacity micromaps, curves,
-// spheres, updates.
+// spheres.
 #pragma once
 
 #include "bvh/build.h"
@@ -39,6 +39,15 @@ public:
     // says. Throws Error(kInvalidValue) otherwise.
     void build(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
                CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize) const;
+
+    // Queues an update of the structure in `output`, built with allowUpdate and perhaps compacted
+    // and moved since: the tree stays, primitives are read anew (bvh::update has the rules). temp
+    // must have MemoryUsage::tempUpdate bytes. Throws Error(kInvalidValue) for buffers; and for a
+    // structure that was built from inputs of another shape, if the stream has nothing left to do
+    // so that the structure can be looked at. Otherwise kernels look, leave such a structure as it
+    // is, and takeFailures() tells of it.
+    void update(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
+                CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize) const;
 
     // Queues a compacting copy of the block; the destination (128-byte aligned) must have the
     // compacted size that the block reports.
@@ -75,6 +84,11 @@ private:
         kRetry,
         kRecords,
         kFinish,
+        kUpdateCheck,
+        kUpdateRecords,
+        kUpdateLinks,
+        kUpdateNodes,
+        kUpdateFinish,
         kCompact,
         kEmit,
         kKernelCount
@@ -82,6 +96,8 @@ private:
     void check(CUresult result, const char* what) const;
     void launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
                 void** arguments) const;
+    void checkUpdate(CUdeviceptr output, size_t outputSize,
+                     const std::vector<uint8_t>& expected) const;
     void queueKernels(CUstream stream, BuildJob& job, bool fast) const;
 
     const device::cuda::Driver& driver_;

@@ -204,7 +204,7 @@ TEST(GpuBuild, BrokenTreesAreReportedAndNeverWaitedFor) {
         }
         nodes[kCount - 1].right = 1u << kRefCountShift;
         auto& c = *static_cast<Counters*>(counters.data());
-        c.numActive = c.numActiveReferences = kCount - 5;
+        c.numActive = c.numTreeReferences = kCount - 5;
         c.allocated = 1;
         *static_cast<uint64_t*>(tasks.data()) = 0;
         BuildJob job{};

@@ -9,11 +9,11 @@
 #pragma once
 
 #include "bvh/gpu/costs.h"
+#include "bvh/gpu/grid.h"
 
 namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kCollapseThreads = 128;
-constexpr uint32_t kSlots = 8;
 
 struct WideChildren {
     uint32_t count;
@@ -178,14 +178,6 @@ SUNSTONE_BUILDER uint32_t assignSlots(const WideChildren& c, const Bounds& whole
     return slots;
 }
 
-// The grid of an axis: 255 steps, a power of two each, hold the node with a little to spare for
-// rounding.
-SUNSTONE_BUILDER uint32_t stepExponent(float size) {
-    uint32_t exponent = bitsOf(mul(size, 1.0f / 254.9375f)) >> 23;
-    exponent += 1; // up to the next power of two, or one further
-    return exponent < 254 ? exponent : 254;
-}
-
 SUNSTONE_BUILDER uint32_t slotOf(uint32_t slots, uint32_t child) {
     uint32_t slot = 0;
     for (uint32_t s = 0; s < kSlots; ++s)
@@ -203,21 +195,17 @@ SUNSTONE_BUILDER void quantise(const WideChildren& c, const Bounds& whole, uint3
 #pragma unroll
     for (int a = 0; a < 3; ++a) {
         q.exponents[a] = stepExponent(sub(whole.upper[a], whole.lower[a]));
-        // The reciprocal of a power of two; steps below 2^-126 do not occur.
-        const float inverse = floatOf((254u - q.exponents[a]) << 23);
+        const float inverse = inverseStep(q.exponents[a]);
         q.planes[a] = q.planes[3 + a] = 0;
 #pragma unroll
         for (uint32_t child = 0; child < kSlots; ++child) {
             if (child >= c.count)
                 continue;
             const uint32_t s = slotOf(slots, child);
-            const float low = mul(sub(c.boxes[child].lower[a], whole.lower[a]), inverse);
-            const float high = mul(sub(c.boxes[child].upper[a], whole.lower[a]), inverse);
-            // Rounding above is below 2^-15 of a step.
-            const float lower = __builtin_floorf(sub(low, 0x1p-14f));
-            const float upper = __builtin_ceilf(add(high, 0x1p-14f));
-            q.planes[a] |= uint64_t(uint32_t(larger(lower, 0.0f))) << 8 * s;
-            q.planes[3 + a] |= uint64_t(uint32_t(smaller(upper, 255.0f))) << 8 * s;
+            q.planes[a] |= uint64_t(lowerByte(c.boxes[child].lower[a], whole.lower[a], inverse))
+                           << 8 * s;
+            q.planes[3 + a] |= uint64_t(upperByte(c.boxes[child].upper[a], whole.lower[a], inverse))
+                               << 8 * s;
         }
     }
 }
@@ -245,9 +233,14 @@ SUNSTONE_BUILDER void writeWideNode(const BuildJob& job, uint32_t index, const W
                                     uint32_t depth, uint32_t childBase, uint32_t primitiveBase) {
     const uint32_t limit = leafLimit(job);
     Bounds whole = c.boxes[0];
+    uint32_t empty = 0; // children
 #pragma unroll
     for (uint32_t i = 1; i < kSlots; ++i) // the unused are empty
         whole = unite(whole, c.boxes[i]);
+#pragma unroll
+    for (uint32_t i = 0; i < kSlots; ++i)
+        empty |= uint32_t(isEmpty(c.boxes[i])) << i;
+    whole = gridOf(whole);
     const uint32_t slots = assignSlots(c, whole);
     Quantised q;
     quantise(c, whole, slots, q);
@@ -259,7 +252,9 @@ SUNSTONE_BUILDER void writeWideNode(const BuildJob& job, uint32_t index, const W
             continue;
         const uint32_t ref = refAt(c, child);
         if (isLeaf(ref, limit)) {
-            meta |= uint64_t(((1u << refCount(ref)) - 1) << 5 | primitives) << 8 * s;
+            meta |= uint64_t(leafMeta(refCount(ref), primitives,
+                                      limit == 1 && (empty >> child & 1u) != 0))
+                    << 8 * s;
             listPrimitives(job, ref, at<uint32_t>(job.order) + primitiveBase + primitives);
             primitives += refCount(ref);
         } else {
@@ -308,8 +303,7 @@ SUNSTONE_BUILDER bool isOver(const Counters& counters) {
 
 SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob job, TreeMode mode) {
     Counters& counters = countersOf(job);
-    const uint32_t numActive = counters.numActiveReferences, lane = laneOf(),
-                   limit = leafLimit(job);
+    const uint32_t numActive = counters.numTreeReferences, lane = laneOf(), limit = leafLimit(job);
     if (numActive == 0 || (mode == kRadixByLevel && !counters.tooDeep))
         return;
     bool hasTicket = false;

@@ -60,9 +60,13 @@ SUNSTONE_BUILDER Bounds unite(const Bounds& a, const Bounds& b) {
     }
     return r;
 }
-SUNSTONE_BUILDER float halfArea(const Bounds& b) {
-    const float x = sub(b.upper[0], b.lower[0]), y = sub(b.upper[1], b.lower[1]),
-                z = sub(b.upper[2], b.lower[2]);
+SUNSTONE_BUILDER bool isEmpty(const Bounds& b) {
+    return !(b.lower[0] <= b.upper[0]);
+}
+SUNSTONE_BUILDER float halfArea(const Bounds& b) { // empty: 0
+    const float x = larger(sub(b.upper[0], b.lower[0]), 0.0f),
+                y = larger(sub(b.upper[1], b.lower[1]), 0.0f),
+                z = larger(sub(b.upper[2], b.lower[2]), 0.0f);
     return add(add(mul(x, y), mul(y, z)), mul(z, x));
 }
 

@@ -21,31 +21,43 @@ SUNSTONE_BUILDER uint32_t sbtWord(const DeviceInput& input, const InputRecord& r
            uint32_t(at<const uint8_t>(input.flags)[local]) << kGeometryFlagShift;
 }
 
-SUNSTONE_BUILDER void writeRecord(const BuildJob& job, uint32_t place, uint32_t primitive) {
-    const uint32_t i = inputOfPrimitive(job, primitive);
-    const DeviceInput& input = at<const DeviceInput>(job.inputs)[i];
-    const InputRecord& record = at<const InputRecord>(job.inputRecords)[i];
-    const uint32_t local = primitive - record.firstPrimitive;
-    const uint32_t reported = local + record.primitiveIndexOffset;
-    const uint32_t word = sbtWord(input, record, local);
+// A primitive: its build input, and its number there.
+struct InputPlace {
+    uint32_t input, primitive;
+};
+
+// Writes the record of a triangle or a custom primitive. False if it is inactive, which is looked
+// at only where that may be; else `exact` is its box.
+SUNSTONE_BUILDER bool writeRecord(const BuildJob& job, uint32_t place, InputPlace from,
+                                  bool mayBeInactive, Bounds& exact) {
+    const DeviceInput& input = at<const DeviceInput>(job.inputs)[from.input];
+    const InputRecord& record = at<const InputRecord>(job.inputRecords)[from.input];
+    const uint32_t reported = from.primitive + record.primitiveIndexOffset;
+    const uint32_t word = sbtWord(input, record, from.primitive);
     if (job.type == BlockType::kCustom) {
-        Bounds b = emptyBounds();
-        readCustom(input, local, b);
+        const bool active = readCustom(input, from.primitive, exact);
+        const Bounds b = active ? exact : emptyBounds();
         U4* const to = at<U4>(job.records + uint64_t(place) * sizeof(CustomLeaf));
         to[0] = U4{bitsOf(b.lower[0]), bitsOf(b.lower[1]), bitsOf(b.lower[2]), reported};
         to[1] = U4{bitsOf(b.upper[0]), bitsOf(b.upper[1]), bitsOf(b.upper[2]), word};
-        return;
+        return active;
     }
     float v[9];
-    readVertices(input, local, v);
+    const bool active = mayBeInactive ? readTriangle(input, from.primitive, v)
+                                      : readVertices(input, from.primitive, v);
+    if (!active)
+        for (float& x : v)
+            x = __builtin_nanf("");
     U4* const to = at<U4>(job.records + uint64_t(place) * sizeof(TriangleRecord));
     to[0] = U4{bitsOf(v[0]), bitsOf(v[1]), bitsOf(v[2]), reported};
     to[1] = U4{bitsOf(v[3]), bitsOf(v[4]), bitsOf(v[5]), word};
     to[2] = U4{bitsOf(v[6]), bitsOf(v[7]), bitsOf(v[8]), 0};
+    exact = boundsOfTriangle(v);
+    return active;
 }
 
 SUNSTONE_KERNEL sunstone_records(BuildJob job) {
-    const uint32_t count = countersOf(job).numActiveReferences;
+    const uint32_t count = countersOf(job).numTreeReferences;
     for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
         const uint32_t reference = refIndex(at<const uint32_t>(job.order)[i]);
         const bool whole = reference < job.numPrimitives;
@@ -55,7 +67,10 @@ SUNSTONE_KERNEL sunstone_records(BuildJob job) {
             at<uint32_t>(job.records)[i] = primitive;
             continue;
         }
-        writeRecord(job, i, primitive);
+        const uint32_t input = inputOfPrimitive(job, primitive);
+        const uint32_t first = at<const InputRecord>(job.inputRecords)[input].firstPrimitive;
+        Bounds unused;
+        writeRecord(job, i, {input, primitive - first}, job.keepInactive, unused);
         if (job.table && whole)
             at<uint32_t>(job.table)[primitive] = i;
     }
@@ -85,27 +100,33 @@ SUNSTONE_BUILDER void reportFailure(uint64_t report, uint64_t block, uint32_t fa
     const_cast<volatile uint32_t&>(entry.number) = before + 1;
 }
 
+// What the header says of the active primitives.
+SUNSTONE_BUILDER void describeContents(BlockHeader& header, const Counters& counters) {
+    const bool any = counters.numActive != 0;
+    header.numActive = counters.numActive;
+    header.root = any ? 0 : kNoNode;
+    for (int a = 0; a < 3; ++a) {
+        header.lower[a] = any ? fromOrdered(~counters.lower[a]) : __builtin_inff();
+        header.upper[a] = any ? fromOrdered(counters.upper[a]) : -__builtin_inff();
+    }
+}
+
 // The header is complete only with its magic number.
 SUNSTONE_KERNEL sunstone_finish(BuildJob job) {
     BlockHeader& header = *at<BlockHeader>(job.output);
     const Counters& counters = countersOf(job);
     const uint32_t nodes = uint32_t(counters.allocated);
     if (counters.failure || counters.finished != nodes ||
-        uint32_t(counters.allocated >> 32) != counters.numActiveReferences) {
+        uint32_t(counters.allocated >> 32) != counters.numTreeReferences) {
         header.magic = 0;
         header.usedSize = sizeof(BlockHeader);
         return reportFailure(job.report, job.output, kTreeBroken);
     }
-    header.numActive = counters.numActive;
-    for (int a = 0; a < 3; ++a) {
-        const bool any = counters.numActive != 0;
-        header.lower[a] = any ? fromOrdered(~counters.lower[a]) : __builtin_inff();
-        header.upper[a] = any ? fromOrdered(counters.upper[a]) : -__builtin_inff();
-    }
+    describeContents(header, counters);
+    header.wholeRoot = counters.numTreeReferences ? 0 : kNoNode;
     header.numNodes = uint32_t(counters.allocated);
-    header.numLeaves = counters.numActiveReferences;
+    header.numLeaves = counters.numTreeReferences;
     header.reserved[0] = counters.tooDeep;
-    header.root = counters.numActive ? 0 : kNoNode;
     header.usedSize =
         roundUp(compactNodes(header) + uint64_t(header.numNodes) * sizeof(WideNode), 128);
     __threadfence();

@@ -235,7 +235,7 @@ SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads)
     Counters& counters = countersOf(job);
     if (mode == kRadixByLevel && !counters.tooDeep)
         return;
-    const uint32_t count = counters.numActiveReferences;
+    const uint32_t count = counters.numTreeReferences;
     const uint32_t self = globalThread();
     if (self == 0)
         counters.allocated = count != 0;

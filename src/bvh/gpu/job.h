@@ -53,9 +53,10 @@ struct DeviceInput {
 // Bins of the priorities by which triangles are split: exponent and three bits of mantissa.
 constexpr uint32_t kSplitBins = 2048;
 
-// What only an error in these kernels can bring about; the structure is then none (no magic
-// number), and the host is told through a BuildReport.
-enum BuildFailure : uint32_t { kNoFailure, kTreeBroken };
+// What kernels cannot do, of which the host is told through a BuildReport: what only an error in
+// them can bring about (the structure is then none: it has no magic number), or an update of a
+// structure that was built from inputs of another shape (it stays as it is).
+enum BuildFailure : uint32_t { kNoFailure, kTreeBroken, kNotThatStructure };
 
 // In memory of the host that kernels write: failures one after the other, in a ring.
 struct BuildReport {
@@ -73,24 +74,27 @@ struct BuildReport {
 // Zeroed before the build.
 struct Counters {
     uint32_t numActive;
-    uint32_t nextNode;  // binary nodes given out
-    uint32_t lower[3];  // of the active primitives: maxima of ~orderedBits
-    uint32_t upper[3];  // maxima of orderedBits
-    uint64_t allocated; // wide nodes given out, and above 32 bits primitive records
-    uint32_t nextTask;  // wide nodes taken up
-    uint32_t depth;     // of the wide tree
-    uint32_t root;      // reference plus 1
-    uint32_t tooDeep;   // the clustered tree is; a second one replaces it
-    uint32_t sortTickets[kSortPasses + (kSortPasses & 1)];
-    uint32_t histograms[kSortPasses][kSortDigits];
-    uint32_t numReferences; // primitives, and further parts of those that were split
-    uint32_t numActiveReferences;
+    uint32_t nextNode;          // binary nodes given out
+    uint32_t lower[3];          // of the active primitives: maxima of ~orderedBits
+    uint32_t upper[3];          // maxima of orderedBits
+    uint64_t allocated;         // wide nodes given out, and above 32 bits primitive records
+    uint32_t nextTask;          // wide nodes taken up
+    uint32_t depth;             // of the wide tree
+    uint32_t root;              // reference plus 1
+    uint32_t tooDeep;           // the clustered tree is; a second one replaces it
+    uint32_t finished;          // wide nodes written
+    uint32_t failure;           // BuildFailure
+    uint32_t numReferences;     // primitives, and further parts of those that were split
+    uint32_t numTreeReferences; // of them, those that the tree holds
     float splitFactor;
-    uint32_t finished; // wide nodes written
-    uint32_t failure;  // BuildFailure
-    uint32_t pad[3];
+    uint32_t pad;
+    // From here on updates need nothing.
+    uint32_t sortTickets[kSortPasses + (kSortPasses & 1)];
+    uint32_t pad2[2];
+    uint32_t histograms[kSortPasses][kSortDigits];
     uint32_t splitBins[kSplitBins]; // how many triangles have a priority
 };
+constexpr uint64_t kUpdateCounters = __builtin_offsetof(Counters, sortTickets);
 
 // How a binary tree is made and which nodes are opened. PREFER_FAST_BUILD takes the radix tree of
 // the Morton codes as it is. Both kinds of trees may be too deep for traversal, if someone wants
@@ -112,11 +116,16 @@ struct BuildJob {
     uint64_t tileStates; // of the sort
     uint64_t binary;     // BinaryNode[]
     uint64_t costs;      // of each binary node, see costs.h
-    uint64_t parents;    // one word for each reference, ~0
+    uint64_t parents;    // one word for each reference, ~0; of updates: of each wide node
     uint64_t tasks;      // for each wide node its reference, and above 32 bits its depth; ~0
     uint64_t order;      // reference of each primitive record
+    // Of updates: what the header and the input records must say, and how many bytes there are.
+    uint64_t expected, outputSize;
+    uint64_t nodeBoxes; // PrimitiveBox of each wide node
+    uint64_t arrivals;  // children of each wide node that are done
     uint32_t numInputs, numPrimitives, maxReferences, maxWide;
     BlockType type;
+    uint32_t keepInactive; // inactive primitives are in the tree, as an update may change that
     uint32_t searchRadius; // of clusters, to either side
     float primitiveCost;   // of a test, where a step into a node costs 1
 };

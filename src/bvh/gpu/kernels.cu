@@ -5,4 +5,5 @@
 #include "bvh/gpu/hierarchy.h"
 #include "bvh/gpu/presplit.h"
 #include "bvh/gpu/references.h"
+#include "bvh/gpu/refit.h"
 #include "bvh/gpu/sort.h"

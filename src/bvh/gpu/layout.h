@@ -15,6 +15,11 @@
 // meta of a slot: 0, empty; inner child: 1 << 5 | 24 + slot; leaf: ones for each of its 1 to 3
 // primitives << 5 | place of the first among the node's primitives (0..23).
 //
+// A structure that may be updated holds its inactive primitives, too. Triangles then have NaN
+// vertices, custom primitives crossed boxes; the meta of a leaf of one inactive custom primitive or
+// instance is its place plus 1, without the one, so that no ray comes there. Boxes of children with
+// nothing active have crossed planes, and wholeRoot tells whether there is a tree.
+//
 // Records: triangles, TriangleRecord; custom primitives, CustomLeaf; instances, uint32_t, the index
 // of the instance. The root is node 0; numNodes is 0 if the structure is empty. Header fields with
 // a meaning of their own: recordsOffset, the primitive records; numLeaves, how many there are;

@@ -191,6 +191,26 @@ void Plan::layOutTemp() {
     tempSize = offset;
 }
 
+UpdatePlan::UpdatePlan(const Plan& plan) {
+    uint64_t offset = 0;
+    const auto place = [&](uint64_t bytes) {
+        const uint64_t at = offset;
+        offset = alignUp(offset + bytes, 128);
+        return at;
+    };
+    const uint64_t nodes = plan.maxWide;
+    inputs = place(plan.numInputs * sizeof(DeviceInput) + plan.numSbtRecords);
+    flags = inputs + plan.numInputs * sizeof(DeviceInput);
+    counters = place(kUpdateCounters); // and what is zeroed with them
+    arrivals = place(nodes * 4);
+    expected = place(sizeof(BlockHeader) + plan.numInputs * sizeof(InputRecord));
+    parents = place(nodes * 4);
+    nodeBoxes = place(nodes * sizeof(PrimitiveBox));
+    if (plan.type == BlockType::kInstances) // their records do not tell their boxes
+        boxes = place(uint64_t(plan.numPrimitives) * sizeof(PrimitiveBox));
+    tempSize = offset;
+}
+
 static void startHeader(BlockHeader& header, const BuildOptions& options, const Plan& plan) {
     header.version = kBlockVersion; // the magic number comes last, on the device
     header.type = plan.type;
@@ -208,7 +228,7 @@ static void startHeader(BlockHeader& header, const BuildOptions& options, const 
 }
 
 Uploads::Uploads(const BuildInputs& in, const BuildOptions& options, const Plan& plan,
-                 uint64_t tempBase)
+                 uint64_t flagsBase)
     : output(sizeof(BlockHeader) + plan.numInputs * sizeof(InputRecord)),
       temp(plan.numInputs * sizeof(DeviceInput) + plan.numSbtRecords) {
     auto& header = *new (output.data()) BlockHeader{};
@@ -232,7 +252,7 @@ Uploads::Uploads(const BuildInputs& in, const BuildOptions& options, const Plan&
         inputs[i].sbtOffsetSize = sbt.indexOffsetSize;
         inputs[i].sbtOffsetStride =
             sbt.indexOffsetStride ? sbt.indexOffsetStride : sbt.indexOffsetSize;
-        inputs[i].flags = tempBase + plan.flags + firstSbt;
+        inputs[i].flags = flagsBase + firstSbt;
         for (uint32_t k = 0; k < sbt.numSbtRecords; ++k) {
             const uint32_t word = sbt.flags ? sbt.flags[k] : 0;
             flags[firstSbt + k] = uint8_t(word);

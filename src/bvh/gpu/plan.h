@@ -43,14 +43,21 @@ private:
     void layOutTemp();
 };
 
+// Scratch of an update, all of it in the temp buffer.
+struct UpdatePlan {
+    uint64_t inputs, flags, counters, arrivals, expected, parents, nodeBoxes, boxes = 0, tempSize;
+
+    explicit UpdatePlan(const Plan& plan);
+};
+
 // What the host writes into the buffers before kernels run: the header and records of the inputs
-// into the output, DeviceInput[] and geometry flags into the temp buffer, which will be at
-// `tempBase`.
+// into the output (an update compares them with those that are there), DeviceInput[] and geometry
+// flags into the temp buffer, where the flags will be at the address `flagsBase`.
 struct Uploads {
     std::vector<uint8_t> output, temp;
 
     Uploads(const BuildInputs& in, const BuildOptions& options, const Plan& plan,
-            uint64_t tempBase);
+            uint64_t flagsBase);
 };
 
 } // namespace sunstone::bvh::gpu

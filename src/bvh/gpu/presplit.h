@@ -164,7 +164,7 @@ SUNSTONE_KERNEL __launch_bounds__(kSplitThreads) sunstone_split_sum(BuildJob job
     if (threadIdx.x == 0) {
         Counters& counters = countersOf(job);
         counters.numReferences = job.numPrimitives + before;
-        counters.numActiveReferences = counters.numActive + before;
+        counters.numTreeReferences = counters.numActive + before;
     }
 }
 

@@ -121,6 +121,15 @@ SUNSTONE_BUILDER bool readCustom(const DeviceInput& input, uint32_t primitive, B
     return good;
 }
 
+SUNSTONE_BUILDER Bounds boundsOfTriangle(const float v[9]) {
+    Bounds box;
+    for (int a = 0; a < 3; ++a) {
+        box.lower[a] = smaller(smaller(v[a], v[3 + a]), v[6 + a]);
+        box.upper[a] = larger(larger(v[a], v[3 + a]), v[6 + a]);
+    }
+    return box;
+}
+
 SUNSTONE_BUILDER bool readBox(const BuildJob& job, uint32_t primitive, Bounds& box) {
     const uint32_t i = inputOfPrimitive(job, primitive);
     const DeviceInput& input = at<const DeviceInput>(job.inputs)[i];
@@ -130,24 +139,32 @@ SUNSTONE_BUILDER bool readBox(const BuildJob& job, uint32_t primitive, Bounds& b
     float v[9];
     if (!readTriangle(input, local, v))
         return false;
-    for (int a = 0; a < 3; ++a) {
-        box.lower[a] = smaller(smaller(v[a], v[3 + a]), v[6 + a]);
-        box.upper[a] = larger(larger(v[a], v[3 + a]), v[6 + a]);
-    }
+    box = boundsOfTriangle(v);
     return true;
+}
+
+// What nodes must hold of an active primitive with this box.
+SUNSTONE_BUILDER Bounds padBounds(const Bounds& box) {
+    const float size =
+        larger(larger(sub(box.upper[0], box.lower[0]), sub(box.upper[1], box.lower[1])),
+               sub(box.upper[2], box.lower[2]));
+    const float pad = mul(size, 0x1p-21f);
+    Bounds padded;
+    for (int a = 0; a < 3; ++a) {
+        padded.lower[a] = sub(box.lower[a], pad);
+        padded.upper[a] = add(box.upper[a], pad);
+    }
+    return padded;
 }
 
 // Stores the padded box of a primitive, or one that says it is inactive.
 SUNSTONE_BUILDER void storeBox(const BuildJob& job, uint32_t primitive, bool active,
                                const Bounds& box) {
     float* const to = at<float>(job.boxes + uint64_t(primitive) * sizeof(PrimitiveBox));
-    const float size =
-        larger(larger(sub(box.upper[0], box.lower[0]), sub(box.upper[1], box.lower[1])),
-               sub(box.upper[2], box.lower[2]));
-    const float pad = mul(size, 0x1p-21f);
+    const Bounds padded = active ? padBounds(box) : emptyBounds();
     for (int a = 0; a < 3; ++a) {
-        to[a] = active ? sub(box.lower[a], pad) : __builtin_inff();
-        to[3 + a] = active ? add(box.upper[a], pad) : -__builtin_inff();
+        to[a] = padded.lower[a];
+        to[3 + a] = padded.upper[a];
     }
 }
 
@@ -172,7 +189,8 @@ SUNSTONE_BUILDER void addToCounters(const BuildJob& job, const Bounds& found, ui
         atomicMax(&counters.upper[threadIdx.x - 3], most[threadIdx.x]);
     else if (threadIdx.x == 6 && most[6]) {
         atomicAdd(&counters.numActive, most[6]);
-        atomicAdd(&counters.numActiveReferences, most[6]);
+        if (!job.keepInactive)
+            atomicAdd(&counters.numTreeReferences, most[6]);
     }
 }
 
@@ -312,8 +330,11 @@ SUNSTONE_KERNEL sunstone_references(BuildJob job) {
     }
     addToCounters(job, found, numActive);
     // If nothing is split, references are primitives.
-    if (globalThread() == 0)
+    if (globalThread() == 0) {
         countersOf(job).numReferences = job.numPrimitives;
+        if (job.keepInactive)
+            countersOf(job).numTreeReferences = job.numPrimitives;
+    }
 }
 
 } // namespace sunstone::bvh::gpu

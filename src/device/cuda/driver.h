@@ -53,6 +53,7 @@ namespace sunstone::device::cuda {
     X(streamDestroy, cuStreamDestroy)                                                              \
     X(streamSynchronize, cuStreamSynchronize)                                                      \
     X(streamWaitEvent, cuStreamWaitEvent)                                                          \
+    X(streamQuery, cuStreamQuery)                                                                  \
     X(launchHostFunc, cuLaunchHostFunc)                                                            \
     X(eventCreate, cuEventCreate)                                                                  \
     X(eventDestroy, cuEventDestroy)                                                                \

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+// Updates: the tree stays; primitives are read anew and boxes are computed from the leaves up.
+//
+//   update_check    is this the structure that the host thinks it is? If not, nothing is touched
+//   update_records  the record of each primitive; bounds and number of the active ones
+//   update_links    each node's parent
+//   update_nodes    eight lanes make a node, one each slot. Whoever brings the last child of a node
+//                   goes on with it, as in the build's climb; nobody waits
+//   update_finish   the header
+//
+// Every box is a minimum and maximum over the same numbers whatever the order in which threads run,
+// so that equal input gives equal bytes; an update from the input of the build gives the nodes and
+// records of the build.
+//
+// What a kind of primitives provides:
+//   updateRecord    writes a record from what the record itself tells of its primitive (SBT index
+//   and
+//                   primitive index), or says that the primitive is inactive
+//   recordBounds    the padded box of a record, empty if it is inactive, from the record alone or
+//                   from what updateRecord left in job.boxes (UpdatePlan has the room for it)
+// Structures whose nodes hold several boxes a child (motion) walk the same way, with a node's
+// boxes for each key in nodeBoxes and a refitNode of their own.
+#pragma once
+
+#include "bvh/gpu/finish.h"
+#include "bvh/gpu/grid.h"
+
+namespace sunstone::bvh::gpu {
+
+constexpr uint32_t kRefitThreads = 256;
+
+// Places in the structure are where its header says, be it compacted or not.
+SUNSTONE_BUILDER BuildJob inStructure(BuildJob job) {
+    const BlockHeader& header = *at<const BlockHeader>(job.output);
+    job.inputRecords = job.output + header.inputsOffset;
+    job.instances = job.output + header.instancesOffset;
+    job.records = job.output + header.recordsOffset;
+    job.nodes = job.output + header.nodesOffset;
+    return job;
+}
+SUNSTONE_BUILDER const BlockHeader& headerIn(const BuildJob& job) {
+    return *at<const BlockHeader>(job.output);
+}
+
+// The host has the same rules: Builder::checkUpdate.
+SUNSTONE_BUILDER bool isExpected(const BuildJob& job) {
+    const BlockHeader& is = headerIn(job);
+    const BlockHeader& wanted = *at<const BlockHeader>(job.expected);
+    return is.magic == kGpuBlockMagic && is.version == wanted.version && is.type == wanted.type &&
+           is.options == wanted.options && (is.options & kOptionUpdate) &&
+           is.motionKeys == wanted.motionKeys && is.motionFlags == wanted.motionFlags &&
+           is.motionBegin == wanted.motionBegin && is.motionEnd == wanted.motionEnd &&
+           is.shape == wanted.shape && is.numInputs == wanted.numInputs &&
+           is.numPrimitives == wanted.numPrimitives && is.inputsOffset == wanted.inputsOffset &&
+           is.usedSize <= job.outputSize && is.numNodes <= job.maxWide &&
+           is.numLeaves <= job.maxReferences;
+}
+
+// One block.
+SUNSTONE_KERNEL sunstone_update_check(BuildJob job) {
+    bool same = isExpected(job);
+    if (same) {
+        const uint32_t words = job.numInputs * uint32_t(sizeof(InputRecord) / 4);
+        const auto* const are = at<const uint32_t>(job.output + headerIn(job).inputsOffset);
+        const auto* const wanted = at<const uint32_t>(job.expected + sizeof(BlockHeader));
+        for (uint32_t i = threadIdx.x; i < words; i += blockDim.x)
+            same = same && are[i] == wanted[i];
+    }
+    if (!same)
+        atomicExch(&countersOf(job).failure, uint32_t(kNotThatStructure));
+}
+
+// ---- records ----------------------------------------------------------------------------------
+
+// The build input that a record's SBT word tells of.
+SUNSTONE_BUILDER uint32_t inputOfSbtWord(const BuildJob& job, uint32_t word) {
+    const InputRecord* const records = at<const InputRecord>(job.inputRecords);
+    const uint32_t index = word & kSbtIndexMask;
+    uint32_t low = 0, high = job.numInputs;
+    while (high - low > 1) {
+        const uint32_t middle = (low + high) / 2;
+        if (records[middle].firstSbtIndex <= index)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& exact) {
+    if (job.type == BlockType::kInstances) {
+        const uint32_t index = at<const uint32_t>(job.records)[place];
+        if (index >= job.numPrimitives)
+            return false;
+        exact = emptyBounds();
+        const bool active = describeInstance(job, index, exact);
+        storeBox(job, index, active, exact);
+        return active;
+    }
+    // Both kinds have the primitive in word 3 and the SBT word in word 7.
+    const auto* const words =
+        at<const uint32_t>(job.records + uint64_t(place) * recordSize(job.type));
+    const uint32_t input = inputOfSbtWord(job, words[7]);
+    const InputRecord& record = at<const InputRecord>(job.inputRecords)[input];
+    const uint32_t primitive = words[3] - record.primitiveIndexOffset;
+    if (primitive >= record.numPrimitives)
+        return false;
+    return writeRecord(job, place, {input, primitive}, true, exact);
+}
+
+SUNSTONE_BUILDER Bounds recordBounds(const BuildJob& job, uint32_t place) {
+    if (job.type == BlockType::kInstances) {
+        const uint32_t index = at<const uint32_t>(job.records)[place];
+        return index < job.numPrimitives ? primitiveBounds(job, index) : emptyBounds();
+    }
+    const U4* const words = at<const U4>(job.records + uint64_t(place) * recordSize(job.type));
+    const U4 a = words[0], b = words[1];
+    if (job.type == BlockType::kCustom) {
+        const Bounds box = {{floatOf(a.x), floatOf(a.y), floatOf(a.z)},
+                            {floatOf(b.x), floatOf(b.y), floatOf(b.z)}};
+        return isEmpty(box) ? emptyBounds() : padBounds(box);
+    }
+    const U4 c = words[2];
+    const float v[9] = {floatOf(a.x), floatOf(a.y), floatOf(a.z), floatOf(b.x), floatOf(b.y),
+                        floatOf(b.z), floatOf(c.x), floatOf(c.y), floatOf(c.z)};
+    return v[0] == v[0] ? padBounds(boundsOfTriangle(v)) : emptyBounds();
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_records(BuildJob given) {
+    if (countersOf(given).failure)
+        return;
+    const BuildJob job = inStructure(given);
+    const uint32_t count = headerIn(job).numLeaves;
+    Bounds found = emptyBounds();
+    uint32_t numActive = 0;
+    for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
+        Bounds exact;
+        if (updateRecord(job, i, exact)) {
+            found = unite(found, exact);
+            ++numActive;
+        }
+    }
+    addToCounters(job, found, numActive);
+}
+
+// ---- nodes ------------------------------------------------------------------------------------
+
+SUNSTONE_BUILDER WideNode& wideNode(const BuildJob& job, uint32_t index) {
+    return at<WideNode>(job.nodes)[index];
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_links(BuildJob given) {
+    if (countersOf(given).failure)
+        return;
+    const BuildJob job = inStructure(given);
+    const uint32_t count = headerIn(job).numNodes;
+    uint32_t* const parents = at<uint32_t>(job.parents);
+    for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
+        const WideNode& node = wideNode(job, i);
+        const uint32_t children = uint32_t(__popc(node.innerMask));
+        for (uint32_t k = 0; k < children; ++k)
+            if (node.childBase + k < count)
+                parents[node.childBase + k] = i;
+        if (i == 0)
+            parents[0] = kNoRef;
+    }
+}
+
+// What a slot holds now; sets its meta byte where that tells of it.
+SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, WideNode& node, uint32_t slot,
+                                  uint32_t numNodes, uint32_t numRecords) {
+    Bounds box = emptyBounds();
+    const uint32_t mask = node.innerMask;
+    if (mask >> slot & 1u) {
+        const uint32_t child = node.childBase + uint32_t(__popc(mask & lanesBelow(slot)));
+        if (child >= numNodes)
+            return box;
+        const auto* const words =
+            at<const volatile float>(job.nodeBoxes + uint64_t(child) * sizeof(PrimitiveBox));
+        for (int a = 0; a < 3; ++a) {
+            box.lower[a] = words[a];
+            box.upper[a] = words[3 + a];
+        }
+        return box;
+    }
+    const LeafRun run = leafRun(node.meta[slot]);
+    for (uint32_t k = 0; k < run.count; ++k) {
+        const uint32_t place = node.primitiveBase + run.first + k;
+        if (place < numRecords)
+            box = unite(box, recordBounds(job, place));
+    }
+    if (run.count == 1 && leafLimit(job) == 1)
+        node.meta[slot] = uint8_t(leafMeta(1, run.first, isEmpty(box)));
+    return box;
+}
+
+SUNSTONE_BUILDER Bounds uniteOfEight(Bounds box) {
+    for (uint32_t step = 1; step < kSlots; step *= 2) {
+        Bounds other;
+        for (int a = 0; a < 3; ++a) {
+            other.lower[a] = __shfl_xor_sync(kWholeWarp, box.lower[a], int(step));
+            other.upper[a] = __shfl_xor_sync(kWholeWarp, box.upper[a], int(step));
+        }
+        box = unite(box, other);
+    }
+    return box;
+}
+
+// By eight lanes, whose slots are their last three bits; all lanes of the warp take part.
+SUNSTONE_BUILDER void refitNode(const BuildJob& job, uint32_t index, bool active, uint32_t numNodes,
+                                uint32_t numRecords) {
+    const uint32_t slot = laneOf() & 7u;
+    WideNode& node = wideNode(job, active ? index : 0);
+    const Bounds own = active ? refitSlot(job, node, slot, numNodes, numRecords) : emptyBounds();
+    const Bounds whole = uniteOfEight(own), grid = gridOf(whole);
+    if (!active)
+        return;
+    for (int a = 0; a < 3; ++a) {
+        const uint32_t exponent = stepExponent(sub(grid.upper[a], grid.lower[a]));
+        const float inverse = inverseStep(exponent);
+        const bool used = node.meta[slot] != 0;
+        node.planes[a][slot] = uint8_t(used ? lowerByte(own.lower[a], grid.lower[a], inverse) : 0);
+        node.planes[3 + a][slot] =
+            uint8_t(used ? upperByte(own.upper[a], grid.lower[a], inverse) : 0);
+        if (slot == 0) {
+            node.origin[a] = grid.lower[a];
+            node.exponents[a] = uint8_t(exponent);
+            auto* const words =
+                at<volatile float>(job.nodeBoxes + uint64_t(index) * sizeof(PrimitiveBox));
+            words[a] = whole.lower[a];
+            words[3 + a] = whole.upper[a];
+        }
+    }
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_nodes(BuildJob given) {
+    if (countersOf(given).failure)
+        return;
+    const BuildJob job = inStructure(given);
+    const uint32_t numNodes = headerIn(job).numNodes, numRecords = headerIn(job).numLeaves;
+    const uint32_t lane = laneOf(), step = gridDim.x * blockDim.x / kSlots;
+    // The warp's four nodes, then the next ones.
+    const uint32_t firstOfWarp = (globalThread() - lane) / kSlots;
+    for (uint32_t first = firstOfWarp; first < numNodes; first += step) {
+        uint32_t index = first + lane / kSlots;
+        bool active = index < numNodes && wideNode(job, index).innerMask == 0;
+        while (__any_sync(kWholeWarp, active)) {
+            refitNode(job, index, active, numNodes, numRecords);
+            // Up, if this was the last child.
+            uint32_t next = kNoRef;
+            if (active && lane % kSlots == 0) {
+                const uint32_t parent = at<const uint32_t>(job.parents)[index];
+                __threadfence();
+                if (parent < numNodes && atomicAdd(at<uint32_t>(job.arrivals) + parent, 1u) + 1 ==
+                                             uint32_t(__popc(wideNode(job, parent).innerMask)))
+                    next = parent;
+                __threadfence();
+            }
+            index = __shfl_sync(kWholeWarp, next, int(lane & ~7u));
+            active = index != kNoRef;
+        }
+    }
+}
+
+// ---- the end ----------------------------------------------------------------------------------
+
+SUNSTONE_KERNEL sunstone_update_finish(BuildJob job) {
+    const Counters& counters = countersOf(job);
+    if (counters.failure)
+        return reportFailure(job.report, job.output, counters.failure);
+    describeContents(*at<BlockHeader>(job.output), counters);
+}
+
+} // namespace sunstone::bvh::gpu
