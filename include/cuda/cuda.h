@@ -604,6 +604,13 @@ typedef size_t(CUDA_CB* CUoccupancyB2DSize)(int blockSize);
 #define cuMemcpyDtoHAsync cuMemcpyDtoHAsync_v2_ptsz
 #define cuMemcpyDtoD cuMemcpyDtoD_v2_ptds
 #define cuMemcpyDtoDAsync cuMemcpyDtoDAsync_v2_ptsz
+#define cuMemcpyDtoA cuMemcpyDtoA_v2_ptds
+#define cuMemcpyAtoD cuMemcpyAtoD_v2_ptds
+#define cuMemcpyHtoA cuMemcpyHtoA_v2_ptds
+#define cuMemcpyAtoH cuMemcpyAtoH_v2_ptds
+#define cuMemcpyAtoA cuMemcpyAtoA_v2_ptds
+#define cuMemcpyHtoAAsync cuMemcpyHtoAAsync_v2_ptsz
+#define cuMemcpyAtoHAsync cuMemcpyAtoHAsync_v2_ptsz
 #define cuMemcpy2D cuMemcpy2D_v2_ptds
 #define cuMemcpy2DUnaligned cuMemcpy2DUnaligned_v2_ptds
 #define cuMemcpy2DAsync cuMemcpy2DAsync_v2_ptsz
@@ -640,6 +647,13 @@ typedef size_t(CUDA_CB* CUoccupancyB2DSize)(int blockSize);
 #else
 #define cuMemcpyHtoD cuMemcpyHtoD_v2
 #define cuMemcpyHtoDAsync cuMemcpyHtoDAsync_v2
+#define cuMemcpyDtoA cuMemcpyDtoA_v2
+#define cuMemcpyAtoD cuMemcpyAtoD_v2
+#define cuMemcpyHtoA cuMemcpyHtoA_v2
+#define cuMemcpyAtoH cuMemcpyAtoH_v2
+#define cuMemcpyAtoA cuMemcpyAtoA_v2
+#define cuMemcpyHtoAAsync cuMemcpyHtoAAsync_v2
+#define cuMemcpyAtoHAsync cuMemcpyAtoHAsync_v2
 #define cuMemcpyDtoH cuMemcpyDtoH_v2
 #define cuMemcpyDtoHAsync cuMemcpyDtoHAsync_v2
 #define cuMemcpyDtoD cuMemcpyDtoD_v2
@@ -764,6 +778,15 @@ CUresult cuMemcpyDtoH(void* dst, CUdeviceptr src, size_t bytes);
 CUresult cuMemcpyDtoHAsync(void* dst, CUdeviceptr src, size_t bytes, CUstream stream);
 CUresult cuMemcpyDtoD(CUdeviceptr dst, CUdeviceptr src, size_t bytes);
 CUresult cuMemcpyDtoDAsync(CUdeviceptr dst, CUdeviceptr src, size_t bytes, CUstream stream);
+// Copies with the first row of an array, from a byte offset that is a multiple of an element's size.
+CUresult cuMemcpyDtoA(CUarray dst, size_t dstOffset, CUdeviceptr src, size_t bytes);
+CUresult cuMemcpyAtoD(CUdeviceptr dst, CUarray src, size_t srcOffset, size_t bytes);
+CUresult cuMemcpyHtoA(CUarray dst, size_t dstOffset, const void* src, size_t bytes);
+CUresult cuMemcpyAtoH(void* dst, CUarray src, size_t srcOffset, size_t bytes);
+CUresult cuMemcpyAtoA(CUarray dst, size_t dstOffset, CUarray src, size_t srcOffset, size_t bytes);
+CUresult cuMemcpyHtoAAsync(CUarray dst, size_t dstOffset, const void* src, size_t bytes,
+                           CUstream stream);
+CUresult cuMemcpyAtoHAsync(void* dst, CUarray src, size_t srcOffset, size_t bytes, CUstream stream);
 CUresult cuMemcpy2D(const CUDA_MEMCPY2D* copy);
 CUresult cuMemcpy2DUnaligned(const CUDA_MEMCPY2D* copy);
 CUresult cuMemcpy2DAsync(const CUDA_MEMCPY2D* copy, CUstream stream);

@@ -76,21 +76,39 @@ std::vector<VariableId> variablesOf(const KernelModules& modules) {
     return ids;
 }
 
-// The kernels of all modules. Templates make one and the same weak kernel in several.
-std::vector<KernelInfo> describeKernels(const KernelModules& modules) {
-    std::vector<KernelInfo> kernels;
-    std::map<std::string_view, bool> weak;
+struct KernelSource {
+    const ptx::Module* module;
+    const ptx::Function* function;
+};
+
+// The kernels of all modules, in the order of their names' first definitions. Templates make one
+// and the same weak kernel in several: the first stands for all, unless one is strong.
+std::vector<KernelSource> kernelsOf(const KernelModules& modules) {
+    std::vector<KernelSource> kernels;
+    std::map<std::string_view, size_t> indices;
     for (const auto& module : modules)
         for (const ptx::Function& function : module->functions) {
             if (!function.isEntry || !function.hasBody)
                 continue;
-            const bool isWeak = function.linkage == ptx::Linkage::kWeak;
-            const auto [known, isNew] = weak.emplace(function.name, isWeak);
-            if (isNew || modules.size() == 1)
-                kernels.push_back(describeKernel(function));
-            else if (!isWeak && !known->second)
+            const auto [known, isNew] = indices.emplace(function.name, kernels.size());
+            if (isNew) {
+                kernels.push_back({module.get(), &function});
+                continue;
+            }
+            KernelSource& earlier = kernels[known->second];
+            if (function.linkage == ptx::Linkage::kWeak)
+                continue;
+            if (earlier.function->linkage != ptx::Linkage::kWeak)
                 fail(ErrorCode::kLinkError, "kernel \"", function.name, "\" is defined twice");
+            earlier = {module.get(), &function};
         }
+    return kernels;
+}
+
+std::vector<KernelInfo> describeKernels(const KernelModules& modules) {
+    std::vector<KernelInfo> kernels;
+    for (const KernelSource& source : kernelsOf(modules))
+        kernels.push_back(describeKernel(*source.function));
     return kernels;
 }
 
@@ -145,7 +163,7 @@ struct KernelObject {
 class KernelCompilation {
 public:
     KernelCompilation(const KernelModules& modules, DebugLevel debugLevel, Variables home)
-        : modules_(modules), debugLevel_(debugLevel), home_(home),
+        : modules_(modules), sources_(kernelsOf(modules)), debugLevel_(debugLevel), home_(home),
           level_(debugLevel == DebugLevel::kFull ? OptLevel::k0 : OptLevel::k3), machine_(level_) {
         begin();
     }
@@ -205,9 +223,9 @@ public:
 
 private:
     llvm::Function* declare(const std::string& name) {
-        for (const auto& module : modules_)
-            if (const ptx::Function* kernel = module->findFunction(name); kernel && kernel->hasBody)
-                return unit_->declare(*module, *kernel);
+        for (const KernelSource& source : sources_)
+            if (source.function->name == name)
+                return unit_->declare(*source.module, *source.function);
         fail(ErrorCode::kInternal, "no kernel ", name);
     }
 
@@ -220,6 +238,7 @@ private:
     }
 
     const KernelModules& modules_;
+    const std::vector<KernelSource> sources_;
     const DebugLevel debugLevel_;
     const Variables home_;
     const OptLevel level_;

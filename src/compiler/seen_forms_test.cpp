@@ -467,5 +467,36 @@ mov.u64 %rd1, g;
             << kForms[std::stoul(kernel.name.substr(1))] << ": " << kernel.unsupported;
 }
 
+// What a form leaves open is not guessed.
+TEST(SeenForms, UnknownOnesAreRefused) {
+    constexpr const char* kUnknown[] = {
+        "vset.u32.u32 %r1, %r2, %r3;",
+        "vset2.u32.u32 %r1, %r2, %r3, %r4;",
+        "vshl.u32.u32.u32 %r1, %r2, %r3;",
+        "vshr.u32.u32.u32.clamp.wrap %r1, %r2, %r3;",
+        "atom.global.exch.f16 %h1, [%rd1], %h2;",
+        "atom.global.inc.f16x2 %r1, [%rd1], %r2;",
+        "red.global.dec.noftz.bf16 [%rd1], %h2;",
+        "atom.global.exch.v2.f16 {%h1, %h2}, [%rd1], {%h3, %h4};",
+        "cvt.pack.sat.u32.s32 %r1, %r2, %r3;",
+        "cvt.pack.sat.u8.u32 %r1, %r2, %r3;",
+        "cvt.pack.sat.u16.s32.b32 %r1, %r2, %r3, %r4;",
+        "cvt.pack.u8.s32 %r1, %r2, %r3;",
+        "cvt.pack.sat.s4.s32 %r1, %r2, %r3;",
+    };
+    for (const char* form : kUnknown) {
+        const std::string text =
+            std::string(kSeenHeader) +
+            ".visible .entry k() {\n.reg .b64 %rd<9>; .reg .b32 %r<9>; .reg .b16 %h<9>;\n"
+            "mov.u64 %rd1, g;\n" +
+            form + "\nret;\n}\n";
+        ptx::Diagnostics diagnostics;
+        const std::shared_ptr<const ptx::Module> module = ptx::parse(text, diagnostics);
+        if (!module)
+            continue; // the parser knows no such form either
+        EXPECT_THROW(compileKernels(module), Error) << form;
+    }
+}
+
 } // namespace
 } // namespace sunstone::compiler::testing

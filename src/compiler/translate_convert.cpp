@@ -241,6 +241,14 @@ void FunctionTranslator::packIntegers(const ptx::Instruction& instruction) {
         bits = bitsOf(instruction.types[0]);
         isSigned = ptx::isSigned(instruction.types[0]);
     }
+    const size_t sources = instruction.types.size() - (bits >= 8 ? 1 : 0); // a type, or a modifier
+    const size_t first = instruction.types.size() - sources;
+    const bool merges = sources == 2;
+    if (!instruction.has("sat") || bits > 16 || (bits == 16 && merges) || (bits < 8 && !merges) ||
+        sources < 1 || sources > 2 || instruction.types[first] != ptx::Type::kS32 ||
+        (merges && instruction.types[first + 1] != ptx::Type::kB32) ||
+        instruction.operands.size() != (merges ? 4 : 3))
+        rejectForm(instruction);
     const llvm::APInt low =
         isSigned ? llvm::APInt::getSignedMinValue(bits).sext(32) : llvm::APInt(32, 0);
     const llvm::APInt high = isSigned ? llvm::APInt::getSignedMaxValue(bits).sext(32)

@@ -9,6 +9,8 @@
 #include "compiler/runtime.h"
 #include "compiler/runtime_small_floats.h"
 
+#include <bit>
+
 namespace sunstone::compiler {
 
 namespace {
@@ -59,14 +61,17 @@ devlib::AccessSpace spaceOf(const ptx::Instruction& instruction) {
 
 } // namespace
 
-// name, name+offset: nothing that could go wrong when it runs.
+// name, name+offset, inside and aligned: nothing that could go wrong when it runs.
 bool FunctionTranslator::isWithinVariable(const ptx::Operand& operand, unsigned bytes) const {
     if (operand.name.empty() || (operand.scale != 0 && operand.index != ~0u) || operand.offset < 0)
         return false;
     const auto local = localVariables_.find(operand.name);
     const ptx::Variable* variable =
         local != localVariables_.end() ? local->second : unit_.findVariable(module_, operand.name);
-    return variable && uint64_t(operand.offset) + bytes <= variable->size;
+    const uint64_t alignment = std::bit_floor(std::max(1u, bytes)),
+                   offset = uint64_t(operand.offset);
+    return variable && offset + bytes <= variable->size && offset % alignment == 0 &&
+           variable->alignment % alignment == 0;
 }
 
 void FunctionTranslator::mark(llvm::Instruction& access, const ptx::Operand& operand, uint8_t kind,
@@ -382,9 +387,15 @@ llvm::CallInst* FunctionTranslator::atomicNumber(const ptx::Instruction& instruc
                                                 {builder_.getPtrTy(), single}, false),
                                    {pointer, read(source, type)});
     }
-    const auto operation = instruction.has("add")   ? AtomicOperation::kAdd
-                           : instruction.has("min") ? AtomicOperation::kMinimum
-                                                    : AtomicOperation::kMaximum;
+    AtomicOperation operation{};
+    if (instruction.has("add"))
+        operation = AtomicOperation::kAdd;
+    else if (instruction.has("min"))
+        operation = AtomicOperation::kMinimum;
+    else if (instruction.has("max"))
+        operation = AtomicOperation::kMaximum;
+    else
+        rejectForm(instruction);
     const SmallFormat format = isBrainType(type) ? SmallFormat::kBrain : SmallFormat::kHalf;
     const unsigned bits = bitsOf(type);
     return builder_.CreateCall(

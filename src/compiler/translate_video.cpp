@@ -78,14 +78,19 @@ Value* FunctionTranslator::videoResult(const ptx::Instruction& instruction, Valu
     }
     if (name.starts_with("vset")) {
         using C = llvm::CmpInst;
-        const C::Predicate predicate = instruction.has("eq")   ? C::ICMP_EQ
-                                       : instruction.has("ne") ? C::ICMP_NE
-                                       : instruction.has("lt") ? C::ICMP_SLT
-                                       : instruction.has("le") ? C::ICMP_SLE
-                                       : instruction.has("gt") ? C::ICMP_SGT
-                                                               : C::ICMP_SGE;
-        return builder_.CreateZExt(builder_.CreateICmp(predicate, a, b), a->getType());
+        for (const auto& [comparison, predicate] :
+             {std::pair<std::string_view, C::Predicate>{"eq", C::ICMP_EQ},
+              {"ne", C::ICMP_NE},
+              {"lt", C::ICMP_SLT},
+              {"le", C::ICMP_SLE},
+              {"gt", C::ICMP_SGT},
+              {"ge", C::ICMP_SGE}})
+            if (instruction.has(comparison))
+                return builder_.CreateZExt(builder_.CreateICmp(predicate, a, b), a->getType());
+        rejectForm(instruction);
     }
+    if (!name.starts_with("vsh") || instruction.has("clamp") == instruction.has("wrap"))
+        rejectForm(instruction);
     // vshl, vshr: the amount is clamped to 32 or wrapped.
     llvm::Constant* limit = llvm::ConstantInt::get(b->getType(), instruction.has("wrap") ? 31 : 32);
     b = instruction.has("wrap") ? builder_.CreateAnd(b, limit)

@@ -12,7 +12,8 @@
 namespace sunstone::device {
 
 // Device code has failed in this context, which can do nothing more: every call that needs it fails
-// with the same error, whose number is that of the CUDA API.
+// with the same error, whose number is that of the CUDA API. The context alone keeps it: queued work
+// that throws this leaves no error with its stream.
 class ContextFault : public Error {
 public:
     ContextFault(int number, const std::string& text)

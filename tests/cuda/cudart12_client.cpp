@@ -81,6 +81,11 @@ void checkProperties() {
     check(p.cooperativeLaunch == attribute(cudaDevAttrCooperativeLaunch), "cooperativeLaunch");
     check(int(p.sharedMemPerBlockOptin) == attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin),
           "sharedMemPerBlockOptin");
+    check(int(p.sharedMemPerMultiprocessor) ==
+                  attribute(cudaDevAttrMaxSharedMemoryPerMultiprocessor) &&
+              p.regsPerMultiprocessor == attribute(cudaDevAttrMaxRegistersPerMultiprocessor) &&
+              p.managedMemory == attribute(cudaDevAttrManagedMemory),
+          "sharedMemPerMultiprocessor, where padding differs");
     check(p.memoryPoolsSupported == attribute(cudaDevAttrMemoryPoolsSupported) &&
               p.clusterLaunch == attribute(cudaDevAttrClusterLaunch),
           "memoryPoolsSupported");
@@ -99,6 +104,11 @@ void checkMemory() {
     check(attributes.intact() && attributes.get()->devicePointer == memory,
           "cudaPointerGetAttributes writes 24 bytes");
     check(cuda12::advise(memory, 4096, cudaMemAdviseSetReadMostly, 0) == 0, "cudaMemAdvise");
+    check(cuda12::advise(memory, 4096, cudaMemAdviseSetPreferredLocation, cudaCpuDeviceId) == 0,
+          "cudaMemAdvise for the host");
+    check(cuda12::advise(memory, 4096, cudaMemAdviseSetPreferredLocation, 7) ==
+              cudaErrorInvalidDevice,
+          "cudaMemAdvise for a device that does not exist");
     check(cuda12::prefetch(memory, 4096, cudaCpuDeviceId, nullptr) == 0, "cudaMemPrefetchAsync");
     check(cuda12::prefetch(memory, 0, 0, nullptr) == cudaErrorInvalidValue, "prefetch of nothing");
     check(cudaFree(memory) == 0, "cudaFree");

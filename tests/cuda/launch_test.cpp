@@ -209,6 +209,8 @@ TEST_F(Launch, FailuresStayWithTheContext) {
         EXPECT_EQ(cuStreamSynchronize(nullptr), CUDA_ERROR_LAUNCH_FAILED);
         EXPECT_EQ(cuStreamQuery(stream), CUDA_ERROR_LAUNCH_FAILED);
         EXPECT_EQ(cuEventRecord(event, stream), CUDA_ERROR_LAUNCH_FAILED);
+        EXPECT_EQ(cuEventQuery(event), CUDA_ERROR_LAUNCH_FAILED);
+        EXPECT_EQ(cuEventSynchronize(event), CUDA_ERROR_LAUNCH_FAILED);
         EXPECT_EQ(cuMemAlloc(&more, 4), CUDA_ERROR_LAUNCH_FAILED);
         EXPECT_EQ(cuMemcpyDtoH(&value, out, 4), CUDA_ERROR_LAUNCH_FAILED);
         EXPECT_EQ(cuMemFree(out), CUDA_ERROR_LAUNCH_FAILED);

@@ -107,6 +107,79 @@ TEST_F(Link, SymbolsAcrossPieces) {
     EXPECT_EQ(cuMemFree(out), CUDA_SUCCESS);
 }
 
+// Whatever the order, a strong kernel stands for weak ones of its name, and there can be one.
+TEST_F(Link, StrongKernelsWin) {
+    const auto storing = [](const char* linkage, int value) {
+        return kHead + linkage +
+               " .entry pick(.param .u64 out)\n{\n    .reg .b64 %rd<2>;\n"
+               "    ld.param.u64 %rd1, [out];\n    st.global.u32 [%rd1], " +
+               std::to_string(value) + ";\n    ret;\n}\n";
+    };
+    CUdeviceptr out = 0;
+    ASSERT_EQ(cuMemAllocManaged(&out, 4, CU_MEM_ATTACH_GLOBAL), CUDA_SUCCESS);
+    const auto valueOf = [&](const std::vector<std::string>& pieces) {
+        CUlinkState state = nullptr;
+        EXPECT_EQ(cuLinkCreate(0, nullptr, nullptr, &state), CUDA_SUCCESS);
+        for (const std::string& piece : pieces)
+            EXPECT_EQ(cuLinkAddData(state, CU_JIT_INPUT_PTX, const_cast<char*>(piece.c_str()),
+                                    piece.size() + 1, "", 0, nullptr, nullptr),
+                      CUDA_SUCCESS);
+        void* image = nullptr;
+        size_t size = 0;
+        unsigned result = 0;
+        if (const CUresult error = cuLinkComplete(state, &image, &size)) {
+            result = 1000u + error;
+        } else {
+            CUmodule module = nullptr;
+            CUfunction pick = nullptr;
+            unsigned count = 0;
+            EXPECT_EQ(cuModuleLoadData(&module, image), CUDA_SUCCESS);
+            EXPECT_EQ(cuModuleGetFunctionCount(&count, module), CUDA_SUCCESS);
+            EXPECT_EQ(count, 1u);
+            EXPECT_EQ(cuModuleGetFunction(&pick, module, "pick"), CUDA_SUCCESS);
+            void* params[] = {&out};
+            EXPECT_EQ(cuLaunchKernel(pick, 1, 1, 1, 1, 1, 1, 0, nullptr, params, nullptr),
+                      CUDA_SUCCESS);
+            EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
+            result = *reinterpret_cast<unsigned*>(out);
+            EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+        }
+        EXPECT_EQ(cuLinkDestroy(state), CUDA_SUCCESS);
+        return result;
+    };
+    const std::string weak1 = storing(".weak", 1), weak2 = storing(".weak", 2);
+    const std::string strong = storing(".visible", 3), other = storing(".visible", 4);
+    EXPECT_EQ(valueOf({weak1, weak2}), 1u);
+    EXPECT_EQ(valueOf({weak1, strong, weak2}), 3u);
+    EXPECT_EQ(valueOf({strong, weak1}), 3u);
+    EXPECT_EQ(valueOf({strong, other}), 1000u + CUDA_ERROR_INVALID_PTX);
+    EXPECT_EQ(valueOf({strong, weak1, other}), 1000u + CUDA_ERROR_INVALID_PTX);
+    EXPECT_EQ(valueOf({weak1, strong, other}), 1000u + CUDA_ERROR_INVALID_PTX);
+    EXPECT_EQ(cuMemFree(out), CUDA_SUCCESS);
+}
+
+// A fat binary without PTX is not left out: what is missing then would be a riddle.
+TEST_F(Link, RefusesMachineCodeInFatBinaries) {
+    struct {
+        uint32_t magic = 0xBA55ED50;
+        uint16_t version = 1, headerSize = 16;
+        uint64_t size = 64 + 8;
+        uint16_t kind = 2, unknown1 = 0x0101; // machine code
+        uint32_t entryHeader = 64;
+        uint64_t payload = 8;
+        uint32_t compressed = 0, unknown2 = 0;
+        uint16_t minor = 0, major = 7;
+        uint32_t architecture = 75;
+        char rest[32] = {}, code[8] = {};
+    } binary;
+    EXPECT_EQ(cuLinkAddData(link, CU_JIT_INPUT_FATBINARY, &binary, sizeof binary, "", 0, nullptr,
+                            nullptr),
+              CUDA_ERROR_NO_BINARY_FOR_GPU);
+    ASSERT_EQ(add(kLibrary), CUDA_SUCCESS); // the linker can still be used
+    void* image = nullptr;
+    EXPECT_EQ(cuLinkComplete(link, &image, nullptr), CUDA_SUCCESS);
+}
+
 TEST_F(Link, RefusesMissingAndDoubleSymbols) {
     void* image = nullptr;
     ASSERT_EQ(add(kMain), CUDA_SUCCESS);

@@ -3,6 +3,8 @@
 #include <cuda.h>
 #include <gtest/gtest.h>
 
+#include <thread>
+
 namespace {
 
 class Pools : public testing::Test {
@@ -49,6 +51,36 @@ TEST_F(Pools, CountWhatIsInUse) {
     EXPECT_EQ(cuMemsetD8(b, 1, 500), CUDA_SUCCESS);
     EXPECT_EQ(cuMemFreeAsync(b, nullptr), CUDA_SUCCESS);
     EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
+}
+
+// An address that one thread has just freed may be another's allocation before the pool hears of
+// it.
+TEST_F(Pools, AddressesAreUsedAgain) {
+    CUmemoryPool pool = nullptr;
+    ASSERT_EQ(cuMemPoolCreate(&pool, &properties), CUDA_SUCCESS);
+    const auto work = [&] {
+        CUstream stream = nullptr;
+        ASSERT_EQ(cuCtxSetCurrent(context), CUDA_SUCCESS);
+        ASSERT_EQ(cuStreamCreate(&stream, CU_STREAM_NON_BLOCKING), CUDA_SUCCESS);
+        for (int i = 0; i < 1000; ++i) {
+            CUdeviceptr address = 0;
+            CUmemoryPool of = nullptr;
+            ASSERT_EQ(cuMemAllocFromPoolAsync(&address, 4096, pool, stream), CUDA_SUCCESS);
+            for (int k = 0; k < 3; ++k) {
+                ASSERT_EQ(cuPointerGetAttribute(&of, CU_POINTER_ATTRIBUTE_MEMPOOL_HANDLE, address),
+                          CUDA_SUCCESS);
+                ASSERT_EQ(of, pool) << i;
+            }
+            ASSERT_EQ(cuMemFreeAsync(address, stream), CUDA_SUCCESS);
+        }
+        EXPECT_EQ(cuStreamSynchronize(stream), CUDA_SUCCESS);
+        EXPECT_EQ(cuStreamDestroy(stream), CUDA_SUCCESS);
+    };
+    std::thread other(work);
+    work();
+    other.join();
+    EXPECT_EQ(valueOf(pool, CU_MEMPOOL_ATTR_USED_MEM_CURRENT), 0u);
+    EXPECT_EQ(cuMemPoolDestroy(pool), CUDA_SUCCESS);
 }
 
 TEST_F(Pools, KeepTheirLimit) {

@@ -92,6 +92,51 @@ TEST_F(Textures, CopiesStayInside) {
     EXPECT_EQ(cuArrayDestroy(array), CUDA_SUCCESS);
 }
 
+TEST_F(Textures, RowsOfArraysAreCopied) {
+    const CUarray a = makeArray({16, 0, 0, CU_AD_FORMAT_UNSIGNED_INT32, 1, 0});
+    const CUarray b = makeArray({16, 0, 0, CU_AD_FORMAT_UNSIGNED_INT32, 1, 0});
+    CUdeviceptr device = 0;
+    CUstream stream = nullptr;
+    ASSERT_EQ(cuMemAlloc(&device, 64), CUDA_SUCCESS);
+    ASSERT_EQ(cuStreamCreate(&stream, 0), CUDA_SUCCESS);
+    uint32_t in[16], out[16] = {}, zeros[16] = {};
+    for (uint32_t i = 0; i < 16; ++i)
+        in[i] = i * 0x01010101u;
+    // Host to a, a to device, device to b three elements on, b to a, a to host.
+    EXPECT_EQ(cuMemcpyHtoA(a, 0, in, 64), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemcpyAtoD(device, a, 16, 40), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemcpyHtoA(b, 0, zeros, 64), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemcpyDtoA(b, 12, device, 40), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemcpyAtoA(a, 8, b, 12, 40), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemcpyAtoH(out, a, 4, 48), CUDA_SUCCESS);
+    EXPECT_EQ(out[0], in[1]);
+    for (int i = 0; i < 10; ++i)
+        EXPECT_EQ(out[i + 1], in[i + 4]) << i;
+    EXPECT_EQ(out[11], in[12]);
+    EXPECT_EQ(out[12], 0u);
+    // In stream order.
+    EXPECT_EQ(cuMemcpyHtoAAsync(b, 4, in, 60, stream), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemcpyAtoHAsync(out, b, 0, 64, stream), CUDA_SUCCESS);
+    EXPECT_EQ(cuStreamSynchronize(stream), CUDA_SUCCESS);
+    EXPECT_EQ(out[0], 0u);
+    EXPECT_EQ(std::memcmp(out + 1, in, 60), 0);
+    // What leaves the array or the allocation, is not aligned, or does not exist.
+    EXPECT_EQ(cuMemcpyHtoA(a, 4, in, 64), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemcpyHtoA(a, ~size_t(3), in, 64), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemcpyHtoA(a, 2, in, 4), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemcpyAtoD(device + 4, a, 0, 64), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemcpyDtoA(a, 0, reinterpret_cast<CUdeviceptr>(in), 4), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemcpyAtoH(nullptr, a, 0, 4), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemcpyAtoA(a, 0, nullptr, 0, 4), CUDA_ERROR_INVALID_HANDLE);
+    EXPECT_EQ(cuMemcpyAtoHAsync(out, reinterpret_cast<CUarray>(in), 0, 4, stream),
+              CUDA_ERROR_INVALID_HANDLE);
+    EXPECT_EQ(cuMemcpyHtoA(a, 0, in, 0), CUDA_SUCCESS);
+    EXPECT_EQ(cuStreamDestroy(stream), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemFree(device), CUDA_SUCCESS);
+    EXPECT_EQ(cuArrayDestroy(a), CUDA_SUCCESS);
+    EXPECT_EQ(cuArrayDestroy(b), CUDA_SUCCESS);
+}
+
 TEST_F(Textures, ObjectsThatCannotBe) {
     const CUarray floats = makeArray({4, 4, 0, CU_AD_FORMAT_FLOAT, 1, 0});
     const CUarray ints = makeArray({4, 4, 0, CU_AD_FORMAT_UNSIGNED_INT32, 1, 0});

@@ -15,12 +15,7 @@ public:
     const char* name() const override { return "Sunstone CPU"; }
 
     void enqueue(void* stream, std::function<void()> work) override {
-        const cpu::Context* context = cpu::contexts().current();
-        if (const int fault = context ? context->fault.load() : 0)
-            throw ContextFault(fault,
-                               message("device code has failed in the current CUDA context (CUDA "
-                                       "error ",
-                                       fault, "): ", context->faultText()));
+        requireNoFault();
         cpu::streams().submit(cpu::streams().find(stream), std::move(work));
     }
     const void* streamContext(void* stream) override {
@@ -28,6 +23,7 @@ public:
     }
     void synchronize(void* stream) override {
         cpu::streams().synchronize(cpu::streams().find(stream));
+        requireNoFault();
     }
     void synchronizeAll() override { cpu::streams().waitAll(); }
 
@@ -38,6 +34,16 @@ public:
         if (cpu::memory().find(address))
             return cpu::memory().contains(address, size);
         return cpu::isMappedReadWrite(address, size);
+    }
+
+private:
+    static void requireNoFault() {
+        const cpu::ContextPtr context = cpu::contexts().shareCurrent();
+        if (const int fault = context ? context->fault.load() : 0)
+            throw ContextFault(fault,
+                               message("device code has failed in the current CUDA context (CUDA "
+                                       "error ",
+                                       fault, "): ", context->faultText()));
     }
 };
 

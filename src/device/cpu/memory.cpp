@@ -34,6 +34,24 @@ bool isChecked() {
     return on;
 }
 
+size_t alignmentOf(size_t size) {
+    // Acceleration structures are read at random: huge pages spare them most address look-ups.
+    return size >= kHugeFrom ? kHugePage : Memory::kAlignment;
+}
+
+// While memory is checked nothing lies this near to an allocation, so that what leaves one does not
+// end in another.
+size_t zoneBefore(size_t size) {
+    return isChecked() ? std::max<size_t>(alignmentOf(size), 4096) : 0;
+}
+size_t zoneBehind(size_t size) {
+    return isChecked() ? std::clamp<size_t>(size, 4096, size_t(1) << 20) : 0;
+}
+
+void freeBlock(const Allocation& allocation) {
+    std::free(reinterpret_cast<std::byte*>(allocation.base) - zoneBefore(allocation.size));
+}
+
 CallStack callStack() {
     constexpr int kFrames = 24;
     void* frames[kFrames];
@@ -59,14 +77,15 @@ void* Memory::allocate(size_t size, MemoryKind kind, unsigned flags, const void*
     // The kernel promises more than it has: refuse what could never be used.
     if (size > totalMemory() - std::min(totalMemory(), allocatedBytes()))
         fail(Code::kOutOfMemory, "no memory for ", size, " bytes: the device has ", totalMemory());
-    // Acceleration structures are read at random: huge pages spare them most address look-ups.
-    const size_t alignment = size >= kHugeFrom ? kHugePage : kAlignment;
-    const size_t rounded = (size + alignment - 1) & ~(alignment - 1);
-    void* base = std::aligned_alloc(alignment, rounded);
-    if (!base)
+    const size_t alignment = alignmentOf(size), before = zoneBefore(size);
+    const size_t whole = before + size + zoneBehind(size);
+    const size_t rounded = (whole + alignment - 1) & ~(alignment - 1);
+    void* block = std::aligned_alloc(alignment, rounded);
+    if (!block)
         fail(Code::kOutOfMemory, "no memory for ", size, " bytes");
     if (alignment == kHugePage)
-        madvise(base, rounded, MADV_HUGEPAGE); // only advice: failing it changes nothing
+        madvise(block, rounded, MADV_HUGEPAGE); // only advice: failing it changes nothing
+    void* base = static_cast<std::byte*>(block) + before;
     Allocation made{uintptr_t(base), size, kind, flags, owner};
     if (isChecked())
         made.allocatedAt = std::make_shared<const CallStack>(callStack());
@@ -95,9 +114,9 @@ bool Memory::adopt(const void* base, size_t size, MemoryKind kind, unsigned flag
 }
 
 // Under the lock. `dead` receives what may be freed now.
-void Memory::retire(const Allocation& allocation, bool withContext, std::vector<void*>& dead) {
+void Memory::retire(const Allocation& allocation, bool withContext, std::vector<Allocation>& dead) {
     if (!isChecked()) {
-        dead.push_back(reinterpret_cast<void*>(allocation.base));
+        dead.push_back(allocation);
         return;
     }
     if (withContext)
@@ -105,18 +124,18 @@ void Memory::retire(const Allocation& allocation, bool withContext, std::vector<
     freed_.push_back({allocation, callStack(), withContext});
     freedBytes_ += allocation.size;
     while (freedBytes_ > kKeptBytes) {
-        dead.push_back(reinterpret_cast<void*>(freed_.front().base));
+        dead.push_back(freed_.front());
         freedBytes_ -= freed_.front().size;
         freed_.pop_front();
     }
 }
 
-bool Memory::release(const void* base, std::initializer_list<MemoryKind> kinds) {
-    std::vector<void*> dead;
+bool Memory::release(const void* base, std::initializer_list<MemoryKind> kinds, uint64_t id) {
+    std::vector<Allocation> dead;
     {
         std::unique_lock lock(mutex_);
         auto it = byBase_.find(uintptr_t(base));
-        if (it == byBase_.end() ||
+        if (it == byBase_.end() || (id != 0 && it->second.id != id) ||
             std::find(kinds.begin(), kinds.end(), it->second.kind) == kinds.end())
             return false;
         if (isOurs(it->second.kind)) {
@@ -126,13 +145,13 @@ bool Memory::release(const void* base, std::initializer_list<MemoryKind> kinds) 
         byBase_.erase(it);
         ++version_;
     }
-    for (void* memory : dead)
-        std::free(memory);
+    for (const Allocation& allocation : dead)
+        freeBlock(allocation);
     return true;
 }
 
 void Memory::releaseOwner(const void* owner) {
-    std::vector<void*> dead;
+    std::vector<Allocation> dead;
     {
         std::unique_lock lock(mutex_);
         for (auto it = byBase_.begin(); it != byBase_.end();) {
@@ -148,8 +167,8 @@ void Memory::releaseOwner(const void* owner) {
         }
         ++version_;
     }
-    for (void* base : dead)
-        std::free(base);
+    for (const Allocation& allocation : dead)
+        freeBlock(allocation);
 }
 
 std::optional<Allocation> Memory::find(const void* address) const {

@@ -52,8 +52,9 @@ public:
     void* allocate(size_t size, MemoryKind kind, unsigned flags, const void* owner);
     // Remembers memory that is not ours; false if it overlaps what is known.
     bool adopt(const void* base, size_t size, MemoryKind kind, unsigned flags, const void* owner);
-    // Frees memory whose start is `base` if its kind is one of `kinds`; false if there is none.
-    bool release(const void* base, std::initializer_list<MemoryKind> kinds);
+    // Frees memory whose start is `base` if its kind is one of `kinds` (and, if given, its number
+    // that one); false if there is none.
+    bool release(const void* base, std::initializer_list<MemoryKind> kinds, uint64_t id = 0);
     // Frees or forgets everything of this owner.
     void releaseOwner(const void* owner);
 
@@ -74,7 +75,7 @@ public:
     std::vector<Allocation> leaked() const;
 
 private:
-    void retire(const Allocation& allocation, bool withContext, std::vector<void*>& dead);
+    void retire(const Allocation& allocation, bool withContext, std::vector<Allocation>& dead);
 
     mutable std::shared_mutex mutex_;
     std::map<uintptr_t, Allocation> byBase_;

@@ -3,6 +3,7 @@
 #include "device/cpu/stream.h"
 
 #include "base/error.h"
+#include "device/device.h"
 
 #include <algorithm>
 
@@ -97,6 +98,7 @@ void Stream::run(std::shared_ptr<Stream> self) {
         try {
             if (item.work)
                 item.work();
+        } catch (const ContextFault&) { // the context keeps it
         } catch (...) {
             self->keepError(std::current_exception());
         }

@@ -33,6 +33,15 @@ __global__ void unaligned(char* out) {
     *reinterpret_cast<float*>(out + 2) = 1.0f; // line: misaligned
 }
 
+__device__ __align__(4) char raw[16];
+__global__ void unalignedName(int* out) {
+    *reinterpret_cast<int*>(raw + 1) = out[0]; // line: named
+}
+
+__global__ void farAway(int* out, int index) {
+    out[index] = 1; // line: neighbour
+}
+
 __global__ void wide(float4* out, int index) {
     out[index] = make_float4(1, 2, 3, 4); // line: vector
 }
@@ -105,6 +114,10 @@ static int run(const char* name) {
         dynamicShared<<<1, 1, 64>>>(a, 16);
     else if (is("misaligned"))
         unaligned<<<1, 1>>>(reinterpret_cast<char*>(a));
+    else if (is("named"))
+        unalignedName<<<1, 1>>>(a);
+    else if (is("neighbour")) // where the next allocation might be
+        farAway<<<1, 1>>>(a, 300);
     else if (is("vector"))
         wide<<<1, 1>>>(reinterpret_cast<float4*>(a), 25);
     else if (is("atomic"))

@@ -167,6 +167,7 @@ void placeThread(devlib::KernelThread& thread, const Launch& launch, uint32_t in
 }
 
 BlockRunner::BlockRunner(Launch& launch) : launch_(launch) {
+    prepareForFaults();
     const size_t size = sharedBytesOf(launch);
     shared_ = size ? threadShared().reserve(size) : nullptr;
     if (launch.meets)
@@ -187,7 +188,6 @@ void BlockRunner::run(uint32_t x, uint32_t y, uint32_t z) {
 
 void BlockRunner::runLoop(uint32_t x, uint32_t y, uint32_t z) {
     LoopBlock block{&kLoopFunctions, &launch_, {}};
-    prepareForFaults();
     devlib::KernelThread thread = blockPrototype(launch_, x, y, z, shared_);
     thread.block = &block;
     const uint32_t count = launch_.threadsPerBlock();

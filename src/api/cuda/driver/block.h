@@ -67,7 +67,7 @@ struct Launch : LaunchPlan {
     }
 };
 
-// Runs blocks one after another; not shared between threads.
+// Runs blocks one after another, on the thread that made it.
 class BlockRunner {
 public:
     explicit BlockRunner(Launch& launch);

@@ -114,12 +114,10 @@ void BlockRunner::Fibers::suspend(Fiber& fiber) {
 
 void BlockRunner::Fibers::resume(Fiber& fiber) {
     running_ = &fiber;
-    enterDeviceCode(frame_);
     const auto index = size_t(&fiber - fibers_.data());
     sanitizer_.enter(index, stacks_.top(index), stacks_.size());
     const ctx::transfer_t back = ctx::jump_fcontext(fiber.context, &fiber);
     sanitizer_.left();
-    leaveDeviceCode();
     fiber.context = back.fctx;
 }
 
@@ -152,6 +150,14 @@ Fibers::Progress BlockRunner::Fibers::step() {
         launch_.noteFault(frame_, running_->thread);
         return Progress::kDone;
     }
+    // Once for all switches: the scheduler in between owns nothing either.
+    enterDeviceCode(frame_);
+    const Progress progress = resumeAll();
+    leaveDeviceCode();
+    return progress;
+}
+
+Fibers::Progress BlockRunner::Fibers::resumeAll() {
     while (live_ != 0) {
         bool advanced = false;
         for (Fiber& fiber : fibers_) {

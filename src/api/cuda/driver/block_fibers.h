@@ -74,6 +74,7 @@ private:
     Fiber& fiberOf(devlib::KernelThread* thread);
     void suspend(Fiber& fiber);
     void resume(Fiber& fiber);
+    Progress resumeAll();
     void tryBarrier(uint32_t id);
     void tryExchange(uint32_t warp);
     bool resolveActive();

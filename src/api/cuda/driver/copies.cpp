@@ -50,6 +50,8 @@ const void* pointerOf(CUdeviceptr address) {
 Side sideOfArray(CUarray handle, size_t x, size_t y, size_t z, const Shape& shape) {
     texture::Array& array = *arrayOf(handle)->array;
     size_t right = 0, bottom = 0, back = 0;
+    require(x % array.format().elementBytes() == 0,
+            "an offset in an array is no multiple of the size of its elements");
     require(add(x, shape.width, right) && right <= array.rowPitch() && add(y, shape.rows, bottom) &&
                 bottom <= array.rowCount() && add(z, shape.slices, back) &&
                 back <= array.shape().slices(),

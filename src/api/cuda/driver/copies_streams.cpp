@@ -43,7 +43,7 @@ void queueCopy(const Copy& copy, CUstream stream, bool wait, const CUDA_MEMCPY3D
 
 CUresult linear(const char* function, const void* dst, const void* src, size_t bytes,
                 CUstream stream, bool wait, bool dstDevice, bool srcDevice) {
-    return guarded(function, Needs::kContext, [&] {
+    return guarded(function, needsToQueue(wait), [&] {
         const Copy copy = linearCopy(dst, src, bytes, dstDevice, srcDevice);
         queueCopy(copy, stream, wait, describe(copy));
     });
@@ -54,7 +54,7 @@ const void* pointerOf(CUdeviceptr address) {
 }
 
 CUresult copy3D(const char* function, const CUDA_MEMCPY3D* copy, CUstream stream, bool wait) {
-    return guarded(function, Needs::kContext, [&] {
+    return guarded(function, needsToQueue(wait), [&] {
         require(copy, "copy is null");
         queueCopy(copyOf(*copy), stream, wait, *copy);
     });
@@ -68,7 +68,7 @@ CUresult copy2D(const char* function, const CUDA_MEMCPY2D* copy, CUstream stream
 template <class T>
 CUresult set(const char* function, CUdeviceptr dst, size_t pitch, T value, size_t width,
              size_t height, CUstream stream, bool wait) {
-    return guarded(function, Needs::kContext, [&] {
+    return guarded(function, needsToQueue(wait), [&] {
         auto details = std::make_shared<CUDA_MEMSET_NODE_PARAMS>();
         *details = {dst, pitch, value, sizeof(T), width, height};
         queue(Set{{static_cast<std::byte*>(const_cast<void*>(pointerOf(dst))), pitch},
@@ -127,11 +127,87 @@ SUNSTONE_EXPORT CUresult cuMemcpyPeer(CUdeviceptr dst, CUcontext dstContext, CUd
 }
 SUNSTONE_EXPORT CUresult cuMemcpyPeerAsync(CUdeviceptr dst, CUcontext dstContext, CUdeviceptr src,
                                            CUcontext srcContext, size_t bytes, CUstream stream) {
-    const CUresult result = guarded("cuMemcpyPeerAsync", Needs::kContext,
-                                    [&] { requirePeers(dstContext, srcContext); });
+    const CUresult result =
+        guarded("cuMemcpyPeerAsync", Needs::kQueue, [&] { requirePeers(dstContext, srcContext); });
     return result ? result
                   : linear("cuMemcpyPeerAsync", pointerOf(dst), pointerOf(src), bytes, stream,
                            false, true, true);
+}
+
+namespace {
+
+// One side of a copy with an array.
+struct ArrayEnd {
+    CUarray array;
+    size_t offset;
+};
+void setSource(CUDA_MEMCPY3D& copy, const ArrayEnd& end) {
+    copy.srcMemoryType = CU_MEMORYTYPE_ARRAY;
+    copy.srcArray = end.array;
+    copy.srcXInBytes = end.offset;
+}
+void setSource(CUDA_MEMCPY3D& copy, CUdeviceptr address) {
+    copy.srcMemoryType = CU_MEMORYTYPE_DEVICE;
+    copy.srcDevice = address;
+}
+void setSource(CUDA_MEMCPY3D& copy, const void* address) {
+    copy.srcMemoryType = CU_MEMORYTYPE_HOST;
+    copy.srcHost = address;
+}
+void setTarget(CUDA_MEMCPY3D& copy, const ArrayEnd& end) {
+    copy.dstMemoryType = CU_MEMORYTYPE_ARRAY;
+    copy.dstArray = end.array;
+    copy.dstXInBytes = end.offset;
+}
+void setTarget(CUDA_MEMCPY3D& copy, CUdeviceptr address) {
+    copy.dstMemoryType = CU_MEMORYTYPE_DEVICE;
+    copy.dstDevice = address;
+}
+void setTarget(CUDA_MEMCPY3D& copy, void* address) {
+    copy.dstMemoryType = CU_MEMORYTYPE_HOST;
+    copy.dstHost = address;
+}
+
+template <class Target, class Source>
+CUresult copyRow(const char* function, const Target& dst, const Source& src, size_t bytes,
+                 CUstream stream, bool wait) {
+    CUDA_MEMCPY3D copy = {};
+    setSource(copy, src);
+    setTarget(copy, dst);
+    copy.WidthInBytes = bytes;
+    copy.Height = copy.Depth = 1;
+    return copy3D(function, &copy, stream, wait);
+}
+
+} // namespace
+
+SUNSTONE_EXPORT CUresult cuMemcpyDtoA(CUarray dst, size_t dstOffset, CUdeviceptr src,
+                                      size_t bytes) {
+    return copyRow("cuMemcpyDtoA", ArrayEnd{dst, dstOffset}, src, bytes, nullptr, true);
+}
+SUNSTONE_EXPORT CUresult cuMemcpyAtoD(CUdeviceptr dst, CUarray src, size_t srcOffset,
+                                      size_t bytes) {
+    return copyRow("cuMemcpyAtoD", dst, ArrayEnd{src, srcOffset}, bytes, nullptr, true);
+}
+SUNSTONE_EXPORT CUresult cuMemcpyHtoA(CUarray dst, size_t dstOffset, const void* src,
+                                      size_t bytes) {
+    return copyRow("cuMemcpyHtoA", ArrayEnd{dst, dstOffset}, src, bytes, nullptr, true);
+}
+SUNSTONE_EXPORT CUresult cuMemcpyAtoH(void* dst, CUarray src, size_t srcOffset, size_t bytes) {
+    return copyRow("cuMemcpyAtoH", dst, ArrayEnd{src, srcOffset}, bytes, nullptr, true);
+}
+SUNSTONE_EXPORT CUresult cuMemcpyAtoA(CUarray dst, size_t dstOffset, CUarray src, size_t srcOffset,
+                                      size_t bytes) {
+    return copyRow("cuMemcpyAtoA", ArrayEnd{dst, dstOffset}, ArrayEnd{src, srcOffset}, bytes,
+                   nullptr, true);
+}
+SUNSTONE_EXPORT CUresult cuMemcpyHtoAAsync(CUarray dst, size_t dstOffset, const void* src,
+                                           size_t bytes, CUstream stream) {
+    return copyRow("cuMemcpyHtoAAsync", ArrayEnd{dst, dstOffset}, src, bytes, stream, false);
+}
+SUNSTONE_EXPORT CUresult cuMemcpyAtoHAsync(void* dst, CUarray src, size_t srcOffset, size_t bytes,
+                                           CUstream stream) {
+    return copyRow("cuMemcpyAtoHAsync", dst, ArrayEnd{src, srcOffset}, bytes, stream, false);
 }
 
 SUNSTONE_EXPORT CUresult cuMemcpy2D(const CUDA_MEMCPY2D* copy) {
@@ -175,7 +251,7 @@ namespace {
 
 CUresult allocateAsync(const char* function, CUdeviceptr* address, size_t bytes, CUmemoryPool pool,
                        CUstream stream) {
-    return guardedGraph(function, [&] {
+    return guardedGraph(function, Needs::kQueue, [&] {
         require(address, "address is null");
         cpu::StreamPtr target = resolveStream(stream);
         // Memory that exists early serves as well as memory that exists in time.
@@ -195,22 +271,22 @@ SUNSTONE_EXPORT CUresult cuMemAllocAsync(CUdeviceptr* address, size_t bytes, CUs
 SUNSTONE_EXPORT CUresult cuMemAllocFromPoolAsync(CUdeviceptr* address, size_t bytes,
                                                  CUmemoryPool pool, CUstream stream) {
     if (!pool)
-        return guarded("cuMemAllocFromPoolAsync", Needs::kContext,
+        return guarded("cuMemAllocFromPoolAsync", Needs::kQueue,
                        [] { require(false, "pool is null"); });
     return allocateAsync("cuMemAllocFromPoolAsync", address, bytes, pool, stream);
 }
 SUNSTONE_EXPORT CUresult cuMemFreeAsync(CUdeviceptr address, CUstream stream) {
-    return guarded("cuMemFreeAsync", Needs::kContext, [&] {
+    return guarded("cuMemFreeAsync", Needs::kQueue, [&] {
         cpu::StreamPtr target = resolveStream(stream);
         auto found = cpu::memory().find(pointerOf(address));
         require(found && found->base == address && found->kind == MemoryKind::kDevice,
                 "not the start of a live device allocation");
         std::function<void()> release; // a graph's memory stays with the graph
         if (!isOwnedByGraph(address))
-            release = [address] {
-                if (!cpu::memory().release(pointerOf(address), {MemoryKind::kDevice}))
+            release = [address, id = found->id] {
+                if (!cpu::memory().release(pointerOf(address), {MemoryKind::kDevice}, id))
                     refuse(CUDA_ERROR_INVALID_VALUE, pointerOf(address), " was freed twice");
-                forgetPoolMemory(pointerOf(address));
+                forgetPoolMemory(pointerOf(address), id);
             };
         cpu::streams().submit(target, std::move(release), {}, {cpu::WorkKind::kFree, nullptr});
     });

@@ -120,13 +120,13 @@ SUNSTONE_EXPORT CUresult cuGraphInstantiateWithParams(CUgraphExec* exec, CUgraph
     return instantiateWith(exec, graph, params);
 }
 SUNSTONE_EXPORT CUresult cuGraphUpload(CUgraphExec exec, CUstream stream) {
-    return guardedGraph("cuGraphUpload", [&] {
+    return guardedGraph("cuGraphUpload", Needs::kQueue, [&] {
         execOf(exec); // host and device share memory: nothing to upload
         resolveStream(stream);
     });
 }
 SUNSTONE_EXPORT CUresult cuGraphLaunch(CUgraphExec exec, CUstream stream) {
-    return guardedGraph("cuGraphLaunch",
+    return guardedGraph("cuGraphLaunch", Needs::kQueue,
                         [&] { cpu::ExecutableGraph::launch(execOf(exec), resolveStream(stream)); });
 }
 

@@ -40,11 +40,15 @@ bool isOwnedByGraph(CUdeviceptr address);
 
 // As guarded(), for functions that touch graphs.
 template <class Body>
-CUresult guardedGraph(const char* function, Body&& body) {
-    return guarded(function, Needs::kContext, [&] {
+CUresult guardedGraph(const char* function, Needs needs, Body&& body) {
+    return guarded(function, needs, [&] {
         std::lock_guard lock(cpu::graphMutex());
         return body();
     });
+}
+template <class Body>
+CUresult guardedGraph(const char* function, Body&& body) {
+    return guardedGraph(function, Needs::kContext, body);
 }
 
 } // namespace sunstone::api::cuda

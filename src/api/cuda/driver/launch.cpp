@@ -198,8 +198,9 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
             try {
                 runLaunch(plan);
             } catch (const Failure& failure) {
-                if (home)
-                    home->keepFault(failure.result(), failure.what());
+                if (!home)
+                    throw;
+                home->keepFault(failure.result(), failure.what());
                 throw device::ContextFault(failure.result(), failure.what());
             }
         }

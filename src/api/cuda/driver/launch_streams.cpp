@@ -43,7 +43,7 @@ SUNSTONE_EXPORT CUresult cuLaunchKernel(CUfunction function, unsigned int gridX,
                                         unsigned int blockY, unsigned int blockZ,
                                         unsigned int sharedBytes, CUstream stream, void** params,
                                         void** extra) {
-    return guarded("cuLaunchKernel", Needs::kContext, [&] {
+    return guarded("cuLaunchKernel", Needs::kQueue, [&] {
         launch(
             {function, {gridX, gridY, gridZ}, {blockX, blockY, blockZ}, sharedBytes, params, extra},
             resolveStream(stream));
@@ -52,7 +52,7 @@ SUNSTONE_EXPORT CUresult cuLaunchKernel(CUfunction function, unsigned int gridX,
 
 SUNSTONE_EXPORT CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction function,
                                           void** params, void** extra) {
-    return guarded("cuLaunchKernelEx", Needs::kContext, [&] {
+    return guarded("cuLaunchKernelEx", Needs::kQueue, [&] {
         require(config, "config is null");
         require(config->numAttrs == 0 || config->attrs, "attrs is null");
         LaunchRequest request{function,
@@ -72,7 +72,7 @@ SUNSTONE_EXPORT CUresult cuLaunchCooperativeKernel(CUfunction function, unsigned
                                                    unsigned int blockX, unsigned int blockY,
                                                    unsigned int blockZ, unsigned int sharedBytes,
                                                    CUstream stream, void** params) {
-    return guarded("cuLaunchCooperativeKernel", Needs::kContext, [&] {
+    return guarded("cuLaunchCooperativeKernel", Needs::kQueue, [&] {
         launch({function,
                 {gridX, gridY, gridZ},
                 {blockX, blockY, blockZ},

@@ -6,7 +6,6 @@
 #include "api/cuda/driver/fat_binary.h"
 #include "api/cuda/driver/module.h"
 #include "base/handles.h"
-#include "base/log.h"
 #include "compiler/kernel_module.h"
 
 #include <cstring>
@@ -58,18 +57,10 @@ void addPieces(LinkState& state, std::vector<std::string> texts) {
     }
 }
 
-CUresult addData(CUlinkState state, CUjitInputType type, void* data, size_t size) {
+void addData(CUlinkState state, CUjitInputType type, void* data, size_t size) {
     std::shared_ptr<LinkState> link = linkOf(state);
     requireKnownInput(type);
-    try {
-        addPieces(*link, ptxOfBytes(data, size));
-    } catch (const Failure& failure) {
-        // Of a toolkit's own libraries a program needs the machine code only if it calls them.
-        if (failure.result() != CUDA_ERROR_NO_BINARY_FOR_GPU || type != CU_JIT_INPUT_FATBINARY)
-            throw;
-        log(LogLevel::kInfo, "cuda", message("cuLinkAddData: left out: ", failure.what()));
-    }
-    return CUDA_SUCCESS;
+    addPieces(*link, ptxOfBytes(data, size));
 }
 
 } // namespace
@@ -141,7 +132,7 @@ SUNSTONE_EXPORT CUresult cuLinkAddData(CUlinkState state, CUjitInputType type, v
                                        CUjit_option* options, void** values) {
     return guarded("cuLinkAddData", Needs::kContext, [&] {
         JitOptions(count, options, values); // must be well-formed; none means anything here
-        return addData(state, type, data, size);
+        addData(state, type, data, size);
     });
 }
 SUNSTONE_EXPORT CUresult cuLinkAddFile(CUlinkState state, CUjitInputType type, const char* path,

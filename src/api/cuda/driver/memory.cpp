@@ -92,7 +92,7 @@ bool pointerAttribute(void* data, CUpointer_attribute attribute, CUdeviceptr add
         store(data, 3u);
         return true;
     case CU_POINTER_ATTRIBUTE_MEMPOOL_HANDLE:
-        store(data, poolOfMemory(reinterpret_cast<void*>(memory.base)));
+        store(data, poolOfMemory(memory));
         return true;
     default:
         refuse(CUDA_ERROR_INVALID_VALUE, "pointer attribute ", int(attribute), " is unknown");
@@ -165,18 +165,20 @@ SUNSTONE_EXPORT CUresult cuMemFree(CUdeviceptr address) {
         cpu::streams().refuseDuringCapture();
         if (isOwnedByGraph(address))
             return;
+        const auto free = [&] {
+            const bool released = cpu::memory().release(
+                pointerOf(address), {MemoryKind::kDevice, MemoryKind::kManaged}, found->id);
+            forgetPoolMemory(pointerOf(address), found->id);
+            return released;
+        };
         // Queued work may still use it: freeing waits for the device, as it does on others.
         try {
             cpu::streams().synchronizeAll();
         } catch (...) {
-            cpu::memory().release(pointerOf(address), {MemoryKind::kDevice, MemoryKind::kManaged});
-            forgetPoolMemory(pointerOf(address));
+            free();
             throw;
         }
-        require(
-            cpu::memory().release(pointerOf(address), {MemoryKind::kDevice, MemoryKind::kManaged}),
-            "freed by another thread meanwhile");
-        forgetPoolMemory(pointerOf(address));
+        require(free(), "freed by another thread meanwhile");
     });
 }
 

@@ -17,7 +17,7 @@ void captureEvent(const cpu::StreamPtr& stream, cpu::WorkKind kind,
 }
 
 CUresult recordEvent(const char* function, CUevent event, CUstream stream, unsigned flags) {
-    return guarded(function, Needs::kContext, [&] {
+    return guarded(function, Needs::kQueue, [&] {
         require(flags <= CU_EVENT_RECORD_EXTERNAL, "unknown flags");
         std::shared_ptr<cpu::Event> found = eventOf(event);
         cpu::StreamPtr target = resolveStream(stream);
@@ -76,14 +76,14 @@ SUNSTONE_EXPORT CUresult cuStreamGetCtx(CUstream stream, CUcontext* context) {
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamWaitEvent(CUstream stream, CUevent event, unsigned int flags) {
-    return guarded("cuStreamWaitEvent", Needs::kContext, [&] {
+    return guarded("cuStreamWaitEvent", Needs::kQueue, [&] {
         require(flags <= CU_EVENT_WAIT_EXTERNAL, "unknown flags");
         waitForEvent(resolveStream(stream), eventOf(event), flags);
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamAddCallback(CUstream stream, CUstreamCallback callback,
                                              void* userData, unsigned int flags) {
-    return guarded("cuStreamAddCallback", Needs::kContext, [&] {
+    return guarded("cuStreamAddCallback", Needs::kQueue, [&] {
         require(callback && flags == 0, "callback is null or flags not 0");
         cpu::StreamPtr target = resolveStream(stream);
         if (cpu::streams().isCapturing(target))
@@ -93,7 +93,7 @@ SUNSTONE_EXPORT CUresult cuStreamAddCallback(CUstream stream, CUstreamCallback c
     });
 }
 SUNSTONE_EXPORT CUresult cuLaunchHostFunc(CUstream stream, CUhostFn function, void* userData) {
-    return guarded("cuLaunchHostFunc", Needs::kContext, [&] {
+    return guarded("cuLaunchHostFunc", Needs::kQueue, [&] {
         require(function, "function is null");
         auto details = std::make_shared<CUDA_HOST_NODE_PARAMS>();
         details->fn = function;
@@ -117,7 +117,7 @@ SUNSTONE_EXPORT CUresult cuStreamSynchronize(CUstream stream) {
 }
 SUNSTONE_EXPORT CUresult cuStreamAttachMemAsync(CUstream stream, CUdeviceptr address, size_t length,
                                                 unsigned int flags) {
-    return guarded("cuStreamAttachMemAsync", Needs::kContext, [&] {
+    return guarded("cuStreamAttachMemAsync", Needs::kQueue, [&] {
         require(flags == CU_MEM_ATTACH_GLOBAL || flags == CU_MEM_ATTACH_HOST ||
                     flags == CU_MEM_ATTACH_SINGLE,
                 "unknown flags");

@@ -197,17 +197,19 @@ void* allocateFromPool(CUmemoryPool handle, size_t bytes) {
     return address;
 }
 
-void forgetPoolMemory(const void* address) {
+void forgetPoolMemory(const void* address, uint64_t allocation) {
     std::lock_guard lock(pools().mutex);
-    if (auto found = pools().memory.find(reinterpret_cast<uintptr_t>(address));
-        found != pools().memory.end())
+    const auto found = pools().memory.find(reinterpret_cast<uintptr_t>(address));
+    if (found != pools().memory.end() && found->second.id == allocation)
         pools().drop(found);
 }
 
-CUmemoryPool poolOfMemory(const void* address) {
+CUmemoryPool poolOfMemory(const cpu::Allocation& allocation) {
     std::lock_guard lock(pools().mutex);
-    auto found = pools().memory.find(reinterpret_cast<uintptr_t>(address));
-    return found == pools().memory.end() ? nullptr : handleOf(found->second.pool);
+    const auto found = pools().memory.find(allocation.base);
+    return found == pools().memory.end() || found->second.id != allocation.id
+               ? nullptr
+               : handleOf(found->second.pool);
 }
 
 } // namespace sunstone::api::cuda

@@ -11,9 +11,10 @@ namespace sunstone::api::cuda {
 // CUDA_ERROR_OUT_OF_MEMORY where the pool's size is reached, or CUDA_ERROR_INVALID_VALUE for a
 // handle that is no live pool.
 void* allocateFromPool(CUmemoryPool pool, size_t bytes);
-// Call it when memory is freed, from a pool or not.
-void forgetPoolMemory(const void* address);
-// The pool of an allocation's start address; null if it comes from none.
-CUmemoryPool poolOfMemory(const void* address);
+// Call it when memory is freed, from a pool or not, with the number of the allocation: the address
+// may be in use again already.
+void forgetPoolMemory(const void* address, uint64_t allocation);
+// Null if it comes from none.
+CUmemoryPool poolOfMemory(const cpu::Allocation& allocation);
 
 } // namespace sunstone::api::cuda

@@ -7,7 +7,6 @@
 #include "device/device.h"
 
 #include <new>
-#include <string_view>
 
 namespace sunstone::api::cuda {
 
@@ -81,12 +80,10 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
         if (const int fault = context->fault)
             return failed(fault);
         const CUresult result = body();
-        // It may have failed while the call waited for something else. Not so calls that queue
-        // work: whether that has failed already would be chance.
-        const std::string_view name = function;
-        const bool queues = name.find("Launch") != name.npos || name.find("Async") != name.npos;
-        if (const int fault = result == CUDA_SUCCESS && !queues ? context->fault.load() : 0)
-            return failed(fault);
+        // It may have failed while the call waited for something else.
+        if (result == CUDA_SUCCESS && needs != Needs::kQueue)
+            if (const int fault = context->fault)
+                return failed(fault);
         return result;
     } catch (const device::ContextFault& fault) {
         return report(CUresult(fault.number()), fault.what());

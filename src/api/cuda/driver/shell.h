@@ -43,8 +43,14 @@ inline void require(bool condition, const char* text) {
         throw Failure(CUDA_ERROR_INVALID_VALUE, text);
 }
 
-// kContext: a current context in which no device code has failed; kAnyContext: a current one.
-enum class Needs { kNothing, kInit, kAnyContext, kContext };
+// What an entry point needs. kAnyContext: a current context; kContext: one in which no device code
+// has failed, neither before the call nor while it waits; kQueue: the same before the call alone, for
+// functions that queue work and come back (whether it has failed by then would be chance).
+enum class Needs { kNothing, kInit, kAnyContext, kContext, kQueue };
+// For functions that share a body: whether this one waits for the work.
+constexpr Needs needsToQueue(bool waits) {
+    return waits ? Needs::kContext : Needs::kQueue;
+}
 
 // Runs a body, logs what it throws with the function's name, returns the code. A body returning
 // CUresult passes its own on.

@@ -3,6 +3,7 @@
 #include "api/cuda/driver/shell.h"
 
 #include "base/handles.h"
+#include "device/device.h"
 
 using namespace sunstone;
 using namespace sunstone::api::cuda;
@@ -29,6 +30,14 @@ CUresult createStream(const char* function, CUstream* stream, unsigned flags, in
         *stream = static_cast<CUstream>(
             cpu::streams().create(flags, priority, cpu::contexts().current()));
     });
+}
+
+// Device code has failed in the event's context, which need not be the current one.
+void refuseFault(const cpu::Event& event) {
+    const cpu::ContextPtr context = cpu::contexts().find(event.owner());
+    if (const int fault = context ? context->fault.load() : 0)
+        throw device::ContextFault(fault, "device code has failed in the event's context: " +
+                                              context->faultText());
 }
 
 } // namespace
@@ -79,14 +88,20 @@ SUNSTONE_EXPORT CUresult cuEventDestroy(CUevent event) {
 }
 SUNSTONE_EXPORT CUresult cuEventQuery(CUevent event) {
     return guarded("cuEventQuery", Needs::kInit, [&] {
-        const cpu::CompletionPtr mark = eventOf(event)->mark();
-        return !mark || mark->done() ? CUDA_SUCCESS : CUDA_ERROR_NOT_READY;
+        const std::shared_ptr<cpu::Event> found = eventOf(event);
+        const cpu::CompletionPtr mark = found->mark();
+        if (mark && !mark->done())
+            return CUDA_ERROR_NOT_READY;
+        refuseFault(*found);
+        return CUDA_SUCCESS;
     });
 }
 SUNSTONE_EXPORT CUresult cuEventSynchronize(CUevent event) {
     return guarded("cuEventSynchronize", Needs::kInit, [&] {
-        if (const cpu::CompletionPtr mark = eventOf(event)->mark())
+        const std::shared_ptr<cpu::Event> found = eventOf(event);
+        if (const cpu::CompletionPtr mark = found->mark())
             mark->wait();
+        refuseFault(*found);
     });
 }
 SUNSTONE_EXPORT CUresult cuEventElapsedTime(float* milliseconds, CUevent start, CUevent end) {

@@ -237,34 +237,20 @@
     X(cuMemcpy3DPeerAsync_ptsz) \
     X(cuMemcpy3DPeer_ptds) \
     X(cuMemcpyAtoA) \
-    X(cuMemcpyAtoA_v2) \
-    X(cuMemcpyAtoA_v2_ptds) \
     X(cuMemcpyAtoD) \
-    X(cuMemcpyAtoD_v2) \
-    X(cuMemcpyAtoD_v2_ptds) \
     X(cuMemcpyAtoH) \
     X(cuMemcpyAtoHAsync) \
-    X(cuMemcpyAtoHAsync_v2) \
-    X(cuMemcpyAtoHAsync_v2_ptsz) \
-    X(cuMemcpyAtoH_v2) \
-    X(cuMemcpyAtoH_v2_ptds) \
     X(cuMemcpyBatchAsync) \
     X(cuMemcpyBatchAsync_ptsz) \
     X(cuMemcpyBatchAsync_v2) \
     X(cuMemcpyBatchAsync_v2_ptsz) \
     X(cuMemcpyDtoA) \
-    X(cuMemcpyDtoA_v2) \
-    X(cuMemcpyDtoA_v2_ptds) \
     X(cuMemcpyDtoD) \
     X(cuMemcpyDtoDAsync) \
     X(cuMemcpyDtoH) \
     X(cuMemcpyDtoHAsync) \
     X(cuMemcpyHtoA) \
     X(cuMemcpyHtoAAsync) \
-    X(cuMemcpyHtoAAsync_v2) \
-    X(cuMemcpyHtoAAsync_v2_ptsz) \
-    X(cuMemcpyHtoA_v2) \
-    X(cuMemcpyHtoA_v2_ptds) \
     X(cuMemcpyHtoD) \
     X(cuMemcpyHtoDAsync) \
     X(cuMemsetD16) \

@@ -241,7 +241,7 @@ SUNSTONE_CUDART cudaError_t cudaDeviceReset(void) {
         d.cuCtxSetCurrent(nullptr);
         const CUresult result = d.cuDevicePrimaryCtxReset(0);
         if (result == CUDA_SUCCESS)
-            forgetDeviceError();
+            forgetLastError();
         return result;
     });
 }

@@ -2,16 +2,15 @@
 // Names and descriptions of cudaError_t values, and the last error of each thread.
 #include "api/cuda/runtime/runtime.h"
 
-#include <atomic>
-
 namespace sunstone::cudart {
 
 namespace {
 
 thread_local cudaError_t lastError = cudaSuccess;
 
-// An error that device code ended with stays until the device is reset: every call answers with it.
-std::atomic<cudaError_t> deviceError{cudaSuccess};
+// An error that device code ended with stays with its context: every call answers with it. The
+// driver knows; here is only whether it is worth asking, since an answer on this thread was one.
+thread_local bool mayHaveFailed = false;
 
 bool isDeviceError(cudaError_t error) {
     switch (error) {
@@ -28,6 +27,17 @@ bool isDeviceError(cudaError_t error) {
     default:
         return false;
     }
+}
+
+// What device code in the current context has ended with.
+cudaError_t contextError() {
+    const Driver& d = driver();
+    CUcontext context = nullptr;
+    if (d.status != cudaSuccess || d.cuCtxGetCurrent(&context) != CUDA_SUCCESS || !context)
+        return cudaSuccess;
+    size_t free = 0, total = 0; // a call without effect, which is allowed during captures
+    const cudaError_t error = static_cast<cudaError_t>(d.cuMemGetInfo(&free, &total));
+    return isDeviceError(error) ? error : cudaSuccess;
 }
 
 struct Entry {
@@ -178,16 +188,15 @@ const Entry* entryOf(cudaError_t error) {
 } // namespace
 
 cudaError_t remember(cudaError_t error) {
-    // "Not ready" is an answer, not a failure.
-    if (error != cudaSuccess && error != cudaErrorNotReady)
+    // "Not ready" is an answer, not a failure. What stays with the context is asked of it.
+    mayHaveFailed |= isDeviceError(error);
+    const bool stays = isDeviceError(error) && contextError() == error;
+    if (error != cudaSuccess && error != cudaErrorNotReady && !stays)
         lastError = error;
-    if (isDeviceError(error))
-        deviceError = error;
     return error;
 }
 
-void forgetDeviceError() {
-    deviceError = cudaSuccess;
+void forgetLastError() {
     lastError = cudaSuccess;
 }
 
@@ -213,8 +222,9 @@ SUNSTONE_CUDART cudaError_t cudaGetLastError(void) {
     return error;
 }
 SUNSTONE_CUDART cudaError_t cudaPeekAtLastError(void) {
-    const cudaError_t fault = deviceError;
-    return fault != cudaSuccess ? fault : lastError;
+    const cudaError_t fault = mayHaveFailed ? contextError() : cudaSuccess;
+    mayHaveFailed = fault != cudaSuccess;
+    return mayHaveFailed ? fault : lastError;
 }
 
 SUNSTONE_CUDART const char* cudaGetErrorName(cudaError_t error) {

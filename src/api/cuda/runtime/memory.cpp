@@ -80,15 +80,53 @@ SUNSTONE_CUDART cudaError_t cudaMalloc3D(struct cudaPitchedPtr* pitched, struct 
 SUNSTONE_CUDART cudaError_t cudaMemGetInfo(size_t* freeBytes, size_t* total) {
     return call([&](const Driver& d) { return d.cuMemGetInfo(freeBytes, total); });
 }
+
+namespace sunstone::cudart {
+
+cudaError_t checkLocation(const Driver& d, const cudaMemLocation& location) {
+    switch (location.type) {
+    case cudaMemLocationTypeDevice: {
+        int count = 0;
+        if (const CUresult result = d.cuDeviceGetCount(&count))
+            return fromDriver(result);
+        return location.id >= 0 && location.id < count ? cudaSuccess : cudaErrorInvalidDevice;
+    }
+    case cudaMemLocationTypeHost:
+    case cudaMemLocationTypeHostNuma:
+    case cudaMemLocationTypeHostNumaCurrent:
+        return cudaSuccess;
+    default:
+        return cudaErrorInvalidValue;
+    }
+}
+
+namespace {
+
+// Some advice names a place; who accesses memory is no node of the host.
+cudaError_t checkAdvice(const Driver& d, cudaMemoryAdvise advice, const cudaMemLocation& location) {
+    const bool isAccess =
+        advice == cudaMemAdviseSetAccessedBy || advice == cudaMemAdviseUnsetAccessedBy;
+    if (!isAccess && advice != cudaMemAdviseSetPreferredLocation)
+        return cudaSuccess;
+    if (isAccess && location.type != cudaMemLocationTypeDevice &&
+        location.type != cudaMemLocationTypeHost)
+        return cudaErrorInvalidValue;
+    return checkLocation(d, location);
+}
+
+} // namespace
+
+} // namespace sunstone::cudart
+
 SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaMemAdvise,
                                               cudaMemAdvise_v2)(const void* address, size_t bytes,
                                                                 enum cudaMemoryAdvise advice,
-                                                                struct cudaMemLocation) {
+                                                                struct cudaMemLocation location) {
     // Nothing to gain from advice where host and device are the same memory.
     if (!address || bytes == 0 || advice < cudaMemAdviseSetReadMostly ||
         advice > cudaMemAdviseUnsetAccessedBy)
         return remember(cudaErrorInvalidValue);
-    return remember(ensureContext());
+    return call([&](const Driver& d) { return checkAdvice(d, advice, location); });
 }
 
 SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaPointerGetAttributes,

@@ -87,10 +87,17 @@ CUresult linkPieces(CUmodule* module, void* const* pieces) {
     CUresult result = d.cuLinkCreate(0, nullptr, nullptr, &state);
     if (result)
         return result;
-    for (; *pieces && !result; ++pieces)
-        if (const size_t size = sizeOf(*pieces))
-            result = d.cuLinkAddData(state, CU_JIT_INPUT_FATBINARY, *pieces, size, "", 0, nullptr,
-                                     nullptr);
+    for (; *pieces && !result; ++pieces) {
+        const size_t size = sizeOf(*pieces);
+        if (size == 0)
+            continue;
+        result = d.cuLinkAddData(state, CU_JIT_INPUT_FATBINARY, *pieces, size, "", 0, nullptr,
+                                 nullptr);
+        // nvcc adds libraries of its own, of which the CPU device cannot take the machine code. A
+        // program that calls them misses symbols when the linker completes.
+        if (result == CUDA_ERROR_NO_BINARY_FOR_GPU)
+            result = CUDA_SUCCESS;
+    }
     void* image = nullptr;
     size_t size = 0;
     if (!result)

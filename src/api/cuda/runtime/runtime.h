@@ -148,7 +148,7 @@ cudaError_t fromDriver(CUresult result);
 // Keeps an error for cudaGetLastError and passes it on.
 cudaError_t remember(cudaError_t error);
 // The device has been reset.
-void forgetDeviceError();
+void forgetLastError();
 
 // The ordinary shape of an entry point: context, driver call, error.
 template <class Body>
@@ -173,6 +173,9 @@ inline CUstream streamOf(cudaStream_t stream) {
 inline CUdeviceptr addressOf(const void* pointer) {
     return reinterpret_cast<CUdeviceptr>(pointer);
 }
+
+// A place that memory can be in: one of the devices, or the host. memory.cpp
+cudaError_t checkLocation(const Driver& driver, const cudaMemLocation& location);
 
 // ---- what compilers registered: registration.cpp ----
 // The driver's function for a kernel's host stub or a handle of __cudaGetKernel.

@@ -56,29 +56,28 @@ cudaError_t properties12(DeviceProperties12& to, int device) {
     std::memset(&to, 0, sizeof to);
     // Both structs have the same members in the same order, but for those of readRemoved: runs of
     // them are copied.
-    struct Run {
-        size_t to, from, endFrom;
-    };
-#define RUN(first, next)                                                                           \
+#define RUN(first, last)                                                                           \
     {                                                                                              \
-        offsetof(DeviceProperties12, first), offsetof(cudaDeviceProp, first),                      \
-            offsetof(cudaDeviceProp, next)                                                         \
+        using A = DeviceProperties12;                                                              \
+        using B = cudaDeviceProp;                                                                  \
+        constexpr size_t toFirst = offsetof(A, first), fromFirst = offsetof(B, first);             \
+        constexpr size_t bytes = offsetof(B, last) + sizeof(B::last) - fromFirst;                  \
+        static_assert(offsetof(A, last) + sizeof(A::last) - toFirst == bytes,                      \
+                      "a member of the run is in one struct only");                                \
+        std::memcpy(reinterpret_cast<char*>(&to) + toFirst,                                        \
+                    reinterpret_cast<const char*>(&from) + fromFirst, bytes);                      \
     }
-    constexpr Run runs[] = {
-        RUN(name, totalConstMem),
-        RUN(totalConstMem, multiProcessorCount),
-        RUN(multiProcessorCount, integrated),
-        RUN(integrated, maxTexture1D),
-        RUN(maxTexture1D, maxTexture2D),
-        RUN(maxTexture2D, memoryBusWidth),
-        RUN(memoryBusWidth, pageableMemoryAccess),
-        RUN(pageableMemoryAccess, sharedMemPerBlockOptin),
-        RUN(sharedMemPerBlockOptin, deviceNumaConfig),
-    };
+    RUN(name, maxGridSize)
+    RUN(totalConstMem, texturePitchAlignment)
+    RUN(multiProcessorCount, multiProcessorCount)
+    RUN(integrated, canMapHostMemory)
+    RUN(maxTexture1D, maxTexture1DMipmap)
+    RUN(maxTexture2D, unifiedAddressing)
+    RUN(memoryBusWidth, localL1CacheSupported)
+    RUN(sharedMemPerMultiprocessor, hostNativeAtomicSupported)
+    RUN(pageableMemoryAccess, cooperativeLaunch)
+    RUN(sharedMemPerBlockOptin, unifiedFunctionPointers)
 #undef RUN
-    for (const Run& run : runs)
-        std::memcpy(reinterpret_cast<char*>(&to) + run.to,
-                    reinterpret_cast<const char*>(&from) + run.from, run.endFrom - run.from);
     return readRemoved(to, device);
 }
 
@@ -122,8 +121,11 @@ SUNSTONE_OLDER(cudaPointerGetAttributes, (void* attributes, const void* address)
         std::memcpy(attributes, &result, offsetof(cudaPointerAttributes, reserved));
     return error;
 }
-SUNSTONE_OLDER(cudaMemAdvise, (const void* address, size_t bytes, cudaMemoryAdvise advice, int)) {
-    return cudaMemAdvise_v2(address, bytes, advice, {cudaMemLocationTypeDevice, 0});
+SUNSTONE_OLDER(cudaMemAdvise,
+               (const void* address, size_t bytes, cudaMemoryAdvise advice, int device)) {
+    return cudaMemAdvise_v2(
+        address, bytes, advice,
+        {device == cudaCpuDeviceId ? cudaMemLocationTypeHost : cudaMemLocationTypeDevice, device});
 }
 SUNSTONE_OLDER(cudaGraphGetEdges,
                (cudaGraph_t graph, cudaGraphNode_t* from, cudaGraphNode_t* to, size_t* count)) {

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// The runtime API where it depends on what the driver API does beside it: errors that stay with a
+// context, and those that do not.
+#include "base/error.h"
+#include "device/cpu/stream.h"
+
+#include <cuda.h>
+#include <cuda_runtime_api.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+
+namespace {
+
+constexpr char kTrap[] = ".version 7.0\n.target sm_60\n.address_size 64\n"
+                         ".visible .entry stop() { trap; }\n";
+
+class Runtime : public testing::Test {
+protected:
+    void SetUp() override { ASSERT_EQ(cudaDeviceReset(), cudaSuccess); }
+    void TearDown() override { EXPECT_EQ(cudaDeviceReset(), cudaSuccess); }
+
+    // Device code that fails in the current context.
+    static void failDeviceCode() {
+        CUmodule module = nullptr;
+        CUfunction function = nullptr;
+        ASSERT_EQ(cudaFree(nullptr), cudaSuccess); // makes the context
+        ASSERT_EQ(cuModuleLoadData(&module, kTrap), CUDA_SUCCESS);
+        ASSERT_EQ(cuModuleGetFunction(&function, module, "stop"), CUDA_SUCCESS);
+        ASSERT_EQ(cuLaunchKernel(function, 1, 1, 1, 1, 1, 1, 0, nullptr, nullptr, nullptr),
+                  CUDA_SUCCESS);
+    }
+};
+
+TEST_F(Runtime, AnErrorOfDeviceCodeStaysAsLongAsItsContext) {
+    failDeviceCode();
+    EXPECT_EQ(cudaDeviceSynchronize(), cudaErrorLaunchFailure);
+    EXPECT_EQ(cudaGetLastError(), cudaErrorLaunchFailure);
+    EXPECT_EQ(cudaPeekAtLastError(), cudaErrorLaunchFailure);
+    EXPECT_EQ(cudaGetLastError(), cudaErrorLaunchFailure);
+    // The driver makes an end of it, behind the runtime's back.
+    ASSERT_EQ(cuDevicePrimaryCtxReset(0), CUDA_SUCCESS);
+    EXPECT_EQ(cudaPeekAtLastError(), cudaSuccess);
+    EXPECT_EQ(cudaGetLastError(), cudaSuccess);
+    EXPECT_EQ(cudaFree(nullptr), cudaSuccess);
+}
+
+TEST_F(Runtime, AResetByAnotherThreadEndsIt) {
+    failDeviceCode();
+    EXPECT_EQ(cudaDeviceSynchronize(), cudaErrorLaunchFailure);
+    std::thread([] { EXPECT_EQ(cudaDeviceReset(), cudaSuccess); }).join();
+    EXPECT_EQ(cudaGetLastError(), cudaSuccess);
+    void* memory = nullptr;
+    EXPECT_EQ(cudaMalloc(&memory, 64), cudaSuccess);
+    EXPECT_EQ(cudaGetLastError(), cudaSuccess);
+    EXPECT_EQ(cudaFree(memory), cudaSuccess);
+}
+
+TEST_F(Runtime, OtherContextsAreNotConcerned) {
+    failDeviceCode();
+    EXPECT_EQ(cudaDeviceSynchronize(), cudaErrorLaunchFailure);
+    CUcontext other = nullptr;
+    ASSERT_EQ(cuCtxCreate(&other, nullptr, 0, 0), CUDA_SUCCESS);
+    EXPECT_EQ(cudaGetLastError(), cudaSuccess);
+    EXPECT_EQ(cudaDeviceSynchronize(), cudaSuccess);
+    ASSERT_EQ(cuCtxDestroy(other), CUDA_SUCCESS);
+    // Back in the first one, the next call tells.
+    EXPECT_EQ(cudaDeviceSynchronize(), cudaErrorLaunchFailure);
+    EXPECT_EQ(cudaGetLastError(), cudaErrorLaunchFailure);
+}
+
+// What a failed launch of ray tracing programs leaves: an error of its stream, seen once.
+TEST_F(Runtime, AnErrorOfAStreamIsToldOnce) {
+    cudaStream_t stream = nullptr;
+    ASSERT_EQ(cudaStreamCreate(&stream), cudaSuccess);
+    auto& streams = sunstone::device::cpu::streams();
+    streams.submit(streams.find(stream), [] {
+        throw sunstone::Error(sunstone::Code::kLaunchFailure, "a program threw an exception");
+    });
+    EXPECT_EQ(cudaStreamSynchronize(stream), cudaErrorLaunchFailure);
+    EXPECT_EQ(cudaPeekAtLastError(), cudaErrorLaunchFailure);
+    EXPECT_EQ(cudaGetLastError(), cudaErrorLaunchFailure);
+    EXPECT_EQ(cudaGetLastError(), cudaSuccess);
+    EXPECT_EQ(cudaStreamSynchronize(stream), cudaSuccess);
+    EXPECT_EQ(cudaStreamDestroy(stream), cudaSuccess);
+}
+
+TEST_F(Runtime, PlacesOfMemoryAreChecked) {
+    void* memory = nullptr;
+    ASSERT_EQ(cudaMallocManaged(&memory, 4096, cudaMemAttachGlobal), cudaSuccess);
+    const cudaMemLocation device = {cudaMemLocationTypeDevice, 0};
+    const cudaMemLocation none = {cudaMemLocationTypeDevice, 1};
+    const cudaMemLocation negative = {cudaMemLocationTypeDevice, -1};
+    const cudaMemLocation host = {cudaMemLocationTypeHost, 0};
+    const cudaMemLocation node = {cudaMemLocationTypeHostNuma, 0};
+    const cudaMemLocation garbage = {cudaMemLocationType(77), 0};
+    const auto advise = [&](cudaMemoryAdvise advice, cudaMemLocation location) {
+        return cudaMemAdvise(memory, 4096, advice, location);
+    };
+    EXPECT_EQ(advise(cudaMemAdviseSetPreferredLocation, device), cudaSuccess);
+    EXPECT_EQ(advise(cudaMemAdviseSetPreferredLocation, node), cudaSuccess);
+    EXPECT_EQ(advise(cudaMemAdviseSetAccessedBy, host), cudaSuccess);
+    EXPECT_EQ(advise(cudaMemAdviseSetReadMostly, garbage), cudaSuccess); // names no place
+    EXPECT_EQ(advise(cudaMemAdviseSetPreferredLocation, none), cudaErrorInvalidDevice);
+    EXPECT_EQ(advise(cudaMemAdviseSetAccessedBy, negative), cudaErrorInvalidDevice);
+    EXPECT_EQ(advise(cudaMemAdviseSetAccessedBy, node), cudaErrorInvalidValue);
+    EXPECT_EQ(advise(cudaMemAdviseUnsetAccessedBy, garbage), cudaErrorInvalidValue);
+    EXPECT_EQ(cudaMemPrefetchAsync(memory, 4096, device, 0, nullptr), cudaSuccess);
+    EXPECT_EQ(cudaMemPrefetchAsync(memory, 4096, host, 0, nullptr), cudaSuccess);
+    EXPECT_EQ(cudaMemPrefetchAsync(memory, 4096, none, 0, nullptr), cudaErrorInvalidDevice);
+    EXPECT_EQ(cudaMemPrefetchAsync(memory, 4096, garbage, 0, nullptr), cudaErrorInvalidValue);
+    EXPECT_EQ(cudaFree(memory), cudaSuccess);
+}
+
+} // namespace
