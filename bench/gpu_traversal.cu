@@ -10,7 +10,7 @@ using namespace sunstone::bvh::gpu;
 
 namespace {
 
-struct Nearest {
+struct Nearest : NoShapes {
     static constexpr bool kTriangles = true, kCustoms = false, kInstances = false;
     static constexpr unsigned kLevels = 0;
     uint32_t primitive = ~0u;

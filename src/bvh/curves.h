@@ -20,6 +20,10 @@
 
 #include <cstdint>
 
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device begin
+#endif
+
 namespace sunstone::bvh {
 
 // Numbers of OptixPrimitiveType.
@@ -101,3 +105,7 @@ constexpr uint32_t kCurveRows = 8, kLinearRows = 9;
 }
 
 } // namespace sunstone::bvh
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device end
+#endif

@@ -8,8 +8,8 @@
 // convex and covers an interval of the ray; a hit is where an interval begins outside of the
 // others. So rays that start inside see no surface from within.
 //
-// Other bases, one piece at a time: eight lanes start in the middle of the piece's eighths and
-// iterate. About C(u), the surface is nearly the cone with axis C'(u) and radius r(u) + r'(u) du;
+// Other bases, one piece at a time: eight lanes (or, on GPUs, one after the other; N lanes go side by
+// side) start in the middle of the piece's eighths and iterate. About C(u), the surface is nearly the cone with axis C'(u) and radius r(u) + r'(u) du;
 // the ray enters it at a distance found by a quadratic equation, and how far that point is from the
 // plane orthogonal to the curve at u gives the next u:
 //     du = q.C' / (C'.C' - q.C''),   q = hit - C(u)   (C'' here without its part along C')
@@ -24,7 +24,6 @@
 
 #include "bvh/curves.h"
 #include "bvh/ray_space.h"
-#include "bvh/traverse.h"
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
@@ -39,33 +38,33 @@ SUNSTONE_INLINE float insideU(float u) {
 }
 
 // The position polynomial of a segment in ray space, all lanes alike: x, y, z, radius.
+template <unsigned N>
 struct CurveLanes {
-    V8 a[4][4]; // [power][component]
+    using V = Lanes<N>;
+    V a[4][4]; // [power][component]
     V4 power[4];
 
     SUNSTONE_INLINE_MEMBER CurveLanes(const RaySpace& s, const float* points, CurveBasis basis) {
         const auto& weights = powerWeights(basis);
         const uint32_t degree = degreeOf(basis);
         V4 p[4];
-        for (uint32_t i = 0; i <= degree; ++i)
-            p[i] = toRaySpace(s, loadLanes<V4>(points + 4 * i));
-        if (degree < 3)
-            p[3] = V4{};
+        for (uint32_t i = 0; i < 4; ++i)
+            p[i] = i <= degree ? toRaySpace(s, loadLanes<V4>(points + 4 * i)) : V4{};
         for (int k = 0; k < 4; ++k) {
             power[k] = weights[k][0] * p[0];
             for (int i = 1; i < 4; ++i)
                 power[k] = fused(all<V4>(weights[k][i]), p[i], power[k]);
             for (int c = 0; c < 4; ++c)
-                a[k][c] = all<V8>(power[k][c]);
+                a[k][c] = all<V>(power[k][c]);
         }
     }
-    SUNSTONE_INLINE_MEMBER V8 value(int c, V8 u) const {
+    SUNSTONE_INLINE_MEMBER V value(int c, V u) const {
         return fused(fused(fused(a[3][c], u, a[2][c]), u, a[1][c]), u, a[0][c]);
     }
-    SUNSTONE_INLINE_MEMBER V8 first(int c, V8 u) const {
+    SUNSTONE_INLINE_MEMBER V first(int c, V u) const {
         return fused(fused(3 * a[3][c], u, 2 * a[2][c]), u, a[1][c]);
     }
-    SUNSTONE_INLINE_MEMBER V8 second(int c, V8 u) const {
+    SUNSTONE_INLINE_MEMBER V second(int c, V u) const {
         return fused(6 * a[3][c], u, 2 * a[2][c]);
     }
     SUNSTONE_INLINE_MEMBER V4 value(float u) const {
@@ -91,50 +90,62 @@ struct CurveCandidate {
 };
 
 // Where in its part of the segment each lane has settled.
+template <unsigned N>
 struct SettledLanes {
-    V8 t, u;
+    Lanes<N> t, u;
     Mask mask;
 };
 
-constexpr V8 kLaneNumbers = {0, 1, 2, 3, 4, 5, 6, 7};
+// The eighths that lanes stand for, from `first` on.
+template <unsigned N>
+SUNSTONE_INLINE Lanes<N> eighths(uint32_t first) {
+    if constexpr (N == 8)
+        return V8{0, 1, 2, 3, 4, 5, 6, 7};
+    else
+        return all<V1>(float(first));
+}
 
 // Where the ray enters the cones about C(u): at the distance q behind the depth of C(u), by m in
 // front of the plane at u, in units of |C'|.
+template <unsigned N>
 struct ConeEntries {
-    V8 q, m, speed, bend, radius, discriminant;
+    Lanes<N> q, m, speed, bend, radius, discriminant;
 };
-SUNSTONE_INLINE ConeEntries enterCones(const CurveLanes& curve, V8 u) {
-    ConeEntries e;
-    const V8 x = curve.value(0, u), y = curve.value(1, u), r = curve.value(3, u);
-    const V8 dx = curve.first(0, u), dy = curve.first(1, u), dz = curve.first(2, u),
+template <unsigned N>
+SUNSTONE_INLINE ConeEntries<N> enterCones(const CurveLanes<N>& curve, Lanes<N> u) {
+    using V = Lanes<N>;
+    ConeEntries<N> e;
+    const V x = curve.value(0, u), y = curve.value(1, u), r = curve.value(3, u);
+    const V dx = curve.first(0, u), dy = curve.first(1, u), dz = curve.first(2, u),
              dr = curve.first(3, u);
-    const V8 flat = fused(dx, dx, dy * dy);
+    const V flat = fused(dx, dx, dy * dy);
     e.speed = fused(dz, dz, flat);
-    const V8 inverse = 1 / e.speed;
-    const V8 cross = x * dy - y * dx, distance = fused(x, x, y * y);
-    const V8 along = -fused(x, dx, y * dy); // (q . C') for q at the depth of C(u)
+    const V inverse = 1 / e.speed;
+    const V cross = x * dy - y * dx, distance = fused(x, x, y * y);
+    const V along = -fused(x, dx, y * dy); // (q . C') for q at the depth of C(u)
     // Cone: a z^2 + 2 b z + c = 0 for z from C(u) on.
-    const V8 slope = dr * inverse, rAlong = fused(slope, along, r);
-    const V8 a = inverse * fused(-dr * slope, dz * dz, flat);
-    const V8 b = -dz * fused(along, inverse, slope * rAlong);
-    const V8 c = fused(inverse, fused(dz * dz, distance, cross * cross), -rAlong * rAlong);
+    const V slope = dr * inverse, rAlong = fused(slope, along, r);
+    const V a = inverse * fused(-dr * slope, dz * dz, flat);
+    const V b = -dz * fused(along, inverse, slope * rAlong);
+    const V c = fused(inverse, fused(dz * dz, distance, cross * cross), -rAlong * rAlong);
     e.discriminant = fused(b, b, -a * c);
-    const V8 root = rootOf(mostOf(e.discriminant, V8{}));
+    const V root = rootOf(mostOf(e.discriminant, V{}));
     e.q = b > 0 ? (-b - root) / a : c / (root - b);
     e.m = fused(e.q, dz, along);
     // q.C'' without the part along the curve, which is about the parameter's speed alone.
-    const V8 ddx = curve.second(0, u), ddy = curve.second(1, u), ddz = curve.second(2, u);
-    const V8 hurry = fused(dx, ddx, fused(dy, ddy, dz * ddz)) * inverse;
+    const V ddx = curve.second(0, u), ddy = curve.second(1, u), ddz = curve.second(2, u);
+    const V hurry = fused(dx, ddx, fused(dy, ddy, dz * ddz)) * inverse;
     e.bend = fused(e.q, ddz, -fused(x, ddx, fused(y, ddy, e.m * hurry)));
     e.radius = fused(dr * inverse, e.m, r);
     return e;
 }
 
 // Which lanes have settled: one more step of du would hardly change them.
-SUNSTONE_INLINE SettledLanes settledLanes(const CurveLanes& curve, const RaySpace& s,
-                                          const ConeEntries& e, V8 u, V8 du, V8 middle, float h,
-                                          float tmax) {
-    SettledLanes out;
+template <unsigned N>
+SUNSTONE_INLINE SettledLanes<N> settledLanes(const CurveLanes<N>& curve, const RaySpace& s,
+                                             const ConeEntries<N>& e, Lanes<N> u, Lanes<N> du,
+                                             Lanes<N> middle, float h, float tmax) {
+    SettledLanes<N> out;
     out.u = u + du;
     out.t = (curve.value(2, u) + e.q) * s.toT;
     const auto good = (e.discriminant >= 0.0f) & (e.radius > 0.0f) & (magnitude(du) <= 0.05f * h) &
@@ -146,18 +157,19 @@ SUNSTONE_INLINE SettledLanes settledLanes(const CurveLanes& curve, const RaySpac
     return out;
 }
 
-// Lanes over the eighths of [begin, begin + length].
-template <int kSteps>
-SUNSTONE_INLINE SettledLanes settle(const CurveLanes& curve, const RaySpace& s, float begin,
-                                    float length, float tmax) {
+// Lanes over the eighths of [begin, begin + length], from `first` on.
+template <unsigned N, int kSteps>
+SUNSTONE_INLINE SettledLanes<N> settle(const CurveLanes<N>& curve, const RaySpace& s, float begin,
+                                       float length, uint32_t first, float tmax) {
+    using V = Lanes<N>;
     const float h = length / 8;
-    const V8 middle = begin + h * (kLaneNumbers + 0.5f);
-    V8 u = middle;
+    const V middle = begin + h * (eighths<N>(first) + 0.5f);
+    V u = middle;
     for (int step = 1;; ++step) {
-        const ConeEntries e = enterCones(curve, u);
-        const V8 du = e.m / mostOf(e.speed - e.bend, 0.2f * e.speed);
+        const ConeEntries<N> e = enterCones<N>(curve, u);
+        const V du = e.m / mostOf(e.speed - e.bend, 0.2f * e.speed);
         if (step == kSteps)
-            return settledLanes(curve, s, e, u, du, middle, h, tmax);
+            return settledLanes<N>(curve, s, e, u, du, middle, h, tmax);
         u = leastOf(mostOf(u + du, middle - h), middle + h);
     }
 }
@@ -167,13 +179,16 @@ SUNSTONE_INLINE SettledLanes settle(const CurveLanes& curve, const RaySpace& s, 
 // of its part first. Once m has had both signs, a lane keeps the last place of each, and stays
 // between them: every other step goes where a straight line through the two is zero.
 constexpr int kBentSteps = 12;
-[[gnu::noinline]] static SettledLanes settleBent(const CurveLanes& curve, const RaySpace& s,
-                                                 float begin, float length, float tmax) {
+template <unsigned N>
+[[gnu::noinline]] static SettledLanes<N> settleBent(const CurveLanes<N>& curve, const RaySpace& s,
+                                                    float begin, float length, uint32_t first,
+                                                    float tmax) {
+    using V = Lanes<N>;
     const float h = length / 8;
-    const V8 middle = begin + h * (kLaneNumbers + 0.5f), none = all<V8>(__builtin_nanf(""));
-    V8 u = middle - 0.5f * h, above = none, below = none, mAbove = none, mBelow = none;
+    const V middle = begin + h * (eighths<N>(first) + 0.5f), none = all<V>(__builtin_nanf(""));
+    V u = middle - 0.5f * h, above = none, below = none, mAbove = none, mBelow = none;
     for (int step = 1;; ++step) {
-        const ConeEntries e = enterCones(curve, u);
+        const ConeEntries<N> e = enterCones<N>(curve, u);
         const auto positive = e.m >= 0.0f;
         above = positive ? u : above;
         below = positive ? below : u;
@@ -183,22 +198,22 @@ constexpr int kBentSteps = 12;
             u = middle + 0.5f * h;
             continue;
         }
-        const V8 slope = e.speed - e.bend, least = 0.2f * e.speed;
-        const V8 du = e.m / (slope < 0.0f ? leastOf(slope, -least) : mostOf(slope, least));
+        const V slope = e.speed - e.bend, least = 0.2f * e.speed;
+        const V du = e.m / (slope < 0.0f ? leastOf(slope, -least) : mostOf(slope, least));
         if (step == kBentSteps) {
-            const V8 most = all<V8>(0.05f * h), last = leastOf(mostOf(du, -most), most);
-            SettledLanes lanes = settledLanes(curve, s, e, u, last, middle, h, tmax);
+            const V most = all<V>(0.05f * h), last = leastOf(mostOf(du, -most), most);
+            SettledLanes<N> lanes = settledLanes<N>(curve, s, e, u, last, middle, h, tmax);
             // Where m jumps there is a change of sign, but no hit.
-            const V8 near = 1e-3f * e.radius;
+            const V near = 1e-3f * e.radius;
             lanes.mask &= bitsOfMask(e.m * e.m <= near * near * e.speed);
             return lanes;
         }
         const auto both = (above == above) & (below == below);
-        const V8 low = leastOf(above, below), high = mostOf(above, below), next = u + du;
+        const V low = leastOf(above, below), high = mostOf(above, below), next = u + du;
         const auto fits = ((next > low) & (next < high)) | (magnitude(du) <= 1e-3f * h);
-        const V8 straight = (above * mBelow - below * mAbove) / (mBelow - mAbove);
-        const V8 inside = step & 1 ? (fits ? next : 0.5f * (low + high)) : straight;
-        const V8 alone = step == 2 ? middle : leastOf(mostOf(next, middle - h), middle + h);
+        const V straight = (above * mBelow - below * mAbove) / (mBelow - mAbove);
+        const V inside = step & 1 ? (fits ? next : 0.5f * (low + high)) : straight;
+        const V alone = step == 2 ? middle : leastOf(mostOf(next, middle - h), middle + h);
         u = both ? inside : alone;
     }
 }
@@ -206,18 +221,20 @@ constexpr int kBentSteps = 12;
 // Which eighths turn so much that they must be cut: by more than 14 degrees. The direction turns no
 // more than the derivative's Bernstein coefficients do from one to the next, each by 7 degrees
 // here.
-SUNSTONE_INLINE Mask turnsMuch(const CurveLanes& curve, V8 u0, V8 u1, float h) {
+template <unsigned N>
+SUNSTONE_INLINE Mask turnsMuch(const CurveLanes<N>& curve, Lanes<N> u0, Lanes<N> u1, float h) {
+    using V = Lanes<N>;
     constexpr float kCosineSquared = 0.985f;
-    V8 d[3][3], size[3] = {};
+    V d[3][3], size[3] = {};
     for (int c = 0; c < 3; ++c) {
         d[0][c] = curve.first(c, u0);
-        d[1][c] = fused(curve.second(c, u0), all<V8>(0.5f * h), d[0][c]);
+        d[1][c] = fused(curve.second(c, u0), all<V>(0.5f * h), d[0][c]);
         d[2][c] = curve.first(c, u1);
         for (int k = 0; k < 3; ++k)
             size[k] = fused(d[k][c], d[k][c], size[k]);
     }
     const auto turns = [&](int k) {
-        const V8 along =
+        const V along =
             fused(d[k][0], d[k + 1][0], fused(d[k][1], d[k + 1][1], d[k][2] * d[k + 1][2]));
         return (along <= 0.0f) | (along * along < kCosineSquared * (size[k] * size[k + 1]));
     };
@@ -230,41 +247,57 @@ SUNSTONE_INLINE Mask turnsMuch(const CurveLanes& curve, V8 u0, V8 u1, float h) {
 struct EighthTest {
     Mask meets, bent, tight;
 };
-SUNSTONE_INLINE EighthTest testEighths(const CurveLanes& curve, const RaySpace& s, float begin,
-                                       float length, float tmax) {
+template <unsigned N>
+SUNSTONE_INLINE EighthTest testLanes(const CurveLanes<N>& curve, const RaySpace& s, float begin,
+                                     float length, uint32_t first, float tmax) {
+    using V = Lanes<N>;
     const float h = length / 8;
-    const V8 u0 = begin + h * kLaneNumbers, u1 = u0 + h;
-    const V8 ax = curve.value(0, u0), ay = curve.value(1, u0), az = curve.value(2, u0);
-    const V8 vx = curve.value(0, u1) - ax, vy = curve.value(1, u1) - ay,
+    const V u0 = begin + h * eighths<N>(first), u1 = u0 + h;
+    const V ax = curve.value(0, u0), ay = curve.value(1, u0), az = curve.value(2, u0);
+    const V vx = curve.value(0, u1) - ax, vy = curve.value(1, u1) - ay,
              vz = curve.value(2, u1) - az;
     // How far the curve and its radius may be from linear.
-    V8 off = {}, offR = {};
-    const V8 ends[2] = {u0, u1};
+    V off = {}, offR = {};
+    const V ends[2] = {u0, u1};
     auto tight = u0 > u1;
-    for (const V8 u : ends) {
-        const V8 x = curve.second(0, u), y = curve.second(1, u), z = curve.second(2, u);
-        const V8 dx = curve.first(0, u), dy = curve.first(1, u), dz = curve.first(2, u);
-        const V8 size = x * x + y * y + z * z, speed = dx * dx + dy * dy + dz * dz,
+    for (const V u : ends) {
+        const V x = curve.second(0, u), y = curve.second(1, u), z = curve.second(2, u);
+        const V dx = curve.first(0, u), dy = curve.first(1, u), dz = curve.first(2, u);
+        const V size = x * x + y * y + z * z, speed = dx * dx + dy * dy + dz * dz,
                  along = x * dx + y * dy + z * dz, r = curve.value(3, u);
         off = mostOf(off, size);
         offR = mostOf(offR, magnitude(curve.second(3, u)));
         tight |= ((size * speed - along * along) * r * r > 0.0625f * speed * speed * speed) |
                  (magnitude(along) * h > speed);
     }
-    const V8 flat = vx * vx + vy * vy;
-    const V8 place =
-        leastOf(mostOf(-(ax * vx + ay * vy) / mostOf(flat, all<V8>(1e-37f)), V8{}), all<V8>(1));
-    const V8 px = fused(place, vx, ax), py = fused(place, vy, ay);
-    const V8 r = mostOf(magnitude(curve.value(3, u0)), magnitude(curve.value(3, u1))) +
+    const V flat = vx * vx + vy * vy;
+    const V place =
+        leastOf(mostOf(-(ax * vx + ay * vy) / mostOf(flat, all<V>(1e-37f)), V{}), all<V>(1));
+    const V px = fused(place, vx, ax), py = fused(place, vy, ay);
+    const V r = mostOf(magnitude(curve.value(3, u0)), magnitude(curve.value(3, u1))) +
                  (rootOf(off) + offR) * (h * h / 8) + 0x1p-20f * (magnitude(az) + magnitude(vz));
-    const V8 low = leastOf(az, az + vz) - r, high = mostOf(az, az + vz) + r;
+    const V low = leastOf(az, az + vz) - r, high = mostOf(az, az + vz) + r;
     const auto meets =
         (px * px + py * py <= r * r) & (low <= tmax * s.length) & (high >= s.tmin * s.length);
-    return {bitsOfMask(meets), turnsMuch(curve, u0, u1, h), bitsOfMask(tight)};
+    return {bitsOfMask(meets), turnsMuch<N>(curve, u0, u1, h), bitsOfMask(tight)};
 }
 
-SUNSTONE_INLINE bool takeNearest(const SettledLanes& lanes, CurveCandidate& best) {
-    alignas(32) float t[8], u[8];
+template <unsigned N>
+SUNSTONE_INLINE EighthTest testEighths(const CurveLanes<N>& curve, const RaySpace& s, float begin,
+                                       float length, float tmax) {
+    EighthTest all = {};
+    for (uint32_t first = 0; first < 8; first += N) {
+        const EighthTest some = testLanes<N>(curve, s, begin, length, first, tmax);
+        all.meets |= some.meets << first;
+        all.bent |= some.bent << first;
+        all.tight |= some.tight << first;
+    }
+    return all;
+}
+
+template <unsigned N>
+SUNSTONE_INLINE bool takeNearest(const SettledLanes<N>& lanes, CurveCandidate& best) {
+    alignas(32) float t[N], u[N];
     __builtin_memcpy(t, &lanes.t, sizeof t);
     __builtin_memcpy(u, &lanes.u, sizeof u);
     bool found = false;
@@ -278,29 +311,68 @@ SUNSTONE_INLINE bool takeNearest(const SettledLanes& lanes, CurveCandidate& best
     return found;
 }
 
-// Cuts what is bent; at the last level takes it as it is.
-[[gnu::noinline]] static bool intersectBent(const CurveLanes& curve, const RaySpace& s, float begin,
-                                            float length, int levels, CurveCandidate& best) {
-    const EighthTest test = testEighths(curve, s, begin, length, best.t);
-    if (!test.meets)
-        return false;
-    if (!(test.meets & (test.bent | test.tight))) {
-        SettledLanes lanes = settle<3>(curve, s, begin, length, best.t);
-        lanes.mask &= test.meets;
-        return takeNearest(lanes, best);
-    }
+// Where these eighths settle: all side by side, or one after the other.
+template <unsigned N, class Settle>
+SUNSTONE_INLINE bool settleEighths(Mask where, CurveCandidate& best, const Settle& settled) {
     bool found = false;
-    if (levels > 0)
-        for (Mask m = test.meets & test.bent; m; m &= m - 1)
-            found |= intersectBent(curve, s, begin + float(lowestBit(m)) * length / 8, length / 8,
-                                   levels - 1, best);
-    SettledLanes lanes = settleBent(curve, s, begin, length, best.t);
-    lanes.mask &= test.meets & (levels > 0 ? ~test.bent : ~0u);
-    return takeNearest(lanes, best) || found;
+    if constexpr (N == 8) {
+        SettledLanes<8> lanes = settled(0);
+        lanes.mask &= where;
+        found = takeNearest<8>(lanes, best);
+    } else {
+        for (Mask m = where; m; m &= m - 1)
+            found |= takeNearest<N>(settled(lowestBit(m)), best);
+    }
+    return found;
+}
+template <unsigned N>
+SUNSTONE_INLINE bool settleStraight(const CurveLanes<N>& curve, const RaySpace& s, float begin,
+                                    float length, Mask where, CurveCandidate& best) {
+    return settleEighths<N>(where, best, [&](uint32_t first) {
+        return settle<N, 3>(curve, s, begin, length, first, best.t);
+    });
+}
+
+// Levels of cutting in eighths: with the pieces' own, more than curves with cusps need.
+constexpr int kBentLevels = 3;
+
+// Cuts what is bent; at the last level takes it as it is.
+template <unsigned N>
+[[gnu::noinline]] static bool intersectBent(const CurveLanes<N>& curve, const RaySpace& s,
+                                            float begin, float length, CurveCandidate& best) {
+    struct Part {
+        float begin;
+        Mask bent; // eighths that are still to be cut
+    } parts[kBentLevels];
+    bool found = false;
+    for (int level = 0;;) {
+        const EighthTest test = testEighths<N>(curve, s, begin, length, best.t);
+        const Mask cut = level < kBentLevels ? test.meets & test.bent : 0;
+        if (test.meets & (test.bent | test.tight))
+            found |= settleEighths<N>(test.meets & ~cut, best, [&](uint32_t first) {
+                return settleBent<N>(curve, s, begin, length, first, best.t);
+            });
+        else if (test.meets)
+            found |= settleStraight<N>(curve, s, begin, length, test.meets, best);
+        if (cut) {
+            parts[level++] = {begin, cut};
+            length /= 8;
+        }
+        while (level > 0 && !parts[level - 1].bent) {
+            --level;
+            length *= 8;
+        }
+        if (level == 0)
+            return found;
+        Part& part = parts[level - 1];
+        begin = part.begin + float(lowestBit(part.bent)) * length;
+        part.bent &= part.bent - 1;
+    }
 }
 
 // The disc that closes an end.
-SUNSTONE_INLINE bool intersectCap(const CurveLanes& curve, const RaySpace& s, float u,
+template <unsigned N>
+SUNSTONE_INLINE bool intersectCap(const CurveLanes<N>& curve, const RaySpace& s, float u,
                                   CurveCandidate& best) {
     const V4 p = curve.value(u), d = curve.direction(u);
     // Seen from outside: against the curve's direction at its begin, along it at its end.
@@ -314,19 +386,22 @@ SUNSTONE_INLINE bool intersectCap(const CurveLanes& curve, const RaySpace& s, fl
     return true;
 }
 
-// Levels of cutting in eighths: with the pieces' own, more than curves with cusps need.
-constexpr int kBentLevels = 3;
-
 // The nearest hit of a piece that is not behind best.t.
+template <unsigned N>
 SUNSTONE_INLINE bool intersectPiece(const RaySpace& s, const float* points, CurveBasis basis,
                                     uint32_t word, uint32_t flags, CurveCandidate& best) {
-    const CurveLanes curve(s, points, basis);
+    const CurveLanes<N> curve(s, points, basis);
     const PieceRange range = rangeOf(word);
     bool found;
-    if (__builtin_expect(flags & kCurveBent, 0))
-        found = intersectBent(curve, s, range.begin, range.length, kBentLevels, best);
-    else
-        found = takeNearest(settle<3>(curve, s, range.begin, range.length, best.t), best);
+    if (__builtin_expect(flags & kCurveBent, 0)) {
+        found = intersectBent<N>(curve, s, range.begin, range.length, best);
+    } else {
+        // One after the other, what the ray cannot meet is worth leaving out.
+        Mask where = 0xFF;
+        if constexpr (N < 8)
+            where = testEighths<N>(curve, s, range.begin, range.length, best.t).meets;
+        found = settleStraight<N>(curve, s, range.begin, range.length, where, best);
+    }
     if (__builtin_expect((flags & kCurveCapBegin) && range.begin == 0, 0))
         found |= intersectCap(curve, s, 0, best);
     if (__builtin_expect((flags & kCurveCapEnd) && range.begin + range.length == 1, 0))

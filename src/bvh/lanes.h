@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors of four and eight floats with arithmetic, comparison and selection as operators, for
+// Vectors of one, four and eight floats with arithmetic, comparison and selection as operators, for
 // intersection tests with much arithmetic. Comparisons give vectors of 0 and -1, `m ? a : b`
 // selects. Included by files compiled once per instruction set (see simd.h).
 #pragma once
@@ -8,6 +8,7 @@
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
+using V1 = float __attribute__((vector_size(4)));
 using V4 = float __attribute__((vector_size(16)));
 using V8 = float __attribute__((vector_size(32)));
 
@@ -17,6 +18,10 @@ using V8 = float __attribute__((vector_size(32)));
 
 template <unsigned N>
 struct VectorOf;
+template <>
+struct VectorOf<1> {
+    using Type = V1;
+};
 template <>
 struct VectorOf<4> {
     using Type = V4;
@@ -35,7 +40,7 @@ SUNSTONE_INLINE V all(float a) {
 // a * b + c, in one rounding where the processor can.
 template <class V>
 SUNSTONE_INLINE V fused(V a, V b, V c) {
-#if defined(__FMA__)
+#if defined(__FMA__) || defined(__NVPTX__)
     return __builtin_elementwise_fma(a, b, c);
 #else
     return a * b + c;
@@ -57,6 +62,10 @@ template <class V>
 SUNSTONE_INLINE V magnitude(V a) {
     return __builtin_elementwise_abs(a);
 }
+SUNSTONE_INLINE Mask bitsOfMask(__attribute__((vector_size(4))) int m) {
+    return Mask(m[0]) & 1;
+}
+#if !defined(__NVPTX__)
 SUNSTONE_INLINE Mask bitsOfMask(__attribute__((vector_size(32))) int m) {
     using Bits = bool __attribute__((ext_vector_type(8)));
     return __builtin_bit_cast(uint8_t, __builtin_convertvector(m, Bits));
@@ -64,6 +73,7 @@ SUNSTONE_INLINE Mask bitsOfMask(__attribute__((vector_size(32))) int m) {
 SUNSTONE_INLINE Mask bitsOfMask(__attribute__((vector_size(16))) int m) {
     return Mask(_mm_movemask_ps(__builtin_bit_cast(__m128, m)));
 }
+#endif
 template <class V>
 SUNSTONE_INLINE V loadLanes(const float* p) {
     V v;

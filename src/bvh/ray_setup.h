@@ -19,7 +19,7 @@
 #pragma once
 
 #include "bvh/layout.h"
-#include "bvh/simd.h"
+#include "bvh/scalars.h"
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
@@ -33,22 +33,6 @@ struct RaySetup {
     uint32_t axis[3]; // kx, ky, kz
     float shear[3];   // Sx, Sy, Sz
 };
-
-SUNSTONE_INLINE float absolute(float a) {
-    return __builtin_fabsf(a);
-}
-SUNSTONE_INLINE float smaller(float a, float b) {
-    return a < b ? a : b;
-}
-SUNSTONE_INLINE float larger(float a, float b) {
-    return a > b ? a : b;
-}
-SUNSTONE_INLINE uint32_t bitsOf(float a) {
-    return __builtin_bit_cast(uint32_t, a);
-}
-SUNSTONE_INLINE bool finite(float a) {
-    return (bitsOf(a) & 0x7F800000u) != 0x7F800000u;
-}
 
 // False for rays that cannot hit anything: NaN or infinity in them, or no direction.
 SUNSTONE_INLINE bool isRay(const float org[3], const float dir[3], float tmin, float tmax) {

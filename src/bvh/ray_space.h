@@ -5,8 +5,7 @@
 #pragma once
 
 #include "bvh/lanes.h"
-#include "bvh/ray_setup.h"
-#include "bvh/shapes.h"
+#include "bvh/scalars.h"
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
@@ -22,8 +21,8 @@ struct RaySpace {
 };
 
 // False where the direction is too long for a number.
-SUNSTONE_INLINE bool setupRaySpace(RaySpace& s, const ShapeRay& ray) {
-    const float* d = ray.direction;
+SUNSTONE_INLINE bool setupRaySpace(RaySpace& s, const float origin[3], const float d[3],
+                                   float tmin) {
     const float longest = larger(larger(absolute(d[0]), absolute(d[1])), absolute(d[2]));
     const float a[3] = {d[0] / longest, d[1] / longest, d[2] / longest};
     const float scaled = __builtin_sqrtf(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
@@ -39,12 +38,12 @@ SUNSTONE_INLINE bool setupRaySpace(RaySpace& s, const ShapeRay& ray) {
     const float x[3] = {1 + sign * zx * zx * p, sign * q, -sign * zx};
     const float y[3] = {q, sign + zy * zy * p, -zy};
     for (int i = 0; i < 3; ++i) {
-        s.origin[i] = ray.origin[i];
+        s.origin[i] = origin[i];
         s.x[i] = x[i];
         s.y[i] = y[i];
     }
     s.z[0] = zx, s.z[1] = zy, s.z[2] = zz;
-    s.tmin = ray.tmin;
+    s.tmin = tmin;
     return true;
 }
 

@@ -26,13 +26,6 @@ constexpr uint64_t kTaskBytes = 1u << 18;
 constexpr uint32_t kUnusedLane = ~0u;
 static_assert(kUnusedLane == kNoPiece && kUnusedLane == kNoSphere);
 
-// Pieces that a segment may be split into.
-uint32_t maxPieces(uint32_t shape, const BuildOptions& options) {
-    if (!isCurveBasis(shape) || options.preferFastBuild)
-        return 1;
-    return options.preferFastTrace ? 4 : 2;
-}
-
 struct ShapePlan {
     uint32_t shape, keys, numInputs, numPrimitives = 0, pieces, numReferences;
     LeafRules rules;
@@ -42,7 +35,7 @@ struct ShapePlan {
     ShapePlan(const BuildInputs& inputs, const BuildOptions& options)
         : shape(shapeOf(inputs)), keys(std::max(options.motion.keys, 1u)),
           numInputs(numShapeInputs(inputs)), pieces(maxPieces(shape, options)) {
-        checkKinds(inputs);
+        requireOneShape(inputs);
         count(inputs);
         rules.minCount = 2;
         rules.maxCount = 8;
@@ -55,20 +48,6 @@ struct ShapePlan {
     }
 
 private:
-    void checkKinds(const BuildInputs& inputs) const {
-        if (!inputs.triangles.empty() || !inputs.customs.empty() || inputs.instances ||
-            (!inputs.curves.empty() && !inputs.spheres.empty()))
-            fail(Code::kInvalidValue, "a build takes one kind of inputs");
-        for (uint32_t i = 0; i < inputs.curves.size(); ++i) {
-            if (!isCurveBasis(inputs.curves[i].basis))
-                fail(Code::kInvalidValue, "build input ", i, ": ", inputs.curves[i].basis,
-                     " is no type of round curves");
-            if (inputs.curves[i].basis != shape)
-                fail(Code::kInvalidValue, "build input ", i,
-                     " has another type of curves than the first");
-        }
-    }
-
     void count(const BuildInputs& inputs) {
         uint64_t total = 0, sbtRecords = 0;
         for (uint32_t i = 0; i < numInputs; ++i) {
@@ -251,44 +230,24 @@ public:
     Splitter(const ShapeStore& store, uint32_t limit, bool always)
         : store_(store), limit_(limit), always_(always) {}
 
-    // Number of pieces, a power of two. Thin things across the axes gain most.
+    // Number of pieces, a power of two.
     uint32_t pieces(uint32_t number) const {
         const uint32_t flags = store_.records[number].sbt >> kGeometryFlagShift;
         if (limit_ == 1 || (flags & kGeometryRequireSingleAnyHit))
             return 1;
-        if (always_)
-            return limit_;
-        uint32_t count = 1;
-        for (float area = areaOf(number, 1); count < limit_; count *= 2) {
-            const float split = areaOf(number, 2 * count);
-            if (split > 0.8f * area)
-                break;
-            area = split;
-        }
-        return count;
+        return always_ ? limit_ : worthwhilePieces(pointsOf(number), limit_);
     }
 
     bool bends(uint32_t number, uint32_t pieces) const {
         // Between keys a curve may take any form.
         if (store_.keys > 1)
             return isCurveBasis(store_.shape);
-        bool bends = false;
-        for (uint32_t place = pieces; place < 2 * pieces && !bends; ++place)
-            bends = isBentPiece({store_.shape, store_.pointsOf(number, 0)}, pieceWord(number, place));
-        return bends;
+        return anyBends(pointsOf(number), pieces);
     }
 
 private:
-    float areaOf(uint32_t number, uint32_t pieces) const {
-        float area = 0;
-        for (uint32_t place = pieces; place < 2 * pieces; ++place) {
-            float lower[3], upper[3];
-            shapeBox({store_.shape, store_.pointsOf(number, 0)}, pieceWord(number, place), lower,
-                     upper);
-            area += math::halfArea(
-                {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}});
-        }
-        return area;
+    ShapePoints pointsOf(uint32_t number) const {
+        return {store_.shape, store_.pointsOf(number, 0)};
     }
 
     const ShapeStore& store_;
@@ -353,21 +312,6 @@ void measure(uint8_t* block, const ShapeStore& store) {
         header.lower[a] = all.lower[a];
         header.upper[a] = all.upper[a];
     }
-}
-
-// Formats of a curve or sphere input, as an update must find them again.
-InputRecord shapeInputRecord(const BuildInputs& inputs, uint32_t i, uint32_t firstSbt,
-                             uint32_t firstPrimitive) {
-    InputRecord record = makeInputRecord(shapeSbt(inputs, i), firstSbt, firstPrimitive,
-                                         shapeCount(inputs, i), nullptr);
-    record.formats = shapeOf(inputs) << 1;
-    if (!inputs.curves.empty()) {
-        record.formats |= inputs.curves[i].caps;
-        record.numVertices = inputs.curves[i].numVertices;
-    } else {
-        record.formats |= inputs.spheres[i].oneRadius;
-    }
-    return record;
 }
 
 class ShapeBuild {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bvh/shape_input.h"
 
+#include "base/error.h"
 #include "bvh/build_input.h"
 #include "bvh/input_lookup.h"
 #include "bvh/motion.h"
@@ -110,6 +111,41 @@ uint32_t shapeCount(const BuildInputs& inputs, uint32_t input) {
 
 const SbtInput& shapeSbt(const BuildInputs& inputs, uint32_t input) {
     return inputs.curves.empty() ? inputs.spheres[input].sbt : inputs.curves[input].sbt;
+}
+
+void requireOneShape(const BuildInputs& inputs) {
+    const uint32_t shape = shapeOf(inputs);
+    if (!inputs.triangles.empty() || !inputs.customs.empty() || inputs.instances ||
+        (!inputs.curves.empty() && !inputs.spheres.empty()))
+        fail(Code::kInvalidValue, "a build takes one kind of inputs");
+    for (uint32_t i = 0; i < inputs.curves.size(); ++i) {
+        if (!isCurveBasis(inputs.curves[i].basis))
+            fail(Code::kInvalidValue, "build input ", i, ": ", inputs.curves[i].basis,
+                 " is no type of round curves");
+        if (inputs.curves[i].basis != shape)
+            fail(Code::kInvalidValue, "build input ", i,
+                 " has another type of curves than the first");
+    }
+}
+
+uint32_t maxPieces(uint32_t shape, const BuildOptions& options) {
+    if (!isCurveBasis(shape) || options.preferFastBuild)
+        return 1;
+    return options.preferFastTrace ? 4 : 2;
+}
+
+InputRecord shapeInputRecord(const BuildInputs& inputs, uint32_t i, uint32_t firstSbt,
+                             uint32_t firstPrimitive) {
+    InputRecord record = makeInputRecord(shapeSbt(inputs, i), firstSbt, firstPrimitive,
+                                         shapeCount(inputs, i), nullptr);
+    record.formats = shapeOf(inputs) << 1;
+    if (!inputs.curves.empty()) {
+        record.formats |= inputs.curves[i].caps;
+        record.numVertices = inputs.curves[i].numVertices;
+    } else {
+        record.formats |= inputs.spheres[i].oneRadius;
+    }
+    return record;
 }
 
 ShapeStore::ShapeStore(void* block) {

@@ -19,6 +19,16 @@ uint32_t shapeOf(const BuildInputs& inputs);
 uint32_t shapeCount(const BuildInputs& inputs, uint32_t input);
 const SbtInput& shapeSbt(const BuildInputs& inputs, uint32_t input);
 
+// Throws Error(kInvalidValue) unless all inputs are of one type of shapes.
+void requireOneShape(const BuildInputs& inputs);
+
+// Pieces that a segment may be split into.
+uint32_t maxPieces(uint32_t shape, const BuildOptions& options);
+
+// Formats of a curve or sphere input, as an update must find them again.
+InputRecord shapeInputRecord(const BuildInputs& inputs, uint32_t i, uint32_t firstSbt,
+                             uint32_t firstPrimitive);
+
 // The arrays of a block, and where a primitive's points are.
 struct ShapeStore {
     uint32_t shape, keys;

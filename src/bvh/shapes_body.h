@@ -5,6 +5,7 @@
 
 #include "bvh/curves_body.h"
 #include "bvh/motion_traverse.h"
+#include "bvh/shapes.h"
 #include "bvh/spheres_body.h"
 
 namespace sunstone::bvh::SUNSTONE_ISA {
@@ -103,7 +104,7 @@ struct CurveVisitor {
                 continue;
             const uint32_t number = segmentOf(words[i]);
             CurveCandidate best = {tmax, 0};
-            if (!intersectPiece(space, arrays.points + size_t(number) * arrays.stride,
+            if (!intersectPiece<8>(space, arrays.points + size_t(number) * arrays.stride,
                                 CurveBasis(arrays.shape), words[i], arrays.records[number].flags,
                                 best))
                 continue;
@@ -225,7 +226,7 @@ struct MovingCurveVisitor {
             alignas(16) float points[16];
             arrays.interpolate(number, curvePointFloats(basis, 1), points);
             CurveCandidate best = {tmax, 0};
-            if (!intersectPiece(space, points, basis, words[i], arrays.records[number].flags, best))
+            if (!intersectPiece<8>(space, points, basis, words[i], arrays.records[number].flags, best))
                 continue;
             const bool end = judge.take(arrays, best.t, best.u, number, kind);
             tmax = judge.tmax;
@@ -316,7 +317,8 @@ template <class Judge>
 SUNSTONE_INLINE bool walkShapes(const void* block, const ShapeRay& ray, Judge& judge,
                                 const ShapeArrays& arrays) {
     RaySpace space;
-    if (!isRay(ray.origin, ray.direction, ray.tmin, ray.tmax) || !setupRaySpace(space, ray))
+    if (!isRay(ray.origin, ray.direction, ray.tmin, ray.tmax) ||
+        !setupRaySpace(space, ray.origin, ray.direction, ray.tmin))
         return false;
     RaySetup setup;
     setupRay(setup, headerOf(block), ray.origin, ray.direction, ray.tmin, ray.tmax);

@@ -6,9 +6,13 @@
 #pragma once
 
 #include <cstdint>
+#if !defined(__NVPTX__)
 #include <immintrin.h>
+#endif
 
-#if defined(__AVX512VL__) && defined(__AVX512DQ__)
+#if defined(__NVPTX__) // one more set, without vectors: a lane is a thread
+#define SUNSTONE_ISA nvptx
+#elif defined(__AVX512VL__) && defined(__AVX512DQ__)
 #define SUNSTONE_ISA avx512
 #elif defined(__AVX2__) && defined(__FMA__)
 #define SUNSTONE_ISA avx2
@@ -22,6 +26,10 @@ namespace sunstone::bvh::SUNSTONE_ISA {
 
 // Lanes as bits 0..N-1.
 using Mask = uint32_t;
+
+SUNSTONE_INLINE uint32_t lowestBit(Mask m) { return uint32_t(__builtin_ctz(m)); }
+
+#if !defined(__NVPTX__)
 
 struct F4 {
     static constexpr unsigned kLanes = 4;
@@ -152,6 +160,6 @@ SUNSTONE_INLINE F4 lowHalf(F8 a) {
 #endif
 }
 
-SUNSTONE_INLINE uint32_t lowestBit(Mask m) { return uint32_t(__builtin_ctz(m)); }
+#endif // __NVPTX__
 
 } // namespace sunstone::bvh::SUNSTONE_ISA

@@ -17,7 +17,7 @@ constexpr uint32_t kSphereShape = 0x2506; // the OptixPrimitiveType
 constexpr uint32_t kSphereRows = 5;
 constexpr uint32_t kNoSphere = ~0u;
 
-[[gnu::always_inline]] static inline uint32_t sphereLeafBytes(uint32_t lanes, uint32_t keys) {
+[[gnu::always_inline]] constexpr uint32_t sphereLeafBytes(uint32_t lanes, uint32_t keys) {
     const uint32_t rows = kSphereRows + (keys - 1) * (kSphereRows - 1);
     return (rows * lanes * 4 + kRefUnit - 1) / kRefUnit * kRefUnit;
 }

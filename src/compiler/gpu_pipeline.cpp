@@ -289,14 +289,15 @@ private:
     // The walk through the structures calls nothing that could trace again.
     void countFrames() {
         constexpr std::string_view kFunction = ".func ", kDepot = "__local_depot",
-                                   kWalk = "6devlib3gpuL7findHit";
+                                   kWalk = "6devlib3gpuL7findHit", kTests = "8sunstone3bvh";
         const std::string_view text = code_.ptx;
         for (size_t at = text.find(kFunction); at != text.npos;) {
             const size_t next = text.find(kFunction, at + 1);
             const std::string_view function = text.substr(at, next - at);
             const size_t depot = function.find(kDepot);
             const size_t bracket = depot == text.npos ? text.npos : function.find('[', depot);
-            const bool walks = function.substr(0, function.find('{')).find(kWalk) != text.npos;
+            const std::string_view name = function.substr(0, function.find('{'));
+            const bool walks = name.find(kWalk) != text.npos || name.find(kTests) != text.npos;
             if (bracket != text.npos)
                 (walks ? code_.otherBytes : code_.waitingBytes) +=
                     std::strtoull(function.data() + bracket + 1, nullptr, 10);

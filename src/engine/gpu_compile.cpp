@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pipelines on a GPU: programs to PTX (compiler/gpu_pipeline.h), PTX to machine code by the driver.
 #include "base/error.h"
+#include "bvh/gpu/layout.h"
 #include "compiler/gpu_pipeline.h"
 #include "devlib/gpu_runtime.h"
 #include "engine/gpu_backend.h"
@@ -42,15 +43,12 @@ bool mayRecurse(const PipelineParts& parts) {
     return false;
 }
 
-void refuseWhatIsMissing(const Pipeline& pipeline, const PipelineParts& parts) {
+void refuseWhatIsMissing(const Pipeline& pipeline) {
     if (pipeline.rules.motionBlur)
         fail(Code::kNotSupported, "usesMotionBlur: motion is not available on GPUs yet");
     if (pipeline.rules.exceptionFlags & devlib::kFlagDebug)
         fail(Code::kNotSupported,
              "debug exceptions, which validation mode needs, are not available on GPUs yet");
-    for (const auto& group : parts.groups)
-        if (group->builtinPrimitive)
-            fail(Code::kNotSupported, "built-in intersection modules are not available on GPUs yet");
 }
 
 // Makes room for the frames of recursion, which the driver cannot foresee.
@@ -98,7 +96,7 @@ GpuCodeObject::~GpuCodeObject() {
 }
 
 void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
-    refuseWhatIsMissing(pipeline, parts);
+    refuseWhatIsMissing(pipeline);
     compiler::GpuPipelineRequest request;
     request.pipeline = parts.request;
     request.runtime = devlib::gpuRuntime();
@@ -116,6 +114,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     request.constants = {
         {"sunstone_gpu_hasAnyHit", pipeline.hasAnyHit},
         {"sunstone_gpu_hasIntersection", pipeline.hasIntersection},
+        {"sunstone_gpu_shapes", bvh::gpu::shapeBitsOf(pipeline.rules.primitiveTypeFlags)},
         {"sunstone_gpu_hasException", hasException},
         {"sunstone_gpu_exceptionFlags", pipeline.rules.exceptionFlags},
         {"sunstone_gpu_graph", graphKindOf(pipeline.rules.traversableGraphFlags)},

@@ -31,7 +31,11 @@ extern "C" __global__ void __miss__none() {
 
 extern "C" __global__ void __closesthit__store() {
     optixSetPayload_0(__float_as_uint(optixGetRayTmax()));
-    const float2 weights = optixGetTriangleBarycentrics();
+    // Of curves, u alone; spheres have none.
+    const bool curve = optixGetPrimitiveType() != OPTIX_PRIMITIVE_TYPE_TRIANGLE &&
+                       optixGetPrimitiveType() != OPTIX_PRIMITIVE_TYPE_CUSTOM;
+    const float2 weights =
+        curve ? make_float2(optixGetCurveParameter(), 0) : optixGetTriangleBarycentrics();
     optixSetPayload_1(__float_as_uint(weights.x));
     optixSetPayload_2(__float_as_uint(weights.y));
     optixSetPayload_3(optixGetPrimitiveIndex());

@@ -3,6 +3,7 @@
 // what the launch reports. So the code for GPUs is tested where there is none.
 #include "bvh/gpu/test_device.h"
 #include "bvh/kernels.h"
+#include "bvh/shapes.h"
 #include "devlib/gpu/launch_block.h"
 #include "gpu/pipelines.h"
 #include "gpu/rays.h"
@@ -203,13 +204,31 @@ std::vector<TestHit> trace(const Kernel& kernel, uint64_t handle, const std::vec
     return {found, found + count};
 }
 
-TEST(GpuRun, TracesFindWhatTheTraversalFinds) {
+std::string raysModule() {
     std::ifstream file(TEST_RAYS_PTX);
     std::stringstream text;
     text << file.rdbuf();
+    return text.str();
+}
+
+// The any-hit program lets rays through what has an odd number.
+void expectFiltered(const Kernel& kernel, uint64_t handle, const std::vector<TestRay>& rays,
+                    const std::vector<TestHit>& hits) {
+    const std::vector<TestHit> filtered = trace(kernel, handle, rays, 0);
+    for (size_t i = 0; i < rays.size(); ++i) {
+        if (filtered[i].primitive != ~0u)
+            ASSERT_EQ(filtered[i].primitive % 2, 0u) << i;
+        if (hits[i].primitive % 2 == 0)
+            ASSERT_EQ(filtered[i].primitive, hits[i].primitive) << i;
+        if (hits[i].primitive != ~0u)
+            ASSERT_GT(filtered[i].asked, 0u) << i;
+    }
+}
+
+TEST(GpuRun, TracesFindWhatTheTraversalFinds) {
     Options options;
     options.oneHitGroup = true;
-    const Kernel kernel(text.str(), options);
+    const Kernel kernel(raysModule(), options);
     const bvh::testing::Mesh mesh = bvh::testing::roughSphere(4, 7);
     const bvh::gpu::testing::GpuStructure structure =
         bvh::gpu::testing::buildOnDevice(mesh.input());
@@ -239,14 +258,107 @@ TEST(GpuRun, TracesFindWhatTheTraversalFinds) {
     }
     EXPECT_GT(count, rays.size() / 4);
 
-    const std::vector<TestHit> filtered = trace(kernel, structure.handle(), rays, 0);
+    expectFiltered(kernel, structure.handle(), rays, hits);
+}
+
+// Rays at curves or spheres; the CPU's kernels are the judge.
+void expectShapes(const Kernel& kernel, const bvh::BuildInputs& inputs, bool curves) {
+    const bvh::testing::Structure cpu = bvh::testing::makeStructure(inputs);
+    const bvh::gpu::testing::GpuStructure structure = bvh::gpu::testing::buildOnDevice(inputs);
+    const std::vector<TestRay> rays = raysAround(1500);
+    constexpr unsigned kDisableAnyHit = 1;
+    const std::vector<TestHit> hits = trace(kernel, structure.handle(), rays, kDisableAnyHit);
+    size_t count = 0, other = 0;
     for (size_t i = 0; i < rays.size(); ++i) {
-        if (filtered[i].primitive != ~0u)
-            ASSERT_EQ(filtered[i].primitive % 2, 0u) << i;
-        if (hits[i].primitive % 2 == 0)
-            ASSERT_EQ(filtered[i].primitive, hits[i].primitive) << i;
-        if (hits[i].primitive != ~0u)
-            ASSERT_GT(filtered[i].asked, 0u) << i;
+        bvh::ShapeRay query{};
+        for (int k = 0; k < 3; ++k) {
+            query.origin[k] = rays[i].origin[k];
+            query.direction[k] = rays[i].direction[k];
+        }
+        query.tmax = rays[i].tmax;
+        bvh::ShapeHit wanted{};
+        const bool found = bvh::shapeKernels(bvh::chosenIsa()).closest(cpu.block(), query, wanted);
+        if (found != (hits[i].primitive != ~0u)) {
+            ++other; // a ray that grazes
+            continue;
+        }
+        count += found;
+        if (!found)
+            continue;
+        ASSERT_NEAR(hits[i].t, wanted.t, 1e-4f * wanted.t) << i;
+        other += hits[i].primitive != wanted.primitive;
+        if (curves && hits[i].primitive == wanted.primitive)
+            ASSERT_NEAR(hits[i].u, wanted.u, 1e-3f) << i;
+        ASSERT_EQ(hits[i].asked, 0u);
+    }
+    EXPECT_GT(count, rays.size() / 10);
+    EXPECT_LE(other, count / 20); // where segments join
+    expectFiltered(kernel, structure.handle(), rays, hits);
+}
+
+// Centres or control points, and radii.
+struct Points {
+    std::vector<float> places, radii;
+    std::vector<uint32_t> indices;
+    uint32_t flags = 0;
+
+    explicit Points(uint32_t count) {
+        uint32_t state = 7;
+        const auto number = [&] {
+            state = state * 1664525u + 1013904223u;
+            return float(state >> 8) * 0x1p-23f - 1;
+        };
+        for (uint32_t i = 0; i < count; ++i) {
+            for (int k = 0; k < 3; ++k)
+                places.push_back(number() * 0.8f);
+            radii.push_back(0.05f + 0.02f * number());
+            indices.push_back(i);
+        }
+    }
+};
+
+TEST(GpuRun, Spheres) {
+    Options options;
+    options.oneHitGroup = true;
+    options.shapes = bvh::gpu::kMeetsSpheres;
+    const Kernel kernel(raysModule(), options);
+    const Points points(200);
+    bvh::SphereInput in;
+    in.centres = points.places.data();
+    in.radii = points.radii.data();
+    in.numSpheres = 200;
+    in.sbt.flags = &points.flags;
+    bvh::BuildInputs inputs;
+    inputs.spheres = {&in, 1};
+    expectShapes(kernel, inputs, false);
+    // A pipeline without them in its flags does not meet them.
+    Options none;
+    none.oneHitGroup = true;
+    const Kernel other(raysModule(), none);
+    const bvh::gpu::testing::GpuStructure structure = bvh::gpu::testing::buildOnDevice(inputs);
+    for (const TestHit& hit : trace(other, structure.handle(), raysAround(200), 0))
+        EXPECT_EQ(hit.primitive, ~0u);
+}
+
+TEST(GpuRun, Curves) {
+    Options options;
+    options.oneHitGroup = true;
+    options.shapes = bvh::gpu::kMeetsLinear | bvh::gpu::kMeetsCurves;
+    const Kernel kernel(raysModule(), options);
+    const Points points(60);
+    for (const uint32_t basis : {0x2501u, 0x2502u, 0x2503u, 0x2504u}) {
+        SCOPED_TRACE(basis);
+        bvh::CurveInput in;
+        in.basis = basis;
+        in.vertices = points.places.data();
+        in.radii = points.radii.data();
+        in.numVertices = 60;
+        in.indices = points.indices.data();
+        in.numSegments = 50;
+        in.sbt.flags = &points.flags;
+        bvh::BuildInputs inputs;
+        inputs.curves = {&in, 1};
+        expectShapes(kernel, inputs, true);
     }
 }
 

@@ -23,13 +23,13 @@ void requireBuffer(const char* name, CUdeviceptr buffer, size_t size, size_t nee
 }
 
 constexpr const char* kKernelNames[] = {
-    "sunstone_references",   "sunstone_split_measure", "sunstone_split_choose",
-    "sunstone_split_count",  "sunstone_split_sum",     "sunstone_split",
-    "sunstone_codes",        "sunstone_sort",          "sunstone_hierarchy",
-    "sunstone_collapse",     "sunstone_retry",         "sunstone_records",
-    "sunstone_finish",       "sunstone_update_check",  "sunstone_update_records",
-    "sunstone_update_links", "sunstone_update_nodes",  "sunstone_update_finish",
-    "sunstone_compact",      "sunstone_emit"};
+    "sunstone_references",     "sunstone_shapes",       "sunstone_split_measure",
+    "sunstone_split_choose",   "sunstone_split_count",  "sunstone_split_sum",
+    "sunstone_split",          "sunstone_codes",        "sunstone_sort",
+    "sunstone_hierarchy",      "sunstone_collapse",     "sunstone_retry",
+    "sunstone_records",        "sunstone_finish",       "sunstone_update_check",
+    "sunstone_update_records", "sunstone_update_links", "sunstone_update_nodes",
+    "sunstone_update_finish",  "sunstone_compact",      "sunstone_emit"};
 
 std::string describeFailure(uint64_t block, uint32_t failure) {
     const auto address = reinterpret_cast<const void*>(block);
@@ -168,6 +168,9 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.searchRadius = 8;
     job.primitiveCost = 0.3f;
     job.keepInactive = options.allowUpdate;
+    job.points = plan.points ? output + plan.points : 0;
+    job.shape = plan.shape;
+    job.pieces = plan.pieces;
     queueKernels(stream, job, options.preferFastBuild);
 }
 
@@ -175,8 +178,10 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
     void* arguments[] = {&job};
     const uint32_t n = job.maxReferences, most = multiprocessors_ * 8;
     if (n != 0) {
-        launch(kReferences, stream, blocksFor(job.numPrimitives, 256, most), 256, arguments);
-        if (n != job.numPrimitives) {
+        const bool shapes = job.type == BlockType::kShapes;
+        launch(shapes ? kShapes : kReferences, stream, blocksFor(job.numPrimitives, 256, most), 256,
+               arguments);
+        if (n != job.numPrimitives && !shapes) {
             const uint32_t blocks = blocksFor(job.numPrimitives, 256, ~0u);
             launch(kSplitMeasure, stream, std::min(blocks, most), 256, arguments);
             launch(kSplitChoose, stream, 1, kSplitBins / 8, arguments);

@@ -5,8 +5,7 @@
 // buffers are read when the kernels run.
 //
 // The result is the block of layout.h, ready for traversal.h; its header says what it holds. Not
-// there yet, and refused with Error(kNotSupported): motion keys, opacity micromaps, curves,
-// spheres.
+// there yet, and refused with Error(kNotSupported): motion keys, opacity micromaps.
 #pragma once
 
 #include "bvh/build.h"
@@ -72,6 +71,7 @@ public:
 private:
     enum Kernel : uint32_t {
         kReferences,
+        kShapes,
         kSplitMeasure,
         kSplitChoose,
         kSplitCount,

@@ -2,24 +2,11 @@
 // Last steps: the primitives' records and the header; compaction and what a build reports.
 #pragma once
 
-#include "bvh/gpu/references.h"
+#include "bvh/gpu/shapes.h"
 
 namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kFinishThreads = 256;
-
-SUNSTONE_BUILDER uint32_t sbtWord(const DeviceInput& input, const InputRecord& record,
-                                  uint32_t primitive) {
-    uint32_t local = 0;
-    const uint64_t address = input.sbtOffsets + uint64_t(primitive) * input.sbtOffsetStride;
-    if (input.sbtOffsets && input.sbtOffsetSize)
-        local = input.sbtOffsetSize == 1   ? *at<const uint8_t>(address)
-                : input.sbtOffsetSize == 2 ? *at<const uint16_t>(address)
-                                           : *at<const uint32_t>(address);
-    local = local < record.numSbtRecords ? local : record.numSbtRecords - 1;
-    return ((record.firstSbtIndex + local) & kSbtIndexMask) |
-           uint32_t(at<const uint8_t>(input.flags)[local]) << kGeometryFlagShift;
-}
 
 // A primitive: its build input, and its number there.
 struct InputPlace {
@@ -67,6 +54,11 @@ SUNSTONE_KERNEL sunstone_records(BuildJob job) {
             at<uint32_t>(job.records)[i] = primitive;
             continue;
         }
+        if (job.type == BlockType::kShapes) {
+            Bounds unused;
+            writeShapeRecord(job, i, wordOfReference(job, reference), unused);
+            continue;
+        }
         const uint32_t input = inputOfPrimitive(job, primitive);
         const uint32_t first = at<const InputRecord>(job.inputRecords)[input].firstPrimitive;
         Bounds unused;
@@ -79,14 +71,21 @@ SUNSTONE_KERNEL sunstone_records(BuildJob job) {
 SUNSTONE_BUILDER uint64_t roundUp(uint64_t value, uint64_t unit) {
     return (value + unit - 1) / unit * unit;
 }
-SUNSTONE_BUILDER uint64_t recordSize(BlockType type) {
-    return type == BlockType::kTriangles ? sizeof(TriangleRecord)
-           : type == BlockType::kCustom  ? sizeof(CustomLeaf)
-                                         : sizeof(uint32_t);
+SUNSTONE_BUILDER uint64_t recordSize(BlockType type, uint32_t shape) {
+    switch (type) {
+    case BlockType::kTriangles:
+        return sizeof(TriangleRecord);
+    case BlockType::kCustom:
+        return sizeof(CustomLeaf);
+    case BlockType::kShapes:
+        return shape == kSphereShape ? sizeof(SphereRecord) : sizeof(CurveRecord);
+    default:
+        return sizeof(uint32_t);
+    }
 }
 // Where the nodes of a compacted copy begin.
 SUNSTONE_BUILDER uint64_t compactNodes(const BlockHeader& header) {
-    return roundUp(header.recordsOffset + header.numLeaves * recordSize(header.type), 128);
+    return roundUp(header.recordsOffset + header.numLeaves * recordSize(header.type, header.shape), 128);
 }
 
 // Tells the host; the entry's number is last.

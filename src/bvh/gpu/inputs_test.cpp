@@ -168,7 +168,7 @@ TEST(GpuInputs, RandomVertexAccess) {
 }
 
 // Boxes that a ray's way leads through.
-struct BoxPrograms {
+struct BoxPrograms : NoShapes {
     static constexpr bool kTriangles = false, kCustoms = true, kInstances = false;
     static constexpr unsigned kLevels = 0;
     std::vector<uint32_t> seen;
@@ -296,10 +296,6 @@ TEST(GpuInputs, SaysWhatItCannotBuildYet) {
     BuildInputs inputs;
     inputs.triangles = {&triangles, 1};
     EXPECT_THROW(Builder::computeMemoryUsage(inputs, motion), Error);
-    const SphereInput spheres;
-    BuildInputs balls;
-    balls.spheres = {&spheres, 1};
-    EXPECT_THROW(Builder::computeMemoryUsage(balls, {}), Error);
     EXPECT_THROW(Builder::computeMemoryUsage({}, {}), Error);
     TriangleInput marked;
     marked.micromaps.indexing = MicromapIndexing::kLinear;

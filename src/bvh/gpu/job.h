@@ -48,6 +48,10 @@ struct DeviceInput {
     uint32_t sbtOffsetSize, sbtOffsetStride;
     uint32_t knownFlags, identityFlag; // of instances
     uint32_t areAddresses;             // data: addresses of instances
+    uint32_t radiusStride;             // of curves and spheres; 0: one radius for all
+    uint64_t radii;
+    uint32_t caps; // flat discs at the ends of strands
+    uint32_t unused;
 };
 
 // Bins of the priorities by which triangles are split: exponent and three bits of mantissa.
@@ -110,7 +114,9 @@ struct BuildJob {
     uint64_t inputs;                                         // DeviceInput[]
     uint64_t counters;
     uint64_t boxes;   // PrimitiveBox of each reference
-    uint64_t origins; // primitive of each reference after those of whole primitives
+    // Primitive of each reference after those of whole primitives; of curves the piece of each
+    // reference.
+    uint64_t origins;
     uint64_t keys[2]; // 64 bits each
     uint64_t values[2];
     uint64_t tileStates; // of the sort
@@ -128,6 +134,10 @@ struct BuildJob {
     uint32_t keepInactive; // inactive primitives are in the tree, as an update may change that
     uint32_t searchRadius; // of clusters, to either side
     float primitiveCost;   // of a test, where a step into a node costs 1
+    // Curves and spheres. A segment has up to `pieces` references: that of the whole, and others
+    // behind all of those.
+    uint64_t points; // in the output, or 0
+    uint32_t shape, pieces;
 };
 
 } // namespace sunstone::bvh::gpu

@@ -2,7 +2,8 @@
 // The memory format of acceleration structures on GPUs. As on the CPU (bvh/layout.h, whose header
 // and records it shares) a structure is one block without pointers inside:
 //
-//   BlockHeader | InputRecord[] | primitive table | InstanceData[] | primitive records | WideNode[]
+//   BlockHeader | InputRecord[] | primitive table | InstanceData[] | points | primitive records
+//   | WideNode[]
 //
 // A node has up to eight children. Their boxes are stored in 8 bits for each plane, on a grid that
 // spans the node: plane = origin + byte * 2^exponent, rounded outwards (Ylitie, Karras and Laine,
@@ -20,8 +21,12 @@
 // instance is its place plus 1, without the one, so that no ray comes there. Boxes of children with
 // nothing active have crossed planes, and wholeRoot tells whether there is a tree.
 //
-// Records: triangles, TriangleRecord; custom primitives, CustomLeaf; instances, uint32_t, the index
-// of the instance. The root is node 0; numNodes is 0 if the structure is empty. Header fields with
+// Records: triangles, TriangleRecord; custom primitives, CustomLeaf; spheres, SphereRecord; pieces
+// of curves (bvh/curves.h), CurveRecord; instances, uint32_t, the index of the instance. Points:
+// float4[degree + 1] of each segment, where it takes them to test it (any basis but linear) or there
+// is random access; float4 of each sphere with random access.
+//
+// The root is node 0; numNodes is 0 if the structure is empty. Header fields with
 // a meaning of their own: recordsOffset, the primitive records; numLeaves, how many there are;
 // tableOffset, the record of each triangle (kNoSlot: inactive); usedSize, what a compacted copy
 // takes; root is kNoNode if there is nothing to hit, else 0.
@@ -54,6 +59,32 @@ struct alignas(16) TriangleRecord {
 };
 static_assert(sizeof(TriangleRecord) == 48);
 
+struct alignas(16) SphereRecord {
+    float x, y, z, radius;
+    uint32_t primitive; // with primitiveIndexOffset
+    uint32_t sbt;
+    uint32_t pad[2];
+};
+static_assert(sizeof(SphereRecord) == 32);
+
+struct alignas(16) CurveRecord {
+    float capsule[8]; // rows of bvh/curves.h: the ends of the chord; radius, or radii of the ends
+    uint32_t word;    // piece of a segment
+    uint32_t primitive;
+    uint32_t sbt;
+    uint32_t flags; // ShapeFlag
+};
+static_assert(sizeof(CurveRecord) == 48);
+
+// What of the built-in shapes a walk can meet; the rest compiles away.
+enum ShapeBit : uint32_t { kMeetsSpheres = 1, kMeetsLinear = 2, kMeetsCurves = 4 };
+
+// OptixPrimitiveTypeFlags as ShapeBits: type n of the numbers 0x2500 + n has bit n.
+constexpr uint32_t shapeBitsOf(uint32_t primitiveTypeFlags) {
+    return (primitiveTypeFlags & 1u << 6 ? kMeetsSpheres : 0u) |
+           (primitiveTypeFlags & 1u << 3 ? kMeetsLinear : 0u) |
+           (primitiveTypeFlags & (1u << 1 | 1u << 2 | 1u << 4) ? kMeetsCurves : 0u);
+}
 constexpr uint32_t kMaxLeafPrimitives = 3;
 // No path from the root is longer than this many nodes; builders see to it.
 constexpr unsigned kMaxWideDepth = 30;

@@ -4,6 +4,8 @@
 #include "base/error.h"
 #include "bvh/build_input.h"
 #include "bvh/presplit.h"
+#include "bvh/shape_geometry.h"
+#include "bvh/shape_input.h"
 
 #include <algorithm>
 #include <new>
@@ -29,8 +31,6 @@ uint32_t vertexSize(VertexFormat format) {
 }
 
 void requireSupported(const BuildInputs& inputs, const BuildOptions& options) {
-    if (!inputs.curves.empty() || !inputs.spheres.empty())
-        fail(Code::kNotSupported, "curves and spheres on a GPU are not available yet");
     if (options.motion.keys > 1)
         fail(Code::kNotSupported, "motion keys on a GPU are not available yet");
     for (const TriangleInput& t : inputs.triangles)
@@ -62,6 +62,28 @@ DeviceInput describe(const CustomInput& in) {
     return d;
 }
 
+DeviceInput describe(const CurveInput& in) {
+    DeviceInput d{};
+    d.data = addressOf(in.vertices);
+    d.stride = in.vertexStride ? in.vertexStride : 12;
+    d.numVertices = in.numVertices;
+    d.radii = addressOf(in.radii);
+    d.radiusStride = in.radiusStride ? in.radiusStride : 4;
+    d.indices = addressOf(in.indices);
+    d.indexStride = in.indexStride ? in.indexStride : 4;
+    d.caps = in.caps;
+    return d;
+}
+
+DeviceInput describe(const SphereInput& in) {
+    DeviceInput d{};
+    d.data = addressOf(in.centres);
+    d.stride = in.centreStride ? in.centreStride : 12;
+    d.radii = addressOf(in.radii);
+    d.radiusStride = in.oneRadius ? 0 : in.radiusStride ? in.radiusStride : 4;
+    return d;
+}
+
 DeviceInput describe(const InstanceInput& in) {
     DeviceInput d{};
     d.areAddresses = in.instances == nullptr;
@@ -76,15 +98,25 @@ DeviceInput describe(const InstanceInput& in) {
 
 Plan::Plan(const BuildInputs& in, const BuildOptions& options) {
     requireSupported(in, options);
-    const int kinds = !in.triangles.empty() + !in.customs.empty() + (in.instances != nullptr);
+    const int kinds = !in.triangles.empty() + !in.customs.empty() + hasShapes(in) +
+                      (in.instances != nullptr);
     if (kinds != 1)
-        fail(Code::kInvalidValue, "a build takes triangles, custom primitives or instances: got ",
+        fail(Code::kInvalidValue,
+             "a build takes triangles, custom primitives, curves, spheres or instances: got ",
              kinds, " kinds");
     type = !in.triangles.empty() ? BlockType::kTriangles
            : !in.customs.empty() ? BlockType::kCustom
+           : hasShapes(in)       ? BlockType::kShapes
                                  : BlockType::kInstances;
-    if (type != BlockType::kInstances)
+    if (type == BlockType::kShapes) {
+        requireOneShape(in);
+        numInputs = numShapeInputs(in);
+        shape = shapeOf(in);
+        // Pieces that an update makes larger would be in the way of one another.
+        pieces = options.allowUpdate ? 1 : maxPieces(shape, options);
+    } else if (type != BlockType::kInstances) {
         numInputs = uint32_t(std::max(in.triangles.size(), in.customs.size()));
+    }
     count(in);
     countReferences(options);
     layOutOutput(options);
@@ -92,12 +124,15 @@ Plan::Plan(const BuildInputs& in, const BuildOptions& options) {
 }
 
 const SbtInput& Plan::sbtOf(const BuildInputs& in, uint32_t i) const {
-    return type == BlockType::kTriangles ? in.triangles[i].sbt : in.customs[i].sbt;
+    return type == BlockType::kTriangles ? in.triangles[i].sbt
+           : type == BlockType::kCustom  ? in.customs[i].sbt
+                                         : shapeSbt(in, i);
 }
 
 uint32_t Plan::countOf(const BuildInputs& in, uint32_t i) const {
     return type == BlockType::kTriangles ? triangleCount(in.triangles[i])
            : type == BlockType::kCustom  ? in.customs[i].numPrimitives
+           : type == BlockType::kShapes  ? shapeCount(in, i)
                                          : in.instances->numInstances;
 }
 
@@ -114,6 +149,9 @@ void Plan::count(const BuildInputs& in) {
     if (sbtRecords > kSbtIndexMask + 1u)
         fail(Code::kInvalidValue, sbtRecords, " SBT records in one structure, the limit is ",
              kSbtIndexMask + 1u);
+    if (isCurveBasis(shape) && total >= kMaxCurveSegments)
+        fail(Code::kInvalidValue, total, " segments in one structure, the limit is ",
+             kMaxCurveSegments - 1);
     // References have 30 bits, and all ones mean none.
     if (total >= kMaxPrimitives)
         fail(Code::kInvalidValue, total, " primitives in one structure, the limit is ",
@@ -127,6 +165,9 @@ void Plan::countReferences(const BuildOptions& options) {
     uint64_t total = numPrimitives;
     if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate)
         total += maxSplits(total);
+    if (total * pieces >= kMaxPrimitives)
+        pieces = 1;
+    total *= pieces;
     if (total >= kMaxPrimitives)
         total = kMaxPrimitives - 1;
     maxReferences = uint32_t(total);
@@ -136,6 +177,19 @@ void Plan::countReferences(const BuildOptions& options) {
     // n - 1) / 7 where it has two or more.
     const uint64_t least = type == BlockType::kTriangles ? 2 : 4;
     maxWide = uint32_t(least * total / 7 + 1);
+}
+
+uint64_t Plan::recordSize() const {
+    switch (type) {
+    case BlockType::kTriangles:
+        return sizeof(TriangleRecord);
+    case BlockType::kCustom:
+        return sizeof(CustomLeaf);
+    case BlockType::kShapes:
+        return shape == kSphereShape ? sizeof(SphereRecord) : sizeof(CurveRecord);
+    default:
+        return sizeof(uint32_t);
+    }
 }
 
 void Plan::layOutOutput(const BuildOptions& options) {
@@ -148,11 +202,14 @@ void Plan::layOutOutput(const BuildOptions& options) {
         instances = alignUp(offset, 64);
         offset = instances + uint64_t(numPrimitives) * sizeof(InstanceData);
     }
-    const uint64_t record = type == BlockType::kTriangles ? sizeof(TriangleRecord)
-                            : type == BlockType::kCustom  ? sizeof(CustomLeaf)
-                                                          : sizeof(uint32_t);
+    // Rays are tested against the control points of all curves but linear ones.
+    const bool tested = isCurveBasis(shape) && CurveBasis(shape) != CurveBasis::kLinear;
+    if (tested || (type == BlockType::kShapes && options.allowRandomVertexAccess)) {
+        points = alignUp(offset, 64);
+        offset = points + uint64_t(numPrimitives) * shapeFloats(shape) * sizeof(float);
+    }
     records = alignUp(offset, 128);
-    nodes = alignUp(records + maxReferences * record, 128);
+    nodes = alignUp(records + maxReferences * recordSize(), 128);
     outputSize = alignUp(nodes + uint64_t(maxWide) * sizeof(WideNode), kBlockAlignment);
 }
 
@@ -180,7 +237,7 @@ void Plan::layOutTemp() {
     tasks = place(uint64_t(maxWide) * 8);
     boxes = place(n * sizeof(PrimitiveBox));
     // What is read while records are written must not lie where they go.
-    origins = {place((n - numPrimitives) * 4), false};
+    origins = {place((isCurveBasis(shape) ? n : n - numPrimitives) * 4), false};
     values[1] = {place(n * 4), false};
     keys[0] = {place(n * 8), false};
     binary = placeAnywhere(n * sizeof(BinaryNode));
@@ -208,6 +265,8 @@ UpdatePlan::UpdatePlan(const Plan& plan) {
     nodeBoxes = place(nodes * sizeof(PrimitiveBox));
     if (plan.type == BlockType::kInstances) // their records do not tell their boxes
         boxes = place(uint64_t(plan.numPrimitives) * sizeof(PrimitiveBox));
+    else if (plan.type == BlockType::kShapes) // nor do those of curves
+        boxes = place(uint64_t(plan.maxReferences) * sizeof(PrimitiveBox));
     tempSize = offset;
 }
 
@@ -222,6 +281,8 @@ static void startHeader(BlockHeader& header, const BuildOptions& options, const 
     header.tableOffset = plan.table;
     header.instancesOffset = plan.instances;
     header.recordsOffset = plan.records;
+    header.pointsOffset = plan.points;
+    header.shape = plan.shape;
     header.nodesOffset = plan.nodes;
     header.options = optionBits(options);
     header.motionKeys = 1;
@@ -245,9 +306,11 @@ Uploads::Uploads(const BuildInputs& in, const BuildOptions& options, const Plan&
             header.geometryFlagsAnd = 0;
             break;
         }
-        const bool triangles = plan.type == BlockType::kTriangles;
         const SbtInput& sbt = plan.sbtOf(in, i);
-        inputs[i] = triangles ? describe(in.triangles[i]) : describe(in.customs[i]);
+        inputs[i] = plan.type == BlockType::kTriangles ? describe(in.triangles[i])
+                    : plan.type == BlockType::kCustom  ? describe(in.customs[i])
+                    : isCurveBasis(plan.shape)         ? describe(in.curves[i])
+                                                       : describe(in.spheres[i]);
         inputs[i].sbtOffsets = addressOf(sbt.indexOffsets);
         inputs[i].sbtOffsetSize = sbt.indexOffsetSize;
         inputs[i].sbtOffsetStride =
@@ -258,8 +321,11 @@ Uploads::Uploads(const BuildInputs& in, const BuildOptions& options, const Plan&
             flags[firstSbt + k] = uint8_t(word);
             header.geometryFlagsAnd &= word;
         }
-        records[i] = makeInputRecord(sbt, firstSbt, firstPrimitive, count,
-                                     triangles ? &in.triangles[i] : nullptr);
+        const bool triangles = plan.type == BlockType::kTriangles;
+        records[i] = plan.type == BlockType::kShapes
+                         ? shapeInputRecord(in, i, firstSbt, firstPrimitive)
+                         : makeInputRecord(sbt, firstSbt, firstPrimitive, count,
+                                           triangles ? &in.triangles[i] : nullptr);
         firstSbt += sbt.numSbtRecords;
         firstPrimitive += count;
     }

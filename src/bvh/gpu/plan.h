@@ -20,8 +20,9 @@ struct Plan {
     BlockType type;
     uint32_t numInputs = 1, numPrimitives = 0, maxReferences, maxWide, tiles;
     uint32_t numSbtRecords = 0;
+    uint32_t shape = 0, pieces = 1; // of curves and spheres: as in BuildJob
     // Of the output.
-    uint64_t table = 0, instances = 0, records, nodes, outputSize;
+    uint64_t table = 0, instances = 0, points = 0, records, nodes, outputSize;
     // Scratch: places in the temp buffer, or in the output buffer where records will be.
     struct Place {
         uint64_t offset = 0;
@@ -39,6 +40,7 @@ struct Plan {
 private:
     void count(const BuildInputs& in);
     void countReferences(const BuildOptions& options);
+    uint64_t recordSize() const;
     void layOutOutput(const BuildOptions& options);
     void layOutTemp();
 };

@@ -36,6 +36,9 @@ SUNSTONE_BUILDER BuildJob inStructure(BuildJob job) {
     job.instances = job.output + header.instancesOffset;
     job.records = job.output + header.recordsOffset;
     job.nodes = job.output + header.nodesOffset;
+    job.points = header.pointsOffset ? job.output + header.pointsOffset : 0;
+    job.shape = header.shape;
+    job.pieces = 1;
     return job;
 }
 SUNSTONE_BUILDER const BlockHeader& headerIn(const BuildJob& job) {
@@ -87,6 +90,22 @@ SUNSTONE_BUILDER uint32_t inputOfSbtWord(const BuildJob& job, uint32_t word) {
     return low;
 }
 
+// A sphere's record has the primitive in word 4, that of a curve's segment (which is not split if
+// updates are allowed) in word 9; the SBT word is behind it. Its box will be at its place.
+SUNSTONE_BUILDER bool updateShapeRecord(const BuildJob& job, uint32_t place, const uint32_t* words,
+                                        Bounds& exact) {
+    const uint32_t* const reported = words + (job.shape == kSphereShape ? 4 : 9);
+    const InputRecord& record =
+        at<const InputRecord>(job.inputRecords)[inputOfSbtWord(job, reported[1])];
+    const uint32_t local = reported[0] - record.primitiveIndexOffset;
+    exact = emptyBounds();
+    const bool active =
+        local < record.numPrimitives &&
+        writeShapeRecord(job, place, wholeShape(job, record.firstPrimitive + local), exact);
+    storeBox(job, place, active, exact);
+    return active;
+}
+
 SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& exact) {
     if (job.type == BlockType::kInstances) {
         const uint32_t index = at<const uint32_t>(job.records)[place];
@@ -97,9 +116,11 @@ SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& 
         storeBox(job, index, active, exact);
         return active;
     }
-    // Both kinds have the primitive in word 3 and the SBT word in word 7.
     const auto* const words =
-        at<const uint32_t>(job.records + uint64_t(place) * recordSize(job.type));
+        at<const uint32_t>(job.records + uint64_t(place) * recordSize(job.type, job.shape));
+    if (job.type == BlockType::kShapes)
+        return updateShapeRecord(job, place, words, exact);
+    // Both kinds have the primitive in word 3 and the SBT word in word 7.
     const uint32_t input = inputOfSbtWord(job, words[7]);
     const InputRecord& record = at<const InputRecord>(job.inputRecords)[input];
     const uint32_t primitive = words[3] - record.primitiveIndexOffset;
@@ -113,7 +134,9 @@ SUNSTONE_BUILDER Bounds recordBounds(const BuildJob& job, uint32_t place) {
         const uint32_t index = at<const uint32_t>(job.records)[place];
         return index < job.numPrimitives ? primitiveBounds(job, index) : emptyBounds();
     }
-    const U4* const words = at<const U4>(job.records + uint64_t(place) * recordSize(job.type));
+    if (job.type == BlockType::kShapes)
+        return primitiveBounds(job, place);
+    const U4* const words = at<const U4>(job.records + uint64_t(place) * recordSize(job.type, job.shape));
     const U4 a = words[0], b = words[1];
     if (job.type == BlockType::kCustom) {
         const Bounds box = {{floatOf(a.x), floatOf(a.y), floatOf(a.z)},

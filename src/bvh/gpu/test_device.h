@@ -103,7 +103,7 @@ inline GpuStructure buildOnDevice(const TriangleInput& input, const BuildOptions
 }
 
 // The nearest triangle.
-struct NearestPrograms {
+struct NearestPrograms : NoShapes {
     static constexpr bool kTriangles = true, kCustoms = false, kInstances = true;
     static constexpr unsigned kLevels = 4;
     bool found = false;
@@ -158,6 +158,43 @@ inline bool nearest(uint64_t handle, const QueryRay& query, QueryHit& hit,
     if (instance)
         *instance = programs.instance;
     return true;
+}
+
+// The nearest hit of curves and spheres, without instances.
+struct ShapePrograms {
+    static constexpr bool kTriangles = true, kCustoms = false, kInstances = false;
+    static constexpr unsigned kLevels = 0;
+    bool found = false;
+    ShapeHit hit{};
+
+    static uint32_t shapes() { return kMeetsSpheres | kMeetsLinear | kMeetsCurves; }
+    Visit triangle(gpu::Ray&, const TriangleHit&, uint32_t, uint32_t) { return Visit::kContinue; }
+    Visit custom(gpu::Ray&, uint32_t, uint32_t) { return Visit::kContinue; }
+    Visit shape(gpu::Ray& ray, const ShapeHit& h) {
+        found = true;
+        hit = h;
+        ray.tmax = h.t;
+        return Visit::kContinue;
+    }
+};
+
+inline bool nearestShape(uint64_t handle, const ShapeRay& query, ShapeHit& hit) {
+    gpu::Ray ray;
+    for (int i = 0; i < 3; ++i) {
+        ray.origin[i] = query.origin[i];
+        ray.direction[i] = query.direction[i];
+    }
+    ray.tmin = query.tmin;
+    ray.tmax = query.tmax;
+    ShapePrograms programs;
+    Traversal<ShapePrograms> traversal;
+    U2 stack[Traversal<ShapePrograms>::kStackSize];
+    Level levels[1];
+    if (!traversal.start(programs, ray, handle, levels))
+        return false;
+    traversal.run(programs, ray, stack, levels, RunToEnd());
+    hit = programs.hit;
+    return programs.found;
 }
 
 } // namespace sunstone::bvh::gpu::testing

@@ -12,6 +12,8 @@
 //       // lower primitive should win (the CPU's rule). `primitive` and `sbt` as in TriangleRecord.
 //       Visit triangle(Ray& ray, const TriangleHit& hit, uint32_t primitive, uint32_t sbt);
 //       Visit custom(Ray& ray, uint32_t primitive, uint32_t sbt);   // runs an intersection program
+//       static uint32_t shapes();   // ShapeBits of the curves and spheres that may be met
+//       Visit shape(Ray& ray, const ShapeHit& hit);   // as triangle()
 //       // Before the child of an instance or of a transform in the caller's memory (its handle,
 //       tag
 //       // included) is entered: false skips it, else fills world-to-object of this level.
@@ -38,7 +40,7 @@
 // step, added to the margin.
 #pragma once
 
-#include "bvh/gpu/layout.h"
+#include "bvh/gpu/shape_tests.h"
 #include "bvh/gpu/triangle.h"
 
 #if defined(__CUDA__)
@@ -47,12 +49,20 @@
 
 namespace sunstone::bvh::gpu {
 
+#define SUNSTONE_GPU_MEMBER __attribute__((always_inline))
+
 enum class Visit : uint32_t { kContinue, kEnd };
 
 // A ray in the current space; tmin and tmax are the same in all.
 struct Ray {
     float origin[3], tmin;
     float direction[3], tmax;
+};
+
+// What programs inherit that meet no curves and spheres.
+struct NoShapes {
+    static SUNSTONE_GPU_MEMBER uint32_t shapes() { return 0; }
+    SUNSTONE_GPU_MEMBER Visit shape(Ray&, const ShapeHit&) { return Visit::kContinue; }
 };
 
 // What box tests need of a ray in a space.
@@ -199,6 +209,7 @@ struct Traversal {
     const uint8_t* records;
     BoxRay box;
     Shear shear;
+    lane::RaySpace space; // in structures of curves and spheres
 
     // Begins at a handle (with its tag). False: there is nothing to visit.
     __attribute__((always_inline)) bool start(Programs& programs, Ray& ray, uint64_t handle,
@@ -266,6 +277,11 @@ private:
         if (Programs::kInstances && block->type == BlockType::kInstances) {
             visitInstance(programs, ray, record, stack, levels);
             return false;
+        }
+        if (Programs::shapes() && block->type == BlockType::kShapes) {
+            ShapeHit hit;
+            return testShape(Programs::shapes(), block, records, record, space, ray.tmax, hit) &&
+                   programs.shape(ray, hit) == Visit::kEnd;
         }
         if (Programs::kTriangles && (!Programs::kCustoms || block->type == BlockType::kTriangles)) {
             const U4* const triangle =
@@ -377,7 +393,7 @@ private:
             reinterpret_cast<const BlockHeader*>(handle & ~uint64_t(kTraversableTagMask));
         const bool wanted = (tag == kGasTag || (Programs::kInstances && tag == kIasTag)) &&
                             header && header->magic == kGpuBlockMagic && header->root != kNoNode &&
-                            fits(header->type) && isRay(ray);
+                            fits(*header) && isRay(ray) && enterShapes(*header, ray);
         if (!wanted) {
             leaveTo(programs, ray, levels, base);
             return false;
@@ -401,8 +417,17 @@ private:
             }
     }
 
-    static __attribute__((always_inline)) bool fits(BlockType type) {
-        return (Programs::kTriangles && type == BlockType::kTriangles) ||
+    // False where a ray is too fast for the tests of shapes.
+    __attribute__((always_inline)) bool enterShapes(const BlockHeader& header, const Ray& ray) {
+        return !Programs::shapes() || header.type != BlockType::kShapes ||
+               lane::setupRaySpace(space, ray.origin, ray.direction, ray.tmin);
+    }
+
+    static __attribute__((always_inline)) bool fits(const BlockHeader& header) {
+        const BlockType type = header.type;
+        return (Programs::shapes() && type == BlockType::kShapes &&
+                meetsShape(Programs::shapes(), header.shape)) ||
+               (Programs::kTriangles && type == BlockType::kTriangles) ||
                (Programs::kCustoms && type == BlockType::kCustom) ||
                (Programs::kInstances && type == BlockType::kInstances);
     }

@@ -2,6 +2,7 @@
 // Getters that look into acceleration structures. What is not there gives NaN or the null handle.
 #pragma once
 
+#include "bvh/curves.h"
 #include "bvh/gpu/layout.h"
 #include "bvh/gpu/portable.h"
 #include "devlib/gpu/programs.h"
@@ -20,29 +21,35 @@ extern "C" void sunstone_gpu_gasMotion(uint64_t, GasMotion* motion) {
     *motion = {1, 0, 0};
 }
 
-// The record of a triangle in the structure's table, or null.
-SUNSTONE_DEVICE const float* triangleRecord(const bvh::BlockHeader* block, uint32_t primitive,
-                                            uint32_t sbtGasIndex) {
-    if (!block || block->type != bvh::BlockType::kTriangles || block->tableOffset == 0)
-        return nullptr;
-    const auto* const bytes = reinterpret_cast<const uint8_t*>(block);
-    const auto* const inputs =
-        reinterpret_cast<const bvh::InputRecord*>(bytes + block->inputsOffset);
+// The number of a primitive in the structure, counted over all inputs, or kNoSlot.
+SUNSTONE_DEVICE uint32_t numberOf(const bvh::BlockHeader* block, uint32_t primitive,
+                                  uint32_t sbtGasIndex) {
+    const auto* const inputs = reinterpret_cast<const bvh::InputRecord*>(
+        reinterpret_cast<const uint8_t*>(block) + block->inputsOffset);
     for (uint32_t i = 0; i < block->numInputs; ++i) {
         const bvh::InputRecord& input = inputs[i];
         if (sbtGasIndex - input.firstSbtIndex >= input.numSbtRecords)
             continue;
         const uint32_t local = primitive - input.primitiveIndexOffset;
-        if (local >= input.numPrimitives)
-            return nullptr;
-        const uint32_t record = reinterpret_cast<const uint32_t*>(
-            bytes + block->tableOffset)[input.firstPrimitive + local];
-        if (record == bvh::kNoSlot)
-            return nullptr;
-        return reinterpret_cast<const float*>(bytes + block->recordsOffset +
-                                              uint64_t(record) * sizeof(bvh::gpu::TriangleRecord));
+        return local < input.numPrimitives ? input.firstPrimitive + local : bvh::kNoSlot;
     }
-    return nullptr;
+    return bvh::kNoSlot;
+}
+
+// The record of a triangle in the structure's table, or null.
+SUNSTONE_DEVICE const float* triangleRecord(const bvh::BlockHeader* block, uint32_t primitive,
+                                            uint32_t sbtGasIndex) {
+    if (!block || block->type != bvh::BlockType::kTriangles || block->tableOffset == 0)
+        return nullptr;
+    const uint32_t number = numberOf(block, primitive, sbtGasIndex);
+    if (number == bvh::kNoSlot)
+        return nullptr;
+    const auto* const bytes = reinterpret_cast<const uint8_t*>(block);
+    const uint32_t record = reinterpret_cast<const uint32_t*>(bytes + block->tableOffset)[number];
+    if (record == bvh::kNoSlot)
+        return nullptr;
+    return reinterpret_cast<const float*>(bytes + block->recordsOffset +
+                                          uint64_t(record) * sizeof(bvh::gpu::TriangleRecord));
 }
 
 extern "C" void sunstone_gpu_triangleVertices(uint64_t gas, uint32_t primitive,
@@ -50,6 +57,22 @@ extern "C" void sunstone_gpu_triangleVertices(uint64_t gas, uint32_t primitive,
     const float* const record = triangleRecord(blockOf(gas, kTagGas), primitive, sbtGasIndex);
     for (uint32_t i = 0; i < 9; ++i)
         vertices[i] = record ? record[i / 3 * 4 + i % 3] : __builtin_nanf("");
+}
+
+// Control points of a curve's segment, or centre and radius of a sphere.
+extern "C" void sunstone_gpu_shapePoints(uint64_t gas, uint32_t shape, uint32_t primitive,
+                                         uint32_t sbtGasIndex, float, float* points) {
+    const uint32_t count =
+        bvh::isCurveBasis(shape) ? bvh::curvePointFloats(bvh::CurveBasis(shape), 1) : 4;
+    const bvh::BlockHeader* const block = blockOf(gas, kTagGas);
+    const bool open = block && block->type == bvh::BlockType::kShapes && block->shape == shape &&
+                      (block->options & bvh::kOptionVertexAccess);
+    const uint32_t number = open ? numberOf(block, primitive, sbtGasIndex) : bvh::kNoSlot;
+    const float* const from = reinterpret_cast<const float*>(
+        reinterpret_cast<const uint8_t*>(block) + (open ? block->pointsOffset : 0));
+    for (uint32_t i = 0; i < count; ++i)
+        points[i] =
+            number != bvh::kNoSlot ? from[uint64_t(number) * count + i] : __builtin_nanf("");
 }
 
 extern "C" uint64_t sunstone_gpu_instanceHandle(uint64_t ias, uint32_t index) {

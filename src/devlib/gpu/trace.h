@@ -191,6 +191,38 @@ struct Tracer : Candidates {
         return ended ? walk::Visit::kEnd : walk::Visit::kContinue;
     }
 
+    static SUNSTONE_DEVICE_MEMBER uint32_t shapes() { return sunstone_gpu_shapes; }
+
+    SUNSTONE_DEVICE_MEMBER void setPlace(uint32_t* attributes, float u) {
+        attributes[0] = walk::bitsOf(u);
+        for (unsigned i = 1; i < kMaxAttributeWords; ++i)
+            attributes[i] = 0;
+    }
+
+    // Curves and spheres have no faces to cull.
+    SUNSTONE_DEVICE_MEMBER walk::Visit shape(walk::Ray& ray, const bvh::ShapeHit& hit) {
+        const bool enabled = anyHitEnabled(hit.sbt);
+        if (anyHitRuns(enabled)) {
+            if (!startCandidate(ray, hit.primitive, hit.sbt))
+                return walk::Visit::kContinue;
+            state->hit.t = hit.t;
+            state->hit.kind = hit.kind;
+            setPlace(state->hit.attributes, hit.u);
+            return offer(ray.tmax) == kTerminate ? walk::Visit::kEnd : walk::Visit::kContinue;
+        }
+        if (droppedByFlags(enabled))
+            return walk::Visit::kContinue;
+        found = true;
+        ray.tmax = hit.t;
+        best.kind = hit.kind;
+        best.primitive = hit.primitive;
+        best.sbtGasIndex = hit.sbt & bvh::kSbtIndexMask;
+        setPlace(best.attributes, hit.u);
+        keepPath();
+        ended = rayFlags & kRayTerminateOnFirstHit;
+        return ended ? walk::Visit::kEnd : walk::Visit::kContinue;
+    }
+
     SUNSTONE_DEVICE_MEMBER bool enterInstance(walk::Ray&, const bvh::InstanceData& instance,
                                               float worldToObject[12]) {
         const InstanceRecord& record = reinterpret_cast<const InstanceRecord&>(instance);
