@@ -19,6 +19,7 @@ constexpr std::array<SettingInfo, kCount> kSettings = {{
     {"OPTIX_CACHE_MAXSIZE", "bytes the disk cache may grow to; 0 turns it off"},
     {"SUNSTONE_CHECK", "checks of device code, set by `sunstone run --check`: memory,leaks,host"},
     {"SUNSTONE_CHECK_REPORT", "file that the reports of these checks are added to, JSON lines"},
+    {"SUNSTONE_GPU_BACK_END", "cpu-device: contexts of the CPU device use the back end for GPUs (for its tests)"},
 }};
 
 } // namespace

@@ -18,6 +18,7 @@ enum class Setting {
     kCacheMaxSize, // OPTIX_CACHE_MAXSIZE: bytes of the disk cache, 0 for none
     kCheck,        // SUNSTONE_CHECK: what `sunstone run --check` watches, see checks()
     kCheckReport,  // SUNSTONE_CHECK_REPORT: file that receives its reports
+    kGpuBackEnd,   // SUNSTONE_GPU_BACK_END=cpu-device: the GPU back end drives the CPU device's libcuda
     kCount,
 };
 

@@ -38,6 +38,14 @@ std::shared_ptr<Backend> createGpuBackend(void* cudaContext) {
     return std::make_shared<GpuBackend>(CUcontext(cudaContext));
 }
 
+void GpuBackend::flush() {
+    try {
+        ContextScope scope(device_.context());
+        slots_.tellOfEnded(~0u);
+    } catch (const Error&) { // the application has destroyed its context
+    }
+}
+
 void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request) {
     using devlib::LaunchBlock;
     const Pipeline& pipeline = *request.pipeline;
@@ -53,12 +61,10 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
         SUNSTONE_CU(streamSynchronize, stream);
         checkBoundValues(pipeline, params.data());
     }
-    GpuLaunchSlots::Slot& slot = slots_.take(variable);
-    slot.context = context;
-    slot.validation = request.validation;
-    LaunchBlock& block = *slot.host;
+    GpuLaunchSlots::Lease slot(slots_, context, stream, variable, request.validation);
+    LaunchBlock& block = *slot->host;
     std::memset(static_cast<void*>(&block), 0, sizeof(block));
-    block.launch.params = reinterpret_cast<const void*>(slot.memory + GpuLaunchSlots::kParameters);
+    block.launch.params = reinterpret_cast<const void*>(slot->memory + GpuLaunchSlots::kParameters);
     block.launch.dimensions[0] = request.width;
     block.launch.dimensions[1] = request.height;
     block.launch.dimensions[2] = request.depth;
@@ -72,8 +78,8 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     const auto& code = static_cast<const GpuCodeObject&>(*pipeline.deviceCode);
     block.firstGroup = code.firstGroup;
     block.report = {devlib::kNoReport, devlib::kNoReport, devlib::kNoReport};
-    SUNSTONE_CU(memcpyHtoDAsync, slot.memory, &block, sizeof(block), stream);
-    const CUdeviceptr params = slot.memory + GpuLaunchSlots::kParameters;
+    SUNSTONE_CU(memcpyHtoDAsync, slot->memory, &block, sizeof(block), stream);
+    const CUdeviceptr params = slot->memory + GpuLaunchSlots::kParameters;
     if (given)
         SUNSTONE_CU(memcpyAsync, params, CUdeviceptr(request.params), given, stream);
     if (given < variable) // reads beyond the caller's block see zeros
@@ -87,15 +93,14 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     const uint64_t threads = plane * request.depth;
     const auto blocks =
         unsigned((threads + devlib::kGpuBlockThreads - 1) / devlib::kGpuBlockThreads);
-    void* arguments[] = {&slot.memory};
+    void* arguments[] = {&slot->memory};
     SUNSTONE_CU(launchKernel, code.kernel, blocks, 1, 1, devlib::kGpuBlockThreads, 1, 1, 0, stream,
                 arguments, nullptr);
-    SUNSTONE_CU(memcpyDtoHAsync, &block.report, slot.memory + offsetof(LaunchBlock, report),
+    SUNSTONE_CU(memcpyDtoHAsync, &block.report, slot->memory + offsetof(LaunchBlock, report),
                 sizeof(block.report), stream);
-    slots_.started(slot, stream);
     if (!request.validation)
-        return;
-    const std::string failure = slots_.finish(slot);
+        return slot.queued();
+    const std::string failure = slot.finish();
     if (!failure.empty())
         fail(Code::kLaunchFailure, failure);
 }

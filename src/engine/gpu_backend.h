@@ -35,6 +35,7 @@ public:
 
     void compile(Pipeline& pipeline, const PipelineParts& parts) override;
     void launch(const ContextPtr& context, const LaunchRequest& request) override;
+    void flush() override;
     bvh::MemoryUsage accelMemory(const bvh::BuildInputs& inputs,
                                  const bvh::BuildOptions& options) override;
     uint64_t buildAccel(const ContextPtr& context, AccelBuild request) override;

@@ -4,6 +4,8 @@
 #include "base/error.h"
 #include "engine/exceptions.h"
 
+#include <algorithm>
+
 namespace sunstone::engine {
 namespace {
 
@@ -39,12 +41,56 @@ std::string describe(uint64_t word, const devlib::LaunchState& launch) {
 
 } // namespace
 
+GpuLaunchSlots::Lease::Lease(GpuLaunchSlots& slots, const ContextPtr& context, CUstream stream,
+                             size_t parameterBytes, bool validation)
+    : slots_(slots), stream_(stream) {
+    constexpr unsigned kFew = 4; // so that a launch costs the same however many are under way
+    slots.tellOfEnded(kFew);
+    slot_ = &slots.take(parameterBytes);
+    slot_->context = context;
+    slot_->validation = validation;
+}
+
+// What is in the stream already may still read the slot.
+GpuLaunchSlots::Lease::~Lease() {
+    if (isQueued_)
+        return;
+    const bool recorded = driver().eventRecord(slot_->done, stream_) == CUDA_SUCCESS;
+    std::lock_guard lock(slots_.mutex_);
+    slot_->state = recorded ? State::kAbandoned : State::kFree;
+}
+
+void GpuLaunchSlots::Lease::queued() {
+    slots_.record(*slot_, stream_, State::kQueued);
+    isQueued_ = true;
+}
+
+std::string GpuLaunchSlots::Lease::finish() {
+    slots_.record(*slot_, stream_, State::kAwaited);
+    const CUresult result = driver().eventSynchronize(slot_->done);
+    if (result != CUDA_SUCCESS) {
+        const char* name = nullptr;
+        driver().getErrorName(result, &name);
+        fail(Code::kLaunchFailure, "launch ", slot_->number, " ended with ",
+             name ? name : "an unknown error", ", and so did its CUDA context");
+    }
+    isQueued_ = true;
+    Lines lines;
+    std::string failure = failureOf(*slot_, true);
+    {
+        std::lock_guard lock(slots_.mutex_);
+        settle(*slot_, lines);
+    }
+    tell(lines);
+    return failure;
+}
+
 GpuLaunchSlots::~GpuLaunchSlots() {
     try {
         ContextScope scope(context_);
+        driver().ctxSynchronize();
+        tellOfEnded(~0u);
         for (auto& slot : slots_) {
-            if (slot->busy && driver().eventSynchronize(slot->done) == CUDA_SUCCESS)
-                settle(*slot);
             driver().memFree(slot->memory);
             driver().memFreeHost(slot->host);
             driver().eventDestroy(slot->done);
@@ -53,41 +99,94 @@ GpuLaunchSlots::~GpuLaunchSlots() {
     }
 }
 
+void GpuLaunchSlots::tellOfEnded(unsigned mostPending) {
+    Lines lines;
+    {
+        std::lock_guard lock(mutex_);
+        collect(mostPending, lines);
+    }
+    tell(lines);
+}
+
 GpuLaunchSlots::Slot& GpuLaunchSlots::take(size_t parameterBytes) {
     std::lock_guard lock(mutex_);
-    for (auto& slot : slots_) {
-        if (slot->busy && slot->number != 0 && driver().eventQuery(slot->done) == CUDA_SUCCESS)
-            settle(*slot);
-        if (!slot->busy && slot->capacity >= parameterBytes) {
-            slot->busy = true;
-            slot->number = 0;
+    for (auto& slot : slots_)
+        if (slot->state == State::kFree && slot->capacity >= parameterBytes) {
+            slot->state = State::kTaken;
             return *slot;
         }
-    }
     auto slot = std::make_unique<Slot>();
-    slot->capacity = (parameterBytes + 1023) / 1024 * 1024;
-    SUNSTONE_CU(memAlloc, &slot->memory, kParameters + slot->capacity + 64);
-    void* host = nullptr;
-    SUNSTONE_CU(memAllocHost, &host, sizeof(devlib::LaunchBlock));
-    slot->host = static_cast<devlib::LaunchBlock*>(host);
-    SUNSTONE_CU(eventCreate, &slot->done, CU_EVENT_DISABLE_TIMING);
-    slot->busy = true;
+    makeMemory(*slot, parameterBytes);
+    slot->state = State::kTaken;
     slots_.push_back(std::move(slot));
     return *slots_.back();
 }
 
-void GpuLaunchSlots::started(Slot& slot, CUstream stream) {
+void GpuLaunchSlots::makeMemory(Slot& slot, size_t parameterBytes) {
+    slot.capacity = (parameterBytes + 1023) / 1024 * 1024;
+    void* host = nullptr;
+    try {
+        SUNSTONE_CU(memAlloc, &slot.memory, kParameters + slot.capacity + 64);
+        SUNSTONE_CU(memAllocHost, &host, sizeof(devlib::LaunchBlock));
+        SUNSTONE_CU(eventCreate, &slot.done, CU_EVENT_DISABLE_TIMING);
+    } catch (const Error&) {
+        driver().memFreeHost(host);
+        driver().memFree(slot.memory);
+        throw;
+    }
+    slot.host = static_cast<devlib::LaunchBlock*>(host);
+}
+
+void GpuLaunchSlots::record(Slot& slot, CUstream stream, State state) {
     SUNSTONE_CU(eventRecord, slot.done, stream);
     std::lock_guard lock(mutex_);
     slot.number = ++launches_;
+    slot.state = state;
 }
 
-std::string GpuLaunchSlots::finish(Slot& slot) {
-    SUNSTONE_CU(eventSynchronize, slot.done);
-    std::lock_guard lock(mutex_);
-    std::string failure = failureOf(slot, true);
-    settle(slot);
-    return failure;
+void GpuLaunchSlots::collect(unsigned mostPending, Lines& lines) {
+    for (size_t i = 0; i < slots_.size() && mostPending != 0; ++i) {
+        next_ = (next_ + 1) % slots_.size();
+        Slot& slot = *slots_[next_];
+        if (slot.state != State::kQueued && slot.state != State::kAbandoned)
+            continue;
+        const CUresult result = driver().eventQuery(slot.done);
+        if (result == CUDA_SUCCESS)
+            settle(slot, lines);
+        else if (result == CUDA_ERROR_NOT_READY || result == CUDA_ERROR_CAPTURED_EVENT)
+            --mostPending;
+        else
+            return lose(result, lines);
+    }
+}
+
+// The CUDA context has failed, and which launch did it cannot be asked any more.
+void GpuLaunchSlots::lose(CUresult reason, Lines& lines) {
+    uint64_t first = ~uint64_t(0), last = 0;
+    std::vector<std::weak_ptr<Context>> contexts; // usually one
+    for (auto& slot : slots_) {
+        if (slot->state == State::kQueued) {
+            first = std::min(first, slot->number);
+            last = std::max(last, slot->number);
+            contexts.push_back(slot->context);
+        }
+        if (slot->state == State::kQueued || slot->state == State::kAbandoned)
+            slot->state = State::kLost;
+    }
+    if (contexts.empty())
+        return;
+    const char* name = nullptr;
+    driver().getErrorName(reason, &name);
+    std::sort(contexts.begin(), contexts.end(), std::owner_less<>());
+    const auto same = [](const auto& a, const auto& b) { return a.lock() == b.lock(); };
+    contexts.erase(std::unique(contexts.begin(), contexts.end(), same), contexts.end());
+    const std::string which = first == last ? message("launch ", first, " was")
+                                            : message("launches ", first, " to ", last, " were");
+    for (const auto& context : contexts)
+        lines.push_back({context, LogLevel::kError,
+                         message("the CUDA context failed with ", name ? name : "an unknown error",
+                                 " while ", which, " under way: of them or other work of it one "
+                                 "accessed memory that is not there, or faulted otherwise")});
 }
 
 std::string GpuLaunchSlots::failureOf(const Slot& slot, bool validation) {
@@ -98,18 +197,25 @@ std::string GpuLaunchSlots::failureOf(const Slot& slot, bool validation) {
     return text;
 }
 
-void GpuLaunchSlots::settle(Slot& slot) {
-    slot.busy = false;
-    const std::shared_ptr<Context> context = slot.context.lock();
-    if (!context || !context->log)
+void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
+    const bool abandoned = slot.state == State::kAbandoned;
+    slot.state = State::kFree;
+    if (abandoned)
         return;
     const std::string where = message("launch ", slot.number, ": ");
     const std::string failure = failureOf(slot, slot.validation);
     const std::string unseen = describe(slot.host->report.unseen, slot.host->launch);
     if (!failure.empty())
-        context->log(LogLevel::kError, "LAUNCH", where + failure);
+        lines.push_back({slot.context, LogLevel::kError, where + failure});
     else if (!unseen.empty())
-        context->log(LogLevel::kWarning, "LAUNCH", where + "no exception program saw: " + unseen);
+        lines.push_back(
+            {slot.context, LogLevel::kWarning, where + "no exception program saw: " + unseen});
+}
+
+void GpuLaunchSlots::tell(const Lines& lines) {
+    for (const Line& line : lines)
+        if (const std::shared_ptr<Context> context = line.context.lock(); context && context->log)
+            context->log(line.level, "LAUNCH", line.text);
 }
 
 } // namespace sunstone::engine

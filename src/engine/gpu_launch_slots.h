@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Memory of launches in flight on a GPU: for each a block in device memory with room for launch
 // parameters, and its image in page-locked host memory. A slot is used again once its launch is
-// over; what that launch reported is told then.
+// over; what that launch reported is told then, or by tellOfEnded().
 #pragma once
 
 #include "device/cuda/driver.h"
@@ -15,36 +15,78 @@ namespace sunstone::engine {
 
 class GpuLaunchSlots {
 public:
+    enum class State {
+        kFree,
+        kTaken,     // its launch is being queued
+        kQueued,    // settled by whoever finds that it is over
+        kAwaited,   // queued, and settled by the thread that waits for it
+        kAbandoned, // queued in part: free once that is over, with nothing to tell
+        kLost,      // the CUDA context failed before it was known to be over
+    };
     struct Slot {
         CUdeviceptr memory = 0; // LaunchBlock, then the parameters
         devlib::LaunchBlock* host = nullptr;
         size_t capacity = 0; // bytes of parameters
         CUevent done = nullptr;
-        bool busy = false;
+        State state = State::kFree;
         bool validation = false;
         std::weak_ptr<Context> context;
         uint64_t number = 0; // of the launch, in order
     };
     static constexpr size_t kParameters = (sizeof(devlib::LaunchBlock) + 255) / 256 * 256;
 
+    // A slot while a launch is being queued. Unless queued() is reached it goes back.
+    class Lease {
+    public:
+        Lease(GpuLaunchSlots& slots, const ContextPtr& context, CUstream stream,
+              size_t parameterBytes, bool validation);
+        ~Lease();
+        Lease(const Lease&) = delete;
+        Lease& operator=(const Lease&) = delete;
+        Slot* operator->() const { return slot_; }
+
+        // After everything of the launch is queued.
+        void queued();
+        // Queues the end too, waits for it and returns why the launch failed; empty if it did not.
+        std::string finish();
+
+    private:
+        GpuLaunchSlots& slots_;
+        CUstream stream_;
+        Slot* slot_ = nullptr;
+        bool isQueued_ = false;
+    };
+
     explicit GpuLaunchSlots(CUcontext context) : context_(context) {}
     ~GpuLaunchSlots();
 
-    // A free slot. The context is current.
-    Slot& take(size_t parameterBytes);
-    // After everything of the launch is queued.
-    void started(Slot& slot, CUstream stream);
-    // Waits for this launch and returns why it failed; empty if it did not.
-    std::string finish(Slot& slot);
+    // Tells what the launches reported that are over, and of launches that ended with the CUDA
+    // context; stops after finding so many that are not. The context is current.
+    void tellOfEnded(unsigned mostPending);
 
 private:
-    void settle(Slot& slot); // tells what the launch reported
+    struct Line { // for a context's log
+        std::weak_ptr<Context> context;
+        LogLevel level;
+        std::string text;
+    };
+    using Lines = std::vector<Line>;
+
+    Slot& take(size_t parameterBytes);
+    void makeMemory(Slot& slot, size_t parameterBytes);
+    void record(Slot& slot, CUstream stream, State state);
+    // Frees slots whose launches are over; mutex_ is held.
+    void collect(unsigned mostPending, Lines& lines);
+    void lose(CUresult reason, Lines& lines);
+    static void settle(Slot& slot, Lines& lines);
+    static void tell(const Lines& lines); // without mutex_: a log callback may launch
     static std::string failureOf(const Slot& slot, bool validation);
 
     CUcontext context_;
     std::mutex mutex_;
     std::vector<std::unique_ptr<Slot>> slots_;
     uint64_t launches_ = 0;
+    size_t next_ = 0; // where to look for launches that are over
 };
 
 } // namespace sunstone::engine

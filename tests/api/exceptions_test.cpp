@@ -90,6 +90,26 @@ TEST_P(Exceptions, NoExceptionProgram) {
         ASSERT_EQ(i % kKinds == kNone ? 2u : 1u, results.as<ExceptionResult>()[i].reached) << i;
 }
 
+// What the last launches report is in the log when their context is gone.
+TEST_P(Exceptions, LastReportsAreTold) {
+    auto r = rig("exceptions", compileOptions(2));
+    r->raygenRecord(r->raygen("__raygen__exceptions"));
+    r->missRecord(r->miss("__miss__exceptions"));
+    r->hitRecord(r->hit("__closesthit__exceptions", "__anyhit__exceptions"));
+    r->callableRecord(r->callables(nullptr, "__continuation_callable__trace"));
+    r->link();
+    Buffer results(sizeof(ExceptionResult)), params(sizeof(ExceptionParams));
+    *params.as<ExceptionParams>() = {results.as<ExceptionResult>(), 0};
+    OptixShaderBindingTable sbt = r->table();
+    log_.clear();
+    ASSERT_OK(optixLaunch(r->pipeline(), nullptr, params.address(), params.size(), &sbt, 1, 1, 1));
+    ASSERT_OK(optixDeviceContextDestroy(context_));
+    context_ = nullptr; // its objects went with it
+    EXPECT_NE(std::string::npos,
+              log_.all().find("no exception program saw: user exception 0, at launch index (0, 0, 0)"))
+        << log_.all();
+}
+
 // The flag USER "must be specified" where programs throw. They do so without it; the log warns.
 TEST_P(Exceptions, WithoutTheUserFlag) {
     log_.clear();

@@ -70,7 +70,16 @@ void loadLibrary() {
     recordCalls();
 }
 
+ApiTest* ApiTest::running_ = nullptr;
+
+void ApiTest::hearReports() {
+    if (running_ && running_->context_)
+        optixDeviceContextSetLogCallback(running_->context_, LogRecord::callback, &running_->log_,
+                                         4);
+}
+
 void ApiTest::SetUp() {
+    running_ = this;
     recordCalls(); // a test may have loaded the library anew
     OptixDeviceContextOptions options{};
     options.logCallbackFunction = LogRecord::callback;
@@ -80,6 +89,7 @@ void ApiTest::SetUp() {
 }
 
 void ApiTest::TearDown() {
+    running_ = nullptr;
     if (context_)
         EXPECT_OK(optixDeviceContextDestroy(context_));
 }

@@ -76,6 +76,10 @@ private:
 void loadLibrary();
 
 class ApiTest : public testing::Test {
+public:
+    // The log of the running test gets what launches that are over have reported.
+    static void hearReports();
+
 protected:
     static void SetUpTestSuite() { loadLibrary(); }
     void SetUp() override;
@@ -88,6 +92,9 @@ protected:
 
     LogRecord log_;
     OptixDeviceContext context_ = nullptr;
+
+private:
+    static ApiTest* running_;
 };
 
 // EXPECT_REJECTED(code, "function", "word of the cause", call)

@@ -17,6 +17,7 @@ void waitForDevice() {
     if (optixDeviceContextCreate(nullptr, nullptr, &context) != OPTIX_SUCCESS ||
         optixDeviceContextDestroy(context) != OPTIX_SUCCESS)
         throw std::runtime_error("cannot wait for the device");
+    ApiTest::hearReports();
 }
 
 Rig::Rig(OptixDeviceContext context, const LogRecord& log, const std::string& ptx,

@@ -128,7 +128,13 @@ OptixResult deviceContextDestroy(OptixDeviceContext context) {
     std::shared_ptr<DeviceContext> object = contexts().find(context);
     return guarded(object, "optixDeviceContextDestroy", [&] {
         contextOf(context);
-        object->engine->device->synchronizeAll();
+        std::string failure; // of what the context still did: its objects go all the same
+        try {
+            object->engine->device->synchronizeAll();
+        } catch (const Error& error) {
+            failure = error.what();
+        }
+        object->engine->backend->flush();
         auto mine = [&](const auto& other) { return other.context == object; };
         denoisers().removeIf(mine);
         pipelines().removeIf(mine);
@@ -136,6 +142,8 @@ OptixResult deviceContextDestroy(OptixDeviceContext context) {
         tasks().removeIf(mine);
         modules().removeIf(mine);
         contexts().remove(context);
+        if (!failure.empty())
+            fail(Code::kCudaError, failure);
     });
 }
 
@@ -155,7 +163,9 @@ OptixResult deviceContextGetProperty(OptixDeviceContext context, OptixDeviceProp
 OptixResult deviceContextSetLogCallback(OptixDeviceContext context, OptixLogCallback callback,
                                         void* callbackData, unsigned callbackLevel) {
     return guarded(peek(context), "optixDeviceContextSetLogCallback", [&] {
-        contextOf(context)->setCallback(callback, callbackData, callbackLevel);
+        const std::shared_ptr<DeviceContext> object = contextOf(context);
+        object->engine->backend->flush(); // what is known by now goes where it belongs
+        object->setCallback(callback, callbackData, callbackLevel);
     });
 }
 

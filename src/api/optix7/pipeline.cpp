@@ -163,6 +163,9 @@ OptixResult pipelineDestroy(OptixPipeline pipeline) {
     return guarded(object ? object->context : nullptr, "optixPipelineDestroy", [&] {
         pipelineOf(pipeline);
         pipelines().remove(pipeline);
+        const std::shared_ptr<engine::Context> engine = object->context->engine;
+        object.reset(); // waits for its launches
+        engine->backend->flush();
     });
 }
 

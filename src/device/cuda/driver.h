@@ -52,6 +52,7 @@ namespace sunstone::device::cuda {
     X(streamCreate, cuStreamCreate)                                                                \
     X(streamDestroy, cuStreamDestroy)                                                              \
     X(streamSynchronize, cuStreamSynchronize)                                                      \
+    X(streamGetCtx, cuStreamGetCtx)                                                                \
     X(streamWaitEvent, cuStreamWaitEvent)                                                          \
     X(streamQuery, cuStreamQuery)                                                                  \
     X(launchHostFunc, cuLaunchHostFunc)                                                            \

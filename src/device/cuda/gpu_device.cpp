@@ -21,6 +21,18 @@ void GpuDevice::enqueue(void*, std::function<void()>) {
     fail(Code::kNotSupported, "this operation is not available on GPUs yet");
 }
 
+const void* GpuDevice::streamContext(void* stream) {
+    if (uintptr_t(stream) <= uintptr_t(CU_STREAM_PER_THREAD)) // the default streams
+        return nullptr;
+    ContextScope scope(context_);
+    CUcontext owner = nullptr;
+    const CUresult result = driver().streamGetCtx(CUstream(stream), &owner);
+    if (result == CUDA_ERROR_INVALID_HANDLE || result == CUDA_ERROR_INVALID_VALUE)
+        fail(Code::kInvalidValue, "stream = ", stream, " is no live stream");
+    check(result, DriverNames::streamGetCtx);
+    return owner;
+}
+
 void GpuDevice::synchronize(void* stream) {
     ContextScope scope(context_);
     SUNSTONE_CU(streamSynchronize, CUstream(stream));

@@ -23,8 +23,7 @@ public:
 
     const char* name() const override { return name_.c_str(); }
     [[noreturn]] void enqueue(void* stream, std::function<void()> work) override;
-    // The driver itself refuses streams of other contexts.
-    const void* streamContext(void*) override { return nullptr; }
+    const void* streamContext(void* stream) override;
     void synchronize(void* stream) override;
     void synchronizeAll() override;
     void* currentContext() override;
