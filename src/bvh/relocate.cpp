@@ -48,7 +48,10 @@ void requireCopy(const RelocationInfo& info, const RelocationInfo& here, const v
 RelocationInfo relocationInfo(const void* block) {
     if (!isBlock(block))
         fail(Code::kInvalidValue, block, " is no acceleration structure");
-    const BlockHeader& header = *headerOf(block);
+    return relocationInfo(*headerOf(block));
+}
+
+RelocationInfo relocationInfo(const BlockHeader& header) {
     return makeRelocationInfo(header.magic, header.version, header.numPrimitives,
                               uint32_t(std::min<uint64_t>(header.numInputs, kMostInputs))
                                       << kInputsShift |
@@ -57,8 +60,13 @@ RelocationInfo relocationInfo(const void* block) {
 }
 
 bool isRelocatable(const RelocationInfo& info) {
-    return (info.words[0] == (uint64_t(kBlockVersion) << 32 | kBlockMagic) ||
-            info.words[0] == (uint64_t(kMicromapVersion) << 32 | kMicromapMagic)) &&
+    return isRelocatable(info, kBlockMagic) ||
+           (info.words[0] == (uint64_t(kMicromapVersion) << 32 | kMicromapMagic) &&
+            info.words[3] == checkSum(info.words));
+}
+
+bool isRelocatable(const RelocationInfo& info, uint32_t magic) {
+    return info.words[0] == (uint64_t(kBlockVersion) << 32 | magic) &&
            info.words[3] == checkSum(info.words);
 }
 
@@ -66,9 +74,12 @@ uint64_t relocatedSize(const RelocationInfo& info) {
     return info.words[2];
 }
 
+BlockType relocatedType(const RelocationInfo& info) {
+    return BlockType(info.words[1] & ((1u << kInputsShift) - 1));
+}
+
 bool holdsInstances(const RelocationInfo& info) {
-    const auto type = BlockType(info.words[1] & ((1u << kInputsShift) - 1));
-    return kindOf(type) == BlockType::kInstances;
+    return kindOf(relocatedType(info)) == BlockType::kInstances;
 }
 
 bool hasInputs(const RelocationInfo& info, uint64_t count) {

@@ -9,6 +9,9 @@
 
 namespace sunstone::bvh {
 
+struct BlockHeader;
+enum class BlockType : uint32_t;
+
 // What tells a copy from other memory. The same for all copies of a structure, and no address is in
 // it, so that it may come from another process.
 struct RelocationInfo {
@@ -24,13 +27,18 @@ void requireCopy(const RelocationInfo& info, const RelocationInfo& here, const v
 
 // Throws Error(kInvalidValue) if there is no structure at the address.
 RelocationInfo relocationInfo(const void* block);
+// Of the structure with this header, on whatever device it lies.
+RelocationInfo relocationInfo(const BlockHeader& header);
 
 // Whether the words were made by relocationInfo() or micromapRelocationInfo() of a version that writes
 // the same memory format.
 bool isRelocatable(const RelocationInfo& info);
+// The same for structures that begin with another magic number, those of GPUs.
+bool isRelocatable(const RelocationInfo& info, uint32_t magic);
 
 // Of relocatable infos: what they tell.
 uint64_t relocatedSize(const RelocationInfo& info);
+BlockType relocatedType(const RelocationInfo& info);
 bool holdsInstances(const RelocationInfo& info);
 uint32_t relocatedPrimitives(const RelocationInfo& info);
 // Whether the structure has so many build inputs. (Millions are not told from other millions.)

@@ -2,6 +2,7 @@
 #include "engine/accel.h"
 
 #include "base/error.h"
+#include "bvh/gpu/layout.h"
 #include "devlib/abi.h"
 #include "engine/cpu_backend.h"
 
@@ -138,6 +139,11 @@ uint64_t buildAccel(const ContextPtr& context, AccelBuild request) {
 uint64_t compactAccel(const ContextPtr& context, void* stream, uint64_t handle, void* destination,
                       size_t destinationSize) {
     return context->backend->compactAccel(context, stream, handle, destination, destinationSize);
+}
+
+bool isRelocatable(const Context& context, const bvh::RelocationInfo& info) {
+    return context.backend->sharesMemory() ? bvh::isRelocatable(info)
+                                           : bvh::isRelocatable(info, bvh::gpu::kGpuBlockMagic);
 }
 
 bvh::RelocationInfo relocationInfo(const ContextPtr& context, uint64_t handle) {

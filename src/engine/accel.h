@@ -64,6 +64,10 @@ uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request)
 uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uint64_t handle,
                       void* destination, size_t destinationSize);
 
+// Whether the info is from a structure in the format of this context's device, or of an array of
+// micromaps.
+bool isRelocatable(const Context& context, const bvh::RelocationInfo& info);
+
 // What relocateAccel needs to know of the structure; waits for all streams.
 bvh::RelocationInfo relocationInfo(const std::shared_ptr<Context>& context, uint64_t handle);
 

@@ -52,8 +52,8 @@ public:
     // Compiles the programs; what a launch needs of them goes into the pipeline.
     virtual void compile(Pipeline& pipeline, const PipelineParts& parts) = 0;
     virtual void launch(const ContextPtr& context, const LaunchRequest& request) = 0;
-    // Logs what launches that are over have reported and nobody has told yet.
-    virtual void flush() {}
+    // Logs what launches and builds that are over have reported and nobody has told yet.
+    virtual void flush(const Context&) {}
 
     virtual bvh::MemoryUsage accelMemory(const bvh::BuildInputs& inputs,
                                          const bvh::BuildOptions& options) = 0;

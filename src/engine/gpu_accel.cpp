@@ -89,27 +89,35 @@ uint64_t GpuBackend::buildAccel(const ContextPtr& context, AccelBuild request) {
     return devlib::makeHandle(request.output, inputs.instances ? devlib::kTagIas : devlib::kTagGas);
 }
 
+// The header of the structure behind a handle that a caller gave; device memory is as after what is
+// queued on the stream.
+bvh::BlockHeader GpuBackend::headerOf(uint64_t handle, CUstream stream, const char* parameter) {
+    const devlib::HandleTag tag = devlib::tagOf(handle);
+    const uint64_t address = devlib::addressOf(handle);
+    const auto refuse = [&] {
+        fail(Code::kInvalidValue, parameter, " = ", reinterpret_cast<void*>(handle),
+             " is no acceleration structure");
+    };
+    bvh::BlockHeader header;
+    if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||
+        !device_.isAccessible(reinterpret_cast<const void*>(address), sizeof(header)))
+        refuse();
+    SUNSTONE_CU(memcpyDtoHAsync, &header, address, sizeof(header), stream);
+    SUNSTONE_CU(streamSynchronize, stream);
+    const bool instances = bvh::kindOf(header.type) == bvh::BlockType::kInstances;
+    if (header.magic != bvh::gpu::kGpuBlockMagic || instances != (tag == devlib::kTagIas))
+        refuse();
+    return header;
+}
+
 // As on the CPU the call waits for the stream, so that what is wrong with the structure or the
 // buffer is an error of this call.
 uint64_t GpuBackend::compactAccel(const ContextPtr& context, void* stream, uint64_t handle,
                                   void* destination, size_t destinationSize) {
     ContextScope scope(device_.context());
-    const devlib::HandleTag tag = devlib::tagOf(handle);
     const uint64_t source = devlib::addressOf(handle);
-    const auto refuse = [&] {
-        fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
-             " is no acceleration structure");
-    };
-    bvh::BlockHeader header;
-    if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||
-        !device_.isAccessible(reinterpret_cast<const void*>(source), sizeof(header)))
-        refuse();
-    SUNSTONE_CU(memcpyDtoHAsync, &header, source, sizeof(header), CUstream(stream));
-    SUNSTONE_CU(streamSynchronize, CUstream(stream));
+    const bvh::BlockHeader header = headerOf(handle, CUstream(stream), "inputHandle");
     tellOfBuilds(*context);
-    const bool instances = header.type == bvh::BlockType::kInstances;
-    if (header.magic != bvh::gpu::kGpuBlockMagic || instances != (tag == devlib::kTagIas))
-        refuse();
     if (!(header.options & bvh::kOptionCompaction))
         fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
              " was built without ALLOW_COMPACTION");
@@ -121,16 +129,28 @@ uint64_t GpuBackend::compactAccel(const ContextPtr& context, void* stream, uint6
         fail(Code::kInvalidValue, "outputBuffer = ", destination,
              " overlaps the structure that is compacted");
     builder().compact(CUstream(stream), source, to);
-    return devlib::makeHandle(destination, tag);
+    return devlib::makeHandle(destination, devlib::tagOf(handle));
 }
 
-bvh::RelocationInfo GpuBackend::relocationInfo(const ContextPtr&, uint64_t) {
-    fail(Code::kNotSupported, "relocation of acceleration structures is not available on GPUs yet");
+bvh::RelocationInfo GpuBackend::relocationInfo(const ContextPtr&, uint64_t handle) {
+    device_.synchronizeAll();
+    ContextScope scope(device_.context());
+    return bvh::relocationInfo(headerOf(handle, nullptr, "handle"));
 }
 
-uint64_t GpuBackend::relocateAccel(const ContextPtr&, void*, const bvh::RelocationInfo&, void*,
-                                   const uint64_t*, size_t, std::vector<const void*>) {
-    fail(Code::kNotSupported, "relocation of acceleration structures is not available on GPUs yet");
+uint64_t GpuBackend::relocateAccel(const ContextPtr& context, void* stream,
+                                   const bvh::RelocationInfo& info, void* block,
+                                   const uint64_t* children, size_t count,
+                                   std::vector<const void*> arrays) {
+    if (!arrays.empty())
+        fail(Code::kNotSupported, "relocation with other opacity micromap arrays is not available "
+                                  "on GPUs yet");
+    ContextScope scope(device_.context());
+    tellOfBuilds(*context);
+    builder().relocate(CUstream(stream), info, CUdeviceptr(block), CUdeviceptr(children),
+                       children ? count : 0);
+    return devlib::makeHandle(block,
+                              bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
 }
 
 } // namespace sunstone::engine

@@ -38,10 +38,12 @@ std::shared_ptr<Backend> createGpuBackend(void* cudaContext) {
     return std::make_shared<GpuBackend>(CUcontext(cudaContext));
 }
 
-void GpuBackend::flush() {
+void GpuBackend::flush(const Context& context) {
     try {
         ContextScope scope(device_.context());
         slots_.tellOfEnded(~0u);
+        if (builder_)
+            tellOfBuilds(context);
     } catch (const Error&) { // the application has destroyed its context
     }
 }

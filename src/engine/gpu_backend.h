@@ -35,7 +35,7 @@ public:
 
     void compile(Pipeline& pipeline, const PipelineParts& parts) override;
     void launch(const ContextPtr& context, const LaunchRequest& request) override;
-    void flush() override;
+    void flush(const Context& context) override;
     bvh::MemoryUsage accelMemory(const bvh::BuildInputs& inputs,
                                  const bvh::BuildOptions& options) override;
     uint64_t buildAccel(const ContextPtr& context, AccelBuild request) override;
@@ -48,6 +48,7 @@ public:
 
 private:
     void tellOfBuilds(const Context& context);
+    bvh::BlockHeader headerOf(uint64_t handle, CUstream stream, const char* parameter);
     const bvh::gpu::Builder& builder(); // made when first asked for, as its kernels are
 
     device::cuda::GpuDevice device_;

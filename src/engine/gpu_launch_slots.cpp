@@ -185,7 +185,8 @@ void GpuLaunchSlots::lose(CUresult reason, Lines& lines) {
     for (const auto& context : contexts)
         lines.push_back({context, LogLevel::kError,
                          message("the CUDA context failed with ", name ? name : "an unknown error",
-                                 " while ", which, " under way: of them or other work of it one "
+                                 " while ", which,
+                                 " under way: of them or other work of it one "
                                  "accessed memory that is not there, or faulted otherwise")});
 }
 

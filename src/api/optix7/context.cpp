@@ -134,7 +134,7 @@ OptixResult deviceContextDestroy(OptixDeviceContext context) {
         } catch (const Error& error) {
             failure = error.what();
         }
-        object->engine->backend->flush();
+        object->engine->backend->flush(*object->engine);
         auto mine = [&](const auto& other) { return other.context == object; };
         denoisers().removeIf(mine);
         pipelines().removeIf(mine);
@@ -164,7 +164,7 @@ OptixResult deviceContextSetLogCallback(OptixDeviceContext context, OptixLogCall
                                         void* callbackData, unsigned callbackLevel) {
     return guarded(peek(context), "optixDeviceContextSetLogCallback", [&] {
         const std::shared_ptr<DeviceContext> object = contextOf(context);
-        object->engine->backend->flush(); // what is known by now goes where it belongs
+        object->engine->backend->flush(*object->engine); // what is known by now goes where it belongs
         object->setCallback(callback, callbackData, callbackLevel);
     });
 }

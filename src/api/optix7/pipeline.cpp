@@ -165,7 +165,7 @@ OptixResult pipelineDestroy(OptixPipeline pipeline) {
         pipelines().remove(pipeline);
         const std::shared_ptr<engine::Context> engine = object->context->engine;
         object.reset(); // waits for its launches
-        engine->backend->flush();
+        engine->backend->flush(*engine);
     });
 }
 

@@ -95,7 +95,7 @@ OptixTraversableHandle relocate(DeviceContext& owner, CUstream stream,
     device::Device& device = *owner.engine->device;
     requireNonNull(info, "info");
     const bvh::RelocationInfo translated = translate(*info);
-    if (!bvh::isRelocatable(translated) || bvh::holdsMicromaps(translated))
+    if (!engine::isRelocatable(*owner.engine, translated) || bvh::holdsMicromaps(translated))
         fail(Code::kInvalidValue, "info was not filled by optixAccelGetRelocationInfo of a "
                                   "compatible version");
     const uint64_t size = bvh::relocatedSize(translated);
@@ -133,7 +133,7 @@ OptixResult checkRelocationCompatibility(OptixDeviceContext context,
         contextOf(context);
         requireNonNull(info, "info");
         requireNonNull(compatible, "compatible");
-        *compatible = bvh::isRelocatable(translate(*info));
+        *compatible = engine::isRelocatable(*owner->engine, translate(*info));
     });
 }
 

@@ -29,7 +29,8 @@ constexpr const char* kKernelNames[] = {
     "sunstone_hierarchy",      "sunstone_collapse",     "sunstone_retry",
     "sunstone_records",        "sunstone_finish",       "sunstone_update_check",
     "sunstone_update_records", "sunstone_update_links", "sunstone_update_nodes",
-    "sunstone_update_finish",  "sunstone_compact",      "sunstone_emit"};
+    "sunstone_update_finish",  "sunstone_compact",      "sunstone_emit",
+    "sunstone_relocate"};
 
 std::string describeFailure(uint64_t block, uint32_t failure) {
     const auto address = reinterpret_cast<const void*>(block);
@@ -42,6 +43,13 @@ std::string describeFailure(uint64_t block, uint32_t failure) {
         return message("the update of outputBuffer = ", address,
                        " did nothing: there is no acceleration structure that was built with "
                        "ALLOW_UPDATE, these build flags and inputs of this shape");
+    case kNoCopy:
+        return message("the relocation to targetAccel = ", address,
+                       " did nothing: the memory holds no copy of what the relocation info is from");
+    case kNoChild:
+        return message("the relocation to targetAccel = ", address,
+                       " was given an instance handle that is no traversable; such instances keep "
+                       "their children");
     default:
         return message("building into outputBuffer = ", address, " failed: ", failure);
     }
@@ -277,6 +285,22 @@ void Builder::compact(CUstream stream, CUdeviceptr block, CUdeviceptr destinatio
     uint64_t from = block, to = destination;
     void* arguments[] = {&from, &to};
     launch(kCompact, stream, multiprocessors_ * 8, 256, arguments);
+}
+
+void Builder::relocate(CUstream stream, const RelocationInfo& info, CUdeviceptr block,
+                       CUdeviceptr children, size_t count) const {
+    requireBuffer("target", block, 0, 0);
+    RelocateJob job{};
+    job.block = block;
+    job.report = CUdeviceptr(report_);
+    job.children = children;
+    job.usedSize = relocatedSize(info);
+    job.numChildren = uint32_t(count);
+    job.version = kBlockVersion;
+    job.numPrimitives = relocatedPrimitives(info);
+    job.type = relocatedType(info);
+    void* arguments[] = {&job};
+    launch(kRelocate, stream, blocksFor(job.numChildren, 256, multiprocessors_ * 8), 256, arguments);
 }
 
 void Builder::emitCompactedSize(CUstream stream, CUdeviceptr block, CUdeviceptr to) const {

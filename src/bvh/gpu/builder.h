@@ -9,6 +9,7 @@
 #pragma once
 
 #include "bvh/build.h"
+#include "bvh/relocate.h"
 #include "device/cuda/driver.h"
 
 #include <cstdint>
@@ -52,6 +53,11 @@ public:
     // compacted size that the block reports.
     void compact(CUstream stream, CUdeviceptr block, CUdeviceptr destination) const;
 
+    // Queues the relocation of the copy at `block`: its instances get these handles, one each; none:
+    // they keep theirs. What is wrong with the copy takeFailures() tells.
+    void relocate(CUstream stream, const RelocationInfo& info, CUdeviceptr block,
+                  CUdeviceptr children, size_t count) const;
+
     // Queues what a build reports: 8 bytes, or 6 floats (lower, upper; inf, -inf if there is
     // nothing).
     void emitCompactedSize(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
@@ -91,6 +97,7 @@ private:
         kUpdateFinish,
         kCompact,
         kEmit,
+        kRelocate,
         kKernelCount
     };
     void check(CUresult result, const char* what) const;

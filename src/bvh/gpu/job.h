@@ -59,8 +59,20 @@ constexpr uint32_t kSplitBins = 2048;
 
 // What kernels cannot do, of which the host is told through a BuildReport: what only an error in
 // them can bring about (the structure is then none: it has no magic number), or an update of a
-// structure that was built from inputs of another shape (it stays as it is).
-enum BuildFailure : uint32_t { kNoFailure, kTreeBroken, kNotThatStructure };
+// structure that was built from inputs of another shape, or a relocation of what is no copy (it stays
+// as it is).
+enum BuildFailure : uint32_t { kNoFailure, kTreeBroken, kNotThatStructure, kNoCopy, kNoChild };
+
+// What sunstone_relocate takes: addresses, and what the header of a copy says.
+struct RelocateJob {
+    uint64_t block, report;
+    uint64_t children; // handles for the instances
+    uint64_t usedSize;
+    uint32_t numChildren; // 0: they keep theirs
+    uint32_t version;
+    uint32_t numPrimitives;
+    BlockType type;
+};
 
 // In memory of the host that kernels write: failures one after the other, in a ring.
 struct BuildReport {

@@ -6,4 +6,5 @@
 #include "bvh/gpu/presplit.h"
 #include "bvh/gpu/references.h"
 #include "bvh/gpu/refit.h"
+#include "bvh/gpu/relocate.h"
 #include "bvh/gpu/sort.h"
