@@ -4,6 +4,7 @@
 
 #include "inputs.h"
 #include "module_writer.h"
+#include "recording.h"
 
 #include <algorithm>
 #include <cmath>
@@ -144,7 +145,7 @@ Difference compare(const Form& form, const std::vector<uint8_t>& recorded,
                    const std::vector<uint8_t>& results) {
     Difference difference;
     if (recorded.size() != results.size())
-        return {kVectors, "  the recording has another size\n"};
+        return {kVectors, "  the recording has another size\n", 0};
     size_t offset = 0;
     for (size_t k = 0; k < form.outputs.size(); ++k) {
         const Output& output = form.outputs[k];
@@ -154,6 +155,8 @@ Difference compare(const Form& form, const std::vector<uint8_t>& recorded,
             const uint64_t got = elementAt(results.data() + offset, bytes, i);
             if (agreeOutput(output, want, got) || isLimited(form, output.rule, i))
                 continue;
+            const uint64_t where[3] = {difference.digest, k * kVectors + i, got};
+            difference.digest = hashOf(where, sizeof where);
             if (difference.vectors++ < kShown)
                 difference.text += describe(form, i, k, want, got);
         }

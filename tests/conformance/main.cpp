@@ -5,10 +5,14 @@
 //       leaves out what the driver of that recording refused
 //   conformance replay FILE [GAPS [DEVIATIONS]]
 //       runs the forms of a recording and compares; GAPS names, one a line, those that the device
-//       is known to refuse, and DEVIATIONS those where the recording is known to be wrong
+//       is known to refuse, and DEVIATIONS those where the recording is known to be wrong, with the
+//       difference that is meant
 //   conformance record-textures FILE
 //   conformance replay-textures FILE [GAPS [DEVIATIONS]]
 //       the same with textures and surfaces
+//   conformance record-errors FILE
+//   conformance check-errors FILE
+//       largest errors of the .approx functions, by --samples N arguments of each (errors.h)
 //   conformance ptx FOLDER
 //       writes the modules as text
 //   conformance list
@@ -16,12 +20,15 @@
 // --only TEXT limits each to forms with TEXT in their names.
 #include "compare.h"
 #include "driver.h"
+#include "errors.h"
 #include "module_writer.h"
 #include "names.h"
 #include "recording.h"
 #include "texture_run.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <set>
 
@@ -80,7 +87,7 @@ int replay(const std::string& file, const std::string& gapsFile,
     const std::vector<Form> forms = allForms();
     const Recording recording = load(file);
     const std::set<std::string> gaps = readNames(gapsFile);
-    const std::set<std::string> deviations = readNames(deviationsFile);
+    const Deviations deviations = readDeviations(deviationsFile);
     if (recording.inputs != inputsHash())
         quit(1, "the inputs are not those of the recording: record again");
     Counts report;
@@ -114,16 +121,19 @@ int replay(const std::string& file, const std::string& gapsFile,
         } else {
             const Difference difference =
                 compare(form, recording.forms.at(form.name).results, results.results[i]);
-            if (deviations.contains(form.name)) {
-                ++(difference.vectors ? report.deviating : report.different);
-                if (!difference.vectors)
-                    say("named as a deviation, but it agrees", form);
+            if (const auto listed = deviations.find(form.name); listed != deviations.end()) {
+                const Deviation seen = {difference.vectors, difference.digest};
+                ++(seen == listed->second ? report.deviating : report.different);
+                if (!(seen == listed->second))
+                    say("not the deviation of the list", form,
+                        "  here: " + lineOf(form.name, seen) + "\n" + difference.text);
                 continue;
             }
             ++(difference.vectors ? report.different : report.agreed);
             if (difference.vectors)
                 say("differs", form,
-                    "  " + std::to_string(difference.vectors) + " results\n" + difference.text);
+                    "  here: " + lineOf(form.name, {difference.vectors, difference.digest}) + "\n" +
+                        difference.text);
         }
     }
     std::printf(
@@ -153,8 +163,8 @@ int recordTextures(const std::string& file) {
 
 int replayTextures(const std::string& file, const std::string& gapsFile,
                    const std::string& deviationsFile) {
-    return compareTextures(file, runTextures(only), readNames(gapsFile), readNames(deviationsFile),
-                           only);
+    return compareTextures(file, runTextures(only), readNames(gapsFile),
+                           readDeviations(deviationsFile), only);
 }
 
 int writePtx(const std::string& folder) {
@@ -191,7 +201,7 @@ int list() {
 
 int main(int argc, char** argv) {
     std::vector<std::string> words(argv + 1, argv + argc);
-    std::string like;
+    std::string like, samples = "1048576";
     const auto option = [&](const std::string& name, std::string& value) {
         for (size_t i = 0; i + 1 < words.size(); ++i)
             if (words[i] == name) {
@@ -203,6 +213,7 @@ int main(int argc, char** argv) {
     };
     option("--only", only);
     option("--like", like);
+    option("--samples", samples);
     const std::string verb = words.empty() ? "" : words[0];
     if (verb == "record" && words.size() == 2)
         return record(words[1], like);
@@ -216,6 +227,14 @@ int main(int argc, char** argv) {
         words.resize(4);
         return replayTextures(words[1], words[2], words[3]);
     }
+    if ((verb == "record-errors" || verb == "check-errors") && words.size() == 2) {
+        const auto count =
+            unsigned(std::min(std::strtoul(samples.c_str(), nullptr, 10), 1ul << 31));
+        if (count == 0)
+            quit(2, "--samples is no number above 0");
+        return verb == "record-errors" ? recordErrors(words[1], count, only)
+                                       : checkErrors(words[1], count, only);
+    }
     if (verb == "ptx" && words.size() == 2)
         return writePtx(words[1]);
     if (verb == "list" && words.size() == 1)
@@ -223,6 +242,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr,
                  "usage: conformance record FILE [--like FILE] | replay FILE [GAPS [DEVIATIONS]] | "
                  "record-textures FILE | replay-textures FILE [GAPS [DEVIATIONS]] | "
-                 "ptx FOLDER | list   [--only TEXT]\n");
+                 "record-errors FILE | check-errors FILE [--samples N] | ptx FOLDER | list   "
+                 "[--only TEXT]\n");
     return 2;
 }

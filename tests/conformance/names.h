@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists of names of forms and texture cases: gaps and deviations.
+// Lists of names of forms and texture cases: gaps, and deviations with the difference that is
+// accepted.
 #pragma once
 
+#include <map>
 #include <set>
 #include <string>
 
@@ -11,5 +13,17 @@ namespace conformance {
 std::set<std::string> readNames(const std::string& file);
 // A name of the list that ends in * stands for all that begin so.
 bool isNamed(const std::set<std::string>& names, const std::string& name);
+
+// How results differ from the recording: a line "name<tab>count<tab>digest", where the digest is
+// one of which results differ and what they are.
+struct Deviation {
+    unsigned count = 0;
+    unsigned digest = 0;
+    bool operator==(const Deviation&) const = default;
+};
+using Deviations = std::map<std::string, Deviation>;
+Deviations readDeviations(const std::string& file);
+// As it stands in the list.
+std::string lineOf(const std::string& name, const Deviation& deviation);
 
 } // namespace conformance

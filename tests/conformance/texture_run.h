@@ -2,6 +2,7 @@
 // Runs texture cases on the device, and keeps and compares their results.
 #pragma once
 
+#include "names.h"
 #include "run_forms.h"
 #include "texture_cases.h"
 
@@ -22,7 +23,7 @@ void saveTextures(const std::string& file, const TextureResults& results);
 // Compares with a recording; the lists are those for instructions. Prints; returns the process's
 // exit code.
 int compareTextures(const std::string& file, const TextureResults& results,
-                    const std::set<std::string>& gaps, const std::set<std::string>& deviations,
+                    const std::set<std::string>& gaps, const Deviations& deviations,
                     const std::string& only);
 
 } // namespace conformance

@@ -217,6 +217,10 @@ TEST_F(Launch, FailuresStayWithTheContext) {
         EXPECT_EQ(cuLaunchKernel(mark, 1, 1, 1, 1, 1, 1, 0, nullptr, params, nullptr),
                   CUDA_ERROR_LAUNCH_FAILED);
     }
+    size_t limit = 0;
+    int least = 0, greatest = 0;
+    EXPECT_EQ(cuCtxGetLimit(&limit, CU_LIMIT_STACK_SIZE), CUDA_ERROR_LAUNCH_FAILED);
+    EXPECT_EQ(cuCtxGetStreamPriorityRange(&least, &greatest), CUDA_ERROR_LAUNCH_FAILED);
     CUdevice device = -1;
     EXPECT_EQ(cuCtxGetDevice(&device), CUDA_SUCCESS) << "asks nothing of the device";
     std::thread([&] {

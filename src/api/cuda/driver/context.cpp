@@ -150,7 +150,7 @@ SUNSTONE_EXPORT CUresult cuCtxSetLimit(CUlimit limit, size_t value) {
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxGetLimit(size_t* value, CUlimit limit) {
-    return guarded("cuCtxGetLimit", Needs::kAnyContext, [&] {
+    return guarded("cuCtxGetLimit", Needs::kContext, [&] {
         require(value, "value is null");
         if (unsigned(limit) > CU_LIMIT_PERSISTING_L2_CACHE_SIZE)
             refuse(CUDA_ERROR_UNSUPPORTED_LIMIT, "there is no limit ", int(limit));
@@ -183,7 +183,7 @@ SUNSTONE_EXPORT CUresult cuCtxSetSharedMemConfig(CUsharedconfig config) {
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxGetStreamPriorityRange(int* least, int* greatest) {
-    return guarded("cuCtxGetStreamPriorityRange", Needs::kAnyContext, [&] {
+    return guarded("cuCtxGetStreamPriorityRange", Needs::kContext, [&] {
         if (least)
             *least = cpu::Streams::kLeastPriority;
         if (greatest)
