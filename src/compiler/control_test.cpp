@@ -229,8 +229,9 @@ void fakeExit(KernelThread* thread) {
 void fakeFault(KernelThread* thread, uint32_t kind) {
     blockOf(thread)->calls.insert(blockOf(thread)->calls.end(), {777, kind});
 }
-const BlockFunctions kFunctions = {fakeBarrier, fakeArrive, fakeExchange,
-                                   fakeActive,  fakeExit,   fakeFault};
+void fakeYield(KernelThread*) {}
+const BlockFunctions kFunctions = {fakeBarrier, fakeArrive, fakeExchange, fakeActive,
+                                   fakeExit,    fakeFault,  fakeYield};
 
 TEST(Threads, BarriersAndWarps) {
     const auto code = compileKernels(parse(std::string(kHeader) + R"(
@@ -314,6 +315,76 @@ TEST(Threads, BarriersAndWarps) {
     block.calls.clear();
     kernelOf(*code, "trapping")(&thread, nullptr);
     EXPECT_EQ(block.calls, (std::vector<uint32_t>{777, devlib::kFaultTrap}));
+}
+
+TEST(Threads, CopiesAndBarrierObjects) {
+    const auto code = compileKernels(parse(std::string(kHeader) + R"(
+.visible .entry copies(.param .u64 p) {
+  .reg .b64 %rd<9>; .reg .b32 %r<9>; .reg .pred %q; .shared .align 16 .b8 to[64];
+  ld.param.u64 %rd1, [p];
+  cp.async.ca.shared.global [to], [%rd1], 4;
+  cp.async.cg.shared.global.L2::128B [to+16], [%rd1], 16;
+  mov.u32 %r1, 5;
+  cp.async.ca.shared.global [to+32], [%rd1], 8, %r1;
+  cp.async.ca.shared.global [to+40], [%rd1], 8, 0;
+  cp.async.commit_group; cp.async.wait_group 0; cp.async.wait_all;
+  mov.u32 %r2, 12;
+  cp.async.bulk.global.shared::cta.bulk_group [%rd1+64], [to+16], %r2;
+  cp.async.bulk.commit_group; cp.async.bulk.wait_group.read 0;
+  ret;
+}
+.visible .entry phases(.param .u64 p) {
+  .reg .b64 %rd<9>; .reg .b32 %r<9>; .reg .pred %q<9>; .shared .b64 object;
+  ld.param.u64 %rd1, [p];
+  mbarrier.init.shared.b64 [object], 3;
+  mbarrier.arrive.shared.b64 %rd2, [object];
+  mbarrier.pending_count.b64 %r1, %rd2; st.u32 [%rd1], %r1;
+  mbarrier.test_wait.shared.b64 %q1, [object], %rd2; selp.u32 %r1, 1, 0, %q1; st.u32 [%rd1+4], %r1;
+  mbarrier.arrive_drop.shared.b64 %rd3, [object];
+  mbarrier.arrive.shared.b64 %rd3, [object], 1;
+  mbarrier.pending_count.b64 %r1, %rd3; st.u32 [%rd1+8], %r1;
+  mbarrier.try_wait.shared.b64 %q1, [object], %rd2; selp.u32 %r1, 1, 0, %q1; st.u32 [%rd1+12], %r1;
+  mbarrier.test_wait.parity.shared.b64 %q1, [object], 1; selp.u32 %r1, 1, 0, %q1; st.u32 [%rd1+16], %r1;
+  mbarrier.arrive.expect_tx.shared.b64 %rd2, [object], 32;
+  mbarrier.pending_count.b64 %r1, %rd2; st.u32 [%rd1+20], %r1;
+  mbarrier.arrive.shared.b64 _, [object];
+  mbarrier.test_wait.shared.b64 %q1, [object], %rd2; selp.u32 %r1, 1, 0, %q1; st.u32 [%rd1+24], %r1;
+  mov.u32 %r3, 32; mov.u64 %rd4, object;
+  cp.async.bulk.shared::cta.global.mbarrier::complete_tx::bytes [%rd4+8], [%rd1+64], %r3, [%rd4];
+  mbarrier.test_wait.shared.b64 %q1, [object], %rd2; selp.u32 %r1, 1, 0, %q1; st.u32 [%rd1+28], %r1;
+  cp.async.mbarrier.arrive.shared.b64 [object];
+  cp.async.mbarrier.arrive.noinc.shared.b64 [object];
+  mbarrier.arrive.shared.b64 %rd3, [object];
+  mbarrier.pending_count.b64 %r1, %rd3; st.u32 [%rd1+32], %r1;
+  mbarrier.inval.shared.b64 [object];
+  ret;
+}
+)"));
+    alignas(16) uint8_t shared[128];
+    std::memset(shared, 0xEE, sizeof shared);
+    FakeBlock block{&kFunctions, {}};
+    KernelThread thread{};
+    thread.block = &block;
+    thread.shared = shared;
+    uint8_t bytes[128];
+    for (unsigned i = 0; i < sizeof bytes; ++i)
+        bytes[i] = uint8_t(i + 1);
+    uint8_t* pointer = bytes;
+    kernelOf(*code, "copies")(&thread, &pointer);
+    EXPECT_EQ(shared[3], 4);
+    EXPECT_EQ(shared[4], 0xEE);
+    EXPECT_EQ(std::memcmp(shared + 16, bytes, 16), 0);
+    const uint8_t partly[16] = {1, 2, 3, 4, 5};
+    EXPECT_EQ(std::memcmp(shared + 32, partly, 16), 0);
+    EXPECT_EQ(bytes[64 + 11], 12);
+    EXPECT_EQ(bytes[64 + 12], 77);
+
+    alignas(8) uint32_t out[64] = {};
+    pointer = reinterpret_cast<uint8_t*>(out);
+    kernelOf(*code, "phases")(&thread, &pointer);
+    const uint32_t expected[9] = {3, 0, 1, 1, 0, 2, 0, 1, 1};
+    for (unsigned i = 0; i < 9; ++i)
+        EXPECT_EQ(out[i], expected[i]) << i;
 }
 
 TEST(Printf, FormatsThePackedBuffer) {

@@ -245,6 +245,17 @@ private:
     void activeMask(const ptx::Instruction& instruction);
     void elect(const ptx::Instruction& instruction);
 
+    // ---- asynchronous copies, barrier objects: translate_async.cpp
+    void copyAsync(const ptx::Instruction& instruction);
+    void copyBulk(const ptx::Instruction& instruction);
+    void copyBytes(const ptx::Instruction& instruction, Value* to, Value* from, Value* bytes);
+    bool isPolicy(const ptx::Instruction& instruction, size_t operand) const;
+    void barrierObject(const ptx::Instruction& instruction);
+    Value* arriveAt(const ptx::Instruction& instruction, const ptx::Operand& object, Value* count,
+                    Value* bytes, bool drop);
+    void waitAt(const ptx::Instruction& instruction);
+    void checkObject(Value* pointer, const ptx::Operand& object);
+
     // ---- textures and surfaces: translate_texture.cpp
     struct TextureOperand {
         Value* handle = nullptr;

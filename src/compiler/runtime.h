@@ -24,6 +24,7 @@ void addKernelSymbols(std::vector<RuntimeSymbol>& symbols);
 void addTextureSymbols(std::vector<RuntimeSymbol>& symbols);
 void addCheckSymbols(std::vector<RuntimeSymbol>& symbols);
 void addSmallFloatSymbols(std::vector<RuntimeSymbol>& symbols);
+void addAsyncSymbols(std::vector<RuntimeSymbol>& symbols);
 void addAtomicSymbols(std::vector<RuntimeSymbol>& symbols);
 
 // What atomics on numbers of 16 bits do.

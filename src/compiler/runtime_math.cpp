@@ -95,6 +95,7 @@ const std::vector<RuntimeSymbol>& runtimeSymbols() {
         addRoundingSymbols(symbols);
         addMathSymbols(symbols);
         addKernelSymbols(symbols);
+        addAsyncSymbols(symbols);
         addTextureSymbols(symbols);
         addCheckSymbols(symbols);
         addSmallFloatSymbols(symbols);

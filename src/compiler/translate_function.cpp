@@ -454,6 +454,9 @@ const FunctionTranslator::Handlers& FunctionTranslator::handlers() {
         {"redux", &T::reduceWarp},
         {"activemask", &T::activeMask},
         {"elect", &T::elect},
+        {"cp", &T::copyAsync},
+        {"mbarrier", &T::barrierObject},
+        {"griddepcontrol", &T::noOperation}, // launches of a stream follow one another
         // video
         {"vadd", &T::videoScalar},
         {"vsub", &T::videoScalar},

@@ -47,6 +47,8 @@ llvm::AtomicOrdering orderingOf(const ptx::Instruction& instruction) {
 }
 
 devlib::AccessSpace spaceOf(const ptx::Instruction& instruction) {
+    if (instruction.opcode == "cp") // each operand has its own
+        return devlib::kSpaceGeneric;
     for (const auto& [name, space] :
          {std::pair<std::string_view, devlib::AccessSpace>{"shared", devlib::kSpaceShared},
           {"shared::cta", devlib::kSpaceShared},

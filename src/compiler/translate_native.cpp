@@ -84,9 +84,11 @@ bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
     static const Names kKeptIfFloat = {"add", "sub", "mul", "mad", "fma", "div",  "neg",
                                        "abs", "min", "max", "cvt", "set", "setp", "slct"};
     static const Names kWarp = {"vote", "shfl", "match", "redux", "activemask", "elect"};
-    static const Names kEffects = {"suld", "sust", "sured", "atom", "red", "membar", "fence"};
+    static const Names kEffects = {"suld",   "sust",  "sured", "atom",     "red",
+                                   "membar", "fence", "cp",    "mbarrier", "griddepcontrol"};
     static const Names kWithoutResult = {"sust",  "sured",     "red",      "membar",
-                                         "fence", "nanosleep", "prefetch", "prefetchu"};
+                                         "fence", "nanosleep", "prefetch", "prefetchu",
+                                         "cp",    "griddepcontrol"};
     const std::string_view op = instruction.opcode;
     if (kKept.count(op)) {
         emitNative(instruction, true, false, false, false);
@@ -109,7 +111,10 @@ bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
     }
     if (kEffects.count(op) || handlers().find(op) == handlers().end()) {
         const bool known = kEffects.count(op);
-        emitNative(instruction, !kWithoutResult.count(op), true, !known, true);
+        const bool isOrder = op == "mbarrier" && (instruction.operands.empty() ||
+                                                  instruction.operands[0].kind ==
+                                                      ptx::OperandKind::kAddress);
+        emitNative(instruction, !kWithoutResult.count(op) && !isOrder, true, !known, true);
         return true;
     }
     return false;

@@ -41,6 +41,7 @@ struct FormText {
 #define MEMORY(SPACES) "weak? volatile? mmio? relaxed|acquire|release? " SCOPE "? " SPACES "? v2|v4|v8? " EVICT "? " EVICT2 "? L2::cache_hint? L2::64B|L2::128B|L2::256B?"
 #define MEMORY_TYPES "b8|b16|b32|b64|b128|u8|u16|u32|u64|s8|s16|s32|s64|f32|f64"
 #define ATOMIC "relaxed|acquire|release|acq_rel? " SCOPE "? global|shared|shared::cta|shared::cluster? L2::cache_hint?"
+#define BARRIER_SPACE "shared|shared::cta|shared::cluster?"
 #define GEOMETRY "1d|2d|3d|a1d|a2d|cube|acube|2dms|a2dms"
 #define CLAMP "trap|clamp|zero"
 #define ALTERNATE "e4m3x2|e5m2x2|e4m3x4|e5m2x4|e2m1x2|e2m1x4|e2m3x2|e2m3x4|e3m2x2|e3m2x4|ue8m0x2|s2f6x2|tf32"
@@ -226,9 +227,28 @@ inline constexpr FormText kFormTexts[] = {
     {"stacksave", "", "u32|u64", "=0"},
     {"stackrestore", "", "u32|u64", "0"},
     {"alloca", "", "u32|u64", "=0 0 c?"},
+    // Asynchronous copies and barrier objects
+    {"cp", "async ca|cg shared|shared::cta global L2::cache_hint? L2::64B|L2::128B|L2::256B?", "", "a a c x? x?"},
+    {"cp", "async commit_group|wait_all", "", ""},
+    {"cp", "async wait_group", "", "c"},
+    {"cp", "async mbarrier arrive noinc? shared|shared::cta?", "b64", "a"},
+    {"cp", "async bulk shared::cluster|shared::cta global mbarrier::complete_tx::bytes L2::cache_hint?", "", "a a r a x?"},
+    {"cp", "async bulk shared::cluster shared::cta mbarrier::complete_tx::bytes", "", "a a r a"},
+    {"cp", "async bulk global shared::cta bulk_group L2::cache_hint?", "", "a a r x?"},
+    {"cp", "async bulk prefetch L2 global L2::cache_hint?", "", "a r x?"},
+    {"cp", "async bulk commit_group", "", ""},
+    {"cp", "async bulk wait_group read?", "", "c"},
+    {"mbarrier", "init shared|shared::cta?", "b64", "a r"},
+    {"mbarrier", "inval shared|shared::cta?", "b64", "a"},
+    {"mbarrier", "arrive|arrive_drop expect_tx|noComplete? release|relaxed? cta|cluster? " BARRIER_SPACE, "b64", "=d_ a r?"},
+    {"mbarrier", "expect_tx|complete_tx relaxed? cta|cluster? " BARRIER_SPACE, "b64", "a r"},
+    {"mbarrier", "test_wait|try_wait acquire|relaxed? cta|cluster? shared|shared::cta?", "b64", "=p a d r?"},
+    {"mbarrier", "test_wait|try_wait parity acquire|relaxed? cta|cluster? shared|shared::cta?", "b64", "=p a r r?"},
+    {"mbarrier", "pending_count", "b64", "=r d"},
+    {"griddepcontrol", "launch_dependents|wait", "", ""},
     // Units that only GPUs have, and video instructions: names are known, the rest is not checked.
-    {"wmma|mma|wgmma|tcgen05|ldmatrix|stmatrix|movmatrix|cp|mbarrier|tensormap|multimem|createpolicy|"
-     "mapa|getctarank|griddepcontrol|setmaxnreg|clusterlaunchcontrol", "*", "", ""},
+    {"wmma|mma|wgmma|tcgen05|ldmatrix|stmatrix|movmatrix|tensormap|multimem|createpolicy|"
+     "mapa|getctarank|setmaxnreg|clusterlaunchcontrol", "*", "", ""},
     {"vadd|vsub|vabsdiff|vmin|vmax|vshl|vshr|vmad|vset|vadd2|vsub2|vavrg2|vabsdiff2|vmin2|vmax2|vset2|"
      "vadd4|vsub4|vavrg4|vabsdiff4|vmin4|vmax4|vset4", "*", "", ""},
 };

@@ -63,6 +63,12 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
         log(LogLevel::kError, "cuda", message(function, ": ", nameOf(result), ": ", text));
         return result;
     };
+    // What nobody would guess from the number is told unasked, once.
+    auto explain = [&](CUresult result, const char* text) {
+        if (!logEnabled(LogLevel::kError, "cuda"))
+            logOnce(LogLevel::kFatal, "cuda", message(nameOf(result), ": ", text));
+        return report(result, text);
+    };
     try {
         if (needs != Needs::kNothing && !initialized.load(std::memory_order_acquire))
             return report(CUDA_ERROR_NOT_INITIALIZED, "cuInit has not been called");
@@ -75,7 +81,7 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
             return body();
         const auto failed = [&](int fault) {
             const std::string text = "device code has failed in this context: ";
-            return report(CUresult(fault), (text + context->faultText()).c_str());
+            return explain(CUresult(fault), (text + context->faultText()).c_str());
         };
         if (const int fault = context->fault)
             return failed(fault);
@@ -86,13 +92,16 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
                 return failed(fault);
         return result;
     } catch (const device::ContextFault& fault) {
-        return report(CUresult(fault.number()), fault.what());
+        return explain(CUresult(fault.number()), fault.what());
     } catch (const Failure& failure) {
         return report(failure.result(), failure.what());
     } catch (const cpu::CaptureError& error) {
         return report(CUresult(error.number()), error.what());
     } catch (const Error& error) {
-        return report(resultOf(error.code()), error.what());
+        const CUresult result = resultOf(error.code());
+        return result == CUDA_ERROR_NOT_SUPPORTED || result == CUDA_ERROR_INVALID_PTX
+                   ? explain(result, error.what())
+                   : report(result, error.what());
     } catch (const std::bad_alloc&) {
         return report(CUDA_ERROR_OUT_OF_MEMORY, "no host memory");
     } catch (const std::exception& error) {

@@ -23,7 +23,7 @@ constexpr std::string_view kNames[] = {
 };
 
 int refuseCall(const char* function) {
-    logOnce(LogLevel::kError, "cuda",
+    logOnce(LogLevel::kFatal, "cuda",
             message(function, ": CUDA_ERROR_NOT_SUPPORTED: the function is not implemented"));
     return kNotSupported;
 }
