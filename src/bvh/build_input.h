@@ -167,9 +167,6 @@ bool describeInstance(const InstanceDesc& from, uint32_t index, OpenLevels level
 InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_t firstPrimitive,
                             uint32_t numPrimitives, const TriangleInput* triangles);
 
-// Longer chains of transforms lead nowhere.
-constexpr int kMaxTransformChain = 32;
-
 // Whether the handle leads, perhaps through transforms, to an acceleration structure. Never
 // faults.
 bool leadsToBlock(uint64_t handle);

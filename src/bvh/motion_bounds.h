@@ -3,18 +3,9 @@
 #pragma once
 
 #include "bvh/build_input.h"
-#include "bvh/motion.h"
+#include "bvh/motion_bounds_body.h"
 
 namespace sunstone::bvh {
-
-// Bounds that move linearly over a range of time, from lower[0], upper[0] to lower[1], upper[1].
-// Empty if lower > upper.
-struct LinearBounds {
-    double lower[2][3], upper[2][3];
-
-    static LinearBounds nothing();
-    bool empty() const { return !(lower[0][0] <= upper[0][0]); }
-};
 
 // Bounds of what the handle leads to, in its space, that hold at all times of [begin, end].
 LinearBounds linearBounds(uint64_t handle, double begin, double end);

@@ -53,16 +53,6 @@ bool isReadableTransform(uint64_t handle) {
     }
 }
 
-uint64_t childOf(uint64_t transform) {
-    // The first member of all three.
-    return at<StaticTransform>(transform).child;
-}
-
-const MotionRange& motionOf(uint64_t transform) {
-    static_assert(offsetof(MatrixMotionTransform, motion) == offsetof(SrtMotionTransform, motion));
-    return at<MatrixMotionTransform>(transform).motion;
-}
-
 // A motion key; the structs declare the two that are always there.
 template <class Key>
 const Key* keyOf(uint64_t transform, size_t offset, uint32_t key) {

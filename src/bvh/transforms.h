@@ -39,6 +39,9 @@ struct SrtMotionTransform {
 };
 static_assert(sizeof(SrtMotionTransform) == 160);
 
+// Longer chains of transforms lead nowhere.
+constexpr int kMaxTransformChain = 32;
+
 // Whether the tag is that of a transform in the caller's memory.
 inline bool isTransformTag(uint64_t tag) {
     return tag == kStaticTransformTag || tag == kMatrixMotionTag || tag == kSrtMotionTag;
@@ -47,11 +50,16 @@ inline bool isTransformTag(uint64_t tag) {
 // Whether all of a transform, with all its keys, can be read. Never faults.
 bool isReadableTransform(uint64_t handle);
 
-// The child of a transform that can be read.
-uint64_t childOf(uint64_t transform);
+// The child of a transform that can be read: the first member of all three.
+inline uint64_t childOf(uint64_t transform) {
+    return reinterpret_cast<const StaticTransform*>(transform & ~kTraversableTagMask)->child;
+}
 
 // The motion of a motion transform that can be read.
-const MotionRange& motionOf(uint64_t transform);
+inline const MotionRange& motionOf(uint64_t transform) {
+    static_assert(offsetof(MatrixMotionTransform, motion) == offsetof(SrtMotionTransform, motion));
+    return reinterpret_cast<const MatrixMotionTransform*>(transform & ~kTraversableTagMask)->motion;
+}
 
 // Object to world at a key and a fraction of the way to the next, of a motion transform. Numbers
 // are interpolated one by one; the quaternion is normalised after.
