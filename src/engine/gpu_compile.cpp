@@ -118,6 +118,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         {"sunstone_gpu_hasException", hasException},
         {"sunstone_gpu_exceptionFlags", pipeline.rules.exceptionFlags},
         {"sunstone_gpu_graph", graphKindOf(pipeline.rules.traversableGraphFlags)},
+        {"sunstone_gpu_motion", pipeline.rules.motionBlur},
     };
     const compiler::GpuCode code = compiler::obtainGpuPipeline(request, parts.cache);
     pipeline.feedback = code.feedback;

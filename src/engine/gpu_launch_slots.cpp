@@ -20,8 +20,9 @@ std::string nameOfFatal(int32_t code) {
     case devlib::kFatalGraphTooDeep:
         return message("the traversable graph is deeper than ", devlib::kMaxGpuGraphDepth + 1,
                        ", which is the limit on GPUs");
-    case devlib::kFatalMotionTransform:
-        return "motion transforms are not available on GPUs yet";
+    case devlib::kFatalMotion:
+        return "a ray came to motion keys or a motion transform, and the pipeline is compiled "
+               "without usesMotionBlur, with which rays on GPUs meet nothing that moves";
     default: {
         devlib::ThreadState thread{};
         thread.exceptionCode = code;

@@ -15,6 +15,7 @@ using compiler::ProgramKind;
 
 struct Options {
     unsigned graphFlags = 1;  // ALLOW_SINGLE_GAS
+    bool motion = false;      // usesMotionBlur
     bool oneHitGroup = false; // any-hit and closest-hit programs make one group, the closest-hit's
     compiler::GpuTarget target = {90, 80};
     uint32_t shapes = 0; // bvh::gpu::ShapeBit
@@ -67,6 +68,7 @@ inline std::string compile(const std::string& text, const Options& options = {})
     rules.numPayloadValues = 8;
     rules.numAttributeValues = 4;
     rules.traversableGraphFlags = options.graphFlags;
+    rules.motionBlur = options.motion;
     std::string feedback;
     const auto module = engine::createModule(text, rules, {}, compiler::OptLevel::k3,
                                              compiler::DebugLevel::kMinimal, nullptr, feedback);
@@ -98,7 +100,8 @@ inline std::string compile(const std::string& text, const Options& options = {})
                          {"sunstone_gpu_shapes", options.shapes},
                          {"sunstone_gpu_hasException", exception},
                          {"sunstone_gpu_exceptionFlags", 0},
-                         {"sunstone_gpu_graph", graph}};
+                         {"sunstone_gpu_graph", graph},
+                         {"sunstone_gpu_motion", options.motion}};
     return compiler::compileGpuPipeline(request).ptx;
 }
 

@@ -168,7 +168,7 @@ TEST(GpuInputs, RandomVertexAccess) {
 }
 
 // Boxes that a ray's way leads through.
-struct BoxPrograms : NoShapes {
+struct BoxPrograms : NoShapes, NoMotion {
     static constexpr bool kTriangles = false, kCustoms = true, kInstances = false;
     static constexpr unsigned kLevels = 0;
     std::vector<uint32_t> seen;

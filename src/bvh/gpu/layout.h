@@ -30,7 +30,15 @@
 // a meaning of their own: recordsOffset, the primitive records; numLeaves, how many there are;
 // tableOffset, the record of each triangle (kNoSlot: inactive); usedSize, what a compacted copy
 // takes; root is kNoNode if there is nothing to hit, else 0.
+//
+// With motion keys (kMotionBit in the type) a node is a WideNode for each key, one behind the other
+// and alike but for their boxes, and the record of a triangle is a TriangleRecord for each key. At
+// keyBoundsOffset, behind the InstanceData, are KeyBounds of each key.
 #pragma once
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device begin
+#endif
 
 #include "bvh/layout.h"
 
@@ -86,6 +94,12 @@ constexpr uint32_t shapeBitsOf(uint32_t primitiveTypeFlags) {
            (primitiveTypeFlags & (1u << 1 | 1u << 2 | 1u << 4) ? kMeetsCurves : 0u);
 }
 constexpr uint32_t kMaxLeafPrimitives = 3;
+
+// Bytes of a node at all keys.
+constexpr uint64_t nodeSize(uint32_t keys) {
+    return uint64_t(keys) * sizeof(WideNode);
+}
+
 // No path from the root is longer than this many nodes; builders see to it.
 constexpr unsigned kMaxWideDepth = 30;
 // Groups of children that wait during traversal of one structure: one for each level, and two where
@@ -93,3 +107,7 @@ constexpr unsigned kMaxWideDepth = 30;
 constexpr unsigned kStackEntries = kMaxWideDepth + 2;
 
 } // namespace sunstone::bvh::gpu
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device end
+#endif

@@ -31,8 +31,14 @@ SUNSTONE_GPU_INLINE float sub(float a, float b) {
 SUNSTONE_GPU_INLINE float divide(float a, float b) {
     return __nvvm_div_rn_f(a, b);
 }
+SUNSTONE_GPU_INLINE float root(float a) {
+    return __nvvm_sqrt_rn_f(a);
+}
 SUNSTONE_GPU_INLINE double mul(double a, double b) {
     return __nvvm_mul_rn_d(a, b);
+}
+SUNSTONE_GPU_INLINE double add(double a, double b) {
+    return __nvvm_add_rn_d(a, b);
 }
 SUNSTONE_GPU_INLINE double sub(double a, double b) {
     return __nvvm_add_rn_d(a, -b);
@@ -61,8 +67,14 @@ SUNSTONE_GPU_INLINE float sub(float a, float b) {
 SUNSTONE_GPU_INLINE float divide(float a, float b) {
     return a / b;
 }
+SUNSTONE_GPU_INLINE float root(float a) {
+    return __builtin_sqrtf(a);
+}
 SUNSTONE_GPU_INLINE double mul(double a, double b) {
     return a * b;
+}
+SUNSTONE_GPU_INLINE double add(double a, double b) {
+    return a + b;
 }
 SUNSTONE_GPU_INLINE double sub(double a, double b) {
     return a - b;

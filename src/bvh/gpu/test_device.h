@@ -103,7 +103,7 @@ inline GpuStructure buildOnDevice(const TriangleInput& input, const BuildOptions
 }
 
 // The nearest triangle.
-struct NearestPrograms : NoShapes {
+struct NearestPrograms : NoShapes, NoMotion {
     static constexpr bool kTriangles = true, kCustoms = false, kInstances = true;
     static constexpr unsigned kLevels = 4;
     bool found = false;
@@ -131,8 +131,8 @@ struct NearestPrograms : NoShapes {
     void leave(gpu::Ray&) { current = 0; }
 };
 
-inline bool nearest(uint64_t handle, const QueryRay& query, QueryHit& hit,
-                    uint32_t* instance = nullptr) {
+template <class Programs>
+bool nearestBy(Programs& programs, uint64_t handle, const QueryRay& query, QueryHit& hit) {
     gpu::Ray ray;
     for (int i = 0; i < 3; ++i) {
         ray.origin[i] = query.origin[i];
@@ -140,10 +140,9 @@ inline bool nearest(uint64_t handle, const QueryRay& query, QueryHit& hit,
     }
     ray.tmin = query.tmin;
     ray.tmax = query.tmax;
-    NearestPrograms programs;
-    Traversal<NearestPrograms> traversal;
-    U2 stack[Traversal<NearestPrograms>::kStackSize];
-    Level levels[NearestPrograms::kLevels + 1];
+    Traversal<Programs> traversal;
+    U2 stack[Traversal<Programs>::kStackSize];
+    Level levels[Programs::kLevels + 1];
     if (!traversal.start(programs, ray, handle, levels))
         return false;
     traversal.run(programs, ray, stack, levels, RunToEnd());
@@ -155,13 +154,21 @@ inline bool nearest(uint64_t handle, const QueryRay& query, QueryHit& hit,
     hit.front = programs.hit.det > 0;
     hit.primitive = programs.primitive;
     hit.sbt = programs.sbt;
+    return true;
+}
+
+inline bool nearest(uint64_t handle, const QueryRay& query, QueryHit& hit,
+                    uint32_t* instance = nullptr) {
+    NearestPrograms programs;
+    if (!nearestBy(programs, handle, query, hit))
+        return false;
     if (instance)
         *instance = programs.instance;
     return true;
 }
 
 // The nearest hit of curves and spheres, without instances.
-struct ShapePrograms {
+struct ShapePrograms : NoMotion {
     static constexpr bool kTriangles = true, kCustoms = false, kInstances = false;
     static constexpr unsigned kLevels = 0;
     bool found = false;
@@ -195,6 +202,24 @@ inline bool nearestShape(uint64_t handle, const ShapeRay& query, ShapeHit& hit) 
     traversal.run(programs, ray, stack, levels, RunToEnd());
     hit = programs.hit;
     return programs.found;
+}
+
+// The nearest triangle at a time.
+struct MovingPrograms : NearestPrograms {
+    static constexpr bool kMotion = true;
+    float rayTime;
+
+    explicit MovingPrograms(float time) : rayTime(time) {}
+    float time() const { return rayTime; }
+    bool enterTransform(gpu::Ray&, uint64_t handle, uint64_t& child, float worldToObject[12]) {
+        child = childOf(handle);
+        return worldToObjectOf(handle, rayTime, worldToObject);
+    }
+};
+
+inline bool nearestAt(uint64_t handle, const QueryRay& query, float time, QueryHit& hit) {
+    MovingPrograms programs(time);
+    return nearestBy(programs, handle, query, hit);
 }
 
 } // namespace sunstone::bvh::gpu::testing

@@ -4,23 +4,24 @@
 // state of a ray is in registers but for the stack, an array of the caller.
 //
 //   struct Programs {
-//       static constexpr bool kTriangles, kCustoms, kInstances; // what may be met; the rest
-//       compiles away static constexpr unsigned kLevels;   // spaces on a path besides the world's
-//       (instances, transforms)
+//       // What may be met; the rest compiles away.
+//       static constexpr bool kTriangles, kCustoms, kInstances, kMotion;
+//       static constexpr unsigned kLevels; // instances and transforms on a path
 //       // A candidate at tmin <= t <= ray.tmax. It counts by setting ray.tmax = hit.t; of equal t
-//       the
-//       // lower primitive should win (the CPU's rule). `primitive` and `sbt` as in TriangleRecord.
+//       // the lower primitive should win (the CPU's rule). `primitive`, `sbt`: of TriangleRecord.
 //       Visit triangle(Ray& ray, const TriangleHit& hit, uint32_t primitive, uint32_t sbt);
-//       Visit custom(Ray& ray, uint32_t primitive, uint32_t sbt);   // runs an intersection program
-//       static uint32_t shapes();   // ShapeBits of the curves and spheres that may be met
-//       Visit shape(Ray& ray, const ShapeHit& hit);   // as triangle()
+//       Visit custom(Ray& ray, uint32_t primitive, uint32_t sbt); // runs an intersection program
+//       static uint32_t shapes(); // ShapeBits of the curves and spheres that may be met
+//       Visit shape(Ray& ray, const ShapeHit& hit); // as triangle()
 //       // Before the child of an instance or of a transform in the caller's memory (its handle,
-//       tag
-//       // included) is entered: false skips it, else fills world-to-object of this level.
+//       // tag included) is entered: false skips it, else fills world-to-object of this level.
 //       bool enterInstance(Ray& ray, const InstanceData& instance, float worldToObject[12]);
 //       bool enterTransform(Ray& ray, uint64_t handle, uint64_t& child, float worldToObject[12]);
-//       void leave(Ray& ray);                // what was entered last; ray.origin and direction are
-//   };                                       // those of the outer space again
+//       // What was entered last; ray.origin and direction are those of the outer space again.
+//       void leave(Ray& ray);
+//       float time() const;  // with kMotion
+//       void refuseMotion(); // without: there is some; may return, and nothing is there
+//   };
 //
 //   Traversal<Programs> traversal;
 //   U2 stack[Traversal<Programs>::kStackSize];
@@ -30,16 +31,9 @@
 //
 // Handles must lead to structures: what they hold is looked at, but whether there is memory at all
 // cannot be asked on a GPU.
-//
-// Boxes. The triangle test accepts a ray as if vertices were displaced by up to 5 * 2^-24 times
-// their distance from the ray's origin (bvh/ray_setup.h). Per node, the planes are therefore moved
-// outwards by 2^-20 of the distance of the node's farthest corner, which also covers what is
-// rounded here; an axis along which the direction is below 2^-24 of its longest component counts as
-// that long, which moves the ray by less. Bytes become floats without a conversion: in 1 + q *
-// 2^-15 they are bits 8 to 15; the one is taken off in the constant, which costs 2^-8 of a grid
-// step, added to the margin.
 #pragma once
 
+#include "bvh/gpu/motion_traversal.h"
 #include "bvh/gpu/shape_tests.h"
 #include "bvh/gpu/triangle.h"
 
@@ -53,127 +47,15 @@ namespace sunstone::bvh::gpu {
 
 enum class Visit : uint32_t { kContinue, kEnd };
 
-// A ray in the current space; tmin and tmax are the same in all.
-struct Ray {
-    float origin[3], tmin;
-    float direction[3], tmax;
-};
-
-// What programs inherit that meet no curves and spheres.
+// What programs inherit that meet no curves and spheres, and nothing that moves.
 struct NoShapes {
     static SUNSTONE_GPU_MEMBER uint32_t shapes() { return 0; }
     SUNSTONE_GPU_MEMBER Visit shape(Ray&, const ShapeHit&) { return Visit::kContinue; }
 };
-
-// What box tests need of a ray in a space.
-struct BoxRay {
-    float inverse[3];
-    float slack;     // how far planes move out, per distance of the node
-    uint32_t octant; // slot ^ octant: order in which slots are visited, highest first; in each byte
+struct NoMotion {
+    static constexpr bool kMotion = false;
+    SUNSTONE_GPU_MEMBER void refuseMotion() {}
 };
-
-SUNSTONE_GPU_INLINE bool isRay(const Ray& r) {
-    const float sum = magnitude(r.origin[0]) + magnitude(r.origin[1]) + magnitude(r.origin[2]) +
-                      magnitude(r.direction[0]) + magnitude(r.direction[1]) +
-                      magnitude(r.direction[2]) + magnitude(r.tmin);
-    const float longest = larger(larger(magnitude(r.direction[0]), magnitude(r.direction[1])),
-                                 magnitude(r.direction[2]));
-    return (bitsOf(sum) & 0x7F800000u) != 0x7F800000u && r.tmin <= r.tmax && longest >= 0x1p-120f;
-}
-
-SUNSTONE_GPU_INLINE BoxRay makeBoxRay(const float d[3]) {
-    BoxRay box;
-    const float longest = larger(larger(magnitude(d[0]), magnitude(d[1])), magnitude(d[2]));
-    const float least = mul(longest, 0x1p-24f);
-    // Beyond these, reciprocals are no normal numbers: every box is hit.
-    const bool usual = longest >= 0x1p-100f && longest <= 0x1p100f;
-    box.slack = usual ? 0x1p-20f : 0x1p127f;
-    uint32_t order = 0;
-    for (int i = 0; i < 3; ++i) {
-        const float speed = larger(magnitude(d[i]), least);
-        const float inverse = usual ? divide(1.0f, speed) : 1.0f;
-        const bool down = bitsOf(d[i]) >> 31;
-        box.inverse[i] = down ? -inverse : inverse;
-        order |= (down ? 0u : 1u) << i;
-    }
-    box.octant = order * 0x01010101u;
-    return box;
-}
-
-// Children, or primitives, that are to be visited. Inner: bits 24 to 31 are the children hit, by
-// slot ^ octant, bits 0 to 7 the slots that are nodes. Primitives: bits 0 to 23.
-struct Group {
-    uint32_t base, bits;
-};
-
-SUNSTONE_GPU_INLINE int32_t orderedInt(float a) {
-    return __builtin_bit_cast(int32_t, a);
-}
-
-// Tests the boxes of a node's children. tmin must not be negative.
-SUNSTONE_GPU_INLINE void testNode(const U4* node, const float origin[3], const BoxRay& ray,
-                                  float tmin, float tmax, Group& inner, Group& leaf) {
-    const U4 head = loadConstant(node), children = loadConstant(node + 1);
-    const U4 planes0 = loadConstant(node + 2), planes1 = loadConstant(node + 3),
-             planes2 = loadConstant(node + 4);
-    const float step[3] = {floatOf((head.w & 0xFFu) << 23), floatOf((head.w & 0xFF00u) << 15),
-                           floatOf((head.w & 0xFF0000u) << 7)};
-    const float from[3] = {sub(floatOf(head.x), origin[0]), sub(floatOf(head.y), origin[1]),
-                           sub(floatOf(head.z), origin[2])};
-    const float reach = larger(larger(fused(255.0f, step[0], magnitude(from[0])),
-                                      fused(255.0f, step[1], magnitude(from[1]))),
-                               fused(255.0f, step[2], magnitude(from[2])));
-    const float slack = reach * ray.slack;
-    float scale[3], nearC[3], farC[3];
-    for (int i = 0; i < 3; ++i) {
-        const float s = mul(step[i], ray.inverse[i]);
-        const float margin = fused(magnitude(s), 0x1p-8f, mul(magnitude(ray.inverse[i]), slack));
-        scale[i] = mul(s, 0x1p15f);
-        const float middle = fused(from[i], ray.inverse[i], -scale[i]);
-        nearC[i] = sub(middle, margin);
-        farC[i] = add(middle, margin);
-    }
-    // Lower planes: planes0.xy, .zw, planes1.xy; upper: planes1.zw, planes2.xy, .zw.
-    const bool downX = ray.inverse[0] < 0, downY = ray.inverse[1] < 0, downZ = ray.inverse[2] < 0;
-    uint32_t hits = 0;
-#pragma unroll
-    for (int half = 0; half < 2; ++half) {
-        const uint32_t lowX = half ? planes0.y : planes0.x, highX = half ? planes1.w : planes1.z;
-        const uint32_t lowY = half ? planes0.w : planes0.z, highY = half ? planes2.y : planes2.x;
-        const uint32_t lowZ = half ? planes1.y : planes1.x, highZ = half ? planes2.w : planes2.z;
-        const uint32_t nearX = downX ? highX : lowX, farX = downX ? lowX : highX;
-        const uint32_t nearY = downY ? highY : lowY, farY = downY ? lowY : highY;
-        const uint32_t nearZ = downZ ? highZ : lowZ, farZ = downZ ? lowZ : highZ;
-        const uint32_t meta = half ? children.w : children.z;
-        // Inner children have both bits of 24.
-        const uint32_t isInner = (meta & (meta << 1)) & 0x10101010u;
-        const uint32_t innerMask = (isInner >> 4) * 0xFFu;
-        const uint32_t place = (meta ^ (ray.octant & innerMask)) & 0x1F1F1F1Fu;
-        const uint32_t bits = meta >> 5 & 0x07070707u;
-#pragma unroll
-        for (uint32_t k = 0; k < 4; ++k) {
-            const uint32_t selector = 0x7604u | k << 4;
-            const auto plane = [&](uint32_t bytes, float s, float c) {
-                return orderedInt(fused(floatOf(permute(bytes, 0x3F800000u, selector)), s, c));
-            };
-            const auto most = [](int32_t a, int32_t b) { return a > b ? a : b; };
-            const auto least = [](int32_t a, int32_t b) { return a < b ? a : b; };
-            // As integers: right as long as one operand, here tmin, is not negative.
-            const int32_t begin =
-                most(most(plane(nearX, scale[0], nearC[0]), plane(nearY, scale[1], nearC[1])),
-                     most(plane(nearZ, scale[2], nearC[2]), orderedInt(tmin)));
-            const int32_t end =
-                least(least(plane(farX, scale[0], farC[0]), plane(farY, scale[1], farC[1])),
-                      least(plane(farZ, scale[2], farC[2]), orderedInt(tmax)));
-            if (begin <= end)
-                hits |= (bits >> 8 * k & 0xFFu) << (place >> 8 * k & 0x1Fu);
-        }
-    }
-    inner.base = children.x;
-    inner.bits = (hits & 0xFF000000u) | head.w >> 24;
-    leaf.base = children.y;
-    leaf.bits = hits & 0x00FFFFFFu;
-}
 
 SUNSTONE_GPU_INLINE void transformRay(const float m[12], const float origin[3],
                                       const float direction[3], Ray& to) {
@@ -210,6 +92,7 @@ struct Traversal {
     BoxRay box;
     Shear shear;
     lane::RaySpace space; // in structures of curves and spheres
+    MotionPlace motion; // with kMotion
 
     // Begins at a handle (with its tag). False: there is nothing to visit.
     __attribute__((always_inline)) bool start(Programs& programs, Ray& ray, uint64_t handle,
@@ -243,8 +126,7 @@ struct Traversal {
             inner.bits &= ~(1u << bit);
             if (inner.bits > 0x00FFFFFFu)
                 push(stack, inner);
-            testNode(nodes + uint64_t(child) * (sizeof(WideNode) / 16), ray.origin, box,
-                     larger(ray.tmin, 0.0f), ray.tmax, inner, leaf);
+            test(ray, child);
         } else {
             leaf = inner;
             inner.bits = 0;
@@ -272,9 +154,39 @@ private:
         stack[top++] = U2{group.base, group.bits};
     }
 
+    __attribute__((always_inline)) void test(const Ray& ray, uint32_t child) {
+        constexpr uint32_t kUnits = sizeof(WideNode) / 16;
+        const float tmin = larger(ray.tmin, 0.0f);
+        if (Programs::kMotion && motion.keys > 1)
+            testMovingNode(nodes + uint64_t(child) * motion.keys * kUnits, motion, ray.origin, box,
+                           tmin, ray.tmax, inner, leaf);
+        else
+            testNode(nodes + uint64_t(child) * kUnits, ray.origin, box, tmin, ray.tmax, inner,
+                     leaf);
+    }
+
+    __attribute__((always_inline)) void loadTriangle(uint32_t record, U4& a, U4& b, U4& c) const {
+        const auto recordAt = [&](uint64_t index) {
+            return reinterpret_cast<const U4*>(records + index * sizeof(TriangleRecord));
+        };
+        if (Programs::kMotion && motion.keys > 1) {
+            loadMovingTriangle(recordAt(uint64_t(record) * motion.keys), motion, a, b, c);
+            return;
+        }
+        const U4* const triangle = recordAt(record);
+        a = loadConstant(triangle);
+        b = loadConstant(triangle + 1);
+        c = loadConstant(triangle + 2);
+    }
+
+    // Of the block that is walked.
+    __attribute__((always_inline)) static BlockType kindOf(BlockType type) {
+        return Programs::kMotion ? bvh::kindOf(type) : type;
+    }
+
     __attribute__((always_inline)) bool visit(Programs& programs, Ray& ray, uint32_t record,
                                               U2* stack, Level* levels) {
-        if (Programs::kInstances && block->type == BlockType::kInstances) {
+        if (Programs::kInstances && kindOf(block->type) == BlockType::kInstances) {
             visitInstance(programs, ray, record, stack, levels);
             return false;
         }
@@ -283,11 +195,10 @@ private:
             return testShape(Programs::shapes(), block, records, record, space, ray.tmax, hit) &&
                    programs.shape(ray, hit) == Visit::kEnd;
         }
-        if (Programs::kTriangles && (!Programs::kCustoms || block->type == BlockType::kTriangles)) {
-            const U4* const triangle =
-                reinterpret_cast<const U4*>(records + uint64_t(record) * sizeof(TriangleRecord));
-            const U4 a = loadConstant(triangle), b = loadConstant(triangle + 1),
-                     c = loadConstant(triangle + 2);
+        if (Programs::kTriangles &&
+            (!Programs::kCustoms || kindOf(block->type) == BlockType::kTriangles)) {
+            U4 a, b, c;
+            loadTriangle(record, a, b, c);
             TriangleHit hit;
             if (!testTriangle(ray.origin, shear, a, b, c, ray.tmin, ray.tmax, hit))
                 return false;
@@ -357,14 +268,23 @@ private:
             outer = level.block;
             programs.leave(ray);
         } while (outer == 0);
-        open(ray, reinterpret_cast<const BlockHeader*>(outer));
+        open(programs, ray, reinterpret_cast<const BlockHeader*>(outer));
     }
 
-    __attribute__((always_inline)) void open(const Ray& ray, const BlockHeader* header) {
+    __attribute__((always_inline)) void open(const Programs& programs, const Ray& ray,
+                                             const BlockHeader* header) {
         block = header;
         const uint8_t* const bytes = reinterpret_cast<const uint8_t*>(header);
         nodes = reinterpret_cast<const U4*>(bytes + header->nodesOffset);
         records = bytes + header->recordsOffset;
+        if constexpr (Programs::kMotion) {
+            motion = placeIn(*header, programs.time(), ray.origin);
+            if (motion.keys > 1) {
+                nodes += motion.key * (sizeof(WideNode) / 16);
+                if (bvh::kindOf(header->type) == BlockType::kTriangles)
+                    records += motion.key * sizeof(TriangleRecord);
+            }
+        }
         box = makeBoxRay(ray.direction);
         if constexpr (Programs::kTriangles)
             shear = makeShear(ray.direction);
@@ -393,12 +313,16 @@ private:
             reinterpret_cast<const BlockHeader*>(handle & ~uint64_t(kTraversableTagMask));
         const bool wanted = (tag == kGasTag || (Programs::kInstances && tag == kIasTag)) &&
                             header && header->magic == kGpuBlockMagic && header->root != kNoNode &&
-                            fits(*header) && isRay(ray) && enterShapes(*header, ray);
+                            fits(*header) && isRay(ray) && isThere(programs, *header) &&
+                            enterShapes(*header, ray);
         if (!wanted) {
+            if constexpr (!Programs::kMotion)
+                if (header && header->magic == kGpuBlockMagic && isMoving(header->type))
+                    programs.refuseMotion();
             leaveTo(programs, ray, levels, base);
             return false;
         }
-        open(ray, header);
+        open(programs, ray, header);
         // The root stands in slot 0 of a group of one.
         inner = {0, 1u << (24 + (box.octant & 7u)) | 1u};
         return true;
@@ -423,9 +347,16 @@ private:
                lane::setupRaySpace(space, ray.origin, ray.direction, ray.tmin);
     }
 
+    __attribute__((always_inline)) static bool isThere(const Programs& programs,
+                                                       const BlockHeader& header) {
+        if constexpr (Programs::kMotion)
+            return !isGone(header, programs.time());
+        return true;
+    }
+
     static __attribute__((always_inline)) bool fits(const BlockHeader& header) {
-        const BlockType type = header.type;
-        return (Programs::shapes() && type == BlockType::kShapes &&
+        const BlockType type = kindOf(header.type);
+        return (Programs::shapes() && header.type == BlockType::kShapes &&
                 meetsShape(Programs::shapes(), header.shape)) ||
                (Programs::kTriangles && type == BlockType::kTriangles) ||
                (Programs::kCustoms && type == BlockType::kCustom) ||

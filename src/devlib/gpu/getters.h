@@ -4,7 +4,7 @@
 
 #include "bvh/curves.h"
 #include "bvh/gpu/layout.h"
-#include "bvh/gpu/portable.h"
+#include "bvh/gpu/motion.h"
 #include "devlib/gpu/programs.h"
 
 namespace sunstone::devlib::gpu {
@@ -16,9 +16,11 @@ SUNSTONE_DEVICE const bvh::BlockHeader* blockOf(uint64_t handle, HandleTag tag) 
                                                                                        : nullptr;
 }
 
-// Structures with motion cannot be built for GPUs yet: all stand still.
-extern "C" void sunstone_gpu_gasMotion(uint64_t, GasMotion* motion) {
+extern "C" void sunstone_gpu_gasMotion(uint64_t gas, GasMotion* motion) {
+    const bvh::BlockHeader* const block = blockOf(gas, kTagGas);
     *motion = {1, 0, 0};
+    if (block)
+        *motion = {block->motionKeys, block->motionBegin, block->motionEnd};
 }
 
 // The number of a primitive in the structure, counted over all inputs, or kNoSlot.
@@ -36,10 +38,10 @@ SUNSTONE_DEVICE uint32_t numberOf(const bvh::BlockHeader* block, uint32_t primit
     return bvh::kNoSlot;
 }
 
-// The record of a triangle in the structure's table, or null.
+// The record, at the first key, of a triangle in the structure's table, or null.
 SUNSTONE_DEVICE const float* triangleRecord(const bvh::BlockHeader* block, uint32_t primitive,
                                             uint32_t sbtGasIndex) {
-    if (!block || block->type != bvh::BlockType::kTriangles || block->tableOffset == 0)
+    if (!block || bvh::kindOf(block->type) != bvh::BlockType::kTriangles || block->tableOffset == 0)
         return nullptr;
     const uint32_t number = numberOf(block, primitive, sbtGasIndex);
     if (number == bvh::kNoSlot)
@@ -49,14 +51,28 @@ SUNSTONE_DEVICE const float* triangleRecord(const bvh::BlockHeader* block, uint3
     if (record == bvh::kNoSlot)
         return nullptr;
     return reinterpret_cast<const float*>(bytes + block->recordsOffset +
-                                          uint64_t(record) * sizeof(bvh::gpu::TriangleRecord));
+                                          uint64_t(record) * block->motionKeys *
+                                              sizeof(bvh::gpu::TriangleRecord));
 }
 
 extern "C" void sunstone_gpu_triangleVertices(uint64_t gas, uint32_t primitive,
-                                              uint32_t sbtGasIndex, float, float* vertices) {
-    const float* const record = triangleRecord(blockOf(gas, kTagGas), primitive, sbtGasIndex);
-    for (uint32_t i = 0; i < 9; ++i)
-        vertices[i] = record ? record[i / 3 * 4 + i % 3] : __builtin_nanf("");
+                                              uint32_t sbtGasIndex, float time, float* vertices) {
+    const bvh::BlockHeader* const block = blockOf(gas, kTagGas);
+    const float* const record = triangleRecord(block, primitive, sbtGasIndex);
+    if (!record) {
+        for (uint32_t i = 0; i < 9; ++i)
+            vertices[i] = __builtin_nanf("");
+        return;
+    }
+    constexpr uint32_t kNext = sizeof(bvh::gpu::TriangleRecord) / sizeof(float);
+    const bool moves = bvh::isMoving(block->type);
+    const bvh::KeySegment at = moves ? bvh::keySegment(*block, time) : bvh::KeySegment{0, 0.0f};
+    const float* const first = record + at.key * kNext;
+    for (uint32_t i = 0; i < 9; ++i) {
+        const uint32_t place = i / 3 * 4 + i % 3;
+        vertices[i] =
+            moves ? bvh::gpu::mix(first[place], first[kNext + place], at.fraction) : first[place];
+    }
 }
 
 // Control points of a curve's segment, or centre and radius of a sphere.

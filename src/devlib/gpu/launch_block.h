@@ -22,7 +22,7 @@ enum FatalCode : int32_t {
     kFatalRaygenRecord = -1000,    // holds no ray generation group of the pipeline
     kFatalExceptionRecord = -1001, // holds no exception group of the pipeline
     kFatalGraphTooDeep = -1002,    // deeper than traversal on GPUs goes (kMaxGpuGraphDepth)
-    kFatalMotionTransform = -1003, // not available on GPUs
+    kFatalMotion = -1003,          // something moves, and the pipeline is compiled without motion
 };
 
 // Spaces on a path below the world's that traversal on GPUs keeps.

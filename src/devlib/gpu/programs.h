@@ -28,7 +28,8 @@ extern const uint32_t sunstone_gpu_hasIntersection;
 extern const uint32_t sunstone_gpu_shapes; // bvh::gpu::ShapeBits that rays may meet
 extern const uint32_t sunstone_gpu_hasException; // some group is an exception program
 extern const uint32_t sunstone_gpu_exceptionFlags;
-extern const uint32_t sunstone_gpu_graph; // GraphKind
+extern const uint32_t sunstone_gpu_graph;  // GraphKind
+extern const uint32_t sunstone_gpu_motion; // the pipeline is compiled with usesMotionBlur
 }
 
 // Traversables that optixTrace may be given.

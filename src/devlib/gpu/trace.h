@@ -130,9 +130,10 @@ struct Candidates {
     }
 };
 
-template <bool kWithCustoms, unsigned kMaxLevels>
+template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
 struct Tracer : Candidates {
-    static constexpr bool kTriangles = true, kCustoms = kWithCustoms, kInstances = kMaxLevels > 0;
+    static constexpr bool kTriangles = true, kCustoms = kWithCustoms, kInstances = kMaxLevels > 0,
+                          kMotion = kWithMotion;
     static constexpr unsigned kLevels = kMaxLevels;
 
     // What leaving an instance brings back.
@@ -241,19 +242,27 @@ struct Tracer : Candidates {
 
     SUNSTONE_DEVICE_MEMBER bool enterTransform(walk::Ray&, uint64_t handle, uint64_t& child,
                                                float worldToObject[12]) {
-        if (tagOf(handle) != kTagStatic)
-            endLaunch(state, kFatalMotionTransform);
         if (addressOf(handle) == 0)
             return false;
-        // OptixStaticTransform: child, padding, matrix, inverse.
-        const auto* const words = reinterpret_cast<const float*>(addressOf(handle));
-        child = *reinterpret_cast<const uint64_t*>(words);
-        for (int i = 0; i < 12; ++i)
-            worldToObject[i] = words[16 + i];
+        const HandleTag tag = tagOf(handle);
+        if (tag == kTagStatic) {
+            const auto& still = *reinterpret_cast<const bvh::StaticTransform*>(addressOf(handle));
+            for (int i = 0; i < 12; ++i)
+                worldToObject[i] = still.inverse[i];
+        } else if (!kMotion) {
+            refuseMotion();
+        } else if ((tag != kTagMatrixMotion && tag != kTagSrtMotion) ||
+                   !walk::worldToObjectOf(handle, state->time, worldToObject)) {
+            return false;
+        }
+        child = bvh::childOf(handle);
         places[transformCount] = {instanceIndex, instanceId, instanceSbtOffset, instanceFlags};
         enterWith(handle, child);
         return true;
     }
+
+    SUNSTONE_DEVICE_MEMBER float time() const { return state->time; }
+    SUNSTONE_DEVICE_MEMBER void refuseMotion() { endLaunch(state, kFatalMotion); }
 
     SUNSTONE_DEVICE_MEMBER void enterWith(uint64_t handle, uint64_t child) {
         transforms[transformCount++] = handle;
@@ -327,9 +336,9 @@ SUNSTONE_DEVICE Found conclude(Programs& tracer, const walk::Ray& ray, uint32_t&
 
 // Walks the graph; the frame is gone while closest-hit and miss programs run, which may trace
 // themselves.
-template <bool kWithCustoms, unsigned kMaxLevels>
+template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
 [[gnu::noinline]] static Found findHit(RayState* state, uint32_t& group) {
-    using Programs = Tracer<kWithCustoms, kMaxLevels>;
+    using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion>;
     using Walk = walk::Traversal<Programs>;
     Programs tracer;
     walk::Ray ray;
@@ -352,16 +361,24 @@ SUNSTONE_DEVICE void runMiss(RayState* state) {
         sunstone_gpu_miss(state, groupOf(state, record, kGroupMiss));
 }
 
-template <bool kWithCustoms>
+template <bool kWithCustoms, bool kWithMotion>
 SUNSTONE_DEVICE Found findInGraph(RayState* state, uint32_t& group) {
     switch (sunstone_gpu_graph) {
     case kGraphGas:
-        return findHit<kWithCustoms, 0>(state, group);
+        return findHit<kWithCustoms, 0, kWithMotion>(state, group);
     case kGraphSingleLevel:
-        return findHit<kWithCustoms, 1>(state, group);
+        return findHit<kWithCustoms, 1, kWithMotion>(state, group);
     default:
-        return findHit<kWithCustoms, kMaxGpuGraphDepth>(state, group);
+        return findHit<kWithCustoms, kMaxGpuGraphDepth, kWithMotion>(state, group);
     }
+}
+
+// Pipelines with motion blur have one walk for all primitives.
+SUNSTONE_DEVICE Found find(RayState* state, uint32_t& group) {
+    if (sunstone_gpu_motion)
+        return findInGraph<true, true>(state, group);
+    return sunstone_gpu_hasIntersection ? findInGraph<true, false>(state, group)
+                                        : findInGraph<false, false>(state, group);
 }
 
 // The programs at the end of a ray. `tmax`: the ray's own.
@@ -390,8 +407,7 @@ extern "C" [[gnu::noinline]] void sunstone_gpu_trace(RayState* state) {
         return;
     const float tmax = state->tmax;
     uint32_t group = 0;
-    const Found found = sunstone_gpu_hasIntersection ? findInGraph<true>(state, group)
-                                                     : findInGraph<false>(state, group);
+    const Found found = find(state, group);
     runPrograms(state, found, group, tmax);
 }
 

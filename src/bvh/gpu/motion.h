@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Times and transforms in motion on GPUs, with the operations of the CPU (bvh/motion.h,
+// bvh/transforms.cpp, math/affine.h), so that both see a ray at the same place.
+#pragma once
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device begin
+#endif
+
+#include "bvh/gpu/portable.h"
+#include "bvh/transforms.h"
+
+namespace sunstone::bvh::gpu {
+
+// One number between two keys: bvh::between.
+SUNSTONE_GPU_INLINE float mix(float a, float b, float fraction) {
+    return add(mul(a, sub(1.0f, fraction)), mul(b, fraction));
+}
+
+// math::invert.
+SUNSTONE_GPU_INLINE bool invert(const float m[12], float inverse[12]) {
+    const double a = m[0], b = m[1], c = m[2], d = m[4], e = m[5], f = m[6];
+    const double g = m[8], h = m[9], i = m[10];
+    const double c0 = sub(mul(e, i), mul(f, h)), c1 = sub(mul(f, g), mul(d, i)),
+                 c2 = sub(mul(d, h), mul(e, g));
+    const double det = add(add(mul(a, c0), mul(b, c1)), mul(c, c2));
+    const double s = 1.0 / det;
+    const double r[9] = {
+        mul(c0, s), mul(sub(mul(c, h), mul(b, i)), s), mul(sub(mul(b, f), mul(c, e)), s),
+        mul(c1, s), mul(sub(mul(a, i), mul(c, g)), s), mul(sub(mul(c, d), mul(a, f)), s),
+        mul(c2, s), mul(sub(mul(b, g), mul(a, h)), s), mul(sub(mul(a, e), mul(b, d)), s)};
+    bool finite = det != 0;
+    for (int row = 0; row < 3; ++row) {
+        const double* const q = r + 3 * row;
+        const double t =
+            -add(add(mul(q[0], double(m[3])), mul(q[1], double(m[7]))), mul(q[2], double(m[11])));
+        for (int j = 0; j < 4; ++j) {
+            const float value = float(j < 3 ? q[j] : t);
+            inverse[4 * row + j] = value;
+            finite = finite && (bitsOf(value) & 0x7F800000u) != 0x7F800000u;
+        }
+    }
+    if (!finite)
+        for (int k = 0; k < 12; ++k)
+            inverse[k] = 0;
+    return finite;
+}
+
+// T * R * S of a key with a normalised quaternion.
+SUNSTONE_GPU_INLINE void multiplySrt(const float k[16], float m[12]) {
+    const float qx = k[9], qy = k[10], qz = k[11], qw = k[12];
+    const float xx = mul(qx, qx), yy = mul(qy, qy), zz = mul(qz, qz), ww = mul(qw, qw);
+    const float xy = mul(qx, qy), xz = mul(qx, qz), yz = mul(qy, qz);
+    const float wx = mul(qw, qx), wy = mul(qw, qy), wz = mul(qw, qz);
+    const float r[12] = {sub(sub(add(ww, xx), yy), zz),
+                         2 * sub(xy, wz),
+                         2 * add(xz, wy),
+                         k[13],
+                         2 * add(xy, wz),
+                         sub(add(sub(ww, xx), yy), zz),
+                         2 * sub(yz, wx),
+                         k[14],
+                         2 * sub(xz, wy),
+                         2 * add(yz, wx),
+                         add(sub(sub(ww, xx), yy), zz),
+                         k[15]};
+    const float s[12] = {k[0], k[1], k[2], k[3], 0, k[4], k[5], k[6], 0, 0, k[7], k[8]};
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 4; ++j)
+            m[4 * i + j] = add(add(add(mul(r[4 * i], s[j]), mul(r[4 * i + 1], s[4 + j])),
+                                   mul(r[4 * i + 2], s[8 + j])),
+                               j == 3 ? r[4 * i + 3] : 0.0f);
+}
+
+// bvh::worldToObjectAt: world to object of a motion transform at a time; false if there is nothing
+// to enter.
+SUNSTONE_GPU_INLINE bool worldToObjectOf(uint64_t transform, float time, float worldToObject[12]) {
+    const MotionRange motion = motionOf(transform);
+    KeySegment at = {0, 0.0f};
+    if (motion.keys >= 2) {
+        if (hasVanished(motion.flags, motion.begin, motion.end, time))
+            return false;
+        at = keySegment(motion.keys, motion.begin, motion.end, time);
+    }
+    const uint64_t address = transform & ~kTraversableTagMask;
+    float m[12];
+    if ((transform & kTraversableTagMask) == kMatrixMotionTag) {
+        const float* const key =
+            reinterpret_cast<const float*>(address + offsetof(MatrixMotionTransform, matrices)) +
+            12 * at.key;
+        for (int i = 0; i < 12; ++i)
+            m[i] = at.fraction > 0 ? mix(key[i], key[12 + i], at.fraction) : key[i];
+        return invert(m, worldToObject);
+    }
+    const float* const key =
+        reinterpret_cast<const float*>(address + offsetof(SrtMotionTransform, keys)) + 16 * at.key;
+    float k[16];
+    for (int i = 0; i < 16; ++i)
+        k[i] = at.fraction > 0 ? mix(key[i], key[16 + i], at.fraction) : key[i];
+    const float scale =
+        divide(1.0f, root(add(add(add(mul(k[9], k[9]), mul(k[10], k[10])), mul(k[11], k[11])),
+                              mul(k[12], k[12]))));
+    for (int i = 9; i < 13; ++i)
+        k[i] = mul(k[i], scale);
+    multiplySrt(k, m);
+    return invert(m, worldToObject);
+}
+
+} // namespace sunstone::bvh::gpu
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device end
+#endif
