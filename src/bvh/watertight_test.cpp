@@ -151,5 +151,44 @@ TEST(Watertight, ManyRays) {
     EXPECT_EQ(missed, 0u);
 }
 
+// Triangles of which the length is 400 times the width: distances are as exact as rounding of the
+// vertices allows, although the area is a small difference of large products.
+TEST(Watertight, DistancesToSlivers) {
+    Random random(5);
+    std::vector<double> errors;
+    while (errors.size() < 20000) {
+        const Vec3 center = random.point(1), along = random.unit() * 0.4f;
+        const Vec3 across = math::cross(along, random.unit());
+        if (math::length(across) < 0.01f)
+            continue;
+        Mesh mesh;
+        mesh.vertices = {center - along * 0.5f, center + along * 0.5f,
+                         center + across * (0.001f / math::length(across))};
+        mesh.triangles = {{0, 1, 2}};
+        const float u = random(0.2f, 0.4f), v = random(0.2f, 0.4f);
+        const Vec3 *p = mesh.vertices.data(), origin = random.point(1);
+        const Vec3 direction = p[0] * (1 - u - v) + p[1] * u + p[2] * v - origin;
+        const Structure structure = makeStructure(mesh.input());
+        const QueryRay ray{
+            {origin.x, origin.y, origin.z}, 0, {direction.x, direction.y, direction.z}, 1e16f};
+        QueryHit hit{};
+        if (!kernels(chosenIsa()).closest(structure.block(), ray, hit))
+            continue; // past it by rounding
+        const auto wide = [](Vec3 a) { return std::array<double, 3>{a.x, a.y, a.z}; };
+        const auto edge = [&](int i, int k) { return wide(p[i])[k] - wide(p[0])[k]; };
+        double above = 0, below = 0;
+        for (int k = 0; k < 3; ++k) {
+            const int a = (k + 1) % 3, b = (k + 2) % 3;
+            const double normal = edge(1, a) * edge(2, b) - edge(1, b) * edge(2, a);
+            above += normal * (wide(p[0])[k] - wide(origin)[k]);
+            below += normal * wide(direction)[k];
+        }
+        errors.push_back(std::abs(hit.t * below / above - 1));
+    }
+    std::sort(errors.begin(), errors.end());
+    EXPECT_LT(errors[errors.size() * 99 / 100], 1.6e-6);
+    EXPECT_LT(errors[errors.size() * 999 / 1000], 1.3e-5);
+}
+
 } // namespace
 } // namespace sunstone::bvh

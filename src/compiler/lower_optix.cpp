@@ -352,12 +352,15 @@ private:
             builder_.CreateSelect(isCustom, builder_.getInt32(kPrimitiveCustom), shape));
     }
 
+    // Of a custom primitive's hit the lowest bit of its kind tells, as in the driver's library.
     Value* isBackface(Value* kind) {
         const uint32_t bits = devlib::kHitShape | devlib::kHitShapeBack;
         Value* isBackOfShape = builder_.CreateICmpEQ(
             builder_.CreateAnd(kind, builder_.getInt32(0xF0)), builder_.getInt32(bits));
+        Value* isBackOfCustom = builder_.CreateICmpEQ(
+            builder_.CreateAnd(kind, builder_.getInt32(~0x7Eu)), builder_.getInt32(1));
         return builder_.CreateOr(
-            isBackOfShape,
+            builder_.CreateOr(isBackOfShape, isBackOfCustom),
             builder_.CreateICmpEQ(kind, builder_.getInt32(devlib::kHitTriangleBack)));
     }
 

@@ -17,6 +17,9 @@ struct Shear {
     float x, y, z;
 };
 
+// How much larger than the area products may be before their rounding matters.
+constexpr float kSliver = 128;
+
 struct TriangleHit {
     float t;
     float v, w,
@@ -68,12 +71,16 @@ SUNSTONE_GPU_INLINE bool testTriangle(const float org[3], const Shear& s, U4 a, 
     const Sheared p = shearVertex(s, org, floatOf(a.x), floatOf(a.y), floatOf(a.z));
     const Sheared q = shearVertex(s, org, floatOf(b.x), floatOf(b.y), floatOf(b.z));
     const Sheared r = shearVertex(s, org, floatOf(c.x), floatOf(c.y), floatOf(c.z));
-    float u = sub(mul(r.x, q.y), mul(r.y, q.x));
-    float v = sub(mul(p.x, r.y), mul(p.y, r.x));
-    float w = sub(mul(q.x, p.y), mul(q.y, p.x));
+    const float u0 = mul(r.x, q.y), u1 = mul(r.y, q.x);
+    const float v0 = mul(p.x, r.y), v1 = mul(p.y, r.x);
+    const float w0 = mul(q.x, p.y), w1 = mul(q.y, p.x);
+    float u = sub(u0, u1), v = sub(v0, v1), w = sub(w0, w1);
     if (!sameSide(u, v, w))
         return false;
-    if (u == 0 || v == 0 || w == 0) {
+    const float products = larger(larger(add(magnitude(u0), magnitude(u1)), //
+                                         add(magnitude(v0), magnitude(v1))),
+                                  add(magnitude(w0), magnitude(w1)));
+    if (u == 0 || v == 0 || w == 0 || mul(magnitude(add(add(u, v), w)), kSliver) <= products) {
         u = exactEdge(q, r);
         v = exactEdge(r, p);
         w = exactEdge(p, q);
