@@ -879,6 +879,7 @@ CUresult cuProfilerStop(void);
 #endif
 
 #include "sunstone/driver_pools.h"
+#include "sunstone/driver_memory.h"
 #include "sunstone/driver_textures.h"
 
 #endif

@@ -111,6 +111,12 @@ cudaError_t cudaMemGetInfo(size_t* freeBytes, size_t* total);
 cudaError_t cudaPointerGetAttributes(struct cudaPointerAttributes* attributes, const void* address);
 cudaError_t cudaMemAdvise(const void* address, size_t bytes, enum cudaMemoryAdvise advice,
                           struct cudaMemLocation location);
+cudaError_t cudaMemRangeGetAttribute(void* data, size_t dataSize,
+                                     enum cudaMemRangeAttribute attribute, const void* address,
+                                     size_t bytes);
+cudaError_t cudaMemRangeGetAttributes(void** data, size_t* dataSizes,
+                                      enum cudaMemRangeAttribute* attributes, size_t count,
+                                      const void* address, size_t bytes);
 cudaError_t cudaMemPrefetchAsync(const void* address, size_t bytes, struct cudaMemLocation location,
                                  unsigned int flags, cudaStream_t stream SUNSTONE_DEFAULT(0));
 

@@ -99,6 +99,18 @@ TEST_F(Runtime, PlacesOfMemoryAreChecked) {
     };
     EXPECT_EQ(advise(cudaMemAdviseSetPreferredLocation, device), cudaSuccess);
     EXPECT_EQ(advise(cudaMemAdviseSetPreferredLocation, node), cudaSuccess);
+    EXPECT_EQ(advise(cudaMemAdviseSetPreferredLocation, host), cudaSuccess);
+    int preferred = 7, accessor = 7;
+    void* values[] = {&preferred, &accessor};
+    size_t sizes[] = {4, 4};
+    cudaMemRangeAttribute names[] = {cudaMemRangeAttributePreferredLocation,
+                                     cudaMemRangeAttributeAccessedBy};
+    EXPECT_EQ(cudaMemRangeGetAttribute(&preferred, 4, names[0], memory, 4096), cudaSuccess);
+    EXPECT_EQ(preferred, cudaCpuDeviceId);
+    EXPECT_EQ(cudaMemRangeGetAttributes(values, sizes, names, 2, memory, 4096), cudaSuccess);
+    EXPECT_EQ(accessor, cudaInvalidDeviceId);
+    EXPECT_EQ(cudaMemRangeGetAttribute(&preferred, 3, names[0], memory, 4096),
+              cudaErrorInvalidValue);
     EXPECT_EQ(advise(cudaMemAdviseSetAccessedBy, host), cudaSuccess);
     EXPECT_EQ(advise(cudaMemAdviseSetReadMostly, garbage), cudaSuccess); // names no place
     EXPECT_EQ(advise(cudaMemAdviseSetPreferredLocation, none), cudaErrorInvalidDevice);

@@ -133,6 +133,28 @@ SUNSTONE_EXPORT CUresult cuCtxGetId(CUcontext context, unsigned long long* id) {
 SUNSTONE_EXPORT CUresult cuCtxSynchronize(void) {
     return guarded("cuCtxSynchronize", Needs::kContext, [] { cpu::streams().synchronizeAll(); });
 }
+SUNSTONE_EXPORT CUresult cuCtxGetDevice_v2(CUdevice* device, CUcontext context) {
+    return guarded("cuCtxGetDevice_v2", Needs::kInit, [&] {
+        require(device, "device is null");
+        if (context)
+            requireContext(context);
+        else if (!cpu::contexts().shareCurrent())
+            refuse(CUDA_ERROR_INVALID_CONTEXT, "no context is current on this thread");
+        *device = 0;
+    });
+}
+SUNSTONE_EXPORT CUresult cuCtxSynchronize_v2(CUcontext context) {
+    return guarded("cuCtxSynchronize_v2", Needs::kInit, [&] {
+        const cpu::ContextPtr target =
+            context ? cpu::contexts().find(context) : cpu::contexts().shareCurrent();
+        if (!target)
+            refuse(CUDA_ERROR_INVALID_CONTEXT, static_cast<void*>(context), " is not live");
+        cpu::streams().synchronizeAll();
+        if (const int fault = target->fault)
+            refuse(CUresult(fault),
+                   "device code has failed in this context: ", target->faultText());
+    });
+}
 SUNSTONE_EXPORT CUresult cuCtxGetApiVersion(CUcontext context, unsigned int* version) {
     return guarded("cuCtxGetApiVersion", Needs::kInit, [&] {
         require(version, "version is null");

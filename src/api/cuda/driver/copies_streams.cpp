@@ -226,6 +226,54 @@ SUNSTONE_EXPORT CUresult cuMemcpy3DAsync(const CUDA_MEMCPY3D* copy, CUstream str
     return copy3D("cuMemcpy3DAsync", copy, stream, false);
 }
 
+namespace {
+
+// There is one device: copies between contexts are copies.
+CUresult copyPeer(const char* function, const CUDA_MEMCPY3D_PEER* copy, CUstream stream,
+                  bool wait) {
+    if (!copy)
+        return copy3D(function, nullptr, stream, wait);
+    const CUresult result = guarded(function, needsToQueue(wait),
+                                    [&] { requirePeers(copy->dstContext, copy->srcContext); });
+    if (result)
+        return result;
+    const CUDA_MEMCPY3D_PEER& c = *copy;
+    CUDA_MEMCPY3D plain = {};
+    plain.srcXInBytes = c.srcXInBytes;
+    plain.srcY = c.srcY;
+    plain.srcZ = c.srcZ;
+    plain.srcLOD = c.srcLOD;
+    plain.srcMemoryType = c.srcMemoryType;
+    plain.srcHost = c.srcHost;
+    plain.srcDevice = c.srcDevice;
+    plain.srcArray = c.srcArray;
+    plain.srcPitch = c.srcPitch;
+    plain.srcHeight = c.srcHeight;
+    plain.dstXInBytes = c.dstXInBytes;
+    plain.dstY = c.dstY;
+    plain.dstZ = c.dstZ;
+    plain.dstLOD = c.dstLOD;
+    plain.dstMemoryType = c.dstMemoryType;
+    plain.dstHost = c.dstHost;
+    plain.dstDevice = c.dstDevice;
+    plain.dstArray = c.dstArray;
+    plain.dstPitch = c.dstPitch;
+    plain.dstHeight = c.dstHeight;
+    plain.WidthInBytes = c.WidthInBytes;
+    plain.Height = c.Height;
+    plain.Depth = c.Depth;
+    return copy3D(function, &plain, stream, wait);
+}
+
+} // namespace
+
+SUNSTONE_EXPORT CUresult cuMemcpy3DPeer(const CUDA_MEMCPY3D_PEER* copy) {
+    return copyPeer("cuMemcpy3DPeer", copy, nullptr, true);
+}
+SUNSTONE_EXPORT CUresult cuMemcpy3DPeerAsync(const CUDA_MEMCPY3D_PEER* copy, CUstream stream) {
+    return copyPeer("cuMemcpy3DPeerAsync", copy, stream, false);
+}
+
 #define SUNSTONE_SETS(bits, T)                                                                     \
     SUNSTONE_EXPORT CUresult cuMemsetD##bits(CUdeviceptr dst, T value, size_t count) {             \
         return set<T>("cuMemsetD" #bits, dst, 0, value, count, 1, nullptr, true);                  \

@@ -130,6 +130,24 @@ SUNSTONE_EXPORT CUresult cuFuncGetParamInfo(CUfunction function, size_t index, s
     });
 }
 
+// Kernels are compiled when they are first asked for; those that were enumerated when they are used.
+SUNSTONE_EXPORT CUresult cuModuleGetLoadingMode(CUmoduleLoadingMode* mode) {
+    return guarded("cuModuleGetLoadingMode", Needs::kInit, [&] {
+        require(mode, "mode is null");
+        *mode = CU_MODULE_LAZY_LOADING;
+    });
+}
+SUNSTONE_EXPORT CUresult cuFuncIsLoaded(CUfunctionLoadingState* state, CUfunction function) {
+    return guarded("cuFuncIsLoaded", Needs::kContext, [&] {
+        require(state, "state is null");
+        *state = isCompiled(function) ? CU_FUNCTION_LOADING_STATE_LOADED
+                                      : CU_FUNCTION_LOADING_STATE_UNLOADED;
+    });
+}
+SUNSTONE_EXPORT CUresult cuFuncLoad(CUfunction function) {
+    return guarded("cuFuncLoad", Needs::kContext, [&] { functionOf(function); });
+}
+
 SUNSTONE_EXPORT CUresult cuOccupancyMaxActiveBlocksPerMultiprocessorWithFlags(
     int* blocks, CUfunction function, int blockSize, size_t sharedBytes, unsigned int flags) {
     return guarded("cuOccupancyMaxActiveBlocksPerMultiprocessor", Needs::kContext, [&] {

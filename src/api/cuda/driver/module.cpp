@@ -180,10 +180,23 @@ std::shared_ptr<Module> moduleOf(CUmodule module) {
     return found;
 }
 
-std::shared_ptr<Function> functionOf(CUfunction function) {
+namespace {
+
+std::shared_ptr<Function> findFunction(CUfunction function) {
     auto found = functionTable().find(function);
     if (!found)
         refuse(CUDA_ERROR_INVALID_HANDLE, static_cast<void*>(function), " is not a live function");
+    return found;
+}
+
+} // namespace
+
+bool isCompiled(CUfunction function) {
+    return findFunction(function)->compiled.load(std::memory_order_acquire);
+}
+
+std::shared_ptr<Function> functionOf(CUfunction function) {
+    std::shared_ptr<Function> found = findFunction(function);
     if (!found->compiled.load(std::memory_order_acquire))
         if (const std::shared_ptr<Module> module = found->module.lock())
             module->compile(*found);

@@ -82,5 +82,6 @@ private:
 // The live module or (compiled) function of a handle, or CUDA_ERROR_INVALID_HANDLE.
 std::shared_ptr<Module> moduleOf(CUmodule module);
 std::shared_ptr<Function> functionOf(CUfunction function);
+bool isCompiled(CUfunction function); // throws for handles that are none
 
 } // namespace sunstone::api::cuda

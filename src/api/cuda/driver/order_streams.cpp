@@ -75,6 +75,13 @@ SUNSTONE_EXPORT CUresult cuStreamGetCtx(CUstream stream, CUcontext* context) {
         *context = static_cast<CUcontext>(const_cast<void*>(owner));
     });
 }
+SUNSTONE_EXPORT CUresult cuStreamGetDevice(CUstream stream, CUdevice* device) {
+    return guarded("cuStreamGetDevice", Needs::kContext, [&] {
+        require(device, "device is null");
+        resolveStream(stream);
+        *device = 0;
+    });
+}
 SUNSTONE_EXPORT CUresult cuStreamWaitEvent(CUstream stream, CUevent event, unsigned int flags) {
     return guarded("cuStreamWaitEvent", Needs::kQueue, [&] {
         require(flags <= CU_EVENT_WAIT_EXTERNAL, "unknown flags");

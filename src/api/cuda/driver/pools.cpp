@@ -2,6 +2,8 @@
 // See pools.h.
 #include "api/cuda/driver/pools.h"
 
+#include "api/cuda/driver/advice.h"
+
 #include <algorithm>
 #include <map>
 #include <memory>
@@ -69,20 +71,6 @@ Pools& pools() {
 
 CUmemoryPool handleOf(Pool* pool) {
     return reinterpret_cast<CUmemoryPool>(pool);
-}
-
-// Every place is the same memory here, but it has to be one that exists.
-void requireLocation(const CUmemLocation& location) {
-    switch (location.type) {
-    case CU_MEM_LOCATION_TYPE_DEVICE:
-        return requireDevice(location.id);
-    case CU_MEM_LOCATION_TYPE_HOST:
-    case CU_MEM_LOCATION_TYPE_HOST_NUMA:
-    case CU_MEM_LOCATION_TYPE_HOST_NUMA_CURRENT:
-        return;
-    default:
-        refuse(CUDA_ERROR_INVALID_VALUE, "memory location type ", int(location.type));
-    }
 }
 
 // Default and current pools exist for the device's memory.

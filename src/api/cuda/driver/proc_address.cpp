@@ -8,8 +8,10 @@
 
 #include <dlfcn.h>
 
+#include <climits>
 #include <cstring>
 #include <string>
+#include <vector>
 
 using namespace sunstone;
 using namespace sunstone::api::cuda;
@@ -26,11 +28,27 @@ void* ownLibrary() {
     return handle;
 }
 
+// Where the newest form is not the one that a plain name means to callers before a version.
+constexpr struct {
+    const char* symbol;
+    int before;
+    const char* form;
+} kOlderForms[] = {
+    {"cuCtxCreate", 13000, "_v2"},
+    {"cuMemAdvise", 13000, ""},
+    {"cuMemPrefetchAsync", 13000, ""},
+    // Functions of their own, with another parameter.
+    {"cuCtxSynchronize", INT_MAX, ""},
+    {"cuCtxGetDevice", INT_MAX, ""},
+};
+
 // The newest form of a function that a caller of this version knows. What is not supported serves
 // only where nothing else has the name.
 void* lookUp(const std::string& symbol, int version, bool perThread) {
-    if (symbol == "cuCtxCreate" && version < 13000)
-        return dlsym(ownLibrary(), "cuCtxCreate_v2");
+    std::vector<const char*> forms = {"_v4", "_v3", "_v2", ""};
+    for (const auto& older : kOlderForms)
+        if (symbol == older.symbol && version < older.before)
+            forms = {older.form};
     void* unsupported = nullptr;
     const auto find = [&](const std::string& name) -> void* {
         void* found = dlsym(ownLibrary(), name.c_str());
@@ -39,7 +57,7 @@ void* lookUp(const std::string& symbol, int version, bool perThread) {
         unsupported = unsupported ? unsupported : found;
         return nullptr;
     };
-    for (const char* form : {"_v4", "_v3", "_v2", ""}) {
+    for (const char* form : forms) {
         const std::string name = symbol + form;
         if (perThread)
             for (const char* suffix : {"_ptsz", "_ptds"})

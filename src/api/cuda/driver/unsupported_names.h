@@ -28,11 +28,9 @@
     X(cuCtxDetach) \
     X(cuCtxFromGreenCtx) \
     X(cuCtxGetDevResource) \
-    X(cuCtxGetDevice_v2) \
     X(cuCtxGetExecAffinity) \
     X(cuCtxRecordEvent) \
     X(cuCtxResetPersistingL2Cache) \
-    X(cuCtxSynchronize_v2) \
     X(cuCtxWaitEvent) \
     X(cuDestroyExternalMemory) \
     X(cuDestroyExternalSemaphore) \
@@ -64,8 +62,6 @@
     X(cuExternalMemoryGetMappedBuffer) \
     X(cuExternalMemoryGetMappedMipmappedArray) \
     X(cuFlushGPUDirectRDMAWrites) \
-    X(cuFuncIsLoaded) \
-    X(cuFuncLoad) \
     X(cuFuncSetBlockShape) \
     X(cuFuncSetSharedSize) \
     X(cuGLCtxCreate) \
@@ -182,8 +178,6 @@
     X(cuLogsUnregisterCallback) \
     X(cuMemAddressFree) \
     X(cuMemAddressReserve) \
-    X(cuMemAdvise) \
-    X(cuMemAdvise_v2) \
     X(cuMemAlloc) \
     X(cuMemAllocHost) \
     X(cuMemAllocPitch) \
@@ -211,14 +205,8 @@
     X(cuMemPoolExportToShareableHandle) \
     X(cuMemPoolImportFromShareableHandle) \
     X(cuMemPoolImportPointer) \
-    X(cuMemPrefetchAsync) \
-    X(cuMemPrefetchAsync_ptsz) \
-    X(cuMemPrefetchAsync_v2) \
-    X(cuMemPrefetchAsync_v2_ptsz) \
     X(cuMemPrefetchBatchAsync) \
     X(cuMemPrefetchBatchAsync_ptsz) \
-    X(cuMemRangeGetAttribute) \
-    X(cuMemRangeGetAttributes) \
     X(cuMemRelease) \
     X(cuMemRetainAllocationHandle) \
     X(cuMemSetAccess) \
@@ -232,10 +220,6 @@
     X(cuMemcpy3DBatchAsync_ptsz) \
     X(cuMemcpy3DBatchAsync_v2) \
     X(cuMemcpy3DBatchAsync_v2_ptsz) \
-    X(cuMemcpy3DPeer) \
-    X(cuMemcpy3DPeerAsync) \
-    X(cuMemcpy3DPeerAsync_ptsz) \
-    X(cuMemcpy3DPeer_ptds) \
     X(cuMemcpyAtoA) \
     X(cuMemcpyAtoD) \
     X(cuMemcpyAtoH) \
@@ -262,7 +246,6 @@
     X(cuMipmappedArrayGetMemoryRequirements) \
     X(cuMipmappedArrayGetSparseProperties) \
     X(cuModuleGetGlobal) \
-    X(cuModuleGetLoadingMode) \
     X(cuModuleGetSurfRef) \
     X(cuModuleGetTexRef) \
     X(cuMulticastAddDevice) \
@@ -291,8 +274,6 @@
     X(cuStreamGetAttribute_ptsz) \
     X(cuStreamGetCtx_v2) \
     X(cuStreamGetCtx_v2_ptsz) \
-    X(cuStreamGetDevice) \
-    X(cuStreamGetDevice_ptsz) \
     X(cuStreamGetGreenCtx) \
     X(cuStreamSetAttribute) \
     X(cuStreamSetAttribute_ptsz) \

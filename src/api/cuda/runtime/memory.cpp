@@ -81,52 +81,47 @@ SUNSTONE_CUDART cudaError_t cudaMemGetInfo(size_t* freeBytes, size_t* total) {
     return call([&](const Driver& d) { return d.cuMemGetInfo(freeBytes, total); });
 }
 
-namespace sunstone::cudart {
-
-cudaError_t checkLocation(const Driver& d, const cudaMemLocation& location) {
-    switch (location.type) {
-    case cudaMemLocationTypeDevice: {
-        int count = 0;
-        if (const CUresult result = d.cuDeviceGetCount(&count))
-            return fromDriver(result);
-        return location.id >= 0 && location.id < count ? cudaSuccess : cudaErrorInvalidDevice;
-    }
-    case cudaMemLocationTypeHost:
-    case cudaMemLocationTypeHostNuma:
-    case cudaMemLocationTypeHostNumaCurrent:
-        return cudaSuccess;
-    default:
-        return cudaErrorInvalidValue;
-    }
-}
-
 namespace {
 
-// Some advice names a place; who accesses memory is no node of the host.
-cudaError_t checkAdvice(const Driver& d, cudaMemoryAdvise advice, const cudaMemLocation& location) {
-    const bool isAccess =
-        advice == cudaMemAdviseSetAccessedBy || advice == cudaMemAdviseUnsetAccessedBy;
-    if (!isAccess && advice != cudaMemAdviseSetPreferredLocation)
-        return cudaSuccess;
-    if (isAccess && location.type != cudaMemLocationTypeDevice &&
-        location.type != cudaMemLocationTypeHost)
-        return cudaErrorInvalidValue;
-    return checkLocation(d, location);
+// Places and advice have the same numbers in both APIs.
+CUmemLocation placeOf(const cudaMemLocation& location) {
+    return {static_cast<CUmemLocationType>(location.type), location.id};
 }
 
 } // namespace
-
-} // namespace sunstone::cudart
 
 SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaMemAdvise,
                                               cudaMemAdvise_v2)(const void* address, size_t bytes,
                                                                 enum cudaMemoryAdvise advice,
                                                                 struct cudaMemLocation location) {
-    // Nothing to gain from advice where host and device are the same memory.
-    if (!address || bytes == 0 || advice < cudaMemAdviseSetReadMostly ||
-        advice > cudaMemAdviseUnsetAccessedBy)
-        return remember(cudaErrorInvalidValue);
-    return call([&](const Driver& d) { return checkAdvice(d, advice, location); });
+    return call([&](const Driver& d) {
+        return d.cuMemAdvise ? d.cuMemAdvise(addressOf(address), bytes,
+                                             static_cast<CUmem_advise>(advice), placeOf(location))
+                             : CUDA_ERROR_NOT_SUPPORTED;
+    });
+}
+SUNSTONE_CUDART cudaError_t cudaMemRangeGetAttribute(void* data, size_t dataSize,
+                                                     enum cudaMemRangeAttribute attribute,
+                                                     const void* address, size_t bytes) {
+    return call([&](const Driver& d) {
+        return d.cuMemRangeGetAttribute
+                   ? d.cuMemRangeGetAttribute(data, dataSize,
+                                              static_cast<CUmem_range_attribute>(attribute),
+                                              addressOf(address), bytes)
+                   : CUDA_ERROR_NOT_SUPPORTED;
+    });
+}
+SUNSTONE_CUDART cudaError_t cudaMemRangeGetAttributes(void** data, size_t* dataSizes,
+                                                      enum cudaMemRangeAttribute* attributes,
+                                                      size_t count, const void* address,
+                                                      size_t bytes) {
+    return call([&](const Driver& d) {
+        return d.cuMemRangeGetAttributes
+                   ? d.cuMemRangeGetAttributes(data, dataSizes,
+                                               reinterpret_cast<CUmem_range_attribute*>(attributes),
+                                               count, addressOf(address), bytes)
+                   : CUDA_ERROR_NOT_SUPPORTED;
+    });
 }
 
 SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaPointerGetAttributes,

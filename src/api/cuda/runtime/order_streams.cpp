@@ -147,20 +147,11 @@ SUNSTONE_CUDART cudaError_t cudaFreeAsync(void* address, cudaStream_t stream) {
 SUNSTONE_CUDART cudaError_t SUNSTONE_SINCE_13(cudaMemPrefetchAsync, cudaMemPrefetchAsync_v2)(
     const void* address, size_t bytes, struct cudaMemLocation location, unsigned int flags,
     cudaStream_t stream) {
-    // A hint: what is checked is that the range, the place and the stream exist.
-    return call([&](const Driver& d) -> cudaError_t {
-        unsigned managed = 0;
-        CUpointer_attribute attribute = CU_POINTER_ATTRIBUTE_IS_MANAGED;
-        void* data = &managed;
-        if (!address || bytes == 0 || flags)
-            return cudaErrorInvalidValue;
-        if (const cudaError_t error = checkLocation(d, location))
-            return error;
-        CUresult result = d.cuPointerGetAttributes(1, &attribute, &data, addressOf(address));
-        if (!result && !managed)
-            result = CUDA_ERROR_INVALID_VALUE;
-        unsigned streamFlags = 0;
-        return fromDriver(result ? result : d.cuStreamGetFlags(streamOf(stream), &streamFlags));
+    const CUmemLocation place = {static_cast<CUmemLocationType>(location.type), location.id};
+    return call([&](const Driver& d) {
+        return d.cuMemPrefetchAsync
+                   ? d.cuMemPrefetchAsync(addressOf(address), bytes, place, flags, streamOf(stream))
+                   : CUDA_ERROR_NOT_SUPPORTED;
     });
 }
 

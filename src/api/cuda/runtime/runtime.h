@@ -80,6 +80,10 @@ namespace sunstone::cudart {
     X(cuDeviceGetMemPool) \
     X(cuDeviceSetMemPool) \
     X(cuMemAllocFromPoolAsync) \
+    X(cuMemAdvise) \
+    X(cuMemPrefetchAsync) \
+    X(cuMemRangeGetAttribute) \
+    X(cuMemRangeGetAttributes) \
     X(cuGraphAddChildGraphNode) \
     X(cuGraphAddDependencies) \
     X(cuGraphAddEmptyNode) \
@@ -173,9 +177,6 @@ inline CUstream streamOf(cudaStream_t stream) {
 inline CUdeviceptr addressOf(const void* pointer) {
     return reinterpret_cast<CUdeviceptr>(pointer);
 }
-
-// A place that memory can be in: one of the devices, or the host. memory.cpp
-cudaError_t checkLocation(const Driver& driver, const cudaMemLocation& location);
 
 // ---- what compilers registered: registration.cpp ----
 // The driver's function for a kernel's host stub or a handle of __cudaGetKernel.

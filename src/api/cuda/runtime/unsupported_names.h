@@ -135,8 +135,6 @@
     X(cudaMemPoolImportPointer) \
     X(cudaMemPrefetchBatchAsync) \
     X(cudaMemPrefetchBatchAsync_ptsz) \
-    X(cudaMemRangeGetAttribute) \
-    X(cudaMemRangeGetAttributes) \
     X(cudaMemSetMemPool) \
     X(cudaMemcpy3DBatchAsync) \
     X(cudaMemcpy3DBatchAsync_ptsz) \
