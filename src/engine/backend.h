@@ -10,6 +10,7 @@
 #include "compiler/compiler.h"
 #include "device/device.h"
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -42,6 +43,20 @@ public:
     virtual ~DeviceCode() = default;
 };
 
+// Rows of device memory that work on the host reads, and writes if it says so.
+struct HostRegion {
+    void* device;
+    size_t width, height, stride; // bytes of a row, rows, bytes from row to row
+    bool isWritten = false;
+    // Where the work finds them.
+    uint8_t* host = nullptr;
+    size_t hostStride = 0;
+};
+struct HostWork {
+    std::vector<HostRegion> regions;
+    std::function<void(const std::vector<HostRegion>&)> run;
+};
+
 class Backend {
 public:
     virtual ~Backend() = default;
@@ -54,6 +69,11 @@ public:
     virtual void launch(const ContextPtr& context, const LaunchRequest& request) = 0;
     // Logs what launches and builds that are over have reported and nobody has told yet.
     virtual void flush(const Context&) {}
+
+    // Runs work of the host in stream order: on device memory itself where that is shared, else on
+    // copies, of which the written ones are copied back. What goes wrong in it is logged under `tag`.
+    virtual void runOnHost(const ContextPtr& context, void* stream, const char* tag,
+                           HostWork work) = 0;
 
     virtual bvh::MemoryUsage accelMemory(const bvh::BuildInputs& inputs,
                                          const bvh::BuildOptions& options) = 0;

@@ -18,7 +18,7 @@ constexpr unsigned kLeastCapability = 70;
 
 } // namespace
 
-GpuBackend::GpuBackend(CUcontext context) : device_(context), slots_(context) {
+GpuBackend::GpuBackend(CUcontext context) : device_(context), slots_(context), hostWork_(context) {
     if (device_.computeCapability() < kLeastCapability)
         fail(Code::kNotSupported, device_.name(),
              ": GPUs from compute capability 7.0 on are "

@@ -7,6 +7,7 @@
 #include "bvh/gpu/builder.h"
 #include "device/cuda/gpu_device.h"
 #include "engine/backend.h"
+#include "engine/gpu_host_work.h"
 #include "engine/gpu_launch_slots.h"
 
 #include <mutex>
@@ -36,6 +37,10 @@ public:
     void compile(Pipeline& pipeline, const PipelineParts& parts) override;
     void launch(const ContextPtr& context, const LaunchRequest& request) override;
     void flush(const Context& context) override;
+    void runOnHost(const ContextPtr& context, void* stream, const char* tag,
+                   HostWork work) override {
+        hostWork_.run(context, CUstream(stream), tag, std::move(work));
+    }
     bvh::MemoryUsage accelMemory(const bvh::BuildInputs& inputs,
                                  const bvh::BuildOptions& options) override;
     uint64_t buildAccel(const ContextPtr& context, AccelBuild request) override;
@@ -55,6 +60,7 @@ private:
     std::once_flag builderMade_;
     std::unique_ptr<bvh::gpu::Builder> builder_;
     GpuLaunchSlots slots_;
+    GpuHostWork hostWork_;
 };
 
 } // namespace sunstone::engine
