@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <thread>
+#include <vector>
 
 namespace {
 
@@ -122,6 +123,90 @@ TEST_F(Runtime, PlacesOfMemoryAreChecked) {
     EXPECT_EQ(cudaMemPrefetchAsync(memory, 4096, none, 0, nullptr), cudaErrorInvalidDevice);
     EXPECT_EQ(cudaMemPrefetchAsync(memory, 4096, garbage, 0, nullptr), cudaErrorInvalidValue);
     EXPECT_EQ(cudaFree(memory), cudaSuccess);
+}
+
+TEST_F(Runtime, SetsOfThreeDimensions) {
+    cudaPitchedPtr memory = {};
+    ASSERT_EQ(cudaMalloc3D(&memory, {10, 4, 3}), cudaSuccess);
+    const size_t bytes = memory.pitch * 4 * 3;
+    ASSERT_EQ(cudaMemset(memory.ptr, 1, bytes), cudaSuccess);
+    EXPECT_EQ(cudaMemset3D(memory, 7, {5, 2, 3}), cudaSuccess);
+    std::vector<unsigned char> seen(bytes);
+    ASSERT_EQ(cudaMemcpy(seen.data(), memory.ptr, bytes, cudaMemcpyDeviceToHost), cudaSuccess);
+    for (size_t z = 0; z < 3; ++z)
+        for (size_t y = 0; y < 4; ++y)
+            for (size_t x = 0; x < memory.pitch; ++x)
+                ASSERT_EQ(int(seen[(z * 4 + y) * memory.pitch + x]), x < 5 && y < 2 ? 7 : 1);
+    EXPECT_EQ(cudaMemset3D(memory, 7, {5, 2, 4}), cudaErrorInvalidValue);
+    EXPECT_EQ(cudaMemset3D(memory, 7, {memory.pitch + 1, 1, 1}), cudaErrorInvalidValue);
+    EXPECT_EQ(cudaMemset3D(memory, 7, {0, 2, 1}), cudaSuccess);
+    EXPECT_EQ(cudaFree(memory.ptr), cudaSuccess);
+}
+
+TEST_F(Runtime, CopiesOfArraysAndPeers) {
+    const cudaChannelFormatDesc format = {32, 0, 0, 0, cudaChannelFormatKindUnsigned};
+    cudaArray_t a = nullptr, b = nullptr;
+    ASSERT_EQ(cudaMallocArray(&a, &format, 8, 2), cudaSuccess);
+    ASSERT_EQ(cudaMallocArray(&b, &format, 8, 2), cudaSuccess);
+    const unsigned in[4] = {11, 12, 13, 14};
+    unsigned out[4] = {};
+    cudaStream_t stream = nullptr;
+    ASSERT_EQ(cudaStreamCreate(&stream), cudaSuccess);
+    EXPECT_EQ(cudaMemcpyToArrayAsync(a, 8, 1, in, 16, cudaMemcpyHostToDevice, stream), cudaSuccess);
+    EXPECT_EQ(cudaStreamSynchronize(stream), cudaSuccess);
+    EXPECT_EQ(cudaMemcpyArrayToArray(b, 4, 0, a, 8, 1, 16, cudaMemcpyDeviceToDevice), cudaSuccess);
+    EXPECT_EQ(cudaMemcpyFromArrayAsync(out, b, 4, 0, 16, cudaMemcpyDeviceToHost, stream),
+              cudaSuccess);
+    EXPECT_EQ(cudaStreamSynchronize(stream), cudaSuccess);
+    EXPECT_EQ(out[0], 11u);
+    EXPECT_EQ(out[3], 14u);
+    EXPECT_EQ(cudaMemcpyArrayToArray(b, 4, 0, a, 8, 1, 16, cudaMemcpyHostToDevice),
+              cudaErrorInvalidMemcpyDirection);
+    EXPECT_EQ(cudaMemcpyToArrayAsync(a, 24, 1, in, 16, cudaMemcpyHostToDevice, stream),
+              cudaErrorInvalidValue);
+
+    cudaMemcpy3DPeerParms copy = {};
+    copy.srcArray = b;
+    copy.dstPtr = {out, 16, 4, 1};
+    copy.srcPos = {2, 0, 0};
+    copy.extent = {2, 1, 1};
+    EXPECT_EQ(cudaMemcpy3DPeer(&copy), cudaSuccess);
+    EXPECT_EQ(out[0], 12u);
+    copy.dstDevice = 1;
+    EXPECT_EQ(cudaMemcpy3DPeer(&copy), cudaErrorInvalidDevice);
+    EXPECT_EQ(cudaMemcpy3DPeerAsync(nullptr, stream), cudaErrorInvalidValue);
+    int device = -1;
+    EXPECT_EQ(cudaStreamGetDevice(stream, &device), cudaSuccess);
+    EXPECT_EQ(device, 0);
+    EXPECT_EQ(cudaStreamDestroy(stream), cudaSuccess);
+    EXPECT_EQ(cudaFreeArray(a), cudaSuccess);
+    EXPECT_EQ(cudaFreeArray(b), cudaSuccess);
+}
+
+TEST_F(Runtime, FunctionsOfTheDriverByName) {
+    CUresult (*version)(int*) = nullptr;
+    cudaDriverEntryPointQueryResult status{};
+    EXPECT_EQ(cudaGetDriverEntryPoint("cuDriverGetVersion", reinterpret_cast<void**>(&version),
+                                      cudaEnableDefault, &status),
+              cudaSuccess);
+    EXPECT_EQ(status, cudaDriverEntryPointSuccess);
+    int number = 0;
+    ASSERT_TRUE(version);
+    EXPECT_EQ(version(&number), CUDA_SUCCESS);
+    EXPECT_GE(number, 12000);
+    void* found = nullptr;
+    EXPECT_EQ(cudaGetDriverEntryPointByVersion("cuMemAlloc", &found, 12000, cudaEnableLegacyStream,
+                                               nullptr),
+              cudaSuccess);
+    EXPECT_TRUE(found);
+    EXPECT_EQ(cudaGetDriverEntryPoint("cuNoSuchThing", &found, 0, &status), cudaSuccess);
+    EXPECT_EQ(status, cudaDriverEntryPointSymbolNotFound);
+    EXPECT_EQ(cudaGetDriverEntryPoint("cuInit", &found, 9, &status), cudaErrorInvalidValue);
+    EXPECT_EQ(cudaGetDriverEntryPoint(nullptr, &found, 0, &status), cudaErrorInvalidValue);
+    const char* name = nullptr;
+    size_t offset = 0;
+    EXPECT_EQ(cudaFuncGetName(&name, &number), cudaErrorInvalidDeviceFunction);
+    EXPECT_EQ(cudaFuncGetParamInfo(&number, 0, &offset, nullptr), cudaErrorInvalidDeviceFunction);
 }
 
 } // namespace

@@ -108,6 +108,22 @@ SUNSTONE_CUDART cudaError_t cudaMemcpyFromArray(void* dst, cudaArray_const_t src
                                                 size_t y, size_t bytes, enum cudaMemcpyKind kind) {
     return fromArray(dst, bytes, src, x, y, bytes, 1, kind, nullptr, true);
 }
+SUNSTONE_CUDART cudaError_t cudaMemcpyToArrayAsync(cudaArray_t dst, size_t x, size_t y,
+                                                   const void* src, size_t bytes,
+                                                   enum cudaMemcpyKind kind, cudaStream_t stream) {
+    return toArray(dst, x, y, src, bytes, bytes, 1, kind, stream, false);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpyFromArrayAsync(void* dst, cudaArray_const_t src, size_t x,
+                                                     size_t y, size_t bytes,
+                                                     enum cudaMemcpyKind kind,
+                                                     cudaStream_t stream) {
+    return fromArray(dst, bytes, src, x, y, bytes, 1, kind, stream, false);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpyArrayToArray(cudaArray_t dst, size_t dstX, size_t dstY,
+                                                   cudaArray_const_t src, size_t srcX, size_t srcY,
+                                                   size_t bytes, enum cudaMemcpyKind kind) {
+    return cudaMemcpy2DArrayToArray(dst, dstX, dstY, src, srcX, srcY, bytes, 1, kind);
+}
 SUNSTONE_CUDART cudaError_t cudaMemcpy2DArrayToArray(cudaArray_t dst, size_t dstX, size_t dstY,
                                                      cudaArray_const_t src, size_t srcX,
                                                      size_t srcY, size_t width, size_t height,

@@ -121,6 +121,38 @@ cudaError_t set2D(void* dst, size_t pitch, int value, size_t width, size_t heigh
     });
 }
 
+// Slice after slice: the rows of one may be followed by others that are not set.
+cudaError_t set3D(const cudaPitchedPtr& dst, int value, const cudaExtent& extent,
+                  cudaStream_t stream, bool wait) {
+    if (extent.width > dst.pitch || (extent.depth > 1 && extent.height > dst.ysize))
+        return remember(cudaErrorInvalidValue);
+    return queued(stream, wait, [&](const Driver& d, CUstream target) {
+        const size_t slice = dst.pitch * dst.ysize;
+        CUresult result = CUDA_SUCCESS;
+        for (size_t z = 0; z < extent.depth && !result; ++z)
+            result = d.cuMemsetD2D8Async(addressOf(dst.ptr) + z * slice, dst.pitch,
+                                         static_cast<unsigned char>(value), extent.width,
+                                         extent.height, target);
+        return result;
+    });
+}
+
+// All devices see the same addresses.
+cudaError_t copyPeer(const cudaMemcpy3DPeerParms* parms, cudaStream_t stream, bool wait) {
+    if (!parms)
+        return remember(cudaErrorInvalidValue);
+    int count = 0;
+    if (const cudaError_t error = cudaGetDeviceCount(&count))
+        return error;
+    const auto exists = [&](int device) { return device >= 0 && device < count; };
+    if (!exists(parms->srcDevice) || !exists(parms->dstDevice))
+        return remember(cudaErrorInvalidDevice);
+    const cudaMemcpy3DParms plain = {parms->srcArray, parms->srcPos,    parms->srcPtr,
+                                     parms->dstArray, parms->dstPos,    parms->dstPtr,
+                                     parms->extent,   cudaMemcpyDefault};
+    return copy3D(&plain, stream, wait);
+}
+
 } // namespace
 
 SUNSTONE_CUDART cudaError_t cudaMemcpy(void* dst, const void* src, size_t bytes,
@@ -180,4 +212,19 @@ SUNSTONE_CUDART cudaError_t cudaMemset2D(void* dst, size_t pitch, int value, siz
 SUNSTONE_CUDART cudaError_t cudaMemset2DAsync(void* dst, size_t pitch, int value, size_t width,
                                               size_t height, cudaStream_t stream) {
     return set2D(dst, pitch, value, width, height, stream, false);
+}
+SUNSTONE_CUDART cudaError_t cudaMemset3D(struct cudaPitchedPtr dst, int value,
+                                         struct cudaExtent extent) {
+    return set3D(dst, value, extent, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemset3DAsync(struct cudaPitchedPtr dst, int value,
+                                              struct cudaExtent extent, cudaStream_t stream) {
+    return set3D(dst, value, extent, stream, false);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpy3DPeer(const struct cudaMemcpy3DPeerParms* copy) {
+    return copyPeer(copy, nullptr, true);
+}
+SUNSTONE_CUDART cudaError_t cudaMemcpy3DPeerAsync(const struct cudaMemcpy3DPeerParms* copy,
+                                                  cudaStream_t stream) {
+    return copyPeer(copy, stream, false);
 }

@@ -79,6 +79,20 @@ SUNSTONE_CUDART cudaError_t cudaLaunch(const void* hostFunction) {
                             top.stream);
 }
 
+SUNSTONE_CUDART cudaError_t cudaFuncGetName(const char** name, const void* function) {
+    if (!name)
+        return remember(cudaErrorInvalidValue);
+    return withFunction(function, [&](const Driver& d, CUfunction found) {
+        return d.cuFuncGetName ? d.cuFuncGetName(name, found) : CUDA_ERROR_NOT_SUPPORTED;
+    });
+}
+SUNSTONE_CUDART cudaError_t cudaFuncGetParamInfo(const void* function, size_t index, size_t* offset,
+                                                 size_t* size) {
+    return withFunction(function, [&](const Driver& d, CUfunction found) {
+        return d.cuFuncGetParamInfo ? d.cuFuncGetParamInfo(found, index, offset, size)
+                                    : CUDA_ERROR_NOT_SUPPORTED;
+    });
+}
 SUNSTONE_CUDART cudaError_t cudaFuncGetAttributes(struct cudaFuncAttributes* attributes,
                                                   const void* function) {
     if (!attributes)

@@ -190,6 +190,12 @@ SUNSTONE_CUDART cudaError_t cudaStreamGetFlags(cudaStream_t stream, unsigned int
 SUNSTONE_CUDART cudaError_t cudaStreamGetPriority(cudaStream_t stream, int* priority) {
     return call([&](const Driver& d) { return d.cuStreamGetPriority(streamOf(stream), priority); });
 }
+SUNSTONE_CUDART cudaError_t cudaStreamGetDevice(cudaStream_t stream, int* device) {
+    return call([&](const Driver& d) {
+        return d.cuStreamGetDevice ? d.cuStreamGetDevice(streamOf(stream), device)
+                                   : CUDA_ERROR_NOT_SUPPORTED;
+    });
+}
 SUNSTONE_CUDART cudaError_t cudaStreamGetId(cudaStream_t stream, unsigned long long* id) {
     return call([&](const Driver& d) { return d.cuStreamGetId(streamOf(stream), id); });
 }

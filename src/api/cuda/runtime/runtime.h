@@ -81,6 +81,10 @@ namespace sunstone::cudart {
     X(cuDeviceSetMemPool) \
     X(cuMemAllocFromPoolAsync) \
     X(cuMemAdvise) \
+    X(cuStreamGetDevice) \
+    X(cuFuncGetName) \
+    X(cuFuncGetParamInfo) \
+    X(cuGetProcAddress) \
     X(cuMemPrefetchAsync) \
     X(cuMemRangeGetAttribute) \
     X(cuMemRangeGetAttributes) \

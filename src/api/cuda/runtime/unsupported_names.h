@@ -36,8 +36,6 @@
     X(cudaEventCreateFromEGLSync) \
     X(cudaExternalMemoryGetMappedBuffer) \
     X(cudaExternalMemoryGetMappedMipmappedArray) \
-    X(cudaFuncGetName) \
-    X(cudaFuncGetParamInfo) \
     X(cudaFuncSetSharedMemConfig) \
     X(cudaGLGetDevices) \
     X(cudaGLMapBufferObject) \
@@ -48,10 +46,6 @@
     X(cudaGLUnmapBufferObject) \
     X(cudaGLUnmapBufferObjectAsync) \
     X(cudaGLUnregisterBufferObject) \
-    X(cudaGetDriverEntryPoint) \
-    X(cudaGetDriverEntryPointByVersion) \
-    X(cudaGetDriverEntryPointByVersion_ptsz) \
-    X(cudaGetDriverEntryPoint_ptsz) \
     X(cudaGetExportTable) \
     X(cudaGetTextureObjectResourceViewDesc) \
     X(cudaGraphAddExternalSemaphoresSignalNode) \
@@ -138,22 +132,8 @@
     X(cudaMemSetMemPool) \
     X(cudaMemcpy3DBatchAsync) \
     X(cudaMemcpy3DBatchAsync_ptsz) \
-    X(cudaMemcpy3DPeer) \
-    X(cudaMemcpy3DPeerAsync) \
-    X(cudaMemcpy3DPeerAsync_ptsz) \
-    X(cudaMemcpy3DPeer_ptds) \
-    X(cudaMemcpyArrayToArray) \
-    X(cudaMemcpyArrayToArray_ptds) \
     X(cudaMemcpyBatchAsync) \
     X(cudaMemcpyBatchAsync_ptsz) \
-    X(cudaMemcpyFromArrayAsync) \
-    X(cudaMemcpyFromArrayAsync_ptsz) \
-    X(cudaMemcpyToArrayAsync) \
-    X(cudaMemcpyToArrayAsync_ptsz) \
-    X(cudaMemset3D) \
-    X(cudaMemset3DAsync) \
-    X(cudaMemset3DAsync_ptsz) \
-    X(cudaMemset3D_ptds) \
     X(cudaMipmappedArrayGetMemoryRequirements) \
     X(cudaMipmappedArrayGetSparseProperties) \
     X(cudaOccupancyMaxActiveClusters) \
@@ -165,8 +145,6 @@
     X(cudaStreamCopyAttributes_ptsz) \
     X(cudaStreamGetAttribute) \
     X(cudaStreamGetAttribute_ptsz) \
-    X(cudaStreamGetDevice) \
-    X(cudaStreamGetDevice_ptsz) \
     X(cudaStreamSetAttribute) \
     X(cudaStreamSetAttribute_ptsz) \
     X(cudaUserObjectCreate) \
