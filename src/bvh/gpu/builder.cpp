@@ -165,7 +165,7 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.parents = temp + plan.parents;
     job.tasks = temp + plan.tasks;
     job.order = addressOf(plan.order);
-    job.costs = addressOf(plan.costs);
+    job.savings = addressOf(plan.savings);
     job.report = bvh::gpu::addressOf(report_);
     job.numInputs = plan.numInputs;
     job.numPrimitives = plan.numPrimitives;

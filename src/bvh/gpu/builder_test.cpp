@@ -7,6 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdio>
+
 namespace sunstone::bvh::gpu {
 namespace {
 
@@ -136,8 +139,35 @@ TEST(GpuBuild, FewTriangles) {
         compareMesh(soup(count, 0.7f, count), 2000, count);
 }
 
-// Triangles around one point, each a little larger than the last: clusters grow by one at a time.
+void addBox(Mesh& mesh, const Vec3& centre, float half) { // a triangle with this box
+    const uint32_t first = uint32_t(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(),
+                         {centre + Vec3{-half, -half, -half}, centre + Vec3{half, -half, half},
+                          centre + Vec3{half, half, half}});
+    mesh.triangles.push_back({first, first + 1, first + 2});
+}
+
+// Each triangle is a little larger than the last, and clusters grow by one at a time; the codes of
+// sixteen at a time part from all before them one bit further up.
 TEST(GpuBuild, TreesThatWouldBeTooDeep) {
+    Mesh mesh;
+    const float cell = 4;
+    for (uint32_t i = 0; i < 42 * 16; ++i) {
+        const uint32_t bit = i / 16;
+        Vec3 centre{0.5f * cell, 0.5f * cell, 0.5f * cell};
+        centre[2 - bit % 3] += cell * float(1u << bit / 3);
+        addBox(mesh, centre, 1.2f * cell * std::exp2(float(i) / 48));
+    }
+    addBox(mesh, {0, 0, 0}, 32768 * cell); // so that a cell is one of the codes
+    const GpuStructure gpu = buildOnDevice(mesh.input());
+    expectSound(gpu.header());
+    EXPECT_EQ(gpu.header().reserved[0], 1u);
+    const Structure cpu = makeStructure(mesh.input());
+    expectSameHits(cpu, gpu, 1000, 1);
+}
+
+// The same around one point, over many sizes.
+TEST(GpuBuild, NestedTriangles) {
     Mesh mesh;
     double size = 0x1p-90;
     for (uint32_t i = 0; i < 900; ++i, size *= 1.12) {
@@ -147,9 +177,55 @@ TEST(GpuBuild, TreesThatWouldBeTooDeep) {
     }
     const GpuStructure gpu = buildOnDevice(mesh.input());
     expectSound(gpu.header());
-    EXPECT_EQ(gpu.header().reserved[0], 1u);
     const Structure cpu = makeStructure(mesh.input());
     expectSameHits(cpu, gpu, 1000, 1);
+}
+
+struct CountSteps {
+    uint64_t& steps;
+    bool stop() const {
+        ++steps;
+        return false;
+    }
+};
+
+// Nodes that rays through the mesh step into.
+uint64_t stepsThrough(const GpuStructure& gpu) {
+    Random random(1);
+    uint64_t steps = 0;
+    for (uint32_t i = 0; i < 4000; ++i) {
+        const Vec3 o = random.point(2), d = random.point(1) - o;
+        gpu::Ray ray{{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1e30f};
+        NearestPrograms programs;
+        Traversal<NearestPrograms> traversal;
+        U2 stack[Traversal<NearestPrograms>::kStackSize];
+        Level levels[NearestPrograms::kLevels + 1];
+        if (traversal.start(programs, ray, gpu.handle(), levels))
+            traversal.run(programs, ray, stack, levels, CountSteps{steps});
+    }
+    return steps;
+}
+
+// The clustered tree must be worth its time: about as many steps as through the tree of
+// PREFER_FAST_BUILD or fewer, where triangles overlap and on surfaces.
+TEST(GpuBuild, ClustersBeatTheRadixTree) {
+    BuildOptions fast;
+    fast.preferFastBuild = true;
+    const struct {
+        const char* name;
+        Mesh mesh;
+        double share; // of the steps, at most
+    } scenes[] = {{"soup", soup(9000, 0.03f, 1), 1.03},
+                  {"dense soup", soup(9000, 0.15f, 2), 1.01},
+                  {"rough sphere", roughSphere(4, 3), 0.95},
+                  {"torus", torus(100, 40), 1.0}};
+    for (const auto& scene : scenes) {
+        const uint64_t clustered = stepsThrough(buildOnDevice(scene.mesh.input())),
+                       radix = stepsThrough(buildOnDevice(scene.mesh.input(), fast));
+        std::printf("%s: %.2f steps a ray, radix tree %.2f\n", scene.name, double(clustered) / 4000,
+                    double(radix) / 4000);
+        EXPECT_LE(double(clustered), scene.share * double(radix)) << scene.name;
+    }
 }
 
 TEST(GpuBuild, SplitsLongThinTriangles) {
@@ -212,7 +288,7 @@ TEST(GpuBuild, BrokenTreesAreReportedAndNeverWaitedFor) {
         job.counters = counters.address();
         job.boxes = boxes.address();
         job.binary = binary.address();
-        job.costs = costs.address();
+        job.savings = costs.address();
         job.tasks = tasks.address();
         job.order = order.address();
         job.nodes = output.address() + sizeof(BlockHeader);

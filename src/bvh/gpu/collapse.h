@@ -59,9 +59,9 @@ SUNSTONE_BUILDER void putAt(WideChildren& c, uint32_t place, uint32_t ref, const
         }
 }
 
-SUNSTONE_BUILDER uint64_t costsOf(const BuildJob& job, uint32_t ref, const Bounds& box) {
-    return refCount(ref) == 1 ? primitiveCosts(job, halfArea(box))
-                              : at<const uint64_t>(job.costs)[refIndex(ref)];
+SUNSTONE_BUILDER CostPart costPart(const BuildJob& job, uint32_t ref, const Bounds& box) {
+    return {refCount(ref), halfArea(box),
+            refCount(ref) == 1 ? 0 : at<const uint64_t>(job.savings)[refIndex(ref)]};
 }
 
 // Opens the children that costs tell to open; each has a budget of slots for its descendants.
@@ -75,15 +75,19 @@ SUNSTONE_BUILDER void openByCosts(const BuildJob& job, WideChildren& c) {
         }
         const BinaryNode node = loadNode(job, ref);
         const Bounds left = boundsOf(job, node.left), right = boundsOf(job, node.right);
+        const CostPart leftPart = costPart(job, node.left, left),
+                       rightPart = costPart(job, node.right, right);
+        const Savings l = unpackSavings(leftPart), r = unpackSavings(rightPart);
         uint32_t ofLeft;
-        const float apart =
-            shareSlots(unpackCosts(costsOf(job, node.left, left)),
-                       unpackCosts(costsOf(job, node.right, right)), budget, ofLeft);
+        const float saved = shareSlots(l, r, budget, ofLeft);
         // The node itself (eight slots) must be opened.
-        if (budget < kSlots &&
-            unpackCosts(at<const uint64_t>(job.costs)[refIndex(ref)]).of[0] <= apart) {
-            ++place;
-            continue;
+        if (budget < kSlots) {
+            const float area = halfArea(unite(left, right));
+            if (!(add(excessOf(job, area, isLeaf(ref, leafLimit(job)), leftPart, rightPart, l, r),
+                      saved) > 0)) {
+                ++place;
+                continue;
+            }
         }
         putAt(c, place, node.left, left);
         putAt(c, c.count, node.right, right);
@@ -135,7 +139,7 @@ SUNSTONE_BUILDER void gatherChildren(const BuildJob& job, TreeMode mode, uint32_
         c.boxes[i] = emptyBounds();
     }
     c.boxes[0] = boundsOf(job, ref);
-    if (mode == kClustered)
+    if (mode != kRadixByLevel)
         openByCosts(job, c);
     openWhileRoom(job, mode, c);
 }

@@ -1,79 +1,97 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a subtree of the binary tree costs rays, if it becomes up to 1, 2, .. 7 children of a wide
-// node (Ylitie, Karras and Laine 2017, section 3.3): by surface areas, the step into a node counts
-// 1 and a primitive 0.3. Costs are computed with each binary node, while it is made, and decide
-// later which nodes are opened. The seven take one word: the first as 15 bits of a float, the
-// others as shares of it.
+// What opening a node of the binary tree saves rays: if it becomes up to 2, 3, .. 7 children of a
+// wide node in place of one (after Ylitie, Karras and Laine 2017, section 3.3). Costs are surface
+// areas; the step into a node counts 1 and a primitive 0.3. Savings are computed with each binary
+// node, while it is made, and decide later which nodes are opened.
+//
+// Costs themselves are never needed: what is common to both sides of a choice cancels out, and is
+// so much larger high up in the tree that rounding would decide. Savings are at most the areas of
+// the nodes opened, fewer than seven times that of the first; six times ten bits in a word, as
+// 128ths of its area.
 #pragma once
 
 #include "bvh/gpu/device.h"
 
 namespace sunstone::bvh::gpu {
 
-constexpr uint32_t kCosts = 7;
+constexpr uint32_t kMostChildren = 7; // of a node that is not the wide node itself
 
-struct Costs {
-    float of[kCosts]; // of[i]: as i + 1 children
+struct Savings {
+    float of[kMostChildren]; // of[i]: as up to i + 1 children; of[0] is 0
 };
 
-SUNSTONE_BUILDER Costs unpackCosts(uint64_t word) {
-    Costs c;
-    c.of[0] = floatOf(uint32_t(word & 0x7FFFu) << 16);
-    const float unit = mul(c.of[0], 1.0f / 255);
+// A node, or a primitive: how many primitives it has (0: too many to tell), the area of its box,
+// and its savings packed.
+struct CostPart {
+    uint32_t count;
+    float area;
+    uint64_t savings;
+};
+
+SUNSTONE_BUILDER Savings unpackSavings(const CostPart& part) {
+    Savings s;
+    s.of[0] = 0;
+    const float unit = mul(part.area, 1.0f / 128);
 #pragma unroll
-    for (uint32_t i = 1; i < kCosts; ++i)
-        c.of[i] = mul(unit, float(uint32_t(word >> (7 + 8 * i)) & 0xFFu));
-    return c;
+    for (uint32_t i = 1; i < kMostChildren; ++i)
+        s.of[i] = mul(unit, float(uint32_t(part.savings >> 10 * (i - 1)) & 1023u));
+    return s;
 }
 
-SUNSTONE_BUILDER uint64_t packCosts(const Costs& c) {
-    const uint32_t first = (bitsOf(c.of[0]) + 0x8000u) >> 16 & 0x7FFFu;
-    uint64_t word = first;
-    const float scale = first ? divide(255.0f, floatOf(first << 16)) : 0.0f;
+SUNSTONE_BUILDER uint64_t packSavings(const Savings& s, float area) {
+    const float scale = area > 0 ? divide(128.0f, area) : 0.0f;
+    uint64_t word = 0;
 #pragma unroll
-    for (uint32_t i = 1; i < kCosts; ++i) {
-        const float share = smaller(add(mul(c.of[i], scale), 0.5f), 255.0f);
-        word |= uint64_t(uint32_t(share)) << (7 + 8 * i);
+    for (uint32_t i = 1; i < kMostChildren; ++i) {
+        const float units = smaller(add(mul(s.of[i], scale), 0.5f), 1023.0f);
+        word |= uint64_t(uint32_t(units)) << 10 * (i - 1);
     }
     return word;
 }
 
-SUNSTONE_BUILDER uint64_t primitiveCosts(const BuildJob& job, float area) {
-    Costs c;
-    for (uint32_t i = 0; i < kCosts; ++i)
-        c.of[i] = mul(area, job.primitiveCost);
-    return packCosts(c);
-}
-
-// The cost of two subtrees as `slots` children together, and how many of them the left one gets.
-SUNSTONE_BUILDER float shareSlots(const Costs& left, const Costs& right, uint32_t slots,
+// What two parts save as `slots` children together, and how many of them the left one gets.
+SUNSTONE_BUILDER float shareSlots(const Savings& left, const Savings& right, uint32_t slots,
                                   uint32_t& ofLeft) {
-    float best = __builtin_inff();
+    float best = -1;
     ofLeft = 1;
 #pragma unroll
-    for (uint32_t k = 1; k <= kCosts; ++k)
+    for (uint32_t k = 1; k <= kMostChildren; ++k)
 #pragma unroll
-        for (uint32_t m = 1; m <= kCosts; ++m)
-            if (k + m == slots && add(left.of[k - 1], right.of[m - 1]) < best) {
+        for (uint32_t m = 1; m <= kMostChildren; ++m)
+            if (k + m == slots && add(left.of[k - 1], right.of[m - 1]) > best) {
                 best = add(left.of[k - 1], right.of[m - 1]);
                 ofLeft = k;
             }
     return best;
 }
 
-// Of a new node; count: of its primitives, 0 if too many for a leaf.
-SUNSTONE_BUILDER uint64_t joinCosts(const BuildJob& job, float area, uint32_t count,
-                                    uint64_t leftWord, uint64_t rightWord) {
-    const Costs left = unpackCosts(leftWord), right = unpackCosts(rightWord);
+// What a node of this area costs more, as one child, than its two parts as a child each. As a leaf,
+// where it may be one, or as a wide node.
+SUNSTONE_BUILDER float excessOf(const BuildJob& job, float area, bool mayBeLeaf,
+                                const CostPart& left, const CostPart& right,
+                                const Savings& leftSavings, const Savings& rightSavings) {
     uint32_t unused;
-    Costs c;
-    c.of[0] = add(area, shareSlots(left, right, 8, unused));
-    if (count)
-        c.of[0] = smaller(c.of[0], mul(area, mul(job.primitiveCost, float(count))));
+    const float asNode =
+        sub(area, shareSlots(leftSavings, rightSavings, kMostChildren + 1, unused));
+    if (!mayBeLeaf)
+        return asNode;
+    const float tests = mul(area, float(left.count + right.count)),
+                apart = add(mul(left.area, float(left.count)), mul(right.area, float(right.count)));
+    return smaller(asNode, mul(job.primitiveCost, sub(tests, apart)));
+}
+
+// Of a new node.
+SUNSTONE_BUILDER uint64_t joinSavings(const BuildJob& job, float area, bool mayBeLeaf,
+                                      const CostPart& left, const CostPart& right) {
+    const Savings l = unpackSavings(left), r = unpackSavings(right);
+    const float excess = excessOf(job, area, mayBeLeaf, left, right, l, r);
+    Savings s;
+    s.of[0] = 0;
+    uint32_t unused;
 #pragma unroll
-    for (uint32_t i = 1; i < kCosts; ++i)
-        c.of[i] = smaller(c.of[i - 1], shareSlots(left, right, i + 1, unused));
-    return packCosts(c);
+    for (uint32_t i = 1; i < kMostChildren; ++i)
+        s.of[i] = larger(s.of[i - 1], add(excess, shareSlots(l, r, i + 1, unused)));
+    return packSavings(s, area);
 }
 
 } // namespace sunstone::bvh::gpu

@@ -4,10 +4,16 @@
 // 2024).
 //
 // Threads climb the radix tree of the Morton codes from its leaves; of two that meet at a node the
-// second goes on. Whenever the range below has grown beyond 16, the warp helps: the up to 16
-// clusters of either side stand side by side in its lanes, and pairs that are each other's nearest
-// (of 8 to the left and right, by the area of their common box) are merged until 16 are left. They
-// are kept in place of the first primitives of the range. At the root they are merged to one.
+// second goes on. Whenever the range below has grown beyond 16, the warp helps: the clusters of
+// either side stand side by side in its lanes, and pairs that are each other's nearest (of 8 to the
+// left and right) are merged until few enough are left. They are kept in place of the first
+// primitives of the range. At the root they are merged to one.
+//
+// What is near, and how many are left, decides how well rays see the tree; both are by experiment
+// (docs/performance.md). The usual area of the common box lets large clusters wait until small ones
+// have grown around them: the distance is the square of that area by the areas of the two. And 16
+// clusters that are carried far up overlap; of ranges beyond 64 primitives 4 are left, so that the
+// halves of the radix tree, which do not overlap, decide more.
 //
 // Which pairs merge does not depend on the order in which threads run; only the numbers of the
 // nodes do.
@@ -18,7 +24,8 @@
 namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kHierarchyThreads = 128;
-constexpr uint32_t kClusters = 16;
+constexpr uint32_t kClusters = 16; // left of a range, at most
+constexpr uint32_t kLargeRange = 64, kClustersOfLargeRange = 4;
 
 // How high up the radix tree two neighbours part; the codes first, then the places.
 SUNSTONE_BUILDER uint64_t partingOf(const uint64_t* keys, uint32_t i) {
@@ -40,6 +47,22 @@ SUNSTONE_BUILDER void storeNode(const BuildJob& job, uint32_t index, const Bound
     U4* const node = at<U4>(job.binary + uint64_t(index) * sizeof(BinaryNode));
     node[0] = U4{bitsOf(box.lower[0]), bitsOf(box.lower[1]), bitsOf(box.lower[2]), left};
     node[1] = U4{bitsOf(box.upper[0]), bitsOf(box.upper[1]), bitsOf(box.upper[2]), right};
+}
+
+SUNSTONE_BUILDER uint64_t loadSavings(const BuildJob& job, uint32_t ref) {
+    return refCount(ref) == 1 ? 0 : loadFresh(at<uint64_t>(job.savings) + refIndex(ref));
+}
+
+// Makes a node of two parts and returns its reference.
+SUNSTONE_BUILDER uint32_t makeNode(const BuildJob& job, uint32_t index, const Bounds& box,
+                                   uint32_t left, uint32_t right, const CostPart& leftPart,
+                                   const CostPart& rightPart, uint64_t& savings) {
+    storeNode(job, index, box, left, right);
+    const uint32_t primitives = joinCounts(left, right);
+    savings = joinSavings(job, halfArea(box), primitives != 0 && primitives <= leafLimit(job),
+                          leftPart, rightPart);
+    at<uint64_t>(job.savings)[index] = savings;
+    return primitives << kRefCountShift | index;
 }
 
 SUNSTONE_BUILDER Bounds shuffleDown(const Bounds& b, uint32_t by) {
@@ -72,19 +95,27 @@ SUNSTONE_BUILDER uint32_t placeOfBit(uint32_t mask, uint32_t n) {
     return place;
 }
 
-// The lane whose cluster makes the smallest box with this lane's. Pairs have a total order, so that
-// at least one pair chooses one another.
+// Of two clusters, given the areas of their boxes and of their common one. Not negative.
+SUNSTONE_BUILDER float clusterDistance(float area, float left, float right) {
+    const float own = larger(add(left, right), 0x1p-100f);
+    return mul(area, mul(area, __nvvm_rcp_approx_ftz_f(own)));
+}
+
+// The lane whose cluster is nearest to this lane's. Pairs have a total order, so that at least one
+// pair chooses one another.
 SUNSTONE_BUILDER uint32_t nearestCluster(const Bounds& box, uint32_t count, uint32_t radius) {
     const uint32_t lane = laneOf();
+    const float own = halfArea(box);
     uint64_t best = ~0ull;
-    for (uint32_t r = 1; r <= radius; ++r) {
-        const float area = halfArea(unite(box, shuffleDown(box, r)));
-        const uint32_t areaBits = lane + r < count ? bitsOf(area) & 0x7FFFFFFFu : ~0u;
-        const uint32_t areaBefore = __shfl_up_sync(kWholeWarp, areaBits, r);
-        const uint64_t after = uint64_t(areaBits) << 10 | lane << 5 | (lane + r);
+    for (uint32_t r = 1; r <= radius && r < count; ++r) {
+        const float distance = clusterDistance(halfArea(unite(box, shuffleDown(box, r))), own,
+                                               __shfl_down_sync(kWholeWarp, own, r));
+        const uint32_t bits = lane + r < count ? bitsOf(distance) & 0x7FFFFFFFu : ~0u;
+        const uint32_t bitsBefore = __shfl_up_sync(kWholeWarp, bits, r);
+        const uint64_t after = uint64_t(bits) << 10 | lane << 5 | (lane + r);
         if (lane + r < count && after < best)
             best = after;
-        const uint64_t before = uint64_t(areaBefore) << 10 | (lane - r) << 5 | lane;
+        const uint64_t before = uint64_t(bitsBefore) << 10 | (lane - r) << 5 | lane;
         if (lane >= r && lane < count && before < best)
             best = before;
     }
@@ -94,7 +125,7 @@ SUNSTONE_BUILDER uint32_t nearestCluster(const Bounds& box, uint32_t count, uint
 
 // Merges mutual nearest pairs; the clusters left are in the first lanes.
 SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds& box,
-                                     unsigned long long& costs, uint32_t count) {
+                                     unsigned long long& savings, uint32_t count) {
     const uint32_t lane = laneOf();
     const bool valid = lane < count;
     const uint32_t found = nearestCluster(box, count, job.searchRadius);
@@ -104,7 +135,7 @@ SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds&
     const bool merges = mutual && lane < nearest;
     const uint32_t otherRef = __shfl_sync(kWholeWarp, ref, int(nearest));
     const Bounds other = shuffleFrom(box, nearest);
-    const unsigned long long otherCosts = __shfl_sync(kWholeWarp, costs, int(nearest));
+    const unsigned long long otherSavings = __shfl_sync(kWholeWarp, savings, int(nearest));
     const uint32_t merging = __ballot_sync(kWholeWarp, merges);
     uint32_t first = 0;
     if (lane == 0)
@@ -112,20 +143,19 @@ SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds&
     first = __shfl_sync(kWholeWarp, first, 0);
     if (merges) {
         const uint32_t index = first + uint32_t(__popc(merging & lanesBelow(lane)));
+        const CostPart left = {refCount(ref), halfArea(box), savings},
+                       right = {refCount(otherRef), halfArea(other), otherSavings};
         box = unite(box, other);
-        storeNode(job, index, box, ref, otherRef);
-        const uint32_t primitives = joinCounts(ref, otherRef);
-        costs = joinCosts(job, halfArea(box), primitives <= leafLimit(job) ? primitives : 0, costs,
-                          otherCosts);
-        at<uint64_t>(job.costs)[index] = costs;
-        ref = primitives << kRefCountShift | index;
+        uint64_t joined;
+        ref = makeNode(job, index, box, ref, otherRef, left, right, joined);
+        savings = joined;
     }
     const uint32_t kept = __ballot_sync(kWholeWarp, valid && (!mutual || merges));
     const uint32_t left = uint32_t(__popc(kept));
     const uint32_t from = lane < left ? placeOfBit(kept, lane) : lane;
     ref = __shfl_sync(kWholeWarp, ref, int(from));
     box = shuffleFrom(box, from);
-    costs = __shfl_sync(kWholeWarp, costs, int(from));
+    savings = __shfl_sync(kWholeWarp, savings, int(from));
     return left;
 }
 
@@ -149,13 +179,12 @@ SUNSTONE_BUILDER void mergeClusters(const BuildJob& job, ClusterRange range, boo
     uint32_t count = uint32_t(__popc(present));
     ref = __shfl_sync(kWholeWarp, ref, int(lane < count ? placeOfBit(present, lane) : lane));
     Bounds box = lane < count ? loadBounds(job, ref) : emptyBounds();
-    unsigned long long costs = 0;
-    if (lane < count)
-        costs = refCount(ref) == 1 ? primitiveCosts(job, halfArea(box))
-                                   : loadFresh(at<uint64_t>(job.costs) + refIndex(ref));
-    const uint32_t wanted = toOne ? 1 : kClusters;
+    unsigned long long savings = lane < count ? loadSavings(job, ref) : 0;
+    const uint32_t wanted = toOne                                     ? 1
+                            : range.last - range.first >= kLargeRange ? kClustersOfLargeRange
+                                                                      : kClusters;
     while (count > wanted)
-        count = mergePairs(job, ref, box, costs, count);
+        count = mergePairs(job, ref, box, savings, count);
     if (lane < kClusters && range.first + lane <= range.last)
         const_cast<volatile uint32_t*>(clusters)[range.first + lane] = lane < count ? ref : kNoRef;
     if (toOne && lane == 0)
@@ -204,8 +233,12 @@ SUNSTONE_BUILDER void joinHalves(const BuildJob& job, ClusterRange range, bool w
     volatile uint32_t* const clusters = at<volatile uint32_t>(job.values[1]);
     const uint32_t left = clusters[range.first], right = clusters[range.split];
     const uint32_t index = range.split - 1; // where the tree parts, once for each node
-    storeNode(job, index, unite(loadBounds(job, left), loadBounds(job, right)), left, right);
-    const uint32_t ref = joinCounts(left, right) << kRefCountShift | index;
+    const Bounds leftBox = loadBounds(job, left), rightBox = loadBounds(job, right);
+    const CostPart leftPart = {refCount(left), halfArea(leftBox), loadSavings(job, left)},
+                   rightPart = {refCount(right), halfArea(rightBox), loadSavings(job, right)};
+    uint64_t unused;
+    const uint32_t ref =
+        makeNode(job, index, unite(leftBox, rightBox), left, right, leftPart, rightPart, unused);
     clusters[range.first] = ref;
     if (whole)
         storeRoot(job, ref);

@@ -59,8 +59,8 @@ constexpr uint32_t kSplitBins = 2048;
 
 // What kernels cannot do, of which the host is told through a BuildReport: what only an error in
 // them can bring about (the structure is then none: it has no magic number), or an update of a
-// structure that was built from inputs of another shape, or a relocation of what is no copy (it stays
-// as it is).
+// structure that was built from inputs of another shape, or a relocation of what is no copy (it
+// stays as it is).
 enum BuildFailure : uint32_t { kNoFailure, kTreeBroken, kNotThatStructure, kNoCopy, kNoChild };
 
 // What sunstone_relocate takes: addresses, and what the header of a copy says.
@@ -125,7 +125,7 @@ struct BuildJob {
     uint64_t inputRecords, table, instances, records, nodes; // in the output; table: or 0
     uint64_t inputs;                                         // DeviceInput[]
     uint64_t counters;
-    uint64_t boxes;   // PrimitiveBox of each reference
+    uint64_t boxes; // PrimitiveBox of each reference
     // Primitive of each reference after those of whole primitives; of curves the piece of each
     // reference.
     uint64_t origins;
@@ -133,7 +133,7 @@ struct BuildJob {
     uint64_t values[2];
     uint64_t tileStates; // of the sort
     uint64_t binary;     // BinaryNode[]
-    uint64_t costs;      // of each binary node, see costs.h
+    uint64_t savings;    // of each binary node, see costs.h
     uint64_t parents;    // one word for each reference, ~0; of updates: of each wide node
     uint64_t tasks;      // for each wide node its reference, and above 32 bits its depth; ~0
     uint64_t order;      // reference of each primitive record

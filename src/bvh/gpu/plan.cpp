@@ -243,7 +243,7 @@ void Plan::layOutTemp() {
     binary = placeAnywhere(n * sizeof(BinaryNode));
     keys[1] = placeAnywhere(n * 8);
     values[0] = placeAnywhere(n * 4);
-    costs = keys[1];   // free after the sort
+    savings = keys[1]; // free after the sort
     order = values[1]; // and this after the tree
     tempSize = offset;
 }

@@ -29,7 +29,7 @@ struct Plan {
         bool inOutput = false;
     };
     uint64_t inputs, flags, counters, tileStates, parents, tasks, boxes, tempSize;
-    Place origins, keys[2], values[2], binary, costs, order;
+    Place origins, keys[2], values[2], binary, savings, order;
 
     // Throws Error(kInvalidValue) or Error(kNotSupported) as Builder::computeMemoryUsage says.
     Plan(const BuildInputs& in, const BuildOptions& options);

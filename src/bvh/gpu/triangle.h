@@ -96,7 +96,7 @@ SUNSTONE_GPU_INLINE bool testTriangle(const float org[3], const Shear& s, U4 a, 
                mul(det, k));
     if (!(tmin <= t && t <= tmax))
         return false;
-    hit.t = t;
+    hit.t = add(t, 0.0f); // not -0: box tests take what ends a ray for an integer
     hit.v = v;
     hit.w = w;
     hit.det = det;
