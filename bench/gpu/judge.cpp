@@ -120,7 +120,7 @@ struct Tally {
             out.update({{"judged exactly", judged},
                         {"Sunstone right", oursRight},
                         {"reference right", referenceRight}});
-        if (judges && distance > 0)
+        if (nearerOurs + nearerReference > 0)
             out.update({{"distances: Sunstone nearer", nearerOurs},
                         {"reference nearer", nearerReference},
                         {"Sunstone's largest relative error", worstOurs},
@@ -131,7 +131,7 @@ struct Tally {
 
 void judgeDistance(const World& world, const Ray& ray, const GpuHit& ours, const GpuHit& reference,
                    Tally& tally) {
-    const double exact = planeDistance(world.mesh, ray, ours.primitive);
+    const double exact = planeDistance(world, ray, ours);
     const double a = std::abs(ours.t - exact), b = std::abs(reference.t - exact);
     tally.nearerOurs += a < b;
     tally.nearerReference += b < a;
@@ -141,8 +141,23 @@ void judgeDistance(const World& world, const Ray& ray, const GpuHit& ours, const
 
 } // namespace
 
-double planeDistance(const Mesh& mesh, const Ray& ray, uint32_t triangle) {
-    return double(distanceOf(cornersOf<Real>(mesh, ray, triangle), directionOf<Real>(ray)));
+double planeDistance(const World& world, const Ray& ray, const GpuHit& hit) {
+    if (world.kind != WorldKind::kInstances)
+        return double(
+            distanceOf(cornersOf<Real>(world.mesh, ray, hit.primitive), directionOf<Real>(ray)));
+    // Corners in the world, seen from the ray's origin.
+    const float* m = &world.matrices[12 * size_t(hit.instance)];
+    const uint32_t* index = &world.mesh.indices[3 * size_t(hit.primitive)];
+    const auto corner = [&](int k) {
+        const float* v = &world.mesh.vertices[3 * size_t(index[k])];
+        const auto row = [&](int r) {
+            return Real(m[4 * r]) * Real(v[0]) + Real(m[4 * r + 1]) * Real(v[1]) +
+                   Real(m[4 * r + 2]) * Real(v[2]) + Real(m[4 * r + 3]) - Real(ray.origin[r]);
+        };
+        return V3<Real>{row(0), row(1), row(2)};
+    };
+    return double(
+        distanceOf(Corners<Real>{corner(0), corner(1), corner(2)}, directionOf<Real>(ray)));
 }
 
 nlohmann::json compareHits(const World& world, const std::vector<Ray>& rays, RayQuery query,
@@ -163,7 +178,7 @@ nlohmann::json compareHits(const World& world, const std::vector<Ray>& rays, Ray
             ++tally.primitive;
         } else if (!other && std::abs(a.t - b.t) > 1e-4f * std::abs(b.t)) {
             ++tally.distance;
-            if (tally.judges)
+            if (tally.judges || world.kind == WorldKind::kInstances)
                 judgeDistance(world, rays[i], a, b, tally);
         }
         if (other && tally.judges && tally.judged < kMostJudged) {

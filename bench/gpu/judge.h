@@ -10,8 +10,9 @@
 
 namespace bench {
 
-// Distance along the ray to the triangle's plane; NaN where they are parallel.
-double planeDistance(const Mesh& mesh, const Ray& ray, uint32_t triangle);
+// Distance along the ray to the plane of the triangle that was hit, perhaps of an instance; NaN
+// where they are parallel.
+double planeDistance(const World& world, const Ray& ray, const GpuHit& hit);
 
 // Counts how `ours` differs from `reference`, ray by ray; null: not at all. In worlds of plain
 // triangles some of the differing rays are also judged: who finds what there is, whose distance is
