@@ -26,6 +26,10 @@
 #include <cstddef>
 #include <cstdint>
 
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device begin
+#endif
+
 namespace sunstone::bvh {
 
 constexpr unsigned kMaxMicromapLevel = 12;
@@ -50,6 +54,16 @@ inline uint64_t microTriangleCount(unsigned level) {
 inline uint64_t micromapBytes(unsigned level, MicromapFormat format) {
     const uint64_t bits = microTriangleCount(level) << (format == MicromapFormat::kFourState);
     return (bits + 7) / 8;
+}
+
+// A byte in which all micro-triangles have the state.
+inline uint32_t filledByte(uint32_t state, MicromapFormat format) {
+    return state * (format == MicromapFormat::kTwoState ? 0xFFu : 0x55u);
+}
+// The bits of a micromap's bytes that mean something; all but of the smallest.
+inline uint32_t usedBits(unsigned level, MicromapFormat format) {
+    const uint64_t bits = microTriangleCount(level) << (format == MicromapFormat::kFourState);
+    return bits >= 8 ? 0xFFu : (1u << bits) - 1;
 }
 
 // The first 128 bytes of an array.
@@ -147,3 +161,7 @@ inline MicromapRef makeMicromapRef(uint64_t offset, unsigned level, MicromapForm
 }
 
 } // namespace sunstone::bvh
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device end
+#endif

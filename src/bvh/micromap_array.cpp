@@ -18,14 +18,7 @@ constexpr uint64_t kMaxStateBytes = uint64_t(1) << 40;
 // Clients allocate what they are told, and not all can allocate nothing.
 constexpr size_t kTempSize = kMicromapArrayAlignment;
 
-// How many micromaps there are of each kind.
-struct Counts {
-    std::array<std::array<uint64_t, kMaxMicromapLevel + 1>, 2> of{};
-
-    uint64_t& at(uint32_t level, MicromapFormat format) {
-        return of[format == MicromapFormat::kFourState][level];
-    }
-};
+using Counts = MicromapCounts;
 
 bool isKind(uint32_t level, MicromapFormat format) {
     return level <= kMaxMicromapLevel &&
@@ -45,12 +38,9 @@ Counts countsOf(std::span<const MicromapHistogramEntry> histogram) {
     return counts;
 }
 
-// Where the parts of an array are.
-struct Plan {
-    uint64_t numMicromaps, refsOffset, dataOffset, usedSize;
-
+struct Plan : MicromapArrayLayout {
     explicit Plan(std::span<const MicromapHistogramEntry> histogram) {
-        Counts counts = countsOf(histogram);
+        counts = countsOf(histogram);
         numMicromaps = 0;
         for (const auto& ofFormat : counts.of)
             for (uint64_t count : ofFormat)
@@ -102,10 +92,7 @@ void forEachMicromap(const MicromapArrayInput& input, const Visit& visit) {
 MicromapState uniformState(const uint8_t* states, uint32_t level, MicromapFormat format) {
     const bool two = format == MicromapFormat::kTwoState;
     const uint8_t first = states[0] & (two ? 1 : 3);
-    const uint64_t bits = microTriangleCount(level) << !two;
-    const uint8_t all = uint8_t(first * (two ? 0xFF : 0x55));
-    const uint8_t used = bits >= 8 ? 0xFF : uint8_t((1u << bits) - 1);
-    if ((states[0] ^ all) & used)
+    if ((states[0] ^ filledByte(first, format)) & usedBits(level, format))
         return kNoMicromap;
     const uint64_t bytes = micromapBytes(level, format);
     return std::memcmp(states, states + 1, bytes - 1) == 0 ? MicromapState(first) : kNoMicromap;
@@ -118,6 +105,10 @@ const MicromapArrayHeader& checkedHeader(const void* array) {
 }
 
 } // namespace
+
+MicromapArrayLayout micromapArrayLayout(std::span<const MicromapHistogramEntry> histogram) {
+    return Plan(histogram);
+}
 
 uint64_t micromapCount(std::span<const MicromapHistogramEntry> histogram) {
     return Plan(histogram).numMicromaps;

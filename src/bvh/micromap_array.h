@@ -7,6 +7,7 @@
 #include "bvh/micromap.h"
 #include "bvh/relocate.h"
 
+#include <array>
 #include <span>
 
 namespace sunstone::bvh {
@@ -39,6 +40,24 @@ struct MicromapArraySizes {
 };
 
 constexpr size_t kMicromapArrayAlignment = 128;
+
+// How many micromaps there are of each kind.
+struct MicromapCounts {
+    std::array<std::array<uint64_t, kMaxMicromapLevel + 1>, 2> of{};
+
+    uint64_t& at(uint32_t level, MicromapFormat format) {
+        return of[format == MicromapFormat::kFourState][level];
+    }
+};
+
+// Where the parts of an array are.
+struct MicromapArrayLayout {
+    MicromapCounts counts;
+    uint64_t numMicromaps, refsOffset, dataOffset, usedSize;
+};
+
+// Throws as micromapArraySizes.
+MicromapArrayLayout micromapArrayLayout(std::span<const MicromapHistogramEntry> histogram);
 
 // Number of micromaps that the histogram has.
 uint64_t micromapCount(std::span<const MicromapHistogramEntry> histogram);

@@ -5,6 +5,7 @@
 #include "base/log.h"
 #include "base/readable.h"
 #include "bvh/micromap_array.h"
+#include "bvh/micromap_refs.h"
 #include "bvh/parallel.h"
 
 #include <algorithm>
@@ -42,34 +43,13 @@ public:
 
     // `valid` becomes false if the index is out of range.
     MicromapRef read(uint64_t triangle, bool& valid) const {
-        int64_t index = int64_t(triangle);
-        if (input_.indexing == MicromapIndexing::kIndexed)
-            index = indexAt(triangle);
-        if (index < 0 && index >= kLastPredefinedIndex)
-            return makeUniformRef(MicromapState(-1 - index));
-        const uint64_t place = uint64_t(index) + input_.indexOffset;
-        if (index >= 0 && place < count_)
-            return refs_[place];
-        valid = false;
-        return makeUniformRef(kNoMicromap);
+        const int64_t index = input_.indexing == MicromapIndexing::kIndexed
+                                  ? micromapIndexAt(indices_, input_.indexSize, stride_, triangle)
+                                  : int64_t(triangle);
+        return micromapRefOf(index, input_.indexOffset, refs_, count_, valid);
     }
 
 private:
-    static constexpr int64_t kLastPredefinedIndex = -4;
-
-    int64_t indexAt(uint64_t triangle) const {
-        const uint8_t* at = indices_ + triangle * stride_;
-        if (input_.indexSize == 4) {
-            int32_t index;
-            std::memcpy(&index, at, sizeof(index));
-            return index;
-        }
-        // The largest values are the predefined indices, the rest are not negative.
-        uint16_t index;
-        std::memcpy(&index, at, sizeof(index));
-        return index >= 0x10000 + kLastPredefinedIndex ? index - 0x10000 : index;
-    }
-
     const MicromapInput& input_;
     const uint8_t* indices_;
     uint64_t stride_;
@@ -131,19 +111,23 @@ void bindMicromaps(uint8_t* block, std::span<const TriangleInput> inputs) {
 }
 
 void checkMicromapUpdate(const BlockHeader& header, std::span<const TriangleInput> inputs) {
+    checkMicromapUpdate(hasMicromaps(header.type) ? micromapRecords(&header) : nullptr,
+                        header.options & kOptionMicromapUpdate, inputs);
+}
+
+void checkMicromapUpdate(const MicromapRecord* records, bool mayChange,
+                         std::span<const TriangleInput> inputs) {
     for (size_t i = 0; i < inputs.size(); ++i) {
         const MicromapInput& now = inputs[i].micromaps;
-        const uint32_t indexing = hasMicromaps(header.type) ? micromapRecords(&header)[i].indexing : 0;
+        const uint32_t indexing = records ? records[i].indexing : 0;
         if (uint32_t(now.indexing) != indexing)
             fail(Code::kInvalidValue, "build input ", i,
-                 " of an update has opacity micromap "
-                 "indexing mode ",
-                 uint32_t(now.indexing), ", the build had ", indexing);
-        if (indexing && !(header.options & kOptionMicromapUpdate) &&
-            uint64_t(now.array) != micromapRecords(&header)[i].array)
+                 " of an update has opacity micromap indexing mode ", uint32_t(now.indexing),
+                 ", the build had ", indexing);
+        if (indexing && !mayChange && uint64_t(now.array) != records[i].array)
             fail(Code::kInvalidValue, "build input ", i,
-                 " of an update has another opacity "
-                 "micromap array than the build, which lacks ALLOW_OPACITY_MICROMAP_UPDATE");
+                 " of an update has another opacity micromap array than the build, which lacks "
+                 "ALLOW_OPACITY_MICROMAP_UPDATE");
     }
 }
 

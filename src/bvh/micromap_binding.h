@@ -28,6 +28,9 @@ void bindMicromaps(uint8_t* block, std::span<const TriangleInput> inputs);
 // Throws Error(kInvalidValue) if an update cannot have these micromaps: other indexing than in the
 // build, or other arrays without the option to change them.
 void checkMicromapUpdate(const BlockHeader& header, std::span<const TriangleInput> inputs);
+// The same with the structure's records (null: it has none) and option.
+void checkMicromapUpdate(const MicromapRecord* records, bool mayChange,
+                         std::span<const TriangleInput> inputs);
 
 // Throws Error(kInvalidValue) if the memory at `array` holds no copy of the array of input i.
 void requireSameArray(const BlockHeader& header, size_t i, const void* array);

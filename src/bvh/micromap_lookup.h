@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The opacity micromaps of a structure as traversal sees them. Included through traverse.h.
+// The opacity micromaps of a structure as traversal sees them, on the CPU and on GPUs.
 #pragma once
 
+#include "bvh/layout.h"
 #include "bvh/micromap.h"
-#include "bvh/traverse.h"
+#include "bvh/simd.h"
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
@@ -44,5 +45,17 @@ struct MicromapLookup {
                                refs[primitive - inputs[input].primitiveIndexOffset], u, v);
     }
 };
+
+// False where a triangle is transparent; else the state takes the place of its geometry flag
+// DISABLE_ANYHIT. Instance and ray flags apply after it.
+SUNSTONE_INLINE bool throughMicromap(uint32_t state, bool twoStates, uint32_t& sbtWord) {
+    if (state == kNoMicromap)
+        return true;
+    if (twoStates)
+        state = forcedToTwoStates(state);
+    const uint32_t disabled = 1u << kGeometryFlagShift;
+    sbtWord = state == kOpaque ? sbtWord | disabled : sbtWord & ~disabled;
+    return state != kTransparent;
+}
 
 } // namespace sunstone::bvh::SUNSTONE_ISA

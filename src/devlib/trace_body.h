@@ -447,8 +447,9 @@ private:
                 if (c.t[i] > tmax || culling.drops(c.det[i], leaf.sbt[i]))
                     continue;
                 uint32_t sbtWord = leaf.sbt[i];
-                if (!throughMicromap(leaf.primitive[i], c.v[i] / c.det[i], c.w[i] / c.det[i],
-                                     sbtWord))
+                const uint32_t state = micromaps.stateAt(leaf.primitive[i], sbtWord,
+                                                         c.v[i] / c.det[i], c.w[i] / c.det[i]);
+                if (!isa::throughMicromap(state, twoStates, sbtWord))
                     continue;
                 if (tracer.takeTriangle(c.t[i], c.v[i], c.w[i], c.det[i], leaf.primitive[i],
                                         sbtWord) == kTerminate)
@@ -456,19 +457,6 @@ private:
                 tmax = tracer.tmax_;
             }
             return false;
-        }
-
-        // False where the triangle is transparent; else sets the geometry flag.
-        SUNSTONE_INLINE_MEMBER bool throughMicromap(uint32_t primitive, float u, float v,
-                                                    uint32_t& sbtWord) const {
-            uint32_t state = micromaps.stateAt(primitive, sbtWord, u, v);
-            if (state == bvh::kNoMicromap)
-                return true;
-            if (twoStates)
-                state = bvh::forcedToTwoStates(state);
-            const uint32_t disabled = 1u << bvh::kGeometryFlagShift;
-            sbtWord = state == bvh::kOpaque ? sbtWord | disabled : sbtWord & ~disabled;
-            return state != bvh::kTransparent;
         }
 
         SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, bvh::NodeRef ref) {

@@ -20,6 +20,7 @@ namespace sunstone::engine {
 struct AccelBuild;
 struct Context;
 struct LaunchRequest;
+struct MicromapArrayBuild;
 struct Pipeline;
 struct ProgramGroup;
 
@@ -85,6 +86,12 @@ public:
                                    const bvh::RelocationInfo& info, void* block,
                                    const uint64_t* children, size_t count,
                                    std::vector<const void*> arrays) = 0;
+
+    virtual void buildMicromapArray(const ContextPtr& context, MicromapArrayBuild request) = 0;
+    virtual bvh::RelocationInfo micromapRelocationInfo(const ContextPtr& context,
+                                                       const void* array) = 0;
+    virtual void relocateMicromapArray(const ContextPtr& context, void* stream,
+                                       const bvh::RelocationInfo& info, void* array) = 0;
 };
 
 std::shared_ptr<Backend> cpuBackend();

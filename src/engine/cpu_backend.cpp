@@ -44,6 +44,17 @@ public:
                            std::vector<const void*> arrays) override {
         return cpu::relocateAccel(context, stream, info, block, children, count, std::move(arrays));
     }
+    void buildMicromapArray(const ContextPtr& context, MicromapArrayBuild request) override {
+        cpu::buildMicromapArray(context, std::move(request));
+    }
+    bvh::RelocationInfo micromapRelocationInfo(const ContextPtr& context,
+                                               const void* array) override {
+        return cpu::micromapRelocationInfo(context, array);
+    }
+    void relocateMicromapArray(const ContextPtr& context, void* stream,
+                               const bvh::RelocationInfo& info, void* array) override {
+        cpu::relocateMicromapArray(context, stream, info, array);
+    }
 };
 
 } // namespace

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CPU's side of backend.h: see launch.cpp, accel.cpp and pipeline.cpp, where these are.
+// The CPU's side of backend.h: see launch.cpp, accel.cpp, micromap.cpp and pipeline.cpp, where these are.
 #pragma once
 
 #include "engine/accel.h"
 #include "engine/launch.h"
+#include "engine/micromap.h"
 #include "engine/pipeline.h"
 
 namespace sunstone::engine::cpu {
@@ -17,5 +18,9 @@ bvh::RelocationInfo relocationInfo(const ContextPtr& context, uint64_t handle);
 uint64_t relocateAccel(const ContextPtr& context, void* stream, const bvh::RelocationInfo& info,
                        void* block, const uint64_t* children, size_t count,
                        std::vector<const void*> arrays);
+void buildMicromapArray(const ContextPtr& context, MicromapArrayBuild request);
+bvh::RelocationInfo micromapRelocationInfo(const ContextPtr& context, const void* array);
+void relocateMicromapArray(const ContextPtr& context, void* stream, const bvh::RelocationInfo& info,
+                           void* array);
 
 } // namespace sunstone::engine::cpu

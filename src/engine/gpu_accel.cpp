@@ -142,13 +142,14 @@ uint64_t GpuBackend::relocateAccel(const ContextPtr& context, void* stream,
                                    const bvh::RelocationInfo& info, void* block,
                                    const uint64_t* children, size_t count,
                                    std::vector<const void*> arrays) {
-    if (!arrays.empty())
-        fail(Code::kNotSupported, "relocation with other opacity micromap arrays is not available "
-                                  "on GPUs yet");
     ContextScope scope(device_.context());
     tellOfBuilds(*context);
     builder().relocate(CUstream(stream), info, CUdeviceptr(block), CUdeviceptr(children),
                        children ? count : 0);
+    for (size_t i = 0; i < arrays.size(); ++i)
+        if (arrays[i])
+            builder().relocateMicromaps(CUstream(stream), CUdeviceptr(block), uint32_t(i),
+                                        CUdeviceptr(arrays[i]));
     return devlib::makeHandle(block,
                               bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
 }

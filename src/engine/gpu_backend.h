@@ -51,6 +51,12 @@ public:
                            void* block, const uint64_t* children, size_t count,
                            std::vector<const void*> arrays) override;
 
+    void buildMicromapArray(const ContextPtr& context, MicromapArrayBuild request) override;
+    bvh::RelocationInfo micromapRelocationInfo(const ContextPtr& context,
+                                               const void* array) override;
+    void relocateMicromapArray(const ContextPtr& context, void* stream,
+                               const bvh::RelocationInfo& info, void* array) override;
+
 private:
     void tellOfBuilds(const Context& context);
     bvh::BlockHeader headerOf(uint64_t handle, CUstream stream, const char* parameter);

@@ -114,6 +114,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     request.constants = {
         {"sunstone_gpu_hasAnyHit", pipeline.hasAnyHit},
         {"sunstone_gpu_hasIntersection", pipeline.hasIntersection},
+        {"sunstone_gpu_micromaps", pipeline.limits.opacityMicromaps},
         {"sunstone_gpu_shapes", bvh::gpu::shapeBitsOf(pipeline.rules.primitiveTypeFlags)},
         {"sunstone_gpu_hasException", hasException},
         {"sunstone_gpu_exceptionFlags", pipeline.rules.exceptionFlags},

@@ -2,10 +2,11 @@
 #include "engine/micromap.h"
 
 #include "base/error.h"
+#include "engine/cpu_backend.h"
 
 namespace sunstone::engine {
 
-void buildMicromapArray(const std::shared_ptr<Context>& context, MicromapArrayBuild request) {
+void cpu::buildMicromapArray(const ContextPtr& context, MicromapArrayBuild request) {
     void* const stream = request.stream;
     enqueueLogged(context, stream, "MICROMAP", [context, request = std::move(request)] {
         const bvh::MicromapArrayInput input{request.histogram, request.states,
@@ -18,9 +19,7 @@ void buildMicromapArray(const std::shared_ptr<Context>& context, MicromapArrayBu
     });
 }
 
-bvh::RelocationInfo micromapRelocationInfo(const std::shared_ptr<Context>& context,
-                                           const void* array) {
-    requireSharedMemory(*context, "relocation of opacity micromap arrays");
+bvh::RelocationInfo cpu::micromapRelocationInfo(const ContextPtr& context, const void* array) {
     context->device->synchronizeAll();
     if (!context->device->isAccessible(array, sizeof(bvh::MicromapArrayHeader)) ||
         !bvh::isMicromapArray(array))
@@ -28,10 +27,23 @@ bvh::RelocationInfo micromapRelocationInfo(const std::shared_ptr<Context>& conte
     return bvh::micromapRelocationInfo(array);
 }
 
-void relocateMicromapArray(const std::shared_ptr<Context>& context, void* stream,
-                           const bvh::RelocationInfo& info, void* array) {
+void cpu::relocateMicromapArray(const ContextPtr& context, void* stream,
+                                const bvh::RelocationInfo& info, void* array) {
     enqueueLogged(context, stream, "MICROMAP",
                   [info, array] { bvh::relocateMicromapArray(info, array); });
+}
+
+void buildMicromapArray(const ContextPtr& context, MicromapArrayBuild request) {
+    context->backend->buildMicromapArray(context, std::move(request));
+}
+
+bvh::RelocationInfo micromapRelocationInfo(const ContextPtr& context, const void* array) {
+    return context->backend->micromapRelocationInfo(context, array);
+}
+
+void relocateMicromapArray(const ContextPtr& context, void* stream, const bvh::RelocationInfo& info,
+                           void* array) {
+    context->backend->relocateMicromapArray(context, stream, info, array);
 }
 
 } // namespace sunstone::engine

@@ -19,6 +19,7 @@ struct Options {
     bool oneHitGroup = false; // any-hit and closest-hit programs make one group, the closest-hit's
     compiler::GpuTarget target = {90, 80};
     uint32_t shapes = 0; // bvh::gpu::ShapeBit
+    bool micromaps = false;
 };
 
 inline GpuGroup groupOf(ProgramKind kind, size_t program) {
@@ -97,6 +98,7 @@ inline std::string compile(const std::string& text, const Options& options = {})
     const uint32_t graph = options.graphFlags == 1 ? 0 : options.graphFlags & 2 ? 1 : 2;
     request.constants = {{"sunstone_gpu_hasAnyHit", anyHit},
                          {"sunstone_gpu_hasIntersection", intersection},
+                         {"sunstone_gpu_micromaps", options.micromaps},
                          {"sunstone_gpu_shapes", options.shapes},
                          {"sunstone_gpu_hasException", exception},
                          {"sunstone_gpu_exceptionFlags", 0},

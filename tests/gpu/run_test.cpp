@@ -3,7 +3,10 @@
 // what the launch reports. So the code for GPUs is tested where there is none.
 #include "bvh/gpu/test_device.h"
 #include "bvh/kernels.h"
+#include "bvh/micromap_array.h"
+#include "bvh/micromap_lookup.h"
 #include "bvh/shapes.h"
+#include "devlib/flags.h"
 #include "devlib/gpu/launch_block.h"
 #include "gpu/pipelines.h"
 #include "gpu/rays.h"
@@ -294,6 +297,104 @@ void expectShapes(const Kernel& kernel, const bvh::BuildInputs& inputs, bool cur
     EXPECT_GT(count, rays.size() / 10);
     EXPECT_LE(other, count / 20); // where segments join
     expectFiltered(kernel, structure.handle(), rays, hits);
+}
+
+// Triangles apart from one another in a plane, and an array of opacity micromaps of four states.
+struct Cutouts {
+    static constexpr uint32_t kSide = 8, kCount = kSide * kSide;
+    std::vector<float> vertices;
+    std::vector<bvh::MicromapDesc> descriptions;
+    std::vector<uint8_t> states;
+    std::vector<bvh::MicromapHistogramEntry> histogram = {
+        {kCount, 3, bvh::MicromapFormat::kFourState}};
+    uint32_t flags = 0;
+
+    Cutouts() {
+        for (uint32_t i = 0; i < kCount; ++i) {
+            const float x = float(i % kSide), y = float(i / kSide);
+            vertices.insert(vertices.end(), {x, y, 0, x + 0.9f, y, 0, x, y + 0.9f, 0});
+            descriptions.push_back({16 * i, 3, uint16_t(bvh::MicromapFormat::kFourState)});
+            for (uint32_t k = 0; k < 16; ++k)
+                states.push_back(uint8_t(i * 37 + k * 101));
+        }
+    }
+    bvh::MicromapArrayInput input() const {
+        return {histogram, states.data(), descriptions.data(), 0};
+    }
+};
+
+// What rays down on the plane must tell, from the triangle below and the state there.
+TestHit throughCutouts(uint64_t handle, const TestRay& ray, unsigned flags) {
+    bvh::QueryRay query{};
+    for (int k = 0; k < 3; ++k) {
+        query.origin[k] = ray.origin[k];
+        query.direction[k] = ray.direction[k];
+    }
+    query.tmax = ray.tmax;
+    const TestHit miss = {ray.tmax, 0, 0, ~0u, 0};
+    bvh::QueryHit hit{};
+    if (!bvh::gpu::testing::nearest(handle, query, hit))
+        return miss;
+    const auto* const block = reinterpret_cast<const bvh::BlockHeader*>(handle & ~uint64_t(63));
+    uint32_t state =
+        bvh::gpu::lane::MicromapLookup(block).stateAt(hit.primitive, hit.sbt, hit.u, hit.v);
+    if (flags & devlib::kRayForceMicromap2State)
+        state &= 1;
+    if (state == bvh::kTransparent)
+        return miss;
+    const bool asks = state != bvh::kOpaque && !(flags & devlib::kRayDisableAnyHit);
+    if (asks && hit.primitive % 2)
+        return {miss.t, 0, 0, ~0u, 1};
+    return {hit.t, hit.u, hit.v, hit.primitive, asks};
+}
+
+TEST(GpuRun, OpacityMicromaps) {
+    Options options;
+    options.oneHitGroup = options.micromaps = true;
+    const Kernel kernel(raysModule(), options);
+    const Cutouts cutouts;
+    Buffer array(bvh::micromapArraySizes(cutouts.histogram).output);
+    Device::get().builder().buildMicromapArray(nullptr, cutouts.input(), cutouts.states.size(),
+                                               array.address(), array.size());
+    bvh::TriangleInput in;
+    in.vertices = cutouts.vertices.data();
+    in.numVertices = 3 * Cutouts::kCount;
+    in.numTriangles = Cutouts::kCount;
+    in.micromaps = {bvh::MicromapIndexing::kLinear, array.data()};
+    in.sbt.flags = &cutouts.flags;
+    const bvh::gpu::testing::GpuStructure structure = bvh::gpu::testing::buildOnDevice(in);
+    std::vector<TestRay> rays;
+    for (uint32_t i = 0; i < 2000; ++i)
+        rays.push_back({{float(i % 50) * 0.163f, float(i / 50) * 0.207f, 2}, 0, {0, 0, -1}, 1e16f});
+    for (const unsigned flags :
+         {0u, unsigned(devlib::kRayDisableAnyHit), unsigned(devlib::kRayForceMicromap2State)}) {
+        SCOPED_TRACE(flags);
+        const std::vector<TestHit> hits = trace(kernel, structure.handle(), rays, flags);
+        uint32_t asked = 0, found = 0;
+        for (size_t i = 0; i < rays.size(); ++i) {
+            const TestHit wanted = throughCutouts(structure.handle(), rays[i], flags);
+            ASSERT_EQ(hits[i].primitive, wanted.primitive) << i;
+            ASSERT_EQ(hits[i].asked, wanted.asked) << i;
+            ASSERT_EQ(hits[i].t, wanted.t) << i;
+            asked += wanted.asked;
+            found += wanted.primitive != ~0u;
+        }
+        EXPECT_GT(found, 150u);
+        EXPECT_EQ(asked == 0, flags != 0);
+    }
+    // A pipeline without the option does not look.
+    Options blind;
+    blind.oneHitGroup = true;
+    const Kernel other(raysModule(), blind);
+    const std::vector<TestHit> hits =
+        trace(other, structure.handle(), rays, devlib::kRayDisableAnyHit);
+    for (size_t i = 0; i < rays.size(); ++i) {
+        bvh::QueryHit hit{};
+        const TestRay& r = rays[i];
+        const bool found = bvh::gpu::testing::nearest(
+            structure.handle(), {{r.origin[0], r.origin[1], 2}, 0, {0, 0, -1}, r.tmax}, hit);
+        ASSERT_EQ(hits[i].primitive, found ? hit.primitive : ~0u) << i;
+    }
 }
 
 // Centres or control points, and radii.

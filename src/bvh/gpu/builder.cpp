@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "bvh/gpu/kernels_ptx.h"
 #include "bvh/gpu/plan.h"
+#include "bvh/micromap_binding.h"
 
 #include <algorithm>
 #include <atomic>
@@ -22,15 +23,34 @@ void requireBuffer(const char* name, CUdeviceptr buffer, size_t size, size_t nee
         fail(Code::kInvalidValue, name, " buffer has ", size, " bytes, the build needs ", needed);
 }
 
-constexpr const char* kKernelNames[] = {
-    "sunstone_references",     "sunstone_shapes",       "sunstone_split_measure",
-    "sunstone_split_choose",   "sunstone_split_count",  "sunstone_split_sum",
-    "sunstone_split",          "sunstone_codes",        "sunstone_sort",
-    "sunstone_hierarchy",      "sunstone_collapse",     "sunstone_retry",
-    "sunstone_records",        "sunstone_finish",       "sunstone_update_check",
-    "sunstone_update_records", "sunstone_update_links", "sunstone_update_nodes",
-    "sunstone_update_finish",  "sunstone_compact",      "sunstone_emit",
-    "sunstone_relocate"};
+// In the order of Kernel.
+constexpr const char* kKernelNames[] = {"sunstone_references",
+                                        "sunstone_shapes",
+                                        "sunstone_split_measure",
+                                        "sunstone_split_choose",
+                                        "sunstone_split_count",
+                                        "sunstone_split_sum",
+                                        "sunstone_split",
+                                        "sunstone_codes",
+                                        "sunstone_sort",
+                                        "sunstone_hierarchy",
+                                        "sunstone_collapse",
+                                        "sunstone_retry",
+                                        "sunstone_records",
+                                        "sunstone_finish",
+                                        "sunstone_update_check",
+                                        "sunstone_update_records",
+                                        "sunstone_update_links",
+                                        "sunstone_update_nodes",
+                                        "sunstone_update_finish",
+                                        "sunstone_micromaps",
+                                        "sunstone_micromap_refs",
+                                        "sunstone_micromap_states",
+                                        "sunstone_micromap_finish",
+                                        "sunstone_compact",
+                                        "sunstone_emit",
+                                        "sunstone_relocate",
+                                        "sunstone_relocate_micromaps"};
 
 std::string describeFailure(uint64_t block, uint32_t failure) {
     const auto address = reinterpret_cast<const void*>(block);
@@ -44,12 +64,24 @@ std::string describeFailure(uint64_t block, uint32_t failure) {
                        " did nothing: there is no acceleration structure that was built with "
                        "ALLOW_UPDATE, these build flags and inputs of this shape");
     case kNoCopy:
-        return message("the relocation to targetAccel = ", address,
-                       " did nothing: the memory holds no copy of what the relocation info is from");
+        return message(
+            "the relocation to targetAccel = ", address,
+            " did nothing: the memory holds no copy of what the relocation info is from");
     case kNoChild:
         return message("the relocation to targetAccel = ", address,
                        " was given an instance handle that is no traversable; such instances keep "
                        "their children");
+    case kNoMicromapArray:
+        return message("the build or update of outputBuffer = ", address,
+                       " found no opacity micromap array at opacityMicromapArray of a build input");
+    case kMicromapsDoNotFit:
+        return message("there is no opacity micromap array at buffers->output = ", address,
+                       ": a description is not what the histogram counts, or leads beyond the "
+                       "memory of inputBuffer");
+    case kNoMicromapCopy:
+        return message("the relocation to targetAccel = ", address,
+                       " was given an opacity micromap array that is no copy of the one a build "
+                       "input was built with; it keeps that");
     default:
         return message("building into outputBuffer = ", address, " failed: ", failure);
     }
@@ -145,6 +177,10 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
         check(driver_.memsetD8Async(output + plan.table, 0xFF,
                                     plan.numPrimitives * sizeof(uint32_t), stream),
               "cuMemsetD8Async");
+    if (plan.micromaps)
+        check(driver_.memcpyHtoDAsync(output + plan.micromaps, uploads.micromaps.data(),
+                                      uploads.micromaps.size() * sizeof(MicromapRecord), stream),
+              "cuMemcpyHtoDAsync");
     BuildJob job{};
     job.output = output;
     job.inputRecords = output + sizeof(BlockHeader);
@@ -179,7 +215,52 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.points = plan.points ? output + plan.points : 0;
     job.shape = plan.shape;
     job.pieces = plan.pieces;
+    if (plan.micromaps)
+        launchOver(kMicromaps, stream, plan.numPrimitives, job);
     queueKernels(stream, job, options.preferFastBuild);
+}
+
+void Builder::launchOver(Kernel kernel, CUstream stream, uint32_t count, BuildJob& job) const {
+    void* arguments[] = {&job};
+    launch(kernel, stream, blocksFor(count, 256, multiprocessors_ * 8), 256, arguments);
+}
+
+void Builder::buildMicromapArray(CUstream stream, const MicromapArrayInput& input,
+                                 uint64_t statesSize, CUdeviceptr output, size_t outputSize) const {
+    MicromapArrayLayout layout = micromapArrayLayout(input.histogram);
+    requireBuffer("output", output, outputSize, layout.usedSize);
+    MicromapJob job{};
+    job.report = addressOf(report_);
+    job.output = output;
+    job.states = addressOf(input.states);
+    job.statesSize = statesSize;
+    job.descriptions = addressOf(input.descriptions);
+    job.descriptionStride =
+        input.descriptionStride ? input.descriptionStride : uint32_t(sizeof(MicromapDesc));
+    job.refsOffset = layout.refsOffset;
+    job.dataOffset = layout.dataOffset;
+    job.usedSize = layout.usedSize;
+    job.numMicromaps = uint32_t(layout.numMicromaps);
+    static_assert(kMicromapLevels == kMaxMicromapLevel + 1);
+    for (uint32_t level = 0; level < kMicromapLevels; ++level) {
+        job.counts[level] = uint32_t(layout.counts.at(level, MicromapFormat::kTwoState));
+        job.counts[kMicromapLevels + level] =
+            uint32_t(layout.counts.at(level, MicromapFormat::kFourState));
+    }
+    check(driver_.memsetD8Async(output, 0, layout.usedSize, stream), "cuMemsetD8Async");
+    void* arguments[] = {&job};
+    launch(kMicromapRefs, stream, 1, kSortThreads, arguments);
+    if (job.numMicromaps)
+        launch(kMicromapStates, stream, blocksFor(job.numMicromaps, 8, multiprocessors_ * 8), 256,
+               arguments);
+    launch(kMicromapFinish, stream, 1, 1, arguments);
+}
+
+void Builder::relocateMicromaps(CUstream stream, CUdeviceptr block, uint32_t input,
+                                CUdeviceptr array) const {
+    uint64_t report = addressOf(report_);
+    void* arguments[] = {&block, &report, &input, &array};
+    launch(kRelocateMicromaps, stream, 1, 1, arguments);
 }
 
 void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
@@ -216,7 +297,7 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
 }
 
 void Builder::checkUpdate(CUdeviceptr output, size_t outputSize,
-                          const std::vector<uint8_t>& expected) const {
+                          const std::vector<uint8_t>& expected, const BuildInputs& inputs) const {
     std::vector<uint8_t> found(expected.size());
     check(driver_.memcpyDtoH(found.data(), output, found.size()), "cuMemcpyDtoH");
     const auto& is = *reinterpret_cast<const BlockHeader*>(found.data());
@@ -231,6 +312,13 @@ void Builder::checkUpdate(CUdeviceptr output, size_t outputSize,
     checkSameInputs({reinterpret_cast<const InputRecord*>(expected.data() + sizeof(BlockHeader)),
                      wanted.numInputs},
                     reinterpret_cast<const InputRecord*>(found.data() + sizeof(BlockHeader)));
+    std::vector<MicromapRecord> micromaps(is.micromapsOffset ? is.numInputs : 0);
+    if (!micromaps.empty())
+        check(driver_.memcpyDtoH(micromaps.data(), output + is.micromapsOffset,
+                                 micromaps.size() * sizeof(MicromapRecord)),
+              "cuMemcpyDtoH");
+    checkMicromapUpdate(micromaps.empty() ? nullptr : micromaps.data(),
+                        is.options & kOptionMicromapUpdate, inputs.triangles);
 }
 
 void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
@@ -242,7 +330,7 @@ void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOpti
     const Uploads uploads(inputs, options, plan, temp + places.flags);
     requireBuffer("output", output, outputSize, uploads.output.size());
     if (driver_.streamQuery(stream) == CUDA_SUCCESS)
-        checkUpdate(output, outputSize, uploads.output);
+        checkUpdate(output, outputSize, uploads.output, inputs);
     check(driver_.memcpyHtoDAsync(temp + places.inputs, uploads.temp.data(), uploads.temp.size(),
                                   stream),
           "cuMemcpyHtoDAsync");
@@ -272,6 +360,8 @@ void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOpti
     void* arguments[] = {&job};
     const uint32_t most = multiprocessors_ * 8;
     launch(kUpdateCheck, stream, 1, 256, arguments);
+    if (plan.micromaps && options.allowMicromapUpdate)
+        launchOver(kMicromaps, stream, plan.numPrimitives, job);
     if (plan.numPrimitives != 0) {
         launch(kUpdateRecords, stream, blocksFor(plan.maxReferences, 256, most), 256, arguments);
         launch(kUpdateLinks, stream, blocksFor(plan.maxWide, 256, most), 256, arguments);
@@ -300,7 +390,8 @@ void Builder::relocate(CUstream stream, const RelocationInfo& info, CUdeviceptr 
     job.numPrimitives = relocatedPrimitives(info);
     job.type = relocatedType(info);
     void* arguments[] = {&job};
-    launch(kRelocate, stream, blocksFor(job.numChildren, 256, multiprocessors_ * 8), 256, arguments);
+    launch(kRelocate, stream, blocksFor(job.numChildren, 256, multiprocessors_ * 8), 256,
+           arguments);
 }
 
 void Builder::emitCompactedSize(CUstream stream, CUdeviceptr block, CUdeviceptr to) const {

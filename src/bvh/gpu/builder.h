@@ -5,10 +5,11 @@
 // buffers are read when the kernels run.
 //
 // The result is the block of layout.h, ready for traversal.h; its header says what it holds. Not
-// there yet, and refused with Error(kNotSupported): motion keys, opacity micromaps.
+// there yet, and refused with Error(kNotSupported): motion keys.
 #pragma once
 
 #include "bvh/build.h"
+#include "bvh/micromap_array.h"
 #include "bvh/relocate.h"
 #include "device/cuda/driver.h"
 
@@ -63,6 +64,18 @@ public:
     void emitCompactedSize(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
     void emitBounds(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
 
+    // Queues that build input `input` of a relocated structure finds its opacity micromaps in
+    // `array`, a copy of the array it was built with; takeFailures() tells of what is none.
+    void relocateMicromaps(CUstream stream, CUdeviceptr block, uint32_t input,
+                           CUdeviceptr array) const;
+
+    // Queues the build of an array of opacity micromaps; device addresses in the input, but for the
+    // histogram. `statesSize`: bytes at input.states that may be read. Throws Error(kInvalidValue)
+    // as micromapArraySizes. Descriptions that do not fit the histogram or lead beyond the states
+    // are found by kernels: takeFailures() tells, and there is no array.
+    void buildMicromapArray(CUstream stream, const MicromapArrayInput& input, uint64_t statesSize,
+                            CUdeviceptr output, size_t outputSize) const;
+
     // What kernels of builds that have run meanwhile could not do, in words; each is told once.
     // Never waits.
     std::vector<std::string> takeFailures() const;
@@ -95,16 +108,22 @@ private:
         kUpdateLinks,
         kUpdateNodes,
         kUpdateFinish,
+        kMicromaps,
+        kMicromapRefs,
+        kMicromapStates,
+        kMicromapFinish,
         kCompact,
         kEmit,
         kRelocate,
+        kRelocateMicromaps,
         kKernelCount
     };
     void check(CUresult result, const char* what) const;
     void launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
                 void** arguments) const;
-    void checkUpdate(CUdeviceptr output, size_t outputSize,
-                     const std::vector<uint8_t>& expected) const;
+    void checkUpdate(CUdeviceptr output, size_t outputSize, const std::vector<uint8_t>& expected,
+                     const BuildInputs& inputs) const;
+    void launchOver(Kernel kernel, CUstream stream, uint32_t count, BuildJob& job) const;
     void queueKernels(CUstream stream, BuildJob& job, bool fast) const;
 
     const device::cuda::Driver& driver_;

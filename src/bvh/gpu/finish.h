@@ -119,7 +119,8 @@ SUNSTONE_KERNEL sunstone_finish(BuildJob job) {
         uint32_t(counters.allocated >> 32) != counters.numTreeReferences) {
         header.magic = 0;
         header.usedSize = sizeof(BlockHeader);
-        return reportFailure(job.report, job.output, kTreeBroken);
+        return reportFailure(job.report, job.output,
+                             counters.failure ? counters.failure : uint32_t(kTreeBroken));
     }
     describeContents(header, counters);
     header.wholeRoot = counters.numTreeReferences ? 0 : kNoNode;

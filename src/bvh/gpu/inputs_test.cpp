@@ -297,10 +297,6 @@ TEST(GpuInputs, SaysWhatItCannotBuildYet) {
     inputs.triangles = {&triangles, 1};
     EXPECT_THROW(Builder::computeMemoryUsage(inputs, motion), Error);
     EXPECT_THROW(Builder::computeMemoryUsage({}, {}), Error);
-    TriangleInput marked;
-    marked.micromaps.indexing = MicromapIndexing::kLinear;
-    inputs.triangles = {&marked, 1};
-    EXPECT_THROW(Builder::computeMemoryUsage(inputs, {}), Error);
 }
 
 TEST(GpuInputs, BuffersMustDo) {

@@ -51,7 +51,11 @@ struct DeviceInput {
     uint32_t radiusStride;             // of curves and spheres; 0: one radius for all
     uint64_t radii;
     uint32_t caps; // flat discs at the ends of strands
-    uint32_t unused;
+    // Opacity micromaps as in MicromapInput; the array, and indices for each triangle.
+    uint32_t micromapIndexing;
+    uint64_t micromaps, micromapIndices;
+    uint32_t micromapIndexSize, micromapIndexStride, micromapIndexOffset;
+    uint32_t mayChangeMicromaps; // an update
 };
 
 // Bins of the priorities by which triangles are split: exponent and three bits of mantissa.
@@ -60,8 +64,18 @@ constexpr uint32_t kSplitBins = 2048;
 // What kernels cannot do, of which the host is told through a BuildReport: what only an error in
 // them can bring about (the structure is then none: it has no magic number), or an update of a
 // structure that was built from inputs of another shape, or a relocation of what is no copy (it
-// stays as it is).
-enum BuildFailure : uint32_t { kNoFailure, kTreeBroken, kNotThatStructure, kNoCopy, kNoChild };
+// stays as it is; so do micromaps that are given what is no copy of their array), or opacity
+// micromaps that are none (there is no structure, or array, then).
+enum BuildFailure : uint32_t {
+    kNoFailure,
+    kTreeBroken,
+    kNotThatStructure,
+    kNoCopy,
+    kNoChild,
+    kNoMicromapArray,
+    kMicromapsDoNotFit,
+    kNoMicromapCopy,
+};
 
 // What sunstone_relocate takes: addresses, and what the header of a copy says.
 struct RelocateJob {
@@ -150,6 +164,18 @@ struct BuildJob {
     // behind all of those.
     uint64_t points; // in the output, or 0
     uint32_t shape, pieces;
+};
+
+// An array of opacity micromaps: where its parts are (MicromapArrayLayout) and what it is made from.
+constexpr uint32_t kMicromapLevels = 13;
+struct MicromapJob {
+    uint64_t report; // BuildReport
+    uint64_t output;
+    uint64_t states, statesSize; // as far as there is memory
+    uint64_t descriptions;       // MicromapDesc
+    uint64_t refsOffset, dataOffset, usedSize;
+    uint32_t descriptionStride, numMicromaps;
+    uint32_t counts[2 * kMicromapLevels]; // of the histogram, by level; four-state ones behind
 };
 
 } // namespace sunstone::bvh::gpu

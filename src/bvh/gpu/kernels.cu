@@ -3,6 +3,7 @@
 #include "bvh/gpu/collapse.h"
 #include "bvh/gpu/finish.h"
 #include "bvh/gpu/hierarchy.h"
+#include "bvh/gpu/micromaps.h"
 #include "bvh/gpu/presplit.h"
 #include "bvh/gpu/references.h"
 #include "bvh/gpu/refit.h"

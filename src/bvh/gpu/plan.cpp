@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "bvh/build_input.h"
+#include "bvh/micromap_binding.h"
 #include "bvh/presplit.h"
 #include "bvh/shape_geometry.h"
 #include "bvh/shape_input.h"
@@ -30,12 +31,9 @@ uint32_t vertexSize(VertexFormat format) {
     }
 }
 
-void requireSupported(const BuildInputs& inputs, const BuildOptions& options) {
+void requireSupported(const BuildOptions& options) {
     if (options.motion.keys > 1)
         fail(Code::kNotSupported, "motion keys on a GPU are not available yet");
-    for (const TriangleInput& t : inputs.triangles)
-        if (t.micromaps.indexing != MicromapIndexing::kNone)
-            fail(Code::kNotSupported, "opacity micromaps on a GPU are not available yet");
 }
 
 DeviceInput describe(const TriangleInput& in) {
@@ -52,6 +50,13 @@ DeviceInput describe(const TriangleInput& in) {
     // Without vertices or indices every triangle is inactive.
     const bool missing = !in.vertices || (in.indexFormat != IndexFormat::kNone && !in.indices);
     d.numVertices = missing ? 0 : in.numVertices;
+    const MicromapInput& m = in.micromaps;
+    d.micromapIndexing = uint32_t(m.indexing);
+    d.micromaps = addressOf(m.array);
+    d.micromapIndices = addressOf(m.indices);
+    d.micromapIndexSize = m.indexSize;
+    d.micromapIndexStride = m.indexStride ? m.indexStride : m.indexSize;
+    d.micromapIndexOffset = m.indexOffset;
     return d;
 }
 
@@ -97,7 +102,7 @@ DeviceInput describe(const InstanceInput& in) {
 } // namespace
 
 Plan::Plan(const BuildInputs& in, const BuildOptions& options) {
-    requireSupported(in, options);
+    requireSupported(options);
     const int kinds = !in.triangles.empty() + !in.customs.empty() + hasShapes(in) +
                       (in.instances != nullptr);
     if (kinds != 1)
@@ -118,6 +123,7 @@ Plan::Plan(const BuildInputs& in, const BuildOptions& options) {
         numInputs = uint32_t(std::max(in.triangles.size(), in.customs.size()));
     }
     count(in);
+    micromapTable = micromapTableSize(in.triangles);
     countReferences(options);
     layOutOutput(options);
     layOutTemp();
@@ -198,6 +204,10 @@ void Plan::layOutOutput(const BuildOptions& options) {
         table = alignUp(offset, 64);
         offset = table + uint64_t(numPrimitives) * sizeof(uint32_t);
     }
+    if (micromapTable) {
+        micromaps = alignUp(offset, 64);
+        offset = micromaps + micromapTable;
+    }
     if (type == BlockType::kInstances) {
         instances = alignUp(offset, 64);
         offset = instances + uint64_t(numPrimitives) * sizeof(InstanceData);
@@ -209,7 +219,10 @@ void Plan::layOutOutput(const BuildOptions& options) {
         offset = points + uint64_t(numPrimitives) * shapeFloats(shape) * sizeof(float);
     }
     records = alignUp(offset, 128);
-    nodes = alignUp(records + maxReferences * recordSize(), 128);
+    // With so much more, what fits among the records of n primitives fits among those of more, so
+    // that more primitives never need less scratch.
+    constexpr uint64_t kRounding = 256;
+    nodes = alignUp(records + maxReferences * recordSize() + kRounding, 128);
     outputSize = alignUp(nodes + uint64_t(maxWide) * sizeof(WideNode), kBlockAlignment);
 }
 
@@ -279,6 +292,7 @@ static void startHeader(BlockHeader& header, const BuildOptions& options, const 
     header.geometryFlagsAnd = ~0u;
     header.inputsOffset = sizeof(BlockHeader);
     header.tableOffset = plan.table;
+    header.micromapsOffset = plan.micromaps;
     header.instancesOffset = plan.instances;
     header.recordsOffset = plan.records;
     header.pointsOffset = plan.points;
@@ -311,6 +325,7 @@ Uploads::Uploads(const BuildInputs& in, const BuildOptions& options, const Plan&
                     : plan.type == BlockType::kCustom  ? describe(in.customs[i])
                     : isCurveBasis(plan.shape)         ? describe(in.curves[i])
                                                        : describe(in.spheres[i]);
+        inputs[i].mayChangeMicromaps = options.allowMicromapUpdate;
         inputs[i].sbtOffsets = addressOf(sbt.indexOffsets);
         inputs[i].sbtOffsetSize = sbt.indexOffsetSize;
         inputs[i].sbtOffsetStride =
@@ -330,6 +345,19 @@ Uploads::Uploads(const BuildInputs& in, const BuildOptions& options, const Plan&
         firstPrimitive += count;
     }
     header.numSbtRecords = firstSbt;
+    if (!plan.micromaps)
+        return;
+    uint64_t refs = plan.micromaps + plan.numInputs * sizeof(MicromapRecord);
+    for (const TriangleInput& input : in.triangles) {
+        MicromapRecord record{};
+        record.indexing = uint32_t(input.micromaps.indexing);
+        if (input.micromaps.indexing != MicromapIndexing::kNone) {
+            record.array = addressOf(input.micromaps.array);
+            record.refsOffset = refs;
+            refs += uint64_t(triangleCount(input)) * sizeof(MicromapRef);
+        }
+        micromaps.push_back(record);
+    }
 }
 
 } // namespace sunstone::bvh::gpu

@@ -22,7 +22,7 @@ struct Plan {
     uint32_t numSbtRecords = 0;
     uint32_t shape = 0, pieces = 1; // of curves and spheres: as in BuildJob
     // Of the output.
-    uint64_t table = 0, instances = 0, points = 0, records, nodes, outputSize;
+    uint64_t table = 0, micromaps = 0, instances = 0, points = 0, records, nodes, outputSize;
     // Scratch: places in the temp buffer, or in the output buffer where records will be.
     struct Place {
         uint64_t offset = 0;
@@ -38,6 +38,7 @@ struct Plan {
     uint32_t countOf(const BuildInputs& in, uint32_t i) const;
 
 private:
+    uint64_t micromapTable = 0; // bytes
     void count(const BuildInputs& in);
     void countReferences(const BuildOptions& options);
     uint64_t recordSize() const;
@@ -53,10 +54,11 @@ struct UpdatePlan {
 };
 
 // What the host writes into the buffers before kernels run: the header and records of the inputs
-// into the output (an update compares them with those that are there), DeviceInput[] and geometry
+// (and of their micromaps) into the output (an update compares them with those that are there), DeviceInput[] and geometry
 // flags into the temp buffer, where the flags will be at the address `flagsBase`.
 struct Uploads {
     std::vector<uint8_t> output, temp;
+    std::vector<MicromapRecord> micromaps; // for Plan::micromaps
 
     Uploads(const BuildInputs& in, const BuildOptions& options, const Plan& plan,
             uint64_t flagsBase);

@@ -59,6 +59,16 @@ SUNSTONE_BUILDER bool isExpected(const BuildJob& job) {
            is.numLeaves <= job.maxReferences;
 }
 
+SUNSTONE_BUILDER bool hasSameMicromaps(const BuildJob& job, uint32_t i) {
+    const DeviceInput& input = at<const DeviceInput>(job.inputs)[i];
+    const uint64_t table = headerIn(job).micromapsOffset;
+    if (table == 0)
+        return input.micromapIndexing == 0;
+    const MicromapRecord& is = at<const MicromapRecord>(job.output + table)[i];
+    return is.indexing == input.micromapIndexing &&
+           (is.indexing == 0 || input.mayChangeMicromaps || is.array == input.micromaps);
+}
+
 // One block.
 SUNSTONE_KERNEL sunstone_update_check(BuildJob job) {
     bool same = isExpected(job);
@@ -69,6 +79,8 @@ SUNSTONE_KERNEL sunstone_update_check(BuildJob job) {
         for (uint32_t i = threadIdx.x; i < words; i += blockDim.x)
             same = same && are[i] == wanted[i];
     }
+    for (uint32_t i = threadIdx.x; same && i < job.numInputs; i += blockDim.x)
+        same = hasSameMicromaps(job, i);
     if (!same)
         atomicExch(&countersOf(job).failure, uint32_t(kNotThatStructure));
 }

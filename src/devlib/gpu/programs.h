@@ -25,6 +25,7 @@ const void* sunstone_gpu_continuation(uint32_t group);
 
 extern const uint32_t sunstone_gpu_hasAnyHit;
 extern const uint32_t sunstone_gpu_hasIntersection;
+extern const uint32_t sunstone_gpu_micromaps; // rays look at opacity micromaps
 extern const uint32_t sunstone_gpu_shapes; // bvh::gpu::ShapeBits that rays may meet
 extern const uint32_t sunstone_gpu_hasException; // some group is an exception program
 extern const uint32_t sunstone_gpu_exceptionFlags;

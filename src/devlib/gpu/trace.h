@@ -7,6 +7,7 @@
 #pragma once
 
 #include "bvh/gpu/traversal.h"
+#include "bvh/micromap_lookup.h"
 #include "devlib/flags.h"
 #include "devlib/gpu/exceptions.h"
 
@@ -154,9 +155,24 @@ struct Tracer : Candidates {
         return (det > 0) != flipped() ? kHitTriangleFront : kHitTriangleBack;
     }
 
+    // False where the triangle is transparent; else sets the geometry flag.
+    SUNSTONE_DEVICE_MEMBER bool throughMicromap(const walk::TriangleHit& hit, uint32_t primitive,
+                                                uint32_t& sbtWord) const {
+        const auto* const block = reinterpret_cast<const bvh::BlockHeader*>(addressOf(gas));
+        if ((instanceFlags & kInstanceDisableMicromaps) || block->micromapsOffset == 0)
+            return true;
+        const uint32_t at = walk::lane::MicromapLookup(block).stateAt(
+            primitive, sbtWord, walk::divide(hit.v, hit.det), walk::divide(hit.w, hit.det));
+        const bool twoStates = (rayFlags & kRayForceMicromap2State) ||
+                               (instanceFlags & kInstanceForceMicromap2State);
+        return walk::lane::throughMicromap(at, twoStates, sbtWord);
+    }
+
     SUNSTONE_DEVICE_MEMBER walk::Visit triangle(walk::Ray& ray, const walk::TriangleHit& hit,
                                                 uint32_t primitive, uint32_t sbtWord) {
         if (culled(hit.det, sbtWord))
+            return walk::Visit::kContinue;
+        if (sunstone_gpu_micromaps && !throughMicromap(hit, primitive, sbtWord))
             return walk::Visit::kContinue;
         const bool enabled = anyHitEnabled(sbtWord);
         if (anyHitRuns(enabled)) {
