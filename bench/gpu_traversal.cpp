@@ -147,6 +147,7 @@ public:
         std::vector<SurfacePoint> points(primary.size());
         for (size_t i = 0; i < points.size(); ++i)
             points[i] = {first[i].primitive != ~0u, first[i].t, first[i].primitive};
+        update(mesh, input);
         for (const char* prefer : {"nothing", "fast trace", "fast build"}) {
             bvh::BuildOptions options;
             options.preferFastTrace = prefer == std::string("fast trace");
@@ -245,6 +246,34 @@ private:
             double(compacted) / n, header.numNodes, n / header.numNodes);
         stages.print();
         return structure_->address | bvh::kGasTag;
+    }
+
+    void update(const Mesh& mesh, const bvh::TriangleInput& input) {
+        bvh::BuildInputs inputs;
+        inputs.triangles = {&input, 1};
+        bvh::BuildOptions options;
+        options.allowUpdate = true;
+        const bvh::MemoryUsage usage = bvh::gpu::Builder::computeMemoryUsage(inputs, options);
+        const Buffer temp(usage.temp), output(usage.output);
+        builder_.build(nullptr, inputs, options, temp.address, usage.temp, output.address,
+                       usage.output);
+        double best = 1e30;
+        for (int i = 0; i < 8; ++i)
+            best = std::min(best, timer_.milliseconds([&] {
+                builder_.update(nullptr, inputs, options, temp.address, usage.temp, output.address,
+                                usage.output);
+            }));
+        StageTimes stages;
+        builder_.observe(StageTimes::mark, &stages);
+        builder_.update(nullptr, inputs, options, temp.address, usage.temp, output.address,
+                        usage.output);
+        builder_.observe(nullptr, nullptr);
+        GPU(ctxSynchronize);
+        std::printf("update: %.3f ms; temp %.1f bytes a triangle\n", best,
+                    double(usage.tempUpdate) / mesh.numTriangles());
+        stages.print();
+        for (const std::string& failure : builder_.takeFailures())
+            std::printf("FAILED: %s\n", failure.c_str());
     }
 
     void rays(const Block& reference, uint64_t handle, const std::vector<Ray>& rays,

@@ -45,6 +45,7 @@ public:
             measurements_.add(world_.name, "compacted, random access",
                               double(vertices.compactedSize) / count, unit);
         }
+        measurements_.add(world_.name, "update", device_.update(kCompact, 5), "ms");
     }
 
     void rays() {

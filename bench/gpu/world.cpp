@@ -187,6 +187,19 @@ Built DeviceWorld::build(unsigned flags, int repeats) {
     return built;
 }
 
+double DeviceWorld::update(unsigned flags, int repeats) {
+    OptixAccelBuildOptions options = {};
+    options.buildFlags = flags | OPTIX_BUILD_FLAG_ALLOW_UPDATE;
+    options.operation = OPTIX_BUILD_OPERATION_UPDATE;
+    Built built = build(options.buildFlags, 1);
+    DeviceBuffer temp(built.sizes.tempUpdateSizeInBytes);
+    return fastest(repeats, [&] {
+        OPTIX_CHECK(optixAccelBuild(context_, nullptr, &options, &input_, 1, temp.address(),
+                                    temp.size(), built.memory.address(), built.memory.size(),
+                                    &built.handle, nullptr, 0));
+    });
+}
+
 Tracer::Tracer(OptixDeviceContext context, WorldKind kind)
     : program_(context, kind == WorldKind::kInstances ? gpu_bench_instances_ptx() : gpu_bench_ptx(),
                kind == WorldKind::kInstances ? 3 : 2, 2,
