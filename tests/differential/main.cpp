@@ -6,7 +6,7 @@
 //   differential record FILE [CASE...]       FILE.zst is compressed
 //   differential join FILE PART...           puts several files into one
 //   differential compare REFERENCE OURS DIFFERENCES [NOT_YET]
-//   differential replay REFERENCE DIFFERENCES [NOT_YET]
+//   differential replay REFERENCE DIFFERENCES [NOT_YET [CASE...]]
 //                                            records, and compares with another library's answers
 // DIFFERENCES lists what is known to differ, NOT_YET names cases that may fail
 // ("differential.CASE"). Exit code 1: something else differs.
@@ -82,11 +82,19 @@ int run(const std::vector<std::string>& words) {
     }
     if ((words.size() == 4 || words.size() == 5) && words[0] == "compare")
         return compare(caseNames(), read(words[1]), read(words[2]), words[3], missing(4)) ? 0 : 1;
-    if ((words.size() == 3 || words.size() == 4) && words[0] == "replay")
-        return compare(caseNames(), read(words[1]), record({}), words[2], missing(3)) ? 0 : 1;
-    std::fprintf(stderr, "usage: differential list | record FILE [CASE...] | join FILE PART... | "
-                         "compare REFERENCE OURS "
-                         "DIFFERENCES [NOT_YET] | replay REFERENCE DIFFERENCES [NOT_YET]\n");
+    if (words.size() >= 3 && words[0] == "replay") {
+        std::vector<std::string> names;
+        if (words.size() > 4)
+            names.assign(words.begin() + 4, words.end());
+        return compare(names.empty() ? caseNames() : names, read(words[1]), record(names), words[2],
+                       missing(3))
+                   ? 0
+                   : 1;
+    }
+    std::fprintf(stderr,
+                 "usage: differential list | record FILE [CASE...] | join FILE PART... | "
+                 "compare REFERENCE OURS "
+                 "DIFFERENCES [NOT_YET] | replay REFERENCE DIFFERENCES [NOT_YET [CASE...]]\n");
     return 2;
 }
 
