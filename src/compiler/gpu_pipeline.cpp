@@ -12,6 +12,7 @@
 #include "compiler/gpu_machine.h"
 #include "compiler/lower_optix.h"
 #include "compiler/optimizer.h"
+#include "compiler/stack_checks.h"
 
 #include <llvm/Bitcode/BitcodeReader.h>
 #include <llvm/IR/DebugInfo.h>
@@ -66,10 +67,13 @@ public:
         bindValues();
         lowerIntrinsics(unit_, kinds_, payloads_);
         lowerFlushesNative();
+        if (request_.pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow)
+            addStackChecks(unit_);
         llvm::StripDebugInfo(unit_.module());
         times_.step("translate");
         for (const Dispatcher& dispatcher : dispatchers())
             define(dispatcher);
+        defineCallableFacts();
         defineConstants();
         link();
         makeKernel();
@@ -223,6 +227,42 @@ private:
             }
             choice->addCase(builder.getInt32(group.number), block);
         }
+    }
+
+    // For debug exceptions: sunstone_gpu_callableWords and -Name, by 2 * group + continuation.
+    void defineCallableFacts() {
+        llvm::IRBuilder<> builder(unit_.context());
+        const auto make = [&](const char* name, llvm::Value* none, const auto& factOf) {
+            auto* function = llvm::Function::Create(
+                llvm::FunctionType::get(none->getType(), {builder.getInt32Ty()}, false),
+                llvm::GlobalValue::ExternalLinkage, name, unit_.module());
+            function->addFnAttr(llvm::Attribute::NoUnwind);
+            auto* entry = llvm::BasicBlock::Create(unit_.context(), "", function);
+            auto* other = llvm::BasicBlock::Create(unit_.context(), "none", function);
+            builder.SetInsertPoint(other);
+            builder.CreateRet(none);
+            builder.SetInsertPoint(entry);
+            auto* choice = builder.CreateSwitch(function->getArg(0), other);
+            std::set<uint32_t> numbers; // a group may be given twice
+            for (const GpuGroup& group : request_.groups)
+                for (uint32_t kind = 0; kind < 2; ++kind) {
+                    const uint32_t number = 2 * group.number + kind;
+                    if (group.callables[kind].name.empty() || !numbers.insert(number).second)
+                        continue;
+                    auto* block = llvm::BasicBlock::Create(unit_.context(), "", function);
+                    builder.SetInsertPoint(block);
+                    builder.CreateRet(factOf(group.callables[kind]));
+                    choice->addCase(builder.getInt32(number), block);
+                }
+        };
+        make("sunstone_gpu_callableWords", builder.getInt32(0),
+             [&](const GpuGroup::Callable& callable) {
+                 return builder.getInt32(callable.parameterWords);
+             });
+        make("sunstone_gpu_callableName", llvm::ConstantPointerNull::get(builder.getPtrTy()),
+             [&](const GpuGroup::Callable& callable) {
+                 return builder.CreateGlobalString(callable.name);
+             });
     }
 
     void defineConstants() {

@@ -22,6 +22,12 @@ struct GpuGroup {
     devlib::GroupKind kind = devlib::kGroupRaygen;
     size_t main = kNone, anyHit = kNone, intersection = kNone;
     size_t direct = kNone, continuation = kNone;
+    // What debug exceptions tell of the direct and of the continuation callable.
+    struct Callable {
+        std::string name;
+        uint32_t parameterWords = 0;
+    };
+    Callable callables[2] = {};
 };
 
 struct GpuPipelineRequest {

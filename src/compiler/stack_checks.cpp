@@ -77,10 +77,12 @@ void addCheck(Unit& unit, llvm::Function& function, uint64_t bytes) {
     finish(call);
 
     builder.SetInsertPoint(overflow);
-    Value* launch = field(state, offsetof(devlib::RayState, launch), pointer);
-    Value* raise = field(launch, offsetof(devlib::LaunchState, raise), pointer);
+    Value* launch =
+        unit.isGpu() ? nullptr : field(state, offsetof(devlib::RayState, launch), pointer);
     auto* type = llvm::FunctionType::get(builder.getVoidTy(),
                                          {pointer, builder.getInt32Ty(), pointer}, false);
+    Value* raise =
+        unit.launchFunction(builder, launch, offsetof(devlib::LaunchState, raise), "raise", type);
     builder.CreateCall(type, raise,
                        {state, builder.getInt32(uint32_t(devlib::kExceptionStackOverflow)),
                         llvm::ConstantPointerNull::get(builder.getPtrTy())});

@@ -67,6 +67,8 @@ public:
 
     // Compiles the programs; what a launch needs of them goes into the pipeline.
     virtual void compile(Pipeline& pipeline, const PipelineParts& parts) = 0;
+    // After the pipeline's limits have been set anew.
+    virtual void setStackSizes(const Context&, Pipeline&) {}
     virtual void launch(const ContextPtr& context, const LaunchRequest& request) = 0;
     // Logs what launches and builds that are over have reported and nobody has told yet.
     virtual void flush(const Context&) {}

@@ -91,6 +91,11 @@ std::string describeException(const ThreadState& thread) {
     return text;
 }
 
+const char* wideSbtRemark() {
+    return "optixTrace with an SBT offset or stride above 15: on processors that use four bits of "
+           "them it finds other records";
+}
+
 uint64_t stackLimitOfThread() {
     static constexpr uint64_t kReserve = 384 << 10;
     thread_local const uint64_t limit = [] {

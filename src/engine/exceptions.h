@@ -15,6 +15,9 @@ namespace sunstone::engine {
 // One line about an exception: its name and what is known of it.
 std::string describeException(const devlib::ThreadState& thread);
 
+// What the log says of SBT offsets and strides that not all processors understand alike.
+const char* wideSbtRemark();
+
 // Lowest address that frames of the calling thread may reach, with room left for functions of the
 // run-time that do not check.
 uint64_t stackLimitOfThread();

@@ -4,6 +4,7 @@
 #include "bvh/gpu/layout.h"
 #include "engine/accel.h"
 #include "engine/gpu_backend.h"
+#include "engine/gpu_structures.h"
 
 #include <cstddef>
 #include <vector>
@@ -86,6 +87,7 @@ uint64_t GpuBackend::buildAccel(const ContextPtr& context, AccelBuild request) {
         else
             builder().emitBounds(stream, output, to);
     }
+    noteGpuStructure(output);
     return devlib::makeHandle(request.output, inputs.instances ? devlib::kTagIas : devlib::kTagGas);
 }
 
@@ -129,6 +131,7 @@ uint64_t GpuBackend::compactAccel(const ContextPtr& context, void* stream, uint6
         fail(Code::kInvalidValue, "outputBuffer = ", destination,
              " overlaps the structure that is compacted");
     builder().compact(CUstream(stream), source, to);
+    noteGpuStructure(to);
     return devlib::makeHandle(destination, devlib::tagOf(handle));
 }
 
@@ -150,6 +153,7 @@ uint64_t GpuBackend::relocateAccel(const ContextPtr& context, void* stream,
         if (arrays[i])
             builder().relocateMicromaps(CUstream(stream), CUdeviceptr(block), uint32_t(i),
                                         CUdeviceptr(arrays[i]));
+    noteGpuStructure(uint64_t(block));
     return devlib::makeHandle(block,
                               bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
 }

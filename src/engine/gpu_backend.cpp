@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "engine/accel.h"
+#include "engine/gpu_structures.h"
 #include "engine/launch.h"
 
 #include <algorithm>
@@ -63,7 +64,12 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
         SUNSTONE_CU(streamSynchronize, stream);
         checkBoundValues(pipeline, params.data());
     }
-    GpuLaunchSlots::Lease slot(slots_, context, stream, variable, request.validation);
+    const bool debugging = pipeline.rules.exceptionFlags & devlib::kFlagDebug;
+    const std::vector<uint64_t> structures =
+        debugging ? liveGpuStructures() : std::vector<uint64_t>();
+    const size_t table = (variable + 64 + 15) / 16 * 16; // behind the parameters
+    const size_t tableBytes = structures.size() * sizeof(uint64_t);
+    GpuLaunchSlots::Lease slot(slots_, context, stream, table + tableBytes, request.validation);
     LaunchBlock& block = *slot->host;
     std::memset(static_cast<void*>(&block), 0, sizeof(block));
     block.launch.params = reinterpret_cast<const void*>(slot->memory + GpuLaunchSlots::kParameters);
@@ -79,7 +85,12 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.launch.numAttributes = pipeline.rules.numAttributeValues;
     const auto& code = static_cast<const GpuCodeObject&>(*pipeline.deviceCode);
     block.firstGroup = code.firstGroup;
-    block.report = {devlib::kNoReport, devlib::kNoReport, devlib::kNoReport};
+    block.report = devlib::emptyReport();
+    block.stackBytes = uint32_t(code.stackBytes);
+    block.structures = slot->memory + GpuLaunchSlots::kParameters + table;
+    block.numStructures = uint32_t(structures.size());
+    if (tableBytes) // pageable: the driver has copied it when the call returns
+        SUNSTONE_CU(memcpyHtoDAsync, block.structures, structures.data(), tableBytes, stream);
     SUNSTONE_CU(memcpyHtoDAsync, slot->memory, &block, sizeof(block), stream);
     const CUdeviceptr params = slot->memory + GpuLaunchSlots::kParameters;
     if (given)

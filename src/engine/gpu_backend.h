@@ -10,6 +10,7 @@
 #include "engine/gpu_host_work.h"
 #include "engine/gpu_launch_slots.h"
 
+#include <atomic>
 #include <mutex>
 
 namespace sunstone::engine {
@@ -21,6 +22,11 @@ public:
     ~GpuCodeObject() override;
     CUfunction kernel = nullptr;
     uint32_t firstGroup = 0; // what the code counts group numbers from
+    // Bytes of stack that the programs take for traces of full depth and callables two deep, beside
+    // what a launch index may use of what there is, with stack overflow exceptions.
+    size_t neededStack = 0;
+    size_t reservedStack = 0; // of it, for functions that do not check
+    std::atomic<size_t> stackBytes = 0;
 
 private:
     CUcontext context_;
@@ -35,6 +41,7 @@ public:
     bool sharesMemory() const override { return false; }
 
     void compile(Pipeline& pipeline, const PipelineParts& parts) override;
+    void setStackSizes(const Context& context, Pipeline& pipeline) override;
     void launch(const ContextPtr& context, const LaunchRequest& request) override;
     void flush(const Context& context) override;
     void runOnHost(const ContextPtr& context, void* stream, const char* tag,
@@ -60,6 +67,7 @@ public:
 private:
     void tellOfBuilds(const Context& context);
     bvh::BlockHeader headerOf(uint64_t handle, CUstream stream, const char* parameter);
+    void setStackUse(GpuCodeObject& code);
     const bvh::gpu::Builder& builder(); // made when first asked for, as its kernels are
 
     device::cuda::GpuDevice device_;

@@ -43,25 +43,42 @@ bool mayRecurse(const PipelineParts& parts) {
     return false;
 }
 
+// What debug exceptions tell of callables.
+void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
+    const auto describe = [](const ProgramRef& program) {
+        return program ? compiler::GpuGroup::Callable{program.function,
+                                                      program.module->findProgram(program.function)
+                                                          ->parameterWords}
+                       : compiler::GpuGroup::Callable{};
+    };
+    to.callables[0] = describe(from.direct);
+    to.callables[1] = describe(from.continuation);
+}
+
 void refuseWhatIsMissing(const Pipeline& pipeline) {
     if (pipeline.rules.motionBlur)
         fail(Code::kNotSupported, "usesMotionBlur: motion is not available on GPUs yet");
-    if (pipeline.rules.exceptionFlags & devlib::kFlagDebug)
-        fail(Code::kNotSupported,
-             "debug exceptions, which validation mode needs, are not available on GPUs yet");
 }
 
-// Makes room for the frames of recursion, which the driver cannot foresee.
-void raiseStackLimit(size_t bytes) {
+// Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses.
+bool raiseStackLimit(size_t bytes) {
     size_t limit = 0;
     SUNSTONE_CU(ctxGetLimit, &limit, CU_LIMIT_STACK_SIZE);
     if (limit >= bytes)
-        return;
+        return true;
     const CUresult result = driver().ctxSetLimit(CU_LIMIT_STACK_SIZE, bytes);
     if (result == CUDA_ERROR_INVALID_VALUE || result == CUDA_ERROR_OUT_OF_MEMORY)
-        fail(Code::kNotSupported, "traces of full depth take ", bytes,
-             " bytes of stack a thread, which this GPU cannot give to all of them");
+        return false;
     check(result, DriverNames::ctxSetLimit);
+    return true;
+}
+
+// Of a level, what the driver's compiler spills; the code generator does not know of it.
+constexpr size_t kSpills = 384;
+
+size_t stackNeed(const Pipeline& pipeline, const compiler::GpuCode& code, size_t kernelFrame) {
+    const size_t depth = size_t(pipeline.limits.maxTraceDepth) + 1;
+    return kernelFrame + code.otherBytes + kSpills + depth * (code.waitingBytes + kSpills);
 }
 
 } // namespace
@@ -95,6 +112,27 @@ GpuCodeObject::~GpuCodeObject() {
     }
 }
 
+// How much of the stack a launch index may use before it counts as an overflow.
+void GpuBackend::setStackUse(GpuCodeObject& code) {
+    size_t limit = 0;
+    SUNSTONE_CU(ctxGetLimit, &limit, CU_LIMIT_STACK_SIZE);
+    code.stackBytes = limit - std::min(limit, code.reservedStack);
+}
+
+// Sizes can only make the stack larger than the programs need as far as is known.
+void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
+    auto& code = static_cast<GpuCodeObject&>(*pipeline.deviceCode);
+    const PipelineLimits& set = pipeline.limits;
+    const size_t asked = size_t(set.directStackFromTraversal) + set.directStackFromState +
+                         set.continuationStack + code.reservedStack;
+    ContextScope scope(device_.context());
+    if (!raiseStackLimit(asked) && context.log)
+        context.log(LogLevel::kWarning, "PIPELINE",
+                    message("stack sizes of ", asked, " bytes together are more than this GPU can "
+                            "give to all threads: the stack stays as it was"));
+    setStackUse(code);
+}
+
 void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     refuseWhatIsMissing(pipeline);
     compiler::GpuPipelineRequest request;
@@ -109,6 +147,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         const auto& [main, anyHit, intersection, direct, continuation] = parts.indices[i];
         request.groups.push_back({parts.groups[i]->number - first, parts.groups[i]->kind, main,
                                   anyHit, intersection, direct, continuation});
+        addCallables(request.groups.back(), *parts.groups[i]);
         hasException |= parts.groups[i]->kind == devlib::kGroupException;
     }
     request.constants = {
@@ -126,16 +165,18 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     ContextScope scope(device_.context());
     auto loaded = std::make_shared<GpuCodeObject>(device_.context(), code.ptx);
     loaded->firstGroup = first;
-    if (mayRecurse(parts)) {
+    const bool overflows = pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow;
+    if (overflows || mayRecurse(parts)) {
         int frame = 0;
         SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);
-        // Of a level, what the driver's compiler spills; the code generator does not know of it.
-        constexpr size_t kSpills = 384;
-        const size_t depth = size_t(pipeline.limits.maxTraceDepth) + 1;
-        raiseStackLimit(size_t(frame) + code.otherBytes + kSpills +
-                        depth * (code.waitingBytes + kSpills));
+        loaded->neededStack = stackNeed(pipeline, code, size_t(frame));
+        loaded->reservedStack = code.otherBytes + 2 * kSpills;
+        if (!raiseStackLimit(loaded->neededStack))
+            fail(Code::kNotSupported, "traces of full depth take ", loaded->neededStack,
+                 " bytes of stack a thread, which this GPU cannot give to all of them");
     }
-    pipeline.deviceCode = std::move(loaded);
+    pipeline.deviceCode = loaded;
+    setStackUse(*loaded);
 }
 
 } // namespace sunstone::engine

@@ -5,6 +5,9 @@
 #include "engine/exceptions.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstring>
+#include <optional>
 
 namespace sunstone::engine {
 namespace {
@@ -23,21 +26,78 @@ std::string nameOfFatal(int32_t code) {
     case devlib::kFatalMotion:
         return "a ray came to motion keys or a motion transform, and the pipeline is compiled "
                "without usesMotionBlur, with which rays on GPUs meet nothing that moves";
-    default: {
-        devlib::ThreadState thread{};
-        thread.exceptionCode = code;
-        return describeException(thread);
-    }
+    default:
+        return {};
     }
 }
 
+// A text in the pipeline's module, or empty where it cannot be read.
+std::string readText(uint64_t address) {
+    constexpr size_t kPiece = 16, kMost = 512;
+    std::string text;
+    while (address != 0 && text.size() < kMost) {
+        char piece[kPiece];
+        const size_t bytes = kPiece - address % kPiece; // never beyond the memory of the last byte
+        if (driver().memcpyDtoH(piece, address, bytes) != CUDA_SUCCESS)
+            return {};
+        const size_t length = strnlen(piece, bytes);
+        text.append(piece, length);
+        if (length < bytes)
+            break;
+        address += bytes;
+    }
+    return text;
+}
+
+// What getters of exceptions told, where `words` are of this exception. The texts live as long as the
+// caller's.
+struct Details {
+    devlib::ExceptionInfo info{};
+    std::string name, line;
+
+    Details(int32_t code, const uint64_t* words, bool withTexts) {
+        using namespace devlib;
+        const auto word = [&](unsigned i) { return uint32_t(words[i]); };
+        const auto address = [&](unsigned i) { return uint64_t(word(i + 1)) << 32 | word(i); };
+        if (words[kWordCode] == kNoReport || int32_t(word(kWordCode)) != code)
+            return;
+        if (code == kExceptionInvalidRay) {
+            for (unsigned i = 0; i < 9; ++i)
+                info.ray[i] = std::bit_cast<float>(word(i));
+        } else {
+            info.traversable = address(kWordTraversable);
+            info.sbtOffset = word(kWordSbtOffset);
+            info.expectedWords = word(kWordExpected);
+            info.passedWords = word(kWordExpected + 1);
+            info.callableIndex = word(kWordExpected + 2);
+            if (withTexts && !(name = readText(address(kWordName))).empty())
+                info.callableName = name.c_str();
+        }
+        if (withTexts && !(line = readText(address(kWordLine))).empty())
+            info.line = line.c_str();
+    }
+};
+
 // A word of LaunchReport as text, or empty.
-std::string describe(uint64_t word, const devlib::LaunchState& launch) {
+std::string describe(uint64_t word, const devlib::LaunchState& launch,
+                     const uint64_t* details = nullptr, bool withTexts = false) {
     if (word == devlib::kNoReport)
         return {};
+    const auto code = int32_t(uint32_t(word));
+    std::string name = nameOfFatal(code);
+    if (name.empty()) {
+        devlib::ThreadState thread{};
+        thread.exceptionCode = code;
+        std::optional<Details> known; // describeException reads its texts
+        if (details) {
+            known.emplace(code, details, withTexts);
+            thread.exception = known->info;
+        }
+        name = describeException(thread);
+    }
     const uint64_t place = word >> 32, width = launch.dimensions[0], height = launch.dimensions[1];
-    return message(nameOfFatal(int32_t(uint32_t(word))), ", at launch index (", place % width, ", ",
-                   place / width % height, ", ", place / width / height, ")");
+    return message(name, ", at launch index (", place % width, ", ", place / width % height, ", ",
+                   place / width / height, ")");
 }
 
 } // namespace
@@ -77,7 +137,7 @@ std::string GpuLaunchSlots::Lease::finish() {
     }
     isQueued_ = true;
     Lines lines;
-    std::string failure = failureOf(*slot_, true);
+    std::string failure = failureOf(*slot_, true, true);
     {
         std::lock_guard lock(slots_.mutex_);
         settle(*slot_, lines);
@@ -191,11 +251,11 @@ void GpuLaunchSlots::lose(CUresult reason, Lines& lines) {
                                  "accessed memory that is not there, or faulted otherwise")});
 }
 
-std::string GpuLaunchSlots::failureOf(const Slot& slot, bool validation) {
+std::string GpuLaunchSlots::failureOf(const Slot& slot, bool validation, bool withTexts) {
     const devlib::LaunchReport& report = slot.host->report;
     std::string text = describe(report.fatal, slot.host->launch);
     if (text.empty() && validation)
-        text = describe(report.raised, slot.host->launch);
+        text = describe(report.raised, slot.host->launch, report.raisedDetails, withTexts);
     return text;
 }
 
@@ -205,8 +265,12 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
     if (abandoned)
         return;
     const std::string where = message("launch ", slot.number, ": ");
-    const std::string failure = failureOf(slot, slot.validation);
-    const std::string unseen = describe(slot.host->report.unseen, slot.host->launch);
+    const devlib::LaunchReport& report = slot.host->report;
+    const std::string failure = failureOf(slot, slot.validation, false);
+    const std::string unseen =
+        describe(report.unseen, slot.host->launch, report.unseenDetails);
+    if (report.notes & devlib::kNoteWideSbt)
+        lines.push_back({slot.context, LogLevel::kWarning, where + wideSbtRemark()});
     if (!failure.empty())
         lines.push_back({slot.context, LogLevel::kError, where + failure});
     else if (!unseen.empty())

@@ -80,7 +80,8 @@ private:
     void lose(CUresult reason, Lines& lines);
     static void settle(Slot& slot, Lines& lines);
     static void tell(const Lines& lines); // without mutex_: a log callback may launch
-    static std::string failureOf(const Slot& slot, bool validation);
+    // withTexts: the pipeline's module, which has them, is loaded.
+    static std::string failureOf(const Slot& slot, bool validation, bool withTexts);
 
     CUcontext context_;
     std::mutex mutex_;

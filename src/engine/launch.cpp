@@ -270,8 +270,7 @@ std::vector<std::string> remarks(const LaunchRequest& request, const devlib::Lau
                                 " levels of maxTraversableGraphDepth given to "
                                 "optixPipelineSetStackSize"));
     if (notes.wideSbt)
-        lines.push_back("optixTrace with an SBT offset or stride above 15: on processors that use "
-                        "four bits of them it finds other records");
+        lines.push_back(wideSbtRemark());
     return lines;
 }
 

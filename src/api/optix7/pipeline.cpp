@@ -183,6 +183,8 @@ OptixResult pipelineSetStackSize(OptixPipeline pipeline, unsigned directFromTrav
         limits.directStackFromState = directFromState;
         limits.continuationStack = continuation;
         limits.maxGraphDepth = maxTraversableGraphDepth;
+        engine::Context& engine = *object->context->engine;
+        engine.backend->setStackSizes(engine, *object->pipeline);
     });
 }
 

@@ -31,6 +31,32 @@ SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
     endThread();
 }
 
+// What the getters of exceptions tell, for the host.
+[[gnu::noinline]] static void noteDetails(RayState* state, uint64_t* words) {
+    const ExceptionInfo& info = state->thread->exception;
+    const int32_t code = state->thread->exceptionCode;
+    const auto put = [&](unsigned word, uint32_t value) {
+        note(state, words[word], int32_t(value));
+    };
+    const auto putAddress = [&](unsigned word, uint64_t value) {
+        put(word, uint32_t(value));
+        put(word + 1, uint32_t(value >> 32));
+    };
+    put(kWordCode, uint32_t(code));
+    putAddress(kWordLine, reinterpret_cast<uint64_t>(info.line));
+    if (code == kExceptionInvalidRay) {
+        for (unsigned i = 0; i < 9; ++i)
+            put(i, __builtin_bit_cast(uint32_t, info.ray[i]));
+        return;
+    }
+    putAddress(kWordTraversable, info.traversable);
+    put(kWordSbtOffset, info.sbtOffset);
+    put(kWordExpected, info.expectedWords);
+    put(kWordExpected + 1, info.passedWords);
+    put(kWordExpected + 2, info.callableIndex);
+    putAddress(kWordName, reinterpret_cast<uint64_t>(info.callableName));
+}
+
 // The transform list at the fault moves to where the exception program, which runs with the launch
 // index's own state, looks for it.
 [[noreturn]] [[gnu::noinline]] static void leave(RayState* state, int32_t code) {
@@ -42,13 +68,19 @@ SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
         code == kExceptionStackOverflow && !(sunstone_gpu_exceptionFlags & kFlagStackOverflow);
     if (code == kExceptionTrap || overflow)
         endLaunch(state, code);
-    if (code < 0)
-        note(state, reportOf(state).raised, code);
     const bool again = thread->pad != 0; // raised by the exception program itself
     if (again)
         endThread();
+    const bool debugging = sunstone_gpu_exceptionFlags & kFlagDebug;
+    if (code < 0) {
+        note(state, reportOf(state).raised, code);
+        if (debugging)
+            noteDetails(state, reportOf(state).raisedDetails);
+    }
     if (!sunstone_gpu_hasException || launch.sbt.exceptionRecord == 0) {
         note(state, reportOf(state).unseen, code);
+        if (debugging)
+            noteDetails(state, reportOf(state).unseenDetails);
         endThread();
     }
     thread->pad = 1;
@@ -84,12 +116,19 @@ extern "C" void sunstone_gpu_throwException(RayState* state, int32_t code, uint3
     leave(state, code);
 }
 
-[[noreturn]] SUNSTONE_DEVICE void raise(RayState* state, int32_t code) {
+[[noreturn]] SUNSTONE_DEVICE void raise(RayState* state, int32_t code,
+                                        const ExceptionInfo* info = nullptr) {
     ThreadState* const thread = state->thread;
     for (uint32_t& detail : thread->exceptionDetails)
         detail = 0;
-    thread->exception = {};
+    thread->exception = info ? *info : ExceptionInfo{};
     leave(state, code);
+}
+
+// What stack checks in programs call.
+extern "C" [[gnu::noinline]] void sunstone_gpu_raise(RayState* state, int32_t code,
+                                                     const ExceptionInfo* info) {
+    raise(state, code, info);
 }
 
 extern "C" void sunstone_gpu_checkPayload(RayState* state, uint32_t type) {

@@ -15,7 +15,33 @@ struct LaunchReport {
     uint64_t raised; // exception of the run-time
     uint64_t unseen; // exception without an exception program
     uint64_t fatal;  // trap, stack overflow, or a fault of FatalCode: the launch failed
+    uint64_t notes;  // LaunchNote
+    // With debug exceptions what their getters tell, word by word in the lower halves, with the
+    // launch index above so that they are of the same one (ReportWord).
+    static constexpr unsigned kWords = 12;
+    uint64_t raisedDetails[kWords], unseenDetails[kWords];
 };
+enum LaunchNote : uint64_t { kNoteWideSbt = 1 };
+
+// An invalid ray takes all nine words from 0 on, other exceptions these. Addresses are of texts in
+// the pipeline's module.
+enum ReportWord : unsigned {
+    kWordTraversable = 0, // 2
+    kWordSbtOffset = 2,
+    kWordExpected = 3, // then passed, index
+    kWordName = 6,     // address, 2
+    kWordLine = 9,     // address, 2
+    kWordCode = 11,
+};
+
+inline LaunchReport emptyReport() {
+    LaunchReport report;
+    report.raised = report.unseen = report.fatal = kNoReport;
+    report.notes = 0;
+    for (unsigned i = 0; i < LaunchReport::kWords; ++i)
+        report.raisedDetails[i] = report.unseenDetails[i] = kNoReport;
+    return report;
+}
 
 // Fatal codes of the launch itself, beside ExceptionCode.
 enum FatalCode : int32_t {
@@ -34,6 +60,11 @@ struct LaunchBlock {
     // The pipeline's lowest group number. Its code counts groups from there, so that what is kept
     // on disk fits pipelines made later in a context too.
     uint32_t firstGroup;
+    // With stack overflow exceptions: bytes that a launch index may use.
+    uint32_t stackBytes;
+    // With debug exceptions: addresses of the acceleration structures there are, in order.
+    uint64_t structures;
+    uint32_t numStructures;
 };
 
 // Threads of a block, and the shape of a warp's tile of launch indices; launches of height 1 have

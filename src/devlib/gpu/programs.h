@@ -22,6 +22,9 @@ uint32_t sunstone_gpu_anyHit(RayState*, uint32_t group);
 uint32_t sunstone_gpu_intersection(RayState*, uint32_t group);
 const void* sunstone_gpu_direct(uint32_t group);
 const void* sunstone_gpu_continuation(uint32_t group);
+// Of a group's callable, by 2 * group, or 2 * group + 1 for the continuation callable.
+uint32_t sunstone_gpu_callableWords(uint32_t callable); // of its parameters
+const char* sunstone_gpu_callableName(uint32_t callable);
 
 extern const uint32_t sunstone_gpu_hasAnyHit;
 extern const uint32_t sunstone_gpu_hasIntersection;

@@ -40,6 +40,8 @@ extern "C" void sunstone_gpu_run(LaunchBlock* block) {
     thread.pad = 0;
     thread.exceptionCode = 0;
     thread.line = nullptr;
+    if (sunstone_gpu_exceptionFlags & kFlagStackOverflow) // stacks grow downwards
+        thread.stackLimit = reinterpret_cast<uint64_t>(&thread) - block->stackBytes;
     RayState state;
     thread.root = &state;
     state.launch = &launch;

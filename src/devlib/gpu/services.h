@@ -3,7 +3,7 @@
 // the hidden state that every function of an OptiX module takes.
 #pragma once
 
-#include "devlib/gpu/exceptions.h"
+#include "devlib/gpu/checks.h"
 
 extern "C" {
 int vprintf(const char*, void*);
@@ -35,10 +35,13 @@ extern "C" const void* sunstone_gpu_callable(RayState* state, uint32_t sbtIndex,
     const uint64_t record =
         recordAt(sbt.callableBase, sbt.callableStride, sbt.callableCount, sbtIndex);
     state->callableData = dataOf(record);
-    if (!record)
-        return nullptr;
-    const uint32_t group = groupOf(state, record, kGroupCallables);
-    return call & 1 ? sunstone_gpu_continuation(group) : sunstone_gpu_direct(group);
+    const uint32_t group = record ? groupOf(state, record, kGroupCallables) : kNoGroup;
+    const void* const code =
+        call & 1 ? sunstone_gpu_continuation(group) : sunstone_gpu_direct(group);
+    checkStack(state);
+    if (debugging())
+        checkCallable(state, sbtIndex, call, group, code);
+    return code;
 }
 
 } // namespace sunstone::devlib::gpu

@@ -9,7 +9,7 @@
 #include "bvh/gpu/traversal.h"
 #include "bvh/micromap_lookup.h"
 #include "devlib/flags.h"
-#include "devlib/gpu/exceptions.h"
+#include "devlib/gpu/checks.h"
 
 namespace sunstone::devlib::gpu {
 
@@ -41,9 +41,18 @@ struct Candidates {
 
     SUNSTONE_DEVICE_MEMBER uint64_t hitRecord(uint32_t sbtGasIndex, uint32_t offset) const {
         const SbtView& sbt = state->launch->sbt;
-        return recordAt(sbt.hitBase, sbt.hitStride, sbt.hitCount,
-                        uint64_t(offset) + uint64_t(sbtGasIndex) * (state->sbtStride & 0xFF) +
-                            (state->sbtOffset & 0xFF));
+        const uint64_t index = uint64_t(offset) +
+                               uint64_t(sbtGasIndex) * (state->sbtStride & 0xFF) +
+                               (state->sbtOffset & 0xFF);
+        checkRecord(state, kExceptionInvalidHitSbt, sbt.hitBase, sbt.hitCount, index);
+        return recordAt(sbt.hitBase, sbt.hitStride, sbt.hitCount, index);
+    }
+
+    // Shows programs, and exceptions, where the walk is.
+    SUNSTONE_DEVICE_MEMBER void showPath() const {
+        state->hit.transformCount = transformCount;
+        for (uint32_t i = 0; i < transformCount; ++i)
+            state->hit.transforms[i] = transforms[i];
     }
 
     // Whether any-hit counts as enabled, by geometry and instance; the ray's flags come on top.
@@ -90,6 +99,7 @@ struct Candidates {
         Hit& hit = state->hit;
         hit.primitive = primitive;
         hit.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
+        showPath();
         const uint64_t record = hitRecord(hit.sbtGasIndex, instanceSbtOffset);
         candidateGroup = record ? groupOf(state, record, kGroupHit) : kNoGroup;
         hit.record = reinterpret_cast<const void*>(record);
@@ -102,9 +112,6 @@ struct Candidates {
         hit.instanceId = instanceId;
         hit.instanceSbtOffset = instanceSbtOffset;
         hit.gas = gas;
-        hit.transformCount = transformCount;
-        for (uint32_t i = 0; i < transformCount; ++i)
-            hit.transforms[i] = transforms[i];
         return true;
     }
 
@@ -282,6 +289,7 @@ struct Tracer : Candidates {
 
     SUNSTONE_DEVICE_MEMBER void enterWith(uint64_t handle, uint64_t child) {
         transforms[transformCount++] = handle;
+        checkChild(state, child, transforms, transformCount);
         if (tagOf(child) == kTagGas)
             gas = child;
         else if (kMaxLevels > 1 && transformCount >= kMaxLevels)
@@ -369,9 +377,10 @@ template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
 
 SUNSTONE_DEVICE void runMiss(RayState* state) {
     const SbtView& sbt = state->launch->sbt;
+    state->hit.transformCount = 0;
+    checkRecord(state, kExceptionInvalidMissSbt, sbt.missBase, sbt.missCount, state->missIndex);
     const uint64_t record = recordAt(sbt.missBase, sbt.missStride, sbt.missCount, state->missIndex);
     state->hit.record = nullptr;
-    state->hit.transformCount = 0;
     state->sbtData = dataOf(record);
     if (record)
         sunstone_gpu_miss(state, groupOf(state, record, kGroupMiss));
@@ -409,8 +418,10 @@ SUNSTONE_DEVICE void runPrograms(RayState* state, Found found, uint32_t group, f
 
 // Whether the ray may be traced; else it ends without any program.
 SUNSTONE_DEVICE bool withinDepth(RayState* state) {
-    if (state->depth <= state->launch->maxTraceDepth)
+    if (state->depth <= state->launch->maxTraceDepth) {
+        checkTrace(state);
         return true;
+    }
     if (sunstone_gpu_exceptionFlags & kFlagTraceDepth) {
         state->hit.transformCount = 0;
         raise(state, kExceptionTraceDepth);
@@ -428,6 +439,7 @@ extern "C" [[gnu::noinline]] void sunstone_gpu_trace(RayState* state) {
 }
 
 extern "C" [[gnu::noinline]] uint32_t sunstone_gpu_report(RayState* state, float t, uint32_t kind) {
+    checkHitKind(state, kind);
     Candidates& candidates = *static_cast<Candidates*>(state->traversal);
     if (!(t >= state->tmin && t <= candidates.tmax))
         return kIgnore;

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checks of trace calls, traversables, callables, getters and payload types for pipelines with debug
+// exceptions, and of the stack: what the CPU checks in devlib/checks.cpp and trace_body.h, with the
+// same codes and details. Where the pipeline has no such flag none of it is there.
+#pragma once
+
+#include "devlib/flags.h"
+#include "devlib/gpu/exceptions.h"
+#include "devlib/gpu/getters.h"
+
+namespace sunstone::devlib::gpu {
+
+SUNSTONE_DEVICE bool debugging() {
+    return sunstone_gpu_exceptionFlags & kFlagDebug;
+}
+
+[[noreturn]] SUNSTONE_DEVICE void raiseWithoutPath(RayState* state, int32_t code,
+                                                   const ExceptionInfo& info) {
+    state->hit.transformCount = 0;
+    raise(state, code, &info);
+}
+
+// ---- trace calls --------------------------------------------------------------------------------
+
+// Floats must be finite, flags must not exclude each other.
+[[gnu::noinline]] static void checkRay(RayState* state) {
+    ExceptionInfo info{};
+    for (int i = 0; i < 3; ++i) {
+        info.ray[i] = state->worldOrigin[i];
+        info.ray[3 + i] = state->worldDirection[i];
+    }
+    info.ray[6] = state->tmin;
+    info.ray[7] = state->tmax;
+    info.ray[8] = state->time;
+    info.line = state->line;
+    for (float value : info.ray)
+        if ((__builtin_bit_cast(uint32_t, value) & 0x7F800000u) == 0x7F800000u)
+            raiseWithoutPath(state, kExceptionInvalidRay, info);
+    constexpr uint32_t kAnyHit =
+        kRayDisableAnyHit | kRayEnforceAnyHit | kRayCullDisabledAnyHit | kRayCullEnforcedAnyHit;
+    constexpr uint32_t kFaces = kRayCullBack | kRayCullFront;
+    for (float& value : info.ray)
+        value = 0;
+    if (__builtin_popcount(state->rayFlags & kAnyHit) > 1 || (state->rayFlags & kFaces) == kFaces)
+        raiseWithoutPath(state, kExceptionInvalidArgument0, info);
+    // Eight bits count here, as the manual says; on some processors only four.
+    if (state->sbtOffset > 15 || state->sbtStride > 15)
+        reportOf(state).notes = kNoteWideSbt;
+}
+
+// ---- traversables -------------------------------------------------------------------------------
+
+// Whether a structure was ever put at the address and the memory is still there: the host gives a
+// sorted table, because a kernel cannot ask whether there is memory.
+SUNSTONE_DEVICE bool isKnownStructure(const RayState* state, uint64_t address) {
+    const LaunchBlock& block = blockOf(state->launch);
+    const auto* const table = reinterpret_cast<const uint64_t*>(block.structures);
+    uint32_t begin = 0, end = block.numStructures;
+    while (begin < end) {
+        const uint32_t middle = (begin + end) / 2;
+        if (table[middle] < address)
+            begin = middle + 1;
+        else
+            end = middle;
+    }
+    return begin < block.numStructures && table[begin] == address;
+}
+
+// The block of a handle, or null.
+SUNSTONE_DEVICE const bvh::BlockHeader* knownBlockOf(const RayState* state, uint64_t handle,
+                                                     HandleTag tag) {
+    return tagOf(handle) == tag && isKnownStructure(state, addressOf(handle)) ? blockOf(handle, tag)
+                                                                              : nullptr;
+}
+
+// Bits of OptixPrimitiveTypeFlags.
+SUNSTONE_DEVICE uint32_t primitiveFlagOf(const bvh::BlockHeader& block) {
+    switch (bvh::kindOf(block.type)) {
+    case bvh::BlockType::kTriangles:
+        return 1u << 31;
+    case bvh::BlockType::kCustom:
+        return 1;
+    default:
+        return 1u << (block.shape & 15);
+    }
+}
+
+// What makes a traversable unfit for the pipeline, below so many others; 0 if nothing does.
+SUNSTONE_DEVICE int32_t faultOf(const RayState* state, uint64_t handle, uint32_t above) {
+    const uint32_t flags = state->launch->traversableGraphFlags; // 0: all graphs
+    constexpr uint32_t kSingleGas = 1;
+    const HandleTag tag = tagOf(handle);
+    if (tag == kTagStatic || tag == kTagMatrixMotion || tag == kTagSrtMotion)
+        return flags == 0 && addressOf(handle) != 0 ? 0 : kExceptionInvalidTraversable;
+    const bvh::BlockHeader* const block = knownBlockOf(state, handle, tag);
+    if (!block || (tag != kTagGas && tag != kTagIas))
+        return kExceptionInvalidTraversable;
+    if ((bvh::kindOf(block->type) == bvh::BlockType::kInstances) != (tag == kTagIas))
+        return kExceptionInvalidTraversable;
+    if (tag == kTagIas)
+        return flags == 0 || (flags != kSingleGas && above == 0) ? 0 : kExceptionInvalidTraversable;
+    if (above == 0 && flags != 0 && !(flags & kSingleGas))
+        return kExceptionUnsupportedSingleGas;
+    return state->launch->primitiveTypeFlags & primitiveFlagOf(*block)
+               ? 0
+               : kExceptionUnsupportedPrimitive;
+}
+
+// Raises what makes a traversable unfit. `path`: what was entered on the way to it. The null handle
+// is never hit.
+[[gnu::noinline]] static void checkTraversable(RayState* state, uint64_t handle,
+                                               const uint64_t* path, uint32_t above) {
+    if (handle == 0)
+        return;
+    const int32_t depth = above + 1 > state->launch->maxGraphDepth ? kExceptionTraversalDepth : 0;
+    const int32_t code = depth || !debugging() ? depth : faultOf(state, handle, above);
+    if (code == 0)
+        return;
+    state->hit.transformCount = above;
+    for (uint32_t i = 0; i < above; ++i)
+        state->hit.transforms[i] = path[i];
+    ExceptionInfo info{};
+    if (code == kExceptionUnsupportedPrimitive)
+        info.line = state->line;
+    else if (code != kExceptionTraversalDepth)
+        info.traversable = handle;
+    raise(state, code, &info);
+}
+
+// Before the child of an instance or transform is entered.
+SUNSTONE_DEVICE void checkChild(RayState* state, uint64_t child, const uint64_t* path,
+                                uint32_t above) {
+    if (sunstone_gpu_exceptionFlags & (kFlagDebug | kFlagTraceDepth))
+        checkTraversable(state, child, path, above);
+}
+
+// Before a ray is traced.
+SUNSTONE_DEVICE void checkTrace(RayState* state) {
+    if (!debugging())
+        return;
+    checkRay(state);
+    checkTraversable(state, state->handle, nullptr, 0);
+}
+
+// ---- records ------------------------------------------------------------------------------------
+
+// Raises this code unless the table has such a record. The state has the path already.
+SUNSTONE_DEVICE void checkRecord(RayState* state, int32_t code, uint64_t base, uint32_t count,
+                                 uint64_t index) {
+    if (!debugging() || (base != 0 && index < count))
+        return;
+    ExceptionInfo info{};
+    info.sbtOffset = uint32_t(index);
+    raise(state, code, &info);
+}
+
+SUNSTONE_DEVICE void checkHitKind(RayState* state, uint32_t kind) {
+    if (debugging() && kind > 127)
+        raise(state, kExceptionInvalidArgument0 - 1);
+}
+
+// ---- callables ----------------------------------------------------------------------------------
+
+// `call` as in LaunchState::callable; `code`: what would be called.
+[[gnu::noinline]] static void checkCallable(RayState* state, uint32_t sbtIndex, uint32_t call,
+                                            uint32_t group, const void* code) {
+    const SbtView& sbt = state->launch->sbt;
+    const uint32_t continuation = call & 1, passed = call >> 8;
+    ExceptionInfo info{};
+    info.sbtOffset = sbtIndex;
+    if (sbt.callableBase == 0 || sbtIndex >= sbt.callableCount)
+        raise(state, kExceptionCallableInvalidSbt, &info);
+    if (!code)
+        raise(state,
+              continuation ? kExceptionNoContinuationCallable : kExceptionNoDirectCallable, &info);
+    const uint32_t expected = sunstone_gpu_callableWords(2 * group + continuation);
+    if (expected == passed)
+        return;
+    info.sbtOffset = 0;
+    info.expectedWords = expected;
+    info.passedWords = passed;
+    info.callableIndex = sbtIndex;
+    info.callableName = sunstone_gpu_callableName(2 * group + continuation);
+    info.line = state->thread->line;
+    raise(state, kExceptionParameterMismatch, &info);
+}
+
+// Raises if the stack is used up.
+SUNSTONE_DEVICE void checkStack(RayState* state) {
+    if (!(sunstone_gpu_exceptionFlags & kFlagStackOverflow))
+        return;
+    volatile uint32_t here = 0;
+    if (reinterpret_cast<uint64_t>(&here) < state->thread->stackLimit)
+        raise(state, kExceptionStackOverflow);
+}
+
+// ---- getters ------------------------------------------------------------------------------------
+
+SUNSTONE_DEVICE void checkVertices(RayState* state, uint64_t gas, uint32_t primitive,
+                                   uint32_t sbtGasIndex) {
+    const bvh::BlockHeader* const block = knownBlockOf(state, gas, kTagGas);
+    if (!block || bvh::kindOf(block->type) == bvh::BlockType::kInstances)
+        raise(state, kExceptionInvalidArgument0);
+    if (!(block->options & bvh::kOptionVertexAccess))
+        raise(state, kExceptionUnsupportedDataAccess);
+    const auto* const inputs = reinterpret_cast<const bvh::InputRecord*>(
+        reinterpret_cast<const uint8_t*>(block) + block->inputsOffset);
+    for (uint32_t i = 0; i < block->numInputs; ++i) {
+        const bvh::InputRecord& input = inputs[i];
+        if (sbtGasIndex - input.firstSbtIndex >= input.numSbtRecords)
+            continue;
+        if (primitive - input.primitiveIndexOffset >= input.numPrimitives)
+            raise(state, kExceptionInvalidArgument0 - 1);
+        return;
+    }
+    raise(state, kExceptionInvalidArgument0 - 2);
+}
+
+SUNSTONE_DEVICE void checkInstance(RayState* state, uint64_t ias, uint32_t index) {
+    const bvh::BlockHeader* const block = knownBlockOf(state, ias, kTagIas);
+    if (!block)
+        raise(state, kExceptionInvalidArgument0);
+    if (!(block->options & bvh::kOptionInstanceAccess))
+        raise(state, kExceptionUnsupportedDataAccess);
+    if (index >= block->numPrimitives)
+        raise(state, kExceptionInvalidArgument0 - 1);
+}
+
+extern "C" [[gnu::noinline]] void sunstone_gpu_checkAccess(RayState* state, uint32_t kind,
+                                                           uint64_t handle, uint32_t first,
+                                                           uint32_t second) {
+    switch (kind) {
+    case kAccessVertices:
+        return checkVertices(state, handle, first, second);
+    case kAccessInstance:
+        return checkInstance(state, handle, first);
+    case kAccessTransformList:
+        if (first >= state->hit.transformCount)
+            raise(state, kExceptionInvalidArgument0);
+        return;
+    case kAccessMotion: {
+        const bvh::BlockHeader* const block = knownBlockOf(state, handle, kTagGas);
+        if (!block || bvh::kindOf(block->type) == bvh::BlockType::kInstances)
+            raise(state, kExceptionInvalidArgument0);
+        return;
+    }
+    default:
+        return;
+    }
+}
+
+} // namespace sunstone::devlib::gpu
