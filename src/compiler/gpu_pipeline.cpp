@@ -375,6 +375,7 @@ std::string keyOf(const GpuPipelineRequest& request) {
     Digest digest;
     digest.add(buildId()); // the run-time is a part of the build
     digest.add("gpu");
+    digest.add(request.assembler);
     digest.add(uint64_t(request.target.computeCapability));
     digest.add(uint64_t(request.target.ptxVersion));
     addRules(digest, request.pipeline.rules);
@@ -409,7 +410,7 @@ constexpr size_t kHeaderWords = 3; // waitingBytes, otherBytes, bytes of feedbac
 std::string serialize(const GpuCode& code) {
     const uint64_t words[kHeaderWords] = {code.waitingBytes, code.otherBytes, code.feedback.size()};
     return std::string(reinterpret_cast<const char*>(words), sizeof words) + code.feedback +
-           code.ptx;
+           code.machineCode;
 }
 
 bool deserialize(const std::string& bytes, GpuCode& code) {
@@ -422,22 +423,25 @@ bool deserialize(const std::string& bytes, GpuCode& code) {
     code.waitingBytes = words[0];
     code.otherBytes = words[1];
     code.feedback = bytes.substr(sizeof words, words[2]);
-    code.ptx = bytes.substr(sizeof words + words[2]);
+    code.machineCode = bytes.substr(sizeof words + words[2]);
     return true;
 }
 
 } // namespace
 
-GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store) {
-    if (!store)
-        return compileGpuPipeline(request);
-    const std::string key = keyOf(request);
+GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store,
+                          const std::function<bool(const GpuCode&)>& isGood) {
+    const std::string key = store ? keyOf(request) : std::string();
     GpuCode code;
     std::string bytes;
-    if (store->find(key, bytes) && deserialize(bytes, code))
+    if (store && store->find(key, bytes) && deserialize(bytes, code) && isGood(code))
         return code;
     code = compileGpuPipeline(request);
-    store->insert(key, serialize(code));
+    code.machineCode = request.assemble(code.ptx);
+    if (!isGood(code))
+        fail(ErrorCode::kInternal, "the driver refuses the machine code it has made");
+    if (store)
+        store->insert(key, serialize(code));
     return code;
 }
 

@@ -6,6 +6,7 @@
 
 #include "compiler/compiler.h"
 
+#include <functional>
 #include <string_view>
 
 namespace sunstone::compiler {
@@ -37,6 +38,10 @@ struct GpuPipelineRequest {
     // Values of `extern const uint32_t` variables of the run-time, which folds what they rule out.
     std::vector<std::pair<std::string, uint32_t>> constants;
     GpuTarget target;
+    // The driver's compiler, PTX to machine code, and what its results depend on beside the text. Null:
+    // there is none.
+    std::function<std::string(const std::string& ptx)> assemble;
+    std::string assembler;
 };
 
 // The run-time calls these, each with the state and a group number; a group without such a program
@@ -44,7 +49,8 @@ struct GpuPipelineRequest {
 // _intersection; and with the group number alone, for the code address or null:
 // sunstone_gpu_direct, sunstone_gpu_continuation.
 struct GpuCode {
-    std::string ptx;      // the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
+    std::string machineCode; // of the PTX
+    std::string ptx;      // empty if the machine code is from a store; the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
     std::string feedback; // what was specialised to bound values, a line each
     // Bytes of stack that functions take, without what the driver's compiler spills: of all those
     // together that may wait while a trace is under way, and of those that cannot.
@@ -55,7 +61,9 @@ constexpr const char* kGpuKernel = "sunstone_launch";
 // Throws as compilePipeline does; kNotSupported for what the run-time for GPUs lacks.
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
 
-// The same, from the store (may be null) if it is there, else kept in it.
-GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store);
+// The same with machine code, from the store (may be null) if it is there and `isGood` takes it, else
+// kept in it.
+GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store,
+                          const std::function<bool(const GpuCode&)>& isGood);
 
 } // namespace sunstone::compiler

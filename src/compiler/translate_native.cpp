@@ -58,6 +58,14 @@ const char* constraintOf(unsigned bits) {
     return bits == 1 ? "b" : bits <= 16 ? "h" : bits == 32 ? "r" : "l";
 }
 
+// Components of a video instruction's operand, as ptx::Operand numbers them.
+constexpr int kFirstByte = 4;
+
+const char* selectorOf(int component) {
+    static const char* const kNames[] = {".b0", ".b1", ".b2", ".b3", ".h0", ".h1"};
+    return component < kFirstByte ? "" : kNames[component - kFirstByte];
+}
+
 std::string literalOf(const ptx::Operand& operand) {
     if (operand.kind == ptx::OperandKind::kInteger)
         return std::to_string(operand.integer);
@@ -146,6 +154,17 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, bool ha
         };
         switch (operand.kind) {
         case ptx::OperandKind::kRegister: {
+            if (operand.negated || operand.component >= kFirstByte) {
+                // -%r1.b0 and the like: of the whole register.
+                ptx::Operand whole = operand;
+                whole.negated = false;
+                whole.component = operand.component >= kFirstByte ? -1 : operand.component;
+                const bool predicate = bitsOfRegister(operand) == 1;
+                code.text += !operand.negated ? "" : predicate ? "!" : "-";
+                self(self, whole, target);
+                code.text += selectorOf(operand.component);
+                return;
+            }
             const std::vector<ptx::Operand> parts = elements(operand);
             if (parts.size() > 1)
                 return list(parts, "{", ", ", "}");

@@ -18,7 +18,8 @@ namespace sunstone::engine {
 // A loaded module; unloaded with the object, when nothing runs it any more.
 class GpuCodeObject final : public DeviceCode {
 public:
-    GpuCodeObject(CUcontext context, const std::string& ptx);
+    // Null if the driver refuses the code, or it has no kernel.
+    static std::shared_ptr<GpuCodeObject> load(CUcontext context, const std::string& machineCode);
     ~GpuCodeObject() override;
     CUfunction kernel = nullptr;
     uint32_t firstGroup = 0; // what the code counts group numbers from
@@ -29,6 +30,7 @@ public:
     std::atomic<size_t> stackBytes = 0;
 
 private:
+    GpuCodeObject(CUcontext context, CUmodule module) : context_(context), module_(module) {}
     CUcontext context_;
     CUmodule module_ = nullptr;
 };

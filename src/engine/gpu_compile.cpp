@@ -5,6 +5,7 @@
 #include "compiler/gpu_pipeline.h"
 #include "devlib/gpu_runtime.h"
 #include "engine/gpu_backend.h"
+#include "engine/gpu_machine_code.h"
 #include "engine/pipeline.h"
 
 #include <algorithm>
@@ -83,24 +84,19 @@ size_t stackNeed(const Pipeline& pipeline, const compiler::GpuCode& code, size_t
 
 } // namespace
 
-GpuCodeObject::GpuCodeObject(CUcontext context, const std::string& ptx) : context_(context) {
-    std::string errors(8192, '\0');
-    // What the traversal loop takes by itself is a little more; on an H100 the warps that fit in
-    // more are worth 7 %, fewer registers cost what they win (docs/gpu.md).
-    constexpr uintptr_t kRegisters = 96;
-    CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES,
-                              CU_JIT_MAX_REGISTERS};
-    void* values[] = {errors.data(), reinterpret_cast<void*>(errors.size()),
-                      reinterpret_cast<void*>(kRegisters)};
+std::shared_ptr<GpuCodeObject> GpuCodeObject::load(CUcontext context,
+                                                   const std::string& machineCode) {
+    CUmodule module = nullptr;
     const CUresult result =
-        driver().moduleLoadDataEx(&module_, ptx.c_str(), std::size(options), options, values);
-    if (result != CUDA_SUCCESS) {
-        const char* name = nullptr;
-        driver().getErrorName(result, &name);
-        fail(Code::kLinkError, "the driver cannot compile the pipeline: ", name ? name : "", ": ",
-             errors.c_str());
-    }
-    SUNSTONE_CU(moduleGetFunction, &kernel, module_, compiler::kGpuKernel);
+        driver().moduleLoadDataEx(&module, machineCode.data(), 0, nullptr, nullptr);
+    if (result == CUDA_ERROR_OUT_OF_MEMORY || result == CUDA_ERROR_ILLEGAL_ADDRESS)
+        check(result, DriverNames::moduleLoadDataEx); // nothing that other code would change
+    if (result != CUDA_SUCCESS)
+        return nullptr;
+    std::shared_ptr<GpuCodeObject> object(new GpuCodeObject(context, module));
+    if (driver().moduleGetFunction(&object->kernel, module, compiler::kGpuKernel) != CUDA_SUCCESS)
+        return nullptr;
+    return object;
 }
 
 GpuCodeObject::~GpuCodeObject() {
@@ -160,10 +156,19 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         {"sunstone_gpu_graph", graphKindOf(pipeline.rules.traversableGraphFlags)},
         {"sunstone_gpu_motion", pipeline.rules.motionBlur},
     };
-    const compiler::GpuCode code = compiler::obtainGpuPipeline(request, parts.cache);
-    pipeline.feedback = code.feedback;
     ContextScope scope(device_.context());
-    auto loaded = std::make_shared<GpuCodeObject>(device_.context(), code.ptx);
+    // What the traversal loop takes by itself is a little more; on an H100 the warps that fit in
+    // more are worth 7 %, fewer registers cost what they win (docs/gpu.md).
+    constexpr unsigned kRegisters = 96;
+    request.assemble = [](const std::string& ptx) { return assembleForGpu(ptx, kRegisters); };
+    request.assembler = message("driver ", device_.driverVersion(), ", registers ", kRegisters);
+    std::shared_ptr<GpuCodeObject> loaded;
+    const compiler::GpuCode code =
+        compiler::obtainGpuPipeline(request, parts.cache, [&](const compiler::GpuCode& found) {
+            loaded = GpuCodeObject::load(device_.context(), found.machineCode);
+            return loaded != nullptr;
+        });
+    pipeline.feedback = code.feedback;
     loaded->firstGroup = first;
     const bool overflows = pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow;
     if (overflows || mayRecurse(parts)) {

@@ -20,6 +20,7 @@ struct Module {
     compiler::OptLevel optLevel = compiler::OptLevel::k3;
     compiler::DebugLevel debugLevel = compiler::DebugLevel::kMinimal;
 
+    bool forCpu = true; // else programs are compiled with their pipelines alone, by the back end
     std::shared_ptr<PreparedCode> prepared; // machine code made so far; never null
 
     // The program of that name, or null.

@@ -85,7 +85,7 @@ std::vector<size_t> ModuleTasks::runFirst(size_t most) {
     std::shared_ptr<Module> module = make_(feedback);
     make_ = nullptr; // lets go of the text
     std::vector<compiler::ProgramRequest> requests;
-    if (compiler::isSelfContained(*module->tree, module->rules))
+    if (module->forCpu && compiler::isSelfContained(*module->tree, module->rules))
         requests = requestsOf(*module);
     {
         std::lock_guard lock(mutex_);

@@ -2,7 +2,8 @@
 // A module made by tasks (OptiX 7.4, sections 3.6.2.3 and 3.7). The first task parses and checks;
 // then the machine code of the module's programs is made, shared out to as many tasks as the
 // caller takes, or in the first one if it takes none. Code waits in the module for the pipelines
-// that use it. A module that needs others cannot be compiled ahead: the first task is all it has.
+// that use it. A module that needs others cannot be compiled ahead, nor can one for a GPU: the
+// first task is all it has.
 #pragma once
 
 #include "engine/module.h"

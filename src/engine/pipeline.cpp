@@ -179,7 +179,7 @@ void choosePayloadType(ProgramGroup& group, const compiler::PayloadType* wanted)
 unsigned stackSizeOf(const ProgramRef& program) {
     const Module& module = *program.module;
     const unsigned frames =
-        compiler::isSelfContained(*module.tree, module.rules)
+        module.forCpu && compiler::isSelfContained(*module.tree, module.rules)
             ? compiler::stackNeed(requestOf(program), module.rules)
             : estimateStackSize(module, program.function);
     return frames + kRuntimeFrames;

@@ -38,7 +38,7 @@ void packSbtHeader(const ProgramGroup& group, void* header);
 
 // Bytes of stack that a program takes with the functions it calls and the way into the run-time:
 // measured from its machine code, which is compiled for that if need be. An
-// estimate where the module refers to other modules, which only a pipeline knows.
+// estimate where the module refers to other modules, which only a pipeline knows, and for GPUs.
 unsigned stackSizeOf(const ProgramRef& program);
 
 struct PipelineLimits {

@@ -108,9 +108,6 @@ static __forceinline__ __device__ void makeMistake(DebugResult& result) {
     case kDeepRecursion:
         payload = recurse(&result.detail, 0);
         break;
-    case kLargeFrames:
-        payload = large(&result.detail, 0);
-        break;
     case kReportKind:
         trace(params.customs, 10.0f, 1, 0, 1.0f, payload);
         break;
@@ -139,6 +136,14 @@ extern "C" __global__ void __raygen__mistakes() {
     result.reached = 0;
     result.code = 1000;
     makeMistake(result);
+    result.reached = 1;
+}
+
+extern "C" __global__ void __raygen__large() {
+    DebugResult& result = params.results[optixGetLaunchIndex().x];
+    result.reached = 0;
+    result.code = 1000;
+    result.detail = large(&result.detail, 0);
     result.reached = 1;
 }
 

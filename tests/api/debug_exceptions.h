@@ -24,12 +24,12 @@ enum Mistake : unsigned {
     kBadInstance,        // -17 of optixGetInstanceTraversableFromIAS
     kDeepCallables,      // -1
     kDeepRecursion,      // -1
-    kLargeFrames,        // -1
     kReportKind,         // -17 of optixReportIntersection
     kAnyHitFlags,        // -16: ray flags that exclude each other
     kFaceFlags,          // -16
     kThrowCode,          // -16: a user exception with a negative code
-    kMistakes
+    kMistakes,
+    kLargeFrames, // -1, in a program of its own: GPUs have no compiler for such frames
 };
 
 struct DebugResult {

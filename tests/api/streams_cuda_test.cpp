@@ -170,6 +170,50 @@ TEST_F(Streams, StreamsDoNotWaitForEachOther) {
     ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(streams_[0]));
 }
 
+// Launches of two pipelines from four threads, each with a stream, parameters and results of its own,
+// more of them under way than there are processors.
+TEST_F(Streams, ManyStreamsAndPipelines) {
+    Rig other(context_, log_, compiledPtx("launch", "clang"), compileOptions(1));
+    other.raygenRecord(other.raygen("__raygen__other"), 1u);
+    other.link();
+    constexpr unsigned kThreads = 4, kLaunches = 60;
+    std::vector<std::thread> threads;
+    std::vector<LaunchSeen> results(kThreads);
+    for (unsigned i = 0; i < kThreads; ++i)
+        threads.emplace_back([&, i] {
+            ASSERT_EQ(CUDA_SUCCESS, cuCtxSetCurrent(primary_));
+            CUstream stream = nullptr;
+            CUdeviceptr seen = 0, params = 0;
+            ASSERT_EQ(CUDA_SUCCESS, cuStreamCreate(&stream, CU_STREAM_NON_BLOCKING));
+            ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&seen, kIndices * sizeof(LaunchSeen)));
+            ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&params, sizeof(LaunchParams)));
+            ASSERT_EQ(CUDA_SUCCESS, cuMemsetD8(seen, 0, kIndices * sizeof(LaunchSeen)));
+            LaunchParams mine = *values_;
+            mine.seen = reinterpret_cast<LaunchSeen*>(seen);
+            ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params, &mine, sizeof(mine)));
+            OptixShaderBindingTable otherTable = other.table();
+            for (unsigned k = 0; k < kLaunches; ++k) {
+                EXPECT_EQ(OPTIX_SUCCESS, optixLaunch(rig_->pipeline(), stream, params,
+                                                     sizeof(LaunchParams), &sbt_, kIndices, 1, 1));
+                EXPECT_EQ(OPTIX_SUCCESS, optixLaunch(other.pipeline(), stream, params,
+                                                     sizeof(LaunchParams), &otherTable, kIndices, 1,
+                                                     1));
+            }
+            EXPECT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
+            std::vector<LaunchSeen> all(kIndices);
+            EXPECT_EQ(CUDA_SUCCESS, cuMemcpyDtoH(all.data(), seen, kIndices * sizeof(LaunchSeen)));
+            results[i] = all.back();
+            EXPECT_EQ(all.front().runs, all.back().runs);
+            cuMemFree(seen);
+            cuMemFree(params);
+            cuStreamDestroy(stream);
+        });
+    for (std::thread& thread : threads)
+        thread.join();
+    for (const LaunchSeen& seen : results)
+        EXPECT_EQ(101 * kLaunches, seen.runs);
+}
+
 TEST_F(Streams, BuildsAndLaunchesInOrder) {
     // Vertices arrive, a structure is built, compacted rays trace it: all queued before any runs.
     TriangleMesh mesh({{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}}, {0, 1, 2});

@@ -84,6 +84,19 @@ TEST(GpuCompile, UnknownInstructionsPass) {
     expectAccepted(text);
 }
 
+TEST(GpuCompile, OperandsOfVideoInstructionsKeepSelectorsAndSigns) {
+    const std::string text = compile(raygen(R"(
+    mov.u32 %r3, 7;
+    vadd.s32.u32.s32.sat %r2, %r1.b3, %r3.h1;
+    vabsdiff.u32.u32.u32 %r4.b1, %r1.b0, %r3.b2, %r2;
+    vmad.s32.s32.s32 %r5, %r1.h0, -%r3.b1, %r4;
+    st.global.v2.u32 [%rd1+8], {%r2, %r5};
+)"));
+    for (const char* kept : {".b3, ", ".h1;", ".b1, ", ".b2, ", ".h0, -", ".s32.sat "})
+        EXPECT_TRUE(has(text, kept)) << kept << " in\n" << text;
+    expectAccepted(text);
+}
+
 TEST(GpuCompile, VertexDataOfShapes) {
     const std::string text = R"(.version 7.8
 .target sm_70

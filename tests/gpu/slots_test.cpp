@@ -13,13 +13,12 @@ namespace {
 
 using bvh::gpu::testing::Device;
 
+// Before anything asks: the back end's own table of the driver is that of the CPU device.
+[[maybe_unused]] const int kBackEnd = setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
+
 class Slots : public testing::Test {
 protected:
-    // Before anything asks: the back end's own table of the driver is that of the CPU device.
-    static void SetUpTestSuite() {
-        setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
-        Device::get();
-    }
+    static void SetUpTestSuite() { Device::get(); }
     void SetUp() override {
         ASSERT_EQ(driver().ctxGetCurrent(&cuda_), CUDA_SUCCESS);
         slots_.emplace(cuda_);

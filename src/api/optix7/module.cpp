@@ -175,6 +175,7 @@ std::shared_ptr<engine::Module> makeModule(const std::shared_ptr<DeviceContext>&
                                            std::string& feedback) {
     auto module = engine::createModule(ptx, input.rules, std::move(input.moduleRules),
                                        input.optLevel, input.debugLevel, owner->engine->cache, feedback);
+    module->forCpu = owner->engine->backend->sharesMemory();
     if (!feedback.empty())
         owner->log(LogLevel::kWarning, "COMPILER",
                    feedback.substr(0, feedback.find_last_not_of('\n') + 1));

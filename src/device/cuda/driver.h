@@ -31,6 +31,10 @@ namespace sunstone::device::cuda {
     X(ctxSynchronize, cuCtxSynchronize)                                                            \
     X(ctxSetLimit, cuCtxSetLimit)                                                                  \
     X(ctxGetLimit, cuCtxGetLimit)                                                                  \
+    X(linkCreate, cuLinkCreate)                                                                    \
+    X(linkAddData, cuLinkAddData)                                                                  \
+    X(linkComplete, cuLinkComplete)                                                                \
+    X(linkDestroy, cuLinkDestroy)                                                                  \
     X(moduleLoadDataEx, cuModuleLoadDataEx)                                                        \
     X(moduleUnload, cuModuleUnload)                                                                \
     X(moduleGetFunction, cuModuleGetFunction)                                                      \
