@@ -124,7 +124,8 @@ void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
     ContextScope scope(device_.context());
     if (!raiseStackLimit(asked) && context.log)
         context.log(LogLevel::kWarning, "PIPELINE",
-                    message("stack sizes of ", asked, " bytes together are more than this GPU can "
+                    message("stack sizes of ", asked,
+                            " bytes together are more than this GPU can "
                             "give to all threads: the stack stays as it was"));
     setStackUse(code);
 }

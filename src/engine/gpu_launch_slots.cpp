@@ -49,8 +49,8 @@ std::string readText(uint64_t address) {
     return text;
 }
 
-// What getters of exceptions told, where `words` are of this exception. The texts live as long as the
-// caller's.
+// What getters of exceptions told, where `words` are of this exception. The texts live as long as
+// the caller's.
 struct Details {
     devlib::ExceptionInfo info{};
     std::string name, line;
@@ -267,8 +267,7 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
     const std::string where = message("launch ", slot.number, ": ");
     const devlib::LaunchReport& report = slot.host->report;
     const std::string failure = failureOf(slot, slot.validation, false);
-    const std::string unseen =
-        describe(report.unseen, slot.host->launch, report.unseenDetails);
+    const std::string unseen = describe(report.unseen, slot.host->launch, report.unseenDetails);
     if (report.notes & devlib::kNoteWideSbt)
         lines.push_back({slot.context, LogLevel::kWarning, where + wideSbtRemark()});
     if (!failure.empty())

@@ -40,8 +40,9 @@ private:
             return;
         const char* name = nullptr;
         driver().getErrorName(result, &name);
-        const std::string text = message("the driver cannot compile the pipeline: ",
-                                         name ? name : "unknown error", ": ", errors_.c_str());
+        const std::string text =
+            message("the driver cannot compile the pipeline: ", name ? name : "unknown error", ": ",
+                    errors_.c_str());
         if (state_)
             driver().linkDestroy(state_);
         fail(result == CUDA_ERROR_OUT_OF_MEMORY ? Code::kOutOfMemory : Code::kLinkError, text);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where in device memory acceleration structures have been put, by any context of this process. Code
-// with debug exceptions asks before it looks at a handle, because a GPU's kernel cannot find out
-// whether there is memory at an address, and a fault would end the CUDA context.
+// Where in device memory acceleration structures have been put, by any context of this process.
+// Code with debug exceptions asks before it looks at a handle, because a GPU's kernel cannot find
+// out whether there is memory at an address, and a fault would end the CUDA context.
 #pragma once
 
 #include <cstdint>

@@ -176,6 +176,7 @@ TEST_F(Streams, ManyStreamsAndPipelines) {
     Rig other(context_, log_, compiledPtx("launch", "clang"), compileOptions(1));
     other.raygenRecord(other.raygen("__raygen__other"), 1u);
     other.link();
+    const OptixShaderBindingTable otherTable = other.table();
     constexpr unsigned kThreads = 4, kLaunches = 60;
     std::vector<std::thread> threads;
     std::vector<LaunchSeen> results(kThreads);
@@ -191,7 +192,6 @@ TEST_F(Streams, ManyStreamsAndPipelines) {
             LaunchParams mine = *values_;
             mine.seen = reinterpret_cast<LaunchSeen*>(seen);
             ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params, &mine, sizeof(mine)));
-            OptixShaderBindingTable otherTable = other.table();
             for (unsigned k = 0; k < kLaunches; ++k) {
                 EXPECT_EQ(OPTIX_SUCCESS, optixLaunch(rig_->pipeline(), stream, params,
                                                      sizeof(LaunchParams), &sbt_, kIndices, 1, 1));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of trace calls, traversables, callables, getters and payload types for pipelines with debug
-// exceptions, and of the stack: what the CPU checks in devlib/checks.cpp and trace_body.h, with the
-// same codes and details. Where the pipeline has no such flag none of it is there.
+// Checks of trace calls, traversables, callables, getters and payload types for pipelines with
+// debug exceptions, and of the stack: what the CPU checks in devlib/checks.cpp and trace_body.h,
+// with the same codes and details. Where the pipeline has no such flag none of it is there.
 #pragma once
 
 #include "devlib/flags.h"
@@ -171,8 +171,8 @@ SUNSTONE_DEVICE void checkHitKind(RayState* state, uint32_t kind) {
     if (sbt.callableBase == 0 || sbtIndex >= sbt.callableCount)
         raise(state, kExceptionCallableInvalidSbt, &info);
     if (!code)
-        raise(state,
-              continuation ? kExceptionNoContinuationCallable : kExceptionNoDirectCallable, &info);
+        raise(state, continuation ? kExceptionNoContinuationCallable : kExceptionNoDirectCallable,
+              &info);
     const uint32_t expected = sunstone_gpu_callableWords(2 * group + continuation);
     if (expected == passed)
         return;
