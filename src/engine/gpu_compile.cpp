@@ -172,14 +172,17 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     pipeline.feedback = code.feedback;
     loaded->firstGroup = first;
     const bool overflows = pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow;
+    int frame = 0;
+    SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);
     if (overflows || mayRecurse(parts)) {
-        int frame = 0;
-        SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);
         loaded->neededStack = stackNeed(pipeline, code, size_t(frame));
         loaded->reservedStack = code.otherBytes + 2 * kSpills;
         if (!raiseStackLimit(loaded->neededStack))
             fail(Code::kNotSupported, "traces of full depth take ", loaded->neededStack,
                  " bytes of stack a thread, which this GPU cannot give to all of them");
+    } else {
+        // Else the driver makes room in the first launch, which would wait for all streams then.
+        raiseStackLimit(size_t(frame) + kSpills);
     }
     pipeline.deviceCode = loaded;
     setStackUse(*loaded);
