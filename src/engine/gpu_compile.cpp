@@ -56,11 +56,6 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
     to.callables[1] = describe(from.continuation);
 }
 
-void refuseWhatIsMissing(const Pipeline& pipeline) {
-    if (pipeline.rules.motionBlur)
-        fail(Code::kNotSupported, "usesMotionBlur: motion is not available on GPUs yet");
-}
-
 // Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses.
 bool raiseStackLimit(size_t bytes) {
     size_t limit = 0;
@@ -131,7 +126,6 @@ void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
 }
 
 void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
-    refuseWhatIsMissing(pipeline);
     compiler::GpuPipelineRequest request;
     request.pipeline = parts.request;
     request.runtime = devlib::gpuRuntime();

@@ -131,6 +131,7 @@ TEST_P(GpuCompileSample, IsAccepted) {
     options.graphFlags = flags;
     if (std::string(name) == "curves")
         options.shapes = bvh::gpu::kMeetsLinear | bvh::gpu::kMeetsCurves;
+    options.motion = std::string(name) == "motion_blur";
     const std::string ptx = compile(text.str(), options);
     EXPECT_TRUE(has(ptx, ".visible .entry sunstone_launch("));
     expectAccepted(ptx);
@@ -140,7 +141,7 @@ INSTANTIATE_TEST_SUITE_P(Samples, GpuCompileSample,
                          testing::Values(std::pair{"hello", 1u}, std::pair{"triangle", 1u},
                                          std::pair{"spheres", 1u}, std::pair{"instances", 2u},
                                          std::pair{"callables", 0u}, std::pair{"path_tracer", 1u},
-                                         std::pair{"curves", 1u}),
+                                         std::pair{"curves", 1u}, std::pair{"motion_blur", 0u}),
                          [](const auto& info) { return std::string(info.param.first); });
 #endif
 

@@ -206,8 +206,6 @@ OptixResult convertPointerToTraversableHandle(OptixDeviceContext onDevice, CUdev
         }
         requireDeviceMemory(*owner->engine->device, "pointer", pointer, size,
                             OPTIX_TRANSFORM_BYTE_ALIGNMENT);
-        if (type != engine::TransformType::kStatic)
-            engine::requireSharedMemory(*owner->engine, "a motion transform");
         *traversableHandle = engine::transformHandle(reinterpret_cast<const void*>(pointer), type);
     });
 }

@@ -25,6 +25,9 @@ void requireBuffer(const char* name, CUdeviceptr buffer, size_t size, size_t nee
 
 // In the order of Kernel.
 constexpr const char* kKernelNames[] = {"sunstone_references",
+                                        "sunstone_instances",
+                                        "sunstone_moving_instances",
+                                        "sunstone_moving_references",
                                         "sunstone_shapes",
                                         "sunstone_split_measure",
                                         "sunstone_split_choose",
@@ -37,9 +40,13 @@ constexpr const char* kKernelNames[] = {"sunstone_references",
                                         "sunstone_collapse",
                                         "sunstone_retry",
                                         "sunstone_records",
+                                        "sunstone_moving_records",
+                                        "sunstone_key_bounds",
+                                        "sunstone_key_finish",
                                         "sunstone_finish",
                                         "sunstone_update_check",
                                         "sunstone_update_records",
+                                        "sunstone_update_moving_records",
                                         "sunstone_update_links",
                                         "sunstone_update_nodes",
                                         "sunstone_update_finish",
@@ -85,6 +92,12 @@ std::string describeFailure(uint64_t block, uint32_t failure) {
     default:
         return message("building into outputBuffer = ", address, " failed: ", failure);
     }
+}
+
+void setMotion(BuildJob& job, const MotionOptions& motion) {
+    job.motionKeys = motion.keys;
+    job.motionBegin = motion.begin;
+    job.motionEnd = motion.end;
 }
 
 uint32_t blocksFor(uint32_t count, uint32_t threads, uint32_t most) {
@@ -162,7 +175,7 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     const Plan plan(inputs, options);
     requireBuffer("temp", temp, tempSize, plan.tempSize);
     requireBuffer("output", output, outputSize, plan.outputSize);
-    const Uploads uploads(inputs, options, plan, temp + plan.flags);
+    const Uploads uploads(inputs, options, plan, temp + plan.inputs);
     // Pageable memory: the driver has copied it when the calls return.
     check(driver_.memcpyHtoDAsync(output, uploads.output.data(), uploads.output.size(), stream),
           "cuMemcpyHtoDAsync");
@@ -212,6 +225,13 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.searchRadius = 8;
     job.primitiveCost = 0.3f;
     job.keepInactive = options.allowUpdate;
+    setMotion(job, plan.motion);
+    if (job.motionKeys > 1) {
+        job.keyWords = temp + plan.keyWords;
+        job.arrivals = temp + plan.arrivals;
+        job.keyBoxes = temp + plan.keyBoxes;
+        job.nodeBoxes = temp + plan.nodeBoxes;
+    }
     job.points = plan.points ? output + plan.points : 0;
     job.shape = plan.shape;
     job.pieces = plan.pieces;
@@ -267,10 +287,8 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
     void* arguments[] = {&job};
     const uint32_t n = job.maxReferences, most = multiprocessors_ * 8;
     if (n != 0) {
-        const bool shapes = job.type == BlockType::kShapes;
-        launch(shapes ? kShapes : kReferences, stream, blocksFor(job.numPrimitives, 256, most), 256,
-               arguments);
-        if (n != job.numPrimitives && !shapes) {
+        queueReferences(stream, arguments, job);
+        if (n != job.numPrimitives && job.type != BlockType::kShapes) {
             const uint32_t blocks = blocksFor(job.numPrimitives, 256, ~0u);
             launch(kSplitMeasure, stream, std::min(blocks, most), 256, arguments);
             launch(kSplitChoose, stream, 1, kSplitBins / 8, arguments);
@@ -291,9 +309,42 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
             if (mode == first)
                 launch(kRetry, stream, blocksFor(n, 4096, most), 256, arguments);
         }
-        launch(kRecords, stream, blocksFor(n, 256, most * 4), 256, arguments);
+        launch(job.motionKeys > 1 ? kMovingRecords : kRecords, stream, blocksFor(n, 256, most * 4),
+               256, arguments);
     }
     launch(kFinish, stream, 1, 1, arguments);
+    if (job.motionKeys > 1) // until now it has boxes of the means only
+        queueNodes(stream, arguments, job);
+}
+
+void Builder::queueReferences(CUstream stream, void** arguments, const BuildJob& job) const {
+    const uint32_t blocks = blocksFor(job.numPrimitives, 256, multiprocessors_ * 8);
+    const bool moves = job.motionKeys > 1;
+    switch (job.type) {
+    case BlockType::kInstances:
+        if (!moves)
+            launch(kInstances, stream, blocks, 256, arguments);
+        return launch(kMovingInstances, stream, blocks, 256, arguments);
+    case BlockType::kShapes:
+        return launch(kShapes, stream, blocks, 256, arguments);
+    default:
+        return launch(moves ? kMovingReferences : kReferences, stream, blocks, 256, arguments);
+    }
+}
+
+// From records to boxes of nodes, and with motion to the bounds at the keys.
+void Builder::queueNodes(CUstream stream, void** arguments, const BuildJob& job) const {
+    const uint32_t most = multiprocessors_ * 8;
+    if (job.numPrimitives != 0) {
+        launch(kUpdateLinks, stream, blocksFor(job.maxWide, 256, most), 256, arguments);
+        launch(kUpdateNodes, stream, blocksFor(job.maxWide, 256 / 8, most), 256, arguments);
+    }
+    if (job.motionKeys > 1) {
+        const uint32_t blocks = blocksFor(job.maxReferences, 256, most);
+        launch(kKeyBounds, stream, std::max(blocks / job.motionKeys, 1u) * job.motionKeys, 256,
+               arguments);
+        launch(kKeyFinish, stream, 1, 256, arguments);
+    }
 }
 
 void Builder::checkUpdate(CUdeviceptr output, size_t outputSize,
@@ -327,7 +378,7 @@ void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOpti
     const Plan plan(inputs, options);
     const UpdatePlan places(plan);
     requireBuffer("temp", temp, tempSize, places.tempSize);
-    const Uploads uploads(inputs, options, plan, temp + places.flags);
+    const Uploads uploads(inputs, options, plan, temp + places.inputs);
     requireBuffer("output", output, outputSize, uploads.output.size());
     if (driver_.streamQuery(stream) == CUDA_SUCCESS)
         checkUpdate(output, outputSize, uploads.output, inputs);
@@ -357,17 +408,23 @@ void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOpti
     job.maxWide = plan.maxWide;
     job.type = plan.type;
     job.keepInactive = 1;
+    setMotion(job, plan.motion);
+    job.keyWords = temp + places.keyWords;
+    job.keyBoxes = temp + places.keyBoxes;
     void* arguments[] = {&job};
     const uint32_t most = multiprocessors_ * 8;
     launch(kUpdateCheck, stream, 1, 256, arguments);
     if (plan.micromaps && options.allowMicromapUpdate)
         launchOver(kMicromaps, stream, plan.numPrimitives, job);
     if (plan.numPrimitives != 0) {
-        launch(kUpdateRecords, stream, blocksFor(plan.maxReferences, 256, most), 256, arguments);
-        launch(kUpdateLinks, stream, blocksFor(plan.maxWide, 256, most), 256, arguments);
-        launch(kUpdateNodes, stream, blocksFor(plan.maxWide, 256 / 8, most), 256, arguments);
+        const uint32_t blocks = blocksFor(plan.maxReferences, 256, most);
+        if (job.motionKeys == 1)
+            launch(kUpdateRecords, stream, blocks, 256, arguments);
+        if (job.motionKeys > 1 || job.type == BlockType::kInstances)
+            launch(kUpdateMovingRecords, stream, blocks, 256, arguments);
     }
     launch(kUpdateFinish, stream, 1, 1, arguments);
+    queueNodes(stream, arguments, job);
 }
 
 void Builder::compact(CUstream stream, CUdeviceptr block, CUdeviceptr destination) const {

@@ -54,13 +54,13 @@ public:
     // compacted size that the block reports.
     void compact(CUstream stream, CUdeviceptr block, CUdeviceptr destination) const;
 
-    // Queues the relocation of the copy at `block`: its instances get these handles, one each; none:
-    // they keep theirs. What is wrong with the copy takeFailures() tells.
+    // Queues the relocation of the copy at `block`: its instances get these handles, one each;
+    // none: they keep theirs. What is wrong with the copy takeFailures() tells.
     void relocate(CUstream stream, const RelocationInfo& info, CUdeviceptr block,
                   CUdeviceptr children, size_t count) const;
 
-    // Queues what a build reports: 8 bytes, or 6 floats (lower, upper; inf, -inf if there is
-    // nothing).
+    // Queues what a build reports: 8 bytes, or 6 floats for each motion key (lower, upper; inf,
+    // -inf if there is nothing).
     void emitCompactedSize(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
     void emitBounds(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
 
@@ -90,6 +90,9 @@ public:
 private:
     enum Kernel : uint32_t {
         kReferences,
+        kInstances,
+        kMovingInstances,
+        kMovingReferences,
         kShapes,
         kSplitMeasure,
         kSplitChoose,
@@ -102,9 +105,13 @@ private:
         kCollapse,
         kRetry,
         kRecords,
+        kMovingRecords,
+        kKeyBounds,
+        kKeyFinish,
         kFinish,
         kUpdateCheck,
         kUpdateRecords,
+        kUpdateMovingRecords,
         kUpdateLinks,
         kUpdateNodes,
         kUpdateFinish,
@@ -124,6 +131,8 @@ private:
     void checkUpdate(CUdeviceptr output, size_t outputSize, const std::vector<uint8_t>& expected,
                      const BuildInputs& inputs) const;
     void launchOver(Kernel kernel, CUstream stream, uint32_t count, BuildJob& job) const;
+    void queueReferences(CUstream stream, void** arguments, const BuildJob& job) const;
+    void queueNodes(CUstream stream, void** arguments, const BuildJob& job) const;
     void queueKernels(CUstream stream, BuildJob& job, bool fast) const;
 
     const device::cuda::Driver& driver_;

@@ -269,7 +269,7 @@ SUNSTONE_BUILDER void writeWideNode(const BuildJob& job, uint32_t index, const W
             ++inner;
         }
     }
-    U4* const node = at<U4>(job.nodes + uint64_t(index) * sizeof(WideNode));
+    U4* const node = at<U4>(job.nodes + index * nodeSize(job.motionKeys)); // at the first key
     node[0] = U4{bitsOf(whole.lower[0]), bitsOf(whole.lower[1]), bitsOf(whole.lower[2]),
                  q.exponents[0] | q.exponents[1] << 8 | q.exponents[2] << 16 | innerMask << 24};
     node[1] = U4{childBase, primitiveBase, uint32_t(meta), uint32_t(meta >> 32)};

@@ -2,16 +2,12 @@
 // Last steps: the primitives' records and the header; compaction and what a build reports.
 #pragma once
 
+#include "bvh/gpu/motion_references.h"
 #include "bvh/gpu/shapes.h"
 
 namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kFinishThreads = 256;
-
-// A primitive: its build input, and its number there.
-struct InputPlace {
-    uint32_t input, primitive;
-};
 
 // Writes the record of a triangle or a custom primitive. False if it is inactive, which is looked
 // at only where that may be; else `exact` is its box.
@@ -23,10 +19,8 @@ SUNSTONE_BUILDER bool writeRecord(const BuildJob& job, uint32_t place, InputPlac
     const uint32_t word = sbtWord(input, record, from.primitive);
     if (job.type == BlockType::kCustom) {
         const bool active = readCustom(input, from.primitive, exact);
-        const Bounds b = active ? exact : emptyBounds();
-        U4* const to = at<U4>(job.records + uint64_t(place) * sizeof(CustomLeaf));
-        to[0] = U4{bitsOf(b.lower[0]), bitsOf(b.lower[1]), bitsOf(b.lower[2]), reported};
-        to[1] = U4{bitsOf(b.upper[0]), bitsOf(b.upper[1]), bitsOf(b.upper[2]), word};
+        storeCustom(at<U4>(job.records + uint64_t(place) * sizeof(CustomLeaf)),
+                    active ? exact : emptyBounds(), reported, word);
         return active;
     }
     float v[9];
@@ -35,15 +29,14 @@ SUNSTONE_BUILDER bool writeRecord(const BuildJob& job, uint32_t place, InputPlac
     if (!active)
         for (float& x : v)
             x = __builtin_nanf("");
-    U4* const to = at<U4>(job.records + uint64_t(place) * sizeof(TriangleRecord));
-    to[0] = U4{bitsOf(v[0]), bitsOf(v[1]), bitsOf(v[2]), reported};
-    to[1] = U4{bitsOf(v[3]), bitsOf(v[4]), bitsOf(v[5]), word};
-    to[2] = U4{bitsOf(v[6]), bitsOf(v[7]), bitsOf(v[8]), 0};
+    storeTriangle(at<U4>(job.records + uint64_t(place) * sizeof(TriangleRecord)), v, reported,
+                  word);
     exact = boundsOfTriangle(v);
     return active;
 }
 
-SUNSTONE_KERNEL sunstone_records(BuildJob job) {
+template <bool kMotion>
+SUNSTONE_BUILDER void writeRecords(const BuildJob& job) {
     const uint32_t count = countersOf(job).numTreeReferences;
     for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
         const uint32_t reference = refIndex(at<const uint32_t>(job.order)[i]);
@@ -54,38 +47,36 @@ SUNSTONE_KERNEL sunstone_records(BuildJob job) {
             at<uint32_t>(job.records)[i] = primitive;
             continue;
         }
-        if (job.type == BlockType::kShapes) {
+        if (!kMotion && job.type == BlockType::kShapes) {
             Bounds unused;
             writeShapeRecord(job, i, wordOfReference(job, reference), unused);
             continue;
         }
-        const uint32_t input = inputOfPrimitive(job, primitive);
-        const uint32_t first = at<const InputRecord>(job.inputRecords)[input].firstPrimitive;
+        const InputPlace from = placeOfPrimitive(job, primitive);
         Bounds unused;
-        writeRecord(job, i, {input, primitive - first}, job.keepInactive, unused);
+        if (kMotion)
+            writeMovingRecord(job, i, from, job.keepInactive, unused);
+        else
+            writeRecord(job, i, from, job.keepInactive, unused);
         if (job.table && whole)
             at<uint32_t>(job.table)[primitive] = i;
     }
 }
 
+SUNSTONE_KERNEL sunstone_records(BuildJob job) {
+    writeRecords<false>(job);
+}
+SUNSTONE_KERNEL sunstone_moving_records(BuildJob job) {
+    writeRecords<true>(job);
+}
+
 SUNSTONE_BUILDER uint64_t roundUp(uint64_t value, uint64_t unit) {
     return (value + unit - 1) / unit * unit;
 }
-SUNSTONE_BUILDER uint64_t recordSize(BlockType type, uint32_t shape) {
-    switch (type) {
-    case BlockType::kTriangles:
-        return sizeof(TriangleRecord);
-    case BlockType::kCustom:
-        return sizeof(CustomLeaf);
-    case BlockType::kShapes:
-        return shape == kSphereShape ? sizeof(SphereRecord) : sizeof(CurveRecord);
-    default:
-        return sizeof(uint32_t);
-    }
-}
 // Where the nodes of a compacted copy begin.
 SUNSTONE_BUILDER uint64_t compactNodes(const BlockHeader& header) {
-    return roundUp(header.recordsOffset + header.numLeaves * recordSize(header.type, header.shape), 128);
+    const uint64_t record = recordSize(kindOf(header.type), header.shape, header.motionKeys);
+    return roundUp(header.recordsOffset + header.numLeaves * record, 128);
 }
 
 // Tells the host; the entry's number is last.
@@ -113,14 +104,15 @@ SUNSTONE_BUILDER void describeContents(BlockHeader& header, const Counters& coun
 // The header is complete only with its magic number.
 SUNSTONE_KERNEL sunstone_finish(BuildJob job) {
     BlockHeader& header = *at<BlockHeader>(job.output);
-    const Counters& counters = countersOf(job);
+    Counters& counters = countersOf(job);
     const uint32_t nodes = uint32_t(counters.allocated);
     if (counters.failure || counters.finished != nodes ||
         uint32_t(counters.allocated >> 32) != counters.numTreeReferences) {
+        if (!counters.failure)
+            counters.failure = kTreeBroken;
         header.magic = 0;
         header.usedSize = sizeof(BlockHeader);
-        return reportFailure(job.report, job.output,
-                             counters.failure ? counters.failure : uint32_t(kTreeBroken));
+        return reportFailure(job.report, job.output, counters.failure);
     }
     describeContents(header, counters);
     header.wholeRoot = counters.numTreeReferences ? 0 : kNoNode;
@@ -128,7 +120,7 @@ SUNSTONE_KERNEL sunstone_finish(BuildJob job) {
     header.numLeaves = counters.numTreeReferences;
     header.reserved[0] = counters.tooDeep;
     header.usedSize =
-        roundUp(compactNodes(header) + uint64_t(header.numNodes) * sizeof(WideNode), 128);
+        roundUp(compactNodes(header) + header.numNodes * nodeSize(header.motionKeys), 128);
     __threadfence();
     header.magic = kGpuBlockMagic;
 }
@@ -158,6 +150,11 @@ SUNSTONE_KERNEL sunstone_emit(uint64_t block, uint64_t to, uint32_t what) {
     const BlockHeader& header = *at<const BlockHeader>(block);
     if (what == kEmitCompactedSize) {
         *at<uint64_t>(to) = header.usedSize;
+        return;
+    }
+    if (isMoving(header.type)) { // a box for each key
+        for (uint32_t i = 0; i < 6 * header.motionKeys; ++i)
+            at<float>(to)[i] = at<const float>(block + header.keyBoundsOffset)[i];
         return;
     }
     for (int a = 0; a < 3; ++a) {

@@ -292,10 +292,11 @@ TEST(GpuInputs, Instances) {
 TEST(GpuInputs, SaysWhatItCannotBuildYet) {
     BuildOptions motion;
     motion.motion.keys = 2;
-    const TriangleInput triangles;
+    const SphereInput spheres;
     BuildInputs inputs;
-    inputs.triangles = {&triangles, 1};
+    inputs.spheres = {&spheres, 1};
     EXPECT_THROW(Builder::computeMemoryUsage(inputs, motion), Error);
+    inputs = {};
     EXPECT_THROW(Builder::computeMemoryUsage({}, {}), Error);
 }
 

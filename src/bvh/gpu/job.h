@@ -42,6 +42,7 @@ struct DeviceInput {
     uint64_t preTransform; // 12 floats, or 0
     uint64_t sbtOffsets;
     uint64_t flags; // of geometry, one byte for each SBT record
+    uint64_t keyData; // with motion: addresses of the data at each key; `data` is that of the first
     uint32_t vertexFormat, indexFormat;
     uint32_t stride, indexStride;
     uint32_t numVertices;
@@ -117,7 +118,7 @@ struct Counters {
     uint32_t numReferences;     // primitives, and further parts of those that were split
     uint32_t numTreeReferences; // of them, those that the tree holds
     float splitFactor;
-    uint32_t pad;
+    uint32_t leftInstances;     // some are for kernels that know of motion (instances.h)
     // From here on updates need nothing.
     uint32_t sortTickets[kSortPasses + (kSortPasses & 1)];
     uint32_t pad2[2];
@@ -153,7 +154,7 @@ struct BuildJob {
     uint64_t order;      // reference of each primitive record
     // Of updates: what the header and the input records must say, and how many bytes there are.
     uint64_t expected, outputSize;
-    uint64_t nodeBoxes; // PrimitiveBox of each wide node
+    uint64_t nodeBoxes; // PrimitiveBox of each wide node, with motion at each key
     uint64_t arrivals;  // children of each wide node that are done
     uint32_t numInputs, numPrimitives, maxReferences, maxWide;
     BlockType type;
@@ -164,6 +165,12 @@ struct BuildJob {
     // behind all of those.
     uint64_t points; // in the output, or 0
     uint32_t shape, pieces;
+    // With motion (motionKeys > 1).
+    uint32_t motionKeys = 1;
+    float motionBegin, motionEnd;
+    uint64_t keyBoxes;  // KeyBounds of each instance at each key
+    uint64_t keyWords;  // bounds at each key, see sunstone_key_bounds
+    uint64_t keyBounds; // KeyBounds of each key, in the output
 };
 
 // An array of opacity micromaps: where its parts are (MicromapArrayLayout) and what it is made from.

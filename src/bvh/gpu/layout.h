@@ -23,8 +23,8 @@
 //
 // Records: triangles, TriangleRecord; custom primitives, CustomLeaf; spheres, SphereRecord; pieces
 // of curves (bvh/curves.h), CurveRecord; instances, uint32_t, the index of the instance. Points:
-// float4[degree + 1] of each segment, where it takes them to test it (any basis but linear) or there
-// is random access; float4 of each sphere with random access.
+// float4[degree + 1] of each segment, where it takes them to test it (any basis but linear) or
+// there is random access; float4 of each sphere with random access.
 //
 // The root is node 0; numNodes is 0 if the structure is empty. Header fields with
 // a meaning of their own: recordsOffset, the primitive records; numLeaves, how many there are;
@@ -32,8 +32,8 @@
 // takes; root is kNoNode if there is nothing to hit, else 0.
 //
 // With motion keys (kMotionBit in the type) a node is a WideNode for each key, one behind the other
-// and alike but for their boxes, and the record of a triangle is a TriangleRecord for each key. At
-// keyBoundsOffset, behind the InstanceData, are KeyBounds of each key.
+// and alike but for their boxes, and the record of a triangle or custom primitive is one for each
+// key. At keyBoundsOffset, behind the InstanceData, are KeyBounds of each key.
 #pragma once
 
 #if defined(__CUDA__)
@@ -41,6 +41,7 @@
 #endif
 
 #include "bvh/layout.h"
+#include "bvh/spheres.h"
 
 namespace sunstone::bvh::gpu {
 
@@ -95,9 +96,21 @@ constexpr uint32_t shapeBitsOf(uint32_t primitiveTypeFlags) {
 }
 constexpr uint32_t kMaxLeafPrimitives = 3;
 
-// Bytes of a node at all keys.
+// Bytes of a node, and of a primitive's record, at all keys.
 constexpr uint64_t nodeSize(uint32_t keys) {
     return uint64_t(keys) * sizeof(WideNode);
+}
+constexpr uint64_t recordSize(BlockType kind, uint32_t shape, uint32_t keys) {
+    switch (kind) {
+    case BlockType::kTriangles:
+        return uint64_t(keys) * sizeof(TriangleRecord);
+    case BlockType::kCustom:
+        return uint64_t(keys) * sizeof(CustomLeaf);
+    case BlockType::kShapes:
+        return shape == kSphereShape ? sizeof(SphereRecord) : sizeof(CurveRecord);
+    default:
+        return sizeof(uint32_t);
+    }
 }
 
 // No path from the root is longer than this many nodes; builders see to it.

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <new>
+#include <span>
 
 namespace sunstone::bvh::gpu {
 namespace {
@@ -31,14 +32,27 @@ uint32_t vertexSize(VertexFormat format) {
     }
 }
 
-void requireSupported(const BuildOptions& options) {
-    if (options.motion.keys > 1)
-        fail(Code::kNotSupported, "motion keys on a GPU are not available yet");
+void requireSupported(const BuildInputs& inputs, const BuildOptions& options) {
+    if (options.motion.keys > 1 && hasShapes(inputs))
+        fail(Code::kNotSupported,
+             "motion keys of curves and spheres on a GPU are not available yet");
 }
 
-DeviceInput describe(const TriangleInput& in) {
+// Keeps the addresses of an input's data at the keys. The data are there if all are.
+void addKeys(DeviceInput& d, const void* const* data, std::span<uint64_t> to) {
+    bool complete = data != nullptr;
+    for (size_t k = 0; k < to.size(); ++k) {
+        to[k] = data ? addressOf(data[k]) : 0;
+        complete = complete && to[k] != 0;
+    }
+    d.data = complete ? to[0] : 0;
+}
+
+DeviceInput describe(const TriangleInput& in, std::span<uint64_t> keys) {
     DeviceInput d{};
     d.data = addressOf(in.vertices);
+    if (!keys.empty())
+        addKeys(d, in.keyVertices, keys);
     d.indices = addressOf(in.indices);
     d.preTransform = addressOf(in.preTransform);
     d.vertexFormat = uint32_t(in.vertexFormat);
@@ -48,7 +62,7 @@ DeviceInput describe(const TriangleInput& in) {
                     : in.indexFormat == IndexFormat::kUshort3 ? 6
                                                               : 12;
     // Without vertices or indices every triangle is inactive.
-    const bool missing = !in.vertices || (in.indexFormat != IndexFormat::kNone && !in.indices);
+    const bool missing = !d.data || (in.indexFormat != IndexFormat::kNone && !in.indices);
     d.numVertices = missing ? 0 : in.numVertices;
     const MicromapInput& m = in.micromaps;
     d.micromapIndexing = uint32_t(m.indexing);
@@ -60,9 +74,11 @@ DeviceInput describe(const TriangleInput& in) {
     return d;
 }
 
-DeviceInput describe(const CustomInput& in) {
+DeviceInput describe(const CustomInput& in, std::span<uint64_t> keys) {
     DeviceInput d{};
     d.data = addressOf(in.aabbs);
+    if (!keys.empty())
+        addKeys(d, in.keyAabbs, keys);
     d.stride = in.stride ? in.stride : 24;
     return d;
 }
@@ -102,7 +118,7 @@ DeviceInput describe(const InstanceInput& in) {
 } // namespace
 
 Plan::Plan(const BuildInputs& in, const BuildOptions& options) {
-    requireSupported(options);
+    requireSupported(in, options);
     const int kinds = !in.triangles.empty() + !in.customs.empty() + hasShapes(in) +
                       (in.instances != nullptr);
     if (kinds != 1)
@@ -122,6 +138,8 @@ Plan::Plan(const BuildInputs& in, const BuildOptions& options) {
     } else if (type != BlockType::kInstances) {
         numInputs = uint32_t(std::max(in.triangles.size(), in.customs.size()));
     }
+    if (options.motion.keys > 1)
+        motion = options.motion;
     count(in);
     micromapTable = micromapTableSize(in.triangles);
     countReferences(options);
@@ -167,9 +185,10 @@ void Plan::count(const BuildInputs& in) {
 }
 
 void Plan::countReferences(const BuildOptions& options) {
-    // Updates need one place for each primitive; parts of a triangle may move apart.
+    // Updates and motion need one place for each primitive; parts of a triangle may move apart.
     uint64_t total = numPrimitives;
-    if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate)
+    if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate &&
+        motion.keys == 1)
         total += maxSplits(total);
     if (total * pieces >= kMaxPrimitives)
         pieces = 1;
@@ -183,19 +202,6 @@ void Plan::countReferences(const BuildOptions& options) {
     // n - 1) / 7 where it has two or more.
     const uint64_t least = type == BlockType::kTriangles ? 2 : 4;
     maxWide = uint32_t(least * total / 7 + 1);
-}
-
-uint64_t Plan::recordSize() const {
-    switch (type) {
-    case BlockType::kTriangles:
-        return sizeof(TriangleRecord);
-    case BlockType::kCustom:
-        return sizeof(CustomLeaf);
-    case BlockType::kShapes:
-        return shape == kSphereShape ? sizeof(SphereRecord) : sizeof(CurveRecord);
-    default:
-        return sizeof(uint32_t);
-    }
 }
 
 void Plan::layOutOutput(const BuildOptions& options) {
@@ -218,12 +224,16 @@ void Plan::layOutOutput(const BuildOptions& options) {
         points = alignUp(offset, 64);
         offset = points + uint64_t(numPrimitives) * shapeFloats(shape) * sizeof(float);
     }
+    if (motion.keys > 1) {
+        keyBounds = alignUp(offset, 64);
+        offset = keyBounds + motion.keys * sizeof(KeyBounds);
+    }
     records = alignUp(offset, 128);
     // With so much more, what fits among the records of n primitives fits among those of more, so
     // that more primitives never need less scratch.
     constexpr uint64_t kRounding = 256;
-    nodes = alignUp(records + maxReferences * recordSize() + kRounding, 128);
-    outputSize = alignUp(nodes + uint64_t(maxWide) * sizeof(WideNode), kBlockAlignment);
+    nodes = alignUp(records + maxReferences * recordSize(type, shape, motion.keys) + kRounding, 128);
+    outputSize = alignUp(nodes + maxWide * nodeSize(motion.keys), kBlockAlignment);
 }
 
 // Records are written last; until then, their part of the output is scratch.
@@ -242,10 +252,17 @@ void Plan::layOutTemp() {
         return Place{at, true};
     };
     const uint64_t n = maxReferences;
-    inputs = place(numInputs * sizeof(DeviceInput) + numSbtRecords);
-    flags = inputs + numInputs * sizeof(DeviceInput);
+    const bool moves = motion.keys > 1;
+    keyData = numInputs * sizeof(DeviceInput);
+    flags = keyData;
+    if (moves && type != BlockType::kInstances)
+        flags += uint64_t(numInputs) * motion.keys * sizeof(uint64_t);
+    uploadSize = flags + numSbtRecords;
+    inputs = place(uploadSize);
     counters = place(sizeof(Counters)); // and what is zeroed with them
     tileStates = place(uint64_t(kSortPasses) * tiles * kSortDigits * 4);
+    keyWords = place(moves ? uint64_t(motion.keys) * sizeof(KeyBounds) : 0);
+    arrivals = place(moves ? uint64_t(maxWide) * 4 : 0);
     parents = place(n * 4); // and what is set to ones with them
     tasks = place(uint64_t(maxWide) * 8);
     boxes = place(n * sizeof(PrimitiveBox));
@@ -258,6 +275,11 @@ void Plan::layOutTemp() {
     values[0] = placeAnywhere(n * 4);
     savings = keys[1]; // free after the sort
     order = values[1]; // and this after the tree
+    if (moves) {
+        nodeBoxes = place(maxWide * uint64_t(motion.keys) * sizeof(PrimitiveBox));
+        if (type == BlockType::kInstances)
+            keyBoxes = place(numPrimitives * uint64_t(motion.keys) * sizeof(KeyBounds));
+    }
     tempSize = offset;
 }
 
@@ -269,13 +291,16 @@ UpdatePlan::UpdatePlan(const Plan& plan) {
         return at;
     };
     const uint64_t nodes = plan.maxWide;
-    inputs = place(plan.numInputs * sizeof(DeviceInput) + plan.numSbtRecords);
-    flags = inputs + plan.numInputs * sizeof(DeviceInput);
+    const uint64_t keys = plan.motion.keys;
+    inputs = place(plan.uploadSize);
     counters = place(kUpdateCounters); // and what is zeroed with them
     arrivals = place(nodes * 4);
+    keyWords = place(keys > 1 ? keys * sizeof(KeyBounds) : 0);
     expected = place(sizeof(BlockHeader) + plan.numInputs * sizeof(InputRecord));
     parents = place(nodes * 4);
-    nodeBoxes = place(nodes * sizeof(PrimitiveBox));
+    nodeBoxes = place(nodes * keys * sizeof(PrimitiveBox));
+    if (keys > 1 && plan.type == BlockType::kInstances)
+        keyBoxes = place(plan.numPrimitives * keys * sizeof(KeyBounds));
     if (plan.type == BlockType::kInstances) // their records do not tell their boxes
         boxes = place(uint64_t(plan.numPrimitives) * sizeof(PrimitiveBox));
     else if (plan.type == BlockType::kShapes) // nor do those of curves
@@ -285,7 +310,7 @@ UpdatePlan::UpdatePlan(const Plan& plan) {
 
 static void startHeader(BlockHeader& header, const BuildOptions& options, const Plan& plan) {
     header.version = kBlockVersion; // the magic number comes last, on the device
-    header.type = plan.type;
+    header.type = plan.motion.keys > 1 ? withMotion(plan.type) : plan.type;
     header.root = header.wholeRoot = kNoNode;
     header.numPrimitives = plan.numPrimitives;
     header.numInputs = plan.numInputs;
@@ -299,17 +324,22 @@ static void startHeader(BlockHeader& header, const BuildOptions& options, const 
     header.shape = plan.shape;
     header.nodesOffset = plan.nodes;
     header.options = optionBits(options);
-    header.motionKeys = 1;
+    header.motionKeys = plan.motion.keys;
+    header.motionFlags = plan.motion.flags;
+    header.motionBegin = plan.motion.begin;
+    header.motionEnd = plan.motion.end;
+    header.keyBoundsOffset = plan.keyBounds;
 }
 
 Uploads::Uploads(const BuildInputs& in, const BuildOptions& options, const Plan& plan,
-                 uint64_t flagsBase)
-    : output(sizeof(BlockHeader) + plan.numInputs * sizeof(InputRecord)),
-      temp(plan.numInputs * sizeof(DeviceInput) + plan.numSbtRecords) {
+                 uint64_t base)
+    : output(sizeof(BlockHeader) + plan.numInputs * sizeof(InputRecord)), temp(plan.uploadSize) {
     auto& header = *new (output.data()) BlockHeader{};
     auto* const records = reinterpret_cast<InputRecord*>(output.data() + sizeof(BlockHeader));
     auto* const inputs = reinterpret_cast<DeviceInput*>(temp.data());
-    uint8_t* flags = temp.data() + plan.numInputs * sizeof(DeviceInput);
+    auto* const keyData = reinterpret_cast<uint64_t*>(temp.data() + plan.keyData);
+    uint8_t* const flags = temp.data() + plan.flags;
+    const uint32_t keys = plan.motion.keys;
     startHeader(header, options, plan);
     uint32_t firstPrimitive = 0, firstSbt = 0;
     for (uint32_t i = 0; i < plan.numInputs; ++i) {
@@ -321,16 +351,21 @@ Uploads::Uploads(const BuildInputs& in, const BuildOptions& options, const Plan&
             break;
         }
         const SbtInput& sbt = plan.sbtOf(in, i);
-        inputs[i] = plan.type == BlockType::kTriangles ? describe(in.triangles[i])
-                    : plan.type == BlockType::kCustom  ? describe(in.customs[i])
+        std::span<uint64_t> addresses;
+        if (keys > 1)
+            addresses = {keyData + size_t(i) * keys, keys};
+        inputs[i] = plan.type == BlockType::kTriangles ? describe(in.triangles[i], addresses)
+                    : plan.type == BlockType::kCustom  ? describe(in.customs[i], addresses)
                     : isCurveBasis(plan.shape)         ? describe(in.curves[i])
                                                        : describe(in.spheres[i]);
         inputs[i].mayChangeMicromaps = options.allowMicromapUpdate;
+        if (keys > 1 && inputs[i].data)
+            inputs[i].keyData = base + plan.keyData + i * uint64_t(keys) * sizeof(uint64_t);
         inputs[i].sbtOffsets = addressOf(sbt.indexOffsets);
         inputs[i].sbtOffsetSize = sbt.indexOffsetSize;
         inputs[i].sbtOffsetStride =
             sbt.indexOffsetStride ? sbt.indexOffsetStride : sbt.indexOffsetSize;
-        inputs[i].flags = flagsBase + firstSbt;
+        inputs[i].flags = base + plan.flags + firstSbt;
         for (uint32_t k = 0; k < sbt.numSbtRecords; ++k) {
             const uint32_t word = sbt.flags ? sbt.flags[k] : 0;
             flags[firstSbt + k] = uint8_t(word);

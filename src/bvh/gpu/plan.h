@@ -20,15 +20,20 @@ struct Plan {
     BlockType type;
     uint32_t numInputs = 1, numPrimitives = 0, maxReferences, maxWide, tiles;
     uint32_t numSbtRecords = 0;
+    MotionOptions motion;           // keys: 1 without
     uint32_t shape = 0, pieces = 1; // of curves and spheres: as in BuildJob
     // Of the output.
-    uint64_t table = 0, micromaps = 0, instances = 0, points = 0, records, nodes, outputSize;
+    uint64_t table = 0, micromaps = 0, instances = 0, keyBounds = 0, points = 0, records, nodes,
+        outputSize;
     // Scratch: places in the temp buffer, or in the output buffer where records will be.
     struct Place {
         uint64_t offset = 0;
         bool inOutput = false;
     };
-    uint64_t inputs, flags, counters, tileStates, parents, tasks, boxes, tempSize;
+    uint64_t inputs, counters, tileStates, parents, tasks, boxes, tempSize;
+    uint64_t keyWords, arrivals, keyBoxes, nodeBoxes; // with motion
+    // Of what Uploads::temp holds, from `inputs`.
+    uint64_t keyData, flags, uploadSize;
     Place origins, keys[2], values[2], binary, savings, order;
 
     // Throws Error(kInvalidValue) or Error(kNotSupported) as Builder::computeMemoryUsage says.
@@ -41,27 +46,27 @@ private:
     uint64_t micromapTable = 0; // bytes
     void count(const BuildInputs& in);
     void countReferences(const BuildOptions& options);
-    uint64_t recordSize() const;
     void layOutOutput(const BuildOptions& options);
     void layOutTemp();
 };
 
 // Scratch of an update, all of it in the temp buffer.
 struct UpdatePlan {
-    uint64_t inputs, flags, counters, arrivals, expected, parents, nodeBoxes, boxes = 0, tempSize;
+    uint64_t inputs, counters, arrivals, keyWords, expected, parents, nodeBoxes,
+        boxes = 0, keyBoxes = 0, tempSize;
 
     explicit UpdatePlan(const Plan& plan);
 };
 
 // What the host writes into the buffers before kernels run: the header and records of the inputs
-// (and of their micromaps) into the output (an update compares them with those that are there), DeviceInput[] and geometry
-// flags into the temp buffer, where the flags will be at the address `flagsBase`.
+// (and of their micromaps) into the output (an update compares them with those that are there);
+// DeviceInput[], addresses of the data at motion keys and geometry flags into the temp buffer, at
+// the address `base`.
 struct Uploads {
     std::vector<uint8_t> output, temp;
     std::vector<MicromapRecord> micromaps; // for Plan::micromaps
 
-    Uploads(const BuildInputs& in, const BuildOptions& options, const Plan& plan,
-            uint64_t flagsBase);
+    Uploads(const BuildInputs& in, const BuildOptions& options, const Plan& plan, uint64_t base);
 };
 
 } // namespace sunstone::bvh::gpu

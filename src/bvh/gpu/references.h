@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // First step of a build: the box of each primitive, and bounds and number of the active ones. What
 // makes a primitive active, and what its vertices are, is as on the CPU (bvh/build_input.h).
+// Instances have kernels of their own (instances.h), and so has what has motion keys
+// (motion_references.h).
 #pragma once
 
 #include "bvh/build.h"
@@ -27,6 +29,42 @@ SUNSTONE_BUILDER uint32_t inputOfPrimitive(const BuildJob& job, uint32_t primiti
             high = middle;
     }
     return low;
+}
+
+// A primitive: its build input, and its number there.
+struct InputPlace {
+    uint32_t input, primitive;
+};
+SUNSTONE_BUILDER InputPlace placeOfPrimitive(const BuildJob& job, uint32_t primitive) {
+    const uint32_t input = inputOfPrimitive(job, primitive);
+    return {input, primitive - at<const InputRecord>(job.inputRecords)[input].firstPrimitive};
+}
+
+// The SBT index and geometry flags of a primitive in a word.
+SUNSTONE_BUILDER uint32_t sbtWord(const DeviceInput& input, const InputRecord& record,
+                                  uint32_t primitive) {
+    uint32_t local = 0;
+    const uint64_t address = input.sbtOffsets + uint64_t(primitive) * input.sbtOffsetStride;
+    if (input.sbtOffsets && input.sbtOffsetSize)
+        local = input.sbtOffsetSize == 1   ? *at<const uint8_t>(address)
+                : input.sbtOffsetSize == 2 ? *at<const uint16_t>(address)
+                                           : *at<const uint32_t>(address);
+    local = local < record.numSbtRecords ? local : record.numSbtRecords - 1;
+    return ((record.firstSbtIndex + local) & kSbtIndexMask) |
+           uint32_t(at<const uint8_t>(input.flags)[local]) << kGeometryFlagShift;
+}
+
+// Write a record and return the place behind it.
+SUNSTONE_BUILDER U4* storeCustom(U4* to, const Bounds& b, uint32_t reported, uint32_t word) {
+    to[0] = U4{bitsOf(b.lower[0]), bitsOf(b.lower[1]), bitsOf(b.lower[2]), reported};
+    to[1] = U4{bitsOf(b.upper[0]), bitsOf(b.upper[1]), bitsOf(b.upper[2]), word};
+    return to + sizeof(CustomLeaf) / 16;
+}
+SUNSTONE_BUILDER U4* storeTriangle(U4* to, const float v[9], uint32_t reported, uint32_t word) {
+    to[0] = U4{bitsOf(v[0]), bitsOf(v[1]), bitsOf(v[2]), reported};
+    to[1] = U4{bitsOf(v[3]), bitsOf(v[4]), bitsOf(v[5]), word};
+    to[2] = U4{bitsOf(v[6]), bitsOf(v[7]), bitsOf(v[8]), 0};
+    return to + sizeof(TriangleRecord) / 16;
 }
 
 SUNSTONE_BUILDER float halfToFloat(uint32_t h) {
@@ -131,13 +169,12 @@ SUNSTONE_BUILDER Bounds boundsOfTriangle(const float v[9]) {
 }
 
 SUNSTONE_BUILDER bool readBox(const BuildJob& job, uint32_t primitive, Bounds& box) {
-    const uint32_t i = inputOfPrimitive(job, primitive);
-    const DeviceInput& input = at<const DeviceInput>(job.inputs)[i];
-    const uint32_t local = primitive - at<const InputRecord>(job.inputRecords)[i].firstPrimitive;
+    const InputPlace from = placeOfPrimitive(job, primitive);
+    const DeviceInput& input = at<const DeviceInput>(job.inputs)[from.input];
     if (job.type == BlockType::kCustom)
-        return readCustom(input, local, box);
+        return readCustom(input, from.primitive, box);
     float v[9];
-    if (!readTriangle(input, local, v))
+    if (!readTriangle(input, from.primitive, v))
         return false;
     box = boundsOfTriangle(v);
     return true;
@@ -194,147 +231,30 @@ SUNSTONE_BUILDER void addToCounters(const BuildJob& job, const Bounds& found, ui
     }
 }
 
-// ---- instances --------------------------------------------------------------------------------
-
-SUNSTONE_BUILDER bool invertTransform(const float m[12], float inverse[12]) {
-    const double a = m[0], b = m[1], c = m[2], d = m[4], e = m[5], f = m[6];
-    const double g = m[8], h = m[9], i = m[10];
-    const double c0 = sub(mul(e, i), mul(f, h)), c1 = sub(mul(f, g), mul(d, i)),
-                 c2 = sub(mul(d, h), mul(e, g));
-    const double det = __dadd_rn(__dadd_rn(mul(a, c0), mul(b, c1)), mul(c, c2));
-    const double s = 1.0 / det;
-    const double r[9] = {
-        mul(c0, s), mul(sub(mul(c, h), mul(b, i)), s), mul(sub(mul(b, f), mul(c, e)), s),
-        mul(c1, s), mul(sub(mul(a, i), mul(c, g)), s), mul(sub(mul(c, d), mul(a, f)), s),
-        mul(c2, s), mul(sub(mul(b, g), mul(a, h)), s), mul(sub(mul(a, e), mul(b, d)), s)};
-    bool finite = det != 0;
-    for (int row = 0; row < 3; ++row) {
-        const double* const q = r + 3 * row;
-        const double t = -__dadd_rn(__dadd_rn(mul(q[0], double(m[3])), mul(q[1], double(m[7]))),
-                                    mul(q[2], double(m[11])));
-        for (int j = 0; j < 4; ++j) {
-            const float value = float(j < 3 ? q[j] : t);
-            inverse[4 * row + j] = value;
-            finite = finite && (bitsOf(value) & 0x7F800000u) != 0x7F800000u;
-        }
+// The same at the end of a build's first step: unless something is split, references are
+// primitives.
+SUNSTONE_BUILDER void countReferences(const BuildJob& job, const Bounds& found, uint32_t active) {
+    addToCounters(job, found, active);
+    if (globalThread() == 0) {
+        countersOf(job).numReferences = job.numPrimitives;
+        if (job.keepInactive)
+            countersOf(job).numTreeReferences = job.numPrimitives;
     }
-    if (!finite)
-        for (int k = 0; k < 12; ++k)
-            inverse[k] = 0;
-    return finite;
 }
-
-// Bounds seen through a transform, with the CPU's margin for the rounding of transformed rays.
-SUNSTONE_BUILDER Bounds transformBounds(const float m[12], const Bounds& b) {
-    Bounds r;
-    for (int i = 0; i < 3; ++i) {
-        double low = m[4 * i + 3], high = low, size = low < 0 ? -low : low;
-        for (int j = 0; j < 3; ++j) {
-            const double p = double(m[4 * i + j]) * b.lower[j],
-                         q = double(m[4 * i + j]) * b.upper[j];
-            low += p < q ? p : q;
-            high += p < q ? q : p;
-            const double x = p < 0 ? -p : p, y = q < 0 ? -q : q;
-            size += x < y ? y : x;
-        }
-        const double margin = size * 0x1p-20;
-        r.lower[i] = float(low - margin);
-        r.upper[i] = float(high + margin);
-    }
-    return r;
-}
-
-// As many as traversal walks (devlib/gpu/launch_block.h).
-constexpr uint32_t kMaxStaticChain = 15;
-
-// Bounds of what an instance's child leads to; false if there is nothing. Transforms between: only
-// static ones (others are met as if they held nothing).
-SUNSTONE_BUILDER bool childBounds(uint64_t handle, Bounds& box, uint64_t chain[kMaxStaticChain],
-                                  uint32_t& length) {
-    length = 0;
-    while ((handle & kTraversableTagMask) == kStaticTransformTag && length < kMaxStaticChain) {
-        chain[length++] = handle & ~uint64_t(kTraversableTagMask);
-        handle = at<const StaticTransform>(handle & ~uint64_t(kTraversableTagMask))->child;
-    }
-    const uint64_t tag = handle & kTraversableTagMask;
-    if ((tag != kGasTag && tag != kIasTag) || handle <= kTraversableTagMask)
-        return false;
-    const BlockHeader& header = *at<const BlockHeader>(handle & ~uint64_t(kTraversableTagMask));
-    if (header.magic != kGpuBlockMagic || header.root == kNoNode)
-        return false;
-    for (int a = 0; a < 3; ++a) {
-        box.lower[a] = header.lower[a];
-        box.upper[a] = header.upper[a];
-    }
-    return true;
-}
-
-// Writes the record of an instance; false if it is inactive, else its box.
-SUNSTONE_BUILDER bool describeInstance(const BuildJob& job, uint32_t index, Bounds& box) {
-    const DeviceInput& input = *at<const DeviceInput>(job.inputs);
-    uint64_t address = input.data + uint64_t(index) * input.stride;
-    if (input.areAddresses)
-        address = *at<const uint64_t>(input.data + 8 * uint64_t(index));
-    InstanceData& to = at<InstanceData>(job.instances)[index];
-    to.index = index;
-    to.pad = 0;
-    if (address == 0 || address % 16 != 0) {
-        to.child = 0;
-        to.visibilityMask = 0;
-        return false;
-    }
-    const InstanceDesc& from = *at<const InstanceDesc>(address);
-    const bool identity = from.flags & input.identityFlag;
-    float m[12], inverse[12];
-    for (int i = 0; i < 12; ++i)
-        m[i] = identity ? (i % 5 == 0 ? 1.0f : 0.0f) : from.transform[i];
-    const bool invertible = invertTransform(m, inverse);
-    for (int i = 0; i < 12; ++i) {
-        to.objectToWorld[i] = m[i];
-        to.worldToObject[i] = inverse[i];
-    }
-    to.child = from.traversableHandle;
-    to.instanceId = from.instanceId;
-    to.sbtOffset = from.sbtOffset;
-    to.visibilityMask = from.visibilityMask;
-    to.flags = from.flags & input.knownFlags & ~input.identityFlag;
-    uint64_t chain[kMaxStaticChain];
-    uint32_t length;
-    if (!invertible || (to.visibilityMask & 0xFF) == 0 ||
-        !childBounds(to.child, box, chain, length))
-        return false;
-    while (length-- > 0)
-        box = transformBounds(at<const StaticTransform>(chain[length])->transform, box);
-    box = transformBounds(m, box);
-    bool good = true;
-    for (int a = 0; a < 3; ++a)
-        good = good && isUsable(box.lower[a]) && isUsable(box.upper[a]) &&
-               box.lower[a] <= box.upper[a];
-    return good;
-}
-
-// ---- kernels ----------------------------------------------------------------------------------
 
 SUNSTONE_KERNEL sunstone_references(BuildJob job) {
     Bounds found = emptyBounds();
     uint32_t numActive = 0;
     for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
         Bounds box = emptyBounds();
-        const bool active = job.type == BlockType::kInstances ? describeInstance(job, i, box)
-                                                              : readBox(job, i, box);
+        const bool active = readBox(job, i, box);
         storeBox(job, i, active, box);
         if (active) {
             found = unite(found, box);
             ++numActive;
         }
     }
-    addToCounters(job, found, numActive);
-    // If nothing is split, references are primitives.
-    if (globalThread() == 0) {
-        countersOf(job).numReferences = job.numPrimitives;
-        if (job.keepInactive)
-            countersOf(job).numTreeReferences = job.numPrimitives;
-    }
+    countReferences(job, found, numActive);
 }
 
 } // namespace sunstone::bvh::gpu

@@ -18,12 +18,13 @@
 //                   primitive index), or says that the primitive is inactive
 //   recordBounds    the padded box of a record, empty if it is inactive, from the record alone or
 //                   from what updateRecord left in job.boxes (UpdatePlan has the room for it)
-// Structures whose nodes hold several boxes a child (motion) walk the same way, with a node's
-// boxes for each key in nodeBoxes and a refitNode of their own.
+// With motion keys a node is made at one key after the other, with its boxes at all keys in
+// nodeBoxes. A build with motion ends with the same steps: its tree knows the means of boxes only.
 #pragma once
 
 #include "bvh/gpu/finish.h"
 #include "bvh/gpu/grid.h"
+#include "bvh/gpu/instances.h"
 
 namespace sunstone::bvh::gpu {
 
@@ -36,6 +37,7 @@ SUNSTONE_BUILDER BuildJob inStructure(BuildJob job) {
     job.instances = job.output + header.instancesOffset;
     job.records = job.output + header.recordsOffset;
     job.nodes = job.output + header.nodesOffset;
+    job.keyBounds = job.output + header.keyBoundsOffset;
     job.points = header.pointsOffset ? job.output + header.pointsOffset : 0;
     job.shape = header.shape;
     job.pieces = 1;
@@ -118,19 +120,22 @@ SUNSTONE_BUILDER bool updateShapeRecord(const BuildJob& job, uint32_t place, con
     return active;
 }
 
+// A record at a key.
+SUNSTONE_BUILDER uint64_t recordAt(const BuildJob& job, uint32_t place, uint32_t key) {
+    const uint64_t size = recordSize(job.type, job.shape, job.motionKeys);
+    return job.records + place * size + key * (size / job.motionKeys);
+}
+
+// With kMotion what has motion keys, and instances that the other kernel has left.
+template <bool kMotion>
 SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& exact) {
     if (job.type == BlockType::kInstances) {
         const uint32_t index = at<const uint32_t>(job.records)[place];
-        if (index >= job.numPrimitives)
-            return false;
-        exact = emptyBounds();
-        const bool active = describeInstance(job, index, exact);
-        storeBox(job, index, active, exact);
-        return active;
+        return index < job.numPrimitives && (!kMotion || isForLater(job, index)) &&
+               readInstance<kMotion>(job, index, exact);
     }
-    const auto* const words =
-        at<const uint32_t>(job.records + uint64_t(place) * recordSize(job.type, job.shape));
-    if (job.type == BlockType::kShapes)
+    const auto* const words = at<const uint32_t>(recordAt(job, place, 0));
+    if (!kMotion && job.type == BlockType::kShapes)
         return updateShapeRecord(job, place, words, exact);
     // Both kinds have the primitive in word 3 and the SBT word in word 7.
     const uint32_t input = inputOfSbtWord(job, words[7]);
@@ -138,39 +143,46 @@ SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& 
     const uint32_t primitive = words[3] - record.primitiveIndexOffset;
     if (primitive >= record.numPrimitives)
         return false;
-    return writeRecord(job, place, {input, primitive}, true, exact);
+    return kMotion ? writeMovingRecord(job, place, {input, primitive}, true, exact)
+                   : writeRecord(job, place, {input, primitive}, true, exact);
 }
 
-SUNSTONE_BUILDER Bounds recordBounds(const BuildJob& job, uint32_t place) {
+// What a record holds at a key, not padded. Of instances with motion keys alone.
+SUNSTONE_BUILDER Bounds exactBounds(const BuildJob& job, uint32_t place, uint32_t key) {
     if (job.type == BlockType::kInstances) {
+        const uint32_t index = at<const uint32_t>(job.records)[place];
+        return index < job.numPrimitives ? boundsOf(keyBoxesOf(job, index)[key]) : emptyBounds();
+    }
+    const U4* const words = at<const U4>(recordAt(job, place, key));
+    const U4 a = words[0], b = words[1];
+    if (job.type == BlockType::kCustom)
+        return {{floatOf(a.x), floatOf(a.y), floatOf(a.z)},
+                {floatOf(b.x), floatOf(b.y), floatOf(b.z)}};
+    const U4 c = words[2];
+    const float v[9] = {floatOf(a.x), floatOf(a.y), floatOf(a.z), floatOf(b.x), floatOf(b.y),
+                        floatOf(b.z), floatOf(c.x), floatOf(c.y), floatOf(c.z)};
+    return v[0] == v[0] ? boundsOfTriangle(v) : emptyBounds();
+}
+
+SUNSTONE_BUILDER Bounds recordBounds(const BuildJob& job, uint32_t place, uint32_t key) {
+    if (job.type == BlockType::kInstances && job.motionKeys == 1) {
         const uint32_t index = at<const uint32_t>(job.records)[place];
         return index < job.numPrimitives ? primitiveBounds(job, index) : emptyBounds();
     }
     if (job.type == BlockType::kShapes)
         return primitiveBounds(job, place);
-    const U4* const words = at<const U4>(job.records + uint64_t(place) * recordSize(job.type, job.shape));
-    const U4 a = words[0], b = words[1];
-    if (job.type == BlockType::kCustom) {
-        const Bounds box = {{floatOf(a.x), floatOf(a.y), floatOf(a.z)},
-                            {floatOf(b.x), floatOf(b.y), floatOf(b.z)}};
-        return isEmpty(box) ? emptyBounds() : padBounds(box);
-    }
-    const U4 c = words[2];
-    const float v[9] = {floatOf(a.x), floatOf(a.y), floatOf(a.z), floatOf(b.x), floatOf(b.y),
-                        floatOf(b.z), floatOf(c.x), floatOf(c.y), floatOf(c.z)};
-    return v[0] == v[0] ? padBounds(boundsOfTriangle(v)) : emptyBounds();
+    const Bounds box = exactBounds(job, place, key);
+    return isEmpty(box) ? emptyBounds() : padBounds(box);
 }
 
-SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_records(BuildJob given) {
-    if (countersOf(given).failure)
-        return;
-    const BuildJob job = inStructure(given);
+template <bool kMotion>
+SUNSTONE_BUILDER void updateRecords(const BuildJob& job) {
     const uint32_t count = headerIn(job).numLeaves;
     Bounds found = emptyBounds();
     uint32_t numActive = 0;
     for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
         Bounds exact;
-        if (updateRecord(job, i, exact)) {
+        if (updateRecord<kMotion>(job, i, exact)) {
             found = unite(found, exact);
             ++numActive;
         }
@@ -178,10 +190,22 @@ SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_records(BuildJo
     addToCounters(job, found, numActive);
 }
 
+SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_records(BuildJob given) {
+    if (!countersOf(given).failure)
+        updateRecords<false>(inStructure(given));
+}
+SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_moving_records(BuildJob given) {
+    if (!countersOf(given).failure && (given.motionKeys > 1 || countersOf(given).leftInstances))
+        updateRecords<true>(inStructure(given));
+}
+
 // ---- nodes ------------------------------------------------------------------------------------
 
-SUNSTONE_BUILDER WideNode& wideNode(const BuildJob& job, uint32_t index) {
-    return at<WideNode>(job.nodes)[index];
+SUNSTONE_BUILDER WideNode& wideNode(const BuildJob& job, uint32_t index, uint32_t key = 0) {
+    return at<WideNode>(job.nodes)[uint64_t(index) * job.motionKeys + key];
+}
+SUNSTONE_BUILDER uint64_t nodeBoxAt(const BuildJob& job, uint32_t index, uint32_t key) {
+    return job.nodeBoxes + (uint64_t(index) * job.motionKeys + key) * sizeof(PrimitiveBox);
 }
 
 SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_links(BuildJob given) {
@@ -201,8 +225,9 @@ SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_links(BuildJob 
     }
 }
 
-// What a slot holds now; sets its meta byte where that tells of it.
-SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, WideNode& node, uint32_t slot,
+// What a slot holds now; sets its meta byte where that tells of it. `node` is that of the first
+// key.
+SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, WideNode& node, uint32_t slot, uint32_t key,
                                   uint32_t numNodes, uint32_t numRecords) {
     Bounds box = emptyBounds();
     const uint32_t mask = node.innerMask;
@@ -210,8 +235,7 @@ SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, WideNode& node, uint32_t 
         const uint32_t child = node.childBase + uint32_t(__popc(mask & lanesBelow(slot)));
         if (child >= numNodes)
             return box;
-        const auto* const words =
-            at<const volatile float>(job.nodeBoxes + uint64_t(child) * sizeof(PrimitiveBox));
+        const auto* const words = at<const volatile float>(nodeBoxAt(job, child, key));
         for (int a = 0; a < 3; ++a) {
             box.lower[a] = words[a];
             box.upper[a] = words[3 + a];
@@ -222,7 +246,7 @@ SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, WideNode& node, uint32_t 
     for (uint32_t k = 0; k < run.count; ++k) {
         const uint32_t place = node.primitiveBase + run.first + k;
         if (place < numRecords)
-            box = unite(box, recordBounds(job, place));
+            box = unite(box, recordBounds(job, place, key));
     }
     if (run.count == 1 && leafLimit(job) == 1)
         node.meta[slot] = uint8_t(leafMeta(1, run.first, isEmpty(box)));
@@ -242,14 +266,24 @@ SUNSTONE_BUILDER Bounds uniteOfEight(Bounds box) {
 }
 
 // By eight lanes, whose slots are their last three bits; all lanes of the warp take part.
-SUNSTONE_BUILDER void refitNode(const BuildJob& job, uint32_t index, bool active, uint32_t numNodes,
-                                uint32_t numRecords) {
+SUNSTONE_BUILDER void refitNode(const BuildJob& job, uint32_t index, bool active, uint32_t key,
+                                uint32_t numNodes, uint32_t numRecords) {
     const uint32_t slot = laneOf() & 7u;
-    WideNode& node = wideNode(job, active ? index : 0);
-    const Bounds own = active ? refitSlot(job, node, slot, numNodes, numRecords) : emptyBounds();
+    WideNode& first = wideNode(job, active ? index : 0);
+    WideNode& node = wideNode(job, active ? index : 0, key);
+    const Bounds own =
+        active ? refitSlot(job, first, slot, key, numNodes, numRecords) : emptyBounds();
     const Bounds whole = uniteOfEight(own), grid = gridOf(whole);
     if (!active)
         return;
+    if (key > 0) {
+        node.meta[slot] = first.meta[slot];
+        if (slot == 0) {
+            node.innerMask = first.innerMask;
+            node.childBase = first.childBase;
+            node.primitiveBase = first.primitiveBase;
+        }
+    }
     for (int a = 0; a < 3; ++a) {
         const uint32_t exponent = stepExponent(sub(grid.upper[a], grid.lower[a]));
         const float inverse = inverseStep(exponent);
@@ -260,8 +294,7 @@ SUNSTONE_BUILDER void refitNode(const BuildJob& job, uint32_t index, bool active
         if (slot == 0) {
             node.origin[a] = grid.lower[a];
             node.exponents[a] = uint8_t(exponent);
-            auto* const words =
-                at<volatile float>(job.nodeBoxes + uint64_t(index) * sizeof(PrimitiveBox));
+            auto* const words = at<volatile float>(nodeBoxAt(job, index, key));
             words[a] = whole.lower[a];
             words[3 + a] = whole.upper[a];
         }
@@ -280,7 +313,8 @@ SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_nodes(BuildJob 
         uint32_t index = first + lane / kSlots;
         bool active = index < numNodes && wideNode(job, index).innerMask == 0;
         while (__any_sync(kWholeWarp, active)) {
-            refitNode(job, index, active, numNodes, numRecords);
+            for (uint32_t key = 0; key < job.motionKeys; ++key)
+                refitNode(job, index, active, key, numNodes, numRecords);
             // Up, if this was the last child.
             uint32_t next = kNoRef;
             if (active && lane % kSlots == 0) {
@@ -293,6 +327,48 @@ SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_nodes(BuildJob 
             }
             index = __shfl_sync(kWholeWarp, next, int(lane & ~7u));
             active = index != kNoRef;
+        }
+    }
+}
+
+// ---- bounds at the keys -----------------------------------------------------------------------
+
+// Blocks share the keys among themselves. job.keyWords: for each key three maxima of ~orderedBits
+// and three of orderedBits, zeroed before.
+SUNSTONE_KERNEL sunstone_key_bounds(BuildJob given) {
+    __shared__ uint32_t most[6];
+    if (countersOf(given).failure)
+        return;
+    const BuildJob job = inStructure(given);
+    const uint32_t count = headerIn(job).numLeaves, key = blockIdx.x % job.motionKeys;
+    const uint32_t step = gridDim.x / job.motionKeys * blockDim.x;
+    if (threadIdx.x < 6)
+        most[threadIdx.x] = 0;
+    __syncthreads();
+    Bounds found = emptyBounds();
+    for (uint32_t i = blockIdx.x / job.motionKeys * blockDim.x + threadIdx.x; i < count; i += step)
+        found = unite(found, exactBounds(job, i, key));
+    if (!isEmpty(found))
+        for (int a = 0; a < 3; ++a) {
+            atomicMax(&most[a], ~orderedBits(found.lower[a]));
+            atomicMax(&most[3 + a], orderedBits(found.upper[a]));
+        }
+    __syncthreads();
+    if (threadIdx.x < 6)
+        atomicMax(at<uint32_t>(job.keyWords) + uint64_t(key) * 6 + threadIdx.x, most[threadIdx.x]);
+}
+
+SUNSTONE_KERNEL sunstone_key_finish(BuildJob given) {
+    if (countersOf(given).failure)
+        return;
+    const BuildJob job = inStructure(given);
+    const bool any = headerIn(job).numActive != 0;
+    for (uint32_t key = globalThread(); key < job.motionKeys; key += gridDim.x * blockDim.x) {
+        const uint32_t* const words = at<const uint32_t>(job.keyWords) + uint64_t(key) * 6;
+        KeyBounds& to = at<KeyBounds>(job.keyBounds)[key];
+        for (int a = 0; a < 3; ++a) {
+            to.lower[a] = any ? fromOrdered(~words[a]) : __builtin_inff();
+            to.upper[a] = any ? fromOrdered(words[3 + a]) : -__builtin_inff();
         }
     }
 }

@@ -54,19 +54,6 @@ SUNSTONE_BUILDER uint32_t capFlags(const DeviceInput& input, uint32_t numSegment
     return flags;
 }
 
-SUNSTONE_BUILDER uint32_t sbtWord(const DeviceInput& input, const InputRecord& record,
-                                  uint32_t primitive) {
-    uint32_t local = 0;
-    const uint64_t address = input.sbtOffsets + uint64_t(primitive) * input.sbtOffsetStride;
-    if (input.sbtOffsets && input.sbtOffsetSize)
-        local = input.sbtOffsetSize == 1   ? *at<const uint8_t>(address)
-                : input.sbtOffsetSize == 2 ? *at<const uint16_t>(address)
-                                           : *at<const uint32_t>(address);
-    local = local < record.numSbtRecords ? local : record.numSbtRecords - 1;
-    return ((record.firstSbtIndex + local) & kSbtIndexMask) |
-           uint32_t(at<const uint8_t>(input.flags)[local]) << kGeometryFlagShift;
-}
-
 // Boxes and words of all references of a primitive; the number of those that are active.
 SUNSTONE_BUILDER uint32_t referToPieces(const BuildJob& job, uint32_t primitive, bool active,
                                         const ShapePoints& at0, bool split) {

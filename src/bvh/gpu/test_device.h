@@ -71,7 +71,7 @@ struct GpuStructure {
     std::shared_ptr<Buffer> memory, loose;
     const BlockHeader& header() const { return *static_cast<const BlockHeader*>(memory->data()); }
     uint64_t handle() const {
-        return memory->address() | (header().type == BlockType::kInstances ? kIasTag : kGasTag);
+        return memory->address() | (kindOf(header().type) == BlockType::kInstances ? kIasTag : kGasTag);
     }
 };
 

@@ -92,7 +92,7 @@ struct Traversal {
     BoxRay box;
     Shear shear;
     lane::RaySpace space; // in structures of curves and spheres
-    MotionPlace motion; // with kMotion
+    MotionPlace motion;   // with kMotion
 
     // Begins at a handle (with its tag). False: there is nothing to visit.
     __attribute__((always_inline)) bool start(Programs& programs, Ray& ray, uint64_t handle,
@@ -205,8 +205,9 @@ private:
             return programs.triangle(ray, hit, a.w, b.w) == Visit::kEnd;
         }
         if constexpr (Programs::kCustoms) {
+            const uint64_t index = Programs::kMotion ? uint64_t(record) * motion.keys : record;
             const U4* const custom =
-                reinterpret_cast<const U4*>(records + uint64_t(record) * sizeof(CustomLeaf));
+                reinterpret_cast<const U4*>(records + index * sizeof(CustomLeaf));
             const U4 a = loadConstant(custom), b = loadConstant(custom + 1);
             return programs.custom(ray, a.w, b.w) == Visit::kEnd;
         }

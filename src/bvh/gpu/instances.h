@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// First step of a build of instances: their records and boxes, with motion keys a box for each key.
+// Bounds of what moves take many registers. Where the structure itself stands still, a first kernel
+// therefore leaves instances whose way leads through motion transforms to a second one.
+#pragma once
+
+#include "bvh/gpu/motion_references.h"
+#include "bvh/motion_bounds_body.h"
+
+namespace sunstone::bvh::gpu {
+
+// Bounds seen through a transform, with the CPU's margin for the rounding of transformed rays.
+SUNSTONE_BUILDER Bounds transformBounds(const float m[12], const Bounds& b) {
+    Bounds r;
+    for (int i = 0; i < 3; ++i) {
+        double low = m[4 * i + 3], high = low, size = low < 0 ? -low : low;
+        for (int j = 0; j < 3; ++j) {
+            const double p = double(m[4 * i + j]) * b.lower[j],
+                         q = double(m[4 * i + j]) * b.upper[j];
+            low += p < q ? p : q;
+            high += p < q ? q : p;
+            const double x = p < 0 ? -p : p, y = q < 0 ? -q : q;
+            size += x < y ? y : x;
+        }
+        const double margin = size * 0x1p-20;
+        r.lower[i] = float(low - margin);
+        r.upper[i] = float(high + margin);
+    }
+    return r;
+}
+
+// As many transforms as traversal walks (devlib/gpu/launch_block.h).
+constexpr uint32_t kMaxChain = 15;
+
+enum class Child : uint32_t { kNothing, kSomething, kLater };
+
+// Bounds, at all times, of what an instance's child leads to. Without kMotion ways through motion
+// transforms are for later.
+template <bool kMotion>
+SUNSTONE_BUILDER Child childBounds(uint64_t handle, Bounds& box) {
+    uint64_t chain[kMaxChain];
+    uint32_t length = 0;
+    while (isTransformTag(handle & kTraversableTagMask) && length < kMaxChain) {
+        if (handle <= kTraversableTagMask)
+            return Child::kNothing;
+        if (!kMotion && (handle & kTraversableTagMask) != kStaticTransformTag)
+            return Child::kLater;
+        chain[length++] = handle;
+        handle = childOf(handle);
+    }
+    const uint64_t tag = handle & kTraversableTagMask;
+    if ((tag != kGasTag && tag != kIasTag) || handle <= kTraversableTagMask)
+        return Child::kNothing;
+    const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+    if (header.magic != kGpuBlockMagic || header.root == kNoNode)
+        return Child::kNothing;
+    for (int a = 0; a < 3; ++a) {
+        box.lower[a] = header.lower[a];
+        box.upper[a] = header.upper[a];
+    }
+    while (length-- > 0) {
+        const uint64_t transform = chain[length];
+        if (!kMotion || (transform & kTraversableTagMask) == kStaticTransformTag) {
+            box = transformBounds(
+                at<const StaticTransform>(transform & ~kTraversableTagMask)->transform, box);
+        } else {
+            const KeyBounds all = moving::atAllTimes(transform, box.lower, box.upper);
+            for (int a = 0; a < 3; ++a) {
+                box.lower[a] = all.lower[a];
+                box.upper[a] = all.upper[a];
+            }
+        }
+    }
+    return Child::kSomething;
+}
+
+SUNSTONE_BUILDER bool isUsable(const Bounds& box) {
+    bool good = true;
+    for (int a = 0; a < 3; ++a)
+        good = good && isUsable(box.lower[a]) && isUsable(box.upper[a]) &&
+               box.lower[a] <= box.upper[a];
+    return good;
+}
+
+// Of the member `pad` of an instance's record, between the two kernels.
+constexpr uint32_t kLeftForLater = 1;
+
+// Writes the record of an instance; false if it is inactive or left for later, else its box, at all
+// times.
+template <bool kMotion>
+SUNSTONE_BUILDER bool describeInstance(const BuildJob& job, uint32_t index, Bounds& box) {
+    const DeviceInput& input = *at<const DeviceInput>(job.inputs);
+    uint64_t address = input.data + uint64_t(index) * input.stride;
+    if (input.areAddresses)
+        address = *at<const uint64_t>(input.data + 8 * uint64_t(index));
+    InstanceData& to = at<InstanceData>(job.instances)[index];
+    to.index = index;
+    to.pad = 0;
+    if (address == 0 || address % 16 != 0) {
+        to.child = 0;
+        to.visibilityMask = 0;
+        return false;
+    }
+    const InstanceDesc& from = *at<const InstanceDesc>(address);
+    const bool identity = from.flags & input.identityFlag;
+    float m[12], inverse[12];
+    for (int i = 0; i < 12; ++i)
+        m[i] = identity ? (i % 5 == 0 ? 1.0f : 0.0f) : from.transform[i];
+    const bool invertible = invert(m, inverse);
+    for (int i = 0; i < 12; ++i) {
+        to.objectToWorld[i] = m[i];
+        to.worldToObject[i] = inverse[i];
+    }
+    to.child = from.traversableHandle;
+    to.instanceId = from.instanceId;
+    to.sbtOffset = from.sbtOffset;
+    to.visibilityMask = from.visibilityMask;
+    to.flags = from.flags & input.knownFlags & ~input.identityFlag;
+    if (!invertible || (to.visibilityMask & 0xFF) == 0)
+        return false;
+    const Child child = childBounds<kMotion>(to.child, box);
+    if (child == Child::kLater)
+        to.pad = kLeftForLater;
+    if (child != Child::kSomething)
+        return false;
+    box = transformBounds(m, box);
+    return isUsable(box);
+}
+
+// Boxes of an instance at the keys, not padded; empty if it is inactive.
+SUNSTONE_BUILDER KeyBounds* keyBoxesOf(const BuildJob& job, uint32_t index) {
+    return at<KeyBounds>(job.keyBoxes) + uint64_t(index) * job.motionKeys;
+}
+SUNSTONE_BUILDER Bounds boundsOf(const KeyBounds& from) {
+    Bounds box;
+    for (int a = 0; a < 3; ++a) {
+        box.lower[a] = from.lower[a];
+        box.upper[a] = from.upper[a];
+    }
+    return box;
+}
+
+// Fills the boxes at the keys, which hold the instance between them too (bvh/motion_bounds.h), and
+// sums them up. `box` is that at all times.
+SUNSTONE_BUILDER bool describeAtKeys(const BuildJob& job, uint32_t index, const Bounds& box,
+                                     KeySum& sum) {
+    KeyBounds* const keys = keyBoxesOf(job, index);
+    const InstanceData& record = at<InstanceData>(job.instances)[index];
+    if (moving::moves(record.child)) {
+        moving::describe(record, {job.motionKeys, job.motionBegin, job.motionEnd}, keys);
+    } else {
+        for (uint32_t k = 0; k < job.motionKeys; ++k)
+            for (int a = 0; a < 3; ++a) {
+                keys[k].lower[a] = box.lower[a];
+                keys[k].upper[a] = box.upper[a];
+            }
+    }
+    bool active = true;
+    for (uint32_t k = 0; k < job.motionKeys; ++k) {
+        active = active && isUsable(boundsOf(keys[k]));
+        addKey(sum, boundsOf(keys[k]));
+    }
+    return active;
+}
+
+// Reads an instance: its record and boxes. False if it is inactive or left for later, else `exact`
+// are its bounds at all times.
+template <bool kMotion>
+SUNSTONE_BUILDER bool readInstance(const BuildJob& job, uint32_t index, Bounds& exact) {
+    exact = emptyBounds();
+    bool active = describeInstance<kMotion>(job, index, exact);
+    if (!kMotion && at<const InstanceData>(job.instances)[index].pad == kLeftForLater)
+        countersOf(job).leftInstances = 1;
+    Bounds box = exact;
+    if (kMotion && job.motionKeys > 1) {
+        KeySum sum = noKeys();
+        active = active && describeAtKeys(job, index, exact, sum);
+        for (uint32_t k = 0; k < job.motionKeys && !active; ++k)
+            keyBoxesOf(job, index)[k] = kNoBounds;
+        exact = sum.all;
+        box = meanOf(sum, job.motionKeys);
+    }
+    storeBox(job, index, active, box);
+    return active;
+}
+
+// Whether sunstone_moving_instances, and its like of updates, read an instance.
+SUNSTONE_BUILDER bool isForLater(const BuildJob& job, uint32_t index) {
+    return job.motionKeys > 1 || at<const InstanceData>(job.instances)[index].pad == kLeftForLater;
+}
+
+SUNSTONE_KERNEL sunstone_instances(BuildJob job) {
+    Bounds found = emptyBounds();
+    uint32_t numActive = 0;
+    for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
+        Bounds exact;
+        if (readInstance<false>(job, i, exact)) {
+            found = unite(found, exact);
+            ++numActive;
+        }
+    }
+    countReferences(job, found, numActive);
+}
+
+// What sunstone_instances has left; with motion keys all.
+SUNSTONE_KERNEL sunstone_moving_instances(BuildJob job) {
+    if (job.motionKeys == 1 && !countersOf(job).leftInstances)
+        return;
+    Bounds found = emptyBounds();
+    uint32_t numActive = 0;
+    for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
+        Bounds exact;
+        if (isForLater(job, i) && readInstance<true>(job, i, exact)) {
+            found = unite(found, exact);
+            ++numActive;
+        }
+    }
+    countReferences(job, found, numActive);
+}
+
+} // namespace sunstone::bvh::gpu
