@@ -60,13 +60,12 @@ RelocationInfo relocationInfo(const BlockHeader& header) {
 }
 
 bool isRelocatable(const RelocationInfo& info) {
-    return isRelocatable(info, kBlockMagic) ||
-           (info.words[0] == (uint64_t(kMicromapVersion) << 32 | kMicromapMagic) &&
-            info.words[3] == checkSum(info.words));
+    return isRelocatable(info, kBlockMagic);
 }
 
 bool isRelocatable(const RelocationInfo& info, uint32_t magic) {
-    return info.words[0] == (uint64_t(kBlockVersion) << 32 | magic) &&
+    return (info.words[0] == (uint64_t(kBlockVersion) << 32 | magic) ||
+            info.words[0] == (uint64_t(kMicromapVersion) << 32 | kMicromapMagic)) &&
            info.words[3] == checkSum(info.words);
 }
 

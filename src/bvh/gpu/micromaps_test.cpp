@@ -54,6 +54,7 @@ TEST(GpuMicromaps, ArraysAreThoseOfTheCpu) {
         const auto cpu = alignedBuffer(gpu->size());
         buildMicromapArray(maps.input(), cpu.get(), gpu->size());
         EXPECT_EQ(std::memcmp(cpu.get(), gpu->data(), gpu->size()), 0);
+        EXPECT_TRUE(isRelocatable(micromapRelocationInfo(gpu->data()), kGpuBlockMagic));
     }
     EXPECT_TRUE(Device::get().builder().takeFailures().empty());
 }
