@@ -13,12 +13,13 @@ enum class Setting {
     kLog,     // SUNSTONE_LOG: levels by area, see log.h
     kDump,    // SUNSTONE_DUMP: folder that receives the program after every compiler pass
     kThreads, // SUNSTONE_THREADS: worker threads of the CPU device, default all cores
-    kIsa,     // SUNSTONE_ISA: highest instruction set traversal may use (avx512, avx2, baseline)
+    kIsa,     // SUNSTONE_ISA: highest instruction set for traversal and warps (avx512, avx2, baseline)
     kCachePath,    // OPTIX_CACHE_PATH: folder of the disk cache
     kCacheMaxSize, // OPTIX_CACHE_MAXSIZE: bytes of the disk cache, 0 for none
     kCheck,        // SUNSTONE_CHECK: what `sunstone run --check` watches, see checks()
     kCheckReport,  // SUNSTONE_CHECK_REPORT: file that receives its reports
     kGpuBackEnd,   // SUNSTONE_GPU_BACK_END=cpu-device: the GPU back end drives the CPU device's libcuda
+    kKernels,      // SUNSTONE_KERNELS: how the threads of kernels run, see docs/cuda.md
     kCount,
 };
 

@@ -9,6 +9,7 @@
 #include "compiler/debug_info.h"
 #include "compiler/digest.h"
 #include "compiler/flush.h"
+#include "compiler/lockstep.h"
 #include "compiler/machine.h"
 #include "compiler/optimizer.h"
 #include "compiler/shared_layout.h"
@@ -132,7 +133,9 @@ struct KernelObject {
         for (const KernelInfo& info : kernels) {
             for (const uint32_t value :
                  {uint32_t(info.usesBarriers), uint32_t(info.usesWarpFunctions),
-                  info.staticSharedBytes, info.localBytes, uint32_t(info.unsupported.size())})
+                  info.staticSharedBytes, info.localBytes, uint32_t(info.hasLockstep),
+                  info.lockstepFrameBytes, uint32_t(info.needsThreads),
+                  uint32_t(info.unsupported.size())})
                 number(value);
             text += info.unsupported;
         }
@@ -141,19 +144,22 @@ struct KernelObject {
     // `kernels` has the descriptions already.
     bool deserialize(std::string_view bytes) {
         for (KernelInfo& info : kernels) {
-            uint32_t values[5];
+            uint32_t values[8];
             if (bytes.size() < sizeof values)
                 return false;
             std::memcpy(values, bytes.data(), sizeof values);
             bytes.remove_prefix(sizeof values);
-            if (bytes.size() < values[4])
+            if (bytes.size() < values[7])
                 return false;
             info.usesBarriers = values[0] != 0;
             info.usesWarpFunctions = values[1] != 0;
             info.staticSharedBytes = values[2];
             info.localBytes = values[3];
-            info.unsupported = std::string(bytes.substr(0, values[4]));
-            bytes.remove_prefix(values[4]);
+            info.hasLockstep = values[4] != 0;
+            info.lockstepFrameBytes = values[5];
+            info.needsThreads = values[6] != 0;
+            info.unsupported = std::string(bytes.substr(0, values[7]));
+            bytes.remove_prefix(values[7]);
         }
         return object.deserialize(bytes);
     }
@@ -204,6 +210,9 @@ public:
     CodeObject finish(std::vector<KernelInfo>& kernels, StepTimes& times) {
         times.step("translate");
         describeThreads(*unit_, functions_, kernels);
+        const bool wantsLockstep = level_ != OptLevel::k0 && !checks("memory");
+        if (wantsLockstep)
+            inlineMeetings(*unit_);
         Optimizer optimizer(*unit_, *machine_, level_);
         optimizer.dump("translated");
         verify(*unit_, "translation");
@@ -214,6 +223,10 @@ public:
         if (debugLevel_ == DebugLevel::kFull)
             pinVariables(*unit_);
         times.step("optimize");
+        if (wantsLockstep) {
+            addLockstepCode(optimizer, kernels);
+            times.step("lockstep");
+        }
         CodeObject object = generate(*unit_, machine_);
         object.variables = unit_->variableIds();
         object.forDebugger = debugLevel_ >= DebugLevel::kModerate;
@@ -222,6 +235,14 @@ public:
     }
 
 private:
+    void addLockstepCode(Optimizer& optimizer, std::vector<KernelInfo>& kernels) {
+        for (size_t i = 0; i < functions_.size(); ++i)
+            if (functions_[i])
+                addLockstep(*unit_, optimizer, machine_, *functions_[i], kernels[i]);
+        verify(*unit_, "lockstep");
+        optimizer.dump("lockstep");
+    }
+
     llvm::Function* declare(const std::string& name) {
         for (const KernelSource& source : sources_)
             if (source.function->name == name)
@@ -312,6 +333,7 @@ private:
         digest.add(buildId());
         digest.add(targetDescription());
         digest.add(uint64_t(checks("memory")));
+        digest.add(config(Setting::kIsa));
         for (const auto& module : modules_)
             digest.add(module->text);
         digest.add(uint64_t(options_.debugLevel));
@@ -375,13 +397,24 @@ private:
         kernels_ = made.kernels;
         std::vector<std::string> symbols;
         for (const KernelInfo& info : kernels_)
-            if (info.unsupported.empty())
-                symbols.push_back(kKernelPrefix + info.name);
+            addSymbols(info, symbols);
         const LoadedCode& code = load(made, symbols);
         for (size_t i = 0; i < kernels_.size(); ++i) {
-            kernels_[i].address = code.address(kKernelPrefix + kernels_[i].name);
+            takeAddresses(kernels_[i], code);
             ready_[i] = true;
         }
+    }
+
+    static void addSymbols(const KernelInfo& info, std::vector<std::string>& symbols) {
+        if (info.unsupported.empty())
+            symbols.push_back(kKernelPrefix + info.name);
+        if (info.hasLockstep)
+            symbols.push_back(kLockstepPrefix + info.name);
+    }
+    static void takeAddresses(KernelInfo& info, const LoadedCode& code) {
+        info.address = code.address(kKernelPrefix + info.name);
+        if (info.hasLockstep)
+            info.lockstep = code.address(kLockstepPrefix + info.name);
     }
 
     // A piece that defines variables.
@@ -402,9 +435,10 @@ private:
             std::vector<std::pair<std::string, void*>> externals;
             for (const VariableId& id : made.object.variables)
                 externals.emplace_back(id.symbol(), addresses_.at(id));
-            const std::string symbol = kKernelPrefix + info.name;
-            code_.push_back(loadObject(made.object, {symbol}, externals));
-            info.address = code_.back()->address(symbol);
+            std::vector<std::string> symbols;
+            addSymbols(info, symbols);
+            code_.push_back(loadObject(made.object, symbols, externals));
+            takeAddresses(info, *code_.back());
         }
         kernels_[index] = std::move(info);
         ready_[index] = true;

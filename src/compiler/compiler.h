@@ -179,6 +179,11 @@ struct KernelInfo {
     bool usesBarriers = false;       // bar.sync and friends, directly or through callees
     bool usesWarpFunctions = false;  // shuffle, vote, match ...
     uint32_t localBytes = 0;
+    // The code that runs a warp at a time, null where the kernel has none.
+    const void* lockstep = nullptr;  // devlib::LockstepFn
+    uint32_t lockstepFrameBytes = 0; // LockstepWarp::frame
+    bool hasLockstep = false;
+    bool needsThreads = false; // all of LockstepWarp::threads, not only the first
     // Why the kernel cannot run (it uses textures, say); empty where it can. Then address is null.
     std::string unsupported;
 };

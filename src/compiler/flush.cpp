@@ -318,7 +318,7 @@ private:
         function =
             llvm::Function::Create(llvm::FunctionType::get(type->getReturnType(), types, false),
                                    llvm::GlobalValue::InternalLinkage,
-                                   "leave." + std::to_string(leaving_.size()), unit_.module());
+                                   kLeavePrefix + std::to_string(leaving_.size()), unit_.module());
         function->addFnAttr(llvm::Attribute::NoUnwind);
         std::vector<Value*> arguments;
         for (unsigned i = 1; i < function->arg_size(); ++i)
@@ -391,6 +391,10 @@ void addCallees(const Analyses& all, std::set<llvm::Function*>& chosen) {
 }
 
 } // namespace
+
+void runFlushed(Unit& unit, llvm::Function& function) {
+    Modes(unit).split(function);
+}
 
 void lowerFlushes(Unit& unit, bool hasFma) {
     llvm::Function* flush = unit.module().getFunction(kFlushName);

@@ -28,6 +28,10 @@
 #include <llvm/Transforms/Scalar/LoopUnrollPass.h>
 #include <llvm/Transforms/Scalar/SROA.h>
 #include <llvm/Transforms/Scalar/SimplifyCFG.h>
+#include <llvm/Transforms/Utils/FixIrreducible.h>
+#include <llvm/Transforms/Utils/LoopSimplify.h>
+#include <llvm/Transforms/Utils/LowerSwitch.h>
+#include <llvm/Transforms/Utils/UnifyFunctionExitNodes.h>
 
 #include <atomic>
 
@@ -141,6 +145,35 @@ void Optimizer::optimize() {
     passes.addPass(llvm::createModuleToFunctionPassAdaptor(std::move(main)));
     passes.run(unit_.module(), managers_->modules);
     dump("optimized");
+}
+
+void Optimizer::simplifyControl(llvm::Function& function) {
+    llvm::FunctionPassManager passes;
+    passes.addPass(llvm::LowerSwitchPass());
+    passes.addPass(llvm::UnifyFunctionExitNodesPass());
+    passes.addPass(llvm::FixIrreduciblePass());
+    passes.addPass(llvm::LowerSwitchPass());
+    passes.addPass(llvm::LoopSimplifyPass());
+    passes.run(function, managers_->functions);
+}
+
+void Optimizer::finishLockstep(llvm::Function& function) {
+    llvm::FunctionPassManager passes;
+    passes.addPass(llvm::SROAPass(llvm::SROAOptions::PreserveCFG));
+    passes.addPass(llvm::EarlyCSEPass(false));
+    passes.addPass(llvm::InstCombinePass());
+    passes.addPass(llvm::SimplifyCFGPass());
+    llvm::LoopPassManager loops;
+    loops.addPass(llvm::LICMPass(llvm::LICMOptions()));
+    passes.addPass(llvm::createFunctionToLoopPassAdaptor(std::move(loops), true, false));
+    passes.addPass(llvm::EarlyCSEPass(true));
+    passes.addPass(llvm::InstCombinePass());
+    passes.addPass(llvm::ADCEPass());
+    passes.run(function, managers_->functions);
+}
+
+void Optimizer::forget(llvm::Function& function) {
+    managers_->functions.clear(function, function.getName());
 }
 
 } // namespace sunstone::compiler

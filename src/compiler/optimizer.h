@@ -19,6 +19,12 @@ public:
     void optimize(); // everything else
     void dump(const char* stage);
 
+    // For one function of lockstep.h: loops and branches in the forms that it can read; and what
+    // was written, places made values again.
+    void simplifyControl(llvm::Function& function);
+    void finishLockstep(llvm::Function& function);
+    void forget(llvm::Function& function); // before it is erased
+
 private:
     struct Managers;
     Unit& unit_;

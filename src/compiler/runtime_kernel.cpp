@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "compiler/device_data.h"
+#include "compiler/warp_functions.h"
 #include "devlib/abi.h"
 
 #include <bit>
@@ -213,114 +214,28 @@ uint32_t activeMask(KernelThread* thread) {
     return functionsOf(thread)->activeMask(thread);
 }
 
-struct Gathered {
-    uint64_t values[32];
-    uint32_t present;
-};
-
 Gathered exchange(KernelThread* thread, uint32_t mask, uint64_t value) {
     Gathered gathered{};
     gathered.present = functionsOf(thread)->exchange(thread, mask, value, gathered.values);
+    gathered.values[thread->laneid] = value; // also where the launcher left it out
     return gathered;
 }
 
 uint32_t vote(KernelThread* thread, uint32_t mode, uint32_t mask, uint32_t predicate) {
-    const Gathered all = exchange(thread, mask, predicate);
-    uint32_t ballot = 0;
-    for (unsigned lane = 0; lane < 32; ++lane)
-        if (all.present >> lane & 1 && all.values[lane])
-            ballot |= 1u << lane;
-    switch (mode) {
-    case 0:
-        return ballot == all.present;
-    case 1:
-        return ballot != 0;
-    case 2:
-        return ballot == 0 || ballot == all.present;
-    default:
-        return ballot;
-    }
+    return answerVote(mode, exchange(thread, mask, predicate));
 }
 
-// Result: value in the low, validity in the high word. Source: PTX ISA manual, "shfl.sync".
 uint64_t shuffle(KernelThread* thread, uint32_t mode, uint32_t value, uint32_t distance,
                  uint32_t control, uint32_t mask) {
-    const Gathered all = exchange(thread, mask, value);
-    const int lane = int(thread->laneid);
-    const int b = int(distance & 31);
-    const int clamp = int(control & 31), segment = int(control >> 8 & 31);
-    const int last = (lane & segment) | (clamp & ~segment);
-    const int first = lane & segment;
-    int source = 0;
-    bool valid = false;
-    switch (mode) {
-    case 0:
-        source = lane - b;
-        valid = source >= last;
-        break;
-    case 1:
-        source = lane + b;
-        valid = source <= last;
-        break;
-    case 2:
-        source = lane ^ b;
-        valid = source <= last;
-        break;
-    default:
-        source = first | (b & ~segment);
-        valid = source <= last;
-    }
-    if (!valid)
-        source = lane;
-    const bool there = source >= 0 && source < 32 && all.present >> source & 1;
-    return uint64_t(valid) << 32 | (there ? uint32_t(all.values[source]) : value);
+    return answerShuffle(mode, thread->laneid, distance, control, exchange(thread, mask, value));
 }
 
 uint64_t match(KernelThread* thread, uint32_t wantAll, uint32_t mask, uint64_t value) {
-    const Gathered all = exchange(thread, mask, value);
-    uint32_t same = 0;
-    for (unsigned lane = 0; lane < 32; ++lane)
-        if (all.present >> lane & 1 && all.values[lane] == value)
-            same |= 1u << lane;
-    if (!wantAll)
-        return uint64_t(1) << 32 | same;
-    return same == all.present ? uint64_t(1) << 32 | same : 0;
+    return answerMatch(wantAll, value, exchange(thread, mask, value));
 }
 
 uint32_t reduce(KernelThread* thread, uint32_t op, uint32_t mask, uint32_t value) {
-    const Gathered all = exchange(thread, mask, value);
-    uint32_t result = value;
-    for (unsigned lane = 0; lane < 32; ++lane) {
-        if (!(all.present >> lane & 1) || lane == thread->laneid)
-            continue;
-        const uint32_t other = uint32_t(all.values[lane]);
-        switch (op) {
-        case 0:
-            result += other;
-            break;
-        case 1:
-            result &= other;
-            break;
-        case 2:
-            result |= other;
-            break;
-        case 3:
-            result ^= other;
-            break;
-        case 4:
-            result = uint32_t(std::min(int32_t(result), int32_t(other)));
-            break;
-        case 5:
-            result = std::min(result, other);
-            break;
-        case 6:
-            result = uint32_t(std::max(int32_t(result), int32_t(other)));
-            break;
-        default:
-            result = std::max(result, other);
-        }
-    }
-    return result;
+    return answerReduce(op, exchange(thread, mask, value));
 }
 
 template <class Function>
@@ -349,6 +264,7 @@ void addKernelSymbols(std::vector<RuntimeSymbol>& symbols) {
         {"sunstone_shuffle", addressOf(shuffle)},
         {"sunstone_match", addressOf(match)},
         {"sunstone_redux", addressOf(reduce)},
+        {"sunstone_lockstep_answer", addressOf(answerLanes)},
     };
     symbols.insert(symbols.end(), std::begin(own), std::end(own));
 }

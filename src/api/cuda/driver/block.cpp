@@ -3,6 +3,7 @@
 #include "api/cuda/driver/block.h"
 
 #include "api/cuda/driver/block_fibers.h"
+#include "api/cuda/driver/block_lockstep.h"
 #include "base/error.h"
 #include "check/memory_check.h"
 
@@ -27,6 +28,10 @@ LoopBlock& blockOf(devlib::KernelThread* thread) {
     return *static_cast<LoopBlock*>(thread->block);
 }
 
+// Ends all threads of the block, not one.
+constexpr int kJumpStop = 3;
+static_assert(kJumpStop != kJumpFault);
+
 // The compiler said that the kernel does not use these.
 uint32_t loopBarrier(devlib::KernelThread* thread, uint32_t, uint32_t, uint32_t, uint32_t) {
     blockOf(thread).launch->deadlock = true;
@@ -50,7 +55,9 @@ void loopFault(devlib::KernelThread* thread, uint32_t kind) {
 }
 
 void loopYield(devlib::KernelThread* thread) {
-    thread->spins = kSpins; // other blocks run on other threads
+    thread->spins = kSpins;                  // other blocks run on other threads
+    if (blockOf(thread).launch->hasFailed()) // what this one waits for may never come
+        std::longjmp(blockOf(thread).frame.jump, kJumpStop);
     std::this_thread::yield();
 }
 void loopCheck(devlib::KernelThread* thread, const devlib::CheckedAccess* access) {
@@ -170,7 +177,9 @@ BlockRunner::BlockRunner(Launch& launch) : launch_(launch) {
     prepareForFaults();
     const size_t size = sharedBytesOf(launch);
     shared_ = size ? threadShared().reserve(size) : nullptr;
-    if (launch.meets)
+    if (launch.lockstep)
+        lockstep_ = std::make_unique<Lockstep>(launch);
+    else if (launch.meets)
         fibers_ = std::make_unique<Fibers>(launch, threadStacks());
 }
 
@@ -179,11 +188,12 @@ BlockRunner::~BlockRunner() = default;
 void BlockRunner::run(uint32_t x, uint32_t y, uint32_t z) {
     if (launch_.stops())
         return; // the launch has failed already
-    if (!fibers_) {
+    if (lockstep_)
+        lockstep_->run(blockPrototype(launch_, x, y, z, shared_));
+    else if (fibers_)
+        fibers_->run(blockPrototype(launch_, x, y, z, shared_));
+    else
         runLoop(x, y, z);
-        return;
-    }
-    fibers_->run(blockPrototype(launch_, x, y, z, shared_));
 }
 
 void BlockRunner::runLoop(uint32_t x, uint32_t y, uint32_t z) {
@@ -197,6 +207,10 @@ void BlockRunner::runLoop(uint32_t x, uint32_t y, uint32_t z) {
     const int reason = setjmp(block.frame.jump);
     if (reason == kJumpFault) {
         launch_.noteFault(block.frame, thread);
+        return;
+    }
+    if (reason == kJumpStop) {
+        leaveDeviceCode();
         return;
     }
     if (reason != 0)

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs the blocks of a kernel launch on one thread of the processor.
 //
-// Kernels without barriers and warp functions: the threads of a block are a plain loop. Others:
-// each thread of the block is a fiber with a stack of its own (Boost.Context); a thread that waits
-// switches back to the scheduler, which goes round over those that can run. Nothing in a block is
-// concurrent, so its state needs no locks. See block_fibers.cpp.
+// Kernels that have code for a warp at a time run it: see block_lockstep.cpp. Others, without
+// barriers and warp functions: the threads of a block are a plain loop. With them: each thread of
+// the block is a fiber with a stack of its own (Boost.Context); a thread that waits switches back
+// to the scheduler, which goes round over those that can run, see block_fibers.cpp. Nothing in a
+// block is concurrent, so its state needs no locks.
 #pragma once
 
 #include "base/faults.h"
 #include "compiler/compiler.h"
-#include "devlib/abi.h"
+#include "devlib/lockstep.h"
 
 #include <array>
 #include <atomic>
@@ -27,8 +28,11 @@ struct LaunchPlan {
     uint32_t staticShared = 0;
     uint32_t dynamicShared = 0;
     uint32_t localBytes = 0;
-    bool cooperative = false; // all blocks at once: see cooperative.h
-    bool meets = false;       // barriers or warp functions
+    bool cooperative = false;              // all blocks at once: see cooperative.h
+    bool meets = false;                    // barriers or warp functions
+    devlib::LockstepFn lockstep = nullptr; // runs a warp at a time; null: kernel is to be used
+    uint32_t frameBytes = 0;               // of a warp, for it
+    bool needsThreads = false;             // LockstepWarp::threads for all lanes
     const char* name = "";
 
     uint32_t paramBytes = 0;
@@ -46,6 +50,7 @@ struct Launch : LaunchPlan {
     // Written by the one thread that set `fault` to kProcessorFault.
     FaultFrame processorFault;
     devlib::KernelThread faulted{};
+    uint32_t faultedLanes = 1; // threads that ran together, from that one on
 
     static constexpr uint32_t kProcessorFault = ~uint32_t(0);
     // Whether the threads that still run are given up: not after what the memory checker found,
@@ -58,12 +63,14 @@ struct Launch : LaunchPlan {
     }
     bool hasFailed() const { return stops() || deadlock.load(std::memory_order_relaxed); }
     // A thread of the kernel ended with a fault of the processor.
-    void noteFault(const FaultFrame& frame, const devlib::KernelThread& thread) {
+    void noteFault(const FaultFrame& frame, const devlib::KernelThread& thread,
+                   uint32_t lanes = 1) {
         uint32_t none = 0;
         if (!fault.compare_exchange_strong(none, kProcessorFault))
             return;
         processorFault = frame;
         faulted = thread;
+        faultedLanes = lanes;
     }
 };
 
@@ -78,6 +85,7 @@ public:
     void run(uint32_t x, uint32_t y, uint32_t z);
 
     struct Fibers;
+    struct Lockstep;
 
 private:
     void runLoop(uint32_t x, uint32_t y, uint32_t z);
@@ -85,6 +93,7 @@ private:
     Launch& launch_;
     uint8_t* shared_ = nullptr; // owned by the thread, see block.cpp
     std::unique_ptr<Fibers> fibers_;
+    std::unique_ptr<Lockstep> lockstep_;
 };
 
 // Reads of what others may write before a thread lets others run.

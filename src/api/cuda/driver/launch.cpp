@@ -4,6 +4,7 @@
 
 #include "api/cuda/driver/block.h"
 #include "api/cuda/driver/cooperative.h"
+#include "base/config.h"
 #include "base/log.h"
 #include "base/threads.h"
 #include "device/device.h"
@@ -21,14 +22,20 @@ constexpr uint64_t kSmallLaunch = 2048;
 [[noreturn]] void refuseFault(const Launch& launch) {
     const FaultFrame& fault = launch.processorFault;
     const auto &block = launch.faulted.ctaid, &thread = launch.faulted.tid;
-    std::string place;
+    std::string place, last;
+    if (launch.faultedLanes > 1) {
+        devlib::KernelThread end{};
+        const uint32_t index = launch.faulted.warpid * devlib::kWarpLanes + launch.faulted.laneid;
+        placeThread(end, launch, index + launch.faultedLanes - 1);
+        last = message(" to (", end.tid[0], ", ", end.tid[1], ", ", end.tid[2], ")");
+    }
     compiler::SourceLocation source;
     if (compiler::sourceLocation(fault.instruction, source))
         place = message(", at ", source.file, ":", source.line);
     const bool isAccess = fault.signal == SIGSEGV || fault.signal == SIGBUS;
     refuse(isAccess ? CUDA_ERROR_ILLEGAL_ADDRESS : CUDA_ERROR_LAUNCH_FAILED, "kernel ", launch.name,
            ": ", describeFault(fault), ", in block (", block[0], ", ", block[1], ", ", block[2],
-           "), thread (", thread[0], ", ", thread[1], ", ", thread[2], ")", place);
+           "), thread (", thread[0], ", ", thread[1], ", ", thread[2], ")", last, place);
 }
 
 [[noreturn]] void refuseFault(const char* kernel, devlib::KernelFault fault) {
@@ -146,6 +153,14 @@ std::vector<std::byte> gatherParameters(const LaunchRequest& request,
     return block;
 }
 
+// Whether a kernel that can run a warp at a time is to.
+bool runsInLockstep(const LaunchPlan& plan) {
+    constexpr uint32_t kFewThreads = 4; // most lanes would do nothing
+    if (!plan.meets && plan.threadsPerBlock() < kFewThreads)
+        return false;
+    return currentConfig(Setting::kKernels) != "single";
+}
+
 } // namespace
 
 unsigned maxThreadsOf(const Function& function) {
@@ -223,14 +238,19 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
     plan.cooperative = request.cooperative;
     plan.meets = info.usesBarriers || info.usesWarpFunctions;
     plan.name = info.name.c_str();
+    // The blocks of a cooperative launch wait for one another in memory.
+    if (info.lockstep && !request.cooperative && runsInLockstep(plan)) {
+        plan.lockstep = reinterpret_cast<devlib::LockstepFn>(const_cast<void*>(info.lockstep));
+        plan.frameBytes = info.lockstepFrameBytes;
+        plan.needsThreads = info.needsThreads;
+    }
 
     for (size_t offset : info.parameterOffsets)
         job->details.pointers.push_back(job->params.data() + offset);
     job->details.request = request;
     job->details.request.params = job->details.pointers.data();
     job->details.request.extra = nullptr;
-    return {[job] { job->run(); },
-            std::shared_ptr<const KernelDetails>(job, &job->details)};
+    return {[job] { job->run(); }, std::shared_ptr<const KernelDetails>(job, &job->details)};
 }
 
 void launch(const LaunchRequest& request, const cpu::StreamPtr& stream) {

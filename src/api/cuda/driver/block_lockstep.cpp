@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: Apache-2.0
+// Threads of a block a warp at a time (devlib/lockstep.h).
+//
+// As long as all warps do the same, a block runs in rounds: each warp runs to the next barrier of
+// the whole block, all of its lanes come there together, and nothing has to be known of single
+// threads (runTogether). When lanes come to different places, or to something else than such a
+// barrier, the block goes on apart: each lane is ready, or waits at a barrier or for lanes of its
+// warp, or has ended. Lanes of a warp that are ready at the same point run together. The rules of
+// barriers and exchanges are those of block_fibers.cpp.
+#include "api/cuda/driver/block_lockstep.h"
+
+#include "compiler/warp_functions.h"
+
+#include <bit>
+#include <cstring>
+#include <thread>
+
+namespace sunstone::api::cuda {
+
+using devlib::KernelThread;
+using devlib::LockstepWarp;
+
+namespace {
+
+using Lockstep = BlockRunner::Lockstep;
+
+constexpr uint32_t kPointMask = (1u << devlib::kPointBits) - 1;
+
+uint32_t kindOf(uint32_t what) {
+    return what >> devlib::kPointBits & 0xff;
+}
+uint32_t modeOf(uint32_t what) {
+    return what >> devlib::kModeShift;
+}
+
+struct LockstepTable {
+    static Lockstep& of(KernelThread* thread) { return *static_cast<Lockstep*>(thread->block); }
+    static void arrive(KernelThread* t, uint32_t id, uint32_t threads) {
+        of(t).arrive(id, threads);
+    }
+    // The code ends the lane itself.
+    static void exitThread(KernelThread*) {}
+    static void fault(KernelThread* t, uint32_t kind) { of(t).fault(kind); }
+    // The code lets others run at its next pause.
+    static void yield(KernelThread*) {}
+    // Compiled code of this form has no calls of the others.
+    static constexpr devlib::BlockFunctions kFunctions = {nullptr,    arrive, nullptr, nullptr,
+                                                          exitThread, fault,  yield,   nullptr};
+};
+
+} // namespace
+
+BlockRunner::Lockstep::Lockstep(Launch& launch)
+    : functions_(&LockstepTable::kFunctions), launch_(launch) {
+    const uint32_t count = launch.threadsPerBlock();
+    const size_t warps = (count + kLanes - 1) / kLanes;
+    warps_.resize(warps);
+    states_.resize(warps);
+    const size_t perWarp = launch.needsThreads ? kLanes : 1;
+    threads_.resize(warps * perWarp);
+    constexpr size_t kAlignment = 64;
+    frames_.resize(warps * launch.frameBytes + kAlignment);
+    const size_t misplaced = reinterpret_cast<uintptr_t>(frames_.data()) % kAlignment;
+    uint8_t* frames = frames_.data() + (kAlignment - misplaced) % kAlignment;
+    for (uint32_t i = 0; i < count; ++i) {
+        const uint32_t lane = i % kLanes;
+        LockstepWarp& warp = warps_[i / kLanes];
+        KernelThread place{};
+        placeThread(place, launch, i);
+        for (size_t axis = 0; axis < 3; ++axis)
+            warp.tid[axis][lane] = place.tid[axis];
+        warp.laneid[lane] = lane;
+        states_[i / kLanes].all |= 1u << lane;
+    }
+    for (size_t i = 0; i < warps; ++i) {
+        warps_[i].threads = threads_.data() + i * perWarp;
+        warps_[i].frame = frames + i * launch.frameBytes;
+    }
+}
+
+void BlockRunner::Lockstep::start(const KernelThread& prototype) {
+    const size_t perWarp = threads_.size() / warps_.size();
+    for (size_t i = 0; i < threads_.size(); ++i) {
+        KernelThread& thread = threads_[i];
+        const size_t warp = i / perWarp, lane = i % perWarp;
+        thread = prototype;
+        thread.block = this;
+        for (size_t axis = 0; axis < 3; ++axis)
+            thread.tid[axis] = warps_[warp].tid[axis][lane];
+        thread.laneid = uint32_t(lane);
+        thread.warpid = uint32_t(warp);
+    }
+    live_ = launch_.threadsPerBlock();
+    for (size_t i = 0; i < warps_.size(); ++i) {
+        warps_[i].live = states_[i].all;
+        warps_[i].stopPoint = 0;
+    }
+    barriers_ = {};
+    isApart_ = false;
+}
+
+void BlockRunner::Lockstep::run(const KernelThread& prototype) {
+    start(prototype);
+    if (setjmp(frame_.jump) == kJumpFault) {
+        KernelThread thread = prototype;
+        const auto first = uint32_t(std::countr_zero(runningLanes_));
+        const uint32_t last = kLanes - 1 - uint32_t(std::countl_zero(runningLanes_));
+        placeThread(thread, launch_, uint32_t(runningWarp_) * kLanes + first);
+        launch_.noteFault(frame_, thread, last - first + 1);
+        return;
+    }
+    enterDeviceCode(frame_);
+    if (!runTogether())
+        runApart();
+    leaveDeviceCode();
+}
+
+uint32_t BlockRunner::Lockstep::runLanes(size_t index, uint32_t point, uint32_t lanes) {
+    LockstepWarp& warp = warps_[index];
+    runningWarp_ = index;
+    runningLanes_ = lanes;
+    warp.stops = 0;
+    const uint32_t before = warp.live;
+    const uint32_t ran = launch_.lockstep(&warp, launch_.params, point, lanes);
+    live_ -= uint32_t(std::popcount(before & ~warp.live));
+    return ran;
+}
+
+// ---- rounds -----------------------------------------------------------------------------------
+
+constexpr uint32_t kNoBarrier = ~uint32_t(0);
+
+// True when the block is done; false when its lanes have come apart.
+bool BlockRunner::Lockstep::runTogether() {
+    for (Warp& state : states_)
+        state.isAtBarrier = false;
+    for (uint32_t barrier = kNoBarrier; live_ != 0;) {
+        bool anyRan = false, advanced = false;
+        for (size_t i = 0; i < warps_.size(); ++i) {
+            if (warps_[i].live == 0 || states_[i].isAtBarrier)
+                continue;
+            anyRan = true;
+            if (!runWhole(i, barrier))
+                return false;
+            if (launch_.hasFailed())
+                return true;
+            const uint32_t stop = warps_[i].stopPoint;
+            advanced |=
+                warps_[i].live == 0 || kindOf(stop) != devlib::kMeetPause || modeOf(stop) != 1;
+        }
+        if (anyRan) {
+            if (!advanced)
+                std::this_thread::yield();
+            continue;
+        }
+        for (Warp& state : states_) // all have come
+            state.isAtBarrier = false;
+        barrier = kNoBarrier;
+    }
+    return true;
+}
+
+// Runs all lanes of a warp. False if they do not end together at the barrier to which the other
+// warps have come, or at a pause.
+bool BlockRunner::Lockstep::runWhole(size_t index, uint32_t& barrier) {
+    LockstepWarp& warp = warps_[index];
+    const uint32_t lanes = warp.live, point = warp.stopPoint & kPointMask;
+    const uint32_t ran = runLanes(index, point, lanes);
+    if (launch_.hasFailed() || (warp.live == 0 && !isApart_))
+        return true;
+    const uint32_t kind = kindOf(warp.stopPoint), id = modeOf(warp.stopPoint);
+    const bool isTogether =
+        !isApart_ && ran == lanes && warp.stops == 1 && warp.stopLanes == warp.live;
+    if (isTogether && kind == devlib::kMeetPause)
+        return true;
+    if (isTogether && kind == devlib::kMeetPlain && (barrier == kNoBarrier || barrier == id)) {
+        states_[index].isAtBarrier = true;
+        barrier = id;
+        return true;
+    }
+    part(index);
+    if (const uint32_t rest = lanes & ~ran) {
+        for (uint32_t bits = rest; bits != 0; bits &= bits - 1)
+            warp.point[std::countr_zero(bits)] = point;
+        states_[index].ready |= rest;
+    }
+    takeStops(index, ran & warp.live);
+    return false;
+}
+
+// What has been known of whole warps is noted for each lane; this warp has done something else.
+void BlockRunner::Lockstep::part(size_t index) {
+    isApart_ = true;
+    for (Warp& state : states_) {
+        state.ready = state.barrier = state.exchange = 0;
+        std::memset(state.ids, 0, sizeof state.ids);
+    }
+    for (size_t i = 0; i < warps_.size(); ++i) {
+        if (i == index)
+            continue;
+        LockstepWarp& warp = warps_[i];
+        if (states_[i].isAtBarrier) {
+            takeStops(i, warp.live);
+            continue;
+        }
+        for (uint32_t& point : warp.point)
+            point = warp.stopPoint & kPointMask;
+        states_[i].ready |= warp.live;
+    }
+}
+
+// ---- apart ------------------------------------------------------------------------------------
+
+void BlockRunner::Lockstep::runApart() {
+    while (live_ != 0) {
+        bool advanced = false, anyReady = false;
+        for (size_t i = 0; i < warps_.size(); ++i) {
+            advanced |= runReady(i);
+            if (launch_.hasFailed())
+                return;
+        }
+        advanced |= release();
+        for (const Warp& state : states_)
+            anyReady |= state.ready != 0;
+        if (advanced)
+            continue;
+        if (!anyReady) {
+            launch_.deadlock = live_ != 0;
+            return;
+        }
+        std::this_thread::yield(); // all that can run wait for other blocks or the host
+    }
+}
+
+// Completes barriers and exchanges for which lanes that have ended were missing.
+bool BlockRunner::Lockstep::release() {
+    bool any = false;
+    for (uint32_t id = 0; id < barriers_.size(); ++id)
+        if (barriers_[id].arrived)
+            any |= tryBarrier(id);
+    for (size_t i = 0; i < warps_.size(); ++i)
+        while (states_[i].exchange != 0 && tryExchanges(i))
+            any = true;
+    return any;
+}
+
+// Runs the lanes that are ready now. Whether any did more than to read again what others may write.
+bool BlockRunner::Lockstep::runReady(size_t index) {
+    LockstepWarp& warp = warps_[index];
+    Warp& state = states_[index];
+    bool advanced = false;
+    for (uint32_t left = state.ready; left != 0 && !launch_.hasFailed();) {
+        const uint32_t point = warp.point[std::countr_zero(left)] & kPointMask;
+        uint32_t lanes = 0;
+        for (uint32_t bits = left; bits != 0; bits &= bits - 1) {
+            const auto lane = uint32_t(std::countr_zero(bits));
+            if ((warp.point[lane] & kPointMask) == point)
+                lanes |= 1u << lane;
+        }
+        const uint32_t ran = runLanes(index, point, lanes);
+        left &= ~ran;
+        state.ready &= ~ran;
+        advanced |= !onlySpin(index, ran);
+        takeStops(index, ran & warp.live);
+    }
+    return advanced;
+}
+
+bool BlockRunner::Lockstep::onlySpin(size_t index, uint32_t lanes) const {
+    const LockstepWarp& warp = warps_[index];
+    if (lanes & ~warp.live)
+        return false;
+    for (uint32_t bits = lanes; bits != 0; bits &= bits - 1) {
+        const uint32_t what = warp.point[std::countr_zero(bits)];
+        if (kindOf(what) != devlib::kMeetPause || modeOf(what) != 1)
+            return false;
+    }
+    return true;
+}
+
+// These lanes have come to the points that they say.
+void BlockRunner::Lockstep::takeStops(size_t index, uint32_t lanes) {
+    for (uint32_t bits = lanes; bits != 0; bits &= bits - 1) {
+        const auto lane = uint32_t(std::countr_zero(bits));
+        const uint32_t what = warps_[index].point[lane];
+        if (kindOf(what) == devlib::kMeetPause)
+            states_[index].ready |= 1u << lane;
+        else if (kindOf(what) == devlib::kMeetPlain || kindOf(what) == devlib::kMeetBarrier)
+            comeToBarrier(index, lane, what);
+        else
+            states_[index].exchange |= 1u << lane;
+    }
+    while (states_[index].exchange != 0 && tryExchanges(index)) {
+    }
+}
+
+void BlockRunner::Lockstep::comeToBarrier(size_t index, uint32_t lane, uint32_t what) {
+    const LockstepWarp& warp = warps_[index];
+    const bool isPlain = kindOf(what) == devlib::kMeetPlain;
+    const uint32_t id = (isPlain ? modeOf(what) : warp.operand[0][lane]) & 15;
+    const bool value = !isPlain && warp.value[lane] != 0;
+    Barrier& barrier = barriers_[id];
+    ++barrier.arrived;
+    barrier.expected = isPlain ? 0 : warp.operand[1][lane];
+    barrier.reduction = isPlain ? uint32_t(devlib::kReduceNone) : modeOf(what);
+    barrier.all &= value;
+    barrier.any |= value;
+    barrier.count += value;
+    states_[index].barrier |= 1u << lane;
+    states_[index].ids[id] |= 1u << lane;
+    tryBarrier(id);
+}
+
+void BlockRunner::Lockstep::arrive(uint32_t id, uint32_t threads) {
+    isApart_ = true; // single threads matter now
+    Barrier& barrier = barriers_[id & 15];
+    ++barrier.arrived;
+    barrier.expected = threads;
+    // Completed, where it is, when the lanes that run now have stopped.
+}
+
+void BlockRunner::Lockstep::fault(uint32_t kind) {
+    uint32_t none = 0;
+    launch_.fault.compare_exchange_strong(none, 1 + kind);
+}
+
+bool BlockRunner::Lockstep::tryBarrier(uint32_t id) {
+    Barrier& barrier = barriers_[id];
+    const uint32_t expected = barrier.expected ? std::min(barrier.expected, live_) : live_;
+    if (barrier.arrived < expected)
+        return false;
+    uint32_t result = 0;
+    switch (barrier.reduction) {
+    case devlib::kReduceAnd:
+        result = barrier.all;
+        break;
+    case devlib::kReduceOr:
+        result = barrier.any;
+        break;
+    case devlib::kReduceCount:
+        result = barrier.count;
+        break;
+    }
+    barrier = {};
+    for (size_t i = 0; i < warps_.size(); ++i) {
+        const uint32_t lanes = states_[i].ids[id];
+        for (uint32_t bits = lanes; bits != 0; bits &= bits - 1)
+            warps_[i].result[std::countr_zero(bits)] = result;
+        states_[i].ids[id] = 0;
+        states_[i].barrier &= ~lanes;
+        states_[i].ready |= lanes;
+    }
+    return true;
+}
+
+// Completes one exchange of the warp whose lanes are all there; false if there is none.
+bool BlockRunner::Lockstep::tryExchanges(size_t index) {
+    LockstepWarp& warp = warps_[index];
+    Warp& state = states_[index];
+    const auto maskOf = [&](uint32_t lane) { return warp.operand[0][lane] | 1u << lane; };
+    for (uint32_t leaders = state.exchange; leaders != 0; leaders &= leaders - 1) {
+        const auto leader = uint32_t(std::countr_zero(leaders));
+        const uint32_t mask = maskOf(leader), partners = mask & warp.live;
+        if (partners & ~state.exchange)
+            continue;
+        bool isComplete = true;
+        for (uint32_t bits = partners; bits != 0 && isComplete; bits &= bits - 1)
+            isComplete = maskOf(uint32_t(std::countr_zero(bits))) == mask;
+        if (!isComplete)
+            continue;
+        // Each lane asks in its own way: those that ask alike are answered together.
+        for (uint32_t left = partners; left != 0;) {
+            const uint32_t what = warp.point[std::countr_zero(left)] & ~kPointMask;
+            uint32_t alike = 0;
+            for (uint32_t bits = left; bits != 0; bits &= bits - 1)
+                if ((warp.point[std::countr_zero(bits)] & ~kPointMask) == what)
+                    alike |= bits & -bits;
+            compiler::answerLanes(&warp, what, partners, alike);
+            left &= ~alike;
+        }
+        state.exchange &= ~partners;
+        state.ready |= partners;
+        return true;
+    }
+    return false;
+}
+
+} // namespace sunstone::api::cuda

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// The threads of a block a warp at a time. See block_lockstep.cpp.
+#pragma once
+
+#include "api/cuda/driver/block.h"
+
+#include <vector>
+
+namespace sunstone::api::cuda {
+
+struct BlockRunner::Lockstep {
+    explicit Lockstep(Launch& launch);
+    // Runs all threads of a block; `prototype` has all that they share.
+    void run(const devlib::KernelThread& prototype);
+
+    // ---- called by compiled code, through BlockFunctions ----
+    void arrive(uint32_t id, uint32_t threads);
+    void fault(uint32_t kind);
+
+private:
+    static constexpr uint32_t kLanes = devlib::kWarpLanes;
+    struct Warp {
+        uint32_t all = 0;         // its lanes
+        uint32_t ready = 0;       // lanes that can go on, from `point` of each
+        uint32_t barrier = 0;     // lanes that wait at one
+        uint32_t exchange = 0;    // lanes that wait for others of the warp
+        uint32_t ids[16] = {};    // of `barrier`, by the number of the barrier
+        bool isAtBarrier = false; // all of them, in rounds
+    };
+    struct Barrier {
+        uint32_t arrived = 0, expected = 0; // expected 0: all that live
+        uint32_t all = 1, any = 0, count = 0;
+        uint32_t reduction = 0;
+    };
+
+    void start(const devlib::KernelThread& prototype);
+    bool runTogether();
+    bool runWhole(size_t warp, uint32_t& barrier);
+    void runApart();
+    void part(size_t warp);
+    uint32_t runLanes(size_t warp, uint32_t point, uint32_t lanes);
+    bool runReady(size_t warp);
+    bool onlySpin(size_t warp, uint32_t lanes) const;
+    bool release();
+    void takeStops(size_t warp, uint32_t lanes);
+    void comeToBarrier(size_t warp, uint32_t lane, uint32_t what);
+    bool tryBarrier(uint32_t id); // whether it is complete
+    bool tryExchanges(size_t warp);
+
+    // First, so that KernelThread::block points to the table.
+    [[maybe_unused]] const devlib::BlockFunctions* functions_;
+    Launch& launch_;
+    std::vector<devlib::LockstepWarp> warps_;
+    std::vector<devlib::KernelThread> threads_;
+    std::vector<uint8_t> frames_;
+    std::vector<Warp> states_;
+    std::array<Barrier, 16> barriers_;
+    FaultFrame frame_;
+    size_t runningWarp_ = 0;
+    uint32_t runningLanes_ = 0;
+    uint32_t live_ = 0;
+    bool isApart_ = false;
+};
+
+} // namespace sunstone::api::cuda

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+// See lockstep.h: which kernels have code for a warp at a time.
+#include "compiler/lockstep.h"
+
+#include "base/config.h"
+#include "base/log.h"
+#include "compiler/flush.h"
+#include "compiler/lockstep_emit.h"
+#include "compiler/optimizer.h"
+
+#include <llvm/ADT/SCCIterator.h>
+#include <llvm/Analysis/CallGraph.h>
+#include <llvm/IR/InstIterator.h>
+#include <llvm/IR/IntrinsicInst.h>
+#include <llvm/Transforms/Utils/Cloning.h>
+
+namespace sunstone::compiler {
+
+using llvm::CallInst;
+using llvm::dyn_cast;
+using llvm::Instruction;
+using llvm::isa;
+
+namespace {
+
+constexpr const char* kWarpFeatures[] = {"+avx512f", "+avx512bw", "+avx512dq", "+avx512vl"};
+
+bool hasMasks(LentMachine& machine) {
+    const std::string& highest = config(Setting::kIsa);
+    if (!highest.empty() && highest != "avx512")
+        return false;
+    const std::string features = "," + machine->getTargetFeatureString().str() + ",";
+    for (const char* feature : kWarpFeatures)
+        if (features.find("," + std::string(feature) + ",") == std::string::npos)
+            return false;
+    return true;
+}
+
+// Code for a warp takes several times as long to generate as that of a thread: longer kernels than
+// these, in instructions, would keep a program waiting for about a second.
+constexpr unsigned kMostInstructions = 512, kMostWithoutMeeting = 256;
+
+// Where no threads meet, one thread after the other is right as well. About how much the kernel
+// costs either way, in instructions: what has a form for vectors against what is done lane by lane.
+bool paysOff(const LockstepPlan& plan) {
+    constexpr double kLanesAtOnce = 8; // of 16 in a vector, as not all lanes are always there
+    constexpr double kRoundOfLane = 6; // around an instruction that is done lane by lane
+    constexpr double kCall = 20, kRounds = 8; // of a function; of a loop
+    double single = 0, together = 0;
+    for (const Instruction& instruction : llvm::instructions(plan.function())) {
+        double weight = 1;
+        for (unsigned i = std::min(3u, plan.loops().getLoopDepth(instruction.getParent())); i > 0;
+             --i)
+            weight *= kRounds;
+        if (isa<llvm::AllocaInst>(instruction))
+            return false; // local memory lies thread by thread
+        const auto* call = dyn_cast<CallInst>(&instruction);
+        if (call && call->getCalledFunction() &&
+            call->getCalledFunction()->getName() == "sunstone_vprintf")
+            return false; // threads print in their order
+        if (call && call->getCalledFunction() && isMeeting(call->getCalledFunction()->getName()))
+            continue; // seldom more than a question
+        const bool isCall = call && !call->isInlineAsm() && !isa<llvm::IntrinsicInst>(call);
+        const bool isAlone = isCall || isa<llvm::AtomicRMWInst>(instruction) ||
+                             isa<llvm::AtomicCmpXchgInst>(instruction);
+        const double own = weight * (isCall ? kCall : 1);
+        single += own;
+        together += isAlone ? own + weight * kRoundOfLane : own / kLanesAtOnce;
+    }
+    return together < 0.7 * single;
+}
+
+llvm::Function* emitCode(const LockstepPlan& plan, llvm::Function& source, bool masks,
+                         KernelInfo& info) {
+    llvm::LLVMContext& context = source.getContext();
+    llvm::Type* word = llvm::Type::getInt32Ty(context);
+    llvm::Type* pointer = llvm::PointerType::getUnqual(context);
+    auto* result = llvm::Function::Create(
+        llvm::FunctionType::get(word, {pointer, pointer, word, word}, false),
+        llvm::GlobalValue::ExternalLinkage, kLockstepPrefix + info.name, source.getParent());
+    result->addFnAttr(llvm::Attribute::NoUnwind);
+    result->addFnAttr("warn-stack-size", "0");
+    result->setDSOLocal(true);
+    result->addParamAttr(0, llvm::Attribute::NoAlias);
+    result->addParamAttr(0, llvm::Attribute::NonNull);
+    result->addParamAttr(
+        0, llvm::Attribute::getWithDereferenceableBytes(context, sizeof(devlib::LockstepWarp)));
+    result->addParamAttr(0, llvm::Attribute::getWithAlignment(context, llvm::Align(64)));
+    result->setSubprogram(source.getSubprogram());
+    source.setSubprogram(nullptr);
+    LockstepEmitter emitter(plan, *result, masks);
+    emitter.emit();
+    info.hasLockstep = true;
+    info.lockstepFrameBytes = emitter.frameBytes();
+    info.needsThreads = emitter.needsThreads();
+    return result;
+}
+
+} // namespace
+
+void inlineMeetings(Unit& unit) {
+    llvm::Module& module = unit.module();
+    for (llvm::Function& function : module)
+        if (function.isDeclaration() && isMeeting(function.getName()))
+            function.addFnAttr(llvm::Attribute::Convergent); // not to be doubled
+    llvm::CallGraph graph(module);
+    std::set<const llvm::Function*> meeting;
+    for (auto component = llvm::scc_begin(&graph); !component.isAtEnd(); ++component) {
+        bool meets = false;
+        for (llvm::CallGraphNode* node : *component)
+            for (const auto& call : *node)
+                if (const llvm::Function* callee = call.second->getFunction())
+                    meets |= meeting.count(callee) != 0 || isMeeting(callee->getName()) ||
+                             endsThread(callee->getName()) ||
+                             callee->getName() == "sunstone_activemask" ||
+                             callee->getName() == kWaitName;
+        if (!meets)
+            continue;
+        for (llvm::CallGraphNode* node : *component) {
+            llvm::Function* function = node->getFunction();
+            if (!function || function->isDeclaration())
+                continue;
+            meeting.insert(function);
+            const auto facts = unit.facts().find(function);
+            const bool isKernel = facts == unit.facts().end() || facts->second.function->isEntry;
+            if (isKernel || component.hasCycle())
+                continue;
+            function->removeFnAttr(llvm::Attribute::NoInline);
+            function->addFnAttr(llvm::Attribute::AlwaysInline);
+        }
+    }
+}
+
+namespace {
+
+// Whether functions that are left beside the kernel have meeting points or end threads: then a
+// thread can stop where its frame is no frame of ours.
+bool callsMeetings(const llvm::Function& function, std::set<const llvm::Function*>& seen) {
+    for (const Instruction& instruction : llvm::instructions(function)) {
+        const auto* call = dyn_cast<CallInst>(&instruction);
+        if (!call || call->isInlineAsm())
+            continue;
+        const llvm::Function* callee = calleeOf(*call);
+        if (!callee)
+            return true;
+        if (callee->isDeclaration()) {
+            if (isMeeting(callee->getName()) || endsThread(callee->getName()) ||
+                callee->getName() == "sunstone_activemask" || callee->getName() == kWaitName)
+                return true;
+        } else if (seen.insert(callee).second && callsMeetings(*callee, seen)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool calleesMeet(const llvm::Function& kernel) {
+    std::set<const llvm::Function*> seen = {&kernel};
+    for (const Instruction& instruction : llvm::instructions(kernel))
+        if (const auto* call = dyn_cast<CallInst>(&instruction); call && !call->isInlineAsm())
+            if (const llvm::Function* callee = calleeOf(*call))
+                if (!callee->isDeclaration() && seen.insert(callee).second &&
+                    callsMeetings(*callee, seen))
+                    return true;
+    return false;
+}
+
+} // namespace
+
+void addLockstep(Unit& unit, Optimizer& optimizer, LentMachine& machine, llvm::Function& kernel,
+                 KernelInfo& info) {
+    llvm::Function* flushed = unit.module().getFunction((kernel.getName() + kFlushedSuffix).str());
+    const llvm::Function& source = flushed ? *flushed : kernel;
+    std::string reason;
+    const bool meets = info.usesBarriers || info.usesWarpFunctions;
+    if (source.getInstructionCount() > (meets ? kMostInstructions : kMostWithoutMeeting)) {
+        reason = "it is long, and would take long to compile";
+    } else if (calleesMeet(source)) {
+        reason = "a function that is not part of it has meeting points";
+    } else {
+        llvm::ValueToValueMapTy map;
+        llvm::Function* copy = llvm::CloneFunction(const_cast<llvm::Function*>(&source), map);
+        copy->setLinkage(llvm::GlobalValue::InternalLinkage);
+        LockstepPlan plan(*copy);
+        plan.endThreads();
+        optimizer.simplifyControl(*copy);
+        if (!plan.analyze()) {
+            reason = plan.reason();
+        } else if (!meets && !paysOff(plan)) {
+            reason = "it would not gain by it";
+        } else {
+            llvm::Function* made = emitCode(plan, *copy, hasMasks(machine), info);
+            if (flushed) {
+                runFlushed(unit, *made);
+                made = unit.module().getFunction((made->getName() + kFlushedSuffix).str());
+            }
+            optimizer.finishLockstep(*made);
+        }
+        optimizer.forget(*copy);
+        copy->eraseFromParent();
+    }
+    if (!reason.empty() && logEnabled(LogLevel::kDebug, "compiler"))
+        log(LogLevel::kDebug, "compiler",
+            message("kernel ", info.name, " runs thread by thread: ", reason));
+}
+
+} // namespace sunstone::compiler

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// What must be known of a kernel before its code for 32 lanes can be written: where threads meet,
+// which values all lanes share, in which order the blocks follow one another, and what lives across
+// a meeting point.
+#pragma once
+
+#include <llvm/ADT/DenseMap.h>
+#include <llvm/ADT/DenseSet.h>
+#include <llvm/ADT/MapVector.h>
+#include <llvm/Analysis/LoopInfo.h>
+#include <llvm/Analysis/PostDominators.h>
+#include <llvm/IR/Dominators.h>
+#include <llvm/IR/Instructions.h>
+
+#include <string>
+#include <vector>
+
+namespace sunstone::compiler {
+
+// The call of a helper of the run-time, also where it goes through the default mode of the
+// processor (flush.h); null if it is none of direct calls.
+llvm::Function* calleeOf(const llvm::CallBase& call);
+bool isMeeting(llvm::StringRef helper);
+// Helpers after which the thread does not go on.
+bool endsThread(llvm::StringRef helper);
+
+// A thread waits at a barrier object.
+constexpr const char* kWaitName = "sunstone_mbarrier_wait";
+// Stands at the ends of loops in which a warp may let the others run (LockstepPlan::addPauses).
+constexpr const char* kPauseName = "sunstone.pause";
+
+struct MeetingPoint {
+    llvm::CallInst* call = nullptr; // alone in its block, but for the branch
+    llvm::BasicBlock* next = nullptr;
+    uint32_t kind = 0, mode = 0;          // devlib::LockstepKind; ~0: the mode is no constant
+    std::vector<llvm::Instruction*> live; // what is needed behind it, without its own result
+};
+
+// A block, or a loop of such steps, whose head is the first.
+struct Step {
+    llvm::BasicBlock* block = nullptr;
+    const llvm::Loop* loop = nullptr;
+    std::vector<Step> body;
+};
+
+class LockstepPlan {
+public:
+    // `function`: a copy of the kernel, which is changed. Its calls of meeting points stand alone
+    // in blocks afterwards.
+    explicit LockstepPlan(llvm::Function& function) : function_(function) {}
+
+    // False with a reason if it cannot be done. Before `analyze`, passes have made loops simple and
+    // switches branches.
+    void endThreads();
+    bool analyze();
+    const std::string& reason() const { return reason_; }
+
+    llvm::Function& function() const { return function_; }
+    const std::vector<MeetingPoint>& points() const { return points_; }
+    const std::vector<Step>& steps() const { return steps_; }
+    const llvm::LoopInfo& loops() const { return loops_; }
+    // Every lane that runs together has the same.
+    bool isUniform(const llvm::Value* value) const { return !varying_.contains(value); }
+    // Computed at every entry from what a warp always has: never live across points.
+    const std::vector<llvm::Instruction*>& prologue() const { return prologue_; }
+    bool isInPrologue(const llvm::Value* value) const { return inPrologue_.contains(value); }
+    // Whether lanes that no longer run still need the value: it is used behind its loop.
+    bool outlivesLoop(const llvm::Instruction& instruction) const;
+    const MeetingPoint* pointAt(const llvm::BasicBlock* block) const;
+
+    // Whether the block belongs to a loop that has a pause.
+    bool pauses(const llvm::BasicBlock& block) const;
+
+    // Offset of a field of KernelThread that a load reads, or -1.
+    int fieldOf(const llvm::Instruction& instruction) const;
+
+private:
+    bool check();
+    void addPauses();
+    void split();
+    void findUniform();
+    bool varies(const llvm::Instruction& instruction) const;
+    void addDivergence(const llvm::BasicBlock& block);
+    bool isDivergentLoop(const llvm::Loop& loop) const;
+    void order(const llvm::Loop* loop, std::vector<Step>& steps);
+    void findPrologue();
+    void findLive();
+    bool refuse(std::string reason) {
+        reason_ = std::move(reason);
+        return false;
+    }
+
+    llvm::Function& function_;
+    std::string reason_;
+    std::vector<MeetingPoint> points_;
+    llvm::DominatorTree dominators_;
+    llvm::PostDominatorTree postDominators_;
+    llvm::LoopInfo loops_;
+    llvm::DenseSet<const llvm::Value*> varying_;
+    llvm::DenseSet<const llvm::BasicBlock*> divergentBranches_;
+    llvm::DenseSet<const llvm::BasicBlock*> joins_;    // where lanes come together on several ways
+    llvm::DenseSet<const llvm::Loop*> divergentLoops_; // lanes leave them at different times
+    llvm::DenseMap<const llvm::BasicBlock*, const MeetingPoint*> pointOf_;
+    std::vector<Step> steps_;
+    std::vector<llvm::Instruction*> prologue_;
+    llvm::DenseSet<const llvm::Value*> inPrologue_;
+};
+
+} // namespace sunstone::compiler

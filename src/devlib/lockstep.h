@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels whose threads run a warp at a time: what compiled code and its launcher share.
+//
+// Beside the KernelFn of a single thread, a kernel can have a LockstepFn, in which each value of
+// the program is a vector with one element for each of the 32 lanes of a warp
+// (compiler/lockstep.h). One call runs the lanes of a mask from the point where they stand to the
+// next one: a barrier, a warp function that cannot be answered at once, or the end. At a point the
+// lanes leave what they brought in the warp and what they need later in its frame; the launcher
+// finds out who may go on and with what result.
+#pragma once
+
+#include "devlib/abi.h"
+
+namespace sunstone::devlib {
+
+constexpr uint32_t kWarpLanes = 32;
+
+// What lanes came to. LockstepWarp::point has the number of the point in the low half, the kind
+// above it and the mode above that.
+enum LockstepKind : uint32_t {
+    kMeetBarrier = 1, // operands: id, threads; mode: BarrierReduction
+    kMeetPlain,       // a barrier of the whole block without a value; mode: id
+    kMeetVote,        // operands: mask; mode: 0 all, 1 any, 2 uniform, 3 ballot
+    kMeetShuffle,     // operands: mask, distance, control; mode: 0 up, 1 down, 2 xor, 3 index
+    kMeetMatch,       // operands: mask; mode: 1 all
+    kMeetReduce,      // operands: mask; mode: the operation of sunstone_redux
+    kMeetPause,       // nobody is waited for, other lanes may run first; mode: 1 if these have read
+                      // again and again what others may write
+};
+constexpr uint32_t kPointBits = 16, kModeShift = 24;
+
+struct alignas(64) LockstepWarp {
+    uint32_t tid[3][kWarpLanes];
+    uint32_t laneid[kWarpLanes];
+    KernelThread* threads; // of the lanes; only the first is filled where info says so
+    uint8_t* frame;        // values that live across points
+    uint32_t live;         // lanes that have not ended
+    // Of one call, set to 0 before it: how often lanes came to a point, the last of them and who.
+    uint32_t stops;
+    uint32_t stopPoint;
+    uint32_t stopLanes;
+    // Of each lane that waits.
+    alignas(64) uint32_t point[kWarpLanes];
+    uint32_t operand[3][kWarpLanes];
+    uint64_t value[kWarpLanes];
+    uint64_t result[kWarpLanes]; // what it goes on with, as the functions of BlockFunctions' users
+                                 // in compiler/runtime_kernel.cpp return it
+};
+
+// Runs those of `lanes`, all of which stand at `point` (0: the beginning), that can run together;
+// returns them, at least one.
+using LockstepFn = uint32_t (*)(LockstepWarp*, const void* params, uint32_t point, uint32_t lanes);
+
+} // namespace sunstone::devlib

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels whose threads run a warp at a time against the same kernels with each thread alone.
+#include <cuda.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace {
+
+struct Shape {
+    unsigned block[3];
+    unsigned grid[3];
+};
+
+// Whole and partial warps, one and many, in one to three dimensions.
+constexpr Shape kShapes[] = {
+    {{256, 1, 1}, {4, 1, 1}}, {{1024, 1, 1}, {2, 1, 1}}, {{33, 1, 1}, {3, 1, 1}},
+    {{16, 16, 1}, {2, 2, 1}}, {{8, 4, 3}, {2, 1, 2}},    {{7, 1, 1}, {5, 1, 1}},
+    {{100, 3, 1}, {1, 2, 1}}, {{32, 2, 1}, {3, 1, 1}},
+};
+
+const char* const kKernels[] = {
+    "rotateThroughShared",
+    "treeInShared",
+    "endBeforeTheBarrier",
+    "nestedLoops",
+    "barrierInUniformBranch",
+    "barriersThatCount",
+    "shuffles",
+    "divergentShuffles",
+    "shufflesFromTwoPlaces",
+    "tiles",
+    "votes",
+    "matches",
+    "differentRounds",
+    "exchangesOfThoseLeft",
+    "oneOfTheRounds",
+    "breaksAndContinues",
+    "localMemory",
+    "numbers",
+    "bytesAndPairs",
+    "someWrite",
+    "atomics",
+    "locks",
+    "waitsForTheLast",
+    "namedBarriers",
+    "arrivals",
+    "sumsInFunctions",
+    "matrix",
+    "wideSteps",
+    "products",            "barrierObjects",
+};
+
+class Lockstep : public testing::Test {
+protected:
+    void SetUp() override {
+        ASSERT_EQ(cuInit(0), CUDA_SUCCESS);
+        ASSERT_EQ(cuDevicePrimaryCtxRetain(&context_, 0), CUDA_SUCCESS);
+        ASSERT_EQ(cuCtxSetCurrent(context_), CUDA_SUCCESS);
+    }
+    void TearDown() override {
+        unsetenv("SUNSTONE_KERNELS");
+        EXPECT_EQ(cuCtxSetCurrent(nullptr), CUDA_SUCCESS);
+        EXPECT_EQ(cuDevicePrimaryCtxRelease(0), CUDA_SUCCESS);
+    }
+    CUmodule load(const std::string& text) {
+        CUmodule module = nullptr;
+        EXPECT_EQ(cuModuleLoadData(&module, text.c_str()), CUDA_SUCCESS);
+        return module;
+    }
+    CUfunction find(CUmodule module, const char* name) {
+        CUfunction function = nullptr;
+        EXPECT_EQ(cuModuleGetFunction(&function, module, name), CUDA_SUCCESS) << name;
+        return function;
+    }
+    static std::vector<unsigned> input() {
+        std::vector<unsigned> words(6000);
+        unsigned state = 12345;
+        for (unsigned& word : words) {
+            state = state * 1664525 + 1013904223;
+            word = state >> 3;
+        }
+        return words;
+    }
+    // What the kernel leaves; `result` its error.
+    std::vector<unsigned> run(CUfunction function, const Shape& shape, bool single,
+                              CUresult* result) {
+        setenv("SUNSTONE_KERNELS", single ? "single" : "lockstep", 1);
+        const auto& [block, grid] = shape;
+        const unsigned perBlock = block[0] * block[1] * block[2];
+        std::vector<unsigned> in = input(), out(perBlock * grid[0] * grid[1] * grid[2], 0xabababab);
+        const unsigned* from = in.data();
+        unsigned* to = out.data();
+        int n = int(in.size());
+        void* params[] = {&from, &to, &n};
+        *result = cuLaunchKernel(function, grid[0], grid[1], grid[2], block[0], block[1], block[2],
+                                 perBlock * 4, nullptr, params, nullptr);
+        if (*result == CUDA_SUCCESS)
+            *result = cuCtxSynchronize();
+        return out;
+    }
+    // Runs all kernels of a file both ways, in the first shapes.
+    void compareBoth(const char* path, size_t shapes = std::size(kShapes)) {
+        std::ifstream file(path);
+        const std::string text((std::istreambuf_iterator<char>(file)),
+                               std::istreambuf_iterator<char>());
+        ASSERT_FALSE(text.empty());
+        CUmodule module = load(text);
+        for (const char* name : kKernels) {
+            CUfunction function = find(module, name);
+            for (const Shape& shape : std::span(kShapes).first(shapes)) {
+                SCOPED_TRACE(testing::Message()
+                             << name << " in blocks of " << shape.block[0] << " x "
+                             << shape.block[1] << " x " << shape.block[2]);
+                CUresult single = CUDA_SUCCESS, together = CUDA_SUCCESS;
+                const std::vector<unsigned> expected = run(function, shape, true, &single);
+                const std::vector<unsigned> seen = run(function, shape, false, &together);
+                EXPECT_EQ(single, CUDA_SUCCESS);
+                ASSERT_EQ(together, CUDA_SUCCESS);
+                size_t different = 0, first = 0;
+                for (size_t i = seen.size(); i-- > 0;)
+                    if (seen[i] != expected[i]) {
+                        ++different;
+                        first = i;
+                    }
+                EXPECT_EQ(different, 0u)
+                    << "first " << first << ": " << seen[first] << " not " << expected[first];
+            }
+        }
+        EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    }
+
+    CUcontext context_ = nullptr;
+};
+
+TEST_F(Lockstep, LeavesWhatSingleThreadsLeave) {
+    compareBoth(LOCKSTEP_PTX);
+}
+
+TEST_F(Lockstep, LeavesTheSameWhereSubnormalsAreFlushed) {
+    compareBoth(FLUSHED_PTX, 2);
+}
+
+std::string kernelText(const char* name, const std::string& body) {
+    return std::string(".version 7.0\n.target sm_70\n.address_size 64\n.visible .entry ") + name +
+           "(.param .u64 in, .param .u64 out, .param .u32 n) {\n"
+           ".reg .b32 %r<8>; .reg .b64 %rd<4>; .reg .pred %p<4>;\n"
+           "mov.u32 %r1, %tid.x;\n" +
+           body + "ret;\n}\n";
+}
+
+// Errors that end a launch end it either way.
+TEST_F(Lockstep, ErrorsAreTheSame) {
+    struct Bad {
+        const char* body;
+        CUresult result;
+    };
+    const Bad cases[] = {
+        // Half of the threads wait where the others never come.
+        {"setp.lt.u32 %p1, %r1, 16; @%p1 bra A; bar.sync 1; bra B; A: bar.sync 2; B:\n",
+         CUDA_ERROR_LAUNCH_FAILED},
+        // A barrier of more threads than there are.
+        {"setp.lt.u32 %p1, %r1, 4; @%p1 bar.sync 3, 64; bar.sync 0;\n", CUDA_ERROR_LAUNCH_FAILED},
+        // One thread traps before a barrier.
+        {"setp.ne.u32 %p1, %r1, 37; @%p1 bra A; trap; A: bar.sync 0;\n", CUDA_ERROR_LAUNCH_FAILED},
+        // One thread traps, the others wait for it in memory.
+        {"ld.param.u64 %rd1, [out]; setp.ne.u32 %p1, %r1, 63; @%p1 bra A; trap;\n"
+         "A: ld.volatile.global.u32 %r2, [%rd1]; setp.ne.u32 %p2, %r2, 1; @%p2 bra A;\n",
+         CUDA_ERROR_LAUNCH_FAILED},
+        {"bar.sync 0; mov.u64 %rd1, 16; st.global.u32 [%rd1], %r1;\n", CUDA_ERROR_ILLEGAL_ADDRESS},
+    };
+    for (const bool single : {true, false}) {
+        for (const Bad& bad : cases) {
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+            if (bad.result == CUDA_ERROR_ILLEGAL_ADDRESS)
+                continue; // a sanitizer reports faults
+#endif
+#endif
+            // The loop of single threads waits for the first of them.
+            const bool spins = std::string(bad.body).find("volatile") != std::string::npos;
+            if (spins && single)
+                continue;
+            SCOPED_TRACE(testing::Message() << (single ? "single: " : "lockstep: ") << bad.body);
+            CUmodule module = load(kernelText("bad", spins ? std::string("bar.sync 0;\n") + bad.body
+                                                           : std::string(bad.body)));
+            CUfunction function = find(module, "bad");
+            CUresult result = CUDA_SUCCESS;
+            run(function, {{64, 1, 1}, {3, 1, 1}}, single, &result);
+            EXPECT_EQ(result, bad.result);
+            ASSERT_EQ(cuCtxSetCurrent(nullptr), CUDA_SUCCESS);
+            ASSERT_EQ(cuDevicePrimaryCtxReset(0), CUDA_SUCCESS);
+            ASSERT_EQ(cuDevicePrimaryCtxRetain(&context_, 0), CUDA_SUCCESS);
+            ASSERT_EQ(cuCtxSetCurrent(context_), CUDA_SUCCESS);
+        }
+    }
+}
+
+// Blocks that wait in memory for one that has trapped give up.
+TEST_F(Lockstep, LoopsThatWaitEndWithTheLaunch) {
+    const std::string body = "ld.param.u64 %rd1, [out]; mov.u32 %r3, %ctaid.x;\n"
+                             "setp.ne.u32 %p1, %r3, 1; @%p1 bra A; trap;\n"
+                             "A: ld.volatile.global.u32 %r2, [%rd1]; setp.eq.u32 %p2, %r2, 1;\n"
+                             "@!%p2 bra A;\n";
+    CUmodule module = load(kernelText("waits", body));
+    CUfunction function = find(module, "waits");
+    CUresult result = CUDA_SUCCESS;
+    int processors = 0;
+    ASSERT_EQ(cuDeviceGetAttribute(&processors, CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT, 0),
+              CUDA_SUCCESS);
+    if (processors < 2)
+        GTEST_SKIP() << "the block that traps never runs";
+    run(function, {{1024, 1, 1}, {unsigned(processors) * 8, 1, 1}}, true, &result);
+    EXPECT_EQ(result, CUDA_ERROR_LAUNCH_FAILED);
+}
+
+} // namespace
