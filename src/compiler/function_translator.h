@@ -101,6 +101,7 @@ private:
     Value* indexedPointer(Value* base, const ptx::Operand& operand);
     Value* offsetPointer(Value* pointer, int64_t offset);
     // For the memory checker: `access` is the part at `offset` of an access of `bytes`.
+    bool marksAccesses() const; // for the memory checker
     void mark(llvm::Instruction& access, const ptx::Operand& operand, uint8_t kind, unsigned offset,
               unsigned bytes);
     bool isWithinVariable(const ptx::Operand& operand, unsigned bytes) const;
@@ -269,6 +270,7 @@ private:
     Value* textureBlock();
     void storeOperand(size_t offset, Value* value);
     void sampleTexture(const ptx::Instruction& instruction);
+    void checkTexture(const ptx::Operand& operand, Value* handle);
     void writeSample(const ptx::Instruction& instruction, Value* result);
     void queryTexture(const ptx::Instruction& instruction);
     template <class Access>

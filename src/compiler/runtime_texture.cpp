@@ -11,6 +11,7 @@ namespace sunstone::compiler {
 void addTextureSymbols(std::vector<RuntimeSymbol>& symbols) {
     const RuntimeSymbol own[] = {
         {"sunstone_texture", reinterpret_cast<const void*>(texture::sample)},
+        {"sunstone_texture_memory", reinterpret_cast<const void*>(texture::linearMemory)},
         {"sunstone_footprint", reinterpret_cast<const void*>(texture::footprint)},
         {"sunstone_texture_query", reinterpret_cast<const void*>(texture::queryTexture)},
         {"sunstone_surface", reinterpret_cast<const void*>(texture::surfaceAddress)},

@@ -76,10 +76,14 @@ bool FunctionTranslator::isWithinVariable(const ptx::Operand& operand, unsigned 
            variable->alignment % alignment == 0;
 }
 
+bool FunctionTranslator::marksAccesses() const {
+    static const bool isOn = checks("memory");
+    return isOn && !unit_.isGpu();
+}
+
 void FunctionTranslator::mark(llvm::Instruction& access, const ptx::Operand& operand, uint8_t kind,
                               unsigned offset, unsigned bytes) {
-    static const bool isOn = checks("memory");
-    if (!isOn || unit_.isGpu() || isWithinVariable(operand, bytes))
+    if (!marksAccesses() || isWithinVariable(operand, bytes))
         return;
     AccessMark mark;
     mark.number = unit_.nextAccess(offset == 0);

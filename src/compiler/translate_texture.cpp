@@ -166,12 +166,32 @@ void FunctionTranslator::sampleTexture(const ptx::Instruction& instruction) {
         reject(instruction, ErrorCode::kNotSupported,
                "texel offsets and depth comparison are not available");
 
+    checkTexture(instruction.operands[1], operand.handle);
     Value* result = offsetPointer(textureBlock(), sizeof(SampleOperands));
     builder_.CreateCall(
         unit_.helper("sunstone_texture", builder_.getVoidTy(),
                      {intType(64), intType(32), builder_.getPtrTy(), builder_.getPtrTy()}, false),
         {operand.handle, builder_.getInt32(operand.form), textureBlock(), result});
     writeSample(instruction, result);
+}
+
+// For the memory checker: a texture of linear memory is read like any other memory, whose first
+// byte speaks for all, since its range was checked when the object was made. Arrays live as long as
+// it.
+void FunctionTranslator::checkTexture(const ptx::Operand& operand, Value* handle) {
+    if (!marksAccesses())
+        return;
+    Value* memory = builder_.CreateCall(
+        unit_.helper("sunstone_texture_memory", builder_.getPtrTy(), {intType(64)}, false),
+        {handle});
+    llvm::BasicBlock* linear = llvm::BasicBlock::Create(unit_.context(), "", &function_);
+    llvm::BasicBlock* join = llvm::BasicBlock::Create(unit_.context(), "", &function_);
+    builder_.CreateCondBr(builder_.CreateIsNull(memory), join, linear);
+    builder_.SetInsertPoint(linear);
+    auto* byte = builder_.CreateAlignedLoad(intType(8), memory, llvm::Align(1), true);
+    mark(*byte, operand, devlib::kAccessLoad, 0, 1);
+    builder_.CreateBr(join);
+    builder_.SetInsertPoint(join);
 }
 
 // The four words of a sample in the instruction's type.

@@ -28,6 +28,10 @@ struct SampleOperands {
 // Four words: floats, or integers where the texture holds integers and is not read as float.
 void sample(uint64_t handle, uint32_t form, const SampleOperands* operands, uint32_t result[4]);
 
+// Where a texture's texels begin if they are memory of the application; null for textures of arrays,
+// which keep those alive, and for what is no texture.
+const void* linearMemory(uint64_t handle);
+
 // optixTexFootprint2D and its like: which groups of texels the sampling call reads (footprint.cpp).
 // info: the tile size in bits 20-23 and 16-19. *singleLevel: whether one level is all it reads; if
 // not, `coarse` chooses. A handle that is no texture of images gives an empty mask.

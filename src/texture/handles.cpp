@@ -5,6 +5,7 @@
 #include "texture/texture.h"
 
 #include "base/error.h"
+#include "texture/device_functions.h"
 
 #include <atomic>
 #include <mutex>
@@ -110,6 +111,10 @@ const Texture* findTexture(uint64_t handle) {
 const Surface* findSurface(uint64_t handle) {
     const Slot* slot = table().live(handle);
     return slot ? slot->surface.load(std::memory_order_relaxed) : nullptr;
+}
+const void* linearMemory(uint64_t handle) {
+    const Texture* texture = findTexture(handle);
+    return texture && texture->arrays.empty() ? texture->images[0].data : nullptr;
 }
 bool removeTexture(uint64_t handle) {
     return table().remove(handle, true);

@@ -38,6 +38,10 @@ __global__ void unalignedName(int* out) {
     *reinterpret_cast<int*>(raw + 1) = out[0]; // line: named
 }
 
+__global__ void fetch(cudaTextureObject_t texture, float* out) {
+    out[threadIdx.x] = tex1Dfetch<float>(texture, threadIdx.x);
+}
+
 __global__ void farAway(int* out, int index) {
     out[index] = 1; // line: neighbour
 }
@@ -116,7 +120,22 @@ static int run(const char* name) {
         unaligned<<<1, 1>>>(reinterpret_cast<char*>(a));
     else if (is("named"))
         unalignedName<<<1, 1>>>(a);
-    else if (is("neighbour")) // where the next allocation might be
+    else if (is("texture")) {
+        float* texels = nullptr;
+        cudaMalloc(&texels, 32 * sizeof(float));
+        cudaResourceDesc resource = {};
+        resource.resType = cudaResourceTypeLinear;
+        resource.res.linear.devPtr = texels;
+        resource.res.linear.desc = cudaCreateChannelDesc<float>();
+        resource.res.linear.sizeInBytes = 32 * sizeof(float);
+        cudaTextureDesc description = {};
+        cudaTextureObject_t texture = 0;
+        cudaCreateTextureObject(&texture, &resource, &description, nullptr);
+        fetch<<<1, 32>>>(texture, reinterpret_cast<float*>(a));
+        std::printf("%s, ", cudaGetErrorName(cudaDeviceSynchronize()));
+        cudaFree(texels); // line: texels
+        fetch<<<1, 32>>>(texture, reinterpret_cast<float*>(a));
+    } else if (is("neighbour")) // where the next allocation might be
         farAway<<<1, 1>>>(a, 300);
     else if (is("vector"))
         wide<<<1, 1>>>(reinterpret_cast<float4*>(a), 25);
