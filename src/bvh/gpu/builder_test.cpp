@@ -215,10 +215,10 @@ TEST(GpuBuild, ClustersBeatTheRadixTree) {
         const char* name;
         Mesh mesh;
         double share; // of the steps, at most
-    } scenes[] = {{"soup", soup(9000, 0.03f, 1), 1.03},
-                  {"dense soup", soup(9000, 0.15f, 2), 1.01},
-                  {"rough sphere", roughSphere(4, 3), 0.95},
-                  {"torus", torus(100, 40), 1.0}};
+    } scenes[] = {{"soup", soup(9000, 0.03f, 1), 1.06},
+                  {"dense soup", soup(9000, 0.15f, 2), 1.02},
+                  {"rough sphere", roughSphere(4, 3), 0.97},
+                  {"torus", torus(100, 40), 0.97}};
     for (const auto& scene : scenes) {
         const uint64_t clustered = stepsThrough(buildOnDevice(scene.mesh.input())),
                        radix = stepsThrough(buildOnDevice(scene.mesh.input(), fast));

@@ -139,7 +139,7 @@ SUNSTONE_BUILDER void gatherChildren(const BuildJob& job, TreeMode mode, uint32_
         c.boxes[i] = emptyBounds();
     }
     c.boxes[0] = boundsOf(job, ref);
-    if (mode != kRadixByLevel)
+    if (mode == kClustered)
         openByCosts(job, c);
     openWhileRoom(job, mode, c);
 }

@@ -233,12 +233,8 @@ SUNSTONE_BUILDER void joinHalves(const BuildJob& job, ClusterRange range, bool w
     volatile uint32_t* const clusters = at<volatile uint32_t>(job.values[1]);
     const uint32_t left = clusters[range.first], right = clusters[range.split];
     const uint32_t index = range.split - 1; // where the tree parts, once for each node
-    const Bounds leftBox = loadBounds(job, left), rightBox = loadBounds(job, right);
-    const CostPart leftPart = {refCount(left), halfArea(leftBox), loadSavings(job, left)},
-                   rightPart = {refCount(right), halfArea(rightBox), loadSavings(job, right)};
-    uint64_t unused;
-    const uint32_t ref =
-        makeNode(job, index, unite(leftBox, rightBox), left, right, leftPart, rightPart, unused);
+    storeNode(job, index, unite(loadBounds(job, left), loadBounds(job, right)), left, right);
+    const uint32_t ref = joinCounts(left, right) << kRefCountShift | index;
     clusters[range.first] = ref;
     if (whole)
         storeRoot(job, ref);

@@ -152,6 +152,71 @@ TEST(GpuInputs, EqualPlaces) {
     EXPECT_EQ(hit.primitive, 0u); // the lowest of equals
 }
 
+// Whatever the flags, input with little or nothing in it gives structures that rays may meet.
+TEST(GpuInputs, DegenerateInputOfAllFlags) {
+    const Vec3 corners[3] = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
+    const auto meshOf = [&](uint32_t count, const auto& vertex) {
+        Mesh mesh;
+        for (uint32_t i = 0; i < count; ++i) {
+            for (uint32_t k = 0; k < 3; ++k)
+                mesh.vertices.push_back(vertex(i, k));
+            mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+        }
+        return mesh;
+    };
+    const auto equal = [&](uint32_t, uint32_t k) { return corners[k]; };
+    const auto nan = [](uint32_t, uint32_t) { return Vec3{NAN, NAN, NAN}; };
+    const auto point = [](uint32_t, uint32_t) { return Vec3{2, 2, 2}; };
+    const auto oneOfMany = [&](uint32_t i, uint32_t k) {
+        return i == 17 ? corners[k] : i & 1 ? Vec3{INFINITY, 0, 0} : Vec3{0, NAN, -INFINITY};
+    };
+    const auto huge = [&](uint32_t i, uint32_t k) {
+        return i == 0 ? corners[k] * 0x1p90f : corners[k];
+    };
+    const struct {
+        Mesh mesh;
+        uint32_t active;
+    } cases[] = {{meshOf(0, equal), 0},      {meshOf(1, equal), 1}, {meshOf(40, equal), 40},
+                 {meshOf(40, nan), 0},       {meshOf(1, nan), 0},   {meshOf(50, point), 0},
+                 {meshOf(40, oneOfMany), 1}, {meshOf(30, huge), 30}};
+    for (uint32_t bits = 0; bits < 4; ++bits) {
+        BuildOptions options;
+        options.preferFastTrace = bits == 1;
+        options.preferFastBuild = bits == 2;
+        options.allowUpdate = bits == 3;
+        for (const auto& c : cases) {
+            SCOPED_TRACE("options " + std::to_string(bits) + " triangles " +
+                         std::to_string(c.mesh.triangles.size()) + " active " +
+                         std::to_string(c.active));
+            const GpuStructure s = buildOnDevice(c.mesh.input(), options);
+            ASSERT_EQ(s.header().magic, kGpuBlockMagic);
+            EXPECT_EQ(s.header().numActive, c.active);
+            EXPECT_EQ(s.header().root == kNoNode, c.active == 0);
+            QueryHit hit{};
+            ASSERT_EQ(nearest(s.handle(), {{0, 0, -3}, 0, {0, 0, 1}, 1e30f}, hit), c.active != 0);
+            if (c.active)
+                EXPECT_EQ(hit.t, 3.0f);
+        }
+        const Box one{{-1, -1, -1}, {1, 1, 1}};
+        CustomInput custom;
+        custom.aabbs = &one;
+        custom.numPrimitives = 1;
+        BuildInputs inputs;
+        inputs.customs = {&custom, 1};
+        EXPECT_EQ(buildOnDevice(inputs, options).header().numActive, 1u);
+        InstanceDesc nothing{};
+        InstanceInput instances;
+        instances.instances = &nothing;
+        instances.numInstances = 1;
+        inputs = {};
+        inputs.instances = &instances;
+        EXPECT_EQ(buildOnDevice(inputs, options).header().root, kNoNode);
+        instances.numInstances = 0;
+        EXPECT_EQ(buildOnDevice(inputs, options).header().root, kNoNode);
+    }
+    EXPECT_TRUE(Device::get().builder().takeFailures().empty());
+}
+
 TEST(GpuInputs, RandomVertexAccess) {
     const Mesh mesh = soup(500, 0.2f, 3);
     BuildOptions options;

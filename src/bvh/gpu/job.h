@@ -128,10 +128,10 @@ struct Counters {
 constexpr uint64_t kUpdateCounters = __builtin_offsetof(Counters, sortTickets);
 
 // How a binary tree is made and which nodes are opened. PREFER_FAST_BUILD takes the radix tree of
-// the Morton codes as it is. Both kinds of trees may be too deep for traversal, if someone wants
-// them to. Then, and only then, a second run of the same kernels makes the radix tree (48 bits, and
-// 30 of the place) and opens it level by level, which takes at least three of its levels for one of
-// wide nodes: 26 at most.
+// the Morton codes as it is and opens the largest nodes. Both kinds of trees may be too deep for
+// traversal, if someone wants them to. Then, and only then, a second run of the same kernels makes
+// the radix tree (48 bits, and 30 of the place) and opens it level by level, which takes at least
+// three of its levels for one of wide nodes: 26 at most.
 enum TreeMode : uint32_t { kClustered, kRadix, kRadixByLevel };
 
 struct BuildJob {
@@ -173,7 +173,8 @@ struct BuildJob {
     uint64_t keyBounds; // KeyBounds of each key, in the output
 };
 
-// An array of opacity micromaps: where its parts are (MicromapArrayLayout) and what it is made from.
+// An array of opacity micromaps: where its parts are (MicromapArrayLayout) and what it is made
+// from.
 constexpr uint32_t kMicromapLevels = 13;
 struct MicromapJob {
     uint64_t report; // BuildReport
