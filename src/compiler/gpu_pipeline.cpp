@@ -12,6 +12,7 @@
 #include "compiler/gpu_machine.h"
 #include "compiler/lower_optix.h"
 #include "compiler/optimizer.h"
+#include "compiler/resumable.h"
 #include "compiler/stack_checks.h"
 
 #include <llvm/Bitcode/BitcodeReader.h>
@@ -35,8 +36,15 @@ struct Dispatcher {
     const char* name;
     devlib::GroupKind kind;
     size_t GpuGroup::*program;
-    bool isCallable;
+    enum Form {
+        kRun,  // (state, group): calls the program
+        kPart, // (root, ray, frame, group): calls a part of it
+        kFind, // (group): whether there is one
+        kCode, // (group): its address
+    } form;
 };
+
+constexpr const char *kStart = "sunstone_gpu_start", *kResume = "sunstone_gpu_resume";
 
 class GpuBuild {
 public:
@@ -71,6 +79,7 @@ public:
             addStackChecks(unit_);
         llvm::StripDebugInfo(unit_.module());
         times_.step("translate");
+        chooseKernel();
         for (const Dispatcher& dispatcher : dispatchers())
             define(dispatcher);
         defineCallableFacts();
@@ -102,14 +111,18 @@ private:
     static const std::vector<Dispatcher>& dispatchers() {
         using namespace devlib;
         static const std::vector<Dispatcher> all = {
-            {"sunstone_gpu_raygen", kGroupRaygen, &GpuGroup::main, false},
-            {"sunstone_gpu_miss", kGroupMiss, &GpuGroup::main, false},
-            {"sunstone_gpu_exception", kGroupException, &GpuGroup::main, false},
-            {"sunstone_gpu_closestHit", kGroupHit, &GpuGroup::main, false},
-            {"sunstone_gpu_anyHit", kGroupHit, &GpuGroup::anyHit, false},
-            {"sunstone_gpu_intersection", kGroupHit, &GpuGroup::intersection, false},
-            {"sunstone_gpu_direct", kGroupCallables, &GpuGroup::direct, true},
-            {"sunstone_gpu_continuation", kGroupCallables, &GpuGroup::continuation, true},
+            {"sunstone_gpu_raygen", kGroupRaygen, &GpuGroup::main, Dispatcher::kRun},
+            {kStart, kGroupRaygen, &GpuGroup::main, Dispatcher::kPart},
+            {kResume, kGroupRaygen, &GpuGroup::main, Dispatcher::kPart},
+            {"sunstone_gpu_findRaygen", kGroupRaygen, &GpuGroup::main, Dispatcher::kFind},
+            {"sunstone_gpu_miss", kGroupMiss, &GpuGroup::main, Dispatcher::kRun},
+            {"sunstone_gpu_exception", kGroupException, &GpuGroup::main, Dispatcher::kRun},
+            {"sunstone_gpu_closestHit", kGroupHit, &GpuGroup::main, Dispatcher::kRun},
+            {"sunstone_gpu_anyHit", kGroupHit, &GpuGroup::anyHit, Dispatcher::kRun},
+            {"sunstone_gpu_intersection", kGroupHit, &GpuGroup::intersection, Dispatcher::kRun},
+            {"sunstone_gpu_direct", kGroupCallables, &GpuGroup::direct, Dispatcher::kCode},
+            {"sunstone_gpu_continuation", kGroupCallables, &GpuGroup::continuation,
+             Dispatcher::kCode},
         };
         return all;
     }
@@ -182,15 +195,81 @@ private:
         marker->eraseFromParent();
     }
 
+    std::vector<llvm::Function*> raygens() const {
+        std::vector<llvm::Function*> programs;
+        for (const GpuGroup& group : request_.groups)
+            if (group.kind == devlib::kGroupRaygen && group.main != GpuGroup::kNone &&
+                std::find(programs.begin(), programs.end(), programs_[group.main]) ==
+                    programs.end())
+                programs.push_back(programs_[group.main]);
+        return programs;
+    }
+
+    uint32_t constant(std::string_view name) const {
+        for (const auto& [each, value] : request_.constants)
+            if (each == name)
+                return value;
+        return 0;
+    }
+
+    // Rays of a ray generation program that traces in a loop, at one place, take turns in the
+    // kernel of devlib/gpu/loop.h. With several such places lanes would wait at different ones, and
+    // all that lies between would run for few lanes at a time (docs/performance.md has figures).
+    void chooseKernel() {
+        std::vector<llvm::Function*> cut;
+        std::string reason = "no ray generation program traces in a loop at one place";
+        // What moves, curves and spheres make the walk too large to have it several times.
+        // Stacks and addresses of states are looked at with exceptions about them.
+        constexpr unsigned kLooks = devlib::kFlagDebug | devlib::kFlagStackOverflow;
+        const bool small = !constant("sunstone_gpu_motion") && !constant("sunstone_gpu_shapes") &&
+                           !(request_.pipeline.rules.exceptionFlags & kLooks);
+        if (!small)
+            reason = "the pipeline has motion blur, debug or stack overflow exceptions, or its "
+                     "rays may meet curves or spheres";
+        for (llvm::Function* program : raygens())
+            if (small && tracesInLoop(*program)) {
+                const std::string obstacle = obstacleToCut(*program);
+                if (obstacle.empty())
+                    cut.push_back(program);
+                else
+                    reason = obstacle;
+            }
+        isLoop_ = !cut.empty();
+        if (isLoop_)
+            cuts_ = cutAtTraces(unit_.module(), *machine_, cut);
+        if (small)
+            traceInline(raygens());
+        code_.feedback +=
+            isLoop_ ? message("kernel: warps take new launch indices as their rays end; ",
+                              cuts_.frameBytes, " bytes live across a trace\n")
+                    : message("kernel: one thread for each launch index, because ", reason, "\n");
+        optimizer_->dump("cut");
+        verify(unit_, "cutting");
+        times_.step("cut");
+    }
+
+    // What a dispatcher calls for a program; null: nothing.
+    llvm::Function* targetOf(const Dispatcher& dispatcher, llvm::Function* program) const {
+        const auto cut = cuts_.cuts.find(program);
+        if (cut == cuts_.cuts.end())
+            return dispatcher.name == kResume ? nullptr : program;
+        return dispatcher.name == kResume             ? cut->second.resume
+               : dispatcher.name == kStart            ? cut->second.start
+               : dispatcher.form == Dispatcher::kFind ? program
+                                                      : nullptr;
+    }
+
     // switch (group) { case number: return program(state); ... default: return 0; }
     void define(const Dispatcher& dispatcher) {
         llvm::LLVMContext& context = unit_.context();
         llvm::IRBuilder<> builder(context);
         llvm::Type *word = builder.getInt32Ty(), *pointer = builder.getPtrTy();
-        llvm::Type* result = dispatcher.isCallable ? pointer : word;
-        std::vector<llvm::Type*> operands;
-        if (!dispatcher.isCallable)
-            operands.push_back(pointer);
+        const bool isCode = dispatcher.form == Dispatcher::kCode;
+        const unsigned states = dispatcher.form == Dispatcher::kRun    ? 1
+                                : dispatcher.form == Dispatcher::kPart ? 3
+                                                                       : 0;
+        llvm::Type* result = isCode ? pointer : word;
+        std::vector<llvm::Type*> operands(states, pointer);
         operands.push_back(word);
         auto* function = llvm::Function::Create(llvm::FunctionType::get(result, operands, false),
                                                 llvm::GlobalValue::ExternalLinkage, dispatcher.name,
@@ -200,10 +279,9 @@ private:
         auto* entry = llvm::BasicBlock::Create(context, "", function);
         auto* other = llvm::BasicBlock::Create(context, "none", function);
         builder.SetInsertPoint(other);
-        builder.CreateRet(dispatcher.isCallable ? llvm::Constant::getNullValue(result)
-                                                : builder.getInt32(~0u));
+        builder.CreateRet(isCode ? llvm::Constant::getNullValue(result) : builder.getInt32(~0u));
         builder.SetInsertPoint(entry);
-        auto* choice = builder.CreateSwitch(function->getArg(dispatcher.isCallable ? 0 : 1), other);
+        auto* choice = builder.CreateSwitch(function->getArg(states), other);
         std::map<llvm::Function*, llvm::BasicBlock*> calls; // of one program: one call
         std::set<uint32_t> numbers;                         // a group may be given twice
         for (const GpuGroup& group : request_.groups) {
@@ -211,19 +289,19 @@ private:
             if (index == GpuGroup::kNone || group.kind != dispatcher.kind ||
                 !numbers.insert(group.number).second)
                 continue;
-            llvm::Function* program = programs_[index];
+            llvm::Function* program = targetOf(dispatcher, programs_[index]);
+            if (!program)
+                continue;
             llvm::BasicBlock*& block = calls[program];
             if (!block) {
                 block = llvm::BasicBlock::Create(context, "", function);
                 builder.SetInsertPoint(block);
-                if (dispatcher.isCallable) {
+                if (isCode)
                     builder.CreateRet(program);
-                } else {
-                    llvm::CallInst* call = builder.CreateCall(program, {function->getArg(0)});
-                    builder.CreateRet(call->getType()->isIntegerTy(32)
-                                          ? static_cast<llvm::Value*>(call)
-                                          : builder.getInt32(devlib::kAccept));
-                }
+                else if (dispatcher.form == Dispatcher::kFind)
+                    builder.CreateRet(builder.getInt32(0));
+                else
+                    builder.CreateRet(callProgram(builder, *function, *program));
             }
             choice->addCase(builder.getInt32(group.number), block);
         }
@@ -265,6 +343,17 @@ private:
              });
     }
 
+    // A dispatcher's call of a program, or of a part of one, and the result.
+    static llvm::Value* callProgram(llvm::IRBuilder<>& builder, llvm::Function& dispatcher,
+                                    llvm::Function& program) {
+        std::vector<llvm::Value*> operands = {dispatcher.getArg(0)};
+        if (program.arg_size() == 3) // frame, root, ray
+            operands = {dispatcher.getArg(2), dispatcher.getArg(0), dispatcher.getArg(1)};
+        llvm::CallInst* call = builder.CreateCall(&program, operands);
+        return call->getType()->isIntegerTy(32) ? static_cast<llvm::Value*>(call)
+                                                : builder.getInt32(devlib::kAccept);
+    }
+
     void defineConstants() {
         for (const auto& [name, value] : request_.constants)
             new llvm::GlobalVariable(
@@ -292,17 +381,23 @@ private:
 
     void makeKernel() {
         llvm::LLVMContext& context = unit_.context();
-        llvm::Function* run = unit_.module().getFunction("sunstone_gpu_run");
+        const char* const name = isLoop_ ? "sunstone_gpu_runLoop" : "sunstone_gpu_run";
+        llvm::Function* run = unit_.module().getFunction(name);
         if (!run || run->isDeclaration())
-            fail(ErrorCode::kInternal, "the run-time for GPUs has no sunstone_gpu_run");
+            fail(ErrorCode::kInternal, "the run-time for GPUs has no ", name);
         llvm::IRBuilder<> builder(context);
         auto* kernel = llvm::Function::Create(
-            run->getFunctionType(), llvm::GlobalValue::ExternalLinkage, kGpuKernel, unit_.module());
+            llvm::FunctionType::get(builder.getVoidTy(), {builder.getPtrTy()}, false),
+            llvm::GlobalValue::ExternalLinkage, kGpuKernel, unit_.module());
         kernel->setCallingConv(llvm::CallingConv::PTX_Kernel);
         builder.SetInsertPoint(llvm::BasicBlock::Create(context, "", kernel));
-        std::vector<llvm::Value*> arguments;
-        for (llvm::Argument& argument : kernel->args())
-            arguments.push_back(&argument);
+        std::vector<llvm::Value*> arguments = {kernel->getArg(0)};
+        if (isLoop_) {
+            auto* memory = builder.CreateAlloca(
+                llvm::ArrayType::get(builder.getInt8Ty(), std::max<uint64_t>(cuts_.frameBytes, 1)));
+            memory->setAlignment(llvm::Align(kFrameAlignment));
+            arguments.push_back(memory);
+        }
         builder.CreateCall(run, arguments);
         builder.CreateRetVoid();
         // Everything else is seen by nobody.
@@ -360,6 +455,8 @@ private:
         const PayloadType* payload;
     };
     std::vector<Copy> copies_;
+    bool isLoop_ = false; // the kernel is the one of devlib/gpu/loop.h
+    CutPrograms cuts_;
     GpuCode code_;
 };
 

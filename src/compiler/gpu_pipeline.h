@@ -45,13 +45,13 @@ struct GpuPipelineRequest {
 };
 
 // The run-time calls these, each with the state and a group number; a group without such a program
-// answers ~0u: sunstone_gpu_raygen, _miss, _exception, _closestHit, _anyHit,
+// answers ~0u: sunstone_gpu_raygen, _start, _resume, _miss, _exception, _closestHit, _anyHit,
 // _intersection; and with the group number alone, for the code address or null:
 // sunstone_gpu_direct, sunstone_gpu_continuation.
 struct GpuCode {
     std::string machineCode; // of the PTX
     std::string ptx;      // empty if the machine code is from a store; the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
-    std::string feedback; // what was specialised to bound values, a line each
+    std::string feedback; // the kind of kernel, what was specialised to bound values, in lines
     // Bytes of stack that functions take, without what the driver's compiler spills: of all those
     // together that may wait while a trace is under way, and of those that cannot.
     uint64_t waitingBytes = 0, otherBytes = 0;

@@ -71,6 +71,16 @@ private:
     }
     // Of what does not change while a program runs.
     Value* loadInvariant(Value* base, size_t offset, llvm::Type* type) {
+        auto* value = llvm::cast<llvm::LoadInst>(load(base, offset, type));
+        llvm::MDNode* mark = llvm::MDNode::get(unit_.context(), {});
+        if (unit_.isGpu())
+            value->setMetadata(kStableLoad, mark);
+        else
+            value->setMetadata(llvm::LLVMContext::MD_invariant_load, mark);
+        return value;
+    }
+    // Of what does not change while the launch runs.
+    Value* loadOfLaunch(Value* base, size_t offset, llvm::Type* type) {
         Value* value = load(base, offset, type);
         llvm::cast<llvm::LoadInst>(value)->setMetadata(llvm::LLVMContext::MD_invariant_load,
                                                        llvm::MDNode::get(unit_.context(), {}));
@@ -82,12 +92,12 @@ private:
             llvm::Align(value->getType()->isPointerTy() || value->getType()->isIntegerTy(64) ? 8
                                                                                              : 4));
     }
-    Value* launch() { return loadInvariant(state(), offsetof(RayState, launch), pointer()); }
+    Value* launch() { return loadOfLaunch(state(), offsetof(RayState, launch), pointer()); }
     Value* launchFunction(size_t offset, const char* name, llvm::FunctionType* type) {
         return unit_.launchFunction(builder_, unit_.isGpu() ? nullptr : launch(), offset, name,
                                     type);
     }
-    Value* thread() { return loadInvariant(state(), offsetof(RayState, thread), pointer()); }
+    Value* thread() { return loadOfLaunch(state(), offsetof(RayState, thread), pointer()); }
 
     // The constant value of an operand; faults where it is not constant.
     uint32_t constant(unsigned index, const char* what) const {
@@ -198,7 +208,7 @@ private:
         case IntrinsicOp::kLaunchIndex:
             return loadInvariant(thread(), offsetof(ThreadState, index) + number() * 4, type);
         case IntrinsicOp::kLaunchDimension:
-            return loadInvariant(launch(), offsetof(LaunchState, dimensions) + number() * 4, type);
+            return loadOfLaunch(launch(), offsetof(LaunchState, dimensions) + number() * 4, type);
         case IntrinsicOp::kBarycentrics: {
             const size_t at = offsetof(RayState, hit) + offsetof(Hit, attributes);
             Value* pair = llvm::PoisonValue::get(type);

@@ -16,6 +16,10 @@ namespace sunstone::compiler {
 using ProgramKinds = std::map<llvm::Function*, ProgramKind>;
 using ProgramPayloads = std::map<llvm::Function*, const PayloadType*>;
 
+// Metadata of loads, in code for GPUs, of what stays the same while a program runs. The memory serves
+// the next launch index or ray then, so they are not invariant to LLVM.
+constexpr const char* kStableLoad = "sunstone.stable";
+
 // Marks for inlining; throws Error(kInvalidPtx) on recursion through such functions.
 void markIntrinsicUsers(Unit& unit, const ProgramKinds& programs);
 

@@ -85,6 +85,10 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.launch.numAttributes = pipeline.rules.numAttributeValues;
     const auto& code = static_cast<const GpuCodeObject&>(*pipeline.deviceCode);
     block.firstGroup = code.firstGroup;
+    const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
+    constexpr uint64_t kTilesOfBlock = devlib::kGpuBlockThreads / devlib::kGpuTile;
+    const uint64_t blocks = (tiles + kTilesOfBlock - 1) / kTilesOfBlock;
+    block.work = {0, tiles * devlib::kGpuTile, devlib::kPatience};
     block.report = devlib::emptyReport();
     block.stackBytes = uint32_t(code.stackBytes);
     block.structures = slot->memory + GpuLaunchSlots::kParameters + table;
@@ -98,17 +102,9 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     if (given < variable) // reads beyond the caller's block see zeros
         SUNSTONE_CU(memsetD8Async, params + given, 0, variable - given, stream);
 
-    const uint64_t plane = request.height == 1
-                               ? request.width
-                               : uint64_t((request.width + 7) / devlib::kGpuTileWidth) *
-                                     ((request.height + 3) / devlib::kGpuTileHeight) *
-                                     devlib::kGpuTileWidth * devlib::kGpuTileHeight;
-    const uint64_t threads = plane * request.depth;
-    const auto blocks =
-        unsigned((threads + devlib::kGpuBlockThreads - 1) / devlib::kGpuBlockThreads);
     void* arguments[] = {&slot->memory};
-    SUNSTONE_CU(launchKernel, code.kernel, blocks, 1, 1, devlib::kGpuBlockThreads, 1, 1, 0, stream,
-                arguments, nullptr);
+    SUNSTONE_CU(launchKernel, code.kernel, unsigned(blocks), 1, 1, devlib::kGpuBlockThreads, 1, 1,
+                0, stream, arguments, nullptr);
     SUNSTONE_CU(memcpyDtoHAsync, &block.report, slot->memory + offsetof(LaunchBlock, report),
                 sizeof(block.report), stream);
     if (!request.validation)

@@ -56,6 +56,12 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
     to.callables[1] = describe(from.continuation);
 }
 
+// Registers of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72
+// up to 12 % (docs/performance.md); intersection programs need a few more.
+unsigned registersOf(bool hasIntersection) {
+    return hasIntersection ? 80 : 72;
+}
+
 // Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses.
 bool raiseStackLimit(size_t bytes) {
     size_t limit = 0;
@@ -70,7 +76,7 @@ bool raiseStackLimit(size_t bytes) {
 }
 
 // Of a level, what the driver's compiler spills; the code generator does not know of it.
-constexpr size_t kSpills = 384;
+constexpr size_t kSpills = 512;
 
 size_t stackNeed(const Pipeline& pipeline, const compiler::GpuCode& code, size_t kernelFrame) {
     const size_t depth = size_t(pipeline.limits.maxTraceDepth) + 1;
@@ -152,11 +158,9 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         {"sunstone_gpu_motion", pipeline.rules.motionBlur},
     };
     ContextScope scope(device_.context());
-    // What the traversal loop takes by itself is a little more; on an H100 the warps that fit in
-    // more are worth 7 %, fewer registers cost what they win (docs/gpu.md).
-    constexpr unsigned kRegisters = 96;
-    request.assemble = [](const std::string& ptx) { return assembleForGpu(ptx, kRegisters); };
-    request.assembler = message("driver ", device_.driverVersion(), ", registers ", kRegisters);
+    const unsigned registers = registersOf(pipeline.hasIntersection);
+    request.assemble = [=](const std::string& ptx) { return assembleForGpu(ptx, registers); };
+    request.assembler = message("driver ", device_.driverVersion(), ", registers ", registers);
     std::shared_ptr<GpuCodeObject> loaded;
     const compiler::GpuCode code =
         compiler::obtainGpuPipeline(request, parts.cache, [&](const compiler::GpuCode& found) {

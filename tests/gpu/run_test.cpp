@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kernel of a GPU pipeline on the CPU device, which runs PTX too: launch indices, records and
 // what the launch reports. So the code for GPUs is tested where there is none.
-#include "bvh/gpu/test_device.h"
 #include "bvh/kernels.h"
 #include "bvh/micromap_array.h"
 #include "bvh/micromap_lookup.h"
 #include "bvh/shapes.h"
 #include "devlib/flags.h"
-#include "devlib/gpu/launch_block.h"
-#include "gpu/pipelines.h"
+#include "gpu/kernel.h"
 #include "gpu/rays.h"
 
 #include <gtest/gtest.h>
@@ -22,66 +20,6 @@ namespace sunstone {
 namespace {
 
 using namespace gpu_tests;
-using bvh::gpu::testing::Buffer;
-using bvh::gpu::testing::Device;
-
-constexpr uint32_t kFirstGroup = 5; // what group 1 of a pipeline of these tests is in its context
-
-struct alignas(16) Record {
-    devlib::SbtHeader header{};
-    uint32_t data[4] = {};
-};
-
-Record recordOf(uint32_t group, devlib::GroupKind kind) {
-    Record record;
-    record.header.magic = devlib::kSbtMagic;
-    record.header.group = group;
-    record.header.kind = kind;
-    return record;
-}
-
-// A pipeline's kernel, loaded into the CPU device.
-class Kernel {
-public:
-    explicit Kernel(const std::string& module, const Options& options = {}) {
-        const std::string ptx = compile(module, options);
-        EXPECT_EQ(driver().moduleLoadDataEx(&module_, ptx.c_str(), 0, nullptr, nullptr),
-                  CUDA_SUCCESS);
-        EXPECT_EQ(driver().moduleGetFunction(&function_, module_, compiler::kGpuKernel),
-                  CUDA_SUCCESS);
-    }
-    ~Kernel() { driver().moduleUnload(module_); }
-    Kernel(const Kernel&) = delete;
-
-    // Runs with this block, of which the caller has set what depends on the test.
-    devlib::LaunchReport launch(const devlib::LaunchBlock& prepared, uint32_t width,
-                                uint32_t height = 1, uint32_t depth = 1) const {
-        Buffer memory(sizeof(prepared));
-        std::memcpy(memory.data(), &prepared, sizeof(prepared));
-        auto& block = *static_cast<devlib::LaunchBlock*>(memory.data());
-        block.launch.dimensions[0] = width;
-        block.launch.dimensions[1] = height;
-        block.launch.dimensions[2] = depth;
-        block.launch.maxTraceDepth = 1;
-        block.report = {devlib::kNoReport, devlib::kNoReport, devlib::kNoReport};
-        block.firstGroup = kFirstGroup - 1;
-        const uint32_t tiles = (width + 7) / 8 * ((height + 3) / 4) * depth;
-        const uint32_t threads = height == 1 ? width * depth : tiles * 32;
-        constexpr uint32_t kThreads = devlib::kGpuBlockThreads;
-        CUdeviceptr address = memory.address();
-        void* arguments[] = {&address};
-        EXPECT_EQ(driver().launchKernel(function_, (threads + kThreads - 1) / kThreads, 1, 1,
-                                        kThreads, 1, 1, 0, nullptr, arguments, nullptr),
-                  CUDA_SUCCESS);
-        EXPECT_EQ(driver().ctxSynchronize(), CUDA_SUCCESS);
-        return block.report;
-    }
-
-private:
-    static const device::cuda::Driver& driver() { return Device::get().driver(); }
-    CUmodule module_ = nullptr;
-    CUfunction function_ = nullptr;
-};
 
 // Launches with one record, for ray generation; params is one address.
 devlib::LaunchReport launch(const Kernel& kernel, const Record& raygenRecord, void* output,

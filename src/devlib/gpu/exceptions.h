@@ -12,11 +12,18 @@ SUNSTONE_DEVICE LaunchReport& reportOf(RayState* state) {
     return blockOf(state->launch).report;
 }
 
-SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
+SUNSTONE_DEVICE uint64_t placeOf(const RayState* state) {
     const uint32_t *index = state->thread->index, *size = state->launch->dimensions;
-    const uint64_t place = (uint64_t(index[2]) * size[1] + index[1]) * size[0] + index[0];
+    return (uint64_t(index[2]) * size[1] + index[1]) * size[0] + index[0];
+}
+
+SUNSTONE_DEVICE void note(uint64_t& word, uint64_t place, int32_t code) {
     __nvvm_atom_min_gen_ull(reinterpret_cast<unsigned long long*>(&word),
                             place << 32 | uint32_t(code));
+}
+
+SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
+    note(word, placeOf(state), code);
 }
 
 [[noreturn]] SUNSTONE_DEVICE void endThread() {
@@ -26,9 +33,15 @@ SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
 
 // What ends the launch ends the thread; the host finds it in the report. (A trap of the processor
 // would take the context with it.)
-[[noreturn]] [[gnu::noinline]] static void endLaunch(RayState* state, int32_t code) {
-    note(state, reportOf(state).fatal, code);
+[[noreturn]] [[gnu::noinline]] static void endLaunch(LaunchReport& report, uint64_t place,
+                                                     int32_t code) {
+    note(report.fatal, place, code);
     endThread();
+}
+
+// Passes no pointer to the state on, which can stay in registers so.
+[[noreturn]] SUNSTONE_DEVICE void endLaunch(RayState* state, int32_t code) {
+    endLaunch(reportOf(state), placeOf(state), code);
 }
 
 // What the getters of exceptions tell, for the host.
@@ -61,7 +74,6 @@ SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
 // index's own state, looks for it.
 [[noreturn]] [[gnu::noinline]] static void leave(RayState* state, int32_t code) {
     ThreadState* const thread = state->thread;
-    RayState* const root = thread->root;
     const LaunchState& launch = *state->launch;
     thread->exceptionCode = code;
     const bool overflow =
@@ -84,6 +96,7 @@ SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
         endThread();
     }
     thread->pad = 1;
+    RayState* const root = thread->root;
     if (root != state) {
         const uint32_t count = state->hit.transformCount;
         root->hit.transformCount = count;

@@ -54,6 +54,17 @@ enum FatalCode : int32_t {
 // Spaces on a path below the world's that traversal on GPUs keeps.
 constexpr unsigned kMaxGpuGraphDepth = 15;
 
+// Launch indices of a kernel whose warps take them (devlib/gpu/loop.h): numbers from 0, in the order
+// of tiles of 32 (see kGpuTileWidth).
+struct LaunchWork {
+    uint64_t next;  // nobody has taken this one or a later one
+    uint64_t count; // of all tiles, those behind the edges too
+    uint32_t patience; // what idle lanes may cost before a warp looks after them; kPatience
+};
+
+// In steps of lanes, through nodes. On an H100 or H200 a quarter and twice of it are slower.
+constexpr uint32_t kPatience = 128;
+
 struct LaunchBlock {
     LaunchState launch;
     LaunchReport report;
@@ -65,11 +76,21 @@ struct LaunchBlock {
     // With debug exceptions: addresses of the acceleration structures there are, in order.
     uint64_t structures;
     uint32_t numStructures;
+    LaunchWork work;
 };
 
 // Threads of a block, and the shape of a warp's tile of launch indices; launches of height 1 have
 // their indices in a row.
 constexpr unsigned kGpuBlockThreads = 64;
 constexpr unsigned kGpuTileWidth = 8, kGpuTileHeight = 4;
+constexpr unsigned kGpuTile = kGpuTileWidth * kGpuTileHeight;
+
+// Tiles of a launch of these dimensions.
+constexpr uint64_t gpuTiles(const uint32_t size[3]) {
+    if (size[1] == 1)
+        return (uint64_t(size[0]) * size[2] + kGpuTile - 1) / kGpuTile;
+    return uint64_t((size[0] + kGpuTileWidth - 1) / kGpuTileWidth) *
+           ((size[1] + kGpuTileHeight - 1) / kGpuTileHeight) * size[2];
+}
 
 } // namespace sunstone::devlib

@@ -1,49 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernel of a launch: one thread for each launch index, warps as tiles.
+// Launch indices, and the kernel with one thread for each of them, warps as tiles. The other kernel
+// is in loop.h.
 #pragma once
 
 #include "devlib/gpu/exceptions.h"
 
 namespace sunstone::devlib::gpu {
 
-// The launch index of this thread; false behind the edges.
-SUNSTONE_DEVICE bool findIndex(const uint32_t size[3], uint32_t index[3]) {
-    const uint32_t thread = uint32_t(__nvvm_read_ptx_sreg_tid_x());
-    const uint64_t number =
-        uint64_t(uint32_t(__nvvm_read_ptx_sreg_ctaid_x())) * kGpuBlockThreads + thread;
+// A launch index by tile and place in it; false behind the edges.
+SUNSTONE_DEVICE bool findIndex(const uint32_t size[3], uint32_t tile, uint32_t place,
+                               uint32_t index[3]) {
     if (size[1] == 1) {
+        const uint64_t number = uint64_t(tile) * kGpuTile + place;
         index[0] = uint32_t(number % size[0]);
         index[1] = 0;
         index[2] = uint32_t(number / size[0]);
         return index[2] < size[2];
     }
-    constexpr uint32_t kTile = kGpuTileWidth * kGpuTileHeight;
     const uint32_t columns = (size[0] + kGpuTileWidth - 1) / kGpuTileWidth;
     const uint32_t rows = (size[1] + kGpuTileHeight - 1) / kGpuTileHeight;
-    uint32_t tile = uint32_t(number / kTile);
-    const uint32_t lane = uint32_t(number % kTile);
-    index[0] = tile % columns * kGpuTileWidth + lane % kGpuTileWidth;
+    index[0] = tile % columns * kGpuTileWidth + place % kGpuTileWidth;
     tile /= columns;
-    index[1] = tile % rows * kGpuTileHeight + lane / kGpuTileWidth;
+    index[1] = tile % rows * kGpuTileHeight + place / kGpuTileWidth;
     index[2] = tile / rows;
     return index[0] < size[0] && index[1] < size[1] && index[2] < size[2];
 }
 
-extern "C" void sunstone_gpu_run(LaunchBlock* block) {
-    const LaunchState& launch = block->launch;
-    uint32_t index[3];
-    if (!findIndex(launch.dimensions, index))
-        return;
-    ThreadState thread;
-    for (int i = 0; i < 3; ++i)
-        thread.index[i] = index[i];
+// Makes ready what a ray generation program sees, but for the launch index.
+SUNSTONE_DEVICE void prepareRoot(const LaunchState& launch, RayState& state, ThreadState& thread) {
     thread.pad = 0;
     thread.exceptionCode = 0;
     thread.line = nullptr;
     if (sunstone_gpu_exceptionFlags & kFlagStackOverflow) // stacks grow downwards
-        thread.stackLimit = reinterpret_cast<uint64_t>(&thread) - block->stackBytes;
-    RayState state;
-    thread.root = &state;
+        thread.stackLimit = reinterpret_cast<uint64_t>(&thread) - blockOf(&launch).stackBytes;
+    // Else nobody asks, and both can stay in registers.
+    if (sunstone_gpu_hasException ||
+        (sunstone_gpu_exceptionFlags & (kFlagStackOverflow | kFlagDebug)))
+        thread.root = &state;
     state.launch = &launch;
     state.thread = &thread;
     state.sbtData = dataOf(launch.sbt.raygenRecord);
@@ -51,6 +44,19 @@ extern "C" void sunstone_gpu_run(LaunchBlock* block) {
     state.payloadType = state.payloadCount = 0;
     state.hit.transformCount = 0;
     state.hit.sbtGasIndex = 0;
+}
+
+extern "C" void sunstone_gpu_run(LaunchBlock* block) {
+    static_assert(kGpuBlockThreads % kGpuTile == 0);
+    const LaunchState& launch = block->launch;
+    const uint32_t thread = uint32_t(__nvvm_read_ptx_sreg_tid_x());
+    const uint32_t tile =
+        uint32_t(__nvvm_read_ptx_sreg_ctaid_x()) * (kGpuBlockThreads / kGpuTile) + thread / kGpuTile;
+    ThreadState index;
+    if (!findIndex(launch.dimensions, tile, thread % kGpuTile, index.index))
+        return;
+    RayState state;
+    prepareRoot(launch, state, index);
     if (sunstone_gpu_raygen(&state, groupOf(&state, launch.sbt.raygenRecord, kGroupRaygen)) ==
         kNoProgram)
         endLaunch(&state, kFatalRaygenRecord);

@@ -22,14 +22,14 @@ namespace walk = sunstone::bvh::gpu;
 struct Candidates {
     RayState* state;
     uint32_t rayFlags;
-    bool found = false, ended = false;
-    bool candidateAnyHit = false;
-    float tmax = 0; // while an intersection program runs
-    uint32_t candidateGroup = 0;
+    bool found, ended;
+    bool candidateAnyHit;
+    float tmax; // while an intersection program runs
+    uint32_t candidateGroup;
     // Where in the graph the walk is.
-    uint32_t instanceIndex = 0, instanceId = ~0u, instanceSbtOffset = 0, instanceFlags = 0;
-    uint32_t transformCount = 0;
-    uint64_t gas = 0;
+    uint32_t instanceIndex, instanceId, instanceSbtOffset, instanceFlags;
+    uint32_t transformCount;
+    uint64_t gas;
     // The best hit: as in RayState::hit.
     struct Best {
         uint32_t kind, primitive, sbtGasIndex, instanceIndex, instanceId, instanceSbtOffset;
@@ -37,7 +37,7 @@ struct Candidates {
         uint64_t gas;
         uint32_t attributes[kMaxAttributeWords];
     } best;
-    uint64_t *transforms, *bestTransforms; // lists of the tracer
+    uint64_t *transforms, *bestTransforms; // of the GraphPath
 
     SUNSTONE_DEVICE_MEMBER uint64_t hitRecord(uint32_t sbtGasIndex, uint32_t offset) const {
         const SbtView& sbt = state->launch->sbt;
@@ -138,18 +138,26 @@ struct Candidates {
     }
 };
 
+// What is indexed by level, apart from the tracer: LLVM keeps that in registers where no pointer to
+// it is passed on and all of its members are known by name.
+template <unsigned kMaxLevels>
+struct GraphPath {
+    // What leaving an instance brings back.
+    struct Place {
+        uint32_t index, id, sbtOffset, flags;
+    };
+    uint64_t transforms[kMaxLevels + 1], best[kMaxLevels + 1];
+    Place places[kMaxLevels + 1];
+};
+
 template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
 struct Tracer : Candidates {
     static constexpr bool kTriangles = true, kCustoms = kWithCustoms, kInstances = kMaxLevels > 0,
                           kMotion = kWithMotion;
     static constexpr unsigned kLevels = kMaxLevels;
 
-    // What leaving an instance brings back.
-    struct Place {
-        uint32_t index, id, sbtOffset, flags;
-    };
-    uint64_t ownTransforms[kMaxLevels + 1], ownBest[kMaxLevels + 1];
-    Place places[kMaxLevels + 1];
+    using Path = GraphPath<kMaxLevels>;
+    typename Path::Place* places;
 
     SUNSTONE_DEVICE_MEMBER void setBarycentrics(uint32_t* attributes,
                                                 const walk::TriangleHit& hit) {
@@ -297,7 +305,7 @@ struct Tracer : Candidates {
     }
 
     SUNSTONE_DEVICE_MEMBER void leave(walk::Ray&) {
-        const Place& place = places[--transformCount];
+        const typename Path::Place& place = places[--transformCount];
         instanceIndex = place.index;
         instanceId = place.id;
         instanceSbtOffset = place.sbtOffset;
@@ -330,15 +338,26 @@ struct Tracer : Candidates {
 
 enum class Found : uint32_t { kNothing, kHit, kSilentHit };
 
+// Ties the tracer to the state whose rays it traces.
+template <class Programs>
+SUNSTONE_DEVICE void bind(RayState* state, Programs& tracer, typename Programs::Path& path) {
+    tracer.state = state;
+    tracer.transforms = path.transforms;
+    tracer.bestTransforms = path.best;
+    tracer.places = path.places;
+}
+
 // Makes both ready for the ray that the state asks for.
 template <class Programs>
 SUNSTONE_DEVICE void prepare(RayState* state, Programs& tracer, walk::Ray& ray) {
-    tracer.state = state;
     tracer.rayFlags = state->rayFlags;
-    tracer.transforms = tracer.ownTransforms;
-    tracer.bestTransforms = tracer.ownBest;
-    if (tagOf(state->handle) == kTagGas)
-        tracer.gas = state->handle;
+    tracer.found = tracer.ended = tracer.candidateAnyHit = false;
+    tracer.tmax = 0;
+    tracer.candidateGroup = 0;
+    tracer.instanceIndex = tracer.instanceSbtOffset = tracer.instanceFlags = 0;
+    tracer.instanceId = ~0u;
+    tracer.transformCount = 0;
+    tracer.gas = tagOf(state->handle) == kTagGas ? state->handle : 0;
     for (int i = 0; i < 3; ++i) {
         ray.origin[i] = state->worldOrigin[i];
         ray.direction[i] = state->worldDirection[i];
@@ -358,14 +377,14 @@ SUNSTONE_DEVICE Found conclude(Programs& tracer, const walk::Ray& ray, uint32_t&
     return Found::kHit;
 }
 
-// Walks the graph; the frame is gone while closest-hit and miss programs run, which may trace
-// themselves.
 template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
-[[gnu::noinline]] static Found findHit(RayState* state, uint32_t& group) {
+SUNSTONE_DEVICE Found walkGraph(RayState* state, uint32_t& group) {
     using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion>;
     using Walk = walk::Traversal<Programs>;
     Programs tracer;
+    typename Programs::Path path;
     walk::Ray ray;
+    bind(state, tracer, path);
     prepare(state, tracer, ray);
     Walk walker;
     walk::U2 stack[Walk::kStackSize];
@@ -373,6 +392,13 @@ template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
     if (walker.start(tracer, ray, state->handle, levels))
         walker.run(tracer, ray, stack, levels, walk::RunToEnd());
     return conclude(tracer, ray, group);
+}
+
+// The frame of the walk is gone while closest-hit and miss programs run, which may trace
+// themselves.
+template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
+[[gnu::noinline]] static Found findHit(RayState* state, uint32_t& group) {
+    return walkGraph<kWithCustoms, kMaxLevels, kWithMotion>(state, group);
 }
 
 SUNSTONE_DEVICE void runMiss(RayState* state) {
@@ -386,24 +412,29 @@ SUNSTONE_DEVICE void runMiss(RayState* state) {
         sunstone_gpu_miss(state, groupOf(state, record, kGroupMiss));
 }
 
-template <bool kWithCustoms, bool kWithMotion>
+template <bool kInline, bool kWithCustoms, bool kWithMotion>
 SUNSTONE_DEVICE Found findInGraph(RayState* state, uint32_t& group) {
+    constexpr unsigned kAny = kMaxGpuGraphDepth;
     switch (sunstone_gpu_graph) {
     case kGraphGas:
-        return findHit<kWithCustoms, 0, kWithMotion>(state, group);
+        return kInline ? walkGraph<kWithCustoms, 0, kWithMotion>(state, group)
+                       : findHit<kWithCustoms, 0, kWithMotion>(state, group);
     case kGraphSingleLevel:
-        return findHit<kWithCustoms, 1, kWithMotion>(state, group);
+        return kInline ? walkGraph<kWithCustoms, 1, kWithMotion>(state, group)
+                       : findHit<kWithCustoms, 1, kWithMotion>(state, group);
     default:
-        return findHit<kWithCustoms, kMaxGpuGraphDepth, kWithMotion>(state, group);
+        return kInline ? walkGraph<kWithCustoms, kAny, kWithMotion>(state, group)
+                       : findHit<kWithCustoms, kAny, kWithMotion>(state, group);
     }
 }
 
 // Pipelines with motion blur have one walk for all primitives.
+template <bool kInline>
 SUNSTONE_DEVICE Found find(RayState* state, uint32_t& group) {
     if (sunstone_gpu_motion)
-        return findInGraph<true, true>(state, group);
-    return sunstone_gpu_hasIntersection ? findInGraph<true, false>(state, group)
-                                        : findInGraph<false, false>(state, group);
+        return findInGraph<kInline, true, true>(state, group);
+    return sunstone_gpu_hasIntersection ? findInGraph<kInline, true, false>(state, group)
+                                        : findInGraph<kInline, false, false>(state, group);
 }
 
 // The programs at the end of a ray. `tmax`: the ray's own.
@@ -429,13 +460,23 @@ SUNSTONE_DEVICE bool withinDepth(RayState* state) {
     return false;
 }
 
-extern "C" [[gnu::noinline]] void sunstone_gpu_trace(RayState* state) {
+template <bool kInline>
+SUNSTONE_DEVICE void traceRay(RayState* state) {
     if (!withinDepth(state))
         return;
     const float tmax = state->tmax;
     uint32_t group = 0;
-    const Found found = find(state, group);
+    const Found found = find<kInline>(state, group);
     runPrograms(state, found, group, tmax);
+}
+
+extern "C" [[gnu::noinline]] void sunstone_gpu_trace(RayState* state) {
+    traceRay<false>(state);
+}
+
+// For the few traces of a ray generation program: its states and the walk stay in registers.
+extern "C" __attribute__((always_inline)) void sunstone_gpu_traceInline(RayState* state) {
+    traceRay<true>(state);
 }
 
 extern "C" [[gnu::noinline]] uint32_t sunstone_gpu_report(RayState* state, float t, uint32_t kind) {

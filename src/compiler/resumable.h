@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs cut at their traces, for the loop that keeps the lanes of a GPU's warps busy
+// (devlib/gpu/loop.h): `start` runs a ray generation program from its beginning to the first
+// trace, `resume` from a trace to the next. Either asks for a ray by filling its state and making
+// the launch index's `traversal` other than null. LLVM's coroutine passes do the cutting; what
+// lives across a trace is kept in a frame. The states stay apart from it, so that LLVM can keep
+// them in registers.
+#pragma once
+
+#include <llvm/IR/Module.h>
+#include <llvm/Target/TargetMachine.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace sunstone::compiler {
+
+struct Cut {
+    // void(frame, RayState* root, RayState* ray)
+    llvm::Function *start = nullptr, *resume = nullptr;
+};
+
+constexpr unsigned kFrameAlignment = 16;
+
+struct CutPrograms {
+    std::map<llvm::Function*, Cut> cuts; // by the program, which is left without a body
+    uint64_t frameBytes = 0;             // the largest frame's
+};
+
+// Whether the program, with lowered calls, traces at one place, and there again and again.
+bool tracesInLoop(const llvm::Function& program);
+
+// Why the program cannot be cut, or empty. Nothing in its module may depend on which lanes of a
+// warp run together.
+std::string obstacleToCut(const llvm::Function& program);
+
+// Makes the walk through the structures a part of these programs if they trace at few places.
+void traceInline(const std::vector<llvm::Function*>& programs);
+
+// Cuts programs, uint32_t(RayState*) with lowered calls, that trace and have no obstacle.
+CutPrograms cutAtTraces(llvm::Module& module, llvm::TargetMachine& machine,
+                        const std::vector<llvm::Function*>& programs);
+
+} // namespace sunstone::compiler

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kernel of pipelines with ray generation programs that the compiler has cut at their trace
+// (compiler/resumable.h). Rays of a warp end at different times; threads that waited for the
+// longest of them would be idle most of the time. So each warp goes round: new launch indices for
+// lanes that have none, the walk of all rays until idle lanes have cost enough, then the programs
+// of the rays that have ended. Other traces run to their end where they are called
+// (sunstone_gpu_trace). Nothing moves in such pipelines.
+//
+// There are as many warps as tiles of launch indices. A warp whose lanes have all run out of work
+// ends, to make room for the next; those that come when all indices are taken do nothing. So it
+// does no harm that a lane which an exception ends is gone for good.
+#pragma once
+
+#include "devlib/gpu/run.h"
+#include "devlib/gpu/trace.h"
+
+namespace sunstone::devlib::gpu {
+
+constexpr uint32_t kAllLanes = ~0u;
+
+SUNSTONE_DEVICE uint32_t ballot(bool value) {
+    return __nvvm_vote_ballot_sync(kAllLanes, value);
+}
+
+SUNSTONE_DEVICE uint32_t countOf(uint32_t lanes) {
+    return uint32_t(__builtin_popcount(lanes));
+}
+
+// Gives each of the `wanting` lanes, of which the calling one may be one, a number of its own. To
+// be called by all of the warp.
+SUNSTONE_DEVICE uint64_t takeNumber(LaunchWork& work, uint32_t wanting) {
+    const uint32_t lane = uint32_t(__nvvm_read_ptx_sreg_laneid());
+    const int leader = __builtin_ctz(wanting);
+    uint64_t first = 0;
+    if (int(lane) == leader)
+        first = uint64_t(
+            __nvvm_atom_add_gen_ll(reinterpret_cast<long long*>(&work.next), countOf(wanting)));
+    const auto low = uint32_t(__nvvm_shfl_sync_idx_i32(kAllLanes, int(first), leader, 31));
+    const auto high = uint32_t(__nvvm_shfl_sync_idx_i32(kAllLanes, int(first >> 32), leader, 31));
+    return (uint64_t(high) << 32 | low) + countOf(wanting & ((1u << lane) - 1));
+}
+
+// What a lane is about.
+enum class Lane : uint32_t {
+    kIdle,    // it has no launch index
+    kAsks,    // its program wants a ray
+    kWalking, // the ray is under way
+    kEnded,   // the ray has ended: its programs are to run, then the ray generation program
+};
+
+template <bool kWithCustoms, unsigned kMaxLevels>
+SUNSTONE_DEVICE void runLanes(LaunchBlock& block, void* frame) {
+    using Programs = Tracer<kWithCustoms, kMaxLevels, false>;
+    using Walk = walk::Traversal<Programs>;
+    const LaunchState& launch = block.launch;
+    RayState root, asked; // of the launch index, and of the ray that its program asks for
+    ThreadState thread;
+    prepareRoot(launch, root, thread);
+    asked.launch = &launch;
+    asked.thread = &thread;
+    const uint32_t group = groupOf(&root, launch.sbt.raygenRecord, kGroupRaygen);
+    if (sunstone_gpu_findRaygen(group) == kNoProgram) {
+        note(block.report.fatal, 0, kFatalRaygenRecord);
+        return;
+    }
+    Programs tracer;
+    typename Programs::Path path;
+    bind(&asked, tracer, path);
+    walk::Ray ray;
+    Walk walker;
+    walk::U2 stack[Walk::kStackSize];
+    walk::Level levels[kMaxLevels + 1];
+    Lane lane = Lane::kIdle;
+    bool more = true;
+    for (;;) {
+        const uint32_t idle = ballot(lane == Lane::kIdle);
+        if (more && idle != 0) {
+            const uint64_t number = takeNumber(block.work, idle);
+            const bool exists = number < block.work.count;
+            more = ballot(lane == Lane::kIdle && !exists) == 0;
+            if (lane == Lane::kIdle && exists &&
+                findIndex(launch.dimensions, uint32_t(number / kGpuTile),
+                          uint32_t(number % kGpuTile), thread.index)) {
+                root.traversal = nullptr;
+                sunstone_gpu_start(&root, &asked, frame, group);
+                lane = root.traversal ? Lane::kAsks : Lane::kIdle;
+            }
+        }
+        if (lane == Lane::kAsks) {
+            prepare(&asked, tracer, ray);
+            lane = Lane::kEnded;
+            if (!withinDepth(&asked)) { // as if found by a ray that wants no program
+                tracer.found = true;
+                tracer.rayFlags = kRayDisableClosestHit;
+            } else if (walker.start(tracer, ray, asked.handle, levels)) {
+                lane = Lane::kWalking;
+            }
+        }
+        const uint32_t lanes = more ? 32 : countOf(ballot(lane != Lane::kIdle));
+        uint32_t patience = block.work.patience;
+        for (;;) {
+            if (lane == Lane::kWalking && walker.step(tracer, ray, stack, levels))
+                lane = Lane::kEnded;
+            const uint32_t walking = countOf(ballot(lane == Lane::kWalking));
+            if (walking == 0 || lanes - walking >= patience)
+                break;
+            patience -= lanes - walking;
+        }
+        if (lane == Lane::kEnded) {
+            uint32_t hitGroup = 0;
+            const Found found = conclude(tracer, ray, hitGroup);
+            runPrograms(&asked, found, hitGroup, ray.tmax);
+            root.traversal = nullptr;
+            sunstone_gpu_resume(&root, &asked, frame, group);
+            lane = root.traversal ? Lane::kAsks : Lane::kIdle;
+        }
+        if (ballot(lane != Lane::kIdle) == 0)
+            return;
+    }
+}
+
+template <bool kWithCustoms>
+SUNSTONE_DEVICE void runLanesInGraph(LaunchBlock& block, void* frame) {
+    switch (sunstone_gpu_graph) {
+    case kGraphGas:
+        return runLanes<kWithCustoms, 0>(block, frame);
+    case kGraphSingleLevel:
+        return runLanes<kWithCustoms, 1>(block, frame);
+    default:
+        return runLanes<kWithCustoms, kMaxGpuGraphDepth>(block, frame);
+    }
+}
+
+extern "C" __attribute__((always_inline)) void sunstone_gpu_runLoop(LaunchBlock* block,
+                                                                    void* frame) {
+    if (sunstone_gpu_hasIntersection)
+        runLanesInGraph<true>(*block, frame);
+    else
+        runLanesInGraph<false>(*block, frame);
+}
+
+} // namespace sunstone::devlib::gpu

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// For tests of GPU pipelines: the kernel of one on the CPU device, which runs PTX too, and records.
+#pragma once
+
+#include "bvh/gpu/test_device.h"
+#include "devlib/gpu/launch_block.h"
+#include "gpu/pipelines.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+namespace sunstone::gpu_tests {
+
+using bvh::gpu::testing::Buffer;
+using bvh::gpu::testing::Device;
+
+constexpr uint32_t kFirstGroup = 5; // what group 1 of a pipeline of these tests is in its context
+
+struct alignas(16) Record {
+    devlib::SbtHeader header{};
+    uint32_t data[4] = {};
+};
+
+inline Record recordOf(uint32_t group, devlib::GroupKind kind) {
+    Record record;
+    record.header.magic = devlib::kSbtMagic;
+    record.header.group = group;
+    record.header.kind = kind;
+    return record;
+}
+
+// A pipeline's kernel, loaded into the CPU device.
+class Kernel {
+public:
+    explicit Kernel(const std::string& module, const Options& options = {}) {
+        const compiler::GpuCode code = compileCode(module, options);
+        const std::string& ptx = code.ptx;
+        feedback = code.feedback;
+        EXPECT_EQ(driver().moduleLoadDataEx(&module_, ptx.c_str(), 0, nullptr, nullptr),
+                  CUDA_SUCCESS);
+        EXPECT_EQ(driver().moduleGetFunction(&function_, module_, compiler::kGpuKernel),
+                  CUDA_SUCCESS);
+    }
+    ~Kernel() { driver().moduleUnload(module_); }
+    Kernel(const Kernel&) = delete;
+
+    std::string feedback;
+    uint32_t patience = devlib::kPatience;
+    uint32_t maxTraceDepth = 1;
+
+    // Runs with this block, of which the caller has set what depends on the test.
+    devlib::LaunchReport launch(const devlib::LaunchBlock& prepared, uint32_t width,
+                                uint32_t height = 1, uint32_t depth = 1) const {
+        Buffer memory(sizeof(prepared));
+        std::memcpy(memory.data(), &prepared, sizeof(prepared));
+        auto& block = *static_cast<devlib::LaunchBlock*>(memory.data());
+        block.launch.dimensions[0] = width;
+        block.launch.dimensions[1] = height;
+        block.launch.dimensions[2] = depth;
+        block.launch.maxTraceDepth = maxTraceDepth;
+        block.report = devlib::emptyReport();
+        block.firstGroup = kFirstGroup - 1;
+        const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
+        block.work = {0, tiles * devlib::kGpuTile, patience};
+        constexpr uint32_t kTiles = devlib::kGpuBlockThreads / devlib::kGpuTile;
+        const auto blocks = unsigned((tiles + kTiles - 1) / kTiles);
+        CUdeviceptr address = memory.address();
+        void* arguments[] = {&address};
+        EXPECT_EQ(driver().launchKernel(function_, blocks, 1, 1, devlib::kGpuBlockThreads, 1, 1, 0,
+                                        nullptr, arguments, nullptr),
+                  CUDA_SUCCESS);
+        EXPECT_EQ(driver().ctxSynchronize(), CUDA_SUCCESS);
+        return block.report;
+    }
+
+private:
+    static const device::cuda::Driver& driver() { return Device::get().driver(); }
+    CUmodule module_ = nullptr;
+    CUfunction function_ = nullptr;
+};
+
+} // namespace sunstone::gpu_tests

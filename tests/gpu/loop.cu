@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Device programs of loop_test.cpp. With ONE_PLACE, traces of ray generation stand at one place in a
+// loop, so that the compiler cuts the program there; else the same at two.
+#include "loop.h"
+
+#include <optix.h>
+
+extern "C" {
+__constant__ LoopParams params;
+}
+
+static __forceinline__ __device__ unsigned int place() {
+    const uint3 index = optixGetLaunchIndex(), size = optixGetLaunchDimensions();
+    return (index.z * size.y + index.y) * size.x + index.x;
+}
+
+static __forceinline__ __device__ void trace(const TestRay& r, unsigned int& hit,
+                                             unsigned int& primitive, unsigned int& levels) {
+    optixTrace(params.handle, make_float3(r.origin[0], r.origin[1], r.origin[2]),
+               make_float3(r.direction[0], r.direction[1], r.direction[2]), r.tmin, r.tmax, 0.0f, 255,
+               params.flags, 0, 1, 0, hit, primitive, levels);
+}
+
+// Every ray may be the last, and every third trace is one of two.
+extern "C" __global__ void __raygen__loop() {
+    const unsigned int number = place(), count = number % params.most;
+    unsigned int recent[4] = {1, 2, 3, 4}; // lives across traces, in memory
+    LoopResult result = {};
+    for (unsigned int k = 0; k < count; ++k) {
+        if (k % 3 == 2 && result.hits == 0)
+            continue;
+        const TestRay& ray = params.rays[(number * 7 + k * 13) % params.rayCount];
+        unsigned int hit = 0, primitive = number, levels = 2;
+#ifdef ONE_PLACE
+        trace(ray, hit, primitive, levels);
+#else
+        if (k & 1)
+            trace(ray, hit, primitive, levels);
+        else
+            trace(ray, hit, primitive, levels);
+#endif
+        ++result.traces;
+        result.hits += hit;
+        recent[(primitive + k) & 3] = primitive + levels;
+        result.checksum = result.checksum * 31 + recent[k & 3];
+        if (number % 5 == params.throwAt)
+            optixThrowException(int(number));
+        if (result.hits == 4)
+            break;
+    }
+    params.results[number] = result;
+}
+
+extern "C" __global__ void __miss__none() {
+    optixSetPayload_1(77);
+}
+
+// A ray from the hit goes on through the surface, once.
+extern "C" __global__ void __closesthit__again() {
+    const unsigned int levels = optixGetPayload_2();
+    unsigned int hit = 0, primitive = optixGetPrimitiveIndex(), rest = levels - 1;
+    if (levels > 1) {
+        const float3 o = optixGetWorldRayOrigin(), d = optixGetWorldRayDirection();
+        const float t = optixGetRayTmax() * 1.001f;
+        unsigned int next = 0;
+        optixTrace(params.handle, make_float3(o.x + t * d.x, o.y + t * d.y, o.z + t * d.z), d, 0.0f,
+                   1e16f, 0.0f, 255, params.flags, 0, 1, 0, hit, next, rest);
+        primitive += next * 3;
+    }
+    optixSetPayload_0(1);
+    optixSetPayload_1(primitive);
+    optixSetPayload_2(rest + optixGetLaunchIndex().x % 2);
+}
+
+extern "C" __global__ void __anyhit__odd() {
+    if (optixGetPrimitiveIndex() % 3 == 1)
+        optixTerminateRay();
+    if (optixGetPrimitiveIndex() & 1)
+        optixIgnoreIntersection();
+}
+
+extern "C" __global__ void __exception__note() {
+    params.results[place()].thrown = 1 + unsigned(optixGetExceptionCode());
+}

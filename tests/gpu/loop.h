@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// What loop_test.cpp shares with its device programs.
+#pragma once
+
+#include "rays.h"
+
+struct LoopResult {
+    unsigned int hits;     // rays that hit something
+    unsigned int checksum; // of what they hit, in order
+    unsigned int traces;
+    unsigned int thrown; // the exception program's: 1 + code of the exception
+};
+
+struct LoopParams {
+    const TestRay* rays;
+    LoopResult* results; // one for each launch index, x fastest
+    unsigned long long handle;
+    unsigned int rayCount, flags;
+    unsigned int most;    // traces of an index: its number modulo this
+    unsigned int throwAt; // indices of this number modulo 5 throw after their first trace; 5: none
+};

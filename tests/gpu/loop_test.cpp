@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ray generation programs that are cut at their trace (compiler/resumable.h, devlib/gpu/loop.h), on
+// the CPU device: whatever the order in which a warp's lanes take turns, launch indices see what
+// they see when each runs by itself.
+#include "bvh/kernels.h"
+#include "gpu/kernel.h"
+#include "gpu/loop.h"
+
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+namespace sunstone {
+namespace {
+
+using namespace gpu_tests;
+
+std::string textOf(const char* path) {
+    std::ifstream file(path);
+    std::stringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+Options oneHitGroup() {
+    Options options;
+    options.oneHitGroup = true;
+    return options;
+}
+
+struct Job {
+    unsigned width = 1, height = 1, depth = 1;
+    unsigned flags = 1; // DISABLE_ANYHIT
+    unsigned most = 6, throwAt = 5;
+    unsigned patience = 3, maxTraceDepth = 3;
+    bool hasExceptionRecord = true;
+};
+
+std::vector<TestRay> someRays() {
+    std::vector<TestRay> rays;
+    uint32_t state = 5;
+    const auto number = [&] {
+        state = state * 1664525u + 1013904223u;
+        return float(state >> 8) * 0x1p-23f - 1;
+    };
+    for (uint32_t i = 0; i < 97; ++i) {
+        TestRay ray{{number() * 3, number() * 3, number() * 3}, 0, {}, 1e16f};
+        for (int k = 0; k < 3; ++k)
+            ray.direction[k] = number() * 0.9f - ray.origin[k];
+        rays.push_back(ray);
+    }
+    return rays;
+}
+
+class GpuLoop : public testing::Test {
+protected:
+    GpuLoop()
+        : structure_(bvh::gpu::testing::buildOnDevice(bvh::testing::roughSphere(3, 7).input())) {}
+
+    static Kernel& cut() {
+        static Kernel kernel(textOf(TEST_LOOP_PTX), oneHitGroup());
+        return kernel;
+    }
+    static Kernel& whole() {
+        static Kernel kernel(textOf(TEST_LOOP_TWO_PTX), oneHitGroup());
+        return kernel;
+    }
+
+    std::vector<LoopResult> run(Kernel& kernel, const Job& job,
+                                devlib::LaunchReport* report) const {
+        const std::vector<TestRay> rays = someRays();
+        const size_t count = size_t(job.width) * job.height * job.depth;
+        // One more, which nobody may touch.
+        Buffer rayMemory(rays.size() * sizeof(TestRay)),
+            results((count + 1) * sizeof(LoopResult), 0xAB), params(sizeof(LoopParams)),
+            records(4 * sizeof(Record));
+        std::memcpy(rayMemory.data(), rays.data(), rayMemory.size());
+        const LoopParams values = {static_cast<const TestRay*>(rayMemory.data()),
+                                   static_cast<LoopResult*>(results.data()),
+                                   structure_.handle(),
+                                   unsigned(rays.size()),
+                                   job.flags,
+                                   job.most,
+                                   job.throwAt};
+        std::memcpy(params.data(), &values, sizeof(values));
+        // The programs' numbers are their places in the file.
+        const Record all[] = {recordOf(kFirstGroup, devlib::kGroupRaygen),
+                              recordOf(kFirstGroup + 1, devlib::kGroupMiss),
+                              recordOf(kFirstGroup + 2, devlib::kGroupHit),
+                              recordOf(kFirstGroup + 4, devlib::kGroupException)};
+        std::memcpy(records.data(), all, sizeof(all));
+        devlib::LaunchBlock block{};
+        block.launch.params = params.data();
+        devlib::SbtView& sbt = block.launch.sbt;
+        sbt.raygenRecord = records.address();
+        sbt.missBase = sbt.raygenRecord + sizeof(Record);
+        sbt.hitBase = sbt.missBase + sizeof(Record);
+        sbt.exceptionRecord = job.hasExceptionRecord ? sbt.hitBase + sizeof(Record) : 0;
+        sbt.missStride = sbt.hitStride = sizeof(Record);
+        sbt.missCount = sbt.hitCount = 1;
+        kernel.patience = job.patience;
+        kernel.maxTraceDepth = job.maxTraceDepth;
+        *report = kernel.launch(block, job.width, job.height, job.depth);
+        const auto* found = static_cast<const LoopResult*>(results.data());
+        EXPECT_EQ(found[count].hits, 0xABABABABu);
+        return {found, found + count};
+    }
+
+    // Both kernels; all equal, and what the caller wants to know of it.
+    std::vector<LoopResult> same(const Job& job, devlib::LaunchReport* report = nullptr) const {
+        devlib::LaunchReport wantedReport, foundReport;
+        const std::vector<LoopResult> wanted = run(whole(), job, &wantedReport),
+                                      found = run(cut(), job, &foundReport);
+        for (size_t i = 0; i < wanted.size(); ++i) {
+            EXPECT_EQ(found[i].traces, wanted[i].traces) << i;
+            EXPECT_EQ(found[i].hits, wanted[i].hits) << i;
+            EXPECT_EQ(found[i].checksum, wanted[i].checksum) << i;
+            EXPECT_EQ(found[i].thrown, wanted[i].thrown) << i;
+            if (testing::Test::HasFailure())
+                break;
+        }
+        EXPECT_EQ(foundReport.fatal, wantedReport.fatal);
+        EXPECT_EQ(foundReport.unseen, wantedReport.unseen);
+        EXPECT_EQ(foundReport.raised, wantedReport.raised);
+        if (report)
+            *report = foundReport;
+        return found;
+    }
+
+    bvh::gpu::testing::GpuStructure structure_;
+};
+
+TEST_F(GpuLoop, FeedbackTellsTheKernel) {
+    EXPECT_NE(cut().feedback.find("warps take new launch indices"), std::string::npos)
+        << cut().feedback;
+    EXPECT_NE(whole().feedback.find("one thread for each launch index, because no ray generation"),
+              std::string::npos)
+        << whole().feedback;
+    // Its lanes may not be where others wait for them.
+    std::string text = textOf(TEST_LOOP_PTX);
+    const size_t entry = text.find(".entry __raygen__loop"), brace = text.find("ret;", entry);
+    text.insert(brace, "bar.warp.sync -1;\n");
+    EXPECT_NE(compileCode(text, oneHitGroup()).feedback.find("lanes of a warp meet"),
+              std::string::npos);
+}
+
+TEST_F(GpuLoop, TripCountsThatDiffer) {
+    for (unsigned patience : {1u, 60u, 1000000u}) {
+        Job job;
+        job.width = 150;
+        job.patience = patience;
+        const std::vector<LoopResult> results = same(job);
+        size_t traces = 0, hits = 0, left = 0;
+        for (const LoopResult& result : results) {
+            traces += result.traces;
+            hits += result.hits;
+            left += result.hits == 4;
+        }
+        EXPECT_GT(traces, 200u);
+        EXPECT_GT(hits, 50u);
+        EXPECT_GT(left, 0u);
+        EXPECT_EQ(results[0].traces, 0u); // never traces
+        EXPECT_EQ(results[13].traces, 1u);
+    }
+}
+
+TEST_F(GpuLoop, Shapes) {
+    const unsigned shapes[][3] = {{1, 1, 1}, {3, 1, 1}, {33, 1, 1}, {13, 7, 1},
+                                  {9, 5, 3}, {5, 1, 9}, {1, 9, 2}};
+    for (const auto& shape : shapes) {
+        Job job;
+        job.width = shape[0];
+        job.height = shape[1];
+        job.depth = shape[2];
+        same(job);
+    }
+}
+
+TEST_F(GpuLoop, AnyHitProgramsEndRays) {
+    Job job;
+    job.width = 90;
+    job.flags = 0;
+    const std::vector<LoopResult> filtered = same(job);
+    job.flags = 4; // TERMINATE_ON_FIRST_HIT
+    same(job);
+    job.flags = 1 | 8; // DISABLE_ANYHIT, DISABLE_CLOSESTHIT
+    for (const LoopResult& result : same(job))
+        EXPECT_EQ(result.hits, 0u);
+    size_t hits = 0;
+    for (const LoopResult& result : filtered)
+        hits += result.hits;
+    EXPECT_GT(hits, 0u);
+}
+
+TEST_F(GpuLoop, TraceDepth) {
+    for (unsigned depth : {0u, 1u, 2u}) {
+        Job job;
+        job.width = 70;
+        job.maxTraceDepth = depth;
+        size_t hits = 0;
+        for (const LoopResult& result : same(job))
+            hits += result.hits;
+        EXPECT_EQ(hits == 0, depth == 0);
+    }
+}
+
+TEST_F(GpuLoop, ExceptionsEndTheirIndexAlone) {
+    for (unsigned throwAt : {0u, 3u}) {
+        Job job;
+        job.width = 40;
+        job.height = 6;
+        job.throwAt = throwAt;
+        const std::vector<LoopResult> results = same(job);
+        for (unsigned i = 0; i < results.size(); ++i)
+            if (i % 5 == throwAt && i % job.most != 0)
+                EXPECT_EQ(results[i].thrown, 1 + i);
+            else
+                EXPECT_LE(results[i].traces, 5u) << i;
+    }
+}
+
+TEST_F(GpuLoop, ExceptionsNobodySees) {
+    Job job;
+    job.width = 100;
+    job.throwAt = 3;
+    job.hasExceptionRecord = false;
+    devlib::LaunchReport report;
+    same(job, &report);
+    EXPECT_EQ(report.unseen, uint64_t(3) << 32 | 3); // of launch index 3, with its number as code
+}
+
+TEST_F(GpuLoop, RecordsOfOtherGroupsAreReported) {
+    Buffer records(sizeof(Record));
+    const Record record = recordOf(kFirstGroup + 1, devlib::kGroupMiss);
+    std::memcpy(records.data(), &record, sizeof(record));
+    devlib::LaunchBlock block{};
+    block.launch.sbt.raygenRecord = records.address();
+    EXPECT_EQ(cut().launch(block, 40, 3, 1).fatal, uint64_t(uint32_t(devlib::kFatalRaygenRecord)));
+}
+
+} // namespace
+} // namespace sunstone
