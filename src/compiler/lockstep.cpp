@@ -36,9 +36,9 @@ bool hasMasks(LentMachine& machine) {
     return true;
 }
 
-// Code for a warp takes several times as long to generate as that of a thread: longer kernels than
-// these, in instructions, would keep a program waiting for about a second.
-constexpr unsigned kMostInstructions = 512, kMostWithoutMeeting = 256;
+// Code for a warp takes several times as long to generate as that of a thread: longer kernels would
+// keep a program waiting.
+constexpr unsigned kMostInstructions = 512;
 
 // Where no threads meet, one thread after the other is right as well. About how much the kernel
 // costs either way, in instructions: what has a form for vectors against what is done lane by lane.
@@ -173,7 +173,7 @@ void addLockstep(Unit& unit, Optimizer& optimizer, LentMachine& machine, llvm::F
     const llvm::Function& source = flushed ? *flushed : kernel;
     std::string reason;
     const bool meets = info.usesBarriers || info.usesWarpFunctions;
-    if (source.getInstructionCount() > (meets ? kMostInstructions : kMostWithoutMeeting)) {
+    if (source.getInstructionCount() > kMostInstructions) {
         reason = "it is long, and would take long to compile";
     } else if (calleesMeet(source)) {
         reason = "a function that is not part of it has meeting points";
