@@ -289,6 +289,38 @@ TEST(GpuInputs, CustomPrimitives) {
     EXPECT_LT(shown, 1000u * 40);
 }
 
+// The box around the turned box of a sphere reaches 1.4 radii along x and y.
+TEST(GpuInputs, TurnedInstancesHaveTightBoxes) {
+    const Mesh mesh = icosphere(3);
+    const GpuStructure sphere = buildOnDevice(mesh.input());
+    InstanceDesc instance{};
+    const float c = 0.70710678f;
+    const float turn[12] = {c, -c, 0, 5, c, c, 0, 6, 0, 0, 1, 7};
+    std::copy(turn, turn + 12, instance.transform);
+    instance.visibilityMask = 255;
+    instance.traversableHandle = sphere.handle();
+    InstanceInput in;
+    in.instances = &instance;
+    in.numInstances = 1;
+    BuildInputs inputs;
+    inputs.instances = &in;
+    const GpuStructure top = buildOnDevice(inputs);
+    const float radius = sphere.header().upper[2];
+    for (int a = 0; a < 3; ++a) {
+        const float centre = turn[4 * a + 3];
+        float low = centre, high = centre; // of the vertices
+        for (const Vec3& v : mesh.vertices) {
+            const float x = turn[4 * a] * v.x + turn[4 * a + 1] * v.y + turn[4 * a + 2] * v.z;
+            low = std::min(low, centre + x);
+            high = std::max(high, centre + x);
+        }
+        EXPECT_LE(top.header().lower[a], low);
+        EXPECT_GE(top.header().upper[a], high);
+        EXPECT_GT(top.header().lower[a], centre - 1.35f * radius);
+        EXPECT_LT(top.header().upper[a], centre + 1.35f * radius);
+    }
+}
+
 TEST(GpuInputs, Instances) {
     const Mesh mesh = icosphere(2);
     const GpuStructure sphere = buildOnDevice(mesh.input());

@@ -87,6 +87,7 @@ struct Traversal {
     uint32_t top;
     uint32_t depth;
     const BlockHeader* block;
+    BlockType kind; // of the block, so that primitives need not look
     const U4* nodes;
     const uint8_t* records;
     BoxRay box;
@@ -132,8 +133,8 @@ struct Traversal {
             inner.bits = 0;
         }
         while (leaf.bits != 0) {
-            const uint32_t place = uint32_t(__builtin_ctz(leaf.bits));
-            leaf.bits &= leaf.bits - 1;
+            const uint32_t place = nextPlace();
+            leaf.bits &= ~(1u << place);
             if (visit(programs, ray, leaf.base + place, stack, levels))
                 return true;
         }
@@ -150,6 +151,14 @@ struct Traversal {
     }
 
 private:
+    // Primitives are listed by slot, and the highest bit of a slot is the side along z. What is
+    // behind an instance that is hit need not be entered.
+    __attribute__((always_inline)) uint32_t nextPlace() const {
+        const bool last =
+            Programs::kInstances && kind == BlockType::kInstances && (box.octant & 4u) == 0;
+        return last ? 31 - uint32_t(__builtin_clz(leaf.bits)) : uint32_t(__builtin_ctz(leaf.bits));
+    }
+
     __attribute__((always_inline)) void push(U2* stack, Group group) {
         stack[top++] = U2{group.base, group.bits};
     }
@@ -186,17 +195,16 @@ private:
 
     __attribute__((always_inline)) bool visit(Programs& programs, Ray& ray, uint32_t record,
                                               U2* stack, Level* levels) {
-        if (Programs::kInstances && kindOf(block->type) == BlockType::kInstances) {
+        if (Programs::kInstances && kind == BlockType::kInstances) {
             visitInstance(programs, ray, record, stack, levels);
             return false;
         }
-        if (Programs::shapes() && block->type == BlockType::kShapes) {
+        if (Programs::shapes() && kind == BlockType::kShapes) {
             ShapeHit hit;
             return testShape(Programs::shapes(), block, records, record, space, ray.tmax, hit) &&
                    programs.shape(ray, hit) == Visit::kEnd;
         }
-        if (Programs::kTriangles &&
-            (!Programs::kCustoms || kindOf(block->type) == BlockType::kTriangles)) {
+        if (Programs::kTriangles && (!Programs::kCustoms || kind == BlockType::kTriangles)) {
             U4 a, b, c;
             loadTriangle(record, a, b, c);
             TriangleHit hit;
@@ -275,6 +283,7 @@ private:
     __attribute__((always_inline)) void open(const Programs& programs, const Ray& ray,
                                              const BlockHeader* header) {
         block = header;
+        kind = kindOf(header->type);
         const uint8_t* const bytes = reinterpret_cast<const uint8_t*>(header);
         nodes = reinterpret_cast<const U4*>(bytes + header->nodesOffset);
         records = bytes + header->recordsOffset;
