@@ -24,6 +24,7 @@
 #include <llvm/Transforms/Utils/Cloning.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstring>
 #include <optional>
 #include <set>
@@ -420,24 +421,63 @@ private:
                  "programs need what the GPU back end does not have yet: ", missing);
     }
 
+    // Of a function beside what the code generator puts into its frame: registers that it saves,
+    // and what the driver's compiler spills.
+    static constexpr uint64_t kSaved = 576;
+
     // The code generator declares each function's frame as __local_depotN[bytes] behind its name.
-    // The walk through the structures calls nothing that could trace again.
+    // At a level of traces one of the programs that end a ray waits, and maybe all other functions,
+    // but not the walk through the structures: it calls nothing that could trace again.
     void countFrames() {
         constexpr std::string_view kFunction = ".func ", kDepot = "__local_depot",
                                    kWalk = "6devlib3gpuL7findHit", kTests = "8sunstone3bvh";
+        const std::set<std::string, std::less<>> ends = rayEnds();
         const std::string_view text = code_.ptx;
+        uint64_t largestEnd = 0;
         for (size_t at = text.find(kFunction); at != text.npos;) {
             const size_t next = text.find(kFunction, at + 1);
-            const std::string_view function = text.substr(at, next - at);
+            std::string_view function = text.substr(at, next - at);
+            at = next;
+            function = function.substr(0, function.find(".entry "));
+            const size_t body = function.find('{');
+            if (body == function.npos)
+                continue; // declared only
+            const std::string_view name = function.substr(0, body);
             const size_t depot = function.find(kDepot);
             const size_t bracket = depot == text.npos ? text.npos : function.find('[', depot);
-            const std::string_view name = function.substr(0, function.find('{'));
-            const bool walks = name.find(kWalk) != text.npos || name.find(kTests) != text.npos;
-            if (bracket != text.npos)
-                (walks ? code_.otherBytes : code_.waitingBytes) +=
-                    std::strtoull(function.data() + bracket + 1, nullptr, 10);
-            at = next;
+            const uint64_t bytes =
+                kSaved + (bracket == text.npos
+                              ? 0
+                              : std::strtoull(function.data() + bracket + 1, nullptr, 10));
+            if (name.find(kWalk) != text.npos || name.find(kTests) != text.npos)
+                code_.otherBytes += bytes;
+            else if (ends.count(nameIn(name)))
+                largestEnd = std::max(largestEnd, bytes);
+            else
+                code_.waitingBytes += bytes;
         }
+        code_.waitingBytes += largestEnd;
+    }
+
+    // Of ".func (.param ...) name(".
+    static std::string_view nameIn(std::string_view declaration) {
+        size_t begin = std::string_view(".func ").size();
+        if (declaration.substr(begin).starts_with("("))
+            begin = std::min(declaration.find(')', begin) + 1, declaration.size());
+        while (begin < declaration.size() && std::isspace(uint8_t(declaration[begin])))
+            ++begin;
+        const size_t end = declaration.find_first_of("( \t\n", begin);
+        return declaration.substr(begin, end - begin);
+    }
+
+    std::set<std::string, std::less<>> rayEnds() {
+        std::set<std::string, std::less<>> names;
+        for (llvm::Function& function : unit_.module())
+            if (const auto found = kinds_.find(&function);
+                found != kinds_.end() &&
+                (found->second == ProgramKind::kClosestHit || found->second == ProgramKind::kMiss))
+                names.insert(function.getName().str());
+        return names;
     }
 
     const GpuPipelineRequest& request_;

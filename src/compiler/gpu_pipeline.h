@@ -52,8 +52,8 @@ struct GpuCode {
     std::string machineCode; // of the PTX
     std::string ptx;      // empty if the machine code is from a store; the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
     std::string feedback; // the kind of kernel, what was specialised to bound values, in lines
-    // Bytes of stack that functions take, without what the driver's compiler spills: of all those
-    // together that may wait while a trace is under way, and of those that cannot.
+    // Bytes of stack that functions take, with room for what the driver's compiler saves: of those
+    // together that may wait at one level of traces, and of those that cannot wait for a trace.
     uint64_t waitingBytes = 0, otherBytes = 0;
 };
 constexpr const char* kGpuKernel = "sunstone_launch";

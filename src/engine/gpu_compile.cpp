@@ -75,12 +75,12 @@ bool raiseStackLimit(size_t bytes) {
     return true;
 }
 
-// Of a level, what the driver's compiler spills; the code generator does not know of it.
+// Of the kernel, what the driver's compiler spills and may not tell.
 constexpr size_t kSpills = 512;
 
 size_t stackNeed(const Pipeline& pipeline, const compiler::GpuCode& code, size_t kernelFrame) {
     const size_t depth = size_t(pipeline.limits.maxTraceDepth) + 1;
-    return kernelFrame + code.otherBytes + kSpills + depth * (code.waitingBytes + kSpills);
+    return kernelFrame + kSpills + code.otherBytes + depth * code.waitingBytes;
 }
 
 } // namespace
