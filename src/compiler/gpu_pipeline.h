@@ -49,7 +49,7 @@ struct GpuPipelineRequest {
 // _intersection; and with the group number alone, for the code address or null:
 // sunstone_gpu_direct, sunstone_gpu_continuation.
 struct GpuCode {
-    std::string machineCode; // of the PTX
+    std::string machineCode; // what `assemble` made of the PTX
     std::string ptx;      // empty if the machine code is from a store; the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
     std::string feedback; // the kind of kernel, what was specialised to bound values, in lines
     // Bytes of stack that functions take, with room for what the driver's compiler saves: of those

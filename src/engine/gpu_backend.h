@@ -19,7 +19,9 @@ namespace sunstone::engine {
 class GpuCodeObject final : public DeviceCode {
 public:
     // Null if the driver refuses the code, or it has no kernel.
-    static std::shared_ptr<GpuCodeObject> load(CUcontext context, const std::string& machineCode);
+    // The module of PTX or machine code; null, and what the driver says, if it refuses the text.
+    static std::shared_ptr<GpuCodeObject> load(CUcontext context, const std::string& text,
+                                               unsigned maxRegisters, std::string& errors);
     ~GpuCodeObject() override;
     CUfunction kernel = nullptr;
     uint32_t firstGroup = 0; // what the code counts group numbers from

@@ -5,7 +5,6 @@
 #include "compiler/gpu_pipeline.h"
 #include "devlib/gpu_runtime.h"
 #include "engine/gpu_backend.h"
-#include "engine/gpu_machine_code.h"
 #include "engine/pipeline.h"
 
 #include <algorithm>
@@ -85,11 +84,16 @@ size_t stackNeed(const Pipeline& pipeline, const compiler::GpuCode& code, size_t
 
 } // namespace
 
-std::shared_ptr<GpuCodeObject> GpuCodeObject::load(CUcontext context,
-                                                   const std::string& machineCode) {
+std::shared_ptr<GpuCodeObject> GpuCodeObject::load(CUcontext context, const std::string& text,
+                                                   unsigned maxRegisters, std::string& errors) {
     CUmodule module = nullptr;
-    const CUresult result =
-        driver().moduleLoadDataEx(&module, machineCode.data(), 0, nullptr, nullptr);
+    errors.assign(8192, '\0');
+    CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES,
+                              CU_JIT_MAX_REGISTERS};
+    void* values[] = {errors.data(), reinterpret_cast<void*>(errors.size()),
+                      reinterpret_cast<void*>(uintptr_t(maxRegisters))};
+    const CUresult result = driver().moduleLoadDataEx(
+        &module, text.c_str(), unsigned(std::size(options)), options, values);
     if (result == CUDA_ERROR_OUT_OF_MEMORY || result == CUDA_ERROR_ILLEGAL_ADDRESS)
         check(result, DriverNames::moduleLoadDataEx); // nothing that other code would change
     if (result != CUDA_SUCCESS)
@@ -159,12 +163,17 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     };
     ContextScope scope(device_.context());
     const unsigned registers = registersOf(pipeline.hasIntersection);
-    request.assemble = [=](const std::string& ptx) { return assembleForGpu(ptx, registers); };
+    // The driver compiles PTX as a whole when it loads it, and keeps the outcome itself. Its linker
+    // gives machine code to keep, but of functions apart: rays were a fifth slower (docs/gpu.md).
+    request.assemble = [](const std::string& ptx) { return ptx; };
     request.assembler = message("driver ", device_.driverVersion(), ", registers ", registers);
     std::shared_ptr<GpuCodeObject> loaded;
     const compiler::GpuCode code =
         compiler::obtainGpuPipeline(request, parts.cache, [&](const compiler::GpuCode& found) {
-            loaded = GpuCodeObject::load(device_.context(), found.machineCode);
+            std::string errors;
+            loaded = GpuCodeObject::load(device_.context(), found.machineCode, registers, errors);
+            if (!loaded && !found.ptx.empty())
+                fail(Code::kLinkError, "the driver cannot compile the pipeline: ", errors.c_str());
             return loaded != nullptr;
         });
     pipeline.feedback = code.feedback;
