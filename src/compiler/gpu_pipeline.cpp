@@ -96,7 +96,7 @@ public:
         times_.step("optimize");
         code_.ptx = emitGpuText(unit_.module(), *machine_);
         times_.step("generate");
-        countFrames();
+        code_.stack = gpuStackOf(unit_.module(), code_.ptx);
         return std::move(code_);
     }
 
@@ -421,65 +421,6 @@ private:
                  "programs need what the GPU back end does not have yet: ", missing);
     }
 
-    // Of a function beside what the code generator puts into its frame: registers that it saves,
-    // and what the driver's compiler spills.
-    static constexpr uint64_t kSaved = 576;
-
-    // The code generator declares each function's frame as __local_depotN[bytes] behind its name.
-    // At a level of traces one of the programs that end a ray waits, and maybe all other functions,
-    // but not the walk through the structures: it calls nothing that could trace again.
-    void countFrames() {
-        constexpr std::string_view kFunction = ".func ", kDepot = "__local_depot",
-                                   kWalk = "6devlib3gpuL7findHit", kTests = "8sunstone3bvh";
-        const std::set<std::string, std::less<>> ends = rayEnds();
-        const std::string_view text = code_.ptx;
-        uint64_t largestEnd = 0;
-        for (size_t at = text.find(kFunction); at != text.npos;) {
-            const size_t next = text.find(kFunction, at + 1);
-            std::string_view function = text.substr(at, next - at);
-            at = next;
-            function = function.substr(0, function.find(".entry "));
-            const size_t body = function.find('{');
-            if (body == function.npos)
-                continue; // declared only
-            const std::string_view name = function.substr(0, body);
-            const size_t depot = function.find(kDepot);
-            const size_t bracket = depot == text.npos ? text.npos : function.find('[', depot);
-            const uint64_t bytes =
-                kSaved + (bracket == text.npos
-                              ? 0
-                              : std::strtoull(function.data() + bracket + 1, nullptr, 10));
-            if (name.find(kWalk) != text.npos || name.find(kTests) != text.npos)
-                code_.otherBytes += bytes;
-            else if (ends.count(nameIn(name)))
-                largestEnd = std::max(largestEnd, bytes);
-            else
-                code_.waitingBytes += bytes;
-        }
-        code_.waitingBytes += largestEnd;
-    }
-
-    // Of ".func (.param ...) name(".
-    static std::string_view nameIn(std::string_view declaration) {
-        size_t begin = std::string_view(".func ").size();
-        if (declaration.substr(begin).starts_with("("))
-            begin = std::min(declaration.find(')', begin) + 1, declaration.size());
-        while (begin < declaration.size() && std::isspace(uint8_t(declaration[begin])))
-            ++begin;
-        const size_t end = declaration.find_first_of("( \t\n", begin);
-        return declaration.substr(begin, end - begin);
-    }
-
-    std::set<std::string, std::less<>> rayEnds() {
-        std::set<std::string, std::less<>> names;
-        for (llvm::Function& function : unit_.module())
-            if (const auto found = kinds_.find(&function);
-                found != kinds_.end() &&
-                (found->second == ProgramKind::kClosestHit || found->second == ProgramKind::kMiss))
-                names.insert(function.getName().str());
-        return names;
-    }
-
     const GpuPipelineRequest& request_;
     StepTimes times_;
     std::vector<const ptx::Module*> modules_;
@@ -542,10 +483,11 @@ std::string keyOf(const GpuPipelineRequest& request) {
     return digest.take();
 }
 
-constexpr size_t kHeaderWords = 3; // waitingBytes, otherBytes, bytes of feedback
+constexpr size_t kHeaderWords = 4; // three of the stack, bytes of feedback
 
 std::string serialize(const GpuCode& code) {
-    const uint64_t words[kHeaderWords] = {code.waitingBytes, code.otherBytes, code.feedback.size()};
+    const uint64_t words[kHeaderWords] = {code.stack.entry, code.stack.waiting, code.stack.other,
+                                          code.feedback.size()};
     return std::string(reinterpret_cast<const char*>(words), sizeof words) + code.feedback +
            code.machineCode;
 }
@@ -555,12 +497,11 @@ bool deserialize(const std::string& bytes, GpuCode& code) {
     if (bytes.size() < sizeof words)
         return false;
     std::memcpy(words, bytes.data(), sizeof words);
-    if (words[2] >= bytes.size() - sizeof words)
+    if (words[3] >= bytes.size() - sizeof words)
         return false;
-    code.waitingBytes = words[0];
-    code.otherBytes = words[1];
-    code.feedback = bytes.substr(sizeof words, words[2]);
-    code.machineCode = bytes.substr(sizeof words + words[2]);
+    code.stack = {words[0], words[1], words[2]};
+    code.feedback = bytes.substr(sizeof words, words[3]);
+    code.machineCode = bytes.substr(sizeof words + words[3]);
     return true;
 }
 

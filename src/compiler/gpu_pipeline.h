@@ -5,6 +5,7 @@
 #pragma once
 
 #include "compiler/compiler.h"
+#include "compiler/gpu_stack.h"
 
 #include <functional>
 #include <string_view>
@@ -52,9 +53,7 @@ struct GpuCode {
     std::string machineCode; // what `assemble` made of the PTX
     std::string ptx;      // empty if the machine code is from a store; the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
     std::string feedback; // the kind of kernel, what was specialised to bound values, in lines
-    // Bytes of stack that functions take, with room for what the driver's compiler saves: of those
-    // together that may wait at one level of traces, and of those that cannot wait for a trace.
-    uint64_t waitingBytes = 0, otherBytes = 0;
+    GpuStack stack;
 };
 constexpr const char* kGpuKernel = "sunstone_launch";
 

@@ -79,7 +79,8 @@ constexpr size_t kSpills = 512;
 
 size_t stackNeed(const Pipeline& pipeline, const compiler::GpuCode& code, size_t kernelFrame) {
     const size_t depth = size_t(pipeline.limits.maxTraceDepth) + 1;
-    return kernelFrame + kSpills + code.otherBytes + depth * code.waitingBytes;
+    return kernelFrame + 2 * kSpills + code.stack.entry + depth * code.stack.waiting +
+           code.stack.other;
 }
 
 } // namespace
@@ -183,7 +184,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);
     if (overflows || mayRecurse(parts)) {
         loaded->neededStack = stackNeed(pipeline, code, size_t(frame));
-        loaded->reservedStack = code.otherBytes + 2 * kSpills;
+        loaded->reservedStack = code.stack.other + kSpills;
         if (!raiseStackLimit(loaded->neededStack))
             fail(Code::kNotSupported, "traces of full depth take ", loaded->neededStack,
                  " bytes of stack a thread, which this GPU cannot give to all of them");

@@ -119,22 +119,42 @@ TEST(GpuCompile, VertexDataOfShapes) {
 }
 
 #ifdef SUNSTONE_SAMPLE_PTX
+std::string textOf(const std::string& path) {
+    std::ifstream file(path);
+    EXPECT_TRUE(file.good()) << path;
+    std::stringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
 class GpuCompileSample : public testing::TestWithParam<std::pair<const char*, unsigned>> {};
 
 TEST_P(GpuCompileSample, IsAccepted) {
     const auto [name, flags] = GetParam();
-    std::ifstream file(std::string(SUNSTONE_SAMPLE_PTX "/") + name + ".ptx");
-    ASSERT_TRUE(file.good()) << name;
-    std::stringstream text;
-    text << file.rdbuf();
     Options options;
     options.graphFlags = flags;
     if (std::string(name) == "curves")
         options.shapes = bvh::gpu::kMeetsLinear | bvh::gpu::kMeetsCurves;
     options.motion = std::string(name) == "motion_blur";
-    const std::string ptx = compile(text.str(), options);
+    const std::string ptx =
+        compile(textOf(std::string(SUNSTONE_SAMPLE_PTX "/") + name + ".ptx"), options);
     EXPECT_TRUE(has(ptx, ".visible .entry sunstone_launch("));
     expectAccepted(ptx);
+}
+
+// Only what waits while a ray is traced counts at each level: the walk through a structure, whose
+// stack takes kilobytes, waits once. A GPU gives the stack to every thread that it can hold at a time.
+TEST(GpuCompile, StackOfTraces) {
+    const compiler::GpuStack deep = compileCode(textOf(TEST_RECURSION_PTX)).stack;
+    EXPECT_GT(deep.waiting, 0u);
+    EXPECT_LT(deep.waiting, 3000u);
+    EXPECT_GT(deep.entry, deep.waiting);
+    EXPECT_GT(deep.other, deep.waiting);
+    EXPECT_LT(deep.entry + 32 * deep.waiting + deep.other, 50'000u);
+    const compiler::GpuStack flat = compileCode(textOf(SUNSTONE_SAMPLE_PTX "/hello.ptx")).stack;
+    EXPECT_EQ(flat.waiting, 0u);
+    EXPECT_EQ(flat.other, 0u);
+    EXPECT_GT(flat.entry, 0u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Samples, GpuCompileSample,
