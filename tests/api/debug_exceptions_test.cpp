@@ -3,11 +3,11 @@
 // program with its code and details, ends its launch index alone, is harmless without the flags,
 // and fails a launch in validation mode.
 #include "debug_exceptions.h"
+#include "device_memory.h"
 #include "rig.h"
 #include "scene.h"
 
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 namespace tests::api {
@@ -198,7 +198,7 @@ TEST_P(DebugExceptions, HandlesOfNothing) {
         0x1001, 0x7fff12345681, ~OptixTraversableHandle(63) | 2, noise.address() | 1,
         noise.address() | 2, scene_->gas.handle + 128, scene_->gas.handle + 1,
         scene_->ias.handle - 1, 1, 2, 3};
-    if (std::getenv("SUNSTONE_TEST_GPU")) // elsewhere nobody keeps account of freed memory
+    if (onGpu()) // elsewhere nobody keeps account of freed memory
         handles.push_back(buildAccel(context_, log_, {scene_->mesh.input}).handle);
     for (OptixTraversableHandle handle : handles) {
         SCOPED_TRACE(handle);

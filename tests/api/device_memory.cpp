@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device_memory.h"
 
+#include "process_end.h"
+
 #include <cuda.h>
 
 #include <cstdlib>
@@ -16,6 +18,18 @@ struct Gpu {
     decltype(&::cuMemAllocManaged) allocate = nullptr;
     decltype(&::cuMemFree) free = nullptr;
     decltype(&::cuCtxSynchronize) wait = nullptr;
+    decltype(&::cuCtxPushCurrent) push = nullptr;
+    decltype(&::cuCtxPopCurrent) pop = nullptr;
+    CUcontext context = nullptr;
+
+    bool isLost() const {
+        if (push(context) != CUDA_SUCCESS)
+            return true;
+        const CUresult result = wait();
+        CUcontext popped = nullptr;
+        pop(&popped);
+        return result != CUDA_SUCCESS;
+    }
 };
 
 template <class Function>
@@ -44,7 +58,10 @@ Gpu openGpu() {
             "cuCtxSetCurrent");
     return {find<decltype(&::cuMemAllocManaged)>(library, "cuMemAllocManaged"),
             find<decltype(&::cuMemFree)>(library, "cuMemFree_v2"),
-            find<decltype(&::cuCtxSynchronize)>(library, "cuCtxSynchronize")};
+            find<decltype(&::cuCtxSynchronize)>(library, "cuCtxSynchronize"),
+            find<decltype(&::cuCtxPushCurrent)>(library, "cuCtxPushCurrent_v2"),
+            find<decltype(&::cuCtxPopCurrent)>(library, "cuCtxPopCurrent_v2"),
+            context};
 }
 
 // Null where the tests run on the CPU.
@@ -59,7 +76,23 @@ const Gpu* gpu() {
 } // namespace
 
 void prepareDevice() {
-    gpu();
+    static const bool isPrepared = [] {
+        if (!gpu())
+            return false;
+        tellFaults();
+        endWithContext([] { return gpu()->isLost(); });
+        return true;
+    }();
+    (void)isPrepared;
+}
+
+bool onGpu() {
+    return gpu() != nullptr;
+}
+
+void prepareThread() {
+    if (onGpu())
+        require(gpu()->push(gpu()->context), "cuCtxPushCurrent");
 }
 
 void* allocateDevice(size_t size, size_t alignment) {

@@ -10,6 +10,9 @@ namespace tests::api {
 
 // Before the first use of the library.
 void prepareDevice();
+bool onGpu();
+// In a thread that the test has started, before it makes a device context.
+void prepareThread();
 
 // At least `alignment`-aligned (a power of two); throws std::bad_alloc.
 void* allocateDevice(size_t size, size_t alignment);

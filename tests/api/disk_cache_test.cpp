@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The disk cache as an application sees it (OptiX 7.4, sections 3.4.2.3 to 3.4.2.9).
+#include "device_memory.h"
 #include "rig.h"
 
 #include <cstdlib>
@@ -376,6 +377,7 @@ TEST_F(DiskCacheApi, ThreadsWithContextsOfTheirOwn) {
     std::vector<std::thread> threads;
     for (unsigned t = 0; t < 4; ++t)
         threads.emplace_back([t] {
+            prepareThread();
             LogRecord log;
             OptixDeviceContextOptions options{};
             options.logCallbackFunction = LogRecord::callback;

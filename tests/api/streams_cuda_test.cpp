@@ -116,6 +116,7 @@ protected:
         ASSERT_EQ(CUDA_SUCCESS, cuMemAllocHost(&pinned_, 4096));
         values_ = new (pinned_) LaunchParams{};
         values_->seen = reinterpret_cast<LaunchSeen*>(seen_);
+        waitForDefaultStream();
     }
     void TearDown() override {
         rig_.reset();
@@ -127,6 +128,11 @@ protected:
         for (CUstream stream : streams_)
             EXPECT_EQ(CUDA_SUCCESS, cuStreamDestroy(stream));
         Cuda::TearDown();
+    }
+    // Whose work (cuMemsetD8, say, which need not be done when it returns) streams that do not block
+    // would overtake.
+    static void waitForDefaultStream() {
+        ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(CU_STREAM_LEGACY));
     }
     OptixResult launch(CUstream stream, size_t paramsSize = sizeof(LaunchParams)) {
         return optixLaunch(rig_->pipeline(), stream, params_, paramsSize, &sbt_, kIndices, 1, 1);
@@ -192,6 +198,7 @@ TEST_F(Streams, ManyStreamsAndPipelines) {
             LaunchParams mine = *values_;
             mine.seen = reinterpret_cast<LaunchSeen*>(seen);
             ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params, &mine, sizeof(mine)));
+            waitForDefaultStream();
             for (unsigned k = 0; k < kLaunches; ++k) {
                 EXPECT_EQ(OPTIX_SUCCESS, optixLaunch(rig_->pipeline(), stream, params,
                                                      sizeof(LaunchParams), &sbt_, kIndices, 1, 1));
@@ -228,6 +235,7 @@ TEST_F(Streams, BuildsAndLaunchesInOrder) {
     ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&temp, sizes.tempSizeInBytes + 1));
     ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&output, sizes.outputSizeInBytes));
     ASSERT_EQ(CUDA_SUCCESS, cuMemsetD8(vertices, 0, bytes));
+    waitForDefaultStream();
     mesh.vertexAddress = vertices;
 
     Gate gate;

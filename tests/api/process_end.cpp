@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "process_end.h"
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <execinfo.h>
+#include <unistd.h>
+
+namespace tests::api {
+namespace {
+
+const char* runningTest(const char*& suite) {
+    const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
+    suite = test ? test->test_suite_name() : "(no";
+    return test ? test->name() : "test)";
+}
+
+// Only what a handler may do, but for the first backtrace() of a process, which allocates:
+// tellFaults makes it.
+void onFault(int signal) {
+    const char* suite = nullptr;
+    const char* name = runningTest(suite);
+    for (const char* text : {"\n[ CRASHED  ] ", suite, ".", name, ": ", sigabbrev_np(signal), "\n"})
+        if (write(STDERR_FILENO, text, std::strlen(text)) < 0)
+            break;
+    void* calls[64];
+    backtrace_symbols_fd(calls, backtrace(calls, 64), STDERR_FILENO);
+    raise(signal); // the default by now
+}
+
+class Watch : public testing::EmptyTestEventListener {
+public:
+    explicit Watch(bool (*isLost)()) : isLost_(isLost) {}
+    void OnTestEnd(const testing::TestInfo& test) override {
+        if (!isLost_())
+            return;
+        std::printf("[ LOST     ] %s.%s: the CUDA context\n", test.test_suite_name(), test.name());
+        std::fflush(nullptr);
+        _exit(kContextLost); // destructors would come to memory of the context
+    }
+
+private:
+    bool (*isLost_)();
+};
+
+} // namespace
+
+void tellFaults() {
+    void* calls[1];
+    backtrace(calls, 1);
+    struct sigaction action {};
+    action.sa_handler = onFault;
+    action.sa_flags = SA_RESETHAND | SA_NODEFER;
+    for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
+        sigaction(signal, &action, nullptr);
+}
+
+void endWithContext(bool (*isLost)()) {
+    testing::UnitTest::GetInstance()->listeners().Append(new Watch(isLost));
+}
+
+} // namespace tests::api
