@@ -130,13 +130,18 @@ void GpuHostWork::run(const ContextPtr& context, CUstream stream, const char* ta
         region.host = place;
         place += rounded(region.width * region.height);
     }
+    try {
+        queue(context, stream, tag, std::move(work));
+    } catch (...) { // what is queued by then still uses the block
+        endUse(block, stream);
+        throw;
+    }
+    check(endUse(block, stream), DriverNames::eventRecord);
+}
+
+void GpuHostWork::queue(const ContextPtr& context, CUstream stream, const char* tag,
+                        HostWork work) {
     const std::vector<HostRegion> regions = work.regions;
-    // Whatever fails, what is queued by then still uses the block.
-    struct RecordsEnd {
-        Block& block;
-        CUstream stream;
-        ~RecordsEnd() { driver().eventRecord(block.done, stream); }
-    } end{block, stream};
     for (const HostRegion& region : regions) {
         const CUDA_MEMCPY2D copy = rowsOf(region, true);
         SUNSTONE_CU(memcpy2DAsync, &copy, stream);
@@ -149,6 +154,15 @@ void GpuHostWork::run(const ContextPtr& context, CUstream stream, const char* ta
         if (region.isWritten)
             SUNSTONE_CU(memcpy2DAsync, &copy, stream);
     }
+}
+
+// The block is used again after what the stream does now; where that cannot be marked, the stream
+// is waited for.
+CUresult GpuHostWork::endUse(Block& block, CUstream stream) {
+    const CUresult result = driver().eventRecord(block.done, stream);
+    if (result != CUDA_SUCCESS)
+        driver().streamSynchronize(stream);
+    return result;
 }
 
 } // namespace sunstone::engine

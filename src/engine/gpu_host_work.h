@@ -35,6 +35,8 @@ private:
         CUevent done = nullptr;
     };
     Block& take(size_t size); // mutex_ is held
+    void queue(const ContextPtr& context, CUstream stream, const char* tag, HostWork work);
+    static CUresult endUse(Block& block, CUstream stream);
 
     CUcontext context_;
     std::shared_ptr<Failures> failures_ = std::make_shared<Failures>();

@@ -117,6 +117,8 @@ GpuLaunchSlots::Lease::~Lease() {
     if (isQueued_)
         return;
     const bool recorded = driver().eventRecord(slot_->done, stream_) == CUDA_SUCCESS;
+    if (!recorded)
+        driver().streamSynchronize(stream_);
     std::lock_guard lock(slots_.mutex_);
     slot_->state = recorded ? State::kAbandoned : State::kFree;
 }

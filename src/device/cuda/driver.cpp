@@ -50,9 +50,13 @@ LoadedDriver loadedDriver() {
     return cpu ? LoadedDriver::kCpuDevice : LoadedDriver::kGpu;
 }
 
-const Driver& driver() {
-    static const Driver opened = openDriver(); // tried again after a failure
+Driver& driverForTests() {
+    static Driver opened = openDriver(); // tried again after a failure
     return opened;
+}
+
+const Driver& driver() {
+    return driverForTests();
 }
 
 void check(CUresult result, const char* function) {

@@ -96,6 +96,8 @@ LoadedDriver loadedDriver();
 // there is none, and Error(kNotSupported) for one that lacks a function or belongs to the CPU
 // device.
 const Driver& driver();
+// The same table, of which tests may have functions fail.
+Driver& driverForTests();
 
 // Throws Error unless result is CUDA_SUCCESS: kOutOfMemory for memory, else kCudaError, with the
 // function and the driver's name and text of the code.
