@@ -58,6 +58,9 @@ const bvh::gpu::Builder& GpuBackend::builder() {
 
 bvh::MemoryUsage GpuBackend::accelMemory(const bvh::BuildInputs& inputs,
                                          const bvh::BuildOptions& options) {
+    // The driver may wait for the GPU when it loads kernels; a build that is only queued must not.
+    ContextScope scope(device_.context());
+    builder();
     return bvh::gpu::Builder::computeMemoryUsage(inputs, options);
 }
 

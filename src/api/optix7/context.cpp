@@ -3,6 +3,7 @@
 #include "api/optix7/denoiser.h"
 #include "api/optix7/entry_points.h"
 #include "api/optix7/shell.h"
+#include "base/readable.h"
 #include "device/cuda/driver.h"
 
 #include <algorithm>
@@ -14,8 +15,21 @@ using device::cuda::LoadedDriver;
 
 // The context of a GPU that the process drives through its own libcuda.
 void* resolveGpuContext(void* fromContext) {
-    if (fromContext)
+    if (fromContext) {
+        // Drivers look into it before they know that it is one.
+        constexpr size_t kLook = 64;
+        if (!isReadable(fromContext, kLook))
+            throw ResultError(OPTIX_ERROR_CUDA_ERROR,
+                              message("fromContext = ", fromContext,
+                                      " is no CUDA context: there is no such memory"));
+        const auto given = static_cast<CUcontext>(fromContext);
+        CUcontext popped = nullptr;
+        if (device::cuda::driver().ctxPushCurrent(given) != CUDA_SUCCESS)
+            throw ResultError(OPTIX_ERROR_CUDA_ERROR, message("fromContext = ", fromContext,
+                                                              " is not a live CUDA context"));
+        device::cuda::driver().ctxPopCurrent(&popped);
         return fromContext;
+    }
     CUcontext current = nullptr;
     SUNSTONE_CU(ctxGetCurrent, &current);
     if (!current)

@@ -107,6 +107,19 @@ uint32_t blocksFor(uint32_t count, uint32_t threads, uint32_t most) {
 } // namespace
 
 Builder::Builder(const device::cuda::Driver& driver) : driver_(driver) {
+    try {
+        load();
+    } catch (...) {
+        unload();
+        throw;
+    }
+}
+
+Builder::~Builder() {
+    unload();
+}
+
+void Builder::load() {
     static_assert(std::size(kKernelNames) == kKernelCount);
     CUdevice device = 0;
     int count = 1;
@@ -124,7 +137,7 @@ Builder::Builder(const device::cuda::Driver& driver) : driver_(driver) {
     report_ = new (report) BuildReport{};
 }
 
-Builder::~Builder() {
+void Builder::unload() {
     if (module_)
         driver_.moduleUnload(module_);
     if (report_)
@@ -347,10 +360,16 @@ void Builder::queueNodes(CUstream stream, void** arguments, const BuildJob& job)
     }
 }
 
-void Builder::checkUpdate(CUdeviceptr output, size_t outputSize,
+// Waits for the stream, and for no other.
+void Builder::read(CUstream stream, void* to, CUdeviceptr from, size_t size) const {
+    check(driver_.memcpyDtoHAsync(to, from, size, stream), "cuMemcpyDtoHAsync");
+    check(driver_.streamSynchronize(stream), "cuStreamSynchronize");
+}
+
+void Builder::checkUpdate(CUstream stream, CUdeviceptr output, size_t outputSize,
                           const std::vector<uint8_t>& expected, const BuildInputs& inputs) const {
     std::vector<uint8_t> found(expected.size());
-    check(driver_.memcpyDtoH(found.data(), output, found.size()), "cuMemcpyDtoH");
+    read(stream, found.data(), output, found.size());
     const auto& is = *reinterpret_cast<const BlockHeader*>(found.data());
     const auto& wanted = *reinterpret_cast<const BlockHeader*>(expected.data());
     if (is.magic != kGpuBlockMagic || is.version != kBlockVersion ||
@@ -365,9 +384,8 @@ void Builder::checkUpdate(CUdeviceptr output, size_t outputSize,
                     reinterpret_cast<const InputRecord*>(found.data() + sizeof(BlockHeader)));
     std::vector<MicromapRecord> micromaps(is.micromapsOffset ? is.numInputs : 0);
     if (!micromaps.empty())
-        check(driver_.memcpyDtoH(micromaps.data(), output + is.micromapsOffset,
-                                 micromaps.size() * sizeof(MicromapRecord)),
-              "cuMemcpyDtoH");
+        read(stream, micromaps.data(), output + is.micromapsOffset,
+             micromaps.size() * sizeof(MicromapRecord));
     checkMicromapUpdate(micromaps.empty() ? nullptr : micromaps.data(),
                         is.options & kOptionMicromapUpdate, inputs.triangles);
 }
@@ -381,7 +399,7 @@ void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOpti
     const Uploads uploads(inputs, options, plan, temp + places.inputs);
     requireBuffer("output", output, outputSize, uploads.output.size());
     if (driver_.streamQuery(stream) == CUDA_SUCCESS)
-        checkUpdate(output, outputSize, uploads.output, inputs);
+        checkUpdate(stream, output, outputSize, uploads.output, inputs);
     check(driver_.memcpyHtoDAsync(temp + places.inputs, uploads.temp.data(), uploads.temp.size(),
                                   stream),
           "cuMemcpyHtoDAsync");

@@ -5,7 +5,7 @@
 // buffers are read when the kernels run.
 //
 // The result is the block of layout.h, ready for traversal.h; its header says what it holds. Not
-// there yet, and refused with Error(kNotSupported): motion keys.
+// there yet, and refused with Error(kNotSupported): motion keys of curves and spheres.
 #pragma once
 
 #include "bvh/build.h"
@@ -128,8 +128,11 @@ private:
     void check(CUresult result, const char* what) const;
     void launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
                 void** arguments) const;
-    void checkUpdate(CUdeviceptr output, size_t outputSize, const std::vector<uint8_t>& expected,
-                     const BuildInputs& inputs) const;
+    void load();
+    void unload();
+    void read(CUstream stream, void* to, CUdeviceptr from, size_t size) const;
+    void checkUpdate(CUstream stream, CUdeviceptr output, size_t outputSize,
+                     const std::vector<uint8_t>& expected, const BuildInputs& inputs) const;
     void launchOver(Kernel kernel, CUstream stream, uint32_t count, BuildJob& job) const;
     void queueReferences(CUstream stream, void** arguments, const BuildJob& job) const;
     void queueNodes(CUstream stream, void** arguments, const BuildJob& job) const;
