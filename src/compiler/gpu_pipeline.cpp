@@ -18,6 +18,7 @@
 #include <llvm/Bitcode/BitcodeReader.h>
 #include <llvm/IR/DebugInfo.h>
 #include <llvm/IR/InlineAsm.h>
+#include <llvm/IR/InstIterator.h>
 #include <llvm/IR/Verifier.h>
 #include <llvm/Linker/Linker.h>
 #include <llvm/Support/MemoryBuffer.h>
@@ -39,6 +40,7 @@ struct Dispatcher {
     size_t GpuGroup::*program;
     enum Form {
         kRun,  // (state, group): calls the program
+        kAsk,  // (state, candidates, group): calls an intersection program
         kPart, // (root, ray, frame, group): calls a part of it
         kFind, // (group): whether there is one
         kCode, // (group): its address
@@ -46,6 +48,8 @@ struct Dispatcher {
 };
 
 constexpr const char *kStart = "sunstone_gpu_start", *kResume = "sunstone_gpu_resume";
+// What the lowering calls for optixReportIntersection, and the run-time's function.
+constexpr const char *kReportHere = "sunstone_gpu_report", *kReport = "sunstone_gpu_reportTo";
 
 class GpuBuild {
 public:
@@ -75,6 +79,7 @@ public:
         makeCopies();
         bindValues();
         lowerIntrinsics(unit_, kinds_, payloads_);
+        passCandidates();
         lowerFlushesNative();
         if (request_.pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow)
             addStackChecks(unit_);
@@ -120,7 +125,7 @@ private:
             {"sunstone_gpu_exception", kGroupException, &GpuGroup::main, Dispatcher::kRun},
             {"sunstone_gpu_closestHit", kGroupHit, &GpuGroup::main, Dispatcher::kRun},
             {"sunstone_gpu_anyHit", kGroupHit, &GpuGroup::anyHit, Dispatcher::kRun},
-            {"sunstone_gpu_intersection", kGroupHit, &GpuGroup::intersection, Dispatcher::kRun},
+            {"sunstone_gpu_intersection", kGroupHit, &GpuGroup::intersection, Dispatcher::kAsk},
             {"sunstone_gpu_direct", kGroupCallables, &GpuGroup::direct, Dispatcher::kCode},
             {"sunstone_gpu_continuation", kGroupCallables, &GpuGroup::continuation,
              Dispatcher::kCode},
@@ -175,6 +180,55 @@ private:
                 message("bound value \"", values[i].annotation, "\", bytes ", values[i].offset,
                         " to ", values[i].offset + values[i].bytes.size() - 1, ": ", loads[i],
                         loads[i] == 1 ? " load" : " loads", " specialised\n");
+    }
+
+    // Intersection programs get where the walk is as a second parameter and hand it to their
+    // reports. Through the ray's state, which that refers to, neither could stay in registers.
+    void passCandidates() {
+        llvm::Function* report = unit_.module().getFunction(kReportHere);
+        std::map<llvm::Function*, llvm::Function*> changed;
+        for (llvm::Function*& program : programs_) {
+            if (kinds_[program] != ProgramKind::kIntersection)
+                continue;
+            llvm::Function*& with = changed[program];
+            if (!with)
+                with = withCandidates(*program, report);
+            program = with;
+        }
+        for (const auto& [program, with] : changed) {
+            kinds_.erase(program);
+            kinds_[with] = ProgramKind::kIntersection;
+            program->deleteBody(); // its address may be somewhere
+            if (program->use_empty())
+                program->eraseFromParent();
+        }
+    }
+
+    llvm::Function* withCandidates(llvm::Function& program, llvm::Function* report) {
+        llvm::IRBuilder<> builder(unit_.context());
+        llvm::Type *pointer = builder.getPtrTy(), *word = builder.getInt32Ty();
+        auto* function = llvm::Function::Create(
+            llvm::FunctionType::get(program.getReturnType(), {pointer, pointer}, false),
+            program.getLinkage(), program.getName() + ".report", unit_.module());
+        llvm::ValueToValueMapTy map;
+        map[program.getArg(0)] = function->getArg(0);
+        llvm::SmallVector<llvm::ReturnInst*> returns;
+        llvm::CloneFunctionInto(function, &program, map,
+                                llvm::CloneFunctionChangeType::LocalChangesOnly, returns);
+        auto* type =
+            llvm::FunctionType::get(word, {pointer, pointer, builder.getFloatTy(), word}, false);
+        for (llvm::Instruction& each : llvm::make_early_inc_range(llvm::instructions(*function))) {
+            auto* call = llvm::dyn_cast<llvm::CallInst>(&each);
+            if (!call || !report || call->getCalledOperand() != report)
+                continue;
+            builder.SetInsertPoint(call);
+            call->replaceAllUsesWith(
+                builder.CreateCall(unit_.module().getOrInsertFunction(kReport, type),
+                                   {call->getArgOperand(0), function->getArg(1),
+                                    call->getArgOperand(1), call->getArgOperand(2)}));
+            call->eraseFromParent();
+        }
+        return function;
     }
 
     // What is left of .ftz: adding -0 flushes and changes nothing else.
@@ -267,6 +321,7 @@ private:
         llvm::Type *word = builder.getInt32Ty(), *pointer = builder.getPtrTy();
         const bool isCode = dispatcher.form == Dispatcher::kCode;
         const unsigned states = dispatcher.form == Dispatcher::kRun    ? 1
+                                : dispatcher.form == Dispatcher::kAsk  ? 2
                                 : dispatcher.form == Dispatcher::kPart ? 3
                                                                        : 0;
         llvm::Type* result = isCode ? pointer : word;
@@ -348,6 +403,8 @@ private:
     static llvm::Value* callProgram(llvm::IRBuilder<>& builder, llvm::Function& dispatcher,
                                     llvm::Function& program) {
         std::vector<llvm::Value*> operands = {dispatcher.getArg(0)};
+        if (program.arg_size() == 2) // state, candidates
+            operands.push_back(dispatcher.getArg(1));
         if (program.arg_size() == 3) // frame, root, ray
             operands = {dispatcher.getArg(2), dispatcher.getArg(0), dispatcher.getArg(1)};
         llvm::CallInst* call = builder.CreateCall(&program, operands);

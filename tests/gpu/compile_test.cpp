@@ -118,6 +118,70 @@ TEST(GpuCompile, VertexDataOfShapes) {
     expectAccepted(compile(text));
 }
 
+// Bytes of the kernel that the code generator puts into memory.
+size_t frameOfKernel(const std::string& ptx) {
+    constexpr std::string_view kDepot = "__local_depot";
+    const std::string_view kernel =
+        std::string_view(ptx).substr(ptx.find(".entry sunstone_launch"));
+    const size_t depot = kernel.find(kDepot);
+    return depot == kernel.npos
+               ? 0
+               : std::stoul(std::string(kernel.substr(kernel.find('[', depot) + 1)));
+}
+
+// The ray's state and the walk's are values while intersection programs run: no report may need
+// their addresses. Stacks are indexed, and are all that is left in memory.
+TEST(GpuCompile, ReportsNeedNoStateInMemory) {
+    const std::string text = R"(.version 7.8
+.target sm_70
+.address_size 64
+.visible .const .align 8 .b8 params[16];
+.visible .entry __raygen__main()
+{
+    .reg .b64 %rd<3>;
+    .reg .b32 %r<5>;
+    .reg .f32 %f<3>;
+    ld.const.u64 %rd1, [params];
+    ld.const.u64 %rd2, [params+8];
+    ld.global.f32 %f1, [%rd1];
+    mov.u32 %r1, 0;
+    mov.u32 %r2, 1;
+    mov.u32 %r3, 255;
+    mov.f32 %f2, 0f00000000;
+    call (%r4), _optix_trace_1, (%rd2, %f1, %f1, %f1, %f1, %f1, %f1, %f2, %f1, %f2, %r3, %r1, %r1,
+        %r2, %r1, %r1);
+    st.global.u32 [%rd1], %r4;
+    ret;
+}
+.visible .entry __closesthit__main()
+{
+    .reg .b32 %r<3>;
+    call (%r1), _optix_read_primitive_idx, ();
+    mov.u32 %r2, 0;
+    call _optix_set_payload, (%r2, %r1);
+    ret;
+}
+.visible .entry __intersection__main()
+{
+    .reg .b64 %rd<2>;
+    .reg .b32 %r<5>;
+    .reg .f32 %f<4>;
+    ld.const.u64 %rd1, [params];
+    call (%f1), _optix_get_world_ray_origin_x, ();
+    ld.global.f32 %f2, [%rd1+16];
+    add.f32 %f3, %f1, %f2;
+    mov.u32 %r1, 7;
+    mov.b32 %r2, %f1;
+    call (%r3), _optix_report_intersection_1, (%f3, %r1, %r2);
+    call (%r4), _optix_report_intersection_0, (%f2, %r1);
+    ret;
+}
+)";
+    const std::string ptx = compile(text);
+    EXPECT_LE(frameOfKernel(ptx), bvh::gpu::kStackEntries * 8u);
+    expectAccepted(ptx);
+}
+
 #ifdef SUNSTONE_SAMPLE_PTX
 std::string textOf(const std::string& path) {
     std::ifstream file(path);

@@ -24,7 +24,7 @@ uint32_t sunstone_gpu_exception(RayState*, uint32_t group);
 uint32_t sunstone_gpu_miss(RayState*, uint32_t group);
 uint32_t sunstone_gpu_closestHit(RayState*, uint32_t group);
 uint32_t sunstone_gpu_anyHit(RayState*, uint32_t group);
-uint32_t sunstone_gpu_intersection(RayState*, uint32_t group);
+uint32_t sunstone_gpu_intersection(RayState*, struct Candidates*, uint32_t group);
 const void* sunstone_gpu_direct(uint32_t group);
 const void* sunstone_gpu_continuation(uint32_t group);
 // Of a group's callable, by 2 * group, or 2 * group + 1 for the continuation callable.

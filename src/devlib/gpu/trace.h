@@ -17,8 +17,8 @@ namespace walk = sunstone::bvh::gpu;
 
 #define SUNSTONE_DEVICE_MEMBER __attribute__((always_inline))
 
-// What does not depend on the kinds of primitives and graphs; optixReportIntersection reaches it
-// through RayState::traversal.
+// What does not depend on the kinds of primitives and graphs; intersection programs have a pointer
+// to it and hand that to optixReportIntersection.
 struct Candidates {
     RayState* state;
     uint32_t rayFlags;
@@ -217,8 +217,7 @@ struct Tracer : Candidates {
             return walk::Visit::kContinue;
         tmax = ray.tmax;
         state->tmax = ray.tmax;
-        state->traversal = static_cast<Candidates*>(this);
-        sunstone_gpu_intersection(state, candidateGroup);
+        sunstone_gpu_intersection(state, static_cast<Candidates*>(this), candidateGroup);
         ray.tmax = tmax;
         return ended ? walk::Visit::kEnd : walk::Visit::kContinue;
     }
@@ -479,9 +478,9 @@ extern "C" __attribute__((always_inline)) void sunstone_gpu_traceInline(RayState
     traceRay<true>(state);
 }
 
-extern "C" [[gnu::noinline]] uint32_t sunstone_gpu_report(RayState* state, float t, uint32_t kind) {
+extern "C" uint32_t sunstone_gpu_reportTo(RayState* state, Candidates* to, float t, uint32_t kind) {
     checkHitKind(state, kind);
-    Candidates& candidates = *static_cast<Candidates*>(state->traversal);
+    Candidates& candidates = *to;
     if (!(t >= state->tmin && t <= candidates.tmax))
         return kIgnore;
     Hit& hit = state->hit;
