@@ -55,6 +55,10 @@ unsigned threadCount() {
     return count;
 }
 
+void startArena() {
+    workers().arena.initialize();
+}
+
 // Where the arena is full, one of its threads runs the body.
 void inArena(const std::function<void()>& body) {
     char handOff = 0; // an address for the sanitizer

@@ -14,6 +14,10 @@ unsigned threadCount();
 // waits. The first exception thrown by a body is rethrown here.
 void parallelFor(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body);
 
+// Starts the shared threads, unless they are. What may run while the process exits needs that before:
+// static objects of oneTBB are destroyed then, but not what is in use.
+void startArena();
+
 // Runs body inside the shared arena, so that oneTBB algorithms in it use the shared threads.
 void inArena(const std::function<void()>& body);
 

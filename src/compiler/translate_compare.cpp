@@ -113,7 +113,10 @@ void FunctionTranslator::setValue(const ptx::Instruction& instruction) {
                                        instruction.operands[2], instruction.types[1]),
                             with);
     const ptx::Type to = instruction.types[0];
-    if (isHalfPair(to) != result->getType()->isVectorTy())
+    const bool pair = result->getType()->isVectorTy();
+    // Two results in an integer of 32 bits are one in each half.
+    const bool masks = pair && (to == ptx::Type::kU32 || to == ptx::Type::kS32);
+    if (isHalfPair(to) != pair && !masks)
         rejectForm(instruction);
     if (isHalfType(to)) {
         llvm::Type* single = builder_.getFloatTy();
@@ -124,6 +127,9 @@ void FunctionTranslator::setValue(const ptx::Instruction& instruction) {
         result = builder_.CreateUIToFP(result, typeOf(to));
     else if (ptx::isFloat(to))
         rejectForm(instruction);
+    else if (masks)
+        result = builder_.CreateBitCast(
+            builder_.CreateSExt(result, llvm::FixedVectorType::get(intType(16), 2)), intType(32));
     else
         result = builder_.CreateSExt(result, intType(bitsOf(to)));
     write(instruction.operands[0], result);

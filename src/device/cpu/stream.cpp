@@ -3,6 +3,7 @@
 #include "device/cpu/stream.h"
 
 #include "base/error.h"
+#include "base/threads.h"
 #include "device/device.h"
 
 #include <algorithm>
@@ -65,6 +66,8 @@ void Stream::push(std::shared_ptr<Stream> self, Item item) {
     pending_.fetch_add(1, std::memory_order_release);
     if (!started_) {
         started_ = true;
+        // Here and not in the first work: that may still be queued when main has returned.
+        startArena();
         std::thread(&Stream::run, std::move(self)).detach();
         return;
     }
