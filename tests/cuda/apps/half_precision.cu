@@ -233,14 +233,16 @@ __global__ void arithmeticOf(unsigned round, unsigned long long* total) {
     unsigned long long sums[kMost] = {};
     arithmetic<Format>(blockIdx.x * blockDim.x + threadIdx.x, round, sums);
     for (int k = 0; k < kMost; ++k)
-        atomicAdd(total + k, sums[k]);
+        if (sums[k])
+            atomicAdd(total + k, sums[k]);
 }
 template <class Format>
 __global__ void conversionsOf(unsigned round, unsigned long long* total) {
     unsigned long long sums[kMost] = {};
     conversions<Format>(blockIdx.x * blockDim.x + threadIdx.x, round, sums);
     for (int k = 0; k < kMost; ++k)
-        atomicAdd(total + k, sums[k]);
+        if (sums[k])
+            atomicAdd(total + k, sums[k]);
 }
 
 // The largest distance between a function and the rounded one of floats, in steps of the format.

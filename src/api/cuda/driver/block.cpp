@@ -68,6 +68,7 @@ void loopCheck(devlib::KernelThread* thread, const devlib::CheckedAccess* access
 
 // placeThread for the thread after the one that stands there, without divisions.
 void nextThread(devlib::KernelThread& thread, const Launch& launch) {
+    thread.spins = kSpins; // by itself none of them may read that often
     thread.laneid = (thread.laneid + 1) % 32;
     thread.warpid += thread.laneid == 0;
     if (++thread.tid[0] != launch.block[0])
