@@ -27,7 +27,10 @@ void LockstepEmitter::emit() {
     begin();
     emitPrologue();
     emitEntry();
-    emitSteps(plan_.steps());
+    for (const Step& step : plan_.steps()) {
+        landAt(step);
+        emitSteps({step});
+    }
     finish();
 }
 
@@ -109,7 +112,6 @@ void LockstepEmitter::emitPrologue() {
 
 // Lanes begin where they stand.
 void LockstepEmitter::emitEntry() {
-    auto* work = BasicBlock::Create(context_, "work", &result_);
     auto* fresh = BasicBlock::Create(context_, "start", &result_);
     auto* jump = builder_.CreateSwitch(result_.getArg(2), fresh, unsigned(plan_.points().size()));
     builder_.SetInsertPoint(fresh);
@@ -118,17 +120,33 @@ void LockstepEmitter::emitEntry() {
     builder_.CreateStore(asked, ran_);
     addToMask(&source_.getEntryBlock(),
               builder_.CreateBitCast(asked, wideType(builder_.getInt1Ty())));
-    builder_.CreateBr(work);
     for (size_t i = 0; i < plan_.points().size(); ++i) {
-        auto* resume = BasicBlock::Create(context_, "resume", &result_);
-        jump->addCase(llvm::ConstantInt::get(cast<llvm::IntegerType>(bits), i + 1), resume);
-        builder_.SetInsertPoint(resume);
-        resumeAt(i, work);
+        resumes_.push_back(BasicBlock::Create(context_, "resume", &result_));
+        jump->addCase(llvm::ConstantInt::get(cast<llvm::IntegerType>(bits), i + 1), resumes_[i]);
+        builder_.SetInsertPoint(resumes_[i]);
+        resumeAt(i);
+        resumes_[i] = builder_.GetInsertBlock();
     }
-    builder_.SetInsertPoint(work);
+    builder_.SetInsertPoint(fresh);
 }
 
-void LockstepEmitter::resumeAt(size_t number, BasicBlock* work) {
+// Lanes that go on from a point of this step come here, past all that stands before it.
+void LockstepEmitter::landAt(const Step& step) {
+    BasicBlock* landing = nullptr;
+    for (size_t i = 0; i < resumes_.size(); ++i) {
+        BasicBlock* next = plan_.points()[i].next;
+        if (step.loop ? !step.loop->contains(next) : step.block != next)
+            continue;
+        if (!landing) {
+            landing = BasicBlock::Create(context_, "landing", &result_);
+            builder_.CreateBr(landing);
+            builder_.SetInsertPoint(landing);
+        }
+        llvm::BranchInst::Create(landing, resumes_[i]);
+    }
+}
+
+void LockstepEmitter::resumeAt(size_t number) {
     const MeetingPoint& point = plan_.points()[number];
     Value* bits = result_.getArg(3);
     Value* first = nullptr;
@@ -166,7 +184,6 @@ void LockstepEmitter::resumeAt(size_t number, BasicBlock* work) {
     }
     builder_.CreateStore(maskBits(mask), ran_);
     addToMask(point.next, mask);
-    builder_.CreateBr(work);
 }
 
 void LockstepEmitter::finish() {
@@ -197,11 +214,64 @@ void LockstepEmitter::emitLoop(const Step& step) {
     auto* after = BasicBlock::Create(context_, "after", &result_);
     builder_.CreateCondBr(any(mask), loop, after);
     builder_.SetInsertPoint(loop);
-    emitSteps(step.body);
+    if (plan_.isSimpleLoop(*step.loop))
+        emitSimpleBody(step);
+    else
+        emitSteps(step.body);
     builder_.SetCurrentDebugLocation(llvm::DebugLoc());
     mask = builder_.CreateLoad(head->getAllocatedType(), head);
     builder_.CreateCondBr(any(mask), loop, after);
     builder_.SetInsertPoint(after);
+}
+
+// A body of one block that all lanes run again and again has code of its own, without masks. Other
+// lanes, and what comes when some leave, have the usual one.
+void LockstepEmitter::emitSimpleBody(const Step& step) {
+    BasicBlock& head = *step.loop->getHeader();
+    llvm::AllocaInst* place = maskPlace(&head);
+    auto* whole = BasicBlock::Create(context_, "whole", &result_);
+    auto* some = BasicBlock::Create(context_, "part", &result_);
+    auto* again = BasicBlock::Create(context_, "again", &result_);
+    auto* last = BasicBlock::Create(context_, "last", &result_);
+    auto* behind = BasicBlock::Create(context_, "behind", &result_);
+    Value* bits = maskBits(builder_.CreateLoad(place->getAllocatedType(), place));
+    builder_.CreateCondBr(builder_.CreateICmpEQ(bits, builder_.getInt32(~0u)), whole, some);
+
+    builder_.SetInsertPoint(whole);
+    here_.clear();
+    block_ = &head;
+    mask_ = llvm::Constant::getAllOnesValue(place->getAllocatedType());
+    builder_.CreateStore(llvm::Constant::getNullValue(place->getAllocatedType()), place);
+    emitBody(head);
+    auto* branch = cast<llvm::BranchInst>(head.getTerminator());
+    const bool isFirst = step.loop->contains(branch->getSuccessor(0));
+    Value* stays = nullptr;
+    if (isUniform(branch->getCondition())) {
+        stays = scalar(branch->getCondition());
+        if (!isFirst)
+            stays = builder_.CreateNot(stays);
+    } else {
+        stays = builder_.CreateICmpEQ(maskBits(wide(branch->getCondition())),
+                                      builder_.getInt32(isFirst ? ~0u : 0));
+    }
+    stays = builder_.CreateAnd(stays, builder_.CreateNot(hasJumped()));
+    builder_.CreateCondBr(stays, again, last);
+    const auto known = here_;
+    builder_.SetInsertPoint(again);
+    emitEdge(*step.loop->getLoopLatch(), head, mask_, nullptr);
+    builder_.CreateBr(whole);
+    here_ = known;
+    builder_.SetInsertPoint(last);
+    emitTerminator(head);
+    builder_.CreateBr(behind);
+
+    builder_.SetInsertPoint(some);
+    isPart_ = true;
+    emitSteps({step.body.front()});
+    isPart_ = false;
+    builder_.CreateBr(behind);
+    builder_.SetInsertPoint(behind);
+    emitSteps({step.body.begin() + 1, step.body.end()});
 }
 
 // Whether it must not run without lanes.
@@ -244,6 +314,7 @@ void LockstepEmitter::emitBlock(BasicBlock& block) {
 }
 
 void LockstepEmitter::emitBody(BasicBlock& block) {
+    findAddresses(block);
     for (Instruction& instruction : block) {
         if (isa<llvm::PHINode, llvm::AllocaInst>(instruction) || instruction.isTerminator() ||
             instruction.isDebugOrPseudoInst() || plan_.isInPrologue(&instruction))
@@ -299,7 +370,9 @@ void LockstepEmitter::emitEdge(BasicBlock& from, BasicBlock& to, Value* mask, Va
             made = builder_.CreateSelect(taken, made,
                                          builder_.CreateLoad(into->getAllocatedType(), into));
         }
-        store(*phi, made, true, mask);
+        // All lanes of a loop are at one round: others no longer need what it has at its head.
+        const bool isHead = plan_.loops().isLoopHeader(&to) && !plan_.outlivesLoop(*phi);
+        store(*phi, made, !isHead, mask);
     }
     addToMask(&to, mask);
 }
@@ -324,7 +397,10 @@ void LockstepEmitter::emitPoint(const MeetingPoint& point) {
     builder_.SetInsertPoint(leave);
     const auto known = here_;
     leaveAt(point, number);
-    builder_.CreateBr(join);
+    if (isPause && point.mode == 0) // nobody is left
+        builder_.CreateRet(builder_.CreateLoad(builder_.getInt32Ty(), ran_));
+    else
+        builder_.CreateBr(join);
 
     here_ = known;
     builder_.SetInsertPoint(answered);
@@ -336,26 +412,37 @@ void LockstepEmitter::emitPoint(const MeetingPoint& point) {
 }
 
 Value* LockstepEmitter::isPauseDue(const MeetingPoint& point) {
-    constexpr uint32_t kJumps = 8, kSpins = 64;
+    constexpr uint32_t kSpins = 64;
     llvm::Type* word = builder_.getInt32Ty();
     if (point.mode == 1) {
         Value* spins = builder_.CreateAdd(builder_.CreateLoad(word, spins_), builder_.getInt32(1));
         builder_.CreateStore(spins, spins_);
         return builder_.CreateICmpUGE(spins, builder_.getInt32(kSpins));
     }
-    // Only for a warp as a whole, so that its lanes stay together.
+    // Only where all lanes of the warp are here, so that they stay together.
     Value* live = builder_.CreateLoad(word, field(offsetof(LockstepWarp, live)));
-    Value* here = builder_.CreateAnd(live, builder_.CreateLoad(word, ran_));
-    Value* stops = builder_.CreateLoad(word, field(offsetof(LockstepWarp, stops)));
-    Value* isWhole = builder_.CreateAnd(builder_.CreateICmpEQ(maskBits(mask_), here),
-                                        builder_.CreateIsNull(stops));
-    Value* jumped =
-        builder_.CreateICmpUGE(builder_.CreateLoad(word, jumps_), builder_.getInt32(kJumps));
-    return builder_.CreateAnd(jumped, isWhole);
+    Value* isWhole = builder_.CreateICmpEQ(maskBits(mask_), live);
+    return builder_.CreateAnd(hasJumped(), isWhole);
 }
 
-// Whether the address is on another page than in the round before.
-void LockstepEmitter::countJump(Value* address) {
+// Whether a warp has been on so many pages that the others should catch up.
+Value* LockstepEmitter::hasJumped() {
+    constexpr uint32_t kJumps = 12;
+    return builder_.CreateICmpUGE(builder_.CreateLoad(builder_.getInt32Ty(), jumps_),
+                                  builder_.getInt32(kJumps));
+}
+
+// Whether the address is on another page than in the round before. The next warp comes soon, and
+// most likely reads what follows.
+void LockstepEmitter::countJump(Value* address, uint64_t bytes) {
+    constexpr uint64_t kLine = 64;
+    for (uint64_t offset = 0; offset < bytes * kLanes; offset += kLine)
+        builder_.CreateIntrinsic(
+            llvm::Intrinsic::prefetch, {builder_.getPtrTy()},
+            {builder_.CreateIntToPtr(
+                 builder_.CreateAdd(address, builder_.getInt64(bytes * kLanes + offset)),
+                 builder_.getPtrTy()),
+             builder_.getInt32(0), builder_.getInt32(3), builder_.getInt32(1)});
     constexpr uint64_t kPage = 4096;
     llvm::Type* type = builder_.getInt64Ty();
     llvm::AllocaInst* last = top_.CreateAlloca(type);
@@ -405,14 +492,23 @@ void LockstepEmitter::storeOperands(const MeetingPoint& point) {
 
 // The lanes wait: what they brought and what they need behind goes to memory.
 void LockstepEmitter::leaveAt(const MeetingPoint& point, size_t number) {
+    // All lanes that live have come to a pause: the frame has nothing of others.
+    const bool isWhole = point.kind == devlib::kMeetPause && point.mode == 0;
     storeOperands(point);
-    for (Instruction* value : point.live)
-        storeMasked(toStored(wide(value)), framePlace(*value), llvm::Align(64), mask_);
+    for (Instruction* value : point.live) {
+        Value* made = toStored(wide(value));
+        Value* place = framePlace(*value);
+        if (isWhole)
+            builder_.CreateAlignedStore(made, place, llvm::Align(64));
+        else
+            storeMasked(made, place, llvm::Align(64), mask_);
+    }
     llvm::Type* word = builder_.getInt32Ty();
     const uint32_t what =
         uint32_t(number + 1) | point.kind << devlib::kPointBits | point.mode << devlib::kModeShift;
-    storeMasked(splat(builder_.getInt32(what)), field(offsetof(LockstepWarp, point)),
-                llvm::Align(64), mask_);
+    if (!isWhole) // else the launcher knows
+        storeMasked(splat(builder_.getInt32(what)), field(offsetof(LockstepWarp, point)),
+                    llvm::Align(64), mask_);
     Value* stops = field(offsetof(LockstepWarp, stops));
     builder_.CreateStore(builder_.CreateAdd(builder_.CreateLoad(word, stops), builder_.getInt32(1)),
                          stops);

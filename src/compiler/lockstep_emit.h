@@ -34,16 +34,19 @@ private:
     void finish();
     void emitPrologue();
     void emitEntry();
-    void resumeAt(size_t number, llvm::BasicBlock* start);
+    void resumeAt(size_t number);
+    void landAt(const Step& step);
     void emitSteps(const std::vector<Step>& steps);
     void emitLoop(const Step& step);
+    void emitSimpleBody(const Step& step);
     void emitBlock(llvm::BasicBlock& block);
     void emitBody(llvm::BasicBlock& block);
     void emitTerminator(llvm::BasicBlock& block);
     void emitEdge(llvm::BasicBlock& from, llvm::BasicBlock& to, Value* mask, Value* always);
     void emitPoint(const MeetingPoint& point);
     Value* isPauseDue(const MeetingPoint& point);
-    void countJump(Value* address);
+    Value* hasJumped();
+    void countJump(Value* address, uint64_t bytes);
     void leaveAt(const MeetingPoint& point, size_t number);
     void storeOperands(const MeetingPoint& point);
     bool needsGuard(llvm::BasicBlock& block) const;
@@ -97,8 +100,26 @@ private:
     // Runs `near` if the addresses of the lanes follow one another, with the first of them and
     // whether all lanes are there; else `far`.
     using Near = std::function<Value*(Value* first, bool isFull)>;
-    Value* byNearness(Value* addresses, uint64_t bytes, const Near& near,
+    struct Nearness {
+        Value* fits = nullptr;  // by lane: whether the address follows
+        Value* first = nullptr; // address of the first lane
+        Value* bound = nullptr; // must hold as well; null: nothing
+    };
+    Value* byNearness(Value* pointer, uint64_t bytes, const Near& near,
                       const std::function<Value*()>& far);
+    Nearness nearnessOf(Value* pointer, uint64_t bytes);
+    // ---- addresses (lockstep_addresses.cpp) ----
+    // An address that is base + extended index * scale, where the index has 32 bits and the rest is
+    // uniform: known from the index whether those of the lanes follow one another.
+    struct IndexedAddress {
+        llvm::CastInst* extension = nullptr;
+        uint64_t scale = 1;
+        std::vector<llvm::Instruction*> chain; // from the address to the extension
+    };
+    bool findIndex(Value* address, IndexedAddress& found) const;
+    bool isNearPossible(const llvm::Instruction& access) const;
+    void findAddresses(llvm::BasicBlock& block);
+    Nearness nearnessOf(const IndexedAddress& address, uint64_t bytes);
     bool canGather(llvm::Type* type) const;
 
     const LockstepPlan& plan_;
@@ -110,17 +131,21 @@ private:
     llvm::IRBuilder<> builder_;
     llvm::IRBuilder<> top_; // for places, in the first block
     llvm::BasicBlock* entry_ = nullptr;
+    std::vector<llvm::BasicBlock*> resumes_; // where lanes go on from each point
     Value* warp_ = nullptr;
     Value* params_ = nullptr;
     Value* threads_ = nullptr;
     Value* frame_ = nullptr;
     llvm::AllocaInst* ran_ = nullptr;
-    llvm::AllocaInst* jumps_ = nullptr;           // of addresses, in loops that have a pause
-    llvm::AllocaInst* spins_ = nullptr;           // reads of what others may write
-    const llvm::BasicBlock* block_ = nullptr;     // that is written
-    Value* mask_ = nullptr;                       // of it
-    llvm::DenseMap<const Value*, Value*> here_;   // made in the block that is written
-    llvm::DenseMap<const Value*, Value*> always_; // made in the prologue
+    llvm::AllocaInst* jumps_ = nullptr;       // of addresses, in loops that have a pause
+    llvm::AllocaInst* spins_ = nullptr;       // reads of what others may write
+    const llvm::BasicBlock* block_ = nullptr; // that is written
+    Value* mask_ = nullptr;                   // of it
+    bool isPart_ = false;                     // all lanes together have other code
+    llvm::DenseMap<const Value*, IndexedAddress> indexed_; // addresses of the block
+    llvm::DenseSet<const Value*> late_;                    // of these, made where they are needed
+    llvm::DenseMap<const Value*, Value*> here_;            // made in the block that is written
+    llvm::DenseMap<const Value*, Value*> always_;          // made in the prologue
     llvm::DenseMap<const Value*, llvm::AllocaInst*> places_;
     llvm::DenseMap<const llvm::BasicBlock*, llvm::AllocaInst*> masks_;
     llvm::DenseMap<const Value*, uint32_t> framePlaces_;

@@ -175,14 +175,12 @@ bool LockstepPlan::check() {
 
 // Threads often go through memory in steps as wide as the grid. A warp that does so alone takes a
 // few cache lines of each page and jumps to the next one, and the other warps of the block come by
-// much later; memory is fast only where they go together. So innermost loops that read memory get a
-// point at which a warp that has jumped several times lets the others catch up.
+// much later; memory is fast only where they go together. So innermost loops in which each lane
+// reads memory get a point at which a warp that has jumped several times lets the others catch up.
 void LockstepPlan::addPauses() {
-    llvm::DominatorTree dominators(function_);
-    llvm::LoopInfo loops(dominators);
     llvm::FunctionCallee pause = function_.getParent()->getOrInsertFunction(
         kPauseName, llvm::Type::getVoidTy(function_.getContext()));
-    for (llvm::Loop* loop : loops.getLoopsInPreorder()) {
+    for (llvm::Loop* loop : loops_.getLoopsInPreorder()) {
         BasicBlock* latch = loop->getLoopLatch();
         if (!latch || !loop->isInnermost())
             continue;
@@ -190,7 +188,8 @@ void LockstepPlan::addPauses() {
         for (BasicBlock* block : loop->blocks())
             for (Instruction& instruction : *block) {
                 const auto* call = dyn_cast<CallInst>(&instruction);
-                reads |= isa<llvm::LoadInst>(instruction);
+                const auto* load = dyn_cast<llvm::LoadInst>(&instruction);
+                reads |= load && !isUniform(load->getPointerOperand());
                 meets |= call && call->getCalledFunction() &&
                          isMeeting(call->getCalledFunction()->getName());
             }
@@ -235,16 +234,36 @@ const MeetingPoint* LockstepPlan::pointAt(const BasicBlock* block) const {
     return found == pointOf_.end() ? nullptr : found->second;
 }
 
+void LockstepPlan::findStructure() {
+    dominators_.recalculate(function_);
+    postDominators_.recalculate(function_);
+    loops_.releaseMemory();
+    loops_.analyze(dominators_);
+}
+
+bool LockstepPlan::isSimpleLoop(const llvm::Loop& loop) const {
+    const BasicBlock* head = loop.getHeader();
+    const auto* branch = dyn_cast<llvm::BranchInst>(head->getTerminator());
+    if (!branch || !branch->isConditional() || !pauses(*head) ||
+        loop.contains(branch->getSuccessor(0)) == loop.contains(branch->getSuccessor(1)))
+        return false;
+    return llvm::all_of(loop.blocks(), [&](const BasicBlock* block) {
+        const MeetingPoint* point = pointAt(block);
+        return block == head || (point && point->kind == devlib::kMeetPause) ||
+               block->sizeWithoutDebug() == 1;
+    });
+}
+
 bool LockstepPlan::analyze() {
     if (!check())
         return false;
+    findStructure();
+    findUniform();
     addPauses();
     split();
     if (points_.size() >= (1u << devlib::kPointBits) / 4)
         return refuse("its threads meet at too many places");
-    dominators_.recalculate(function_);
-    postDominators_.recalculate(function_);
-    loops_.analyze(dominators_);
+    findStructure();
     order(nullptr, steps_);
     if (!reason_.empty())
         return false;
@@ -433,6 +452,10 @@ void LockstepPlan::addDivergence(const BasicBlock& block) {
 }
 
 void LockstepPlan::findUniform() {
+    varying_.clear();
+    divergentBranches_.clear();
+    joins_.clear();
+    divergentLoops_.clear();
     varying_.insert(function_.getArg(0));
     for (bool changed = true; changed;) {
         changed = false;

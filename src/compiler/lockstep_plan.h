@@ -71,6 +71,9 @@ public:
     // Whether the block belongs to a loop that has a pause.
     bool pauses(const llvm::BasicBlock& block) const;
 
+    // Whether it is one block that runs again, but for the pause.
+    bool isSimpleLoop(const llvm::Loop& loop) const;
+
     // Offset of a field of KernelThread that a load reads, or -1.
     int fieldOf(const llvm::Instruction& instruction) const;
 
@@ -78,6 +81,7 @@ private:
     bool check();
     void addPauses();
     void split();
+    void findStructure();
     void findUniform();
     bool varies(const llvm::Instruction& instruction) const;
     void addDivergence(const llvm::BasicBlock& block);

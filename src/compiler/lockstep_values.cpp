@@ -73,6 +73,8 @@ Value* LockstepEmitter::wide(Value* value) {
         needsThreads_ = true;
         made = builder_.CreateGEP(builder_.getInt8Ty(), threads_,
                                   lanes(builder_.getInt64Ty(), sizeof(devlib::KernelThread)));
+    } else if (late_.contains(value)) {
+        made = widen(*cast<Instruction>(value));
     } else {
         made = builder_.CreateLoad(wideType(value->getType()), place(*cast<Instruction>(value)));
     }

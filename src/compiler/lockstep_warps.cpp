@@ -2,6 +2,7 @@
 // LockstepEmitter: warp functions whose lanes are all there. What they answer is what
 // runtime_kernel.cpp answers threads that run one by one.
 #include "compiler/lockstep_emit.h"
+#include "compiler/warp_functions.h"
 
 namespace sunstone::compiler {
 
@@ -66,35 +67,15 @@ Value* LockstepEmitter::answerShuffle(const MeetingPoint& point) {
     const auto* control = dyn_cast<llvm::ConstantInt>(point.call->getArgOperand(4));
     if (!distance || !control)
         return answerByHelper(point);
-    // Where each lane's value comes from is known now. Source: PTX ISA manual, "shfl.sync".
-    const int b = int(distance->getZExtValue() & 31);
-    const int clamp = int(control->getZExtValue() & 31);
-    const int segment = int(control->getZExtValue() >> 8 & 31);
+    // Where each lane's value comes from is known now.
     llvm::SmallVector<int, kLanes> sources;
     llvm::SmallVector<llvm::Constant*, kLanes> valid;
-    for (int lane = 0; lane < int(kLanes); ++lane) {
-        const int last = (lane & segment) | (clamp & ~segment);
-        int source = 0;
-        bool fits = false;
-        switch (point.mode) {
-        case 0:
-            source = lane - b;
-            fits = source >= last;
-            break;
-        case 1:
-            source = lane + b;
-            fits = source <= last;
-            break;
-        case 2:
-            source = lane ^ b;
-            fits = source <= last;
-            break;
-        default:
-            source = (lane & segment) | (b & ~segment);
-            fits = source <= last;
-        }
-        sources.push_back(fits && source >= 0 && source < int(kLanes) ? source : lane);
-        valid.push_back(builder_.getInt64(uint64_t(fits) << 32));
+    for (unsigned lane = 0; lane < kLanes; ++lane) {
+        const ShuffleSource source =
+            shuffleSource(point.mode, lane, uint32_t(distance->getZExtValue()),
+                          uint32_t(control->getZExtValue()));
+        sources.push_back(int(source.lane));
+        valid.push_back(builder_.getInt64(uint64_t(source.isValid) << 32));
     }
     Value* own = wide(point.call->getArgOperand(2));
     Value* theirs = builder_.CreateShuffleVector(own, sources);

@@ -25,6 +25,8 @@ void LockstepEmitter::emitInstruction(Instruction& instruction) {
             return;
     if (isUniform(&instruction))
         return emitUniform(instruction);
+    if (late_.contains(&instruction))
+        return;
     if (auto* store = dyn_cast<llvm::StoreInst>(&instruction)) {
         if (!widenStore(*store))
             laneByLane(instruction);
@@ -211,43 +213,65 @@ bool LockstepEmitter::canGather(llvm::Type* type) const {
     return hasMasks_ && layout_.getTypeStoreSize(type) >= 4;
 }
 
-// Three ways: all lanes are there and near; some are; and any others. The first has its own code
-// because processors take long for memory under masks.
-Value* LockstepEmitter::byNearness(Value* addresses, uint64_t bytes, const Near& near,
-                                   const std::function<Value*()>& far) {
-    Value* numbers = builder_.CreatePtrToInt(addresses, wideType(builder_.getInt64Ty()));
+// Whether it is done for all lanes at once where their addresses follow one another.
+bool LockstepEmitter::isNearPossible(const Instruction& access) const {
+    if (const auto* load = dyn_cast<llvm::LoadInst>(&access))
+        return load->isSimple() && isPlainType(load->getType());
+    const auto* store = dyn_cast<llvm::StoreInst>(&access);
+    return store && store->isSimple() && isPlainType(store->getValueOperand()->getType());
+}
+
+LockstepEmitter::Nearness LockstepEmitter::nearnessOf(Value* pointer, uint64_t bytes) {
+    if (const auto found = indexed_.find(pointer); found != indexed_.end())
+        return nearnessOf(found->second, bytes);
+    Nearness nearness;
+    Value* numbers = builder_.CreatePtrToInt(wide(pointer), wideType(builder_.getInt64Ty()));
     Value* first = builder_.CreateExtractElement(numbers, uint64_t(0));
     Value* expected = builder_.CreateAdd(splat(first), lanes(builder_.getInt64Ty(), bytes));
-    Value* all = builder_.getInt32(~0u);
-    Value* fits = builder_.CreateICmpEQ(numbers, expected);
-    Value* isFull = builder_.CreateAnd(builder_.CreateICmpEQ(maskBits(fits), all),
-                                       builder_.CreateICmpEQ(maskBits(mask_), all));
-    Value* pointer = builder_.CreateIntToPtr(first, builder_.getPtrTy());
+    nearness.fits = builder_.CreateICmpEQ(numbers, expected);
+    nearness.first = builder_.CreateIntToPtr(first, builder_.getPtrTy());
+    return nearness;
+}
+
+// Three ways: all lanes are there and near; some are; and any others. The first has its own code
+// because processors take long for memory under masks.
+Value* LockstepEmitter::byNearness(Value* address, uint64_t bytes, const Near& near,
+                                   const std::function<Value*()>& far) {
+    const Nearness nearness = nearnessOf(address, bytes);
+    if (!nearness.fits)
+        return far();
     auto* join = BasicBlock::Create(context_, "", &result_);
     std::vector<std::pair<Value*, BasicBlock*>> ways;
     const auto goOn = [&](Value* made) {
         ways.emplace_back(made, builder_.GetInsertBlock());
         builder_.CreateBr(join);
     };
-    auto* full = BasicBlock::Create(context_, "full", &result_);
-    auto* other = BasicBlock::Create(context_, "other", &result_);
-    builder_.CreateCondBr(isFull, full, other);
-    builder_.SetInsertPoint(full);
-    if (plan_.pauses(*block_))
-        countJump(first);
-    goOn(near(pointer, true));
-    builder_.SetInsertPoint(other);
-    if (hasMasks_) {
-        auto* some = BasicBlock::Create(context_, "some", &result_);
-        auto* farBlock = BasicBlock::Create(context_, "far", &result_);
-        Value* isNear = builder_.CreateICmpEQ(
-            maskBits(select(mask_, fits, llvm::Constant::getAllOnesValue(mask_->getType()))), all);
-        builder_.CreateCondBr(isNear, some, farBlock);
-        builder_.SetInsertPoint(some);
-        goOn(near(pointer, false));
-        builder_.SetInsertPoint(farBlock);
-    }
+    const bool isWhole = isa<llvm::Constant>(mask_); // all lanes, as is known
+    const auto split = [&](Value* condition, bool isFull) {
+        auto* yes = BasicBlock::Create(context_, isFull ? "full" : "some", &result_);
+        auto* other = BasicBlock::Create(context_, "other", &result_);
+        if (nearness.bound)
+            condition = builder_.CreateAnd(condition, nearness.bound);
+        builder_.CreateCondBr(condition, yes, other);
+        builder_.SetInsertPoint(yes);
+        if (isFull && plan_.pauses(*block_))
+            countJump(builder_.CreatePtrToInt(nearness.first, builder_.getInt64Ty()), bytes);
+        goOn(near(nearness.first, isFull));
+        builder_.SetInsertPoint(other);
+    };
+    Value* all = builder_.getInt32(~0u);
+    Value* fit = builder_.CreateICmpEQ(maskBits(nearness.fits), all);
+    if (!isPart_ || !hasMasks_)
+        split(builder_.CreateAnd(fit, builder_.CreateICmpEQ(maskBits(mask_), all)), true);
+    const auto known = here_; // what is made only on the other ways is not known behind
+    if (hasMasks_ && !isWhole)
+        split(builder_.CreateICmpEQ(
+                  maskBits(select(mask_, nearness.fits,
+                                  llvm::Constant::getAllOnesValue(mask_->getType()))),
+                  all),
+              false);
     goOn(far());
+    here_ = known;
     builder_.SetInsertPoint(join);
     if (!ways[0].first)
         return nullptr;
@@ -259,9 +283,8 @@ Value* LockstepEmitter::byNearness(Value* addresses, uint64_t bytes, const Near&
 
 Value* LockstepEmitter::widenLoad(llvm::LoadInst& load) {
     llvm::Type* type = load.getType();
-    if (!load.isSimple() || !isPlainType(type))
+    if (!isNearPossible(load))
         return nullptr;
-    Value* addresses = wide(load.getPointerOperand());
     const auto near = [&](Value* first, bool isFull) -> Value* {
         if (isFull)
             return builder_.CreateAlignedLoad(wideType(type), first, load.getAlign());
@@ -269,21 +292,21 @@ Value* LockstepEmitter::widenLoad(llvm::LoadInst& load) {
     };
     const auto far = [&]() -> Value* {
         return canGather(type)
-                   ? builder_.CreateMaskedGather(wideType(type), addresses, load.getAlign(), mask_)
+                   ? builder_.CreateMaskedGather(wideType(type), wide(load.getPointerOperand()),
+                                                 load.getAlign(), mask_)
                    : laneByLane(load);
     };
-    return byNearness(addresses, layout_.getTypeStoreSize(type), near, far);
+    return byNearness(load.getPointerOperand(), layout_.getTypeStoreSize(type), near, far);
 }
 
 bool LockstepEmitter::widenStore(llvm::StoreInst& store) {
     llvm::Type* type = store.getValueOperand()->getType();
-    if (!store.isSimple() || !isPlainType(type))
+    if (!isNearPossible(store))
         return false;
     if (isUniform(store.getPointerOperand())) {
         storeUniformAddress(store);
         return true;
     }
-    Value* addresses = wide(store.getPointerOperand());
     Value* values = wide(store.getValueOperand());
     const auto near = [&](Value* first, bool isFull) -> Value* {
         if (isFull)
@@ -294,12 +317,13 @@ bool LockstepEmitter::widenStore(llvm::StoreInst& store) {
     };
     const auto far = [&]() -> Value* {
         if (canGather(type))
-            builder_.CreateMaskedScatter(values, addresses, store.getAlign(), mask_);
+            builder_.CreateMaskedScatter(values, wide(store.getPointerOperand()), store.getAlign(),
+                                         mask_);
         else
             laneByLane(store);
         return nullptr;
     };
-    byNearness(addresses, layout_.getTypeStoreSize(type), near, far);
+    byNearness(store.getPointerOperand(), layout_.getTypeStoreSize(type), near, far);
     return true;
 }
 

@@ -25,36 +25,23 @@ uint32_t answerVote(uint32_t mode, const Gathered& all) {
 }
 
 // Source: PTX ISA manual, "shfl.sync".
-uint64_t answerShuffle(uint32_t mode, uint32_t own, uint32_t distance, uint32_t control,
-                       const Gathered& all) {
-    const int lane = int(own);
-    const int b = int(distance & 31);
+ShuffleSource shuffleSource(uint32_t mode, uint32_t lane, uint32_t distance, uint32_t control) {
+    const int own = int(lane), b = int(distance & 31);
     const int clamp = int(control & 31), segment = int(control >> 8 & 31);
-    const int last = (lane & segment) | (clamp & ~segment);
-    const int first = lane & segment;
-    int source = 0;
-    bool valid = false;
-    switch (mode) {
-    case 0:
-        source = lane - b;
-        valid = source >= last;
-        break;
-    case 1:
-        source = lane + b;
-        valid = source <= last;
-        break;
-    case 2:
-        source = lane ^ b;
-        valid = source <= last;
-        break;
-    default:
-        source = first | (b & ~segment);
-        valid = source <= last;
-    }
-    if (!valid)
-        source = lane;
-    const bool there = source >= 0 && source < 32 && all.present >> source & 1;
-    return uint64_t(valid) << 32 | uint32_t(all.values[there ? source : lane]);
+    const int last = (own & segment) | (clamp & ~segment);
+    const int source = mode == 0   ? own - b
+                       : mode == 1 ? own + b
+                       : mode == 2 ? own ^ b
+                                   : (own & segment) | (b & ~segment);
+    const bool isValid = mode == 0 ? source >= last : source <= last;
+    return {isValid ? uint32_t(source) : lane, isValid}; // 0 <= last < 32
+}
+
+uint64_t answerShuffle(uint32_t mode, uint32_t lane, uint32_t distance, uint32_t control,
+                       const Gathered& all) {
+    const ShuffleSource source = shuffleSource(mode, lane, distance, control);
+    const bool isThere = all.present >> source.lane & 1;
+    return uint64_t(source.isValid) << 32 | uint32_t(all.values[isThere ? source.lane : lane]);
 }
 
 uint64_t answerMatch(uint32_t wantAll, uint64_t value, const Gathered& all) {

@@ -12,6 +12,13 @@ struct Gathered {
     uint32_t present;
 };
 
+// Where shfl.sync finds the value of a lane, by its own number.
+struct ShuffleSource {
+    uint32_t lane; // itself where `isValid` says that there is none
+    bool isValid;
+};
+ShuffleSource shuffleSource(uint32_t mode, uint32_t lane, uint32_t distance, uint32_t control);
+
 uint32_t answerVote(uint32_t mode, const Gathered& all);
 // Value in the low, validity in the high word.
 uint64_t answerShuffle(uint32_t mode, uint32_t lane, uint32_t distance, uint32_t control,

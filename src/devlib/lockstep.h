@@ -39,7 +39,7 @@ struct alignas(64) LockstepWarp {
     uint32_t stops;
     uint32_t stopPoint;
     uint32_t stopLanes;
-    // Of each lane that waits.
+    // Of each lane that waits; pauses (mode 0) of all lanes that live leave `point` as it was.
     alignas(64) uint32_t point[kWarpLanes];
     uint32_t operand[3][kWarpLanes];
     uint64_t value[kWarpLanes];

@@ -413,6 +413,49 @@ KERNEL(wideSteps) {
     out[globalIndex()] = box[localIndex()] ^ box[0];
 }
 
+// Warps that jump from page to page let one another catch up; in the last steps only some lanes go on.
+KERNEL(farSteps) {
+    extern __shared__ unsigned box[];
+    const unsigned own = localIndex() % 1100;
+    unsigned sum = own;
+    for (unsigned k = 0; k < 9; ++k) {
+        unsigned i = own + k;
+        for (; i < unsigned(n); i += 1100)
+            sum = sum * 31 + in[i];
+        sum += i;
+        if (k % 4 == 3) {
+            box[localIndex()] = sum;
+            __syncthreads();
+            sum += box[(localIndex() + 40) % threads()];
+            __syncthreads();
+        }
+    }
+    out[globalIndex()] = sum;
+}
+
+// The same with a step that each lane has of its own, and ends that lanes reach at different times.
+KERNEL(unevenSteps) {
+    unsigned sum = 0;
+    for (unsigned k = 0; k < 9; ++k)
+        for (unsigned i = localIndex() + k; i < unsigned(n) - (in[k] & 63) * lane();
+             i += 1040 + (k & 1 ? lane() / 16 * 64 : 0))
+            sum = sum * 31 + in[i] + k;
+    out[globalIndex()] = sum;
+}
+
+// The number of the element goes from the largest to 0 between two lanes.
+extern "C" __global__ void wrappedIndices(const unsigned char* in, unsigned char* out,
+                                          unsigned start) {
+    const unsigned i = start + threadIdx.x;
+    out[i] = (unsigned char)(in[i] + 1);
+}
+// From the largest to the smallest.
+extern "C" __global__ void wrappedSignedIndices(const unsigned char* in, unsigned char* out,
+                                                unsigned start) {
+    const int i = int(start + threadIdx.x);
+    out[i] = (unsigned char)(in[i] + 1);
+}
+
 // Enough products that a kernel compiled to flush subnormals runs in that mode of the processor.
 KERNEL(products) {
     __shared__ unsigned total;

@@ -2,6 +2,7 @@
 // Kernels whose threads run a warp at a time against the same kernels with each thread alone.
 #include <cuda.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -53,7 +54,10 @@ const char* const kKernels[] = {
     "sumsInFunctions",
     "matrix",
     "wideSteps",
-    "products",            "barrierObjects",
+    "farSteps",
+    "unevenSteps",
+    "products",
+    "barrierObjects",
 };
 
 class Lockstep : public testing::Test {
@@ -144,6 +148,40 @@ TEST_F(Lockstep, LeavesWhatSingleThreadsLeave) {
 
 TEST_F(Lockstep, LeavesTheSameWhereSubnormalsAreFlushed) {
     compareBoth(FLUSHED_PTX, 2);
+}
+
+// Indices that follow one another but for a jump by 2^32 are not taken for neighbours.
+TEST_F(Lockstep, IndicesMayWrap) {
+    std::ifstream file(LOCKSTEP_PTX);
+    const std::string text((std::istreambuf_iterator<char>(file)),
+                           std::istreambuf_iterator<char>());
+    CUmodule module = load(text);
+    constexpr size_t kSpan = size_t(1) << 32, kEdge = 65536;
+    void* memory = mmap(nullptr, kSpan + kEdge, PROT_READ | PROT_WRITE,
+                        MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    ASSERT_NE(memory, MAP_FAILED);
+    auto* bytes = static_cast<unsigned char*>(memory);
+    for (const bool isSigned : {false, true}) {
+        // The elements with the largest indices lie at the end of the mapping, 0 or the smallest at
+        // its beginning.
+        unsigned char* base = isSigned ? bytes + kSpan / 2 : bytes;
+        const unsigned start = (isSigned ? 0x7fffffffu : 0xffffffffu) - 20;
+        const auto at = [&](unsigned i) -> unsigned char& {
+            const unsigned index = start + i;
+            return isSigned ? base[int(index)] : base[index];
+        };
+        for (unsigned i = 0; i < 64; ++i)
+            at(i) = static_cast<unsigned char>(3 * i);
+        void* params[] = {&base, &base, const_cast<unsigned*>(&start)};
+        CUfunction function = find(module, isSigned ? "wrappedSignedIndices" : "wrappedIndices");
+        ASSERT_EQ(cuLaunchKernel(function, 1, 1, 1, 64, 1, 1, 0, nullptr, params, nullptr),
+                  CUDA_SUCCESS);
+        ASSERT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
+        for (unsigned i = 0; i < 64; ++i)
+            EXPECT_EQ(at(i), static_cast<unsigned char>(3 * i + 1)) << i << isSigned;
+    }
+    munmap(memory, kSpan + kEdge);
+    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
 }
 
 std::string kernelText(const char* name, const std::string& body) {

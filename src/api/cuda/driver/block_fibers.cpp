@@ -80,8 +80,8 @@ struct FiberTable {
     static void checkMemory(KernelThread* t, const devlib::CheckedAccess* access) {
         of(t).checkMemory(t, *access);
     }
-    static constexpr devlib::BlockFunctions kFunctions = {barrier,    arrive, exchange, activeMask,
-                                                          exitThread, fault,  yield,    checkMemory};
+    static constexpr devlib::BlockFunctions kFunctions = {
+        barrier, arrive, exchange, activeMask, exitThread, fault, yield, checkMemory};
 };
 
 BlockRunner::Fibers::Fibers(Launch& launch, StackPool& stacks)
@@ -187,7 +187,7 @@ void BlockRunner::Fibers::leave(KernelThread* thread) {
     --live_;
     --ready_;
     for (uint32_t id = 0; id < barriers_.size(); ++id)
-        if (barriers_[id].arrived)
+        if (barriers_[id].isUsed())
             tryBarrier(id);
     tryExchange(thread->warpid);
     suspend(fiber); // never resumed
@@ -217,15 +217,9 @@ void BlockRunner::Fibers::checkMemory(KernelThread* thread, const devlib::Checke
 
 uint32_t BlockRunner::Fibers::barrier(KernelThread* thread, uint32_t id, uint32_t threads,
                                       uint32_t reduction, uint32_t value) {
-    id &= 15;
+    id %= BlockBarrier::kCount;
     Fiber& fiber = fiberOf(thread);
-    Barrier& barrier = barriers_[id];
-    ++barrier.arrived;
-    barrier.expected = threads;
-    barrier.reduction = reduction;
-    barrier.all &= value != 0;
-    barrier.any |= value != 0;
-    barrier.count += value != 0;
+    barriers_[id].wait(threads, reduction, value != 0);
     fiber.state = State::kBarrier;
     fiber.barrier = id;
     --ready_;
@@ -236,31 +230,16 @@ uint32_t BlockRunner::Fibers::barrier(KernelThread* thread, uint32_t id, uint32_
 }
 
 void BlockRunner::Fibers::arrive(uint32_t id, uint32_t threads) {
-    Barrier& barrier = barriers_[id & 15];
-    ++barrier.arrived;
-    barrier.expected = threads;
-    tryBarrier(id & 15);
+    id %= BlockBarrier::kCount;
+    barriers_[id].arrive(threads);
+    tryBarrier(id);
 }
 
 void BlockRunner::Fibers::tryBarrier(uint32_t id) {
-    Barrier& barrier = barriers_[id];
-    // Threads that have ended count as having come.
-    const uint32_t expected = barrier.expected ? std::min(barrier.expected, live_) : live_;
-    if (barrier.arrived < expected)
+    if (!barriers_[id].isComplete(live_))
         return;
-    uint32_t result = 0;
-    switch (barrier.reduction) {
-    case devlib::kReduceAnd:
-        result = barrier.all;
-        break;
-    case devlib::kReduceOr:
-        result = barrier.any;
-        break;
-    case devlib::kReduceCount:
-        result = barrier.count;
-        break;
-    }
-    barrier = {};
+    const uint32_t result = barriers_[id].result();
+    barriers_[id] = {};
     for (Fiber& fiber : fibers_) {
         if (fiber.state != State::kBarrier || fiber.barrier != id)
             continue;

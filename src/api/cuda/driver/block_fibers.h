@@ -3,6 +3,7 @@
 #pragma once
 
 #include "api/cuda/driver/block.h"
+#include "api/cuda/driver/block_barrier.h"
 #include "api/cuda/driver/sanitizer_fibers.h"
 
 #include <boost/context/detail/fcontext.hpp>
@@ -65,11 +66,6 @@ private:
         uint64_t value;
         uint64_t* values;
     };
-    struct Barrier {
-        uint32_t arrived = 0, expected = 0; // expected 0: all that live
-        uint32_t all = 1, any = 0, count = 0;
-        uint32_t reduction = 0;
-    };
 
     Fiber& fiberOf(devlib::KernelThread* thread);
     void suspend(Fiber& fiber);
@@ -84,7 +80,7 @@ private:
     Launch& launch_;
     StackPool& stacks_;
     std::vector<Fiber> fibers_;
-    std::array<Barrier, 16> barriers_;
+    std::array<BlockBarrier, BlockBarrier::kCount> barriers_;
     FaultFrame frame_;
     SanitizerFibers sanitizer_;
     Fiber* running_ = nullptr;

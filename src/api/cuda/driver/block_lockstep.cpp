@@ -11,6 +11,7 @@
 
 #include "compiler/warp_functions.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <thread>
@@ -123,7 +124,16 @@ uint32_t BlockRunner::Lockstep::runLanes(size_t index, uint32_t point, uint32_t 
     const uint32_t before = warp.live;
     const uint32_t ran = launch_.lockstep(&warp, launch_.params, point, lanes);
     live_ -= uint32_t(std::popcount(before & ~warp.live));
+    if (isApart_)
+        notePause(warp);
     return ran;
+}
+
+// Lanes that pause say so once for all.
+void BlockRunner::Lockstep::notePause(LockstepWarp& warp) {
+    const uint32_t what = warp.stopPoint;
+    if (warp.stops != 0 && kindOf(what) == devlib::kMeetPause && modeOf(what) == 0)
+        std::fill(std::begin(warp.point), std::end(warp.point), what);
 }
 
 // ---- rounds -----------------------------------------------------------------------------------
@@ -179,6 +189,7 @@ bool BlockRunner::Lockstep::runWhole(size_t index, uint32_t& barrier) {
         return true;
     }
     part(index);
+    notePause(warp);
     if (const uint32_t rest = lanes & ~ran) {
         for (uint32_t bits = rest; bits != 0; bits &= bits - 1)
             warp.point[std::countr_zero(bits)] = point;
@@ -236,7 +247,7 @@ void BlockRunner::Lockstep::runApart() {
 bool BlockRunner::Lockstep::release() {
     bool any = false;
     for (uint32_t id = 0; id < barriers_.size(); ++id)
-        if (barriers_[id].arrived)
+        if (barriers_[id].isUsed())
             any |= tryBarrier(id);
     for (size_t i = 0; i < warps_.size(); ++i)
         while (states_[i].exchange != 0 && tryExchanges(i))
@@ -297,15 +308,11 @@ void BlockRunner::Lockstep::takeStops(size_t index, uint32_t lanes) {
 void BlockRunner::Lockstep::comeToBarrier(size_t index, uint32_t lane, uint32_t what) {
     const LockstepWarp& warp = warps_[index];
     const bool isPlain = kindOf(what) == devlib::kMeetPlain;
-    const uint32_t id = (isPlain ? modeOf(what) : warp.operand[0][lane]) & 15;
-    const bool value = !isPlain && warp.value[lane] != 0;
-    Barrier& barrier = barriers_[id];
-    ++barrier.arrived;
-    barrier.expected = isPlain ? 0 : warp.operand[1][lane];
-    barrier.reduction = isPlain ? uint32_t(devlib::kReduceNone) : modeOf(what);
-    barrier.all &= value;
-    barrier.any |= value;
-    barrier.count += value;
+    const uint32_t id = (isPlain ? modeOf(what) : warp.operand[0][lane]) % BlockBarrier::kCount;
+    if (isPlain)
+        barriers_[id].wait(0, devlib::kReduceNone, false);
+    else
+        barriers_[id].wait(warp.operand[1][lane], modeOf(what), warp.value[lane] != 0);
     states_[index].barrier |= 1u << lane;
     states_[index].ids[id] |= 1u << lane;
     tryBarrier(id);
@@ -313,9 +320,7 @@ void BlockRunner::Lockstep::comeToBarrier(size_t index, uint32_t lane, uint32_t 
 
 void BlockRunner::Lockstep::arrive(uint32_t id, uint32_t threads) {
     isApart_ = true; // single threads matter now
-    Barrier& barrier = barriers_[id & 15];
-    ++barrier.arrived;
-    barrier.expected = threads;
+    barriers_[id % BlockBarrier::kCount].arrive(threads);
     // Completed, where it is, when the lanes that run now have stopped.
 }
 
@@ -325,23 +330,10 @@ void BlockRunner::Lockstep::fault(uint32_t kind) {
 }
 
 bool BlockRunner::Lockstep::tryBarrier(uint32_t id) {
-    Barrier& barrier = barriers_[id];
-    const uint32_t expected = barrier.expected ? std::min(barrier.expected, live_) : live_;
-    if (barrier.arrived < expected)
+    if (!barriers_[id].isComplete(live_))
         return false;
-    uint32_t result = 0;
-    switch (barrier.reduction) {
-    case devlib::kReduceAnd:
-        result = barrier.all;
-        break;
-    case devlib::kReduceOr:
-        result = barrier.any;
-        break;
-    case devlib::kReduceCount:
-        result = barrier.count;
-        break;
-    }
-    barrier = {};
+    const uint32_t result = barriers_[id].result();
+    barriers_[id] = {};
     for (size_t i = 0; i < warps_.size(); ++i) {
         const uint32_t lanes = states_[i].ids[id];
         for (uint32_t bits = lanes; bits != 0; bits &= bits - 1)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "api/cuda/driver/block.h"
+#include "api/cuda/driver/block_barrier.h"
 
 #include <vector>
 
@@ -20,17 +21,12 @@ struct BlockRunner::Lockstep {
 private:
     static constexpr uint32_t kLanes = devlib::kWarpLanes;
     struct Warp {
-        uint32_t all = 0;         // its lanes
-        uint32_t ready = 0;       // lanes that can go on, from `point` of each
-        uint32_t barrier = 0;     // lanes that wait at one
-        uint32_t exchange = 0;    // lanes that wait for others of the warp
-        uint32_t ids[16] = {};    // of `barrier`, by the number of the barrier
-        bool isAtBarrier = false; // all of them, in rounds
-    };
-    struct Barrier {
-        uint32_t arrived = 0, expected = 0; // expected 0: all that live
-        uint32_t all = 1, any = 0, count = 0;
-        uint32_t reduction = 0;
+        uint32_t all = 0;                        // its lanes
+        uint32_t ready = 0;                      // lanes that can go on, from `point` of each
+        uint32_t barrier = 0;                    // lanes that wait at one
+        uint32_t exchange = 0;                   // lanes that wait for others of the warp
+        uint32_t ids[BlockBarrier::kCount] = {}; // of `barrier`, by the number of the barrier
+        bool isAtBarrier = false;                // all of them, in rounds
     };
 
     void start(const devlib::KernelThread& prototype);
@@ -38,6 +34,7 @@ private:
     bool runWhole(size_t warp, uint32_t& barrier);
     void runApart();
     void part(size_t warp);
+    static void notePause(devlib::LockstepWarp& warp);
     uint32_t runLanes(size_t warp, uint32_t point, uint32_t lanes);
     bool runReady(size_t warp);
     bool onlySpin(size_t warp, uint32_t lanes) const;
@@ -54,7 +51,7 @@ private:
     std::vector<devlib::KernelThread> threads_;
     std::vector<uint8_t> frames_;
     std::vector<Warp> states_;
-    std::array<Barrier, 16> barriers_;
+    std::array<BlockBarrier, BlockBarrier::kCount> barriers_;
     FaultFrame frame_;
     size_t runningWarp_ = 0;
     uint32_t runningLanes_ = 0;
