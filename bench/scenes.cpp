@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scenes.h"
 
+#include "launch_rays.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -226,6 +228,26 @@ std::vector<Ray> secondaryRays(const std::vector<Ray>& primary, const std::vecto
         rays.push_back({{p.x, p.y, p.z}, 1e-3f * aoRadius, {d.x, d.y, d.z}, length});
     }
     return rays;
+}
+
+std::vector<float> movedVertices(const Mesh& mesh) {
+    float low = 1e30f, high = -1e30f;
+    for (const float x : mesh.vertices) {
+        low = std::min(low, x);
+        high = std::max(high, x);
+    }
+    const float size = high - low, wave = 20 / size;
+    std::vector<float> moved = mesh.vertices;
+    for (size_t i = 0; i < mesh.vertices.size(); ++i) {
+        const size_t other = i / 3 * 3 + (i + 1) % 3;
+        moved[i] += 0.03f * size * std::sin(mesh.vertices[other] * wave + float(i % 3));
+    }
+    moved.resize(moved.size() + 4); // Embree reads 16 bytes at the last vertex
+    return moved;
+}
+
+float timeOf(size_t ray) {
+    return timeOfRay(unsigned(ray));
 }
 
 Mesh makeRock(uint32_t triangles) {

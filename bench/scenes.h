@@ -60,6 +60,13 @@ std::vector<Ray> secondaryRays(const Mesh& mesh, const std::vector<Ray>& primary
 std::vector<Ray> secondaryRays(const std::vector<Ray>& primary, const std::vector<Surfel>& points,
                                float aoRadius, RayKind kind);
 
+// The vertices at a second motion key: waves through the scene, of 3 percent of its size, so that
+// neighbours move alike.
+std::vector<float> movedVertices(const Mesh& mesh);
+
+// Times of rays: spread over [0, 1] without order.
+float timeOf(size_t ray);
+
 // A rock of about `triangles` triangles around the origin, its radius near 1.
 Mesh makeRock(uint32_t triangles);
 

@@ -90,29 +90,6 @@ bvh::TriangleInput inputOf(const Mesh& mesh, const MeshMemory& memory) {
     return input;
 }
 
-// The vertices at a second motion key: waves through the scene, of 3 percent of its size, so that
-// neighbours move alike.
-std::vector<float> movedVertices(const Mesh& mesh) {
-    float low = 1e30f, high = -1e30f;
-    for (const float x : mesh.vertices) {
-        low = std::min(low, x);
-        high = std::max(high, x);
-    }
-    const float size = high - low, wave = 20 / size;
-    std::vector<float> moved = mesh.vertices;
-    for (size_t i = 0; i < mesh.vertices.size(); ++i) {
-        const size_t other = i / 3 * 3 + (i + 1) % 3;
-        moved[i] += 0.03f * size * std::sin(mesh.vertices[other] * wave + float(i % 3));
-    }
-    moved.resize(moved.size() + 4); // Embree reads 16 bytes at the last vertex
-    return moved;
-}
-
-// Times of rays: spread over [0, 1] without order.
-float timeOf(size_t ray) {
-    return timeOfRay(unsigned(ray));
-}
-
 RTCScene embreeScene(RTCDevice device, const Mesh& mesh, const MeshMemory& memory,
                       const std::vector<float>& moved) {
     RTCScene scene = rtcNewScene(device);

@@ -108,6 +108,8 @@ private:
 
     // The bar of a row, and whether it is met; empty: there is none.
     std::string judge(const Key& key, const Pair& pair) {
+        if (has(key.scene, "moving"))
+            return "";
         const bool fastTrace = has(key.scene, "fast trace");
         if (pair.unit == "Mrays/s") {
             if (!fastTrace && pair.ratio() > 0) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Device programs of bench_gpu: one launch index traces one ray of an array and stores what it hit.
-// With BENCH_INSTANCES a third payload value carries the instance.
+// With BENCH_INSTANCES a third payload value carries the instance; with BENCH_MOTION rays have
+// times.
 #include "programs.h"
 
 #include <optix.h>
@@ -9,13 +10,21 @@ extern "C" {
 __constant__ GpuRaysParams params;
 }
 
+static __forceinline__ __device__ float timeOf(unsigned int ray) {
+#ifdef BENCH_MOTION
+    return params.times[ray];
+#else
+    return 0.0f;
+#endif
+}
+
 static __forceinline__ __device__ void closest(unsigned int flags) {
     const unsigned int i = optixGetLaunchIndex().x;
     const GpuRay ray = params.rays[i];
     unsigned int t = __float_as_uint(-1.0f), primitive = ~0u;
     optixTrace(params.handle, make_float3(ray.ox, ray.oy, ray.oz),
-               make_float3(ray.dx, ray.dy, ray.dz), ray.tmin, ray.tmax, 0.0f, 255, flags, 0, 1, 0,
-               t, primitive);
+               make_float3(ray.dx, ray.dy, ray.dz), ray.tmin, ray.tmax, timeOf(i), 255, flags, 0, 1,
+               0, t, primitive);
     params.hits[i].t = __uint_as_float(t);
     params.hits[i].primitive = primitive;
 }
@@ -25,7 +34,7 @@ static __forceinline__ __device__ void any(unsigned int flags) {
     const GpuRay ray = params.rays[i];
     unsigned int occluded = 1;
     optixTrace(params.handle, make_float3(ray.ox, ray.oy, ray.oz),
-               make_float3(ray.dx, ray.dy, ray.dz), ray.tmin, ray.tmax, 0.0f, 255,
+               make_float3(ray.dx, ray.dy, ray.dz), ray.tmin, ray.tmax, timeOf(i), 255,
                flags | OPTIX_RAY_FLAG_TERMINATE_ON_FIRST_HIT | OPTIX_RAY_FLAG_DISABLE_CLOSESTHIT, 0,
                1, 0, occluded);
     params.hits[i].primitive = occluded;
@@ -50,7 +59,7 @@ extern "C" __global__ void __raygen__closest_instance() {
     const GpuRay ray = params.rays[i];
     unsigned int t = __float_as_uint(-1.0f), primitive = ~0u, instance = ~0u;
     optixTrace(params.handle, make_float3(ray.ox, ray.oy, ray.oz),
-               make_float3(ray.dx, ray.dy, ray.dz), ray.tmin, ray.tmax, 0.0f, 255,
+               make_float3(ray.dx, ray.dy, ray.dz), ray.tmin, ray.tmax, timeOf(i), 255,
                OPTIX_RAY_FLAG_DISABLE_ANYHIT, 0, 1, 0, t, primitive, instance);
     params.hits[i].t = __uint_as_float(t);
     params.hits[i].primitive = primitive;

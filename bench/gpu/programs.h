@@ -18,4 +18,5 @@ struct GpuRaysParams {
     GpuHit* hits;
     unsigned long long handle;
     const float* spheres; // centre and radius of each custom primitive
+    const float* times;   // of each ray, where things move
 };

@@ -13,6 +13,13 @@
 namespace bench {
 namespace {
 
+std::vector<float> timesOf(size_t count) {
+    std::vector<float> times(count);
+    for (size_t i = 0; i < count; ++i)
+        times[i] = timeOf(i);
+    return times;
+}
+
 class WorldBench {
 public:
     WorldBench(OptixDeviceContext context, const World& world, const Settings& settings,
@@ -53,31 +60,39 @@ public:
         const Built built = device_.build(world_.buildFlags | OPTIX_BUILD_FLAG_ALLOW_COMPACTION, 1);
         const std::vector<Ray> primary =
             primaryRays(world_.mesh, settings_.width, settings_.height);
+        const std::vector<float> times = timesOf(primary.size());
         const std::vector<GpuHit> first =
-            trace(tracer, built, RayQuery::kClosest, primary, "primary");
+            trace(tracer, built, RayQuery::kClosest, primary, times, "primary");
         std::vector<Surfel> points(primary.size());
         for (size_t i = 0; i < points.size(); ++i)
-            points[i] = world_.surfel(primary[i], first[i]);
+            points[i] = world_.surfel(primary[i], first[i], times[i]);
+        // A ray from a hit has its time.
+        std::vector<float> later;
+        for (size_t i = 0; i < points.size(); ++i)
+            if (points[i].hit)
+                later.push_back(times[i]);
         for (const auto& [kind, query, name] :
              {std::tuple{RayKind::kShadow, RayQuery::kAny, "shadow"},
               std::tuple{RayKind::kAmbientOcclusion, RayQuery::kAny, "AO"},
               std::tuple{RayKind::kDiffuse, RayQuery::kClosest, "diffuse"}})
             trace(tracer, built, query, secondaryRays(primary, points, world_.mesh.aoRadius, kind),
-                  name);
+                  later, name);
     }
 
 private:
     // Returns the first library's hits.
     std::vector<GpuHit> trace(Tracer& tracer, const Built& built, RayQuery query,
-                              const std::vector<Ray>& rays, const char* what) {
+                              const std::vector<Ray>& rays, const std::vector<float>& times,
+                              const char* what) {
         static_assert(sizeof(Ray) == sizeof(GpuRay));
         if (rays.empty())
             throw std::runtime_error(world_.name + ": no rays of kind " + what);
-        DeviceBuffer deviceRays, deviceHits(rays.size() * sizeof(GpuHit));
+        DeviceBuffer deviceRays, deviceTimes, deviceHits(rays.size() * sizeof(GpuHit));
         deviceRays.upload(rays);
+        deviceTimes.upload(times);
         CUDA_CHECK(cudaMemset(deviceHits.data(), 0, deviceHits.size()));
         tracer.prepare({deviceRays.as<GpuRay>(), deviceHits.as<GpuHit>(), built.handle,
-                        device_.spheres().as<float>()});
+                        device_.spheres().as<float>(), deviceTimes.as<float>()});
         tracer.queue(query, rays.size());
         CUDA_CHECK(cudaDeviceSynchronize());
         const double ms =

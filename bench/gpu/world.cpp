@@ -10,12 +10,14 @@
 // The PTX of programs.cu, built into this program.
 std::string_view gpu_bench_ptx();
 std::string_view gpu_bench_instances_ptx();
+std::string_view gpu_bench_motion_ptx();
 
 namespace bench {
 
 uint32_t World::count() const {
     switch (kind) {
     case WorldKind::kInstances:
+    case WorldKind::kMovingInstances:
         return uint32_t(matrices.size() / 12);
     case WorldKind::kSpheres:
         return uint32_t(spheres.size() / 4);
@@ -24,7 +26,7 @@ uint32_t World::count() const {
     }
 }
 
-Surfel World::surfel(const Ray& ray, const GpuHit& hit) const {
+Surfel World::surfel(const Ray& ray, const GpuHit& hit, float time) const {
     Surfel s = {hit.primitive != ~0u, hit.t, {}};
     if (!s.hit)
         return s;
@@ -36,16 +38,20 @@ Surfel World::surfel(const Ray& ray, const GpuHit& hit) const {
     }
     float edges[2][3];
     const uint32_t* index = &mesh.indices[3 * size_t(hit.primitive)];
+    const auto coordinate = [&](int corner, int k) {
+        const size_t i = 3 * size_t(index[corner]) + size_t(k);
+        return later.empty() ? mesh.vertices[i]
+                             : mesh.vertices[i] * (1 - time) + later[i] * time;
+    };
     for (int e = 0; e < 2; ++e)
         for (int k = 0; k < 3; ++k)
-            edges[e][k] = mesh.vertices[3 * size_t(index[e + 1]) + size_t(k)] -
-                          mesh.vertices[3 * size_t(index[0]) + size_t(k)];
+            edges[e][k] = coordinate(e + 1, k) - coordinate(0, k);
     float normal[3];
     for (int k = 0; k < 3; ++k)
         normal[k] = edges[0][(k + 1) % 3] * edges[1][(k + 2) % 3] -
                     edges[0][(k + 2) % 3] * edges[1][(k + 1) % 3];
     // Scales are uniform, so that normals turn like vectors.
-    const float* m = kind == WorldKind::kInstances ? &matrices[12 * size_t(hit.instance)] : nullptr;
+    const float* m = isOfInstances(kind) ? &matrices[12 * size_t(hit.instance)] : nullptr;
     for (int k = 0; k < 3; ++k)
         s.normal[k] = m ? m[4 * k] * normal[0] + m[4 * k + 1] * normal[1] + m[4 * k + 2] * normal[2]
                         : normal[k];
@@ -55,7 +61,8 @@ Surfel World::surfel(const Ray& ray, const GpuHit& hit) const {
 const std::vector<std::string>& worldNames() {
     static const std::vector<std::string> names = {
         "terrain 2 M",  "soup 1 M",        "long thin 1 M",      "long thin 1 M, fast trace",
-        "spheres 10 M", "100 k instances", "1 M custom spheres", "leaves 1 M, any-hit"};
+        "spheres 10 M", "100 k instances", "1 M custom spheres", "leaves 1 M, any-hit",
+        "moving triangles 1 M", "100 k moving instances"};
     return names;
 }
 
@@ -80,8 +87,14 @@ World makeWorld(const std::string& name, double scale) {
     case 4:
         world.mesh = makeScene(SceneKind::kSpheres, some(1e7));
         break;
+    case 8:
+        world.kind = WorldKind::kMovingTriangles;
+        world.mesh = makeScene(SceneKind::kTerrain, some(1e6));
+        world.later = movedVertices(world.mesh);
+        break;
     case 5:
-        world.kind = WorldKind::kInstances;
+    case 9:
+        world.kind = number == 5 ? WorldKind::kInstances : WorldKind::kMovingInstances;
         world.mesh = makeRock(4000);
         world.matrices = scatter(some(1e5));
         break;
@@ -100,7 +113,9 @@ World makeWorld(const std::string& name, double scale) {
 }
 
 DeviceWorld::DeviceWorld(OptixDeviceContext context, const World& world) : context_(context) {
-    if (world.kind == WorldKind::kInstances)
+    if (moves(world.kind))
+        motion_ = {2, OPTIX_MOTION_FLAG_NONE, 0, 1};
+    if (isOfInstances(world.kind))
         describeInstances(context, world);
     else if (world.kind == WorldKind::kSpheres)
         describeSpheres(world);
@@ -111,10 +126,14 @@ DeviceWorld::DeviceWorld(OptixDeviceContext context, const World& world) : conte
 void DeviceWorld::describeTriangles(const World& world) {
     vertices_.upload(world.mesh.vertices);
     indices_.upload(world.mesh.indices);
-    address_ = vertices_.address();
+    addresses_[0] = vertices_.address();
+    if (!world.later.empty()) {
+        later_.upload(world.later);
+        addresses_[1] = later_.address();
+    }
     input_.type = OPTIX_BUILD_INPUT_TYPE_TRIANGLES;
     OptixBuildInputTriangleArray& t = input_.triangleArray;
-    t.vertexBuffers = &address_;
+    t.vertexBuffers = addresses_;
     t.numVertices = world.mesh.numVertices();
     t.vertexFormat = OPTIX_VERTEX_FORMAT_FLOAT3;
     t.indexBuffer = indices_.address();
@@ -130,16 +149,56 @@ void DeviceWorld::describeInstances(OptixDeviceContext context, const World& wor
     child_ = std::make_unique<DeviceWorld>(context, rock);
     childStructure_ = child_->build(OPTIX_BUILD_FLAG_ALLOW_COMPACTION, 1);
     std::vector<OptixInstance> records(world.count());
+    std::vector<OptixTraversableHandle> children(records.size(), childStructure_.handle);
+    if (world.kind == WorldKind::kMovingInstances)
+        children = makeTransforms(records.size());
     for (size_t i = 0; i < records.size(); ++i) {
         std::memcpy(records[i].transform, &world.matrices[12 * i], sizeof(records[i].transform));
         records[i].instanceId = unsigned(i);
         records[i].visibilityMask = 255;
-        records[i].traversableHandle = childStructure_.handle;
+        records[i].traversableHandle = children[i];
     }
     instances_.upload(records);
     input_.type = OPTIX_BUILD_INPUT_TYPE_INSTANCES;
     input_.instanceArray.instances = instances_.address();
     input_.instanceArray.numInstances = world.count();
+}
+
+// By turns a matrix that shifts the child by half its radius, and one that also turns it by a third
+// of a right angle.
+std::vector<OptixTraversableHandle> DeviceWorld::makeTransforms(size_t count) {
+    constexpr size_t kStride = (sizeof(OptixSRTMotionTransform) + 63) / 64 * 64;
+    std::vector<unsigned char> bytes(count * kStride);
+    constexpr float kSine = 0.258819f, kCosine = 0.965926f; // of half the angle
+    for (size_t i = 0; i < count; ++i) {
+        unsigned char* const to = bytes.data() + i * kStride;
+        if (i % 2 == 0) {
+            OptixMatrixMotionTransform matrix = {};
+            matrix.child = childStructure_.handle;
+            matrix.motionOptions = motion_;
+            for (int key = 0; key < 2; ++key)
+                for (int k = 0; k < 3; ++k)
+                    matrix.transform[key][5 * k] = 1;
+            matrix.transform[1][3 + 4 * (i / 2 % 3)] = 0.5f;
+            std::memcpy(to, &matrix, sizeof(matrix));
+        } else {
+            OptixSRTMotionTransform srt = {};
+            srt.child = childStructure_.handle;
+            srt.motionOptions = motion_;
+            srt.srtData[0] = {1, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0};
+            srt.srtData[1] = {1, 0, 0, 0, 1, 0, 0, 1, 0, 0, kSine, 0, kCosine, 0.5f, 0, 0};
+            std::memcpy(to, &srt, sizeof(srt));
+        }
+    }
+    transforms_.upload(bytes);
+    std::vector<OptixTraversableHandle> handles(count);
+    for (size_t i = 0; i < count; ++i)
+        OPTIX_CHECK(optixConvertPointerToTraversableHandle(
+            context_, transforms_.address() + i * kStride,
+            i % 2 ? OPTIX_TRAVERSABLE_TYPE_SRT_MOTION_TRANSFORM
+                  : OPTIX_TRAVERSABLE_TYPE_MATRIX_MOTION_TRANSFORM,
+            &handles[i]));
+    return handles;
 }
 
 void DeviceWorld::describeSpheres(const World& world) {
@@ -152,10 +211,10 @@ void DeviceWorld::describeSpheres(const World& world) {
     }
     boxes_.upload(boxes);
     spheres_.upload(world.spheres);
-    address_ = boxes_.address();
+    addresses_[0] = boxes_.address();
     input_.type = OPTIX_BUILD_INPUT_TYPE_CUSTOM_PRIMITIVES;
     OptixBuildInputCustomPrimitiveArray& c = input_.customPrimitiveArray;
-    c.aabbBuffers = &address_;
+    c.aabbBuffers = addresses_;
     c.numPrimitives = world.count();
     c.flags = &flags_;
     c.numSbtRecords = 1;
@@ -165,6 +224,7 @@ Built DeviceWorld::build(unsigned flags, int repeats) {
     Built built;
     OptixAccelBuildOptions options = {};
     options.buildFlags = flags;
+    options.motionOptions = motion_;
     options.operation = OPTIX_BUILD_OPERATION_BUILD;
     OPTIX_CHECK(optixAccelComputeMemoryUsage(context_, &options, &input_, 1, &built.sizes));
     DeviceBuffer temp(built.sizes.tempSizeInBytes), size(sizeof(uint64_t));
@@ -190,6 +250,7 @@ Built DeviceWorld::build(unsigned flags, int repeats) {
 double DeviceWorld::update(unsigned flags, int repeats) {
     OptixAccelBuildOptions options = {};
     options.buildFlags = flags | OPTIX_BUILD_FLAG_ALLOW_UPDATE;
+    options.motionOptions = motion_;
     options.operation = OPTIX_BUILD_OPERATION_UPDATE;
     Built built = build(options.buildFlags, 1);
     DeviceBuffer temp(built.sizes.tempUpdateSizeInBytes);
@@ -200,16 +261,29 @@ double DeviceWorld::update(unsigned flags, int repeats) {
     });
 }
 
+namespace {
+
+std::string_view ptxFor(WorldKind kind) {
+    return moves(kind)                     ? gpu_bench_motion_ptx()
+           : kind == WorldKind::kInstances ? gpu_bench_instances_ptx()
+                                           : gpu_bench_ptx();
+}
+
+unsigned graphFlagsFor(WorldKind kind) {
+    return kind == WorldKind::kMovingInstances ? OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_ANY
+           : kind == WorldKind::kInstances
+               ? OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_LEVEL_INSTANCING
+               : OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS;
+}
+
+} // namespace
+
 Tracer::Tracer(OptixDeviceContext context, WorldKind kind)
-    : program_(context, kind == WorldKind::kInstances ? gpu_bench_instances_ptx() : gpu_bench_ptx(),
-               kind == WorldKind::kInstances ? 3 : 2, 2,
+    : program_(context, ptxFor(kind), isOfInstances(kind) ? 3 : 2, 2,
                unsigned(kind == WorldKind::kSpheres ? OPTIX_PRIMITIVE_TYPE_FLAGS_CUSTOM
                                                     : OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE),
-               "params",
-               kind == WorldKind::kInstances
-                   ? OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_LEVEL_INSTANCING
-                   : OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS) {
-    const bool instances = kind == WorldKind::kInstances, leaves = kind == WorldKind::kLeaves;
+               "params", graphFlagsFor(kind), false, moves(kind)) {
+    const bool instances = isOfInstances(kind), leaves = kind == WorldKind::kLeaves;
     const SbtRecord<NoData> records[] = {
         makeRecord(program_.addRaygen(instances ? "__raygen__closest_instance"
                                       : leaves  ? "__raygen__closest_cutout"
@@ -220,7 +294,7 @@ Tracer::Tracer(OptixDeviceContext context, WorldKind kind)
             instances ? "__closesthit__store_instance" : "__closesthit__store",
             leaves ? "__anyhit__cutout" : nullptr,
             kind == WorldKind::kSpheres ? "__intersection__sphere" : nullptr))};
-    pipeline_ = program_.link(1, instances ? 2 : 1);
+    pipeline_ = program_.link(1, instances ? (moves(kind) ? 3 : 2) : 1);
     records_.upload(records, sizeof(records));
     params_.allocate(sizeof(GpuRaysParams));
     constexpr unsigned kStride = sizeof(records[0]);

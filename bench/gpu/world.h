@@ -11,7 +11,21 @@
 
 namespace bench {
 
-enum class WorldKind { kTriangles, kLeaves, kInstances, kSpheres };
+enum class WorldKind {
+    kTriangles,
+    kLeaves,
+    kInstances,
+    kSpheres,
+    kMovingTriangles, // with two motion keys
+    kMovingInstances, // with a motion transform below each
+};
+// Whether rays have times.
+inline bool moves(WorldKind kind) {
+    return kind == WorldKind::kMovingTriangles || kind == WorldKind::kMovingInstances;
+}
+inline bool isOfInstances(WorldKind kind) {
+    return kind == WorldKind::kInstances || kind == WorldKind::kMovingInstances;
+}
 
 // A scene in host memory.
 struct World {
@@ -20,11 +34,12 @@ struct World {
     Mesh mesh;                   // with the camera; empty for spheres
     std::vector<float> matrices; // of instances: rows of 3 x 4
     std::vector<float> spheres;  // centres and radii
+    std::vector<float> later;    // vertices at the second motion key
     unsigned buildFlags = 0;     // of the structure that rays meet
 
     uint32_t count() const; // of triangles, instances or spheres
-    // Where the ray met the scene, with a normal.
-    Surfel surfel(const Ray& ray, const GpuHit& hit) const;
+    // Where the ray met the scene, with a normal (of what turns, that at the first key).
+    Surfel surfel(const Ray& ray, const GpuHit& hit, float time) const;
 };
 
 // `scale`: of the number of primitives; 1 is what the tables show.
@@ -55,10 +70,13 @@ private:
     void describeTriangles(const World& world);
     void describeInstances(OptixDeviceContext context, const World& world);
     void describeSpheres(const World& world);
+    // Handles of a motion transform for each instance, above the child.
+    std::vector<OptixTraversableHandle> makeTransforms(size_t count);
 
     OptixDeviceContext context_;
-    DeviceBuffer vertices_, indices_, boxes_, spheres_, instances_;
-    CUdeviceptr address_ = 0;
+    DeviceBuffer vertices_, later_, indices_, boxes_, spheres_, instances_, transforms_;
+    CUdeviceptr addresses_[2] = {};
+    OptixMotionOptions motion_ = {};
     unsigned flags_ = OPTIX_GEOMETRY_FLAG_NONE;
     OptixBuildInput input_ = {};
     std::unique_ptr<DeviceWorld> child_; // what instances show

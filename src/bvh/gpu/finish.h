@@ -2,8 +2,7 @@
 // Last steps: the primitives' records and the header; compaction and what a build reports.
 #pragma once
 
-#include "bvh/gpu/motion_references.h"
-#include "bvh/gpu/shapes.h"
+#include "bvh/gpu/moving_shapes.h"
 
 namespace sunstone::bvh::gpu {
 
@@ -47,13 +46,16 @@ SUNSTONE_BUILDER void writeRecords(const BuildJob& job) {
             at<uint32_t>(job.records)[i] = primitive;
             continue;
         }
-        if (!kMotion && job.type == BlockType::kShapes) {
-            Bounds unused;
-            writeShapeRecord(job, i, wordOfReference(job, reference), unused);
+        Bounds unused;
+        if (job.type == BlockType::kShapes) {
+            const uint32_t word = wordOfReference(job, reference);
+            if (kMotion)
+                writeMovingShapeRecord(job, i, word, unused);
+            else
+                writeShapeRecord(job, i, word, unused);
             continue;
         }
         const InputPlace from = placeOfPrimitive(job, primitive);
-        Bounds unused;
         if (kMotion)
             writeMovingRecord(job, i, from, job.keepInactive, unused);
         else
@@ -94,11 +96,13 @@ SUNSTONE_BUILDER void reportFailure(uint64_t report, uint64_t block, uint32_t fa
 SUNSTONE_BUILDER void describeContents(BlockHeader& header, const Counters& counters) {
     const bool any = counters.numActive != 0;
     header.numActive = counters.numActive;
-    header.root = any ? 0 : kNoNode;
+    float largest = 0;
     for (int a = 0; a < 3; ++a) {
         header.lower[a] = any ? fromOrdered(~counters.lower[a]) : __builtin_inff();
         header.upper[a] = any ? fromOrdered(counters.upper[a]) : -__builtin_inff();
+        largest = larger(largest, larger(magnitude(header.lower[a]), magnitude(header.upper[a])));
     }
+    header.root = any ? (bitsOf(largest) >> 23) + 1 : kNoNode;
 }
 
 // The header is complete only with its magic number.
