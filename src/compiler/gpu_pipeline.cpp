@@ -27,6 +27,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstring>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -88,7 +89,7 @@ public:
         chooseKernel();
         for (const Dispatcher& dispatcher : dispatchers())
             define(dispatcher);
-        defineCallableFacts();
+        defineGroupFacts();
         defineConstants();
         link();
         makeKernel();
@@ -363,40 +364,50 @@ private:
         }
     }
 
-    // For debug exceptions: sunstone_gpu_callableWords and -Name, by 2 * group + continuation.
-    void defineCallableFacts() {
+    // A function of a number: what is known of it, else `none`.
+    using Facts = std::map<uint32_t, llvm::Value*>;
+    void defineFacts(const char* name, llvm::Value* none, const Facts& facts) {
         llvm::IRBuilder<> builder(unit_.context());
-        const auto make = [&](const char* name, llvm::Value* none, const auto& factOf) {
-            auto* function = llvm::Function::Create(
-                llvm::FunctionType::get(none->getType(), {builder.getInt32Ty()}, false),
-                llvm::GlobalValue::ExternalLinkage, name, unit_.module());
-            function->addFnAttr(llvm::Attribute::NoUnwind);
-            auto* entry = llvm::BasicBlock::Create(unit_.context(), "", function);
-            auto* other = llvm::BasicBlock::Create(unit_.context(), "none", function);
-            builder.SetInsertPoint(other);
-            builder.CreateRet(none);
-            builder.SetInsertPoint(entry);
-            auto* choice = builder.CreateSwitch(function->getArg(0), other);
-            std::set<uint32_t> numbers; // a group may be given twice
-            for (const GpuGroup& group : request_.groups)
-                for (uint32_t kind = 0; kind < 2; ++kind) {
-                    const uint32_t number = 2 * group.number + kind;
-                    if (group.callables[kind].name.empty() || !numbers.insert(number).second)
-                        continue;
-                    auto* block = llvm::BasicBlock::Create(unit_.context(), "", function);
-                    builder.SetInsertPoint(block);
-                    builder.CreateRet(factOf(group.callables[kind]));
-                    choice->addCase(builder.getInt32(number), block);
-                }
-        };
-        make("sunstone_gpu_callableWords", builder.getInt32(0),
-             [&](const GpuGroup::Callable& callable) {
-                 return builder.getInt32(callable.parameterWords);
-             });
-        make("sunstone_gpu_callableName", llvm::ConstantPointerNull::get(builder.getPtrTy()),
-             [&](const GpuGroup::Callable& callable) {
-                 return builder.CreateGlobalString(callable.name);
-             });
+        auto* function = llvm::Function::Create(
+            llvm::FunctionType::get(none->getType(), {builder.getInt32Ty()}, false),
+            llvm::GlobalValue::ExternalLinkage, name, unit_.module());
+        function->addFnAttr(llvm::Attribute::NoUnwind);
+        auto* entry = llvm::BasicBlock::Create(unit_.context(), "", function);
+        auto* other = llvm::BasicBlock::Create(unit_.context(), "none", function);
+        builder.SetInsertPoint(other);
+        builder.CreateRet(none);
+        builder.SetInsertPoint(entry);
+        auto* choice = builder.CreateSwitch(function->getArg(0), other);
+        for (const auto& [number, fact] : facts) {
+            auto* block = llvm::BasicBlock::Create(unit_.context(), "", function);
+            builder.SetInsertPoint(block);
+            builder.CreateRet(fact);
+            choice->addCase(builder.getInt32(number), block);
+        }
+    }
+
+    // For debug exceptions: of callables, by 2 * group + continuation; of built-in intersections.
+    void defineGroupFacts() {
+        llvm::IRBuilder<> builder(unit_.context());
+        Facts words, names, builtins; // a group may be given twice
+        for (const GpuGroup& group : request_.groups) {
+            for (uint32_t kind = 0; kind < 2; ++kind) {
+                const GpuGroup::Callable& callable = group.callables[kind];
+                if (callable.name.empty())
+                    continue;
+                const uint32_t number = 2 * group.number + kind;
+                words.emplace(number, builder.getInt32(callable.parameterWords));
+                if (!names.contains(number))
+                    names[number] = builder.CreateGlobalString(callable.name, "", 0,
+                                                               &unit_.module());
+            }
+            if (group.builtin)
+                builtins.emplace(group.number, builder.getInt32(group.builtin));
+        }
+        defineFacts("sunstone_gpu_callableWords", builder.getInt32(0), words);
+        defineFacts("sunstone_gpu_callableName",
+                    llvm::ConstantPointerNull::get(builder.getPtrTy()), names);
+        defineFacts("sunstone_gpu_builtin", builder.getInt32(0), builtins);
     }
 
     // A dispatcher's call of a program, or of a part of one, and the result.
@@ -531,7 +542,7 @@ std::string keyOf(const GpuPipelineRequest& request) {
     for (const GpuGroup& group : request.groups)
         for (const size_t value :
              {size_t(group.number), size_t(group.kind), group.main, group.anyHit,
-              group.intersection, group.direct, group.continuation})
+              group.intersection, group.direct, group.continuation, size_t(group.builtin)})
             digest.add(uint64_t(value));
     for (const auto& [name, value] : request.constants) {
         digest.add(name);

@@ -30,6 +30,7 @@ struct GpuGroup {
         uint32_t parameterWords = 0;
     };
     Callable callables[2] = {};
+    uint32_t builtin = 0; // of hit groups: GroupEntry::builtinPrimitive, for debug exceptions
 };
 
 struct GpuPipelineRequest {

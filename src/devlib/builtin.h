@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // GroupEntry::builtinPrimitive: the number of an OptixPrimitiveType and, from bit 16 on, what the
-// built-in intersection was asked for (OptixBuiltinISOptions). 0: the group has none.
+// built-in intersection was asked for (OptixBuiltinISOptions). 0: the group has none. Whether a
+// group fits a structure is the same on CPUs and GPUs.
 #pragma once
+
+#include "bvh/curves.h"
+#include "bvh/input_lookup.h"
 
 #include <cstdint>
 
@@ -21,6 +25,38 @@ inline uint32_t primitiveOfBuiltin(uint32_t packed) {
 }
 inline uint32_t traitsOfBuiltin(uint32_t packed) {
     return packed >> 16;
+}
+
+// The rest of what a built-in intersection of curves or spheres is asked for. A preference that was
+// not stated fits all, and so does motion that the structure has not.
+inline bool fitsTraits(uint32_t traits, const bvh::BlockHeader& block, uint32_t sbtGasIndex) {
+    constexpr uint32_t kPreferences = kBuiltinFastTrace | kBuiltinFastBuild;
+    static_assert(kPreferences == (bvh::kOptionFastTrace | bvh::kOptionFastBuild));
+    const uint32_t preference = traits & kPreferences;
+    if (preference != 0 && preference != (block.options & kPreferences))
+        return false;
+    if (bvh::isMoving(block.type) && !(traits & kBuiltinMotion))
+        return false;
+    const bvh::InputRecord* input = bvh::inputWithSbtIndex(block, sbtGasIndex);
+    return !bvh::isCurveBasis(block.shape) || !input ||
+           bvh::hasEndcaps(*input) == ((traits & kBuiltinEndcaps) != 0);
+}
+
+// Whether a hit group is one for the primitives of a structure (or of none).
+inline bool fitsBuiltin(uint32_t packed, const bvh::BlockHeader* block, uint32_t sbtGasIndex) {
+    constexpr uint32_t kTriangle = 0x2531; // OPTIX_PRIMITIVE_TYPE_TRIANGLE
+    const uint32_t primitive = primitiveOfBuiltin(packed);
+    if (!block)
+        return true;
+    switch (bvh::kindOf(block->type)) {
+    case bvh::BlockType::kShapes:
+        return primitive == block->shape &&
+               fitsTraits(traitsOfBuiltin(packed), *block, sbtGasIndex);
+    case bvh::BlockType::kTriangles:
+        return primitive == 0 || primitive == kTriangle;
+    default:
+        return primitive == 0;
+    }
 }
 
 } // namespace sunstone::devlib

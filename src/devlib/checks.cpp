@@ -3,7 +3,6 @@
 
 #include "base/readable.h"
 #include "bvh/build.h"
-#include "bvh/curves.h"
 #include "bvh/input_lookup.h"
 #include "bvh/layout.h"
 #include "devlib/builtin.h"
@@ -57,21 +56,6 @@ void raiseWithoutPath(RayState* state, int32_t code, const ExceptionInfo& info) 
     raise(state, code, &info);
 }
 
-// The rest of what a built-in intersection of curves or spheres is asked for. A preference that was
-// not stated fits all, and so does motion that the structure has not.
-bool fitsTraits(uint32_t traits, const bvh::BlockHeader& block, uint32_t sbtGasIndex) {
-    constexpr uint32_t kPreferences = kBuiltinFastTrace | kBuiltinFastBuild;
-    static_assert(kPreferences == (bvh::kOptionFastTrace | bvh::kOptionFastBuild));
-    const uint32_t preference = traits & kPreferences;
-    if (preference != 0 && preference != (block.options & kPreferences))
-        return false;
-    if (bvh::isMoving(block.type) && !(traits & kBuiltinMotion))
-        return false;
-    const bvh::InputRecord* input = bvh::inputWithSbtIndex(block, sbtGasIndex);
-    return !bvh::isCurveBasis(block.shape) || !input ||
-           bvh::hasEndcaps(*input) == ((traits & kBuiltinEndcaps) != 0);
-}
-
 void checkFinite(RayState* state) {
     ExceptionInfo info{};
     for (int i = 0; i < 3; ++i) {
@@ -110,19 +94,7 @@ void checkRay(RayState* state) {
 }
 
 bool fitsBuiltin(const GroupEntry& group, const bvh::BlockHeader* block, uint32_t sbtGasIndex) {
-    constexpr uint32_t kTriangle = 0x2531; // OPTIX_PRIMITIVE_TYPE_TRIANGLE
-    const uint32_t primitive = primitiveOfBuiltin(group.builtinPrimitive);
-    if (!block)
-        return true;
-    switch (bvh::kindOf(block->type)) {
-    case bvh::BlockType::kShapes:
-        return primitive == block->shape &&
-               fitsTraits(traitsOfBuiltin(group.builtinPrimitive), *block, sbtGasIndex);
-    case bvh::BlockType::kTriangles:
-        return primitive == 0 || primitive == kTriangle;
-    default:
-        return primitive == 0;
-    }
+    return fitsBuiltin(group.builtinPrimitive, block, sbtGasIndex);
 }
 
 void checkStack(RayState* state) {

@@ -148,6 +148,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         request.groups.push_back({parts.groups[i]->number - first, parts.groups[i]->kind, main,
                                   anyHit, intersection, direct, continuation});
         addCallables(request.groups.back(), *parts.groups[i]);
+        request.groups.back().builtin = parts.groups[i]->builtinPrimitive;
         hasException |= parts.groups[i]->kind == devlib::kGroupException;
     }
     request.constants = {

@@ -4,6 +4,7 @@
 // with the same codes and details. Where the pipeline has no such flag none of it is there.
 #pragma once
 
+#include "devlib/builtin.h"
 #include "devlib/flags.h"
 #include "devlib/gpu/exceptions.h"
 #include "devlib/gpu/getters.h"
@@ -152,6 +153,18 @@ SUNSTONE_DEVICE void checkRecord(RayState* state, int32_t code, uint64_t base, u
     ExceptionInfo info{};
     info.sbtOffset = uint32_t(index);
     raise(state, code, &info);
+}
+
+// Raises unless the hit group is one for the primitives of the structure.
+[[gnu::noinline]] static void checkBuiltinOf(RayState* state, uint32_t group, uint64_t gas,
+                                             uint32_t sbtGasIndex) {
+    if (!fitsBuiltin(sunstone_gpu_builtin(group), blockOf(gas, kTagGas), sbtGasIndex))
+        raise(state, kExceptionBuiltinIsMismatch);
+}
+SUNSTONE_DEVICE void checkBuiltin(RayState* state, uint32_t group, uint64_t gas,
+                                  uint32_t sbtGasIndex) {
+    if (debugging() && group != kNoGroup)
+        checkBuiltinOf(state, group, gas, sbtGasIndex);
 }
 
 SUNSTONE_DEVICE void checkHitKind(RayState* state, uint32_t kind) {

@@ -102,6 +102,7 @@ struct Candidates {
         showPath();
         const uint64_t record = hitRecord(hit.sbtGasIndex, instanceSbtOffset);
         candidateGroup = record ? groupOf(state, record, kGroupHit) : kNoGroup;
+        checkBuiltin(state, candidateGroup, gas, hit.sbtGasIndex);
         hit.record = reinterpret_cast<const void*>(record);
         state->sbtData = dataOf(record);
         for (int i = 0; i < 3; ++i) {
@@ -331,7 +332,9 @@ struct Tracer : Candidates {
         const uint64_t record = hitRecord(best.sbtGasIndex, best.instanceSbtOffset);
         hit.record = reinterpret_cast<const void*>(record);
         state->sbtData = dataOf(record);
-        return record ? groupOf(state, record, kGroupHit) : kNoGroup;
+        const uint32_t group = record ? groupOf(state, record, kGroupHit) : kNoGroup;
+        checkBuiltin(state, group, best.gas, best.sbtGasIndex);
+        return group;
     }
 };
 
