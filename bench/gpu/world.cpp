@@ -11,6 +11,7 @@
 std::string_view gpu_bench_ptx();
 std::string_view gpu_bench_instances_ptx();
 std::string_view gpu_bench_motion_ptx();
+std::string_view gpu_bench_moving_instances_ptx();
 
 namespace bench {
 
@@ -264,9 +265,16 @@ double DeviceWorld::update(unsigned flags, int repeats) {
 namespace {
 
 std::string_view ptxFor(WorldKind kind) {
-    return moves(kind)                     ? gpu_bench_motion_ptx()
-           : kind == WorldKind::kInstances ? gpu_bench_instances_ptx()
-                                           : gpu_bench_ptx();
+    switch (kind) {
+    case WorldKind::kInstances:
+        return gpu_bench_instances_ptx();
+    case WorldKind::kMovingTriangles:
+        return gpu_bench_motion_ptx();
+    case WorldKind::kMovingInstances:
+        return gpu_bench_moving_instances_ptx();
+    default:
+        return gpu_bench_ptx();
+    }
 }
 
 unsigned graphFlagsFor(WorldKind kind) {

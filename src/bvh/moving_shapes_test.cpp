@@ -2,11 +2,7 @@
 // Curves and spheres with motion keys. The judge: a structure without motion of the points as they
 // are at the time.
 #include "base/error.h"
-#include "bvh/curves.h"
-#include "bvh/motion.h"
-#include "bvh/shapes.h"
-#include "bvh/spheres.h"
-#include "bvh/test_meshes.h"
+#include "bvh/test_moving_shapes.h"
 
 #include <gtest/gtest.h>
 
@@ -16,94 +12,6 @@ namespace sunstone::bvh {
 namespace {
 
 using namespace testing;
-
-constexpr uint32_t kShapes[] = {0x2501, 0x2502, 0x2503, 0x2504, kSphereShape};
-constexpr uint32_t kCount = 150;
-
-// Points of primitives that share none, once for each key. Points are those of spheres or curves.
-struct MovingShapes {
-    uint32_t shape, keys;
-    std::vector<std::vector<Vec3>> positions;
-    std::vector<std::vector<float>> radii;
-    std::vector<uint32_t> indices;
-    uint32_t flags = 0;
-    MotionOptions motion;
-
-    MovingShapes(uint32_t kind, uint32_t numKeys, uint32_t seed) : shape(kind), keys(numKeys) {
-        Random random(seed);
-        const uint32_t points = shape == kSphereShape ? 1 : degreeOf(CurveBasis(shape)) + 1;
-        for (uint32_t i = 0; i < kCount; ++i)
-            indices.push_back(i * points);
-        positions.resize(keys);
-        radii.resize(keys);
-        for (uint32_t key = 0; key < keys; ++key)
-            for (uint32_t i = 0; i < kCount; ++i) {
-                const Vec3 place = random.point(1);
-                for (uint32_t k = 0; k < points; ++k) {
-                    positions[key].push_back(place + random.point(0.4f));
-                    radii[key].push_back(random(0.03f, 0.12f));
-                }
-            }
-        motion = {keys, 0, -1, 3};
-    }
-
-    // The primitives between keys, without motion.
-    MovingShapes at(float time) const {
-        MovingShapes still = *this;
-        const KeySegment s = keySegment(keys, motion.begin, motion.end, time);
-        still.keys = 1;
-        still.motion = {};
-        still.positions = {positions[s.key]};
-        still.radii = {radii[s.key]};
-        for (size_t i = 0; i < radii[0].size(); ++i) {
-            for (int a = 0; a < 3; ++a)
-                still.positions[0][i][a] =
-                    between(positions[s.key][i][a], positions[s.key + 1][i][a], s.fraction);
-            still.radii[0][i] = between(radii[s.key][i], radii[s.key + 1][i], s.fraction);
-        }
-        return still;
-    }
-
-    // Calls with inputs that live as long as the call.
-    template <class F>
-    auto with(F&& use) const {
-        std::vector<const void*> p, r;
-        for (uint32_t key = 0; key < keys; ++key) {
-            p.push_back(positions[key].data());
-            r.push_back(radii[key].data());
-        }
-        CurveInput curve;
-        SphereInput sphere;
-        BuildInputs inputs;
-        if (shape == kSphereShape) {
-            sphere.centres = p[0], sphere.keyCentres = p.data();
-            sphere.radii = r[0], sphere.keyRadii = r.data();
-            sphere.numSpheres = kCount;
-            sphere.sbt.flags = &flags;
-            inputs.spheres = {&sphere, 1};
-        } else {
-            curve.basis = shape;
-            curve.vertices = p[0], curve.keyVertices = p.data();
-            curve.radii = r[0], curve.keyRadii = r.data();
-            curve.numVertices = uint32_t(radii[0].size());
-            curve.indices = indices.data();
-            curve.numSegments = kCount;
-            curve.caps = shape != 0x2503;
-            curve.sbt.flags = &flags;
-            inputs.curves = {&curve, 1};
-        }
-        return use(inputs);
-    }
-    Structure structure(BuildOptions options) const {
-        options.motion = motion;
-        return with([&](const BuildInputs& inputs) { return makeStructure(inputs, options); });
-    }
-};
-
-ShapeRay randomRay(Random& random, float time) {
-    const Vec3 o = random.point(1.8f), d = random.unit() * random(0.5f, 2);
-    return {{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, random.below(3) ? 1e30f : random(0.6f, 2), time};
-}
 
 std::set<uint32_t> offered(const void* block, Isa isa, const ShapeRay& ray) {
     std::set<uint32_t> seen;
@@ -125,7 +33,7 @@ struct Tally {
 void compare(const void* moving, const void* still, Isa isa, float time, Random& random,
              Tally& tally) {
     for (int i = 0; i < 150; ++i) {
-        const ShapeRay ray = randomRay(random, time);
+        const ShapeRay ray = randomShapeRay(random, time);
         ShapeHit a{}, b{}, any{};
         const bool hitA = shapeKernels(isa).closest(moving, ray, a);
         const bool hitB = shapeKernels(isa).closest(still, ray, b);
@@ -144,7 +52,7 @@ TEST(MovingShapes, AreThoseOfTheTime) {
     std::vector<BuildOptions> variants(3);
     variants[1].preferFastTrace = true;
     variants[2].preferFastBuild = true;
-    for (const uint32_t shape : kShapes)
+    for (const uint32_t shape : kMovingKinds)
         for (const uint32_t keys : {2u, 3u}) {
             const MovingShapes scene(shape, keys, shape + keys);
             for (BuildOptions& options : variants) {
@@ -168,7 +76,7 @@ TEST(MovingShapes, AreThoseOfTheTime) {
 }
 
 TEST(MovingShapes, VanishOutsideOfTheirTime) {
-    for (const uint32_t shape : kShapes) {
+    for (const uint32_t shape : kMovingKinds) {
         MovingShapes scene(shape, 2, 77);
         for (const uint32_t flags :
              {0u, uint32_t(kStartVanish), uint32_t(kEndVanish),
@@ -178,7 +86,7 @@ TEST(MovingShapes, VanishOutsideOfTheirTime) {
             uint32_t before = 0, within = 0, after = 0;
             Random random(3);
             for (int i = 0; i < 200; ++i) {
-                ShapeRay ray = randomRay(random, -1.5f);
+                ShapeRay ray = randomShapeRay(random, -1.5f);
                 ShapeHit hit{};
                 before += shapeKernels(chosenIsa()).closest(s.block(), ray, hit);
                 ray.time = 1;
@@ -194,7 +102,7 @@ TEST(MovingShapes, VanishOutsideOfTheirTime) {
 }
 
 TEST(MovingShapes, UpdatesAndPointsOfATime) {
-    for (const uint32_t shape : kShapes) {
+    for (const uint32_t shape : kMovingKinds) {
         BuildOptions options;
         options.allowUpdate = true;
         options.allowRandomVertexAccess = true;
@@ -225,17 +133,17 @@ TEST(MovingShapes, UpdatesAndPointsOfATime) {
 }
 
 TEST(MovingShapes, GarbageAtOneKeyMakesNothing) {
-    for (const uint32_t shape : kShapes) {
+    for (const uint32_t shape : kMovingKinds) {
         MovingShapes scene(shape, 2, 21);
         MovingShapes without = scene;
-        for (uint32_t i = 0; i < kCount; i += 2)
+        for (uint32_t i = 0; i < kMovingCount; i += 2)
             scene.positions[1][scene.indices[i]].x = std::numeric_limits<float>::quiet_NaN();
         const Structure s = scene.structure({});
-        EXPECT_EQ(kCount / 2, headerOf(s.block())->numActive);
+        EXPECT_EQ(kMovingCount / 2, headerOf(s.block())->numActive);
         Random random(4);
         uint32_t hits = 0;
         for (int i = 0; i < 1000; ++i) {
-            const ShapeRay ray = randomRay(random, 0.5f);
+            const ShapeRay ray = randomShapeRay(random, 0.5f);
             for (const uint32_t primitive : offered(s.block(), chosenIsa(), ray)) {
                 EXPECT_EQ(1u, primitive % 2);
                 ++hits;
@@ -248,7 +156,7 @@ TEST(MovingShapes, GarbageAtOneKeyMakesNothing) {
         ShapeHit hit{};
         for (const float time : {-1.0f, 1.0f, std::numeric_limits<float>::quiet_NaN()})
             EXPECT_FALSE(
-                shapeKernels(chosenIsa()).closest(none.block(), randomRay(random, time), hit));
+                shapeKernels(chosenIsa()).closest(none.block(), randomShapeRay(random, time), hit));
     }
 }
 

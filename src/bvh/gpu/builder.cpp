@@ -29,6 +29,7 @@ constexpr const char* kKernelNames[] = {"sunstone_references",
                                         "sunstone_moving_instances",
                                         "sunstone_moving_references",
                                         "sunstone_shapes",
+                                        "sunstone_moving_shapes",
                                         "sunstone_split_measure",
                                         "sunstone_split_choose",
                                         "sunstone_split_count",
@@ -339,7 +340,7 @@ void Builder::queueReferences(CUstream stream, void** arguments, const BuildJob&
             launch(kInstances, stream, blocks, 256, arguments);
         return launch(kMovingInstances, stream, blocks, 256, arguments);
     case BlockType::kShapes:
-        return launch(kShapes, stream, blocks, 256, arguments);
+        return launch(moves ? kMovingShapes : kShapes, stream, blocks, 256, arguments);
     default:
         return launch(moves ? kMovingReferences : kReferences, stream, blocks, 256, arguments);
     }

@@ -4,8 +4,7 @@
 // them are device addresses, except SbtInput::flags, which is read during the call. Contents of
 // buffers are read when the kernels run.
 //
-// The result is the block of layout.h, ready for traversal.h; its header says what it holds. Not
-// there yet, and refused with Error(kNotSupported): motion keys of curves and spheres.
+// The result is the block of layout.h, ready for traversal.h; its header says what it holds.
 #pragma once
 
 #include "bvh/build.h"
@@ -33,7 +32,7 @@ public:
     Builder& operator=(const Builder&) = delete;
 
     // Upper bounds for any data of these counts. Reads no buffer. Throws Error(kInvalidValue) as
-    // bvh::computeMemoryUsage, Error(kNotSupported) for what cannot be built yet.
+    // bvh::computeMemoryUsage.
     static MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& options);
 
     // Queues a build. temp and output: 128-byte aligned, at least as large as computeMemoryUsage
@@ -94,6 +93,7 @@ private:
         kMovingInstances,
         kMovingReferences,
         kShapes,
+        kMovingShapes,
         kSplitMeasure,
         kSplitChoose,
         kSplitCount,

@@ -86,6 +86,12 @@ SUNSTONE_BUILDER uint32_t leafLimit(const BuildJob& job) {
     return job.type == BlockType::kTriangles ? kMaxLeafPrimitives : 1;
 }
 
+// A primitive's record at a key.
+SUNSTONE_BUILDER uint64_t recordAt(const BuildJob& job, uint32_t place, uint32_t key) {
+    const uint64_t size = recordSize(job.type, job.shape, job.motionKeys);
+    return job.records + place * size + key * (size / job.motionKeys);
+}
+
 SUNSTONE_BUILDER Bounds primitiveBounds(const BuildJob& job, uint32_t primitive) {
     const U2* const words = at<const U2>(job.boxes + uint64_t(primitive) * sizeof(PrimitiveBox));
     const U2 a = words[0], b = words[1], c = words[2];

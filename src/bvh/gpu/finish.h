@@ -102,7 +102,7 @@ SUNSTONE_BUILDER void describeContents(BlockHeader& header, const Counters& coun
         header.upper[a] = any ? fromOrdered(counters.upper[a]) : -__builtin_inff();
         largest = larger(largest, larger(magnitude(header.lower[a]), magnitude(header.upper[a])));
     }
-    header.root = any ? (bitsOf(largest) >> 23) + 1 : kNoNode;
+    header.root = any ? bitsOf(largest) : kNoNode;
 }
 
 // The header is complete only with its magic number.

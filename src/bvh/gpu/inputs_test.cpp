@@ -386,14 +386,45 @@ TEST(GpuInputs, Instances) {
     EXPECT_GT(hits, 500u);
 }
 
-TEST(GpuInputs, SaysWhatItCannotBuildYet) {
-    BuildOptions motion;
-    motion.motion.keys = 2;
-    const SphereInput spheres;
-    BuildInputs inputs;
-    inputs.spheres = {&spheres, 1};
-    EXPECT_THROW(Builder::computeMemoryUsage(inputs, motion), Error);
-    inputs = {};
+// Triangles of usual size, and some as far away as coordinates may be, so that planes of nodes are no
+// finite times along axes that a ray hardly moves on. What is near must be found as if it were alone.
+TEST(GpuInputs, WideScenesAndSlowRays) {
+    const Mesh close = soup(60, 0.5f, 17);
+    const Structure alone = makeStructure(close.input());
+    for (const float far : {1e3f, 0x1p60f, 0x1p90f, 0x1p97f, 0x1p100f}) {
+        Mesh mesh = close;
+        const uint32_t first = uint32_t(mesh.vertices.size());
+        mesh.vertices.insert(mesh.vertices.end(),
+                             {{far, far, far}, {far, -far, far}, {far, 0, -far}});
+        mesh.vertices.insert(mesh.vertices.end(),
+                             {{-far, 1, 0}, {-far, 0, 1}, {-far, -far, -far}});
+        mesh.triangles.push_back({first, first + 1, first + 2});
+        mesh.triangles.push_back({first + 3, first + 4, first + 5});
+        const GpuStructure gpu = buildOnDevice(mesh.input());
+        Random random(18);
+        uint32_t hits = 0;
+        for (uint32_t i = 0; i < 3000; ++i) {
+            const Vec3 o = random.point(1.5f);
+            Vec3 d = random.unit();
+            const uint32_t axis = random.below(3);
+            d[axis] *= i % 3 == 0 ? 0.0f : i % 3 == 1 ? 0x1p-22f : 1.0f;
+            if (i % 4 == 0)
+                d[(axis + 1) % 3] = 0;
+            const float speed = i % 5 == 0 ? 0x1p-30f : i % 5 == 1 ? 0x1p-70f : 1.0f;
+            const QueryRay ray{
+                {o.x, o.y, o.z}, 0, {d.x * speed, d.y * speed, d.z * speed}, 3 / speed};
+            QueryHit a{}, b{};
+            if (!kernels(Isa::kBaseline).closest(alone.block(), ray, a))
+                continue;
+            ++hits;
+            ASSERT_TRUE(nearest(gpu.handle(), ray, b)) << "far " << far << " ray " << i;
+            ASSERT_EQ(a.t, b.t) << "far " << far << " ray " << i;
+        }
+        EXPECT_GT(hits, 500u) << far;
+    }
+}
+
+TEST(GpuInputs, NothingIsNoInput) {
     EXPECT_THROW(Builder::computeMemoryUsage({}, {}), Error);
 }
 

@@ -43,6 +43,7 @@ struct DeviceInput {
     uint64_t sbtOffsets;
     uint64_t flags; // of geometry, one byte for each SBT record
     uint64_t keyData; // with motion: addresses of the data at each key; `data` is that of the first
+    uint64_t keyRadii; // the same of `radii`
     uint32_t vertexFormat, indexFormat;
     uint32_t stride, indexStride;
     uint32_t numVertices;

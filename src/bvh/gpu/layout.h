@@ -29,11 +29,14 @@
 // The root is node 0; numNodes is 0 if the structure is empty. Header fields with
 // a meaning of their own: recordsOffset, the primitive records; numLeaves, how many there are;
 // tableOffset, the record of each triangle (kNoSlot: inactive); usedSize, what a compacted copy
-// takes; root is kNoNode if there is nothing to hit, else 0.
+// takes; root is kNoNode if there is nothing to hit, else the largest magnitude of a coordinate, as a
+// float.
 //
 // With motion keys (kMotionBit in the type) a node is a WideNode for each key, one behind the other
-// and alike but for their boxes, and the record of a triangle or custom primitive is one for each
-// key. At keyBoundsOffset, behind the InstanceData, are KeyBounds of each key.
+// and alike but for their boxes, and the record of a primitive is one for each key; points are a
+// primitive's at each key in turn. Curves and spheres that are inactive have NaN in their
+// records; radii of spheres and linear segments may be negative there. At keyBoundsOffset, behind
+// the InstanceData, are KeyBounds of each key.
 #pragma once
 
 #if defined(__CUDA__)
@@ -107,7 +110,8 @@ constexpr uint64_t recordSize(BlockType kind, uint32_t shape, uint32_t keys) {
     case BlockType::kCustom:
         return uint64_t(keys) * sizeof(CustomLeaf);
     case BlockType::kShapes:
-        return shape == kSphereShape ? sizeof(SphereRecord) : sizeof(CurveRecord);
+        return uint64_t(keys) *
+               (shape == kSphereShape ? sizeof(SphereRecord) : sizeof(CurveRecord));
     default:
         return sizeof(uint32_t);
     }

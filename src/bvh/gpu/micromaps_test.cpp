@@ -89,8 +89,8 @@ TEST(GpuMicromaps, DescriptionsThatDoNotFitAreTold) {
 }
 
 // The micromaps of each triangle in a structure.
-void expectSameTables(const BuildInputs& inputs, const void* gpu) {
-    const Structure cpu = makeStructure(inputs);
+void expectSameTables(const BuildInputs& inputs, const BuildOptions& options, const void* gpu) {
+    const Structure cpu = makeStructure(inputs, options);
     const auto* const wanted = micromapRecords(cpu.block());
     const auto* const header = headerOf(gpu);
     ASSERT_NE(header->micromapsOffset, 0u);
@@ -112,7 +112,7 @@ void expectSameTables(const BuildInputs& inputs, const void* gpu) {
     }
 }
 
-TEST(GpuMicromaps, TrianglesHaveThoseTheyHaveOnTheCpu) {
+void haveThoseTheyHaveOnTheCpu(uint32_t keys) {
     const Maps maps(100, 9);
     const auto array = buildArray(maps.input(), maps.states.size());
     const Mesh a = soup(90, 0.3f, 1), b = soup(120, 0.3f, 2), c = soup(60, 0.3f, 3),
@@ -131,10 +131,17 @@ TEST(GpuMicromaps, TrianglesHaveThoseTheyHaveOnTheCpu) {
     inputs[2].micromaps = {MicromapIndexing::kIndexed, array->data(), halves.data(), 2, 4, 30};
     BuildInputs all;
     all.triangles = inputs;
+    std::vector<const void*> vertices[4]; // at each key
+    for (int i = 0; i < 4; ++i) {
+        vertices[i].assign(keys, inputs[i].vertices);
+        inputs[i].keyVertices = vertices[i].data();
+    }
     BuildOptions options;
     options.allowUpdate = options.allowMicromapUpdate = true;
+    options.motion = {keys, 0, 0, 1};
     const GpuStructure s = buildOnDevice(all, options);
-    expectSameTables(all, s.memory->data());
+    EXPECT_EQ(isMoving(s.header().type), keys > 1);
+    expectSameTables(all, options, s.memory->data());
     // An update may change indices and arrays.
     for (int32_t& w : words)
         w = (w + 3) % 90;
@@ -148,10 +155,17 @@ TEST(GpuMicromaps, TrianglesHaveThoseTheyHaveOnTheCpu) {
         EXPECT_EQ(Device::get().driver().ctxSynchronize(), CUDA_SUCCESS);
     };
     update(options);
-    expectSameTables(all, s.memory->data());
+    expectSameTables(all, options, s.memory->data());
     EXPECT_TRUE(Device::get().builder().takeFailures().empty());
     inputs[0].micromaps.indexing = MicromapIndexing::kNone;
     EXPECT_THROW(update(options), Error);
+}
+
+TEST(GpuMicromaps, TrianglesHaveThoseTheyHaveOnTheCpu) {
+    haveThoseTheyHaveOnTheCpu(1);
+}
+TEST(GpuMicromaps, TrianglesThatMoveHaveThoseTheyHaveOnTheCpu) {
+    haveThoseTheyHaveOnTheCpu(3);
 }
 
 TEST(GpuMicromaps, UpdatesWithoutTheOptionKeepTheirArrays) {

@@ -37,6 +37,8 @@ SUNSTONE_BUILDER DeviceInput atKey(const DeviceInput& input, uint32_t key) {
     DeviceInput here = input;
     if (input.keyData)
         here.data = at<const uint64_t>(input.keyData)[key];
+    if (input.keyRadii)
+        here.radii = at<const uint64_t>(input.keyRadii)[key];
     return here;
 }
 

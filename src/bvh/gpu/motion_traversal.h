@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Structures with motion keys at the time of a ray: their nodes and triangles between two keys.
+// Structures with motion keys at the time of a ray: their nodes and triangles between two keys
+// (curves and spheres: shape_tests.h).
 //
 // Planes of a node are weighted like the vertices below them, each on its key's grid. Boxes hold
 // what is between the keys but for what is rounded: interpolated vertices are off by up to 2^-22 of
@@ -133,6 +134,11 @@ SUNSTONE_GPU_INLINE void testMovingNode(const U4* node, const MotionPlace& place
     setGroups(head, children, hits, inner, leaf);
 }
 
+// A number between the keys: bvh::between.
+SUNSTONE_GPU_INLINE float weighted(float a, float b, const MotionPlace& place) {
+    return add(mul(a, place.first), mul(b, place.second));
+}
+
 // A triangle between two keys; `record` is that of place.key.
 SUNSTONE_GPU_INLINE void loadMovingTriangle(const U4* record, const MotionPlace& place, U4& a,
                                             U4& b, U4& c) {
@@ -140,7 +146,7 @@ SUNSTONE_GPU_INLINE void loadMovingTriangle(const U4* record, const MotionPlace&
     const auto between = [&](uint32_t vertex) {
         const U4 from = loadConstant(record + vertex), to = loadConstant(record + kNext + vertex);
         const auto one = [&](uint32_t x, uint32_t y) {
-            return bitsOf(add(mul(floatOf(x), place.first), mul(floatOf(y), place.second)));
+            return bitsOf(weighted(floatOf(x), floatOf(y), place));
         };
         return U4{one(from.x, to.x), one(from.y, to.y), one(from.z, to.z), from.w};
     };

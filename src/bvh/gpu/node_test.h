@@ -41,17 +41,15 @@ SUNSTONE_GPU_INLINE bool isRay(const Ray& r) {
     return (bitsOf(sum) & 0x7F800000u) != 0x7F800000u && r.tmin <= r.tmax && longest >= 0x1p-120f;
 }
 
-// `size`: of coordinates, as in BlockHeader::root.
-SUNSTONE_GPU_INLINE BoxRay makeBoxRay(const Ray& ray, uint32_t size) {
+// `size`: the largest coordinate in the structure.
+SUNSTONE_GPU_INLINE BoxRay makeBoxRay(const float d[3], float size) {
     BoxRay box;
-    const float *d = ray.direction, *o = ray.origin;
     const float longest = larger(larger(magnitude(d[0]), magnitude(d[1])), magnitude(d[2]));
     const float least = mul(longest, 0x1p-24f);
-    const float away = larger(larger(magnitude(o[0]), magnitude(o[1])), magnitude(o[2]));
     // Beyond these, reciprocals are no normal numbers, or constants of nodes (up to 2^39 times the
     // size) no finite ones: every box is hit.
-    const bool usual = longest >= 0x1p-100f && longest <= 0x1p100f &&
-                       larger(away, floatOf(size << 23)) <= mul(longest, 0x1p85f);
+    const bool usual =
+        longest >= 0x1p-100f && longest <= 0x1p100f && size <= mul(longest, 0x1p85f);
     box.slack = usual ? 0x1p-20f : 0x1p127f;
     uint32_t order = 0;
     for (int i = 0; i < 3; ++i) {
@@ -94,16 +92,8 @@ SUNSTONE_GPU_INLINE void setGroups(U4 head, U4 children, uint32_t hits, Group& i
     leaf.bits = hits & 0x00FFFFFFu;
 }
 
-// Floats of which at least one is not negative are in order as integers, of which three can be
-// compared at once.
 SUNSTONE_GPU_INLINE int32_t orderedInt(float a) {
     return __builtin_bit_cast(int32_t, a);
-}
-SUNSTONE_GPU_INLINE int32_t mostOf(int32_t a, int32_t b) {
-    return a > b ? a : b;
-}
-SUNSTONE_GPU_INLINE int32_t leastOf(int32_t a, int32_t b) {
-    return a < b ? a : b;
 }
 
 // Tests the boxes of a node's children. tmin must not be negative.
@@ -147,12 +137,15 @@ SUNSTONE_GPU_INLINE void testNode(const U4* node, const float origin[3], const B
             const auto plane = [&](uint32_t bytes, float s, float c) {
                 return orderedInt(fused(floatOf(permute(bytes, 0x3F800000u, selector)), s, c));
             };
+            const auto most = [](int32_t a, int32_t b) { return a > b ? a : b; };
+            const auto least = [](int32_t a, int32_t b) { return a < b ? a : b; };
+            // As integers: right as long as one operand, here tmin, is not negative.
             const int32_t begin =
-                mostOf(mostOf(plane(nearX, scale[0], nearC[0]), plane(nearY, scale[1], nearC[1])),
-                       mostOf(plane(nearZ, scale[2], nearC[2]), orderedInt(tmin)));
+                most(most(plane(nearX, scale[0], nearC[0]), plane(nearY, scale[1], nearC[1])),
+                     most(plane(nearZ, scale[2], nearC[2]), orderedInt(tmin)));
             const int32_t end =
-                leastOf(leastOf(plane(farX, scale[0], farC[0]), plane(farY, scale[1], farC[1])),
-                        leastOf(plane(farZ, scale[2], farC[2]), orderedInt(tmax)));
+                least(least(plane(farX, scale[0], farC[0]), plane(farY, scale[1], farC[1])),
+                      least(plane(farZ, scale[2], farC[2]), orderedInt(tmax)));
             if (begin <= end)
                 hits |= slots.hit(k);
         }

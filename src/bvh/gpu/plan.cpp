@@ -32,27 +32,38 @@ uint32_t vertexSize(VertexFormat format) {
     }
 }
 
-void requireSupported(const BuildInputs& inputs, const BuildOptions& options) {
-    if (options.motion.keys > 1 && hasShapes(inputs))
-        fail(Code::kNotSupported,
-             "motion keys of curves and spheres on a GPU are not available yet");
-}
-
-// Keeps the addresses of an input's data at the keys. The data are there if all are.
-void addKeys(DeviceInput& d, const void* const* data, std::span<uint64_t> to) {
+// Keeps the addresses of an input's data at the keys. The data are there if all are; the address of
+// the first, else 0.
+uint64_t addKeys(const void* const* data, std::span<uint64_t> to) {
     bool complete = data != nullptr;
     for (size_t k = 0; k < to.size(); ++k) {
         to[k] = data ? addressOf(data[k]) : 0;
         complete = complete && to[k] != 0;
     }
-    d.data = complete ? to[0] : 0;
+    return complete ? to[0] : 0;
+}
+
+// Of curves and spheres: positions, and behind them radii.
+void addKeys(DeviceInput& d, const void* const* data, const void* const* radii,
+             std::span<uint64_t> to) {
+    if (to.empty())
+        return;
+    d.data = addKeys(data, to.first(to.size() / 2));
+    d.radii = addKeys(radii, to.last(to.size() / 2));
+}
+
+// Addresses of an input's data at the keys, if there are several.
+uint64_t numKeyAddresses(const Plan& plan) {
+    if (plan.motion.keys == 1 || plan.type == BlockType::kInstances)
+        return 0;
+    return uint64_t(plan.motion.keys) * (plan.type == BlockType::kShapes ? 2 : 1);
 }
 
 DeviceInput describe(const TriangleInput& in, std::span<uint64_t> keys) {
     DeviceInput d{};
     d.data = addressOf(in.vertices);
     if (!keys.empty())
-        addKeys(d, in.keyVertices, keys);
+        d.data = addKeys(in.keyVertices, keys);
     d.indices = addressOf(in.indices);
     d.preTransform = addressOf(in.preTransform);
     d.vertexFormat = uint32_t(in.vertexFormat);
@@ -78,12 +89,12 @@ DeviceInput describe(const CustomInput& in, std::span<uint64_t> keys) {
     DeviceInput d{};
     d.data = addressOf(in.aabbs);
     if (!keys.empty())
-        addKeys(d, in.keyAabbs, keys);
+        d.data = addKeys(in.keyAabbs, keys);
     d.stride = in.stride ? in.stride : 24;
     return d;
 }
 
-DeviceInput describe(const CurveInput& in) {
+DeviceInput describe(const CurveInput& in, std::span<uint64_t> keys) {
     DeviceInput d{};
     d.data = addressOf(in.vertices);
     d.stride = in.vertexStride ? in.vertexStride : 12;
@@ -93,15 +104,17 @@ DeviceInput describe(const CurveInput& in) {
     d.indices = addressOf(in.indices);
     d.indexStride = in.indexStride ? in.indexStride : 4;
     d.caps = in.caps;
+    addKeys(d, in.keyVertices, in.keyRadii, keys);
     return d;
 }
 
-DeviceInput describe(const SphereInput& in) {
+DeviceInput describe(const SphereInput& in, std::span<uint64_t> keys) {
     DeviceInput d{};
     d.data = addressOf(in.centres);
     d.stride = in.centreStride ? in.centreStride : 12;
     d.radii = addressOf(in.radii);
     d.radiusStride = in.oneRadius ? 0 : in.radiusStride ? in.radiusStride : 4;
+    addKeys(d, in.keyCentres, in.keyRadii, keys);
     return d;
 }
 
@@ -118,7 +131,6 @@ DeviceInput describe(const InstanceInput& in) {
 } // namespace
 
 Plan::Plan(const BuildInputs& in, const BuildOptions& options) {
-    requireSupported(in, options);
     const int kinds = !in.triangles.empty() + !in.customs.empty() + hasShapes(in) +
                       (in.instances != nullptr);
     if (kinds != 1)
@@ -222,7 +234,8 @@ void Plan::layOutOutput(const BuildOptions& options) {
     const bool tested = isCurveBasis(shape) && CurveBasis(shape) != CurveBasis::kLinear;
     if (tested || (type == BlockType::kShapes && options.allowRandomVertexAccess)) {
         points = alignUp(offset, 64);
-        offset = points + uint64_t(numPrimitives) * shapeFloats(shape) * sizeof(float);
+        const uint64_t floats = uint64_t(motion.keys) * shapeFloats(shape);
+        offset = points + numPrimitives * floats * sizeof(float);
     }
     if (motion.keys > 1) {
         keyBounds = alignUp(offset, 64);
@@ -255,8 +268,7 @@ void Plan::layOutTemp() {
     const bool moves = motion.keys > 1;
     keyData = numInputs * sizeof(DeviceInput);
     flags = keyData;
-    if (moves && type != BlockType::kInstances)
-        flags += uint64_t(numInputs) * motion.keys * sizeof(uint64_t);
+    flags += numInputs * numKeyAddresses(*this) * sizeof(uint64_t);
     uploadSize = flags + numSbtRecords;
     inputs = place(uploadSize);
     counters = place(sizeof(Counters)); // and what is zeroed with them
@@ -303,7 +315,7 @@ UpdatePlan::UpdatePlan(const Plan& plan) {
         keyBoxes = place(plan.numPrimitives * keys * sizeof(KeyBounds));
     if (plan.type == BlockType::kInstances) // their records do not tell their boxes
         boxes = place(uint64_t(plan.numPrimitives) * sizeof(PrimitiveBox));
-    else if (plan.type == BlockType::kShapes) // nor do those of curves
+    else if (keys == 1 && plan.type == BlockType::kShapes) // nor do those of curves
         boxes = place(uint64_t(plan.maxReferences) * sizeof(PrimitiveBox));
     tempSize = offset;
 }
@@ -351,16 +363,17 @@ Uploads::Uploads(const BuildInputs& in, const BuildOptions& options, const Plan&
             break;
         }
         const SbtInput& sbt = plan.sbtOf(in, i);
-        std::span<uint64_t> addresses;
-        if (keys > 1)
-            addresses = {keyData + size_t(i) * keys, keys};
+        const uint64_t first = i * numKeyAddresses(plan);
+        const std::span<uint64_t> addresses = {keyData + first, numKeyAddresses(plan)};
         inputs[i] = plan.type == BlockType::kTriangles ? describe(in.triangles[i], addresses)
                     : plan.type == BlockType::kCustom  ? describe(in.customs[i], addresses)
-                    : isCurveBasis(plan.shape)         ? describe(in.curves[i])
-                                                       : describe(in.spheres[i]);
+                    : isCurveBasis(plan.shape)         ? describe(in.curves[i], addresses)
+                                                       : describe(in.spheres[i], addresses);
         inputs[i].mayChangeMicromaps = options.allowMicromapUpdate;
         if (keys > 1 && inputs[i].data)
-            inputs[i].keyData = base + plan.keyData + i * uint64_t(keys) * sizeof(uint64_t);
+            inputs[i].keyData = base + plan.keyData + first * sizeof(uint64_t);
+        if (keys > 1 && inputs[i].radii)
+            inputs[i].keyRadii = base + plan.keyData + (first + keys) * sizeof(uint64_t);
         inputs[i].sbtOffsets = addressOf(sbt.indexOffsets);
         inputs[i].sbtOffsetSize = sbt.indexOffsetSize;
         inputs[i].sbtOffsetStride =

@@ -36,7 +36,7 @@ struct Plan {
     uint64_t keyData, flags, uploadSize;
     Place origins, keys[2], values[2], binary, savings, order;
 
-    // Throws Error(kInvalidValue) or Error(kNotSupported) as Builder::computeMemoryUsage says.
+    // Throws Error(kInvalidValue) as Builder::computeMemoryUsage says.
     Plan(const BuildInputs& in, const BuildOptions& options);
 
     const SbtInput& sbtOf(const BuildInputs& in, uint32_t i) const;

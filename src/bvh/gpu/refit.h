@@ -105,7 +105,9 @@ SUNSTONE_BUILDER uint32_t inputOfSbtWord(const BuildJob& job, uint32_t word) {
 }
 
 // A sphere's record has the primitive in word 4, that of a curve's segment (which is not split if
-// updates are allowed) in word 9; the SBT word is behind it. Its box will be at its place.
+// updates are allowed) in word 9; the SBT word is behind it. Without motion its box will be at its
+// place.
+template <bool kMotion>
 SUNSTONE_BUILDER bool updateShapeRecord(const BuildJob& job, uint32_t place, const uint32_t* words,
                                         Bounds& exact) {
     const uint32_t* const reported = words + (job.shape == kSphereShape ? 4 : 9);
@@ -113,17 +115,15 @@ SUNSTONE_BUILDER bool updateShapeRecord(const BuildJob& job, uint32_t place, con
         at<const InputRecord>(job.inputRecords)[inputOfSbtWord(job, reported[1])];
     const uint32_t local = reported[0] - record.primitiveIndexOffset;
     exact = emptyBounds();
+    if (kMotion)
+        return local < record.numPrimitives &&
+               writeMovingShapeRecord(job, place, wholeShape(job, record.firstPrimitive + local),
+                                      exact);
     const bool active =
         local < record.numPrimitives &&
         writeShapeRecord(job, place, wholeShape(job, record.firstPrimitive + local), exact);
     storeBox(job, place, active, exact);
     return active;
-}
-
-// A record at a key.
-SUNSTONE_BUILDER uint64_t recordAt(const BuildJob& job, uint32_t place, uint32_t key) {
-    const uint64_t size = recordSize(job.type, job.shape, job.motionKeys);
-    return job.records + place * size + key * (size / job.motionKeys);
 }
 
 // With kMotion what has motion keys, and instances that the other kernel has left.
@@ -135,8 +135,8 @@ SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& 
                readInstance<kMotion>(job, index, exact);
     }
     const auto* const words = at<const uint32_t>(recordAt(job, place, 0));
-    if (!kMotion && job.type == BlockType::kShapes)
-        return updateShapeRecord(job, place, words, exact);
+    if (job.type == BlockType::kShapes)
+        return updateShapeRecord<kMotion>(job, place, words, exact);
     // Both kinds have the primitive in word 3 and the SBT word in word 7.
     const uint32_t input = inputOfSbtWord(job, words[7]);
     const InputRecord& record = at<const InputRecord>(job.inputRecords)[input];
@@ -147,12 +147,15 @@ SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& 
                    : writeRecord(job, place, {input, primitive}, true, exact);
 }
 
-// What a record holds at a key, not padded. Of instances with motion keys alone.
-SUNSTONE_BUILDER Bounds exactBounds(const BuildJob& job, uint32_t place, uint32_t key) {
+// What a record holds at a key, not padded; or the whole primitive, of which it may hold a piece. Of
+// instances, curves and spheres with motion keys alone.
+SUNSTONE_BUILDER Bounds exactBounds(const BuildJob& job, uint32_t place, uint32_t key, bool whole) {
     if (job.type == BlockType::kInstances) {
         const uint32_t index = at<const uint32_t>(job.records)[place];
         return index < job.numPrimitives ? boundsOf(keyBoxesOf(job, index)[key]) : emptyBounds();
     }
+    if (job.type == BlockType::kShapes)
+        return boxOfMovingRecord(job, place, key, whole);
     const U4* const words = at<const U4>(recordAt(job, place, key));
     const U4 a = words[0], b = words[1];
     if (job.type == BlockType::kCustom)
@@ -169,9 +172,9 @@ SUNSTONE_BUILDER Bounds recordBounds(const BuildJob& job, uint32_t place, uint32
         const uint32_t index = at<const uint32_t>(job.records)[place];
         return index < job.numPrimitives ? primitiveBounds(job, index) : emptyBounds();
     }
-    if (job.type == BlockType::kShapes)
+    if (job.type == BlockType::kShapes && job.motionKeys == 1)
         return primitiveBounds(job, place);
-    const Bounds box = exactBounds(job, place, key);
+    const Bounds box = exactBounds(job, place, key, false);
     return isEmpty(box) ? emptyBounds() : padBounds(box);
 }
 
@@ -347,7 +350,7 @@ SUNSTONE_KERNEL sunstone_key_bounds(BuildJob given) {
     __syncthreads();
     Bounds found = emptyBounds();
     for (uint32_t i = blockIdx.x / job.motionKeys * blockDim.x + threadIdx.x; i < count; i += step)
-        found = unite(found, exactBounds(job, i, key));
+        found = unite(found, exactBounds(job, i, key, true));
     if (!isEmpty(found))
         for (int a = 0; a < 3; ++a) {
             atomicMax(&most[a], ~orderedBits(found.lower[a]));

@@ -54,19 +54,24 @@ SUNSTONE_BUILDER uint32_t capFlags(const DeviceInput& input, uint32_t numSegment
     return flags;
 }
 
+SUNSTONE_BUILDER Bounds boxOfPiece(const ShapePoints& points, uint32_t word) {
+    Bounds box;
+    shapeBox(points, word, box.lower, box.upper);
+    return box;
+}
+
 // Boxes and words of all references of a primitive; the number of those that are active.
+// boxOf(word) is the box of a piece.
+template <class BoxOf>
 SUNSTONE_BUILDER uint32_t referToPieces(const BuildJob& job, uint32_t primitive, bool active,
-                                        const ShapePoints& at0, bool split) {
+                                        const ShapePoints& at0, bool split, const BoxOf& boxOf) {
     const uint32_t pieces = active && split ? worthwhilePieces(at0, job.pieces) : 1;
     for (uint32_t k = 0; k < job.pieces; ++k) {
         const uint32_t reference =
             k == 0 ? primitive : job.numPrimitives + primitive * (job.pieces - 1) + k - 1;
         const uint32_t word = pieceWord(primitive, pieces + k);
-        Bounds box = emptyBounds();
         const bool used = active && k < pieces;
-        if (used)
-            shapeBox(at0, word, box.lower, box.upper);
-        storeBox(job, reference, used, box);
+        storeBox(job, reference, used, used ? boxOf(word) : emptyBounds());
         if (job.shape != kSphereShape)
             at<uint32_t>(job.origins)[reference] = word;
     }
@@ -81,74 +86,76 @@ SUNSTONE_BUILDER uint32_t wordOfReference(const BuildJob& job, uint32_t referenc
     return job.shape == kSphereShape ? reference : at<const uint32_t>(job.origins)[reference];
 }
 
-// The primitive as it is now, into the array of points, too, if there is one. False if it is
-// inactive, else `exact` is the box of the whole primitive.
-SUNSTONE_BUILDER bool readIntoPoints(const BuildJob& job, uint32_t primitive, uint32_t local,
-                                     const DeviceInput& input, float points[16], Bounds& exact) {
+// The primitive as it is now, at a key (to which `input` belongs), into the array of points, too,
+// if there is one. False if it is inactive, else `exact` is the box of the whole primitive.
+SUNSTONE_BUILDER bool readIntoPoints(const BuildJob& job, uint32_t primitive, uint32_t key,
+                                     uint32_t local, const DeviceInput& input, float points[16],
+                                     Bounds& exact) {
     const bool there = readShape(job, input, local, points);
     const uint32_t floats = shapeFloats(job.shape);
     if (job.points)
         for (uint32_t k = 0; k < floats; ++k)
-            at<float>(job.points)[uint64_t(primitive) * floats + k] = points[k];
+            at<float>(job.points)[(uint64_t(primitive) * job.motionKeys + key) * floats + k] =
+                points[k];
     const ShapePoints shape = {job.shape, points};
     const bool active = there && isActiveShape(shape);
     if (active)
-        shapeBox(shape, pieceWord(primitive, 1), exact.lower, exact.upper);
+        exact = boxOfPiece(shape, pieceWord(primitive, 1));
     return active;
+}
+
+// What a record says besides its points, and where the primitive comes from.
+struct ShapePlace {
+    const DeviceInput* input;
+    uint32_t primitive, local, reported, sbt, capFlags;
+};
+SUNSTONE_BUILDER ShapePlace placeOfShape(const BuildJob& job, uint32_t word) {
+    const uint32_t primitive = job.shape == kSphereShape ? word : segmentOf(word);
+    const uint32_t i = inputOfPrimitive(job, primitive);
+    const DeviceInput& input = at<const DeviceInput>(job.inputs)[i];
+    const InputRecord& record = at<const InputRecord>(job.inputRecords)[i];
+    const uint32_t local = primitive - record.firstPrimitive;
+    return {&input,
+            primitive,
+            local,
+            local + record.primitiveIndexOffset,
+            sbtWord(input, record, local),
+            capFlags(input, record.numPrimitives, local)};
+}
+SUNSTONE_BUILDER void storeSphere(U4* to, const float point[4], const ShapePlace& from) {
+    to[0] = U4{bitsOf(point[0]), bitsOf(point[1]), bitsOf(point[2]), bitsOf(point[3])};
+    to[1] = U4{from.reported, from.sbt, 0, 0};
+}
+SUNSTONE_BUILDER void storeCurve(U4* to, const float rows[8], uint32_t word, const ShapePlace& from,
+                                 uint32_t flags) {
+    to[0] = U4{bitsOf(rows[0]), bitsOf(rows[1]), bitsOf(rows[2]), bitsOf(rows[3])};
+    to[1] = U4{bitsOf(rows[4]), bitsOf(rows[5]), bitsOf(rows[6]), bitsOf(rows[7])};
+    to[2] = U4{word, from.reported, from.sbt, from.capFlags | flags};
 }
 
 // As readIntoPoints; the record tells of the piece alone.
 SUNSTONE_BUILDER bool writeShapeRecord(const BuildJob& job, uint32_t place, uint32_t word,
                                        Bounds& exact) {
-    const bool sphere = job.shape == kSphereShape;
-    const uint32_t primitive = sphere ? word : segmentOf(word);
-    const uint32_t i = inputOfPrimitive(job, primitive);
-    const DeviceInput& input = at<const DeviceInput>(job.inputs)[i];
-    const InputRecord& record = at<const InputRecord>(job.inputRecords)[i];
-    const uint32_t local = primitive - record.firstPrimitive;
-    const uint32_t reported = local + record.primitiveIndexOffset;
-    const uint32_t sbt = sbtWord(input, record, local);
+    const ShapePlace from = placeOfShape(job, word);
     float points[16];
-    const bool active = readIntoPoints(job, primitive, local, input, points, exact);
-    if (sphere) {
-        U4* const to = at<U4>(job.records + uint64_t(place) * sizeof(SphereRecord));
-        to[0] = U4{bitsOf(points[0]), bitsOf(points[1]), bitsOf(points[2]), bitsOf(points[3])};
-        to[1] = U4{reported, sbt, 0, 0};
+    const bool active =
+        readIntoPoints(job, from.primitive, 0, from.local, *from.input, points, exact);
+    U4* const to = at<U4>(recordAt(job, place, 0));
+    if (job.shape == kSphereShape) {
+        storeSphere(to, points, from);
         return active;
     }
     const ShapePoints shape = {job.shape, points};
     float rows[8] = {};
     shapeLane(shape, word, false, rows);
-    uint32_t flags = capFlags(input, record.numPrimitives, local);
-    if (isBentPiece(shape, word))
-        flags |= kCurveBent;
-    U4* const to = at<U4>(job.records + uint64_t(place) * sizeof(CurveRecord));
-    to[0] = U4{bitsOf(rows[0]), bitsOf(rows[1]), bitsOf(rows[2]), bitsOf(rows[3])};
-    to[1] = U4{bitsOf(rows[4]), bitsOf(rows[5]), bitsOf(rows[6]), bitsOf(rows[7])};
-    to[2] = U4{word, reported, sbt, flags};
+    storeCurve(to, rows, word, from, isBentPiece(shape, word) ? kCurveBent : 0u);
     return active;
 }
 
-SUNSTONE_KERNEL sunstone_shapes(BuildJob job) {
-    Bounds found = emptyBounds();
-    uint32_t numActive = 0, numFurther = 0;
-    for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
-        const uint32_t n = inputOfPrimitive(job, i);
-        const DeviceInput& input = at<const DeviceInput>(job.inputs)[n];
-        const InputRecord& record = at<const InputRecord>(job.inputRecords)[n];
-        const uint32_t local = i - record.firstPrimitive;
-        float points[16];
-        Bounds box = emptyBounds();
-        const bool active = readIntoPoints(job, i, local, input, points, box);
-        const uint32_t flags = sbtWord(input, record, local) >> kGeometryFlagShift;
-        const uint32_t pieces = referToPieces(job, i, active, {job.shape, points},
-                                              !(flags & kGeometryRequireSingleAnyHit));
-        if (active) {
-            found = unite(found, box);
-            ++numActive;
-            numFurther += pieces - 1;
-        }
-    }
+// Adds what was found to the counters; numFurther: references that are not the first of a
+// primitive.
+SUNSTONE_BUILDER void countPieces(const BuildJob& job, const Bounds& found, uint32_t numActive,
+                                  uint32_t numFurther) {
     addToCounters(job, found, numActive);
     Counters& counters = countersOf(job);
     if (numFurther)
@@ -158,6 +165,31 @@ SUNSTONE_KERNEL sunstone_shapes(BuildJob job) {
         if (job.keepInactive) // they are not split
             counters.numTreeReferences = job.numPrimitives;
     }
+}
+
+SUNSTONE_BUILDER bool maySplit(const ShapePlace& from) {
+    return !(from.sbt >> kGeometryFlagShift & kGeometryRequireSingleAnyHit);
+}
+
+SUNSTONE_KERNEL sunstone_shapes(BuildJob job) {
+    Bounds found = emptyBounds();
+    uint32_t numActive = 0, numFurther = 0;
+    for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
+        const ShapePlace from = placeOfShape(job, wholeShape(job, i));
+        float points[16];
+        Bounds box = emptyBounds();
+        const bool active = readIntoPoints(job, i, 0, from.local, *from.input, points, box);
+        const ShapePoints shape = {job.shape, points};
+        const uint32_t pieces =
+            referToPieces(job, i, active, shape, maySplit(from),
+                          [&](uint32_t word) { return boxOfPiece(shape, word); });
+        if (active) {
+            found = unite(found, box);
+            ++numActive;
+            numFurther += pieces - 1;
+        }
+    }
+    countPieces(job, found, numActive, numFurther);
 }
 
 } // namespace sunstone::bvh::gpu

@@ -185,7 +185,15 @@ struct ShapePrograms : NoMotion {
     }
 };
 
-inline bool nearestShape(uint64_t handle, const ShapeRay& query, ShapeHit& hit) {
+// The same at a time.
+struct MovingShapePrograms : ShapePrograms {
+    static constexpr bool kMotion = true;
+    float rayTime = 0;
+    float time() const { return rayTime; }
+};
+
+template <class Programs>
+bool nearestShapeBy(Programs& programs, uint64_t handle, const ShapeRay& query, ShapeHit& hit) {
     gpu::Ray ray;
     for (int i = 0; i < 3; ++i) {
         ray.origin[i] = query.origin[i];
@@ -193,15 +201,24 @@ inline bool nearestShape(uint64_t handle, const ShapeRay& query, ShapeHit& hit) 
     }
     ray.tmin = query.tmin;
     ray.tmax = query.tmax;
-    ShapePrograms programs;
-    Traversal<ShapePrograms> traversal;
-    U2 stack[Traversal<ShapePrograms>::kStackSize];
+    Traversal<Programs> traversal;
+    U2 stack[Traversal<Programs>::kStackSize];
     Level levels[1];
     if (!traversal.start(programs, ray, handle, levels))
         return false;
     traversal.run(programs, ray, stack, levels, RunToEnd());
     hit = programs.hit;
     return programs.found;
+}
+
+inline bool nearestShape(uint64_t handle, const ShapeRay& query, ShapeHit& hit) {
+    ShapePrograms programs;
+    return nearestShapeBy(programs, handle, query, hit);
+}
+inline bool nearestShapeAt(uint64_t handle, const ShapeRay& query, ShapeHit& hit) {
+    MovingShapePrograms programs;
+    programs.rayTime = query.time;
+    return nearestShapeBy(programs, handle, query, hit);
 }
 
 // The nearest triangle at a time.

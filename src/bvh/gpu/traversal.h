@@ -201,7 +201,8 @@ private:
         }
         if (Programs::shapes() && kind == BlockType::kShapes) {
             ShapeHit hit;
-            return testShape(Programs::shapes(), block, records, record, space, ray.tmax, hit) &&
+            return testShape<Programs::kMotion>(Programs::shapes(), block, records, record, motion,
+                                                space, ray.tmax, hit) &&
                    programs.shape(ray, hit) == Visit::kEnd;
         }
         if (Programs::kTriangles && (!Programs::kCustoms || kind == BlockType::kTriangles)) {
@@ -291,11 +292,11 @@ private:
             motion = placeIn(*header, programs.time(), ray.origin);
             if (motion.keys > 1) {
                 nodes += motion.key * (sizeof(WideNode) / 16);
-                if (bvh::kindOf(header->type) == BlockType::kTriangles)
-                    records += motion.key * sizeof(TriangleRecord);
+                if (kind != BlockType::kInstances)
+                    records += motion.key * recordSize(kind, header->shape, 1);
             }
         }
-        box = makeBoxRay(ray.direction);
+        box = makeBoxRay(ray.direction, floatOf(header->root));
         if constexpr (Programs::kTriangles)
             shear = makeShear(ray.direction);
     }
@@ -353,7 +354,7 @@ private:
 
     // False where a ray is too fast for the tests of shapes.
     __attribute__((always_inline)) bool enterShapes(const BlockHeader& header, const Ray& ray) {
-        return !Programs::shapes() || header.type != BlockType::kShapes ||
+        return !Programs::shapes() || kindOf(header.type) != BlockType::kShapes ||
                lane::setupRaySpace(space, ray.origin, ray.direction, ray.tmin);
     }
 
@@ -366,7 +367,7 @@ private:
 
     static __attribute__((always_inline)) bool fits(const BlockHeader& header) {
         const BlockType type = kindOf(header.type);
-        return (Programs::shapes() && header.type == BlockType::kShapes &&
+        return (Programs::shapes() && type == BlockType::kShapes &&
                 meetsShape(Programs::shapes(), header.shape)) ||
                (Programs::kTriangles && type == BlockType::kTriangles) ||
                (Programs::kCustoms && type == BlockType::kCustom) ||

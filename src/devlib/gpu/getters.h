@@ -77,18 +77,25 @@ extern "C" void sunstone_gpu_triangleVertices(uint64_t gas, uint32_t primitive,
 
 // Control points of a curve's segment, or centre and radius of a sphere.
 extern "C" void sunstone_gpu_shapePoints(uint64_t gas, uint32_t shape, uint32_t primitive,
-                                         uint32_t sbtGasIndex, float, float* points) {
+                                         uint32_t sbtGasIndex, float time, float* points) {
     const uint32_t count =
         bvh::isCurveBasis(shape) ? bvh::curvePointFloats(bvh::CurveBasis(shape), 1) : 4;
     const bvh::BlockHeader* const block = blockOf(gas, kTagGas);
-    const bool open = block && block->type == bvh::BlockType::kShapes && block->shape == shape &&
-                      (block->options & bvh::kOptionVertexAccess);
+    const bool open = block && bvh::kindOf(block->type) == bvh::BlockType::kShapes &&
+                      block->shape == shape && (block->options & bvh::kOptionVertexAccess);
     const uint32_t number = open ? numberOf(block, primitive, sbtGasIndex) : bvh::kNoSlot;
-    const float* const from = reinterpret_cast<const float*>(
-        reinterpret_cast<const uint8_t*>(block) + (open ? block->pointsOffset : 0));
+    if (number == bvh::kNoSlot) {
+        for (uint32_t i = 0; i < count; ++i)
+            points[i] = __builtin_nanf("");
+        return;
+    }
+    const bool moves = bvh::isMoving(block->type);
+    const bvh::KeySegment at = moves ? bvh::keySegment(*block, time) : bvh::KeySegment{0, 0.0f};
+    const float* const first = reinterpret_cast<const float*>(
+                                   reinterpret_cast<const uint8_t*>(block) + block->pointsOffset) +
+                               (uint64_t(number) * block->motionKeys + at.key) * count;
     for (uint32_t i = 0; i < count; ++i)
-        points[i] =
-            number != bvh::kNoSlot ? from[uint64_t(number) * count + i] : __builtin_nanf("");
+        points[i] = moves ? bvh::gpu::mix(first[i], first[count + i], at.fraction) : first[i];
 }
 
 extern "C" uint64_t sunstone_gpu_instanceHandle(uint64_t ias, uint32_t index) {
