@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves, spheres and opacity micromaps.
+// Curves, spheres and opacity micromaps, without motion and with.
 #include "lab.h"
 
 #include <cmath>
@@ -22,7 +22,45 @@ constexpr CurveKind kCubic = {OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE, 4, "__cl
 constexpr CurveKind kCatmullRom = {OPTIX_PRIMITIVE_TYPE_ROUND_CATMULLROM, 4,
                                    "__closesthit__catmull_rom"};
 
-void curves(const Lab& lab, Answer& answer, const CurveKind& kind) {
+// Positions or sizes at two motion keys, or at one: the second key is the first one disturbed.
+class Keys {
+public:
+    Keys(const std::vector<float>& first, bool moves, float speed, uint64_t seed) {
+        buffers_[0].upload(first);
+        addresses_[0] = buffers_[0].address();
+        if (!moves)
+            return;
+        Random random(seed);
+        std::vector<float> second = first;
+        for (float& x : second)
+            x += speed * random.unit();
+        buffers_[1].upload(second);
+        addresses_[1] = buffers_[1].address();
+    }
+    const CUdeviceptr* addresses() const { return addresses_; }
+
+private:
+    DeviceBuffer buffers_[2];
+    CUdeviceptr addresses_[2] = {};
+};
+
+OptixMotionOptions motionOf(bool moves) {
+    OptixMotionOptions motion = {};
+    if (moves)
+        motion = {2, OPTIX_MOTION_FLAG_NONE, 0.0f, 1.0f};
+    return motion;
+}
+
+// With motion, at times from before the first key to after the last.
+std::vector<TestRay> raysFor(bool moves, uint64_t seed) {
+    std::vector<TestRay> rays = randomRays(600, 3, seed);
+    Random random(seed + 1);
+    for (size_t i = 0; moves && i < rays.size(); ++i)
+        rays[i].time = i % 5 == 0 ? float(i / 5 % 3) * 0.5f : -0.2f + 1.4f * random.unit();
+    return rays;
+}
+
+void curves(const Lab& lab, Answer& answer, const CurveKind& kind, bool moves) {
     Random random(101);
     std::vector<float> points, widths;
     std::vector<unsigned> first;
@@ -40,34 +78,34 @@ void curves(const Lab& lab, Answer& answer, const CurveKind& kind) {
             widths.push_back(0.02f + 0.03f * random.unit());
         }
     }
-    DeviceBuffer devicePoints, deviceWidths, deviceFirst;
-    devicePoints.upload(points);
-    deviceWidths.upload(widths);
+    DeviceBuffer deviceFirst;
     deviceFirst.upload(first);
-    const CUdeviceptr pointAddress = devicePoints.address(), widthAddress = deviceWidths.address();
+    const Keys devicePoints(points, moves, 0.4f, 108), deviceWidths(widths, moves, 0.03f, 109);
     OptixBuildInput input = {};
     input.type = OPTIX_BUILD_INPUT_TYPE_CURVES;
     OptixBuildInputCurveArray& c = input.curveArray;
     c.curveType = kind.type;
     c.numPrimitives = unsigned(first.size());
-    c.vertexBuffers = &pointAddress;
+    c.vertexBuffers = devicePoints.addresses();
     c.numVertices = unsigned(widths.size());
-    c.widthBuffers = &widthAddress;
+    c.widthBuffers = deviceWidths.addresses();
     c.indexBuffer = deviceFirst.address();
     const Accel accel =
-        buildAccel(lab.context(), input, {}, OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS);
+        buildAccel(lab.context(), input, motionOf(moves),
+                                   OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS);
     Pipeline pipeline;
     pipeline.ptx = differential_curves_ptx();
+    pipeline.motion = moves;
     pipeline.primitiveTypes = 1u << (kind.type - OPTIX_PRIMITIVE_TYPE_CUSTOM);
     HitRecord hit;
     hit.closestHit = kind.closestHit;
     hit.builtin = kind.type;
     hit.data = {100, kAccept, nullptr};
     pipeline.hits = {hit};
-    answer.seen = lab.trace(pipeline, randomRays(600, 3, 102), accel.handle);
+    answer.seen = lab.trace(pipeline, raysFor(moves, 102), accel.handle);
 }
 
-void spheres(const Lab& lab, Answer& answer) {
+void spheres(const Lab& lab, Answer& answer, bool moves) {
     Random random(103);
     std::vector<float> centers, radii;
     for (unsigned i = 0; i < 200; ++i) {
@@ -75,31 +113,29 @@ void spheres(const Lab& lab, Answer& answer) {
             centers.push_back(random.symmetric());
         radii.push_back(0.05f + 0.15f * random.unit());
     }
-    DeviceBuffer deviceCenters, deviceRadii;
-    deviceCenters.upload(centers);
-    deviceRadii.upload(radii);
-    const CUdeviceptr centerAddress = deviceCenters.address(),
-                      radiusAddress = deviceRadii.address();
+    const Keys deviceCenters(centers, moves, 0.4f, 110), deviceRadii(radii, moves, 0.1f, 111);
     const unsigned flags = OPTIX_GEOMETRY_FLAG_NONE;
     OptixBuildInput input = {};
     input.type = OPTIX_BUILD_INPUT_TYPE_SPHERES;
     OptixBuildInputSphereArray& s = input.sphereArray;
-    s.vertexBuffers = &centerAddress;
+    s.vertexBuffers = deviceCenters.addresses();
     s.numVertices = unsigned(radii.size());
-    s.radiusBuffers = &radiusAddress;
+    s.radiusBuffers = deviceRadii.addresses();
     s.flags = &flags;
     s.numSbtRecords = 1;
     const Accel accel =
-        buildAccel(lab.context(), input, {}, OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS);
+        buildAccel(lab.context(), input, motionOf(moves),
+                                   OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS);
     Pipeline pipeline;
     pipeline.ptx = differential_spheres_ptx();
+    pipeline.motion = moves;
     pipeline.primitiveTypes = unsigned(OPTIX_PRIMITIVE_TYPE_FLAGS_SPHERE);
     HitRecord hit;
     hit.closestHit = "__closesthit__sphere";
     hit.builtin = OPTIX_PRIMITIVE_TYPE_SPHERE;
     hit.data = {100, kAccept, nullptr};
     pipeline.hits = {hit};
-    answer.seen = lab.trace(pipeline, randomRays(600, 3, 104), accel.handle);
+    answer.seen = lab.trace(pipeline, raysFor(moves, 104), accel.handle);
 }
 
 // Micromaps of four states at level 3: transparent, opaque, and left to the any-hit program.
@@ -134,22 +170,21 @@ DeviceBuffer buildMicromaps(const Lab& lab, unsigned count) {
     return array;
 }
 
-void micromaps(const Lab& lab, Answer& answer) {
+void micromaps(const Lab& lab, Answer& answer, bool moves) {
     constexpr unsigned kTriangles = 100, kMaps = 10;
     const DeviceBuffer array = buildMicromaps(lab, kMaps);
     const Mesh mesh = randomTriangles(kTriangles, 0.7f, 106);
     std::vector<short> mapOf;
     for (unsigned i = 0; i < kTriangles; ++i)
         mapOf.push_back(short(i % kMaps));
-    DeviceBuffer vertices, indices, maps;
-    vertices.upload(mesh.vertices);
+    DeviceBuffer indices, maps;
+    const Keys vertices(mesh.vertices, moves, 0.3f, 112);
     indices.upload(mesh.indices);
     maps.upload(mapOf);
-    const CUdeviceptr address = vertices.address();
     OptixBuildInput input = {};
     input.type = OPTIX_BUILD_INPUT_TYPE_TRIANGLES;
     OptixBuildInputTriangleArray& t = input.triangleArray;
-    t.vertexBuffers = &address;
+    t.vertexBuffers = vertices.addresses();
     t.numVertices = 3 * kTriangles;
     t.vertexFormat = OPTIX_VERTEX_FORMAT_FLOAT3;
     t.indexBuffer = indices.address();
@@ -166,14 +201,16 @@ void micromaps(const Lab& lab, Answer& answer) {
     t.opacityMicromap.numMicromapUsageCounts = 1;
     t.opacityMicromap.micromapUsageCounts = &usage;
     const Accel accel =
-        buildAccel(lab.context(), input, {}, OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS);
+        buildAccel(lab.context(), input, motionOf(moves),
+                                   OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS);
     Pipeline pipeline;
     pipeline.micromaps = true;
+    pipeline.motion = moves;
     HitRecord hit;
     hit.anyHit = "__anyhit__rule";
     hit.data = {100, kIgnoreOdd, nullptr};
     pipeline.hits = {hit};
-    std::vector<TestRay> rays = randomRays(600, 3, 107);
+    std::vector<TestRay> rays = raysFor(moves, 107);
     for (size_t i = 0; i < rays.size(); ++i)
         rays[i].flags = i % 3 == 0   ? OPTIX_RAY_FLAG_FORCE_OPACITY_MICROMAP_2_STATE
                         : i % 3 == 1 ? OPTIX_RAY_FLAG_DISABLE_ANYHIT
@@ -184,12 +221,22 @@ void micromaps(const Lab& lab, Answer& answer) {
 } // namespace
 
 std::vector<Case> shapeCases() {
-    const auto of = [](const CurveKind& kind) {
-        return [kind](const Lab& lab, Answer& answer) { curves(lab, answer, kind); };
+    const auto of = [](const CurveKind& kind, bool moves = false) {
+        return [=](const Lab& lab, Answer& answer) { curves(lab, answer, kind, moves); };
     };
-    return {{"curves.linear", of(kLinear)}, {"curves.quadratic", of(kQuadratic)},
-            {"curves.cubic", of(kCubic)},   {"curves.catmull_rom", of(kCatmullRom)},
-            {"spheres", spheres},           {"micromaps", micromaps}};
+    const auto with = [](auto run, bool moves) {
+        return [=](const Lab& lab, Answer& answer) { run(lab, answer, moves); };
+    };
+    return {{"curves.linear", of(kLinear)},
+            {"curves.quadratic", of(kQuadratic)},
+            {"curves.cubic", of(kCubic)},
+            {"curves.catmull_rom", of(kCatmullRom)},
+            {"spheres", with(spheres, false)},
+            {"micromaps", with(micromaps, false)},
+            {"motion.curves_linear", of(kLinear, true)},
+            {"motion.curves_cubic", of(kCubic, true)},
+            {"motion.spheres", with(spheres, true)},
+            {"motion.micromaps", with(micromaps, true)}};
 }
 
 } // namespace differential
