@@ -17,10 +17,12 @@
 #include "sunstone/intrinsics.h"
 #include "sunstone/cached_loads.h"
 #include "sunstone/math.h"
+#include "sunstone/special_functions.h"
 #include <cmath>
 #include <math.h>
 #include "sunstone/library.h"
 #include "sunstone/warp.h"
+#include "sunstone/simd.h"
 #include "sunstone/atomics.h"
 #endif
 

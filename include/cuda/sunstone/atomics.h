@@ -66,7 +66,7 @@ SUNSTONE_DEVICE float atomicAdd_system(float* p, float v) {
     asm volatile("atom.sys.add.f32 %0, [%1], %2;" : "=f"(old) : "l"(p), "f"(v) : "memory");
     return old;
 }
-#if __CUDA_ARCH__ >= 600 || !defined(__CUDA_ARCH__)
+#if !defined(__CUDA_ARCH__) || __CUDA_ARCH__ >= 600 || !defined(__CUDA_ARCH__)
 SUNSTONE_DEVICE double atomicAdd(double* p, double v) {
     double old;
     asm volatile("atom.add.f64 %0, [%1], %2;" : "=d"(old) : "l"(p), "d"(v) : "memory");
@@ -515,6 +515,39 @@ atomicCAS_system(unsigned long long* p, unsigned long long compare, unsigned lon
                  : "=l"(old)
                  : "l"(p), "l"(compare), "l"(v)
                  : "memory");
+    return old;
+}
+
+#if !defined(__CUDA_ARCH__) || __CUDA_ARCH__ >= 700
+#define SUNSTONE_CAS_SHORT(name, scope)                                                            \
+    SUNSTONE_DEVICE unsigned short name(unsigned short* p, unsigned short compare,                 \
+                                        unsigned short v) {                                        \
+        unsigned short old;                                                                        \
+        asm volatile("atom" scope ".cas.b16 %0, [%1], %2, %3;"                                     \
+                     : "=h"(old)                                                                   \
+                     : "l"(p), "h"(compare), "h"(v)                                                \
+                     : "memory");                                                                  \
+        return old;                                                                                \
+    }
+SUNSTONE_CAS_SHORT(atomicCAS, "")
+SUNSTONE_CAS_SHORT(atomicCAS_block, ".cta")
+SUNSTONE_CAS_SHORT(atomicCAS_system, ".sys")
+#undef SUNSTONE_CAS_SHORT
+#endif
+
+// Each element is added by itself.
+SUNSTONE_DEVICE float2 atomicAdd(float2* p, float2 v) {
+    float2 old;
+    old.x = atomicAdd(&p->x, v.x);
+    old.y = atomicAdd(&p->y, v.y);
+    return old;
+}
+SUNSTONE_DEVICE float4 atomicAdd(float4* p, float4 v) {
+    float4 old;
+    old.x = atomicAdd(&p->x, v.x);
+    old.y = atomicAdd(&p->y, v.y);
+    old.z = atomicAdd(&p->z, v.z);
+    old.w = atomicAdd(&p->w, v.w);
     return old;
 }
 

@@ -748,7 +748,8 @@ SUNSTONE_DEVICE unsigned int __urhadd(unsigned int x, unsigned int y) {
 }
 SUNSTONE_DEVICE unsigned int __byte_perm(unsigned int x, unsigned int y, unsigned int s) {
     unsigned int r;
-    asm("prmt.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(x), "r"(y), "r"(s));
+    // Three bits choose a byte; the fourth, which would spread its sign, is not looked at.
+    asm("prmt.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(x), "r"(y), "r"(s & 0x7777));
     return r;
 }
 SUNSTONE_DEVICE unsigned int __funnelshift_l(unsigned int lo, unsigned int hi, unsigned int shift) {
@@ -792,7 +793,7 @@ SUNSTONE_DEVICE void __trap() {
 SUNSTONE_DEVICE void __brkpt() {
     asm volatile("brkpt;");
 }
-#if __CUDA_ARCH__ >= 700
+#if !defined(__CUDA_ARCH__) || __CUDA_ARCH__ >= 700
 SUNSTONE_DEVICE void __nanosleep(unsigned int ns) {
     asm volatile("nanosleep.u32 %0;" ::"r"(ns));
 }

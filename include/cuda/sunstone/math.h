@@ -122,20 +122,6 @@ SUNSTONE_DEVICE float normcdff(float x) {
 SUNSTONE_DEVICE double normcdf(double x) {
     return 0.5 * sunstone_math::errorFunctionComplement(-0.70710678118654752440 * x);
 }
-SUNSTONE_DEVICE float norm3df(float x, float y, float z) {
-    return (float)sunstone_math::hypotenuse(sunstone_math::hypotenuse(x, y), z);
-}
-SUNSTONE_DEVICE double norm3d(double x, double y, double z) {
-    return sunstone_math::hypotenuse(sunstone_math::hypotenuse(x, y), z);
-}
-SUNSTONE_DEVICE float norm4df(float x, float y, float z, float w) {
-    return (float)sunstone_math::hypotenuse(sunstone_math::hypotenuse(x, y),
-                                            sunstone_math::hypotenuse(z, w));
-}
-SUNSTONE_DEVICE float rnorm3df(float x, float y, float z) { return 1.0f / norm3df(x, y, z); }
-SUNSTONE_DEVICE float rnorm4df(float x, float y, float z, float w) {
-    return 1.0f / norm4df(x, y, z, w);
-}
 
 // ---- rounding to integers, parts of numbers ---------------------------------------------------
 SUNSTONE_DEVICE long lrint(double x) { return __double2ll_rn(x); }

@@ -656,17 +656,20 @@ SUNSTONE_MATH double fractionExponent(double x, int* exponent) {
 
 // ---- error function and gamma -----------------------------------------------------------------
 
-// Complementary error function of x >= 0.75 by its continued fraction, evaluated from a depth that
-// suffices for the distance from zero: depth n leaves an error of exp(-2 x sqrt(2 n)).
-SUNSTONE_MATH double erfcTail(double x) {
-    if (x > 27.3)
-        return 0;
+// exp(x * x) * erfc(x) of x >= 0.75 by its continued fraction, evaluated from a depth that suffices for
+// the distance from zero: depth n leaves an error of exp(-2 x sqrt(2 n)).
+SUNSTONE_MATH double erfcFraction(double x) {
     int depth = x < 1 ? 400 : x < 1.5 ? 250 : x < 3 ? 100 : 40;
     double f = 0;
     for (int k = depth; k >= 1; --k)
         f = (0.5 * k) / (x + f);
+    return 0x1.20dd750429b6dp-1 / (x + f);
+}
+SUNSTONE_MATH double erfcTail(double x) {
+    if (x > 27.3)
+        return 0;
     double square = __dmul_rn(x, x), error = __fma_rn(x, x, -square);
-    return expPair(-square, -error) * 0x1.20dd750429b6dp-1 / (x + f);
+    return expPair(-square, -error) * erfcFraction(x);
 }
 SUNSTONE_MATH double erfSeries(double x) {
     double z = x * x, term = x, sum = x;

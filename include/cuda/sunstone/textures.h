@@ -60,6 +60,24 @@ SUNSTONE_TEXELS(unsigned short, ushort, false)
 SUNSTONE_TEXELS(unsigned char, uchar, false)
 SUNSTONE_TEXELS(signed char, char, false)
 SUNSTONE_TEXEL1(char, char, false)
+// Vectors of one component.
+#define SUNSTONE_TEXEL_OF_ONE(T, M, isF)                                                           \
+    template <> struct sunstone_texel<T> {                                                         \
+        static constexpr bool isFloat = isF;                                                       \
+        static __inline__ __device__ T from(const unsigned* w) {                                   \
+            T r;                                                                                   \
+            r.x = sunstone_word<M>(w[0]);                                                          \
+            return r;                                                                              \
+        }                                                                                          \
+    };
+SUNSTONE_TEXEL_OF_ONE(float1, float, true)
+SUNSTONE_TEXEL_OF_ONE(int1, int, false)
+SUNSTONE_TEXEL_OF_ONE(uint1, unsigned int, false)
+SUNSTONE_TEXEL_OF_ONE(short1, short, false)
+SUNSTONE_TEXEL_OF_ONE(ushort1, unsigned short, false)
+SUNSTONE_TEXEL_OF_ONE(char1, signed char, false)
+SUNSTONE_TEXEL_OF_ONE(uchar1, unsigned char, false)
+#undef SUNSTONE_TEXEL_OF_ONE
 #undef SUNSTONE_TEXELS
 #undef SUNSTONE_TEXEL1
 #undef SUNSTONE_TEXEL2
@@ -123,6 +141,31 @@ SUNSTONE_SAMPLE(tex1DGrad, (SUNSTONE_P, float x, float dx, float dy), (x, dx, dy
 SUNSTONE_SAMPLE(tex2DGrad, (SUNSTONE_P, float x, float y, float2 dx, float2 dy), (x, y, dx, dy),
                 "tex.grad.2d", "f32", "[%4, {%5, %6}], {%7, %8}, {%9, %10}", "f"(x), "f"(y),
                 "f"(dx.x), "f"(dx.y), "f"(dy.x), "f"(dy.y))
+SUNSTONE_SAMPLE(tex3DGrad, (SUNSTONE_P, float x, float y, float z, float4 dx, float4 dy),
+                (x, y, z, dx, dy), "tex.grad.3d", "f32",
+                "[%4, {%5, %6, %7, %7}], {%8, %9, %10, %10}, {%11, %12, %13, %13}", "f"(x), "f"(y),
+                "f"(z), "f"(dx.x), "f"(dx.y), "f"(dx.z), "f"(dy.x), "f"(dy.y), "f"(dy.z))
+SUNSTONE_SAMPLE(tex1DLayeredGrad, (SUNSTONE_P, float x, int layer, float dx, float dy),
+                (x, layer, dx, dy), "tex.grad.a1d", "f32", "[%4, {%5, %6}], {%7}, {%8}", "r"(layer),
+                "f"(x), "f"(dx), "f"(dy))
+SUNSTONE_SAMPLE(tex2DLayeredGrad, (SUNSTONE_P, float x, float y, int layer, float2 dx, float2 dy),
+                (x, y, layer, dx, dy), "tex.grad.a2d", "f32",
+                "[%4, {%5, %6, %7, %7}], {%8, %9}, {%10, %11}", "r"(layer), "f"(x), "f"(y),
+                "f"(dx.x), "f"(dx.y), "f"(dy.x), "f"(dy.y))
+SUNSTONE_SAMPLE(texCubemapGrad, (SUNSTONE_P, float x, float y, float z, float4 dx, float4 dy),
+                (x, y, z, dx, dy), "tex.grad.cube", "f32",
+                "[%4, {%5, %6, %7, %7}], {%8, %9, %10, %10}, {%11, %12, %13, %13}", "f"(x), "f"(y),
+                "f"(z), "f"(dx.x), "f"(dx.y), "f"(dx.z), "f"(dy.x), "f"(dy.y), "f"(dy.z))
+SUNSTONE_SAMPLE(texCubemapLayeredLod,
+                (SUNSTONE_P, float x, float y, float z, int layer, float level),
+                (x, y, z, layer, level), "tex.level.acube", "f32", "[%4, {%5, %6, %7, %8}], %9",
+                "r"(layer), "f"(x), "f"(y), "f"(z), "f"(level))
+SUNSTONE_SAMPLE(texCubemapLayeredGrad,
+                (SUNSTONE_P, float x, float y, float z, int layer, float4 dx, float4 dy),
+                (x, y, z, layer, dx, dy), "tex.grad.acube", "f32",
+                "[%4, {%5, %6, %7, %8}], {%9, %10, %11, %11}, {%12, %13, %14, %14}", "r"(layer),
+                "f"(x), "f"(y), "f"(z), "f"(dx.x), "f"(dx.y), "f"(dx.z), "f"(dy.x), "f"(dy.y),
+                "f"(dy.z))
 SUNSTONE_SAMPLE(sunstone_gather0, (SUNSTONE_P, float x, float y), (x, y), "tld4.r.2d", "f32",
                 "[%4, {%5, %6}]", "f"(x), "f"(y))
 SUNSTONE_SAMPLE(sunstone_gather1, (SUNSTONE_P, float x, float y), (x, y), "tld4.g.2d", "f32",
@@ -158,6 +201,17 @@ SUNSTONE_INTO(texCubemapLayered)
 SUNSTONE_INTO(tex1DLod)
 SUNSTONE_INTO(tex2DLod)
 SUNSTONE_INTO(tex3DLod)
+SUNSTONE_INTO(tex1DLayeredLod)
+SUNSTONE_INTO(tex2DLayeredLod)
+SUNSTONE_INTO(texCubemapLod)
+SUNSTONE_INTO(texCubemapLayeredLod)
+SUNSTONE_INTO(tex1DGrad)
+SUNSTONE_INTO(tex3DGrad)
+SUNSTONE_INTO(tex1DLayeredGrad)
+SUNSTONE_INTO(tex2DLayeredGrad)
+SUNSTONE_INTO(texCubemapGrad)
+SUNSTONE_INTO(texCubemapLayeredGrad)
+SUNSTONE_INTO(tex2Dgather)
 SUNSTONE_INTO(tex2DGrad)
 #undef SUNSTONE_INTO
 

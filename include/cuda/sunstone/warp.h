@@ -212,7 +212,7 @@ SUNSTONE_DEVICE double __shfl_xor_sync(unsigned int mask, double v, int laneMask
     return __longlong_as_double(__shfl_xor_sync(mask, __double_as_longlong(v), laneMask, width));
 }
 
-#if __CUDA_ARCH__ >= 700
+#if !defined(__CUDA_ARCH__) || __CUDA_ARCH__ >= 700
 // ---- matches ----------------------------------------------------------------------------------
 SUNSTONE_DEVICE unsigned int __match_any_sync(unsigned int mask, unsigned int v) {
     unsigned int r;
@@ -242,8 +242,32 @@ SUNSTONE_DEVICE unsigned int __match_all_sync(unsigned int mask, unsigned int v,
 SUNSTONE_DEVICE unsigned int __match_all_sync(unsigned int mask, int v, int* same) {
     return __match_all_sync(mask, (unsigned int)v, same);
 }
+SUNSTONE_DEVICE unsigned int __match_all_sync(unsigned int mask, unsigned long long v, int* same) {
+    unsigned int r;
+    int p;
+    asm volatile("{ .reg .pred p; match.all.sync.b64 %0|p, %2, %3; selp.s32 %1, 1, 0, p; }"
+                 : "=r"(r), "=r"(p)
+                 : "l"(v), "r"(mask));
+    *same = p;
+    return r;
+}
+SUNSTONE_DEVICE unsigned int __match_all_sync(unsigned int mask, float v, int* same) {
+    return __match_all_sync(mask, __float_as_uint(v), same);
+}
+#define SUNSTONE_MATCH_WORD(T)                                                                     \
+    SUNSTONE_DEVICE unsigned int __match_any_sync(unsigned int mask, T v) {                        \
+        return __match_any_sync(mask, __builtin_bit_cast(unsigned long long, v));                  \
+    }                                                                                              \
+    SUNSTONE_DEVICE unsigned int __match_all_sync(unsigned int mask, T v, int* same) {             \
+        return __match_all_sync(mask, __builtin_bit_cast(unsigned long long, v), same);            \
+    }
+SUNSTONE_MATCH_WORD(long long)
+SUNSTONE_MATCH_WORD(long)
+SUNSTONE_MATCH_WORD(unsigned long)
+SUNSTONE_MATCH_WORD(double)
+#undef SUNSTONE_MATCH_WORD
 #endif
-#if __CUDA_ARCH__ >= 800
+#if !defined(__CUDA_ARCH__) || __CUDA_ARCH__ >= 800
 // ---- reductions over a warp -------------------------------------------------------------------
 SUNSTONE_DEVICE unsigned int __reduce_add_sync(unsigned int mask, unsigned int v) {
     unsigned int r;
