@@ -29,6 +29,14 @@ void benchPathTracer(OptixDeviceContext context, const Settings& settings,
 void benchCompile(OptixDeviceContext context, const std::string& name, const Settings& settings,
                   Measurements& measurements);
 
+// Kinds of denoisers at several sizes.
+void benchDenoiser(OptixDeviceContext context, const Settings& settings,
+                   Measurements& measurements);
+// Whether denoised pictures are those of the first run, to the bit: two runs of Sunstone, on a CPU
+// and on a GPU.
+void compareDenoisers(OptixDeviceContext context, const Settings& settings,
+                      Measurements& measurements);
+
 // The file that carries an array from the first library to the second. Returns whether it was
 // there; else it is written with `mine`.
 bool exchange(const Settings& settings, const std::string& name, void* mine, size_t size,

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays per second, build times, memory, frames of a path tracer and compile times on a GPU, through
-// the OptiX API and by events on the stream. The libnvoptix that the loader finds is what is
-// measured, so the same binary and PTX run on Sunstone and on another library. The second run takes
-// the first one's hits as the places where secondary rays begin and says how its own hits differ;
-// where the scene is of triangles, also who is right.
+// Rays per second, build times, memory, frames of a path tracer, denoising and compile times on a
+// GPU, through the OptiX API and by events on the stream. The libnvoptix that the loader finds is
+// what is measured, so the same binary and PTX run on Sunstone and on another library. The second
+// run takes the first one's hits as the places where secondary rays begin and says how its own hits
+// differ; where the scene is of triangles, also who is right.
 //   bench_gpu --hits /tmp/h --label reference --json ref.json     with the other library
 //   bench_gpu --hits /tmp/h --json ours.json                      with Sunstone
 //   bench_gpu --report "ref.json ours.json"                       the table; 1 if a bar is missed
@@ -47,6 +47,14 @@ void measure(const Choice& choice, Measurements& measurements) {
         benchPathTracer(context, choice.settings, measurements);
         known = true;
     }
+    if (scene == "denoiser") {
+        benchDenoiser(context, choice.settings, measurements);
+        known = true;
+    }
+    if (scene == "denoiser-bits") {
+        compareDenoisers(context, choice.settings, measurements);
+        known = true;
+    }
     if (scene == "compile-cold" || scene == "compile-cached") {
         benchCompile(context, scene == "compile-cold" ? "compile, cold" : "compile, cached",
                      choice.settings, measurements);
@@ -58,7 +66,8 @@ void measure(const Choice& choice, Measurements& measurements) {
 }
 
 std::string sceneHelp() {
-    std::string help = "all; path-tracer; compile-cold; compile-cached; or a number:";
+    std::string help =
+        "all; path-tracer; denoiser; denoiser-bits; compile-cold; compile-cached; or a number:";
     for (size_t i = 0; i < worldNames().size(); ++i)
         help += (i == 0 ? " " : ", ") + std::to_string(i) + " " + worldNames()[i];
     return help;
@@ -68,7 +77,7 @@ int run(int argc, char** argv) {
     Choice choice;
     Settings& s = choice.settings;
     Arguments arguments(
-        "Rays, builds, frames and compile times of the OptiX library the loader finds.");
+        "Rays, builds, frames, denoising and compile times of the OptiX library the loader finds.");
     arguments.add("--scene", choice.scene, sceneHelp());
     arguments.add("--hits", s.hits,
                   "prefix of files that carry hits from the first run to the second");
@@ -88,7 +97,7 @@ int run(int argc, char** argv) {
     s.scale = std::stod(choice.scale);
     if (!(s.scale > 0 && s.scale <= 1))
         throw std::runtime_error("--scale " + choice.scale + " is not above 0 and at most 1");
-    if (s.hits.empty() && choice.scene.rfind("compile", 0) != 0)
+    if (s.hits.empty() && choice.scene.rfind("compile", 0) != 0 && choice.scene != "denoiser")
         throw std::runtime_error("--hits is missing");
     Measurements measurements(s.label);
     measure(choice, measurements);

@@ -46,7 +46,9 @@ struct Pair {
     double reference = NAN, ours = NAN;
     std::string unit;
     // How many times as good as the reference.
-    double ratio() const { return unit == "Mrays/s" ? ours / reference : reference / ours; }
+    double ratio() const {
+        return unit == "Mrays/s" || unit == "dB" ? ours / reference : reference / ours;
+    }
 };
 
 class Report {

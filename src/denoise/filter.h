@@ -5,16 +5,11 @@
 #pragma once
 
 #include "denoise/image.h"
+#include "denoise/job.h"
 
 #include <vector>
 
 namespace sunstone::denoise {
-
-enum class AlphaMode : uint8_t {
-    kCopy,     // output alpha is input alpha
-    kTogether, // filtered with the weights of the colours
-    kSeparate, // filtered on its own
-};
 
 struct Layer {
     Image input;
@@ -37,6 +32,17 @@ struct Frame {
     bool hasPrevious = true; // temporal: layers have previous images; not so in a first frame
 };
 
+// What runs a filter's steps: the threads of a CPU (cpuSteps), or a GPU in the order of a stream
+// (gpu/gpu_denoiser.h).
+class StepRunner {
+public:
+    virtual ~StepRunner() = default;
+    // Comes before all steps: fills `control`, which lies in the scratch memory.
+    virtual void begin(Control& control) = 0;
+    // Runs the step for all of width x height pixels, after all that came before.
+    virtual void run(Step step, const Job& job, uint32_t width, uint32_t height) = 0;
+};
+
 class Filter {
 public:
     virtual ~Filter() = default;
@@ -46,9 +52,12 @@ public:
     virtual uint32_t overlap() const = 0;
     // Bytes of scratch memory for inputs of this size.
     virtual size_t scratchSize(uint32_t width, uint32_t height) const = 0;
-    // Reads all of a layer before it writes it. Results depend neither on the number of threads
-    // nor on what scratch held.
-    virtual void run(const Frame& frame, void* scratch) const = 0;
+    // Has the steps of a frame run; neither the images nor `scratch` are touched here. All of a
+    // layer is read before it is written. Results depend neither on what runs the steps nor on what
+    // scratch held.
+    virtual void run(const Frame& frame, void* scratch, StepRunner& runner) const = 0;
+    // On the threads of the CPU.
+    void run(const Frame& frame, void* scratch) const;
 };
 
 } // namespace sunstone::denoise

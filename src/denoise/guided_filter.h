@@ -18,7 +18,7 @@
 //
 // Everything is local: a pixel depends on inputs within overlap() of it, computed in the same order
 // wherever it lies in the memory given, so that tiles give what the whole image gives.
-// Read next: rows.h, the inner loops.
+// Read next: job.h, what the steps are and what runs them; rows.h, the inner loops.
 #pragma once
 
 #include "denoise/filter.h"
@@ -43,7 +43,8 @@ public:
     uint32_t factor() const override { return factor_; }
     uint32_t overlap() const override;
     size_t scratchSize(uint32_t width, uint32_t height) const override;
-    void run(const Frame& frame, void* scratch) const override;
+    using Filter::run;
+    void run(const Frame& frame, void* scratch, StepRunner& runner) const override;
 
 private:
     FilterSettings settings_;

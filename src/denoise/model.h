@@ -39,6 +39,11 @@ struct Model {
     FilterSettings settings;
 };
 
+// Planes of guides in its frames.
+inline int guidePlanesOf(const Model& model) {
+    return (model.usesAlbedo ? 3 : 0) + (model.usesNormal ? isTemporal(model.kind) ? 3 : 2 : 0);
+}
+
 std::unique_ptr<Filter> makeFilter(const Model& model);
 
 // Reads a container. False, with the reason, if the bytes are not one.

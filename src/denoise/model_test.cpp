@@ -86,6 +86,18 @@ TEST(Statistics, Formulas) {
     EXPECT_EQ(0.0f, average[0]);
 }
 
+TEST(Statistics, LogarithmAndExponential) {
+    for (float x = 1e-8f; x < 3e38f; x *= 1.0037f)
+        ASSERT_NEAR(std::log(double(x)), logarithm(double(x)), 5e-15 * (1 + std::abs(std::log(x))));
+    EXPECT_EQ(0.0, logarithm(1.0));
+    for (double x = -699.0; x < 700.0; x += 0.37)
+        ASSERT_NEAR(1.0, exponential(x) / std::exp(x), 1e-12) << x;
+    EXPECT_EQ(1.0, exponential(0.0));
+    EXPECT_EQ(exponential(700.0), exponential(INFINITY));
+    EXPECT_EQ(exponential(-700.0), exponential(-INFINITY));
+    EXPECT_TRUE(std::isnan(exponential(NAN)));
+}
+
 std::vector<uint8_t> container(std::vector<uint32_t> words) {
     std::vector<uint8_t> bytes = {'S', 'U', 'N', 'D', 'E', 'N', 'O', 'I'};
     for (uint32_t word : words)

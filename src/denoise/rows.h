@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The inner loops of the guided filter: one row of one pass, taps outside, pixels inside, so that
 // compilers vectorise over pixels. Compiled once per instruction set (rows_*.cpp include
-// rows_body.h); all give the same bits, as nothing is fused and no sum is reordered.
+// rows_kernels.h); all give the same bits, as nothing is fused and no sum is reordered.
 #pragma once
 
 #include <cstddef>

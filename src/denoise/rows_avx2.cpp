@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The row kernels for AVX2 (flags in the build files).
-#include "denoise/rows_body.h"
+#include "denoise/rows_kernels.h"
 
 namespace sunstone::denoise {
 

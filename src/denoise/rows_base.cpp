@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The row kernels for any x86-64, and the choice between them and the others.
-#include "denoise/rows_body.h"
+#include "denoise/rows_kernels.h"
 
 namespace sunstone::denoise {
 

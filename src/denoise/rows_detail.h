@@ -14,7 +14,6 @@
 namespace sunstone::denoise {
 namespace {
 
-constexpr uint32_t kDetailChunk = 64; // few enough for all moments to stay in the first cache
 // Surroundings: guides may be further away than for smoothing, that is what is regressed on; what
 // is several times brighter or darker is something else (a highlight, a lamp, a shadow).
 constexpr float kDetailGuidePart = 0.2f;
@@ -29,29 +28,46 @@ constexpr int causesOf(int guides) {
     return guides < kMaxCauses ? guides : kMaxCauses;
 }
 
-template <int kCauses>
+template <int kCauses, uint32_t kSize>
 struct Moments {
     static constexpr int kPairs = kCauses * (kCauses + 1) / 2;
-    float weight[kDetailChunk], squaredWeight[kDetailChunk], squaredColor[kDetailChunk];
-    float guide[kCauses][kDetailChunk], color[3][kDetailChunk];
-    float pair[kPairs][kDetailChunk], mixed[kCauses][3][kDetailChunk];
+    float weight[kSize], squaredWeight[kSize], squaredColor[kSize];
+    float guide[kCauses][kSize], color[3][kSize];
+    float pair[kPairs][kSize], mixed[kCauses][3][kSize];
 };
 
+// What is read of the pixels themselves.
 template <int kGuides>
-void addTap(const Pass& pass, const GuideRows& center, size_t here, const GuideRows& tap,
-            size_t row, int dx, uint32_t begin, uint32_t first, uint32_t last,
-            Moments<causesOf(kGuides)>& sums) {
-    const float* const* color = pass.from.color;
-    const float* const* pilot = pass.pilot.color;
+struct Own {
+    OwnGuides<kGuides> guides;
+    OwnRow color[3], pilot[3];
+
+    Own(const Pass& pass, Place here, uint32_t begin) : guides(pass, here, begin) {
+        for (int k = 0; k < 3; ++k) {
+            color[k] = OwnRow(pass.from.color[k], here, begin);
+            pilot[k] = OwnRow(pass.pilot.color[k], here, begin);
+        }
+    }
+};
+
+template <int kGuides, uint32_t kSize>
+inline void addTap(const Pass& pass, const Own<kGuides>& own, Place row, int dx, uint32_t begin,
+                   uint32_t first, uint32_t last, Moments<causesOf(kGuides), kSize>& sums) {
+    const GuideRows<kGuides> tap(pass, row);
+    Row color[3], pilot[3];
+    for (int k = 0; k < 3; ++k) {
+        color[k] = Row(pass.from.color[k], row);
+        pilot[k] = Row(pass.pilot.color[k], row);
+    }
     for (uint32_t x = first; x < last; ++x) {
         uint32_t q = uint32_t(int(x) + dx), i = x - begin;
         float d[kGuides], c[3], distance = 0.0f;
         for (int g = 0; g < kGuides; ++g) {
-            d[g] = tap.rows[g][q] - center.rows[g][x];
+            d[g] = tap.rows[g][q] - own.guides.rows[g][x];
             distance += d[g] * d[g];
         }
-        float light = brightness(pilot[0][here + x], pilot[1][here + x], pilot[2][here + x]);
-        float other = brightness(pilot[0][row + q], pilot[1][row + q], pilot[2][row + q]);
+        float light = brightness(own.pilot[0][x], own.pilot[1][x], own.pilot[2][x]);
+        float other = brightness(pilot[0][q], pilot[1][q], pilot[2][q]);
         float product = light * other, step = light - other;
         product = product > 0.0f ? product : 0.0f;
         float w = falloff(distance * kDetailGuidePart +
@@ -60,7 +76,7 @@ void addTap(const Pass& pass, const GuideRows& center, size_t here, const GuideR
         sums.squaredWeight[i] += w * w;
         float square = 0.0f;
         for (int k = 0; k < 3; ++k) { // against the pixel's own: fewer digits are lost
-            c[k] = color[k][row + q] - color[k][here + x];
+            c[k] = color[k][q] - own.color[k][x];
             square += c[k] * c[k];
             sums.color[k][i] += w * c[k];
         }
@@ -78,8 +94,8 @@ void addTap(const Pass& pass, const GuideRows& center, size_t here, const GuideR
 }
 
 // What the guides say of pixel i of the chunk against the mean of its surroundings.
-template <int kCauses>
-inline void explain(const Moments<kCauses>& sums, uint32_t i, float (&detail)[3]) {
+template <int kCauses, uint32_t kSize>
+inline void explain(const Moments<kCauses, kSize>& sums, uint32_t i, float (&detail)[3]) {
     float inverse = 1.0f / sums.weight[i]; // the pixel itself weighs 1
     float guide[kCauses], color[3], matrix[kCauses][kCauses], pivot[kCauses];
     float total = sums.squaredColor[i] * inverse, explained = 0.0f;
@@ -131,19 +147,18 @@ inline void explain(const Moments<kCauses>& sums, uint32_t i, float (&detail)[3]
         detail[k] *= trust;
 }
 
-template <int kGuides>
-void detailChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t end) {
-    Moments<causesOf(kGuides)> sums = {};
-    size_t here = y * pass.stride;
-    GuideRows center(pass, here);
-    forTaps(pass, y, begin, end, kDetailRadius, 1,
-            [&](int dx, int dy, size_t row, uint32_t first, uint32_t last) {
-                // A disc, and of that every other pixel: it tells nearly as much.
-                if ((dx + dy) % 2 != 0 || dx * dx + dy * dy > kDetailDisc)
-                    return;
-                GuideRows tap(pass, row);
-                addTap<kGuides>(pass, center, here, tap, row, dx, begin, first, last, sums);
-            });
+template <int kGuides, uint32_t kSize>
+inline void detailChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t end) {
+    Moments<causesOf(kGuides), kSize> sums = {};
+    const Place here = Place(y) * Place(pass.stride);
+    const Own<kGuides> own(pass, here, begin);
+    forTaps<kDetailRadius, kSize>(
+        pass, y, begin, end, 1, [&](int dx, int dy, Place row, uint32_t first, uint32_t last) {
+            // A disc, and of that every other pixel: it tells nearly as much.
+            if ((dx + dy) % 2 != 0 || dx * dx + dy * dy > kDetailDisc)
+                return;
+            addTap<kGuides, kSize>(pass, own, row, dx, begin, first, last, sums);
+        });
     for (uint32_t x = begin; x < end; ++x) {
         float detail[3];
         explain(sums, x - begin, detail);

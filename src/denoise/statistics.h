@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Statistics that fit images of any brightness to the range a filter expects. Sums are double and
-// taken row by row in order, so that results do not depend on the number of threads.
+// Statistics that fit images of any brightness to the range a filter expects. Logarithms are added
+// up as integers, so that results depend neither on the order of pixels nor on what adds.
 #pragma once
 
 #include "denoise/image.h"
+#include "denoise/logarithm.h"
 
 namespace sunstone::denoise {
 
@@ -14,5 +15,56 @@ float intensityScale(const Image& image);
 // For each of the first three channels the mean of ln c over the values c above 1e-8; 0 if there
 // are none. Values that are not finite do not count.
 void averageLogColor(const Image& image, float (&result)[3]);
+
+// ---- What CPUs and threads of GPUs share
+// ----------------------------------------------------------
+
+constexpr float kDarkest = 1e-8f;
+// Logarithms are below 128 in magnitude: with this many units for 1 the sum of 2^34 of them fits.
+constexpr double kLogUnits = 0x1p22;
+
+struct LogSum {
+    int64_t sum;
+    uint64_t count;
+
+    void add(float value) {
+        if (!(value > kDarkest) || !(value < __builtin_inff()))
+            return;
+        const double units = logarithm(double(value)) * kLogUnits;
+        sum += int64_t(units + (units < 0.0 ? -0.5 : 0.5));
+        ++count;
+    }
+    void add(const LogSum& other) {
+        sum += other.sum;
+        count += other.count;
+    }
+    double mean() const { return count ? double(sum) / double(count) / kLogUnits : 0.0; }
+};
+
+// What the pixels of an image add to.
+struct LuminanceLogs {
+    static constexpr int kSums = 1;
+    LogSum sums[kSums] = {};
+
+    void add(const float (&c)[4]) {
+        sums[0].add(c[0] * 0.212586f + c[1] * 0.715170f + c[2] * 0.072200f);
+    }
+    void result(float* to) const {
+        to[0] = sums[0].count ? float(0.18 / exponential(sums[0].mean())) : 1.0f;
+    }
+};
+struct ColorLogs {
+    static constexpr int kSums = 3;
+    LogSum sums[kSums] = {};
+
+    void add(const float (&c)[4]) {
+        for (int i = 0; i < kSums; ++i)
+            sums[i].add(c[i]);
+    }
+    void result(float* to) const {
+        for (int i = 0; i < kSums; ++i)
+            to[i] = float(sums[i].mean());
+    }
+};
 
 } // namespace sunstone::denoise

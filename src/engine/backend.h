@@ -10,7 +10,6 @@
 #include "compiler/compiler.h"
 #include "device/device.h"
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,10 +18,13 @@ namespace sunstone::engine {
 
 struct AccelBuild;
 struct Context;
+struct DenoiseRequest;
+struct DenoiserSetup;
 struct LaunchRequest;
 struct MicromapArrayBuild;
 struct Pipeline;
 struct ProgramGroup;
+struct StatisticsRequest;
 
 using ContextPtr = std::shared_ptr<Context>;
 
@@ -44,20 +46,6 @@ public:
     virtual ~DeviceCode() = default;
 };
 
-// Rows of device memory that work on the host reads, and writes if it says so.
-struct HostRegion {
-    void* device;
-    size_t width, height, stride; // bytes of a row, rows, bytes from row to row
-    bool isWritten = false;
-    // Where the work finds them.
-    uint8_t* host = nullptr;
-    size_t hostStride = 0;
-};
-struct HostWork {
-    std::vector<HostRegion> regions;
-    std::function<void(const std::vector<HostRegion>&)> run;
-};
-
 class Backend {
 public:
     virtual ~Backend() = default;
@@ -73,10 +61,10 @@ public:
     // Logs what launches and builds that are over have reported and nobody has told yet.
     virtual void flush(const Context&) {}
 
-    // Runs work of the host in stream order: on device memory itself where that is shared, else on
-    // copies, of which the written ones are copied back. What goes wrong in it is logged under `tag`.
-    virtual void runOnHost(const ContextPtr& context, void* stream, const char* tag,
-                           HostWork work) = 0;
+    // Denoising; see denoiser.h.
+    virtual void setupDenoiser(const ContextPtr& context, const DenoiserSetup& setup) = 0;
+    virtual void denoise(const ContextPtr& context, DenoiseRequest request) = 0;
+    virtual void imageStatistics(const ContextPtr& context, const StatisticsRequest& request) = 0;
 
     virtual bvh::MemoryUsage accelMemory(const bvh::BuildInputs& inputs,
                                          const bvh::BuildOptions& options) = 0;

@@ -17,13 +17,14 @@ public:
     void launch(const ContextPtr& context, const LaunchRequest& request) override {
         cpu::launch(context, request);
     }
-    void runOnHost(const ContextPtr& context, void* stream, const char* tag,
-                   HostWork work) override {
-        for (HostRegion& region : work.regions) {
-            region.host = static_cast<uint8_t*>(region.device);
-            region.hostStride = region.stride;
-        }
-        enqueueLogged(context, stream, tag, [work = std::move(work)] { work.run(work.regions); });
+    void setupDenoiser(const ContextPtr& context, const DenoiserSetup& setup) override {
+        cpu::setupDenoiser(context, setup);
+    }
+    void denoise(const ContextPtr& context, DenoiseRequest request) override {
+        cpu::denoise(context, std::move(request));
+    }
+    void imageStatistics(const ContextPtr& context, const StatisticsRequest& request) override {
+        cpu::imageStatistics(context, request);
     }
     bvh::MemoryUsage accelMemory(const bvh::BuildInputs& inputs,
                                  const bvh::BuildOptions& options) override {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CPU's side of backend.h: see launch.cpp, accel.cpp, micromap.cpp and pipeline.cpp, where these are.
+// The CPU's side of backend.h: see launch.cpp, accel.cpp, micromap.cpp, denoiser.cpp and
+// pipeline.cpp, where these are.
 #pragma once
 
 #include "engine/accel.h"
+#include "engine/denoiser.h"
 #include "engine/launch.h"
 #include "engine/micromap.h"
 #include "engine/pipeline.h"
@@ -22,5 +24,8 @@ void buildMicromapArray(const ContextPtr& context, MicromapArrayBuild request);
 bvh::RelocationInfo micromapRelocationInfo(const ContextPtr& context, const void* array);
 void relocateMicromapArray(const ContextPtr& context, void* stream, const bvh::RelocationInfo& info,
                            void* array);
+void setupDenoiser(const ContextPtr& context, const DenoiserSetup& setup);
+void denoise(const ContextPtr& context, DenoiseRequest request);
+void imageStatistics(const ContextPtr& context, const StatisticsRequest& request);
 
 } // namespace sunstone::engine::cpu

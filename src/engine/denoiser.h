@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Denoising in stream order: descriptions are copied when a call is made, images and the numbers in
-// device memory are read when the stream reaches it.
+// device memory are read when the stream reaches it. What is wrong with those is logged, and told
+// by the next of these calls on the stream.
 #pragma once
 
+#include "denoise/call.h"
 #include "denoise/filter.h"
 #include "denoise/model.h"
 #include "engine/context.h"
@@ -11,32 +13,32 @@
 
 namespace sunstone::engine {
 
-// What setupDenoiser puts into the caller's state memory. The filters of today keep nothing else
-// there; a learned model would keep its weights.
-struct DenoiserState {
-    uint64_t magic;
-    uint32_t width, height;
-};
+constexpr const char* kDenoiserTag = "DENOISER"; // of the log
 constexpr size_t kDenoiserStateSize = 256;
+static_assert(sizeof(denoise::State) <= kDenoiserStateSize);
+
+struct DenoiserSetup {
+    void* state = nullptr;
+    uint32_t width = 0, height = 0;
+    int guidePlanes = 0; // of frames to come
+    void* stream = nullptr;
+};
 
 struct DenoiseRequest {
     std::shared_ptr<const denoise::Filter> filter;
-    denoise::Frame frame;                // `scale` is filled in from what follows
-    const float* intensity = nullptr;    // device memory: one factor for all channels
-    const float* averageColor = nullptr; // device memory: mean logarithm of each channel; wins
-    const void* state = nullptr;
+    denoise::Frame frame; // `scale` is filled in from `inputs`
+    denoise::CallInputs inputs = {};
     void* scratch = nullptr;
     void* stream = nullptr;
 };
 
-void setupDenoiser(const std::shared_ptr<Context>& context, void* stream, void* state,
-                   uint32_t width, uint32_t height);
-void denoise(const std::shared_ptr<Context>& context, DenoiseRequest request);
-
-// Write one and three floats; see denoise/statistics.h.
-void computeIntensity(const std::shared_ptr<Context>& context, void* stream,
-                      const denoise::Image& image, float* result);
-void computeAverageColor(const std::shared_ptr<Context>& context, void* stream,
-                         const denoise::Image& image, float* result);
+// One or three floats; see denoise/statistics.h.
+struct StatisticsRequest {
+    enum Kind { kIntensity, kAverageColor } kind;
+    denoise::Image image;
+    void* scratch = nullptr;
+    float* result = nullptr;
+    void* stream = nullptr;
+};
 
 } // namespace sunstone::engine

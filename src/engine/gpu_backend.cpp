@@ -19,7 +19,7 @@ constexpr unsigned kLeastCapability = 70;
 
 } // namespace
 
-GpuBackend::GpuBackend(CUcontext context) : device_(context), slots_(context), hostWork_(context) {
+GpuBackend::GpuBackend(CUcontext context) : device_(context), slots_(context) {
     if (device_.computeCapability() < kLeastCapability)
         fail(Code::kNotSupported, device_.name(),
              ": GPUs from compute capability 7.0 on are "
@@ -30,8 +30,10 @@ GpuBackend::~GpuBackend() {
     try {
         ContextScope scope(device_.context());
         builder_.reset();
+        denoiser_.reset();
     } catch (const Error&) { // the application has destroyed its context, and modules with it
         (void)builder_.release();
+        (void)denoiser_.release();
     }
 }
 
@@ -45,6 +47,8 @@ void GpuBackend::flush(const Context& context) {
         slots_.tellOfEnded(~0u);
         if (builder_)
             tellOfBuilds(context);
+        if (denoiser_)
+            tellOfRefusals(context);
     } catch (const Error&) { // the application has destroyed its context
     }
 }

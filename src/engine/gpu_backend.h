@@ -5,13 +5,15 @@
 #pragma once
 
 #include "bvh/gpu/builder.h"
+#include "denoise/gpu/gpu_denoiser.h"
 #include "device/cuda/gpu_device.h"
 #include "engine/backend.h"
-#include "engine/gpu_host_work.h"
 #include "engine/gpu_launch_slots.h"
 
 #include <atomic>
+#include <map>
 #include <mutex>
+#include <string>
 
 namespace sunstone::engine {
 
@@ -48,10 +50,9 @@ public:
     void setStackSizes(const Context& context, Pipeline& pipeline) override;
     void launch(const ContextPtr& context, const LaunchRequest& request) override;
     void flush(const Context& context) override;
-    void runOnHost(const ContextPtr& context, void* stream, const char* tag,
-                   HostWork work) override {
-        hostWork_.run(context, CUstream(stream), tag, std::move(work));
-    }
+    void setupDenoiser(const ContextPtr& context, const DenoiserSetup& setup) override;
+    void denoise(const ContextPtr& context, DenoiseRequest request) override;
+    void imageStatistics(const ContextPtr& context, const StatisticsRequest& request) override;
     bvh::MemoryUsage accelMemory(const bvh::BuildInputs& inputs,
                                  const bvh::BuildOptions& options) override;
     uint64_t buildAccel(const ContextPtr& context, AccelBuild request) override;
@@ -72,13 +73,19 @@ private:
     void tellOfBuilds(const Context& context);
     bvh::BlockHeader headerOf(uint64_t handle, CUstream stream, const char* parameter);
     void setStackUse(GpuCodeObject& code);
-    const bvh::gpu::Builder& builder(); // made when first asked for, as its kernels are
+    const bvh::gpu::Builder& builder();    // made when first asked for, as its kernels are
+    denoise::gpu::GpuDenoiser& denoiser(); // likewise
+    void tellOfRefusals(const Context& context);
+    void throwRefusal(const Context& context, CUstream stream);
 
     device::cuda::GpuDevice device_;
     std::once_flag builderMade_;
     std::unique_ptr<bvh::gpu::Builder> builder_;
+    std::once_flag denoiserMade_;
+    std::unique_ptr<denoise::gpu::GpuDenoiser> denoiser_;
+    std::mutex refusalMutex_;
+    std::map<CUstream, std::string> refusals_; // the first of each stream, until its next call
     GpuLaunchSlots slots_;
-    GpuHostWork hostWork_;
 };
 
 } // namespace sunstone::engine

@@ -133,6 +133,7 @@ protected:
         OptixDeviceContext other = nullptr;
         ASSERT_EQ(OPTIX_SUCCESS, optixDeviceContextCreate(nullptr, nullptr, &other));
         ASSERT_EQ(OPTIX_SUCCESS, optixDeviceContextDestroy(other));
+        hearReports();
     }
 
     OptixDenoiser denoiser_ = nullptr;

@@ -240,10 +240,10 @@ private:
             frame_.alpha = params_.denoiseAlpha == 1 && takesLayers ? denoise::AlphaMode::kTogether
                                                                     : denoise::AlphaMode::kSeparate;
         if (params_.hdrIntensity && !frame_.isLimited)
-            request_.intensity =
+            request_.inputs.intensity =
                 checkFloats(device_, "params->hdrIntensity", params_.hdrIntensity, 1);
         if (params_.hdrAverageColor && takesLayers)
-            request_.averageColor =
+            request_.inputs.averageColor =
                 checkFloats(device_, "params->hdrAverageColor", params_.hdrAverageColor, 3);
     }
 
@@ -417,8 +417,11 @@ OptixResult denoiserSetup(OptixDenoiser denoiser, CUstream stream, unsigned inpu
                     engine::kDenoiserStateSize);
         checkMemory(device, "scratch", scratch, scratchSizeInBytes,
                     filterOf(*object).scratchSize(inputWidth, inputHeight));
-        engine::setupDenoiser(object->context->engine, stream,
-                              reinterpret_cast<void*>(denoiserState), inputWidth, inputHeight);
+        const engine::DenoiserSetup setup{reinterpret_cast<void*>(denoiserState), inputWidth,
+                                          inputHeight, denoise::guidePlanesOf(object->model),
+                                          stream};
+        const engine::ContextPtr& engine = object->context->engine;
+        engine->backend->setupDenoiser(engine, setup);
         std::lock_guard lock(object->mutex);
         object->setups[denoiserState] = {inputWidth, inputHeight};
     });
@@ -440,10 +443,13 @@ void invoke(DenoiserObject& denoiser, const InvokePlace& place, const OptixDenoi
              " pixels, more than the ", setup.width, " x ", setup.height, " of optixDenoiserSetup");
     checkMemory(device, "scratch", place.scratch, place.scratchSize,
                 filter.scratchSize(input.width, input.height));
-    request.state = reinterpret_cast<const void*>(place.state);
+    request.inputs.state = reinterpret_cast<const void*>(place.state);
+    request.inputs.width = input.width;
+    request.inputs.height = input.height;
     request.scratch = reinterpret_cast<void*>(place.scratch);
     request.stream = place.stream;
-    engine::denoise(denoiser.context->engine, std::move(request));
+    const engine::ContextPtr& engine = denoiser.context->engine;
+    engine->backend->denoise(engine, std::move(request));
 }
 
 OptixResult denoiserInvoke(OptixDenoiser denoiser, CUstream stream,
@@ -473,8 +479,10 @@ OptixResult denoiserComputeIntensity(OptixDenoiser denoiser, CUstream stream,
             checkStatistics(*object, inputImage, scratch, scratchSizeInBytes, kIntensityScratch);
         device::Device& device = *object->context->engine->device;
         checkFloats(device, "outputIntensity", outputIntensity, 1);
-        engine::computeIntensity(object->context->engine, stream, image,
-                                 reinterpret_cast<float*>(outputIntensity));
+        const engine::ContextPtr& engine = object->context->engine;
+        engine->backend->imageStatistics(
+            engine, {engine::StatisticsRequest::kIntensity, image, reinterpret_cast<void*>(scratch),
+                     reinterpret_cast<float*>(outputIntensity), stream});
     });
 }
 
@@ -488,8 +496,11 @@ OptixResult denoiserComputeAverageColor(OptixDenoiser denoiser, CUstream stream,
             checkStatistics(*object, inputImage, scratch, scratchSizeInBytes, kAverageColorScratch);
         device::Device& device = *object->context->engine->device;
         checkFloats(device, "outputAverageColor", outputAverageColor, 3);
-        engine::computeAverageColor(object->context->engine, stream, image,
-                                    reinterpret_cast<float*>(outputAverageColor));
+        const engine::ContextPtr& engine = object->context->engine;
+        engine->backend->imageStatistics(engine,
+                                         {engine::StatisticsRequest::kAverageColor, image,
+                                          reinterpret_cast<void*>(scratch),
+                                          reinterpret_cast<float*>(outputAverageColor), stream});
     });
 }
 

@@ -8,8 +8,7 @@
 #include "bvh/gpu/builder.h"
 #include "bvh/gpu/traversal.h"
 #include "bvh/test_meshes.h"
-
-#include <dlfcn.h>
+#include "device/cuda/test_driver.h"
 
 namespace sunstone::bvh::gpu::testing {
 
@@ -23,28 +22,11 @@ public:
     const Builder& builder() const { return *builder_; }
 
 private:
-    Device() {
-        void* const library = dlopen(TEST_CUDA_LIBRARY, RTLD_NOW | RTLD_LOCAL);
-        if (!library)
-            fail(Code::kNotInitialized, dlerror());
-#define SUNSTONE_CUDA_MEMBER(member, function)                                                     \
-    driver_.member = reinterpret_cast<decltype(driver_.member)>(                                   \
-        dlsym(library, device::cuda::DriverNames::member));                                        \
-    if (!driver_.member)                                                                           \
-        fail(Code::kNotInitialized, device::cuda::DriverNames::member);
-        SUNSTONE_CUDA_FUNCTIONS(SUNSTONE_CUDA_MEMBER)
-#undef SUNSTONE_CUDA_MEMBER
-        const auto createContext = reinterpret_cast<decltype(&cuDevicePrimaryCtxRetain)>(
-            dlsym(library, "cuDevicePrimaryCtxRetain"));
-        const auto setContext =
-            reinterpret_cast<decltype(&cuCtxSetCurrent)>(dlsym(library, "cuCtxSetCurrent"));
-        CUcontext context = nullptr;
-        if (driver_.init(0) || createContext(&context, 0) || setContext(context))
-            fail(Code::kNotInitialized, "no context on the CPU device");
+    Device() : driver_(device::cuda::testDriver()) {
         builder_ = std::make_unique<Builder>(driver_);
     }
 
-    device::cuda::Driver driver_;
+    const device::cuda::Driver& driver_;
     std::unique_ptr<Builder> builder_;
 };
 
@@ -71,7 +53,8 @@ struct GpuStructure {
     std::shared_ptr<Buffer> memory, loose;
     const BlockHeader& header() const { return *static_cast<const BlockHeader*>(memory->data()); }
     uint64_t handle() const {
-        return memory->address() | (kindOf(header().type) == BlockType::kInstances ? kIasTag : kGasTag);
+        return memory->address() |
+               (kindOf(header().type) == BlockType::kInstances ? kIasTag : kGasTag);
     }
 };
 

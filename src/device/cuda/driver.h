@@ -48,7 +48,6 @@ namespace sunstone::device::cuda {
     X(memcpyHtoD, cuMemcpyHtoD)                                                                    \
     X(memcpyDtoH, cuMemcpyDtoH)                                                                    \
     X(memcpyAsync, cuMemcpyAsync)                                                                  \
-    X(memcpy2DAsync, cuMemcpy2DAsync)                                                              \
     X(memcpyHtoDAsync, cuMemcpyHtoDAsync)                                                          \
     X(memcpyDtoHAsync, cuMemcpyDtoHAsync)                                                          \
     X(memcpyDtoDAsync, cuMemcpyDtoDAsync)                                                          \

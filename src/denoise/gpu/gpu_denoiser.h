@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Denoising on a GPU: asynchronous, in the caller's stream, inside the caller's buffers, with the
+// bits of the CPU's result (NaN may have other ones). Addresses in frames are of the device.
+#pragma once
+
+#include "denoise/call.h"
+#include "denoise/filter.h"
+#include "denoise/gpu/launch.h"
+#include "device/cuda/driver.h"
+
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace sunstone::denoise::gpu {
+
+// The kernels, loaded into the context that is current when they are first needed. Calls must be
+// made with the same context current; they may come from any thread.
+class GpuDenoiser {
+public:
+    explicit GpuDenoiser(const device::cuda::Driver& driver);
+    ~GpuDenoiser();
+    GpuDenoiser(const GpuDenoiser&) = delete;
+    GpuDenoiser& operator=(const GpuDenoiser&) = delete;
+
+    // Loads what frames with that many planes of guides need: the driver compiles it.
+    void prepare(int guides);
+    // Writes the caller's state memory.
+    void setUp(CUstream stream, CUdeviceptr state, uint32_t width, uint32_t height);
+    // Frame::scale comes from `inputs`. A call that is refused when the stream reaches it leaves
+    // outputs as they are; takeRefusals tells.
+    void filter(CUstream stream, const Filter& filter, const Frame& frame, void* scratch,
+                const CallInputs& inputs);
+    // Write one and three floats, see denoise/statistics.h; scratch is as large as the API asks
+    // for.
+    void intensity(CUstream stream, const Image& image, void* scratch, float* result);
+    void averageColor(CUstream stream, const Image& image, void* scratch, float* result);
+
+    // Calls that have been refused meanwhile, each told once. Never waits.
+    struct Refusal {
+        CUstream stream;
+        std::string text;
+    };
+    std::vector<Refusal> takeRefusals();
+
+private:
+    friend class GpuSteps;
+    struct Module {
+        CUmodule module = nullptr;
+        std::map<std::string, CUfunction> kernels;
+    };
+    void check(CUresult result, const char* what) const;
+    CUfunction kernel(int guides, const char* name); // guides -1: of step_kernels.cu
+    void launch(CUstream stream, CUfunction kernel, const char* name, uint32_t blocks,
+                void** arguments) const;
+    void addLogs(CUstream stream, const char* pixels, const char* blocks, const Image& image,
+                 void* scratch, float* result);
+
+    const device::cuda::Driver& driver_;
+    std::mutex mutex_;
+    std::map<int, Module> modules_; // by number of guides
+    Report* report_ = nullptr;      // page-locked
+    uint32_t refusalsTold_ = 0;
+};
+
+} // namespace sunstone::denoise::gpu
