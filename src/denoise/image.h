@@ -126,22 +126,28 @@ inline uint8_t toByte(float value) {
     return value >= 1.0f ? 255 : uint8_t(value * 255.0f + 0.5f);
 }
 
+// A number of rounds that compilers know, so that values stay in registers.
+template <class Body>
+inline void forChannels(unsigned count, Body body) {
+    for (unsigned c = 0; c < 4; ++c)
+        if (c < count)
+            body(c);
+}
+
 // Channel values of one pixel; bytes are 0 to 1. Channels the format lacks keep their values.
 inline void readPixel(const Image& image, uint32_t x, uint32_t y, float (&channels)[4]) {
     const uint8_t* from = image.pixel(x, y);
     unsigned count = channelsOf(image.format);
     switch (channelSizeOf(image.format)) {
     case 4:
-        for (unsigned c = 0; c < count; ++c)
-            channels[c] = loadChannel<float>(from, c);
+        forChannels(count, [&](unsigned c) { channels[c] = loadChannel<float>(from, c); });
         break;
     case 2:
-        for (unsigned c = 0; c < count; ++c)
-            channels[c] = halfToFloat(loadChannel<uint16_t>(from, c));
+        forChannels(count,
+                    [&](unsigned c) { channels[c] = halfToFloat(loadChannel<uint16_t>(from, c)); });
         break;
     default:
-        for (unsigned c = 0; c < count; ++c)
-            channels[c] = float(from[c]) * (1.0f / 255.0f);
+        forChannels(count, [&](unsigned c) { channels[c] = float(from[c]) * (1.0f / 255.0f); });
     }
 }
 
@@ -151,16 +157,14 @@ inline void writePixel(const Image& image, uint32_t x, uint32_t y, const float (
     unsigned count = channelsOf(image.format);
     switch (channelSizeOf(image.format)) {
     case 4:
-        for (unsigned c = 0; c < count; ++c)
-            storeChannel<float>(to, c, channels[c]);
+        forChannels(count, [&](unsigned c) { storeChannel<float>(to, c, channels[c]); });
         break;
     case 2:
-        for (unsigned c = 0; c < count; ++c)
-            storeChannel<uint16_t>(to, c, floatToHalf(channels[c]));
+        forChannels(count,
+                    [&](unsigned c) { storeChannel<uint16_t>(to, c, floatToHalf(channels[c])); });
         break;
     default:
-        for (unsigned c = 0; c < count; ++c)
-            to[c] = toByte(channels[c]);
+        forChannels(count, [&](unsigned c) { to[c] = toByte(channels[c]); });
     }
 }
 

@@ -55,10 +55,11 @@ inline void loadGuide(const Job& job, const Image& image, int channels, float to
                       float least, int plane, uint32_t x, uint32_t y) {
     float values[4] = {};
     readPixel(image, x, y, values);
-    for (int c = 0; c < channels; ++c) {
+    forChannels(unsigned(channels), [&](unsigned c) {
         float value = isUsable(values[c]) ? values[c] : 0.0f;
-        job.guides[plane + c][y * job.pass.stride + x] = std::clamp(value, least, 1.0f) / tolerance;
-    }
+        job.guides[plane + int(c)][y * job.pass.stride + x] =
+            std::clamp(value, least, 1.0f) / tolerance;
+    });
 }
 inline void loadGuides(const Job& job, uint32_t x, uint32_t y) {
     if (job.albedo)

@@ -62,6 +62,8 @@ public:
     virtual void flush(const Context&) {}
 
     // Denoising; see denoiser.h.
+    // Makes ready what frames with that many planes of guides need, so that queueing does not wait.
+    virtual void prepareDenoiser(int guidePlanes) = 0;
     virtual void setupDenoiser(const ContextPtr& context, const DenoiserSetup& setup) = 0;
     virtual void denoise(const ContextPtr& context, DenoiseRequest request) = 0;
     virtual void imageStatistics(const ContextPtr& context, const StatisticsRequest& request) = 0;

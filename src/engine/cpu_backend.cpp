@@ -17,6 +17,7 @@ public:
     void launch(const ContextPtr& context, const LaunchRequest& request) override {
         cpu::launch(context, request);
     }
+    void prepareDenoiser(int) override {}
     void setupDenoiser(const ContextPtr& context, const DenoiserSetup& setup) override {
         cpu::setupDenoiser(context, setup);
     }

@@ -20,7 +20,6 @@ static_assert(sizeof(denoise::State) <= kDenoiserStateSize);
 struct DenoiserSetup {
     void* state = nullptr;
     uint32_t width = 0, height = 0;
-    int guidePlanes = 0; // of frames to come
     void* stream = nullptr;
 };
 

@@ -50,6 +50,7 @@ public:
     void setStackSizes(const Context& context, Pipeline& pipeline) override;
     void launch(const ContextPtr& context, const LaunchRequest& request) override;
     void flush(const Context& context) override;
+    void prepareDenoiser(int guidePlanes) override;
     void setupDenoiser(const ContextPtr& context, const DenoiserSetup& setup) override;
     void denoise(const ContextPtr& context, DenoiseRequest request) override;
     void imageStatistics(const ContextPtr& context, const StatisticsRequest& request) override;

@@ -36,11 +36,16 @@ void GpuBackend::throwRefusal(const Context& context, CUstream stream) {
     throw Error(Code::kInvalidValue, text);
 }
 
+// The driver may wait for the GPU when it loads kernels; calls that only queue work must not.
+void GpuBackend::prepareDenoiser(int guidePlanes) {
+    ContextScope scope(device_.context());
+    denoiser().prepare(guidePlanes);
+}
+
 void GpuBackend::setupDenoiser(const ContextPtr& context, const DenoiserSetup& setup) {
     ContextScope scope(device_.context());
     const auto stream = CUstream(setup.stream);
     throwRefusal(*context, stream);
-    denoiser().prepare(setup.guidePlanes);
     denoiser().setUp(stream, CUdeviceptr(setup.state), setup.width, setup.height);
 }
 

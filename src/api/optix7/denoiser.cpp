@@ -388,6 +388,7 @@ OptixResult denoiserComputeMemoryResources(const OptixDenoiser denoiser, unsigne
         checkSide("outputWidth", outputWidth);
         checkSide("outputHeight", outputHeight);
         const denoise::Filter& filter = filterOf(*object);
+        object->context->engine->backend->prepareDenoiser(denoise::guidePlanesOf(object->model));
         unsigned overlap = filter.overlap();
         returnSizes->stateSizeInBytes = engine::kDenoiserStateSize;
         returnSizes->withOverlapScratchSizeInBytes =
@@ -418,8 +419,7 @@ OptixResult denoiserSetup(OptixDenoiser denoiser, CUstream stream, unsigned inpu
         checkMemory(device, "scratch", scratch, scratchSizeInBytes,
                     filterOf(*object).scratchSize(inputWidth, inputHeight));
         const engine::DenoiserSetup setup{reinterpret_cast<void*>(denoiserState), inputWidth,
-                                          inputHeight, denoise::guidePlanesOf(object->model),
-                                          stream};
+                                          inputHeight, stream};
         const engine::ContextPtr& engine = object->context->engine;
         engine->backend->setupDenoiser(engine, setup);
         std::lock_guard lock(object->mutex);

@@ -13,49 +13,47 @@ namespace {
 constexpr uint64_t kMostPixels = uint64_t(1) << 30;
 constexpr int kSteps = -1; // the module of step_kernels.cu
 
-struct KernelName {
-    const char* name;
-    bool isRow; // of filter_kernels.cu
+// Of filter_kernels.cu.
+constexpr const char* kDetail = "sunstone_detail"; // where there are guides
+constexpr const char* kSmoothAlpha = "sunstone_smooth_alpha";
+constexpr const char* kRowKernels[] = {"sunstone_repair", "sunstone_residual", "sunstone_spread",
+                                       kDetail,           "sunstone_smooth",   kSmoothAlpha};
+// Of step_kernels.cu.
+constexpr const char* kBegin = "sunstone_begin";
+struct LogKernels {
+    const char *pixels, *blocks;
 };
+constexpr LogKernels kLuminance = {"sunstone_luminance", "sunstone_luminance_blocks"};
+constexpr LogKernels kColors = {"sunstone_colors", "sunstone_colors_blocks"};
+constexpr const char* kStepKernels[] = {"sunstone_guides",
+                                        "sunstone_alpha",
+                                        "sunstone_alpha_as_color",
+                                        "sunstone_color_as_alpha",
+                                        "sunstone_color",
+                                        "sunstone_restore",
+                                        "sunstone_compress",
+                                        "sunstone_tensor",
+                                        "sunstone_upsample",
+                                        "sunstone_blend",
+                                        "sunstone_write",
+                                        kBegin,
+                                        kLuminance.pixels,
+                                        kLuminance.blocks,
+                                        kColors.pixels,
+                                        kColors.blocks};
 
-KernelName kernelOf(Step step, const Job& job) {
-    switch (step) {
-    case Step::kGuides:
-        return {"sunstone_guides", false};
-    case Step::kAlpha:
-        return {"sunstone_alpha", false};
-    case Step::kAlphaAsColor:
-        return {"sunstone_alpha_as_color", false};
-    case Step::kColorAsAlpha:
-        return {"sunstone_color_as_alpha", false};
-    case Step::kColor:
-        return {"sunstone_color", false};
-    case Step::kRepair:
-        return {"sunstone_repair", true};
-    case Step::kResidual:
-        return {"sunstone_residual", true};
-    case Step::kSpread:
-        return {"sunstone_spread", true};
-    case Step::kDetail:
-        return {"sunstone_detail", true};
-    case Step::kSmooth:
-        return {job.pass.hasAlpha ? "sunstone_smooth_alpha" : "sunstone_smooth", true};
-    case Step::kRestore:
-        return {"sunstone_restore", false};
-    case Step::kCompress:
-        return {"sunstone_compress", false};
-    case Step::kTensor:
-        return {"sunstone_tensor", false};
-    case Step::kUpsample:
-        return {"sunstone_upsample", false};
-    case Step::kBlend:
-        return {"sunstone_blend", false};
-    case Step::kWrite:
-        return {"sunstone_write", false};
-    case Step::kCount:
-        break;
-    }
-    fail(Code::kInternal, "there is no denoising step ", uint32_t(step));
+bool isRow(Step step) {
+    return step >= Step::kRepair && step <= Step::kSmooth;
+}
+
+const char* kernelOf(Step step, const Job& job) {
+    const size_t number = size_t(step), rowBegin = size_t(Step::kRepair),
+                 rowEnd = size_t(Step::kSmooth) + 1;
+    if (step == Step::kSmooth && job.pass.hasAlpha)
+        return kSmoothAlpha;
+    if (isRow(step))
+        return kRowKernels[number - rowBegin];
+    return kStepKernels[number < rowBegin ? number : number - (rowEnd - rowBegin)];
 }
 
 } // namespace
@@ -67,21 +65,20 @@ public:
         : denoiser_(denoiser), stream_(stream), inputs_(inputs) {}
 
     void begin(Control& control) override {
-        constexpr const char* kName = "sunstone_begin";
         Control* to = &control;
         auto stream = reinterpret_cast<uint64_t>(stream_);
         void* arguments[] = {&inputs_, &to, &denoiser_.report_, &stream};
-        const CUfunction kernel = denoiser_.kernel(kSteps, kName);
+        const CUfunction kernel = denoiser_.kernel(kSteps, kBegin);
         denoiser_.check(denoiser_.driver_.launchKernel(kernel, 1, 1, 1, 1, 1, 1, 0, stream_,
                                                        arguments, nullptr),
-                        kName);
+                        kBegin);
     }
     void run(Step step, const Job& job, uint32_t width, uint32_t height) override {
-        const KernelName kernel = kernelOf(step, job);
+        const char* name = kernelOf(step, job);
         void* arguments[] = {const_cast<Job*>(&job), &width, &height};
         denoiser_.launch(stream_,
-                         denoiser_.kernel(kernel.isRow ? job.pass.guideCount : kSteps, kernel.name),
-                         kernel.name, tilesAcross(width) * tilesDown(height), arguments);
+                         denoiser_.kernel(isRow(step) ? job.pass.guideCount : kSteps, name), name,
+                         tilesAcross(width) * tilesDown(height), arguments);
     }
 
 private:
@@ -136,8 +133,17 @@ void GpuDenoiser::launch(CUstream stream, CUfunction kernel, const char* name, u
 }
 
 void GpuDenoiser::prepare(int guides) {
-    kernel(kSteps, "sunstone_begin");
-    kernel(guides, "sunstone_repair");
+    const auto load = [&](int module, const char* name) {
+        int registers = 0; // asking for them makes a driver load what it had left for later
+        check(
+            driver_.funcGetAttribute(&registers, CU_FUNC_ATTRIBUTE_NUM_REGS, kernel(module, name)),
+            "cuFuncGetAttribute");
+    };
+    for (const char* name : kStepKernels)
+        load(kSteps, name);
+    for (const char* name : kRowKernels)
+        if (guides != 0 || name != kDetail)
+            load(guides, name);
 }
 
 void GpuDenoiser::setUp(CUstream stream, CUdeviceptr state, uint32_t width, uint32_t height) {
@@ -176,11 +182,11 @@ void GpuDenoiser::addLogs(CUstream stream, const char* pixels, const char* block
 }
 
 void GpuDenoiser::intensity(CUstream stream, const Image& image, void* scratch, float* result) {
-    addLogs(stream, "sunstone_luminance", "sunstone_luminance_blocks", image, scratch, result);
+    addLogs(stream, kLuminance.pixels, kLuminance.blocks, image, scratch, result);
 }
 
 void GpuDenoiser::averageColor(CUstream stream, const Image& image, void* scratch, float* result) {
-    addLogs(stream, "sunstone_colors", "sunstone_colors_blocks", image, scratch, result);
+    addLogs(stream, kColors.pixels, kColors.blocks, image, scratch, result);
 }
 
 std::vector<GpuDenoiser::Refusal> GpuDenoiser::takeRefusals() {

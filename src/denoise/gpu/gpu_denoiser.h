@@ -24,7 +24,8 @@ public:
     GpuDenoiser(const GpuDenoiser&) = delete;
     GpuDenoiser& operator=(const GpuDenoiser&) = delete;
 
-    // Loads what frames with that many planes of guides need: the driver compiles it.
+    // Loads what frames with that many planes of guides need, for which the driver may compile it
+    // and wait for the GPU.
     void prepare(int guides);
     // Writes the caller's state memory.
     void setUp(CUstream stream, CUdeviceptr state, uint32_t width, uint32_t height);
@@ -51,7 +52,7 @@ private:
         std::map<std::string, CUfunction> kernels;
     };
     void check(CUresult result, const char* what) const;
-    CUfunction kernel(int guides, const char* name); // guides -1: of step_kernels.cu
+    CUfunction kernel(int guides, const char* name); // guides kSteps: of step_kernels.cu
     void launch(CUstream stream, CUfunction kernel, const char* name, uint32_t blocks,
                 void** arguments) const;
     void addLogs(CUstream stream, const char* pixels, const char* blocks, const Image& image,
