@@ -3,6 +3,7 @@
 // an error, none ends the process or waits for ever, and all that was made can be destroyed.
 #include "device_memory.h"
 #include "launch.h"
+#include "process_end.h"
 #include "rig.h"
 #include "scene.h"
 
@@ -29,6 +30,7 @@ protected:
         cuCtxSetCurrent(before_);
     }
     void breakContext() {
+        mayLoseContext(); // that of the other tests goes with it
         CUmodule module = nullptr;
         CUfunction kernel = nullptr;
         const std::string text = ptxModule(".visible .entry stop()\n{ trap; }\n");

@@ -14,6 +14,9 @@ constexpr int kContextLost = 70;
 // Faults of this process are told from now on, then end it as they would have.
 void tellFaults();
 
+// The running test is about a context that is lost, as far as the GPU goes.
+void mayLoseContext();
+
 // After each test from now on `isLost` is asked whether the context is lost.
 void endWithContext(bool (*isLost)());
 
