@@ -10,7 +10,7 @@ using namespace sunstone::bvh::gpu;
 
 namespace {
 
-struct Nearest : NoShapes, NoMotion {
+struct Nearest : NoShapes, NoMotion, OneLane {
     static constexpr bool kTriangles = true, kCustoms = false, kInstances = false;
     static constexpr unsigned kLevels = 0;
     uint32_t primitive = ~0u;

@@ -233,7 +233,7 @@ TEST(GpuInputs, RandomVertexAccess) {
 }
 
 // Boxes that a ray's way leads through.
-struct BoxPrograms : NoShapes, NoMotion {
+struct BoxPrograms : NoShapes, NoMotion, OneLane {
     static constexpr bool kTriangles = false, kCustoms = true, kInstances = false;
     static constexpr unsigned kLevels = 0;
     std::vector<uint32_t> seen;
@@ -287,6 +287,61 @@ TEST(GpuInputs, CustomPrimitives) {
         }
     }
     EXPECT_LT(shown, 1000u * 40);
+}
+
+// One of many lanes when a step begins, the last but a few when it has visited a primitive.
+struct LastPrograms : BoxPrograms {
+    static uint32_t lanes() { return isAlone ? 1 : 32; }
+    Visit custom(gpu::Ray& ray, uint32_t primitive, uint32_t sbt) {
+        isAlone = true;
+        return BoxPrograms::custom(ray, primitive, sbt);
+    }
+    static inline bool isAlone;
+};
+
+// Then the others of its leaf wait: a step has one of them, and in the end there were all.
+TEST(GpuInputs, FewLanesLetPrimitivesWait) {
+    Random random(11);
+    std::vector<Box> boxes(3000);
+    for (Box& b : boxes) {
+        const Vec3 c = random.point(1);
+        b = {c - Vec3{0.1f, 0.1f, 0.1f}, c + Vec3{0.1f, 0.1f, 0.1f}};
+    }
+    CustomInput in;
+    in.aabbs = boxes.data();
+    in.numPrimitives = uint32_t(boxes.size());
+    BuildInputs inputs;
+    inputs.customs = {&in, 1};
+    const GpuStructure s = buildOnDevice(inputs);
+    size_t total = 0, alone = 0;
+    for (uint32_t i = 0; i < 300; ++i) {
+        const Vec3 o = random.point(3), d = random.point(1) - o;
+        const gpu::Ray start{{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1e30f};
+        gpu::Ray ray = start;
+        BoxPrograms plain;
+        Traversal<BoxPrograms> whole;
+        U2 stack[Traversal<LastPrograms>::kStackSize];
+        if (!whole.start(plain, ray, s.handle(), nullptr))
+            continue;
+        whole.run(plain, ray, stack, nullptr, RunToEnd());
+        ray = start;
+        LastPrograms last;
+        Traversal<LastPrograms> traversal;
+        ASSERT_TRUE(traversal.start(last, ray, s.handle(), nullptr));
+        for (bool ended = false; !ended;) {
+            LastPrograms::isAlone = false;
+            const size_t before = last.seen.size();
+            ended = traversal.step(last, ray, stack, nullptr);
+            ASSERT_LE(traversal.top, Traversal<LastPrograms>::kStackSize);
+            total += last.seen.size() - before;
+            alone += last.seen.size() - before == 1;
+        }
+        std::sort(plain.seen.begin(), plain.seen.end());
+        std::sort(last.seen.begin(), last.seen.end());
+        ASSERT_EQ(plain.seen, last.seen) << "ray " << i;
+    }
+    EXPECT_GT(total, 3000u);
+    EXPECT_GT(alone * 10, total * 9);
 }
 
 // The box around the turned box of a sphere reaches 1.4 radii along x and y.
@@ -386,8 +441,9 @@ TEST(GpuInputs, Instances) {
     EXPECT_GT(hits, 500u);
 }
 
-// Triangles of usual size, and some as far away as coordinates may be, so that planes of nodes are no
-// finite times along axes that a ray hardly moves on. What is near must be found as if it were alone.
+// Triangles of usual size, and some as far away as coordinates may be, so that planes of nodes are
+// no finite times along axes that a ray hardly moves on. What is near must be found as if it were
+// alone.
 TEST(GpuInputs, WideScenesAndSlowRays) {
     const Mesh close = soup(60, 0.5f, 17);
     const Structure alone = makeStructure(close.input());
@@ -396,8 +452,7 @@ TEST(GpuInputs, WideScenesAndSlowRays) {
         const uint32_t first = uint32_t(mesh.vertices.size());
         mesh.vertices.insert(mesh.vertices.end(),
                              {{far, far, far}, {far, -far, far}, {far, 0, -far}});
-        mesh.vertices.insert(mesh.vertices.end(),
-                             {{-far, 1, 0}, {-far, 0, 1}, {-far, -far, -far}});
+        mesh.vertices.insert(mesh.vertices.end(), {{-far, 1, 0}, {-far, 0, 1}, {-far, -far, -far}});
         mesh.triangles.push_back({first, first + 1, first + 2});
         mesh.triangles.push_back({first + 3, first + 4, first + 5});
         const GpuStructure gpu = buildOnDevice(mesh.input());

@@ -122,6 +122,8 @@ constexpr unsigned kMaxWideDepth = 30;
 // Groups of children that wait during traversal of one structure: one for each level, and two where
 // an instance is entered.
 constexpr unsigned kStackEntries = kMaxWideDepth + 2;
+// Beside these, primitives wait on a stack while it has fewer entries than so many.
+constexpr unsigned kWaitingLeaves = 16;
 
 } // namespace sunstone::bvh::gpu
 

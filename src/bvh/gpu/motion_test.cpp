@@ -214,7 +214,7 @@ TEST(GpuMotion, TriangleVerticesOfAllKeysAreThere) {
 }
 
 // Boxes that rays come to at a time, by what the manual says.
-struct BoxPrograms : NoShapes {
+struct BoxPrograms : NoShapes, OneLane {
     static constexpr bool kTriangles = false, kCustoms = true, kInstances = false, kMotion = true;
     static constexpr unsigned kLevels = 0;
     float rayTime = 0;

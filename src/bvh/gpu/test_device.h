@@ -86,7 +86,7 @@ inline GpuStructure buildOnDevice(const TriangleInput& input, const BuildOptions
 }
 
 // The nearest triangle.
-struct NearestPrograms : NoShapes, NoMotion {
+struct NearestPrograms : NoShapes, NoMotion, OneLane {
     static constexpr bool kTriangles = true, kCustoms = false, kInstances = true;
     static constexpr unsigned kLevels = 4;
     bool found = false;
@@ -151,7 +151,7 @@ inline bool nearest(uint64_t handle, const QueryRay& query, QueryHit& hit,
 }
 
 // The nearest hit of curves and spheres, without instances.
-struct ShapePrograms : NoMotion {
+struct ShapePrograms : NoMotion, OneLane {
     static constexpr bool kTriangles = true, kCustoms = false, kInstances = false;
     static constexpr unsigned kLevels = 0;
     bool found = false;

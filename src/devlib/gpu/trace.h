@@ -151,7 +151,7 @@ struct GraphPath {
     Place places[kMaxLevels + 1];
 };
 
-template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
+template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion, bool kLetsWait = false>
 struct Tracer : Candidates {
     static constexpr bool kTriangles = true, kCustoms = kWithCustoms, kInstances = kMaxLevels > 0,
                           kMotion = kWithMotion;
@@ -224,6 +224,14 @@ struct Tracer : Candidates {
     }
 
     static SUNSTONE_DEVICE_MEMBER uint32_t shapes() { return sunstone_gpu_shapes; }
+    // In walks that are called, letting primitives wait has cost more than it gave.
+    static SUNSTONE_DEVICE_MEMBER uint32_t lanes() {
+        if constexpr (!kLetsWait)
+            return 1;
+        uint32_t mask;
+        asm volatile("activemask.b32 %0;" : "=r"(mask));
+        return uint32_t(__builtin_popcount(mask));
+    }
 
     SUNSTONE_DEVICE_MEMBER void setPlace(uint32_t* attributes, float u) {
         attributes[0] = walk::bitsOf(u);
@@ -379,9 +387,9 @@ SUNSTONE_DEVICE Found conclude(Programs& tracer, const walk::Ray& ray, uint32_t&
     return Found::kHit;
 }
 
-template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
+template <bool kInline, bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
 SUNSTONE_DEVICE Found walkGraph(RayState* state, uint32_t& group) {
-    using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion>;
+    using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion, kInline>;
     using Walk = walk::Traversal<Programs>;
     Programs tracer;
     typename Programs::Path path;
@@ -400,7 +408,7 @@ SUNSTONE_DEVICE Found walkGraph(RayState* state, uint32_t& group) {
 // themselves.
 template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
 [[gnu::noinline]] static Found findHit(RayState* state, uint32_t& group) {
-    return walkGraph<kWithCustoms, kMaxLevels, kWithMotion>(state, group);
+    return walkGraph<false, kWithCustoms, kMaxLevels, kWithMotion>(state, group);
 }
 
 SUNSTONE_DEVICE void runMiss(RayState* state) {
@@ -419,13 +427,13 @@ SUNSTONE_DEVICE Found findInGraph(RayState* state, uint32_t& group) {
     constexpr unsigned kAny = kMaxGpuGraphDepth;
     switch (sunstone_gpu_graph) {
     case kGraphGas:
-        return kInline ? walkGraph<kWithCustoms, 0, kWithMotion>(state, group)
+        return kInline ? walkGraph<true, kWithCustoms, 0, kWithMotion>(state, group)
                        : findHit<kWithCustoms, 0, kWithMotion>(state, group);
     case kGraphSingleLevel:
-        return kInline ? walkGraph<kWithCustoms, 1, kWithMotion>(state, group)
+        return kInline ? walkGraph<true, kWithCustoms, 1, kWithMotion>(state, group)
                        : findHit<kWithCustoms, 1, kWithMotion>(state, group);
     default:
-        return kInline ? walkGraph<kWithCustoms, kAny, kWithMotion>(state, group)
+        return kInline ? walkGraph<true, kWithCustoms, kAny, kWithMotion>(state, group)
                        : findHit<kWithCustoms, kAny, kWithMotion>(state, group);
     }
 }
