@@ -126,6 +126,7 @@ const char* nameOf(cpu::MemoryKind kind) {
     case cpu::MemoryKind::kRegistered:
         return "registered host memory";
     case cpu::MemoryKind::kModule:
+    case cpu::MemoryKind::kManagedVariable:
         return "a module's variable";
     default:
         return "device memory";

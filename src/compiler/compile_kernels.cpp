@@ -286,11 +286,11 @@ public:
         return table_.find(name, address, size);
     }
     void forEachVariable(
-        const std::function<void(void* address, uint64_t bytes)>& visit) const override {
+        const std::function<void(void* address, uint64_t bytes, bool isManaged)>& visit) const override {
         for (const auto& [id, address] : addresses_) {
             const ptx::Variable& variable = variableOf(id);
             if (variable.size != 0)
-                visit(address, variable.size);
+                visit(address, variable.size, variable.isManaged);
         }
     }
 

@@ -24,8 +24,8 @@ public:
     // memory, what it uses, why it cannot run). Not for two threads at a time. Throws what the
     // compiler throws, each time.
     virtual void prepare(size_t index) = 0;
-    virtual void
-    forEachVariable(const std::function<void(void* address, uint64_t bytes)>& visit) const = 0;
+    virtual void forEachVariable(
+        const std::function<void(void* address, uint64_t bytes, bool isManaged)>& visit) const = 0;
 };
 
 using KernelModules = std::vector<std::shared_ptr<const ptx::Module>>;

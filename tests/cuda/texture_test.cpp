@@ -198,4 +198,137 @@ TEST_F(Textures, MipmappedArrays) {
     EXPECT_EQ(cuArray3DGetDescriptor(&smallest, level), CUDA_ERROR_INVALID_HANDLE);
 }
 
+// Reads element (x, y) of a texture, by texel numbers and as floats.
+constexpr const char* kReader = R"(
+.version 7.0
+.target sm_75
+.address_size 64
+.visible .entry readTexel(.param .u64 texture, .param .u64 out, .param .f32 x, .param .f32 y,
+                          .param .u32 layer) {
+    .reg .u64 %rd<3>;
+    .reg .f32 %f<7>;
+    .reg .u32 %r<2>;
+    .reg .pred %p<2>;
+    ld.param.u64 %rd1, [texture];
+    ld.param.u64 %rd2, [out];
+    ld.param.f32 %f1, [x];
+    ld.param.f32 %f2, [y];
+    ld.param.u32 %r1, [layer];
+    setp.ne.u32 %p1, %r1, 99;
+    @%p1 bra LAYERED;
+    tex.2d.v4.f32.f32 {%f3, %f4, %f5, %f6}, [%rd1, {%f1, %f2}];
+    bra STORE;
+LAYERED:
+    tex.a2d.v4.f32.f32 {%f3, %f4, %f5, %f6}, [%rd1, {%r1, %f1, %f2, %f2}];
+STORE:
+    st.global.v4.f32 [%rd2], {%f3, %f4, %f5, %f6};
+    ret;
+}
+)";
+
+class Views : public Textures {
+protected:
+    void SetUp() override {
+        Textures::SetUp();
+        ASSERT_EQ(cuModuleLoadData(&module_, kReader), CUDA_SUCCESS);
+        ASSERT_EQ(cuModuleGetFunction(&reader_, module_, "readTexel"), CUDA_SUCCESS);
+        ASSERT_EQ(cuMemAllocManaged(&out_, 16, CU_MEM_ATTACH_GLOBAL), CUDA_SUCCESS);
+    }
+    void TearDown() override {
+        EXPECT_EQ(cuMemFree(out_), CUDA_SUCCESS);
+        EXPECT_EQ(cuModuleUnload(module_), CUDA_SUCCESS);
+        Textures::TearDown();
+    }
+    // Layer 99: not layered.
+    std::vector<float> read(CUtexObject texture, float x, float y, unsigned layer = 99) {
+        void* params[] = {&texture, &out_, &x, &y, &layer};
+        EXPECT_EQ(cuLaunchKernel(reader_, 1, 1, 1, 1, 1, 1, 0, nullptr, params, nullptr),
+                  CUDA_SUCCESS);
+        EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
+        const auto* values = reinterpret_cast<const float*>(out_);
+        return {values, values + 4};
+    }
+    CUmodule module_ = nullptr;
+    CUfunction reader_ = nullptr;
+    CUdeviceptr out_ = 0;
+};
+
+// The way to textures of blocks before arrays could hold them.
+TEST_F(Views, BlocksInIntegers) {
+    const CUarray array = makeArray({2, 1, 0, CU_AD_FORMAT_UNSIGNED_INT32, 2, 0});
+    // BC1: two colours of 5, 6 and 5 bits, then two bits a texel. Red; then green, blue below.
+    const uint32_t blocks[] = {0xF800F800u, 0, 0x001F07E0u, 0x55550000u};
+    CUDA_MEMCPY2D copy = {};
+    copy.srcMemoryType = CU_MEMORYTYPE_HOST;
+    copy.srcHost = blocks;
+    copy.srcPitch = copy.WidthInBytes = 16;
+    copy.Height = 1;
+    copy.dstMemoryType = CU_MEMORYTYPE_ARRAY;
+    copy.dstArray = array;
+    ASSERT_EQ(cuMemcpy2D(&copy), CUDA_SUCCESS);
+    const CUDA_RESOURCE_DESC r = resourceOf(array);
+    CUDA_TEXTURE_DESC d = {};
+    CUDA_RESOURCE_VIEW_DESC view = {};
+    view.format = CU_RES_VIEW_FORMAT_UNSIGNED_BC1;
+    view.width = 8;
+    view.height = 4;
+    CUtexObject texture = 0;
+    ASSERT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_SUCCESS);
+    using Texel = std::vector<float>;
+    EXPECT_EQ(read(texture, 0.5f, 0.5f), (Texel{1, 0, 0, 1}));
+    EXPECT_EQ(read(texture, 3.5f, 3.5f), (Texel{1, 0, 0, 1}));
+    EXPECT_EQ(read(texture, 4.5f, 1.5f), (Texel{0, 1, 0, 1}));
+    EXPECT_EQ(read(texture, 7.5f, 2.5f), (Texel{0, 0, 1, 1}));
+    CUDA_RESOURCE_VIEW_DESC seen = {};
+    ASSERT_EQ(cuTexObjectGetResourceViewDesc(&seen, texture), CUDA_SUCCESS);
+    EXPECT_EQ(seen.format, CU_RES_VIEW_FORMAT_UNSIGNED_BC1);
+    EXPECT_EQ(seen.width, 8u);
+    EXPECT_EQ(cuTexObjectDestroy(texture), CUDA_SUCCESS);
+
+    view.width = 2; // in texels, not in blocks
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_ERROR_INVALID_VALUE);
+    view.width = 8;
+    view.format = CU_RES_VIEW_FORMAT_UNSIGNED_BC3; // blocks of 16 bytes
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_ERROR_INVALID_VALUE);
+    view.format = CUresourceViewFormat(35);
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuArrayDestroy(array), CUDA_SUCCESS);
+}
+
+TEST_F(Views, OtherFormatsAndLayers) {
+    const CUarray array =
+        makeArray({1, 1, 4, CU_AD_FORMAT_UNSIGNED_INT32, 1, CUDA_ARRAY3D_LAYERED});
+    const float values[] = {1.5f, 2.5f, 3.5f, 4.5f};
+    CUDA_MEMCPY3D copy = {};
+    copy.srcMemoryType = CU_MEMORYTYPE_HOST;
+    copy.srcHost = values;
+    copy.dstMemoryType = CU_MEMORYTYPE_ARRAY;
+    copy.dstArray = array;
+    copy.WidthInBytes = 4;
+    copy.Height = 1;
+    copy.Depth = 4;
+    ASSERT_EQ(cuMemcpy3D(&copy), CUDA_SUCCESS);
+    const CUDA_RESOURCE_DESC r = resourceOf(array);
+    CUDA_TEXTURE_DESC d = {};
+    CUDA_RESOURCE_VIEW_DESC view = {};
+    view.format = CU_RES_VIEW_FORMAT_FLOAT_1X32;
+    view.width = view.height = 1;
+    view.firstLayer = 1;
+    view.lastLayer = 2;
+    CUtexObject texture = 0;
+    ASSERT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_SUCCESS);
+    EXPECT_EQ(read(texture, 0.5f, 0.5f, 0)[0], 2.5f);
+    EXPECT_EQ(read(texture, 0.5f, 0.5f, 1)[0], 3.5f);
+    EXPECT_EQ(read(texture, 0.5f, 0.5f, 5)[0], 3.5f); // the last one of the view
+    EXPECT_EQ(cuTexObjectDestroy(texture), CUDA_SUCCESS);
+    view.lastLayer = 4;
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_ERROR_INVALID_VALUE);
+    view.lastLayer = 0;
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_ERROR_INVALID_VALUE);
+    view.lastLayer = 2;
+    view.format = CU_RES_VIEW_FORMAT_FLOAT_1X16;
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuArrayDestroy(array), CUDA_SUCCESS);
+}
+
 } // namespace

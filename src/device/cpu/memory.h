@@ -22,7 +22,11 @@ enum class MemoryKind : uint8_t {
     kManaged,
     kRegistered, // the application's own, made known to the API; never freed by us
     kModule,     // variables of a loaded module; never freed by us
+    kManagedVariable, // the same, in managed memory
 };
+inline bool isManaged(MemoryKind kind) {
+    return kind == MemoryKind::kManaged || kind == MemoryKind::kManagedVariable;
+}
 
 // Return addresses of the application's call, innermost first; empty unless memory is checked.
 using CallStack = std::vector<const void*>;

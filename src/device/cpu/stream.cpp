@@ -44,6 +44,34 @@ Stream::Stream(unsigned flags, int priority, const void* owner)
     : flags_(flags), priority_(priority), owner_(owner),
       id_(nextStreamId.fetch_add(1, std::memory_order_relaxed)) {}
 
+void Stream::setPriority(int priority) {
+    priority_ = std::min(std::max(priority, Streams::kGreatestPriority), Streams::kLeastPriority);
+}
+
+void Stream::keepAttribute(int attribute, const AttributeBytes& bytes) {
+    std::lock_guard lock(mutex_);
+    attributes_[attribute] = bytes;
+}
+
+Stream::AttributeBytes Stream::attribute(int attribute) const {
+    std::lock_guard lock(mutex_);
+    const auto found = attributes_.find(attribute);
+    return found == attributes_.end() ? AttributeBytes{} : found->second;
+}
+
+void Stream::copyAttributes(const Stream& from) {
+    if (&from == this)
+        return;
+    std::map<int, AttributeBytes> copied;
+    {
+        std::lock_guard lock(from.mutex_);
+        copied = from.attributes_;
+    }
+    std::lock_guard lock(mutex_);
+    attributes_ = std::move(copied);
+    priority_ = from.priority_.load();
+}
+
 void Stream::keepError(std::exception_ptr error) {
     std::lock_guard lock(mutex_);
     if (!error_)

@@ -17,12 +17,14 @@
 
 #include "device/cpu/graph.h"
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <exception>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -59,6 +61,12 @@ public:
     bool isBlocking() const { return (flags_ & 1u) == 0; } // CU_STREAM_NON_BLOCKING is 1
     unsigned flags() const { return flags_; }
     int priority() const { return priority_; }
+    void setPriority(int priority); // brought into the range of priorities
+    // What the API calls attributes: kept, not acted upon.
+    using AttributeBytes = std::array<unsigned char, 64>;
+    void keepAttribute(int attribute, const AttributeBytes& bytes);
+    AttributeBytes attribute(int attribute) const; // zeros if never set
+    void copyAttributes(const Stream& from);
     const void* owner() const { return owner_; }
     uint64_t id() const { return id_; }
 
@@ -76,14 +84,15 @@ private:
     void throwError(); // and forgets it
 
     const unsigned flags_;
-    const int priority_;
+    std::atomic<int> priority_;
+    std::map<int, AttributeBytes> attributes_; // guarded by mutex_
     const void* const owner_;
     const uint64_t id_;
     CompletionPtr last_; // guarded by Streams::order_, as the next two are
     std::shared_ptr<Capture> capture_;
     std::vector<GraphNode*> tips_; // of the capture
 
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
     std::condition_variable wake_;
     std::deque<Item> items_;
     std::atomic<uint32_t> pending_{0}; // items not taken yet, for the spinning worker

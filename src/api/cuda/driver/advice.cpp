@@ -248,7 +248,7 @@ void requireShared(CUdeviceptr address, size_t bytes) {
     require(address != 0 && bytes != 0, "the range is empty");
     const void* base = pointerOf(address);
     if (const auto memory = cpu::memory().find(base)) {
-        if (memory->kind != cpu::MemoryKind::kManaged || !cpu::memory().contains(base, bytes))
+        if (!cpu::isManaged(memory->kind) || !cpu::memory().contains(base, bytes))
             refuse(CUDA_ERROR_INVALID_VALUE, base, " + ", bytes,
                    " is not inside an allocation of managed memory");
     } else if (!cpu::isMapped(base, bytes)) {

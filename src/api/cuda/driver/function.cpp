@@ -5,7 +5,7 @@
 using namespace sunstone;
 using namespace sunstone::api::cuda;
 
-namespace {
+namespace sunstone::api::cuda {
 
 int attributeOf(const Function& function, CUfunction_attribute attribute) {
     std::shared_ptr<Module> module = function.module.lock();
@@ -36,6 +36,24 @@ int attributeOf(const Function& function, CUfunction_attribute attribute) {
         return 0; // clusters: not required, not set
     }
 }
+
+void setAttribute(Function& function, CUfunction_attribute attribute, int value) {
+    if (attribute == CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES) {
+        if (value < 0 || unsigned(value) + function.info->staticSharedBytes > kSharedOptin)
+            refuse(CUDA_ERROR_INVALID_VALUE, value, " bytes of dynamic shared memory; with ",
+                   function.info->staticSharedBytes, " static ones at most ", kSharedOptin);
+        function.maxDynamicShared = unsigned(value);
+    } else if (attribute == CU_FUNC_ATTRIBUTE_PREFERRED_SHARED_MEMORY_CARVEOUT) {
+        require(value >= -1 && value <= 100, "the carve-out is a percentage");
+        function.carveout = value;
+    } else {
+        refuse(CUDA_ERROR_INVALID_VALUE, "function attribute ", int(attribute), " cannot be set");
+    }
+}
+
+} // namespace sunstone::api::cuda
+
+namespace {
 
 void potentialBlockSize(int* minGridSize, int* blockSize, const Function& function,
                         CUoccupancyB2DSize sharedBytesOf, size_t sharedBytes, int limit) {
@@ -74,21 +92,8 @@ SUNSTONE_EXPORT CUresult cuFuncGetAttribute(int* value, CUfunction_attribute att
 }
 SUNSTONE_EXPORT CUresult cuFuncSetAttribute(CUfunction function, CUfunction_attribute attribute,
                                             int value) {
-    return guarded("cuFuncSetAttribute", Needs::kContext, [&] {
-        std::shared_ptr<Function> found = functionOf(function);
-        if (attribute == CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES) {
-            if (value < 0 || unsigned(value) + found->info->staticSharedBytes > kSharedOptin)
-                refuse(CUDA_ERROR_INVALID_VALUE, value, " bytes of dynamic shared memory; with ",
-                       found->info->staticSharedBytes, " static ones at most ", kSharedOptin);
-            found->maxDynamicShared = unsigned(value);
-        } else if (attribute == CU_FUNC_ATTRIBUTE_PREFERRED_SHARED_MEMORY_CARVEOUT) {
-            require(value >= -1 && value <= 100, "the carve-out is a percentage");
-            found->carveout = value;
-        } else {
-            refuse(CUDA_ERROR_INVALID_VALUE, "function attribute ", int(attribute),
-                   " cannot be set");
-        }
-    });
+    return guarded("cuFuncSetAttribute", Needs::kContext,
+                   [&] { setAttribute(*functionOf(function), attribute, value); });
 }
 SUNSTONE_EXPORT CUresult cuFuncSetCacheConfig(CUfunction function, CUfunc_cache config) {
     return guarded("cuFuncSetCacheConfig", Needs::kContext, [&] {

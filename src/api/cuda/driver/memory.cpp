@@ -46,7 +46,7 @@ void store(void* data, T value) {
 bool pointerAttribute(void* data, CUpointer_attribute attribute, CUdeviceptr address,
                       const cpu::Allocation& memory) {
     const bool host = memory.kind == MemoryKind::kPinned || memory.kind == MemoryKind::kRegistered;
-    const bool managed = memory.kind == MemoryKind::kManaged;
+    const bool managed = cpu::isManaged(memory.kind);
     switch (attribute) {
     case CU_POINTER_ATTRIBUTE_CONTEXT:
         store(data, const_cast<void*>(memory.owner));

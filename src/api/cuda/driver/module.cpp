@@ -3,6 +3,7 @@
 #include "api/cuda/driver/module.h"
 
 #include "api/cuda/driver/fat_binary.h"
+#include "api/cuda/driver/libraries.h"
 #include "base/handles.h"
 #include "base/log.h"
 #include "engine/compile_cache.h"
@@ -49,38 +50,47 @@ const std::shared_ptr<engine::CompileCache>& compileCache() {
     return *cache;
 }
 
-CUmodule load(const std::vector<std::string>& texts, JitOptions options) {
-    const auto start = std::chrono::steady_clock::now();
-    const auto milliseconds = [&] {
-        return std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - start)
-            .count();
-    };
-    std::vector<std::shared_ptr<const ptx::Module>> trees;
-    std::string warnings;
-    try {
-        for (const std::string& text : texts)
-            trees.push_back(parsePtx(text, &warnings));
-    } catch (const Failure& failure) {
-        options.report({}, failure.what(), milliseconds());
-        throw;
-    }
-    options.report(warnings, {}, milliseconds());
-    const compiler::DebugLevel level =
-        options.debug() ? compiler::DebugLevel::kFull : compiler::debugLevelOf(*trees[0]);
-    auto module = std::make_shared<Module>(std::move(trees), cpu::contexts().current(), level);
-    return static_cast<CUmodule>(moduleTable().add(std::move(module)));
-}
-
 CUresult loadImage(const char* function, CUmodule* module, const void* image, unsigned count,
                    const CUjit_option* options, void** values) {
     return guarded(function, Needs::kContext, [&] {
         require(module, "module is null");
         const JitOptions jit(count, options, values);
-        *module = load(ptxOfImage(image), jit);
+        *module = makeModule(parseImage(ptxOfImage(image), jit));
     });
 }
 
 } // namespace
+
+ParsedImage parseImage(const std::vector<std::string>& texts, JitOptions options) {
+    const auto start = std::chrono::steady_clock::now();
+    const auto milliseconds = [&] {
+        return std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - start)
+            .count();
+    };
+    ParsedImage image{{}, compiler::DebugLevel::kFull};
+    std::string warnings;
+    try {
+        for (const std::string& text : texts)
+            image.trees.push_back(parsePtx(text, &warnings));
+    } catch (const Failure& failure) {
+        options.report({}, failure.what(), milliseconds());
+        throw;
+    }
+    options.report(warnings, {}, milliseconds());
+    if (!options.debug())
+        image.debugLevel = compiler::debugLevelOf(*image.trees[0]);
+    return image;
+}
+
+CUmodule makeModule(const ParsedImage& image) {
+    return static_cast<CUmodule>(moduleTable().add(std::make_shared<Module>(
+        image.trees, cpu::contexts().current(), image.debugLevel)));
+}
+
+void unloadModule(CUmodule module) {
+    if (auto dead = moduleTable().remove(module))
+        dead->retire();
+}
 
 std::shared_ptr<const ptx::Module> parsePtx(const std::string& text, std::string* warnings) {
     ptx::Diagnostics diagnostics;
@@ -97,7 +107,8 @@ Module::Module(std::vector<std::shared_ptr<const ptx::Module>> trees, const void
 
 Module::~Module() {
     for (const void* address : adopted_)
-        cpu::memory().release(address, {cpu::MemoryKind::kModule});
+        cpu::memory().release(address,
+                              {cpu::MemoryKind::kModule, cpu::MemoryKind::kManagedVariable});
 }
 
 int Module::ptxVersion() const {
@@ -112,8 +123,10 @@ void Module::open() {
     if (code_)
         return;
     code_ = compiler::openKernels(trees_, {debugLevel_, compileCache()});
-    code_->forEachVariable([&](void* address, uint64_t size) {
-        if (cpu::memory().adopt(address, size, cpu::MemoryKind::kModule, 0, owner_))
+    code_->forEachVariable([&](void* address, uint64_t size, bool isManaged) {
+        if (cpu::memory().adopt(
+                address, size,
+                isManaged ? cpu::MemoryKind::kManagedVariable : cpu::MemoryKind::kModule, 0, owner_))
             adopted_.push_back(address);
     });
     for (size_t i = 0; i < code_->kernels().size(); ++i) {
@@ -173,8 +186,12 @@ void Module::retire() {
         functionTable().remove(function.get());
 }
 
+std::shared_ptr<Module> findModule(CUmodule module) {
+    return moduleTable().find(module);
+}
+
 std::shared_ptr<Module> moduleOf(CUmodule module) {
-    auto found = moduleTable().find(module);
+    auto found = findModule(module);
     if (!found)
         refuse(CUDA_ERROR_INVALID_HANDLE, static_cast<void*>(module), " is not a live module");
     return found;
@@ -184,6 +201,8 @@ namespace {
 
 std::shared_ptr<Function> findFunction(CUfunction function) {
     auto found = functionTable().find(function);
+    if (!found)
+        found = functionOfKernel(function);
     if (!found)
         refuse(CUDA_ERROR_INVALID_HANDLE, static_cast<void*>(function), " is not a live function");
     return found;
@@ -208,7 +227,7 @@ std::shared_ptr<Function> functionOf(CUfunction function) {
 SUNSTONE_EXPORT CUresult cuModuleLoad(CUmodule* module, const char* file) {
     return guarded("cuModuleLoad", Needs::kContext, [&] {
         require(module, "module is null");
-        *module = load(ptxOfFile(file), JitOptions());
+        *module = makeModule(parseImage(ptxOfFile(file), JitOptions()));
     });
 }
 SUNSTONE_EXPORT CUresult cuModuleLoadData(CUmodule* module, const void* image) {
@@ -226,8 +245,7 @@ SUNSTONE_EXPORT CUresult cuModuleUnload(CUmodule module) {
     return guarded("cuModuleUnload", Needs::kContext, [&] {
         moduleOf(module);
         cpu::streams().synchronizeAll(); // its code may be queued
-        if (auto dead = moduleTable().remove(module))
-            dead->retire();
+        unloadModule(module);
     });
 }
 

@@ -79,9 +79,25 @@ private:
     std::vector<const void*> adopted_; // variables known to Memory
 };
 
-// The live module or (compiled) function of a handle, or CUDA_ERROR_INVALID_HANDLE.
+// The texts of an image, parsed.
+struct ParsedImage {
+    std::vector<std::shared_ptr<const ptx::Module>> trees;
+    compiler::DebugLevel debugLevel;
+};
+ParsedImage parseImage(const std::vector<std::string>& texts, JitOptions options);
+// A module in the current context.
+CUmodule makeModule(const ParsedImage& image);
+void unloadModule(CUmodule module); // if it is one
+
+// The live module or (compiled) function of a handle, or CUDA_ERROR_INVALID_HANDLE. A kernel of a
+// library is its function in the current context.
 std::shared_ptr<Module> moduleOf(CUmodule module);
+std::shared_ptr<Module> findModule(CUmodule module); // null if it is none
 std::shared_ptr<Function> functionOf(CUfunction function);
 bool isCompiled(CUfunction function); // throws for handles that are none
+
+// function.cpp; both throw CUDA_ERROR_INVALID_VALUE.
+int attributeOf(const Function& function, CUfunction_attribute attribute);
+void setAttribute(Function& function, CUfunction_attribute attribute, int value);
 
 } // namespace sunstone::api::cuda

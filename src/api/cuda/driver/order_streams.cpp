@@ -129,7 +129,7 @@ SUNSTONE_EXPORT CUresult cuStreamAttachMemAsync(CUstream stream, CUdeviceptr add
                     flags == CU_MEM_ATTACH_SINGLE,
                 "unknown flags");
         auto memory = cpu::memory().find(reinterpret_cast<void*>(address));
-        require(memory && memory->kind == cpu::MemoryKind::kManaged &&
+        require(memory && cpu::isManaged(memory->kind) &&
                     (length == 0 || length == memory->size),
                 "not managed memory as a whole");
         resolveStream(stream); // host and device share it whatever it is attached to

@@ -94,7 +94,11 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
     } catch (const device::ContextFault& fault) {
         return explain(CUresult(fault.number()), fault.what());
     } catch (const Failure& failure) {
-        return report(failure.result(), failure.what());
+        const CUresult result = failure.result();
+        return result == CUDA_ERROR_NOT_SUPPORTED || result == CUDA_ERROR_INVALID_PTX ||
+                       result == CUDA_ERROR_NO_BINARY_FOR_GPU
+                   ? explain(result, failure.what())
+                   : report(result, failure.what());
     } catch (const cpu::CaptureError& error) {
         return report(CUresult(error.number()), error.what());
     } catch (const Error& error) {

@@ -152,10 +152,58 @@ void describe(texture::Texture& texture, const CUDA_TEXTURE_DESC& d) {
     std::copy(d.borderColor, d.borderColor + 4, texture.border);
 }
 
-// A view may pick levels; other formats and layers are not to be had.
+// The format that a view reads texels as. Blocks lie in texels of two or four 32-bit integers.
+texture::Format viewedFormat(CUresourceViewFormat format, const texture::Format& own) {
+    constexpr CUarray_format kPlain[] = {
+        CU_AD_FORMAT_UNSIGNED_INT8, CU_AD_FORMAT_SIGNED_INT8,    CU_AD_FORMAT_UNSIGNED_INT16,
+        CU_AD_FORMAT_SIGNED_INT16,  CU_AD_FORMAT_UNSIGNED_INT32, CU_AD_FORMAT_SIGNED_INT32,
+        CU_AD_FORMAT_HALF,          CU_AD_FORMAT_FLOAT};
+    constexpr struct {
+        unsigned format, channels;
+    } kBlocks[] = {{0x91, 4}, {0x93, 4}, {0x95, 4}, {0x97, 1}, {0x98, 1},
+                   {0x99, 2}, {0x9A, 2}, {0x9B, 3}, {0x9C, 3}, {0x9D, 4}};
+    const unsigned number = unsigned(format);
+    require(number <= CU_RES_VIEW_FORMAT_UNSIGNED_BC7, "unknown format of a view");
+    texture::Format viewed;
+    if (number < CU_RES_VIEW_FORMAT_UNSIGNED_BC1) {
+        viewed = formatOf(kPlain[(number - 1) / 3], 1u << (number - 1) % 3);
+    } else {
+        const auto& block = kBlocks[number - CU_RES_VIEW_FORMAT_UNSIGNED_BC1];
+        viewed = formatOf(CUarray_format(block.format), block.channels);
+        require(own.channel == texture::Channel::kU32 && !own.normalized,
+                "a view of blocks needs texels of unsigned 32-bit integers");
+    }
+    require(!own.isBlock() && viewed.elementBytes() == own.elementBytes(),
+            "the view's format has another size than the resource's");
+    return viewed;
+}
+
+// Another format, levels or layers.
 void applyView(texture::Texture& texture, const CUDA_RESOURCE_VIEW_DESC& view) {
-    if (view.format != CU_RES_VIEW_FORMAT_NONE || view.firstLayer != 0)
-        refuse(CUDA_ERROR_NOT_SUPPORTED, "views with a format or a first layer");
+    unsigned scale = 1;
+    if (view.format != CU_RES_VIEW_FORMAT_NONE) {
+        texture.format = viewedFormat(view.format, texture.format);
+        scale = texture.format.edge();
+        const texture::Image& whole = texture.images[0];
+        require(view.width == size_t(whole.width) * scale &&
+                    (view.height == size_t(whole.height) * scale || (whole.height == 1 && view.height == 0)),
+                "the view's size must be the resource's, of blocks four times as much");
+        for (unsigned level = 0; level < texture.levels; ++level) {
+            texture.images[level].width *= scale;
+            texture.images[level].height *= scale;
+        }
+    }
+    if (view.firstLayer != 0 || view.lastLayer != 0) {
+        const unsigned unit = texture.cube ? 6 : 1;
+        require(texture.layered && view.firstLayer <= view.lastLayer &&
+                    size_t(view.lastLayer + 1) * unit <= texture.images[0].depth,
+                "the view has layers that the array has not");
+        for (unsigned level = 0; level < texture.levels; ++level) {
+            texture::Image& image = texture.images[level];
+            image.data += image.slicePitch * view.firstLayer * unit;
+            image.depth = (view.lastLayer - view.firstLayer + 1) * unit;
+        }
+    }
     require(view.firstMipmapLevel <= view.lastMipmapLevel && view.lastMipmapLevel < texture.levels,
             "the view has levels that the array has not");
     texture.levels = view.lastMipmapLevel - view.firstMipmapLevel + 1;
@@ -175,9 +223,9 @@ uint64_t createTexture(const CUDA_RESOURCE_DESC& resource, const CUDA_TEXTURE_DE
                        const CUDA_RESOURCE_VIEW_DESC* view) {
     auto texture = std::make_unique<texture::Texture>();
     useResource(*texture, resource);
-    describe(*texture, description);
     if (view)
         applyView(*texture, *view);
+    describe(*texture, description);
     return texture::add(std::move(texture));
 }
 

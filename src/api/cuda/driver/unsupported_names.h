@@ -150,27 +150,10 @@
     X(cuIpcOpenEventHandle) \
     X(cuIpcOpenMemHandle) \
     X(cuIpcOpenMemHandle_v2) \
-    X(cuKernelGetAttribute) \
-    X(cuKernelGetFunction) \
-    X(cuKernelGetLibrary) \
-    X(cuKernelGetName) \
-    X(cuKernelGetParamInfo) \
-    X(cuKernelSetAttribute) \
-    X(cuKernelSetCacheConfig) \
     X(cuLaunch) \
     X(cuLaunchCooperativeKernelMultiDevice) \
     X(cuLaunchGrid) \
     X(cuLaunchGridAsync) \
-    X(cuLibraryEnumerateKernels) \
-    X(cuLibraryGetGlobal) \
-    X(cuLibraryGetKernel) \
-    X(cuLibraryGetKernelCount) \
-    X(cuLibraryGetManaged) \
-    X(cuLibraryGetModule) \
-    X(cuLibraryGetUnifiedFunction) \
-    X(cuLibraryLoadData) \
-    X(cuLibraryLoadFromFile) \
-    X(cuLibraryUnload) \
     X(cuLogsCurrent) \
     X(cuLogsDumpToFile) \
     X(cuLogsDumpToMemory) \
@@ -264,35 +247,9 @@
     X(cuProfilerInitialize) \
     X(cuSignalExternalSemaphoresAsync) \
     X(cuSignalExternalSemaphoresAsync_ptsz) \
-    X(cuStreamBatchMemOp) \
-    X(cuStreamBatchMemOp_ptsz) \
-    X(cuStreamBatchMemOp_v2) \
-    X(cuStreamBatchMemOp_v2_ptsz) \
-    X(cuStreamCopyAttributes) \
-    X(cuStreamCopyAttributes_ptsz) \
-    X(cuStreamGetAttribute) \
-    X(cuStreamGetAttribute_ptsz) \
     X(cuStreamGetCtx_v2) \
     X(cuStreamGetCtx_v2_ptsz) \
     X(cuStreamGetGreenCtx) \
-    X(cuStreamSetAttribute) \
-    X(cuStreamSetAttribute_ptsz) \
-    X(cuStreamWaitValue32) \
-    X(cuStreamWaitValue32_ptsz) \
-    X(cuStreamWaitValue32_v2) \
-    X(cuStreamWaitValue32_v2_ptsz) \
-    X(cuStreamWaitValue64) \
-    X(cuStreamWaitValue64_ptsz) \
-    X(cuStreamWaitValue64_v2) \
-    X(cuStreamWaitValue64_v2_ptsz) \
-    X(cuStreamWriteValue32) \
-    X(cuStreamWriteValue32_ptsz) \
-    X(cuStreamWriteValue32_v2) \
-    X(cuStreamWriteValue32_v2_ptsz) \
-    X(cuStreamWriteValue64) \
-    X(cuStreamWriteValue64_ptsz) \
-    X(cuStreamWriteValue64_v2) \
-    X(cuStreamWriteValue64_v2_ptsz) \
     X(cuSurfRefGetArray) \
     X(cuSurfRefSetArray) \
     X(cuTensorMapEncodeIm2col) \

@@ -219,3 +219,30 @@ SUNSTONE_CUDART cudaError_t cudaEventRecordWithFlags(cudaEvent_t event, cudaStre
                                                      unsigned int flags) {
     return recordEvent(event, stream, flags);
 }
+
+SUNSTONE_CUDART cudaError_t cudaStreamGetAttribute(cudaStream_t stream,
+                                                   enum cudaLaunchAttributeID attribute,
+                                                   cudaLaunchAttributeValue* value) {
+    return call([&](const Driver& d) {
+        return d.cuStreamGetAttribute
+                   ? d.cuStreamGetAttribute(streamOf(stream), static_cast<CUstreamAttrID>(attribute),
+                                            reinterpret_cast<CUstreamAttrValue*>(value))
+                   : CUDA_ERROR_NOT_SUPPORTED;
+    });
+}
+SUNSTONE_CUDART cudaError_t cudaStreamSetAttribute(cudaStream_t stream,
+                                                   enum cudaLaunchAttributeID attribute,
+                                                   const cudaLaunchAttributeValue* value) {
+    return call([&](const Driver& d) {
+        return d.cuStreamSetAttribute
+                   ? d.cuStreamSetAttribute(streamOf(stream), static_cast<CUstreamAttrID>(attribute),
+                                            reinterpret_cast<const CUstreamAttrValue*>(value))
+                   : CUDA_ERROR_NOT_SUPPORTED;
+    });
+}
+SUNSTONE_CUDART cudaError_t cudaStreamCopyAttributes(cudaStream_t to, cudaStream_t from) {
+    return call([&](const Driver& d) {
+        return d.cuStreamCopyAttributes ? d.cuStreamCopyAttributes(streamOf(to), streamOf(from))
+                                        : CUDA_ERROR_NOT_SUPPORTED;
+    });
+}

@@ -45,6 +45,7 @@ struct Registry {
     std::map<const void*, std::unique_ptr<Kernel>> kernels;
     std::map<const void*, Variable> variables;
     std::map<const Kernel*, const void*> handles;
+    std::map<const void*, cudaLibrary_t> libraryKernels; // that the program has asked for
 };
 
 Registry& registry() {
@@ -158,8 +159,12 @@ cudaError_t findFunction(const void* symbol, CUfunction* function) {
     else if (auto handle = registry().handles.find(static_cast<const Kernel*>(symbol));
              handle != registry().handles.end())
         kernel = registry().kernels[handle->second].get();
-    if (!kernel)
-        return cudaErrorInvalidDeviceFunction;
+    if (!kernel) {
+        CUkernel ofLibrary = nullptr;
+        if (!isLibraryKernel(symbol, &ofLibrary))
+            return cudaErrorInvalidDeviceFunction;
+        return fromDriver(driver().cuKernelGetFunction(function, ofLibrary));
+    }
     if (!kernel->function) {
         if (cudaError_t error = load(*kernel->binary))
             return error;
@@ -171,6 +176,22 @@ cudaError_t findFunction(const void* symbol, CUfunction* function) {
     }
     *function = kernel->function;
     return cudaSuccess;
+}
+
+void keepLibraryKernel(cudaKernel_t kernel, cudaLibrary_t library) {
+    std::lock_guard lock(registry().mutex);
+    registry().libraryKernels[kernel] = library;
+}
+void forgetLibrary(cudaLibrary_t library) {
+    std::lock_guard lock(registry().mutex);
+    std::erase_if(registry().libraryKernels, [&](auto& k) { return k.second == library; });
+}
+bool isLibraryKernel(const void* symbol, CUkernel* kernel) {
+    std::lock_guard lock(registry().mutex);
+    if (!registry().libraryKernels.contains(symbol))
+        return false;
+    *kernel = static_cast<CUkernel>(const_cast<void*>(symbol));
+    return true;
 }
 
 const void* symbolOf(CUfunction function) {

@@ -64,6 +64,21 @@ namespace sunstone::cudart {
 
 // Functions that older drivers lack: null then.
 #define SUNSTONE_OPTIONAL_DRIVER_FUNCTIONS(X) \
+    X(cuTexObjectGetResourceViewDesc) \
+    X(cuLibraryLoadData) \
+    X(cuLibraryLoadFromFile) \
+    X(cuLibraryUnload) \
+    X(cuLibraryGetKernel) \
+    X(cuLibraryGetKernelCount) \
+    X(cuLibraryEnumerateKernels) \
+    X(cuLibraryGetGlobal) \
+    X(cuLibraryGetManaged) \
+    X(cuLibraryGetUnifiedFunction) \
+    X(cuKernelGetFunction) \
+    X(cuKernelSetAttribute) \
+    X(cuStreamGetAttribute) \
+    X(cuStreamSetAttribute) \
+    X(cuStreamCopyAttributes) \
     X(cuLinkCreate) \
     X(cuLinkAddData) \
     X(cuLinkComplete) \
@@ -183,8 +198,12 @@ inline CUdeviceptr addressOf(const void* pointer) {
 }
 
 // ---- what compilers registered: registration.cpp ----
-// The driver's function for a kernel's host stub or a handle of __cudaGetKernel.
+// The driver's function for a kernel's host stub, a handle of __cudaGetKernel or a kernel of a library.
 cudaError_t findFunction(const void* symbol, CUfunction* function);
+// Kernels of libraries, which the program got from us, until the library is unloaded.
+void keepLibraryKernel(cudaKernel_t kernel, cudaLibrary_t library);
+void forgetLibrary(cudaLibrary_t library);
+bool isLibraryKernel(const void* symbol, CUkernel* kernel);
 // The host stub of a function found before; null if there is none.
 const void* symbolOf(CUfunction function);
 cudaError_t findVariable(const void* symbol, CUdeviceptr* address, size_t* size);

@@ -164,6 +164,28 @@ SUNSTONE_CUDART cudaError_t cudaGetTextureObjectTextureDesc(struct cudaTextureDe
     });
 }
 
+SUNSTONE_CUDART cudaError_t cudaGetTextureObjectResourceViewDesc(struct cudaResourceViewDesc* view,
+                                                                 cudaTextureObject_t texture) {
+    if (!view)
+        return remember(cudaErrorInvalidValue);
+    return call([&](const Driver& driver) {
+        CUDA_RESOURCE_VIEW_DESC d = {};
+        const CUresult result = driver.cuTexObjectGetResourceViewDesc
+                                    ? driver.cuTexObjectGetResourceViewDesc(&d, texture)
+                                    : CUDA_ERROR_NOT_SUPPORTED;
+        if (!result)
+            *view = {cudaResourceViewFormat(d.format),
+                     d.width,
+                     d.height,
+                     d.depth,
+                     d.firstMipmapLevel,
+                     d.lastMipmapLevel,
+                     d.firstLayer,
+                     d.lastLayer,
+                     {}};
+        return result;
+    });
+}
 SUNSTONE_CUDART cudaError_t cudaCreateSurfaceObject(cudaSurfaceObject_t* surface,
                                                     const struct cudaResourceDesc* resource) {
     if (!resource)

@@ -47,7 +47,6 @@
     X(cudaGLUnmapBufferObjectAsync) \
     X(cudaGLUnregisterBufferObject) \
     X(cudaGetExportTable) \
-    X(cudaGetTextureObjectResourceViewDesc) \
     X(cudaGraphAddExternalSemaphoresSignalNode) \
     X(cudaGraphAddExternalSemaphoresWaitNode) \
     X(cudaGraphAddMemAllocNode) \
@@ -102,16 +101,6 @@
     X(cudaIpcGetMemHandle) \
     X(cudaIpcOpenEventHandle) \
     X(cudaIpcOpenMemHandle) \
-    X(cudaKernelSetAttributeForDevice) \
-    X(cudaLibraryEnumerateKernels) \
-    X(cudaLibraryGetGlobal) \
-    X(cudaLibraryGetKernel) \
-    X(cudaLibraryGetKernelCount) \
-    X(cudaLibraryGetManaged) \
-    X(cudaLibraryGetUnifiedFunction) \
-    X(cudaLibraryLoadData) \
-    X(cudaLibraryLoadFromFile) \
-    X(cudaLibraryUnload) \
     X(cudaLogsCurrent) \
     X(cudaLogsDumpToFile) \
     X(cudaLogsDumpToMemory) \
@@ -141,12 +130,6 @@
     X(cudaSetValidDevices) \
     X(cudaSignalExternalSemaphoresAsync) \
     X(cudaSignalExternalSemaphoresAsync_ptsz) \
-    X(cudaStreamCopyAttributes) \
-    X(cudaStreamCopyAttributes_ptsz) \
-    X(cudaStreamGetAttribute) \
-    X(cudaStreamGetAttribute_ptsz) \
-    X(cudaStreamSetAttribute) \
-    X(cudaStreamSetAttribute_ptsz) \
     X(cudaUserObjectCreate) \
     X(cudaUserObjectRelease) \
     X(cudaUserObjectRetain) \
