@@ -209,4 +209,47 @@ TEST_F(Runtime, FunctionsOfTheDriverByName) {
     EXPECT_EQ(cudaFuncGetParamInfo(&number, 0, &offset, nullptr), cudaErrorInvalidDeviceFunction);
 }
 
+// A kernel of a library stands where a host symbol does.
+TEST(Libraries, KernelsAreLaunched) {
+    constexpr const char* kText = R"(
+.version 7.0
+.target sm_75
+.address_size 64
+.visible .entry square(.param .u64 out, .param .u32 value) {
+    .reg .u64 %rd<2>;
+    .reg .u32 %r<3>;
+    ld.param.u64 %rd1, [out];
+    ld.param.u32 %r1, [value];
+    mul.lo.u32 %r2, %r1, %r1;
+    st.global.u32 [%rd1], %r2;
+    ret;
+}
+)";
+    cudaLibrary_t library = nullptr;
+    cudaKernel_t kernel = nullptr;
+    unsigned count = 0;
+    ASSERT_EQ(cudaLibraryLoadData(&library, kText, nullptr, nullptr, 0, nullptr, nullptr, 0),
+              cudaSuccess);
+    EXPECT_EQ(cudaLibraryGetKernelCount(&count, library), cudaSuccess);
+    EXPECT_EQ(count, 1u);
+    ASSERT_EQ(cudaLibraryGetKernel(&kernel, library, "square"), cudaSuccess);
+    unsigned* out = nullptr;
+    unsigned value = 12;
+    ASSERT_EQ(cudaMallocManaged(reinterpret_cast<void**>(&out), 4, cudaMemAttachGlobal), cudaSuccess);
+    void* args[] = {&out, &value};
+    EXPECT_EQ(cudaLaunchKernel(kernel, dim3(1), dim3(1), args, 0, nullptr), cudaSuccess);
+    EXPECT_EQ(cudaDeviceSynchronize(), cudaSuccess);
+    EXPECT_EQ(*out, 144u);
+    EXPECT_EQ(cudaKernelSetAttributeForDevice(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                              60000, 0),
+              cudaSuccess);
+    EXPECT_EQ(cudaLaunchKernel(kernel, dim3(1), dim3(1), args, 60000, nullptr), cudaSuccess);
+    EXPECT_EQ(cudaDeviceSynchronize(), cudaSuccess);
+    EXPECT_EQ(cudaLibraryUnload(library), cudaSuccess);
+    EXPECT_EQ(cudaLaunchKernel(kernel, dim3(1), dim3(1), args, 0, nullptr),
+              cudaErrorInvalidDeviceFunction);
+    EXPECT_EQ(cudaGetLastError(), cudaErrorInvalidDeviceFunction);
+    EXPECT_EQ(cudaFree(out), cudaSuccess);
+}
+
 } // namespace
