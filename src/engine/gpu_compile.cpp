@@ -55,9 +55,11 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
     to.callables[1] = describe(from.continuation);
 }
 
-// Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %
-// (docs/performance.md).
-constexpr unsigned kRegisters = 72;
+// Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %;
+// where there may be instances, the other way round (docs/performance.md).
+unsigned registersOf(unsigned traversableGraphFlags) {
+    return graphKindOf(traversableGraphFlags) == 0 ? 72 : 96;
+}
 
 // Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses.
 bool raiseStackLimit(size_t bytes) {
@@ -165,12 +167,13 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     // The driver compiles PTX as a whole when it loads it, and keeps the outcome itself. Its linker
     // gives machine code to keep, but of functions apart: rays were a fifth slower (docs/gpu.md).
     request.assemble = [](const std::string& ptx) { return ptx; };
-    request.assembler = message("driver ", device_.driverVersion(), ", registers ", kRegisters);
+    const unsigned registers = registersOf(pipeline.rules.traversableGraphFlags);
+    request.assembler = message("driver ", device_.driverVersion(), ", registers ", registers);
     std::shared_ptr<GpuCodeObject> loaded;
     const compiler::GpuCode code =
         compiler::obtainGpuPipeline(request, parts.cache, [&](const compiler::GpuCode& found) {
             std::string errors;
-            loaded = GpuCodeObject::load(device_.context(), found.machineCode, kRegisters, errors);
+            loaded = GpuCodeObject::load(device_.context(), found.machineCode, registers, errors);
             if (!loaded && !found.ptx.empty())
                 fail(Code::kLinkError, "the driver cannot compile the pipeline: ", errors.c_str());
             return loaded != nullptr;

@@ -196,10 +196,10 @@ uint64_t stepsThrough(const GpuStructure& gpu) {
     for (uint32_t i = 0; i < 4000; ++i) {
         const Vec3 o = random.point(2), d = random.point(1) - o;
         gpu::Ray ray{{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1e30f};
-        NearestPrograms programs;
-        Traversal<NearestPrograms> traversal;
-        U2 stack[Traversal<NearestPrograms>::kStackSize];
-        Level levels[NearestPrograms::kLevels + 1];
+        FlatPrograms programs; // whose steps are nodes
+        Traversal<FlatPrograms> traversal;
+        U2 stack[Traversal<FlatPrograms>::kStackSize];
+        Level levels[FlatPrograms::kLevels + 1];
         if (traversal.start(programs, ray, gpu.handle(), levels))
             traversal.run(programs, ray, stack, levels, CountSteps{steps});
     }

@@ -430,6 +430,9 @@ TEST(GpuInputs, Instances) {
                 t = hit.t;
         }
         QueryHit hit, again;
+        SingleLevelPrograms singleLevel;
+        ASSERT_EQ(nearestBy(singleLevel, top.handle(), ray, again), t < 1e30f) << "ray " << i;
+        ASSERT_TRUE(t == 1e30f || again.t == t) << "ray " << i;
         ASSERT_EQ(nearest(top.handle(), ray, hit), t < 1e30f) << "ray " << i;
         ASSERT_EQ(nearest(same.handle(), ray, again), t < 1e30f) << "ray " << i;
         if (t < 1e30f) {
@@ -477,6 +480,30 @@ TEST(GpuInputs, WideScenesAndSlowRays) {
         }
         EXPECT_GT(hits, 500u) << far;
     }
+}
+
+// The slots of a node on the side that the ray comes to first, along its longest axis, are first.
+TEST(GpuTraversal, RanksOfSlots) {
+    for (uint32_t signs = 0; signs < 8; ++signs)
+        for (uint32_t axis = 0; axis < 3; ++axis) {
+            float d[3];
+            for (uint32_t i = 0; i < 3; ++i)
+                d[i] = (signs >> i & 1 ? -1.0f : 1.0f) * (i == axis ? 1.0f : 0.9f);
+            const uint32_t octant = makeBoxRay(d, 1.0f).octant;
+            uint32_t seen = 0;
+            for (uint32_t slot = 0; slot < 8; ++slot) {
+                const uint32_t rank = rankOf(octant, slot);
+                EXPECT_EQ(slotOf(octant, rank), slot);
+                EXPECT_EQ(rank >= 4, (slot >> axis & 1) == (signs >> axis & 1))
+                    << "slot " << slot << " signs " << signs << " axis " << axis;
+                seen |= 1u << rank;
+                // As node tests have them: four inner children at a time.
+                for (uint32_t place = 0; place < 4; ++place)
+                    EXPECT_EQ(Slots((1u << 5 | 24 | slot) << 8 * place, octant).hit(place),
+                              1u << (24 + rank));
+            }
+            EXPECT_EQ(seen, 0xFFu);
+        }
 }
 
 TEST(GpuInputs, NothingIsNoInput) {

@@ -50,21 +50,48 @@ SUNSTONE_BUILDER void addSeen(const float m[12], const float lower[3], const flo
     }
 }
 
-// The box of a slot; false if it is unused, or holds nothing active.
-SUNSTONE_BUILDER bool slotBox(const WideNode& node, uint32_t slot, float lower[3], float upper[3]) {
-    if (node.meta[slot] >> 5 == 0)
-        return false;
-    for (int a = 0; a < 3; ++a) {
-        if (node.planes[a][slot] > node.planes[3 + a][slot])
-            return false;
-        const float step = floatOf(uint32_t(node.exponents[a]) << 23);
-        lower[a] = add(node.origin[a], mul(step, float(node.planes[a][slot])));
-        upper[a] = add(node.origin[a], mul(step, float(node.planes[3 + a][slot])));
-    }
-    return true;
+// A node as it lies in memory, so that its boxes come with five loads in place of one for each byte.
+struct NodeWords {
+    U4 head, children, planes[3];
+};
+SUNSTONE_BUILDER NodeWords loadWords(const WideNode* node) {
+    const U4* const words = reinterpret_cast<const U4*>(node);
+    return {words[0], words[1], {words[2], words[3], words[4]}};
+}
+SUNSTONE_BUILDER uint32_t wordAt(U4 words, uint32_t i) {
+    return i == 0 ? words.x : i == 1 ? words.y : i == 2 ? words.z : words.w;
+}
+SUNSTONE_BUILDER uint32_t planeOf(const NodeWords& node, uint32_t row, uint32_t slot) {
+    const uint32_t word = 2 * row + slot / 4;
+    return wordAt(node.planes[word / 4], word % 4) >> 8 * (slot % 4) & 0xFFu;
+}
+SUNSTONE_BUILDER uint32_t metaOf(const NodeWords& node, uint32_t slot) {
+    return (slot < 4 ? node.children.z : node.children.w) >> 8 * (slot % 4) & 0xFFu;
+}
+// Of a byte, exactly.
+SUNSTONE_BUILDER float smallFloat(uint32_t byte) {
+    return sub(floatOf(0x4B000000u | byte), 0x1p23f);
 }
 
-SUNSTONE_BUILDER void addNode(const float m[12], const WideNode& node, Bounds& sum) {
+// The box of a slot; false if it is unused, or holds nothing active.
+SUNSTONE_BUILDER bool slotBox(const NodeWords& node, uint32_t slot, float lower[3],
+                              float upper[3]) {
+    bool used = metaOf(node, slot) >> 5 != 0;
+#pragma unroll
+    for (uint32_t a = 0; a < 3; ++a) {
+        const uint32_t low = planeOf(node, a, slot), high = planeOf(node, 3 + a, slot);
+        used = used && low <= high;
+        const float step = floatOf((node.head.w >> 8 * a & 0xFFu) << 23),
+                    origin = floatOf(wordAt(node.head, a));
+        lower[a] = add(origin, mul(step, smallFloat(low)));
+        upper[a] = add(origin, mul(step, smallFloat(high)));
+    }
+    return used;
+}
+
+SUNSTONE_BUILDER void addNode(const float m[12], const WideNode* from, Bounds& sum) {
+    const NodeWords node = loadWords(from);
+#pragma unroll
     for (uint32_t slot = 0; slot < kSlots; ++slot) {
         float lower[3], upper[3];
         if (slotBox(node, slot, lower, upper))
@@ -87,14 +114,15 @@ SUNSTONE_BUILDER void tighten(const float m[12], const BlockHeader& header, Boun
         return;
     const WideNode* const nodes = reinterpret_cast<const WideNode*>(
         reinterpret_cast<const uint8_t*>(&header) + header.nodesOffset);
-    const WideNode& root = nodes[0];
+    const NodeWords root = loadWords(nodes);
     Bounds sum = emptyBounds();
-    uint32_t child = root.childBase;
+    uint32_t child = root.children.x;
     for (uint32_t slot = 0; slot < kSlots; ++slot) {
         float lower[3], upper[3];
-        const bool inner = root.innerMask >> slot & 1u, used = slotBox(root, slot, lower, upper);
+        const bool inner = root.head.w >> (24 + slot) & 1u,
+                   used = slotBox(root, slot, lower, upper);
         if (inner && used)
-            addNode(m, nodes[child], sum);
+            addNode(m, nodes + child, sum);
         else if (used)
             addSeen(m, lower, upper, sum);
         child += inner;

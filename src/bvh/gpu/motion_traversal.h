@@ -95,6 +95,7 @@ SUNSTONE_GPU_INLINE void testMovingNode(const U4* node, const MotionPlace& place
         nearC[i] = sub(constant[i], m);
         farC[i] = add(constant[i], m);
     }
+    const uint32_t one = bitsOf(ray.one);
     const bool down[3] = {ray.inverse[0] < 0, ray.inverse[1] < 0, ray.inverse[2] < 0};
     uint32_t hits = 0;
 #pragma unroll
@@ -119,8 +120,8 @@ SUNSTONE_GPU_INLINE void testMovingNode(const U4* node, const MotionPlace& place
         for (uint32_t k = 0; k < 4; ++k) {
             const uint32_t selector = 0x7604u | k << 4;
             const auto plane = [&](uint32_t first, uint32_t second, int i, float c) {
-                return fused(floatOf(permute(first, 0x3F800000u, selector)), a.scale[i],
-                             fused(floatOf(permute(second, 0x3F800000u, selector)), b.scale[i], c));
+                return fused(floatOf(permute(first, one, selector)), a.scale[i],
+                             fused(floatOf(permute(second, one, selector)), b.scale[i], c));
             };
             float begin = tmin, end = tmax;
             for (int i = 0; i < 3; ++i) {

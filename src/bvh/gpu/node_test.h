@@ -29,8 +29,27 @@ struct Ray {
 struct BoxRay {
     float inverse[3];
     float slack;     // how far planes move out, per distance of the node
-    uint32_t octant; // slot ^ octant: order in which slots are visited, highest first; in each byte
+    // Slots are visited in the order of rankOf(slot), highest first. In each byte: bits that tell
+    // which of two sides the ray leaves last; above 30 bits: see ranksOf().
+    uint32_t octant;
+    // 1, of which compilers do not know it: the machine's byte permutation takes one constant, and
+    // that should be the selector.
+    float one;
 };
+
+// A slot's bits say on which sides of the node it is, the highest along z. The rank of one is
+// slot ^ octant, turned so that the side along the ray's longest axis comes first: the other two
+// tell less of how far away a child is. Four slots at a time, one in the low bits of each byte;
+// their other bits are undefined.
+SUNSTONE_GPU_INLINE uint32_t ranksOf(uint32_t octant, uint32_t slots) {
+    return ((slots ^ octant) & 0x07070707u) * 9 >> (octant >> 30);
+}
+SUNSTONE_GPU_INLINE uint32_t rankOf(uint32_t octant, uint32_t slot) {
+    return ranksOf(octant, slot) & 7u;
+}
+SUNSTONE_GPU_INLINE uint32_t slotOf(uint32_t octant, uint32_t rank) {
+    return (rank * 9 >> (3 - (octant >> 30)) ^ octant) & 7u;
+}
 
 SUNSTONE_GPU_INLINE bool isRay(const Ray& r) {
     const float sum = magnitude(r.origin[0]) + magnitude(r.origin[1]) + magnitude(r.origin[2]) +
@@ -54,17 +73,20 @@ SUNSTONE_GPU_INLINE BoxRay makeBoxRay(const float d[3], float size) {
     uint32_t order = 0;
     for (int i = 0; i < 3; ++i) {
         const float speed = larger(magnitude(d[i]), least);
-        const float inverse = usual ? divide(1.0f, speed) : 1.0f;
+        const float inverse = usual ? roughReciprocal(speed) : 1.0f;
         const bool down = bitsOf(d[i]) >> 31;
         box.inverse[i] = down ? -inverse : inverse;
         order |= (down ? 0u : 1u) << i;
     }
-    box.octant = order * 0x01010101u;
+    const uint32_t axis =
+        magnitude(d[2]) == longest ? 2 : (magnitude(d[1]) == longest ? 1 : 0);
+    box.octant = order * 0x01010101u | (axis + 1) << 30;
+    box.one = fused(box.inverse[0], 0.0f, 1.0f);
     return box;
 }
 
 // Children, or primitives, that are to be visited. Inner: bits 24 to 31 are the children hit, by
-// slot ^ octant, bits 0 to 7 the slots that are nodes. Primitives: bits 0 to 23.
+// rank, bits 0 to 7 the slots that are nodes. Primitives: bits 0 to 23.
 struct Group {
     uint32_t base, bits;
 };
@@ -76,12 +98,12 @@ struct Slots {
     __attribute__((always_inline)) Slots(uint32_t meta, uint32_t octant) {
         // Inner children have both bits of 24.
         const uint32_t isInner = (meta & (meta << 1)) & 0x10101010u;
-        const uint32_t innerMask = (isInner >> 4) * 0xFFu;
-        place = (meta ^ (octant & innerMask)) & 0x1F1F1F1Fu;
+        const uint32_t slotBits = (isInner >> 4) * 7u;
+        place = (meta & ~slotBits) | (ranksOf(octant, meta) & slotBits);
         bits = meta >> 5 & 0x07070707u;
     }
     __attribute__((always_inline)) uint32_t hit(uint32_t k) const {
-        return (bits >> 8 * k & 0xFFu) << (place >> 8 * k & 0x1Fu);
+        return shiftLeft(permute(bits, 0, 0x4440u | k), place >> 8 * k);
     }
 };
 
@@ -120,6 +142,7 @@ SUNSTONE_GPU_INLINE void testNode(const U4* node, const float origin[3], const B
         farC[i] = add(middle, margin);
     }
     // Lower planes: planes0.xy, .zw, planes1.xy; upper: planes1.zw, planes2.xy, .zw.
+    const uint32_t one = bitsOf(ray.one);
     const bool downX = ray.inverse[0] < 0, downY = ray.inverse[1] < 0, downZ = ray.inverse[2] < 0;
     uint32_t hits = 0;
 #pragma unroll
@@ -135,7 +158,7 @@ SUNSTONE_GPU_INLINE void testNode(const U4* node, const float origin[3], const B
         for (uint32_t k = 0; k < 4; ++k) {
             const uint32_t selector = 0x7604u | k << 4;
             const auto plane = [&](uint32_t bytes, float s, float c) {
-                return orderedInt(fused(floatOf(permute(bytes, 0x3F800000u, selector)), s, c));
+                return orderedInt(fused(floatOf(permute(bytes, one, selector)), s, c));
             };
             const auto most = [](int32_t a, int32_t b) { return a > b ? a : b; };
             const auto least = [](int32_t a, int32_t b) { return a < b ? a : b; };

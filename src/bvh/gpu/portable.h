@@ -50,9 +50,16 @@ SUNSTONE_GPU_INLINE float fused(float a, float b, float c) {
 SUNSTONE_GPU_INLINE uint32_t permute(uint32_t a, uint32_t b, uint32_t selector) {
     return uint32_t(__nvvm_prmt(int(a), int(b), int(selector)));
 }
+// Of a normal number, with an error of one unit in the last place.
+SUNSTONE_GPU_INLINE float roughReciprocal(float a) {
+    return __nvvm_rcp_approx_ftz_f(a);
+}
 // Memory that nobody writes while the kernel runs.
 SUNSTONE_GPU_INLINE U4 loadConstant(const U4* address) {
     return __nvvm_ldg_ui4(address);
+}
+SUNSTONE_GPU_INLINE uint32_t loadConstant(const uint32_t* address) {
+    return __nvvm_ldg_ui(address);
 }
 #else
 SUNSTONE_GPU_INLINE float mul(float a, float b) {
@@ -90,7 +97,13 @@ SUNSTONE_GPU_INLINE uint32_t permute(uint32_t a, uint32_t b, uint32_t selector) 
     }
     return result;
 }
+SUNSTONE_GPU_INLINE float roughReciprocal(float a) {
+    return 1.0f / a;
+}
 SUNSTONE_GPU_INLINE U4 loadConstant(const U4* address) {
+    return *address;
+}
+SUNSTONE_GPU_INLINE uint32_t loadConstant(const uint32_t* address) {
     return *address;
 }
 #endif
@@ -103,6 +116,16 @@ SUNSTONE_GPU_INLINE float larger(float a, float b) {
 }
 SUNSTONE_GPU_INLINE float magnitude(float a) {
     return __builtin_fabsf(a);
+}
+// By the low five bits of `by`.
+SUNSTONE_GPU_INLINE uint32_t shiftLeft(uint32_t a, uint32_t by) {
+#if defined(__NVPTX__)
+    uint32_t result; // one instruction; a shift by a masked amount would be two
+    __asm__("shf.l.wrap.b32 %0, %1, %2, %3;" : "=r"(result) : "r"(0u), "r"(a), "r"(by));
+    return result;
+#else
+    return a << (by & 31u);
+#endif
 }
 SUNSTONE_GPU_INLINE uint32_t bitsOf(float a) {
     return __builtin_bit_cast(uint32_t, a);

@@ -105,13 +105,23 @@ struct NearestPrograms : NoShapes, NoMotion, OneLane {
         return Visit::kContinue;
     }
     Visit custom(gpu::Ray&, uint32_t, uint32_t) { return Visit::kContinue; }
-    bool enterInstance(gpu::Ray&, const InstanceData& i, float worldToObject[12]) {
+    bool enterInstance(gpu::Ray&, const InstanceData& i, uint64_t& child, float worldToObject[12]) {
+        child = i.child;
         std::memcpy(worldToObject, i.worldToObject, 48);
         current = i.index;
         return true;
     }
     bool enterTransform(gpu::Ray&, uint64_t, uint64_t&, float*) { return false; }
     void leave(gpu::Ray&) { current = 0; }
+};
+
+// The same where spaces are left to that of the ray only, or there are none.
+struct SingleLevelPrograms : NearestPrograms {
+    static constexpr unsigned kLevels = 1;
+};
+struct FlatPrograms : NearestPrograms {
+    static constexpr bool kInstances = false;
+    static constexpr unsigned kLevels = 0;
 };
 
 template <class Programs>

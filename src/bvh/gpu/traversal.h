@@ -15,7 +15,8 @@
 //       Visit shape(Ray& ray, const ShapeHit& hit); // as triangle()
 //       // Before the child of an instance or of a transform in the caller's memory (its handle,
 //       // tag included) is entered: false skips it, else fills world-to-object of this level.
-//       bool enterInstance(Ray& ray, const InstanceData& instance, float worldToObject[12]);
+//       bool enterInstance(Ray& ray, const InstanceData& instance, uint64_t& child,
+//                          float worldToObject[12]);
 //       bool enterTransform(Ray& ray, uint64_t handle, uint64_t& child, float worldToObject[12]);
 //       // What was entered last; ray.origin and direction are those of the outer space again.
 //       void leave(Ray& ray);
@@ -76,16 +77,31 @@ struct RunToEnd {
     __attribute__((always_inline)) bool stop() const { return false; }
 };
 
-// What to come back to when an instance or transform is left; block: 0 above a transform.
+// What to come back to when an instance or transform is left, in units that memory moves at once.
 struct Level {
-    float origin[3], direction[3];
-    uint64_t block;
+    U4 origin;    // and the first reciprocal
+    U4 direction; // and the second
+    U4 box;       // the third; slack, octant and one
+    U4 places;    // of nodes and records
+    uint64_t block; // 0 above a transform
 };
+
+SUNSTONE_GPU_INLINE U4 withFloats(const float v[3], float w) {
+    return {bitsOf(v[0]), bitsOf(v[1]), bitsOf(v[2]), bitsOf(w)};
+}
+SUNSTONE_GPU_INLINE void toFloats(U4 from, float v[3]) {
+    v[0] = floatOf(from.x), v[1] = floatOf(from.y), v[2] = floatOf(from.z);
+}
+SUNSTONE_GPU_INLINE uint64_t wordsOf(uint32_t low, uint32_t high) {
+    return uint64_t(high) << 32 | low;
+}
 
 template <class Programs>
 struct Traversal {
     // Entries a stack needs; one of its entries is a group, or 0, 0 where a space ends.
     static constexpr unsigned kStackSize = kWaitingLeaves + kStackEntries * (Programs::kLevels + 1);
+    // Instances are entered from the ray's first space only, which is therefore stored once.
+    static constexpr bool kKeepsSpace = Programs::kLevels == 1 && !Programs::kMotion;
 
     Group inner, leaf;
     uint32_t top;
@@ -105,7 +121,11 @@ struct Traversal {
         inner = leaf = {0, 0};
         top = depth = 0;
         block = nullptr;
-        return enter(programs, ray, handle, levels, 0);
+        if (!enter(programs, ray, handle, levels, 0))
+            return false;
+        if constexpr (kKeepsSpace)
+            saveSpace(ray, levels[depth]);
+        return true;
     }
 
     // Visits until the end (true), or until Policy::stop() says so after a step (false).
@@ -120,39 +140,44 @@ struct Traversal {
         }
     }
 
-    // Visits one node, or what is left of a leaf, and the primitives found there. True at the end.
+    // Visits a node, or what is left of a leaf, and primitives found there. True at the end.
     __attribute__((always_inline)) bool step(Programs& programs, Ray& ray, U2* stack,
                                              Level* levels) {
-        if (inner.bits > 0x00FFFFFFu) {
-            const uint32_t bit = 31 - uint32_t(__builtin_clz(inner.bits));
-            const uint32_t slot = (bit - 24) ^ (box.octant & 7u);
-            const uint32_t child =
-                inner.base + uint32_t(__builtin_popcount(inner.bits & 0xFFu & ~(~0u << slot)));
-            inner.bits &= ~(1u << bit);
-            if (inner.bits > 0x00FFFFFFu)
-                push(stack, inner);
-            test(ray, child);
-        } else {
-            leaf = inner;
-            inner.bits = 0;
-        }
+        if (!Programs::kInstances || leaf.bits == 0)
+            openNext(ray, stack);
         const uint32_t few = (5 * Programs::lanes() + 8) / 16;
-        while (leaf.bits != 0) {
+        // Where there are instances, lanes of a warp are at all kinds of work at once: those with
+        // many primitives leave some for the next step, while others go on through nodes.
+        for (uint32_t i = 0; leaf.bits != 0 && (!Programs::kInstances || i < kVisits); ++i) {
             const uint32_t place = nextPlace();
             leaf.bits &= ~(1u << place);
             if (visit(programs, ray, leaf.base + place, stack, levels))
                 return true;
-            if (leaf.bits != 0 && mayWait() && Programs::lanes() < few) {
+            if (!Programs::kInstances && leaf.bits != 0 && mayWait() && Programs::lanes() < few) {
                 push(stack, leaf);
                 leaf.bits = 0;
             }
+        }
+        if (Programs::kInstances && leaf.bits != 0)
+            return false;
+        if constexpr (!Programs::kInstances) {
+            // Without a branch around it: compilers make a loop of the lanes that need no other
+            // group, at whose end those that take one from the stack would wait.
+            const bool empty = inner.bits <= 0x00FFFFFFu;
+            if (empty && top == 0)
+                return true;
+            top -= empty;
+            const U2 entry = stack[top]; // there are always places to spare
+            inner.base = empty ? entry.x : inner.base;
+            inner.bits = empty ? entry.y : inner.bits;
+            return false;
         }
         while (inner.bits <= 0x00FFFFFFu) {
             if (top == 0)
                 return true;
             const U2 entry = stack[--top];
             inner = {entry.x, entry.y};
-            if (!Programs::kInstances || entry.y != 0)
+            if (entry.y != 0)
                 break;
             leaveSpace(programs, ray, levels);
         }
@@ -164,7 +189,26 @@ private:
     // theirs, so that they need not wait. Leaves have 1 to 24 primitives; without this, on long
     // thin triangles, tests ran for 3.5 of 32 lanes.
     __attribute__((always_inline)) bool mayWait() const {
-        return top < kWaitingLeaves && !(Programs::kInstances && kind == BlockType::kInstances);
+        return top < kWaitingLeaves;
+    }
+
+    static constexpr uint32_t kVisits = 2;
+
+    // The next child of the group becomes the group, or the group, which is of primitives, a leaf.
+    __attribute__((always_inline)) void openNext(const Ray& ray, U2* stack) {
+        if (inner.bits <= 0x00FFFFFFu) {
+            leaf = inner;
+            inner.bits = 0;
+            return;
+        }
+        const uint32_t bit = 31 - uint32_t(__builtin_clz(inner.bits));
+        const uint32_t slot = slotOf(box.octant, bit - 24);
+        const uint32_t child =
+            inner.base + uint32_t(__builtin_popcount(inner.bits & 0xFFu & ~(~0u << slot)));
+        inner.bits &= ~(1u << bit);
+        if (inner.bits > 0x00FFFFFFu)
+            push(stack, inner);
+        test(ray, child);
     }
 
     // Primitives are listed by slot, and the highest bit of a slot is the side along z. What is
@@ -242,78 +286,100 @@ private:
     __attribute__((always_inline)) void visitInstance(Programs& programs, Ray& ray, uint32_t record,
                                                       U2* stack, Level* levels) {
         if constexpr (Programs::kInstances) {
-            const uint32_t index = reinterpret_cast<const uint32_t*>(records)[record];
+            const uint32_t index =
+                loadConstant(reinterpret_cast<const uint32_t*>(records) + record);
             const InstanceData& instance = reinterpret_cast<const InstanceData*>(
                 reinterpret_cast<const uint8_t*>(block) + block->instancesOffset)[index];
+            uint64_t child = 0;
             float worldToObject[12];
-            if (depth >= Programs::kLevels || !programs.enterInstance(ray, instance, worldToObject))
+            if (depth >= Programs::kLevels ||
+                !programs.enterInstance(ray, instance, child, worldToObject))
                 return;
-            const uint32_t before = top;
-            const Group inner0 = inner, leaf0 = leaf;
             if (inner.bits > 0x00FFFFFFu)
                 push(stack, inner);
             if (leaf.bits != 0)
                 push(stack, leaf);
             stack[top++] = U2{0, 0};
-            saveSpace(ray, levels);
-            transformRay(worldToObject, levels[depth - 1].origin, levels[depth - 1].direction, ray);
+            if constexpr (!kKeepsSpace)
+                saveSpace(ray, levels[depth]);
+            ++depth;
+            moveRay(worldToObject, ray);
+            // If nothing is there, the space is left at once.
             inner = leaf = {0, 0};
             block = nullptr;
-            if (enter(programs, ray, instance.child, levels, depth))
-                return;
-            // Nothing there.
-            inner = inner0, leaf = leaf0;
-            top = before;
-            restoreSpace(programs, ray, levels);
+            enter(programs, ray, child, levels, depth);
         }
     }
 
-    __attribute__((always_inline)) void saveSpace(const Ray& ray, Level* levels) {
-        Level& level = levels[depth++];
+    static __attribute__((always_inline)) void moveRay(const float worldToObject[12], Ray& ray) {
+        float origin[3], direction[3];
         for (int i = 0; i < 3; ++i) {
-            level.origin[i] = ray.origin[i];
-            level.direction[i] = ray.direction[i];
+            origin[i] = ray.origin[i];
+            direction[i] = ray.direction[i];
         }
+        transformRay(worldToObject, origin, direction, ray);
+    }
+
+    __attribute__((always_inline)) void saveSpace(const Ray& ray, Level& level) const {
+        level.origin = withFloats(ray.origin, box.inverse[0]);
+        level.direction = withFloats(ray.direction, box.inverse[1]);
+        level.box = {bitsOf(box.inverse[2]), bitsOf(box.slack), box.octant, bitsOf(box.one)};
+        const uint64_t n = reinterpret_cast<uint64_t>(nodes),
+                       r = reinterpret_cast<uint64_t>(records);
+        level.places = {uint32_t(n), uint32_t(n >> 32), uint32_t(r), uint32_t(r >> 32)};
         level.block = reinterpret_cast<uint64_t>(block);
     }
 
     __attribute__((always_inline)) void leaveSpace(Programs& programs, Ray& ray, Level* levels) {
-        if constexpr (Programs::kInstances)
-            restoreSpace(programs, ray, levels);
+        if constexpr (Programs::kInstances) {
+            // Back to the block around, through transforms that stood between.
+            do
+                programs.leave(ray);
+            while (levels[--depth].block == 0);
+            restoreSpace(programs, ray, levels[depth]);
+        }
     }
 
-    // Back to the block around, through transforms that stood between.
-    __attribute__((always_inline)) void restoreSpace(Programs& programs, Ray& ray, Level* levels) {
-        uint64_t outer;
-        do {
-            const Level& level = levels[--depth];
-            for (int i = 0; i < 3; ++i) {
-                ray.origin[i] = level.origin[i];
-                ray.direction[i] = level.direction[i];
-            }
-            outer = level.block;
-            programs.leave(ray);
-        } while (outer == 0);
-        open(programs, ray, reinterpret_cast<const BlockHeader*>(outer));
-    }
-
-    __attribute__((always_inline)) void open(const Programs& programs, const Ray& ray,
-                                             const BlockHeader* header) {
-        block = header;
-        kind = kindOf(header->type);
-        const uint8_t* const bytes = reinterpret_cast<const uint8_t*>(header);
-        nodes = reinterpret_cast<const U4*>(bytes + header->nodesOffset);
-        records = bytes + header->recordsOffset;
+    // Only structures of instances are come back to.
+    __attribute__((always_inline)) void restoreSpace(Programs& programs, Ray& ray,
+                                                     const Level& level) {
+        toFloats(level.origin, ray.origin);
+        toFloats(level.direction, ray.direction);
+        block = reinterpret_cast<const BlockHeader*>(level.block);
         if constexpr (Programs::kMotion) {
-            motion = placeIn(*header, programs.time(), ray.origin);
+            open(programs, ray, block->type, floatOf(block->root), block->nodesOffset,
+                 block->recordsOffset);
+            return;
+        }
+        kind = BlockType::kInstances;
+        box.inverse[0] = floatOf(level.origin.w);
+        box.inverse[1] = floatOf(level.direction.w);
+        box.inverse[2] = floatOf(level.box.x);
+        box.slack = floatOf(level.box.y);
+        box.octant = level.box.z;
+        box.one = floatOf(level.box.w);
+        nodes = reinterpret_cast<const U4*>(wordsOf(level.places.x, level.places.y));
+        records = reinterpret_cast<const uint8_t*>(wordsOf(level.places.z, level.places.w));
+    }
+
+    // The space of `block`, of whose header these are; `size`: see makeBoxRay().
+    __attribute__((always_inline)) void open(const Programs& programs, const Ray& ray,
+                                             BlockType type, float size, uint64_t nodesOffset,
+                                             uint64_t recordsOffset) {
+        kind = kindOf(type);
+        const uint8_t* const bytes = reinterpret_cast<const uint8_t*>(block);
+        nodes = reinterpret_cast<const U4*>(bytes + nodesOffset);
+        records = bytes + recordsOffset;
+        if constexpr (Programs::kMotion) {
+            motion = placeIn(*block, programs.time(), ray.origin);
             if (motion.keys > 1) {
                 nodes += motion.key * (sizeof(WideNode) / 16);
                 if (kind != BlockType::kInstances)
-                    records += motion.key * recordSize(kind, header->shape, 1);
+                    records += motion.key * recordSize(kind, block->shape, 1);
             }
         }
-        box = makeBoxRay(ray.direction, floatOf(header->root));
-        if constexpr (Programs::kTriangles)
+        box = makeBoxRay(ray.direction, size);
+        if (Programs::kTriangles && (!Programs::kInstances || kind == BlockType::kTriangles))
             shear = makeShear(ray.direction);
     }
 
@@ -330,47 +396,62 @@ private:
                     leaveTo(programs, ray, levels, base);
                     return false;
                 }
-                saveSpace(ray, levels);
-                transformRay(worldToObject, levels[depth - 1].origin, levels[depth - 1].direction,
-                             ray);
+                block = nullptr;
+                saveSpace(ray, levels[depth++]);
+                moveRay(worldToObject, ray);
                 handle = child;
             }
         const uint64_t tag = handle & kTraversableTagMask;
         const BlockHeader* const header =
             reinterpret_cast<const BlockHeader*>(handle & ~uint64_t(kTraversableTagMask));
-        const bool wanted = (tag == kGasTag || (Programs::kInstances && tag == kIasTag)) &&
-                            header && header->magic == kGpuBlockMagic && header->root != kNoNode &&
-                            fits(*header) && isRay(ray) && isThere(programs, *header) &&
-                            enterShapes(*header, ray);
+        if (!header || !(tag == kGasTag || (Programs::kInstances && tag == kIasTag))) {
+            leaveTo(programs, ray, levels, base);
+            return false;
+        }
+        // All that is needed of the header at once.
+        const U4* const words = reinterpret_cast<const U4*>(header);
+        const U4 first = loadConstant(words),
+                 places = loadConstant(words + offsetof(BlockHeader, instancesOffset) / 16),
+                 last = loadConstant(words + offsetof(BlockHeader, recordsOffset) / 16);
+        const BlockType type = BlockType(first.z);
+        const bool wanted = first.x == kGpuBlockMagic && first.w != kNoNode && fits(type, last.z) &&
+                            isRay(ray) && isThere(programs, *header) && enterShapes(type, ray);
         if (!wanted) {
             if constexpr (!Programs::kMotion)
-                if (header && header->magic == kGpuBlockMagic && isMoving(header->type))
+                if (first.x == kGpuBlockMagic && isMoving(type))
                     programs.refuseMotion();
             leaveTo(programs, ray, levels, base);
             return false;
         }
-        open(programs, ray, header);
+        block = header;
+        open(programs, ray, type, floatOf(first.w), wordsOf(places.z, places.w),
+             wordsOf(last.x, last.y));
         // The root stands in slot 0 of a group of one.
-        inner = {0, 1u << (24 + (box.octant & 7u)) | 1u};
+        inner = {0, 1u << (24 + rankOf(box.octant, 0)) | 1u};
         return true;
     }
+    static_assert(offsetof(BlockHeader, magic) == 0 && offsetof(BlockHeader, type) == 8 &&
+                  offsetof(BlockHeader, root) == 12 &&
+                  offsetof(BlockHeader, instancesOffset) % 16 == 0 &&
+                  offsetof(BlockHeader, nodesOffset) ==
+                      offsetof(BlockHeader, instancesOffset) + 8 &&
+                  offsetof(BlockHeader, recordsOffset) % 16 == 0 &&
+                  offsetof(BlockHeader, shape) == offsetof(BlockHeader, recordsOffset) + 8);
 
     __attribute__((always_inline)) void leaveTo(Programs& programs, Ray& ray, Level* levels,
                                                 uint32_t base) {
         if constexpr (Programs::kInstances)
             while (depth > base) {
                 const Level& level = levels[--depth];
-                for (int i = 0; i < 3; ++i) {
-                    ray.origin[i] = level.origin[i];
-                    ray.direction[i] = level.direction[i];
-                }
+                toFloats(level.origin, ray.origin);
+                toFloats(level.direction, ray.direction);
                 programs.leave(ray);
             }
     }
 
     // False where a ray is too fast for the tests of shapes.
-    __attribute__((always_inline)) bool enterShapes(const BlockHeader& header, const Ray& ray) {
-        return !Programs::shapes() || kindOf(header.type) != BlockType::kShapes ||
+    __attribute__((always_inline)) bool enterShapes(BlockType type, const Ray& ray) {
+        return !Programs::shapes() || kindOf(type) != BlockType::kShapes ||
                lane::setupRaySpace(space, ray.origin, ray.direction, ray.tmin);
     }
 
@@ -381,10 +462,10 @@ private:
         return true;
     }
 
-    static __attribute__((always_inline)) bool fits(const BlockHeader& header) {
-        const BlockType type = kindOf(header.type);
+    static __attribute__((always_inline)) bool fits(BlockType withBits, uint32_t shape) {
+        const BlockType type = kindOf(withBits);
         return (Programs::shapes() && type == BlockType::kShapes &&
-                meetsShape(Programs::shapes(), header.shape)) ||
+                meetsShape(Programs::shapes(), shape)) ||
                (Programs::kTriangles && type == BlockType::kTriangles) ||
                (Programs::kCustoms && type == BlockType::kCustom) ||
                (Programs::kInstances && type == BlockType::kInstances);

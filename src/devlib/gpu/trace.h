@@ -48,6 +48,12 @@ struct Candidates {
         return recordAt(sbt.hitBase, sbt.hitStride, sbt.hitCount, index);
     }
 
+    SUNSTONE_DEVICE_MEMBER void beginPath() {
+        instanceIndex = instanceSbtOffset = instanceFlags = 0;
+        instanceId = ~0u;
+        transformCount = 0;
+    }
+
     // Shows programs, and exceptions, where the walk is.
     SUNSTONE_DEVICE_MEMBER void showPath() const {
         state->hit.transformCount = transformCount;
@@ -264,20 +270,36 @@ struct Tracer : Candidates {
     }
 
     SUNSTONE_DEVICE_MEMBER bool enterInstance(walk::Ray&, const bvh::InstanceData& instance,
-                                              float worldToObject[12]) {
-        const InstanceRecord& record = reinterpret_cast<const InstanceRecord&>(instance);
-        if ((record.visibilityMask & state->visibilityMask & 0xFF) == 0)
+                                              uint64_t& child, float worldToObject[12]) {
+        const auto* const words = reinterpret_cast<const walk::U4*>(&instance);
+        const walk::U4 last = walk::loadConstant(words + offsetof(InstanceRecord, visibilityMask) / 16);
+        if ((last.x & state->visibilityMask & 0xFF) == 0)
             return false;
-        places[transformCount] = {instanceIndex, instanceId, instanceSbtOffset, instanceFlags};
-        instanceIndex = record.index;
-        instanceId = record.instanceId;
-        instanceSbtOffset += record.sbtOffset;
-        instanceFlags = record.flags;
-        enterWith(makeHandle(&record, kTagInstance), record.child);
-        for (int i = 0; i < 12; ++i)
-            worldToObject[i] = record.worldToObject[i];
+        const walk::U4 from = walk::loadConstant(words + offsetof(InstanceRecord, child) / 16);
+        child = walk::wordsOf(from.x, from.y);
+        savePlace();
+        instanceIndex = last.z;
+        instanceId = from.z;
+        instanceSbtOffset += from.w;
+        instanceFlags = last.y;
+        enterWith(makeHandle(&instance, kTagInstance), child);
+        for (int i = 0; i < 3; ++i) {
+            const walk::U4 row =
+                walk::loadConstant(words + offsetof(InstanceRecord, worldToObject) / 16 + i);
+            worldToObject[4 * i] = walk::floatOf(row.x);
+            worldToObject[4 * i + 1] = walk::floatOf(row.y);
+            worldToObject[4 * i + 2] = walk::floatOf(row.z);
+            worldToObject[4 * i + 3] = walk::floatOf(row.w);
+        }
         return true;
     }
+    static_assert(offsetof(InstanceRecord, worldToObject) % 16 == 0 &&
+                  offsetof(InstanceRecord, child) % 16 == 0 &&
+                  offsetof(InstanceRecord, instanceId) == offsetof(InstanceRecord, child) + 8 &&
+                  offsetof(InstanceRecord, sbtOffset) == offsetof(InstanceRecord, child) + 12 &&
+                  offsetof(InstanceRecord, visibilityMask) % 16 == 0 &&
+                  offsetof(InstanceRecord, flags) == offsetof(InstanceRecord, visibilityMask) + 4 &&
+                  offsetof(InstanceRecord, index) == offsetof(InstanceRecord, visibilityMask) + 8);
 
     SUNSTONE_DEVICE_MEMBER bool enterTransform(walk::Ray&, uint64_t handle, uint64_t& child,
                                                float worldToObject[12]) {
@@ -295,7 +317,7 @@ struct Tracer : Candidates {
             return false;
         }
         child = bvh::childOf(handle);
-        places[transformCount] = {instanceIndex, instanceId, instanceSbtOffset, instanceFlags};
+        savePlace();
         enterWith(handle, child);
         return true;
     }
@@ -312,12 +334,21 @@ struct Tracer : Candidates {
             endLaunch(state, kFatalGraphTooDeep);
     }
 
+    // With one level, what is left is always to where the ray began.
+    SUNSTONE_DEVICE_MEMBER void savePlace() {
+        if constexpr (kMaxLevels > 1)
+            places[transformCount] = {instanceIndex, instanceId, instanceSbtOffset, instanceFlags};
+    }
     SUNSTONE_DEVICE_MEMBER void leave(walk::Ray&) {
-        const typename Path::Place& place = places[--transformCount];
-        instanceIndex = place.index;
-        instanceId = place.id;
-        instanceSbtOffset = place.sbtOffset;
-        instanceFlags = place.flags;
+        if constexpr (kMaxLevels > 1) {
+            const typename Path::Place& place = places[--transformCount];
+            instanceIndex = place.index;
+            instanceId = place.id;
+            instanceSbtOffset = place.sbtOffset;
+            instanceFlags = place.flags;
+        } else {
+            beginPath();
+        }
     }
 
     // Moves the best hit into the state; the group of its record.
@@ -364,9 +395,7 @@ SUNSTONE_DEVICE void prepare(RayState* state, Programs& tracer, walk::Ray& ray) 
     tracer.found = tracer.ended = tracer.candidateAnyHit = false;
     tracer.tmax = 0;
     tracer.candidateGroup = 0;
-    tracer.instanceIndex = tracer.instanceSbtOffset = tracer.instanceFlags = 0;
-    tracer.instanceId = ~0u;
-    tracer.transformCount = 0;
+    tracer.beginPath();
     tracer.gas = tagOf(state->handle) == kTagGas ? state->handle : 0;
     for (int i = 0; i < 3; ++i) {
         ray.origin[i] = state->worldOrigin[i];
