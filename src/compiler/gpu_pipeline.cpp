@@ -9,19 +9,17 @@
 #include "compiler/compile_steps.h"
 #include "compiler/digest.h"
 #include "compiler/flush.h"
+#include "compiler/gpu_link.h"
 #include "compiler/gpu_machine.h"
 #include "compiler/lower_optix.h"
 #include "compiler/optimizer.h"
 #include "compiler/resumable.h"
 #include "compiler/stack_checks.h"
 
-#include <llvm/Bitcode/BitcodeReader.h>
 #include <llvm/IR/DebugInfo.h>
 #include <llvm/IR/InlineAsm.h>
 #include <llvm/IR/InstIterator.h>
 #include <llvm/IR/Verifier.h>
-#include <llvm/Linker/Linker.h>
-#include <llvm/Support/MemoryBuffer.h>
 #include <llvm/Transforms/Utils/Cloning.h>
 
 #include <algorithm>
@@ -87,12 +85,12 @@ public:
         llvm::StripDebugInfo(unit_.module());
         times_.step("translate");
         chooseKernel();
+        makeKernel();
+        linkGpuRuntime(unit_.module(), *machine_, request_.runtime, request_.constants);
         for (const Dispatcher& dispatcher : dispatchers())
             define(dispatcher);
         defineGroupFacts();
-        defineConstants();
-        link();
-        makeKernel();
+        hide();
         optimizer_->dump("linked");
         verify(unit_, "linking");
         times_.step("link");
@@ -317,26 +315,24 @@ private:
 
     // switch (group) { case number: return program(state); ... default: return 0; }
     void define(const Dispatcher& dispatcher) {
+        llvm::Function* const function = unit_.module().getFunction(dispatcher.name);
+        if (!function) // the run-time asks for none
+            return;
         llvm::LLVMContext& context = unit_.context();
         llvm::IRBuilder<> builder(context);
-        llvm::Type *word = builder.getInt32Ty(), *pointer = builder.getPtrTy();
         const bool isCode = dispatcher.form == Dispatcher::kCode;
         const unsigned states = dispatcher.form == Dispatcher::kRun    ? 1
                                 : dispatcher.form == Dispatcher::kAsk  ? 2
                                 : dispatcher.form == Dispatcher::kPart ? 3
                                                                        : 0;
-        llvm::Type* result = isCode ? pointer : word;
-        std::vector<llvm::Type*> operands(states, pointer);
-        operands.push_back(word);
-        auto* function = llvm::Function::Create(llvm::FunctionType::get(result, operands, false),
-                                                llvm::GlobalValue::ExternalLinkage, dispatcher.name,
-                                                unit_.module());
         function->addFnAttr(llvm::Attribute::AlwaysInline);
         function->addFnAttr(llvm::Attribute::NoUnwind);
         auto* entry = llvm::BasicBlock::Create(context, "", function);
         auto* other = llvm::BasicBlock::Create(context, "none", function);
         builder.SetInsertPoint(other);
-        builder.CreateRet(isCode ? llvm::Constant::getNullValue(result) : builder.getInt32(~0u));
+        builder.CreateRet(
+            isCode ? static_cast<llvm::Value*>(llvm::ConstantPointerNull::get(builder.getPtrTy()))
+                   : builder.getInt32(~0u));
         builder.SetInsertPoint(entry);
         auto* choice = builder.CreateSwitch(function->getArg(states), other);
         std::map<llvm::Function*, llvm::BasicBlock*> calls; // of one program: one call
@@ -368,9 +364,9 @@ private:
     using Facts = std::map<uint32_t, llvm::Value*>;
     void defineFacts(const char* name, llvm::Value* none, const Facts& facts) {
         llvm::IRBuilder<> builder(unit_.context());
-        auto* function = llvm::Function::Create(
-            llvm::FunctionType::get(none->getType(), {builder.getInt32Ty()}, false),
-            llvm::GlobalValue::ExternalLinkage, name, unit_.module());
+        llvm::Function* const function = unit_.module().getFunction(name);
+        if (!function) // the run-time asks for none
+            return;
         function->addFnAttr(llvm::Attribute::NoUnwind);
         auto* entry = llvm::BasicBlock::Create(unit_.context(), "", function);
         auto* other = llvm::BasicBlock::Create(unit_.context(), "none", function);
@@ -423,37 +419,9 @@ private:
                                                 : builder.getInt32(devlib::kAccept);
     }
 
-    void defineConstants() {
-        for (const auto& [name, value] : request_.constants)
-            new llvm::GlobalVariable(
-                unit_.module(), llvm::Type::getInt32Ty(unit_.context()), true,
-                llvm::GlobalValue::ExternalLinkage,
-                llvm::ConstantInt::get(llvm::Type::getInt32Ty(unit_.context()), value), name);
-    }
-
-    void link() {
-        auto buffer = llvm::MemoryBuffer::getMemBuffer(
-            llvm::StringRef(request_.runtime.data(), request_.runtime.size()), "run-time", false);
-        auto runtime = llvm::parseBitcodeFile(buffer->getMemBufferRef(), unit_.context());
-        if (!runtime)
-            fail(ErrorCode::kInternal,
-                 "the run-time for GPUs cannot be read: ", llvm::toString(runtime.takeError()));
-        (*runtime)->setTargetTriple(unit_.module().getTargetTriple());
-        (*runtime)->setDataLayout(unit_.module().getDataLayout());
-        for (llvm::Function& function : **runtime) { // those of the build fit no newer device
-            function.removeFnAttr("target-cpu");
-            function.removeFnAttr("target-features");
-        }
-        if (llvm::Linker::linkModules(unit_.module(), std::move(*runtime)))
-            fail(ErrorCode::kInternal, "the run-time for GPUs cannot be linked");
-    }
-
     void makeKernel() {
         llvm::LLVMContext& context = unit_.context();
         const char* const name = isLoop_ ? "sunstone_gpu_runLoop" : "sunstone_gpu_run";
-        llvm::Function* run = unit_.module().getFunction(name);
-        if (!run || run->isDeclaration())
-            fail(ErrorCode::kInternal, "the run-time for GPUs has no ", name);
         llvm::IRBuilder<> builder(context);
         auto* kernel = llvm::Function::Create(
             llvm::FunctionType::get(builder.getVoidTy(), {builder.getPtrTy()}, false),
@@ -467,12 +435,31 @@ private:
             memory->setAlignment(llvm::Align(kFrameAlignment));
             arguments.push_back(memory);
         }
-        builder.CreateCall(run, arguments);
+        std::vector<llvm::Type*> types(arguments.size(), builder.getPtrTy());
+        builder.CreateCall(unit_.module().getOrInsertFunction(
+                               name, llvm::FunctionType::get(builder.getVoidTy(), types, false)),
+                           arguments);
         builder.CreateRetVoid();
-        // Everything else is seen by nobody.
+    }
+
+    // The kernel is seen from outside, nothing else.
+    void hide() {
+        for (const char* name : {"sunstone_gpu_run", "sunstone_gpu_runLoop"})
+            if (llvm::Function* run = unit_.module().getFunction(name))
+                inlineIntoKernel(*run);
+        for (llvm::Function* program : raygens())
+            if (program->hasOneUse())
+                inlineIntoKernel(*program);
         for (llvm::GlobalValue& value : unit_.module().global_values())
-            if (!value.isDeclaration() && &value != kernel)
+            if (!value.isDeclaration() && value.getName() != kGpuKernel)
                 value.setLinkage(llvm::GlobalValue::InternalLinkage);
+    }
+
+    // What runs once in the kernel becomes a part of it. LLVM leaves large functions apart, and the
+    // driver's compiler gives those frames of their own (docs/performance.md has figures).
+    static void inlineIntoKernel(llvm::Function& function) {
+        function.removeFnAttr(llvm::Attribute::NoInline);
+        function.addFnAttr(llvm::Attribute::AlwaysInline);
     }
 
     void refuseUnresolved() {

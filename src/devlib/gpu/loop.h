@@ -49,7 +49,7 @@ enum class Lane : uint32_t {
 };
 
 template <bool kWithCustoms, unsigned kMaxLevels>
-SUNSTONE_DEVICE void runLanes(LaunchBlock& block, void* frame) {
+SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
     using Programs = Tracer<kWithCustoms, kMaxLevels, false>;
     using Walk = walk::Traversal<Programs>;
     const LaunchState& launch = block.launch;

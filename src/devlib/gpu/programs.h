@@ -10,6 +10,10 @@ namespace sunstone::devlib::gpu {
 
 #define SUNSTONE_DEVICE __attribute__((always_inline)) static inline
 
+// A large part of its callers, of which a pipeline has few: kept apart until it is known which
+// (compiler/gpu_link.cpp), and a part of each caller then.
+#define SUNSTONE_DEVICE_PART __attribute__((noinline, section(".sunstone.part"))) static
+
 // What dispatchers answer for a group without such a program.
 constexpr uint32_t kNoProgram = ~0u;
 

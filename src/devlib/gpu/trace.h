@@ -417,7 +417,7 @@ SUNSTONE_DEVICE Found conclude(Programs& tracer, const walk::Ray& ray, uint32_t&
 }
 
 template <bool kInline, bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
-SUNSTONE_DEVICE Found walkGraph(RayState* state, uint32_t& group) {
+SUNSTONE_DEVICE_PART Found walkGraph(RayState* state, uint32_t& group) {
     using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion, kInline>;
     using Walk = walk::Traversal<Programs>;
     Programs tracer;
@@ -518,7 +518,8 @@ extern "C" __attribute__((always_inline)) void sunstone_gpu_traceInline(RayState
     traceRay<true>(state);
 }
 
-extern "C" uint32_t sunstone_gpu_reportTo(RayState* state, Candidates* to, float t, uint32_t kind) {
+extern "C" __attribute__((always_inline)) uint32_t
+sunstone_gpu_reportTo(RayState* state, Candidates* to, float t, uint32_t kind) {
     checkHitKind(state, kind);
     Candidates& candidates = *to;
     if (!(t >= state->tmin && t <= candidates.tmax))
