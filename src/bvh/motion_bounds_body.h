@@ -499,8 +499,10 @@ inline LinearBounds throughMatrix(const float m[12], const LinearBounds& child) 
     return matrixPiece(matrix, matrix, child);
 }
 
-// Of what the handle leads to, in its space, at all times of [begin, end].
-inline LinearBounds boundsOf(uint64_t handle, double begin, double end) {
+// Of what the handle leads to, in its space, at all times of [begin, end]; or of a part of the
+// structure at the end of the way, which stands still there.
+inline LinearBounds boundsOf(uint64_t handle, double begin, double end,
+                             const LinearBounds* part = nullptr) {
     uint64_t chain[kMaxTransformChain];
     int length = 0;
     for (; isTransformTag(handle & kTraversableTagMask); handle = childOf(handle)) {
@@ -511,8 +513,10 @@ inline LinearBounds boundsOf(uint64_t handle, double begin, double end) {
     const uint64_t tag = handle & kTraversableTagMask;
     if (tag != kGasTag && tag != kIasTag)
         return LinearBounds::nothing();
-    LinearBounds b = blockBounds(
-        *reinterpret_cast<const BlockHeader*>(handle & ~kTraversableTagMask), begin, end);
+    LinearBounds b =
+        part ? *part
+             : blockBounds(*reinterpret_cast<const BlockHeader*>(handle & ~kTraversableTagMask),
+                           begin, end);
     while (length-- > 0 && !b.empty()) {
         const uint64_t transform = chain[length];
         b = (transform & kTraversableTagMask) == kStaticTransformTag
@@ -576,14 +580,32 @@ inline bool moves(uint64_t handle) {
     return earliest <= latest;
 }
 
+// Makes bounds hold others, too.
+inline void unite(LinearBounds& to, const LinearBounds& with) {
+    for (int end = 0; end < 2; ++end)
+        for (int a = 0; a < 3; ++a) {
+            to.lower[end][a] = least(to.lower[end][a], with.lower[end][a]);
+            to.upper[end][a] = most(to.upper[end][a], with.upper[end][a]);
+        }
+}
+
 // The bounds of an instance at each key of its structure, see describeMotion in motion_bounds.h.
-inline void describe(const InstanceData& record, const MotionTimes& motion, KeyBounds* keys) {
+// forEachPart(visit) calls visit(part) for parts that make up what the instance shows: standing
+// bounds in its structure, or once null for all of it.
+template <class ForEachPart>
+inline void describeParts(const InstanceData& record, const MotionTimes& motion, KeyBounds* keys,
+                          const ForEachPart& forEachPart) {
     for (uint32_t k = 0; k < motion.keys; ++k)
         keys[k] = kNoBounds;
     double earliest = motion.begin, latest = motion.end;
     addTimes(record.child, earliest, latest);
     const auto over = [&](double begin, double end) {
-        return throughMatrix(record.objectToWorld, boundsOf(record.child, begin, end));
+        LinearBounds all = LinearBounds::nothing();
+        forEachPart([&](const LinearBounds* part) {
+            unite(all, throughMatrix(record.objectToWorld,
+                                     boundsOf(record.child, begin, end, part)));
+        });
+        return all;
     };
     const uint32_t last = motion.keys - 1;
     const auto timeOf = [&](uint32_t key) {
@@ -605,6 +627,9 @@ inline void describe(const InstanceData& record, const MotionTimes& motion, KeyB
         extend(keys[last], part, 0);
         extend(keys[last], part, 1);
     }
+}
+inline void describe(const InstanceData& record, const MotionTimes& motion, KeyBounds* keys) {
+    describeParts(record, motion, keys, [](const auto& visit) { visit(nullptr); });
 }
 
 } // namespace moving

@@ -89,13 +89,28 @@ SUNSTONE_BUILDER bool slotBox(const NodeWords& node, uint32_t slot, float lower[
     return used;
 }
 
-SUNSTONE_BUILDER void addNode(const float m[12], const WideNode* from, Bounds& sum) {
-    const NodeWords node = loadWords(from);
-#pragma unroll
+// Calls visit(lower, upper) for boxes that hold what is in a structure that does not move: those of
+// nodes two levels below its root.
+template <class Visit>
+SUNSTONE_BUILDER void forEachPart(const BlockHeader& header, const Visit& visit) {
+    const WideNode* const nodes = reinterpret_cast<const WideNode*>(
+        reinterpret_cast<const uint8_t*>(&header) + header.nodesOffset);
+    const NodeWords root = loadWords(nodes);
+    uint32_t child = root.children.x;
     for (uint32_t slot = 0; slot < kSlots; ++slot) {
         float lower[3], upper[3];
-        if (slotBox(node, slot, lower, upper))
-            addSeen(m, lower, upper, sum);
+        const bool inner = root.head.w >> (24 + slot) & 1u,
+                   used = slotBox(root, slot, lower, upper);
+        if (inner && used) {
+            const NodeWords node = loadWords(nodes + child);
+#pragma unroll
+            for (uint32_t below = 0; below < kSlots; ++below)
+                if (slotBox(node, below, lower, upper))
+                    visit(lower, upper);
+        } else if (used) {
+            visit(lower, upper);
+        }
+        child += inner;
     }
 }
 
@@ -112,21 +127,10 @@ SUNSTONE_BUILDER bool turns(const float m[12]) {
 SUNSTONE_BUILDER void tighten(const float m[12], const BlockHeader& header, Bounds& box) {
     if (isMoving(header.type) || !turns(m))
         return;
-    const WideNode* const nodes = reinterpret_cast<const WideNode*>(
-        reinterpret_cast<const uint8_t*>(&header) + header.nodesOffset);
-    const NodeWords root = loadWords(nodes);
     Bounds sum = emptyBounds();
-    uint32_t child = root.children.x;
-    for (uint32_t slot = 0; slot < kSlots; ++slot) {
-        float lower[3], upper[3];
-        const bool inner = root.head.w >> (24 + slot) & 1u,
-                   used = slotBox(root, slot, lower, upper);
-        if (inner && used)
-            addNode(m, nodes + child, sum);
-        else if (used)
-            addSeen(m, lower, upper, sum);
-        child += inner;
-    }
+    forEachPart(header, [&](const float lower[3], const float upper[3]) {
+        addSeen(m, lower, upper, sum);
+    });
     for (int i = 0; i < 3; ++i) {
         float size = magnitude(m[4 * i + 3]);
         for (int j = 0; j < 3; ++j)
@@ -255,10 +259,50 @@ SUNSTONE_BUILDER Bounds boundsOf(const KeyBounds& from) {
     return box;
 }
 
+// What nodes hold of an instance: the same boxes, or tighter ones, which bounds that are told of
+// do not depend on.
+SUNSTONE_BUILDER KeyBounds* tightBoxesOf(const BuildJob& job, uint32_t index) {
+    return keyBoxesOf(job, job.numPrimitives + index);
+}
+
+// As above, for what moves on the way to a structure that does not: bounds of its parts, united.
+// Boxes that hold something between keys cannot be cut at the keys by others that do, so the better
+// ones are taken as they are.
+SUNSTONE_BUILDER void tightenAtKeys(const BuildJob& job, uint32_t index) {
+    const KeyBounds* const keys = keyBoxesOf(job, index);
+    KeyBounds* const tight = tightBoxesOf(job, index);
+    const InstanceData& record = at<InstanceData>(job.instances)[index];
+    uint64_t handle = record.child;
+    while (isTransformTag(handle & kTraversableTagMask)) // childBounds() has been here
+        handle = childOf(handle);
+    const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+    float area = 0, tightArea = __builtin_inff();
+    if (!isMoving(header.type) && moving::moves(record.child)) {
+        moving::describeParts(record, {job.motionKeys, job.motionBegin, job.motionEnd}, tight,
+                              [&](const auto& add) {
+                                  forEachPart(header, [&](const float lower[3],
+                                                          const float upper[3]) {
+                                      const LinearBounds part = moving::standing(lower, upper);
+                                      add(&part);
+                                  });
+                              });
+        tightArea = 0;
+    }
+    bool usable = true;
+    for (uint32_t k = 0; k < job.motionKeys; ++k) {
+        area = add(area, halfArea(boundsOf(keys[k])));
+        tightArea = add(tightArea, halfArea(boundsOf(tight[k])));
+        usable = usable && isUsable(boundsOf(tight[k]));
+    }
+    if (!usable || !(tightArea < area))
+        for (uint32_t k = 0; k < job.motionKeys; ++k)
+            tight[k] = keys[k];
+}
+
 // Fills the boxes at the keys, which hold the instance between them too (bvh/motion_bounds.h), and
-// sums them up. `box` is that at all times.
+// sums up those that are for nodes. `box` is that at all times.
 SUNSTONE_BUILDER bool describeAtKeys(const BuildJob& job, uint32_t index, const Bounds& box,
-                                     KeySum& sum) {
+                                     Bounds& exact, KeySum& sum) {
     KeyBounds* const keys = keyBoxesOf(job, index);
     const InstanceData& record = at<InstanceData>(job.instances)[index];
     if (moving::moves(record.child)) {
@@ -273,9 +317,14 @@ SUNSTONE_BUILDER bool describeAtKeys(const BuildJob& job, uint32_t index, const 
     bool active = true;
     for (uint32_t k = 0; k < job.motionKeys; ++k) {
         active = active && isUsable(boundsOf(keys[k]));
-        addKey(sum, boundsOf(keys[k]));
+        exact = unite(exact, boundsOf(keys[k]));
     }
-    return active;
+    if (!active)
+        return false;
+    tightenAtKeys(job, index);
+    for (uint32_t k = 0; k < job.motionKeys; ++k)
+        addKey(sum, boundsOf(tightBoxesOf(job, index)[k]));
+    return true;
 }
 
 // Reads an instance: its record and boxes. False if it is inactive or left for later, else `exact`
@@ -289,10 +338,11 @@ SUNSTONE_BUILDER bool readInstance(const BuildJob& job, uint32_t index, Bounds& 
     Bounds box = exact;
     if (kMotion && job.motionKeys > 1) {
         KeySum sum = noKeys();
-        active = active && describeAtKeys(job, index, exact, sum);
+        Bounds all = emptyBounds();
+        active = active && describeAtKeys(job, index, exact, all, sum);
         for (uint32_t k = 0; k < job.motionKeys && !active; ++k)
-            keyBoxesOf(job, index)[k] = kNoBounds;
-        exact = sum.all;
+            keyBoxesOf(job, index)[k] = tightBoxesOf(job, index)[k] = kNoBounds;
+        exact = all;
         box = meanOf(sum, job.motionKeys);
     }
     storeBox(job, index, active, box);

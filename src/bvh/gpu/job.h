@@ -169,7 +169,7 @@ struct BuildJob {
     // With motion (motionKeys > 1).
     uint32_t motionKeys = 1;
     float motionBegin, motionEnd;
-    uint64_t keyBoxes;  // KeyBounds of each instance at each key
+    uint64_t keyBoxes;  // KeyBounds of each instance at each key; behind them those for nodes
     uint64_t keyWords;  // bounds at each key, see sunstone_key_bounds
     uint64_t keyBounds; // KeyBounds of each key, in the output
 };

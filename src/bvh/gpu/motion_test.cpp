@@ -411,6 +411,63 @@ private:
     uint64_t gpuStill_;
 };
 
+// Nodes hold what a turned structure reaches, not the box around its turned box: rays beside it do
+// not enter the instance.
+TEST(GpuMotion, TurnedInstancesHaveTightBoxes) {
+    struct Counting : MovingPrograms {
+        uint32_t entered = 0;
+        using MovingPrograms::MovingPrograms;
+        bool enterInstance(gpu::Ray& ray, const InstanceData& i, float worldToObject[12]) {
+            ++entered;
+            return MovingPrograms::enterInstance(ray, i, worldToObject);
+        }
+    };
+    // An octahedron of many triangles; half a right angle about z halves what it takes along x.
+    Mesh mesh;
+    constexpr uint32_t kSide = 12;
+    for (uint32_t octant = 0; octant < 8; ++octant)
+        for (uint32_t i = 0; i < kSide; ++i)
+            for (uint32_t j = 0; i + j < kSide; ++j) {
+                const uint32_t first = uint32_t(mesh.vertices.size());
+                for (const auto& [u, v] : {std::pair{i, j}, {i + 1, j}, {i, j + 1}}) {
+                    const float x = float(u) / kSide, y = float(v) / kSide;
+                    mesh.vertices.push_back({octant & 1 ? -x : x, octant & 2 ? -y : y,
+                                             octant & 4 ? x + y - 1 : 1 - x - y});
+                }
+                mesh.triangles.push_back({first, first + 1, first + 2});
+            }
+    const GpuStructure child = buildOnDevice(mesh.input());
+    alignas(64) MatrixMotionTransform moves{};
+    moves.child = child.handle();
+    moves.motion = {2, 0, 0, 1};
+    for (int key = 0; key < 2; ++key)
+        for (int k = 0; k < 3; ++k)
+            moves.matrices[key][5 * k] = 1;
+    moves.matrices[1][11] = 0.25f; // along z
+    InstanceDesc instance{};
+    const float c = 0.70710678f, turn[12] = {c, -c, 0, 0, c, c, 0, 0, 0, 0, 1, 0};
+    std::memcpy(instance.transform, turn, sizeof turn);
+    instance.visibilityMask = 255;
+    instance.traversableHandle = reinterpret_cast<uint64_t>(&moves) | kMatrixMotionTag;
+    InstanceInput list;
+    list.instances = &instance;
+    list.numInstances = 1;
+    BuildInputs inputs;
+    inputs.instances = &list;
+    BuildOptions options;
+    options.motion = {2, 0, 0, 1};
+    const GpuStructure top = buildOnDevice(inputs, options);
+    // It reaches 0.71; the box around the turned box 1.41.
+    for (const float time : {0.0f, 0.5f, 1.0f})
+        for (const float x : {0.3f, 0.6f, 1.1f, 1.2f, 1.39f}) {
+            const QueryRay ray{{x, 0.001f, -5}, 0, {0, 0, 1}, 1e30f};
+            Counting programs(time);
+            QueryHit hit{};
+            nearestBy(programs, top.handle(), ray, hit);
+            EXPECT_EQ(programs.entered, x < 0.7f ? 1u : 0u) << x << " at " << time;
+        }
+}
+
 // Instances of what stands and what moves, some through motion transforms, in structures with and
 // without motion keys.
 TEST(GpuMotion, InstancesAndTransforms) {

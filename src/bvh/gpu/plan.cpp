@@ -290,7 +290,7 @@ void Plan::layOutTemp() {
     if (moves) {
         nodeBoxes = place(maxWide * uint64_t(motion.keys) * sizeof(PrimitiveBox));
         if (type == BlockType::kInstances)
-            keyBoxes = place(numPrimitives * uint64_t(motion.keys) * sizeof(KeyBounds));
+            keyBoxes = place(2 * numPrimitives * uint64_t(motion.keys) * sizeof(KeyBounds));
     }
     tempSize = offset;
 }
@@ -312,7 +312,7 @@ UpdatePlan::UpdatePlan(const Plan& plan) {
     parents = place(nodes * 4);
     nodeBoxes = place(nodes * keys * sizeof(PrimitiveBox));
     if (keys > 1 && plan.type == BlockType::kInstances)
-        keyBoxes = place(plan.numPrimitives * keys * sizeof(KeyBounds));
+        keyBoxes = place(2 * plan.numPrimitives * keys * sizeof(KeyBounds));
     if (plan.type == BlockType::kInstances) // their records do not tell their boxes
         boxes = place(uint64_t(plan.numPrimitives) * sizeof(PrimitiveBox));
     else if (keys == 1 && plan.type == BlockType::kShapes) // nor do those of curves

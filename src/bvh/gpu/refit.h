@@ -147,12 +147,14 @@ SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& 
                    : writeRecord(job, place, {input, primitive}, true, exact);
 }
 
-// What a record holds at a key, not padded; or the whole primitive, of which it may hold a piece. Of
-// instances, curves and spheres with motion keys alone.
+// What a record holds at a key, not padded; or the whole primitive, of which it may hold a piece, or
+// what is told of it. Of instances, curves and spheres with motion keys alone.
 SUNSTONE_BUILDER Bounds exactBounds(const BuildJob& job, uint32_t place, uint32_t key, bool whole) {
     if (job.type == BlockType::kInstances) {
         const uint32_t index = at<const uint32_t>(job.records)[place];
-        return index < job.numPrimitives ? boundsOf(keyBoxesOf(job, index)[key]) : emptyBounds();
+        if (index >= job.numPrimitives)
+            return emptyBounds();
+        return boundsOf((whole ? keyBoxesOf(job, index) : tightBoxesOf(job, index))[key]);
     }
     if (job.type == BlockType::kShapes)
         return boxOfMovingRecord(job, place, key, whole);
