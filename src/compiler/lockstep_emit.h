@@ -105,7 +105,7 @@ private:
         Value* first = nullptr; // address of the first lane
         Value* bound = nullptr; // must hold as well; null: nothing
     };
-    Value* byNearness(Value* pointer, uint64_t bytes, const Near& near,
+    Value* byNearness(Value* pointer, uint64_t bytes, bool isWrite, const Near& near,
                       const std::function<Value*()>& far);
     Nearness nearnessOf(Value* pointer, uint64_t bytes);
     // ---- addresses (lockstep_addresses.cpp) ----

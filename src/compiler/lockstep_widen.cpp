@@ -233,9 +233,9 @@ LockstepEmitter::Nearness LockstepEmitter::nearnessOf(Value* pointer, uint64_t b
     return nearness;
 }
 
-// Three ways: all lanes are there and near; some are; and any others. The first has its own code
-// because processors take long for memory under masks.
-Value* LockstepEmitter::byNearness(Value* address, uint64_t bytes, const Near& near,
+// Some lanes are there and near, or they are any others. What all lanes write together has a third
+// way, because processors take long to write under masks.
+Value* LockstepEmitter::byNearness(Value* address, uint64_t bytes, bool isWrite, const Near& near,
                                    const std::function<Value*()>& far) {
     const Nearness nearness = nearnessOf(address, bytes);
     if (!nearness.fits)
@@ -254,14 +254,14 @@ Value* LockstepEmitter::byNearness(Value* address, uint64_t bytes, const Near& n
             condition = builder_.CreateAnd(condition, nearness.bound);
         builder_.CreateCondBr(condition, yes, other);
         builder_.SetInsertPoint(yes);
-        if (isFull && plan_.pauses(*block_))
+        if (plan_.pauses(*block_))
             countJump(builder_.CreatePtrToInt(nearness.first, builder_.getInt64Ty()), bytes);
         goOn(near(nearness.first, isFull));
         builder_.SetInsertPoint(other);
     };
     Value* all = builder_.getInt32(~0u);
     Value* fit = builder_.CreateICmpEQ(maskBits(nearness.fits), all);
-    if (!isPart_ || !hasMasks_)
+    if (isWhole || !hasMasks_ || (isWrite && !isPart_))
         split(builder_.CreateAnd(fit, builder_.CreateICmpEQ(maskBits(mask_), all)), true);
     const auto known = here_; // what is made only on the other ways is not known behind
     if (hasMasks_ && !isWhole)
@@ -296,7 +296,7 @@ Value* LockstepEmitter::widenLoad(llvm::LoadInst& load) {
                                                  load.getAlign(), mask_)
                    : laneByLane(load);
     };
-    return byNearness(load.getPointerOperand(), layout_.getTypeStoreSize(type), near, far);
+    return byNearness(load.getPointerOperand(), layout_.getTypeStoreSize(type), false, near, far);
 }
 
 bool LockstepEmitter::widenStore(llvm::StoreInst& store) {
@@ -323,7 +323,7 @@ bool LockstepEmitter::widenStore(llvm::StoreInst& store) {
             laneByLane(store);
         return nullptr;
     };
-    byNearness(store.getPointerOperand(), layout_.getTypeStoreSize(type), near, far);
+    byNearness(store.getPointerOperand(), layout_.getTypeStoreSize(type), true, near, far);
     return true;
 }
 

@@ -176,30 +176,39 @@ void placeThread(devlib::KernelThread& thread, const Launch& launch, uint32_t in
 
 BlockRunner::BlockRunner(Launch& launch) : launch_(launch) {
     prepareForFaults();
-    const size_t size = sharedBytesOf(launch);
-    shared_ = size ? threadShared().reserve(size) : nullptr;
-    if (launch.lockstep)
-        lockstep_ = std::make_unique<Lockstep>(launch);
-    else if (launch.meets)
+    constexpr size_t kAlignment = 1024; // the strictest that kernels ask for
+    const size_t size = (sharedBytesOf(launch) + kAlignment - 1) / kAlignment * kAlignment;
+    shared_ = size ? threadShared().reserve(launch.lockstep ? size * kSideBySide : size) : nullptr;
+    if (launch.lockstep) {
+        for (size_t i = 0; i < kSideBySide; ++i)
+            sideShared_[i] = shared_ ? shared_ + i * size : nullptr;
+    } else if (launch.meets) {
         fibers_ = std::make_unique<Fibers>(launch, threadStacks());
+    }
 }
 
 BlockRunner::~BlockRunner() = default;
 
-void BlockRunner::run(uint32_t x, uint32_t y, uint32_t z) {
-    if (launch_.stops())
-        return; // the launch has failed already
-    if (lockstep_)
-        lockstep_->run(blockPrototype(launch_, x, y, z, shared_));
-    else if (fibers_)
-        fibers_->run(blockPrototype(launch_, x, y, z, shared_));
-    else
-        runLoop(x, y, z);
+devlib::KernelThread BlockRunner::prototypeOf(uint64_t block, uint8_t* shared) const {
+    const uint64_t width = launch_.grid[0], height = launch_.grid[1];
+    return blockPrototype(launch_, uint32_t(block % width), uint32_t(block / width % height),
+                          uint32_t(block / width / height), shared);
 }
 
-void BlockRunner::runLoop(uint32_t x, uint32_t y, uint32_t z) {
+void BlockRunner::run(uint64_t begin, uint64_t end) {
+    if (launch_.lockstep)
+        return runLockstep(begin, end);
+    for (uint64_t i = begin; i < end && !launch_.stops(); ++i) {
+        if (fibers_)
+            fibers_->run(prototypeOf(i, shared_));
+        else
+            runLoop(i);
+    }
+}
+
+void BlockRunner::runLoop(uint64_t number) {
     LoopBlock block{&kLoopFunctions, &launch_, {}};
-    devlib::KernelThread thread = blockPrototype(launch_, x, y, z, shared_);
+    devlib::KernelThread thread = prototypeOf(number, shared_);
     thread.block = &block;
     const uint32_t count = launch_.threadsPerBlock();
     // Volatile: it must keep its value over the jump, with which a thread ends early. Nothing else

@@ -82,18 +82,26 @@ public:
     BlockRunner(const BlockRunner&) = delete;
     BlockRunner& operator=(const BlockRunner&) = delete;
 
-    void run(uint32_t x, uint32_t y, uint32_t z);
+    // Those from `begin` to `end`, by their number in the grid.
+    void run(uint64_t begin, uint64_t end);
 
     struct Fibers;
     struct Lockstep;
 
 private:
-    void runLoop(uint32_t x, uint32_t y, uint32_t z);
+    static constexpr size_t kSideBySide = 4;
+
+    devlib::KernelThread prototypeOf(uint64_t block, uint8_t* shared) const;
+    void runLoop(uint64_t block);
+    void runLockstep(uint64_t begin, uint64_t end);
+    void startLockstep(size_t place, uint64_t block);
 
     Launch& launch_;
     uint8_t* shared_ = nullptr; // owned by the thread, see block.cpp
     std::unique_ptr<Fibers> fibers_;
-    std::unique_ptr<Lockstep> lockstep_;
+    // Blocks that run side by side, and their parts of the shared memory.
+    std::array<std::unique_ptr<Lockstep>, kSideBySide> side_;
+    std::array<uint8_t*, kSideBySide> sideShared_{};
 };
 
 // Reads of what others may write before a thread lets others run.

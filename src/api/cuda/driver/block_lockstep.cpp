@@ -7,6 +7,8 @@
 // barrier, the block goes on apart: each lane is ready, or waits at a barrier or for lanes of its
 // warp, or has ended. Lanes of a warp that are ready at the same point run together. The rules of
 // barriers and exchanges are those of block_fibers.cpp.
+//
+// Blocks run in steps, so that some can go along with one another (runLockstep).
 #include "api/cuda/driver/block_lockstep.h"
 
 #include "compiler/warp_functions.h"
@@ -79,7 +81,11 @@ BlockRunner::Lockstep::Lockstep(Launch& launch)
     }
 }
 
+constexpr uint32_t kNoBarrier = ~uint32_t(0);
+
 void BlockRunner::Lockstep::start(const KernelThread& prototype) {
+    prototype_ = prototype;
+    barrier_ = kNoBarrier;
     const size_t perWarp = threads_.size() / warps_.size();
     for (size_t i = 0; i < threads_.size(); ++i) {
         KernelThread& thread = threads_[i];
@@ -95,25 +101,34 @@ void BlockRunner::Lockstep::start(const KernelThread& prototype) {
     for (size_t i = 0; i < warps_.size(); ++i) {
         warps_[i].live = states_[i].all;
         warps_[i].stopPoint = 0;
+        states_[i].isAtBarrier = false;
     }
     barriers_ = {};
     isApart_ = false;
 }
 
-void BlockRunner::Lockstep::run(const KernelThread& prototype) {
-    start(prototype);
+BlockRunner::Lockstep::Progress BlockRunner::Lockstep::step() {
     if (setjmp(frame_.jump) == kJumpFault) {
-        KernelThread thread = prototype;
+        KernelThread thread = prototype_;
         const auto first = uint32_t(std::countr_zero(runningLanes_));
         const uint32_t last = kLanes - 1 - uint32_t(std::countl_zero(runningLanes_));
         placeThread(thread, launch_, uint32_t(runningWarp_) * kLanes + first);
         launch_.noteFault(frame_, thread, last - first + 1);
-        return;
+        return Progress::kDone;
     }
     enterDeviceCode(frame_);
-    if (!runTogether())
-        runApart();
+    const Progress progress = advance();
     leaveDeviceCode();
+    return progress;
+}
+
+BlockRunner::Lockstep::Progress BlockRunner::Lockstep::advance() {
+    while (live_ != 0) {
+        const Progress progress = isApart_ ? runApart() : runTogether();
+        if (progress != Progress::kGoesOn)
+            return progress;
+    }
+    return Progress::kDone;
 }
 
 uint32_t BlockRunner::Lockstep::runLanes(size_t index, uint32_t point, uint32_t lanes) {
@@ -138,41 +153,33 @@ void BlockRunner::Lockstep::notePause(LockstepWarp& warp) {
 
 // ---- rounds -----------------------------------------------------------------------------------
 
-constexpr uint32_t kNoBarrier = ~uint32_t(0);
-
-// True when the block is done; false when its lanes have come apart.
-bool BlockRunner::Lockstep::runTogether() {
-    for (Warp& state : states_)
-        state.isAtBarrier = false;
-    for (uint32_t barrier = kNoBarrier; live_ != 0;) {
-        bool anyRan = false, advanced = false;
-        for (size_t i = 0; i < warps_.size(); ++i) {
-            if (warps_[i].live == 0 || states_[i].isAtBarrier)
-                continue;
-            anyRan = true;
-            if (!runWhole(i, barrier))
-                return false;
-            if (launch_.hasFailed())
-                return true;
-            const uint32_t stop = warps_[i].stopPoint;
-            advanced |=
-                warps_[i].live == 0 || kindOf(stop) != devlib::kMeetPause || modeOf(stop) != 1;
-        }
-        if (anyRan) {
-            if (!advanced)
-                std::this_thread::yield();
+// A round: each warp runs to its next stop.
+BlockRunner::Lockstep::Progress BlockRunner::Lockstep::runTogether() {
+    bool anyRan = false, advanced = false, paused = false;
+    for (size_t i = 0; i < warps_.size(); ++i) {
+        if (warps_[i].live == 0 || states_[i].isAtBarrier)
             continue;
-        }
-        for (Warp& state : states_) // all have come
-            state.isAtBarrier = false;
-        barrier = kNoBarrier;
+        anyRan = true;
+        if (!runWhole(i))
+            return Progress::kGoesOn; // apart from now on
+        if (launch_.hasFailed())
+            return Progress::kDone;
+        const uint32_t stop = warps_[i].stopPoint;
+        const bool isPause = warps_[i].live != 0 && kindOf(stop) == devlib::kMeetPause;
+        paused |= isPause;
+        advanced |= !isPause || modeOf(stop) != 1;
     }
-    return true;
+    if (anyRan)
+        return !advanced ? Progress::kWaits : paused ? Progress::kPaused : Progress::kGoesOn;
+    for (Warp& state : states_) // all have come
+        state.isAtBarrier = false;
+    barrier_ = kNoBarrier;
+    return Progress::kGoesOn;
 }
 
 // Runs all lanes of a warp. False if they do not end together at the barrier to which the other
 // warps have come, or at a pause.
-bool BlockRunner::Lockstep::runWhole(size_t index, uint32_t& barrier) {
+bool BlockRunner::Lockstep::runWhole(size_t index) {
     LockstepWarp& warp = warps_[index];
     const uint32_t lanes = warp.live, point = warp.stopPoint & kPointMask;
     const uint32_t ran = runLanes(index, point, lanes);
@@ -183,9 +190,9 @@ bool BlockRunner::Lockstep::runWhole(size_t index, uint32_t& barrier) {
         !isApart_ && ran == lanes && warp.stops == 1 && warp.stopLanes == warp.live;
     if (isTogether && kind == devlib::kMeetPause)
         return true;
-    if (isTogether && kind == devlib::kMeetPlain && (barrier == kNoBarrier || barrier == id)) {
+    if (isTogether && kind == devlib::kMeetPlain && (barrier_ == kNoBarrier || barrier_ == id)) {
         states_[index].isAtBarrier = true;
-        barrier = id;
+        barrier_ = id;
         return true;
     }
     part(index);
@@ -222,25 +229,22 @@ void BlockRunner::Lockstep::part(size_t index) {
 
 // ---- apart ------------------------------------------------------------------------------------
 
-void BlockRunner::Lockstep::runApart() {
-    while (live_ != 0) {
-        bool advanced = false, anyReady = false;
-        for (size_t i = 0; i < warps_.size(); ++i) {
-            advanced |= runReady(i);
-            if (launch_.hasFailed())
-                return;
-        }
-        advanced |= release();
-        for (const Warp& state : states_)
-            anyReady |= state.ready != 0;
-        if (advanced)
-            continue;
-        if (!anyReady) {
-            launch_.deadlock = live_ != 0;
-            return;
-        }
-        std::this_thread::yield(); // all that can run wait for other blocks or the host
+BlockRunner::Lockstep::Progress BlockRunner::Lockstep::runApart() {
+    bool advanced = false, anyReady = false;
+    for (size_t i = 0; i < warps_.size(); ++i) {
+        advanced |= runReady(i);
+        if (launch_.hasFailed())
+            return Progress::kDone;
     }
+    advanced |= release();
+    for (const Warp& state : states_)
+        anyReady |= state.ready != 0;
+    if (advanced || live_ == 0)
+        return Progress::kGoesOn;
+    if (anyReady)
+        return Progress::kWaits; // all that can run wait for other blocks or the host
+    launch_.deadlock = true;
+    return Progress::kDone;
 }
 
 // Completes barriers and exchanges for which lanes that have ended were missing.
@@ -375,6 +379,42 @@ bool BlockRunner::Lockstep::tryExchanges(size_t index) {
         return true;
     }
     return false;
+}
+
+// ---- blocks side by side ----------------------------------------------------------------------
+
+// One after the other, but for blocks that pause because they jump through memory, or wait: what
+// lies between two jumps of one is read by the next ones, which therefore go along with it.
+void BlockRunner::runLockstep(uint64_t begin, uint64_t end) {
+    using Progress = Lockstep::Progress;
+    size_t running = 0;
+    while (running != 0 || begin != end) {
+        if (launch_.stops())
+            return;
+        if (running == 0)
+            startLockstep(running++, begin++);
+        bool onlyWait = true;
+        for (size_t i = 0; i < running;) {
+            const Progress progress = side_[i]->step();
+            onlyWait &= progress == Progress::kWaits;
+            if (progress == Progress::kDone) {
+                std::swap(side_[i], side_[--running]);
+                std::swap(sideShared_[i], sideShared_[running]);
+                continue;
+            }
+            if (running < kSideBySide && begin != end)
+                startLockstep(running++, begin++);
+            ++i;
+        }
+        if (onlyWait)
+            std::this_thread::yield();
+    }
+}
+
+void BlockRunner::startLockstep(size_t place, uint64_t block) {
+    if (!side_[place])
+        side_[place] = std::make_unique<Lockstep>(launch_);
+    side_[place]->start(prototypeOf(block, sideShared_[place]));
 }
 
 } // namespace sunstone::api::cuda

@@ -11,8 +11,15 @@ namespace sunstone::api::cuda {
 
 struct BlockRunner::Lockstep {
     explicit Lockstep(Launch& launch);
-    // Runs all threads of a block; `prototype` has all that they share.
-    void run(const devlib::KernelThread& prototype);
+    // Runs all threads of a block in steps; `prototype` has all that they share.
+    void start(const devlib::KernelThread& prototype);
+    enum class Progress : uint8_t {
+        kGoesOn, // not the result of a step
+        kDone,
+        kPaused, // other blocks may run first
+        kWaits,  // for other blocks or the host
+    };
+    Progress step();
 
     // ---- called by compiled code, through BlockFunctions ----
     void arrive(uint32_t id, uint32_t threads);
@@ -29,10 +36,10 @@ private:
         bool isAtBarrier = false;                // all of them, in rounds
     };
 
-    void start(const devlib::KernelThread& prototype);
-    bool runTogether();
-    bool runWhole(size_t warp, uint32_t& barrier);
-    void runApart();
+    Progress advance();
+    Progress runTogether();
+    bool runWhole(size_t warp);
+    Progress runApart();
     void part(size_t warp);
     static void notePause(devlib::LockstepWarp& warp);
     uint32_t runLanes(size_t warp, uint32_t point, uint32_t lanes);
@@ -52,7 +59,9 @@ private:
     std::vector<uint8_t> frames_;
     std::vector<Warp> states_;
     std::array<BlockBarrier, BlockBarrier::kCount> barriers_;
+    devlib::KernelThread prototype_{};
     FaultFrame frame_;
+    uint32_t barrier_ = 0; // to which warps have come together
     size_t runningWarp_ = 0;
     uint32_t runningLanes_ = 0;
     uint32_t live_ = 0;

@@ -56,13 +56,8 @@ constexpr uint64_t kSmallLaunch = 2048;
 
 void runLaunch(const LaunchPlan& plan) {
     Launch launch(plan);
-    const uint64_t width = launch.grid[0], area = width * launch.grid[1];
-    const uint64_t blocks = area * launch.grid[2];
-    auto range = [&](size_t begin, size_t end) {
-        BlockRunner runner(launch);
-        for (size_t i = begin; i < end; ++i)
-            runner.run(uint32_t(i % width), uint32_t(i % area / width), uint32_t(i / area));
-    };
+    const uint64_t blocks = uint64_t(launch.grid[0]) * launch.grid[1] * launch.grid[2];
+    auto range = [&](size_t begin, size_t end) { BlockRunner(launch).run(begin, end); };
     const uint64_t perBlock = launch.threadsPerBlock();
     if (launch.cooperative) {
         runCooperative(launch);
