@@ -417,9 +417,10 @@ TEST(GpuMotion, TurnedInstancesHaveTightBoxes) {
     struct Counting : MovingPrograms {
         uint32_t entered = 0;
         using MovingPrograms::MovingPrograms;
-        bool enterInstance(gpu::Ray& ray, const InstanceData& i, float worldToObject[12]) {
+        bool enterInstance(gpu::Ray& ray, const InstanceData& i, uint64_t& child,
+                           float worldToObject[12]) {
             ++entered;
-            return MovingPrograms::enterInstance(ray, i, worldToObject);
+            return MovingPrograms::enterInstance(ray, i, child, worldToObject);
         }
     };
     // An octahedron of many triangles; half a right angle about z halves what it takes along x.
