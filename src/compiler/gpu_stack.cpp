@@ -32,10 +32,14 @@ using Frames = std::map<std::string, uint64_t, std::less<>>;
 // Of ".func (.param ...) name(".
 std::string_view nameIn(std::string_view declaration) {
     size_t begin = std::string_view(".func ").size();
+    const auto skipSpace = [&] {
+        while (begin < declaration.size() && std::isspace(uint8_t(declaration[begin])))
+            ++begin;
+    };
+    skipSpace();
     if (declaration.substr(begin).starts_with("("))
         begin = std::min(declaration.find(')', begin) + 1, declaration.size());
-    while (begin < declaration.size() && std::isspace(uint8_t(declaration[begin])))
-        ++begin;
+    skipSpace();
     const size_t end = declaration.find_first_of("( \t\n", begin);
     return declaration.substr(begin, end - begin);
 }
