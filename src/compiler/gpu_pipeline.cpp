@@ -508,7 +508,6 @@ std::string keyOf(const GpuPipelineRequest& request) {
     Digest digest;
     digest.add(buildId()); // the run-time is a part of the build
     digest.add("gpu");
-    digest.add(request.assembler);
     digest.add(uint64_t(request.target.computeCapability));
     digest.add(uint64_t(request.target.ptxVersion));
     addRules(digest, request.pipeline.rules);
@@ -544,7 +543,7 @@ std::string serialize(const GpuCode& code) {
     const uint64_t words[kHeaderWords] = {code.stack.entry, code.stack.waiting, code.stack.other,
                                           code.feedback.size()};
     return std::string(reinterpret_cast<const char*>(words), sizeof words) + code.feedback +
-           code.machineCode;
+           code.ptx;
 }
 
 bool deserialize(const std::string& bytes, GpuCode& code) {
@@ -556,23 +555,19 @@ bool deserialize(const std::string& bytes, GpuCode& code) {
         return false;
     code.stack = {words[0], words[1], words[2]};
     code.feedback = bytes.substr(sizeof words, words[3]);
-    code.machineCode = bytes.substr(sizeof words + words[3]);
+    code.ptx = bytes.substr(sizeof words + words[3]);
     return true;
 }
 
 } // namespace
 
-GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store,
-                          const std::function<bool(const GpuCode&)>& isGood) {
+GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store) {
     const std::string key = store ? keyOf(request) : std::string();
     GpuCode code;
     std::string bytes;
-    if (store && store->find(key, bytes) && deserialize(bytes, code) && isGood(code))
+    if (store && store->find(key, bytes) && deserialize(bytes, code))
         return code;
     code = compileGpuPipeline(request);
-    code.machineCode = request.assemble(code.ptx);
-    if (!isGood(code))
-        fail(ErrorCode::kInternal, "the driver refuses the machine code it has made");
     if (store)
         store->insert(key, serialize(code));
     return code;

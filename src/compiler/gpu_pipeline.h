@@ -7,7 +7,6 @@
 #include "compiler/compiler.h"
 #include "compiler/gpu_stack.h"
 
-#include <functional>
 #include <string_view>
 
 namespace sunstone::compiler {
@@ -40,10 +39,6 @@ struct GpuPipelineRequest {
     // Values of `extern const uint32_t` variables of the run-time, which folds what they rule out.
     std::vector<std::pair<std::string, uint32_t>> constants;
     GpuTarget target;
-    // The driver's compiler, PTX to machine code, and what its results depend on beside the text. Null:
-    // there is none.
-    std::function<std::string(const std::string& ptx)> assemble;
-    std::string assembler;
 };
 
 // The run-time calls these, each with the state and a group number; a group without such a program
@@ -51,8 +46,7 @@ struct GpuPipelineRequest {
 // _intersection; and with the group number alone, for the code address or null:
 // sunstone_gpu_direct, sunstone_gpu_continuation.
 struct GpuCode {
-    std::string machineCode; // what `assemble` made of the PTX
-    std::string ptx;      // empty if the machine code is from a store; the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
+    std::string ptx;      // the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
     std::string feedback; // the kind of kernel, what was specialised to bound values, in lines
     GpuStack stack;
 };
@@ -61,9 +55,7 @@ constexpr const char* kGpuKernel = "sunstone_launch";
 // Throws as compilePipeline does; kNotSupported for what the run-time for GPUs lacks.
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
 
-// The same with machine code, from the store (may be null) if it is there and `isGood` takes it, else
-// kept in it.
-GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store,
-                          const std::function<bool(const GpuCode&)>& isGood);
+// The same from the store (may be null) if it is there, else kept in it.
+GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store);
 
 } // namespace sunstone::compiler

@@ -298,13 +298,16 @@ std::string obstacleToCut(const llvm::Function& program) {
 }
 
 void traceInline(const std::vector<llvm::Function*>& programs) {
-    constexpr size_t kMostPlaces = 4; // each has the whole walk
+    // Each place has the whole walk, which takes time to compile, and gains nothing in a program
+    // with more than a few of them, whose own state fills the registers.
+    constexpr size_t kMostOfProgram = 2, kMost = 4;
     std::vector<llvm::CallInst*> calls;
     for (const llvm::Function* program : programs) {
         const std::vector<llvm::CallInst*> own = tracesOf(*program);
-        calls.insert(calls.end(), own.begin(), own.end());
+        if (own.size() <= kMostOfProgram)
+            calls.insert(calls.end(), own.begin(), own.end());
     }
-    if (calls.size() > kMostPlaces)
+    if (calls.size() > kMost)
         return;
     for (llvm::CallInst* call : calls)
         call->setCalledFunction(

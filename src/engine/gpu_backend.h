@@ -20,10 +20,8 @@ namespace sunstone::engine {
 // A loaded module; unloaded with the object, when nothing runs it any more.
 class GpuCodeObject final : public DeviceCode {
 public:
-    // Null if the driver refuses the code, or it has no kernel.
-    // The module of PTX or machine code; null, and what the driver says, if it refuses the text.
-    static std::shared_ptr<GpuCodeObject> load(CUcontext context, const std::string& text,
-                                               unsigned maxRegisters, std::string& errors);
+    // Throws kLinkError with what the driver has to say if it refuses the text.
+    GpuCodeObject(CUcontext context, const std::string& ptx, unsigned maxRegisters);
     ~GpuCodeObject() override;
     CUfunction kernel = nullptr;
     uint32_t firstGroup = 0; // what the code counts group numbers from
@@ -34,7 +32,6 @@ public:
     std::atomic<size_t> stackBytes = 0;
 
 private:
-    GpuCodeObject(CUcontext context, CUmodule module) : context_(context), module_(module) {}
     CUcontext context_;
     CUmodule module_ = nullptr;
 };

@@ -76,7 +76,7 @@ bool raiseStackLimit(size_t bytes) {
 }
 
 // Of the kernel, what the driver's compiler spills and may not tell.
-constexpr size_t kSpills = 512;
+constexpr size_t kSpills = 1024;
 
 size_t stackNeed(const Pipeline& pipeline, const compiler::GpuCode& code, size_t kernelFrame) {
     const size_t depth = size_t(pipeline.limits.maxTraceDepth) + 1;
@@ -86,24 +86,21 @@ size_t stackNeed(const Pipeline& pipeline, const compiler::GpuCode& code, size_t
 
 } // namespace
 
-std::shared_ptr<GpuCodeObject> GpuCodeObject::load(CUcontext context, const std::string& text,
-                                                   unsigned maxRegisters, std::string& errors) {
-    CUmodule module = nullptr;
-    errors.assign(8192, '\0');
+GpuCodeObject::GpuCodeObject(CUcontext context, const std::string& ptx, unsigned maxRegisters)
+    : context_(context) {
+    std::string errors(8192, '\0');
     CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES,
                               CU_JIT_MAX_REGISTERS};
     void* values[] = {errors.data(), reinterpret_cast<void*>(errors.size()),
                       reinterpret_cast<void*>(uintptr_t(maxRegisters))};
+    // Compiles the text as a whole, or finds the outcome in the driver's own cache.
     const CUresult result = driver().moduleLoadDataEx(
-        &module, text.c_str(), unsigned(std::size(options)), options, values);
+        &module_, ptx.c_str(), unsigned(std::size(options)), options, values);
     if (result == CUDA_ERROR_OUT_OF_MEMORY || result == CUDA_ERROR_ILLEGAL_ADDRESS)
-        check(result, DriverNames::moduleLoadDataEx); // nothing that other code would change
+        check(result, DriverNames::moduleLoadDataEx); // not the text's fault
     if (result != CUDA_SUCCESS)
-        return nullptr;
-    std::shared_ptr<GpuCodeObject> object(new GpuCodeObject(context, module));
-    if (driver().moduleGetFunction(&object->kernel, module, compiler::kGpuKernel) != CUDA_SUCCESS)
-        return nullptr;
-    return object;
+        fail(Code::kLinkError, "the driver cannot compile the pipeline: ", errors.c_str());
+    SUNSTONE_CU(moduleGetFunction, &kernel, module_, compiler::kGpuKernel);
 }
 
 GpuCodeObject::~GpuCodeObject() {
@@ -165,20 +162,9 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         {"sunstone_gpu_motion", pipeline.rules.motionBlur},
     };
     ContextScope scope(device_.context());
-    // The driver compiles PTX as a whole when it loads it, and keeps the outcome itself. Its linker
-    // gives machine code to keep, but of functions apart: rays were a fifth slower (docs/gpu.md).
-    request.assemble = [](const std::string& ptx) { return ptx; };
-    const unsigned registers = registersOf(pipeline.rules);
-    request.assembler = message("driver ", device_.driverVersion(), ", registers ", registers);
-    std::shared_ptr<GpuCodeObject> loaded;
-    const compiler::GpuCode code =
-        compiler::obtainGpuPipeline(request, parts.cache, [&](const compiler::GpuCode& found) {
-            std::string errors;
-            loaded = GpuCodeObject::load(device_.context(), found.machineCode, registers, errors);
-            if (!loaded && !found.ptx.empty())
-                fail(Code::kLinkError, "the driver cannot compile the pipeline: ", errors.c_str());
-            return loaded != nullptr;
-        });
+    const compiler::GpuCode code = compiler::obtainGpuPipeline(request, parts.cache);
+    const auto loaded = std::make_shared<GpuCodeObject>(device_.context(), code.ptx,
+                                                        registersOf(pipeline.rules));
     pipeline.feedback = code.feedback;
     loaded->firstGroup = first;
     const bool overflows = pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow;

@@ -9,6 +9,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <sstream>
 #include <unistd.h>
 
@@ -51,6 +52,46 @@ TEST(GpuCompile, KernelForTheDevice) {
     Options future; // devices that LLVM has not heard of run code for the newest it knows
     future.target = {121, 99};
     EXPECT_TRUE(has(compile(body, future), ".target sm_90"));
+}
+
+// What is kept on disk, without the disk.
+struct Shelf : compiler::ObjectStore {
+    std::map<std::string, std::string> values;
+    bool find(const std::string& key, std::string& value) override {
+        const auto found = values.find(key);
+        if (found != values.end())
+            value = found->second;
+        return found != values.end();
+    }
+    void insert(const std::string& key, const std::string& value) override { values[key] = value; }
+};
+
+TEST(GpuCompile, TextsAreKept) {
+    Shelf shelf;
+    const std::string body = raygen("    st.global.u32 [%rd1+8], %r1;\n");
+    const auto make = [&](const Options& options = {}) {
+        return compiler::obtainGpuPipeline(requestOf(body, options), &shelf);
+    };
+    const compiler::GpuCode first = make();
+    ASSERT_EQ(shelf.values.size(), 1u);
+    std::string& kept = shelf.values.begin()->second;
+    kept += "// from the shelf";
+    const compiler::GpuCode second = make();
+    EXPECT_EQ(second.ptx, first.ptx + "// from the shelf");
+    EXPECT_EQ(second.feedback, first.feedback);
+    EXPECT_EQ(second.stack.entry, first.stack.entry);
+    kept.resize(20); // an older form, say
+    const std::string again = make().ptx; // LLVM numbers calls anew, in comments
+    EXPECT_TRUE(has(again, ".entry sunstone_launch("));
+    EXPECT_FALSE(has(again, "// from the shelf"));
+    EXPECT_TRUE(has(kept, again));
+    EXPECT_EQ(shelf.values.size(), 1u);
+    Options other;
+    other.target = {80, 80};
+    EXPECT_TRUE(has(make(other).ptx, ".target sm_80"));
+    other.motion = true;
+    make(other);
+    EXPECT_EQ(shelf.values.size(), 3u);
 }
 
 TEST(GpuCompile, InstructionsStayWhatTheyAre) {

@@ -63,7 +63,7 @@ inline GpuGroup groupOf(ProgramKind kind, size_t program) {
 }
 
 // A pipeline of all programs of one module.
-inline compiler::GpuCode compileCode(const std::string& text, const Options& options = {}) {
+inline compiler::GpuPipelineRequest requestOf(const std::string& text, const Options& options) {
     compiler::PipelineRules rules;
     rules.launchParams = "params";
     rules.numPayloadValues = 8;
@@ -104,7 +104,11 @@ inline compiler::GpuCode compileCode(const std::string& text, const Options& opt
                          {"sunstone_gpu_exceptionFlags", 0},
                          {"sunstone_gpu_graph", graph},
                          {"sunstone_gpu_motion", options.motion}};
-    return compiler::compileGpuPipeline(request);
+    return request;
+}
+
+inline compiler::GpuCode compileCode(const std::string& text, const Options& options = {}) {
+    return compiler::compileGpuPipeline(requestOf(text, options));
 }
 
 inline std::string compile(const std::string& text, const Options& options = {}) {

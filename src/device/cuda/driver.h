@@ -31,10 +31,6 @@ namespace sunstone::device::cuda {
     X(ctxSynchronize, cuCtxSynchronize)                                                            \
     X(ctxSetLimit, cuCtxSetLimit)                                                                  \
     X(ctxGetLimit, cuCtxGetLimit)                                                                  \
-    X(linkCreate, cuLinkCreate)                                                                    \
-    X(linkAddData, cuLinkAddData)                                                                  \
-    X(linkComplete, cuLinkComplete)                                                                \
-    X(linkDestroy, cuLinkDestroy)                                                                  \
     X(moduleLoadDataEx, cuModuleLoadDataEx)                                                        \
     X(moduleUnload, cuModuleUnload)                                                                \
     X(moduleGetFunction, cuModuleGetFunction)                                                      \
