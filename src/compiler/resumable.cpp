@@ -298,8 +298,8 @@ std::string obstacleToCut(const llvm::Function& program) {
 }
 
 void traceInline(const std::vector<llvm::Function*>& programs) {
-    // Each place has the whole walk, which takes time to compile, and gains nothing in a program
-    // with more than a few of them, whose own state fills the registers.
+    // Each place has the whole walk, which takes the driver long to compile: with more than two in a
+    // program, half as long again, for frames of a path tracer that are a tenth faster.
     constexpr size_t kMostOfProgram = 2, kMost = 4;
     std::vector<llvm::CallInst*> calls;
     for (const llvm::Function* program : programs) {
