@@ -50,6 +50,7 @@ constexpr const char* kKernelNames[] = {"sunstone_references",
                                         "sunstone_update_moving_records",
                                         "sunstone_update_links",
                                         "sunstone_update_nodes",
+                                        "sunstone_update_moving_nodes",
                                         "sunstone_update_finish",
                                         "sunstone_micromaps",
                                         "sunstone_micromap_refs",
@@ -351,7 +352,8 @@ void Builder::queueNodes(CUstream stream, void** arguments, const BuildJob& job)
     const uint32_t most = multiprocessors_ * 8;
     if (job.numPrimitives != 0) {
         launch(kUpdateLinks, stream, blocksFor(job.maxWide, 256, most), 256, arguments);
-        launch(kUpdateNodes, stream, blocksFor(job.maxWide, 256 / 8, most), 256, arguments);
+        launch(job.motionKeys > 1 ? kUpdateMovingNodes : kUpdateNodes, stream,
+               blocksFor(job.maxWide, 256 / 8, most), 256, arguments);
     }
     if (job.motionKeys > 1) {
         const uint32_t blocks = blocksFor(job.maxReferences, 256, most);

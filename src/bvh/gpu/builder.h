@@ -114,6 +114,7 @@ private:
         kUpdateMovingRecords,
         kUpdateLinks,
         kUpdateNodes,
+        kUpdateMovingNodes,
         kUpdateFinish,
         kMicromaps,
         kMicromapRefs,

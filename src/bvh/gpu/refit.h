@@ -149,14 +149,15 @@ SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& 
 
 // What a record holds at a key, not padded; or the whole primitive, of which it may hold a piece, or
 // what is told of it. Of instances, curves and spheres with motion keys alone.
+template <bool kMotion>
 SUNSTONE_BUILDER Bounds exactBounds(const BuildJob& job, uint32_t place, uint32_t key, bool whole) {
-    if (job.type == BlockType::kInstances) {
+    if (kMotion && job.type == BlockType::kInstances) {
         const uint32_t index = at<const uint32_t>(job.records)[place];
         if (index >= job.numPrimitives)
             return emptyBounds();
         return boundsOf((whole ? keyBoxesOf(job, index) : tightBoxesOf(job, index))[key]);
     }
-    if (job.type == BlockType::kShapes)
+    if (kMotion && job.type == BlockType::kShapes)
         return boxOfMovingRecord(job, place, key, whole);
     const U4* const words = at<const U4>(recordAt(job, place, key));
     const U4 a = words[0], b = words[1];
@@ -169,14 +170,15 @@ SUNSTONE_BUILDER Bounds exactBounds(const BuildJob& job, uint32_t place, uint32_
     return v[0] == v[0] ? boundsOfTriangle(v) : emptyBounds();
 }
 
+template <bool kMotion>
 SUNSTONE_BUILDER Bounds recordBounds(const BuildJob& job, uint32_t place, uint32_t key) {
-    if (job.type == BlockType::kInstances && job.motionKeys == 1) {
+    if (!kMotion && job.type == BlockType::kInstances) {
         const uint32_t index = at<const uint32_t>(job.records)[place];
         return index < job.numPrimitives ? primitiveBounds(job, index) : emptyBounds();
     }
-    if (job.type == BlockType::kShapes && job.motionKeys == 1)
+    if (!kMotion && job.type == BlockType::kShapes)
         return primitiveBounds(job, place);
-    const Bounds box = exactBounds(job, place, key, false);
+    const Bounds box = exactBounds<kMotion>(job, place, key, false);
     return isEmpty(box) ? emptyBounds() : padBounds(box);
 }
 
@@ -232,6 +234,7 @@ SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_links(BuildJob 
 
 // What a slot holds now; sets its meta byte where that tells of it. `node` is that of the first
 // key.
+template <bool kMotion>
 SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, WideNode& node, uint32_t slot, uint32_t key,
                                   uint32_t numNodes, uint32_t numRecords) {
     Bounds box = emptyBounds();
@@ -251,7 +254,7 @@ SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, WideNode& node, uint32_t 
     for (uint32_t k = 0; k < run.count; ++k) {
         const uint32_t place = node.primitiveBase + run.first + k;
         if (place < numRecords)
-            box = unite(box, recordBounds(job, place, key));
+            box = unite(box, recordBounds<kMotion>(job, place, key));
     }
     if (run.count == 1 && leafLimit(job) == 1)
         node.meta[slot] = uint8_t(leafMeta(1, run.first, isEmpty(box)));
@@ -271,13 +274,14 @@ SUNSTONE_BUILDER Bounds uniteOfEight(Bounds box) {
 }
 
 // By eight lanes, whose slots are their last three bits; all lanes of the warp take part.
+template <bool kMotion>
 SUNSTONE_BUILDER void refitNode(const BuildJob& job, uint32_t index, bool active, uint32_t key,
                                 uint32_t numNodes, uint32_t numRecords) {
     const uint32_t slot = laneOf() & 7u;
     WideNode& first = wideNode(job, active ? index : 0);
     WideNode& node = wideNode(job, active ? index : 0, key);
     const Bounds own =
-        active ? refitSlot(job, first, slot, key, numNodes, numRecords) : emptyBounds();
+        active ? refitSlot<kMotion>(job, first, slot, key, numNodes, numRecords) : emptyBounds();
     const Bounds whole = uniteOfEight(own), grid = gridOf(whole);
     if (!active)
         return;
@@ -306,10 +310,8 @@ SUNSTONE_BUILDER void refitNode(const BuildJob& job, uint32_t index, bool active
     }
 }
 
-SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_nodes(BuildJob given) {
-    if (countersOf(given).failure)
-        return;
-    const BuildJob job = inStructure(given);
+template <bool kMotion>
+SUNSTONE_BUILDER void updateNodes(const BuildJob& job) {
     const uint32_t numNodes = headerIn(job).numNodes, numRecords = headerIn(job).numLeaves;
     const uint32_t lane = laneOf(), step = gridDim.x * blockDim.x / kSlots;
     // The warp's four nodes, then the next ones.
@@ -319,7 +321,7 @@ SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_nodes(BuildJob 
         bool active = index < numNodes && wideNode(job, index).innerMask == 0;
         while (__any_sync(kWholeWarp, active)) {
             for (uint32_t key = 0; key < job.motionKeys; ++key)
-                refitNode(job, index, active, key, numNodes, numRecords);
+                refitNode<kMotion>(job, index, active, key, numNodes, numRecords);
             // Up, if this was the last child.
             uint32_t next = kNoRef;
             if (active && lane % kSlots == 0) {
@@ -334,6 +336,16 @@ SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_nodes(BuildJob 
             active = index != kNoRef;
         }
     }
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_nodes(BuildJob given) {
+    if (!countersOf(given).failure)
+        updateNodes<false>(inStructure(given));
+}
+// What moves takes twice the registers.
+SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_moving_nodes(BuildJob given) {
+    if (!countersOf(given).failure)
+        updateNodes<true>(inStructure(given));
 }
 
 // ---- bounds at the keys -----------------------------------------------------------------------
@@ -352,7 +364,7 @@ SUNSTONE_KERNEL sunstone_key_bounds(BuildJob given) {
     __syncthreads();
     Bounds found = emptyBounds();
     for (uint32_t i = blockIdx.x / job.motionKeys * blockDim.x + threadIdx.x; i < count; i += step)
-        found = unite(found, exactBounds(job, i, key, true));
+        found = unite(found, exactBounds<true>(job, i, key, true));
     if (!isEmpty(found))
         for (int a = 0; a < 3; ++a) {
             atomicMax(&most[a], ~orderedBits(found.lower[a]));
