@@ -103,8 +103,14 @@ private:
 
     void printRow(const Key& key) {
         const Pair& pair = pairs_[key];
-        std::printf("| %s | %s | %s | %.4g | %.4g | %.2f | ", key.scene.c_str(), key.what.c_str(),
-                    pair.unit.c_str(), pair.reference, pair.ours, pair.ratio());
+        const auto number = [](const char* format, double value) {
+            char text[32];
+            std::snprintf(text, sizeof(text), format, value);
+            return std::string(std::isnan(value) ? "-" : text);
+        };
+        std::printf("| %s | %s | %s | %s | %s | %s | ", key.scene.c_str(), key.what.c_str(),
+                    pair.unit.c_str(), number("%.4g", pair.reference).c_str(),
+                    number("%.4g", pair.ours).c_str(), number("%.2f", pair.ratio()).c_str());
         std::printf("%s |\n", judge(key, pair).c_str());
     }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays against curves and spheres on GPUs: the CPU's tests (bvh/curves_body.h, bvh/spheres_body.h)
-// with one lane, which is the thread. They contract products and sums as the CPU's do where it has
-// fused operations, so that both give the same numbers. With kMotion a structure may have motion
-// keys: its records and points are then interpolated at the time of the ray, as on the CPU
-// (bvh/shapes_body.h).
+// with one lane, which is the thread. Beside what they fuse by name the compiler may fuse products
+// and sums here, which it may not on the CPU: numbers of both can differ in the last bit. With
+// kMotion a structure may have motion keys: its records and points are then interpolated at the time
+// of the ray, as on the CPU (bvh/shapes_body.h).
 #pragma once
 
 #include "bvh/gpu/layout.h"
