@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <string>
@@ -242,6 +243,18 @@ TEST_F(StreamMemory, StreamsWaitForEachOther) {
     ASSERT_EQ(cuStreamSynchronize(stream), CUDA_SUCCESS);
     EXPECT_EQ(word(2), 7u);
     EXPECT_EQ(cuStreamDestroy(other), CUDA_SUCCESS);
+}
+
+// Runtimes unload their modules when a process ends, which waits for all streams.
+TEST_F(StreamMemory, AWordThatNeverComesLetsTheProcessEnd) {
+    testing::GTEST_FLAG(death_test_style) = "threadsafe";
+    EXPECT_EXIT(
+        {
+            std::atexit([] { cuCtxSynchronize(); });
+            if (cuStreamWaitValue32(stream, memory, 1, CU_STREAM_WAIT_VALUE_EQ) == CUDA_SUCCESS)
+                std::exit(7);
+        },
+        testing::ExitedWithCode(7), "");
 }
 
 TEST_F(StreamMemory, BadInput) {
