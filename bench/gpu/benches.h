@@ -6,6 +6,7 @@
 #include "optix_setup.h"
 
 #include <string>
+#include <vector>
 
 namespace bench {
 
@@ -24,6 +25,9 @@ void benchWorld(OptixDeviceContext context, const std::string& name, const Setti
 // Frames of the samples' path tracer.
 void benchPathTracer(OptixDeviceContext context, const Settings& settings,
                      Measurements& measurements);
+// Frames of a ray tracer whose closest-hit programs trace.
+void benchRecursion(OptixDeviceContext context, const Settings& settings,
+                    Measurements& measurements);
 // PTX to pipeline. `name` is "compile cold" or "compile cached"; which it is lies with the folder
 // of the cache and whether an earlier process has filled it.
 void benchCompile(OptixDeviceContext context, const std::string& name, const Settings& settings,
@@ -41,5 +45,9 @@ void compareDenoisers(OptixDeviceContext context, const Settings& settings,
 // there; else it is written with `mine`.
 bool exchange(const Settings& settings, const std::string& name, void* mine, size_t size,
               void* theirs);
+
+// How a picture, four floats a pixel, differs from the first library's.
+void comparePictures(const Settings& settings, const std::string& name, std::vector<float> image,
+                     Measurements& measurements, const std::string& scene);
 
 } // namespace bench

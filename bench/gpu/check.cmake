@@ -16,7 +16,8 @@ if(NOT missed MATCHES "^[01]$" OR NOT table MATCHES "hits differ[^\n]*: none")
     message(FATAL_ERROR "two runs on one library differ:\n${table}")
 endif()
 foreach(row "1 M custom spheres . diffuse" "leaves 1 M, any-hit . shadow"
-        "100 k instances . primary" "path tracer 1 M . frame" "terrain 2 M . compacted, random"
+        "100 k instances . primary" "path tracer 1 M . frame" "recursion 1 M . frame"
+        "terrain 2 M . compacted, random"
         "moving triangles 1 M . AO" "100 k moving instances . diffuse")
     string(REPLACE " . " " \\| " row "${row}")
     if(NOT table MATCHES "${row}")

@@ -47,6 +47,10 @@ void measure(const Choice& choice, Measurements& measurements) {
         benchPathTracer(context, choice.settings, measurements);
         known = true;
     }
+    if (scene == "all" || scene == "recursion") {
+        benchRecursion(context, choice.settings, measurements);
+        known = true;
+    }
     if (scene == "denoiser") {
         benchDenoiser(context, choice.settings, measurements);
         known = true;
@@ -67,7 +71,8 @@ void measure(const Choice& choice, Measurements& measurements) {
 
 std::string sceneHelp() {
     std::string help =
-        "all; path-tracer; denoiser; denoiser-bits; compile-cold; compile-cached; or a number:";
+        "all; path-tracer; recursion; denoiser; denoiser-bits; compile-cold; compile-cached; or a "
+        "number:";
     for (size_t i = 0; i < worldNames().size(); ++i)
         help += (i == 0 ? " " : ", ") + std::to_string(i) + " " + worldNames()[i];
     return help;

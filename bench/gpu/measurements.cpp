@@ -127,7 +127,7 @@ private:
             return atLeast(pair.ratio(), fastTrace && has(key.scene, "long thin") ? 8.0 : 1.3);
         }
         if (pair.unit == "ms/frame")
-            return atLeast(pair.ratio(), 1.5);
+            return atLeast(pair.ratio(), has(key.scene, "recursion") ? 0.67 : 1.5);
         if (pair.unit == "ms" && has(key.what, "compile"))
             return has(key.what, "first")
                        ? ""

@@ -38,9 +38,13 @@ void benchPathTracer(OptixDeviceContext context, const Settings& settings,
         best = std::min(best, milliseconds(tracer, kSamples));
     measurements.add("path tracer 1 M", "frame of 8 samples", best, "ms/frame");
 
-    std::vector<float> image = tracer.image(), known(image.size());
-    if (!exchange(settings, "path_tracer", image.data(), image.size() * sizeof(float),
-                  known.data()))
+    comparePictures(settings, "path_tracer", tracer.image(), measurements, "path tracer 1 M");
+}
+
+void comparePictures(const Settings& settings, const std::string& name, std::vector<float> image,
+                     Measurements& measurements, const std::string& scene) {
+    std::vector<float> known(image.size());
+    if (!exchange(settings, name, image.data(), image.size() * sizeof(float), known.data()))
         return;
     double difference = 0, sum = 0;
     for (size_t i = 0; i < image.size(); ++i) {
@@ -50,7 +54,7 @@ void benchPathTracer(OptixDeviceContext context, const Settings& settings,
         sum += std::fabs(double(known[i]));
     }
     if (difference > 0)
-        measurements.addDifferences("path tracer 1 M", "picture",
+        measurements.addDifferences(scene, "picture",
                                     {{"mean difference over mean", difference / sum}});
 }
 
