@@ -2,6 +2,8 @@
 // Data that the recursive ray tracer of bench_gpu shares with its device programs.
 #pragma once
 
+#include <cuda_runtime.h>
+
 struct RecursionParams {
     float4* image;
     const float3* vertices;

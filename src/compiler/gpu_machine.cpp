@@ -58,27 +58,52 @@ std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target) {
         llvm::CodeModel::Small, llvm::CodeGenOptLevel::Default, false));
 }
 
-void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine, OptLevel level) {
-    llvm::PipelineTuningOptions tuning;
-    tuning.LoopVectorization = false;
-    tuning.SLPVectorization = false;
-    tuning.MergeFunctions = false;
-    llvm::PassBuilder builder(&machine, tuning);
+namespace {
+
+// LLVM's optimiser for a level.
+struct Pipeline {
+    explicit Pipeline(llvm::TargetMachine& machine) : builder(&machine, tuning()) {
+        machine.registerPassBuilderCallbacks(builder);
+        builder.registerModuleAnalyses(modules);
+        builder.registerCGSCCAnalyses(components);
+        builder.registerFunctionAnalyses(functions);
+        builder.registerLoopAnalyses(loops);
+        builder.crossRegisterProxies(loops, functions, components, modules);
+    }
+    static llvm::PipelineTuningOptions tuning() {
+        llvm::PipelineTuningOptions tuning;
+        tuning.LoopVectorization = false;
+        tuning.SLPVectorization = false;
+        tuning.MergeFunctions = false;
+        return tuning;
+    }
+
+    llvm::PassBuilder builder;
     llvm::LoopAnalysisManager loops;
     llvm::FunctionAnalysisManager functions;
     llvm::CGSCCAnalysisManager components;
     llvm::ModuleAnalysisManager modules;
-    machine.registerPassBuilderCallbacks(builder);
-    builder.registerModuleAnalyses(modules);
-    builder.registerCGSCCAnalyses(components);
-    builder.registerFunctionAnalyses(functions);
-    builder.registerLoopAnalyses(loops);
-    builder.crossRegisterProxies(loops, functions, components, modules);
-    const auto effort = level == OptLevel::k0   ? llvm::OptimizationLevel::O1
-                        : level == OptLevel::k1 ? llvm::OptimizationLevel::O1
-                        : level == OptLevel::k2 ? llvm::OptimizationLevel::O2
-                                                : llvm::OptimizationLevel::O3;
-    builder.buildPerModuleDefaultPipeline(effort).run(module, modules);
+};
+
+llvm::OptimizationLevel effortOf(OptLevel level) {
+    return level == OptLevel::k0   ? llvm::OptimizationLevel::O1
+           : level == OptLevel::k1 ? llvm::OptimizationLevel::O1
+           : level == OptLevel::k2 ? llvm::OptimizationLevel::O2
+                                   : llvm::OptimizationLevel::O3;
+}
+
+} // namespace
+
+void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine, OptLevel level) {
+    Pipeline pipeline(machine);
+    pipeline.builder.buildPerModuleDefaultPipeline(effortOf(level)).run(module, pipeline.modules);
+}
+
+void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine, OptLevel level) {
+    Pipeline pipeline(machine);
+    pipeline.builder
+        .buildFunctionSimplificationPipeline(effortOf(level), llvm::ThinOrFullLTOPhase::None)
+        .run(function, pipeline.functions);
 }
 
 std::string emitGpuText(llvm::Module& module, llvm::TargetMachine& machine) {

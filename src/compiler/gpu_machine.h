@@ -13,6 +13,8 @@ std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target);
 
 // The whole module, of which nothing but the kernel is visible.
 void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine, OptLevel level);
+// A function, again, after a change.
+void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine, OptLevel level);
 
 std::string emitGpuText(llvm::Module& module, llvm::TargetMachine& machine);
 

@@ -13,6 +13,7 @@
 #include "compiler/gpu_machine.h"
 #include "compiler/lower_optix.h"
 #include "compiler/optimizer.h"
+#include "compiler/ray_states.h"
 #include "compiler/resumable.h"
 #include "compiler/stack_checks.h"
 
@@ -33,22 +34,33 @@ namespace sunstone::compiler {
 
 namespace {
 
+constexpr auto kAnyKind = devlib::GroupKind(0);
+
 struct Dispatcher {
     const char* name;
-    devlib::GroupKind kind;
+    devlib::GroupKind kind; // of groups, or kAnyKind
     size_t GpuGroup::*program;
     enum Form {
-        kRun,  // (state, group): calls the program
-        kAsk,  // (state, candidates, group): calls an intersection program
-        kPart, // (root, ray, frame, group): calls a part of it
+        kRun, // (state, group): calls the program
+        kAsk, // (state, candidates, group): calls an intersection program
+        kStart, // (state, ray, frame, group): calls the first part of it, or all
+        kResume, // the same with the part behind its traces
         kFind, // (group): whether there is one
         kCode, // (group): its address
     } form;
 };
 
-constexpr const char *kStart = "sunstone_gpu_start", *kResume = "sunstone_gpu_resume";
 // What the lowering calls for optixReportIntersection, and the run-time's function.
 constexpr const char *kReportHere = "sunstone_gpu_report", *kReport = "sunstone_gpu_reportTo";
+
+// Kernels of devlib/gpu: run.h, loop.h, nested.h.
+enum class KernelKind { kPlain, kLoop, kNested };
+
+const char* entryOf(KernelKind kernel) {
+    return kernel == KernelKind::kNested ? "sunstone_gpu_runNested"
+           : kernel == KernelKind::kLoop ? "sunstone_gpu_runLoop"
+                                         : "sunstone_gpu_run";
+}
 
 class GpuBuild {
 public:
@@ -95,12 +107,16 @@ public:
         verify(unit_, "linking");
         times_.step("link");
         optimizeForGpu(unit_.module(), *machine_, level_);
+        if (kernel_ == KernelKind::kNested)
+            foldStates();
         optimizer_->dump("optimized");
         refuseUnresolved();
         times_.step("optimize");
         code_.ptx = emitGpuText(unit_.module(), *machine_);
         times_.step("generate");
-        code_.stack = gpuStackOf(unit_.module(), code_.ptx);
+        const GpuCalls calls(unit_.module(), code_.ptx);
+        code_.stack = calls.stack();
+        code_.calls = calls.text();
         return std::move(code_);
     }
 
@@ -117,8 +133,11 @@ private:
         using namespace devlib;
         static const std::vector<Dispatcher> all = {
             {"sunstone_gpu_raygen", kGroupRaygen, &GpuGroup::main, Dispatcher::kRun},
-            {kStart, kGroupRaygen, &GpuGroup::main, Dispatcher::kPart},
-            {kResume, kGroupRaygen, &GpuGroup::main, Dispatcher::kPart},
+            {"sunstone_gpu_start", kGroupRaygen, &GpuGroup::main, Dispatcher::kStart},
+            {"sunstone_gpu_startHit", kGroupHit, &GpuGroup::main, Dispatcher::kStart},
+            {"sunstone_gpu_startMiss", kGroupMiss, &GpuGroup::main, Dispatcher::kStart},
+            {"sunstone_gpu_resume", kGroupRaygen, &GpuGroup::main, Dispatcher::kResume},
+            {"sunstone_gpu_resumeAny", kAnyKind, &GpuGroup::main, Dispatcher::kResume},
             {"sunstone_gpu_findRaygen", kGroupRaygen, &GpuGroup::main, Dispatcher::kFind},
             {"sunstone_gpu_miss", kGroupMiss, &GpuGroup::main, Dispatcher::kRun},
             {"sunstone_gpu_exception", kGroupException, &GpuGroup::main, Dispatcher::kRun},
@@ -249,15 +268,16 @@ private:
         marker->eraseFromParent();
     }
 
-    std::vector<llvm::Function*> raygens() const {
+    std::vector<llvm::Function*> programsOf(devlib::GroupKind kind) const {
         std::vector<llvm::Function*> programs;
         for (const GpuGroup& group : request_.groups)
-            if (group.kind == devlib::kGroupRaygen && group.main != GpuGroup::kNone &&
+            if (group.kind == kind && group.main != GpuGroup::kNone &&
                 std::find(programs.begin(), programs.end(), programs_[group.main]) ==
                     programs.end())
                 programs.push_back(programs_[group.main]);
         return programs;
     }
+    std::vector<llvm::Function*> raygens() const { return programsOf(devlib::kGroupRaygen); }
 
     uint32_t constant(std::string_view name) const {
         for (const auto& [each, value] : request_.constants)
@@ -266,10 +286,59 @@ private:
         return 0;
     }
 
+    void chooseKernel() {
+        std::string nested;
+        std::vector<llvm::Function*> cut = programsToNest(nested);
+        if (!cut.empty()) {
+            kernel_ = KernelKind::kNested;
+            cuts_ = cutAtTraces(unit_.module(), *machine_, cut);
+            code_.feedback += message(
+                "kernel: rays of all depths take turns, and warps take new launch indices; ",
+                cuts_.frameBytes, " bytes live across a trace, at each depth\n");
+        } else {
+            code_.feedback += nested;
+            chooseSimpleKernel();
+        }
+        optimizer_->dump("cut");
+        verify(unit_, "cutting");
+        times_.step("cut");
+    }
+
+    // All programs that trace, for the kernel of devlib/gpu/nested.h: where closest-hit or miss
+    // programs do, unless something hinders; `reason` says what.
+    std::vector<llvm::Function*> programsToNest(std::string& reason) {
+        const std::vector<llvm::Function*> tracing = tracingFunctions(unit_.module());
+        const auto kindOf = [&](llvm::Function* function) {
+            const auto known = kinds_.find(function);
+            return known == kinds_.end() ? ProgramKind::kNone : known->second;
+        };
+        bool nests = false;
+        std::string obstacle;
+        for (llvm::Function* function : tracing) {
+            const ProgramKind kind = kindOf(function);
+            nests |= kind != ProgramKind::kRaygen;
+            if (kind != ProgramKind::kRaygen && kind != ProgramKind::kClosestHit &&
+                kind != ProgramKind::kMiss)
+                obstacle = "a callable traces";
+            else if (obstacle.empty())
+                obstacle = obstacleToCut(*function);
+        }
+        if (!nests)
+            return {};
+        if (request_.maxTraceDepth == 0)
+            obstacle = "the depth of traces is not known";
+        if (request_.pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow)
+            obstacle = "the pipeline has stack overflow exceptions";
+        if (obstacle.empty())
+            return tracing;
+        reason = message("rays of closest-hit and miss programs recurse, because ", obstacle, "\n");
+        return {};
+    }
+
     // Rays of a ray generation program that traces in a loop, at one place, take turns in the
     // kernel of devlib/gpu/loop.h. With several such places lanes would wait at different ones, and
     // all that lies between would run for few lanes at a time (docs/performance.md has figures).
-    void chooseKernel() {
+    void chooseSimpleKernel() {
         std::vector<llvm::Function*> cut;
         std::string reason = "no ray generation program traces in a loop at one place";
         // What moves, curves and spheres make the walk too large to have it several times.
@@ -288,29 +357,32 @@ private:
                 else
                     reason = obstacle;
             }
-        isLoop_ = !cut.empty();
-        if (isLoop_)
+        if (!cut.empty()) {
+            kernel_ = KernelKind::kLoop;
             cuts_ = cutAtTraces(unit_.module(), *machine_, cut);
+        }
         if (small)
             traceInline(raygens());
         code_.feedback +=
-            isLoop_ ? message("kernel: warps take new launch indices as their rays end; ",
-                              cuts_.frameBytes, " bytes live across a trace\n")
-                    : message("kernel: one thread for each launch index, because ", reason, "\n");
-        optimizer_->dump("cut");
-        verify(unit_, "cutting");
-        times_.step("cut");
+            kernel_ == KernelKind::kLoop
+                ? message("kernel: warps take new launch indices as their rays end; ",
+                          cuts_.frameBytes, " bytes live across a trace\n")
+                : message("kernel: one thread for each launch index, because ", reason, "\n");
     }
 
     // What a dispatcher calls for a program; null: nothing.
     llvm::Function* targetOf(const Dispatcher& dispatcher, llvm::Function* program) const {
         const auto cut = cuts_.cuts.find(program);
-        if (cut == cuts_.cuts.end())
-            return dispatcher.name == kResume ? nullptr : program;
-        return dispatcher.name == kResume             ? cut->second.resume
-               : dispatcher.name == kStart            ? cut->second.start
-               : dispatcher.form == Dispatcher::kFind ? program
-                                                      : nullptr;
+        switch (dispatcher.form) {
+        case Dispatcher::kStart:
+            return cut == cuts_.cuts.end() ? program : cut->second.start;
+        case Dispatcher::kResume:
+            return cut == cuts_.cuts.end() ? nullptr : cut->second.resume;
+        case Dispatcher::kFind:
+            return program;
+        default:
+            return cut == cuts_.cuts.end() ? program : nullptr;
+        }
     }
 
     // switch (group) { case number: return program(state); ... default: return 0; }
@@ -321,10 +393,7 @@ private:
         llvm::LLVMContext& context = unit_.context();
         llvm::IRBuilder<> builder(context);
         const bool isCode = dispatcher.form == Dispatcher::kCode;
-        const unsigned states = dispatcher.form == Dispatcher::kRun    ? 1
-                                : dispatcher.form == Dispatcher::kAsk  ? 2
-                                : dispatcher.form == Dispatcher::kPart ? 3
-                                                                       : 0;
+        const unsigned states = unsigned(function->arg_size()) - 1;
         function->addFnAttr(llvm::Attribute::AlwaysInline);
         function->addFnAttr(llvm::Attribute::NoUnwind);
         auto* entry = llvm::BasicBlock::Create(context, "", function);
@@ -339,7 +408,8 @@ private:
         std::set<uint32_t> numbers;                         // a group may be given twice
         for (const GpuGroup& group : request_.groups) {
             const size_t index = group.*dispatcher.program;
-            if (index == GpuGroup::kNone || group.kind != dispatcher.kind ||
+            if (index == GpuGroup::kNone ||
+                (group.kind != dispatcher.kind && dispatcher.kind != kAnyKind) ||
                 !numbers.insert(group.number).second)
                 continue;
             llvm::Function* program = targetOf(dispatcher, programs_[index]);
@@ -421,7 +491,6 @@ private:
 
     void makeKernel() {
         llvm::LLVMContext& context = unit_.context();
-        const char* const name = isLoop_ ? "sunstone_gpu_runLoop" : "sunstone_gpu_run";
         llvm::IRBuilder<> builder(context);
         auto* kernel = llvm::Function::Create(
             llvm::FunctionType::get(builder.getVoidTy(), {builder.getPtrTy()}, false),
@@ -429,24 +498,53 @@ private:
         kernel->setCallingConv(llvm::CallingConv::PTX_Kernel);
         builder.SetInsertPoint(llvm::BasicBlock::Create(context, "", kernel));
         std::vector<llvm::Value*> arguments = {kernel->getArg(0)};
-        if (isLoop_) {
+        const auto addMemory = [&](uint64_t bytes, unsigned alignment) {
             auto* memory = builder.CreateAlloca(
-                llvm::ArrayType::get(builder.getInt8Ty(), std::max<uint64_t>(cuts_.frameBytes, 1)));
-            memory->setAlignment(llvm::Align(kFrameAlignment));
+                llvm::ArrayType::get(builder.getInt8Ty(), std::max<uint64_t>(bytes, 1)));
+            memory->setAlignment(llvm::Align(alignment));
             arguments.push_back(memory);
+            return memory->getAllocatedType();
+        };
+        const uint64_t frame = llvm::alignTo(cuts_.frameBytes, kFrameAlignment);
+        const uint64_t depths = uint64_t(request_.maxTraceDepth) + 1; // of programs
+        if (kernel_ == KernelKind::kLoop)
+            addMemory(frame, kFrameAlignment);
+        if (kernel_ == KernelKind::kNested) {
+            // A ray that is too deep has a state as well.
+            statesType_ =
+                addMemory((depths + 1) * sizeof(devlib::RayState), alignof(devlib::RayState));
+            addMemory(depths * frame, kFrameAlignment);
+            addMemory(depths * sizeof(uint32_t), alignof(uint32_t));
+            arguments.push_back(builder.getInt32(uint32_t(frame)));
         }
-        std::vector<llvm::Type*> types(arguments.size(), builder.getPtrTy());
-        builder.CreateCall(unit_.module().getOrInsertFunction(
-                               name, llvm::FunctionType::get(builder.getVoidTy(), types, false)),
-                           arguments);
+        std::vector<llvm::Type*> types;
+        for (const llvm::Value* argument : arguments)
+            types.push_back(argument->getType());
+        builder.CreateCall(
+            unit_.module().getOrInsertFunction(
+                entryOf(kernel_), llvm::FunctionType::get(builder.getVoidTy(), types, false)),
+            arguments);
         builder.CreateRetVoid();
+    }
+
+    void foldStates() {
+        constexpr int kRounds = 2; // what the first one rules out makes room for the second
+        llvm::Function& kernel = *unit_.module().getFunction(kGpuKernel);
+        for (int round = 0; round < kRounds; ++round) {
+            llvm::AllocaInst* states = nullptr;
+            for (llvm::Instruction& each : kernel.getEntryBlock())
+                if (auto* memory = llvm::dyn_cast<llvm::AllocaInst>(&each))
+                    if (memory->getAllocatedType() == statesType_)
+                        states = memory;
+            if (!states || !foldRayStates(*states))
+                return;
+            simplifyForGpu(kernel, *machine_, level_);
+        }
     }
 
     // The kernel is seen from outside, nothing else.
     void hide() {
-        for (const char* name : {"sunstone_gpu_run", "sunstone_gpu_runLoop"})
-            if (llvm::Function* run = unit_.module().getFunction(name))
-                inlineIntoKernel(*run);
+        inlineIntoKernel(*unit_.module().getFunction(entryOf(kernel_)));
         for (llvm::Function* program : raygens())
             if (program->hasOneUse())
                 inlineIntoKernel(*program);
@@ -491,7 +589,8 @@ private:
         const PayloadType* payload;
     };
     std::vector<Copy> copies_;
-    bool isLoop_ = false; // the kernel is the one of devlib/gpu/loop.h
+    KernelKind kernel_ = KernelKind::kPlain;
+    llvm::Type* statesType_ = nullptr; // of the memory that keeps the states of rays, if any does
     CutPrograms cuts_;
     GpuCode code_;
 };
@@ -510,6 +609,7 @@ std::string keyOf(const GpuPipelineRequest& request) {
     digest.add("gpu");
     digest.add(uint64_t(request.target.computeCapability));
     digest.add(uint64_t(request.target.ptxVersion));
+    digest.add(uint64_t(request.maxTraceDepth));
     addRules(digest, request.pipeline.rules);
     digest.add(uint64_t(request.pipeline.programs.size()));
     digest.add(uint64_t(request.groups.size()));
@@ -537,13 +637,14 @@ std::string keyOf(const GpuPipelineRequest& request) {
     return digest.take();
 }
 
-constexpr size_t kHeaderWords = 4; // three of the stack, bytes of feedback
+constexpr size_t kHeaderWords = 6; // four of the stack, bytes of feedback and of calls
 
 std::string serialize(const GpuCode& code) {
-    const uint64_t words[kHeaderWords] = {code.stack.entry, code.stack.waiting, code.stack.other,
-                                          code.feedback.size()};
+    const uint64_t words[kHeaderWords] = {code.stack.entry,     code.stack.waiting,
+                                          code.stack.other,     code.stack.isMeasured,
+                                          code.feedback.size(), code.calls.size()};
     return std::string(reinterpret_cast<const char*>(words), sizeof words) + code.feedback +
-           code.ptx;
+           code.calls + code.ptx;
 }
 
 bool deserialize(const std::string& bytes, GpuCode& code) {
@@ -551,11 +652,14 @@ bool deserialize(const std::string& bytes, GpuCode& code) {
     if (bytes.size() < sizeof words)
         return false;
     std::memcpy(words, bytes.data(), sizeof words);
-    if (words[3] >= bytes.size() - sizeof words)
+    const size_t rest = bytes.size() - sizeof words;
+    if (words[4] >= rest || words[5] >= rest - words[4])
         return false;
-    code.stack = {words[0], words[1], words[2]};
-    code.feedback = bytes.substr(sizeof words, words[3]);
-    code.ptx = bytes.substr(sizeof words + words[3]);
+    code.stack = {words[0], words[1], words[2], words[3] != 0};
+    size_t at = sizeof words;
+    code.feedback = bytes.substr(at, words[4]);
+    code.calls = bytes.substr(at += words[4], words[5]);
+    code.ptx = bytes.substr(at + words[5]);
     return true;
 }
 
@@ -565,12 +669,22 @@ GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store)
     const std::string key = store ? keyOf(request) : std::string();
     GpuCode code;
     std::string bytes;
-    if (store && store->find(key, bytes) && deserialize(bytes, code))
-        return code;
-    code = compileGpuPipeline(request);
-    if (store)
-        store->insert(key, serialize(code));
+    if (!store || !store->find(key, bytes) || !deserialize(bytes, code)) {
+        code = compileGpuPipeline(request);
+        if (store)
+            store->insert(key, serialize(code));
+    }
+    code.key = key;
     return code;
+}
+
+void measureGpuStack(GpuCode& code, std::string_view log, ObjectStore* store) {
+    const GpuCalls::Frames frames = gpuFramesIn(log);
+    if (frames.empty())
+        return;
+    code.stack = GpuCalls::fromText(code.calls).stack(frames);
+    if (store)
+        store->insert(code.key, serialize(code));
 }
 
 } // namespace sunstone::compiler

@@ -39,16 +39,19 @@ struct GpuPipelineRequest {
     // Values of `extern const uint32_t` variables of the run-time, which folds what they rule out.
     std::vector<std::pair<std::string, uint32_t>> constants;
     GpuTarget target;
+    unsigned maxTraceDepth = 0; // of the pipeline, or 0: not known, and rays of programs recurse
 };
 
 // The run-time calls these, each with the state and a group number; a group without such a program
-// answers ~0u: sunstone_gpu_raygen, _start, _resume, _miss, _exception, _closestHit, _anyHit,
-// _intersection; and with the group number alone, for the code address or null:
-// sunstone_gpu_direct, sunstone_gpu_continuation.
+// answers ~0u: sunstone_gpu_raygen, _start, _startHit, _startMiss, _resume, _resumeAny, _miss,
+// _exception, _closestHit, _anyHit, _intersection; and with the group number alone, for the code
+// address or null: sunstone_gpu_direct, sunstone_gpu_continuation.
 struct GpuCode {
     std::string ptx;      // the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
     std::string feedback; // the kind of kernel, what was specialised to bound values, in lines
     GpuStack stack;
+    std::string calls; // GpuCalls::text()
+    std::string key;   // under which the store has it; empty: nowhere
 };
 constexpr const char* kGpuKernel = "sunstone_launch";
 
@@ -57,5 +60,9 @@ GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
 
 // The same from the store (may be null) if it is there, else kept in it.
 GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store);
+
+// Takes sizes of frames from what the driver's compiler has logged of the text, if it has told of
+// them, and keeps the stack that follows in the store (may be null), as the driver tells only once.
+void measureGpuStack(GpuCode& code, std::string_view log, ObjectStore* store);
 
 } // namespace sunstone::compiler

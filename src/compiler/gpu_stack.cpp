@@ -4,18 +4,16 @@
 
 #include "compiler/gpu_pipeline.h"
 
-#include <llvm/IR/InstrTypes.h>
 #include <llvm/IR/InstIterator.h>
+#include <llvm/IR/InstrTypes.h>
 #include <llvm/IR/Module.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
-#include <map>
 #include <optional>
 #include <set>
-#include <string>
-#include <vector>
+#include <sstream>
 
 namespace sunstone::compiler {
 
@@ -27,7 +25,7 @@ constexpr const char* kTrace = "sunstone_gpu_trace";
 // what the driver's compiler spills.
 constexpr uint64_t kSaved = 576;
 
-using Frames = std::map<std::string, uint64_t, std::less<>>;
+using Frames = GpuCalls::Frames;
 
 // Of ".func (.param ...) name(".
 std::string_view nameIn(std::string_view declaration) {
@@ -65,81 +63,45 @@ Frames framesOf(std::string_view text) {
     return frames;
 }
 
-// The functions of a module and who calls whom, but for calls of the tracing function.
-class CallGraph {
+// Sums along calls. Functions that call each other in a circle count as one; they are found by
+// Tarjan's algorithm (1972).
+class Sums {
 public:
-    CallGraph(const llvm::Module& module, const Frames& frames) {
-        for (const llvm::Function& function : module) {
-            if (function.isDeclaration())
-                continue;
-            const std::string name = function.getName().str();
-            const auto frame = frames.find(name);
-            const bool isKernel = name == kGpuKernel;
-            nodes_.emplace(&function,
-                           Node{isKernel ? 0
-                                         : kSaved + (frame == frames.end() ? 0 : frame->second)});
-            if (!isKernel && function.hasAddressTaken())
-                byAddress_.push_back(&function);
-        }
-        for (auto& [function, node] : nodes_)
-            for (const llvm::Instruction& instruction : llvm::instructions(*function))
-                if (const auto* call = llvm::dyn_cast<llvm::CallBase>(&instruction))
-                    addCall(node, *call);
-        for (auto& [function, node] : nodes_)
-            visit(function, node);
-    }
-
-    // The most bytes from the start of this function on; with `upToTraces`, to where rays are traced.
-    uint64_t bytesFrom(const llvm::Function* function, bool upToTraces) const {
-        const auto found = nodes_.find(function);
-        if (found == nodes_.end())
-            return 0;
-        return upToTraces ? found->second.toTrace.value_or(0) : found->second.toEnd;
-    }
-
-private:
     struct Node {
-        uint64_t bytes;
-        std::set<const llvm::Function*> callees = {};
-        bool traces = false; // calls the tracing function itself
-        // Strongly connected functions are found by Tarjan's algorithm (1972).
+        uint64_t bytes = 0;
+        bool traces = false;
+        const std::vector<uint32_t>* callees = nullptr;
         unsigned order = 0, lowest = 0;
         bool isOpen = false;
-        uint64_t toEnd = 0;
-        std::optional<uint64_t> toTrace = {}; // none: nothing below traces
+        uint64_t toEnd = 0; // the most bytes from the function's start on
+        std::optional<uint64_t> toTrace =
+            {}; // to where rays are traced; none: nothing below traces
     };
 
-    void addCall(Node& node, const llvm::CallBase& call) {
-        if (call.isInlineAsm())
-            return;
-        if (const llvm::Function* callee = call.getCalledFunction()) {
-            if (callee->getName() == kTrace)
-                node.traces = true;
-            else if (nodes_.count(callee))
-                node.callees.insert(callee);
-        } else {
-            node.callees.insert(byAddress_.begin(), byAddress_.end());
-        }
+    explicit Sums(std::vector<Node> nodes) : nodes_(std::move(nodes)) {
+        for (uint32_t i = 0; i < nodes_.size(); ++i)
+            visit(i);
     }
+    const Node& operator[](size_t i) const { return nodes_[i]; }
 
-    void visit(const llvm::Function* function, Node& node) {
+private:
+    void visit(uint32_t function) {
+        Node& node = nodes_[function];
         if (node.order)
             return;
         node.order = node.lowest = ++count_;
         node.isOpen = true;
         open_.push_back(function);
-        for (const llvm::Function* callee : node.callees) {
-            Node& other = nodes_.at(callee);
-            visit(callee, other);
-            if (other.isOpen)
-                node.lowest = std::min(node.lowest, other.lowest);
+        for (const uint32_t callee : *node.callees) {
+            visit(callee);
+            if (nodes_[callee].isOpen)
+                node.lowest = std::min(node.lowest, nodes_[callee].lowest);
         }
         if (node.lowest != node.order)
             return;
-        // All that call each other in a circle count as one function.
         std::vector<Node*> circle;
         for (bool isLast = false; !isLast; open_.pop_back()) {
-            circle.push_back(&nodes_.at(open_.back()));
+            circle.push_back(&nodes_[open_.back()]);
             circle.back()->isOpen = false;
             isLast = open_.back() == function;
         }
@@ -149,8 +111,8 @@ private:
             own += member->bytes;
             if (member->traces)
                 toTrace = std::max(toTrace.value_or(0), uint64_t(0));
-            for (const llvm::Function* callee : member->callees) {
-                const Node& other = nodes_.at(callee);
+            for (const uint32_t callee : *member->callees) {
+                const Node& other = nodes_[callee];
                 below = std::max(below, other.toEnd); // 0 within the circle
                 if (other.toTrace)
                     toTrace = std::max(toTrace.value_or(0), *other.toTrace);
@@ -163,18 +125,127 @@ private:
         }
     }
 
-    std::map<const llvm::Function*, Node> nodes_;
-    std::vector<const llvm::Function*> byAddress_, open_;
+    std::vector<Node> nodes_;
+    std::vector<uint32_t> open_;
     unsigned count_ = 0;
 };
 
 } // namespace
 
-GpuStack gpuStackOf(const llvm::Module& module, std::string_view ptx) {
-    const CallGraph graph(module, framesOf(ptx));
-    const llvm::Function *kernel = module.getFunction(kGpuKernel), *trace = module.getFunction(kTrace);
-    return {graph.bytesFrom(kernel, false), graph.bytesFrom(trace, true),
-            graph.bytesFrom(trace, false)};
+GpuCalls::GpuCalls(const llvm::Module& module, std::string_view ptx) {
+    const Frames frames = framesOf(ptx);
+    std::map<const llvm::Function*, uint32_t> numbers;
+    std::vector<uint32_t> byAddress;
+    for (const llvm::Function& function : module) {
+        if (function.isDeclaration())
+            continue;
+        const auto number = uint32_t(functions_.size());
+        numbers.emplace(&function, number);
+        const std::string name = function.getName().str();
+        const auto frame = frames.find(name);
+        functions_.push_back({name, kSaved + (frame == frames.end() ? 0 : frame->second)});
+        if (name != kGpuKernel && function.hasAddressTaken())
+            byAddress.push_back(number);
+    }
+    for (const auto& [function, number] : numbers) {
+        std::set<uint32_t> callees;
+        for (const llvm::Instruction& instruction : llvm::instructions(*function)) {
+            const auto* call = llvm::dyn_cast<llvm::CallBase>(&instruction);
+            if (!call || call->isInlineAsm())
+                continue;
+            const llvm::Function* callee = call->getCalledFunction();
+            if (!callee)
+                callees.insert(byAddress.begin(), byAddress.end());
+            else if (callee->getName() == kTrace)
+                functions_[number].traces = true;
+            else if (const auto known = numbers.find(callee); known != numbers.end())
+                callees.insert(known->second);
+        }
+        functions_[number].callees.assign(callees.begin(), callees.end());
+    }
+}
+
+// Name, estimate, whether it traces, callees.
+std::string GpuCalls::text() const {
+    std::ostringstream text;
+    for (const Function& function : functions_) {
+        text << function.name << ' ' << function.estimate << ' ' << function.traces;
+        for (const uint32_t callee : function.callees)
+            text << ' ' << callee;
+        text << '\n';
+    }
+    return text.str();
+}
+
+GpuCalls GpuCalls::fromText(std::string_view text) {
+    GpuCalls calls;
+    std::istringstream lines{std::string(text)};
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream words(line);
+        Function function;
+        if (!(words >> function.name >> function.estimate >> function.traces))
+            return {};
+        for (uint32_t callee; words >> callee;)
+            function.callees.push_back(callee);
+        calls.functions_.push_back(std::move(function));
+    }
+    for (const Function& function : calls.functions_)
+        for (const uint32_t callee : function.callees)
+            if (callee >= calls.functions_.size())
+                return {};
+    return calls;
+}
+
+GpuStack GpuCalls::stack(const Frames& frames) const {
+    std::vector<Sums::Node> nodes;
+    std::optional<size_t> kernel, trace;
+    for (const Function& function : functions_) {
+        if (function.name == kGpuKernel)
+            kernel = nodes.size();
+        if (function.name == kTrace)
+            trace = nodes.size();
+        const auto frame = frames.find(function.name);
+        Sums::Node node;
+        if (function.name != kGpuKernel) // which tells of its frame itself
+            node.bytes = frames.empty()          ? function.estimate
+                         : frame == frames.end() ? 0
+                                                 : frame->second;
+        node.traces = function.traces;
+        node.callees = &function.callees;
+        nodes.push_back(node);
+    }
+    const Sums sums(std::move(nodes));
+    GpuStack stack;
+    if (kernel)
+        stack.entry = sums[*kernel].toEnd;
+    if (trace) {
+        stack.waiting = sums[*trace].toTrace.value_or(0);
+        stack.other = sums[*trace].toEnd;
+    }
+    stack.isMeasured = !frames.empty();
+    return stack;
+}
+
+// "... Function properties for NAME", then a line with "BYTES bytes stack frame, ...".
+GpuCalls::Frames gpuFramesIn(std::string_view log) {
+    constexpr std::string_view kName = "Function properties for ", kFrame = " bytes stack frame";
+    Frames frames;
+    for (size_t at = log.find(kName); at != log.npos;) {
+        at += kName.size();
+        const size_t next = log.find(kName, at);
+        const std::string_view part = log.substr(at, next - at);
+        const size_t end = part.find('\n'), frame = part.find(kFrame);
+        if (end != part.npos && frame != part.npos && frame > end) {
+            const size_t digits = part.find_last_not_of("0123456789", frame - 1) + 1;
+            std::string_view name = part.substr(0, end);
+            name = name.substr(0, name.find_last_not_of(" \t\r':") + 1);
+            if (name.starts_with('\''))
+                name.remove_prefix(1);
+            frames.emplace(name, std::strtoull(part.data() + digits, nullptr, 10));
+        }
+        at = next;
+    }
+    return frames.contains(kGpuKernel) ? frames : Frames();
 }
 
 } // namespace sunstone::compiler

@@ -255,7 +255,7 @@ uint64_t largestFrame(llvm::Module& module) {
         auto* call = llvm::cast<llvm::CallInst>(user);
         const auto* size = llvm::dyn_cast<llvm::ConstantInt>(call->getArgOperand(0));
         if (!size)
-            fail(ErrorCode::kInternal, "a ray generation program was not cut at its traces");
+            fail(ErrorCode::kInternal, "a program was not cut at its traces");
         largest = std::max(largest, size->getZExtValue());
         call->eraseFromParent();
     }
@@ -264,6 +264,14 @@ uint64_t largestFrame(llvm::Module& module) {
 }
 
 } // namespace
+
+std::vector<llvm::Function*> tracingFunctions(llvm::Module& module) {
+    std::vector<llvm::Function*> result;
+    for (llvm::Function& function : module)
+        if (!tracesOf(function).empty())
+            result.push_back(&function);
+    return result;
+}
 
 bool tracesInLoop(const llvm::Function& program) {
     const std::vector<llvm::CallInst*> calls = tracesOf(program);
@@ -285,7 +293,7 @@ bool tracesInLoop(const llvm::Function& program) {
 
 std::string obstacleToCut(const llvm::Function& program) {
     if (!program.use_empty())
-        return "a ray generation program is called by another function";
+        return "a program that traces is called by another function";
     for (const llvm::CallInst* call : tracesOf(program))
         if (!llvm::isa<llvm::AllocaInst>(call->getArgOperand(0)))
             return "a ray's state is not the program's own";
@@ -329,7 +337,7 @@ CutPrograms cutAtTraces(llvm::Module& module, llvm::TargetMachine& machine,
                                                   : i == 1 ? ".destroy"
                                                            : ".cleanup"));
             if (!parts[i])
-                fail(ErrorCode::kInternal, "a ray generation program was not cut at its traces");
+                fail(ErrorCode::kInternal, "a program was not cut at its traces");
             dropAddresses(*parts[i]);
         }
         llvm::Function* start = cut.start;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs cut at their traces, for the loop that keeps the lanes of a GPU's warps busy
-// (devlib/gpu/loop.h): `start` runs a ray generation program from its beginning to the first
-// trace, `resume` from a trace to the next. Either asks for a ray by filling its state and making
-// the launch index's `traversal` other than null. LLVM's coroutine passes do the cutting; what
-// lives across a trace is kept in a frame. The states stay apart from it, so that LLVM can keep
-// them in registers.
+// Programs cut at their traces, for the loops that keep the lanes of a GPU's warps busy
+// (devlib/gpu/loop.h, nested.h): `start` runs a program from its beginning to the first trace,
+// `resume` from a trace to the next. Either asks for a ray by filling its state and making its own
+// state's `traversal` other than null. LLVM's coroutine passes do the cutting; what lives across a
+// trace is kept in a frame. The states stay apart from it, so that LLVM can keep those of loop.h in
+// registers.
 #pragma once
 
 #include <llvm/IR/Module.h>
@@ -17,7 +17,7 @@
 namespace sunstone::compiler {
 
 struct Cut {
-    // void(frame, RayState* root, RayState* ray)
+    // void(frame, RayState* state, RayState* ray)
     llvm::Function *start = nullptr, *resume = nullptr;
 };
 
@@ -27,6 +27,9 @@ struct CutPrograms {
     std::map<llvm::Function*, Cut> cuts; // by the program, which is left without a body
     uint64_t frameBytes = 0;             // the largest frame's
 };
+
+// The functions of a module with lowered calls that trace, in their order.
+std::vector<llvm::Function*> tracingFunctions(llvm::Module& module);
 
 // Whether the program, with lowered calls, traces at one place, and there again and again.
 bool tracesInLoop(const llvm::Function& program);

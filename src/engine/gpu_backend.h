@@ -20,8 +20,10 @@ namespace sunstone::engine {
 // A loaded module; unloaded with the object, when nothing runs it any more.
 class GpuCodeObject final : public DeviceCode {
 public:
-    // Throws kLinkError with what the driver has to say if it refuses the text.
-    GpuCodeObject(CUcontext context, const std::string& ptx, unsigned maxRegisters);
+    // Throws kLinkError with what the driver has to say if it refuses the text. `log`: what its
+    // compiler tells of functions, or empty.
+    GpuCodeObject(CUcontext context, const std::string& ptx, unsigned maxRegisters,
+                  std::string& log);
     ~GpuCodeObject() override;
     CUfunction kernel = nullptr;
     uint32_t firstGroup = 0; // what the code counts group numbers from

@@ -8,6 +8,8 @@
 #include "engine/pipeline.h"
 
 #include <algorithm>
+#include <cstring>
+#include <memory>
 
 namespace sunstone::engine {
 
@@ -75,25 +77,37 @@ bool raiseStackLimit(size_t bytes) {
     return true;
 }
 
-// Of the kernel, what the driver's compiler spills and may not tell.
+// Beside frames: what the driver itself puts on the stack, and functions that it provides.
+constexpr size_t kReserved = 1024;
+// What the driver's compiler spills in kernels of which it has not told.
 constexpr size_t kSpills = 1024;
 
-size_t stackNeed(const Pipeline& pipeline, const compiler::GpuCode& code, size_t kernelFrame) {
+size_t stackNeed(const Pipeline& pipeline, const compiler::GpuStack& stack, size_t kernelFrame) {
     const size_t depth = size_t(pipeline.limits.maxTraceDepth) + 1;
-    return kernelFrame + 2 * kSpills + code.stack.entry + depth * code.stack.waiting +
-           code.stack.other;
+    return kernelFrame + kReserved + (stack.isMeasured ? 0 : kSpills) + stack.entry +
+           depth * stack.waiting + stack.other;
 }
 
 } // namespace
 
-GpuCodeObject::GpuCodeObject(CUcontext context, const std::string& ptx, unsigned maxRegisters)
+GpuCodeObject::GpuCodeObject(CUcontext context, const std::string& ptx, unsigned maxRegisters,
+                             std::string& log)
     : context_(context) {
+    constexpr size_t kLogBytes = 256 << 10;
     std::string errors(8192, '\0');
+    const auto told = std::make_unique_for_overwrite<char[]>(kLogBytes);
     CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES,
-                              CU_JIT_MAX_REGISTERS};
-    void* values[] = {errors.data(), reinterpret_cast<void*>(errors.size()),
+                              CU_JIT_INFO_LOG_BUFFER,  CU_JIT_INFO_LOG_BUFFER_SIZE_BYTES,
+                              CU_JIT_LOG_VERBOSE,      CU_JIT_MAX_REGISTERS};
+    void* values[] = {errors.data(),
+                      reinterpret_cast<void*>(errors.size()),
+                      told.get(),
+                      reinterpret_cast<void*>(kLogBytes),
+                      reinterpret_cast<void*>(uintptr_t(1)),
                       reinterpret_cast<void*>(uintptr_t(maxRegisters))};
-    // Compiles the text as a whole, or finds the outcome in the driver's own cache.
+    told[0] = '\0';
+    // Compiles the text as a whole, or finds the outcome in the driver's own cache and logs
+    // nothing.
     const CUresult result = driver().moduleLoadDataEx(
         &module_, ptx.c_str(), unsigned(std::size(options)), options, values);
     if (result == CUDA_ERROR_OUT_OF_MEMORY || result == CUDA_ERROR_ILLEGAL_ADDRESS)
@@ -101,6 +115,9 @@ GpuCodeObject::GpuCodeObject(CUcontext context, const std::string& ptx, unsigned
     if (result != CUDA_SUCCESS)
         fail(Code::kLinkError, "the driver cannot compile the pipeline: ", errors.c_str());
     SUNSTONE_CU(moduleGetFunction, &kernel, module_, compiler::kGpuKernel);
+    const auto length = size_t(reinterpret_cast<uintptr_t>(values[3]));
+    if (length + 1 < kLogBytes) // else some of it may be missing
+        log.assign(told.get(), strnlen(told.get(), length));
 }
 
 GpuCodeObject::~GpuCodeObject() {
@@ -139,6 +156,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     request.pipeline = parts.request;
     request.runtime = devlib::gpuRuntime();
     request.target = {device_.computeCapability(), ptxVersionOf(device_.driverVersion())};
+    request.maxTraceDepth = pipeline.limits.maxTraceDepth;
     bool hasException = false;
     uint32_t first = ~0u;
     for (const auto& group : parts.groups)
@@ -162,23 +180,25 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         {"sunstone_gpu_motion", pipeline.rules.motionBlur},
     };
     ContextScope scope(device_.context());
-    const compiler::GpuCode code = compiler::obtainGpuPipeline(request, parts.cache);
+    compiler::GpuCode code = compiler::obtainGpuPipeline(request, parts.cache);
+    std::string log;
     const auto loaded = std::make_shared<GpuCodeObject>(device_.context(), code.ptx,
-                                                        registersOf(pipeline.rules));
+                                                        registersOf(pipeline.rules), log);
+    compiler::measureGpuStack(code, log, parts.cache);
     pipeline.feedback = code.feedback;
     loaded->firstGroup = first;
     const bool overflows = pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow;
     int frame = 0;
     SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);
     if (overflows || mayRecurse(parts)) {
-        loaded->neededStack = stackNeed(pipeline, code, size_t(frame));
-        loaded->reservedStack = code.stack.other + kSpills;
+        loaded->neededStack = stackNeed(pipeline, code.stack, size_t(frame));
+        loaded->reservedStack = code.stack.other + kReserved;
         if (!raiseStackLimit(loaded->neededStack))
             fail(Code::kNotSupported, "traces of full depth take ", loaded->neededStack,
                  " bytes of stack a thread, which this GPU cannot give to all of them");
     } else {
         // Else the driver makes room in the first launch, which would wait for all streams then.
-        raiseStackLimit(size_t(frame) + kSpills);
+        raiseStackLimit(size_t(frame) + kReserved);
     }
     pipeline.deviceCode = loaded;
     setStackUse(*loaded);

@@ -113,6 +113,7 @@ struct RecursionParams {
     unsigned long long handle;
     unsigned long long* results;
     unsigned depth, missTraces;
+    const unsigned* table = nullptr;
 };
 
 // What level `level` (1 is the first trace) returns, folded as the programs do.
@@ -157,6 +158,45 @@ TEST_P(Programs, RecursionToEveryDepth) {
                 ASSERT_EQ(expected.second, results.as<uint64_t>()[2 * i + 1]) << i;
             }
         }
+    }
+}
+
+// On a GPU the stack must hold what the driver's compiler spills, at every depth. With stack
+// overflow exceptions programs call each other there; without, they are cut at their traces.
+TEST_P(Programs, RecursionKeepsMuch) {
+    constexpr unsigned kDepth = 31, kKept = 96, kIndices = 500;
+    auto low = wall(0), high = wall(1);
+    Accel accel = buildAccel(context_, log_, {low->input, high->input});
+    std::vector<unsigned> table(1024);
+    for (unsigned i = 0; i < table.size(); ++i)
+        table[i] = (i * 2654435761u) >> 7;
+    Buffer deviceTable(table), results(kIndices * 16);
+    const auto expected = [&](unsigned index) {
+        uint32_t count = 1;
+        for (unsigned level = kDepth - 1; level > 0; --level) {
+            uint32_t sum = 0;
+            for (unsigned i = 0; i < kKept; ++i)
+                sum = sum * 3 + table[(i * 37 + level * 5 + index) & 1023];
+            count = (count + 1) * 7 + sum;
+        }
+        return count;
+    };
+    for (unsigned flags :
+         {unsigned(OPTIX_EXCEPTION_FLAG_NONE), unsigned(OPTIX_EXCEPTION_FLAG_STACK_OVERFLOW)}) {
+        SCOPED_TRACE(flags);
+        OptixPipelineCompileOptions options = compileOptions(3);
+        options.exceptionFlags = flags;
+        auto r = rig("recursion", options);
+        r->raygenRecord(r->raygen("__raygen__recursion"));
+        r->missRecord(r->miss("__miss__recursion"));
+        r->hitRecord(r->hit("__closesthit__keeper"));
+        r->hitRecord(r->hit("__closesthit__keeper"));
+        r->link(kDepth);
+        r->run(RecursionParams{accel.handle, results.as<unsigned long long>(), kDepth, 0,
+                               deviceTable.as<unsigned>()},
+               kIndices);
+        for (unsigned i = 0; i < kIndices; i += 2) // odd ones miss
+            ASSERT_EQ(expected(i), results.as<uint64_t>()[2 * i + 1]) << i;
     }
 }
 

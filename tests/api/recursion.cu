@@ -8,6 +8,7 @@ struct RecursionParams {
     unsigned long long* results; // value and count, for each launch index
     unsigned depth;              // levels wanted
     unsigned missTraces;         // the miss program traces on, towards the planes
+    const unsigned* table;       // of the program that keeps much
 };
 
 extern "C" {
@@ -51,6 +52,29 @@ extern "C" __global__ void __closesthit__recursion() {
     optixSetPayload_0(level);
     optixSetPayload_1(0);
     optixSetPayload_2(1);
+}
+
+// The same, with far more values across the trace than there are registers.
+extern "C" __global__ void __closesthit__keeper() {
+    constexpr unsigned kKept = 96; // as RecursionKeepsMuch knows
+    const unsigned level = optixGetPayload_0() + 1;
+    if (level >= params.depth) {
+        optixSetPayload_0(level);
+        optixSetPayload_1(0);
+        optixSetPayload_2(1);
+        return;
+    }
+    unsigned kept[kKept];
+#pragma unroll
+    for (unsigned i = 0; i < kKept; ++i)
+        kept[i] = params.table[(i * 37 + level * 5 + optixGetLaunchIndex().x) & 1023];
+    const float direction = optixGetWorldRayDirection().z;
+    descend(optixGetWorldRayOrigin().z + direction * optixGetRayTmax(), -direction, level);
+    unsigned sum = 0;
+#pragma unroll
+    for (unsigned i = 0; i < kKept; ++i)
+        sum = sum * 3 + kept[i];
+    optixSetPayload_2(optixGetPayload_2() * 7 + sum);
 }
 
 extern "C" __global__ void __miss__recursion() {

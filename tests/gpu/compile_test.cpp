@@ -94,6 +94,45 @@ TEST(GpuCompile, TextsAreKept) {
     EXPECT_EQ(shelf.values.size(), 3u);
 }
 
+// What the driver's compiler says of a kernel, in the form it has.
+const char* const kLog = R"(ptxas info    : 0 bytes gmem
+ptxas info    : Compiling entry function 'sunstone_launch' for 'sm_90a'
+ptxas info    : Function properties for sunstone_launch
+ptxas         .     1520 bytes stack frame, 392 bytes spill stores, 348 bytes spill loads
+ptxas info    : Used 72 registers, used 0 barriers, 1520 bytes cumulative stack size
+ptxas info    : Compile time = 272.637 ms
+ptxas info    : Function properties for f_$___closesthit__main
+ptxas         .     48 bytes stack frame, 0 bytes spill stores, 0 bytes spill loads
+ptxas info    : Function properties for sunstone_gpu_trace
+ptxas         .     952 bytes stack frame, 148 bytes spill stores, 148 bytes spill loads
+)";
+
+TEST(GpuCompile, FramesAreReadFromTheLog) {
+    const compiler::GpuCalls::Frames frames = compiler::gpuFramesIn(kLog);
+    EXPECT_EQ(frames, (compiler::GpuCalls::Frames{{"sunstone_launch", 1520},
+                                                  {"f_$___closesthit__main", 48},
+                                                  {"sunstone_gpu_trace", 952}}));
+    EXPECT_TRUE(compiler::gpuFramesIn("").empty());
+    const std::string_view log = kLog; // without the kernel it is of something else
+    EXPECT_TRUE(compiler::gpuFramesIn(log.substr(log.find("for f_$"))).empty());
+}
+
+TEST(GpuCompile, MeasuredStacksAreKept) {
+    Shelf shelf;
+    const compiler::GpuPipelineRequest request = requestOf(raygen(""), {});
+    compiler::GpuCode code = compiler::obtainGpuPipeline(request, &shelf);
+    EXPECT_FALSE(code.stack.isMeasured);
+    compiler::measureGpuStack(code, "", &shelf); // the driver had it in its cache
+    EXPECT_FALSE(compiler::obtainGpuPipeline(request, &shelf).stack.isMeasured);
+    compiler::measureGpuStack(code, kLog, &shelf);
+    EXPECT_TRUE(code.stack.isMeasured);
+    const compiler::GpuCode kept = compiler::obtainGpuPipeline(request, &shelf);
+    EXPECT_TRUE(kept.stack.isMeasured);
+    EXPECT_EQ(kept.ptx, code.ptx);
+    EXPECT_EQ(kept.calls, code.calls);
+    EXPECT_EQ(shelf.values.size(), 1u);
+}
+
 TEST(GpuCompile, InstructionsStayWhatTheyAre) {
     const std::string text = compile(raygen(R"(
     sin.approx.ftz.f32 %f2, %f1;
@@ -259,7 +298,19 @@ TEST(GpuCompile, StackOfTraces) {
     EXPECT_LT(deep.waiting, 3000u);
     EXPECT_GT(deep.entry, 0u); // the ray generation program's frame is the kernel's
     EXPECT_GT(deep.other, deep.waiting);
-    EXPECT_LT(deep.entry + 32 * deep.waiting + deep.other, 50'000u);
+    EXPECT_LT(deep.entry + 32 * deep.waiting + deep.other, 100'000u);
+    const compiler::GpuStack measured =
+        compiler::GpuCalls::fromText(compileCode(textOf(TEST_RECURSION_PTX)).calls)
+            .stack({{"sunstone_launch", 400}, {"sunstone_gpu_trace", 2000}});
+    EXPECT_TRUE(measured.isMeasured);
+    EXPECT_EQ(measured.waiting, 2000u); // what is not told of is a part of its callers
+    EXPECT_EQ(measured.other, 2000u);
+    // Where programs are cut at their traces, no level has a frame on the stack.
+    Options nested;
+    nested.maxTraceDepth = 31;
+    const compiler::GpuStack none = compileCode(textOf(TEST_RECURSION_PTX), nested).stack;
+    EXPECT_EQ(none.waiting, 0u);
+    EXPECT_EQ(none.other, 0u);
     const compiler::GpuStack flat = compileCode(textOf(SUNSTONE_SAMPLE_PTX "/hello.ptx")).stack;
     EXPECT_EQ(flat.waiting, 0u);
     EXPECT_EQ(flat.other, 0u);

@@ -59,6 +59,8 @@ extern "C" __global__ void __miss__none() {
 extern "C" __global__ void __closesthit__again() {
     const unsigned int levels = optixGetPayload_2();
     unsigned int hit = 0, primitive = optixGetPrimitiveIndex(), rest = levels - 1;
+    if (levels == 1 && place() % 5 == params.throwBelow)
+        optixThrowException(1000);
     if (levels > 1) {
         const float3 o = optixGetWorldRayOrigin(), d = optixGetWorldRayDirection();
         const float t = optixGetRayTmax() * 1.001f;

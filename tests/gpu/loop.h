@@ -16,6 +16,8 @@ struct LoopParams {
     LoopResult* results; // one for each launch index, x fastest
     unsigned long long handle;
     unsigned int rayCount, flags;
-    unsigned int most;    // traces of an index: its number modulo this
-    unsigned int throwAt; // indices of this number modulo 5 throw after their first trace; 5: none
+    unsigned int most; // traces of an index: its number modulo this
+    // Indices of this number modulo 5 throw after their first trace, or in the closest-hit program
+    // of a ray that another one has traced; 5: none.
+    unsigned int throwAt, throwBelow;
 };

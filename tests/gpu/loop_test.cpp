@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ray generation programs that are cut at their trace (compiler/resumable.h, devlib/gpu/loop.h), on
-// the CPU device: whatever the order in which a warp's lanes take turns, launch indices see what
+// Programs that are cut at their traces (compiler/resumable.h, devlib/gpu/loop.h, nested.h), on the
+// CPU device: whatever the order in which a warp's lanes take turns, launch indices see what
 // they see when each runs by itself.
 #include "bvh/kernels.h"
 #include "gpu/kernel.h"
@@ -22,16 +22,17 @@ std::string textOf(const char* path) {
     return text.str();
 }
 
-Options oneHitGroup() {
+Options oneHitGroup(unsigned maxTraceDepth = 0) {
     Options options;
     options.oneHitGroup = true;
+    options.maxTraceDepth = maxTraceDepth;
     return options;
 }
 
 struct Job {
     unsigned width = 1, height = 1, depth = 1;
     unsigned flags = 1; // DISABLE_ANYHIT
-    unsigned most = 6, throwAt = 5;
+    unsigned most = 6, throwAt = 5, throwBelow = 5;
     unsigned patience = 3, maxTraceDepth = 3;
     bool hasExceptionRecord = true;
 };
@@ -66,6 +67,13 @@ protected:
         return kernel;
     }
 
+    // Closest-hit programs are cut too.
+    static constexpr unsigned kMostDepth = 3;
+    static Kernel& nested() {
+        static Kernel kernel(textOf(TEST_LOOP_TWO_PTX), oneHitGroup(kMostDepth));
+        return kernel;
+    }
+
     std::vector<LoopResult> run(Kernel& kernel, const Job& job,
                                 devlib::LaunchReport* report) const {
         const std::vector<TestRay> rays = someRays();
@@ -81,7 +89,8 @@ protected:
                                    unsigned(rays.size()),
                                    job.flags,
                                    job.most,
-                                   job.throwAt};
+                                   job.throwAt,
+                                   job.throwBelow};
         std::memcpy(params.data(), &values, sizeof(values));
         // The programs' numbers are their places in the file.
         const Record all[] = {recordOf(kFirstGroup, devlib::kGroupRaygen),
@@ -106,25 +115,28 @@ protected:
         return {found, found + count};
     }
 
-    // Both kernels; all equal, and what the caller wants to know of it.
+    // All kernels; all equal, and what the caller wants to know of it.
     std::vector<LoopResult> same(const Job& job, devlib::LaunchReport* report = nullptr) const {
         devlib::LaunchReport wantedReport, foundReport;
-        const std::vector<LoopResult> wanted = run(whole(), job, &wantedReport),
-                                      found = run(cut(), job, &foundReport);
-        for (size_t i = 0; i < wanted.size(); ++i) {
-            EXPECT_EQ(found[i].traces, wanted[i].traces) << i;
-            EXPECT_EQ(found[i].hits, wanted[i].hits) << i;
-            EXPECT_EQ(found[i].checksum, wanted[i].checksum) << i;
-            EXPECT_EQ(found[i].thrown, wanted[i].thrown) << i;
-            if (testing::Test::HasFailure())
-                break;
+        const std::vector<LoopResult> wanted = run(whole(), job, &wantedReport);
+        for (Kernel* kernel : {&cut(), &nested()}) {
+            SCOPED_TRACE(kernel->feedback);
+            const std::vector<LoopResult> found = run(*kernel, job, &foundReport);
+            for (size_t i = 0; i < wanted.size(); ++i) {
+                EXPECT_EQ(found[i].traces, wanted[i].traces) << i;
+                EXPECT_EQ(found[i].hits, wanted[i].hits) << i;
+                EXPECT_EQ(found[i].checksum, wanted[i].checksum) << i;
+                EXPECT_EQ(found[i].thrown, wanted[i].thrown) << i;
+                if (testing::Test::HasFailure())
+                    break;
+            }
+            EXPECT_EQ(foundReport.fatal, wantedReport.fatal);
+            EXPECT_EQ(foundReport.unseen, wantedReport.unseen);
+            EXPECT_EQ(foundReport.raised, wantedReport.raised);
         }
-        EXPECT_EQ(foundReport.fatal, wantedReport.fatal);
-        EXPECT_EQ(foundReport.unseen, wantedReport.unseen);
-        EXPECT_EQ(foundReport.raised, wantedReport.raised);
         if (report)
             *report = foundReport;
-        return found;
+        return wanted;
     }
 
     bvh::gpu::testing::GpuStructure structure_;
@@ -136,11 +148,19 @@ TEST_F(GpuLoop, FeedbackTellsTheKernel) {
     EXPECT_NE(whole().feedback.find("one thread for each launch index, because no ray generation"),
               std::string::npos)
         << whole().feedback;
+    EXPECT_NE(whole().feedback.find("recurse, because the depth of traces is not known"),
+              std::string::npos)
+        << whole().feedback;
+    EXPECT_NE(nested().feedback.find("rays of all depths take turns"), std::string::npos)
+        << nested().feedback;
     // Its lanes may not be where others wait for them.
     std::string text = textOf(TEST_LOOP_PTX);
     const size_t entry = text.find(".entry __raygen__loop"), brace = text.find("ret;", entry);
     text.insert(brace, "bar.warp.sync -1;\n");
     EXPECT_NE(compileCode(text, oneHitGroup()).feedback.find("lanes of a warp meet"),
+              std::string::npos);
+    EXPECT_NE(compileCode(text, oneHitGroup(kMostDepth))
+                  .feedback.find("recurse, because a program has instructions at which the lanes"),
               std::string::npos);
 }
 
@@ -193,7 +213,7 @@ TEST_F(GpuLoop, AnyHitProgramsEndRays) {
 }
 
 TEST_F(GpuLoop, TraceDepth) {
-    for (unsigned depth : {0u, 1u, 2u}) {
+    for (unsigned depth = 0; depth <= kMostDepth; ++depth) {
         Job job;
         job.width = 70;
         job.maxTraceDepth = depth;
@@ -219,6 +239,23 @@ TEST_F(GpuLoop, ExceptionsEndTheirIndexAlone) {
     }
 }
 
+// From a closest-hit program while another one waits for its ray.
+TEST_F(GpuLoop, ExceptionsBelowWaitingPrograms) {
+    Job job;
+    job.width = 200;
+    job.throwBelow = 2;
+    size_t thrown = 0;
+    const std::vector<LoopResult> results = same(job);
+    for (unsigned i = 0; i < results.size(); ++i) {
+        if (results[i].thrown == 0)
+            continue;
+        EXPECT_EQ(i % 5, 2u);
+        EXPECT_EQ(results[i].thrown, 1001u);
+        ++thrown;
+    }
+    EXPECT_GT(thrown, 5u);
+}
+
 TEST_F(GpuLoop, ExceptionsNobodySees) {
     Job job;
     job.width = 100;
@@ -235,7 +272,9 @@ TEST_F(GpuLoop, RecordsOfOtherGroupsAreReported) {
     std::memcpy(records.data(), &record, sizeof(record));
     devlib::LaunchBlock block{};
     block.launch.sbt.raygenRecord = records.address();
-    EXPECT_EQ(cut().launch(block, 40, 3, 1).fatal, uint64_t(uint32_t(devlib::kFatalRaygenRecord)));
+    for (Kernel* kernel : {&cut(), &nested()})
+        EXPECT_EQ(kernel->launch(block, 40, 3, 1).fatal,
+                  uint64_t(uint32_t(devlib::kFatalRaygenRecord)));
 }
 
 } // namespace

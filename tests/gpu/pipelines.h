@@ -20,6 +20,7 @@ struct Options {
     compiler::GpuTarget target = {90, 80};
     uint32_t shapes = 0; // bvh::gpu::ShapeBit
     bool micromaps = false;
+    unsigned maxTraceDepth = 0; // 0: not known when the pipeline is compiled
 };
 
 inline GpuGroup groupOf(ProgramKind kind, size_t program) {
@@ -77,6 +78,7 @@ inline compiler::GpuPipelineRequest requestOf(const std::string& text, const Opt
     request.pipeline.rules = rules;
     request.runtime = devlib::gpuRuntime();
     request.target = options.target;
+    request.maxTraceDepth = options.maxTraceDepth;
     bool anyHit = false, intersection = false, exception = false;
     for (const auto& program : module->summary.programs) {
         anyHit |= program.kind == ProgramKind::kAnyHit;

@@ -48,6 +48,49 @@ enum class Lane : uint32_t {
     kEnded,   // the ray has ended: its programs are to run, then the ray generation program
 };
 
+// Whether an idle lane has got a launch index. `more`: there may be further ones. To be called by
+// all of the warp.
+SUNSTONE_DEVICE bool takeIndex(LaunchBlock& block, Lane lane, bool& more, uint32_t index[3]) {
+    const uint32_t idle = ballot(lane == Lane::kIdle);
+    if (!more || idle == 0)
+        return false;
+    const uint64_t number = takeNumber(block.work, idle);
+    const bool exists = number < block.work.count;
+    more = ballot(lane == Lane::kIdle && !exists) == 0;
+    return lane == Lane::kIdle && exists &&
+           findIndex(block.launch.dimensions, uint32_t(number / kGpuTile),
+                     uint32_t(number % kGpuTile), index);
+}
+
+// Begins with the ray that a program has asked for.
+template <class Programs, class Walk>
+SUNSTONE_DEVICE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Walk& walker,
+                           walk::Level* levels) {
+    prepare(asked, tracer, ray);
+    if (withinDepth(asked))
+        return walker.start(tracer, ray, asked->handle, levels) ? Lane::kWalking : Lane::kEnded;
+    tracer.found = true; // as if found by a ray that wants no program
+    tracer.rayFlags = kRayDisableClosestHit;
+    return Lane::kEnded;
+}
+
+// Walks on with all rays until idle lanes have cost enough. To be called by all of the warp.
+template <class Programs, class Walk>
+SUNSTONE_DEVICE void walkTogether(const LaunchBlock& block, bool more, Lane& lane, Programs& tracer,
+                                  walk::Ray& ray, Walk& walker, walk::U2* stack,
+                                  walk::Level* levels) {
+    const uint32_t lanes = more ? 32 : countOf(ballot(lane != Lane::kIdle));
+    uint32_t patience = block.work.patience;
+    for (;;) {
+        if (lane == Lane::kWalking && walker.step(tracer, ray, stack, levels))
+            lane = Lane::kEnded;
+        const uint32_t walking = countOf(ballot(lane == Lane::kWalking));
+        if (walking == 0 || lanes - walking >= patience)
+            break;
+        patience -= lanes - walking;
+    }
+}
+
 template <bool kWithCustoms, unsigned kMaxLevels>
 SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
     using Programs = Tracer<kWithCustoms, kMaxLevels, false>;
@@ -73,39 +116,14 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
     Lane lane = Lane::kIdle;
     bool more = true;
     for (;;) {
-        const uint32_t idle = ballot(lane == Lane::kIdle);
-        if (more && idle != 0) {
-            const uint64_t number = takeNumber(block.work, idle);
-            const bool exists = number < block.work.count;
-            more = ballot(lane == Lane::kIdle && !exists) == 0;
-            if (lane == Lane::kIdle && exists &&
-                findIndex(launch.dimensions, uint32_t(number / kGpuTile),
-                          uint32_t(number % kGpuTile), thread.index)) {
-                root.traversal = nullptr;
-                sunstone_gpu_start(&root, &asked, frame, group);
-                lane = root.traversal ? Lane::kAsks : Lane::kIdle;
-            }
+        if (takeIndex(block, lane, more, thread.index)) {
+            root.traversal = nullptr;
+            sunstone_gpu_start(&root, &asked, frame, group);
+            lane = root.traversal ? Lane::kAsks : Lane::kIdle;
         }
-        if (lane == Lane::kAsks) {
-            prepare(&asked, tracer, ray);
-            lane = Lane::kEnded;
-            if (!withinDepth(&asked)) { // as if found by a ray that wants no program
-                tracer.found = true;
-                tracer.rayFlags = kRayDisableClosestHit;
-            } else if (walker.start(tracer, ray, asked.handle, levels)) {
-                lane = Lane::kWalking;
-            }
-        }
-        const uint32_t lanes = more ? 32 : countOf(ballot(lane != Lane::kIdle));
-        uint32_t patience = block.work.patience;
-        for (;;) {
-            if (lane == Lane::kWalking && walker.step(tracer, ray, stack, levels))
-                lane = Lane::kEnded;
-            const uint32_t walking = countOf(ballot(lane == Lane::kWalking));
-            if (walking == 0 || lanes - walking >= patience)
-                break;
-            patience -= lanes - walking;
-        }
+        if (lane == Lane::kAsks)
+            lane = begin(&asked, tracer, ray, walker, levels);
+        walkTogether(block, more, lane, tracer, ray, walker, stack, levels);
         if (lane == Lane::kEnded) {
             uint32_t hitGroup = 0;
             const Found found = conclude(tracer, ray, hitGroup);

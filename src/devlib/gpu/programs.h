@@ -24,6 +24,10 @@ uint32_t sunstone_gpu_raygen(RayState*, uint32_t group);
 uint32_t sunstone_gpu_start(RayState* root, RayState* ray, void* frame, uint32_t group);
 uint32_t sunstone_gpu_resume(RayState* root, RayState* ray, void* frame, uint32_t group);
 uint32_t sunstone_gpu_findRaygen(uint32_t group); // whether there is such a program
+// The same of closest-hit and miss programs, whose state is `state`, and of whichever program.
+uint32_t sunstone_gpu_startHit(RayState* state, RayState* ray, void* frame, uint32_t group);
+uint32_t sunstone_gpu_startMiss(RayState* state, RayState* ray, void* frame, uint32_t group);
+uint32_t sunstone_gpu_resumeAny(RayState* state, RayState* ray, void* frame, uint32_t group);
 uint32_t sunstone_gpu_exception(RayState*, uint32_t group);
 uint32_t sunstone_gpu_miss(RayState*, uint32_t group);
 uint32_t sunstone_gpu_closestHit(RayState*, uint32_t group);

@@ -440,15 +440,15 @@ template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
     return walkGraph<false, kWithCustoms, kMaxLevels, kWithMotion>(state, group);
 }
 
-SUNSTONE_DEVICE void runMiss(RayState* state) {
+// Makes the state ready for the miss program; its group, or kNoGroup.
+SUNSTONE_DEVICE uint32_t prepareMiss(RayState* state) {
     const SbtView& sbt = state->launch->sbt;
     state->hit.transformCount = 0;
     checkRecord(state, kExceptionInvalidMissSbt, sbt.missBase, sbt.missCount, state->missIndex);
     const uint64_t record = recordAt(sbt.missBase, sbt.missStride, sbt.missCount, state->missIndex);
     state->hit.record = nullptr;
     state->sbtData = dataOf(record);
-    if (record)
-        sunstone_gpu_miss(state, groupOf(state, record, kGroupMiss));
+    return record ? groupOf(state, record, kGroupMiss) : kNoGroup;
 }
 
 template <bool kInline, bool kWithCustoms, bool kWithMotion>
@@ -482,7 +482,7 @@ SUNSTONE_DEVICE void runPrograms(RayState* state, Found found, uint32_t group, f
         sunstone_gpu_closestHit(state, group);
     } else if (found == Found::kNothing) {
         state->tmax = tmax;
-        runMiss(state);
+        sunstone_gpu_miss(state, prepareMiss(state));
     }
 }
 

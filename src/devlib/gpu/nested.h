@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kernel of pipelines whose closest-hit or miss programs trace. Each function call of a warp
+// leaves some lanes behind; rays traced by calls from calls would soon be walked one lane at a
+// time. So all programs that trace are cut at their traces (compiler/resumable.h), and a lane keeps
+// what waits in arrays: states[n] of its ray at depth n (0: the launch index), frames of the
+// programs of those rays that wait for the next one. As in loop.h each warp goes round, and all of
+// its rays are walked at one place, at whatever depth they are.
+#pragma once
+
+#include "devlib/gpu/loop.h"
+
+namespace sunstone::devlib::gpu {
+
+// The rays and programs of a launch index that wait for others.
+struct Waiting {
+    RayState* states; // one more than there may be depths: a ray too deep asks, and ends
+    uint8_t* frames;
+    uint32_t* groups; // of the programs that the frames belong to
+    uint32_t frameBytes;
+
+    SUNSTONE_DEVICE_MEMBER void* frameAt(uint32_t depth) const {
+        return frames + uint64_t(depth) * frameBytes;
+    }
+};
+
+// Runs the programs at the end of the ray at `depth`, and those that waited for it. True: the state
+// at what `depth` has become asks for a ray. False: the launch index is through.
+template <class Programs>
+SUNSTONE_DEVICE bool goOn(const Waiting& waiting, Programs& tracer, const walk::Ray& ray,
+                          uint32_t& depth) {
+    RayState* state = waiting.states + depth;
+    uint32_t group = kNoGroup;
+    const Found found = conclude(tracer, ray, group);
+    state->traversal = nullptr;
+    if (found == Found::kHit) {
+        sunstone_gpu_startHit(state, state + 1, waiting.frameAt(depth), group);
+    } else if (found == Found::kNothing) {
+        state->tmax = ray.tmax;
+        group = prepareMiss(state);
+        sunstone_gpu_startMiss(state, state + 1, waiting.frameAt(depth), group);
+    }
+    for (;;) {
+        if (state->traversal) {
+            waiting.groups[depth++] = group;
+            return true;
+        }
+        if (depth == 0)
+            return false;
+        state = waiting.states + --depth;
+        state->traversal = nullptr;
+        group = waiting.groups[depth];
+        sunstone_gpu_resumeAny(state, state + 1, waiting.frameAt(depth), group);
+    }
+}
+
+template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
+SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) {
+    using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion>;
+    using Walk = walk::Traversal<Programs>;
+    RayState& root = waiting.states[0];
+    ThreadState thread;
+    prepareRoot(block.launch, root, thread);
+    const uint32_t group = groupOf(&root, block.launch.sbt.raygenRecord, kGroupRaygen);
+    if (sunstone_gpu_findRaygen(group) == kNoProgram) {
+        note(block.report.fatal, 0, kFatalRaygenRecord);
+        return;
+    }
+    Programs tracer;
+    typename Programs::Path path;
+    bind(&root, tracer, path);
+    walk::Ray ray;
+    Walk walker;
+    walk::U2 stack[Walk::kStackSize];
+    walk::Level levels[kMaxLevels + 1];
+    Lane lane = Lane::kIdle;
+    uint32_t depth = 0;
+    bool more = true;
+    for (;;) {
+        if (takeIndex(block, lane, more, thread.index)) {
+            root.traversal = nullptr;
+            sunstone_gpu_start(&root, &root + 1, waiting.frames, group);
+            if (root.traversal) {
+                waiting.groups[0] = group;
+                depth = 1;
+                lane = Lane::kAsks;
+            }
+        }
+        if (lane == Lane::kAsks) {
+            tracer.state = waiting.states + depth;
+            lane = begin(tracer.state, tracer, ray, walker, levels);
+        }
+        walkTogether(block, more, lane, tracer, ray, walker, stack, levels);
+        if (lane == Lane::kEnded)
+            lane = goOn(waiting, tracer, ray, depth) ? Lane::kAsks : Lane::kIdle;
+        if (ballot(lane != Lane::kIdle) == 0)
+            return;
+    }
+}
+
+template <bool kWithCustoms, bool kWithMotion>
+SUNSTONE_DEVICE void runNestedInGraph(LaunchBlock& block, const Waiting& waiting) {
+    switch (sunstone_gpu_graph) {
+    case kGraphGas:
+        return runNested<kWithCustoms, 0, kWithMotion>(block, waiting);
+    case kGraphSingleLevel:
+        return runNested<kWithCustoms, 1, kWithMotion>(block, waiting);
+    default:
+        return runNested<kWithCustoms, kMaxGpuGraphDepth, kWithMotion>(block, waiting);
+    }
+}
+
+extern "C" __attribute__((always_inline)) void sunstone_gpu_runNested(LaunchBlock* block,
+                                                                      void* states, void* frames,
+                                                                      void* groups,
+                                                                      uint32_t frameBytes) {
+    const Waiting waiting = {static_cast<RayState*>(states), static_cast<uint8_t*>(frames),
+                             static_cast<uint32_t*>(groups), frameBytes};
+    if (sunstone_gpu_motion)
+        runNestedInGraph<true, true>(*block, waiting);
+    else if (sunstone_gpu_hasIntersection)
+        runNestedInGraph<true, false>(*block, waiting);
+    else
+        runNestedInGraph<false, false>(*block, waiting);
+}
+
+} // namespace sunstone::devlib::gpu
