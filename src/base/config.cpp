@@ -26,11 +26,11 @@ constexpr std::array<SettingInfo, kCount> kSettings = {{
 } // namespace
 
 const std::string& config(Setting setting) {
-    static const std::array<std::string, kCount> values = [] {
-        std::array<std::string, kCount> read;
+    static const auto& values = *[] {
+        auto* read = new std::array<std::string, kCount>;
         for (size_t i = 0; i < kCount; ++i)
             if (const char* value = std::getenv(kSettings[i].variable))
-                read[i] = value;
+                (*read)[i] = value;
         return read;
     }();
     return values[size_t(setting)];

@@ -42,8 +42,9 @@ struct Levels {
 };
 
 const Levels& levels() {
-    static const Levels instance(config(Setting::kLog));
-    return instance;
+    static const auto* instance =
+        new Levels(config(Setting::kLog)); // threads log while the process ends
+    return *instance;
 }
 
 std::mutex& logMutex() {
@@ -78,7 +79,7 @@ void log(LogLevel level, std::string_view area, std::string_view text) {
 }
 
 void logOnce(LogLevel level, std::string_view area, std::string_view text) {
-    static std::set<std::string, std::less<>> seen;
+    static auto& seen = *new std::set<std::string, std::less<>>;
     {
         std::lock_guard lock(logMutex());
         if (!seen.emplace(text).second)

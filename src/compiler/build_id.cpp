@@ -58,7 +58,7 @@ int visit(dl_phdr_info* info, size_t, void* data) {
 } // namespace
 
 const std::string& buildId() {
-    static const std::string id = [] {
+    static const auto* id = [] {
         Search search{reinterpret_cast<ElfW(Addr)>(&buildId), {}};
         dl_iterate_phdr(visit, &search);
         if (search.id.empty()) {
@@ -66,9 +66,9 @@ const std::string& buildId() {
             for (int i = 0; i < 4; ++i)
                 search.id += std::to_string(random()) + ".";
         }
-        return search.id;
+        return new std::string(search.id);
     }();
-    return id;
+    return *id;
 }
 
 } // namespace sunstone::compiler

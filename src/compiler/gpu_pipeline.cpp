@@ -29,6 +29,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 
 namespace sunstone::compiler {
 
@@ -129,9 +130,9 @@ private:
         return modules;
     }
 
-    static const std::vector<Dispatcher>& dispatchers() {
+    static std::span<const Dispatcher> dispatchers() {
         using namespace devlib;
-        static const std::vector<Dispatcher> all = {
+        static const Dispatcher all[] = {
             {"sunstone_gpu_raygen", kGroupRaygen, &GpuGroup::main, Dispatcher::kRun},
             {"sunstone_gpu_start", kGroupRaygen, &GpuGroup::main, Dispatcher::kStart},
             {"sunstone_gpu_startHit", kGroupHit, &GpuGroup::main, Dispatcher::kStart},
@@ -562,12 +563,11 @@ private:
 
     void refuseUnresolved() {
         // Functions that the driver provides to device code.
-        static const std::set<std::string, std::less<>> kProvided = {"vprintf", "malloc", "free",
-                                                                     "__assertfail"};
+        constexpr llvm::StringLiteral kProvided[] = {"vprintf", "malloc", "free", "__assertfail"};
         std::string missing;
         for (llvm::Function& function : unit_.module())
             if (function.isDeclaration() && !function.isIntrinsic() && !function.use_empty() &&
-                !kProvided.count(function.getName().str()))
+                !llvm::is_contained(kProvided, function.getName()))
                 missing += (missing.empty() ? "" : ", ") + function.getName().str();
         if (!missing.empty())
             fail(ErrorCode::kNotSupported,

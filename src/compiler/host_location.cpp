@@ -24,7 +24,8 @@ struct HostFile {
 
 // Null if the file cannot be read. Files stay open: reports come in groups.
 HostFile* hostFile(const std::string& path) {
-    static std::map<std::string, std::unique_ptr<HostFile>> files;
+    // Reports are made while the process exits.
+    static auto& files = *new std::map<std::string, std::unique_ptr<HostFile>>;
     const auto [entry, isNew] = files.try_emplace(path);
     if (!isNew)
         return entry->second.get();
@@ -51,7 +52,7 @@ bool isApiHeader(llvm::StringRef file) {
 } // namespace
 
 bool hostLocation(const void* address, SourceLocation& location) {
-    static auto* mutex = new std::mutex; // reports are made while the process exits
+    static auto* mutex = new std::mutex;
     std::lock_guard lock(*mutex);
     Dl_info info{};
     if (!dladdr(address, &info) || !info.dli_fname)

@@ -261,15 +261,15 @@ const Intrinsic* findFamily(std::string_view name) {
 const Intrinsic* findIntrinsic(std::string_view fullName) {
     if (!isIntrinsicName(fullName))
         return nullptr;
-    static const std::vector<Intrinsic> table = [] {
+    static const auto& table = *[] {
         TableBuilder builder;
         builder.build();
-        return builder.take();
+        return new std::vector<Intrinsic>(builder.take());
     }();
-    static const std::unordered_map<std::string_view, const Intrinsic*> index = [] {
-        std::unordered_map<std::string_view, const Intrinsic*> map;
+    static const auto& index = *[] {
+        auto* map = new std::unordered_map<std::string_view, const Intrinsic*>;
         for (const Intrinsic& entry : table)
-            map.emplace(entry.name, &entry);
+            map->emplace(entry.name, &entry);
         return map;
     }();
     const std::string_view name = fullName.substr(kIntrinsicPrefix.size());

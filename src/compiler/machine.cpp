@@ -257,16 +257,16 @@ void takeDiagnostic(const llvm::DiagnosticInfo* info, void* context) {
 } // namespace
 
 const std::string& targetDescription() {
-    static const std::string text = [] {
+    static const auto* text = [] {
         // The map of features has no order of its own.
         const std::string all = hostFeatures();
         llvm::SmallVector<llvm::StringRef, 0> features;
         llvm::StringRef(all).split(features, ',');
         llvm::sort(features);
-        return llvm::sys::getProcessTriple() + " " + llvm::sys::getHostCPUName().str() + " " +
-               llvm::join(features, ",");
+        return new std::string(llvm::sys::getProcessTriple() + " " +
+                               llvm::sys::getHostCPUName().str() + " " + llvm::join(features, ","));
     }();
-    return text;
+    return *text;
 }
 
 LentMachine::LentMachine(OptLevel level) : machine_(pool().take()) {

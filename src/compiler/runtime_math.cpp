@@ -90,8 +90,9 @@ void addMathSymbols(std::vector<RuntimeSymbol>& symbols) {
 }
 
 const std::vector<RuntimeSymbol>& runtimeSymbols() {
-    static const std::vector<RuntimeSymbol> all = [] {
-        std::vector<RuntimeSymbol> symbols;
+    static const auto* all = [] {
+        auto* made = new std::vector<RuntimeSymbol>;
+        std::vector<RuntimeSymbol>& symbols = *made;
         addRoundingSymbols(symbols);
         addMathSymbols(symbols);
         addKernelSymbols(symbols);
@@ -100,9 +101,9 @@ const std::vector<RuntimeSymbol>& runtimeSymbols() {
         addCheckSymbols(symbols);
         addSmallFloatSymbols(symbols);
         addAtomicSymbols(symbols);
-        return symbols;
+        return made;
     }();
-    return all;
+    return *all;
 }
 
 } // namespace sunstone::compiler

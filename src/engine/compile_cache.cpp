@@ -26,9 +26,9 @@ std::string folderName() {
 }
 
 const std::vector<std::string>& defaultLocations() {
-    static const std::vector<std::string> places = {"/var/tmp/" + folderName(),
-                                                    "/tmp/" + folderName()};
-    return places;
+    static const auto* places =
+        new std::vector<std::string>{"/var/tmp/" + folderName(), "/tmp/" + folderName()};
+    return *places;
 }
 
 std::string hexOf(const std::string& key) {

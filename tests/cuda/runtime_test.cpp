@@ -8,6 +8,10 @@
 #include <cuda_runtime_api.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdlib>
 #include <thread>
 #include <vector>
 
@@ -207,6 +211,32 @@ TEST_F(Runtime, FunctionsOfTheDriverByName) {
     size_t offset = 0;
     EXPECT_EQ(cudaFuncGetName(&name, &number), cudaErrorInvalidDeviceFunction);
     EXPECT_EQ(cudaFuncGetParamInfo(&number, 0, &offset, nullptr), cudaErrorInvalidDeviceFunction);
+}
+
+// They run when the objects of the main thread, its default stream among them, are gone.
+TEST_F(Runtime, ExitHandlersHaveADefaultStreamOfTheirThread) {
+    testing::GTEST_FLAG(death_test_style) = "threadsafe";
+    static std::atomic<int> count = 0;
+    static const auto countUp = [] {
+        cudaLaunchHostFunc(
+            cudaStreamPerThread, [](void*) { ++count; }, nullptr);
+        return cudaStreamSynchronize(cudaStreamPerThread) == cudaSuccess;
+    };
+    static const auto configure = [] {
+        dim3 grid, block;
+        size_t shared = 0;
+        cudaStream_t stream = nullptr;
+        return __cudaPushCallConfiguration(dim3(7), dim3(1), 0, nullptr) == 0 &&
+               __cudaPopCallConfiguration(&grid, &block, &shared, &stream) == cudaSuccess &&
+               grid.x == 7;
+    };
+    EXPECT_EXIT(
+        {
+            alarm(60); // a stream without a thread is waited for without end
+            std::atexit([] { std::_Exit(countUp() && configure() && count == 2 ? 7 : 1); });
+            std::exit(countUp() && configure() ? 2 : 3);
+        },
+        testing::ExitedWithCode(7), "");
 }
 
 // A kernel of a library stands where a host symbol does.

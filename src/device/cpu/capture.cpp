@@ -55,10 +55,10 @@ void Streams::setTips(const StreamPtr& stream, std::vector<GraphNode*> tips) {
 }
 
 CompletionPtr Streams::capture(const StreamPtr& stream, std::function<void()> work, WorkInfo info) {
-    static const CompletionPtr finished = [] {
+    static const CompletionPtr& finished = *[] {
         auto completion = std::make_shared<Completion>();
         completion->finish();
-        return completion;
+        return new CompletionPtr(std::move(completion));
     }();
     std::lock_guard graphLock(graphMutex());
     std::lock_guard lock(order_);

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/log.h"
+#include "base/thread_object.h"
 #include "device/cpu/memory.h"
 #include "device/cpu/stream.h"
 
@@ -16,22 +17,8 @@ namespace {
 // Weak, so that a context destroyed by another thread leaves a stack entry that reads as none.
 using Stack = std::vector<std::weak_ptr<Context>>;
 
-// Programs call the API from exit handlers, which run after the main thread's thread_local objects
-// are gone: the pointer has no destructor, and a stack asked for later is simply a new one.
-thread_local Stack* threadStack = nullptr;
-struct StackOwner {
-    ~StackOwner() {
-        delete threadStack;
-        threadStack = nullptr;
-    }
-};
 Stack& contextStack() {
-    if (!threadStack) {
-        threadStack = new Stack;
-        thread_local StackOwner owner;
-        (void)owner;
-    }
-    return *threadStack;
+    return threadObject<Stack>();
 }
 
 constexpr size_t kDefaultLimits[8] = {1024, 1 << 20, 8 << 20, 2, 2048, 64, 0, 0};

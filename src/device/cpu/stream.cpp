@@ -3,6 +3,7 @@
 #include "device/cpu/stream.h"
 
 #include "base/error.h"
+#include "base/thread_object.h"
 #include "base/threads.h"
 #include "device/device.h"
 
@@ -199,16 +200,15 @@ void Streams::forgetErrors(const std::function<bool(const void* owner)>& isOne) 
 
 StreamPtr Streams::perThread() {
     struct Holder {
-        StreamPtr stream;
+        StreamPtr stream = std::make_shared<Stream>(0, 0, this);
         Streams* streams = nullptr;
         ~Holder() {
-            if (stream)
+            if (streams)
                 streams->destroy(stream.get());
         }
     };
-    thread_local Holder holder;
-    if (!holder.stream) {
-        holder.stream = std::make_shared<Stream>(0, 0, &holder);
+    Holder& holder = threadObject<Holder>();
+    if (!holder.streams) {
         holder.streams = this;
         std::lock_guard lock(order_);
         live_.push_back(holder.stream);

@@ -3,6 +3,8 @@
 // driver API, stream management and graph management.
 #include "api/cuda/driver/graphs.h"
 
+#include "base/thread_object.h"
+
 using namespace sunstone;
 using namespace sunstone::api::cuda;
 
@@ -40,7 +42,7 @@ CUresult captureInfo(CUstream stream, CUstreamCaptureStatus* status, cuuint64_t*
         if (graph)
             *graph = handleOf(state.capture->graph);
         // Valid until the thread's next question.
-        static thread_local std::vector<CUgraphNode> tips;
+        auto& tips = threadObject<std::vector<CUgraphNode>>();
         tips.clear();
         for (const cpu::GraphNode* tip : state.tips)
             tips.push_back(handleOf(tip));

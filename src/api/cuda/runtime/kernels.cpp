@@ -2,6 +2,8 @@
 // Kernels: attributes, occupancy, and the configuration that <<<>>> leaves for the stub.
 #include "api/cuda/runtime/runtime.h"
 
+#include "base/thread_object.h"
+
 #include <cstring>
 #include <vector>
 
@@ -16,7 +18,9 @@ struct Configuration {
     std::vector<unsigned char> arguments; // of cudaSetupArgument, older protocol
     std::vector<size_t> offsets;
 };
-thread_local std::vector<Configuration> configurations;
+std::vector<Configuration>& configurations() {
+    return sunstone::threadObject<std::vector<Configuration>>();
+}
 
 template <class Body>
 cudaError_t withFunction(const void* symbol, Body&& body) {
@@ -32,34 +36,34 @@ cudaError_t withFunction(const void* symbol, Body&& body) {
 SUNSTONE_CUDART unsigned int __cudaPushCallConfiguration(dim3 gridDim, dim3 blockDim,
                                                          size_t sharedBytes,
                                                          struct CUstream_st* stream) {
-    configurations.push_back({gridDim, blockDim, sharedBytes, stream, {}, {}});
+    configurations().push_back({gridDim, blockDim, sharedBytes, stream, {}, {}});
     return 0;
 }
 SUNSTONE_CUDART cudaError_t __cudaPopCallConfiguration(dim3* gridDim, dim3* blockDim,
                                                        size_t* sharedBytes, void* stream) {
-    if (configurations.empty())
+    if (configurations().empty())
         return remember(cudaErrorMissingConfiguration);
-    const Configuration& top = configurations.back();
+    const Configuration& top = configurations().back();
     *gridDim = top.grid;
     *blockDim = top.block;
     *sharedBytes = top.sharedBytes;
     *static_cast<cudaStream_t*>(stream) = top.stream;
-    configurations.pop_back();
+    configurations().pop_back();
     return cudaSuccess;
 }
 
 SUNSTONE_CUDART cudaError_t cudaConfigureCall(dim3 gridDim, dim3 blockDim, size_t sharedBytes,
                                               cudaStream_t stream) {
-    configurations.push_back({gridDim, blockDim, sharedBytes, stream, {}, {}});
+    configurations().push_back({gridDim, blockDim, sharedBytes, stream, {}, {}});
     return cudaSuccess;
 }
 SUNSTONE_CUDART cudaError_t cudaSetupArgument(const void* argument, size_t size, size_t offset) {
     constexpr size_t kMostBytes = 32764;
-    if (configurations.empty())
+    if (configurations().empty())
         return remember(cudaErrorMissingConfiguration);
     if (!argument || size > kMostBytes || offset > kMostBytes - size)
         return remember(cudaErrorInvalidValue);
-    Configuration& top = configurations.back();
+    Configuration& top = configurations().back();
     if (top.arguments.size() < offset + size)
         top.arguments.resize(offset + size);
     std::memcpy(top.arguments.data() + offset, argument, size);
@@ -67,10 +71,10 @@ SUNSTONE_CUDART cudaError_t cudaSetupArgument(const void* argument, size_t size,
     return cudaSuccess;
 }
 SUNSTONE_CUDART cudaError_t cudaLaunch(const void* hostFunction) {
-    if (configurations.empty())
+    if (configurations().empty())
         return remember(cudaErrorMissingConfiguration);
-    Configuration top = std::move(configurations.back());
-    configurations.pop_back();
+    Configuration top = std::move(configurations().back());
+    configurations().pop_back();
     std::vector<void*> args;
     for (size_t offset : top.offsets)
         args.push_back(top.arguments.data() + offset);
