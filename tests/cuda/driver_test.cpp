@@ -190,12 +190,35 @@ void slowly(void* flag) {
     static_cast<std::atomic<int>*>(flag)->fetch_add(1);
 }
 
+// Holds a stream up until told to let it go on.
+class Gate {
+public:
+    ~Gate() {
+        open();
+        cuCtxSynchronize(); // the stream has left it
+    }
+    void open() { isOpen_ = true; }
+    static void wait(void* gate) {
+        while (!static_cast<Gate*>(gate)->isOpen_)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+
+private:
+    std::atomic<bool> isOpen_{false};
+};
+
+void countUp(void* count) {
+    static_cast<std::atomic<int>*>(count)->fetch_add(1);
+}
+
 TEST_F(Driver, StreamsAreOrderedAndAsynchronous) {
     std::atomic<int> count{0};
+    Gate gate;
     CUstream stream = nullptr, other = nullptr;
     ASSERT_EQ(cuStreamCreate(&stream, CU_STREAM_NON_BLOCKING), CUDA_SUCCESS);
     ASSERT_EQ(cuStreamCreate(&other, CU_STREAM_NON_BLOCKING), CUDA_SUCCESS);
-    EXPECT_EQ(cuLaunchHostFunc(stream, slowly, &count), CUDA_SUCCESS);
+    EXPECT_EQ(cuLaunchHostFunc(stream, Gate::wait, &gate), CUDA_SUCCESS);
+    EXPECT_EQ(cuLaunchHostFunc(stream, countUp, &count), CUDA_SUCCESS);
     EXPECT_EQ(count, 0);
     EXPECT_EQ(cuStreamQuery(stream), CUDA_ERROR_NOT_READY);
     EXPECT_EQ(cuStreamSynchronize(nullptr), CUDA_SUCCESS); // non-blocking: not waited for
@@ -207,6 +230,9 @@ TEST_F(Driver, StreamsAreOrderedAndAsynchronous) {
     EXPECT_EQ(cuEventRecord(event, stream), CUDA_SUCCESS);
     EXPECT_EQ(cuEventQuery(event), CUDA_ERROR_NOT_READY);
     EXPECT_EQ(cuStreamWaitEvent(other, event, 0), CUDA_SUCCESS);
+    EXPECT_EQ(cuStreamQuery(other), CUDA_ERROR_NOT_READY);
+    EXPECT_EQ(count, 0);
+    gate.open();
     EXPECT_EQ(cuStreamSynchronize(other), CUDA_SUCCESS);
     EXPECT_EQ(count, 1);
     float ms = 0;
@@ -222,6 +248,23 @@ TEST_F(Driver, StreamsAreOrderedAndAsynchronous) {
     EXPECT_EQ(cuStreamDestroy(other), CUDA_SUCCESS);
     EXPECT_EQ(cuStreamCreate(nullptr, 0), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuStreamCreate(&stream, 7), CUDA_ERROR_INVALID_VALUE);
+}
+
+// Nor do contexts end before it is done, whose memory it may use.
+TEST_F(Driver, WorkOfDestroyedStreamsIsWaitedFor) {
+    std::atomic<int> count{0};
+    for (const bool ends : {false, true}) {
+        CUcontext own = nullptr;
+        CUstream stream = nullptr;
+        ASSERT_EQ(cuCtxCreate_v2(&own, 0, 0), CUDA_SUCCESS);
+        ASSERT_EQ(cuStreamCreate(&stream, CU_STREAM_NON_BLOCKING), CUDA_SUCCESS);
+        EXPECT_EQ(cuLaunchHostFunc(stream, slowly, &count), CUDA_SUCCESS);
+        EXPECT_EQ(cuStreamDestroy(stream), CUDA_SUCCESS);
+        EXPECT_EQ(ends ? cuCtxDestroy(own) : cuCtxSynchronize(), CUDA_SUCCESS);
+        EXPECT_EQ(count, ends ? 2 : 1);
+        if (!ends)
+            EXPECT_EQ(cuCtxDestroy(own), CUDA_SUCCESS);
+    }
 }
 
 TEST_F(Driver, LegacyStreamWaitsForBlockingStreams) {

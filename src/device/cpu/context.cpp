@@ -53,6 +53,7 @@ Context* Contexts::create(unsigned flags) {
 }
 
 void Contexts::tearDown(const ContextPtr& context) {
+    streams().waitAll(); // also where a capture makes the next call fail
     try {
         streams().synchronizeAll();
     } catch (const std::exception& error) {

@@ -159,6 +159,9 @@ bool Streams::destroy(void* handle) {
         stream = std::move(*it);
         live_.erase(it);
         dropCapture(stream);
+        std::erase_if(orphans_, [](const CompletionPtr& last) { return last->done(); });
+        if (stream->last_ && !stream->last_->done())
+            orphans_.push_back(stream->last_);
         // Its unfinished work still counts as that of a blocking stream.
         if (stream->isBlocking() && stream->last_ && !stream->last_->done()) {
             Stream::Item barrier{nullptr, {stream->last_}, std::make_shared<Completion>()};
@@ -289,6 +292,7 @@ void Streams::waitAll() {
     std::vector<CompletionPtr> completions;
     {
         std::lock_guard lock(order_);
+        completions = orphans_;
         for (const StreamPtr& stream : live_)
             if (stream->last_)
                 completions.push_back(stream->last_);

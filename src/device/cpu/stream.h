@@ -164,6 +164,8 @@ private:
     StreamPtr legacy_;
     std::vector<std::shared_ptr<Capture>> captures_; // in progress
     std::vector<StreamPtr> live_; // without legacy_; per-thread ones included
+    std::vector<CompletionPtr>
+        orphans_; // last work, maybe not done yet, of streams that were destroyed
 };
 
 Streams& streams();
