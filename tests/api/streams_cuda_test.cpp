@@ -221,6 +221,65 @@ TEST_F(Streams, ManyStreamsAndPipelines) {
         EXPECT_EQ(101 * kLaunches, seen.runs);
 }
 
+// What an application does with a context, on several threads at once: modules, pipelines, builds,
+// launches, and what may be set meanwhile.
+TEST_F(Streams, AllOfTheWorkOnSeveralThreads) {
+    constexpr unsigned kThreads = 4, kRounds = 3;
+    std::vector<std::thread> threads;
+    for (unsigned i = 0; i < kThreads; ++i)
+        threads.emplace_back([&, i] {
+            ASSERT_EQ(CUDA_SUCCESS, cuCtxSetCurrent(primary_));
+            CUstream stream = nullptr;
+            CUdeviceptr memory = 0; // seen, params, vertices
+            ASSERT_EQ(CUDA_SUCCESS, cuStreamCreate(&stream, CU_STREAM_NON_BLOCKING));
+            ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&memory, 4096));
+            const CUdeviceptr params = memory + 1024, vertices = memory + 2048;
+            for (unsigned round = 0; round < kRounds; ++round) {
+                Rig own(context_, log_, compiledPtx("launch", "clang"), compileOptions(1));
+                own.raygenRecord(own.raygen("__raygen__trace"), 9u);
+                own.missRecord(own.miss("__miss__value"), 11u);
+                own.hitRecord(own.hit("__closesthit__value"), 100 * i + round);
+                own.link();
+                const OptixShaderBindingTable sbt = own.table();
+                TriangleMesh mesh({{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}}, {0, 1, 2});
+                mesh.vertexAddress = vertices;
+                const OptixAccelBuildOptions options = buildOptions();
+                OptixAccelBufferSizes sizes{};
+                EXPECT_EQ(OPTIX_SUCCESS,
+                          optixAccelComputeMemoryUsage(context_, &options, &mesh.input, 1, &sizes));
+                CUdeviceptr temp = 0, output = 0;
+                ASSERT_EQ(CUDA_SUCCESS, cuMemAllocAsync(&temp, sizes.tempSizeInBytes + 1, stream));
+                ASSERT_EQ(CUDA_SUCCESS, cuMemAllocAsync(&output, sizes.outputSizeInBytes, stream));
+                ASSERT_EQ(CUDA_SUCCESS, cuMemsetD8Async(memory, 0, 4096, stream));
+                ASSERT_EQ(CUDA_SUCCESS,
+                          cuMemcpyHtoDAsync(vertices, mesh.points.data(),
+                                            mesh.points.size() * sizeof(Vec3), stream));
+                LaunchParams values{};
+                values.seen = reinterpret_cast<LaunchSeen*>(memory);
+                EXPECT_EQ(OPTIX_SUCCESS,
+                          optixAccelBuild(context_, stream, &options, &mesh.input, 1, temp,
+                                          sizes.tempSizeInBytes, output, sizes.outputSizeInBytes,
+                                          &values.handle, nullptr, 0));
+                ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoDAsync(params, &values, sizeof(values), stream));
+                EXPECT_EQ(OPTIX_SUCCESS, optixLaunch(own.pipeline(), stream, params, sizeof(values),
+                                                     &sbt, 1, 1, 1));
+                EXPECT_EQ(OPTIX_SUCCESS, optixDeviceContextSetLogCallback(
+                                             context_, LogRecord::callback, &log_, 4 - round % 2));
+                EXPECT_EQ(OPTIX_SUCCESS, optixDeviceContextSetCacheEnabled(context_, round % 2));
+                ASSERT_EQ(CUDA_SUCCESS, cuMemFreeAsync(temp, stream));
+                ASSERT_EQ(CUDA_SUCCESS, cuMemFreeAsync(output, stream));
+                LaunchSeen seen{};
+                ASSERT_EQ(CUDA_SUCCESS, cuMemcpyDtoHAsync(&seen, memory, sizeof(seen), stream));
+                ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
+                EXPECT_EQ(100 * i + round, seen.record);
+            }
+            cuMemFree(memory);
+            cuStreamDestroy(stream);
+        });
+    for (std::thread& thread : threads)
+        thread.join();
+}
+
 TEST_F(Streams, BuildsAndLaunchesInOrder) {
     // Vertices arrive, a structure is built, compacted rays trace it: all queued before any runs.
     TriangleMesh mesh({{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}}, {0, 1, 2});

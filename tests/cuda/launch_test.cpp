@@ -369,14 +369,71 @@ TEST_F(Launch, BadLaunches) {
     EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
 }
 
+// Kernels of two streams, and of the default streams of two threads, run at the same time: each
+// goes on when the other has come, too.
+TEST_F(Launch, KernelsOfTwoStreamsMeet) {
+    CUfunction meet = load(R"(.version 7.0
+.target sm_70
+.address_size 64
+.visible .entry meet(.param .u64 words)
+{
+    .reg .b64 %rd<2>;
+    .reg .b32 %r<4>;
+    .reg .pred %p<2>;
+    ld.param.u64 %rd1, [words];
+    atom.global.add.u32 %r1, [%rd1], 1;
+again:
+    ld.volatile.global.u32 %r2, [%rd1];
+    ld.volatile.global.u32 %r3, [%rd1+4];
+    add.u32 %r2, %r2, %r3;
+    setp.lt.u32 %p1, %r2, 2;
+    @%p1 bra again;
+    ret;
+}
+)",
+                           "meet");
+    unsigned* words = nullptr; // how many have come; whether they are to give up
+    ASSERT_EQ(cuMemAllocHost(reinterpret_cast<void**>(&words), 8), CUDA_SUCCESS);
+    void* params[] = {&words};
+    const auto runTwo = [&](CUstream first, CUstream second, bool inThread) {
+        words[0] = words[1] = 0;
+        EXPECT_EQ(cuLaunchKernel(meet, 1, 1, 1, 1, 1, 1, 0, first, params, nullptr), CUDA_SUCCESS);
+        const auto rest = [&] {
+            EXPECT_EQ(cuCtxSetCurrent(context), CUDA_SUCCESS);
+            EXPECT_EQ(cuLaunchKernel(meet, 1, 1, 1, 1, 1, 1, 0, second, params, nullptr),
+                      CUDA_SUCCESS);
+            const auto start = std::chrono::steady_clock::now();
+            while (cuStreamQuery(second) == CUDA_ERROR_NOT_READY &&
+                   std::chrono::steady_clock::now() - start < std::chrono::seconds(30))
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            EXPECT_EQ(cuStreamQuery(second), CUDA_SUCCESS) << "they wait for one another";
+            __atomic_store_n(&words[1], 2, __ATOMIC_RELEASE);
+        };
+        if (inThread)
+            std::thread(rest).join();
+        else
+            rest();
+        EXPECT_EQ(cuStreamSynchronize(first), CUDA_SUCCESS);
+    };
+    CUstream streams[2] = {};
+    for (CUstream& stream : streams)
+        ASSERT_EQ(cuStreamCreate(&stream, CU_STREAM_DEFAULT), CUDA_SUCCESS);
+    runTwo(streams[0], streams[1], false);
+    runTwo(CU_STREAM_PER_THREAD, CU_STREAM_PER_THREAD, true);
+    for (CUstream stream : streams)
+        EXPECT_EQ(cuStreamDestroy(stream), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemFreeHost(words), CUDA_SUCCESS);
+}
+
 TEST_F(Launch, SmallLaunchesAreCheap) {
     CUmodule module = nullptr;
     CUfunction nothing = nullptr;
     ASSERT_EQ(cuModuleLoadData(&module, kText), CUDA_SUCCESS);
     ASSERT_EQ(cuModuleGetFunction(&nothing, module, "nothing"), CUDA_SUCCESS);
-    constexpr int kLaunches = 2000;
+    // The best of many short rounds: where other programs run as well, some are not interrupted.
+    constexpr int kLaunches = 20, kRounds = 300;
     double best = 1e9;
-    for (int repeat = 0; repeat < 3; ++repeat) {
+    for (int round = 0; round < kRounds; ++round) {
         const auto start = std::chrono::steady_clock::now();
         for (int i = 0; i < kLaunches; ++i) {
             ASSERT_EQ(cuLaunchKernel(nothing, 1, 1, 1, 32, 1, 1, 0, nullptr, nullptr, nullptr),
@@ -389,7 +446,7 @@ TEST_F(Launch, SmallLaunchesAreCheap) {
     }
     std::printf("launch and wait: %.1f microseconds\n", best);
     RecordProperty("microseconds", std::to_string(best));
-    EXPECT_LT(best, 1000); // machines are shared; the figure is for the log
+    EXPECT_LT(best, 500); // ten times what is measured beside many other programs
     EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
 }
 

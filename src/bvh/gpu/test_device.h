@@ -19,6 +19,8 @@ public:
         return device;
     }
     const device::cuda::Driver& driver() const { return driver_; }
+    // The same table, of which tests may replace functions.
+    device::cuda::Driver& driverForTests() { return driver_; }
     const Builder& builder() const { return *builder_; }
 
 private:
@@ -26,7 +28,7 @@ private:
         builder_ = std::make_unique<Builder>(driver_);
     }
 
-    const device::cuda::Driver& driver_;
+    device::cuda::Driver driver_;
     std::unique_ptr<Builder> builder_;
 };
 

@@ -480,15 +480,27 @@ TEST(GpuUpdate, OtherShapesBehindABusyStreamAreToldLater) {
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
     };
     ASSERT_EQ(driver.launchHostFunc(stream, wait, &go), CUDA_SUCCESS);
-    // The CPU device lets copies from pageable memory wait for the stream.
+    // The CPU device lets copies from pageable memory wait for the stream. It goes on once the call
+    // has asked whether it is busy.
+    static std::atomic<bool> asked;
+    static const auto ask = driver.streamQuery;
+    asked = false;
+    Device::get().driverForTests().streamQuery = [](CUstream queried) {
+        const CUresult answer = ask(queried);
+        asked = true;
+        return answer;
+    };
     std::thread release([&] {
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        while (!asked)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
         go = true;
     });
     EXPECT_NO_THROW(Device::get().builder().update(stream, inputsOf(fewer), updatable(),
                                                    temp.address(), temp.size(), s.memory->address(),
                                                    s.memory->size()));
+    asked = true; // where it threw before
     release.join();
+    Device::get().driverForTests().streamQuery = ask;
     ASSERT_EQ(driver.streamSynchronize(stream), CUDA_SUCCESS);
     driver.streamDestroy(stream);
     const std::vector<std::string> told = Device::get().builder().takeFailures();
