@@ -4,6 +4,8 @@
 #include <cuda.h>
 #include <gtest/gtest.h>
 
+#include <sys/mman.h>
+
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -145,8 +147,8 @@ TEST_F(Launch, WildAddressesAreErrors) {
                 unsigned value = 5;
                 void* params[] = {&out, &value};
                 testing::internal::CaptureStderr();
-                CUresult result = cuLaunchKernel(fill, blocks, 1, 1, 100, 1, 1, 0, nullptr, params,
-                                                 nullptr);
+                CUresult result =
+                    cuLaunchKernel(fill, blocks, 1, 1, 100, 1, 1, 0, nullptr, params, nullptr);
                 if (result == CUDA_SUCCESS)
                     result = cuCtxSynchronize();
                 EXPECT_EQ(result, CUDA_ERROR_ILLEGAL_ADDRESS);
@@ -312,6 +314,32 @@ TEST_F(Launch, FatBinaryRunsAndDamageIsFound) {
                                         "ELF...."),
               CUDA_ERROR_NO_BINARY_FOR_GPU);
     EXPECT_EQ(cuModuleLoad(&module, "/no/such/file"), CUDA_ERROR_FILE_NOT_FOUND);
+}
+
+// Images have no size: what lies before memory that is mapped but not to be read, as allocators
+// leave it, is looked at no further.
+TEST_F(Launch, ImagesThatEndWhereMemoryDoes) {
+    constexpr size_t kPart = 1 << 16;
+    void* const area =
+        mmap(nullptr, 2 * kPart, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    ASSERT_NE(area, MAP_FAILED);
+    char* const end = static_cast<char*>(area) + kPart;
+    ASSERT_EQ(mprotect(end, kPart, PROT_NONE), 0);
+    const std::vector<char> whole = container(kText);
+    CUmodule module = nullptr;
+    const auto load = [&](const char* bytes, size_t size) {
+        std::memcpy(end - size, bytes, size);
+        return cuModuleLoadData(&module, end - size);
+    };
+    ASSERT_EQ(load(whole.data(), whole.size()), CUDA_SUCCESS);
+    expectFills(module);
+    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    for (const size_t size :
+         {whole.size() - 1, size_t(81), size_t(80), size_t(79), size_t(17), size_t(15)})
+        EXPECT_EQ(load(whole.data(), size), CUDA_ERROR_INVALID_IMAGE) << size;
+    EXPECT_EQ(load(kText, std::strlen(kText)), CUDA_ERROR_INVALID_IMAGE) << "has no end";
+    EXPECT_EQ(cuModuleLoadData(&module, end), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(munmap(area, 2 * kPart), 0);
 }
 
 TEST_F(Launch, BadTextFillsTheLog) {

@@ -3,6 +3,7 @@
 #include "api/cuda/driver/fat_binary.h"
 
 #include "api/cuda/driver/shell.h"
+#include "base/readable.h"
 
 #include <lz4.h>
 #include <zstd.h>
@@ -71,7 +72,7 @@ public:
             return nullptr;
         if (known_)
             return offset + size <= known_ ? base_ + offset : nullptr;
-        return cpu::isMapped(base_ + offset, size) ? base_ + offset : nullptr;
+        return isReadable(base_ + offset, size) ? base_ + offset : nullptr;
     }
     template <class T>
     bool read(uint64_t offset, T& value) const {
@@ -175,7 +176,7 @@ std::string textAt(const char* text) {
     size_t length = 0;
     for (;;) {
         const size_t step = 4096 - (uintptr_t(text) + length) % 4096;
-        if (length > kLargestImage || !cpu::isMapped(text + length, step))
+        if (length > kLargestImage || !isReadable(text + length, step))
             refuse(CUDA_ERROR_INVALID_IMAGE, "the image is text without an end");
         if (const void* end = std::memchr(text + length, 0, step))
             return std::string(text, static_cast<const char*>(end));
@@ -213,7 +214,7 @@ std::vector<std::string> ptxOf(const Bytes& bytes, const void* text, size_t know
             return {ptxOfContainer(bytes)};
         if (magic == kWrapperMagic) {
             Wrapper wrapper{};
-            if (!bytes.read(0, wrapper) || !cpu::isMapped(wrapper.container, 16))
+            if (!bytes.read(0, wrapper) || !isReadable(wrapper.container, 16))
                 damaged("the wrapper points nowhere");
             return {ptxOfContainer(Bytes(wrapper.container, 0))};
         }
@@ -229,14 +230,14 @@ std::vector<std::string> ptxOf(const Bytes& bytes, const void* text, size_t know
 
 std::vector<std::string> ptxOfImage(const void* image) {
     require(image, "image is null");
-    if (!cpu::isMapped(image, 1))
+    if (!isReadable(image, 1))
         refuse(CUDA_ERROR_INVALID_VALUE, "image ", image, " is not memory of this process");
     return ptxOf(Bytes(image, 0), image, 0);
 }
 
 std::vector<std::string> ptxOfBytes(const void* image, size_t size) {
     require(image && size, "image is null or empty");
-    if (!cpu::isMapped(image, size))
+    if (!isReadable(image, size))
         refuse(CUDA_ERROR_INVALID_VALUE, "image ", image, " + ", size,
                " is not memory of this process");
     return ptxOf(Bytes(image, size), image, size);
