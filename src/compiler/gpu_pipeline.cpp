@@ -44,7 +44,7 @@ struct Dispatcher {
     enum Form {
         kRun, // (state, group): calls the program
         kAsk, // (state, candidates, group): calls an intersection program
-        kStart, // (state, ray, frame, group): calls the first part of it, or all
+        kStart, // (state, ray, frame, asks, group): calls the first part of it, or all
         kResume, // the same with the part behind its traces
         kFind, // (group): whether there is one
         kCode, // (group): its address
@@ -483,8 +483,9 @@ private:
         std::vector<llvm::Value*> operands = {dispatcher.getArg(0)};
         if (program.arg_size() == 2) // state, candidates
             operands.push_back(dispatcher.getArg(1));
-        if (program.arg_size() == 3) // frame, root, ray
-            operands = {dispatcher.getArg(2), dispatcher.getArg(0), dispatcher.getArg(1)};
+        if (program.arg_size() == 4) // frame, state, ray, asks
+            operands = {dispatcher.getArg(2), dispatcher.getArg(0), dispatcher.getArg(1),
+                        dispatcher.getArg(3)};
         llvm::CallInst* call = builder.CreateCall(&program, operands);
         return call->getType()->isIntegerTy(32) ? static_cast<llvm::Value*>(call)
                                                 : builder.getInt32(devlib::kAccept);

@@ -26,13 +26,15 @@ namespace sunstone::compiler {
 
 namespace {
 
-using devlib::RayState;
 using llvm::Value;
 
 constexpr const char *kTrace = "sunstone_gpu_trace", *kTraceInline = "sunstone_gpu_traceInline";
 constexpr const char* kFrameBytes = "sunstone.frame.bytes"; // its calls tell a frame's size
 // Their calls stand for parameters of the functions that a program will be cut into.
-constexpr const char *kRoot = "sunstone.lane.root", *kRay = "sunstone.lane.ray";
+constexpr const char *kRoot = "sunstone.lane.root", *kRay = "sunstone.lane.ray",
+                     *kAsks = "sunstone.lane.asks";
+// The place of each behind the frame.
+constexpr const char* kParameters[] = {kRoot, kRay, kAsks};
 
 std::vector<llvm::CallInst*> tracesOf(const llvm::Function& program) {
     std::vector<llvm::CallInst*> calls;
@@ -118,6 +120,7 @@ private:
         root_ = parameter(kRoot);
         program_.getArg(0)->replaceAllUsesWith(root_);
         ray_ = parameter(kRay);
+        asks_ = parameter(kAsks);
         builder_.CreateBr(first);
         done_ = llvm::BasicBlock::Create(program_.getContext(), "done", function_);
     }
@@ -142,11 +145,7 @@ private:
         before->getTerminator()->eraseFromParent();
         call.eraseFromParent();
         builder_.SetInsertPoint(before);
-        builder_.CreateAlignedStore(
-            builder_.getInt64(1),
-            builder_.CreateInBoundsGEP(builder_.getInt8Ty(), root_,
-                                       builder_.getInt64(offsetof(RayState, traversal))),
-            llvm::Align(8));
+        builder_.CreateStore(builder_.getInt32(1), asks_);
         Value* how = builder_.CreateIntrinsic(
             llvm::Intrinsic::coro_suspend, {},
             {llvm::ConstantTokenNone::get(program_.getContext()), builder_.getFalse()});
@@ -172,19 +171,23 @@ private:
     llvm::IRBuilder<> builder_;
     llvm::Function* function_ = nullptr;
     llvm::BasicBlock* done_ = nullptr;
-    Value *frame_ = nullptr, *root_ = nullptr, *ray_ = nullptr;
+    Value *frame_ = nullptr, *root_ = nullptr, *ray_ = nullptr, *asks_ = nullptr;
 };
 
-bool isParameter(const llvm::Instruction& instruction) {
+// Which of kParameters an instruction stands for, or -1.
+int parameterOf(const llvm::Instruction& instruction) {
     const auto* call = llvm::dyn_cast<llvm::CallInst>(&instruction);
     const llvm::Function* callee = call ? call->getCalledFunction() : nullptr;
-    return callee && (callee->getName() == kRoot || callee->getName() == kRay);
+    for (int i = 0; callee && i < int(std::size(kParameters)); ++i)
+        if (callee->getName() == kParameters[i])
+            return i;
+    return -1;
 }
 
 // What is computed anew after a trace rather than kept in the frame: arithmetic, and loads of what
 // stays the same for a launch index.
 bool isCheap(llvm::Instruction& instruction) {
-    if (isParameter(instruction))
+    if (parameterOf(instruction) >= 0)
         return true;
     if (llvm::isa<llvm::LoadInst>(instruction))
         return instruction.hasMetadata(llvm::LLVMContext::MD_invariant_load) ||
@@ -233,16 +236,14 @@ llvm::Function* withStates(llvm::Function* part) {
     llvm::Type* pointer = llvm::PointerType::get(module.getContext(), 0);
     auto* function = llvm::Function::Create(
         llvm::FunctionType::get(llvm::Type::getVoidTy(module.getContext()),
-                                {pointer, pointer, pointer}, false),
+                                {pointer, pointer, pointer, pointer}, false),
         llvm::GlobalValue::InternalLinkage, part->getName() + ".part", module);
     function->addFnAttr(llvm::Attribute::NoUnwind);
     function->splice(function->begin(), part);
     part->getArg(0)->replaceAllUsesWith(function->getArg(0));
     for (llvm::Instruction& each : llvm::make_early_inc_range(llvm::instructions(*function)))
-        if (isParameter(each)) {
-            const bool isRoot =
-                llvm::cast<llvm::CallInst>(each).getCalledFunction()->getName() == kRoot;
-            each.replaceAllUsesWith(function->getArg(isRoot ? 1 : 2));
+        if (const int place = parameterOf(each); place >= 0) {
+            each.replaceAllUsesWith(function->getArg(unsigned(place) + 1));
             each.eraseFromParent();
         }
     return function;
@@ -348,7 +349,7 @@ CutPrograms cutAtTraces(llvm::Module& module, llvm::TargetMachine& machine,
         for (llvm::Function* unused : {start, parts[0], parts[1], parts[2]})
             unused->eraseFromParent();
     }
-    for (const char* name : {kRoot, kRay})
+    for (const char* name : kParameters)
         module.getFunction(name)->eraseFromParent();
     return result;
 }

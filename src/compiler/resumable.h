@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Programs cut at their traces, for the loops that keep the lanes of a GPU's warps busy
 // (devlib/gpu/loop.h, nested.h): `start` runs a program from its beginning to the first trace,
-// `resume` from a trace to the next. Either asks for a ray by filling its state and making its own
-// state's `traversal` other than null. LLVM's coroutine passes do the cutting; what lives across a
+// `resume` from a trace to the next. Either asks for a ray by filling its state and setting `asks`.
+// LLVM's coroutine passes do the cutting; what lives across a
 // trace is kept in a frame. The states stay apart from it, so that LLVM can keep those of loop.h in
 // registers.
 #pragma once
@@ -17,7 +17,7 @@
 namespace sunstone::compiler {
 
 struct Cut {
-    // void(frame, RayState* state, RayState* ray)
+    // void(frame, RayState* state, RayState* ray, uint32_t* asks)
     llvm::Function *start = nullptr, *resume = nullptr;
 };
 

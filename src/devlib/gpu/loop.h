@@ -76,11 +76,10 @@ SUNSTONE_DEVICE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Wa
 
 // Walks on with all rays until idle lanes have cost enough. To be called by all of the warp.
 template <class Programs, class Walk>
-SUNSTONE_DEVICE void walkTogether(const LaunchBlock& block, bool more, Lane& lane, Programs& tracer,
-                                  walk::Ray& ray, Walk& walker, walk::U2* stack,
-                                  walk::Level* levels) {
+SUNSTONE_DEVICE void walkTogether(bool more, Lane& lane, Programs& tracer, walk::Ray& ray,
+                                  Walk& walker, walk::U2* stack, walk::Level* levels,
+                                  uint32_t patience) {
     const uint32_t lanes = more ? 32 : countOf(ballot(lane != Lane::kIdle));
-    uint32_t patience = block.work.patience;
     for (;;) {
         if (lane == Lane::kWalking && walker.step(tracer, ray, stack, levels))
             lane = Lane::kEnded;
@@ -117,20 +116,20 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
     bool more = true;
     for (;;) {
         if (takeIndex(block, lane, more, thread.index)) {
-            root.traversal = nullptr;
-            sunstone_gpu_start(&root, &asked, frame, group);
-            lane = root.traversal ? Lane::kAsks : Lane::kIdle;
+            uint32_t asks = 0;
+            sunstone_gpu_start(&root, &asked, frame, &asks, group);
+            lane = asks ? Lane::kAsks : Lane::kIdle;
         }
         if (lane == Lane::kAsks)
             lane = begin(&asked, tracer, ray, walker, levels);
-        walkTogether(block, more, lane, tracer, ray, walker, stack, levels);
+        walkTogether(more, lane, tracer, ray, walker, stack, levels, block.work.patience);
         if (lane == Lane::kEnded) {
             uint32_t hitGroup = 0;
             const Found found = conclude(tracer, ray, hitGroup);
             runPrograms(&asked, found, hitGroup, ray.tmax);
-            root.traversal = nullptr;
-            sunstone_gpu_resume(&root, &asked, frame, group);
-            lane = root.traversal ? Lane::kAsks : Lane::kIdle;
+            uint32_t asks = 0;
+            sunstone_gpu_resume(&root, &asked, frame, &asks, group);
+            lane = asks ? Lane::kAsks : Lane::kIdle;
         }
         if (ballot(lane != Lane::kIdle) == 0)
             return;

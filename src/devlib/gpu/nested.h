@@ -11,6 +11,10 @@
 
 namespace sunstone::devlib::gpu {
 
+// Between walks more is done for each ray than in loop.h, with states in memory; the longer lanes
+// wait, the more of them do it together.
+constexpr uint32_t kNestedPatience = 8;
+
 // The rays and programs of a launch index that wait for others.
 struct Waiting {
     RayState* states; // one more than there may be depths: a ray too deep asks, and ends
@@ -31,25 +35,24 @@ SUNSTONE_DEVICE bool goOn(const Waiting& waiting, Programs& tracer, const walk::
     RayState* state = waiting.states + depth;
     uint32_t group = kNoGroup;
     const Found found = conclude(tracer, ray, group);
-    state->traversal = nullptr;
+    uint32_t asks = 0;
     if (found == Found::kHit) {
-        sunstone_gpu_startHit(state, state + 1, waiting.frameAt(depth), group);
+        sunstone_gpu_startHit(state, state + 1, waiting.frameAt(depth), &asks, group);
     } else if (found == Found::kNothing) {
         state->tmax = ray.tmax;
         group = prepareMiss(state);
-        sunstone_gpu_startMiss(state, state + 1, waiting.frameAt(depth), group);
+        sunstone_gpu_startMiss(state, state + 1, waiting.frameAt(depth), &asks, group);
     }
     for (;;) {
-        if (state->traversal) {
+        if (asks) {
             waiting.groups[depth++] = group;
             return true;
         }
         if (depth == 0)
             return false;
         state = waiting.states + --depth;
-        state->traversal = nullptr;
         group = waiting.groups[depth];
-        sunstone_gpu_resumeAny(state, state + 1, waiting.frameAt(depth), group);
+        sunstone_gpu_resumeAny(state, state + 1, waiting.frameAt(depth), &asks, group);
     }
 }
 
@@ -77,9 +80,9 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
     bool more = true;
     for (;;) {
         if (takeIndex(block, lane, more, thread.index)) {
-            root.traversal = nullptr;
-            sunstone_gpu_start(&root, &root + 1, waiting.frames, group);
-            if (root.traversal) {
+            uint32_t asks = 0;
+            sunstone_gpu_start(&root, &root + 1, waiting.frames, &asks, group);
+            if (asks) {
                 waiting.groups[0] = group;
                 depth = 1;
                 lane = Lane::kAsks;
@@ -89,7 +92,8 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
             tracer.state = waiting.states + depth;
             lane = begin(tracer.state, tracer, ray, walker, levels);
         }
-        walkTogether(block, more, lane, tracer, ray, walker, stack, levels);
+        walkTogether(more, lane, tracer, ray, walker, stack, levels,
+                     kNestedPatience * block.work.patience);
         if (lane == Lane::kEnded)
             lane = goOn(waiting, tracer, ray, depth) ? Lane::kAsks : Lane::kIdle;
         if (ballot(lane != Lane::kIdle) == 0)

@@ -19,15 +19,20 @@ constexpr uint32_t kNoProgram = ~0u;
 
 extern "C" {
 uint32_t sunstone_gpu_raygen(RayState*, uint32_t group);
-// The ray generation program to its first trace, and from there to the next; it fills `ray` and
-// makes root->traversal other than null where it wants one.
-uint32_t sunstone_gpu_start(RayState* root, RayState* ray, void* frame, uint32_t group);
-uint32_t sunstone_gpu_resume(RayState* root, RayState* ray, void* frame, uint32_t group);
+// The ray generation program to its first trace, and from there to the next; it fills `ray` and sets
+// `asks` where it wants one.
+uint32_t sunstone_gpu_start(RayState* root, RayState* ray, void* frame, uint32_t* asks,
+                            uint32_t group);
+uint32_t sunstone_gpu_resume(RayState* root, RayState* ray, void* frame, uint32_t* asks,
+                             uint32_t group);
 uint32_t sunstone_gpu_findRaygen(uint32_t group); // whether there is such a program
 // The same of closest-hit and miss programs, whose state is `state`, and of whichever program.
-uint32_t sunstone_gpu_startHit(RayState* state, RayState* ray, void* frame, uint32_t group);
-uint32_t sunstone_gpu_startMiss(RayState* state, RayState* ray, void* frame, uint32_t group);
-uint32_t sunstone_gpu_resumeAny(RayState* state, RayState* ray, void* frame, uint32_t group);
+uint32_t sunstone_gpu_startHit(RayState* state, RayState* ray, void* frame, uint32_t* asks,
+                               uint32_t group);
+uint32_t sunstone_gpu_startMiss(RayState* state, RayState* ray, void* frame, uint32_t* asks,
+                                uint32_t group);
+uint32_t sunstone_gpu_resumeAny(RayState* state, RayState* ray, void* frame, uint32_t* asks,
+                                uint32_t group);
 uint32_t sunstone_gpu_exception(RayState*, uint32_t group);
 uint32_t sunstone_gpu_miss(RayState*, uint32_t group);
 uint32_t sunstone_gpu_closestHit(RayState*, uint32_t group);
