@@ -18,6 +18,7 @@
 
 #include "base/error.h"
 #include "compiler/debug_info.h"
+#include "compiler/matrix.h"
 #include "compiler/unit.h"
 
 #include <unordered_map>
@@ -257,6 +258,30 @@ private:
     void waitAt(const ptx::Instruction& instruction);
     void checkObject(Value* pointer, const ptx::Operand& object);
 
+    // ---- matrices of a warp: translate_matrix.cpp
+    void multiplyMatrices(const ptx::Instruction& instruction);
+    void wideMatrices(const ptx::Instruction& instruction);
+    void moveMatrixRows(const ptx::Instruction& instruction);
+    void transposeMatrix(const ptx::Instruction& instruction);
+    void emitProduct(const ptx::Instruction& instruction, MatrixOperation operation);
+    void moveFragment(const ptx::Instruction& instruction);
+    void emitFragment(const ptx::Instruction& instruction, const MatrixOperation& operation,
+                      MatrixOperand operand, bool byColumns,
+                      const std::vector<ptx::Operand>& registers, const ptx::Operand& address);
+    void checkFragment(const ptx::Instruction& instruction, const MatrixOperation& operation,
+                       MatrixOperand operand, size_t registers) const;
+    std::vector<Value*> runMatrix(const ptx::Instruction& instruction,
+                                  const MatrixOperation& operation,
+                                  const std::vector<Value*>& inputs, unsigned outputs,
+                                  unsigned outputBits);
+
+    // ---- memory of the stack: translate_stack.cpp
+    void checkStackType(const ptx::Instruction& instruction) const;
+    int64_t checkStack(const ptx::Instruction& instruction) const;
+    void allocateStack(const ptx::Instruction& instruction);
+    void saveStack(const ptx::Instruction& instruction);
+    void restoreStack(const ptx::Instruction& instruction);
+
     // ---- textures and surfaces: translate_texture.cpp
     struct TextureOperand {
         Value* handle = nullptr;
@@ -279,11 +304,13 @@ private:
     void loadSurface(const ptx::Instruction& instruction);
     void storeSurface(const ptx::Instruction& instruction);
     void reduceSurface(const ptx::Instruction& instruction);
+    void reduceFormatted(const ptx::Instruction& instruction, unsigned bytes);
 
     // ---- GPU: instructions kept as they are, translate_native.cpp
     bool translateNative(const ptx::Instruction& instruction);
     void emitNative(const ptx::Instruction& instruction, bool hasResult, bool effects,
                     bool convergent, bool memory);
+    void allocateStackNative(const ptx::Instruction& instruction);
     Value* readSpecialNative(std::string_view name);
 
     bool isKernel() const { return unit_.flavor() == Flavor::kKernel; }
@@ -311,6 +338,7 @@ private:
     std::unordered_map<std::string_view, const ptx::Variable*> localVariables_;
     const ptx::Instruction* current_ = nullptr;
     Value* textureBlock_ = nullptr;
+    Value* matrixBlock_ = nullptr;
 };
 
 } // namespace sunstone::compiler

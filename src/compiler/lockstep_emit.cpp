@@ -404,7 +404,9 @@ void LockstepEmitter::emitPoint(const MeetingPoint& point) {
 
     here_ = known;
     builder_.SetInsertPoint(answered);
-    if (!point.call->use_empty())
+    if (point.kind == devlib::kMeetMatrix)
+        answerByHelper(point); // in the lanes' memory
+    else if (!point.call->use_empty())
         store(*point.call, answer(point), plan_.outlivesLoop(*point.call), mask_);
     emitEdge(*point.call->getParent(), *point.next, mask_, nullptr);
     builder_.CreateBr(join);

@@ -41,7 +41,8 @@ llvm::Function* calleeOf(const llvm::CallBase& call) {
 
 bool isMeeting(llvm::StringRef helper) {
     for (const char* name : {"sunstone_barrier", "sunstone_vote", "sunstone_shuffle",
-                             "sunstone_match", "sunstone_redux", "sunstone_spin", kPauseName})
+                             "sunstone_match", "sunstone_redux", "sunstone_matrix", "sunstone_spin",
+                             kPauseName})
         if (helper == name)
             return true;
     return false;
@@ -81,6 +82,7 @@ MeetingPoint describe(CallInst* call) {
     point.kind = name == "sunstone_vote"      ? kMeetVote
                  : name == "sunstone_shuffle" ? kMeetShuffle
                  : name == "sunstone_match"   ? kMeetMatch
+                 : name == "sunstone_matrix"  ? kMeetMatrix
                                               : kMeetReduce;
     point.mode = constantOf(call->getArgOperand(1));
     return point;
@@ -140,6 +142,12 @@ bool LockstepPlan::check() {
     for (Instruction& instruction : llvm::instructions(function_)) {
         if (instruction.getType()->isVectorTy())
             return refuse("it has values that are vectors already");
+        if (instruction.getType()->isIntegerTy(128))
+            return refuse("it has numbers of 128 bits");
+        if (const auto* intrinsic = dyn_cast<llvm::IntrinsicInst>(&instruction);
+            intrinsic && (intrinsic->getIntrinsicID() == llvm::Intrinsic::stacksave ||
+                          intrinsic->getIntrinsicID() == llvm::Intrinsic::stackrestore))
+            return refuse("it moves its stack");
         if (isa<llvm::SwitchInst, llvm::IndirectBrInst, llvm::InvokeInst, llvm::CallBrInst,
                 llvm::InsertValueInst, llvm::VAArgInst>(instruction))
             return refuse(std::string("it has the instruction ") + instruction.getOpcodeName());

@@ -26,6 +26,7 @@ void addCheckSymbols(std::vector<RuntimeSymbol>& symbols);
 void addSmallFloatSymbols(std::vector<RuntimeSymbol>& symbols);
 void addAsyncSymbols(std::vector<RuntimeSymbol>& symbols);
 void addAtomicSymbols(std::vector<RuntimeSymbol>& symbols);
+void addMatrixSymbols(std::vector<RuntimeSymbol>& symbols);
 
 // What atomics on numbers of 16 bits do.
 enum class AtomicOperation : uint32_t { kAdd, kMinimum, kMaximum };

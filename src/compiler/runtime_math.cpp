@@ -101,6 +101,7 @@ const std::vector<RuntimeSymbol>& runtimeSymbols() {
         addCheckSymbols(symbols);
         addSmallFloatSymbols(symbols);
         addAtomicSymbols(symbols);
+        addMatrixSymbols(symbols);
         return made;
     }();
     return *all;

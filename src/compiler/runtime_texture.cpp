@@ -18,6 +18,7 @@ void addTextureSymbols(std::vector<RuntimeSymbol>& symbols) {
         {"sunstone_surface_query", reinterpret_cast<const void*>(texture::querySurface)},
         {"sunstone_surface_load", reinterpret_cast<const void*>(texture::loadTexel)},
         {"sunstone_surface_store", reinterpret_cast<const void*>(texture::storeTexel)},
+        {"sunstone_surface_reduce", reinterpret_cast<const void*>(texture::reduceTexel)},
     };
     symbols.insert(symbols.end(), std::begin(own), std::end(own));
 }

@@ -441,6 +441,22 @@ constexpr const char* kForms[] = {
     "tex.3d.v4.f32.f32 {%f1, %f2, %f3, %f4}, [%rd1, {%f1,%f2,%f3,%f4}];",
     "tex.1d.v4.u32.f32 {%r1, %r2, %r3, %r4}, [%rd1, {%f1}];",
     "tex.2d.v4.f16.f32 {%h1, %h2, %h3, %h4}, [%rd1, {%f1,%f2}];",
+    // Matrices of a warp
+    "mma.sync.aligned.m16n8k16.row.col.f32.f16.f16.f32 {%f1,%f2,%f3,%f4}, {%r1,%r2,%r3,%r4}, "
+    "{%r5,%r6}, {%f1,%f2,%f3,%f4};",
+    "mma.sync.aligned.m8n8k4.row.col.f64.f64.f64.f64 {%fd1,%fd2}, {%fd3}, {%fd4}, {%fd5,%fd6};",
+    "@%p1 mma.sync.aligned.m8n8k16.row.col.satfinite.s32.s8.u8.s32 {%r1,%r2}, {%r3}, {%r4}, "
+    "{%r5,%r6};",
+    "wmma.load.a.sync.aligned.row.m16n16k16.f16 {%r1,%r2,%r3,%r4,%r5,%r6,%r7,%r8}, [%rd1];",
+    "wmma.store.d.sync.aligned.col.m16n16k16.shared.f32 [sm], "
+    "{%f1,%f2,%f3,%f4,%f5,%f6,%f7,%f8}, %r1;",
+    "ldmatrix.sync.aligned.m8n8.x4.shared.b16 {%r1,%r2,%r3,%r4}, [%r5];",
+    "stmatrix.sync.aligned.m8n8.x2.trans.shared::cta.b16 [sm], {%r1,%r2};",
+    "movmatrix.sync.aligned.m8n8.trans.b16 %r1, %r2;",
+    // Stack, numbers of 128 bits
+    "alloca.u64 %rd1, %rd2; stacksave.u64 %rd3; stackrestore.u64 %rd3;",
+    "atom.global.acq_rel.gpu.exch.b128 %q1, [%rd1], %q2;",
+    "atom.cas.b128 %q1, [%rd1], %q2, %q3;",
 };
 
 constexpr const char* kSeenHeader = R"(.version 9.0
@@ -457,7 +473,7 @@ TEST(SeenForms, NoneIsRefused) {
     for (const char* form : kForms)
         text += ".visible .entry k" + std::to_string(count++) + R"((.param .align 16 .b8 p[64]) {
 .reg .b64 %rd<9>; .reg .b32 %r<20>; .reg .f32 %f<9>; .reg .pred %p<9>; .reg .b16 %h<9>;
-.reg .f64 %fd<9>; .local .align 16 .b8 loc[64];
+.reg .f64 %fd<9>; .reg .b128 %q<4>; .local .align 16 .b8 loc[64];
 mov.u64 %rd1, g;
 )" + form + "\nret;\n}\n";
     const auto code = compileKernels(parse(text));

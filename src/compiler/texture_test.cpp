@@ -204,9 +204,8 @@ TEST(Textures, OptixPrograms) {
 
 TEST(Textures, FormsThatAreMissingSaySo) {
     for (const char* text : {"tex.2d.v4.f32.f32 {%f1, %f2, %f3, %f4}, [%rd1, %rd1, {%f1, %f2}];",
-                             "tld4.r.cube.v4.f32.f32 {%f1, %f2, %f3, %f4}, [%rd1, {%f1, %f2, %f3, "
-                             "%f4}];",
-                             "sured.p.add.2d.b32.trap [%rd1, {%r1, %r1}], %r1;"}) {
+                             "tld4.r.2d.v4.f32.f32 {%f1, %f2, %f3, %f4}, [%rd1, {%f1, %f2}], "
+                             "{%r1, %r2};"}) {
         const auto code = compileKernels(
             parse(std::string(kHeader) +
                   ".visible .entry k() { .reg .f32 %f<9>; .reg .b32 %r<3>; .reg .b64 %rd<3>; " +

@@ -457,6 +457,16 @@ const FunctionTranslator::Handlers& FunctionTranslator::handlers() {
         {"cp", &T::copyAsync},
         {"mbarrier", &T::barrierObject},
         {"griddepcontrol", &T::noOperation}, // launches of a stream follow one another
+        // matrices of a warp
+        {"mma", &T::multiplyMatrices},
+        {"wmma", &T::wideMatrices},
+        {"ldmatrix", &T::moveMatrixRows},
+        {"stmatrix", &T::moveMatrixRows},
+        {"movmatrix", &T::transposeMatrix},
+        // stack
+        {"alloca", &T::allocateStack},
+        {"stacksave", &T::saveStack},
+        {"stackrestore", &T::restoreStack},
         // video
         {"vadd", &T::videoScalar},
         {"vsub", &T::videoScalar},

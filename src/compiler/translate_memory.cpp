@@ -290,7 +290,7 @@ void FunctionTranslator::atomic(const ptx::Instruction& instruction) {
     if (type == ptx::Type::kF32 && instruction.has("add") && !instruction.has("shared") &&
         !instruction.has("shared::cta") && !instruction.has("shared::cluster"))
         return atomicNumbers(instruction);
-    if (type == ptx::Type::kB128 || vectorCount(instruction) > 1)
+    if (vectorCount(instruction) > 1)
         reject(instruction, ErrorCode::kNotSupported, "atomics on this type are not available");
     const unsigned bytes = ptx::sizeOf(type);
     const bool isFloat = ptx::isFloat(type);

@@ -82,20 +82,22 @@ std::string literalOf(const ptx::Operand& operand) {
 // True if the instruction has been translated here.
 bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
     static const Names kKept = {
-        "rcp",  "sqrt",  "rsqrt", "sin",   "cos", "lg2",  "ex2",  "tanh",  "testp",   "lop3",
-        "prmt", "bfe",   "bfi",   "bfind", "shf", "fns",  "bmsk", "szext", "dp4a",    "dp2a",
-        "sad",  "mul24", "mad24", "brev",  "tex", "tld4", "txq",  "suq",   "copysign",
+        "rcp", "sqrt", "rsqrt", "sin", "cos", "lg2", "ex2", "tanh", "testp", "lop3", "prmt", "bfe",
+        "bfi", "bfind", "shf", "fns", "bmsk", "szext", "dp4a", "dp2a", "sad", "mul24", "mad24",
+        "brev", "tex", "tld4", "txq", "suq", "copysign",
         // video instructions
         "vadd", "vsub", "vabsdiff", "vmin", "vmax", "vshl", "vshr", "vset", "vmad", "vadd2",
         "vsub2", "vavrg2", "vabsdiff2", "vmin2", "vmax2", "vset2", "vadd4", "vsub4", "vavrg4",
         "vabsdiff4", "vmin4", "vmax4", "vset4"};
     static const Names kKeptIfFloat = {"add", "sub", "mul", "mad", "fma", "div",  "neg",
                                        "abs", "min", "max", "cvt", "set", "setp", "slct"};
+    static const Names kMatrices = {"mma", "wmma", "ldmatrix", "stmatrix", "movmatrix"};
+    static const Names kStack = {"stacksave", "stackrestore"};
     static const Names kWarp = {"vote", "shfl", "match", "redux", "activemask", "elect"};
     static const Names kEffects = {"suld",   "sust",  "sured", "atom",     "red",
                                    "membar", "fence", "cp",    "mbarrier", "griddepcontrol"};
-    static const Names kWithoutResult = {"sust",  "sured",     "red",      "membar",
-                                         "fence", "nanosleep", "prefetch", "prefetchu",
+    static const Names kWithoutResult = {"sust",  "sured",         "red",      "membar",
+                                         "fence", "nanosleep",     "prefetch", "prefetchu",
                                          "cp",    "griddepcontrol"};
     const std::string_view op = instruction.opcode;
     if (kKept.count(op)) {
@@ -117,11 +119,19 @@ bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
         emitNative(instruction, !warpBarrier, true, true, warpBarrier);
         return true;
     }
+    if (kMatrices.count(op) || kStack.count(op)) {
+        emitNative(instruction, op != "stackrestore", true, true, true);
+        return true;
+    }
+    if (op == "alloca") {
+        allocateStackNative(instruction);
+        return true;
+    }
     if (kEffects.count(op) || handlers().find(op) == handlers().end()) {
         const bool known = kEffects.count(op);
-        const bool isOrder = op == "mbarrier" && (instruction.operands.empty() ||
-                                                  instruction.operands[0].kind ==
-                                                      ptx::OperandKind::kAddress);
+        const bool isOrder =
+            op == "mbarrier" && (instruction.operands.empty() ||
+                                 instruction.operands[0].kind == ptx::OperandKind::kAddress);
         emitNative(instruction, !kWithoutResult.count(op) && !isOrder, true, !known, true);
         return true;
     }
@@ -245,6 +255,21 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, bool ha
         write(code.targets[i], code.targets.size() == 1
                                    ? static_cast<Value*>(call)
                                    : builder_.CreateExtractValue(call, unsigned(i)));
+}
+
+// The memory goes back when the function returns, so that it is not to become a part of another
+// one. Addresses are generic ones.
+void FunctionTranslator::allocateStackNative(const ptx::Instruction& instruction) {
+    const int64_t alignment = checkStack(instruction);
+    if (!source_.isEntry)
+        function_.addFnAttr(llvm::Attribute::NoInline);
+    const std::string text =
+        message("{ .reg .b64 at; alloca.u64 at, $1, ", alignment, "; cvta.local.u64 $0, at; }");
+    llvm::Type* wide = intType(64);
+    auto* type = llvm::FunctionType::get(wide, {wide}, false);
+    write(instruction.operands[0],
+          builder_.CreateCall(type, llvm::InlineAsm::get(type, text, "=l,l,~{memory}", true),
+                              {readInt(instruction.operands[1], 64)}));
 }
 
 // %laneid, %clock64 ...: what it holds when it is read.

@@ -138,8 +138,6 @@ void FunctionTranslator::sampleTexture(const ptx::Instruction& instruction) {
                                  : instruction.has("b") ? 2
                                                         : 3;
         operand.form |= texture::kGather | channel << texture::kGatherShift;
-        if ((operand.form & texture::kGeometryMask) >= texture::kCube)
-            reject(instruction, ErrorCode::kNotSupported, "gathering from cubes is not available");
     } else if (instruction.has("level")) {
         operandCount(instruction, 3, 3);
         operand.form |= texture::kWithLevel;
@@ -262,11 +260,14 @@ template <class Access>
 std::vector<Value*> FunctionTranslator::atTexel(const ptx::Instruction& instruction,
                                                 const ptx::Operand& operand, unsigned bytes,
                                                 Access access) {
-    const TextureOperand at = textureOperand(instruction, operand, false);
+    TextureOperand at = textureOperand(instruction, operand, false);
     uint32_t form = at.form | bytes << texture::kBytesShift;
+    const bool reduces = instruction.opcode == "sured";
+    if (reduces && instruction.has("p")) // counts words of the access, whatever the texel's size
+        at.position[0] = builder_.CreateMul(at.position[0], builder_.getInt32(bytes));
     if (instruction.has("clamp"))
         form |= texture::kClamp;
-    if (instruction.has("p"))
+    if (instruction.has("p") && !reduces)
         form |= texture::kFormatted;
     llvm::Type* word = intType(32);
     Value* place =
@@ -361,10 +362,10 @@ void FunctionTranslator::storeSurface(const ptx::Instruction& instruction) {
 void FunctionTranslator::reduceSurface(const ptx::Instruction& instruction) {
     using Op = llvm::AtomicRMWInst::BinOp;
     operandCount(instruction, 2, 2);
-    if (instruction.has("p"))
-        reject(instruction, ErrorCode::kNotSupported, "formatted reductions are not available");
     const ptx::Type type = lastType(instruction);
     const unsigned bytes = ptx::sizeOf(type);
+    if (instruction.has("p"))
+        return reduceFormatted(instruction, bytes);
     const bool isSigned = ptx::isSigned(type);
     const Op op = instruction.has("add")   ? Op::Add
                   : instruction.has("and") ? Op::And
@@ -379,6 +380,27 @@ void FunctionTranslator::reduceSurface(const ptx::Instruction& instruction) {
             builder_.getPtrTy());
         builder_.CreateAtomicRMW(op, aligned, value, llvm::MaybeAlign(bytes),
                                  llvm::AtomicOrdering::Monotonic);
+        return std::vector<Value*>();
+    };
+    atTexel(instruction, instruction.operands[0], bytes, access);
+}
+
+// sured.p: the texel's format says whether numbers have a sign.
+void FunctionTranslator::reduceFormatted(const ptx::Instruction& instruction, unsigned bytes) {
+    using texture::Reduction;
+    const Reduction reduction = instruction.has("add")   ? Reduction::kAdd
+                                : instruction.has("and") ? Reduction::kAnd
+                                : instruction.has("or")  ? Reduction::kOr
+                                : instruction.has("min") ? Reduction::kMinimum
+                                                         : Reduction::kMaximum;
+    Value* value = builder_.CreateZExt(readInt(instruction.operands[1], bytes * 8), intType(64));
+    const auto access = [&](Value* handle, Value* texel) {
+        llvm::Type* word = intType(32);
+        builder_.CreateCall(
+            unit_.helper("sunstone_surface_reduce", builder_.getVoidTy(),
+                         {intType(64), builder_.getPtrTy(), word, word, intType(64)}, false),
+            {handle, texel, builder_.getInt32(uint32_t(reduction)), builder_.getInt32(bytes),
+             value});
         return std::vector<Value*>();
     };
     atTexel(instruction, instruction.operands[0], bytes, access);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/warp_functions.h"
 
+#include "compiler/matrix.h"
+
 #include <algorithm>
 
 namespace sunstone::compiler {
@@ -103,7 +105,9 @@ void answerLanes(devlib::LockstepWarp* warp, uint32_t what, uint32_t lanes, uint
         if (lanes >> lane & 1)
             all.values[lane] = warp->value[lane];
     uint64_t common = 0;
-    if (kind == devlib::kMeetVote)
+    if (kind == devlib::kMeetMatrix)
+        computeMatrix(all.values, lanes);
+    else if (kind == devlib::kMeetVote)
         common = answerVote(mode, all);
     else if (kind == devlib::kMeetReduce)
         common = answerReduce(mode, all);

@@ -24,6 +24,7 @@ enum LockstepKind : uint32_t {
     kMeetShuffle,     // operands: mask, distance, control; mode: 0 up, 1 down, 2 xor, 3 index
     kMeetMatch,       // operands: mask; mode: 1 all
     kMeetReduce,      // operands: mask; mode: the operation of sunstone_redux
+    kMeetMatrix,      // operands: mask; value: address of the lane's compiler::MatrixBlock; mode: 0
     kMeetPause,       // nobody is waited for, other lanes may run first; mode: 1 if these have read
                       // again and again what others may write
 };

@@ -14,7 +14,7 @@ constexpr uint32_t kGeometryMask = 7;
 constexpr uint32_t kIntegerCoordinates = 1 << 3; // texel numbers, s32
 constexpr uint32_t kWithLevel = 1 << 4;
 constexpr uint32_t kWithGradient = 1 << 5;
-constexpr uint32_t kGather = 1 << 6; // one channel of the four texels of a 2D footprint
+constexpr uint32_t kGather = 1 << 6; // one channel of the four texels of a footprint
 constexpr uint32_t kGatherShift = 7; // which channel: two bits
 
 // Operands of a sampling call, as 32-bit words.
@@ -68,5 +68,9 @@ void* surfaceAddress(uint64_t handle, uint32_t form, int32_t x, int32_t y, int32
 // Formatted access (suld.p, sust.p): four words to and from the texel's format.
 void loadTexel(uint64_t handle, const void* texel, uint32_t values[4]);
 void storeTexel(uint64_t handle, void* texel, const uint32_t values[4], uint32_t count);
+
+// Formatted reduction (sured.p) of the word, or the double word, that the texel lies in.
+enum class Reduction : uint32_t { kAdd, kMinimum, kMaximum, kAnd, kOr };
+void reduceTexel(uint64_t handle, void* texel, uint32_t reduction, uint32_t bytes, uint64_t value);
 
 } // namespace sunstone::texture

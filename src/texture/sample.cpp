@@ -395,19 +395,59 @@ void sampleGradient(const Sampler& sampler, Request request, const SampleOperand
     std::memcpy(result, sum, sizeof sum);
 }
 
-// Channel `channel` of the filter's footprint: lower left, lower right, upper right, upper left,
+// The texels of a footprint as gathers give them: lower left, lower right, upper right, upper left,
 // where y grows downwards.
+constexpr int kRight[4] = {0, 1, 1, 0}, kBelow[4] = {1, 1, 0, 0};
+
+// Channel `channel` of the filter's footprint.
 void gather(const Sampler& sampler, const Request& request, unsigned channel, uint32_t result[4]) {
     const Image& image = sampler.texture.images[0];
     const Axis x = place(sampler, 0, request.position[0], image.width, true);
     const Axis y = place(sampler, 1, request.position[1], image.height, true);
-    constexpr int kRight[4] = {0, 1, 1, 0}, kBelow[4] = {1, 1, 0, 0};
     for (unsigned k = 0; k < 4; ++k) {
         uint32_t words[4];
         fetch(sampler, image, resolve(sampler.mode(0), x.i + kRight[k], image.width),
               resolve(sampler.mode(1), y.i + kBelow[k], image.height), request.slice, words);
         result[k] = words[channel];
     }
+}
+
+// The same on a cube. Where faces are seamless, texels beyond an edge are those of the neighbour.
+void gatherCube(const Sampler& sampler, Request request, unsigned channel, uint32_t result[4]) {
+    const Image& image = sampler.texture.images[0];
+    const FacePosition p = onCube(request.position[0], request.position[1], request.position[2]);
+    request.position[0] = (p.s + 1) * 0.5;
+    request.position[1] = (p.t + 1) * 0.5;
+    if (!sampler.texture.seamless) {
+        Sampler face = sampler;
+        face.normalized = true;
+        request.slice += p.face;
+        return gather(face, request, channel, result);
+    }
+    int64_t first[2];
+    for (unsigned d = 0; d < 2; ++d)
+        first[d] = int64_t(std::floor(request.position[d] * image.width * 256 - 127.5)) >> 8;
+    uint32_t missing = 4;
+    for (unsigned k = 0; k < 4; ++k) {
+        uint32_t words[4];
+        if (cubeTexel(sampler, image, p.face, first[0] + kRight[k], first[1] + kBelow[k],
+                      request.slice, words))
+            result[k] = words[channel];
+        else
+            missing = k;
+    }
+    if (missing == 4)
+        return;
+    // At a corner of the cube the mean of the other three, as weights of 1/256 can give it: the
+    // texel opposite has 86 of them.
+    const uint32_t across = (missing + 2) % 4, beside[2] = {(missing + 1) % 4, (missing + 3) % 4};
+    if (sampler.integers) {
+        result[missing] = result[across];
+        return;
+    }
+    const auto value = [&](uint32_t k) { return std::bit_cast<float>(result[k]); };
+    result[missing] = std::bit_cast<uint32_t>(
+        (86 * value(across) + 85 * value(beside[0]) + 85 * value(beside[1])) * (1.0f / 256));
 }
 
 // -1 below 0 and for NaN.
@@ -445,7 +485,9 @@ void sampleImages(const Sampler& sampler, uint32_t form, const SampleOperands& o
         request.slice = std::min(geometry == kCubeArray ? operands.layer : 0, slices / 6 - 1) * 6;
     else if (request.dimensions != 3)
         request.slice = std::min(geometry >= k1DArray ? operands.layer : 0, slices - 1);
-    if (form & kGather)
+    if (form & kGather && request.cube)
+        gatherCube(sampler, request, form >> kGatherShift & 3, result);
+    else if (form & kGather)
         gather(sampler, request, form >> kGatherShift & 3, result);
     else if (form & kWithGradient)
         sampleGradient(sampler, request, operands, result);

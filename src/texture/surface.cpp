@@ -8,6 +8,7 @@
 #include "texture/texture.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 
 namespace sunstone::texture {
@@ -116,6 +117,43 @@ void storeTexel(uint64_t handle, void* texel, const uint32_t values[4], uint32_t
     Format format = surface->array->format();
     format.channels = uint8_t(std::min<uint32_t>(format.channels, count));
     storeWords(format, static_cast<uint8_t*>(texel), values);
+}
+
+namespace {
+
+template <class T>
+void reduce(void* texel, Reduction reduction, T value) {
+    // Between words: of the one it lies in.
+    std::atomic_ref<T> word(
+        *reinterpret_cast<T*>(reinterpret_cast<uintptr_t>(texel) & ~uintptr_t(sizeof(T) - 1)));
+    if (reduction == Reduction::kAdd) {
+        word.fetch_add(value, std::memory_order_relaxed);
+    } else if (reduction == Reduction::kAnd) {
+        word.fetch_and(value, std::memory_order_relaxed);
+    } else if (reduction == Reduction::kOr) {
+        word.fetch_or(value, std::memory_order_relaxed);
+    } else {
+        T old = word.load(std::memory_order_relaxed);
+        while ((reduction == Reduction::kMinimum ? value < old : value > old) &&
+               !word.compare_exchange_weak(old, value, std::memory_order_relaxed)) {
+        }
+    }
+}
+
+} // namespace
+
+void reduceTexel(uint64_t handle, void* texel, uint32_t reduction, uint32_t bytes, uint64_t value) {
+    const Surface* surface = findSurface(handle);
+    if (!surface || !texel)
+        return;
+    const Channel channel = surface->array->format().channel;
+    const bool isSigned =
+        channel == Channel::kS8 || channel == Channel::kS16 || channel == Channel::kS32;
+    const auto what = Reduction(reduction);
+    if (bytes == 8)
+        isSigned ? reduce(texel, what, int64_t(value)) : reduce(texel, what, value);
+    else
+        isSigned ? reduce(texel, what, int32_t(value)) : reduce(texel, what, uint32_t(value));
 }
 
 uint32_t queryTexture(uint64_t handle, uint32_t query, uint32_t level) {

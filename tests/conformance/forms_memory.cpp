@@ -108,11 +108,62 @@ void addAtomics(Forms& forms) {
                   "ld.volatile.global.b32 d0, [m]; ld.volatile.global.b32 d1, [m+4];");
 }
 
+// Numbers of 128 bits, in halves.
+void addWideAccesses(Forms& forms) {
+    const std::vector<std::string> four = {"i64", "i64", "i64", "i64"};
+    const std::string declare = ".reg .b128 w<4>; ";
+    forms.add("mov.b128", {"i64", "i64"}, {"b64", "b64"},
+              declare + "mov.b128 w0, {a0, a1}; @ w1, w0; mov.b128 {d1, d0}, w1;");
+    for (const Space& space : kSpaces) {
+        const std::string name = space.name, address = space.address;
+        const std::string at = "[" + address + "]", high = "[" + address + "+8]";
+        const std::string before =
+            declare + "st" + name + ".b64 " + at + ", a0; st" + name + ".b64 " + high + ", a1; ";
+        const std::string after = " ld.volatile" + name + ".b64 d0, " + at + "; ld.volatile" +
+                                  name + ".b64 d1, " + high + ";";
+        forms.add("ld" + name + ".b128", {"i64", "i64"}, {"b64", "b64"},
+                  before + "@ w0, " + at + "; mov.b128 {d0, d1}, w0;");
+        forms.add("st" + name + ".b128", four, {"b64", "b64"},
+                  before + "mov.b128 w0, {a2, a3}; @ " + at + ", w0;" + after);
+        if (name == ".local")
+            continue;
+        const std::vector<Output> results = {"b64", "b64", "b64", "b64"};
+        const std::string old = " mov.b128 {d2, d3}, w2;" + after;
+        forms.add("atom" + name + ".exch.b128", four, results,
+                  before + "mov.b128 w0, {a2, a3}; @ w2, " + at + ", w0;" + old);
+        for (const std::string expected : {"{a0, a1}", "{a0, a2}", "{a2, a1}"})
+            forms.add("atom" + name + ".cas.b128", four, results,
+                      before + "mov.b128 w0, {a2, a3}; mov.b128 w1, " + expected + "; @ w2, " + at +
+                          ", w1, w0;" + old,
+                      "against " + expected);
+    }
+}
+
+// Memory of the stack: what is there, where it lies, and that it comes back.
+void addStack(Forms& forms) {
+    forms.add("alloca.u64", {"i32", "i32"}, {"b32", "b32", "b64"},
+              "@ u0, 48, 16; @ u1, 16; st.local.b32 [u0+44], a0; st.local.b32 [u1], a1; "
+              "st.local.b32 [u1+12], a1; cvta.local.u64 u2, u0; ld.b32 d0, [u2+44]; "
+              "ld.local.b32 d1, [u1+12]; and.b64 d2, u0, 15;");
+    forms.add("alloca.u64", {"i32", "i32"}, {"b32", "b32"},
+              "and.b32 t0, a1, 240; add.u32 t0, t0, 16; cvt.u64.u32 u1, t0; @ u0, u1; "
+              "@ u2, u1; add.u64 u3, u0, u1; st.local.b32 [u3+-4], a0; st.local.b32 [u2], a1; "
+              "ld.local.b32 d0, [u3+-4]; ld.local.b32 d1, [u2];",
+              "of a size in a register");
+    forms.add("stackrestore.u64", {"i32"}, {"b32", "p"},
+              "mov.u32 t0, 0; AGAIN: stacksave.u64 u0; alloca.u64 u1, 4096; "
+              "st.local.b32 [u1], a0; ld.local.b32 d0, [u1]; @ u0; stacksave.u64 u2; "
+              "setp.eq.u64 d1, u0, u2; add.u32 t0, t0, 1; setp.lt.u32 q0, t0, 100; "
+              "@q0 bra AGAIN;");
+}
+
 } // namespace
 
 void addMemoryForms(Forms& forms) {
     addAccesses(forms);
     addAtomics(forms);
+    addWideAccesses(forms);
+    addStack(forms);
 }
 
 } // namespace conformance

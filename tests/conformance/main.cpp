@@ -10,6 +10,9 @@
 //   conformance record-textures FILE
 //   conformance replay-textures FILE [GAPS [DEVIATIONS]]
 //       the same with textures and surfaces
+//   conformance record-matrices FILE [--whole 1]
+//   conformance replay-matrices FILE [GAPS]
+//       the same with matrix instructions; --whole keeps results, not only digests of them
 //   conformance record-errors FILE
 //   conformance check-errors FILE
 //       largest errors of the .approx functions, by --samples N arguments of each (errors.h)
@@ -21,6 +24,8 @@
 #include "compare.h"
 #include "driver.h"
 #include "errors.h"
+#include "matrix_cases.h"
+#include "matrix_run.h"
 #include "module_writer.h"
 #include "names.h"
 #include "recording.h"
@@ -176,6 +181,8 @@ int writePtx(const std::string& folder) {
     std::set<std::string> kernels;
     for (const TextureCase& test : allTextureCases())
         kernels.insert(textureKernel(test));
+    for (const MatrixCase& test : allMatrixCases())
+        kernels.insert(matrixKernel(test));
     for (const std::string& kernel : kernels)
         std::ofstream(folder + "/" + std::to_string(count++) + ".ptx") << kernel;
     return 0;
@@ -201,7 +208,7 @@ int list() {
 
 int main(int argc, char** argv) {
     std::vector<std::string> words(argv + 1, argv + argc);
-    std::string like, samples = "1048576";
+    std::string like, whole, samples = "1048576";
     const auto option = [&](const std::string& name, std::string& value) {
         for (size_t i = 0; i + 1 < words.size(); ++i)
             if (words[i] == name) {
@@ -214,6 +221,7 @@ int main(int argc, char** argv) {
     option("--only", only);
     option("--like", like);
     option("--samples", samples);
+    option("--whole", whole);
     const std::string verb = words.empty() ? "" : words[0];
     if (verb == "record" && words.size() == 2)
         return record(words[1], like);
@@ -226,6 +234,12 @@ int main(int argc, char** argv) {
     if (verb == "replay-textures" && words.size() >= 2 && words.size() <= 4) {
         words.resize(4);
         return replayTextures(words[1], words[2], words[3]);
+    }
+    if (verb == "record-matrices" && words.size() == 2)
+        return recordMatrices(words[1], only, !whole.empty());
+    if (verb == "replay-matrices" && (words.size() == 2 || words.size() == 3)) {
+        words.resize(3);
+        return replayMatrices(words[1], readNames(words[2]), only);
     }
     if ((verb == "record-errors" || verb == "check-errors") && words.size() == 2) {
         const auto count =
@@ -242,6 +256,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr,
                  "usage: conformance record FILE [--like FILE] | replay FILE [GAPS [DEVIATIONS]] | "
                  "record-textures FILE | replay-textures FILE [GAPS [DEVIATIONS]] | "
+                 "record-matrices FILE [--whole 1] | replay-matrices FILE [GAPS] | "
                  "record-errors FILE | check-errors FILE [--samples N] | ptx FOLDER | list   "
                  "[--only TEXT]\n");
     return 2;

@@ -277,6 +277,27 @@ void addGathers(Cases& cases) {
     }
 }
 
+// Gathers from cubes: arrays need no flag for them.
+void addCubeGathers(Cases& cases) {
+    for (const std::string geometry : {"cube", "acube"})
+        for (const std::string channel : {"r", "g", "b", "a"})
+            for (const bool seamless : {false, true}) {
+                TextureCase& test = cases.add(seamless ? "seamless" : "seams", kFloat4,
+                                              "tld4." + channel + "." + geometry + ".v4.f32.f32");
+                test.arrayFlags &= ~unsigned(CUDA_ARRAY3D_TEXTURE_GATHER);
+                normalize(test);
+                if (seamless)
+                    test.sampling.flags |= CU_TRSF_SEAMLESS_CUBEMAP;
+            }
+    for (const char* flag : {"", "with flag"}) {
+        TextureCase& test = cases.add(flag, kInt8x4, "tld4.g.cube.v4.u32.f32");
+        if (!*flag)
+            test.arrayFlags &= ~unsigned(CUDA_ARRAY3D_TEXTURE_GATHER);
+        normalize(test);
+        test.sampling.flags |= CU_TRSF_READ_AS_INTEGER;
+    }
+}
+
 void addCubes(Cases& cases) {
     for (const std::string geometry : {"cube", "acube"})
         for (const bool seamless : {false, true})
@@ -323,6 +344,20 @@ void addSurfaces(Cases& cases) {
                       (operation[0] == 'o' || operation[1] == 'n' ? "b32" : "u32") + ".zero");
     for (const char* operation : {"min", "max"})
         cases.add("", number, std::string("sured.b.") + operation + ".2d.s32.zero");
+    // Formatted: the texel's format says whether numbers have a sign.
+    const TextureFormat kFormatted[] = {word,
+                                        number,
+                                        kInt8x4,
+                                        {"s8x4", 8, 4, 's', 4},
+                                        {"u16x2", 2, 2, 'u', 4},
+                                        {"s16x2", 9, 2, 's', 4},
+                                        kFloat1};
+    for (const TextureFormat& format : kFormatted)
+        for (const std::string operation : {"add", "min", "max", "and", "or"})
+            cases.add("", format, "sured.p." + operation + ".2d.b32.zero");
+    for (const TextureFormat& format :
+         {TextureFormat{"u32x2", 3, 2, 'u', 8}, TextureFormat{"s32x2", 10, 2, 's', 8}})
+        cases.add("", format, "sured.p.min.2d.b64.zero");
 }
 
 void addQueries(Cases& cases) {
@@ -344,6 +379,7 @@ const std::vector<TextureCase>& allTextureCases() {
         addLevels(cases);
         addGradients(cases);
         addGathers(cases);
+        addCubeGathers(cases);
         addCubes(cases);
         addSurfaces(cases);
         addQueries(cases);

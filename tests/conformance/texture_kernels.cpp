@@ -54,6 +54,14 @@ std::string surfaceValues(unsigned count) {
 std::string surface(const TextureCase& test) {
     const char* const names[3] = {"x", "y", "z"};
     const std::string place = "[handle, " + coordinatesOf(test, names) + "]";
+    if (test.has("sured.p")) { // counts words, the load bytes
+        const std::string change = test.has(".b64.") ? ".reg .b64 w;\nmov.b64 w, {level, gax};\n" +
+                                                           test.access + " " + place + ", w;\n"
+                                                     : test.access + " " + place + ", level;\n";
+        return change + "bar.sync 0;\nmul.lo.u32 t, x, " + std::to_string(test.format.bytes) +
+               ";\nsuld.b.2d." + (test.has(".b64.") ? "v2.b32.zero {d0, d1}" : "b32.zero d0") +
+               ", [handle, {t, y}];\n";
+    }
     if (test.has("sured"))
         return test.access + " " + place + ", level;\nbar.sync 0;\nsuld.b.2d.b32.zero d0, " +
                place + ";\n";
