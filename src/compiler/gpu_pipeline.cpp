@@ -610,6 +610,7 @@ std::string keyOf(const GpuPipelineRequest& request) {
     digest.add("gpu");
     digest.add(uint64_t(request.target.computeCapability));
     digest.add(uint64_t(request.target.ptxVersion));
+    digest.add(uint64_t(request.target.driverVersion));
     digest.add(uint64_t(request.maxTraceDepth));
     addRules(digest, request.pipeline.rules);
     digest.add(uint64_t(request.pipeline.programs.size()));
@@ -638,14 +639,15 @@ std::string keyOf(const GpuPipelineRequest& request) {
     return digest.take();
 }
 
-constexpr size_t kHeaderWords = 6; // four of the stack, bytes of feedback and of calls
+constexpr size_t kHeaderWords = 7; // four of the stack, bytes of feedback, calls and text
 
 std::string serialize(const GpuCode& code) {
     const uint64_t words[kHeaderWords] = {code.stack.entry,     code.stack.waiting,
                                           code.stack.other,     code.stack.isMeasured,
-                                          code.feedback.size(), code.calls.size()};
+                                          code.feedback.size(), code.calls.size(),
+                                          code.ptx.size()};
     return std::string(reinterpret_cast<const char*>(words), sizeof words) + code.feedback +
-           code.calls + code.ptx;
+           code.calls + code.ptx + code.machineCode;
 }
 
 bool deserialize(const std::string& bytes, GpuCode& code) {
@@ -654,13 +656,15 @@ bool deserialize(const std::string& bytes, GpuCode& code) {
         return false;
     std::memcpy(words, bytes.data(), sizeof words);
     const size_t rest = bytes.size() - sizeof words;
-    if (words[4] >= rest || words[5] >= rest - words[4])
+    if (words[4] > rest || words[5] > rest - words[4] || words[6] > rest - words[4] - words[5] ||
+        words[6] == 0)
         return false;
     code.stack = {words[0], words[1], words[2], words[3] != 0};
     size_t at = sizeof words;
     code.feedback = bytes.substr(at, words[4]);
     code.calls = bytes.substr(at += words[4], words[5]);
-    code.ptx = bytes.substr(at + words[5]);
+    code.ptx = bytes.substr(at += words[5], words[6]);
+    code.machineCode = bytes.substr(at + words[6]);
     return true;
 }
 
@@ -679,11 +683,14 @@ GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store)
     return code;
 }
 
-void measureGpuStack(GpuCode& code, std::string_view log, ObjectStore* store) {
+void keepMachineCode(GpuCode& code, std::string machineCode, std::string_view log,
+                     ObjectStore* store) {
     const GpuCalls::Frames frames = gpuFramesIn(log);
-    if (frames.empty())
+    if (machineCode.empty() && frames.empty())
         return;
-    code.stack = GpuCalls::fromText(code.calls).stack(frames);
+    code.machineCode = std::move(machineCode);
+    if (!frames.empty())
+        code.stack = GpuCalls::fromText(code.calls).stack(frames);
     if (store)
         store->insert(code.key, serialize(code));
 }

@@ -14,6 +14,7 @@ namespace sunstone::compiler {
 struct GpuTarget {
     unsigned computeCapability = 70; // 10 * major + minor of the device
     unsigned ptxVersion = 70;        // 10 * major + minor: the newest that the driver reads
+    unsigned driverVersion = 0;      // of whose compiler machine code is
 };
 
 // A program group: indices in the request's programs.
@@ -52,6 +53,7 @@ struct GpuCode {
     GpuStack stack;
     std::string calls; // GpuCalls::text()
     std::string key;   // under which the store has it; empty: nowhere
+    std::string machineCode; // of the text; empty where it is the driver that keeps it
 };
 constexpr const char* kGpuKernel = "sunstone_launch";
 
@@ -61,8 +63,9 @@ GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
 // The same from the store (may be null) if it is there, else kept in it.
 GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store);
 
-// Takes sizes of frames from what the driver's compiler has logged of the text, if it has told of
-// them, and keeps the stack that follows in the store (may be null), as the driver tells only once.
-void measureGpuStack(GpuCode& code, std::string_view log, ObjectStore* store);
+// Takes what the driver's compiler has made of the text (may be empty) and the sizes of frames that
+// it has logged, if it has, and keeps them in the store (may be null): it tells only once.
+void keepMachineCode(GpuCode& code, std::string machineCode, std::string_view log,
+                     ObjectStore* store);
 
 } // namespace sunstone::compiler

@@ -6,6 +6,7 @@
 
 #include "bvh/gpu/builder.h"
 #include "denoise/gpu/gpu_denoiser.h"
+#include "compiler/gpu_pipeline.h"
 #include "device/cuda/gpu_device.h"
 #include "engine/backend.h"
 #include "engine/gpu_launch_slots.h"
@@ -20,9 +21,10 @@ namespace sunstone::engine {
 // A loaded module; unloaded with the object, when nothing runs it any more.
 class GpuCodeObject final : public DeviceCode {
 public:
-    // Throws kLinkError with what the driver has to say if it refuses the text. `log`: what its
-    // compiler tells of functions, or empty.
-    GpuCodeObject(CUcontext context, const std::string& ptx, unsigned maxRegisters,
+    // Loads the machine code, or the text where there is none, or none that the driver takes. Throws
+    // kLinkError with what the driver has to say if it refuses the text. `log`: what its compiler
+    // tells of functions, or empty.
+    GpuCodeObject(CUcontext context, const compiler::GpuCode& code, unsigned maxRegisters,
                   std::string& log);
     ~GpuCodeObject() override;
     CUfunction kernel = nullptr;
@@ -34,6 +36,8 @@ public:
     std::atomic<size_t> stackBytes = 0;
 
 private:
+    void compileText(const std::string& ptx, unsigned maxRegisters, std::string& log);
+
     CUcontext context_;
     CUmodule module_ = nullptr;
 };

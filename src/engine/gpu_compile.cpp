@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pipelines on a GPU: programs to PTX (compiler/gpu_pipeline.h), PTX to machine code by the driver.
+// Pipelines on a GPU: programs to PTX (compiler/gpu_pipeline.h), PTX to machine code by the compiler
+// that comes with the driver (device/cuda/ptx_compiler.h), or by the driver when it loads the text.
 #include "base/error.h"
+#include "base/log.h"
 #include "bvh/gpu/layout.h"
 #include "compiler/gpu_pipeline.h"
+#include "device/cuda/ptx_compiler.h"
 #include "devlib/gpu_runtime.h"
 #include "engine/gpu_backend.h"
 #include "engine/pipeline.h"
@@ -90,9 +93,25 @@ size_t stackNeed(const Pipeline& pipeline, const compiler::GpuStack& stack, size
 
 } // namespace
 
-GpuCodeObject::GpuCodeObject(CUcontext context, const std::string& ptx, unsigned maxRegisters,
-                             std::string& log)
+GpuCodeObject::GpuCodeObject(CUcontext context, const compiler::GpuCode& code,
+                             unsigned maxRegisters, std::string& log)
     : context_(context) {
+    CUresult result = CUDA_ERROR_INVALID_IMAGE;
+    if (!code.machineCode.empty())
+        result = driver().moduleLoadDataEx(&module_, code.machineCode.data(), 0, nullptr, nullptr);
+    if (result == CUDA_ERROR_OUT_OF_MEMORY || result == CUDA_ERROR_ILLEGAL_ADDRESS)
+        check(result, DriverNames::moduleLoadDataEx); // not the code's fault
+    if (result != CUDA_SUCCESS) {
+        if (!code.machineCode.empty())
+            sunstone::log(LogLevel::kDebug, "engine",
+                          message("the driver refuses machine code of its compiler (code ",
+                                  int(result), ") and gets the text"));
+        compileText(code.ptx, maxRegisters, log);
+    }
+    SUNSTONE_CU(moduleGetFunction, &kernel, module_, compiler::kGpuKernel);
+}
+
+void GpuCodeObject::compileText(const std::string& ptx, unsigned maxRegisters, std::string& log) {
     constexpr size_t kLogBytes = 256 << 10;
     std::string errors(8192, '\0');
     const auto told = std::make_unique_for_overwrite<char[]>(kLogBytes);
@@ -114,7 +133,6 @@ GpuCodeObject::GpuCodeObject(CUcontext context, const std::string& ptx, unsigned
         check(result, DriverNames::moduleLoadDataEx); // not the text's fault
     if (result != CUDA_SUCCESS)
         fail(Code::kLinkError, "the driver cannot compile the pipeline: ", errors.c_str());
-    SUNSTONE_CU(moduleGetFunction, &kernel, module_, compiler::kGpuKernel);
     const auto length = size_t(reinterpret_cast<uintptr_t>(values[3]));
     if (length + 1 < kLogBytes) // else some of it may be missing
         log.assign(told.get(), strnlen(told.get(), length));
@@ -155,7 +173,8 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     compiler::GpuPipelineRequest request;
     request.pipeline = parts.request;
     request.runtime = devlib::gpuRuntime();
-    request.target = {device_.computeCapability(), ptxVersionOf(device_.driverVersion())};
+    request.target = {device_.computeCapability(), ptxVersionOf(device_.driverVersion()),
+                      unsigned(device_.driverVersion())};
     request.maxTraceDepth = pipeline.limits.maxTraceDepth;
     bool hasException = false;
     uint32_t first = ~0u;
@@ -181,10 +200,15 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     };
     ContextScope scope(device_.context());
     compiler::GpuCode code = compiler::obtainGpuPipeline(request, parts.cache);
+    const unsigned registers = registersOf(pipeline.rules);
+    if (code.machineCode.empty())
+        if (auto made = compilePtx(code.ptx, request.target.computeCapability, registers))
+            compiler::keepMachineCode(code, std::move(made->cubin), made->log, parts.cache);
     std::string log;
-    const auto loaded = std::make_shared<GpuCodeObject>(device_.context(), code.ptx,
-                                                        registersOf(pipeline.rules), log);
-    compiler::measureGpuStack(code, log, parts.cache);
+    const auto loaded =
+        std::make_shared<GpuCodeObject>(device_.context(), code, registers, log);
+    if (!log.empty())
+        compiler::keepMachineCode(code, {}, log, parts.cache);
     pipeline.feedback = code.feedback;
     loaded->firstGroup = first;
     const bool overflows = pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow;

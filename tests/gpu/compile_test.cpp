@@ -77,7 +77,8 @@ TEST(GpuCompile, TextsAreKept) {
     std::string& kept = shelf.values.begin()->second;
     kept += "// from the shelf";
     const compiler::GpuCode second = make();
-    EXPECT_EQ(second.ptx, first.ptx + "// from the shelf");
+    EXPECT_EQ(second.ptx, first.ptx);
+    EXPECT_EQ(second.machineCode, "// from the shelf");
     EXPECT_EQ(second.feedback, first.feedback);
     EXPECT_EQ(second.stack.entry, first.stack.entry);
     kept.resize(20); // an older form, say
@@ -117,19 +118,20 @@ TEST(GpuCompile, FramesAreReadFromTheLog) {
     EXPECT_TRUE(compiler::gpuFramesIn(log.substr(log.find("for f_$"))).empty());
 }
 
-TEST(GpuCompile, MeasuredStacksAreKept) {
+TEST(GpuCompile, MachineCodeAndMeasuredStacksAreKept) {
     Shelf shelf;
     const compiler::GpuPipelineRequest request = requestOf(raygen(""), {});
     compiler::GpuCode code = compiler::obtainGpuPipeline(request, &shelf);
     EXPECT_FALSE(code.stack.isMeasured);
-    compiler::measureGpuStack(code, "", &shelf); // the driver had it in its cache
+    compiler::keepMachineCode(code, "", "", &shelf); // the driver had it in its cache
     EXPECT_FALSE(compiler::obtainGpuPipeline(request, &shelf).stack.isMeasured);
-    compiler::measureGpuStack(code, kLog, &shelf);
+    compiler::keepMachineCode(code, "machine code", kLog, &shelf);
     EXPECT_TRUE(code.stack.isMeasured);
     const compiler::GpuCode kept = compiler::obtainGpuPipeline(request, &shelf);
     EXPECT_TRUE(kept.stack.isMeasured);
     EXPECT_EQ(kept.ptx, code.ptx);
     EXPECT_EQ(kept.calls, code.calls);
+    EXPECT_EQ(kept.machineCode, "machine code");
     EXPECT_EQ(shelf.values.size(), 1u);
 }
 
