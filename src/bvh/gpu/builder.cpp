@@ -37,21 +37,20 @@ constexpr const char* kKernelNames[] = {"sunstone_references",
                                         "sunstone_split",
                                         "sunstone_codes",
                                         "sunstone_sort",
-                                        "sunstone_hierarchy",
+                                        "sunstone_clusters",
+                                        "sunstone_radix_tree",
                                         "sunstone_collapse",
                                         "sunstone_retry",
                                         "sunstone_records",
                                         "sunstone_moving_records",
                                         "sunstone_key_bounds",
                                         "sunstone_key_finish",
-                                        "sunstone_finish",
                                         "sunstone_update_check",
                                         "sunstone_update_records",
                                         "sunstone_update_moving_records",
-                                        "sunstone_update_links",
+                                        "sunstone_links",
                                         "sunstone_update_nodes",
                                         "sunstone_update_moving_nodes",
-                                        "sunstone_update_finish",
                                         "sunstone_micromaps",
                                         "sunstone_micromap_refs",
                                         "sunstone_micromap_states",
@@ -237,7 +236,6 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.origins = addressOf(plan.origins);
     job.maxWide = plan.maxWide;
     job.type = plan.type;
-    job.searchRadius = 8;
     job.primitiveCost = 0.3f;
     job.keepInactive = options.allowUpdate;
     setMotion(job, plan.motion);
@@ -311,25 +309,24 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
             launch(kSplitSum, stream, 1, 256, arguments);
             launch(kSplit, stream, blocks, 256, arguments);
         }
-        launch(kCodes, stream, blocksFor(n, 256, most), 256, arguments);
+        // Each block adds all of its digits to those of the others.
+        launch(kCodes, stream, blocksFor(n, 512, multiprocessors_ * 2), 512, arguments);
         for (uint32_t pass = 0; pass < kSortPasses; ++pass) {
             void* passArguments[] = {&job, &pass};
             launch(kSort, stream, (n + kSortTile - 1) / kSortTile, kSortThreads, passArguments);
         }
-        const TreeMode first = fast ? kRadix : kClustered;
-        for (TreeMode mode : {first, kRadixByLevel}) {
-            void* treeArguments[] = {&job, &mode};
-            launch(kHierarchy, stream, (n + 127) / 128, 128, treeArguments);
-            launch(kCollapse, stream, blocksFor(n, 512, most), 128, treeArguments);
-            if (mode == first)
-                launch(kRetry, stream, blocksFor(n, 4096, most), 256, arguments);
-        }
-        launch(job.motionKeys > 1 ? kMovingRecords : kRecords, stream, blocksFor(n, 256, most * 4),
-               256, arguments);
+        TreeMode mode = fast ? kRadix : kClustered;
+        void* treeArguments[] = {&job, &mode};
+        launch(fast ? kRadixTree : kClusters, stream, (n + 127) / 128, 128, arguments);
+        launch(kCollapse, stream, blocksFor(n, 64, most), 128, treeArguments);
+        launch(kRetry, stream, blocksFor(n, 64, multiprocessors_ * 4), 128, arguments);
     }
-    launch(kFinish, stream, 1, 1, arguments);
-    if (job.motionKeys > 1) // until now it has boxes of the means only
+    launch(job.motionKeys > 1 ? kMovingRecords : kRecords, stream, blocksFor(n, 256, most * 4), 256,
+           arguments);
+    if (job.motionKeys > 1) { // until now it has boxes of the means only
+        launch(kLinks, stream, blocksFor(job.maxWide, 256, most), 256, arguments);
         queueNodes(stream, arguments, job);
+    }
 }
 
 void Builder::queueReferences(CUstream stream, void** arguments, const BuildJob& job) const {
@@ -338,8 +335,11 @@ void Builder::queueReferences(CUstream stream, void** arguments, const BuildJob&
     switch (job.type) {
     case BlockType::kInstances:
         if (!moves)
-            launch(kInstances, stream, blocks, 256, arguments);
-        return launch(kMovingInstances, stream, blocks, 256, arguments);
+            launch(kInstances, stream, blocksFor(job.numPrimitives, 128, multiprocessors_ * 16),
+                   128, arguments);
+        // In most scenes none is left for it.
+        return launch(kMovingInstances, stream, std::min(blocks, multiprocessors_ * 2), 256,
+                      arguments);
     case BlockType::kShapes:
         return launch(moves ? kMovingShapes : kShapes, stream, blocks, 256, arguments);
     default:
@@ -350,11 +350,8 @@ void Builder::queueReferences(CUstream stream, void** arguments, const BuildJob&
 // From records to boxes of nodes, and with motion to the bounds at the keys.
 void Builder::queueNodes(CUstream stream, void** arguments, const BuildJob& job) const {
     const uint32_t most = multiprocessors_ * 8;
-    if (job.numPrimitives != 0) {
-        launch(kUpdateLinks, stream, blocksFor(job.maxWide, 256, most), 256, arguments);
-        launch(job.motionKeys > 1 ? kUpdateMovingNodes : kUpdateNodes, stream,
-               blocksFor(job.maxWide, 256 / 8, most), 256, arguments);
-    }
+    launch(job.motionKeys > 1 ? kUpdateMovingNodes : kUpdateNodes, stream,
+           blocksFor(job.maxWide, 256 / 8, most), 256, arguments);
     if (job.motionKeys > 1) {
         const uint32_t blocks = blocksFor(job.maxReferences, 256, most);
         launch(kKeyBounds, stream, std::max(blocks / job.motionKeys, 1u) * job.motionKeys, 256,
@@ -438,13 +435,12 @@ void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOpti
     if (plan.micromaps && options.allowMicromapUpdate)
         launchOver(kMicromaps, stream, plan.numPrimitives, job);
     if (plan.numPrimitives != 0) {
-        const uint32_t blocks = blocksFor(plan.maxReferences, 256, most);
-        if (job.motionKeys == 1)
-            launch(kUpdateRecords, stream, blocks, 256, arguments);
-        if (job.motionKeys > 1 || job.type == BlockType::kInstances)
-            launch(kUpdateMovingRecords, stream, blocks, 256, arguments);
+        if (job.type == BlockType::kInstances)
+            queueReferences(stream, arguments, job);
+        else
+            launch(job.motionKeys > 1 ? kUpdateMovingRecords : kUpdateRecords, stream,
+                   blocksFor(plan.maxReferences, 256, most), 256, arguments);
     }
-    launch(kUpdateFinish, stream, 1, 1, arguments);
     queueNodes(stream, arguments, job);
 }
 

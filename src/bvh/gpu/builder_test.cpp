@@ -264,10 +264,10 @@ TEST(GpuBuild, SplitsLongThinTriangles) {
 TEST(GpuBuild, BrokenTreesAreReportedAndNeverWaitedFor) {
     const auto& driver = Device::get().driver();
     CUmodule module = nullptr;
-    CUfunction collapse = nullptr, finish = nullptr;
+    CUfunction collapse = nullptr, records = nullptr;
     ASSERT_EQ(driver.moduleLoadDataEx(&module, builderPtx(), 0, nullptr, nullptr), CUDA_SUCCESS);
     ASSERT_EQ(driver.moduleGetFunction(&collapse, module, "sunstone_collapse"), CUDA_SUCCESS);
-    ASSERT_EQ(driver.moduleGetFunction(&finish, module, "sunstone_finish"), CUDA_SUCCESS);
+    ASSERT_EQ(driver.moduleGetFunction(&records, module, "sunstone_records"), CUDA_SUCCESS);
     constexpr uint32_t kCount = 40, kWide = 12;
     for (bool cyclic : {true, false}) {
         Buffer output(sizeof(BlockHeader) + 4096, 0), counters(sizeof(Counters), 0),
@@ -300,7 +300,7 @@ TEST(GpuBuild, BrokenTreesAreReportedAndNeverWaitedFor) {
         void* arguments[] = {&job, &mode};
         ASSERT_EQ(driver.launchKernel(collapse, 1, 1, 1, 128, 1, 1, 0, nullptr, arguments, nullptr),
                   CUDA_SUCCESS);
-        ASSERT_EQ(driver.launchKernel(finish, 1, 1, 1, 1, 1, 1, 0, nullptr, arguments, nullptr),
+        ASSERT_EQ(driver.launchKernel(records, 1, 1, 1, 32, 1, 1, 0, nullptr, arguments, nullptr),
                   CUDA_SUCCESS);
         ASSERT_EQ(driver.ctxSynchronize(), CUDA_SUCCESS);
         const auto& told = *static_cast<const BuildReport*>(report.data());

@@ -65,6 +65,27 @@ SUNSTONE_BUILDER float shareSlots(const Savings& left, const Savings& right, uin
     return best;
 }
 
+// The same where the number of slots is not known when the code is compiled: what the right part
+// saves is taken from its packed savings.
+SUNSTONE_BUILDER float shareAnySlots(const Savings& left, const CostPart& right, uint32_t slots,
+                                     uint32_t& ofLeft) {
+    const float unit = mul(right.area, 1.0f / 128);
+    float best = -1;
+    ofLeft = 1;
+#pragma unroll
+    for (uint32_t k = 1; k <= kMostChildren; ++k) {
+        const uint32_t m = slots - k; // slots: at most one more than kMostChildren
+        const float saved =
+            m > 1 ? mul(unit, float(uint32_t(right.savings >> 10 * (m - 2) % 64) & 1023u)) : 0.0f;
+        const float sum = add(left.of[k - 1], saved);
+        if (k < slots && sum > best) {
+            best = sum;
+            ofLeft = k;
+        }
+    }
+    return best;
+}
+
 // What a node of this area costs more, as one child, than its two parts as a child each. As a leaf,
 // where it may be one, or as a wide node.
 SUNSTONE_BUILDER float excessOf(const BuildJob& job, float area, bool mayBeLeaf,

@@ -29,6 +29,50 @@ SUNSTONE_BUILDER uint32_t lanesBelow(uint32_t lane) {
     return (1u << lane) - 1;
 }
 
+// Of a structure that is updated, or gets what follows a build: places are where its header says,
+// be it compacted or not.
+SUNSTONE_BUILDER const BlockHeader& headerIn(const BuildJob& job) {
+    return *at<const BlockHeader>(job.output);
+}
+SUNSTONE_BUILDER BuildJob inStructure(BuildJob job) {
+    const BlockHeader& header = headerIn(job);
+    job.inputRecords = job.output + header.inputsOffset;
+    job.instances = job.output + header.instancesOffset;
+    job.records = job.output + header.recordsOffset;
+    job.nodes = job.output + header.nodesOffset;
+    job.keyBounds = job.output + header.keyBoundsOffset;
+    job.points = header.pointsOffset ? job.output + header.pointsOffset : 0;
+    job.shape = header.shape;
+    job.pieces = 1;
+    return job;
+}
+
+SUNSTONE_BUILDER WideNode& wideNode(const BuildJob& job, uint32_t index, uint32_t key = 0) {
+    return at<WideNode>(job.nodes)[uint64_t(index) * job.motionKeys + key];
+}
+
+// Each node's parent.
+SUNSTONE_BUILDER void linkNodes(const BuildJob& job) {
+    const uint32_t count = headerIn(job).numNodes;
+    uint32_t* const parents = at<uint32_t>(job.parents);
+    for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
+        const WideNode& node = wideNode(job, i);
+        const uint32_t children = uint32_t(__popc(node.innerMask));
+        for (uint32_t k = 0; k < children; ++k)
+            if (node.childBase + k < count)
+                parents[node.childBase + k] = i;
+        if (i == 0)
+            parents[0] = kNoRef;
+    }
+}
+
+// What this thread, or one that it has synchronised with, has written is there for whoever sees
+// what it writes next. __threadfence() also orders such writes among all threads, which takes
+// longer.
+SUNSTONE_BUILDER void fence() {
+    asm volatile("fence.acq_rel.gpu;" ::: "memory");
+}
+
 // Loads of what other multiprocessors write while the kernel runs.
 template <class T>
 SUNSTONE_BUILDER T loadFresh(const T* address) {

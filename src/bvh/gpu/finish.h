@@ -65,13 +65,6 @@ SUNSTONE_BUILDER void writeRecords(const BuildJob& job) {
     }
 }
 
-SUNSTONE_KERNEL sunstone_records(BuildJob job) {
-    writeRecords<false>(job);
-}
-SUNSTONE_KERNEL sunstone_moving_records(BuildJob job) {
-    writeRecords<true>(job);
-}
-
 SUNSTONE_BUILDER uint64_t roundUp(uint64_t value, uint64_t unit) {
     return (value + unit - 1) / unit * unit;
 }
@@ -105,13 +98,17 @@ SUNSTONE_BUILDER void describeContents(BlockHeader& header, const Counters& coun
     header.root = any ? bitsOf(largest) : kNoNode;
 }
 
+// Whether the tree holds what it should, once.
+SUNSTONE_BUILDER bool isWhole(const Counters& counters) {
+    return !counters.failure && counters.finished == uint32_t(counters.allocated) &&
+           uint32_t(counters.allocated >> 32) == counters.numTreeReferences;
+}
+
 // The header is complete only with its magic number.
-SUNSTONE_KERNEL sunstone_finish(BuildJob job) {
+SUNSTONE_BUILDER void finish(const BuildJob& job) {
     BlockHeader& header = *at<BlockHeader>(job.output);
     Counters& counters = countersOf(job);
-    const uint32_t nodes = uint32_t(counters.allocated);
-    if (counters.failure || counters.finished != nodes ||
-        uint32_t(counters.allocated >> 32) != counters.numTreeReferences) {
+    if (!isWhole(counters)) {
         if (!counters.failure)
             counters.failure = kTreeBroken;
         header.magic = 0;
@@ -127,6 +124,20 @@ SUNSTONE_KERNEL sunstone_finish(BuildJob job) {
         roundUp(compactNodes(header) + header.numNodes * nodeSize(header.motionKeys), 128);
     __threadfence();
     header.magic = kGpuBlockMagic;
+}
+
+// Records and header; neither is read before the kernel is over.
+SUNSTONE_KERNEL sunstone_records(BuildJob job) {
+    if (isWhole(countersOf(job)))
+        writeRecords<false>(job);
+    if (globalThread() == 0)
+        finish(job);
+}
+SUNSTONE_KERNEL sunstone_moving_records(BuildJob job) {
+    if (isWhole(countersOf(job)))
+        writeRecords<true>(job);
+    if (globalThread() == 0)
+        finish(job);
 }
 
 // Copies a structure, primitives and nodes side by side.

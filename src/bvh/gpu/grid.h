@@ -14,6 +14,19 @@ SUNSTONE_BUILDER Bounds gridOf(const Bounds& whole) {
     return isEmpty(whole) ? Bounds{} : whole;
 }
 
+// By eight lanes that follow one another; all lanes of the warp take part.
+SUNSTONE_BUILDER Bounds uniteOfEight(Bounds box) {
+    for (uint32_t step = 1; step < kSlots; step *= 2) {
+        Bounds other;
+        for (int a = 0; a < 3; ++a) {
+            other.lower[a] = __shfl_xor_sync(kWholeWarp, box.lower[a], int(step));
+            other.upper[a] = __shfl_xor_sync(kWholeWarp, box.upper[a], int(step));
+        }
+        box = unite(box, other);
+    }
+    return box;
+}
+
 // The grid of an axis: 255 steps, a power of two each, hold the node with a little to spare for
 // rounding.
 SUNSTONE_BUILDER uint32_t stepExponent(float size) {

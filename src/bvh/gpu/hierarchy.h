@@ -24,7 +24,8 @@
 namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kHierarchyThreads = 128;
-constexpr uint32_t kClusters = 16; // left of a range, at most
+constexpr uint32_t kClusters = 16;    // left of a range, at most
+constexpr uint32_t kSearchRadius = 8; // to either side
 constexpr uint32_t kLargeRange = 64, kClustersOfLargeRange = 4;
 
 // How high up the radix tree two neighbours part; the codes first, then the places.
@@ -51,18 +52,6 @@ SUNSTONE_BUILDER void storeNode(const BuildJob& job, uint32_t index, const Bound
 
 SUNSTONE_BUILDER uint64_t loadSavings(const BuildJob& job, uint32_t ref) {
     return refCount(ref) == 1 ? 0 : loadFresh(at<uint64_t>(job.savings) + refIndex(ref));
-}
-
-// Makes a node of two parts and returns its reference.
-SUNSTONE_BUILDER uint32_t makeNode(const BuildJob& job, uint32_t index, const Bounds& box,
-                                   uint32_t left, uint32_t right, const CostPart& leftPart,
-                                   const CostPart& rightPart, uint64_t& savings) {
-    storeNode(job, index, box, left, right);
-    const uint32_t primitives = joinCounts(left, right);
-    savings = joinSavings(job, halfArea(box), primitives != 0 && primitives <= leafLimit(job),
-                          leftPart, rightPart);
-    at<uint64_t>(job.savings)[index] = savings;
-    return primitives << kRefCountShift | index;
 }
 
 SUNSTONE_BUILDER Bounds shuffleDown(const Bounds& b, uint32_t by) {
@@ -101,26 +90,62 @@ SUNSTONE_BUILDER float clusterDistance(float area, float left, float right) {
     return mul(area, mul(area, __nvvm_rcp_approx_ftz_f(own)));
 }
 
-// The lane whose cluster is nearest to this lane's. Pairs have a total order, so that at least one
-// pair chooses one another.
-SUNSTONE_BUILDER uint32_t nearestCluster(const Bounds& box, uint32_t count, uint32_t radius) {
+// Pairs have a total order, so that at least one pair chooses one another: by distance, then by the
+// places of the two.
+SUNSTONE_BUILDER uint64_t pairOf(uint32_t distanceBits, uint32_t low, uint32_t high) {
+    return uint64_t(distanceBits) << 10 | low << 5 | high;
+}
+SUNSTONE_BUILDER uint32_t otherOf(uint64_t pair, uint32_t lane) {
+    const uint32_t low = uint32_t(pair) >> 5 & 31u, high = uint32_t(pair) & 31u;
+    return low == lane ? high : low;
+}
+
+// The lane whose cluster is nearest to this lane's.
+SUNSTONE_BUILDER uint32_t nearestCluster(const Bounds& box, uint32_t count) {
     const uint32_t lane = laneOf();
     const float own = halfArea(box);
     uint64_t best = ~0ull;
-    for (uint32_t r = 1; r <= radius && r < count; ++r) {
+#pragma unroll
+    for (uint32_t r = 1; r <= kSearchRadius; ++r) {
         const float distance = clusterDistance(halfArea(unite(box, shuffleDown(box, r))), own,
                                                __shfl_down_sync(kWholeWarp, own, r));
         const uint32_t bits = lane + r < count ? bitsOf(distance) & 0x7FFFFFFFu : ~0u;
         const uint32_t bitsBefore = __shfl_up_sync(kWholeWarp, bits, r);
-        const uint64_t after = uint64_t(bits) << 10 | lane << 5 | (lane + r);
+        const uint64_t after = pairOf(bits, lane, lane + r),
+                       before = pairOf(bitsBefore, lane - r, lane);
         if (lane + r < count && after < best)
             best = after;
-        const uint64_t before = uint64_t(bitsBefore) << 10 | (lane - r) << 5 | lane;
         if (lane >= r && lane < count && before < best)
             best = before;
     }
-    const uint32_t low = uint32_t(best) >> 5 & 31u, high = uint32_t(best) & 31u;
-    return low == lane ? high : low;
+    return otherOf(best, lane);
+}
+
+// The same for up to eight clusters, as there are high up in the tree, where the rest of the GPU
+// waits: each lane measures one pair, in a ring of eight.
+constexpr uint32_t kRing = 8;
+SUNSTONE_BUILDER uint32_t nearestInRing(const Bounds& box, uint32_t count) {
+    const uint32_t lane = laneOf(), first = lane % kRing, apart = 1 + lane / kRing,
+                   second = (first + apart) % kRing;
+    const Bounds a = shuffleFrom(box, first), b = shuffleFrom(box, second);
+    const float distance = clusterDistance(halfArea(unite(a, b)), halfArea(a), halfArea(b));
+    const uint32_t bits = bitsOf(distance) & 0x7FFFFFFFu;
+    uint64_t best = ~0ull;
+#pragma unroll
+    for (uint32_t r = 1; r <= kRing / 2; ++r) {
+        const uint32_t after = (first + r) % kRing, before = (first - r) % kRing;
+        const uint32_t bitsAfter = __shfl_sync(kWholeWarp, bits, int(first + kRing * (r - 1))),
+                       bitsBefore = __shfl_sync(kWholeWarp, bits, int(before + kRing * (r - 1)));
+        const uint64_t pairAfter = first < after ? pairOf(bitsAfter, first, after)
+                                                 : pairOf(bitsAfter, after, first),
+                       pairBefore = first < before ? pairOf(bitsBefore, first, before)
+                                                   : pairOf(bitsBefore, before, first);
+        if (after < count && pairAfter < best)
+            best = pairAfter;
+        if (before < count && pairBefore < best)
+            best = pairBefore;
+    }
+    return otherOf(best, first);
 }
 
 // Merges mutual nearest pairs; the clusters left are in the first lanes.
@@ -128,30 +153,37 @@ SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds&
                                      unsigned long long& savings, uint32_t count) {
     const uint32_t lane = laneOf();
     const bool valid = lane < count;
-    const uint32_t found = nearestCluster(box, count, job.searchRadius);
+    const uint32_t found = count <= kRing ? nearestInRing(box, count) : nearestCluster(box, count);
     const uint32_t nearest = valid ? found & 31u : lane;
     const uint32_t back = __shfl_sync(kWholeWarp, nearest, int(nearest));
     const bool mutual = valid && back == lane && nearest != lane;
     const bool merges = mutual && lane < nearest;
+    const uint32_t merging = __ballot_sync(kWholeWarp, merges);
+    uint32_t first = 0; // place of the new nodes: nobody waits for it before all else is done
+    if (lane == 0)
+        first = atomicAdd(&countersOf(job).nextNode, uint32_t(__popc(merging)));
     const uint32_t otherRef = __shfl_sync(kWholeWarp, ref, int(nearest));
     const Bounds other = shuffleFrom(box, nearest);
     const unsigned long long otherSavings = __shfl_sync(kWholeWarp, savings, int(nearest));
-    const uint32_t merging = __ballot_sync(kWholeWarp, merges);
-    uint32_t first = 0;
-    if (lane == 0)
-        first = atomicAdd(&countersOf(job).nextNode, uint32_t(__popc(merging)));
-    first = __shfl_sync(kWholeWarp, first, 0);
+    const uint32_t leftRef = ref;
     if (merges) {
-        const uint32_t index = first + uint32_t(__popc(merging & lanesBelow(lane)));
         const CostPart left = {refCount(ref), halfArea(box), savings},
                        right = {refCount(otherRef), halfArea(other), otherSavings};
+        const uint32_t primitives = joinCounts(ref, otherRef);
         box = unite(box, other);
-        uint64_t joined;
-        ref = makeNode(job, index, box, ref, otherRef, left, right, joined);
-        savings = joined;
+        savings = joinSavings(job, halfArea(box), primitives != 0 && primitives <= leafLimit(job),
+                              left, right);
+        ref = primitives << kRefCountShift;
     }
     const uint32_t kept = __ballot_sync(kWholeWarp, valid && (!mutual || merges));
     const uint32_t left = uint32_t(__popc(kept));
+    first = __shfl_sync(kWholeWarp, first, 0);
+    if (merges) {
+        const uint32_t index = first + uint32_t(__popc(merging & lanesBelow(lane)));
+        storeNode(job, index, box, leftRef, otherRef);
+        at<uint64_t>(job.savings)[index] = savings;
+        ref |= index;
+    }
     const uint32_t from = lane < left ? placeOfBit(kept, lane) : lane;
     ref = __shfl_sync(kWholeWarp, ref, int(from));
     box = shuffleFrom(box, from);
@@ -189,8 +221,8 @@ SUNSTONE_BUILDER void mergeClusters(const BuildJob& job, ClusterRange range, boo
         const_cast<volatile uint32_t*>(clusters)[range.first + lane] = lane < count ? ref : kNoRef;
     if (toOne && lane == 0)
         storeRoot(job, ref);
-    __threadfence();
     __syncwarp();
+    fence();
 }
 
 // The warp merges the ranges of the lanes that wait for it, one after the other.
@@ -238,41 +270,20 @@ SUNSTONE_BUILDER void joinHalves(const BuildJob& job, ClusterRange range, bool w
     clusters[range.first] = ref;
     if (whole)
         storeRoot(job, ref);
-    __threadfence();
+    fence();
 }
 
-// The kernels after it make another tree if this one is too deep.
-SUNSTONE_KERNEL sunstone_retry(BuildJob job) {
+// A thread climbs from its primitive; all threads of a warp take part.
+SUNSTONE_BUILDER void makeHierarchy(const BuildJob& job, TreeMode mode, uint32_t self) {
     Counters& counters = countersOf(job);
-    if (counters.depth < kMaxWideDepth)
-        return;
-    const uint32_t stride = gridDim.x * blockDim.x;
-    for (uint32_t i = globalThread(); i < job.maxReferences; i += stride)
-        at<uint32_t>(job.parents)[i] = kNoRef;
-    for (uint32_t i = globalThread(); i < job.maxWide; i += stride)
-        at<uint64_t>(job.tasks)[i] = ~0ull;
-    if (globalThread() == 0) {
-        counters.tooDeep = 1;
-        counters.finished = 0;
-        counters.nextNode = 0;
-        counters.nextTask = 0;
-    }
-}
-
-SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads)
-    sunstone_hierarchy(BuildJob job, TreeMode mode) {
-    Counters& counters = countersOf(job);
-    if (mode == kRadixByLevel && !counters.tooDeep)
-        return;
     const uint32_t count = counters.numTreeReferences;
-    const uint32_t self = globalThread();
     if (self == 0)
         counters.allocated = count != 0;
     bool climbing = self < count;
     if (climbing) {
         const uint32_t ref = at<uint32_t>(job.values[0])[self];
         *at<volatile uint32_t>(job.values[1] + 4 * uint64_t(self)) = ref;
-        __threadfence();
+        fence();
         if (count == 1) {
             storeRoot(job, ref);
             climbing = false;
@@ -284,7 +295,7 @@ SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads)
     while (__any_sync(kWholeWarp, climbing)) {
         if (climbing)
             climbing = climb(keys, parents, count, range);
-        __threadfence();
+        fence();
         const bool whole = climbing && range.first == 0 && range.last == count - 1;
         if (mode != kClustered) {
             if (climbing)
@@ -296,6 +307,14 @@ SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads)
         if (whole)
             climbing = false;
     }
+}
+
+// As many warps as there can be: they wait for memory most of the time.
+SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads, 8) sunstone_clusters(BuildJob job) {
+    makeHierarchy(job, kClustered, globalThread());
+}
+SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads) sunstone_radix_tree(BuildJob job) {
+    makeHierarchy(job, kRadix, globalThread());
 }
 
 } // namespace sunstone::bvh::gpu

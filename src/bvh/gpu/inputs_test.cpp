@@ -376,6 +376,54 @@ TEST(GpuInputs, TurnedInstancesHaveTightBoxes) {
     }
 }
 
+// A block of threads has the parts of one structure at hand and looks those of others up: boxes
+// must be the same whichever it is.
+TEST(GpuInputs, BoxesOfInstancesDoNotDependOnTheirOrder) {
+    const GpuStructure children[] = {buildOnDevice(icosphere(3).input()),
+                                     buildOnDevice(torus(20, 12).input()),
+                                     buildOnDevice(cube().input())};
+    Random random(5);
+    std::vector<InstanceDesc> list(24);
+    for (size_t i = 0; i < list.size(); ++i) {
+        const Vec3 p = random.point(2), x = random.point(0.3f), y = random.point(0.3f),
+                   z = random.point(0.3f);
+        for (int a = 0; a < 3; ++a) {
+            list[i].transform[4 * a] = x[a];
+            list[i].transform[4 * a + 1] = y[a];
+            list[i].transform[4 * a + 2] = z[a];
+            list[i].transform[4 * a + 3] = p[a];
+        }
+        list[i].visibilityMask = 255;
+        list[i].traversableHandle = children[i % 3].handle();
+    }
+    const auto build = [](const InstanceDesc* first, uint32_t count) {
+        InstanceInput in;
+        in.instances = first;
+        in.numInstances = count;
+        BuildInputs inputs;
+        inputs.instances = &in;
+        return buildOnDevice(inputs);
+    };
+    // Of each alone, united.
+    KeyBounds alone = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    for (const InstanceDesc& instance : list) {
+        const GpuStructure one = build(&instance, 1);
+        for (int a = 0; a < 3; ++a) {
+            alone.lower[a] = std::min(alone.lower[a], one.header().lower[a]);
+            alone.upper[a] = std::max(alone.upper[a], one.header().upper[a]);
+        }
+    }
+    for (int turn = 0; turn < 3; ++turn) {
+        const GpuStructure all = build(list.data(), uint32_t(list.size()));
+        EXPECT_EQ(all.header().numActive, list.size());
+        for (int a = 0; a < 3; ++a) {
+            EXPECT_EQ(all.header().lower[a], alone.lower[a]);
+            EXPECT_EQ(all.header().upper[a], alone.upper[a]);
+        }
+        std::rotate(list.begin(), list.begin() + 1, list.end()); // another one comes first
+    }
+}
+
 TEST(GpuInputs, Instances) {
     const Mesh mesh = icosphere(2);
     const GpuStructure sphere = buildOnDevice(mesh.input());

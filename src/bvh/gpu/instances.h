@@ -35,22 +35,36 @@ SUNSTONE_BUILDER Bounds transformBounds(const float m[12], const Bounds& b) {
 // every instance that they enter in vain. So boxes of nodes two levels below the child's root are
 // turned instead: up to 64 of them, the same for all instances of a child, read from the caches.
 
+// A box by its middle and half its size.
+struct Part {
+    float centre[3], half[3];
+};
+SUNSTONE_BUILDER Part partOf(const float lower[3], const float upper[3]) {
+    Part p;
+    for (int a = 0; a < 3; ++a) {
+        p.centre[a] = mul(0.5f, lower[a]) + mul(0.5f, upper[a]);
+        p.half[a] = mul(0.5f, upper[a]) - mul(0.5f, lower[a]);
+    }
+    return p;
+}
+
 // Adds a box seen through a transform.
-SUNSTONE_BUILDER void addSeen(const float m[12], const float lower[3], const float upper[3],
-                              Bounds& sum) {
+SUNSTONE_BUILDER void addSeen(const float m[12], const Part& part, Bounds& sum) {
+#pragma unroll
     for (int i = 0; i < 3; ++i) {
-        float low = m[4 * i + 3], high = low;
+        float centre = m[4 * i + 3], half = 0;
+#pragma unroll
         for (int j = 0; j < 3; ++j) {
-            const float p = mul(m[4 * i + j], lower[j]), q = mul(m[4 * i + j], upper[j]);
-            low = add(low, smaller(p, q));
-            high = add(high, larger(p, q));
+            centre = fused(m[4 * i + j], part.centre[j], centre);
+            half = fused(magnitude(m[4 * i + j]), part.half[j], half);
         }
-        sum.lower[i] = smaller(sum.lower[i], low);
-        sum.upper[i] = larger(sum.upper[i], high);
+        sum.lower[i] = smaller(sum.lower[i], sub(centre, half));
+        sum.upper[i] = larger(sum.upper[i], add(centre, half));
     }
 }
 
-// A node as it lies in memory, so that its boxes come with five loads in place of one for each byte.
+// A node as it lies in memory, so that its boxes come with five loads in place of one for each
+// byte.
 struct NodeWords {
     U4 head, children, planes[3];
 };
@@ -121,16 +135,72 @@ SUNSTONE_BUILDER bool turns(const float m[12]) {
     return false;
 }
 
+// Instances of one structure tend to come in a row, so a block has the parts of the one that its
+// first instance shows at hand.
+struct SharedParts {
+    uint64_t structure; // its handle; 0: none
+    uint32_t count, pad;
+    U4 parts[kSlots * kSlots][2]; // centre and half size, two words unused
+};
+SUNSTONE_BUILDER void storePart(const Part& p, U4 to[2]) {
+    to[0] = U4{bitsOf(p.centre[0]), bitsOf(p.centre[1]), bitsOf(p.centre[2]), bitsOf(p.half[0])};
+    to[1] = U4{bitsOf(p.half[1]), bitsOf(p.half[2]), 0, 0};
+}
+SUNSTONE_BUILDER Part loadPart(const U4 from[2]) {
+    const U4 a = from[0], b = from[1];
+    return {{floatOf(a.x), floatOf(a.y), floatOf(a.z)}, {floatOf(a.w), floatOf(b.x), floatOf(b.y)}};
+}
+
+// By all threads of a block, of which there are as many as parts at least.
+SUNSTONE_BUILDER void shareParts(uint64_t handle, SharedParts& shared) {
+    if (threadIdx.x == 0) {
+        const uint64_t tag = handle & kTraversableTagMask;
+        shared.structure = 0;
+        shared.count = 0;
+        if ((tag == kGasTag || tag == kIasTag) && handle > kTraversableTagMask) {
+            const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+            if (header.magic == kGpuBlockMagic && header.root != kNoNode && !isMoving(header.type))
+                shared.structure = handle;
+        }
+    }
+    __syncthreads();
+    if (shared.structure && threadIdx.x < kSlots * kSlots) {
+        const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+        const WideNode* const nodes =
+            at<const WideNode>((handle & ~kTraversableTagMask) + header.nodesOffset);
+        const uint32_t slot = threadIdx.x / kSlots, below = threadIdx.x % kSlots;
+        const NodeWords root = loadWords(nodes);
+        const uint32_t mask = root.head.w >> 24;
+        float lower[3], upper[3];
+        bool used = slotBox(root, slot, lower, upper);
+        if (used && (mask >> slot & 1u))
+            used = slotBox(
+                loadWords(nodes + root.children.x + uint32_t(__popc(mask & lanesBelow(slot)))),
+                below, lower, upper);
+        else
+            used = used && below == 0;
+        if (used)
+            storePart(partOf(lower, upper), shared.parts[atomicAdd(&shared.count, 1u)]);
+    }
+    __syncthreads();
+}
+
 // Takes from `box`, which holds the structure seen through the transform, what none of its nodes
 // reaches. Their sums are rounded by less than the margin that is added to that of
 // transformBounds().
-SUNSTONE_BUILDER void tighten(const float m[12], const BlockHeader& header, Bounds& box) {
+SUNSTONE_BUILDER void tighten(const float m[12], uint64_t handle, const SharedParts* shared,
+                              Bounds& box) {
+    const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
     if (isMoving(header.type) || !turns(m))
         return;
     Bounds sum = emptyBounds();
-    forEachPart(header, [&](const float lower[3], const float upper[3]) {
-        addSeen(m, lower, upper, sum);
-    });
+    if (shared && shared->structure == handle)
+        for (uint32_t i = 0; i < shared->count; ++i)
+            addSeen(m, loadPart(shared->parts[i]), sum);
+    else
+        forEachPart(header, [&](const float lower[3], const float upper[3]) {
+            addSeen(m, partOf(lower, upper), sum);
+        });
     for (int i = 0; i < 3; ++i) {
         float size = magnitude(m[4 * i + 3]);
         for (int j = 0; j < 3; ++j)
@@ -201,48 +271,69 @@ SUNSTONE_BUILDER bool isUsable(const Bounds& box) {
 // Of the member `pad` of an instance's record, between the two kernels.
 constexpr uint32_t kLeftForLater = 1;
 
+// What the caller says of an instance: its address, or 0 where that is none.
+SUNSTONE_BUILDER uint64_t addressOfInstance(const BuildJob& job, uint32_t index) {
+    const DeviceInput& input = *at<const DeviceInput>(job.inputs);
+    const uint64_t address = input.areAddresses
+                                 ? *at<const uint64_t>(input.data + 8 * uint64_t(index))
+                                 : input.data + uint64_t(index) * input.stride;
+    return address % 16 == 0 ? address : 0;
+}
+SUNSTONE_BUILDER void shareParts(const BuildJob& job, uint32_t index, SharedParts& shared) {
+    const uint64_t address = addressOfInstance(job, index);
+    shareParts(address ? at<const InstanceDesc>(address)->traversableHandle : 0, shared);
+}
+
+SUNSTONE_BUILDER void storeRows(const float m[12], U4 to[3]) {
+    for (int i = 0; i < 3; ++i)
+        to[i] =
+            U4{bitsOf(m[4 * i]), bitsOf(m[4 * i + 1]), bitsOf(m[4 * i + 2]), bitsOf(m[4 * i + 3])};
+}
+
 // Writes the record of an instance; false if it is inactive or left for later, else its box, at all
 // times.
 template <bool kMotion>
-SUNSTONE_BUILDER bool describeInstance(const BuildJob& job, uint32_t index, Bounds& box) {
+SUNSTONE_BUILDER bool describeInstance(const BuildJob& job, uint32_t index,
+                                       const SharedParts* shared, Bounds& box) {
     const DeviceInput& input = *at<const DeviceInput>(job.inputs);
-    uint64_t address = input.data + uint64_t(index) * input.stride;
-    if (input.areAddresses)
-        address = *at<const uint64_t>(input.data + 8 * uint64_t(index));
+    const uint64_t address = addressOfInstance(job, index);
     InstanceData& to = at<InstanceData>(job.instances)[index];
-    to.index = index;
-    to.pad = 0;
-    if (address == 0 || address % 16 != 0) {
+    if (address == 0) {
+        to.index = index;
+        to.pad = 0;
         to.child = 0;
         to.visibilityMask = 0;
         return false;
     }
-    const InstanceDesc& from = *at<const InstanceDesc>(address);
-    const bool identity = from.flags & input.identityFlag;
+    // In units of 16 bytes, as records lie side by side.
+    const U4* const from = at<const U4>(address);
+    const U4 words = from[3], handle = from[4];
+    const uint64_t child = uint64_t(handle.y) << 32 | handle.x;
+    const uint32_t mask = words.z, flags = words.w;
     float m[12], inverse[12];
-    for (int i = 0; i < 12; ++i)
-        m[i] = identity ? (i % 5 == 0 ? 1.0f : 0.0f) : from.transform[i];
+#pragma unroll
+    for (int i = 0; i < 3; ++i)
+#pragma unroll
+        for (int j = 0; j < 4; ++j)
+            m[4 * i + j] = flags & input.identityFlag ? (i == j ? 1.0f : 0.0f)
+                                                      : floatOf(wordAt(from[i], uint32_t(j)));
     const bool invertible = invert(m, inverse);
-    for (int i = 0; i < 12; ++i) {
-        to.objectToWorld[i] = m[i];
-        to.worldToObject[i] = inverse[i];
-    }
-    to.child = from.traversableHandle;
-    to.instanceId = from.instanceId;
-    to.sbtOffset = from.sbtOffset;
-    to.visibilityMask = from.visibilityMask;
-    to.flags = from.flags & input.knownFlags & ~input.identityFlag;
-    if (!invertible || (to.visibilityMask & 0xFF) == 0)
+    U4* const rows = reinterpret_cast<U4*>(&to);
+    storeRows(m, rows);
+    storeRows(inverse, rows + 3);
+    rows[6] = U4{handle.x, handle.y, words.x, words.y};
+    rows[7] = U4{mask, flags & input.knownFlags & ~input.identityFlag, index, 0};
+    if (!invertible || (mask & 0xFF) == 0)
         return false;
-    const Child child = childBounds<kMotion>(to.child, box);
-    if (child == Child::kLater)
+    const Child found = childBounds<kMotion>(child, box);
+    if (found == Child::kLater)
         to.pad = kLeftForLater;
-    if (child != Child::kSomething)
+    if (found != Child::kSomething)
         return false;
     box = transformBounds(m, box);
-    const uint64_t tag = to.child & kTraversableTagMask;
+    const uint64_t tag = child & kTraversableTagMask;
     if (tag == kGasTag || tag == kIasTag)
-        tighten(m, *at<const BlockHeader>(to.child & ~kTraversableTagMask), box);
+        tighten(m, child, shared, box);
     return isUsable(box);
 }
 
@@ -278,14 +369,13 @@ SUNSTONE_BUILDER void tightenAtKeys(const BuildJob& job, uint32_t index) {
     const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
     float area = 0, tightArea = __builtin_inff();
     if (!isMoving(header.type) && moving::moves(record.child)) {
-        moving::describeParts(record, {job.motionKeys, job.motionBegin, job.motionEnd}, tight,
-                              [&](const auto& add) {
-                                  forEachPart(header, [&](const float lower[3],
-                                                          const float upper[3]) {
-                                      const LinearBounds part = moving::standing(lower, upper);
-                                      add(&part);
-                                  });
-                              });
+        moving::describeParts(
+            record, {job.motionKeys, job.motionBegin, job.motionEnd}, tight, [&](const auto& add) {
+                forEachPart(header, [&](const float lower[3], const float upper[3]) {
+                    const LinearBounds part = moving::standing(lower, upper);
+                    add(&part);
+                });
+            });
         tightArea = 0;
     }
     bool usable = true;
@@ -330,9 +420,10 @@ SUNSTONE_BUILDER bool describeAtKeys(const BuildJob& job, uint32_t index, const 
 // Reads an instance: its record and boxes. False if it is inactive or left for later, else `exact`
 // are its bounds at all times.
 template <bool kMotion>
-SUNSTONE_BUILDER bool readInstance(const BuildJob& job, uint32_t index, Bounds& exact) {
+SUNSTONE_BUILDER bool readInstance(const BuildJob& job, uint32_t index, const SharedParts* shared,
+                                   Bounds& exact) {
     exact = emptyBounds();
-    bool active = describeInstance<kMotion>(job, index, exact);
+    bool active = describeInstance<kMotion>(job, index, shared, exact);
     if (!kMotion && at<const InstanceData>(job.instances)[index].pad == kLeftForLater)
         countersOf(job).leftInstances = 1;
     Bounds box = exact;
@@ -349,17 +440,35 @@ SUNSTONE_BUILDER bool readInstance(const BuildJob& job, uint32_t index, Bounds& 
     return active;
 }
 
-// Whether sunstone_moving_instances, and its like of updates, read an instance.
+// Whether sunstone_moving_instances reads an instance.
 SUNSTONE_BUILDER bool isForLater(const BuildJob& job, uint32_t index) {
     return job.motionKeys > 1 || at<const InstanceData>(job.instances)[index].pad == kLeftForLater;
 }
 
-SUNSTONE_KERNEL sunstone_instances(BuildJob job) {
+constexpr uint32_t kInstanceThreads = 128;
+
+// Of a build, or of an update: its records of instances are where the structure has them, and nodes
+// get their parents.
+SUNSTONE_BUILDER bool mayReadInstances(BuildJob& job) {
+    if (countersOf(job).failure)
+        return false;
+    if (job.expected) {
+        job = inStructure(job);
+        linkNodes(job);
+    }
+    return true;
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kInstanceThreads, 6) sunstone_instances(BuildJob job) {
+    __shared__ SharedParts shared;
+    if (!mayReadInstances(job))
+        return;
+    shareParts(job, blockIdx.x * blockDim.x, shared);
     Bounds found = emptyBounds();
     uint32_t numActive = 0;
     for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
         Bounds exact;
-        if (readInstance<false>(job, i, exact)) {
+        if (readInstance<false>(job, i, &shared, exact)) {
             found = unite(found, exact);
             ++numActive;
         }
@@ -369,13 +478,13 @@ SUNSTONE_KERNEL sunstone_instances(BuildJob job) {
 
 // What sunstone_instances has left; with motion keys all.
 SUNSTONE_KERNEL sunstone_moving_instances(BuildJob job) {
-    if (job.motionKeys == 1 && !countersOf(job).leftInstances)
+    if ((job.motionKeys == 1 && !countersOf(job).leftInstances) || !mayReadInstances(job))
         return;
     Bounds found = emptyBounds();
     uint32_t numActive = 0;
     for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
         Bounds exact;
-        if (isForLater(job, i) && readInstance<true>(job, i, exact)) {
+        if (isForLater(job, i) && readInstance<true>(job, i, nullptr, exact)) {
             found = unite(found, exact);
             ++numActive;
         }

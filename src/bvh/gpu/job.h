@@ -41,7 +41,7 @@ struct DeviceInput {
     uint64_t indices;
     uint64_t preTransform; // 12 floats, or 0
     uint64_t sbtOffsets;
-    uint64_t flags; // of geometry, one byte for each SBT record
+    uint64_t flags;   // of geometry, one byte for each SBT record
     uint64_t keyData; // with motion: addresses of the data at each key; `data` is that of the first
     uint64_t keyRadii; // the same of `radii`
     uint32_t vertexFormat, indexFormat;
@@ -119,9 +119,10 @@ struct Counters {
     uint32_t numReferences;     // primitives, and further parts of those that were split
     uint32_t numTreeReferences; // of them, those that the tree holds
     float splitFactor;
-    uint32_t leftInstances;     // some are for kernels that know of motion (instances.h)
+    uint32_t leftInstances; // some are for kernels that know of motion (instances.h)
     // From here on updates need nothing.
-    uint32_t sortTickets[kSortPasses + (kSortPasses & 1)];
+    uint32_t sortTickets[kSortPasses];
+    uint32_t retryTurns[2][2]; // parts of each step of sunstone_retry: taken up, done
     uint32_t pad2[2];
     uint32_t histograms[kSortPasses][kSortDigits];
     uint32_t splitBins[kSplitBins]; // how many triangles have a priority
@@ -130,9 +131,9 @@ constexpr uint64_t kUpdateCounters = __builtin_offsetof(Counters, sortTickets);
 
 // How a binary tree is made and which nodes are opened. PREFER_FAST_BUILD takes the radix tree of
 // the Morton codes as it is and opens the largest nodes. Both kinds of trees may be too deep for
-// traversal, if someone wants them to. Then, and only then, a second run of the same kernels makes
-// the radix tree (48 bits, and 30 of the place) and opens it level by level, which takes at least
-// three of its levels for one of wide nodes: 26 at most.
+// traversal, if someone wants them to. Then, and only then, sunstone_retry makes the radix tree (48
+// bits, and 30 of the place) and opens it level by level, which takes at least three of its levels
+// for one of wide nodes: 26 at most.
 enum TreeMode : uint32_t { kClustered, kRadix, kRadixByLevel };
 
 struct BuildJob {
@@ -160,7 +161,6 @@ struct BuildJob {
     uint32_t numInputs, numPrimitives, maxReferences, maxWide;
     BlockType type;
     uint32_t keepInactive; // inactive primitives are in the tree, as an update may change that
-    uint32_t searchRadius; // of clusters, to either side
     float primitiveCost;   // of a test, where a step into a node costs 1
     // Curves and spheres. A segment has up to `pieces` references: that of the whole, and others
     // behind all of those.

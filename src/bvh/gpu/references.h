@@ -205,26 +205,38 @@ SUNSTONE_BUILDER void storeBox(const BuildJob& job, uint32_t primitive, bool act
     }
 }
 
-// Adds what the threads of a block found to the counters.
+// Adds what the threads of a block found to the counters; all of its threads take part.
 SUNSTONE_BUILDER void addToCounters(const BuildJob& job, const Bounds& found, uint32_t active) {
     __shared__ uint32_t most[7];
     if (threadIdx.x < 7)
         most[threadIdx.x] = 0;
     __syncthreads();
-    if (active) {
+    Bounds box = active ? found : emptyBounds();
+    for (uint32_t step = 1; step < 32; step *= 2) {
+        Bounds other;
         for (int a = 0; a < 3; ++a) {
-            atomicMax(&most[a], ~orderedBits(found.lower[a]));
-            atomicMax(&most[3 + a], orderedBits(found.upper[a]));
+            other.lower[a] = __shfl_xor_sync(kWholeWarp, box.lower[a], int(step));
+            other.upper[a] = __shfl_xor_sync(kWholeWarp, box.upper[a], int(step));
+        }
+        box = unite(box, other);
+        active += __shfl_xor_sync(kWholeWarp, active, int(step));
+    }
+    if (active && laneOf() == 0) {
+        for (int a = 0; a < 3; ++a) {
+            atomicMax(&most[a], ~orderedBits(box.lower[a]));
+            atomicMax(&most[3 + a], orderedBits(box.upper[a]));
         }
         atomicAdd(&most[6], active);
     }
     __syncthreads();
+    if (most[6] == 0)
+        return;
     Counters& counters = countersOf(job);
     if (threadIdx.x < 3)
         atomicMax(&counters.lower[threadIdx.x], most[threadIdx.x]);
     else if (threadIdx.x < 6)
         atomicMax(&counters.upper[threadIdx.x - 3], most[threadIdx.x]);
-    else if (threadIdx.x == 6 && most[6]) {
+    else if (threadIdx.x == 6) {
         atomicAdd(&counters.numActive, most[6]);
         if (!job.keepInactive)
             atomicAdd(&counters.numTreeReferences, most[6]);

@@ -2,11 +2,10 @@
 // Updates: the tree stays; primitives are read anew and boxes are computed from the leaves up.
 //
 //   update_check    is this the structure that the host thinks it is? If not, nothing is touched
-//   update_records  the record of each primitive; bounds and number of the active ones
-//   update_links    each node's parent
+//   update_records  the record of each primitive; bounds and number of the active ones; each node's
+//                   parent. Of instances the build's kernels do that
 //   update_nodes    eight lanes make a node, one each slot. Whoever brings the last child of a node
-//                   goes on with it, as in the build's climb; nobody waits
-//   update_finish   the header
+//                   goes on with it, as in the build's climb; nobody waits. And the header
 //
 // Every box is a minimum and maximum over the same numbers whatever the order in which threads run,
 // so that equal input gives equal bytes; an update from the input of the build gives the nodes and
@@ -30,27 +29,9 @@ namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kRefitThreads = 256;
 
-// Places in the structure are where its header says, be it compacted or not.
-SUNSTONE_BUILDER BuildJob inStructure(BuildJob job) {
-    const BlockHeader& header = *at<const BlockHeader>(job.output);
-    job.inputRecords = job.output + header.inputsOffset;
-    job.instances = job.output + header.instancesOffset;
-    job.records = job.output + header.recordsOffset;
-    job.nodes = job.output + header.nodesOffset;
-    job.keyBounds = job.output + header.keyBoundsOffset;
-    job.points = header.pointsOffset ? job.output + header.pointsOffset : 0;
-    job.shape = header.shape;
-    job.pieces = 1;
-    return job;
-}
-SUNSTONE_BUILDER const BlockHeader& headerIn(const BuildJob& job) {
-    return *at<const BlockHeader>(job.output);
-}
-
 // The host has the same rules: Builder::checkUpdate.
-SUNSTONE_BUILDER bool isExpected(const BuildJob& job) {
-    const BlockHeader& is = headerIn(job);
-    const BlockHeader& wanted = *at<const BlockHeader>(job.expected);
+SUNSTONE_BUILDER bool isExpected(const BuildJob& job, const BlockHeader& is,
+                                 const BlockHeader& wanted) {
     return is.magic == kGpuBlockMagic && is.version == wanted.version && is.type == wanted.type &&
            is.options == wanted.options && (is.options & kOptionUpdate) &&
            is.motionKeys == wanted.motionKeys && is.motionFlags == wanted.motionFlags &&
@@ -71,9 +52,16 @@ SUNSTONE_BUILDER bool hasSameMicromaps(const BuildJob& job, uint32_t i) {
            (is.indexing == 0 || input.mayChangeMicromaps || is.array == input.micromaps);
 }
 
-// One block.
+// One block. The headers come with one load each, as what one of them says is compared after the
+// other.
 SUNSTONE_KERNEL sunstone_update_check(BuildJob job) {
-    bool same = isExpected(job);
+    constexpr uint32_t kWords = sizeof(BlockHeader) / 4;
+    __shared__ BlockHeader headers[2];
+    if (threadIdx.x < 2 * kWords)
+        reinterpret_cast<uint32_t*>(headers)[threadIdx.x] = at<const uint32_t>(
+            threadIdx.x < kWords ? job.output : job.expected)[threadIdx.x % kWords];
+    __syncthreads();
+    bool same = isExpected(job, headers[0], headers[1]);
     if (same) {
         const uint32_t words = job.numInputs * uint32_t(sizeof(InputRecord) / 4);
         const auto* const are = at<const uint32_t>(job.output + headerIn(job).inputsOffset);
@@ -126,14 +114,9 @@ SUNSTONE_BUILDER bool updateShapeRecord(const BuildJob& job, uint32_t place, con
     return active;
 }
 
-// With kMotion what has motion keys, and instances that the other kernel has left.
+// Of all but instances, whose records do not change: kernels of the build read those.
 template <bool kMotion>
 SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& exact) {
-    if (job.type == BlockType::kInstances) {
-        const uint32_t index = at<const uint32_t>(job.records)[place];
-        return index < job.numPrimitives && (!kMotion || isForLater(job, index)) &&
-               readInstance<kMotion>(job, index, exact);
-    }
     const auto* const words = at<const uint32_t>(recordAt(job, place, 0));
     if (job.type == BlockType::kShapes)
         return updateShapeRecord<kMotion>(job, place, words, exact);
@@ -147,8 +130,8 @@ SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& 
                    : writeRecord(job, place, {input, primitive}, true, exact);
 }
 
-// What a record holds at a key, not padded; or the whole primitive, of which it may hold a piece, or
-// what is told of it. Of instances, curves and spheres with motion keys alone.
+// What a record holds at a key, not padded; or the whole primitive, of which it may hold a piece,
+// or what is told of it. Of instances, curves and spheres with motion keys alone.
 template <bool kMotion>
 SUNSTONE_BUILDER Bounds exactBounds(const BuildJob& job, uint32_t place, uint32_t key, bool whole) {
     if (kMotion && job.type == BlockType::kInstances) {
@@ -197,48 +180,55 @@ SUNSTONE_BUILDER void updateRecords(const BuildJob& job) {
     addToCounters(job, found, numActive);
 }
 
+template <bool kMotion>
+SUNSTONE_BUILDER void updateRecordsAndLinks(const BuildJob& given) {
+    if (countersOf(given).failure)
+        return;
+    const BuildJob job = inStructure(given);
+    linkNodes(job);
+    updateRecords<kMotion>(job);
+}
+
 SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_records(BuildJob given) {
-    if (!countersOf(given).failure)
-        updateRecords<false>(inStructure(given));
+    updateRecordsAndLinks<false>(given);
 }
 SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_moving_records(BuildJob given) {
-    if (!countersOf(given).failure && (given.motionKeys > 1 || countersOf(given).leftInstances))
-        updateRecords<true>(inStructure(given));
+    updateRecordsAndLinks<true>(given);
 }
 
 // ---- nodes ------------------------------------------------------------------------------------
 
-SUNSTONE_BUILDER WideNode& wideNode(const BuildJob& job, uint32_t index, uint32_t key = 0) {
-    return at<WideNode>(job.nodes)[uint64_t(index) * job.motionKeys + key];
-}
 SUNSTONE_BUILDER uint64_t nodeBoxAt(const BuildJob& job, uint32_t index, uint32_t key) {
     return job.nodeBoxes + (uint64_t(index) * job.motionKeys + key) * sizeof(PrimitiveBox);
 }
 
-SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_links(BuildJob given) {
-    if (countersOf(given).failure)
-        return;
-    const BuildJob job = inStructure(given);
-    const uint32_t count = headerIn(job).numNodes;
-    uint32_t* const parents = at<uint32_t>(job.parents);
-    for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
-        const WideNode& node = wideNode(job, i);
-        const uint32_t children = uint32_t(__popc(node.innerMask));
-        for (uint32_t k = 0; k < children; ++k)
-            if (node.childBase + k < count)
-                parents[node.childBase + k] = i;
-        if (i == 0)
-            parents[0] = kNoRef;
-    }
+// Builds with motion; updates do it together with their records.
+SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_links(BuildJob given) {
+    if (!countersOf(given).failure)
+        linkNodes(inStructure(given));
 }
 
-// What a slot holds now; sets its meta byte where that tells of it. `node` is that of the first
-// key.
+// The words of a node before its planes; all eight lanes have them.
+struct NodeHead {
+    uint32_t innerMask, childBase, primitiveBase, meta[2];
+};
+SUNSTONE_BUILDER NodeHead loadHead(const WideNode& node) {
+    const U4* const words = reinterpret_cast<const U4*>(&node);
+    const U4 b = words[1];
+    return {words[0].w >> 24, b.x, b.y, {b.z, b.w}};
+}
+SUNSTONE_BUILDER uint32_t metaOf(const NodeHead& head, uint32_t slot) {
+    return (slot < 4 ? head.meta[0] : head.meta[1]) >> 8 * (slot % 4) & 0xFFu;
+}
+
+// What a slot holds now, and its meta byte, which may tell of that.
 template <bool kMotion>
-SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, WideNode& node, uint32_t slot, uint32_t key,
-                                  uint32_t numNodes, uint32_t numRecords) {
+SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, const NodeHead& node, uint32_t slot,
+                                  uint32_t key, uint32_t numNodes, uint32_t numRecords,
+                                  uint32_t& meta) {
     Bounds box = emptyBounds();
     const uint32_t mask = node.innerMask;
+    meta = metaOf(node, slot);
     if (mask >> slot & 1u) {
         const uint32_t child = node.childBase + uint32_t(__popc(mask & lanesBelow(slot)));
         if (child >= numNodes)
@@ -250,63 +240,65 @@ SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, WideNode& node, uint32_t 
         }
         return box;
     }
-    const LeafRun run = leafRun(node.meta[slot]);
+    const LeafRun run = leafRun(meta);
     for (uint32_t k = 0; k < run.count; ++k) {
         const uint32_t place = node.primitiveBase + run.first + k;
         if (place < numRecords)
             box = unite(box, recordBounds<kMotion>(job, place, key));
     }
     if (run.count == 1 && leafLimit(job) == 1)
-        node.meta[slot] = uint8_t(leafMeta(1, run.first, isEmpty(box)));
+        meta = leafMeta(1, run.first, isEmpty(box));
     return box;
 }
 
-SUNSTONE_BUILDER Bounds uniteOfEight(Bounds box) {
-    for (uint32_t step = 1; step < kSlots; step *= 2) {
-        Bounds other;
-        for (int a = 0; a < 3; ++a) {
-            other.lower[a] = __shfl_xor_sync(kWholeWarp, box.lower[a], int(step));
-            other.upper[a] = __shfl_xor_sync(kWholeWarp, box.upper[a], int(step));
-        }
-        box = unite(box, other);
-    }
-    return box;
-}
+// What eight lanes know of their node: each its slot's box, all that of the node.
+struct RefitBoxes {
+    Bounds own, whole;
+    uint32_t meta;
+};
 
-// By eight lanes, whose slots are their last three bits; all lanes of the warp take part.
+// By eight lanes, whose slots are their last three bits; all lanes of the warp take part. Leaves
+// the node's box to its parent.
 template <bool kMotion>
-SUNSTONE_BUILDER void refitNode(const BuildJob& job, uint32_t index, bool active, uint32_t key,
-                                uint32_t numNodes, uint32_t numRecords) {
-    const uint32_t slot = laneOf() & 7u;
-    WideNode& first = wideNode(job, active ? index : 0);
-    WideNode& node = wideNode(job, active ? index : 0, key);
-    const Bounds own =
-        active ? refitSlot<kMotion>(job, first, slot, key, numNodes, numRecords) : emptyBounds();
-    const Bounds whole = uniteOfEight(own), grid = gridOf(whole);
-    if (!active)
-        return;
-    if (key > 0) {
-        node.meta[slot] = first.meta[slot];
-        if (slot == 0) {
-            node.innerMask = first.innerMask;
-            node.childBase = first.childBase;
-            node.primitiveBase = first.primitiveBase;
+SUNSTONE_BUILDER RefitBoxes refitBoxes(const BuildJob& job, uint32_t index, const NodeHead& head,
+                                       bool active, uint32_t key, uint32_t numNodes,
+                                       uint32_t numRecords) {
+    RefitBoxes boxes = {emptyBounds(), {}, 0};
+    const uint32_t slot = laneOf() % kSlots;
+    if (active)
+        boxes.own = refitSlot<kMotion>(job, head, slot, key, numNodes, numRecords, boxes.meta);
+    boxes.whole = uniteOfEight(boxes.own);
+    if (active && slot == 0) {
+        auto* const words = at<volatile float>(nodeBoxAt(job, index, key));
+        for (int a = 0; a < 3; ++a) {
+            words[a] = boxes.whole.lower[a];
+            words[3 + a] = boxes.whole.upper[a];
         }
     }
+    return boxes;
+}
+
+SUNSTONE_BUILDER void storePlanes(const NodeHead& head, const RefitBoxes& boxes, WideNode& node) {
+    const uint32_t slot = laneOf() % kSlots;
+    const Bounds grid = gridOf(boxes.whole), &own = boxes.own;
+    const bool used = boxes.meta != 0;
+    node.meta[slot] = uint8_t(boxes.meta);
+#pragma unroll
     for (int a = 0; a < 3; ++a) {
         const uint32_t exponent = stepExponent(sub(grid.upper[a], grid.lower[a]));
         const float inverse = inverseStep(exponent);
-        const bool used = node.meta[slot] != 0;
         node.planes[a][slot] = uint8_t(used ? lowerByte(own.lower[a], grid.lower[a], inverse) : 0);
         node.planes[3 + a][slot] =
             uint8_t(used ? upperByte(own.upper[a], grid.lower[a], inverse) : 0);
         if (slot == 0) {
             node.origin[a] = grid.lower[a];
             node.exponents[a] = uint8_t(exponent);
-            auto* const words = at<volatile float>(nodeBoxAt(job, index, key));
-            words[a] = whole.lower[a];
-            words[3 + a] = whole.upper[a];
         }
+    }
+    if (slot == 0) { // later keys have it from the first
+        node.innerMask = uint8_t(head.innerMask);
+        node.childBase = head.childBase;
+        node.primitiveBase = head.primitiveBase;
     }
 }
 
@@ -314,38 +306,71 @@ template <bool kMotion>
 SUNSTONE_BUILDER void updateNodes(const BuildJob& job) {
     const uint32_t numNodes = headerIn(job).numNodes, numRecords = headerIn(job).numLeaves;
     const uint32_t lane = laneOf(), step = gridDim.x * blockDim.x / kSlots;
+    const uint32_t* const parents = at<const uint32_t>(job.parents);
     // The warp's four nodes, then the next ones.
     const uint32_t firstOfWarp = (globalThread() - lane) / kSlots;
     for (uint32_t first = firstOfWarp; first < numNodes; first += step) {
         uint32_t index = first + lane / kSlots;
-        bool active = index < numNodes && wideNode(job, index).innerMask == 0;
+        NodeHead head = {1, 0, 0, {0, 0}};
+        uint32_t parent = kNoRef;
+        if (index < numNodes) {
+            head = loadHead(wideNode(job, index));
+            parent = parents[index];
+        }
+        bool active = head.innerMask == 0;
         while (__any_sync(kWholeWarp, active)) {
-            for (uint32_t key = 0; key < job.motionKeys; ++key)
-                refitNode<kMotion>(job, index, active, key, numNodes, numRecords);
-            // Up, if this was the last child.
-            uint32_t next = kNoRef;
-            if (active && lane % kSlots == 0) {
-                const uint32_t parent = at<const uint32_t>(job.parents)[index];
-                __threadfence();
-                if (parent < numNodes && atomicAdd(at<uint32_t>(job.arrivals) + parent, 1u) + 1 ==
-                                             uint32_t(__popc(wideNode(job, parent).innerMask)))
-                    next = parent;
-                __threadfence();
+            // What is needed one step up, in case this is the last child.
+            const bool mayRise = active && parent < numNodes;
+            NodeHead above = head;
+            uint32_t parentAbove = kNoRef;
+            if (mayRise) {
+                above = loadHead(wideNode(job, parent));
+                parentAbove = parents[parent];
             }
-            index = __shfl_sync(kWholeWarp, next, int(lane & ~7u));
-            active = index != kNoRef;
+            RefitBoxes boxes;
+            for (uint32_t key = 0; key < job.motionKeys; ++key) {
+                boxes = refitBoxes<kMotion>(job, index, head, active, key, numNodes, numRecords);
+                if (kMotion && active)
+                    storePlanes(head, boxes, wideNode(job, index, key));
+            }
+            bool last = false;
+            if (mayRise && lane % kSlots == 0) {
+                fence();
+                last = atomicAdd(at<uint32_t>(job.arrivals) + parent, 1u) + 1 ==
+                       uint32_t(__popc(above.innerMask));
+                fence();
+            }
+            if (!kMotion && active) // nobody waits for it
+                storePlanes(head, boxes, wideNode(job, index));
+            active = __shfl_sync(kWholeWarp, last, int(lane & ~7u));
+            index = parent;
+            head = above;
+            parent = parentAbove;
         }
     }
 }
 
-SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_nodes(BuildJob given) {
+// The header of an update: its records are there.
+SUNSTONE_BUILDER void finishUpdate(const BuildJob& job) {
+    const Counters& counters = countersOf(job);
+    if (counters.failure)
+        return reportFailure(job.report, job.output, counters.failure);
+    describeContents(*at<BlockHeader>(job.output), counters);
+}
+
+template <bool kMotion>
+SUNSTONE_BUILDER void updateNodesAndHeader(const BuildJob& given) {
+    if (globalThread() == 0 && given.expected)
+        finishUpdate(given);
     if (!countersOf(given).failure)
-        updateNodes<false>(inStructure(given));
+        updateNodes<kMotion>(inStructure(given));
+}
+SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_nodes(BuildJob given) {
+    updateNodesAndHeader<false>(given);
 }
 // What moves takes twice the registers.
 SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_moving_nodes(BuildJob given) {
-    if (!countersOf(given).failure)
-        updateNodes<true>(inStructure(given));
+    updateNodesAndHeader<true>(given);
 }
 
 // ---- bounds at the keys -----------------------------------------------------------------------
@@ -388,15 +413,6 @@ SUNSTONE_KERNEL sunstone_key_finish(BuildJob given) {
             to.upper[a] = any ? fromOrdered(words[3 + a]) : -__builtin_inff();
         }
     }
-}
-
-// ---- the end ----------------------------------------------------------------------------------
-
-SUNSTONE_KERNEL sunstone_update_finish(BuildJob job) {
-    const Counters& counters = countersOf(job);
-    if (counters.failure)
-        return reportFailure(job.report, job.output, counters.failure);
-    describeContents(*at<BlockHeader>(job.output), counters);
 }
 
 } // namespace sunstone::bvh::gpu

@@ -86,20 +86,32 @@ SUNSTONE_BUILDER uint32_t sumBefore(uint32_t value, uint32_t* warpSums) {
 // to it.
 constexpr uint32_t kTileCount = 1u << 30, kTileSum = 2u << 30, kTileValue = kTileCount - 1;
 
-// Number of keys with a digit in the tiles before.
+// Number of keys with a digit in the tiles before, which the later ones learn too. States of
+// several tiles are asked for at once.
 SUNSTONE_BUILDER uint32_t sumOfTiles(uint32_t* states, uint32_t tile, uint32_t count) {
+    constexpr uint32_t kAtOnce = 8;
+    if (tile == 0)
+        return 0;
     uint32_t sum = 0;
-    if (tile > 0) {
-        atomicExch(states + tile * kSortDigits, kTileCount | count);
-        for (uint32_t before = tile; before-- > 0;) {
-            uint32_t state;
-            do
-                state = loadFresh(states + before * kSortDigits);
-            while (state == 0);
-            sum += state & kTileValue;
-            if (state & kTileSum)
-                break;
+    for (uint32_t end = tile; end > 0;) {
+        uint32_t found[kAtOnce];
+#pragma unroll
+        for (uint32_t i = 0; i < kAtOnce; ++i)
+            found[i] = i < end ? loadFresh(states + (end - 1 - i) * kSortDigits) : kTileSum;
+        bool known = true; // up to here
+        uint32_t next = end > kAtOnce ? end - kAtOnce : 0;
+#pragma unroll
+        for (uint32_t i = 0; i < kAtOnce; ++i) {
+            if (known && found[i] == 0)
+                next = end - i;
+            known = known && found[i] != 0;
+            sum += known ? found[i] & kTileValue : 0;
+            if (known && found[i] & kTileSum) {
+                next = 0;
+                known = false;
+            }
         }
+        end = next;
     }
     atomicExch(states + tile * kSortDigits, kTileSum | (sum + count));
     return sum;
@@ -135,6 +147,8 @@ SUNSTONE_KERNEL __launch_bounds__(kSortThreads) sunstone_sort(BuildJob job, uint
         keys[i] = place < inTile ? keysIn[first + place] : ~0ull;
         values[i] = place < inTile ? valuesIn[first + place] : 0;
     }
+    // While keys are on their way.
+    const uint32_t inOutput = sumBefore(counters.histograms[pass][threadIdx.x], warpSums);
 #pragma unroll
     for (uint32_t i = 0; i < kSortItems; ++i) {
         const uint32_t digit = uint32_t(keys[i] >> shift) & 0xFFu;
@@ -154,13 +168,13 @@ SUNSTONE_KERNEL __launch_bounds__(kSortThreads) sunstone_sort(BuildJob job, uint
         counts[w][threadIdx.x] = count;
         count += ofWarp;
     }
-    const uint32_t before = sumOfTiles(
+    uint32_t* const states =
         at<uint32_t>(job.tileStates) +
-            uint64_t(pass) * ((job.maxReferences + kSortTile - 1) / kSortTile) * kSortDigits +
-            threadIdx.x,
-        tile, count);
-    const uint32_t inOutput = sumBefore(counters.histograms[pass][threadIdx.x], warpSums);
+        uint64_t(pass) * ((job.maxReferences + kSortTile - 1) / kSortTile) * kSortDigits +
+        threadIdx.x;
+    atomicExch(states + tile * kSortDigits, (tile > 0 ? kTileCount : kTileSum) | count);
     const uint32_t local = sumBefore(count, warpSums);
+    const uint32_t before = sumOfTiles(states, tile, count);
     places[threadIdx.x] = inOutput + before - local;
     for (uint32_t w = 0; w < kWarps; ++w)
         counts[w][threadIdx.x] += local;
