@@ -3,6 +3,8 @@
 
 #include "base/config.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <atomic>
 #include <thread>
@@ -53,6 +55,21 @@ unsigned threadCount() {
         return configNumber(Setting::kThreads, cores ? cores : 1);
     }();
     return count;
+}
+
+StackBounds stackOfThread() {
+    thread_local const StackBounds bounds = [] {
+        pthread_attr_t attributes;
+        void* lowest = nullptr;
+        size_t size = 0;
+        if (pthread_getattr_np(pthread_self(), &attributes) != 0)
+            return StackBounds{};
+        pthread_attr_getstack(&attributes, &lowest, &size);
+        pthread_attr_destroy(&attributes);
+        const auto begin = reinterpret_cast<uintptr_t>(lowest);
+        return StackBounds{begin, begin + size};
+    }();
+    return bounds;
 }
 
 void startArena() {

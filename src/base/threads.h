@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 
 namespace sunstone {
@@ -17,6 +18,12 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
 // Starts the shared threads, unless they are. What may run while the process exits needs that before:
 // static objects of oneTBB are destroyed then, but not what is in use.
 void startArena();
+
+// The calling thread's stack, from its lowest address to its end; empty if it is unknown.
+struct StackBounds {
+    uintptr_t begin = 0, end = 0;
+};
+StackBounds stackOfThread();
 
 // Runs body inside the shared arena, so that oneTBB algorithms in it use the shared threads.
 void inArena(const std::function<void()>& body);

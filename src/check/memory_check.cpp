@@ -2,12 +2,12 @@
 #include "check/memory_check.h"
 
 #include "base/config.h"
+#include "base/threads.h"
 #include "check/report.h"
 #include "compiler/compiler.h"
 #include "device/cpu/memory.h"
 
 #include <bit>
-#include <pthread.h>
 
 namespace sunstone::check {
 
@@ -88,17 +88,7 @@ Fault examine(const devlib::CheckedAccess& access, const Scene& scene) {
 }
 
 Range stackOfThread() {
-    thread_local const uint64_t top = [] {
-        pthread_attr_t attributes;
-        void* lowest = nullptr;
-        size_t size = 0;
-        if (pthread_getattr_np(pthread_self(), &attributes) != 0)
-            return uint64_t(0);
-        pthread_attr_getstack(&attributes, &lowest, &size);
-        pthread_attr_destroy(&attributes);
-        return reinterpret_cast<uint64_t>(lowest) + size;
-    }();
-    return {reinterpret_cast<uint64_t>(__builtin_frame_address(0)), top};
+    return {reinterpret_cast<uint64_t>(__builtin_frame_address(0)), sunstone::stackOfThread().end};
 }
 
 } // namespace sunstone::check

@@ -4,6 +4,7 @@
 
 #include "base/config.h"
 #include "base/error.h"
+#include "base/threads.h"
 
 #include <execinfo.h>
 #include <sys/mman.h>
@@ -215,6 +216,11 @@ size_t Memory::allocatedBytes() const {
 bool isMapped(const void* address, size_t size) {
     const uintptr_t page = uintptr_t(sysconf(_SC_PAGESIZE));
     const uintptr_t begin = uintptr_t(address);
+    // What the thread's frames hold, such as most parameters of launches, needs no system call.
+    const StackBounds stack = stackOfThread();
+    const auto frame = uintptr_t(__builtin_frame_address(0));
+    if (frame >= stack.begin && frame <= begin && begin <= stack.end && size <= stack.end - begin)
+        return true;
     if (begin < page || begin + size < begin)
         return false;
     uintptr_t at = begin & ~(page - 1);

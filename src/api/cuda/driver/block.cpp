@@ -180,6 +180,7 @@ BlockRunner::BlockRunner(Launch& launch) : launch_(launch) {
     const size_t size = (sharedBytesOf(launch) + kAlignment - 1) / kAlignment * kAlignment;
     shared_ = size ? threadShared().reserve(launch.lockstep ? size * kSideBySide : size) : nullptr;
     if (launch.lockstep) {
+        side_ = std::move(keptSide());
         for (size_t i = 0; i < kSideBySide; ++i)
             sideShared_[i] = shared_ ? shared_ + i * size : nullptr;
     } else if (launch.meets) {
@@ -187,7 +188,17 @@ BlockRunner::BlockRunner(Launch& launch) : launch_(launch) {
     }
 }
 
-BlockRunner::~BlockRunner() = default;
+BlockRunner::~BlockRunner() {
+    constexpr size_t kMostKept = size_t(1) << 18;
+    for (size_t i = 0; i < side_.size(); ++i)
+        if (side_[i] && side_[i]->bytes() <= kMostKept)
+            keptSide()[i] = std::move(side_[i]);
+}
+
+BlockRunner::Side& BlockRunner::keptSide() {
+    thread_local Side side;
+    return side;
+}
 
 devlib::KernelThread BlockRunner::prototypeOf(uint64_t block, uint8_t* shared) const {
     const uint64_t width = launch_.grid[0], height = launch_.grid[1];

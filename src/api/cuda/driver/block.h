@@ -34,6 +34,7 @@ struct LaunchPlan {
     uint32_t frameBytes = 0;               // of a warp, for it
     bool needsThreads = false;             // LockstepWarp::threads for all lanes
     const char* name = "";
+    std::atomic<uint32_t>* blockCost = nullptr; // of the function
 
     uint32_t paramBytes = 0;
 
@@ -99,8 +100,11 @@ private:
     Launch& launch_;
     uint8_t* shared_ = nullptr; // owned by the thread, see block.cpp
     std::unique_ptr<Fibers> fibers_;
-    // Blocks that run side by side, and their parts of the shared memory.
-    std::array<std::unique_ptr<Lockstep>, kSideBySide> side_;
+    // Blocks that run side by side, and their parts of the shared memory. Kept by the thread for
+    // what it runs next.
+    using Side = std::array<std::unique_ptr<Lockstep>, kSideBySide>;
+    static Side& keptSide();
+    Side side_;
     std::array<uint8_t*, kSideBySide> sideShared_{};
 };
 

@@ -14,11 +14,16 @@ public:
     static constexpr uint32_t kCount = 16; // per block; ids are taken modulo that
 
     // threads: how many are expected; 0: all that live.
-    void arrive(uint32_t threads) {
-        ++arrived_;
+    void arrive(uint32_t threads, uint32_t count = 1) {
+        arrived_ += count;
         expected_ = threads;
     }
-    // The same of a thread that waits and brings a value.
+    // The same of threads that wait for all without a value.
+    void waitPlainly(uint32_t count) {
+        arrive(0, count);
+        reduction_ = devlib::kReduceNone;
+    }
+    // Of one that waits and brings a value.
     void wait(uint32_t threads, uint32_t reduction, bool value) {
         arrive(threads);
         reduction_ = reduction;

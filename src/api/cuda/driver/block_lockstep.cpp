@@ -6,7 +6,8 @@
 // threads (runTogether). When lanes come to different places, or to something else than such a
 // barrier, the block goes on apart: each lane is ready, or waits at a barrier or for lanes of its
 // warp, or has ended. Lanes of a warp that are ready at the same point run together. The rules of
-// barriers and exchanges are those of block_fibers.cpp.
+// barriers and exchanges are those of block_fibers.cpp. When all have come to a barrier, with the
+// lanes of each warp at one point, rounds go on.
 //
 // Blocks run in steps, so that some can go along with one another (runLockstep).
 #include "api/cuda/driver/block_lockstep.h"
@@ -36,6 +37,14 @@ uint32_t modeOf(uint32_t what) {
     return what >> devlib::kModeShift;
 }
 
+// The lanes whose word is this one, as far as the mask goes.
+uint32_t lanesWith(const uint32_t (&words)[devlib::kWarpLanes], uint32_t word, uint32_t mask) {
+    uint32_t lanes = 0;
+    for (uint32_t lane = 0; lane < devlib::kWarpLanes; ++lane)
+        lanes |= uint32_t(((words[lane] ^ word) & mask) == 0) << lane;
+    return lanes;
+}
+
 struct LockstepTable {
     static Lockstep& of(KernelThread* thread) { return *static_cast<Lockstep*>(thread->block); }
     static void arrive(KernelThread* t, uint32_t id, uint32_t threads) {
@@ -53,16 +62,16 @@ struct LockstepTable {
 
 } // namespace
 
-BlockRunner::Lockstep::Lockstep(Launch& launch)
-    : functions_(&LockstepTable::kFunctions), launch_(launch) {
+BlockRunner::Lockstep::Lockstep(const Launch& launch)
+    : functions_(&LockstepTable::kFunctions), shape_(launch.block), frameBytes_(launch.frameBytes),
+      threadsPerWarp_(launch.needsThreads ? kLanes : 1) {
     const uint32_t count = launch.threadsPerBlock();
     const size_t warps = (count + kLanes - 1) / kLanes;
     warps_.resize(warps);
     states_.resize(warps);
-    const size_t perWarp = launch.needsThreads ? kLanes : 1;
-    threads_.resize(warps * perWarp);
+    threads_.resize(warps * threadsPerWarp_);
     constexpr size_t kAlignment = 64;
-    frames_.resize(warps * launch.frameBytes + kAlignment);
+    frames_.resize(warps * frameBytes_ + kAlignment);
     const size_t misplaced = reinterpret_cast<uintptr_t>(frames_.data()) % kAlignment;
     uint8_t* frames = frames_.data() + (kAlignment - misplaced) % kAlignment;
     for (uint32_t i = 0; i < count; ++i) {
@@ -76,35 +85,60 @@ BlockRunner::Lockstep::Lockstep(Launch& launch)
         states_[i / kLanes].all |= 1u << lane;
     }
     for (size_t i = 0; i < warps; ++i) {
-        warps_[i].threads = threads_.data() + i * perWarp;
-        warps_[i].frame = frames + i * launch.frameBytes;
+        warps_[i].threads = threads_.data() + i * threadsPerWarp_;
+        warps_[i].frame = frames + i * frameBytes_;
     }
+}
+
+bool BlockRunner::Lockstep::fits(const Launch& launch) const {
+    return shape_ == launch.block && frameBytes_ == launch.frameBytes &&
+           threadsPerWarp_ == (launch.needsThreads ? kLanes : 1);
+}
+
+size_t BlockRunner::Lockstep::bytes() const {
+    return warps_.size() * sizeof(LockstepWarp) + threads_.size() * sizeof(KernelThread) +
+           frames_.size();
 }
 
 constexpr uint32_t kNoBarrier = ~uint32_t(0);
 
-void BlockRunner::Lockstep::start(const KernelThread& prototype) {
+// Blocks of one launch differ in their place and their shared memory alone.
+void BlockRunner::Lockstep::describeThreads(const KernelThread& prototype) {
+    KernelThread alike = prototype_;
+    std::copy_n(prototype.ctaid, 3, alike.ctaid);
+    alike.shared = prototype.shared;
+    const bool isKnown = std::memcmp(&alike, &prototype, sizeof alike) == 0;
     prototype_ = prototype;
+    KernelThread* thread = threads_.data();
+    for (uint32_t warp = 0; warp < warps_.size(); ++warp)
+        for (uint32_t lane = 0; lane < threadsPerWarp_; ++lane, ++thread) {
+            if (isKnown) {
+                std::copy_n(prototype.ctaid, 3, thread->ctaid);
+                thread->shared = prototype.shared;
+                continue;
+            }
+            *thread = prototype;
+            thread->block = this;
+            for (size_t axis = 0; axis < 3; ++axis)
+                thread->tid[axis] = warps_[warp].tid[axis][lane];
+            thread->laneid = lane;
+            thread->warpid = warp;
+        }
+}
+
+void BlockRunner::Lockstep::start(Launch& launch, const KernelThread& prototype) {
+    launch_ = &launch;
+    describeThreads(prototype);
     barrier_ = kNoBarrier;
-    const size_t perWarp = threads_.size() / warps_.size();
-    for (size_t i = 0; i < threads_.size(); ++i) {
-        KernelThread& thread = threads_[i];
-        const size_t warp = i / perWarp, lane = i % perWarp;
-        thread = prototype;
-        thread.block = this;
-        for (size_t axis = 0; axis < 3; ++axis)
-            thread.tid[axis] = warps_[warp].tid[axis][lane];
-        thread.laneid = uint32_t(lane);
-        thread.warpid = uint32_t(warp);
-    }
-    live_ = launch_.threadsPerBlock();
+    live_ = launch.threadsPerBlock();
     for (size_t i = 0; i < warps_.size(); ++i) {
         warps_[i].live = states_[i].all;
         warps_[i].stopPoint = 0;
         states_[i].isAtBarrier = false;
     }
-    barriers_ = {};
-    isApart_ = false;
+    if (isApart_)
+        barriers_ = {};
+    isApart_ = mayJoin_ = false;
 }
 
 BlockRunner::Lockstep::Progress BlockRunner::Lockstep::step() {
@@ -112,8 +146,8 @@ BlockRunner::Lockstep::Progress BlockRunner::Lockstep::step() {
         KernelThread thread = prototype_;
         const auto first = uint32_t(std::countr_zero(runningLanes_));
         const uint32_t last = kLanes - 1 - uint32_t(std::countl_zero(runningLanes_));
-        placeThread(thread, launch_, uint32_t(runningWarp_) * kLanes + first);
-        launch_.noteFault(frame_, thread, last - first + 1);
+        placeThread(thread, *launch_, uint32_t(runningWarp_) * kLanes + first);
+        launch_->noteFault(frame_, thread, last - first + 1);
         return Progress::kDone;
     }
     enterDeviceCode(frame_);
@@ -137,7 +171,7 @@ uint32_t BlockRunner::Lockstep::runLanes(size_t index, uint32_t point, uint32_t 
     runningLanes_ = lanes;
     warp.stops = 0;
     const uint32_t before = warp.live;
-    const uint32_t ran = launch_.lockstep(&warp, launch_.params, point, lanes);
+    const uint32_t ran = launch_->lockstep(&warp, launch_->params, point, lanes);
     live_ -= uint32_t(std::popcount(before & ~warp.live));
     if (isApart_)
         notePause(warp);
@@ -162,7 +196,7 @@ BlockRunner::Lockstep::Progress BlockRunner::Lockstep::runTogether() {
         anyRan = true;
         if (!runWhole(i))
             return Progress::kGoesOn; // apart from now on
-        if (launch_.hasFailed())
+        if (launch_->hasFailed())
             return Progress::kDone;
         const uint32_t stop = warps_[i].stopPoint;
         const bool isPause = warps_[i].live != 0 && kindOf(stop) == devlib::kMeetPause;
@@ -183,7 +217,7 @@ bool BlockRunner::Lockstep::runWhole(size_t index) {
     LockstepWarp& warp = warps_[index];
     const uint32_t lanes = warp.live, point = warp.stopPoint & kPointMask;
     const uint32_t ran = runLanes(index, point, lanes);
-    if (launch_.hasFailed() || (warp.live == 0 && !isApart_))
+    if (launch_->hasFailed() || (warp.live == 0 && !isApart_))
         return true;
     const uint32_t kind = kindOf(warp.stopPoint), id = modeOf(warp.stopPoint);
     const bool isTogether =
@@ -232,8 +266,10 @@ void BlockRunner::Lockstep::part(size_t index) {
 BlockRunner::Lockstep::Progress BlockRunner::Lockstep::runApart() {
     bool advanced = false, anyReady = false;
     for (size_t i = 0; i < warps_.size(); ++i) {
+        if (mayJoin_ && join())
+            return Progress::kGoesOn;
         advanced |= runReady(i);
-        if (launch_.hasFailed())
+        if (launch_->hasFailed())
             return Progress::kDone;
     }
     advanced |= release();
@@ -243,8 +279,32 @@ BlockRunner::Lockstep::Progress BlockRunner::Lockstep::runApart() {
         return Progress::kGoesOn;
     if (anyReady)
         return Progress::kWaits; // all that can run wait for other blocks or the host
-    launch_.deadlock = true;
+    launch_->deadlock = true;
     return Progress::kDone;
+}
+
+// A barrier is complete: whether nothing has to be known of single lanes any more.
+bool BlockRunner::Lockstep::join() {
+    mayJoin_ = false;
+    for (const BlockBarrier& barrier : barriers_)
+        if (barrier.isUsed())
+            return false;
+    for (size_t i = 0; i < warps_.size(); ++i) {
+        const LockstepWarp& warp = warps_[i];
+        if (states_[i].ready != warp.live)
+            return false;
+        const uint32_t point = warp.live ? warp.point[std::countr_zero(warp.live)] : 0;
+        if (warp.live & ~lanesWith(warp.point, point, kPointMask))
+            return false;
+    }
+    for (size_t i = 0; i < warps_.size(); ++i) {
+        LockstepWarp& warp = warps_[i];
+        warp.stopPoint = warp.live ? warp.point[std::countr_zero(warp.live)] & kPointMask : 0;
+        states_[i].isAtBarrier = false;
+    }
+    barrier_ = kNoBarrier;
+    isApart_ = false;
+    return true;
 }
 
 // Completes barriers and exchanges for which lanes that have ended were missing.
@@ -264,14 +324,9 @@ bool BlockRunner::Lockstep::runReady(size_t index) {
     LockstepWarp& warp = warps_[index];
     Warp& state = states_[index];
     bool advanced = false;
-    for (uint32_t left = state.ready; left != 0 && !launch_.hasFailed();) {
+    for (uint32_t left = state.ready; left != 0 && !launch_->hasFailed();) {
         const uint32_t point = warp.point[std::countr_zero(left)] & kPointMask;
-        uint32_t lanes = 0;
-        for (uint32_t bits = left; bits != 0; bits &= bits - 1) {
-            const auto lane = uint32_t(std::countr_zero(bits));
-            if ((warp.point[lane] & kPointMask) == point)
-                lanes |= 1u << lane;
-        }
+        const uint32_t lanes = left & lanesWith(warp.point, point, kPointMask);
         const uint32_t ran = runLanes(index, point, lanes);
         left &= ~ran;
         state.ready &= ~ran;
@@ -295,31 +350,40 @@ bool BlockRunner::Lockstep::onlySpin(size_t index, uint32_t lanes) const {
 
 // These lanes have come to the points that they say.
 void BlockRunner::Lockstep::takeStops(size_t index, uint32_t lanes) {
-    for (uint32_t bits = lanes; bits != 0; bits &= bits - 1) {
-        const auto lane = uint32_t(std::countr_zero(bits));
-        const uint32_t what = warps_[index].point[lane];
+    for (uint32_t left = lanes; left != 0;) {
+        const LockstepWarp& warp = warps_[index];
+        const uint32_t what = warp.point[std::countr_zero(left)];
+        const uint32_t alike = left & lanesWith(warp.point, what, ~uint32_t(0));
+        left &= ~alike;
         if (kindOf(what) == devlib::kMeetPause)
-            states_[index].ready |= 1u << lane;
+            states_[index].ready |= alike;
         else if (kindOf(what) == devlib::kMeetPlain || kindOf(what) == devlib::kMeetBarrier)
-            comeToBarrier(index, lane, what);
+            comeToBarrier(index, alike, what);
         else
-            states_[index].exchange |= 1u << lane;
+            states_[index].exchange |= alike;
     }
     while (states_[index].exchange != 0 && tryExchanges(index)) {
     }
 }
 
-void BlockRunner::Lockstep::comeToBarrier(size_t index, uint32_t lane, uint32_t what) {
+void BlockRunner::Lockstep::comeToBarrier(size_t index, uint32_t lanes, uint32_t what) {
     const LockstepWarp& warp = warps_[index];
-    const bool isPlain = kindOf(what) == devlib::kMeetPlain;
-    const uint32_t id = (isPlain ? modeOf(what) : warp.operand[0][lane]) % BlockBarrier::kCount;
-    if (isPlain)
-        barriers_[id].wait(0, devlib::kReduceNone, false);
-    else
+    Warp& state = states_[index];
+    state.barrier |= lanes;
+    if (kindOf(what) == devlib::kMeetPlain) {
+        const uint32_t id = modeOf(what) % BlockBarrier::kCount;
+        barriers_[id].waitPlainly(uint32_t(std::popcount(lanes)));
+        state.ids[id] |= lanes;
+        tryBarrier(id);
+        return;
+    }
+    for (uint32_t bits = lanes; bits != 0; bits &= bits - 1) {
+        const auto lane = uint32_t(std::countr_zero(bits));
+        const uint32_t id = warp.operand[0][lane] % BlockBarrier::kCount;
         barriers_[id].wait(warp.operand[1][lane], modeOf(what), warp.value[lane] != 0);
-    states_[index].barrier |= 1u << lane;
-    states_[index].ids[id] |= 1u << lane;
-    tryBarrier(id);
+        state.ids[id] |= 1u << lane;
+        tryBarrier(id);
+    }
 }
 
 void BlockRunner::Lockstep::arrive(uint32_t id, uint32_t threads) {
@@ -330,7 +394,7 @@ void BlockRunner::Lockstep::arrive(uint32_t id, uint32_t threads) {
 
 void BlockRunner::Lockstep::fault(uint32_t kind) {
     uint32_t none = 0;
-    launch_.fault.compare_exchange_strong(none, 1 + kind);
+    launch_->fault.compare_exchange_strong(none, 1 + kind);
 }
 
 bool BlockRunner::Lockstep::tryBarrier(uint32_t id) {
@@ -346,6 +410,7 @@ bool BlockRunner::Lockstep::tryBarrier(uint32_t id) {
         states_[i].barrier &= ~lanes;
         states_[i].ready |= lanes;
     }
+    mayJoin_ = true;
     return true;
 }
 
@@ -412,9 +477,10 @@ void BlockRunner::runLockstep(uint64_t begin, uint64_t end) {
 }
 
 void BlockRunner::startLockstep(size_t place, uint64_t block) {
-    if (!side_[place])
-        side_[place] = std::make_unique<Lockstep>(launch_);
-    side_[place]->start(prototypeOf(block, sideShared_[place]));
+    std::unique_ptr<Lockstep>& one = side_[place];
+    if (!one || !one->fits(launch_))
+        one = std::make_unique<Lockstep>(launch_);
+    one->start(launch_, prototypeOf(block, sideShared_[place]));
 }
 
 } // namespace sunstone::api::cuda

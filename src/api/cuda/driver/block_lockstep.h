@@ -9,10 +9,14 @@
 
 namespace sunstone::api::cuda {
 
+// Warps are made for a shape of blocks and run those of one launch after another.
 struct BlockRunner::Lockstep {
-    explicit Lockstep(Launch& launch);
-    // Runs all threads of a block in steps; `prototype` has all that they share.
-    void start(const devlib::KernelThread& prototype);
+    explicit Lockstep(const Launch& launch);
+    bool fits(const Launch& launch) const;
+    size_t bytes() const;
+    // Runs all threads of a block in steps; `prototype` has all that they share. The launch fits
+    // and lives until the steps are done.
+    void start(Launch& launch, const devlib::KernelThread& prototype);
     enum class Progress : uint8_t {
         kGoesOn, // not the result of a step
         kDone,
@@ -36,10 +40,12 @@ private:
         bool isAtBarrier = false;                // all of them, in rounds
     };
 
+    void describeThreads(const devlib::KernelThread& prototype);
     Progress advance();
     Progress runTogether();
     bool runWhole(size_t warp);
     Progress runApart();
+    bool join();
     void part(size_t warp);
     static void notePause(devlib::LockstepWarp& warp);
     uint32_t runLanes(size_t warp, uint32_t point, uint32_t lanes);
@@ -47,13 +53,16 @@ private:
     bool onlySpin(size_t warp, uint32_t lanes) const;
     bool release();
     void takeStops(size_t warp, uint32_t lanes);
-    void comeToBarrier(size_t warp, uint32_t lane, uint32_t what);
+    void comeToBarrier(size_t warp, uint32_t lanes, uint32_t what);
     bool tryBarrier(uint32_t id); // whether it is complete
     bool tryExchanges(size_t warp);
 
     // First, so that KernelThread::block points to the table.
     [[maybe_unused]] const devlib::BlockFunctions* functions_;
-    Launch& launch_;
+    const std::array<uint32_t, 3> shape_;
+    const uint32_t frameBytes_;
+    const size_t threadsPerWarp_; // descriptions of threads, not lanes
+    Launch* launch_ = nullptr;
     std::vector<devlib::LockstepWarp> warps_;
     std::vector<devlib::KernelThread> threads_;
     std::vector<uint8_t> frames_;
@@ -66,6 +75,7 @@ private:
     uint32_t runningLanes_ = 0;
     uint32_t live_ = 0;
     bool isApart_ = false;
+    bool mayJoin_ = false; // a barrier has been completed since it was last asked
 };
 
 } // namespace sunstone::api::cuda

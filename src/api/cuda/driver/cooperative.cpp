@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // See cooperative.h.
 //
-// Every thread of the grid is a fiber. A block whose threads all wait for other blocks (they read
-// some word again and again, see KernelThread::spins) is put aside, and the worker goes on with the
-// next one: any number of workers, even one, completes a grid-wide barrier. Blocks move between
-// workers, the fibers of a block never run at the same time.
+// A block whose threads all wait for other blocks (they read some word again and again, see
+// KernelThread::spins) is put aside, and the worker goes on with the next one: any number of
+// workers, even one, completes a grid-wide barrier. For that all of its threads must be able to
+// stop anywhere: they run a warp at a time (block_lockstep.h), or every thread of the grid is a
+// fiber. Blocks move between workers, what belongs to a block never runs at the same time.
 //
 // A grid barrier in a program is a word in global memory on which threads add and spin. Programs
 // bring their own, or use the one whose address %envreg1 and %envreg2 give.
 #include "api/cuda/driver/cooperative.h"
 
 #include "api/cuda/driver/block_fibers.h"
+#include "api/cuda/driver/block_lockstep.h"
 #include "base/threads.h"
 
 #include <deque>
@@ -22,11 +24,24 @@ namespace sunstone::api::cuda {
 namespace {
 
 using Fibers = BlockRunner::Fibers;
+using Lockstep = BlockRunner::Lockstep;
 
 struct ResidentBlock {
     SharedMemory shared;
     StackPool stacks;
-    std::unique_ptr<Fibers> fibers;
+    std::unique_ptr<Fibers> fibers; // one of the two
+    std::unique_ptr<Lockstep> warps;
+
+    // True if the block waits; else it is done.
+    bool step() {
+        if (fibers)
+            return fibers->step() == Fibers::Progress::kWaits;
+        Lockstep::Progress progress;
+        do
+            progress = warps->step();
+        while (progress == Lockstep::Progress::kPaused);
+        return progress == Lockstep::Progress::kWaits;
+    }
 };
 
 class Grid {
@@ -52,7 +67,7 @@ public:
                 remaining_.store(0, std::memory_order_release); // the others would wait for it
                 throw;
             }
-            if (block->fibers->step() == Fibers::Progress::kWaits) {
+            if (block->step()) {
                 putAside(number);
             } else {
                 block.reset();
@@ -80,10 +95,16 @@ private:
         auto block = std::make_unique<ResidentBlock>();
         const size_t width = launch_.grid[0], height = launch_.grid[1];
         uint8_t* shared = block->shared.reserve(sharedBytesOf(launch_));
-        block->fibers = std::make_unique<Fibers>(launch_, block->stacks);
-        block->fibers->start(blockPrototype(launch_, uint32_t(number % width),
-                                            uint32_t(number / width % height),
-                                            uint32_t(number / width / height), shared));
+        const devlib::KernelThread prototype =
+            blockPrototype(launch_, uint32_t(number % width), uint32_t(number / width % height),
+                           uint32_t(number / width / height), shared);
+        if (launch_.lockstep) {
+            block->warps = std::make_unique<Lockstep>(launch_);
+            block->warps->start(launch_, prototype);
+        } else {
+            block->fibers = std::make_unique<Fibers>(launch_, block->stacks);
+            block->fibers->start(prototype);
+        }
         return block;
     }
 

@@ -9,6 +9,8 @@
 #include "base/threads.h"
 #include "device/device.h"
 
+#include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 
@@ -16,7 +18,9 @@ namespace sunstone::api::cuda {
 
 namespace {
 
-// Below this many threads a launch is not worth waking other cores for.
+// Work that takes less is not worth waking other cores for.
+constexpr uint64_t kSmallNanoseconds = 20'000;
+// Launches of a kernel that has not run yet begin on one core with fewer threads than this.
 constexpr uint64_t kSmallLaunch = 2048;
 
 [[noreturn]] void refuseFault(const Launch& launch) {
@@ -54,22 +58,63 @@ constexpr uint64_t kSmallLaunch = 2048;
     refuse(CUDA_ERROR_LAUNCH_FAILED, "kernel ", kernel, ": executed a trap");
 }
 
+using Clock = std::chrono::steady_clock;
+
+uint64_t nanosecondsSince(Clock::time_point start) {
+    return uint64_t(std::chrono::nanoseconds(Clock::now() - start).count());
+}
+
+// What a block costs, as the last launches of the kernel have shown: new ones count for a quarter.
+void noteBlockCost(const Launch& launch, uint64_t nanoseconds, uint64_t blocks) {
+    constexpr uint64_t kMost = ~uint32_t(0);
+    const uint64_t made = std::clamp<uint64_t>(nanoseconds / blocks, 1, kMost);
+    const uint64_t known = launch.blockCost->load(std::memory_order_relaxed);
+    launch.blockCost->store(uint32_t(known ? (3 * known + made) / 4 : made),
+                            std::memory_order_relaxed);
+}
+
+// Runs blocks on this thread as long as they take little; returns the first that has not run.
+uint64_t runSmall(Launch& launch, uint64_t blocks) {
+    const Clock::time_point start = Clock::now();
+    BlockRunner runner(launch);
+    const uint64_t piece = std::max<uint64_t>(1, blocks / 8);
+    uint64_t done = 0, spent = 0;
+    while (done < blocks && spent < 2 * kSmallNanoseconds) {
+        const uint64_t end = std::min(blocks, done + piece);
+        runner.run(done, end);
+        done = end;
+        spent = nanosecondsSince(start);
+    }
+    noteBlockCost(launch, spent, done);
+    return done;
+}
+
+void runBlocks(Launch& launch) {
+    const uint64_t blocks = uint64_t(launch.grid[0]) * launch.grid[1] * launch.grid[2];
+    const uint64_t perBlock = launch.threadsPerBlock();
+    const uint64_t cost = launch.blockCost->load(std::memory_order_relaxed);
+    const bool isSmall =
+        cost != 0 ? cost < kSmallNanoseconds / blocks : blocks * perBlock <= kSmallLaunch;
+    const uint64_t first = isSmall || blocks == 1 ? runSmall(launch, blocks) : 0;
+    if (first == blocks)
+        return;
+    // Pieces of some thousand threads, but enough of them for all cores.
+    const uint64_t rest = blocks - first, pieces = uint64_t(threadCount()) * 8;
+    const uint64_t grain = std::max<uint64_t>(
+        1, std::min<uint64_t>((kSmallLaunch + perBlock - 1) / perBlock, rest / pieces));
+    parallelFor(rest, grain, [&](size_t begin, size_t end) {
+        const Clock::time_point start = Clock::now();
+        BlockRunner(launch).run(first + begin, first + end);
+        noteBlockCost(launch, nanosecondsSince(start), end - begin);
+    });
+}
+
 void runLaunch(const LaunchPlan& plan) {
     Launch launch(plan);
-    const uint64_t blocks = uint64_t(launch.grid[0]) * launch.grid[1] * launch.grid[2];
-    auto range = [&](size_t begin, size_t end) { BlockRunner(launch).run(begin, end); };
-    const uint64_t perBlock = launch.threadsPerBlock();
-    if (launch.cooperative) {
+    if (launch.cooperative)
         runCooperative(launch);
-    } else if (blocks == 1 || blocks * perBlock <= kSmallLaunch) {
-        range(0, blocks);
-    } else {
-        // Pieces of some thousand threads, but enough of them for all cores.
-        const uint64_t pieces = uint64_t(threadCount()) * 8;
-        const uint64_t grain = std::max<uint64_t>(
-            1, std::min<uint64_t>((kSmallLaunch + perBlock - 1) / perBlock, blocks / pieces));
-        parallelFor(blocks, grain, range);
-    }
+    else
+        runBlocks(launch);
     if (launch.deadlock)
         refuse(CUDA_ERROR_LAUNCH_FAILED, "kernel ", launch.name,
                ": threads wait for others that will never come");
@@ -197,6 +242,7 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
         LaunchPlan plan;
         std::vector<std::byte> params;
         std::shared_ptr<Module> module;
+        std::shared_ptr<Function> function;
         std::weak_ptr<cpu::Context> context;
         KernelDetails details;
 
@@ -233,13 +279,14 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
     plan.cooperative = request.cooperative;
     plan.meets = info.usesBarriers || info.usesWarpFunctions;
     plan.name = info.name.c_str();
-    // The blocks of a cooperative launch wait for one another in memory.
-    if (info.lockstep && !request.cooperative && runsInLockstep(plan)) {
+    plan.blockCost = &function->blockCost;
+    if (info.lockstep && runsInLockstep(plan)) {
         plan.lockstep = reinterpret_cast<devlib::LockstepFn>(const_cast<void*>(info.lockstep));
         plan.frameBytes = info.lockstepFrameBytes;
         plan.needsThreads = info.needsThreads;
     }
 
+    job->function = std::move(function);
     for (size_t offset : info.parameterOffsets)
         job->details.pointers.push_back(job->params.data() + offset);
     job->details.request = request;

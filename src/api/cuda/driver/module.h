@@ -46,6 +46,7 @@ struct Function {
     std::atomic<bool> compiled{false};
     std::atomic<unsigned> maxDynamicShared{0}; // 0: what is left of the block's share
     std::atomic<int> carveout{-1};
+    std::atomic<uint32_t> blockCost{0}; // nanoseconds that a block took lately; 0: has not run
 };
 
 class Module : public std::enable_shared_from_this<Module> {
