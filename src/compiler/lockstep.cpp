@@ -7,6 +7,7 @@
 #include "compiler/flush.h"
 #include "compiler/lockstep_emit.h"
 #include "compiler/optimizer.h"
+#include "devlib/lockstep.h"
 
 #include <llvm/ADT/SCCIterator.h>
 #include <llvm/Analysis/CallGraph.h>
@@ -40,13 +41,132 @@ bool hasMasks(LentMachine& machine) {
 // keep a program waiting.
 constexpr unsigned kMostInstructions = 512;
 
+// How far what the lanes have lies apart from lane to lane, as far as can be told: a guess, where
+// values are clamped or wrap around. Blocks are taken to be at least a warp wide.
+class Strides {
+public:
+    explicit Strides(const LockstepPlan& plan)
+        : plan_(plan), layout_(plan.function().getParent()->getDataLayout()) {}
+
+    bool isNear(const llvm::Value* address, const llvm::Type* type) {
+        const Stride stride = of(address);
+        return stride.isKnown &&
+               stride.bytes == int64_t(layout_.getTypeStoreSize(const_cast<llvm::Type*>(type)));
+    }
+
+private:
+    struct Stride {
+        bool isKnown = false;
+        int64_t bytes = 0; // or whatever the value counts
+    };
+
+    Stride of(const llvm::Value* value) {
+        if (plan_.isUniform(value))
+            return {true, 0};
+        const auto* instruction = dyn_cast<Instruction>(value);
+        if (!instruction)
+            return {};
+        // What comes back to itself is first taken to be unknown, which does not count where it
+        // joins.
+        const auto [known, isNew] = known_.try_emplace(instruction);
+        if (!isNew)
+            return known->second;
+        const Stride made = compute(*instruction);
+        return known_[instruction] = made;
+    }
+
+    static Stride sum(Stride first, Stride second, int64_t factor = 1) {
+        return {first.isKnown && second.isKnown, first.bytes + factor * second.bytes};
+    }
+
+    Stride compute(const Instruction& instruction) {
+        using devlib::KernelThread;
+        const auto operand = [&](unsigned i) { return of(instruction.getOperand(i)); };
+        const int field = plan_.fieldOf(instruction);
+        if (field >= 0)
+            return {true, field == 0 || field == offsetof(KernelThread, laneid)};
+        if (isa<llvm::CastInst, llvm::FreezeInst>(instruction))
+            return operand(0);
+        if (const auto* phi = dyn_cast<llvm::PHINode>(&instruction)) {
+            return join(*phi);
+        }
+        if (const auto* choice = dyn_cast<llvm::SelectInst>(&instruction))
+            return larger(of(choice->getTrueValue()), of(choice->getFalseValue()));
+        if (isa<llvm::MinMaxIntrinsic>(instruction))
+            return larger(operand(0), operand(1));
+        if (const auto* address = dyn_cast<llvm::GetElementPtrInst>(&instruction)) {
+            if (address->getNumIndices() != 1)
+                return {};
+            const auto size = layout_.getTypeAllocSize(address->getSourceElementType());
+            return sum(operand(0), operand(1), int64_t(size.getFixedValue()));
+        }
+        const auto* binary = dyn_cast<llvm::BinaryOperator>(&instruction);
+        if (!binary)
+            return {};
+        const auto* number = dyn_cast<llvm::ConstantInt>(binary->getOperand(1));
+        const int64_t constant =
+            number && number->getBitWidth() <= 64 ? number->getSExtValue() : -1;
+        switch (binary->getOpcode()) {
+        case Instruction::Add:
+        case Instruction::Or:
+            return sum(operand(0), operand(1));
+        case Instruction::Sub:
+            return sum(operand(0), operand(1), -1);
+        case Instruction::Shl:
+            return {number && operand(0).isKnown, operand(0).bytes << (constant & 63)};
+        case Instruction::Mul:
+            return {number && operand(0).isKnown, operand(0).bytes * constant};
+        case Instruction::And: // of lanes
+            return {constant >= 31 && operand(0).isKnown, operand(0).bytes};
+        default:
+            return {};
+        }
+    }
+
+    // At the head of a loop first what comes from before it, on which the rest depends.
+    Stride join(const llvm::PHINode& phi) {
+        const llvm::Loop* loop = plan_.loops().getLoopFor(phi.getParent());
+        const bool isHead = loop && loop->getHeader() == phi.getParent();
+        Stride made;
+        for (const bool isInner : {false, true}) {
+            for (unsigned i = 0; i < phi.getNumIncomingValues(); ++i) {
+                if (isInner != (isHead && loop->contains(phi.getIncomingBlock(i))))
+                    continue;
+                const Stride one = of(phi.getIncomingValue(i));
+                if (one.isKnown && made.isKnown && one.bytes != made.bytes)
+                    return {};
+                made = one.isKnown ? one : made;
+            }
+            known_[&phi] = made;
+        }
+        return made;
+    }
+
+    static Stride larger(Stride first, Stride second) {
+        return {first.isKnown && second.isKnown,
+                std::abs(first.bytes) > std::abs(second.bytes) ? first.bytes : second.bytes};
+    }
+
+    const LockstepPlan& plan_;
+    const llvm::DataLayout& layout_;
+    llvm::DenseMap<const Instruction*, Stride> known_;
+};
+
+const llvm::Type* accessType(const Instruction& access) {
+    if (const auto* store = dyn_cast<llvm::StoreInst>(&access))
+        return store->getValueOperand()->getType();
+    return access.getType();
+}
+
 // Where no threads meet, one thread after the other is right as well. About how much the kernel
 // costs either way, in instructions: what has a form for vectors against what is done lane by lane.
 bool paysOff(const LockstepPlan& plan) {
     constexpr double kLanesAtOnce = 8; // of 16 in a vector, as not all lanes are always there
     constexpr double kRoundOfLane = 6; // around an instruction that is done lane by lane
     constexpr double kCall = 20, kRounds = 8; // of a function; of a loop
+    constexpr double kFar = 6; // an access of lanes that do not read side by side, for each lane
     double single = 0, together = 0;
+    Strides strides(plan);
     for (const Instruction& instruction : llvm::instructions(plan.function())) {
         double weight = 1;
         for (unsigned i = std::min(3u, plan.loops().getLoopDepth(instruction.getParent())); i > 0;
@@ -64,8 +184,11 @@ bool paysOff(const LockstepPlan& plan) {
         const bool isAlone = isCall || isa<llvm::AtomicRMWInst>(instruction) ||
                              isa<llvm::AtomicCmpXchgInst>(instruction);
         const double own = weight * (isCall ? kCall : 1);
+        const llvm::Value* address = llvm::getLoadStorePointerOperand(&instruction);
+        const bool isFar = address && !plan.isUniform(address) && plan.fieldOf(instruction) < 0 &&
+                           !strides.isNear(address, accessType(instruction));
         single += own;
-        together += isAlone ? own + weight * kRoundOfLane : own / kLanesAtOnce;
+        together += isAlone ? own + weight * kRoundOfLane : isFar ? own * kFar : own / kLanesAtOnce;
     }
     return together < 0.7 * single;
 }

@@ -127,13 +127,23 @@ LockstepEmitter::Nearness LockstepEmitter::nearnessOf(const IndexedAddress& addr
     nearness.bound =
         isSigned ? builder_.CreateICmpSLE(first, builder_.getInt32(uint32_t(0x7fffffff - span)))
                  : builder_.CreateICmpULE(first, builder_.getInt32(uint32_t(0xffffffff - span)));
-    // The same steps with the first index.
+    nearness.first = addressAt(address, first);
+    return nearness;
+}
+
+// The steps of the address with this index, or with none, which gives what is added to the index's
+// share.
+Value* LockstepEmitter::addressAt(const IndexedAddress& address, Value* index) {
+    const bool isSigned = isa<llvm::SExtInst>(address.extension);
     Value* made = nullptr;
     Value* before = nullptr;
     for (Instruction* step : llvm::reverse(address.chain)) {
         if (step == address.extension) {
-            made = isSigned ? builder_.CreateSExt(first, step->getType())
-                            : builder_.CreateZExt(first, step->getType());
+            if (!index)
+                made = llvm::Constant::getNullValue(step->getType());
+            else
+                made = isSigned ? builder_.CreateSExt(index, step->getType())
+                                : builder_.CreateZExt(index, step->getType());
         } else {
             Instruction* copy = step->clone();
             for (llvm::Use& use : copy->operands())
@@ -144,8 +154,30 @@ LockstepEmitter::Nearness LockstepEmitter::nearnessOf(const IndexedAddress& addr
         }
         before = step;
     }
-    nearness.first = made;
-    return nearness;
+    return made;
+}
+
+// The addresses of all lanes for a gather or scatter: processors take an address that lanes share
+// and an index of 32 bits for each, in half the registers of whole addresses.
+Value* LockstepEmitter::farAddresses(Value* pointer) {
+    const auto found = indexed_.find(pointer);
+    if (found == indexed_.end())
+        return wide(pointer);
+    const IndexedAddress& address = found->second;
+    if (!llvm::isPowerOf2_64(address.scale) || address.scale > 8)
+        return wide(pointer);
+    Value* base = addressAt(address, nullptr);
+    if (!base->getType()->isPointerTy())
+        base = builder_.CreateIntToPtr(base, builder_.getPtrTy());
+    Value* indices = wide(address.extension->getOperand(0));
+    llvm::Type* element = builder_.getIntNTy(unsigned(address.scale) * 8);
+    if (isa<llvm::ZExtInst>(address.extension)) { // their indices are signed
+        constexpr uint32_t kHalf = uint32_t(1) << 31;
+        indices = builder_.CreateXor(indices, splat(builder_.getInt32(kHalf)));
+        base = builder_.CreateGEP(element, base, builder_.getInt64(kHalf));
+    }
+    indices = builder_.CreateSExt(indices, wideType(builder_.getInt64Ty()));
+    return builder_.CreateGEP(element, base, indices);
 }
 
 } // namespace sunstone::compiler

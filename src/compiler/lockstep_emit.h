@@ -86,6 +86,7 @@ private:
     Value* firstLane(Value* bits);
 
     // ---- instructions (lockstep_widen.cpp) ----
+    bool isFieldAddress(const llvm::Instruction& instruction) const;
     void emitInstruction(llvm::Instruction& instruction);
     void emitUniform(llvm::Instruction& instruction);
     Value* widen(llvm::Instruction& instruction); // null: lane by lane
@@ -120,6 +121,8 @@ private:
     bool isNearPossible(const llvm::Instruction& access) const;
     void findAddresses(llvm::BasicBlock& block);
     Nearness nearnessOf(const IndexedAddress& address, uint64_t bytes);
+    Value* addressAt(const IndexedAddress& address, Value* index);
+    Value* farAddresses(Value* pointer);
     bool canGather(llvm::Type* type) const;
 
     const LockstepPlan& plan_;

@@ -19,7 +19,20 @@ using llvm::Instruction;
 using llvm::isa;
 using llvm::Value;
 
+// Addresses in the thread's own description that only serve to read its fields, which the prologue
+// has done.
+bool LockstepEmitter::isFieldAddress(const Instruction& instruction) const {
+    const auto* address = dyn_cast<llvm::GetElementPtrInst>(&instruction);
+    return address && address->getPointerOperand() == source_.getArg(0) &&
+           llvm::all_of(address->users(), [&](const llvm::User* user) {
+               const auto* reader = cast<Instruction>(user);
+               return plan_.fieldOf(*reader) >= 0 && plan_.isInPrologue(reader);
+           });
+}
+
 void LockstepEmitter::emitInstruction(Instruction& instruction) {
+    if (isFieldAddress(instruction))
+        return;
     if (auto* intrinsic = dyn_cast<llvm::IntrinsicInst>(&instruction))
         if (intrinsic->isAssumeLikeIntrinsic())
             return;
@@ -291,10 +304,10 @@ Value* LockstepEmitter::widenLoad(llvm::LoadInst& load) {
         return builder_.CreateMaskedLoad(wideType(type), first, load.getAlign(), mask_);
     };
     const auto far = [&]() -> Value* {
-        return canGather(type)
-                   ? builder_.CreateMaskedGather(wideType(type), wide(load.getPointerOperand()),
-                                                 load.getAlign(), mask_)
-                   : laneByLane(load);
+        return canGather(type) ? builder_.CreateMaskedGather(wideType(type),
+                                                             farAddresses(load.getPointerOperand()),
+                                                             load.getAlign(), mask_)
+                               : laneByLane(load);
     };
     return byNearness(load.getPointerOperand(), layout_.getTypeStoreSize(type), false, near, far);
 }
@@ -317,8 +330,8 @@ bool LockstepEmitter::widenStore(llvm::StoreInst& store) {
     };
     const auto far = [&]() -> Value* {
         if (canGather(type))
-            builder_.CreateMaskedScatter(values, wide(store.getPointerOperand()), store.getAlign(),
-                                         mask_);
+            builder_.CreateMaskedScatter(values, farAddresses(store.getPointerOperand()),
+                                         store.getAlign(), mask_);
         else
             laneByLane(store);
         return nullptr;

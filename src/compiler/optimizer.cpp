@@ -124,7 +124,9 @@ void Optimizer::optimize() {
     loops.addPass(llvm::LoopRotatePass());
     loops.addPass(llvm::LICMPass(llvm::LICMOptions()));
     llvm::LoopPassManager loopsLate;
-    loopsLate.addPass(llvm::IndVarSimplifyPass());
+    // Lanes of kernels compute with vectors, of which numbers of 64 bits take twice as many.
+    const bool widensIndices = unit_.flavor() != Flavor::kKernel;
+    loopsLate.addPass(llvm::IndVarSimplifyPass(widensIndices));
     loopsLate.addPass(llvm::LoopDeletionPass());
     if (level_ >= OptLevel::k2)
         loopsLate.addPass(llvm::LoopFullUnrollPass(2));

@@ -277,6 +277,28 @@ KERNEL(someWrite) {
         reinterpret_cast<unsigned short*>(out)[i * 2 + 1] = (unsigned short)(in[i % n]);
 }
 
+struct Three {
+    unsigned a, b, c;
+};
+
+// Indices on both sides of an address, without a sign, of elements of several sizes.
+KERNEL(indirections) {
+    extern __shared__ unsigned box[];
+    const unsigned i = localIndex(), seed = in[globalIndex() % n];
+    box[i] = 0;
+    __syncthreads();
+    const unsigned* middle = in + n / 2;
+    const int left = -int(seed % unsigned(n / 2));
+    unsigned sum = middle[left] ^ middle[int(seed >> 7) % (n / 2)];
+    sum += unsigned(reinterpret_cast<const unsigned long long*>(in)[n / 4 + left / 2] >> 13);
+    sum += reinterpret_cast<const unsigned char*>(middle)[left * 4 + 1];
+    sum += reinterpret_cast<const Three*>(in)[seed % unsigned(n / 3)].b;
+    sum += in[seed * 2654435761u % unsigned(n)];
+    box[threads() - 1 - i] = sum;
+    __syncthreads();
+    out[globalIndex()] = box[i] + box[seed % threads()];
+}
+
 KERNEL(atomics) {
     __shared__ unsigned bins[16];
     __shared__ unsigned most;
@@ -312,6 +334,27 @@ KERNEL(locks) {
     }
     __syncthreads();
     out[globalIndex()] = count;
+}
+
+// The same again and again, with all of them together in between.
+KERNEL(waitsInRounds) {
+    __shared__ volatile unsigned flag;
+    if (localIndex() == 0)
+        flag = 0;
+    __syncthreads();
+    unsigned sum = in[globalIndex() % n];
+    for (unsigned round = 1; round <= 5; ++round) {
+        if (localIndex() == 0) {
+            while (flag != round) {
+            }
+        } else if (localIndex() == threads() - 1) {
+            flag = round;
+        }
+        __syncthreads();
+        sum = mix(sum + flag * lane());
+        __syncthreads();
+    }
+    out[globalIndex()] = sum;
 }
 
 // The first thread of the block waits for the last one.
