@@ -60,11 +60,13 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
     to.callables[1] = describe(from.continuation);
 }
 
-// Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %;
-// where there may be instances, or nodes have two motion keys, the other way round: with motion blur
-// 96 are 9 to 19 % faster than 72, 128 within 3 % of that (docs/performance.md).
+// Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %
+// where there are no instances, from 96 to 80 up to 6 % where there is one level of them; where nodes
+// have two motion keys the other way round: with motion blur 96 are 9 to 19 % faster than 72, 25 %
+// faster than 80, 128 within 3 % of that (docs/performance.md).
 unsigned registersOf(const compiler::PipelineRules& rules) {
-    return rules.motionBlur || graphKindOf(rules.traversableGraphFlags) != 0 ? 96 : 72;
+    constexpr unsigned kOfGraph[] = {72, 80, 96}; // by GraphKind
+    return rules.motionBlur ? 96 : kOfGraph[graphKindOf(rules.traversableGraphFlags)];
 }
 
 // Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses.

@@ -424,6 +424,67 @@ TEST(GpuInputs, BoxesOfInstancesDoNotDependOnTheirOrder) {
     }
 }
 
+GpuStructure instancesOf(uint64_t child, const std::vector<std::array<float, 12>>& transforms) {
+    std::vector<InstanceDesc> instances(transforms.size());
+    for (size_t i = 0; i < instances.size(); ++i) {
+        instances[i] = {};
+        std::copy(transforms[i].begin(), transforms[i].end(), instances[i].transform);
+        instances[i].visibilityMask = 255;
+        instances[i].traversableHandle = child;
+    }
+    InstanceInput in;
+    in.instances = instances.data();
+    in.numInstances = uint32_t(instances.size());
+    BuildInputs inputs;
+    inputs.instances = &in;
+    return buildOnDevice(inputs);
+}
+
+// Children of nodes of instances wait one by one for their turn; where too many do, in groups.
+TEST(GpuInputs, ManyWaitingChildren) {
+    struct AnyOrder : NearestPrograms {
+        bool nearestFirst() const { return false; }
+    };
+    const Mesh mesh = icosphere(2);
+    const GpuStructure sphere = buildOnDevice(mesh.input());
+    Random random(42);
+    const auto heap = [&](uint64_t child) {
+        std::vector<std::array<float, 12>> transforms;
+        for (uint32_t i = 0; i < 400; ++i) {
+            const Vec3 p = random.point(0.05f);
+            const float s = random(0.9f, 1.1f);
+            transforms.push_back({s, 0, 0, p.x, 0, s, 0, p.y, 0, 0, s, p.z});
+        }
+        return instancesOf(child, transforms);
+    };
+    const GpuStructure inner = heap(sphere.handle()), outer = heap(inner.handle());
+    uint32_t hits = 0, most = 0;
+    for (uint32_t i = 0; i < 12; ++i) {
+        const Vec3 o = random.unit() * 4, d = random.point(1.2f) - o;
+        const QueryRay query{{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1e30f};
+        AnyOrder anyOrder;
+        QueryHit expected;
+        const bool isHit = nearestBy(anyOrder, outer.handle(), query, expected);
+        NearestPrograms programs;
+        gpu::Ray ray{{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1e30f};
+        Traversal<NearestPrograms> traversal;
+        U2 stack[Traversal<NearestPrograms>::kStackSize];
+        Level levels[NearestPrograms::kLevels + 1];
+        ASSERT_TRUE(traversal.start(programs, ray, outer.handle(), levels));
+        while (!traversal.step(programs, ray, stack, levels)) {
+            most = std::max(most, traversal.top);
+            ASSERT_LE(traversal.top, Traversal<NearestPrograms>::kStackSize);
+        }
+        ASSERT_EQ(programs.found, isHit) << "ray " << i;
+        if (isHit) {
+            ++hits;
+            ASSERT_EQ(ray.tmax, expected.t) << "ray " << i;
+        }
+    }
+    EXPECT_GT(hits, 3u);
+    EXPECT_GT(most, kWaitingChildren);
+}
+
 TEST(GpuInputs, Instances) {
     const Mesh mesh = icosphere(2);
     const GpuStructure sphere = buildOnDevice(mesh.input());

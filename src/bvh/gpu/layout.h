@@ -124,6 +124,8 @@ constexpr unsigned kMaxWideDepth = 30;
 constexpr unsigned kStackEntries = kMaxWideDepth + 2;
 // Beside these, primitives wait on a stack while it has fewer entries than so many.
 constexpr unsigned kWaitingLeaves = 16;
+// Beside these, too: children of nodes of instances, one by one, while it has fewer.
+constexpr unsigned kWaitingChildren = 48;
 
 } // namespace sunstone::bvh::gpu
 

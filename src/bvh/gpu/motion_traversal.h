@@ -78,9 +78,11 @@ SUNSTONE_GPU_INLINE void addGrid(const U4* node, U4 head, const float origin[3],
 }
 
 // testNode (traversal.h) of a node with a WideNode for each key; `node` is that of place.key.
+template <bool kDistances>
 SUNSTONE_GPU_INLINE void testMovingNode(const U4* node, const MotionPlace& place,
                                         const float origin[3], const BoxRay& ray, float tmin,
-                                        float tmax, Group& inner, Group& leaf) {
+                                        float tmax, Group& inner, Group& leaf,
+                                        Distances<kDistances>& distances) {
     constexpr uint32_t kNext = sizeof(WideNode) / 16;
     const U4 head = loadConstant(node), children = loadConstant(node + 1);
     float constant[3] = {0, 0, 0}, margin[3] = {0, 0, 0}, reach = 0;
@@ -130,8 +132,11 @@ SUNSTONE_GPU_INLINE void testMovingNode(const U4* node, const MotionPlace& place
             }
             if (begin <= end)
                 hits |= slots.hit(k);
+            distances.set(4 * uint32_t(half) + k, begin <= end, orderedInt(begin));
         }
     }
+    distances.metas[0] = children.z;
+    distances.metas[1] = children.w;
     setGroups(head, children, hits, inner, leaf);
 }
 

@@ -118,9 +118,43 @@ SUNSTONE_GPU_INLINE int32_t orderedInt(float a) {
     return __builtin_bit_cast(int32_t, a);
 }
 
+// How far away the children of a node begin that are hit: the bits of a distance that is not
+// negative, rounded down, and the slot. The metas are those of the node.
+template <bool kWanted>
+struct Distances {
+    uint32_t keys[8];
+    uint32_t metas[2];
+
+    __attribute__((always_inline)) void set(uint32_t slot, bool hit, int32_t begin) {
+        keys[slot] = hit ? (uint32_t(begin) & ~7u) | slot : kMissed;
+    }
+    __attribute__((always_inline)) void order(uint32_t i, uint32_t k) {
+        const uint32_t a = keys[i], b = keys[k];
+        keys[i] = a < b ? a : b;
+        keys[k] = a < b ? b : a;
+    }
+    // Nearest first (Batcher's network).
+    __attribute__((always_inline)) void sort() {
+        order(0, 1), order(2, 3), order(4, 5), order(6, 7);
+        order(0, 2), order(1, 3), order(4, 6), order(5, 7);
+        order(1, 2), order(5, 6);
+        order(0, 4), order(1, 5), order(2, 6), order(3, 7);
+        order(2, 4), order(3, 5);
+        order(1, 2), order(3, 4), order(5, 6);
+    }
+    static constexpr uint32_t kMissed = ~0u;
+};
+template <>
+struct Distances<false> {
+    uint32_t metas[2];
+    __attribute__((always_inline)) void set(uint32_t, bool, int32_t) {}
+};
+
 // Tests the boxes of a node's children. tmin must not be negative.
+template <bool kDistances>
 SUNSTONE_GPU_INLINE void testNode(const U4* node, const float origin[3], const BoxRay& ray,
-                                  float tmin, float tmax, Group& inner, Group& leaf) {
+                                  float tmin, float tmax, Group& inner, Group& leaf,
+                                  Distances<kDistances>& distances) {
     const U4 head = loadConstant(node), children = loadConstant(node + 1);
     const U4 planes0 = loadConstant(node + 2), planes1 = loadConstant(node + 3),
              planes2 = loadConstant(node + 4);
@@ -171,8 +205,11 @@ SUNSTONE_GPU_INLINE void testNode(const U4* node, const float origin[3], const B
                       least(plane(farZ, scale[2], farC[2]), orderedInt(tmax)));
             if (begin <= end)
                 hits |= slots.hit(k);
+            distances.set(4 * uint32_t(half) + k, begin <= end, begin);
         }
     }
+    distances.metas[0] = children.z;
+    distances.metas[1] = children.w;
     setGroups(head, children, hits, inner, leaf);
 }
 

@@ -115,6 +115,7 @@ struct NearestPrograms : NoShapes, NoMotion, OneLane {
     }
     bool enterTransform(gpu::Ray&, uint64_t, uint64_t&, float*) { return false; }
     void leave(gpu::Ray&) { current = 0; }
+    bool nearestFirst() const { return true; }
 };
 
 // The same where spaces are left to that of the ray only, or there are none.

@@ -21,6 +21,9 @@
 //       // What was entered last; ray.origin and direction are those of the outer space again.
 //       void leave(Ray& ray);
 //       static uint32_t lanes(); // of the warp, that run this together
+//       // With kInstances: whether the lane, if it wants to enter an instance, may do so now.
+//       static bool mayEnter(bool wants);
+//       bool nearestFirst() const; // whether all hits must be looked at, to find the nearest
 //       float time() const;  // with kMotion
 //       void refuseMotion(); // without: there is some; may return, and nothing is there
 //   };
@@ -60,6 +63,7 @@ struct NoMotion {
 };
 struct OneLane {
     static SUNSTONE_GPU_MEMBER uint32_t lanes() { return 1; }
+    static SUNSTONE_GPU_MEMBER bool mayEnter(bool wants) { return wants; }
 };
 
 SUNSTONE_GPU_INLINE void transformRay(const float m[12], const float origin[3],
@@ -99,7 +103,9 @@ SUNSTONE_GPU_INLINE uint64_t wordsOf(uint32_t low, uint32_t high) {
 template <class Programs>
 struct Traversal {
     // Entries a stack needs; one of its entries is a group, or 0, 0 where a space ends.
-    static constexpr unsigned kStackSize = kWaitingLeaves + kStackEntries * (Programs::kLevels + 1);
+    static constexpr unsigned kStackSize =
+        (Programs::kInstances ? kWaitingChildren + 8 : kWaitingLeaves) +
+        kStackEntries * (Programs::kLevels + 1);
     // Instances are entered from the ray's first space only, which is therefore stored once.
     static constexpr bool kKeepsSpace = Programs::kLevels == 1 && !Programs::kMotion;
 
@@ -143,44 +149,27 @@ struct Traversal {
     // Visits a node, or what is left of a leaf, and primitives found there. True at the end.
     __attribute__((always_inline)) bool step(Programs& programs, Ray& ray, U2* stack,
                                              Level* levels) {
-        if (!Programs::kInstances || leaf.bits == 0)
-            openNext(ray, stack);
+        if constexpr (Programs::kInstances)
+            return stepInGraph(programs, ray, stack, levels);
+        openNext(programs, ray, stack);
         const uint32_t few = (5 * Programs::lanes() + 8) / 16;
-        // Where there are instances, lanes of a warp are at all kinds of work at once: those with
-        // many primitives leave some for the next step, while others go on through nodes.
-        for (uint32_t i = 0; leaf.bits != 0 && (!Programs::kInstances || i < kVisits); ++i) {
-            const uint32_t place = nextPlace();
-            leaf.bits &= ~(1u << place);
-            if (visit(programs, ray, leaf.base + place, stack, levels))
+        while (leaf.bits != 0) {
+            if (visitNext(programs, ray))
                 return true;
-            if (!Programs::kInstances && leaf.bits != 0 && mayWait() && Programs::lanes() < few) {
+            if (leaf.bits != 0 && mayWait() && Programs::lanes() < few) {
                 push(stack, leaf);
                 leaf.bits = 0;
             }
         }
-        if (Programs::kInstances && leaf.bits != 0)
-            return false;
-        if constexpr (!Programs::kInstances) {
-            // Without a branch around it: compilers make a loop of the lanes that need no other
-            // group, at whose end those that take one from the stack would wait.
-            const bool empty = inner.bits <= 0x00FFFFFFu;
-            if (empty && top == 0)
-                return true;
-            top -= empty;
-            const U2 entry = stack[top]; // there are always places to spare
-            inner.base = empty ? entry.x : inner.base;
-            inner.bits = empty ? entry.y : inner.bits;
-            return false;
-        }
-        while (inner.bits <= 0x00FFFFFFu) {
-            if (top == 0)
-                return true;
-            const U2 entry = stack[--top];
-            inner = {entry.x, entry.y};
-            if (entry.y != 0)
-                break;
-            leaveSpace(programs, ray, levels);
-        }
+        // Without a branch around it: compilers make a loop of the lanes that need no other group,
+        // at whose end those that take one from the stack would wait.
+        const bool empty = inner.bits <= 0x00FFFFFFu;
+        if (empty && top == 0)
+            return true;
+        top -= empty;
+        const U2 entry = stack[top]; // there are always places to spare
+        inner.base = empty ? entry.x : inner.base;
+        inner.bits = empty ? entry.y : inner.bits;
         return false;
     }
 
@@ -194,8 +183,99 @@ private:
 
     static constexpr uint32_t kVisits = 2;
 
+    // Where there are instances, lanes of a warp are at all kinds of work at once: those with many
+    // primitives leave some for the next step, while others go on through nodes.
+    __attribute__((always_inline)) bool stepInGraph(Programs& programs, Ray& ray, U2* stack,
+                                                    Level* levels) {
+        if ((inner.bits | leaf.bits) == 0) {
+            leaveSpace(programs, ray, levels);
+            if (pop(ray, stack))
+                return true;
+            if (Programs::kLevels > 1 && (inner.bits | leaf.bits) == 0)
+                return false; // the space around is left next
+        }
+        if (Programs::mayEnter(leaf.bits != 0 && kind == BlockType::kInstances)) {
+            const uint32_t place = nextPlace();
+            leaf.bits &= ~(1u << place);
+            visitInstance(programs, ray, leaf.base + place, stack, levels);
+        }
+        if (leaf.bits == 0)
+            openNext(programs, ray, stack);
+        if (kind != BlockType::kInstances)
+            for (uint32_t i = 0; leaf.bits != 0 && i < kVisits; ++i)
+                if (visitNext(programs, ray))
+                    return true;
+        return pop(ray, stack);
+    }
+
+    __attribute__((always_inline)) bool visitNext(Programs& programs, Ray& ray) {
+        const uint32_t place = uint32_t(__builtin_ctz(leaf.bits));
+        leaf.bits &= leaf.bits - 1;
+        return visit(programs, ray, leaf.base + place);
+    }
+
+    // Takes what is next from the stack if there is nothing left in hand; true at the end.
+    __attribute__((always_inline)) bool pop(const Ray& ray, const U2* stack) {
+        bool search = inner.bits <= 0x00FFFFFFu && leaf.bits == 0, end = false;
+        while (search) {
+            end = top == 0;
+            search = false;
+            if (!end) {
+                const U2 entry = stack[--top];
+                if (!isChild(entry)) {
+                    inner = {entry.x, entry.y};
+                } else if (floatOf(entry.y & ~7u) <= ray.tmax) {
+                    take(entry);
+                } else {
+                    top -= entry.x >> 28 & 7u;
+                    search = true;
+                }
+            }
+        }
+        return end;
+    }
+
+    // Children of nodes of instances are visited nearest first, wherever they are: nodes overlap,
+    // and what lies behind a hit need not be entered. Those that wait are entries of their own:
+    // index | how many farther ones of the node are below << 28 | 1 << 31; distance, lowest bit
+    // set for an instance.
+    static __attribute__((always_inline)) bool isChild(U2 entry) {
+        return entry.x >> 31;
+    }
+    __attribute__((always_inline)) void take(U2 entry) {
+        const uint32_t index = entry.x & 0x0FFFFFFFu;
+        const bool instance = entry.y & 1u;
+        inner = {index, instance ? 0u : 1u << 24}; // a group of one
+        leaf = {index, instance ? 1u : 0u};
+    }
+    __attribute__((always_inline)) void takeNearest(Distances<true>& distances, U2* stack) {
+        distances.sort();
+        const uint32_t innerMask = inner.bits & 0xFFu, childBase = inner.base,
+                       primitiveBase = leaf.base;
+        const auto entryOf = [&](uint32_t i, uint32_t farther) {
+            const uint32_t key = distances.keys[i], slot = key & 7u;
+            const bool isInner = innerMask >> slot & 1u;
+            const uint32_t before = uint32_t(__builtin_popcount(innerMask & ~(~0u << slot)));
+            const uint32_t place =
+                permute(distances.metas[0], distances.metas[1], slot) & 31u;
+            return U2{(isInner ? childBase + before : primitiveBase + place) | farther << 28 |
+                          1u << 31,
+                      (key & ~7u) | (isInner ? 0u : 1u)};
+        };
+        uint32_t farther = 0;
+#pragma unroll
+        for (uint32_t i = 7; i > 0; --i)
+            if (distances.keys[i] != Distances<true>::kMissed)
+                stack[top++] = entryOf(i, farther++);
+        if (distances.keys[0] != Distances<true>::kMissed)
+            take(entryOf(0, 0));
+        else
+            inner.bits = leaf.bits = 0;
+    }
+
     // The next child of the group becomes the group, or the group, which is of primitives, a leaf.
-    __attribute__((always_inline)) void openNext(const Ray& ray, U2* stack) {
+    __attribute__((always_inline)) void openNext(const Programs& programs, const Ray& ray,
+                                                 U2* stack) {
         if (inner.bits <= 0x00FFFFFFu) {
             leaf = inner;
             inner.bits = 0;
@@ -208,30 +288,34 @@ private:
         inner.bits &= ~(1u << bit);
         if (inner.bits > 0x00FFFFFFu)
             push(stack, inner);
-        test(ray, child);
+        test(programs, ray, child, stack);
     }
 
     // Primitives are listed by slot, and the highest bit of a slot is the side along z. What is
     // behind an instance that is hit need not be entered.
     __attribute__((always_inline)) uint32_t nextPlace() const {
-        const bool last =
-            Programs::kInstances && kind == BlockType::kInstances && (box.octant & 4u) == 0;
-        return last ? 31 - uint32_t(__builtin_clz(leaf.bits)) : uint32_t(__builtin_ctz(leaf.bits));
+        return (box.octant & 4u) == 0 ? 31 - uint32_t(__builtin_clz(leaf.bits)) : uint32_t(__builtin_ctz(leaf.bits));
     }
 
     __attribute__((always_inline)) void push(U2* stack, Group group) {
         stack[top++] = U2{group.base, group.bits};
     }
 
-    __attribute__((always_inline)) void test(const Ray& ray, uint32_t child) {
+    __attribute__((always_inline)) void test(const Programs& programs, const Ray& ray,
+                                             uint32_t child, U2* stack) {
         constexpr uint32_t kUnits = sizeof(WideNode) / 16;
         const float tmin = larger(ray.tmin, 0.0f);
+        Distances<Programs::kInstances> distances;
         if (Programs::kMotion && motion.keys > 1)
             testMovingNode(nodes + uint64_t(child) * motion.keys * kUnits, motion, ray.origin, box,
-                           tmin, ray.tmax, inner, leaf);
+                           tmin, ray.tmax, inner, leaf, distances);
         else
             testNode(nodes + uint64_t(child) * kUnits, ray.origin, box, tmin, ray.tmax, inner,
-                     leaf);
+                     leaf, distances);
+        if constexpr (Programs::kInstances)
+            if (programs.nearestFirst() && kind == BlockType::kInstances &&
+                top < kWaitingChildren)
+                takeNearest(distances, stack);
     }
 
     __attribute__((always_inline)) void loadTriangle(uint32_t record, U4& a, U4& b, U4& c) const {
@@ -253,12 +337,7 @@ private:
         return Programs::kMotion ? bvh::kindOf(type) : type;
     }
 
-    __attribute__((always_inline)) bool visit(Programs& programs, Ray& ray, uint32_t record,
-                                              U2* stack, Level* levels) {
-        if (Programs::kInstances && kind == BlockType::kInstances) {
-            visitInstance(programs, ray, record, stack, levels);
-            return false;
-        }
+    __attribute__((always_inline)) bool visit(Programs& programs, Ray& ray, uint32_t record) {
         if (Programs::shapes() && kind == BlockType::kShapes) {
             ShapeHit hit;
             return testShape<Programs::kMotion>(Programs::shapes(), block, records, record, motion,

@@ -26,7 +26,9 @@ struct Candidates {
     bool candidateAnyHit;
     float tmax; // while an intersection program runs
     uint32_t candidateGroup;
-    // Where in the graph the walk is.
+    // Where in the graph the walk is: with one level the instance, or transform, that was entered,
+    // or 0, from which all else follows; with more what they add up to.
+    uint64_t entered;
     uint32_t instanceIndex, instanceId, instanceSbtOffset, instanceFlags;
     uint32_t transformCount;
     uint64_t gas;
@@ -34,7 +36,7 @@ struct Candidates {
     struct Best {
         uint32_t kind, primitive, sbtGasIndex, instanceIndex, instanceId, instanceSbtOffset;
         uint32_t transformCount;
-        uint64_t gas;
+        uint64_t entered, gas;
         uint32_t attributes[kMaxAttributeWords];
     } best;
     uint64_t *transforms, *bestTransforms; // of the GraphPath
@@ -48,7 +50,47 @@ struct Candidates {
         return recordAt(sbt.hitBase, sbt.hitStride, sbt.hitCount, index);
     }
 
+    static SUNSTONE_DEVICE_MEMBER bool hasOneLevel() {
+        return sunstone_gpu_graph == kGraphSingleLevel;
+    }
+
+    // What programs are told of a place.
+    struct Place {
+        uint32_t index = 0, id = ~0u, sbtOffset = 0, flags = 0;
+        uint64_t gas = 0;
+    };
+    SUNSTONE_DEVICE_MEMBER Place placeOf(uint64_t handle) const {
+        Place place;
+        if (handle == 0) {
+            place.gas = state->handle;
+        } else if (tagOf(handle) == kTagInstance) {
+            const auto& record = *reinterpret_cast<const InstanceRecord*>(addressOf(handle));
+            place = {record.index, record.instanceId, record.sbtOffset, record.flags, record.child};
+        } else {
+            place.gas = bvh::childOf(handle);
+        }
+        return place;
+    }
+    SUNSTONE_DEVICE_MEMBER Place here() const {
+        return hasOneLevel() ? placeOf(entered)
+                             : Place{instanceIndex, instanceId, instanceSbtOffset, instanceFlags,
+                                     gas};
+    }
+    SUNSTONE_DEVICE_MEMBER Place bestPlace() const {
+        return hasOneLevel() ? placeOf(best.entered)
+                             : Place{best.instanceIndex, best.instanceId, best.instanceSbtOffset, 0,
+                                     best.gas};
+    }
+    // Of the state's hit.
+    SUNSTONE_DEVICE_MEMBER void setPlace(const Place& place) const {
+        state->hit.instanceIndex = place.index;
+        state->hit.instanceId = place.id;
+        state->hit.instanceSbtOffset = place.sbtOffset;
+        state->hit.gas = place.gas;
+    }
+
     SUNSTONE_DEVICE_MEMBER void beginPath() {
+        entered = 0;
         instanceIndex = instanceSbtOffset = instanceFlags = 0;
         instanceId = ~0u;
         transformCount = 0;
@@ -56,15 +98,24 @@ struct Candidates {
 
     // Shows programs, and exceptions, where the walk is.
     SUNSTONE_DEVICE_MEMBER void showPath() const {
+        if (hasOneLevel())
+            return showEntered(entered);
         state->hit.transformCount = transformCount;
         for (uint32_t i = 0; i < transformCount; ++i)
             state->hit.transforms[i] = transforms[i];
     }
 
+    SUNSTONE_DEVICE_MEMBER void showEntered(uint64_t handle) const {
+        state->hit.transformCount = handle != 0;
+        if (handle != 0)
+            state->hit.transforms[0] = handle;
+    }
+
     // Whether any-hit counts as enabled, by geometry and instance; the ray's flags come on top.
     SUNSTONE_DEVICE_MEMBER bool anyHitEnabled(uint32_t sbtWord) const {
-        if (instanceFlags & (kInstanceDisableAnyHit | kInstanceEnforceAnyHit))
-            return (instanceFlags & kInstanceDisableAnyHit) == 0;
+        const uint32_t flags = here().flags;
+        if (flags & (kInstanceDisableAnyHit | kInstanceEnforceAnyHit))
+            return (flags & kInstanceDisableAnyHit) == 0;
         return (sbtWord >> bvh::kGeometryFlagShift & 1) == 0;
     }
     SUNSTONE_DEVICE_MEMBER bool droppedByFlags(bool enabled) const {
@@ -77,15 +128,20 @@ struct Candidates {
             return (rayFlags & kRayDisableAnyHit) == 0;
         return enabled;
     }
-    SUNSTONE_DEVICE_MEMBER bool flipped() const { return instanceFlags & kInstanceFlipFacing; }
+    SUNSTONE_DEVICE_MEMBER bool flipped() const { return here().flags & kInstanceFlipFacing; }
     SUNSTONE_DEVICE_MEMBER bool culled(float det, uint32_t sbtWord) const {
-        if ((instanceFlags & kInstanceDisableFaceCulling) ||
+        if ((rayFlags & (kRayCullFront | kRayCullBack)) == 0 ||
+            (here().flags & kInstanceDisableFaceCulling) ||
             (sbtWord >> bvh::kGeometryFlagShift & 4))
             return false;
         return rayFlags & ((det > 0) != flipped() ? kRayCullFront : kRayCullBack);
     }
 
     SUNSTONE_DEVICE_MEMBER void keepPath() {
+        if (hasOneLevel()) {
+            best.entered = entered;
+            return;
+        }
         best.instanceIndex = instanceIndex;
         best.instanceId = instanceId;
         best.instanceSbtOffset = instanceSbtOffset;
@@ -106,19 +162,17 @@ struct Candidates {
         hit.primitive = primitive;
         hit.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
         showPath();
-        const uint64_t record = hitRecord(hit.sbtGasIndex, instanceSbtOffset);
+        const Place place = here();
+        const uint64_t record = hitRecord(hit.sbtGasIndex, place.sbtOffset);
         candidateGroup = record ? groupOf(state, record, kGroupHit) : kNoGroup;
-        checkBuiltin(state, candidateGroup, gas, hit.sbtGasIndex);
+        checkBuiltin(state, candidateGroup, place.gas, hit.sbtGasIndex);
         hit.record = reinterpret_cast<const void*>(record);
         state->sbtData = dataOf(record);
         for (int i = 0; i < 3; ++i) {
             state->objectOrigin[i] = ray.origin[i];
             state->objectDirection[i] = ray.direction[i];
         }
-        hit.instanceIndex = instanceIndex;
-        hit.instanceId = instanceId;
-        hit.instanceSbtOffset = instanceSbtOffset;
-        hit.gas = gas;
+        setPlace(place);
         return true;
     }
 
@@ -150,21 +204,25 @@ struct Candidates {
 template <unsigned kMaxLevels>
 struct GraphPath {
     // What leaving an instance brings back.
-    struct Place {
+    struct Around {
         uint32_t index, id, sbtOffset, flags;
     };
     uint64_t transforms[kMaxLevels + 1], best[kMaxLevels + 1];
-    Place places[kMaxLevels + 1];
+    Around places[kMaxLevels + 1];
 };
 
-template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion, bool kLetsWait = false>
+// Whether a walk looks for the nearest hit; the ray's flags tell, which not all code knows before.
+enum class Seeks { kByFlags, kNearest, kAny };
+
+template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion, bool kLetsWait = false,
+          Seeks kSeeks = Seeks::kByFlags>
 struct Tracer : Candidates {
     static constexpr bool kTriangles = true, kCustoms = kWithCustoms, kInstances = kMaxLevels > 0,
                           kMotion = kWithMotion;
     static constexpr unsigned kLevels = kMaxLevels;
 
     using Path = GraphPath<kMaxLevels>;
-    typename Path::Place* places;
+    typename Path::Around* places;
 
     SUNSTONE_DEVICE_MEMBER void setBarycentrics(uint32_t* attributes,
                                                 const walk::TriangleHit& hit) {
@@ -180,13 +238,14 @@ struct Tracer : Candidates {
     // False where the triangle is transparent; else sets the geometry flag.
     SUNSTONE_DEVICE_MEMBER bool throughMicromap(const walk::TriangleHit& hit, uint32_t primitive,
                                                 uint32_t& sbtWord) const {
-        const auto* const block = reinterpret_cast<const bvh::BlockHeader*>(addressOf(gas));
-        if ((instanceFlags & kInstanceDisableMicromaps) || block->micromapsOffset == 0)
+        const Place place = here();
+        const auto* const block = reinterpret_cast<const bvh::BlockHeader*>(addressOf(place.gas));
+        if ((place.flags & kInstanceDisableMicromaps) || block->micromapsOffset == 0)
             return true;
         const uint32_t at = walk::lane::MicromapLookup(block).stateAt(
             primitive, sbtWord, walk::divide(hit.v, hit.det), walk::divide(hit.w, hit.det));
         const bool twoStates = (rayFlags & kRayForceMicromap2State) ||
-                               (instanceFlags & kInstanceForceMicromap2State);
+                               (place.flags & kInstanceForceMicromap2State);
         return walk::lane::throughMicromap(at, twoStates, sbtWord);
     }
 
@@ -239,7 +298,23 @@ struct Tracer : Candidates {
         return uint32_t(__builtin_popcount(mask));
     }
 
-    SUNSTONE_DEVICE_MEMBER void setPlace(uint32_t* attributes, float u) {
+    // Entering takes as long as a node, and few lanes come to it at once: they wait until they are a
+    // quarter of those under way.
+    static SUNSTONE_DEVICE_MEMBER bool mayEnter(bool wants) {
+        if constexpr (!kLetsWait)
+            return wants;
+        uint32_t mask;
+        asm volatile("activemask.b32 %0;" : "=r"(mask));
+        const uint32_t waiting = __nvvm_vote_ballot_sync(mask, wants);
+        return wants && 4 * __builtin_popcount(waiting) >= __builtin_popcount(mask);
+    }
+    SUNSTONE_DEVICE_MEMBER bool nearestFirst() const {
+        if constexpr (kSeeks != Seeks::kByFlags)
+            return kSeeks == Seeks::kNearest;
+        return (rayFlags & kRayTerminateOnFirstHit) == 0;
+    }
+
+    SUNSTONE_DEVICE_MEMBER void setParameter(uint32_t* attributes, float u) {
         attributes[0] = walk::bitsOf(u);
         for (unsigned i = 1; i < kMaxAttributeWords; ++i)
             attributes[i] = 0;
@@ -253,7 +328,7 @@ struct Tracer : Candidates {
                 return walk::Visit::kContinue;
             state->hit.t = hit.t;
             state->hit.kind = hit.kind;
-            setPlace(state->hit.attributes, hit.u);
+            setParameter(state->hit.attributes, hit.u);
             return offer(ray.tmax) == kTerminate ? walk::Visit::kEnd : walk::Visit::kContinue;
         }
         if (droppedByFlags(enabled))
@@ -263,7 +338,7 @@ struct Tracer : Candidates {
         best.kind = hit.kind;
         best.primitive = hit.primitive;
         best.sbtGasIndex = hit.sbt & bvh::kSbtIndexMask;
-        setPlace(best.attributes, hit.u);
+        setParameter(best.attributes, hit.u);
         keepPath();
         ended = rayFlags & kRayTerminateOnFirstHit;
         return ended ? walk::Visit::kEnd : walk::Visit::kContinue;
@@ -277,11 +352,13 @@ struct Tracer : Candidates {
             return false;
         const walk::U4 from = walk::loadConstant(words + offsetof(InstanceRecord, child) / 16);
         child = walk::wordsOf(from.x, from.y);
-        savePlace();
-        instanceIndex = last.z;
-        instanceId = from.z;
-        instanceSbtOffset += from.w;
-        instanceFlags = last.y;
+        if (!hasOneLevel()) {
+            savePlace();
+            instanceIndex = last.z;
+            instanceId = from.z;
+            instanceSbtOffset += from.w;
+            instanceFlags = last.y;
+        }
         enterWith(makeHandle(&instance, kTagInstance), child);
         for (int i = 0; i < 3; ++i) {
             const walk::U4 row =
@@ -326,6 +403,11 @@ struct Tracer : Candidates {
     SUNSTONE_DEVICE_MEMBER void refuseMotion() { endLaunch(state, kFatalMotion); }
 
     SUNSTONE_DEVICE_MEMBER void enterWith(uint64_t handle, uint64_t child) {
+        if (hasOneLevel()) {
+            entered = handle;
+            checkChild(state, child, &handle, 1);
+            return;
+        }
         transforms[transformCount++] = handle;
         checkChild(state, child, transforms, transformCount);
         if (tagOf(child) == kTagGas)
@@ -341,7 +423,7 @@ struct Tracer : Candidates {
     }
     SUNSTONE_DEVICE_MEMBER void leave(walk::Ray&) {
         if constexpr (kMaxLevels > 1) {
-            const typename Path::Place& place = places[--transformCount];
+            const typename Path::Around& place = places[--transformCount];
             instanceIndex = place.index;
             instanceId = place.id;
             instanceSbtOffset = place.sbtOffset;
@@ -358,21 +440,23 @@ struct Tracer : Candidates {
         hit.kind = best.kind;
         hit.primitive = best.primitive;
         hit.sbtGasIndex = best.sbtGasIndex;
-        hit.instanceIndex = best.instanceIndex;
-        hit.instanceId = best.instanceId;
-        hit.instanceSbtOffset = best.instanceSbtOffset;
-        hit.gas = best.gas;
+        const Place place = bestPlace();
+        setPlace(place);
         for (unsigned i = 0; i < kMaxAttributeWords; ++i)
             hit.attributes[i] = best.attributes[i];
-        hit.transformCount = best.transformCount;
-        for (uint32_t i = 0; i < best.transformCount; ++i)
-            hit.transforms[i] = bestTransforms[i];
+        if (hasOneLevel()) {
+            showEntered(best.entered);
+        } else {
+            hit.transformCount = best.transformCount;
+            for (uint32_t i = 0; i < best.transformCount; ++i)
+                hit.transforms[i] = bestTransforms[i];
+        }
         state->tmax = t;
-        const uint64_t record = hitRecord(best.sbtGasIndex, best.instanceSbtOffset);
+        const uint64_t record = hitRecord(best.sbtGasIndex, place.sbtOffset);
         hit.record = reinterpret_cast<const void*>(record);
         state->sbtData = dataOf(record);
         const uint32_t group = record ? groupOf(state, record, kGroupHit) : kNoGroup;
-        checkBuiltin(state, group, best.gas, best.sbtGasIndex);
+        checkBuiltin(state, group, place.gas, best.sbtGasIndex);
         return group;
     }
 };
@@ -416,9 +500,10 @@ SUNSTONE_DEVICE Found conclude(Programs& tracer, const walk::Ray& ray, uint32_t&
     return Found::kHit;
 }
 
-template <bool kInline, bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
+template <bool kInline, bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion,
+          Seeks kSeeks = Seeks::kByFlags>
 SUNSTONE_DEVICE_PART Found walkGraph(RayState* state, uint32_t& group) {
-    using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion, kInline>;
+    using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion, kInline, kSeeks>;
     using Walk = walk::Traversal<Programs>;
     Programs tracer;
     typename Programs::Path path;
@@ -435,9 +520,21 @@ SUNSTONE_DEVICE_PART Found walkGraph(RayState* state, uint32_t& group) {
 
 // The frame of the walk is gone while closest-hit and miss programs run, which may trace
 // themselves.
+template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion, Seeks kSeeks>
+[[gnu::noinline]] static Found findHitBy(RayState* state, uint32_t& group) {
+    return walkGraph<false, kWithCustoms, kMaxLevels, kWithMotion, kSeeks>(state, group);
+}
+
+// Where there are instances, distances are for rays that seek the nearest hit; the others have a
+// walk of their own, which is a tenth faster without.
 template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
-[[gnu::noinline]] static Found findHit(RayState* state, uint32_t& group) {
-    return walkGraph<false, kWithCustoms, kMaxLevels, kWithMotion>(state, group);
+SUNSTONE_DEVICE Found findHit(RayState* state, uint32_t& group) {
+    if constexpr (kMaxLevels == 0)
+        return findHitBy<kWithCustoms, kMaxLevels, kWithMotion, Seeks::kByFlags>(state, group);
+    else if (state->rayFlags & kRayTerminateOnFirstHit)
+        return findHitBy<kWithCustoms, kMaxLevels, kWithMotion, Seeks::kAny>(state, group);
+    else
+        return findHitBy<kWithCustoms, kMaxLevels, kWithMotion, Seeks::kNearest>(state, group);
 }
 
 // Makes the state ready for the miss program; its group, or kNoGroup.
