@@ -898,8 +898,10 @@ CUresult cuProfilerStop(void);
 #endif
 
 #include "sunstone/driver_pools.h"
+#include "sunstone/driver_virtual_memory.h"
 #include "sunstone/driver_memory.h"
 #include "sunstone/driver_textures.h"
+#include "sunstone/driver_references.h"
 #include "sunstone/driver_libraries.h"
 #include "sunstone/driver_stream_memory.h"
 

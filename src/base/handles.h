@@ -31,6 +31,16 @@ public:
         return found == objects_.end() ? nullptr : found->second;
     }
 
+    // A live object for which `predicate(object)` holds, or null.
+    template <class Predicate>
+    std::shared_ptr<T> findIf(Predicate predicate) const {
+        std::shared_lock lock(mutex_);
+        for (const auto& [handle, object] : objects_)
+            if (predicate(*object))
+                return object;
+        return nullptr;
+    }
+
     // Removes the handle and returns its object, or null if it is not alive.
     std::shared_ptr<T> remove(const void* handle) {
         std::unique_lock lock(mutex_);

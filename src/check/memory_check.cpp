@@ -16,7 +16,7 @@ namespace {
 namespace cpu = device::cpu;
 
 // Whether the range lies in one live allocation. Threads mostly stay with a few of them.
-bool inAllocation(uint64_t address, uint64_t bytes) {
+bool inAllocation(uint64_t address, uint64_t bytes, bool isWritten) {
     struct Known {
         uint64_t version = 0;
         Range range;
@@ -32,6 +32,8 @@ bool inAllocation(uint64_t address, uint64_t bytes) {
     if (!found)
         return false;
     const Range range{found->base, found->base + found->size};
+    if (found->kind == cpu::MemoryKind::kMapped && found->flags != 3)
+        return !isWritten && found->flags != 0 && range.holds(address, bytes);
     known[next++ % kKnown] = {version, range};
     return range.holds(address, bytes);
 }
@@ -51,7 +53,7 @@ bool isAllowed(uint64_t address, const devlib::AccessPlace& place, const Scene& 
         (scene.stack.holds(address, bytes) || scene.params.holds(address, bytes)))
         return true;
     const auto* pointer = reinterpret_cast<const void*>(address);
-    if (inAllocation(address, bytes) || compiler::inDeviceData(pointer, bytes))
+    if (inAllocation(address, bytes, place.kind != devlib::kAccessLoad) || compiler::inDeviceData(pointer, bytes))
         return true;
     // Constant parameters of the launch may be addressed as global memory.
     if (scene.params.holds(address, bytes) && place.kind == devlib::kAccessLoad)

@@ -128,6 +128,8 @@ const char* nameOf(cpu::MemoryKind kind) {
     case cpu::MemoryKind::kModule:
     case cpu::MemoryKind::kManagedVariable:
         return "a module's variable";
+    case cpu::MemoryKind::kMapped:
+        return "mapped device memory";
     default:
         return "device memory";
     }

@@ -142,7 +142,7 @@ TEST_F(Runtime, SetsOfThreeDimensions) {
             for (size_t x = 0; x < memory.pitch; ++x)
                 ASSERT_EQ(int(seen[(z * 4 + y) * memory.pitch + x]), x < 5 && y < 2 ? 7 : 1);
     EXPECT_EQ(cudaMemset3D(memory, 7, {5, 2, 4}), cudaErrorInvalidValue);
-    EXPECT_EQ(cudaMemset3D(memory, 7, {memory.pitch + 1, 1, 1}), cudaErrorInvalidValue);
+    EXPECT_EQ(cudaMemset3D(memory, 7, {memory.pitch + 1, 2, 1}), cudaErrorInvalidValue);
     EXPECT_EQ(cudaMemset3D(memory, 7, {0, 2, 1}), cudaSuccess);
     EXPECT_EQ(cudaFree(memory.ptr), cudaSuccess);
 }
@@ -171,11 +171,17 @@ TEST_F(Runtime, CopiesOfArraysAndPeers) {
 
     cudaMemcpy3DPeerParms copy = {};
     copy.srcArray = b;
-    copy.dstPtr = {out, 16, 4, 1};
+    copy.dstPtr = {out, 16, 4, 1}; // neither of a device nor page-locked
     copy.srcPos = {2, 0, 0};
     copy.extent = {2, 1, 1};
+    EXPECT_EQ(cudaMemcpy3DPeer(&copy), cudaErrorInvalidValue);
+    void* block = nullptr;
+    ASSERT_EQ(cudaMalloc(&block, 16), cudaSuccess);
+    copy.dstPtr.ptr = block;
     EXPECT_EQ(cudaMemcpy3DPeer(&copy), cudaSuccess);
+    EXPECT_EQ(cudaMemcpy(out, block, 8, cudaMemcpyDeviceToHost), cudaSuccess);
     EXPECT_EQ(out[0], 12u);
+    EXPECT_EQ(cudaFree(block), cudaSuccess);
     copy.dstDevice = 1;
     EXPECT_EQ(cudaMemcpy3DPeer(&copy), cudaErrorInvalidDevice);
     EXPECT_EQ(cudaMemcpy3DPeerAsync(nullptr, stream), cudaErrorInvalidValue);

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/log.h"
+#include "base/process_end.h"
 #include "base/thread_object.h"
 #include "device/cpu/memory.h"
 #include "device/cpu/stream.h"
@@ -56,6 +57,8 @@ void Contexts::tearDown(const ContextPtr& context) {
     streams().waitAll(); // also where a capture makes the next call fail
     try {
         streams().synchronizeAll();
+    } catch (const ProcessEnds&) { // device code may still use what the context owns
+        throw;
     } catch (const std::exception& error) {
         log(LogLevel::kError, "device",
             message("work of a destroyed context failed: ", error.what()));

@@ -13,10 +13,12 @@
 
 #include "base/error.h"
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -80,6 +82,9 @@ struct GraphNode {
     std::shared_ptr<Graph> child;        // of kGraph
     std::shared_ptr<Event> event;        // of the event kinds
     bool enabled = true;
+    // What the API calls attributes: what was set, by number.
+    using AttributeBytes = std::array<unsigned char, 64>;
+    std::map<int, AttributeBytes> attributes;
 };
 
 class Graph {

@@ -182,8 +182,28 @@ std::optional<Allocation> Memory::find(const void* address) const {
 
 bool Memory::contains(const void* address, size_t size) const {
     std::shared_lock lock(mutex_);
-    auto it = entryOf(byBase_, uintptr_t(address));
-    return it != byBase_.end() && size <= it->second.size - (uintptr_t(address) - it->first);
+    uintptr_t at = uintptr_t(address);
+    for (auto it = entryOf(byBase_, at); it != byBase_.end(); it = byBase_.find(at)) {
+        const Allocation& allocation = it->second;
+        const bool isMapped = allocation.kind == MemoryKind::kMapped;
+        if (isMapped && allocation.flags == 0)
+            return false;
+        const size_t rest = allocation.size - (at - allocation.base);
+        if (size <= rest || !isMapped)
+            return size <= rest;
+        size -= rest;
+        at += rest;
+    }
+    return false;
+}
+
+bool Memory::isWritable(const void* address, size_t size) const {
+    std::shared_lock lock(mutex_);
+    const uintptr_t begin = uintptr_t(address);
+    for (auto it = entryOf(byBase_, begin); it != byBase_.end() && it->first < begin + size; ++it)
+        if (it->second.kind == MemoryKind::kMapped && !(it->second.flags & 2))
+            return false;
+    return true;
 }
 
 std::vector<Allocation> Memory::live() const {

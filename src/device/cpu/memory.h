@@ -23,6 +23,7 @@ enum class MemoryKind : uint8_t {
     kRegistered, // the application's own, made known to the API; never freed by us
     kModule,     // variables of a loaded module; never freed by us
     kManagedVariable, // the same, in managed memory
+    kMapped, // at addresses that were reserved; flags: 1 readable, 2 writable; never freed by us
 };
 inline bool isManaged(MemoryKind kind) {
     return kind == MemoryKind::kManaged || kind == MemoryKind::kManagedVariable;
@@ -64,8 +65,10 @@ public:
 
     // The live allocation that contains the address.
     std::optional<Allocation> find(const void* address) const;
-    // Whether the whole range lies in one live allocation.
+    // Whether the whole range lies in one live allocation, or in readable mappings that adjoin.
     bool contains(const void* address, size_t size) const;
+    // Whether all mappings in the range may be written; other memory always may.
+    bool isWritable(const void* address, size_t size) const;
 
     size_t allocatedBytes() const;
 

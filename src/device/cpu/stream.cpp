@@ -3,6 +3,7 @@
 #include "device/cpu/stream.h"
 
 #include "base/error.h"
+#include "base/process_end.h"
 #include "base/thread_object.h"
 #include "base/threads.h"
 #include "device/device.h"
@@ -33,6 +34,12 @@ void Completion::wait() const {
         relax();
     }
     done_.wait(0, std::memory_order_acquire);
+}
+
+void Completion::await() const {
+    if (processEnds() && !done())
+        throw ProcessEnds();
+    wait();
 }
 
 void Completion::finish() {
@@ -284,7 +291,7 @@ bool Streams::idle(const StreamPtr& stream) {
 
 void Streams::synchronize(const StreamPtr& stream) {
     for (const CompletionPtr& completion : outstanding(stream))
-        completion->wait();
+        completion->await();
     stream->throwError();
 }
 
@@ -300,7 +307,7 @@ void Streams::waitAll() {
             completions.push_back(legacy_->last_);
     }
     for (const CompletionPtr& completion : completions)
-        completion->wait();
+        completion->await();
 }
 
 void Streams::synchronizeAll() {

@@ -37,6 +37,8 @@ class Completion {
 public:
     bool done() const { return done_.load(std::memory_order_acquire) != 0; }
     void wait() const;
+    // For callers of the API: throws ProcessEnds instead of waiting while the process ends.
+    void await() const;
     void finish();
     // When it happened; valid once done.
     std::chrono::steady_clock::time_point time() const { return time_; }

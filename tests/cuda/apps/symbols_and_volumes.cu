@@ -81,7 +81,7 @@ int main() {
     copy.srcArray = array;
     copy.srcPos = make_cudaPos(2, 1, 1);
     copy.dstPtr = make_cudaPitchedPtr(result.data(), width * sizeof(short), width, height);
-    copy.dstPos = make_cudaPos(4 * sizeof(short), 2, 2);
+    copy.dstPos = make_cudaPos(4, 2, 2);
     copy.extent = make_cudaExtent(6, 4, 3);
     copy.kind = cudaMemcpyDeviceToHost;
     CHECK(cudaMemcpy3D(&copy));

@@ -77,6 +77,14 @@ SUNSTONE_EXPORT CUresult cuCtxCreate(CUcontext* context, CUctxCreateParams* para
 SUNSTONE_EXPORT CUresult cuCtxCreate_v2(CUcontext* context, unsigned int flags, CUdevice device) {
     return createContext("cuCtxCreate_v2", context, flags, device);
 }
+SUNSTONE_EXPORT CUresult cuCtxCreate_v3(CUcontext* context, void* affinities, int count,
+                                        unsigned int flags, CUdevice device) {
+    if (affinities || count)
+        return guarded("cuCtxCreate_v3", Needs::kInit, [] {
+            refuse(CUDA_ERROR_NOT_SUPPORTED, "execution affinity");
+        });
+    return createContext("cuCtxCreate_v3", context, flags, device);
+}
 SUNSTONE_EXPORT CUresult cuCtxDestroy(CUcontext context) {
     return guarded("cuCtxDestroy", Needs::kInit, [&] {
         if (!cpu::contexts().destroy(context))

@@ -29,11 +29,13 @@ size_t extentOf(const Side& side, const Shape& shape) {
 }
 
 // Device: inside one live allocation. Host: likewise, or mapped memory of the process.
-void checkRange(const void* base, size_t size, bool mustBeDevice) {
+void checkRange(const void* base, size_t size, bool mustBeDevice, bool isWritten) {
     require(base, "an address is null");
     if (cpu::memory().find(base)) {
         if (!cpu::memory().contains(base, size))
             refuse(CUDA_ERROR_INVALID_VALUE, base, " + ", size, " leaves its allocation");
+        if (isWritten && !cpu::memory().isWritable(base, size))
+            refuse(CUDA_ERROR_INVALID_VALUE, base, " + ", size, " may only be read");
         return;
     }
     if (mustBeDevice)
@@ -48,10 +50,9 @@ const void* pointerOf(CUdeviceptr address) {
 
 // A block of an array; x and the width are bytes.
 Side sideOfArray(CUarray handle, size_t x, size_t y, size_t z, const Shape& shape) {
+    require(handle, "an array is null");
     texture::Array& array = *arrayOf(handle)->array;
     size_t right = 0, bottom = 0, back = 0;
-    require(x % array.format().elementBytes() == 0,
-            "an offset in an array is no multiple of the size of its elements");
     require(add(x, shape.width, right) && right <= array.rowPitch() && add(y, shape.rows, bottom) &&
                 bottom <= array.rowCount() && add(z, shape.slices, back) &&
                 back <= array.shape().slices(),
@@ -80,12 +81,16 @@ Side sideOf(CUmemorytype type, const void* host, CUdeviceptr device, CUarray arr
     default:
         refuse(CUDA_ERROR_INVALID_VALUE, "memory type ", int(type), " is unknown");
     }
-    if (pitch == 0)
-        pitch = width;
     require(base, "an address is null");
-    require(pitch <= kMaxPitch, "a pitch exceeds CU_DEVICE_ATTRIBUTE_MAX_PITCH");
-    size_t right = 0, slicePitch = 0, offset = 0, slices = 0, rows = 0;
-    require(add(x, width, right) && right <= pitch, "rows are longer than the pitch");
+    size_t right = 0, bottom = 0, slicePitch = 0, offset = 0, slices = 0, rows = 0;
+    require(add(x, width, right) && (pitch == 0 || right <= pitch),
+            "rows are longer than the pitch");
+    require(add(y, shape.rows, bottom) && (height == 0 || bottom <= height),
+            "there are more rows than the height of a slice");
+    pitch = pitch ? pitch : right; // not given: as little as can be
+    height = height ? height : bottom;
+    require(pitch <= kMaxPitch || (shape.rows == 1 && shape.slices == 1),
+            "a pitch exceeds CU_DEVICE_ATTRIBUTE_MAX_PITCH");
     require(multiply(pitch, height, slicePitch) && multiply(slicePitch, z, slices) &&
                 multiply(pitch, y, rows) && add(slices, rows, offset) && add(offset, x, offset),
             "an offset overflows");
@@ -101,8 +106,8 @@ void fill(const Side& side, size_t width, size_t height, T value) {
 } // namespace
 
 void Copy::check() const {
-    checkRange(dst.base, extentOf(dst, shape), dstDevice);
-    checkRange(src.base, extentOf(src, shape), srcDevice);
+    checkRange(dst.base, extentOf(dst, shape), dstDevice, true);
+    checkRange(src.base, extentOf(src, shape), srcDevice, false);
 }
 
 void Copy::run() const {
@@ -125,17 +130,17 @@ Copy linearCopy(const void* dst, const void* src, size_t bytes, bool dstDevice, 
 }
 
 Copy copyOf(const CUDA_MEMCPY3D& d) {
-    require(d.srcLOD == 0 && d.dstLOD == 0, "a level of detail is not 0");
     Copy copy;
     copy.shape = {d.WidthInBytes, d.Height, d.Depth};
     if (copy.shape.empty())
         return copy;
-    copy.src =
-        sideOf(d.srcMemoryType, d.srcHost, d.srcDevice, d.srcArray, d.srcXInBytes, d.srcY, d.srcZ,
-               d.srcPitch, d.srcHeight ? d.srcHeight : d.Height, copy.shape, copy.srcDevice);
-    copy.dst =
-        sideOf(d.dstMemoryType, d.dstHost, d.dstDevice, d.dstArray, d.dstXInBytes, d.dstY, d.dstZ,
-               d.dstPitch, d.dstHeight ? d.dstHeight : d.Height, copy.shape, copy.dstDevice);
+    require((d.srcMemoryType != CU_MEMORYTYPE_ARRAY || d.srcLOD == 0) &&
+                (d.dstMemoryType != CU_MEMORYTYPE_ARRAY || d.dstLOD == 0),
+            "a level of detail is not 0");
+    copy.src = sideOf(d.srcMemoryType, d.srcHost, d.srcDevice, d.srcArray, d.srcXInBytes, d.srcY,
+                      d.srcZ, d.srcPitch, d.srcHeight, copy.shape, copy.srcDevice);
+    copy.dst = sideOf(d.dstMemoryType, d.dstHost, d.dstDevice, d.dstArray, d.dstXInBytes, d.dstY,
+                      d.dstZ, d.dstPitch, d.dstHeight, copy.shape, copy.dstDevice);
     return copy;
 }
 
@@ -181,7 +186,7 @@ void Set::check() const {
     require(uintptr_t(side.base) % elementSize == 0 &&
                 (height == 1 || side.pitch % elementSize == 0),
             "address or pitch is not aligned to the value");
-    checkRange(side.base, extentOf(side, shape), true);
+    checkRange(side.base, extentOf(side, shape), true, true);
 }
 
 void Set::run() const {

@@ -80,9 +80,11 @@ CUresult set(const char* function, CUdeviceptr dst, size_t pitch, T value, size_
     });
 }
 
+// Null is taken for the current one.
 void requirePeers(CUcontext a, CUcontext b) {
-    requireContext(a);
-    requireContext(b);
+    for (CUcontext context : {a, b})
+        if (context)
+            requireContext(context);
 }
 
 } // namespace

@@ -175,7 +175,7 @@ void requirePlainEdges(const CUgraphEdgeData* edges, size_t count) {
             refuse(CUDA_ERROR_NOT_SUPPORTED, "edge ", i, " has a port or a type");
 }
 
-GraphNode nodeFor(const CUDA_KERNEL_NODE_PARAMS* params) {
+GraphNode nodeFor(const CUDA_KERNEL_NODE_PARAMS* params, bool cooperative) {
     require(params, "params is null");
     CUfunction function = params->func;
     if (!function)
@@ -186,7 +186,8 @@ GraphNode nodeFor(const CUDA_KERNEL_NODE_PARAMS* params) {
                        {params->blockDimX, params->blockDimY, params->blockDimZ},
                        params->sharedMemBytes,
                        params->kernelParams,
-                       params->extra});
+                       params->extra,
+                       cooperative});
     GraphNode node;
     node.kind = WorkKind::kKernel;
     node.work = std::move(prepared.work);
@@ -372,7 +373,12 @@ SUNSTONE_EXPORT CUresult cuGraphKernelNodeGetParams(CUgraphNode node,
 }
 SUNSTONE_EXPORT CUresult cuGraphKernelNodeSetParams(CUgraphNode node,
                                                     const CUDA_KERNEL_NODE_PARAMS* params) {
-    return setParams("cuGraphKernelNodeSetParams", node, WorkKind::kKernel, params);
+    return guardedGraph("cuGraphKernelNodeSetParams", [&] {
+        GraphNode* target = nodeOf(node, WorkKind::kKernel).node;
+        GraphNode made = nodeFor(params, isCooperative(*target));
+        target->work = std::move(made.work);
+        target->details = std::move(made.details);
+    });
 }
 SUNSTONE_EXPORT CUresult cuGraphMemcpyNodeGetParams(CUgraphNode node, CUDA_MEMCPY3D* params) {
     return getParams("cuGraphMemcpyNodeGetParams", node, WorkKind::kCopy, params);

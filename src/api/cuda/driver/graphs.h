@@ -29,10 +29,13 @@ std::vector<cpu::GraphNode*> nodesOf(const cpu::Graph& graph, const CUgraphNode*
 void requirePlainEdges(const CUgraphEdgeData* edges, size_t count);
 
 // Parameters checked and made into a node's kind, work and details.
-cpu::GraphNode nodeFor(const CUDA_KERNEL_NODE_PARAMS* params);
+cpu::GraphNode nodeFor(const CUDA_KERNEL_NODE_PARAMS* params, bool cooperative = false);
 cpu::GraphNode nodeFor(const CUDA_MEMCPY3D* params);
 cpu::GraphNode nodeFor(const CUDA_MEMSET_NODE_PARAMS* params);
 cpu::GraphNode nodeFor(const CUDA_HOST_NODE_PARAMS* params);
+
+// Whether the attributes of a kernel node say so.
+bool isCooperative(const cpu::GraphNode& node);
 
 // Memory allocated in captures lives as long as its graph.
 void ownByGraph(cpu::Graph& graph, CUdeviceptr address);

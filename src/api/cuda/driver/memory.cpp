@@ -3,6 +3,8 @@
 // memory here and differ in what queries say about them.
 #include "api/cuda/driver/graphs.h"
 #include "api/cuda/driver/pools.h"
+#include "api/cuda/driver/virtual_memory.h"
+#include "base/process_end.h"
 
 using namespace sunstone;
 using namespace sunstone::api::cuda;
@@ -47,6 +49,7 @@ bool pointerAttribute(void* data, CUpointer_attribute attribute, CUdeviceptr add
                       const cpu::Allocation& memory) {
     const bool host = memory.kind == MemoryKind::kPinned || memory.kind == MemoryKind::kRegistered;
     const bool managed = cpu::isManaged(memory.kind);
+    const bool mapped = memory.kind == MemoryKind::kMapped;
     switch (attribute) {
     case CU_POINTER_ATTRIBUTE_CONTEXT:
         store(data, const_cast<void*>(memory.owner));
@@ -77,10 +80,10 @@ bool pointerAttribute(void* data, CUpointer_attribute attribute, CUdeviceptr add
         store(data, 0u);
         return true;
     case CU_POINTER_ATTRIBUTE_RANGE_START_ADDR:
-        store(data, memory.base);
+        store(data, mapped ? reservationOf(address).base : memory.base);
         return true;
     case CU_POINTER_ATTRIBUTE_RANGE_SIZE:
-        store(data, memory.size);
+        store(data, mapped ? reservationOf(address).size : memory.size);
         return true;
     case CU_POINTER_ATTRIBUTE_MAPPED:
         store(data, 1u);
@@ -89,7 +92,7 @@ bool pointerAttribute(void* data, CUpointer_attribute attribute, CUdeviceptr add
         store(data, static_cast<unsigned long long>(0));
         return true;
     case CU_POINTER_ATTRIBUTE_ACCESS_FLAGS:
-        store(data, 3u);
+        store(data, mapped ? memory.flags : 3u);
         return true;
     case CU_POINTER_ATTRIBUTE_MEMPOOL_HANDLE:
         store(data, poolOfMemory(memory));
@@ -174,6 +177,8 @@ SUNSTONE_EXPORT CUresult cuMemFree(CUdeviceptr address) {
         // Queued work may still use it: freeing waits for the device, as it does on others.
         try {
             cpu::streams().synchronizeAll();
+        } catch (const ProcessEnds&) {
+            throw;
         } catch (...) {
             free();
             throw;
@@ -186,7 +191,11 @@ SUNSTONE_EXPORT CUresult cuMemGetAddressRange(CUdeviceptr* base, size_t* size,
                                               CUdeviceptr address) {
     return guarded("cuMemGetAddressRange", Needs::kContext, [&] {
         auto memory = cpu::memory().find(pointerOf(address));
-        if (!memory)
+        if (base)
+            *base = 0;
+        if (size)
+            *size = 0;
+        if (!memory || (memory->kind == MemoryKind::kMapped && memory->flags == 0))
             refuse(CUDA_ERROR_NOT_FOUND, pointerOf(address), " is in no allocation");
         if (base)
             *base = memory->base;

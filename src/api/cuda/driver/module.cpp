@@ -6,6 +6,7 @@
 #include "api/cuda/driver/libraries.h"
 #include "base/handles.h"
 #include "base/log.h"
+#include "base/process_end.h"
 #include "engine/compile_cache.h"
 #include "ptx/parser.h"
 
@@ -83,8 +84,9 @@ ParsedImage parseImage(const std::vector<std::string>& texts, JitOptions options
 }
 
 CUmodule makeModule(const ParsedImage& image) {
-    return static_cast<CUmodule>(moduleTable().add(std::make_shared<Module>(
-        image.trees, cpu::contexts().current(), image.debugLevel)));
+    watchProcessEnd(); // the module's owner may unload it then
+    return static_cast<CUmodule>(moduleTable().add(
+        std::make_shared<Module>(image.trees, cpu::contexts().current(), image.debugLevel)));
 }
 
 void unloadModule(CUmodule module) {
@@ -124,9 +126,10 @@ void Module::open() {
         return;
     code_ = compiler::openKernels(trees_, {debugLevel_, compileCache()});
     code_->forEachVariable([&](void* address, uint64_t size, bool isManaged) {
-        if (cpu::memory().adopt(
-                address, size,
-                isManaged ? cpu::MemoryKind::kManagedVariable : cpu::MemoryKind::kModule, 0, owner_))
+        if (cpu::memory().adopt(address, size,
+                                isManaged ? cpu::MemoryKind::kManagedVariable
+                                          : cpu::MemoryKind::kModule,
+                                0, owner_))
             adopted_.push_back(address);
     });
     for (size_t i = 0; i < code_->kernels().size(); ++i) {
@@ -178,6 +181,14 @@ bool Module::variable(const std::string& name, void** address, uint64_t* size) {
     std::lock_guard lock(mutex_);
     open();
     return code_->variable(name, address, size);
+}
+
+ptx::Type Module::referenceType(const std::string& name) const {
+    for (const auto& tree : trees_)
+        if (const ptx::Variable* found = tree->findVariable(name);
+            found && found->type >= ptx::Type::kTexref)
+            return found->type;
+    return ptx::Type::kNone;
 }
 
 void Module::retire() {
@@ -278,6 +289,8 @@ SUNSTONE_EXPORT CUresult cuModuleGetGlobal(CUdeviceptr* address, size_t* bytes, 
                                            const char* name) {
     return guarded("cuModuleGetGlobal", Needs::kContext, [&] {
         require(name && *name, "name is null or empty");
+        require(moduleOf(module)->referenceType(name) == ptx::Type::kNone,
+                "a reference to a texture or surface is no variable");
         void* where = nullptr;
         uint64_t size = 0;
         if (!moduleOf(module)->variable(name, &where, &size))

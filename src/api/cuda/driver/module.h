@@ -6,6 +6,7 @@
 
 #include "api/cuda/driver/shell.h"
 #include "compiler/kernel_module.h"
+#include "ptx/ast.h"
 
 #include <map>
 #include <memory>
@@ -62,6 +63,8 @@ public:
     std::vector<Function*> functions();
     // Address and size of a variable; false if there is none.
     bool variable(const std::string& name, void** address, uint64_t* size);
+    // Whether a variable is a reference to textures or surfaces: its type, or Type::kNone.
+    ptx::Type referenceType(const std::string& name) const;
     // What all functions need before they are used; throws what the compiler throws, each time.
     void compile(Function& function);
     // Makes every function handle of the module invalid.

@@ -75,6 +75,16 @@ SUNSTONE_EXPORT CUresult cuStreamGetCtx(CUstream stream, CUcontext* context) {
         *context = static_cast<CUcontext>(const_cast<void*>(owner));
     });
 }
+#ifdef CUDA_API_PER_THREAD_DEFAULT_STREAM
+#define cuStreamGetCtx_v2 cuStreamGetCtx_v2_ptsz
+#endif
+// Of the two kinds of contexts that a stream can be made in there is one here.
+SUNSTONE_EXPORT CUresult cuStreamGetCtx_v2(CUstream stream, CUcontext* context, void** green) {
+    const CUresult result = cuStreamGetCtx(stream, context);
+    if (result == CUDA_SUCCESS && green)
+        *green = nullptr;
+    return result;
+}
 SUNSTONE_EXPORT CUresult cuStreamGetDevice(CUstream stream, CUdevice* device) {
     return guarded("cuStreamGetDevice", Needs::kContext, [&] {
         require(device, "device is null");

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // cuGetProcAddress: the exported functions by their plain names, in the form the caller's CUDA
 // version expects; and the unsuffixed names drivers export beside the current ones.
+#include "api/cuda/driver/entry_point_versions.h"
 #include "api/cuda/driver/shell.h"
-#include "api/cuda/driver/unsupported.h"
 
 #include "base/log.h"
 
 #include <dlfcn.h>
 
-#include <climits>
-#include <cstring>
+#include <algorithm>
+#include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 using namespace sunstone;
@@ -28,62 +29,81 @@ void* ownLibrary() {
     return handle;
 }
 
-// Where the newest form is not the one that a plain name means to callers before a version.
-constexpr struct {
-    const char* symbol;
-    int before;
-    const char* form;
-} kOlderForms[] = {
-    {"cuCtxCreate", 13000, "_v2"},
-    {"cuMemAdvise", 13000, ""},
-    {"cuMemPrefetchAsync", 13000, ""},
-    // Functions of their own, with another parameter.
-    {"cuCtxSynchronize", INT_MAX, ""},
-    {"cuCtxGetDevice", INT_MAX, ""},
+struct Form {
+    int since;
+    const char* suffix;
+};
+const std::map<std::string_view, std::vector<Form>>& forms() {
+    static const auto* table = [] {
+        auto* made = new std::map<std::string_view, std::vector<Form>>;
+        for (const EntryPoints& row : kEntryPoints)
+            for (std::string_view names = row.names; !names.empty();) {
+                const size_t end = std::min(names.find(' '), names.size());
+                (*made)[names.substr(0, end)].push_back({row.since, row.form});
+                names.remove_prefix(std::min(end + 1, names.size()));
+            }
+        return made;
+    }();
+    return *table;
+}
+
+struct Found {
+    void* function = nullptr;
+    CUdriverProcAddressQueryResult status = CU_GET_PROC_ADDRESS_SYMBOL_NOT_FOUND;
 };
 
-// The newest form of a function that a caller of this version knows. What is not supported serves
-// only where nothing else has the name.
-void* lookUp(const std::string& symbol, int version, bool perThread) {
-    std::vector<const char*> forms = {"_v4", "_v3", "_v2", ""};
-    for (const auto& older : kOlderForms)
-        if (symbol == older.symbol && version < older.before)
-            forms = {older.form};
-    void* unsupported = nullptr;
-    const auto find = [&](const std::string& name) -> void* {
-        void* found = dlsym(ownLibrary(), name.c_str());
-        if (!found || !isUnsupported(name))
-            return found;
-        unsupported = unsupported ? unsupported : found;
+// The form of a function that a caller of this version means. Those that work on a default stream
+// have other ones for the calling thread's, since version 7.0.
+Found lookUp(const std::string& symbol, int version, bool perThread) {
+    constexpr int kPerThreadSince = 7000;
+    const auto named = forms().find(symbol);
+    if (named == forms().end())
+        return {};
+    const auto formAt = [&](int asked) {
+        const Form* newest = nullptr;
+        for (const Form& form : named->second)
+            newest = form.since <= asked ? &form : newest;
+        return newest;
+    };
+    const auto ofThread = [&](const Form& form) -> void* {
+        if (symbol == "cuGetProcAddress") // its own flags say which
+            return nullptr;
+        for (const char* stream : {"_ptsz", "_ptds"})
+            if (void* found = dlsym(ownLibrary(), (symbol + form.suffix + stream).c_str()))
+                return found;
         return nullptr;
     };
-    for (const char* form : forms) {
-        const std::string name = symbol + form;
-        if (perThread)
-            for (const char* suffix : {"_ptsz", "_ptds"})
-                if (void* found = find(name + suffix))
-                    return found;
-        if (void* found = find(name))
-            return found;
+    if (perThread && ofThread(named->second.back())) {
+        const Form* form = version < kPerThreadSince ? nullptr : formAt(version);
+        return form ? Found{ofThread(*form), CU_GET_PROC_ADDRESS_SUCCESS}
+                    : Found{nullptr, CU_GET_PROC_ADDRESS_VERSION_NOT_SUFFICIENT};
     }
-    return unsupported;
+    const Form* form = formAt(version);
+    return form ? Found{dlsym(ownLibrary(), (symbol + form->suffix).c_str()),
+                        CU_GET_PROC_ADDRESS_SUCCESS}
+                : Found{nullptr, CU_GET_PROC_ADDRESS_VERSION_NOT_SUFFICIENT};
 }
 
 CUresult procAddress(const char* symbol, void** function, int version, cuuint64_t flags,
                      CUdriverProcAddressQueryResult* status) {
+    constexpr int kNewest = -1;
     return guarded("cuGetProcAddress", Needs::kNothing, [&] {
         require(symbol && function, "symbol or function is null");
-        require(flags <= CU_GET_PROC_ADDRESS_PER_THREAD_DEFAULT_STREAM, "unknown flags");
-        *function = nullptr;
-        if (std::strncmp(symbol, "cu", 2) == 0)
-            *function =
-                lookUp(symbol, version, flags == CU_GET_PROC_ADDRESS_PER_THREAD_DEFAULT_STREAM);
+        require((flags & ~cuuint64_t(CU_GET_PROC_ADDRESS_LEGACY_STREAM |
+                                     CU_GET_PROC_ADDRESS_PER_THREAD_DEFAULT_STREAM)) == 0,
+                "unknown flags");
+        if (version > kDriverVersion)
+            refuse(CUDA_ERROR_INVALID_VALUE, "version ", version, " is newer than the driver's, ",
+                   kDriverVersion);
+        const Found found = lookUp(symbol, version == kNewest ? kDriverVersion : version,
+                                   flags & CU_GET_PROC_ADDRESS_PER_THREAD_DEFAULT_STREAM);
+        *function = found.function;
         if (status)
-            *status =
-                *function ? CU_GET_PROC_ADDRESS_SUCCESS : CU_GET_PROC_ADDRESS_SYMBOL_NOT_FOUND;
-        if (*function)
+            *status = found.status;
+        if (found.function)
             return CUDA_SUCCESS;
-        logOnce(LogLevel::kWarning, "cuda", message("cuGetProcAddress: no function ", symbol));
+        logOnce(LogLevel::kWarning, "cuda",
+                message("cuGetProcAddress: no function ", symbol, " of version ", version));
         return status ? CUDA_SUCCESS : CUDA_ERROR_NOT_FOUND;
     });
 }
@@ -93,6 +113,14 @@ CUresult procAddress(const char* symbol, void** function, int version, cuuint64_
 SUNSTONE_EXPORT CUresult cuGetProcAddress(const char* symbol, void** function, int cudaVersion,
                                           cuuint64_t flags,
                                           CUdriverProcAddressQueryResult* status) {
+    return procAddress(symbol, function, cudaVersion, flags, status);
+}
+// For callers whose default stream is the calling thread's.
+SUNSTONE_EXPORT CUresult cuGetProcAddress_v2_ptsz(const char* symbol, void** function,
+                                                  int cudaVersion, cuuint64_t flags,
+                                                  CUdriverProcAddressQueryResult* status) {
+    if (flags == CU_GET_PROC_ADDRESS_DEFAULT)
+        flags = CU_GET_PROC_ADDRESS_PER_THREAD_DEFAULT_STREAM;
     return procAddress(symbol, function, cudaVersion, flags, status);
 }
 

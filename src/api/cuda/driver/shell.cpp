@@ -3,6 +3,7 @@
 #include "api/cuda/driver/shell.h"
 
 #include "base/log.h"
+#include "base/process_end.h"
 #include "check/memory_check.h"
 #include "device/device.h"
 
@@ -20,6 +21,7 @@ void initialize(unsigned flags) {
     require(flags == 0, "flags of cuInit must be 0");
     initialized.store(true, std::memory_order_release);
     check::start();
+    watchProcessEnd();
 }
 
 CUresult resultOf(Code code) {
@@ -91,6 +93,8 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
             if (const int fault = context->fault)
                 return failed(fault);
         return result;
+    } catch (const ProcessEnds& end) {
+        return report(CUDA_ERROR_DEINITIALIZED, end.what());
     } catch (const device::ContextFault& fault) {
         return explain(CUresult(fault.number()), fault.what());
     } catch (const Failure& failure) {

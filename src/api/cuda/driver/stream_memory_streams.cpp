@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Words that streams write and wait for, and attributes of streams. Compiled twice, see shell.h.
 #include "api/cuda/driver/shell.h"
+#include "base/process_end.h"
 
 #include <array>
-#include <atomic>
 #include <chrono>
-#include <cstdlib>
 #include <cstring>
 #include <thread>
 
@@ -35,24 +34,16 @@ bool holds(Word seen, Word value, unsigned flags) {
 
 using Step = std::function<void()>;
 
-// Set when the process begins to end: what ends it may wait for all streams (runtimes unload their
-// modules then), and a word that nobody has written by then will not come.
-std::atomic<bool> processEnds = false;
-void tellEnd() {
-    static const int registered = std::atexit([] { processEnds = true; });
-    (void)registered;
-}
-
 template <class Word>
 Step waitStep(CUdeviceptr address, Word value, unsigned flags) {
     require((flags & ~unsigned(CU_STREAM_WAIT_VALUE_FLUSH)) <= CU_STREAM_WAIT_VALUE_NOR,
             "unknown flags");
     Word* const word = wordAt<Word>(address);
-    tellEnd();
+    watchProcessEnd();
     return [=] {
         // Whoever writes it may be the host, another stream or a kernel.
         for (unsigned tries = 0;
-             !holds(__atomic_load_n(word, __ATOMIC_ACQUIRE), value, flags) && !processEnds; ++tries)
+             !holds(__atomic_load_n(word, __ATOMIC_ACQUIRE), value, flags) && !processEnds(); ++tries)
             if (tries < 1000)
                 std::this_thread::yield();
             else

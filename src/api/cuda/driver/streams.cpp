@@ -100,7 +100,7 @@ SUNSTONE_EXPORT CUresult cuEventSynchronize(CUevent event) {
     return guarded("cuEventSynchronize", Needs::kInit, [&] {
         const std::shared_ptr<cpu::Event> found = eventOf(event);
         if (const cpu::CompletionPtr mark = found->mark())
-            mark->wait();
+            mark->await();
         refuseFault(*found);
     });
 }

@@ -24,7 +24,6 @@
     X(cuCoredumpSetAttributeGlobal) \
     X(cuCtxAttach) \
     X(cuCtxCreate) \
-    X(cuCtxCreate_v3) \
     X(cuCtxDetach) \
     X(cuCtxFromGreenCtx) \
     X(cuCtxGetDevResource) \
@@ -81,11 +80,9 @@
     X(cuGLUnmapBufferObjectAsync) \
     X(cuGLUnregisterBufferObject) \
     X(cuGetExportTable) \
-    X(cuGetProcAddress_v2_ptsz) \
     X(cuGraphAddBatchMemOpNode) \
     X(cuGraphAddExternalSemaphoresSignalNode) \
     X(cuGraphAddExternalSemaphoresWaitNode) \
-    X(cuGraphAddKernelNode) \
     X(cuGraphAddMemAllocNode) \
     X(cuGraphAddMemFreeNode) \
     X(cuGraphAddNode) \
@@ -102,17 +99,11 @@
     X(cuGraphExecEventWaitNodeSetEvent) \
     X(cuGraphExecExternalSemaphoresSignalNodeSetParams) \
     X(cuGraphExecExternalSemaphoresWaitNodeSetParams) \
-    X(cuGraphExecKernelNodeSetParams) \
     X(cuGraphExecNodeSetParams) \
     X(cuGraphExternalSemaphoresSignalNodeGetParams) \
     X(cuGraphExternalSemaphoresSignalNodeSetParams) \
     X(cuGraphExternalSemaphoresWaitNodeGetParams) \
     X(cuGraphExternalSemaphoresWaitNodeSetParams) \
-    X(cuGraphKernelNodeCopyAttributes) \
-    X(cuGraphKernelNodeGetAttribute) \
-    X(cuGraphKernelNodeGetParams) \
-    X(cuGraphKernelNodeSetAttribute) \
-    X(cuGraphKernelNodeSetParams) \
     X(cuGraphMemAllocNodeGetParams) \
     X(cuGraphMemFreeNodeGetParams) \
     X(cuGraphNodeSetParams) \
@@ -159,29 +150,20 @@
     X(cuLogsDumpToMemory) \
     X(cuLogsRegisterCallback) \
     X(cuLogsUnregisterCallback) \
-    X(cuMemAddressFree) \
-    X(cuMemAddressReserve) \
     X(cuMemAlloc) \
     X(cuMemAllocHost) \
     X(cuMemAllocPitch) \
     X(cuMemBatchDecompressAsync) \
     X(cuMemBatchDecompressAsync_ptsz) \
-    X(cuMemCreate) \
     X(cuMemDiscardAndPrefetchBatchAsync) \
     X(cuMemDiscardAndPrefetchBatchAsync_ptsz) \
     X(cuMemDiscardBatchAsync) \
     X(cuMemDiscardBatchAsync_ptsz) \
-    X(cuMemExportToShareableHandle) \
     X(cuMemFree) \
-    X(cuMemGetAccess) \
     X(cuMemGetAddressRange) \
-    X(cuMemGetAllocationGranularity) \
-    X(cuMemGetAllocationPropertiesFromHandle) \
     X(cuMemGetHandleForAddressRange) \
     X(cuMemGetInfo) \
     X(cuMemHostGetDevicePointer) \
-    X(cuMemImportFromShareableHandle) \
-    X(cuMemMap) \
     X(cuMemMapArrayAsync) \
     X(cuMemMapArrayAsync_ptsz) \
     X(cuMemPoolExportPointer) \
@@ -190,10 +172,6 @@
     X(cuMemPoolImportPointer) \
     X(cuMemPrefetchBatchAsync) \
     X(cuMemPrefetchBatchAsync_ptsz) \
-    X(cuMemRelease) \
-    X(cuMemRetainAllocationHandle) \
-    X(cuMemSetAccess) \
-    X(cuMemUnmap) \
     X(cuMemcpy2D) \
     X(cuMemcpy2DAsync) \
     X(cuMemcpy2DUnaligned) \
@@ -229,8 +207,6 @@
     X(cuMipmappedArrayGetMemoryRequirements) \
     X(cuMipmappedArrayGetSparseProperties) \
     X(cuModuleGetGlobal) \
-    X(cuModuleGetSurfRef) \
-    X(cuModuleGetTexRef) \
     X(cuMulticastAddDevice) \
     X(cuMulticastBindAddr) \
     X(cuMulticastBindMem) \
@@ -240,53 +216,20 @@
     X(cuOccupancyMaxActiveClusters) \
     X(cuOccupancyMaxPotentialClusterSize) \
     X(cuParamSetSize) \
-    X(cuParamSetTexRef) \
     X(cuParamSetf) \
     X(cuParamSeti) \
     X(cuParamSetv) \
     X(cuProfilerInitialize) \
     X(cuSignalExternalSemaphoresAsync) \
     X(cuSignalExternalSemaphoresAsync_ptsz) \
-    X(cuStreamGetCtx_v2) \
-    X(cuStreamGetCtx_v2_ptsz) \
     X(cuStreamGetGreenCtx) \
-    X(cuSurfRefGetArray) \
-    X(cuSurfRefSetArray) \
     X(cuTensorMapEncodeIm2col) \
     X(cuTensorMapEncodeIm2colWide) \
     X(cuTensorMapEncodeTiled) \
     X(cuTensorMapReplaceAddress) \
-    X(cuTexRefCreate) \
-    X(cuTexRefDestroy) \
     X(cuTexRefGetAddress) \
-    X(cuTexRefGetAddressMode) \
-    X(cuTexRefGetAddress_v2) \
-    X(cuTexRefGetArray) \
-    X(cuTexRefGetBorderColor) \
-    X(cuTexRefGetFilterMode) \
-    X(cuTexRefGetFlags) \
-    X(cuTexRefGetFormat) \
-    X(cuTexRefGetMaxAnisotropy) \
-    X(cuTexRefGetMipmapFilterMode) \
-    X(cuTexRefGetMipmapLevelBias) \
-    X(cuTexRefGetMipmapLevelClamp) \
-    X(cuTexRefGetMipmappedArray) \
     X(cuTexRefSetAddress) \
     X(cuTexRefSetAddress2D) \
-    X(cuTexRefSetAddress2D_v2) \
-    X(cuTexRefSetAddress2D_v3) \
-    X(cuTexRefSetAddressMode) \
-    X(cuTexRefSetAddress_v2) \
-    X(cuTexRefSetArray) \
-    X(cuTexRefSetBorderColor) \
-    X(cuTexRefSetFilterMode) \
-    X(cuTexRefSetFlags) \
-    X(cuTexRefSetFormat) \
-    X(cuTexRefSetMaxAnisotropy) \
-    X(cuTexRefSetMipmapFilterMode) \
-    X(cuTexRefSetMipmapLevelBias) \
-    X(cuTexRefSetMipmapLevelClamp) \
-    X(cuTexRefSetMipmappedArray) \
     X(cuUserObjectCreate) \
     X(cuUserObjectRelease) \
     X(cuUserObjectRetain) \

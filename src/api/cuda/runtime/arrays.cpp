@@ -136,26 +136,52 @@ CUmemorytype typeOf(cudaMemcpyKind kind, bool destination) {
     }
 }
 
+namespace {
+
+// One side: an array or a pitched block, not both.
+cudaError_t checkSide(const cudaArray* array, const cudaPitchedPtr& block,
+                      const cudaExtent& extent) {
+    if ((array != nullptr) == (block.ptr != nullptr))
+        return cudaErrorInvalidValue;
+    const bool isLow = extent.width > block.pitch && extent.height > 1;
+    const bool isFlat = extent.height > block.ysize && extent.depth > 1;
+    return !array && (isLow || isFlat) ? cudaErrorInvalidPitchValue : cudaSuccess;
+}
+
+} // namespace
+
 cudaError_t toDriver(const cudaMemcpy3DParms& parms, CUDA_MEMCPY3D* driverCopy) {
-    // With an array, sizes count its elements, and so do positions in it.
+    if (unsigned(parms.kind) > cudaMemcpyDefault)
+        return cudaErrorInvalidMemcpyDirection;
+    const cudaExtent& extent = parms.extent;
+    CUDA_MEMCPY3D& copy = *driverCopy;
+    copy = {};
+    if (extent.width == 0 || extent.height == 0 || extent.depth == 0)
+        return cudaSuccess;
+    if (const cudaError_t error = checkSide(parms.srcArray, parms.srcPtr, extent))
+        return error;
+    if (const cudaError_t error = checkSide(parms.dstArray, parms.dstPtr, extent))
+        return error;
+    if (parms.srcArray &&
+        (parms.kind == cudaMemcpyHostToHost || parms.kind == cudaMemcpyHostToDevice))
+        return cudaErrorInvalidValue;
+    // With an array, sizes and positions count its elements, those in blocks too.
     Element srcElement, dstElement;
     for (const auto& [array, element] :
          {std::pair{parms.srcArray, &srcElement}, std::pair{parms.dstArray, &dstElement}})
         if (const CUresult result = array ? elementOf(driver(), array, element) : CUDA_SUCCESS)
             return fromDriver(result);
     const Element element = parms.srcArray ? srcElement : dstElement;
-    if (unsigned(parms.kind) > cudaMemcpyDefault)
-        return cudaErrorInvalidMemcpyDirection;
-    CUDA_MEMCPY3D& copy = *driverCopy;
-    copy = {};
+    if (parms.srcArray && parms.dstArray && srcElement.bytes != dstElement.bytes)
+        return cudaErrorInvalidValue;
     copy.srcMemoryType = parms.srcArray ? CU_MEMORYTYPE_ARRAY : typeOf(parms.kind, false);
     copy.srcArray = arrayOf(parms.srcArray);
     copy.srcHost = parms.srcPtr.ptr;
     copy.srcDevice = addressOf(parms.srcPtr.ptr);
     copy.srcPitch = parms.srcPtr.pitch;
     copy.srcHeight = parms.srcPtr.ysize;
-    copy.srcXInBytes = parms.srcPos.x / srcElement.edge * srcElement.bytes;
-    copy.srcY = parms.srcPos.y / srcElement.edge;
+    copy.srcXInBytes = parms.srcPos.x / element.edge * element.bytes;
+    copy.srcY = parms.srcPos.y / element.edge;
     copy.srcZ = parms.srcPos.z;
     copy.dstMemoryType = parms.dstArray ? CU_MEMORYTYPE_ARRAY : typeOf(parms.kind, true);
     copy.dstArray = arrayOf(parms.dstArray);
@@ -163,14 +189,14 @@ cudaError_t toDriver(const cudaMemcpy3DParms& parms, CUDA_MEMCPY3D* driverCopy) 
     copy.dstDevice = addressOf(parms.dstPtr.ptr);
     copy.dstPitch = parms.dstPtr.pitch;
     copy.dstHeight = parms.dstPtr.ysize;
-    copy.dstXInBytes = parms.dstPos.x / dstElement.edge * dstElement.bytes;
-    copy.dstY = parms.dstPos.y / dstElement.edge;
+    copy.dstXInBytes = parms.dstPos.x / element.edge * element.bytes;
+    copy.dstY = parms.dstPos.y / element.edge;
     copy.dstZ = parms.dstPos.z;
-    copy.Height = (parms.extent.height + element.edge - 1) / element.edge;
-    if (__builtin_mul_overflow((parms.extent.width + element.edge - 1) / element.edge,
-                               element.bytes, &copy.WidthInBytes))
+    copy.Height = (extent.height + element.edge - 1) / element.edge;
+    if (__builtin_mul_overflow((extent.width + element.edge - 1) / element.edge, element.bytes,
+                               &copy.WidthInBytes))
         return cudaErrorInvalidValue;
-    copy.Depth = parms.extent.depth;
+    copy.Depth = extent.depth;
     return cudaSuccess;
 }
 

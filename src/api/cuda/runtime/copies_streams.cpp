@@ -42,7 +42,7 @@ cudaError_t copy2D(void* dst, size_t dstPitch, const void* src, size_t srcPitch,
                    size_t height, cudaMemcpyKind kind, cudaStream_t stream, bool wait) {
     if (unsigned(kind) > cudaMemcpyDefault)
         return remember(cudaErrorInvalidMemcpyDirection);
-    if (width && height && (width > dstPitch || width > srcPitch))
+    if (height > 1 && (width > dstPitch || width > srcPitch))
         return remember(cudaErrorInvalidPitchValue);
     CUDA_MEMCPY2D copy = {};
     copy.srcMemoryType = typeOf(kind, false);
@@ -124,7 +124,8 @@ cudaError_t set2D(void* dst, size_t pitch, int value, size_t width, size_t heigh
 // Slice after slice: the rows of one may be followed by others that are not set.
 cudaError_t set3D(const cudaPitchedPtr& dst, int value, const cudaExtent& extent,
                   cudaStream_t stream, bool wait) {
-    if (extent.width > dst.pitch || (extent.depth > 1 && extent.height > dst.ysize))
+    const bool isRow = extent.height <= 1 && extent.depth <= 1;
+    if ((extent.width > dst.pitch && !isRow) || extent.height > dst.ysize)
         return remember(cudaErrorInvalidValue);
     return queued(stream, wait, [&](const Driver& d, CUstream target) {
         const size_t slice = dst.pitch * dst.ysize;
@@ -147,9 +148,9 @@ cudaError_t copyPeer(const cudaMemcpy3DPeerParms* parms, cudaStream_t stream, bo
     const auto exists = [&](int device) { return device >= 0 && device < count; };
     if (!exists(parms->srcDevice) || !exists(parms->dstDevice))
         return remember(cudaErrorInvalidDevice);
-    const cudaMemcpy3DParms plain = {parms->srcArray, parms->srcPos,    parms->srcPtr,
-                                     parms->dstArray, parms->dstPos,    parms->dstPtr,
-                                     parms->extent,   cudaMemcpyDefault};
+    const cudaMemcpy3DParms plain = {parms->srcArray, parms->srcPos,           parms->srcPtr,
+                                     parms->dstArray, parms->dstPos,           parms->dstPtr,
+                                     parms->extent,   cudaMemcpyDeviceToDevice};
     return copy3D(&plain, stream, wait);
 }
 

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// See process_end.h.
+#include "base/process_end.h"
+
+#include <link.h>
+
+#include <atomic>
+#include <cstdlib>
+
+namespace sunstone {
+namespace {
+
+std::atomic<bool> ends{false};
+
+// How many libraries have been loaded so far.
+unsigned long long librariesLoaded() {
+    unsigned long long count = 0;
+    dl_iterate_phdr(
+        [](dl_phdr_info* info, size_t, void* result) {
+            *static_cast<unsigned long long*>(result) = info->dlpi_adds;
+            return 1;
+        },
+        &count);
+    return count;
+}
+
+} // namespace
+
+void watchProcessEnd() {
+    // Again only where there may be new handlers to come before.
+    static std::atomic<unsigned long long> watched{0};
+    const unsigned long long loaded = librariesLoaded();
+    if (watched.exchange(loaded) != loaded)
+        std::atexit([] { ends = true; });
+}
+
+bool processEnds() {
+    return ends.load(std::memory_order_relaxed);
+}
+
+} // namespace sunstone
