@@ -24,7 +24,7 @@ constexpr char kPrefix[] = "programs1-"; // the number is that of the schema
 constexpr char kSuffix[] = ".db";
 constexpr int kBusyMilliseconds = 5000;
 constexpr uint64_t kEntryOverhead = 64;
-constexpr int64_t kUseSeconds = 60; // how exactly the time of the last use is known
+constexpr int64_t kUseSeconds = 3600; // how exactly the time of the last use is known: it is a write
 
 constexpr const char* kSchema = "CREATE TABLE IF NOT EXISTS entry(key BLOB PRIMARY KEY, value BLOB,"
                                 " size INTEGER, checksum INTEGER, used INTEGER);"
@@ -279,7 +279,8 @@ void DiskCache::openNewest(bool mayReplace) {
         if (const int code = sqlite3_open_v2(path.c_str(), &database_, kFlags, nullptr))
             throwFault(database_, code);
         sqlite3_busy_timeout(database_, kBusyMilliseconds);
-        execute("PRAGMA synchronous=OFF; PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON;"
+        // Large pages, as values are: of a new database, while one that is there keeps its own.
+        execute("PRAGMA page_size=32768; PRAGMA synchronous=OFF; PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON;"
                 "PRAGMA mmap_size=0; PRAGMA auto_vacuum=FULL; PRAGMA journal_mode=TRUNCATE;"
                 "BEGIN IMMEDIATE;");
         execute(kSchema);
@@ -367,13 +368,35 @@ bool DiskCache::find(const std::string& key, std::string& value) {
             return;
         }
         found = true;
-        if (now() - used < kUseSeconds && now() >= used)
-            return;
-        Statement(database_, "UPDATE entry SET used=?1 WHERE key=?2").number(now()).blob(key).step();
+        use(key, used);
     });
     if (!found)
         value.clear();
     return found;
+}
+
+bool DiskCache::has(const std::string& key) {
+    std::lock_guard lock(mutex_);
+    bool found = false;
+    attempt("read", [&] {
+        int64_t used = 0;
+        {
+            Statement select(database_, "SELECT used FROM entry WHERE key=?1");
+            if (!select.blob(key).step())
+                return;
+            used = select.numberAt(0);
+        }
+        found = true;
+        use(key, used);
+    });
+    return found;
+}
+
+// Writes the time of a use down, if the one before was long enough ago.
+void DiskCache::use(const std::string& key, int64_t before) {
+    if (now() - before < kUseSeconds && now() >= before)
+        return;
+    Statement(database_, "UPDATE entry SET used=?1 WHERE key=?2").number(now()).blob(key).step();
 }
 
 uint64_t DiskCache::total() {

@@ -47,6 +47,8 @@ public:
 
     // Neither throws: a cache that fails is as good as an empty one. What failed is logged.
     bool find(const std::string& key, std::string& value);
+    // Whether there is a value, which is not looked at; counts as a use of it.
+    bool has(const std::string& key);
     void insert(const std::string& key, const std::string& value, Marks marks);
 
     // What collection compares with the marks: bytes of keys and values and a fixed amount each.
@@ -62,6 +64,7 @@ private:
     template <class Body>
     bool attempt(const char* what, Body body);
     void execute(const char* sql);
+    void use(const std::string& key, int64_t before);
     uint64_t total();
     void evict(uint64_t atMost);
 

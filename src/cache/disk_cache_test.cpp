@@ -79,6 +79,9 @@ TEST_F(DiskCacheTest, KeepsValues) {
     ASSERT_TRUE(cache->find("b", value));
     EXPECT_EQ("", value);
     EXPECT_FALSE(cache->find("c", value));
+    EXPECT_TRUE(cache->has("a"));
+    EXPECT_TRUE(cache->has("b"));
+    EXPECT_FALSE(cache->has("c"));
     EXPECT_EQ("", log_);
 }
 

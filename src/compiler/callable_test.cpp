@@ -62,7 +62,7 @@ protected:
             "ld.const.u64 %rd19, [params]; st.u32 [%rd19], %r11; st.u32 [%rd19+4], %r12; ret;\n}\n";
         PipelineRequest request;
         request.rules = rules_;
-        const auto module = parse(text);
+        const auto module = source(text);
         for (const char* name :
              {"__raygen__rg", "__direct_callable__data", "__direct_callable__nested"})
             request.programs.push_back({module, name, GetParam()});

@@ -6,7 +6,9 @@
 
 #include "base/error.h"
 #include "base/threads.h"
+#include "compiler/build_id.h"
 #include "compiler/compile_steps.h"
+#include "compiler/digest.h"
 #include "compiler/piece.h"
 
 #include <algorithm>
@@ -20,19 +22,26 @@ class PipelineCode : public Code {
 public:
     const std::vector<CompiledProgram>& programs() const override { return programs_; }
     bool variable(std::string_view name, void** address, uint64_t* size) const override {
-        return table_.find(name, address, size);
+        std::vector<const ptx::Module*> trees;
+        for (const auto& module : modules_)
+            trees.push_back(&module->tree());
+        VariableTable table;
+        for (const auto& [id, place] : variables_)
+            table.add(trees, id, place);
+        return table.find(name, address, size);
     }
     const std::string& feedback() const override { return feedback_; }
     std::string feedback_;
     std::vector<CompiledProgram> programs_;
-    VariableTable table_;
+    std::vector<std::shared_ptr<const Source>> modules_; // of variables_
+    std::vector<std::pair<VariableId, void*>> variables_;
     std::vector<std::unique_ptr<LoadedCode>> code_;
 };
 
 const ptx::Function& requestedFunction(const ProgramRequest& request) {
     if (!request.module)
         fail(ErrorCode::kInvalidValue, "program \"", request.function, "\" has no module");
-    const ptx::Function* function = request.module->findFunction(request.function);
+    const ptx::Function* function = request.module->tree().findFunction(request.function);
     if (!function || !function->hasBody)
         fail(ErrorCode::kNotFound, "the module has no function \"", request.function, "\"");
     if (programKind(request.function) == ProgramKind::kNone)
@@ -47,7 +56,8 @@ void checkLaunchParams(const PipelineRequest& request) {
     if (request.rules.launchParams.empty())
         return;
     for (const ProgramRequest& program : request.programs) {
-        const ptx::Variable* variable = program.module->findVariable(request.rules.launchParams);
+        const ptx::Variable* variable =
+            program.module->tree().findVariable(request.rules.launchParams);
         if (!variable)
             continue;
         if (variable->space != ptx::Space::kConst)
@@ -65,7 +75,6 @@ constexpr uint32_t kLeastStack = 16; // no program needs nothing
 
 // A program without the rest of its pipeline.
 PieceRequest aloneOf(const ProgramRequest& program, const PipelineRules& rules) {
-    requestedFunction(program);
     PieceRequest request;
     request.modules = {program.module.get()};
     request.rules = rules;
@@ -83,19 +92,18 @@ public:
     PipelineBuild(const PipelineRequest& request, ObjectStore* store)
         : request_(request), store_(store) {
         for (const ProgramRequest& program : request.programs) {
-            requestedFunction(program);
-            const ptx::Module* module = program.module.get();
+            const Source* module = program.module.get();
             if (std::find(modules_.begin(), modules_.end(), module) == modules_.end()) {
                 modules_.push_back(module);
                 rules_.push_back(program.moduleRules);
+                code_->modules_.push_back(program.module);
             }
             level_ = std::max(level_, program.optLevel);
         }
-        checkLaunchParams(request);
-        Unit(Flavor::kOptix, request.rules, modules_); // refuses symbols defined twice
     }
 
     std::unique_ptr<Code> run() {
+        checkTogether();
         planPrograms();
         obtainPrograms();
         loadVariables();
@@ -114,6 +122,41 @@ private:
         std::exception_ptr error;
     };
 
+    // What takes the trees. Nothing that is kept of one module needs it, as it was done before that
+    // was made.
+    void check() {
+        if (checked_)
+            return;
+        for (const ProgramRequest& program : request_.programs)
+            requestedFunction(program);
+        checkLaunchParams(request_);
+        std::vector<const ptx::Module*> trees;
+        for (const Source* module : modules_)
+            trees.push_back(&module->tree());
+        Unit(Flavor::kOptix, request_.rules, trees); // refuses symbols defined twice
+        checked_ = true;
+    }
+
+    // Programs that are kept say nothing of how their modules agree: that is kept by itself.
+    void checkTogether() {
+        if (modules_.size() < 2)
+            return;
+        if (!store_)
+            return check();
+        Digest digest;
+        digest.add(buildId());
+        digest.add("together");
+        digest.add(request_.rules.launchParams);
+        for (const Source* module : modules_)
+            digest.add(module->digest());
+        const std::string key = digest.take();
+        std::string nothing;
+        if (store_->find(key, nothing))
+            return;
+        check();
+        store_->insert(key, {});
+    }
+
     void planPrograms() {
         pieces_.resize(request_.programs.size());
         for (size_t i = 0; i < pieces_.size(); ++i) {
@@ -129,7 +172,8 @@ private:
             piece.request.payloadType = program.payloadType;
             piece.store = store_;
             SUNSTONE_CHECK(program.payloadType < 0 || program.moduleRules);
-            if (isSelfContained(*program.module, request_.rules)) {
+            if (program.selfContained ? *program.selfContained
+                                      : isSelfContained(program.module->tree(), request_.rules)) {
                 piece.request.modules = {program.module.get()};
                 piece.request.moduleRules = {program.moduleRules};
                 piece.modules = {own};
@@ -146,12 +190,18 @@ private:
     }
 
     void obtainPrograms() {
-        parallelFor(pieces_.size(), 1, [&](size_t begin, size_t end) {
+        std::vector<Piece*> missing;
+        for (Piece& piece : pieces_)
+            if (!findPiece(piece.request, piece.store, piece.object))
+                missing.push_back(&piece);
+        if (!missing.empty())
+            check();
+        parallelFor(missing.size(), 1, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; ++i) {
                 try {
-                    pieces_[i].object = obtainPiece(pieces_[i].request, pieces_[i].store);
+                    missing[i]->object = makePiece(missing[i]->request, missing[i]->store);
                 } catch (...) {
-                    pieces_[i].error = std::current_exception();
+                    missing[i]->error = std::current_exception();
                 }
             }
         });
@@ -179,7 +229,11 @@ private:
         request.optLevel = level_;
         for (const auto& [id, address] : addresses_)
             request.variables.push_back(id);
-        const CodeObject object = obtainPiece(request, store_);
+        CodeObject object;
+        if (!findPiece(request, store_, object)) {
+            check();
+            object = makePiece(request, store_);
+        }
         std::vector<std::string> symbols;
         for (const VariableId& id : object.variables)
             symbols.push_back(id.symbol());
@@ -187,7 +241,7 @@ private:
         for (const VariableId& id : object.variables) {
             void* address = code_->code_.back()->address(id.symbol());
             addresses_[id] = address;
-            code_->table_.add(modules_, id, address);
+            code_->variables_.emplace_back(id, address);
         }
     }
 
@@ -226,7 +280,8 @@ private:
 
     const PipelineRequest& request_;
     ObjectStore* store_;
-    std::vector<const ptx::Module*> modules_;
+    std::vector<const Source*> modules_;
+    bool checked_ = false;
     std::vector<std::shared_ptr<const ModuleRules>> rules_; // of modules_
     OptLevel level_ = OptLevel::k0;
     std::vector<Piece> pieces_;
@@ -254,12 +309,25 @@ bool isSelfContained(const ptx::Module& module, const PipelineRules& rules) {
         });
 }
 
+namespace {
+
+CodeObject obtainAlone(const ProgramRequest& program, const PipelineRules& rules) {
+    const PieceRequest request = aloneOf(program, rules);
+    CodeObject object;
+    if (findPiece(request, program.store.get(), object))
+        return object;
+    requestedFunction(program);
+    return makePiece(request, program.store.get());
+}
+
+} // namespace
+
 void precompile(const ProgramRequest& program, const PipelineRules& rules) {
-    obtainPiece(aloneOf(program, rules), program.store.get());
+    obtainAlone(program, rules);
 }
 
 unsigned stackNeed(const ProgramRequest& program, const PipelineRules& rules) {
-    return std::max(kLeastStack, obtainPiece(aloneOf(program, rules), program.store.get()).stackNeed);
+    return std::max(kLeastStack, obtainAlone(program, rules).stackNeed);
 }
 
 } // namespace sunstone::compiler

@@ -43,8 +43,8 @@ double compileMilliseconds(const std::string& text, unsigned programs) {
     PipelineRequest request;
     request.rules.launchParams = "params";
     request.rules.numPayloadValues = 1;
-    const auto module = parse(text);
-    inspect(*module, request.rules);
+    const auto module = source(text);
+    inspect(module->tree(), request.rules);
     for (unsigned i = 0; i < programs; ++i)
         request.programs.push_back({module, "__closesthit__p" + std::to_string(i)});
     const auto code = compilePipeline(request);

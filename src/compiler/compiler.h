@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// PTX trees to machine code. A Pipeline request names programs in several modules; the compiler
+// PTX to machine code. A Pipeline request names programs in several modules; the compiler
 // takes only what they reach, resolves symbols across the modules, lowers every `_optix_*` call to
 // the ABI of devlib/abi.h, optimises the whole and emits x86-64 code through ORC. LLVM does not
 // appear in this interface. All functions may be called from any thread.
 #pragma once
 
+#include "compiler/source.h"
 #include "devlib/abi.h"
-#include "ptx/ast.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -68,7 +69,8 @@ struct ModuleRules {
 // Checks that need no machine code, for module creation: every `_optix_*` name known, operand
 // counts right, legal in the program kinds that reach it, constant operands constant and in
 // range. Throws Error(kInvalidPtx / kInvalidPayloadAccess / kInvalidFunctionUse / ...), whose text
-// begins with the PTX line. Also returns what the module offers.
+// begins with the PTX line. Also returns what the module offers: all that creating modules, program
+// groups and pipelines asks of it, so that the tree is needed for compiling alone.
 struct ModuleSummary {
     struct Program {
         std::string name;
@@ -78,12 +80,29 @@ struct ModuleSummary {
         bool callsContinuation = false;
         unsigned parameterWords = 0;   // 32-bit words of a callable's parameters
         uint32_t payloadTypes = 0;     // bit per type of the module that the program supports
+        uint32_t statements = 0;       // of its own body
+        // Bytes of stack it is said to need where it cannot be compiled by itself: from its local
+        // memory, registers live across calls, and traces; never 0.
+        uint32_t estimatedStack = 0;
     };
     std::vector<Program> programs;
     uint64_t launchParamsSize = 0; // 0 where the variable does not occur
+    uint64_t constantBytes = 0;    // of all other .const variables that are defined here
+    // Programs can be compiled without knowing the other modules of their pipeline: functions and
+    // variables are declared only that are defined here, or that the library provides.
+    bool selfContained = false;
+    std::string remarks; // what its creation says of it, in lines
+
+    // Bytes that hold everything, and back; false where they are no such bytes.
+    std::string serialize() const;
+    bool deserialize(std::string_view bytes);
 };
 ModuleSummary inspect(const ptx::Module& module, const PipelineRules& rules,
                       const ModuleRules& moduleRules = {});
+
+// Key of a module's summary: a digest of what it depends on, this build included.
+std::string summaryKeyOf(const Source& source, const PipelineRules& rules,
+                         const ModuleRules& moduleRules);
 
 // Words of 32 bits that parameters take when they are passed to a callable.
 unsigned parameterWords(const std::vector<ptx::Variable>& parameters);
@@ -91,7 +110,7 @@ unsigned parameterWords(const std::vector<ptx::Variable>& parameters);
 class ObjectStore;
 
 struct ProgramRequest {
-    std::shared_ptr<const ptx::Module> module;
+    std::shared_ptr<const Source> module; // one for all programs of a module
     std::string function;
     OptLevel optLevel = OptLevel::k3;
     DebugLevel debugLevel = DebugLevel::kMinimal;
@@ -99,6 +118,8 @@ struct ProgramRequest {
     int payloadType = -1; // of moduleRules, that this program is compiled for; -1 untyped
     // Where its code is kept when it refers to no other module; null: where the pipeline's is.
     std::shared_ptr<ObjectStore> store;
+    // ModuleSummary::selfContained, where that is known.
+    std::optional<bool> selfContained;
 };
 
 struct CompiledProgram {
@@ -124,6 +145,11 @@ class ObjectStore {
 public:
     virtual ~ObjectStore() = default;
     virtual bool find(const std::string& key, std::string& value) = 0;
+    // Whether there is a value, for who has it already; counts as a use of it.
+    virtual bool has(const std::string& key) {
+        std::string value;
+        return find(key, value);
+    }
     virtual void insert(const std::string& key, const std::string& value) = 0;
 };
 

@@ -172,7 +172,7 @@ TEST(FlushedMode, ProgramsCallInTheDefaultMode) {
 )";
     PipelineRequest request;
     request.rules.launchParams = "params";
-    const auto module = parse(text);
+    const auto module = source(text);
     request.programs = {{module, "__intersection__is"}, {module, "__direct_callable__dc"}};
     const auto code = compilePipeline(request);
     static const void* callee = nullptr;

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "compiler/bound_values.h"
 #include "compiler/build_id.h"
+#include "compiler/bytes.h"
 #include "compiler/compile_steps.h"
 #include "compiler/digest.h"
 #include "compiler/flush.h"
@@ -25,7 +26,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <set>
@@ -73,7 +73,7 @@ public:
         unit_.module().setDataLayout(machine_->createDataLayout());
         unit_.module().setTargetTriple(machine_->getTargetTriple().str());
         for (const ProgramRequest& program : request.pipeline.programs) {
-            unit_.setOptions(*program.module, program.moduleRules, DebugLevel::kMinimal);
+            unit_.setOptions(program.module->tree(), program.moduleRules, DebugLevel::kMinimal);
             level_ = std::max(level_, program.optLevel);
         }
         optimizer_.emplace(unit_, *machine_, level_);
@@ -118,6 +118,7 @@ public:
         const GpuCalls calls(unit_.module(), code_.ptx);
         code_.stack = calls.stack();
         code_.calls = calls.text();
+        code_.hasState = hasState();
         return std::move(code_);
     }
 
@@ -125,8 +126,9 @@ private:
     static std::vector<const ptx::Module*> modulesOf(const GpuPipelineRequest& request) {
         std::vector<const ptx::Module*> modules;
         for (const ProgramRequest& program : request.pipeline.programs)
-            if (std::find(modules.begin(), modules.end(), program.module.get()) == modules.end())
-                modules.push_back(program.module.get());
+            if (const ptx::Module* tree = &program.module->tree();
+                std::find(modules.begin(), modules.end(), tree) == modules.end())
+                modules.push_back(tree);
         return modules;
     }
 
@@ -154,10 +156,10 @@ private:
 
     void declarePrograms() {
         for (const ProgramRequest& program : request_.pipeline.programs) {
-            const ptx::Function* source = program.module->findFunction(program.function);
+            const ptx::Function* source = program.module->tree().findFunction(program.function);
             if (!source || !source->hasBody)
                 fail(ErrorCode::kNotFound, "the module has no function \"", program.function, "\"");
-            llvm::Function* function = unit_.declare(*program.module, *source);
+            llvm::Function* function = unit_.declare(program.module->tree(), *source);
             const PayloadType* payload =
                 program.payloadType < 0
                     ? nullptr
@@ -555,6 +557,14 @@ private:
                 value.setLinkage(llvm::GlobalValue::InternalLinkage);
     }
 
+    bool hasState() {
+        constexpr unsigned kShared = 3; // address space
+        for (const llvm::GlobalVariable& variable : unit_.module().globals())
+            if (!variable.isConstant() && variable.getAddressSpace() != kShared)
+                return true;
+        return false;
+    }
+
     // What runs once in the kernel becomes a part of it. LLVM leaves large functions apart, and the
     // driver's compiler gives those frames of their own (docs/performance.md has figures).
     static void inlineIntoKernel(llvm::Function& function) {
@@ -602,8 +612,6 @@ GpuCode compileGpuPipeline(const GpuPipelineRequest& request) {
     return GpuBuild(request).run();
 }
 
-namespace {
-
 std::string keyOf(const GpuPipelineRequest& request) {
     Digest digest;
     digest.add(buildId()); // the run-time is a part of the build
@@ -615,13 +623,13 @@ std::string keyOf(const GpuPipelineRequest& request) {
     addRules(digest, request.pipeline.rules);
     digest.add(uint64_t(request.pipeline.programs.size()));
     digest.add(uint64_t(request.groups.size()));
-    std::vector<const ptx::Module*> modules; // equal texts may be several modules
+    std::vector<const Source*> modules; // equal texts may be several modules
     for (const ProgramRequest& program : request.pipeline.programs) {
         auto found = std::find(modules.begin(), modules.end(), program.module.get());
         digest.add(uint64_t(found - modules.begin()));
         if (found == modules.end())
             modules.push_back(program.module.get());
-        digest.add(program.module->text);
+        digest.add(program.module->digest());
         digest.add(program.function);
         digest.add(uint64_t(program.optLevel));
         digest.add(uint64_t(int64_t(program.payloadType)));
@@ -639,60 +647,56 @@ std::string keyOf(const GpuPipelineRequest& request) {
     return digest.take();
 }
 
-constexpr size_t kHeaderWords = 7; // four of the stack, bytes of feedback, calls and text
+namespace {
 
+constexpr uint32_t kMagic = 0x43555047; // "GPUC"
+
+// The text goes where there is no machine code of it.
 std::string serialize(const GpuCode& code) {
-    const uint64_t words[kHeaderWords] = {code.stack.entry,     code.stack.waiting,
-                                          code.stack.other,     code.stack.isMeasured,
-                                          code.feedback.size(), code.calls.size(),
-                                          code.ptx.size()};
-    return std::string(reinterpret_cast<const char*>(words), sizeof words) + code.feedback +
-           code.calls + code.ptx + code.machineCode;
+    const auto& [ptx, feedback, stack, calls, machineCode, isState] = code; // names every field
+    ByteWriter out;
+    out.number(kMagic);
+    for (const uint64_t value :
+         {stack.entry, stack.waiting, stack.other, uint64_t(stack.isMeasured), uint64_t(isState)})
+        out.wide(value);
+    out.text(feedback);
+    out.text(calls);
+    out.text(machineCode.empty() ? ptx : std::string());
+    out.text(machineCode);
+    return out.take();
 }
 
-bool deserialize(const std::string& bytes, GpuCode& code) {
-    uint64_t words[kHeaderWords];
-    if (bytes.size() < sizeof words)
+bool deserialize(std::string_view bytes, GpuCode& code) {
+    ByteReader in(bytes);
+    if (in.number() != kMagic)
         return false;
-    std::memcpy(words, bytes.data(), sizeof words);
-    const size_t rest = bytes.size() - sizeof words;
-    if (words[4] > rest || words[5] > rest - words[4] || words[6] > rest - words[4] - words[5] ||
-        words[6] == 0)
-        return false;
-    code.stack = {words[0], words[1], words[2], words[3] != 0};
-    size_t at = sizeof words;
-    code.feedback = bytes.substr(at, words[4]);
-    code.calls = bytes.substr(at += words[4], words[5]);
-    code.ptx = bytes.substr(at += words[5], words[6]);
-    code.machineCode = bytes.substr(at + words[6]);
-    return true;
+    code.stack.entry = in.wide();
+    code.stack.waiting = in.wide();
+    code.stack.other = in.wide();
+    code.stack.isMeasured = in.wide() != 0;
+    code.hasState = in.wide() != 0;
+    code.feedback = in.text();
+    code.calls = in.text();
+    code.ptx = in.text();
+    code.machineCode = in.text();
+    return in.finished() && code.ptx.empty() != code.machineCode.empty();
 }
 
 } // namespace
 
-GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store) {
-    const std::string key = store ? keyOf(request) : std::string();
-    GpuCode code;
+bool findGpuPipeline(const std::string& key, ObjectStore& store, GpuCode& code) {
     std::string bytes;
-    if (!store || !store->find(key, bytes) || !deserialize(bytes, code)) {
-        code = compileGpuPipeline(request);
-        if (store)
-            store->insert(key, serialize(code));
-    }
-    code.key = key;
-    return code;
+    return store.find(key, bytes) && deserialize(bytes, code);
 }
 
-void keepMachineCode(GpuCode& code, std::string machineCode, std::string_view log,
-                     ObjectStore* store) {
+void keepGpuPipeline(const std::string& key, const GpuCode& code, ObjectStore& store) {
+    store.insert(key, serialize(code));
+}
+
+void measureGpuStack(GpuCode& code, std::string_view log) {
     const GpuCalls::Frames frames = gpuFramesIn(log);
-    if (machineCode.empty() && frames.empty())
-        return;
-    code.machineCode = std::move(machineCode);
     if (!frames.empty())
         code.stack = GpuCalls::fromText(code.calls).stack(frames);
-    if (store)
-        store->insert(code.key, serialize(code));
 }
 
 } // namespace sunstone::compiler

@@ -51,21 +51,25 @@ struct GpuCode {
     std::string ptx;      // the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
     std::string feedback; // the kind of kernel, what was specialised to bound values, in lines
     GpuStack stack;
-    std::string calls; // GpuCalls::text()
-    std::string key;   // under which the store has it; empty: nowhere
+    std::string calls;       // GpuCalls::text()
     std::string machineCode; // of the text; empty where it is the driver that keeps it
+    bool hasState = false;   // programs have variables in global memory: each pipeline has its own
 };
 constexpr const char* kGpuKernel = "sunstone_launch";
 
 // Throws as compilePipeline does; kNotSupported for what the run-time for GPUs lacks.
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
 
-// The same from the store (may be null) if it is there, else kept in it.
-GpuCode obtainGpuPipeline(const GpuPipelineRequest& request, ObjectStore* store);
+// A digest of everything that the code depends on.
+std::string keyOf(const GpuPipelineRequest& request);
 
-// Takes what the driver's compiler has made of the text (may be empty) and the sizes of frames that
-// it has logged, if it has, and keeps them in the store (may be null): it tells only once.
-void keepMachineCode(GpuCode& code, std::string machineCode, std::string_view log,
-                     ObjectStore* store);
+// False where the store has none, or a value that cannot be read. Either the text or the machine code
+// of what is found is empty.
+bool findGpuPipeline(const std::string& key, ObjectStore& store, GpuCode& code);
+// Of code with machine code the text is not kept.
+void keepGpuPipeline(const std::string& key, const GpuCode& code, ObjectStore& store);
+
+// Takes the sizes of frames that the driver's compiler has logged of the text, if it has.
+void measureGpuStack(GpuCode& code, std::string_view log);
 
 } // namespace sunstone::compiler

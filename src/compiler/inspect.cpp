@@ -93,6 +93,22 @@ private:
     std::unordered_map<uint32_t, uint32_t> copyOf_;
 };
 
+uint32_t estimateStack(const ptx::Function& function, bool traces) {
+    uint64_t bytes = 32; // return address and saved registers
+    for (const ptx::Variable& variable : function.variables)
+        if (variable.space == ptx::Space::kLocal)
+            bytes += variable.size;
+    // Values that live across a trace or call are spilled: a share of the registers is a fair guess.
+    const bool calls = std::any_of(function.body.begin(), function.body.end(), [](const auto& s) {
+        return s.kind == ptx::StatementKind::kInstruction && s.instruction.opcode == "call";
+    });
+    if (traces)
+        bytes += std::min<uint64_t>(function.registers.size(), 64) * 4;
+    else if (calls)
+        bytes += std::min<uint64_t>(function.registers.size(), 16) * 4;
+    return uint32_t((bytes + 15) / 16 * 16);
+}
+
 class Inspection {
 public:
     Inspection(const ptx::Module& module, const PipelineRules& rules,
@@ -109,19 +125,27 @@ public:
             if (!function.hasBody || kind == ProgramKind::kNone)
                 continue;
             checkShape(function, kind);
-            summary.programs.push_back({std::string(function.name), kind});
-            ModuleSummary::Program& program = summary.programs.back();
+            ModuleSummary::Program& program = summary.programs.emplace_back();
+            program.name = function.name;
+            program.kind = kind;
             program.parameterWords = parameterWords(function.parameters);
+            program.statements = uint32_t(function.body.size());
             std::set<std::string_view> visited;
             typeCall_ = nullptr;
             typeMask_ = 0;
             follow(function.name, program, visited);
             program.payloadTypes = supportedTypes(typeMask_, moduleRules_);
+            program.estimatedStack = estimateStack(function, program.traces);
             visited.clear();
             if (!moduleRules_.payloadTypes.empty())
                 checkTypedAccess(function.name, program, visited);
         }
         inspectLaunchParams(summary);
+        for (const ptx::Variable& variable : module_.variables)
+            if (variable.space == ptx::Space::kConst && variable.linkage != ptx::Linkage::kExtern &&
+                variable.name != rules_.launchParams)
+                summary.constantBytes += variable.size;
+        summary.selfContained = isSelfContained(module_, rules_);
         if (mustCompile_)
             checkByCompiling(module_, rules_, moduleRules_, summary);
         return summary;

@@ -51,12 +51,12 @@ protected:
     void compileModules(const std::vector<std::string>& texts, std::vector<std::string> names) {
         PipelineRequest request;
         request.rules = rules_;
-        std::vector<std::shared_ptr<const ptx::Module>> modules;
+        std::vector<std::shared_ptr<const Source>> modules;
         for (const std::string& text : texts)
-            modules.push_back(parse(kHeader + text));
+            modules.push_back(source(kHeader + text));
         for (const std::string& name : names)
             for (const auto& module : modules)
-                if (const ptx::Function* function = module->findFunction(name))
+                if (const ptx::Function* function = module->tree().findFunction(name))
                     if (function->hasBody) {
                         request.programs.push_back({module, name, level_});
                         break;
@@ -69,7 +69,7 @@ protected:
         try {
             PipelineRequest request;
             request.rules = rules_;
-            request.programs.push_back({parse(kHeader + text), name});
+            request.programs.push_back({source(kHeader + text), name});
             compilePipeline(request);
         } catch (const Error& error) {
             if (message)

@@ -31,6 +31,13 @@ const ModuleRules& rulesOf(const PieceRequest& request, size_t module) {
     return given ? *request.moduleRules[module] : none;
 }
 
+std::vector<const ptx::Module*> treesOf(const PieceRequest& request) {
+    std::vector<const ptx::Module*> trees;
+    for (const Source* module : request.modules)
+        trees.push_back(&module->tree());
+    return trees;
+}
+
 // Full debugging wants each line's code where the line is.
 OptLevel levelOf(const PieceRequest& request) {
     return request.debugLevel == DebugLevel::kFull ? OptLevel::k0 : request.optLevel;
@@ -43,10 +50,10 @@ public:
         : request_(request), isProgram_(!request.function.empty()),
           times_(isProgram_ ? request.function : "variables"), level_(levelOf(request)),
           machine_(level_),
-          unit_(Flavor::kOptix, request.rules, request.modules,
+          unit_(Flavor::kOptix, request.rules, treesOf(request),
                 isProgram_ ? Variables::kReferenced : Variables::kDefined) {
         for (size_t i = 0; i < request.modules.size(); ++i)
-            unit_.setOptions(*request.modules[i],
+            unit_.setOptions(request.modules[i]->tree(),
                              i < request.moduleRules.size() ? request.moduleRules[i] : nullptr,
                              request.debugLevel);
         prepare(unit_, machine_);
@@ -99,7 +106,7 @@ public:
 
 private:
     void declareProgram() {
-        const ptx::Module& module = *request_.modules[request_.module];
+        const ptx::Module& module = request_.modules[request_.module]->tree();
         llvm::Function* function = unit_.declare(module, *module.findFunction(request_.function));
         kinds_[function] = programKind(request_.function);
         if (request_.payloadType >= 0)
@@ -145,8 +152,9 @@ std::vector<BoundValue> boundValuesOf(const PieceRequest& request) {
 
 void checkByCompiling(const ptx::Module& module, const PipelineRules& rules,
                       const ModuleRules& moduleRules, const ModuleSummary& summary) {
+    const Source source(std::shared_ptr<const ptx::Module>(std::shared_ptr<void>(), &module));
     PieceRequest request;
-    request.modules = {&module};
+    request.modules = {&source};
     request.rules = rules;
     request.moduleRules = {std::make_shared<const ModuleRules>(moduleRules)};
     const int types = int(moduleRules.payloadTypes.size());
@@ -175,8 +183,8 @@ std::string keyOf(const PieceRequest& request) {
     digest.add(targetDescription());
     digest.add(uint64_t(checks("memory")));
     digest.add(uint64_t(modules.size()));
-    for (const ptx::Module* each : modules)
-        digest.add(each->text);
+    for (const Source* each : modules)
+        digest.add(each->digest());
     addRules(digest, rules);
     for (const uint64_t value : {uint64_t(optLevel), uint64_t(debugLevel), uint64_t(module)})
         digest.add(value);
@@ -189,16 +197,15 @@ std::string keyOf(const PieceRequest& request) {
     return digest.take();
 }
 
-CodeObject obtainPiece(const PieceRequest& request, ObjectStore* store) {
-    if (!store)
-        return compilePiece(request);
-    const std::string key = keyOf(request);
-    CodeObject object;
+bool findPiece(const PieceRequest& request, ObjectStore* store, CodeObject& object) {
     std::string bytes;
-    if (store->find(key, bytes) && object.deserialize(bytes))
-        return object;
-    object = compilePiece(request);
-    store->insert(key, object.serialize());
+    return store && store->find(keyOf(request), bytes) && object.deserialize(bytes);
+}
+
+CodeObject makePiece(const PieceRequest& request, ObjectStore* store) {
+    CodeObject object = compilePiece(request);
+    if (store)
+        store->insert(keyOf(request), object.serialize());
     return object;
 }
 

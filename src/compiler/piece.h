@@ -10,7 +10,7 @@
 namespace sunstone::compiler {
 
 struct PieceRequest {
-    std::vector<const ptx::Module*> modules; // that symbols are looked for in
+    std::vector<const Source*> modules; // that symbols are looked for in
     PipelineRules rules;
     OptLevel optLevel = OptLevel::k3;
     DebugLevel debugLevel = DebugLevel::kMinimal;
@@ -37,7 +37,11 @@ std::vector<BoundValue> boundValuesOf(const PieceRequest& request);
 
 std::string keyOf(const PieceRequest& request);
 
-// From the store or freshly compiled and stored. A stored value that cannot be read counts as none.
-CodeObject obtainPiece(const PieceRequest& request, ObjectStore* store);
+// From the store (may be null); false where it has none, or a value that cannot be read. Needs no
+// tree.
+bool findPiece(const PieceRequest& request, ObjectStore* store, CodeObject& object);
+
+// Freshly compiled, and stored.
+CodeObject makePiece(const PieceRequest& request, ObjectStore* store);
 
 } // namespace sunstone::compiler

@@ -33,7 +33,7 @@ private:
     std::mutex mutex_;
 };
 
-using Module = std::shared_ptr<const ptx::Module>;
+using Module = std::shared_ptr<const Source>;
 
 // Each program adds its step to `counter`, then stores it where the launch parameters point.
 std::string counterProgram(const char* name, unsigned step) {
@@ -99,7 +99,7 @@ TEST(CodeObject, RefusesOtherBytes) {
 }
 
 TEST(Piece, ProgramsShareAVariable) {
-    const Module module = parse(kHeader + kParams + kCounter + counterProgram("__miss__a", 1) +
+    const Module module = source(kHeader + kParams + kCounter + counterProgram("__miss__a", 1) +
                                 counterProgram("__miss__b", 10));
     Runner run({{module, "__miss__a"}, {module, "__miss__b"}});
     EXPECT_EQ(101u, run.call(0));
@@ -114,21 +114,21 @@ TEST(Piece, ProgramsShareAVariable) {
 
 TEST(Piece, PrivateVariablesOfTwoModulesAreTwo) {
     const std::string text = kHeader + kParams + kCounter + counterProgram("__miss__a", 1);
-    Runner run({{parse(text), "__miss__a"}, {parse(text), "__miss__a"}});
+    Runner run({{source(text), "__miss__a"}, {source(text), "__miss__a"}});
     EXPECT_EQ(101u, run.call(0));
     EXPECT_EQ(102u, run.call(0));
     EXPECT_EQ(101u, run.call(1));
 }
 
 TEST(Piece, AVariableOfAnotherModuleIsShared) {
-    const Module owner = parse(kHeader + kParams + ".visible " + kCounter +
+    const Module owner = source(kHeader + kParams + ".visible " + kCounter +
                                counterProgram("__miss__a", 1));
-    const Module user = parse(kHeader + kParams + ".extern .global .align 4 .u32 counter;\n" +
+    const Module user = source(kHeader + kParams + ".extern .global .align 4 .u32 counter;\n" +
                               counterProgram("__miss__b", 10));
     PipelineRules rules;
     rules.launchParams = "params";
-    EXPECT_TRUE(isSelfContained(*owner, rules));
-    EXPECT_FALSE(isSelfContained(*user, rules));
+    EXPECT_TRUE(isSelfContained(owner->tree(), rules));
+    EXPECT_FALSE(isSelfContained(user->tree(), rules));
     Runner run({{user, "__miss__b"}, {owner, "__miss__a"}});
     EXPECT_EQ(110u, run.call(0));
     EXPECT_EQ(111u, run.call(1));
@@ -136,7 +136,7 @@ TEST(Piece, AVariableOfAnotherModuleIsShared) {
 
 TEST(Piece, InitialisersHoldAddresses) {
     const Module module =
-        parse(kHeader + kParams + kCounter + ".global .align 8 .u64 pointer = counter;\n" +
+        source(kHeader + kParams + kCounter + ".global .align 8 .u64 pointer = counter;\n" +
               "\n.visible .entry __miss__a() { .reg .b32 %r<3>; .reg .b64 %rd<3>;\n"
               "ld.global.u64 %rd2, [pointer]; ld.global.u32 %r1, [%rd2];\n"
               "ld.const.u64 %rd1, [params]; st.global.u32 [%rd1], %r1; ret; }\n" +
@@ -152,7 +152,7 @@ TEST(Piece, AStoreSparesCompilation) {
                              counterProgram("__miss__b", 10);
     MapStore store;
     for (unsigned round = 0; round < 2; ++round) {
-        const Module module = parse(text);
+        const Module module = source(text);
         Runner run({{module, "__miss__a"}, {module, "__miss__b"}}, &store);
         EXPECT_EQ(101u, run.call(0));
         EXPECT_EQ(111u, run.call(1));
@@ -160,14 +160,14 @@ TEST(Piece, AStoreSparesCompilation) {
         EXPECT_EQ(round * 3, store.hits);
     }
     // One program of the same module in another pipeline is known as well.
-    const Module module = parse(text);
+    const Module module = source(text);
     Runner run({{module, "__miss__b"}}, &store);
     EXPECT_EQ(110u, run.call(0));
     EXPECT_EQ(3u, store.inserts);
 }
 
 TEST(Piece, ValuesThatCannotBeReadAreReplaced) {
-    const Module module = parse(kHeader + kParams + kCounter + counterProgram("__miss__a", 1));
+    const Module module = source(kHeader + kParams + kCounter + counterProgram("__miss__a", 1));
     MapStore store;
     Runner({{module, "__miss__a"}}, &store);
     for (auto& [key, value] : store.values)
@@ -179,7 +179,7 @@ TEST(Piece, ValuesThatCannotBeReadAreReplaced) {
 }
 
 TEST(Piece, PrecompiledProgramsAreUsed) {
-    const Module module = parse(kHeader + kParams + kCounter + counterProgram("__miss__a", 1));
+    const Module module = source(kHeader + kParams + kCounter + counterProgram("__miss__a", 1));
     const auto own = std::make_shared<MapStore>();
     MapStore store;
     PipelineRules rules;
@@ -197,7 +197,7 @@ TEST(Piece, PrecompiledProgramsAreUsed) {
 }
 
 TEST(Piece, TheFirstFaultyProgramIsNamed) {
-    const Module module = parse(std::string(kHeader) +
+    const Module module = source(std::string(kHeader) +
                                 ".visible .entry __miss__good() { ret; }\n"
                                 ".visible .entry __miss__bad() { .reg .b32 %r<3>;\n"
                                 "call _optix_set_payload, (9, %r1);\nret; }\n"
@@ -214,8 +214,8 @@ TEST(Piece, TheFirstFaultyProgramIsNamed) {
 }
 
 TEST(Piece, KeysDependOnEverything) {
-    const Module module = parse(std::string(kHeader) + ".visible .entry __miss__a() { ret; }\n");
-    const Module other = parse(std::string(kHeader) + ".visible .entry __miss__a() {  ret; }\n");
+    const Module module = source(std::string(kHeader) + ".visible .entry __miss__a() { ret; }\n");
+    const Module other = source(std::string(kHeader) + ".visible .entry __miss__a() {  ret; }\n");
     PieceRequest request;
     request.modules = {module.get()};
     request.function = "__miss__a";

@@ -29,6 +29,10 @@ inline std::shared_ptr<const ptx::Module> parse(const std::string& text) {
     return module;
 }
 
+inline std::shared_ptr<const Source> source(const std::string& text) {
+    return std::make_shared<const Source>(parse(text));
+}
+
 struct Case {
     const char* text;
     std::vector<uint64_t> inputs;

@@ -166,7 +166,7 @@ int32_t thrown;
 TEST(Textures, OptixPrograms) {
     PipelineRequest request;
     request.rules.launchParams = "params";
-    request.programs.push_back({parse(std::string(kHeader) + R"(
+    request.programs.push_back({source(std::string(kHeader) + R"(
 .visible .const .align 8 .b8 params[24];
 .visible .entry __raygen__sample() { .reg .f32 %f<9>; .reg .b32 %r<3>; .reg .b64 %rd<4>;
   ld.const.u64 %rd1, [params]; ld.const.u64 %rd2, [params+8]; ld.const.u64 %rd3, [params+16];

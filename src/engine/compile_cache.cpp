@@ -149,12 +149,25 @@ void CompileCache::setMarks(cache::Marks marks) {
 }
 
 bool CompileCache::find(const std::string& key, std::string& value) {
+    return lookUp(key, &value, "hit for ", "miss for ");
+}
+
+bool CompileCache::has(const std::string& key) {
+    return lookUp(key, nullptr, "hit for ", "miss for ");
+}
+
+bool CompileCache::findModule(const std::string& key, std::string& value) {
+    return lookUp(key, &value, "module known: ", "module new: ");
+}
+
+bool CompileCache::lookUp(const std::string& key, std::string* value, const char* found,
+                          const char* missing) {
     const std::shared_ptr<cache::DiskCache> cache = current();
     if (!cache)
         return false;
-    const bool found = cache->find(key, value);
-    log_(LogLevel::kInfo, (found ? "hit for " : "miss for ") + hexOf(key));
-    return found;
+    const bool isThere = value ? cache->find(key, *value) : cache->has(key);
+    log_(LogLevel::kInfo, (isThere ? found : missing) + hexOf(key));
+    return isThere;
 }
 
 void CompileCache::insert(const std::string& key, const std::string& value) {

@@ -42,11 +42,16 @@ public:
     cache::Marks marks() const; // zeros where the environment turned the cache off
     void setMarks(cache::Marks marks);
 
+    // Code, and with another line in the log the summary of a module.
     bool find(const std::string& key, std::string& value) override;
+    bool has(const std::string& key) override;
+    bool findModule(const std::string& key, std::string& value);
     void insert(const std::string& key, const std::string& value) override;
 
 private:
     void open();
+    // value: null where only the fact is wanted.
+    bool lookUp(const std::string& key, std::string* value, const char* found, const char* missing);
     std::shared_ptr<cache::DiskCache> current() const;
 
     Log log_;

@@ -95,60 +95,6 @@ size_t stackNeed(const Pipeline& pipeline, const compiler::GpuStack& stack, size
 
 } // namespace
 
-GpuCodeObject::GpuCodeObject(CUcontext context, const compiler::GpuCode& code,
-                             unsigned maxRegisters, std::string& log)
-    : context_(context) {
-    CUresult result = CUDA_ERROR_INVALID_IMAGE;
-    if (!code.machineCode.empty())
-        result = driver().moduleLoadDataEx(&module_, code.machineCode.data(), 0, nullptr, nullptr);
-    if (result == CUDA_ERROR_OUT_OF_MEMORY || result == CUDA_ERROR_ILLEGAL_ADDRESS)
-        check(result, DriverNames::moduleLoadDataEx); // not the code's fault
-    if (result != CUDA_SUCCESS) {
-        if (!code.machineCode.empty())
-            sunstone::log(LogLevel::kDebug, "engine",
-                          message("the driver refuses machine code of its compiler (code ",
-                                  int(result), ") and gets the text"));
-        compileText(code.ptx, maxRegisters, log);
-    }
-    SUNSTONE_CU(moduleGetFunction, &kernel, module_, compiler::kGpuKernel);
-}
-
-void GpuCodeObject::compileText(const std::string& ptx, unsigned maxRegisters, std::string& log) {
-    constexpr size_t kLogBytes = 256 << 10;
-    std::string errors(8192, '\0');
-    const auto told = std::make_unique_for_overwrite<char[]>(kLogBytes);
-    CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES,
-                              CU_JIT_INFO_LOG_BUFFER,  CU_JIT_INFO_LOG_BUFFER_SIZE_BYTES,
-                              CU_JIT_LOG_VERBOSE,      CU_JIT_MAX_REGISTERS};
-    void* values[] = {errors.data(),
-                      reinterpret_cast<void*>(errors.size()),
-                      told.get(),
-                      reinterpret_cast<void*>(kLogBytes),
-                      reinterpret_cast<void*>(uintptr_t(1)),
-                      reinterpret_cast<void*>(uintptr_t(maxRegisters))};
-    told[0] = '\0';
-    // Compiles the text as a whole, or finds the outcome in the driver's own cache and logs
-    // nothing.
-    const CUresult result = driver().moduleLoadDataEx(
-        &module_, ptx.c_str(), unsigned(std::size(options)), options, values);
-    if (result == CUDA_ERROR_OUT_OF_MEMORY || result == CUDA_ERROR_ILLEGAL_ADDRESS)
-        check(result, DriverNames::moduleLoadDataEx); // not the text's fault
-    if (result != CUDA_SUCCESS)
-        fail(Code::kLinkError, "the driver cannot compile the pipeline: ", errors.c_str());
-    const auto length = size_t(reinterpret_cast<uintptr_t>(values[3]));
-    if (length + 1 < kLogBytes) // else some of it may be missing
-        log.assign(told.get(), strnlen(told.get(), length));
-}
-
-GpuCodeObject::~GpuCodeObject() {
-    try {
-        ContextScope scope(context_);
-        driver().ctxSynchronize(); // launches may still run it
-        driver().moduleUnload(module_);
-    } catch (const Error&) { // the application has destroyed its context, and the module with it
-    }
-}
-
 // How much of the stack a launch index may use before it counts as an overflow.
 void GpuBackend::setStackUse(GpuCodeObject& code) {
     size_t limit = 0;
@@ -169,6 +115,61 @@ void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
                             " bytes together are more than this GPU can "
                             "give to all threads: the stack stays as it was"));
     setStackUse(code);
+}
+
+// Without a store nothing is kept here either: who turns the cache off wants code to be made.
+LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest& request,
+                                             compiler::ObjectStore* store) {
+    const unsigned registers = registersOf(request.pipeline.rules);
+    LoadedGpuCodes::Entry entry;
+    compiler::GpuCode code;
+    std::string log;
+    const auto load = [&] {
+        entry.loaded = std::make_shared<const LoadedGpuCode>(device_.context(), code, registers, log);
+    };
+    bool isKept = false;
+    if (store) {
+        const std::string key = compiler::keyOf(request);
+        entry = loaded_.find(key);
+        if (!entry.loaded)
+            isKept = compiler::findGpuPipeline(key, *store, code);
+        else if (store->has(key))
+            return entry;
+        entry = {key, nullptr, nullptr};
+    }
+    if (isKept && !code.machineCode.empty())
+        try {
+            load();
+        } catch (const Error& error) {
+            if (error.code() != Code::kLinkError)
+                throw;
+            isKept = false; // of another driver that has the same number, say
+        }
+    if (!isKept)
+        code = compiler::compileGpuPipeline(request);
+    if (!entry.loaded) {
+        if (auto made = compilePtx(code.ptx, request.target.computeCapability, registers)) {
+            code.machineCode = std::move(made->cubin);
+            compiler::measureGpuStack(code, made->log);
+            isKept = false;
+        }
+        load();
+        if (entry.loaded->isOfText)
+            code.machineCode.clear(); // the driver takes none
+        if (!log.empty()) {
+            compiler::measureGpuStack(code, log);
+            isKept = false;
+        }
+        if (store && !isKept)
+            compiler::keepGpuPipeline(entry.key, code, *store);
+    }
+    std::string().swap(code.ptx);
+    std::string().swap(code.machineCode);
+    const bool isShared = store && !code.hasState;
+    entry.code = std::make_shared<const compiler::GpuCode>(std::move(code));
+    if (isShared)
+        loaded_.add(entry);
+    return entry;
 }
 
 void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
@@ -201,16 +202,9 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         {"sunstone_gpu_motion", pipeline.rules.motionBlur},
     };
     ContextScope scope(device_.context());
-    compiler::GpuCode code = compiler::obtainGpuPipeline(request, parts.cache);
-    const unsigned registers = registersOf(pipeline.rules);
-    if (code.machineCode.empty())
-        if (auto made = compilePtx(code.ptx, request.target.computeCapability, registers))
-            compiler::keepMachineCode(code, std::move(made->cubin), made->log, parts.cache);
-    std::string log;
-    const auto loaded =
-        std::make_shared<GpuCodeObject>(device_.context(), code, registers, log);
-    if (!log.empty())
-        compiler::keepMachineCode(code, {}, log, parts.cache);
+    const LoadedGpuCodes::Entry entry = obtainCode(request, parts.cache);
+    const compiler::GpuCode& code = *entry.code;
+    const auto loaded = std::make_shared<GpuCodeObject>(device_.context(), entry.loaded);
     pipeline.feedback = code.feedback;
     loaded->firstGroup = first;
     const bool overflows = pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow;

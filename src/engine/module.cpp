@@ -2,9 +2,8 @@
 #include "engine/module.h"
 
 #include "base/error.h"
+#include "engine/compile_cache.h"
 #include "ptx/parser.h"
-
-#include <algorithm>
 
 namespace sunstone::engine {
 
@@ -40,49 +39,55 @@ std::string remarkOnThrows(const ptx::Module& tree, const compiler::PipelineRule
     return {};
 }
 
+compiler::ModuleSummary check(const ptx::Module& tree, const compiler::PipelineRules& rules,
+                              const compiler::ModuleRules& moduleRules,
+                              const std::string& remarks) {
+    compiler::ModuleSummary summary = compiler::inspect(tree, rules, moduleRules);
+    summary.remarks = remarks + remarkOnThrows(tree, rules);
+    return summary;
+}
+
+std::shared_ptr<const ptx::Module> parse(std::string_view text, std::string& remarks) {
+    ptx::Diagnostics diagnostics;
+    std::shared_ptr<const ptx::Module> tree = ptx::parse(text, diagnostics);
+    if (diagnostics.failed() || !tree)
+        throw Error(Code::kInvalidPtx, diagnostics.format());
+    remarks = diagnostics.format();
+    return tree;
+}
+
 } // namespace
 
 std::shared_ptr<Module> createModule(std::string_view text, const compiler::PipelineRules& rules,
                                      compiler::ModuleRules moduleRules,
                                      compiler::OptLevel optLevel, compiler::DebugLevel debugLevel,
-                                     std::shared_ptr<compiler::ObjectStore> cache,
-                                     std::string& feedback) {
-    ptx::Diagnostics diagnostics;
-    std::shared_ptr<const ptx::Module> tree = ptx::parse(text, diagnostics);
-    if (diagnostics.failed() || !tree)
-        throw Error(Code::kInvalidPtx, diagnostics.format());
-    feedback = diagnostics.format();
+                                     std::shared_ptr<CompileCache> cache, std::string& feedback) {
     auto module = std::make_shared<Module>();
-    module->tree = std::move(tree);
+    const auto known = [&] {
+        if (!cache || !cache->enabled())
+            return false;
+        module->source = std::make_shared<const compiler::Source>(text);
+        std::string bytes;
+        return cache->findModule(compiler::summaryKeyOf(*module->source, rules, moduleRules),
+                                 bytes) &&
+               module->summary.deserialize(bytes);
+    };
+    if (!known()) {
+        const auto tree = parse(text, feedback);
+        module->source = std::make_shared<const compiler::Source>(tree);
+        module->summary = check(*tree, rules, moduleRules, feedback);
+        if (cache)
+            cache->insert(compiler::summaryKeyOf(*module->source, rules, moduleRules),
+                          module->summary.serialize());
+    }
+    feedback = module->summary.remarks;
+    checkBoundValues(moduleRules, module->summary.launchParamsSize);
     module->prepared = std::make_shared<PreparedCode>(std::move(cache));
     module->rules = rules;
     module->optLevel = optLevel;
     module->debugLevel = debugLevel;
-    module->summary = compiler::inspect(*module->tree, rules, moduleRules);
-    checkBoundValues(moduleRules, module->summary.launchParamsSize);
-    feedback += remarkOnThrows(*module->tree, rules);
     module->moduleRules = std::make_shared<const compiler::ModuleRules>(std::move(moduleRules));
     return module;
-}
-
-unsigned estimateStackSize(const Module& module, std::string_view program) {
-    const ptx::Function* function = module.tree->findFunction(program);
-    if (!function)
-        return 0;
-    uint64_t bytes = 32; // return address and saved registers
-    for (const ptx::Variable& variable : function->variables)
-        if (variable.space == ptx::Space::kLocal)
-            bytes += variable.size;
-    // Values that live across a trace or call are spilled: a share of the registers is a fair guess.
-    const auto* summary = module.findProgram(program);
-    bool calls = std::any_of(function->body.begin(), function->body.end(), [](const auto& s) {
-        return s.kind == ptx::StatementKind::kInstruction && s.instruction.opcode == "call";
-    });
-    if (summary && summary->traces)
-        bytes += std::min<uint64_t>(function->registers.size(), 64) * 4;
-    else if (calls)
-        bytes += std::min<uint64_t>(function->registers.size(), 16) * 4;
-    return unsigned((bytes + 15) / 16 * 16);
 }
 
 } // namespace sunstone::engine

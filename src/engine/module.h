@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A device module: a checked PTX tree and what it offers. Machine code is made when a pipeline is
-// created, for what the pipeline reaches only.
+// A device module: a checked text and what it offers. Machine code is made when a pipeline is
+// created, for what the pipeline reaches only. What a text offers is kept, too: one that was checked
+// before, by any process, is not parsed until something of it has to be compiled.
 #pragma once
 
 #include "compiler/compiler.h"
@@ -13,7 +14,7 @@
 namespace sunstone::engine {
 
 struct Module {
-    std::shared_ptr<const ptx::Module> tree;
+    std::shared_ptr<const compiler::Source> source;
     compiler::ModuleSummary summary;
     compiler::PipelineRules rules;
     std::shared_ptr<const compiler::ModuleRules> moduleRules;
@@ -29,15 +30,11 @@ struct Module {
 
 // Parses and checks `text` (up to its first NUL). Throws Error with a compile code; its text is
 // the full list of diagnostics. `feedback` receives warnings. `cache` (may be null) is where the
-// module's code is kept beyond its life.
+// module's summary and code are kept beyond its life.
 std::shared_ptr<Module> createModule(std::string_view text, const compiler::PipelineRules& rules,
                                      compiler::ModuleRules moduleRules,
                                      compiler::OptLevel optLevel, compiler::DebugLevel debugLevel,
-                                     std::shared_ptr<compiler::ObjectStore> cache,
+                                     std::shared_ptr<CompileCache> cache,
                                      std::string& feedback);
-
-// Bytes of stack a program is said to need, derived from its local memory, registers live across
-// calls and trace calls. For programs that cannot be compiled by themselves; never 0.
-unsigned estimateStackSize(const Module& module, std::string_view program);
 
 } // namespace sunstone::engine

@@ -13,9 +13,14 @@ namespace {
 std::vector<compiler::ProgramRequest> requestsOf(const Module& module) {
     std::vector<compiler::ProgramRequest> requests;
     for (const auto& program : module.summary.programs) {
-        compiler::ProgramRequest request{module.tree, program.name, module.optLevel,
-                                         module.debugLevel, module.moduleRules, -1,
-                                         module.prepared};
+        compiler::ProgramRequest request{module.source,
+                                         program.name,
+                                         module.optLevel,
+                                         module.debugLevel,
+                                         module.moduleRules,
+                                         -1,
+                                         module.prepared,
+                                         module.summary.selfContained};
         const size_t types = module.moduleRules->payloadTypes.size();
         bool typed = false;
         for (size_t type = 0; type < types; ++type) {
@@ -31,15 +36,13 @@ std::vector<compiler::ProgramRequest> requestsOf(const Module& module) {
     return requests;
 }
 
-size_t weightOf(const compiler::ProgramRequest& request) {
-    const ptx::Function* function = request.module->findFunction(request.function);
-    return function ? function->body.size() + 1 : 1;
-}
-
 // The heaviest first, each to the part that has least so far.
 std::vector<std::vector<compiler::ProgramRequest>>
-share(std::vector<compiler::ProgramRequest> requests, size_t parts) {
-    std::sort(requests.begin(), requests.end(), [](const auto& a, const auto& b) {
+share(const Module& module, std::vector<compiler::ProgramRequest> requests, size_t parts) {
+    const auto weightOf = [&](const compiler::ProgramRequest& request) {
+        return size_t(module.findProgram(request.function)->statements) + 1;
+    };
+    std::sort(requests.begin(), requests.end(), [&](const auto& a, const auto& b) {
         return std::make_pair(weightOf(b), a.function) < std::make_pair(weightOf(a), b.function);
     });
     std::vector<std::vector<compiler::ProgramRequest>> result(parts);
@@ -85,7 +88,7 @@ std::vector<size_t> ModuleTasks::runFirst(size_t most) {
     std::shared_ptr<Module> module = make_(feedback);
     make_ = nullptr; // lets go of the text
     std::vector<compiler::ProgramRequest> requests;
-    if (module->forCpu && compiler::isSelfContained(*module->tree, module->rules))
+    if (module->forCpu && module->summary.selfContained)
         requests = requestsOf(*module);
     {
         std::lock_guard lock(mutex_);
@@ -100,7 +103,7 @@ std::vector<size_t> ModuleTasks::runFirst(size_t most) {
     std::vector<size_t> created;
     const size_t parts = std::min(most, requests.size());
     std::lock_guard lock(mutex_);
-    for (auto& part : share(std::move(requests), parts)) {
+    for (auto& part : share(*module, std::move(requests), parts)) {
         created.push_back(tasks_.size());
         tasks_.push_back({Phase::kWaiting, std::move(part)});
     }

@@ -16,8 +16,8 @@ namespace {
 
 compiler::ProgramRequest requestOf(const ProgramRef& ref) {
     const Module& module = *ref.module;
-    return {module.tree,        ref.function,       module.optLevel,
-            module.debugLevel, module.moduleRules, ref.payloadType, module.prepared};
+    return {module.source,      ref.function,    module.optLevel, module.debugLevel,
+            module.moduleRules, ref.payloadType, module.prepared, module.summary.selfContained};
 }
 
 // Programs used by several groups are compiled once.
@@ -100,15 +100,10 @@ void checkBoundValues(const std::vector<compiler::BoundValue>& values) {
 
 // What devices have for .const variables: those of all modules, the launch parameters once.
 void checkConstantMemory(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
-                         const std::string& launchParams, uint64_t launchParamsSize) {
+                         uint64_t launchParamsSize) {
     constexpr uint64_t kConstantMemory = 64 << 10;
     uint64_t bytes = launchParamsSize;
-    forEachModule(groups, [&](const Module& module) {
-        for (const ptx::Variable& variable : module.tree->variables)
-            if (variable.space == ptx::Space::kConst && variable.linkage != ptx::Linkage::kExtern &&
-                variable.name != launchParams)
-                bytes += variable.size;
-    });
+    forEachModule(groups, [&](const Module& module) { bytes += module.summary.constantBytes; });
     if (bytes > kConstantMemory)
         fail(Code::kOutOfConstantMemory, "the .const variables of all modules have ", bytes,
              " bytes together, more than ", kConstantMemory);
@@ -179,9 +174,9 @@ void choosePayloadType(ProgramGroup& group, const compiler::PayloadType* wanted)
 unsigned stackSizeOf(const ProgramRef& program) {
     const Module& module = *program.module;
     const unsigned frames =
-        module.forCpu && compiler::isSelfContained(*module.tree, module.rules)
+        module.forCpu && module.summary.selfContained
             ? compiler::stackNeed(requestOf(program), module.rules)
-            : estimateStackSize(module, program.function);
+            : module.findProgram(program.function)->estimatedStack;
     return frames + kRuntimeFrames;
 }
 
@@ -202,7 +197,7 @@ std::shared_ptr<Pipeline> createPipeline(Context& context,
     pipeline->limits = limits;
     pipeline->launchParamsSize = commonLaunchParamsSize(groups, rules.launchParams);
 
-    checkConstantMemory(groups, rules.launchParams, pipeline->launchParamsSize);
+    checkConstantMemory(groups, pipeline->launchParamsSize);
     forEachModule(groups, [&](const Module& module) {
         const auto& own = module.moduleRules->boundValues;
         pipeline->boundValues.insert(pipeline->boundValues.end(), own.begin(), own.end());
@@ -210,7 +205,8 @@ std::shared_ptr<Pipeline> createPipeline(Context& context,
     checkBoundValues(pipeline->boundValues);
 
     ProgramCollector collector;
-    PipelineParts parts{groups, {}, {}, context.cache.get()};
+    const bool caches = context.cache && context.cache->enabled();
+    PipelineParts parts{groups, {}, {}, caches ? context.cache.get() : nullptr};
     for (const auto& group : groups) {
         parts.indices.push_back({collector.add(group->main), collector.add(group->anyHit),
                                  collector.add(group->intersection), collector.add(group->direct),

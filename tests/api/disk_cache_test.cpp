@@ -112,6 +112,97 @@ TEST_F(DiskCacheApi, CompiledProgramsAreFoundAgain) {
     EXPECT_EQ(1u, count("miss for")) << "other options";
 }
 
+TEST_F(DiskCacheApi, ModulesAreKnownAgain) {
+    compile(1);
+    EXPECT_EQ(1u, count("module new"));
+    compile(1);
+    EXPECT_EQ(1u, count("module known"));
+    renew(folder_.c_str(), nullptr);
+    compile(1);
+    EXPECT_EQ(1u, count("module known"));
+    compile(1, true);
+    EXPECT_EQ(1u, count("module new")) << "other options";
+    EXPECT_OK(optixDeviceContextSetCacheEnabled(context_, 0));
+    compile(1);
+    EXPECT_EQ(0u, count("module "));
+}
+
+// What a module is told when it is known is what was told when it was not.
+TEST_F(DiskCacheApi, KnownModulesSayTheSame) {
+    const auto create = [&](const std::string& body, std::string& text) {
+        const std::string ptx = ptxModule(body);
+        const OptixPipelineCompileOptions options = compileOptions();
+        const OptixModuleCompileOptions moduleOptions{};
+        char log[2000] = "";
+        size_t size = sizeof log;
+        OptixModule module = nullptr;
+        log_.clear();
+        const OptixResult result = optixModuleCreateFromPTX(
+            context_, &moduleOptions, &options, ptx.c_str(), ptx.size(), log, &size, &module);
+        text = log;
+        if (module) {
+            EXPECT_OK(optixModuleDestroy(module));
+        }
+        return result;
+    };
+    std::string first, again;
+    const std::string remarkable =
+        ".visible .entry __raygen__a() {\n.reg .b32 %r<2>;\nmov.u32 %r1, 5;\n"
+        "call _optix_throw_exception_0, (%r1);\nret;\n}\n";
+    EXPECT_OK(create(remarkable, first));
+    EXPECT_NE(std::string::npos, first.find("lack USER")) << first;
+    EXPECT_EQ(1u, count("module new"));
+    EXPECT_OK(create(remarkable, again));
+    EXPECT_EQ(1u, count("module known"));
+    EXPECT_EQ(first, again);
+    const std::string faulty = ".visible .entry __raygen__a() { nonsense; }\n";
+    EXPECT_EQ(OPTIX_ERROR_INVALID_PTX, create(faulty, first));
+    EXPECT_EQ(OPTIX_ERROR_INVALID_PTX, create(faulty, again));
+    EXPECT_EQ(1u, count("module new")) << "what is refused is not kept";
+    EXPECT_EQ(first, again);
+}
+
+TEST_F(DiskCacheApi, ModulesOfOnePipelineMustAgreeThoughTheyAreKnown) {
+    const auto text = [](const char* program, const char* function) {
+        return ptxModule(std::string(".visible .func ") + function + "() { ret; }\n.visible .entry " +
+                         program + "() { ret; }\n");
+    };
+    const auto link = [&](const char* function) {
+        const OptixPipelineCompileOptions options = compileOptions();
+        const OptixModuleCompileOptions moduleOptions{};
+        OptixModule modules[2] = {};
+        OptixProgramGroup groups[2] = {};
+        OptixProgramGroupOptions groupOptions{};
+        const std::string texts[2] = {text("__raygen__a", "shared"), text("__miss__b", function)};
+        for (int i = 0; i < 2; ++i) {
+            EXPECT_OK(optixModuleCreateFromPTX(context_, &moduleOptions, &options,
+                                               texts[i].c_str(), texts[i].size(), nullptr, nullptr,
+                                               &modules[i]));
+            OptixProgramGroupDesc description{};
+            description.kind =
+                i == 0 ? OPTIX_PROGRAM_GROUP_KIND_RAYGEN : OPTIX_PROGRAM_GROUP_KIND_MISS;
+            description.raygen = {modules[i], i == 0 ? "__raygen__a" : "__miss__b"};
+            EXPECT_OK(optixProgramGroupCreate(context_, &description, 1, &groupOptions, nullptr,
+                                              nullptr, &groups[i]));
+        }
+        OptixPipelineLinkOptions linkOptions{};
+        linkOptions.maxTraceDepth = 1;
+        OptixPipeline pipeline = nullptr;
+        const OptixResult result =
+            optixPipelineCreate(context_, &options, &linkOptions, groups, 2, nullptr, nullptr,
+                                &pipeline);
+        if (pipeline) {
+            EXPECT_OK(optixPipelineDestroy(pipeline));
+        }
+        return result;
+    };
+    for (int round = 0; round < 2; ++round) {
+        EXPECT_OK(link("other"));
+        EXPECT_EQ(OPTIX_ERROR_PIPELINE_LINK_ERROR, link("shared")) << log_.all();
+        renew(folder_.c_str(), nullptr);
+    }
+}
+
 TEST_F(DiskCacheApi, DisablingRemovesAllCaching) {
     compile(1);
     EXPECT_OK(optixDeviceContextSetCacheEnabled(context_, 0));
@@ -224,7 +315,7 @@ TEST_F(DiskCacheApi, CollectionMakesRoom) {
     EXPECT_EQ(1u, count("miss for")) << "the oldest went";
     EXPECT_OK(optixDeviceContextSetCacheDatabaseSizes(context_, 10, 20));
     compile(100);
-    EXPECT_EQ(1u, count("high water mark")) << log_.all();
+    EXPECT_EQ(2u, count("high water mark")) << "of the module and of its code\n" << log_.all();
     compile(100);
     EXPECT_EQ(1u, count("miss for")) << "too large to store";
 }

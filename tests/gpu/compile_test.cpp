@@ -69,30 +69,55 @@ struct Shelf : compiler::ObjectStore {
 TEST(GpuCompile, TextsAreKept) {
     Shelf shelf;
     const std::string body = raygen("    st.global.u32 [%rd1+8], %r1;\n");
+    unsigned compiled = 0;
     const auto make = [&](const Options& options = {}) {
-        return compiler::obtainGpuPipeline(requestOf(body, options), &shelf);
+        const compiler::GpuPipelineRequest request = requestOf(body, options);
+        compiler::GpuCode code;
+        if (findGpuPipeline(keyOf(request), shelf, code))
+            return code;
+        ++compiled;
+        code = compileGpuPipeline(request);
+        keepGpuPipeline(keyOf(request), code, shelf);
+        return code;
     };
-    const compiler::GpuCode first = make();
+    const compiler::GpuCode first = make(), second = make();
     ASSERT_EQ(shelf.values.size(), 1u);
-    std::string& kept = shelf.values.begin()->second;
-    kept += "// from the shelf";
-    const compiler::GpuCode second = make();
+    EXPECT_EQ(compiled, 1u);
+    EXPECT_TRUE(has(first.ptx, ".entry sunstone_launch("));
     EXPECT_EQ(second.ptx, first.ptx);
-    EXPECT_EQ(second.machineCode, "// from the shelf");
     EXPECT_EQ(second.feedback, first.feedback);
     EXPECT_EQ(second.stack.entry, first.stack.entry);
-    kept.resize(20); // an older form, say
-    const std::string again = make().ptx; // LLVM numbers calls anew, in comments
-    EXPECT_TRUE(has(again, ".entry sunstone_launch("));
-    EXPECT_FALSE(has(again, "// from the shelf"));
-    EXPECT_TRUE(has(kept, again));
-    EXPECT_EQ(shelf.values.size(), 1u);
+    EXPECT_FALSE(second.hasState);
+    std::string& kept = shelf.values.begin()->second;
+    const std::string whole = kept;
+    for (const size_t size : {size_t(0), size_t(3), size_t(20), size_t(40), whole.size() - 1}) {
+        kept = whole.substr(0, size); // an older form, say
+        EXPECT_TRUE(has(make().ptx, ".entry sunstone_launch(")) << size;
+        EXPECT_EQ(shelf.values.size(), 1u);
+    }
+    EXPECT_EQ(compiled, 6u);
     Options other;
     other.target = {80, 80};
     EXPECT_TRUE(has(make(other).ptx, ".target sm_80"));
     other.motion = true;
     make(other);
     EXPECT_EQ(shelf.values.size(), 3u);
+}
+
+TEST(GpuCompile, VariablesThatCanBeWrittenAreTold) {
+    const auto hasState = [](const std::string& variable) {
+        std::string text = raygen("    ld.global.u32 %r2, [it];\n    add.u32 %r2, %r2, 1;\n"
+                                  "    st.global.u32 [it], %r2;\n    st.global.u32 [%rd1], %r2;\n");
+        return compileCode(text.insert(text.find(".visible .const"), variable)).hasState;
+    };
+    EXPECT_TRUE(hasState(".global .align 4 .u32 it = 5;\n"));
+    const std::string table = raygen("    mov.u64 %rd2, it;\n    and.b32 %r1, %r1, 3;\n"
+                                     "    mul.wide.u32 %rd3, %r1, 4;\n    add.u64 %rd2, %rd2, %rd3;\n"
+                                     "    ld.const.u32 %r2, [%rd2];\n    st.global.u32 [%rd1], %r2;\n");
+    std::string text = table;
+    EXPECT_FALSE(compileCode(text.insert(text.find(".visible .const"),
+                                         ".const .align 4 .u32 it[4] = {1, 2, 3, 4};\n"))
+                     .hasState);
 }
 
 // What the driver's compiler says of a kernel, in the form it has.
@@ -121,18 +146,22 @@ TEST(GpuCompile, FramesAreReadFromTheLog) {
 TEST(GpuCompile, MachineCodeAndMeasuredStacksAreKept) {
     Shelf shelf;
     const compiler::GpuPipelineRequest request = requestOf(raygen(""), {});
-    compiler::GpuCode code = compiler::obtainGpuPipeline(request, &shelf);
+    compiler::GpuCode code = compileGpuPipeline(request), kept;
     EXPECT_FALSE(code.stack.isMeasured);
-    compiler::keepMachineCode(code, "", "", &shelf); // the driver had it in its cache
-    EXPECT_FALSE(compiler::obtainGpuPipeline(request, &shelf).stack.isMeasured);
-    compiler::keepMachineCode(code, "machine code", kLog, &shelf);
+    measureGpuStack(code, ""); // the driver had it in its cache
+    EXPECT_FALSE(code.stack.isMeasured);
+    measureGpuStack(code, kLog);
     EXPECT_TRUE(code.stack.isMeasured);
-    const compiler::GpuCode kept = compiler::obtainGpuPipeline(request, &shelf);
+    code.machineCode = "machine code";
+    code.hasState = true;
+    keepGpuPipeline("key", code, shelf);
+    ASSERT_TRUE(findGpuPipeline("key", shelf, kept));
     EXPECT_TRUE(kept.stack.isMeasured);
-    EXPECT_EQ(kept.ptx, code.ptx);
+    EXPECT_EQ(kept.stack.entry, code.stack.entry);
     EXPECT_EQ(kept.calls, code.calls);
     EXPECT_EQ(kept.machineCode, "machine code");
-    EXPECT_EQ(shelf.values.size(), 1u);
+    EXPECT_EQ(kept.ptx, "") << "there is no use for it";
+    EXPECT_TRUE(kept.hasState);
 }
 
 TEST(GpuCompile, InstructionsStayWhatTheyAre) {

@@ -86,7 +86,7 @@ inline compiler::GpuPipelineRequest requestOf(const std::string& text, const Opt
         exception |= program.kind == ProgramKind::kException;
         request.groups.push_back(groupOf(program.kind, request.pipeline.programs.size()));
         compiler::ProgramRequest wanted;
-        wanted.module = module->tree;
+        wanted.module = module->source;
         wanted.function = program.name;
         wanted.moduleRules = module->moduleRules;
         request.pipeline.programs.push_back(std::move(wanted));

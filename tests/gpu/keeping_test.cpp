@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+// Machine code that is kept, on the CPU device taken for a GPU: what is compiled and loaded again,
+// and what must not be shared. The driver's functions are counted.
+#include "api/rig.h"
+
+#include "device/cuda/driver.h"
+
+#include <atomic>
+#include <cstdlib>
+#include <dlfcn.h>
+#include <filesystem>
+
+namespace tests::api {
+namespace {
+
+namespace fs = std::filesystem;
+using sunstone::device::cuda::Driver;
+using sunstone::device::cuda::driverForTests;
+
+// Before anything asks.
+[[maybe_unused]] const bool isGpu = [] {
+    setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
+    setenv("SUNSTONE_TEST_GPU", "1", 1);
+    return true;
+}();
+
+std::atomic<unsigned> loads, unloads, refusals;
+
+void countCalls() {
+    static const bool isDone = [] {
+        static Driver original = driverForTests();
+        Driver& driver = driverForTests();
+        driver.moduleLoadDataEx = [](CUmodule* module, const void* image, unsigned count,
+                                     CUjit_option* options, void** values) {
+            if (refusals > 0 && refusals-- > 0)
+                return CUDA_ERROR_NO_BINARY_FOR_GPU;
+            ++loads;
+            return original.moduleLoadDataEx(module, image, count, options, values);
+        };
+        driver.moduleUnload = [](CUmodule module) {
+            ++unloads;
+            return original.moduleUnload(module);
+        };
+        return true;
+    }();
+    (void)isDone;
+}
+
+// Stores `number` where the launch parameters say.
+std::string stores(unsigned number) {
+    return ptxModule(".const .align 8 .b8 params[8];\n.visible .entry __raygen__a() {\n"
+                     ".reg .b32 %r<2>; .reg .b64 %rd<2>;\nld.const.u64 %rd1, [params];\n"
+                     "mov.u32 %r1, " +
+                     std::to_string(number) + ";\nst.global.u32 [%rd1], %r1;\nret;\n}\n");
+}
+// Counts its launches in a variable of its own, and stores that number.
+const char* const kCounts = ".const .align 8 .b8 params[8];\n.global .align 4 .u32 counter = 0;\n"
+                            ".visible .entry __raygen__a() {\n"
+                            ".reg .b32 %r<2>; .reg .b64 %rd<2>;\nld.const.u64 %rd1, [params];\n"
+                            "ld.global.u32 %r1, [counter];\nadd.u32 %r1, %r1, 1;\n"
+                            "st.global.u32 [counter], %r1;\nst.global.u32 [%rd1], %r1;\nret;\n}\n";
+
+class GpuKeeping : public ApiTest {
+protected:
+    void SetUp() override {
+        std::string name = testing::TempDir() + "sunstone_keeping_XXXXXX";
+        ASSERT_NE(nullptr, mkdtemp(name.data()));
+        folder_ = name;
+        unsetenv("OPTIX_CACHE_MAXSIZE");
+        setenv("OPTIX_CACHE_PATH", folder_.c_str(), 1);
+        ApiTest::SetUp();
+        countCalls();
+        loads = unloads = refusals = 0;
+    }
+    void TearDown() override {
+        ApiTest::TearDown();
+        unsetenv("OPTIX_CACHE_PATH");
+        setenv("OPTIX_CACHE_MAXSIZE", "0", 1);
+        fs::remove_all(folder_);
+    }
+    OptixDeviceContext newContext() {
+        OptixDeviceContextOptions options{};
+        options.logCallbackFunction = LogRecord::callback;
+        options.logCallbackData = &log_;
+        options.logCallbackLevel = 4;
+        OptixDeviceContext context = nullptr;
+        EXPECT_OK(optixDeviceContextCreate(nullptr, &options, &context));
+        return context;
+    }
+    std::unique_ptr<Rig> make(OptixDeviceContext context, const std::string& text) {
+        auto rig = std::make_unique<Rig>(context, log_, text, compileOptions());
+        const size_t group = rig->raygen("__raygen__a");
+        rig->link();
+        rig->raygenRecord(group);
+        return rig;
+    }
+    static unsigned run(Rig& rig) {
+        Buffer result(4);
+        rig.run(result.address(), 1);
+        return *result.as<unsigned>();
+    }
+    // How often code was not found in the disk cache.
+    unsigned missed() const {
+        unsigned found = 0;
+        for (const LogLine& line : log_.lines())
+            found += line.tag == "DISKCACHE" && line.text.starts_with("miss for");
+        return found;
+    }
+    std::string folder_;
+};
+
+TEST_F(GpuKeeping, EqualPipelinesShareTheirCode) {
+    auto one = make(context_, stores(7));
+    auto two = make(context_, stores(7));
+    EXPECT_EQ(7u, run(*one));
+    EXPECT_EQ(7u, run(*two));
+    EXPECT_EQ(1u, loads);
+    EXPECT_EQ(1u, missed());
+    one.reset();
+    EXPECT_EQ(7u, run(*two)) << "outlives the one that was first";
+    two.reset();
+    EXPECT_EQ(7u, run(*make(context_, stores(7)))) << "with none alive";
+    EXPECT_EQ(1u, loads);
+    EXPECT_EQ(8u, run(*make(context_, stores(8)))) << "another text";
+    EXPECT_EQ(2u, loads);
+    EXPECT_EQ(0u, unloads);
+}
+
+TEST_F(GpuKeeping, VariablesAreEachPipelinesOwn) {
+    auto one = make(context_, ptxModule(kCounts));
+    auto two = make(context_, ptxModule(kCounts));
+    EXPECT_EQ(1u, run(*one));
+    EXPECT_EQ(2u, run(*one));
+    EXPECT_EQ(1u, run(*two));
+    EXPECT_EQ(3u, run(*one));
+    EXPECT_EQ(1u, missed()) << "the code is the same";
+    EXPECT_EQ(2u, loads);
+    one.reset();
+    two.reset();
+    EXPECT_EQ(2u, unloads);
+    EXPECT_EQ(1u, run(*make(context_, ptxModule(kCounts)))) << "begins anew";
+}
+
+TEST_F(GpuKeeping, OfOtherContextsOnlyTheMachineCodeIsTaken) {
+    auto mine = make(context_, stores(7));
+    const OptixDeviceContext first = newContext(), second = newContext();
+    auto one = make(first, stores(7)), two = make(second, stores(7));
+    EXPECT_EQ(1u, missed());
+    EXPECT_EQ(3u, loads);
+    EXPECT_OK(optixDeviceContextDestroy(first)); // with its pipeline
+    EXPECT_EQ(7u, run(*two));
+    EXPECT_EQ(7u, run(*mine));
+    EXPECT_OK(optixDeviceContextDestroy(second));
+    EXPECT_EQ(7u, run(*mine));
+    EXPECT_EQ(2u, unloads);
+}
+
+TEST_F(GpuKeeping, WithoutACacheNothingIsKept) {
+    EXPECT_OK(optixDeviceContextSetCacheEnabled(context_, 0));
+    auto one = make(context_, stores(7)), two = make(context_, stores(7));
+    EXPECT_EQ(7u, run(*two));
+    EXPECT_EQ(2u, loads);
+    EXPECT_OK(optixDeviceContextSetCacheEnabled(context_, 1));
+    make(context_, stores(7));
+    EXPECT_EQ(1u, missed());
+    make(context_, stores(7));
+    EXPECT_EQ(1u, missed());
+    EXPECT_EQ(3u, loads);
+    // Another place is a cache of its own.
+    setenv("OPTIX_CACHE_PATH", (folder_ + "/other").c_str(), 1);
+    const OptixDeviceContext other = newContext();
+    make(other, stores(7));
+    EXPECT_EQ(2u, missed());
+    EXPECT_OK(optixDeviceContextDestroy(other));
+    // What the disk has lost is made anew, though it is loaded.
+    const std::string third = folder_ + "/third";
+    unsetenv("OPTIX_CACHE_PATH");
+    const OptixDeviceContext free = newContext();
+    EXPECT_OK(optixDeviceContextSetCacheLocation(free, (folder_ + "/other").c_str()));
+    make(free, stores(7));
+    EXPECT_EQ(2u, missed());
+    EXPECT_OK(optixDeviceContextSetCacheLocation(free, third.c_str()));
+    make(free, stores(7));
+    EXPECT_EQ(3u, missed());
+    EXPECT_OK(optixDeviceContextDestroy(free));
+}
+
+TEST_F(GpuKeeping, ModulesMayBeGoneBeforeTheirPipeline) {
+    make(context_, stores(7));
+    const OptixDeviceContext other = newContext();
+    Rig rig(other, log_, stores(7), compileOptions());
+    const size_t group = rig.raygen("__raygen__a");
+    EXPECT_OK(optixModuleDestroy(rig.module()));
+    rig.link();
+    rig.raygenRecord(group);
+    EXPECT_EQ(7u, run(rig));
+    EXPECT_EQ(1u, missed());
+}
+
+TEST_F(GpuKeeping, OfManyPipelinesTheOldestGo) {
+    auto first = make(context_, stores(0));
+    for (unsigned i = 1; i < 20; ++i)
+        make(context_, stores(i));
+    EXPECT_EQ(20u, loads);
+    EXPECT_EQ(3u, unloads) << "those that nobody has, beyond 16";
+    EXPECT_EQ(0u, run(*first));
+    EXPECT_EQ(19u, run(*make(context_, stores(19))));
+    EXPECT_EQ(20u, loads);
+}
+
+// With a compiler beside the driver, which hands machine code over.
+TEST_F(GpuKeeping, MachineCodeThatTheDriverRefusesIsMadeAnew) {
+    if (!dlopen("libnvidia-ptxjitcompiler.so.1", RTLD_NOW))
+        GTEST_SKIP() << "no compiler beside the driver";
+    make(context_, stores(7));
+    EXPECT_EQ(1u, loads);
+    // What is kept, what is made anew: then the text is compiled.
+    for (const unsigned refused : {1u, 0u, 2u, 0u}) {
+        const OptixDeviceContext other = newContext();
+        refusals = refused;
+        EXPECT_EQ(7u, run(*make(other, stores(7)))) << refused;
+        EXPECT_EQ(0u, refusals);
+        EXPECT_OK(optixDeviceContextDestroy(other));
+    }
+    EXPECT_EQ(5u, loads);
+    EXPECT_EQ(1u, missed());
+}
+
+} // namespace
+} // namespace tests::api
