@@ -138,6 +138,25 @@ TEST(Matrix, MangledFormsDoNotCrash) {
     }
 }
 
+// What stacksave and stackrestore hold between them is given back: a thousand times 64 KiB fit a
+// stack.
+TEST(Stack, MemoryComesBack) {
+    run({{"mov.u32 %r2, 0; mov.u32 %r0, 0; AGAIN: stacksave.u64 %rd2; alloca.u64 %rd3, 65536, 64;"
+          "st.local.u32 [%rd3+65532], %r2; st.local.u32 [%rd3], %r1; cvta.local.u64 %rd4, %rd3;"
+          "ld.u32 %r3, [%rd4+65532]; add.u32 %r0, %r0, %r3; and.b64 %rd5, %rd3, 63;"
+          "cvt.u32.u64 %r4, %rd5; add.u32 %r0, %r0, %r4; stackrestore.u64 %rd2;"
+          "add.u32 %r2, %r2, 1; setp.lt.u32 %p1, %r2, 1000; @%p1 bra AGAIN;",
+          {7},
+          'r',
+          499500},
+         {"alloca.u64 %rd2, %rd1; sub.u64 %rd3, %rd1, 4; add.u64 %rd3, %rd2, %rd3;"
+          "mov.u32 %r5, 11; st.u32 [%rd3], %r5; alloca.u64 %rd4, 16; st.u32 [%rd4], %r1;"
+          "ld.u32 %r0, [%rd3];",
+          {256},
+          'r',
+          11}});
+}
+
 // Each element of a matrix stands in some lane, once or, for A and B of halves, equally often.
 TEST(Matrix, FragmentsHoldAllElements) {
     using enum MatrixType;

@@ -224,13 +224,17 @@ void FunctionTranslator::wideMatrices(const ptx::Instruction& instruction) {
     if (!reader.takeAll({"sync", "aligned"}) || !reader.takeLayout(columns) ||
         !reader.takeLayout(columnsB) || !reader.takeShape(operation))
         rejectForm(instruction);
-    static constexpr std::string_view kRoundings[] = {"rn", "rz", "rm", "rp"};
+    // The rounding stands behind the shape or at the end.
     bool rounds = false;
-    for (uint8_t i = 0; i < 4 && !rounds; ++i)
-        if (reader.take(kRoundings[i])) {
-            operation.rounding = i;
-            rounds = true;
-        }
+    const auto takeRounding = [&] {
+        static constexpr std::string_view kRoundings[] = {"rn", "rz", "rm", "rp"};
+        for (uint8_t i = 0; i < 4 && !rounds; ++i)
+            if (reader.take(kRoundings[i])) {
+                operation.rounding = i;
+                rounds = true;
+            }
+    };
+    takeRounding();
     if (!reader.takeType(operation.d) || !reader.takeType(operation.a))
         rejectForm(instruction);
     if (reader.atEnd()) { // of halves only the sums' types stand there
@@ -241,6 +245,7 @@ void FunctionTranslator::wideMatrices(const ptx::Instruction& instruction) {
     }
     if (reader.take("satfinite"))
         operation.flags |= kMatrixSaturates;
+    takeRounding();
     if (isAnd)
         operation.flags |= kMatrixAnd;
     const bool isBits = operation.a == MatrixType::kB1;

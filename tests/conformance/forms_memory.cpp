@@ -150,11 +150,6 @@ void addStack(Forms& forms) {
               "@ u2, u1; add.u64 u3, u0, u1; st.local.b32 [u3+-4], a0; st.local.b32 [u2], a1; "
               "ld.local.b32 d0, [u3+-4]; ld.local.b32 d1, [u2];",
               "of a size in a register");
-    forms.add("stackrestore.u64", {"i32"}, {"b32", "p"},
-              "mov.u32 t0, 0; AGAIN: stacksave.u64 u0; alloca.u64 u1, 4096; "
-              "st.local.b32 [u1], a0; ld.local.b32 d0, [u1]; @ u0; stacksave.u64 u2; "
-              "setp.eq.u64 d1, u0, u2; add.u32 t0, t0, 1; setp.lt.u32 q0, t0, 100; "
-              "@q0 bra AGAIN;");
 }
 
 } // namespace

@@ -535,6 +535,52 @@ SUNSTONE_CAS_SHORT(atomicCAS_system, ".sys")
 #undef SUNSTONE_CAS_SHORT
 #endif
 
+// Any type of 16 bytes that is aligned to as many, on sm_90 and later.
+#if !defined(__CUDA_ARCH__) || __CUDA_ARCH__ >= 900
+#ifdef __cplusplus
+template <bool is, class T>
+struct __sunstone_if_wide {};
+template <class T>
+struct __sunstone_if_wide<true, T> {
+    typedef T type;
+};
+#define SUNSTONE_WIDE(T)                                                                           \
+    typename __sunstone_if_wide<sizeof(T) == 16 && alignof(T) >= 16 && __is_trivially_copyable(T), \
+                                T>::type
+#define SUNSTONE_WIDE_ATOMICS(suffix, scope)                                                       \
+    template <class T>                                                                             \
+    SUNSTONE_DEVICE SUNSTONE_WIDE(T) atomicExch##suffix(T* p, T v) {                               \
+        unsigned long long in[2], out[2];                                                          \
+        __builtin_memcpy(in, &v, 16);                                                              \
+        asm volatile("{ .reg .b128 v, old; mov.b128 v, {%3, %4}; "                                 \
+                     "atom" scope ".exch.b128 old, [%2], v; mov.b128 {%0, %1}, old; }"             \
+                     : "=l"(out[0]), "=l"(out[1])                                                  \
+                     : "l"(p), "l"(in[0]), "l"(in[1])                                              \
+                     : "memory");                                                                  \
+        __builtin_memcpy(&v, out, 16);                                                             \
+        return v;                                                                                  \
+    }                                                                                              \
+    template <class T>                                                                             \
+    SUNSTONE_DEVICE SUNSTONE_WIDE(T) atomicCAS##suffix(T* p, T compare, T v) {                     \
+        unsigned long long in[4], out[2];                                                          \
+        __builtin_memcpy(in, &compare, 16);                                                        \
+        __builtin_memcpy(in + 2, &v, 16);                                                          \
+        asm volatile("{ .reg .b128 c, v, old; mov.b128 c, {%3, %4}; mov.b128 v, {%5, %6}; "        \
+                     "atom" scope ".cas.b128 old, [%2], c, v; mov.b128 {%0, %1}, old; }"           \
+                     : "=l"(out[0]), "=l"(out[1])                                                  \
+                     : "l"(p), "l"(in[0]), "l"(in[1]), "l"(in[2]), "l"(in[3])                      \
+                     : "memory");                                                                  \
+        __builtin_memcpy(&v, out, 16);                                                             \
+        return v;                                                                                  \
+    }
+SUNSTONE_WIDE_ATOMICS(, "")
+SUNSTONE_WIDE_ATOMICS(_block, ".cta")
+SUNSTONE_WIDE_ATOMICS(_system, ".sys")
+#undef SUNSTONE_WIDE_ATOMICS
+#undef SUNSTONE_WIDE
+#endif
+#endif
+
 // Each element is added by itself.
 SUNSTONE_DEVICE float2 atomicAdd(float2* p, float2 v) {
     float2 old;
