@@ -432,7 +432,10 @@ KERNEL(matrix) {
     __shared__ float a[16][17], b[16][17];
     const unsigned x = localIndex() % 16, y = localIndex() / 16 % 16;
     float sum = 0;
+    for (unsigned i = localIndex(); i < 256; i += blockDim.x * blockDim.y * blockDim.z)
+        a[i / 16][i % 16] = b[i / 16][i % 16] = 0; // small blocks do not fill them below
     for (unsigned tile = 0; tile < 3; ++tile) {
+        __syncthreads();
         if (localIndex() < 256) {
             a[y][x] = float(in[(globalIndex() + tile * 7) % n] % 100);
             b[y][x] = float(in[(globalIndex() * 3 + tile) % n] % 100);
@@ -440,7 +443,6 @@ KERNEL(matrix) {
         __syncthreads();
         for (unsigned k = 0; k < 16; ++k)
             sum += a[y][k] * b[k][x];
-        __syncthreads();
     }
     out[globalIndex()] = __float_as_uint(sum);
 }
