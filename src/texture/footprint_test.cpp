@@ -2,6 +2,7 @@
 // Footprints against the sampler itself: a group of texels belongs to the mask if the sample
 // changes with it.
 #include "texture/device_functions.h"
+#include "texture/footprint_of_size.h"
 #include "texture/texture.h"
 
 #include <gtest/gtest.h>
@@ -150,6 +151,44 @@ TEST(Footprint, EdgesAndGranularity) {
     footprint(levels.handle, kTiles8, k2D | kWithGradient, &operands, 0, &single, words);
     EXPECT_EQ(6u, words[2] >> 24 & 15); // 16 x 8
     EXPECT_NE(0u, words[0] | words[1]);
+}
+
+// What GPUs compute from the size alone.
+TEST(Footprint, OfTheSizeIsThatOfTheTexture) {
+    constexpr unsigned kSeed = 5;
+    std::mt19937 random(kSeed);
+    std::uniform_real_distribution<float> position(-1.2f, 2.2f), change(-0.2f, 0.2f), level(-1, 6);
+    const Address addresses[] = {Address::kWrap, Address::kClamp, Address::kMirror, Address::kBorder};
+    constexpr uint32_t kSizes[][2] = {{256, 64}, {100, 37}, {1, 9}, {1024, 1024}};
+    for (const auto& size : kSizes)
+        for (int i = 0; i < 1500; ++i) {
+            const unsigned count = 1 + random() % 5, x = random() % 4, y = random() % 4;
+            Levels levels(size[0], size[1], count);
+            Texture& texture = *levels.texture;
+            texture.address[0] = addresses[x];
+            texture.address[1] = addresses[y];
+            texture.anisotropy = 1 + random() % 16;
+            texture.linearLevels = random() % 2;
+            texture.normalizedCoordinates = random() % 8 != 0;
+            const uint32_t info = count << 24 | random() % 10 << 20 | random() % 10 << 16 | x << 8 |
+                                  y << 6 | uint32_t(texture.linearLevels) << 5 | texture.anisotropy;
+            const float scale = texture.normalizedCoordinates ? 1 : 100;
+            SampleOperands operands{};
+            for (int k = 0; k < 2; ++k) {
+                operands.position[k] = std::bit_cast<uint32_t>(position(random) * scale);
+                operands.dx[k] = change(random) * scale;
+                operands.dy[k] = change(random) * scale * 0.1f;
+            }
+            operands.level = level(random);
+            const uint32_t forms[] = {k2D, k2D | kWithLevel, k2D | kWithGradient};
+            const uint32_t form = forms[i % 3], coarse = random() % 2;
+            uint32_t single = 7, words[4], singleOfSize = 8, ofSize[4];
+            footprint(levels.handle, info, form, &operands, coarse, &single, words);
+            footprintOfSize(size[0], size[1], texture.normalizedCoordinates, info, form, &operands,
+                            coarse, &singleOfSize, ofSize);
+            ASSERT_TRUE(std::equal(words, words + 4, ofSize) && single == singleOfSize)
+                << "seed " << kSeed << ", " << size[0] << " x " << size[1] << ", case " << i;
+        }
 }
 
 TEST(Footprint, NoTexture) {
