@@ -253,8 +253,7 @@ private:
     void copyBytes(const ptx::Instruction& instruction, Value* to, Value* from, Value* bytes);
     bool isPolicy(const ptx::Instruction& instruction, size_t operand) const;
     void barrierObject(const ptx::Instruction& instruction);
-    Value* arriveAt(const ptx::Instruction& instruction, const ptx::Operand& object, Value* count,
-                    Value* bytes, bool drop);
+    Value* arriveAt(const ptx::Operand& object, Value* count, Value* bytes, bool drop);
     void waitAt(const ptx::Instruction& instruction);
     void checkObject(Value* pointer, const ptx::Operand& object);
 

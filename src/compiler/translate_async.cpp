@@ -25,8 +25,7 @@ void FunctionTranslator::copyAsync(const ptx::Instruction& instruction) {
     if (arrives) {
         // Without .noinc one more arrival is expected, which is this one.
         if (instruction.has("noinc"))
-            arriveAt(instruction, instruction.operands[0], builder_.getInt32(1),
-                     builder_.getInt32(0), false);
+            arriveAt(instruction.operands[0], builder_.getInt32(1), builder_.getInt32(0), false);
         return;
     }
     const ptx::Operand& size = instruction.operands[2];
@@ -108,8 +107,7 @@ void FunctionTranslator::copyBulk(const ptx::Instruction& instruction) {
               place(instruction.operands[1]).pointer, bytes);
     if (instruction.has("mbarrier::complete_tx::bytes")) {
         operandCount(instruction, 4, 6);
-        arriveAt(instruction, instruction.operands[3], builder_.getInt32(0),
-                 builder_.CreateNeg(bytes), false);
+        arriveAt(instruction.operands[3], builder_.getInt32(0), builder_.CreateNeg(bytes), false);
     }
 }
 
@@ -141,20 +139,20 @@ void FunctionTranslator::barrierObject(const ptx::Instruction& instruction) {
     if (instruction.has("expect_tx") && !instruction.has("arrive") &&
         !instruction.has("arrive_drop")) {
         operandCount(instruction, 2, 2);
-        arriveAt(instruction, operands[0], builder_.getInt32(0), readInt(operands[1], 32), false);
+        arriveAt(operands[0], builder_.getInt32(0), readInt(operands[1], 32), false);
         return;
     }
     if (instruction.has("complete_tx")) {
         operandCount(instruction, 2, 2);
-        arriveAt(instruction, operands[0], builder_.getInt32(0),
-                 builder_.CreateNeg(readInt(operands[1], 32)), false);
+        arriveAt(operands[0], builder_.getInt32(0), builder_.CreateNeg(readInt(operands[1], 32)),
+                 false);
         return;
     }
     operandCount(instruction, 2, 3);
     Value* const number =
         operands.size() > 2 ? readInt(operands[2], 32) : static_cast<Value*>(builder_.getInt32(1));
     const bool expects = instruction.has("expect_tx");
-    Value* const before = arriveAt(instruction, operands[1],
+    Value* const before = arriveAt(operands[1],
                                    expects ? static_cast<Value*>(builder_.getInt32(1)) : number,
                                    expects ? number : static_cast<Value*>(builder_.getInt32(0)),
                                    instruction.has("arrive_drop"));
@@ -162,8 +160,8 @@ void FunctionTranslator::barrierObject(const ptx::Instruction& instruction) {
 }
 
 // Arrivals, and bytes more to wait for, in one step; what the object was before.
-Value* FunctionTranslator::arriveAt(const ptx::Instruction& instruction, const ptx::Operand& object,
-                                    Value* count, Value* bytes, bool drop) {
+Value* FunctionTranslator::arriveAt(const ptx::Operand& object, Value* count, Value* bytes,
+                                    bool drop) {
     Value* const pointer = place(object).pointer;
     checkObject(pointer, object);
     llvm::Type* word = intType(32);

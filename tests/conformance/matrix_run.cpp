@@ -3,18 +3,16 @@
 // the hash of all that goes into it, and its name; then what is kept of the results of each.
 #include "matrix_run.h"
 
+#include "case_processes.h"
 #include "driver.h"
 #include "matrix_cases.h"
 #include "recording.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <cstring>
 #include <map>
 #include <sstream>
-#include <sys/mman.h>
-#include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
 
@@ -59,63 +57,26 @@ bool runCase(const Driver& driver, const MatrixCase& test, CUdeviceptr in, CUdev
     return launched;
 }
 
-struct Shared {
-    char device[200];
-    std::atomic<size_t> next; // case
-};
-
-[[noreturn]] void work(Shared& shared, Status* status, uint8_t* results, const std::string& only) {
-    const Driver driver;
-    std::strncpy(shared.device, driver.describe().c_str(), sizeof shared.device - 1);
-    const CUdeviceptr in = driver.allocate(kProblems * kProblemBytes);
-    const CUdeviceptr out = driver.allocate(kCaseBytes);
-    const std::vector<MatrixCase>& cases = allMatrixCases();
-    for (size_t i = shared.next++; i < cases.size(); i = shared.next++) {
-        if (cases[i].name.find(only) == std::string::npos)
-            continue;
-        status[i] = Status::kCrashed; // until it is known better
-        const bool good = runCase(driver, cases[i], in, out, results + i * kCaseBytes);
-        status[i] = good ? Status::kDone : Status::kRefused;
-    }
-    _exit(0);
-}
-
-template <class T>
-T* share(size_t count) {
-    void* memory =
-        mmap(nullptr, count * sizeof(T), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (memory == MAP_FAILED)
-        quit(1, "no memory for results");
-    return static_cast<T*>(memory);
-}
-
 struct MatrixResults {
-    std::string device;
-    const Status* status = nullptr;
+    CaseOutcomes outcomes;
     const uint8_t* bytes = nullptr; // kCaseBytes for each case
 };
 
-// In processes of their own; where a case ends one, another goes on behind.
 MatrixResults runMatrices(const std::string& only) {
-    const size_t count = allMatrixCases().size();
-    auto* shared = share<Shared>(1);
-    auto* status = share<Status>(count);
-    auto* results = share<uint8_t>(count * kCaseBytes);
-    while (shared->next < count) {
-        const size_t before = shared->next;
-        std::vector<pid_t> children(std::max(1u, std::thread::hardware_concurrency()));
-        for (pid_t& child : children) {
-            child = fork();
-            if (child == 0)
-                work(*shared, status, results, only);
-        }
-        int state = 0;
-        for (const pid_t child : children)
-            waitpid(child, &state, 0);
-        if (shared->next == before) // they could not start
-            quit(WIFEXITED(state) ? WEXITSTATUS(state) : 1, "no device for matrices");
-    }
-    return {shared->device, status, results};
+    const std::vector<MatrixCase>& cases = allMatrixCases();
+    std::vector<std::string> names;
+    for (const MatrixCase& test : cases)
+        names.push_back(test.name);
+    auto* bytes = share<uint8_t>(cases.size() * kCaseBytes);
+    const auto setup = [&](const Driver& driver) {
+        const CUdeviceptr in = driver.allocate(kProblems * kProblemBytes);
+        const CUdeviceptr out = driver.allocate(kCaseBytes);
+        return [&, in, out](size_t i) {
+            return runCase(driver, cases[i], in, out, bytes + i * kCaseBytes);
+        };
+    };
+    const unsigned workers = std::max(1u, std::thread::hardware_concurrency());
+    return {runCases(names, only, workers, "matrices", setup), bytes};
 }
 
 // ---- recordings -------------------------------------------------------------------------------
@@ -129,27 +90,16 @@ struct Recorded {
 
 std::map<std::string, Recorded> loadMatrices(const std::string& file, std::string& device) {
     const std::string bytes = loadCompressed(file);
-    std::istringstream in(bytes);
-    std::string line, kind;
-    size_t count = 0;
-    bool whole = false;
-    in >> kind >> count >> whole >> std::ws;
-    if (kind != "matrices")
-        quit(1, file + " is a recording of something else");
-    std::getline(in, device);
+    const CaseHead head = readHead(bytes, file, "matrices");
+    device = head.device;
+    const bool whole = head.note == " 1";
     std::map<std::string, Recorded> all;
-    std::vector<Recorded*> order;
-    for (size_t i = 0; i < count && std::getline(in, line); ++i) {
-        std::istringstream fields(line);
-        Recorded recorded;
-        std::string name;
-        fields >> recorded.status >> recorded.hash >> std::ws;
-        std::getline(fields, name);
-        order.push_back(&(all[name] = recorded));
-    }
-    auto at = size_t(in.tellg());
-    for (Recorded* recorded : order) {
-        if (recorded->status != 'r')
+    size_t at = head.end;
+    for (const CaseHead::Case& one : head.cases) {
+        Recorded* recorded = &all[one.name];
+        recorded->status = one.status;
+        recorded->hash = one.hash;
+        if (one.status != 'r')
             continue;
         if (at + sizeof recorded->digests + (whole ? kCaseBytes : 0) > bytes.size())
             quit(1, file + " ends too early");
@@ -195,11 +145,11 @@ int recordMatrices(const std::string& file, const std::string& only, bool whole)
     const MatrixResults results = runMatrices(only);
     const std::vector<MatrixCase>& cases = allMatrixCases();
     std::ostringstream head;
-    head << "matrices " << cases.size() << ' ' << whole << '\n' << results.device << '\n';
+    head << "matrices " << cases.size() << ' ' << whole << '\n' << results.outcomes.device << '\n';
     std::string data;
     size_t counts[4] = {};
     for (size_t i = 0; i < cases.size(); ++i) {
-        const Status status = results.status[i];
+        const Status status = results.outcomes.status[i];
         ++counts[size_t(status)];
         head << kLetters[size_t(status)] << ' ' << caseHash(cases[i]) << ' ' << cases[i].name
              << '\n';
@@ -216,7 +166,7 @@ int recordMatrices(const std::string& file, const std::string& only, bool whole)
         if (whole)
             data.append(own, own + kCaseBytes);
     }
-    std::printf("%s: %zu matrix cases recorded, %zu refused, %zu crashed\n", results.device.c_str(),
+    std::printf("%s: %zu matrix cases recorded, %zu refused, %zu crashed\n", results.outcomes.device.c_str(),
                 counts[1], counts[2], counts[3]);
     saveCompressed(file, head.str() + data);
     return counts[3] ? 1 : 0;
@@ -241,12 +191,12 @@ int replayMatrices(const std::string& file, const std::set<std::string>& gaps,
         } else if (found->second.status != 'r') {
             ++notThere;
             continue;
-        } else if (results.status[i] != Status::kDone) {
+        } else if (results.outcomes.status[i] != Status::kDone) {
             if (gap) {
                 ++known;
                 continue;
             }
-            problem = results.status[i] == Status::kRefused ? "refused" : "crashed";
+            problem = results.outcomes.status[i] == Status::kRefused ? "refused" : "crashed";
         } else if (gap) {
             problem = "named as a gap, but it runs";
         } else {
@@ -258,7 +208,7 @@ int replayMatrices(const std::string& file, const std::set<std::string>& gaps,
     }
     std::printf("recorded on %s, replayed on %s: %u matrix cases agree, %u do not; %u known gaps, "
                 "%u not recorded (the recorder's driver refused them)\n",
-                device.c_str(), results.device.c_str(), agreed, different, known, notThere);
+                device.c_str(), results.outcomes.device.c_str(), agreed, different, known, notThere);
     return different ? 1 : 0;
 }
 

@@ -140,4 +140,25 @@ Recording load(const std::string& file) {
     return recording;
 }
 
+CaseHead readHead(const std::string& bytes, const std::string& file, const char* kind) {
+    std::istringstream in(bytes);
+    CaseHead head;
+    std::string line, found;
+    size_t count = 0;
+    in >> found >> count;
+    if (found != kind)
+        quit(1, file + " is a recording of something else");
+    std::getline(in, head.note);
+    std::getline(in, head.device);
+    for (size_t i = 0; i < count && std::getline(in, line); ++i) {
+        std::istringstream fields(line);
+        CaseHead::Case one;
+        fields >> one.status >> one.hash >> std::ws;
+        std::getline(fields, one.name);
+        head.cases.push_back(one);
+    }
+    head.end = size_t(in.tellg());
+    return head;
+}
+
 } // namespace conformance

@@ -35,6 +35,22 @@ void save(const std::string& file, const std::vector<Form>& forms, const Results
 // Ends the process if the file is none.
 Recording load(const std::string& file);
 
+// Recordings of cases of other kinds begin with lines, too: kind, number of cases and what else the
+// kind notes; the device; then per case its status as a letter ('r' has results), the hash of all
+// that goes into it, and its name.
+struct CaseHead {
+    struct Case {
+        char status = '?';
+        uint32_t hash = 0;
+        std::string name;
+    };
+    std::string device, note;
+    std::vector<Case> cases;
+    size_t end = 0; // where the results begin
+};
+// Ends the process if the file's bytes are of another kind.
+CaseHead readHead(const std::string& bytes, const std::string& file, const char* kind);
+
 // One zstd frame around text and results, for recordings of other kinds too.
 void saveCompressed(const std::string& file, const std::string& bytes);
 std::string loadCompressed(const std::string& file);

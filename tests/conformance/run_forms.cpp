@@ -4,6 +4,7 @@
 // that fail are alone.
 #include "run_forms.h"
 
+#include "case_processes.h"
 #include "driver.h"
 #include "inputs.h"
 #include "module_writer.h"
@@ -12,7 +13,6 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
-#include <sys/mman.h>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
@@ -29,14 +29,6 @@ struct Shared {
     std::atomic<int> current[kMostWorkers]; // list a worker is at
     char device[200];
 };
-
-template <class T>
-T* shareMemory(size_t bytes) {
-    void* memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (memory == MAP_FAILED)
-        quit(1, "no memory for results");
-    return static_cast<T*>(memory);
-}
 
 // What all processes see.
 struct World {
@@ -175,9 +167,9 @@ Results runForms(const std::vector<Form>& forms, const std::vector<size_t>& numb
         world.offsets.push_back(bytes);
         bytes += resultBytes(form);
     }
-    world.results = shareMemory<uint8_t>(bytes);
-    world.status = shareMemory<Status>(forms.size());
-    world.shared = shareMemory<Shared>(sizeof(Shared));
+    world.results = share<uint8_t>(bytes);
+    world.status = share<Status>(forms.size());
+    world.shared = share<Shared>(1);
 
     std::vector<std::vector<size_t>> lists = splitForms(forms, numbers);
     while (!lists.empty()) {

@@ -46,26 +46,15 @@ struct Recorded {
 
 std::map<std::string, Recorded> loadTextures(const std::string& file, std::string& device) {
     const std::string bytes = loadCompressed(file);
-    std::istringstream in(bytes);
-    std::string line, kind;
-    size_t count = 0;
-    in >> kind >> count >> std::ws;
-    if (kind != "textures")
-        quit(1, file + " is a recording of something else");
-    std::getline(in, device);
+    const CaseHead head = readHead(bytes, file, "textures");
+    device = head.device;
     std::map<std::string, Recorded> all;
-    std::vector<Recorded*> order;
-    for (size_t i = 0; i < count && std::getline(in, line); ++i) {
-        std::istringstream fields(line);
-        Recorded recorded;
-        std::string name;
-        fields >> recorded.status >> recorded.hash >> std::ws;
-        std::getline(fields, name);
-        order.push_back(&(all[name] = recorded));
-    }
-    auto at = size_t(in.tellg());
-    for (Recorded* recorded : order) {
-        if (recorded->status != 'r')
+    size_t at = head.end;
+    for (const CaseHead::Case& one : head.cases) {
+        Recorded* recorded = &all[one.name];
+        recorded->status = one.status;
+        recorded->hash = one.hash;
+        if (one.status != 'r')
             continue;
         if (at + kWords * 4 > bytes.size())
             quit(1, file + " ends too early");

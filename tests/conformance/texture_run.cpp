@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// See texture_run.h. A process is forked for the cases; where one ends it, another goes on behind.
+// See texture_run.h.
 #include "texture_run.h"
 
+#include "case_processes.h"
 #include "driver.h"
 
 #include <cstring>
 #include <map>
-#include <sys/mman.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 namespace conformance {
@@ -133,60 +132,28 @@ bool runCase(const Driver& driver, const TextureCase& test, CUdeviceptr in, CUde
     return launched;
 }
 
-struct Shared {
-    char device[200];
-    size_t next; // case
-};
-
-[[noreturn]] void work(Shared& shared, Status* status, uint32_t* words, const std::string& only) {
-    const Driver driver;
-    std::strncpy(shared.device, driver.describe().c_str(), sizeof shared.device - 1);
-    const CUdeviceptr in = driver.allocate(kTextureVectors * sizeof(TextureVector));
-    const CUdeviceptr out = driver.allocate(kWords * 4);
-    const std::vector<TextureCase>& cases = allTextureCases();
-    while (shared.next < cases.size()) {
-        const size_t i = shared.next++;
-        if (cases[i].name.find(only) == std::string::npos)
-            continue;
-        status[i] = Status::kCrashed; // until it is known better
-        const bool good = runCase(driver, cases[i], in, out, words + i * kWords);
-        status[i] = good ? Status::kDone : Status::kRefused;
-    }
-    _exit(0);
-}
-
-template <class T>
-T* share(size_t count) {
-    void* memory =
-        mmap(nullptr, count * sizeof(T), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (memory == MAP_FAILED)
-        quit(1, "no memory for results");
-    return static_cast<T*>(memory);
-}
-
 } // namespace
 
 TextureResults runTextures(const std::string& only) {
-    const size_t count = allTextureCases().size();
-    auto* shared = share<Shared>(1);
-    auto* status = share<Status>(count);
-    auto* words = share<uint32_t>(count * kWords);
-    while (shared->next < count) {
-        const size_t before = shared->next;
-        const pid_t child = fork();
-        if (child == 0)
-            work(*shared, status, words, only);
-        int state = 0;
-        waitpid(child, &state, 0);
-        if (shared->next == before) // it could not start
-            quit(WIFEXITED(state) ? WEXITSTATUS(state) : 1, "no device for textures");
-    }
+    const std::vector<TextureCase>& cases = allTextureCases();
+    std::vector<std::string> names;
+    for (const TextureCase& test : cases)
+        names.push_back(test.name);
+    auto* words = share<uint32_t>(cases.size() * kWords);
+    const CaseOutcomes outcomes =
+        runCases(names, only, 1, "textures", [&](const Driver& driver) {
+            const CUdeviceptr in = driver.allocate(kTextureVectors * sizeof(TextureVector));
+            const CUdeviceptr out = driver.allocate(kWords * 4);
+            return [&, in, out](size_t i) {
+                return runCase(driver, cases[i], in, out, words + i * kWords);
+            };
+        });
     TextureResults results;
-    results.device = shared->device;
-    for (size_t i = 0; i < count; ++i) {
-        results.status.push_back(status[i]);
+    results.device = outcomes.device;
+    results.status = outcomes.status;
+    for (size_t i = 0; i < cases.size(); ++i) {
         results.words.emplace_back();
-        if (status[i] == Status::kDone)
+        if (outcomes.status[i] == Status::kDone)
             results.words.back().assign(words + i * kWords, words + (i + 1) * kWords);
     }
     return results;

@@ -8,11 +8,11 @@
 //   --calls N      calls in a sequence (60)
 // What it finds are crashes, sanitizer reports, results that are none, and calls that do not return
 // within a minute. Read world.h for how calls are written.
+#include "last_words.h"
 #include "world.h"
 
 #include "optix_function_table_definition.h"
 
-#include <signal.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -21,13 +21,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <thread>
-
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-extern "C" void __sanitizer_set_death_callback(void (*)());
-#define FUZZ_HAS_SANITIZER 1
-#endif
-#endif
 
 namespace {
 
@@ -41,12 +34,6 @@ void tellWhere() {
                              gCall.load(), static_cast<unsigned long long>(gSequence.load()));
     if (write(STDERR_FILENO, text, size_t(size)) < 0)
         _exit(3);
-}
-
-void onSignal(int number) {
-    tellWhere();
-    signal(number, SIG_DFL);
-    raise(number);
 }
 
 // Ends the process when a call takes longer than a minute.
@@ -115,13 +102,7 @@ int main(int argc, char** argv) {
                      "usage: fuzz_api [--seconds N] [--start N] [--sequence N] [--calls N]\n");
         return 2;
     }
-#ifdef FUZZ_HAS_SANITIZER
-    __sanitizer_set_death_callback(tellWhere);
-#else
-    for (int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL})
-        signal(number, onSignal);
-#endif
-    signal(SIGABRT, onSignal);
+    fuzz::setLastWords(tellWhere);
     // A disk cache of its own, gone at the end.
     char folder[] = "/tmp/sunstone-fuzz-XXXXXX";
     if (!mkdtemp(folder) || setenv("OPTIX_CACHE_PATH", folder, 1) != 0) {

@@ -3,6 +3,8 @@
 // longer make them, modules of PTX still hold them.
 #include "driver_cases.h"
 
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations" // all that is tried here is
+
 namespace {
 
 Cases cases;

@@ -4,12 +4,13 @@
 // its number and the files, so a failure is repeated with `fuzz_images --input NUMBER FILES`.
 //   fuzz_images [--seconds N] [--start N] [--input N] PTX FILES
 // A container lies before memory that cannot be read.
+#include "../last_words.h"
+
 #include <cuda.h>
 
 #include <lz4.h>
 #include <zstd.h>
 
-#include <signal.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -26,13 +27,6 @@
 #include <string>
 #include <vector>
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-extern "C" void __sanitizer_set_death_callback(void (*)());
-#define FUZZ_HAS_SANITIZER 1
-#endif
-#endif
-
 namespace {
 
 using Tokens = std::vector<std::string>;
@@ -45,12 +39,6 @@ void tellWhere() {
         std::snprintf(text, sizeof text, "\nfuzz_images: repeat with --input %lu\n", gInput.load());
     if (write(STDERR_FILENO, text, size_t(size)) < 0)
         _exit(3);
-}
-
-void onSignal(int number) {
-    tellWhere();
-    signal(number, SIG_DFL);
-    raise(number);
 }
 
 bool isWordPart(char c) {
@@ -323,14 +311,7 @@ int main(int argc, char** argv) {
                      "usage: fuzz_images [--seconds N] [--start N] [--input N] PTX FILES\n");
         return 2;
     }
-#ifdef FUZZ_HAS_SANITIZER
-    __sanitizer_set_death_callback(tellWhere);
-#else
-    for (int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL})
-        signal(number, onSignal);
-#endif
-    signal(SIGABRT, onSignal);
-    signal(SIGALRM, onSignal);
+    fuzz::setLastWords(tellWhere, SIGALRM);
     setenv("OPTIX_CACHE_MAXSIZE", "0", 1);
     setenv("SUNSTONE_LOG", "off", 1);
     CUcontext context = nullptr;

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs cases in processes of their own: where a case ends one, another goes on behind it.
+#pragma once
+
+#include "driver.h"
+#include "run_forms.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace conformance {
+
+// Zeroed memory that processes forked later share. Ends the process where there is none.
+void* shareMemory(size_t bytes);
+template <class T>
+T* share(size_t count) {
+    return static_cast<T*>(shareMemory(count * sizeof(T)));
+}
+
+struct CaseOutcomes {
+    std::string device;
+    std::vector<Status> status; // by case
+};
+
+// Called once in each process; what it gives runs a case and says whether the driver took it. What
+// that writes has to lie in shared memory.
+using CaseSetup = std::function<std::function<bool(size_t)>(const Driver&)>;
+
+// `names` of all cases; those without `only` in theirs stay pending. `workers` processes at once.
+// Ends the process if there is no device; `what` is what for.
+CaseOutcomes runCases(const std::vector<std::string>& names, const std::string& only,
+                      unsigned workers, const char* what, const CaseSetup& setup);
+
+} // namespace conformance

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a fuzzer says before a crash or a sanitizer's report ends it: how to repeat it.
+#pragma once
+
+#include <signal.h>
+
+#include <initializer_list>
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+extern "C" void __sanitizer_set_death_callback(void (*)());
+#define FUZZ_HAS_SANITIZER 1
+#endif
+#endif
+
+namespace fuzz {
+
+inline void (*lastWords)() = nullptr;
+
+inline void onSignal(int number) {
+    lastWords();
+    signal(number, SIG_DFL);
+    raise(number);
+}
+
+// `tell` is called in handlers of signals; of `more`, too.
+inline void setLastWords(void (*tell)(), int more = SIGABRT) {
+    lastWords = tell;
+#ifdef FUZZ_HAS_SANITIZER
+    __sanitizer_set_death_callback(tell);
+#else
+    for (int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL})
+        signal(number, onSignal);
+#endif
+    for (int number : {SIGABRT, more})
+        signal(number, onSignal);
+}
+
+} // namespace fuzz
