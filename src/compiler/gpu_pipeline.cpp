@@ -344,11 +344,13 @@ private:
     void chooseSimpleKernel() {
         std::vector<llvm::Function*> cut;
         std::string reason = "no ray generation program traces in a loop at one place";
-        // What moves, curves and spheres make the walk too large to have it several times.
-        // Stacks and addresses of states are looked at with exceptions about them.
+        // What moves, curves and spheres make the walk too large to have it several times; two of
+        // those through what moves are as large as the ones to be called. Stacks and addresses of
+        // states are looked at with exceptions about them.
         constexpr unsigned kLooks = devlib::kFlagDebug | devlib::kFlagStackOverflow;
-        const bool small = !constant("sunstone_gpu_motion") && !constant("sunstone_gpu_shapes") &&
-                           !(request_.pipeline.rules.exceptionFlags & kLooks);
+        const bool mayInline = !constant("sunstone_gpu_shapes") &&
+                               !(request_.pipeline.rules.exceptionFlags & kLooks);
+        const bool moves = constant("sunstone_gpu_motion"), small = mayInline && !moves;
         if (!small)
             reason = "the pipeline has motion blur, debug or stack overflow exceptions, or its "
                      "rays may meet curves or spheres";
@@ -364,8 +366,8 @@ private:
             kernel_ = KernelKind::kLoop;
             cuts_ = cutAtTraces(unit_.module(), *machine_, cut);
         }
-        if (small)
-            traceInline(raygens());
+        if (mayInline)
+            traceInline(raygens(), moves ? 2 : 4);
         code_.feedback +=
             kernel_ == KernelKind::kLoop
                 ? message("kernel: warps take new launch indices as their rays end; ",

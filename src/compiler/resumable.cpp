@@ -306,17 +306,17 @@ std::string obstacleToCut(const llvm::Function& program) {
     return {};
 }
 
-void traceInline(const std::vector<llvm::Function*>& programs) {
+void traceInline(const std::vector<llvm::Function*>& programs, size_t most) {
     // Each place has the whole walk, which takes the driver long to compile: with more than two in a
     // program, half as long again, for frames of a path tracer that are a tenth faster.
-    constexpr size_t kMostOfProgram = 2, kMost = 4;
+    constexpr size_t kMostOfProgram = 2;
     std::vector<llvm::CallInst*> calls;
     for (const llvm::Function* program : programs) {
         const std::vector<llvm::CallInst*> own = tracesOf(*program);
         if (own.size() <= kMostOfProgram)
             calls.insert(calls.end(), own.begin(), own.end());
     }
-    if (calls.size() > kMost)
+    if (calls.size() > most)
         return;
     for (llvm::CallInst* call : calls)
         call->setCalledFunction(

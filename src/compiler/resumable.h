@@ -38,8 +38,9 @@ bool tracesInLoop(const llvm::Function& program);
 // warp run together.
 std::string obstacleToCut(const llvm::Function& program);
 
-// Makes the walk through the structures a part of these programs if they trace at few places.
-void traceInline(const std::vector<llvm::Function*>& programs);
+// Makes the walk through the structures a part of these programs if they trace at few places: two
+// in one program, `most` in all.
+void traceInline(const std::vector<llvm::Function*>& programs, size_t most);
 
 // Cuts programs, uint32_t(RayState*) with lowered calls, that trace and have no obstacle.
 CutPrograms cutAtTraces(llvm::Module& module, llvm::TargetMachine& machine,

@@ -72,39 +72,67 @@ SUNSTONE_GPU_INLINE void multiplySrt(const float k[16], float m[12]) {
                                j == 3 ? r[4 * i + 3] : 0.0f);
 }
 
-// bvh::worldToObjectAt: world to object of a motion transform at a time; false if there is nothing
-// to enter.
-SUNSTONE_GPU_INLINE bool worldToObjectOf(uint64_t transform, float time, float worldToObject[12]) {
-    const MotionRange motion = motionOf(transform);
+// The key segment of the motion transform entered last. Transforms of a scene tend to have the same
+// range of time.
+struct KnownSegment {
+    uint32_t keysAndFlags = 0, begin = 0, end = 0; // of its MotionRange, floats as bits
     KeySegment at = {0, 0.0f};
-    if (motion.keys >= 2) {
-        if (hasVanished(motion.flags, motion.begin, motion.end, time))
-            return false;
-        at = keySegment(motion.keys, motion.begin, motion.end, time);
+};
+
+// bvh::worldToObjectAt: world to object of a motion transform at a time, and its child; false if
+// there is nothing to enter. `known` is of the same time. Matrices and factors have the same first
+// twelve numbers to interpolate, and one inversion, so that lanes with either stay together; where
+// the place is at a key, that stands for the next one, too.
+SUNSTONE_GPU_INLINE bool worldToObjectOf(uint64_t transform, float time, KnownSegment& known,
+                                         uint64_t& child, float worldToObject[12]) {
+    const U4* const words = reinterpret_cast<const U4*>(transform & ~kTraversableTagMask);
+    const U4 head = loadConstant(words);
+    const uint32_t end = loadConstant(reinterpret_cast<const uint32_t*>(words + 1));
+    child = uint64_t(head.y) << 32 | head.x;
+    if (head.z != known.keysAndFlags || head.w != known.begin || end != known.end) {
+        const uint32_t keys = head.z & 0xFFFFu;
+        KeySegment at = {0, 0.0f};
+        if (keys >= 2) {
+            if (hasVanished(head.z >> 16, floatOf(head.w), floatOf(end), time))
+                return false;
+            at = keySegment(keys, floatOf(head.w), floatOf(end), time);
+        }
+        known = {head.z, head.w, end, at};
     }
-    const uint64_t address = transform & ~kTraversableTagMask;
-    float m[12];
-    if ((transform & kTraversableTagMask) == kMatrixMotionTag) {
-        const float* const key =
-            reinterpret_cast<const float*>(address + offsetof(MatrixMotionTransform, matrices)) +
-            12 * at.key;
-        for (int i = 0; i < 12; ++i)
-            m[i] = at.fraction > 0 ? mix(key[i], key[12 + i], at.fraction) : key[i];
-        return invert(m, worldToObject);
-    }
-    const float* const key =
-        reinterpret_cast<const float*>(address + offsetof(SrtMotionTransform, keys)) + 16 * at.key;
+    const bool factors = (transform & kTraversableTagMask) == kSrtMotionTag;
+    const uint32_t size = factors ? sizeof(SrtKey) / 16 : 3;
+    const float second = known.at.fraction, first = sub(1.0f, second);
+    const U4* const key = words + 2 + size * known.at.key;
+    const U4* const next = key + (second > 0 ? size : 0);
     float k[16];
-    for (int i = 0; i < 16; ++i)
-        k[i] = at.fraction > 0 ? mix(key[i], key[16 + i], at.fraction) : key[i];
-    const float scale =
-        divide(1.0f, root(add(add(add(mul(k[9], k[9]), mul(k[10], k[10])), mul(k[11], k[11])),
-                              mul(k[12], k[12]))));
-    for (int i = 9; i < 13; ++i)
-        k[i] = mul(k[i], scale);
-    multiplySrt(k, m);
+    const auto load = [&](uint32_t i) {
+        const U4 a = loadConstant(key + i), b = loadConstant(next + i);
+        const auto one = [&](uint32_t x, uint32_t y) {
+            return add(mul(floatOf(x), first), mul(floatOf(y), second));
+        };
+        k[4 * i] = one(a.x, b.x), k[4 * i + 1] = one(a.y, b.y);
+        k[4 * i + 2] = one(a.z, b.z), k[4 * i + 3] = one(a.w, b.w);
+    };
+    for (uint32_t i = 0; i < 3; ++i)
+        load(i);
+    float m[12];
+    for (int i = 0; i < 12; ++i)
+        m[i] = k[i];
+    if (factors) {
+        load(3);
+        const float scale = divide(
+            1.0f, root(add(add(add(mul(k[9], k[9]), mul(k[10], k[10])), mul(k[11], k[11])),
+                           mul(k[12], k[12]))));
+        for (int i = 9; i < 13; ++i)
+            k[i] = mul(k[i], scale);
+        multiplySrt(k, m);
+    }
     return invert(m, worldToObject);
 }
+static_assert(offsetof(MatrixMotionTransform, motion) == 8 && offsetof(MotionRange, flags) == 2 &&
+              offsetof(MotionRange, begin) == 4 && offsetof(MotionRange, end) == 8 &&
+              offsetof(MatrixMotionTransform, matrices) == 32 &&
+              offsetof(SrtMotionTransform, keys) == 32 && sizeof(SrtKey) % 16 == 0);
 
 } // namespace sunstone::bvh::gpu
 

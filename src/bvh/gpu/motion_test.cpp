@@ -544,6 +544,10 @@ TEST(GpuMotion, InstancesAndTransforms) {
                     ++hits;
                     ASSERT_EQ(hit.t, t) << "ray " << i << " time " << time << " keys " << keys;
                 }
+                BesideMovingPrograms beside(time);
+                QueryHit again{};
+                ASSERT_EQ(nearestBy(beside, top.handle(), ray, again), t < 1e30f) << "ray " << i;
+                ASSERT_EQ(again.t, hit.t) << "ray " << i << " time " << time << " keys " << keys;
             }
         EXPECT_GT(hits, 600u);
     }
@@ -562,14 +566,27 @@ TEST(GpuMotion, TransformsAreThoseOfTheCpu) {
         for (SrtKey& key : srt.keys)
             for (float* number = &key.sx; number <= &key.tz; ++number)
                 *number = i % 11 == 0 ? 0 : random(-1, 1);
-        for (uint64_t handle :
-             {uint64_t(&matrix) | kMatrixMotionTag, uint64_t(&srt) | kSrtMotionTag})
-            for (float time : {-1.0f, 0.3f, 2.0f, 5.0f, -7.0f, NAN}) {
+        if (i % 13 == 0) {
+            matrix.keys[i % 2][i % 12] = INFINITY;
+            (&srt.keys[i % 2].sx)[i % 16] = -INFINITY;
+        }
+        if (i % 5 == 0) // else the second finds the place that the first has left
+            srt.motion.end = 3;
+        matrix.child = 64 * i;
+        srt.child = matrix.child + 1;
+        for (float time : {-1.0f, 0.3f, 2.0f, 5.0f, -7.0f, NAN}) {
+            KnownSegment known;
+            for (uint64_t handle :
+                 {uint64_t(&matrix) | kMatrixMotionTag, uint64_t(&srt) | kSrtMotionTag}) {
                 float a[12] = {}, b[12] = {};
-                ASSERT_EQ(bvh::worldToObjectAt(handle, time, a), worldToObjectOf(handle, time, b))
+                uint64_t child = 0;
+                ASSERT_EQ(bvh::worldToObjectAt(handle, time, a),
+                          worldToObjectOf(handle, time, known, child, b))
                     << i;
                 ASSERT_EQ(std::memcmp(a, b, sizeof a), 0) << i << " at " << time;
+                ASSERT_EQ(child, childOf(handle));
             }
+        }
     }
 }
 

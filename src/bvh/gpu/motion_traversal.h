@@ -18,8 +18,7 @@
 
 namespace sunstone::bvh::gpu {
 
-// Where a ray is in a structure's time. keys: 1 if the structure stands still, and then the rest
-// means nothing.
+// Where a ray is in a structure's time. keys: 1 if the structure stands still.
 struct MotionPlace {
     uint32_t keys = 1;
     uint32_t key;
@@ -35,7 +34,7 @@ SUNSTONE_GPU_INLINE MotionPlace placeIn(const BlockHeader& header, float time,
                                         const float origin[3]) {
     MotionPlace place;
     if (!isMoving(header.type))
-        return place;
+        return {1, 0, 1, 0, 0};
     const KeySegment at = keySegment(header, time);
     place.keys = header.motionKeys;
     place.key = at.key;
@@ -77,19 +76,19 @@ SUNSTONE_GPU_INLINE void addGrid(const U4* node, U4 head, const float origin[3],
     }
 }
 
-// testNode (traversal.h) of a node with a WideNode for each key; `node` is that of place.key.
+// testNode (traversal.h) of a node with a WideNode for each key; `node` is that of place.key. A node
+// that stands still may come here, too.
 template <bool kDistances>
 SUNSTONE_GPU_INLINE void testMovingNode(const U4* node, const MotionPlace& place,
                                         const float origin[3], const BoxRay& ray, float tmin,
                                         float tmax, Group& inner, Group& leaf,
                                         Distances<kDistances>& distances) {
-    constexpr uint32_t kNext = sizeof(WideNode) / 16;
+    const U4* const next = node + (place.keys > 1 ? sizeof(WideNode) / 16 : 0);
     const U4 head = loadConstant(node), children = loadConstant(node + 1);
     float constant[3] = {0, 0, 0}, margin[3] = {0, 0, 0}, reach = 0;
     KeyGrid a, b;
     addGrid(node, head, origin, ray, place.first, a, constant, margin, reach);
-    addGrid(node + kNext, loadConstant(node + kNext), origin, ray, place.second, b, constant,
-            margin, reach);
+    addGrid(next, loadConstant(next), origin, ray, place.second, b, constant, margin, reach);
     const float slack = fused(reach, ray.slack, place.slack);
     float nearC[3], farC[3];
     for (int i = 0; i < 3; ++i) {
@@ -122,17 +121,21 @@ SUNSTONE_GPU_INLINE void testMovingNode(const U4* node, const MotionPlace& place
         for (uint32_t k = 0; k < 4; ++k) {
             const uint32_t selector = 0x7604u | k << 4;
             const auto plane = [&](uint32_t first, uint32_t second, int i, float c) {
-                return fused(floatOf(permute(first, one, selector)), a.scale[i],
-                             fused(floatOf(permute(second, one, selector)), b.scale[i], c));
+                return orderedInt(
+                    fused(floatOf(permute(first, one, selector)), a.scale[i],
+                          fused(floatOf(permute(second, one, selector)), b.scale[i], c)));
             };
-            float begin = tmin, end = tmax;
+            // As integers, see testNode.
+            int32_t begin = orderedInt(tmin), end = orderedInt(tmax);
             for (int i = 0; i < 3; ++i) {
-                begin = larger(begin, plane(near[0][i], near[1][i], i, nearC[i]));
-                end = smaller(end, plane(far[0][i], far[1][i], i, farC[i]));
+                const int32_t in = plane(near[0][i], near[1][i], i, nearC[i]),
+                              out = plane(far[0][i], far[1][i], i, farC[i]);
+                begin = begin > in ? begin : in;
+                end = end < out ? end : out;
             }
             if (begin <= end)
                 hits |= slots.hit(k);
-            distances.set(4 * uint32_t(half) + k, begin <= end, orderedInt(begin));
+            distances.set(4 * uint32_t(half) + k, begin <= end, begin);
         }
     }
     distances.metas[0] = children.z;

@@ -114,7 +114,7 @@ struct NearestPrograms : NoShapes, NoMotion, OneLane {
         return true;
     }
     bool enterTransform(gpu::Ray&, uint64_t, uint64_t&, float*) { return false; }
-    void leave(gpu::Ray&) { current = 0; }
+    void leave(gpu::Ray&, uint32_t = 1) { current = 0; }
     bool nearestFirst() const { return true; }
 };
 
@@ -138,7 +138,7 @@ bool nearestBy(Programs& programs, uint64_t handle, const QueryRay& query, Query
     ray.tmax = query.tmax;
     Traversal<Programs> traversal;
     U2 stack[Traversal<Programs>::kStackSize];
-    Level levels[Programs::kLevels + 1];
+    typename Traversal<Programs>::Level levels[Programs::kLevels + 1];
     if (!traversal.start(programs, ray, handle, levels))
         return false;
     traversal.run(programs, ray, stack, levels, RunToEnd());
@@ -199,7 +199,7 @@ bool nearestShapeBy(Programs& programs, uint64_t handle, const ShapeRay& query, 
     ray.tmax = query.tmax;
     Traversal<Programs> traversal;
     U2 stack[Traversal<Programs>::kStackSize];
-    Level levels[1];
+    typename Traversal<Programs>::Level levels[1];
     if (!traversal.start(programs, ray, handle, levels))
         return false;
     traversal.run(programs, ray, stack, levels, RunToEnd());
@@ -221,12 +221,12 @@ inline bool nearestShapeAt(uint64_t handle, const ShapeRay& query, ShapeHit& hit
 struct MovingPrograms : NearestPrograms {
     static constexpr bool kMotion = true;
     float rayTime;
+    KnownSegment known;
 
     explicit MovingPrograms(float time) : rayTime(time) {}
     float time() const { return rayTime; }
     bool enterTransform(gpu::Ray&, uint64_t handle, uint64_t& child, float worldToObject[12]) {
-        child = childOf(handle);
-        return worldToObjectOf(handle, rayTime, worldToObject);
+        return worldToObjectOf(handle, rayTime, known, child, worldToObject);
     }
 };
 
@@ -234,5 +234,11 @@ inline bool nearestAt(uint64_t handle, const QueryRay& query, float time, QueryH
     MovingPrograms programs(time);
     return nearestBy(programs, handle, query, hit);
 }
+
+// The same beside lanes that are in structures that move.
+struct BesideMovingPrograms : MovingPrograms {
+    using MovingPrograms::MovingPrograms;
+    static bool any(bool) { return true; }
+};
 
 } // namespace sunstone::bvh::gpu::testing

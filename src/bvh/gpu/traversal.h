@@ -18,11 +18,14 @@
 //       bool enterInstance(Ray& ray, const InstanceData& instance, uint64_t& child,
 //                          float worldToObject[12]);
 //       bool enterTransform(Ray& ray, uint64_t handle, uint64_t& child, float worldToObject[12]);
-//       // What was entered last; ray.origin and direction are those of the outer space again.
+//       // What was entered last; ray.origin and direction are those of the outer space again. With
+//       // kMotion an instance and the transforms below it at once: `count` of them.
 //       void leave(Ray& ray);
+//       void leave(Ray& ray, uint32_t count);
 //       static uint32_t lanes(); // of the warp, that run this together
 //       // With kInstances: whether the lane, if it wants to enter an instance, may do so now.
 //       static bool mayEnter(bool wants);
+//       static bool any(bool value); // with that and kMotion: for any lane that runs this together
 //       bool nearestFirst() const; // whether all hits must be looked at, to find the nearest
 //       float time() const;  // with kMotion
 //       void refuseMotion(); // without: there is some; may return, and nothing is there
@@ -30,7 +33,7 @@
 //
 //   Traversal<Programs> traversal;
 //   U2 stack[Traversal<Programs>::kStackSize];
-//   Level levels[Programs::kLevels + 1];
+//   Traversal<Programs>::Level levels[Programs::kLevels + 1];
 //   if (traversal.start(programs, ray, handle, levels))
 //       traversal.run(programs, ray, stack, levels, RunToEnd());
 //
@@ -64,6 +67,7 @@ struct NoMotion {
 struct OneLane {
     static SUNSTONE_GPU_MEMBER uint32_t lanes() { return 1; }
     static SUNSTONE_GPU_MEMBER bool mayEnter(bool wants) { return wants; }
+    static SUNSTONE_GPU_MEMBER bool any(bool value) { return value; }
 };
 
 SUNSTONE_GPU_INLINE void transformRay(const float m[12], const float origin[3],
@@ -89,6 +93,22 @@ struct Level {
     U4 places;    // of nodes and records
     uint64_t block; // 0 above a transform
 };
+struct MovingLevel : Level {
+    U4 motion;       // of the MotionPlace all but the number of keys
+    uint32_t keys;
+    uint32_t around; // see Levels
+};
+
+// What a walk keeps of levels.
+template <bool kMotion>
+struct Levels {
+    using Level = gpu::Level;
+};
+template <>
+struct Levels<true> {
+    using Level = MovingLevel;
+    uint32_t around; // the level of the space to come back to
+};
 
 SUNSTONE_GPU_INLINE U4 withFloats(const float v[3], float w) {
     return {bitsOf(v[0]), bitsOf(v[1]), bitsOf(v[2]), bitsOf(w)};
@@ -101,13 +121,16 @@ SUNSTONE_GPU_INLINE uint64_t wordsOf(uint32_t low, uint32_t high) {
 }
 
 template <class Programs>
-struct Traversal {
+struct Traversal : Levels<Programs::kMotion> {
     // Entries a stack needs; one of its entries is a group, or 0, 0 where a space ends.
     static constexpr unsigned kStackSize =
         (Programs::kInstances ? kWaitingChildren + 8 : kWaitingLeaves) +
         kStackEntries * (Programs::kLevels + 1);
     // Instances are entered from the ray's first space only, which is therefore stored once.
     static constexpr bool kKeepsSpace = Programs::kLevels == 1 && !Programs::kMotion;
+    // With motion a structure of instances is stored when it is entered, not with each of its
+    // instances, and there are no levels of transforms.
+    using Level = typename Levels<Programs::kMotion>::Level;
 
     Group inner, leaf;
     uint32_t top;
@@ -127,6 +150,8 @@ struct Traversal {
         inner = leaf = {0, 0};
         top = depth = 0;
         block = nullptr;
+        if constexpr (Programs::kMotion)
+            this->around = 0;
         if (!enter(programs, ray, handle, levels, 0))
             return false;
         if constexpr (kKeepsSpace)
@@ -306,7 +331,7 @@ private:
         constexpr uint32_t kUnits = sizeof(WideNode) / 16;
         const float tmin = larger(ray.tmin, 0.0f);
         Distances<Programs::kInstances> distances;
-        if (Programs::kMotion && motion.keys > 1)
+        if (Programs::kMotion && someMove())
             testMovingNode(nodes + uint64_t(child) * motion.keys * kUnits, motion, ray.origin, box,
                            tmin, ray.tmax, inner, leaf, distances);
         else
@@ -316,6 +341,14 @@ private:
             if (programs.nearestFirst() && kind == BlockType::kInstances &&
                 top < kWaitingChildren)
                 takeNearest(distances, stack);
+    }
+
+    // Whether the nodes of any lane move, or its own where all lanes are in one structure: with some
+    // that do, all lanes test theirs together as if they did, in place of one kind after the other.
+    __attribute__((always_inline)) bool someMove() const {
+        if constexpr (Programs::kMotion && Programs::kInstances)
+            return Programs::any(motion.keys > 1);
+        return motion.keys > 1;
     }
 
     __attribute__((always_inline)) void loadTriangle(uint32_t record, U4& a, U4& b, U4& c) const {
@@ -379,7 +412,9 @@ private:
             if (leaf.bits != 0)
                 push(stack, leaf);
             stack[top++] = U2{0, 0};
-            if constexpr (!kKeepsSpace)
+            if constexpr (Programs::kMotion)
+                this->around = depth;
+            else if constexpr (!kKeepsSpace)
                 saveSpace(ray, levels[depth]);
             ++depth;
             moveRay(worldToObject, ray);
@@ -407,28 +442,37 @@ private:
                        r = reinterpret_cast<uint64_t>(records);
         level.places = {uint32_t(n), uint32_t(n >> 32), uint32_t(r), uint32_t(r >> 32)};
         level.block = reinterpret_cast<uint64_t>(block);
+        if constexpr (Programs::kMotion) {
+            level.motion = {motion.key, bitsOf(motion.first), bitsOf(motion.second),
+                            bitsOf(motion.slack)};
+            level.keys = motion.keys;
+            level.around = this->around;
+        }
     }
 
     __attribute__((always_inline)) void leaveSpace(Programs& programs, Ray& ray, Level* levels) {
-        if constexpr (Programs::kInstances) {
-            // Back to the block around, through transforms that stood between.
+        // Back to the block around, through transforms that stood between.
+        if constexpr (Programs::kInstances && Programs::kMotion) {
+            programs.leave(ray, depth - this->around);
+            depth = this->around;
+            restoreSpace(ray, levels[depth]);
+        } else if constexpr (Programs::kInstances) {
             do
                 programs.leave(ray);
             while (levels[--depth].block == 0);
-            restoreSpace(programs, ray, levels[depth]);
+            restoreSpace(ray, levels[depth]);
         }
     }
 
     // Only structures of instances are come back to.
-    __attribute__((always_inline)) void restoreSpace(Programs& programs, Ray& ray,
-                                                     const Level& level) {
+    __attribute__((always_inline)) void restoreSpace(Ray& ray, const Level& level) {
         toFloats(level.origin, ray.origin);
         toFloats(level.direction, ray.direction);
         block = reinterpret_cast<const BlockHeader*>(level.block);
         if constexpr (Programs::kMotion) {
-            open(programs, ray, block->type, floatOf(block->root), block->nodesOffset,
-                 block->recordsOffset);
-            return;
+            motion = {level.keys, level.motion.x, floatOf(level.motion.y), floatOf(level.motion.z),
+                      floatOf(level.motion.w)};
+            this->around = level.around;
         }
         kind = BlockType::kInstances;
         box.inverse[0] = floatOf(level.origin.w);
@@ -463,7 +507,8 @@ private:
     }
 
     // Follows the handle through transforms to a block, whose root becomes the group to visit.
-    // False: there is nothing to visit; levels above `base` have been left again.
+    // False: there is nothing to visit; levels above `base` have been left again, with motion by
+    // leaveSpace().
     __attribute__((always_inline)) bool enter(Programs& programs, Ray& ray, uint64_t handle,
                                               Level* levels, uint32_t base) {
         if constexpr (Programs::kInstances)
@@ -476,7 +521,10 @@ private:
                     return false;
                 }
                 block = nullptr;
-                saveSpace(ray, levels[depth++]);
+                if constexpr (Programs::kMotion)
+                    ++depth;
+                else
+                    saveSpace(ray, levels[depth++]);
                 moveRay(worldToObject, ray);
                 handle = child;
             }
@@ -505,6 +553,9 @@ private:
         block = header;
         open(programs, ray, type, floatOf(first.w), wordsOf(places.z, places.w),
              wordsOf(last.x, last.y));
+        if constexpr (Programs::kInstances && Programs::kMotion)
+            if (kind == BlockType::kInstances)
+                saveSpace(ray, levels[depth]);
         // The root stands in slot 0 of a group of one.
         inner = {0, 1u << (24 + rankOf(box.octant, 0)) | 1u};
         return true;
@@ -519,7 +570,7 @@ private:
 
     __attribute__((always_inline)) void leaveTo(Programs& programs, Ray& ray, Level* levels,
                                                 uint32_t base) {
-        if constexpr (Programs::kInstances)
+        if constexpr (Programs::kInstances && !Programs::kMotion)
             while (depth > base) {
                 const Level& level = levels[--depth];
                 toFloats(level.origin, ray.origin);

@@ -65,7 +65,7 @@ SUNSTONE_DEVICE bool takeIndex(LaunchBlock& block, Lane lane, bool& more, uint32
 // Begins with the ray that a program has asked for.
 template <class Programs, class Walk>
 SUNSTONE_DEVICE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Walk& walker,
-                           walk::Level* levels) {
+                           typename Walk::Level* levels) {
     prepare(asked, tracer, ray);
     if (withinDepth(asked))
         return walker.start(tracer, ray, asked->handle, levels) ? Lane::kWalking : Lane::kEnded;
@@ -77,7 +77,7 @@ SUNSTONE_DEVICE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Wa
 // Walks on with all rays until idle lanes have cost enough. To be called by all of the warp.
 template <class Programs, class Walk>
 SUNSTONE_DEVICE void walkTogether(bool more, Lane& lane, Programs& tracer, walk::Ray& ray,
-                                  Walk& walker, walk::U2* stack, walk::Level* levels,
+                                  Walk& walker, walk::U2* stack, typename Walk::Level* levels,
                                   uint32_t patience) {
     const uint32_t lanes = more ? 32 : countOf(ballot(lane != Lane::kIdle));
     for (;;) {
@@ -111,7 +111,7 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
     walk::Ray ray;
     Walk walker;
     walk::U2 stack[Walk::kStackSize];
-    walk::Level levels[kMaxLevels + 1];
+    typename Walk::Level levels[kMaxLevels + 1];
     Lane lane = Lane::kIdle;
     bool more = true;
     for (;;) {

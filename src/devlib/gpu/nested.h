@@ -74,7 +74,7 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
     walk::Ray ray;
     Walk walker;
     walk::U2 stack[Walk::kStackSize];
-    walk::Level levels[kMaxLevels + 1];
+    typename Walk::Level levels[kMaxLevels + 1];
     Lane lane = Lane::kIdle;
     uint32_t depth = 0;
     bool more = true;

@@ -211,12 +211,20 @@ struct GraphPath {
     Around places[kMaxLevels + 1];
 };
 
+// What a walk knows of its ray's time.
+template <bool kMotion>
+struct AtTime {};
+template <>
+struct AtTime<true> {
+    walk::KnownSegment known;
+};
+
 // Whether a walk looks for the nearest hit; the ray's flags tell, which not all code knows before.
 enum class Seeks { kByFlags, kNearest, kAny };
 
 template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion, bool kLetsWait = false,
           Seeks kSeeks = Seeks::kByFlags>
-struct Tracer : Candidates {
+struct Tracer : Candidates, AtTime<kWithMotion> {
     static constexpr bool kTriangles = true, kCustoms = kWithCustoms, kInstances = kMaxLevels > 0,
                           kMotion = kWithMotion;
     static constexpr unsigned kLevels = kMaxLevels;
@@ -298,15 +306,20 @@ struct Tracer : Candidates {
         return uint32_t(__builtin_popcount(mask));
     }
 
-    // Entering takes as long as a node, and few lanes come to it at once: they wait until they are a
-    // quarter of those under way.
+    // Entering takes as long as a node, with motion much longer, and few lanes come to it at once:
+    // they wait until they are a quarter of those under way.
     static SUNSTONE_DEVICE_MEMBER bool mayEnter(bool wants) {
-        if constexpr (!kLetsWait)
+        if constexpr (!kLetsWait && !kMotion)
             return wants;
         uint32_t mask;
         asm volatile("activemask.b32 %0;" : "=r"(mask));
         const uint32_t waiting = __nvvm_vote_ballot_sync(mask, wants);
         return wants && 4 * __builtin_popcount(waiting) >= __builtin_popcount(mask);
+    }
+    static SUNSTONE_DEVICE_MEMBER bool any(bool value) {
+        uint32_t mask;
+        asm volatile("activemask.b32 %0;" : "=r"(mask));
+        return __nvvm_vote_any_sync(mask, value);
     }
     SUNSTONE_DEVICE_MEMBER bool nearestFirst() const {
         if constexpr (kSeeks != Seeks::kByFlags)
@@ -387,14 +400,16 @@ struct Tracer : Candidates {
             const auto& still = *reinterpret_cast<const bvh::StaticTransform*>(addressOf(handle));
             for (int i = 0; i < 12; ++i)
                 worldToObject[i] = still.inverse[i];
-        } else if (!kMotion) {
+        } else if constexpr (!kMotion) {
             refuseMotion();
         } else if ((tag != kTagMatrixMotion && tag != kTagSrtMotion) ||
-                   !walk::worldToObjectOf(handle, state->time, worldToObject)) {
+                   !walk::worldToObjectOf(handle, state->time, this->known, child, worldToObject)) {
             return false;
         }
-        child = bvh::childOf(handle);
-        savePlace();
+        if (!kMotion || tag == kTagStatic)
+            child = bvh::childOf(handle);
+        if constexpr (!kMotion) // with motion it is left together with the instance above
+            savePlace();
         enterWith(handle, child);
         return true;
     }
@@ -421,9 +436,10 @@ struct Tracer : Candidates {
         if constexpr (kMaxLevels > 1)
             places[transformCount] = {instanceIndex, instanceId, instanceSbtOffset, instanceFlags};
     }
-    SUNSTONE_DEVICE_MEMBER void leave(walk::Ray&) {
+    SUNSTONE_DEVICE_MEMBER void leave(walk::Ray&, uint32_t count = 1) {
         if constexpr (kMaxLevels > 1) {
-            const typename Path::Around& place = places[--transformCount];
+            transformCount -= count;
+            const typename Path::Around& place = places[transformCount];
             instanceIndex = place.index;
             instanceId = place.id;
             instanceSbtOffset = place.sbtOffset;
@@ -481,6 +497,8 @@ SUNSTONE_DEVICE void prepare(RayState* state, Programs& tracer, walk::Ray& ray) 
     tracer.candidateGroup = 0;
     tracer.beginPath();
     tracer.gas = tagOf(state->handle) == kTagGas ? state->handle : 0;
+    if constexpr (Programs::kMotion)
+        tracer.known = {};
     for (int i = 0; i < 3; ++i) {
         ray.origin[i] = state->worldOrigin[i];
         ray.direction[i] = state->worldDirection[i];
@@ -512,7 +530,7 @@ SUNSTONE_DEVICE_PART Found walkGraph(RayState* state, uint32_t& group) {
     prepare(state, tracer, ray);
     Walk walker;
     walk::U2 stack[Walk::kStackSize];
-    walk::Level levels[kMaxLevels + 1];
+    typename Walk::Level levels[kMaxLevels + 1];
     if (walker.start(tracer, ray, state->handle, levels))
         walker.run(tracer, ray, stack, levels, walk::RunToEnd());
     return conclude(tracer, ray, group);
@@ -564,11 +582,11 @@ SUNSTONE_DEVICE Found findInGraph(RayState* state, uint32_t& group) {
     }
 }
 
-// Pipelines with motion blur have one walk for all primitives.
 template <bool kInline>
 SUNSTONE_DEVICE Found find(RayState* state, uint32_t& group) {
     if (sunstone_gpu_motion)
-        return findInGraph<kInline, true, true>(state, group);
+        return sunstone_gpu_hasIntersection ? findInGraph<kInline, true, true>(state, group)
+                                            : findInGraph<kInline, false, true>(state, group);
     return sunstone_gpu_hasIntersection ? findInGraph<kInline, true, false>(state, group)
                                         : findInGraph<kInline, false, false>(state, group);
 }
