@@ -280,10 +280,15 @@ bool LockstepEmitter::needsGuard(BasicBlock& block) const {
         if (!isa<llvm::PHINode, llvm::BranchInst>(instruction) &&
             !instruction.isDebugOrPseudoInst())
             return true;
-    for (BasicBlock* successor : llvm::successors(&block))
+    for (BasicBlock* successor : llvm::successors(&block)) {
+        // What a loop begins with is not blended (emitEdge): lanes that go on within the loop have
+        // theirs there already.
+        const llvm::Loop* loop = plan_.loops().getLoopFor(successor);
+        const bool isEntered = loop && loop->getHeader() == successor && !loop->contains(&block);
         for (llvm::PHINode& phi : successor->phis())
-            if (isUniform(&phi))
+            if (isEntered || isUniform(&phi))
                 return true;
+    }
     return false;
 }
 

@@ -40,9 +40,9 @@ llvm::Function* calleeOf(const llvm::CallBase& call) {
 }
 
 bool isMeeting(llvm::StringRef helper) {
-    for (const char* name : {"sunstone_barrier", "sunstone_vote", "sunstone_shuffle",
-                             "sunstone_match", "sunstone_redux", "sunstone_matrix", "sunstone_spin",
-                             kPauseName})
+    for (const char* name :
+         {"sunstone_barrier", "sunstone_vote", "sunstone_shuffle", "sunstone_match",
+          "sunstone_redux", "sunstone_matrix", "sunstone_spin", kPauseName})
         if (helper == name)
             return true;
     return false;
@@ -50,6 +50,12 @@ bool isMeeting(llvm::StringRef helper) {
 
 bool endsThread(llvm::StringRef helper) {
     return helper == "sunstone_exit" || helper == "sunstone_trap" || helper == "sunstone_assertion";
+}
+
+bool asksForLanes(const Instruction& instruction) {
+    const auto* call = dyn_cast<CallInst>(&instruction);
+    const llvm::Function* callee = call && !call->isInlineAsm() ? calleeOf(*call) : nullptr;
+    return callee && callee->getName() == "sunstone_activemask";
 }
 
 namespace {
@@ -258,7 +264,7 @@ bool LockstepPlan::isSimpleLoop(const llvm::Loop& loop) const {
     return llvm::all_of(loop.blocks(), [&](const BasicBlock* block) {
         const MeetingPoint* point = pointAt(block);
         return block == head || (point && point->kind == devlib::kMeetPause) ||
-               block->sizeWithoutDebug() == 1;
+               (block->sizeWithoutDebug() == 1 && block->getSingleSuccessor());
     });
 }
 
@@ -382,18 +388,17 @@ bool LockstepPlan::varies(const Instruction& instruction) const {
         return isOwnField(field);
     if (isa<llvm::AllocaInst, llvm::AtomicRMWInst, llvm::AtomicCmpXchgInst>(instruction))
         return true;
-    if (const auto* load = dyn_cast<llvm::LoadInst>(&instruction))
-        return !load->isSimple() || operandVaries();
-    if (const auto* phi = dyn_cast<llvm::PHINode>(&instruction)) {
+    if (const auto* load = dyn_cast<llvm::LoadInst>(&instruction)) {
+        if (!load->isSimple() || operandVaries())
+            return true;
+    } else if (const auto* phi = dyn_cast<llvm::PHINode>(&instruction)) {
         if (operandVaries() || joins_.contains(phi->getParent()))
             return true;
     } else if (const auto* call = dyn_cast<CallInst>(&instruction)) {
         const llvm::Function* callee = call->isInlineAsm() ? nullptr : calleeOf(*call);
-        if (callee && callee->getName() == "sunstone_activemask")
-            return false; // of the lanes that ask together
-        if (!call->isInlineAsm() && !isPure(callee) && !isPure(call->getCalledFunction()))
-            return true;
-        if (operandVaries())
+        const bool isAlike =
+            call->isInlineAsm() || isPure(callee) || isPure(call->getCalledFunction());
+        if (!asksForLanes(*call) && (!isAlike || operandVaries()))
             return true;
     } else if (operandVaries()) {
         return true;
@@ -440,21 +445,31 @@ void LockstepPlan::addDivergence(const BasicBlock& block) {
     const BasicBlock* meeting = node && node->getIDom() ? node->getIDom()->getBlock() : nullptr;
     llvm::DenseSet<const BasicBlock*> seen;
     std::vector<const BasicBlock*> queue = {&block};
+    const auto comeTo = [&](const BasicBlock* next) {
+        if (!seen.insert(next).second)
+            return;
+        const auto* place = dominators_.getNode(next);
+        const auto* above = place ? place->getIDom() : nullptr;
+        if (above && dominators_.dominates(above->getBlock(), &block))
+            joins_.insert(next);
+        if (next != meeting)
+            queue.push_back(next);
+    };
     while (!queue.empty()) {
         const BasicBlock* at = queue.back();
         queue.pop_back();
         for (const BasicBlock* successor : llvm::successors(at)) {
             const llvm::Loop* loop = loops_.getLoopFor(successor);
-            if (loop && loop->getHeader() == successor && loop->contains(at))
-                continue; // back edges join nothing: all lanes of a loop are at one round
-            if (!seen.insert(successor).second)
+            if (!loop || loop->getHeader() != successor || !loop->contains(at)) {
+                comeTo(successor);
                 continue;
-            const auto* place = dominators_.getNode(successor);
-            const auto* above = place ? place->getIDom() : nullptr;
-            if (above && dominators_.dominates(above->getBlock(), &block))
-                joins_.insert(successor);
-            if (successor != meeting)
-                queue.push_back(successor);
+            }
+            // Back edges join nothing: all lanes of a loop are at one round. But these lanes leave
+            // it in another round than the others, wherever that is.
+            llvm::SmallVector<BasicBlock*, 8> exits;
+            loop->getExitBlocks(exits);
+            for (const BasicBlock* exit : exits)
+                comeTo(exit);
         }
     }
 }

@@ -24,6 +24,9 @@ bool isMeeting(llvm::StringRef helper);
 // Helpers after which the thread does not go on.
 bool endsThread(llvm::StringRef helper);
 
+// Which lanes of the warp are here: the same for all that ask together.
+bool asksForLanes(const llvm::Instruction& instruction);
+
 // A thread waits at a barrier object.
 constexpr const char* kWaitName = "sunstone_mbarrier_wait";
 // Stands at the ends of loops in which a warp may let the others run (LockstepPlan::addPauses).

@@ -36,6 +36,10 @@ void LockstepEmitter::emitInstruction(Instruction& instruction) {
     if (auto* intrinsic = dyn_cast<llvm::IntrinsicInst>(&instruction))
         if (intrinsic->isAssumeLikeIntrinsic())
             return;
+    if (asksForLanes(instruction)) {
+        Value* lanes = maskBits(mask_);
+        return define(instruction, isUniform(&instruction) ? lanes : splat(lanes));
+    }
     if (isUniform(&instruction))
         return emitUniform(instruction);
     if (late_.contains(&instruction))
@@ -50,10 +54,6 @@ void LockstepEmitter::emitInstruction(Instruction& instruction) {
 }
 
 void LockstepEmitter::emitUniform(Instruction& instruction) {
-    if (auto* call = dyn_cast<llvm::CallInst>(&instruction))
-        if (llvm::Function* callee = calleeOf(*call))
-            if (callee->getName() == "sunstone_activemask")
-                return define(instruction, maskBits(mask_));
     Instruction* copy = instruction.clone();
     for (llvm::Use& use : copy->operands())
         use.set(scalar(use.get()));

@@ -189,9 +189,92 @@ TEST_F(Lockstep, IndicesMayWrap) {
 std::string kernelText(const char* name, const std::string& body) {
     return std::string(".version 7.0\n.target sm_70\n.address_size 64\n.visible .entry ") + name +
            "(.param .u64 in, .param .u64 out, .param .u32 n) {\n"
-           ".reg .b32 %r<8>; .reg .b64 %rd<4>; .reg .pred %p<4>;\n"
+           ".reg .b32 %r<16>; .reg .b64 %rd<6>; .reg .pred %p<6>;\n"
            "mov.u32 %r1, %tid.x;\n" +
            body + "ret;\n}\n";
+}
+
+// Loops that lanes leave at different times. Each thread leaves %r9 behind.
+std::string loopText(const std::string& loop) {
+    return kernelText("loops",
+                      "ld.param.u64 %rd1, [in]; ld.param.u64 %rd2, [out];\n"
+                      "ld.param.u32 %r2, [n]; mov.u32 %r9, 0;\n"
+                      "vote.sync.ballot.b32 %r3, 1, -1;\n" + // so that it is a kernel of warps
+                          loop +
+                          "mov.u32 %r3, %ctaid.x; mov.u32 %r4, %ntid.x;\n"
+                          "mad.lo.u32 %r3, %r3, %r4, %r1; mad.wide.u32 %rd3, %r3, 4, %rd2;\n"
+                          "st.global.u32 [%rd3], %r9;\n");
+}
+
+TEST_F(Lockstep, WhatLanesTakeOutOfLoops) {
+    std::string longHead;
+    for (int i = 0; i < 12; ++i)
+        longHead += "mad.lo.u32 %r11, %r11, 5, %r5; xor.b32 %r11, %r11, 77;\n";
+    const std::string loops[] = {
+        // What all lanes read in the last round, which is not the same round.
+        "and.b32 %r5, %r1, 15; mov.u64 %rd3, %rd1; mov.u32 %r6, 0;\n"
+        "A: ld.global.u32 %r9, [%rd3]; add.u64 %rd3, %rd3, 4; add.u32 %r6, %r6, 1;\n"
+        "and.b32 %r7, %r9, 15; setp.ne.u32 %p1, %r7, %r5; setp.lt.u32 %p2, %r6, 500;\n"
+        "and.pred %p1, %p1, %p2; @%p1 bra A;\n",
+        // Found or not: lanes that end the inner loop together, in other rounds of the outer one,
+        // come to one place in two ways. What the heads compute keeps them from being turned.
+        "and.b32 %r5, %r1, 7; mov.u32 %r6, 0; mov.u32 %r11, 1;\n"
+        "A: " +
+            longHead +
+            "setp.eq.u32 %p1, %r6, 12; mov.u32 %r9, 77; @%p1 bra D; mov.u32 %r7, 0;\n"
+            "B: " +
+            longHead +
+            "setp.eq.u32 %p1, %r7, 3; mov.u32 %r9, 55; @%p1 bra D;\n"
+            "mad.lo.u32 %r8, %r6, 3, %r7; mad.wide.u32 %rd3, %r8, 4, %rd1; ld.global.u32 %r10, "
+            "[%rd3];\n"
+            "add.u32 %r7, %r7, 1; and.b32 %r10, %r10, 7; setp.gt.u32 %p1, %r10, %r5; @!%p1 bra B;\n"
+            "add.u32 %r6, %r6, 1; bra A;\n"
+            "D: xor.b32 %r9, %r9, %r11;\n",
+        // Two ways out of one block, which reads for each lane.
+        "mov.u32 %r11, 1; mov.u32 %r6, 0;\n"
+        "A: mad.lo.u32 %r5, %r6, 32, %r1; mad.wide.u32 %rd3, %r5, 4, %rd1;\n"
+        "ld.global.u32 %r7, [%rd3]; mad.lo.u32 %r11, %r11, 3, %r7;\n"
+        "and.b32 %r8, %r7, 31; setp.eq.u32 %p1, %r8, 5; setp.lt.u32 %p2, %r8, 3;\n"
+        "selp.u32 %r9, 1, 2, %p2; add.u32 %r6, %r6, %r9; @%p1 bra B; @!%p2 bra A;\n"
+        "mad.lo.u32 %r9, %r11, 7, %r9; bra C;\n"
+        "B: add.u32 %r9, %r11, %r6; C: xor.b32 %r9, %r9, %r6;\n",
+        // A loop that threads enter anew in each round of another, and meet in. Its rounds are
+        // counted in memory.
+        "mov.u32 %r5, %ctaid.x; mov.u32 %r6, %ntid.x; mad.lo.u32 %r5, %r5, %r6, %r1;\n"
+        "mad.wide.u32 %rd4, %r5, 4, %rd2; mov.u32 %r6, 0; st.global.u32 [%rd4], %r6;\n"
+        "A: mad.wide.u32 %rd3, %r6, 4, %rd1; ld.global.u32 %r7, [%rd3]; and.b32 %r7, %r7, 1;\n"
+        "setp.eq.u32 %p1, %r7, 0; @%p1 bra C; mov.u32 %r10, 1;\n"
+        "B: ld.global.u32 %r11, [%rd4]; add.u32 %r11, %r11, 1; st.global.u32 [%rd4], %r11;\n"
+        "bar.sync 0; mad.lo.u32 %r10, %r10, 3, %r1;\n"
+        "and.b32 %r11, %r11, 3; setp.ne.u32 %p2, %r11, 3; @%p2 bra B; add.u32 %r9, %r9, %r10;\n"
+        "C: add.u32 %r6, %r6, 1; setp.lt.u32 %p1, %r6, 9; @%p1 bra A;\n",
+    };
+    for (const std::string& loop : loops) {
+        SCOPED_TRACE(loop);
+        CUmodule module = load(loopText(loop));
+        CUfunction function = find(module, "loops");
+        const Shape shape = {{96, 1, 1}, {2, 1, 1}};
+        CUresult single = CUDA_SUCCESS, together = CUDA_SUCCESS;
+        const std::vector<unsigned> expected = run(function, shape, true, &single);
+        EXPECT_EQ(run(function, shape, false, &together), expected);
+        EXPECT_EQ(single, CUDA_SUCCESS);
+        EXPECT_EQ(together, CUDA_SUCCESS);
+        EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    }
+}
+
+TEST_F(Lockstep, ActiveLanesOfTheLastRound) {
+    CUmodule module =
+        load(loopText("and.b32 %r5, %r1, 7; mov.u32 %r6, 0; mov.u32 %r7, 0;\n"
+                      "A: activemask.b32 %r9; add.u32 %r6, %r6, 1; xor.b32 %r7, %r7, %r9;\n"
+                      "setp.le.u32 %p1, %r6, %r5; @%p1 bra A; st.global.u32 [%rd2], %r7;\n"));
+    CUresult result = CUDA_SUCCESS;
+    const std::vector<unsigned> masks =
+        run(find(module, "loops"), {{64, 1, 1}, {2, 1, 1}}, false, &result);
+    ASSERT_EQ(result, CUDA_SUCCESS);
+    for (size_t i = 0; i < masks.size(); ++i)
+        EXPECT_TRUE(masks[i] >> i % 32 & 1) << i << " " << masks[i];
+    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
 }
 
 // Errors that end a launch end it either way.

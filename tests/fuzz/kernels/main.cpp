@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs random kernels a warp at a time and thread by thread, which must leave the same. A kernel is
+// determined by its number: `fuzz_kernels --input NUMBER` repeats one, with --print it is written.
+//   fuzz_kernels [--seconds N] [--start N] [--input N] [--print]
+#include "../last_words.h"
+#include "random_kernel.h"
+
+#include <cuda.h>
+
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+namespace {
+
+using Words = std::vector<uint32_t>;
+
+std::atomic<unsigned long> gInput{0};
+
+void tellWhere() {
+    char text[100];
+    const int size = std::snprintf(text, sizeof text, "\nfuzz_kernels: repeat with --input %lu\n",
+                                   gInput.load());
+    if (write(STDERR_FILENO, text, size_t(size)) < 0)
+        _exit(3);
+}
+
+void require(CUresult result, const char* what) {
+    if (result == CUDA_SUCCESS)
+        return;
+    std::fprintf(stderr, "%s: error %d\n", what, int(result));
+    std::abort();
+}
+
+// All that the kernel can write.
+Words run(CUfunction kernel, unsigned blocks, unsigned threads, bool single) {
+    setenv("SUNSTONE_KERNELS", single ? "single" : "lockstep", 1);
+    uint32_t n = blocks * threads;
+    Words in(fuzz::kInputWords + 4), made(n * (1 + fuzz::kPlanes) + fuzz::kSums);
+    uint32_t state = 2463534242u;
+    for (uint32_t& word : in) {
+        state = state * 1664525 + 1013904223;
+        word = state >> 20;
+    }
+    const uint32_t* from = in.data();
+    uint32_t* out = made.data();
+    uint32_t* planes = out + n;
+    uint32_t* sums = planes + n * fuzz::kPlanes;
+    void* params[] = {&from, &out, &planes, &sums, &n};
+    require(cuLaunchKernel(kernel, blocks, 1, 1, threads, 1, 1, 0, nullptr, params, nullptr),
+            "launch");
+    require(cuCtxSynchronize(), single ? "thread by thread" : "a warp at a time");
+    return made;
+}
+
+void tryKernel(unsigned long number, bool print) {
+    gInput = number;
+    alarm(120); // none takes that long
+    const std::string text = fuzz::RandomKernel(number).write();
+    if (print)
+        std::fputs(text.c_str(), stdout);
+    CUmodule module = nullptr;
+    CUfunction kernel = nullptr;
+    require(cuModuleLoadData(&module, text.c_str()), "the kernel's text");
+    require(cuModuleGetFunction(&kernel, module, "kernel"), "the kernel");
+    struct Shape {
+        unsigned blocks, threads;
+    };
+    for (const Shape shape : {Shape{2, 96}, Shape{3, 45}, Shape{1, 256}}) {
+        const Words expected = run(kernel, shape.blocks, shape.threads, true);
+        const Words seen = run(kernel, shape.blocks, shape.threads, false);
+        for (size_t i = 0; i < seen.size(); ++i) {
+            if (seen[i] == expected[i])
+                continue;
+            std::fprintf(stderr, "in blocks of %u threads word %zu is %u, thread by thread %u\n",
+                         shape.threads, i, seen[i], expected[i]);
+            std::abort();
+        }
+    }
+    require(cuModuleUnload(module), "unload");
+    alarm(0);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    unsigned long seconds = 10, start = 1, input = 0;
+    bool print = false;
+    for (int i = 1; i < argc; ++i) {
+        const std::string name = argv[i];
+        unsigned long* const option = name == "--seconds" ? &seconds
+                                      : name == "--start" ? &start
+                                      : name == "--input" ? &input
+                                                          : nullptr;
+        if (option && i + 1 < argc) {
+            *option = std::strtoul(argv[++i], nullptr, 0);
+        } else if (name == "--print") {
+            print = true;
+        } else {
+            std::fprintf(stderr,
+                         "usage: fuzz_kernels [--seconds N] [--start N] [--input N] [--print]\n");
+            return 2;
+        }
+    }
+    fuzz::setLastWords(tellWhere, SIGALRM);
+    setenv("OPTIX_CACHE_MAXSIZE", "0", 1);
+    CUcontext context = nullptr;
+    require(cuInit(0), "start");
+    require(cuDevicePrimaryCtxRetain(&context, 0), "context");
+    require(cuCtxSetCurrent(context), "context");
+    unsigned long count = 0;
+    if (input) {
+        tryKernel(input, print);
+        ++count;
+    } else {
+        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(seconds);
+        for (; std::chrono::steady_clock::now() < end; ++count)
+            tryKernel(start + count, print);
+    }
+    std::printf("%lu kernels left the same a warp at a time and thread by thread\n", count);
+    return 0;
+}
