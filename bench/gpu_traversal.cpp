@@ -232,8 +232,9 @@ private:
         builder_.emitCompactedSize(nullptr, output.address, size.address);
         const uint64_t compacted = size.read<uint64_t>()[0];
         structure_ = std::make_unique<Buffer>(compacted);
-        const double compaction = timer_.milliseconds(
-            [&] { builder_.compact(nullptr, output.address, structure_->address); });
+        const double compaction = timer_.milliseconds([&] {
+            builder_.compact(nullptr, output.address, structure_->address, compacted);
+        });
         const auto header = structure_->read<bvh::BlockHeader>()[0];
         const double n = mesh.numTriangles();
         std::printf(

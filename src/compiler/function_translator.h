@@ -307,7 +307,10 @@ private:
 
     // ---- GPU: instructions kept as they are, translate_native.cpp
     bool translateNative(const ptx::Instruction& instruction);
-    void emitNative(const ptx::Instruction& instruction, bool hasResult, bool effects,
+    // What becomes of the first operand. kPerhaps: nobody knows, so its registers are handed over
+    // and taken back.
+    enum class Result : uint8_t { kNone, kFirst, kPerhaps };
+    void emitNative(const ptx::Instruction& instruction, Result result, bool effects,
                     bool convergent, bool memory);
     void allocateStackNative(const ptx::Instruction& instruction);
     Value* readSpecialNative(std::string_view name);

@@ -130,6 +130,17 @@ void FunctionTranslator::call(const ptx::Instruction& instruction) {
     }
     if (target.kind != ptx::OperandKind::kRegister)
         reject(instruction, ErrorCode::kInvalidPtx, "function name or register expected");
+    for (const ptx::CallTargets& targets : source_.callTargets) { // all of one shape
+        if (targets.name != instruction.prototype || targets.functions.empty())
+            continue;
+        const ptx::Function* first = module_.findFunction(targets.functions[0]);
+        if (!first)
+            reject(instruction, ErrorCode::kInvalidPtx, "callee is not declared");
+        const ptx::Prototype shape{targets.name, first->results, first->parameters, {}};
+        return callFunction(instruction, resolveCallee(instruction, readInt(target, 64), shape),
+                            unit_.signature(shape.results, shape.parameters), shape.results,
+                            shape.parameters);
+    }
     for (const ptx::Prototype& prototype : source_.prototypes) {
         if (prototype.name != instruction.prototype)
             continue;

@@ -9,6 +9,7 @@
 // intermediate code is what the optimiser profits from: integers, plain float arithmetic,
 // comparisons, loads and stores, control flow.
 #include "compiler/function_translator.h"
+#include "ptx/special_registers.h"
 
 #include <llvm/IR/InlineAsm.h>
 
@@ -55,7 +56,7 @@ struct Assembly {
 };
 
 const char* constraintOf(unsigned bits) {
-    return bits == 1 ? "b" : bits <= 16 ? "h" : bits == 32 ? "r" : "l";
+    return bits == 1 ? "b" : bits <= 16 ? "h" : bits == 32 ? "r" : bits == 64 ? "l" : "q";
 }
 
 // Components of a video instruction's operand, as ptx::Operand numbers them.
@@ -94,14 +95,28 @@ bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
     static const Names kMatrices = {"mma", "wmma", "ldmatrix", "stmatrix", "movmatrix"};
     static const Names kStack = {"stacksave", "stackrestore"};
     static const Names kWarp = {"vote", "shfl", "match", "redux", "activemask", "elect"};
-    static const Names kEffects = {"suld",   "sust",  "sured", "atom",     "red",
-                                   "membar", "fence", "cp",    "mbarrier", "griddepcontrol"};
-    static const Names kWithoutResult = {"sust",  "sured",         "red",      "membar",
-                                         "fence", "nanosleep",     "prefetch", "prefetchu",
-                                         "cp",    "griddepcontrol"};
+    static const Names kEffects = {
+        "suld",    "sust",    "sured",    "atom",           "red",          "membar",
+        "fence",   "cp",      "mbarrier", "griddepcontrol", "nanosleep",    "createpolicy",
+        "discard", "pmevent", "prefetch", "prefetchu",      "applypriority"};
+    static const Names kWithoutResult = {
+        "sust", "sured",   "red",     "membar",    "fence",         "nanosleep",     "prefetch",
+        "cp",   "discard", "pmevent", "prefetchu", "applypriority", "griddepcontrol"};
     const std::string_view op = instruction.opcode;
+    if (instruction.isForeign) {
+        emitNative(instruction, Result::kPerhaps, true, true, true);
+        return true;
+    }
     if (kKept.count(op)) {
-        emitNative(instruction, true, false, false, false);
+        emitNative(instruction, Result::kFirst, false, false, false);
+        return true;
+    }
+    // LLVM writes no loads and stores that order others, and knows of none that are asynchronous.
+    const bool isStore = op == "st";
+    if ((isStore || op == "ld") &&
+        (instruction.has("acquire") || instruction.has("release") || instruction.has("mmio") ||
+         instruction.has("async") || instruction.has("bulk"))) {
+        emitNative(instruction, isStore ? Result::kNone : Result::kFirst, true, false, true);
         return true;
     }
     if (kKeptIfFloat.count(op)) {
@@ -111,16 +126,18 @@ bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
         if ((op == "setp" || op == "slct") && !instruction.has("ftz") &&
             (lastType(instruction) == ptx::Type::kF32 || lastType(instruction) == ptx::Type::kF64))
             return false;
-        emitNative(instruction, true, false, false, false);
+        emitNative(instruction, Result::kFirst, false, false, false);
         return true;
     }
     const bool warpBarrier = (op == "bar" || op == "barrier") && instruction.has("warp");
     if (kWarp.count(op) || warpBarrier) {
-        emitNative(instruction, !warpBarrier, true, true, warpBarrier);
+        emitNative(instruction, warpBarrier ? Result::kNone : Result::kFirst, true, true,
+                   warpBarrier);
         return true;
     }
     if (kMatrices.count(op) || kStack.count(op)) {
-        emitNative(instruction, op != "stackrestore", true, true, true);
+        emitNative(instruction, op == "stackrestore" ? Result::kNone : Result::kFirst, true, true,
+                   true);
         return true;
     }
     if (op == "alloca") {
@@ -129,18 +146,19 @@ bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
     }
     if (kEffects.count(op) || handlers().find(op) == handlers().end()) {
         const bool known = kEffects.count(op);
-        const bool isOrder =
-            op == "mbarrier" && (instruction.operands.empty() ||
-                                 instruction.operands[0].kind == ptx::OperandKind::kAddress);
-        emitNative(instruction, !kWithoutResult.count(op) && !isOrder, true, !known, true);
+        const Result result = !known                     ? Result::kPerhaps
+                              : kWithoutResult.count(op) ? Result::kNone
+                                                         : Result::kFirst;
+        emitNative(instruction, result, true, !known, true);
         return true;
     }
     return false;
 }
 
-void FunctionTranslator::emitNative(const ptx::Instruction& instruction, bool hasResult,
+void FunctionTranslator::emitNative(const ptx::Instruction& instruction, Result result,
                                     bool effects, bool convergent, bool memory) {
     Assembly code;
+    std::vector<Value*> before; // what targets hold, where they may be read as well
     const auto bitsOfRegister = [&](const ptx::Operand& operand) {
         const unsigned bits = bitsOf(source_.registers[operand.index].type);
         return bits == 8 ? 16u : bits;
@@ -179,12 +197,14 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, bool ha
             if (parts.size() > 1)
                 return list(parts, "{", ", ", "}");
             const unsigned bits = bitsOfRegister(operand);
-            if (bits > 64)
-                reject(instruction, ErrorCode::kNotSupported,
-                       "128-bit registers are not available here");
+            const auto value = [&] {
+                return coerce(readInt(operand, bitsOf(source_.registers[operand.index].type)),
+                              intType(bits));
+            };
             if (!target)
-                return input(coerce(readInt(operand, bitsOf(source_.registers[operand.index].type)),
-                                    intType(bits)));
+                return input(value());
+            if (result == Result::kPerhaps)
+                before.push_back(value());
             code.text += code.place();
             Assembly::add(code.outputs, (std::string("=") + constraintOf(bits)).c_str());
             code.types.push_back(intType(bits));
@@ -196,6 +216,10 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, bool ha
             code.text += literalOf(operand);
             return;
         case ptx::OperandKind::kSpecial: {
+            if (instruction.isForeign) {
+                code.text += operand.name;
+                return;
+            }
             Value* value = special(operand.name, operand.location);
             return input(coerce(value, intType(unsigned(value->getType()->getIntegerBitWidth()))));
         }
@@ -228,22 +252,29 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, bool ha
     };
     for (size_t i = 0; i < instruction.operands.size(); ++i) {
         code.text += i ? ", " : " ";
-        emit(emit, instruction.operands[i], hasResult && i == 0);
+        const bool isAddress = instruction.operands[i].kind == ptx::OperandKind::kAddress ||
+                               instruction.operands[i].kind == ptx::OperandKind::kTexture;
+        emit(emit, instruction.operands[i], result != Result::kNone && i == 0 && !isAddress);
     }
     code.text = instruction.fullOpcode() + code.text + ";";
+    // The text names results and what is read elsewhere; the same registers' earlier values follow.
+    for (size_t i = 0; i < before.size(); ++i) {
+        Assembly::add(code.inputs, std::to_string(i).c_str());
+        code.values.push_back(before[i]);
+    }
     std::string constraints = code.outputs;
     if (!code.inputs.empty())
         Assembly::add(constraints, code.inputs.c_str());
     if (memory)
         Assembly::add(constraints, "~{memory}");
-    llvm::Type* result = code.types.empty() ? builder_.getVoidTy()
-                         : code.types.size() == 1
-                             ? code.types[0]
-                             : llvm::StructType::get(unit_.context(), code.types);
+    llvm::Type* resultType = code.types.empty() ? builder_.getVoidTy()
+                             : code.types.size() == 1
+                                 ? code.types[0]
+                                 : llvm::StructType::get(unit_.context(), code.types);
     std::vector<llvm::Type*> inputs;
     for (Value* value : code.values)
         inputs.push_back(value->getType());
-    auto* type = llvm::FunctionType::get(result, inputs, false);
+    auto* type = llvm::FunctionType::get(resultType, inputs, false);
     llvm::CallInst* call = builder_.CreateCall(
         type, llvm::InlineAsm::get(type, code.text, constraints, effects), code.values);
     call->addFnAttr(llvm::Attribute::NoUnwind);
@@ -274,13 +305,17 @@ void FunctionTranslator::allocateStackNative(const ptx::Instruction& instruction
 
 // %laneid, %clock64 ...: what it holds when it is read.
 Value* FunctionTranslator::readSpecialNative(std::string_view name) {
-    static const Names kWide = {"%clock64", "%globaltimer", "%gridid", "%total_smem_size64"};
-    const bool wide = kWide.count(name) || (name.starts_with("%pm") && name.ends_with("_64"));
-    llvm::Type* type = intType(wide ? 64 : 32);
-    const std::string text = message(wide ? "mov.u64 $0, " : "mov.u32 $0, ", name, ";");
-    auto* signature = llvm::FunctionType::get(type, false);
-    return builder_.CreateCall(signature,
-                               llvm::InlineAsm::get(signature, text, wide ? "=l" : "=r", true), {});
+    const ptx::SpecialRegister* known = ptx::findSpecialRegister(name.substr(0, name.find('.')));
+    const bool isPredicate = known && known->type == ptx::Type::kPred;
+    const unsigned bits = isPredicate ? 1 : known && ptx::sizeOf(known->type) == 8 ? 64 : 32;
+    const std::string text = message(isPredicate  ? "mov.pred $0, "
+                                     : bits == 64 ? "mov.u64 $0, "
+                                                  : "mov.u32 $0, ",
+                                     name, ";");
+    auto* signature = llvm::FunctionType::get(intType(bits), false);
+    const std::string constraint = std::string("=") + constraintOf(bits);
+    return builder_.CreateCall(signature, llvm::InlineAsm::get(signature, text, constraint, true),
+                               {});
 }
 
 } // namespace sunstone::compiler

@@ -94,46 +94,61 @@ uint64_t GpuBackend::buildAccel(const ContextPtr& context, AccelBuild request) {
     return devlib::makeHandle(request.output, inputs.instances ? devlib::kTagIas : devlib::kTagGas);
 }
 
+[[noreturn]] static void refuseHandle(uint64_t handle, const char* parameter) {
+    fail(Code::kInvalidValue, parameter, " = ", reinterpret_cast<void*>(handle),
+         " is no acceleration structure");
+}
+
+// As far as the handle alone tells.
+void GpuBackend::requireStructure(uint64_t handle, const char* parameter) {
+    const devlib::HandleTag tag = devlib::tagOf(handle);
+    if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||
+        !device_.isAccessible(reinterpret_cast<const void*>(devlib::addressOf(handle)),
+                              sizeof(bvh::BlockHeader)))
+        refuseHandle(handle, parameter);
+}
+
 // The header of the structure behind a handle that a caller gave; device memory is as after what is
 // queued on the stream.
 bvh::BlockHeader GpuBackend::headerOf(uint64_t handle, CUstream stream, const char* parameter) {
-    const devlib::HandleTag tag = devlib::tagOf(handle);
-    const uint64_t address = devlib::addressOf(handle);
-    const auto refuse = [&] {
-        fail(Code::kInvalidValue, parameter, " = ", reinterpret_cast<void*>(handle),
-             " is no acceleration structure");
-    };
+    requireStructure(handle, parameter);
     bvh::BlockHeader header;
-    if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||
-        !device_.isAccessible(reinterpret_cast<const void*>(address), sizeof(header)))
-        refuse();
-    SUNSTONE_CU(memcpyDtoHAsync, &header, address, sizeof(header), stream);
+    SUNSTONE_CU(memcpyDtoHAsync, &header, devlib::addressOf(handle), sizeof(header), stream);
     SUNSTONE_CU(streamSynchronize, stream);
     const bool instances = bvh::kindOf(header.type) == bvh::BlockType::kInstances;
-    if (header.magic != bvh::gpu::kGpuBlockMagic || instances != (tag == devlib::kTagIas))
-        refuse();
+    if (header.magic != bvh::gpu::kGpuBlockMagic ||
+        instances != (devlib::tagOf(handle) == devlib::kTagIas))
+        refuseHandle(handle, parameter);
     return header;
 }
 
-// As on the CPU the call waits for the stream, so that what is wrong with the structure or the
-// buffer is an error of this call.
+static void checkCompaction(const bvh::BlockHeader& header, uint64_t handle, uint64_t to,
+                            size_t size) {
+    const uint64_t source = devlib::addressOf(handle), used = header.usedSize;
+    if (!(header.options & bvh::kOptionCompaction))
+        fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
+             " was built without ALLOW_COMPACTION");
+    if (size < used)
+        fail(Code::kInvalidValue, "outputBufferSizeInBytes = ", size,
+             " is less than the compacted size ", used);
+    if (source < to + used && to < source + used)
+        fail(Code::kInvalidValue, "outputBuffer = ", reinterpret_cast<void*>(to),
+             " overlaps the structure that is compacted");
+}
+
+// What is wrong with the structure or the buffer is an error of this call if the stream has nothing
+// left to do; else the call does not wait, and the kernel finds it.
 uint64_t GpuBackend::compactAccel(const ContextPtr& context, void* stream, uint64_t handle,
                                   void* destination, size_t destinationSize) {
     ContextScope scope(device_.context());
     const uint64_t source = devlib::addressOf(handle);
-    const bvh::BlockHeader header = headerOf(handle, CUstream(stream), "inputHandle");
+    const uint64_t to = uint64_t(destination);
+    requireStructure(handle, "inputHandle");
     tellOfBuilds(*context);
-    if (!(header.options & bvh::kOptionCompaction))
-        fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
-             " was built without ALLOW_COMPACTION");
-    const uint64_t size = header.usedSize, to = uint64_t(destination);
-    if (destinationSize < size)
-        fail(Code::kInvalidValue, "outputBufferSizeInBytes = ", destinationSize,
-             " is less than the compacted size ", size);
-    if (source < to + size && to < source + size)
-        fail(Code::kInvalidValue, "outputBuffer = ", destination,
-             " overlaps the structure that is compacted");
-    builder().compact(CUstream(stream), source, to);
+    if (builder().isIdle(CUstream(stream)))
+        checkCompaction(headerOf(handle, CUstream(stream), "inputHandle"), handle, to,
+                        destinationSize);
+    builder().compact(CUstream(stream), source, to, destinationSize);
     noteGpuStructure(to);
     return devlib::makeHandle(destination, devlib::tagOf(handle));
 }
@@ -157,8 +172,7 @@ uint64_t GpuBackend::relocateAccel(const ContextPtr& context, void* stream,
             builder().relocateMicromaps(CUstream(stream), CUdeviceptr(block), uint32_t(i),
                                         CUdeviceptr(arrays[i]));
     noteGpuStructure(uint64_t(block));
-    return devlib::makeHandle(block,
-                              bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
+    return devlib::makeHandle(block, bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
 }
 
 } // namespace sunstone::engine

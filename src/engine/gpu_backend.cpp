@@ -61,6 +61,9 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     const size_t variable = pipeline.launchParamsSize;
     const size_t given = request.params ? std::min<size_t>(request.paramsSize, variable) : 0;
 
+    if (request.validation && isCapturing(driver(), stream))
+        fail(Code::kNotSupported, "stream = ", request.stream,
+             " is captured; launches of a context in validation mode wait for their end");
     if (request.validation && variable != 0) {
         std::vector<uint8_t> params(variable);
         if (given)
@@ -97,8 +100,10 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.stackBytes = uint32_t(code.stackBytes);
     block.structures = slot->memory + GpuLaunchSlots::kParameters + table;
     block.numStructures = uint32_t(structures.size());
-    if (tableBytes) // pageable: the driver has copied it when the call returns
-        SUNSTONE_CU(memcpyHtoDAsync, block.structures, structures.data(), tableBytes, stream);
+    if (tableBytes) {
+        std::memcpy(slot->extra, structures.data(), tableBytes);
+        SUNSTONE_CU(memcpyHtoDAsync, block.structures, slot->extra, tableBytes, stream);
+    }
     SUNSTONE_CU(memcpyHtoDAsync, slot->memory, &block, sizeof(block), stream);
     const CUdeviceptr params = slot->memory + GpuLaunchSlots::kParameters;
     if (given)
@@ -109,7 +114,7 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     void* arguments[] = {&slot->memory};
     SUNSTONE_CU(launchKernel, code.kernel, unsigned(blocks), 1, 1, devlib::kGpuBlockThreads, 1, 1,
                 0, stream, arguments, nullptr);
-    SUNSTONE_CU(memcpyDtoHAsync, &block.report, slot->memory + offsetof(LaunchBlock, report),
+    SUNSTONE_CU(memcpyDtoHAsync, slot->report, slot->memory + offsetof(LaunchBlock, report),
                 sizeof(block.report), stream);
     if (!request.validation)
         return slot.queued();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CUDA GPUs behind backend.h. A pipeline is one module of machine code (gpu_code.h); a launch is one
-// kernel with a block of device memory for what it needs (devlib/gpu/launch_block.h), copied in
+// CUDA GPUs behind backend.h. A pipeline is one module of machine code (gpu_code.h); a launch is
+// one kernel with a block of device memory for what it needs (devlib/gpu/launch_block.h), copied in
 // stream order.
 #pragma once
 
@@ -24,6 +24,7 @@ public:
     device::Device& device() override { return device_; }
     bool sharesMemory() const override { return false; }
 
+    bool acceptsText(const std::string& ptx) override;
     void compile(Pipeline& pipeline, const PipelineParts& parts) override;
     void setStackSizes(const Context& context, Pipeline& pipeline) override;
     void launch(const ContextPtr& context, const LaunchRequest& request) override;
@@ -50,6 +51,7 @@ public:
 
 private:
     void tellOfBuilds(const Context& context);
+    void requireStructure(uint64_t handle, const char* parameter);
     bvh::BlockHeader headerOf(uint64_t handle, CUstream stream, const char* parameter);
     void setStackUse(GpuCodeObject& code);
     LoadedGpuCodes::Entry obtainCode(const compiler::GpuPipelineRequest& request,

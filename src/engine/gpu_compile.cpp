@@ -172,6 +172,16 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     return entry;
 }
 
+// Every driver has this, whether or not its compiler can be asked for machine code.
+bool GpuBackend::acceptsText(const std::string& ptx) {
+    ContextScope scope(device_.context());
+    CUmodule module = nullptr;
+    if (driver().moduleLoadDataEx(&module, ptx.c_str(), 0, nullptr, nullptr) != CUDA_SUCCESS)
+        return false;
+    driver().moduleUnload(module);
+    return true;
+}
+
 void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     compiler::GpuPipelineRequest request;
     request.pipeline = parts.request;

@@ -14,6 +14,9 @@ namespace {
 
 using namespace device::cuda;
 
+// Of the report in page-locked memory, behind the image of the block.
+constexpr size_t kHostReport = (sizeof(devlib::LaunchBlock) + 63) / 64 * 64;
+
 std::string nameOfFatal(int32_t code) {
     switch (code) {
     case devlib::kFatalRaygenRecord:
@@ -104,7 +107,7 @@ std::string describe(uint64_t word, const devlib::LaunchState& launch,
 
 GpuLaunchSlots::Lease::Lease(GpuLaunchSlots& slots, const ContextPtr& context, CUstream stream,
                              size_t parameterBytes, bool validation)
-    : slots_(slots), stream_(stream) {
+    : slots_(slots), stream_(stream), isCaptured_(device::cuda::isCapturing(driver(), stream)) {
     constexpr unsigned kFew = 4; // so that a launch costs the same however many are under way
     slots.tellOfEnded(kFew);
     slot_ = &slots.take(parameterBytes);
@@ -116,6 +119,11 @@ GpuLaunchSlots::Lease::Lease(GpuLaunchSlots& slots, const ContextPtr& context, C
 GpuLaunchSlots::Lease::~Lease() {
     if (isQueued_)
         return;
+    if (isCaptured_) { // some of it may be in the graph
+        std::lock_guard lock(slots_.mutex_);
+        slot_->state = State::kCaptured;
+        return;
+    }
     const bool recorded = driver().eventRecord(slot_->done, stream_) == CUDA_SUCCESS;
     if (!recorded)
         driver().streamSynchronize(stream_);
@@ -124,7 +132,13 @@ GpuLaunchSlots::Lease::~Lease() {
 }
 
 void GpuLaunchSlots::Lease::queued() {
-    slots_.record(*slot_, stream_, State::kQueued);
+    if (isCaptured_) {
+        std::lock_guard lock(slots_.mutex_);
+        slot_->number = ++slots_.launches_;
+        slot_->state = State::kCaptured;
+    } else {
+        slots_.record(*slot_, stream_, State::kQueued);
+    }
     isQueued_ = true;
 }
 
@@ -167,6 +181,8 @@ void GpuLaunchSlots::tellOfEnded(unsigned mostPending) {
     {
         std::lock_guard lock(mutex_);
         collect(mostPending, lines);
+        if (mostPending == ~0u)
+            tellOfGraphs(lines);
     }
     tell(lines);
 }
@@ -190,7 +206,8 @@ void GpuLaunchSlots::makeMemory(Slot& slot, size_t parameterBytes) {
     void* host = nullptr;
     try {
         SUNSTONE_CU(memAlloc, &slot.memory, kParameters + slot.capacity + 64);
-        SUNSTONE_CU(memAllocHost, &host, sizeof(devlib::LaunchBlock));
+        SUNSTONE_CU(memAllocHost, &host,
+                    kHostReport + sizeof(devlib::LaunchReport) + slot.capacity);
         SUNSTONE_CU(eventCreate, &slot.done, CU_EVENT_DISABLE_TIMING);
     } catch (const Error&) {
         driver().memFreeHost(host);
@@ -198,6 +215,9 @@ void GpuLaunchSlots::makeMemory(Slot& slot, size_t parameterBytes) {
         throw;
     }
     slot.host = static_cast<devlib::LaunchBlock*>(host);
+    slot.report = new (static_cast<std::byte*>(host) + kHostReport)
+        devlib::LaunchReport(devlib::emptyReport());
+    slot.extra = reinterpret_cast<std::byte*>(slot.report + 1);
 }
 
 void GpuLaunchSlots::record(Slot& slot, CUstream stream, State state) {
@@ -216,7 +236,7 @@ void GpuLaunchSlots::collect(unsigned mostPending, Lines& lines) {
         const CUresult result = driver().eventQuery(slot.done);
         if (result == CUDA_SUCCESS)
             settle(slot, lines);
-        else if (result == CUDA_ERROR_NOT_READY || result == CUDA_ERROR_CAPTURED_EVENT)
+        else if (result == CUDA_ERROR_NOT_READY)
             --mostPending;
         else
             return lose(result, lines);
@@ -254,7 +274,7 @@ void GpuLaunchSlots::lose(CUresult reason, Lines& lines) {
 }
 
 std::string GpuLaunchSlots::failureOf(const Slot& slot, bool validation, bool withTexts) {
-    const devlib::LaunchReport& report = slot.host->report;
+    const devlib::LaunchReport& report = *slot.report;
     std::string text = describe(report.fatal, slot.host->launch);
     if (text.empty() && validation)
         text = describe(report.raised, slot.host->launch, report.raisedDetails, withTexts);
@@ -267,7 +287,7 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
     if (abandoned)
         return;
     const std::string where = message("launch ", slot.number, ": ");
-    const devlib::LaunchReport& report = slot.host->report;
+    const devlib::LaunchReport& report = *slot.report;
     const std::string failure = failureOf(slot, slot.validation, false);
     const std::string unseen = describe(report.unseen, slot.host->launch, report.unseenDetails);
     if (report.notes & devlib::kNoteWideSbt)
@@ -277,6 +297,17 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
     else if (!unseen.empty())
         lines.push_back(
             {slot.context, LogLevel::kWarning, where + "no exception program saw: " + unseen});
+}
+
+// What launches of graphs have reported since they were asked last.
+void GpuLaunchSlots::tellOfGraphs(Lines& lines) {
+    for (auto& slot : slots_) {
+        if (slot->state != State::kCaptured)
+            continue;
+        settle(*slot, lines);
+        *slot->report = devlib::emptyReport();
+        slot->state = State::kCaptured;
+    }
 }
 
 void GpuLaunchSlots::tell(const Lines& lines) {

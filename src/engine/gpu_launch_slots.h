@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Memory of launches in flight on a GPU: for each a block in device memory with room for launch
 // parameters, and its image in page-locked host memory. A slot is used again once its launch is
-// over; what that launch reported is told then, or by tellOfEnded().
+// over; what that launch reported is told then, or by tellOfEnded(). A launch that is captured
+// stays a part of a graph, which may run at any time: its slot is not used again.
 #pragma once
 
 #include "device/cuda/driver.h"
 #include "devlib/gpu/launch_block.h"
 #include "engine/context.h"
 
+#include <cstddef>
 #include <mutex>
 #include <vector>
 
@@ -20,13 +22,16 @@ public:
         kTaken,     // its launch is being queued
         kQueued,    // settled by whoever finds that it is over
         kAwaited,   // queued, and settled by the thread that waits for it
+        kCaptured,  // may be queued, by whoever launches the graph
         kAbandoned, // queued in part: free once that is over, with nothing to tell
         kLost,      // the CUDA context failed before it was known to be over
     };
     struct Slot {
         CUdeviceptr memory = 0; // LaunchBlock, then the parameters
         devlib::LaunchBlock* host = nullptr;
-        size_t capacity = 0; // bytes of parameters
+        devlib::LaunchReport* report = nullptr; // where the launch's comes to
+        std::byte* extra = nullptr;             // page-locked, of `capacity` bytes too
+        size_t capacity = 0;                    // bytes of parameters
         CUevent done = nullptr;
         State state = State::kFree;
         bool validation = false;
@@ -53,6 +58,7 @@ public:
     private:
         GpuLaunchSlots& slots_;
         CUstream stream_;
+        bool isCaptured_;
         Slot* slot_ = nullptr;
         bool isQueued_ = false;
     };
@@ -75,6 +81,7 @@ private:
     Slot& take(size_t parameterBytes);
     void makeMemory(Slot& slot, size_t parameterBytes);
     void record(Slot& slot, CUstream stream, State state);
+    void tellOfGraphs(Lines& lines);
     // Frees slots whose launches are over; mutex_ is held.
     void collect(unsigned mostPending, Lines& lines);
     void lose(CUresult reason, Lines& lines);

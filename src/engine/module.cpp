@@ -47,9 +47,23 @@ compiler::ModuleSummary check(const ptx::Module& tree, const compiler::PipelineR
     return summary;
 }
 
-std::shared_ptr<const ptx::Module> parse(std::string_view text, std::string& remarks) {
+// Whether only the device's compiler knows some instruction. Others must not find what was made of
+// the text.
+bool hasForeign(const ptx::Module& tree) {
+    for (const ptx::Function& function : tree.functions)
+        for (const ptx::Statement& statement : function.body)
+            if (statement.instruction.isForeign)
+                return true;
+    return false;
+}
+
+std::shared_ptr<const ptx::Module> parse(std::string_view text, Backend& backend,
+                                         std::string& remarks) {
+    ptx::Judge judge; // code for CPUs is made here, where nobody else knows more
+    if (!backend.sharesMemory())
+        judge = [&](const std::string& each) { return backend.acceptsText(each); };
     ptx::Diagnostics diagnostics;
-    std::shared_ptr<const ptx::Module> tree = ptx::parse(text, diagnostics);
+    std::shared_ptr<const ptx::Module> tree = ptx::parse(text, diagnostics, judge);
     if (diagnostics.failed() || !tree)
         throw Error(Code::kInvalidPtx, diagnostics.format());
     remarks = diagnostics.format();
@@ -59,9 +73,10 @@ std::shared_ptr<const ptx::Module> parse(std::string_view text, std::string& rem
 } // namespace
 
 std::shared_ptr<Module> createModule(std::string_view text, const compiler::PipelineRules& rules,
-                                     compiler::ModuleRules moduleRules,
-                                     compiler::OptLevel optLevel, compiler::DebugLevel debugLevel,
-                                     std::shared_ptr<CompileCache> cache, std::string& feedback) {
+                                     compiler::ModuleRules moduleRules, compiler::OptLevel optLevel,
+                                     compiler::DebugLevel debugLevel,
+                                     std::shared_ptr<CompileCache> cache, Backend& backend,
+                                     std::string& feedback) {
     auto module = std::make_shared<Module>();
     const auto known = [&] {
         if (!cache || !cache->enabled())
@@ -73,10 +88,10 @@ std::shared_ptr<Module> createModule(std::string_view text, const compiler::Pipe
                module->summary.deserialize(bytes);
     };
     if (!known()) {
-        const auto tree = parse(text, feedback);
+        const auto tree = parse(text, backend, feedback);
         module->source = std::make_shared<const compiler::Source>(tree);
         module->summary = check(*tree, rules, moduleRules, feedback);
-        if (cache)
+        if (cache && !hasForeign(*tree))
             cache->insert(compiler::summaryKeyOf(*module->source, rules, moduleRules),
                           module->summary.serialize());
     }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "compiler/compiler.h"
+#include "engine/backend.h"
 #include "engine/context.h"
 #include "engine/prepared_code.h"
 
@@ -30,11 +31,12 @@ struct Module {
 
 // Parses and checks `text` (up to its first NUL). Throws Error with a compile code; its text is
 // the full list of diagnostics. `feedback` receives warnings. `cache` (may be null) is where the
-// module's summary and code are kept beyond its life.
+// module's summary and code are kept beyond its life. Instructions that are not known here are right
+// if the back end's compiler takes them.
 std::shared_ptr<Module> createModule(std::string_view text, const compiler::PipelineRules& rules,
                                      compiler::ModuleRules moduleRules,
                                      compiler::OptLevel optLevel, compiler::DebugLevel debugLevel,
-                                     std::shared_ptr<CompileCache> cache,
+                                     std::shared_ptr<CompileCache> cache, Backend& backend,
                                      std::string& feedback);
 
 } // namespace sunstone::engine

@@ -156,6 +156,8 @@ struct Instruction {
     std::vector<Operand> arguments;
     Operand target;
     std::string_view prototype; // label of .callprototype / .calltargets, or empty
+    // The table of instructions does not know this form; whoever compiles it does (parser.h).
+    bool isForeign = false;
     Location location;
     SourcePosition source;
 

@@ -58,6 +58,17 @@ void Diagnostics::error(Location location, std::string text) {
         list_.push_back({Severity::kError, location, std::move(text)});
 }
 
+void Diagnostics::keepErrors(size_t count) {
+    for (; errors_ > count; --errors_)
+        if (errors_ <= kMaxErrors)
+            list_.erase(std::find_if(list_.rbegin(), list_.rend(),
+                                     [](const Diagnostic& each) {
+                                         return each.severity == Severity::kError;
+                                     })
+                            .base() -
+                        1);
+}
+
 void Diagnostics::warning(Location location, std::string text) {
     if (list_.size() < kMaxErrors + kMaxWarnings)
         list_.push_back({Severity::kWarning, location, std::move(text)});

@@ -24,6 +24,8 @@ public:
 
     void error(Location location, std::string text);
     void warning(Location location, std::string text);
+    // Takes the last errors back, so that so many are left.
+    void keepErrors(size_t count);
     bool failed() const { return errors_ != 0; }
     size_t errorCount() const { return errors_; }
     const std::vector<Diagnostic>& all() const { return list_; }

@@ -378,7 +378,8 @@ void Parser::resolveModuleNames() {
     }
 }
 
-std::unique_ptr<Module> parse(std::string_view text, Diagnostics& diagnostics) {
+std::unique_ptr<Module> parse(std::string_view text, Diagnostics& diagnostics,
+                              const Judge& judge) {
     const std::string notPtx = describeForeignInput(text);
     if (!notPtx.empty()) {
         diagnostics.error({}, notPtx);
@@ -388,7 +389,7 @@ std::unique_ptr<Module> parse(std::string_view text, Diagnostics& diagnostics) {
     module->text = std::string(text.substr(0, text.find('\0')));
     Parser(*module, diagnostics).parseModule();
     if (!diagnostics.failed())
-        verify(*module, diagnostics);
+        verify(*module, diagnostics, judge);
     return diagnostics.failed() ? nullptr : std::move(module);
 }
 

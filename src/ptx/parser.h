@@ -5,13 +5,20 @@
 #include "ptx/ast.h"
 #include "ptx/diagnostics.h"
 
+#include <functional>
 #include <memory>
 #include <string_view>
 
 namespace sunstone::ptx {
 
+// Asked about instructions that the table does not know: whether they are right after all, by a text
+// of a module that has the instruction and what it names, and nothing else.
+using Judge = std::function<bool(const std::string& text)>;
+
 // Parses and verifies `text` (up to its first NUL). The result is null exactly when
-// diagnostics.failed(). OptiX-IR, ELF and other binary input is named in the message.
-std::unique_ptr<Module> parse(std::string_view text, Diagnostics& diagnostics);
+// diagnostics.failed(). OptiX-IR, ELF and other binary input is named in the message. What `judge`
+// (may be empty) accepts is no fault, and is marked as foreign.
+std::unique_ptr<Module> parse(std::string_view text, Diagnostics& diagnostics,
+                              const Judge& judge = {});
 
 } // namespace sunstone::ptx

@@ -6,8 +6,10 @@
 #include "ptx/verifier.h"
 
 #include "ptx/instructions.h"
+#include "ptx/printer.h"
 #include "ptx/special_registers.h"
 
+#include <algorithm>
 #include <deque>
 #include <unordered_map>
 
@@ -31,17 +33,20 @@ std::string bitsOf(unsigned bytes) {
 
 class Verifier {
 public:
-    Verifier(const Module& module, Diagnostics& diagnostics)
-        : module_(module), diagnostics_(diagnostics) {}
+    Verifier(const Module& module, Diagnostics& diagnostics, const Judge& judge)
+        : module_(module), diagnostics_(diagnostics), judge_(judge) {}
 
-    void run() {
-        for (const Function& function : module_.functions) {
+    void run(Module& module) {
+        for (Function& function : module.functions) {
             function_ = &function;
-            for (const Statement& statement : function.body) {
+            for (Statement& statement : function.body) {
                 if (statement.kind != StatementKind::kInstruction)
                     continue;
                 instruction_ = &statement.instruction;
+                const size_t errors = diagnostics_.errorCount();
                 check();
+                if (judge_ && (diagnostics_.errorCount() != errors || formsFor().empty()))
+                    statement.instruction.isForeign = ask(errors);
                 if (diagnostics_.errorCount() >= Diagnostics::kMaxErrors)
                     return;
             }
@@ -50,6 +55,8 @@ public:
 
 private:
     void check();
+    bool ask(size_t errorsBefore);
+    std::string textOfInstruction() const;
     const Forms& formsFor();
     std::string_view spelling();
     Forms findMatching();
@@ -83,6 +90,8 @@ private:
 
     const Module& module_;
     Diagnostics& diagnostics_;
+    const Judge& judge_;
+    std::unordered_map<std::string, bool> verdicts_; // by text
     const Function* function_ = nullptr;
     const Instruction* instruction_ = nullptr;
     std::unordered_map<std::string_view, Forms> cache_;
@@ -192,6 +201,68 @@ Forms Verifier::findMatching() {
     diagnostics_.error(instruction_->location,
                        "'" + instruction_->fullOpcode() + "' " + problem.text);
     return result;
+}
+
+// A module of this instruction alone, in a function that has the same registers; empty where it
+// needs more of its own than that.
+std::string Verifier::textOfInstruction() const {
+    Module module;
+    module.versionMajor = module_.versionMajor;
+    module.versionMinor = module_.versionMinor;
+    module.target = module_.target;
+    Function function;
+    function.name = "instruction";
+    function.hasBody = true;
+    function.registers = function_->registers;
+    Statement statement;
+    statement.instruction = *instruction_;
+    statement.instruction.source = {};
+    bool isPlain = instruction_->opcode != "call";
+    const auto visit = [&](const auto& self, const Operand& operand) -> void {
+        isPlain = isPlain && operand.kind != OperandKind::kLabel;
+        for (const Operand& element : operand.elements)
+            self(self, element);
+        if (operand.name.empty() || operand.kind == OperandKind::kSpecial)
+            return;
+        const auto isNamed = [&](const Variable& each) { return each.name == operand.name; };
+        const auto own =
+            std::find_if(function_->variables.begin(), function_->variables.end(), isNamed);
+        const Variable* const variable =
+            own != function_->variables.end() ? &*own : module_.findVariable(operand.name);
+        if (!variable)
+            isPlain = false;
+        else if (std::none_of(module.variables.begin(), module.variables.end(), isNamed)) {
+            module.variables.push_back(*variable);
+            Variable& copy = module.variables.back();
+            copy.linkage = Linkage::kInternal;
+            copy.hasInitializer = false;
+            copy.initializer.clear();
+            copy.relocations.clear();
+        }
+    };
+    for (const Operand& operand : instruction_->operands)
+        visit(visit, operand);
+    function.body.push_back(std::move(statement));
+    module.functions.push_back(std::move(function));
+    return isPlain ? print(module) : std::string();
+}
+
+// About an instruction that broke a rule, or of a spelling that did before.
+bool Verifier::ask(size_t errorsBefore) {
+    const std::string text = textOfInstruction();
+    if (!text.empty()) {
+        const auto [known, isNew] = verdicts_.emplace(text, false);
+        if (isNew)
+            known->second = judge_(text);
+        if (known->second) {
+            diagnostics_.keepErrors(errorsBefore);
+            return true;
+        }
+    }
+    if (diagnostics_.errorCount() == errorsBefore)
+        diagnostics_.error(instruction_->location, "'" + instruction_->fullOpcode() +
+                                                       "' is not known, and the driver refuses it");
+    return false;
 }
 
 void Verifier::check() {
@@ -575,8 +646,8 @@ void Verifier::checkPacked(const Operand& operand, bool destination) {
 
 } // namespace
 
-void verify(const Module& module, Diagnostics& diagnostics) {
-    Verifier(module, diagnostics).run();
+void verify(Module& module, Diagnostics& diagnostics, const Judge& judge) {
+    Verifier(module, diagnostics, judge).run(module);
 }
 
 } // namespace sunstone::ptx

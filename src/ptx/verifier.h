@@ -4,10 +4,11 @@
 #pragma once
 
 #include "ptx/ast.h"
-#include "ptx/diagnostics.h"
+#include "ptx/parser.h"
 
 namespace sunstone::ptx {
 
-void verify(const Module& module, Diagnostics& diagnostics);
+// Marks instructions that only `judge` (may be empty) knows.
+void verify(Module& module, Diagnostics& diagnostics, const Judge& judge = {});
 
 } // namespace sunstone::ptx

@@ -49,6 +49,30 @@ TEST(Accepted, HardwareInstructionsAreNotChecked) {
                   "mbarrier.try_wait.shared::cta.b64 %p1, [%r1], %rd1;");
 }
 
+TEST(Accepted, WhatAJudgeKnows) {
+    const std::string text = kernel("frob.b32 %r1, [numbers];\n@%p1 frob.b32 %r2, [tile+4];\n"
+                                    "add.f32x9 %rd1, %rd2, %rd3;\nadd.f32 %f1, %f2, %f3;\n"
+                                    "frob.b32 %r1, [numbers];");
+    std::vector<std::string> asked;
+    Diagnostics diagnostics;
+    const auto module = parse(text, diagnostics, [&](const std::string& each) {
+        asked.push_back(each);
+        return true;
+    });
+    ASSERT_TRUE(module) << diagnostics.format();
+    EXPECT_EQ(asked.size(), 3u) << "once for each text";
+    std::string foreign;
+    for (const Statement& statement : kernelOf(*module).body)
+        foreign += statement.instruction.isForeign ? 'f' : '.';
+    EXPECT_EQ(foreign, "fff.f");
+    mustParse(asked[0].substr(0, asked[0].find("frob")) + "}"); // a module but for that
+    Diagnostics refused;
+    EXPECT_FALSE(parse(text, refused, [&](const std::string& each) {
+        return each.find("tile") != std::string::npos;
+    }));
+    EXPECT_EQ(refused.errorCount(), 3u) << refused.format();
+}
+
 struct Case {
     const char* text;
     const char* error; // without place, which is 5:1 unless `column`

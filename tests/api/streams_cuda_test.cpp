@@ -2,6 +2,7 @@
 // The API beside a CUDA driver library: which CUDA context a device context belongs to, device
 // memory, and the order of launches and builds on streams. A program of its own, because the other
 // tests must not have a CUDA library loaded.
+#include "device_memory.h"
 #include "launch.h"
 #include "rig.h"
 #include "scene.h"
@@ -319,6 +320,118 @@ TEST_F(Streams, BuildsAndLaunchesInOrder) {
     cuMemFree(vertices);
     cuMemFree(temp);
     cuMemFree(output);
+}
+
+// Calls that are queued behind work do not wait for it, however much they bring along.
+TEST_F(Streams, BuildsReturnBeforeTheyRun) {
+    if (!onGpu())
+        GTEST_SKIP() << "on the CPU compaction looks at the structure";
+    constexpr unsigned kInputs = 3000; // more than drivers take at once
+    const TriangleMesh mesh({{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}}, {0, 1, 2}),
+        aside({{90, 0, 0}, {91, 0, 0}, {90, 1, 0}}, {0, 1, 2});
+    std::vector<OptixBuildInput> inputs(kInputs, aside.input);
+    inputs[0] = mesh.input;
+    const OptixAccelBuildOptions options =
+        buildOptions(OPTIX_BUILD_FLAG_ALLOW_COMPACTION | OPTIX_BUILD_FLAG_ALLOW_UPDATE);
+    OptixAccelBufferSizes sizes{};
+    ASSERT_OK(optixAccelComputeMemoryUsage(context_, &options, inputs.data(), kInputs, &sizes));
+    Buffer temp(std::max(sizes.tempSizeInBytes, sizes.tempUpdateSizeInBytes)),
+        output(sizes.outputSizeInBytes), compacted(sizes.outputSizeInBytes), size(8, 8);
+    CUstream stream = streams_[0];
+    OptixTraversableHandle handle = 0, moved = 0;
+    const OptixAccelEmitDesc emit = {size.address(), OPTIX_PROPERTY_TYPE_COMPACTED_SIZE};
+    const auto build = [&](OptixBuildOperation operation) {
+        OptixAccelBuildOptions these = options;
+        these.operation = operation;
+        return optixAccelBuild(context_, stream, &these, inputs.data(), kInputs, temp.address(),
+                               temp.size(), output.address(), output.size(), &handle, &emit, 1);
+    };
+    for (int round = 0; round < 2; ++round) { // kernels are loaded, memory is there
+        Gate gate;
+        ASSERT_EQ(CUDA_SUCCESS, cuLaunchHostFunc(stream, Gate::wait, &gate));
+        std::thread opener([&] { // rather a failure than a test that hangs
+            for (int i = 0; i < 100 && !gate.open; ++i)
+                std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            gate.open = true;
+        });
+        EXPECT_EQ(OPTIX_SUCCESS, build(OPTIX_BUILD_OPERATION_BUILD)) << log_.all();
+        EXPECT_EQ(OPTIX_SUCCESS, build(OPTIX_BUILD_OPERATION_UPDATE)) << log_.all();
+        EXPECT_EQ(OPTIX_SUCCESS,
+                  optixAccelCompact(context_, stream, handle, compacted.address(),
+                                    compacted.size(), &moved));
+        EXPECT_FALSE(gate.open) << "some call has waited";
+        gate.open = true;
+        opener.join();
+        ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
+    }
+    values_->handle = moved;
+    ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
+    ASSERT_OK(launch(stream));
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
+    EXPECT_EQ(22u, first().record) << "the ray met the compacted triangle";
+
+    // Behind work a wrong call is found by the kernel.
+    Gate gate;
+    ASSERT_EQ(CUDA_SUCCESS, cuLaunchHostFunc(stream, Gate::wait, &gate));
+    ASSERT_OK(optixAccelCompact(context_, stream, handle, compacted.address(), 256, &moved));
+    gate.open = true;
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
+    EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, optixAccelCompact(context_, stream, handle,
+                                                           compacted.address(), 256, &moved));
+    EXPECT_TRUE(log_.hasError("", "the compaction to outputBuffer")) << log_.all();
+}
+
+// Builds and launches become parts of a graph, whatever the mode, which reads its inputs when it runs.
+TEST_F(Streams, GraphsHoldBuildsAndLaunches) {
+    if (!onGpu())
+        GTEST_SKIP() << "work of the CPU's engine is no node of a graph";
+    constexpr unsigned kInputs = 3;
+    const TriangleMesh mesh({{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}}, {0, 1, 2}),
+        aside({{90, 0, 0}, {91, 0, 0}, {90, 1, 0}}, {0, 1, 2});
+    std::vector<OptixBuildInput> inputs = {mesh.input, aside.input, aside.input};
+    const std::vector<OptixBuildInput> kept = inputs;
+    const OptixAccelBuildOptions options = buildOptions(OPTIX_BUILD_FLAG_ALLOW_UPDATE);
+    OptixAccelBufferSizes sizes{};
+    ASSERT_OK(optixAccelComputeMemoryUsage(context_, &options, inputs.data(), kInputs, &sizes));
+    Buffer temp(std::max(sizes.tempSizeInBytes, sizes.tempUpdateSizeInBytes)),
+        output(sizes.outputSizeInBytes);
+    CUstream stream = streams_[0];
+    for (const CUstreamCaptureMode mode :
+         {CU_STREAM_CAPTURE_MODE_GLOBAL, CU_STREAM_CAPTURE_MODE_THREAD_LOCAL}) {
+        ASSERT_EQ(CUDA_SUCCESS, cuStreamBeginCapture(stream, mode));
+        for (const OptixBuildOperation operation :
+             {OPTIX_BUILD_OPERATION_BUILD, OPTIX_BUILD_OPERATION_UPDATE}) {
+            OptixAccelBuildOptions these = options;
+            these.operation = operation;
+            EXPECT_EQ(OPTIX_SUCCESS,
+                      optixAccelBuild(context_, stream, &these, inputs.data(), kInputs,
+                                      temp.address(), temp.size(), output.address(), output.size(),
+                                      &values_->handle, nullptr, 0))
+                << log_.all();
+        }
+        for (int i = 0; i < 3; ++i)
+            EXPECT_EQ(OPTIX_SUCCESS, launch(stream)) << log_.all();
+        CUgraph graph = nullptr;
+        ASSERT_EQ(CUDA_SUCCESS, cuStreamEndCapture(stream, &graph));
+        CUgraphExec program = nullptr;
+        ASSERT_EQ(CUDA_SUCCESS, cuGraphInstantiateWithFlags(&program, graph, 0));
+        std::fill(inputs.begin(), inputs.end(), OptixBuildInput{}); // the graph does not look there
+        ASSERT_EQ(CUDA_SUCCESS, cuMemsetD8(seen_, 0, kIndices * sizeof(LaunchSeen)));
+        ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
+        waitForDefaultStream();
+        ASSERT_OK(launch(streams_[1])); // others go on
+        ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(streams_[1]));
+        for (unsigned times = 1; times <= 3; ++times) {
+            ASSERT_EQ(CUDA_SUCCESS, cuGraphLaunch(program, stream));
+            ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
+            EXPECT_EQ(22u, first().record);
+            EXPECT_EQ(1 + 3 * times, first().runs);
+        }
+        EXPECT_EQ(CUDA_SUCCESS, cuGraphExecDestroy(program));
+        EXPECT_EQ(CUDA_SUCCESS, cuGraphDestroy(graph));
+        inputs = kept;
+    }
+    EXPECT_FALSE(log_.hasError("", "")) << log_.all();
 }
 
 TEST_F(Streams, EventsFollowLaunches) {

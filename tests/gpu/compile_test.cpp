@@ -54,6 +54,77 @@ TEST(GpuCompile, KernelForTheDevice) {
     EXPECT_TRUE(has(compile(body, future), ".target sm_90"));
 }
 
+// Of these LLVM has no equivalent, or only one that it cannot write.
+TEST(GpuCompile, WhatLlvmCannotWriteStaysWhatItIs) {
+    const std::string kept[] = {
+        "ld.acquire.gpu.global.u32 ",
+        "st.release.sys.global.u32 ",
+        "ld.mmio.relaxed.sys.global.u32 ",
+        "createpolicy.fractional.L2::evict_first.b64 ",
+        "atom.global.add.L2::cache_hint.u32 ",
+        "prefetch.global.L2::evict_last ",
+        "discard.global.L2 ",
+        "nanosleep.u32 ",
+        "atom.relaxed.gpu.global.cas.b128 ",
+        "mov.pred ",
+        "mov.u64 ",
+        "multimem.red.relaxed.sys.global.add.u32 ",
+        "cp.async.bulk.prefetch.L2.global ",
+    };
+    std::string body = raygen(
+        "    ld.acquire.gpu.global.u32 %r2, [%rd1+8];\n    st.release.sys.global.u32 [%rd1+8], %r2;\n"
+        "    ld.mmio.relaxed.sys.global.u32 %r2, [%rd1+8];\n"
+        "    createpolicy.fractional.L2::evict_first.b64 %rd2;\n"
+        "    atom.global.add.L2::cache_hint.u32 %r3, [%rd1+8], %r2, %rd2;\n"
+        "    prefetch.global.L2::evict_last [%rd1];\n    discard.global.L2 [%rd1], 128;\n"
+        "    nanosleep.u32 20;\n    .reg .b128 %q<3>;\n    mov.b128 %q0, {%rd2, %rd2};\n"
+        "    atom.relaxed.gpu.global.cas.b128 %q1, [%rd1], %q0, %q0;\n"
+        "    mov.b128 {%rd3, %rd4}, %q1;\n    st.global.u64 [%rd1+16], %rd3;\n"
+        "    mov.pred %p1, %is_explicit_cluster;\n    selp.u32 %r3, %r3, 7, %p1;\n"
+        "    mov.u64 %rd5, %current_graph_exec;\n    st.global.u64 [%rd1+24], %rd5;\n"
+        "    multimem.red.relaxed.sys.global.add.u32 [%rd1], %r3;\n"
+        "    cp.async.bulk.prefetch.L2.global [%rd1], 16;\n");
+    body.replace(body.find("7.8"), 3, "8.3");
+    body.replace(body.find("sm_70"), 5, "sm_90");
+    Options options;
+    options.target = {90, 83};
+    const std::string text = compile(body, options);
+    for (const std::string& each : kept)
+        EXPECT_TRUE(has(text, each)) << each;
+    EXPECT_TRUE(has(text, "%is_explicit_cluster") && has(text, "%current_graph_exec"));
+    expectAccepted(text);
+}
+
+// What nobody knows about the first operand of: read, written, or both.
+TEST(GpuCompile, RegistersOfUnknownInstructionsAreHandedOver) {
+    std::string body = raygen("    setmaxnreg.inc.sync.aligned.u32 64;\n"
+                              "    wgmma.mma_async.sync.aligned.m64n8k16.f32.f16.f16 "
+                              "{%f1, %f2, %f3, %f4}, %rd2, %rd3, 1, 1, 1, 0, 0;\n"
+                              "    st.global.f32 [%rd1+8], %f1;\n");
+    body.replace(body.find("7.8"), 3, "8.3");
+    const std::string text = compile(body, Options());
+    const size_t at = text.find("wgmma.mma_async");
+    ASSERT_NE(at, std::string::npos);
+    // The sum begins with what the register held: the number from memory.
+    const std::string first = text.substr(text.find('{', at) + 1, 5); // %r12, for one
+    const std::string name = first.substr(0, first.find_first_of(",}"));
+    const size_t set = text.rfind(" \t" + name + ", ", at);
+    EXPECT_NE(set, std::string::npos) << name;
+    EXPECT_TRUE(has(text, "setmaxnreg.inc.sync.aligned.u32 64;"));
+}
+
+TEST(GpuCompile, CallsThroughListsOfTargets) {
+    std::string body = raygen("    mov.u64 %rd2, table;\n    and.b32 %r1, %r1, 1;\n"
+                              "    mul.wide.u32 %rd3, %r1, 8;\n    add.u64 %rd2, %rd2, %rd3;\n"
+                              "    ld.global.u64 %rd4, [%rd2];\n    to: .calltargets one, two;\n"
+                              "    call (%r2), %rd4, (%r1), to;\n    st.global.u32 [%rd1+8], %r2;\n");
+    body.insert(body.find(".visible .const"),
+                ".func (.reg .u32 r) one(.reg .u32 a) { add.u32 r, a, 1; ret; }\n"
+                ".func (.reg .u32 r) two(.reg .u32 a) { add.u32 r, a, 2; ret; }\n"
+                ".global .u64 table[2] = {one, two};\n");
+    expectAccepted(compile(body));
+}
+
 // What is kept on disk, without the disk.
 struct Shelf : compiler::ObjectStore {
     std::map<std::string, std::string> values;

@@ -67,7 +67,8 @@ struct Wrapped<Member, Name> {
 
 // What never fails, whatever has become of the context.
 const std::set<std::string> kSafe = {"cuGetErrorName", "cuGetErrorString", "cuCtxPopCurrent_v2",
-                                     "cuDriverGetVersion"};
+                                     "cuDriverGetVersion", "cuStreamIsCapturing",
+                                     "cuThreadExchangeStreamCaptureMode"};
 
 void wrapDriver() {
     static const bool isDone = [] {
@@ -222,6 +223,68 @@ TEST_F(DriverErrors, OfPipelines) {
                     DriverNames::moduleUnload, DriverNames::eventQuery},
                    true);
     failAtEachCall([&] { return optixPipelineSetStackSize(rig.pipeline(), 100, 100, 1 << 14, 1); });
+}
+
+// A driver that knows one instruction more than this library, or does not.
+struct NewerDriver {
+    static inline bool knows;
+    static inline std::vector<std::string> texts;
+    static inline decltype(Driver::moduleLoadDataEx) original;
+
+    NewerDriver() {
+        original = driverForTests().moduleLoadDataEx;
+        driverForTests().moduleLoadDataEx = load;
+        texts.clear();
+    }
+    ~NewerDriver() { driverForTests().moduleLoadDataEx = original; }
+    static CUresult load(CUmodule* module, const void* image, unsigned count, CUjit_option* options,
+                         void** values) {
+        const std::string text = static_cast<const char*>(image);
+        if (text.find("frobnicate") == std::string::npos)
+            return original(module, image, count, options, values);
+        texts.push_back(text);
+        const bool isAlone = text.find("sunstone_launch") == std::string::npos;
+        return isAlone && knows ? CUDA_SUCCESS : CUDA_ERROR_INVALID_PTX;
+    }
+};
+
+TEST_F(DriverErrors, InstructionsThatOnlyTheDriverKnows) {
+    const std::string text = ptxModule(
+        ".global .u32 place;\n.visible .entry __raygen__none()\n{\n.reg .b32 %r<3>;\n"
+        ".reg .pred %p;\n@%p frobnicate.sync.b32 {%r1, %r2}, [place], 7;\n"
+        "frobnicate.sync.b32 {%r1, %r2}, [place], 8;\nadd.f32x2.oddly %r1, %r2, %r2;\nret; }\n");
+    const OptixModuleCompileOptions moduleOptions{};
+    const OptixPipelineCompileOptions options = compileOptions(0);
+    const auto create = [&] {
+        OptixModule module = nullptr;
+        const OptixResult result = optixModuleCreateFromPTX(
+            context_, &moduleOptions, &options, text.data(), text.size(), nullptr, nullptr, &module);
+        if (module)
+            EXPECT_OK(optixModuleDestroy(module));
+        return result;
+    };
+    NewerDriver driver;
+    NewerDriver::knows = false;
+    EXPECT_EQ(OPTIX_ERROR_INVALID_PTX, create());
+    EXPECT_TRUE(log_.hasError("optixModuleCreateFromPTX", "unknown instruction 'frobnicate'"));
+    EXPECT_TRUE(log_.hasError("optixModuleCreateFromPTX", "driver refuses it")) << log_.all();
+    EXPECT_TRUE(log_.hasError("optixModuleCreateFromPTX", ".oddly")) << log_.all();
+    // What was asked: the instruction, with what it names.
+    ASSERT_EQ(2u, NewerDriver::texts.size());
+    EXPECT_NE(std::string::npos, NewerDriver::texts[0].find("frobnicate.sync.b32 {%r1, %r2}, "));
+    EXPECT_NE(std::string::npos, NewerDriver::texts[0].find("place;"));
+    EXPECT_EQ(std::string::npos, NewerDriver::texts[0].find("__raygen__"));
+
+    NewerDriver::knows = true;
+    NewerDriver::texts.clear();
+    EXPECT_EQ(OPTIX_ERROR_INVALID_PTX, create()) << "the other one is still wrong";
+    const std::string right = text.substr(0, text.find("add.f32x2")) + "ret; }\n";
+    Rig rig(context_, log_, right, options);
+    rig.raygen("__raygen__none");
+    NewerDriver::texts.clear();
+    EXPECT_EQ(OPTIX_ERROR_PIPELINE_LINK_ERROR, rig.tryLink(1)) << "the driver here knows no such";
+    ASSERT_EQ(1u, NewerDriver::texts.size());
+    EXPECT_NE(std::string::npos, NewerDriver::texts[0].find("frobnicate.sync.b32 {"));
 }
 
 TEST_F(DriverErrors, OfBuilds) {

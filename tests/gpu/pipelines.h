@@ -73,7 +73,8 @@ inline compiler::GpuPipelineRequest requestOf(const std::string& text, const Opt
     rules.motionBlur = options.motion;
     std::string feedback;
     const auto module = engine::createModule(text, rules, {}, compiler::OptLevel::k3,
-                                             compiler::DebugLevel::kMinimal, nullptr, feedback);
+                                             compiler::DebugLevel::kMinimal, nullptr,
+                                             *engine::cpuBackend(), feedback);
     compiler::GpuPipelineRequest request;
     request.pipeline.rules = rules;
     request.runtime = devlib::gpuRuntime();

@@ -36,7 +36,7 @@ protected:
         *slot->host = {};
         for (uint32_t& dimension : slot->host->launch.dimensions)
             dimension = 4;
-        slot->host->report = report;
+        *slot->report = report;
         slot.queued();
         return slot->memory;
     }
@@ -63,7 +63,7 @@ TEST_F(Slots, ComeBackWhenALaunchFailsWhileItIsQueued) {
     try {
         GpuLaunchSlots::Lease slot(*slots_, context_, nullptr, 16, false);
         first = slot->memory;
-        slot->host->report = {kNone, 5, kNone}; // never run: nothing to tell
+        *slot->report = {kNone, 5, kNone}; // never run: nothing to tell
         fail(Code::kCudaError, "no");
     } catch (const Error&) {
     }
@@ -112,7 +112,7 @@ TEST_F(Slots, AwaitedLaunchesAreToldByThoseWhoWait) {
     *slot->host = {};
     for (uint32_t& dimension : slot->host->launch.dimensions)
         dimension = 1;
-    slot->host->report = {uint32_t(devlib::kExceptionTraceDepth), kNone, kNone};
+    *slot->report = {uint32_t(devlib::kExceptionTraceDepth), kNone, kNone};
     EXPECT_NE(slot.finish().find("trace depth exceeded (exception -2)"), std::string::npos);
     EXPECT_EQ(lines_.size(), 1u);
     slots_->tellOfEnded(~0u);

@@ -174,7 +174,8 @@ std::shared_ptr<engine::Module> makeModule(const std::shared_ptr<DeviceContext>&
                                            ModuleInput input, std::string_view ptx,
                                            std::string& feedback) {
     auto module = engine::createModule(ptx, input.rules, std::move(input.moduleRules),
-                                       input.optLevel, input.debugLevel, owner->engine->cache, feedback);
+                                       input.optLevel, input.debugLevel, owner->engine->cache,
+                                       *owner->engine->backend, feedback);
     module->forCpu = owner->engine->backend->sharesMemory();
     if (!feedback.empty())
         owner->log(LogLevel::kWarning, "COMPILER",

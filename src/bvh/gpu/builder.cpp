@@ -86,6 +86,10 @@ std::string describeFailure(uint64_t block, uint32_t failure) {
         return message("there is no opacity micromap array at buffers->output = ", address,
                        ": a description is not what the histogram counts, or leads beyond the "
                        "memory of inputBuffer");
+    case kNotCompacted:
+        return message("the compaction to outputBuffer = ", address,
+                       " did nothing: inputHandle is no acceleration structure, or the buffer is "
+                       "too small, or overlaps it");
     case kNoMicromapCopy:
         return message("the relocation to targetAccel = ", address,
                        " was given an opacity micromap array that is no copy of the one a build "
@@ -107,7 +111,7 @@ uint32_t blocksFor(uint32_t count, uint32_t threads, uint32_t most) {
 
 } // namespace
 
-Builder::Builder(const device::cuda::Driver& driver) : driver_(driver) {
+Builder::Builder(const device::cuda::Driver& driver) : driver_(driver), staging_(driver) {
     try {
         load();
     } catch (...) {
@@ -174,6 +178,15 @@ MemoryUsage Builder::computeMemoryUsage(const BuildInputs& inputs, const BuildOp
     return {plan.outputSize, plan.tempSize, options.allowUpdate ? UpdatePlan(plan).tempSize : 0};
 }
 
+void Builder::upload(CUstream stream, CUdeviceptr to, const void* from, size_t size) const {
+    check(staging_.copy(stream, to, from, size), "cuMemcpyHtoDAsync");
+}
+
+bool Builder::isIdle(CUstream stream) const {
+    return !device::cuda::isCapturing(driver_, stream) &&
+           driver_.streamQuery(stream) == CUDA_SUCCESS;
+}
+
 void Builder::launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
                      void** arguments) const {
     check(driver_.launchKernel(kernels_[kernel], blocks, 1, 1, threads, 1, 1, 0, stream, arguments,
@@ -190,12 +203,8 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     requireBuffer("temp", temp, tempSize, plan.tempSize);
     requireBuffer("output", output, outputSize, plan.outputSize);
     const Uploads uploads(inputs, options, plan, temp + plan.inputs);
-    // Pageable memory: the driver has copied it when the calls return.
-    check(driver_.memcpyHtoDAsync(output, uploads.output.data(), uploads.output.size(), stream),
-          "cuMemcpyHtoDAsync");
-    check(driver_.memcpyHtoDAsync(temp + plan.inputs, uploads.temp.data(), uploads.temp.size(),
-                                  stream),
-          "cuMemcpyHtoDAsync");
+    upload(stream, output, uploads.output.data(), uploads.output.size());
+    upload(stream, temp + plan.inputs, uploads.temp.data(), uploads.temp.size());
     check(driver_.memsetD8Async(temp + plan.counters, 0, plan.parents - plan.counters, stream),
           "cuMemsetD8Async");
     check(driver_.memsetD8Async(temp + plan.parents, 0xFF, plan.boxes - plan.parents, stream),
@@ -205,9 +214,8 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
                                     plan.numPrimitives * sizeof(uint32_t), stream),
               "cuMemsetD8Async");
     if (plan.micromaps)
-        check(driver_.memcpyHtoDAsync(output + plan.micromaps, uploads.micromaps.data(),
-                                      uploads.micromaps.size() * sizeof(MicromapRecord), stream),
-              "cuMemcpyHtoDAsync");
+        upload(stream, output + plan.micromaps, uploads.micromaps.data(),
+               uploads.micromaps.size() * sizeof(MicromapRecord));
     BuildJob job{};
     job.output = output;
     job.inputRecords = output + sizeof(BlockHeader);
@@ -398,14 +406,10 @@ void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOpti
     requireBuffer("temp", temp, tempSize, places.tempSize);
     const Uploads uploads(inputs, options, plan, temp + places.inputs);
     requireBuffer("output", output, outputSize, uploads.output.size());
-    if (driver_.streamQuery(stream) == CUDA_SUCCESS)
+    if (isIdle(stream))
         checkUpdate(stream, output, outputSize, uploads.output, inputs);
-    check(driver_.memcpyHtoDAsync(temp + places.inputs, uploads.temp.data(), uploads.temp.size(),
-                                  stream),
-          "cuMemcpyHtoDAsync");
-    check(driver_.memcpyHtoDAsync(temp + places.expected, uploads.output.data(),
-                                  uploads.output.size(), stream),
-          "cuMemcpyHtoDAsync");
+    upload(stream, temp + places.inputs, uploads.temp.data(), uploads.temp.size());
+    upload(stream, temp + places.expected, uploads.output.data(), uploads.output.size());
     check(
         driver_.memsetD8Async(temp + places.counters, 0, places.expected - places.counters, stream),
         "cuMemsetD8Async");
@@ -444,10 +448,11 @@ void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOpti
     queueNodes(stream, arguments, job);
 }
 
-void Builder::compact(CUstream stream, CUdeviceptr block, CUdeviceptr destination) const {
+void Builder::compact(CUstream stream, CUdeviceptr block, CUdeviceptr destination,
+                      size_t size) const {
     requireBuffer("destination", destination, 0, 0);
-    uint64_t from = block, to = destination;
-    void* arguments[] = {&from, &to};
+    uint64_t from = block, to = destination, bytes = size, report = addressOf(report_);
+    void* arguments[] = {&from, &to, &bytes, &report};
     launch(kCompact, stream, multiprocessors_ * 8, 256, arguments);
 }
 

@@ -8,11 +8,14 @@
 #pragma once
 
 #include "bvh/build.h"
+#include "bvh/gpu/staging.h"
 #include "bvh/micromap_array.h"
 #include "bvh/relocate.h"
 #include "device/cuda/driver.h"
 
+#include "bvh/gpu/staging.h"
 #include <cstdint>
+
 #include <mutex>
 #include <string>
 #include <vector>
@@ -49,9 +52,12 @@ public:
     void update(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
                 CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize) const;
 
-    // Queues a compacting copy of the block; the destination (128-byte aligned) must have the
-    // compacted size that the block reports.
-    void compact(CUstream stream, CUdeviceptr block, CUdeviceptr destination) const;
+    // Queues a compacting copy of the block into so many bytes (128-byte aligned). takeFailures()
+    // tells of a block that cannot be compacted, or not to there; nothing is written then.
+    void compact(CUstream stream, CUdeviceptr block, CUdeviceptr destination, size_t size) const;
+
+    // Whether the stream has nothing left to do, so that waiting for it takes no time.
+    bool isIdle(CUstream stream) const;
 
     // Queues the relocation of the copy at `block`: its instances get these handles, one each;
     // none: they keep theirs. What is wrong with the copy takeFailures() tells.
@@ -138,7 +144,10 @@ private:
     void queueNodes(CUstream stream, void** arguments, const BuildJob& job) const;
     void queueKernels(CUstream stream, BuildJob& job, bool fast) const;
 
+    void upload(CUstream stream, CUdeviceptr to, const void* from, size_t size) const;
+
     const device::cuda::Driver& driver_;
+    mutable Staging staging_;
     CUmodule module_ = nullptr;
     CUfunction kernels_[kKernelCount] = {};
     uint32_t multiprocessors_ = 1;

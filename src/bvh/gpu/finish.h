@@ -140,9 +140,20 @@ SUNSTONE_KERNEL sunstone_moving_records(BuildJob job) {
         finish(job);
 }
 
-// Copies a structure, primitives and nodes side by side.
-SUNSTONE_KERNEL sunstone_compact(uint64_t from, uint64_t to) {
+SUNSTONE_BUILDER bool mayCompact(const BlockHeader& header, uint64_t from, uint64_t to,
+                                 uint64_t bytes) {
+    return header.magic == kGpuBlockMagic && bytes >= header.usedSize &&
+           (from >= to + header.usedSize || to >= from + header.usedSize);
+}
+
+// Copies a structure, primitives and nodes side by side, into a buffer of so many bytes.
+SUNSTONE_KERNEL sunstone_compact(uint64_t from, uint64_t to, uint64_t bytes, uint64_t report) {
     const BlockHeader& header = *at<const BlockHeader>(from);
+    if (!mayCompact(header, from, to, bytes)) {
+        if (globalThread() == 0)
+            reportFailure(report, to, kNotCompacted);
+        return;
+    }
     const uint64_t newNodes = compactNodes(header);
     const uint64_t first = sizeof(BlockHeader) / 16, words = header.usedSize / 16;
     const uint64_t stride = uint64_t(gridDim.x) * blockDim.x;

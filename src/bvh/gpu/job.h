@@ -77,6 +77,7 @@ enum BuildFailure : uint32_t {
     kNoMicromapArray,
     kMicromapsDoNotFit,
     kNoMicromapCopy,
+    kNotCompacted,
 };
 
 // What sunstone_relocate takes: addresses, and what the header of a copy says.

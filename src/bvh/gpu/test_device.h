@@ -75,7 +75,8 @@ inline GpuStructure buildOnDevice(const BuildInputs& inputs, const BuildOptions&
     if (compacted > usage.output)
         fail(Code::kInternal, "compacted size ", compacted, " of ", usage.output);
     s.memory = std::make_shared<Buffer>(compacted);
-    device.builder().compact(nullptr, s.loose->address(), s.memory->address());
+    device.builder().compact(nullptr, s.loose->address(), s.memory->address(),
+                             s.memory->size());
     if (device.driver().ctxSynchronize())
         fail(Code::kCudaError, "compaction failed");
     return s;

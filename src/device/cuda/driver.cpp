@@ -70,6 +70,7 @@ void check(CUresult result, const char* function) {
 }
 
 ContextScope::~ContextScope() {
+    driver().threadExchangeStreamCaptureMode(&mode_);
     CUcontext popped = nullptr;
     driver().ctxPopCurrent(&popped);
 }

@@ -55,6 +55,8 @@ namespace sunstone::device::cuda {
     X(streamGetCtx, cuStreamGetCtx)                                                                \
     X(streamWaitEvent, cuStreamWaitEvent)                                                          \
     X(streamQuery, cuStreamQuery)                                                                  \
+    X(streamIsCapturing, cuStreamIsCapturing)                                                      \
+    X(threadExchangeStreamCaptureMode, cuThreadExchangeStreamCaptureMode)                          \
     X(launchHostFunc, cuLaunchHostFunc)                                                            \
     X(eventCreate, cuEventCreate)                                                                  \
     X(eventDestroy, cuEventDestroy)                                                                \
@@ -102,13 +104,29 @@ void check(CUresult result, const char* function);
     ::sunstone::device::cuda::check(::sunstone::device::cuda::driver().member(__VA_ARGS__),        \
                                     ::sunstone::device::cuda::DriverNames::member)
 
-// Makes a context current on the calling thread for as long as it lives.
+// Makes a context current on the calling thread for as long as it lives. Meanwhile the thread may
+// allocate memory and ask about events although it, or another, captures a graph: none of that is
+// to be a part of one.
 class ContextScope {
 public:
-    explicit ContextScope(CUcontext context) { SUNSTONE_CU(ctxPushCurrent, context); }
+    explicit ContextScope(CUcontext context) {
+        SUNSTONE_CU(ctxPushCurrent, context);
+        driver().threadExchangeStreamCaptureMode(&mode_);
+    }
     ~ContextScope();
     ContextScope(const ContextScope&) = delete;
     ContextScope& operator=(const ContextScope&) = delete;
+
+private:
+    CUstreamCaptureMode mode_ = CU_STREAM_CAPTURE_MODE_RELAXED; // then the thread's own
 };
+
+// Whether what is queued on the stream becomes a part of a graph. Asking for more, or waiting,
+// would spoil that.
+inline bool isCapturing(const Driver& driver, CUstream stream) {
+    CUstreamCaptureStatus status = CU_STREAM_CAPTURE_STATUS_NONE;
+    return driver.streamIsCapturing(stream, &status) == CUDA_SUCCESS &&
+           status != CU_STREAM_CAPTURE_STATUS_NONE;
+}
 
 } // namespace sunstone::device::cuda

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copies from the host's memory to the device in stream order, for which nobody waits. Drivers take
+// small blocks of pageable memory at once, but before they take larger ones they wait for the
+// stream, and a graph would read the memory when it is launched; these go through page-locked
+// memory here.
+#pragma once
+
+#include "device/cuda/driver.h"
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace sunstone::bvh::gpu {
+
+class Staging {
+public:
+    explicit Staging(const device::cuda::Driver& driver) : driver_(driver) {}
+    // The context is current, and what was queued is over.
+    ~Staging();
+    Staging(const Staging&) = delete;
+    Staging& operator=(const Staging&) = delete;
+
+    // Queues the copy; `from` may change when this returns.
+    CUresult copy(CUstream stream, CUdeviceptr to, const void* from, size_t size);
+
+private:
+    struct Block {
+        void* memory = nullptr;
+        size_t size = 0;
+        CUevent done = nullptr;
+        bool isTaken = false; // being filled, or a part of a graph
+    };
+    CUresult take(size_t size, Block*& block);
+
+    const device::cuda::Driver& driver_;
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<Block>> blocks_;
+};
+
+} // namespace sunstone::bvh::gpu
