@@ -460,8 +460,9 @@ private:
     // For debug exceptions: of callables, by 2 * group + continuation; of built-in intersections.
     void defineGroupFacts() {
         llvm::IRBuilder<> builder(unit_.context());
-        Facts words, names, builtins; // a group may be given twice
+        Facts words, names, builtins, all; // a group may be given twice
         for (const GpuGroup& group : request_.groups) {
+            all.emplace(group.number, builder.getInt32(1));
             for (uint32_t kind = 0; kind < 2; ++kind) {
                 const GpuGroup::Callable& callable = group.callables[kind];
                 if (callable.name.empty())
@@ -479,6 +480,7 @@ private:
         defineFacts("sunstone_gpu_callableName",
                     llvm::ConstantPointerNull::get(builder.getPtrTy()), names);
         defineFacts("sunstone_gpu_builtin", builder.getInt32(0), builtins);
+        defineFacts("sunstone_gpu_isGroup", builder.getInt32(0), all);
     }
 
     // A dispatcher's call of a program, or of a part of one, and the result.

@@ -160,8 +160,11 @@ private:
         const uint64_t index = uint64_t(instanceSbtOffset) +
                                uint64_t(sbtGasIndex) * (state_->sbtStride & 0xFF) +
                                (state_->sbtOffset & 0xFF);
+        const ResolvedRecord record =
+            resolveRecord(launch_, launch_.sbt.hitBase, launch_.sbt.hitStride,
+                          launch_.sbt.hitCount, index, kGroupHit);
         if constexpr (kChecked)
-            if (launch_.sbt.hitBase == 0 || index >= launch_.sbt.hitCount) {
+            if (!record.group) {
                 if (kWalking)
                     exposePath();
                 state_->hit.sbtGasIndex = sbtGasIndex;
@@ -169,12 +172,8 @@ private:
                 info.sbtOffset = uint32_t(index);
                 launch_.raise(state_, kExceptionInvalidHitSbt, &info);
             }
-        const ResolvedRecord record =
-            resolveRecord(launch_, launch_.sbt.hitBase, launch_.sbt.hitStride,
-                          launch_.sbt.hitCount, index, kGroupHit);
         if constexpr (kChecked)
-            if (record.group &&
-                !fitsBuiltin(*record.group, blockOf(kWalking ? gas_ : best_.gas), sbtGasIndex)) {
+            if (!fitsBuiltin(*record.group, blockOf(kWalking ? gas_ : best_.gas), sbtGasIndex)) {
                 if (kWalking)
                     exposePath();
                 launch_.raise(state_, kExceptionBuiltinIsMismatch, nullptr);
@@ -829,15 +828,15 @@ namespace sunstone::devlib::SUNSTONE_TRACE_SPACE {
 
 [[gnu::noinline]] static void runMiss(RayState* state) {
     const SbtView& sbt = state->launch->sbt;
+    const ResolvedRecord r = resolveRecord(*state->launch, sbt.missBase, sbt.missStride,
+                                           sbt.missCount, state->missIndex, kGroupMiss);
     if constexpr (kChecked)
-        if (sbt.missBase == 0 || state->missIndex >= sbt.missCount) {
+        if (!r.group) {
             state->hit.transformCount = 0;
             ExceptionInfo info{};
             info.sbtOffset = state->missIndex;
             state->launch->raise(state, kExceptionInvalidMissSbt, &info);
         }
-    const ResolvedRecord r = resolveRecord(*state->launch, sbt.missBase, sbt.missStride,
-                                           sbt.missCount, state->missIndex, kGroupMiss);
     state->hit.record = nullptr;
     state->hit.transformCount = 0;
     state->sbtData = dataOf(r.record);

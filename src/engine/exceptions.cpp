@@ -20,8 +20,8 @@ const char* nameOf(int32_t code) {
     case kExceptionTraceDepth: return "trace depth exceeded";
     case kExceptionTraversalDepth: return "traversal depth exceeded";
     case kExceptionInvalidTraversable: return "invalid traversable";
-    case kExceptionInvalidMissSbt: return "miss SBT index out of range";
-    case kExceptionInvalidHitSbt: return "hit SBT index out of range";
+    case kExceptionInvalidMissSbt: return "no miss program group of the pipeline at the SBT index";
+    case kExceptionInvalidHitSbt: return "no hit group of the pipeline at the SBT index";
     case kExceptionUnsupportedPrimitive: return "primitive type not in usesPrimitiveTypeFlags";
     case kExceptionInvalidRay: return "infinity or NaN among the arguments of optixTrace";
     case kExceptionParameterMismatch: return "callable called with wrong parameters";

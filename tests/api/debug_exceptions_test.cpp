@@ -8,6 +8,7 @@
 #include "scene.h"
 
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace tests::api {
@@ -76,6 +77,7 @@ protected:
                                       mistake};
         OptixShaderBindingTable sbt = rig_->table();
         sbt.exceptionRecord = record_.address();
+        change_(sbt);
         const OptixResult result = optixLaunch(rig_->pipeline(), nullptr, params_.address(),
                                                sizeof(DebugParams), &sbt, indices, 1, 1);
         waitForDevice();
@@ -91,6 +93,7 @@ protected:
     std::unique_ptr<Scene> scene_;
     std::unique_ptr<Rig> rig_;
     Buffer record_, results_, params_;
+    std::function<void(OptixShaderBindingTable&)> change_ = [](OptixShaderBindingTable&) {};
     OptixTraversableHandle traced_ = 0; // instead of the scene's instance structure
 };
 
@@ -212,6 +215,36 @@ TEST_P(DebugExceptions, HandlesOfNothing) {
     ASSERT_EQ(1000, result(0).code);
 }
 
+// Within the table, but no header of a group of that kind, or of a group of another pipeline.
+TEST_P(DebugExceptions, RecordsOfNothing) {
+    prepare(kAllFlags);
+    Buffer zeros(1024, 16), foreign(1024, 16);
+    zeros.fill(0);
+    const size_t groups[] = {rig_->hit("__closesthit__mistakes"), rig_->miss("__miss__mistakes")};
+    for (int kind = 0; kind < 2; ++kind) // records of 32 bytes
+        for (int i = 0; i < 16; ++i)
+            require(optixSbtRecordPackHeader(rig_->group(groups[kind]),
+                                             foreign.as<char>() + 512 * kind + 32 * i),
+                    "pack", log_);
+    const CUdeviceptr hits[] = {zeros.address(), foreign.address(), foreign.address() + 512};
+    const CUdeviceptr misses[] = {zeros.address(), foreign.address() + 512, foreign.address()};
+    for (int i = 0; i < 3; ++i) {
+        SCOPED_TRACE(i);
+        change_ = [&](OptixShaderBindingTable& sbt) { sbt.hitgroupRecordBase = hits[i]; };
+        ASSERT_OK(launch(kFine, 40));
+        ASSERT_EQ(OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_HIT_SBT, result(39).code);
+        ASSERT_EQ(0u, result(39).sbtOffset);
+        change_ = [&](OptixShaderBindingTable& sbt) {
+            sbt.missRecordBase = misses[i];
+            sbt.missRecordStrideInBytes = 32;
+            sbt.missRecordCount = 8;
+        };
+        ASSERT_OK(launch(kBadMiss, 40));
+        ASSERT_EQ(OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_MISS_SBT, result(39).code);
+        ASSERT_EQ(7u, result(39).sbtOffset);
+    }
+}
+
 TEST_P(DebugExceptions, LargeFramesOverflowTheStack) {
     prepare(kAllFlags, true, "__raygen__large");
     ASSERT_OK(launch(kLargeFrames, 40));
@@ -231,8 +264,8 @@ TEST_P(DebugExceptions, WithoutExceptionProgram) {
     log_.clear();
     ASSERT_OK(launch(kBadMiss, 300));
     EXPECT_FALSE(log_.hasError("", "")) << log_.all();
-    EXPECT_NE(std::string::npos, log_.all().find("miss SBT index out of range (exception -6), index "
-                                                 "7, at launch index (0, 0, 0)"))
+    EXPECT_NE(std::string::npos, log_.all().find("no miss program group of the pipeline at the "
+                                                 "SBT index (exception -6), index 7, at launch index (0, 0, 0)"))
         << log_.all();
     EXPECT_EQ(0u, result(0).reached);
 }

@@ -145,14 +145,21 @@ SUNSTONE_DEVICE void checkTrace(RayState* state) {
 
 // ---- records ------------------------------------------------------------------------------------
 
-// Raises this code unless the table has such a record. The state has the path already.
-SUNSTONE_DEVICE void checkRecord(RayState* state, int32_t code, uint64_t base, uint32_t count,
-                                 uint64_t index) {
-    if (!debugging() || (base != 0 && index < count))
+// Raises this code unless there is such a record and it holds a group of the pipeline, of that kind.
+[[gnu::noinline]] static void checkGroup(RayState* state, int32_t code, uint64_t record,
+                                         GroupKind kind, uint64_t index) {
+    const uint32_t group = record ? groupOf(state, record, kind) : kNoGroup;
+    if (group != kNoGroup && sunstone_gpu_isGroup(group))
         return;
     ExceptionInfo info{};
     info.sbtOffset = uint32_t(index);
     raise(state, code, &info);
+}
+// The state has the path already.
+SUNSTONE_DEVICE void checkRecord(RayState* state, int32_t code, uint64_t record, GroupKind kind,
+                                 uint64_t index) {
+    if (debugging())
+        checkGroup(state, code, record, kind, index);
 }
 
 // Raises unless the hit group is one for the primitives of the structure.

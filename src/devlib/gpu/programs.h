@@ -43,6 +43,7 @@ const void* sunstone_gpu_continuation(uint32_t group);
 // Of a group's callable, by 2 * group, or 2 * group + 1 for the continuation callable.
 uint32_t sunstone_gpu_callableWords(uint32_t callable); // of its parameters
 const char* sunstone_gpu_callableName(uint32_t callable);
+uint32_t sunstone_gpu_isGroup(uint32_t group); // the pipeline has it
 uint32_t sunstone_gpu_builtin(uint32_t group); // GroupEntry::builtinPrimitive of a hit group
 
 extern const uint32_t sunstone_gpu_hasAnyHit;

@@ -46,8 +46,9 @@ struct Candidates {
         const uint64_t index = uint64_t(offset) +
                                uint64_t(sbtGasIndex) * (state->sbtStride & 0xFF) +
                                (state->sbtOffset & 0xFF);
-        checkRecord(state, kExceptionInvalidHitSbt, sbt.hitBase, sbt.hitCount, index);
-        return recordAt(sbt.hitBase, sbt.hitStride, sbt.hitCount, index);
+        const uint64_t record = recordAt(sbt.hitBase, sbt.hitStride, sbt.hitCount, index);
+        checkRecord(state, kExceptionInvalidHitSbt, record, kGroupHit, index);
+        return record;
     }
 
     static SUNSTONE_DEVICE_MEMBER bool hasOneLevel() {
@@ -559,8 +560,8 @@ SUNSTONE_DEVICE Found findHit(RayState* state, uint32_t& group) {
 SUNSTONE_DEVICE uint32_t prepareMiss(RayState* state) {
     const SbtView& sbt = state->launch->sbt;
     state->hit.transformCount = 0;
-    checkRecord(state, kExceptionInvalidMissSbt, sbt.missBase, sbt.missCount, state->missIndex);
     const uint64_t record = recordAt(sbt.missBase, sbt.missStride, sbt.missCount, state->missIndex);
+    checkRecord(state, kExceptionInvalidMissSbt, record, kGroupMiss, state->missIndex);
     state->hit.record = nullptr;
     state->sbtData = dataOf(record);
     return record ? groupOf(state, record, kGroupMiss) : kNoGroup;
