@@ -39,11 +39,10 @@ public:
     // groups: those that are used, in any order.
     Window(std::vector<int> groups, int count, bool wraps) : count_(count) {
         std::sort(groups.begin(), groups.end());
-        first_ = groups.front();
-        const int last = groups.back();
-        if (first_ / 8 == last / 8)
-            first_ = first_ / 8 * 8; // a block as it is
-        fits = last - first_ < 8;
+        const int least = groups.front(), last = groups.back();
+        // A block as it is, or what ends with the last group.
+        first_ = least / 8 == last / 8 ? least / 8 * 8 : last - 7;
+        fits = last - least < 8;
         if (fits || !wraps)
             return;
         // What is right of the widest gap goes to the other side, as groups below 0.
@@ -53,7 +52,7 @@ public:
                 right = i;
         const int beyond = groups[right] - count;
         if (groups[right - 1] - beyond < 8) {
-            first_ = beyond;
+            first_ = groups[right - 1] - 7;
             fits = true;
         }
     }

@@ -119,9 +119,8 @@ inline Window windowOf(const int* texels, int texelCount, uint32_t shift, int si
         last = group > last ? group : last;
     }
     Window window{least, ((size - 1) >> shift) + 1, false};
-    if (least / 8 == last / 8)
-        window.first = least / 8 * 8;
-    window.fits = last - window.first < 8;
+    window.first = least / 8 == last / 8 ? least / 8 * 8 : last - 7;
+    window.fits = last - least < 8;
     if (window.fits || !wraps)
         return window;
     // What is right of the widest gap, the leftmost of several, goes to the other side.
@@ -141,7 +140,7 @@ inline Window windowOf(const int* texels, int texelCount, uint32_t shift, int si
     }
     const int beyond = right - window.count;
     if (left - beyond < 8) {
-        window.first = beyond;
+        window.first = left - 7;
         window.fits = true;
     }
     return window;

@@ -140,7 +140,7 @@ TEST(Footprint, EdgesAndGranularity) {
     uint32_t single, words[4];
     footprint(levels.handle, kTiles8, k2D, &operands, 0, &single, words);
     EXPECT_EQ(1u, single);
-    EXPECT_EQ(1u, words[2] >> 16 & 7); // one column left of the edge
+    EXPECT_EQ(7u, words[2] >> 16 & 7); // columns left of the edge, of which one is used
     EXPECT_EQ(0u, words[3] & 0xFFF);
     EXPECT_EQ((std::set<std::pair<int, int>>{{0, 63}, {127, 63}, {0, 64}, {127, 64}}),
               decode(words, 128, 128).groups);

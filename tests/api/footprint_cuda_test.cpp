@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texture footprints from device code, with a texture of the CUDA driver library. What a footprint
 // holds is tested beside the sampler (src/texture/footprint_test.cpp).
+#include "device_memory.h"
 #include "rig.h"
 #include "texture_footprint.h"
 
@@ -66,12 +67,13 @@ TEST_P(TextureFootprint, OfOnePlace) {
             EXPECT_EQ(expected[i][k], r.words[k]) << k;
         EXPECT_EQ(expected[i][4], r.single);
     }
-    // A handle that is not alive: nothing.
     cuTexObjectDestroy(texture);
+    cuMipmappedArrayDestroy(array);
+    if (onGpu())
+        return; // a GPU tells what the texture was, or what has taken its place
     rig.run(FootprintParams{results.as<FootprintResult>(), texture}, 4);
     for (unsigned i = 0; i < 4; ++i)
-        EXPECT_EQ(0u, results.as<FootprintResult>()[i].words[0]);
-    cuMipmappedArrayDestroy(array);
+        EXPECT_EQ(0u, results.as<FootprintResult>()[i].words[0]) << "of a handle that is not alive";
 }
 
 INSTANTIATE_TEST_SUITE_P(Compiler, TextureFootprint, testing::ValuesIn(toolchains()),

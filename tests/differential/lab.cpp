@@ -333,7 +333,8 @@ const std::vector<Case>& allCases() {
     static const std::vector<Case> all = [] {
         std::vector<Case> list;
         for (auto part :
-             {triangleCases, instanceCases, shapeCases, motionCases, programCases, misuseCases})
+             {triangleCases, instanceCases, shapeCases, motionCases, programCases, footprintCases,
+              misuseCases})
             for (Case& one : part())
                 list.push_back(std::move(one));
         return list;

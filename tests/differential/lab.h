@@ -91,6 +91,7 @@ std::vector<Case> instanceCases();
 std::vector<Case> shapeCases();
 std::vector<Case> motionCases();
 std::vector<Case> programCases();
+std::vector<Case> footprintCases();
 std::vector<Case> misuseCases();
 
 } // namespace differential

@@ -26,7 +26,7 @@ public:
         input_.triangleArray.vertexBuffers = &address_;
         input_.triangleArray.numVertices = 30;
         input_.triangleArray.vertexFormat = OPTIX_VERTEX_FORMAT_FLOAT3;
-        input_.triangleArray.flags = &flags_;
+        input_.triangleArray.flags = flags_;
         input_.triangleArray.numSbtRecords = 1;
         options_.operation = OPTIX_BUILD_OPERATION_BUILD;
         OPTIX_CHECK(optixAccelComputeMemoryUsage(lab.context(), &options_, &input_, 1, &sizes_));
@@ -72,7 +72,7 @@ private:
     Mesh mesh_ = randomTriangles(10, 0.4f, 401);
     DeviceBuffer vertices_, temp_, output_;
     CUdeviceptr address_ = 0;
-    unsigned flags_ = OPTIX_GEOMETRY_FLAG_NONE;
+    unsigned flags_[2] = {OPTIX_GEOMETRY_FLAG_NONE, OPTIX_GEOMETRY_FLAG_NONE}; // for two records, too
     OptixBuildInput input_ = {};
     OptixAccelBuildOptions options_ = {};
     OptixAccelBufferSizes sizes_ = {};

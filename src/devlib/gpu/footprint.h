@@ -10,11 +10,12 @@ namespace sunstone::devlib::gpu {
 extern "C" void sunstone_footprint(uint64_t handle, uint32_t info, uint32_t form,
                                    const texture::SampleOperands* operands, uint32_t coarse,
                                    uint32_t* singleLevel, uint32_t result[4]) {
-    uint32_t width, height, isNormalized;
+    uint32_t width, height;
     asm("txq.width.b32 %0, [%1];" : "=r"(width) : "l"(handle));
     asm("txq.height.b32 %0, [%1];" : "=r"(height) : "l"(handle));
-    asm("txq.normalized_coords.b32 %0, [%1];" : "=r"(isNormalized) : "l"(handle));
-    texture::footprintOfSize(width, height, isNormalized != 0, info, form, operands, coarse,
+    // Coordinates count as normalised, as those of mipmapped textures are: drivers up to 580 compile
+    // txq.normalized_coords, but do not find kernels that have it.
+    texture::footprintOfSize(width, height, true, info, form, operands, coarse,
                              singleLevel, result);
 }
 
