@@ -6,7 +6,8 @@ find_program(SUNSTONE_NVCC NAMES nvcc HINTS /usr/local/cuda/bin)
 
 set(SUNSTONE_DEVICE_FLAGS
     -x cuda --cuda-device-only -nocudainc -nocudalib --cuda-gpu-arch=sm_60 -std=c++17 -O3
-    -Xclang -target-feature -Xclang +ptx65 -Wno-unknown-cuda-version
+    -Xclang -target-feature -Xclang +ptx65 -Xclang -fcuda-allow-variadic-functions
+    --cuda-path=/nonexistent # a toolkit that is installed changes the version of PTX
     -I${PROJECT_SOURCE_DIR}/include/cuda -I${PROJECT_SOURCE_DIR}/include/optix7
     -include ${PROJECT_SOURCE_DIR}/include/cuda/cuda_runtime.h)
 

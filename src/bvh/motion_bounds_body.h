@@ -20,6 +20,13 @@
 
 #include "bvh/transforms.h"
 
+// Once each in a GPU's kernels: inlined wherever bounds are walked, they took its compiler ten seconds.
+#if defined(__NVPTX__)
+#define SUNSTONE_ONCE __attribute__((noinline))
+#else
+#define SUNSTONE_ONCE
+#endif
+
 namespace sunstone::bvh {
 
 // Bounds that move linearly over a range of time, from lower[0], upper[0] to lower[1], upper[1].
@@ -424,7 +431,7 @@ inline LinearBounds blockBounds(const BlockHeader& header, double begin, double 
 }
 
 // Bounds that hold whatever the time, where the keys of a transform have no usable range.
-inline LinearBounds throughAllKeys(uint64_t transform, const LinearBounds& child) {
+SUNSTONE_ONCE inline LinearBounds throughAllKeys(uint64_t transform, const LinearBounds& child) {
     LinearBounds still = child;
     for (int a = 0; a < 3; ++a) {
         still.lower[0][a] = still.lower[1][a] = least(child.lower[0][a], child.lower[1][a]);
@@ -446,8 +453,8 @@ inline LinearBounds throughAllKeys(uint64_t transform, const LinearBounds& child
 }
 
 // Bounds that hold through a motion transform over [begin, end], from those of its child.
-inline LinearBounds throughMotion(uint64_t transform, double begin, double end,
-                                  const LinearBounds& child) {
+SUNSTONE_ONCE inline LinearBounds throughMotion(uint64_t transform, double begin, double end,
+                                                const LinearBounds& child) {
     const KeyTimes times = timesOf(transform);
     if (!times.moves())
         return throughAllKeys(transform, child);

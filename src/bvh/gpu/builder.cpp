@@ -132,19 +132,60 @@ void Builder::load() {
     check(driver_.deviceGetAttribute(&count, CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT, device),
           "cuDeviceGetAttribute");
     multiprocessors_ = uint32_t(std::max(count, 1));
-    check(driver_.moduleLoadDataEx(&module_, builderPtx(), 0, nullptr, nullptr),
-          "cuModuleLoadDataEx");
-    for (uint32_t i = 0; i < kKernelCount; ++i)
-        check(driver_.moduleGetFunction(&kernels_[i], module_, kKernelNames[i]), kKernelNames[i]);
+    std::call_once(isLoaded_[kStill], [&] { loadGroup(kStill); });
     // With unified addresses, which every GPU of today has, kernels use the host's pointer.
     void* report = nullptr;
     check(driver_.memAllocHost(&report, sizeof(BuildReport)), "cuMemAllocHost");
     report_ = new (report) BuildReport{};
 }
 
+Builder::Group Builder::groupOf(Kernel kernel) {
+    switch (kernel) {
+    case kShapes:
+        return kStillShapes;
+    case kMovingInstances:
+    case kMovingReferences:
+    case kMovingShapes:
+    case kMovingRecords:
+    case kKeyBounds:
+    case kKeyFinish:
+    case kUpdateMovingRecords:
+    case kUpdateMovingNodes:
+        return kMoving;
+    default:
+        return kStill;
+    }
+}
+
+std::string Builder::textOf(Group group) {
+    std::vector<std::string_view> names;
+    for (uint32_t i = 0; i < kKernelCount; ++i)
+        if (groupOf(Kernel(i)) == group)
+            names.push_back(kKernelNames[i]);
+    return moduleOf(builderPtx(), names);
+}
+
+std::vector<std::string> Builder::kernelTexts() {
+    std::vector<std::string> texts;
+    for (uint32_t group = 0; group < kGroupCount; ++group)
+        texts.push_back(textOf(Group(group)));
+    return texts;
+}
+
+void Builder::loadGroup(Group group) const {
+    const std::string text = textOf(group);
+    check(driver_.moduleLoadDataEx(&modules_[group], text.c_str(), 0, nullptr, nullptr),
+          "cuModuleLoadDataEx");
+    for (uint32_t i = 0; i < kKernelCount; ++i)
+        if (groupOf(Kernel(i)) == group)
+            check(driver_.moduleGetFunction(&kernels_[i], modules_[group], kKernelNames[i]),
+                  kKernelNames[i]);
+}
+
 void Builder::unload() {
-    if (module_)
-        driver_.moduleUnload(module_);
+    for (CUmodule module : modules_)
+        if (module)
+            driver_.moduleUnload(module);
     if (report_)
         driver_.memFreeHost(report_);
 }
@@ -189,6 +230,8 @@ bool Builder::isIdle(CUstream stream) const {
 
 void Builder::launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
                      void** arguments) const {
+    const Group group = groupOf(kernel);
+    std::call_once(isLoaded_[group], [&] { loadGroup(group); });
     check(driver_.launchKernel(kernels_[kernel], blocks, 1, 1, threads, 1, 1, 0, stream, arguments,
                                nullptr),
           kKernelNames[kernel]);

@@ -25,8 +25,9 @@ namespace sunstone::bvh::gpu {
 struct BuildJob;
 struct BuildReport;
 
-// The kernels, loaded into the context that is current when it is made. Calls must be made with the
-// same context current; they may come from any thread.
+// The kernels, in the context that is current when it is made. Calls must be made with the same
+// context current; they may come from any thread. The first call that needs kernels of a group loads
+// that group, which takes as long as the driver's compiler does if the driver has no code of it yet.
 class Builder {
 public:
     explicit Builder(const device::cuda::Driver& driver);
@@ -92,6 +93,9 @@ public:
         observerUser_ = user;
     }
 
+    // The modules that it loads, as PTX.
+    static std::vector<std::string> kernelTexts();
+
 private:
     enum Kernel : uint32_t {
         kReferences,
@@ -131,7 +135,12 @@ private:
         kRelocateMicromaps,
         kKernelCount
     };
+    // What is compiled together: what nothing moves in and has no curves or spheres, first of all.
+    enum Group { kStill, kStillShapes, kMoving, kGroupCount };
+    static Group groupOf(Kernel kernel);
+    static std::string textOf(Group group);
     void check(CUresult result, const char* what) const;
+    void loadGroup(Group group) const;
     void launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
                 void** arguments) const;
     void load();
@@ -148,8 +157,9 @@ private:
 
     const device::cuda::Driver& driver_;
     mutable Staging staging_;
-    CUmodule module_ = nullptr;
-    CUfunction kernels_[kKernelCount] = {};
+    mutable std::once_flag isLoaded_[kGroupCount];
+    mutable CUmodule modules_[kGroupCount] = {};
+    mutable CUfunction kernels_[kKernelCount] = {};
     uint32_t multiprocessors_ = 1;
     BuildReport* report_ = nullptr; // page-locked
     mutable std::mutex reportMutex_;
