@@ -2,6 +2,7 @@
 // Declarations of variables and registers, and initialisers. See parser_impl.h.
 #include "ptx/parser_impl.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -124,18 +125,21 @@ void Parser::parseDimensions(Variable& variable) {
     }
 }
 
-// Size in bytes and natural alignment, from type and dimensions.
+// Size in bytes and natural alignment, from type and dimensions. A row must be within the limit even
+// where the first dimension is open, so that what is computed from it does not overflow.
 void Parser::finishSize(Variable& variable) {
-    uint64_t size = uint64_t(sizeOf(variable.type)) * variable.vector;
+    uint64_t row = uint64_t(sizeOf(variable.type)) * variable.vector;
     if (variable.alignment == 0)
-        variable.alignment = static_cast<unsigned>(std::bit_ceil(size));
+        variable.alignment = static_cast<unsigned>(std::bit_ceil(row));
+    bool isOpen = false;
     for (const uint64_t dimension : variable.dimensions) {
-        if (dimension > kMaxVariableSize || size * dimension > kMaxVariableSize)
+        isOpen = isOpen || dimension == 0;
+        if (row != 0 && dimension > kMaxVariableSize / row) // predicates have no size
             fault(variable.location,
                   "variable " + quoted(variable.name) + " is larger than the limit of 2^40 bytes");
-        size *= dimension;
+        row *= std::max<uint64_t>(1, dimension);
     }
-    variable.size = size;
+    variable.size = isOpen ? 0 : row;
 }
 
 void Parser::parseDeclarator(Variable& variable) {
@@ -392,7 +396,7 @@ void Parser::parseElement(Variable& variable, uint64_t element) {
     const unsigned size = sizeOf(variable.type);
     const uint64_t offset = element * size;
     const Location location = token_.location;
-    if (offset + size > kMaxInitializedSize)
+    if (element >= kMaxInitializedSize / size) // empty braces may lead anywhere
         fault(location, "initialised variable " + quoted(variable.name) +
                             " is larger than the limit of 64 MiB");
     if (variable.initializer.size() < offset + size)

@@ -307,6 +307,11 @@ TEST(VariableErrors, Declarations) {
               "4:14: variable 'a' is larger than the limit of 2^40 bytes");
     EXPECT_EQ(errorOfItems(".global .u32 a[1000000][1000000][1000000];"),
               "4:14: variable 'a' is larger than the limit of 2^40 bytes");
+    // Products that are small again in 64 bits; rows of an open first dimension.
+    for (const char* sizes : {"[4294967296][4294967296]", "[][4294967296][4294967296] = {1}",
+                              "[][3][715827883][2147483647] = {{{{1}}}, 2}"})
+        EXPECT_EQ(errorOfItems((std::string(".global .u32 a") + sizes + ";").c_str()),
+                  "4:14: variable 'a' is larger than the limit of 2^40 bytes");
     EXPECT_EQ(errorOfItems(".global .u32 a<4>;"), "4:15: only registers are declared in ranges");
     EXPECT_EQ(
         errorOfItems(".global .u32 a"),
@@ -343,6 +348,8 @@ TEST(VariableErrors, Initializers) {
               "5:18: undeclared name 'countr' (did you mean 'counter'?)");
     EXPECT_EQ(errorOfItems(".global .u32 b[4][100000000] = {{1}, {2}};"),
               "4:39: initialised variable 'b' is larger than the limit of 64 MiB");
+    EXPECT_EQ(errorOfItems(".global .u64 b[][1000000000] = {{}, {}, 1};"),
+              "4:41: initialised variable 'b' is larger than the limit of 64 MiB");
     EXPECT_EQ(errorOfItems(".global .u32 b = (1;"),
               "4:20: expected ')' after the expression, found ';'");
 }
