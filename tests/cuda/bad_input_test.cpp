@@ -40,6 +40,26 @@ TEST_F(BadInput, Copies) {
     copy.srcHeight = 2;
     copy.srcZ = SIZE_MAX;
     EXPECT_EQ(cuMemcpy3D(&copy), CUDA_ERROR_INVALID_VALUE);
+    copy.srcZ = 0;
+    // An offset that leaves an allocation does not lead to host memory, whatever lies there.
+    for (const CUmemorytype type : {CU_MEMORYTYPE_UNIFIED, CU_MEMORYTYPE_HOST}) {
+        static char host[64] = {};
+        void* pinned = nullptr;
+        ASSERT_EQ(cuMemAllocHost(&pinned, 4096), CUDA_SUCCESS);
+        CUDA_MEMCPY3D outside = {};
+        outside.srcMemoryType = outside.dstMemoryType = type;
+        outside.srcDevice = memory;
+        outside.srcHost = pinned;
+        outside.dstHost = host;
+        outside.dstDevice = reinterpret_cast<CUdeviceptr>(host);
+        outside.WidthInBytes = 16;
+        outside.Height = outside.Depth = 1;
+        outside.srcXInBytes = 4096;
+        EXPECT_EQ(cuMemcpy3D(&outside), CUDA_ERROR_INVALID_VALUE) << type;
+        outside.srcXInBytes = 4096 - 16;
+        EXPECT_EQ(cuMemcpy3D(&outside), CUDA_SUCCESS) << type;
+        EXPECT_EQ(cuMemFreeHost(pinned), CUDA_SUCCESS);
+    }
     copy.srcMemoryType = CU_MEMORYTYPE_ARRAY;
     copy.srcArray = reinterpret_cast<CUarray>(&copy);
     EXPECT_EQ(cuMemcpy3D(&copy), CUDA_ERROR_INVALID_HANDLE);

@@ -62,7 +62,7 @@ Side sideOfArray(CUarray handle, size_t x, size_t y, size_t z, const Shape& shap
             array.rowPitch(), array.slicePitch()};
 }
 
-// One side of a description; isDevice: it says so.
+// One side of a description; isDevice: it says so, or its address does.
 Side sideOf(CUmemorytype type, const void* host, CUdeviceptr device, CUarray array, size_t x,
             size_t y, size_t z, size_t pitch, size_t height, const Shape& shape, bool& isDevice) {
     const size_t width = shape.width;
@@ -94,7 +94,11 @@ Side sideOf(CUmemorytype type, const void* host, CUdeviceptr device, CUarray arr
     require(multiply(pitch, height, slicePitch) && multiply(slicePitch, z, slices) &&
                 multiply(pitch, y, rows) && add(slices, rows, offset) && add(offset, x, offset),
             "an offset overflows");
-    return {static_cast<std::byte*>(const_cast<void*>(base)) + offset, pitch, slicePitch};
+    // What begins in an allocation is not host memory, however far the offset goes.
+    isDevice = isDevice || cpu::memory().find(base);
+    size_t first = 0;
+    require(add(uintptr_t(base), offset, first), "an offset overflows");
+    return {reinterpret_cast<std::byte*>(first), pitch, slicePitch};
 }
 
 template <class T>
