@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Calls from several threads at once, on what they share: kernels of libraries, events, words,
-// graphs, pools, contexts that come and go. For the thread sanitizer above all (scripts/tsan).
+// graphs, pools, contexts that come and go. For the thread sanitizer above all (scripts/sanitize tsan).
 #include <cuda.h>
 #include <gtest/gtest.h>
 

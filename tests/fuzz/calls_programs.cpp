@@ -2,6 +2,7 @@
 // Fuzzing of modules, tasks, program groups and pipelines. Options repeat often, so that modules
 // and pipelines fit together now and then.
 #include "programs.h"
+#include "ptx_changes.h"
 #include "world.h"
 
 #include <cstddef>
@@ -136,6 +137,74 @@ void createModule(World& w) {
         w.done("a log string without end", OptixResult(-1));
 }
 const Call kCreateModule{"optixModuleCreateFromPTX", 8, createModule};
+
+// Programs with other words here and there, compiled all the way, but not launched: there is no
+// telling where they would write.
+void compileChanged(World& w) {
+    static const Tokens seed = tokensOf(programs());
+    const auto below = [&w](size_t limit) { return size_t(w.below(uint32_t(limit))); };
+    const std::string text = textOf(PtxChanges({seed}, below).changed(seed));
+    const OptixDeviceContext context = w.context();
+    OptixModuleCompileOptions options{};
+    options.optLevel = w.chance(70) ? OPTIX_COMPILE_OPTIMIZATION_LEVEL_0
+                                    : OPTIX_COMPILE_OPTIMIZATION_LEVEL_3;
+    const OptixPipelineCompileOptions pipelineOptions = compileOptions(w);
+    OptixModule module = nullptr;
+    const OptixResult result =
+        optixModuleCreateFromPTX(context, &options, &pipelineOptions, text.c_str(), text.size(),
+                                 nullptr, nullptr, &module);
+    w.done("optixModuleCreateFromPTX", result);
+    if (result != OPTIX_SUCCESS)
+        return;
+    std::vector<OptixProgramGroup> groups;
+    const auto add = [&](auto describe) {
+        OptixProgramGroupDesc d{};
+        describe(d);
+        const OptixProgramGroupOptions none{};
+        OptixProgramGroup group = nullptr;
+        const OptixResult added =
+            optixProgramGroupCreate(context, &d, 1, &none, nullptr, nullptr, &group);
+        w.done("optixProgramGroupCreate", added);
+        if (added == OPTIX_SUCCESS)
+            groups.push_back(group);
+    };
+    for (const char* name : {"__raygen__trace", "__raygen__call", "__raygen__throw"})
+        add([&](OptixProgramGroupDesc& d) {
+            d.kind = OPTIX_PROGRAM_GROUP_KIND_RAYGEN;
+            d.raygen = {module, name};
+        });
+    add([&](OptixProgramGroupDesc& d) {
+        d.kind = OPTIX_PROGRAM_GROUP_KIND_MISS;
+        d.miss = {module, "__miss__note"};
+    });
+    add([&](OptixProgramGroupDesc& d) {
+        d.kind = OPTIX_PROGRAM_GROUP_KIND_EXCEPTION;
+        d.exception = {module, "__exception__note"};
+    });
+    add([&](OptixProgramGroupDesc& d) {
+        d.kind = OPTIX_PROGRAM_GROUP_KIND_HITGROUP;
+        d.hitgroup = {module, "__closesthit__note", module, "__anyhit__note", module,
+                      "__intersection__note"};
+    });
+    add([&](OptixProgramGroupDesc& d) {
+        d.kind = OPTIX_PROGRAM_GROUP_KIND_CALLABLES;
+        d.callables = {module, "__direct_callable__add", module, "__continuation_callable__add"};
+    });
+    if (!groups.empty()) {
+        const OptixPipelineLinkOptions link{2, OPTIX_COMPILE_DEBUG_LEVEL_NONE};
+        OptixPipeline pipeline = nullptr;
+        const OptixResult made =
+            optixPipelineCreate(context, &pipelineOptions, &link, groups.data(),
+                                unsigned(groups.size()), nullptr, nullptr, &pipeline);
+        w.done("optixPipelineCreate", made);
+        if (made == OPTIX_SUCCESS)
+            w.done("optixPipelineDestroy", optixPipelineDestroy(pipeline));
+    }
+    for (OptixProgramGroup group : groups)
+        w.done("optixProgramGroupDestroy", optixProgramGroupDestroy(group));
+    w.done("optixModuleDestroy", optixModuleDestroy(module));
+}
+const Call kCompileChanged{"optixPipelineCreate (changed programs)", 2, compileChanged};
 
 void moduleState(World& w) {
     OptixModuleCompileState state{};

@@ -5,6 +5,7 @@
 //   fuzz_images [--seconds N] [--start N] [--input N] PTX FILES
 // A container lies before memory that cannot be read.
 #include "../last_words.h"
+#include "../ptx_changes.h"
 
 #include <cuda.h>
 
@@ -16,7 +17,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cctype>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -29,7 +29,7 @@
 
 namespace {
 
-using Tokens = std::vector<std::string>;
+using fuzz::Tokens;
 
 std::atomic<unsigned long> gInput{0};
 
@@ -41,44 +41,10 @@ void tellWhere() {
         _exit(3);
 }
 
-bool isWordPart(char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '%' || c == '$';
-}
-bool isSpace(const std::string& token) {
-    return std::isspace(static_cast<unsigned char>(token[0]));
-}
-bool isNumber(const std::string& token) {
-    return std::isdigit(static_cast<unsigned char>(token[0]));
-}
-
-// Words, modifiers with their point, runs of space, single other characters.
-Tokens tokensOf(const std::string& text) {
-    Tokens tokens;
-    for (size_t begin = 0; begin < text.size();) {
-        size_t end = begin + 1;
-        const bool isModifier = text[begin] == '.' && end < text.size() && isWordPart(text[end]);
-        if (isWordPart(text[begin]) || isModifier)
-            end = size_t(std::find_if_not(text.begin() + ptrdiff_t(end), text.end(), isWordPart) -
-                         text.begin());
-        else if (std::isspace(static_cast<unsigned char>(text[begin])))
-            while (end < text.size() && std::isspace(static_cast<unsigned char>(text[end])))
-                ++end;
-        tokens.push_back(text.substr(begin, end - begin));
-        begin = end;
-    }
-    return tokens;
-}
-
 class Fuzzer {
 public:
-    Fuzzer(std::vector<Tokens> seeds) : seeds_(std::move(seeds)) {
-        for (const Tokens& tokens : seeds_)
-            for (const std::string& token : tokens)
-                if (token[0] == '.' || isWordPart(token[0]))
-                    pool_.push_back(token);
-        for (const char* rare : {"0", "-1", "64", "4294967296", "0xffffffffffffffff", "0f7F800000",
-                                 "0d7FF8000000000000", "%envreg1", "1000000000"})
-            pool_.insert(pool_.end(), 20, rare);
+    Fuzzer(std::vector<Tokens> seeds)
+        : seeds_(std::move(seeds)), changes_(seeds_, [this](size_t limit) { return below(limit); }) {
         void* area =
             mmap(nullptr, 2 * kPart, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
         if (area == MAP_FAILED || mprotect(static_cast<char*>(area) + kPart, kPart, PROT_NONE))
@@ -92,9 +58,9 @@ public:
         random_.seed(number * 7919 + 1);
         const Tokens& seed = seeds_[below(seeds_.size())];
         if (below(3) == 0)
-            tryContainer(textOf(seed));
+            tryContainer(fuzz::textOf(seed));
         else
-            tryText(textOf(changed(seed)));
+            tryText(fuzz::textOf(changes_.changed(seed)));
         alarm(0);
     }
 
@@ -104,71 +70,6 @@ private:
     static constexpr size_t kPart = size_t(1) << 20;
 
     size_t below(size_t limit) { return random_() % limit; }
-
-    static std::string textOf(const Tokens& tokens) {
-        std::string text;
-        for (const std::string& token : tokens)
-            text += token;
-        return text;
-    }
-
-    Tokens changed(Tokens tokens) {
-        for (size_t edits = 1 + below(4); edits > 0; --edits) {
-            size_t at = below(tokens.size());
-            for (int tries = 0; tries < 50 && isSpace(tokens[at]); ++tries)
-                at = below(tokens.size());
-            change(tokens, at);
-        }
-        return tokens;
-    }
-
-    void change(Tokens& tokens, size_t at) {
-        const auto place = [&](size_t index) { return tokens.begin() + ptrdiff_t(index); };
-        std::string& token = tokens[at];
-        const std::string other = tokens[below(tokens.size())];
-        switch (below(7)) {
-        case 0:
-        case 1:
-        case 2: // another of its kind
-            for (int tries = 0; tries < 200; ++tries) {
-                const std::string& found = pool_[below(pool_.size())];
-                if ((found[0] == '.') == (token[0] == '.') && isNumber(found) == isNumber(token)) {
-                    token = found;
-                    return;
-                }
-            }
-            return;
-        case 3:
-            tokens.erase(place(at));
-            return;
-        case 4:
-            tokens.insert(place(at), other);
-            return;
-        case 5:
-            token = other;
-            return;
-        default:
-            break;
-        }
-        // A statement less, or one more somewhere.
-        size_t begin = at, end = at;
-        while (begin > 0 && tokens[begin - 1] != ";")
-            --begin;
-        while (end < tokens.size() && tokens[end] != ";")
-            ++end;
-        if (end == tokens.size())
-            return;
-        const Tokens statement(place(begin), place(end + 1));
-        if (below(2)) {
-            tokens.erase(place(begin), place(end + 1));
-            return;
-        }
-        size_t to = below(tokens.size());
-        while (to < tokens.size() && tokens[to] != ";")
-            ++to;
-        if (to < tokens.size())
-            tokens.insert(place(to + 1), statement.begin(), statement.end());
-    }
 
     void tryText(const std::string& text) {
         CUmodule module = nullptr;
@@ -281,7 +182,7 @@ private:
     }
 
     const std::vector<Tokens> seeds_;
-    Tokens pool_;
+    const fuzz::PtxChanges changes_;
     std::mt19937_64 random_;
     char* end_ = nullptr;
 };
@@ -304,7 +205,7 @@ int main(int argc, char** argv) {
         std::ifstream file(name, std::ios::binary);
         const std::string text((std::istreambuf_iterator<char>(file)), {});
         if (!text.empty() && text.size() < 30000)
-            seeds.push_back(tokensOf(text));
+            seeds.push_back(fuzz::tokensOf(text));
     }
     if (seeds.empty()) {
         std::fprintf(stderr,
