@@ -17,6 +17,7 @@
 #include "compiler/ray_states.h"
 #include "compiler/resumable.h"
 #include "compiler/stack_checks.h"
+#include "devlib/abi.h"
 
 #include <llvm/IR/DebugInfo.h>
 #include <llvm/IR/InlineAsm.h>
@@ -53,6 +54,11 @@ struct Dispatcher {
 
 // What the lowering calls for optixReportIntersection, and the run-time's function.
 constexpr const char *kReportHere = "sunstone_gpu_report", *kReport = "sunstone_gpu_reportTo";
+
+// Functions of LaunchConstants (devlib/gpu/programs.h), in the order of its members.
+constexpr const char* kConstantNames[] = {"sunstone_gpu_usual", "sunstone_gpu_known",
+                                          "sunstone_gpu_maxGraphDepth"};
+static_assert(std::size(kConstantNames) == devlib::LaunchConstants::kCount);
 
 // Kernels of devlib/gpu: run.h, loop.h, nested.h.
 enum class KernelKind { kPlain, kLoop, kNested };
@@ -110,6 +116,7 @@ public:
         optimizeForGpu(unit_.module(), *machine_, level_);
         if (kernel_ == KernelKind::kNested)
             foldStates();
+        defineLaunchConstants();
         optimizer_->dump("optimized");
         refuseUnresolved();
         times_.step("optimize");
@@ -500,8 +507,10 @@ private:
     void makeKernel() {
         llvm::LLVMContext& context = unit_.context();
         llvm::IRBuilder<> builder(context);
+        std::vector<llvm::Type*> parameters(1 + std::size(kConstantNames), builder.getInt64Ty());
+        parameters[0] = builder.getPtrTy();
         auto* kernel = llvm::Function::Create(
-            llvm::FunctionType::get(builder.getVoidTy(), {builder.getPtrTy()}, false),
+            llvm::FunctionType::get(builder.getVoidTy(), parameters, false),
             llvm::GlobalValue::ExternalLinkage, kGpuKernel, unit_.module());
         kernel->setCallingConv(llvm::CallingConv::PTX_Kernel);
         builder.SetInsertPoint(llvm::BasicBlock::Create(context, "", kernel));
@@ -533,6 +542,32 @@ private:
                 entryOf(kernel_), llvm::FunctionType::get(builder.getVoidTy(), types, false)),
             arguments);
         builder.CreateRetVoid();
+    }
+
+    // In the kernel they are its arguments, which GPUs have at hand without a load.
+    void defineLaunchConstants() {
+        llvm::Function* const kernel = unit_.module().getFunction(kGpuKernel);
+        for (unsigned i = 0; i < std::size(kConstantNames); ++i) {
+            llvm::Function* const function = unit_.module().getFunction(kConstantNames[i]);
+            if (!function)
+                continue;
+            for (llvm::User* user : llvm::make_early_inc_range(function->users())) {
+                auto* call = llvm::cast<llvm::CallInst>(user);
+                llvm::Value* value = kernel->getArg(1 + i);
+                if (call->getFunction() != kernel) {
+                    llvm::IRBuilder<> builder(call);
+                    const uint64_t offset = sizeof(devlib::LaunchState) + 8 * i;
+                    value = builder.CreateAlignedLoad(
+                        call->getType(),
+                        builder.CreateInBoundsGEP(builder.getInt8Ty(), call->getArgOperand(0),
+                                                  builder.getInt64(offset)),
+                        llvm::Align(8));
+                }
+                call->replaceAllUsesWith(value);
+                call->eraseFromParent();
+            }
+            function->eraseFromParent();
+        }
     }
 
     void foldStates() {

@@ -48,7 +48,7 @@ struct GpuPipelineRequest {
 // _exception, _closestHit, _anyHit, _intersection; and with the group number alone, for the code
 // address or null: sunstone_gpu_direct, sunstone_gpu_continuation.
 struct GpuCode {
-    std::string ptx;      // the kernel is kGpuKernel, its one parameter that of sunstone_gpu_run
+    std::string ptx;      // of kGpuKernel; parameters: a LaunchBlock's address, LaunchConstants
     std::string feedback; // the kind of kernel, what was specialised to bound values, in lines
     GpuStack stack;
     std::string calls;       // GpuCalls::text()

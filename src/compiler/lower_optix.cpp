@@ -97,6 +97,18 @@ private:
         return unit_.launchFunction(builder_, unit_.isGpu() ? nullptr : launch(), offset, name,
                                     type);
     }
+    // Calls a function of the run-time that looks into structures. On a GPU it takes the launch, too,
+    // as it has to find out whether there is memory at all.
+    Value* callAccessor(size_t offset, const char* name, llvm::Type* result,
+                        std::vector<Value*> operands) {
+        if (unit_.isGpu())
+            operands.insert(operands.begin(), launch());
+        std::vector<llvm::Type*> types;
+        for (const Value* operand : operands)
+            types.push_back(operand->getType());
+        auto* signature = llvm::FunctionType::get(result, types, false);
+        return builder_.CreateCall(signature, launchFunction(offset, name, signature), operands);
+    }
     Value* thread() { return loadOfLaunch(state(), offsetof(RayState, thread), pointer()); }
 
     // The constant value of an operand; faults where it is not constant.
@@ -241,10 +253,8 @@ private:
             return shapePoints(type);
         case IntrinsicOp::kInstanceHandle: {
             checkAccess(devlib::kAccessInstance, argument(0), argument(1), builder_.getInt32(0));
-            auto* signature = llvm::FunctionType::get(type, {type, word()}, false);
-            Value* target =
-                launchFunction(offsetof(LaunchState, instanceHandle), "instanceHandle", signature);
-            return builder_.CreateCall(signature, target, {argument(0), argument(1)});
+            return callAccessor(offsetof(LaunchState, instanceHandle), "instanceHandle", type,
+                                {argument(0), argument(1)});
         }
         default:
             return transformGetter(type);
@@ -271,10 +281,8 @@ private:
     Value* gasMotion(llvm::Type* type) {
         Value* memory = entryAlloca(
             llvm::ArrayType::get(word(), sizeof(devlib::GasMotion) / sizeof(uint32_t)), 4);
-        auto* signature = llvm::FunctionType::get(builder_.getVoidTy(),
-                                                  {builder_.getInt64Ty(), pointer()}, false);
-        Value* target = launchFunction(offsetof(LaunchState, gasMotion), "gasMotion", signature);
-        builder_.CreateCall(signature, target, {argument(0), memory});
+        callAccessor(offsetof(LaunchState, gasMotion), "gasMotion", builder_.getVoidTy(),
+                     {argument(0), memory});
         return load(memory, number(), type);
     }
 
@@ -288,14 +296,9 @@ private:
         llvm::Type* number = builder_.getFloatTy();
         const unsigned count = llvm::cast<llvm::StructType>(type)->getNumElements();
         Value* memory = entryAlloca(llvm::ArrayType::get(number, count), 4);
-        auto* signature = llvm::FunctionType::get(
-            builder_.getVoidTy(),
-            {builder_.getInt64Ty(), word(), word(), word(), number, pointer()}, false);
-        Value* target =
-            launchFunction(offsetof(LaunchState, shapePoints), "shapePoints", signature);
-        builder_.CreateCall(signature, target,
-                            {argument(0), builder_.getInt32(this->number()), argument(1),
-                             argument(2), argument(3), memory});
+        callAccessor(offsetof(LaunchState, shapePoints), "shapePoints", builder_.getVoidTy(),
+                     {argument(0), builder_.getInt32(this->number()), argument(1), argument(2),
+                      argument(3), memory});
         Value* all = llvm::PoisonValue::get(type);
         for (unsigned i = 0; i < count; ++i)
             all = builder_.CreateInsertValue(all, load(memory, i * 4u, number), i);
@@ -306,13 +309,9 @@ private:
         checkAccess(devlib::kAccessVertices, argument(0), argument(1), argument(2));
         llvm::Type* number = builder_.getFloatTy();
         Value* memory = entryAlloca(llvm::ArrayType::get(number, 9), 4);
-        auto* signature = llvm::FunctionType::get(
-            builder_.getVoidTy(), {builder_.getInt64Ty(), word(), word(), number, pointer()},
-            false);
-        Value* target =
-            launchFunction(offsetof(LaunchState, triangleVertices), "triangleVertices", signature);
-        builder_.CreateCall(signature, target,
-                            {argument(0), argument(1), argument(2), timeOf(argument(3)), memory});
+        callAccessor(offsetof(LaunchState, triangleVertices), "triangleVertices",
+                     builder_.getVoidTy(),
+                     {argument(0), argument(1), argument(2), timeOf(argument(3)), memory});
         Value* all = llvm::PoisonValue::get(type);
         for (unsigned i = 0; i < 9; ++i)
             all = builder_.CreateInsertValue(all, load(memory, i * 4u, number), i);

@@ -214,6 +214,16 @@ struct LaunchState {
                         float time, float* points);
 };
 
+// On GPUs these follow the LaunchState, and the kernel has them as its arguments behind the address of
+// that, in this order: there they cost nothing to read.
+struct LaunchConstants {
+    uint64_t usual; // a handle that is known to be good and that rays are likely to be given; or 0
+    uint64_t known; // the handles that lead somewhere, see bvh/gpu/known_handles.h
+    uint64_t maxGraphDepth;
+    static constexpr unsigned kCount = 3;
+};
+static_assert(sizeof(LaunchConstants) == LaunchConstants::kCount * sizeof(uint64_t));
+
 // A hit: the candidate an any-hit or intersection program looks at, or the accepted one.
 struct Hit {
     float t;

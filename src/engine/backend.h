@@ -81,6 +81,9 @@ public:
                                    const uint64_t* children, size_t count,
                                    std::vector<const void*> arrays) = 0;
 
+    // This is the handle of a transform in the caller's memory.
+    virtual void noteTransform(uint64_t) {}
+
     virtual void buildMicromapArray(const ContextPtr& context, MicromapArrayBuild request) = 0;
     virtual bvh::RelocationInfo micromapRelocationInfo(const ContextPtr& context,
                                                        const void* array) = 0;

@@ -96,6 +96,18 @@ const char* wideSbtRemark() {
            "them it finds other records";
 }
 
+std::string deepGraphRemark(unsigned declared) {
+    return message("a traversable graph has more than the ", declared,
+                   " levels of maxTraversableGraphDepth given to optixPipelineSetStackSize");
+}
+
+std::string unknownHandleRemark(uint64_t handle) {
+    return message("a ray was given, or came to, the traversable ",
+                   reinterpret_cast<const void*>(handle),
+                   ", which is none, or one whose memory is not allocated any more; there is "
+                   "nothing to hit");
+}
+
 uint64_t stackLimitOfThread() {
     static constexpr uint64_t kReserve = 384 << 10;
     thread_local const uint64_t limit = [] {

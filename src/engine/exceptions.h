@@ -17,6 +17,9 @@ std::string describeException(const devlib::ThreadState& thread);
 
 // What the log says of SBT offsets and strides that not all processors understand alike.
 const char* wideSbtRemark();
+// Of graphs deeper than declared, and of handles that lead nowhere.
+std::string deepGraphRemark(unsigned declared);
+std::string unknownHandleRemark(uint64_t handle);
 
 // Lowest address that frames of the calling thread may reach, with room left for functions of the
 // run-time that do not check.

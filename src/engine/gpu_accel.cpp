@@ -4,7 +4,6 @@
 #include "bvh/gpu/layout.h"
 #include "engine/accel.h"
 #include "engine/gpu_backend.h"
-#include "engine/gpu_structures.h"
 
 #include <cstddef>
 #include <vector>
@@ -68,8 +67,11 @@ bvh::MemoryUsage GpuBackend::accelMemory(const bvh::BuildInputs& inputs,
 void GpuBackend::tellOfBuilds(const Context& context) {
     if (!context.log)
         return;
-    for (const std::string& failure : builder().takeFailures())
+    std::vector<std::string> remarks;
+    for (const std::string& failure : builder().takeFailures(&remarks))
         context.log(LogLevel::kError, "ACCEL", failure);
+    for (const std::string& remark : remarks)
+        context.log(LogLevel::kWarning, "ACCEL", remark);
 }
 
 uint64_t GpuBackend::buildAccel(const ContextPtr& context, AccelBuild request) {
@@ -80,9 +82,11 @@ uint64_t GpuBackend::buildAccel(const ContextPtr& context, AccelBuild request) {
     if (request.rules && inputs.instances && context->log)
         warnOfBrokenRule(*context, HostInstances(*inputs.instances, stream).input, *request.rules);
     tellOfBuilds(*context);
+    const uint64_t known =
+        inputs.instances ? known_->update(GpuKnownHandles::kSome, 0, stream).known : 0;
     const auto run = request.update ? &bvh::gpu::Builder::update : &bvh::gpu::Builder::build;
     (builder().*run)(stream, inputs, request.options, CUdeviceptr(request.temp), request.tempSize,
-                     output, request.outputSize);
+                     output, request.outputSize, known);
     for (const AccelEmit& emit : request.emit) {
         const auto to = CUdeviceptr(emit.destination);
         if (emit.kind == AccelEmit::kCompactedSize)
@@ -90,8 +94,10 @@ uint64_t GpuBackend::buildAccel(const ContextPtr& context, AccelBuild request) {
         else
             builder().emitBounds(stream, output, to);
     }
-    noteGpuStructure(output);
-    return devlib::makeHandle(request.output, inputs.instances ? devlib::kTagIas : devlib::kTagGas);
+    const uint64_t handle =
+        devlib::makeHandle(request.output, inputs.instances ? devlib::kTagIas : devlib::kTagGas);
+    noteGpuHandle(handle);
+    return handle;
 }
 
 [[noreturn]] static void refuseHandle(uint64_t handle, const char* parameter) {
@@ -149,8 +155,9 @@ uint64_t GpuBackend::compactAccel(const ContextPtr& context, void* stream, uint6
         checkCompaction(headerOf(handle, CUstream(stream), "inputHandle"), handle, to,
                         destinationSize);
     builder().compact(CUstream(stream), source, to, destinationSize);
-    noteGpuStructure(to);
-    return devlib::makeHandle(destination, devlib::tagOf(handle));
+    const uint64_t copy = devlib::makeHandle(destination, devlib::tagOf(handle));
+    noteGpuHandle(copy);
+    return copy;
 }
 
 bvh::RelocationInfo GpuBackend::relocationInfo(const ContextPtr&, uint64_t handle) {
@@ -165,14 +172,18 @@ uint64_t GpuBackend::relocateAccel(const ContextPtr& context, void* stream,
                                    std::vector<const void*> arrays) {
     ContextScope scope(device_.context());
     tellOfBuilds(*context);
+    const uint64_t known =
+        children ? known_->update(GpuKnownHandles::kSome, 0, CUstream(stream)).known : 0;
     builder().relocate(CUstream(stream), info, CUdeviceptr(block), CUdeviceptr(children),
-                       children ? count : 0);
+                       children ? count : 0, known);
     for (size_t i = 0; i < arrays.size(); ++i)
         if (arrays[i])
             builder().relocateMicromaps(CUstream(stream), CUdeviceptr(block), uint32_t(i),
                                         CUdeviceptr(arrays[i]));
-    noteGpuStructure(uint64_t(block));
-    return devlib::makeHandle(block, bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
+    const uint64_t handle =
+        devlib::makeHandle(block, bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
+    noteGpuHandle(handle);
+    return handle;
 }
 
 } // namespace sunstone::engine

@@ -3,7 +3,6 @@
 
 #include "base/error.h"
 #include "engine/accel.h"
-#include "engine/gpu_structures.h"
 #include "engine/launch.h"
 
 #include <algorithm>
@@ -31,9 +30,11 @@ GpuBackend::~GpuBackend() {
         ContextScope scope(device_.context());
         builder_.reset();
         denoiser_.reset();
+        known_.reset();
     } catch (const Error&) { // the application has destroyed its context, and modules with it
         (void)builder_.release();
         (void)denoiser_.release();
+        (void)known_.release();
     }
 }
 
@@ -72,11 +73,13 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
         checkBoundValues(pipeline, params.data());
     }
     const bool debugging = pipeline.rules.exceptionFlags & devlib::kFlagDebug;
-    const std::vector<uint64_t> structures =
-        debugging ? liveGpuStructures() : std::vector<uint64_t>();
-    const size_t table = (variable + 64 + 15) / 16 * 16; // behind the parameters
-    const size_t tableBytes = structures.size() * sizeof(uint64_t);
-    GpuLaunchSlots::Lease slot(slots_, context, stream, table + tableBytes, request.validation);
+    const auto& code = static_cast<const GpuCodeObject&>(*pipeline.deviceCode);
+    GpuLaunchSlots::Lease slot(slots_, context, stream, variable, request.validation);
+    slot->usualHandle = code.usualHandle;
+    const bool asksAll = debugging || request.validation;
+    const GpuKnownHandles::View handles =
+        known_->update(asksAll ? GpuKnownHandles::kAll : GpuKnownHandles::kSome, *code.usualHandle,
+                       stream);
     LaunchBlock& block = *slot->host;
     std::memset(static_cast<void*>(&block), 0, sizeof(block));
     block.launch.params = reinterpret_cast<const void*>(slot->memory + GpuLaunchSlots::kParameters);
@@ -90,7 +93,6 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.launch.primitiveTypeFlags = pipeline.rules.primitiveTypeFlags;
     block.launch.maxGraphDepth = request.limits.maxGraphDepth;
     block.launch.numAttributes = pipeline.rules.numAttributeValues;
-    const auto& code = static_cast<const GpuCodeObject&>(*pipeline.deviceCode);
     block.firstGroup = code.firstGroup;
     const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
     constexpr uint64_t kTilesOfBlock = devlib::kGpuBlockThreads / devlib::kGpuTile;
@@ -98,12 +100,7 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.work = {0, tiles * devlib::kGpuTile, devlib::kPatience};
     block.report = devlib::emptyReport();
     block.stackBytes = uint32_t(code.stackBytes);
-    block.structures = slot->memory + GpuLaunchSlots::kParameters + table;
-    block.numStructures = uint32_t(structures.size());
-    if (tableBytes) {
-        std::memcpy(slot->extra, structures.data(), tableBytes);
-        SUNSTONE_CU(memcpyHtoDAsync, block.structures, slot->extra, tableBytes, stream);
-    }
+    block.constants = {handles.usual, handles.known, request.limits.maxGraphDepth};
     SUNSTONE_CU(memcpyHtoDAsync, slot->memory, &block, sizeof(block), stream);
     const CUdeviceptr params = slot->memory + GpuLaunchSlots::kParameters;
     if (given)
@@ -111,7 +108,8 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     if (given < variable) // reads beyond the caller's block see zeros
         SUNSTONE_CU(memsetD8Async, params + given, 0, variable - given, stream);
 
-    void* arguments[] = {&slot->memory};
+    void* arguments[] = {&slot->memory, &block.constants.usual, &block.constants.known,
+                         &block.constants.maxGraphDepth};
     SUNSTONE_CU(launchKernel, code.kernel, unsigned(blocks), 1, 1, devlib::kGpuBlockThreads, 1, 1,
                 0, stream, arguments, nullptr);
     SUNSTONE_CU(memcpyDtoHAsync, slot->report, slot->memory + offsetof(LaunchBlock, report),

@@ -10,6 +10,7 @@
 #include "engine/backend.h"
 #include "engine/gpu_code.h"
 #include "engine/gpu_launch_slots.h"
+#include "engine/gpu_structures.h"
 
 #include <map>
 #include <mutex>
@@ -43,6 +44,8 @@ public:
                            void* block, const uint64_t* children, size_t count,
                            std::vector<const void*> arrays) override;
 
+    void noteTransform(uint64_t handle) override { noteGpuHandle(handle); }
+
     void buildMicromapArray(const ContextPtr& context, MicromapArrayBuild request) override;
     bvh::RelocationInfo micromapRelocationInfo(const ContextPtr& context,
                                                const void* array) override;
@@ -69,6 +72,7 @@ private:
     std::mutex refusalMutex_;
     std::map<CUstream, std::string> refusals_; // the first of each stream, until its next call
     LoadedGpuCodes loaded_;
+    std::unique_ptr<GpuKnownHandles> known_ = std::make_unique<GpuKnownHandles>();
     GpuLaunchSlots slots_;
 };
 

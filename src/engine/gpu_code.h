@@ -48,6 +48,9 @@ public:
     size_t neededStack = 0;
     size_t reservedStack = 0; // of it, for functions that do not check
     std::atomic<size_t> stackBytes = 0;
+    // What rays of the last launch were given, if launches said; these may outlive the pipeline.
+    const std::shared_ptr<std::atomic<uint64_t>> usualHandle =
+        std::make_shared<std::atomic<uint64_t>>(0);
 
 private:
     CUcontext context_;

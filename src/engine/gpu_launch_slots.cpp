@@ -24,8 +24,8 @@ std::string nameOfFatal(int32_t code) {
     case devlib::kFatalExceptionRecord:
         return "the exception record holds no such program group of the pipeline";
     case devlib::kFatalGraphTooDeep:
-        return message("the traversable graph is deeper than ", devlib::kMaxGpuGraphDepth + 1,
-                       ", which is the limit on GPUs");
+        return "the structures on a path of the traversable graph are too deep together for "
+               "GPUs: more than 16 of them, with trees as deep as they can be";
     case devlib::kFatalMotion:
         return "a ray came to motion keys or a motion transform, and the pipeline is compiled "
                "without usesMotionBlur, with which rays on GPUs meet nothing that moves";
@@ -284,14 +284,27 @@ std::string GpuLaunchSlots::failureOf(const Slot& slot, bool validation, bool wi
 void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
     const bool abandoned = slot.state == State::kAbandoned;
     slot.state = State::kFree;
+    const auto usualHandle = std::move(slot.usualHandle);
     if (abandoned)
         return;
+    if (slot.report->usual != 0 && usualHandle)
+        *usualHandle = slot.report->usual;
     const std::string where = message("launch ", slot.number, ": ");
     const devlib::LaunchReport& report = *slot.report;
     const std::string failure = failureOf(slot, slot.validation, false);
     const std::string unseen = describe(report.unseen, slot.host->launch, report.unseenDetails);
-    if (report.notes & devlib::kNoteWideSbt)
-        lines.push_back({slot.context, LogLevel::kWarning, where + wideSbtRemark()});
+    const auto remark = [&](const std::string& text) {
+        lines.push_back({slot.context, LogLevel::kWarning, where + text});
+    };
+    if (report.wideSbt)
+        remark(wideSbtRemark());
+    if (report.deepGraph)
+        remark(deepGraphRemark(unsigned(slot.host->constants.maxGraphDepth)));
+    if (report.outsideFlags)
+        remark("a ray came to an instance that traversableGraphFlags of the pipeline compile "
+               "options rule out, and passed it by");
+    if (report.unknown)
+        remark(unknownHandleRemark(report.unknown));
     if (!failure.empty())
         lines.push_back({slot.context, LogLevel::kError, where + failure});
     else if (!unseen.empty())

@@ -9,7 +9,9 @@
 #include "devlib/gpu/launch_block.h"
 #include "engine/context.h"
 
+#include <atomic>
 #include <cstddef>
+#include <memory>
 #include <mutex>
 #include <vector>
 
@@ -36,6 +38,7 @@ public:
         State state = State::kFree;
         bool validation = false;
         std::weak_ptr<Context> context;
+        std::shared_ptr<std::atomic<uint64_t>> usualHandle; // of the pipeline; see GpuCodeObject
         uint64_t number = 0; // of the launch, in order
     };
     static constexpr size_t kParameters = (sizeof(devlib::LaunchBlock) + 255) / 256 * 256;

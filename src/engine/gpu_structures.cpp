@@ -1,56 +1,202 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/gpu_structures.h"
 
-#include "device/cuda/driver.h"
+#include "bvh/gpu/known_handles.h"
+#include "devlib/abi.h"
 
 #include <algorithm>
-#include <mutex>
-#include <set>
+#include <bit>
+#include <unordered_map>
+#include <vector>
 
 namespace sunstone::engine {
 namespace {
 
 using namespace device::cuda;
+using namespace bvh::gpu;
 
-struct Structures {
+bool isAllocated(uint64_t handle) {
+    unsigned type = 0;
+    return driver().pointerGetAttribute(&type, CU_POINTER_ATTRIBUTE_MEMORY_TYPE,
+                                        devlib::addressOf(handle)) == CUDA_SUCCESS;
+}
+
+bool isStructure(uint64_t handle) {
+    const devlib::HandleTag tag = devlib::tagOf(handle);
+    return tag == devlib::kTagGas || tag == devlib::kTagIas;
+}
+
+// All handles of the process, and the table as it is to be in each context: handles may be used in
+// any of them. A handle keeps its place until the layout changes.
+class Handles {
+public:
     std::mutex mutex;
-    std::set<uint64_t> addresses;
-    size_t most = 4096; // before those are looked for that are gone
 
-    void forgetFreed() {
-        for (auto address = addresses.begin(); address != addresses.end();)
-            address = isAllocated(*address) ? std::next(address) : addresses.erase(address);
+    void note(uint64_t handle) {
+        if (isStructure(handle)) { // the memory held one of the other kind before
+            const auto other = entries_.find(handle ^ devlib::kTagGas ^ devlib::kTagIas);
+            if (other != entries_.end())
+                set(other->second, false);
+            newest_ = handle;
+        }
+        const auto known = entries_.find(handle);
+        if (known != entries_.end()) {
+            known->second.mayVanish = canVanish(handle);
+            return set(known->second, true);
+        }
+        if (2 * (order_.size() + 1) > slots.size())
+            lay();
+        order_.push_back(handle);
+        Entry& entry = entries_[handle];
+        entry.handle = handle;
+        entry.mayVanish = canVanish(handle);
+        enter(entry);
+        writes.push_back(entry.place);
     }
-    static bool isAllocated(uint64_t address) {
-        unsigned type = 0;
-        return driver().pointerGetAttribute(&type, CU_POINTER_ATTRIBUTE_MEMORY_TYPE, address) ==
-               CUDA_SUCCESS;
+
+    // Asks the driver about as many structures, from where the last call ended.
+    void look(size_t count) {
+        for (size_t asked = 0, seen = 0; asked < count && seen < order_.size(); ++seen) {
+            next_ = (next_ + 1) % order_.size();
+            asked += look(entries_.find(order_[next_])->second);
+        }
     }
+    // One of the two that is there, or 0.
+    uint64_t usual(uint64_t handle) {
+        for (const uint64_t each : {handle, newest_})
+            if (const auto found = entries_.find(each); found != entries_.end()) {
+                look(found->second);
+                if (found->second.isThere)
+                    return each;
+            }
+        return 0;
+    }
+
+    // There is a table, and it is shorter to write it than all that has changed.
+    void tidy() {
+        if (slots.empty() || writes.size() > 4 * slots.size())
+            lay();
+    }
+
+    std::vector<uint64_t> slots;
+    uint64_t layout = 0;          // counts changes of all places
+    std::vector<uint32_t> writes; // places written to since, in order
+    unsigned shift() const { return 32 - unsigned(std::countr_zero(slots.size())); }
+
+private:
+    struct Entry {
+        uint64_t handle = 0;
+        uint32_t place = 0;
+        bool isThere = true;
+        bool mayVanish = false;
+    };
+
+    // Transforms stay: an address makes the same handle again, without a call. So do structures of
+    // whose memory the driver knows nothing from the first.
+    static bool canVanish(uint64_t handle) { return isStructure(handle) && isAllocated(handle); }
+
+    // Whether the driver was asked. Memory may come back where it was: virtual memory that is mapped
+    // again.
+    bool look(Entry& entry) {
+        if (entry.mayVanish)
+            set(entry, isAllocated(entry.handle));
+        return entry.mayVanish;
+    }
+
+    void set(Entry& entry, bool isThere) {
+        if (entry.isThere == isThere)
+            return;
+        entry.isThere = isThere;
+        slots[entry.place] = isThere ? entry.handle : kGoneEntry;
+        writes.push_back(entry.place);
+    }
+
+    void enter(Entry& entry) {
+        uint32_t place = placeOfHandle(entry.handle, shift());
+        while (slots[place] != kFreeEntry)
+            place = (place + 1) % uint32_t(slots.size());
+        entry.place = place;
+        slots[place] = entry.handle;
+    }
+
+    // Another table, without what is gone.
+    void lay() {
+        std::erase_if(entries_, [](const auto& each) { return !each.second.isThere; });
+        std::erase_if(order_, [&](uint64_t handle) { return !entries_.contains(handle); });
+        constexpr size_t kLeast = 256;
+        slots.assign(std::bit_ceil(std::max(kLeast, 4 * order_.size())), kFreeEntry);
+        writes.clear();
+        ++layout;
+        for (auto& [handle, entry] : entries_)
+            enter(entry);
+    }
+
+    std::unordered_map<uint64_t, Entry> entries_;
+    std::vector<uint64_t> order_;
+    size_t next_ = 0;
+    uint64_t newest_ = 0;
 };
 
-// One for the process: handles may be used in any of its contexts.
-Structures& structures() {
-    static Structures all;
+Handles& handles() {
+    static Handles all;
     return all;
 }
 
 } // namespace
 
-void noteGpuStructure(uint64_t address) {
-    Structures& all = structures();
+void noteGpuHandle(uint64_t handle) {
+    Handles& all = handles();
     std::lock_guard lock(all.mutex);
-    if (all.addresses.size() >= all.most) {
-        all.forgetFreed();
-        all.most = std::max<size_t>(4096, 2 * all.addresses.size());
-    }
-    all.addresses.insert(address);
+    all.note(handle);
 }
 
-std::vector<uint64_t> liveGpuStructures() {
-    Structures& all = structures();
+GpuKnownHandles::~GpuKnownHandles() {
+    if (stream_)
+        driver().streamDestroy(stream_);
+    driver().memFree(table_);
+    driver().memFree(replaced_);
+}
+
+// What launches under way have of the table stays until there is a third one: freeing it waits for
+// them.
+void GpuKnownHandles::makeRoom(size_t entries) {
+    if (!stream_)
+        SUNSTONE_CU(streamCreate, &stream_, CU_STREAM_NON_BLOCKING);
+    CUdeviceptr table = 0;
+    SUNSTONE_CU(memAlloc, &table, entries * sizeof(uint64_t));
+    driver().memFree(replaced_);
+    replaced_ = table_;
+    table_ = table;
+}
+
+GpuKnownHandles::View GpuKnownHandles::update(size_t asked, uint64_t usual, CUstream stream) {
+    if (isCapturing(driver(), stream))
+        return {0, 0};
+    Handles& all = handles();
+    std::lock_guard own(mutex_);
     std::lock_guard lock(all.mutex);
-    all.forgetFreed();
-    return {all.addresses.begin(), all.addresses.end()};
+    all.tidy();
+    all.look(asked);
+    usual = all.usual(usual);
+    const bool isNew = layout_ != all.layout;
+    if (isNew || written_ != all.writes.size()) {
+        constexpr size_t kFew = 16;
+        if (isNew)
+            makeRoom(all.slots.size());
+        const auto write = [&](size_t place, size_t count) {
+            SUNSTONE_CU(memcpyHtoDAsync, table_ + place * sizeof(uint64_t), &all.slots[place],
+                        count * sizeof(uint64_t), stream_);
+        };
+        if (isNew || all.writes.size() - written_ > kFew)
+            write(0, all.slots.size());
+        else
+            for (size_t i = written_; i < all.writes.size(); ++i)
+                write(all.writes[i], 1);
+        SUNSTONE_CU(streamSynchronize, stream_);
+        layout_ = all.layout;
+        written_ = all.writes.size();
+    }
+    return {table_ | all.shift(), usual};
 }
 
 } // namespace sunstone::engine

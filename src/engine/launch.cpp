@@ -265,10 +265,7 @@ namespace {
 std::vector<std::string> remarks(const LaunchRequest& request, const devlib::LaunchNotes& notes) {
     std::vector<std::string> lines;
     if (notes.deepGraph)
-        lines.push_back(message("a traversable graph has more than the ",
-                                request.limits.maxGraphDepth,
-                                " levels of maxTraversableGraphDepth given to "
-                                "optixPipelineSetStackSize"));
+        lines.push_back(deepGraphRemark(request.limits.maxGraphDepth));
     if (notes.wideSbt)
         lines.push_back(wideSbtRemark());
     return lines;

@@ -173,6 +173,32 @@ TEST_F(AccelRules, GraphsOfAllDepths) {
     }
 }
 
+// Handles in thousands, each found, and what stood beside them not: on GPUs they are looked up.
+TEST_F(AccelRules, ManyStructures) {
+    constexpr unsigned kCount = 1500;
+    const TriangleMesh mesh({{-2, -2, 0}, {2, -2, 0}, {0, 2, 0}}, {0, 1, 2});
+    OptixAccelBuildOptions options = buildOptions(0);
+    OptixAccelBufferSizes sizes{};
+    ASSERT_OK(optixAccelComputeMemoryUsage(context_, &options, &mesh.input, 1, &sizes));
+    const size_t step = (sizes.outputSizeInBytes + 255) / 256 * 256;
+    Buffer temp(sizes.tempSizeInBytes), memory(kCount * step);
+    std::vector<ProbeRay> list;
+    for (unsigned i = 0; i < kCount; ++i) {
+        OptixTraversableHandle handle = 0;
+        ASSERT_OK(optixAccelBuild(context_, nullptr, &options, &mesh.input, 1, temp.address(),
+                                  temp.size(), memory.address() + i * step, step, &handle, nullptr,
+                                  0));
+        for (OptixTraversableHandle each : {handle, handle + 128})
+            list.push_back({{0, 0, -1}, 0, {0, 0, 1}, 10, 0, 255, 0, 0, 1, 0, each});
+    }
+    for (unsigned round = 0; round < 2; ++round) {
+        Buffer in(list), out(list.size() * sizeof(ProbeResult));
+        rig_->run(ProbeParams{in.as<ProbeRay>(), out.as<ProbeResult>()}, unsigned(list.size()));
+        for (size_t i = 0; i < list.size(); ++i)
+            ASSERT_EQ(i % 2 == 0 ? 1u : 0u, out.as<ProbeResult>()[i].closestHits) << i;
+    }
+}
+
 // Updates can close a loop; rays do not go round in it, however many ways there are.
 TEST_F(AccelRules, StructuresWithinThemselves) {
     const TriangleMesh mesh = cloudMesh(200, 3);

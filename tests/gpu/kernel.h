@@ -59,6 +59,7 @@ public:
         block.launch.dimensions[1] = height;
         block.launch.dimensions[2] = depth;
         block.launch.maxTraceDepth = maxTraceDepth;
+        block.constants = {0, 0, devlib::kMaxGraphDepth}; // handles are taken as they are
         block.report = devlib::emptyReport();
         block.firstGroup = kFirstGroup - 1;
         const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
@@ -66,7 +67,8 @@ public:
         constexpr uint32_t kTiles = devlib::kGpuBlockThreads / devlib::kGpuTile;
         const auto blocks = unsigned((tiles + kTiles - 1) / kTiles);
         CUdeviceptr address = memory.address();
-        void* arguments[] = {&address};
+        void* arguments[] = {&address, &block.constants.usual, &block.constants.known,
+                             &block.constants.maxGraphDepth};
         EXPECT_EQ(driver().launchKernel(function_, blocks, 1, 1, devlib::kGpuBlockThreads, 1, 1, 0,
                                         nullptr, arguments, nullptr),
                   CUDA_SUCCESS);

@@ -207,6 +207,7 @@ OptixResult convertPointerToTraversableHandle(OptixDeviceContext onDevice, CUdev
         requireDeviceMemory(*owner->engine->device, "pointer", pointer, size,
                             OPTIX_TRANSFORM_BYTE_ALIGNMENT);
         *traversableHandle = engine::transformHandle(reinterpret_cast<const void*>(pointer), type);
+        owner->engine->backend->noteTransform(*traversableHandle);
     });
 }
 

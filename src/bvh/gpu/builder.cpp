@@ -77,8 +77,8 @@ std::string describeFailure(uint64_t block, uint32_t failure) {
             " did nothing: the memory holds no copy of what the relocation info is from");
     case kNoChild:
         return message("the relocation to targetAccel = ", address,
-                       " was given an instance handle that is no traversable; such instances keep "
-                       "their children");
+                       " was given an instance handle that is no traversable whose memory is "
+                       "allocated; such instances keep their children");
     case kNoMicromapArray:
         return message("the build or update of outputBuffer = ", address,
                        " found no opacity micromap array at opacityMicromapArray of a build input");
@@ -94,6 +94,11 @@ std::string describeFailure(uint64_t block, uint32_t failure) {
         return message("the relocation to targetAccel = ", address,
                        " was given an opacity micromap array that is no copy of the one a build "
                        "input was built with; it keeps that");
+    case kUnknownChild:
+        return message("the build or update of outputBuffer = ", address,
+                       " was given instances whose traversableHandle, or that of a transform they "
+                       "lead to, is that of no acceleration structure whose memory is allocated; "
+                       "they are never hit");
     default:
         return message("building into outputBuffer = ", address, " failed: ", failure);
     }
@@ -190,7 +195,7 @@ void Builder::unload() {
         driver_.memFreeHost(report_);
 }
 
-std::vector<std::string> Builder::takeFailures() const {
+std::vector<std::string> Builder::takeFailures(std::vector<std::string>* remarks) const {
     std::vector<std::string> texts;
     std::lock_guard lock(reportMutex_);
     for (;;) {
@@ -200,7 +205,8 @@ std::vector<std::string> Builder::takeFailures() const {
         if (number <= failuresTold_)
             return texts;
         std::atomic_thread_fence(std::memory_order_acquire);
-        texts.push_back(describeFailure(entry.block, entry.failure));
+        const bool isRemark = remarks && entry.failure == kUnknownChild;
+        (isRemark ? *remarks : texts).push_back(describeFailure(entry.block, entry.failure));
         failuresTold_ = number;
     }
 }
@@ -240,8 +246,8 @@ void Builder::launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t t
 }
 
 void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
-                    CUdeviceptr temp, size_t tempSize, CUdeviceptr output,
-                    size_t outputSize) const {
+                    CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize,
+                    uint64_t known) const {
     const Plan plan(inputs, options);
     requireBuffer("temp", temp, tempSize, plan.tempSize);
     requireBuffer("output", output, outputSize, plan.outputSize);
@@ -260,6 +266,7 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
         upload(stream, output + plan.micromaps, uploads.micromaps.data(),
                uploads.micromaps.size() * sizeof(MicromapRecord));
     BuildJob job{};
+    job.known = known;
     job.output = output;
     job.inputRecords = output + sizeof(BlockHeader);
     job.table = plan.table ? output + plan.table : 0;
@@ -442,8 +449,8 @@ void Builder::checkUpdate(CUstream stream, CUdeviceptr output, size_t outputSize
 }
 
 void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
-                     CUdeviceptr temp, size_t tempSize, CUdeviceptr output,
-                     size_t outputSize) const {
+                     CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize,
+                     uint64_t known) const {
     const Plan plan(inputs, options);
     const UpdatePlan places(plan);
     requireBuffer("temp", temp, tempSize, places.tempSize);
@@ -458,6 +465,7 @@ void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOpti
         "cuMemsetD8Async");
     BuildJob job{};
     job.report = addressOf(report_);
+    job.known = known;
     job.output = output;
     job.outputSize = outputSize;
     job.expected = temp + places.expected;
@@ -500,12 +508,13 @@ void Builder::compact(CUstream stream, CUdeviceptr block, CUdeviceptr destinatio
 }
 
 void Builder::relocate(CUstream stream, const RelocationInfo& info, CUdeviceptr block,
-                       CUdeviceptr children, size_t count) const {
+                       CUdeviceptr children, size_t count, uint64_t known) const {
     requireBuffer("target", block, 0, 0);
     RelocateJob job{};
     job.block = block;
     job.report = CUdeviceptr(report_);
     job.children = children;
+    job.known = known;
     job.usedSize = relocatedSize(info);
     job.numChildren = uint32_t(count);
     job.version = kBlockVersion;

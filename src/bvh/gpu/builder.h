@@ -40,9 +40,11 @@ public:
     static MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& options);
 
     // Queues a build. temp and output: 128-byte aligned, at least as large as computeMemoryUsage
-    // says. Throws Error(kInvalidValue) otherwise.
+    // says. Throws Error(kInvalidValue) otherwise. `known`: see known_handles.h; instances with
+    // other children are inactive, and takeFailures() tells of them.
     void build(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
-               CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize) const;
+               CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize,
+               uint64_t known = 0) const;
 
     // Queues an update of the structure in `output`, built with allowUpdate and perhaps compacted
     // and moved since: the tree stays, primitives are read anew (bvh::update has the rules). temp
@@ -51,7 +53,8 @@ public:
     // so that the structure can be looked at. Otherwise kernels look, leave such a structure as it
     // is, and takeFailures() tells of it.
     void update(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
-                CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize) const;
+                CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize,
+                uint64_t known = 0) const;
 
     // Queues a compacting copy of the block into so many bytes (128-byte aligned). takeFailures()
     // tells of a block that cannot be compacted, or not to there; nothing is written then.
@@ -61,9 +64,9 @@ public:
     bool isIdle(CUstream stream) const;
 
     // Queues the relocation of the copy at `block`: its instances get these handles, one each;
-    // none: they keep theirs. What is wrong with the copy takeFailures() tells.
+    // none: they keep theirs. `known` as in build(). What is wrong with the copy takeFailures() tells.
     void relocate(CUstream stream, const RelocationInfo& info, CUdeviceptr block,
-                  CUdeviceptr children, size_t count) const;
+                  CUdeviceptr children, size_t count, uint64_t known = 0) const;
 
     // Queues what a build reports: 8 bytes, or 6 floats for each motion key (lower, upper; inf,
     // -inf if there is nothing).
@@ -83,8 +86,9 @@ public:
                             CUdeviceptr output, size_t outputSize) const;
 
     // What kernels of builds that have run meanwhile could not do, in words; each is told once.
-    // Never waits.
-    std::vector<std::string> takeFailures() const;
+    // Never waits. Where what was built is as good as its inputs, they are remarks; without a place
+    // for those they are among the others.
+    std::vector<std::string> takeFailures(std::vector<std::string>* remarks = nullptr) const;
 
     // For measuring: called after each kernel of later builds is queued, with its name; null ends
     // it.

@@ -19,6 +19,17 @@ SUNSTONE_BUILDER T* at(uint64_t address) {
 SUNSTONE_BUILDER Counters& countersOf(const BuildJob& job) {
     return *at<Counters>(job.counters);
 }
+// Tells the host; the entry's number is last.
+SUNSTONE_BUILDER void reportFailure(uint64_t report, uint64_t block, uint32_t failure) {
+    BuildReport& to = *at<BuildReport>(report);
+    const uint32_t before = atomicAdd(&to.count, 1u);
+    BuildReport::Entry& entry = to.entries[before % BuildReport::kEntries];
+    entry.block = block;
+    entry.failure = failure;
+    __threadfence_system();
+    const_cast<volatile uint32_t&>(entry.number) = before + 1;
+}
+
 SUNSTONE_BUILDER uint32_t globalThread() {
     return blockIdx.x * blockDim.x + threadIdx.x;
 }

@@ -74,17 +74,6 @@ SUNSTONE_BUILDER uint64_t compactNodes(const BlockHeader& header) {
     return roundUp(header.recordsOffset + header.numLeaves * record, 128);
 }
 
-// Tells the host; the entry's number is last.
-SUNSTONE_BUILDER void reportFailure(uint64_t report, uint64_t block, uint32_t failure) {
-    BuildReport& to = *at<BuildReport>(report);
-    const uint32_t before = atomicAdd(&to.count, 1u);
-    BuildReport::Entry& entry = to.entries[before % BuildReport::kEntries];
-    entry.block = block;
-    entry.failure = failure;
-    __threadfence_system();
-    const_cast<volatile uint32_t&>(entry.number) = before + 1;
-}
-
 // What the header says of the active primitives.
 SUNSTONE_BUILDER void describeContents(BlockHeader& header, const Counters& counters) {
     const bool any = counters.numActive != 0;

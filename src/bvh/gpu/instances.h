@@ -4,6 +4,7 @@
 // therefore leaves instances whose way leads through motion transforms to a second one.
 #pragma once
 
+#include "bvh/gpu/known_handles.h"
 #include "bvh/gpu/motion_references.h"
 #include "bvh/motion_bounds_body.h"
 
@@ -152,12 +153,13 @@ SUNSTONE_BUILDER Part loadPart(const U4 from[2]) {
 }
 
 // By all threads of a block, of which there are as many as parts at least.
-SUNSTONE_BUILDER void shareParts(uint64_t handle, SharedParts& shared) {
+SUNSTONE_BUILDER void shareParts(uint64_t known, uint64_t handle, SharedParts& shared) {
     if (threadIdx.x == 0) {
         const uint64_t tag = handle & kTraversableTagMask;
         shared.structure = 0;
         shared.count = 0;
-        if ((tag == kGasTag || tag == kIasTag) && handle > kTraversableTagMask) {
+        if ((tag == kGasTag || tag == kIasTag) && handle > kTraversableTagMask &&
+            isKnownHandle(known, handle)) {
             const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
             if (header.magic == kGpuBlockMagic && header.root != kNoNode && !isMoving(header.type))
                 shared.structure = handle;
@@ -216,16 +218,28 @@ SUNSTONE_BUILDER void tighten(const float m[12], uint64_t handle, const SharedPa
 }
 
 // As many transforms as traversal walks (devlib/gpu/launch_block.h).
-constexpr uint32_t kMaxChain = 15;
+constexpr uint32_t kMaxChain = 30;
 
 enum class Child : uint32_t { kNothing, kSomething, kLater };
+
+// Whether a child may be looked at; the host is told of the first one that may not.
+SUNSTONE_BUILDER bool leadsSomewhere(const BuildJob& job, uint64_t handle) {
+    if (isKnownHandle(job.known, handle))
+        return true;
+    if (handle != 0 && atomicExch(&countersOf(job).unknownChildren, 1u) == 0)
+        reportFailure(job.report, job.output, kUnknownChild);
+    return false;
+}
 
 // Bounds, at all times, of what an instance's child leads to. Without kMotion ways through motion
 // transforms are for later.
 template <bool kMotion>
-SUNSTONE_BUILDER Child childBounds(uint64_t handle, Bounds& box) {
+SUNSTONE_BUILDER Child childBounds(const BuildJob& job, uint64_t handle, const SharedParts* shared,
+                                   Bounds& box) {
     uint64_t chain[kMaxChain];
     uint32_t length = 0;
+    if (!(shared && shared->structure == handle) && !leadsSomewhere(job, handle))
+        return Child::kNothing;
     while (isTransformTag(handle & kTraversableTagMask) && length < kMaxChain) {
         if (handle <= kTraversableTagMask)
             return Child::kNothing;
@@ -233,6 +247,8 @@ SUNSTONE_BUILDER Child childBounds(uint64_t handle, Bounds& box) {
             return Child::kLater;
         chain[length++] = handle;
         handle = childOf(handle);
+        if (!leadsSomewhere(job, handle))
+            return Child::kNothing;
     }
     const uint64_t tag = handle & kTraversableTagMask;
     if ((tag != kGasTag && tag != kIasTag) || handle <= kTraversableTagMask)
@@ -281,7 +297,7 @@ SUNSTONE_BUILDER uint64_t addressOfInstance(const BuildJob& job, uint32_t index)
 }
 SUNSTONE_BUILDER void shareParts(const BuildJob& job, uint32_t index, SharedParts& shared) {
     const uint64_t address = addressOfInstance(job, index);
-    shareParts(address ? at<const InstanceDesc>(address)->traversableHandle : 0, shared);
+    shareParts(job.known, address ? at<const InstanceDesc>(address)->traversableHandle : 0, shared);
 }
 
 SUNSTONE_BUILDER void storeRows(const float m[12], U4 to[3]) {
@@ -325,7 +341,7 @@ SUNSTONE_BUILDER bool describeInstance(const BuildJob& job, uint32_t index,
     rows[7] = U4{mask, flags & input.knownFlags & ~input.identityFlag, index, 0};
     if (!invertible || (mask & 0xFF) == 0)
         return false;
-    const Child found = childBounds<kMotion>(child, box);
+    const Child found = childBounds<kMotion>(job, child, shared, box);
     if (found == Child::kLater)
         to.pad = kLeftForLater;
     if (found != Child::kSomething)

@@ -67,7 +67,8 @@ constexpr uint32_t kSplitBins = 2048;
 // them can bring about (the structure is then none: it has no magic number), or an update of a
 // structure that was built from inputs of another shape, or a relocation of what is no copy (it
 // stays as it is; so do micromaps that are given what is no copy of their array), or opacity
-// micromaps that are none (there is no structure, or array, then).
+// micromaps that are none (there is no structure, or array, then), or children of instances that
+// lead nowhere.
 enum BuildFailure : uint32_t {
     kNoFailure,
     kTreeBroken,
@@ -78,12 +79,14 @@ enum BuildFailure : uint32_t {
     kMicromapsDoNotFit,
     kNoMicromapCopy,
     kNotCompacted,
+    kUnknownChild,
 };
 
 // What sunstone_relocate takes: addresses, and what the header of a copy says.
 struct RelocateJob {
     uint64_t block, report;
     uint64_t children; // handles for the instances
+    uint64_t known;    // those that lead somewhere, see known_handles.h
     uint64_t usedSize;
     uint32_t numChildren; // 0: they keep theirs
     uint32_t version;
@@ -121,6 +124,8 @@ struct Counters {
     uint32_t numTreeReferences; // of them, those that the tree holds
     float splitFactor;
     uint32_t leftInstances; // some are for kernels that know of motion (instances.h)
+    uint32_t unknownChildren; // the host has been told of one
+    uint32_t pad3[3];
     // From here on updates need nothing.
     uint32_t sortTickets[kSortPasses];
     uint32_t retryTurns[2][2]; // parts of each step of sunstone_retry: taken up, done
@@ -139,6 +144,7 @@ enum TreeMode : uint32_t { kClustered, kRadix, kRadixByLevel };
 
 struct BuildJob {
     uint64_t report; // BuildReport
+    uint64_t known;  // the handles that lead somewhere, see known_handles.h
     uint64_t output, compacted;
     uint64_t inputRecords, table, instances, records, nodes; // in the output; table: or 0
     uint64_t inputs;                                         // DeviceInput[]

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "bvh/gpu/finish.h"
+#include "bvh/gpu/known_handles.h"
 
 namespace sunstone::bvh::gpu {
 
@@ -14,9 +15,10 @@ SUNSTONE_BUILDER bool isCopy(const RelocateJob& job) {
            is.numPrimitives == job.numPrimitives && is.usedSize == job.usedSize;
 }
 
-SUNSTONE_BUILDER bool isTraversable(uint64_t handle) {
+SUNSTONE_BUILDER bool isTraversable(const RelocateJob& job, uint64_t handle) {
     const uint64_t tag = handle & kTraversableTagMask;
-    return handle == 0 || (tag >= kGasTag && tag <= kSrtMotionTag && handle != tag);
+    return handle == 0 || (tag >= kGasTag && tag <= kSrtMotionTag && handle != tag &&
+                           isKnownHandle(job.known, handle));
 }
 
 SUNSTONE_KERNEL sunstone_relocate(RelocateJob job) {
@@ -30,7 +32,7 @@ SUNSTONE_KERNEL sunstone_relocate(RelocateJob job) {
     const uint32_t stride = gridDim.x * blockDim.x;
     for (uint32_t i = globalThread(); i < job.numChildren; i += stride) {
         const uint64_t child = at<const uint64_t>(job.children)[i];
-        if (!isTraversable(child)) {
+        if (!isTraversable(job, child)) {
             reportFailure(job.report, job.block, kNoChild);
             continue; // keeps the one it has
         }

@@ -89,7 +89,7 @@ inline GpuStructure buildOnDevice(const TriangleInput& input, const BuildOptions
 }
 
 // The nearest triangle.
-struct NearestPrograms : NoShapes, NoMotion, OneLane {
+struct NearestPrograms : NoShapes, NoMotion, NoDeepGraphs, OneLane {
     static constexpr bool kTriangles = true, kCustoms = false, kInstances = true;
     static constexpr unsigned kLevels = 4;
     bool found = false;

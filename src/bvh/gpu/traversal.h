@@ -29,6 +29,10 @@
 //       bool nearestFirst() const; // whether all hits must be looked at, to find the nearest
 //       float time() const;  // with kMotion
 //       void refuseMotion(); // without: there is some; may return, and nothing is there
+//       // With kInstances: there are more levels than kLevels, or than the stack may hold; nothing
+//       // is there if they return.
+//       void refuseLevel();
+//       void refuseStack();
 //   };
 //
 //   Traversal<Programs> traversal;
@@ -37,8 +41,8 @@
 //   if (traversal.start(programs, ray, handle, levels))
 //       traversal.run(programs, ray, stack, levels, RunToEnd());
 //
-// Handles must lead to structures: what they hold is looked at, but whether there is memory at all
-// cannot be asked on a GPU.
+// Handles must lead to structures: what they hold is looked at, but not whether there is memory
+// (known_handles.h).
 #pragma once
 
 #include "bvh/gpu/motion_traversal.h"
@@ -68,6 +72,11 @@ struct OneLane {
     static SUNSTONE_GPU_MEMBER uint32_t lanes() { return 1; }
     static SUNSTONE_GPU_MEMBER bool mayEnter(bool wants) { return wants; }
     static SUNSTONE_GPU_MEMBER bool any(bool value) { return value; }
+};
+// The same of graphs that hold no more levels than they can.
+struct NoDeepGraphs {
+    SUNSTONE_GPU_MEMBER void refuseLevel() {}
+    SUNSTONE_GPU_MEMBER void refuseStack() {}
 };
 
 SUNSTONE_GPU_INLINE void transformRay(const float m[12], const float origin[3],
@@ -122,10 +131,13 @@ SUNSTONE_GPU_INLINE uint64_t wordsOf(uint32_t low, uint32_t high) {
 
 template <class Programs>
 struct Traversal : Levels<Programs::kMotion> {
-    // Entries a stack needs; one of its entries is a group, or 0, 0 where a space ends.
+    // Entries a stack needs; one of its entries is a group, or 0, 0 where a space ends. So many
+    // levels may be of structures as deep as there can be; further ones, which are hardly ever, find
+    // room where the others are not, as they hardly ever are.
+    static constexpr unsigned kDeepLevels = Programs::kLevels < 15 ? Programs::kLevels : 15;
     static constexpr unsigned kStackSize =
         (Programs::kInstances ? kWaitingChildren + 8 : kWaitingLeaves) +
-        kStackEntries * (Programs::kLevels + 1);
+        kStackEntries * (kDeepLevels + 1);
     // Instances are entered from the ray's first space only, which is therefore stored once.
     static constexpr bool kKeepsSpace = Programs::kLevels == 1 && !Programs::kMotion;
     // With motion a structure of instances is stored when it is entered, not with each of its
@@ -150,8 +162,13 @@ struct Traversal : Levels<Programs::kMotion> {
         inner = leaf = {0, 0};
         top = depth = 0;
         block = nullptr;
-        if constexpr (Programs::kMotion)
+        if constexpr (Programs::kMotion) {
             this->around = 0;
+            if constexpr (Programs::kLevels > 1) { // the end of what isInside() goes through
+                levels[0].block = 0;
+                levels[0].around = 0;
+            }
+        }
         if (!enter(programs, ray, handle, levels, 0))
             return false;
         if constexpr (kKeepsSpace)
@@ -404,8 +421,11 @@ private:
                 reinterpret_cast<const uint8_t*>(block) + block->instancesOffset)[index];
             uint64_t child = 0;
             float worldToObject[12];
-            if (depth >= Programs::kLevels ||
-                !programs.enterInstance(ray, instance, child, worldToObject))
+            if (depth >= Programs::kLevels)
+                return programs.refuseLevel();
+            if (Programs::kLevels > kDeepLevels && top > kStackSize - kStackEntries - 10)
+                return programs.refuseStack();
+            if (!programs.enterInstance(ray, instance, child, worldToObject))
                 return;
             if (inner.bits > 0x00FFFFFFu)
                 push(stack, inner);
@@ -515,8 +535,10 @@ private:
             while ((handle & kTraversableTagMask) >= kStaticTransformTag) {
                 float worldToObject[12];
                 uint64_t child = 0;
-                if (depth >= Programs::kLevels ||
-                    !programs.enterTransform(ray, handle, child, worldToObject)) {
+                const bool tooDeep = depth >= Programs::kLevels;
+                if (tooDeep)
+                    programs.refuseLevel();
+                if (tooDeep || !programs.enterTransform(ray, handle, child, worldToObject)) {
                     leaveTo(programs, ray, levels, base);
                     return false;
                 }
@@ -531,7 +553,8 @@ private:
         const uint64_t tag = handle & kTraversableTagMask;
         const BlockHeader* const header =
             reinterpret_cast<const BlockHeader*>(handle & ~uint64_t(kTraversableTagMask));
-        if (!header || !(tag == kGasTag || (Programs::kInstances && tag == kIasTag))) {
+        if (!header || !(tag == kGasTag || (Programs::kInstances && tag == kIasTag)) ||
+            (tag == kIasTag && isInside(header, levels))) {
             leaveTo(programs, ray, levels, base);
             return false;
         }
@@ -567,6 +590,26 @@ private:
                       offsetof(BlockHeader, instancesOffset) + 8 &&
                   offsetof(BlockHeader, recordsOffset) % 16 == 0 &&
                   offsetof(BlockHeader, shape) == offsetof(BlockHeader, recordsOffset) + 8);
+
+    // A graph with a cycle (updates can make one) would be walked in all ways that its depth allows:
+    // instances of a structure within itself are never hit.
+    __attribute__((always_inline)) bool isInside(const BlockHeader* header,
+                                                 const Level* levels) const {
+        const uint64_t address = reinterpret_cast<uint64_t>(header);
+        bool found = false;
+        if constexpr (Programs::kLevels > 1 && Programs::kMotion) {
+            uint32_t i = this->around;
+            found = levels[i].block == address;
+            while (i != 0) {
+                i = levels[i].around;
+                found |= levels[i].block == address;
+            }
+        } else if constexpr (Programs::kLevels > 1) {
+            for (uint32_t i = 0; i < depth; ++i)
+                found |= levels[i].block == address;
+        }
+        return found;
+    }
 
     __attribute__((always_inline)) void leaveTo(Programs& programs, Ray& ray, Level* levels,
                                                 uint32_t base) {

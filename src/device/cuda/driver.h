@@ -56,8 +56,8 @@ namespace sunstone::device::cuda {
     X(streamWaitEvent, cuStreamWaitEvent)                                                          \
     X(streamQuery, cuStreamQuery)                                                                  \
     X(streamIsCapturing, cuStreamIsCapturing)                                                      \
-    X(threadExchangeStreamCaptureMode, cuThreadExchangeStreamCaptureMode)                          \
     X(launchHostFunc, cuLaunchHostFunc)                                                            \
+    X(threadExchangeStreamCaptureMode, cuThreadExchangeStreamCaptureMode)                          \
     X(eventCreate, cuEventCreate)                                                                  \
     X(eventDestroy, cuEventDestroy)                                                                \
     X(eventRecord, cuEventRecord)                                                                  \

@@ -46,33 +46,10 @@ SUNSTONE_DEVICE bool debugging() {
         raiseWithoutPath(state, kExceptionInvalidArgument0, info);
     // Eight bits count here, as the manual says; on some processors only four.
     if (state->sbtOffset > 15 || state->sbtStride > 15)
-        reportOf(state).notes = kNoteWideSbt;
+        reportOf(state).wideSbt = 1;
 }
 
 // ---- traversables -------------------------------------------------------------------------------
-
-// Whether a structure was ever put at the address and the memory is still there: the host gives a
-// sorted table, because a kernel cannot ask whether there is memory.
-SUNSTONE_DEVICE bool isKnownStructure(const RayState* state, uint64_t address) {
-    const LaunchBlock& block = blockOf(state->launch);
-    const auto* const table = reinterpret_cast<const uint64_t*>(block.structures);
-    uint32_t begin = 0, end = block.numStructures;
-    while (begin < end) {
-        const uint32_t middle = (begin + end) / 2;
-        if (table[middle] < address)
-            begin = middle + 1;
-        else
-            end = middle;
-    }
-    return begin < block.numStructures && table[begin] == address;
-}
-
-// The block of a handle, or null.
-SUNSTONE_DEVICE const bvh::BlockHeader* knownBlockOf(const RayState* state, uint64_t handle,
-                                                     HandleTag tag) {
-    return tagOf(handle) == tag && isKnownStructure(state, addressOf(handle)) ? blockOf(handle, tag)
-                                                                              : nullptr;
-}
 
 // Bits of OptixPrimitiveTypeFlags.
 SUNSTONE_DEVICE uint32_t primitiveFlagOf(const bvh::BlockHeader& block) {
@@ -92,8 +69,8 @@ SUNSTONE_DEVICE int32_t faultOf(const RayState* state, uint64_t handle, uint32_t
     constexpr uint32_t kSingleGas = 1;
     const HandleTag tag = tagOf(handle);
     if (tag == kTagStatic || tag == kTagMatrixMotion || tag == kTagSrtMotion)
-        return flags == 0 && addressOf(handle) != 0 ? 0 : kExceptionInvalidTraversable;
-    const bvh::BlockHeader* const block = knownBlockOf(state, handle, tag);
+        return flags == 0 && isKnown(state->launch, handle) ? 0 : kExceptionInvalidTraversable;
+    const bvh::BlockHeader* const block = blockOf(state->launch, handle, tag);
     if (!block || (tag != kTagGas && tag != kTagIas))
         return kExceptionInvalidTraversable;
     if ((bvh::kindOf(block->type) == bvh::BlockType::kInstances) != (tag == kTagIas))
@@ -133,6 +110,33 @@ SUNSTONE_DEVICE void checkChild(RayState* state, uint64_t child, const uint64_t*
                                 uint32_t above) {
     if (sunstone_gpu_exceptionFlags & (kFlagDebug | kFlagTraceDepth))
         checkTraversable(state, child, path, above);
+}
+
+// Whether the ray's handle leads somewhere; else the ray misses, and the log tells. Programs tend to
+// give the same one to all rays, which is then the usual one from the second launch on.
+SUNSTONE_DEVICE bool leadsSomewhere(RayState* state) {
+    const uint64_t handle = state->handle;
+    const LaunchBlock& block = blockOf(state->launch);
+    if (__builtin_expect(handle == sunstone_gpu_usual(&block), 1))
+        return true;
+    LaunchReport& report = reportOf(state);
+    if (bvh::gpu::isKnownHandle(sunstone_gpu_known(&block), handle)) {
+        if (report.usual == 0)
+            report.usual = handle;
+        return true;
+    }
+    if (handle != 0)
+        report.unknown = handle;
+    return false;
+}
+
+// The same of a child that may have changed since its parent was built.
+SUNSTONE_DEVICE bool childLeadsSomewhere(RayState* state, uint64_t child) {
+    if (isKnown(state->launch, child))
+        return true;
+    if (child != 0)
+        reportOf(state).unknown = child;
+    return false;
 }
 
 // Before a ray is traced.
@@ -218,7 +222,7 @@ SUNSTONE_DEVICE void checkStack(RayState* state) {
 
 SUNSTONE_DEVICE void checkVertices(RayState* state, uint64_t gas, uint32_t primitive,
                                    uint32_t sbtGasIndex) {
-    const bvh::BlockHeader* const block = knownBlockOf(state, gas, kTagGas);
+    const bvh::BlockHeader* const block = blockOf(state->launch, gas, kTagGas);
     if (!block || bvh::kindOf(block->type) == bvh::BlockType::kInstances)
         raise(state, kExceptionInvalidArgument0);
     if (!(block->options & bvh::kOptionVertexAccess))
@@ -237,7 +241,7 @@ SUNSTONE_DEVICE void checkVertices(RayState* state, uint64_t gas, uint32_t primi
 }
 
 SUNSTONE_DEVICE void checkInstance(RayState* state, uint64_t ias, uint32_t index) {
-    const bvh::BlockHeader* const block = knownBlockOf(state, ias, kTagIas);
+    const bvh::BlockHeader* const block = blockOf(state->launch, ias, kTagIas);
     if (!block)
         raise(state, kExceptionInvalidArgument0);
     if (!(block->options & bvh::kOptionInstanceAccess))
@@ -259,7 +263,7 @@ extern "C" [[gnu::noinline]] void sunstone_gpu_checkAccess(RayState* state, uint
             raise(state, kExceptionInvalidArgument0);
         return;
     case kAccessMotion: {
-        const bvh::BlockHeader* const block = knownBlockOf(state, handle, kTagGas);
+        const bvh::BlockHeader* const block = blockOf(state->launch, handle, kTagGas);
         if (!block || bvh::kindOf(block->type) == bvh::BlockType::kInstances)
             raise(state, kExceptionInvalidArgument0);
         return;

@@ -9,15 +9,21 @@
 
 namespace sunstone::devlib::gpu {
 
-// The block of a handle, or null.
+// The block of a handle that leads somewhere, or null.
 SUNSTONE_DEVICE const bvh::BlockHeader* blockOf(uint64_t handle, HandleTag tag) {
     const auto* header = reinterpret_cast<const bvh::BlockHeader*>(addressOf(handle));
     return tagOf(handle) == tag && header && header->magic == bvh::gpu::kGpuBlockMagic ? header
                                                                                        : nullptr;
 }
 
-extern "C" void sunstone_gpu_gasMotion(uint64_t gas, GasMotion* motion) {
-    const bvh::BlockHeader* const block = blockOf(gas, kTagGas);
+// The same of any number.
+SUNSTONE_DEVICE const bvh::BlockHeader* blockOf(const LaunchState* launch, uint64_t handle,
+                                                HandleTag tag) {
+    return isKnown(launch, handle) ? blockOf(handle, tag) : nullptr;
+}
+
+extern "C" void sunstone_gpu_gasMotion(const LaunchState* launch, uint64_t gas, GasMotion* motion) {
+    const bvh::BlockHeader* const block = blockOf(launch, gas, kTagGas);
     *motion = {1, 0, 0};
     if (block)
         *motion = {block->motionKeys, block->motionBegin, block->motionEnd};
@@ -55,9 +61,10 @@ SUNSTONE_DEVICE const float* triangleRecord(const bvh::BlockHeader* block, uint3
                                               sizeof(bvh::gpu::TriangleRecord));
 }
 
-extern "C" void sunstone_gpu_triangleVertices(uint64_t gas, uint32_t primitive,
-                                              uint32_t sbtGasIndex, float time, float* vertices) {
-    const bvh::BlockHeader* const block = blockOf(gas, kTagGas);
+extern "C" void sunstone_gpu_triangleVertices(const LaunchState* launch, uint64_t gas,
+                                              uint32_t primitive, uint32_t sbtGasIndex, float time,
+                                              float* vertices) {
+    const bvh::BlockHeader* const block = blockOf(launch, gas, kTagGas);
     const float* const record = triangleRecord(block, primitive, sbtGasIndex);
     if (!record) {
         for (uint32_t i = 0; i < 9; ++i)
@@ -76,11 +83,12 @@ extern "C" void sunstone_gpu_triangleVertices(uint64_t gas, uint32_t primitive,
 }
 
 // Control points of a curve's segment, or centre and radius of a sphere.
-extern "C" void sunstone_gpu_shapePoints(uint64_t gas, uint32_t shape, uint32_t primitive,
-                                         uint32_t sbtGasIndex, float time, float* points) {
+extern "C" void sunstone_gpu_shapePoints(const LaunchState* launch, uint64_t gas, uint32_t shape,
+                                         uint32_t primitive, uint32_t sbtGasIndex, float time,
+                                         float* points) {
     const uint32_t count =
         bvh::isCurveBasis(shape) ? bvh::curvePointFloats(bvh::CurveBasis(shape), 1) : 4;
-    const bvh::BlockHeader* const block = blockOf(gas, kTagGas);
+    const bvh::BlockHeader* const block = blockOf(launch, gas, kTagGas);
     const bool open = block && bvh::kindOf(block->type) == bvh::BlockType::kShapes &&
                       block->shape == shape && (block->options & bvh::kOptionVertexAccess);
     const uint32_t number = open ? numberOf(block, primitive, sbtGasIndex) : bvh::kNoSlot;
@@ -98,8 +106,9 @@ extern "C" void sunstone_gpu_shapePoints(uint64_t gas, uint32_t shape, uint32_t 
         points[i] = moves ? bvh::gpu::mix(first[i], first[count + i], at.fraction) : first[i];
 }
 
-extern "C" uint64_t sunstone_gpu_instanceHandle(uint64_t ias, uint32_t index) {
-    const bvh::BlockHeader* const block = blockOf(ias, kTagIas);
+extern "C" uint64_t sunstone_gpu_instanceHandle(const LaunchState* launch, uint64_t ias,
+                                                uint32_t index) {
+    const bvh::BlockHeader* const block = blockOf(launch, ias, kTagIas);
     if (!block || !(block->options & bvh::kOptionInstanceAccess) || index >= block->numPrimitives)
         return 0;
     return makeHandle(reinterpret_cast<const uint8_t*>(block) + block->instancesOffset +

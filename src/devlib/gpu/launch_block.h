@@ -5,6 +5,8 @@
 
 #include "devlib/abi.h"
 
+#include <cstddef>
+
 namespace sunstone::devlib {
 
 // Launch index (linear, so that the lowest one wins) in the upper, code in the lower half; all
@@ -15,13 +17,17 @@ struct LaunchReport {
     uint64_t raised; // exception of the run-time
     uint64_t unseen; // exception without an exception program
     uint64_t fatal;  // trap, stack overflow, or a fault of FatalCode: the launch failed
-    uint64_t notes;  // LaunchNote
+    uint32_t wideSbt;     // as in LaunchNotes
+    uint32_t deepGraph;   // the same
+    uint32_t outsideFlags; // a ray came to what the pipeline's graph flags rule out
+    uint32_t pad;
+    uint64_t unknown; // a handle that a ray was given, or came to, and that leads nowhere; or 0
+    uint64_t usual;   // one that rays are given, other than LaunchConstants::usual; or 0
     // With debug exceptions what their getters tell, word by word in the lower halves, with the
     // launch index above so that they are of the same one (ReportWord).
     static constexpr unsigned kWords = 12;
     uint64_t raisedDetails[kWords], unseenDetails[kWords];
 };
-enum LaunchNote : uint64_t { kNoteWideSbt = 1 };
 
 // An invalid ray takes all nine words from 0 on, other exceptions these. Addresses are of texts in
 // the pipeline's module.
@@ -37,7 +43,8 @@ enum ReportWord : unsigned {
 inline LaunchReport emptyReport() {
     LaunchReport report;
     report.raised = report.unseen = report.fatal = kNoReport;
-    report.notes = 0;
+    report.wideSbt = report.deepGraph = report.outsideFlags = report.pad = 0;
+    report.unknown = report.usual = 0;
     for (unsigned i = 0; i < LaunchReport::kWords; ++i)
         report.raisedDetails[i] = report.unseenDetails[i] = kNoReport;
     return report;
@@ -47,12 +54,13 @@ inline LaunchReport emptyReport() {
 enum FatalCode : int32_t {
     kFatalRaygenRecord = -1000,    // holds no ray generation group of the pipeline
     kFatalExceptionRecord = -1001, // holds no exception group of the pipeline
-    kFatalGraphTooDeep = -1002,    // deeper than traversal on GPUs goes (kMaxGpuGraphDepth)
+    kFatalGraphTooDeep = -1002,    // the structures on a path are too deep together
     kFatalMotion = -1003,          // something moves, and the pipeline is compiled without motion
 };
 
-// Spaces on a path below the world's that traversal on GPUs keeps.
-constexpr unsigned kMaxGpuGraphDepth = 15;
+// Spaces on a path below the world's: those of the deepest graph that there may be, by the property
+// LIMIT_MAX_TRAVERSABLE_GRAPH_DEPTH.
+constexpr unsigned kMaxGpuGraphDepth = kMaxGraphDepth - 1;
 
 // Launch indices of a kernel whose warps take them (devlib/gpu/loop.h): numbers from 0, in the order
 // of tiles of 32 (see kGpuTileWidth).
@@ -67,17 +75,16 @@ constexpr uint32_t kPatience = 128;
 
 struct LaunchBlock {
     LaunchState launch;
+    LaunchConstants constants;
     LaunchReport report;
     // The pipeline's lowest group number. Its code counts groups from there, so that what is kept
     // on disk fits pipelines made later in a context too.
     uint32_t firstGroup;
     // With stack overflow exceptions: bytes that a launch index may use.
     uint32_t stackBytes;
-    // With debug exceptions: addresses of the acceleration structures there are, in order.
-    uint64_t structures;
-    uint32_t numStructures;
     LaunchWork work;
 };
+static_assert(offsetof(LaunchBlock, constants) == sizeof(LaunchState));
 
 // Threads of a block, and the shape of a warp's tile of launch indices; launches of height 1 have
 // their indices in a row.

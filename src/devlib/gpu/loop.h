@@ -68,7 +68,9 @@ SUNSTONE_DEVICE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Wa
                            typename Walk::Level* levels) {
     prepare(asked, tracer, ray);
     if (withinDepth(asked))
-        return walker.start(tracer, ray, asked->handle, levels) ? Lane::kWalking : Lane::kEnded;
+        return leadsSomewhere(asked) && walker.start(tracer, ray, asked->handle, levels)
+                   ? Lane::kWalking
+                   : Lane::kEnded;
     tracer.found = true; // as if found by a ray that wants no program
     tracer.rayFlags = kRayDisableClosestHit;
     return Lane::kEnded;

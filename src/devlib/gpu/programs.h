@@ -4,6 +4,7 @@
 // they rule out is not there).
 #pragma once
 
+#include "bvh/gpu/known_handles.h"
 #include "devlib/gpu/launch_block.h"
 
 namespace sunstone::devlib::gpu {
@@ -46,6 +47,11 @@ const char* sunstone_gpu_callableName(uint32_t callable);
 uint32_t sunstone_gpu_isGroup(uint32_t group); // the pipeline has it
 uint32_t sunstone_gpu_builtin(uint32_t group); // GroupEntry::builtinPrimitive of a hit group
 
+// LaunchConstants. In the kernel itself they are its arguments (compiler/gpu_pipeline.cpp).
+__attribute__((const)) uint64_t sunstone_gpu_usual(const LaunchBlock*);
+__attribute__((const)) uint64_t sunstone_gpu_known(const LaunchBlock*);
+__attribute__((const)) uint64_t sunstone_gpu_maxGraphDepth(const LaunchBlock*);
+
 extern const uint32_t sunstone_gpu_hasAnyHit;
 extern const uint32_t sunstone_gpu_hasIntersection;
 extern const uint32_t sunstone_gpu_micromaps; // rays look at opacity micromaps
@@ -64,6 +70,13 @@ constexpr uint32_t kNoGroup = ~0u;
 SUNSTONE_DEVICE LaunchBlock& blockOf(const LaunchState* launch) {
     // LaunchState is the block's first member.
     return *reinterpret_cast<LaunchBlock*>(const_cast<LaunchState*>(launch));
+}
+
+// Whether a handle leads to a structure whose memory is there, or is that of a transform.
+SUNSTONE_DEVICE bool isKnown(const LaunchState* launch, uint64_t handle) {
+    const LaunchBlock& block = blockOf(launch);
+    return handle == sunstone_gpu_usual(&block) ||
+           bvh::gpu::isKnownHandle(sunstone_gpu_known(&block), handle);
 }
 
 // A record's group, counted from the pipeline's first, if its header says it is of that kind; else

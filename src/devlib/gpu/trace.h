@@ -409,6 +409,8 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         }
         if (!kMotion || tag == kTagStatic)
             child = bvh::childOf(handle);
+        if (!childLeadsSomewhere(state, child))
+            return false;
         if constexpr (!kMotion) // with motion it is left together with the instance above
             savePlace();
         enterWith(handle, child);
@@ -426,11 +428,18 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         }
         transforms[transformCount++] = handle;
         checkChild(state, child, transforms, transformCount);
+        if (transformCount >= sunstone_gpu_maxGraphDepth(&blockOf(state->launch)))
+            reportOf(state).deepGraph = 1;
         if (tagOf(child) == kTagGas)
             gas = child;
-        else if (kMaxLevels > 1 && transformCount >= kMaxLevels)
-            endLaunch(state, kFatalGraphTooDeep);
     }
+
+    // Below the last level there is nothing to see.
+    SUNSTONE_DEVICE_MEMBER void refuseLevel() {
+        LaunchReport& report = reportOf(state);
+        (kMaxLevels > 1 ? report.deepGraph : report.outsideFlags) = 1;
+    }
+    SUNSTONE_DEVICE_MEMBER void refuseStack() { endLaunch(state, kFatalGraphTooDeep); }
 
     // With one level, what is left is always to where the ray began.
     SUNSTONE_DEVICE_MEMBER void savePlace() {
@@ -621,7 +630,7 @@ SUNSTONE_DEVICE void traceRay(RayState* state) {
         return;
     const float tmax = state->tmax;
     uint32_t group = 0;
-    const Found found = find<kInline>(state, group);
+    const Found found = leadsSomewhere(state) ? find<kInline>(state, group) : Found::kNothing;
     runPrograms(state, found, group, tmax);
 }
 

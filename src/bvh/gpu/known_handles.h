@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which handles lead somewhere, for kernels, which cannot ask whether there is memory at an
+// address: a hash table in device memory that the host keeps (engine/gpu_structures.h). A number of 64 bits
+// stands for it: its address, which has kTableAlignment, and in the low bits by how much a hash is
+// shifted to be a place. 0: there is no table, and all handles are taken as they are.
+//
+// Readers may run while the host writes, a whole entry at a time: none ever changes its place, so
+// that readers see what was there before they were queued.
+#pragma once
+
+#include "bvh/gpu/portable.h"
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device begin
+#endif
+
+namespace sunstone::bvh::gpu {
+
+constexpr uint64_t kTableAlignment = 64;
+constexpr uint64_t kFreeEntry = 0;
+constexpr uint64_t kGoneEntry = ~uint64_t(0); // no handle; those behind it are searched on
+
+// Of handles, which differ above their tags.
+SUNSTONE_GPU_INLINE uint32_t placeOfHandle(uint64_t handle, uint32_t shift) {
+    return uint32_t(handle >> 6) * 0x9E3779B1u >> shift;
+}
+
+// The null handle, which is never hit, is none of the others.
+SUNSTONE_GPU_INLINE bool isKnownHandle(uint64_t known, uint64_t handle) {
+    const auto* const table = reinterpret_cast<const uint64_t*>(known & ~(kTableAlignment - 1));
+    if (!table)
+        return true;
+    const uint32_t shift = uint32_t(known & (kTableAlignment - 1));
+    uint32_t place = placeOfHandle(handle, shift);
+    for (;;) { // the host leaves free entries
+        const uint64_t entry = table[place];
+        if (entry == handle || entry == kFreeEntry)
+            return entry == handle && entry != kFreeEntry;
+        place = (place + 1) & (~0u >> shift);
+    }
+}
+
+} // namespace sunstone::bvh::gpu
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device end
+#endif
