@@ -247,5 +247,33 @@ TEST(Dwarf, NonsenseDoesNoHarm) {
     }
 }
 
+// A function that completes itself in two ways: attributes that it lacks are looked for twice at
+// every step.
+TEST(Dwarf, EntriesThatLeadToThemselvesEnd) {
+    const auto module = parse(kProgram + std::string(R"(
+.section .debug_abbrev
+{
+.b8 1, 17, 1, 0, 0
+.b8 2, 46, 0, 17, 1, 49, 19, 71, 19, 0, 0
+.b8 0
+}
+.section .debug_info
+{
+.b32 26 // length
+.b8 2
+.b8 0
+.b32 .debug_abbrev
+.b8 8
+.b8 1
+.b8 2
+.b64 $L__begin
+.b32 12
+.b32 12
+.b8 0
+}
+)"));
+    EXPECT_EQ(1u, readDwarf(*module).functions.size());
+}
+
 } // namespace
 } // namespace sunstone::compiler::testing

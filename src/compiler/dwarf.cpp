@@ -309,6 +309,9 @@ public:
 
 private:
     static constexpr unsigned kMaxDepth = 64;
+    // From an inlined copy to its function and on to that one's declaration are two. Each entry may have
+    // two links, so that more steps would be too many ways.
+    static constexpr unsigned kMaxLinks = 4;
 
     void readAbbreviations(uint64_t at) {
         abbreviations_.clear();
@@ -447,7 +450,7 @@ private:
         if (const Value* value = entry.find(attribute))
             return value;
         for (const uint32_t link : {kSpecification, kAbstractOrigin})
-            if (const Value* origin = entry.find(link); origin && depth < kMaxDepth)
+            if (const Value* origin = entry.find(link); origin && depth < kMaxLinks)
                 if (const Entry* target = entryAt(origin->number))
                     if (const Value* value = inherited(*target, attribute, depth + 1))
                         return value;

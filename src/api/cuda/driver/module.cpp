@@ -116,7 +116,7 @@ Module::~Module() {
 int Module::ptxVersion() const {
     int version = 0;
     for (char c : trees_[0]->target)
-        if (c >= '0' && c <= '9')
+        if (c >= '0' && c <= '9' && version < 1'000'000) // a text may say anything
             version = version * 10 + (c - '0');
     return version;
 }
