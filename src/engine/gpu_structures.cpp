@@ -17,8 +17,11 @@ using namespace bvh::gpu;
 
 bool isAllocated(uint64_t handle) {
     unsigned type = 0;
-    return driver().pointerGetAttribute(&type, CU_POINTER_ATTRIBUTE_MEMORY_TYPE,
-                                        devlib::addressOf(handle)) == CUDA_SUCCESS;
+    const CUresult told = driver().pointerGetAttribute(&type, CU_POINTER_ATTRIBUTE_MEMORY_TYPE,
+                                                       devlib::addressOf(handle));
+    if (told != CUDA_ERROR_INVALID_VALUE)
+        check(told, DriverNames::pointerGetAttribute);
+    return told == CUDA_SUCCESS;
 }
 
 bool isStructure(uint64_t handle) {
@@ -33,6 +36,7 @@ public:
     std::mutex mutex;
 
     void note(uint64_t handle) {
+        const bool mayVanish = canVanish(handle); // throws before anything has changed
         if (isStructure(handle)) { // the memory held one of the other kind before
             const auto other = entries_.find(handle ^ devlib::kTagGas ^ devlib::kTagIas);
             if (other != entries_.end())
@@ -41,7 +45,7 @@ public:
         }
         const auto known = entries_.find(handle);
         if (known != entries_.end()) {
-            known->second.mayVanish = canVanish(handle);
+            known->second.mayVanish = mayVanish;
             return set(known->second, true);
         }
         if (2 * (order_.size() + 1) > slots.size())
@@ -49,7 +53,7 @@ public:
         order_.push_back(handle);
         Entry& entry = entries_[handle];
         entry.handle = handle;
-        entry.mayVanish = canVanish(handle);
+        entry.mayVanish = mayVanish;
         enter(entry);
         writes.push_back(entry.place);
     }
@@ -153,8 +157,9 @@ void noteGpuHandle(uint64_t handle) {
 GpuKnownHandles::~GpuKnownHandles() {
     if (stream_)
         driver().streamDestroy(stream_);
-    driver().memFree(table_);
-    driver().memFree(replaced_);
+    for (const CUdeviceptr table : {table_, replaced_})
+        if (table)
+            driver().memFree(table);
 }
 
 // What launches under way have of the table stays until there is a third one: freeing it waits for
@@ -164,7 +169,8 @@ void GpuKnownHandles::makeRoom(size_t entries) {
         SUNSTONE_CU(streamCreate, &stream_, CU_STREAM_NON_BLOCKING);
     CUdeviceptr table = 0;
     SUNSTONE_CU(memAlloc, &table, entries * sizeof(uint64_t));
-    driver().memFree(replaced_);
+    if (replaced_)
+        driver().memFree(replaced_);
     replaced_ = table_;
     table_ = table;
 }
