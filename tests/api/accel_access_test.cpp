@@ -227,10 +227,16 @@ TEST_P(AccelAccess, GarbageTraversablesMiss) {
     EXPECT_EQ(1u, trace(buildAccel(context_, log_, {top.input}).handle));
     munmap(mapped, 8192);
     munmap(closed, 8192);
-    if (!onGpu()) // elsewhere nobody keeps account of freed memory
-        return;
-    // The structure that rays of the last launches were given is always asked about. Nothing may be
-    // allocated meanwhile: it could come to lie where the structure was.
+    buildAccel(context_, log_, {top.input}); // tells of the build before
+    if (onGpu()) // elsewhere what is not there is a miss, and nothing is logged
+        EXPECT_NE(std::string::npos, log_.all().find("they are never hit")) << log_.all();
+}
+
+// The structure that rays of the last launches were given is always asked about.
+TEST_P(AccelAccess, FreedStructuresMiss) {
+    if (!onGpu())
+        GTEST_SKIP() << "nobody keeps account of freed memory";
+    // Nothing may be allocated meanwhile: it could come to lie where the structure was.
     TriangleMesh mesh(kTwoTriangles, {0, 1, 2});
     Buffer seen(sizeof(AccessResult)), params(sizeof(AccessParams));
     const OptixShaderBindingTable sbt = rig_->table();
@@ -241,13 +247,13 @@ TEST_P(AccelAccess, GarbageTraversablesMiss) {
         waitForDevice();
         return seen.as<AccessResult>()->missed;
     };
+    OptixTraversableHandle handle = 0;
     {
         const Accel gas = buildAccel(context_, log_, {mesh.input});
         handle = gas.handle;
         for (unsigned i = 0; i < 3; ++i)
             EXPECT_EQ(2u, traceAgain(handle));
     }
-    EXPECT_NE(std::string::npos, log_.all().find("they are never hit")) << log_.all();
     EXPECT_EQ(1u, traceAgain(handle));
     const Accel again = buildAccel(context_, log_, {mesh.input}); // there again, perhaps
     EXPECT_EQ(2u, trace(again.handle));
