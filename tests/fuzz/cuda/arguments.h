@@ -106,11 +106,14 @@ public:
     // Everything that a sequence has made goes with its contexts, or by itself.
     ~World() {
         must(cuCtxSetCurrent(primary));
-        for (CUstream stream : all<CUstream>().live) {
+        const auto endCapture = [&](CUstream stream) {
             CUgraph graph = nullptr;
             cuStreamEndCapture(stream, &graph);
             keep(graph);
-        }
+        };
+        for (CUstream stream : all<CUstream>().live)
+            endCapture(stream);
+        endCapture(CU_STREAM_PER_THREAD); // outlives its context, with what it captures
         for (CUgraphExec exec : all<CUgraphExec>().live)
             cuGraphExecDestroy(exec);
         for (CUgraph graph : all<CUgraph>().live)
