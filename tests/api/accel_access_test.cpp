@@ -202,11 +202,17 @@ TEST_P(AccelAccess, RelocationRefusesWhatIsNoCopy) {
 // Handles of all tags into unmapped memory, memory that cannot be read, and memory that holds
 // something else: misses.
 TEST_P(AccelAccess, GarbageTraversablesMiss) {
-    void* mapped = mmap(nullptr, 8192, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    void* closed = mmap(nullptr, 8192, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    void* gone = mmap(nullptr, 8192, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    ASSERT_NE(MAP_FAILED, mapped);
-    ASSERT_NE(MAP_FAILED, gone);
+    // Away from where memory is usually given out: a transform may have been there in another test,
+    // and what is unmapped may be given to a buffer of this one.
+    const auto map = [](size_t place, int access) {
+        void* const hint = reinterpret_cast<void*>(0x3f0000000000 + place * 0x100000);
+        return mmap(hint, 8192, access, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    };
+    void* const mapped = map(0, PROT_READ | PROT_WRITE);
+    void* const closed = map(1, PROT_NONE);
+    void* const gone = map(2, PROT_READ);
+    for (void* each : {mapped, closed, gone})
+        ASSERT_NE(MAP_FAILED, each);
     munmap(gone, 8192);
     for (unsigned long long address :
          {0ull, 4096ull, (unsigned long long)mapped, (unsigned long long)gone,
