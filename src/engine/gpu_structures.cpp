@@ -15,13 +15,16 @@ namespace {
 using namespace device::cuda;
 using namespace bvh::gpu;
 
-bool isAllocated(uint64_t handle) {
-    unsigned type = 0;
-    const CUresult told = driver().pointerGetAttribute(&type, CU_POINTER_ATTRIBUTE_MEMORY_TYPE,
+// The driver's number of the allocation that a handle leads into, another one for memory that is
+// allocated there again; 0: the driver knows of none.
+uint64_t allocationOf(uint64_t handle) {
+    unsigned long long number = 0;
+    const CUresult told = driver().pointerGetAttribute(&number, CU_POINTER_ATTRIBUTE_BUFFER_ID,
                                                        devlib::addressOf(handle));
-    if (told != CUDA_ERROR_INVALID_VALUE)
-        check(told, DriverNames::pointerGetAttribute);
-    return told == CUDA_SUCCESS;
+    if (told == CUDA_ERROR_INVALID_VALUE)
+        return 0;
+    check(told, DriverNames::pointerGetAttribute);
+    return number;
 }
 
 bool isStructure(uint64_t handle) {
@@ -36,7 +39,7 @@ public:
     std::mutex mutex;
 
     void note(uint64_t handle) {
-        const bool mayVanish = canVanish(handle); // throws before anything has changed
+        const uint64_t allocation = allocationOf(handle); // throws before anything has changed
         if (isStructure(handle)) { // the memory held one of the other kind before
             const auto other = entries_.find(handle ^ devlib::kTagGas ^ devlib::kTagIas);
             if (other != entries_.end())
@@ -45,7 +48,7 @@ public:
         }
         const auto known = entries_.find(handle);
         if (known != entries_.end()) {
-            known->second.mayVanish = mayVanish;
+            known->second.allocation = allocation;
             return set(known->second, true);
         }
         if (2 * (order_.size() + 1) > slots.size())
@@ -53,7 +56,7 @@ public:
         order_.push_back(handle);
         Entry& entry = entries_[handle];
         entry.handle = handle;
-        entry.mayVanish = mayVanish;
+        entry.allocation = allocation;
         enter(entry);
         writes.push_back(entry.place);
     }
@@ -92,19 +95,29 @@ private:
         uint64_t handle = 0;
         uint32_t place = 0;
         bool isThere = true;
-        bool mayVanish = false;
+        uint64_t allocation = 0; // of the driver's; 0: it knew of none, and is not asked
     };
 
-    // Transforms stay: an address makes the same handle again, without a call. So do structures of
-    // whose memory the driver knows nothing from the first.
-    static bool canVanish(uint64_t handle) { return isStructure(handle) && isAllocated(handle); }
-
-    // Whether the driver was asked. Memory may come back where it was: virtual memory that is mapped
-    // again.
+    // Whether the driver was asked.
     bool look(Entry& entry) {
-        if (entry.mayVanish)
-            set(entry, isAllocated(entry.handle));
-        return entry.mayVanish;
+        if (entry.allocation == 0)
+            return false;
+        const uint64_t found = allocationOf(entry.handle);
+        if (found == 0) {
+            set(entry, false);
+        } else if (found == entry.allocation || mayBeBack(entry.handle)) {
+            entry.allocation = found;
+            set(entry, true);
+        } else {
+            set(entry, false);
+        }
+        return true;
+    }
+
+    // In other memory. Transforms are the caller's: an address makes the same handle again, without
+    // a call. What the caller maps may be a structure that was kept elsewhere meanwhile.
+    static bool mayBeBack(uint64_t handle) {
+        return !isStructure(handle) || isMappedByApplication(driver(), devlib::addressOf(handle));
     }
 
     void set(Entry& entry, bool isThere) {

@@ -27,7 +27,7 @@ public:
 
     // Of how many structures the driver is asked whether their memory is still allocated, in turn;
     // of the usual one it is always.
-    static constexpr size_t kSome = 3, kAll = ~size_t(0);
+    static constexpr size_t kSome = 8, kAll = ~size_t(0);
     struct View {
         uint64_t known; // see bvh/gpu/known_handles.h
         uint64_t usual; // that of the caller if it is known, else the newest structure's, or 0

@@ -467,6 +467,71 @@ TEST_F(Streams, MemoryThatIsNone) {
     cuMemFree(freed);
 }
 
+// Memory that is mapped piece by piece is one buffer; what it holds may be kept elsewhere for a while
+// and come back in other pieces.
+TEST_F(Streams, BuffersOfSeveralPieces) {
+    CUmemAllocationProp properties{};
+    properties.type = CU_MEM_ALLOCATION_TYPE_PINNED;
+    properties.location.type = CU_MEM_LOCATION_TYPE_DEVICE;
+    size_t unit = 0;
+    ASSERT_EQ(CUDA_SUCCESS, cuMemGetAllocationGranularity(&unit, &properties,
+                                                          CU_MEM_ALLOC_GRANULARITY_MINIMUM));
+    CUdeviceptr space = 0;
+    ASSERT_EQ(CUDA_SUCCESS, cuMemAddressReserve(&space, 3 * unit, 0, 0, 0));
+    const auto mapTwo = [&] {
+        CUmemAccessDesc access{};
+        access.location = properties.location;
+        access.flags = CU_MEM_ACCESS_FLAGS_PROT_READWRITE;
+        for (const CUdeviceptr piece : {space, space + unit}) {
+            CUmemGenericAllocationHandle memory = 0;
+            ASSERT_EQ(CUDA_SUCCESS, cuMemCreate(&memory, unit, &properties, 0));
+            ASSERT_EQ(CUDA_SUCCESS, cuMemMap(piece, unit, 0, memory, 0));
+            ASSERT_EQ(CUDA_SUCCESS, cuMemRelease(memory)); // mapped memory stays
+            ASSERT_EQ(CUDA_SUCCESS, cuMemSetAccess(piece, unit, &access, 1));
+        }
+    };
+    const auto unmapTwo = [&] {
+        for (const CUdeviceptr piece : {space, space + unit})
+            ASSERT_EQ(CUDA_SUCCESS, cuMemUnmap(piece, unit));
+    };
+    mapTwo();
+    TriangleMesh mesh({{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}}, {0, 1, 2});
+    const OptixAccelBuildOptions options = buildOptions();
+    OptixAccelBufferSizes sizes{};
+    ASSERT_OK(optixAccelComputeMemoryUsage(context_, &options, &mesh.input, 1, &sizes));
+    const CUdeviceptr structure = space + unit - OPTIX_ACCEL_BUFFER_BYTE_ALIGNMENT,
+                      own = params_;
+    Buffer temp(sizes.tempSizeInBytes);
+    ASSERT_OK(optixAccelBuild(context_, streams_[0], &options, &mesh.input, 1, temp.address(),
+                              temp.size(), structure, sizes.outputSizeInBytes, &values_->handle,
+                              nullptr, 0));
+    const auto recordOfHit = [&] {
+        EXPECT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
+        waitForDefaultStream();
+        EXPECT_OK(launch(streams_[0]));
+        EXPECT_EQ(CUDA_SUCCESS, cuStreamSynchronize(streams_[0]));
+        return first().record;
+    };
+    EXPECT_EQ(22u, recordOfHit());
+    params_ = space + unit - 16; // over the structure, which is not needed for now
+    const OptixTraversableHandle handle = values_->handle;
+    std::vector<uint8_t> kept(sizes.outputSizeInBytes);
+    ASSERT_EQ(CUDA_SUCCESS, cuMemcpyDtoH(kept.data(), structure, kept.size()));
+    values_->handle = 0;
+    EXPECT_EQ(11u, recordOfHit());
+    params_ = space + 2 * unit - 16;
+    EXPECT_EQ(OPTIX_ERROR_INVALID_VALUE, launch(streams_[0])) << "the third piece is not there";
+    unmapTwo();
+    params_ = own;
+    values_->handle = handle;
+    mapTwo();
+    ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(structure, kept.data(), kept.size()));
+    waitForDefaultStream();
+    EXPECT_EQ(22u, recordOfHit());
+    unmapTwo();
+    ASSERT_EQ(CUDA_SUCCESS, cuMemAddressFree(space, 3 * unit));
+}
+
 TEST_F(Streams, StreamsThatAreNone) {
     ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
     CUstream dead = nullptr;

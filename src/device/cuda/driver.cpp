@@ -36,6 +36,10 @@ Driver openDriver() {
     driver.member = reinterpret_cast<decltype(driver.member)>(find(DriverNames::member));
     SUNSTONE_CUDA_FUNCTIONS(SUNSTONE_CUDA_FIND)
 #undef SUNSTONE_CUDA_FIND
+#define SUNSTONE_CUDA_FIND(member, function)                                                       \
+    driver.member = reinterpret_cast<decltype(driver.member)>(dlsym(library, DriverNames::member));
+    SUNSTONE_CUDA_NEWER_FUNCTIONS(SUNSTONE_CUDA_FIND)
+#undef SUNSTONE_CUDA_FIND
     return driver;
 }
 
@@ -73,6 +77,15 @@ ContextScope::~ContextScope() {
     driver().threadExchangeStreamCaptureMode(&mode_);
     CUcontext popped = nullptr;
     driver().ctxPopCurrent(&popped);
+}
+
+bool isMappedByApplication(const Driver& driver, CUdeviceptr address) {
+    CUmemGenericAllocationHandle handle = 0;
+    if (!driver.memRetainAllocationHandle || !driver.memRelease ||
+        driver.memRetainAllocationHandle(&handle, reinterpret_cast<void*>(address)) != CUDA_SUCCESS)
+        return false;
+    driver.memRelease(handle);
+    return true;
 }
 
 } // namespace sunstone::device::cuda

@@ -69,9 +69,15 @@ namespace sunstone::device::cuda {
     X(occupancyMaxActiveBlocksPerMultiprocessor, cuOccupancyMaxActiveBlocksPerMultiprocessor)      \
     X(launchKernel, cuLaunchKernel)
 
+// What drivers from CUDA 11 on have: null in the table of an older one.
+#define SUNSTONE_CUDA_NEWER_FUNCTIONS(X)                                                           \
+    X(memRetainAllocationHandle, cuMemRetainAllocationHandle)                                      \
+    X(memRelease, cuMemRelease)
+
 struct Driver {
 #define SUNSTONE_CUDA_MEMBER(member, function) decltype(&::function) member = nullptr;
     SUNSTONE_CUDA_FUNCTIONS(SUNSTONE_CUDA_MEMBER)
+    SUNSTONE_CUDA_NEWER_FUNCTIONS(SUNSTONE_CUDA_MEMBER)
 #undef SUNSTONE_CUDA_MEMBER
 };
 
@@ -82,6 +88,7 @@ struct DriverNames {
 #define SUNSTONE_CUDA_MEMBER(member, function)                                                     \
     static constexpr const char* member = SUNSTONE_CUDA_TEXT(function);
     SUNSTONE_CUDA_FUNCTIONS(SUNSTONE_CUDA_MEMBER)
+    SUNSTONE_CUDA_NEWER_FUNCTIONS(SUNSTONE_CUDA_MEMBER)
 #undef SUNSTONE_CUDA_MEMBER
 };
 
@@ -128,5 +135,10 @@ inline bool isCapturing(const Driver& driver, CUstream stream) {
     return driver.streamIsCapturing(stream, &status) == CUDA_SUCCESS &&
            status != CU_STREAM_CAPTURE_STATUS_NONE;
 }
+
+// Whether the application has mapped memory to the address itself, piece by piece (cuMemMap), so that
+// a buffer may have several pieces, and its contents may come back in others. Of drivers that cannot
+// tell: false.
+bool isMappedByApplication(const Driver& driver, CUdeviceptr address);
 
 } // namespace sunstone::device::cuda

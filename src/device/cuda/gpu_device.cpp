@@ -52,16 +52,25 @@ void* GpuDevice::currentContext() {
 bool GpuDevice::isAccessible(const void* address, size_t size) {
     ContextScope scope(context_);
     const Driver& driver = cuda::driver();
-    const auto place = CUdeviceptr(address);
-    unsigned type = 0;
-    if (driver.pointerGetAttribute(&type, CU_POINTER_ATTRIBUTE_MEMORY_TYPE, place) != CUDA_SUCCESS)
-        return false;
-    CUdeviceptr base = 0;
-    size_t bytes = 0;
-    // Memory of other kinds (registered, mapped) has no range the driver tells of.
-    if (driver.memGetAddressRange(&base, &bytes, place) != CUDA_SUCCESS)
-        return true;
-    return size <= bytes && place - base <= bytes - size;
+    auto place = CUdeviceptr(address);
+    for (;;) {
+        unsigned type = 0;
+        if (driver.pointerGetAttribute(&type, CU_POINTER_ATTRIBUTE_MEMORY_TYPE, place) !=
+            CUDA_SUCCESS)
+            return false;
+        CUdeviceptr base = 0;
+        size_t bytes = 0;
+        // Memory of other kinds (registered, mapped) has no range the driver tells of.
+        if (driver.memGetAddressRange(&base, &bytes, place) != CUDA_SUCCESS)
+            return true;
+        const size_t rest = base + bytes - place;
+        if (size <= rest)
+            return true;
+        if (!isMappedByApplication(driver, place))
+            return false;
+        place += rest; // the piece behind it
+        size -= rest;
+    }
 }
 
 } // namespace sunstone::device::cuda

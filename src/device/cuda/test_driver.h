@@ -20,6 +20,7 @@ inline const Driver& testDriver() {
     if (!made.member)                                                                              \
         fail(Code::kNotInitialized, DriverNames::member);
         SUNSTONE_CUDA_FUNCTIONS(SUNSTONE_CUDA_MEMBER)
+        SUNSTONE_CUDA_NEWER_FUNCTIONS(SUNSTONE_CUDA_MEMBER)
 #undef SUNSTONE_CUDA_MEMBER
         const auto createContext = reinterpret_cast<decltype(&cuDevicePrimaryCtxRetain)>(
             dlsym(library, "cuDevicePrimaryCtxRetain"));
