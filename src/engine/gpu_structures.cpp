@@ -161,18 +161,39 @@ Handles& handles() {
 
 } // namespace
 
+// Those whose tables graphs may look into at any time.
+struct GpuKnownHandles::Followers {
+    std::mutex mutex; // taken before all others
+    std::vector<GpuKnownHandles*> all;
+};
+
+GpuKnownHandles::Followers& GpuKnownHandles::followers() {
+    static Followers them;
+    return them;
+}
+
 void noteGpuHandle(uint64_t handle) {
-    Handles& all = handles();
-    std::lock_guard lock(all.mutex);
-    all.note(handle);
+    {
+        Handles& all = handles();
+        std::lock_guard lock(all.mutex);
+        all.note(handle);
+    }
+    GpuKnownHandles::Followers& them = GpuKnownHandles::followers();
+    std::lock_guard lock(them.mutex);
+    std::erase_if(them.all, [](GpuKnownHandles* each) { return !each->tryRefresh(); });
 }
 
 GpuKnownHandles::~GpuKnownHandles() {
+    {
+        Followers& them = followers();
+        std::lock_guard lock(them.mutex);
+        std::erase(them.all, this);
+    }
     if (stream_)
         driver().streamDestroy(stream_);
-    for (const CUdeviceptr table : {table_, replaced_})
-        if (table)
-            driver().memFree(table);
+    for (const CUdeviceptr memory : {table_, replaced_, cell_})
+        if (memory)
+            driver().memFree(memory);
 }
 
 // What launches under way have of the table stays until there is a third one: freeing it waits for
@@ -189,16 +210,55 @@ void GpuKnownHandles::makeRoom(size_t entries) {
 }
 
 GpuKnownHandles::View GpuKnownHandles::update(size_t asked, uint64_t usual, CUstream stream) {
-    if (isCapturing(driver(), stream))
-        return {0, 0};
-    Handles& all = handles();
+    const bool isCaptured = isCapturing(driver(), stream);
+    if (isCaptured)
+        follow();
     std::lock_guard own(mutex_);
+    const View view = refresh(asked, usual);
+    return isCaptured ? View{cell_ | kOfGraph, 0} : view;
+}
+
+void GpuKnownHandles::follow() {
+    Followers& them = followers();
+    std::lock_guard lock(them.mutex);
+    if (std::find(them.all.begin(), them.all.end(), this) != them.all.end())
+        return;
+    std::lock_guard own(mutex_);
+    if (!cell_) {
+        SUNSTONE_CU(ctxGetCurrent, &context_);
+        SUNSTONE_CU(memAlloc, &cell_, sizeof(uint64_t));
+    }
+    told_ = ~uint64_t(0); // nothing, or something old
+    them.all.push_back(this);
+}
+
+// False: graphs take all handles as they are from now on, or cannot run any more.
+bool GpuKnownHandles::tryRefresh() {
+    std::lock_guard own(mutex_);
+    try {
+        ContextScope scope(context_);
+        try {
+            refresh(0, 0);
+        } catch (const Error&) {
+            const uint64_t none = 0;
+            SUNSTONE_CU(memcpyHtoD, cell_, &none, sizeof(none));
+            throw;
+        }
+        return true;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
+GpuKnownHandles::View GpuKnownHandles::refresh(size_t asked, uint64_t usual) {
+    Handles& all = handles();
     std::lock_guard lock(all.mutex);
     all.tidy();
     all.look(asked);
     usual = all.usual(usual);
     const bool isNew = layout_ != all.layout;
-    if (isNew || written_ != all.writes.size()) {
+    const bool isToBeTold = cell_ && (isNew || told_ != (table_ | all.shift()));
+    if (isNew || isToBeTold || written_ != all.writes.size()) {
         constexpr size_t kFew = 16;
         if (isNew)
             makeRoom(all.slots.size());
@@ -211,9 +271,14 @@ GpuKnownHandles::View GpuKnownHandles::update(size_t asked, uint64_t usual, CUst
         else
             for (size_t i = written_; i < all.writes.size(); ++i)
                 write(all.writes[i], 1);
+        const uint64_t known = table_ | all.shift();
+        if (isToBeTold)
+            SUNSTONE_CU(memcpyHtoDAsync, cell_, &known, sizeof(known), stream_);
         SUNSTONE_CU(streamSynchronize, stream_);
         layout_ = all.layout;
         written_ = all.writes.size();
+        if (isToBeTold)
+            told_ = known;
     }
     return {table_ | all.shift(), usual};
 }

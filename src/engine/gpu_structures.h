@@ -32,17 +32,29 @@ public:
         uint64_t known; // see bvh/gpu/known_handles.h
         uint64_t usual; // that of the caller if it is known, else the newest structure's, or 0
     };
-    // Brings the table up to date, for work on this stream. What is captured gets none, as it may run
-    // when other structures are there.
+    // Brings the table up to date, for work on this stream. What is captured gets a number that leads
+    // to the table of the time when its graph runs: from then on every handle that is noted goes
+    // there at once.
     View update(size_t asked, uint64_t usual, CUstream stream);
 
 private:
+    friend void noteGpuHandle(uint64_t handle);
+
+    struct Followers;
+    static Followers& followers();
+    void follow();
+    bool tryRefresh();
+    View refresh(size_t asked, uint64_t usual);
     void makeRoom(size_t entries);
 
     std::mutex mutex_;
     CUstream stream_ = nullptr; // waits for no other
     CUdeviceptr table_ = 0, replaced_ = 0;
     uint64_t layout_ = 0, written_ = 0; // what the table holds of the process's
+    // For graphs: what stands for the table, in memory of this context; 0: none was captured yet.
+    CUdeviceptr cell_ = 0;
+    CUcontext context_ = nullptr;
+    uint64_t told_ = 0; // what is in the cell
 };
 
 } // namespace sunstone::engine

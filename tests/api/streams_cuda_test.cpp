@@ -427,6 +427,33 @@ TEST_F(Streams, GraphsHoldBuildsAndLaunches) {
             EXPECT_EQ(22u, first().record);
             EXPECT_EQ(1 + 3 * times, first().runs);
         }
+        // Handles are looked up as they are when the graph runs.
+        const auto recordOf = [&](OptixTraversableHandle given) {
+            LaunchParams values = *values_;
+            values.handle = given;
+            EXPECT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, &values, sizeof(values)));
+            waitForDefaultStream();
+            EXPECT_EQ(CUDA_SUCCESS, cuGraphLaunch(program, stream));
+            EXPECT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
+            return first().record;
+        };
+        const OptixTraversableHandle garbage = 0x12345681;
+        EXPECT_EQ(11u, recordOf(garbage));
+        EXPECT_EQ(22u, recordOf(values_->handle));
+        {
+            const Accel later = buildAccel(context_, log_, {mesh.input});
+            EXPECT_EQ(22u, recordOf(later.handle));
+            constexpr size_t kStride = 128;
+            static_assert(sizeof(OptixStaticTransform) <= kStride);
+            Buffer transforms(200 * kStride, 64); // more than a table has room for
+            OptixTraversableHandle handle = 0;
+            for (size_t i = 0; i < 200; ++i)
+                ASSERT_OK(optixConvertPointerToTraversableHandle(
+                    context_, transforms.address() + i * kStride,
+                    OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM, &handle));
+            EXPECT_EQ(22u, recordOf(later.handle));
+            EXPECT_EQ(22u, recordOf(buildAccel(context_, log_, {mesh.input}).handle));
+        }
         EXPECT_EQ(CUDA_SUCCESS, cuGraphExecDestroy(program));
         EXPECT_EQ(CUDA_SUCCESS, cuGraphDestroy(graph));
         inputs = kept;

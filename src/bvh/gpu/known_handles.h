@@ -2,7 +2,9 @@
 // Which handles lead somewhere, for kernels, which cannot ask whether there is memory at an
 // address: a hash table in device memory that the host keeps (engine/gpu_structures.h). A number of 64 bits
 // stands for it: its address, which has kTableAlignment, and in the low bits by how much a hash is
-// shifted to be a place. 0: there is no table, and all handles are taken as they are.
+// shifted to be a place. 0: there is no table, and all handles are taken as they are. Where the low
+// bits are kOfGraph, the number is at the address, as it is when a kernel runs that was queued long
+// before, in a graph.
 //
 // Readers may run while the host writes, a whole entry at a time: none ever changes its place, so
 // that readers see what was there before they were queued.
@@ -17,6 +19,7 @@
 namespace sunstone::bvh::gpu {
 
 constexpr uint64_t kTableAlignment = 64;
+constexpr uint64_t kOfGraph = kTableAlignment - 1;
 constexpr uint64_t kFreeEntry = 0;
 constexpr uint64_t kGoneEntry = ~uint64_t(0); // no handle; those behind it are searched on
 
@@ -27,6 +30,8 @@ SUNSTONE_GPU_INLINE uint32_t placeOfHandle(uint64_t handle, uint32_t shift) {
 
 // The null handle, which is never hit, is none of the others.
 SUNSTONE_GPU_INLINE bool isKnownHandle(uint64_t known, uint64_t handle) {
+    if ((known & kOfGraph) == kOfGraph)
+        known = *reinterpret_cast<const volatile uint64_t*>(known & ~kOfGraph);
     const auto* const table = reinterpret_cast<const uint64_t*>(known & ~(kTableAlignment - 1));
     if (!table)
         return true;
