@@ -9,6 +9,7 @@
 // What it finds are crashes, sanitizer reports, results that are none, and calls that do not return
 // within a minute. Read world.h for how calls are written.
 #include "last_words.h"
+#include "options.h"
 #include "world.h"
 
 #include "optix_function_table_definition.h"
@@ -83,25 +84,11 @@ void runSequence(uint64_t number, unsigned count, bool print) {
 
 int main(int argc, char** argv) {
     uint64_t seconds = 20, start = 1, sequence = 0, count = 60;
-    for (int i = 1; i + 1 < argc; i += 2) {
-        const std::string name = argv[i];
-        uint64_t value = std::strtoull(argv[i + 1], nullptr, 0);
-        if (name == "--seconds")
-            seconds = value;
-        else if (name == "--start")
-            start = value;
-        else if (name == "--sequence")
-            sequence = value;
-        else if (name == "--calls")
-            count = value;
-        else
-            argc = 0;
-    }
-    if (argc % 2 == 0) {
-        std::fprintf(stderr,
-                     "usage: fuzz_api [--seconds N] [--start N] [--sequence N] [--calls N]\n");
-        return 2;
-    }
+    fuzz::readOptions(argc, argv, "fuzz_api [--seconds N] [--start N] [--sequence N] [--calls N]",
+                      {{"--seconds", &seconds},
+                       {"--start", &start},
+                       {"--sequence", &sequence},
+                       {"--calls", &count}});
     fuzz::setLastWords(tellWhere);
     // A disk cache of its own, gone at the end.
     char folder[] = "/tmp/sunstone-fuzz-XXXXXX";

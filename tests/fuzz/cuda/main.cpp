@@ -11,6 +11,7 @@
 // What a caller must guarantee is kept: host pointers are null or as long as they have to be, and
 // memory and arrays that queued work and graphs use live as long as the sequence.
 #include "../last_words.h"
+#include "../options.h"
 #include "arguments.h"
 
 namespace {
@@ -871,24 +872,12 @@ void runSequence(unsigned long number, unsigned count) {
 } // namespace
 
 int main(int argc, char** argv) {
-    unsigned long seconds = 10, start = 1, sequence = 0, calls = 150;
-    for (int i = 1; i + 1 < argc; i += 2) {
-        const std::string name = argv[i];
-        unsigned long* const option = name == "--seconds"    ? &seconds
-                                      : name == "--start"    ? &start
-                                      : name == "--sequence" ? &sequence
-                                      : name == "--calls"    ? &calls
-                                                             : nullptr;
-        if (option)
-            *option = std::strtoul(argv[i + 1], nullptr, 0);
-        else
-            argc = 0;
-    }
-    if (argc % 2 == 0) {
-        std::fprintf(stderr,
-                     "usage: fuzz_cuda [--seconds N] [--start N] [--sequence N] [--calls N]\n");
-        return 2;
-    }
+    uint64_t seconds = 10, start = 1, sequence = 0, calls = 150;
+    fuzz::readOptions(argc, argv, "fuzz_cuda [--seconds N] [--start N] [--sequence N] [--calls N]",
+                      {{"--seconds", &seconds},
+                       {"--start", &start},
+                       {"--sequence", &sequence},
+                       {"--calls", &calls}});
     fuzz::setLastWords(tellWhere, SIGALRM);
     setenv("OPTIX_CACHE_MAXSIZE", "0", 1);
     setenv("SUNSTONE_LOG", sequence ? "error" : "off", 0);

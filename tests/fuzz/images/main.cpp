@@ -5,6 +5,7 @@
 //   fuzz_images [--seconds N] [--start N] [--input N] PTX FILES
 // A container lies before memory that cannot be read.
 #include "../last_words.h"
+#include "../options.h"
 #include "../ptx_changes.h"
 
 #include <cuda.h>
@@ -190,26 +191,20 @@ private:
 } // namespace
 
 int main(int argc, char** argv) {
-    unsigned long seconds = 10, start = 1, input = 0;
+    const char* const usage = "fuzz_images [--seconds N] [--start N] [--input N] PTX FILES";
+    uint64_t seconds = 10, start = 1, input = 0;
+    std::vector<std::string> files;
+    fuzz::readOptions(argc, argv, usage,
+                      {{"--seconds", &seconds}, {"--start", &start}, {"--input", &input}}, &files);
     std::vector<Tokens> seeds;
-    for (int i = 1; i < argc; ++i) {
-        const std::string name = argv[i];
-        unsigned long* const option = name == "--seconds" ? &seconds
-                                      : name == "--start" ? &start
-                                      : name == "--input" ? &input
-                                                          : nullptr;
-        if (option && i + 1 < argc) {
-            *option = std::strtoul(argv[++i], nullptr, 0);
-            continue;
-        }
+    for (const std::string& name : files) {
         std::ifstream file(name, std::ios::binary);
         const std::string text((std::istreambuf_iterator<char>(file)), {});
         if (!text.empty() && text.size() < 30000)
             seeds.push_back(fuzz::tokensOf(text));
     }
     if (seeds.empty()) {
-        std::fprintf(stderr,
-                     "usage: fuzz_images [--seconds N] [--start N] [--input N] PTX FILES\n");
+        std::fprintf(stderr, "no file has PTX to begin with; usage: %s\n", usage);
         return 2;
     }
     fuzz::setLastWords(tellWhere, SIGALRM);
@@ -231,6 +226,6 @@ int main(int argc, char** argv) {
             fuzzer.run(start + count);
     }
     std::printf("%lu inputs from %lu on: %lu accepted, %lu kernels compiled\n", count,
-                input ? input : start, fuzzer.accepted, fuzzer.compiled);
+                (unsigned long)(input ? input : start), fuzzer.accepted, fuzzer.compiled);
     return 0;
 }

@@ -3,6 +3,7 @@
 // determined by its number: `fuzz_kernels --input NUMBER` repeats one, with --print it is written.
 //   fuzz_kernels [--seconds N] [--start N] [--input N] [--print]
 #include "../last_words.h"
+#include "../options.h"
 #include "random_kernel.h"
 
 #include <cuda.h>
@@ -90,23 +91,15 @@ void tryKernel(unsigned long number, bool print) {
 } // namespace
 
 int main(int argc, char** argv) {
-    unsigned long seconds = 10, start = 1, input = 0;
-    bool print = false;
-    for (int i = 1; i < argc; ++i) {
-        const std::string name = argv[i];
-        unsigned long* const option = name == "--seconds" ? &seconds
-                                      : name == "--start" ? &start
-                                      : name == "--input" ? &input
-                                                          : nullptr;
-        if (option && i + 1 < argc) {
-            *option = std::strtoul(argv[++i], nullptr, 0);
-        } else if (name == "--print") {
-            print = true;
-        } else {
-            std::fprintf(stderr,
-                         "usage: fuzz_kernels [--seconds N] [--start N] [--input N] [--print]\n");
-            return 2;
-        }
+    const char* const usage = "fuzz_kernels [--seconds N] [--start N] [--input N] [--print]";
+    uint64_t seconds = 10, start = 1, input = 0;
+    std::vector<std::string> rest;
+    fuzz::readOptions(argc, argv, usage,
+                      {{"--seconds", &seconds}, {"--start", &start}, {"--input", &input}}, &rest);
+    const bool print = !rest.empty();
+    if (print && rest != std::vector<std::string>{"--print"}) {
+        std::fprintf(stderr, "usage: %s\n", usage);
+        return 2;
     }
     fuzz::setLastWords(tellWhere, SIGALRM);
     setenv("OPTIX_CACHE_MAXSIZE", "0", 1);

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command lines of fuzzers: options with a number each, and what else there may be.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace fuzz {
+
+using Numbers = std::map<std::string, uint64_t*>;
+
+// Reads the options; exits with the usage where asked for it, or where there is an unknown option, or
+// one without its number. Other arguments go to `rest`, or are unknown too if there is none.
+inline void readOptions(int argc, char** argv, const char* usage, const Numbers& numbers,
+                        std::vector<std::string>* rest = nullptr) {
+    const auto leave = [&](FILE* to, int status) {
+        std::fprintf(to, "usage: %s\n", usage);
+        std::exit(status);
+    };
+    for (int i = 1; i < argc; ++i) {
+        const std::string name = argv[i];
+        const auto option = numbers.find(name);
+        char* end = nullptr;
+        if (name == "--help" || name == "-h")
+            leave(stdout, 0);
+        if (option != numbers.end() && i + 1 < argc) {
+            *option->second = std::strtoull(argv[++i], &end, 0);
+            if (end == argv[i] || *end != '\0')
+                leave(stderr, 2);
+        } else if (rest && option == numbers.end()) {
+            rest->push_back(name);
+        } else {
+            leave(stderr, 2);
+        }
+    }
+}
+
+} // namespace fuzz
