@@ -9,6 +9,8 @@
 
 #include "device/cuda/driver.h"
 
+#include <dlfcn.h>
+
 #include <atomic>
 #include <cstdlib>
 #include <functional>
@@ -169,6 +171,36 @@ TEST_F(LaunchErrors, OfEachCall) {
     EXPECT_OK(launch());
     waitForDevice();
     EXPECT_EQ(100u, seen_.as<LaunchSeen>()->runs);
+}
+
+TEST_F(LaunchErrors, OfCapturedLaunches) {
+    void* const cuda = dlopen("libcuda.so.1", RTLD_NOW | RTLD_NOLOAD);
+    ASSERT_TRUE(cuda);
+    const auto begin =
+        reinterpret_cast<CUresult (*)(CUstream, CUstreamCaptureMode)>(
+            dlsym(cuda, "cuStreamBeginCapture_v2"));
+    const auto end =
+        reinterpret_cast<decltype(&cuStreamEndCapture)>(dlsym(cuda, "cuStreamEndCapture"));
+    const auto destroy =
+        reinterpret_cast<decltype(&cuGraphDestroy)>(dlsym(cuda, "cuGraphDestroy"));
+    ASSERT_TRUE(begin && end && destroy);
+    CUstream stream = nullptr;
+    ASSERT_EQ(CUDA_SUCCESS, driverForTests().streamCreate(&stream, CU_STREAM_NON_BLOCKING));
+    const OptixShaderBindingTable sbt = rig_->table();
+    failAtEachCall(
+        [&] {
+            CUgraph graph = nullptr;
+            EXPECT_EQ(CUDA_SUCCESS, begin(stream, CU_STREAM_CAPTURE_MODE_GLOBAL));
+            const OptixResult result = optixLaunch(rig_->pipeline(), stream, params_.address(),
+                                                   sizeof(LaunchParams), &sbt, 1, 1, 1);
+            end(stream, &graph);
+            if (graph)
+                destroy(graph);
+            return result;
+        },
+        {DriverNames::eventQuery, DriverNames::memGetAddressRange});
+    EXPECT_EQ(CUDA_SUCCESS, driverForTests().streamDestroy(stream));
+    dlclose(cuda);
 }
 
 TEST_F(LaunchErrors, WhenEverythingIsDestroyedInABrokenContext) {
