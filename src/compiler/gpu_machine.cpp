@@ -2,14 +2,13 @@
 #include "compiler/gpu_machine.h"
 
 #include "base/error.h"
+#include "compiler/gpu_header.h"
 #include "compiler/unit.h"
 
 #include <llvm/IR/LegacyPassManager.h>
 #include <llvm/MC/TargetRegistry.h>
 #include <llvm/Passes/PassBuilder.h>
 #include <llvm/Support/TargetSelect.h>
-
-#include <algorithm>
 
 // LLVM declares these in a header that lists all targets it was built with.
 extern "C" void LLVMInitializeNVPTXTargetInfo();
@@ -18,20 +17,6 @@ extern "C" void LLVMInitializeNVPTXTargetMC();
 extern "C" void LLVMInitializeNVPTXAsmPrinter();
 
 namespace sunstone::compiler {
-
-namespace {
-
-// The newest of what LLVM 19 knows that is not above `wanted`: drivers compile PTX for older
-// devices and of older versions.
-unsigned newestUpTo(std::initializer_list<unsigned> known, unsigned wanted) {
-    unsigned newest = *known.begin();
-    for (unsigned each : known)
-        if (each <= wanted)
-            newest = std::max(newest, each);
-    return newest;
-}
-
-} // namespace
 
 std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target) {
     static const bool initialized = [] {
@@ -47,14 +32,11 @@ std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target) {
     const llvm::Target* found = llvm::TargetRegistry::lookupTarget(triple, error);
     if (!found)
         fail(ErrorCode::kInternal, "no code generator for ", triple, ": ", error);
-    const unsigned device = newestUpTo({70, 72, 75, 80, 86, 87, 89, 90}, target.computeCapability);
-    const unsigned version =
-        newestUpTo({63, 64, 65, 70, 71, 72, 73, 74, 75, 76, 77, 78, 80, 81, 82, 83, 84, 85},
-                   target.ptxVersion);
+    const GpuHeader header = plainHeader(target);
     llvm::TargetOptions options;
     options.AllowFPOpFusion = llvm::FPOpFusion::Strict;
     return std::unique_ptr<llvm::TargetMachine>(found->createTargetMachine(
-        triple, message("sm_", device), message("+ptx", version), options, llvm::Reloc::PIC_,
+        triple, header.target, message("+ptx", header.version), options, llvm::Reloc::PIC_,
         llvm::CodeModel::Small, llvm::CodeGenOptLevel::Default, false));
 }
 

@@ -10,6 +10,7 @@
 #include "compiler/compile_steps.h"
 #include "compiler/digest.h"
 #include "compiler/flush.h"
+#include "compiler/gpu_header.h"
 #include "compiler/gpu_link.h"
 #include "compiler/gpu_machine.h"
 #include "compiler/lower_optix.h"
@@ -88,6 +89,7 @@ public:
     GpuCode run() {
         declarePrograms();
         unit_.translateQueue();
+        const GpuHeader header = headerOfText();
         optimizer_->dump("translated");
         verify(unit_, "translation");
         optimizer_->promote();
@@ -120,7 +122,7 @@ public:
         optimizer_->dump("optimized");
         refuseUnresolved();
         times_.step("optimize");
-        code_.ptx = emitGpuText(unit_.module(), *machine_);
+        code_.ptx = withHeader(emitGpuText(unit_.module(), *machine_), header);
         times_.step("generate");
         const GpuCalls calls(unit_.module(), code_.ptx);
         code_.stack = calls.stack();
@@ -181,6 +183,23 @@ private:
             function->setLinkage(llvm::GlobalValue::ExternalLinkage);
             programs_.push_back(function);
         }
+    }
+
+    // What the instructions need that pass through as text.
+    GpuHeader headerOfText() {
+        const GpuTarget& gpu = request_.target;
+        GpuHeader header = plainHeader(gpu);
+        for (const auto& [module, instruction] : unit_.headerNeeds()) {
+            if (!runsTarget(module->target, gpu.computeCapability))
+                failAt(ErrorCode::kInvalidPtx, instruction->location, instruction->fullOpcode(),
+                       ": the module's target is ", module->target, ", this GPU is of sm_",
+                       gpu.computeCapability);
+            widen(header, *module, gpu);
+        }
+        if (!(header == plainHeader(gpu)))
+            code_.feedback += message("PTX ", header.version / 10, ".", header.version % 10,
+                                      " for ", header.target, ", as modules declare\n");
+        return header;
     }
 
     // Programs of one name for several payload types, before anything depends on the type.

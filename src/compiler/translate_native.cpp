@@ -9,6 +9,7 @@
 // intermediate code is what the optimiser profits from: integers, plain float arithmetic,
 // comparisons, loads and stores, control flow.
 #include "compiler/function_translator.h"
+#include "compiler/gpu_header.h"
 #include "ptx/special_registers.h"
 
 #include <llvm/IR/InlineAsm.h>
@@ -62,9 +63,11 @@ const char* constraintOf(unsigned bits) {
 // Components of a video instruction's operand, as ptx::Operand numbers them.
 constexpr int kFirstByte = 4;
 
-const char* selectorOf(int component) {
+std::string selectorOf(const ptx::Operand& operand) {
     static const char* const kNames[] = {".b0", ".b1", ".b2", ".b3", ".h0", ".h1"};
-    return component < kFirstByte ? "" : kNames[component - kFirstByte];
+    if (operand.component == ptx::Operand::kPicked)
+        return "." + std::string(operand.name);
+    return operand.component < kFirstByte ? "" : kNames[operand.component - kFirstByte];
 }
 
 std::string literalOf(const ptx::Operand& operand) {
@@ -111,12 +114,18 @@ bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
         emitNative(instruction, Result::kFirst, false, false, false);
         return true;
     }
-    // LLVM writes no loads and stores that order others, and knows of none that are asynchronous.
+    // LLVM writes no loads and stores that order others, nor atomic ones of 128 bits, and knows of
+    // none that are asynchronous.
     const bool isStore = op == "st";
     if ((isStore || op == "ld") &&
         (instruction.has("acquire") || instruction.has("release") || instruction.has("mmio") ||
-         instruction.has("async") || instruction.has("bulk"))) {
+         instruction.has("async") || instruction.has("bulk") ||
+         (instruction.has("relaxed") && lastType(instruction) == ptx::Type::kB128))) {
         emitNative(instruction, isStore ? Result::kNone : Result::kFirst, true, false, true);
+        return true;
+    }
+    if (instruction.has("f32x2")) {
+        emitNative(instruction, Result::kFirst, false, false, false);
         return true;
     }
     if (kKeptIfFloat.count(op)) {
@@ -157,6 +166,10 @@ bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
 
 void FunctionTranslator::emitNative(const ptx::Instruction& instruction, Result result,
                                     bool effects, bool convergent, bool memory) {
+    if (mayNeedHeader(instruction))
+        unit_.needHeader(module_, instruction);
+    const bool isLegacy =
+        (instruction.opcode == "vote" || instruction.opcode == "shfl") && !instruction.has("sync");
     Assembly code;
     std::vector<Value*> before; // what targets hold, where they may be read as well
     const auto bitsOfRegister = [&](const ptx::Operand& operand) {
@@ -190,7 +203,7 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, Result 
                 const bool predicate = bitsOfRegister(operand) == 1;
                 code.text += !operand.negated ? "" : predicate ? "!" : "-";
                 self(self, whole, target);
-                code.text += selectorOf(operand.component);
+                code.text += selectorOf(operand);
                 return;
             }
             const std::vector<ptx::Operand> parts = elements(operand);
@@ -227,8 +240,18 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, Result 
             return input(readInt(operand, 64));
         case ptx::OperandKind::kAddress: {
             code.text += "[";
-            Value* pointer = place(operand).pointer;
-            input(builder_.CreatePtrToInt(pointer, builder_.getInt64Ty()));
+            // Words are addresses in spaces of their own: shared memory, that of matrices.
+            const bool isWord = operand.name.empty() && operand.index != ~0u &&
+                                bitsOfRegister(operand) == 32 && !instruction.has("local");
+            if (isWord) {
+                ptx::Operand word = operand;
+                word.kind = ptx::OperandKind::kRegister;
+                input(builder_.CreateAdd(readInt(word, 32),
+                                         builder_.getInt32(uint32_t(operand.offset))));
+            } else {
+                Value* pointer = place(operand).pointer;
+                input(builder_.CreatePtrToInt(pointer, builder_.getInt64Ty()));
+            }
             code.text += "]";
             return;
         }
@@ -256,7 +279,13 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, Result 
                                instruction.operands[i].kind == ptx::OperandKind::kTexture;
         emit(emit, instruction.operands[i], result != Result::kNone && i == 0 && !isAddress);
     }
-    code.text = instruction.fullOpcode() + code.text + ";";
+    code.text = instruction.fullOpcode() + code.text;
+    // PTX 6.4 took them away from GPUs that have .sync: of the threads that are there.
+    if (isLegacy)
+        code.text = message("{ .reg .b32 all; activemask.b32 all; ", instruction.opcode, ".sync",
+                            code.text.substr(instruction.opcode.size()), ", all; }");
+    else
+        code.text += ";";
     // The text names results and what is read elsewhere; the same registers' earlier values follow.
     for (size_t i = 0; i < before.size(); ++i) {
         Assembly::add(code.inputs, std::to_string(i).c_str());

@@ -18,7 +18,7 @@ struct Part {
 
 // Which part of a word .b0 to .b3, .h0, .h1 name.
 Part partOf(const ptx::Operand& operand) {
-    if (operand.component >= 8)
+    if (operand.component >= 8 && operand.component < ptx::Operand::kPicked)
         return {unsigned(operand.component - 8) * 16, 16};
     if (operand.component >= 4)
         return {unsigned(operand.component - 4) * 8, 8};

@@ -312,6 +312,11 @@ llvm::Value* Unit::launchFunction(llvm::IRBuilder<>& builder, llvm::Value* launc
     return loaded;
 }
 
+void Unit::needHeader(const ptx::Module& module, const ptx::Instruction& instruction) {
+    if (llvm::none_of(headerNeeds_, [&](const HeaderNeed& need) { return need.module == &module; }))
+        headerNeeds_.push_back({&module, &instruction});
+}
+
 void Unit::translateQueue() {
     while (!functionQueue_.empty() || !variableQueue_.empty()) {
         if (!functionQueue_.empty()) {

@@ -131,6 +131,15 @@ public:
     // Numbers the accesses of the PTX for the memory checker.
     uint32_t nextAccess(bool isNew) { return isNew ? ++accesses_ : accesses_; }
 
+    // For a GPU: of each module the first instruction that may need the module's header, in the
+    // order they came; see gpu_header.h.
+    struct HeaderNeed {
+        const ptx::Module* module;
+        const ptx::Instruction* instruction;
+    };
+    void needHeader(const ptx::Module& module, const ptx::Instruction& instruction);
+    const std::vector<HeaderNeed>& headerNeeds() const { return headerNeeds_; }
+
     // Options of a module; without them it has none, and line information if its PTX does.
     void setOptions(const ptx::Module& module, std::shared_ptr<const ModuleRules> rules,
                     DebugLevel level);
@@ -183,6 +192,7 @@ private:
     std::deque<SharedVariable> shared_;
     std::vector<VariableId> ids_;
     uint32_t accesses_ = 0;
+    std::vector<HeaderNeed> headerNeeds_;
     std::unique_ptr<DebugInfo> debugInfo_;
     struct Options {
         std::shared_ptr<const ModuleRules> rules;

@@ -53,8 +53,9 @@ public:
     // Whether the host may read and write device memory.
     virtual bool sharesMemory() const = 0;
 
-    // Whether the device's compiler takes this PTX module.
-    virtual bool acceptsText(const std::string&) { return false; }
+    // Whether the device's compiler takes this module, with the version and target that a pipeline
+    // of it would have.
+    virtual bool accepts(const ptx::Module&) { return false; }
     // Compiles the programs; what a launch needs of them goes into the pipeline.
     virtual void compile(Pipeline& pipeline, const PipelineParts& parts) = 0;
     // After the pipeline's limits have been set anew.

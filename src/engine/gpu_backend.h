@@ -25,7 +25,7 @@ public:
     device::Device& device() override { return device_; }
     bool sharesMemory() const override { return false; }
 
-    bool acceptsText(const std::string& ptx) override;
+    bool accepts(const ptx::Module& module) override;
     void compile(Pipeline& pipeline, const PipelineParts& parts) override;
     void setStackSizes(const Context& context, Pipeline& pipeline) override;
     void launch(const ContextPtr& context, const LaunchRequest& request) override;
@@ -56,6 +56,9 @@ private:
     void tellOfBuilds(const Context& context);
     void requireStructure(uint64_t handle, const char* parameter);
     bvh::BlockHeader headerOf(uint64_t handle, CUstream stream, const char* parameter);
+    bool takes(const std::string& ptx);
+    unsigned newestPtx();
+    compiler::GpuTarget target();
     void setStackUse(GpuCodeObject& code);
     LoadedGpuCodes::Entry obtainCode(const compiler::GpuPipelineRequest& request,
                                      compiler::ObjectStore* store);
@@ -72,6 +75,8 @@ private:
     std::mutex refusalMutex_;
     std::map<CUstream, std::string> refusals_; // the first of each stream, until its next call
     LoadedGpuCodes loaded_;
+    std::once_flag ptxAsked_;
+    unsigned newestPtx_ = 0; // GpuTarget::ptxVersion
     std::unique_ptr<GpuKnownHandles> known_ = std::make_unique<GpuKnownHandles>();
     GpuLaunchSlots slots_;
 };

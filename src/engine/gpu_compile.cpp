@@ -4,14 +4,17 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "bvh/gpu/layout.h"
+#include "compiler/gpu_header.h"
 #include "compiler/gpu_pipeline.h"
 #include "device/cuda/ptx_compiler.h"
 #include "devlib/gpu_runtime.h"
 #include "engine/gpu_backend.h"
 #include "engine/pipeline.h"
+#include "ptx/printer.h"
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <memory>
 
 namespace sunstone::engine {
@@ -20,12 +23,23 @@ using namespace device::cuda;
 
 namespace {
 
-// The newest PTX that a driver reads (CUDA release to PTX version, PTX ISA manual, release notes).
+// The newest PTX that a driver reads: CUDA releases in which that changed, and versions of PTX from
+// there on, 10 * major + minor (release notes in the PTX ISA manual).
+struct PtxOfRelease {
+    int driver; // 1000 * major + 10 * minor
+    unsigned ptx;
+};
+constexpr PtxOfRelease kReleases[] = {
+    {0, 65},      {11000, 70}, {11010, 71}, {11020, 72}, {11030, 73}, {11040, 74}, {11050, 75},
+    {11060, 76},  {11070, 77}, {11080, 78}, {12000, 80}, {12010, 81}, {12020, 82}, {12030, 83},
+    {12040, 84},  {12050, 85}, {12070, 86}, {12080, 87}, {12090, 88}, {13000, 90}};
+
 unsigned ptxVersionOf(int driverVersion) {
-    const int major = driverVersion / 1000, minor = driverVersion % 1000 / 10;
-    if (major >= 12)
-        return 80 + unsigned(major > 12 ? 5 : std::min(minor, 5));
-    return major == 11 ? 70 + unsigned(std::min(minor, 8)) : 65;
+    unsigned version = 0;
+    for (const auto& [driver, ptx] : kReleases)
+        if (driver <= driverVersion)
+            version = ptx;
+    return version;
 }
 
 // Values of GraphKind, devlib/gpu/programs.h.
@@ -173,7 +187,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
 }
 
 // Every driver has this, whether or not its compiler can be asked for machine code.
-bool GpuBackend::acceptsText(const std::string& ptx) {
+bool GpuBackend::takes(const std::string& ptx) {
     ContextScope scope(device_.context());
     CUmodule module = nullptr;
     if (driver().moduleLoadDataEx(&module, ptx.c_str(), 0, nullptr, nullptr) != CUDA_SUCCESS)
@@ -182,12 +196,40 @@ bool GpuBackend::acceptsText(const std::string& ptx) {
     return true;
 }
 
+// Drivers that came after this library are asked what they read.
+unsigned GpuBackend::newestPtx() {
+    std::call_once(ptxAsked_, [this] {
+        newestPtx_ = ptxVersionOf(device_.driverVersion());
+        if (device_.driverVersion() < std::rbegin(kReleases)->driver + 10)
+            return;
+        const auto reads = [this](unsigned version) {
+            return takes(compiler::withHeader(".version 6.0\n.target sm_70\n.address_size 64\n",
+                                              {version, "sm_75"}));
+        };
+        constexpr unsigned kMost = 999;
+        for (unsigned next = newestPtx_ + 1; next < kMost && reads(next); ++next)
+            newestPtx_ = next;
+        for (unsigned next = (newestPtx_ / 10 + 1) * 10; next < kMost && reads(next); ++next)
+            newestPtx_ = next;
+    });
+    return newestPtx_;
+}
+
+compiler::GpuTarget GpuBackend::target() {
+    return {device_.computeCapability(), newestPtx(), unsigned(device_.driverVersion())};
+}
+
+bool GpuBackend::accepts(const ptx::Module& module) {
+    compiler::GpuHeader header = compiler::plainHeader(target());
+    compiler::widen(header, module, target());
+    return takes(compiler::withHeader(ptx::print(module), header));
+}
+
 void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     compiler::GpuPipelineRequest request;
     request.pipeline = parts.request;
     request.runtime = devlib::gpuRuntime();
-    request.target = {device_.computeCapability(), ptxVersionOf(device_.driverVersion()),
-                      unsigned(device_.driverVersion())};
+    request.target = target();
     request.maxTraceDepth = pipeline.limits.maxTraceDepth;
     bool hasException = false;
     uint32_t first = ~0u;

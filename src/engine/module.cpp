@@ -61,7 +61,7 @@ std::shared_ptr<const ptx::Module> parse(std::string_view text, Backend& backend
                                          std::string& remarks) {
     ptx::Judge judge; // code for CPUs is made here, where nobody else knows more
     if (!backend.sharesMemory())
-        judge = [&](const std::string& each) { return backend.acceptsText(each); };
+        judge = [&](const ptx::Module& alone) { return backend.accepts(alone); };
     ptx::Diagnostics diagnostics;
     std::shared_ptr<const ptx::Module> tree = ptx::parse(text, diagnostics, judge);
     if (diagnostics.failed() || !tree)

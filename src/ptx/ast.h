@@ -127,12 +127,13 @@ struct Operand {
     uint8_t floatBits = 0;
     uint32_t index = ~0u;  // register or label
     int8_t component = -1; // .x .y .z .w (0..3) of a vector register; 4..7 = .b0 .. .b3 and
-                           // 8, 9 = .h0 .h1 of a video instruction's operand
+                           // 8, 9 = .h0 .h1 of a video instruction's operand; kPicked
+    static constexpr int8_t kPicked = 10; // several of its parts: `name` is b7301, h20 ...
     int64_t integer = 0;
     int64_t offset = 0;    // kSymbol, kAddress: bytes
     uint32_t scale = 0;    // kSymbol, kAddress with name and index, the sym[%r] form: the
                            // address is name + register * scale + offset. 0 otherwise
-    std::string_view name; // kSymbol, kSpecial, kAddress on a symbol
+    std::string_view name; // kSymbol, kSpecial, kAddress on a symbol; see kPicked
     std::vector<Operand> elements;
     Location location;
 };

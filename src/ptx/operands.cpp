@@ -20,6 +20,11 @@ int componentFromName(std::string_view word) {
         return 4 + (word[1] - '0');
     if (word.size() == 2 && word[0] == 'h' && (word[1] == '0' || word[1] == '1'))
         return 8 + (word[1] - '0');
+    const bool isBytes = word.size() > 2 && word.size() <= 5 && word[0] == 'b';
+    const bool isHalves = word.size() == 3 && word[0] == 'h';
+    if ((isBytes || isHalves) &&
+        word.find_first_not_of(isBytes ? "01234567" : "0123", 1) == word.npos)
+        return Operand::kPicked;
     return -1;
 }
 
@@ -254,6 +259,8 @@ void Parser::parseComponent(Operand& operand) {
     if (component < 0 || (component < 4 && (parts == 1 || component >= static_cast<int>(parts))))
         fault(token_.location, "register has no part " + quoted("." + std::string(token_.text)));
     operand.component = static_cast<int8_t>(component);
+    if (component == Operand::kPicked)
+        operand.name = token_.text;
     advance();
 }
 

@@ -11,9 +11,9 @@
 
 namespace sunstone::ptx {
 
-// Asked about instructions that the table does not know: whether they are right after all, by a text
-// of a module that has the instruction and what it names, and nothing else.
-using Judge = std::function<bool(const std::string& text)>;
+// Asked about instructions that the table does not know: whether they are right after all, by a
+// module that has the instruction, what it names, the version and the target, and nothing else.
+using Judge = std::function<bool(const Module& alone)>;
 
 // Parses and verifies `text` (up to its first NUL). The result is null exactly when
 // diagnostics.failed(). OptiX-IR, ELF and other binary input is named in the message. What `judge`

@@ -479,6 +479,8 @@ void Printer::printRegister(const Operand& operand) {
     if (operand.negated)
         add(function_->registers[operand.index].type == Type::kPred ? "!" : "-");
     add(registers_[operand.index], componentName(operand.component));
+    if (operand.component == Operand::kPicked)
+        add(".", operand.name);
 }
 
 // sym, sym+N, sym[%r+N]

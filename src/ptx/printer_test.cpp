@@ -205,6 +205,8 @@ TEST(Printer, UsesOfEveryOperandForm) {
     roundTrip(
         kernel("setp.eq.and.s32 %p1|%p2, %r1, -5, !%p3;\nshfl.sync.up.b32 _|%p2, %r1, 1, 0, -1;\n"
                "mov.f32 %f1, %v1.w;\nvadd.s32.u32.s32 %r1, -%r2.b3, %r3.h1;\n"
+               "vadd4.u32.u32.u32 %r1.b310, %r2.b7012, %r3.b0123, %r4;\n"
+               "vadd2.u32.u32.u32 %r1.h10, %r2.h31, %r3, %r4;\n"
                "ld.u32 %r1, numbers[%r2+-3];\nmov.u64 %rd1, numbers[%rd2];\nmov.u64 %rd1, "
                "numbers[3];\nld.u32 %r1, [64];\ntex.1d.v4.f32.f32 {%f1,_,_,%f4}|%p1, "
                "[picture, {%f1}];\nred.add.u32 [%rd1+4], 1;\ncall (%r1, %rd1), _optix_f, "

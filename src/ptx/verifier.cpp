@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <memory>
 #include <unordered_map>
 
 namespace sunstone::ptx {
@@ -56,7 +57,7 @@ public:
 private:
     void check();
     bool ask(size_t errorsBefore);
-    std::string textOfInstruction() const;
+    std::unique_ptr<Module> moduleOfInstruction() const;
     const Forms& formsFor();
     std::string_view spelling();
     Forms findMatching();
@@ -203,10 +204,11 @@ Forms Verifier::findMatching() {
     return result;
 }
 
-// A module of this instruction alone, in a function that has the same registers; empty where it
+// A module of this instruction alone, in a function that has the same registers; null where it
 // needs more of its own than that.
-std::string Verifier::textOfInstruction() const {
-    Module module;
+std::unique_ptr<Module> Verifier::moduleOfInstruction() const {
+    auto alone = std::make_unique<Module>();
+    Module& module = *alone;
     module.versionMajor = module_.versionMajor;
     module.versionMinor = module_.versionMinor;
     module.target = module_.target;
@@ -222,7 +224,8 @@ std::string Verifier::textOfInstruction() const {
         isPlain = isPlain && operand.kind != OperandKind::kLabel;
         for (const Operand& element : operand.elements)
             self(self, element);
-        if (operand.name.empty() || operand.kind == OperandKind::kSpecial)
+        if (operand.name.empty() || operand.kind == OperandKind::kSpecial ||
+            operand.kind == OperandKind::kRegister)
             return;
         const auto isNamed = [&](const Variable& each) { return each.name == operand.name; };
         const auto own =
@@ -244,16 +247,15 @@ std::string Verifier::textOfInstruction() const {
         visit(visit, operand);
     function.body.push_back(std::move(statement));
     module.functions.push_back(std::move(function));
-    return isPlain ? print(module) : std::string();
+    return isPlain ? std::move(alone) : nullptr;
 }
 
 // About an instruction that broke a rule, or of a spelling that did before.
 bool Verifier::ask(size_t errorsBefore) {
-    const std::string text = textOfInstruction();
-    if (!text.empty()) {
-        const auto [known, isNew] = verdicts_.emplace(text, false);
+    if (const std::unique_ptr<Module> alone = moduleOfInstruction()) {
+        const auto [known, isNew] = verdicts_.emplace(print(*alone), false);
         if (isNew)
-            known->second = judge_(text);
+            known->second = judge_(*alone);
         if (known->second) {
             diagnostics_.keepErrors(errorsBefore);
             return true;

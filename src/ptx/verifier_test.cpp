@@ -3,6 +3,7 @@
 #include "ptx/test_support.h"
 
 #include "ptx/instructions.h"
+#include "ptx/printer.h"
 #include "ptx/special_registers.h"
 
 #include <set>
@@ -55,8 +56,8 @@ TEST(Accepted, WhatAJudgeKnows) {
                                     "frob.b32 %r1, [numbers];");
     std::vector<std::string> asked;
     Diagnostics diagnostics;
-    const auto module = parse(text, diagnostics, [&](const std::string& each) {
-        asked.push_back(each);
+    const auto module = parse(text, diagnostics, [&](const Module& each) {
+        asked.push_back(print(each));
         return true;
     });
     ASSERT_TRUE(module) << diagnostics.format();
@@ -67,8 +68,8 @@ TEST(Accepted, WhatAJudgeKnows) {
     EXPECT_EQ(foreign, "fff.f");
     mustParse(asked[0].substr(0, asked[0].find("frob")) + "}"); // a module but for that
     Diagnostics refused;
-    EXPECT_FALSE(parse(text, refused, [&](const std::string& each) {
-        return each.find("tile") != std::string::npos;
+    EXPECT_FALSE(parse(text, refused, [&](const Module& each) {
+        return print(each).find("tile") != std::string::npos;
     }));
     EXPECT_EQ(refused.errorCount(), 3u) << refused.format();
 }

@@ -21,6 +21,7 @@ struct Gpu {
     decltype(&::cuCtxPushCurrent) push = nullptr;
     decltype(&::cuCtxPopCurrent) pop = nullptr;
     CUcontext context = nullptr;
+    int computeCapability = 0, driverVersion = 0;
 
     bool isLost() const {
         if (push(context) != CUDA_SUCCESS)
@@ -56,12 +57,22 @@ Gpu openGpu() {
             "cuDevicePrimaryCtxRetain");
     require(find<decltype(&::cuCtxSetCurrent)>(library, "cuCtxSetCurrent")(context),
             "cuCtxSetCurrent");
+    const auto attribute = find<decltype(&::cuDeviceGetAttribute)>(library, "cuDeviceGetAttribute");
+    int major = 0, minor = 0, version = 0;
+    require(attribute(&major, CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR, 0),
+            "cuDeviceGetAttribute");
+    require(attribute(&minor, CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR, 0),
+            "cuDeviceGetAttribute");
+    require(find<decltype(&::cuDriverGetVersion)>(library, "cuDriverGetVersion")(&version),
+            "cuDriverGetVersion");
     return {find<decltype(&::cuMemAllocManaged)>(library, "cuMemAllocManaged"),
             find<decltype(&::cuMemFree)>(library, "cuMemFree_v2"),
             find<decltype(&::cuCtxSynchronize)>(library, "cuCtxSynchronize"),
             find<decltype(&::cuCtxPushCurrent)>(library, "cuCtxPushCurrent_v2"),
             find<decltype(&::cuCtxPopCurrent)>(library, "cuCtxPopCurrent_v2"),
-            context};
+            context,
+            10 * major + minor,
+            version};
 }
 
 // Null where the tests run on the CPU.
@@ -88,6 +99,14 @@ void prepareDevice() {
 
 bool onGpu() {
     return gpu() != nullptr;
+}
+
+int computeCapability() {
+    return onGpu() ? gpu()->computeCapability : 0;
+}
+
+int driverVersion() {
+    return onGpu() ? gpu()->driverVersion : 0;
 }
 
 void prepareThread() {

@@ -11,6 +11,9 @@ namespace tests::api {
 // Before the first use of the library.
 void prepareDevice();
 bool onGpu();
+// Of the GPU, 10 * major + minor, and of its driver, 1000 * major + 10 * minor; 0 on the CPU.
+int computeCapability();
+int driverVersion();
 // In a thread that the test has started, before it makes a device context.
 void prepareThread();
 

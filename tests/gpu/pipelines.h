@@ -63,33 +63,35 @@ inline GpuGroup groupOf(ProgramKind kind, size_t program) {
     return group;
 }
 
-// A pipeline of all programs of one module.
-inline compiler::GpuPipelineRequest requestOf(const std::string& text, const Options& options) {
+inline compiler::PipelineRules rulesOf(const Options& options) {
     compiler::PipelineRules rules;
     rules.launchParams = "params";
     rules.numPayloadValues = 8;
     rules.numAttributeValues = 4;
     rules.traversableGraphFlags = options.graphFlags;
     rules.motionBlur = options.motion;
-    std::string feedback;
-    const auto module = engine::createModule(text, rules, {}, compiler::OptLevel::k3,
-                                             compiler::DebugLevel::kMinimal, nullptr,
-                                             *engine::cpuBackend(), feedback);
+    return rules;
+}
+
+// A pipeline of all programs of one module.
+inline compiler::GpuPipelineRequest requestOf(std::shared_ptr<const compiler::Source> source,
+                                              const compiler::ModuleSummary& summary,
+                                              const Options& options) {
     compiler::GpuPipelineRequest request;
-    request.pipeline.rules = rules;
+    request.pipeline.rules = rulesOf(options);
     request.runtime = devlib::gpuRuntime();
     request.target = options.target;
     request.maxTraceDepth = options.maxTraceDepth;
     bool anyHit = false, intersection = false, exception = false;
-    for (const auto& program : module->summary.programs) {
+    for (const auto& program : summary.programs) {
         anyHit |= program.kind == ProgramKind::kAnyHit;
         intersection |= program.kind == ProgramKind::kIntersection;
         exception |= program.kind == ProgramKind::kException;
         request.groups.push_back(groupOf(program.kind, request.pipeline.programs.size()));
         compiler::ProgramRequest wanted;
-        wanted.module = module->source;
+        wanted.module = source;
         wanted.function = program.name;
-        wanted.moduleRules = module->moduleRules;
+        wanted.moduleRules = std::make_shared<const compiler::ModuleRules>();
         request.pipeline.programs.push_back(std::move(wanted));
     }
     if (options.oneHitGroup)
@@ -108,6 +110,14 @@ inline compiler::GpuPipelineRequest requestOf(const std::string& text, const Opt
                          {"sunstone_gpu_graph", graph},
                          {"sunstone_gpu_motion", options.motion}};
     return request;
+}
+
+inline compiler::GpuPipelineRequest requestOf(const std::string& text, const Options& options) {
+    std::string feedback;
+    const auto module = engine::createModule(text, rulesOf(options), {}, compiler::OptLevel::k3,
+                                             compiler::DebugLevel::kMinimal, nullptr,
+                                             *engine::cpuBackend(), feedback);
+    return requestOf(module->source, module->summary, options);
 }
 
 inline compiler::GpuCode compileCode(const std::string& text, const Options& options = {}) {

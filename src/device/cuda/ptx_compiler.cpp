@@ -64,6 +64,15 @@ std::string text(Compiler compiler, int (*sizeOf)(Compiler, size_t*), int (*read
     return out;
 }
 
+// sm_90a is to be asked for by name; other targets of a text are within the reach of the device's.
+std::string deviceName(const std::string& ptx, unsigned computeCapability) {
+    const std::string own = message("sm_", computeCapability), exact = own + "a";
+    constexpr std::string_view kDirective = "\n.target ";
+    const size_t at = ptx.find(kDirective);
+    return at != ptx.npos && ptx.compare(at + kDirective.size(), exact.size(), exact) == 0 ? exact
+                                                                                           : own;
+}
+
 } // namespace
 
 std::optional<MachineCode> compilePtx(const std::string& ptx, unsigned computeCapability,
@@ -81,7 +90,7 @@ std::optional<MachineCode> compilePtx(const std::string& ptx, unsigned computeCa
     } owned{*call};
     if (call->create(&owned.compiler, ptx.size() + 1, ptx.c_str()) != 0)
         return {};
-    const std::string device = message("--gpu-name=sm_", computeCapability),
+    const std::string device = "--gpu-name=" + deviceName(ptx, computeCapability),
                       registers = message("--maxrregcount=", maxRegisters);
     const char* const options[] = {device.c_str(), registers.c_str(), "--verbose"};
     MachineCode code;
