@@ -41,6 +41,8 @@ constexpr const char* kKernelNames[] = {"sunstone_references",
                                         "sunstone_radix_tree",
                                         "sunstone_collapse",
                                         "sunstone_retry",
+                                        "sunstone_subtrees",
+                                        "sunstone_arrange",
                                         "sunstone_records",
                                         "sunstone_moving_records",
                                         "sunstone_key_bounds",
@@ -256,7 +258,8 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     upload(stream, temp + plan.inputs, uploads.temp.data(), uploads.temp.size());
     check(driver_.memsetD8Async(temp + plan.counters, 0, plan.parents - plan.counters, stream),
           "cuMemsetD8Async");
-    check(driver_.memsetD8Async(temp + plan.parents, 0xFF, plan.boxes - plan.parents, stream),
+    check(driver_.memsetD8Async(temp + plan.parents, 0xFF, plan.origins.offset - plan.parents,
+                                stream),
           "cuMemsetD8Async");
     if (plan.table && plan.numPrimitives)
         check(driver_.memsetD8Async(output + plan.table, 0xFF,
@@ -286,6 +289,10 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.parents = temp + plan.parents;
     job.tasks = temp + plan.tasks;
     job.order = addressOf(plan.order);
+    job.links = temp + plan.links;
+    job.newNodes = temp + plan.newNodes;
+    job.newOrder = temp + plan.newOrder;
+    std::copy(std::begin(plan.gaps), std::end(plan.gaps), job.gaps);
     job.savings = addressOf(plan.savings);
     job.report = bvh::gpu::addressOf(report_);
     job.numInputs = plan.numInputs;
@@ -378,6 +385,8 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
         launch(fast ? kRadixTree : kClusters, stream, (n + 127) / 128, 128, arguments);
         launch(kCollapse, stream, blocksFor(n, 64, most), 128, treeArguments);
         launch(kRetry, stream, blocksFor(n, 64, multiprocessors_ * 4), 128, arguments);
+        launchOver(kSubtrees, stream, job.maxWide, job);
+        launchOver(kArrange, stream, job.maxWide, job);
     }
     launch(job.motionKeys > 1 ? kMovingRecords : kRecords, stream, blocksFor(n, 256, most * 4), 256,
            arguments);

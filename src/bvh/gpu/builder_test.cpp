@@ -260,27 +260,35 @@ TEST(GpuBuild, SplitsLongThinTriangles) {
 }
 
 // Builds end whatever the binary tree is like: here one whose nodes are their own children, and one
-// that holds a primitive too many. Kernels are launched as the builder does.
+// that holds more primitives than it should; and whatever is written into the wide tree meanwhile:
+// wrong parents. Kernels are launched as the builder does.
 TEST(GpuBuild, BrokenTreesAreReportedAndNeverWaitedFor) {
     const auto& driver = Device::get().driver();
     CUmodule module = nullptr;
-    CUfunction collapse = nullptr, records = nullptr;
+    CUfunction collapse = nullptr, subtrees = nullptr, arrange = nullptr, records = nullptr;
     ASSERT_EQ(driver.moduleLoadDataEx(&module, builderPtx(), 0, nullptr, nullptr), CUDA_SUCCESS);
     ASSERT_EQ(driver.moduleGetFunction(&collapse, module, "sunstone_collapse"), CUDA_SUCCESS);
+    ASSERT_EQ(driver.moduleGetFunction(&subtrees, module, "sunstone_subtrees"), CUDA_SUCCESS);
+    ASSERT_EQ(driver.moduleGetFunction(&arrange, module, "sunstone_arrange"), CUDA_SUCCESS);
     ASSERT_EQ(driver.moduleGetFunction(&records, module, "sunstone_records"), CUDA_SUCCESS);
     constexpr uint32_t kCount = 40, kWide = 12;
-    for (bool cyclic : {true, false}) {
+    enum Fault { kCyclic, kTooMany, kWrongParent, kNoParent };
+    for (const Fault fault : {kCyclic, kTooMany, kWrongParent, kNoParent}) {
+        SCOPED_TRACE(fault);
+        const bool cyclic = fault == kCyclic, broken = cyclic || fault == kTooMany;
         Buffer output(sizeof(BlockHeader) + 4096, 0), counters(sizeof(Counters), 0),
             boxes(kCount * 24, 0), binary(kCount * sizeof(BinaryNode), 0), costs(kCount * 8, 0),
-            tasks(kWide * 8, 0xFF), order(kCount * 4, 0), report(sizeof(BuildReport), 0);
+            tasks(kWide * 8, 0xFF), order(kCount * 4, 0), links(kWide * 4),
+            newNodes(kWide * sizeof(WideNode)), newOrder(kCount * 4),
+            report(sizeof(BuildReport), 0);
         auto* const nodes = static_cast<BinaryNode*>(binary.data());
-        for (uint32_t i = 0; i < kCount; ++i) { // else a list of primitives, one more each time
+        for (uint32_t i = 0; i < kCount; ++i) { // else a list of primitives
             const uint32_t first = i | 1u << kRefCountShift;
             nodes[i] = {{0, 0, 0}, cyclic ? i : first, {1, 1, 1}, cyclic ? i : i + 1};
         }
-        nodes[kCount - 1].right = 1u << kRefCountShift;
+        nodes[kCount - 2].right = (kCount - 1) | 1u << kRefCountShift;
         auto& c = *static_cast<Counters*>(counters.data());
-        c.numActive = c.numTreeReferences = kCount - 5;
+        c.numActive = c.numTreeReferences = broken ? kCount - 5 : kCount;
         c.allocated = 1;
         *static_cast<uint64_t*>(tasks.data()) = 0;
         BuildJob job{};
@@ -291,6 +299,9 @@ TEST(GpuBuild, BrokenTreesAreReportedAndNeverWaitedFor) {
         job.savings = costs.address();
         job.tasks = tasks.address();
         job.order = order.address();
+        job.links = links.address();
+        job.newNodes = newNodes.address();
+        job.newOrder = newOrder.address();
         job.nodes = output.address() + sizeof(BlockHeader);
         job.report = report.address();
         job.numPrimitives = job.maxReferences = kCount;
@@ -300,8 +311,14 @@ TEST(GpuBuild, BrokenTreesAreReportedAndNeverWaitedFor) {
         void* arguments[] = {&job, &mode};
         ASSERT_EQ(driver.launchKernel(collapse, 1, 1, 1, 128, 1, 1, 0, nullptr, arguments, nullptr),
                   CUDA_SUCCESS);
-        ASSERT_EQ(driver.launchKernel(records, 1, 1, 1, 32, 1, 1, 0, nullptr, arguments, nullptr),
-                  CUDA_SUCCESS);
+        ASSERT_EQ(driver.ctxSynchronize(), CUDA_SUCCESS);
+        EXPECT_EQ(c.finished == uint32_t(c.allocated) && c.allocated >> 32 == c.numTreeReferences,
+                  !broken);
+        if (!broken) // each of six nodes has the next one
+            static_cast<uint32_t*>(links.data())[3] = fault == kWrongParent ? 1 : kWide;
+        for (CUfunction next : {subtrees, arrange, records})
+            ASSERT_EQ(driver.launchKernel(next, 1, 1, 1, 32, 1, 1, 0, nullptr, arguments, nullptr),
+                      CUDA_SUCCESS);
         ASSERT_EQ(driver.ctxSynchronize(), CUDA_SUCCESS);
         const auto& told = *static_cast<const BuildReport*>(report.data());
         EXPECT_EQ(told.count, 1u);

@@ -7,7 +7,8 @@
 // Who finds that all primitives have their leaves tells those that wait. Whatever the tree is like,
 // they stop when all nodes given out are written, which must come to pass: there are no more than
 // job.maxWide tasks, and one that has no room for what is below it is given up, with a failure,
-// instead of handing it on.
+// instead of handing it on. Which number a node gets is therefore left to chance; arrange.h puts
+// that right.
 #pragma once
 
 #include "bvh/gpu/grid.h"
@@ -237,6 +238,13 @@ SUNSTONE_BUILDER LaneChildren countChildren(bool used, uint32_t ref, uint32_t li
             __ballot_sync(kWholeWarp, (primitives & 2u) != 0)};
 }
 
+// What a node leaves in place of its task, for arrange.h: how many nodes and records are known of
+// below it, and how many of its children need not be waited for, of eight.
+constexpr uint32_t kSubtreeBits = kRefCountShift, kSubtreeMask = kRefIndexMask;
+SUNSTONE_BUILDER uint64_t subtreeWord(uint32_t nodes, uint32_t records, uint32_t children) {
+    return uint64_t(children) << 2 * kSubtreeBits | uint64_t(records) << kSubtreeBits | nodes;
+}
+
 // Where the children of a node go, of those that the warp has been given room for.
 struct NodePlace {
     uint32_t index, depth;
@@ -253,8 +261,9 @@ SUNSTONE_BUILDER void describeSlot(const BuildJob& job, const NodeLanes& lanes, 
     uint32_t meta = 0;
     if (used && !isLeaf(own.ref, limit)) { // first what others wait for
         meta = 1u << 5 | (24 + slot);
-        *(at<volatile uint64_t>(job.tasks) + place.childBase + innerIn(all, before)) =
-            uint64_t(place.depth + 1) << 32 | own.ref;
+        const uint32_t child = place.childBase + innerIn(all, before);
+        *(at<volatile uint64_t>(job.tasks) + child) = uint64_t(place.depth + 1) << 32 | own.ref;
+        at<uint32_t>(job.links)[child] = place.index;
     }
     if (used && isLeaf(own.ref, limit)) {
         const uint32_t first = primitivesIn(all, before);
@@ -279,6 +288,9 @@ SUNSTONE_BUILDER void describeSlot(const BuildJob& job, const NodeLanes& lanes, 
         image.innerMask = uint8_t(bitsOf(lanes, all.inner));
         image.childBase = place.childBase;
         image.primitiveBase = place.primitiveBase;
+        const uint32_t mine = 0xFFu << lanes.first;
+        at<uint64_t>(job.tasks)[place.index] =
+            subtreeWord(1, primitivesIn(all, mine), kSlots - innerIn(all, mine));
     }
 }
 

@@ -38,7 +38,7 @@ template <bool kMotion>
 SUNSTONE_BUILDER void writeRecords(const BuildJob& job) {
     const uint32_t count = countersOf(job).numTreeReferences;
     for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
-        const uint32_t reference = refIndex(at<const uint32_t>(job.order)[i]);
+        const uint32_t reference = refIndex(at<const uint32_t>(job.newOrder)[i]);
         const bool whole = reference < job.numPrimitives;
         const uint32_t primitive =
             whole ? reference : at<const uint32_t>(job.origins)[reference - job.numPrimitives];
@@ -72,6 +72,37 @@ SUNSTONE_BUILDER uint64_t roundUp(uint64_t value, uint64_t unit) {
 SUNSTONE_BUILDER uint64_t compactNodes(const BlockHeader& header) {
     const uint64_t record = recordSize(kindOf(header.type), header.shape, header.motionKeys);
     return roundUp(header.recordsOffset + header.numLeaves * record, 128);
+}
+
+SUNSTONE_BUILDER void zeroWords(uint64_t from, uint64_t to) {
+    const uint64_t stride = uint64_t(gridDim.x) * blockDim.x;
+    for (uint64_t i = from / 16 + globalThread(); i < to / 16; i += stride)
+        *at<U4>(16 * i) = U4{0, 0, 0, 0};
+}
+// Nothing of what was in the buffers before is in a structure, or in a copy of it. What lies between
+// its parts, behind the records (scratch) and behind the nodes, as far as they are copied, is 0.
+SUNSTONE_BUILDER void zeroRest(const BuildJob& job) {
+    const uint64_t records = recordSize(job.type, job.shape, job.motionKeys);
+    uint64_t end = job.records + countersOf(job).numTreeReferences * records;
+    if (globalThread() == 0)
+        for (; end % 16 != 0; end += 4) // of instances
+            *at<uint32_t>(end) = 0;
+    zeroWords(roundUp(end, 16), job.nodes);
+    end = job.nodes + uint32_t(countersOf(job).allocated) * nodeSize(job.motionKeys);
+    zeroWords(end, roundUp(end, 128));
+#pragma unroll
+    for (uint32_t i = 0; i < kMaxGaps; ++i)
+        if (globalThread() < job.gaps[i].size)
+            at<uint8_t>(job.output + job.gaps[i].offset)[globalThread()] = 0;
+}
+
+// Nodes from where arrange.h has put them.
+SUNSTONE_BUILDER void takeNodes(const BuildJob& job) {
+    constexpr uint32_t kWords = sizeof(WideNode) / 16;
+    const uint64_t words = uint64_t(uint32_t(countersOf(job).allocated)) * kWords;
+    const uint64_t stride = uint64_t(gridDim.x) * blockDim.x, size = nodeSize(job.motionKeys);
+    for (uint64_t i = globalThread(); i < words; i += stride)
+        at<U4>(job.nodes + i / kWords * size)[i % kWords] = at<const U4>(job.newNodes)[i];
 }
 
 // What the header says of the active primitives.
@@ -116,17 +147,21 @@ SUNSTONE_BUILDER void finish(const BuildJob& job) {
 }
 
 // Records and header; neither is read before the kernel is over.
-SUNSTONE_KERNEL sunstone_records(BuildJob job) {
-    if (isWhole(countersOf(job)))
-        writeRecords<false>(job);
+template <bool kMotion>
+SUNSTONE_BUILDER void finishTree(const BuildJob& job) {
+    if (isWhole(countersOf(job))) {
+        takeNodes(job);
+        writeRecords<kMotion>(job);
+        zeroRest(job);
+    }
     if (globalThread() == 0)
         finish(job);
 }
+SUNSTONE_KERNEL sunstone_records(BuildJob job) {
+    finishTree<false>(job);
+}
 SUNSTONE_KERNEL sunstone_moving_records(BuildJob job) {
-    if (isWhole(countersOf(job)))
-        writeRecords<true>(job);
-    if (globalThread() == 0)
-        finish(job);
+    finishTree<true>(job);
 }
 
 SUNSTONE_BUILDER bool mayCompact(const BlockHeader& header, uint64_t from, uint64_t to,

@@ -315,10 +315,8 @@ SUNSTONE_BUILDER bool describeInstance(const BuildJob& job, uint32_t index,
     const uint64_t address = addressOfInstance(job, index);
     InstanceData& to = at<InstanceData>(job.instances)[index];
     if (address == 0) {
+        to = {};
         to.index = index;
-        to.pad = 0;
-        to.child = 0;
-        to.visibilityMask = 0;
         return false;
     }
     // In units of 16 bytes, as records lie side by side.

@@ -142,6 +142,12 @@ constexpr uint64_t kUpdateCounters = __builtin_offsetof(Counters, sortTickets);
 // for one of wide nodes: 26 at most.
 enum TreeMode : uint32_t { kClustered, kRadix, kRadixByLevel };
 
+// Bytes between parts of the output, which are aligned to 128 or less.
+struct Gap {
+    uint64_t offset, size;
+};
+constexpr uint32_t kMaxGaps = 6;
+
 struct BuildJob {
     uint64_t report; // BuildReport
     uint64_t known;  // the handles that lead somewhere, see known_handles.h
@@ -161,6 +167,9 @@ struct BuildJob {
     uint64_t parents;    // one word for each reference, ~0; of updates: of each wide node
     uint64_t tasks;      // for each wide node its reference, and above 32 bits its depth; ~0
     uint64_t order;      // reference of each primitive record
+    // How the tree is arranged (arrange.h): each wide node's parent; nodes, at the first key, and
+    // the same as `order`, in places that follow from the tree.
+    uint64_t links, newNodes, newOrder;
     // Of updates: what the header and the input records must say, and how many bytes there are.
     uint64_t expected, outputSize;
     uint64_t nodeBoxes; // PrimitiveBox of each wide node, with motion at each key
@@ -173,6 +182,7 @@ struct BuildJob {
     // behind all of those.
     uint64_t points; // in the output, or 0
     uint32_t shape, pieces;
+    Gap gaps[kMaxGaps]; // of the output
     // With motion (motionKeys > 1).
     uint32_t motionKeys = 1;
     float motionBegin, motionEnd;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // All builder kernels, compiled to PTX when the library is built; builder.cpp launches them.
+#include "bvh/gpu/arrange.h"
 #include "bvh/gpu/collapse.h"
 #include "bvh/gpu/finish.h"
 #include "bvh/gpu/hierarchy.h"

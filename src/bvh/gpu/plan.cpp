@@ -218,34 +218,33 @@ void Plan::countReferences(const BuildOptions& options) {
 
 void Plan::layOutOutput(const BuildOptions& options) {
     uint64_t offset = sizeof(BlockHeader) + uint64_t(numInputs) * sizeof(InputRecord);
-    if (type == BlockType::kTriangles && options.allowRandomVertexAccess) {
-        table = alignUp(offset, 64);
-        offset = table + uint64_t(numPrimitives) * sizeof(uint32_t);
-    }
-    if (micromapTable) {
-        micromaps = alignUp(offset, 64);
-        offset = micromaps + micromapTable;
-    }
-    if (type == BlockType::kInstances) {
-        instances = alignUp(offset, 64);
-        offset = instances + uint64_t(numPrimitives) * sizeof(InstanceData);
-    }
+    size_t numGaps = 0;
+    const auto place = [&](uint64_t bytes, uint64_t alignment) {
+        const uint64_t at = alignUp(offset, alignment);
+        if (at != offset)
+            gaps[numGaps++] = {offset, at - offset};
+        offset = at + bytes;
+        return at;
+    };
+    if (type == BlockType::kTriangles && options.allowRandomVertexAccess)
+        table = place(uint64_t(numPrimitives) * sizeof(uint32_t), 64);
+    if (micromapTable)
+        micromaps = place(micromapTable, 64);
+    if (type == BlockType::kInstances)
+        instances = place(uint64_t(numPrimitives) * sizeof(InstanceData), 64);
     // Rays are tested against the control points of all curves but linear ones.
     const bool tested = isCurveBasis(shape) && CurveBasis(shape) != CurveBasis::kLinear;
     if (tested || (type == BlockType::kShapes && options.allowRandomVertexAccess)) {
-        points = alignUp(offset, 64);
         const uint64_t floats = uint64_t(motion.keys) * shapeFloats(shape);
-        offset = points + numPrimitives * floats * sizeof(float);
+        points = place(numPrimitives * floats * sizeof(float), 64);
     }
-    if (motion.keys > 1) {
-        keyBounds = alignUp(offset, 64);
-        offset = keyBounds + motion.keys * sizeof(KeyBounds);
-    }
-    records = alignUp(offset, 128);
+    if (motion.keys > 1)
+        keyBounds = place(motion.keys * sizeof(KeyBounds), 64);
+    records = place(maxReferences * recordSize(type, shape, motion.keys), 128);
     // With so much more, what fits among the records of n primitives fits among those of more, so
     // that more primitives never need less scratch.
     constexpr uint64_t kRounding = 256;
-    nodes = alignUp(records + maxReferences * recordSize(type, shape, motion.keys) + kRounding, 128);
+    nodes = alignUp(offset + kRounding, 128);
     outputSize = alignUp(nodes + maxWide * nodeSize(motion.keys), kBlockAlignment);
 }
 
@@ -277,16 +276,23 @@ void Plan::layOutTemp() {
     arrivals = place(moves ? uint64_t(maxWide) * 4 : 0);
     parents = place(n * 4); // and what is set to ones with them
     tasks = place(uint64_t(maxWide) * 8);
-    boxes = place(n * sizeof(PrimitiveBox));
     // What is read while records are written must not lie where they go.
     origins = {place((isCurveBasis(shape) ? n : n - numPrimitives) * 4), false};
     values[1] = {place(n * 4), false};
+    boxes = place(n * sizeof(PrimitiveBox));
     keys[0] = {place(n * 8), false};
     binary = placeAnywhere(n * sizeof(BinaryNode));
     keys[1] = placeAnywhere(n * 8);
     values[0] = placeAnywhere(n * 4);
     savings = keys[1]; // free after the sort
     order = values[1]; // and this after the tree
+    // Free when it is collapsed: sums of the sort, what its clusters waited for, and all from the
+    // boxes on, which for triangles is enough.
+    static_assert(kSortPasses * kSortDigits >= kSortTile * 4 / 7 + 2); // words of a tile
+    links = tileStates;
+    newOrder = parents;
+    newNodes = boxes;
+    offset = std::max(offset, alignUp(newNodes + maxWide * sizeof(WideNode), 128));
     if (moves) {
         nodeBoxes = place(maxWide * uint64_t(motion.keys) * sizeof(PrimitiveBox));
         if (type == BlockType::kInstances)

@@ -35,6 +35,8 @@ struct Plan {
     // Of what Uploads::temp holds, from `inputs`.
     uint64_t keyData, flags, uploadSize;
     Place origins, keys[2], values[2], binary, savings, order;
+    uint64_t links, newNodes, newOrder;
+    Gap gaps[kMaxGaps] = {};
 
     // Throws Error(kInvalidValue) as Builder::computeMemoryUsage says.
     Plan(const BuildInputs& in, const BuildOptions& options);
