@@ -418,7 +418,7 @@ void Builder::queueReferences(CUstream stream, void** arguments, const BuildJob&
 void Builder::queueNodes(CUstream stream, void** arguments, const BuildJob& job) const {
     const uint32_t most = multiprocessors_ * 8;
     launch(job.motionKeys > 1 ? kUpdateMovingNodes : kUpdateNodes, stream,
-           blocksFor(job.maxWide, 256 / 8, most), 256, arguments);
+           blocksFor(job.maxWide, 256 / 8, most * 8), 256, arguments);
     if (job.motionKeys > 1) {
         const uint32_t blocks = blocksFor(job.maxReferences, 256, most);
         launch(kKeyBounds, stream, std::max(blocks / job.motionKeys, 1u) * job.motionKeys, 256,
