@@ -648,55 +648,75 @@ TEST_F(CurveTest, BuiltinIntersectionOfAnotherBasisIsAnException) {
     EXPECT_NE(std::string::npos, log_.all().find(number)) << log_.all();
 }
 
-// The rest of OptixBuiltinISOptions. Preferences count where they were stated; a module for curves
-// that move does for those that do not.
-TEST_F(CurveTest, BuiltinIntersectionWithOtherOptionsIsAnException) {
-    exceptionFlags_ = OPTIX_EXCEPTION_FLAG_DEBUG;
-    constexpr OptixPrimitiveType kCubic = OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE;
+// The rest of OptixBuiltinISOptions: what a module and a structure are made with.
+struct CurveOptions {
+    unsigned flags, caps;
+    bool motion;
+    bool operator==(const CurveOptions&) const = default;
+};
+struct CurveMatch {
+    CurveOptions module, structure;
+    bool fits;
+};
+
+class CurveMatches : public CurveTest {
+protected:
+    // Those with the same module stand together.
+    void check(const std::vector<CurveMatch>& matches) {
+        exceptionFlags_ = OPTIX_EXCEPTION_FLAG_DEBUG;
+        constexpr OptixPrimitiveType kCubic = OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE;
+        const CurveOptions* module = nullptr;
+        for (const CurveMatch& match : matches) {
+            SCOPED_TRACE(&match - matches.data());
+            if (!module || *module != match.module) {
+                if (module)
+                    again();
+                module = &match.module;
+                buildFlags_ = module->flags;
+                prepare(kCubic, false, module->caps, module->motion);
+            }
+            Strand strand(kCubic, 4);
+            strand.input.curveArray.endcapFlags = match.structure.caps;
+            const CUdeviceptr vertices[2] = {strand.vertexAddress, strand.vertexAddress};
+            const CUdeviceptr widths[2] = {strand.widthAddress, strand.widthAddress};
+            strand.input.curveArray.vertexBuffers = vertices;
+            strand.input.curveArray.widthBuffers = widths;
+            Motion motion;
+            motion.keys = match.structure.motion ? 2 : 1;
+            const Accel accel =
+                buildMoving(context_, log_, {strand.input}, motion, match.structure.flags);
+            log_.clear();
+            const CurveResult result = trace({down(0.5f)}, accel.handle)[0];
+            EXPECT_EQ(match.fits ? 1u : 0u, result.closestHits);
+            EXPECT_EQ(match.fits, log_.all().find("does not fit the structure") == std::string::npos)
+                << log_.all();
+        }
+    }
+};
+
+// Preferences count where they were stated; a module for curves that move does for those that do
+// not.
+TEST_F(CurveMatches, OtherOptionsAreAnException) {
     constexpr unsigned kTrace = OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
     constexpr unsigned kBuild = OPTIX_BUILD_FLAG_PREFER_FAST_BUILD;
     constexpr unsigned kOther = OPTIX_BUILD_FLAG_ALLOW_COMPACTION;
-    struct Options {
-        unsigned flags, caps;
-        bool motion;
-    };
-    const struct {
-        Options module, structure;
-        bool fits;
-    } cases[] = {
+    check({
         {{0, 0, false}, {0, 0, false}, true},
         {{0, 0, false}, {0, 1, false}, false},
+        {{0, 0, false}, {kTrace, 0, false}, true},
         {{0, 1, false}, {0, 0, false}, false},
         {{0, 1, false}, {0, 1, false}, true},
         {{kTrace, 0, false}, {kTrace | kOther, 0, false}, true},
         {{kTrace, 0, false}, {kBuild, 0, false}, false},
         {{kTrace, 0, false}, {0, 0, false}, false},
-        {{0, 0, false}, {kTrace, 0, false}, true},
         {{kOther, 0, false}, {kBuild, 0, false}, true},
         {{0, 0, true}, {0, 0, false}, true},
         {{0, 0, true}, {0, 0, true}, true},
-        {{0, 0, false}, {0, 0, true}, false},
-    };
-    for (const auto& c : cases) {
-        SCOPED_TRACE(&c - cases);
-        buildFlags_ = c.module.flags;
-        prepare(kCubic, false, c.module.caps, c.module.motion);
-        Strand strand(kCubic, 4);
-        strand.input.curveArray.endcapFlags = c.structure.caps;
-        const CUdeviceptr vertices[2] = {strand.vertexAddress, strand.vertexAddress};
-        const CUdeviceptr widths[2] = {strand.widthAddress, strand.widthAddress};
-        strand.input.curveArray.vertexBuffers = vertices;
-        strand.input.curveArray.widthBuffers = widths;
-        Motion motion;
-        motion.keys = c.structure.motion ? 2 : 1;
-        const Accel accel = buildMoving(context_, log_, {strand.input}, motion, c.structure.flags);
-        log_.clear();
-        const CurveResult result = trace({down(0.5f)}, accel.handle)[0];
-        EXPECT_EQ(c.fits ? 1u : 0u, result.closestHits);
-        EXPECT_EQ(c.fits, log_.all().find("does not fit the structure") == std::string::npos)
-            << log_.all();
-        again();
-    }
+    });
+}
+
+TEST_F(CurveMatches, MotionOfOthersIsAnException) {
+    check({{{0, 0, false}, {0, 0, true}, false}});
 }
 
 TEST_F(CurveTest, BuiltinModulesInGroups) {
