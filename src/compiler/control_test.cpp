@@ -79,6 +79,14 @@ TEST(Memory, AccessWidths) {
          {2},
          'r',
          31},
+        // Words as addresses.
+        {".local .u32 w[4]; mov.u32 %r5, w; add.u32 %r5, %r5, 8; st.local.u32 [%r5+4], %r1; "
+         "st.local.u32 [%r5+-8], 5; ld.local.u32 %r6, [w+12]; ld.local.u32 %r7, [w]; "
+         "add.u32 %r0, %r6, %r7;",
+         {37},
+         'r',
+         42},
+        {".const .u32 c[3] = {7, 8, 9}; mov.u32 %r5, c; ld.const.u32 %r0, [%r5+8];", {}, 'r', 9},
     });
 }
 

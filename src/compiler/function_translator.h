@@ -100,6 +100,8 @@ private:
     Value* launchParams();
     Value* stateField(size_t offset, llvm::Type* type, const char* name);
     Value* indexedPointer(Value* base, const ptx::Operand& operand);
+    Value* pointerOfWord(const ptx::Operand& reg);
+    Value* addressedConstant();
     Value* offsetPointer(Value* pointer, int64_t offset);
     // For the memory checker: `access` is the part at `offset` of an access of `bytes`.
     bool marksAccesses() const; // for the memory checker

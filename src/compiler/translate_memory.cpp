@@ -9,6 +9,7 @@
 #include "compiler/runtime.h"
 #include "compiler/runtime_small_floats.h"
 
+#include <algorithm>
 #include <bit>
 
 namespace sunstone::compiler {
@@ -171,6 +172,50 @@ Value* FunctionTranslator::indexedPointer(Value* base, const ptx::Operand& opera
                               builder_.CreateMul(number, builder_.getInt64(operand.scale)));
 }
 
+// The only variable of the module in .const whose address some function takes as a word. With
+// several, or one of another function's body, nobody could tell which one a word is near to.
+Value* FunctionTranslator::addressedConstant() {
+    const ptx::Variable* found = nullptr;
+    for (const ptx::Function& function : module_.functions)
+        for (const ptx::Statement& statement : function.body) {
+            const ptx::Instruction& each = statement.instruction;
+            if (each.opcode != "mov" || each.types.empty() || ptx::sizeOf(each.types[0]) != 4 ||
+                each.operands.size() != 2 || each.operands[1].kind != ptx::OperandKind::kSymbol)
+                continue;
+            const std::string_view name = each.operands[1].name;
+            const auto own =
+                std::find_if(function.variables.begin(), function.variables.end(),
+                             [&](const ptx::Variable& local) { return local.name == name; });
+            const bool isOwn = own != function.variables.end();
+            const ptx::Variable* variable = isOwn ? &*own : unit_.findVariable(module_, name);
+            if (!variable || variable->space != ptx::Space::kConst || variable == found)
+                continue;
+            if (found || (isOwn && &function != &source_))
+                reject(*current_, ErrorCode::kNotSupported,
+                       "addresses of 32 bits are not available for several variables in .const");
+            found = variable;
+        }
+    if (!found)
+        reject(*current_, ErrorCode::kNotSupported,
+               "no function takes an address of 32 bits in .const");
+    return symbolAddress(found->name, current_->location);
+}
+
+// In .local and .const addresses may be words: the low halves of ours. The high half is that of
+// something beside it, on the thread's stack or in the variable. That goes through memory, lest the
+// optimiser takes the pointer for one into what is beside.
+Value* FunctionTranslator::pointerOfWord(const ptx::Operand& reg) {
+    llvm::IRBuilder<> top(entry_, entry_->begin());
+    Value* const kept = top.CreateAlloca(top.getPtrTy());
+    builder_.CreateStore(current_->has("local") ? kept : addressedConstant(), kept, true);
+    Value* whole = builder_.CreatePtrToInt(builder_.CreateLoad(builder_.getPtrTy(), kept, true),
+                                           builder_.getInt64Ty());
+    Value* low = builder_.CreateTrunc(whole, builder_.getInt32Ty());
+    Value* distance = builder_.CreateSExt(builder_.CreateSub(readInt(reg, 32), low),
+                                          builder_.getInt64Ty());
+    return builder_.CreateIntToPtr(builder_.CreateAdd(whole, distance), builder_.getPtrTy());
+}
+
 FunctionTranslator::Place FunctionTranslator::place(const ptx::Operand& operand) {
     Place place;
     if (operand.kind != ptx::OperandKind::kAddress && operand.kind != ptx::OperandKind::kSymbol &&
@@ -186,8 +231,11 @@ FunctionTranslator::Place FunctionTranslator::place(const ptx::Operand& operand)
         reg.negated = false;
         // The generic address of global memory is its address there.
         const bool global = unit_.isGpu() && current_->has("global");
-        base =
-            builder_.CreateIntToPtr(readInt(reg, 64), builder_.getPtrTy(global ? kGlobalSpace : 0));
+        const bool isWord = bitsOf(source_.registers[operand.index].type) == 32 &&
+                            (current_->has("local") || current_->has("const"));
+        base = isWord ? pointerOfWord(reg)
+                      : builder_.CreateIntToPtr(readInt(reg, 64),
+                                                builder_.getPtrTy(global ? kGlobalSpace : 0));
     } else {
         base = builder_.CreateIntToPtr(builder_.getInt64(uint64_t(operand.offset)),
                                        builder_.getPtrTy());

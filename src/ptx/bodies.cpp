@@ -59,13 +59,13 @@ void Parser::parseStatement() {
     else if (token_.kind != TokenKind::kIdentifier)
         unexpected("an instruction, a label or a directive");
     const Token first = token_;
-    if (first.text[0] == '%')
-        fault(first.location,
-              "an instruction begins with its opcode, not with register " + quoted(first.text));
     statement.instruction.opcode = expectName("an opcode");
     statement.instruction.location = first.location;
     if (at(':') && statement.instruction.guard < 0)
         return parseLabel(first.text, first.location);
+    if (first.text[0] == '%')
+        fault(first.location,
+              "an instruction begins with its opcode, not with register " + quoted(first.text));
     parseInstruction(statement.instruction);
     function_.body.push_back(std::move(statement));
 }

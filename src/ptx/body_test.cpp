@@ -340,6 +340,11 @@ TEST(Labels, ForwardBackwardAndInScopes) {
     EXPECT_EQ(targets, (std::vector<uint32_t>{5, 1, 0, 5, 2, 3, 4}));
 }
 
+// Even those of registers' looks.
+TEST(Labels, Names) {
+    mustParseBody("bra %L1; %L1: bra $L$2; $L$2: bra _L3; _L3: BB0_1: @%p1 bra BB0_1;");
+}
+
 TEST(Labels, SameNamesInSeveralFunctions) {
     const auto module =
         mustParseItems(".entry a() { x: bra x; }\n.entry b() { bra x; y: x: ret; }");

@@ -104,5 +104,27 @@ TEST_F(NewerPtx, OlderWarpFunctions) {
     EXPECT_EQ(1u, out.as<uint32_t>()[0]) << "the only ray generation program";
 }
 
+// Addresses of local and constant memory may be words.
+TEST_F(NewerPtx, AddressesOfAWord) {
+    const auto one = rig(program(
+        ".version 7.8\n.target sm_70",
+        ".local .align 4 .b8 l[64];\nmov.u32 %r1, l;\nadd.u32 %r2, %r1, 4;\n"
+        "st.local.u32 [%r2], 77;\n"
+        "ld.local.u32 %r3, [l+4];\nst.global.u32 [%rd1], %r3;\n"
+        "mov.u32 %r4, params;\nld.const.u64 %rd2, [%r4];\nst.global.u64 [%rd1+8], %rd2;\n"));
+    one->link();
+    Buffer out(16);
+    one->run(out.address(), 1);
+    EXPECT_EQ(77u, out.as<uint32_t>()[0]);
+    EXPECT_EQ(out.address(), out.as<uint64_t>()[1]);
+    const auto two = rig(program(".version 7.8\n.target sm_70\n.const .u32 c = 5;",
+                                 "mov.u32 %r4, c;\nmov.u32 %r5, params;\n"
+                                 "ld.const.u32 %r6, [%r4];\nst.global.u32 [%rd1], %r6;\n"));
+    log_.clear();
+    EXPECT_NE(OPTIX_SUCCESS, two->tryLink(1));
+    EXPECT_TRUE(log_.hasError("line 13: ld.const.u32: ", "several variables in .const"))
+        << log_.all();
+}
+
 } // namespace
 } // namespace tests::api
