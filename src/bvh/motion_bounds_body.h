@@ -20,7 +20,8 @@
 
 #include "bvh/transforms.h"
 
-// Once each in a GPU's kernels: inlined wherever bounds are walked, they took its compiler ten seconds.
+// Once each in a GPU's kernels: inlined wherever bounds are walked, they took its compiler ten
+// seconds (docs/performance.md has figures).
 #if defined(__NVPTX__)
 #define SUNSTONE_ONCE __attribute__((noinline))
 #else
@@ -360,8 +361,8 @@ private:
         return pieces >= 1 ? unsigned(least(pieces, kMaxPieces)) : 1;
     }
 
-    LinearBounds piece(uint32_t key, uint32_t second, double x0, double x1,
-                       const LinearBounds& child) const {
+    SUNSTONE_ONCE LinearBounds piece(uint32_t key, uint32_t second, double x0, double x1,
+                                     const LinearBounds& child) const {
         if (isSrt_) {
             const SrtNumbers a(srt(key)), b(srt(second));
             return srtPiece(SrtNumbers(a, b, x0), SrtNumbers(a, b, x1), child);
@@ -407,7 +408,7 @@ inline LinearBounds blockBounds(const BlockHeader& header, double begin, double 
     const KeyTimes times = timesOf(header);
     if (!isMoving(header.type) || header.numActive == 0 || !times.moves())
         return standing(header.lower, header.upper);
-    const auto at = [&](double time) {
+    const auto at = [&](double time) SUNSTONE_ONCE {
         LinearBounds here;
         for (int side = 0; side < 2; ++side)
             boundsAt(header, times.place(time), here.lower[side], here.upper[side]);
@@ -479,12 +480,11 @@ SUNSTONE_ONCE inline LinearBounds throughMotion(uint64_t transform, double begin
     };
     const double first = within(times.begin(), begin, end);
     const double second = within(times.end(), first, end);
+    const double parts[] = {begin, first, second, end};
     const auto walk = [&](const auto& visit) {
-        if (begin < first)
-            walkPart(begin, first, visit);
-        walkPart(first, second, visit);
-        if (second < end)
-            walkPart(second, end, visit);
+        for (int i = 0; i < 3; ++i)
+            if (i == 1 || parts[i] < parts[i + 1])
+                walkPart(parts[i], parts[i + 1], visit);
     };
     LinearBounds ends = LinearBounds::nothing();
     bool started = false;
@@ -500,7 +500,7 @@ SUNSTONE_ONCE inline LinearBounds throughMotion(uint64_t transform, double begin
     return hull.result();
 }
 
-inline LinearBounds throughMatrix(const float m[12], const LinearBounds& child) {
+SUNSTONE_ONCE inline LinearBounds throughMatrix(const float m[12], const LinearBounds& child) {
     double matrix[12];
     copy(m, matrix, 12);
     return matrixPiece(matrix, matrix, child);
@@ -508,8 +508,8 @@ inline LinearBounds throughMatrix(const float m[12], const LinearBounds& child) 
 
 // Of what the handle leads to, in its space, at all times of [begin, end]; or of a part of the
 // structure at the end of the way, which stands still there.
-inline LinearBounds boundsOf(uint64_t handle, double begin, double end,
-                             const LinearBounds* part = nullptr) {
+SUNSTONE_ONCE inline LinearBounds boundsOf(uint64_t handle, double begin, double end,
+                                           const LinearBounds* part = nullptr) {
     uint64_t chain[kMaxTransformChain];
     int length = 0;
     for (; isTransformTag(handle & kTraversableTagMask); handle = childOf(handle)) {
@@ -600,13 +600,13 @@ inline void unite(LinearBounds& to, const LinearBounds& with) {
 // forEachPart(visit) calls visit(part) for parts that make up what the instance shows: standing
 // bounds in its structure, or once null for all of it.
 template <class ForEachPart>
-inline void describeParts(const InstanceData& record, const MotionTimes& motion, KeyBounds* keys,
-                          const ForEachPart& forEachPart) {
+SUNSTONE_ONCE inline void describeParts(const InstanceData& record, const MotionTimes& motion,
+                                        KeyBounds* keys, const ForEachPart& forEachPart) {
     for (uint32_t k = 0; k < motion.keys; ++k)
         keys[k] = kNoBounds;
     double earliest = motion.begin, latest = motion.end;
     addTimes(record.child, earliest, latest);
-    const auto over = [&](double begin, double end) {
+    const auto over = [&](double begin, double end) SUNSTONE_ONCE {
         LinearBounds all = LinearBounds::nothing();
         forEachPart([&](const LinearBounds* part) {
             unite(all, throughMatrix(record.objectToWorld,

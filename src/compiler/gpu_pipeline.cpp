@@ -705,6 +705,16 @@ std::string keyOf(const GpuPipelineRequest& request) {
     return digest.take();
 }
 
+std::string keyOf(const GpuTarget& target, std::string_view kernel) {
+    Digest digest;
+    digest.add(buildId()); // its text is a part of the build
+    digest.add("kernel");
+    digest.add(uint64_t(target.computeCapability));
+    digest.add(uint64_t(target.driverVersion));
+    digest.add(kernel);
+    return digest.take();
+}
+
 namespace {
 
 constexpr uint32_t kMagic = 0x43555047; // "GPUC"

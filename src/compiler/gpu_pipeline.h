@@ -62,6 +62,8 @@ GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
 
 // A digest of everything that the code depends on.
 std::string keyOf(const GpuPipelineRequest& request);
+// The same of a kernel that is a part of the library, by a name that no other one has.
+std::string keyOf(const GpuTarget& target, std::string_view kernel);
 
 // False where the store has none, or a value that cannot be read. Either the text or the machine code
 // of what is found is empty.

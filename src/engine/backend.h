@@ -16,6 +16,7 @@
 
 namespace sunstone::engine {
 
+class CompileCache;
 struct AccelBuild;
 struct Context;
 struct DenoiseRequest;
@@ -52,6 +53,9 @@ public:
     virtual device::Device& device() = 0;
     // Whether the host may read and write device memory.
     virtual bool sharesMemory() const = 0;
+
+    // Where code that belongs to no pipeline is kept; before any other call.
+    virtual void useCache(std::shared_ptr<CompileCache>) {}
 
     // Whether the device's compiler takes this module, with the version and target that a pipeline
     // of it would have.

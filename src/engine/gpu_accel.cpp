@@ -51,7 +51,8 @@ struct HostInstances {
 } // namespace
 
 const bvh::gpu::Builder& GpuBackend::builder() {
-    std::call_once(builderMade_, [&] { builder_ = std::make_unique<bvh::gpu::Builder>(driver()); });
+    std::call_once(builderMade_,
+                   [&] { builder_ = std::make_unique<bvh::gpu::Builder>(driver(), &kernelCode_); });
     return *builder_;
 }
 
@@ -59,7 +60,7 @@ bvh::MemoryUsage GpuBackend::accelMemory(const bvh::BuildInputs& inputs,
                                          const bvh::BuildOptions& options) {
     // The driver may wait for the GPU when it loads kernels; a build that is only queued must not.
     ContextScope scope(device_.context());
-    builder();
+    builder().prepare(inputs, options);
     return bvh::gpu::Builder::computeMemoryUsage(inputs, options);
 }
 

@@ -18,7 +18,9 @@ constexpr unsigned kLeastCapability = 70;
 
 } // namespace
 
-GpuBackend::GpuBackend(CUcontext context) : device_(context), slots_(context) {
+GpuBackend::GpuBackend(CUcontext context)
+    : device_(context), kernelCode_(device_.computeCapability(), device_.driverVersion()),
+      slots_(context) {
     if (device_.computeCapability() < kLeastCapability)
         fail(Code::kNotSupported, device_.name(),
              ": GPUs from compute capability 7.0 on are "

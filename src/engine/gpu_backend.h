@@ -9,6 +9,7 @@
 #include "device/cuda/gpu_device.h"
 #include "engine/backend.h"
 #include "engine/gpu_code.h"
+#include "engine/gpu_kernel_code.h"
 #include "engine/gpu_launch_slots.h"
 #include "engine/gpu_structures.h"
 
@@ -25,6 +26,9 @@ public:
     device::Device& device() override { return device_; }
     bool sharesMemory() const override { return false; }
 
+    void useCache(std::shared_ptr<CompileCache> cache) override {
+        kernelCode_.useCache(std::move(cache));
+    }
     bool accepts(const ptx::Module& module) override;
     void compile(Pipeline& pipeline, const PipelineParts& parts) override;
     void setStackSizes(const Context& context, Pipeline& pipeline) override;
@@ -62,12 +66,13 @@ private:
     void setStackUse(GpuCodeObject& code);
     LoadedGpuCodes::Entry obtainCode(const compiler::GpuPipelineRequest& request,
                                      compiler::ObjectStore* store);
-    const bvh::gpu::Builder& builder();    // made when first asked for, as its kernels are
+    const bvh::gpu::Builder& builder();    // made when first asked for
     denoise::gpu::GpuDenoiser& denoiser(); // likewise
     void tellOfRefusals(const Context& context);
     void throwRefusal(const Context& context, CUstream stream);
 
     device::cuda::GpuDevice device_;
+    GpuKernelCode kernelCode_;
     std::once_flag builderMade_;
     std::unique_ptr<bvh::gpu::Builder> builder_;
     std::once_flag denoiserMade_;

@@ -10,8 +10,9 @@ namespace sunstone::engine {
 using namespace device::cuda;
 
 denoise::gpu::GpuDenoiser& GpuBackend::denoiser() {
-    std::call_once(denoiserMade_,
-                   [&] { denoiser_ = std::make_unique<denoise::gpu::GpuDenoiser>(driver()); });
+    std::call_once(denoiserMade_, [&] {
+        denoiser_ = std::make_unique<denoise::gpu::GpuDenoiser>(driver(), &kernelCode_);
+    });
     return *denoiser_;
 }
 

@@ -135,35 +135,6 @@ TEST(GpuCompile, BuilderKernels) {
     }
 }
 
-TEST(GpuCompile, ModulesOfSomeKernels) {
-    const std::string head = ".version 6.5\n.target sm_70\n.address_size 64\n",
-                      declared = ".func  (.param .b32 func_retval0) one\n(\n\t.param .b32 a\n)\n;\n"
-                                 ".weak .func two\n()\n;\n",
-                      variable = ".const .align 4 .b8 three[4];\n",
-                      first = ".visible .entry first(\n\t.param .u64 a\n)\n{\n\tcall one;\n}\n",
-                      second = ".visible .entry second()\n{\n\tret;\n}\n",
-                      one = ".func  (.param .b32 func_retval0) one(\n\t.param .b32 a\n)\n{\n"
-                            "\tcall.uni two;\n}\n",
-                      two = ".weak .func two()\n{\n\tret;\n}\n";
-    const std::string all = head + declared + variable + first + second + one + two;
-    const auto modulesOf = [&](const char* kernel) { return bvh::gpu::moduleOf(all, {kernel}); };
-    EXPECT_EQ(modulesOf("second").find("one"), std::string::npos);
-    EXPECT_EQ(modulesOf("second").find("two"), std::string::npos);
-    EXPECT_TRUE(has(modulesOf("second"), head) && has(modulesOf("second"), variable) &&
-                has(modulesOf("second"), second));
-    std::string rest = all;
-    rest.erase(rest.find(second), second.size());
-    const auto lines = [](const std::string& text) { // blank ones do not count
-        std::string result;
-        for (const char c : text)
-            if (c != '\n' || (!result.empty() && result.back() != '\n'))
-                result += c;
-        return result;
-    };
-    EXPECT_EQ(lines(modulesOf("first")), rest);
-    EXPECT_THROW(modulesOf("third"), Error);
-}
-
 // What is kept on disk, without the disk.
 struct Shelf : compiler::ObjectStore {
     std::map<std::string, std::string> values;

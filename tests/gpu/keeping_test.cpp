@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Machine code that is kept, on the CPU device taken for a GPU: what is compiled and loaded again,
 // and what must not be shared. The driver's functions are counted.
+#include "api/device_memory.h"
 #include "api/rig.h"
+#include "api/scene.h"
 
+#include "compiler/gpu_pipeline.h"
 #include "device/cuda/driver.h"
+#include "engine/gpu_kernel_code.h"
 
 #include <atomic>
 #include <cstdlib>
 #include <dlfcn.h>
 #include <filesystem>
+#include <fstream>
+#include <thread>
 
 namespace tests::api {
 namespace {
@@ -16,6 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using sunstone::device::cuda::Driver;
 using sunstone::device::cuda::driverForTests;
+using sunstone::engine::GpuKernelCode;
 
 // Before anything asks.
 [[maybe_unused]] const bool isGpu = [] {
@@ -224,6 +231,123 @@ TEST_F(GpuKeeping, MachineCodeThatTheDriverRefusesIsMadeAnew) {
     }
     EXPECT_EQ(5u, loads);
     EXPECT_EQ(1u, missed());
+}
+
+// ---- the library's own kernels ----------------------------------------------------------------
+
+class GpuKernels : public GpuKeeping {
+protected:
+    void SetUp() override {
+        GpuKeeping::SetUp();
+        if (!dlopen("libnvidia-ptxjitcompiler.so.1", RTLD_NOW))
+            GTEST_SKIP() << "no compiler beside the driver";
+        GpuKernelCode::forgetForTests();
+    }
+    // Asks for the sizes of a triangle's structure, which makes kernels ready, and may build it.
+    void prepare(OptixDeviceContext context, bool builds = false) {
+        TriangleMesh mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2});
+        const OptixAccelBuildOptions options = buildOptions();
+        OptixAccelBufferSizes sizes{};
+        EXPECT_OK(optixAccelComputeMemoryUsage(context, &options, &mesh.input, 1, &sizes));
+        if (builds)
+            EXPECT_NE(buildAccel(context, log_, {mesh.input}).handle, 0u);
+    }
+    // By a context of its own; returns how many kernels were not found in the disk cache.
+    unsigned prepareAnew(bool inNewProcess) {
+        if (inNewProcess)
+            GpuKernelCode::forgetForTests();
+        loads = 0;
+        const unsigned before = missed();
+        const OptixDeviceContext context = newContext();
+        prepare(context);
+        EXPECT_OK(optixDeviceContextDestroy(context));
+        return missed() - before;
+    }
+};
+
+TEST_F(GpuKernels, AreFoundByOtherContextsAndProcesses) {
+    const unsigned made = prepareAnew(true);
+    EXPECT_GT(made, 8u);
+    EXPECT_EQ(made, loads) << "each is a module";
+    EXPECT_EQ(0u, prepareAnew(false));
+    EXPECT_EQ(made, loads) << "another context loads them again";
+    EXPECT_EQ(0u, prepareAnew(true)) << "from the disk";
+    EXPECT_EQ(made, loads);
+    // A process that has them keeps them where they are not.
+    setenv("OPTIX_CACHE_PATH", (folder_ + "/other").c_str(), 1);
+    EXPECT_EQ(made, prepareAnew(false));
+    EXPECT_EQ(0u, prepareAnew(true));
+}
+
+TEST_F(GpuKernels, WithoutACacheNothingIsWritten) {
+    EXPECT_OK(optixDeviceContextSetCacheEnabled(context_, 0));
+    prepare(context_);
+    EXPECT_EQ(0u, missed());
+    EXPECT_GT(prepareAnew(true), 8u);
+    setenv("OPTIX_CACHE_MAXSIZE", "0", 1);
+    EXPECT_EQ(0u, prepareAnew(true));
+    EXPECT_GT(loads, 8u);
+    unsetenv("OPTIX_CACHE_MAXSIZE");
+}
+
+TEST_F(GpuKernels, RefusedAndDamagedOnesAreMadeAnew) {
+    const unsigned made = prepareAnew(true);
+    refusals = 2; // one of the disk, and what is made in its place: then the driver has the text
+    EXPECT_EQ(0u, prepareAnew(true));
+    EXPECT_EQ(0u, refusals);
+    EXPECT_EQ(made, loads);
+    for (const auto& entry : fs::directory_iterator(folder_))
+        if (entry.path().extension() == ".db") {
+            std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
+            for (size_t at = 5000; at < entry.file_size(); at += 1000) {
+                file.seekp(std::streamoff(at));
+                file.put('?');
+            }
+        }
+    EXPECT_GT(prepareAnew(true), 0u);
+    EXPECT_EQ(0u, prepareAnew(true)) << "kept again";
+}
+
+TEST_F(GpuKernels, ForeignEntriesAreNoCode) {
+    const auto cache = std::make_shared<sunstone::engine::CompileCache>(
+        [](sunstone::LogLevel, const std::string&) {});
+    cache->start();
+    GpuKernelCode codes(90, 13000);
+    codes.useCache(cache);
+    const sunstone::device::cuda::KernelSource kernel{"a", "test a", [] { return "the text"; }};
+    const sunstone::device::cuda::KernelSource* const one = &kernel;
+    const std::string code = codes.machineCode({&one, 1}, false)[0];
+    EXPECT_NE(std::string::npos, code.find("the text"));
+    EXPECT_EQ(std::string::npos, code.find("maxrregcount")) << "kernels say themselves";
+    const std::string key = sunstone::compiler::keyOf({90, 0, 13000}, "test a");
+    std::string kept;
+    ASSERT_TRUE(cache->find(key, kept));
+    EXPECT_NE(std::string::npos, kept.find("the text"));
+    for (const std::string& foreign : {std::string("something else"), kept + "?", std::string()}) {
+        cache->insert(key, foreign);
+        GpuKernelCode::forgetForTests();
+        EXPECT_EQ(code, codes.machineCode({&one, 1}, false)[0]);
+        std::string now;
+        EXPECT_TRUE(cache->find(key, now));
+        EXPECT_EQ(kept, now);
+    }
+    // Another device or driver has other code.
+    EXPECT_NE(key, sunstone::compiler::keyOf({80, 0, 13000}, "test a"));
+    EXPECT_NE(key, sunstone::compiler::keyOf({90, 0, 12080}, "test a"));
+}
+
+TEST_F(GpuKernels, ManyThreadsMayBuildFirst) {
+    const OptixDeviceContext context = newContext();
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i)
+        threads.emplace_back([&] {
+            prepareThread();
+            prepare(context, true);
+        });
+    for (std::thread& thread : threads)
+        thread.join();
+    EXPECT_EQ(missed(), loads) << "each kernel was made and loaded once";
+    EXPECT_OK(optixDeviceContextDestroy(context));
 }
 
 } // namespace

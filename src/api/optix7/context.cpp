@@ -130,6 +130,7 @@ OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
                     alive->log(level, "DISKCACHE", text);
             });
         object->engine->cache->start();
+        object->engine->backend->useCache(object->engine->cache);
         *context = static_cast<OptixDeviceContext>(contexts().add(object));
         if (object->validation)
             object->log(LogLevel::kWarning, "CONTEXT",

@@ -26,6 +26,7 @@ void requireBuffer(const char* name, CUdeviceptr buffer, size_t size, size_t nee
 // In the order of Kernel.
 constexpr const char* kKernelNames[] = {"sunstone_references",
                                         "sunstone_instances",
+                                        "sunstone_left_instances",
                                         "sunstone_moving_instances",
                                         "sunstone_moving_references",
                                         "sunstone_shapes",
@@ -44,12 +45,16 @@ constexpr const char* kKernelNames[] = {"sunstone_references",
                                         "sunstone_subtrees",
                                         "sunstone_arrange",
                                         "sunstone_records",
+                                        "sunstone_shape_records",
                                         "sunstone_moving_records",
+                                        "sunstone_moving_shape_records",
                                         "sunstone_key_bounds",
                                         "sunstone_key_finish",
                                         "sunstone_update_check",
                                         "sunstone_update_records",
+                                        "sunstone_update_shape_records",
                                         "sunstone_update_moving_records",
+                                        "sunstone_update_moving_shape_records",
                                         "sunstone_links",
                                         "sunstone_update_nodes",
                                         "sunstone_update_moving_nodes",
@@ -116,85 +121,90 @@ uint32_t blocksFor(uint32_t count, uint32_t threads, uint32_t most) {
     return std::clamp((count + threads - 1) / threads, 1u, most);
 }
 
+// Whether triangles become several references.
+bool isSplit(uint32_t references, uint32_t primitives, BlockType type) {
+    return references != primitives && type != BlockType::kShapes;
+}
+
 } // namespace
 
-Builder::Builder(const device::cuda::Driver& driver) : driver_(driver), staging_(driver) {
-    try {
-        load();
-    } catch (...) {
-        unload();
-        throw;
-    }
-}
-
-Builder::~Builder() {
-    unload();
-}
-
-void Builder::load() {
-    static_assert(std::size(kKernelNames) == kKernelCount);
+Builder::Builder(const device::cuda::Driver& driver, device::cuda::MachineCodeSource* code)
+    : driver_(driver), staging_(driver), kernels_(driver, code, kernelSources()) {
     CUdevice device = 0;
     int count = 1;
     check(driver_.ctxGetDevice(&device), "cuCtxGetDevice");
     check(driver_.deviceGetAttribute(&count, CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT, device),
           "cuDeviceGetAttribute");
     multiprocessors_ = uint32_t(std::max(count, 1));
-    std::call_once(isLoaded_[kStill], [&] { loadGroup(kStill); });
     // With unified addresses, which every GPU of today has, kernels use the host's pointer.
     void* report = nullptr;
     check(driver_.memAllocHost(&report, sizeof(BuildReport)), "cuMemAllocHost");
     report_ = new (report) BuildReport{};
 }
 
-Builder::Group Builder::groupOf(Kernel kernel) {
-    switch (kernel) {
-    case kShapes:
-        return kStillShapes;
-    case kMovingInstances:
-    case kMovingReferences:
-    case kMovingShapes:
-    case kMovingRecords:
-    case kKeyBounds:
-    case kKeyFinish:
-    case kUpdateMovingRecords:
-    case kUpdateMovingNodes:
-        return kMoving;
-    default:
-        return kStill;
-    }
+Builder::~Builder() {
+    driver_.memFreeHost(report_);
 }
 
-std::string Builder::textOf(Group group) {
-    std::vector<std::string_view> names;
-    for (uint32_t i = 0; i < kKernelCount; ++i)
-        if (groupOf(Kernel(i)) == group)
-            names.push_back(kKernelNames[i]);
-    return moduleOf(builderPtx(), names);
+std::vector<device::cuda::KernelSource> Builder::kernelSources() {
+    static_assert(std::size(kKernelNames) == kKernelCount);
+    std::vector<device::cuda::KernelSource> sources;
+    for (const char* name : kKernelNames)
+        sources.push_back({name, name, [name] {
+                               static const device::cuda::KernelTexts all(builderPtx());
+                               return all.moduleOf(name);
+                           }});
+    return sources;
 }
 
 std::vector<std::string> Builder::kernelTexts() {
     std::vector<std::string> texts;
-    for (uint32_t group = 0; group < kGroupCount; ++group)
-        texts.push_back(textOf(Group(group)));
+    for (const device::cuda::KernelSource& source : kernelSources())
+        texts.push_back(source.text());
     return texts;
 }
 
-void Builder::loadGroup(Group group) const {
-    const std::string text = textOf(group);
-    check(driver_.moduleLoadDataEx(&modules_[group], text.c_str(), 0, nullptr, nullptr),
-          "cuModuleLoadDataEx");
-    for (uint32_t i = 0; i < kKernelCount; ++i)
-        if (groupOf(Kernel(i)) == group)
-            check(driver_.moduleGetFunction(&kernels_[i], modules_[group], kKernelNames[i]),
-                  kKernelNames[i]);
+Builder::Kernel Builder::recordsOf(BlockType type, bool moves) {
+    return type == BlockType::kShapes ? (moves ? kMovingShapeRecords : kShapeRecords)
+                                      : (moves ? kMovingRecords : kRecords);
 }
 
-void Builder::unload() {
-    for (CUmodule module : modules_)
-        if (module)
-            driver_.moduleUnload(module);
-    if (report_)
-        driver_.memFreeHost(report_);
+Builder::Kernel Builder::updateRecordsOf(BlockType type, bool moves) {
+    return type == BlockType::kShapes ? (moves ? kUpdateMovingShapeRecords : kUpdateShapeRecords)
+                                      : (moves ? kUpdateMovingRecords : kUpdateRecords);
+}
+
+void Builder::prepare(const BuildInputs& inputs, const BuildOptions& options) const {
+    const Plan plan(inputs, options);
+    const bool moves = plan.motion.keys > 1;
+    std::vector<uint32_t> needed = {
+        kCodes,        kSort,           kCollapse,      kRetry,    kSubtrees,
+        kArrange,      kCompact,        kEmit,          kRelocate, kRelocateMicromaps,
+        kMicromapRefs, kMicromapStates, kMicromapFinish};
+    const auto need = [&](std::initializer_list<uint32_t> kernels) {
+        needed.insert(needed.end(), kernels);
+    };
+    need({options.preferFastBuild ? kRadixTree : kClusters, recordsOf(plan.type, moves)});
+    if (moves)
+        need({kLinks, kUpdateMovingNodes, kKeyBounds, kKeyFinish});
+    if (plan.micromaps)
+        need({kMicromaps});
+    const bool instances = plan.type == BlockType::kInstances;
+    if (instances && moves)
+        need({kMovingInstances});
+    else if (instances)
+        need({kInstances, kLeftInstances});
+    else if (plan.type == BlockType::kShapes)
+        need({moves ? kMovingShapes : kShapes});
+    else
+        need({moves ? kMovingReferences : kReferences});
+    if (isSplit(plan.maxReferences, plan.numPrimitives, plan.type))
+        need({kSplitMeasure, kSplitChoose, kSplitCount, kSplitSum, kSplit});
+    if (options.allowUpdate)
+        need({kUpdateCheck, moves ? kUpdateMovingNodes : kUpdateNodes});
+    if (options.allowUpdate && !instances)
+        need({updateRecordsOf(plan.type, moves)});
+    kernels_.prepare(needed);
 }
 
 std::vector<std::string> Builder::takeFailures(std::vector<std::string>* remarks) const {
@@ -214,12 +224,7 @@ std::vector<std::string> Builder::takeFailures(std::vector<std::string>* remarks
 }
 
 void Builder::check(CUresult result, const char* what) const {
-    if (result == CUDA_SUCCESS)
-        return;
-    const char* name = nullptr;
-    driver_.getErrorName(result, &name);
-    fail(result == CUDA_ERROR_OUT_OF_MEMORY ? Code::kOutOfMemory : Code::kCudaError, what, ": ",
-         name ? name : "unknown error", " (", int(result), ")");
+    device::cuda::check(driver_, result, what);
 }
 
 MemoryUsage Builder::computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& options) {
@@ -238,10 +243,8 @@ bool Builder::isIdle(CUstream stream) const {
 
 void Builder::launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
                      void** arguments) const {
-    const Group group = groupOf(kernel);
-    std::call_once(isLoaded_[group], [&] { loadGroup(group); });
-    check(driver_.launchKernel(kernels_[kernel], blocks, 1, 1, threads, 1, 1, 0, stream, arguments,
-                               nullptr),
+    check(driver_.launchKernel(kernels_.function(kernel), blocks, 1, 1, threads, 1, 1, 0, stream,
+                               arguments, nullptr),
           kKernelNames[kernel]);
     if (observer_)
         observer_(observerUser_, kKernelNames[kernel]);
@@ -366,7 +369,7 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
     const uint32_t n = job.maxReferences, most = multiprocessors_ * 8;
     if (n != 0) {
         queueReferences(stream, arguments, job);
-        if (n != job.numPrimitives && job.type != BlockType::kShapes) {
+        if (isSplit(n, job.numPrimitives, job.type)) {
             const uint32_t blocks = blocksFor(job.numPrimitives, 256, ~0u);
             launch(kSplitMeasure, stream, std::min(blocks, most), 256, arguments);
             launch(kSplitChoose, stream, 1, kSplitBins / 8, arguments);
@@ -388,7 +391,7 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
         launchOver(kSubtrees, stream, job.maxWide, job);
         launchOver(kArrange, stream, job.maxWide, job);
     }
-    launch(job.motionKeys > 1 ? kMovingRecords : kRecords, stream, blocksFor(n, 256, most * 4), 256,
+    launch(recordsOf(job.type, job.motionKeys > 1), stream, blocksFor(n, 256, most * 4), 256,
            arguments);
     if (job.motionKeys > 1) { // until now it has boxes of the means only
         launch(kLinks, stream, blocksFor(job.maxWide, 256, most), 256, arguments);
@@ -401,11 +404,13 @@ void Builder::queueReferences(CUstream stream, void** arguments, const BuildJob&
     const bool moves = job.motionKeys > 1;
     switch (job.type) {
     case BlockType::kInstances:
-        if (!moves)
-            launch(kInstances, stream, blocksFor(job.numPrimitives, 128, multiprocessors_ * 16),
-                   128, arguments);
+        if (moves)
+            return launch(kMovingInstances, stream, std::min(blocks, multiprocessors_ * 2), 256,
+                          arguments);
+        launch(kInstances, stream, blocksFor(job.numPrimitives, 128, multiprocessors_ * 16), 128,
+               arguments);
         // In most scenes none is left for it.
-        return launch(kMovingInstances, stream, std::min(blocks, multiprocessors_ * 2), 256,
+        return launch(kLeftInstances, stream, std::min(blocks, multiprocessors_ * 2), 256,
                       arguments);
     case BlockType::kShapes:
         return launch(moves ? kMovingShapes : kShapes, stream, blocks, 256, arguments);
@@ -502,7 +507,7 @@ void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOpti
         if (job.type == BlockType::kInstances)
             queueReferences(stream, arguments, job);
         else
-            launch(job.motionKeys > 1 ? kUpdateMovingRecords : kUpdateRecords, stream,
+            launch(updateRecordsOf(job.type, job.motionKeys > 1), stream,
                    blocksFor(plan.maxReferences, 256, most), 256, arguments);
     }
     queueNodes(stream, arguments, job);

@@ -12,11 +12,9 @@
 #include "bvh/gpu/staging.h"
 #include "bvh/micromap_array.h"
 #include "bvh/relocate.h"
-#include "device/cuda/driver.h"
+#include "device/cuda/kernel_set.h"
 
-#include "bvh/gpu/staging.h"
 #include <cstdint>
-
 #include <mutex>
 #include <string>
 #include <vector>
@@ -27,11 +25,13 @@ struct BuildJob;
 struct BuildReport;
 
 // The kernels, in the context that is current when it is made. Calls must be made with the same
-// context current; they may come from any thread. The first call that needs kernels of a group loads
-// that group, which takes as long as the driver's compiler does if the driver has no code of it yet.
+// context current; they may come from any thread. A call that needs kernels that are not there has
+// them made (device/cuda/kernel_set.h).
 class Builder {
 public:
-    explicit Builder(const device::cuda::Driver& driver);
+    // `code`: where machine code comes from; null: the driver compiles.
+    explicit Builder(const device::cuda::Driver& driver,
+                     device::cuda::MachineCodeSource* code = nullptr);
     ~Builder();
     Builder(const Builder&) = delete;
     Builder& operator=(const Builder&) = delete;
@@ -39,6 +39,11 @@ public:
     // Upper bounds for any data of these counts. Reads no buffer. Throws Error(kInvalidValue) as
     // bvh::computeMemoryUsage.
     static MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& options);
+
+    // Makes the kernels ready that such a build needs, what follows it (updates, if it allows them,
+    // compaction, relocation, what it reports) and arrays of micromaps: so that these calls only
+    // queue. Throws as computeMemoryUsage.
+    void prepare(const BuildInputs& inputs, const BuildOptions& options) const;
 
     // Queues a build. temp and output: 128-byte aligned, at least as large as computeMemoryUsage
     // says. Throws Error(kInvalidValue) otherwise. `known`: see known_handles.h; instances with
@@ -98,13 +103,14 @@ public:
         observerUser_ = user;
     }
 
-    // The modules that it loads, as PTX.
+    // The modules that it loads, one for each kernel, as PTX.
     static std::vector<std::string> kernelTexts();
 
 private:
     enum Kernel : uint32_t {
         kReferences,
         kInstances,
+        kLeftInstances,
         kMovingInstances,
         kMovingReferences,
         kShapes,
@@ -123,12 +129,16 @@ private:
         kSubtrees,
         kArrange,
         kRecords,
+        kShapeRecords,
         kMovingRecords,
+        kMovingShapeRecords,
         kKeyBounds,
         kKeyFinish,
         kUpdateCheck,
         kUpdateRecords,
+        kUpdateShapeRecords,
         kUpdateMovingRecords,
+        kUpdateMovingShapeRecords,
         kLinks,
         kUpdateNodes,
         kUpdateMovingNodes,
@@ -142,16 +152,12 @@ private:
         kRelocateMicromaps,
         kKernelCount
     };
-    // What is compiled together: what nothing moves in and has no curves or spheres, first of all.
-    enum Group { kStill, kStillShapes, kMoving, kGroupCount };
-    static Group groupOf(Kernel kernel);
-    static std::string textOf(Group group);
+    static std::vector<device::cuda::KernelSource> kernelSources();
+    static Kernel recordsOf(BlockType type, bool moves);
+    static Kernel updateRecordsOf(BlockType type, bool moves);
     void check(CUresult result, const char* what) const;
-    void loadGroup(Group group) const;
     void launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
                 void** arguments) const;
-    void load();
-    void unload();
     void read(CUstream stream, void* to, CUdeviceptr from, size_t size) const;
     void checkUpdate(CUstream stream, CUdeviceptr output, size_t outputSize,
                      const std::vector<uint8_t>& expected, const BuildInputs& inputs) const;
@@ -164,9 +170,7 @@ private:
 
     const device::cuda::Driver& driver_;
     mutable Staging staging_;
-    mutable std::once_flag isLoaded_[kGroupCount];
-    mutable CUmodule modules_[kGroupCount] = {};
-    mutable CUfunction kernels_[kKernelCount] = {};
+    mutable device::cuda::KernelSet kernels_;
     uint32_t multiprocessors_ = 1;
     BuildReport* report_ = nullptr; // page-locked
     mutable std::mutex reportMutex_;

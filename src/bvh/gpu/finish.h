@@ -34,7 +34,7 @@ SUNSTONE_BUILDER bool writeRecord(const BuildJob& job, uint32_t place, InputPlac
     return active;
 }
 
-template <bool kMotion>
+template <bool kMotion, bool kShapes>
 SUNSTONE_BUILDER void writeRecords(const BuildJob& job) {
     const uint32_t count = countersOf(job).numTreeReferences;
     for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
@@ -42,17 +42,17 @@ SUNSTONE_BUILDER void writeRecords(const BuildJob& job) {
         const bool whole = reference < job.numPrimitives;
         const uint32_t primitive =
             whole ? reference : at<const uint32_t>(job.origins)[reference - job.numPrimitives];
-        if (job.type == BlockType::kInstances) {
-            at<uint32_t>(job.records)[i] = primitive;
-            continue;
-        }
         Bounds unused;
-        if (job.type == BlockType::kShapes) {
+        if constexpr (kShapes) {
             const uint32_t word = wordOfReference(job, reference);
             if (kMotion)
                 writeMovingShapeRecord(job, i, word, unused);
             else
                 writeShapeRecord(job, i, word, unused);
+            continue;
+        }
+        if (job.type == BlockType::kInstances) {
+            at<uint32_t>(job.records)[i] = primitive;
             continue;
         }
         const InputPlace from = placeOfPrimitive(job, primitive);
@@ -146,22 +146,29 @@ SUNSTONE_BUILDER void finish(const BuildJob& job) {
     header.magic = kGpuBlockMagic;
 }
 
-// Records and header; neither is read before the kernel is over.
-template <bool kMotion>
+// Records and header; neither is read before the kernel is over. Curves and spheres have kernels of
+// their own, which take a GPU's compiler several times as long.
+template <bool kMotion, bool kShapes>
 SUNSTONE_BUILDER void finishTree(const BuildJob& job) {
     if (isWhole(countersOf(job))) {
         takeNodes(job);
-        writeRecords<kMotion>(job);
+        writeRecords<kMotion, kShapes>(job);
         zeroRest(job);
     }
     if (globalThread() == 0)
         finish(job);
 }
 SUNSTONE_KERNEL sunstone_records(BuildJob job) {
-    finishTree<false>(job);
+    finishTree<false, false>(job);
+}
+SUNSTONE_KERNEL sunstone_shape_records(BuildJob job) {
+    finishTree<false, true>(job);
 }
 SUNSTONE_KERNEL sunstone_moving_records(BuildJob job) {
-    finishTree<true>(job);
+    finishTree<true, false>(job);
+}
+SUNSTONE_KERNEL sunstone_moving_shape_records(BuildJob job) {
+    finishTree<true, true>(job);
 }
 
 SUNSTONE_BUILDER bool mayCompact(const BlockHeader& header, uint64_t from, uint64_t to,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // First step of a build of instances: their records and boxes, with motion keys a box for each key.
 // Bounds of what moves take many registers. Where the structure itself stands still, a first kernel
-// therefore leaves instances whose way leads through motion transforms to a second one.
+// therefore leaves instances whose way leads through motion transforms to a second one. One for
+// structures with motion keys is apart from that: it takes a GPU's compiler five times as long.
 #pragma once
 
 #include "bvh/gpu/known_handles.h"
@@ -105,8 +106,9 @@ SUNSTONE_BUILDER bool slotBox(const NodeWords& node, uint32_t slot, float lower[
 }
 
 // Calls visit(lower, upper) for boxes that hold what is in a structure that does not move: those of
-// nodes two levels below its root.
-template <class Visit>
+// nodes two levels below its root. kUnroll: 1 where the visit is too much code to be there for each
+// slot.
+template <int kUnroll, class Visit>
 SUNSTONE_BUILDER void forEachPart(const BlockHeader& header, const Visit& visit) {
     const WideNode* const nodes = reinterpret_cast<const WideNode*>(
         reinterpret_cast<const uint8_t*>(&header) + header.nodesOffset);
@@ -118,7 +120,7 @@ SUNSTONE_BUILDER void forEachPart(const BlockHeader& header, const Visit& visit)
                    used = slotBox(root, slot, lower, upper);
         if (inner && used) {
             const NodeWords node = loadWords(nodes + child);
-#pragma unroll
+#pragma unroll kUnroll
             for (uint32_t below = 0; below < kSlots; ++below)
                 if (slotBox(node, below, lower, upper))
                     visit(lower, upper);
@@ -190,6 +192,7 @@ SUNSTONE_BUILDER void shareParts(uint64_t known, uint64_t handle, SharedParts& s
 // Takes from `box`, which holds the structure seen through the transform, what none of its nodes
 // reaches. Their sums are rounded by less than the margin that is added to that of
 // transformBounds().
+template <int kUnroll>
 SUNSTONE_BUILDER void tighten(const float m[12], uint64_t handle, const SharedParts* shared,
                               Bounds& box) {
     const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
@@ -200,7 +203,7 @@ SUNSTONE_BUILDER void tighten(const float m[12], uint64_t handle, const SharedPa
         for (uint32_t i = 0; i < shared->count; ++i)
             addSeen(m, loadPart(shared->parts[i]), sum);
     else
-        forEachPart(header, [&](const float lower[3], const float upper[3]) {
+        forEachPart<kUnroll>(header, [&](const float lower[3], const float upper[3]) {
             addSeen(m, partOf(lower, upper), sum);
         });
     for (int i = 0; i < 3; ++i) {
@@ -347,7 +350,7 @@ SUNSTONE_BUILDER bool describeInstance(const BuildJob& job, uint32_t index,
     box = transformBounds(m, box);
     const uint64_t tag = child & kTraversableTagMask;
     if (tag == kGasTag || tag == kIasTag)
-        tighten(m, child, shared, box);
+        tighten<kMotion ? 1 : int(kSlots)>(m, child, shared, box);
     return isUsable(box);
 }
 
@@ -370,6 +373,27 @@ SUNSTONE_BUILDER KeyBounds* tightBoxesOf(const BuildJob& job, uint32_t index) {
     return keyBoxesOf(job, job.numPrimitives + index);
 }
 
+// What makes up an instance's bounds (moving::describeParts): parts of a structure that does not
+// move, or all that the instance shows at once. One type, so that the code is there once.
+struct InstanceParts {
+    const BlockHeader* structure; // null: all at once
+
+    template <class Add>
+    __device__ void operator()(const Add& add) const {
+        if (!structure)
+            return add(nullptr);
+        forEachPart<1>(*structure, [&](const float lower[3], const float upper[3]) {
+            const LinearBounds part = moving::standing(lower, upper);
+            add(&part);
+        });
+    }
+};
+SUNSTONE_BUILDER void describeMoving(const BuildJob& job, const InstanceData& record,
+                                     const BlockHeader* parts, KeyBounds* keys) {
+    moving::describeParts(record, {job.motionKeys, job.motionBegin, job.motionEnd}, keys,
+                          InstanceParts{parts});
+}
+
 // As above, for what moves on the way to a structure that does not: bounds of its parts, united.
 // Boxes that hold something between keys cannot be cut at the keys by others that do, so the better
 // ones are taken as they are.
@@ -383,13 +407,7 @@ SUNSTONE_BUILDER void tightenAtKeys(const BuildJob& job, uint32_t index) {
     const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
     float area = 0, tightArea = __builtin_inff();
     if (!isMoving(header.type) && moving::moves(record.child)) {
-        moving::describeParts(
-            record, {job.motionKeys, job.motionBegin, job.motionEnd}, tight, [&](const auto& add) {
-                forEachPart(header, [&](const float lower[3], const float upper[3]) {
-                    const LinearBounds part = moving::standing(lower, upper);
-                    add(&part);
-                });
-            });
+        describeMoving(job, record, &header, tight);
         tightArea = 0;
     }
     bool usable = true;
@@ -410,7 +428,7 @@ SUNSTONE_BUILDER bool describeAtKeys(const BuildJob& job, uint32_t index, const 
     KeyBounds* const keys = keyBoxesOf(job, index);
     const InstanceData& record = at<InstanceData>(job.instances)[index];
     if (moving::moves(record.child)) {
-        moving::describe(record, {job.motionKeys, job.motionBegin, job.motionEnd}, keys);
+        describeMoving(job, record, nullptr, keys);
     } else {
         for (uint32_t k = 0; k < job.motionKeys; ++k)
             for (int a = 0; a < 3; ++a) {
@@ -431,17 +449,21 @@ SUNSTONE_BUILDER bool describeAtKeys(const BuildJob& job, uint32_t index, const 
     return true;
 }
 
+// Which instances a kernel reads: of a structure without motion keys those on whose way nothing
+// moves, or the others; or all of one with motion keys.
+enum class Way { kStill, kMotion, kKeys };
+
 // Reads an instance: its record and boxes. False if it is inactive or left for later, else `exact`
 // are its bounds at all times.
-template <bool kMotion>
+template <Way kWay>
 SUNSTONE_BUILDER bool readInstance(const BuildJob& job, uint32_t index, const SharedParts* shared,
                                    Bounds& exact) {
     exact = emptyBounds();
-    bool active = describeInstance<kMotion>(job, index, shared, exact);
-    if (!kMotion && at<const InstanceData>(job.instances)[index].pad == kLeftForLater)
+    bool active = describeInstance<kWay != Way::kStill>(job, index, shared, exact);
+    if (kWay == Way::kStill && at<const InstanceData>(job.instances)[index].pad == kLeftForLater)
         countersOf(job).leftInstances = 1;
     Bounds box = exact;
-    if (kMotion && job.motionKeys > 1) {
+    if constexpr (kWay == Way::kKeys) {
         KeySum sum = noKeys();
         Bounds all = emptyBounds();
         active = active && describeAtKeys(job, index, exact, all, sum);
@@ -452,11 +474,6 @@ SUNSTONE_BUILDER bool readInstance(const BuildJob& job, uint32_t index, const Sh
     }
     storeBox(job, index, active, box);
     return active;
-}
-
-// Whether sunstone_moving_instances reads an instance.
-SUNSTONE_BUILDER bool isForLater(const BuildJob& job, uint32_t index) {
-    return job.motionKeys > 1 || at<const InstanceData>(job.instances)[index].pad == kLeftForLater;
 }
 
 constexpr uint32_t kInstanceThreads = 128;
@@ -482,7 +499,7 @@ SUNSTONE_KERNEL __launch_bounds__(kInstanceThreads, 6) sunstone_instances(BuildJ
     uint32_t numActive = 0;
     for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
         Bounds exact;
-        if (readInstance<false>(job, i, &shared, exact)) {
+        if (readInstance<Way::kStill>(job, i, &shared, exact)) {
             found = unite(found, exact);
             ++numActive;
         }
@@ -490,20 +507,32 @@ SUNSTONE_KERNEL __launch_bounds__(kInstanceThreads, 6) sunstone_instances(BuildJ
     countReferences(job, found, numActive);
 }
 
-// What sunstone_instances has left; with motion keys all.
-SUNSTONE_KERNEL sunstone_moving_instances(BuildJob job) {
-    if ((job.motionKeys == 1 && !countersOf(job).leftInstances) || !mayReadInstances(job))
+template <Way kWay>
+SUNSTONE_BUILDER void readMovingInstances(BuildJob& job) {
+    if (!mayReadInstances(job))
         return;
     Bounds found = emptyBounds();
     uint32_t numActive = 0;
     for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
         Bounds exact;
-        if (isForLater(job, i) && readInstance<true>(job, i, nullptr, exact)) {
+        const bool isOurs =
+            kWay == Way::kKeys || at<const InstanceData>(job.instances)[i].pad == kLeftForLater;
+        if (isOurs && readInstance<kWay>(job, i, nullptr, exact)) {
             found = unite(found, exact);
             ++numActive;
         }
     }
     countReferences(job, found, numActive);
+}
+
+// What sunstone_instances has left.
+SUNSTONE_KERNEL sunstone_left_instances(BuildJob job) {
+    if (countersOf(job).leftInstances)
+        readMovingInstances<Way::kMotion>(job);
+}
+
+SUNSTONE_KERNEL sunstone_moving_instances(BuildJob job) {
+    readMovingInstances<Way::kKeys>(job);
 }
 
 } // namespace sunstone::bvh::gpu

@@ -115,10 +115,10 @@ SUNSTONE_BUILDER bool updateShapeRecord(const BuildJob& job, uint32_t place, con
 }
 
 // Of all but instances, whose records do not change: kernels of the build read those.
-template <bool kMotion>
+template <bool kMotion, bool kShapes>
 SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& exact) {
     const auto* const words = at<const uint32_t>(recordAt(job, place, 0));
-    if (job.type == BlockType::kShapes)
+    if constexpr (kShapes)
         return updateShapeRecord<kMotion>(job, place, words, exact);
     // Both kinds have the primitive in word 3 and the SBT word in word 7.
     const uint32_t input = inputOfSbtWord(job, words[7]);
@@ -165,14 +165,14 @@ SUNSTONE_BUILDER Bounds recordBounds(const BuildJob& job, uint32_t place, uint32
     return isEmpty(box) ? emptyBounds() : padBounds(box);
 }
 
-template <bool kMotion>
+template <bool kMotion, bool kShapes>
 SUNSTONE_BUILDER void updateRecords(const BuildJob& job) {
     const uint32_t count = headerIn(job).numLeaves;
     Bounds found = emptyBounds();
     uint32_t numActive = 0;
     for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
         Bounds exact;
-        if (updateRecord<kMotion>(job, i, exact)) {
+        if (updateRecord<kMotion, kShapes>(job, i, exact)) {
             found = unite(found, exact);
             ++numActive;
         }
@@ -180,20 +180,27 @@ SUNSTONE_BUILDER void updateRecords(const BuildJob& job) {
     addToCounters(job, found, numActive);
 }
 
-template <bool kMotion>
+template <bool kMotion, bool kShapes>
 SUNSTONE_BUILDER void updateRecordsAndLinks(const BuildJob& given) {
     if (countersOf(given).failure)
         return;
     const BuildJob job = inStructure(given);
     linkNodes(job);
-    updateRecords<kMotion>(job);
+    updateRecords<kMotion, kShapes>(job);
 }
 
 SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_records(BuildJob given) {
-    updateRecordsAndLinks<false>(given);
+    updateRecordsAndLinks<false, false>(given);
+}
+SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_shape_records(BuildJob given) {
+    updateRecordsAndLinks<false, true>(given);
 }
 SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_moving_records(BuildJob given) {
-    updateRecordsAndLinks<true>(given);
+    updateRecordsAndLinks<true, false>(given);
+}
+SUNSTONE_KERNEL
+__launch_bounds__(kRefitThreads) sunstone_update_moving_shape_records(BuildJob given) {
+    updateRecordsAndLinks<true, true>(given);
 }
 
 // ---- nodes ------------------------------------------------------------------------------------

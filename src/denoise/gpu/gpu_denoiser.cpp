@@ -4,27 +4,25 @@
 #include "base/error.h"
 #include "denoise/gpu/kernels_ptx.h"
 
+#include <algorithm>
 #include <atomic>
+#include <iterator>
 #include <new>
+#include <numeric>
 
 namespace sunstone::denoise::gpu {
 namespace {
 
 constexpr uint64_t kMostPixels = uint64_t(1) << 30;
-constexpr int kSteps = -1; // the module of step_kernels.cu
-
-// Of filter_kernels.cu.
-constexpr const char* kDetail = "sunstone_detail"; // where there are guides
-constexpr const char* kSmoothAlpha = "sunstone_smooth_alpha";
-constexpr const char* kRowKernels[] = {"sunstone_repair", "sunstone_residual", "sunstone_spread",
-                                       kDetail,           "sunstone_smooth",   kSmoothAlpha};
-// Of step_kernels.cu.
-constexpr const char* kBegin = "sunstone_begin";
-struct LogKernels {
-    const char *pixels, *blocks;
+// Of step_kernels.cu; the first ones in the order of Step, without the rows.
+enum StepKernel : uint32_t {
+    kBegin = 11,
+    kLuminance,
+    kLuminanceBlocks,
+    kColors,
+    kColorsBlocks,
+    kStepKernelCount
 };
-constexpr LogKernels kLuminance = {"sunstone_luminance", "sunstone_luminance_blocks"};
-constexpr LogKernels kColors = {"sunstone_colors", "sunstone_colors_blocks"};
 constexpr const char* kStepKernels[] = {"sunstone_guides",
                                         "sunstone_alpha",
                                         "sunstone_alpha_as_color",
@@ -36,24 +34,52 @@ constexpr const char* kStepKernels[] = {"sunstone_guides",
                                         "sunstone_upsample",
                                         "sunstone_blend",
                                         "sunstone_write",
-                                        kBegin,
-                                        kLuminance.pixels,
-                                        kLuminance.blocks,
-                                        kColors.pixels,
-                                        kColors.blocks};
+                                        "sunstone_begin",
+                                        "sunstone_luminance",
+                                        "sunstone_luminance_blocks",
+                                        "sunstone_colors",
+                                        "sunstone_colors_blocks"};
+static_assert(std::size(kStepKernels) == kStepKernelCount);
+
+// Of filter_kernels.cu, once for each number of guides; the first ones in the order of Step.
+enum RowKernel : uint32_t { kDetail = 3, kSmoothAlpha = 5, kRowKernelCount };
+constexpr const char* kRowKernels[] = {"sunstone_repair", "sunstone_residual", "sunstone_spread",
+                                       "sunstone_detail", "sunstone_smooth",   "sunstone_smooth_alpha"};
+static_assert(std::size(kRowKernels) == kRowKernelCount);
+constexpr int kGuides[] = {0, 2, 3, 5, 6}; // planes of them
 
 bool isRow(Step step) {
     return step >= Step::kRepair && step <= Step::kSmooth;
 }
 
-const char* kernelOf(Step step, const Job& job) {
-    const size_t number = size_t(step), rowBegin = size_t(Step::kRepair),
-                 rowEnd = size_t(Step::kSmooth) + 1;
+// Places in the set of all kernels: the steps', then rows for each number of guides.
+uint32_t firstRowOf(int guides) {
+    const auto found = std::find(std::begin(kGuides), std::end(kGuides), guides);
+    if (found == std::end(kGuides))
+        fail(Code::kInternal, "there are no kernels for ", guides, " planes of guides");
+    return kStepKernelCount + uint32_t(found - kGuides) * kRowKernelCount;
+}
+uint32_t kernelOf(Step step, const Job& job) {
+    const uint32_t number = uint32_t(step), rowBegin = uint32_t(Step::kRepair),
+                   rowEnd = uint32_t(Step::kSmooth) + 1;
     if (step == Step::kSmooth && job.pass.hasAlpha)
-        return kSmoothAlpha;
+        return firstRowOf(job.pass.guideCount) + kSmoothAlpha;
     if (isRow(step))
-        return kRowKernels[number - rowBegin];
-    return kStepKernels[number < rowBegin ? number : number - (rowEnd - rowBegin)];
+        return firstRowOf(job.pass.guideCount) + number - rowBegin;
+    return number < rowBegin ? number : number - (rowEnd - rowBegin);
+}
+
+std::vector<device::cuda::KernelSource> kernelSources() {
+    std::vector<device::cuda::KernelSource> sources;
+    const auto add = [&](const char* name, const std::string& id, const char* text) {
+        sources.push_back({name, id, [=] { return device::cuda::KernelTexts(text).moduleOf(name); }});
+    };
+    for (const char* name : kStepKernels)
+        add(name, message("denoiser ", name), stepKernels());
+    for (const int guides : kGuides)
+        for (const char* name : kRowKernels)
+            add(name, message("denoiser ", name, " ", guides), filterKernels(guides));
+    return sources;
 }
 
 } // namespace
@@ -68,17 +94,14 @@ public:
         Control* to = &control;
         auto stream = reinterpret_cast<uint64_t>(stream_);
         void* arguments[] = {&inputs_, &to, &denoiser_.report_, &stream};
-        const CUfunction kernel = denoiser_.kernel(kSteps, kBegin);
-        denoiser_.check(denoiser_.driver_.launchKernel(kernel, 1, 1, 1, 1, 1, 1, 0, stream_,
-                                                       arguments, nullptr),
-                        kBegin);
+        denoiser_.check(denoiser_.driver_.launchKernel(denoiser_.kernels_.function(kBegin), 1, 1, 1,
+                                                       1, 1, 1, 0, stream_, arguments, nullptr),
+                        kStepKernels[kBegin]);
     }
     void run(Step step, const Job& job, uint32_t width, uint32_t height) override {
-        const char* name = kernelOf(step, job);
         void* arguments[] = {const_cast<Job*>(&job), &width, &height};
-        denoiser_.launch(stream_,
-                         denoiser_.kernel(isRow(step) ? job.pass.guideCount : kSteps, name), name,
-                         tilesAcross(width) * tilesDown(height), arguments);
+        denoiser_.launch(stream_, kernelOf(step, job), tilesAcross(width) * tilesDown(height),
+                         arguments);
     }
 
 private:
@@ -87,7 +110,8 @@ private:
     CallInputs inputs_;
 };
 
-GpuDenoiser::GpuDenoiser(const device::cuda::Driver& driver) : driver_(driver) {
+GpuDenoiser::GpuDenoiser(const device::cuda::Driver& driver, device::cuda::MachineCodeSource* code)
+    : driver_(driver), kernels_(driver, code, kernelSources()) {
     // With unified addresses, which every GPU of today has, kernels use the host's pointer.
     void* report = nullptr;
     check(driver_.memAllocHost(&report, sizeof(Report)), "cuMemAllocHost");
@@ -95,55 +119,27 @@ GpuDenoiser::GpuDenoiser(const device::cuda::Driver& driver) : driver_(driver) {
 }
 
 GpuDenoiser::~GpuDenoiser() {
-    for (auto& [guides, module] : modules_)
-        if (module.module)
-            driver_.moduleUnload(module.module);
-    if (report_)
-        driver_.memFreeHost(report_);
+    driver_.memFreeHost(report_);
 }
 
 void GpuDenoiser::check(CUresult result, const char* what) const {
-    if (result == CUDA_SUCCESS)
-        return;
-    const char* name = nullptr;
-    driver_.getErrorName(result, &name);
-    fail(result == CUDA_ERROR_OUT_OF_MEMORY ? Code::kOutOfMemory : Code::kCudaError, what, ": ",
-         name ? name : "unknown error", " (", int(result), ")");
+    device::cuda::check(driver_, result, what);
 }
 
-CUfunction GpuDenoiser::kernel(int guides, const char* name) {
-    std::lock_guard lock(mutex_);
-    Module& module = modules_[guides];
-    if (!module.module)
-        check(driver_.moduleLoadDataEx(&module.module,
-                                       guides == kSteps ? stepKernels() : filterKernels(guides), 0,
-                                       nullptr, nullptr),
-              "cuModuleLoadDataEx");
-    CUfunction& found = module.kernels[name];
-    if (!found)
-        check(driver_.moduleGetFunction(&found, module.module, name), name);
-    return found;
-}
-
-void GpuDenoiser::launch(CUstream stream, CUfunction kernel, const char* name, uint32_t blocks,
-                         void** arguments) const {
-    check(driver_.launchKernel(kernel, blocks, 1, 1, kTileWidth, kTileHeight, 1, 0, stream,
-                               arguments, nullptr),
-          name);
+void GpuDenoiser::launch(CUstream stream, uint32_t kernel, uint32_t blocks, void** arguments) {
+    check(driver_.launchKernel(kernels_.function(kernel), blocks, 1, 1, kTileWidth, kTileHeight, 1,
+                               0, stream, arguments, nullptr),
+          kernels_.source(kernel).name.c_str());
 }
 
 void GpuDenoiser::prepare(int guides) {
-    const auto load = [&](int module, const char* name) {
-        int registers = 0; // asking for them makes a driver load what it had left for later
-        check(
-            driver_.funcGetAttribute(&registers, CU_FUNC_ATTRIBUTE_NUM_REGS, kernel(module, name)),
-            "cuFuncGetAttribute");
-    };
-    for (const char* name : kStepKernels)
-        load(kSteps, name);
-    for (const char* name : kRowKernels)
-        if (guides != 0 || name != kDetail)
-            load(guides, name);
+    std::vector<uint32_t> needed(kStepKernelCount);
+    std::iota(needed.begin(), needed.end(), 0u);
+    const uint32_t rows = firstRowOf(guides);
+    for (uint32_t kernel = 0; kernel < kRowKernelCount; ++kernel)
+        if (guides != 0 || kernel != kDetail) // it is there where there are guides
+            needed.push_back(rows + kernel);
+    kernels_.prepare(needed);
 }
 
 void GpuDenoiser::setUp(CUstream stream, CUdeviceptr state, uint32_t width, uint32_t height) {
@@ -164,7 +160,7 @@ void GpuDenoiser::filter(CUstream stream, const Filter& filter, const Frame& fra
     filter.run(frame, scratch, steps);
 }
 
-void GpuDenoiser::addLogs(CUstream stream, const char* pixels, const char* blocks,
+void GpuDenoiser::addLogs(CUstream stream, uint32_t pixels, uint32_t blocks,
                           const Image& image, void* scratch, float* result) {
     const uint64_t count = uint64_t(image.width) * image.height;
     uint32_t blockCount = std::min(tilesDown(image.height), kMostLogBlocks);
@@ -174,19 +170,19 @@ void GpuDenoiser::addLogs(CUstream stream, const char* pixels, const char* block
     auto* sums = reinterpret_cast<LogSum*>((address + alignof(LogSum) - 1) / alignof(LogSum) *
                                            alignof(LogSum));
     void* arguments[] = {const_cast<Image*>(&image), &sums, &result};
-    launch(stream, kernel(kSteps, pixels), pixels, blockCount, arguments);
+    launch(stream, pixels, blockCount, arguments);
     if (blockCount == 1)
         return;
     void* rest[] = {&sums, &blockCount, &result};
-    launch(stream, kernel(kSteps, blocks), blocks, 1, rest);
+    launch(stream, blocks, 1, rest);
 }
 
 void GpuDenoiser::intensity(CUstream stream, const Image& image, void* scratch, float* result) {
-    addLogs(stream, kLuminance.pixels, kLuminance.blocks, image, scratch, result);
+    addLogs(stream, kLuminance, kLuminanceBlocks, image, scratch, result);
 }
 
 void GpuDenoiser::averageColor(CUstream stream, const Image& image, void* scratch, float* result) {
-    addLogs(stream, kColors.pixels, kColors.blocks, image, scratch, result);
+    addLogs(stream, kColors, kColorsBlocks, image, scratch, result);
 }
 
 std::vector<GpuDenoiser::Refusal> GpuDenoiser::takeRefusals() {

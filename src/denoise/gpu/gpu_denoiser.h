@@ -6,9 +6,8 @@
 #include "denoise/call.h"
 #include "denoise/filter.h"
 #include "denoise/gpu/launch.h"
-#include "device/cuda/driver.h"
+#include "device/cuda/kernel_set.h"
 
-#include <map>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -19,13 +18,15 @@ namespace sunstone::denoise::gpu {
 // made with the same context current; they may come from any thread.
 class GpuDenoiser {
 public:
-    explicit GpuDenoiser(const device::cuda::Driver& driver);
+    // `code`: where machine code comes from; null: the driver compiles.
+    explicit GpuDenoiser(const device::cuda::Driver& driver,
+                         device::cuda::MachineCodeSource* code = nullptr);
     ~GpuDenoiser();
     GpuDenoiser(const GpuDenoiser&) = delete;
     GpuDenoiser& operator=(const GpuDenoiser&) = delete;
 
-    // Loads what frames with that many planes of guides need, for which the driver may compile it
-    // and wait for the GPU.
+    // Loads what frames with that many planes of guides need, and has it compiled together; the
+    // driver may wait for the GPU.
     void prepare(int guides);
     // Writes the caller's state memory.
     void setUp(CUstream stream, CUdeviceptr state, uint32_t width, uint32_t height);
@@ -47,21 +48,15 @@ public:
 
 private:
     friend class GpuSteps;
-    struct Module {
-        CUmodule module = nullptr;
-        std::map<std::string, CUfunction> kernels;
-    };
     void check(CUresult result, const char* what) const;
-    CUfunction kernel(int guides, const char* name); // guides kSteps: of step_kernels.cu
-    void launch(CUstream stream, CUfunction kernel, const char* name, uint32_t blocks,
-                void** arguments) const;
-    void addLogs(CUstream stream, const char* pixels, const char* blocks, const Image& image,
+    void launch(CUstream stream, uint32_t kernel, uint32_t blocks, void** arguments);
+    void addLogs(CUstream stream, uint32_t pixels, uint32_t blocks, const Image& image,
                  void* scratch, float* result);
 
     const device::cuda::Driver& driver_;
     std::mutex mutex_;
-    std::map<int, Module> modules_; // by number of guides
-    Report* report_ = nullptr;      // page-locked
+    device::cuda::KernelSet kernels_;
+    Report* report_ = nullptr; // page-locked
     uint32_t refusalsTold_ = 0;
 };
 

@@ -64,11 +64,15 @@ const Driver& driver() {
 }
 
 void check(CUresult result, const char* function) {
+    check(driver(), result, function);
+}
+
+void check(const Driver& driver, CUresult result, const char* function) {
     if (result == CUDA_SUCCESS)
         return;
     const char *name = nullptr, *text = nullptr;
-    driver().getErrorName(result, &name);
-    driver().getErrorString(result, &text);
+    driver.getErrorName(result, &name);
+    driver.getErrorString(result, &text);
     fail(result == CUDA_ERROR_OUT_OF_MEMORY ? Code::kOutOfMemory : Code::kCudaError, function, ": ",
          name ? name : "unknown error", " (", text ? text : message("code ", int(result)), ")");
 }

@@ -106,6 +106,7 @@ Driver& driverForTests();
 // Throws Error unless result is CUDA_SUCCESS: kOutOfMemory for memory, else kCudaError, with the
 // function and the driver's name and text of the code.
 void check(CUresult result, const char* function);
+void check(const Driver& driver, CUresult result, const char* function);
 
 #define SUNSTONE_CU(member, ...)                                                                   \
     ::sunstone::device::cuda::check(::sunstone::device::cuda::driver().member(__VA_ARGS__),        \

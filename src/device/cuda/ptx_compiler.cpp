@@ -6,7 +6,7 @@
 
 #include <dlfcn.h>
 
-#include <iterator>
+#include <vector>
 
 namespace sunstone::device::cuda {
 
@@ -75,6 +75,10 @@ std::string deviceName(const std::string& ptx, unsigned computeCapability) {
 
 } // namespace
 
+bool hasPtxCompiler() {
+    return functions() != nullptr;
+}
+
 std::optional<MachineCode> compilePtx(const std::string& ptx, unsigned computeCapability,
                                       unsigned maxRegisters) {
     const Functions* const call = functions();
@@ -92,10 +96,12 @@ std::optional<MachineCode> compilePtx(const std::string& ptx, unsigned computeCa
         return {};
     const std::string device = "--gpu-name=" + deviceName(ptx, computeCapability),
                       registers = message("--maxrregcount=", maxRegisters);
-    const char* const options[] = {device.c_str(), registers.c_str(), "--verbose"};
+    std::vector<const char*> options = {device.c_str(), "--verbose"};
+    if (maxRegisters != 0)
+        options.insert(options.begin() + 1, registers.c_str());
     MachineCode code;
     size_t size = 0;
-    if (call->compile(owned.compiler, int(std::size(options)), options) != 0 ||
+    if (call->compile(owned.compiler, int(options.size()), options.data()) != 0 ||
         call->programSize(owned.compiler, &size) != 0 || size == 0) {
         log(LogLevel::kDebug, "device",
             message(kPtxCompilerLibrary, " refuses a text: ",

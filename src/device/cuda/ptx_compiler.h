@@ -17,10 +17,13 @@ struct MachineCode {
 // The name under which the driver installs it, beside libcuda.so.1.
 constexpr const char* kPtxCompilerLibrary = "libnvidia-ptxjitcompiler.so.1";
 
+// Whether there is one. A first call opens it.
+bool hasPtxCompiler();
+
 // Machine code of a text for GPUs of a compute capability (90 is 9.0), with so many registers a
-// thread. Nothing where the driver has no such library, where it lacks the functions of the PTX
-// Compiler API, or where it refuses the text: then it is for cuModuleLoadDataEx to say what is
-// wrong. (PTX Compiler API reference, 12.0)
+// thread; 0: as many as it takes. Any thread may call. Nothing where the driver has no such
+// library, where it lacks the functions of the PTX Compiler API, or where it refuses the text: then
+// it is for cuModuleLoadDataEx to say what is wrong. (PTX Compiler API reference, 12.0)
 std::optional<MachineCode> compilePtx(const std::string& ptx, unsigned computeCapability,
                                       unsigned maxRegisters);
 

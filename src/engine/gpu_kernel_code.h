@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Machine code of the library's own kernels, made by the compiler that comes with the driver on all
+// threads, and kept: in the disk cache of the API's context, as that of pipelines is, and in this
+// process, whose contexts share it whether they have a cache or not.
+#pragma once
+
+#include "device/cuda/kernel_set.h"
+#include "engine/compile_cache.h"
+
+#include <memory>
+
+namespace sunstone::engine {
+
+class GpuKernelCode final : public device::cuda::MachineCodeSource {
+public:
+    GpuKernelCode(unsigned computeCapability, int driverVersion)
+        : computeCapability_(computeCapability), driverVersion_(unsigned(driverVersion)) {}
+
+    // Before the first call; null: none.
+    void useCache(std::shared_ptr<CompileCache> cache) { cache_ = std::move(cache); }
+
+    // What is damaged on disk, or no machine code, counts as if it were not there.
+    std::vector<std::string> machineCode(std::span<const device::cuda::KernelSource* const> kernels,
+                                         bool anew) override;
+
+    // What this process knows.
+    static void forgetForTests();
+
+private:
+    std::string keyOf(const device::cuda::KernelSource& kernel) const;
+
+    const unsigned computeCapability_, driverVersion_;
+    std::shared_ptr<CompileCache> cache_;
+};
+
+} // namespace sunstone::engine
