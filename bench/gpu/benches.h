@@ -33,6 +33,12 @@ void benchRecursion(OptixDeviceContext context, const Settings& settings,
 void benchCompile(OptixDeviceContext context, const std::string& name, const Settings& settings,
                   Measurements& measurements);
 
+// The first context of this process and its first structures: triangles, or instances with motion.
+// `name`: "cold" or
+// "cached".
+void benchFirstBuild(const std::string& name, bool moves, const Settings& settings,
+                     Measurements& measurements);
+
 // Kinds of denoisers at several sizes.
 void benchDenoiser(OptixDeviceContext context, const Settings& settings,
                    Measurements& measurements);

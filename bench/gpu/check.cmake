@@ -10,6 +10,10 @@ foreach(label reference sunstone)
 endforeach()
 execute_process(COMMAND ${PROGRAM} --scene compile-cold --label sunstone
     --json ${FOLDER}/compile.json COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
+foreach(scene first-build-cold first-motion-cold first-build-cached)
+    execute_process(COMMAND ${PROGRAM} --scene ${scene} --label sunstone --cache ${FOLDER}/cache
+        --json ${FOLDER}/${scene}.json COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
+endforeach()
 execute_process(COMMAND ${PROGRAM} --report "${FOLDER}/reference.json ${FOLDER}/sunstone.json"
     OUTPUT_VARIABLE table RESULT_VARIABLE missed) # it has not to be faster than itself
 if(NOT missed MATCHES "^[01]$" OR NOT table MATCHES "hits differ[^\n]*: none")

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays per second, build times, memory, frames of a path tracer, denoising and compile times on a
-// GPU, through the OptiX API and by events on the stream. The libnvoptix that the loader finds is
-// what is measured, so the same binary and PTX run on Sunstone and on another library. The second
-// run takes the first one's hits as the places where secondary rays begin and says how its own hits
-// differ; where the scene is of triangles, also who is right.
+// Rays per second, build times, memory, frames of a path tracer, denoising, compile times and times
+// of first builds on a GPU, through the OptiX API and by events on the stream. The libnvoptix that
+// the loader finds is what is measured, so the same binary and PTX run on Sunstone and on another
+// library. The second run takes the first one's hits as the places where secondary rays begin and
+// says how its own hits differ; where the scene is of triangles, also who is right.
 //   bench_gpu --hits /tmp/h --label reference --json ref.json     with the other library
 //   bench_gpu --hits /tmp/h --json ours.json                      with Sunstone
 //   bench_gpu --report "ref.json ours.json"                       the table; 1 if a bar is missed
@@ -35,6 +35,10 @@ int report(const std::string& list) {
 }
 
 void measure(const Choice& choice, Measurements& measurements) {
+    for (const bool moves : {false, true})
+        for (const char* name : {"cold", "cached"})
+            if (choice.scene == std::string(moves ? "first-motion-" : "first-build-") + name)
+                return benchFirstBuild(name, moves, choice.settings, measurements);
     const OptixDeviceContext context = createContext();
     const std::string& scene = choice.scene;
     bool known = false;
@@ -71,7 +75,8 @@ void measure(const Choice& choice, Measurements& measurements) {
 
 std::string sceneHelp() {
     std::string help =
-        "all; path-tracer; recursion; denoiser; denoiser-bits; compile-cold; compile-cached; or a "
+        "all; path-tracer; recursion; denoiser; denoiser-bits; compile-cold; compile-cached; "
+        "first-build-cold; first-build-cached; first-motion-cold; first-motion-cached; or a "
         "number:";
     for (size_t i = 0; i < worldNames().size(); ++i)
         help += (i == 0 ? " " : ", ") + std::to_string(i) + " " + worldNames()[i];
@@ -102,7 +107,8 @@ int run(int argc, char** argv) {
     s.scale = std::stod(choice.scale);
     if (!(s.scale > 0 && s.scale <= 1))
         throw std::runtime_error("--scale " + choice.scale + " is not above 0 and at most 1");
-    if (s.hits.empty() && choice.scene.rfind("compile", 0) != 0 && choice.scene != "denoiser")
+    if (s.hits.empty() && choice.scene.rfind("compile", 0) != 0 &&
+        choice.scene.rfind("first-", 0) != 0 && choice.scene != "denoiser")
         throw std::runtime_error("--hits is missing");
     Measurements measurements(s.label);
     measure(choice, measurements);
