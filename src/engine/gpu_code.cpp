@@ -17,21 +17,38 @@ LoadedGpuCode::LoadedGpuCode(CUcontext context, const compiler::GpuCode& code,
     : context_(context) {
     CUresult result = CUDA_ERROR_INVALID_IMAGE;
     if (!code.machineCode.empty())
-        result = driver().moduleLoadDataEx(&module_, code.machineCode.data(), 0, nullptr, nullptr);
-    if (result == CUDA_ERROR_OUT_OF_MEMORY || result == CUDA_ERROR_ILLEGAL_ADDRESS)
-        check(result, DriverNames::moduleLoadDataEx); // not the code's fault
-    if (result != CUDA_SUCCESS) {
-        if (!code.machineCode.empty())
-            sunstone::log(LogLevel::kDebug, "engine",
-                          message("the driver refuses machine code of its compiler (code ",
-                                  int(result), ") and gets the text"));
-        compileText(code.ptx, maxRegisters, log);
-        isOfText = true;
-    }
+        result = load(code.machineCode);
+    if (result == CUDA_SUCCESS)
+        return;
+    if (!code.machineCode.empty())
+        sunstone::log(LogLevel::kDebug, "engine",
+                      message("the driver refuses machine code of its compiler (code ", int(result),
+                              ") and gets the text"));
+    compileText(code.ptx, maxRegisters, log);
+    isOfText = true;
     const CUresult found = driver().moduleGetFunction(&kernel, module_, compiler::kGpuKernel);
     if (found != CUDA_SUCCESS)
         driver().moduleUnload(module_);
     check(found, DriverNames::moduleGetFunction);
+}
+
+// Of machine code that refers to what only the driver has (queries of some properties of textures)
+// the module loads, and its kernel is not there.
+CUresult LoadedGpuCode::load(const std::string& machineCode) {
+    const auto checked = [](CUresult result, const char* name) {
+        if (result == CUDA_ERROR_OUT_OF_MEMORY || result == CUDA_ERROR_ILLEGAL_ADDRESS)
+            check(result, name); // not the code's fault
+        return result;
+    };
+    const CUresult result =
+        checked(driver().moduleLoadDataEx(&module_, machineCode.data(), 0, nullptr, nullptr),
+                DriverNames::moduleLoadDataEx);
+    if (result != CUDA_SUCCESS)
+        return result;
+    const CUresult found = driver().moduleGetFunction(&kernel, module_, compiler::kGpuKernel);
+    if (found != CUDA_SUCCESS)
+        driver().moduleUnload(module_);
+    return checked(found, DriverNames::moduleGetFunction);
 }
 
 void LoadedGpuCode::compileText(const std::string& ptx, unsigned maxRegisters, std::string& log) {

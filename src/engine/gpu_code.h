@@ -29,6 +29,7 @@ public:
     bool isOfText = false; // not of machine code
 
 private:
+    CUresult load(const std::string& machineCode);
     void compileText(const std::string& ptx, unsigned maxRegisters, std::string& log);
 
     CUcontext context_;

@@ -31,7 +31,7 @@ using sunstone::engine::GpuKernelCode;
     return true;
 }();
 
-std::atomic<unsigned> loads, unloads, refusals;
+std::atomic<unsigned> loads, unloads, refusals, lacks;
 
 void countCalls() {
     static const bool isDone = [] {
@@ -43,6 +43,11 @@ void countCalls() {
                 return CUDA_ERROR_NO_BINARY_FOR_GPU;
             ++loads;
             return original.moduleLoadDataEx(module, image, count, options, values);
+        };
+        driver.moduleGetFunction = [](CUfunction* function, CUmodule module, const char* name) {
+            if (lacks > 0 && lacks-- > 0)
+                return CUDA_ERROR_NOT_FOUND;
+            return original.moduleGetFunction(function, module, name);
         };
         driver.moduleUnload = [](CUmodule module) {
             ++unloads;
@@ -77,7 +82,7 @@ protected:
         setenv("OPTIX_CACHE_PATH", folder_.c_str(), 1);
         ApiTest::SetUp();
         countCalls();
-        loads = unloads = refusals = 0;
+        loads = unloads = refusals = lacks = 0;
     }
     void TearDown() override {
         ApiTest::TearDown();
@@ -231,6 +236,21 @@ TEST_F(GpuKeeping, MachineCodeThatTheDriverRefusesIsMadeAnew) {
     }
     EXPECT_EQ(5u, loads);
     EXPECT_EQ(1u, missed());
+}
+
+// What it refers to may be the driver's alone. Then that compiles the text.
+TEST_F(GpuKeeping, MachineCodeWhoseKernelTheDriverDoesNotFind) {
+    if (!dlopen("libnvidia-ptxjitcompiler.so.1", RTLD_NOW))
+        GTEST_SKIP() << "no compiler beside the driver";
+    lacks = 1;
+    EXPECT_EQ(7u, run(*make(context_, stores(7))));
+    EXPECT_EQ(0u, lacks);
+    EXPECT_EQ(2u, loads);
+    EXPECT_EQ(1u, unloads);
+    const OptixDeviceContext other = newContext();
+    EXPECT_EQ(7u, run(*make(other, stores(7))));
+    EXPECT_OK(optixDeviceContextDestroy(other));
+    EXPECT_EQ(1u, missed()) << "the text is kept";
 }
 
 // ---- the library's own kernels ----------------------------------------------------------------
