@@ -42,14 +42,16 @@ public:
             const char* unit = triangles ? "B/triangle" : "B/primitive";
             measurements_.add(world_.name, "temp, " + what,
                               double(built.sizes.tempSizeInBytes) / count, unit);
-            if (flags != OPTIX_BUILD_FLAG_NONE)
+            if (flags == OPTIX_BUILD_FLAG_PREFER_FAST_BUILD)
                 continue;
-            measurements_.add(world_.name, "compacted", double(built.compactedSize) / count, unit);
+            const std::string compacted =
+                flags == OPTIX_BUILD_FLAG_NONE ? "compacted" : "compacted, " + what;
+            measurements_.add(world_.name, compacted, double(built.compactedSize) / count, unit);
             if (!triangles)
                 continue;
             const Built vertices =
-                device_.build(kCompact | OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS, 1);
-            measurements_.add(world_.name, "compacted, random access",
+                device_.build(flags | kCompact | OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS, 1);
+            measurements_.add(world_.name, compacted + ", random access",
                               double(vertices.compactedSize) / count, unit);
         }
         measurements_.add(world_.name, "update", device_.update(kCompact, 5), "ms");

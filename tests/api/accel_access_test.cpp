@@ -67,6 +67,23 @@ TEST_P(AccelAccess, VertexDataOfTriangles) {
             EXPECT_TRUE(std::isnan(v)); // degenerate
         EXPECT_EQ(kTwoTriangles[2].y, seen[2].vertices[1]);
     }
+    // Long thin triangles, to which several leaves refer.
+    std::vector<Vec3> corners;
+    std::vector<uint32_t> indices;
+    for (uint32_t i = 0; i < 600; ++i) {
+        const float angle = float(i) * 0.37f, x = std::cos(angle), y = std::sin(angle),
+                    z = float(i % 29);
+        corners.insert(corners.end(), {{-x, -y, z}, {x, y, z + 1.5f}, {x, y + 0.002f, z + 1.5f}});
+        indices.insert(indices.end(), {3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    TriangleMesh needles(corners, indices);
+    needles.input.triangleArray.primitiveIndexOffset = 100;
+    const Accel gas = buildAccel(context_, log_, {first.input, needles.input},
+                                 kVertices | OPTIX_BUILD_FLAG_PREFER_FAST_TRACE);
+    for (uint32_t i : {0u, 77u, 599u}) {
+        const AccessResult seen = run({gas.handle, 0, 0, 100 + i, 2, nullptr}, 1)[0];
+        EXPECT_EQ(0, std::memcmp(seen.vertices, &corners[3 * i], 36)) << i;
+    }
     const Accel without = buildAccel(context_, log_, {first.input});
     for (OptixTraversableHandle bad :
          {without.handle, OptixTraversableHandle(0), OptixTraversableHandle(0x12345681)})

@@ -33,6 +33,7 @@ constexpr const char* kKernelNames[] = {"sunstone_references",
                                         "sunstone_moving_shapes",
                                         "sunstone_split_measure",
                                         "sunstone_split_choose",
+                                        "sunstone_split_try",
                                         "sunstone_split_count",
                                         "sunstone_split_sum",
                                         "sunstone_split",
@@ -199,7 +200,7 @@ void Builder::prepare(const BuildInputs& inputs, const BuildOptions& options) co
     else
         need({moves ? kMovingReferences : kReferences});
     if (isSplit(plan.maxReferences, plan.numPrimitives, plan.type))
-        need({kSplitMeasure, kSplitChoose, kSplitCount, kSplitSum, kSplit});
+        need({kSplitMeasure, kSplitChoose, kSplitTry, kSplitCount, kSplitSum, kSplit});
     if (options.allowUpdate)
         need({kUpdateCheck, moves ? kUpdateMovingNodes : kUpdateNodes});
     if (options.allowUpdate && !instances)
@@ -259,10 +260,9 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     const Uploads uploads(inputs, options, plan, temp + plan.inputs);
     upload(stream, output, uploads.output.data(), uploads.output.size());
     upload(stream, temp + plan.inputs, uploads.temp.data(), uploads.temp.size());
-    check(driver_.memsetD8Async(temp + plan.counters, 0, plan.parents - plan.counters, stream),
+    check(driver_.memsetD8Async(temp + plan.counters, 0, plan.tasks - plan.counters, stream),
           "cuMemsetD8Async");
-    check(driver_.memsetD8Async(temp + plan.parents, 0xFF, plan.origins.offset - plan.parents,
-                                stream),
+    check(driver_.memsetD8Async(temp + plan.tasks, 0xFF, plan.origins.offset - plan.tasks, stream),
           "cuMemsetD8Async");
     if (plan.table && plan.numPrimitives)
         check(driver_.memsetD8Async(output + plan.table, 0xFF,
@@ -289,7 +289,10 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     }
     job.tileStates = temp + plan.tileStates;
     job.binary = addressOf(plan.binary);
-    job.parents = temp + plan.parents;
+    job.parents = addressOf(plan.parents);
+    if (plan.maySplit())
+        check(driver_.memsetD8Async(job.parents, 0xFF, plan.maxReferences * sizeof(uint32_t), stream),
+              "cuMemsetD8Async");
     job.tasks = temp + plan.tasks;
     job.order = addressOf(plan.order);
     job.links = temp + plan.links;
@@ -373,6 +376,7 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
             const uint32_t blocks = blocksFor(job.numPrimitives, 256, ~0u);
             launch(kSplitMeasure, stream, std::min(blocks, most), 256, arguments);
             launch(kSplitChoose, stream, 1, kSplitBins / 8, arguments);
+            launch(kSplitTry, stream, std::min(blocks, most), 256, arguments);
             launch(kSplitCount, stream, blocks, 256, arguments);
             launch(kSplitSum, stream, 1, 256, arguments);
             launch(kSplit, stream, blocks, 256, arguments);

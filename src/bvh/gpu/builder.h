@@ -117,6 +117,7 @@ private:
         kMovingShapes,
         kSplitMeasure,
         kSplitChoose,
+        kSplitTry,
         kSplitCount,
         kSplitSum,
         kSplit,

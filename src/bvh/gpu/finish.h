@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bvh/gpu/moving_shapes.h"
+#include "bvh/gpu/shared_records.h"
 
 namespace sunstone::bvh::gpu {
 
@@ -34,8 +35,27 @@ SUNSTONE_BUILDER bool writeRecord(const BuildJob& job, uint32_t place, InputPlac
     return active;
 }
 
+// Of triangles that leaves share (shared_records.h).
+SUNSTONE_BUILDER void writeSharedRecords(const BuildJob& job) {
+    const uint32_t stride = gridDim.x * blockDim.x, count = countersOf(job).numTreeReferences;
+    Bounds unused;
+    for (uint32_t i = globalThread(); i < job.numPrimitives; i += stride)
+        writeRecord(job, i, placeOfPrimitive(job, i), true, unused);
+    for (uint32_t i = globalThread(); i < count; i += stride) {
+        const uint32_t reference = refIndex(at<const uint32_t>(job.newOrder)[i]);
+        const bool whole = reference < job.numPrimitives;
+        const uint32_t triangle =
+            whole ? reference : at<const uint32_t>(job.origins)[reference - job.numPrimitives];
+        *const_cast<uint32_t*>(sharedNumber(at<void>(job.nodes), i)) = triangle;
+        if (job.table && whole)
+            at<uint32_t>(job.table)[triangle] = triangle;
+    }
+}
+
 template <bool kMotion, bool kShapes>
 SUNSTONE_BUILDER void writeRecords(const BuildJob& job) {
+    if (!kMotion && !kShapes && countersOf(job).sharesRecords)
+        return writeSharedRecords(job);
     const uint32_t count = countersOf(job).numTreeReferences;
     for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
         const uint32_t reference = refIndex(at<const uint32_t>(job.newOrder)[i]);
@@ -68,10 +88,16 @@ SUNSTONE_BUILDER void writeRecords(const BuildJob& job) {
 SUNSTONE_BUILDER uint64_t roundUp(uint64_t value, uint64_t unit) {
     return (value + unit - 1) / unit * unit;
 }
-// Where the nodes of a compacted copy begin.
+// What lies right before the nodes and goes with them, and where they begin in a compacted copy.
+SUNSTONE_BUILDER uint64_t bytesBeforeNodes(const BlockHeader& header) {
+    return areShared(header.recordsOffset) ? sharedNumbers(header.numLeaves) : 0;
+}
 SUNSTONE_BUILDER uint64_t compactNodes(const BlockHeader& header) {
     const uint64_t record = recordSize(kindOf(header.type), header.shape, header.motionKeys);
-    return roundUp(header.recordsOffset + header.numLeaves * record, 128);
+    const uint32_t count =
+        areShared(header.recordsOffset) ? header.numPrimitives : header.numLeaves;
+    return roundUp(withoutSharedBit(header.recordsOffset) + count * record, 128) +
+           bytesBeforeNodes(header);
 }
 
 SUNSTONE_BUILDER void zeroWords(uint64_t from, uint64_t to) {
@@ -83,11 +109,18 @@ SUNSTONE_BUILDER void zeroWords(uint64_t from, uint64_t to) {
 // its parts, behind the records (scratch) and behind the nodes, as far as they are copied, is 0.
 SUNSTONE_BUILDER void zeroRest(const BuildJob& job) {
     const uint64_t records = recordSize(job.type, job.shape, job.motionKeys);
-    uint64_t end = job.records + countersOf(job).numTreeReferences * records;
-    if (globalThread() == 0)
+    const Counters& counters = countersOf(job);
+    const bool shared = counters.sharesRecords;
+    uint64_t end = job.records +
+                   (shared ? job.numPrimitives : counters.numTreeReferences) * records;
+    uint64_t next = job.nodes - (shared ? uint64_t(counters.numTreeReferences) * 4 : 0);
+    if (globalThread() == 0) {
         for (; end % 16 != 0; end += 4) // of instances
             *at<uint32_t>(end) = 0;
-    zeroWords(roundUp(end, 16), job.nodes);
+        for (; next % 16 != 0; next -= 4) // of numbers of triangles
+            *at<uint32_t>(next - 4) = 0;
+    }
+    zeroWords(roundUp(end, 16), next);
     end = job.nodes + uint32_t(countersOf(job).allocated) * nodeSize(job.motionKeys);
     zeroWords(end, roundUp(end, 128));
 #pragma unroll
@@ -140,6 +173,8 @@ SUNSTONE_BUILDER void finish(const BuildJob& job) {
     header.numNodes = uint32_t(counters.allocated);
     header.numLeaves = counters.numTreeReferences;
     header.reserved[0] = counters.tooDeep;
+    if (counters.sharesRecords)
+        header.recordsOffset |= kSharedBit;
     header.usedSize =
         roundUp(compactNodes(header) + header.numNodes * nodeSize(header.motionKeys), 128);
     __threadfence();
@@ -185,13 +220,13 @@ SUNSTONE_KERNEL sunstone_compact(uint64_t from, uint64_t to, uint64_t bytes, uin
             reportFailure(report, to, kNotCompacted);
         return;
     }
-    const uint64_t newNodes = compactNodes(header);
+    const uint64_t newNodes = compactNodes(header), moved = newNodes - bytesBeforeNodes(header);
     const uint64_t first = sizeof(BlockHeader) / 16, words = header.usedSize / 16;
     const uint64_t stride = uint64_t(gridDim.x) * blockDim.x;
     for (uint64_t i = globalThread(); i < words; i += stride) {
         if (i < first)
             continue;
-        const uint64_t source = 16 * i < newNodes ? 16 * i : 16 * i - newNodes + header.nodesOffset;
+        const uint64_t source = 16 * i < moved ? 16 * i : 16 * i - newNodes + header.nodesOffset;
         at<U4>(to)[i] = *at<const U4>(from + source);
     }
     if (globalThread() == 0) {

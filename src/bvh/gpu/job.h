@@ -62,6 +62,8 @@ struct DeviceInput {
 
 // Bins of the priorities by which triangles are split: exponent and three bits of mantissa.
 constexpr uint32_t kSplitBins = 2048;
+// Factors that are tried for the number of splits.
+constexpr uint32_t kSplitFactors = 33;
 
 // What kernels cannot do, of which the host is told through a BuildReport: what only an error in
 // them can bring about (the structure is then none: it has no magic number), or an update of a
@@ -125,13 +127,19 @@ struct Counters {
     float splitFactor;
     uint32_t leftInstances; // some are for kernels that know of motion (instances.h)
     uint32_t unknownChildren; // the host has been told of one
-    uint32_t pad3[3];
+    uint32_t sharesRecords; // leaves share triangles, see shared_records.h
+    uint32_t pad3[2];
     // From here on updates need nothing.
     uint32_t sortTickets[kSortPasses];
     uint32_t retryTurns[2][2]; // parts of each step of sunstone_retry: taken up, done
     uint32_t pad2[2];
-    uint32_t histograms[kSortPasses][kSortDigits];
-    uint32_t splitBins[kSplitBins]; // how many triangles have a priority
+    unsigned long long boxAreas, splitAreas; // of all triangles, and what of it is to be split
+    unsigned long long splitBudget;
+    unsigned long long splitTotals[kSplitFactors]; // splits by factors that grow
+    union {
+        uint32_t histograms[kSortPasses][kSortDigits];
+        uint32_t splitBins[kSplitBins]; // before: how many triangles have a priority
+    };
 };
 constexpr uint64_t kUpdateCounters = __builtin_offsetof(Counters, sortTickets);
 

@@ -27,7 +27,8 @@
 // there is random access; float4 of each sphere with random access.
 //
 // The root is node 0; numNodes is 0 if the structure is empty. Header fields with
-// a meaning of their own: recordsOffset, the primitive records; numLeaves, how many there are;
+// a meaning of their own: recordsOffset, the primitive records (an odd one: of triangles that leaves
+// share, see shared_records.h); numLeaves, how many there are, or references to them;
 // tableOffset, the record of each triangle (kNoSlot: inactive); usedSize, what a compacted copy
 // takes; root is kNoNode if there is nothing to hit, else the largest magnitude of a coordinate, as a
 // float.

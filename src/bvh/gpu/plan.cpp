@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "bvh/build_input.h"
+#include "bvh/gpu/shared_records.h"
 #include "bvh/micromap_binding.h"
 #include "bvh/presplit.h"
 #include "bvh/shape_geometry.h"
@@ -128,6 +129,15 @@ DeviceInput describe(const InstanceInput& in) {
     return d;
 }
 
+// References that splitting may add at most, within 100 bytes of scratch a triangle: each takes 41,
+// each part of a triangle 4 more, and there are what small structures take at least. Kernels choose
+// how many there are (presplit.h). Never fewer for more triangles.
+uint64_t splitBudget(uint64_t triangles) {
+    constexpr uint64_t kSmall = 220;
+    const uint64_t most = maxSplits(triangles);
+    return most > kSmall ? (most - kSmall) * 6 / 5 : 0;
+}
+
 } // namespace
 
 Plan::Plan(const BuildInputs& in, const BuildOptions& options) {
@@ -201,7 +211,7 @@ void Plan::countReferences(const BuildOptions& options) {
     uint64_t total = numPrimitives;
     if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate &&
         motion.keys == 1)
-        total += maxSplits(total);
+        total += splitBudget(total);
     if (total * pieces >= kMaxPrimitives)
         pieces = 1;
     total *= pieces;
@@ -240,10 +250,14 @@ void Plan::layOutOutput(const BuildOptions& options) {
     }
     if (motion.keys > 1)
         keyBounds = place(motion.keys * sizeof(KeyBounds), 64);
-    records = place(maxReferences * recordSize(type, shape, motion.keys), 128);
+    const uint64_t record = recordSize(type, shape, motion.keys);
+    uint64_t bytes = maxReferences * record;
+    if (maySplit()) // few parts more, which share triangles
+        bytes = std::max(bytes, numPrimitives * record + 128 + sharedNumbers(maxReferences));
+    records = place(bytes, 128);
     // With so much more, what fits among the records of n primitives fits among those of more, so
     // that more primitives never need less scratch.
-    constexpr uint64_t kRounding = 256;
+    constexpr uint64_t kRounding = 512;
     nodes = alignUp(offset + kRounding, 128);
     outputSize = alignUp(nodes + maxWide * nodeSize(motion.keys), kBlockAlignment);
 }
@@ -274,8 +288,9 @@ void Plan::layOutTemp() {
     tileStates = place(uint64_t(kSortPasses) * tiles * kSortDigits * 4);
     keyWords = place(moves ? uint64_t(motion.keys) * sizeof(KeyBounds) : 0);
     arrivals = place(moves ? uint64_t(maxWide) * 4 : 0);
-    parents = place(n * 4); // and what is set to ones with them
-    tasks = place(uint64_t(maxWide) * 8);
+    tasks = place(uint64_t(maxWide) * 8); // and what is set to ones with them
+    if (!maySplit())
+        parents = {place(n * 4), false};
     // What is read while records are written must not lie where they go.
     origins = {place((isCurveBasis(shape) ? n : n - numPrimitives) * 4), false};
     values[1] = {place(n * 4), false};
@@ -284,13 +299,15 @@ void Plan::layOutTemp() {
     binary = placeAnywhere(n * sizeof(BinaryNode));
     keys[1] = placeAnywhere(n * 8);
     values[0] = placeAnywhere(n * 4);
+    if (maySplit())
+        parents = placeAnywhere(n * 4); // set to ones where it is, if not with the tasks
     savings = keys[1]; // free after the sort
     order = values[1]; // and this after the tree
-    // Free when it is collapsed: sums of the sort, what its clusters waited for, and all from the
-    // boxes on, which for triangles is enough.
+    // Free when it is collapsed: sums of the sort, what its clusters waited for or its keys, and all
+    // from the boxes on, which for triangles is enough.
     static_assert(kSortPasses * kSortDigits >= kSortTile * 4 / 7 + 2); // words of a tile
     links = tileStates;
-    newOrder = parents;
+    newOrder = (maySplit() ? keys[0] : parents).offset;
     newNodes = boxes;
     offset = std::max(offset, alignUp(newNodes + maxWide * sizeof(WideNode), 128));
     if (moves) {

@@ -30,11 +30,11 @@ struct Plan {
         uint64_t offset = 0;
         bool inOutput = false;
     };
-    uint64_t inputs, counters, tileStates, parents, tasks, boxes, tempSize;
+    uint64_t inputs, counters, tileStates, tasks, boxes, tempSize;
     uint64_t keyWords, arrivals, keyBoxes, nodeBoxes; // with motion
     // Of what Uploads::temp holds, from `inputs`.
     uint64_t keyData, flags, uploadSize;
-    Place origins, keys[2], values[2], binary, savings, order;
+    Place parents, origins, keys[2], values[2], binary, savings, order;
     uint64_t links, newNodes, newOrder;
     Gap gaps[kMaxGaps] = {};
 
@@ -43,6 +43,10 @@ struct Plan {
 
     const SbtInput& sbtOf(const BuildInputs& in, uint32_t i) const;
     uint32_t countOf(const BuildInputs& in, uint32_t i) const;
+    // Whether triangles may have several references.
+    bool maySplit() const {
+        return type == BlockType::kTriangles && maxReferences > numPrimitives;
+    }
 
 private:
     uint64_t micromapTable = 0; // bytes

@@ -66,7 +66,7 @@ void expectPrepared(const BuildInputs& inputs, BuildOptions options, const char*
 }
 
 TEST(GpuPrepare, LaterCallsOnlyQueue) {
-    const auto mesh = icosphere(1);
+    const auto mesh = icosphere(2); // enough for triangles to be split, as far as is known before
     const TriangleInput still = mesh.input();
     const void* const keys[] = {mesh.vertices.data(), mesh.vertices.data()};
     TriangleInput moving = still;

@@ -47,6 +47,7 @@
 
 #include "bvh/gpu/motion_traversal.h"
 #include "bvh/gpu/shape_tests.h"
+#include "bvh/gpu/shared_records.h"
 #include "bvh/gpu/triangle.h"
 
 #if defined(__CUDA__)
@@ -369,8 +370,12 @@ private:
     }
 
     __attribute__((always_inline)) void loadTriangle(uint32_t record, U4& a, U4& b, U4& c) const {
+        const uint64_t place = reinterpret_cast<uint64_t>(records);
+        if (areShared(place))
+            record = loadConstant(sharedNumber(nodes, record));
         const auto recordAt = [&](uint64_t index) {
-            return reinterpret_cast<const U4*>(records + index * sizeof(TriangleRecord));
+            return reinterpret_cast<const U4*>(withoutSharedBit(place) +
+                                               index * sizeof(TriangleRecord));
         };
         if (Programs::kMotion && motion.keys > 1) {
             loadMovingTriangle(recordAt(uint64_t(record) * motion.keys), motion, a, b, c);

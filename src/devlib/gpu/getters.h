@@ -5,6 +5,7 @@
 #include "bvh/curves.h"
 #include "bvh/gpu/layout.h"
 #include "bvh/gpu/motion.h"
+#include "bvh/gpu/shared_records.h"
 #include "devlib/gpu/programs.h"
 
 namespace sunstone::devlib::gpu {
@@ -56,7 +57,7 @@ SUNSTONE_DEVICE const float* triangleRecord(const bvh::BlockHeader* block, uint3
     const uint32_t record = reinterpret_cast<const uint32_t*>(bytes + block->tableOffset)[number];
     if (record == bvh::kNoSlot)
         return nullptr;
-    return reinterpret_cast<const float*>(bytes + block->recordsOffset +
+    return reinterpret_cast<const float*>(bytes + bvh::gpu::withoutSharedBit(block->recordsOffset) +
                                           uint64_t(record) * block->motionKeys *
                                               sizeof(bvh::gpu::TriangleRecord));
 }
