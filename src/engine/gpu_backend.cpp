@@ -102,7 +102,8 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.work = {0, tiles * devlib::kGpuTile, devlib::kPatience};
     block.report = devlib::emptyReport();
     block.stackBytes = uint32_t(code.stackBytes);
-    block.constants = {handles.usual, handles.known, request.limits.maxGraphDepth};
+    const bool looksUp = debugging || !isCapturing(driver(), stream); // see devlib/gpu/programs.h
+    block.constants = {handles.usual, looksUp ? handles.known : 0, request.limits.maxGraphDepth};
     SUNSTONE_CU(memcpyHtoDAsync, slot->memory, &block, sizeof(block), stream);
     const CUdeviceptr params = slot->memory + GpuLaunchSlots::kParameters;
     if (given)

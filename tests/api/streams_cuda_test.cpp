@@ -427,38 +427,61 @@ TEST_F(Streams, GraphsHoldBuildsAndLaunches) {
             EXPECT_EQ(22u, first().record);
             EXPECT_EQ(1 + 3 * times, first().runs);
         }
-        // Handles are looked up as they are when the graph runs.
-        const auto recordOf = [&](OptixTraversableHandle given) {
-            LaunchParams values = *values_;
-            values.handle = given;
-            EXPECT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, &values, sizeof(values)));
-            waitForDefaultStream();
-            EXPECT_EQ(CUDA_SUCCESS, cuGraphLaunch(program, stream));
-            EXPECT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
-            return first().record;
-        };
-        const OptixTraversableHandle garbage = 0x12345681;
-        EXPECT_EQ(11u, recordOf(garbage));
-        EXPECT_EQ(22u, recordOf(values_->handle));
-        {
-            const Accel later = buildAccel(context_, log_, {mesh.input});
-            EXPECT_EQ(22u, recordOf(later.handle));
-            constexpr size_t kStride = 128;
-            static_assert(sizeof(OptixStaticTransform) <= kStride);
-            Buffer transforms(200 * kStride, 64); // more than a table has room for
-            OptixTraversableHandle handle = 0;
-            for (size_t i = 0; i < 200; ++i)
-                ASSERT_OK(optixConvertPointerToTraversableHandle(
-                    context_, transforms.address() + i * kStride,
-                    OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM, &handle));
-            EXPECT_EQ(22u, recordOf(later.handle));
-            EXPECT_EQ(22u, recordOf(buildAccel(context_, log_, {mesh.input}).handle));
-        }
         EXPECT_EQ(CUDA_SUCCESS, cuGraphExecDestroy(program));
         EXPECT_EQ(CUDA_SUCCESS, cuGraphDestroy(graph));
         inputs = kept;
     }
     EXPECT_FALSE(log_.hasError("", "")) << log_.all();
+}
+
+// With debug exceptions handles are looked up in graphs too, as they are when the graph runs.
+TEST_F(Streams, GraphsLookHandlesUp) {
+    if (!onGpu())
+        GTEST_SKIP() << "work of the CPU's engine is no node of a graph";
+    OptixPipelineCompileOptions options = compileOptions(1);
+    options.exceptionFlags = OPTIX_EXCEPTION_FLAG_DEBUG;
+    Rig rig(context_, log_, compiledPtx("launch", "clang"), options);
+    rig.raygenRecord(rig.raygen("__raygen__trace"), 9u);
+    rig.missRecord(rig.miss("__miss__value"), 11u);
+    rig.hitRecord(rig.hit("__closesthit__value"), 22u);
+    rig.link();
+    const OptixShaderBindingTable sbt = rig.table();
+    CUstream stream = streams_[0];
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamBeginCapture(stream, CU_STREAM_CAPTURE_MODE_GLOBAL));
+    EXPECT_OK(optixLaunch(rig.pipeline(), stream, params_, sizeof(LaunchParams), &sbt, kIndices, 1,
+                          1));
+    CUgraph graph = nullptr;
+    ASSERT_EQ(CUDA_SUCCESS, cuStreamEndCapture(stream, &graph));
+    CUgraphExec program = nullptr;
+    ASSERT_EQ(CUDA_SUCCESS, cuGraphInstantiateWithFlags(&program, graph, 0));
+    const auto recordOf = [&](OptixTraversableHandle given) {
+        LaunchParams values = *values_;
+        values.handle = given;
+        EXPECT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, &values, sizeof(values)));
+        EXPECT_EQ(CUDA_SUCCESS, cuMemsetD8(seen_, 0, kIndices * sizeof(LaunchSeen)));
+        waitForDefaultStream();
+        EXPECT_EQ(CUDA_SUCCESS, cuGraphLaunch(program, stream));
+        EXPECT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
+        return first().record;
+    };
+    const OptixTraversableHandle garbage = 0x12345681;
+    const TriangleMesh mesh({{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}}, {0, 1, 2});
+    EXPECT_EQ(0u, recordOf(garbage)) << "an exception ends the index";
+    const Accel later = buildAccel(context_, log_, {mesh.input});
+    EXPECT_EQ(22u, recordOf(later.handle));
+    constexpr size_t kStride = 128;
+    static_assert(sizeof(OptixStaticTransform) <= kStride);
+    Buffer transforms(200 * kStride, 64); // more than a table has room for
+    OptixTraversableHandle handle = 0;
+    for (size_t i = 0; i < 200; ++i)
+        ASSERT_OK(optixConvertPointerToTraversableHandle(
+            context_, transforms.address() + i * kStride,
+            OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM, &handle));
+    EXPECT_EQ(22u, recordOf(later.handle));
+    EXPECT_EQ(22u, recordOf(buildAccel(context_, log_, {mesh.input}).handle));
+    EXPECT_EQ(0u, recordOf(garbage));
+    EXPECT_EQ(CUDA_SUCCESS, cuGraphExecDestroy(program));
+    EXPECT_EQ(CUDA_SUCCESS, cuGraphDestroy(graph));
 }
 
 TEST_F(Streams, EventsFollowLaunches) {

@@ -161,7 +161,7 @@ SUNSTONE_BUILDER void shareParts(uint64_t known, uint64_t handle, SharedParts& s
         shared.structure = 0;
         shared.count = 0;
         if ((tag == kGasTag || tag == kIasTag) && handle > kTraversableTagMask &&
-            isKnownHandle(known, handle)) {
+            isKnownHandle(knownNow(known), handle)) {
             const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
             if (header.magic == kGpuBlockMagic && header.root != kNoNode && !isMoving(header.type))
                 shared.structure = handle;
@@ -227,7 +227,7 @@ enum class Child : uint32_t { kNothing, kSomething, kLater };
 
 // Whether a child may be looked at; the host is told of the first one that may not.
 SUNSTONE_BUILDER bool leadsSomewhere(const BuildJob& job, uint64_t handle) {
-    if (isKnownHandle(job.known, handle))
+    if (isKnownHandle(knownNow(job.known), handle))
         return true;
     if (handle != 0 && atomicExch(&countersOf(job).unknownChildren, 1u) == 0)
         reportFailure(job.report, job.output, kUnknownChild);

@@ -18,7 +18,7 @@ SUNSTONE_BUILDER bool isCopy(const RelocateJob& job) {
 SUNSTONE_BUILDER bool isTraversable(const RelocateJob& job, uint64_t handle) {
     const uint64_t tag = handle & kTraversableTagMask;
     return handle == 0 || (tag >= kGasTag && tag <= kSrtMotionTag && handle != tag &&
-                           isKnownHandle(job.known, handle));
+                           isKnownHandle(knownNow(job.known), handle));
 }
 
 SUNSTONE_KERNEL sunstone_relocate(RelocateJob job) {

@@ -120,7 +120,7 @@ SUNSTONE_DEVICE bool leadsSomewhere(RayState* state) {
     if (__builtin_expect(handle == sunstone_gpu_usual(&block), 1))
         return true;
     LaunchReport& report = reportOf(state);
-    if (bvh::gpu::isKnownHandle(sunstone_gpu_known(&block), handle)) {
+    if (isInTable(block, handle)) {
         if (report.usual == 0)
             report.usual = handle;
         return true;

@@ -72,11 +72,18 @@ SUNSTONE_DEVICE LaunchBlock& blockOf(const LaunchState* launch) {
     return *reinterpret_cast<LaunchBlock*>(const_cast<LaunchState*>(launch));
 }
 
+// Whether a handle is one of the table's. In graphs only pipelines with debug exceptions are given a
+// table.
+SUNSTONE_DEVICE bool isInTable(const LaunchBlock& block, uint64_t handle) {
+    const uint64_t known = sunstone_gpu_known(&block);
+    return bvh::gpu::isKnownHandle(
+        sunstone_gpu_exceptionFlags & kFlagDebug ? bvh::gpu::knownNow(known) : known, handle);
+}
+
 // Whether a handle leads to a structure whose memory is there, or is that of a transform.
 SUNSTONE_DEVICE bool isKnown(const LaunchState* launch, uint64_t handle) {
     const LaunchBlock& block = blockOf(launch);
-    return handle == sunstone_gpu_usual(&block) ||
-           bvh::gpu::isKnownHandle(sunstone_gpu_known(&block), handle);
+    return handle == sunstone_gpu_usual(&block) || isInTable(block, handle);
 }
 
 // A record's group, counted from the pipeline's first, if its header says it is of that kind; else
