@@ -124,7 +124,7 @@ private:
         if (entry.isThere == isThere)
             return;
         entry.isThere = isThere;
-        slots[entry.place] = isThere ? entry.handle : kGoneEntry;
+        slots[entry.place] = isThere ? entry.handle : goneEntry(entry.place, shift());
         writes.push_back(entry.place);
     }
 

@@ -21,11 +21,19 @@ namespace sunstone::bvh::gpu {
 constexpr uint64_t kTableAlignment = 64;
 constexpr uint64_t kOfGraph = kTableAlignment - 1;
 constexpr uint64_t kFreeEntry = 0;
-constexpr uint64_t kGoneEntry = ~uint64_t(0); // no handle; those behind it are searched on
 
 // Of handles, which differ above their tags.
+constexpr uint32_t kHashFactor = 0x9E3779B1u, kHashInverse = 0x0E8B2F51u;
+static_assert(kHashFactor * kHashInverse == 1);
 SUNSTONE_GPU_INLINE uint32_t placeOfHandle(uint64_t handle, uint32_t shift) {
-    return uint32_t(handle >> 6) * 0x9E3779B1u >> shift;
+    return uint32_t(handle >> 6) * kHashFactor >> shift;
+}
+
+// For the place of a handle that is gone; those behind it are searched on. Whoever is given this very
+// number as a handle searches from the next place on, and never comes to this one.
+SUNSTONE_GPU_INLINE uint64_t goneEntry(uint32_t place, uint32_t shift) {
+    const uint32_t next = (place + 1) & (~0u >> shift);
+    return uint64_t((next << shift | 1u) * kHashInverse) << 6;
 }
 
 // What stands for the table, of what may lead there. Not a part of isKnownHandle(): a path tracer's
