@@ -6,8 +6,8 @@
 //                     [--all-flags 1] [--driver libcuda.so.1]
 // Reads gpu_traversal.ptx beside the program.
 #include "gpu_traversal.h"
-#include "bvh/gpu/builder.h"
-#include "bvh/kernels.h"
+#include "bvh/gpu/build/builder.h"
+#include "bvh/walk/kernels.h"
 #include "scenes.h"
 
 #include "base/error.h"

@@ -3,7 +3,7 @@
 // persistent warps whose lanes take a new ray when theirs has ended.
 #include "gpu_traversal.h"
 
-#include "bvh/gpu/traversal.h"
+#include "bvh/gpu/walk/traversal.h"
 
 using namespace sunstone::bvh;
 using namespace sunstone::bvh::gpu;

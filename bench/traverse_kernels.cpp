@@ -8,9 +8,9 @@
 #include "launch_rays.h"
 #include "scenes.h"
 
-#include "bvh/build.h"
-#include "bvh/kernels.h"
+#include "bvh/build/build.h"
 #include "bvh/layout.h"
+#include "bvh/walk/kernels.h"
 
 #include <embree3/rtcore.h>
 #include <sys/mman.h>

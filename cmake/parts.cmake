@@ -1,6 +1,6 @@
-# How a part of the engine is declared: sunstone_part(name DEPS parts... LINK libraries...) takes
-# every .cpp of the current folder (tests excluded) into the object library sunstone_<name>, and
-# every *_test.cpp into one test program test_<name>, whose cases ctest sees one by one. The test
+# sunstone_part(name FOLDERS folders... DEPS parts... LINK libraries...) declares a part of the engine.
+# The .cpp files of the current folder and of FOLDERS become the object library sunstone_<name>; their
+# *_test.cpp files become one test program, test_<name>, whose cases ctest lists one by one. The test
 # links the part and the parts named in DEPS (all of them, also indirect ones), not the whole engine.
 
 add_library(sunstone_options INTERFACE)
@@ -21,10 +21,20 @@ endif()
 set(SUNSTONE_PARTS "" CACHE INTERNAL "")
 
 function(sunstone_part name)
-    cmake_parse_arguments(PART "" "" "DEPS;LINK;EXCLUDE" ${ARGN})
-    file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
-    file(GLOB tests CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*_test.cpp)
-    file(GLOB fuzzers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*_fuzz.cpp)
+    cmake_parse_arguments(PART "" "" "FOLDERS;DEPS;LINK;EXCLUDE" ${ARGN})
+    set(sources "")
+    foreach(folder . ${PART_FOLDERS})
+        file(GLOB found CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
+        if(NOT found AND NOT folder STREQUAL ".")
+            message(FATAL_ERROR "part ${name}: no sources in ${folder}")
+        endif()
+        list(APPEND sources ${found})
+    endforeach()
+    list(TRANSFORM sources REPLACE "/\\./" "/")
+    set(tests ${sources})
+    list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
+    set(fuzzers ${sources})
+    list(FILTER fuzzers INCLUDE REGEX "_fuzz\\.cpp$")
     list(REMOVE_ITEM sources "" ${tests} ${fuzzers} ${PART_EXCLUDE})
     if(sources)
         add_library(sunstone_${name} OBJECT ${sources})

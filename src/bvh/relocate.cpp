@@ -2,11 +2,11 @@
 #include "bvh/relocate.h"
 
 #include "base/error.h"
-#include "bvh/build.h"
-#include "bvh/build_input.h"
+#include "bvh/build/build.h"
+#include "bvh/input/build_input.h"
 #include "bvh/layout.h"
-#include "bvh/micromap_array.h"
-#include "bvh/micromap_binding.h"
+#include "bvh/micromap/micromap_array.h"
+#include "bvh/micromap/micromap_binding.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The memory checker of `sunstone run --check`: which addresses a thread of device code may access,
-// and the reports on those it may not. Code compiled for it (compiler/check_accesses.h) asks before
+// and the reports on those it may not. Code compiled for it (compiler/passes/check_accesses.h) asks before
 // each access; launches bring what only they know of the thread (Scene).
 //
 // Allowed are allocations of the API (device, managed, pinned, registered, variables of modules),

@@ -6,10 +6,10 @@
 
 #include "base/error.h"
 #include "base/threads.h"
-#include "compiler/build_id.h"
 #include "compiler/compile_steps.h"
-#include "compiler/digest.h"
 #include "compiler/piece.h"
+#include "compiler/store/build_id.h"
+#include "compiler/store/digest.h"
 
 #include <algorithm>
 #include <exception>

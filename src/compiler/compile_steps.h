@@ -4,7 +4,7 @@
 
 #include "base/log.h"
 #include "compiler/machine.h"
-#include "compiler/unit.h"
+#include "compiler/translate/unit.h"
 
 #include <chrono>
 

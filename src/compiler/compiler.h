@@ -5,7 +5,7 @@
 // appear in this interface. All functions may be called from any thread.
 #pragma once
 
-#include "compiler/source.h"
+#include "compiler/store/source.h"
 #include "devlib/abi.h"
 
 #include <memory>

@@ -3,9 +3,9 @@
 #include "compiler/machine.h"
 
 #include "base/log.h"
-#include "compiler/debugger.h"
-#include "compiler/device_data.h"
-#include "compiler/runtime.h"
+#include "compiler/debug/debugger.h"
+#include "compiler/runtime/device_data.h"
+#include "compiler/runtime/runtime.h"
 
 #include <llvm/ExecutionEngine/JITLink/JITLinkMemoryManager.h>
 #include <llvm/ExecutionEngine/Orc/Core.h>

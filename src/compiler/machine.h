@@ -5,8 +5,8 @@
 // since making one costs more than a small program.
 #pragma once
 
-#include "compiler/code_object.h"
-#include "compiler/unit.h"
+#include "compiler/store/code_object.h"
+#include "compiler/translate/unit.h"
 
 #include <llvm/Target/TargetMachine.h>
 

@@ -3,17 +3,17 @@
 
 #include "base/config.h"
 #include "base/error.h"
-#include "compiler/bound_values.h"
-#include "compiler/build_id.h"
-#include "compiler/check_module.h"
 #include "compiler/compile_steps.h"
-#include "compiler/debug_info.h"
-#include "compiler/digest.h"
-#include "compiler/flush.h"
-#include "compiler/lower_optix.h"
+#include "compiler/debug/debug_info.h"
 #include "compiler/machine.h"
-#include "compiler/optimizer.h"
-#include "compiler/stack_checks.h"
+#include "compiler/optix7/check_module.h"
+#include "compiler/optix7/lower.h"
+#include "compiler/passes/bound_values.h"
+#include "compiler/passes/flush.h"
+#include "compiler/passes/optimizer.h"
+#include "compiler/passes/stack_checks.h"
+#include "compiler/store/build_id.h"
+#include "compiler/store/digest.h"
 
 #include <optional>
 

@@ -4,8 +4,8 @@
 // digest of the request, of this build and of the processor.
 #pragma once
 
-#include "compiler/code_object.h"
 #include "compiler/compiler.h"
+#include "compiler/store/code_object.h"
 
 namespace sunstone::compiler {
 

@@ -4,8 +4,8 @@
 // group fits a structure is the same on CPUs and GPUs.
 #pragma once
 
-#include "bvh/curves.h"
-#include "bvh/input_lookup.h"
+#include "bvh/input/input_lookup.h"
+#include "bvh/shapes/curves.h"
 
 #include <cstdint>
 

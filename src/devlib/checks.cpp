@@ -2,8 +2,8 @@
 #include "devlib/checks.h"
 
 #include "base/readable.h"
-#include "bvh/build.h"
-#include "bvh/input_lookup.h"
+#include "bvh/build/build.h"
+#include "bvh/input/input_lookup.h"
 #include "bvh/layout.h"
 #include "devlib/builtin.h"
 #include "devlib/flags.h"

@@ -3,7 +3,7 @@
 //
 // Beside the KernelFn of a single thread, a kernel can have a LockstepFn, in which each value of
 // the program is a vector with one element for each of the 32 lanes of a warp
-// (compiler/lockstep.h). One call runs the lanes of a mask from the point where they stand to the
+// (compiler/lockstep/lockstep.h). One call runs the lanes of a mask from the point where they stand to the
 // next one: a barrier, a warp function that cannot be answered at once, or the end. At a point the
 // lanes leave what they brought in the warp and what they need later in its frame; the launcher
 // finds out who may go on and with what result.
@@ -45,7 +45,7 @@ struct alignas(64) LockstepWarp {
     uint32_t operand[3][kWarpLanes];
     uint64_t value[kWarpLanes];
     uint64_t result[kWarpLanes]; // what it goes on with, as the functions of BlockFunctions' users
-                                 // in compiler/runtime_kernel.cpp return it
+                                 // in compiler/runtime/kernel.cpp return it
 };
 
 // Runs those of `lanes`, all of which stand at `point` (0: the beginning), that can run together;

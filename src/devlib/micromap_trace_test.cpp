@@ -2,9 +2,9 @@
 // Rays through triangles with opacity micromaps: which programs run, and what is hit, by state and
 // by the flags of geometry, instance and ray; against the rules written out, against any-hit
 // programs that decide the same, and moving triangles against the same standing still.
-#include "bvh/micromap_array.h"
-#include "bvh/motion.h"
-#include "bvh/test_meshes.h"
+#include "bvh/micromap/micromap_array.h"
+#include "bvh/motion/motion.h"
+#include "bvh/testing/meshes.h"
 #include "devlib/flags.h"
 #include "devlib/trace.h"
 #include "devlib/trace_sets.h"

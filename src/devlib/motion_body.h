@@ -4,7 +4,7 @@
 // rest and never inlined into it, so that scenes that stand still pay nothing.
 #pragma once
 
-#include "bvh/transforms.h"
+#include "bvh/motion/transforms.h"
 #include "devlib/trace_body.h"
 
 namespace sunstone::devlib::SUNSTONE_TRACE_SPACE {

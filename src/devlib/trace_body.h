@@ -19,10 +19,10 @@
 // LaunchState::raise. Without it these checks do not exist.
 #pragma once
 
-#include "bvh/micromap_lookup.h"
-#include "bvh/motion_traverse.h"
-#include "bvh/shapes.h"
-#include "bvh/triangle_visitors.h"
+#include "bvh/micromap/micromap_lookup.h"
+#include "bvh/motion/motion_traverse.h"
+#include "bvh/shapes/shapes.h"
+#include "bvh/walk/triangle_visitors.h"
 #include "devlib/checks.h"
 #include "devlib/flags.h"
 #include "devlib/launch_notes.h"
@@ -648,7 +648,7 @@ private:
         return ended_;
     }
 
-    // Curves and spheres: their kernels (bvh/shapes.h) test hits and know no programs.
+    // Curves and spheres: their kernels (bvh/shapes/shapes.h) test hits and know no programs.
     [[gnu::noinline]] bool enterShapes(const bvh::BlockHeader* block, const float org[3],
                                        const float dir[3]) {
         const bvh::ShapeRay ray = {

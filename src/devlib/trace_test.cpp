@@ -3,9 +3,9 @@
 // flags, masks, instances and broken shader-binding tables do.
 #include "devlib/trace.h"
 
-#include "bvh/build.h"
+#include "bvh/build/build.h"
 #include "bvh/layout.h"
-#include "bvh/test_meshes.h"
+#include "bvh/testing/meshes.h"
 #include "devlib/trace_sets.h"
 #include "math/affine.h"
 

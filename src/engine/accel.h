@@ -3,7 +3,7 @@
 // made, the caller's buffers are read and written when the stream reaches it.
 #pragma once
 
-#include "bvh/build.h"
+#include "bvh/build/build.h"
 #include "bvh/relocate.h"
 #include "engine/context.h"
 #include "engine/instance_rules.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The seam between the engine and what runs device code: the CPU (cpu_backend.cpp) or a CUDA GPU
-// (gpu_backend.cpp). The free functions of pipeline.h, launch.h and accel.h check and prepare what
+// (gpu/backend.cpp). The free functions of pipeline.h, launch.h and accel.h check and prepare what
 // is the same for both, then come here. Descriptions are in the engine's terms and already checked
 // by the shell; memory they name is the device's.
 #pragma once
 
-#include "bvh/build.h"
+#include "bvh/build/build.h"
 #include "bvh/relocate.h"
 #include "compiler/compiler.h"
 #include "device/device.h"

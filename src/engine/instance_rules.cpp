@@ -2,7 +2,7 @@
 #include "engine/instance_rules.h"
 
 #include "base/error.h"
-#include "bvh/build_input.h"
+#include "bvh/input/build_input.h"
 #include "devlib/flags.h"
 #include "engine/context.h"
 

@@ -4,7 +4,7 @@
 // Validation mode has builds check it.
 #pragma once
 
-#include "bvh/build.h"
+#include "bvh/build/build.h"
 
 #include <cstdint>
 #include <string>

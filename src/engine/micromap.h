@@ -2,7 +2,7 @@
 // Opacity micromap arrays in stream order; see accel.h.
 #pragma once
 
-#include "bvh/micromap_array.h"
+#include "bvh/micromap/micromap_array.h"
 #include "engine/context.h"
 
 #include <memory>

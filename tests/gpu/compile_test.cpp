@@ -3,7 +3,7 @@
 // compiles it.
 #include "base/error.h"
 #include "bvh/gpu/layout.h"
-#include "bvh/gpu/builder.h"
+#include "bvh/gpu/build/builder.h"
 #include "bvh/gpu/kernels_ptx.h"
 #include "gpu/pipelines.h"
 

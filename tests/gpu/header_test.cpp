@@ -2,7 +2,7 @@
 // .version and .target of pipelines: LLVM's, unless instructions that it does not know need those of
 // their modules.
 #include "base/error.h"
-#include "compiler/gpu_header.h"
+#include "compiler/gpu/header.h"
 #include "gpu/pipelines.h"
 #include "ptx/parser.h"
 #include "ptx/printer.h"

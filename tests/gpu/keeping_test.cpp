@@ -5,9 +5,9 @@
 #include "api/rig.h"
 #include "api/scene.h"
 
-#include "compiler/gpu_pipeline.h"
+#include "compiler/gpu/pipeline.h"
 #include "device/cuda/driver.h"
-#include "engine/gpu_kernel_code.h"
+#include "engine/gpu/kernel_code.h"
 
 #include <atomic>
 #include <cstdlib>

@@ -2,7 +2,7 @@
 // For tests of GPU pipelines: the kernel of one on the CPU device, which runs PTX too, and records.
 #pragma once
 
-#include "bvh/gpu/test_device.h"
+#include "bvh/gpu/testing/device.h"
 #include "devlib/gpu/launch_block.h"
 #include "gpu/pipelines.h"
 

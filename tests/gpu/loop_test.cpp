@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs that are cut at their traces (compiler/resumable.h, devlib/gpu/loop.h, nested.h), on the
+// Programs that are cut at their traces (compiler/gpu/resumable.h, devlib/gpu/loop.h, nested.h), on the
 // CPU device: whatever the order in which a warp's lanes take turns, launch indices see what
 // they see when each runs by itself.
-#include "bvh/kernels.h"
+#include "bvh/walk/kernels.h"
 #include "gpu/kernel.h"
 #include "gpu/loop.h"
 

@@ -2,7 +2,7 @@
 // For the tests of GPU pipelines: one of all programs of a module. Groups are numbered from 1.
 #pragma once
 
-#include "compiler/gpu_pipeline.h"
+#include "compiler/gpu/pipeline.h"
 #include "devlib/gpu_runtime.h"
 #include "engine/module.h"
 

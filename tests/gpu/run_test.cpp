@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kernel of a GPU pipeline on the CPU device, which runs PTX too: launch indices, records and
 // what the launch reports. So the code for GPUs is tested where there is none.
-#include "bvh/kernels.h"
-#include "bvh/micromap_array.h"
-#include "bvh/micromap_lookup.h"
-#include "bvh/shapes.h"
+#include "bvh/micromap/micromap_array.h"
+#include "bvh/micromap/micromap_lookup.h"
+#include "bvh/shapes/shapes.h"
+#include "bvh/walk/kernels.h"
 #include "devlib/flags.h"
 #include "gpu/kernel.h"
 #include "gpu/rays.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Slots of launches on the CPU device: they come back whatever becomes of a launch, and what
 // launches report is told once, to the context it belongs to.
-#include "bvh/gpu/test_device.h"
-#include "engine/gpu_launch_slots.h"
+#include "bvh/gpu/testing/device.h"
+#include "engine/gpu/launch_slots.h"
 
 #include <gtest/gtest.h>
 

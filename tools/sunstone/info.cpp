@@ -3,7 +3,7 @@
 
 #include "base/config.h"
 #include "base/threads.h"
-#include "bvh/kernels.h"
+#include "bvh/walk/kernels.h"
 
 #include <nlohmann/json.hpp>
 

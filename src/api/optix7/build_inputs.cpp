@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "api/optix7/build_inputs.h"
 
-#include "bvh/curves.h"
-#include "bvh/micromap.h"
+#include "bvh/micromap/micromap.h"
+#include "bvh/shapes/curves.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // What builder kernels share: access to the buffers of a job, warps, ordered numbers.
 #pragma once
 
-#include "bvh/gpu/job.h"
+#include "bvh/gpu/build/job.h"
 #include "bvh/gpu/portable.h"
 
 namespace sunstone::bvh::gpu {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which handles lead somewhere, for kernels, which cannot ask whether there is memory at an
-// address: a hash table in device memory that the host keeps (engine/gpu_structures.h). A number of 64 bits
+// address: a hash table in device memory that the host keeps (engine/gpu/structures.h). A number of 64 bits
 // stands for it: its address, which has kTableAlignment, and in the low bits by how much a hash is
 // shifted to be a place. 0: there is no table, and all handles are taken as they are. Where the low
 // bits are kOfGraph, the number is at the address, as it is when a kernel runs that was queued long

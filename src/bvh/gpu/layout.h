@@ -22,7 +22,7 @@
 // nothing active have crossed planes, and wholeRoot tells whether there is a tree.
 //
 // Records: triangles, TriangleRecord; custom primitives, CustomLeaf; spheres, SphereRecord; pieces
-// of curves (bvh/curves.h), CurveRecord; instances, uint32_t, the index of the instance. Points:
+// of curves (bvh/shapes/curves.h), CurveRecord; instances, uint32_t, the index of the instance. Points:
 // float4[degree + 1] of each segment, where it takes them to test it (any basis but linear) or
 // there is random access; float4 of each sphere with random access.
 //
@@ -45,7 +45,7 @@
 #endif
 
 #include "bvh/layout.h"
-#include "bvh/spheres.h"
+#include "bvh/shapes/spheres.h"
 
 namespace sunstone::bvh::gpu {
 
@@ -81,7 +81,7 @@ struct alignas(16) SphereRecord {
 static_assert(sizeof(SphereRecord) == 32);
 
 struct alignas(16) CurveRecord {
-    float capsule[8]; // rows of bvh/curves.h: the ends of the chord; radius, or radii of the ends
+    float capsule[8]; // rows of bvh/shapes/curves.h: the ends of the chord; radius, or radii of the ends
     uint32_t word;    // piece of a segment
     uint32_t primitive;
     uint32_t sbt;

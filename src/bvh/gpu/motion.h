@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times and transforms in motion on GPUs, with the operations of the CPU (bvh/motion.h,
-// bvh/transforms.cpp, math/affine.h), so that both see a ray at the same place.
+// Times and transforms in motion on GPUs, with the operations of the CPU (bvh/motion/motion.h,
+// bvh/motion/transforms.cpp, math/affine.h), so that both see a ray at the same place.
 #pragma once
 
 #if defined(__CUDA__)
@@ -8,7 +8,7 @@
 #endif
 
 #include "bvh/gpu/portable.h"
-#include "bvh/transforms.h"
+#include "bvh/motion/transforms.h"
 
 namespace sunstone::bvh::gpu {
 

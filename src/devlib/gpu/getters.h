@@ -2,10 +2,10 @@
 // Getters that look into acceleration structures. What is not there gives NaN or the null handle.
 #pragma once
 
-#include "bvh/curves.h"
+#include "bvh/gpu/build/shared_records.h"
 #include "bvh/gpu/layout.h"
 #include "bvh/gpu/motion.h"
-#include "bvh/gpu/shared_records.h"
+#include "bvh/shapes/curves.h"
 #include "devlib/gpu/programs.h"
 
 namespace sunstone::devlib::gpu {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kernel of pipelines with ray generation programs that the compiler has cut at their trace
-// (compiler/resumable.h). Rays of a warp end at different times; threads that waited for the
+// (compiler/gpu/resumable.h). Rays of a warp end at different times; threads that waited for the
 // longest of them would be idle most of the time. So each warp goes round: new launch indices for
 // lanes that have none, the walk of all rays until idle lanes have cost enough, then the programs
 // of the rays that have ended. Other traces run to their end where they are called

@@ -12,7 +12,7 @@ namespace sunstone::devlib::gpu {
 #define SUNSTONE_DEVICE __attribute__((always_inline)) static inline
 
 // A large part of its callers, of which a pipeline has few: kept apart until it is known which
-// (compiler/gpu_link.cpp), and a part of each caller then.
+// (compiler/gpu/link.cpp), and a part of each caller then.
 #define SUNSTONE_DEVICE_PART __attribute__((noinline, section(".sunstone.part"))) static
 
 // What dispatchers answer for a group without such a program.
@@ -47,7 +47,7 @@ const char* sunstone_gpu_callableName(uint32_t callable);
 uint32_t sunstone_gpu_isGroup(uint32_t group); // the pipeline has it
 uint32_t sunstone_gpu_builtin(uint32_t group); // GroupEntry::builtinPrimitive of a hit group
 
-// LaunchConstants. In the kernel itself they are its arguments (compiler/gpu_pipeline.cpp).
+// LaunchConstants. In the kernel itself they are its arguments (compiler/gpu/pipeline.cpp).
 __attribute__((const)) uint64_t sunstone_gpu_usual(const LaunchBlock*);
 __attribute__((const)) uint64_t sunstone_gpu_known(const LaunchBlock*);
 __attribute__((const)) uint64_t sunstone_gpu_maxGraphDepth(const LaunchBlock*);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // optixTrace and optixReportIntersection on GPUs: what happens at primitives and instances while
-// bvh/gpu/traversal.h walks the tree. Rules and formulas are those of the CPU
+// bvh/gpu/walk/traversal.h walks the tree. Rules and formulas are those of the CPU
 // (devlib/trace_body.h): the best hit is kept apart and moves into RayState::hit at the end,
 // because until then that field is the candidate's; RayState::tmax is the candidate's t in any-hit,
 // the best t in intersection and closest-hit, the ray's own in miss.
 #pragma once
 
-#include "bvh/gpu/traversal.h"
-#include "bvh/micromap_lookup.h"
+#include "bvh/gpu/walk/traversal.h"
+#include "bvh/micromap/micromap_lookup.h"
 #include "devlib/flags.h"
 #include "devlib/gpu/checks.h"
 

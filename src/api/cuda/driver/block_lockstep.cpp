@@ -12,7 +12,7 @@
 // Blocks run in steps, so that some can go along with one another (runLockstep).
 #include "api/cuda/driver/block_lockstep.h"
 
-#include "compiler/warp_functions.h"
+#include "compiler/lockstep/warp_functions.h"
 
 #include <algorithm>
 #include <bit>

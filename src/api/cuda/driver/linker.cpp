@@ -6,7 +6,7 @@
 #include "api/cuda/driver/fat_binary.h"
 #include "api/cuda/driver/module.h"
 #include "base/handles.h"
-#include "compiler/kernel_module.h"
+#include "compiler/kernels/kernel_module.h"
 
 #include <cstring>
 

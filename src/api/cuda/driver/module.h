@@ -5,7 +5,7 @@
 #pragma once
 
 #include "api/cuda/driver/shell.h"
-#include "compiler/kernel_module.h"
+#include "compiler/kernels/kernel_module.h"
 #include "ptx/ast.h"
 
 #include <map>

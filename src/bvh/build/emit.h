@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes a tree into a block: nodes depth first, the leaves of a node right behind it.
+#pragma once
+
+#include "bvh/build/tree.h"
+
+namespace sunstone::bvh {
+
+// Writes leaves; one implementation for each kind of primitive.
+class LeafWriter {
+public:
+    virtual ~LeafWriter() = default;
+    // A leaf of `count` references at `offset` of the block; returns its NodeRef.
+    virtual NodeRef write(uint8_t* block, uint64_t offset, const PrimitiveRef* references,
+                          uint32_t count) const = 0;
+};
+
+// Writes all nodes and leaves from `offset` on; sets root, usedSize and numNodes of the header.
+void emitTree(const Tree& tree, const LeafRules& rules, const LeafWriter& writer, uint8_t* block,
+              uint64_t offset);
+
+} // namespace sunstone::bvh

@@ -1,0 +1,470 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fourth step: wide nodes. Eight lanes make one node of a part of the binary tree, a lane for each
+// child: children are opened until there are eight, all that may be at a time, then put into slots;
+// each lane rounds the box of its slot. Inner children are handed on. Task i makes node i; whoever
+// comes first takes the next one. Lanes look for their task again and again until it is there,
+// which needs only threads that run already: a task is handed out by one that has been taken up.
+// Who finds that all primitives have their leaves tells those that wait. Whatever the tree is like,
+// they stop when all nodes given out are written, which must come to pass: there are no more than
+// job.maxWide tasks, and one that has no room for what is below it is given up, with a failure,
+// instead of handing it on. Which number a node gets is therefore left to chance; arrange.h puts
+// that right.
+#pragma once
+
+#include "bvh/gpu/build/grid.h"
+#include "bvh/gpu/build/hierarchy.h"
+
+namespace sunstone::bvh::gpu {
+
+constexpr uint32_t kCollapseThreads = 128;
+constexpr uint32_t kNodesOfBlock = kCollapseThreads / kSlots;
+
+SUNSTONE_BUILDER bool isLeaf(uint32_t ref, uint32_t limit) {
+    return refCount(ref) != 0 && refCount(ref) <= limit;
+}
+
+// A child of the node that is made: its box, and of a binary node its parts.
+struct WideChild {
+    uint32_t ref, left, right;
+    Bounds box;
+};
+
+SUNSTONE_BUILDER WideChild loadChild(const BuildJob& job, uint32_t ref) {
+    if (refCount(ref) == 1)
+        return {ref, 0, 0, primitiveBounds(job, refIndex(ref))};
+    const U4* const words = at<const U4>(job.binary + uint64_t(refIndex(ref)) * sizeof(BinaryNode));
+    const U4 a = words[0], b = words[1];
+    return {
+        ref,
+        a.w,
+        b.w,
+        {{floatOf(a.x), floatOf(a.y), floatOf(a.z)}, {floatOf(b.x), floatOf(b.y), floatOf(b.z)}}};
+}
+
+SUNSTONE_BUILDER WideChild shuffleFrom(const WideChild& c, uint32_t lane) {
+    WideChild r;
+    r.ref = __shfl_sync(kWholeWarp, c.ref, int(lane));
+    r.left = __shfl_sync(kWholeWarp, c.left, int(lane));
+    r.right = __shfl_sync(kWholeWarp, c.right, int(lane));
+    for (int a = 0; a < 3; ++a) {
+        r.box.lower[a] = __shfl_sync(kWholeWarp, c.box.lower[a], int(lane));
+        r.box.upper[a] = __shfl_sync(kWholeWarp, c.box.upper[a], int(lane));
+    }
+    return r;
+}
+
+SUNSTONE_BUILDER CostPart costPart(const BuildJob& job, const WideChild& c) {
+    return {refCount(c.ref), halfArea(c.box),
+            refCount(c.ref) == 1 ? 0 : at<const uint64_t>(job.savings)[refIndex(c.ref)]};
+}
+
+// Eight lanes that make a node. All functions below are for whole warps.
+struct NodeLanes {
+    uint32_t first; // lane
+    uint32_t place; // of this lane among them: the number of its child, and then of its slot
+};
+// The lanes' bits in a word of the warp's.
+SUNSTONE_BUILDER uint32_t bitsOf(const NodeLanes& lanes, uint32_t ballot) {
+    return ballot >> lanes.first & 0xFFu;
+}
+
+// The right parts of lanes that open go to those that have no child yet. Returns the lane from
+// where this one's child comes, or itself.
+SUNSTONE_BUILDER uint32_t takeFrom(const NodeLanes& lanes, uint32_t opening, uint32_t count) {
+    const uint32_t mine = bitsOf(lanes, opening), place = lanes.place;
+    if (place < count || place - count >= uint32_t(__popc(mine)))
+        return lanes.first + place;
+    uint32_t rest = mine;
+    for (uint32_t skipped = count; skipped < place; ++skipped)
+        rest &= rest - 1;
+    return lanes.first + uint32_t(__ffs(int(rest)) - 1);
+}
+
+// Puts the parts of the children that are opened in their place. `from`: as takeFrom() says.
+SUNSTONE_BUILDER void openChildren(const NodeLanes& lanes, bool opens, const WideChild& left,
+                                   const WideChild& right, WideChild& own, uint32_t& count,
+                                   uint32_t& from) {
+    const uint32_t opening = __ballot_sync(kWholeWarp, opens);
+    from = takeFrom(lanes, opening, count);
+    const WideChild moved = shuffleFrom(right, from);
+    if (opens)
+        own = left;
+    else if (from != lanes.first + lanes.place)
+        own = moved;
+    count += uint32_t(__popc(bitsOf(lanes, opening)));
+}
+
+// Opens the children that costs tell to open; each has a budget of slots for its descendants.
+SUNSTONE_BUILDER void openByCosts(const BuildJob& job, const NodeLanes& lanes, bool ready,
+                                  WideChild& own, uint32_t& count) {
+    uint32_t budget = ready && lanes.place == 0 ? kSlots : 0;
+    for (;;) {
+        const bool looks = budget > 1 && refCount(own.ref) != 1;
+        if (!__any_sync(kWholeWarp, looks))
+            return;
+        WideChild left = own, right = own;
+        uint32_t ofLeft = 1;
+        bool opens = false;
+        if (looks) {
+            left = loadChild(job, own.left);
+            right = loadChild(job, own.right);
+            const CostPart leftPart = costPart(job, left), rightPart = costPart(job, right);
+            const Savings l = unpackSavings(leftPart), r = unpackSavings(rightPart);
+            const float saved = shareAnySlots(l, rightPart, budget, ofLeft);
+            // The node itself (eight slots) must be opened.
+            opens = budget == kSlots ||
+                    add(excessOf(job, halfArea(unite(left.box, right.box)),
+                                 isLeaf(own.ref, leafLimit(job)), leftPart, rightPart, l, r),
+                        saved) > 0;
+        }
+        uint32_t from;
+        openChildren(lanes, opens, left, right, own, count, from);
+        const uint32_t ofRight = __shfl_sync(kWholeWarp, budget - ofLeft, int(from));
+        budget = opens ? ofLeft : from != lanes.first + lanes.place ? ofRight : looks ? 0 : budget;
+    }
+}
+
+// Of eight lanes the largest number.
+SUNSTONE_BUILDER uint32_t largestOf(uint32_t number) {
+    for (uint32_t step = 1; step < kSlots; step *= 2) {
+        const uint32_t other = __shfl_xor_sync(kWholeWarp, number, int(step));
+        number = other > number ? other : number;
+    }
+    return number;
+}
+
+// Opens children while there is room: inner ones first, the largest or (by level) the highest
+// up, then leaves of several primitives. Only a node with nothing left to open has less than eight.
+SUNSTONE_BUILDER void openWhileRoom(const BuildJob& job, TreeMode mode, const NodeLanes& lanes,
+                                    bool ready, WideChild& own, uint32_t& count) {
+    const uint32_t limit = leafLimit(job);
+    uint32_t level = 0;
+    for (;;) {
+        const bool may = ready && lanes.place < count && count < kSlots && refCount(own.ref) != 1;
+        if (!__any_sync(kWholeWarp, may))
+            return;
+        // Areas are not negative, so that their bits are in order. The last four make room for the
+        // child's number.
+        const uint32_t rank = mode == kRadixByLevel ? (32 - level) << 4
+                                                    : bitsOf(halfArea(own.box)) & ~15u,
+                       inner = isLeaf(own.ref, limit) ? 0 : 1u << 31;
+        const uint32_t number = may ? inner | rank | (kSlots - lanes.place) : 0;
+        const bool opens = largestOf(number) == number && may;
+        WideChild left = own, right = own;
+        if (opens) {
+            left = loadChild(job, own.left);
+            right = loadChild(job, own.right);
+            ++level;
+        }
+        uint32_t from;
+        openChildren(lanes, opens, left, right, own, count, from);
+        level = __shfl_sync(kWholeWarp, level, int(from));
+    }
+}
+
+// The child of each lane's slot, kSlots: none. Children go, the farthest out first, where their
+// place in the node tells them to.
+SUNSTONE_BUILDER uint32_t assignSlots(const NodeLanes& lanes, const WideChild& own, uint32_t count,
+                                      const Bounds& whole) {
+    float off[3];
+    for (int a = 0; a < 3; ++a)
+        off[a] = sub(add(own.box.lower[a], own.box.upper[a]), add(whole.lower[a], whole.upper[a]));
+    // How well each slot fits in 26 bits, and in the others the child and the slot, backwards; 0:
+    // none. Nothing is lost if fits that are as good as equal are taken for equal.
+    uint32_t fits[kSlots], child = kSlots;
+#pragma unroll
+    for (uint32_t s = 0; s < kSlots; ++s) {
+        const uint32_t bits = orderedBits(
+            add(add(s & 1 ? off[0] : -off[0], s & 2 ? off[1] : -off[1]), s & 4 ? off[2] : -off[2]));
+        fits[s] = lanes.place >= count
+                      ? 0
+                      : ((bits < 64 ? 64 : bits) & ~63u) | (7 - lanes.place) << 3 | (7 - s);
+    }
+#pragma unroll
+    for (uint32_t i = 0; i < kSlots; ++i) {
+        uint32_t most[kSlots];
+#pragma unroll
+        for (uint32_t s = 0; s < kSlots; ++s)
+            most[s] = fits[s];
+#pragma unroll
+        for (uint32_t half = kSlots / 2; half > 0; half /= 2)
+#pragma unroll
+            for (uint32_t s = 0; s < half; ++s)
+                most[s] = most[s] > most[s + half] ? most[s] : most[s + half];
+        const uint32_t best = largestOf(most[0]);
+        const uint32_t winner = 7 - (best >> 3 & 7u), slot = 7 - (best & 7u);
+        if (best != 0 && slot == lanes.place)
+            child = winner;
+#pragma unroll
+        for (uint32_t s = 0; s < kSlots; ++s)
+            fits[s] = best != 0 && (s == slot || winner == lanes.place) ? 0 : fits[s];
+    }
+    return child;
+}
+
+// References of a leaf's primitives, left to right.
+SUNSTONE_BUILDER void listPrimitives(const BuildJob& job, const WideChild& leaf, uint32_t* to) {
+    if (refCount(leaf.ref) == 1) {
+        *to = leaf.ref;
+        return;
+    }
+    const uint32_t parts[2] = {leaf.left, leaf.right};
+    for (uint32_t part : parts) {
+        if (refCount(part) == 1) {
+            *to++ = part;
+        } else { // of two
+            const WideChild pair = loadChild(job, part);
+            *to++ = pair.left;
+            *to++ = pair.right;
+        }
+    }
+}
+
+// What a warp's lanes have in their slots, or children in any order: a bit for each inner child,
+// and two for the number of a leaf's primitives.
+struct LaneChildren {
+    uint32_t inner, ones, twos;
+};
+SUNSTONE_BUILDER uint32_t innerIn(const LaneChildren& c, uint32_t lanes) {
+    return uint32_t(__popc(c.inner & lanes));
+}
+SUNSTONE_BUILDER uint32_t primitivesIn(const LaneChildren& c, uint32_t lanes) {
+    return uint32_t(__popc(c.ones & lanes)) + 2 * uint32_t(__popc(c.twos & lanes));
+}
+SUNSTONE_BUILDER LaneChildren countChildren(bool used, uint32_t ref, uint32_t limit) {
+    const uint32_t primitives = used && isLeaf(ref, limit) ? refCount(ref) : 0;
+    return {__ballot_sync(kWholeWarp, used && primitives == 0),
+            __ballot_sync(kWholeWarp, (primitives & 1u) != 0),
+            __ballot_sync(kWholeWarp, (primitives & 2u) != 0)};
+}
+
+// What a node leaves in place of its task, for arrange.h: how many nodes and records are known of
+// below it, and how many of its children need not be waited for, of eight.
+constexpr uint32_t kSubtreeBits = kRefCountShift, kSubtreeMask = kRefIndexMask;
+SUNSTONE_BUILDER uint64_t subtreeWord(uint32_t nodes, uint32_t records, uint32_t children) {
+    return uint64_t(children) << 2 * kSubtreeBits | uint64_t(records) << kSubtreeBits | nodes;
+}
+
+// Where the children of a node go, of those that the warp has been given room for.
+struct NodePlace {
+    uint32_t index, depth;
+    uint32_t childBase, primitiveBase;
+};
+
+// By lanes that have their slots' children; `image` is put together by all eight.
+SUNSTONE_BUILDER void describeSlot(const BuildJob& job, const NodeLanes& lanes, bool used,
+                                   const WideChild& own, const Bounds& whole,
+                                   const LaneChildren& all, const NodePlace& place,
+                                   WideNode& image) {
+    const uint32_t limit = leafLimit(job), slot = lanes.place;
+    const uint32_t before = lanesBelow(laneOf()) & ~lanesBelow(lanes.first);
+    uint32_t meta = 0;
+    if (used && !isLeaf(own.ref, limit)) { // first what others wait for
+        meta = 1u << 5 | (24 + slot);
+        const uint32_t child = place.childBase + innerIn(all, before);
+        *(at<volatile uint64_t>(job.tasks) + child) = uint64_t(place.depth + 1) << 32 | own.ref;
+        at<uint32_t>(job.links)[child] = place.index;
+    }
+    if (used && isLeaf(own.ref, limit)) {
+        const uint32_t first = primitivesIn(all, before);
+        meta = leafMeta(refCount(own.ref), first, limit == 1 && isEmpty(own.box));
+        listPrimitives(job, own, at<uint32_t>(job.order) + place.primitiveBase + first);
+    }
+    image.meta[slot] = uint8_t(meta);
+#pragma unroll
+    for (int a = 0; a < 3; ++a) {
+        const uint32_t exponent = stepExponent(sub(whole.upper[a], whole.lower[a]));
+        const float inverse = inverseStep(exponent);
+        image.planes[a][slot] =
+            uint8_t(used ? lowerByte(own.box.lower[a], whole.lower[a], inverse) : 0);
+        image.planes[3 + a][slot] =
+            uint8_t(used ? upperByte(own.box.upper[a], whole.lower[a], inverse) : 0);
+        if (slot == 0) {
+            image.origin[a] = whole.lower[a];
+            image.exponents[a] = uint8_t(exponent);
+        }
+    }
+    if (slot == 0) {
+        image.innerMask = uint8_t(bitsOf(lanes, all.inner));
+        image.childBase = place.childBase;
+        image.primitiveBase = place.primitiveBase;
+        const uint32_t mine = 0xFFu << lanes.first;
+        at<uint64_t>(job.tasks)[place.index] =
+            subtreeWord(1, primitivesIn(all, mine), kSlots - innerIn(all, mine));
+    }
+}
+
+// Tasks: none yet, and none any more.
+constexpr uint64_t kNoTask = ~0ull, kNoMoreTasks = ~1ull;
+
+// By the warp that finds the tree to be complete: whoever waits for further tasks need not. There
+// are no more of them than groups of lanes.
+SUNSTONE_BUILDER void endTasks(const BuildJob& job, uint32_t numNodes) {
+    const uint64_t waiting = uint64_t(numNodes) + gridDim.x * kNodesOfBlock;
+    const uint64_t end = waiting < job.maxWide ? waiting : job.maxWide;
+    for (uint64_t i = numNodes + laneOf(); i < end; i += 32)
+        at<volatile uint64_t>(job.tasks)[i] = kNoMoreTasks;
+}
+
+// Makes the nodes that the warp's lanes are ready for.
+SUNSTONE_BUILDER void makeNodes(const BuildJob& job, TreeMode mode, const NodeLanes& lanes,
+                                bool ready, uint32_t index, uint64_t task, WideNode& image) {
+    Counters& counters = countersOf(job);
+    const uint32_t numActive = counters.numTreeReferences, limit = leafLimit(job);
+    uint32_t count = ready;
+    WideChild own = {1u << kRefCountShift, 0, 0, emptyBounds()};
+    if (ready && lanes.place == 0)
+        own = loadChild(job, uint32_t(task));
+    if (mode == kClustered)
+        openByCosts(job, lanes, ready, own, count);
+    openWhileRoom(job, mode, lanes, ready, own, count);
+
+    // Room for what is below, while slots are found.
+    LaneChildren all = countChildren(lanes.place < count, own.ref, limit);
+    const uint32_t inner = innerIn(all, kWholeWarp), primitives = primitivesIn(all, kWholeWarp);
+    unsigned long long room = 0;
+    if (laneOf() == 0)
+        room = atomicAdd(reinterpret_cast<unsigned long long*>(&counters.allocated),
+                         (unsigned long long)(primitives) << 32 | inner);
+    const Bounds whole = gridOf(uniteOfEight(own.box));
+    const uint32_t child = assignSlots(lanes, own, count, whole);
+    const bool used = child < kSlots;
+    own = shuffleFrom(own, lanes.first + (used ? child : lanes.place));
+    all = countChildren(used, own.ref, limit);
+
+    room = __shfl_sync(kWholeWarp, room, 0);
+    const uint32_t before = lanesBelow(lanes.first), mine = 0xFFu << lanes.first;
+    const NodePlace place = {index, uint32_t(task >> 32), uint32_t(room) + innerIn(all, before),
+                             uint32_t(room >> 32) + primitivesIn(all, before)};
+    const bool fits = place.childBase + innerIn(all, mine) <= job.maxWide &&
+                      place.primitiveBase + primitivesIn(all, mine) <= numActive;
+    if (ready && fits)
+        describeSlot(job, lanes, used, own, whole, all, place, image);
+    else if (ready)
+        atomicExch(&counters.failure, uint32_t(kTreeBroken));
+    __syncwarp();
+    if (ready && fits && lanes.place < sizeof(WideNode) / 16) { // at the first key
+        U4* const node = at<U4>(job.nodes + index * nodeSize(job.motionKeys));
+        node[lanes.place] = reinterpret_cast<const U4*>(&image)[lanes.place];
+    }
+    if (uint32_t(room >> 32) + primitives == numActive)
+        endTasks(job, uint32_t(room) + inner);
+    const uint32_t written = uint32_t(__popc(__ballot_sync(kWholeWarp, ready))) / kSlots;
+    if (laneOf() == 0)
+        atomicAdd(&counters.finished, written);
+}
+
+// Nodes are given out by those not yet written, so that equal numbers mean the end; the number
+// written is read first.
+SUNSTONE_BUILDER bool isOver(const Counters& counters) {
+    const uint32_t finished = loadFresh(&counters.finished);
+    fence();
+    return finished == uint32_t(loadFresh(&counters.allocated)) || loadFresh(&counters.failure);
+}
+
+// Whoever waits for a task that will not come, of a tree that is broken, looks so seldom for the
+// end that it is in nobody's way.
+constexpr uint32_t kLooksBetween = 64;
+
+SUNSTONE_BUILDER void collapse(const BuildJob& job, TreeMode mode, WideNode* images) {
+    Counters& counters = countersOf(job);
+    const NodeLanes lanes = {laneOf() & ~7u, laneOf() & 7u};
+    WideNode& image = images[threadIdx.x / kSlots];
+    bool hasTicket = false;
+    uint32_t index = 0, deepest = 0;
+    for (uint32_t looks = 1;; ++looks) {
+        const uint32_t takers = __ballot_sync(kWholeWarp, !hasTicket && lanes.place == 0);
+        uint32_t first = 0;
+        if (laneOf() == 0 && takers)
+            first = atomicAdd(&counters.nextTask, uint32_t(__popc(takers)));
+        first = __shfl_sync(kWholeWarp, first, 0);
+        if (!hasTicket)
+            index = first + uint32_t(__popc(takers & lanesBelow(lanes.first)));
+        hasTicket = true;
+        unsigned long long task = kNoMoreTasks;
+        if (lanes.place == 0 && index < job.maxWide)
+            task = loadFresh(at<uint64_t>(job.tasks) + index);
+        task = __shfl_sync(kWholeWarp, task, int(lanes.first));
+        const bool ready = task < kNoMoreTasks;
+        if (!__any_sync(kWholeWarp, ready)) {
+            if (!__any_sync(kWholeWarp, task == kNoTask) ||
+                (looks % kLooksBetween == 0 && __any_sync(kWholeWarp, isOver(counters))))
+                break;
+            continue;
+        }
+        makeNodes(job, mode, lanes, ready, index, task, image);
+        if (ready) {
+            const uint32_t depth = uint32_t(task >> 32);
+            deepest = depth > deepest ? depth : deepest;
+            hasTicket = false;
+        }
+    }
+    if (lanes.place == 0 && deepest > loadFresh(&counters.depth))
+        atomicMax(&counters.depth, deepest);
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob job, TreeMode mode) {
+    __shared__ WideNode images[kNodesOfBlock];
+    if (countersOf(job).numTreeReferences != 0)
+        collapse(job, mode, images);
+}
+
+// A step of a kernel by parts that blocks take up. Whoever has found none left waits until all are
+// done, by blocks that run already.
+template <class Work>
+SUNSTONE_BUILDER void inParts(uint32_t turns[2], uint32_t numParts, const Work& work) {
+    __shared__ uint32_t taken;
+    for (;;) {
+        if (threadIdx.x == 0)
+            taken = atomicAdd(&turns[0], 1u);
+        __syncthreads();
+        const uint32_t part = taken;
+        if (part >= numParts)
+            break;
+        work(part);
+        __syncthreads();
+        if (threadIdx.x == 0) {
+            fence();
+            atomicAdd(&turns[1], 1u);
+        }
+    }
+    while (loadFresh(&turns[1]) < numParts) {
+    }
+    fence();
+    __syncthreads();
+}
+
+// Makes another tree if the one that is there is too deep; in a kernel of its own, as hardly ever
+// one is.
+SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_retry(BuildJob job) {
+    __shared__ WideNode images[kNodesOfBlock];
+    Counters& counters = countersOf(job);
+    // The depth never falls, so that all blocks find the same.
+    if (counters.depth < kMaxWideDepth)
+        return;
+    constexpr uint32_t kPart = 64 * kCollapseThreads;
+    const uint32_t most = job.maxReferences > job.maxWide ? job.maxReferences : job.maxWide;
+    inParts(counters.retryTurns[0], (most + kPart - 1) / kPart, [&](uint32_t part) {
+        const uint32_t end = most - part * kPart < kPart ? most : (part + 1) * kPart;
+        for (uint32_t i = part * kPart + threadIdx.x; i < end; i += blockDim.x) {
+            if (i < job.maxReferences)
+                at<uint32_t>(job.parents)[i] = kNoRef;
+            if (i < job.maxWide)
+                at<uint64_t>(job.tasks)[i] = kNoTask;
+        }
+        if (part == 0 && threadIdx.x == 0) {
+            counters.tooDeep = 1;
+            counters.finished = 0;
+            counters.nextNode = 0;
+            counters.nextTask = 0;
+        }
+    });
+    const uint32_t count = counters.numTreeReferences;
+    inParts(counters.retryTurns[1], (count + kCollapseThreads - 1) / kCollapseThreads,
+            [&](uint32_t part) {
+                makeHierarchy(job, kRadixByLevel, part * kCollapseThreads + threadIdx.x);
+            });
+    collapse(job, kRadixByLevel, images);
+}
+
+} // namespace sunstone::bvh::gpu

@@ -1,0 +1,538 @@
+// SPDX-License-Identifier: Apache-2.0
+// First step of a build of instances: their records and boxes, with motion keys a box for each key.
+// Bounds of what moves take many registers. Where the structure itself stands still, a first kernel
+// therefore leaves instances whose way leads through motion transforms to a second one. One for
+// structures with motion keys is apart from that: it takes a GPU's compiler five times as long.
+#pragma once
+
+#include "bvh/gpu/build/motion_references.h"
+#include "bvh/gpu/known_handles.h"
+#include "bvh/motion/motion_bounds_body.h"
+
+namespace sunstone::bvh::gpu {
+
+// Bounds seen through a transform, with the CPU's margin for the rounding of transformed rays.
+SUNSTONE_BUILDER Bounds transformBounds(const float m[12], const Bounds& b) {
+    Bounds r;
+    for (int i = 0; i < 3; ++i) {
+        double low = m[4 * i + 3], high = low, size = low < 0 ? -low : low;
+        for (int j = 0; j < 3; ++j) {
+            const double p = double(m[4 * i + j]) * b.lower[j],
+                         q = double(m[4 * i + j]) * b.upper[j];
+            low += p < q ? p : q;
+            high += p < q ? q : p;
+            const double x = p < 0 ? -p : p, y = q < 0 ? -q : q;
+            size += x < y ? y : x;
+        }
+        const double margin = size * 0x1p-20;
+        r.lower[i] = float(low - margin);
+        r.upper[i] = float(high + margin);
+    }
+    return r;
+}
+
+// ---- tight boxes ------------------------------------------------------------------------------
+//
+// The box around a turned box is up to five times as large as what is in it needs, and rays pay for
+// every instance that they enter in vain. So boxes of nodes two levels below the child's root are
+// turned instead: up to 64 of them, the same for all instances of a child, read from the caches.
+
+// A box by its middle and half its size.
+struct Part {
+    float centre[3], half[3];
+};
+SUNSTONE_BUILDER Part partOf(const float lower[3], const float upper[3]) {
+    Part p;
+    for (int a = 0; a < 3; ++a) {
+        p.centre[a] = mul(0.5f, lower[a]) + mul(0.5f, upper[a]);
+        p.half[a] = mul(0.5f, upper[a]) - mul(0.5f, lower[a]);
+    }
+    return p;
+}
+
+// Adds a box seen through a transform.
+SUNSTONE_BUILDER void addSeen(const float m[12], const Part& part, Bounds& sum) {
+#pragma unroll
+    for (int i = 0; i < 3; ++i) {
+        float centre = m[4 * i + 3], half = 0;
+#pragma unroll
+        for (int j = 0; j < 3; ++j) {
+            centre = fused(m[4 * i + j], part.centre[j], centre);
+            half = fused(magnitude(m[4 * i + j]), part.half[j], half);
+        }
+        sum.lower[i] = smaller(sum.lower[i], sub(centre, half));
+        sum.upper[i] = larger(sum.upper[i], add(centre, half));
+    }
+}
+
+// A node as it lies in memory, so that its boxes come with five loads in place of one for each
+// byte.
+struct NodeWords {
+    U4 head, children, planes[3];
+};
+SUNSTONE_BUILDER NodeWords loadWords(const WideNode* node) {
+    const U4* const words = reinterpret_cast<const U4*>(node);
+    return {words[0], words[1], {words[2], words[3], words[4]}};
+}
+SUNSTONE_BUILDER uint32_t wordAt(U4 words, uint32_t i) {
+    return i == 0 ? words.x : i == 1 ? words.y : i == 2 ? words.z : words.w;
+}
+SUNSTONE_BUILDER uint32_t planeOf(const NodeWords& node, uint32_t row, uint32_t slot) {
+    const uint32_t word = 2 * row + slot / 4;
+    return wordAt(node.planes[word / 4], word % 4) >> 8 * (slot % 4) & 0xFFu;
+}
+SUNSTONE_BUILDER uint32_t metaOf(const NodeWords& node, uint32_t slot) {
+    return (slot < 4 ? node.children.z : node.children.w) >> 8 * (slot % 4) & 0xFFu;
+}
+// Of a byte, exactly.
+SUNSTONE_BUILDER float smallFloat(uint32_t byte) {
+    return sub(floatOf(0x4B000000u | byte), 0x1p23f);
+}
+
+// The box of a slot; false if it is unused, or holds nothing active.
+SUNSTONE_BUILDER bool slotBox(const NodeWords& node, uint32_t slot, float lower[3],
+                              float upper[3]) {
+    bool used = metaOf(node, slot) >> 5 != 0;
+#pragma unroll
+    for (uint32_t a = 0; a < 3; ++a) {
+        const uint32_t low = planeOf(node, a, slot), high = planeOf(node, 3 + a, slot);
+        used = used && low <= high;
+        const float step = floatOf((node.head.w >> 8 * a & 0xFFu) << 23),
+                    origin = floatOf(wordAt(node.head, a));
+        lower[a] = add(origin, mul(step, smallFloat(low)));
+        upper[a] = add(origin, mul(step, smallFloat(high)));
+    }
+    return used;
+}
+
+// Calls visit(lower, upper) for boxes that hold what is in a structure that does not move: those of
+// nodes two levels below its root. kUnroll: 1 where the visit is too much code to be there for each
+// slot.
+template <int kUnroll, class Visit>
+SUNSTONE_BUILDER void forEachPart(const BlockHeader& header, const Visit& visit) {
+    const WideNode* const nodes = reinterpret_cast<const WideNode*>(
+        reinterpret_cast<const uint8_t*>(&header) + header.nodesOffset);
+    const NodeWords root = loadWords(nodes);
+    uint32_t child = root.children.x;
+    for (uint32_t slot = 0; slot < kSlots; ++slot) {
+        float lower[3], upper[3];
+        const bool inner = root.head.w >> (24 + slot) & 1u,
+                   used = slotBox(root, slot, lower, upper);
+        if (inner && used) {
+            const NodeWords node = loadWords(nodes + child);
+#pragma unroll kUnroll
+            for (uint32_t below = 0; below < kSlots; ++below)
+                if (slotBox(node, below, lower, upper))
+                    visit(lower, upper);
+        } else if (used) {
+            visit(lower, upper);
+        }
+        child += inner;
+    }
+}
+
+SUNSTONE_BUILDER bool turns(const float m[12]) {
+    for (int i = 0; i < 3; ++i)
+        if ((m[4 * i] != 0) + (m[4 * i + 1] != 0) + (m[4 * i + 2] != 0) > 1)
+            return true;
+    return false;
+}
+
+// Instances of one structure tend to come in a row, so a block has the parts of the one that its
+// first instance shows at hand.
+struct SharedParts {
+    uint64_t structure; // its handle; 0: none
+    uint32_t count, pad;
+    U4 parts[kSlots * kSlots][2]; // centre and half size, two words unused
+};
+SUNSTONE_BUILDER void storePart(const Part& p, U4 to[2]) {
+    to[0] = U4{bitsOf(p.centre[0]), bitsOf(p.centre[1]), bitsOf(p.centre[2]), bitsOf(p.half[0])};
+    to[1] = U4{bitsOf(p.half[1]), bitsOf(p.half[2]), 0, 0};
+}
+SUNSTONE_BUILDER Part loadPart(const U4 from[2]) {
+    const U4 a = from[0], b = from[1];
+    return {{floatOf(a.x), floatOf(a.y), floatOf(a.z)}, {floatOf(a.w), floatOf(b.x), floatOf(b.y)}};
+}
+
+// By all threads of a block, of which there are as many as parts at least.
+SUNSTONE_BUILDER void shareParts(uint64_t known, uint64_t handle, SharedParts& shared) {
+    if (threadIdx.x == 0) {
+        const uint64_t tag = handle & kTraversableTagMask;
+        shared.structure = 0;
+        shared.count = 0;
+        if ((tag == kGasTag || tag == kIasTag) && handle > kTraversableTagMask &&
+            isKnownHandle(knownNow(known), handle)) {
+            const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+            if (header.magic == kGpuBlockMagic && header.root != kNoNode && !isMoving(header.type))
+                shared.structure = handle;
+        }
+    }
+    __syncthreads();
+    if (shared.structure && threadIdx.x < kSlots * kSlots) {
+        const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+        const WideNode* const nodes =
+            at<const WideNode>((handle & ~kTraversableTagMask) + header.nodesOffset);
+        const uint32_t slot = threadIdx.x / kSlots, below = threadIdx.x % kSlots;
+        const NodeWords root = loadWords(nodes);
+        const uint32_t mask = root.head.w >> 24;
+        float lower[3], upper[3];
+        bool used = slotBox(root, slot, lower, upper);
+        if (used && (mask >> slot & 1u))
+            used = slotBox(
+                loadWords(nodes + root.children.x + uint32_t(__popc(mask & lanesBelow(slot)))),
+                below, lower, upper);
+        else
+            used = used && below == 0;
+        if (used)
+            storePart(partOf(lower, upper), shared.parts[atomicAdd(&shared.count, 1u)]);
+    }
+    __syncthreads();
+}
+
+// Takes from `box`, which holds the structure seen through the transform, what none of its nodes
+// reaches. Their sums are rounded by less than the margin that is added to that of
+// transformBounds().
+template <int kUnroll>
+SUNSTONE_BUILDER void tighten(const float m[12], uint64_t handle, const SharedParts* shared,
+                              Bounds& box) {
+    const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+    if (isMoving(header.type) || !turns(m))
+        return;
+    Bounds sum = emptyBounds();
+    if (shared && shared->structure == handle)
+        for (uint32_t i = 0; i < shared->count; ++i)
+            addSeen(m, loadPart(shared->parts[i]), sum);
+    else
+        forEachPart<kUnroll>(header, [&](const float lower[3], const float upper[3]) {
+            addSeen(m, partOf(lower, upper), sum);
+        });
+    for (int i = 0; i < 3; ++i) {
+        float size = magnitude(m[4 * i + 3]);
+        for (int j = 0; j < 3; ++j)
+            size = add(size, mul(magnitude(m[4 * i + j]),
+                                 larger(magnitude(header.lower[j]), magnitude(header.upper[j]))));
+        const float margin = mul(size, 0x1p-19f);
+        const float low = sub(sum.lower[i], margin), high = add(sum.upper[i], margin);
+        if (!(low <= high)) // overflow
+            continue;
+        box.lower[i] = larger(box.lower[i], low);
+        box.upper[i] = smaller(box.upper[i], high);
+    }
+}
+
+// As many transforms as traversal walks (devlib/gpu/launch_block.h).
+constexpr uint32_t kMaxChain = 30;
+
+enum class Child : uint32_t { kNothing, kSomething, kLater };
+
+// Whether a child may be looked at; the host is told of the first one that may not.
+SUNSTONE_BUILDER bool leadsSomewhere(const BuildJob& job, uint64_t handle) {
+    if (isKnownHandle(knownNow(job.known), handle))
+        return true;
+    if (handle != 0 && atomicExch(&countersOf(job).unknownChildren, 1u) == 0)
+        reportFailure(job.report, job.output, kUnknownChild);
+    return false;
+}
+
+// Bounds, at all times, of what an instance's child leads to. Without kMotion ways through motion
+// transforms are for later.
+template <bool kMotion>
+SUNSTONE_BUILDER Child childBounds(const BuildJob& job, uint64_t handle, const SharedParts* shared,
+                                   Bounds& box) {
+    uint64_t chain[kMaxChain];
+    uint32_t length = 0;
+    if (!(shared && shared->structure == handle) && !leadsSomewhere(job, handle))
+        return Child::kNothing;
+    while (isTransformTag(handle & kTraversableTagMask) && length < kMaxChain) {
+        if (handle <= kTraversableTagMask)
+            return Child::kNothing;
+        if (!kMotion && (handle & kTraversableTagMask) != kStaticTransformTag)
+            return Child::kLater;
+        chain[length++] = handle;
+        handle = childOf(handle);
+        if (!leadsSomewhere(job, handle))
+            return Child::kNothing;
+    }
+    const uint64_t tag = handle & kTraversableTagMask;
+    if ((tag != kGasTag && tag != kIasTag) || handle <= kTraversableTagMask)
+        return Child::kNothing;
+    const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+    if (header.magic != kGpuBlockMagic || header.root == kNoNode)
+        return Child::kNothing;
+    for (int a = 0; a < 3; ++a) {
+        box.lower[a] = header.lower[a];
+        box.upper[a] = header.upper[a];
+    }
+    while (length-- > 0) {
+        const uint64_t transform = chain[length];
+        if (!kMotion || (transform & kTraversableTagMask) == kStaticTransformTag) {
+            box = transformBounds(
+                at<const StaticTransform>(transform & ~kTraversableTagMask)->transform, box);
+        } else {
+            const KeyBounds all = moving::atAllTimes(transform, box.lower, box.upper);
+            for (int a = 0; a < 3; ++a) {
+                box.lower[a] = all.lower[a];
+                box.upper[a] = all.upper[a];
+            }
+        }
+    }
+    return Child::kSomething;
+}
+
+SUNSTONE_BUILDER bool isUsable(const Bounds& box) {
+    bool good = true;
+    for (int a = 0; a < 3; ++a)
+        good = good && isUsable(box.lower[a]) && isUsable(box.upper[a]) &&
+               box.lower[a] <= box.upper[a];
+    return good;
+}
+
+// Of the member `pad` of an instance's record, between the two kernels.
+constexpr uint32_t kLeftForLater = 1;
+
+// What the caller says of an instance: its address, or 0 where that is none.
+SUNSTONE_BUILDER uint64_t addressOfInstance(const BuildJob& job, uint32_t index) {
+    const DeviceInput& input = *at<const DeviceInput>(job.inputs);
+    const uint64_t address = input.areAddresses
+                                 ? *at<const uint64_t>(input.data + 8 * uint64_t(index))
+                                 : input.data + uint64_t(index) * input.stride;
+    return address % 16 == 0 ? address : 0;
+}
+SUNSTONE_BUILDER void shareParts(const BuildJob& job, uint32_t index, SharedParts& shared) {
+    const uint64_t address = addressOfInstance(job, index);
+    shareParts(job.known, address ? at<const InstanceDesc>(address)->traversableHandle : 0, shared);
+}
+
+SUNSTONE_BUILDER void storeRows(const float m[12], U4 to[3]) {
+    for (int i = 0; i < 3; ++i)
+        to[i] =
+            U4{bitsOf(m[4 * i]), bitsOf(m[4 * i + 1]), bitsOf(m[4 * i + 2]), bitsOf(m[4 * i + 3])};
+}
+
+// Writes the record of an instance; false if it is inactive or left for later, else its box, at all
+// times.
+template <bool kMotion>
+SUNSTONE_BUILDER bool describeInstance(const BuildJob& job, uint32_t index,
+                                       const SharedParts* shared, Bounds& box) {
+    const DeviceInput& input = *at<const DeviceInput>(job.inputs);
+    const uint64_t address = addressOfInstance(job, index);
+    InstanceData& to = at<InstanceData>(job.instances)[index];
+    if (address == 0) {
+        to = {};
+        to.index = index;
+        return false;
+    }
+    // In units of 16 bytes, as records lie side by side.
+    const U4* const from = at<const U4>(address);
+    const U4 words = from[3], handle = from[4];
+    const uint64_t child = uint64_t(handle.y) << 32 | handle.x;
+    const uint32_t mask = words.z, flags = words.w;
+    float m[12], inverse[12];
+#pragma unroll
+    for (int i = 0; i < 3; ++i)
+#pragma unroll
+        for (int j = 0; j < 4; ++j)
+            m[4 * i + j] = flags & input.identityFlag ? (i == j ? 1.0f : 0.0f)
+                                                      : floatOf(wordAt(from[i], uint32_t(j)));
+    const bool invertible = invert(m, inverse);
+    U4* const rows = reinterpret_cast<U4*>(&to);
+    storeRows(m, rows);
+    storeRows(inverse, rows + 3);
+    rows[6] = U4{handle.x, handle.y, words.x, words.y};
+    rows[7] = U4{mask, flags & input.knownFlags & ~input.identityFlag, index, 0};
+    if (!invertible || (mask & 0xFF) == 0)
+        return false;
+    const Child found = childBounds<kMotion>(job, child, shared, box);
+    if (found == Child::kLater)
+        to.pad = kLeftForLater;
+    if (found != Child::kSomething)
+        return false;
+    box = transformBounds(m, box);
+    const uint64_t tag = child & kTraversableTagMask;
+    if (tag == kGasTag || tag == kIasTag)
+        tighten<kMotion ? 1 : int(kSlots)>(m, child, shared, box);
+    return isUsable(box);
+}
+
+// Boxes of an instance at the keys, not padded; empty if it is inactive.
+SUNSTONE_BUILDER KeyBounds* keyBoxesOf(const BuildJob& job, uint32_t index) {
+    return at<KeyBounds>(job.keyBoxes) + uint64_t(index) * job.motionKeys;
+}
+SUNSTONE_BUILDER Bounds boundsOf(const KeyBounds& from) {
+    Bounds box;
+    for (int a = 0; a < 3; ++a) {
+        box.lower[a] = from.lower[a];
+        box.upper[a] = from.upper[a];
+    }
+    return box;
+}
+
+// What nodes hold of an instance: the same boxes, or tighter ones, which bounds that are told of
+// do not depend on.
+SUNSTONE_BUILDER KeyBounds* tightBoxesOf(const BuildJob& job, uint32_t index) {
+    return keyBoxesOf(job, job.numPrimitives + index);
+}
+
+// What makes up an instance's bounds (moving::describeParts): parts of a structure that does not
+// move, or all that the instance shows at once. One type, so that the code is there once.
+struct InstanceParts {
+    const BlockHeader* structure; // null: all at once
+
+    template <class Add>
+    __device__ void operator()(const Add& add) const {
+        if (!structure)
+            return add(nullptr);
+        forEachPart<1>(*structure, [&](const float lower[3], const float upper[3]) {
+            const LinearBounds part = moving::standing(lower, upper);
+            add(&part);
+        });
+    }
+};
+SUNSTONE_BUILDER void describeMoving(const BuildJob& job, const InstanceData& record,
+                                     const BlockHeader* parts, KeyBounds* keys) {
+    moving::describeParts(record, {job.motionKeys, job.motionBegin, job.motionEnd}, keys,
+                          InstanceParts{parts});
+}
+
+// As above, for what moves on the way to a structure that does not: bounds of its parts, united.
+// Boxes that hold something between keys cannot be cut at the keys by others that do, so the better
+// ones are taken as they are.
+SUNSTONE_BUILDER void tightenAtKeys(const BuildJob& job, uint32_t index) {
+    const KeyBounds* const keys = keyBoxesOf(job, index);
+    KeyBounds* const tight = tightBoxesOf(job, index);
+    const InstanceData& record = at<InstanceData>(job.instances)[index];
+    uint64_t handle = record.child;
+    while (isTransformTag(handle & kTraversableTagMask)) // childBounds() has been here
+        handle = childOf(handle);
+    const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+    float area = 0, tightArea = __builtin_inff();
+    if (!isMoving(header.type) && moving::moves(record.child)) {
+        describeMoving(job, record, &header, tight);
+        tightArea = 0;
+    }
+    bool usable = true;
+    for (uint32_t k = 0; k < job.motionKeys; ++k) {
+        area = add(area, halfArea(boundsOf(keys[k])));
+        tightArea = add(tightArea, halfArea(boundsOf(tight[k])));
+        usable = usable && isUsable(boundsOf(tight[k]));
+    }
+    if (!usable || !(tightArea < area))
+        for (uint32_t k = 0; k < job.motionKeys; ++k)
+            tight[k] = keys[k];
+}
+
+// Fills the boxes at the keys, which hold the instance between them too (bvh/motion/motion_bounds.h), and
+// sums up those that are for nodes. `box` is that at all times.
+SUNSTONE_BUILDER bool describeAtKeys(const BuildJob& job, uint32_t index, const Bounds& box,
+                                     Bounds& exact, KeySum& sum) {
+    KeyBounds* const keys = keyBoxesOf(job, index);
+    const InstanceData& record = at<InstanceData>(job.instances)[index];
+    if (moving::moves(record.child)) {
+        describeMoving(job, record, nullptr, keys);
+    } else {
+        for (uint32_t k = 0; k < job.motionKeys; ++k)
+            for (int a = 0; a < 3; ++a) {
+                keys[k].lower[a] = box.lower[a];
+                keys[k].upper[a] = box.upper[a];
+            }
+    }
+    bool active = true;
+    for (uint32_t k = 0; k < job.motionKeys; ++k) {
+        active = active && isUsable(boundsOf(keys[k]));
+        exact = unite(exact, boundsOf(keys[k]));
+    }
+    if (!active)
+        return false;
+    tightenAtKeys(job, index);
+    for (uint32_t k = 0; k < job.motionKeys; ++k)
+        addKey(sum, boundsOf(tightBoxesOf(job, index)[k]));
+    return true;
+}
+
+// Which instances a kernel reads: of a structure without motion keys those on whose way nothing
+// moves, or the others; or all of one with motion keys.
+enum class Way { kStill, kMotion, kKeys };
+
+// Reads an instance: its record and boxes. False if it is inactive or left for later, else `exact`
+// are its bounds at all times.
+template <Way kWay>
+SUNSTONE_BUILDER bool readInstance(const BuildJob& job, uint32_t index, const SharedParts* shared,
+                                   Bounds& exact) {
+    exact = emptyBounds();
+    bool active = describeInstance<kWay != Way::kStill>(job, index, shared, exact);
+    if (kWay == Way::kStill && at<const InstanceData>(job.instances)[index].pad == kLeftForLater)
+        countersOf(job).leftInstances = 1;
+    Bounds box = exact;
+    if constexpr (kWay == Way::kKeys) {
+        KeySum sum = noKeys();
+        Bounds all = emptyBounds();
+        active = active && describeAtKeys(job, index, exact, all, sum);
+        for (uint32_t k = 0; k < job.motionKeys && !active; ++k)
+            keyBoxesOf(job, index)[k] = tightBoxesOf(job, index)[k] = kNoBounds;
+        exact = all;
+        box = meanOf(sum, job.motionKeys);
+    }
+    storeBox(job, index, active, box);
+    return active;
+}
+
+constexpr uint32_t kInstanceThreads = 128;
+
+// Of a build, or of an update: its records of instances are where the structure has them, and nodes
+// get their parents.
+SUNSTONE_BUILDER bool mayReadInstances(BuildJob& job) {
+    if (countersOf(job).failure)
+        return false;
+    if (job.expected) {
+        job = inStructure(job);
+        linkNodes(job);
+    }
+    return true;
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kInstanceThreads, 6) sunstone_instances(BuildJob job) {
+    __shared__ SharedParts shared;
+    if (!mayReadInstances(job))
+        return;
+    shareParts(job, blockIdx.x * blockDim.x, shared);
+    Bounds found = emptyBounds();
+    uint32_t numActive = 0;
+    for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
+        Bounds exact;
+        if (readInstance<Way::kStill>(job, i, &shared, exact)) {
+            found = unite(found, exact);
+            ++numActive;
+        }
+    }
+    countReferences(job, found, numActive);
+}
+
+template <Way kWay>
+SUNSTONE_BUILDER void readMovingInstances(BuildJob& job) {
+    if (!mayReadInstances(job))
+        return;
+    Bounds found = emptyBounds();
+    uint32_t numActive = 0;
+    for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
+        Bounds exact;
+        const bool isOurs =
+            kWay == Way::kKeys || at<const InstanceData>(job.instances)[i].pad == kLeftForLater;
+        if (isOurs && readInstance<kWay>(job, i, nullptr, exact)) {
+            found = unite(found, exact);
+            ++numActive;
+        }
+    }
+    countReferences(job, found, numActive);
+}
+
+// What sunstone_instances has left.
+SUNSTONE_KERNEL sunstone_left_instances(BuildJob job) {
+    if (countersOf(job).leftInstances)
+        readMovingInstances<Way::kMotion>(job);
+}
+
+SUNSTONE_KERNEL sunstone_moving_instances(BuildJob job) {
+    readMovingInstances<Way::kKeys>(job);
+}
+
+} // namespace sunstone::bvh::gpu

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Relocation on GPUs: a kernel sees to it that the memory holds a copy of what the relocation info
+// is from, and gives instances the handles of their moved children. Nothing else in a block depends
+// on where it is (layout.h).
+#pragma once
+
+#include "bvh/gpu/build/finish.h"
+#include "bvh/gpu/known_handles.h"
+
+namespace sunstone::bvh::gpu {
+
+SUNSTONE_BUILDER bool isCopy(const RelocateJob& job) {
+    const BlockHeader& is = *at<const BlockHeader>(job.block);
+    return is.magic == kGpuBlockMagic && is.version == job.version && is.type == job.type &&
+           is.numPrimitives == job.numPrimitives && is.usedSize == job.usedSize;
+}
+
+SUNSTONE_BUILDER bool isTraversable(const RelocateJob& job, uint64_t handle) {
+    const uint64_t tag = handle & kTraversableTagMask;
+    return handle == 0 || (tag >= kGasTag && tag <= kSrtMotionTag && handle != tag &&
+                           isKnownHandle(knownNow(job.known), handle));
+}
+
+SUNSTONE_KERNEL sunstone_relocate(RelocateJob job) {
+    if (!isCopy(job)) {
+        if (globalThread() == 0)
+            reportFailure(job.report, job.block, kNoCopy);
+        return;
+    }
+    auto* const records =
+        at<InstanceData>(job.block + at<const BlockHeader>(job.block)->instancesOffset);
+    const uint32_t stride = gridDim.x * blockDim.x;
+    for (uint32_t i = globalThread(); i < job.numChildren; i += stride) {
+        const uint64_t child = at<const uint64_t>(job.children)[i];
+        if (!isTraversable(job, child)) {
+            reportFailure(job.report, job.block, kNoChild);
+            continue; // keeps the one it has
+        }
+        // An instance that was never hit stays so: it has no place in the tree.
+        records[i].child = child;
+    }
+}
+
+} // namespace sunstone::bvh::gpu

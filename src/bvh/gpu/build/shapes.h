@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Curves and spheres: their first step, in place of sunstone_references, and their records. Which
+// are active, their boxes and their pieces are as on the CPU (bvh/shapes/shape_geometry.h). All pieces
+// that a segment may have are references; those that it has not are inactive.
+#pragma once
+
+#include "bvh/gpu/build/references.h"
+#include "bvh/shapes/shape_geometry.h"
+
+namespace sunstone::bvh::gpu {
+
+SUNSTONE_BUILDER bool firstVertex(const DeviceInput& input, uint32_t segment, uint32_t& first) {
+    if (!input.indices)
+        return false;
+    first = *at<const uint32_t>(input.indices + uint64_t(segment) * input.indexStride);
+    return true;
+}
+
+SUNSTONE_BUILDER void readPoint(const DeviceInput& input, uint32_t vertex, float to[4]) {
+    const float* const from = at<const float>(input.data + uint64_t(vertex) * input.stride);
+    for (int i = 0; i < 3; ++i)
+        to[i] = from[i];
+    to[3] = *at<const float>(input.radii + uint64_t(vertex) * input.radiusStride);
+}
+
+// Control points of a segment, or centre and radius; NaN, and false, where there are none.
+SUNSTONE_BUILDER bool readShape(const BuildJob& job, const DeviceInput& input, uint32_t local,
+                                float points[16]) {
+    const uint32_t degree = isCurveBasis(job.shape) ? degreeOf(CurveBasis(job.shape)) : 0;
+    uint32_t first = local;
+    const bool there =
+        input.data && input.radii &&
+        (job.shape == kSphereShape ||
+         (firstVertex(input, local, first) && uint64_t(first) + degree < input.numVertices));
+    for (uint32_t i = 0; i <= 3; ++i)
+        if (i <= degree && there)
+            readPoint(input, first + i, points + 4 * i);
+        else
+            for (int a = 0; a < 4; ++a)
+                points[4 * i + a] = __builtin_nanf("");
+    return there;
+}
+
+// A strand goes on where the next segment begins one vertex later.
+SUNSTONE_BUILDER uint32_t capFlags(const DeviceInput& input, uint32_t numSegments,
+                                   uint32_t segment) {
+    uint32_t here, other, flags = 0;
+    if (!input.caps || !firstVertex(input, segment, here))
+        return 0;
+    if (segment == 0 || !firstVertex(input, segment - 1, other) || other + 1 != here)
+        flags |= kCurveCapBegin;
+    if (segment + 1 >= numSegments || !firstVertex(input, segment + 1, other) || other != here + 1)
+        flags |= kCurveCapEnd;
+    return flags;
+}
+
+SUNSTONE_BUILDER Bounds boxOfPiece(const ShapePoints& points, uint32_t word) {
+    Bounds box;
+    shapeBox(points, word, box.lower, box.upper);
+    return box;
+}
+
+// Boxes and words of all references of a primitive; the number of those that are active.
+// boxOf(word) is the box of a piece.
+template <class BoxOf>
+SUNSTONE_BUILDER uint32_t referToPieces(const BuildJob& job, uint32_t primitive, bool active,
+                                        const ShapePoints& at0, bool split, const BoxOf& boxOf) {
+    const uint32_t pieces = active && split ? worthwhilePieces(at0, job.pieces) : 1;
+    for (uint32_t k = 0; k < job.pieces; ++k) {
+        const uint32_t reference =
+            k == 0 ? primitive : job.numPrimitives + primitive * (job.pieces - 1) + k - 1;
+        const uint32_t word = pieceWord(primitive, pieces + k);
+        const bool used = active && k < pieces;
+        storeBox(job, reference, used, used ? boxOf(word) : emptyBounds());
+        if (job.shape != kSphereShape)
+            at<uint32_t>(job.origins)[reference] = word;
+    }
+    return active ? pieces : 0;
+}
+
+// What names a sphere, or a piece of a curve (bvh/shapes/curves.h).
+SUNSTONE_BUILDER uint32_t wholeShape(const BuildJob& job, uint32_t primitive) {
+    return job.shape == kSphereShape ? primitive : pieceWord(primitive, 1);
+}
+SUNSTONE_BUILDER uint32_t wordOfReference(const BuildJob& job, uint32_t reference) {
+    return job.shape == kSphereShape ? reference : at<const uint32_t>(job.origins)[reference];
+}
+
+// The primitive as it is now, at a key (to which `input` belongs), into the array of points, too,
+// if there is one. False if it is inactive, else `exact` is the box of the whole primitive.
+SUNSTONE_BUILDER bool readIntoPoints(const BuildJob& job, uint32_t primitive, uint32_t key,
+                                     uint32_t local, const DeviceInput& input, float points[16],
+                                     Bounds& exact) {
+    const bool there = readShape(job, input, local, points);
+    const uint32_t floats = shapeFloats(job.shape);
+    if (job.points)
+        for (uint32_t k = 0; k < floats; ++k)
+            at<float>(job.points)[(uint64_t(primitive) * job.motionKeys + key) * floats + k] =
+                points[k];
+    const ShapePoints shape = {job.shape, points};
+    const bool active = there && isActiveShape(shape);
+    if (active)
+        exact = boxOfPiece(shape, pieceWord(primitive, 1));
+    return active;
+}
+
+// What a record says besides its points, and where the primitive comes from.
+struct ShapePlace {
+    const DeviceInput* input;
+    uint32_t primitive, local, reported, sbt, capFlags;
+};
+SUNSTONE_BUILDER ShapePlace placeOfShape(const BuildJob& job, uint32_t word) {
+    const uint32_t primitive = job.shape == kSphereShape ? word : segmentOf(word);
+    const uint32_t i = inputOfPrimitive(job, primitive);
+    const DeviceInput& input = at<const DeviceInput>(job.inputs)[i];
+    const InputRecord& record = at<const InputRecord>(job.inputRecords)[i];
+    const uint32_t local = primitive - record.firstPrimitive;
+    return {&input,
+            primitive,
+            local,
+            local + record.primitiveIndexOffset,
+            sbtWord(input, record, local),
+            capFlags(input, record.numPrimitives, local)};
+}
+SUNSTONE_BUILDER void storeSphere(U4* to, const float point[4], const ShapePlace& from) {
+    to[0] = U4{bitsOf(point[0]), bitsOf(point[1]), bitsOf(point[2]), bitsOf(point[3])};
+    to[1] = U4{from.reported, from.sbt, 0, 0};
+}
+SUNSTONE_BUILDER void storeCurve(U4* to, const float rows[8], uint32_t word, const ShapePlace& from,
+                                 uint32_t flags) {
+    to[0] = U4{bitsOf(rows[0]), bitsOf(rows[1]), bitsOf(rows[2]), bitsOf(rows[3])};
+    to[1] = U4{bitsOf(rows[4]), bitsOf(rows[5]), bitsOf(rows[6]), bitsOf(rows[7])};
+    to[2] = U4{word, from.reported, from.sbt, from.capFlags | flags};
+}
+
+// As readIntoPoints; the record tells of the piece alone.
+SUNSTONE_BUILDER bool writeShapeRecord(const BuildJob& job, uint32_t place, uint32_t word,
+                                       Bounds& exact) {
+    const ShapePlace from = placeOfShape(job, word);
+    float points[16];
+    const bool active =
+        readIntoPoints(job, from.primitive, 0, from.local, *from.input, points, exact);
+    U4* const to = at<U4>(recordAt(job, place, 0));
+    if (job.shape == kSphereShape) {
+        storeSphere(to, points, from);
+        return active;
+    }
+    const ShapePoints shape = {job.shape, points};
+    float rows[8] = {};
+    shapeLane(shape, word, false, rows);
+    storeCurve(to, rows, word, from, isBentPiece(shape, word) ? kCurveBent : 0u);
+    return active;
+}
+
+// Adds what was found to the counters; numFurther: references that are not the first of a
+// primitive.
+SUNSTONE_BUILDER void countPieces(const BuildJob& job, const Bounds& found, uint32_t numActive,
+                                  uint32_t numFurther) {
+    addToCounters(job, found, numActive);
+    Counters& counters = countersOf(job);
+    if (numFurther)
+        atomicAdd(&counters.numTreeReferences, numFurther);
+    if (globalThread() == 0) {
+        counters.numReferences = job.maxReferences;
+        if (job.keepInactive) // they are not split
+            counters.numTreeReferences = job.numPrimitives;
+    }
+}
+
+SUNSTONE_BUILDER bool maySplit(const ShapePlace& from) {
+    return !(from.sbt >> kGeometryFlagShift & kGeometryRequireSingleAnyHit);
+}
+
+SUNSTONE_KERNEL sunstone_shapes(BuildJob job) {
+    Bounds found = emptyBounds();
+    uint32_t numActive = 0, numFurther = 0;
+    for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
+        const ShapePlace from = placeOfShape(job, wholeShape(job, i));
+        float points[16];
+        Bounds box = emptyBounds();
+        const bool active = readIntoPoints(job, i, 0, from.local, *from.input, points, box);
+        const ShapePoints shape = {job.shape, points};
+        const uint32_t pieces =
+            referToPieces(job, i, active, shape, maySplit(from),
+                          [&](uint32_t word) { return boxOfPiece(shape, word); });
+        if (active) {
+            found = unite(found, box);
+            ++numActive;
+            numFurther += pieces - 1;
+        }
+    }
+    countPieces(job, found, numActive, numFurther);
+}
+
+} // namespace sunstone::bvh::gpu

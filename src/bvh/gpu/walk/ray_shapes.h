@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays against curves and spheres on GPUs: the CPU's tests (bvh/shapes/curves_body.h, bvh/shapes/spheres_body.h)
+// with one lane, which is the thread. Beside what they fuse by name the compiler may fuse products
+// and sums here, which it may not on the CPU: numbers of both can differ in the last bit. With
+// kMotion a structure may have motion keys: its records and points are then interpolated at the time
+// of the ray, as on the CPU (bvh/shapes/shapes_body.h).
+#pragma once
+
+#include "bvh/gpu/layout.h"
+#include "bvh/gpu/walk/motion_traversal.h"
+#include "bvh/shapes/shapes.h"
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device begin
+#endif
+#if defined(__NVPTX__)
+#pragma clang fp contract(on)
+#endif
+
+#include "bvh/shapes/curves_body.h"
+#include "bvh/shapes/spheres_body.h"
+
+namespace sunstone::bvh::gpu {
+
+namespace lane = bvh::SUNSTONE_ISA;
+
+SUNSTONE_GPU_INLINE bool meetsShape(uint32_t bits, uint32_t shape) {
+    return bits & (shape == kSphereShape                      ? kMeetsSpheres
+                   : CurveBasis(shape) == CurveBasis::kLinear ? kMeetsLinear
+                                                              : kMeetsCurves);
+}
+
+// Rows of a record as single lanes stand in memory.
+SUNSTONE_GPU_INLINE void unpack(U4 words, float* to) {
+    to[0] = floatOf(words.x);
+    to[1] = floatOf(words.y);
+    to[2] = floatOf(words.z);
+    to[3] = floatOf(words.w);
+}
+
+// Four rows of a record (the words at `record`), which with motion has another one of `units` words
+// for each key; that of place.key is given.
+template <bool kMotion>
+SUNSTONE_GPU_INLINE void loadRows(const U4* record, uint32_t units, const MotionPlace& place,
+                                  float rows[4]) {
+    unpack(loadConstant(record), rows);
+    if (!kMotion || place.keys == 1)
+        return;
+    float next[4];
+    unpack(loadConstant(record + units), next);
+    for (int i = 0; i < 4; ++i)
+        rows[i] = weighted(rows[i], next[i], place);
+}
+
+// Radii below zero count as zero, at the time. (Without motion there are none.)
+template <bool kMotion>
+SUNSTONE_GPU_INLINE void clampRadius(float& radius) {
+    if (kMotion)
+        radius = radius > 0 ? radius : 0;
+}
+
+template <bool kMotion>
+SUNSTONE_GPU_INLINE bool testSphere(const U4* record, const MotionPlace& place,
+                                    const lane::RaySpace& s, float tmax, ShapeHit& hit) {
+    constexpr uint32_t kKind = kShapeKindBase | (kSphereShape & 15);
+    float rows[4];
+    loadRows<kMotion>(record, sizeof(SphereRecord) / 16, place, rows);
+    clampRadius<kMotion>(rows[3]);
+    const auto hits = lane::testSpheres<1>(rows, s, tmax);
+    if (!(hits.in | hits.out))
+        return false;
+    const U4 rest = loadConstant(record + 1);
+    hit = {hits.in ? hits.enter[0] : hits.leave[0], 0, rest.x, rest.y,
+           hits.in ? kKind : kKind | kShapeKindBack};
+    return true;
+}
+
+constexpr uint32_t kCurveUnits = sizeof(CurveRecord) / 16;
+
+template <bool kMotion>
+SUNSTONE_GPU_INLINE bool testLinear(const U4* record, const MotionPlace& place,
+                                    const lane::RaySpace& s, float tmax, ShapeHit& hit) {
+    constexpr uint32_t kKind = kShapeKindBase | (uint32_t(CurveBasis::kLinear) & 15);
+    float rows[8];
+    loadRows<kMotion>(record, kCurveUnits, place, rows);
+    loadRows<kMotion>(record + 1, kCurveUnits, place, rows + 4);
+    clampRadius<kMotion>(rows[6]);
+    clampRadius<kMotion>(rows[7]);
+    lane::Lanes<1> t, u;
+    if (!lane::testCones<1>(rows, s, tmax, t, u))
+        return false;
+    const U4 rest = loadConstant(record + 2);
+    // A hit belongs to the piece that it is on.
+    const PieceRange range = rangeOf(rest.x);
+    if (u[0] < range.begin ||
+        (u[0] >= range.begin + range.length && range.begin + range.length < 1))
+        return false;
+    hit = {t[0], u[0], rest.y, rest.z, kKind};
+    return true;
+}
+
+// Apart from the loop, whose registers it would take. False, or the hit in `best`.
+[[gnu::noinline]] static bool testPiece(const lane::RaySpace& space, const float* points,
+                                        uint32_t shape, uint32_t word, uint32_t flags,
+                                        lane::CurveCandidate& best) {
+    return lane::intersectPiece<1>(space, points, CurveBasis(shape), word, flags, best);
+}
+
+// The same of points between two keys; `points` are those of place.key, the next ones `floats` on.
+[[gnu::noinline]] static bool testMovingPiece(const lane::RaySpace& space, const float* points,
+                                              uint32_t floats, const MotionPlace& place,
+                                              uint32_t shape, uint32_t word, uint32_t flags,
+                                              lane::CurveCandidate& best) {
+    alignas(16) float now[16];
+    for (uint32_t i = 0; i < floats; ++i)
+        now[i] = weighted(points[i], points[floats + i], place);
+    return lane::intersectPiece<1>(space, now, CurveBasis(shape), word, flags, best);
+}
+
+template <bool kMotion>
+SUNSTONE_GPU_INLINE bool testCurve(const BlockHeader* block, const U4* record,
+                                   const MotionPlace& place, const lane::RaySpace& s, float tmax,
+                                   ShapeHit& hit) {
+    float rows[8];
+    loadRows<kMotion>(record, kCurveUnits, place, rows);
+    loadRows<kMotion>(record + 1, kCurveUnits, place, rows + 4);
+    lane::Lanes<1> near;
+    if (!lane::testCapsules<1>(rows, s, tmax, near))
+        return false;
+    const U4 rest = loadConstant(record + 2);
+    const uint32_t shape = block->shape, stride = curvePointFloats(CurveBasis(shape), 1);
+    const auto* const points = reinterpret_cast<const float*>(
+        reinterpret_cast<const uint8_t*>(block) + block->pointsOffset);
+    const lane::RaySpace copy = s; // so that the walk's own is not in memory
+    lane::CurveCandidate best = {tmax, 0};
+    const uint64_t segment = segmentOf(rest.x);
+    bool met;
+    if (kMotion && place.keys > 1) {
+        const MotionPlace at = place;
+        met = testMovingPiece(copy, points + (segment * at.keys + at.key) * stride, stride, at,
+                              shape, rest.x, rest.w, best);
+    } else {
+        met = testPiece(copy, points + segment * stride, shape, rest.x, rest.w, best);
+    }
+    if (!met)
+        return false;
+    hit = {best.t, best.u, rest.y, rest.z, kShapeKindBase | (shape & 15)};
+    return true;
+}
+
+// A record of a block of curves or spheres; `records` are those of place.key.
+template <bool kMotion>
+SUNSTONE_GPU_INLINE bool testShape(uint32_t bits, const BlockHeader* block, const uint8_t* records,
+                                   uint32_t record, const MotionPlace& place,
+                                   const lane::RaySpace& s, float tmax, ShapeHit& hit) {
+    const uint64_t index = kMotion ? uint64_t(record) * place.keys : record;
+    const bool sphere =
+        bits == kMeetsSpheres || ((bits & kMeetsSpheres) && block->shape == kSphereShape);
+    if (sphere)
+        return testSphere<kMotion>(
+            reinterpret_cast<const U4*>(records + index * sizeof(SphereRecord)), place, s, tmax,
+            hit);
+    const auto* const curve = reinterpret_cast<const U4*>(records + index * sizeof(CurveRecord));
+    const bool linear = !(bits & kMeetsCurves) ||
+                        ((bits & kMeetsLinear) && block->shape == uint32_t(CurveBasis::kLinear));
+    if (linear)
+        return testLinear<kMotion>(curve, place, s, tmax, hit);
+    return testCurve<kMotion>(block, curve, place, s, tmax, hit);
+}
+
+} // namespace sunstone::bvh::gpu
+
+#if defined(__NVPTX__)
+#pragma clang fp contract(off)
+#endif
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device end
+#endif

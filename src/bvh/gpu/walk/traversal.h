@@ -1,0 +1,657 @@
+// SPDX-License-Identifier: Apache-2.0
+// The traversal loop on GPUs, a template over what happens at primitives. It compiles as CUDA, as
+// freestanding C++ for nvptx64 and for the CPU, and is meant to be inlined into the caller: all
+// state of a ray is in registers but for the stack, an array of the caller.
+//
+//   struct Programs {
+//       // What may be met; the rest compiles away.
+//       static constexpr bool kTriangles, kCustoms, kInstances, kMotion;
+//       static constexpr unsigned kLevels; // instances and transforms on a path
+//       // A candidate at tmin <= t <= ray.tmax. It counts by setting ray.tmax = hit.t; of equal t
+//       // the lower primitive should win (the CPU's rule). `primitive`, `sbt`: of TriangleRecord.
+//       Visit triangle(Ray& ray, const TriangleHit& hit, uint32_t primitive, uint32_t sbt);
+//       Visit custom(Ray& ray, uint32_t primitive, uint32_t sbt); // runs an intersection program
+//       static uint32_t shapes(); // ShapeBits of the curves and spheres that may be met
+//       Visit shape(Ray& ray, const ShapeHit& hit); // as triangle()
+//       // Before the child of an instance or of a transform in the caller's memory (its handle,
+//       // tag included) is entered: false skips it, else fills world-to-object of this level.
+//       bool enterInstance(Ray& ray, const InstanceData& instance, uint64_t& child,
+//                          float worldToObject[12]);
+//       bool enterTransform(Ray& ray, uint64_t handle, uint64_t& child, float worldToObject[12]);
+//       // What was entered last; ray.origin and direction are those of the outer space again. With
+//       // kMotion an instance and the transforms below it at once: `count` of them.
+//       void leave(Ray& ray);
+//       void leave(Ray& ray, uint32_t count);
+//       static uint32_t lanes(); // of the warp, that run this together
+//       // With kInstances: whether the lane, if it wants to enter an instance, may do so now.
+//       static bool mayEnter(bool wants);
+//       static bool any(bool value); // with that and kMotion: for any lane that runs this together
+//       bool nearestFirst() const; // whether all hits must be looked at, to find the nearest
+//       float time() const;  // with kMotion
+//       void refuseMotion(); // without: there is some; may return, and nothing is there
+//       // With kInstances: there are more levels than kLevels, or than the stack may hold; nothing
+//       // is there if they return.
+//       void refuseLevel();
+//       void refuseStack();
+//   };
+//
+//   Traversal<Programs> traversal;
+//   U2 stack[Traversal<Programs>::kStackSize];
+//   Traversal<Programs>::Level levels[Programs::kLevels + 1];
+//   if (traversal.start(programs, ray, handle, levels))
+//       traversal.run(programs, ray, stack, levels, RunToEnd());
+//
+// Handles must lead to structures: what they hold is looked at, but not whether there is memory
+// (known_handles.h).
+#pragma once
+
+#include "bvh/gpu/build/shared_records.h"
+#include "bvh/gpu/walk/motion_traversal.h"
+#include "bvh/gpu/walk/ray_shapes.h"
+#include "bvh/gpu/walk/ray_triangle.h"
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device begin
+#endif
+
+namespace sunstone::bvh::gpu {
+
+#define SUNSTONE_GPU_MEMBER __attribute__((always_inline))
+
+enum class Visit : uint32_t { kContinue, kEnd };
+
+// What programs inherit that meet no curves and spheres, nothing that moves, or run alone.
+struct NoShapes {
+    static SUNSTONE_GPU_MEMBER uint32_t shapes() { return 0; }
+    SUNSTONE_GPU_MEMBER Visit shape(Ray&, const ShapeHit&) { return Visit::kContinue; }
+};
+struct NoMotion {
+    static constexpr bool kMotion = false;
+    SUNSTONE_GPU_MEMBER void refuseMotion() {}
+};
+struct OneLane {
+    static SUNSTONE_GPU_MEMBER uint32_t lanes() { return 1; }
+    static SUNSTONE_GPU_MEMBER bool mayEnter(bool wants) { return wants; }
+    static SUNSTONE_GPU_MEMBER bool any(bool value) { return value; }
+};
+// The same of graphs that hold no more levels than they can.
+struct NoDeepGraphs {
+    SUNSTONE_GPU_MEMBER void refuseLevel() {}
+    SUNSTONE_GPU_MEMBER void refuseStack() {}
+};
+
+SUNSTONE_GPU_INLINE void transformRay(const float m[12], const float origin[3],
+                                      const float direction[3], Ray& to) {
+    for (int i = 0; i < 3; ++i) {
+        const float *row = m + 4 * i, *o = origin, *d = direction;
+        to.origin[i] =
+            add(add(add(mul(row[0], o[0]), mul(row[1], o[1])), mul(row[2], o[2])), row[3]);
+        to.direction[i] = add(add(mul(row[0], d[0]), mul(row[1], d[1])), mul(row[2], d[2]));
+    }
+}
+
+// When a walk over the tree stops to let others join.
+struct RunToEnd {
+    __attribute__((always_inline)) bool stop() const { return false; }
+};
+
+// What to come back to when an instance or transform is left, in units that memory moves at once.
+struct Level {
+    U4 origin;    // and the first reciprocal
+    U4 direction; // and the second
+    U4 box;       // the third; slack, octant and one
+    U4 places;    // of nodes and records
+    uint64_t block; // 0 above a transform
+};
+struct MovingLevel : Level {
+    U4 motion;       // of the MotionPlace all but the number of keys
+    uint32_t keys;
+    uint32_t around; // see Levels
+};
+
+// What a walk keeps of levels.
+template <bool kMotion>
+struct Levels {
+    using Level = gpu::Level;
+};
+template <>
+struct Levels<true> {
+    using Level = MovingLevel;
+    uint32_t around; // the level of the space to come back to
+};
+
+SUNSTONE_GPU_INLINE U4 withFloats(const float v[3], float w) {
+    return {bitsOf(v[0]), bitsOf(v[1]), bitsOf(v[2]), bitsOf(w)};
+}
+SUNSTONE_GPU_INLINE void toFloats(U4 from, float v[3]) {
+    v[0] = floatOf(from.x), v[1] = floatOf(from.y), v[2] = floatOf(from.z);
+}
+SUNSTONE_GPU_INLINE uint64_t wordsOf(uint32_t low, uint32_t high) {
+    return uint64_t(high) << 32 | low;
+}
+
+template <class Programs>
+struct Traversal : Levels<Programs::kMotion> {
+    // Entries a stack needs; one of its entries is a group, or 0, 0 where a space ends. So many
+    // levels may be of structures as deep as there can be; further ones, which are hardly ever, find
+    // room where the others are not, as they hardly ever are.
+    static constexpr unsigned kDeepLevels = Programs::kLevels < 15 ? Programs::kLevels : 15;
+    static constexpr unsigned kStackSize =
+        (Programs::kInstances ? kWaitingChildren + 8 : kWaitingLeaves) +
+        kStackEntries * (kDeepLevels + 1);
+    // Instances are entered from the ray's first space only, which is therefore stored once.
+    static constexpr bool kKeepsSpace = Programs::kLevels == 1 && !Programs::kMotion;
+    // With motion a structure of instances is stored when it is entered, not with each of its
+    // instances, and there are no levels of transforms.
+    using Level = typename Levels<Programs::kMotion>::Level;
+
+    Group inner, leaf;
+    uint32_t top;
+    uint32_t depth;
+    const BlockHeader* block;
+    BlockType kind; // of the block, so that primitives need not look
+    const U4* nodes;
+    const uint8_t* records;
+    BoxRay box;
+    Shear shear;
+    lane::RaySpace space; // in structures of curves and spheres
+    MotionPlace motion;   // with kMotion
+
+    // Begins at a handle (with its tag). False: there is nothing to visit.
+    __attribute__((always_inline)) bool start(Programs& programs, Ray& ray, uint64_t handle,
+                                              Level* levels) {
+        inner = leaf = {0, 0};
+        top = depth = 0;
+        block = nullptr;
+        if constexpr (Programs::kMotion) {
+            this->around = 0;
+            if constexpr (Programs::kLevels > 1) { // the end of what isInside() goes through
+                levels[0].block = 0;
+                levels[0].around = 0;
+            }
+        }
+        if (!enter(programs, ray, handle, levels, 0))
+            return false;
+        if constexpr (kKeepsSpace)
+            saveSpace(ray, levels[depth]);
+        return true;
+    }
+
+    // Visits until the end (true), or until Policy::stop() says so after a step (false).
+    template <class Policy>
+    __attribute__((always_inline)) bool run(Programs& programs, Ray& ray, U2* stack, Level* levels,
+                                            Policy policy) {
+        for (;;) {
+            if (step(programs, ray, stack, levels))
+                return true;
+            if (policy.stop())
+                return false;
+        }
+    }
+
+    // Visits a node, or what is left of a leaf, and primitives found there. True at the end.
+    __attribute__((always_inline)) bool step(Programs& programs, Ray& ray, U2* stack,
+                                             Level* levels) {
+        if constexpr (Programs::kInstances)
+            return stepInGraph(programs, ray, stack, levels);
+        openNext(programs, ray, stack);
+        const uint32_t few = (5 * Programs::lanes() + 8) / 16;
+        while (leaf.bits != 0) {
+            if (visitNext(programs, ray))
+                return true;
+            if (leaf.bits != 0 && mayWait() && Programs::lanes() < few) {
+                push(stack, leaf);
+                leaf.bits = 0;
+            }
+        }
+        // Without a branch around it: compilers make a loop of the lanes that need no other group,
+        // at whose end those that take one from the stack would wait.
+        const bool empty = inner.bits <= 0x00FFFFFFu;
+        if (empty && top == 0)
+            return true;
+        top -= empty;
+        const U2 entry = stack[top]; // there are always places to spare
+        inner.base = empty ? entry.x : inner.base;
+        inner.bits = empty ? entry.y : inner.bits;
+        return false;
+    }
+
+private:
+    // What is left of a leaf waits on the stack where nearly all lanes of the warp are through with
+    // theirs, so that they need not wait. Leaves have 1 to 24 primitives; without this, on long
+    // thin triangles, tests ran for 3.5 of 32 lanes.
+    __attribute__((always_inline)) bool mayWait() const {
+        return top < kWaitingLeaves;
+    }
+
+    static constexpr uint32_t kVisits = 2;
+
+    // Where there are instances, lanes of a warp are at all kinds of work at once: those with many
+    // primitives leave some for the next step, while others go on through nodes.
+    __attribute__((always_inline)) bool stepInGraph(Programs& programs, Ray& ray, U2* stack,
+                                                    Level* levels) {
+        if ((inner.bits | leaf.bits) == 0) {
+            leaveSpace(programs, ray, levels);
+            if (pop(ray, stack))
+                return true;
+            if (Programs::kLevels > 1 && (inner.bits | leaf.bits) == 0)
+                return false; // the space around is left next
+        }
+        if (Programs::mayEnter(leaf.bits != 0 && kind == BlockType::kInstances)) {
+            const uint32_t place = nextPlace();
+            leaf.bits &= ~(1u << place);
+            visitInstance(programs, ray, leaf.base + place, stack, levels);
+        }
+        if (leaf.bits == 0)
+            openNext(programs, ray, stack);
+        if (kind != BlockType::kInstances)
+            for (uint32_t i = 0; leaf.bits != 0 && i < kVisits; ++i)
+                if (visitNext(programs, ray))
+                    return true;
+        return pop(ray, stack);
+    }
+
+    __attribute__((always_inline)) bool visitNext(Programs& programs, Ray& ray) {
+        const uint32_t place = uint32_t(__builtin_ctz(leaf.bits));
+        leaf.bits &= leaf.bits - 1;
+        return visit(programs, ray, leaf.base + place);
+    }
+
+    // Takes what is next from the stack if there is nothing left in hand; true at the end.
+    __attribute__((always_inline)) bool pop(const Ray& ray, const U2* stack) {
+        bool search = inner.bits <= 0x00FFFFFFu && leaf.bits == 0, end = false;
+        while (search) {
+            end = top == 0;
+            search = false;
+            if (!end) {
+                const U2 entry = stack[--top];
+                if (!isChild(entry)) {
+                    inner = {entry.x, entry.y};
+                } else if (floatOf(entry.y & ~7u) <= ray.tmax) {
+                    take(entry);
+                } else {
+                    top -= entry.x >> 28 & 7u;
+                    search = true;
+                }
+            }
+        }
+        return end;
+    }
+
+    // Children of nodes of instances are visited nearest first, wherever they are: nodes overlap,
+    // and what lies behind a hit need not be entered. Those that wait are entries of their own:
+    // index | how many farther ones of the node are below << 28 | 1 << 31; distance, lowest bit
+    // set for an instance.
+    static __attribute__((always_inline)) bool isChild(U2 entry) {
+        return entry.x >> 31;
+    }
+    __attribute__((always_inline)) void take(U2 entry) {
+        const uint32_t index = entry.x & 0x0FFFFFFFu;
+        const bool instance = entry.y & 1u;
+        inner = {index, instance ? 0u : 1u << 24}; // a group of one
+        leaf = {index, instance ? 1u : 0u};
+    }
+    __attribute__((always_inline)) void takeNearest(Distances<true>& distances, U2* stack) {
+        distances.sort();
+        const uint32_t innerMask = inner.bits & 0xFFu, childBase = inner.base,
+                       primitiveBase = leaf.base;
+        const auto entryOf = [&](uint32_t i, uint32_t farther) {
+            const uint32_t key = distances.keys[i], slot = key & 7u;
+            const bool isInner = innerMask >> slot & 1u;
+            const uint32_t before = uint32_t(__builtin_popcount(innerMask & ~(~0u << slot)));
+            const uint32_t place =
+                permute(distances.metas[0], distances.metas[1], slot) & 31u;
+            return U2{(isInner ? childBase + before : primitiveBase + place) | farther << 28 |
+                          1u << 31,
+                      (key & ~7u) | (isInner ? 0u : 1u)};
+        };
+        uint32_t farther = 0;
+#pragma unroll
+        for (uint32_t i = 7; i > 0; --i)
+            if (distances.keys[i] != Distances<true>::kMissed)
+                stack[top++] = entryOf(i, farther++);
+        if (distances.keys[0] != Distances<true>::kMissed)
+            take(entryOf(0, 0));
+        else
+            inner.bits = leaf.bits = 0;
+    }
+
+    // The next child of the group becomes the group, or the group, which is of primitives, a leaf.
+    __attribute__((always_inline)) void openNext(const Programs& programs, const Ray& ray,
+                                                 U2* stack) {
+        if (inner.bits <= 0x00FFFFFFu) {
+            leaf = inner;
+            inner.bits = 0;
+            return;
+        }
+        const uint32_t bit = 31 - uint32_t(__builtin_clz(inner.bits));
+        const uint32_t slot = slotOf(box.octant, bit - 24);
+        const uint32_t child =
+            inner.base + uint32_t(__builtin_popcount(inner.bits & 0xFFu & ~(~0u << slot)));
+        inner.bits &= ~(1u << bit);
+        if (inner.bits > 0x00FFFFFFu)
+            push(stack, inner);
+        test(programs, ray, child, stack);
+    }
+
+    // Primitives are listed by slot, and the highest bit of a slot is the side along z. What is
+    // behind an instance that is hit need not be entered.
+    __attribute__((always_inline)) uint32_t nextPlace() const {
+        return (box.octant & 4u) == 0 ? 31 - uint32_t(__builtin_clz(leaf.bits)) : uint32_t(__builtin_ctz(leaf.bits));
+    }
+
+    __attribute__((always_inline)) void push(U2* stack, Group group) {
+        stack[top++] = U2{group.base, group.bits};
+    }
+
+    __attribute__((always_inline)) void test(const Programs& programs, const Ray& ray,
+                                             uint32_t child, U2* stack) {
+        constexpr uint32_t kUnits = sizeof(WideNode) / 16;
+        const float tmin = larger(ray.tmin, 0.0f);
+        Distances<Programs::kInstances> distances;
+        if (Programs::kMotion && someMove())
+            testMovingNode(nodes + uint64_t(child) * motion.keys * kUnits, motion, ray.origin, box,
+                           tmin, ray.tmax, inner, leaf, distances);
+        else
+            testNode(nodes + uint64_t(child) * kUnits, ray.origin, box, tmin, ray.tmax, inner,
+                     leaf, distances);
+        if constexpr (Programs::kInstances)
+            if (programs.nearestFirst() && kind == BlockType::kInstances &&
+                top < kWaitingChildren)
+                takeNearest(distances, stack);
+    }
+
+    // Whether the nodes of any lane move, or its own where all lanes are in one structure: with some
+    // that do, all lanes test theirs together as if they did, in place of one kind after the other.
+    __attribute__((always_inline)) bool someMove() const {
+        if constexpr (Programs::kMotion && Programs::kInstances)
+            return Programs::any(motion.keys > 1);
+        return motion.keys > 1;
+    }
+
+    __attribute__((always_inline)) void loadTriangle(uint32_t record, U4& a, U4& b, U4& c) const {
+        const uint64_t place = reinterpret_cast<uint64_t>(records);
+        if (areShared(place))
+            record = loadConstant(sharedNumber(nodes, record));
+        const auto recordAt = [&](uint64_t index) {
+            return reinterpret_cast<const U4*>(withoutSharedBit(place) +
+                                               index * sizeof(TriangleRecord));
+        };
+        if (Programs::kMotion && motion.keys > 1) {
+            loadMovingTriangle(recordAt(uint64_t(record) * motion.keys), motion, a, b, c);
+            return;
+        }
+        const U4* const triangle = recordAt(record);
+        a = loadConstant(triangle);
+        b = loadConstant(triangle + 1);
+        c = loadConstant(triangle + 2);
+    }
+
+    // Of the block that is walked.
+    __attribute__((always_inline)) static BlockType kindOf(BlockType type) {
+        return Programs::kMotion ? bvh::kindOf(type) : type;
+    }
+
+    __attribute__((always_inline)) bool visit(Programs& programs, Ray& ray, uint32_t record) {
+        if (Programs::shapes() && kind == BlockType::kShapes) {
+            ShapeHit hit;
+            return testShape<Programs::kMotion>(Programs::shapes(), block, records, record, motion,
+                                                space, ray.tmax, hit) &&
+                   programs.shape(ray, hit) == Visit::kEnd;
+        }
+        if (Programs::kTriangles && (!Programs::kCustoms || kind == BlockType::kTriangles)) {
+            U4 a, b, c;
+            loadTriangle(record, a, b, c);
+            TriangleHit hit;
+            if (!testTriangle(ray.origin, shear, a, b, c, ray.tmin, ray.tmax, hit))
+                return false;
+            return programs.triangle(ray, hit, a.w, b.w) == Visit::kEnd;
+        }
+        if constexpr (Programs::kCustoms) {
+            const uint64_t index = Programs::kMotion ? uint64_t(record) * motion.keys : record;
+            const U4* const custom =
+                reinterpret_cast<const U4*>(records + index * sizeof(CustomLeaf));
+            const U4 a = loadConstant(custom), b = loadConstant(custom + 1);
+            return programs.custom(ray, a.w, b.w) == Visit::kEnd;
+        }
+        return false;
+    }
+
+    __attribute__((always_inline)) void visitInstance(Programs& programs, Ray& ray, uint32_t record,
+                                                      U2* stack, Level* levels) {
+        if constexpr (Programs::kInstances) {
+            const uint32_t index =
+                loadConstant(reinterpret_cast<const uint32_t*>(records) + record);
+            const InstanceData& instance = reinterpret_cast<const InstanceData*>(
+                reinterpret_cast<const uint8_t*>(block) + block->instancesOffset)[index];
+            uint64_t child = 0;
+            float worldToObject[12];
+            if (depth >= Programs::kLevels)
+                return programs.refuseLevel();
+            if (Programs::kLevels > kDeepLevels && top > kStackSize - kStackEntries - 10)
+                return programs.refuseStack();
+            if (!programs.enterInstance(ray, instance, child, worldToObject))
+                return;
+            if (inner.bits > 0x00FFFFFFu)
+                push(stack, inner);
+            if (leaf.bits != 0)
+                push(stack, leaf);
+            stack[top++] = U2{0, 0};
+            if constexpr (Programs::kMotion)
+                this->around = depth;
+            else if constexpr (!kKeepsSpace)
+                saveSpace(ray, levels[depth]);
+            ++depth;
+            moveRay(worldToObject, ray);
+            // If nothing is there, the space is left at once.
+            inner = leaf = {0, 0};
+            block = nullptr;
+            enter(programs, ray, child, levels, depth);
+        }
+    }
+
+    static __attribute__((always_inline)) void moveRay(const float worldToObject[12], Ray& ray) {
+        float origin[3], direction[3];
+        for (int i = 0; i < 3; ++i) {
+            origin[i] = ray.origin[i];
+            direction[i] = ray.direction[i];
+        }
+        transformRay(worldToObject, origin, direction, ray);
+    }
+
+    __attribute__((always_inline)) void saveSpace(const Ray& ray, Level& level) const {
+        level.origin = withFloats(ray.origin, box.inverse[0]);
+        level.direction = withFloats(ray.direction, box.inverse[1]);
+        level.box = {bitsOf(box.inverse[2]), bitsOf(box.slack), box.octant, bitsOf(box.one)};
+        const uint64_t n = reinterpret_cast<uint64_t>(nodes),
+                       r = reinterpret_cast<uint64_t>(records);
+        level.places = {uint32_t(n), uint32_t(n >> 32), uint32_t(r), uint32_t(r >> 32)};
+        level.block = reinterpret_cast<uint64_t>(block);
+        if constexpr (Programs::kMotion) {
+            level.motion = {motion.key, bitsOf(motion.first), bitsOf(motion.second),
+                            bitsOf(motion.slack)};
+            level.keys = motion.keys;
+            level.around = this->around;
+        }
+    }
+
+    __attribute__((always_inline)) void leaveSpace(Programs& programs, Ray& ray, Level* levels) {
+        // Back to the block around, through transforms that stood between.
+        if constexpr (Programs::kInstances && Programs::kMotion) {
+            programs.leave(ray, depth - this->around);
+            depth = this->around;
+            restoreSpace(ray, levels[depth]);
+        } else if constexpr (Programs::kInstances) {
+            do
+                programs.leave(ray);
+            while (levels[--depth].block == 0);
+            restoreSpace(ray, levels[depth]);
+        }
+    }
+
+    // Only structures of instances are come back to.
+    __attribute__((always_inline)) void restoreSpace(Ray& ray, const Level& level) {
+        toFloats(level.origin, ray.origin);
+        toFloats(level.direction, ray.direction);
+        block = reinterpret_cast<const BlockHeader*>(level.block);
+        if constexpr (Programs::kMotion) {
+            motion = {level.keys, level.motion.x, floatOf(level.motion.y), floatOf(level.motion.z),
+                      floatOf(level.motion.w)};
+            this->around = level.around;
+        }
+        kind = BlockType::kInstances;
+        box.inverse[0] = floatOf(level.origin.w);
+        box.inverse[1] = floatOf(level.direction.w);
+        box.inverse[2] = floatOf(level.box.x);
+        box.slack = floatOf(level.box.y);
+        box.octant = level.box.z;
+        box.one = floatOf(level.box.w);
+        nodes = reinterpret_cast<const U4*>(wordsOf(level.places.x, level.places.y));
+        records = reinterpret_cast<const uint8_t*>(wordsOf(level.places.z, level.places.w));
+    }
+
+    // The space of `block`, of whose header these are; `size`: see makeBoxRay().
+    __attribute__((always_inline)) void open(const Programs& programs, const Ray& ray,
+                                             BlockType type, float size, uint64_t nodesOffset,
+                                             uint64_t recordsOffset) {
+        kind = kindOf(type);
+        const uint8_t* const bytes = reinterpret_cast<const uint8_t*>(block);
+        nodes = reinterpret_cast<const U4*>(bytes + nodesOffset);
+        records = bytes + recordsOffset;
+        if constexpr (Programs::kMotion) {
+            motion = placeIn(*block, programs.time(), ray.origin);
+            if (motion.keys > 1) {
+                nodes += motion.key * (sizeof(WideNode) / 16);
+                if (kind != BlockType::kInstances)
+                    records += motion.key * recordSize(kind, block->shape, 1);
+            }
+        }
+        box = makeBoxRay(ray.direction, size);
+        if (Programs::kTriangles && (!Programs::kInstances || kind == BlockType::kTriangles))
+            shear = makeShear(ray.direction);
+    }
+
+    // Follows the handle through transforms to a block, whose root becomes the group to visit.
+    // False: there is nothing to visit; levels above `base` have been left again, with motion by
+    // leaveSpace().
+    __attribute__((always_inline)) bool enter(Programs& programs, Ray& ray, uint64_t handle,
+                                              Level* levels, uint32_t base) {
+        if constexpr (Programs::kInstances)
+            while ((handle & kTraversableTagMask) >= kStaticTransformTag) {
+                float worldToObject[12];
+                uint64_t child = 0;
+                const bool tooDeep = depth >= Programs::kLevels;
+                if (tooDeep)
+                    programs.refuseLevel();
+                if (tooDeep || !programs.enterTransform(ray, handle, child, worldToObject)) {
+                    leaveTo(programs, ray, levels, base);
+                    return false;
+                }
+                block = nullptr;
+                if constexpr (Programs::kMotion)
+                    ++depth;
+                else
+                    saveSpace(ray, levels[depth++]);
+                moveRay(worldToObject, ray);
+                handle = child;
+            }
+        const uint64_t tag = handle & kTraversableTagMask;
+        const BlockHeader* const header =
+            reinterpret_cast<const BlockHeader*>(handle & ~uint64_t(kTraversableTagMask));
+        if (!header || !(tag == kGasTag || (Programs::kInstances && tag == kIasTag)) ||
+            (tag == kIasTag && isInside(header, levels))) {
+            leaveTo(programs, ray, levels, base);
+            return false;
+        }
+        // All that is needed of the header at once.
+        const U4* const words = reinterpret_cast<const U4*>(header);
+        const U4 first = loadConstant(words),
+                 places = loadConstant(words + offsetof(BlockHeader, instancesOffset) / 16),
+                 last = loadConstant(words + offsetof(BlockHeader, recordsOffset) / 16);
+        const BlockType type = BlockType(first.z);
+        const bool wanted = first.x == kGpuBlockMagic && first.w != kNoNode && fits(type, last.z) &&
+                            isRay(ray) && isThere(programs, *header) && enterShapes(type, ray);
+        if (!wanted) {
+            if constexpr (!Programs::kMotion)
+                if (first.x == kGpuBlockMagic && isMoving(type))
+                    programs.refuseMotion();
+            leaveTo(programs, ray, levels, base);
+            return false;
+        }
+        block = header;
+        open(programs, ray, type, floatOf(first.w), wordsOf(places.z, places.w),
+             wordsOf(last.x, last.y));
+        if constexpr (Programs::kInstances && Programs::kMotion)
+            if (kind == BlockType::kInstances)
+                saveSpace(ray, levels[depth]);
+        // The root stands in slot 0 of a group of one.
+        inner = {0, 1u << (24 + rankOf(box.octant, 0)) | 1u};
+        return true;
+    }
+    static_assert(offsetof(BlockHeader, magic) == 0 && offsetof(BlockHeader, type) == 8 &&
+                  offsetof(BlockHeader, root) == 12 &&
+                  offsetof(BlockHeader, instancesOffset) % 16 == 0 &&
+                  offsetof(BlockHeader, nodesOffset) ==
+                      offsetof(BlockHeader, instancesOffset) + 8 &&
+                  offsetof(BlockHeader, recordsOffset) % 16 == 0 &&
+                  offsetof(BlockHeader, shape) == offsetof(BlockHeader, recordsOffset) + 8);
+
+    // A graph with a cycle (updates can make one) would be walked in all ways that its depth allows:
+    // instances of a structure within itself are never hit.
+    __attribute__((always_inline)) bool isInside(const BlockHeader* header,
+                                                 const Level* levels) const {
+        const uint64_t address = reinterpret_cast<uint64_t>(header);
+        bool found = false;
+        if constexpr (Programs::kLevels > 1 && Programs::kMotion) {
+            uint32_t i = this->around;
+            found = levels[i].block == address;
+            while (i != 0) {
+                i = levels[i].around;
+                found |= levels[i].block == address;
+            }
+        } else if constexpr (Programs::kLevels > 1) {
+            for (uint32_t i = 0; i < depth; ++i)
+                found |= levels[i].block == address;
+        }
+        return found;
+    }
+
+    __attribute__((always_inline)) void leaveTo(Programs& programs, Ray& ray, Level* levels,
+                                                uint32_t base) {
+        if constexpr (Programs::kInstances && !Programs::kMotion)
+            while (depth > base) {
+                const Level& level = levels[--depth];
+                toFloats(level.origin, ray.origin);
+                toFloats(level.direction, ray.direction);
+                programs.leave(ray);
+            }
+    }
+
+    // False where a ray is too fast for the tests of shapes.
+    __attribute__((always_inline)) bool enterShapes(BlockType type, const Ray& ray) {
+        return !Programs::shapes() || kindOf(type) != BlockType::kShapes ||
+               lane::setupRaySpace(space, ray.origin, ray.direction, ray.tmin);
+    }
+
+    __attribute__((always_inline)) static bool isThere(const Programs& programs,
+                                                       const BlockHeader& header) {
+        if constexpr (Programs::kMotion)
+            return !isGone(header, programs.time());
+        return true;
+    }
+
+    static __attribute__((always_inline)) bool fits(BlockType withBits, uint32_t shape) {
+        const BlockType type = kindOf(withBits);
+        return (Programs::shapes() && type == BlockType::kShapes &&
+                meetsShape(Programs::shapes(), shape)) ||
+               (Programs::kTriangles && type == BlockType::kTriangles) ||
+               (Programs::kCustoms && type == BlockType::kCustom) ||
+               (Programs::kInstances && type == BlockType::kInstances);
+    }
+};
+
+} // namespace sunstone::bvh::gpu
+
+#if defined(__CUDA__)
+#pragma clang force_cuda_host_device end
+#endif

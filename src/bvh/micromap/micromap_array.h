@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Builds arrays of opacity micromaps into a buffer of the caller, and says what to know to move
+// them. The rules for buffers are those of build.h: addresses are host addresses, contents can do
+// no harm. Read micromap.h first.
+#pragma once
+
+#include "bvh/micromap/micromap.h"
+#include "bvh/relocate.h"
+
+#include <array>
+#include <span>
+
+namespace sunstone::bvh {
+
+// So many micromaps of this kind are in an array. Several entries of one kind add up.
+struct MicromapHistogramEntry {
+    uint32_t count;
+    uint32_t level;
+    MicromapFormat format;
+};
+
+// The 8 bytes that describe one micromap of the input.
+struct MicromapDesc {
+    uint32_t byteOffset; // of its states in the input buffer
+    uint16_t level;
+    uint16_t format;
+};
+static_assert(sizeof(MicromapDesc) == 8);
+
+struct MicromapArrayInput {
+    std::span<const MicromapHistogramEntry> histogram;
+    const void* states = nullptr;       // what MicromapDesc::byteOffset counts from
+    const void* descriptions = nullptr; // MicromapDesc records
+    uint32_t descriptionStride = 0;     // 0: packed
+};
+
+struct MicromapArraySizes {
+    size_t output = 0;
+    size_t temp = 0;
+};
+
+constexpr size_t kMicromapArrayAlignment = 128;
+
+// How many micromaps there are of each kind.
+struct MicromapCounts {
+    std::array<std::array<uint64_t, kMaxMicromapLevel + 1>, 2> of{};
+
+    uint64_t& at(uint32_t level, MicromapFormat format) {
+        return of[format == MicromapFormat::kFourState][level];
+    }
+};
+
+// Where the parts of an array are.
+struct MicromapArrayLayout {
+    MicromapCounts counts;
+    uint64_t numMicromaps, refsOffset, dataOffset, usedSize;
+};
+
+// Throws as micromapArraySizes.
+MicromapArrayLayout micromapArrayLayout(std::span<const MicromapHistogramEntry> histogram);
+
+// Number of micromaps that the histogram has.
+uint64_t micromapCount(std::span<const MicromapHistogramEntry> histogram);
+
+// What any array with this histogram needs. Throws Error(kInvalidValue) for a level or format that
+// there is not, and for more than an array can hold.
+MicromapArraySizes micromapArraySizes(std::span<const MicromapHistogramEntry> histogram);
+
+// How many bytes of `states` the descriptions refer to. Throws Error(kInvalidValue) if they are not
+// what the histogram says.
+uint64_t checkMicromaps(const MicromapArrayInput& input);
+
+// Builds into `output` (128-byte aligned). The states must be readable as far as checkMicromaps()
+// says. Throws what that throws, and Error(kInvalidValue) if the output buffer is too small; there
+// is no array in `output` then.
+void buildMicromapArray(const MicromapArrayInput& input, void* output, size_t outputSize);
+
+// Whether the memory at this address holds an array. It must be readable.
+bool isMicromapArray(const void* array);
+
+// As relocationInfo() for structures, but of an array.
+RelocationInfo micromapRelocationInfo(const void* array);
+bool holdsMicromaps(const RelocationInfo& info);
+
+// Makes the copy at `array` usable. Throws Error(kInvalidValue) if the memory holds no copy of the
+// array that the info is from.
+void relocateMicromapArray(const RelocationInfo& info, void* array);
+
+} // namespace sunstone::bvh

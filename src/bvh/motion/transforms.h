@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Motion transforms: nodes of the traversable graph that lie in the caller's memory, with a matrix
+// for each key or with the factors of one. What the memory holds is the caller's to get right; no
+// content may do harm, though it may make the transform a hole that rays pass.
+#pragma once
+
+#include "bvh/motion/motion.h"
+
+#include <cstddef>
+
+namespace sunstone::bvh {
+
+// OptixMotionOptions. Fewer than two keys: the first one at all times.
+struct MotionRange {
+    uint16_t keys;
+    uint16_t flags; // MotionFlag
+    float begin, end;
+};
+
+struct MatrixMotionTransform {
+    uint64_t child;
+    MotionRange motion;
+    uint32_t pad[3];
+    float matrices[2][12]; // object to world; more behind if there are more keys
+};
+static_assert(sizeof(MatrixMotionTransform) == 128);
+
+// Scale and shear with a pivot, rotation, translation: the transform is T * R * S, with
+// S = (sx a b pvx, 0 sy c pvy, 0 0 sz pvz) and R the rotation of the normalised quaternion.
+struct SrtKey {
+    float sx, a, b, pvx, sy, c, pvy, sz, pvz, qx, qy, qz, qw, tx, ty, tz;
+};
+
+struct SrtMotionTransform {
+    uint64_t child;
+    MotionRange motion;
+    uint32_t pad[3];
+    SrtKey keys[2]; // more behind if there are more keys
+};
+static_assert(sizeof(SrtMotionTransform) == 160);
+
+// Longer chains of transforms lead nowhere.
+constexpr int kMaxTransformChain = 32;
+
+// Whether the tag is that of a transform in the caller's memory.
+inline bool isTransformTag(uint64_t tag) {
+    return tag == kStaticTransformTag || tag == kMatrixMotionTag || tag == kSrtMotionTag;
+}
+
+// Whether all of a transform, with all its keys, can be read. Never faults.
+bool isReadableTransform(uint64_t handle);
+
+// The child of a transform that can be read: the first member of all three.
+inline uint64_t childOf(uint64_t transform) {
+    return reinterpret_cast<const StaticTransform*>(transform & ~kTraversableTagMask)->child;
+}
+
+// The motion of a motion transform that can be read.
+inline const MotionRange& motionOf(uint64_t transform) {
+    static_assert(offsetof(MatrixMotionTransform, motion) == offsetof(SrtMotionTransform, motion));
+    return reinterpret_cast<const MatrixMotionTransform*>(transform & ~kTraversableTagMask)->motion;
+}
+
+// Object to world at a key and a fraction of the way to the next, of a motion transform. Numbers
+// are interpolated one by one; the quaternion is normalised after.
+void transformAt(uint64_t transform, KeySegment at, float objectToWorld[12]);
+
+// World to object at a time; false if there is nothing to enter: vanished, or no inverse.
+bool worldToObjectAt(uint64_t transform, float time, float worldToObject[12]);
+
+} // namespace sunstone::bvh

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// What traversal computes once per ray (and per space it enters). Included through traverse.h.
+//
+// Box test. The primitive test (walk/ray_triangle.h) works on vertices rounded relative to the ray
+// origin: it accepts a ray as if each vertex v were displaced by up to 5 * 2^-24 * |v - origin|.
+// Culling must never lose such a hit, so boxes are tested with a ray that widens with distance, a
+// cone of slope w = 2^-21 * max|direction|: the near planes are reached with speed |d| + w, the far
+// planes with |d| - w. (The part of the displacement due to the triangle's own size is in the
+// padding of its box.) With r = 1 / speed both planes are one multiply-add, plane * r - origin * r;
+// the rounding of origin * r is at most 2^-24 |origin * r| and moves into the constants, to the
+// safe side. Margins thus cost nothing per node.
+//
+// Where |d| of an axis is within 8 w of zero, the ray stays between the planes for all its length
+// or never is: r becomes huge, and the planes move by how far the ray may drift on its way through
+// the structure.
+//
+// Triangle test: the shear of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection"
+// (JCGT 2013): axes permuted so that z is the longest of the direction, winding kept.
+#pragma once
+
+#include "bvh/layout.h"
+#include "bvh/scalars.h"
+
+namespace sunstone::bvh::SUNSTONE_ISA {
+
+struct RaySetup {
+    // Planes of axis i: distance = plane * r[i] + c[i].
+    alignas(16) float nearR[4];
+    float nearC[4], farR[4], farC[4], org[4]; // the fourth means nothing
+    uint32_t nearPlanes[3];                   // byte offset of the near planes in a node
+    float tmin;
+    // Shear.
+    uint32_t axis[3]; // kx, ky, kz
+    float shear[3];   // Sx, Sy, Sz
+};
+
+// False for rays that cannot hit anything: NaN or infinity in them, or no direction.
+SUNSTONE_INLINE bool isRay(const float org[3], const float dir[3], float tmin, float tmax) {
+    // The sum of the magnitudes is finite only if all are (or their sum overflows: no use either).
+    const float sum = absolute(org[0]) + absolute(org[1]) + absolute(org[2]) + absolute(dir[0]) +
+                      absolute(dir[1]) + absolute(dir[2]) + absolute(tmin);
+    const float longest = larger(larger(absolute(dir[0]), absolute(dir[1])), absolute(dir[2]));
+    return finite(sum) && tmin <= tmax && longest >= 0x1p-120f;
+}
+
+SUNSTONE_INLINE void setupShear(RaySetup& s, const float dir[3]) {
+    const float ax = absolute(dir[0]), ay = absolute(dir[1]), az = absolute(dir[2]);
+    uint32_t kz = ax > ay ? (ax > az ? 0 : 2) : (ay > az ? 1 : 2);
+    uint32_t kx = kz == 2 ? 0 : kz + 1;
+    uint32_t ky = kx == 2 ? 0 : kx + 1;
+    if (dir[kz] < 0) {
+        const uint32_t k = kx;
+        kx = ky;
+        ky = k;
+    }
+    s.axis[0] = kx;
+    s.axis[1] = ky;
+    s.axis[2] = kz;
+    s.shear[0] = dir[kx] / dir[kz];
+    s.shear[1] = dir[ky] / dir[kz];
+    s.shear[2] = 1.0f / dir[kz];
+}
+
+// The planes of an axis along which the ray hardly moves.
+SUNSTONE_INLINE void setupStillAxis(RaySetup& s, int i, float org, float dir, float reach,
+                                    float travel) {
+    const float far = larger(absolute(org), reach);
+    const float r = far > 0x1p26f ? 0x1p126f / far : 0x1p100f;
+    const float drift = smaller(travel, reach) * 0x1p-17f + absolute(org) * 0x1p-22f + 0x1p-60f;
+    const float signedR = bitsOf(dir) >> 31 ? -r : r;
+    s.nearR[i] = s.farR[i] = signedR;
+    const float c = kFusedSlab ? -org * signedR : 0.0f;
+    s.nearC[i] = c - drift * r;
+    s.farC[i] = c + drift * r;
+}
+
+// The farthest that the structure reaches from the origin, along an axis.
+SUNSTONE_INLINE float reachOf(const BlockHeader* header, const float org[3]) {
+    float reach = 0;
+    for (int i = 0; i < 3; ++i)
+        reach = larger(reach, larger(absolute(header->lower[i] - org[i]),
+                                     absolute(header->upper[i] - org[i])));
+    return reach;
+}
+
+// The ray must satisfy isRay(). header: the block whose nodes will be visited.
+SUNSTONE_INLINE void setupRay(RaySetup& s, const BlockHeader* header, const float org[3],
+                              const float dir[3], float tmin, float tmax) {
+    const float longest = larger(larger(absolute(dir[0]), absolute(dir[1])), absolute(dir[2]));
+    const __m128 o = _mm_setr_ps(org[0], org[1], org[2], 0),
+                 d = _mm_setr_ps(dir[0], dir[1], dir[2], 1);
+    const __m128 signBit = _mm_set1_ps(-0.0f);
+    const __m128 sign = _mm_and_ps(d, signBit), speed = _mm_andnot_ps(signBit, d);
+    const __m128 w = _mm_set1_ps(longest * 0x1p-21f), one = _mm_set1_ps(1);
+    const __m128 nearR = _mm_or_ps(_mm_div_ps(one, _mm_add_ps(speed, w)), sign);
+    const __m128 farR = _mm_or_ps(
+        _mm_mul_ps(_mm_div_ps(one, _mm_sub_ps(speed, w)), _mm_set1_ps(1 + 0x1p-21f)), sign);
+    __m128 nearC = _mm_setzero_ps(), farC = _mm_setzero_ps();
+    if constexpr (kFusedSlab) {
+        // An origin so far off that this overflows culls everything; such a ray hits nothing
+        // that floats could tell apart anyway.
+        const __m128 n = _mm_xor_ps(_mm_mul_ps(o, nearR), signBit);
+        const __m128 f = _mm_xor_ps(_mm_mul_ps(o, farR), signBit);
+        const __m128 ulps = _mm_set1_ps(0x1p-22f);
+        nearC = _mm_sub_ps(n, _mm_mul_ps(_mm_andnot_ps(signBit, n), ulps));
+        farC = _mm_add_ps(f, _mm_mul_ps(_mm_andnot_ps(signBit, f), ulps));
+    }
+    _mm_store_ps(s.nearR, nearR);
+    _mm_store_ps(s.nearC, nearC);
+    _mm_store_ps(s.farR, farR);
+    _mm_store_ps(s.farC, farC);
+    _mm_store_ps(s.org, o);
+    for (int i = 0; i < 3; ++i)
+        s.nearPlanes[i] = uint32_t(64 * i) + (bitsOf(dir[i]) >> 31) * 32;
+    const float still = larger(8 * longest * 0x1p-21f, 0x1p-100f);
+    const int stillAxes = _mm_movemask_ps(_mm_cmple_ps(
+                              _mm_andnot_ps(signBit, _mm_setr_ps(dir[0], dir[1], dir[2], longest)),
+                              _mm_set1_ps(still))) &
+                          7;
+    if (__builtin_expect(stillAxes != 0, 0)) {
+        const float reach = reachOf(header, org);
+        for (int i = 0; i < 3; ++i)
+            if (stillAxes >> i & 1)
+                setupStillAxis(s, i, org[i], dir[i], reach, tmax * longest);
+    }
+    s.tmin = tmin;
+    setupShear(s, dir);
+}
+
+} // namespace sunstone::bvh::SUNSTONE_ISA

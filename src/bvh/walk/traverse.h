@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// The traversal loop, a template over what happens at leaves. Included by files that are compiled
+// once per instruction set (see simd.h). How nodes are tested is a second parameter.
+//
+// A Visitor has
+//   static constexpr bool kOrdered;     visit near children first (closest hit), or in any order
+//   float tmax;                         children beyond it are not visited
+//   bool leaf(const uint8_t* block, NodeRef ref);   true ends the traversal
+//
+// Stack entries are 8 bytes: the bits of the entry distance above, the node below, so that sorting
+// children is integer minimum and maximum. Distances are never negative, so their bits order like
+// the numbers.
+#pragma once
+
+#include "bvh/walk/ray_triangle.h"
+
+namespace sunstone::bvh::SUNSTONE_ISA {
+
+SUNSTONE_INLINE void orderPair(uint64_t& a, uint64_t& b) {
+    const uint64_t low = a < b ? a : b, high = a < b ? b : a;
+    a = low;
+    b = high;
+}
+
+// Sorts entries so that the nearest is last.
+SUNSTONE_INLINE void sortEntries(uint64_t* e, unsigned count) {
+    for (unsigned i = 1; i < count; ++i) {
+        const uint64_t entry = e[i];
+        unsigned j = i;
+        for (; j > 0 && e[j - 1] < entry; --j)
+            e[j] = e[j - 1];
+        e[j] = entry;
+    }
+}
+
+SUNSTONE_INLINE void prefetchNode(const uint8_t* block, uint64_t offset) {
+    __builtin_prefetch(block + offset);
+    __builtin_prefetch(block + offset + 64);
+    __builtin_prefetch(block + offset + 128);
+    __builtin_prefetch(block + offset + 192);
+}
+
+// Ray values in eight lanes for box tests.
+struct SlabLanes {
+    F8 nearR[3], nearC[3], farR[3], farC[3], org[3], tmin;
+    explicit SlabLanes(const RaySetup& s) : tmin(splat(larger(s.tmin, 0.0f), (F8*)nullptr)) {
+        for (int i = 0; i < 3; ++i) {
+            nearR[i] = splat(s.nearR[i], (F8*)nullptr);
+            nearC[i] = splat(s.nearC[i], (F8*)nullptr);
+            farR[i] = splat(s.farR[i], (F8*)nullptr);
+            farC[i] = splat(s.farC[i], (F8*)nullptr);
+            org[i] = splat(s.org[i], (F8*)nullptr);
+        }
+    }
+};
+
+// Children of a node whose boxes the ray meets before tmax, and the distances. Operand order
+// matters for NaN (an infinite plane times zero): min and max then give their second operand.
+SUNSTONE_INLINE Mask testNode(const uint8_t* node, const RaySetup& s, const SlabLanes& r,
+                              float tmax, F8& distance) {
+    F8* const f = nullptr;
+    const auto plane = [&](uint32_t offset) {
+        return load(reinterpret_cast<const float*>(node + offset), f);
+    };
+    const F8 nearX = slab(plane(s.nearPlanes[0]), r.org[0], r.nearR[0], r.nearC[0]);
+    const F8 nearY = slab(plane(s.nearPlanes[1]), r.org[1], r.nearR[1], r.nearC[1]);
+    const F8 nearZ = slab(plane(s.nearPlanes[2]), r.org[2], r.nearR[2], r.nearC[2]);
+    const F8 farX = slab(plane(s.nearPlanes[0] ^ 32), r.org[0], r.farR[0], r.farC[0]);
+    const F8 farY = slab(plane(s.nearPlanes[1] ^ 32), r.org[1], r.farR[1], r.farC[1]);
+    const F8 farZ = slab(plane(s.nearPlanes[2] ^ 32), r.org[2], r.farR[2], r.farC[2]);
+    distance = max(max(nearX, nearY), max(nearZ, r.tmin));
+    const F8 end = min(min(farX, farY), min(farZ, splat(tmax, f)));
+    return lessEqual(distance, end);
+}
+
+// How nodes are tested: those without motion. (motion_traverse.h has those with.)
+struct StillNodes {
+    const RaySetup& setup;
+    SlabLanes lanes;
+
+    SUNSTONE_INLINE_MEMBER explicit StillNodes(const RaySetup& s) : setup(s), lanes(s) {}
+    SUNSTONE_INLINE_MEMBER Mask test(const uint8_t* node, float tmax, F8& distance) const {
+        return testNode(node, setup, lanes, tmax, distance);
+    }
+    SUNSTONE_INLINE_MEMBER static void prefetch(const uint8_t* block, uint64_t offset) {
+        prefetchNode(block, offset);
+    }
+};
+
+template <class Nodes, class Visitor>
+[[gnu::always_inline]] static inline void traverseNodes(const void* blockAddress,
+                                                        const Nodes& nodes, Visitor& visitor) {
+    const uint8_t* const block = static_cast<const uint8_t*>(blockAddress);
+    NodeRef ref = headerOf(block)->root;
+    if (ref == kNoNode)
+        return;
+    uint64_t stack[kStackSize];
+    uint64_t* top = stack;
+    for (;;) {
+        if ((ref & kNodeTagMask) == kInner) {
+            const uint8_t* const node = block + offsetOf(ref);
+            const NodeRef* const children = reinterpret_cast<const Node*>(node)->children;
+            F8 distance;
+            Mask hits = nodes.test(node, visitor.tmax, distance);
+            if (hits) {
+                ref = children[lowestBit(hits)];
+                const Mask rest = hits & (hits - 1);
+                if (rest == 0) {
+                    continue;
+                }
+                if constexpr (!Visitor::kOrdered) {
+                    for (Mask m = rest; m; m &= m - 1) {
+                        *top = children[lowestBit(m)];
+                        nodes.prefetch(block, offsetOf(NodeRef(*top)));
+                        ++top;
+                    }
+                    continue;
+                }
+                alignas(32) float entry[8];
+                store(entry, distance);
+                const auto entryOf = [&](unsigned lane) {
+                    return uint64_t(bitsOf(entry[lane])) << 32 | children[lane];
+                };
+                uint64_t a = entryOf(lowestBit(hits)), b = entryOf(lowestBit(rest));
+                orderPair(a, b);
+                Mask more = rest & (rest - 1);
+                if (more == 0) {
+                    *top++ = b;
+                    nodes.prefetch(block, offsetOf(NodeRef(b)));
+                    ref = NodeRef(a);
+                    continue;
+                }
+                uint64_t c = entryOf(lowestBit(more));
+                more &= more - 1;
+                orderPair(b, c), orderPair(a, b);
+                uint64_t* const first = top;
+                if (more == 0) {
+                    top[0] = c, top[1] = b;
+                    top += 2;
+                } else {
+                    uint64_t d = entryOf(lowestBit(more));
+                    more &= more - 1;
+                    orderPair(c, d), orderPair(b, c), orderPair(a, b);
+                    top[0] = d, top[1] = c, top[2] = b;
+                    top += 3;
+                    if (more) {
+                        *top++ = a;
+                        for (; more; more &= more - 1)
+                            *top++ = entryOf(lowestBit(more));
+                        sortEntries(first, unsigned(top - first));
+                        a = *--top;
+                    }
+                }
+                ref = NodeRef(a);
+                for (const uint64_t* e = first; e != top; ++e)
+                    nodes.prefetch(block, offsetOf(NodeRef(*e)));
+                continue;
+            }
+        } else if (visitor.leaf(block, ref)) {
+            return;
+        }
+        for (;;) {
+            if (top == stack)
+                return;
+            const uint64_t entry = *--top;
+            if (!Visitor::kOrdered ||
+                __builtin_bit_cast(float, uint32_t(entry >> 32)) <= visitor.tmax) {
+                ref = NodeRef(entry);
+                break;
+            }
+        }
+    }
+}
+
+template <class Visitor>
+[[gnu::always_inline]] static inline void traverse(const void* block, const RaySetup& setup,
+                                                   Visitor& visitor) {
+    traverseNodes(block, StillNodes(setup), visitor);
+}
+
+} // namespace sunstone::bvh::SUNSTONE_ISA

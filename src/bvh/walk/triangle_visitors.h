@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Visitors for structures of triangles where no program runs during traversal: the nearest hit and
+// any hit at all. The best hit stays in registers. Included through traverse.h. Visitors of triangles
+// have visit(leaf, lanes), the same for leaves with motion (motion_traverse.h); true ends.
+#pragma once
+
+#include "bvh/walk/traverse.h"
+
+namespace sunstone::bvh::SUNSTONE_ISA {
+
+// Which sides do not count. A triangle is seen from its front if its vertices run counter-clockwise
+// for the ray; then the determinant of the test is positive.
+struct Culling {
+    bool front = false, back = false;
+
+    SUNSTONE_INLINE_MEMBER bool drops(float det, uint32_t sbt) const {
+        if (!(front | back) || (sbt >> kGeometryFlagShift & 4)) // 4: kGeometryDisableFaceCulling
+            return false;
+        return det > 0 ? front : back;
+    }
+};
+
+// Shows the visitor the triangles of a leaf without motion.
+template <class Visitor>
+SUNSTONE_INLINE bool visitTriangles(Visitor& visitor, const uint8_t* block, NodeRef ref) {
+    const void* address = block + offsetOf(ref);
+    if ((ref & kNodeTagMask) == kLeaf)
+        return visitor.visit(*static_cast<const TriangleLeaf<4>*>(address),
+                             lowHalf(visitor.shear));
+    return visitor.visit(*static_cast<const TriangleLeaf<8>*>(address), visitor.shear);
+}
+
+// Finds the hit with the smallest t; among equal ones that of the lowest primitive index, so that
+// the answer does not depend on the order of visits.
+struct ClosestTriangle {
+    static constexpr bool kOrdered = true;
+
+    const RaySetup& setup;
+    ShearLanes<F8> shear;
+    Culling culling;
+    float tmax;
+    bool found = false;
+    float v = 0, w = 0, det = 1; // of the best hit, see TriangleCandidates
+    uint32_t primitive = ~0u, sbt = 0;
+
+    SUNSTONE_INLINE_MEMBER ClosestTriangle(const RaySetup& s, float tmax, Culling culling)
+        : setup(s), shear(shearLanes(s)), culling(culling), tmax(tmax) {}
+
+    template <class Leaf, class F>
+    SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf, const ShearLanes<F>& lanes) {
+        constexpr unsigned N = F::kLanes;
+        TriangleCandidates<N> c;
+        for (Mask m = testTriangles<N, F>(leaf, setup, lanes, tmax, c); m; m &= m - 1) {
+            const unsigned i = lowestBit(m);
+            if (c.t[i] > tmax || (c.t[i] == tmax && found && leaf.primitive[i] > primitive) ||
+                culling.drops(c.det[i], leaf.sbt[i]))
+                continue;
+            found = true;
+            tmax = c.t[i];
+            v = c.v[i];
+            w = c.w[i];
+            det = c.det[i];
+            primitive = leaf.primitive[i];
+            sbt = leaf.sbt[i];
+        }
+        return false;
+    }
+
+    SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
+        return visitTriangles(*this, block, ref);
+    }
+};
+
+// Stops at the first hit found.
+struct AnyTriangle {
+    static constexpr bool kOrdered = false;
+
+    const RaySetup& setup;
+    ShearLanes<F8> shear;
+    Culling culling;
+    float tmax;
+    bool found = false;
+
+    SUNSTONE_INLINE_MEMBER AnyTriangle(const RaySetup& s, float tmax, Culling culling)
+        : setup(s), shear(shearLanes(s)), culling(culling), tmax(tmax) {}
+
+    template <class Leaf, class F>
+    SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf, const ShearLanes<F>& lanes) {
+        constexpr unsigned N = F::kLanes;
+        TriangleCandidates<N> c;
+        for (Mask m = testTriangles<N, F>(leaf, setup, lanes, tmax, c); m; m &= m - 1) {
+            const unsigned i = lowestBit(m);
+            if (!culling.drops(c.det[i], leaf.sbt[i])) {
+                found = true;
+                return true;
+            }
+        }
+        return false;
+    }
+
+    SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
+        return visitTriangles(*this, block, ref);
+    }
+};
+
+} // namespace sunstone::bvh::SUNSTONE_ISA

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// LLVM's code generator for CUDA GPUs: target machine, optimisation, PTX text.
+#pragma once
+
+#include "compiler/gpu/pipeline.h"
+
+#include <llvm/IR/Module.h>
+#include <llvm/Target/TargetMachine.h>
+
+namespace sunstone::compiler {
+
+std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target);
+
+// The whole module, of which nothing but the kernel is visible.
+void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine, OptLevel level);
+// A function, again, after a change.
+void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine, OptLevel level);
+
+std::string emitGpuText(llvm::Module& module, llvm::TargetMachine& machine);
+
+} // namespace sunstone::compiler

@@ -1,0 +1,526 @@
+// SPDX-License-Identifier: Apache-2.0
+// LockstepEmitter: blocks, masks, loops, points.
+//
+// The blocks stand one behind the other. A block's mask has the lanes that are to run it next; it
+// takes them, runs if there are any, and hands them on. Blocks that lie behind a point in a loop
+// can have lanes when the loop is entered: then its first round does nothing but for them.
+#include "compiler/lockstep/emit.h"
+
+#include <llvm/IR/IntrinsicInst.h>
+
+namespace sunstone::compiler {
+
+using devlib::LockstepWarp;
+using llvm::BasicBlock;
+using llvm::cast;
+using llvm::dyn_cast;
+using llvm::Instruction;
+using llvm::isa;
+using llvm::Value;
+
+LockstepEmitter::LockstepEmitter(const LockstepPlan& plan, llvm::Function& result, bool hasMasks)
+    : plan_(plan), source_(plan.function()), result_(result), hasMasks_(hasMasks),
+      context_(result.getContext()), layout_(result.getParent()->getDataLayout()),
+      builder_(context_), top_(context_) {}
+
+void LockstepEmitter::emit() {
+    begin();
+    emitPrologue();
+    emitEntry();
+    for (const Step& step : plan_.steps()) {
+        landAt(step);
+        emitSteps({step});
+    }
+    finish();
+}
+
+Value* LockstepEmitter::maskBits(Value* mask) {
+    return builder_.CreateBitCast(mask, builder_.getInt32Ty());
+}
+
+Value* LockstepEmitter::any(Value* mask) {
+    return builder_.CreateIsNotNull(maskBits(mask));
+}
+
+llvm::AllocaInst* LockstepEmitter::maskPlace(BasicBlock* block) {
+    llvm::AllocaInst*& made = masks_[block];
+    if (!made) {
+        llvm::Type* type = wideType(builder_.getInt1Ty());
+        made = top_.CreateAlloca(type);
+        top_.CreateStore(llvm::Constant::getNullValue(type), made);
+    }
+    return made;
+}
+
+void LockstepEmitter::addToMask(BasicBlock* block, Value* mask) {
+    llvm::AllocaInst* into = maskPlace(block);
+    Value* there = builder_.CreateLoad(into->getAllocatedType(), into);
+    builder_.CreateStore(builder_.CreateOr(there, mask), into);
+}
+
+void LockstepEmitter::begin() {
+    auto* places = BasicBlock::Create(context_, "places", &result_);
+    entry_ = BasicBlock::Create(context_, "entry", &result_);
+    llvm::BranchInst::Create(entry_, places);
+    top_.SetInsertPoint(places->getTerminator());
+    builder_.SetInsertPoint(entry_);
+    warp_ = result_.getArg(0);
+    params_ = result_.getArg(1);
+    llvm::Type* pointer = builder_.getPtrTy();
+    threads_ = builder_.CreateLoad(pointer, field(offsetof(LockstepWarp, threads)));
+    frame_ = builder_.CreateLoad(pointer, field(offsetof(LockstepWarp, frame)));
+    ran_ = top_.CreateAlloca(builder_.getInt32Ty());
+    jumps_ = top_.CreateAlloca(builder_.getInt32Ty());
+    top_.CreateStore(builder_.getInt32(0), jumps_);
+    spins_ = top_.CreateAlloca(builder_.getInt32Ty());
+    top_.CreateStore(builder_.getInt32(0), spins_);
+    for (Instruction& instruction : source_.getEntryBlock())
+        if (auto* memory = dyn_cast<llvm::AllocaInst>(&instruction)) {
+            const uint64_t bytes = llvm::alignTo(
+                memory->getAllocationSize(layout_)->getFixedValue(), memory->getAlign());
+            always_[memory] = builder_.CreateGEP(builder_.getInt8Ty(), framePlace(*memory),
+                                                 lanes(builder_.getInt64Ty(), bytes));
+        }
+}
+
+void LockstepEmitter::emitPrologue() {
+    using devlib::KernelThread;
+    for (Instruction* instruction : plan_.prologue()) {
+        Value* made = nullptr;
+        const int offset = plan_.fieldOf(*instruction);
+        if (offset >= 0 && !isUniform(instruction)) {
+            const size_t from = size_t(offset) == offsetof(KernelThread, laneid)
+                                    ? offsetof(LockstepWarp, laneid)
+                                    : size_t(offset) / 4 * sizeof(LockstepWarp::laneid);
+            made = builder_.CreateAlignedLoad(wideType(instruction->getType()), field(from),
+                                              llvm::Align(64));
+        } else if (offset >= 0) {
+            made = builder_.CreateLoad(
+                instruction->getType(),
+                builder_.CreateInBoundsGEP(builder_.getInt8Ty(), threads_,
+                                           builder_.getInt64(uint64_t(offset))));
+        } else {
+            Instruction* copy = instruction->clone();
+            for (llvm::Use& use : copy->operands())
+                use.set(scalar(use.get()));
+            copy->setDebugLoc(llvm::DebugLoc());
+            made = builder_.Insert(copy);
+        }
+        always_[instruction] = made;
+    }
+}
+
+// Lanes begin where they stand.
+void LockstepEmitter::emitEntry() {
+    auto* fresh = BasicBlock::Create(context_, "start", &result_);
+    auto* jump = builder_.CreateSwitch(result_.getArg(2), fresh, unsigned(plan_.points().size()));
+    builder_.SetInsertPoint(fresh);
+    llvm::Type* bits = builder_.getInt32Ty();
+    Value* asked = result_.getArg(3);
+    builder_.CreateStore(asked, ran_);
+    addToMask(&source_.getEntryBlock(),
+              builder_.CreateBitCast(asked, wideType(builder_.getInt1Ty())));
+    for (size_t i = 0; i < plan_.points().size(); ++i) {
+        resumes_.push_back(BasicBlock::Create(context_, "resume", &result_));
+        jump->addCase(llvm::ConstantInt::get(cast<llvm::IntegerType>(bits), i + 1), resumes_[i]);
+        builder_.SetInsertPoint(resumes_[i]);
+        resumeAt(i);
+        resumes_[i] = builder_.GetInsertBlock();
+    }
+    builder_.SetInsertPoint(fresh);
+}
+
+// Lanes that go on from a point of this step come here, past all that stands before it.
+void LockstepEmitter::landAt(const Step& step) {
+    BasicBlock* landing = nullptr;
+    for (size_t i = 0; i < resumes_.size(); ++i) {
+        BasicBlock* next = plan_.points()[i].next;
+        if (step.loop ? !step.loop->contains(next) : step.block != next)
+            continue;
+        if (!landing) {
+            landing = BasicBlock::Create(context_, "landing", &result_);
+            builder_.CreateBr(landing);
+            builder_.SetInsertPoint(landing);
+        }
+        llvm::BranchInst::Create(landing, resumes_[i]);
+    }
+}
+
+void LockstepEmitter::resumeAt(size_t number) {
+    const MeetingPoint& point = plan_.points()[number];
+    Value* bits = result_.getArg(3);
+    Value* first = nullptr;
+    Value* mask = builder_.CreateBitCast(bits, wideType(builder_.getInt1Ty()));
+    for (Instruction* value : point.live) {
+        llvm::Type* stored = storedType(value->getType());
+        Value* kept =
+            builder_.CreateAlignedLoad(wideType(stored), framePlace(*value), llvm::Align(64));
+        if (!isUniform(value)) {
+            builder_.CreateStore(fromStored(kept, value->getType()), place(*value));
+            continue;
+        }
+        // Lanes with other values than the first one's run another time.
+        if (!first)
+            first = builder_.CreateZExt(firstLane(bits), builder_.getInt64Ty());
+        Value* one =
+            builder_.CreateLoad(stored, builder_.CreateGEP(stored, framePlace(*value), first));
+        builder_.CreateStore(fromStored(one, value->getType()), place(*value));
+        llvm::Type* number = builder_.getIntNTy(unsigned(layout_.getTypeSizeInBits(stored)));
+        const auto asNumber = [&](Value* made, llvm::Type* type) {
+            return stored->isPointerTy() ? builder_.CreatePtrToInt(made, type)
+                                         : builder_.CreateBitCast(made, type);
+        };
+        Value* same =
+            builder_.CreateICmpEQ(asNumber(kept, wideType(number)), splat(asNumber(one, number)));
+        mask = select(mask, same, llvm::Constant::getNullValue(mask->getType()));
+    }
+    if (!point.call->use_empty()) {
+        Value* result =
+            builder_.CreateAlignedLoad(wideType(builder_.getInt64Ty()),
+                                       field(offsetof(LockstepWarp, result)), llvm::Align(64));
+        if (point.call->getType()->isIntegerTy(32))
+            result = builder_.CreateTrunc(result, wideType(builder_.getInt32Ty()));
+        builder_.CreateStore(result, place(*point.call));
+    }
+    builder_.CreateStore(maskBits(mask), ran_);
+    addToMask(point.next, mask);
+}
+
+void LockstepEmitter::finish() {
+    builder_.SetCurrentDebugLocation(llvm::DebugLoc());
+    builder_.CreateRet(builder_.CreateLoad(builder_.getInt32Ty(), ran_));
+}
+
+// ---- blocks -----------------------------------------------------------------------------------
+
+void LockstepEmitter::emitSteps(const std::vector<Step>& steps) {
+    for (const Step& step : steps)
+        if (step.loop)
+            emitLoop(step);
+        else
+            emitBlock(*step.block);
+}
+
+void LockstepEmitter::emitLoop(const Step& step) {
+    builder_.SetCurrentDebugLocation(llvm::DebugLoc());
+    llvm::AllocaInst* head = maskPlace(step.loop->getHeader());
+    Value* mask = builder_.CreateLoad(head->getAllocatedType(), head);
+    for (const MeetingPoint& point : plan_.points())
+        if (step.loop->contains(point.next)) {
+            llvm::AllocaInst* place = maskPlace(point.next);
+            mask = builder_.CreateOr(mask, builder_.CreateLoad(place->getAllocatedType(), place));
+        }
+    auto* loop = BasicBlock::Create(context_, "loop", &result_);
+    auto* after = BasicBlock::Create(context_, "after", &result_);
+    builder_.CreateCondBr(any(mask), loop, after);
+    builder_.SetInsertPoint(loop);
+    if (plan_.isSimpleLoop(*step.loop))
+        emitSimpleBody(step);
+    else
+        emitSteps(step.body);
+    builder_.SetCurrentDebugLocation(llvm::DebugLoc());
+    mask = builder_.CreateLoad(head->getAllocatedType(), head);
+    builder_.CreateCondBr(any(mask), loop, after);
+    builder_.SetInsertPoint(after);
+}
+
+// A body of one block that all lanes run again and again has code of its own, without masks. Other
+// lanes, and what comes when some leave, have the usual one.
+void LockstepEmitter::emitSimpleBody(const Step& step) {
+    BasicBlock& head = *step.loop->getHeader();
+    llvm::AllocaInst* place = maskPlace(&head);
+    auto* whole = BasicBlock::Create(context_, "whole", &result_);
+    auto* some = BasicBlock::Create(context_, "part", &result_);
+    auto* again = BasicBlock::Create(context_, "again", &result_);
+    auto* last = BasicBlock::Create(context_, "last", &result_);
+    auto* behind = BasicBlock::Create(context_, "behind", &result_);
+    Value* bits = maskBits(builder_.CreateLoad(place->getAllocatedType(), place));
+    builder_.CreateCondBr(builder_.CreateICmpEQ(bits, builder_.getInt32(~0u)), whole, some);
+
+    builder_.SetInsertPoint(whole);
+    here_.clear();
+    block_ = &head;
+    mask_ = llvm::Constant::getAllOnesValue(place->getAllocatedType());
+    builder_.CreateStore(llvm::Constant::getNullValue(place->getAllocatedType()), place);
+    emitBody(head);
+    auto* branch = cast<llvm::BranchInst>(head.getTerminator());
+    const bool isFirst = step.loop->contains(branch->getSuccessor(0));
+    Value* stays = nullptr;
+    if (isUniform(branch->getCondition())) {
+        stays = scalar(branch->getCondition());
+        if (!isFirst)
+            stays = builder_.CreateNot(stays);
+    } else {
+        stays = builder_.CreateICmpEQ(maskBits(wide(branch->getCondition())),
+                                      builder_.getInt32(isFirst ? ~0u : 0));
+    }
+    stays = builder_.CreateAnd(stays, builder_.CreateNot(hasJumped()));
+    builder_.CreateCondBr(stays, again, last);
+    const auto known = here_;
+    builder_.SetInsertPoint(again);
+    emitEdge(*step.loop->getLoopLatch(), head, mask_, nullptr);
+    builder_.CreateBr(whole);
+    here_ = known;
+    builder_.SetInsertPoint(last);
+    emitTerminator(head);
+    builder_.CreateBr(behind);
+
+    builder_.SetInsertPoint(some);
+    isPart_ = true;
+    emitSteps({step.body.front()});
+    isPart_ = false;
+    builder_.CreateBr(behind);
+    builder_.SetInsertPoint(behind);
+    emitSteps({step.body.begin() + 1, step.body.end()});
+}
+
+// Whether it must not run without lanes.
+bool LockstepEmitter::needsGuard(BasicBlock& block) const {
+    for (Instruction& instruction : block)
+        if (!isa<llvm::PHINode, llvm::BranchInst>(instruction) &&
+            !instruction.isDebugOrPseudoInst())
+            return true;
+    for (BasicBlock* successor : llvm::successors(&block)) {
+        // What a loop begins with is not blended (emitEdge): lanes that go on within the loop have
+        // theirs there already.
+        const llvm::Loop* loop = plan_.loops().getLoopFor(successor);
+        const bool isEntered = loop && loop->getHeader() == successor && !loop->contains(&block);
+        for (llvm::PHINode& phi : successor->phis())
+            if (isEntered || isUniform(&phi))
+                return true;
+    }
+    return false;
+}
+
+void LockstepEmitter::emitBlock(BasicBlock& block) {
+    builder_.SetCurrentDebugLocation(llvm::DebugLoc());
+    here_.clear();
+    block_ = &block;
+    llvm::AllocaInst* place = maskPlace(&block);
+    mask_ = builder_.CreateLoad(place->getAllocatedType(), place);
+    builder_.CreateStore(llvm::Constant::getNullValue(place->getAllocatedType()), place);
+    if (!needsGuard(block)) {
+        emitTerminator(block);
+        return;
+    }
+    auto* body = BasicBlock::Create(context_, block.getName(), &result_);
+    auto* skip = BasicBlock::Create(context_, "", &result_);
+    builder_.CreateCondBr(any(mask_), body, skip);
+    builder_.SetInsertPoint(body);
+    if (const MeetingPoint* point = plan_.pointAt(&block)) {
+        emitPoint(*point);
+    } else {
+        emitBody(block);
+        emitTerminator(block);
+    }
+    builder_.SetCurrentDebugLocation(llvm::DebugLoc());
+    builder_.CreateBr(skip);
+    builder_.SetInsertPoint(skip);
+}
+
+void LockstepEmitter::emitBody(BasicBlock& block) {
+    findAddresses(block);
+    for (Instruction& instruction : block) {
+        if (isa<llvm::PHINode, llvm::AllocaInst>(instruction) || instruction.isTerminator() ||
+            instruction.isDebugOrPseudoInst() || plan_.isInPrologue(&instruction))
+            continue;
+        builder_.SetCurrentDebugLocation(instruction.getDebugLoc());
+        emitInstruction(instruction);
+    }
+}
+
+void LockstepEmitter::emitTerminator(BasicBlock& block) {
+    Instruction* end = block.getTerminator();
+    builder_.SetCurrentDebugLocation(end->getDebugLoc());
+    auto* branch = dyn_cast<llvm::BranchInst>(end);
+    if (!branch) { // the end of these lanes
+        Value* address = field(offsetof(LockstepWarp, live));
+        Value* live = builder_.CreateLoad(builder_.getInt32Ty(), address);
+        Value* left = builder_.CreateAnd(live, builder_.CreateNot(maskBits(mask_)));
+        builder_.CreateStore(left, address);
+        return;
+    }
+    if (branch->isUnconditional() || branch->getSuccessor(0) == branch->getSuccessor(1)) {
+        emitEdge(block, *branch->getSuccessor(0), mask_, nullptr);
+        return;
+    }
+    Value* none = llvm::Constant::getNullValue(mask_->getType());
+    Value* condition = branch->getCondition();
+    if (isUniform(condition)) {
+        Value* taken = scalar(condition);
+        Value* not_ = builder_.CreateNot(taken);
+        emitEdge(block, *branch->getSuccessor(0), select(taken, mask_, none), taken);
+        emitEdge(block, *branch->getSuccessor(1), select(taken, none, mask_), not_);
+        return;
+    }
+    Value* taken = wide(condition);
+    Value* first = select(mask_, taken, none);
+    Value* second = select(mask_, builder_.CreateNot(taken), none);
+    emitEdge(block, *branch->getSuccessor(0), first, any(first));
+    emitEdge(block, *branch->getSuccessor(1), second, any(second));
+}
+
+// taken: whether any lane goes there; null: all do.
+void LockstepEmitter::emitEdge(BasicBlock& from, BasicBlock& to, Value* mask, Value* taken) {
+    std::vector<std::pair<llvm::PHINode*, Value*>> moves; // all at once
+    for (llvm::PHINode& phi : to.phis()) {
+        Value* incoming = phi.getIncomingValueForBlock(&from);
+        if (isa<llvm::UndefValue>(incoming))
+            continue;
+        moves.emplace_back(&phi, isUniform(&phi) ? scalar(incoming) : wide(incoming));
+    }
+    for (auto& [phi, made] : moves) {
+        if (isUniform(phi) && taken) {
+            llvm::AllocaInst* into = place(*phi);
+            made = builder_.CreateSelect(taken, made,
+                                         builder_.CreateLoad(into->getAllocatedType(), into));
+        }
+        // All lanes of a loop are at one round: others no longer need what it has at its head.
+        const bool isHead = plan_.loops().isLoopHeader(&to) && !plan_.outlivesLoop(*phi);
+        store(*phi, made, !isHead, mask);
+    }
+    addToMask(&to, mask);
+}
+
+// ---- points -----------------------------------------------------------------------------------
+
+void LockstepEmitter::emitPoint(const MeetingPoint& point) {
+    const auto number = size_t(&point - plan_.points().data());
+    builder_.SetCurrentDebugLocation(point.call->getDebugLoc());
+    if (point.kind == devlib::kMeetBarrier || point.kind == devlib::kMeetPlain) {
+        leaveAt(point, number);
+        return;
+    }
+    const bool isPause = point.kind == devlib::kMeetPause;
+    Value* here =
+        isPause ? builder_.CreateNot(isPauseDue(point)) : canAnswer(point, maskBits(mask_));
+    auto* answered = BasicBlock::Create(context_, "answered", &result_);
+    auto* leave = BasicBlock::Create(context_, "leave", &result_);
+    auto* join = BasicBlock::Create(context_, "", &result_);
+    builder_.CreateCondBr(here, answered, leave);
+
+    builder_.SetInsertPoint(leave);
+    const auto known = here_;
+    leaveAt(point, number);
+    if (isPause && point.mode == 0) // nobody is left
+        builder_.CreateRet(builder_.CreateLoad(builder_.getInt32Ty(), ran_));
+    else
+        builder_.CreateBr(join);
+
+    here_ = known;
+    builder_.SetInsertPoint(answered);
+    if (point.kind == devlib::kMeetMatrix)
+        answerByHelper(point); // in the lanes' memory
+    else if (!point.call->use_empty())
+        store(*point.call, answer(point), plan_.outlivesLoop(*point.call), mask_);
+    emitEdge(*point.call->getParent(), *point.next, mask_, nullptr);
+    builder_.CreateBr(join);
+    builder_.SetInsertPoint(join);
+}
+
+Value* LockstepEmitter::isPauseDue(const MeetingPoint& point) {
+    constexpr uint32_t kSpins = 64;
+    llvm::Type* word = builder_.getInt32Ty();
+    if (point.mode == 1) {
+        Value* spins = builder_.CreateAdd(builder_.CreateLoad(word, spins_), builder_.getInt32(1));
+        builder_.CreateStore(spins, spins_);
+        return builder_.CreateICmpUGE(spins, builder_.getInt32(kSpins));
+    }
+    // Only where all lanes of the warp are here, so that they stay together.
+    Value* live = builder_.CreateLoad(word, field(offsetof(LockstepWarp, live)));
+    Value* isWhole = builder_.CreateICmpEQ(maskBits(mask_), live);
+    return builder_.CreateAnd(hasJumped(), isWhole);
+}
+
+// Whether a warp has been on so many pages that the others should catch up.
+Value* LockstepEmitter::hasJumped() {
+    constexpr uint32_t kJumps = 12;
+    return builder_.CreateICmpUGE(builder_.CreateLoad(builder_.getInt32Ty(), jumps_),
+                                  builder_.getInt32(kJumps));
+}
+
+// Whether the address is on another page than in the round before. The next warp comes soon, and
+// most likely reads what follows.
+void LockstepEmitter::countJump(Value* address, uint64_t bytes) {
+    constexpr uint64_t kLine = 64;
+    for (uint64_t offset = 0; offset < bytes * kLanes; offset += kLine)
+        builder_.CreateIntrinsic(
+            llvm::Intrinsic::prefetch, {builder_.getPtrTy()},
+            {builder_.CreateIntToPtr(
+                 builder_.CreateAdd(address, builder_.getInt64(bytes * kLanes + offset)),
+                 builder_.getPtrTy()),
+             builder_.getInt32(0), builder_.getInt32(3), builder_.getInt32(1)});
+    constexpr uint64_t kPage = 4096;
+    llvm::Type* type = builder_.getInt64Ty();
+    llvm::AllocaInst* last = top_.CreateAlloca(type);
+    top_.CreateStore(builder_.getInt64(0), last);
+    Value* step = builder_.CreateSub(address, builder_.CreateLoad(type, last));
+    Value* isFar = builder_.CreateICmpUGT(builder_.CreateAdd(step, builder_.getInt64(kPage)),
+                                          builder_.getInt64(2 * kPage));
+    Value* count = builder_.CreateLoad(builder_.getInt32Ty(), jumps_);
+    builder_.CreateStore(address, last);
+    builder_.CreateStore(
+        builder_.CreateAdd(count, builder_.CreateZExt(isFar, builder_.getInt32Ty())), jumps_);
+}
+
+void LockstepEmitter::storeOperands(const MeetingPoint& point) {
+    const auto put = [&](size_t offset, Value* value, llvm::Type* type) {
+        Value* made = wide(value);
+        if (made->getType() != wideType(type))
+            made = builder_.CreateZExtOrTrunc(made, wideType(type));
+        storeMasked(made, field(offset), llvm::Align(64), mask_);
+    };
+    const auto operandAt = [](size_t i) {
+        return offsetof(LockstepWarp, operand) + i * sizeof(LockstepWarp::laneid);
+    };
+    const auto argument = [&](unsigned i) { return point.call->getArgOperand(i); };
+    llvm::Type* word = builder_.getInt32Ty();
+    llvm::Type* value = builder_.getInt64Ty();
+    switch (point.kind) {
+    case devlib::kMeetPlain:
+    case devlib::kMeetPause:
+        return;
+    case devlib::kMeetBarrier:
+        put(operandAt(0), argument(1), word);
+        put(operandAt(1), argument(2), word);
+        put(offsetof(LockstepWarp, value), argument(4), value);
+        return;
+    case devlib::kMeetShuffle:
+        put(offsetof(LockstepWarp, value), argument(2), value);
+        put(operandAt(1), argument(3), word);
+        put(operandAt(2), argument(4), word);
+        put(operandAt(0), argument(5), word);
+        return;
+    default:
+        put(operandAt(0), argument(2), word);
+        put(offsetof(LockstepWarp, value), argument(3), value);
+    }
+}
+
+// The lanes wait: what they brought and what they need behind goes to memory.
+void LockstepEmitter::leaveAt(const MeetingPoint& point, size_t number) {
+    // All lanes that live have come to a pause: the frame has nothing of others.
+    const bool isWhole = point.kind == devlib::kMeetPause && point.mode == 0;
+    storeOperands(point);
+    for (Instruction* value : point.live) {
+        Value* made = toStored(wide(value));
+        Value* place = framePlace(*value);
+        if (isWhole)
+            builder_.CreateAlignedStore(made, place, llvm::Align(64));
+        else
+            storeMasked(made, place, llvm::Align(64), mask_);
+    }
+    llvm::Type* word = builder_.getInt32Ty();
+    const uint32_t what =
+        uint32_t(number + 1) | point.kind << devlib::kPointBits | point.mode << devlib::kModeShift;
+    if (!isWhole) // else the launcher knows
+        storeMasked(splat(builder_.getInt32(what)), field(offsetof(LockstepWarp, point)),
+                    llvm::Align(64), mask_);
+    Value* stops = field(offsetof(LockstepWarp, stops));
+    builder_.CreateStore(builder_.CreateAdd(builder_.CreateLoad(word, stops), builder_.getInt32(1)),
+                         stops);
+    builder_.CreateStore(builder_.getInt32(what), field(offsetof(LockstepWarp, stopPoint)));
+    builder_.CreateStore(maskBits(mask_), field(offsetof(LockstepWarp, stopLanes)));
+}
+
+} // namespace sunstone::compiler

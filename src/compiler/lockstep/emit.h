@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes the code for 32 lanes of what lockstep/plan.h has found out.
+//
+// Each value that is used in other blocks than its own has a place in memory, which promotion makes
+// a value again: a vector of 32, or a scalar if it is uniform. Places keep what lanes that are not
+// there have. Masks of blocks are such places too.
+#pragma once
+
+#include "compiler/lockstep/plan.h"
+#include "devlib/lockstep.h"
+
+#include <llvm/IR/IRBuilder.h>
+#include <llvm/IR/Module.h>
+
+#include <functional>
+
+namespace sunstone::compiler {
+
+class LockstepEmitter {
+public:
+    // hasMasks: the processor reads and writes memory under masks, and gathers (AVX-512).
+    LockstepEmitter(const LockstepPlan& plan, llvm::Function& result, bool hasMasks);
+
+    void emit();
+    uint32_t frameBytes() const { return frameBytes_; }
+    bool needsThreads() const { return needsThreads_; }
+
+private:
+    using Value = llvm::Value;
+    static constexpr unsigned kLanes = devlib::kWarpLanes;
+
+    // ---- control (lockstep/emit.cpp) ----
+    void begin();
+    void finish();
+    void emitPrologue();
+    void emitEntry();
+    void resumeAt(size_t number);
+    void landAt(const Step& step);
+    void emitSteps(const std::vector<Step>& steps);
+    void emitLoop(const Step& step);
+    void emitSimpleBody(const Step& step);
+    void emitBlock(llvm::BasicBlock& block);
+    void emitBody(llvm::BasicBlock& block);
+    void emitTerminator(llvm::BasicBlock& block);
+    void emitEdge(llvm::BasicBlock& from, llvm::BasicBlock& to, Value* mask, Value* always);
+    void emitPoint(const MeetingPoint& point);
+    Value* isPauseDue(const MeetingPoint& point);
+    Value* hasJumped();
+    void countJump(Value* address, uint64_t bytes);
+    void leaveAt(const MeetingPoint& point, size_t number);
+    void storeOperands(const MeetingPoint& point);
+    bool needsGuard(llvm::BasicBlock& block) const;
+    void addToMask(llvm::BasicBlock* block, Value* mask);
+    Value* maskBits(Value* mask);
+    Value* any(Value* mask);
+    llvm::AllocaInst* maskPlace(llvm::BasicBlock* block);
+
+    // ---- warp functions on the spot (lockstep/warps.cpp) ----
+    Value* canAnswer(const MeetingPoint& point, Value* bits);
+    Value* answer(const MeetingPoint& point);
+    Value* answerVote(const MeetingPoint& point);
+    Value* answerShuffle(const MeetingPoint& point);
+    Value* answerReduce(const MeetingPoint& point);
+    Value* answerByHelper(const MeetingPoint& point);
+
+    // ---- values (lockstep/values.cpp) ----
+    llvm::FixedVectorType* wideType(llvm::Type* type) const;
+    llvm::Type* typeFor(const llvm::Value* value) const; // of its place
+    bool isUniform(const Value* value) const { return plan_.isUniform(value); }
+    llvm::AllocaInst* place(const llvm::Instruction& value);
+    Value* scalar(Value* value); // of a uniform value
+    Value* wide(Value* value);   // of any
+    Value* operand(Value* value) { return isUniform(value) ? scalar(value) : wide(value); }
+    void define(llvm::Instruction& instruction, Value* made);
+    void store(llvm::Instruction& value, Value* made, bool blend, Value* mask);
+    Value* splat(Value* scalar);
+    Value* lanes(llvm::Type* type, uint64_t step = 1); // 0, step, 2 step, ...
+    Value* select(Value* mask, Value* first, Value* second);
+    Value* temporary(llvm::Type* type);
+    Value* field(size_t offset);
+    void storeMasked(Value* made, Value* address, llvm::Align align, Value* mask);
+    Value* framePlace(const llvm::Instruction& value);
+    llvm::Type* storedType(llvm::Type* type) const; // a bool is a byte
+    Value* toStored(Value* made);
+    Value* fromStored(Value* made, llvm::Type* type);
+    Value* firstLane(Value* bits);
+
+    // ---- instructions (lockstep/widen.cpp) ----
+    bool isFieldAddress(const llvm::Instruction& instruction) const;
+    void emitInstruction(llvm::Instruction& instruction);
+    void emitUniform(llvm::Instruction& instruction);
+    Value* widen(llvm::Instruction& instruction); // null: lane by lane
+    Value* widenCall(llvm::CallInst& call);
+    Value* widenLoad(llvm::LoadInst& load);
+    bool widenStore(llvm::StoreInst& store);
+    Value* widenDivision(llvm::BinaryOperator& division);
+    void storeUniformAddress(llvm::StoreInst& store);
+    Value* laneByLane(llvm::Instruction& instruction);
+    void forEachLane(const std::function<void(Value* lane)>& body);
+    Value* threadOf(Value* lane);
+    // Runs `near` if the addresses of the lanes follow one another, with the first of them and
+    // whether all lanes are there; else `far`.
+    using Near = std::function<Value*(Value* first, bool isFull)>;
+    struct Nearness {
+        Value* fits = nullptr;  // by lane: whether the address follows
+        Value* first = nullptr; // address of the first lane
+        Value* bound = nullptr; // must hold as well; null: nothing
+    };
+    Value* byNearness(Value* pointer, uint64_t bytes, bool isWrite, const Near& near,
+                      const std::function<Value*()>& far);
+    Nearness nearnessOf(Value* pointer, uint64_t bytes);
+    // ---- addresses (lockstep/addresses.cpp) ----
+    // An address that is base + extended index * scale, where the index has 32 bits and the rest is
+    // uniform: known from the index whether those of the lanes follow one another.
+    struct IndexedAddress {
+        llvm::CastInst* extension = nullptr;
+        uint64_t scale = 1;
+        std::vector<llvm::Instruction*> chain; // from the address to the extension
+    };
+    bool findIndex(Value* address, IndexedAddress& found) const;
+    bool isNearPossible(const llvm::Instruction& access) const;
+    void findAddresses(llvm::BasicBlock& block);
+    Nearness nearnessOf(const IndexedAddress& address, uint64_t bytes);
+    Value* addressAt(const IndexedAddress& address, Value* index);
+    Value* farAddresses(Value* pointer);
+    bool canGather(llvm::Type* type) const;
+
+    const LockstepPlan& plan_;
+    llvm::Function& source_;
+    llvm::Function& result_;
+    const bool hasMasks_;
+    llvm::LLVMContext& context_;
+    const llvm::DataLayout& layout_;
+    llvm::IRBuilder<> builder_;
+    llvm::IRBuilder<> top_; // for places, in the first block
+    llvm::BasicBlock* entry_ = nullptr;
+    std::vector<llvm::BasicBlock*> resumes_; // where lanes go on from each point
+    Value* warp_ = nullptr;
+    Value* params_ = nullptr;
+    Value* threads_ = nullptr;
+    Value* frame_ = nullptr;
+    llvm::AllocaInst* ran_ = nullptr;
+    llvm::AllocaInst* jumps_ = nullptr;       // of addresses, in loops that have a pause
+    llvm::AllocaInst* spins_ = nullptr;       // reads of what others may write
+    const llvm::BasicBlock* block_ = nullptr; // that is written
+    Value* mask_ = nullptr;                   // of it
+    bool isPart_ = false;                     // all lanes together have other code
+    llvm::DenseMap<const Value*, IndexedAddress> indexed_; // addresses of the block
+    llvm::DenseSet<const Value*> late_;                    // of these, made where they are needed
+    llvm::DenseMap<const Value*, Value*> here_;            // made in the block that is written
+    llvm::DenseMap<const Value*, Value*> always_;          // made in the prologue
+    llvm::DenseMap<const Value*, llvm::AllocaInst*> places_;
+    llvm::DenseMap<const llvm::BasicBlock*, llvm::AllocaInst*> masks_;
+    llvm::DenseMap<const Value*, uint32_t> framePlaces_;
+    uint32_t frameBytes_ = 0;
+    bool needsThreads_ = false;
+};
+
+} // namespace sunstone::compiler

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: Apache-2.0
+// See lockstep.h: which kernels have code for a warp at a time.
+#include "compiler/lockstep/lockstep.h"
+
+#include "base/config.h"
+#include "base/log.h"
+#include "compiler/lockstep/emit.h"
+#include "compiler/passes/flush.h"
+#include "compiler/passes/optimizer.h"
+#include "devlib/lockstep.h"
+
+#include <llvm/ADT/SCCIterator.h>
+#include <llvm/Analysis/CallGraph.h>
+#include <llvm/IR/InstIterator.h>
+#include <llvm/IR/IntrinsicInst.h>
+#include <llvm/Transforms/Utils/Cloning.h>
+
+namespace sunstone::compiler {
+
+using llvm::CallInst;
+using llvm::dyn_cast;
+using llvm::Instruction;
+using llvm::isa;
+
+namespace {
+
+constexpr const char* kWarpFeatures[] = {"+avx512f", "+avx512bw", "+avx512dq", "+avx512vl"};
+
+bool hasMasks(LentMachine& machine) {
+    const std::string& highest = config(Setting::kIsa);
+    if (!highest.empty() && highest != "avx512")
+        return false;
+    const std::string features = "," + machine->getTargetFeatureString().str() + ",";
+    for (const char* feature : kWarpFeatures)
+        if (features.find("," + std::string(feature) + ",") == std::string::npos)
+            return false;
+    return true;
+}
+
+// Code for a warp takes several times as long to generate as that of a thread: longer kernels would
+// keep a program waiting.
+constexpr unsigned kMostInstructions = 512;
+
+// How far what the lanes have lies apart from lane to lane, as far as can be told: a guess, where
+// values are clamped or wrap around. Blocks are taken to be at least a warp wide.
+class Strides {
+public:
+    explicit Strides(const LockstepPlan& plan)
+        : plan_(plan), layout_(plan.function().getParent()->getDataLayout()) {}
+
+    bool isNear(const llvm::Value* address, const llvm::Type* type) {
+        const Stride stride = of(address);
+        return stride.isKnown &&
+               stride.bytes == int64_t(layout_.getTypeStoreSize(const_cast<llvm::Type*>(type)));
+    }
+
+private:
+    struct Stride {
+        bool isKnown = false;
+        int64_t bytes = 0; // or whatever the value counts
+    };
+
+    Stride of(const llvm::Value* value) {
+        if (plan_.isUniform(value))
+            return {true, 0};
+        const auto* instruction = dyn_cast<Instruction>(value);
+        if (!instruction)
+            return {};
+        // What comes back to itself is first taken to be unknown, which does not count where it
+        // joins.
+        const auto [known, isNew] = known_.try_emplace(instruction);
+        if (!isNew)
+            return known->second;
+        const Stride made = compute(*instruction);
+        return known_[instruction] = made;
+    }
+
+    static Stride sum(Stride first, Stride second, int64_t factor = 1) {
+        return {first.isKnown && second.isKnown, first.bytes + factor * second.bytes};
+    }
+
+    Stride compute(const Instruction& instruction) {
+        using devlib::KernelThread;
+        const auto operand = [&](unsigned i) { return of(instruction.getOperand(i)); };
+        const int field = plan_.fieldOf(instruction);
+        if (field >= 0)
+            return {true, field == 0 || field == offsetof(KernelThread, laneid)};
+        if (isa<llvm::CastInst, llvm::FreezeInst>(instruction))
+            return operand(0);
+        if (const auto* phi = dyn_cast<llvm::PHINode>(&instruction)) {
+            return join(*phi);
+        }
+        if (const auto* choice = dyn_cast<llvm::SelectInst>(&instruction))
+            return larger(of(choice->getTrueValue()), of(choice->getFalseValue()));
+        if (isa<llvm::MinMaxIntrinsic>(instruction))
+            return larger(operand(0), operand(1));
+        if (const auto* address = dyn_cast<llvm::GetElementPtrInst>(&instruction)) {
+            if (address->getNumIndices() != 1)
+                return {};
+            const auto size = layout_.getTypeAllocSize(address->getSourceElementType());
+            return sum(operand(0), operand(1), int64_t(size.getFixedValue()));
+        }
+        const auto* binary = dyn_cast<llvm::BinaryOperator>(&instruction);
+        if (!binary)
+            return {};
+        const auto* number = dyn_cast<llvm::ConstantInt>(binary->getOperand(1));
+        const int64_t constant =
+            number && number->getBitWidth() <= 64 ? number->getSExtValue() : -1;
+        switch (binary->getOpcode()) {
+        case Instruction::Add:
+        case Instruction::Or:
+            return sum(operand(0), operand(1));
+        case Instruction::Sub:
+            return sum(operand(0), operand(1), -1);
+        case Instruction::Shl:
+            return {number && operand(0).isKnown, operand(0).bytes << (constant & 63)};
+        case Instruction::Mul:
+            return {number && operand(0).isKnown, operand(0).bytes * constant};
+        case Instruction::And: // of lanes
+            return {constant >= 31 && operand(0).isKnown, operand(0).bytes};
+        default:
+            return {};
+        }
+    }
+
+    // At the head of a loop first what comes from before it, on which the rest depends.
+    Stride join(const llvm::PHINode& phi) {
+        const llvm::Loop* loop = plan_.loops().getLoopFor(phi.getParent());
+        const bool isHead = loop && loop->getHeader() == phi.getParent();
+        Stride made;
+        for (const bool isInner : {false, true}) {
+            for (unsigned i = 0; i < phi.getNumIncomingValues(); ++i) {
+                if (isInner != (isHead && loop->contains(phi.getIncomingBlock(i))))
+                    continue;
+                const Stride one = of(phi.getIncomingValue(i));
+                if (one.isKnown && made.isKnown && one.bytes != made.bytes)
+                    return {};
+                made = one.isKnown ? one : made;
+            }
+            known_[&phi] = made;
+        }
+        return made;
+    }
+
+    static Stride larger(Stride first, Stride second) {
+        return {first.isKnown && second.isKnown,
+                std::abs(first.bytes) > std::abs(second.bytes) ? first.bytes : second.bytes};
+    }
+
+    const LockstepPlan& plan_;
+    const llvm::DataLayout& layout_;
+    llvm::DenseMap<const Instruction*, Stride> known_;
+};
+
+const llvm::Type* accessType(const Instruction& access) {
+    if (const auto* store = dyn_cast<llvm::StoreInst>(&access))
+        return store->getValueOperand()->getType();
+    return access.getType();
+}
+
+// Where no threads meet, one thread after the other is right as well. About how much the kernel
+// costs either way, in instructions: what has a form for vectors against what is done lane by lane.
+bool paysOff(const LockstepPlan& plan) {
+    constexpr double kLanesAtOnce = 8; // of 16 in a vector, as not all lanes are always there
+    constexpr double kRoundOfLane = 6; // around an instruction that is done lane by lane
+    constexpr double kCall = 20, kRounds = 8; // of a function; of a loop
+    constexpr double kFar = 6; // an access of lanes that do not read side by side, for each lane
+    double single = 0, together = 0;
+    Strides strides(plan);
+    for (const Instruction& instruction : llvm::instructions(plan.function())) {
+        double weight = 1;
+        for (unsigned i = std::min(3u, plan.loops().getLoopDepth(instruction.getParent())); i > 0;
+             --i)
+            weight *= kRounds;
+        if (isa<llvm::AllocaInst>(instruction))
+            return false; // local memory lies thread by thread
+        const auto* call = dyn_cast<CallInst>(&instruction);
+        if (call && call->getCalledFunction() &&
+            call->getCalledFunction()->getName() == "sunstone_vprintf")
+            return false; // threads print in their order
+        if (call && call->getCalledFunction() && isMeeting(call->getCalledFunction()->getName()))
+            continue; // seldom more than a question
+        const bool isCall = call && !call->isInlineAsm() && !isa<llvm::IntrinsicInst>(call);
+        const bool isAlone = isCall || isa<llvm::AtomicRMWInst>(instruction) ||
+                             isa<llvm::AtomicCmpXchgInst>(instruction);
+        const double own = weight * (isCall ? kCall : 1);
+        const llvm::Value* address = llvm::getLoadStorePointerOperand(&instruction);
+        const bool isFar = address && !plan.isUniform(address) && plan.fieldOf(instruction) < 0 &&
+                           !strides.isNear(address, accessType(instruction));
+        single += own;
+        together += isAlone ? own + weight * kRoundOfLane : isFar ? own * kFar : own / kLanesAtOnce;
+    }
+    return together < 0.7 * single;
+}
+
+llvm::Function* emitCode(const LockstepPlan& plan, llvm::Function& source, bool masks,
+                         KernelInfo& info) {
+    llvm::LLVMContext& context = source.getContext();
+    llvm::Type* word = llvm::Type::getInt32Ty(context);
+    llvm::Type* pointer = llvm::PointerType::getUnqual(context);
+    auto* result = llvm::Function::Create(
+        llvm::FunctionType::get(word, {pointer, pointer, word, word}, false),
+        llvm::GlobalValue::ExternalLinkage, kLockstepPrefix + info.name, source.getParent());
+    result->addFnAttr(llvm::Attribute::NoUnwind);
+    result->addFnAttr("warn-stack-size", "0");
+    result->setDSOLocal(true);
+    result->addParamAttr(0, llvm::Attribute::NoAlias);
+    result->addParamAttr(0, llvm::Attribute::NonNull);
+    result->addParamAttr(
+        0, llvm::Attribute::getWithDereferenceableBytes(context, sizeof(devlib::LockstepWarp)));
+    result->addParamAttr(0, llvm::Attribute::getWithAlignment(context, llvm::Align(64)));
+    result->setSubprogram(source.getSubprogram());
+    source.setSubprogram(nullptr);
+    LockstepEmitter emitter(plan, *result, masks);
+    emitter.emit();
+    info.hasLockstep = true;
+    info.lockstepFrameBytes = emitter.frameBytes();
+    info.needsThreads = emitter.needsThreads();
+    return result;
+}
+
+} // namespace
+
+void inlineMeetings(Unit& unit) {
+    llvm::Module& module = unit.module();
+    for (llvm::Function& function : module)
+        if (function.isDeclaration() && isMeeting(function.getName()))
+            function.addFnAttr(llvm::Attribute::Convergent); // not to be doubled
+    llvm::CallGraph graph(module);
+    std::set<const llvm::Function*> meeting;
+    for (auto component = llvm::scc_begin(&graph); !component.isAtEnd(); ++component) {
+        bool meets = false;
+        for (llvm::CallGraphNode* node : *component)
+            for (const auto& call : *node)
+                if (const llvm::Function* callee = call.second->getFunction())
+                    meets |= meeting.count(callee) != 0 || isMeeting(callee->getName()) ||
+                             endsThread(callee->getName()) ||
+                             callee->getName() == "sunstone_activemask" ||
+                             callee->getName() == kWaitName;
+        if (!meets)
+            continue;
+        for (llvm::CallGraphNode* node : *component) {
+            llvm::Function* function = node->getFunction();
+            if (!function || function->isDeclaration())
+                continue;
+            meeting.insert(function);
+            const auto facts = unit.facts().find(function);
+            const bool isKernel = facts == unit.facts().end() || facts->second.function->isEntry;
+            if (isKernel || component.hasCycle())
+                continue;
+            function->removeFnAttr(llvm::Attribute::NoInline);
+            function->addFnAttr(llvm::Attribute::AlwaysInline);
+        }
+    }
+}
+
+namespace {
+
+// Whether functions that are left beside the kernel have meeting points or end threads: then a
+// thread can stop where its frame is no frame of ours.
+bool callsMeetings(const llvm::Function& function, std::set<const llvm::Function*>& seen) {
+    for (const Instruction& instruction : llvm::instructions(function)) {
+        const auto* call = dyn_cast<CallInst>(&instruction);
+        if (!call || call->isInlineAsm())
+            continue;
+        const llvm::Function* callee = calleeOf(*call);
+        if (!callee)
+            return true;
+        if (callee->isDeclaration()) {
+            if (isMeeting(callee->getName()) || endsThread(callee->getName()) ||
+                callee->getName() == "sunstone_activemask" || callee->getName() == kWaitName)
+                return true;
+        } else if (seen.insert(callee).second && callsMeetings(*callee, seen)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool calleesMeet(const llvm::Function& kernel) {
+    std::set<const llvm::Function*> seen = {&kernel};
+    for (const Instruction& instruction : llvm::instructions(kernel))
+        if (const auto* call = dyn_cast<CallInst>(&instruction); call && !call->isInlineAsm())
+            if (const llvm::Function* callee = calleeOf(*call))
+                if (!callee->isDeclaration() && seen.insert(callee).second &&
+                    callsMeetings(*callee, seen))
+                    return true;
+    return false;
+}
+
+} // namespace
+
+void addLockstep(Unit& unit, Optimizer& optimizer, LentMachine& machine, llvm::Function& kernel,
+                 KernelInfo& info) {
+    llvm::Function* flushed = unit.module().getFunction((kernel.getName() + kFlushedSuffix).str());
+    const llvm::Function& source = flushed ? *flushed : kernel;
+    std::string reason;
+    const bool meets = info.usesBarriers || info.usesWarpFunctions;
+    if (source.getInstructionCount() > kMostInstructions) {
+        reason = "it is long, and would take long to compile";
+    } else if (calleesMeet(source)) {
+        reason = "a function that is not part of it has meeting points";
+    } else {
+        llvm::ValueToValueMapTy map;
+        llvm::Function* copy = llvm::CloneFunction(const_cast<llvm::Function*>(&source), map);
+        copy->setLinkage(llvm::GlobalValue::InternalLinkage);
+        LockstepPlan plan(*copy);
+        plan.endThreads();
+        optimizer.simplifyControl(*copy);
+        if (!plan.analyze()) {
+            reason = plan.reason();
+        } else if (!meets && !paysOff(plan)) {
+            reason = "it would not gain by it";
+        } else {
+            llvm::Function* made = emitCode(plan, *copy, hasMasks(machine), info);
+            if (flushed) {
+                runFlushed(unit, *made);
+                made = unit.module().getFunction((made->getName() + kFlushedSuffix).str());
+            }
+            optimizer.finishLockstep(*made);
+        }
+        optimizer.forget(*copy);
+        copy->eraseFromParent();
+    }
+    if (!reason.empty() && logEnabled(LogLevel::kDebug, "compiler"))
+        log(LogLevel::kDebug, "compiler",
+            message("kernel ", info.name, " runs thread by thread: ", reason));
+}
+
+} // namespace sunstone::compiler

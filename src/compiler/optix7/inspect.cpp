@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: Apache-2.0
+// inspect: what can be said of a module from its tree alone. One walk over the functions collects
+// their calls; programs then follow the direct calls. Operands whose value is not plain to see
+// here (they come through memory, or are computed) make inspect compile the module up to the point
+// where constants have been found, and throw the result away (checkByCompiling).
+#include "compiler/compiler.h"
+
+#include "compiler/optix7/check_module.h"
+#include "compiler/optix7/intrinsics.h"
+#include "compiler/optix7/payload.h"
+
+#include "base/error.h"
+
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <unordered_map>
+
+namespace sunstone::compiler {
+
+namespace {
+
+using ErrorCode = sunstone::Code;
+
+struct IntrinsicCall {
+    const Intrinsic* intrinsic = nullptr;
+    const ptx::Instruction* instruction = nullptr;
+};
+
+struct FunctionCalls {
+    std::vector<IntrinsicCall> intrinsics;
+    uint32_t firstBranch = ~0u; // line of the first branch
+    std::set<std::string_view> callees;
+};
+
+template <class... Parts>
+[[noreturn]] void reject(ErrorCode code, const ptx::Instruction& instruction,
+                         const Parts&... parts) {
+    fail(code, "line ", instruction.location.line, ": ", parts...);
+}
+
+// Registers that hold one known number all the time.
+class Constants {
+public:
+    explicit Constants(const ptx::Function& function)
+        : definitions_(function.registers.size(), 0), values_(function.registers.size()) {
+        for (const ptx::Statement& statement : function.body) {
+            if (statement.kind != ptx::StatementKind::kInstruction)
+                continue;
+            const ptx::Instruction& instruction = statement.instruction;
+            if (!instruction.operands.empty())
+                define(instruction.operands[0], &instruction);
+            for (const ptx::Operand& result : instruction.results)
+                define(result, nullptr);
+        }
+    }
+
+    std::optional<uint32_t> valueOf(const ptx::Operand& operand) const {
+        if (operand.kind == ptx::OperandKind::kInteger)
+            return uint32_t(operand.integer);
+        uint32_t index = operand.index;
+        for (unsigned copies = 0; copies < 8; ++copies) {
+            if (operand.kind != ptx::OperandKind::kRegister || index >= values_.size() ||
+                definitions_[index] != 1)
+                return std::nullopt;
+            const auto source = copyOf_.find(index);
+            if (source == copyOf_.end())
+                return values_[index];
+            index = source->second;
+        }
+        return std::nullopt;
+    }
+
+private:
+    void define(const ptx::Operand& target, const ptx::Instruction* instruction) {
+        for (const ptx::Operand& element : target.elements)
+            define(element, nullptr);
+        if (target.kind != ptx::OperandKind::kRegister || target.index >= values_.size())
+            return;
+        ++definitions_[target.index];
+        if (!instruction || instruction->opcode != "mov" || instruction->guard >= 0 ||
+            instruction->operands.size() != 2)
+            return;
+        const ptx::Operand& source = instruction->operands[1];
+        if (source.kind == ptx::OperandKind::kInteger)
+            values_[target.index] = uint32_t(source.integer);
+        else if (source.kind == ptx::OperandKind::kRegister && source.component < 0)
+            copyOf_[target.index] = source.index;
+    }
+
+    std::vector<unsigned> definitions_;
+    std::vector<std::optional<uint32_t>> values_;
+    std::unordered_map<uint32_t, uint32_t> copyOf_;
+};
+
+uint32_t estimateStack(const ptx::Function& function, bool traces) {
+    uint64_t bytes = 32; // return address and saved registers
+    for (const ptx::Variable& variable : function.variables)
+        if (variable.space == ptx::Space::kLocal)
+            bytes += variable.size;
+    // Values that live across a trace or call are spilled: a share of the registers is a fair guess.
+    const bool calls = std::any_of(function.body.begin(), function.body.end(), [](const auto& s) {
+        return s.kind == ptx::StatementKind::kInstruction && s.instruction.opcode == "call";
+    });
+    if (traces)
+        bytes += std::min<uint64_t>(function.registers.size(), 64) * 4;
+    else if (calls)
+        bytes += std::min<uint64_t>(function.registers.size(), 16) * 4;
+    return uint32_t((bytes + 15) / 16 * 16);
+}
+
+class Inspection {
+public:
+    Inspection(const ptx::Module& module, const PipelineRules& rules,
+               const ModuleRules& moduleRules)
+        : module_(module), rules_(rules), moduleRules_(moduleRules) {}
+
+    ModuleSummary run() {
+        for (const ptx::Function& function : module_.functions)
+            if (function.hasBody)
+                collect(function);
+        ModuleSummary summary;
+        for (const ptx::Function& function : module_.functions) {
+            const ProgramKind kind = programKind(function.name);
+            if (!function.hasBody || kind == ProgramKind::kNone)
+                continue;
+            checkShape(function, kind);
+            ModuleSummary::Program& program = summary.programs.emplace_back();
+            program.name = function.name;
+            program.kind = kind;
+            program.parameterWords = parameterWords(function.parameters);
+            program.statements = uint32_t(function.body.size());
+            std::set<std::string_view> visited;
+            typeCall_ = nullptr;
+            typeMask_ = 0;
+            follow(function.name, program, visited);
+            program.payloadTypes = supportedTypes(typeMask_, moduleRules_);
+            program.estimatedStack = estimateStack(function, program.traces);
+            visited.clear();
+            if (!moduleRules_.payloadTypes.empty())
+                checkTypedAccess(function.name, program, visited);
+        }
+        inspectLaunchParams(summary);
+        for (const ptx::Variable& variable : module_.variables)
+            if (variable.space == ptx::Space::kConst && variable.linkage != ptx::Linkage::kExtern &&
+                variable.name != rules_.launchParams)
+                summary.constantBytes += variable.size;
+        summary.selfContained = isSelfContained(module_, rules_);
+        if (mustCompile_)
+            checkByCompiling(module_, rules_, moduleRules_, summary);
+        return summary;
+    }
+
+private:
+    void collect(const ptx::Function& function) {
+        FunctionCalls& calls = calls_[function.name];
+        std::optional<Constants> constants;
+        for (const ptx::Statement& statement : function.body) {
+            if (statement.kind == ptx::StatementKind::kInstruction &&
+                statement.instruction.opcode.starts_with("br"))
+                calls.firstBranch = std::min(calls.firstBranch,
+                                             statement.instruction.location.line);
+            if (statement.kind != ptx::StatementKind::kInstruction ||
+                statement.instruction.opcode != "call" ||
+                statement.instruction.target.kind != ptx::OperandKind::kSymbol)
+                continue;
+            const ptx::Instruction& instruction = statement.instruction;
+            const std::string_view name = instruction.target.name;
+            if (!isIntrinsicName(name)) {
+                calls.callees.insert(name);
+                continue;
+            }
+            const Intrinsic* intrinsic = findIntrinsic(name);
+            if (!intrinsic)
+                reject(ErrorCode::kInvalidPtx, instruction, "unknown OptiX function \"", name,
+                       "\"");
+            checkOperands(*intrinsic, instruction);
+            if (!intrinsic->anySignature) {
+                checkWidths(function, *intrinsic, instruction, instruction.results,
+                            intrinsic->results);
+                checkWidths(function, *intrinsic, instruction, instruction.arguments,
+                            intrinsic->operands);
+            }
+            if (!constants)
+                constants.emplace(function);
+            checkConstants(*intrinsic, instruction, *constants);
+            calls.intrinsics.push_back({intrinsic, &instruction});
+        }
+    }
+
+    void checkOperands(const Intrinsic& intrinsic, const ptx::Instruction& instruction) const {
+        if (intrinsic.anySignature)
+            return;
+        if (instruction.arguments.size() != intrinsic.operands.size() ||
+            instruction.results.size() != intrinsic.results.size())
+            reject(ErrorCode::kInvalidPtx, instruction, "\"_optix_", intrinsic.name,
+                   "\" is called with ", instruction.arguments.size(), " arguments and ",
+                   instruction.results.size(), " results; it has ", intrinsic.operands.size(),
+                   " and ", intrinsic.results.size());
+    }
+
+    // Registers must be as wide as the letters of the signature say.
+    template <class Operands>
+    static void checkWidths(const ptx::Function& function, const Intrinsic& intrinsic,
+                            const ptx::Instruction& instruction, const Operands& operands,
+                            const std::string& letters) {
+        for (size_t i = 0; i < letters.size(); ++i) {
+            const ptx::Operand& operand = operands[i];
+            if (operand.kind != ptx::OperandKind::kRegister ||
+                operand.index >= function.registers.size())
+                continue;
+            const unsigned bytes = ptx::sizeOf(function.registers[operand.index].type);
+            const unsigned wanted = letters[i] == 'l' ? 8 : 4;
+            if (bytes != wanted)
+                reject(ErrorCode::kInvalidPtx, instruction, "\"_optix_", intrinsic.name,
+                       "\" takes a register of ", wanted * 8, " bits here, not of ", bytes * 8);
+        }
+    }
+
+    void checkConstants(const Intrinsic& intrinsic, const ptx::Instruction& instruction,
+                        const Constants& constants) {
+        std::optional<uint32_t> slot;
+        switch (intrinsic.op) {
+        case IntrinsicOp::kSetPayload:
+        case IntrinsicOp::kGetPayload:
+            slot = intrinsic.number >= 0 ? std::optional(uint32_t(intrinsic.number))
+                                         : constants.valueOf(instruction.arguments[0]);
+            mustCompile_ |= !slot;
+            if (slot && *slot >= rules_.numPayloadValues && moduleRules_.payloadTypes.empty())
+                reject(ErrorCode::kInvalidPayloadAccess, instruction, "_optix_", intrinsic.name,
+                       ": payload slot ", *slot, " of ", rules_.numPayloadValues,
+                       " (numPayloadValues of the pipeline compile options)");
+            if (slot)
+                slots_[&instruction] = *slot + 1;
+            break;
+        case IntrinsicOp::kTrace: {
+            std::optional<uint32_t> count = uint32_t(std::max(0, intrinsic.number)), mask = 0;
+            if (intrinsic.number < 0) {
+                count = constants.valueOf(instruction.arguments[16]);
+                mask = constants.valueOf(instruction.arguments[0]);
+            }
+            mustCompile_ |= !count || !mask;
+            if (!count || !mask)
+                break;
+            const TracePayload payload = payloadOfTrace(*mask, *count, moduleRules_, rules_);
+            if (payload.code != ErrorCode::kOk)
+                reject(payload.code, instruction, "_optix_", intrinsic.name, ": ",
+                       payload.problem);
+            break;
+        }
+        case IntrinsicOp::kSetPayloadTypes:
+            slot = constants.valueOf(instruction.arguments[0]);
+            if (!slot)
+                reject(ErrorCode::kInvalidFunctionArguments, instruction, "_optix_",
+                       intrinsic.name, ": the payload type mask is not a constant");
+            slots_[&instruction] = *slot;
+            break;
+        case IntrinsicOp::kReport:
+            if (unsigned(intrinsic.number) > attributes())
+                reject(ErrorCode::kInvalidAttributeAccess, instruction, "_optix_", intrinsic.name,
+                       ": ", intrinsic.number, " attributes of ", attributes(),
+                       " (numAttributeValues of the pipeline compile options)");
+            break;
+        default:
+            checkAttribute(intrinsic, instruction);
+        }
+    }
+
+    void checkAttribute(const Intrinsic& intrinsic, const ptx::Instruction& instruction) const {
+        constexpr std::string_view kPrefix = "get_attribute_";
+        if (!intrinsic.name.starts_with(kPrefix))
+            return;
+        const unsigned index = unsigned(intrinsic.name[kPrefix.size()] - '0');
+        if (index >= attributes())
+            reject(ErrorCode::kInvalidAttributeAccess, instruction, "_optix_", intrinsic.name,
+                   ": attribute ", index, " of ", attributes(),
+                   " (numAttributeValues of the pipeline compile options)");
+    }
+    unsigned attributes() const { return std::max(2u, rules_.numAttributeValues); }
+
+    void checkShape(const ptx::Function& function, ProgramKind kind) const {
+        const bool callable =
+            kind == ProgramKind::kDirectCallable || kind == ProgramKind::kContinuationCallable;
+        if (callable && function.isEntry)
+            fail(ErrorCode::kInvalidPtx, "line ", function.location.line, ": callable \"",
+                 function.name, "\" must be a .func, not an .entry");
+        if (!callable && !function.isEntry)
+            fail(ErrorCode::kInvalidPtx, "line ", function.location.line, ": program \"",
+                 function.name, "\" must be an .entry");
+        if (!callable && !function.parameters.empty())
+            fail(ErrorCode::kInvalidPtx, "line ", function.location.line, ": program \"",
+                 function.name, "\" has parameters; programs take none");
+    }
+
+    // Everything `name` reaches by direct calls counts as the program's own.
+    void follow(std::string_view name, ModuleSummary::Program& program,
+                std::set<std::string_view>& visited) {
+        const auto found = calls_.find(name);
+        if (found == calls_.end() || !visited.insert(name).second)
+            return;
+        for (const IntrinsicCall& call : found->second.intrinsics) {
+            if (!(call.intrinsic->kinds & kindBit(program.kind)))
+                reject(ErrorCode::kInvalidFunctionUse, *call.instruction, "\"_optix_",
+                       call.intrinsic->name, "\" cannot be used in a ", prefixOf(program.kind),
+                       " program (\"", program.name, "\")");
+            program.traces |= call.intrinsic->op == IntrinsicOp::kTrace;
+            program.callsContinuation |=
+                call.intrinsic->op == IntrinsicOp::kCallable && call.intrinsic->number == 1;
+            const auto slot = slots_.find(call.instruction);
+            if (call.intrinsic->op == IntrinsicOp::kSetPayloadTypes)
+                takePayloadTypes(found->second, call, slot->second);
+            else if (slot != slots_.end())
+                program.payloadWords = std::max(program.payloadWords, slot->second);
+        }
+        for (std::string_view callee : found->second.callees)
+            follow(callee, program, visited);
+    }
+
+    // "Once per program, at the top": before anything that may branch.
+    void takePayloadTypes(const FunctionCalls& function, const IntrinsicCall& call,
+                          uint32_t mask) {
+        const ptx::Instruction& instruction = *call.instruction;
+        if (typeCall_)
+            reject(ErrorCode::kInvalidFunctionUse, instruction,
+                   "\"_optix_set_payload_types\" is used twice in a program; first at line ",
+                   typeCall_->location.line);
+        if (instruction.guard >= 0 || instruction.location.line > function.firstBranch)
+            reject(ErrorCode::kInvalidFunctionUse, instruction,
+                   "\"_optix_set_payload_types\" must stand at the top of the program, outside "
+                   "of conditions");
+        const std::string problem = unknownTypes(mask, moduleRules_);
+        if (!problem.empty())
+            reject(ErrorCode::kPayloadTypeId, instruction, problem);
+        typeCall_ = &instruction;
+        typeMask_ = mask;
+    }
+
+    // Whether the program may do what it does with the payload, for each type it supports.
+    void checkTypedAccess(std::string_view name, const ModuleSummary::Program& program,
+                          std::set<std::string_view>& visited) const {
+        const auto found = calls_.find(name);
+        if (found == calls_.end() || !visited.insert(name).second)
+            return;
+        for (const IntrinsicCall& call : found->second.intrinsics) {
+            const bool reads = call.intrinsic->op == IntrinsicOp::kGetPayload;
+            const auto slot = slots_.find(call.instruction);
+            if ((!reads && call.intrinsic->op != IntrinsicOp::kSetPayload) || slot == slots_.end())
+                continue;
+            const PayloadAccess access = reads ? PayloadAccess::kRead : PayloadAccess::kWrite;
+            for (size_t i = 0; i < moduleRules_.payloadTypes.size(); ++i) {
+                if (!(program.payloadTypes >> i & 1))
+                    continue;
+                const std::string problem = payloadProblem(
+                    program.kind, slot->second - 1, access, &moduleRules_.payloadTypes[i], 0);
+                if (!problem.empty())
+                    reject(ErrorCode::kInvalidPayloadAccess, *call.instruction, "_optix_",
+                           call.intrinsic->name, ": ", problem, "; payload type ", i,
+                           ", program \"", program.name, "\"");
+            }
+        }
+        for (std::string_view callee : found->second.callees)
+            checkTypedAccess(callee, program, visited);
+    }
+
+    void inspectLaunchParams(ModuleSummary& summary) const {
+        if (rules_.launchParams.empty())
+            return;
+        const ptx::Variable* variable = module_.findVariable(rules_.launchParams);
+        if (!variable)
+            return;
+        if (variable->space != ptx::Space::kConst)
+            fail(ErrorCode::kInvalidLaunchParameter, "line ", variable->location.line,
+                 ": the launch parameter variable \"", variable->name, "\" is not .const");
+        summary.launchParamsSize = variable->size;
+    }
+
+    const ptx::Module& module_;
+    const PipelineRules& rules_;
+    const ModuleRules& moduleRules_;
+    bool mustCompile_ = false; // operands were found that may not be constants
+    const ptx::Instruction* typeCall_ = nullptr; // set_payload_types of the current program
+    uint32_t typeMask_ = 0;
+    std::unordered_map<std::string_view, FunctionCalls> calls_;
+    std::unordered_map<const ptx::Instruction*, uint32_t> slots_; // payload words a call needs, or
+                                                                   // its type mask
+};
+
+} // namespace
+
+ModuleSummary inspect(const ptx::Module& module, const PipelineRules& rules,
+                      const ModuleRules& moduleRules) {
+    return Inspection(module, rules, moduleRules).run();
+}
+
+unsigned parameterWords(const std::vector<ptx::Variable>& parameters) {
+    uint64_t words = 0;
+    for (const ptx::Variable& parameter : parameters)
+        words += (parameter.size + 3) / 4;
+    return unsigned(words);
+}
+
+} // namespace sunstone::compiler

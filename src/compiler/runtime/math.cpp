@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// Transcendental functions and the few library functions the code generator may call.
+#include "compiler/runtime/runtime.h"
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+namespace sunstone::compiler {
+
+namespace {
+
+float sine(float x) {
+    return std::sin(x);
+}
+float cosine(float x) {
+    return std::cos(x);
+}
+float logarithm2(float x) {
+    return std::log2(x);
+}
+float exponential2(float x) {
+    return std::exp2(x);
+}
+float hyperbolicTangent(float x) {
+    return std::tanh(x);
+}
+
+// fns: the position of the n-th set bit of `mask`, counted from `base` upwards (n > 0) or
+// downwards (n < 0); n = 0 asks whether bit `base` is set. All ones if there is none.
+uint32_t findNth(uint32_t mask, uint32_t base, uint32_t n) {
+    const int32_t offset = int32_t(n);
+    if (base > 31)
+        return ~0u;
+    if (offset == 0)
+        return mask >> base & 1 ? base : ~0u;
+    const int step = offset > 0 ? 1 : -1;
+    int64_t left = offset > 0 ? int64_t(offset) : -int64_t(offset);
+    for (int position = int(base); position >= 0 && position < 32; position += step)
+        if (mask >> position & 1 && --left == 0)
+            return uint32_t(position);
+    return ~0u;
+}
+
+template <class Function>
+const void* addressOf(Function* function) {
+    return reinterpret_cast<const void*>(function);
+}
+
+} // namespace
+
+extern "C" {
+// From the compiler's support library.
+__int128 __divti3(__int128, __int128);
+__int128 __modti3(__int128, __int128);
+unsigned __int128 __udivti3(unsigned __int128, unsigned __int128);
+unsigned __int128 __umodti3(unsigned __int128, unsigned __int128);
+}
+
+void addMathSymbols(std::vector<RuntimeSymbol>& symbols) {
+    const RuntimeSymbol own[] = {
+        {"sunstone_sin_f32", addressOf(sine)},
+        {"sunstone_cos_f32", addressOf(cosine)},
+        {"sunstone_lg2_f32", addressOf(logarithm2)},
+        {"sunstone_ex2_f32", addressOf(exponential2)},
+        {"sunstone_tanh_f32", addressOf(hyperbolicTangent)},
+        {"sunstone_fns", addressOf(findNth)},
+        {"memcpy", addressOf<void*(void*, const void*, size_t)>(std::memcpy)},
+        {"memmove", addressOf<void*(void*, const void*, size_t)>(std::memmove)},
+        {"memset", addressOf<void*(void*, int, size_t)>(std::memset)},
+        {"fma", addressOf<double(double, double, double)>(std::fma)},
+        {"fmaf", addressOf<float(float, float, float)>(std::fma)},
+        {"floor", addressOf<double(double)>(std::floor)},
+        {"floorf", addressOf<float(float)>(std::floor)},
+        {"ceil", addressOf<double(double)>(std::ceil)},
+        {"ceilf", addressOf<float(float)>(std::ceil)},
+        {"trunc", addressOf<double(double)>(std::trunc)},
+        {"truncf", addressOf<float(float)>(std::trunc)},
+        // With the default rounding mode these agree with roundeven.
+        {"roundeven", addressOf<double(double)>(std::nearbyint)},
+        {"roundevenf", addressOf<float(float)>(std::nearbyint)},
+        {"sqrt", addressOf<double(double)>(std::sqrt)},
+        {"sqrtf", addressOf<float(float)>(std::sqrt)},
+        {"__divti3", addressOf(__divti3)},
+        {"__modti3", addressOf(__modti3)},
+        {"__udivti3", addressOf(__udivti3)},
+        {"__umodti3", addressOf(__umodti3)},
+    };
+    symbols.insert(symbols.end(), std::begin(own), std::end(own));
+}
+
+const std::vector<RuntimeSymbol>& runtimeSymbols() {
+    static const auto* all = [] {
+        auto* made = new std::vector<RuntimeSymbol>;
+        std::vector<RuntimeSymbol>& symbols = *made;
+        addRoundingSymbols(symbols);
+        addMathSymbols(symbols);
+        addKernelSymbols(symbols);
+        addAsyncSymbols(symbols);
+        addTextureSymbols(symbols);
+        addCheckSymbols(symbols);
+        addSmallFloatSymbols(symbols);
+        addAtomicSymbols(symbols);
+        addMatrixSymbols(symbols);
+        return made;
+    }();
+    return *all;
+}
+
+} // namespace sunstone::compiler

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: Apache-2.0
+// FunctionTranslator: branches, returns, calls.
+#include "compiler/translate/call_site.h"
+#include "compiler/translate/callable.h"
+#include "compiler/translate/function_translator.h"
+
+namespace sunstone::compiler {
+
+void FunctionTranslator::branch(const ptx::Instruction& instruction) {
+    operandCount(instruction, 1, 1);
+    const ptx::Operand& target = instruction.operands[0];
+    if (target.kind != ptx::OperandKind::kLabel || target.index >= labels_.size())
+        reject(instruction, ErrorCode::kInvalidPtx, "label expected");
+    llvm::BasicBlock* label = labels_[target.index];
+    if (instruction.guard < 0) {
+        builder_.CreateBr(label);
+        return;
+    }
+    Value* guard = coerce(readSlot(firstSlot_[size_t(instruction.guard)]), builder_.getInt1Ty());
+    llvm::BasicBlock* next = llvm::BasicBlock::Create(unit_.context(), "", &function_);
+    if (instruction.guardNegated)
+        builder_.CreateCondBr(guard, next, label);
+    else
+        builder_.CreateCondBr(guard, label, next);
+    builder_.SetInsertPoint(next);
+}
+
+// brx.idx index, list. An index past the list is undefined in PTX; here it goes to the first.
+void FunctionTranslator::branchIndexed(const ptx::Instruction& instruction) {
+    operandCount(instruction, 2, 2);
+    const ptx::Operand& list = instruction.operands[1];
+    const ptx::BranchTargets* targets = nullptr;
+    for (const ptx::BranchTargets& candidate : source_.branchTargets)
+        if (candidate.name == list.name)
+            targets = &candidate;
+    if (!targets || targets->labels.empty())
+        reject(instruction, ErrorCode::kInvalidPtx,
+               message("no .branchtargets \"", list.name, "\" in this function"));
+    llvm::BasicBlock* next = nullptr;
+    if (instruction.guard >= 0) {
+        Value* guard =
+            coerce(readSlot(firstSlot_[size_t(instruction.guard)]), builder_.getInt1Ty());
+        llvm::BasicBlock* taken = llvm::BasicBlock::Create(unit_.context(), "", &function_);
+        next = llvm::BasicBlock::Create(unit_.context(), "", &function_);
+        if (instruction.guardNegated)
+            guard = builder_.CreateNot(guard);
+        readInt(instruction.operands[0], 32);
+        builder_.CreateCondBr(guard, taken, next);
+        builder_.SetInsertPoint(taken);
+    }
+    auto* jump =
+        builder_.CreateSwitch(readInt(instruction.operands[0], 32), labels_[targets->labels[0]],
+                              unsigned(targets->labels.size()));
+    for (size_t i = 1; i < targets->labels.size(); ++i)
+        jump->addCase(builder_.getInt32(uint32_t(i)), labels_[targets->labels[i]]);
+    if (next)
+        builder_.SetInsertPoint(next);
+}
+
+void FunctionTranslator::returnFrom(const ptx::Instruction&) {
+    emitReturn();
+}
+
+void FunctionTranslator::exitThread(const ptx::Instruction& instruction) {
+    if (!source_.isEntry) {
+        if (!isKernel())
+            reject(instruction, ErrorCode::kNotSupported, "exit outside a program");
+        builder_.CreateCall(
+            unit_.helper("sunstone_exit", builder_.getVoidTy(), {builder_.getPtrTy()}, false),
+            {state()});
+        facts_.barriers = true; // its launcher must be able to end one thread
+    }
+    emitReturn();
+}
+
+void FunctionTranslator::trap(const ptx::Instruction&) {
+    emitTrap();
+}
+
+// A failed assertion has been printed; the thread does not go on.
+void FunctionTranslator::endAfterAssertion() {
+    if (!isKernel())
+        return emitTrap();
+    builder_.CreateCall(
+        unit_.helper("sunstone_assertion", builder_.getVoidTy(), {builder_.getPtrTy()}, false),
+        {state()});
+    emitReturn();
+}
+
+// Ends the thread through its launcher, which does not come back; should it do so nevertheless,
+// the function returns.
+void FunctionTranslator::emitTrap() {
+    if (isKernel()) {
+        facts_.barriers = true; // its launcher must be able to end one thread
+        builder_.CreateCall(
+            unit_.helper("sunstone_trap", builder_.getVoidTy(), {builder_.getPtrTy()}, false),
+            {state()});
+    } else {
+        Value* launch =
+            stateField(offsetof(devlib::RayState, launch), builder_.getPtrTy(), "launch");
+        auto* type = llvm::FunctionType::get(
+            builder_.getVoidTy(),
+            {builder_.getPtrTy(), intType(32), intType(32), builder_.getPtrTy()}, false);
+        Value* handler =
+            unit_.launchFunction(builder_, launch, offsetof(devlib::LaunchState, throwException),
+                                 "throwException", type);
+        builder_.CreateCall(type, handler,
+                            {state(), builder_.getInt32(uint32_t(devlib::kExceptionTrap)),
+                             builder_.getInt32(0),
+                             llvm::ConstantPointerNull::get(builder_.getPtrTy())});
+    }
+    emitReturn();
+}
+
+void FunctionTranslator::call(const ptx::Instruction& instruction) {
+    const ptx::Operand& target = instruction.target;
+    if (target.kind == ptx::OperandKind::kSymbol) {
+        if (isIntrinsicName(target.name))
+            return callIntrinsic(instruction, target.name);
+        llvm::Function* callee = unit_.function(module_, target.name, instruction.location);
+        const ptx::Function* declared = module_.findFunction(target.name);
+        if (!declared)
+            reject(instruction, ErrorCode::kInvalidPtx, "callee is not declared");
+        const Signature signature = unit_.signature(declared->results, declared->parameters);
+        if (callee->getFunctionType() != signature.type)
+            reject(instruction, ErrorCode::kInvalidPtx,
+                   "callee is a program or differs in parameters");
+        return callFunction(instruction, callee, signature, declared->results,
+                            declared->parameters);
+    }
+    if (target.kind != ptx::OperandKind::kRegister)
+        reject(instruction, ErrorCode::kInvalidPtx, "function name or register expected");
+    for (const ptx::CallTargets& targets : source_.callTargets) { // all of one shape
+        if (targets.name != instruction.prototype || targets.functions.empty())
+            continue;
+        const ptx::Function* first = module_.findFunction(targets.functions[0]);
+        if (!first)
+            reject(instruction, ErrorCode::kInvalidPtx, "callee is not declared");
+        const ptx::Prototype shape{targets.name, first->results, first->parameters, {}};
+        return callFunction(instruction, resolveCallee(instruction, readInt(target, 64), shape),
+                            unit_.signature(shape.results, shape.parameters), shape.results,
+                            shape.parameters);
+    }
+    for (const ptx::Prototype& prototype : source_.prototypes) {
+        if (prototype.name != instruction.prototype)
+            continue;
+        return callFunction(instruction, resolveCallee(instruction, readInt(target, 64), prototype),
+                            unit_.signature(prototype.results, prototype.parameters),
+                            prototype.results, prototype.parameters);
+    }
+    reject(instruction, ErrorCode::kInvalidPtx, "indirect call without a .callprototype");
+}
+
+// The code behind the target of an indirect call: in OptiX modules a tagged value stands for a
+// callable (callable.h), whose data the launch makes current.
+Value* FunctionTranslator::resolveCallee(const ptx::Instruction& instruction, Value* target,
+                                         const ptx::Prototype& prototype) {
+    if (isKernel())
+        return builder_.CreateIntToPtr(target, builder_.getPtrTy());
+    llvm::BasicBlock* tagged = llvm::BasicBlock::Create(unit_.context(), "callable", &function_);
+    llvm::BasicBlock* plain = llvm::BasicBlock::Create(unit_.context(), "address", &function_);
+    llvm::BasicBlock* join = llvm::BasicBlock::Create(unit_.context(), "", &function_);
+    builder_.CreateCondBr(builder_.CreateTrunc(target, intType(1)), tagged, plain);
+
+    builder_.SetInsertPoint(tagged);
+    llvm::Type* word = intType(32);
+    Value* launch = stateField(offsetof(devlib::RayState, launch), builder_.getPtrTy(), "launch");
+    auto* type =
+        llvm::FunctionType::get(builder_.getPtrTy(), {builder_.getPtrTy(), word, word}, false);
+    Value* resolver = unit_.launchFunction(
+        builder_, launch, offsetof(devlib::LaunchState, callable), "callable", type);
+    // Which kind is called, and with how many words (LaunchState::callable).
+    Value* call = builder_.CreateAnd(builder_.CreateLShr(target, 1), uint64_t(1));
+    call = builder_.CreateOr(call, uint64_t(parameterWords(prototype.parameters)) << 8);
+    if (unit_.debugExceptions()) {
+        const std::string place = sourcePlace(unit_, facts_, instruction);
+        Value* thread =
+            stateField(offsetof(devlib::RayState, thread), builder_.getPtrTy(), "thread");
+        Value* line = llvm::ConstantPointerNull::get(builder_.getPtrTy());
+        if (!place.empty())
+            line = builder_.CreateGlobalString(place);
+        builder_.CreateStore(line, offsetPointer(thread, offsetof(devlib::ThreadState, line)));
+    }
+    Value* index = builder_.CreateLShr(target, kCallableIndexShift);
+    Value* found = builder_.CreateCall(
+        type, resolver,
+        {state(), builder_.CreateTrunc(index, word), builder_.CreateTrunc(call, word)});
+    // A record without a callable: calling it gives zero.
+    Value* none = unit_.helper("sunstone_no_callable", word, {}, false).getCallee();
+    found = builder_.CreateSelect(builder_.CreateIsNull(found), none, found);
+    builder_.CreateBr(join);
+
+    builder_.SetInsertPoint(plain);
+    Value* address = builder_.CreateIntToPtr(target, builder_.getPtrTy());
+    builder_.CreateBr(join);
+
+    builder_.SetInsertPoint(join);
+    llvm::PHINode* code = builder_.CreatePHI(builder_.getPtrTy(), 2);
+    code->addIncoming(found, tagged);
+    code->addIncoming(address, plain);
+    return code;
+}
+
+void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value* target,
+                                      const Signature& signature,
+                                      const std::vector<ptx::Variable>& results,
+                                      const std::vector<ptx::Variable>& parameters) {
+    if (instruction.arguments.size() != parameters.size() ||
+        instruction.results.size() != results.size())
+        reject(instruction, ErrorCode::kInvalidPtx,
+               message("call with ", instruction.arguments.size(), " arguments and ",
+                       instruction.results.size(), " results; the callee has ", parameters.size(),
+                       " and ", results.size()));
+    const auto memoryOf = [&](const ptx::Operand& operand) -> Value* {
+        if (operand.kind != ptx::OperandKind::kSymbol)
+            return nullptr;
+        const auto found = locals_.find(operand.name);
+        return found == locals_.end() ? nullptr : found->second;
+    };
+    const auto sizeOfMemory = [&](const ptx::Operand& operand) {
+        const auto found = localVariables_.find(operand.name);
+        return found == localVariables_.end() ? 0 : found->second->size;
+    };
+    std::vector<Value*> arguments = {state()};
+    std::vector<std::pair<Value*, const ptx::Operand*>> registerResults;
+    if (!signature.returnsValue) {
+        for (size_t i = 0; i < results.size(); ++i) {
+            Value* memory = memoryOf(instruction.results[i]);
+            if (memory && sizeOfMemory(instruction.results[i]) < results[i].size)
+                reject(instruction, ErrorCode::kInvalidPtx, "result variable is too small");
+            if (!memory && results[i].size > 16)
+                reject(instruction, ErrorCode::kInvalidPtx, "aggregate result must be a .param");
+            if (!memory) {
+                llvm::IRBuilder<> top(entry_, entry_->begin());
+                memory =
+                    top.CreateAlloca(intType(unsigned(std::max<uint64_t>(1, results[i].size)) * 8));
+                registerResults.emplace_back(memory, &instruction.results[i]);
+            }
+            arguments.push_back(memory);
+        }
+    }
+    for (size_t i = 0; i < parameters.size(); ++i) {
+        llvm::Type* type = signature.type->getParamType(unsigned(arguments.size()));
+        Value* memory = memoryOf(instruction.arguments[i]);
+        if (memory && sizeOfMemory(instruction.arguments[i]) < parameters[i].size)
+            reject(instruction, ErrorCode::kInvalidPtx, "argument variable is too small");
+        if (type->isPointerTy()) {
+            if (!memory)
+                reject(instruction, ErrorCode::kInvalidPtx, "aggregate argument must be a .param");
+            arguments.push_back(memory);
+        } else if (memory) {
+            arguments.push_back(builder_.CreateAlignedLoad(type, memory, llvm::Align(1)));
+        } else {
+            arguments.push_back(readAs(instruction.arguments[i], type));
+        }
+    }
+    llvm::CallInst* result = builder_.CreateCall(signature.type, target, arguments);
+    result->addFnAttr(llvm::Attribute::NoUnwind);
+    if (signature.returnsValue) {
+        const ptx::Operand& place = instruction.results[0];
+        if (Value* memory = memoryOf(place)) {
+            if (sizeOfMemory(place) < results[0].size)
+                reject(instruction, ErrorCode::kInvalidPtx, "result variable is too small");
+            builder_.CreateAlignedStore(result, memory, llvm::Align(1));
+        } else {
+            write(place, result);
+        }
+    }
+    for (const auto& [memory, operand] : registerResults) {
+        const ptx::Operand& place = *operand;
+        write(place, builder_.CreateLoad(llvm::cast<llvm::AllocaInst>(memory)->getAllocatedType(),
+                                         memory));
+    }
+    if (auto* callee = llvm::dyn_cast<llvm::Function>(target))
+        if (callee->getName() == "sunstone_assertfail")
+            return endAfterAssertion();
+    for (const ptx::Function& function : module_.functions)
+        if (function.noreturn && instruction.target.kind == ptx::OperandKind::kSymbol &&
+            function.name == instruction.target.name)
+            return emitReturn();
+}
+
+void FunctionTranslator::callIntrinsic(const ptx::Instruction& instruction, std::string_view name) {
+    const Intrinsic* intrinsic = findIntrinsic(name);
+    if (isKernel())
+        failAt(ErrorCode::kInvalidPtx, instruction.location, "\"", name,
+               "\" can only be called in OptiX programs");
+    if (!intrinsic)
+        failAt(ErrorCode::kInvalidPtx, instruction.location, "unknown OptiX function \"", name,
+               "\"");
+    if (intrinsic->op == IntrinsicOp::kLater)
+        failAt(ErrorCode::kNotSupported, instruction.location, "\"", name, "\" is not available");
+    if (instruction.arguments.size() != intrinsic->operands.size() ||
+        instruction.results.size() != intrinsic->results.size())
+        failAt(ErrorCode::kInvalidPtx, instruction.location, "\"", name, "\" is called with ",
+               instruction.arguments.size(), " arguments and ", instruction.results.size(),
+               " results; it has ", intrinsic->operands.size(), " and ", intrinsic->results.size());
+    llvm::Function* callee = unit_.intrinsic(*intrinsic, name);
+    std::vector<Value*> arguments = {state()};
+    for (size_t i = 0; i < instruction.arguments.size(); ++i)
+        arguments.push_back(readAs(instruction.arguments[i],
+                                   callee->getFunctionType()->getParamType(unsigned(i) + 1)));
+    llvm::CallInst* result = builder_.CreateCall(callee, arguments);
+    const bool namesLine =
+        intrinsic->op == IntrinsicOp::kTrace || intrinsic->op == IntrinsicOp::kThrow;
+    setCallSite(unit_, *result, facts_, instruction,
+                namesLine ? sourcePlace(unit_, facts_, instruction) : std::string());
+    if (instruction.results.size() == 1)
+        write(instruction.results[0], result);
+    else
+        for (size_t i = 0; i < instruction.results.size(); ++i)
+            if (instruction.results[i].kind != ptx::OperandKind::kSink)
+                write(instruction.results[i], builder_.CreateExtractValue(result, unsigned(i)));
+}
+
+} // namespace sunstone::compiler

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/gpu/code.h"
+
+#include "base/error.h"
+#include "base/log.h"
+
+#include <algorithm>
+#include <cstring>
+#include <iterator>
+
+namespace sunstone::engine {
+
+using namespace device::cuda;
+
+LoadedGpuCode::LoadedGpuCode(CUcontext context, const compiler::GpuCode& code,
+                             unsigned maxRegisters, std::string& log)
+    : context_(context) {
+    CUresult result = CUDA_ERROR_INVALID_IMAGE;
+    if (!code.machineCode.empty())
+        result = load(code.machineCode);
+    if (result == CUDA_SUCCESS)
+        return;
+    if (!code.machineCode.empty())
+        sunstone::log(LogLevel::kDebug, "engine",
+                      message("the driver refuses machine code of its compiler (code ", int(result),
+                              ") and gets the text"));
+    compileText(code.ptx, maxRegisters, log);
+    isOfText = true;
+    const CUresult found = driver().moduleGetFunction(&kernel, module_, compiler::kGpuKernel);
+    if (found != CUDA_SUCCESS)
+        driver().moduleUnload(module_);
+    check(found, DriverNames::moduleGetFunction);
+}
+
+// Of machine code that refers to what only the driver has (queries of some properties of textures)
+// the module loads, and its kernel is not there.
+CUresult LoadedGpuCode::load(const std::string& machineCode) {
+    const auto checked = [](CUresult result, const char* name) {
+        if (result == CUDA_ERROR_OUT_OF_MEMORY || result == CUDA_ERROR_ILLEGAL_ADDRESS)
+            check(result, name); // not the code's fault
+        return result;
+    };
+    const CUresult result =
+        checked(driver().moduleLoadDataEx(&module_, machineCode.data(), 0, nullptr, nullptr),
+                DriverNames::moduleLoadDataEx);
+    if (result != CUDA_SUCCESS)
+        return result;
+    const CUresult found = driver().moduleGetFunction(&kernel, module_, compiler::kGpuKernel);
+    if (found != CUDA_SUCCESS)
+        driver().moduleUnload(module_);
+    return checked(found, DriverNames::moduleGetFunction);
+}
+
+void LoadedGpuCode::compileText(const std::string& ptx, unsigned maxRegisters, std::string& log) {
+    if (ptx.empty())
+        fail(Code::kLinkError, "the driver refuses machine code that was kept");
+    constexpr size_t kLogBytes = 256 << 10;
+    std::string errors(8192, '\0');
+    const auto told = std::make_unique_for_overwrite<char[]>(kLogBytes);
+    CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES,
+                              CU_JIT_INFO_LOG_BUFFER,  CU_JIT_INFO_LOG_BUFFER_SIZE_BYTES,
+                              CU_JIT_LOG_VERBOSE,      CU_JIT_MAX_REGISTERS};
+    void* values[] = {errors.data(),
+                      reinterpret_cast<void*>(errors.size()),
+                      told.get(),
+                      reinterpret_cast<void*>(kLogBytes),
+                      reinterpret_cast<void*>(uintptr_t(1)),
+                      reinterpret_cast<void*>(uintptr_t(maxRegisters))};
+    told[0] = '\0';
+    // Compiles the text as a whole, or finds the outcome in the driver's own cache and logs
+    // nothing.
+    const CUresult result = driver().moduleLoadDataEx(
+        &module_, ptx.c_str(), unsigned(std::size(options)), options, values);
+    if (result == CUDA_ERROR_OUT_OF_MEMORY || result == CUDA_ERROR_ILLEGAL_ADDRESS)
+        check(result, DriverNames::moduleLoadDataEx); // not the text's fault
+    if (result != CUDA_SUCCESS)
+        fail(Code::kLinkError, "the driver cannot compile the pipeline: ", errors.c_str());
+    const auto length = size_t(reinterpret_cast<uintptr_t>(values[3]));
+    if (length + 1 < kLogBytes) // else some of it may be missing
+        log.assign(told.get(), strnlen(told.get(), length));
+}
+
+LoadedGpuCode::~LoadedGpuCode() {
+    try {
+        ContextScope scope(context_);
+        driver().moduleUnload(module_);
+    } catch (const Error&) { // the application has destroyed its context, and the module with it
+    }
+}
+
+GpuCodeObject::~GpuCodeObject() {
+    try {
+        ContextScope scope(context_);
+        driver().ctxSynchronize(); // launches may still run it
+    } catch (const Error&) {       // the application has destroyed its context
+    }
+}
+
+LoadedGpuCodes::Entry LoadedGpuCodes::find(const std::string& key) {
+    std::lock_guard lock(mutex_);
+    const auto found = std::find_if(entries_.begin(), entries_.end(),
+                                    [&](const Entry& entry) { return entry.key == key; });
+    if (found == entries_.end())
+        return {};
+    std::rotate(found, found + 1, entries_.end());
+    return entries_.back();
+}
+
+void LoadedGpuCodes::add(Entry entry) {
+    Entry gone; // dies without the mutex
+    std::lock_guard lock(mutex_);
+    auto old = std::find_if(entries_.begin(), entries_.end(),
+                            [&](const Entry& each) { return each.key == entry.key; });
+    if (old == entries_.end() && entries_.size() == kMost)
+        old = entries_.begin();
+    if (old != entries_.end()) {
+        gone = std::move(*old);
+        entries_.erase(old);
+    }
+    entries_.push_back(std::move(entry));
+}
+
+} // namespace sunstone::engine

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pipelines on a GPU: programs to PTX (compiler/gpu/pipeline.h), PTX to machine code by the compiler
+// that comes with the driver (device/cuda/ptx_compiler.h), or by the driver when it loads the text.
+#include "base/error.h"
+#include "base/log.h"
+#include "bvh/gpu/layout.h"
+#include "compiler/gpu/header.h"
+#include "compiler/gpu/pipeline.h"
+#include "device/cuda/ptx_compiler.h"
+#include "devlib/gpu_runtime.h"
+#include "engine/gpu/backend.h"
+#include "engine/pipeline.h"
+#include "ptx/printer.h"
+
+#include <algorithm>
+#include <cstring>
+#include <iterator>
+#include <memory>
+
+namespace sunstone::engine {
+
+using namespace device::cuda;
+
+namespace {
+
+// The newest PTX that a driver reads: CUDA releases in which that changed, and versions of PTX from
+// there on, 10 * major + minor (release notes in the PTX ISA manual).
+struct PtxOfRelease {
+    int driver; // 1000 * major + 10 * minor
+    unsigned ptx;
+};
+constexpr PtxOfRelease kReleases[] = {
+    {0, 65},      {11000, 70}, {11010, 71}, {11020, 72}, {11030, 73}, {11040, 74}, {11050, 75},
+    {11060, 76},  {11070, 77}, {11080, 78}, {12000, 80}, {12010, 81}, {12020, 82}, {12030, 83},
+    {12040, 84},  {12050, 85}, {12070, 86}, {12080, 87}, {12090, 88}, {13000, 90}};
+
+unsigned ptxVersionOf(int driverVersion) {
+    unsigned version = 0;
+    for (const auto& [driver, ptx] : kReleases)
+        if (driver <= driverVersion)
+            version = ptx;
+    return version;
+}
+
+// Values of GraphKind, devlib/gpu/programs.h.
+uint32_t graphKindOf(unsigned flags) {
+    constexpr unsigned kSingleGas = 1, kSingleLevel = 2;
+    return flags == kSingleGas ? 0 : (flags & kSingleLevel) ? 1 : 2;
+}
+
+// Programs that run while another one's trace, or call, is under way and can start the same again.
+bool mayRecurse(const PipelineParts& parts) {
+    for (const auto& group : parts.groups) {
+        if (group->kind == devlib::kGroupCallables || group->kind == devlib::kGroupException)
+            return true;
+        if (group->kind == devlib::kGroupRaygen || !group->main)
+            continue;
+        const auto* program = group->main.module->findProgram(group->main.function);
+        if (program && program->traces)
+            return true;
+    }
+    return false;
+}
+
+// What debug exceptions tell of callables.
+void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
+    const auto describe = [](const ProgramRef& program) {
+        return program ? compiler::GpuGroup::Callable{program.function,
+                                                      program.module->findProgram(program.function)
+                                                          ->parameterWords}
+                       : compiler::GpuGroup::Callable{};
+    };
+    to.callables[0] = describe(from.direct);
+    to.callables[1] = describe(from.continuation);
+}
+
+// Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %
+// where there are no instances, from 96 to 80 up to 6 % where there is one level of them; where nodes
+// have two motion keys the other way round: with motion blur 96 are 9 to 19 % faster than 72, 25 %
+// faster than 80, 128 within 3 % of that (docs/performance.md).
+unsigned registersOf(const compiler::PipelineRules& rules) {
+    constexpr unsigned kOfGraph[] = {72, 80, 96}; // by GraphKind
+    return rules.motionBlur ? 96 : kOfGraph[graphKindOf(rules.traversableGraphFlags)];
+}
+
+// Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses.
+bool raiseStackLimit(size_t bytes) {
+    size_t limit = 0;
+    SUNSTONE_CU(ctxGetLimit, &limit, CU_LIMIT_STACK_SIZE);
+    if (limit >= bytes)
+        return true;
+    const CUresult result = driver().ctxSetLimit(CU_LIMIT_STACK_SIZE, bytes);
+    if (result == CUDA_ERROR_INVALID_VALUE || result == CUDA_ERROR_OUT_OF_MEMORY)
+        return false;
+    check(result, DriverNames::ctxSetLimit);
+    return true;
+}
+
+// Beside frames: what the driver itself puts on the stack, and functions that it provides.
+constexpr size_t kReserved = 1024;
+// What the driver's compiler spills in kernels of which it has not told.
+constexpr size_t kSpills = 1024;
+
+size_t stackNeed(const Pipeline& pipeline, const compiler::GpuStack& stack, size_t kernelFrame) {
+    const size_t depth = size_t(pipeline.limits.maxTraceDepth) + 1;
+    return kernelFrame + kReserved + (stack.isMeasured ? 0 : kSpills) + stack.entry +
+           depth * stack.waiting + stack.other;
+}
+
+} // namespace
+
+// How much of the stack a launch index may use before it counts as an overflow.
+void GpuBackend::setStackUse(GpuCodeObject& code) {
+    size_t limit = 0;
+    SUNSTONE_CU(ctxGetLimit, &limit, CU_LIMIT_STACK_SIZE);
+    code.stackBytes = limit - std::min(limit, code.reservedStack);
+}
+
+// Sizes can only make the stack larger than the programs need as far as is known.
+void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
+    auto& code = static_cast<GpuCodeObject&>(*pipeline.deviceCode);
+    const PipelineLimits& set = pipeline.limits;
+    const size_t asked = size_t(set.directStackFromTraversal) + set.directStackFromState +
+                         set.continuationStack + code.reservedStack;
+    ContextScope scope(device_.context());
+    if (!raiseStackLimit(asked) && context.log)
+        context.log(LogLevel::kWarning, "PIPELINE",
+                    message("stack sizes of ", asked,
+                            " bytes together are more than this GPU can "
+                            "give to all threads: the stack stays as it was"));
+    setStackUse(code);
+}
+
+// Without a store nothing is kept here either: who turns the cache off wants code to be made.
+LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest& request,
+                                             compiler::ObjectStore* store) {
+    const unsigned registers = registersOf(request.pipeline.rules);
+    LoadedGpuCodes::Entry entry;
+    compiler::GpuCode code;
+    std::string log;
+    const auto load = [&] {
+        entry.loaded = std::make_shared<const LoadedGpuCode>(device_.context(), code, registers, log);
+    };
+    bool isKept = false;
+    if (store) {
+        const std::string key = compiler::keyOf(request);
+        entry = loaded_.find(key);
+        if (!entry.loaded)
+            isKept = compiler::findGpuPipeline(key, *store, code);
+        else if (store->has(key))
+            return entry;
+        entry = {key, nullptr, nullptr};
+    }
+    if (isKept && !code.machineCode.empty())
+        try {
+            load();
+        } catch (const Error& error) {
+            if (error.code() != Code::kLinkError)
+                throw;
+            isKept = false; // of another driver that has the same number, say
+        }
+    if (!isKept)
+        code = compiler::compileGpuPipeline(request);
+    if (!entry.loaded) {
+        if (auto made = compilePtx(code.ptx, request.target.computeCapability, registers)) {
+            code.machineCode = std::move(made->cubin);
+            compiler::measureGpuStack(code, made->log);
+            isKept = false;
+        }
+        load();
+        if (entry.loaded->isOfText)
+            code.machineCode.clear(); // the driver takes none
+        if (!log.empty()) {
+            compiler::measureGpuStack(code, log);
+            isKept = false;
+        }
+        if (store && !isKept)
+            compiler::keepGpuPipeline(entry.key, code, *store);
+    }
+    std::string().swap(code.ptx);
+    std::string().swap(code.machineCode);
+    const bool isShared = store && !code.hasState;
+    entry.code = std::make_shared<const compiler::GpuCode>(std::move(code));
+    if (isShared)
+        loaded_.add(entry);
+    return entry;
+}
+
+// Every driver has this, whether or not its compiler can be asked for machine code.
+bool GpuBackend::takes(const std::string& ptx) {
+    ContextScope scope(device_.context());
+    CUmodule module = nullptr;
+    if (driver().moduleLoadDataEx(&module, ptx.c_str(), 0, nullptr, nullptr) != CUDA_SUCCESS)
+        return false;
+    driver().moduleUnload(module);
+    return true;
+}
+
+// Drivers that came after this library are asked what they read.
+unsigned GpuBackend::newestPtx() {
+    std::call_once(ptxAsked_, [this] {
+        newestPtx_ = ptxVersionOf(device_.driverVersion());
+        if (device_.driverVersion() < std::rbegin(kReleases)->driver + 10)
+            return;
+        const auto reads = [this](unsigned version) {
+            return takes(compiler::withHeader(".version 6.0\n.target sm_70\n.address_size 64\n",
+                                              {version, "sm_75"}));
+        };
+        constexpr unsigned kMost = 999;
+        for (unsigned next = newestPtx_ + 1; next < kMost && reads(next); ++next)
+            newestPtx_ = next;
+        for (unsigned next = (newestPtx_ / 10 + 1) * 10; next < kMost && reads(next); ++next)
+            newestPtx_ = next;
+    });
+    return newestPtx_;
+}
+
+compiler::GpuTarget GpuBackend::target() {
+    return {device_.computeCapability(), newestPtx(), unsigned(device_.driverVersion())};
+}
+
+bool GpuBackend::accepts(const ptx::Module& module) {
+    compiler::GpuHeader header = compiler::plainHeader(target());
+    compiler::widen(header, module, target());
+    return takes(compiler::withHeader(ptx::print(module), header));
+}
+
+void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
+    compiler::GpuPipelineRequest request;
+    request.pipeline = parts.request;
+    request.runtime = devlib::gpuRuntime();
+    request.target = target();
+    request.maxTraceDepth = pipeline.limits.maxTraceDepth;
+    bool hasException = false;
+    uint32_t first = ~0u;
+    for (const auto& group : parts.groups)
+        first = std::min(first, group->number);
+    for (size_t i = 0; i < parts.groups.size(); ++i) {
+        const auto& [main, anyHit, intersection, direct, continuation] = parts.indices[i];
+        request.groups.push_back({parts.groups[i]->number - first, parts.groups[i]->kind, main,
+                                  anyHit, intersection, direct, continuation});
+        addCallables(request.groups.back(), *parts.groups[i]);
+        request.groups.back().builtin = parts.groups[i]->builtinPrimitive;
+        hasException |= parts.groups[i]->kind == devlib::kGroupException;
+    }
+    request.constants = {
+        {"sunstone_gpu_hasAnyHit", pipeline.hasAnyHit},
+        {"sunstone_gpu_hasIntersection", pipeline.hasIntersection},
+        {"sunstone_gpu_micromaps", pipeline.limits.opacityMicromaps},
+        {"sunstone_gpu_shapes", bvh::gpu::shapeBitsOf(pipeline.rules.primitiveTypeFlags)},
+        {"sunstone_gpu_hasException", hasException},
+        {"sunstone_gpu_exceptionFlags", pipeline.rules.exceptionFlags},
+        {"sunstone_gpu_graph", graphKindOf(pipeline.rules.traversableGraphFlags)},
+        {"sunstone_gpu_motion", pipeline.rules.motionBlur},
+    };
+    ContextScope scope(device_.context());
+    const LoadedGpuCodes::Entry entry = obtainCode(request, parts.cache);
+    const compiler::GpuCode& code = *entry.code;
+    const auto loaded = std::make_shared<GpuCodeObject>(device_.context(), entry.loaded);
+    pipeline.feedback = code.feedback;
+    loaded->firstGroup = first;
+    const bool overflows = pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow;
+    int frame = 0;
+    SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);
+    if (overflows || mayRecurse(parts)) {
+        loaded->neededStack = stackNeed(pipeline, code.stack, size_t(frame));
+        loaded->reservedStack = code.stack.other + kReserved;
+        if (!raiseStackLimit(loaded->neededStack))
+            fail(Code::kNotSupported, "traces of full depth take ", loaded->neededStack,
+                 " bytes of stack a thread, which this GPU cannot give to all of them");
+    } else {
+        // Else the driver makes room in the first launch, which would wait for all streams then.
+        raiseStackLimit(size_t(frame) + kReserved);
+    }
+    pipeline.deviceCode = loaded;
+    setStackUse(*loaded);
+}
+
+} // namespace sunstone::engine

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/gpu/kernel_code.h"
+
+#include "base/log.h"
+#include "base/threads.h"
+#include "compiler/gpu/pipeline.h"
+#include "device/cuda/ptx_compiler.h"
+
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+#include <unordered_map>
+
+namespace sunstone::engine {
+
+using device::cuda::KernelSource;
+
+namespace {
+
+// What this process has made or read, by key: at most that of the library's kernels, a few
+// megabytes.
+class Known {
+public:
+    bool find(const std::string& key, std::string& code) {
+        std::lock_guard lock(mutex_);
+        const auto found = codes_.find(key);
+        if (found == codes_.end())
+            return false;
+        code = found->second;
+        return true;
+    }
+    void add(const std::string& key, const std::string& code) {
+        std::lock_guard lock(mutex_);
+        codes_[key] = code;
+    }
+    void forget() {
+        std::lock_guard lock(mutex_);
+        codes_.clear();
+    }
+
+private:
+    std::mutex mutex_;
+    std::unordered_map<std::string, std::string> codes_;
+};
+
+Known& known() {
+    static Known all;
+    return all;
+}
+
+bool findKept(const std::string& key, compiler::ObjectStore& store, std::string& code) {
+    compiler::GpuCode kept;
+    if (!compiler::findGpuPipeline(key, store, kept))
+        return false;
+    code = std::move(kept.machineCode);
+    return !code.empty();
+}
+
+void keep(const std::string& key, compiler::ObjectStore& store, const std::string& code) {
+    compiler::GpuCode kept;
+    kept.machineCode = code;
+    compiler::keepGpuPipeline(key, kept, store);
+}
+
+// The largest texts first, as they take longest. Empty where the compiler refuses a text.
+std::vector<std::string> compileAll(std::span<const KernelSource* const> kernels,
+                                    unsigned computeCapability) {
+    const auto start = std::chrono::steady_clock::now();
+    std::vector<std::string> texts(kernels.size()), codes(kernels.size());
+    const auto forEach = [&](const auto& body) {
+        parallelFor(kernels.size(), 1, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i)
+                body(i);
+        });
+    };
+    forEach([&](size_t i) { texts[i] = kernels[i]->text(); });
+    std::vector<size_t> order(kernels.size());
+    std::iota(order.begin(), order.end(), size_t(0));
+    std::sort(order.begin(), order.end(),
+              [&](size_t a, size_t b) { return texts[a].size() > texts[b].size(); });
+    forEach([&](size_t i) {
+        if (auto made = device::cuda::compilePtx(texts[order[i]], computeCapability, 0))
+            codes[order[i]] = std::move(made->cubin);
+    });
+    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+    log(LogLevel::kDebug, "engine",
+        message("compiled ", kernels.size(), " kernels of the library in ", time.count(), " ms"));
+    return codes;
+}
+
+} // namespace
+
+std::string GpuKernelCode::keyOf(const KernelSource& kernel) const {
+    return compiler::keyOf({computeCapability_, 0, driverVersion_}, kernel.id);
+}
+
+void GpuKernelCode::forgetForTests() {
+    known().forget();
+}
+
+std::vector<std::string> GpuKernelCode::machineCode(std::span<const KernelSource* const> kernels,
+                                                    bool anew) {
+    std::vector<std::string> codes(kernels.size()), keys;
+    if (!device::cuda::hasPtxCompiler()) // the driver has a cache of its own then
+        return codes;
+    compiler::ObjectStore* const store = cache_ && cache_->enabled() ? cache_.get() : nullptr;
+    std::vector<size_t> missing, unkept; // places
+    for (size_t i = 0; i < kernels.size(); ++i) {
+        keys.push_back(keyOf(*kernels[i]));
+        if (anew) {
+            missing.push_back(i);
+        } else if (known().find(keys[i], codes[i])) {
+            if (store && !store->has(keys[i]))
+                unkept.push_back(i);
+        } else if (store && findKept(keys[i], *store, codes[i])) {
+            known().add(keys[i], codes[i]);
+        } else {
+            missing.push_back(i);
+        }
+    }
+    if (!missing.empty()) {
+        std::vector<const KernelSource*> sources;
+        for (const size_t i : missing)
+            sources.push_back(kernels[i]);
+        std::vector<std::string> made = compileAll(sources, computeCapability_);
+        for (size_t j = 0; j < missing.size(); ++j)
+            if (!made[j].empty()) {
+                codes[missing[j]] = std::move(made[j]);
+                known().add(keys[missing[j]], codes[missing[j]]);
+                unkept.push_back(missing[j]);
+            }
+    }
+    if (store)
+        for (const size_t i : unkept)
+            keep(keys[i], *store, codes[i]);
+    return codes;
+}
+
+} // namespace sunstone::engine
