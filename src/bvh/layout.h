@@ -206,6 +206,11 @@ inline float (*keyPlanes(uint8_t* node, uint32_t key))[8] {
 // SBT index (24 bits) and geometry flags (8 bits) of a primitive in one word.
 constexpr uint32_t kSbtIndexMask = 0xFFFFFFu;
 constexpr uint32_t kGeometryFlagShift = 24;
+enum GeometryFlag : uint32_t { // numbers of OptixGeometryFlags
+    kGeometryDisableAnyHit = 1,
+    kGeometryRequireSingleAnyHit = 2,
+    kGeometryDisableFaceCulling = 4,
+};
 
 // Up to N triangles. Unused lanes have NaN vertices.
 template <unsigned N>

@@ -44,9 +44,8 @@ const ptx::Function& requestedFunction(const ProgramRequest& request) {
     const ptx::Function* function = request.module->tree().findFunction(request.function);
     if (!function || !function->hasBody)
         fail(ErrorCode::kNotFound, "the module has no function \"", request.function, "\"");
-    if (programKind(request.function) == ProgramKind::kNone)
-        fail(ErrorCode::kInvalidValue, "\"", request.function,
-             "\" has none of the prefixes that make a function a program");
+    if (request.kind == ProgramKind::kNone)
+        fail(ErrorCode::kInvalidValue, "\"", request.function, "\" is requested as no kind of program");
     return *function;
 }
 
@@ -81,6 +80,7 @@ PieceRequest aloneOf(const ProgramRequest& program, const PipelineRules& rules) 
     request.optLevel = program.optLevel;
     request.debugLevel = program.debugLevel;
     request.function = program.function;
+    request.kind = program.kind;
     request.payloadType = program.payloadType;
     request.moduleRules = {program.moduleRules};
     return request;
@@ -133,7 +133,8 @@ private:
         std::vector<const ptx::Module*> trees;
         for (const Source* module : modules_)
             trees.push_back(&module->tree());
-        Unit(Flavor::kOptix, request_.rules, trees); // refuses symbols defined twice
+        const Flavor& flavor = request_.flavor ? *request_.flavor : optix7Flavor();
+        Unit(flavor, request_.rules, trees); // refuses symbols defined twice
         checked_ = true;
     }
 
@@ -165,10 +166,12 @@ private:
                 std::find(modules_.begin(), modules_.end(), program.module.get()) -
                 modules_.begin());
             Piece& piece = pieces_[i];
+            piece.request.flavor = request_.flavor;
             piece.request.rules = request_.rules;
             piece.request.optLevel = program.optLevel;
             piece.request.debugLevel = program.debugLevel;
             piece.request.function = program.function;
+            piece.request.kind = program.kind;
             piece.request.payloadType = program.payloadType;
             piece.store = store_;
             SUNSTONE_CHECK(program.payloadType < 0 || program.moduleRules);
@@ -225,6 +228,7 @@ private:
             return;
         PieceRequest request;
         request.modules = modules_;
+        request.flavor = request_.flavor;
         request.rules = request_.rules;
         request.optLevel = level_;
         for (const auto& [id, address] : addresses_)

@@ -42,11 +42,12 @@ double compileMilliseconds(const std::string& text, unsigned programs) {
     const auto start = std::chrono::steady_clock::now();
     PipelineRequest request;
     request.rules.launchParams = "params";
-    request.rules.numPayloadValues = 1;
+    request.rules.optix7.numPayloadValues = 1;
     const auto module = source(text);
     inspect(module->tree(), request.rules);
     for (unsigned i = 0; i < programs; ++i)
-        request.programs.push_back({module, "__closesthit__p" + std::to_string(i)});
+        request.programs.push_back(
+            {module, "__closesthit__p" + std::to_string(i), ProgramKind::kClosestHit});
     const auto code = compilePipeline(request);
     EXPECT_EQ(code->programs().size(), programs);
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)

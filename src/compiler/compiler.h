@@ -15,7 +15,7 @@
 
 namespace sunstone::compiler {
 
-// Kind of a program, from its name's prefix.
+// Kind of a program. No generation of the API has all of them.
 enum class ProgramKind : uint8_t {
     kNone,
     kRaygen,
@@ -26,23 +26,30 @@ enum class ProgramKind : uint8_t {
     kDirectCallable,
     kContinuationCallable,
     kException,
+    kBounds,    // writes the box of a custom primitive
+    kAttribute, // computes the attributes of a built-in primitive's hit
+    kVisit,     // chooses among the children of a node
 };
-
-ProgramKind programKind(std::string_view functionName); // by prefix "__raygen__" ...
-const char* prefixOf(ProgramKind kind);
+constexpr ProgramKind kLastProgramKind = ProgramKind::kVisit;
 
 enum class OptLevel : uint8_t { k0, k1, k2, k3 };
 enum class DebugLevel : uint8_t { kNone, kMinimal, kModerate, kFull };
 
-// Rules of the pipeline compile options that compiled code depends on.
-struct PipelineRules {
-    std::string launchParams; // variable name, empty for none
+// Pipeline options of OptiX 7 alone.
+struct Optix7Rules {
     unsigned numPayloadValues = 0;
     unsigned numAttributeValues = 2;
-    unsigned exceptionFlags = 0;
-    unsigned primitiveTypeFlags = 0;
-    unsigned traversableGraphFlags = 0;
+    bool operator==(const Optix7Rules&) const = default;
+};
+
+// What compiled code depends on beside the programs. All but `optix7` holds for every generation.
+struct PipelineRules {
+    std::string launchParams; // the .const variable that each launch has its own of; empty: none
+    unsigned exceptionFlags = 0;        // devlib::ExceptionFlag
+    unsigned primitiveTypeFlags = 0;    // bits of OptixPrimitiveTypeFlags that rays may meet; 0: all
+    unsigned traversableGraphFlags = 0; // devlib::GraphFlag; 0: all graphs
     bool motionBlur = false;
+    Optix7Rules optix7;
 };
 
 // A payload: for each word who may read and write it (bits of OptixPayloadSemantics). Types of
@@ -108,10 +115,12 @@ std::string summaryKeyOf(const Source& source, const PipelineRules& rules,
 unsigned parameterWords(const std::vector<ptx::Variable>& parameters);
 
 class ObjectStore;
+class Flavor; // flavor.h
 
 struct ProgramRequest {
     std::shared_ptr<const Source> module; // one for all programs of a module
     std::string function;
+    ProgramKind kind = ProgramKind::kNone;
     OptLevel optLevel = OptLevel::k3;
     DebugLevel debugLevel = DebugLevel::kMinimal;
     std::shared_ptr<const ModuleRules> moduleRules; // may be null; one for all of a module
@@ -156,6 +165,7 @@ public:
 struct PipelineRequest {
     std::vector<ProgramRequest> programs;
     PipelineRules rules;
+    const Flavor* flavor = nullptr; // of all programs; null: OptiX 7
 };
 
 // Programs are compiled one by one, side by side on the shared threads; what `store` (may be null)
@@ -167,8 +177,8 @@ std::unique_ptr<Code> compilePipeline(const PipelineRequest& request, ObjectStor
 // pipeline: it declares no functions or variables that are defined elsewhere.
 bool isSelfContained(const ptx::Module& module, const PipelineRules& rules);
 
-// Compiles one program of a self-contained module into its store ahead of the pipeline that will
-// use it. Throws as compilePipeline does.
+// Compiles one OptiX 7 program of a self-contained module into its store ahead of the pipeline that
+// will use it. Throws as compilePipeline does.
 void precompile(const ProgramRequest& program, const PipelineRules& rules);
 
 // Bytes of stack that the program of a self-contained module takes with all it calls by name, from

@@ -7,7 +7,7 @@
 #include "compiler/debug/debug_info.h"
 #include "compiler/machine.h"
 #include "compiler/optix7/check_module.h"
-#include "compiler/optix7/lower.h"
+#include "compiler/optix7/payload.h"
 #include "compiler/passes/bound_values.h"
 #include "compiler/passes/flush.h"
 #include "compiler/passes/optimizer.h"
@@ -38,6 +38,10 @@ std::vector<const ptx::Module*> treesOf(const PieceRequest& request) {
     return trees;
 }
 
+const Flavor& flavorOf(const PieceRequest& request) {
+    return request.flavor ? *request.flavor : optix7Flavor();
+}
+
 // Full debugging wants each line's code where the line is.
 OptLevel levelOf(const PieceRequest& request) {
     return request.debugLevel == DebugLevel::kFull ? OptLevel::k0 : request.optLevel;
@@ -50,7 +54,7 @@ public:
         : request_(request), isProgram_(!request.function.empty()),
           times_(isProgram_ ? request.function : "variables"), level_(levelOf(request)),
           machine_(level_),
-          unit_(Flavor::kOptix, request.rules, treesOf(request),
+          unit_(flavorOf(request), request.rules, treesOf(request),
                 isProgram_ ? Variables::kReferenced : Variables::kDefined) {
         for (size_t i = 0; i < request.modules.size(); ++i)
             unit_.setOptions(request.modules[i]->tree(),
@@ -73,13 +77,13 @@ public:
         verify(unit_, "translation");
         optimizer_->promote();
         times_.step("promote");
-        markIntrinsicUsers(unit_, kinds_);
+        markIntrinsicUsers(unit_);
         optimizer_->inlineAlways();
-        if (unit_.facts().size() > kinds_.size()) // constants came along with what was inlined
+        if (unit_.facts().size() > unit_.kinds().size()) // constants came along with what was inlined
             optimizer_->promote();
         times_.step("inline");
         object_.boundLoads = substituteBoundValues(unit_, boundValuesOf(request_));
-        lowerIntrinsics(unit_, kinds_, payloads_);
+        unit_.flavor().lower(unit_, payloads_);
     }
 
     CodeObject finish() {
@@ -108,7 +112,7 @@ private:
     void declareProgram() {
         const ptx::Module& module = request_.modules[request_.module]->tree();
         llvm::Function* function = unit_.declare(module, *module.findFunction(request_.function));
-        kinds_[function] = programKind(request_.function);
+        unit_.kinds()[function] = request_.kind;
         if (request_.payloadType >= 0)
             payloads_[function] = &rulesOf(request_, request_.module)
                                        .payloadTypes.at(size_t(request_.payloadType));
@@ -124,7 +128,6 @@ private:
     LentMachine machine_;
     Unit unit_;
     std::optional<Optimizer> optimizer_;
-    ProgramKinds kinds_;
     ProgramPayloads payloads_;
     CodeObject object_;
 };
@@ -161,6 +164,7 @@ void checkByCompiling(const ptx::Module& module, const PipelineRules& rules,
     for (const ModuleSummary::Program& program : summary.programs) {
         const bool typed = types != 0 && hasPayload(program.kind);
         request.function = program.name;
+        request.kind = program.kind;
         for (int type = typed ? 0 : -1; type < (typed ? types : 0); ++type) {
             if (typed && !(program.payloadTypes >> type & 1))
                 continue;
@@ -176,12 +180,13 @@ void checkByCompiling(const ptx::Module& module, const PipelineRules& rules,
 }
 
 std::string keyOf(const PieceRequest& request) {
-    const auto& [modules, rules, optLevel, debugLevel, module, function, payloadType, moduleRules,
-                 variables] = request;
+    const auto& [modules, flavor, rules, optLevel, debugLevel, module, function, kind, payloadType,
+                 moduleRules, variables] = request;
     Digest digest;
     digest.add(buildId());
     digest.add(targetDescription());
     digest.add(uint64_t(checks("memory")));
+    digest.add(flavorOf(request).name());
     digest.add(uint64_t(modules.size()));
     for (const Source* each : modules)
         digest.add(each->digest());
@@ -189,6 +194,7 @@ std::string keyOf(const PieceRequest& request) {
     for (const uint64_t value : {uint64_t(optLevel), uint64_t(debugLevel), uint64_t(module)})
         digest.add(value);
     digest.add(function);
+    digest.add(uint64_t(kind));
     digest.add(uint64_t(int64_t(payloadType)));
     for (size_t i = 0; i < modules.size(); ++i)
         addRules(digest, rulesOf(request, i));

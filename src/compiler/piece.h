@@ -11,12 +11,14 @@ namespace sunstone::compiler {
 
 struct PieceRequest {
     std::vector<const Source*> modules; // that symbols are looked for in
+    const Flavor* flavor = nullptr; // null: OptiX 7
     PipelineRules rules;
     OptLevel optLevel = OptLevel::k3;
     DebugLevel debugLevel = DebugLevel::kMinimal;
     // Either a program (index of its module, name of its function) ...
     uint32_t module = 0;
     std::string function;
+    ProgramKind kind = ProgramKind::kNone;
     int payloadType = -1; // that the program is compiled for, among its module's; -1: untyped
     // Options of the modules, in their order; missing and null ones: none.
     std::vector<std::shared_ptr<const ModuleRules>> moduleRules;

@@ -2,6 +2,7 @@
 // Pieces of pipelines: bytes and back, keys, what a store spares, variables that programs share.
 #include "compiler/piece.h"
 
+#include "compiler/flavor.h"
 #include "compiler/testing.h"
 
 #include <map>
@@ -46,6 +47,10 @@ std::string counterProgram(const char* name, unsigned step) {
 }
 const std::string kParams = ".const .align 8 .b8 params[8];\n";
 const std::string kCounter = ".global .align 4 .u32 counter = 100;\n";
+
+ProgramRequest missOf(Module module, const char* name) {
+    return {std::move(module), name, ProgramKind::kMiss};
+}
 
 struct Runner {
     explicit Runner(const std::vector<ProgramRequest>& programs, ObjectStore* store = nullptr) {
@@ -101,7 +106,7 @@ TEST(CodeObject, RefusesOtherBytes) {
 TEST(Piece, ProgramsShareAVariable) {
     const Module module = source(kHeader + kParams + kCounter + counterProgram("__miss__a", 1) +
                                 counterProgram("__miss__b", 10));
-    Runner run({{module, "__miss__a"}, {module, "__miss__b"}});
+    Runner run({missOf(module, "__miss__a"), missOf(module, "__miss__b")});
     EXPECT_EQ(101u, run.call(0));
     EXPECT_EQ(111u, run.call(1));
     EXPECT_EQ(112u, run.call(0));
@@ -114,7 +119,7 @@ TEST(Piece, ProgramsShareAVariable) {
 
 TEST(Piece, PrivateVariablesOfTwoModulesAreTwo) {
     const std::string text = kHeader + kParams + kCounter + counterProgram("__miss__a", 1);
-    Runner run({{source(text), "__miss__a"}, {source(text), "__miss__a"}});
+    Runner run({missOf(source(text), "__miss__a"), missOf(source(text), "__miss__a")});
     EXPECT_EQ(101u, run.call(0));
     EXPECT_EQ(102u, run.call(0));
     EXPECT_EQ(101u, run.call(1));
@@ -129,7 +134,7 @@ TEST(Piece, AVariableOfAnotherModuleIsShared) {
     rules.launchParams = "params";
     EXPECT_TRUE(isSelfContained(owner->tree(), rules));
     EXPECT_FALSE(isSelfContained(user->tree(), rules));
-    Runner run({{user, "__miss__b"}, {owner, "__miss__a"}});
+    Runner run({missOf(user, "__miss__b"), missOf(owner, "__miss__a")});
     EXPECT_EQ(110u, run.call(0));
     EXPECT_EQ(111u, run.call(1));
 }
@@ -141,7 +146,7 @@ TEST(Piece, InitialisersHoldAddresses) {
               "ld.global.u64 %rd2, [pointer]; ld.global.u32 %r1, [%rd2];\n"
               "ld.const.u64 %rd1, [params]; st.global.u32 [%rd1], %r1; ret; }\n" +
               counterProgram("__miss__b", 5));
-    Runner run({{module, "__miss__a"}, {module, "__miss__b"}});
+    Runner run({missOf(module, "__miss__a"), missOf(module, "__miss__b")});
     EXPECT_EQ(100u, run.call(0));
     EXPECT_EQ(105u, run.call(1));
     EXPECT_EQ(105u, run.call(0));
@@ -153,7 +158,7 @@ TEST(Piece, AStoreSparesCompilation) {
     MapStore store;
     for (unsigned round = 0; round < 2; ++round) {
         const Module module = source(text);
-        Runner run({{module, "__miss__a"}, {module, "__miss__b"}}, &store);
+        Runner run({missOf(module, "__miss__a"), missOf(module, "__miss__b")}, &store);
         EXPECT_EQ(101u, run.call(0));
         EXPECT_EQ(111u, run.call(1));
         EXPECT_EQ(3u, store.inserts) << "two programs and the variables";
@@ -161,7 +166,7 @@ TEST(Piece, AStoreSparesCompilation) {
     }
     // One program of the same module in another pipeline is known as well.
     const Module module = source(text);
-    Runner run({{module, "__miss__b"}}, &store);
+    Runner run({missOf(module, "__miss__b")}, &store);
     EXPECT_EQ(110u, run.call(0));
     EXPECT_EQ(3u, store.inserts);
 }
@@ -169,10 +174,10 @@ TEST(Piece, AStoreSparesCompilation) {
 TEST(Piece, ValuesThatCannotBeReadAreReplaced) {
     const Module module = source(kHeader + kParams + kCounter + counterProgram("__miss__a", 1));
     MapStore store;
-    Runner({{module, "__miss__a"}}, &store);
+    Runner({missOf(module, "__miss__a")}, &store);
     for (auto& [key, value] : store.values)
         value = "rubbish";
-    Runner run({{module, "__miss__a"}}, &store);
+    Runner run({missOf(module, "__miss__a")}, &store);
     EXPECT_EQ(101u, run.call(0));
     for (auto& [key, value] : store.values)
         EXPECT_NE("rubbish", value);
@@ -184,7 +189,7 @@ TEST(Piece, PrecompiledProgramsAreUsed) {
     MapStore store;
     PipelineRules rules;
     rules.launchParams = "params";
-    ProgramRequest program{module, "__miss__a"};
+    ProgramRequest program = missOf(module, "__miss__a");
     program.store = own;
     precompile(program, rules);
     EXPECT_EQ(1u, own->inserts);
@@ -205,7 +210,8 @@ TEST(Piece, TheFirstFaultyProgramIsNamed) {
                                 "call _optix_set_payload, (10, %r1);\nret; }\n");
     for (int repeat = 0; repeat < 5; ++repeat)
         try {
-            Runner({{module, "__miss__good"}, {module, "__miss__bad"}, {module, "__miss__worse"}});
+            Runner({missOf(module, "__miss__good"), missOf(module, "__miss__bad"),
+                    missOf(module, "__miss__worse")});
             FAIL() << "no error";
         } catch (const Error& error) {
             EXPECT_EQ(sunstone::Code::kInvalidPayloadAccess, error.code());
@@ -230,13 +236,15 @@ TEST(Piece, KeysDependOnEverything) {
     differs([&](PieceRequest& r) { r.modules = {other.get()}; });
     differs([&](PieceRequest& r) { r.modules.push_back(other.get()); });
     differs([](PieceRequest& r) { r.function = "__miss__b"; });
+    differs([](PieceRequest& r) { r.kind = ProgramKind::kAnyHit; });
+    differs([](PieceRequest& r) { r.flavor = &kernelFlavor(); });
     differs([](PieceRequest& r) { r.module = 1; });
     differs([](PieceRequest& r) { r.optLevel = OptLevel::k0; });
     differs([](PieceRequest& r) { r.debugLevel = DebugLevel::kFull; });
     differs([](PieceRequest& r) { r.variables = {{0, 0, 0}}; });
     differs([](PieceRequest& r) { r.rules.launchParams = "p"; });
-    differs([](PieceRequest& r) { r.rules.numPayloadValues = 1; });
-    differs([](PieceRequest& r) { r.rules.numAttributeValues = 3; });
+    differs([](PieceRequest& r) { r.rules.optix7.numPayloadValues = 1; });
+    differs([](PieceRequest& r) { r.rules.optix7.numAttributeValues = 3; });
     differs([](PieceRequest& r) { r.rules.exceptionFlags = 1; });
     differs([](PieceRequest& r) { r.rules.primitiveTypeFlags = 1; });
     differs([](PieceRequest& r) { r.rules.traversableGraphFlags = 1; });

@@ -21,6 +21,7 @@ namespace sunstone::devlib {
 
 struct RayState;
 struct LaunchState;
+struct VisitNode;
 
 using ProgramFn = uint32_t (*)(RayState*);
 
@@ -71,11 +72,23 @@ enum HandleTag : uint64_t {
     kTagMatrixMotion = 4, // OptixMatrixMotionTransform
     kTagSrtMotion = 5,    // OptixSRTMotionTransform
     kTagInstance = 6,     // InstanceRecord inside an IAS: only in transform lists
+    kTagVisit = 7,        // VisitNode; OptiX 7 has none
     kTagMask = 63,
 };
 inline uint64_t makeHandle(const void* address, HandleTag tag) { return uint64_t(address) | tag; }
 inline HandleTag tagOf(uint64_t handle) { return HandleTag(handle & kTagMask); }
 inline uint64_t addressOf(uint64_t handle) { return handle & ~uint64_t(kTagMask); }
+
+// Numbers of OptixPrimitiveType.
+enum PrimitiveType : uint32_t {
+    kPrimitiveCustom = 0x2500,
+    kPrimitiveQuadraticBSpline = 0x2501,
+    kPrimitiveCubicBSpline = 0x2502,
+    kPrimitiveLinear = 0x2503,
+    kPrimitiveCatmullRom = 0x2504,
+    kPrimitiveSphere = 0x2506,
+    kPrimitiveTriangle = 0x2531,
+};
 
 // Hit kinds of triangles; custom primitives use 0..127. Curves and spheres have kHitShape and the low
 // four bits of the number of their OptixPrimitiveType; spheres seen from within have kHitShapeBack
@@ -98,24 +111,42 @@ struct SbtHeader {
 static_assert(sizeof(SbtHeader) == 32);
 constexpr uint32_t kSbtMagic = 0x53544E53u;
 
-enum GroupKind : uint32_t { kGroupRaygen = 1, kGroupMiss, kGroupException, kGroupHit, kGroupCallables };
+// The numbers that OptiX 7 has, then those of programs that other generations launch.
+enum GroupKind : uint32_t {
+    kGroupRaygen = 1,
+    kGroupMiss,
+    kGroupException,
+    kGroupHit,
+    kGroupCallables,
+    kGroupBounds,
+    kGroupVisit,
+};
 
-// What a pipeline knows of one program group; null where the group has no such program.
+// The roles that programs have in their group. No generation of the API uses all of them.
+enum Role : uint32_t {
+    kRoleMain, // ray generation, miss, exception, closest-hit, bounds or visit program, by the kind
+    kRoleAnyHit,
+    kRoleIntersection,
+    kRoleDirect,       // direct callable
+    kRoleContinuation, // continuation callable
+    kRoleAttribute,    // computes the attributes of a built-in primitive's hit
+};
+constexpr unsigned kRoleCount = 6;
+
+// A program group of a pipeline, with the addresses of its programs by role; null where it has none.
 struct GroupEntry {
-    ProgramFn main;         // raygen, miss, exception or closest-hit program
-    ProgramFn anyHit;
-    ProgramFn intersection;
-    const void* direct;       // code address of the direct callable
-    const void* continuation; // and of the continuation callable
-    // For kFlagDebug: 32-bit words of parameters and names of the callables.
-    uint32_t directWords, continuationWords;
-    const char* directName;
-    const char* continuationName;
+    const void* code[kRoleCount];
+    GroupKind kind; // 0: the number belongs to no group of the pipeline
     uint32_t builtinPrimitive; // OptixPrimitiveType of a built-in intersection; 0: none
+    // For kFlagDebug: 32-bit words of parameters and names of the direct and the continuation callable.
+    uint32_t callableWords[2];
+    const char* callableNames[2];
+
+    ProgramFn program(Role role) const { return ProgramFn(code[role]); }
 };
 
 struct SbtView {
-    uint64_t raygenRecord;
+    uint64_t entryRecord; // of the program that runs for each launch index
     uint64_t exceptionRecord;
     uint64_t missBase;
     uint64_t hitBase;
@@ -194,8 +225,9 @@ struct LaunchState {
     void (*checkMemory)(RayState*, const CheckedAccess*);
     uint64_t paramsBytes;         // of the block at `params`
     SbtView sbt;
-    const GroupEntry* groups;     // by group number
-    uint32_t groupCount;
+    const GroupEntry* groups;     // by group number, from the pipeline's first
+    uint32_t firstGroup;          // number of the pipeline's first group
+    uint32_t groupCount;          // entries of `groups`
     uint32_t exceptionFlags;      // OptixExceptionFlags of the pipeline
     uint32_t hasAnyHit;           // some hit group of the pipeline has an any-hit program
     uint32_t opacityMicromaps;    // rays look at them
@@ -212,6 +244,12 @@ struct LaunchState {
     // of the OptixPrimitiveType.
     void (*shapePoints)(uint64_t gas, uint32_t shape, uint32_t primitive, uint32_t sbtGasIndex,
                         float time, float* points);
+    // For generations with visit programs: walks child `index` of the node at RayState::visited, from
+    // where the walk is. kTerminate: the ray has ended, and the program returns.
+    uint32_t (*visitChild)(RayState*, uint32_t index);
+    uint32_t attributeBytes; // of an attribute block; 0 in generations with attribute words
+    uint32_t entryKind;      // GroupKind of the entry record's group
+    float* boxes;            // of bounds programs, six floats for each primitive; else null
 };
 
 // On GPUs these follow the LaunchState, and the kernel has them as its arguments behind the address of
@@ -283,6 +321,22 @@ struct alignas(64) RayState {
     Hit hit;                  // candidate in intersection/any-hit, accepted in closest-hit
     void* traversal;          // private to the traversal loop
     const char* line;         // [trace] place of the trace call, with kFlagDebug; else not set
+    // Generations whose payload and attributes are variables of any size have them in memory and
+    // leave `payload` and the attribute words alone.
+    void* payloadMemory; // [trace] of the caller; in bounds programs the primitive's box
+    // [trace] Two blocks of LaunchState::attributeBytes. Programs see the first: in intersection and
+    // any-hit the candidate's, in closest-hit the accepted hit's. An accepted hit swaps the two.
+    void* attributeBlocks[2];
+    const VisitNode* visited; // in visit programs
+};
+
+// A node of the traversable graph with a visit program that chooses among its children. 64-byte
+// aligned, in device memory.
+struct alignas(64) VisitNode {
+    uint64_t record;          // of a group of kind kGroupVisit: an SbtHeader, then data
+    const uint64_t* children; // traversable handles
+    uint32_t count;
+    uint32_t pad;
 };
 
 // An instance as stored in an instance acceleration structure; 64-byte aligned. A transform-list

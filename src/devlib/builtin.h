@@ -44,7 +44,6 @@ inline bool fitsTraits(uint32_t traits, const bvh::BlockHeader& block, uint32_t 
 
 // Whether a hit group is one for the primitives of a structure (or of none).
 inline bool fitsBuiltin(uint32_t packed, const bvh::BlockHeader* block, uint32_t sbtGasIndex) {
-    constexpr uint32_t kTriangle = 0x2531; // OPTIX_PRIMITIVE_TYPE_TRIANGLE
     const uint32_t primitive = primitiveOfBuiltin(packed);
     if (!block)
         return true;
@@ -53,7 +52,7 @@ inline bool fitsBuiltin(uint32_t packed, const bvh::BlockHeader* block, uint32_t
         return primitive == block->shape &&
                fitsTraits(traitsOfBuiltin(packed), *block, sbtGasIndex);
     case bvh::BlockType::kTriangles:
-        return primitive == 0 || primitive == kTriangle;
+        return primitive == 0 || primitive == kPrimitiveTriangle;
     default:
         return primitive == 0;
     }

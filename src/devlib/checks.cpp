@@ -8,7 +8,7 @@
 #include "devlib/builtin.h"
 #include "devlib/flags.h"
 #include "devlib/launch_notes.h"
-#include "devlib/sbt.h"
+#include "devlib/records.h"
 
 #include <cmath>
 
@@ -112,22 +112,20 @@ void checkCallable(RayState* state, uint32_t sbtIndex, uint32_t call) {
     if (launch.sbt.callableBase == 0 || sbtIndex >= launch.sbt.callableCount)
         return raise(state, kExceptionCallableInvalidSbt, &info);
     const GroupEntry* group =
-        resolveRecord(launch, launch.sbt.callableBase, launch.sbt.callableStride,
-                      launch.sbt.callableCount, sbtIndex, kGroupCallables)
-            .group;
-    const void* code = !group ? nullptr : continuation ? group->continuation : group->direct;
+        resolve(launch, SbtRecords::callable(launch, sbtIndex), kGroupCallables).group;
+    const void* code = group ? group->code[continuation ? kRoleContinuation : kRoleDirect] : nullptr;
     if (!code)
         return raise(state,
                      continuation ? kExceptionNoContinuationCallable : kExceptionNoDirectCallable,
                      &info);
-    const uint32_t expected = continuation ? group->continuationWords : group->directWords;
+    const uint32_t expected = group->callableWords[continuation];
     if (expected == passed)
         return;
     info = {};
     info.expectedWords = expected;
     info.passedWords = passed;
     info.callableIndex = sbtIndex;
-    info.callableName = continuation ? group->continuationName : group->directName;
+    info.callableName = group->callableNames[continuation];
     info.line = state->thread->line;
     raise(state, kExceptionParameterMismatch, &info);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flags of rays and instances as the API numbers them (OptixRayFlags, OptixInstanceFlags).
+// Flags of rays, instances and graphs as OptiX 7 numbers them (OptixRayFlags, OptixInstanceFlags,
+// OptixTraversableGraphFlags). Geometry flags: bvh/layout.h.
 #pragma once
 
 #include <cstdint>
@@ -26,5 +27,7 @@ enum InstanceFlag : uint32_t {
     kInstanceForceMicromap2State = 16,
     kInstanceDisableMicromaps = 32,
 };
+
+enum GraphFlag : uint32_t { kAllowSingleGas = 1, kAllowSingleLevelInstancing = 2 };
 
 } // namespace sunstone::devlib

@@ -47,8 +47,9 @@ protected:
         if (!bvh::isaSupported(GetParam()))
             GTEST_SKIP() << "[SKIP] this processor has no " << bvh::isaName(GetParam());
         anyHitProgram = {};
-        groups_[1] = {runClosestHit, runAnyHit, nullptr, nullptr, nullptr};
-        groups_[2].main = runMiss;
+        groups_[1].code[kRoleMain] = reinterpret_cast<const void*>(&runClosestHit);
+        groups_[1].code[kRoleAnyHit] = reinterpret_cast<const void*>(&runAnyHit);
+        groups_[2].code[kRoleMain] = reinterpret_cast<const void*>(&runMiss);
         for (SbtHeader& record : hit_)
             record = {kSbtMagic, 1, kGroupHit, {}};
         miss_ = {kSbtMagic, 2, kGroupMiss, {}};

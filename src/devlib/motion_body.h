@@ -14,7 +14,8 @@ SUNSTONE_INLINE bool isGone(const bvh::BlockHeader* block, float time) {
 }
 
 // A geometry acceleration structure. The ray is one (isRay).
-[[gnu::noinline]] inline bool Tracer::enterMoving(const bvh::BlockHeader* block, const float org[3],
+template <class Records>
+[[gnu::noinline]] inline bool Tracer<Records>::enterMoving(const bvh::BlockHeader* block, const float org[3],
                                                   const float dir[3]) {
     if (isGone(block, state_->time))
         return false;
@@ -40,7 +41,8 @@ SUNSTONE_INLINE bool isGone(const bvh::BlockHeader* block, float time) {
     return walkMovingMicromaps<true>(nodes, block, at, setup);
 }
 
-inline bool Tracer::enterMovingTriangles(const isa::MovingNodes& nodes,
+template <class Records>
+inline bool Tracer<Records>::enterMovingTriangles(const isa::MovingNodes& nodes,
                                          const bvh::BlockHeader* block, bvh::KeySegment at,
                                          const isa::RaySetup& setup) {
     if (programsMayRun(block)) {
@@ -64,8 +66,9 @@ inline bool Tracer::enterMovingTriangles(const isa::MovingNodes& nodes,
     return takeClosest<false>(visitor);
 }
 
+template <class Records>
 template <bool kAll>
-inline bool Tracer::walkMovingMicromaps(const isa::MovingNodes& nodes,
+inline bool Tracer<Records>::walkMovingMicromaps(const isa::MovingNodes& nodes,
                                         const bvh::BlockHeader* block, bvh::KeySegment at,
                                         const isa::RaySetup& setup) {
     const bool twoStates =
@@ -77,7 +80,8 @@ inline bool Tracer::walkMovingMicromaps(const isa::MovingNodes& nodes,
     return ended_;
 }
 
-inline bool Tracer::enterMovingCustoms(const isa::MovingNodes& nodes, const bvh::BlockHeader* block,
+template <class Records>
+inline bool Tracer<Records>::enterMovingCustoms(const isa::MovingNodes& nodes, const bvh::BlockHeader* block,
                                        bvh::KeySegment at, const isa::RaySetup& setup) {
     if ((block->root & bvh::kNodeTagMask) != bvh::kInner) {
         const auto* keys = reinterpret_cast<const bvh::KeyBounds*>(
@@ -97,7 +101,8 @@ inline bool Tracer::enterMovingCustoms(const isa::MovingNodes& nodes, const bvh:
 }
 
 // An instance acceleration structure with motion keys; anything else has nothing to hit.
-[[gnu::noinline]] inline bool Tracer::enterMovingInstances(const bvh::BlockHeader* block,
+template <class Records>
+[[gnu::noinline]] inline bool Tracer<Records>::enterMovingInstances(const bvh::BlockHeader* block,
                                                            const float org[3], const float dir[3]) {
     if (block->type != bvh::withMotion(bvh::BlockType::kInstances) || isGone(block, state_->time))
         return false;
@@ -109,7 +114,8 @@ inline bool Tracer::enterMovingCustoms(const isa::MovingNodes& nodes, const bvh:
     return ended_;
 }
 
-[[gnu::noinline]] inline bool Tracer::enterMotionTransform(uint64_t handle, const float org[3],
+template <class Records>
+[[gnu::noinline]] inline bool Tracer<Records>::enterMotionTransform(uint64_t handle, const float org[3],
                                                            const float dir[3]) {
     if (isDeepest() && tooDeep())
         return false;

@@ -10,7 +10,7 @@
 #include "bvh/shapes/shapes.h"
 #include "bvh/walk/kernels.h"
 #include "devlib/checks.h"
-#include "devlib/sbt.h"
+#include "devlib/records.h"
 #include "devlib/trace_sets.h"
 
 #include <algorithm>
@@ -45,11 +45,10 @@ uint64_t noCallable(RayState*) {
 const void* callable(RayState* state, uint32_t sbtIndex, uint32_t call) {
     checkStack(state);
     const bool continuation = call & 1;
-    const SbtView& sbt = state->launch->sbt;
-    const ResolvedRecord r = resolveRecord(*state->launch, sbt.callableBase, sbt.callableStride,
-                                           sbt.callableCount, sbtIndex, kGroupCallables);
-    const void* code = !r.group ? nullptr : continuation ? r.group->continuation : r.group->direct;
-    state->callableData = dataOf(r.record);
+    const uint64_t record = SbtRecords::callable(*state->launch, sbtIndex);
+    const GroupEntry* group = resolve(*state->launch, record, kGroupCallables).group;
+    const void* code = group ? group->code[continuation ? kRoleContinuation : kRoleDirect] : nullptr;
+    state->callableData = dataOf(record);
     return code ? code : reinterpret_cast<const void*>(&noCallable);
 }
 

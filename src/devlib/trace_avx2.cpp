@@ -6,6 +6,7 @@
 
 namespace sunstone::devlib {
 
-const TraceSet kTraceAvx2 = {avx2::trace<true>, avx2::trace<false>, avx2::report};
+const TraceSet kTraceAvx2 = {
+    avx2::trace<SbtRecords, true>, avx2::trace<SbtRecords, false>, avx2::report<SbtRecords>};
 
 } // namespace sunstone::devlib

@@ -6,6 +6,7 @@
 
 namespace sunstone::devlib {
 
-const TraceSet kTraceAvx512 = {avx512::trace<true>, avx512::trace<false>, avx512::report};
+const TraceSet kTraceAvx512 = {
+    avx512::trace<SbtRecords, true>, avx512::trace<SbtRecords, false>, avx512::report<SbtRecords>};
 
 } // namespace sunstone::devlib

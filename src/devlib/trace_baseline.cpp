@@ -6,6 +6,7 @@
 
 namespace sunstone::devlib {
 
-const TraceSet kTraceBaseline = {baseline::trace<true>, baseline::trace<false>, baseline::report};
+const TraceSet kTraceBaseline = {
+    baseline::trace<SbtRecords, true>, baseline::trace<SbtRecords, false>, baseline::report<SbtRecords>};
 
 } // namespace sunstone::devlib

@@ -17,6 +17,9 @@
 // trace_checked.cpp compiles all of this once more with kChecked, for pipelines with debug
 // exceptions: what the manual calls undefined then leaves the launch index through
 // LaunchState::raise. Without it these checks do not exist.
+//
+// Records (devlib/records.h), a template parameter, says how an API generation finds the records of
+// hits and misses, and whether its graphs have visit programs and its attributes are blocks.
 #pragma once
 
 #include "bvh/micromap/micromap_lookup.h"
@@ -24,12 +27,12 @@
 #include "bvh/shapes/shapes.h"
 #include "bvh/walk/triangle_visitors.h"
 #include "devlib/checks.h"
-#include "devlib/flags.h"
+#include "devlib/hit_rules.h"
 #include "devlib/launch_notes.h"
-#include "devlib/sbt.h"
 #include "devlib/trace.h"
 
 #include <type_traits>
+#include <utility>
 
 #ifdef SUNSTONE_TRACE_CHECKED
 #define SUNSTONE_TRACE_SPACE SUNSTONE_ISA::checked
@@ -67,6 +70,7 @@ SUNSTONE_INLINE bool isKnown(RayState* state, uint64_t handle) {
     return true;
 }
 
+template <class Records>
 class Tracer {
 public:
     SUNSTONE_INLINE_MEMBER explicit Tracer(RayState* state)
@@ -87,6 +91,9 @@ public:
                 return enterStaticTransform(handle, org, dir);
             if (tag == kTagMatrixMotion || tag == kTagSrtMotion)
                 return enterMotionTransform(handle, org, dir);
+            if constexpr (Records::kVisits)
+                if (tag == kTagVisit)
+                    return enterVisit(handle, org, dir);
         }
         if (tagOf(handle) != kTagGas)
             return false;
@@ -124,24 +131,38 @@ public:
         for (uint32_t i = 0; i < best_.transformCount; ++i)
             hit.transforms[i] = bestTransforms_[i];
         state_->tmax = tmax_;
+        if constexpr (Records::kAttributeBlocks)
+            std::swap(state_->attributeBlocks[0], state_->attributeBlocks[1]);
         const ResolvedRecord r = hitRecord<false>(best_.sbtGasIndex, best_.instanceSbtOffset);
         hit.record = r.record;
-        state_->sbtData = dataOf(r.record);
+        state_->sbtData = dataOf(uint64_t(r.record));
         return r.group;
     }
 
     // optixReportIntersection.
     uint32_t report(float t, uint32_t kind) {
-        if (!(t >= state_->tmin && t <= tmax_))
+        if (!inInterval(*state_, t, tmax_))
             return kIgnore;
-        Hit& hit = state_->hit;
-        hit.t = t;
-        hit.kind = kind & 0x7F;
-        for (unsigned i = 0; i < kMaxAttributeWords; ++i)
-            hit.attributes[i] = state_->reportAttributes[i];
+        reportCandidate(*state_, t, kind);
         const uint32_t result = offer(candidateGroup_, candidateAnyHit_);
         state_->tmax = tmax_;
         return result;
+    }
+
+    // Walks a child of the node whose visit program runs, in the space of that node.
+    uint32_t visitChild(uint32_t index) {
+        const VisitNode& node = *state_->visited;
+        if (index >= node.count || !isKnown(state_, node.children[index]))
+            return kAccept;
+        const float* const org = visitOrigin_;
+        const float* const dir = visitDirection_;
+        const bool end = enter<true>(node.children[index], org, dir);
+        if (end)
+            return kTerminate;
+        visitOrigin_ = org;
+        visitDirection_ = dir;
+        showNode(&node);
+        return kAccept;
     }
 
 private:
@@ -157,19 +178,16 @@ private:
     template <bool kWalking>
     SUNSTONE_INLINE_MEMBER ResolvedRecord hitRecord(uint32_t sbtGasIndex,
                                                     uint32_t instanceSbtOffset) const {
-        const uint64_t index = uint64_t(instanceSbtOffset) +
-                               uint64_t(sbtGasIndex) * (state_->sbtStride & 0xFF) +
-                               (state_->sbtOffset & 0xFF);
         const ResolvedRecord record =
-            resolveRecord(launch_, launch_.sbt.hitBase, launch_.sbt.hitStride,
-                          launch_.sbt.hitCount, index, kGroupHit);
+            resolve(launch_, Records::hit(*state_, sbtGasIndex, instanceSbtOffset), kGroupHit);
         if constexpr (kChecked)
             if (!record.group) {
                 if (kWalking)
                     exposePath();
                 state_->hit.sbtGasIndex = sbtGasIndex;
                 ExceptionInfo info{};
-                info.sbtOffset = uint32_t(index);
+                info.sbtOffset =
+                    uint32_t(Records::hitIndex(*state_, sbtGasIndex, instanceSbtOffset));
                 launch_.raise(state_, kExceptionInvalidHitSbt, &info);
             }
         if constexpr (kChecked)
@@ -237,62 +255,10 @@ private:
     }
 
     int32_t faultOf(uint64_t handle) const {
-        const uint32_t flags = launch_.traversableGraphFlags; // 0: all graphs
-        constexpr uint32_t kSingleGas = 1;
-        switch (tagOf(handle)) {
-        case kTagGas: {
-            const bvh::BlockHeader* block = blockOf(handle);
-            if (!block || bvh::kindOf(block->type) == bvh::BlockType::kInstances)
-                return kExceptionInvalidTraversable;
-            if (transformCount_ == 0 && flags != 0 && !(flags & kSingleGas))
-                return kExceptionUnsupportedSingleGas;
-            return launch_.primitiveTypeFlags & primitiveFlagOf(*block)
-                       ? 0
-                       : kExceptionUnsupportedPrimitive;
-        }
-        case kTagIas: {
-            const bvh::BlockHeader* block = blockOf(handle);
-            const bool allowed = flags == 0 || (flags != kSingleGas && transformCount_ == 0);
-            return block && bvh::kindOf(block->type) == bvh::BlockType::kInstances && allowed
-                       ? 0
-                       : kExceptionInvalidTraversable;
-        }
-        case kTagStatic:
-        case kTagMatrixMotion:
-        case kTagSrtMotion:
-            return flags == 0 ? 0 : kExceptionInvalidTraversable;
-        default:
-            return kExceptionInvalidTraversable;
-        }
-    }
-
-    // Bits of OptixPrimitiveTypeFlags.
-    static uint32_t primitiveFlagOf(const bvh::BlockHeader& block) {
-        switch (bvh::kindOf(block.type)) {
-        case bvh::BlockType::kTriangles:
-            return 1u << 31;
-        case bvh::BlockType::kCustom:
-            return 1;
-        case bvh::BlockType::kShapes:
-            return 1u << (block.shape & 15);
-        default:
-            return ~0u;
-        }
-    }
-
-    // Whether any-hit counts as enabled, by geometry and instance; the ray's flags come on top.
-    SUNSTONE_INLINE_MEMBER bool anyHitEnabled(uint32_t sbtWord) const {
-        if (instanceFlags_ & (kInstanceDisableAnyHit | kInstanceEnforceAnyHit))
-            return (instanceFlags_ & kInstanceDisableAnyHit) == 0;
-        return (sbtWord >> bvh::kGeometryFlagShift & 1) == 0;
-    }
-    SUNSTONE_INLINE_MEMBER bool droppedByFlags(bool enabled) const {
-        return rayFlags_ & (enabled ? kRayCullEnforcedAnyHit : kRayCullDisabledAnyHit);
-    }
-    SUNSTONE_INLINE_MEMBER bool anyHitRuns(bool enabled) const {
-        if (rayFlags_ & (kRayDisableAnyHit | kRayEnforceAnyHit))
-            return (rayFlags_ & kRayDisableAnyHit) == 0;
-        return enabled;
+        const HandleTag tag = tagOf(handle);
+        const bool isStructure = tag == kTagGas || tag == kTagIas;
+        return faultOfTraversable(launch_, tag, isStructure ? blockOf(handle) : nullptr,
+                                  transformCount_);
     }
 
     SUNSTONE_INLINE_MEMBER isa::Culling culling() const {
@@ -302,33 +268,25 @@ private:
         return flipped() ? isa::Culling{back, front} : isa::Culling{front, back};
     }
     SUNSTONE_INLINE_MEMBER bool flipped() const { return instanceFlags_ & kInstanceFlipFacing; }
-    SUNSTONE_INLINE_MEMBER uint32_t triangleKind(float det) const {
-        return (det > 0) != flipped() ? kHitTriangleFront : kHitTriangleBack;
-    }
 
     // Shows the candidate in state->hit to the any-hit program and takes it unless that declines.
     uint32_t offer(const GroupEntry* group, bool runAnyHit) {
         uint32_t result = kAccept;
-        if (runAnyHit && group && group->anyHit) {
+        const ProgramFn anyHit = runAnyHit && group ? group->program(kRoleAnyHit) : nullptr;
+        if (anyHit) {
             state_->tmax = state_->hit.t;
-            result = group->anyHit(state_);
+            result = anyHit(state_);
             if (result == kIgnore)
                 return kIgnore;
         }
-        const Hit& hit = state_->hit;
         found_ = true;
-        tmax_ = hit.t;
-        best_.kind = hit.kind;
-        best_.primitive = hit.primitive;
-        best_.sbtGasIndex = hit.sbtGasIndex;
-        for (unsigned i = 0; i < kMaxAttributeWords; ++i)
-            best_.attributes[i] = hit.attributes[i];
+        tmax_ = state_->hit.t;
+        keepCandidate(state_->hit, best_);
+        if constexpr (Records::kAttributeBlocks)
+            std::swap(state_->attributeBlocks[0], state_->attributeBlocks[1]);
         keepPath();
-        if (result == kTerminate || (rayFlags_ & kRayTerminateOnFirstHit)) {
-            ended_ = true;
-            return kTerminate;
-        }
-        return kAccept;
+        ended_ = endsRay(result, rayFlags_);
+        return ended_ ? kTerminate : kAccept;
     }
 
     SUNSTONE_INLINE_MEMBER void keepPath() {
@@ -343,17 +301,17 @@ private:
 
     // Fills what programs see of a candidate before they look at it. False if flags drop it.
     SUNSTONE_INLINE_MEMBER bool startCandidate(uint32_t primitive, uint32_t sbtWord) {
-        const bool enabled = anyHitEnabled(sbtWord);
-        if (droppedByFlags(enabled))
+        const bool enabled = anyHitEnabled(instanceFlags_, sbtWord);
+        if (droppedByFlags(rayFlags_, enabled))
             return false;
-        candidateAnyHit_ = anyHitRuns(enabled);
+        candidateAnyHit_ = anyHitRuns(rayFlags_, enabled);
         Hit& hit = state_->hit;
         hit.primitive = primitive;
         hit.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
         const ResolvedRecord r = hitRecord<true>(hit.sbtGasIndex, instanceSbtOffset_);
         candidateGroup_ = r.group;
         hit.record = r.record;
-        state_->sbtData = dataOf(r.record);
+        state_->sbtData = dataOf(uint64_t(r.record));
         return true;
     }
 
@@ -410,7 +368,7 @@ private:
             return kIgnore;
         Hit& hit = state_->hit;
         hit.t = t;
-        hit.kind = triangleKind(det);
+        hit.kind = triangleKind(det, instanceFlags_);
         setBarycentrics(hit.attributes, v, w, det);
         return offer(candidateGroup_, candidateAnyHit_);
     }
@@ -466,14 +424,15 @@ private:
     // Without an any-hit program to ask, there is no record to look up.
     uint32_t takeTriangle(float t, float v, float w, float det, uint32_t primitive,
                           uint32_t sbtWord) {
-        const bool enabled = anyHitEnabled(sbtWord);
-        if (launch_.hasAnyHit && anyHitRuns(enabled))
+        const bool enabled = anyHitEnabled(instanceFlags_, sbtWord);
+        if (launch_.hasAnyHit && anyHitRuns(rayFlags_, enabled))
             return offerTriangle(t, v, w, det, primitive, sbtWord);
-        if (droppedByFlags(enabled) || (t == tmax_ && found_ && primitive > best_.primitive))
+        if (droppedByFlags(rayFlags_, enabled) ||
+            losesTie(t, primitive, found_, tmax_, best_.primitive))
             return kIgnore;
         found_ = true;
         tmax_ = t;
-        best_.kind = triangleKind(det);
+        best_.kind = triangleKind(det, instanceFlags_);
         best_.primitive = primitive;
         best_.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
         setBarycentrics(best_.attributes, v, w, det);
@@ -513,7 +472,7 @@ private:
             return true;
         if (instanceFlags_ & (kInstanceDisableAnyHit | kInstanceEnforceAnyHit))
             return (instanceFlags_ & kInstanceDisableAnyHit) == 0;
-        return (block->geometryFlagsAnd & 1) == 0;
+        return (block->geometryFlagsAnd & bvh::kGeometryDisableAnyHit) == 0;
     }
 
     SUNSTONE_INLINE_MEMBER bool enterTriangles(const bvh::BlockHeader* block, const float org[3],
@@ -584,7 +543,7 @@ private:
             return false;
         found_ = true;
         tmax_ = visitor.tmax;
-        best_.kind = triangleKind(visitor.det);
+        best_.kind = triangleKind(visitor.det, instanceFlags_);
         best_.primitive = visitor.primitive;
         best_.sbtGasIndex = visitor.sbt & bvh::kSbtIndexMask;
         setBarycentrics(best_.attributes, visitor.v, visitor.w, visitor.det);
@@ -608,10 +567,10 @@ private:
 
     [[gnu::noinline]] bool intersectCustom(uint32_t primitive, uint32_t sbtWord) {
         if (!startCandidate(primitive, sbtWord) || !candidateGroup_ ||
-            !candidateGroup_->intersection)
+            !candidateGroup_->program(kRoleIntersection))
             return false;
         state_->tmax = tmax_;
-        candidateGroup_->intersection(state_);
+        candidateGroup_->program(kRoleIntersection)(state_);
         return ended_;
     }
 
@@ -788,6 +747,28 @@ private:
         return end;
     }
 
+    // The program calls visitChild for the children that it chooses.
+    [[gnu::noinline]] bool enterVisit(uint64_t handle, const float org[3], const float dir[3]) {
+        if (isDeepest() && tooDeep())
+            return false;
+        const auto* node = reinterpret_cast<const VisitNode*>(addressOf(handle));
+        const ResolvedRecord r = resolve(launch_, node->record, kGroupVisit);
+        if (!r.group || !r.group->program(kRoleMain))
+            return false;
+        visitOrigin_ = org;
+        visitDirection_ = dir;
+        showNode(node);
+        r.group->program(kRoleMain)(state_);
+        return ended_;
+    }
+    // Makes the state that of the node's visit program.
+    void showNode(const VisitNode* node) {
+        startPrograms(visitOrigin_, visitDirection_);
+        state_->visited = node;
+        state_->tmax = tmax_;
+        state_->sbtData = dataOf(node->record);
+    }
+
     // motion_body.h
     [[gnu::noinline]] bool enterMoving(const bvh::BlockHeader* block, const float org[3],
                                        const float dir[3]);
@@ -815,6 +796,7 @@ private:
     const GroupEntry* candidateGroup_ = nullptr;
     bool candidateAnyHit_ = false;
     Best best_;
+    const float *visitOrigin_ = nullptr, *visitDirection_ = nullptr; // of the ray at state_->visited
     uint64_t transforms_[kMaxGraphDepth];
     uint64_t bestTransforms_[kMaxGraphDepth];
     uint64_t iasPath_[kMaxGraphDepth + 1]; // one transform at least is between two of them
@@ -826,10 +808,9 @@ private:
 
 namespace sunstone::devlib::SUNSTONE_TRACE_SPACE {
 
+template <class Records>
 [[gnu::noinline]] static void runMiss(RayState* state) {
-    const SbtView& sbt = state->launch->sbt;
-    const ResolvedRecord r = resolveRecord(*state->launch, sbt.missBase, sbt.missStride,
-                                           sbt.missCount, state->missIndex, kGroupMiss);
+    const ResolvedRecord r = resolve(*state->launch, Records::miss(*state), kGroupMiss);
     if constexpr (kChecked)
         if (!r.group) {
             state->hit.transformCount = 0;
@@ -839,22 +820,22 @@ namespace sunstone::devlib::SUNSTONE_TRACE_SPACE {
         }
     state->hit.record = nullptr;
     state->hit.transformCount = 0;
-    state->sbtData = dataOf(r.record);
-    if (r.group && r.group->main)
-        r.group->main(state);
+    state->sbtData = dataOf(uint64_t(r.record));
+    if (r.group && r.group->program(kRoleMain))
+        r.group->program(kRoleMain)(state);
 }
 
 // Walks the graph; returns the closest-hit program to run, or null. Apart from trace() so that its
 // frame is gone while programs run, which may trace themselves.
-template <bool kInstancing>
+template <class Records, bool kInstancing>
 [[gnu::noinline]] static ProgramFn findHit(RayState* state, bool& found) {
-    Tracer tracer(state);
-    tracer.enter<kInstancing>(state->handle, state->worldOrigin, state->worldDirection);
+    Tracer<Records> tracer(state);
+    tracer.template enter<kInstancing>(state->handle, state->worldOrigin, state->worldDirection);
     found = tracer.found();
     if (!found || (state->rayFlags & kRayDisableClosestHit))
         return nullptr;
     const GroupEntry* group = tracer.commit();
-    return group ? group->main : nullptr;
+    return group ? group->program(kRoleMain) : nullptr;
 }
 
 [[gnu::noinline]] static void raiseWithoutPath(RayState* state, int32_t code,
@@ -864,7 +845,7 @@ template <bool kInstancing>
         state->launch->raise(state, code, info);
 }
 
-template <bool kInstancing>
+template <class Records, bool kInstancing>
 static void trace(RayState* state) {
     const LaunchState& launch = *state->launch;
     // The state is a part of the caller's frame.
@@ -886,21 +867,27 @@ static void trace(RayState* state) {
                 info.traversable = state->handle;
                 raiseWithoutPath(state, kExceptionInvalidTraversable, &info);
             }
-        return runMiss(state);
+        return runMiss<Records>(state);
     }
-    if (const ProgramFn closestHit = findHit<kInstancing>(state, found)) {
+    if (const ProgramFn closestHit = findHit<Records, kInstancing>(state, found)) {
         closestHit(state);
     } else if (!found) {
         state->tmax = tmax;
-        runMiss(state);
+        runMiss<Records>(state);
     }
 }
 
+template <class Records>
 static uint32_t report(RayState* state, float t, uint32_t kind) {
     if constexpr (kChecked)
         if (kind > 127)
             state->launch->raise(state, kExceptionInvalidArgument0 - 1, nullptr);
-    return static_cast<Tracer*>(state->traversal)->report(t, kind);
+    return static_cast<Tracer<Records>*>(state->traversal)->report(t, kind);
+}
+
+template <class Records>
+static uint32_t visitChild(RayState* state, uint32_t index) {
+    return static_cast<Tracer<Records>*>(state->traversal)->visitChild(index);
 }
 
 } // namespace sunstone::devlib::SUNSTONE_TRACE_SPACE

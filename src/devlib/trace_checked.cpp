@@ -8,7 +8,8 @@
 
 namespace sunstone::devlib {
 
-const TraceSet kTraceChecked = {baseline::checked::trace<true>, baseline::checked::trace<true>,
-                                baseline::checked::report};
+const TraceSet kTraceChecked = {baseline::checked::trace<SbtRecords, true>,
+                                baseline::checked::trace<SbtRecords, true>,
+                                baseline::checked::report<SbtRecords>};
 
 } // namespace sunstone::devlib

@@ -57,9 +57,13 @@ protected:
 
     void SetUp() override {
         programs = {};
-        groups_[kHitGroup] = {runClosestHit, runAnyHit, runIntersection, nullptr, nullptr};
-        groups_[kMissGroup].main = runMiss;
-        groups_[kCallableGroup].direct = reinterpret_cast<const void*>(&addOne);
+        GroupEntry& hitGroup = groups_[kHitGroup];
+        hitGroup.code[kRoleMain] = reinterpret_cast<const void*>(&runClosestHit);
+        hitGroup.code[kRoleAnyHit] = reinterpret_cast<const void*>(&runAnyHit);
+        hitGroup.code[kRoleIntersection] = reinterpret_cast<const void*>(&runIntersection);
+        groups_[kMissGroup].code[kRoleMain] = reinterpret_cast<const void*>(&runMiss);
+        groups_[kCallableGroup].code[kRoleDirect] =
+            reinterpret_cast<const void*>(&addOne);
         for (uint32_t i = 0; i < 32; ++i)
             hit_[i] = {{kSbtMagic, kHitGroup, kGroupHit, {}}, {i, 0, 0, 0}};
         for (uint32_t i = 0; i < 4; ++i)
@@ -434,7 +438,7 @@ TEST_P(Trace, CustomPrimitives) {
     EXPECT_EQ(hits, 1);
     EXPECT_EQ(tested.size(), 1u);
     // No intersection program: never hit.
-    groups_[kHitGroup].intersection = nullptr;
+    groups_[kHitGroup].code[kRoleIntersection] = nullptr;
     int misses = 0;
     programs.miss = [&](RayState*) { return ++misses, kAccept; };
     launch_.trace(&(r = ray(handleOf(s), {0, 0, 10}, kDown)));

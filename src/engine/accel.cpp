@@ -4,7 +4,7 @@
 #include "base/error.h"
 #include "bvh/gpu/layout.h"
 #include "devlib/abi.h"
-#include "engine/cpu_backend.h"
+#include "engine/cpu/backend.h"
 
 #include <cstring>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The seam between the engine and what runs device code: the CPU (cpu_backend.cpp) or a CUDA GPU
+// The seam between the engine and what runs device code: the CPU (cpu/backend.cpp) or a CUDA GPU
 // (gpu/backend.cpp). The free functions of pipeline.h, launch.h and accel.h check and prepare what
 // is the same for both, then come here. Descriptions are in the engine's terms and already checked
 // by the shell; memory they name is the device's.
@@ -10,6 +10,7 @@
 #include "compiler/compiler.h"
 #include "device/device.h"
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -32,9 +33,7 @@ using ContextPtr = std::shared_ptr<Context>;
 // What a pipeline is made of: programs, each once, and for every group the places of its own.
 struct PipelineParts {
     static constexpr size_t kNone = ~size_t(0);
-    struct Indices {
-        size_t main, anyHit, intersection, direct, continuation;
-    };
+    using Indices = std::array<size_t, devlib::kRoleCount>; // by devlib::Role
     const std::vector<std::shared_ptr<ProgramGroup>>& groups;
     std::vector<Indices> indices; // of groups
     compiler::PipelineRequest request;

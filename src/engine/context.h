@@ -6,6 +6,7 @@
 #include "base/log.h"
 #include "engine/backend.h"
 #include "engine/compile_cache.h"
+#include "engine/wording.h"
 
 #include <atomic>
 #include <cstdint>
@@ -24,6 +25,7 @@ struct Context {
     std::shared_ptr<CompileCache> cache;
     // Program groups are numbered from 1 within their context; SBT headers carry the number.
     std::atomic<uint32_t> nextGroup{1};
+    const Wording* wording = &plainWording(); // of messages
 };
 
 // For the CPU. Queues work on a stream: what goes wrong in it is logged with the context, under this tag, and

@@ -3,7 +3,7 @@
 
 #include "base/error.h"
 #include "denoise/statistics.h"
-#include "engine/cpu_backend.h"
+#include "engine/cpu/backend.h"
 
 #include <algorithm>
 #include <cstring>

@@ -22,16 +22,15 @@ const char* nameOf(int32_t code) {
     case kExceptionInvalidTraversable: return "invalid traversable";
     case kExceptionInvalidMissSbt: return "no miss program group of the pipeline at the SBT index";
     case kExceptionInvalidHitSbt: return "no hit group of the pipeline at the SBT index";
-    case kExceptionUnsupportedPrimitive: return "primitive type not in usesPrimitiveTypeFlags";
-    case kExceptionInvalidRay: return "infinity or NaN among the arguments of optixTrace";
+    case kExceptionUnsupportedPrimitive: return "primitive type that the pipeline excludes";
+    case kExceptionInvalidRay: return "infinity or NaN in a ray";
     case kExceptionParameterMismatch: return "callable called with wrong parameters";
     case kExceptionBuiltinIsMismatch: return "built-in intersection does not fit the structure";
     case kExceptionCallableInvalidSbt: return "callable SBT index out of range";
     case kExceptionNoDirectCallable: return "SBT record without direct callable";
     case kExceptionNoContinuationCallable: return "SBT record without continuation callable";
     case kExceptionUnsupportedSingleGas:
-        return "geometry acceleration structure traced directly, but traversableGraphFlags lack "
-               "ALLOW_SINGLE_GAS";
+        return "geometry acceleration structure traced directly, which the pipeline excludes";
     case kExceptionInvalidArgument0: return "first argument out of range, or ray flags that exclude each other";
     case kExceptionInvalidArgument0 - 1: return "second argument out of range";
     case kExceptionInvalidArgument0 - 2: return "third argument out of range";
@@ -79,26 +78,20 @@ std::string describeFaultInCode(const FaultFrame& fault) {
 
 } // namespace
 
-std::string describeException(const ThreadState& thread) {
+std::string describeException(const ThreadState& thread, const Wording& wording) {
     const int32_t code = thread.exceptionCode;
+    const char* name = wording.exceptionName(code);
+    if (!name)
+        name = nameOf(code);
     std::string text = code >= 0 ? message("user exception ", code)
-                                 : nameOf(code) + (code <= kExceptionAccess
+                                 
+                                 : name + (code <= kExceptionAccess
                                                        ? std::string()
                                                        : message(" (exception ", code, ")")) +
                                        details(code, thread.exception);
     if (thread.exception.line)
         text += message(", at ", thread.exception.line);
     return text;
-}
-
-const char* wideSbtRemark() {
-    return "optixTrace with an SBT offset or stride above 15: on processors that use four bits of "
-           "them it finds other records";
-}
-
-std::string deepGraphRemark(unsigned declared) {
-    return message("a traversable graph has more than the ", declared,
-                   " levels of maxTraversableGraphDepth given to optixPipelineSetStackSize");
 }
 
 std::string unknownHandleRemark(uint64_t handle) {
@@ -124,7 +117,7 @@ uint64_t stackLimitOfThread() {
 }
 
 void ExceptionRecord::add(const ThreadState& thread, const LaunchState& launch) {
-    addWith([&] { return describeException(thread); }, thread, launch);
+    addWith([&] { return describeException(thread, wording_); }, thread, launch);
 }
 
 void ExceptionRecord::add(const FaultFrame& fault, const ThreadState& thread,

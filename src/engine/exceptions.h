@@ -5,6 +5,7 @@
 
 #include "base/faults.h"
 #include "devlib/abi.h"
+#include "engine/wording.h"
 
 #include <atomic>
 #include <mutex>
@@ -13,12 +14,9 @@
 namespace sunstone::engine {
 
 // One line about an exception: its name and what is known of it.
-std::string describeException(const devlib::ThreadState& thread);
+std::string describeException(const devlib::ThreadState& thread, const Wording& wording);
 
-// What the log says of SBT offsets and strides that not all processors understand alike.
-const char* wideSbtRemark();
-// Of graphs deeper than declared, and of handles that lead nowhere.
-std::string deepGraphRemark(unsigned declared);
+// What the log says of handles that lead nowhere.
 std::string unknownHandleRemark(uint64_t handle);
 
 // Lowest address that frames of the calling thread may reach, with room left for functions of the
@@ -27,6 +25,8 @@ uint64_t stackLimitOfThread();
 
 class ExceptionRecord {
 public:
+    explicit ExceptionRecord(const Wording& wording) : wording_(wording) {}
+
     // Called once for each launch index that ended with an exception.
     void add(const devlib::ThreadState& thread, const devlib::LaunchState& launch);
     // The same for one that ended with a fault of the processor.
@@ -41,6 +41,7 @@ private:
     void addWith(Describe describe, const devlib::ThreadState& thread,
                  const devlib::LaunchState& launch);
 
+    const Wording& wording_;
     std::atomic<bool> any_{false};
     std::atomic<uint64_t> lowest_{~uint64_t(0)};
     std::mutex mutex_;

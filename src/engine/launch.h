@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Launches: the ray generation program runs once for each launch index, tiles of indices spread
-// over the worker threads.
+// Launches: an entry program runs once for each launch index.
 #pragma once
 
 #include "engine/pipeline.h"
@@ -10,7 +9,11 @@ namespace sunstone::engine {
 struct LaunchRequest {
     std::shared_ptr<const Pipeline> pipeline;
     PipelineLimits limits; // as they are when the launch is made
+    // The program that runs for each index: the main program of the group that sbt.entryRecord names,
+    // which is of this kind. Generations with several entry points keep a record for each.
+    devlib::GroupKind entryKind = devlib::kGroupRaygen;
     devlib::SbtView sbt{};
+    float* boxes = nullptr; // of bounds programs; see BoundsRequest
     const void* params = nullptr; // device address, read in stream order
     uint64_t paramsSize = 0;
     uint32_t width = 0, height = 0, depth = 0;
@@ -22,6 +25,19 @@ struct LaunchRequest {
 // pipeline, say) are logged and become the stream's error. Programs of one pipeline may run in
 // several launches at once.
 void launch(const std::shared_ptr<Context>& context, const LaunchRequest& request);
+
+// A launch of a bounds program (kGroupBounds) for primitives 0 to count - 1. Each writes its box: six
+// floats, lower x y z, upper x y z, at boxes + 6 * primitive in device memory.
+struct BoundsRequest {
+    std::shared_ptr<const Pipeline> pipeline;
+    uint64_t record = 0; // of the program's group
+    uint32_t count = 0;
+    float* boxes = nullptr;
+    const void* params = nullptr;
+    uint64_t paramsSize = 0;
+    void* stream = nullptr;
+};
+void launchBounds(const std::shared_ptr<Context>& context, const BoundsRequest& request);
 
 // For validation mode: the launch parameters must hold what the code is specialised to.
 void checkBoundValues(const Pipeline& pipeline, const uint8_t* params);

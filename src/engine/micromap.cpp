@@ -2,7 +2,7 @@
 #include "engine/micromap.h"
 
 #include "base/error.h"
-#include "engine/cpu_backend.h"
+#include "engine/cpu/backend.h"
 
 namespace sunstone::engine {
 

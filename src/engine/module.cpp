@@ -26,24 +26,11 @@ void checkBoundValues(const compiler::ModuleRules& rules, uint64_t paramsSize) {
     }
 }
 
-// The manual asks for the flag; without it user exceptions work here, but perhaps not elsewhere.
-std::string remarkOnThrows(const ptx::Module& tree, const compiler::PipelineRules& rules) {
-    if (rules.exceptionFlags & devlib::kFlagUser)
-        return {};
-    for (const ptx::Function& function : tree.functions)
-        for (const ptx::Statement& statement : function.body)
-            if (statement.instruction.target.name.starts_with("_optix_throw_exception_"))
-                return message("warning: line ", statement.instruction.location.line, ": \"",
-                               function.name,
-                               "\" calls optixThrowException, but the exception flags lack USER\n");
-    return {};
-}
-
 compiler::ModuleSummary check(const ptx::Module& tree, const compiler::PipelineRules& rules,
                               const compiler::ModuleRules& moduleRules,
                               const std::string& remarks) {
     compiler::ModuleSummary summary = compiler::inspect(tree, rules, moduleRules);
-    summary.remarks = remarks + remarkOnThrows(tree, rules);
+    summary.remarks = remarks + summary.remarks;
     return summary;
 }
 

@@ -15,6 +15,7 @@ std::vector<compiler::ProgramRequest> requestsOf(const Module& module) {
     for (const auto& program : module.summary.programs) {
         compiler::ProgramRequest request{module.source,
                                          program.name,
+                                         program.kind,
                                          module.optLevel,
                                          module.debugLevel,
                                          module.moduleRules,

@@ -2,7 +2,6 @@
 #include "engine/pipeline.h"
 
 #include "base/error.h"
-#include "engine/cpu_backend.h"
 #include "engine/module_tasks.h"
 
 #include <algorithm>
@@ -16,8 +15,9 @@ namespace {
 
 compiler::ProgramRequest requestOf(const ProgramRef& ref) {
     const Module& module = *ref.module;
-    return {module.source,      ref.function,    module.optLevel, module.debugLevel,
-            module.moduleRules, ref.payloadType, module.prepared, module.summary.selfContained};
+    return {module.source,     ref.function,       ref.kind,        module.optLevel,
+            module.debugLevel, module.moduleRules, ref.payloadType, module.prepared,
+            module.summary.selfContained};
 }
 
 // Programs used by several groups are compiled once.
@@ -28,7 +28,7 @@ public:
     size_t add(const ProgramRef& ref) {
         if (!ref)
             return kNone;
-        auto key = std::make_tuple(ref.module.get(), ref.function, ref.payloadType);
+        auto key = std::make_tuple(ref.module.get(), ref.function, ref.kind, ref.payloadType);
         auto [found, inserted] = index_.try_emplace(key, requests_.size());
         if (inserted) {
             requests_.push_back(requestOf(ref));
@@ -39,48 +39,17 @@ public:
 
 private:
     std::vector<compiler::ProgramRequest> requests_;
-    std::map<std::tuple<const Module*, std::string, int>, size_t> index_;
+    std::map<std::tuple<const Module*, std::string, compiler::ProgramKind, int>, size_t> index_;
 };
-
-// Frames of the run-time between a program that traces, or calls a callable, and the next program.
-constexpr unsigned kRuntimeFrames = 128;
-
-// Stack sizes for traces of full depth, whose programs call callables that call callables.
-PipelineLimits defaultLimits(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
-                             const std::vector<PipelineParts::Indices>& indices,
-                             const compiler::Code& code, unsigned traceDepth) {
-    unsigned raygen = 0, state = 0, traversal = 0, direct = 0, continuation = 0;
-    const auto sizeOf = [&](size_t index) {
-        return index == ProgramCollector::kNone ? 0
-                                                : code.programs()[index].stackSize + kRuntimeFrames;
-    };
-    for (size_t i = 0; i < groups.size(); ++i) {
-        const PipelineParts::Indices& index = indices[i];
-        if (groups[i]->kind == devlib::kGroupRaygen)
-            raygen = std::max(raygen, sizeOf(index.main));
-        else
-            state = std::max(state, sizeOf(index.main));
-        traversal = std::max(traversal, sizeOf(index.anyHit) + sizeOf(index.intersection));
-        direct = std::max(direct, sizeOf(index.direct));
-        continuation = std::max(continuation, sizeOf(index.continuation));
-    }
-    state += 2 * continuation;
-    PipelineLimits limits;
-    limits.directStackFromTraversal = limits.directStackFromState = 2 * direct;
-    limits.continuationStack = raygen + 2 * continuation +
-                               (std::max(traceDepth, 1u) - 1) * state + std::max(state, traversal);
-    return limits;
-}
 
 // Calls use(module) once for each module of the groups.
 template <class Use>
 void forEachModule(const std::vector<std::shared_ptr<ProgramGroup>>& groups, const Use& use) {
     std::set<const Module*> seen;
     for (const auto& group : groups)
-        for (const ProgramRef* ref : {&group->main, &group->anyHit, &group->intersection,
-                                      &group->direct, &group->continuation})
-            if (*ref && seen.insert(ref->module.get()).second)
-                use(*ref->module);
+        for (const ProgramRef& ref : group->programs)
+            if (ref && seen.insert(ref.module.get()).second)
+                use(*ref.module);
 }
 
 // Where values of two modules overlap, they must be equal.
@@ -113,9 +82,8 @@ uint64_t commonLaunchParamsSize(const std::vector<std::shared_ptr<ProgramGroup>>
                                 const std::string& name) {
     uint64_t size = 0;
     for (const auto& group : groups)
-        for (const ProgramRef* ref : {&group->main, &group->anyHit, &group->intersection,
-                                      &group->direct, &group->continuation}) {
-            uint64_t own = *ref ? ref->module->summary.launchParamsSize : 0;
+        for (const ProgramRef& ref : group->programs) {
+            uint64_t own = ref ? ref.module->summary.launchParamsSize : 0;
             if (own == 0)
                 continue;
             if (size != 0 && own != size)
@@ -131,9 +99,9 @@ uint64_t commonLaunchParamsSize(const std::vector<std::shared_ptr<ProgramGroup>>
 void choosePayloadType(ProgramGroup& group, const compiler::PayloadType* wanted) {
     std::vector<ProgramRef*> programs;
     const bool typed = group.kind == devlib::kGroupHit || group.kind == devlib::kGroupMiss;
-    for (ProgramRef* ref : {&group.main, &group.anyHit, &group.intersection})
-        if (typed && *ref && (wanted || !ref->module->moduleRules->payloadTypes.empty()))
-            programs.push_back(ref);
+    for (ProgramRef& ref : group.programs)
+        if (typed && ref && (wanted || !ref.module->moduleRules->payloadTypes.empty()))
+            programs.push_back(&ref);
     if (programs.empty())
         return;
     // Index of the type among those the program supports, or -1.
@@ -191,7 +159,8 @@ void packSbtHeader(const ProgramGroup& group, void* header) {
 std::shared_ptr<Pipeline> createPipeline(Context& context,
                                          const std::vector<std::shared_ptr<ProgramGroup>>& groups,
                                          const compiler::PipelineRules& rules,
-                                         const PipelineLimits& limits) {
+                                         const PipelineLimits& limits,
+                                         const compiler::Flavor* flavor) {
     auto pipeline = std::make_shared<Pipeline>();
     pipeline->rules = rules;
     pipeline->limits = limits;
@@ -208,57 +177,17 @@ std::shared_ptr<Pipeline> createPipeline(Context& context,
     const bool caches = context.cache && context.cache->enabled();
     PipelineParts parts{groups, {}, {}, caches ? context.cache.get() : nullptr};
     for (const auto& group : groups) {
-        parts.indices.push_back({collector.add(group->main), collector.add(group->anyHit),
-                                 collector.add(group->intersection), collector.add(group->direct),
-                                 collector.add(group->continuation)});
-        pipeline->hasAnyHit |= bool(group->anyHit);
-        pipeline->hasIntersection |= bool(group->intersection);
+        PipelineParts::Indices& indices = parts.indices.emplace_back();
+        for (unsigned role = 0; role < devlib::kRoleCount; ++role)
+            indices[role] = collector.add(group->programs[role]);
+        pipeline->hasAnyHit |= bool(group->programs[devlib::kRoleAnyHit]);
+        pipeline->hasIntersection |= bool(group->programs[devlib::kRoleIntersection]);
     }
     parts.request.programs = collector.take();
     parts.request.rules = rules;
+    parts.request.flavor = flavor;
     context.backend->compile(*pipeline, parts);
     return pipeline;
-}
-
-void cpu::compile(Pipeline& pipeline, const PipelineParts& parts) {
-    const auto& groups = parts.groups;
-    if (!parts.request.programs.empty()) {
-        pipeline.code = compiler::compilePipeline(parts.request, parts.cache);
-        pipeline.feedback = pipeline.code->feedback();
-        pipeline.defaultLimits =
-            defaultLimits(groups, parts.indices, *pipeline.code, pipeline.limits.maxTraceDepth);
-    }
-    uint32_t highest = 0;
-    for (const auto& group : groups)
-        highest = std::max(highest, group->number);
-    pipeline.groups.resize(highest + 1, devlib::GroupEntry{});
-    pipeline.groupPresent.resize(highest + 1, 0);
-    pipeline.groupKinds.resize(highest + 1, devlib::kGroupRaygen);
-    auto address = [&](size_t index) -> const void* {
-        return index == PipelineParts::kNone ? nullptr : pipeline.code->programs()[index].address;
-    };
-    pipeline.callableNames.reserve(2 * groups.size());
-    auto describe = [&](const ProgramRef& ref, uint32_t& words, const char*& name) {
-        if (!ref)
-            return;
-        pipeline.callableNames.push_back(ref.function);
-        name = pipeline.callableNames.back().c_str();
-        words = ref.module->findProgram(ref.function)->parameterWords;
-    };
-    for (size_t i = 0; i < groups.size(); ++i) {
-        devlib::GroupEntry& entry = pipeline.groups[groups[i]->number];
-        const PipelineParts::Indices& indices = parts.indices[i];
-        entry.main = devlib::ProgramFn(address(indices.main));
-        entry.anyHit = devlib::ProgramFn(address(indices.anyHit));
-        entry.intersection = devlib::ProgramFn(address(indices.intersection));
-        entry.direct = address(indices.direct);
-        entry.continuation = address(indices.continuation);
-        entry.builtinPrimitive = groups[i]->builtinPrimitive;
-        describe(groups[i]->direct, entry.directWords, entry.directName);
-        describe(groups[i]->continuation, entry.continuationWords, entry.continuationName);
-        pipeline.groupPresent[groups[i]->number] = 1;
-        pipeline.groupKinds[groups[i]->number] = groups[i]->kind;
-    }
 }
 
 } // namespace sunstone::engine

@@ -5,6 +5,7 @@
 
 #include "engine/module.h"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@ namespace sunstone::engine {
 struct ProgramRef {
     std::shared_ptr<const Module> module; // null: no such program
     std::string function;
+    compiler::ProgramKind kind = compiler::ProgramKind::kNone;
     int payloadType = -1; // of the module's types, that the program is made for; -1: untyped
     explicit operator bool() const { return module != nullptr; }
 };
@@ -20,11 +22,7 @@ struct ProgramRef {
 struct ProgramGroup {
     uint32_t number = 0; // unique in its context
     devlib::GroupKind kind = devlib::kGroupRaygen;
-    ProgramRef main;         // raygen, miss, exception or closest-hit
-    ProgramRef anyHit;
-    ProgramRef intersection;
-    ProgramRef direct;
-    ProgramRef continuation;
+    std::array<ProgramRef, devlib::kRoleCount> programs; // by devlib::Role
     uint32_t builtinPrimitive = 0; // OptixPrimitiveType of a built-in intersection
 };
 
@@ -41,6 +39,9 @@ void packSbtHeader(const ProgramGroup& group, void* header);
 // estimate where the module refers to other modules, which only a pipeline knows, and for GPUs.
 unsigned stackSizeOf(const ProgramRef& program);
 
+// Frames of the run-time between a program that traces, or calls a callable, and the next program.
+constexpr unsigned kRuntimeFrames = 128;
+
 struct PipelineLimits {
     unsigned maxTraceDepth = 1;
     unsigned maxGraphDepth = devlib::kMaxGraphDepth; // until it is set, no path is too long
@@ -56,9 +57,9 @@ struct Pipeline {
     std::unique_ptr<compiler::Code> code;    // for the CPU; null where there is no program
     std::shared_ptr<DeviceCode> deviceCode;  // for a GPU
     std::string feedback;                    // what the compiler has to say
-    std::vector<devlib::GroupEntry> groups; // by group number
-    std::vector<uint8_t> groupPresent;      // by group number: a group of this pipeline
-    std::vector<devlib::GroupKind> groupKinds;
+    // By group number, from the pipeline's first, as contexts number groups and pipelines use few.
+    std::vector<devlib::GroupEntry> groups;
+    uint32_t firstGroup = 0;
     compiler::PipelineRules rules;
     PipelineLimits limits;        // as set
     PipelineLimits defaultLimits; // stack sizes that the programs need
@@ -70,10 +71,12 @@ struct Pipeline {
 };
 
 // Compiles the programs of all groups; what tasks of their modules or the context's cache have
-// is taken from there. Throws kLinkError, kInvalidValue, kInternal.
+// is taken from there. `flavor`: of the programs; null: OptiX 7. Throws kLinkError, kInvalidValue,
+// kInternal.
 std::shared_ptr<Pipeline> createPipeline(Context& context,
                                          const std::vector<std::shared_ptr<ProgramGroup>>& groups,
                                          const compiler::PipelineRules& rules,
-                                         const PipelineLimits& limits);
+                                         const PipelineLimits& limits,
+                                         const compiler::Flavor* flavor = nullptr);
 
 } // namespace sunstone::engine

@@ -61,7 +61,8 @@ public:
         block.launch.maxTraceDepth = maxTraceDepth;
         block.constants = {0, 0, devlib::kMaxGraphDepth}; // handles are taken as they are
         block.report = devlib::emptyReport();
-        block.firstGroup = kFirstGroup - 1;
+        block.launch.firstGroup = kFirstGroup - 1;
+        block.launch.entryKind = devlib::kGroupRaygen;
         const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
         block.work = {0, tiles * devlib::kGpuTile, patience};
         constexpr uint32_t kTiles = devlib::kGpuBlockThreads / devlib::kGpuTile;

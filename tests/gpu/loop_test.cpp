@@ -101,8 +101,8 @@ protected:
         devlib::LaunchBlock block{};
         block.launch.params = params.data();
         devlib::SbtView& sbt = block.launch.sbt;
-        sbt.raygenRecord = records.address();
-        sbt.missBase = sbt.raygenRecord + sizeof(Record);
+        sbt.entryRecord = records.address();
+        sbt.missBase = sbt.entryRecord + sizeof(Record);
         sbt.hitBase = sbt.missBase + sizeof(Record);
         sbt.exceptionRecord = job.hasExceptionRecord ? sbt.hitBase + sizeof(Record) : 0;
         sbt.missStride = sbt.hitStride = sizeof(Record);
@@ -271,7 +271,7 @@ TEST_F(GpuLoop, RecordsOfOtherGroupsAreReported) {
     const Record record = recordOf(kFirstGroup + 1, devlib::kGroupMiss);
     std::memcpy(records.data(), &record, sizeof(record));
     devlib::LaunchBlock block{};
-    block.launch.sbt.raygenRecord = records.address();
+    block.launch.sbt.entryRecord = records.address();
     for (Kernel* kernel : {&cut(), &nested()})
         EXPECT_EQ(kernel->launch(block, 40, 3, 1).fatal,
                   uint64_t(uint32_t(devlib::kFatalRaygenRecord)));

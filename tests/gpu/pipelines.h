@@ -29,35 +29,35 @@ inline GpuGroup groupOf(ProgramKind kind, size_t program) {
     switch (kind) {
     case ProgramKind::kMiss:
         group.kind = devlib::kGroupMiss;
-        group.main = program;
+        group.programs[devlib::kRoleMain] = program;
         break;
     case ProgramKind::kException:
         group.kind = devlib::kGroupException;
-        group.main = program;
+        group.programs[devlib::kRoleMain] = program;
         break;
     case ProgramKind::kClosestHit:
         group.kind = devlib::kGroupHit;
-        group.main = program;
+        group.programs[devlib::kRoleMain] = program;
         break;
     case ProgramKind::kAnyHit:
         group.kind = devlib::kGroupHit;
-        group.anyHit = program;
+        group.programs[devlib::kRoleAnyHit] = program;
         break;
     case ProgramKind::kIntersection:
         group.kind = devlib::kGroupHit;
-        group.intersection = program;
+        group.programs[devlib::kRoleIntersection] = program;
         break;
     case ProgramKind::kDirectCallable:
         group.kind = devlib::kGroupCallables;
-        group.direct = program;
+        group.programs[devlib::kRoleDirect] = program;
         break;
     case ProgramKind::kContinuationCallable:
         group.kind = devlib::kGroupCallables;
-        group.continuation = program;
+        group.programs[devlib::kRoleContinuation] = program;
         break;
     default:
         group.kind = devlib::kGroupRaygen;
-        group.main = program;
+        group.programs[devlib::kRoleMain] = program;
         break;
     }
     return group;
@@ -66,8 +66,8 @@ inline GpuGroup groupOf(ProgramKind kind, size_t program) {
 inline compiler::PipelineRules rulesOf(const Options& options) {
     compiler::PipelineRules rules;
     rules.launchParams = "params";
-    rules.numPayloadValues = 8;
-    rules.numAttributeValues = 4;
+    rules.optix7.numPayloadValues = 8;
+    rules.optix7.numAttributeValues = 4;
     rules.traversableGraphFlags = options.graphFlags;
     rules.motionBlur = options.motion;
     return rules;
@@ -91,20 +91,22 @@ inline compiler::GpuPipelineRequest requestOf(std::shared_ptr<const compiler::So
         compiler::ProgramRequest wanted;
         wanted.module = source;
         wanted.function = program.name;
+        wanted.kind = program.kind;
         wanted.moduleRules = std::make_shared<const compiler::ModuleRules>();
         request.pipeline.programs.push_back(std::move(wanted));
     }
     if (options.oneHitGroup)
         for (GpuGroup& group : request.groups)
             for (const GpuGroup& other : request.groups)
-                if (group.kind == devlib::kGroupHit && group.main != GpuGroup::kNone &&
-                    other.anyHit != GpuGroup::kNone)
-                    group.anyHit = other.anyHit;
+                if (group.kind == devlib::kGroupHit && group.programs[devlib::kRoleMain] != GpuGroup::kNone &&
+                    other.programs[devlib::kRoleAnyHit] != GpuGroup::kNone)
+                    group.programs[devlib::kRoleAnyHit] = other.programs[devlib::kRoleAnyHit];
     const uint32_t graph = options.graphFlags == 1 ? 0 : options.graphFlags & 2 ? 1 : 2;
     request.constants = {{"sunstone_gpu_hasAnyHit", anyHit},
                          {"sunstone_gpu_hasIntersection", intersection},
                          {"sunstone_gpu_micromaps", options.micromaps},
                          {"sunstone_gpu_shapes", options.shapes},
+                         {"sunstone_gpu_hasBounds", 0},
                          {"sunstone_gpu_hasException", exception},
                          {"sunstone_gpu_exceptionFlags", 0},
                          {"sunstone_gpu_graph", graph},

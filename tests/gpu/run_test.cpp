@@ -29,7 +29,7 @@ devlib::LaunchReport launch(const Kernel& kernel, const Record& raygenRecord, vo
     std::memcpy(params.data(), &output, sizeof(output));
     devlib::LaunchBlock block{};
     block.launch.params = params.data();
-    block.launch.sbt.raygenRecord = record.address();
+    block.launch.sbt.entryRecord = record.address();
     return kernel.launch(block, width, height, depth);
 }
 
@@ -134,8 +134,8 @@ std::vector<TestHit> trace(const Kernel& kernel, uint64_t handle, const std::vec
     devlib::LaunchBlock block{};
     block.launch.params = params.data();
     devlib::SbtView& sbt = block.launch.sbt;
-    sbt.raygenRecord = records.address();
-    sbt.missBase = sbt.raygenRecord + sizeof(Record);
+    sbt.entryRecord = records.address();
+    sbt.missBase = sbt.entryRecord + sizeof(Record);
     sbt.hitBase = sbt.missBase + sizeof(Record);
     sbt.missStride = sbt.hitStride = sizeof(Record);
     sbt.missCount = sbt.hitCount = 1;

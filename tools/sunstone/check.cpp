@@ -100,8 +100,8 @@ Result examine(const std::string& text, const CheckOptions& options) {
     // The widest rules, so that only what no pipeline could accept is a fault.
     compiler::PipelineRules rules;
     rules.launchParams = options.launchParams;
-    rules.numPayloadValues = 32;
-    rules.numAttributeValues = 8;
+    rules.optix7.numPayloadValues = 32;
+    rules.optix7.numAttributeValues = 8;
     try {
         result.summary = compiler::inspect(*result.module, rules);
         result.ok = true;

@@ -3,6 +3,7 @@
 #include "api/optix7/denoiser.h"
 #include "api/optix7/entry_points.h"
 #include "api/optix7/shell.h"
+#include "api/optix7/wording.h"
 #include "base/readable.h"
 #include "device/cuda/driver.h"
 
@@ -114,6 +115,7 @@ OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
         // Faults from here on reach the caller's callback too.
         OptixResult result = guarded(object, "optixDeviceContextCreate", [&] {
             object->engine = std::make_shared<engine::Context>();
+            object->engine->wording = &wording();
             chooseDevice(*object, fromContext);
         });
         if (result != OPTIX_SUCCESS)

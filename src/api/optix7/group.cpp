@@ -2,6 +2,7 @@
 // Program groups and their SBT headers (OptiX 7.4, sections 3.8, 3.9.2.2 and 5.29 to 5.32).
 #include "api/optix7/entry_points.h"
 #include "api/optix7/options.h"
+#include "compiler/optix7/program_kind.h"
 
 #include <optional>
 #include <vector>
@@ -47,7 +48,7 @@ public:
         if (!made->findProgram(name))
             fail(Code::kInvalidValue, place, ": the module has no program '", name, "'");
         object_->modules.push_back(owner);
-        return {made, name, -1};
+        return {made, name, kind, -1};
     }
 
     // Whether the pair stands for a built-in intersection, of which traversal takes care itself.
@@ -92,17 +93,17 @@ OptixStackSizes stackSizesOf(const GroupObject& object) {
         return ref ? engine::stackSizeOf(ref) : 0;
     };
     switch (g.kind) {
-    case devlib::kGroupRaygen: sizes.cssRG = stackOf(g.main); break;
-    case devlib::kGroupMiss: sizes.cssMS = stackOf(g.main); break;
-    case devlib::kGroupException: break;
+    case devlib::kGroupRaygen: sizes.cssRG = stackOf(g.programs[devlib::kRoleMain]); break;
+    case devlib::kGroupMiss: sizes.cssMS = stackOf(g.programs[devlib::kRoleMain]); break;
+    default: break;
     case devlib::kGroupHit:
-        sizes.cssCH = stackOf(g.main);
-        sizes.cssAH = stackOf(g.anyHit);
-        sizes.cssIS = stackOf(g.intersection);
+        sizes.cssCH = stackOf(g.programs[devlib::kRoleMain]);
+        sizes.cssAH = stackOf(g.programs[devlib::kRoleAnyHit]);
+        sizes.cssIS = stackOf(g.programs[devlib::kRoleIntersection]);
         break;
     case devlib::kGroupCallables:
-        sizes.cssCC = stackOf(g.continuation);
-        sizes.dssDC = stackOf(g.direct);
+        sizes.cssCC = stackOf(g.programs[devlib::kRoleContinuation]);
+        sizes.dssDC = stackOf(g.programs[devlib::kRoleDirect]);
         break;
     }
     return sizes;
@@ -119,29 +120,29 @@ std::shared_ptr<GroupObject> buildGroup(const std::shared_ptr<DeviceContext>& co
     switch (desc.kind) {
     case OPTIX_PROGRAM_GROUP_KIND_RAYGEN:
         group.kind = devlib::kGroupRaygen;
-        group.main = builder.program(desc.raygen.module, desc.raygen.entryFunctionName,
+        group.programs[devlib::kRoleMain] = builder.program(desc.raygen.module, desc.raygen.entryFunctionName,
                                      ProgramKind::kRaygen, ".raygen", true);
         break;
     case OPTIX_PROGRAM_GROUP_KIND_MISS:
         group.kind = devlib::kGroupMiss;
-        group.main = builder.program(desc.miss.module, desc.miss.entryFunctionName,
+        group.programs[devlib::kRoleMain] = builder.program(desc.miss.module, desc.miss.entryFunctionName,
                                      ProgramKind::kMiss, ".miss", false);
         break;
     case OPTIX_PROGRAM_GROUP_KIND_EXCEPTION:
         group.kind = devlib::kGroupException;
-        group.main = builder.program(desc.exception.module, desc.exception.entryFunctionName,
+        group.programs[devlib::kRoleMain] = builder.program(desc.exception.module, desc.exception.entryFunctionName,
                                      ProgramKind::kException, ".exception", true);
         break;
     case OPTIX_PROGRAM_GROUP_KIND_HITGROUP: {
         const OptixProgramGroupHitgroup& hit = desc.hitgroup;
         group.kind = devlib::kGroupHit;
-        group.main = builder.program(hit.moduleCH, hit.entryFunctionNameCH,
+        group.programs[devlib::kRoleMain] = builder.program(hit.moduleCH, hit.entryFunctionNameCH,
                                      ProgramKind::kClosestHit, ".hitgroup (closest-hit)", false);
-        group.anyHit = builder.program(hit.moduleAH, hit.entryFunctionNameAH,
+        group.programs[devlib::kRoleAnyHit] = builder.program(hit.moduleAH, hit.entryFunctionNameAH,
                                        ProgramKind::kAnyHit, ".hitgroup (any-hit)", false);
         if (builder.builtinIntersection(hit.moduleIS, hit.entryFunctionNameIS))
             break;
-        group.intersection =
+        group.programs[devlib::kRoleIntersection] =
             builder.program(hit.moduleIS, hit.entryFunctionNameIS, ProgramKind::kIntersection,
                             ".hitgroup (intersection)", false);
         break;
@@ -149,13 +150,13 @@ std::shared_ptr<GroupObject> buildGroup(const std::shared_ptr<DeviceContext>& co
     case OPTIX_PROGRAM_GROUP_KIND_CALLABLES: {
         const OptixProgramGroupCallables& callables = desc.callables;
         group.kind = devlib::kGroupCallables;
-        group.direct =
+        group.programs[devlib::kRoleDirect] =
             builder.program(callables.moduleDC, callables.entryFunctionNameDC,
                             ProgramKind::kDirectCallable, ".callables (direct)", false);
-        group.continuation =
+        group.programs[devlib::kRoleContinuation] =
             builder.program(callables.moduleCC, callables.entryFunctionNameCC,
                             ProgramKind::kContinuationCallable, ".callables (continuation)", false);
-        if (!group.direct && !group.continuation)
+        if (!group.programs[devlib::kRoleDirect] && !group.programs[devlib::kRoleContinuation])
             fail(Code::kInvalidValue, "programDescriptions[", index, "].callables has neither a "
                  "direct nor a continuation callable");
         break;

@@ -66,7 +66,7 @@ devlib::SbtView checkSbt(device::Device& device, const OptixShaderBindingTable& 
     checkAccessible(device, "sbt->callablesRecordBase", sbt.callablesRecordBase,
                     bytes(sbt.callablesRecordStrideInBytes, sbt.callablesRecordCount));
     devlib::SbtView view{};
-    view.raygenRecord = sbt.raygenRecord;
+    view.entryRecord = sbt.raygenRecord;
     view.exceptionRecord = sbt.exceptionRecord;
     view.missBase = sbt.missRecordBase;
     view.missStride = sbt.missRecordStrideInBytes;

@@ -101,8 +101,8 @@ bool CompileOptions::operator==(const CompileOptions& other) const {
 compiler::PipelineRules CompileOptions::rules() const {
     compiler::PipelineRules rules;
     rules.launchParams = launchParams;
-    rules.numPayloadValues = unsigned(values.numPayloadValues);
-    rules.numAttributeValues = unsigned(values.numAttributeValues);
+    rules.optix7.numPayloadValues = unsigned(values.numPayloadValues);
+    rules.optix7.numAttributeValues = unsigned(values.numAttributeValues);
     rules.exceptionFlags = values.exceptionFlags;
     rules.primitiveTypeFlags = values.usesPrimitiveTypeFlags;
     rules.traversableGraphFlags = values.traversableGraphFlags;

@@ -35,13 +35,6 @@ enum class IndexFormat : uint32_t {
     kUint3 = 0x2103,
 };
 
-// Geometry flags of one SBT record; numbers of OptixGeometryFlags.
-enum GeometryFlag : uint32_t {
-    kGeometryDisableAnyHit = 1,
-    kGeometryRequireSingleAnyHit = 2,
-    kGeometryDisableFaceCulling = 4,
-};
-
 // What triangles and custom primitives share: which record and index a primitive reports.
 struct SbtInput {
     const uint32_t* flags = nullptr; // numSbtRecords words; null: all 0

@@ -14,7 +14,7 @@ struct Culling {
     bool front = false, back = false;
 
     SUNSTONE_INLINE_MEMBER bool drops(float det, uint32_t sbt) const {
-        if (!(front | back) || (sbt >> kGeometryFlagShift & 4)) // 4: kGeometryDisableFaceCulling
+        if (!(front | back) || (sbt >> kGeometryFlagShift & kGeometryDisableFaceCulling))
             return false;
         return det > 0 ? front : back;
     }

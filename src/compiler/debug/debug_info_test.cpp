@@ -25,7 +25,7 @@ const std::string kProgram = std::string(kHeader) +
 
 std::unique_ptr<Code> compile(const std::string& text, DebugLevel level, OptLevel opt) {
     PipelineRequest request;
-    ProgramRequest program{source(text), "__miss__a", opt, level};
+    ProgramRequest program{source(text), "__miss__a", ProgramKind::kMiss, opt, level};
     program.moduleRules = std::make_shared<ModuleRules>();
     request.programs.push_back(program);
     return compilePipeline(request);

@@ -10,7 +10,6 @@
 #include "compiler/gpu/machine.h"
 #include "compiler/gpu/ray_states.h"
 #include "compiler/gpu/resumable.h"
-#include "compiler/optix7/lower.h"
 #include "compiler/passes/bound_values.h"
 #include "compiler/passes/flush.h"
 #include "compiler/passes/optimizer.h"
@@ -42,7 +41,7 @@ constexpr auto kAnyKind = devlib::GroupKind(0);
 struct Dispatcher {
     const char* name;
     devlib::GroupKind kind; // of groups, or kAnyKind
-    size_t GpuGroup::*program;
+    devlib::Role role;
     enum Form {
         kRun, // (state, group): calls the program
         kAsk, // (state, candidates, group): calls an intersection program
@@ -52,6 +51,13 @@ struct Dispatcher {
         kCode, // (group): its address
     } form;
 };
+
+// Whether a dispatcher for groups of kind `wanted` has those of this kind. Ray generation and bounds
+// programs are entries of launches alike.
+bool serves(devlib::GroupKind wanted, devlib::GroupKind kind) {
+    return wanted == kAnyKind || wanted == kind ||
+           (wanted == devlib::kGroupRaygen && kind == devlib::kGroupBounds);
+}
 
 // What the lowering calls for optixReportIntersection, and the run-time's function.
 constexpr const char *kReportHere = "sunstone_gpu_report", *kReport = "sunstone_gpu_reportTo";
@@ -75,7 +81,7 @@ public:
     explicit GpuBuild(const GpuPipelineRequest& request)
         : request_(request), times_("pipeline for a GPU"), modules_(modulesOf(request)),
           machine_(createGpuMachine(request.target)),
-          unit_(Flavor::kOptix, request.pipeline.rules, modules_) {
+          unit_(flavorOf(request), request.pipeline.rules, modules_) {
         unit_.setTarget(Target::kGpu);
         unit_.module().setDataLayout(machine_->createDataLayout());
         unit_.module().setTargetTriple(machine_->getTargetTriple().str());
@@ -93,12 +99,12 @@ public:
         optimizer_->dump("translated");
         verify(unit_, "translation");
         optimizer_->promote();
-        markIntrinsicUsers(unit_, kinds_);
+        markIntrinsicUsers(unit_);
         optimizer_->inlineAlways();
         optimizer_->promote();
         makeCopies();
         bindValues();
-        lowerIntrinsics(unit_, kinds_, payloads_);
+        unit_.flavor().lower(unit_, payloads_);
         passCandidates();
         lowerFlushesNative();
         if (request_.pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow)
@@ -132,6 +138,10 @@ public:
     }
 
 private:
+    static const Flavor& flavorOf(const GpuPipelineRequest& request) {
+        return request.pipeline.flavor ? *request.pipeline.flavor : optix7Flavor();
+    }
+
     static std::vector<const ptx::Module*> modulesOf(const GpuPipelineRequest& request) {
         std::vector<const ptx::Module*> modules;
         for (const ProgramRequest& program : request.pipeline.programs)
@@ -144,20 +154,20 @@ private:
     static std::span<const Dispatcher> dispatchers() {
         using namespace devlib;
         static const Dispatcher all[] = {
-            {"sunstone_gpu_raygen", kGroupRaygen, &GpuGroup::main, Dispatcher::kRun},
-            {"sunstone_gpu_start", kGroupRaygen, &GpuGroup::main, Dispatcher::kStart},
-            {"sunstone_gpu_startHit", kGroupHit, &GpuGroup::main, Dispatcher::kStart},
-            {"sunstone_gpu_startMiss", kGroupMiss, &GpuGroup::main, Dispatcher::kStart},
-            {"sunstone_gpu_resume", kGroupRaygen, &GpuGroup::main, Dispatcher::kResume},
-            {"sunstone_gpu_resumeAny", kAnyKind, &GpuGroup::main, Dispatcher::kResume},
-            {"sunstone_gpu_findRaygen", kGroupRaygen, &GpuGroup::main, Dispatcher::kFind},
-            {"sunstone_gpu_miss", kGroupMiss, &GpuGroup::main, Dispatcher::kRun},
-            {"sunstone_gpu_exception", kGroupException, &GpuGroup::main, Dispatcher::kRun},
-            {"sunstone_gpu_closestHit", kGroupHit, &GpuGroup::main, Dispatcher::kRun},
-            {"sunstone_gpu_anyHit", kGroupHit, &GpuGroup::anyHit, Dispatcher::kRun},
-            {"sunstone_gpu_intersection", kGroupHit, &GpuGroup::intersection, Dispatcher::kAsk},
-            {"sunstone_gpu_direct", kGroupCallables, &GpuGroup::direct, Dispatcher::kCode},
-            {"sunstone_gpu_continuation", kGroupCallables, &GpuGroup::continuation,
+            {"sunstone_gpu_raygen", kGroupRaygen, devlib::kRoleMain, Dispatcher::kRun},
+            {"sunstone_gpu_start", kGroupRaygen, devlib::kRoleMain, Dispatcher::kStart},
+            {"sunstone_gpu_startHit", kGroupHit, devlib::kRoleMain, Dispatcher::kStart},
+            {"sunstone_gpu_startMiss", kGroupMiss, devlib::kRoleMain, Dispatcher::kStart},
+            {"sunstone_gpu_resume", kGroupRaygen, devlib::kRoleMain, Dispatcher::kResume},
+            {"sunstone_gpu_resumeAny", kAnyKind, devlib::kRoleMain, Dispatcher::kResume},
+            {"sunstone_gpu_findRaygen", kGroupRaygen, devlib::kRoleMain, Dispatcher::kFind},
+            {"sunstone_gpu_miss", kGroupMiss, devlib::kRoleMain, Dispatcher::kRun},
+            {"sunstone_gpu_exception", kGroupException, devlib::kRoleMain, Dispatcher::kRun},
+            {"sunstone_gpu_closestHit", kGroupHit, devlib::kRoleMain, Dispatcher::kRun},
+            {"sunstone_gpu_anyHit", kGroupHit, devlib::kRoleAnyHit, Dispatcher::kRun},
+            {"sunstone_gpu_intersection", kGroupHit, devlib::kRoleIntersection, Dispatcher::kAsk},
+            {"sunstone_gpu_direct", kGroupCallables, devlib::kRoleDirect, Dispatcher::kCode},
+            {"sunstone_gpu_continuation", kGroupCallables, devlib::kRoleContinuation,
              Dispatcher::kCode},
         };
         return all;
@@ -173,12 +183,12 @@ private:
                 program.payloadType < 0
                     ? nullptr
                     : &program.moduleRules->payloadTypes.at(size_t(program.payloadType));
-            const auto [known, isNew] = kinds_.emplace(function, ProgramKind::kNone);
+            const auto [known, isNew] = unit_.kinds().emplace(function, ProgramKind::kNone);
             if (payload && isNew)
                 payloads_[function] = payload;
             if (!isNew) // for another payload type: lowered in another way
                 copies_.push_back({programs_.size(), payload});
-            kinds_[function] = programKind(program.function);
+            unit_.kinds()[function] = program.kind;
             // Seen from outside until the dispatchers are there.
             function->setLinkage(llvm::GlobalValue::ExternalLinkage);
             programs_.push_back(function);
@@ -208,7 +218,7 @@ private:
             llvm::Function* original = programs_[copy.program];
             llvm::ValueToValueMapTy map;
             llvm::Function* function = llvm::CloneFunction(original, map);
-            kinds_[function] = kinds_[original];
+            unit_.kinds()[function] = unit_.kinds()[original];
             if (copy.payload)
                 payloads_[function] = copy.payload;
             programs_[copy.program] = function;
@@ -235,7 +245,7 @@ private:
         llvm::Function* report = unit_.module().getFunction(kReportHere);
         std::map<llvm::Function*, llvm::Function*> changed;
         for (llvm::Function*& program : programs_) {
-            if (kinds_[program] != ProgramKind::kIntersection)
+            if (unit_.kinds()[program] != ProgramKind::kIntersection)
                 continue;
             llvm::Function*& with = changed[program];
             if (!with)
@@ -243,8 +253,8 @@ private:
             program = with;
         }
         for (const auto& [program, with] : changed) {
-            kinds_.erase(program);
-            kinds_[with] = ProgramKind::kIntersection;
+            unit_.kinds().erase(program);
+            unit_.kinds()[with] = ProgramKind::kIntersection;
             program->deleteBody(); // its address may be somewhere
             if (program->use_empty())
                 program->eraseFromParent();
@@ -300,10 +310,10 @@ private:
     std::vector<llvm::Function*> programsOf(devlib::GroupKind kind) const {
         std::vector<llvm::Function*> programs;
         for (const GpuGroup& group : request_.groups)
-            if (group.kind == kind && group.main != GpuGroup::kNone &&
-                std::find(programs.begin(), programs.end(), programs_[group.main]) ==
+            if (group.kind == kind && group.programs[devlib::kRoleMain] != GpuGroup::kNone &&
+                std::find(programs.begin(), programs.end(), programs_[group.programs[devlib::kRoleMain]]) ==
                     programs.end())
-                programs.push_back(programs_[group.main]);
+                programs.push_back(programs_[group.programs[devlib::kRoleMain]]);
         return programs;
     }
     std::vector<llvm::Function*> raygens() const { return programsOf(devlib::kGroupRaygen); }
@@ -338,8 +348,8 @@ private:
     std::vector<llvm::Function*> programsToNest(std::string& reason) {
         const std::vector<llvm::Function*> tracing = tracingFunctions(unit_.module());
         const auto kindOf = [&](llvm::Function* function) {
-            const auto known = kinds_.find(function);
-            return known == kinds_.end() ? ProgramKind::kNone : known->second;
+            const auto known = unit_.kinds().find(function);
+            return known == unit_.kinds().end() ? ProgramKind::kNone : known->second;
         };
         bool nests = false;
         std::string obstacle;
@@ -438,9 +448,9 @@ private:
         std::map<llvm::Function*, llvm::BasicBlock*> calls; // of one program: one call
         std::set<uint32_t> numbers;                         // a group may be given twice
         for (const GpuGroup& group : request_.groups) {
-            const size_t index = group.*dispatcher.program;
+            const size_t index = group.programs[dispatcher.role];
             if (index == GpuGroup::kNone ||
-                (group.kind != dispatcher.kind && dispatcher.kind != kAnyKind) ||
+                !serves(dispatcher.kind, group.kind) ||
                 !numbers.insert(group.number).second)
                 continue;
             llvm::Function* program = targetOf(dispatcher, programs_[index]);
@@ -650,7 +660,6 @@ private:
     Unit unit_;
     OptLevel level_ = OptLevel::k0;
     std::optional<Optimizer> optimizer_;
-    ProgramKinds kinds_;
     ProgramPayloads payloads_;
     std::vector<llvm::Function*> programs_; // of the request
     struct Copy {
@@ -674,6 +683,7 @@ std::string keyOf(const GpuPipelineRequest& request) {
     Digest digest;
     digest.add(buildId()); // the run-time is a part of the build
     digest.add("gpu");
+    digest.add(request.pipeline.flavor ? request.pipeline.flavor->name() : optix7Flavor().name());
     digest.add(uint64_t(request.target.computeCapability));
     digest.add(uint64_t(request.target.ptxVersion));
     digest.add(uint64_t(request.target.driverVersion));
@@ -689,15 +699,17 @@ std::string keyOf(const GpuPipelineRequest& request) {
             modules.push_back(program.module.get());
         digest.add(program.module->digest());
         digest.add(program.function);
+        digest.add(uint64_t(program.kind));
         digest.add(uint64_t(program.optLevel));
         digest.add(uint64_t(int64_t(program.payloadType)));
         addRules(digest, program.moduleRules ? *program.moduleRules : ModuleRules());
     }
-    for (const GpuGroup& group : request.groups)
-        for (const size_t value :
-             {size_t(group.number), size_t(group.kind), group.main, group.anyHit,
-              group.intersection, group.direct, group.continuation, size_t(group.builtin)})
+    for (const GpuGroup& group : request.groups) {
+        for (const size_t value : {size_t(group.number), size_t(group.kind), size_t(group.builtin)})
             digest.add(uint64_t(value));
+        for (const size_t program : group.programs)
+            digest.add(uint64_t(program));
+    }
     for (const auto& [name, value] : request.constants) {
         digest.add(name);
         digest.add(uint64_t(value));

@@ -7,6 +7,7 @@
 #include "compiler/compiler.h"
 #include "compiler/gpu/stack.h"
 
+#include <array>
 #include <string_view>
 
 namespace sunstone::compiler {
@@ -22,8 +23,11 @@ struct GpuGroup {
     static constexpr size_t kNone = ~size_t(0);
     uint32_t number = 0; // what the run-time passes to dispatchers
     devlib::GroupKind kind = devlib::kGroupRaygen;
-    size_t main = kNone, anyHit = kNone, intersection = kNone;
-    size_t direct = kNone, continuation = kNone;
+    std::array<size_t, devlib::kRoleCount> programs = [] {
+        std::array<size_t, devlib::kRoleCount> none;
+        none.fill(kNone);
+        return none;
+    }(); // by devlib::Role
     // What debug exceptions tell of the direct and of the continuation callable.
     struct Callable {
         std::string name;

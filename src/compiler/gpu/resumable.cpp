@@ -3,7 +3,7 @@
 #include "compiler/gpu/resumable.h"
 
 #include "base/error.h"
-#include "compiler/optix7/lower.h"
+#include "compiler/translate/unit.h"
 
 #include <llvm/IR/CFG.h>
 #include <llvm/IR/IRBuilder.h>

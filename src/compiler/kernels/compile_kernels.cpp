@@ -195,9 +195,8 @@ public:
                 functions_.back() = kernel;
                 unit_->translateQueue();
             } catch (const Error& error) {
-                // Programs of OptiX may stand in the same module; they are no kernels.
-                const bool isProgram = programKind(info.name) != ProgramKind::kNone;
-                if (error.code() != ErrorCode::kNotSupported && !isProgram)
+                // Programs of a ray tracing API may stand in the same module; they are no kernels.
+                if (error.code() != ErrorCode::kNotSupported)
                     throw;
                 info.unsupported = error.what();
                 begin();
@@ -252,7 +251,7 @@ private:
 
     void begin() {
         unit_ =
-            std::make_unique<Unit>(Flavor::kKernel, PipelineRules{}, pointersOf(modules_), home_);
+            std::make_unique<Unit>(kernelFlavor(), PipelineRules{}, pointersOf(modules_), home_);
         for (const auto& module : modules_)
             unit_->setOptions(*module, nullptr, debugLevel_);
         prepare(*unit_, machine_);

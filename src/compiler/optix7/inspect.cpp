@@ -8,6 +8,7 @@
 #include "compiler/optix7/check_module.h"
 #include "compiler/optix7/intrinsics.h"
 #include "compiler/optix7/payload.h"
+#include "compiler/optix7/program_kind.h"
 
 #include "base/error.h"
 
@@ -146,12 +147,27 @@ public:
                 variable.name != rules_.launchParams)
                 summary.constantBytes += variable.size;
         summary.selfContained = isSelfContained(module_, rules_);
+        summary.remarks = remarkOnThrows();
         if (mustCompile_)
             checkByCompiling(module_, rules_, moduleRules_, summary);
         return summary;
     }
 
 private:
+    // The manual asks for the flag; without it user exceptions work here, but perhaps not elsewhere.
+    std::string remarkOnThrows() const {
+        if (rules_.exceptionFlags & devlib::kFlagUser)
+            return {};
+        for (const ptx::Function& function : module_.functions)
+            for (const ptx::Statement& statement : function.body)
+                if (statement.instruction.target.name.starts_with("_optix_throw_exception_"))
+                    return message("warning: line ", statement.instruction.location.line, ": \"",
+                                   function.name,
+                                   "\" calls optixThrowException, but the exception flags lack "
+                                   "USER\n");
+        return {};
+    }
+
     void collect(const ptx::Function& function) {
         FunctionCalls& calls = calls_[function.name];
         std::optional<Constants> constants;
@@ -220,15 +236,15 @@ private:
     void checkConstants(const Intrinsic& intrinsic, const ptx::Instruction& instruction,
                         const Constants& constants) {
         std::optional<uint32_t> slot;
-        switch (intrinsic.op) {
+        switch (opOf(intrinsic)) {
         case IntrinsicOp::kSetPayload:
         case IntrinsicOp::kGetPayload:
             slot = intrinsic.number >= 0 ? std::optional(uint32_t(intrinsic.number))
                                          : constants.valueOf(instruction.arguments[0]);
             mustCompile_ |= !slot;
-            if (slot && *slot >= rules_.numPayloadValues && moduleRules_.payloadTypes.empty())
+            if (slot && *slot >= rules_.optix7.numPayloadValues && moduleRules_.payloadTypes.empty())
                 reject(ErrorCode::kInvalidPayloadAccess, instruction, "_optix_", intrinsic.name,
-                       ": payload slot ", *slot, " of ", rules_.numPayloadValues,
+                       ": payload slot ", *slot, " of ", rules_.optix7.numPayloadValues,
                        " (numPayloadValues of the pipeline compile options)");
             if (slot)
                 slots_[&instruction] = *slot + 1;
@@ -276,7 +292,7 @@ private:
                    ": attribute ", index, " of ", attributes(),
                    " (numAttributeValues of the pipeline compile options)");
     }
-    unsigned attributes() const { return std::max(2u, rules_.numAttributeValues); }
+    unsigned attributes() const { return std::max(2u, rules_.optix7.numAttributeValues); }
 
     void checkShape(const ptx::Function& function, ProgramKind kind) const {
         const bool callable =
@@ -303,11 +319,11 @@ private:
                 reject(ErrorCode::kInvalidFunctionUse, *call.instruction, "\"_optix_",
                        call.intrinsic->name, "\" cannot be used in a ", prefixOf(program.kind),
                        " program (\"", program.name, "\")");
-            program.traces |= call.intrinsic->op == IntrinsicOp::kTrace;
+            program.traces |= opOf(*call.intrinsic) == IntrinsicOp::kTrace;
             program.callsContinuation |=
-                call.intrinsic->op == IntrinsicOp::kCallable && call.intrinsic->number == 1;
+                opOf(*call.intrinsic) == IntrinsicOp::kCallable && call.intrinsic->number == 1;
             const auto slot = slots_.find(call.instruction);
-            if (call.intrinsic->op == IntrinsicOp::kSetPayloadTypes)
+            if (opOf(*call.intrinsic) == IntrinsicOp::kSetPayloadTypes)
                 takePayloadTypes(found->second, call, slot->second);
             else if (slot != slots_.end())
                 program.payloadWords = std::max(program.payloadWords, slot->second);
@@ -342,9 +358,9 @@ private:
         if (found == calls_.end() || !visited.insert(name).second)
             return;
         for (const IntrinsicCall& call : found->second.intrinsics) {
-            const bool reads = call.intrinsic->op == IntrinsicOp::kGetPayload;
+            const bool reads = opOf(*call.intrinsic) == IntrinsicOp::kGetPayload;
             const auto slot = slots_.find(call.instruction);
-            if ((!reads && call.intrinsic->op != IntrinsicOp::kSetPayload) || slot == slots_.end())
+            if ((!reads && opOf(*call.intrinsic) != IntrinsicOp::kSetPayload) || slot == slots_.end())
                 continue;
             const PayloadAccess access = reads ? PayloadAccess::kRead : PayloadAccess::kWrite;
             for (size_t i = 0; i < moduleRules_.payloadTypes.size(); ++i) {

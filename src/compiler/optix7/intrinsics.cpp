@@ -31,10 +31,6 @@ constexpr uint32_t kAny = ~0u;
 constexpr uint32_t kHitPrograms = kIS | kAH | kCH;
 constexpr uint32_t kRayPrograms = kHitPrograms | kMS;
 
-// Numbers of OptixPrimitiveType.
-constexpr int kRoundQuadraticBSpline = 0x2501, kRoundCubicBSpline = 0x2502, kRoundLinear = 0x2503,
-              kRoundCatmullRom = 0x2504, kSphere = 0x2506;
-
 std::string repeat(char letter, int count) {
     return std::string(size_t(count), letter);
 }
@@ -56,8 +52,10 @@ public:
 private:
     void add(std::string name, IntrinsicOp op, int number, std::string results,
              std::string operands, uint32_t kinds, bool reads = false) {
-        table_.push_back({std::move(name), op, number, std::move(results), std::move(operands),
-                          kinds, reads, false});
+        table_.push_back({std::move(name), unsigned(op), number, std::move(results),
+                          std::move(operands), kinds, reads});
+        table_.back().namesLine = op == IntrinsicOp::kTrace || op == IntrinsicOp::kThrow;
+        table_.back().isAvailable = op != IntrinsicOp::kLater;
     }
     void field(std::string name, size_t offset, char type, uint32_t kinds) {
         add(std::move(name), IntrinsicOp::kRayField, int(offset), repeat(type, 1), "", kinds, true);
@@ -154,15 +152,15 @@ private:
             offsetof(InstanceRecord, child), "l", "l", kAny, true);
         add("get_triangle_vertex_data", IntrinsicOp::kTriangleVertices, 0, repeat('f', 9), "lrrf",
             kAny, true);
-        add("get_linear_curve_vertex_data", IntrinsicOp::kShapePoints, kRoundLinear,
+        add("get_linear_curve_vertex_data", IntrinsicOp::kShapePoints, devlib::kPrimitiveLinear,
             repeat('f', 8), "lrrf", kAny, true);
-        add("get_quadratic_bspline_vertex_data", IntrinsicOp::kShapePoints, kRoundQuadraticBSpline,
+        add("get_quadratic_bspline_vertex_data", IntrinsicOp::kShapePoints, devlib::kPrimitiveQuadraticBSpline,
             repeat('f', 12), "lrrf", kAny, true);
-        add("get_cubic_bspline_vertex_data", IntrinsicOp::kShapePoints, kRoundCubicBSpline,
+        add("get_cubic_bspline_vertex_data", IntrinsicOp::kShapePoints, devlib::kPrimitiveCubicBSpline,
             repeat('f', 16), "lrrf", kAny, true);
-        add("get_catmullrom_vertex_data", IntrinsicOp::kShapePoints, kRoundCatmullRom,
+        add("get_catmullrom_vertex_data", IntrinsicOp::kShapePoints, devlib::kPrimitiveCatmullRom,
             repeat('f', 16), "lrrf", kAny, true);
-        add("get_sphere_data", IntrinsicOp::kShapePoints, kSphere, repeat('f', 4), "lrrf", kAny,
+        add("get_sphere_data", IntrinsicOp::kShapePoints, devlib::kPrimitiveSphere, repeat('f', 4), "lrrf", kAny,
             true);
         add("get_instance_traversable_from_ias", IntrinsicOp::kInstanceHandle, 0, "l", "lr", kAny,
             true);
@@ -248,7 +246,8 @@ private:
 
 // Families of later releases whose members are many and all unavailable.
 const Intrinsic* findFamily(std::string_view name) {
-    static const Intrinsic later = {"", IntrinsicOp::kLater, 0, "", "", kAny, false, true};
+    static const Intrinsic later = {"",   unsigned(IntrinsicOp::kLater), 0, "", "", kAny, false, true,
+                                    false};
     for (std::string_view prefix :
          {"hitobject_", "vector_", "matvecmul_", "coop_vec_", "outer_product_", "reduce_sum_"})
         if (name.starts_with(prefix))

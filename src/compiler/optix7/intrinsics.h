@@ -4,7 +4,7 @@
 // uses it as well. Read next: optix7/lower.cpp, which replaces the calls.
 #pragma once
 
-#include "compiler/compiler.h"
+#include "compiler/flavor.h"
 
 #include <cstdint>
 #include <string>
@@ -12,6 +12,7 @@
 
 namespace sunstone::compiler {
 
+// Values of Intrinsic::op.
 enum class IntrinsicOp : uint8_t {
     kTrace,      // number = payload words of the old forms, -1: operand
     kSetPayload, // number = slot of the old forms, -1: operand
@@ -46,18 +47,6 @@ enum class IntrinsicOp : uint8_t {
     kLater,            // known, not available yet
 };
 
-// Bits of Intrinsic::kinds are 1 << ProgramKind.
-struct Intrinsic {
-    std::string name; // without "_optix_"
-    IntrinsicOp op;
-    int number = 0;
-    std::string results; // one letter each: r 32 bits, l 64 bits, f float
-    std::string operands;
-    uint32_t kinds = ~0u;      // program kinds that may reach it
-    bool reads = false;        // only reads program state: calls may be merged or dropped
-    bool anySignature = false; // kLater with operands that are not checked
-};
-
 constexpr std::string_view kIntrinsicPrefix = "_optix_";
 
 inline bool isIntrinsicName(std::string_view name) {
@@ -67,8 +56,8 @@ inline bool isIntrinsicName(std::string_view name) {
 // The entry for a full name ("_optix_get_payload"), null if there is none.
 const Intrinsic* findIntrinsic(std::string_view fullName);
 
-constexpr uint32_t kindBit(ProgramKind kind) {
-    return 1u << unsigned(kind);
+inline IntrinsicOp opOf(const Intrinsic& intrinsic) {
+    return IntrinsicOp(intrinsic.op);
 }
 
 } // namespace sunstone::compiler

@@ -3,6 +3,7 @@
 #include "compiler/optix7/lower.h"
 
 #include "base/error.h"
+#include "compiler/optix7/program_kind.h"
 #include "compiler/translate/call_site.h"
 #include "compiler/translate/callable.h"
 #include "texture/device_functions.h"
@@ -125,7 +126,7 @@ private:
         const uint32_t slot =
             fromOperand ? constant(0, "payload slot") : uint32_t(intrinsic_->number);
         const std::string problem =
-            payloadProblem(kind_, slot, access, payload_, unit_.rules().numPayloadValues);
+            payloadProblem(kind_, slot, access, payload_, unit_.rules().optix7.numPayloadValues);
         if (!problem.empty())
             fault(ErrorCode::kInvalidPayloadAccess, problem);
         return slot;
@@ -172,7 +173,7 @@ private:
         if (kind_ != ProgramKind::kNone && !(intrinsic_->kinds & kindBit(kind_)))
             fault(ErrorCode::kInvalidFunctionUse,
                   message("cannot be used in a ", prefixOf(kind_), " program"));
-        switch (intrinsic_->op) {
+        switch (opOf(*intrinsic_)) {
         case IntrinsicOp::kTrace:
             return trace();
         case IntrinsicOp::kReport:
@@ -207,7 +208,7 @@ private:
 
     Value* getter() {
         llvm::Type* type = call_->getType();
-        switch (intrinsic_->op) {
+        switch (opOf(*intrinsic_)) {
         case IntrinsicOp::kGetPayload:
             return load(state(),
                         offsetof(RayState, payload) +
@@ -324,7 +325,7 @@ private:
         constexpr size_t kAttributes = offsetof(RayState, hit) + offsetof(Hit, attributes);
         if (number() >= kAttributes && number() < kAttributes + sizeof(Hit::attributes)) {
             const unsigned index = unsigned(number() - kAttributes) / 4;
-            const unsigned limit = std::max(2u, unit_.rules().numAttributeValues);
+            const unsigned limit = std::max(2u, unit_.rules().optix7.numAttributeValues);
             if (index >= limit)
                 fault(ErrorCode::kInvalidAttributeAccess,
                       message("attribute ", index, " of ", limit,
@@ -355,10 +356,10 @@ private:
                                                   builder_.getInt32(devlib::kHitTriangleBack));
         Value* isCustom = builder_.CreateICmpULT(kind, builder_.getInt32(128));
         Value* shape =
-            builder_.CreateOr(builder_.CreateAnd(kind, 15u), builder_.getInt32(kPrimitiveCustom));
+            builder_.CreateOr(builder_.CreateAnd(kind, 15u), builder_.getInt32(devlib::kPrimitiveCustom));
         return builder_.CreateSelect(
-            isTriangle, builder_.getInt32(kPrimitiveTriangle),
-            builder_.CreateSelect(isCustom, builder_.getInt32(kPrimitiveCustom), shape));
+            isTriangle, builder_.getInt32(devlib::kPrimitiveTriangle),
+            builder_.CreateSelect(isCustom, builder_.getInt32(devlib::kPrimitiveCustom), shape));
     }
 
     // Of a custom primitive's hit the lowest bit of its kind tells, as in the driver's library.
@@ -383,7 +384,7 @@ private:
 
     Value* transformGetter(llvm::Type* type) {
         Value* operand = argument(0);
-        switch (intrinsic_->op) {
+        switch (opOf(*intrinsic_)) {
         case IntrinsicOp::kTransformHandle: {
             checkAccess(devlib::kAccessTransformList, builder_.getInt64(0), operand,
                         builder_.getInt32(0));
@@ -471,7 +472,7 @@ private:
 
     void report() {
         const unsigned count = unsigned(intrinsic_->number);
-        const unsigned limit = std::max(2u, unit_.rules().numAttributeValues);
+        const unsigned limit = std::max(2u, unit_.rules().optix7.numAttributeValues);
         if (count > limit)
             fault(ErrorCode::kInvalidAttributeAccess,
                   message(count, " attributes of ", limit,
@@ -650,9 +651,6 @@ private:
         call_->eraseFromParent();
     }
 
-    static constexpr uint32_t kPrimitiveTriangle = 0x2531;
-    static constexpr uint32_t kPrimitiveCustom = 0x2500;
-
     Unit& unit_;
     llvm::Function& function_;
     ProgramKind kind_;
@@ -665,63 +663,10 @@ private:
     Value* callableData_ = nullptr;
 };
 
-// Depth-first search for a cycle among the functions that must be inlined.
-class RecursionCheck {
-public:
-    RecursionCheck(Unit& unit, const std::set<llvm::Function*>& functions)
-        : unit_(unit), functions_(functions) {}
-
-    void visit(llvm::Function* function) {
-        if (!functions_.count(function) || done_.count(function))
-            return;
-        if (!active_.insert(function).second) {
-            const ptx::Function* source = unit_.facts()[function].function;
-            failAt(ErrorCode::kInvalidPtx, source->location, "function \"", source->name,
-                   "\" calls OptiX device functions and is recursive; such functions are inlined "
-                   "into the program and must not be");
-        }
-        for (llvm::Instruction& instruction : llvm::instructions(*function))
-            if (auto* call = llvm::dyn_cast<llvm::CallInst>(&instruction))
-                if (call->getCalledFunction())
-                    visit(call->getCalledFunction());
-        active_.erase(function);
-        done_.insert(function);
-    }
-
-private:
-    Unit& unit_;
-    const std::set<llvm::Function*>& functions_;
-    std::set<llvm::Function*> active_, done_;
-};
-
 } // namespace
 
-void markIntrinsicUsers(Unit& unit, const ProgramKinds& programs) {
-    std::set<llvm::Function*> users;
-    std::vector<llvm::Function*> queue;
-    for (llvm::Function& function : unit.module())
-        if (unit.intrinsicOf(&function))
-            queue.push_back(&function);
-    while (!queue.empty()) {
-        llvm::Function* callee = queue.back();
-        queue.pop_back();
-        for (llvm::User* user : callee->users()) {
-            auto* call = llvm::dyn_cast<llvm::CallInst>(user);
-            if (!call || call->getCalledOperand() != callee)
-                continue;
-            if (users.insert(call->getFunction()).second)
-                queue.push_back(call->getFunction());
-        }
-    }
-    RecursionCheck check(unit, users);
-    for (llvm::Function* function : users)
-        check.visit(function);
-    for (llvm::Function* function : users)
-        if (!programs.count(function) || !function->use_empty())
-            function->addFnAttr(llvm::Attribute::AlwaysInline);
-}
-
-void lowerIntrinsics(Unit& unit, const ProgramKinds& programs, const ProgramPayloads& payloads) {
+void lowerIntrinsics(Unit& unit, const ProgramPayloads& payloads) {
+    const ProgramKinds& programs = unit.kinds();
     for (llvm::Function& function : unit.module()) {
         if (function.isDeclaration())
             continue;

@@ -1,28 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replaces the `_optix_*` calls of a module by loads, stores and calls on RayState.
-//
-// Two steps. inlineIntrinsicUsers makes every function that reaches such a call part of the
-// programs that call it, because ending a program (terminate, ignore, an accepted last hit) is a
-// return of the program itself. After simplification, lowerIntrinsics works through the programs;
-// operands that must be constants (payload slots, counts, types) are constants by then, or the
-// program is at fault.
+// Replaces the `_optix_*` calls of programs by loads, stores and calls on RayState. Functions that
+// reach such a call are inlined by then (markIntrinsicUsers), and operands that must be constants
+// (payload slots, counts, types) are constants, or the program is at fault.
 #pragma once
 
+#include "compiler/optix7/intrinsics.h"
 #include "compiler/optix7/payload.h"
 #include "compiler/translate/unit.h"
 
 namespace sunstone::compiler {
 
-using ProgramKinds = std::map<llvm::Function*, ProgramKind>;
-using ProgramPayloads = std::map<llvm::Function*, const PayloadType*>;
-
-// Metadata of loads, in code for GPUs, of what stays the same while a program runs. The memory serves
-// the next launch index or ray then, so they are not invariant to LLVM.
-constexpr const char* kStableLoad = "sunstone.stable";
-
-// Marks for inlining; throws Error(kInvalidPtx) on recursion through such functions.
-void markIntrinsicUsers(Unit& unit, const ProgramKinds& programs);
-
-void lowerIntrinsics(Unit& unit, const ProgramKinds& programs, const ProgramPayloads& payloads);
+void lowerIntrinsics(Unit& unit, const ProgramPayloads& payloads);
 
 } // namespace sunstone::compiler

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // OptiX programs against a launch whose trace, report and callable functions are fakes.
 #include "compiler/testing.h"
+#include "compiler/optix7/program_kind.h"
 
 #include <functional>
 
@@ -21,8 +22,8 @@ class Optix : public ::testing::Test {
 protected:
     Optix() {
         rules_.launchParams = "params";
-        rules_.numPayloadValues = 4;
-        rules_.numAttributeValues = 4;
+        rules_.optix7.numPayloadValues = 4;
+        rules_.optix7.numAttributeValues = 4;
         launch_.params = paramBlock_;
         launch_.dimensions[0] = 64;
         launch_.dimensions[1] = 32;
@@ -58,7 +59,7 @@ protected:
             for (const auto& module : modules)
                 if (const ptx::Function* function = module->tree().findFunction(name))
                     if (function->hasBody) {
-                        request.programs.push_back({module, name, level_});
+                        request.programs.push_back({module, name, programKind(name), level_});
                         break;
                     }
         ASSERT_EQ(request.programs.size(), names.size());
@@ -69,7 +70,7 @@ protected:
         try {
             PipelineRequest request;
             request.rules = rules_;
-            request.programs.push_back({source(kHeader + text), name});
+            request.programs.push_back({source(kHeader + text), name, programKind(name)});
             compilePipeline(request);
         } catch (const Error& error) {
             if (message)
@@ -481,7 +482,7 @@ TEST_F(Optix, Inspect) {
     EXPECT_FALSE(summary.programs[1].traces);
     EXPECT_EQ(summary.programs[2].kind, ProgramKind::kDirectCallable);
     EXPECT_EQ(summary.launchParamsSize, 24u);
-    rules_.numPayloadValues = 2;
+    rules_.optix7.numPayloadValues = 2;
     EXPECT_THROW(inspect(*module, rules_), Error);
 }
 

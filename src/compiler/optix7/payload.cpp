@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/optix7/payload.h"
 
+#include "compiler/optix7/program_kind.h"
+
 #include <algorithm>
 #include <bit>
 
@@ -70,9 +72,9 @@ TracePayload payloadOfTrace(uint32_t mask, uint32_t count, const ModuleRules& mo
         if (mask != 0)
             return wrong(sunstone::Code::kPayloadTypeId,
                          message("payload type ", mask, ", but the module has no payload types"));
-        if (count > pipeline.numPayloadValues)
+        if (count > pipeline.optix7.numPayloadValues)
             return wrong(sunstone::Code::kInvalidPayloadAccess,
-                         message(count, " payload values of ", pipeline.numPayloadValues,
+                         message(count, " payload values of ", pipeline.optix7.numPayloadValues,
                                  " (numPayloadValues of the pipeline compile options)"));
         return {};
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Program kinds by name prefix.
-#include "compiler/compiler.h"
+#include "compiler/optix7/program_kind.h"
 
 namespace sunstone::compiler {
 

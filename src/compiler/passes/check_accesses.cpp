@@ -67,12 +67,12 @@ bool isFine(llvm::Value* pointer, const Object& object, uint64_t offset, uint64_
 
 class Instrumenter {
 public:
-    Instrumenter(llvm::Module& module, Flavor flavor)
+    Instrumenter(llvm::Module& module, bool isKernels)
         : module_(module), layout_(module.getDataLayout()), context_(module.getContext()) {
         auto* pointer = llvm::PointerType::getUnqual(context_);
         auto* word = llvm::Type::getInt64Ty(context_);
         check_ = module.getOrInsertFunction(
-            flavor == Flavor::kKernel ? "sunstone_check_kernel" : "sunstone_check_program",
+            isKernels ? "sunstone_check_kernel" : "sunstone_check_program",
             llvm::FunctionType::get(llvm::Type::getVoidTy(context_),
                                     {pointer, word, pointer, word, word}, false));
         llvm::cast<llvm::Function>(check_.getCallee())->addFnAttr(llvm::Attribute::NoUnwind);
@@ -177,7 +177,7 @@ llvm::PreservedAnalyses CheckAccessesPass::run(llvm::Module& module, llvm::Modul
                 accesses.push_back(&instruction);
     if (accesses.empty())
         return llvm::PreservedAnalyses::all();
-    Instrumenter instrumenter(module, flavor);
+    Instrumenter instrumenter(module, isKernels);
     for (llvm::Instruction* access : accesses)
         instrumenter.instrument(*access);
     return llvm::PreservedAnalyses::none();

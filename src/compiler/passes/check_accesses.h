@@ -29,10 +29,10 @@ void markAccess(llvm::Instruction& access, const AccessMark& mark, uint32_t offs
 
 // Turns all marks of a module into calls.
 struct CheckAccessesPass : llvm::PassInfoMixin<CheckAccessesPass> {
-    explicit CheckAccessesPass(Flavor flavor) : flavor(flavor) {}
+    explicit CheckAccessesPass(bool isKernels) : isKernels(isKernels) {}
     llvm::PreservedAnalyses run(llvm::Module& module, llvm::ModuleAnalysisManager&);
     static bool isRequired() { return true; }
-    Flavor flavor;
+    bool isKernels; // else programs: whose check function the code calls
 };
 
 } // namespace sunstone::compiler

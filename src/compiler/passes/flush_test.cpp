@@ -173,7 +173,8 @@ TEST(FlushedMode, ProgramsCallInTheDefaultMode) {
     PipelineRequest request;
     request.rules.launchParams = "params";
     const auto module = source(text);
-    request.programs = {{module, "__intersection__is"}, {module, "__direct_callable__dc"}};
+    request.programs = {{module, "__intersection__is", ProgramKind::kIntersection},
+                        {module, "__direct_callable__dc", ProgramKind::kDirectCallable}};
     const auto code = compilePipeline(request);
     static const void* callee = nullptr;
     callee = code->programs()[1].address;

@@ -86,7 +86,7 @@ void Optimizer::promote() {
     llvm::ModulePassManager passes;
     if (checks("memory")) { // before loads are merged, which drops marks
         passes.addPass(llvm::createModuleToFunctionPassAdaptor(std::move(functions)));
-        passes.addPass(CheckAccessesPass(unit_.flavor()));
+        passes.addPass(CheckAccessesPass(unit_.flavor().isKernels()));
         functions = llvm::FunctionPassManager();
     }
     functions.addPass(llvm::EarlyCSEPass(false));
@@ -125,7 +125,7 @@ void Optimizer::optimize() {
     loops.addPass(llvm::LICMPass(llvm::LICMOptions()));
     llvm::LoopPassManager loopsLate;
     // Lanes of kernels compute with vectors, of which numbers of 64 bits take twice as many.
-    const bool widensIndices = unit_.flavor() != Flavor::kKernel;
+    const bool widensIndices = !unit_.flavor().isKernels();
     loopsLate.addPass(llvm::IndVarSimplifyPass(widensIndices));
     loopsLate.addPass(llvm::LoopDeletionPass());
     if (level_ >= OptLevel::k2)

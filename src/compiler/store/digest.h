@@ -29,8 +29,9 @@ private:
 
 inline void addRules(Digest& digest, const PipelineRules& rules) {
     // Names every field: a new one does not compile until it is part of the key.
-    const auto& [launchParams, numPayloadValues, numAttributeValues, exceptionFlags,
-                 primitiveTypeFlags, traversableGraphFlags, motionBlur] = rules;
+    const auto& [launchParams, exceptionFlags, primitiveTypeFlags, traversableGraphFlags,
+                 motionBlur, optix7] = rules;
+    const auto& [numPayloadValues, numAttributeValues] = optix7;
     digest.add(launchParams);
     for (const uint64_t value :
          {uint64_t(numPayloadValues), uint64_t(numAttributeValues), uint64_t(exceptionFlags),

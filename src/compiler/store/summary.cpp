@@ -43,7 +43,7 @@ bool ModuleSummary::deserialize(std::string_view bytes) {
         Program program;
         program.name = in.text();
         const uint32_t kind = in.number();
-        if (kind == uint32_t(ProgramKind::kNone) || kind > uint32_t(ProgramKind::kException))
+        if (kind == uint32_t(ProgramKind::kNone) || kind > uint32_t(kLastProgramKind))
             return false;
         program.kind = ProgramKind(kind);
         program.payloadWords = in.number();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is kept of modules: summaries as bytes, keys, and that what is kept spares the tree.
 #include "compiler/testing.h"
+#include "compiler/optix7/program_kind.h"
 
 #include <map>
 #include <random>
@@ -77,7 +78,7 @@ TEST(Summary, KeysDependOnEverything) {
     EXPECT_EQ(16u, key.size());
     EXPECT_EQ(key, summaryKeyOf(same, rules, moduleRules)) << "up to the first NUL";
     EXPECT_NE(key, summaryKeyOf(other, rules, moduleRules));
-    rules.numPayloadValues = 1;
+    rules.optix7.numPayloadValues = 1;
     EXPECT_NE(key, summaryKeyOf(source, rules, moduleRules));
     rules = {};
     moduleRules.payloadTypes = {{{1, 2}}};
@@ -134,7 +135,7 @@ TEST(Source, WhatIsKeptSparesTheTree) {
                    two = std::make_shared<const Source>(std::string_view(other));
         PipelineRequest request;
         for (const auto& [module, name] : {std::pair(one, "__miss__a"), {two, "__miss__b"}}) {
-            ProgramRequest program{module, name};
+            ProgramRequest program{module, name, programKind(name)};
             program.selfContained = true;
             request.programs.push_back(program);
         }

@@ -2,6 +2,7 @@
 // Callables against a launch that knows five of them: every call must find its own data, however
 // the program orders look-ups and calls.
 #include "compiler/testing.h"
+#include "compiler/optix7/program_kind.h"
 
 namespace sunstone::compiler::testing {
 namespace {
@@ -65,7 +66,7 @@ protected:
         const auto module = source(text);
         for (const char* name :
              {"__raygen__rg", "__direct_callable__data", "__direct_callable__nested"})
-            request.programs.push_back({module, name, GetParam()});
+            request.programs.push_back({module, name, programKind(name), GetParam()});
         code_ = compilePipeline(request);
         fake = Fake{};
         for (const void*& code : fake.code)

@@ -115,7 +115,7 @@ void FunctionTranslator::emitTrap() {
 void FunctionTranslator::call(const ptx::Instruction& instruction) {
     const ptx::Operand& target = instruction.target;
     if (target.kind == ptx::OperandKind::kSymbol) {
-        if (isIntrinsicName(target.name))
+        if (unit_.flavor().isIntrinsicName(target.name))
             return callIntrinsic(instruction, target.name);
         llvm::Function* callee = unit_.function(module_, target.name, instruction.location);
         const ptx::Function* declared = module_.findFunction(target.name);
@@ -281,14 +281,14 @@ void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value
 }
 
 void FunctionTranslator::callIntrinsic(const ptx::Instruction& instruction, std::string_view name) {
-    const Intrinsic* intrinsic = findIntrinsic(name);
     if (isKernel())
-        failAt(ErrorCode::kInvalidPtx, instruction.location, "\"", name,
+        failAt(ErrorCode::kNotSupported, instruction.location, "\"", name,
                "\" can only be called in OptiX programs");
+    const Intrinsic* intrinsic = unit_.flavor().find(name);
     if (!intrinsic)
         failAt(ErrorCode::kInvalidPtx, instruction.location, "unknown OptiX function \"", name,
                "\"");
-    if (intrinsic->op == IntrinsicOp::kLater)
+    if (!intrinsic->isAvailable)
         failAt(ErrorCode::kNotSupported, instruction.location, "\"", name, "\" is not available");
     if (instruction.arguments.size() != intrinsic->operands.size() ||
         instruction.results.size() != intrinsic->results.size())
@@ -301,10 +301,8 @@ void FunctionTranslator::callIntrinsic(const ptx::Instruction& instruction, std:
         arguments.push_back(readAs(instruction.arguments[i],
                                    callee->getFunctionType()->getParamType(unsigned(i) + 1)));
     llvm::CallInst* result = builder_.CreateCall(callee, arguments);
-    const bool namesLine =
-        intrinsic->op == IntrinsicOp::kTrace || intrinsic->op == IntrinsicOp::kThrow;
     setCallSite(unit_, *result, facts_, instruction,
-                namesLine ? sourcePlace(unit_, facts_, instruction) : std::string());
+                intrinsic->namesLine ? sourcePlace(unit_, facts_, instruction) : std::string());
     if (instruction.results.size() == 1)
         write(instruction.results[0], result);
     else

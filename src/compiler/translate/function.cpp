@@ -182,9 +182,19 @@ void FunctionTranslator::createRegisters() {
 
 void FunctionTranslator::declareParameters() {
     if (source_.isEntry && !isKernel()) {
-        if (!source_.parameters.empty())
-            failAt(ErrorCode::kInvalidPtx, source_.location, "program \"", source_.name,
-                   "\" has parameters; programs take none");
+        const auto known = unit_.kinds().find(&function_);
+        for (size_t i = 0; i < source_.parameters.size(); ++i) {
+            const auto offset = known == unit_.kinds().end()
+                                    ? std::nullopt
+                                    : unit_.flavor().parameterAt(known->second, i);
+            if (!offset)
+                failAt(ErrorCode::kInvalidPtx, source_.location, "program \"", source_.name,
+                       "\" has ", source_.parameters.size(), " parameters; programs of its kind take ",
+                       i);
+            const ptx::Variable& parameter = source_.parameters[i];
+            locals_[parameter.name] = offsetPointer(state(), int64_t(*offset));
+            localVariables_[parameter.name] = &parameter;
+        }
         return;
     }
     if (source_.isEntry) {

@@ -317,7 +317,7 @@ private:
     void allocateStackNative(const ptx::Instruction& instruction);
     Value* readSpecialNative(std::string_view name);
 
-    bool isKernel() const { return unit_.flavor() == Flavor::kKernel; }
+    bool isKernel() const { return unit_.flavor().isKernels(); }
     Value* state() { return function_.getArg(0); }
 
     Unit& unit_;

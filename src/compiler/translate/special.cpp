@@ -52,12 +52,10 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
         if (isKernel())
             return kernelField(entry.offset + size_t(component) * 4);
         if (entry.name == "%tid" || entry.name == "%ntid") {
-            const Intrinsic* source =
-                findIntrinsic(std::string(entry.name == "%tid" ? "_optix_get_launch_index_"
-                                                               : "_optix_get_launch_dimension_") +
-                              name.back());
-            const std::string full = "_optix_" + source->name;
-            return builder_.CreateCall(unit_.intrinsic(*source, full), {state()});
+            const Flavor& flavor = unit_.flavor();
+            const std::string source = entry.name == "%tid" ? flavor.launchIndex(name.back())
+                                                            : flavor.launchDimension(name.back());
+            return builder_.CreateCall(unit_.intrinsic(*flavor.find(source), source), {state()});
         }
         return builder_.getInt32(isCount ? 1 : 0);
     }

@@ -176,7 +176,7 @@ TEST(Textures, OptixPrograms) {
   suld.b.2d.b32.trap %r2, [%rd2, {%r1, %r1}];
   st.u32 [%rd3], %r2; ret; }
 )"),
-                                "__raygen__sample"});
+                                "__raygen__sample", ProgramKind::kRaygen});
     const auto code = compilePipeline(request);
     const uint64_t texture = textureOf(numbered({8, 8})), surface = surfaceOf(numbered({8, 8}));
     float out = 0;

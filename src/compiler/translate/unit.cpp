@@ -34,7 +34,7 @@ bool isDefined(const ptx::Variable& variable) {
 
 } // namespace
 
-Unit::Unit(Flavor flavor, PipelineRules rules, std::vector<const ptx::Module*> modules,
+Unit::Unit(const Flavor& flavor, PipelineRules rules, std::vector<const ptx::Module*> modules,
            Variables variables)
     : flavor_(flavor), home_(variables), rules_(std::move(rules)), modules_(std::move(modules)),
       context_(std::make_unique<llvm::LLVMContext>()),
@@ -77,7 +77,7 @@ void Unit::collect(const ptx::Module& module) {
             entry = &function;
         // Programs are named by (module, function) pairs, so equal names do not clash.
         if (function.hasBody && !function.isEntry && function.linkage != ptx::Linkage::kInternal &&
-            programKind(function.name) == ProgramKind::kNone)
+            !flavor_.isProgramName(function.name))
             publish(function.name,
                     {&module, &function, nullptr, function.linkage == ptx::Linkage::kWeak});
     }
@@ -102,7 +102,7 @@ const Unit::Definition* Unit::published(std::string_view name) const {
 }
 
 bool Unit::isLaunchParams(const ptx::Variable& variable) const {
-    return flavor_ == Flavor::kOptix && !rules_.launchParams.empty() &&
+    return !flavor_.isKernels() && !rules_.launchParams.empty() &&
            variable.space == ptx::Space::kConst && variable.name == rules_.launchParams;
 }
 
@@ -163,7 +163,7 @@ llvm::Function* Unit::declare(const ptx::Module& module, const ptx::Function& fu
         return entry;
     llvm::FunctionType* type = nullptr;
     llvm::Type* pointer = llvm::PointerType::getUnqual(*context_);
-    if (function.isEntry && flavor_ == Flavor::kKernel)
+    if (function.isEntry && flavor_.isKernels())
         type = llvm::FunctionType::get(llvm::Type::getVoidTy(*context_), {pointer, pointer}, false);
     else if (function.isEntry)
         type = llvm::FunctionType::get(llvm::Type::getInt32Ty(*context_), {pointer}, false);
@@ -178,9 +178,9 @@ llvm::Function* Unit::declare(const ptx::Module& module, const ptx::Function& fu
     entry->addParamAttr(0, llvm::Attribute::NoAlias);
     entry->addParamAttr(0, llvm::Attribute::NonNull);
     const uint64_t stateBytes =
-        flavor_ == Flavor::kKernel ? sizeof(devlib::KernelThread) : sizeof(devlib::RayState);
+        flavor_.isKernels() ? sizeof(devlib::KernelThread) : sizeof(devlib::RayState);
     entry->addParamAttr(0, llvm::Attribute::getWithDereferenceableBytes(*context_, stateBytes));
-    if (flavor_ == Flavor::kOptix)
+    if (!flavor_.isKernels())
         entry->addParamAttr(0, llvm::Attribute::getWithAlignment(*context_, llvm::Align(64)));
     facts_[entry] = {&module, &function};
     functionQueue_.push_back(entry);
@@ -214,7 +214,7 @@ llvm::Function* Unit::runtimeFunction(std::string_view name, const ptx::Module& 
 
 bool Unit::knowsFunction(const ptx::Module& from, std::string_view name) const {
     const auto found = symbols_.at(&from).functions.find(name);
-    return found != symbols_.at(&from).functions.end() || isIntrinsicName(name);
+    return found != symbols_.at(&from).functions.end() || flavor_.isIntrinsicName(name);
 }
 
 llvm::Function* Unit::function(const ptx::Module& from, std::string_view name,
@@ -399,7 +399,7 @@ llvm::Constant* Unit::addVariable(const ptx::Module& module, const ptx::Variable
                variable.name, "\") are not available");
     // Constants nobody outside can name may be folded into the code: each piece has its own.
     constexpr uint64_t kCopyLimit = 4096;
-    const bool fixed = flavor_ == Flavor::kOptix && variable.space == ptx::Space::kConst &&
+    const bool fixed = !flavor_.isKernels() && variable.space == ptx::Space::kConst &&
                        variable.linkage == ptx::Linkage::kInternal && variable.size <= kCopyLimit;
     const VariableId id = idOf(module, variable);
     entry = new llvm::GlobalVariable(*module_, initializerType(variable), fixed,

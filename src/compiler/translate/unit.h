@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 #include "compiler/compiler.h"
-#include "compiler/optix7/intrinsics.h"
+#include "compiler/flavor.h"
 #include "compiler/store/code_object.h"
 
 #include <llvm/IR/IRBuilder.h>
@@ -21,8 +21,6 @@
 namespace sunstone::compiler {
 
 using ErrorCode = sunstone::Code; // beside this folder's class Code
-
-enum class Flavor : uint8_t { kOptix, kKernel };
 
 // What the code is for. For GPUs the same intermediate code is made, with two differences:
 // instructions that no intermediate code stands for exactly stay what they are, as inline assembly
@@ -77,10 +75,10 @@ class DebugInfo;
 class Unit {
 public:
     ~Unit();
-    Unit(Flavor flavor, PipelineRules rules, std::vector<const ptx::Module*> modules,
+    Unit(const Flavor& flavor, PipelineRules rules, std::vector<const ptx::Module*> modules,
          Variables variables = Variables::kDefined);
 
-    Flavor flavor() const { return flavor_; }
+    const Flavor& flavor() const { return flavor_; }
     void setTarget(Target target) { target_ = target; } // before anything is translated
     bool isGpu() const { return target_ == Target::kGpu; }
     const PipelineRules& rules() const { return rules_; }
@@ -124,6 +122,8 @@ public:
                                 const char* name, llvm::FunctionType* type);
 
     std::map<llvm::Function*, FunctionFacts>& facts() { return facts_; }
+    // The programs among the functions. A program's kind is set before it is translated.
+    ProgramKinds& kinds() { return kinds_; }
     std::deque<SharedVariable>& shared() { return shared_; }
     // Variables that have a symbol, in the order they came.
     const std::vector<VariableId>& variableIds() const { return ids_; }
@@ -173,7 +173,7 @@ private:
     llvm::Constant* initializer(const ptx::Module& module, const ptx::Variable& variable);
     llvm::Function* runtimeFunction(std::string_view name, const ptx::Module& from);
 
-    Flavor flavor_;
+    const Flavor& flavor_;
     Target target_ = Target::kCpu;
     Variables home_;
     PipelineRules rules_;
@@ -189,6 +189,7 @@ private:
     std::deque<llvm::Function*> functionQueue_;
     std::deque<std::pair<const ptx::Module*, const ptx::Variable*>> variableQueue_;
     std::map<llvm::Function*, FunctionFacts> facts_;
+    ProgramKinds kinds_;
     std::deque<SharedVariable> shared_;
     std::vector<VariableId> ids_;
     uint32_t accesses_ = 0;

@@ -5,9 +5,9 @@
 #pragma once
 
 #include "devlib/builtin.h"
-#include "devlib/flags.h"
 #include "devlib/gpu/exceptions.h"
 #include "devlib/gpu/getters.h"
+#include "devlib/hit_rules.h"
 
 namespace sunstone::devlib::gpu {
 
@@ -51,37 +51,14 @@ SUNSTONE_DEVICE bool debugging() {
 
 // ---- traversables -------------------------------------------------------------------------------
 
-// Bits of OptixPrimitiveTypeFlags.
-SUNSTONE_DEVICE uint32_t primitiveFlagOf(const bvh::BlockHeader& block) {
-    switch (bvh::kindOf(block.type)) {
-    case bvh::BlockType::kTriangles:
-        return 1u << 31;
-    case bvh::BlockType::kCustom:
-        return 1;
-    default:
-        return 1u << (block.shape & 15);
-    }
-}
-
-// What makes a traversable unfit for the pipeline, below so many others; 0 if nothing does.
+// The exception code of a traversable that does not fit the pipeline, below `above` others; else 0.
 SUNSTONE_DEVICE int32_t faultOf(const RayState* state, uint64_t handle, uint32_t above) {
-    const uint32_t flags = state->launch->traversableGraphFlags; // 0: all graphs
-    constexpr uint32_t kSingleGas = 1;
     const HandleTag tag = tagOf(handle);
-    if (tag == kTagStatic || tag == kTagMatrixMotion || tag == kTagSrtMotion)
-        return flags == 0 && isKnown(state->launch, handle) ? 0 : kExceptionInvalidTraversable;
-    const bvh::BlockHeader* const block = blockOf(state->launch, handle, tag);
-    if (!block || (tag != kTagGas && tag != kTagIas))
+    const bool isTransform = tag == kTagStatic || tag == kTagMatrixMotion || tag == kTagSrtMotion;
+    if (isTransform && !isKnown(state->launch, handle))
         return kExceptionInvalidTraversable;
-    if ((bvh::kindOf(block->type) == bvh::BlockType::kInstances) != (tag == kTagIas))
-        return kExceptionInvalidTraversable;
-    if (tag == kTagIas)
-        return flags == 0 || (flags != kSingleGas && above == 0) ? 0 : kExceptionInvalidTraversable;
-    if (above == 0 && flags != 0 && !(flags & kSingleGas))
-        return kExceptionUnsupportedSingleGas;
-    return state->launch->primitiveTypeFlags & primitiveFlagOf(*block)
-               ? 0
-               : kExceptionUnsupportedPrimitive;
+    return faultOfTraversable(*state->launch, tag,
+                              isTransform ? nullptr : blockOf(state->launch, handle, tag), above);
 }
 
 // Raises what makes a traversable unfit. `path`: what was entered on the way to it. The null handle
@@ -152,7 +129,7 @@ SUNSTONE_DEVICE void checkTrace(RayState* state) {
 // Raises this code unless there is such a record and it holds a group of the pipeline, of that kind.
 [[gnu::noinline]] static void checkGroup(RayState* state, int32_t code, uint64_t record,
                                          GroupKind kind, uint64_t index) {
-    const uint32_t group = record ? groupOf(state, record, kind) : kNoGroup;
+    const uint32_t group = record ? groupOf(*state->launch, record, kind) : kNoGroup;
     if (group != kNoGroup && sunstone_gpu_isGroup(group))
         return;
     ExceptionInfo info{};

@@ -106,7 +106,7 @@ SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
     }
     root->sbtData = dataOf(launch.sbt.exceptionRecord);
     root->depth = 0;
-    if (sunstone_gpu_exception(root, groupOf(state, launch.sbt.exceptionRecord, kGroupException)) ==
+    if (sunstone_gpu_exception(root, groupOf(launch, launch.sbt.exceptionRecord, kGroupException)) ==
         kNoProgram)
         endLaunch(state, kFatalExceptionRecord);
     endThread();

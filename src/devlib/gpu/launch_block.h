@@ -77,14 +77,15 @@ struct LaunchBlock {
     LaunchState launch;
     LaunchConstants constants;
     LaunchReport report;
-    // The pipeline's lowest group number. Its code counts groups from there, so that what is kept
-    // on disk fits pipelines made later in a context too.
-    uint32_t firstGroup;
     // With stack overflow exceptions: bytes that a launch index may use.
     uint32_t stackBytes;
+    uint32_t pad;
     LaunchWork work;
 };
 static_assert(offsetof(LaunchBlock, constants) == sizeof(LaunchState));
+
+// Traversables that optixTrace may be given.
+enum GraphKind : uint32_t { kGraphGas = 0, kGraphSingleLevel = 1, kGraphAny = 2 };
 
 // Threads of a block, and the shape of a warp's tile of launch indices; launches of height 1 have
 // their indices in a row.

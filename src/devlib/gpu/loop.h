@@ -102,7 +102,7 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
     prepareRoot(launch, root, thread);
     asked.launch = &launch;
     asked.thread = &thread;
-    const uint32_t group = groupOf(&root, launch.sbt.raygenRecord, kGroupRaygen);
+    const uint32_t group = groupOf(launch, launch.sbt.entryRecord, GroupKind(launch.entryKind));
     if (sunstone_gpu_findRaygen(group) == kNoProgram) {
         note(block.report.fatal, 0, kFatalRaygenRecord);
         return;

@@ -63,7 +63,7 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
     RayState& root = waiting.states[0];
     ThreadState thread;
     prepareRoot(block.launch, root, thread);
-    const uint32_t group = groupOf(&root, block.launch.sbt.raygenRecord, kGroupRaygen);
+    const uint32_t group = groupOf(block.launch, block.launch.sbt.entryRecord, GroupKind(block.launch.entryKind));
     if (sunstone_gpu_findRaygen(group) == kNoProgram) {
         note(block.report.fatal, 0, kFatalRaygenRecord);
         return;

@@ -6,6 +6,7 @@
 
 #include "bvh/gpu/known_handles.h"
 #include "devlib/gpu/launch_block.h"
+#include "devlib/records.h"
 
 namespace sunstone::devlib::gpu {
 
@@ -56,16 +57,18 @@ extern const uint32_t sunstone_gpu_hasAnyHit;
 extern const uint32_t sunstone_gpu_hasIntersection;
 extern const uint32_t sunstone_gpu_micromaps; // rays look at opacity micromaps
 extern const uint32_t sunstone_gpu_shapes; // bvh::gpu::ShapeBits that rays may meet
+extern const uint32_t sunstone_gpu_hasBounds;    // some group is a bounds program
 extern const uint32_t sunstone_gpu_hasException; // some group is an exception program
 extern const uint32_t sunstone_gpu_exceptionFlags;
 extern const uint32_t sunstone_gpu_graph;  // GraphKind
 extern const uint32_t sunstone_gpu_motion; // the pipeline is compiled with usesMotionBlur
 }
 
-// Traversables that optixTrace may be given.
-enum GraphKind : uint32_t { kGraphGas = 0, kGraphSingleLevel = 1, kGraphAny = 2 };
-
-constexpr uint32_t kNoGroup = ~0u;
+// How the API generation that this run-time is compiled for finds records.
+#ifndef SUNSTONE_RECORDS
+#define SUNSTONE_RECORDS SbtRecords
+#endif
+using Records = SUNSTONE_RECORDS;
 
 SUNSTONE_DEVICE LaunchBlock& blockOf(const LaunchState* launch) {
     // LaunchState is the block's first member.
@@ -84,24 +87,6 @@ SUNSTONE_DEVICE bool isInTable(const LaunchBlock& block, uint64_t handle) {
 SUNSTONE_DEVICE bool isKnown(const LaunchState* launch, uint64_t handle) {
     const LaunchBlock& block = blockOf(launch);
     return handle == sunstone_gpu_usual(&block) || isInTable(block, handle);
-}
-
-// A record's group, counted from the pipeline's first, if its header says it is of that kind; else
-// kNoGroup. Groups of other pipelines have numbers that the dispatchers do not know.
-SUNSTONE_DEVICE uint32_t groupOf(const RayState* state, uint64_t record, GroupKind kind) {
-    const SbtHeader& header = *reinterpret_cast<const SbtHeader*>(record);
-    return header.magic == kSbtMagic && header.kind == kind
-               ? header.group - blockOf(state->launch).firstGroup
-               : kNoGroup;
-}
-
-// Address of a record, or 0 where the table has none of that index.
-SUNSTONE_DEVICE uint64_t recordAt(uint64_t base, uint32_t stride, uint32_t count, uint64_t index) {
-    return base == 0 || index >= count ? 0 : base + index * stride;
-}
-
-SUNSTONE_DEVICE const void* dataOf(uint64_t record) {
-    return record ? reinterpret_cast<const void*>(record + sizeof(SbtHeader)) : nullptr;
 }
 
 } // namespace sunstone::devlib::gpu

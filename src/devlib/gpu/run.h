@@ -39,7 +39,7 @@ SUNSTONE_DEVICE void prepareRoot(const LaunchState& launch, RayState& state, Thr
         thread.root = &state;
     state.launch = &launch;
     state.thread = &thread;
-    state.sbtData = dataOf(launch.sbt.raygenRecord);
+    state.sbtData = dataOf(launch.sbt.entryRecord);
     state.depth = 0;
     state.payloadType = state.payloadCount = 0;
     state.hit.transformCount = 0;
@@ -57,7 +57,9 @@ extern "C" void sunstone_gpu_run(LaunchBlock* block) {
         return;
     RayState state;
     prepareRoot(launch, state, index);
-    if (sunstone_gpu_raygen(&state, groupOf(&state, launch.sbt.raygenRecord, kGroupRaygen)) ==
+    if (sunstone_gpu_hasBounds && launch.boxes)
+        prepareBounds(state);
+    if (sunstone_gpu_raygen(&state, groupOf(launch, launch.sbt.entryRecord, GroupKind(launch.entryKind))) ==
         kNoProgram)
         endLaunch(&state, kFatalRaygenRecord);
 }

@@ -31,11 +31,9 @@ extern "C" uint32_t sunstone_no_callable() {
 }
 
 extern "C" const void* sunstone_gpu_callable(RayState* state, uint32_t sbtIndex, uint32_t call) {
-    const SbtView& sbt = state->launch->sbt;
-    const uint64_t record =
-        recordAt(sbt.callableBase, sbt.callableStride, sbt.callableCount, sbtIndex);
+    const uint64_t record = Records::callable(*state->launch, sbtIndex);
     state->callableData = dataOf(record);
-    const uint32_t group = record ? groupOf(state, record, kGroupCallables) : kNoGroup;
+    const uint32_t group = record ? groupOf(*state->launch, record, kGroupCallables) : kNoGroup;
     const void* const code =
         call & 1 ? sunstone_gpu_continuation(group) : sunstone_gpu_direct(group);
     checkStack(state);

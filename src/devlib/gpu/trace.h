@@ -8,7 +8,6 @@
 
 #include "bvh/gpu/walk/traversal.h"
 #include "bvh/micromap/micromap_lookup.h"
-#include "devlib/flags.h"
 #include "devlib/gpu/checks.h"
 
 namespace sunstone::devlib::gpu {
@@ -42,12 +41,9 @@ struct Candidates {
     uint64_t *transforms, *bestTransforms; // of the GraphPath
 
     SUNSTONE_DEVICE_MEMBER uint64_t hitRecord(uint32_t sbtGasIndex, uint32_t offset) const {
-        const SbtView& sbt = state->launch->sbt;
-        const uint64_t index = uint64_t(offset) +
-                               uint64_t(sbtGasIndex) * (state->sbtStride & 0xFF) +
-                               (state->sbtOffset & 0xFF);
-        const uint64_t record = recordAt(sbt.hitBase, sbt.hitStride, sbt.hitCount, index);
-        checkRecord(state, kExceptionInvalidHitSbt, record, kGroupHit, index);
+        const uint64_t record = Records::hit(*state, sbtGasIndex, offset);
+        checkRecord(state, kExceptionInvalidHitSbt, record, kGroupHit,
+                    Records::hitIndex(*state, sbtGasIndex, offset));
         return record;
     }
 
@@ -112,28 +108,17 @@ struct Candidates {
             state->hit.transforms[0] = handle;
     }
 
-    // Whether any-hit counts as enabled, by geometry and instance; the ray's flags come on top.
-    SUNSTONE_DEVICE_MEMBER bool anyHitEnabled(uint32_t sbtWord) const {
-        const uint32_t flags = here().flags;
-        if (flags & (kInstanceDisableAnyHit | kInstanceEnforceAnyHit))
-            return (flags & kInstanceDisableAnyHit) == 0;
-        return (sbtWord >> bvh::kGeometryFlagShift & 1) == 0;
+    SUNSTONE_DEVICE_MEMBER bool isAnyHitEnabled(uint32_t sbtWord) const {
+        return anyHitEnabled(here().flags, sbtWord);
     }
-    SUNSTONE_DEVICE_MEMBER bool droppedByFlags(bool enabled) const {
-        return rayFlags & (enabled ? kRayCullEnforcedAnyHit : kRayCullDisabledAnyHit);
-    }
-    SUNSTONE_DEVICE_MEMBER bool anyHitRuns(bool enabled) const {
-        if (!sunstone_gpu_hasAnyHit)
-            return false;
-        if (rayFlags & (kRayDisableAnyHit | kRayEnforceAnyHit))
-            return (rayFlags & kRayDisableAnyHit) == 0;
-        return enabled;
+    SUNSTONE_DEVICE_MEMBER bool runsAnyHit(bool enabled) const {
+        return sunstone_gpu_hasAnyHit && anyHitRuns(rayFlags, enabled);
     }
     SUNSTONE_DEVICE_MEMBER bool flipped() const { return here().flags & kInstanceFlipFacing; }
     SUNSTONE_DEVICE_MEMBER bool culled(float det, uint32_t sbtWord) const {
         if ((rayFlags & (kRayCullFront | kRayCullBack)) == 0 ||
             (here().flags & kInstanceDisableFaceCulling) ||
-            (sbtWord >> bvh::kGeometryFlagShift & 4))
+            (sbtWord >> bvh::kGeometryFlagShift & bvh::kGeometryDisableFaceCulling))
             return false;
         return rayFlags & ((det > 0) != flipped() ? kRayCullFront : kRayCullBack);
     }
@@ -155,17 +140,17 @@ struct Candidates {
     // Fills what programs see of a candidate before they look at it. False if flags drop it.
     SUNSTONE_DEVICE_MEMBER bool startCandidate(const walk::Ray& ray, uint32_t primitive,
                                                uint32_t sbtWord) {
-        const bool enabled = anyHitEnabled(sbtWord);
-        if (droppedByFlags(enabled))
+        const bool enabled = isAnyHitEnabled(sbtWord);
+        if (droppedByFlags(rayFlags, enabled))
             return false;
-        candidateAnyHit = anyHitRuns(enabled);
+        candidateAnyHit = runsAnyHit(enabled);
         Hit& hit = state->hit;
         hit.primitive = primitive;
         hit.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
         showPath();
         const Place place = here();
         const uint64_t record = hitRecord(hit.sbtGasIndex, place.sbtOffset);
-        candidateGroup = record ? groupOf(state, record, kGroupHit) : kNoGroup;
+        candidateGroup = record ? groupOf(*state->launch, record, kGroupHit) : kNoGroup;
         checkBuiltin(state, candidateGroup, place.gas, hit.sbtGasIndex);
         hit.record = reinterpret_cast<const void*>(record);
         state->sbtData = dataOf(record);
@@ -186,16 +171,11 @@ struct Candidates {
             if (result == kIgnore)
                 return kIgnore;
         }
-        const Hit& hit = state->hit;
         found = true;
-        rayTmax = hit.t;
-        best.kind = hit.kind;
-        best.primitive = hit.primitive;
-        best.sbtGasIndex = hit.sbtGasIndex;
-        for (unsigned i = 0; i < kMaxAttributeWords; ++i)
-            best.attributes[i] = hit.attributes[i];
+        rayTmax = state->hit.t;
+        keepCandidate(state->hit, best);
         keepPath();
-        ended = result == kTerminate || (rayFlags & kRayTerminateOnFirstHit);
+        ended = endsRay(result, rayFlags);
         return ended ? kTerminate : kAccept;
     }
 };
@@ -240,8 +220,8 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         for (unsigned i = 2; i < kMaxAttributeWords; ++i)
             attributes[i] = 0;
     }
-    SUNSTONE_DEVICE_MEMBER uint32_t triangleKind(float det) const {
-        return (det > 0) != flipped() ? kHitTriangleFront : kHitTriangleBack;
+    SUNSTONE_DEVICE_MEMBER uint32_t kindOf(const walk::TriangleHit& hit) const {
+        return triangleKind(hit.det, here().flags);
     }
 
     // False where the triangle is transparent; else sets the geometry flag.
@@ -264,20 +244,21 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             return walk::Visit::kContinue;
         if (sunstone_gpu_micromaps && !throughMicromap(hit, primitive, sbtWord))
             return walk::Visit::kContinue;
-        const bool enabled = anyHitEnabled(sbtWord);
-        if (anyHitRuns(enabled)) {
+        const bool enabled = isAnyHitEnabled(sbtWord);
+        if (runsAnyHit(enabled)) {
             if (!startCandidate(ray, primitive, sbtWord))
                 return walk::Visit::kContinue;
             state->hit.t = hit.t;
-            state->hit.kind = triangleKind(hit.det);
+            state->hit.kind = kindOf(hit);
             setBarycentrics(state->hit.attributes, hit);
             return offer(ray.tmax) == kTerminate ? walk::Visit::kEnd : walk::Visit::kContinue;
         }
-        if (droppedByFlags(enabled) || (hit.t == ray.tmax && found && primitive > best.primitive))
+        if (droppedByFlags(rayFlags, enabled) ||
+            losesTie(hit.t, primitive, found, ray.tmax, best.primitive))
             return walk::Visit::kContinue;
         found = true;
         ray.tmax = hit.t;
-        best.kind = triangleKind(hit.det);
+        best.kind = kindOf(hit);
         best.primitive = primitive;
         best.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
         setBarycentrics(best.attributes, hit);
@@ -336,8 +317,8 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
 
     // Curves and spheres have no faces to cull.
     SUNSTONE_DEVICE_MEMBER walk::Visit shape(walk::Ray& ray, const bvh::ShapeHit& hit) {
-        const bool enabled = anyHitEnabled(hit.sbt);
-        if (anyHitRuns(enabled)) {
+        const bool enabled = isAnyHitEnabled(hit.sbt);
+        if (runsAnyHit(enabled)) {
             if (!startCandidate(ray, hit.primitive, hit.sbt))
                 return walk::Visit::kContinue;
             state->hit.t = hit.t;
@@ -345,7 +326,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             setParameter(state->hit.attributes, hit.u);
             return offer(ray.tmax) == kTerminate ? walk::Visit::kEnd : walk::Visit::kContinue;
         }
-        if (droppedByFlags(enabled))
+        if (droppedByFlags(rayFlags, enabled))
             return walk::Visit::kContinue;
         found = true;
         ray.tmax = hit.t;
@@ -481,7 +462,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         const uint64_t record = hitRecord(best.sbtGasIndex, place.sbtOffset);
         hit.record = reinterpret_cast<const void*>(record);
         state->sbtData = dataOf(record);
-        const uint32_t group = record ? groupOf(state, record, kGroupHit) : kNoGroup;
+        const uint32_t group = record ? groupOf(*state->launch, record, kGroupHit) : kNoGroup;
         checkBuiltin(state, group, place.gas, best.sbtGasIndex);
         return group;
     }
@@ -567,13 +548,12 @@ SUNSTONE_DEVICE Found findHit(RayState* state, uint32_t& group) {
 
 // Makes the state ready for the miss program; its group, or kNoGroup.
 SUNSTONE_DEVICE uint32_t prepareMiss(RayState* state) {
-    const SbtView& sbt = state->launch->sbt;
     state->hit.transformCount = 0;
-    const uint64_t record = recordAt(sbt.missBase, sbt.missStride, sbt.missCount, state->missIndex);
+    const uint64_t record = Records::miss(*state);
     checkRecord(state, kExceptionInvalidMissSbt, record, kGroupMiss, state->missIndex);
     state->hit.record = nullptr;
     state->sbtData = dataOf(record);
-    return record ? groupOf(state, record, kGroupMiss) : kNoGroup;
+    return record ? groupOf(*state->launch, record, kGroupMiss) : kNoGroup;
 }
 
 template <bool kInline, bool kWithCustoms, bool kWithMotion>
@@ -647,13 +627,9 @@ extern "C" __attribute__((always_inline)) uint32_t
 sunstone_gpu_reportTo(RayState* state, Candidates* to, float t, uint32_t kind) {
     checkHitKind(state, kind);
     Candidates& candidates = *to;
-    if (!(t >= state->tmin && t <= candidates.tmax))
+    if (!inInterval(*state, t, candidates.tmax))
         return kIgnore;
-    Hit& hit = state->hit;
-    hit.t = t;
-    hit.kind = kind & 0x7F;
-    for (unsigned i = 0; i < kMaxAttributeWords; ++i)
-        hit.attributes[i] = state->reportAttributes[i];
+    reportCandidate(*state, t, kind);
     const uint32_t result = candidates.offer(candidates.tmax);
     state->tmax = candidates.tmax;
     return result;

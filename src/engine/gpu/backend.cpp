@@ -90,12 +90,14 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.launch.dimensions[2] = request.depth;
     block.launch.maxTraceDepth = request.limits.maxTraceDepth;
     block.launch.sbt = request.sbt;
+    block.launch.entryKind = request.entryKind;
+    block.launch.boxes = request.boxes;
     block.launch.exceptionFlags = pipeline.rules.exceptionFlags;
     block.launch.traversableGraphFlags = pipeline.rules.traversableGraphFlags;
     block.launch.primitiveTypeFlags = pipeline.rules.primitiveTypeFlags;
     block.launch.maxGraphDepth = request.limits.maxGraphDepth;
-    block.launch.numAttributes = pipeline.rules.numAttributeValues;
-    block.firstGroup = code.firstGroup;
+    block.launch.numAttributes = pipeline.rules.optix7.numAttributeValues;
+    block.launch.firstGroup = code.firstGroup;
     const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
     constexpr uint64_t kTilesOfBlock = devlib::kGpuBlockThreads / devlib::kGpuTile;
     const uint64_t blocks = (tiles + kTilesOfBlock - 1) / kTilesOfBlock;

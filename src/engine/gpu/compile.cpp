@@ -7,6 +7,8 @@
 #include "compiler/gpu/header.h"
 #include "compiler/gpu/pipeline.h"
 #include "device/cuda/ptx_compiler.h"
+#include "devlib/flags.h"
+#include "devlib/gpu/launch_block.h"
 #include "devlib/gpu_runtime.h"
 #include "engine/gpu/backend.h"
 #include "engine/pipeline.h"
@@ -42,10 +44,11 @@ unsigned ptxVersionOf(int driverVersion) {
     return version;
 }
 
-// Values of GraphKind, devlib/gpu/programs.h.
-uint32_t graphKindOf(unsigned flags) {
-    constexpr unsigned kSingleGas = 1, kSingleLevel = 2;
-    return flags == kSingleGas ? 0 : (flags & kSingleLevel) ? 1 : 2;
+devlib::GraphKind graphKindOf(unsigned flags) {
+    if (flags == devlib::kAllowSingleGas)
+        return devlib::kGraphGas;
+    return flags & devlib::kAllowSingleLevelInstancing ? devlib::kGraphSingleLevel
+                                                       : devlib::kGraphAny;
 }
 
 // Programs that run while another one's trace, or call, is under way and can start the same again.
@@ -53,9 +56,10 @@ bool mayRecurse(const PipelineParts& parts) {
     for (const auto& group : parts.groups) {
         if (group->kind == devlib::kGroupCallables || group->kind == devlib::kGroupException)
             return true;
-        if (group->kind == devlib::kGroupRaygen || !group->main)
+        const ProgramRef& main = group->programs[devlib::kRoleMain];
+        if (group->kind == devlib::kGroupRaygen || !main)
             continue;
-        const auto* program = group->main.module->findProgram(group->main.function);
+        const auto* program = main.module->findProgram(main.function);
         if (program && program->traces)
             return true;
     }
@@ -70,8 +74,8 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
                                                           ->parameterWords}
                        : compiler::GpuGroup::Callable{};
     };
-    to.callables[0] = describe(from.direct);
-    to.callables[1] = describe(from.continuation);
+    to.callables[0] = describe(from.programs[devlib::kRoleDirect]);
+    to.callables[1] = describe(from.programs[devlib::kRoleContinuation]);
 }
 
 // Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %
@@ -231,23 +235,25 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     request.runtime = devlib::gpuRuntime();
     request.target = target();
     request.maxTraceDepth = pipeline.limits.maxTraceDepth;
-    bool hasException = false;
+    bool hasException = false, hasBounds = false;
     uint32_t first = ~0u;
     for (const auto& group : parts.groups)
         first = std::min(first, group->number);
     for (size_t i = 0; i < parts.groups.size(); ++i) {
-        const auto& [main, anyHit, intersection, direct, continuation] = parts.indices[i];
-        request.groups.push_back({parts.groups[i]->number - first, parts.groups[i]->kind, main,
-                                  anyHit, intersection, direct, continuation});
+        static_assert(compiler::GpuGroup::kNone == PipelineParts::kNone);
+        request.groups.push_back(
+            {parts.groups[i]->number - first, parts.groups[i]->kind, parts.indices[i]});
         addCallables(request.groups.back(), *parts.groups[i]);
         request.groups.back().builtin = parts.groups[i]->builtinPrimitive;
         hasException |= parts.groups[i]->kind == devlib::kGroupException;
+        hasBounds |= parts.groups[i]->kind == devlib::kGroupBounds;
     }
     request.constants = {
         {"sunstone_gpu_hasAnyHit", pipeline.hasAnyHit},
         {"sunstone_gpu_hasIntersection", pipeline.hasIntersection},
         {"sunstone_gpu_micromaps", pipeline.limits.opacityMicromaps},
         {"sunstone_gpu_shapes", bvh::gpu::shapeBitsOf(pipeline.rules.primitiveTypeFlags)},
+        {"sunstone_gpu_hasBounds", hasBounds},
         {"sunstone_gpu_hasException", hasException},
         {"sunstone_gpu_exceptionFlags", pipeline.rules.exceptionFlags},
         {"sunstone_gpu_graph", graphKindOf(pipeline.rules.traversableGraphFlags)},

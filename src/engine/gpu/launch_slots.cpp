@@ -82,7 +82,7 @@ struct Details {
 };
 
 // A word of LaunchReport as text, or empty.
-std::string describe(uint64_t word, const devlib::LaunchState& launch,
+std::string describe(uint64_t word, const devlib::LaunchState& launch, const Wording& wording,
                      const uint64_t* details = nullptr, bool withTexts = false) {
     if (word == devlib::kNoReport)
         return {};
@@ -96,7 +96,7 @@ std::string describe(uint64_t word, const devlib::LaunchState& launch,
             known.emplace(code, details, withTexts);
             thread.exception = known->info;
         }
-        name = describeException(thread);
+        name = describeException(thread, wording);
     }
     const uint64_t place = word >> 32, width = launch.dimensions[0], height = launch.dimensions[1];
     return message(name, ", at launch index (", place % width, ", ", place / width % height, ", ",
@@ -112,6 +112,7 @@ GpuLaunchSlots::Lease::Lease(GpuLaunchSlots& slots, const ContextPtr& context, C
     slots.tellOfEnded(kFew);
     slot_ = &slots.take(parameterBytes);
     slot_->context = context;
+    slot_->wording = context->wording;
     slot_->validation = validation;
 }
 
@@ -275,9 +276,9 @@ void GpuLaunchSlots::lose(CUresult reason, Lines& lines) {
 
 std::string GpuLaunchSlots::failureOf(const Slot& slot, bool validation, bool withTexts) {
     const devlib::LaunchReport& report = *slot.report;
-    std::string text = describe(report.fatal, slot.host->launch);
+    std::string text = describe(report.fatal, slot.host->launch, *slot.wording);
     if (text.empty() && validation)
-        text = describe(report.raised, slot.host->launch, report.raisedDetails, withTexts);
+        text = describe(report.raised, slot.host->launch, *slot.wording, report.raisedDetails, withTexts);
     return text;
 }
 
@@ -292,17 +293,16 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
     const std::string where = message("launch ", slot.number, ": ");
     const devlib::LaunchReport& report = *slot.report;
     const std::string failure = failureOf(slot, slot.validation, false);
-    const std::string unseen = describe(report.unseen, slot.host->launch, report.unseenDetails);
+    const std::string unseen = describe(report.unseen, slot.host->launch, *slot.wording, report.unseenDetails);
     const auto remark = [&](const std::string& text) {
         lines.push_back({slot.context, LogLevel::kWarning, where + text});
     };
     if (report.wideSbt)
-        remark(wideSbtRemark());
+        remark(slot.wording->wideRecordOffset);
     if (report.deepGraph)
-        remark(deepGraphRemark(unsigned(slot.host->constants.maxGraphDepth)));
+        remark(slot.wording->deepGraph(unsigned(slot.host->constants.maxGraphDepth)));
     if (report.outsideFlags)
-        remark("a ray came to an instance that traversableGraphFlags of the pipeline compile "
-               "options rule out, and passed it by");
+        remark(slot.wording->excludedGraph);
     if (report.unknown)
         remark(unknownHandleRemark(report.unknown));
     if (!failure.empty())

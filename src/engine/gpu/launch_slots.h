@@ -38,6 +38,7 @@ public:
         State state = State::kFree;
         bool validation = false;
         std::weak_ptr<Context> context;
+        const Wording* wording = nullptr; // of the context
         std::shared_ptr<std::atomic<uint64_t>> usualHandle; // of the pipeline; see GpuCodeObject
         uint64_t number = 0; // of the launch, in order
     };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "engine/cpu_backend.h"
+#include "engine/cpu/backend.h"
 
 #include "base/error.h"
 

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// A flavor is a kind of device code: CUDA kernels, or the programs of one generation of the ray
+// tracing API. It supplies the intrinsics, functions without a body that the code may call, and their
+// lowering. A new generation adds a flavor in a folder of its own; compiler/optix7 is the example,
+// docs/generations.md the overview.
+#pragma once
+
+#include "compiler/compiler.h"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace llvm {
+class Function;
+}
+
+namespace sunstone::compiler {
+
+class Unit;
+
+// Bits of Intrinsic::kinds are 1 << ProgramKind.
+constexpr uint32_t kindBit(ProgramKind kind) {
+    return 1u << unsigned(kind);
+}
+
+struct Intrinsic {
+    std::string name; // without the flavor's prefix
+    unsigned op;      // the flavor's own number of what the call becomes
+    int number = 0;   // a parameter of `op`
+    std::string results; // one letter each: r 32 bits, l 64 bits, f float
+    std::string operands;
+    uint32_t kinds = ~0u;      // program kinds that may reach it
+    bool reads = false;        // only reads program state: calls may be merged or dropped
+    bool anySignature = false; // operands are not checked
+    bool isAvailable = true;   // false: known, and refused with kNotSupported
+    bool namesLine = false;    // its lowering wants the place of the call in the program's source
+};
+
+using ProgramKinds = std::map<llvm::Function*, ProgramKind>;
+using ProgramPayloads = std::map<llvm::Function*, const PayloadType*>;
+
+class Flavor {
+public:
+    virtual ~Flavor() = default;
+    virtual const char* name() const = 0; // part of the keys of compiled code
+
+    // CUDA kernels. Everything else is programs that get a RayState.
+    virtual bool isKernels() const { return false; }
+
+    // Whether calls of this function are intrinsics, and what the intrinsic is; null: an unknown one.
+    virtual bool isIntrinsicName(std::string_view name) const = 0;
+    virtual const Intrinsic* find(std::string_view name) const = 0;
+    // The intrinsics that give a component ('x', 'y', 'z') of the launch index and dimensions: code
+    // reads them as %tid and %ntid.
+    virtual std::string launchIndex(char component) const = 0;
+    virtual std::string launchDimension(char component) const = 0;
+
+    // Whether a function of this name is a program, so that modules may use the name twice.
+    virtual bool isProgramName(std::string_view name) const = 0;
+    // Offset in RayState of the value of a program's parameter; none: programs take no such parameter.
+    virtual std::optional<size_t> parameterAt(ProgramKind kind, size_t index) const = 0;
+
+    // Replaces the intrinsics of all programs (Unit::kinds) by loads, stores and calls on RayState.
+    virtual void lower(Unit& unit, const ProgramPayloads& payloads) const = 0;
+};
+
+const Flavor& kernelFlavor();
+const Flavor& optix7Flavor();
+
+// Metadata of loads, in code for GPUs, of values that stay the same while a program runs. The memory
+// serves the next launch index or ray afterwards, so the loads are not invariant to LLVM.
+constexpr const char* kStableLoad = "sunstone.stable";
+
+// Functions that reach an intrinsic become part of the programs that call them, because an intrinsic
+// may end a program, which is a return of the program itself. Throws Error(kInvalidPtx) on recursion
+// through such functions.
+void markIntrinsicUsers(Unit& unit);
+
+} // namespace sunstone::compiler

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/wording.h"
+
+#include "base/error.h"
+
+namespace sunstone::engine {
+
+const Wording& plainWording() {
+    static const Wording wording = {
+        [](int32_t) -> const char* { return nullptr; },
+        "a ray has a record offset or stride above 15: on processors that use four bits of them it "
+        "finds other records",
+        "a ray came to an instance that the pipeline's graph flags exclude, and passed it by",
+        [](unsigned declared) {
+            return message("a traversable graph has more than the ", declared, " levels declared");
+        },
+        "the context's API"};
+    return wording;
+}
+
+} // namespace sunstone::engine
