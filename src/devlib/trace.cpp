@@ -113,6 +113,8 @@ bool leadsToMemory(uint64_t handle) {
     case kTagMatrixMotion:
     case kTagSrtMotion:
         return bvh::isReadableTransform(handle);
+    case kTagVisit:
+        return isReadable(address, sizeof(VisitNode));
     default:
         return false;
     }
