@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What test programs call, written down while they run: each host function with the results it
 // gave, and the device programs (.cu files) of pipelines that were launched.
-// tests/coverage/features.cpp turns the records into the table of docs/features.md.
+// tests/coverage/symbols.cpp turns the records into docs/symbols.md.
 //
 // Nothing is recorded unless the environment variable SUNSTONE_CALL_RECORD names a folder; each
 // test then leaves one file there, named after the test, with lines of

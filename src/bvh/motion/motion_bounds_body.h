@@ -21,7 +21,7 @@
 #include "bvh/motion/transforms.h"
 
 // Once each in a GPU's kernels: inlined wherever bounds are walked, they took its compiler ten
-// seconds (docs/performance.md has figures).
+// seconds (docs/notes/compile-time.md has figures).
 #if defined(__NVPTX__)
 #define SUNSTONE_ONCE __attribute__((noinline))
 #else

@@ -376,7 +376,8 @@ private:
 
     // Rays of a ray generation program that traces in a loop, at one place, take turns in the
     // kernel of devlib/gpu/loop.h. With several such places lanes would wait at different ones, and
-    // all that lies between would run for few lanes at a time (docs/performance.md has figures).
+    // all that lies between would run for few lanes at a time (docs/notes/ray-kernels-gpu.md has
+    // figures).
     void chooseSimpleKernel() {
         std::vector<llvm::Function*> cut;
         std::string reason = "no ray generation program traces in a loop at one place";
@@ -634,7 +635,7 @@ private:
     }
 
     // What runs once in the kernel becomes a part of it. LLVM leaves large functions apart, and the
-    // driver's compiler gives those frames of their own (docs/performance.md has figures).
+    // driver's compiler gives those frames of their own (docs/notes/compile-time.md has figures).
     static void inlineIntoKernel(llvm::Function& function) {
         function.removeFnAttr(llvm::Attribute::NoInline);
         function.addFnAttr(llvm::Attribute::AlwaysInline);

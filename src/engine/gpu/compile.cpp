@@ -81,7 +81,7 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
 // Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %
 // where there are no instances, from 96 to 80 up to 6 % where there is one level of them; where nodes
 // have two motion keys the other way round: with motion blur 96 are 9 to 19 % faster than 72, 25 %
-// faster than 80, 128 within 3 % of that (docs/performance.md).
+// faster than 80, 128 within 3 % of that (docs/notes/instances-gpu.md).
 unsigned registersOf(const compiler::PipelineRules& rules) {
     constexpr unsigned kOfGraph[] = {72, 80, 96}; // by GraphKind
     return rules.motionBlur ? 96 : kOfGraph[graphKindOf(rules.traversableGraphFlags)];

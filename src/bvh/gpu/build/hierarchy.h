@@ -10,10 +10,10 @@
 // primitives of the range. At the root they are merged to one.
 //
 // What is near, and how many are left, decides how well rays see the tree; both are by experiment
-// (docs/performance.md). The usual area of the common box lets large clusters wait until small ones
-// have grown around them: the distance is the square of that area by the areas of the two. And 16
-// clusters that are carried far up overlap; of ranges beyond 64 primitives 4 are left, so that the
-// halves of the radix tree, which do not overlap, decide more.
+// (docs/notes/builders-gpu.md). The usual area of the common box lets large clusters wait until
+// small ones have grown around them: the distance is the square of that area by the areas of the
+// two. And 16 clusters that are carried far up overlap; of ranges beyond 64 primitives 4 are left,
+// so that the halves of the radix tree, which do not overlap, decide more.
 //
 // Which pairs merge does not depend on the order in which threads run; only the numbers of the
 // nodes do.
