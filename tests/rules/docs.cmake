@@ -82,9 +82,12 @@ endforeach()
 # Folders, and files without their extension: base/config.
 list(JOIN top "|" first)
 list(JOIN parts "|" second)
-sunstone_names(folders_named "(^|[ `(])(\\./)?(${first}|${second})(/[A-Za-z0-9_-]+)+")
+sunstone_names(folders_named "(^|[ `(])(\\./)?(${first}|${second})(/[A-Za-z0-9_-]+)+[*]?")
 foreach(name IN LISTS folders_named)
     string(REGEX MATCH "[a-z].*" path "${name}")
+    if(path MATCHES "/[A-Z]+$|[*]$")
+        continue() # a folder that a reader names; a pattern, which was a file above
+    endif()
     if(NOT tree MATCHES "/${path}[./\n]")
         sunstone_missing("${path}")
     endif()
