@@ -61,6 +61,7 @@ endfunction()
 sunstone_names(files "[A-Za-z0-9_.*/<>$-]*[A-Za-z0-9_*>-]\\.(h|hpp|inl|c|cpp|cu|cmake|md|tsv|txt|map|zst|supp)\\b")
 foreach(name IN LISTS files)
     string(REGEX REPLACE "^(\\.*/)+" "" path "${name}")
+    string(REGEX REPLACE "^_" "*_" path "${path}") # _test.cpp is an ending
     if(path IN_LIST outside OR path MATCHES "[<>$]|^[A-Z]+\\.")
         continue() # FILE.zst and <dir>/optix.h: the reader chooses the name
     endif()
@@ -79,7 +80,7 @@ foreach(name IN LISTS files)
     sunstone_missing("${name}")
 endforeach()
 
-# Folders, and files without their extension: base/config.
+# Folders, and files without their ending: base/config, api/traversal for tests/api/traversal_test.cpp.
 list(JOIN top "|" first)
 list(JOIN parts "|" second)
 sunstone_names(folders_named "(^|[ `(])(\\./)?(${first}|${second})(/[A-Za-z0-9_-]+)+[*]?")
@@ -88,7 +89,7 @@ foreach(name IN LISTS folders_named)
     if(path MATCHES "/[A-Z]+$|[*]$")
         continue() # a folder that a reader names; a pattern, which was a file above
     endif()
-    if(NOT tree MATCHES "/${path}[./\n]")
+    if(NOT tree MATCHES "/${path}(_test)?[./\n]")
         sunstone_missing("${path}")
     endif()
 endforeach()
