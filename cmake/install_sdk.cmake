@@ -7,6 +7,7 @@
 #   <prefix>/lib/sunstone/cuda       libcuda.so.1, libcudart: in a folder of their own, so that they
 #                                    never hide a real driver; `sunstone run` sets the path
 #   <prefix>/lib/cmake/OptiX         OptiXConfig.cmake: targets OptiX::OptiX and optix
+#   <prefix>/share/doc/sunstone      README.md and the pages that it links to, in the same folders
 # Components: sdk (headers and package files, needs no build), runtime, cuda, tools.
 include(CMakePackageConfigHelpers)
 
@@ -16,11 +17,12 @@ install(DIRECTORY ${SUNSTONE_OPTIX76_FOLDER}/ DESTINATION optix7.6/include
     COMPONENT sdk FILES_MATCHING PATTERN "*.h")
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/cuda/ DESTINATION include/sunstone/cuda
     COMPONENT sdk FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp" PATTERN "*.inl")
-foreach(file IN ITEMS LICENSE README.md)
-    if(EXISTS ${PROJECT_SOURCE_DIR}/${file})
-        install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION share/doc/sunstone COMPONENT sdk)
-    endif()
-endforeach()
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md
+    ${PROJECT_SOURCE_DIR}/CONTRIBUTING.md DESTINATION share/doc/sunstone COMPONENT sdk)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION share/doc/sunstone
+    COMPONENT sdk FILES_MATCHING PATTERN "*.md")
+install(FILES ${PROJECT_SOURCE_DIR}/include/cuda/README.md
+    DESTINATION share/doc/sunstone/include/cuda COMPONENT sdk)
 
 # Versions are those of the API, as programs ask for find_package(OptiX 7.4); optix.h has them.
 function(sunstone_optix_version result header)

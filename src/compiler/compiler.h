@@ -133,7 +133,7 @@ struct ProgramRequest {
 
 struct CompiledProgram {
     const void* address = nullptr;
-    unsigned stackSize = 0; // bytes of its frame, without callees
+    unsigned stackSize = 0; // bytes of its frame and of all that it calls by name
 };
 
 // Machine code in memory; freed with the object.
@@ -181,8 +181,9 @@ bool isSelfContained(const ptx::Module& module, const PipelineRules& rules);
 // will use it. Throws as compilePipeline does.
 void precompile(const ProgramRequest& program, const PipelineRules& rules);
 
-// Bytes of stack that the program of a self-contained module takes with all it calls by name, from
-// its machine code, which the program's store keeps for the pipeline. Throws as compilePipeline.
+// Bytes of stack that a program of a self-contained module takes with all it calls by name. The
+// sizes of frames come from the machine code: the program's store has it, or this function compiles
+// and stores it. Throws as compilePipeline does.
 unsigned stackNeed(const ProgramRequest& program, const PipelineRules& rules);
 
 // The source line of an address in loaded code of a pipeline, from the line information of its PTX;

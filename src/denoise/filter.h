@@ -32,7 +32,7 @@ struct Frame {
     bool hasPrevious = true; // temporal: layers have previous images; not so in a first frame
 };
 
-// What runs a filter's steps: the threads of a CPU (cpuSteps), or a GPU in the order of a stream
+// What runs a filter's steps: the threads of a CPU (cpu_steps.cpp), or a GPU in the order of a stream
 // (gpu/gpu_denoiser.h).
 class StepRunner {
 public:

@@ -2,7 +2,8 @@
 // Sampling. Positions become texel units in double precision, which holds the products of float
 // coordinates and sizes exactly. The linear filter takes the weights of CUDA devices: a position's
 // fraction rounded to 1/256. The fraction between two levels is cut to 1/256. Both, the borders and
-// the behaviour at huge coordinates were read off recordings of a GPU (tests/cuda/apps/textures).
+// the behaviour at huge coordinates were read off recordings of a GPU
+// (tests/cuda/apps/textures.cu).
 // Source: CUDA C++ Programming Guide, appendix "Texture Fetching".
 #include "texture/device_functions.h"
 

@@ -3,6 +3,7 @@
 # config76 and module76 (the same for OptiX 7.6).
 # CUDA: where cuda.h comes from, Sunstone's own headers or the toolkit.
 cmake_minimum_required(VERSION 3.25)
+include(${CMAKE_CURRENT_LIST_DIR}/../rules/links.cmake)
 
 function(run)
     execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE out)
@@ -23,6 +24,16 @@ foreach(file IN ITEMS optix7/include/optix.h optix7/include/internal/optix_7_dev
         message(FATAL_ERROR "${file} is not installed")
     endif()
 endforeach()
+set(doc ${stage}/share/doc/sunstone)
+file(GLOB_RECURSE pages ${doc}/*.md)
+if(NOT ${doc}/README.md IN_LIST pages OR NOT ${doc}/docs/gpu.md IN_LIST pages)
+    message(FATAL_ERROR "the documentation is not installed")
+endif()
+sunstone_check_links(links ${doc} ${pages})
+if(links)
+    list(JOIN links "\n" links)
+    message(FATAL_ERROR "${links}")
+endif()
 # A private copy of the tree under another name: nothing may depend on where it was installed.
 file(RENAME ${stage} ${WORK}/moved)
 set(stage ${WORK}/moved)

@@ -55,7 +55,7 @@ struct CompileOptions {
 
 struct ModuleObject {
     std::shared_ptr<DeviceContext> context;
-    // Null if built in, and while the module is being made by tasks: completedModuleOf knows.
+    // Null if built in, and while tasks make the module: see completedModule.
     std::shared_ptr<engine::Module> module;
     uint32_t builtinPrimitive = 0; // OptixPrimitiveType of a built-in module
     CompileOptions options;

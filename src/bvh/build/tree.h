@@ -2,7 +2,7 @@
 // What tree builders get and give. A builder orders references to primitives and makes a tree of
 // eight-wide nodes over ranges of them; emit.h writes nodes and leaves into the block.
 //
-//   references -> sah_builder.h (quality) or morton_builder.h (speed) -> TreeNode[] -> emit.h
+//   references -> sah_builder.h (quality) or morton_builder.cpp (speed) -> TreeNode[] -> emit.h
 #pragma once
 
 #include "bvh/layout.h"

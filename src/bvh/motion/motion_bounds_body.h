@@ -9,8 +9,8 @@
 // pair of linear bounds over all pieces comes from shifting the line through its ends until it
 // clears every piece.
 //
-// Compiled for the CPU (motion_bounds.cpp) and by the builder kernels of GPUs (gpu/instances.h).
-// All that a handle leads to must be memory that can be read, up to the first structure: the caller
+// Compiled for the CPU (motion_bounds.cpp) and in the builder kernels of GPUs
+// (gpu/build/instances.h). All that a handle leads to must be memory that can be read, up to the first structure: the caller
 // has seen to it.
 #pragma once
 

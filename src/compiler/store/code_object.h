@@ -2,7 +2,7 @@
 // A compiled piece of a pipeline before it has an address: one program, or the variables of all.
 // Pieces are compiled side by side on several threads, kept by tasks and in the disk cache, and
 // linked by compilePipeline. What a piece refers to outside itself are run-time functions, by
-// name, and variables, by VariableId. No LLVM here. Read next: build_piece.h.
+// name, and variables, by VariableId. No LLVM here. Read next: compiler/piece.h.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct CodeObject {
     std::string code;                           // relocatable ELF
     std::map<std::string, uint32_t> stackSizes; // frame of each function, by symbol
     std::vector<VariableId> variables;          // referred to, or defined by the piece of variables
-    uint32_t stackNeed = 0;                     // bytes of the program with all it calls directly
+    uint32_t stackNeed = 0;                     // bytes of the program with all it calls by name
     std::vector<uint32_t> boundLoads;           // loads that were replaced by each bound value
 
     bool forDebugger = false;                   // gdb is told of it

@@ -12,8 +12,9 @@
 //
 // Addresses are host addresses in all state spaces, so cvta is the identity.
 //
-// The instruction families are in translate_*.cpp: each file registers its opcodes in one table
-// at its end. Source: PTX ISA manual, chapter "Instruction Set".
+// handlers() in translate/function.cpp maps each opcode to its member function. The members of
+// an instruction family stand in one file of this folder: integer.cpp, float.cpp, memory.cpp and
+// so on. Source: PTX ISA manual, chapter "Instruction Set".
 #pragma once
 
 #include "base/error.h"

@@ -222,8 +222,9 @@ void BlockRunner::runLoop(uint64_t number) {
     devlib::KernelThread thread = prototypeOf(number, shared_);
     thread.block = &block;
     const uint32_t count = launch_.threadsPerBlock();
-    // Volatile: it must keep its value over the jump, with which a thread ends early. Nothing else
-    // of this function does.
+    // A thread that ends early jumps to setjmp. Of the local variables that have changed since, the
+    // jump keeps those in memory: `index`, which is volatile, and `thread` and `block`, the addresses
+    // of which are known outside this function. `count` does not change.
     volatile uint32_t index = 0;
     const int reason = setjmp(block.frame.jump);
     if (reason == kJumpFault) {
