@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CPU's side of backend.h: see launch.cpp, accel.cpp, micromap.cpp, denoiser.cpp and
-// pipeline.cpp, where these are.
+// The CPU's side of backend.h, implemented in launch.cpp, accel.cpp, micromap.cpp, denoiser.cpp and
+// pipeline.cpp.
 #pragma once
 
 #include "engine/accel.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a launch remembers of exceptions of its device programs: the one at the lowest launch index
-// of each kind that somebody has to hear of, so that reports are the same in every run.
+// A launch's record of exceptions of its device programs: it keeps the one at the lowest launch
+// index, so that reports are the same in every run.
 #pragma once
 
 #include "base/faults.h"
@@ -12,12 +12,12 @@
 
 namespace sunstone::engine {
 
-// One line about an exception: its name and what is known of it.
+// One line about an exception: its name and details.
 std::string describeException(const devlib::ThreadState& thread);
 
-// What the log says of SBT offsets and strides that not all processors understand alike.
+// The log's remark on SBT offsets and strides that processors interpret differently.
 const char* wideSbtRemark();
-// Of graphs deeper than declared, and of handles that lead nowhere.
+// Remarks on graphs deeper than declared, and on invalid handles.
 std::string deepGraphRemark(unsigned declared);
 std::string unknownHandleRemark(uint64_t handle);
 
@@ -29,7 +29,7 @@ class ExceptionRecord {
 public:
     // Called once for each launch index that ended with an exception.
     void add(const devlib::ThreadState& thread, const devlib::LaunchState& launch);
-    // The same for one that ended with a fault of the processor.
+    // The same for an index that ended with a fault of the processor.
     void add(const FaultFrame& fault, const devlib::ThreadState& thread,
              const devlib::LaunchState& launch);
 

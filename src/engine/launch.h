@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Launches: the ray generation program runs once for each launch index, tiles of indices spread
+// Launches: the ray generation program runs once for each launch index; tiles of indices are spread
 // over the worker threads.
 #pragma once
 

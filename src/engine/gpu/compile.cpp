@@ -62,7 +62,7 @@ bool mayRecurse(const PipelineParts& parts) {
     return false;
 }
 
-// What debug exceptions tell of callables.
+// The details of callables for debug exceptions.
 void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
     const auto describe = [](const ProgramRef& program) {
         return program ? compiler::GpuGroup::Callable{program.function,
@@ -74,10 +74,10 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
     to.callables[1] = describe(from.continuation);
 }
 
-// Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %
-// where there are no instances, from 96 to 80 up to 6 % where there is one level of them; where nodes
-// have two motion keys the other way round: with motion blur 96 are 9 to 19 % faster than 72, 25 %
-// faster than 80, 128 within 3 % of that (docs/performance.md).
+// Registers of a thread. More warps gain more than spills cost: on an H100 from 96 to 72 registers
+// up to 12 % without instances, from 96 to 80 up to 6 % with one level of them. Nodes with two
+// motion keys are the opposite: with motion blur 96 are 9 to 19 % faster than 72 and 25 % faster
+// than 80; 128 are within 3 % of 96 (docs/performance.md).
 unsigned registersOf(const compiler::PipelineRules& rules) {
     constexpr unsigned kOfGraph[] = {72, 80, 96}; // by GraphKind
     return rules.motionBlur ? 96 : kOfGraph[graphKindOf(rules.traversableGraphFlags)];
@@ -96,9 +96,9 @@ bool raiseStackLimit(size_t bytes) {
     return true;
 }
 
-// Beside frames: what the driver itself puts on the stack, and functions that it provides.
+// Beside frames: the driver's own use of the stack, and functions that it provides.
 constexpr size_t kReserved = 1024;
-// What the driver's compiler spills in kernels of which it has not told.
+// Bytes that the driver's compiler spills in kernels without a report.
 constexpr size_t kSpills = 1024;
 
 size_t stackNeed(const Pipeline& pipeline, const compiler::GpuStack& stack, size_t kernelFrame) {
@@ -116,7 +116,7 @@ void GpuBackend::setStackUse(GpuCodeObject& code) {
     code.stackBytes = limit - std::min(limit, code.reservedStack);
 }
 
-// Sizes can only make the stack larger than the programs need as far as is known.
+// The sizes can only enlarge the stack beyond the programs' known need.
 void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
     auto& code = static_cast<GpuCodeObject&>(*pipeline.deviceCode);
     const PipelineLimits& set = pipeline.limits;
@@ -131,7 +131,7 @@ void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
     setStackUse(code);
 }
 
-// Without a store nothing is kept here either: who turns the cache off wants code to be made.
+// Without a store no code is kept here either: with the cache off, code must be compiled.
 LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest& request,
                                              compiler::ObjectStore* store) {
     const unsigned registers = registersOf(request.pipeline.rules);
@@ -157,7 +157,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
         } catch (const Error& error) {
             if (error.code() != Code::kLinkError)
                 throw;
-            isKept = false; // of another driver that has the same number, say
+            isKept = false; // for example of another driver with the same number
         }
     if (!isKept)
         code = compiler::compileGpuPipeline(request);
@@ -169,7 +169,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
         }
         load();
         if (entry.loaded->isOfText)
-            code.machineCode.clear(); // the driver takes none
+            code.machineCode.clear(); // the driver accepts no machine code
         if (!log.empty()) {
             compiler::measureGpuStack(code, log);
             isKept = false;
@@ -186,7 +186,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     return entry;
 }
 
-// Every driver has this, whether or not its compiler can be asked for machine code.
+// Every driver has this, even if its compiler cannot return machine code.
 bool GpuBackend::takes(const std::string& ptx) {
     ContextScope scope(device_.context());
     CUmodule module = nullptr;
@@ -196,7 +196,7 @@ bool GpuBackend::takes(const std::string& ptx) {
     return true;
 }
 
-// Drivers that came after this library are asked what they read.
+// Drivers newer than this library are asked for the versions they read.
 unsigned GpuBackend::newestPtx() {
     std::call_once(ptxAsked_, [this] {
         newestPtx_ = ptxVersionOf(device_.driverVersion());
