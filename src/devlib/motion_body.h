@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of Tracer that deal with motion: structures with motion keys, whose primitives go to
-// the visitors of trace_body.h as they are at the ray's time, and motion transforms. Apart from the
-// rest and never inlined into it, so that scenes that stand still pay nothing.
+// The parts of Tracer that deal with motion: structures with motion keys, whose primitives reach
+// the visitors of trace_body.h interpolated at the ray's time, and motion transforms. Never inlined
+// into the rest, so that scenes without motion do not pay for it.
 #pragma once
 
 #include "bvh/motion/transforms.h"
@@ -96,7 +96,7 @@ inline bool Tracer::enterMovingCustoms(const isa::MovingNodes& nodes, const bvh:
     return ended_;
 }
 
-// An instance acceleration structure with motion keys; anything else has nothing to hit.
+// An instance acceleration structure with motion keys; other types act as empty.
 [[gnu::noinline]] inline bool Tracer::enterMovingInstances(const bvh::BlockHeader* block,
                                                            const float org[3], const float dir[3]) {
     if (block->type != bvh::withMotion(bvh::BlockType::kInstances) || isGone(block, state_->time))
