@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The table of docs/features.md: every symbol of the API with its state and the tests that prove
-// it. Checks that the table agrees with what the tests show (evidence.h), or writes it.
+// it. Checks the table against the evidence (evidence.h), or writes it.
 //
 //   features (--check | --write) ROOT RECORDS PROGRAM...
 //
 // RECORDS is the folder with the records of the tests in PROGRAMs. tests/coverage/missing.tsv lists
-// what does not work: a pattern of names and the reason, which is "no test" for what is only not
-// tested. The check fails when
+// symbols that do not work: a pattern of names and the reason, which is "no test" for symbols that
+// only lack a test. The check fails when
 //   - a symbol has no row, or a row no symbol;
 //   - a symbol that is not listed as missing has no test, or a host function no test of an error;
 //   - a function that is listed as missing succeeds in a test, or a pattern fits no symbol;
@@ -81,7 +81,7 @@ std::string shortResult(std::string name) {
     return name;
 }
 
-// '*' at the end of a pattern stands for anything.
+// '*' at the end of a pattern matches any text.
 bool fits(const std::string& pattern, const std::string& name) {
     return pattern.ends_with("*") ? name.starts_with(pattern.substr(0, pattern.size() - 1))
                                   : name == pattern;
@@ -170,7 +170,7 @@ public:
             if (isFunction)
                 row.results.insert(shortResult(result));
         if (const std::string* reason = reasonFor(symbol.name)) {
-            // Tests may name what is refused; they cannot call it with success.
+            // Tests may name refused functions; they cannot call them with success.
             bool isUntested = *reason == kUntested;
             row.state = isUntested ? "untested" : "missing: " + *reason;
             bool isCalled = isFunction || symbol.kind.starts_with("device function");
@@ -224,7 +224,7 @@ public:
 private:
     static constexpr size_t kFiles = 2;
     static constexpr const char* kUntested = "no test";
-    // Tests of the API first, samples last, then by the number of uses; names decide what is left.
+    // Tests of the API first, samples last, then by the number of uses; names decide ties.
     static std::tuple<bool, bool, int, std::string>
     rank(const std::pair<const std::string, int>& file) {
         return {!file.first.starts_with("samples/"), file.first.starts_with("tests/api"),
@@ -241,7 +241,7 @@ private:
     int errors_ = 0;
 };
 
-// Those of OptiX 7.6 that 7.4 does not have, as kinds of their own.
+// Symbols that OptiX 7.6 has and 7.4 lacks, as separate kinds.
 void addLaterSymbols(std::vector<Symbol>& symbols, const std::vector<Symbol>& changes) {
     std::set<std::string> known;
     for (const Symbol& symbol : symbols)
