@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time from PTX text to a pipeline that can be launched: module, program groups, pipeline. Without
-// the disk cache; then with it: each text first compiled and stored, then found. A comment makes the
-// text of each round new.
+// Time from PTX text to a pipeline that can be launched: module, program groups, pipeline. First
+// without the disk cache, then with it: each text is compiled and stored, then found. A comment
+// makes the text of each round new.
 #include "arguments.h"
 #include "optix_setup.h"
 
@@ -28,11 +28,11 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-// Compiles the path tracer once; returns the times until the module stood and until the pipeline
-// stood.
+// Compiles the path tracer once; returns the times until the module and until the pipeline were
+// complete.
 void compileOnce(OptixDeviceContext context, unsigned round, std::vector<double>& moduleTimes,
                  std::vector<double>& totalTimes) {
-    // Behind the last brace, so that the line numbers stay.
+    // After the last brace, so that the line numbers stay the same.
     std::string text =
         std::string(path_tracer_ptx()) + "\n// round " + std::to_string(round) + "\n";
     auto start = Clock::now();

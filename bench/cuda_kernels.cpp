@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // CUDA kernels on the CPU device against the same work in C++ with oneTBB: n-body, convolution,
-// reduction. The C++ is what one would write: one loop per element under parallel_for, compiled -O3
-// for the processor at hand and vectorised as far as clang does that by itself, without fast-math;
-// the reduction keeps 64 partial sums so that it can be. It sums so much that both sides go through
-// memory, not caches, and that all threads of either have joined long before the end; both read the
-// same device memory.
+// reduction. The C++ is straightforward: one loop per element under parallel_for, compiled -O3 for
+// this machine's processor and vectorised as far as clang does by itself, without fast-math; the
+// reduction keeps 64 partial sums so that it can be vectorised. Its array is large enough that both
+// sides read memory, not caches, and that all threads have joined long before the end. Both sides
+// read the same device memory.
 //
-// Rounds alternate; the smallest of each counts. Times are of the processor, all threads together,
-// so that other programs on the machine disturb little; --clock compares by the clock.
+// Rounds alternate; the smallest of each counts. Times are processor time of all threads, which
+// other programs on the machine disturb little; --clock compares wall-clock time.
 #include "cuda_kernels.h"
 
 #include <cuda.h>

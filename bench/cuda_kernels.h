@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sizes that the kernels and their peers in C++ share.
+// Sizes shared by the kernels and their peers in C++.
 #pragma once
 
 constexpr int kTile = 256;          // bodies per tile, threads per block

@@ -187,7 +187,7 @@ std::vector<Surfel> surfels(RTCScene scene, const std::vector<Ray>& rays) {
     return points;
 }
 
-// Percent of rays that disagree on whether, or clearly on where, something was hit.
+// Percent of rays that disagree on whether they hit, or clearly on where.
 double differences(Optix::Kind kind, const std::vector<BenchHit>& ours,
                    const std::vector<BenchHit>& theirs) {
     size_t count = 0;
@@ -249,8 +249,8 @@ void benchBasis(RTCDevice device, const Basis& basis, const Options& options) {
     };
     const auto secondary = [&](RayKind kind) {
         std::vector<Ray> rays = secondaryRays(primary, points, 0.5f, kind);
-        // Some head into the hair they start at: from beyond it, because OptiX does not see curves
-        // from within and Embree may.
+        // Some point into the hair they start at; those start beyond it, because OptiX does not hit
+        // curves from within and Embree may.
         if (kind == RayKind::kShadow)
             for (Ray& ray : rays)
                 ray.tmin = 0.01f;

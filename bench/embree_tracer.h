@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The samples' path tracer in C++ over Embree: the peer the OptiX path tracer is measured against.
-// Same mathematics (shading.h), rays one at a time, TBB over tiles.
+// The samples' path tracer in C++ over Embree: the peer of the OptiX path tracer. Same mathematics
+// (shading.h), rays one at a time, TBB over tiles.
 #pragma once
 
 #include "host_scene.h"

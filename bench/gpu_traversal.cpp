@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds and traversal on a GPU, by our kernels alone: build times, sizes, rays per second of each
-// kernel, and how many answers differ from those of the CPU's engine.
+// kernel, and the number of answers that differ from those of the CPU's engine.
 //   bench_gpu_kernels [--scenes terrain,soup,thin,spheres] [--triangles N] [--width 1920]
-//   [--repeats 6]
-//                     [--all-flags 1] [--driver libcuda.so.1]
+//                     [--repeats 6] [--all-flags 1] [--driver libcuda.so.1]
 // Reads gpu_traversal.ptx beside the program.
 #include "gpu_traversal.h"
 #include "bvh/gpu/build/builder.h"

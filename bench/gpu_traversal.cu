@@ -60,7 +60,7 @@ __device__ void plain(const GpuBenchJob& job) {
     store(job, index, programs.primitive, ray.tmax);
 }
 
-// Stops as soon as fewer lanes than wanted go on.
+// Stops as soon as fewer lanes than wanted continue.
 struct RunWhileFull {
     uint32_t wanted;
     __device__ bool stop() const { return uint32_t(__popc(int(__activemask()))) < wanted; }

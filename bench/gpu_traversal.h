@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What bench_gpu_kernels and its kernels agree on.
+// Shared by bench_gpu_kernels and its kernels.
 #pragma once
 
 #include <cstdint>

@@ -107,7 +107,7 @@ std::vector<Surfel> surfels(RTCScene scene, const std::vector<float>& matrices,
     return points;
 }
 
-// Share of rays for which the two disagree on whether, or clearly on where, something was hit.
+// Share of rays for which the two disagree on a hit, or clearly on its place.
 double differences(Optix::Kind kind, const std::vector<BenchHit>& ours,
                    const std::vector<BenchHit>& theirs) {
     size_t count = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays per second through the whole optixLaunch path (compiled ray generation program, trace,
-// closest-hit and miss programs) against Embree's single-ray kernels on identical ray arrays, in one
-// process, all threads on both sides; and acceleration-structure builds through optixAccelBuild
+// closest-hit and miss programs) against Embree's single-ray kernels on identical ray arrays, in
+// one process, all threads on both sides; and acceleration-structure builds through optixAccelBuild
 // against Embree's medium quality.
 //   bench_launch [--quick] [--scene N] [--json]
 // Runs alternate between the two; the best of several counts.

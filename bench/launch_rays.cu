@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device programs of bench_launch: one launch index traces one ray of an array and stores what it
-// hit. The ray layout is that of the peer, so that both see the same bytes.
+// Device programs of bench_launch: one launch index traces one ray of an array and stores its hit.
+// The ray layout is that of the peer, so that both read the same bytes.
 #include "launch_rays.h"
 
 #include <optix.h>
@@ -42,7 +42,7 @@ extern "C" __global__ void __closesthit__store() {
 }
 
 // One miss program serves both: payload 0 is "no distance" for closest hits and "not occluded" for
-// any-hit rays, told apart by the ray flags.
+// any-hit rays, distinguished by the ray flags.
 extern "C" __global__ void __miss__clear() {
     if (optixGetRayFlags() & OPTIX_RAY_FLAG_TERMINATE_ON_FIRST_HIT)
         optixSetPayload_0(0);

@@ -16,7 +16,7 @@ struct LaunchRaysParams {
     const BenchRay* rays;
     BenchHit* hits;
     unsigned long long handle;
-    float shutter; // 1: each ray has a time of its own, 0: all have time 0
+    float shutter; // 1: each ray has its own time, 0: all have time 0
 };
 
 #ifdef __CUDACC__

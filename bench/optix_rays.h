@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What benchmarks of rays share of OptiX: device memory, a pipeline of the programs in launch_rays.cu,
-// a mesh with its acceleration structure. The Embree side is in embree_rays.h.
+// OptiX code shared by the benchmarks of rays: device memory, a pipeline of the programs in
+// launch_rays.cu, a mesh with its acceleration structure. The Embree side is in embree_rays.h.
 #pragma once
 
 #include "launch_rays.h"
@@ -102,7 +102,7 @@ class Optix {
 public:
     enum Kind { kClosest, kAny };
 
-    // `type`: what rays may meet.
+    // `type`: the primitives that rays may meet.
     explicit Optix(unsigned graphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS,
                    OptixPrimitiveType type = OPTIX_PRIMITIVE_TYPE_TRIANGLE,
                    std::string ptx = BENCH_PTX, bool motion = false)
@@ -119,7 +119,7 @@ public:
 
     OptixDeviceContext context = nullptr;
 
-    // Uploads what a series of launches needs.
+    // Uploads the data of a series of launches.
     void prepare(const Buffer& rays, const Buffer& hits, OptixTraversableHandle handle) {
         LaunchRaysParams params;
         params.rays = rays.as<BenchRay>();

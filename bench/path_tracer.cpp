@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A whole path tracer: OptiX programs through optixLaunch against the same mathematics in C++ over
 // Embree, on the same scene, camera and samples. Frames alternate between the two, so that a busy
-// machine disturbs both alike; the medians are compared, and the pictures too.
-// Run with `sunstone run`, or from the build tree as it is.
+// machine disturbs both alike; the medians are compared, and the images too. Run with `sunstone
+// run`, or directly from the build tree.
 #include "path_tracer.h"
 #include "arguments.h"
 #include "embree_tracer.h"
@@ -76,7 +76,7 @@ double median(std::vector<double> values) {
 }
 
 // Mean absolute difference over the mean of `b`: both trace the same random paths, so that only
-// rounding tells them apart.
+// rounding differs.
 double relativeDifference(const std::vector<float>& a, const std::vector<float>& b) {
     double difference = 0.0, sum = 0.0;
     for (size_t i = 0; i < a.size(); ++i) {

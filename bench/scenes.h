@@ -54,7 +54,7 @@ struct Surfel {
 enum class RayKind { kShadow, kAmbientOcclusion, kDiffuse };
 
 // One ray of a kind from each hit point: to a far light, short over the hemisphere, or long over
-// it. Points that were not hit give no ray.
+// it. Points without a hit give no ray.
 std::vector<Ray> secondaryRays(const Mesh& mesh, const std::vector<Ray>& primary,
                                const std::vector<SurfacePoint>& points, RayKind kind);
 std::vector<Ray> secondaryRays(const std::vector<Ray>& primary, const std::vector<Surfel>& points,

@@ -2,9 +2,9 @@
 // Traversal kernels and builders against Embree 3 on identical ray arrays, one ray at a time.
 //   bench_kernels [--quick] [--scene N] [--isa avx512|avx2|baseline] [--threads] [--refit]
 //                 [--fast-build | --fast-trace] [--motion]
-// Runs alternate between the two; the best of several counts. Meshes and our structure lie in memory
-// that asks for huge pages, as device memory and Embree's own does. Single-thread rows are processor
-// time.
+// Runs alternate between the two; the best of several counts. Meshes and our structure are in
+// memory that requests huge pages, like device memory and Embree's. Single-thread rows are
+// processor time.
 #include "launch_rays.h"
 #include "scenes.h"
 
@@ -175,7 +175,7 @@ double processSeconds(const std::function<void()>& work) {
 }
 
 // A structure that may be updated: builds and updates in alternation; the median of the pairs'
-// ratios, so that what disturbs the machine disturbs both.
+// ratios, so that other load disturbs both.
 void benchRefit(const Mesh& mesh, const bvh::BuildInputs& inputs, bvh::BuildOptions options) {
     options.allowUpdate = true;
     const bvh::MemoryUsage usage = bvh::computeMemoryUsage(inputs, options);

@@ -1,10 +1,10 @@
-# What `cmake --install` lays out. Find modules in the wild look for <dir>/include/optix.h, hence a
-# tree in the shape of an SDK beside the ordinary one:
+# The layout of `cmake --install`. Common find modules look for <dir>/include/optix.h, hence a tree
+# in the shape of an SDK beside the ordinary one:
 #   <prefix>/optix7/include          OptiX 7.4 headers
 #   <prefix>/optix7.6/include        OptiX 7.6 headers
 #   <prefix>/include/sunstone/cuda   CUDA headers for machines without a toolkit
 #   <prefix>/lib                     libsunstone, libnvoptix.so.1
-#   <prefix>/lib/sunstone/cuda       libcuda.so.1, libcudart: in a folder of their own, so that they
+#   <prefix>/lib/sunstone/cuda       libcuda.so.1, libcudart: in a separate folder, so that they
 #                                    never hide a real driver; `sunstone run` sets the path
 #   <prefix>/lib/cmake/OptiX         OptiXConfig.cmake: targets OptiX::OptiX and optix
 #   <prefix>/share/doc/sunstone      README.md and the pages that it links to, in the same folders

@@ -1,6 +1,6 @@
-# The OptiX 7.6 headers as a folder that needs no other: for installations, and for run-time compilers
-# that are handed headers by name. In the source tree include/optix76 reads the text of include/optix7;
-# here the text is copied, with the line changed that says which version it is.
+# The OptiX 7.6 headers as a self-contained folder: for installations, and for run-time compilers
+# that get headers by name. In the source tree include/optix76 reads the text of include/optix7;
+# here the text is copied with the line of the version number changed.
 set(SUNSTONE_OPTIX76_FOLDER ${PROJECT_BINARY_DIR}/optix76/include)
 set(optix7_root ${PROJECT_SOURCE_DIR}/include/optix7)
 set(optix76_root ${PROJECT_SOURCE_DIR}/include/optix76)

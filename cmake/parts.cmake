@@ -8,7 +8,7 @@ target_include_directories(sunstone_options INTERFACE ${PROJECT_SOURCE_DIR}/src)
 target_compile_options(sunstone_options INTERFACE
     $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wno-missing-field-initializers -Wno-unused-command-line-argument>
     $<$<BOOL:${SUNSTONE_WERROR}>:-Werror>
-    # Results must not depend on what a compiler likes to fuse: code that wants FMA says so.
+    # Results must not depend on a compiler's fusing: code that needs FMA requests it.
     -ffp-contract=off)
 if(SUNSTONE_SANITIZE)
     target_compile_options(sunstone_options INTERFACE

@@ -1,7 +1,7 @@
-# How samples are put together: sunstone_embed(target symbol file) builds a text file into a target
-# as a function `std::string_view symbol()`; sunstone_sample(name [OPTIX76] [sources...] DEVICE file.cu
-# [LINK libraries...]) builds an application against the public headers, those of OptiX 7.4 if nothing
-# else is said, and our CUDA run-time library.
+# Building samples: sunstone_embed(target symbol file) builds a text file into a target as a
+# function `std::string_view symbol()`; sunstone_sample(name [OPTIX76] [sources...] DEVICE file.cu
+# [LINK libraries...]) builds an application against the public headers (OptiX 7.4, or 7.6 with
+# OPTIX76) and our CUDA run-time library.
 
 function(sunstone_embed target symbol file)
     set(EMBED_SYMBOL ${symbol})

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of bench_gpu. Each adds to the measurements what it finds.
+// The parts of bench_gpu. Each adds its results to the measurements.
 #pragma once
 
 #include "measurements.h"
@@ -12,7 +12,7 @@ namespace bench {
 
 struct Settings {
     std::string hits; // prefix of files that carry results from the first library to the second
-    std::string json; // where the measurements go; empty: nowhere
+    std::string json; // file for the measurements; empty: none
     std::string label = "sunstone";
     std::string cache; // folder of OptiX's disk cache, for compile times
     double scale = 1;  // of the number of primitives
@@ -28,8 +28,8 @@ void benchPathTracer(OptixDeviceContext context, const Settings& settings,
 // Frames of a ray tracer whose closest-hit programs trace.
 void benchRecursion(OptixDeviceContext context, const Settings& settings,
                     Measurements& measurements);
-// PTX to pipeline. `name` is "compile cold" or "compile cached"; which it is lies with the folder
-// of the cache and whether an earlier process has filled it.
+// PTX to pipeline. `name` is "compile cold" or "compile cached"; the folder of the cache decides,
+// and whether an earlier process has filled it.
 void benchCompile(OptixDeviceContext context, const std::string& name, const Settings& settings,
                   Measurements& measurements);
 
@@ -52,7 +52,7 @@ void compareDenoisers(OptixDeviceContext context, const Settings& settings,
 bool exchange(const Settings& settings, const std::string& name, void* mine, size_t size,
               void* theirs);
 
-// How a picture, four floats a pixel, differs from the first library's.
+// The difference of a picture, four floats a pixel, from the first library's.
 void comparePictures(const Settings& settings, const std::string& name, std::vector<float> image,
                      Measurements& measurements, const std::string& scene);
 

@@ -1,4 +1,4 @@
-# ctest's run of bench_gpu on the CPU device: two runs on small scenes, of which the second must find
+# ctest's run of bench_gpu on the CPU device: two runs on small scenes, where the second must find
 # the hits of the first, and the table.
 #   cmake -DPROGRAM=bench_gpu -DFOLDER=scratch -P check.cmake
 file(REMOVE_RECURSE ${FOLDER})

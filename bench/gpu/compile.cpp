@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time from PTX text to a pipeline that can be launched: module, program groups, pipeline. Each
-// round compiles a text of its own (they differ in a comment), the same ones in each process: what
-// the first process stores in OptiX's disk cache the next one finds. The driver keeps a cache of
-// its own below that; CUDA_CACHE_DISABLE=1 in the environment turns it off for rounds that are to
-// be cold.
+// round compiles another text (they differ in a comment), the same ones in each process: a later
+// process finds the texts of the first in OptiX's disk cache. The driver has a cache below that;
+// CUDA_CACHE_DISABLE=1 in the environment turns it off for cold rounds.
 #include "benches.h"
 
 #include <algorithm>
@@ -16,7 +15,7 @@ namespace bench {
 namespace {
 
 double compileOnce(OptixDeviceContext context, unsigned round) {
-    // Behind the last brace, so that the line numbers stay.
+    // After the last brace, so that the line numbers stay the same.
     const std::string text =
         std::string(path_tracer_ptx()) + "\n// round " + std::to_string(round) + "\n";
     const auto start = std::chrono::steady_clock::now();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The denoiser: milliseconds per megapixel, what it gains on a drawn scene whose truth is known,
-// and whether two runs of Sunstone, on the CPU and on a GPU, give the same bits.
+// The denoiser: milliseconds per megapixel, its gain on a drawn scene with a known reference, and
+// whether two runs of Sunstone, on the CPU and on a GPU, give the same bits.
 #include "benches.h"
 #include "world.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the first structures of a process wait for: a device context on the CUDA context that is
-// there, sizes and builds, to the end of the work on the stream. A library has yet to make its
-// builders, or to load them. Primitives are few, so that little of it is building. The folder of
-// OptiX's disk cache is given by the environment, as the context may need it when it is made; the
-// driver's own cache is as in compile.cpp.
+// Latency of a process's first structures: a device context on the existing CUDA context, sizes and
+// builds, to the end of the work on the stream. It includes compiling or loading the library's
+// builders. Primitives are few, so that building takes little of it. The environment gives the
+// folder of OptiX's disk cache, because the context may need it at creation; the driver's own cache
+// is as in compile.cpp.
 #include "benches.h"
 #include "world.h"
 
@@ -23,7 +23,7 @@ void benchFirstBuild(const std::string& name, bool moves, const Settings& settin
     const auto start = std::chrono::steady_clock::now();
     const OptixDeviceContext context = createContext();
     {
-        DeviceWorld device(context, world); // builds what instances show
+        DeviceWorld device(context, world); // builds the instanced structures
         const Built built = device.build(world.buildFlags, 1);
         CUDA_CHECK(cudaDeviceSynchronize());
         const std::chrono::duration<double, std::milli> time =

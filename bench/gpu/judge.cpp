@@ -108,7 +108,7 @@ struct Tally {
     double worstOurs = 0, worstReference = 0;
     bool judges = false;
 
-    // Null if nothing differs.
+    // Null if all answers are equal.
     nlohmann::json counts(size_t rays) const {
         if (found + primitive + distance == 0)
             return nullptr;
@@ -162,7 +162,7 @@ double planeDistance(const World& world, const Ray& ray, const GpuHit& hit) {
 
 nlohmann::json compareHits(const World& world, const std::vector<Ray>& rays, RayQuery query,
                            const std::vector<GpuHit>& ours, const std::vector<GpuHit>& reference) {
-    constexpr size_t kMostJudged = 32; // each asks all triangles
+    constexpr size_t kMostJudged = 32; // each tests all triangles
     Tally tally;
     tally.judges = world.kind == WorldKind::kTriangles;
     for (size_t i = 0; i < rays.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of two answers to the same ray is right: rays against triangles in arithmetic of 113 bits,
-// enough for vertices and rays of ordinary exponents that its rounding does not matter.
+// Decides which of two different answers to a ray is right: rays against triangles in arithmetic of
+// 113 bits, precise enough for vertices and rays of ordinary exponents.
 #pragma once
 
 #include "programs.h"
@@ -14,9 +14,9 @@ namespace bench {
 // where they are parallel.
 double planeDistance(const World& world, const Ray& ray, const GpuHit& hit);
 
-// Counts how `ours` differs from `reference`, ray by ray; null: not at all. In worlds of plain
-// triangles some of the differing rays are also judged: who finds what there is, whose distance is
-// nearer.
+// Counts the differences of `ours` from `reference`, ray by ray; null: none. In worlds of plain
+// triangles some of the differing rays are also judged: which side finds the hit, and which
+// distance is closer to the exact one.
 nlohmann::json compareHits(const World& world, const std::vector<Ray>& rays, RayQuery query,
                            const std::vector<GpuHit>& ours, const std::vector<GpuHit>& reference);
 

@@ -45,7 +45,7 @@ struct Key {
 struct Pair {
     double reference = NAN, ours = NAN;
     std::string unit;
-    // How many times as good as the reference.
+    // Ratio to the reference, above 1: better.
     double ratio() const {
         return unit == "Mrays/s" || unit == "dB" ? ours / reference : reference / ours;
     }
@@ -114,7 +114,7 @@ private:
         std::printf("%s |\n", judge(key, pair).c_str());
     }
 
-    // The bar of a row, and whether it is met; empty: there is none.
+    // The bar of a row, and whether it is met; empty: no bar.
     std::string judge(const Key& key, const Pair& pair) {
         if (has(key.scene, "moving"))
             return "";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What bench_gpu writes down: numbers with their scene, name and unit, as JSON; and the table that
-// compares the files of two libraries and tells which bars are met.
+// The results of bench_gpu: numbers with their scene, name and unit, as JSON; and the table that
+// compares the files of two libraries and says which bars are met.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device programs of bench_gpu: one launch index traces one ray of an array and stores what it hit.
+// Device programs of bench_gpu: one launch index traces one ray of an array and stores its hit.
 // With BENCH_INSTANCES a third payload value carries the instance; with BENCH_MOTION rays have
 // times.
 #include "programs.h"
@@ -79,7 +79,7 @@ extern "C" __global__ void __closesthit__store() {
 }
 
 // One miss program serves both: payload 0 is "no distance" for closest hits and "not occluded" for
-// any-hit rays, told apart by the ray flags.
+// any-hit rays, distinguished by the ray flags.
 extern "C" __global__ void __miss__clear() {
     if (optixGetRayFlags() & OPTIX_RAY_FLAG_TERMINATE_ON_FIRST_HIT)
         optixSetPayload_0(0);

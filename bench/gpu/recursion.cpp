@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of a recursive ray tracer: a terrain of a million triangles, patches of which are mirrors
-// or glass; rays four deep, four samples a pixel.
+// Frames of a recursive ray tracer: a terrain of a million triangles, some patches mirrors or
+// glass; rays four deep, four samples a pixel.
 #include "recursion.h"
 #include "benches.h"
 #include "camera.h"
@@ -20,7 +20,7 @@ namespace {
 constexpr unsigned kDepth = 4, kSamples = 4;
 enum Material : uint8_t { kMatt, kMirror, kGlass, kMaterials };
 
-// Of each triangle: of 64 that follow one another, all the same.
+// The material of each triangle, the same for 64 consecutive ones.
 std::vector<uint8_t> materialsOf(const Mesh& mesh) {
     std::vector<uint8_t> materials(mesh.numTriangles());
     for (size_t i = 0; i < materials.size(); ++i) {

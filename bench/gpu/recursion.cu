@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device programs of bench_gpu that trace from closest-hit programs, as Whitted's ray tracer did:
-// mirrors reflect, glass reflects and refracts, and what is matt sees the sun and the sky by one ray
-// each. Payload values: 0 to 2 the colour, 3 the ray's depth, 4 the random state.
+// Device programs of bench_gpu that trace from closest-hit programs, like Whitted's ray tracer:
+// mirrors reflect, glass reflects and refracts, and matt surfaces send one ray each to the sun and
+// the sky. Payload values: 0 to 2 the colour, 3 the ray's depth, 4 the random state.
 #include "recursion.h"
 
 #include "sampling.h"
@@ -66,7 +66,7 @@ extern "C" __global__ void __miss__sun() {
     optixSetPayload_0(0);
 }
 
-// Of the surface, against the ray, and whether the ray comes from its back.
+// The surface's normal, against the ray, and whether the ray comes from its back.
 DEVICE float3 hitNormal(bool& back) {
     const uint3 corners = params.triangles[optixGetPrimitiveIndex()];
     const float3 a = params.vertices[corners.x];
@@ -98,7 +98,7 @@ extern "C" __global__ void __closesthit__matt() {
         const float u = nextFloat(random), v = nextFloat(random);
         light += trace(point, cosineDirection(normal, u, v), depth + 1, random);
     } else {
-        light += skyColor(normal) * 0.4f; // in place of all further bounces
+        light += skyColor(normal) * 0.4f; // replaces all further bounces
     }
     setColor(light * vec(0.45f, 0.42f, 0.36f));
 }
@@ -121,7 +121,7 @@ extern "C" __global__ void __closesthit__glass() {
         return setColor(skyColor(normal) * 0.4f);
     const float cosine = -dot(normal, d), ratio = back ? 1.3f : 1.0f / 1.3f;
     const float squared = 1.0f - ratio * ratio * (1.0f - cosine * cosine);
-    float share = 1.0f; // of what is reflected: Schlick's approximation
+    float share = 1.0f; // of reflected light: Schlick's approximation
     float3 color = vec(0.0f);
     if (squared > 0.0f) {
         const float c = 1.0f - cosine;

@@ -165,8 +165,8 @@ void DeviceWorld::describeInstances(OptixDeviceContext context, const World& wor
     input_.instanceArray.numInstances = world.count();
 }
 
-// By turns a matrix that shifts the child by half its radius, and one that also turns it by a third
-// of a right angle.
+// By turns a matrix that shifts the child by half its radius, and one that also rotates it by 30
+// degrees.
 std::vector<OptixTraversableHandle> DeviceWorld::makeTransforms(size_t count) {
     constexpr size_t kStride = (sizeof(OptixSRTMotionTransform) + 63) / 64 * 64;
     std::vector<unsigned char> bytes(count * kStride);

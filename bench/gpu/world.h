@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scenes of bench_gpu: what they are made of, their acceleration structures and the programs
-// that trace them.
+// The scenes of bench_gpu: their contents, their acceleration structures and the programs that
+// trace them.
 #pragma once
 
 #include "../scenes.h"
@@ -38,15 +38,15 @@ struct World {
     unsigned buildFlags = 0;     // of the structure that rays meet
 
     uint32_t count() const; // of triangles, instances or spheres
-    // Where the ray met the scene, with a normal (of what turns, that at the first key).
+    // Where the ray met the scene, with a normal (of rotating parts, that at the first key).
     Surfel surfel(const Ray& ray, const GpuHit& hit, float time) const;
 };
 
-// `scale`: of the number of primitives; 1 is what the tables show.
+// `scale`: factor on the number of primitives; 1 in the tables.
 const std::vector<std::string>& worldNames();
 World makeWorld(const std::string& name, double scale);
 
-// A structure in memory of its own, compacted if its flags allow that.
+// A structure in its own memory, compacted if its flags allow it.
 struct Built {
     OptixTraversableHandle handle = 0;
     DeviceBuffer memory;
@@ -79,7 +79,7 @@ private:
     OptixMotionOptions motion_ = {};
     unsigned flags_ = OPTIX_GEOMETRY_FLAG_NONE;
     OptixBuildInput input_ = {};
-    std::unique_ptr<DeviceWorld> child_; // what instances show
+    std::unique_ptr<DeviceWorld> child_; // the instanced structures
     Built childStructure_;
 };
 
@@ -90,7 +90,7 @@ class Tracer {
 public:
     Tracer(OptixDeviceContext context, WorldKind kind);
 
-    // Uploads what a series of launches needs.
+    // Uploads the data of a series of launches.
     void prepare(const GpuRaysParams& params);
     // Queues a launch on the default stream.
     void queue(RayQuery query, size_t count);

@@ -38,5 +38,5 @@ private:
     std::vector<Option> positional_; // none or one
 };
 
-// Runs a sample's body: prints what it throws as one line and turns it into exit code 1.
+// Runs a sample's body: prints an exception as one line and turns it into exit code 1.
 int runSample(const char* name, const std::function<int()>& body);

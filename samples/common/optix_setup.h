@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The steps every OptiX program repeats: context, module, program groups, pipeline, records of the
-// shader binding table, building acceleration structures. The sample `hello` spells the first ones
-// out; the others use these functions.
+// The steps that every OptiX program repeats: context, module, program groups, pipeline, records of
+// the shader binding table, building acceleration structures. The sample `hello` spells the first
+// ones out; the others use these functions.
 #pragma once
 
 #include "device_buffer.h"
@@ -15,12 +15,12 @@
 // A device context on the first CUDA device. Errors and warnings go to stderr.
 OptixDeviceContext createContext();
 
-// Owns what a sample creates from one module of PTX.
+// Owns the objects that a sample creates from one module of PTX.
 class Program {
 public:
-    // `launchParams` names the module's launch-parameter variable; `graphFlags` says what rays may
-    // start at (OptixTraversableGraphFlags). `opacityMicromaps`: rays may meet some (OptiX 7.6);
-    // `motionBlur`: rays have times.
+    // `launchParams` names the module's launch-parameter variable; `graphFlags`: the structures
+    // that rays may start at (OptixTraversableGraphFlags). `opacityMicromaps`: rays may meet some
+    // (OptiX 7.6); `motionBlur`: rays have times.
     Program(OptixDeviceContext context, std::string_view ptx, unsigned payloadValues,
             unsigned attributeValues, unsigned primitiveTypeFlags,
             const char* launchParams = "params",
@@ -59,7 +59,7 @@ private:
     bool hasCallables_ = false;
 };
 
-// What precedes the data of a record without data.
+// The header of a record without data.
 struct NoData {};
 
 // One record of the shader binding table: the header names the program group, the data is what
@@ -93,7 +93,7 @@ struct Accel {
     DeviceBuffer memory;
 };
 
-// Builds and then compacts one acceleration structure. Motion of less than two keys is none; `flags`
+// Builds and then compacts one acceleration structure. Fewer than two keys mean no motion; `flags`
 // are further OptixBuildFlags.
 Accel buildAccel(OptixDeviceContext context, const OptixBuildInput& input,
                  const OptixMotionOptions& motion = {}, unsigned flags = 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all samples do that render one picture: options for its file and size, a context, the
+// The common part of samples that render one picture: options for its file and size, a context, the
 // launch, the PNG. The sample `hello` spells these steps out; the others use these functions.
 #pragma once
 
@@ -20,8 +20,8 @@ struct Picture {
 // The options -o, --width and --height; the picture's values are the defaults.
 void addPictureOptions(Arguments& arguments, Picture& picture);
 
-// Runs the ray generation program once for each pixel, with what `params` holds as the value of the
-// program's launch parameters, and waits for the end.
+// Runs the ray generation program once for each pixel, with `params` as its launch parameters, and
+// waits for the end.
 void launch(OptixPipeline pipeline, const OptixShaderBindingTable& table, const void* params,
             size_t paramsSize, const Picture& picture);
 template <class Params>
@@ -30,7 +30,7 @@ void launch(OptixPipeline pipeline, const OptixShaderBindingTable& table, const 
     launch(pipeline, table, &params, sizeof(params), picture);
 }
 
-// Writes the PNG and says so. `image` has a float4 for each pixel; `filmic` as in toSrgb().
+// Writes the PNG and prints its name. `image` has a float4 for each pixel; `filmic` as in toSrgb().
 void writePicture(const Picture& picture, const DeviceBuffer& image, bool filmic = false);
 
 // The rest of main(): reads the command line and calls `body` with a context that lives as long.

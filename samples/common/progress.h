@@ -7,7 +7,7 @@
 
 class Progress {
 public:
-    // Counts from 0 to `total` (at least 1); `label` stands before the bar.
+    // Counts from 0 to `total` (at least 1); `label` precedes the bar.
     Progress(std::string label, unsigned total);
     void update(unsigned done);
     double seconds() const; // since construction

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random directions for host and device code. Sines come from a polynomial of our own: the C
-// library and device compilers round theirs differently, and pictures should not.
+// Random directions for host and device code. Sines come from a polynomial: the C library and
+// device compilers round theirs differently, and pictures should not differ.
 #pragma once
 
 #include "vec.h"
 
 constexpr float kPi = 3.14159265f;
 
-// A hash whose bits are all of use (O'Neill 2014).
+// A hash whose bits are all usable (O'Neill 2014).
 SAMPLE_INLINE unsigned hashPcg(unsigned value) {
     unsigned state = value * 747796405u + 2891336453u;
     unsigned word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;

@@ -3,13 +3,13 @@
 //
 // A structure is one block of bytes without pointers: places inside it are offsets from its start,
 // so copying the block moves it (relocation has nothing to patch). The exceptions are the child
-// handle inside an instance record and the address of an opacity micromap array, which are the
-// caller's to give.
+// handle inside an instance record and the address of an opacity micromap array; the caller gives
+// both.
 //
 //   BlockHeader | InputRecord[] | primitive table | MicromapRecord[], MicromapRef[] | InstanceData[]
 //   | nodes and leaves, depth first
 //
-// Everything before the nodes has a size known from counts; the part that depends on data comes
+// The size of everything before the nodes follows from counts; the part that depends on data comes
 // last, so that compaction is a copy of the first `usedSize` bytes.
 //
 // Nodes are eight wide with full-precision boxes. A child is a NodeRef: a place in 32-byte units
@@ -27,10 +27,10 @@
 //            (TriangleKey: 9 * N floats, CustomKey: 6 floats); the whole rounded up to 64 bytes (32
 //            for custom primitives); leaves of instances hold no keys
 //   header   KeyBounds of each key at keyBoundsOffset
-// The boxes at a time are those of the two keys around it, interpolated (motion.h: KeySegment);
-// as vertices move linearly between keys, they hold what is in them. Unused children and those with
-// nothing active have the box (kFar, -kFar): infinite planes times a weight of zero would be NaN.
-// A program that reads only Node and the leaves' first parts sees key 0.
+// The boxes at a time are those of the two keys around it, interpolated (motion.h: KeySegment); as
+// vertices move linearly between keys, boxes contain their primitives at all times. Unused children
+// and those without active primitives have the box (kFar, -kFar): infinite planes times a weight of
+// zero would be NaN. A program that reads only Node and the leaves' first parts sees key 0.
 //
 // Boxes in nodes are padded (padBox in build_input.h); with the margins that traversal takes
 // (ray_setup.h) no ray that the primitive test accepts is culled.
@@ -81,7 +81,7 @@ inline uint64_t offsetOf(NodeRef ref) {
     return uint64_t(ref & ~uint32_t(kNodeTagMask)) * (kRefUnit / 4);
 }
 
-// No path from the root is longer than this many nodes; builders see to it.
+// No path from the root is longer than this many nodes; builders ensure it.
 constexpr unsigned kMaxDepth = 48;
 // Entries a traversal stack needs: seven siblings on each level, and the last node's eight.
 constexpr unsigned kStackSize = 7 * kMaxDepth + 9;
@@ -98,7 +98,7 @@ struct alignas(64) BlockHeader {
     uint32_t numInputs;
     float upper[3];
     uint32_t numSbtRecords;
-    // Second cache line: what building and queries need.
+    // Second cache line: fields for building and queries.
     uint64_t inputsOffset;
     uint64_t tableOffset;     // uint32_t per primitive, 0: no random vertex access
     uint64_t instancesOffset; // 0: none
@@ -124,7 +124,7 @@ struct alignas(64) BlockHeader {
 };
 static_assert(sizeof(BlockHeader) == 192);
 
-// What sends rays another way than the usual.
+// Features that take rays off the common path.
 enum TraitBit : uint32_t { kTraitMicromaps = 1 };
 constexpr uint64_t kNodesAlignment = 256;
 
@@ -139,14 +139,14 @@ enum OptionBit : uint32_t {
     kOptionDisableMicromaps = 128,
 };
 
-// One build input: which SBT indices and primitive indices are its own.
+// One build input: its ranges of SBT indices and primitive indices.
 struct InputRecord {
     uint32_t firstSbtIndex;
     uint32_t numSbtRecords;
     uint32_t firstPrimitive; // position of its first primitive in the primitive table
     uint32_t numPrimitives;
     uint32_t primitiveIndexOffset;
-    // What an update must find again.
+    // Fields that an update must find unchanged.
     uint32_t formats; // of vertices (upper half) and indices
     uint32_t numVertices;
     uint32_t flagsHash; // of the geometry flags
@@ -157,14 +157,14 @@ static_assert(sizeof(InputRecord) == 32);
 struct MicromapRecord {
     uint64_t array;      // address of the array; 0: none
     uint64_t refsOffset; // a MicromapRef (micromap.h) for each primitive; 0: the input has none
-    uint64_t arraySize;  // what tells a copy of the array
+    uint64_t arraySize;  // identifies a copy of the array
     uint32_t numMicromaps;
     uint32_t indexing;
 };
 static_assert(sizeof(MicromapRecord) == 32);
 
-// Boxes of eight children, planes of one kind side by side. Unused children have the empty box
-// (+inf, -inf), which no ray hits, and are behind the used ones.
+// Boxes of eight children, planes of one kind side by side. Unused children come last and have the
+// empty box (+inf, -inf), which no ray hits.
 struct alignas(64) Node {
     float planes[6][8]; // lower x, upper x, lower y, upper y, lower z, upper z
     NodeRef children[8];
@@ -173,7 +173,7 @@ struct alignas(64) Node {
 };
 static_assert(sizeof(Node) == 256);
 
-// Numbers of OptixMotionFlags: outside the time range there is nothing to hit.
+// Numbers of OptixMotionFlags: outside the time range the structure is empty.
 enum MotionFlag : uint32_t { kStartVanish = 1, kEndVanish = 2 };
 
 // Planes of a box that no ray meets, in structures with motion.
@@ -224,13 +224,13 @@ struct alignas(64) TriangleLeaf {
 static_assert(sizeof(TriangleLeaf<4>) == 192);
 static_assert(sizeof(TriangleLeaf<8>) == 384);
 
-// Vertices of a leaf's triangles at a motion key after the first; behind the leaf.
+// Vertices of a leaf's triangles at a motion key after the first; follows the leaf.
 template <unsigned N>
 struct TriangleKey {
     float vertices[9 * N];
 };
 
-// Box of a custom primitive at a motion key after the first; behind the leaf.
+// Box of a custom primitive at a motion key after the first; follows the leaf.
 struct CustomKey {
     float lower[3], upper[3];
 };
@@ -240,7 +240,7 @@ inline uint32_t leafBytes(uint32_t leaf, uint32_t key, uint32_t keys, uint32_t u
     return (leaf + (keys - 1) * key + unit - 1) / unit * unit;
 }
 
-// What a curve's segment or a sphere reports.
+// The values that a curve's segment or a sphere reports.
 struct ShapeRecord {
     uint32_t primitive; // with primitiveIndexOffset
     uint32_t sbt;       // as in leaves of triangles
@@ -277,7 +277,7 @@ struct alignas(64) InstanceData {
 };
 static_assert(sizeof(InstanceData) == 128);
 
-// What a static transform handle points to (OptixStaticTransform).
+// The target of a static transform's handle (OptixStaticTransform).
 struct StaticTransform {
     uint64_t child;
     uint32_t pad[2];

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Four and eight floats at once, for traversal. The file is compiled several times, once per
-// instruction set, and everything in it lives in a namespace named after the set: inline functions
-// of two sets must never be merged by the linker. Always included through traverse.h by the
-// *_avx512.cpp, *_avx2.cpp and *_baseline.cpp files.
+// Four and eight floats at once, for traversal. Compiled once per instruction set, with everything
+// in a namespace named after the set, so that the linker cannot merge inline functions of two sets.
+// Always included through traverse.h by the *_avx512.cpp, *_avx2.cpp and *_baseline.cpp files.
 #pragma once
 
 #include <cstdint>
@@ -115,7 +114,7 @@ SUNSTONE_INLINE Mask equal(F8 a, F8 b) {
 }
 #endif
 
-// The power of two by which the magnitude of a lane comes into [1, 2); nothing sensible beyond 2^127.
+// The power of two by which the magnitude of a lane comes into [1, 2); undefined beyond 2^127.
 SUNSTONE_INLINE __m128 inversePower(__m128 a) {
     const __m128i exponent = _mm_and_si128(_mm_castps_si128(a), _mm_set1_epi32(0x7F800000));
     return _mm_castsi128_ps(_mm_sub_epi32(_mm_set1_epi32(0x7F000000), exponent));
@@ -134,7 +133,7 @@ SUNSTONE_INLINE F8 inversePower(F8 a) { return {inversePower(a.lo), inversePower
 #if defined(__FMA__)
 SUNSTONE_INLINE F8 fusedMultiplyAdd(F8 a, F8 b, F8 c) { return {_mm256_fmadd_ps(a.v, b.v, c.v)}; }
 #else
-F8 fusedMultiplyAdd(F8 a, F8 b, F8 c); // not there: callers ask kFusedSlab first
+F8 fusedMultiplyAdd(F8 a, F8 b, F8 c); // missing: callers check kFusedSlab first
 #endif
 
 // Distances to a plane of eight boxes, see ray_setup.h: with FMA plane * r + c, else

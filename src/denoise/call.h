@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a call is given in device memory beside its images, and what may be wrong with it: looked at
-// when the stream reaches the call, by the host or by a GPU.
+// Inputs of a call in device memory other than its images, and their errors: checked when the
+// stream reaches the call, by the host or by a GPU.
 #pragma once
 
 #include "denoise/job.h"
@@ -10,8 +10,8 @@
 
 namespace sunstone::denoise {
 
-// The caller's state memory. The filters of today keep nothing else there; a learned model would
-// keep its weights.
+// The caller's state memory. The present filter stores only this there; a learned model would add
+// its weights.
 struct State {
     uint64_t magic;
     uint32_t width, height; // that it was set up for
@@ -55,7 +55,7 @@ inline CallFinding examine(const CallInputs& inputs, Control& control) {
         finding.factor = inputs.averageColor ? 0.18 / exponential(double(inputs.averageColor[c]))
                                              : double(*inputs.intensity);
         const float factor = float(finding.factor);
-        // Nothing can be scaled by anything but a positive number.
+        // A scale must be a positive number.
         if (!(factor > 1e-30f && factor < 1e30f)) {
             finding.fault = inputs.averageColor ? CallFault::kAverageColor : CallFault::kIntensity;
             return finding;

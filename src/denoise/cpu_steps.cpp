@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps on the threads of the CPU: row by row.
+// Runs a filter's steps on the threads of the CPU, row by row.
 #include "denoise/filter.h"
 #include "denoise/steps.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The weight of a distance, by arithmetic that is the same everywhere (that of libraries is not).
+// The weight of a distance, by arithmetic that gives the same bits everywhere (libraries differ).
 #pragma once
 
 #include <bit>

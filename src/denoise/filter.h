@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a denoising filter is given and what it promises. There is one today, the guided à-trous
-// filter (guided_filter.h); a learned model becomes a second class behind the same interface, and
-// nothing outside this folder changes.
+// The interface of a denoising filter. Its one implementation is the guided à-trous filter
+// (guided_filter.h); a learned model would be a second class behind the same interface.
 #pragma once
 
 #include "denoise/image.h"
@@ -18,11 +17,11 @@ struct Layer {
     Image output; // may share memory with previous, and with input where sizes are the same
 };
 
-// One image, or one tile of an image with what surrounds it.
+// One image, or one tile of an image with its surroundings.
 struct Frame {
     Image albedo, normal, flow; // guides; those without data are not used
     std::vector<Layer> layers;  // inputs and guides all have the same size
-    // First pixel of the inputs that is written; outputs may show a part of what inputs show.
+    // First pixel of the inputs that is written; outputs may cover a part of the inputs.
     uint32_t offsetX = 0, offsetY = 0;
     AlphaMode alpha = AlphaMode::kCopy;
     float blend = 0;            // 0: denoised, 1: input
@@ -37,9 +36,9 @@ struct Frame {
 class StepRunner {
 public:
     virtual ~StepRunner() = default;
-    // Comes before all steps: fills `control`, which lies in the scratch memory.
+    // Called before all steps: fills `control`, which lies in the scratch memory.
     virtual void begin(Control& control) = 0;
-    // Runs the step for all of width x height pixels, after all that came before.
+    // Runs the step for all of width x height pixels, after all earlier steps.
     virtual void run(Step step, const Job& job, uint32_t width, uint32_t height) = 0;
 };
 
@@ -52,9 +51,9 @@ public:
     virtual uint32_t overlap() const = 0;
     // Bytes of scratch memory for inputs of this size.
     virtual size_t scratchSize(uint32_t width, uint32_t height) const = 0;
-    // Has the steps of a frame run; neither the images nor `scratch` are touched here. All of a
-    // layer is read before it is written. Results depend neither on what runs the steps nor on what
-    // scratch held.
+    // Runs the steps of a frame through `runner`; touches neither the images nor `scratch` itself.
+    // A layer is read completely before it is written. Results depend neither on the device nor on
+    // the earlier contents of scratch.
     virtual void run(const Frame& frame, void* scratch, StepRunner& runner) const = 0;
     // On the threads of the CPU.
     void run(const Frame& frame, void* scratch) const;

@@ -79,7 +79,7 @@ private:
             *plane = takePlane(factor_);
     }
 
-    // What is the same for all steps.
+    // The part of a job that is the same for all steps.
     void setUp(const Image& first) {
         job_.control = control_;
         job_.albedo = frame_.albedo;
@@ -152,7 +152,7 @@ private:
         run(Step::kColorAsAlpha, result, {});
     }
 
-    // From a_ to what is returned, one of a_ and b_, still without detail.
+    // From a_ to the returned one of a_ and b_, still without detail.
     Planes& smooth() {
         pass_.pilot = pilot_;
         run(Step::kRepair, a_, b_);
@@ -169,7 +169,7 @@ private:
             std::swap(alpha_, from->alpha);
         for (uint32_t i = 0; i < settings_.passes; ++i) {
             pass_.step = 1 << i;
-            if (i > 0) // what is smooth already speaks for itself
+            if (i > 0) // smoothed colours are their own pilot
                 pass_.pilot = *from;
             run(Step::kSmooth, *from, *to);
             std::swap(from, to);

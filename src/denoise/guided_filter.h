@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The guided à-trous filter. Idea: pixels of path-traced images are independent noisy estimates;
-// average each with neighbours that belong to the same surface (guides) and whose colours differ
-// by no more than the noise explains.
+// average each with neighbours that belong to the same surface (guides) and whose colours differ by
+// no more than the noise explains.
 //
-//   1. Colours are divided by the albedo guide, so that textures need not be recognised in noise;
-//      they come back at the end. Not in limited range: there colours are squared instead, which
-//      makes light of what is encoded for a screen.
+//   1. Colours are divided by the albedo guide, which separates textures from noise, and multiplied
+//      by it at the end. In limited range they are squared instead, which roughly undoes the
+//      encoding for a screen.
 //   2. Values that are not finite, and fireflies, are replaced or cut by statistics of 5x5 pixels.
-//   3. The noise's variance is estimated from what a 3x3 mean leaves, averaged over 7x7 pixels.
-//   4. What a local regression on the guides explains of a pixel's colour against its surroundings
-//      is taken out, and comes back at the end (rows_detail.h).
+//   3. The noise's variance is estimated from the residual of a 3x3 mean, averaged over 7x7 pixels.
+//   4. The part of a pixel's difference from its surroundings that a local regression on the guides
+//      explains is taken out, and added back at the end (rows_detail.h).
 //   5. Passes of a 5x5 B-spline with steps 1, 2, 4... (Dammertz et al. 2010, Schied et al. 2017).
 //      A neighbour's weight falls with the distance of its guides and with the part of its colour
 //      difference that the variance of both does not explain; the variance is carried along.
@@ -17,8 +17,8 @@
 //      of the new one.
 //
 // Everything is local: a pixel depends on inputs within overlap() of it, computed in the same order
-// wherever it lies in the memory given, so that tiles give what the whole image gives.
-// Read next: job.h, what the steps are and what runs them; rows.h, the inner loops.
+// wherever it lies in memory, so that tiles give the bits of the whole image. Read next: job.h for
+// the steps, rows.h for the inner loops.
 #pragma once
 
 #include "denoise/filter.h"
@@ -37,7 +37,7 @@ constexpr uint32_t kMaxPasses = 5;
 
 class GuidedFilter final : public Filter {
 public:
-    // Factor 2: upsampled before what is temporal, see upsampler.h.
+    // Factor 2: upsampled before temporal blending, see upsampler.h.
     explicit GuidedFilter(const FilterSettings& settings, uint32_t factor = 1)
         : settings_(settings), factor_(factor) {}
     uint32_t factor() const override { return factor_; }

@@ -131,7 +131,7 @@ TEST(GuidedFilter, KeepsShadingThatNormalsExplain) {
 }
 
 TEST(GuidedFilter, AveragesLimitedColorsAsLight) {
-    // A surface of which a pixel sees either full light or none, encoded for a screen.
+    // A surface whose pixels have either full light or none, encoded for a screen.
     constexpr uint32_t kSide = 48;
     Rendering noisy{Picture(kSide, kSide), Picture(kSide, kSide), Picture(kSide, kSide)};
     std::mt19937 random(6);
@@ -149,7 +149,7 @@ TEST(GuidedFilter, AveragesLimitedColorsAsLight) {
     for (uint32_t y = 0; y < kSide; ++y)
         for (uint32_t x = 0; x < kSide; ++x)
             sum += std::pow(output.at(x, y)[1], 2.2f);
-    // The mean of light * light is 1/3; the mean of the encoded values stands for 0.27.
+    // The mean of light * light is 1/3; the mean of the encoded values decodes to 0.27.
     EXPECT_NEAR(sum / (kSide * kSide), 0.333, 0.025);
 }
 
@@ -406,7 +406,7 @@ TEST(GuidedFilterTemporal, FramesGrowBetter) {
     for (uint32_t i = 0; i < 6; ++i) {
         Rendering noisy = Tracer().render(kWidth, kHeight, 4, 30 + i);
         if (i == 0)
-            sequence.previous = noisy.color; // what a client may pass when there is no previous one
+            sequence.previous = noisy.color; // as a client may pass without a previous one
         single = psnr(denoised(noisy), truth().color);
         last = psnr(sequence.next(noisy), truth().color);
         if (i == 0)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Temporal blending: the previous denoised image, moved by the flow, makes the new one steadier.
-// It is believed only where it fits: inside the image, within the range of the new pixel's
-// neighbourhood, and no rougher than that (a noisy image in place of a first previous one).
-// Compiled for CPUs and for threads of GPUs.
+// Temporal blending: the previous denoised image, moved by the flow, makes the new one steadier. It
+// is used only where it fits: inside the image, within the range of the new pixel's neighbourhood,
+// and no rougher than that (a noisy image in place of a first previous one). Compiled for CPUs and
+// for threads of GPUs.
 #pragma once
 
 #include "denoise/image.h"
@@ -12,9 +12,9 @@ namespace sunstone::denoise {
 
 constexpr int kHistoryRadius = 1;
 
-// A previous colour may leave the new one by this many standard deviations of what the new one may
-// be wrong by: the noise left in it (which the filter knows only roughly) and, as the flow is not
-// exact, part of the change over its neighbourhood.
+// A previous colour may differ from the new one by this many standard deviations of the new one's
+// error: the noise left in it (which the filter knows only roughly) and, as the flow is not exact,
+// part of the change over its neighbourhood.
 constexpr float kRange = 1.5f;
 constexpr float kNoisePart = 8.0f;
 constexpr float kChangePart = 0.15f;
@@ -104,7 +104,7 @@ inline ColorMoments momentsAt(const Planes& planes, uint32_t x, uint32_t y, uint
     return moments;
 }
 
-// What goes into one layer of one frame.
+// The inputs of one layer of one frame.
 struct History {
     const Image& previous;
     const Image& flow; // pixels moved since the previous image: new position minus old one

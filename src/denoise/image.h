@@ -51,7 +51,7 @@ inline size_t pixelSizeOf(Format format) {
 }
 
 struct Image {
-    uint8_t* data = nullptr; // null: there is no such image
+    uint8_t* data = nullptr; // null: no image
     uint32_t width = 0, height = 0;
     size_t rowStride = 0;
     size_t pixelStride = 0;
@@ -126,7 +126,7 @@ inline uint8_t toByte(float value) {
     return value >= 1.0f ? 255 : uint8_t(value * 255.0f + 0.5f);
 }
 
-// A number of rounds that compilers know, so that values stay in registers.
+// A constant number of rounds, so that values stay in registers.
 template <class Body>
 inline void forChannels(unsigned count, Body body) {
     for (unsigned c = 0; c < 4; ++c)

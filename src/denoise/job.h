@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a filter is made of for whatever runs it: steps, each of them a function of one pixel that
-// knows nothing of its neighbours' progress, run for all pixels before the next step begins; and
-// the job that tells a step where its images and planes are. Steps are written once (steps.h) and
-// run by the threads of a CPU or those of a GPU.
+// A filter as steps, independent of the device that runs them: each step is a function of one pixel
+// that does not depend on its neighbours' progress, run for all pixels before the next step begins.
+// The job gives a step its images and planes. Steps are written once (steps.h) and run by the
+// threads of a CPU or of a GPU.
 #pragma once
 
 #include "denoise/image.h"
@@ -23,7 +23,7 @@ enum class Step : uint32_t {
     kSpread,
     kDetail,
     kSmooth,
-    kRestore,  // from: what was taken out of the colours or divided off comes back, in place
+    kRestore,  // from: undoes the removal of detail and the division, in place
     kCompress, // these three: upsampler.h
     kTensor,
     kUpsample,
@@ -38,10 +38,10 @@ enum class AlphaMode : uint8_t {
     kSeparate, // filtered on its own
 };
 
-// What is found out when a stream reaches a call, before its first step.
+// Values computed when a stream reaches a call, before its first step.
 struct Control {
     float scale[3];     // Frame::scale
-    uint32_t isRefused; // no step may do anything
+    uint32_t isRefused; // all steps must return at once
 };
 
 struct Job {
@@ -56,7 +56,7 @@ struct Job {
     uint32_t offsetX, offsetY;
     float albedoTolerance, normalTolerance, historyWeight, blend;
     uint8_t normalChannels;
-    bool keepsAlpha; // whatever it is
+    bool keepsAlpha; // even if it is not finite
     bool isScaled, isLimited;
     bool isDivided; // colours, by the albedo
     bool hasDetail; // taken out of colours

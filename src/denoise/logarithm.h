@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Logarithm and exponential by arithmetic that is the same everywhere (that of libraries is not,
-// and GPUs have none without one). Nothing here may be fused.
+// Logarithm and exponential by arithmetic that gives the same bits everywhere (libraries differ,
+// and GPUs have no such functions without one). Nothing here may be fused.
 #pragma once
 
 #include <bit>
@@ -27,7 +27,7 @@ inline double logarithm(double value) {
     return 2.0 * s * sum + (double(exponent) * kLn2Low + double(exponent) * kLn2High);
 }
 
-// exp(x); beyond 700 that of 700, on either side. NaN stays NaN.
+// exp(x), with x clamped to [-700, 700]. NaN stays NaN.
 inline double exponential(double x) {
     const double least = x < -700.0 ? -700.0 : x;
     const double clamped = least > 700.0 ? 700.0 : least;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a denoiser was made for, and the container in which users bring their own settings.
-//
-// The container (all values little-endian, no padding) is described in docs/denoiser.md.
+// The kind of a denoiser, and the container for users' own settings. docs/denoiser.md describes the
+// container (all values little-endian, no padding).
 #pragma once
 
 #include "denoise/filter.h"

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inner loops of the guided filter: one row of one pass, taps outside, pixels inside, so that
-// compilers vectorise over pixels. Compiled once per instruction set (rows_*.cpp include
-// rows_kernels.h); all give the same bits, as nothing is fused and no sum is reordered.
+// The inner loops of the guided filter: one row of one pass, with taps in the outer loop and pixels
+// in the inner one, so that compilers vectorise over pixels. Compiled once per instruction set
+// (rows_*.cpp include rows_kernels.h); all give the same bits, as nothing is fused and no sum is
+// reordered.
 #pragma once
 
 #include <cstddef>
@@ -25,9 +26,9 @@ struct Pass {
     const float* guides[kMaxGuides]; // in units of their tolerance
     const float* valid;              // 1, or 0 where the input was not finite
     Planes from, to;
-    // What colours are compared by: means of few pixels tell more than single noisy ones.
+    // Colours for comparison: means of few pixels are more reliable than single noisy ones.
     Planes pilot;
-    float* detail[3];     // of colours, as guides explain it
+    float* detail[3];     // the part of colours that guides explain
     int step;             // of an à-trous pass
     float colorTolerance; // squared
     bool hasAlpha;

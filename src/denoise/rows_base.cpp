@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The row kernels for any x86-64, and the choice between them and the others.
+// The row kernels for any x86-64, and the choice of an instruction set.
 #include "denoise/rows_kernels.h"
 
 namespace sunstone::denoise {

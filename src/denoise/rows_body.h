@@ -17,8 +17,8 @@ namespace {
 #if defined(__NVPTX__)
 using Place = uint32_t;
 
-// The compiler would keep what is the same for all rows of taps, for each column and plane, in
-// registers that there are not.
+// The compiler would keep the values common to all rows of taps, for each column and plane, in more
+// registers than exist.
 inline uint32_t keptWhole(uint32_t place) {
     asm("" : "+r"(place));
     return place;
@@ -123,12 +123,12 @@ inline float brightness(float r, float g, float b) {
 }
 
 // A pixel may be as bright as its surroundings' mean and this many standard deviations more, both
-// without the brightest pixel there: fireflies seldom come alone.
+// without the brightest pixel there: fireflies seldom occur alone.
 constexpr float kFireflyDeviations = 5.0f;
-// With fewer like neighbours (together) than this there is little to judge a pixel by: it may be
-// that many times brighter.
+// With fewer similar neighbours (together) than this a pixel is hard to judge: it may be that many
+// times brighter.
 constexpr float kEnoughLikeness = 4.0f, kSlack = 10.0f;
-constexpr float kLeastLikeness = 1e-3f; // so that something is left where no neighbour is alike
+constexpr float kLeastLikeness = 1e-3f; // so that the sum is positive where no neighbour is similar
 constexpr float kSmall = 1e-6f;
 
 template <int kGuides, uint32_t kSize>
@@ -226,7 +226,7 @@ inline void spreadChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t e
     const OwnGuides<kGuides> center(pass, here, begin);
     forTaps<kSpreadRadius, kSize>(
         pass, y, begin, end, 1, [&](int dx, int dy, Place row, uint32_t first, uint32_t last) {
-            if ((dx + dy) % 2 != 0) // every other pixel tells nearly as much
+            if ((dx + dy) % 2 != 0) // every other pixel suffices
                 return;
             const GuideRows<kGuides> tap(pass, row);
             const Row variance(pass.from.variance, row);

@@ -1,28 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-// The row kernel that finds what guides explain of the colours: part of rows_body.h, whose helpers
-// it uses. For each pixel a weighted regression of the colours around it on the guides (first-order
-// regression as of Moon et al. 2014 and Bitterli et al. 2016, but once, over small windows):
+// The row kernel that finds the part of the colours that guides explain; part of rows_body.h, whose
+// helpers it uses. For each pixel a weighted regression of the colours around it on the guides
+// (first-order regression after Moon et al. 2014 and Bitterli et al. 2016, but once, over small
+// windows):
 //
 //   colour(q) ~ a + b * (guides(q) - guides(pixel))
 //
-// What b says of the pixel against its surroundings (the shading of a bump, the share of two
-// surfaces in a pixel at a silhouette) is taken out before the passes, which would smooth it away,
-// and put back after them. The less of the surroundings' variance it explains beyond what any
-// regression on noise would, the more it is shrunk.
+// The pixel's difference from its surroundings according to b (the shading of a bump, the share of
+// two surfaces in a pixel at a silhouette) is taken out before the passes, which would smooth it
+// away, and added back after them. It is shrunk the more, the less of the surroundings' variance it
+// explains beyond a regression on noise.
 #include "denoise/rows.h"
 
 namespace sunstone::denoise {
 namespace {
 
-// Surroundings: guides may be further away than for smoothing, that is what is regressed on; what
-// is several times brighter or darker is something else (a highlight, a lamp, a shadow).
+// Surroundings: guides may differ more than for smoothing, because the regression needs
+// differences; pixels several times brighter or darker belong to something else (a highlight, a
+// lamp, a shadow).
 constexpr float kDetailGuidePart = 0.2f;
 constexpr float kDetailLightPart = 1.5f;
 constexpr int kDetailDisc = 18; // squared radius of the surroundings
 // Ridge, in squared units of the guides' tolerance: noise in guides must not look like a cause.
 constexpr float kRidge = 0.1f;
 constexpr float kSmallLight = 1e-6f;
-// The third coordinate of a normal adds nothing to the first two, which stand before it.
+// The third coordinate of a normal is redundant after the first two.
 constexpr int kMaxCauses = 5;
 constexpr int causesOf(int guides) {
     return guides < kMaxCauses ? guides : kMaxCauses;
@@ -36,7 +38,7 @@ struct Moments {
     float pair[kPairs][kSize], mixed[kCauses][3][kSize];
 };
 
-// What is read of the pixels themselves.
+// The planes read of the pixels themselves.
 template <int kGuides>
 struct Own {
     OwnGuides<kGuides> guides;
@@ -93,7 +95,7 @@ inline void addTap(const Pass& pass, const Own<kGuides>& own, Place row, int dx,
     }
 }
 
-// What the guides say of pixel i of the chunk against the mean of its surroundings.
+// The guides of pixel i of the chunk, relative to the mean of its surroundings.
 template <int kCauses, uint32_t kSize>
 inline void explain(const Moments<kCauses, kSize>& sums, uint32_t i, float (&detail)[3]) {
     float inverse = 1.0f / sums.weight[i]; // the pixel itself weighs 1
@@ -154,7 +156,7 @@ inline void detailChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t e
     const Own<kGuides> own(pass, here, begin);
     forTaps<kDetailRadius, kSize>(
         pass, y, begin, end, 1, [&](int dx, int dy, Place row, uint32_t first, uint32_t last) {
-            // A disc, and of that every other pixel: it tells nearly as much.
+            // Every other pixel of a disc: the result is nearly as good.
             if ((dx + dy) % 2 != 0 || dx * dx + dy * dy > kDetailDisc)
                 return;
             addTap<kGuides, kSize>(pass, own, row, dx, begin, first, last, sums);

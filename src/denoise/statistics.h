@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Statistics that fit images of any brightness to the range a filter expects. Logarithms are added
-// up as integers, so that results depend neither on the order of pixels nor on what adds.
+// up as integers, so that results depend neither on the order of pixels nor on the device.
 #pragma once
 
 #include "denoise/image.h"
@@ -16,8 +16,7 @@ float intensityScale(const Image& image);
 // are none. Values that are not finite do not count.
 void averageLogColor(const Image& image, float (&result)[3]);
 
-// ---- What CPUs and threads of GPUs share
-// ----------------------------------------------------------
+// ---- Shared by CPUs and threads of GPUs ---------------------------------------------------------
 
 constexpr float kDarkest = 1e-8f;
 // Logarithms are below 128 in magnitude: with this many units for 1 the sum of 2^34 of them fits.
@@ -41,7 +40,7 @@ struct LogSum {
     double mean() const { return count ? double(sum) / double(count) / kLogUnits : 0.0; }
 };
 
-// What the pixels of an image add to.
+// The sums over the pixels of an image.
 struct LuminanceLogs {
     static constexpr int kSums = 1;
     LogSum sums[kSums] = {};

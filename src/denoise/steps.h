@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The steps of job.h that are no row kernels, for one pixel. Compiled for CPUs and for threads of
-// GPUs, with the same bits as the result: no sum depends on the order of pixels, and nothing is
+// The steps of job.h other than row kernels, for one pixel. Compiled for CPUs and for threads of
+// GPUs with the same bits as the result: no sum depends on the order of pixels, and nothing is
 // fused.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace sunstone::denoise {
 
-// Beyond this a value is as good as infinite; its square still fits into a float with room.
+// Larger values count as infinite; its square still fits into a float with room.
 constexpr float kLargestColor = 1e8f;
 // Albedo below which a colour is taken for emitted or mirrored rather than for diffuse, gradually
 // (and so are pixels at the rim of an object before the sky).
@@ -35,7 +35,7 @@ inline float scaleOf(const Job& job, int channel) {
     return job.isScaled ? job.control->scale[channel] : 1.0f;
 }
 
-// What diffuse colours are divided by, for one pixel.
+// The divisor of diffuse colours, for one pixel.
 struct Divisor {
     float values[3];
 
@@ -76,7 +76,7 @@ inline void loadAlpha(const Job& job, uint32_t x, uint32_t y) {
     job.alpha[y * job.pass.stride + x] = keep ? values[3] : 1.0f;
 }
 
-// Alpha as an image of its own, with the same guides.
+// Alpha as a separate image, with the same guides.
 inline void alphaAsColor(const Job& job, uint32_t x, uint32_t y) {
     size_t at = y * job.pass.stride + x;
     job.valid[at] = 1.0f;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests only: a small path tracer over spheres on a textured floor, whose truth at many samples a
-// denoised picture of few samples is measured against.
+// Tests only: a small path tracer over spheres on a textured floor. Its image at many samples is
+// the reference for a denoised image of few samples.
 #pragma once
 
 #include "denoise/image.h"
@@ -102,7 +102,7 @@ private:
         bool odd = (int(std::floor(p.x)) + int(std::floor(p.z))) & 1;
         float grain = 0.9f + 0.1f * std::sin(p.x * 20) * std::sin(p.z * 20);
         Vec checks = (odd ? Vec{0.7f, 0.25f, 0.2f} : Vec{0.75f, 0.75f, 0.7f}) * grain;
-        // Checks finer than pixels would be noise of their own.
+        // Checks finer than pixels would add noise.
         float far = std::clamp((-p.z - 1.0f) * 0.3f, 0.0f, 1.0f);
         return checks * (1 - far) + Vec{0.72f, 0.5f, 0.45f} * far;
     }
@@ -213,7 +213,7 @@ private:
     }
 };
 
-// Of the pictures as a screen shows them: cut at 1, gamma 2.2.
+// For the images as a screen shows them: clipped at 1, gamma 2.2.
 inline double psnr(const Picture& a, const Picture& b) {
     double sum = 0;
     size_t count = 0;

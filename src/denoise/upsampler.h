@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes a denoised image twice as wide and high. There is nothing finer to be guided by: all images
-// have the size of the input. What they show is where edges are and which way they run.
+// Makes a denoised image twice as wide and high. All images have the size of the input, so no finer
+// guide exists; the images only give the place and direction of edges.
 //
-//   1. Colours are compressed (fourth roots), so that a lamp does not outshine what is beside it.
-//   2. The structure tensor of colours and guides tells direction and strength of edges.
-//   3. A pixel's four successors are interpolated by a cubic without overshoot where there is no
-//      edge, and by a Gaussian kernel that is stretched along the edge where there is one (steering
-//      kernels: Takeda, Farsiu, Milanfar 2007): it takes the steps and the noise out of edges.
+//   1. Colours are compressed (fourth roots), so that a lamp does not outshine its neighbourhood.
+//   2. The structure tensor of colours and guides gives direction and strength of edges.
+//   3. A pixel's four successors are interpolated by a cubic without overshoot away from edges, and
+//      at edges by a Gaussian kernel stretched along the edge (steering kernels: Takeda, Farsiu,
+//      Milanfar 2007), which takes the steps and the noise out of edges.
 //
 // A pixel depends on inputs within kUpsamplerRadius. Compiled for CPUs and for threads of GPUs.
 #pragma once
@@ -34,7 +34,7 @@ struct Upsampler {
 
 // Weight of guides, in units of their tolerance, beside compressed colours in the tensor.
 constexpr float kGuidePart = 0.01f;
-// Gradient, squared, from which an edge counts in full; and what noise may make of it.
+// Squared gradient from which an edge counts in full; and the part that noise may cause.
 constexpr float kEdge = 0.002f, kNoise = 0.0005f;
 // The Gaussian: 1 / (2 sigma^2) across an edge (sigma 0.45 pixels of the input), how much narrower
 // a full edge makes it across and how much wider, in variances, along.

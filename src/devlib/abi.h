@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The contract between compiled device programs and the run-time that calls them: the state a
-// program sees, and what the `_optix_*` calls become. Compiled code reads and writes these structs
-// by offset (the compiler takes offsetof of this very header); traversal and launch code use them
-// as C++. Plain data only, no pointers to C++ objects with behaviour.
+// The contract between compiled device programs and the run-time that calls them: the state that a
+// program sees, and the data behind the `_optix_*` calls. Compiled code reads and writes these
+// structs by offset (the compiler takes offsetof of this header); traversal and launch code use
+// them as C++. Plain data only, no pointers to C++ objects with behaviour.
 //
-// A program is `uint32_t program(RayState*)`. Every other function of an OptiX module gets the
-// same RayState* as a hidden first parameter, indirect calls included. What the result means:
+// A program is `uint32_t program(RayState*)`. Every other function of an OptiX module gets the same
+// RayState* as a hidden first parameter, indirect calls included. The result:
 //   any-hit                     ProgramResult: accept, ignore, terminate
 //   intersection                kTerminate if a reported hit ended the ray, else kAccept
 //   all others                  ignored (return kAccept)
 //
-// optixTrace: the caller makes a RayState in its own frame, fills the fields marked [trace],
-// calls launch->trace(state) and reads the payload words back.
+// optixTrace: the caller makes a RayState in its own frame, fills the fields marked [trace], calls
+// launch->trace(state) and reads the payload words back.
 #pragma once
 
 #include <cstddef>

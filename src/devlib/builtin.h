@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// GroupEntry::builtinPrimitive: the number of an OptixPrimitiveType and, from bit 16 on, what the
-// built-in intersection was asked for (OptixBuiltinISOptions). 0: the group has none. Whether a
-// group fits a structure is the same on CPUs and GPUs.
+// GroupEntry::builtinPrimitive: the number of an OptixPrimitiveType and, from bit 16 on, the
+// options of the built-in intersection (OptixBuiltinISOptions). 0: none. CPUs and GPUs decide alike
+// whether a group fits a structure.
 #pragma once
 
 #include "bvh/input/input_lookup.h"
@@ -14,7 +14,7 @@ namespace sunstone::devlib {
 enum BuiltinTrait : uint32_t {
     kBuiltinEndcaps = 1,
     kBuiltinMotion = 2,
-    kBuiltinFastTrace = 4, // as bvh::OptionBit; neither: nothing was said
+    kBuiltinFastTrace = 4, // as bvh::OptionBit; neither: not stated
     kBuiltinFastBuild = 8,
 };
 inline uint32_t packBuiltin(uint32_t primitive, uint32_t traits) {
@@ -27,8 +27,8 @@ inline uint32_t traitsOfBuiltin(uint32_t packed) {
     return packed >> 16;
 }
 
-// The rest of what a built-in intersection of curves or spheres is asked for. A preference that was
-// not stated fits all, and so does motion that the structure has not.
+// The other options of a built-in intersection of curves or spheres. An unstated preference fits
+// all structures, and motion also fits structures without it.
 inline bool fitsTraits(uint32_t traits, const bvh::BlockHeader& block, uint32_t sbtGasIndex) {
     constexpr uint32_t kPreferences = kBuiltinFastTrace | kBuiltinFastBuild;
     static_assert(kPreferences == (bvh::kOptionFastTrace | bvh::kOptionFastBuild));
@@ -42,7 +42,7 @@ inline bool fitsTraits(uint32_t traits, const bvh::BlockHeader& block, uint32_t 
            bvh::hasEndcaps(*input) == ((traits & kBuiltinEndcaps) != 0);
 }
 
-// Whether a hit group is one for the primitives of a structure (or of none).
+// Whether a hit group fits the primitives of a structure (or no structure).
 inline bool fitsBuiltin(uint32_t packed, const bvh::BlockHeader* block, uint32_t sbtGasIndex) {
     const uint32_t primitive = primitiveOfBuiltin(packed);
     if (!block)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The run-time of device programs on GPUs (devlib/gpu/runtime.cpp) as the build made it: LLVM bitcode.
+// The LLVM bitcode of the run-time of device programs on GPUs (devlib/gpu/runtime.cpp), as the
+// build made it.
 #pragma once
 
 #include <string_view>

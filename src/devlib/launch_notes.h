@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a launch did that is worth a line in the log. Whoever wants to know runs a NotedLaunch.
+// Events of a launch that deserve a line in the log. Callers that log them run a NotedLaunch.
 #pragma once
 
 #include "devlib/abi.h"
 
 namespace sunstone::devlib {
 
-// Set by any thread, read when the launch is over.
+// Set by any thread, read after the launch.
 struct LaunchNotes {
     uint32_t deepGraph = 0; // a path of traversables was longer than declared
     uint32_t wideSbt = 0;   // kFlagDebug: an SBT offset or stride of a trace call was above 15
@@ -19,7 +19,7 @@ struct NotedLaunch : LaunchState {
     mutable LaunchNotes notes;
 };
 
-// Null where nobody wants to know.
+// Null if no caller logs it.
 inline LaunchNotes* notesOf(const LaunchState& launch) {
     return launch.exceptionFlags & kHasNotes ? &static_cast<const NotedLaunch&>(launch).notes
                                              : nullptr;

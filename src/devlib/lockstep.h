@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels whose threads run a warp at a time: what compiled code and its launcher share.
+// Kernels whose threads run a warp at a time: data shared by compiled code and its launcher.
 //
 // Beside the KernelFn of a single thread, a kernel can have a LockstepFn, in which each value of
 // the program is a vector with one element for each of the 32 lanes of a warp
-// (compiler/lockstep/lockstep.h). One call runs the lanes of a mask from the point where they stand to the
-// next one: a barrier, a warp function that cannot be answered at once, or the end. At a point the
-// lanes leave what they brought in the warp and what they need later in its frame; the launcher
-// finds out who may go on and with what result.
+// (compiler/lockstep/lockstep.h). One call runs the lanes of a mask from their point to the next
+// one: a barrier, a warp function that needs other lanes, or the end. At a point the lanes leave
+// their operands in the warp and the values they need later in its frame; the launcher decides
+// which lanes continue, and with which result.
 #pragma once
 
 #include "devlib/abi.h"
@@ -15,8 +15,8 @@ namespace sunstone::devlib {
 
 constexpr uint32_t kWarpLanes = 32;
 
-// What lanes came to. LockstepWarp::point has the number of the point in the low half, the kind
-// above it and the mode above that.
+// Kinds of points. LockstepWarp::point has the number of the point in the low half, the kind above
+// it and the mode above that.
 enum LockstepKind : uint32_t {
     kMeetBarrier = 1, // operands: id, threads; mode: BarrierReduction
     kMeetPlain,       // a barrier of the whole block without a value; mode: id
@@ -25,8 +25,8 @@ enum LockstepKind : uint32_t {
     kMeetMatch,       // operands: mask; mode: 1 all
     kMeetReduce,      // operands: mask; mode: the operation of sunstone_redux
     kMeetMatrix,      // operands: mask; value: address of the lane's compiler::MatrixBlock; mode: 0
-    kMeetPause,       // nobody is waited for, other lanes may run first; mode: 1 if these have read
-                      // again and again what others may write
+    kMeetPause,       // no wait, other lanes may run first; mode: 1 if these have polled
+                      // memory that others may write
 };
 constexpr uint32_t kPointBits = 16, kModeShift = 24;
 
@@ -36,11 +36,12 @@ struct alignas(64) LockstepWarp {
     KernelThread* threads; // of the lanes; only the first is filled where info says so
     uint8_t* frame;        // values that live across points
     uint32_t live;         // lanes that have not ended
-    // Of one call, set to 0 before it: how often lanes came to a point, the last of them and who.
+    // Of one call, set to 0 before it: the number of arrivals at points, the last point and its
+    // lanes.
     uint32_t stops;
     uint32_t stopPoint;
     uint32_t stopLanes;
-    // Of each lane that waits; pauses (mode 0) of all lanes that live leave `point` as it was.
+    // Of each waiting lane; pauses (mode 0) of all live lanes leave `point` unchanged.
     alignas(64) uint32_t point[kWarpLanes];
     uint32_t operand[3][kWarpLanes];
     uint64_t value[kWarpLanes];
@@ -48,8 +49,8 @@ struct alignas(64) LockstepWarp {
                                  // in compiler/runtime/kernel.cpp return it
 };
 
-// Runs those of `lanes`, all of which stand at `point` (0: the beginning), that can run together;
-// returns them, at least one.
+// Runs those of `lanes`, all at `point` (0: the beginning), that can run together; returns them, at
+// least one.
 using LockstepFn = uint32_t (*)(LockstepWarp*, const void* params, uint32_t point, uint32_t lanes);
 
 } // namespace sunstone::devlib

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays through triangles with opacity micromaps: which programs run, and what is hit, by state and
-// by the flags of geometry, instance and ray; against the rules written out, against any-hit
-// programs that decide the same, and moving triangles against the same standing still.
+// Rays through triangles with opacity micromaps: the programs that run, and the hits, by state and
+// by the flags of geometry, instance and ray. The judges: the rules written out, any-hit programs
+// that decide the same, and for moving triangles the same ones without motion.
 #include "bvh/micromap/micromap_array.h"
 #include "bvh/motion/motion.h"
 #include "bvh/testing/meshes.h"
@@ -163,7 +163,7 @@ std::vector<const void*> addressesOf(const std::vector<Mesh>& keys) {
     return addresses;
 }
 
-// What should happen at a point with this state (kNoMicromap: none): the rules in their order.
+// The expected outcome at a point with this state (kNoMicromap: none): the rules in their order.
 struct Expected {
     bool hit, anyHit;
 };
@@ -251,7 +251,7 @@ void MicromapTrace::combineStatesAndFlags(bool moving) {
                                                                     : a.hit,
                                       e.hit);
                             ASSERT_EQ(a.anyHits, e.anyHit ? 1 : 0);
-                            // A program that ignores the hit makes it none.
+                            // A program that ignores the hit makes it a miss.
                             anyHitProgram = [](RayState*) -> uint32_t { return kIgnore; };
                             const Answer b =
                                 trace(handleOf(ias), inside[place], {0, 0, -1}, flags, time);
@@ -362,8 +362,8 @@ TEST_P(MicromapTrace, AgreesWithAnyHitProgramsInMotion) {
     compareWithAnyHitPrograms(3);
 }
 
-// Moving triangles against a structure of the triangles as they are at the time: all equal to the
-// last bit. Then the same after an update that exchanges the keys and the micromaps.
+// Moving triangles against a structure of the triangles at that time: all equal to the last bit.
+// Then the same after an update that exchanges the keys and the micromaps.
 TEST_P(MicromapTrace, MovingTrianglesAreLikeStill) {
     std::vector<Mesh> keys = movedMeshes(bvh::testing::soup(500, 0.5f, 21), 3);
     Random random(22);
@@ -427,7 +427,7 @@ TEST_P(MicromapTrace, MovingTrianglesAreLikeStill) {
     }
 }
 
-// A pipeline that does not say so meets triangles as if they had no micromaps.
+// A pipeline without the micromap option treats triangles as if they had no micromaps.
 TEST_P(MicromapTrace, PipelinesMustAskForThem) {
     const auto array = makeArray(0, MicromapFormat::kTwoState, {{0}});
     const Mesh mesh = oneTriangle();

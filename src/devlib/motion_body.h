@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of Tracer that deal with motion: structures with motion keys, whose primitives go to
-// the visitors of trace_body.h as they are at the ray's time, and motion transforms. Apart from the
-// rest and never inlined into it, so that scenes that stand still pay nothing.
+// The parts of Tracer that deal with motion: structures with motion keys, whose primitives reach
+// the visitors of trace_body.h interpolated at the ray's time, and motion transforms. Never inlined
+// into the rest, so that scenes without motion do not pay for it.
 #pragma once
 
 #include "bvh/motion/transforms.h"

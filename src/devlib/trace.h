@@ -2,11 +2,11 @@
 // The run-time behind optixTrace, optixReportIntersection and callables on the CPU: functions that
 // compiled programs reach through LaunchState (abi.h).
 //
-// What happens with bad input: a null or foreign handle, a ray with NaN or infinity, and a
-// trace deeper than maxTraceDepth act as a miss (the last without running the miss program); an SBT
-// index out of range, a record no group was packed into, and a group without the program act as a
-// program that does nothing. If the pipeline has the trace-depth exception, too deep a trace or graph
-// raises it; with debug exceptions all of these do (checks.h). Too deep a stack raises always.
+// Bad input: a null or foreign handle, a ray with NaN or infinity, and a trace deeper than
+// maxTraceDepth act as a miss (the last without running the miss program); an SBT index out of
+// range, a record without a packed group, and a group without the program act as a program that
+// does nothing. With the trace-depth exception, too deep a trace or graph raises it; with debug
+// exceptions all of these raise. Too deep a stack always raises.
 //
 // Read next: trace_body.h.
 #pragma once

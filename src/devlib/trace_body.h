@@ -3,16 +3,16 @@
 //
 // A Tracer lives on the stack of one trace call. It walks the graph (instances and transforms by
 // recursion, one level deep each), and at each geometry acceleration structure picks a loop:
-//   - no program can run and no hit is dropped by flags: bvh::ClosestTriangle or AnyTriangle, which
-//     keep the best hit in registers;
+//   - no program can run and flags drop no hit: bvh::ClosestTriangle or AnyTriangle, which keep
+//     the best hit in registers;
 //   - otherwise ProgramTriangles or CustomPrimitives, which show each candidate to any-hit and
 //     intersection programs through RayState;
 //   - MicromapTriangles where triangles have opacity micromaps.
-// What moves goes through motion_body.h, which interpolates at the ray's time and shows primitives to
-// the same visitors.
-// The best hit is kept in the Tracer and moves into RayState::hit at the end, because until then
-// that field is the candidate's. Programs run with RayState::tmax as the manual says: the candidate's
-// t in any-hit, the best t in intersection and closest-hit, the ray's own in miss.
+// Structures with motion go through motion_body.h, which interpolates at the ray's time and calls
+// the same visitors. The best hit is kept in the Tracer and moves into RayState::hit at the end,
+// because until then that field is the candidate's. Programs run with RayState::tmax as the manual
+// says: the candidate's t in any-hit, the best t in intersection and closest-hit, the ray's own in
+// miss.
 //
 // trace_checked.cpp compiles all of this once more with kChecked, for pipelines with debug
 // exceptions: what the manual calls undefined then leaves the launch index through

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The trace functions for pipelines with debug exceptions; see kChecked in trace_body.h. One set
-// for all processors: who debugs does not need the last of the speed.
+// for all processors: debugging does not need the last of the speed.
 #define SUNSTONE_TRACE_CHECKED
 #include "devlib/trace_body.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The trace run-time with programs written in C++: which program runs when, what it sees, and what
-// flags, masks, instances and broken shader-binding tables do.
+// The trace run-time with programs written in C++: the order and the state in which programs run,
+// and the effects of flags, masks, instances and broken shader-binding tables.
 #include "devlib/trace.h"
 
 #include "bvh/build/build.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Acceleration structures in stream order: the caller's description is copied when the call is
-// made, the caller's buffers are read and written when the stream reaches it.
+// Acceleration structures in stream order: the call copies the caller's description; the caller's
+// buffers are read and written when the stream reaches it.
 #pragma once
 
 #include "bvh/build/build.h"
@@ -25,7 +25,7 @@ struct AccelInputs {
     std::vector<std::vector<uint32_t>> flags; // owned copies that the inputs point to
     std::vector<std::vector<const void*>> keys; // the same of buffers for motion keys
 
-    // The view the builders take. Valid while this object lives and stays where it is.
+    // The view the builders take. Valid while this object lives and is not moved.
     bvh::BuildInputs view() const;
     // Keeps a copy of flag words and returns its address.
     const uint32_t* keepFlags(const unsigned* words, size_t count);
@@ -48,7 +48,7 @@ struct AccelBuild {
     std::vector<AccelEmit> emit;
     void* stream = nullptr;
     bool update = false; // refit the structure that is in `output`
-    std::optional<InstanceRules> rules; // the log hears of instances that break them
+    std::optional<InstanceRules> rules; // instances that break them are logged
 };
 
 // Sizes of the buffers that a build of these inputs takes.
@@ -68,11 +68,11 @@ uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uin
 // micromaps.
 bool isRelocatable(const Context& context, const bvh::RelocationInfo& info);
 
-// What relocateAccel needs to know of the structure; waits for all streams.
+// The relocation info of the structure for relocateAccel; waits for all streams.
 bvh::RelocationInfo relocationInfo(const std::shared_ptr<Context>& context, uint64_t handle);
 
 // Queues the relocation of the copy at `block` and returns its handle. `children`: see
-// bvh::relocate; read when the stream comes to it. `arrays`: see bvh::relocateMicromaps; empty: all
+// bvh::relocate; read when the stream reaches it. `arrays`: see bvh::relocateMicromaps; empty: all
 // build inputs keep theirs.
 uint64_t relocateAccel(const std::shared_ptr<Context>& context, void* stream,
                        const bvh::RelocationInfo& info, void* block, const uint64_t* children,

@@ -30,7 +30,7 @@ struct StatisticsRequest;
 
 using ContextPtr = std::shared_ptr<Context>;
 
-// What a pipeline is made of: programs, each once, and for every group the places of its own.
+// The parts of a pipeline: programs, each once, and the places of each group's programs among them.
 struct PipelineParts {
     static constexpr size_t kNone = ~size_t(0);
     using Indices = std::array<size_t, devlib::kRoleCount>; // by devlib::Role
@@ -40,7 +40,7 @@ struct PipelineParts {
     compiler::ObjectStore* cache; // may be null
 };
 
-// Code of a pipeline that only its back end looks into.
+// Code of a pipeline, opaque to all but its back end.
 class DeviceCode {
 public:
     virtual ~DeviceCode() = default;
@@ -59,16 +59,16 @@ public:
     // Whether the device's compiler takes this module, with the version and target that a pipeline
     // of it would have.
     virtual bool accepts(const ptx::Module&) { return false; }
-    // Compiles the programs; what a launch needs of them goes into the pipeline.
+    // Compiles the programs; stores the data for launches in the pipeline.
     virtual void compile(Pipeline& pipeline, const PipelineParts& parts) = 0;
-    // After the pipeline's limits have been set anew.
+    // Called after the pipeline's limits have changed.
     virtual void setStackSizes(const Context&, Pipeline&) {}
     virtual void launch(const ContextPtr& context, const LaunchRequest& request) = 0;
-    // Logs what launches and builds that are over have reported and nobody has told yet.
+    // Logs the pending reports of launches and builds that have ended.
     virtual void flush(const Context&) {}
 
     // Denoising; see denoiser.h.
-    // Makes ready what frames with that many planes of guides need, so that queueing does not wait.
+    // Prepares frames with that many planes of guides, so that queueing does not wait.
     virtual void prepareDenoiser(int guidePlanes) = 0;
     virtual void setupDenoiser(const ContextPtr& context, const DenoiserSetup& setup) = 0;
     virtual void denoise(const ContextPtr& context, DenoiseRequest request) = 0;
@@ -101,7 +101,8 @@ std::shared_ptr<Backend> cpuBackend();
 // where the driver has no such context.
 std::shared_ptr<Backend> createGpuBackend(void* cudaContext);
 
-// Throws kNotSupported unless the device's memory is the host's; `what` names what needs it.
+// Throws kNotSupported unless the device's memory is the host's; `what` names the feature for the
+// message.
 void requireSharedMemory(const Context& context, const char* what);
 
 } // namespace sunstone::engine

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a built-in intersection is asked for, and the number that stands for it in program groups.
+// The options of a built-in intersection, and the number that represents them in program groups.
 #pragma once
 
 #include "devlib/builtin.h"

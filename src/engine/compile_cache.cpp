@@ -14,7 +14,7 @@ namespace sunstone::engine {
 
 namespace {
 
-// A name of our own: other implementations of the API keep their caches beside it.
+// A distinct name: other implementations of the API keep their caches beside it.
 std::string folderName() {
     std::vector<char> buffer(16384);
     passwd entry{};

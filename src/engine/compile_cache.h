@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The disk cache of one context: whether it is on, where it is and how large it may grow, by the
-// API's calls and by the environment, which goes before them.
+// The disk cache of one context: its state, folder and size, set by the API's calls and by the
+// environment, which takes precedence.
 //
 //   OPTIX_CACHE_PATH     folder instead of any the API names
 //   OPTIX_CACHE_MAXSIZE  bytes: high mark instead of the API's, with half of it as the low mark;
-//                        0 turns the cache off for good; anything but a number from 0 is ignored
+//                        0 turns the cache off permanently; anything but a number from 0 is ignored
 //
 // Both are read when the context is created. Source: OptiX 7.4, sections 3.4.2.3 to 3.4.2.9.
 #pragma once
@@ -24,7 +24,7 @@ class CompileCache : public compiler::ObjectStore {
 public:
     using Log = std::function<void(LogLevel, const std::string&)>;
 
-    // Marks of a context that never set any.
+    // Marks of a context that has set none.
     static constexpr cache::Marks kDefaultMarks{uint64_t(512) << 20, uint64_t(1) << 30};
 
     explicit CompileCache(Log log);
@@ -55,7 +55,7 @@ private:
     std::shared_ptr<cache::DiskCache> current() const;
 
     Log log_;
-    // Recursive: a log callback may ask for settings.
+    // Recursive: a log callback may query settings.
     mutable std::recursive_mutex mutex_;
     std::shared_ptr<cache::DiskCache> cache_; // null while the cache is off
     std::string location_;                    // empty: the default

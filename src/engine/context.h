@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all objects of one API context share: the device, where log lines go, and the counter that
-// numbers program groups. Read next: module.h, pipeline.h, launch.h.
+// The data that all objects of one API context share: the device, the log callback, and the counter
+// that numbers program groups. Read next: module.h, pipeline.h, launch.h.
 #pragma once
 
 #include "base/log.h"
@@ -21,14 +21,14 @@ struct Context {
     std::shared_ptr<Backend> backend;
     // Receives each line for this context; may be called from any thread.
     std::function<void(LogLevel, std::string_view tag, std::string_view text)> log;
-    // What was compiled before, by any process; null where the owner wants none.
+    // Code compiled before, by any process; null if the owner disables it.
     std::shared_ptr<CompileCache> cache;
     // Program groups are numbered from 1 within their context; SBT headers carry the number.
     std::atomic<uint32_t> nextGroup{1};
     const Wording* wording = &plainWording(); // of messages
 };
 
-// For the CPU. Queues work on a stream: what goes wrong in it is logged with the context, under this tag, and
+// For the CPU. Queues work on a stream: its failure is logged with the context, under this tag, and
 // kept by the stream.
 void enqueueLogged(const std::shared_ptr<Context>& context, void* stream, const char* tag,
                    std::function<void()> work);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Denoising in stream order: descriptions are copied when a call is made, images and the numbers in
-// device memory are read when the stream reaches it. What is wrong with those is logged, and told
-// by the next of these calls on the stream.
+// Denoising in stream order: the call copies its descriptions; images and numbers in device memory
+// are read when the stream reaches it. Their errors are logged, and returned by the next denoiser
+// call on the stream.
 #pragma once
 
 #include "denoise/call.h"

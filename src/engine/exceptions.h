@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a launch remembers of exceptions of its device programs: the one at the lowest launch index
-// of each kind that somebody has to hear of, so that reports are the same in every run.
+// A launch's record of exceptions of its device programs: it keeps the one at the lowest launch
+// index, so that reports are the same in every run.
 #pragma once
 
 #include "base/faults.h"
@@ -29,7 +29,7 @@ public:
 
     // Called once for each launch index that ended with an exception.
     void add(const devlib::ThreadState& thread, const devlib::LaunchState& launch);
-    // The same for one that ended with a fault of the processor.
+    // The same for an index that ended with a fault of the processor.
     void add(const FaultFrame& fault, const devlib::ThreadState& thread,
              const devlib::LaunchState& launch);
 

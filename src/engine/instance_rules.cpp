@@ -36,7 +36,7 @@ std::string brokenBy(const bvh::InstanceDesc& instance, const InstanceRules& rul
 
 void warnOfBrokenRule(const Context& context, const bvh::InstanceInput& input,
                       const InstanceRules& rules) {
-    bvh::InstanceInput given = input; // with the flags as they are
+    bvh::InstanceInput given = input; // with unchanged flags
     given.knownFlags = ~0u;
     given.identityFlag = 0;
     for (uint32_t i = 0; i < input.numInstances; ++i) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the API demands of instances and builds do not look at, because the instances are in device
-// memory and nothing bad comes of it: limits, reserved bits, flags that exclude each other.
-// Validation mode has builds check it.
+// Rules of the API for instances that builds do not check, because the instances are in device
+// memory and violations are harmless: limits, reserved bits, flags that exclude each other.
+// Validation mode checks them in builds.
 #pragma once
 
 #include "bvh/build/build.h"

@@ -20,11 +20,11 @@ struct MicromapArrayBuild {
     void* stream = nullptr;
 };
 
-// Queues the build. What descriptions and states turn out to be is known only then: what is wrong
-// with them is an error of the stream.
+// Queues the build. Descriptions and states are read when it runs: their faults are errors of the
+// stream.
 void buildMicromapArray(const std::shared_ptr<Context>& context, MicromapArrayBuild request);
 
-// What relocation needs to know of the array; waits for all streams.
+// The relocation info of the array; waits for all streams.
 bvh::RelocationInfo micromapRelocationInfo(const std::shared_ptr<Context>& context,
                                            const void* array);
 

@@ -16,7 +16,7 @@ const compiler::ModuleSummary::Program* Module::findProgram(std::string_view nam
 
 namespace {
 
-// Bound values must lie in the launch parameters, if the module has them at all.
+// Bound values must lie in the launch parameters, if the module has any.
 void checkBoundValues(const compiler::ModuleRules& rules, uint64_t paramsSize) {
     for (size_t i = 0; i < rules.boundValues.size() && paramsSize != 0; ++i) {
         const compiler::BoundValue& value = rules.boundValues[i];
@@ -34,8 +34,8 @@ compiler::ModuleSummary check(const ptx::Module& tree, const compiler::PipelineR
     return summary;
 }
 
-// Whether only the device's compiler knows some instruction. Others must not find what was made of
-// the text.
+// Whether some instruction is known to the device's compiler only. Other devices must not find this
+// outcome in the cache.
 bool hasForeign(const ptx::Module& tree) {
     for (const ptx::Function& function : tree.functions)
         for (const ptx::Statement& statement : function.body)
@@ -46,7 +46,7 @@ bool hasForeign(const ptx::Module& tree) {
 
 std::shared_ptr<const ptx::Module> parse(std::string_view text, Backend& backend,
                                          std::string& remarks) {
-    ptx::Judge judge; // code for CPUs is made here, where nobody else knows more
+    ptx::Judge judge; // code for CPUs is made by this library alone
     if (!backend.sharesMemory())
         judge = [&](const ptx::Module& alone) { return backend.accepts(alone); };
     ptx::Diagnostics diagnostics;

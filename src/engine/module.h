@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A device module: a checked text and what it offers. Machine code is made when a pipeline is
-// created, for what the pipeline reaches only. What a text offers is kept, too: one that was checked
-// before, by any process, is not parsed until something of it has to be compiled.
+// A device module: a checked text and its contents. Machine code is made when a pipeline is
+// created, and only for programs the pipeline reaches. The list of contents is cached, too: a text
+// that any process has checked before is parsed only when some of it is compiled.
 #pragma once
 
 #include "compiler/compiler.h"

@@ -37,7 +37,7 @@ std::vector<compiler::ProgramRequest> requestsOf(const Module& module) {
     return requests;
 }
 
-// The heaviest first, each to the part that has least so far.
+// The heaviest first, each to the lightest part so far.
 std::vector<std::vector<compiler::ProgramRequest>>
 share(const Module& module, std::vector<compiler::ProgramRequest> requests, size_t parts) {
     const auto weightOf = [&](const compiler::ProgramRequest& request) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A module made by tasks (OptiX 7.4, sections 3.6.2.3 and 3.7). The first task parses and checks;
-// then the machine code of the module's programs is made, shared out to as many tasks as the
-// caller takes, or in the first one if it takes none. Code waits in the module for the pipelines
-// that use it. A module that needs others cannot be compiled ahead, nor can one for a GPU: the
-// first task is all it has.
+// then the machine code of the module's programs is made, spread over as many tasks as the caller
+// takes, or in the first one if it takes none. The module keeps the code for the pipelines that use
+// it. A module that needs others, or one for a GPU, cannot be compiled ahead: it has only the first
+// task.
 #pragma once
 
 #include "engine/module.h"
@@ -23,10 +23,10 @@ public:
 
     static constexpr size_t kFirst = 0;
 
-    // Executing a task takes three calls, so that the caller can hand over what the task had to say
-    // before the module counts as done. start throws kInvalidOperation if the task has run or
-    // runs; run does the work on this thread, returns the numbers of up to `most` new tasks and
-    // throws what the work throws; finish must follow.
+    // Executing a task takes three calls, so that the caller can deliver the task's messages before
+    // the module counts as done. start throws kInvalidOperation if the task has run or runs; run
+    // does the work on this thread, returns the numbers of up to `most` new tasks and passes
+    // exceptions on; finish must follow.
     void start(size_t number);
     std::vector<size_t> run(size_t number, size_t most);
     void finish(size_t number, bool good);
@@ -35,7 +35,7 @@ public:
     bool isExecuting() const; // some task
     // Once completed; null before.
     std::shared_ptr<Module> module() const;
-    // What finished tasks have to say, errors before the rest.
+    // Messages of finished tasks, errors first.
     std::string feedback() const;
     void addError(const std::string& line);
 

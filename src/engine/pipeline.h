@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Program groups and pipelines. A pipeline owns its machine code and a table from group number to
-// program addresses; groups and modules may die after it was made.
+// program addresses; groups and modules may be destroyed after it was made.
 #pragma once
 
 #include "engine/module.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Machine code of a module's programs, whoever asked for it first: a task, a pipeline, or the
-// question how much stack a program takes.
+// Machine code of a module's programs, made at the first request: by a task, a pipeline, or a query
+// of a program's stack size.
 #pragma once
 
 #include "compiler/compiler.h"
@@ -12,7 +12,7 @@
 
 namespace sunstone::engine {
 
-// Compiled pieces of one module, and behind them the disk cache if there is one.
+// Compiled pieces of one module, backed by the disk cache, if any.
 class PreparedCode : public compiler::ObjectStore {
 public:
     explicit PreparedCode(std::shared_ptr<compiler::ObjectStore> next) : next_(std::move(next)) {}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A client of one release: its table, filled by position, and a small scene rendered through it.
-// Every struct is handed over in memory whose padding is garbage and which ends where the struct
-// ends, before a page that cannot be read: a library that looks further faults.
+// Every struct is passed in memory with garbage padding that ends, at the end of the struct, before
+// an unreadable page: a library that reads further faults.
 #pragma once
 
 #include "releases.h"
@@ -32,7 +32,7 @@ private:
     void* data_ = nullptr;
 };
 
-// A struct, or an array of them, in guarded memory; bytes that nobody sets are 0xA5.
+// A struct, or an array of them, in guarded memory; unset bytes are 0xA5.
 template <class T>
 class Guarded {
 public:
@@ -45,7 +45,7 @@ private:
     GuardedMemory memory_;
 };
 
-// Sets members and leaves the padding between them as it is.
+// Sets members and leaves the padding between them unchanged.
 template <class T, class Value>
 void set(T& member, Value value) {
     const T converted = T(value);

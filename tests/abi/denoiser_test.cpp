@@ -15,7 +15,7 @@ constexpr int kColor = 0x2301, kColorAlbedo = 0x2302, kColorAlbedoNormal = 0x230
 constexpr int kFloat3 = 0x2203, kFloat2 = 0x2208;
 constexpr unsigned kWidth = 40, kHeight = 30;
 
-// A noisy picture and what is known of it; the same in all tests.
+// A noisy image and its guides; the same in all tests.
 struct Pictures {
     std::vector<float> color, albedo, normal, extra;
     Pictures() {
@@ -296,7 +296,7 @@ TYPED_TEST(DenoiserOf, Kinds) {
     }
 }
 
-// Since 7.5 the first frame of a sequence says that there is no earlier one.
+// Since 7.5 the first frame of a sequence is marked as such.
 TYPED_TEST(DenoiserOf, FirstFrames) {
     if constexpr (TypeParam::kAbi >= 47) {
         Denoiser<TypeParam> denoiser(kTemporal);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The intrinsics each release's headers compile to: every one, in a program that may use it, makes
-// a module and a pipeline through that release's table. Names of all releases are accepted in all.
+// The intrinsics that each release's headers compile to: every one, in a program that may use it,
+// makes a module and a pipeline through that release's table. All tables accept the names of all
+// releases.
 #include "scene.h"
 
 namespace tests::abi {
@@ -158,7 +159,7 @@ std::string program(const Intrinsic& intrinsic, const std::string& name) {
 template <class R>
 class IntrinsicsOf : public testing::Test {
 protected:
-    // Makes a module with one program and a pipeline with it; empty if all went well.
+    // Makes a module with one program and a pipeline with it; empty on success.
     std::string tryOne(const Intrinsic& intrinsic) {
         const std::string name = prefixOf(intrinsic.program) + intrinsic.name;
         const std::string ptx = ".version 6.5\n.target sm_60\n.address_size 64\n"
@@ -223,7 +224,7 @@ TYPED_TEST(IntrinsicsOf, EachMakesAPipeline) {
     EXPECT_GT(tried, 90);
 }
 
-// What a release's headers have is not all that its clients send.
+// Clients of a release also send names that its headers lack.
 TYPED_TEST(IntrinsicsOf, OtherReleasesAreAccepted) {
     for (const Intrinsic& intrinsic : intrinsics())
         if (TypeParam::kAbi < intrinsic.first || TypeParam::kAbi > intrinsic.last)

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Structs of the OptiX 7 releases as their clients see them, each with its size and offsets.
-// Written down independently of our headers, which these tests do not include: the one truth here
-// is the binary interface. A release's struct is named by the first release that has it in this
-// form.
+// Written independently of our headers, which these tests do not include: the reference is the
+// binary interface. A struct is named after the first release that has it in this form.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The releases as types: which structs, numbers and slots a client of each has.
+// The releases as types: the structs, numbers and slots of each release's clients.
 #pragma once
 
 #include "layouts.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One picture through the table of each ABI, word for word the same; clients of several ABIs at
-// once.
+// One image through the table of each ABI, equal word for word; clients of several ABIs at once.
 #include "scene.h"
 
 #include <algorithm>
@@ -26,7 +25,7 @@ const Image& expected() {
 // The scene once more, as triangles in the world.
 struct Triangle {
     double v[3][3];
-    uint32_t word; // what a hit adds to its second barycentric
+    uint32_t word; // added by a hit to its second barycentric
 };
 
 std::vector<Triangle> triangles() {
@@ -68,7 +67,7 @@ Hit shoot(const std::vector<Triangle>& all, double x, double y) {
         const double u = (qx * by - qy * bx) / det, v = (ax * qy - ay * qx) / det;
         const double edge = std::min({u, v, 1 - u - v});
         if (std::abs(edge) < 1e-4)
-            return {z, u, v, edge, 0}; // too near to an edge to say
+            return {z, u, v, edge, 0}; // too near to an edge to decide
         if (edge > 0 && z < best.z)
             best = {z, u, v, edge, t.word};
     }
@@ -109,7 +108,7 @@ TEST(Picture, MotionOfOnePipeline) {
     EXPECT_EQ(0.5f, std::bit_cast<float>(image.words[0])) << "the first pixel is a miss";
 }
 
-// Members and flags that came with 7.5 and 7.6 do something.
+// Members and flags added in 7.5 and 7.6 have an effect.
 TEST(Picture, InstancesApart) {
     Client<Release76> client;
     EXPECT_TRUE(client.render(64, 48, {.instanceStride = 80}) == expected());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What numbers, flags, limits and names mean in each ABI, and what its table is.
+// Numbers, flags, limits, names and the function table of each ABI.
 #include "scene.h"
 
 #include <random>
@@ -89,7 +89,7 @@ TYPED_TEST(Rules, TableHasItsSize) {
         EXPECT_EQ(i < kSlots, table[i] != nullptr) << "slot " << i;
 }
 
-// Every slot, called with nothing or with handles of nothing, answers with an error.
+// Every slot, called with null arguments or invalid handles, returns an error.
 TYPED_TEST(Rules, SlotsRefuseGarbage) {
     using Slot = int(const void*, size_t, size_t, size_t, size_t, size_t, size_t, size_t, size_t,
                      size_t, size_t, size_t);
@@ -97,7 +97,7 @@ TYPED_TEST(Rules, SlotsRefuseGarbage) {
     const std::vector<void*>& slots = this->client_.table().slots();
     void* const context = this->client_.context();
     for (size_t i = 2; i < names.size(); ++i) {
-        // With a null context the CPU itself is meant, and no options is fine.
+        // A null context selects the CPU, and null options are allowed.
         if (names[i] == "DeviceContextCreate" || names[i].starts_with("reserved"))
             continue;
         const auto call = [&](const void* first) {
@@ -214,7 +214,7 @@ TYPED_TEST(Rules, BuildInputTypes) {
     }
 }
 
-// Until 7.3 an instance may say that its transform does not count.
+// Until 7.3 an instance may disable its transform.
 TYPED_TEST(Rules, DisabledTransforms) {
     Client<TypeParam>& client = this->client_;
     std::vector<Instance> instances(1);
@@ -345,7 +345,7 @@ TEST(RulesOfTwo, DoNotMix) {
     Client<Release70> old;
     Client<Release76> young;
     unsigned a = 0, b = 0;
-    // Through the other's table too: what a context may do follows from who made it.
+    // Through the other's table too: the table that made a context determines its features.
     old.expect(young.call("DeviceContextGetProperty", old.context(), 0x2006, (void*)&a, size_t(4)));
     old.expect(old.call("DeviceContextGetProperty", young.context(), 0x2006, (void*)&b, size_t(4)));
     EXPECT_EQ((1u << 24) - 1, a);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene all clients render: a quad of two build inputs, one of them moved by a pre-transform,
-// in two instances; a hit writes barycentrics, primitive and instance, a miss a constant.
+// The scene that all clients render: a quad of two build inputs, one of them moved by a
+// pre-transform, in two instances; a hit writes barycentrics, primitive and instance, a miss a
+// constant.
 #pragma once
 
 #include "client.h"
@@ -18,7 +19,7 @@ struct Variant {
     bool overrideMotionBlur = false; // 7.0
 };
 
-// A context of release R, and what is needed to render with it.
+// A context of release R, and the objects to render with it.
 template <class R>
 class Client {
 public:
@@ -159,7 +160,7 @@ template <class R>
 Handle Client<R>::buildQuad(unsigned geometryFlags) {
     const DevicePointer vertices = keep(std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0});
     const DevicePointer indices = keep(std::vector<uint32_t>{0, 1, 2, 1, 3, 2});
-    // The second triangle comes from the left and is moved into its place.
+    // The second triangle's vertices lie to the left; its pre-transform moves it into place.
     const DevicePointer move = keep(std::vector<float>{1, 0, 0, 0.25f, 0, 1, 0, 0, 0, 0, 1, 0.5f});
     Guarded<DevicePointer> buffers;
     set(*buffers.get(), vertices);

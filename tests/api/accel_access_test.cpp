@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Structures from the outside: relocation, handles of transforms, random access to triangles and
-// instances, and traces through handles that lead nowhere.
+// Access to structures: relocation, handles of transforms, random access to triangles and
+// instances, and traces through invalid handles.
 #include "device_memory.h"
 #include "random_access.h"
 #include "rig.h"
@@ -216,11 +216,11 @@ TEST_P(AccelAccess, RelocationRefusesWhatIsNoCopy) {
     EXPECT_EQ(0u, handle);
 }
 
-// Handles of all tags into unmapped memory, memory that cannot be read, and memory that holds
-// something else: misses.
+// Handles of all tags into unmapped memory, unreadable memory, and memory with other contents:
+// misses.
 TEST_P(AccelAccess, GarbageTraversablesMiss) {
-    // Away from where memory is usually given out: a transform may have been there in another test,
-    // and what is unmapped may be given to a buffer of this one.
+    // Away from usual allocations: another test may have had a transform there, and a buffer of
+    // this test may get unmapped memory.
     const auto map = [](size_t place, int access) {
         void* const hint = reinterpret_cast<void*>(0x3f0000000000 + place * 0x100000);
         return mmap(hint, 8192, access, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -250,13 +250,13 @@ TEST_P(AccelAccess, GarbageTraversablesMiss) {
     EXPECT_EQ(1u, trace(buildAccel(context_, log_, {top.input}).handle));
     munmap(mapped, 8192);
     munmap(closed, 8192);
-    buildAccel(context_, log_, {top.input}); // tells of the build before
-    if (onGpu()) // elsewhere what is not there is a miss, and nothing is logged
+    buildAccel(context_, log_, {top.input}); // reports the build before
+    if (onGpu()) // elsewhere an invalid handle is a miss without a log line
         EXPECT_NE(std::string::npos, log_.all().find("they are never hit")) << log_.all();
 }
 
-// The structure that rays of the last launches were given is always asked about, and all of them with
-// debug exceptions.
+// The structure that rays of the last launches used is always checked, and with debug exceptions
+// all structures are.
 TEST_P(AccelAccess, FreedStructuresMiss) {
     if (!onGpu())
         GTEST_SKIP() << "nobody keeps account of freed memory";
@@ -271,7 +271,7 @@ TEST_P(AccelAccess, FreedStructuresMiss) {
             EXPECT_EQ(2u, trace(handle));
     }
     EXPECT_EQ(1u, trace(handle));
-    // Other things come to lie there.
+    // The memory is reused.
     std::vector<Buffer> others;
     bool isThereAgain = false;
     for (unsigned i = 0; i < 8; ++i) {
@@ -284,7 +284,7 @@ TEST_P(AccelAccess, FreedStructuresMiss) {
     EXPECT_EQ(2u, trace(again.handle));
 }
 
-// A transform's memory may be freed and hold another transform later, of the same handle.
+// A transform's memory may be freed and later hold another transform with the same handle.
 TEST_P(AccelAccess, FreedTransformsMiss) {
     if (!onGpu())
         GTEST_SKIP() << "nobody keeps account of freed memory";

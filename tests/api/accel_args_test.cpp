@@ -40,8 +40,8 @@ protected:
                                output_.address(), output_.size(), &handle_, nullptr, 0);
     }
 
-    // A change of a build input that both functions must refuse, and one that concerns buffers,
-    // which only the build looks at.
+    // A change of a build input that both functions must refuse, and one of buffers, which only the
+    // build checks.
     void expectBad(const OptixBuildInput& good, const char* mention,
                    const std::function<void(OptixBuildInput&)>& change) {
         OptixBuildInput input = good;
@@ -235,7 +235,8 @@ TEST_F(AccelArguments, Indices) {
         i.triangleArray.indexFormat = OPTIX_INDICES_FORMAT_UNSIGNED_SHORT3;
         i.triangleArray.indexBuffer += 1;
     });
-    // Without indices neither buffer nor count may be given, and vertices come in threes.
+    // Without indices, buffer and count must be null and 0, and the number of vertices a multiple
+    // of three.
     auto soup = [](Input& i) {
         i.triangleArray.indexFormat = OPTIX_INDICES_FORMAT_NONE;
         i.triangleArray.indexBuffer = 0;
@@ -281,7 +282,7 @@ TEST_F(AccelArguments, PreTransform) {
         });
 }
 
-// ---- What triangles and custom primitives share --------------------------------------------------
+// ---- Common to triangles and custom primitives --------------------------------------------------
 
 // Both kinds of input have these members under the same names.
 template <class Change>

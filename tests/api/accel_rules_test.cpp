@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rules about whole graphs and about what may be done with a structure: graph flags, depth, loops,
-// build flags and their effects, updates of everything that may be updated, other contexts.
+// Rules about whole graphs and operations on structures: graph flags, depth, loops, build flags and
+// their effects, updates of everything updatable, other contexts.
 #include "device_memory.h"
 #include "probe.h"
 #include "rig.h"
@@ -16,7 +16,7 @@ namespace {
 constexpr unsigned kUpdate = OPTIX_BUILD_FLAG_ALLOW_UPDATE;
 constexpr unsigned kCompaction = OPTIX_BUILD_FLAG_ALLOW_COMPACTION;
 
-// What was hit, in one word.
+// The hit, in one word.
 unsigned codeOf(const ProbeSeen& seen) {
     return seen.primitive * 64 + seen.instanceId % 64;
 }
@@ -45,7 +45,7 @@ protected:
         return rig;
     }
 
-    // What a grid of rays along z sees: primitive and instance id of each hit, ~0u without.
+    // Hits of a grid of rays along z: primitive and instance id of each hit, ~0u without.
     std::vector<unsigned> see(Rig& rig, OptixTraversableHandle handle, unsigned mask = 255) {
         std::vector<ProbeRay> list;
         for (unsigned i = 0; i < 400; ++i) {
@@ -129,8 +129,8 @@ void refill(TriangleMesh& mesh, const std::vector<Vec3>& vertices) {
     std::memcpy(mesh.vertices.as<void>(), vertices.data(), vertices.size() * sizeof(Vec3));
 }
 
-// Graph flags of a pipeline promise what rays meet. SINGLE_GAS alone: anything but a geometry
-// structure misses. The others leave out nothing: a promise that is broken does no harm.
+// Graph flags of a pipeline promise the structures that rays meet. SINGLE_GAS alone: all other
+// structures miss. The other flags exclude no structure: a broken promise does no harm.
 TEST_F(AccelRules, GraphFlags) {
     const TriangleMesh mesh = cloudMesh(200, 1);
     const Accel gas = buildAccel(context_, log_, {mesh.input});
@@ -150,7 +150,7 @@ TEST_F(AccelRules, GraphFlags) {
     }
 }
 
-// As many levels as the device property says, and nothing but misses beyond.
+// Hits up to the number of levels in the device property, and misses beyond.
 TEST_F(AccelRules, GraphsOfAllDepths) {
     unsigned limit = 0;
     ASSERT_OK(optixDeviceContextGetProperty(
@@ -173,7 +173,7 @@ TEST_F(AccelRules, GraphsOfAllDepths) {
     }
 }
 
-// Handles in thousands, each found, and what stood beside them not: on GPUs they are looked up.
+// Thousands of handles, each found, and their neighbours not: on GPUs handles are looked up.
 TEST_F(AccelRules, ManyStructures) {
     constexpr unsigned kCount = 1500;
     const TriangleMesh mesh({{-2, -2, 0}, {2, -2, 0}, {0, 2, 0}}, {0, 1, 2});
@@ -262,12 +262,12 @@ TEST_F(AccelRules, BuildFlagsHaveEffects) {
         return best;
     };
     // Threads that wait for work count too where a machine is busy: such a measurement is repeated.
-    // What the host does while a GPU builds tells nothing.
+    // The host's work while a GPU builds is not measured.
     bool isFaster = onGpu();
     for (int attempt = 0; attempt < 5 && !isFaster; ++attempt)
         isFaster = buildSeconds(OPTIX_BUILD_FLAG_PREFER_FAST_BUILD) < 0.8 * buildSeconds(0);
     EXPECT_TRUE(isFaster);
-    // Whatever the flags, rays see the same.
+    // With all flags, rays get the same hits.
     const TriangleMesh small = cloudMesh(2000, 4);
     const std::vector<unsigned> expected = see(buildAccel(context_, log_, {small.input}).handle);
     EXPECT_GT(hits(expected), 380u);
@@ -279,7 +279,7 @@ TEST_F(AccelRules, BuildFlagsHaveEffects) {
         }
 }
 
-// An update starts from the tree of the build: where it has been in between does not matter.
+// An update starts from the tree of the build: updates in between have no effect.
 TEST_F(AccelRules, ManyUpdatesAreOneUpdate) {
     TriangleMesh mesh = cloudMesh(3000, 5), same = cloudMesh(3000, 5);
     Accel often = buildAccel(context_, log_, {mesh.input}, kUpdate);
@@ -300,7 +300,7 @@ TEST_F(AccelRules, ManyUpdatesAreOneUpdate) {
     EXPECT_EQ(see(once.handle), see(often.handle));
     OptixAccelRelocationInfo info{};
     ASSERT_OK(optixAccelGetRelocationInfo(context_, once.handle, &info));
-    if (!onGpu()) // two builds there number their nodes as threads come
+    if (!onGpu()) // two builds there number their nodes in the order of their threads
         EXPECT_EQ(0,
                   std::memcmp(once.memory.as<void>(), often.memory.as<void>(), once.memory.size()));
 }
@@ -365,8 +365,8 @@ TEST_F(AccelRules, CountsOfBoxesAndInputsMayNotChange) {
     EXPECT_OK(update({boxes.input, boxes.input}, customs));
 }
 
-// A relocated copy is a structure like any other, in another context as well: it can be updated,
-// compacted and instanced there, when the original and its context are gone.
+// A relocated copy is a full structure, in another context as well: it can be updated, compacted
+// and instanced there after the original and its context are destroyed.
 TEST_F(AccelRules, CopiesLiveOnInAnotherContext) {
     TriangleMesh mesh = cloudMesh(300, 8);
     const unsigned flags = kUpdate | kCompaction;

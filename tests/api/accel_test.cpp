@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What acceleration structures hold, judged by rays: vertex and index formats, strides, transforms,
-// empty and faulty primitives, emitted properties, compaction, memory sizes.
+// Contents of acceleration structures, tested by rays: vertex and index formats, strides,
+// transforms, empty and faulty primitives, emitted properties, compaction, memory sizes.
 #include "probe.h"
 #include "rig.h"
 #include "scene.h"
@@ -96,7 +96,7 @@ protected:
 };
 
 // A bumpy square of side * side * 2 triangles over [-1, 1]^2; heights are multiples of 1 / 64, so
-// that halves hold them.
+// that halves represent them.
 std::unique_ptr<TriangleMesh> terrain(unsigned side, float scale = 1) {
     std::vector<Vec3> vertices;
     std::vector<uint32_t> indices;
@@ -228,7 +228,7 @@ TEST_F(AccelTest, BuildsAreReproducible) {
 
 // ---- Triangle formats ----------------------------------------------------------------------------
 
-uint16_t halfOf(float value) { // exact for what terrain() makes
+uint16_t halfOf(float value) { // exact for terrain()
     uint32_t bits;
     std::memcpy(&bits, &value, 4);
     if ((bits & 0x7FFFFFFF) == 0)
@@ -282,13 +282,13 @@ TEST_F(AccelTest, VertexFormatsAndStrides) {
             input.triangleArray.vertexFormat = f.format;
             input.triangleArray.vertexStrideInBytes = extra == ~0u ? 0 : stride;
             Accel accel = buildAccel(context_, log_, {input});
-            vertices.fill(0); // the structure holds all it needs
+            vertices.fill(0); // the structure is self-contained
             EXPECT_GT(compare(reference, rays, accel.handle, 1e-3), 1000u);
         }
 }
 
 TEST_F(AccelTest, SnormIsClamped) {
-    // -32768 stands for -1 as -32767 does.
+    // -32768 means -1, like -32767.
     auto hitX = [&](int16_t lowest) {
         std::vector<int16_t> vertices{lowest, -32767, 0, lowest, 32767, 0, 32767, 0, 0};
         Buffer memory(vertices);
@@ -464,7 +464,7 @@ TEST_F(AccelTest, FaultyTrianglesAreNeverHit) {
         for (unsigned i = 0; i < 6; ++i)
             EXPECT_TRUE(std::isfinite(box.as<float>()[i])) << i;
     }
-    // Nothing but faulty ones.
+    // Only faulty ones.
     TriangleMesh bad(points, faulty);
     Accel accel = buildAccel(context_, log_, {bad.input});
     for (const ProbeResult& r : trace(grid(-1, 1, 10), accel.handle))
@@ -591,7 +591,7 @@ TEST_F(AccelTest, LimitsOfInstanceFields) {
 
 // ---- Emitted properties --------------------------------------------------------------------------
 
-// Limits of instances in device memory are the application's to keep; validation mode looks.
+// The application must keep the limits of instances in device memory; validation mode checks them.
 TEST_F(AccelTest, ValidationModeChecksInstances) {
     OptixDeviceContextOptions options{};
     options.logCallbackFunction = LogRecord::callback;
@@ -675,7 +675,7 @@ protected:
                                     &handle));
         waitForDevice();
         ASSERT_NE(source.handle, handle);
-        expectSameHits(before, trace(rays, source.handle)); // the source is as it was
+        expectSameHits(before, trace(rays, source.handle)); // the source is unchanged
         source.memory.fill(0xEE);
         source = {};
         expectSameHits(before, trace(rays, handle));

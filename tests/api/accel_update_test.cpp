@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Updates through the API, judged by rays against a fresh build of the same input; and what the
-// call refuses.
+// Updates through the API, tested by rays against a fresh build of the same input; and refused
+// updates.
 #include "probe.h"
 #include "rig.h"
 #include "scene.h"

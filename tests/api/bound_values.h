@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What bound_values.cu and its test share.
+// Shared by bound_values.cu and its test.
 #pragma once
 
 struct BoundParams {

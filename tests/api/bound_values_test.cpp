@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bound values: loads become constants, what cannot be seen reads memory, the feedback counts,
+// Bound values: loads become constants, loads at unknown offsets read memory, the feedback counts,
 // validation mode compares, modules must agree.
 #include "bound_values.h"
 #include "rig.h"

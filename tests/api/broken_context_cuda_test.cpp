@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A CUDA context that a kernel of the application has broken: each call that needs it answers with
-// an error, none ends the process or waits for ever, and all that was made can be destroyed.
+// A CUDA context broken by a kernel of the application: each call that needs it returns an error,
+// no call ends the process or hangs, and all objects can be destroyed.
 #include "device_memory.h"
 #include "launch.h"
 #include "process_end.h"
@@ -16,7 +16,7 @@ protected:
         loadLibrary();
         ASSERT_EQ(CUDA_SUCCESS, cuInit(0));
     }
-    // A context of its own, so that other tests keep theirs.
+    // A separate context, so that other tests keep theirs.
     void SetUp() override {
         ASSERT_EQ(CUDA_SUCCESS, cuCtxGetCurrent(&before_));
         ASSERT_EQ(CUDA_SUCCESS, cuCtxCreate_v2(&cuda_, 0, 0));
@@ -30,7 +30,7 @@ protected:
         cuCtxSetCurrent(before_);
     }
     void breakContext() {
-        mayLoseContext(); // that of the other tests goes with it
+        mayLoseContext(); // it also destroys that of the other tests
         CUmodule module = nullptr;
         CUfunction kernel = nullptr;
         const std::string text = ptxModule(".visible .entry stop()\n{ trap; }\n");
@@ -41,7 +41,7 @@ protected:
         ASSERT_NE(CUDA_SUCCESS, cuCtxSynchronize());
         ASSERT_NE(CUDA_SUCCESS, cuCtxSynchronize()) << "for good";
     }
-    // Memory that stays: nobody can free what belongs to the broken context.
+    // Memory that stays: objects of the broken context cannot be freed.
     static CUdeviceptr memoryOf(size_t size) {
         CUdeviceptr memory = 0;
         EXPECT_EQ(CUDA_SUCCESS, cuMemAlloc(&memory, size ? size : 1));
@@ -117,7 +117,7 @@ TEST_F(BrokenContext, EveryCallAnswers) {
                                       sizes.outputSizeInBytes, &other));
     EXPECT_REFUSED(optixDenoiserSetup(denoiser, nullptr, 16, 16, state, denoising.stateSizeInBytes,
                                       scratch, denoising.withOverlapScratchSizeInBytes));
-    // These look at little or nothing of the context, and may do what they can.
+    // These use little or no part of the context, and may succeed or fail.
     (void)optixAccelGetRelocationInfo(context_, handle, &info);
     (void)optixPipelineSetStackSize(rig.pipeline(), 0, 0, 2000, 1);
     (void)rig.tryLink(1);
@@ -125,7 +125,7 @@ TEST_F(BrokenContext, EveryCallAnswers) {
     EXPECT_OK(optixDenoiserDestroy(denoiser));
     log_.clear();
     const OptixResult destroyed = optixDeviceContextDestroy(context_);
-    if (onGpu()) // where a context of the CPU device has nothing left to do
+    if (onGpu()) // where a context of the CPU device is idle
         EXPECT_EQ(OPTIX_ERROR_CUDA_ERROR, destroyed) << log_.all();
     EXPECT_EQ(OPTIX_ERROR_INVALID_DEVICE_CONTEXT, optixDeviceContextDestroy(context_));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Direct callables: arguments and results of several shapes, called from every program kind that
-// may, and callables that call others.
+// may call them, and callables that call others.
 #include <optix.h>
 
 #include "callables.h"
@@ -57,7 +57,7 @@ extern "C" __device__ unsigned __direct_callable__nested(unsigned n) {
     return 1 + optixDirectCall<unsigned, unsigned>(kCallNested, n - 1);
 }
 
-// The record a callable sees must be its own, and the caller's must be unchanged after the call.
+// A callable must see its own record, and the caller its own after the call.
 extern "C" __device__ unsigned __direct_callable__outer() {
     const unsigned before = recordValue();
     const unsigned inner = optixDirectCall<unsigned>(kCallLaunch);

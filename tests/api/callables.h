@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What host and device of callables.cu share.
+// Shared by the host and the device side of callables.cu.
 #pragma once
 
 struct Pair {

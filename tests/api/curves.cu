@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traces a ray per launch index at curves and writes down what programs see of the hits.
+// Traces a ray per launch index at curves and stores the hits as programs see them.
 #include "curves.h"
 
 #include "optix.h"

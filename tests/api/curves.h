@@ -18,7 +18,7 @@ struct CurveResult {
     float points[16]; // by the getter of the hit's type, at the hit's indices
 };
 
-// What any-hit does.
+// Actions of any-hit.
 enum CurveRule : unsigned { kCurveAccept, kCurveIgnore, kCurveTerminate, kCurveIgnoreFirstTwo };
 
 struct CurveParams {

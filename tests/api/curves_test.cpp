@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves through the API: build inputs and their errors, built-in intersection modules, what
-// programs see of hits, any-hit rules, end caps, updates, compaction, relocation.
+// Curves through the API: build inputs and their errors, built-in intersection modules, hits as
+// programs see them, any-hit rules, end caps, updates, compaction, relocation.
 #include "curves.h"
 #include "moving_scene.h"
 #include "rig.h"
@@ -32,7 +32,7 @@ OptixPipelineCompileOptions curveOptions(bool motion = false) {
 }
 
 // One straight strand along x from x0 on, of `count` segments of length 1, all of radius 0.25, and
-// what its input points to. Stays where it is.
+// the data of its input. Must not move.
 struct Strand {
     Strand(OptixPrimitiveType type, unsigned count, float y = 0, float x0 = 0) {
         const unsigned lead = type == OPTIX_PRIMITIVE_TYPE_ROUND_QUADRATIC_BSPLINE ? 0 : 1;
@@ -241,7 +241,7 @@ TEST_F(CurveTest, StrandsEndWhereIndicesDoNotGoOn) {
 TEST_F(CurveTest, AnyHitRules) {
     for (OptixPrimitiveType type : kTypes) {
         prepare(type, true);
-        // Three strands one behind the other for rays along y.
+        // Three strands in a row for rays along y.
         Strand a(type, 2, 0), b(type, 2, 1), c(type, 2, 2);
         const Accel accel = buildAccel(context_, log_, {a.input, b.input, c.input});
         const CurveRay ray{{0.3f, -3, 0.05f}, 0, {0, 1, 0}, 1e16f, 0};
@@ -648,7 +648,7 @@ TEST_F(CurveTest, BuiltinIntersectionOfAnotherBasisIsAnException) {
     EXPECT_NE(std::string::npos, log_.all().find(number)) << log_.all();
 }
 
-// The rest of OptixBuiltinISOptions: what a module and a structure are made with.
+// The other OptixBuiltinISOptions: options of a module and of a structure.
 struct CurveOptions {
     unsigned flags, caps;
     bool motion;
@@ -661,7 +661,7 @@ struct CurveMatch {
 
 class CurveMatches : public CurveTest {
 protected:
-    // Those with the same module stand together.
+    // Those with the same module are adjacent.
     void check(const std::vector<CurveMatch>& matches) {
         exceptionFlags_ = OPTIX_EXCEPTION_FLAG_DEBUG;
         constexpr OptixPrimitiveType kCubic = OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE;
@@ -694,8 +694,7 @@ protected:
     }
 };
 
-// Preferences count where they were stated; a module for curves that move does for those that do
-// not.
+// Stated preferences must match; a module for moving curves also serves curves without motion.
 TEST_F(CurveMatches, OtherOptionsAreAnException) {
     constexpr unsigned kTrace = OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
     constexpr unsigned kBuild = OPTIX_BUILD_FLAG_PREFER_FAST_BUILD;

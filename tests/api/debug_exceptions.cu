@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes the mistakes of debug_exceptions.h and stores what the exception program is told.
+// Makes the mistakes of debug_exceptions.h and stores the details that the exception program gets.
 #include <optix.h>
 
 #include "debug_exceptions.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What debug_exceptions.cu and its test share: one kind of mistake per launch index.
+// Shared by debug_exceptions.cu and its test: one kind of mistake per launch index.
 #pragma once
 
 #include "optix.h"
@@ -29,7 +29,7 @@ enum Mistake : unsigned {
     kFaceFlags,          // -16
     kThrowCode,          // -16: a user exception with a negative code
     kMistakes,
-    kLargeFrames, // -1, in a program of its own: GPUs have no compiler for such frames
+    kLargeFrames, // -1, in a separate program: GPUs have no compiler for such frames
 };
 
 struct DebugResult {

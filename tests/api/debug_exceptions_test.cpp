@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Exceptions of the library itself: every mistake of debug_exceptions.h reaches the exception
-// program with its code and details, ends its launch index alone, is harmless without the flags,
-// and fails a launch in validation mode.
+// program with its code and details, ends only its launch index, is harmless without the flags, and
+// fails a launch in validation mode.
 #include "debug_exceptions.h"
 #include "device_memory.h"
 #include "rig.h"
@@ -167,7 +167,7 @@ TEST_P(DebugExceptions, EveryMistakeHasItsCodeAndDetails) {
     }
 }
 
-// Undefined by the manual, but nothing crashes, and the launch goes on.
+// Undefined by the manual; must not crash, and the launch continues.
 TEST_P(DebugExceptions, WithoutFlagsMistakesAreHarmless) {
     prepare(OPTIX_EXCEPTION_FLAG_NONE);
     for (unsigned mistake = 0; mistake < kMistakes; ++mistake) {
@@ -198,7 +198,7 @@ TEST_P(DebugExceptions, WithoutFlagsOverflowsFailTheLaunch) {
     }
 }
 
-// Of all kinds: an exception, wherever they lead.
+// Handles of all kinds: an exception with any target.
 TEST_P(DebugExceptions, HandlesOfNothing) {
     prepare(kAllFlags);
     Buffer noise(4096, 128);
@@ -207,7 +207,7 @@ TEST_P(DebugExceptions, HandlesOfNothing) {
         0x1001, 0x7fff12345681, ~OptixTraversableHandle(63) | 2, noise.address() | 1,
         noise.address() | 2, scene_->gas.handle + 128, scene_->gas.handle + 1,
         scene_->ias.handle - 1, 1, 2, 3};
-    if (onGpu()) // elsewhere nobody keeps account of freed memory
+    if (onGpu()) // elsewhere freed memory is not tracked
         handles.push_back(buildAccel(context_, log_, {scene_->mesh.input}).handle);
     for (OptixTraversableHandle handle : handles) {
         SCOPED_TRACE(handle);
@@ -340,7 +340,7 @@ TEST_P(GraphExceptions, InstancingNotAllowed) {
     EXPECT_EQ(scene_->ias.handle, result(0).traversable);
 }
 
-// Legal, but not what all processors understand alike.
+// Legal, but processors interpret it differently.
 TEST_P(DebugExceptions, SbtOffsetsAbove15AreRemarkedUpon) {
     prepare(OPTIX_EXCEPTION_FLAG_DEBUG);
     log_.clear();
@@ -350,7 +350,7 @@ TEST_P(DebugExceptions, SbtOffsetsAbove15AreRemarkedUpon) {
     EXPECT_NE(std::string::npos, log_.all().find("SBT offset or stride above 15")) << log_.all();
 }
 
-// Without exceptions the manual promises nothing: what is deeper is found all the same.
+// Without exceptions the manual leaves this undefined; deeper structures are still found.
 TEST_P(GraphExceptions, DeeperThanDeclaredWithoutExceptions) {
     prepare(OPTIX_EXCEPTION_FLAG_NONE);
     constexpr const char* kLine = "more than the 1 levels of maxTraversableGraphDepth";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The denoiser functions: what each one does, and every reason for which it refuses.
+// The denoiser functions: the effect of each one, and every reason to refuse a call.
 #include "fixture.h"
 
 #include "optix_denoiser_tiling.h"
@@ -118,7 +118,7 @@ protected:
         wait();
         return result;
     }
-    // What went wrong in queued work is the answer of the stream's next call, once.
+    // The stream's next call returns the error of queued work, once.
     void expectStreamError(const char* mention) {
         auto next = [&] {
             return optixDenoiserSetup(denoiser_, nullptr, kWidth, kHeight, state_.address(),
@@ -364,7 +364,7 @@ TEST_F(Denoiser, InvokeRefuses) {
     EXPECT_REJECTED(kRefused, function, "denoiserState",
                     raw(&params_, &guides, &layer, state + 64, size));
     EXPECT_REJECTED(kRefused, function, "scratch", raw(&params_, &guides, &layer, state, size - 1));
-    // Setup for less than what comes.
+    // Setup for less than the call needs.
     ASSERT_OK(optixDenoiserSetup(denoiser_, nullptr, kWidth - 1, kHeight, state, state_.size(),
                                  scratch_.address(), size));
     EXPECT_REJECTED(kRefused, function, "optixDenoiserSetup", invoke(guides, &layer));
@@ -575,7 +575,7 @@ TEST_F(Denoiser, IntensityAndAverageColorAreUsed) {
         for (unsigned x = 0; x < kWidth; x += 7)
             EXPECT_NEAR(pictures.output.at(x, 33)[1], dark.output.at(x, 33)[1] * 0x1p24f, 1e-3f);
     }
-    // Numbers that scale to nothing are an error of the stream.
+    // Unusable scale factors are an error of the stream.
     *intensity.as<float>() = NAN;
     params_ = {};
     params_.hdrIntensity = intensity.address();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the tests' device memory comes from. Usually it is memory of this process, as the CPU device
-// takes it. With SUNSTONE_TEST_GPU in the environment the same tests run on a GPU: the driver is
-// loaded, its first device's context made current, and memory is managed, so that both sides reach it.
+// The tests' device memory: memory of this process for the CPU device. With SUNSTONE_TEST_GPU in
+// the environment the same tests run on a GPU: they load the driver, make its first device's
+// context current, and use managed memory, which both sides can access.
 #pragma once
 
 #include <cstddef>

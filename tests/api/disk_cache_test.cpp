@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The disk cache as an application sees it (OptiX 7.4, sections 3.4.2.3 to 3.4.2.9).
+// The disk cache from an application's view (OptiX 7.4, sections 3.4.2.3 to 3.4.2.9).
 #include "device_memory.h"
 #include "rig.h"
 
@@ -92,7 +92,7 @@ TEST_F(DiskCacheApi, OnByDefault) {
     const auto [low, high] = sizes();
     EXPECT_EQ(size_t(512) << 20, low);
     EXPECT_EQ(size_t(1) << 30, high);
-    // Without a variable: a folder of the user's own, not that of another implementation.
+    // Without a variable: a folder of the user, distinct from that of another implementation.
     renew(nullptr, nullptr);
     EXPECT_NE(std::string::npos, location().find("/tmp/SunstoneCache")) << location();
 }
@@ -127,7 +127,7 @@ TEST_F(DiskCacheApi, ModulesAreKnownAgain) {
     EXPECT_EQ(0u, count("module "));
 }
 
-// What a module is told when it is known is what was told when it was not.
+// A module from the cache has the same log as a newly compiled one.
 TEST_F(DiskCacheApi, KnownModulesSayTheSame) {
     const auto create = [&](const std::string& body, std::string& text) {
         const std::string ptx = ptxModule(body);
@@ -420,7 +420,7 @@ TEST_F(DiskCacheApi, DamageDoesNoHarm) {
         if (round % 2)
             renew(folder_.c_str(), nullptr);
         for (unsigned i = 0; i < 3; ++i)
-            compile(i); // right, whatever the file holds
+            compile(i); // right with any contents of the file
     }
     compile(0);
     EXPECT_EQ(1u, count("hit for")) << "it works again";
@@ -432,7 +432,7 @@ TEST_F(DiskCacheApi, ManyProcessesUseOneDatabase) {
         const pid_t child = fork();
         ASSERT_GE(child, 0);
         if (child == 0) {
-            // A process of its own, so that no thread of the library is missing in it.
+            // A new process, so that all threads of the library exist in it.
             setenv("SUNSTONE_TEST_CHILD", "1", 1);
             setenv("SUNSTONE_TEST_CACHE", folder_.c_str(), 1);
             execl("/proc/self/exe", "test_api", "--gtest_filter=DiskCacheApi.ChildProcess",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What exceptions.cu and its test share.
+// Shared by exceptions.cu and its test.
 #pragma once
 
 enum ExceptionKind : unsigned {
@@ -13,7 +13,7 @@ enum ExceptionKind : unsigned {
 };
 
 struct ExceptionResult {
-    unsigned reached; // 1: the program started, 2: it came to its end
+    unsigned reached; // 1: the program started, 2: it ended normally
     unsigned value;
     int code;         // -77 where no exception program ran
     unsigned details[3];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// User exceptions from every program kind end their launch index alone and reach the exception
+// User exceptions from every program kind end only their launch index and reach the exception
 // program with code, details and its own record; continuation callables trace.
 #include "exceptions.h"
 #include "rig.h"
@@ -90,7 +90,7 @@ TEST_P(Exceptions, NoExceptionProgram) {
         ASSERT_EQ(i % kKinds == kNone ? 2u : 1u, results.as<ExceptionResult>()[i].reached) << i;
 }
 
-// What the last launches report is in the log when their context is gone.
+// Reports of the last launches are in the log once their context is destroyed.
 TEST_P(Exceptions, LastReportsAreTold) {
     auto r = rig("exceptions", compileOptions(2));
     r->raygenRecord(r->raygen("__raygen__exceptions"));
@@ -104,7 +104,7 @@ TEST_P(Exceptions, LastReportsAreTold) {
     log_.clear();
     ASSERT_OK(optixLaunch(r->pipeline(), nullptr, params.address(), params.size(), &sbt, 1, 1, 1));
     ASSERT_OK(optixDeviceContextDestroy(context_));
-    context_ = nullptr; // its objects went with it
+    context_ = nullptr; // its objects are destroyed with it
     EXPECT_NE(std::string::npos,
               log_.all().find("no exception program saw: user exception 1073741823, at launch "
                               "index (0, 0, 0)"))

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What faults.cu and its test share.
+// Shared by faults.cu and its test.
 #pragma once
 
 struct FaultParams {
     unsigned* results;        // one for each launch index
-    unsigned long long wild;  // where index `at` goes, if it is not 0
+    unsigned long long wild;  // address that index `at` accesses, if it is not 0
     unsigned at;
     unsigned writes;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device programs that touch memory which is not there: the launch fails, the log says where, and
-// the process goes on.
+// Device programs that access unmapped memory: the launch fails, the log names the place, and the
+// process continues.
 #include "faults.h"
 #include "rig.h"
 
@@ -57,7 +57,7 @@ TEST_P(Faults, EndTheLaunchAndNameTheLine) {
             if (wild == 0x10)
                 EXPECT_TRUE(log_.hasError("0x10", "")) << log_.all();
             EXPECT_EQ(0u, results[kAt]) << "the index ended there";
-            // The stream's next call hears of it, and what follows works.
+            // The stream's next call returns the error, and later calls work.
             EXPECT_EQ(OPTIX_ERROR_LAUNCH_FAILURE, launch({results, 0, 0, 0}, rig_->table()));
             EXPECT_OK(launch({results, 0, 0, 0}, rig_->table()));
             for (unsigned i = 0; i < kIndices; ++i)

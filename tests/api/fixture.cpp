@@ -61,7 +61,7 @@ std::string LogRecord::all() const {
 }
 
 void loadLibrary() {
-    // Nothing is taken from earlier runs; tests of the disk cache say where it is.
+    // No cache of earlier runs is used; tests of the disk cache set its folder.
     setenv("OPTIX_CACHE_MAXSIZE", "0", 1);
     prepareDevice();
     OptixResult result = optixInit();
@@ -80,7 +80,7 @@ void ApiTest::hearReports() {
 
 void ApiTest::SetUp() {
     running_ = this;
-    recordCalls(); // a test may have loaded the library anew
+    recordCalls(); // a test may have reloaded the library
     OptixDeviceContextOptions options{};
     options.logCallbackFunction = LogRecord::callback;
     options.logCallbackData = &log_;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all API tests share: a device context on the CPU device whose log is recorded, device
-// memory, and checks that a refused call says why. No CUDA library is loaded in these tests: a
-// CUdeviceptr is an address of this process and stream 0 is the only stream.
-// Read next: rig.h (pipelines and launches), scene.h (acceleration structures).
+// The fixture of all API tests: a device context on the CPU device whose log is recorded, device
+// memory, and checks that a refused call logs its reason. These tests load no CUDA library: a
+// CUdeviceptr is an address of this process and stream 0 is the only stream. Read next: rig.h
+// (pipelines and launches), scene.h (acceleration structures).
 #pragma once
 
 #include "optix.h"
@@ -57,7 +57,7 @@ struct LogLine {
     std::string text;
 };
 
-// Lines of a context's log; the callback may come from any thread.
+// Lines of a context's log; any thread may call the callback.
 class LogRecord {
 public:
     static void callback(unsigned level, const char* tag, const char* message, void* self);
@@ -77,7 +77,7 @@ void loadLibrary();
 
 class ApiTest : public testing::Test {
 public:
-    // The log of the running test gets what launches that are over have reported.
+    // The log of the running test gets the reports of ended launches.
     static void hearReports();
 
 protected:
@@ -109,7 +109,7 @@ private:
 #define EXPECT_OK(call) EXPECT_EQ(OPTIX_SUCCESS, (call)) << log_.all()
 #define ASSERT_OK(call) ASSERT_EQ(OPTIX_SUCCESS, (call)) << log_.all()
 
-// Addresses that are no handles: small, odd, in the middle of nowhere, a live object of ours.
+// Addresses that are not handles: small, odd, unmapped, a live object of ours.
 std::vector<void*> garbageHandles();
 
 // Options that fit most tests: any graph, `payload` words, "params" as launch parameters.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texture footprints from device code, with a texture of the CUDA driver library. What a footprint
-// holds is tested beside the sampler (src/texture/footprint_test.cpp).
+// Texture footprints from device code, with a texture of the CUDA driver library. The contents of
+// footprints are tested beside the sampler (src/texture/footprint_test.cpp).
 #include "device_memory.h"
 #include "rig.h"
 #include "texture_footprint.h"
@@ -70,7 +70,7 @@ TEST_P(TextureFootprint, OfOnePlace) {
     cuTexObjectDestroy(texture);
     cuMipmappedArrayDestroy(array);
     if (onGpu())
-        return; // a GPU tells what the texture was, or what has taken its place
+        return; // a GPU reports the former texture, or its replacement
     rig.run(FootprintParams{results.as<FootprintResult>(), texture}, 4);
     for (unsigned i = 0; i < 4; ++i)
         EXPECT_EQ(0u, results.as<FootprintResult>()[i].words[0]) << "of a handle that is not alive";

@@ -114,7 +114,7 @@ TEST_F(FunctionTable, UnloadAfterWork) {
     dlclose(library_);
     library_ = nullptr;
     EXPECT_EQ(OPTIX_SUCCESS, optixUninitWithHandle(handle));
-    usleep(20000); // time for a worker to touch what may be gone
+    usleep(20000); // time for a worker to touch freed memory
     EXPECT_EQ(OPTIX_SUCCESS, optixInit());
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Handles that are not what they should be: null, garbage, of another kind, destroyed. Every
-// function that takes a handle must recognise them without touching what they point to. And the
-// functions this version does not have: each says so by name.
+// Invalid handles: null, garbage, of another kind, destroyed. Every function that takes a handle
+// recognises them without reading the memory they point to. Functions that this version lacks log
+// their names.
 #include "fixture.h"
 
 #include <functional>

@@ -22,7 +22,7 @@ static __forceinline__ __device__ void store(float* to, float4 value) {
 }
 
 extern "C" __global__ void __raygen__helpers() {
-    // From behind: the triangle looks the other way.
+    // From behind: the triangle faces the other way.
     optixTrace(params.handle, make_float3(0.0f, 0.0f, -9.0f), make_float3(0.0f, 0.0f, 1.0f), 0.0f,
                100.0f, 0.0f, 255, 0, 0, 0, 0);
 }
@@ -59,7 +59,7 @@ extern "C" __global__ void __closesthit__helpers() {
     out.ldg[1] = words.y;
     out.ldg[2] = words.z;
     out.ldg[3] = words.w;
-    // May be anything, and must be usable.
+    // Any value, but the call must work.
     out.undefined = optixUndefinedValue() & 1u;
 
     for (unsigned i = 0; i < optixGetTransformListSize(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The helper functions of the device headers, and what no other test needs to name: every accepted
+// The helper functions of the device headers, and symbols that no other test names: every accepted
 // value of the compile options, and the alignments that the headers define.
 #include "helpers.h"
 #include "rig.h"
@@ -86,7 +86,7 @@ TEST_P(Helpers, TransformsAgreeWithTheHost) {
     expectNear(point, r.byMatrix, "point by matrix");
     expectNear(vector, r.byMatrix + 3, "vector by matrix");
     expectNear(normal, r.byMatrix + 6, "normal by matrix");
-    // The inverse of the matrix to object space leads back.
+    // The inverse of the matrix to object space transforms back.
     Vec3 byInverse = {r.inverse[0] * v.x + r.inverse[1] * v.y + r.inverse[2] * v.z + r.inverse[3],
                       r.inverse[4] * v.x + r.inverse[5] * v.y + r.inverse[6] * v.z + r.inverse[7],
                       r.inverse[8] * v.x + r.inverse[9] * v.y + r.inverse[10] * v.z +
@@ -179,7 +179,7 @@ TEST_F(Options, VertexFormatNoneNeedsNoVertices) {
     EXPECT_OK(optixAccelComputeMemoryUsage(context_, &options, &mesh.input, 1, &sizes));
 }
 
-// What is aligned as the headers ask works, what is off by half of it does not.
+// Addresses aligned as the headers ask work; those off by half of it do not.
 TEST_F(Options, AlignmentsAreThoseOfTheHeaders) {
     TriangleMesh mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2});
     Accel gas = buildAccel(context_, log_, {mesh.input});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Launch shape, launch parameters and records without any ray.
+// Launch shape, launch parameters and records, without rays.
 #include <optix.h>
 
 #include "launch.h"
@@ -24,7 +24,7 @@ extern "C" __global__ void __raygen__shape() {
     seen.tail = params.tail[3];
 }
 
-// Adds a constant of its own, to tell two raygen programs apart.
+// Adds another constant, to distinguish two raygen programs.
 extern "C" __global__ void __raygen__other() {
     params.seen[optixGetLaunchIndex().x].runs += 100;
 }

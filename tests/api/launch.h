@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What host and device of launch.cu share.
+// Shared by the host and the device side of launch.cu.
 #pragma once
 
 struct LaunchSeen {

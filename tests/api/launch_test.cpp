@@ -90,7 +90,7 @@ TEST_P(Launch, ParameterSizes) {
                         launch(params.address(), size));
     EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, kFunction, "pipelineParams",
                     launch(0, sizeof(params_)));
-    // The part that is given is there; what the program does not need may be left out.
+    // The program sees the given part; parts it does not use may be omitted.
     EXPECT_OK(launch(params.address(), sizeof(params_)));
     EXPECT_OK(launch(params.address(), sizeof(params_) - 4));
     waitForDevice();
@@ -149,7 +149,7 @@ TEST_P(Launch, RecordsMayBeCopiedAndSharedByPipelines) {
     ASSERT_OK(optixPipelineCreate(context_, &options, &link, both, 2, nullptr, nullptr, &second));
     Buffer copy(64, 16);
     std::memcpy(copy.as<void>(), reinterpret_cast<void*>(sbt.raygenRecord), 36);
-    *(copy.as<unsigned>() + 8) = 10; // other data behind the same header
+    *(copy.as<unsigned>() + 8) = 10; // other data after the same header
     Buffer params(sizeof(params_));
     std::memcpy(params.as<void>(), &params_, sizeof(params_));
     auto run = [&](OptixPipeline pipeline, CUdeviceptr record) {
@@ -226,7 +226,7 @@ TEST_P(Launch, BindingTableArguments) {
     sbt.missRecordStrideInBytes = 0;
     sbt.missRecordCount = 1;
     EXPECT_OK(launch(&sbt));
-    // Nothing but a raygen record.
+    // Only a raygen record.
     sbt = {};
     sbt.raygenRecord = good.raygenRecord;
     EXPECT_OK(launch(&sbt));
@@ -239,7 +239,7 @@ TEST_P(Launch, RecordsThatAreNoRaygenRecords) {
     auto r = rigWith("__raygen__shape");
     size_t miss = r->miss("__miss__value");
     r->link();
-    auto stranger = rigWith("__raygen__shape"); // has a pipeline of its own
+    auto stranger = rigWith("__raygen__shape"); // has its own pipeline
     stranger->link();
     OptixShaderBindingTable foreign = stranger->table();
     Buffer params(sizeof(params_));
@@ -255,7 +255,7 @@ TEST_P(Launch, RecordsThatAreNoRaygenRecords) {
         OptixResult result =
             optixLaunch(r->pipeline(), nullptr, params.address(), params.size(), &sbt, 4, 1, 1);
         if (result == OPTIX_SUCCESS) {
-            waitForDevice(); // must not fail for what belongs to the stream
+            waitForDevice(); // must not fail for errors of the stream
         } else {
             EXPECT_EQ(OPTIX_ERROR_LAUNCH_FAILURE, result);
         }
@@ -367,7 +367,7 @@ TEST_P(LaunchRecords, CallableIndices) {
         params_.missIndex = i;
         EXPECT_EQ(60 + i, answer(*r));
     }
-    // What a call beyond the last record returns is undefined; the launch goes on.
+    // A call beyond the last record returns an undefined value; the launch continues.
     for (unsigned beyond : {2u, 0x10000000u, ~0u}) {
         params_.missIndex = beyond;
         answer(*r);

@@ -27,7 +27,7 @@ const std::string& goodPtx() {
     return text;
 }
 
-// A raygen program around some instructions; the first of them stands in line kBodyLine.
+// A raygen program around some instructions; the first of them is in line kBodyLine.
 constexpr int kBodyLine = 6;
 std::string raygenOf(const std::string& instructions) {
     return ptxModule(".visible .entry __raygen__a() {\n"
@@ -107,7 +107,7 @@ TEST_F(Module, NullArguments) {
                     call(&moduleOptions_, &options_, text, nullptr));
 }
 
-// ---- Input that is no acceptable PTX ------------------------------------------------------------
+// ---- Input that is not valid PTX ----------------------------------------------------------------
 
 TEST_F(Module, EmptyText) {
     expectRefused(OPTIX_ERROR_INVALID_PTX, "", "");
@@ -144,7 +144,7 @@ TEST_F(Module, WrongHeader) {
 }
 
 TEST_F(Module, TruncatedAnywhere) {
-    // Every prefix that ends inside a program is an error; none may crash or hang.
+    // Every prefix that ends inside a program is an error; no prefix may cause a crash or a hang.
     const std::string& text = goodPtx();
     size_t lastProgram = text.rfind("ret;");
     for (size_t size = 1; size < lastProgram; ++size) {
@@ -444,7 +444,7 @@ struct LogString {
 
 class ModuleLog : public Module {
 protected:
-    // Calls with a buffer of this capacity, guard bytes behind it.
+    // Calls with a buffer of this capacity, followed by guard bytes.
     LogString call(std::string_view ptx, size_t capacity, OptixResult expected) {
         LogString out{std::vector<char>(capacity + 8, '#'), capacity};
         EXPECT_EQ(expected, optixModuleCreateFromPTX(context_, &moduleOptions_, &options_,
@@ -519,7 +519,7 @@ TEST_F(Module, ManyModules) {
     }
     for (size_t i = 0; i < modules.size(); i += 2)
         EXPECT_OK(optixModuleDestroy(modules[i]));
-    // The rest goes with the context.
+    // The context destroys the rest.
 }
 
 } // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One ray for each launch index through things that move; hit programs write down all they see.
+// One ray for each launch index through moving objects; hit programs store all values they can
+// query.
 #include "motion.h"
 
 #include "optix.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What host and device of motion.cu share.
+// Shared by the host and the device side of motion.cu.
 #pragma once
 
 struct MotionRay {
@@ -13,7 +13,7 @@ struct MotionSeen {
     unsigned primitive, instanceId;
     unsigned transforms, types[8];
     float t, rayTime;
-    float hitTime;                // what the hit program read
+    float hitTime;                // values that the hit program read
     float object[6], computed[6]; // object-space ray: as any-hit sees it, and by the helpers
     float back[3], normal[3];     // origin to object space and back; a normal to world space
     float toWorld[12], toObject[12];

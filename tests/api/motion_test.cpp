@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Motion through the API: keys of triangles and boxes, motion transforms, structures of moving
-// instances, in random graphs against a reference in double precision; what hit programs see of it;
-// updates, compaction, relocation, emitted boxes; pipelines without motion blur.
+// instances, in random graphs against a reference in double precision; values that hit programs
+// see; updates, compaction, relocation, emitted boxes; pipelines without motion blur.
 #include "motion.h"
 #include "moving_scene.h"
 #include "rig.h"
@@ -206,7 +206,7 @@ TEST_P(MotionTest, HelpersFollowTheTransformListAtRayTime) {
                 EXPECT_NEAR(s.object[a], s.computed[a], 2e-4 * (1 + std::fabs(s.object[a]))) << a;
             for (int a = 0; a < 3; ++a)
                 EXPECT_NEAR(s.back[a], shots.rays[i].origin[a], 1e-3);
-            // The hit lies in the plane of the vertices that the structure tells.
+            // The hit lies in the plane of the vertices that the structure returns.
             double e1[3], e2[3], off[3];
             for (int a = 0; a < 3; ++a) {
                 e1[a] = s.vertices[3 + a] - s.vertices[a];
@@ -372,7 +372,7 @@ TEST_P(MotionTest, CustomPrimitivesAreAskedWhereTheirBoxesAre) {
         }
         EXPECT_GT(hits, 500u);
         EXPECT_LT(asked, rays.size() * (count == 50 ? 5 : 2)); // not all boxes at all rays
-        if (count == 1) { // its box stands alone, and still decides
+        if (count == 1) { // its box is alone, and still decides
             EXPECT_LT(asked, rays.size());
         }
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random traversable graphs in which anything may move, and where their triangles are at a time, in
-// double precision and by the words of the manual.
+// Random traversable graphs in which every part may move, and the positions of their triangles at a
+// time, in double precision and by the manual.
 #pragma once
 
 #include "scene.h"
@@ -35,11 +35,11 @@ struct WorldTriangle {
     unsigned primitive, instanceId;
 };
 
-// A node of a graph: what the library has, and the same for the reference.
+// A node of a graph: the library's data, and the same for the reference.
 class MovingNode {
 public:
     virtual ~MovingNode() = default;
-    // Adds the triangles as they are at the time.
+    // Adds the triangles at that time.
     virtual void collect(double time, const Matrix64& toWorld, unsigned instanceId,
                          std::vector<WorldTriangle>& out) const = 0;
     OptixTraversableHandle handle = 0;

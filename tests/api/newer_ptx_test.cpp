@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instructions that need a newer PTX or an architecture's own target: a GPU that has them runs them,
-// whoever lacks them says which and where.
+// Instructions that need a newer PTX or an architecture-specific target: a GPU that has them runs
+// them, other devices name the instruction and its line.
 #include "device_memory.h"
 #include "rig.h"
 
@@ -80,7 +80,7 @@ TEST_F(NewerPtx, VersionsThatLlvmDoesNotWrite) {
     EXPECT_EQ(42u, out.as<uint32_t>()[1]);
 }
 
-// Modules that declare what this GPU is not run where they use nothing of it.
+// Modules for another GPU's target run here if they use none of its features.
 TEST_F(NewerPtx, WhatIsDeclaredAndNotUsed) {
     for (const char* top : {".version 9.0\n.target sm_90", ".version 9.0\n.target sm_120a"}) {
         SCOPED_TRACE(top);

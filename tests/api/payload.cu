@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// For every number of payload words from 0 to 32: a raygen program that traces with that many, and
-// a closest-hit and a miss program that change each of them.
+// For every number of payload words from 0 to 32: a raygen program that traces with them, and a
+// closest-hit and a miss program that change each of them.
 #include <optix.h>
 
 struct PayloadParams {

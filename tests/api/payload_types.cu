@@ -38,7 +38,7 @@ extern "C" __global__ void __closesthit__second() {
     optixSetPayload_3(optixGetPayload_0() + optixGetPayload_2() + 2000);
 }
 
-// Supports both types; group creation must be told which.
+// Supports both types; group creation must name one.
 extern "C" __global__ void __anyhit__both() {
     optixSetPayloadTypes(OPTIX_PAYLOAD_TYPE_ID_0 | OPTIX_PAYLOAD_TYPE_ID_1);
     optixSetPayload_0(optixGetPayload_0() + 5);

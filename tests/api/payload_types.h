@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What payload_types.cu and its test share.
+// Shared by payload_types.cu and its test.
 #pragma once
 
 #include "optix.h"

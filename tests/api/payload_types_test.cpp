@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Payload types: two types in one pipeline, groups that name or deduce theirs, types of other
-// modules that are equal, mismatches at run time, and every mistake the manual forbids.
+// Payload types: two types in one pipeline, groups that name or deduce theirs, equal types of other
+// modules, mismatches at run time, and every mistake that the manual forbids.
 #include "payload_types.h"
 #include "rig.h"
 #include "scene.h"
@@ -91,7 +91,7 @@ TEST_P(PayloadTypes, TwoTypesInOnePipeline) {
                     raygen));
     ASSERT_OK(group(single(OPTIX_PROGRAM_GROUP_KIND_EXCEPTION, module, "__exception__typed"),
                     nullptr, exception));
-    // A miss program for all types is none for one.
+    // A miss program for all types does not serve a single one.
     const auto missDesc = single(OPTIX_PROGRAM_GROUP_KIND_MISS, module, "__miss__all");
     EXPECT_REJECTED(OPTIX_ERROR_PAYLOAD_TYPE_RESOLUTION_FAILED, "optixProgramGroupCreate",
                     "2 payload types", group(missDesc, nullptr, refused));
@@ -168,7 +168,7 @@ TEST_P(PayloadTypes, TwoTypesInOnePipeline) {
     optixModuleDestroy(module);
 }
 
-// Types are equal by their words, whatever their numbers are in the modules.
+// Types are equal if their words are, with any numbers in the modules.
 TEST_P(PayloadTypes, TypesOfTwoModules) {
     const std::string ptx = program("payload_types");
     OptixModule module = nullptr, other = nullptr;
@@ -242,7 +242,7 @@ TEST_P(PayloadTypes, BadPrograms) {
     const auto types = [](unsigned mask) {
         return "call _optix_set_payload_types, (" + std::to_string(mask) + ");\n";
     };
-    // Words a type does not have, and accesses its semantics do not give; with the line.
+    // Words that a type lacks, and accesses that its semantics forbid; with the line.
     refused(OPTIX_ERROR_INVALID_PAYLOAD_ACCESS, "payload slot 1 of 1",
             entry("__miss__m", set1), Types({{kCaller}}));
     refused(OPTIX_ERROR_INVALID_PAYLOAD_ACCESS, "line 6", entry("__miss__m", set1),
@@ -251,7 +251,7 @@ TEST_P(PayloadTypes, BadPrograms) {
             entry("__closesthit__c", set1), Types({{kCaller, kCaller | kHitRead}}));
     refused(OPTIX_ERROR_INVALID_PAYLOAD_ACCESS, "__anyhit__ program read payload slot 0",
             entry("__anyhit__a", get0), Types({{kCaller | kAnyHitWrite}}));
-    // One of two types is enough, unless the program says it is not for that one.
+    // One of two types suffices, unless the program excludes it.
     Types two({{kCaller | kHitWrite, kCaller | kHitWrite}, {kCaller}});
     refused(OPTIX_ERROR_INVALID_PAYLOAD_ACCESS, "payload type 1", entry("__closesthit__c", set1),
             two);
@@ -284,7 +284,7 @@ TEST_P(PayloadTypes, BadPrograms) {
     refused(OPTIX_ERROR_INVALID_FUNCTION_USE, "__raygen__", entry("__raygen__r", types(1)), two);
 }
 
-// Each kind of program may do what its two bits say, and no more.
+// Each kind of program may do only what its two bits allow.
 TEST_P(PayloadTypes, SemanticsOfEveryKind) {
     struct Row {
         const char* name;

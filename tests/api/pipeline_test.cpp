@@ -150,8 +150,8 @@ TEST_F(Pipeline, ModulesOfOtherCompileOptions) {
 
 TEST_F(Pipeline, OptionsThatMeanTheSameMatch) {
     std::vector<OptixProgramGroup> groups;
-    // Fewer than two attributes stand for two; no primitive type for triangles and custom ones; any
-    // non-zero value for motion blur; the name may lie elsewhere in memory.
+    // Fewer than two attributes mean two; no primitive type means triangles and custom ones; any
+    // non-zero value means motion blur; the name may be elsewhere in memory.
     options_.usesMotionBlur = 1;
     options_.usesPrimitiveTypeFlags = 0;
     options_.numAttributeValues = 2;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs of every kind that write down what they are told. See probe.h.
+// Programs of every kind that store the values they can query. See probe.h.
 #include <optix.h>
 
 #include "probe.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs of probe.cu are given and what they write down: one ray per launch index, and
-// for each program kind everything that kind may ask for. Seen by host and device compilers.
+// Inputs and results of the programs of probe.cu: one ray per launch index, and for each program
+// kind every value that it may query. Read by host and device compilers.
 #pragma once
 
 struct ProbeRay {
@@ -13,7 +13,7 @@ struct ProbeRay {
     unsigned long long handle;
 };
 
-// What one run of a program saw; members that its kind must not ask for stay 0.
+// Values that one run of a program saw; members that its kind may not query stay 0.
 struct ProbeSeen {
     float tmin, tmax, time;
     unsigned rayFlags, mask;
@@ -52,7 +52,7 @@ struct ProbeParams {
     ProbeResult* results;
 };
 
-// What any-hit programs do with a candidate.
+// Actions of any-hit programs on a candidate.
 enum ProbeRule : unsigned {
     kProbeAccept,
     kProbeIgnore,

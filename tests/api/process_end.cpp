@@ -20,8 +20,8 @@ const char* runningTest(const char*& suite) {
     return test ? test->name() : "test)";
 }
 
-// Only what a handler may do, but for the first backtrace() of a process, which allocates:
-// tellFaults makes it.
+// Calls only async-signal-safe functions; tellFaults makes the first backtrace() of the process,
+// because that one allocates.
 void onFault(int signal) {
     const char* suite = nullptr;
     const char* name = runningTest(suite);
@@ -46,7 +46,7 @@ public:
         else
             std::printf("[ LOST     ] %s.%s: the CUDA context\n", suite, name);
         std::fflush(nullptr);
-        _exit(kContextLost); // destructors would come to memory of the context
+        _exit(kContextLost); // destructors would access memory of the context
     }
 
 private:

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// How test processes on a GPU end before their last test. A fault is told with the running test and
-// the calls that led to it, as places in the files they are in (addr2line -e FILE PLACE names
-// them). A test that leaves the CUDA context broken ends the process: no later test could tell
-// anything, and the host must not touch managed memory of such a context. scripts/gpu-check goes on
-// with the rest in another process.
+// The end of test processes on a GPU before their last test. A fault is reported with the running
+// test and the backtrace, as file and offset (addr2line -e FILE PLACE names them). A test that
+// breaks the CUDA context ends the process: later tests could not succeed, and the host must not
+// access managed memory of such a context. scripts/gpu-check runs the remaining tests in another
+// process.
 #pragma once
 
 namespace tests::api {
@@ -11,13 +11,13 @@ namespace tests::api {
 // Exit status of a process that ends because its CUDA context is lost.
 constexpr int kContextLost = 70;
 
-// Faults of this process are told from now on, then end it as they would have.
+// From now on faults of this process are reported, then end it as before.
 void tellFaults();
 
-// The running test is about a context that is lost, as far as the GPU goes.
+// The running test deliberately loses the context on a GPU.
 void mayLoseContext();
 
-// After each test from now on `isLost` is asked whether the context is lost.
+// From now on `isLost` is called after each test: whether the context is lost.
 void endWithContext(bool (*isLost)());
 
 } // namespace tests::api

@@ -214,7 +214,7 @@ TEST_F(ProgramGroup, LogString) {
     EXPECT_EQ(std::strlen(text) + 1, size);
 }
 
-// Sizes come from machine code: local memory counts, so does that of functions a program calls.
+// Sizes come from machine code: local memory counts, including that of called functions.
 TEST_F(ProgramGroup, StackSizesAreMeasured) {
     const auto entry = [](const std::string& name, const std::string& locals,
                           const std::string& code) {

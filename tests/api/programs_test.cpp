@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What programs of each kind can do: payload, attributes, recursion, callables, intersection.
+// Features of each kind of program: payload, attributes, recursion, callables, intersection.
 #include "callables.h"
 #include "probe.h"
 #include "rig.h"
@@ -56,7 +56,7 @@ TEST_P(Programs, PayloadOfEverySize) {
 }
 
 TEST_P(Programs, PayloadOfExactlyTheModulesSize) {
-    // With numPayloadValues below 32 the programs that touch more are refused.
+    // With numPayloadValues below 32, programs that use more are refused.
     std::string ptx = program("payload");
     OptixModuleCompileOptions moduleOptions{};
     OptixPipelineCompileOptions options = compileOptions(31);
@@ -116,7 +116,7 @@ struct RecursionParams {
     const unsigned* table = nullptr;
 };
 
-// What level `level` (1 is the first trace) returns, folded as the programs do.
+// The result of level `level` (1 is the first trace), folded like the programs do.
 std::pair<uint64_t, uint64_t> recursionExpected(unsigned level, unsigned depth, bool hit) {
     if (hit && level < depth) {
         auto [value, count] = recursionExpected(level + 1, depth, true);
@@ -161,7 +161,7 @@ TEST_P(Programs, RecursionToEveryDepth) {
     }
 }
 
-// On a GPU the stack must hold what the driver's compiler spills, at every depth. With stack
+// On a GPU the stack must hold the spills of the driver's compiler, at every depth. With stack
 // overflow exceptions programs call each other there; without, they are cut at their traces.
 TEST_P(Programs, RecursionKeepsMuch) {
     constexpr unsigned kDepth = 31, kKept = 96, kIndices = 500;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Traces within closest-hit and miss programs: a ray bounces between the planes z = 0 and z = 1,
-// each hit traces back, to a given depth. What each level adds is kept apart by powers.
+// each hit traces back, to a given depth. Powers separate the contributions of the levels.
 #include <optix.h>
 
 struct RecursionParams {
@@ -56,7 +56,7 @@ extern "C" __global__ void __closesthit__recursion() {
 
 // The same, with far more values across the trace than there are registers.
 extern "C" __global__ void __closesthit__keeper() {
-    constexpr unsigned kKept = 96; // as RecursionKeepsMuch knows
+    constexpr unsigned kKept = 96; // see the test RecursionKeepsMuch
     const unsigned level = optixGetPayload_0() + 1;
     if (level >= params.depth) {
         optixSetPayload_0(level);

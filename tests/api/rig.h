@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A pipeline with its shader binding table, made from the programs of one module, for tests that
-// run device code. Helpers throw std::runtime_error with the log where a call fails that the test
-// is not about.
+// run device code. Where a call fails that is not under test, helpers throw std::runtime_error with
+// the log.
 #pragma once
 
 #include "fixture.h"
@@ -27,7 +27,7 @@ public:
     ~Rig();
     Rig(const Rig&) = delete;
 
-    // Groups; a null name stands for no program. The result numbers the group.
+    // Groups; a null name means no program. The result numbers the group.
     size_t raygen(const char* name);
     size_t miss(const char* name);
     size_t hit(const char* closestHit, const char* anyHit = nullptr,
@@ -38,7 +38,7 @@ public:
     void link(unsigned maxTraceDepth = 1);
     OptixResult tryLink(unsigned maxTraceDepth, unsigned debugLevel = 0);
 
-    // Records, with user data behind the header.
+    // Records, with user data after the header.
     template <class T>
     void raygenRecord(size_t group, const T& data) {
         raygen_ = {record(group, &data, sizeof(data))};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Acceleration structures for tests, and the host's opinion of what rays hit in them: brute force
-// in double precision, with the traversal rules of the manual written down plainly.
+// Acceleration structures for tests, and the expected hits of rays in them: brute force in double
+// precision, with the traversal rules of the manual.
 #pragma once
 
 #include "fixture.h"
@@ -38,8 +38,8 @@ Accel buildAccel(OptixDeviceContext context, const LogRecord& log,
                  const std::vector<OptixBuildInput>& inputs, const OptixAccelBuildOptions& options,
                  const std::vector<OptixAccelEmitDesc>& emit);
 
-// One build input of float3 triangles with 32-bit indices and what it points to. Stays where it is:
-// the input points into it.
+// One build input of float3 triangles with 32-bit indices, and its data. Must not move: the input
+// points into it.
 struct TriangleMesh {
     TriangleMesh(const std::vector<Vec3>& vertices, const std::vector<uint32_t>& indices,
                  std::vector<unsigned> geometryFlags = {0});
@@ -108,8 +108,8 @@ struct Crossing {
     unsigned primitive, sbtGasIndex, instance;
 };
 
-// All crossings that the rules let through (mask, interval, culling), nearest first; `ambiguous`
-// tells that rounding may decide otherwise (an edge, two equal distances, an end of the interval).
+// All crossings that the rules let through (mask, interval, culling), nearest first; `ambiguous`:
+// rounding may decide otherwise (an edge, two equal distances, an end of the interval).
 std::vector<Crossing> crossings(const std::vector<ReferenceInstance>& scene, const Ray& ray,
                                 bool& ambiguous);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The API beside a CUDA driver library: which CUDA context a device context belongs to, device
-// memory, and the order of launches and builds on streams. A program of its own, because the other
-// tests must not have a CUDA library loaded.
+// The API beside a CUDA driver library: the CUDA context of a device context, device memory, and
+// the order of launches and builds on streams. A separate program, because the other tests must not
+// load a CUDA library.
 #include "device_memory.h"
 #include "launch.h"
 #include "rig.h"
@@ -14,7 +14,7 @@
 namespace tests::api {
 namespace {
 
-// Keeps a stream busy until told to go on.
+// Keeps a stream busy until it is released.
 struct Gate {
     std::atomic<bool> open{false};
     std::atomic<bool> reached{false};
@@ -130,8 +130,8 @@ protected:
             EXPECT_EQ(CUDA_SUCCESS, cuStreamDestroy(stream));
         Cuda::TearDown();
     }
-    // Whose work (cuMemsetD8, say, which need not be done when it returns) streams that do not block
-    // would overtake.
+    // Non-blocking streams could overtake its work (for example cuMemsetD8, which may return before
+    // it is done).
     static void waitForDefaultStream() {
         ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(CU_STREAM_LEGACY));
     }
@@ -177,8 +177,8 @@ TEST_F(Streams, StreamsDoNotWaitForEachOther) {
     ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(streams_[0]));
 }
 
-// Launches of two pipelines from four threads, each with a stream, parameters and results of its own,
-// more of them under way than there are processors.
+// Launches of two pipelines from four threads, each with its own stream, parameters and results;
+// more launches run at once than there are processors.
 TEST_F(Streams, ManyStreamsAndPipelines) {
     Rig other(context_, log_, compiledPtx("launch", "clang"), compileOptions(1));
     other.raygenRecord(other.raygen("__raygen__other"), 1u);
@@ -222,8 +222,8 @@ TEST_F(Streams, ManyStreamsAndPipelines) {
         EXPECT_EQ(101 * kLaunches, seen.runs);
 }
 
-// What an application does with a context, on several threads at once: modules, pipelines, builds,
-// launches, and what may be set meanwhile.
+// An application's use of a context, on several threads at once: modules, pipelines, builds,
+// launches, and settings.
 TEST_F(Streams, AllOfTheWorkOnSeveralThreads) {
     constexpr unsigned kThreads = 4, kRounds = 3;
     std::vector<std::thread> threads;
@@ -308,7 +308,7 @@ TEST_F(Streams, BuildsAndLaunchesInOrder) {
                               nullptr, 0));
     EXPECT_NE(0u, handle) << "the handle is known at once";
     EXPECT_FALSE(gate.open);
-    // What the description points to in host memory may go as soon as the call returns.
+    // Host memory that the description points to may be freed as soon as the call returns.
     mesh.vertexAddress = 0;
     mesh.flags[0] = 0xFFFFFFFF;
     values_->handle = handle;
@@ -322,7 +322,7 @@ TEST_F(Streams, BuildsAndLaunchesInOrder) {
     cuMemFree(output);
 }
 
-// Calls that are queued behind work do not wait for it, however much they bring along.
+// Calls queued behind work do not wait for it, with any amount of data.
 TEST_F(Streams, BuildsReturnBeforeTheyRun) {
     if (!onGpu())
         GTEST_SKIP() << "on the CPU compaction looks at the structure";
@@ -346,7 +346,7 @@ TEST_F(Streams, BuildsReturnBeforeTheyRun) {
         return optixAccelBuild(context_, stream, &these, inputs.data(), kInputs, temp.address(),
                                temp.size(), output.address(), output.size(), &handle, &emit, 1);
     };
-    for (int round = 0; round < 2; ++round) { // kernels are loaded, memory is there
+    for (int round = 0; round < 2; ++round) { // kernels are loaded, memory is allocated
         Gate gate;
         ASSERT_EQ(CUDA_SUCCESS, cuLaunchHostFunc(stream, Gate::wait, &gate));
         std::thread opener([&] { // rather a failure than a test that hangs
@@ -370,7 +370,7 @@ TEST_F(Streams, BuildsReturnBeforeTheyRun) {
     ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
     EXPECT_EQ(22u, first().record) << "the ray met the compacted triangle";
 
-    // Behind work a wrong call is found by the kernel.
+    // Behind queued work the kernel finds a wrong call.
     Gate gate;
     ASSERT_EQ(CUDA_SUCCESS, cuLaunchHostFunc(stream, Gate::wait, &gate));
     ASSERT_OK(optixAccelCompact(context_, stream, handle, compacted.address(), 256, &moved));
@@ -381,7 +381,8 @@ TEST_F(Streams, BuildsReturnBeforeTheyRun) {
     EXPECT_TRUE(log_.hasError("", "the compaction to outputBuffer")) << log_.all();
 }
 
-// Builds and launches become parts of a graph, whatever the mode, which reads its inputs when it runs.
+// In all capture modes builds and launches become parts of a graph, which reads its inputs when it
+// runs.
 TEST_F(Streams, GraphsHoldBuildsAndLaunches) {
     if (!onGpu())
         GTEST_SKIP() << "work of the CPU's engine is no node of a graph";
@@ -415,11 +416,11 @@ TEST_F(Streams, GraphsHoldBuildsAndLaunches) {
         ASSERT_EQ(CUDA_SUCCESS, cuStreamEndCapture(stream, &graph));
         CUgraphExec program = nullptr;
         ASSERT_EQ(CUDA_SUCCESS, cuGraphInstantiateWithFlags(&program, graph, 0));
-        std::fill(inputs.begin(), inputs.end(), OptixBuildInput{}); // the graph does not look there
+        std::fill(inputs.begin(), inputs.end(), OptixBuildInput{}); // the graph does not read there
         ASSERT_EQ(CUDA_SUCCESS, cuMemsetD8(seen_, 0, kIndices * sizeof(LaunchSeen)));
         ASSERT_EQ(CUDA_SUCCESS, cuMemcpyHtoD(params_, values_, sizeof(*values_)));
         waitForDefaultStream();
-        ASSERT_OK(launch(streams_[1])); // others go on
+        ASSERT_OK(launch(streams_[1])); // others continue
         ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(streams_[1]));
         for (unsigned times = 1; times <= 3; ++times) {
             ASSERT_EQ(CUDA_SUCCESS, cuGraphLaunch(program, stream));
@@ -517,8 +518,8 @@ TEST_F(Streams, MemoryThatIsNone) {
     cuMemFree(freed);
 }
 
-// Memory that is mapped piece by piece is one buffer; what it holds may be kept elsewhere for a while
-// and come back in other pieces.
+// Memory that is mapped piece by piece is one buffer; its contents may be moved elsewhere for a
+// while and return in other pieces.
 TEST_F(Streams, BuffersOfSeveralPieces) {
     CUmemAllocationProp properties{};
     properties.type = CU_MEM_ALLOCATION_TYPE_PINNED;
@@ -644,7 +645,7 @@ TEST_F(Streams, DestroyWaits) {
     EXPECT_TRUE(gate.open) << "returned before the launch was done";
     EXPECT_EQ(1u, first().runs);
     opener.join();
-    context_ = nullptr; // the rig's objects went with it; destroying them again is refused
+    context_ = nullptr; // it has destroyed the rig's objects; destroying them again is refused
 }
 
 } // namespace

@@ -234,7 +234,7 @@ TEST_F(Tasks, LogIsTruncatedToItsCapacity) {
     std::memset(text, '#', sizeof text);
     size_t size = 10;
     ASSERT_OK(create(ptxModule("rubbish"), text, &size));
-    size = 64; // of no concern to the library any more
+    size = 64; // no longer used by the library
     EXPECT_NE(OPTIX_SUCCESS, optixTaskExecute(task_, nullptr, 0, nullptr));
     EXPECT_EQ(9u, std::strlen(text));
     EXPECT_EQ('#', text[10]);

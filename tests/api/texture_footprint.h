@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What texture_footprint.cu and its test share.
+// Shared by texture_footprint.cu and its test.
 #pragma once
 
 struct FootprintResult {

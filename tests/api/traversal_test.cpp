@@ -93,7 +93,7 @@ protected:
                                         out.as<ProbeResult>() + rays.size());
     }
 
-    // What the any-hit program of a crossing's record does.
+    // The action of the any-hit program of a crossing's record.
     bool accepts(const Crossing& c, const Query& q, const ReferenceInstance& instance) const {
         if (!c.anyHitEnabled)
             return true;
@@ -124,7 +124,7 @@ protected:
             hits += !accepted.empty();
             judge(scene, queries[i], all, accepted, results[i], unsigned(i));
             if (HasFailure())
-                return hits; // one ray is enough to look at
+                return hits; // one ray suffices
         }
         EXPECT_GT(judged, queries.size() / 2);
         return hits;

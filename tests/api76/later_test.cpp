@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small things that OptiX 7.5 and 7.6 added, as clients of the 7.6 headers use them: names of
-// errors, strides between instances, the geometry flag against face culling, and what the
-// denoiser's structs have more.
+// Small additions of OptiX 7.5 and 7.6, used through the 7.6 headers: names of errors, strides
+// between instances, the geometry flag against face culling, and new fields of the denoiser's
+// structs.
 #include "probe.h"
 #include "rig.h"
 #include "scene.h"
@@ -201,7 +201,7 @@ TEST_F(LaterDenoiser, AlphaModes) {
                     invoke(layer));
 }
 
-// In a first frame there is nothing before it: flow and previous output are not looked at.
+// A first frame has no predecessor: flow and previous output are not read.
 TEST_F(LaterDenoiser, FirstFramesOfSequences) {
     create(OPTIX_DENOISER_MODEL_KIND_TEMPORAL);
     const size_t count = size_t(kWidth) * kHeight;

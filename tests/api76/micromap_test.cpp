@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Opacity micromaps through the API (OptiX 7.6, optixOpacityMicromapArray...): every rule about
-// arguments, broken one at a time; arrays and structures that are moved, compacted and updated; and
-// what rays meet. How states and flags combine is in ../reference and src/devlib.
+// arguments, broken one at a time; relocation, compaction and updates of arrays and structures; and
+// traversal. The combinations of states and flags are tested in ../reference and src/devlib.
 #include "probe.h"
 #include "rig.h"
 #include "scene.h"
@@ -90,7 +90,7 @@ void useIndices(OptixBuildInput& input, const Array& array, const Buffer& indice
     m.indexSizeInBytes = 4;
 }
 
-// What queued work has failed with: the next call on the stream reports it, once.
+// The error of queued work: the next call on the stream returns it, once.
 OptixResult failureOfStream(OptixDeviceContext context) {
     waitForDevice();
     Array array(1);
@@ -107,7 +107,7 @@ protected:
         mesh_ = row(2);
     }
 
-    // Something that both functions of an array must refuse.
+    // An input that both functions of an array must refuse.
     void expectBad(const char* mention,
                    const std::function<void(OptixOpacityMicromapArrayBuildInput&)>& change) {
         OptixOpacityMicromapArrayBuildInput input = array_.input;
@@ -119,7 +119,7 @@ protected:
         EXPECT_EQ(sizes.tempSizeInBytes, 7u);
         expectBadBuild(mention, input, array_.buffers);
     }
-    // Something that only the build looks at.
+    // An input that only the build checks.
     void expectBadBuffer(const char* mention,
                          const std::function<void(OptixOpacityMicromapArrayBuildInput&,
                                                   OptixMicromapBuffers&)>& change) {
@@ -254,7 +254,7 @@ TEST_F(MicromapArguments, SizesNeedNoBuffersAndGrow) {
     waitForDevice(); // the buffers end here
 }
 
-// What is wrong with the contents of buffers shows when the stream comes to them.
+// Errors in the contents of buffers show when the stream reaches them.
 TEST_F(MicromapArguments, ContentsThatDoNotFitFailTheQueuedBuild) {
     const auto desc = [&](OptixOpacityMicromapDesc value) {
         Array bad;
@@ -352,7 +352,7 @@ TEST_F(MicromapArguments, OfBuildInputs) {
     waitForDevice();
 }
 
-// Memory that is no array (any more) is an error of the queued build.
+// Memory that does not (or no longer) hold an array is an error of the queued build.
 TEST_F(MicromapArguments, ArraysThatAreNoneFailTheQueuedBuild) {
     OptixBuildInput input = mesh_->input;
     useLinear(input, array_);
@@ -449,7 +449,7 @@ TEST_F(MicromapArguments, OfRelocations) {
     EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, kRelocate, "relocateInputs[0]",
                     relocateGas(gasInfo, inputs, 1));
     EXPECT_EQ(handle, kNoHandle);
-    // Of another size: seen when the stream comes to it.
+    // Of another size: detected when the stream reaches it.
     Array small(2);
     ASSERT_OK(small.build(context_));
     inputs[0].triangleArray.opacityMicromap.opacityMicromapArray = small.output.address();
@@ -458,7 +458,7 @@ TEST_F(MicromapArguments, OfRelocations) {
     EXPECT_TRUE(log_.hasError("no copy", "build input 0")) << log_.all();
 }
 
-// ---- what rays meet ----
+// ---- hits of rays ----
 
 class MicromapTraversal : public DeviceTest {
 protected:
@@ -534,8 +534,8 @@ TEST_P(MicromapTraversal, PipelinesWithoutTheOptionDoNotLook) {
     EXPECT_EQ(numbers(gas.handle, 4), (Numbers{0, 1, 2, 3}));
 }
 
-// The inputs of an array may go, the array may move, the structure may be compacted, updated and
-// moved, and its vertices can still be asked for.
+// The inputs of an array may be freed, the array may move, the structure may be compacted, updated
+// and moved, and its vertices can still be queried.
 TEST_P(MicromapTraversal, SurvivesEverythingThatCanBeDone) {
     makeRig();
     auto first = std::make_unique<Array>();
@@ -577,7 +577,7 @@ TEST_P(MicromapTraversal, SurvivesEverythingThatCanBeDone) {
     EXPECT_EQ(updated, handle);
     EXPECT_EQ(numbers(handle, 6), (Numbers{1, 2, 3, 4, 15, 0}));
 
-    // Both move; the old array is gone.
+    // Both move; the old array is freed.
     OptixRelocationInfo arrayInfo{}, gasInfo{};
     ASSERT_OK(
         optixOpacityMicromapArrayGetRelocationInfo(context_, first->output.address(), &arrayInfo));
@@ -597,7 +597,7 @@ TEST_P(MicromapTraversal, SurvivesEverythingThatCanBeDone) {
                                  moved.size(), &handle));
     EXPECT_EQ(numbers(handle, 6), (Numbers{1, 2, 3, 4, 15, 0}));
 
-    // Nothing to replace: the references stay.
+    // No replacement: the references stay.
     relocated.triangleArray.opacityMicromap.opacityMicromapArray = 0;
     ASSERT_OK(optixAccelRelocate(context_, nullptr, &gasInfo, &relocated, 1, moved.address(),
                                  moved.size(), &handle));
@@ -636,7 +636,7 @@ TEST_P(MicromapTraversal, MovesWithTheTriangles) {
         for (float time : {0.0f, 0.25f, 0.7f, 1.0f})
             EXPECT_EQ(numbersAt(handle, 6, time, begin + (end - begin) * time), numbers)
                 << "time " << time;
-        EXPECT_EQ(numbersAt(handle, 6, 0.5f, begin), Numbers(6)); // gone from where it was
+        EXPECT_EQ(numbersAt(handle, 6, 0.5f, begin), Numbers(6)); // freed at its old place
     };
     expect({5, 4, 0, 15, 15, 7}, 0, 4);
 
@@ -672,7 +672,7 @@ TEST_P(MicromapTraversal, MovesWithTheTriangles) {
     expect({1, 2, 3, 4, 15, 0}, 4, 0);
 }
 
-// Without the flag an update keeps the micromaps, and says so where others are given.
+// Without the flag an update keeps the micromaps, and logs that if others are given.
 TEST_P(MicromapTraversal, UpdatesChangeMicromapsOnlyIfAllowed) {
     makeRig();
     Array first, second;
@@ -700,7 +700,7 @@ TEST_P(MicromapTraversal, UpdatesChangeMicromapsOnlyIfAllowed) {
     EXPECT_EQ(numbers(gas.handle, 2), (Numbers{0, 1}));
 }
 
-// Instances tell whether and how micromaps count; -1 where any-hit ran.
+// Instances decide whether and how micromaps count; -1 where any-hit ran.
 TEST_P(MicromapTraversal, InstancesHaveFlagsForThem) {
     makeRig();
     Array array;
@@ -726,7 +726,7 @@ TEST_P(MicromapTraversal, InstancesHaveFlagsForThem) {
     EXPECT_EQ(with(OPTIX_INSTANCE_FLAG_DISABLE_ANYHIT), (Numbers{0, 15, 15, 15}));
 }
 
-// Several build inputs, of which some have micromaps, each an array of its own.
+// Several build inputs, some of them with micromaps, each with a separate array.
 TEST_P(MicromapTraversal, BuildInputsHaveTheirOwn) {
     makeRig();
     Array first, second;

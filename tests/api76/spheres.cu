@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traces a ray per launch index at spheres and writes down what programs see of the hits.
+// Traces a ray per launch index at spheres and stores the hits as programs see them.
 #include "spheres.h"
 
 #include "optix76/optix.h"

@@ -19,7 +19,7 @@ OptixPipelineCompileOptions sphereOptions(bool motion = false) {
     return options;
 }
 
-// Spheres of radius 1 in a row along x, 4 apart, once for each motion key. Stays where it is.
+// Spheres of radius 1 in a row along x, 4 apart, once for each motion key. Must not move.
 struct Row {
     explicit Row(unsigned count, unsigned numKeys = 1) : points(numKeys), widths(numKeys) {
         for (unsigned key = 0; key < numKeys; ++key)

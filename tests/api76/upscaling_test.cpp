@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Denoisers as OptiX 7.5 and 7.6 have them: upscaling kinds, sizes they ask for, first frames,
-// tiles, and all for which an upscaling denoiser refuses an image.
+// Denoisers of OptiX 7.5 and 7.6: upscaling kinds, their sizes, first frames, tiles, and all
+// reasons for an upscaling denoiser to refuse an image.
 #include "fixture.h"
 
 #include "optix_denoiser_tiling.h"
@@ -96,7 +96,7 @@ struct Pictures {
         return layer;
     }
     OptixDenoiserLayer layer() const { return {noisy.image, previous.image, output.image}; }
-    // What a client without an upscaling denoiser would do.
+    // The alternative without an upscaling denoiser.
     TestImage bilinear(const TestImage& small) const {
         TestImage large(2 * kWidth, 2 * kHeight);
         for (unsigned y = 0; y < 2 * kHeight; ++y)
@@ -174,7 +174,7 @@ TEST_F(Upscaling, IsBetterThanInterpolatingWhatIsDenoised) {
         setup();
         params_.temporalModeUsePreviousLayers = 0;
         OptixDenoiserLayer layer = pictures.layer();
-        layer.previousOutput = {}; // there is nothing before a first frame
+        layer.previousOutput = {}; // a first frame has no predecessor
         pictures.output.memory.fill(0xff);
         ASSERT_OK(invoke(pictures.guides(), &layer));
         EXPECT_LT(errorOf(pictures.output, pictures.clean), 0.95 * bilinear) << kind;

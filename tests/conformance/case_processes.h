@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs cases in processes of their own: where a case ends one, another goes on behind it.
+// Runs cases in separate processes: if a case ends its process, another one continues after it.
 #pragma once
 
 #include "driver.h"
@@ -23,12 +23,12 @@ struct CaseOutcomes {
     std::vector<Status> status; // by case
 };
 
-// Called once in each process; what it gives runs a case and says whether the driver took it. What
-// that writes has to lie in shared memory.
+// Called once in each process; returns a function that runs a case and returns whether the driver
+// accepted it. Its results must be in shared memory.
 using CaseSetup = std::function<std::function<bool(size_t)>(const Driver&)>;
 
 // `names` of all cases; those without `only` in theirs stay pending. `workers` processes at once.
-// Ends the process if there is no device; `what` is what for.
+// Ends the process if there is no device; `what` names the purpose for the message.
 CaseOutcomes runCases(const std::vector<std::string>& names, const std::string& only,
                       unsigned workers, const char* what, const CaseSetup& setup);
 

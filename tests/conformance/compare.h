@@ -14,7 +14,7 @@ namespace conformance {
 struct Difference {
     unsigned vectors = 0;
     std::string text;
-    uint32_t digest = 0; // of their numbers and what they gave
+    uint32_t digest = 0; // of their numbers and results
 };
 Difference compare(const Form& form, const std::vector<uint8_t>& recorded,
                    const std::vector<uint8_t>& results);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The few functions of libcuda.so.1 that a recording needs, from whichever library the loader
-// finds: a GPU's driver or Sunstone's.
+// The few functions of libcuda.so.1 that a recording needs, from the library that the loader finds:
+// a GPU's driver or Sunstone's.
 #pragma once
 
 #include <cuda.h>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// See errors.h. References are computed on the host in a wider format. Left out are arguments and
-// results that are subnormal, and results beyond the range: the vectors of forms_float.cpp have
-// those.
+// See errors.h. References are computed on the host in a wider format. Subnormal arguments and
+// results, and results beyond the range, are left to the vectors of forms_float.cpp.
 #include "errors.h"
 
 #include "driver.h"
@@ -31,7 +30,7 @@ struct Approximation {
     const char* note; // of the arguments' range
     const char* type; // f32 f64 f16 bf16
     Measure measure;
-    double bound;           // of the manual; else what follows from the format
+    double bound;           // of the manual; else by the format
     Real (*function)(Real); // null: division
     bool (*holds)(Real);    // whether the bound is stated for this argument; the divisor's of two
     bool isStated = true;   // by the manual
@@ -84,8 +83,8 @@ bool notAboutOne(Real x) {
 }
 
 // Bounds: PTX ISA manual, "Floating Point Instructions" and "Half Precision Floating Point
-// Instructions". The ones of f64 that flush look at the upper word of their argument and give one:
-// each has 20 bits of fraction.
+// Instructions". The flushing f64 functions read only the upper word of their argument and return
+// one: each has 20 bits of fraction.
 const Approximation kFunctions[] = {
     {"div.approx.f32", "divisor within 2^126", "f32", Measure::kUlp, 2, nullptr, ofDivisors},
     {"div.approx.ftz.f32", "divisor within 2^126", "f32", Measure::kUlp, 2, nullptr, ofDivisors},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conformance vectors of PTX instructions: which forms there are, what they read and write, and how
-// closely two implementations must agree. A form is one instruction with its modifiers and types,
-// in the few lines of PTX that make its results visible. The forms_*.cpp files enumerate them,
+// Conformance vectors of PTX instructions: the forms, their inputs and outputs, and the required
+// agreement of two implementations. A form is one instruction with its modifiers and types, in the
+// few lines of PTX that make its results visible. The forms_*.cpp files enumerate them,
 // module_writer.cpp makes kernels of them. Source: PTX ISA manual, chapter "Instruction Set".
 #pragma once
 
@@ -31,7 +31,7 @@ struct Rule {
     int limited = -1;
     double limit = 0;
     // A result whose rounding decides whether it is flushed may be zero or the least normal number:
-    // which is meant, before or after rounding, the manual leaves open.
+    // the manual does not specify whether before or after rounding.
     bool flushEdge = false;
 };
 
@@ -51,18 +51,18 @@ struct Form {
     std::string name;
     // PTX. Operands are a0, a1, ...; results d0, d1, ...; free registers t0..t3 (b32), u0..u3
     // (b64), h0..h3 (b16), q0..q1 (predicates); m: 64 bytes of global, sm: of shared, lm: of local
-    // memory of the thread's own, as 64-bit addresses.
+    // memory of the thread, as 64-bit addresses.
     std::string code;
     std::vector<std::string> inputs;
     std::vector<Output> outputs;
-    bool warp = false; // talks to other threads: kept apart from the rest
+    bool warp = false; // exchanges data with other threads: kept separate
 };
 
 class Forms {
 public:
-    // One form for each way to read `pattern`, where {a|b|} stands for a, b or nothing. `code`: the
-    // PTX with @ (and a space) for the instruction; empty: "@ d0, a0, a1, ...;". `note` makes the
-    // name unique where one instruction is tried in several ways.
+    // One form for each expansion of `pattern`, where {a|b|} means a, b or empty. `code`: the PTX
+    // with @ (and a space) for the instruction; empty: "@ d0, a0, a1, ...;". `note` makes the name
+    // unique where one instruction is tried in several ways.
     void add(const std::string& pattern, const std::vector<std::string>& inputs,
              const std::vector<Output>& outputs, const std::string& code = "",
              const std::string& note = "");

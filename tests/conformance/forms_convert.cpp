@@ -8,7 +8,7 @@ namespace {
 
 const char* const kInts[] = {"u8", "s8", "u16", "s16", "u32", "s32", "u64", "s64"};
 
-// Registers that hold an integer: eight bits travel in sixteen.
+// Registers that hold an integer: eight bits are in a register of sixteen.
 std::string inputOf(const std::string& type) {
     return type.ends_with("8") ? "i16" : "i" + type.substr(1);
 }
@@ -59,7 +59,7 @@ void addScalars(Forms& forms) {
     forms.add("cvt{|.rni|.rzi|.rmi|.rpi}{|.sat}.f64.f64", {"f64"}, {{"f64", number()}});
     forms.add("cvt{.rni|.rzi|.rmi|.rpi}{|.sat}.f16.f16", {"f16"}, {{"f16", number()}});
     forms.add("cvt{.rni|.rzi|.rmi|.rpi}.bf16.bf16", {"bf16"}, {{"bf16", number()}});
-    // With .relu and .satfinite the NaN that comes out is the canonical one.
+    // With .relu and .satfinite the resulting NaN is the canonical one.
     forms.add("cvt{.rn|.rz}{.relu|.satfinite|.relu.satfinite}.{f16|bf16}.f32", {"f32"}, {"b16"});
     forms.add("cvt{.rn|.rz}.bf16.f32", {"f32"}, {"b16"});
 }

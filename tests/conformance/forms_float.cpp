@@ -48,7 +48,7 @@ void addArithmetic(Forms& forms) {
 void addSigns(Forms& forms) {
     forms.add("{abs|neg}{|.ftz}.f32", {"f32"}, {{"f32", kNumber}});
     forms.add("{abs|neg}.f64", {"f64"}, {{"f64", kNumber}});
-    // A NaN that comes out is the canonical one.
+    // A resulting NaN is the canonical one.
     forms.add("{min|max}{|.ftz}{|.NaN}{|.xorsign.abs}.f32", {"f32", "f32"}, {{"f32", kExact}});
     forms.add("{min|max}{|.ftz}{|.NaN}.f32", {"f32", "f32", "f32"}, {{"f32", kExact}}, "",
               "of three");

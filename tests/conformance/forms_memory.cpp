@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forms of loads, stores and atomics, each on memory of the thread's own.
+// Forms of loads, stores and atomics, each on memory of its thread.
 #include "forms.h"
 
 namespace conformance {
@@ -61,7 +61,7 @@ void addAtomics(Forms& forms) {
         if (name == ".local")
             continue;
         const std::string at = std::string("[") + space.address + "]";
-        // The old value and what is there afterwards.
+        // The old value and the new contents.
         const auto atomic = [&](const std::string& operation, const char* in, const Output& out,
                                 bool reduces) {
             const std::string bits = std::to_string(widthOf(in));
@@ -139,7 +139,7 @@ void addWideAccesses(Forms& forms) {
     }
 }
 
-// Memory of the stack: what is there, where it lies, and that it comes back.
+// Stack memory: its contents, its place, and its release.
 void addStack(Forms& forms) {
     forms.add("alloca.u64", {"i32", "i32"}, {"b32", "b32", "b64"},
               "@ u0, 48, 16; @ u1, 16; st.local.b32 [u0+44], a0; st.local.b32 [u1], a1; "

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forms that talk to other threads: a block is one full warp.
+// Forms that exchange data between threads: a block is one full warp.
 #include "forms.h"
 
 namespace conformance {
@@ -69,7 +69,7 @@ void addReductions(Forms& forms) {
     forms.addWarp("barrier.red.popc.u32", {"p"}, {"b32"}, "@ d0, 0, 32, a0;");
     forms.addWarp("bar.red.{and|or}.pred", {"p"}, {"p"}, "@ d0, 0, a0;");
     forms.addWarp("bar.red.{and|or}.pred", {"p"}, {"p"}, "@ d0, 0, !a0;", "with not");
-    // All threads at one place: what is left in the end does not depend on their order.
+    // All threads at one place: the final contents do not depend on their order.
     for (const char* operation : {"add.u32", "min.s32", "max.u32", "and.b32", "or.b32", "xor.b32"})
         forms.addWarp(std::string("red.shared.") + operation, {"i32"}, {"b32"},
                       "mov.u64 u0, shared; st.shared.b32 [u0], 0x0f0f0f0f; bar.sync 0; "

@@ -2,11 +2,11 @@
 // Conformance vectors of PTX: records them on a device, and replays them on another.
 //   conformance record FILE [--like FILE]
 //       runs every form on the device that libcuda.so.1 finds and writes the recording; --like
-//       leaves out what the driver of that recording refused
+//       leaves out the forms that the driver of that recording refused
 //   conformance replay FILE [GAPS [DEVIATIONS]]
-//       runs the forms of a recording and compares; GAPS names, one a line, those that the device
-//       is known to refuse, and DEVIATIONS those where the recording is known to be wrong, with the
-//       difference that is meant
+//       runs the forms of a recording and compares; GAPS names, one a line, the forms that the
+//       device is known to refuse, and DEVIATIONS those whose recording is known to be wrong, with
+//       the intended difference
 //   conformance record-textures FILE
 //   conformance replay-textures FILE [GAPS [DEVIATIONS]]
 //       the same with textures and surfaces

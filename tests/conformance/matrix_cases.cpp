@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which matrix instructions are run. See matrix_cases.h. Source: PTX ISA manual, "Warp Level Matrix
-// Multiply-Accumulate Instructions".
+// The list of matrix instructions under test. See matrix_cases.h. Source: PTX ISA manual, "Warp
+// Level Matrix Multiply-Accumulate Instructions".
 #include "matrix_cases.h"
 
 #include <map>
@@ -83,7 +83,8 @@ public:
                         {a, b, c}});
     }
 
-    // Registers of a wmma fragment: halves of A and B stand in two lanes, or as often as they fit.
+    // Registers of a wmma fragment: halves of A and B are in two lanes, or repeated as often as
+    // they fit.
     static Fragment wmmaFragment(const char* name, Shape s, const std::string& type) {
         const bool isA = name[0] == 'a', isB = name[0] == 'b';
         if (type == "f16" && (isA || isB))
@@ -104,7 +105,7 @@ public:
               const std::string& a, const std::string& c, const std::string& d) {
         const Fragment fa = wmmaFragment("a", s, a), fb = wmmaFragment("b", s, a);
         const Fragment fc = wmmaFragment("c", s, c), fd = wmmaFragment("d", s, d);
-        // Rows that stand apart where there is room.
+        // Rows with gaps where there is room.
         const unsigned apart = rowA == rowB && bitsOf(a) >= 8 && a != "f64" ? 128 / bitsOf(a) : 0;
         const std::string rowD = rowA;
         std::string code =
@@ -118,7 +119,7 @@ public:
         list.push_back({name, code, {a, a, c}});
     }
 
-    // What a lane gets.
+    // A lane's results.
     void wmmaFragments(Shape s, const std::string& type, const char* which) {
         const Fragment f = wmmaFragment(which, s, type);
         const bool isA = which[0] == 'a', isB = which[0] == 'b';

@@ -12,14 +12,14 @@
 namespace conformance {
 
 constexpr unsigned kProblems = 16;
-// What a warp reads: three areas for A, B and C, filled with elements of their types. Lane l's own
-// part of an area is the 64 bytes at 64 * l.
+// The input of a warp: three areas for A, B and C, filled with elements of their types. Lane l's
+// own part of an area is the 64 bytes at 64 * l.
 constexpr size_t kAreaBytes = 2048, kProblemBytes = 3 * kAreaBytes;
-// What it writes: 64 bytes for each lane, or one matrix.
+// Its output: 64 bytes for each lane, or one matrix.
 constexpr size_t kMatrixResultBytes = 2048;
 
 struct MatrixCase {
-    std::string name; // the instruction, and what is done with it where that is not plain
+    std::string name; // the instruction, and its use where that is not obvious
     // PTX with the registers in (the areas), own (the lane's part of the first), out (the results),
     // mine (the lane's part of them), row (of 16 bytes in `shared`, another one for each lane).
     std::string code;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // See matrix_run.h. The file is one zstd frame: lines with the device and, per case, its status,
-// the hash of all that goes into it, and its name; then what is kept of the results of each.
+// the hash of all its inputs, and its name; then the stored results of each.
 #include "matrix_run.h"
 
 #include "case_processes.h"
@@ -116,7 +116,7 @@ uint32_t digestOf(const uint8_t* results, unsigned problem) {
     return hashOf(results + problem * kMatrixResultBytes, kMatrixResultBytes);
 }
 
-// The problems whose results differ, and some words of them where they are known.
+// The problems whose results differ, and some words of known ones.
 std::string differences(const Recorded& recorded, const uint8_t* results) {
     constexpr unsigned kShown = 6;
     std::string text;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs matrix cases on the device, and keeps and compares their results. A recording has a digest
-// of each problem's results, which is little and says whether they are the same; with `whole`,
-// which is for finding out how a device computes, the results too.
+// Runs matrix cases on the device, and stores and compares their results. A recording has a digest
+// of each problem's results, which is small and shows equality; with `whole`, for studies of how a
+// device computes, also the results.
 #pragma once
 
 #include "names.h"

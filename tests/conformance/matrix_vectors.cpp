@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the matrices hold: the same on every machine. The problems ask how products and sums are
-// aligned, cut and rounded: terms of like and of very different size, sparse ones, subnormals,
+// Contents of the matrices, the same on every machine. The problems show how products and sums are
+// aligned, cut and rounded: terms of similar and of very different size, sparse ones, subnormals,
 // infinities, overflow.
 #include "driver.h"
 #include "inputs.h"

@@ -53,7 +53,7 @@ std::string loadInput(const std::string& type, unsigned position) {
     return declaration + "ld.global.b" + text(widthOf(type)) + " " + name + ", " + at;
 }
 
-// The form in a scope of its own, and its results to memory.
+// The form in its own scope, and its results to memory.
 std::string writeForm(const Form& form, size_t offset) {
     std::string body = "{ // " + form.name + "\n";
     const struct {
@@ -111,7 +111,7 @@ std::string writeKernel(const std::vector<Form>& forms, const KernelText& kernel
     return body + "ret;\n}\n";
 }
 
-// What forms of one kernel have in common.
+// Common to the forms of one kernel.
 std::string kernelKey(const Form& form) {
     std::string key = form.warp ? "warp " : "";
     for (const std::string& input : form.inputs)

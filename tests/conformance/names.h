@@ -11,11 +11,11 @@ namespace conformance {
 
 // One name a line; lines that begin with # are comments. No file: no names.
 std::set<std::string> readNames(const std::string& file);
-// A name of the list that ends in * stands for all that begin so.
+// A name of the list with a trailing * matches all names with that prefix.
 bool isNamed(const std::set<std::string>& names, const std::string& name);
 
-// How results differ from the recording: a line "name<tab>count<tab>digest", where the digest is
-// one of which results differ and what they are.
+// Differences from the recording: a line "name<tab>count<tab>digest", with a digest of the indices
+// and values of differing results.
 struct Deviation {
     unsigned count = 0;
     unsigned digest = 0;
@@ -23,7 +23,7 @@ struct Deviation {
 };
 using Deviations = std::map<std::string, Deviation>;
 Deviations readDeviations(const std::string& file);
-// As it stands in the list.
+// As written in the list.
 std::string lineOf(const std::string& name, const Deviation& deviation);
 
 } // namespace conformance

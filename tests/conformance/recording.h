@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording: what a device gave for every form, and which forms its driver refused. The file is
-// one zstd frame; inside stand text lines (device, hash of all inputs, then per form its status,
-// the hash of its code, and its name) and then the results, each output cut into planes of equal
-// bytes, which compress better.
+// A recording: a device's results for every form, and the forms that its driver refused. The file
+// is one zstd frame of text lines (device, hash of all inputs, then per form its status, the hash
+// of its code, and its name) followed by the results, each output cut into planes of equal bytes,
+// which compress better.
 #pragma once
 
 #include "forms.h"
@@ -32,12 +32,12 @@ uint32_t codeHash(const Form& form);
 uint32_t inputsHash();
 
 void save(const std::string& file, const std::vector<Form>& forms, const Results& results);
-// Ends the process if the file is none.
+// Ends the process if the file is not a recording.
 Recording load(const std::string& file);
 
-// Recordings of cases of other kinds begin with lines, too: kind, number of cases and what else the
-// kind notes; the device; then per case its status as a letter ('r' has results), the hash of all
-// that goes into it, and its name.
+// Recordings of cases of other kinds begin with lines, too: kind, number of cases and further data
+// of the kind; the device; then per case its status as a letter ('r' has results), the hash of all
+// its inputs, and its name.
 struct CaseHead {
     struct Case {
         char status = '?';

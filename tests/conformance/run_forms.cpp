@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // See run_forms.h. Workers are forked before the driver is loaded and take lists of forms from a
-// common counter; results lie in memory that all share. A list that fails is halved until the forms
-// that fail are alone.
+// common counter; results are in memory shared by all. A failing list is halved until each failing
+// form is alone.
 #include "run_forms.h"
 
 #include "case_processes.h"
@@ -30,7 +30,7 @@ struct Shared {
     char device[200];
 };
 
-// What all processes see.
+// Memory shared by all processes.
 struct World {
     const std::vector<Form>& forms;
     std::vector<size_t> offsets; // by form, in `results`
@@ -126,7 +126,7 @@ private:
     _exit(0);
 }
 
-// Runs lists on several processes; returns those whose process died over them.
+// Runs lists on several processes; returns those whose process died.
 std::vector<std::vector<size_t>>
 runLists(World& world, const std::vector<std::vector<size_t>>& lists, unsigned workers) {
     std::vector<std::vector<size_t>> failed;
@@ -146,7 +146,7 @@ runLists(World& world, const std::vector<std::vector<size_t>>& lists, unsigned w
             const int list = world.shared->current[i];
             if (WIFEXITED(state) && WEXITSTATUS(state) == 0)
                 continue;
-            if (list == kNone) // before its first list: no device, say
+            if (list == kNone) // before its first list: for example no device
                 quit(WIFEXITED(state) ? WEXITSTATUS(state) : 1, "a worker could not start");
             failed.push_back(lists[size_t(list)]);
         }

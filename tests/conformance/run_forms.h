@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs forms on the device, in processes of their own: a form that a compiler refuses, or that
-// ends a process or its context, costs no other form its results.
+// Runs forms on the device in separate processes: a form that a compiler refuses, or that ends a
+// process or its context, does not affect the results of other forms.
 #pragma once
 
 #include "forms.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which textures and surfaces are read, and how. See texture_cases.h.
+// The list of textures and surfaces, and of the instructions that read them. See texture_cases.h.
 #include "texture_cases.h"
 
 namespace conformance {
@@ -238,7 +238,7 @@ void addLevels(Cases& cases) {
     }
 }
 
-// Floats that vary by up to 8: the bounds of what follows are in these units.
+// Floats that vary by up to 8: the bounds below are in these units.
 void addGradients(Cases& cases) {
     for (const std::string geometry : {"1d", "2d", "3d", "a2d", "cube"})
         for (const unsigned anisotropy : {0u, 2u, 4u, 16u}) {

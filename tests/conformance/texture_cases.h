@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conformance vectors of textures and surfaces: which objects are made, what they hold, and how
-// they are read. A case is one object and one PTX instruction; its vectors are coordinates, levels
-// and gradients. texture_run.cpp makes the objects and kernels.
+// Conformance vectors of textures and surfaces: the objects, their contents, and the reads. A case
+// is one object and one PTX instruction; its vectors are coordinates, levels and gradients.
+// texture_run.cpp makes the objects and kernels.
 #pragma once
 
 #include <cuda.h>
@@ -30,7 +30,7 @@ struct TextureCase {
     unsigned width = 16, height = 0, depth = 0, levels = 1, arrayFlags = 0;
     CUDA_TEXTURE_DESC sampling = {};
     // The instruction ("tex.level.2d.v4.f32.f32", "tld4.r.2d.v4.f32.f32", "suld.b.2d.v4.b32.clamp",
-    // "txq.width.b32"); a store is followed by a load of what it left.
+    // "txq.width.b32"); a store is followed by a load of the stored data.
     std::string access;
     double bound = 0; // how far floats may be apart; 0: bit by bit
     // Of all words, this share may be further apart: up to this much.
@@ -39,8 +39,8 @@ struct TextureCase {
     bool has(const char* part) const { return access.find(part) != std::string::npos; }
 };
 
-// What one vector hands to the instruction, as 32-bit words: three coordinates, layer, level, two
-// gradients of three, one to spare.
+// The operands of one vector, as 32-bit words: three coordinates, layer, level, two gradients of
+// three, one spare.
 constexpr unsigned kTextureWords = 12;
 using TextureVector = std::array<uint32_t, kTextureWords>;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Recordings of texture cases. The file is one zstd frame: lines with the device and, per case, its
-// status, the hash of all that goes into it, and its name; then the results in planes of bytes.
+// status, the hash of all its inputs, and its name; then the results in planes of bytes.
 #include "driver.h"
 #include "names.h"
 #include "recording.h"
@@ -71,7 +71,7 @@ struct Outcome {
     bool tooFar = false;
     double worst = 0;
     std::string text;
-    uint32_t digest = 0; // of which words are beyond it, and by how many thousandths
+    uint32_t digest = 0; // of the words beyond it and their excess in thousandths
 };
 
 bool agree(const TextureCase& test, uint32_t want, uint32_t got, double& distance) {

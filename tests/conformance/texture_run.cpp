@@ -15,7 +15,7 @@ namespace {
 
 constexpr size_t kWords = size_t(kTextureVectors) * 4;
 
-// The array of a case and what it is read through.
+// The array of a case and the object that reads it.
 class Object {
 public:
     Object(const Driver& driver, const TextureCase& test) : driver_(driver), test_(test) {

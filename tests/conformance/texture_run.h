@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs texture cases on the device, and keeps and compares their results.
+// Runs texture cases on the device, and stores and compares their results.
 #pragma once
 
 #include "names.h"
@@ -16,7 +16,7 @@ struct TextureResults {
     std::vector<std::vector<uint32_t>> words; // by case: four of each vector; empty unless done
 };
 
-// Runs the cases with `only` in their names, in a process of their own.
+// Runs the cases with `only` in their names, in a separate process.
 TextureResults runTextures(const std::string& only);
 
 void saveTextures(const std::string& file, const TextureResults& results);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What textures hold and where they are read: the same on every machine. See texture_cases.h.
+// Contents of textures and coordinates of reads, the same on every machine. See texture_cases.h.
 #include "inputs.h"
 #include "texture_cases.h"
 
@@ -71,13 +71,13 @@ void surfacePlace(const TextureCase& test, unsigned index, TextureVector& vector
     } else { // no two vectors at one texel
         vector[0] = index % (test.width + 4) - 2;
         vector[1] = index / (test.width + 4) - 1;
-        if (!test.height && vector[1] != 0) // rows of one-dimensional surfaces lie outside
+        if (!test.height && vector[1] != 0) // rows of one-dimensional surfaces are outside
             vector[0] = 0u - 1 - index;
     }
     if (test.has(".b.")) // counts bytes
         vector[0] *= test.format.bytes;
     vector[3] = uint32_t(random.whole(0, int(sizes[2]) - 1));
-    for (unsigned k = 4; k < 8; ++k) // what is stored
+    for (unsigned k = 4; k < 8; ++k) // the stored value
         vector[k] = test.has("sust.p") && (test.format.kind == 'f' || test.format.kind == 'h')
                         ? word(float(random.between(-100, 100)))
                         : uint32_t(random.bits() >> (index & 3) * 8);

@@ -19,7 +19,7 @@ namespace tests {
 
 namespace {
 
-// What a handle stands for: the source files of the programs in it.
+// The contents of a handle: the source files of the programs in it.
 using Sources = std::set<std::string>;
 
 struct Record {
@@ -41,7 +41,7 @@ void noteCall(const char* function, int result) {
     record().calls.emplace(function, result);
 }
 
-// Hands the sources of parts (modules of groups, groups of pipelines) on to the whole.
+// Passes the sources of parts (modules of groups, groups of pipelines) on to the whole.
 void join(const void* whole, const void* part) {
     auto found = record().sourcesOf.find(part);
     if (part && found != record().sourcesOf.end()) {

@@ -3,8 +3,8 @@
 // gave, and the device programs (.cu files) of pipelines that were launched.
 // tests/coverage/symbols.cpp turns the records into docs/symbols.md.
 //
-// Nothing is recorded unless the environment variable SUNSTONE_CALL_RECORD names a folder; each
-// test then leaves one file there, named after the test, with lines of
+// With the environment variable SUNSTONE_CALL_RECORD naming a folder, each test leaves one file
+// there, named after the test, with lines of
 //   call <function> <result, a number>
 //   launched <file.cu>
 //   source <file of the test>
@@ -18,7 +18,7 @@ namespace tests {
 // calling it again does no harm.
 void recordCalls();
 
-// Tells which source file PTX text was compiled from.
+// Names the source file that PTX text was compiled from.
 void recordProgram(const std::string& ptx, const std::string& sourceFile);
 
 } // namespace tests

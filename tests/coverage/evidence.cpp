@@ -17,7 +17,7 @@ bool isWord(char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
 }
 
-// Words of a text and how often they occur. A word before "##" stands for all words that begin so,
+// Words of a text and how often they occur. A word before "##" matches all words with that prefix,
 // and is kept with the sign.
 std::map<std::string, int> wordsOf(const std::string& text) {
     std::map<std::string, int> words;
@@ -220,8 +220,8 @@ Files Evidence::deviceFunction(const std::string& name) const {
     return files;
 }
 
-// A field counts where its name stands together with that of its structure, or with that of another
-// field which has this structure as its type.
+// A field counts where its name occurs together with that of its structure, or with that of another
+// field of this structure's type.
 Files Evidence::field(const Symbol& symbol) const {
     size_t colons = symbol.name.find("::");
     std::string structure = symbol.name.substr(0, colons), name = symbol.name.substr(colons + 2);
@@ -240,7 +240,7 @@ Files Evidence::field(const Symbol& symbol) const {
     return files;
 }
 
-// Of a type: what is known of its enumerators or fields.
+// Of a type: the evidence for its enumerators or fields.
 Files Evidence::members(const Symbol& symbol) const {
     Files files;
     for (const Symbol& other : symbols_) {
@@ -254,7 +254,7 @@ Files Evidence::members(const Symbol& symbol) const {
 }
 
 Files Evidence::filesFor(const Symbol& later) const {
-    // Of 7.6: as what they are, but calls of its functions are not recorded.
+    // Of 7.6: by kind, but calls of its functions are not recorded.
     Symbol symbol = later;
     if (symbol.kind.ends_with(" 7.6"))
         symbol.kind.resize(symbol.kind.size() - 4);
@@ -276,7 +276,7 @@ Files Evidence::filesFor(const Symbol& later) const {
                     files[file] += count;
         return files;
     }
-    // Result codes that nothing returns: a test has their names in strings.
+    // Result codes that no function returns: a test has their names in strings.
     if (symbol.kind == "enumerator" && symbol.type == "OptixResult") {
         Files files = references(symbol.name);
         for (const Source& source : sources_)

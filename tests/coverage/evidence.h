@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests prove, symbol by symbol: from the records of test runs (call_record.h) for host
-// and device functions, from the sources of tests for enumerators, fields and macros.
+// Evidence for each symbol: from the records of test runs (call_record.h) for host and device
+// functions, from the sources of tests for enumerators, fields and macros.
 #pragma once
 
 #include <filesystem>
@@ -30,7 +30,7 @@ using Files = std::map<std::string, int>; // file of the project, how often it s
 
 class Evidence {
 public:
-    // `records` of programs older than `programs` are left out: their tests may be gone.
+    // `records` of programs older than `programs` are left out: their tests may have been removed.
     Evidence(const std::filesystem::path& root, const std::vector<Symbol>& symbols);
     void readRecords(const std::filesystem::path& records,
                      const std::vector<std::filesystem::path>& programs);

@@ -100,7 +100,7 @@ std::string shortResult(std::string name) {
     return name;
 }
 
-// '*' at the end of a pattern stands for anything.
+// '*' at the end of a pattern matches any text.
 bool fits(const std::string& pattern, const std::string& name) {
     return pattern.ends_with("*") ? name.starts_with(pattern.substr(0, pattern.size() - 1))
                                   : name == pattern;
@@ -168,7 +168,7 @@ public:
             if (isFunction && result != kNotForRoot)
                 row.results.insert(shortResult(result));
         if (const std::string* reason = reasonFor(symbol.name)) {
-            // Tests may name what is refused; they cannot call it with success.
+            // Tests may name refused functions; they cannot call them with success.
             bool isUntested = *reason == kUntested;
             row.state = isUntested ? "untested" : "missing: " + *reason;
             bool isCalled = isFunction || symbol.kind.starts_with("device function");
@@ -239,7 +239,7 @@ private:
     int errors_ = 0;
 };
 
-// Those of OptiX 7.6 that 7.4 does not have, as kinds of their own.
+// Symbols that OptiX 7.6 has and 7.4 lacks, as separate kinds.
 void addLaterSymbols(std::vector<Symbol>& symbols, const std::vector<Symbol>& changes) {
     std::set<std::string> known;
     for (const Symbol& symbol : symbols)

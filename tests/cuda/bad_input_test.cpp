@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What GPU drivers do not survive (so that no recording says what it answers) is an error here, and
-// memory that may only be read is not written.
+// Inputs that crash GPU drivers (so that no recording has their answers) are errors here, and
+// read-only memory is not written.
 #include <cuda.h>
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ TEST_F(BadInput, Copies) {
     copy.srcZ = SIZE_MAX;
     EXPECT_EQ(cuMemcpy3D(&copy), CUDA_ERROR_INVALID_VALUE);
     copy.srcZ = 0;
-    // An offset that leaves an allocation does not lead to host memory, whatever lies there.
+    // An offset beyond an allocation does not access host memory, whatever is mapped there.
     for (const CUmemorytype type : {CU_MEMORYTYPE_UNIFIED, CU_MEMORYTYPE_HOST}) {
         static char host[64] = {};
         void* pinned = nullptr;

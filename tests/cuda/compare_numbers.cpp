@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a program and compares what it prints with a recording of a GPU, number by number:
+// Runs a program and compares its output with a recording of a GPU, number by number:
 // compare_numbers PROGRAM EXPECTED. Numbers may differ by the filter's precision: 0.005 below 1,
-// else 0.65 % of the number, which is some two weights of 1/256. All else must be equal.
+// else 0.65 % of the number, which is some two weights of 1/256. All other text must be equal.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -19,7 +19,7 @@ static bool same(const std::string& a, const std::string& b) {
     double x = 0, y = 0;
     if (a == b)
         return true;
-    // What a hexadecimal number looks like is compared as text.
+    // Hexadecimal numbers are compared as text.
     return isNumber(a, x) && isNumber(b, y) &&
            std::fabs(x - y) <= std::fmax(0.005, 0.0065 * std::fabs(y));
 }

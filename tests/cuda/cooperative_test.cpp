@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cooperative launches through the driver API: barriers over the whole grid, their limits, the
-// attributes of extended launches; and threads of a block that wait for one another by reading.
+// attributes of extended launches; and threads of a block that wait for one another by polling.
 #include <cuda.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace {
 
 // barrier: the word that %envreg1 and %envreg2 name counts the blocks, once for each round.
-// pair: thread 0 waits for thread 1 of its block, which comes later in every order of execution.
+// pair: thread 0 waits for thread 1 of its block, which runs later in every order of execution.
 const char* const kText = R"(.version 7.0
 .target sm_70
 .address_size 64
@@ -167,7 +167,7 @@ TEST_F(Cooperative, AFaultEndsAllBlocks) {
     ASSERT_EQ(cuLaunchCooperativeKernel(fails, 4, 1, 1, 32, 1, 1, 0, nullptr, nullptr),
               CUDA_SUCCESS);
     EXPECT_EQ(cuCtxSynchronize(), CUDA_ERROR_LAUNCH_FAILED);
-    // The context has failed with it.
+    // The context has failed, too.
     ASSERT_EQ(cuCtxSetCurrent(nullptr), CUDA_SUCCESS);
     ASSERT_EQ(cuDevicePrimaryCtxReset(0), CUDA_SUCCESS);
     SetUp();
@@ -181,7 +181,7 @@ TEST_F(Cooperative, ThreadsOfABlockMayWaitByReading) {
     EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
 }
 
-// A thread that ends early ends alone, wherever in the block it stands.
+// A thread that ends early ends alone, at any place in the block.
 TEST_F(Cooperative, ThreadsThatExitLeaveTheOthers) {
     CUfunction leave = nullptr;
     ASSERT_EQ(cuModuleGetFunction(&leave, module, "leave"), CUDA_SUCCESS);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a program built with CUDA 12 sees in libcudart.so.12: structs and prototypes as that version
-// has them, written down here, and no byte beyond their ends touched. Exits with the number of
+// A client built for CUDA 12 on libcudart.so.12: structs and prototypes of that version, declared
+// here, with checks that the library writes no byte beyond their ends. Exits with the number of
 // failures.
 #include "api/cuda/runtime12/device_properties.h"
 
@@ -42,7 +42,7 @@ void check(bool condition, const char* what) {
     ++failures;
 }
 
-// A value with bytes behind it that nobody may write.
+// A value followed by bytes that must stay unchanged.
 template <class T, size_t kSize = sizeof(T)>
 struct Guarded {
     alignas(16) unsigned char bytes[kSize + 64];

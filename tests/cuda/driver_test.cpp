@@ -190,7 +190,7 @@ void slowly(void* flag) {
     static_cast<std::atomic<int>*>(flag)->fetch_add(1);
 }
 
-// Holds a stream up until told to let it go on.
+// Blocks a stream until it is released.
 class Gate {
 public:
     ~Gate() {
@@ -250,7 +250,7 @@ TEST_F(Driver, StreamsAreOrderedAndAsynchronous) {
     EXPECT_EQ(cuStreamCreate(&stream, 7), CUDA_ERROR_INVALID_VALUE);
 }
 
-// Nor do contexts end before it is done, whose memory it may use.
+// Contexts do not end before it is done either, because it may use their memory.
 TEST_F(Driver, WorkOfDestroyedStreamsIsWaitedFor) {
     std::atomic<int> count{0};
     for (const bool ends : {false, true}) {

@@ -127,7 +127,7 @@ TEST_F(Graphs, WhatCapturesForbid) {
     EXPECT_EQ(cuStreamEndCapture(stream, &graph), CUDA_SUCCESS);
     EXPECT_EQ(cuGraphDestroy(graph), CUDA_SUCCESS);
 
-    // A global capture also restrains other threads, unless they say that they know.
+    // A global capture also restrains other threads, unless they opt out.
     begin();
     std::thread([&] {
         CUdeviceptr other = 0;
@@ -206,7 +206,7 @@ TEST_F(Graphs, EventsForkAndJoin) {
     EXPECT_EQ(cuStreamEndCapture(stream, &graph), CUDA_ERROR_STREAM_CAPTURE_UNJOINED);
     EXPECT_EQ(status(second), CU_STREAM_CAPTURE_STATUS_NONE);
 
-    // The event stands for no moment in time.
+    // The event has no time.
     ASSERT_EQ(cuStreamBeginCapture(stream, CU_STREAM_CAPTURE_MODE_GLOBAL), CUDA_SUCCESS);
     EXPECT_EQ(cuEventRecord(event, stream), CUDA_SUCCESS);
     EXPECT_EQ(cuEventQuery(event), CUDA_ERROR_CAPTURED_EVENT);
@@ -214,7 +214,7 @@ TEST_F(Graphs, EventsForkAndJoin) {
     EXPECT_EQ(cuEventSynchronize(event), CUDA_ERROR_CAPTURED_EVENT);
     EXPECT_EQ(cuStreamWaitEvent(second, event, 0), CUDA_ERROR_CAPTURED_EVENT);
 
-    // Nothing outside may become part of it.
+    // Work outside of the capture must stay outside.
     ASSERT_EQ(cuStreamBeginCapture(stream, CU_STREAM_CAPTURE_MODE_GLOBAL), CUDA_SUCCESS);
     EXPECT_EQ(cuStreamWaitEvent(stream, outside, 0), CUDA_ERROR_STREAM_CAPTURE_ISOLATION);
     endInvalid();
@@ -355,7 +355,7 @@ TEST_F(Graphs, MemoryOfACapture) {
     EXPECT_EQ(cuStreamSynchronize(stream), CUDA_SUCCESS);
     EXPECT_EQ(word(63), 3u);
     EXPECT_EQ(cuGraphExecDestroy(exec), CUDA_SUCCESS);
-    EXPECT_EQ(cuMemsetD8(scratch, 0, 1), CUDA_ERROR_INVALID_VALUE); // gone with its graph
+    EXPECT_EQ(cuMemsetD8(scratch, 0, 1), CUDA_ERROR_INVALID_VALUE); // destroyed with its graph
 }
 
 // Device code that fails in a graph fails its context; the executable graph can still be destroyed,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Modules and launches through the driver API: PTX text, fat binaries, damaged images, bad
-// launches, and what a launch costs.
+// launches, and the cost of a launch.
 #include <cuda.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@
 
 namespace {
 
-// Before the library reads it: a test looks at what is logged.
+// Before the library reads it: a test checks the log.
 [[maybe_unused]] const int kLogged = setenv("SUNSTONE_LOG", "cuda:error", 1);
 
 const char* const kText = R"(.version 7.0
@@ -59,7 +59,7 @@ protected:
         ASSERT_EQ(cuDevicePrimaryCtxRetain(&context, 0), CUDA_SUCCESS);
         ASSERT_EQ(cuCtxSetCurrent(context), CUDA_SUCCESS);
     }
-    // What a program does after device code has failed.
+    // A program's recovery after device code has failed.
     void reset() {
         ASSERT_EQ(cuCtxSetCurrent(nullptr), CUDA_SUCCESS);
         ASSERT_EQ(cuDevicePrimaryCtxReset(0), CUDA_SUCCESS);
@@ -72,7 +72,7 @@ protected:
         EXPECT_EQ(cuModuleGetFunction(&function, module, kernel), CUDA_SUCCESS);
         return function;
     }
-    // Launches `fill` and checks what it wrote.
+    // Launches `fill` and checks its output.
     void expectFills(CUmodule module) {
         CUfunction fill = nullptr;
         ASSERT_EQ(cuModuleGetFunction(&fill, module, "fill"), CUDA_SUCCESS);
@@ -91,7 +91,7 @@ protected:
     CUcontext context = nullptr;
 };
 
-// A fat binary with the text stored as it is.
+// A fat binary with the text uncompressed.
 std::vector<char> container(const std::string& text) {
     std::vector<char> bytes(16 + 64 + (text.size() + 8) / 8 * 8);
     auto put = [&](size_t at, auto value) { std::memcpy(&bytes[at], &value, sizeof value); };
@@ -130,8 +130,8 @@ TEST_F(Launch, TextRuns) {
               CUDA_ERROR_INVALID_HANDLE);
 }
 
-// Writes where nothing is, alone and from threads that have met at a barrier: an illegal address,
-// and the process and the next launch go on.
+// Writes to unmapped memory, alone and from threads that have met at a barrier: an illegal address,
+// and the process and the next launch continue.
 TEST_F(Launch, WildAddressesAreErrors) {
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
@@ -184,8 +184,8 @@ const char* const kFaults = R"(.version 7.0
 }
 )";
 
-// What failed stays with the context: every call that needs it gives the same code, whichever
-// stream or thread; what was queued behind does not run; a reset makes all well again.
+// A failure stays with the context: every call that needs it returns the same code, on any stream
+// and thread; later queued work does not run; a reset restores the context.
 TEST_F(Launch, FailuresStayWithTheContext) {
     CUdeviceptr out = 0;
     ASSERT_EQ(cuMemAlloc(&out, 64), CUDA_SUCCESS);
@@ -251,7 +251,7 @@ TEST_F(Launch, FailuresStayWithTheContext) {
     EXPECT_EQ(cuMemFree(out), CUDA_SUCCESS);
 }
 
-// Copies and frees that go beyond what is there.
+// Copies and frees beyond allocations.
 TEST_F(Launch, BadMemoryCalls) {
     CUdeviceptr a = 0, b = 0;
     ASSERT_EQ(cuMemAlloc(&a, 100), CUDA_SUCCESS);
@@ -276,7 +276,7 @@ TEST_F(Launch, BadMemoryCalls) {
     EXPECT_EQ(cuMemFree(b), CUDA_SUCCESS) << "none of this is sticky";
 }
 
-// Texts cut at any place: an error, or a module that has what it kept.
+// Texts cut at any place: an error, or a module with the remaining contents.
 TEST_F(Launch, CutTexts) {
     const std::string text = kText;
     for (size_t length = 0; length < text.size(); length += 7) {
@@ -298,7 +298,7 @@ TEST_F(Launch, FatBinaryRunsAndDamageIsFound) {
     expectFills(module);
     EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
     // Any byte of the headers changed: an error or a module, never a crash. The call takes no size,
-    // so a header that claims more is believed; zeros follow the container here.
+    // so a larger size in a header is accepted; zeros follow the container here.
     for (size_t at = 0; at < 80; ++at) {
         for (unsigned char flip : {0x01, 0x80, 0xff}) {
             std::vector<char> bad = good;
@@ -316,8 +316,7 @@ TEST_F(Launch, FatBinaryRunsAndDamageIsFound) {
     EXPECT_EQ(cuModuleLoad(&module, "/no/such/file"), CUDA_ERROR_FILE_NOT_FOUND);
 }
 
-// Images have no size: what lies before memory that is mapped but not to be read, as allocators
-// leave it, is looked at no further.
+// Images have no size: reading stops before mapped but unreadable memory, as allocators leave it.
 TEST_F(Launch, ImagesThatEndWhereMemoryDoes) {
     constexpr size_t kPart = 1 << 16;
     void* const area =
@@ -398,7 +397,7 @@ TEST_F(Launch, BadLaunches) {
 }
 
 // Kernels of two streams, and of the default streams of two threads, run at the same time: each
-// goes on when the other has come, too.
+// continues when the other has arrived.
 TEST_F(Launch, KernelsOfTwoStreamsMeet) {
     CUfunction meet = load(R"(.version 7.0
 .target sm_70
@@ -420,7 +419,7 @@ again:
 }
 )",
                            "meet");
-    unsigned* words = nullptr; // how many have come; whether they are to give up
+    unsigned* words = nullptr; // number of arrivals; whether to give up
     ASSERT_EQ(cuMemAllocHost(reinterpret_cast<void**>(&words), 8), CUDA_SUCCESS);
     void* params[] = {&words};
     const auto runTwo = [&](CUstream first, CUstream second, bool inThread) {
@@ -474,7 +473,7 @@ TEST_F(Launch, SmallLaunchesAreCheap) {
     }
     std::printf("launch and wait: %.1f microseconds\n", best);
     RecordProperty("microseconds", std::to_string(best));
-    EXPECT_LT(best, 500); // ten times what is measured beside many other programs
+    EXPECT_LT(best, 500); // ten times the value measured on a busy machine
     EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Libraries and their kernels, words that streams write and wait for, attributes of streams.
+// Libraries and their kernels, memory words that streams write and wait for, attributes of streams.
 #include <cuda.h>
 #include <gtest/gtest.h>
 
@@ -227,7 +227,7 @@ TEST_F(StreamMemory, StreamsWaitForEachOther) {
     ASSERT_EQ(cuStreamSynchronize(stream), CUDA_SUCCESS);
     EXPECT_EQ(word(1), 42u);
 
-    // Conditions that hold, of words of either size; the order of GEQ goes around.
+    // Satisfied conditions on words of either size; the order of GEQ wraps around.
     ASSERT_EQ(cuStreamWriteValue64(stream, memory + 16, 0xf000000000000005ull, 0), CUDA_SUCCESS);
     ASSERT_EQ(cuStreamWaitValue64(stream, memory + 16, 0xf000000000000005ull, CU_STREAM_WAIT_VALUE_EQ),
               CUDA_SUCCESS);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linking pieces of PTX: symbols across pieces, what the linker refuses, damaged linked images.
+// Linking pieces of PTX: symbols across pieces, the linker's errors, damaged linked images.
 #include <cuda.h>
 #include <gtest/gtest.h>
 
@@ -107,7 +107,7 @@ TEST_F(Link, SymbolsAcrossPieces) {
     EXPECT_EQ(cuMemFree(out), CUDA_SUCCESS);
 }
 
-// Whatever the order, a strong kernel stands for weak ones of its name, and there can be one.
+// In any order, a strong kernel replaces weak ones of its name, and only one is allowed.
 TEST_F(Link, StrongKernelsWin) {
     const auto storing = [](const char* linkage, int value) {
         return kHead + linkage +
@@ -158,7 +158,7 @@ TEST_F(Link, StrongKernelsWin) {
     EXPECT_EQ(cuMemFree(out), CUDA_SUCCESS);
 }
 
-// A fat binary without PTX is not left out: what is missing then would be a riddle.
+// A fat binary without PTX is an error: ignoring it would cause missing symbols later.
 TEST_F(Link, RefusesMachineCodeInFatBinaries) {
     struct {
         uint32_t magic = 0xBA55ED50;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of lockstep_test.cpp: each is launched with its threads run a warp at a time and one by
-// one, and must leave the same bytes. `in` has n words, `out` as many as there are threads.
+// Kernels of lockstep_test.cpp: each is launched a warp at a time and thread by thread, and must
+// write the same bytes. `in` has n words, `out` one for each thread.
 #include <cuda_runtime.h>
 
 #define KERNEL(name) extern "C" __global__ void name(const unsigned* in, unsigned* out, int n)
@@ -123,7 +123,7 @@ KERNEL(divergentShuffles) {
     out[globalIndex()] = value + __shfl_down_sync(kAll, value, 1);
 }
 
-// The same exchange from two places: the lanes wait for one another.
+// The same exchange from two places: the lanes wait for each other.
 KERNEL(shufflesFromTwoPlaces) {
     unsigned value = in[globalIndex() % n];
     if (value % 2) {
@@ -174,7 +174,7 @@ KERNEL(differentRounds) {
     out[globalIndex()] = rounds;
 }
 
-// Lanes leave the loop at different times, with an exchange in it of those that are left.
+// Lanes leave the loop at different times; the remaining ones exchange values in it.
 KERNEL(exchangesOfThoseLeft) {
     unsigned value = in[globalIndex() % n] % 20, sum = 0;
     unsigned left = __ballot_sync(kAll, value != 0);
@@ -186,7 +186,7 @@ KERNEL(exchangesOfThoseLeft) {
     out[globalIndex()] = sum;
 }
 
-// Lanes come to one point in different rounds of a loop whose counter all lanes would share.
+// Lanes reach one point in different rounds of a loop whose counter all lanes would share.
 KERNEL(oneOfTheRounds) {
     const unsigned mine = in[globalIndex() % n] % 4;
     unsigned sum = 0;
@@ -372,7 +372,7 @@ KERNEL(waitsForTheLast) {
     out[globalIndex()] = localIndex() == 0 ? flag : 1;
 }
 
-// Part of a block meets at a barrier of its own.
+// Part of a block meets at a separate barrier.
 KERNEL(namedBarriers) {
     extern __shared__ unsigned box[];
     const unsigned i = localIndex(), half = threads() / 64 * 32;
@@ -458,7 +458,8 @@ KERNEL(wideSteps) {
     out[globalIndex()] = box[localIndex()] ^ box[0];
 }
 
-// Warps that jump from page to page let one another catch up; in the last steps only some lanes go on.
+// Warps that jump from page to page let one another catch up; in the last steps only some lanes
+// continue.
 KERNEL(farSteps) {
     extern __shared__ unsigned box[];
     const unsigned own = localIndex() % 1100;
@@ -478,7 +479,7 @@ KERNEL(farSteps) {
     out[globalIndex()] = sum;
 }
 
-// The same with a step that each lane has of its own, and ends that lanes reach at different times.
+// The same with a different step for each lane, and ends that lanes reach at different times.
 KERNEL(unevenSteps) {
     unsigned sum = 0;
     for (unsigned k = 0; k < 9; ++k)

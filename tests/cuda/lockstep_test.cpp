@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels whose threads run a warp at a time against the same kernels with each thread alone.
+// Kernels whose threads run a warp at a time, against the same kernels thread by thread.
 #include <cuda.h>
 #include <gtest/gtest.h>
 #include <sys/mman.h>
@@ -93,7 +93,7 @@ protected:
         }
         return words;
     }
-    // What the kernel leaves; `result` its error.
+    // The kernel's output; `result` its error.
     std::vector<unsigned> run(CUfunction function, const Shape& shape, bool single,
                               CUresult* result) {
         setenv("SUNSTONE_KERNELS", single ? "single" : "lockstep", 1);
@@ -164,7 +164,7 @@ TEST_F(Lockstep, IndicesMayWrap) {
     ASSERT_NE(memory, MAP_FAILED);
     auto* bytes = static_cast<unsigned char*>(memory);
     for (const bool isSigned : {false, true}) {
-        // The elements with the largest indices lie at the end of the mapping, 0 or the smallest at
+        // The elements with the largest indices are at the end of the mapping, 0 or the smallest at
         // its beginning.
         unsigned char* base = isSigned ? bytes + kSpan / 2 : bytes;
         const unsigned start = (isSigned ? 0x7fffffffu : 0xffffffffu) - 20;
@@ -194,7 +194,7 @@ std::string kernelText(const char* name, const std::string& body) {
            body + "ret;\n}\n";
 }
 
-// Loops that lanes leave at different times. Each thread leaves %r9 behind.
+// Loops that lanes leave at different times. Each thread's result is %r9.
 std::string loopText(const std::string& loop) {
     return kernelText("loops",
                       "ld.param.u64 %rd1, [in]; ld.param.u64 %rd2, [out];\n"
@@ -211,13 +211,14 @@ TEST_F(Lockstep, WhatLanesTakeOutOfLoops) {
     for (int i = 0; i < 12; ++i)
         longHead += "mad.lo.u32 %r11, %r11, 5, %r5; xor.b32 %r11, %r11, 77;\n";
     const std::string loops[] = {
-        // What all lanes read in the last round, which is not the same round.
+        // The values that lanes read in their last round, which differs between lanes.
         "and.b32 %r5, %r1, 15; mov.u64 %rd3, %rd1; mov.u32 %r6, 0;\n"
         "A: ld.global.u32 %r9, [%rd3]; add.u64 %rd3, %rd3, 4; add.u32 %r6, %r6, 1;\n"
         "and.b32 %r7, %r9, 15; setp.ne.u32 %p1, %r7, %r5; setp.lt.u32 %p2, %r6, 500;\n"
         "and.pred %p1, %p1, %p2; @%p1 bra A;\n",
-        // Found or not: lanes that end the inner loop together, in other rounds of the outer one,
-        // come to one place in two ways. What the heads compute keeps them from being turned.
+        // Found or not: lanes that end the inner loop together, in different rounds of the outer
+        // one, reach one place in two ways. Computations in their heads prevent the rotation of the
+        // loops.
         "and.b32 %r5, %r1, 7; mov.u32 %r6, 0; mov.u32 %r11, 1;\n"
         "A: " +
             longHead +
@@ -238,7 +239,7 @@ TEST_F(Lockstep, WhatLanesTakeOutOfLoops) {
         "selp.u32 %r9, 1, 2, %p2; add.u32 %r6, %r6, %r9; @%p1 bra B; @!%p2 bra A;\n"
         "mad.lo.u32 %r9, %r11, 7, %r9; bra C;\n"
         "B: add.u32 %r9, %r11, %r6; C: xor.b32 %r9, %r9, %r6;\n",
-        // A loop that threads enter anew in each round of another, and meet in. Its rounds are
+        // A loop that threads enter again in each round of another, and meet in. Its rounds are
         // counted in memory.
         "mov.u32 %r5, %ctaid.x; mov.u32 %r6, %ntid.x; mad.lo.u32 %r5, %r5, %r6, %r1;\n"
         "mad.wide.u32 %rd4, %r5, 4, %rd2; mov.u32 %r6, 0; st.global.u32 [%rd4], %r6;\n"
@@ -284,7 +285,7 @@ TEST_F(Lockstep, ErrorsAreTheSame) {
         CUresult result;
     };
     const Bad cases[] = {
-        // Half of the threads wait where the others never come.
+        // Half of the threads wait at a point that the others never reach.
         {"setp.lt.u32 %p1, %r1, 16; @%p1 bra A; bar.sync 1; bra B; A: bar.sync 2; B:\n",
          CUDA_ERROR_LAUNCH_FAILED},
         // A barrier of more threads than there are.

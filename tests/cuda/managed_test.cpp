@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Managed memory through the driver API: what was advised of ranges can be asked, in the forms of
-// CUDA 12 and 13; what is refused. Also copies between contexts and when functions are loaded.
+// Managed memory through the driver API: queries of advice for ranges, in the forms of CUDA 12 and
+// 13; refused calls. Also copies between contexts and the loading of functions.
 #include <cuda.h>
 #include <gtest/gtest.h>
 
@@ -91,7 +91,7 @@ TEST_F(Managed, PrefetchesAreKnownOnceTheyWereMade) {
 }
 
 TEST_F(Managed, NewMemoryKnowsNothingOfTheOld) {
-    for (int i = 0; i < 20; ++i) { // the same address comes back
+    for (int i = 0; i < 20; ++i) { // the same address is returned
         CUdeviceptr some = 0;
         ASSERT_EQ(cuMemAllocManaged(&some, kBytes, CU_MEM_ATTACH_GLOBAL), CUDA_SUCCESS);
         EXPECT_EQ(ask(CU_MEM_RANGE_ATTRIBUTE_READ_MOSTLY, some, kBytes), 0);

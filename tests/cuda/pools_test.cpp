@@ -53,8 +53,7 @@ TEST_F(Pools, CountWhatIsInUse) {
     EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
 }
 
-// An address that one thread has just freed may be another's allocation before the pool hears of
-// it.
+// An address that one thread has just freed may be another's allocation before the pool records it.
 TEST_F(Pools, AddressesAreUsedAgain) {
     CUmemoryPool pool = nullptr;
     ASSERT_EQ(cuMemPoolCreate(&pool, &properties), CUDA_SUCCESS);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The runtime API where it depends on what the driver API does beside it: errors that stay with a
-// context, and those that do not.
+// The runtime API where it depends on calls of the driver API beside it: errors that stay with a
+// context, and errors that do not.
 #include "base/error.h"
 #include "device/cpu/stream.h"
 
@@ -43,7 +43,7 @@ TEST_F(Runtime, AnErrorOfDeviceCodeStaysAsLongAsItsContext) {
     EXPECT_EQ(cudaGetLastError(), cudaErrorLaunchFailure);
     EXPECT_EQ(cudaPeekAtLastError(), cudaErrorLaunchFailure);
     EXPECT_EQ(cudaGetLastError(), cudaErrorLaunchFailure);
-    // The driver makes an end of it, behind the runtime's back.
+    // The driver API ends it without the runtime's knowledge.
     ASSERT_EQ(cuDevicePrimaryCtxReset(0), CUDA_SUCCESS);
     EXPECT_EQ(cudaPeekAtLastError(), cudaSuccess);
     EXPECT_EQ(cudaGetLastError(), cudaSuccess);
@@ -69,12 +69,12 @@ TEST_F(Runtime, OtherContextsAreNotConcerned) {
     EXPECT_EQ(cudaGetLastError(), cudaSuccess);
     EXPECT_EQ(cudaDeviceSynchronize(), cudaSuccess);
     ASSERT_EQ(cuCtxDestroy(other), CUDA_SUCCESS);
-    // Back in the first one, the next call tells.
+    // Back in the first one, the next call returns the error.
     EXPECT_EQ(cudaDeviceSynchronize(), cudaErrorLaunchFailure);
     EXPECT_EQ(cudaGetLastError(), cudaErrorLaunchFailure);
 }
 
-// What a failed launch of ray tracing programs leaves: an error of its stream, seen once.
+// After a failed launch of ray tracing programs: an error of its stream, returned once.
 TEST_F(Runtime, AnErrorOfAStreamIsToldOnce) {
     cudaStream_t stream = nullptr;
     ASSERT_EQ(cudaStreamCreate(&stream), cudaSuccess);
@@ -219,7 +219,7 @@ TEST_F(Runtime, FunctionsOfTheDriverByName) {
     EXPECT_EQ(cudaFuncGetParamInfo(&number, 0, &offset, nullptr), cudaErrorInvalidDeviceFunction);
 }
 
-// They run when the objects of the main thread, its default stream among them, are gone.
+// They run after the objects of the main thread, its default stream among them, are destroyed.
 TEST_F(Runtime, ExitHandlersHaveADefaultStreamOfTheirThread) {
     testing::GTEST_FLAG(death_test_style) = "threadsafe";
     static std::atomic<int> count = 0;
@@ -245,7 +245,7 @@ TEST_F(Runtime, ExitHandlersHaveADefaultStreamOfTheirThread) {
         testing::ExitedWithCode(7), "");
 }
 
-// A kernel of a library stands where a host symbol does.
+// A kernel of a library is accepted in place of a host symbol.
 TEST(Libraries, KernelsAreLaunched) {
     constexpr const char* kText = R"(
 .version 7.0

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays, textures and surfaces of the driver API: what wrong arguments get, and copies.
+// Arrays, textures and surfaces of the driver API: errors of wrong arguments, and copies.
 #include <cuda.h>
 
 #include <gtest/gtest.h>
@@ -120,7 +120,7 @@ TEST_F(Textures, RowsOfArraysAreCopied) {
     EXPECT_EQ(cuStreamSynchronize(stream), CUDA_SUCCESS);
     EXPECT_EQ(out[0], 0u);
     EXPECT_EQ(std::memcmp(out + 1, in, 60), 0);
-    // What leaves the array or the allocation, or does not exist.
+    // Ranges beyond the array or the allocation, and invalid objects.
     EXPECT_EQ(cuMemcpyHtoA(a, 4, in, 64), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuMemcpyHtoA(a, ~size_t(3), in, 64), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuMemcpyAtoD(device + 4, a, 0, 64), CUDA_ERROR_INVALID_VALUE);
@@ -252,7 +252,7 @@ protected:
     CUdeviceptr out_ = 0;
 };
 
-// The way to textures of blocks before arrays could hold them.
+// Compressed textures before arrays could hold blocks.
 TEST_F(Views, BlocksInIntegers) {
     const CUarray array = makeArray({2, 1, 0, CU_AD_FORMAT_UNSIGNED_INT32, 2, 0});
     // BC1: two colours of 5, 6 and 5 bits, then two bits a texel. Red; then green, blue below.

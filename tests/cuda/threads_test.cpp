@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls from several threads at once, on what they share: kernels of libraries, events, words,
-// graphs, pools, contexts that come and go. For the thread sanitizer above all (scripts/sanitize tsan).
+// Concurrent calls of several threads on shared objects: kernels of libraries, events, words,
+// graphs, pools, short-lived contexts. Mainly for the thread sanitizer (scripts/sanitize tsan).
 #include <cuda.h>
 #include <gtest/gtest.h>
 
@@ -83,7 +83,7 @@ protected:
 
 TEST_F(Threads, LaunchKernelsOfOneLibrary) {
     const CUlibrary library = load();
-    const CUfunction kernel = kernelOf(library); // compiled by whichever thread comes first
+    const CUfunction kernel = kernelOf(library); // compiled by the first thread
     onAll([&](unsigned thread) {
         for (unsigned round = 0; round < kRounds; ++round) {
             ASSERT_EQ(cuKernelSetAttribute(CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES,
@@ -112,7 +112,7 @@ TEST_F(Threads, LoadAndUnload) {
             CUdeviceptr total = 0;
             ASSERT_EQ(cuLibraryGetManaged(&total, nullptr, library, "total"), CUDA_SUCCESS);
             ASSERT_EQ(cuMemsetD32Async(total, 7, 1, streams[thread]), CUDA_SUCCESS);
-            if (round % 2 == 0) { // else what is queued still uses it
+            if (round % 2 == 0) { // else queued work still uses it
                 ASSERT_EQ(cuStreamSynchronize(streams[thread]), CUDA_SUCCESS);
                 EXPECT_EQ(*reinterpret_cast<unsigned*>(total), 7u);
             }

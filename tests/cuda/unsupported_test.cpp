@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is not implemented is exported, says so, and hides nothing that is.
+// Unimplemented functions are exported, report that they are unsupported, and hide no implemented
+// function.
 #include <cuda.h>
 #include <dlfcn.h>
 #include <gtest/gtest.h>

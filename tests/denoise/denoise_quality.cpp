@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the denoiser gains on path-traced scenes of 4 samples a pixel (samples/optix7/denoiser), for
-// each kind; whether it keeps the edges that guides show; and how much pictures of a moving camera
-// flicker. Prints tables, and fails where a number falls short of what docs/denoiser.md promises.
+// The denoiser's gain on path-traced scenes of 4 samples a pixel (samples/optix7/denoiser) for each
+// kind; its preservation of edges in the guides; the flicker of images of a moving camera. Prints
+// tables, and fails where a number falls short of docs/denoiser.md.
 #include "arguments.h"
 #include "image_denoiser.h"
 #include "path_tracer.h"
@@ -17,17 +17,17 @@ namespace {
 using Image = std::vector<float>; // 4 floats a pixel
 
 constexpr unsigned kSamples = 4;
-// What is promised, beside a gain of 6 dB.
+// Promised limits, beside a gain of 6 dB.
 constexpr double kLeastEdgeGain = 1.5;
 constexpr double kLeastContrast = 0.85, kMostContrast = 1.15;
-constexpr double kMostFlicker = 0.75; // of what single frames flicker
+constexpr double kMostFlicker = 0.75; // of the flicker of single frames
 
 struct Options {
     unsigned width = 320, height = 240, reference = 256, leastGain = 6;
 };
 
-// Two pictures of the same, with noise of their own. Their products with an image's errors tell
-// what the error is without it: a reference costs far less samples than one that has to be clean.
+// Two images of the same scene with independent noise. Their products with an image's errors give
+// the error without that noise, with far fewer samples than a clean reference needs.
 struct Reference {
     Image halves[2], mean;
 };
@@ -126,7 +126,7 @@ private:
     Image cleanAlbedo_, cleanNormal_;
 };
 
-// What LDR kinds are made for: colours as a screen shows them. psnr() undoes it.
+// The input of LDR kinds: colours as a screen shows them. psnr() undoes it.
 Image encoded(const Image& image, bool forth) {
     Image result = image;
     for (size_t i = 0; i < image.size(); ++i)
@@ -135,8 +135,8 @@ Image encoded(const Image& image, bool forth) {
     return result;
 }
 
-// Mean step from edge pixels to their right neighbours, against the reference's. Which way it goes
-// is taken from one half of that, how far from the other, so that noise cancels out.
+// Mean step from edge pixels to their right neighbours, against the reference's. One half of that
+// gives the direction, the other the distance, so that noise cancels out.
 double edgeContrast(const Image& image, const Reference& reference,
                     const std::vector<bool>& edges) {
     double own = 0.0, right = 0.0;
@@ -216,7 +216,7 @@ void measureTemporal(OptixDeviceContext context, Stage& stage, OptixDenoiserMode
     for (unsigned frame = 0; frame < kFrames; ++frame) {
         stage.tracer().moveTo(stage.at(float(frame) / 3.0f).camera);
         NoisyImage image = stage.noisy(100 + frame);
-        if (frame == 0) // nothing moved before
+        if (frame == 0) // no motion before
             std::fill(image.flow.begin(), image.flow.end(), 0.0f);
         unsigned slot = frame % 2;
         last[slot] = temporal.denoise(image)[0];
@@ -238,7 +238,7 @@ void measureTemporal(OptixDeviceContext context, Stage& stage, OptixDenoiserMode
             own / frames);
 }
 
-// What a client without an upscaling denoiser would do with a denoised picture.
+// The alternative for a denoised image without an upscaling denoiser.
 Image bilinear(const Image& small, unsigned width, unsigned height) {
     Image large(4 * small.size());
     auto next = [](unsigned at, unsigned size) { // the other pixel that counts
@@ -275,7 +275,7 @@ void measureUpscaling(OptixDeviceContext context, Stage& stage, Stage& large) {
     ImageDenoiser temporal(context, OPTIX_DENOISER_MODEL_KIND_TEMPORAL_UPSCALE2X, true, true, width,
                            height);
     Image last;
-    for (unsigned frame = 0; frame < 4; ++frame) { // of a camera that stands still
+    for (unsigned frame = 0; frame < 4; ++frame) { // with a fixed camera
         NoisyImage image = stage.noisy(1 + frame);
         std::fill(image.flow.begin(), image.flow.end(), 0.0f);
         last = temporal.denoise(image)[0];

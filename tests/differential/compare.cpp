@@ -94,7 +94,7 @@ void compareRay(const Seen& a, const Seen& b, Counts& counts) {
         ++counts["attributes"];
 }
 
-// "name answer" lines; each that differs is counted under its name and told.
+// "name answer" lines; each difference is counted under its name and printed.
 void compareText(const std::string& a, const std::string& b, Counts& counts, std::string& told) {
     std::istringstream inA(a), inB(b);
     for (std::string x, y; std::getline(inA, x);) {
@@ -107,7 +107,7 @@ void compareText(const std::string& a, const std::string& b, Counts& counts, std
     }
 }
 
-// What is known: by case and name, at most how often.
+// Known differences: by case and name, the largest count.
 class Known {
 public:
     explicit Known(const std::string& path) {
@@ -146,7 +146,7 @@ const Answer& answerOf(const std::vector<Answer>& answers, const std::string& na
     return found == answers.end() ? none : *found;
 }
 
-// Whether nothing unexplained differs in a case that both have run.
+// Whether all differences of a case that both have run are explained.
 bool compareCase(const Answer& reference, const Answer& ours, const Known& known) {
     Counts counts;
     std::string told;

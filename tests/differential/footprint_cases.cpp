@@ -11,10 +11,10 @@ std::string_view differential_footprints_ptx(); // footprints.cu, built into thi
 namespace differential {
 namespace {
 
-// What a case asks for. The driver's library takes the size of the groups, minus one, from bits 8 to
-// 11 of the texture info, where the manual has the address mode of x and reserved bits, and the size
-// of the tile elsewhere. Cases are such that both mean the same: `granularity` numbers the size of
-// the tile, and `wrap` is (granularity + 1) % 4.
+// The request of a case. The driver's library takes the size of the groups, minus one, from bits 8
+// to 11 of the texture info, where the manual has the address mode of x and reserved bits, and the
+// size of the tile elsewhere. Cases are such that both mean the same: `granularity` numbers the
+// size of the tile, and `wrap` is (granularity + 1) % 4.
 struct FootprintKind {
     unsigned width, height, levels;
     cudaTextureAddressMode wrap; // numbered as in the texture info
@@ -26,7 +26,7 @@ struct FootprintKind {
     }
 };
 
-// A texture of floats, of which nobody reads the texels.
+// A texture of floats whose texels are never read.
 class TestTexture {
 public:
     explicit TestTexture(const FootprintKind& kind) {
@@ -58,7 +58,7 @@ private:
 
 const char* const kForms[] = {"plain", "lod", "grad"};
 
-// Away from the edges, beyond which the driver's library goes on counting.
+// Away from the edges, beyond which the driver's library continues counting.
 std::vector<FootprintCall> randomCalls(const TestTexture& texture, const FootprintKind& kind,
                                        unsigned form, uint64_t seed) {
     Random random(seed);
@@ -113,8 +113,8 @@ private:
     OptixShaderBindingTable table_ = {};
 };
 
-// A line for each part of a result, named by form and part. What is told of the coarser level where
-// there is none is open.
+// A line for each part of a result, named by form and part. The result for a missing coarser level
+// is unspecified.
 void tell(const FootprintSeen& seen, const FootprintCall& call, size_t number, std::string& text) {
     const bool isOpen = call.form != kPlain && call.coarse && seen.single;
     const auto add = [&](const char* part, unsigned long long value) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the device program of footprints.cu is given and what it writes down.
+// Inputs and results of the device program of footprints.cu.
 #pragma once
 
 namespace differential {

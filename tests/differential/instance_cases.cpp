@@ -84,7 +84,7 @@ Transform makeTransform(const Lab& lab, OptixTraversableHandle child, uint64_t s
     OptixStaticTransform transform = {};
     transform.child = child;
     randomMatrix(transform.transform, seed);
-    // The inverse is the caller's: of the upper 3 x 3 by cofactors, in double precision.
+    // The caller provides the inverse: of the upper 3 x 3 by cofactors, in double precision.
     const float* m = transform.transform;
     const auto at = [&](int r, int c) { return double(m[4 * r + c]); };
     double inverse[9], det = 0;

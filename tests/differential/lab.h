@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all cases need: a context, pipelines from the programs of programs.cu, structures, rays. All
-// failures are std::runtime_error. The list of cases is at the end.
+// The tools of all cases: a context, pipelines from the programs of programs.cu, structures, rays.
+// All failures are std::runtime_error. The list of cases is at the end.
 #pragma once
 
 #include "optix_setup.h"

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The differential suite: one client program with its PTX runs the same cases on any OptiX library
-// and writes down what its programs see; answers of two libraries are compared. The libnvoptix that
-// the loader finds is the one that answers.
+// and records the values that its programs see; answers of two libraries are compared. The loader's
+// choice of libnvoptix decides which library answers.
 //   differential list
 //   differential record FILE [CASE...]       FILE.zst is compressed
 //   differential join FILE PART...           puts several files into one
 //   differential compare REFERENCE OURS DIFFERENCES [NOT_YET]
 //   differential replay REFERENCE DIFFERENCES [NOT_YET [CASE...]]
 //                                            records, and compares with another library's answers
-// DIFFERENCES lists what is known to differ, NOT_YET names cases that may fail
-// ("differential.CASE"). Exit code 1: something else differs.
+// DIFFERENCES lists the known differences, NOT_YET names cases that may fail ("differential.CASE").
+// Exit code 1: other differences.
 #include "compare.h"
 #include "lab.h"
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wrong calls of the API and the codes they return. A call that crashes its library is an answer
-// too.
+// Wrong calls of the API and the codes they return. A crash of the library counts as an answer.
 #include "lab.h"
 
 #include <csetjmp>
@@ -49,7 +48,7 @@ private:
             result = std::to_string(int(call())); // names differ between versions
         answer_.text += std::string(name) + " " + result + "\n";
     }
-    // What computing the sizes of a changed input returns.
+    // The result of computing the sizes of a changed input.
     template <class Change>
     void size(const char* name, Change change) {
         OptixBuildInput input = input_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device programs of the differential suite: trace the ray of the launch index, write down what is
-// met. With DIFFERENTIAL_CURVES or DIFFERENTIAL_SPHERES also programs for these.
+// Device programs of the differential suite: trace the ray of the launch index and store its hit.
+// With DIFFERENTIAL_CURVES or DIFFERENTIAL_SPHERES also programs for these.
 #include "programs.h"
 
 #include "optix76/optix.h"
@@ -39,7 +39,7 @@ extern "C" __global__ void __raygen__trace() {
     seen().payload[1] = p1;
 }
 
-// Traces and then throws; rays with flags of their own decide in which program.
+// Traces and then throws; the flags of the rays decide in which program.
 extern "C" __global__ void __raygen__throw() {
     const unsigned i = optixGetLaunchIndex().x;
     unsigned p0 = i, p1 = 7;
@@ -170,7 +170,7 @@ extern "C" __global__ void __anyhit__rule() {
         optixTerminateRay();
 }
 
-// A sphere, both crossings; the hit kind tells them apart.
+// A sphere, both crossings; the hit kind distinguishes them.
 extern "C" __global__ void __intersection__sphere() {
     const float* sphere = record().spheres + 4 * optixGetPrimitiveIndex();
     const float3 o = optixGetObjectRayOrigin(), d = optixGetObjectRayDirection();
@@ -206,7 +206,7 @@ DEVICE void keep(Seen& s, const float4 (&points)[kCount]) {
         getter(optixGetGASTraversableHandle(), s.primitive, s.sbtGasIndex, s.time, points);        \
         keep(s, points);                                                                           \
     }
-// What is in attributes of built-in shapes is documented for the curve parameter alone.
+// For built-in shapes the manual documents only the curve parameter as an attribute.
 #ifdef DIFFERENTIAL_CURVES
 #undef SHAPE_ATTRIBUTES
 #define SHAPE_ATTRIBUTES s.attributes[0] = __float_as_uint(optixGetCurveParameter());

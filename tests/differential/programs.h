@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the device programs of the differential suite are given and what they write down.
+// Inputs and results of the device programs of the differential suite.
 #pragma once
 
 namespace differential {
@@ -14,7 +14,7 @@ struct TestRay {
 
 enum Outcome : unsigned { kNothing, kMiss, kHit, kException };
 
-// What one ray met; members that an outcome lacks stay 0.
+// The outcome of one ray; members without a value stay 0.
 struct Seen {
     unsigned outcome;
     float t;        // of the hit, or tmax as the miss program sees it
@@ -33,7 +33,7 @@ struct Seen {
     unsigned exceptionDetails[2];
 };
 
-// What any-hit programs do with a candidate.
+// Actions of any-hit programs on a candidate.
 enum Rule : unsigned {
     kAccept,
     kIgnoreOdd,     // odd primitives

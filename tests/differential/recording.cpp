@@ -15,7 +15,7 @@ bool isCompressed(const std::string& path) {
     return path.size() > 4 && path.compare(path.size() - 4, 4, ".zst") == 0;
 }
 
-// Bytes of all rays at one offset stand together: neighbours are alike and compress better.
+// Bytes of all rays at one offset are adjacent: they are similar and compress better.
 std::string planes(const std::vector<Seen>& seen) {
     std::string out(seen.size() * sizeof(Seen), '\0');
     const auto* bytes = reinterpret_cast<const char*>(seen.data());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a library answered, case by case. A file is a series of blocks, so that files may be joined:
-// a text line with the case's name, its state and the size of what follows, then either rays
-// (array of Seen) or text (lines of name and answer).
+// A library's answers, case by case. A file is a series of blocks, so that files may be joined: a
+// text line with the case's name, its state and the size of the data, then either rays (array of
+// Seen) or text (lines of name and answer).
 #pragma once
 
 #include "programs.h"

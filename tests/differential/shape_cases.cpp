@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves, spheres and opacity micromaps, without motion and with.
+// Curves, spheres and opacity micromaps, with and without motion.
 #include "lab.h"
 
 #include <cmath>

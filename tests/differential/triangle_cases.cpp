@@ -90,7 +90,7 @@ void sbtOffsets(const Lab& lab, Answer& answer) {
     traceMesh(lab, answer, mesh, plain(nullptr, kAccept, 12), rays);
 }
 
-// At vertices and points of edges of a closed surface: each ray has to hit something.
+// At vertices and points of edges of a closed surface: each ray must hit.
 void edges(const Lab& lab, Answer& answer) {
     const Mesh mesh = roughSphere(8, 11);
     Random random(12);
@@ -148,7 +148,7 @@ void longThin(const Lab& lab, Answer& answer) {
     traceMesh(lab, answer, mesh, plain(), randomRays(600, 3, 17));
 }
 
-// Every triangle three times, each with a record of its own.
+// Every triangle three times, each with a separate record.
 void coincident(const Lab& lab, Answer& answer) {
     Mesh mesh = randomTriangles(100, 0.4f, 18);
     const std::vector<uint32_t> once = mesh.indices;
@@ -172,7 +172,7 @@ void degenerate(const Lab& lab, Answer& answer) {
     traceMesh(lab, answer, mesh, plain(), randomRays(300, 3, 21));
 }
 
-// Directions and intervals at the limits; what the manual leaves open is not among them.
+// Directions and intervals at the limits that the manual defines.
 void oddRays(const Lab& lab, Answer& answer) {
     std::vector<TestRay> rays = randomRays(300, 3, 22);
     for (size_t i = 0; i < rays.size(); ++i) {

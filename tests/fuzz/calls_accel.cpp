@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fuzzing of acceleration structures: all kinds of inputs, updates, compaction, relocation,
-// transforms; with OptiX 7.6 also the opacity micromaps of build inputs (arrays of them are in
-// calls_micromap.cpp).
+// transforms; with OptiX 7.6 also the opacity micromaps of build inputs (calls_micromap.cpp has
+// their arrays).
 #include "world.h"
 
 #include <algorithm>
@@ -63,7 +63,7 @@ Records records(World& w, unsigned primitives) {
 }
 
 #if FUZZ_76
-// Micromaps for a triangle input: of an array of this sequence, or of none.
+// Micromaps for a triangle input: of an array of this sequence, or none.
 OptixBuildInputOpacityMicromap micromaps(World& w, unsigned primitives) {
     OptixBuildInputOpacityMicromap m{};
     if (w.chance(60))
@@ -261,7 +261,7 @@ OptixAccelBuildOptions buildOptions(World& w, unsigned& keyCount) {
         options.motionOptions.flags = uint16_t(w.chance(90) ? w.below(4) : w.any32());
         options.motionOptions.timeBegin = w.chance(90) ? 0.0f : w.anyFloat();
         options.motionOptions.timeEnd = w.chance(90) ? 1.0f : w.anyFloat();
-        if (options.motionOptions.numKeys > keyCount) // host arrays hold so many addresses
+        if (options.motionOptions.numKeys > keyCount) // host arrays hold this many addresses
             options.motionOptions.numKeys = uint16_t(keyCount);
     }
     return options;
@@ -370,13 +370,13 @@ void compact(World& w) {
 }
 const Call kCompact{"optixAccelCompact", 4, compact};
 
-// What a structure refers to, moved or not.
+// The objects that a structure refers to, moved or not.
 OptixResult relocateCall(World& w, OptixDeviceContext context, const RelocationInfo* info,
                          [[maybe_unused]] const Structure* source, CUdeviceptr target, size_t size,
                          OptixTraversableHandle* handle) {
     unsigned count = w.below(5);
 #if FUZZ_76
-    if (source && w.chance(50)) { // what fits the structure
+    if (source && w.chance(50)) { // data that fits the structure
         count = 0;
         for (const OptixBuildInput& input : source->inputs)
             if (input.type == OPTIX_BUILD_INPUT_TYPE_INSTANCES ||
@@ -433,7 +433,7 @@ void relocate(World& w) {
 #endif
     w.done("optix*CheckRelocationCompatibility",
            check(w.context(), w.chance(97) ? &info : nullptr, w.chance(97) ? &fits : nullptr));
-    // The target is a copy of a structure of ours, or bytes that are none.
+    // The target is a copy of a structure of ours, or other bytes.
     w.wait();
     size_t size = 1 << 12;
     CUdeviceptr target = w.memory(size);

@@ -35,7 +35,7 @@ void create(World& w) {
 }
 const Call kCreate{"optixDeviceContextCreate", 2, create};
 
-// What was made from a context may outlive it.
+// Objects made from a context may outlive it.
 void destroy(World& w) {
     OptixDeviceContext context = w.context();
     OptixResult result = optixDeviceContextDestroy(context);
@@ -56,7 +56,7 @@ void getProperty(World& w) {
                                   OPTIX_DEVICE_PROPERTY_LIMIT_NUM_BITS_INSTANCE_VISIBILITY_MASK,
                                   OPTIX_DEVICE_PROPERTY_LIMIT_MAX_SBT_RECORDS_PER_GAS,
                                   OPTIX_DEVICE_PROPERTY_LIMIT_MAX_SBT_OFFSET});
-    // Of 32 bits, all of them: a larger size has to be refused.
+    // All values of 32 bits: a larger size must be refused.
     size_t size = w.chance(80) ? 4 : w.anySize();
     w.done(
         "optixDeviceContextGetProperty",

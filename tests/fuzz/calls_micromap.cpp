@@ -90,7 +90,7 @@ void relocate(World& w) {
                optixAccelGetRelocationInfo(context, w.traversable(), &info));
     w.wait();
     CUdeviceptr target = w.memory(from.size);
-    if (known == OPTIX_SUCCESS && w.chance(95)) // what is no array need not be readable
+    if (known == OPTIX_SUCCESS && w.chance(95)) // memory that is not an array need not be readable
         std::memcpy(reinterpret_cast<void*>(target), reinterpret_cast<void*>(from.address),
                     from.size);
     target = w.chance(95) ? target : w.address(from.size);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzzing of modules, tasks, program groups and pipelines. Options repeat often, so that modules
-// and pipelines fit together now and then.
+// Fuzzing of modules, tasks, program groups and pipelines. Options repeat often, so that some
+// modules and pipelines fit together.
 #include "programs.h"
 #include "ptx_changes.h"
 #include "world.h"
@@ -113,7 +113,7 @@ void createModule(World& w) {
             w.modules.live.push_back(module);
         w.done("optixModuleCreateFromPTX", code);
     } else {
-        // Tasks are worked off in any order, some never.
+        // Tasks run in any order, some never.
         OptixTask task = nullptr;
         OptixResult code = optixModuleCreateFromPTXWithTasks(
             w.context(), usedOptions, usedPipeline, source, size, log.text,
@@ -138,8 +138,8 @@ void createModule(World& w) {
 }
 const Call kCreateModule{"optixModuleCreateFromPTX", 8, createModule};
 
-// Programs with other words here and there, compiled all the way, but not launched: there is no
-// telling where they would write.
+// Programs with some words replaced, compiled completely, but not launched: they could write
+// anywhere.
 void compileChanged(World& w) {
     static const Tokens seed = tokensOf(programs());
     const auto below = [&w](size_t limit) { return size_t(w.below(uint32_t(limit))); };
@@ -390,7 +390,7 @@ void setStackSize(World& w) {
 }
 const Call kSetStackSize{"optixPipelineSetStackSize", 1, setStackSize};
 
-// Launches with a table whose records come from groups of the pipeline, others, or nowhere.
+// Launches with a table whose records are from groups of the pipeline, from other groups, or unset.
 void launch(World& w) {
     if (w.pipelines.live.empty() && w.chance(90))
         return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a fuzzer says before a crash or a sanitizer's report ends it: how to repeat it.
+// A fuzzer's message before a crash or a sanitizer's report ends it: how to repeat the failure.
 #pragma once
 
 #include <signal.h>
@@ -23,7 +23,7 @@ inline void onSignal(int number) {
     raise(number);
 }
 
-// `tell` is called in handlers of signals; of `more`, too.
+// Signal handlers call `tell`; that of `more`, too.
 inline void setLastWords(void (*tell)(), int more = SIGABRT) {
     lastWords = tell;
 #ifdef FUZZ_HAS_SANITIZER

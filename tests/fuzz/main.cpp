@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fuzzes the host API: sequences of random calls with valid and invalid arguments. A sequence is
-// determined by its number alone, so a failure is repeated with `fuzz_api --sequence NUMBER` (or
-// fuzz_api76, the same with OptiX 7.6: each has its own sequences).
+// determined by its number alone: `fuzz_api --sequence NUMBER` repeats a failure (or fuzz_api76,
+// the same with OptiX 7.6: each has its own sequences).
 //   --seconds N    runs sequences for this long (20)
 //   --start N      number of the first sequence (1); with --seconds, sequences count up from it
 //   --sequence N   runs this sequence alone, and prints its calls
 //   --calls N      calls in a sequence (60)
-// What it finds are crashes, sanitizer reports, results that are none, and calls that do not return
-// within a minute. Read world.h for how calls are written.
+// It finds crashes, sanitizer reports, undefined result codes, and calls that do not return within
+// a minute. Read world.h for how calls are written.
 #include "last_words.h"
 #include "options.h"
 #include "world.h"
@@ -64,7 +64,7 @@ void runSequence(uint64_t number, unsigned count, bool print) {
         for (const fuzz::Call& call : fuzz::calls()) {
             at -= call.weight;
             bool isFirst = call.name == std::string("optixDeviceContextCreate");
-            if (i == 0 ? !isFirst : at >= 0) // nothing works without a context
+            if (i == 0 ? !isFirst : at >= 0) // no call works without a context
                 continue;
             gCall = call.name;
             ++gCalls;
@@ -90,7 +90,7 @@ int main(int argc, char** argv) {
                        {"--sequence", &sequence},
                        {"--calls", &count}});
     fuzz::setLastWords(tellWhere);
-    // A disk cache of its own, gone at the end.
+    // A private disk cache, removed at the end.
     char folder[] = "/tmp/sunstone-fuzz-XXXXXX";
     if (!mkdtemp(folder) || setenv("OPTIX_CACHE_PATH", folder, 1) != 0) {
         std::fprintf(stderr, "cannot make a folder\n");

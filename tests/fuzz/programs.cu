@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs of every kind for the API fuzzer. They are well-behaved whatever the launch parameters
-// are: nothing is written beyond `answers`.
+// Programs of every kind for the API fuzzer. With any launch parameters they write only into
+// `answers`.
 #include <optix.h>
 
 #include "programs.h"
@@ -70,7 +70,7 @@ static __forceinline__ __device__ unsigned readHandle(OptixTraversableHandle han
            unsigned(optixGetInstanceTraversableFromIAS(handle, params.callable & 7));
 }
 
-// Reads everything that a hit knows.
+// Reads all properties of a hit.
 extern "C" __global__ void __closesthit__note() {
     unsigned sum = optixGetPrimitiveIndex() + optixGetInstanceIndex() + optixGetInstanceId() +
                    optixGetHitKind() + optixGetSbtGASIndex() + optixGetTransformListSize();

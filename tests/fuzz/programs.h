@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What host and device of programs.cu share.
+// Shared by the host and the device side of programs.cu.
 #pragma once
 
 struct FuzzParams {

@@ -49,7 +49,7 @@ inline std::string textOf(const Tokens& tokens) {
 
 class PtxChanges {
 public:
-    // Words come from these texts. `below` gives random numbers below its argument.
+    // Words are from these texts. `below` gives random numbers below its argument.
     PtxChanges(const std::vector<Tokens>& seeds, std::function<size_t(size_t)> below)
         : below(std::move(below)) {
         for (const Tokens& tokens : seeds)

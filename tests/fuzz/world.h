@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the calls of the API fuzzer share: a stream of random numbers, the handles made so far (live
-// and dead), device memory with unreadable pages behind it, and the transcript.
+// Shared by the calls of the API fuzzer: a stream of random numbers, the handles made so far (live
+// and dead), device memory followed by unreadable pages, and the transcript.
 //
 // A call is one function `void(World&)` that picks arguments with the functions below, makes one
-// API call (or a few that belong together) and hands the result to World::done. It is put into the
-// list by a static object: `static const Call kCall{"optixX", weight, fuzzX};` (calls_*.cpp). That
-// is all a new feature needs.
+// API call (or a few related ones) and passes the result to World::done. A static object registers
+// it: `static const Call kCall{"optixX", weight, fuzzX};` (calls_*.cpp). A new feature needs
+// nothing else.
 //
-// What a caller must guarantee is kept: pointers to host memory are null or point to what they have
-// to, and device memory that is given as readable is so, or is not mapped at all. All else is
-// random: sizes, counts, enumerators, flags, floats, handles, alignments, the bytes of every
-// buffer.
+// The caller's obligations are kept: pointers to host memory are null or valid, and device memory
+// passed as readable is readable or not mapped at all. All else is random: sizes, counts,
+// enumerators, flags, floats, handles, alignments, the bytes of every buffer.
 //
 // The same files make two fuzzers: fuzz_api with the OptiX 7.4 headers, fuzz_api76 with those of
-// 7.6. What only 7.6 has is behind FUZZ_76.
+// 7.6. Code that only 7.6 has is behind FUZZ_76.
 #pragma once
 
 #include "optix.h"
@@ -79,7 +78,7 @@ struct MicromapArray {
 class World {
 public:
     World(uint64_t seed, bool print);
-    ~World(); // destroys what is alive and waits
+    ~World(); // destroys live objects and waits
     World(const World&) = delete;
 
     // ---- Random numbers ----
@@ -122,7 +121,7 @@ public:
             return handles.dead[below(uint32_t(handles.dead.size()))];
         return reinterpret_cast<Handle>(uintptr_t(chance(50) ? 0 : anySize()));
     }
-    // Mostly the same one: what belongs together has to come from one context.
+    // Mostly the same one: related objects must come from one context.
     OptixDeviceContext context() {
         return !contexts.live.empty() && chance(92) ? contexts.live[0] : pick(contexts);
     }
@@ -146,11 +145,11 @@ public:
     T* keep(const std::vector<T>& values) {
         return reinterpret_cast<T*>(upload(values));
     }
-    // Bytes of memory mapped so far; calls that need much look first.
+    // Bytes of memory mapped so far; calls that need much check it first.
     size_t mapped() const { return mapped_; }
 
     // ---- Results ----
-    // Every call ends here. Stops the process if the result is no code of the API.
+    // Every call ends here. Stops the process if the result is not a code of the API.
     void done(const char* function, OptixResult result, const std::string& arguments = {});
     void note(const std::string& text) const; // part of the transcript
     bool prints() const { return print_; }

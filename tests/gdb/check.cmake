@@ -1,4 +1,4 @@
-# Runs the host under gdb with its commands and looks for what gdb must have said.
+# Runs the host under gdb with its commands and compares gdb's output with the expected text.
 # -DGDB= -DHOST= -DPTX= -DCOMMANDS= -DEXPECTED=
 execute_process(COMMAND ${CMAKE_COMMAND} -E env OPTIX_CACHE_MAXSIZE=0 DEBUGINFOD_URLS=
     ${GDB} -nx -batch -x ${COMMANDS} --args ${HOST} ${PTX}

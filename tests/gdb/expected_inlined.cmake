@@ -1,5 +1,5 @@
-# What gdb says to inlined.gdb where the PTX has DWARF sections with inlined functions: frames and their
-# variables.
+# Output of gdb for inlined.gdb where the PTX has DWARF sections with inlined functions: frames and
+# their variables.
 set(expected
     "Breakpoint 1, [^\n]*square[^\n]*inlined.cu:12"
     "#0 [^\n]*square[^\n]*inlined.cu:12"

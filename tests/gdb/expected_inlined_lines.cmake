@@ -1,4 +1,4 @@
-# What gdb says to inlined_lines.gdb where .loc directives alone name inlined functions.
+# Output of gdb for inlined_lines.gdb where .loc directives alone name inlined functions.
 set(expected
     "Breakpoint 1, [^\n]*square[^\n]*inlined.cu:12"
     "#0 [^\n]*square[^\n]*inlined.cu:12"

@@ -1,4 +1,4 @@
-# What gdb says with kernel.gdb.
+# Output of gdb for kernel.gdb.
 set(expected
     # first stop: in the loop, before the sum changes
     "Breakpoint 1, [^\n]*accumulate[^\n]*kernel.cu:14"

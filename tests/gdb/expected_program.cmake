@@ -1,4 +1,4 @@
-# What gdb says with commands.gdb.
+# Output of gdb for commands.gdb.
 set(expected
     # first stop: in the loop, before the sum changes
     "Breakpoint 1, [^\n]*__raygen__debug[^\n]*device.cu:23"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the debugged program and its host share.
+// Shared by the debugged program and its host.
 #pragma once
 
 struct Params {

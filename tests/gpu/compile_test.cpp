@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pipelines for CUDA GPUs as PTX text: what must be in it, what must be refused, and that ptxas
-// compiles it.
+// Pipelines for CUDA GPUs as PTX text: required and refused contents, and acceptance by ptxas.
 #include "base/error.h"
 #include "bvh/gpu/layout.h"
 #include "bvh/gpu/build/builder.h"
@@ -51,12 +50,12 @@ TEST(GpuCompile, KernelForTheDevice) {
     Options old;
     old.target = {72, 70};
     EXPECT_TRUE(has(compile(body, old), ".target sm_72"));
-    Options future; // devices that LLVM has not heard of run code for the newest it knows
+    Options future; // devices unknown to LLVM run code for the newest it supports
     future.target = {121, 99};
     EXPECT_TRUE(has(compile(body, future), ".target sm_90"));
 }
 
-// Of these LLVM has no equivalent, or only one that it cannot write.
+// LLVM has no equivalent for these, or only one that it cannot emit.
 TEST(GpuCompile, WhatLlvmCannotWriteStaysWhatItIs) {
     const std::string kept[] = {
         "ld.acquire.gpu.global.u32 ",
@@ -97,7 +96,7 @@ TEST(GpuCompile, WhatLlvmCannotWriteStaysWhatItIs) {
     expectAccepted(text);
 }
 
-// What nobody knows about the first operand of: read, written, or both.
+// Instructions whose first operand's use is unknown: read, written, or both.
 TEST(GpuCompile, RegistersOfUnknownInstructionsAreHandedOver) {
     std::string body = raygen("    setmaxnreg.inc.sync.aligned.u32 64;\n"
                               "    wgmma.mma_async.sync.aligned.m64n8k16.f32.f16.f16 "
@@ -107,7 +106,7 @@ TEST(GpuCompile, RegistersOfUnknownInstructionsAreHandedOver) {
     const std::string text = compile(body, Options());
     const size_t at = text.find("wgmma.mma_async");
     ASSERT_NE(at, std::string::npos);
-    // The sum begins with what the register held: the number from memory.
+    // The sum begins with the register's value: the number from memory.
     const std::string first = text.substr(text.find('{', at) + 1, 5); // %r12, for one
     const std::string name = first.substr(0, first.find_first_of(",}"));
     const size_t set = text.rfind(" \t" + name + ", ", at);
@@ -135,7 +134,7 @@ TEST(GpuCompile, BuilderKernels) {
     }
 }
 
-// What is kept on disk, without the disk.
+// The contents of the disk cache, in memory.
 struct Shelf : compiler::ObjectStore {
     std::map<std::string, std::string> values;
     bool find(const std::string& key, std::string& value) override {
@@ -172,7 +171,7 @@ TEST(GpuCompile, TextsAreKept) {
     std::string& kept = shelf.values.begin()->second;
     const std::string whole = kept;
     for (const size_t size : {size_t(0), size_t(3), size_t(20), size_t(40), whole.size() - 1}) {
-        kept = whole.substr(0, size); // an older form, say
+        kept = whole.substr(0, size); // for example an older form
         EXPECT_TRUE(has(make().ptx, ".entry sunstone_launch(")) << size;
         EXPECT_EQ(shelf.values.size(), 1u);
     }
@@ -201,7 +200,7 @@ TEST(GpuCompile, VariablesThatCanBeWrittenAreTold) {
                      .hasState);
 }
 
-// What the driver's compiler says of a kernel, in the form it has.
+// The driver's compiler's report on a kernel, in its format.
 const char* const kLog = R"(ptxas info    : 0 bytes gmem
 ptxas info    : Compiling entry function 'sunstone_launch' for 'sm_90a'
 ptxas info    : Function properties for sunstone_launch
@@ -220,7 +219,7 @@ TEST(GpuCompile, FramesAreReadFromTheLog) {
                                                   {"f_$___closesthit__main", 48},
                                                   {"sunstone_gpu_trace", 952}}));
     EXPECT_TRUE(compiler::gpuFramesIn("").empty());
-    const std::string_view log = kLog; // without the kernel it is of something else
+    const std::string_view log = kLog; // without the kernel's name it belongs to another function
     EXPECT_TRUE(compiler::gpuFramesIn(log.substr(log.find("for f_$"))).empty());
 }
 
@@ -267,7 +266,7 @@ TEST(GpuCompile, InstructionsStayWhatTheyAre) {
     expectAccepted(text);
 }
 
-// What the translator has no rule for is the driver's to judge.
+// Instructions without a rule of the translator are left to the driver.
 TEST(GpuCompile, UnknownInstructionsPass) {
     const std::string text = compile(raygen(R"(
     vadd.u32.u32.u32 %r2, %r1, %r1;
@@ -401,9 +400,8 @@ TEST_P(GpuCompileSample, IsAccepted) {
     expectAccepted(ptx);
 }
 
-// Only what waits while a ray is traced counts at each level: the walk through a structure, whose
-// stack takes kilobytes, waits once. A GPU gives the stack to every thread that it can hold at a
-// time.
+// Only frames that wait while a ray is traced count at each level: the walk through a structure,
+// whose stack takes kilobytes, counts once. A GPU allocates the stack for every resident thread.
 TEST(GpuCompile, StackOfTraces) {
     const compiler::GpuStack deep = compileCode(textOf(TEST_RECURSION_PTX)).stack;
     EXPECT_GT(deep.waiting, 0u);
@@ -415,7 +413,7 @@ TEST(GpuCompile, StackOfTraces) {
         compiler::GpuCalls::fromText(compileCode(textOf(TEST_RECURSION_PTX)).calls)
             .stack({{"sunstone_launch", 400}, {"sunstone_gpu_trace", 2000}});
     EXPECT_TRUE(measured.isMeasured);
-    EXPECT_EQ(measured.waiting, 2000u); // what is not told of is a part of its callers
+    EXPECT_EQ(measured.waiting, 2000u); // a function without a report is part of its callers
     EXPECT_EQ(measured.other, 2000u);
     // Where programs are cut at their traces, no level has a frame on the stack.
     Options nested;

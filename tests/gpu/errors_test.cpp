@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors of the CUDA driver, on the CPU device taken for a GPU: whichever function of the driver
-// refuses, once or from then on for good (as when device code has broken the CUDA context), calls
-// of the API answer with an error and leave nothing behind that the next one trips over; what is
-// there can be destroyed.
+// Errors of the CUDA driver, with the CPU device acting as a GPU. A function of the driver fails
+// once, or permanently from some call on (as after device code has broken the CUDA context): API
+// calls return an error and leave no state behind that breaks the next call; all objects can be
+// destroyed.
 #include "api/launch.h"
 #include "api/rig.h"
 #include "api/scene.h"
@@ -23,17 +23,17 @@ using sunstone::device::cuda::Driver;
 using sunstone::device::cuda::driverForTests;
 using sunstone::device::cuda::DriverNames;
 
-// Before anything asks.
+// Before the first use.
 [[maybe_unused]] const bool isGpu = [] {
     setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
     setenv("SUNSTONE_TEST_GPU", "1", 1);
     return true;
 }();
 
-// Which calls of the driver fail, and what became of it.
+// The calls of the driver that fail, and the outcome.
 struct Plan {
     long calls = 0;       // until now
-    long first = -1;      // that fails; negative: none does
+    long first = -1;      // that fails; negative: none
     bool forGood = false; // and all after it
     CUresult result = CUDA_ERROR_ILLEGAL_ADDRESS;
     long failed = 0;
@@ -52,7 +52,7 @@ bool fails(const char* name) {
     return true;
 }
 
-// A function of the driver that asks the plan first.
+// A function of the driver that consults the plan first.
 template <auto Member, const char* const* Name>
 struct Wrapped;
 template <class... Arguments, CUresult (*Driver::*Member)(Arguments...), const char* const* Name>
@@ -67,7 +67,7 @@ struct Wrapped<Member, Name> {
     }
 };
 
-// What never fails, whatever has become of the context.
+// Calls that never fail, with the context in any state.
 const std::set<std::string> kSafe = {"cuGetErrorName", "cuGetErrorString", "cuCtxPopCurrent_v2",
                                      "cuDriverGetVersion", "cuStreamIsCapturing",
                                      "cuThreadExchangeStreamCaptureMode"};
@@ -88,8 +88,8 @@ void wrapDriver() {
 class DriverErrors : public ApiTest {
 protected:
     void SetUp() override {
-        // The kernels of builders take the compiler for the CPU many seconds; they may come from
-        // earlier runs. What is tested here may not.
+        // The kernels of builders take the compiler for the CPU many seconds; they may be cached
+        // from earlier runs. The code under test may not.
         unsetenv("OPTIX_CACHE_MAXSIZE");
         ApiTest::SetUp();
         ASSERT_OK(optixDeviceContextSetCacheEnabled(context_, 0));
@@ -101,7 +101,7 @@ protected:
     }
 
     // Calls with the first, the second, ... use of the driver failing, until none does. The call
-    // must succeed afterwards; if it takes long, only failures for good are tried, and success at
+    // must succeed afterwards; if it takes long, only permanent failures are tried, and success at
     // the end. `tolerated`: functions whose failure need not be the call's.
     void failAtEachCall(const std::function<OptixResult()>& call,
                         const std::set<std::string>& tolerated = {}, bool takesLong = false) {
@@ -163,7 +163,7 @@ protected:
 };
 
 TEST_F(LaunchErrors, OfEachCall) {
-    // Slots that are not known to be over are not used again; an address without a range is taken.
+    // Slots of launches that may still run are not reused; an address without a range is accepted.
     failAtEachCall([this] { return launch(); },
                    {DriverNames::eventQuery, DriverNames::memGetAddressRange});
     waitForDevice();
@@ -223,7 +223,7 @@ TEST_F(LaunchErrors, WhenEverythingIsDestroyedInABrokenContext) {
         const bool failed = plan.failed != 0;
         plan = {};
         EXPECT_TRUE(failed);
-        if (first < 2) { // what waits for the context
+        if (first < 2) { // calls that wait for the context
             EXPECT_EQ(OPTIX_ERROR_CUDA_ERROR, result) << log_.all();
         }
         EXPECT_EQ(OPTIX_ERROR_INVALID_DEVICE_CONTEXT, optixDeviceContextDestroy(context));
@@ -242,7 +242,7 @@ TEST_F(DriverErrors, OfContexts) {
             EXPECT_EQ(result == OPTIX_SUCCESS, context != nullptr);
             return context ? optixDeviceContextDestroy(context) : result;
         },
-        {DriverNames::ctxPushCurrent, DriverNames::ctxSynchronize}); // what is gone needs no end
+        {DriverNames::ctxPushCurrent, DriverNames::ctxSynchronize}); // no object is left to end
 }
 
 TEST_F(DriverErrors, OfPipelines) {
@@ -250,14 +250,14 @@ TEST_F(DriverErrors, OfPipelines) {
             compileOptions(0));
     rig.raygen("__raygen__none");
     failAtEachCall([&] { return rig.tryLink(1); },
-                   // destroying what was there before; stacks that stay as they are are told
+                   // destroying earlier objects; unchanged stacks are logged
                    {DriverNames::ctxPushCurrent, DriverNames::ctxSynchronize,
                     DriverNames::moduleUnload, DriverNames::eventQuery},
                    true);
     failAtEachCall([&] { return optixPipelineSetStackSize(rig.pipeline(), 100, 100, 1 << 14, 1); });
 }
 
-// A driver that knows one instruction more than this library, or does not.
+// A driver that supports one instruction more than this library, or not.
 struct NewerDriver {
     static inline bool knows;
     static inline std::vector<std::string> texts;
@@ -301,7 +301,7 @@ TEST_F(DriverErrors, InstructionsThatOnlyTheDriverKnows) {
     EXPECT_TRUE(log_.hasError("optixModuleCreateFromPTX", "unknown instruction 'frobnicate'"));
     EXPECT_TRUE(log_.hasError("optixModuleCreateFromPTX", "driver refuses it")) << log_.all();
     EXPECT_TRUE(log_.hasError("optixModuleCreateFromPTX", ".oddly")) << log_.all();
-    // What was asked: the instruction, with what it names.
+    // The query: the instruction, with its operands.
     ASSERT_EQ(2u, NewerDriver::texts.size());
     EXPECT_NE(std::string::npos, NewerDriver::texts[0].find("frobnicate.sync.b32 {%r1, %r2}, "));
     EXPECT_NE(std::string::npos, NewerDriver::texts[0].find("place;"));

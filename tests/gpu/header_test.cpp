@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// .version and .target of pipelines: LLVM's, unless instructions that it does not know need those of
-// their modules.
+// .version and .target of pipelines: LLVM's, unless instructions unknown to it need those of their
+// modules.
 #include "base/error.h"
 #include "compiler/gpu/header.h"
 #include "gpu/pipelines.h"
@@ -40,7 +40,7 @@ std::string pipelineOf(const std::string& text, const GpuTarget& gpu = kHopper) 
     return compile(text, options);
 }
 
-// Whether ptxas of CUDA 13.0, which is what a driver of that release has, compiles it for a GPU.
+// Whether ptxas of CUDA 13.0, the compiler of that release's driver, compiles it for a GPU.
 bool ptxasTakes(const std::string& ptx, const std::string& gpu) {
 #ifdef SUNSTONE_PTXAS
     char name[] = "/tmp/sunstone_gpu_XXXXXX";
@@ -64,7 +64,7 @@ constexpr bool kHasPtxas = true;
 constexpr bool kHasPtxas = false;
 #endif
 
-// An older ptxas says nothing of what newer PTX holds.
+// An older ptxas cannot judge newer PTX.
 bool readsPtx9() {
     return ptxasTakes(".version 9.0\n.target sm_90\n.address_size 64\n", "sm_90");
 }
@@ -130,7 +130,7 @@ TEST(GpuHeader, InTheText) {
     EXPECT_THROW(compiler::withHeader("// .version 7.0\n", header), Error);
 }
 
-// What compilers write of CUDA C++ must go to drivers that read no newer PTX than they did before.
+// Compilers' output for CUDA C++ must not need a newer PTX version than before.
 TEST(GpuHeader, StaysWhereNothingNewIsUsed) {
     const std::string body =
         "    sqrt.rn.ftz.f32 %f2, %f1;\n    fma.rn.ftz.f32 %f2, %f2, %f1, %f1;\n"
@@ -162,7 +162,7 @@ std::string gpuNameOf(const Newer& one) {
 
 class GpuHeaderOf : public testing::TestWithParam<Newer> {};
 
-// What a module declares is what its instructions get, and what ptxas wants.
+// Instructions get the version and target that their module declares, as ptxas requires.
 TEST_P(GpuHeaderOf, IsWhatInstructionsNeed) {
     const Newer& one = GetParam();
     const GpuTarget gpu = {one.gpu, 90};

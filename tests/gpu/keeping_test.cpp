@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Machine code that is kept, on the CPU device taken for a GPU: what is compiled and loaded again,
-// and what must not be shared. The driver's functions are counted.
+// Cached machine code, with the CPU device acting as a GPU: the cases that compile and load again,
+// and the code that must not be shared. The driver's functions are counted.
 #include "api/device_memory.h"
 #include "api/rig.h"
 #include "api/scene.h"
@@ -24,7 +24,7 @@ using sunstone::device::cuda::Driver;
 using sunstone::device::cuda::driverForTests;
 using sunstone::engine::GpuKernelCode;
 
-// Before anything asks.
+// Before the first use.
 [[maybe_unused]] const bool isGpu = [] {
     setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
     setenv("SUNSTONE_TEST_GPU", "1", 1);
@@ -58,14 +58,14 @@ void countCalls() {
     (void)isDone;
 }
 
-// Stores `number` where the launch parameters say.
+// Stores `number` at the address in the launch parameters.
 std::string stores(unsigned number) {
     return ptxModule(".const .align 8 .b8 params[8];\n.visible .entry __raygen__a() {\n"
                      ".reg .b32 %r<2>; .reg .b64 %rd<2>;\nld.const.u64 %rd1, [params];\n"
                      "mov.u32 %r1, " +
                      std::to_string(number) + ";\nst.global.u32 [%rd1], %r1;\nret;\n}\n");
 }
-// Counts its launches in a variable of its own, and stores that number.
+// Counts its launches in a module variable, and stores that number.
 const char* const kCounts = ".const .align 8 .b8 params[8];\n.global .align 4 .u32 counter = 0;\n"
                             ".visible .entry __raygen__a() {\n"
                             ".reg .b32 %r<2>; .reg .b64 %rd<2>;\nld.const.u64 %rd1, [params];\n"
@@ -178,13 +178,13 @@ TEST_F(GpuKeeping, WithoutACacheNothingIsKept) {
     make(context_, stores(7));
     EXPECT_EQ(1u, missed());
     EXPECT_EQ(3u, loads);
-    // Another place is a cache of its own.
+    // Another place is another cache.
     setenv("OPTIX_CACHE_PATH", (folder_ + "/other").c_str(), 1);
     const OptixDeviceContext other = newContext();
     make(other, stores(7));
     EXPECT_EQ(2u, missed());
     EXPECT_OK(optixDeviceContextDestroy(other));
-    // What the disk has lost is made anew, though it is loaded.
+    // Code lost from the disk is compiled again, although it is loaded.
     const std::string third = folder_ + "/third";
     unsetenv("OPTIX_CACHE_PATH");
     const OptixDeviceContext free = newContext();
@@ -220,13 +220,13 @@ TEST_F(GpuKeeping, OfManyPipelinesTheOldestGo) {
     EXPECT_EQ(20u, loads);
 }
 
-// With a compiler beside the driver, which hands machine code over.
+// With a compiler beside the driver, which returns machine code.
 TEST_F(GpuKeeping, MachineCodeThatTheDriverRefusesIsMadeAnew) {
     if (!dlopen("libnvidia-ptxjitcompiler.so.1", RTLD_NOW))
         GTEST_SKIP() << "no compiler beside the driver";
     make(context_, stores(7));
     EXPECT_EQ(1u, loads);
-    // What is kept, what is made anew: then the text is compiled.
+    // Kept code and new code are refused: then the text is compiled.
     for (const unsigned refused : {1u, 0u, 2u, 0u}) {
         const OptixDeviceContext other = newContext();
         refusals = refused;
@@ -238,7 +238,7 @@ TEST_F(GpuKeeping, MachineCodeThatTheDriverRefusesIsMadeAnew) {
     EXPECT_EQ(1u, missed());
 }
 
-// What it refers to may be the driver's alone. Then that compiles the text.
+// It may refer to functions of the driver. Then the driver compiles the text.
 TEST_F(GpuKeeping, MachineCodeWhoseKernelTheDriverDoesNotFind) {
     if (!dlopen("libnvidia-ptxjitcompiler.so.1", RTLD_NOW))
         GTEST_SKIP() << "no compiler beside the driver";
@@ -263,7 +263,7 @@ protected:
             GTEST_SKIP() << "no compiler beside the driver";
         GpuKernelCode::forgetForTests();
     }
-    // Asks for the sizes of a triangle's structure, which makes kernels ready, and may build it.
+    // Queries the sizes of a triangle's structure, which prepares kernels, and may build it.
     void prepare(OptixDeviceContext context, bool builds = false) {
         TriangleMesh mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2});
         const OptixAccelBuildOptions options = buildOptions();
@@ -272,7 +272,7 @@ protected:
         if (builds)
             EXPECT_NE(buildAccel(context, log_, {mesh.input}).handle, 0u);
     }
-    // By a context of its own; returns how many kernels were not found in the disk cache.
+    // With a new context; returns the number of kernels missing in the disk cache.
     unsigned prepareAnew(bool inNewProcess) {
         if (inNewProcess)
             GpuKernelCode::forgetForTests();
@@ -312,7 +312,7 @@ TEST_F(GpuKernels, WithoutACacheNothingIsWritten) {
 
 TEST_F(GpuKernels, RefusedAndDamagedOnesAreMadeAnew) {
     const unsigned made = prepareAnew(true);
-    refusals = 2; // one of the disk, and what is made in its place: then the driver has the text
+    refusals = 2; // one of the disk, and its replacement: then the driver gets the text
     EXPECT_EQ(0u, prepareAnew(true));
     EXPECT_EQ(0u, refusals);
     EXPECT_EQ(made, loads);

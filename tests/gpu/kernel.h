@@ -15,7 +15,7 @@ namespace sunstone::gpu_tests {
 using bvh::gpu::testing::Buffer;
 using bvh::gpu::testing::Device;
 
-constexpr uint32_t kFirstGroup = 5; // what group 1 of a pipeline of these tests is in its context
+constexpr uint32_t kFirstGroup = 5; // number of a pipeline's group 1 in its context
 
 struct alignas(16) Record {
     devlib::SbtHeader header{};
@@ -49,7 +49,7 @@ public:
     uint32_t patience = devlib::kPatience;
     uint32_t maxTraceDepth = 1;
 
-    // Runs with this block, of which the caller has set what depends on the test.
+    // Runs with this block, in which the caller has set the fields that depend on the test.
     devlib::LaunchReport launch(const devlib::LaunchBlock& prepared, uint32_t width,
                                 uint32_t height = 1, uint32_t depth = 1) const {
         Buffer memory(sizeof(prepared));
@@ -59,7 +59,7 @@ public:
         block.launch.dimensions[1] = height;
         block.launch.dimensions[2] = depth;
         block.launch.maxTraceDepth = maxTraceDepth;
-        block.constants = {0, 0, devlib::kMaxGraphDepth}; // handles are taken as they are
+        block.constants = {0, 0, devlib::kMaxGraphDepth}; // handles are accepted unchecked
         block.report = devlib::emptyReport();
         block.launch.firstGroup = kFirstGroup - 1;
         block.launch.entryKind = devlib::kGroupRaygen;

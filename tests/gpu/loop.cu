@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device programs of loop_test.cpp. With ONE_PLACE, traces of ray generation stand at one place in a
-// loop, so that the compiler cuts the program there; else the same at two.
+// Device programs of loop_test.cpp. With ONE_PLACE, ray generation traces at one place in a loop,
+// so that the compiler cuts the program there; else at two.
 #include "loop.h"
 
 #include <optix.h>
@@ -55,7 +55,7 @@ extern "C" __global__ void __miss__none() {
     optixSetPayload_1(77);
 }
 
-// A ray from the hit goes on through the surface, once.
+// A ray from the hit continues through the surface, once.
 extern "C" __global__ void __closesthit__again() {
     const unsigned int levels = optixGetPayload_2();
     unsigned int hit = 0, primitive = optixGetPrimitiveIndex(), rest = levels - 1;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What loop_test.cpp shares with its device programs.
+// Shared by loop_test.cpp and its device programs.
 #pragma once
 
 #include "rays.h"
 
 struct LoopResult {
     unsigned int hits;     // rays that hit something
-    unsigned int checksum; // of what they hit, in order
+    unsigned int checksum; // of their hits, in order
     unsigned int traces;
     unsigned int thrown; // the exception program's: 1 + code of the exception
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs that are cut at their traces (compiler/gpu/resumable.h, devlib/gpu/loop.h, nested.h), on the
-// CPU device: whatever the order in which a warp's lanes take turns, launch indices see what
-// they see when each runs by itself.
+// Programs that are cut at their traces (compiler/gpu/resumable.h, devlib/gpu/loop.h, nested.h), on
+// the CPU device: in any order of a warp's lanes, each launch index gets the values it gets when it
+// runs alone.
 #include "bvh/walk/kernels.h"
 #include "gpu/kernel.h"
 #include "gpu/loop.h"
@@ -78,7 +78,7 @@ protected:
                                 devlib::LaunchReport* report) const {
         const std::vector<TestRay> rays = someRays();
         const size_t count = size_t(job.width) * job.height * job.depth;
-        // One more, which nobody may touch.
+        // One more, which must stay unchanged.
         Buffer rayMemory(rays.size() * sizeof(TestRay)),
             results((count + 1) * sizeof(LoopResult), 0xAB), params(sizeof(LoopParams)),
             records(4 * sizeof(Record));
@@ -115,7 +115,7 @@ protected:
         return {found, found + count};
     }
 
-    // All kernels; all equal, and what the caller wants to know of it.
+    // All kernels; their results are equal, and returned for further checks.
     std::vector<LoopResult> same(const Job& job, devlib::LaunchReport* report = nullptr) const {
         devlib::LaunchReport wantedReport, foundReport;
         const std::vector<LoopResult> wanted = run(whole(), job, &wantedReport);
@@ -239,7 +239,7 @@ TEST_F(GpuLoop, ExceptionsEndTheirIndexAlone) {
     }
 }
 
-// From a closest-hit program while another one waits for its ray.
+// A trace from a closest-hit program while another one waits for its ray.
 TEST_F(GpuLoop, ExceptionsBelowWaitingPrograms) {
     Job job;
     job.width = 200;

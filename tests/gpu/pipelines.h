@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// For the tests of GPU pipelines: one of all programs of a module. Groups are numbered from 1.
+// For the tests of GPU pipelines: a pipeline of all programs of a module. Groups are numbered from
+// 1.
 #pragma once
 
 #include "compiler/gpu/pipeline.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device programs of run_test.cpp: one ray for each launch index. The any-hit program lets rays through
+// Device programs of run_test.cpp: one ray for each launch index. The any-hit program ignores
 // triangles of odd number.
 #include "rays.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What run_test.cpp shares with its device programs.
+// Shared by run_test.cpp and its device programs.
 #pragma once
 
 struct TestRay {

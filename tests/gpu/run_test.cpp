@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kernel of a GPU pipeline on the CPU device, which runs PTX too: launch indices, records and
-// what the launch reports. So the code for GPUs is tested where there is none.
+// the launch's report. This tests the code for GPUs without a GPU.
 #include "bvh/micromap/micromap_array.h"
 #include "bvh/micromap/micromap_lookup.h"
 #include "bvh/shapes/shapes.h"
@@ -152,7 +152,7 @@ std::string raysModule() {
     return text.str();
 }
 
-// The any-hit program lets rays through what has an odd number.
+// The any-hit program ignores odd numbers.
 void expectFiltered(const Kernel& kernel, uint64_t handle, const std::vector<TestRay>& rays,
                     const std::vector<TestHit>& hits) {
     const std::vector<TestHit> filtered = trace(kernel, handle, rays, 0);
@@ -261,7 +261,7 @@ struct Cutouts {
     }
 };
 
-// What rays down on the plane must tell, from the triangle below and the state there.
+// The expected results of rays down on the plane, from the triangle below and the state there.
 TestHit throughCutouts(uint64_t handle, const TestRay& ray, unsigned flags) {
     bvh::QueryRay query{};
     for (int k = 0; k < 3; ++k) {
@@ -320,7 +320,7 @@ TEST(GpuRun, OpacityMicromaps) {
         EXPECT_GT(found, 150u);
         EXPECT_EQ(asked == 0, flags != 0);
     }
-    // A pipeline without the option does not look.
+    // A pipeline without the option does not read them.
     Options blind;
     blind.oneHitGroup = true;
     const Kernel other(raysModule(), blind);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slots of launches on the CPU device: they come back whatever becomes of a launch, and what
-// launches report is told once, to the context it belongs to.
+// Slots of launches on the CPU device: they are freed after every outcome of a launch, and a
+// launch's report is logged once, with its own context.
 #include "bvh/gpu/testing/device.h"
 #include "engine/gpu/launch_slots.h"
 
@@ -13,7 +13,7 @@ namespace {
 
 using bvh::gpu::testing::Device;
 
-// Before anything asks: the back end's own table of the driver is that of the CPU device.
+// Before the first use: the back end's table of the driver is that of the CPU device.
 [[maybe_unused]] const int kBackEnd = setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
 
 class Slots : public testing::Test {
@@ -30,7 +30,7 @@ protected:
     }
     static const device::cuda::Driver& driver() { return Device::get().driver(); }
 
-    // A launch that does nothing and reports this.
+    // A launch that does no work and reports this.
     CUdeviceptr launch(const devlib::LaunchReport& report) {
         GpuLaunchSlots::Lease slot(*slots_, context_, nullptr, 16, false);
         *slot->host = {};
@@ -63,7 +63,7 @@ TEST_F(Slots, ComeBackWhenALaunchFailsWhileItIsQueued) {
     try {
         GpuLaunchSlots::Lease slot(*slots_, context_, nullptr, 16, false);
         first = slot->memory;
-        *slot->report = {kNone, 5, kNone}; // never run: nothing to tell
+        *slot->report = {kNone, 5, kNone}; // never run: no report
         fail(Code::kCudaError, "no");
     } catch (const Error&) {
     }

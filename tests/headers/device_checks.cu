@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiles if the device headers say what the table of facts says, and contains one kernel for each
-// device function, whose PTX check_calls.cpp compares with optix7_intrinsics.tsv.
+// Compiles if the device headers match the table of facts, and contains one kernel for each device
+// function, whose PTX check_calls.cpp compares with optix7_intrinsics.tsv.
 #include <optix.h>
 
 template <typename A, typename B>

@@ -46,7 +46,7 @@ const Counts kExpected74 = {{"enum", 33},
                             {"device template", 2},
                             {"device helper", 25}};
 
-// What 7.6 has more or less.
+// Additions and removals of 7.6.
 const Counts kMoreIn76 = {{"enum", 4},       {"enumerator", 25},    {"struct", 12},
                           {"field", 59},     {"macro", 11},         {"host function", 4},
                           {"table slot", 4}, {"device function", 1}};

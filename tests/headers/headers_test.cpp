@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Behaviour of what the host headers define themselves: loading the library, stack sizes, tiling of
-// denoiser images. Functions of the library are played by entries put into the table.
+// Functions that the host headers define themselves: loading the library, stack sizes, tiling of
+// denoiser images. Test functions in the table replace those of the library.
 #include <optix.h>
 #include <optix_denoiser_tiling.h>
 #include <optix_function_table_definition.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiles if all host headers together say what the table of facts says. The include order is the
-// one of applications: the API, the stubs, the table's definition, utilities.
+// Compiles if all host headers together match the table of facts. The include order is that of
+// applications: the API, the stubs, the table's definition, utilities.
 #include <optix.h>
 
 #include <optix_7_host.h>

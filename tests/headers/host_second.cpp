@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The second source file of an application: the stubs may be used in several. It also has a
-// definition of the internal-header macro of its own, which the headers must leave alone.
+// The second source file of an application: several files may use the stubs. It also defines the
+// internal-header macro itself, which the headers must leave unchanged.
 #define __OPTIX_INCLUDE_INTERNAL_HEADERS__
 #include <optix_stubs.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// optixInit finds a library without the entry point, or none at all. Which one, ctest says by
-// LD_LIBRARY_PATH; the expected result is the argument.
+// optixInit finds a library without the entry point, or no library. ctest selects the case by
+// LD_LIBRARY_PATH; the argument is the expected result.
 #include <optix_function_table_definition.h>
 #include <optix_stubs.h>
 

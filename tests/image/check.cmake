@@ -1,4 +1,4 @@
-# Runs a program that renders a picture and compares it with the reference:
+# Runs a program that renders an image and compares it with the reference:
 # cmake -DCOMMAND=program;arguments -DOUTPUT=out.png -DREFERENCE=ref.png -DCOMPARE=compare_png
 #       -DMAX=number -DMEAN=number -P check.cmake
 file(REMOVE ${OUTPUT})

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares two PNG pictures: compare_png A B MAX MEAN. Prints the largest and the mean difference
-// of the colour channels (0 to 255) and succeeds if neither exceeds its limit. The mean alone would
+// Compares two PNG images: compare_png A B MAX MEAN. Prints the largest and the mean difference of
+// the colour channels (0 to 255) and succeeds if neither exceeds its limit. The mean alone would
 // miss a small wrong spot, the maximum alone a faint overall shift.
 #include <png.h>
 

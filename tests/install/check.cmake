@@ -1,7 +1,7 @@
 # Installs into WORK/stage, checks the layout, builds the project in SOURCE against it and runs it.
-# WAY: config (find_package finds OptiXConfig.cmake), module (a find module as many projects have one),
+# WAY: config (find_package finds OptiXConfig.cmake), module (a find module as in many projects),
 # config76 and module76 (the same for OptiX 7.6).
-# CUDA: where cuda.h comes from, Sunstone's own headers or the toolkit.
+# CUDA: the source of cuda.h, Sunstone's own headers or the toolkit.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/../rules/links.cmake)
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// How does a library treat opacity micromaps? Asks by tracing rays and prints the answers as lines,
-// so that those of two libraries can be compared:
+// A library's treatment of opacity micromaps: traces rays and prints the answers as lines, which
+// can be compared between libraries:
 //   micromap_reference PTX                prints
-//   micromap_reference PTX RECORDED       compares with a file of such lines; prints the
-//   differences
-// Lines that begin with "info" are not compared: the API leaves open what they say.
+//   micromap_reference PTX RECORDED       compares with a file of such lines; prints differences
+// Lines that begin with "info" are not compared: the API leaves them open.
 #include "micromap_scene.h"
 #include "reference_world.h"
 
@@ -412,7 +411,7 @@ void askIndexing(const Tracer& tracer) {
     askNumbers(tracer, t.build(tracer.world), t.count, "linear with offset 3");
 }
 
-// What a library that checks nothing may do here is its own affair.
+// The behaviour of a library without checks is undefined here.
 void askWithoutOption(Tracer& tracer, const std::string& ptx) {
     tracer.makePipeline(ptx, false);
     Maps maps;

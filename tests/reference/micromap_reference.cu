@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device side of micromap_reference: traces the queries and stores what happens.
+// Device side of micromap_reference: traces the queries and stores the outcomes.
 #include <optix.h>
 
 #include "micromap_scene.h"

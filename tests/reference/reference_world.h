@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CUDA and OptiX for programs that ask a library how it behaves, whichever library the process
-// finds: ours or that of a GPU driver.
+// CUDA and OptiX for programs that test a library's behaviour, with the library that the process
+// finds: ours or a GPU driver's.
 #pragma once
 
 #include <optix.h>

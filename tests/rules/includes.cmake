@@ -1,4 +1,5 @@
-# Which part may include which: the table of docs/conventions.md. Fails with one line per breach.
+# The allowed includes of each part: the table of docs/conventions.md. Fails with one line per
+# breach.
 cmake_policy(SET CMP0057 NEW)
 set(may_base "base")
 set(may_cache "cache;base")

@@ -1,4 +1,4 @@
-# Runs a command line and checks how it ends:
+# Runs a command line and checks its exit code and output:
 # cmake -DCOMMAND=program;arguments -DCODE=number [-DSTDOUT=regex] [-DSTDERR=regex]
 #       [-DERROR_LINES=number] -P command.cmake
 execute_process(COMMAND ${COMMAND} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE err)

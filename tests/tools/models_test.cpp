@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Model loaders: well-formed files of each format, and files that lie. Each case writes its own
-// file into a folder of its own.
+// Model loaders: well-formed files of each format, and malformed ones. Each case writes its file
+// into a separate folder.
 #include "model/model.h"
 
 #include <gtest/gtest.h>
@@ -258,8 +258,7 @@ TEST_F(ModelTest, OtherFaults) {
     EXPECT_THROW(load((folder_ / "folder.obj").string()), ModelError);
 }
 
-// Whatever single bytes are changed, loading ends with a model that keeps its promises or with an
-// error.
+// With any single byte changed, loading ends with a valid model or with an error.
 TEST_F(ModelTest, DamagedFilesNeverBreakAPromise) {
     const unsigned seed = 20240607;
     SCOPED_TRACE("seed " + std::to_string(seed));

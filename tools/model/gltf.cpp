@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // glTF 2.0: .gltf with data: URIs or files beside it, and .glb. Reads triangles (lists, strips,
 // fans), normals, base colour, metallic and roughness factors, emission, and the node hierarchy.
-// Textures, skins and animations are ignored; files that require an extension we lack are refused.
-// Source: glTF 2.0 specification, Khronos Group.
+// Textures, skins and animations are ignored; files that require an unsupported extension are
+// refused. Source: glTF 2.0 specification, Khronos Group.
 #include "gltf_file.h"
 
 #include <algorithm>

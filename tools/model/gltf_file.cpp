@@ -75,7 +75,7 @@ std::string readUri(const std::string& uri, const std::string& folder) {
             throw ModelError("a data URI is not base64");
         return decodeBase64(std::string_view(uri).substr(comma + 8));
     }
-    // Only files of the model's own folder: a model must not read what it likes.
+    // Only files of the model's own folder: a model must not read arbitrary files.
     std::filesystem::path name = decodePercent(uri);
     if (uri.find("://") != std::string::npos || name.is_absolute() ||
         std::find(name.begin(), name.end(), "..") != name.end())
@@ -261,7 +261,7 @@ std::vector<double> File::read(const Json& reference, unsigned components) {
         stride = elementSize;
     uint64_t viewStart = index(view, "byteOffset", 0), viewSize = index(view, "byteLength", 0);
     uint64_t offset = index(accessor, "byteOffset", 0);
-    // Each bound is checked before it is used in the next sum, so that nothing overflows.
+    // Each bound is checked before its use in the next sum, to avoid overflow.
     if (viewStart > bytes.size() || viewSize > bytes.size() - viewStart || offset > viewSize ||
         stride > (1u << 16))
         throw ModelError("a buffer view reaches beyond its buffer");

@@ -11,17 +11,17 @@ namespace model::gltf {
 
 using Json = nlohmann::json;
 
-// A member of an object; null if there is none (or `object` is no object).
+// A member of an object; null if missing (or if `object` is not an object).
 const Json* find(const Json& object, const char* key);
 // `value` itself; ModelError unless it is an array.
 const Json& array(const Json& value, const char* key);
 double number(const Json& object, const char* key, double fallback);
-// A whole number from 0; ModelError if the member is anything else.
+// A whole number from 0; ModelError for other members.
 uint64_t index(const Json& object, const char* key, uint64_t fallback);
 
 class File {
 public:
-    // Reads .gltf or .glb, told apart by their first bytes. Throws ModelError.
+    // Reads .gltf or .glb, distinguished by their first bytes. Throws ModelError.
     explicit File(const std::string& path);
 
     const Json& root() const { return root_; }
@@ -39,7 +39,7 @@ private:
     Json root_;
     std::string binaryChunk_;
     bool hasBinaryChunk_ = false;
-    std::vector<std::string> buffers_; // those that were read
+    std::vector<std::string> buffers_; // the buffers already read
     std::vector<bool> isRead_;
 };
 

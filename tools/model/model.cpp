@@ -73,7 +73,7 @@ void finish(Model& model) {
     dropBadTriangles(model);
     if (model.triangles.empty())
         throw ModelError("holds no triangle with finite coordinates");
-    // Unused vertices may still hold anything.
+    // Unused vertices may still have any value.
     for (Vec3& position : model.positions)
         if (!isFinite(position))
             position = {};

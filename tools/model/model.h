@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangle meshes from files: OBJ, glTF (.gltf, .glb) and PLY. Files are never trusted: counts,
-// indices and sizes are checked against what the file really holds, and every fault becomes one
+// Triangle meshes from files: OBJ, glTF (.gltf, .glb) and PLY. Files are not trusted: counts,
+// indices and sizes are checked against the file's actual contents, and every fault becomes one
 // clear line.
 #pragma once
 
@@ -26,7 +26,7 @@ struct Material {
     float metallic = 0.0f;
 };
 
-// What every loader returns: at least one triangle, all indices in range, all positions finite, a
+// The result of every loader: at least one triangle, all indices in range, all positions finite, a
 // unit normal for each vertex, a material for each triangle.
 struct Model {
     std::vector<Vec3> positions;
@@ -55,8 +55,8 @@ Model loadPly(const std::string& path);
 // The whole file; ModelError if it cannot be read.
 std::string readFile(const std::string& path);
 
-// Establishes what Model promises: checks indices, drops triangles that are not finite, completes
-// the normals.
+// Establishes the invariants of Model: checks indices, drops triangles that are not finite,
+// completes the normals.
 void finish(Model& model);
 
 // Brings given normals to unit length and computes those that are missing (zero), from the

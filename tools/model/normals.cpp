@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Normals for vertices that come without one. A corner's normal is the area-weighted mean over the
-// triangles around its vertex that meet its own triangle at less than the crease angle; corners of
-// one vertex that come out alike share a vertex, the others get copies of it.
+// Normals for vertices without one. A corner's normal is the area-weighted mean over the triangles
+// around its vertex that meet its own triangle at less than the crease angle; corners of one vertex
+// with equal normals share a vertex, the others get copies of it.
 #include "model.h"
 
 #include <cmath>
@@ -24,7 +24,7 @@ float dot(const Vec3& a, const Vec3& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-// Scales to unit length; false if there is no direction to keep.
+// Scales to unit length; false for a vector without direction.
 bool normalize(Vec3& v) {
     double length = std::sqrt(double(v.x) * v.x + double(v.y) * v.y + double(v.z) * v.z);
     if (!(length > 0.0) || !std::isfinite(length))

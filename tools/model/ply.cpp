@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // PLY files, ascii and binary of both byte orders. Elements other than "vertex" and "face" are
-// skipped. Counts in the header are claims: nothing is reserved that the file's size cannot back.
-// Source: Greg Turk's description of the format (1994).
+// skipped. Counts in the header are not trusted: no memory is reserved beyond what the file's size
+// justifies. Source: Greg Turk's description of the format (1994).
 #include "model.h"
 
 #include <algorithm>
@@ -182,7 +182,7 @@ private:
     Format format_;
 };
 
-// Length of a list; what the rest of the file cannot hold is a lie.
+// Length of a list; a length beyond the rest of the file is an error.
 size_t listLength(Reader& reader, const Property& property) {
     double length = reader.number(property.countType);
     if (!(length >= 0.0) || length != std::floor(length) ||
@@ -211,7 +211,7 @@ void readElement(Reader& reader, const Element& element, std::vector<double>& va
     }
 }
 
-// An element without properties takes no bytes, so that its count is bounded by nothing.
+// An element without properties takes no bytes, so that the file's size does not bound its count.
 bool isEmpty(const Element& element) {
     return element.properties.empty();
 }

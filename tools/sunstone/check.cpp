@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `sunstone check`: parses and verifies a PTX file, checks its OptiX calls, and points at faults.
+// `sunstone check`: parses and verifies a PTX file, checks its OptiX calls, and prints faults with
+// their places.
 #include "commands.h"
 
 #include "base/error.h"
@@ -97,7 +98,7 @@ Result examine(const std::string& text, const CheckOptions& options) {
         result.faults.push_back({severityName(d.severity), d.location, d.text});
     if (!result.module)
         return result;
-    // The widest rules, so that only what no pipeline could accept is a fault.
+    // The widest rules: only code that every pipeline rejects is a fault.
     compiler::PipelineRules rules;
     rules.launchParams = options.launchParams;
     rules.optix7.numPayloadValues = 32;
@@ -111,7 +112,7 @@ Result examine(const std::string& text, const CheckOptions& options) {
     return result;
 }
 
-// Entries that are no OptiX programs.
+// Entries that are not OptiX programs.
 std::vector<std::string> kernelsOf(const Result& result) {
     std::set<std::string> programs;
     for (const auto& program : result.summary.programs)

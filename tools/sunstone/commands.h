@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands of `sunstone`. Each returns the program's exit code and throws std::exception with
-// one clear line for what it cannot do.
+// The commands of `sunstone`. Each returns the program's exit code, or throws std::exception with
+// one clear line.
 #pragma once
 
 #include <string>
@@ -21,7 +21,7 @@ struct RunOptions {
 // With checks it waits for the command: 1 if anything was reported, else the command's exit code.
 int run(const RunOptions& options);
 // The reports of a checked run, from the lines that the libraries wrote (src/check/memory_check.h).
-// Prints a summary, writes the JSON file if one is wanted; returns whether anything was reported.
+// Prints a summary, writes the JSON file if requested; returns whether there were reports.
 bool summarize(const std::string& lines, const RunOptions& options);
 
 struct CheckOptions {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command `sunstone`: about this installation, programs run with it, PTX checked, models
-// rendered.
+// The command `sunstone`: shows this installation, runs programs with it, checks PTX, renders
+// models.
 #include "commands.h"
 
 #include <CLI/CLI.hpp>
@@ -51,7 +51,7 @@ void addRun(CLI::App& app, RunOptions& options) {
                "--check compiles device code (kernels and ray tracing programs) so that each load, "
                "store and atomic\nis checked before it is made: it must be aligned and lie within "
                "one allocation, the block's shared\nmemory, the parameters or the thread's own "
-               "variables. What is not is reported once for each place in the\nsource, with the "
+               "variables. Each violation is reported once for each place in the\nsource, with the "
                "address, the nearest allocation and the thread; the launch then fails with the "
                "documented\nerror. The exit code is 1 if anything was reported, else the "
                "program's.");
@@ -64,8 +64,7 @@ void addRun(CLI::App& app, RunOptions& options) {
     app.add_option("--json", options.json, "with --check: write the reports to this file as JSON");
 }
 
-// `run` hands everything behind the program's name to the program; CLI11 would claim what looks like
-// options.
+// `run` passes all words after the program's name to the program; CLI11 would parse its options.
 int firstOfCommand(int argc, char** argv) {
     int i = 2;
     for (; i < argc; ++i) {
@@ -106,7 +105,7 @@ int main(int argc, char** argv) {
     CLI::App* renderCommand = app.add_subcommand("render", "Path trace a model into a PNG picture");
     addRender(*renderCommand, renderOptions);
 
-    // `run` hands everything behind it to the program; CLI11 would claim what looks like options.
+    // `run` passes the program's words on; CLI11 would parse its options.
     const bool isRun = argc > 2 && std::string(argv[1]) == "run" &&
                        std::string(argv[2]) != "--help" && std::string(argv[2]) != "-h";
     const int first = isRun ? firstOfCommand(argc, argv) : argc;

@@ -41,8 +41,8 @@ HostScene convert(const model::Model& source, bool zUp) {
     return scene;
 }
 
-// Moves the model to the origin and scales it to a radius of one, so that single precision is used
-// well whatever units the file has; cameras given on the command line follow.
+// Moves the model to the origin and scales it to a radius of one, so that single precision suits
+// any units of the file; cameras given on the command line follow.
 struct Placement {
     float3 center;
     float scale;

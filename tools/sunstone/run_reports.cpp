@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a checked run reported, for people and for scripts.
+// The reports of a checked run, for people and for scripts.
 #include "commands.h"
 
 #include <nlohmann/json.hpp>

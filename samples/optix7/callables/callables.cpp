@@ -31,7 +31,7 @@ std::vector<Shape> makeShapes() {
                 a = lerp(a, vec(1.0f), 0.55f);
                 b = lerp(b, vec(1.0f), 0.4f);
             }
-            // The matte ones stand in front, larger ones behind.
+            // The matte ones are in front, larger ones behind.
             float radius = 0.55f + 0.13f * float(row);
             float x = (float(pattern) - 1.5f) * (1.75f + 0.2f * float(row));
             add(vec(x, radius, 2.2f - 1.9f * float(row)), radius, pattern, material, a, b);

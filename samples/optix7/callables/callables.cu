@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Materials put together from callables: one closest-hit program asks a direct callable for the
-// colour of the surface and a continuation callable for the light that leaves it. Only continuation
+// Materials composed of callables: one closest-hit program calls a direct callable for the colour
+// of the surface and a continuation callable for the light that leaves it. Only continuation
 // callables may trace rays. Payload values 0 to 2 carry a colour back, value 3 the number of the
 // bounce forward.
 #include <optix.h>

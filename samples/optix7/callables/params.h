@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host tells the device programs.
+// Data that the host passes to the device programs.
 #pragma once
 
 #include "camera.h"
@@ -22,7 +22,7 @@ enum Callable : unsigned {
     kCallableCount
 };
 
-// What the record of a callable holds.
+// The record data of a callable.
 struct CallableData {
     float scale; // of a pattern; index of refraction of a material
 };

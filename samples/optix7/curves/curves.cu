@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hair of round curves. OptiX intersects them; a closest-hit program asks for the control points of
-// the segment it hit and finds the surface's normal from them.
+// Hair of round curves. OptiX intersects them; a closest-hit program reads the control points of
+// the hit segment and computes the surface's normal from them.
 #include <optix.h>
 
 #include "params.h"
@@ -88,7 +88,7 @@ struct Segment {
     float4 coefficient[4];
 };
 
-// Of the segment that was hit.
+// The polynomial of the hit segment.
 DEVICE Segment hitSegment() {
     const OptixTraversableHandle geometry = optixGetGASTraversableHandle();
     const unsigned primitive = optixGetPrimitiveIndex(), input = optixGetSbtGASIndex();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host tells the device programs.
+// Data that the host passes to the device programs.
 #pragma once
 
 #include "camera.h"

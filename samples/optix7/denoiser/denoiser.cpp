@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Path traces a scene with few samples, denoises it with the help of albedo and normals, and shows
-// both side by side. Against a picture of many samples it prints what was gained. Read
-// mesh_path_tracer first.
+// both side by side. With a reference of many samples it prints the gain. Read mesh_path_tracer
+// first.
 #include "arguments.h"
 #include "image_denoiser.h"
 #include "path_tracer.h"

@@ -68,7 +68,7 @@ std::vector<std::vector<float>> ImageDenoiser::denoise(const NoisyImage& image) 
         inputs_[i].upload(image.layers[i]);
         if (isFirst && factor_ != 1)
             outputs_[i].allocate(factor_ * factor_ * image.layers[i].size() * sizeof(float));
-        else if (isFirst) // the noisy image stands for the frame before the first
+        else if (isFirst) // the noisy image replaces the frame before the first
             outputs_[i].upload(image.layers[i]);
         layers[i].input = describe(inputs_[i], OPTIX_PIXEL_FORMAT_FLOAT4);
         layers[i].output = describe(outputs_[i], OPTIX_PIXEL_FORMAT_FLOAT4, factor_);

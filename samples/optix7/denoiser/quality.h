@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far two pictures (4 floats a pixel, linear) are apart, as a screen shows them: cut at one,
+// The difference of two pictures (4 floats a pixel, linear) as a screen shows them: clipped at one,
 // gamma 2.2.
 #pragma once
 

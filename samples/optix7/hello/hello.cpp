@@ -44,8 +44,8 @@ int run(int argc, char** argv) {
     OPTIX_CHECK(optixModuleCreateFromPTX(context, &moduleOptions, &pipelineOptions, ptx.data(),
                                          ptx.size(), nullptr, nullptr, &module));
 
-    // 3. Program groups: which functions of the module play which part. Every pipeline needs ray
-    // generation; a group without a function will do as the miss program, since nothing is traced.
+    // 3. Program groups: the roles of the module's functions. Every pipeline needs ray generation;
+    // without rays, a group without a function suffices as the miss program.
     OptixProgramGroupDesc descriptions[2] = {};
     descriptions[0].kind = OPTIX_PROGRAM_GROUP_KIND_RAYGEN;
     descriptions[0].raygen.module = module;
@@ -78,7 +78,7 @@ int run(int argc, char** argv) {
     sbt.missRecordStrideInBytes = sizeof(Record);
     sbt.missRecordCount = 1;
 
-    // 6. Launch parameters: what the program's `params` variable will hold.
+    // 6. Launch parameters: the contents of the program's `params` variable.
     size_t imageSize = size_t(width) * height * sizeof(float4);
     Params params = {};
     CUDA_CHECK(cudaMalloc(reinterpret_cast<void**>(&params.image), imageSize));

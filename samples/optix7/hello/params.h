@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host tells the device program at each launch.
+// Data that the host passes to the device program at each launch.
 #pragma once
 
 struct Params {

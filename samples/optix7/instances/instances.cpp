@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Instances of instances: a cube of twelve triangles, twenty copies of which make a sponge, twenty
-// of which make a larger one, and so on. The deepest has 20^6 = 64 million cubes; in memory are a
-// cube and one small structure for each level. Read triangle first.
+// of which make a larger one, and so on. The deepest has 20^6 = 64 million cubes, but memory holds
+// only a cube and one small structure for each level. Read triangle first.
 #include "picture.h"
 #include "sampling.h"
 

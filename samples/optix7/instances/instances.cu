@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instances of instances: the closest-hit program sees one cube, and the list of transforms that
-// led to it tells where it is, how it is turned and which of the copies it belongs to. Payload
-// values: 0 to 2 the colour, 3 the number of the bounce and 4 the random state.
+// Instances of instances: the closest-hit program sees one cube, and the list of transforms above
+// it gives its place, its rotation and the copy it belongs to. Payload values: 0 to 2 the colour, 3
+// the number of the bounce and 4 the random state.
 #include <optix.h>
 
 #include "params.h"
@@ -79,7 +79,7 @@ DEVICE float3 hitPoint() {
     return optixGetWorldRayOrigin() + optixGetWorldRayDirection() * optixGetRayTmax();
 }
 
-// Sun, and one diffuse bounce that stands for the rest.
+// Sun, and one diffuse bounce that replaces all others.
 DEVICE void shade(float3 color, float3 normal, float3 point) {
     if (dot(normal, optixGetWorldRayDirection()) > 0.0f)
         normal = -normal;

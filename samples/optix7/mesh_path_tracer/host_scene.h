@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene in host memory, and where it comes from: a generated one or an OBJ file.
+// A scene in host memory, generated or from an OBJ file.
 #pragma once
 
 #include "shading.h"
@@ -35,10 +35,10 @@ void computeNormals(HostScene& scene);
 // A large square at height `y` under the model.
 void addGround(HostScene& scene, const Bounds& model, float y, const Material& material);
 
-// Softboxes and sky that suit a model of these bounds, as shading.h wants them; the mesh pointers
+// Softboxes and sky that suit a model of these bounds, as shading.h expects them; the mesh pointers
 // stay empty.
 Scene makeStudio(const Bounds& model);
 
 // A camera that sees the whole model from `azimuth` and `elevation` (degrees); azimuth 0 looks
-// along -z. `zoom` above one comes nearer.
+// along -z. `zoom` above one moves nearer.
 Camera orbitCamera(const Bounds& model, float azimuth, float elevation, float zoom, float aspect);

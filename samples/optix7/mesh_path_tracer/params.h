@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host tells the device programs at each launch.
+// Data that the host passes to the device programs at each launch.
 #pragma once
 
 #include "shading.h"
 
 #include <optix.h>
 
-// What denoisers want to know of the first surface, as sums over samples like the picture's; all
-// null if nobody asks.
+// Guides for denoisers from the first surface, as sums over samples like the picture's; all null if
+// not needed.
 struct Guides {
     float4* albedo;
     float4* normal; // x to the right, y up, z to the camera

@@ -29,7 +29,7 @@ struct OptixRays {
         return hit;
     }
 
-    // Any hit settles the question, and only the miss program has something to say.
+    // Any hit decides, and only the miss program writes the payload.
     __forceinline__ __device__ bool visible(float3 origin, float3 direction, float distance) const {
         unsigned visible = 0;
         optixTrace(params.traversable, origin, direction, 0.0f, distance, 0.0f,
@@ -53,7 +53,7 @@ __forceinline__ __device__ void addTo(float4* sum, float3 value, bool isFirst) {
     *sum = old;
 }
 
-// Rays of their own, along the same directions: pictures without guides pay nothing.
+// Separate rays along the same directions, so that pictures without guides cost no more.
 __forceinline__ __device__ void addGuides(uint3 index, uint3 size, unsigned sample) {
     unsigned pixel = index.y * size.x + index.x;
     const OptixRays rays;

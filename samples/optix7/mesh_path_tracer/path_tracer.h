@@ -9,7 +9,7 @@
 
 class PathTracer {
 public:
-    // `scene` may be dropped afterwards; `studio` gives everything but the mesh.
+    // `scene` may be freed afterwards; `studio` provides everything but the mesh.
     PathTracer(OptixDeviceContext context, const HostScene& scene, const Scene& studio,
                const Camera& camera, unsigned width, unsigned height);
     PathTracer(const PathTracer&) = delete;
@@ -26,8 +26,8 @@ public:
         params_.seed = seed;
     }
 
-    // From now on samples also leave guides for a denoiser; `previous` is the camera that flow is
-    // counted from. moveTo() goes on with another camera and forgets all samples.
+    // From now on samples also leave guides for a denoiser; `previous` is the camera that flow
+    // refers to. moveTo() continues with another camera and discards all samples.
     void wantGuides(const Camera& previous);
     void moveTo(const Camera& camera) {
         params_.previousCamera = params_.camera;

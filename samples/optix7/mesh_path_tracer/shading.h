@@ -2,12 +2,12 @@
 // The path tracer's mathematics, for device and host: paths through a triangle mesh under a sky and
 // rectangular lights, with a material of a diffuse base under a glossy coat.
 //
-// tracePath() is a template over what traces rays, so that the same text runs as an OptiX program
+// tracePath() is a template over the ray tracer, so that the same text runs as an OptiX program
 // (path_tracer.cu) and as C++ over another ray tracer.
 //
-// Light that a path meets is weighted by multiple importance sampling between sampling the lights
-// and sampling the material (Veach 1997, balance heuristic). The glossy lobe is GGX, sampled by
-// visible normals (Heitz 2018). Read next: path_tracer.cu.
+// Light on a path is weighted by multiple importance sampling between sampling the lights and
+// sampling the material (Veach 1997, balance heuristic). The glossy lobe is GGX, sampled by visible
+// normals (Heitz 2018). Read next: path_tracer.cu.
 #pragma once
 
 #include "camera.h"
@@ -58,8 +58,8 @@ struct Hit {
 // Random numbers of one path. The first eight (place in the pixel; light and direction at the first
 // surface) matter most: over the samples of a pixel they follow the R2 sequence (Roberts 2018),
 // which covers the unit square evenly, turned by a random amount for each pixel. So that the four
-// pairs are independent of one another, each takes the samples in an order of its own. Later
-// numbers come from PCG (O'Neill 2014).
+// pairs are independent of one another, each takes the samples in a different order. Later numbers
+// come from PCG (O'Neill 2014).
 struct Random {
     unsigned state;
     unsigned pixel;
@@ -295,7 +295,7 @@ template <class Rays>
 SAMPLE_INLINE float3 tracePath(const Scene& scene, const Rays& rays, float3 origin,
                                float3 direction, Random& random) {
     constexpr float kLimit =
-        3.0f; // on what one bounce adds: keeps rare bright paths from speckling
+        3.0f; // limit on the light of one bounce: keeps rare bright paths from speckling
     float3 radiance = vec(0.0f), throughput = vec(1.0f);
     float materialPdf = 0.0f;
     for (unsigned segment = 0; segment < scene.maxSegments; ++segment) {
@@ -367,7 +367,7 @@ struct GuideSample {
     float3 point;          // far away where there is no surface
 };
 
-// What samplePixel with the same numbers meets first.
+// The guides at the first surface that samplePixel meets with the same numbers.
 template <class Rays>
 SAMPLE_INLINE GuideSample sampleGuides(const Scene& scene, const Rays& rays, const Camera& camera,
                                        unsigned x, unsigned y, unsigned width, unsigned height,

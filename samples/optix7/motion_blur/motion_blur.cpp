@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Motion blur of every kind the API has. Vertices with motion keys: a twisting star. Boxes with
+// Motion blur of every kind in the API. Vertices with motion keys: a twisting star. Boxes with
 // motion keys: a bouncing ball. A matrix motion transform: a block that shoots past and shears. SRT
 // motion transforms: a windmill's sails and spinning coins. A structure of instances with motion
 // keys holds them all. Read instances first.
@@ -119,7 +119,7 @@ std::vector<float3> coin() {
     return corners;
 }
 
-// The scene and what its structures refer to.
+// The scene and the data that its structures refer to.
 class Scene {
 public:
     explicit Scene(OptixDeviceContext context) : context_(context) {
@@ -136,7 +136,7 @@ public:
     const std::vector<std::pair<Shape, HitData>>& looks() const { return looks_; }
 
 private:
-    // An instance at a place, with a look of its own.
+    // An instance at a place, with its own look.
     void add(Shape shape, OptixTraversableHandle child, float3 at, const HitData& look) {
         OptixInstance instance = {};
         const float matrix[12] = {1, 0, 0, at.x, 0, 1, 0, at.y, 0, 0, 1, at.z};
@@ -252,7 +252,7 @@ private:
     void addCoins() {
         const OptixTraversableHandle shape = mesh({coin()});
         for (int i = 0; i < 5; ++i) {
-            float speed = 0.07f * i; // the first stands still
+            float speed = 0.07f * i; // the first does not move
             add(kMesh, spin(shape, vec(0, 1, 0), 0.08f, 0.08f + speed, vec(0, 0, 0)),
                 vec(-2.6f + 1.25f * i, 0.43f, 3.0f), vec(0.9f, 0.72f, 0.3f));
         }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every path of a pixel has its own time within the exposure, and everything is where it is at that
-// time. Hit programs ask the structure for the triangle's corners at the ray's time; the transforms
-// that led there follow from the transform list, at the ray's time as well. Payload values: 0 to 2
-// the colour, 3 the number of the bounce and 4 the random state.
+// Every path of a pixel has its own time within the exposure and sees the scene at that time. Hit
+// programs query the structure for the triangle's corners at the ray's time, and the transform list
+// for the transforms above it. Payload values: 0 to 2 the colour, 3 the number of the bounce and 4
+// the random state.
 #include <optix.h>
 
 #include "params.h"
@@ -81,7 +81,7 @@ DEVICE float3 hitPoint() {
     return optixGetWorldRayOrigin() + optixGetWorldRayDirection() * optixGetRayTmax();
 }
 
-// Sun, and two diffuse bounces that stand for the rest.
+// Sun, and two diffuse bounces that replace all others.
 DEVICE void shade(float3 color, float3 normal) {
     if (dot(normal, optixGetWorldRayDirection()) > 0.0f)
         normal = -normal;

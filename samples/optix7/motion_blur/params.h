@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host tells the device programs.
+// Data that the host passes to the device programs.
 #pragma once
 
 #include "camera.h"
@@ -23,6 +23,6 @@ struct Params {
     Camera camera;
     float3 sunDirection; // unit length, towards the sun
     OptixTraversableHandle scene;
-    unsigned samples; // paths for each pixel, each at a time of its own
+    unsigned samples; // paths for each pixel, each at its own time
     float epsilon;    // distance by which rays leave a surface
 };

@@ -73,7 +73,7 @@ bool isLeaf(float x, float y) {
     const float width = 0.92f * std::pow(std::sin(std::pow(along, 0.75f) * 3.14159265f), 0.8f);
     if (side > width * lobes)
         return false;
-    // Something ate holes.
+    // Holes eaten by insects.
     const float holes[3][3] = {{0.3f, 0.35f, 0.09f}, {-0.28f, 0.55f, 0.07f}, {0.2f, 0.68f, 0.05f}};
     for (const auto& hole : holes)
         if (std::hypot(x - hole[0], 2 * (y - hole[1])) < 2 * hole[2])

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene of the sample: plants of leaves that are cut out of squares, on a ground.
+// The scene of the sample: plants on a ground, with leaves cut out of squares.
 #pragma once
 
 #include "params.h"
@@ -20,7 +20,7 @@ Foliage makeFoliage(unsigned leaves);
 std::vector<unsigned char> makeLeafMask(unsigned size);
 
 // The states of the micro-triangles of one of a leaf's two triangles, in the order of the API:
-// opaque or transparent where the mask is all one, unknown where the any-hit program has to look.
+// opaque or transparent where the mask is all one, unknown where the any-hit program must decide.
 std::vector<unsigned char> leafStates(const Mask& mask, unsigned triangle, unsigned level);
 
 // States as the bytes of a 4-state micromap.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cut-out leaves twice: the any-hit program alone decides (left half of the picture), and opacity
-// micromaps answer for it but near the outline (right half). Both give the same picture; the
-// program prints how long each takes. Needs OptiX 7.6. Read triangle first.
+// Cut-out leaves twice: in the left half of the picture the any-hit program alone decides, in the
+// right half opacity micromaps replace it except near the outline. Both give the same picture; the
+// program prints the time of each. Needs OptiX 7.6. Read triangle first.
 #include "arguments.h"
 #include "foliage.h"
 #include "optix_setup.h"
@@ -54,7 +54,7 @@ DeviceBuffer buildMicromaps(OptixDeviceContext context, const Mask& mask, unsign
     return array;
 }
 
-// `micromaps` may be empty. The ground needs none: an index says that it is opaque.
+// `micromaps` may be empty. The ground needs none: its index means opaque.
 Accel buildScene(OptixDeviceContext context, const Foliage& foliage, const DeviceBuffer& micromaps,
                  unsigned level) {
     DeviceBuffer vertices, indices, materials, micromapIndices;

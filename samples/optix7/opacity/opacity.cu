@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leaves cut out of squares. The any-hit program looks at the mask; it runs for every square a ray
-// meets, or, where the squares have opacity micromaps, only near the outline. Nothing else here
-// knows which of the two it is. Payload values 0 to 2 carry the colour back, value 3 counts calls
-// of the any-hit program.
+// Leaves cut out of squares. The any-hit program reads the mask; it runs for every square that a
+// ray meets, or, with opacity micromaps, only near the outline. The programs are the same in both
+// cases. Payload values 0 to 2 carry the colour back, value 3 counts calls of the any-hit program.
 #include <optix.h>
 
 #include "params.h"

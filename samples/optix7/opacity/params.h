@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host tells the device programs, and the mask both look at.
+// Data that the host passes to the device programs, and the mask that both read.
 #pragma once
 
 #include "camera.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spheres as custom primitives: an intersection program says where a ray meets one, closest-hit
+// Spheres as custom primitives: an intersection program computes where a ray meets one, closest-hit
 // programs shade by material and trace further rays, an any-hit program cuts holes. Payload values
 // 0 to 2 carry the colour back, value 3 carries the number of the bounce forward.
 #include <optix.h>
@@ -33,7 +33,7 @@ DEVICE float3 traceColor(float3 origin, float3 direction, unsigned bounce) {
     return vec(__uint_as_float(red), __uint_as_float(green), __uint_as_float(blue));
 }
 
-// Whether nothing stands between `origin` and the light. Only the miss program answers "yes".
+// Whether the light is visible from `origin`: only the miss program says so.
 DEVICE bool seesLight(float3 origin) {
     unsigned visible = 0;
     optixTrace(params.scene, origin, params.lightDirection, 1e-3f, 1e16f, 0.0f,
@@ -107,7 +107,7 @@ extern "C" __global__ void __intersection__sphere() {
         optixReportIntersection((middle + halfChord) * scale, 1);
 }
 
-// Holes in a pattern of latitude and longitude: a ray goes on through them.
+// Holes in a pattern of latitude and longitude: a ray continues through them.
 extern "C" __global__ void __anyhit__cutout() {
     const Sphere& sphere = params.spheres[optixGetPrimitiveIndex()];
     float3 normal = normalAt(sphere, hitPoint());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host tells the device programs: launch parameters and shader-binding-table data.
+// Data that the host passes to the device programs: launch parameters and shader-binding-table
+// data.
 #pragma once
 
 #include "camera.h"

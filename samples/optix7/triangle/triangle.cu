@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One ray for each pixel. The programs that a ray ends in hand their colour back through three
+// One ray for each pixel. The closest-hit and miss programs return their colour through three
 // payload values.
 #include <optix.h>
 
@@ -43,7 +43,7 @@ extern "C" __global__ void __miss__background() {
     setColor(data->color);
 }
 
-// Barycentric coordinates say how near a hit is to the second and third corner.
+// Barycentric coordinates are the weights of the second and third corner at a hit.
 extern "C" __global__ void __closesthit__triangle() {
     const TriangleData* data = reinterpret_cast<const TriangleData*>(optixGetSbtDataPointer());
     float2 weights = optixGetTriangleBarycentrics();

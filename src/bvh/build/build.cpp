@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Puts a build together: sizes, references, tree, block.
+// The stages of a CPU build: sizes, references, tree, block.
 #include "bvh/build/build.h"
 
 #include "base/error.h"
@@ -51,7 +51,7 @@ LeafRules rulesOf(BlockType type, uint32_t keys) {
     return rules;
 }
 
-// What counts and options say about a build.
+// Properties of a build that follow from counts and options.
 struct Plan {
     BlockType type; // without kMotionBit
     uint32_t keys;
@@ -59,7 +59,7 @@ struct Plan {
     uint32_t numInputs = 1;
     uint32_t numPrimitives = 0;
     uint32_t numReferences = 0;    // room for them: more where triangles may be split
-    bool instancesMissing = false; // sizes can be asked for without buffers
+    bool instancesMissing = false; // size queries may omit buffers
     uint64_t inputsOffset, keyBoundsOffset = 0, tableOffset = 0, micromapsOffset = 0,
                                                  instancesOffset = 0, nodesOffset;
     uint64_t outputSize, referencesSize, treeOffset, tempSize;
@@ -110,7 +110,7 @@ struct Plan {
             fail(Code::kInvalidValue, total, " primitives in one structure, the limit is ",
                  kMaxPrimitives);
         numPrimitives = uint32_t(total);
-        // Updates need one place for each primitive; parts of a triangle may move apart.
+        // Updates need one place for each primitive; parts of a triangle could separate.
         if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate &&
             keys == 1)
             total += maxSplits(total);
@@ -318,7 +318,7 @@ private:
         return reinterpret_cast<InputRecord*>(block_ + plan_.inputsOffset);
     }
 
-    // Input records and what the header says of them.
+    // Input records and the header fields that describe them.
     template <class Input>
     void describeInputs(std::span<const Input> inputs) {
         uint32_t firstSbt = 0, firstPrimitive = 0;
@@ -339,8 +339,8 @@ private:
     }
 
     // Makes references of the active primitives, or all if updates are allowed; an inactive one
-    // then stands where its predecessor is. boxOf(input, primitive, lower, upper) gives a
-    // primitive's exact box, or false.
+    // then gets its predecessor's place. boxOf(input, primitive, lower, upper) gives a primitive's
+    // exact box, or false.
     template <class BoxOf>
     uint32_t makeReferences(const BoxOf& boxOf) {
         struct Part {
@@ -408,7 +408,7 @@ private:
         emitTree(tree_, plan_.rules, writer, block_, plan_.nodesOffset);
         if (options_.allowUpdate)
             header_.wholeRoot = header_.root;
-        if (plan_.keys > 1) // what is there are the mean boxes
+        if (plan_.keys > 1) // the boxes so far are the mean boxes
             refitMotion(block_, sources, MotionReader(inputs_, plan_.keys), instanceMotion_);
         else if (options_.allowUpdate && header_.numActive < count)
             refit(block_, sources); // places given to inactive primitives are in boxes
@@ -486,7 +486,7 @@ private:
     Tree tree_;
 };
 
-// Most updates need no scratch memory, but callers allocate what they are told.
+// Most updates need no scratch memory, but a caller may be unable to allocate 0 bytes.
 size_t updateTempSize(const Plan& plan) {
     return std::max<size_t>(plan.instanceMotionSize, kUpdateTempSize);
 }

@@ -2,12 +2,12 @@
 // Builds acceleration structures from plain arrays into a buffer of the caller. The result is one
 // relocatable block (layout.h): it may be copied with memcpy to any 128-byte-aligned address.
 //
-// All pointers are host addresses. Counts and strides are checked by the caller (the API rules are
-// not known here), but nothing in the buffers' contents can do harm: indices out of range, NaN and
-// infinite coordinates only make their primitive inactive. The block does not depend on the
-// number of threads, and builds of the same input are equal byte for byte.
+// All pointers are host addresses. The caller checks counts and strides, because the API's rules
+// are not known here. The contents of the buffers are not trusted: an index out of range or a NaN
+// or infinite coordinate makes its primitive inactive. The block does not depend on the number of
+// threads; builds of the same input are equal byte for byte.
 //
-// Read next: layout.h for the block, sah_builder.h for how trees are made.
+// Read next: layout.h for the block, sah_builder.h for the tree.
 #pragma once
 
 #include "math/box.h"
@@ -49,11 +49,11 @@ struct SbtInput {
 enum class MicromapIndexing : uint32_t {
     kNone = 0,    // they have none
     kLinear = 1,  // triangle i has micromap i
-    kIndexed = 2, // as an index buffer says
+    kIndexed = 2, // as in an index buffer
 };
 
-// The opacity micromaps of a build input. Indices -1 to -4 stand for micromaps that are all
-// transparent, opaque, unknown-transparent, unknown-opaque.
+// The opacity micromaps of a build input. Indices -1 to -4 mean wholly transparent, opaque,
+// unknown-transparent, unknown-opaque micromaps.
 struct MicromapInput {
     MicromapIndexing indexing = MicromapIndexing::kNone;
     const void* array = nullptr;   // micromap_array.h; must live as long as the structure is used
@@ -147,9 +147,9 @@ struct BuildInputs {
 };
 
 // Motion keys are evenly spaced over the time range. Before and after it the first and last key
-// stand, or with the vanish flags (layout.h: MotionFlag) nothing is there.
+// apply, or with the vanish flags (layout.h: MotionFlag) the structure is empty.
 struct MotionOptions {
-    uint32_t keys = 1; // 1: no motion, the rest means nothing
+    uint32_t keys = 1; // 1: no motion, the rest is ignored
     uint32_t flags = 0;
     float begin = 0, end = 0; // begin <= end, finite
 };
@@ -163,7 +163,7 @@ struct BuildOptions {
     bool allowRandomInstanceAccess = false;
     MotionOptions motion;
     bool allowMicromapUpdate = false;   // an update may give triangles other micromaps
-    bool allowDisableMicromaps = false; // instances may; costs nothing here
+    bool allowDisableMicromaps = false; // instances may; no cost here
 };
 
 struct MemoryUsage {
@@ -184,15 +184,16 @@ void build(const BuildInputs& inputs, const BuildOptions& options, void* temp, s
            void* output, size_t outputSize);
 
 // Brings the structure in `output`, built with allowUpdate (and perhaps compacted and moved since),
-// up to date with the inputs: the tree stays, boxes and primitives are computed anew. Only contents
-// and places of buffers may differ from the build, see checkUpdate. Inactive primitives may become
-// active and the other way round. temp must have MemoryUsage::tempUpdate bytes. The result does not
-// depend on the number of threads.
+// up to date with the inputs: the tree stays, boxes and primitives are computed again. Only
+// contents and addresses of buffers may differ from the build, see checkUpdate. Inactive primitives
+// may become active and vice versa. temp must have MemoryUsage::tempUpdate bytes. The result does
+// not depend on the number of threads.
 void update(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
             void* output, size_t outputSize);
 
-// Throws Error(kInvalidValue) if update() cannot be done: no structure, no allowUpdate, other
-// options, kinds, counts, formats or geometry flags than in the build, too small an output buffer.
+// Throws Error(kInvalidValue) if update() cannot be done: `output` holds no structure or one
+// without allowUpdate, options, kinds, counts, formats or geometry flags differ from the build, or
+// the output buffer is too small.
 void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const void* output,
                  size_t outputSize);
 
@@ -202,13 +203,13 @@ bool isBlock(const void* block);
 // Whether the block was built with allowCompaction.
 bool allowsCompaction(const void* block);
 
-// What the functions below do with something that is no block: throw Error(kInvalidValue).
+// Given memory that is not a block, the functions below throw Error(kInvalidValue).
 
-// Bytes of the block in use; what compact() needs. Never more than MemoryUsage::output.
+// Bytes of the block in use, which compact() needs. At most MemoryUsage::output.
 uint64_t compactedSize(const void* block);
 
 // Copies the block to `destination` (128-byte aligned, not overlapping, destinationSize at least
-// compactedSize). The source stays as it is.
+// compactedSize). The source stays unchanged.
 void compact(const void* source, void* destination, size_t destinationSize);
 
 // Bounds of the active primitives at all times; empty (lower > upper) if there are none.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the builders of different kinds of structures share.
+// Functions that the builders of all kinds of structures share.
 #pragma once
 
 #include "bvh/build/build.h"
@@ -12,8 +12,8 @@ namespace sunstone::bvh {
 constexpr uint32_t kMaxPrimitives = 1u << 30;
 // References are made in blocks of this many primitives.
 constexpr size_t kReferenceBlock = 1u << 14;
-// Updates need no scratch memory but those of instances with motion keys (updateTempSize);
-// callers allocate what they are told.
+// Only updates of instances with motion keys need scratch memory (updateTempSize); others report a
+// little, because a caller may be unable to allocate 0 bytes.
 constexpr size_t kUpdateTempSize = kBlockAlignment;
 
 inline uint64_t alignUp(uint64_t value, uint64_t alignment) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes a tree into a block: nodes depth first, the leaves of a node right behind it.
+// Writes a tree into a block: nodes depth first, each node followed by its leaves.
 #pragma once
 
 #include "bvh/build/tree.h"

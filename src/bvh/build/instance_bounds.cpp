@@ -23,14 +23,14 @@ public:
         }
     }
 
-    // Unites with the boxes of a node's children, or with what is below those that reach out of the
-    // bounds so far.
+    // Unites the bounds with the boxes of a node's children; below those that exceed the bounds so
+    // far, with the boxes of their children.
     void add(const BlockHeader* header, NodeRef ref, unsigned levels) {
         const Node& node = *reinterpret_cast<const Node*>(
             reinterpret_cast<const uint8_t*>(header) + offsetOf(ref));
         for (uint32_t i = 0; i < std::min(node.numChildren, 8u); ++i) {
             if (!(node.planes[0][i] <= node.planes[1][i]))
-                continue; // nothing active is below
+                continue; // no active primitive is below
             __m128 lower, upper;
             turn(node, i, lower, upper);
             const __m128 inside =
@@ -46,7 +46,7 @@ public:
         }
     }
 
-    // Empty if a coordinate went beyond what boxes may hold.
+    // Empty if a coordinate exceeds the range of boxes.
     math::Box box() const {
         alignas(16) float lower[4], upper[4];
         _mm_store_ps(lower, lower_);
@@ -72,7 +72,7 @@ private:
             magnitude =
                 _mm_add_ps(magnitude, _mm_mul_ps(size_[a], _mm_set1_ps(std::fabs(center) + half)));
         }
-        // The margin of math::transformBox, and what the sums above may be off.
+        // The margin of math::transformBox, and the error of the sums above.
         reach = _mm_add_ps(reach, _mm_mul_ps(magnitude, _mm_set1_ps(0x1.8p-20f)));
         lower = _mm_sub_ps(middle, reach);
         upper = _mm_add_ps(middle, reach);

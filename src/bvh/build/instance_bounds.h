@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounds of instances. The box around a turned box overhangs; boxes around the turned boxes of its
-// parts overhang less, so the nodes below the child's root are turned one by one. Rays that pass
-// between an instance and its box then need not enter it.
+// Bounds of instances. The axis-aligned box of a rotated box is larger than the geometry inside
+// needs; the boxes of its rotated parts are tighter. The nodes below the child's root are therefore
+// transformed one by one, so that rays that only graze an instance do not enter it.
 #pragma once
 
 #include "bvh/layout.h"
@@ -17,8 +17,7 @@ struct OpenLevels {
     }
 };
 
-// Bounds of what the handle leads to, seen through a transform (rows, 3x4); empty if there is
-// nothing that can be hit.
+// Bounds of the handle's object through a transform (rows, 3x4); empty if no primitive can be hit.
 math::Box instanceBounds(const float transform[12], uint64_t handle, OpenLevels levels);
 
 } // namespace sunstone::bvh

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounds of instances: hold every transformed vertex, are tighter the more levels are looked at, and
-// stay right where coordinates leave the range of floats.
+// Bounds of instances: they contain every transformed vertex, become tighter with the levels
+// inspected, and stay conservative where coordinates leave the range of floats.
 #include "bvh/build/instance_bounds.h"
 
 #include "bvh/input/build_input.h"
@@ -55,7 +55,7 @@ TEST(InstanceBounds, HoldAllVerticesAndGetTighter) {
                     area[levels] += areaOf(box);
             }
         }
-        // Parts of a box that reach into its corners gain nothing, smaller ones do.
+        // Parts that fill the corners of a box give no tighter bounds, smaller ones do.
         for (int levels = 1; levels < 4; ++levels)
             EXPECT_LE(area[levels], area[levels - 1] * 1.001);
         if (&mesh == &meshes[0]) {

@@ -35,8 +35,8 @@ struct Piece {
 // Splits one triangle's box.
 class Splitter {
 public:
-    // `pad`: how far a box must reach beyond its part, for the same reason that boxes of whole
-    // triangles are padded, and for rounding here.
+    // `pad`: how far a box must reach beyond its part: the padding of whole triangles' boxes, and
+    // rounding here.
     Splitter(const float vertices[9], float pad) : v_(vertices), pad_(pad) {}
 
     // Writes `splits` + 1 pieces.
@@ -85,7 +85,7 @@ private:
         for (int a = 0; a < 3; ++a) {
             const float l = std::max(result.lower[a], float(lower[a]) - pad_);
             const float u = std::min(result.upper[a], float(upper[a]) + pad_);
-            if (l <= u) { // else nothing of the triangle is here; any box will do
+            if (l <= u) { // else no part of the triangle is here; any box will do
                 result.lower[a] = l;
                 result.upper[a] = u;
             }
@@ -153,8 +153,8 @@ uint32_t splitLongTriangles(PrimitiveRef* references, uint32_t count, const Sour
     const float largest = blocks ? *std::max_element(most.begin(), most.end()) : 0;
     if (!(largest > 0) || !std::isfinite(largest))
         return count;
-    // The largest factor that keeps the sum of splits within the budget. Limits of single
-    // triangles are not looked at: with them there are fewer.
+    // The largest factor that keeps the sum of splits within the budget. Limits of single triangles
+    // are ignored: they only reduce the number.
     std::vector<uint64_t> sums(blocks);
     const auto total = [&](double factor) {
         auto body = [&](size_t begin, size_t end, size_t block) {

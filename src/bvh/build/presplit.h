@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splits references to long thin triangles before a tree is built: a box around a part of such a
-// triangle is much smaller than its share of the box around the whole, and rays that pass by the
-// triangle meet fewer boxes. Both parts refer to the same triangle.
+// Splits references to long thin triangles before a tree is built: the box of a part of such a
+// triangle is much smaller than its share of the whole box, so that rays meet fewer boxes. Both
+// parts refer to the same triangle.
 //
-// Which triangles, how often: after Karras and Aila, "Fast Parallel Construction of High-Quality
-// Bounding Volume Hierarchies" (HPG 2013): by what the box has more than the triangle needs.
+// Which triangles are split, and how often, follows Karras and Aila, "Fast Parallel Construction of
+// High-Quality Bounding Volume Hierarchies" (HPG 2013): by the area of the box in excess of the
+// triangle's.
 #pragma once
 
 #include "bvh/refit/refit.h"
 
 namespace sunstone::bvh {
 
-// In PrimitiveRef::input: a further reference to a triangle that has one without the mark.
+// In PrimitiveRef::input: marks a further reference to a triangle.
 constexpr uint32_t kDuplicate = 1u << 31;
 
 constexpr uint64_t kMaxSplits = 1u << 23;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fast-trace builds: split triangles give the same answers as whole ones, cost no more memory than
-// was said, and limits hold for all options.
+// Fast-trace builds: split triangles give the same answers as whole ones, use no more memory than
+// announced, and respect the limits with all options.
 #include "bvh/layout.h"
 #include "bvh/testing/meshes.h"
 
@@ -131,7 +131,7 @@ TEST(Presplit, NeitherWithUpdatesNorForCompactTriangles) {
         EXPECT_EQ(times, 1u);
 }
 
-// A height field of steep triangles: ordinary ones, whose boxes are as good as boxes get.
+// A height field of steep triangles: ordinary ones, whose boxes splitting cannot improve.
 TEST(Presplit, LeavesTerrainAlone) {
     Mesh mesh;
     const uint32_t side = 60;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The quality builder: top down, splitting by binned surface-area heuristic. Compiled once per
+// The quality builder: top down, with the binned surface-area heuristic. Compiled once per
 // instruction set.
 //
 // A wide node starts as one range of references; the child with the largest area is split in two
@@ -7,8 +7,8 @@
 // axes at once, sweeps the bins, and takes the plane with the least area * blocks, where a block of
 // up to four triangles costs the same however full it is. Ranges above kParallelCount are binned
 // and partitioned by all threads; below, children are built as independent tasks. All decisions
-// depend on counts and coordinates only, and unions of boxes are exact, so the tree is the same for
-// any number of threads.
+// depend on counts and coordinates only, and unions of boxes are exact, so that the tree does not
+// depend on the number of threads.
 //
 // Below kSahDepth levels (pathological input) ranges are halved by count, which bounds the depth.
 #pragma once
@@ -25,7 +25,7 @@ constexpr uint32_t kPartitionBlock = 1u << 14;
 constexpr uint32_t kTaskCount = 2048;
 constexpr unsigned kSahDepth = 32;
 
-// Lower corner in words 0-2, negated upper in 4-6; words 3 and 7 mean nothing.
+// Lower corner in words 0-2, negated upper in 4-6; words 3 and 7 are undefined.
 struct Bounds {
     F8 v;
 };
@@ -108,7 +108,7 @@ struct Binning {
     }
 };
 
-// Boxes and counts by bin and axis; lane 3 of the counts means nothing.
+// Boxes and counts by bin and axis; lane 3 of the counts is undefined.
 struct alignas(64) Bins {
     Bounds box[kMaxBins][3];
     alignas(16) uint32_t count[kMaxBins][4];
@@ -150,7 +150,7 @@ struct Split {
     Bounds left, right;            // boxes of the sides
 };
 
-// What a sweep over the bins has gathered so far, for the three axes side by side.
+// State of a sweep over the bins, for the three axes side by side.
 struct Sweep {
     Bounds box[3] = {emptyBounds(), emptyBounds(), emptyBounds()};
     __m128i count = _mm_setzero_si128();
@@ -338,7 +338,7 @@ private:
         return true;
     }
 
-    // Tells which side a reference goes to, with the very arithmetic of Binning::bins.
+    // The side of a reference, by the arithmetic of Binning::bins.
     struct Chooser {
         float origin, scale;
         int32_t bin;
@@ -356,7 +356,7 @@ private:
         }
     };
 
-    // Bounds of the centroids on both sides, without a branch that nobody can predict.
+    // Bounds of the centroids on both sides, without an unpredictable branch.
     struct Sides {
         F4 lower[2] = {splat(__builtin_inff(), (F4*)nullptr),
                        splat(__builtin_inff(), (F4*)nullptr)};
@@ -480,7 +480,7 @@ private:
             ranges[i] = left;
             ranges[count++] = right;
         }
-        // What is still undecided may be a leaf.
+        // Undecided ranges may become leaves.
         for (unsigned i = 0; i < count; ++i)
             if (!ranges[i].leaf && ranges[i].count() <= rules_.maxCount)
                 ranges[i].leaf = depth + 1 >= kSahDepth || !wantsSplit(ranges[i]);
@@ -517,7 +517,7 @@ private:
         node.bytes = rules_.nodeBytes + (leaves + 63) / 64 * 64 + inner;
     }
 
-    // A leaf; its references move to the first array, where emission looks for them.
+    // A leaf; its references move to the first array, which emission reads.
     void setChild(TreeChild& child, const Range& range) {
         alignas(32) float b[8];
         store(b, range.box.v);

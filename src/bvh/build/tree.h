@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tree builders get and give. A builder orders references to primitives and makes a tree of
+// Input and output of tree builders. A builder orders references to primitives and makes a tree of
 // eight-wide nodes over ranges of them; emit.h writes nodes and leaves into the block.
 //
 //   references -> sah_builder.h (quality) or morton_builder.cpp (speed) -> TreeNode[] -> emit.h

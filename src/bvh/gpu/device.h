@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What builder kernels share: access to the buffers of a job, warps, ordered numbers.
+// Helpers of builder kernels: access to the buffers of a job, warps, ordered numbers.
 #pragma once
 
 #include "bvh/gpu/build/job.h"
@@ -19,7 +19,7 @@ SUNSTONE_BUILDER T* at(uint64_t address) {
 SUNSTONE_BUILDER Counters& countersOf(const BuildJob& job) {
     return *at<Counters>(job.counters);
 }
-// Tells the host; the entry's number is last.
+// Reports to the host; the entry's number is written last.
 SUNSTONE_BUILDER void reportFailure(uint64_t report, uint64_t block, uint32_t failure) {
     BuildReport& to = *at<BuildReport>(report);
     const uint32_t before = atomicAdd(&to.count, 1u);
@@ -40,8 +40,7 @@ SUNSTONE_BUILDER uint32_t lanesBelow(uint32_t lane) {
     return (1u << lane) - 1;
 }
 
-// Of a structure that is updated, or gets what follows a build: places are where its header says,
-// be it compacted or not.
+// For a structure that is updated or post-processed: its header gives the places, compacted or not.
 SUNSTONE_BUILDER const BlockHeader& headerIn(const BuildJob& job) {
     return *at<const BlockHeader>(job.output);
 }
@@ -77,14 +76,14 @@ SUNSTONE_BUILDER void linkNodes(const BuildJob& job) {
     }
 }
 
-// What this thread, or one that it has synchronised with, has written is there for whoever sees
-// what it writes next. __threadfence() also orders such writes among all threads, which takes
+// Earlier writes of this thread, and of threads it has synchronised with, are visible to any thread
+// that sees its next write. __threadfence() also orders such writes among all threads, which takes
 // longer.
 SUNSTONE_BUILDER void fence() {
     asm volatile("fence.acq_rel.gpu;" ::: "memory");
 }
 
-// Loads of what other multiprocessors write while the kernel runs.
+// Loads of data that other multiprocessors write while the kernel runs.
 template <class T>
 SUNSTONE_BUILDER T loadFresh(const T* address) {
     return *const_cast<const volatile T*>(address);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes the PTX of kernels.cu (SUNSTONE_BUILDER_PTX, a file of the build) into the library.
+// Embeds the PTX of kernels.cu (SUNSTONE_BUILDER_PTX, a file of the build) in the library.
 #include "bvh/gpu/kernels_ptx.h"
 
 asm(".pushsection .rodata\n"

@@ -7,37 +7,37 @@
 //
 // A node has up to eight children. Their boxes are stored in 8 bits for each plane, on a grid that
 // spans the node: plane = origin + byte * 2^exponent, rounded outwards (Ylitie, Karras and Laine,
-// "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, from where
-// the encoding of children is too). Children that are nodes follow one another from childBase, in
-// the order of their slots; primitives of children that are leaves are a run of records from
-// primitiveBase. A child lies in the slot whose bits (x, y, z) say on which side of the node it is,
-// so far as that can be had, so that the slots in the order of a ray's octant are nearly sorted.
+// "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, also the
+// source of the encoding of children). Children that are nodes follow one another from childBase,
+// in the order of their slots; primitives of children that are leaves are a run of records from
+// primitiveBase. A child takes, as far as possible, the slot whose bits (x, y, z) give its side of
+// the node, so that the slots in the order of a ray's octant are nearly sorted.
 //
 // meta of a slot: 0, empty; inner child: 1 << 5 | 24 + slot; leaf: ones for each of its 1 to 3
 // primitives << 5 | place of the first among the node's primitives (0..23).
 //
 // A structure that may be updated holds its inactive primitives, too. Triangles then have NaN
 // vertices, custom primitives crossed boxes; the meta of a leaf of one inactive custom primitive or
-// instance is its place plus 1, without the one, so that no ray comes there. Boxes of children with
-// nothing active have crossed planes, and wholeRoot tells whether there is a tree.
+// instance is its place plus 1, without the one, so that no ray comes there. Boxes of children
+// without active primitives have crossed planes, and wholeRoot says whether the structure has a
+// tree.
 //
 // Records: triangles, TriangleRecord; custom primitives, CustomLeaf; spheres, SphereRecord; pieces
-// of curves (bvh/shapes/curves.h), CurveRecord; instances, uint32_t, the index of the instance. Points:
-// float4[degree + 1] of each segment, where it takes them to test it (any basis but linear) or
-// there is random access; float4 of each sphere with random access.
+// of curves (bvh/shapes/curves.h), CurveRecord; instances, uint32_t, the index of the instance.
+// Points: float4[degree + 1] of each segment, if its test needs them (any basis but linear) or with
+// random access; float4 of each sphere with random access.
 //
-// The root is node 0; numNodes is 0 if the structure is empty. Header fields with
-// a meaning of their own: recordsOffset, the primitive records (an odd one: of triangles that leaves
-// share, see shared_records.h); numLeaves, how many there are, or references to them;
-// tableOffset, the record of each triangle (kNoSlot: inactive); usedSize, what a compacted copy
-// takes; root is kNoNode if there is nothing to hit, else the largest magnitude of a coordinate, as a
-// float.
+// The root is node 0; numNodes is 0 if the structure is empty. Header fields with another meaning
+// than on the CPU: recordsOffset, the primitive records (odd: leaves share triangles, see
+// shared_records.h); numLeaves, the number of records, or of references to them; tableOffset, the
+// record of each triangle (kNoSlot: inactive); usedSize, the size of a compacted copy; root,
+// kNoNode if the structure is empty, else the largest magnitude of a coordinate, as a float.
 //
 // With motion keys (kMotionBit in the type) a node is a WideNode for each key, one behind the other
-// and alike but for their boxes, and the record of a primitive is one for each key; points are a
-// primitive's at each key in turn. Curves and spheres that are inactive have NaN in their
-// records; radii of spheres and linear segments may be negative there. At keyBoundsOffset, behind
-// the InstanceData, are KeyBounds of each key.
+// and alike but for their boxes, and the record of a primitive is one for each key; points are
+// stored by primitive, at each key in turn. Inactive curves and spheres have NaN in their records;
+// radii of spheres and linear segments may be negative there. At keyBoundsOffset, behind the
+// InstanceData, are KeyBounds of each key.
 #pragma once
 
 #if defined(__CUDA__)
@@ -89,7 +89,7 @@ struct alignas(16) CurveRecord {
 };
 static_assert(sizeof(CurveRecord) == 48);
 
-// What of the built-in shapes a walk can meet; the rest compiles away.
+// The built-in shapes that a walk can meet; code for others compiles away.
 enum ShapeBit : uint32_t { kMeetsSpheres = 1, kMeetsLinear = 2, kMeetsCurves = 4 };
 
 // OptixPrimitiveTypeFlags as ShapeBits: type n of the numbers 0x2500 + n has bit n.
@@ -118,14 +118,14 @@ constexpr uint64_t recordSize(BlockType kind, uint32_t shape, uint32_t keys) {
     }
 }
 
-// No path from the root is longer than this many nodes; builders see to it.
+// No path from the root is longer than this many nodes; builders ensure it.
 constexpr unsigned kMaxWideDepth = 30;
 // Groups of children that wait during traversal of one structure: one for each level, and two where
 // an instance is entered.
 constexpr unsigned kStackEntries = kMaxWideDepth + 2;
-// Beside these, primitives wait on a stack while it has fewer entries than so many.
+// Besides these, primitives wait on a stack while it has fewer entries than this.
 constexpr unsigned kWaitingLeaves = 16;
-// Beside these, too: children of nodes of instances, one by one, while it has fewer.
+// Likewise children of nodes of instances, one by one, while it has fewer.
 constexpr unsigned kWaitingChildren = 48;
 
 } // namespace sunstone::bvh::gpu

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times and transforms in motion on GPUs, with the operations of the CPU (bvh/motion/motion.h,
-// bvh/motion/transforms.cpp, math/affine.h), so that both see a ray at the same place.
+// Times and motion transforms on GPUs, with the operations of the CPU (bvh/motion/motion.h,
+// bvh/motion/transforms.cpp, math/affine.h), so that both transform a ray to the same bits.
 #pragma once
 
 #if defined(__CUDA__)
@@ -79,10 +79,10 @@ struct KnownSegment {
     KeySegment at = {0, 0.0f};
 };
 
-// bvh::worldToObjectAt: world to object of a motion transform at a time, and its child; false if
-// there is nothing to enter. `known` is of the same time. Matrices and factors have the same first
-// twelve numbers to interpolate, and one inversion, so that lanes with either stay together; where
-// the place is at a key, that stands for the next one, too.
+// bvh::worldToObjectAt: world to object of a motion transform at a time, and its child; false if it
+// cannot be entered. `known` is of the same time. Matrices and SRT components share the
+// interpolation of the first twelve numbers and one inversion, so that lanes with either stay
+// together; at a key, that key also serves as the next one.
 SUNSTONE_GPU_INLINE bool worldToObjectOf(uint64_t transform, float time, KnownSegment& known,
                                          uint64_t& child, float worldToObject[12]) {
     const U4* const words = reinterpret_cast<const U4*>(transform & ~kTraversableTagMask);

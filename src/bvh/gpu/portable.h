@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What code for GPUs needs of its compiler, so that the same lines compile as CUDA (builder
-// kernels), as freestanding C++ for nvptx64 (run-time of device programs) and for the CPU (tests).
-// Single operations are named where rounding matters: whatever the compiler's flags, nothing is
-// fused that is not written as fused.
+// The differences between compilers, so that the same lines compile as CUDA (builder kernels), as
+// freestanding C++ for nvptx64 (run-time of device programs) and for the CPU (tests). Operations
+// whose rounding matters have names; with any compiler flags, only fused() is fused.
 #pragma once
 
 #include <cstdint>
@@ -54,7 +53,7 @@ SUNSTONE_GPU_INLINE uint32_t permute(uint32_t a, uint32_t b, uint32_t selector) 
 SUNSTONE_GPU_INLINE float roughReciprocal(float a) {
     return __nvvm_rcp_approx_ftz_f(a);
 }
-// Memory that nobody writes while the kernel runs.
+// Memory that stays constant while the kernel runs.
 SUNSTONE_GPU_INLINE U4 loadConstant(const U4* address) {
     return __nvvm_ldg_ui4(address);
 }

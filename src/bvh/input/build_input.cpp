@@ -181,7 +181,7 @@ InstanceDesc givenInstance(const InstanceInput& input, uint32_t i) {
         return *reinterpret_cast<const InstanceDesc*>(
             static_cast<const uint8_t*>(input.instances) +
             size_t(i) * (input.stride ? input.stride : sizeof(InstanceDesc)));
-    // Null, misaligned or no memory: an instance that is never hit.
+    // Null, misaligned or unmapped: an instance that is never hit.
     const uint64_t address = input.instancePointers[i];
     if (address == 0 || address % alignof(InstanceDesc) != 0 ||
         !isReadableNearby(reinterpret_cast<const void*>(address), sizeof(InstanceDesc)))

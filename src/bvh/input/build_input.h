@@ -22,7 +22,7 @@ constexpr float kMaxCoordinate = 0x1p100f;
 // accepts (ray_setup.h).
 void padBox(float lower[3], float upper[3]);
 
-// Whether a coordinate is one that an active primitive may have.
+// Whether an active primitive may have this coordinate.
 inline bool usable(float a) {
     return a >= -kMaxCoordinate && a <= kMaxCoordinate;
 }
@@ -36,8 +36,7 @@ public:
     uint32_t count() const { return count_; }
     // The vertices after the pre-transform; false if the triangle is inactive.
     bool read(uint32_t triangle, float vertices[9]) const;
-    // The vertices as they are, whether they make an active triangle or not; false if there are
-    // none.
+    // The vertices of an active or inactive triangle; false if it has none.
     bool readUnchecked(uint32_t triangle, float vertices[9]) const {
         uint32_t index[3];
         if (!indices(triangle, index))
@@ -50,8 +49,8 @@ public:
         return true;
     }
 
-    // Where the vertices are, if they are three floats to be taken as they stand; false if there are
-    // none or they are to be decoded.
+    // The addresses of the vertices, if they are three floats without conversion; false if the
+    // triangle has none or they need decoding.
     bool locate(uint32_t triangle, const uint8_t* out[3]) const {
         uint32_t index[3];
         if (!plain_ || !indices(triangle, index))
@@ -73,8 +72,8 @@ public:
     }
 
 private:
-    // Of twelve bytes the last ones are in the next cache line often enough (one time in eight) to
-    // take half of the time of an update if nobody asks for them.
+    // The last of twelve bytes are in the next cache line one time in eight; without this prefetch
+    // they take half of an update's time.
     static void prefetchBothEnds(const uint8_t* address) {
         __builtin_prefetch(address);
         __builtin_prefetch(address + 11);
@@ -151,7 +150,7 @@ inline uint32_t inputOf(const BlockHeader& header, const InputRecord* inputs, ui
     return uint32_t(after - inputs) - 1;
 }
 
-// What a box grows by on each side, if `size` is its longest edge.
+// The padding of a box on each side, if `size` is its longest edge.
 inline float boxPadding(float size) {
     return size * 0x1p-21f;
 }
@@ -167,11 +166,11 @@ bool describeInstance(const InstanceDesc& from, uint32_t index, OpenLevels level
 InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_t firstPrimitive,
                             uint32_t numPrimitives, const TriangleInput* triangles);
 
-// Whether the handle leads, perhaps through transforms, to an acceleration structure. Never
+// Whether the handle points, perhaps through transforms, to an acceleration structure. Never
 // faults.
 bool leadsToBlock(uint64_t handle);
 
-// Bounds of what a handle leads to, in its space, at all times; empty if it leads to nothing that can be hit.
+// Bounds of a handle's object, in its space, at all times; empty if no primitive can be hit.
 Box traversableBounds(uint64_t handle);
 
 } // namespace sunstone::bvh

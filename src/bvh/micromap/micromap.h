@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opacity micromaps: what the bytes of an array mean, and the look-up of a hit's state.
+// Opacity micromaps: the format of an array, and the look-up of a hit's state.
 //
 // A micromap divides a triangle into 4^level equal ones, in barycentric coordinates, and gives each
 // a state of 1 or 2 bits. They are numbered along a space-filling curve: the triangle (A, B, C)
@@ -12,15 +12,15 @@
 // The number without recursion. Let a, b, c be the barycentrics of a point, as binary fractions,
 // and a_k, b_k, c_k their k-th digits. One step down the curve takes the digits in turn: child 0, 2
 // or 3 has a, b or c in its upper half, child 1 has none. Children 1 and 3 exchange the roles of A
-// and B; child 1 stands on its head, which turns all later digits over. So of a's and b's digits
-// only whether they differ matters, and the orientation is a parity:
+// and B; child 1 is upside down, which inverts all later digits. So only the difference of a's and
+// b's digits matters, and the orientation is a parity:
 //   low_k  = !(a_k ^ b_k)                                child 1 or 3
 //   s_k    = low_0 ^ ... ^ low_(k-1)                     A and B exchanged
 //   high_k = (s_k ? a_k : b_k) ^ c_k                     child 2 or 3
 //
 // An array is one block without addresses in it: MicromapArrayHeader | MicromapRef[] | states. A
-// geometry structure keeps the address of the array and, for each triangle, a MicromapRef of its
-// own, so that a look-up reads two places and not three. Layout of that table: layout.h.
+// geometry structure keeps the address of the array and, for each triangle, a MicromapRef, so that
+// a look-up reads two places instead of three. Layout of that table: layout.h.
 #pragma once
 
 #include <cstddef>
@@ -43,7 +43,7 @@ enum MicromapState : uint32_t {
     kOpaque = 1,
     kUnknownTransparent = 2,
     kUnknownOpaque = 3,
-    kNoMicromap = 4, // the triangle has none
+    kNoMicromap = 4, // the triangle has no micromap
 };
 
 inline uint64_t microTriangleCount(unsigned level) {
@@ -60,7 +60,7 @@ inline uint64_t micromapBytes(unsigned level, MicromapFormat format) {
 inline uint32_t filledByte(uint32_t state, MicromapFormat format) {
     return state * (format == MicromapFormat::kTwoState ? 0xFFu : 0x55u);
 }
-// The bits of a micromap's bytes that mean something; all but of the smallest.
+// The used bits of a micromap's bytes; all bits except in the smallest micromaps.
 inline uint32_t usedBits(unsigned level, MicromapFormat format) {
     const uint64_t bits = microTriangleCount(level) << (format == MicromapFormat::kFourState);
     return bits >= 8 ? 0xFFu : (1u << bits) - 1;
@@ -141,7 +141,7 @@ inline MicromapRef makeMicromapRef(uint64_t offset, unsigned level, MicromapForm
     return spreadBits(low) | spreadBits(high) << 1;
 }
 
-// The state at (u, v) of the micromap that `ref` of a structure over `array` stands for.
+// The state at (u, v) of the micromap of `ref`, in a structure over `array`.
 [[gnu::always_inline]] inline uint32_t micromapStateAt(const uint8_t* array, MicromapRef ref,
                                                        float u, float v) {
     const uint32_t kind = ref & 3, level = ref >> 4 & 15;
@@ -155,7 +155,7 @@ inline MicromapRef makeMicromapRef(uint64_t offset, unsigned level, MicromapForm
                                 : states[index >> 2] >> (2 * (index & 3)) & 3;
 }
 
-// What a state means when only two are wanted (FORCE_OPACITY_MICROMAP_2_STATE).
+// The meaning of a state in two-state mode (FORCE_OPACITY_MICROMAP_2_STATE).
 [[gnu::always_inline]] inline uint32_t forcedToTwoStates(uint32_t state) {
     return state == kNoMicromap ? state : state & 1;
 }

@@ -15,7 +15,7 @@ namespace {
 // More than any index of a triangle can name, and than any buffer has.
 constexpr uint64_t kMaxMicromaps = 1u << 30;
 constexpr uint64_t kMaxStateBytes = uint64_t(1) << 40;
-// Clients allocate what they are told, and not all can allocate nothing.
+// Clients allocate this size, and some cannot allocate 0 bytes.
 constexpr size_t kTempSize = kMicromapArrayAlignment;
 
 using Counts = MicromapCounts;
@@ -87,8 +87,8 @@ void forEachMicromap(const MicromapArrayInput& input, const Visit& visit) {
     }
 }
 
-// The state that all micro-triangles have, or kNoMicromap. What is behind the last one in its byte
-// is not looked at.
+// The state that all micro-triangles have, or kNoMicromap. Bits after the last one in its byte are
+// ignored.
 MicromapState uniformState(const uint8_t* states, uint32_t level, MicromapFormat format) {
     const bool two = format == MicromapFormat::kTwoState;
     const uint8_t first = states[0] & (two ? 1 : 3);

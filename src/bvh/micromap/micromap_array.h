@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds arrays of opacity micromaps into a buffer of the caller, and says what to know to move
-// them. The rules for buffers are those of build.h: addresses are host addresses, contents can do
-// no harm. Read micromap.h first.
+// Builds arrays of opacity micromaps into a buffer of the caller, and gives the data needed to
+// relocate them. The rules for buffers are those of build.h: addresses are host addresses, contents
+// are not trusted. Read micromap.h first.
 #pragma once
 
 #include "bvh/micromap/micromap.h"
@@ -29,7 +29,7 @@ static_assert(sizeof(MicromapDesc) == 8);
 
 struct MicromapArrayInput {
     std::span<const MicromapHistogramEntry> histogram;
-    const void* states = nullptr;       // what MicromapDesc::byteOffset counts from
+    const void* states = nullptr;       // base of MicromapDesc::byteOffset
     const void* descriptions = nullptr; // MicromapDesc records
     uint32_t descriptionStride = 0;     // 0: packed
 };
@@ -62,17 +62,17 @@ MicromapArrayLayout micromapArrayLayout(std::span<const MicromapHistogramEntry> 
 // Number of micromaps that the histogram has.
 uint64_t micromapCount(std::span<const MicromapHistogramEntry> histogram);
 
-// What any array with this histogram needs. Throws Error(kInvalidValue) for a level or format that
-// there is not, and for more than an array can hold.
+// The sizes of any array with this histogram. Throws Error(kInvalidValue) for an unknown level or
+// format, and for more than an array can hold.
 MicromapArraySizes micromapArraySizes(std::span<const MicromapHistogramEntry> histogram);
 
-// How many bytes of `states` the descriptions refer to. Throws Error(kInvalidValue) if they are not
-// what the histogram says.
+// The number of bytes of `states` that the descriptions refer to. Throws Error(kInvalidValue) if
+// they contradict the histogram.
 uint64_t checkMicromaps(const MicromapArrayInput& input);
 
 // Builds into `output` (128-byte aligned). The states must be readable as far as checkMicromaps()
-// says. Throws what that throws, and Error(kInvalidValue) if the output buffer is too small; there
-// is no array in `output` then.
+// says. Throws as that does, and Error(kInvalidValue) if the output buffer is too small; `output`
+// then holds no array.
 void buildMicromapArray(const MicromapArrayInput& input, void* output, size_t outputSize);
 
 // Whether the memory at this address holds an array. It must be readable.
@@ -82,8 +82,8 @@ bool isMicromapArray(const void* array);
 RelocationInfo micromapRelocationInfo(const void* array);
 bool holdsMicromaps(const RelocationInfo& info);
 
-// Makes the copy at `array` usable. Throws Error(kInvalidValue) if the memory holds no copy of the
-// array that the info is from.
+// Makes the copy at `array` usable. Throws Error(kInvalidValue) if the memory does not hold a copy
+// of the info's array.
 void relocateMicromapArray(const RelocationInfo& info, void* array);
 
 } // namespace sunstone::bvh

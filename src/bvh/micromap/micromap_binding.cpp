@@ -31,7 +31,7 @@ const MicromapArrayHeader& checkedArray(const void* array, size_t input) {
     return header;
 }
 
-// Reads the indices of an input, and what the array has there.
+// Reads the indices of an input, and the array's entries for them.
 class RefReader {
 public:
     RefReader(const MicromapInput& input, const MicromapArrayHeader& array)
@@ -69,7 +69,7 @@ uint64_t micromapTableSize(std::span<const TriangleInput> inputs) {
 }
 
 void bindMicromaps(uint8_t* block, std::span<const TriangleInput> inputs) {
-    // An update that fails leaves the block as it was.
+    // An update that fails leaves the block unchanged.
     for (size_t i = 0; i < inputs.size(); ++i)
         if (wantsMicromaps(inputs[i]))
             checkedArray(inputs[i].micromaps.array, i);

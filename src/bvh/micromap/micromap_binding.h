@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which opacity micromap each triangle of a structure has: fills MicromapRecord and MicromapRef of
-// the block (layout.h) from build inputs.
+// The opacity micromap of each triangle of a structure: fills MicromapRecord and MicromapRef of the
+// block (layout.h) from build inputs.
 #pragma once
 
 #include "bvh/input/build_input.h"
@@ -17,12 +17,12 @@ inline const MicromapRecord* micromapRecords(const void* block) {
     return micromapRecords(const_cast<void*>(block));
 }
 
-// Bytes that records and refs of these inputs need; 0 if none has micromaps.
+// Bytes that records and refs of these inputs need; 0 without micromaps.
 uint64_t micromapTableSize(std::span<const TriangleInput> inputs);
 
 // Fills them at micromapsOffset of the header, which has its InputRecords. Throws
-// Error(kInvalidValue) if an input's array is none. A triangle whose index is out of range has no
-// micromap.
+// Error(kInvalidValue) if an input's array is invalid. A triangle whose index is out of range has
+// no micromap.
 void bindMicromaps(uint8_t* block, std::span<const TriangleInput> inputs);
 
 // Throws Error(kInvalidValue) if an update cannot have these micromaps: other indexing than in the
@@ -32,7 +32,8 @@ void checkMicromapUpdate(const BlockHeader& header, std::span<const TriangleInpu
 void checkMicromapUpdate(const MicromapRecord* records, bool mayChange,
                          std::span<const TriangleInput> inputs);
 
-// Throws Error(kInvalidValue) if the memory at `array` holds no copy of the array of input i.
+// Throws Error(kInvalidValue) if the memory at `array` does not hold a copy of the array of input
+// i.
 void requireSameArray(const BlockHeader& header, size_t i, const void* array);
 
 } // namespace sunstone::bvh

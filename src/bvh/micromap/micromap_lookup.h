@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The opacity micromaps of a structure as traversal sees them, on the CPU and on GPUs.
+// Look-up of a structure's opacity micromaps in traversal, on the CPU and on GPUs.
 #pragma once
 
 #include "bvh/layout.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which micromap of an array a triangle has, by the indices of its build input. For builders on the
-// CPU and on GPUs: it compiles as CUDA too.
+// The micromap of a triangle, by the indices of its build input. For builders on the CPU and on
+// GPUs: it compiles as CUDA too.
 #pragma once
 
 #include "bvh/build/build.h"
@@ -28,8 +28,8 @@ inline int64_t micromapIndexAt(const uint8_t* indices, uint32_t size, uint64_t s
     return index >= 0x10000 + kLastPredefinedIndex ? index - 0x10000 : index;
 }
 
-// What stands for the micromap of an index, among `count` of an array; `valid` becomes false if the
-// index is out of range.
+// The reference to the micromap of an index, among `count` of an array; `valid` becomes false if
+// the index is out of range.
 inline MicromapRef micromapRefOf(int64_t index, uint32_t indexOffset, const MicromapRef* refs,
                                  uint64_t count, bool& valid) {
     if (index < 0 && index >= kLastPredefinedIndex)

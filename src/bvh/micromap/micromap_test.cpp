@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opacity micromaps: the numbering against subdivision in double precision, arrays, and which
-// micromap a triangle gets.
+// Opacity micromaps: the numbering against subdivision in double precision, arrays, and the
+// micromap that each triangle gets.
 #include "bvh/micromap/micromap.h"
 
 #include "base/error.h"
@@ -88,7 +88,7 @@ TEST(MicroTriangles, AreNumberedAlongTheCurveAtTheFinestLevel) {
     }
 }
 
-// Corners, edges and what is not in the triangle at all.
+// Corners, edges and points outside of the triangle.
 TEST(MicroTriangles, StayInRange) {
     const float nan = std::nanf(""), inf = INFINITY;
     const float values[] = {0,     -0.0f,           0x1p-149f, 0x1p-24f, 0.25f,
@@ -192,7 +192,7 @@ TEST(MicromapArray, KnowsWhereAllStatesAreTheSame) {
     for (uint32_t state = 0; state < 2; ++state)
         for (unsigned level : {0u, 1u, 2u, 5u})
             maps.add(level, MicromapFormat::kTwoState, [=](uint64_t) { return state; });
-    maps.states[maps.descriptions[0].byteOffset] |= 0xF0; // bits behind the last state
+    maps.states[maps.descriptions[0].byteOffset] |= 0xF0; // bits after the last state
     maps.add(2, MicromapFormat::kFourState, [](uint64_t i) { return i == 15 ? 1u : 0u; });
     const Array array = makeArray(maps);
     for (uint32_t map = 0; map < 24; ++map)
@@ -271,7 +271,7 @@ TEST(MicromapArray, RefusesWhatItCannotBuild) {
     MicromapArrayInput input = maps.input();
     input.descriptions = nullptr;
     expectInvalid([&] { build(input, array.size); }, "without descriptions");
-    // The offset may be anything; the caller has to look at how far it leads.
+    // Any offset is allowed; the caller must check its range.
     MicromapDesc far{0xFFFFFFFF, 2, 1};
     input = maps.input();
     input.descriptions = &far;
@@ -370,7 +370,7 @@ TEST(MicromapBinding, ReadsIndicesOfAllKinds) {
     in.micromaps.indexStride = sizeof(Short);
     s = makeStructure(in);
     EXPECT_EQ(refsOf(s.block(), 0, 12), std::vector<MicromapRef>(expected, expected + 12));
-    in.micromaps.indexOffset = ~0u; // with any index out of range, not round to the start
+    in.micromaps.indexOffset = ~0u; // with any index out of range, without wrapping around
     s = makeStructure(in);
     EXPECT_EQ(refsOf(s.block(), 0, 12)[0], none);
 }

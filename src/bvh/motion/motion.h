@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a time falls among motion keys. Small and always inline: included by files compiled for
+// The place of a time among motion keys. Small and always inline: included by files compiled for
 // different instruction sets.
 //
-// Keys divide the time range [begin, end] evenly. Outside of it the first and the last key stand. A
-// NaN time, or one in an empty range, counts as before its end.
+// Keys divide the time range [begin, end] evenly. Before it the first key applies, after it the
+// last. A NaN time, or one in an empty range, counts as before its end.
 #pragma once
 
 #include "bvh/layout.h"
@@ -34,14 +34,14 @@ struct KeySegment {
     return keySegment(header.motionKeys, header.motionBegin, header.motionEnd, time);
 }
 
-// Whether the vanish flags hide what has this range at this time.
+// Whether the vanish flags hide an object with this range at this time.
 [[gnu::always_inline]] static inline bool hasVanished(uint32_t flags, float begin, float end,
                                                       float time) {
     return ((flags & kStartVanish) && time < begin) || ((flags & kEndVanish) && time > end);
 }
 
-// One number between two keys. Everything that moves is interpolated by these very operations:
-// each is monotone, so what lies within bounds at both keys lies within the interpolated bounds.
+// One number between two keys. All motion is interpolated by these operations: each is monotone, so
+// geometry within bounds at both keys lies within the interpolated bounds.
 [[gnu::always_inline]] static inline float between(float a, float b, float fraction) {
     return a * (1.0f - fraction) + b * fraction;
 }

@@ -76,7 +76,7 @@ inline void copy(const From* from, To* to, int count) {
 }
 
 // The angle of a cosine, to 0.0001 (Abramowitz and Stegun, Handbook of Mathematical Functions,
-// 4.4.45): it only says how finely a turn is cut.
+// 4.4.45): it only decides how finely a rotation is cut.
 inline double angleOf(double cosine) {
     const double x = __builtin_fabs(cosine);
     const double angle =
@@ -99,14 +99,15 @@ inline double length(const double* v, int n) {
     return __builtin_sqrt(sum);
 }
 
-// The time range of something with keys.
+// The time range of an object with keys.
 class KeyTimes {
 public:
     KeyTimes(uint32_t keys, float begin, float end) : keys_(keys), begin_(begin), end_(end) {}
 
     // Whether time makes a difference in the ordinary way: else keySegment() may give any key.
     bool moves() const { return keys_ > 1 && begin_ < end_ && __builtin_isfinite(end_ - begin_); }
-    // Key and fraction as one number, 0 .. keys - 1. Only of what moves, as the following ones.
+    // Key and fraction as one number, 0 .. keys - 1. Only with motion, as in the following
+    // functions.
     double place(double time) const {
         return within((time - begin()) / (end() - begin()) * last(), 0.0, double(last()));
     }
@@ -120,7 +121,7 @@ private:
     float begin_, end_;
 };
 
-// Grows linear bounds until they hold some that are valid over a part [x0, x1] of the range.
+// Grows linear bounds until they contain others that are valid over a part [x0, x1] of the range.
 class Hull {
 public:
     explicit Hull(const LinearBounds& ends) : bounds_(ends) {}
@@ -423,7 +424,7 @@ inline LinearBounds blockBounds(const BlockHeader& header, double begin, double 
             hull.add(x, x, at(time));
         }
     };
-    add(times.begin()); // before and after, bounds stand still
+    add(times.begin()); // before and after, bounds are constant
     add(times.end());
     const double last = times.place(end);
     for (uint32_t key = uint32_t(times.place(begin)) + 1; key < last; ++key)
@@ -431,7 +432,7 @@ inline LinearBounds blockBounds(const BlockHeader& header, double begin, double 
     return hull.result();
 }
 
-// Bounds that hold whatever the time, where the keys of a transform have no usable range.
+// Bounds valid at any time, where the keys of a transform have no usable range.
 SUNSTONE_ONCE inline LinearBounds throughAllKeys(uint64_t transform, const LinearBounds& child) {
     LinearBounds still = child;
     for (int a = 0; a < 3; ++a) {
@@ -453,7 +454,7 @@ SUNSTONE_ONCE inline LinearBounds throughAllKeys(uint64_t transform, const Linea
     return all;
 }
 
-// Bounds that hold through a motion transform over [begin, end], from those of its child.
+// Bounds through a motion transform, valid over [begin, end], from those of its child.
 SUNSTONE_ONCE inline LinearBounds throughMotion(uint64_t transform, double begin, double end,
                                                 const LinearBounds& child) {
     const KeyTimes times = timesOf(transform);
@@ -463,8 +464,8 @@ SUNSTONE_ONCE inline LinearBounds throughMotion(uint64_t transform, double begin
     const auto share = [&](double time) {
         return end > begin ? within((time - begin) / (end - begin), 0.0, 1.0) : 0.0;
     };
-    // Calls visit(x0, x1, bounds) for each piece of [time0, time1], in which the keys either stand
-    // or move on from `from` to `to`.
+    // Calls visit(x0, x1, bounds) for each piece of [time0, time1], in which the keys are constant
+    // or change from `from` to `to`.
     const auto walkPart = [&](double time0, double time1, const auto& visit) {
         const double from = times.place(time0), to = times.place(time1);
         const double x0 = share(time0), x1 = share(time1);
@@ -506,8 +507,8 @@ SUNSTONE_ONCE inline LinearBounds throughMatrix(const float m[12], const LinearB
     return matrixPiece(matrix, matrix, child);
 }
 
-// Of what the handle leads to, in its space, at all times of [begin, end]; or of a part of the
-// structure at the end of the way, which stands still there.
+// Bounds of the handle's object, in its space, at all times of [begin, end]; or of a part of the
+// structure below, in which it does not move.
 SUNSTONE_ONCE inline LinearBounds boundsOf(uint64_t handle, double begin, double end,
                                            const LinearBounds* part = nullptr) {
     uint64_t chain[kMaxTransformChain];
@@ -536,7 +537,7 @@ SUNSTONE_ONCE inline LinearBounds boundsOf(uint64_t handle, double begin, double
     return b;
 }
 
-// Widens a range of time to that of everything that moves behind the handle.
+// Widens a range of time to the ranges of all motion below the handle.
 inline void addTimes(uint64_t handle, double& begin, double& end) {
     for (int depth = 0; depth < kMaxTransformChain; ++depth) {
         const uint64_t tag = handle & kTraversableTagMask;
@@ -571,7 +572,7 @@ inline void extend(KeyBounds& key, const LinearBounds& b, int end) {
     }
 }
 
-// Bounds of what a motion transform makes of a box, at all times.
+// Bounds of a box through a motion transform, at all times.
 inline KeyBounds atAllTimes(uint64_t transform, const float lower[3], const float upper[3]) {
     KeyBounds key = kNoBounds;
     const LinearBounds box = standing(lower, upper);
@@ -580,14 +581,14 @@ inline KeyBounds atAllTimes(uint64_t transform, const float lower[3], const floa
     return key;
 }
 
-// Whether something on the way from the handle to the first structure, or that itself, moves.
+// Whether a transform between the handle and the first structure, or that structure, has motion.
 inline bool moves(uint64_t handle) {
     double earliest = kInf, latest = -kInf;
     addTimes(handle, earliest, latest);
     return earliest <= latest;
 }
 
-// Makes bounds hold others, too.
+// Unites bounds with others.
 inline void unite(LinearBounds& to, const LinearBounds& with) {
     for (int end = 0; end < 2; ++end)
         for (int a = 0; a < 3; ++a) {
@@ -597,8 +598,8 @@ inline void unite(LinearBounds& to, const LinearBounds& with) {
 }
 
 // The bounds of an instance at each key of its structure, see describeMotion in motion_bounds.h.
-// forEachPart(visit) calls visit(part) for parts that make up what the instance shows: standing
-// bounds in its structure, or once null for all of it.
+// forEachPart(visit) calls visit(part) for the parts of the instance: constant bounds in its
+// structure, or once null for all of it.
 template <class ForEachPart>
 SUNSTONE_ONCE inline void describeParts(const InstanceData& record, const MotionTimes& motion,
                                         KeyBounds* keys, const ForEachPart& forEachPart) {
@@ -623,7 +624,7 @@ SUNSTONE_ONCE inline void describeParts(const InstanceData& record, const Motion
         extend(keys[k], part, 0);
         extend(keys[k + 1], part, 1);
     }
-    // Outside of its range the structure stands at the outermost keys, but what is in it moves on.
+    // Outside of its range the structure uses the outermost keys, but its children keep moving.
     if (earliest < motion.begin) {
         const LinearBounds part = over(earliest, motion.begin);
         extend(keys[0], part, 0);

@@ -38,7 +38,7 @@ private:
 // The mean of boxes at `keys` keys.
 void meanBox(const KeyBounds* boxes, uint32_t keys, float lower[3], float upper[3]);
 
-// Notes a triangle's vertices key by key and tells whether it is active.
+// Collects a triangle's vertices key by key and decides whether it is active.
 class TriangleCheck {
 public:
     void add(const float vertices[9]);

@@ -16,8 +16,8 @@ constexpr uint64_t kTaskBytes = 1u << 18;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-// What is below a place in the tree at one key. Boxes grow by minimum and maximum alone, so that
-// the order in which threads finish does not matter.
+// Bounds and contents below a place in the tree at one key. Boxes grow by minimum and maximum
+// alone, so that the order in which threads finish does not matter.
 struct KeyExtent {
     float lower[3] = {kInf, kInf, kInf}; // padded, as nodes hold them
     float upper[3] = {-kInf, -kInf, -kInf};
@@ -78,7 +78,7 @@ public:
     }
 
 private:
-    // What the reference leads to at a key; leaves are read at the first one. An inner node's
+    // The subtree of the reference at a key; leaves are read at the first one. An inner node's
     // subtree ends at `end`.
     KeyExtent refitRef(NodeRef ref, uint64_t end, uint32_t key) const {
         const uint64_t offset = offsetOf(ref);
@@ -95,7 +95,7 @@ private:
         }
     }
 
-    // Subtrees of inner children lie one behind the other, in the order of the children.
+    // Subtrees of inner children are contiguous, in the order of the children.
     KeyExtent refitNode(uint64_t offset, uint64_t end, uint32_t key) const {
         const Node& node = *reinterpret_cast<const Node*>(block_ + offset);
         const uint32_t count = node.numChildren;
@@ -153,7 +153,7 @@ private:
         return extent;
     }
 
-    // The bytes behind the last key: blocks of equal inputs are equal.
+    // Zeroes the bytes after the last key: blocks of equal inputs are equal.
     void clearRest(void* leaf, uint32_t size, uint32_t keySize, uint32_t unit) const {
         const uint32_t used = size + (keys_ - 1) * keySize;
         std::memset(static_cast<uint8_t*>(leaf) + used, 0,

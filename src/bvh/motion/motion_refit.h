@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fills a structure that has motion keys: the primitives in its leaves at all keys, then the boxes
-// above them key by key. A build does this once its tree stands, an update again.
+// Fills a structure with motion keys: the primitives in its leaves at all keys, then the boxes
+// above them key by key. Builds run it after the tree is made, updates run it again.
 #pragma once
 
 #include "bvh/motion/motion_input.h"
@@ -12,7 +12,7 @@ namespace sunstone::bvh {
 // inactive.
 struct InstanceMotion {
     KeyBounds* bounds = nullptr;
-    bool read = true; // fill records and bounds from the input; else they are there already
+    bool read = true; // fill records and bounds from the input; else they are already filled
 };
 
 // Sets planes, leaves, instance records, key bounds, and bounds, root and numActive of the header.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles with motion keys. The judges: a structure without motion of the triangles as they are
-// at the time, which must give the same answers to the last bit, and a loop over all triangles in
-// double precision.
+// Triangles with motion keys. The judges: a structure without motion of the triangles at that time,
+// which must give the same answers to the last bit, and a loop over all triangles in double
+// precision.
 #include "base/error.h"
 #include "bvh/layout.h"
 #include "bvh/motion/motion.h"
@@ -94,7 +94,7 @@ QueryRay randomRay(Random& random, float extent) {
     return {{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1e30f};
 }
 
-// Compares the structure with one of the triangles as they are at the time; returns the hits.
+// Compares the structure with one of the triangles at that time; returns the hits.
 uint32_t compareAt(const Structure& moving, const MovingMesh& mesh, float time, uint32_t seed,
                    int rays, float extent = 2) {
     const Mesh still = mesh.at(time);
@@ -329,7 +329,7 @@ TEST(MotionTriangles, UpdatesFollow) {
         const Structure s = makeStructure(in, options), before = makeStructure(in, options);
         ASSERT_TRUE(s == before);
         updateNow(s, in, options);
-        EXPECT_TRUE(s == before) << count; // nothing moved: the same bytes
+        EXPECT_TRUE(s == before) << count; // without movement: the same bytes
         Random random(count);
         for (Mesh& key : mesh.keys)
             for (Vec3& v : key.vertices)

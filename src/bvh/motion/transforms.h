@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Motion transforms: nodes of the traversable graph that lie in the caller's memory, with a matrix
-// for each key or with the factors of one. What the memory holds is the caller's to get right; no
-// content may do harm, though it may make the transform a hole that rays pass.
+// Motion transforms: nodes of the traversable graph in the caller's memory, with a matrix for each
+// key or with its SRT components. Their contents are the caller's responsibility; any bytes are
+// safe, but may make rays pass through the transform.
 #pragma once
 
 #include "bvh/motion/motion.h"
@@ -39,7 +39,7 @@ struct SrtMotionTransform {
 };
 static_assert(sizeof(SrtMotionTransform) == 160);
 
-// Longer chains of transforms lead nowhere.
+// Longer chains of transforms are invalid.
 constexpr int kMaxTransformChain = 32;
 
 // Whether the tag is that of a transform in the caller's memory.
@@ -65,7 +65,7 @@ inline const MotionRange& motionOf(uint64_t transform) {
 // are interpolated one by one; the quaternion is normalised after.
 void transformAt(uint64_t transform, KeySegment at, float objectToWorld[12]);
 
-// World to object at a time; false if there is nothing to enter: vanished, or no inverse.
+// World to object at a time; false if the child cannot be entered: vanished, or no inverse.
 bool worldToObjectAt(uint64_t transform, float time, float worldToObject[12]);
 
 } // namespace sunstone::bvh

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The tree lies in memory as node, its leaves, next node, its leaves, ... (emit.h), so that a
-// subtree is scanned from its begin to its end without following references: leaves first, asking
-// in time for what leaves further on will read, then the nodes backwards, children before parents.
+// subtree is scanned without following references: leaves first, with prefetches of the vertices of
+// later leaves, then the nodes backwards, children before parents.
 #include "bvh/refit/refit.h"
 
 #include "bvh/parallel.h"
@@ -14,7 +14,7 @@ namespace {
 constexpr uint64_t kTaskBytes = 1u << 17;
 constexpr uint32_t kTaskNodes = kTaskBytes / sizeof(Node);
 constexpr uint32_t kTaskLeaves = 8 * kTaskNodes;
-// How many leaves ahead of the one at work indices and vertices are asked for.
+// Number of leaves ahead for which indices and vertices are prefetched.
 constexpr uint32_t kIndicesAhead = 16, kVerticesAhead = 6;
 constexpr uint64_t kNodesAhead = 2048; // bytes
 
@@ -60,7 +60,7 @@ private:
         }
     }
 
-    // A large subtree is cut into those of its inner children, which lie one behind the other.
+    // A large subtree is cut into those of its inner children, which are contiguous.
     Extent refitSubtree(uint64_t offset, uint64_t end) const {
         if (end - offset < kTaskBytes)
             return scanSubtree(offset, end);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Refits a structure: reads its primitives anew and computes the boxes above them from the leaves
-// up. Which primitives a leaf holds follows from the leaf itself: the SBT index tells the build
-// input, the primitive index the primitive in it.
+// Refits a structure: reads its primitives again and computes the boxes above them from the leaves
+// up. A leaf names its primitives: the SBT index gives the build input, the primitive index the
+// primitive in it.
 #pragma once
 
 #include "bvh/input/build_input.h"

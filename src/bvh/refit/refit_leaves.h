@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leaves in a refit: reads the primitives of a leaf anew, with the rules of TriangleReader::read
-// for which are active, and tells what the leaf then holds. Four triangles are read, judged and
-// measured side by side.
+// Leaves in a refit: reads the primitives of a leaf again, by the rules of TriangleReader::read for
+// active ones, and returns the leaf's bounds. Four triangles are read, checked and bounded side by
+// side.
 #pragma once
 
 #include "bvh/refit/refit.h"
@@ -14,7 +14,7 @@
 
 namespace sunstone::bvh {
 
-// A box, the upper corner beside the lower. The fourth words mean nothing.
+// A box, the upper corner beside the lower. The fourth words are undefined.
 struct LaneBox {
     __m128 lower = _mm_set1_ps(std::numeric_limits<float>::infinity());
     __m128 upper = _mm_set1_ps(-std::numeric_limits<float>::infinity());
@@ -28,8 +28,8 @@ struct LaneBox {
     }
 };
 
-// What is below a place in the tree. Boxes grow by minimum and maximum alone, so that the order in
-// which threads finish does not matter.
+// Bounds and contents below a place in the tree. Boxes grow by minimum and maximum alone, so that
+// the order in which threads finish does not matter.
 struct Extent {
     LaneBox padded; // as nodes hold it
     LaneBox exact;
@@ -71,7 +71,7 @@ public:
         : block_(block), header_(*headerOf(block)), sources_(sources),
           inputs_(reinterpret_cast<const InputRecord*>(block + header_.inputsOffset)) {}
 
-    // Bytes of a leaf behind its node.
+    // Bytes of a leaf after its node.
     uint64_t bytes(NodeRef ref) const {
         switch (kindOf(header_.type)) {
         case BlockType::kTriangles:
@@ -96,8 +96,8 @@ public:
         }
     }
 
-    // What leaves read is scattered over the input buffers: the indices are asked for well before,
-    // the vertices when the indices are there.
+    // The data of leaves is scattered over the input buffers: the indices are prefetched well
+    // before, the vertices once the indices have arrived.
     void prefetchIndices(NodeRef ref) const {
         forLanes(ref, [](const TriangleReader& r, uint32_t i) { r.prefetchIndices(i); });
     }

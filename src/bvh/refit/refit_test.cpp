@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Updates: judged by builds of the same input, which must give the same answers, and by the block
-// itself, which must not change where nothing moved.
+// Updates, against builds of the same input, which must give the same answers, and against the
+// block itself, which must not change where nothing moved.
 #include "base/error.h"
 #include "bvh/layout.h"
 #include "bvh/testing/meshes.h"

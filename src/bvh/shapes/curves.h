@@ -66,8 +66,9 @@ constexpr uint32_t kNoPiece = ~0u;
 // Up to N pieces: rows of N words. Rows 1 to 3 and 4 to 6 are the ends of the chord, row 7 is the
 // capsule's radius; of linear segments rows 7 and 8 are the radii at the ends. Unused lanes have
 // kNoPiece, and NaN in all other rows; so have lanes of inactive segments. With motion, rows 1 to
-// the last follow for each later key, and the radius counts from fixed places on the chord (a third
-// of it for each control point): so the interpolated capsule holds the piece at any time.
+// the last follow for each later key, and the radius is measured from fixed places on the chord (a
+// third of it for each control point), so that the interpolated capsule contains the piece at any
+// time.
 constexpr uint32_t kCurveRows = 8, kLinearRows = 9;
 [[gnu::always_inline]] static inline uint32_t curveRows(CurveBasis basis) {
     return basis == CurveBasis::kLinear ? kLinearRows : kCurveRows;

@@ -2,16 +2,17 @@
 // Rays against round curves, compiled once per instruction set.
 //
 // Everything happens in the space of the ray (ray_space.h). A leaf's pieces are first tested side
-// by side by their capsules: is the chord nearer to the z axis than the radius. What remains:
+// by side by their capsules: is the chord nearer to the z axis than the radius. The remaining
+// pieces:
 //
 // Linear segments (same pass): the union of a truncated cone and two spheres. Each of the three is
 // convex and covers an interval of the ray; a hit is where an interval begins outside of the
 // others. So rays that start inside see no surface from within.
 //
-// Other bases, one piece at a time: eight lanes (or, on GPUs, one after the other; N lanes go side by
-// side) start in the middle of the piece's eighths and iterate. About C(u), the surface is nearly the cone with axis C'(u) and radius r(u) + r'(u) du;
-// the ray enters it at a distance found by a quadratic equation, and how far that point is from the
-// plane orthogonal to the curve at u gives the next u:
+// Other bases, one piece at a time: eight lanes (N side by side; on GPUs one after the other) start
+// in the middle of the piece's eighths and iterate. About C(u), the surface is nearly the cone with
+// axis C'(u) and radius r(u) + r'(u) du; the ray enters it at a distance found by a quadratic
+// equation, and how far that point is from the plane orthogonal to the curve at u gives the next u:
 //     du = q.C' / (C'.C' - q.C''),   q = hit - C(u)   (C'' here without its part along C')
 // The denominator has the curvature, so that convergence is fast while the radius of curvature
 // exceeds r. (The idea of cones along the curve is from Reshetov and Luebke, "Phantom Ray-Hair
@@ -30,7 +31,7 @@ namespace sunstone::bvh::SUNSTONE_ISA {
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wpsabi"
 
-// Parameters of hits on the side are strictly within 0 and 1: the ends stand for caps.
+// Parameters of hits on the side are strictly within 0 and 1: the ends mean caps.
 constexpr float kFirstU = 0x1p-24f, kLastU = 1 - 0x1p-24f;
 
 SUNSTONE_INLINE float insideU(float u) {
@@ -96,7 +97,7 @@ struct SettledLanes {
     Mask mask;
 };
 
-// The eighths that lanes stand for, from `first` on.
+// The eighths of the lanes, from `first` on.
 template <unsigned N>
 SUNSTONE_INLINE Lanes<N> eighths(uint32_t first) {
     if constexpr (N == 8)
@@ -151,7 +152,7 @@ SUNSTONE_INLINE SettledLanes<N> settledLanes(const CurveLanes<N>& curve, const R
     const auto good = (e.discriminant >= 0.0f) & (e.radius > 0.0f) & (magnitude(du) <= 0.05f * h) &
                       (magnitude(out.u - middle) <= 0.502f * h) & (out.t >= s.tmin) &
                       (out.t <= tmax) &
-                      // What is shorter than this is lost in rounding.
+                      // Shorter lengths are lost in rounding.
                       (e.speed * (h * h) > 1e-12f * e.radius * e.radius);
     out.mask = bitsOfMask(good);
     return out;
@@ -175,9 +176,9 @@ SUNSTONE_INLINE SettledLanes<N> settle(const CurveLanes<N>& curve, const RaySpac
 }
 
 // The same where the curve may turn more tightly than its radius. There m may rise as well as fall,
-// and the entry of a grazing ray moves faster than the steps know. So each lane looks at both ends
-// of its part first. Once m has had both signs, a lane keeps the last place of each, and stays
-// between them: every other step goes where a straight line through the two is zero.
+// and the entry of a grazing ray moves faster than the steps predict. So each lane evaluates both
+// ends of its part first. Once m has had both signs, a lane keeps the last place of each, and stays
+// between them: every other step goes to the zero of a straight line through the two.
 constexpr int kBentSteps = 12;
 template <unsigned N>
 [[gnu::noinline]] static SettledLanes<N> settleBent(const CurveLanes<N>& curve, const RaySpace& s,
@@ -218,8 +219,8 @@ template <unsigned N>
     }
 }
 
-// Which eighths turn so much that they must be cut: by more than 14 degrees. The direction turns no
-// more than the derivative's Bernstein coefficients do from one to the next, each by 7 degrees
+// The eighths that turn so much that they must be cut: by more than 14 degrees. The direction turns
+// no more than the derivative's Bernstein coefficients do from one to the next, each by 7 degrees
 // here.
 template <unsigned N>
 SUNSTONE_INLINE Mask turnsMuch(const CurveLanes<N>& curve, Lanes<N> u0, Lanes<N> u1, float h) {
@@ -241,9 +242,9 @@ SUNSTONE_INLINE Mask turnsMuch(const CurveLanes<N>& curve, Lanes<N> u0, Lanes<N>
     return bitsOfMask(turns(0) | turns(1));
 }
 
-// Which eighths the ray may meet, which turn so much that they must be cut, and for which settle()
-// is not enough, because the radius is not small against that of the curvature or the parameter's
-// speed changes much.
+// The eighths that the ray may meet, those that must be cut because they turn much, and those that
+// need more than settle(), because the radius is not small against that of the curvature or the
+// parameter's speed changes much.
 struct EighthTest {
     Mask meets, bent, tight;
 };
@@ -336,7 +337,7 @@ SUNSTONE_INLINE bool settleStraight(const CurveLanes<N>& curve, const RaySpace& 
 // Levels of cutting in eighths: with the pieces' own, more than curves with cusps need.
 constexpr int kBentLevels = 3;
 
-// Cuts what is bent; at the last level takes it as it is.
+// Cuts bent pieces; at the last level takes them as they are.
 template <unsigned N>
 [[gnu::noinline]] static bool intersectBent(const CurveLanes<N>& curve, const RaySpace& s,
                                             float begin, float length, CurveCandidate& best) {
@@ -396,7 +397,7 @@ SUNSTONE_INLINE bool intersectPiece(const RaySpace& s, const float* points, Curv
     if (__builtin_expect(flags & kCurveBent, 0)) {
         found = intersectBent<N>(curve, s, range.begin, range.length, best);
     } else {
-        // One after the other, what the ray cannot meet is worth leaving out.
+        // One after the other, it pays to skip parts that the ray cannot meet.
         Mask where = 0xFF;
         if constexpr (N < 8)
             where = testEighths<N>(curve, s, range.begin, range.length, best.t).meets;
@@ -409,7 +410,7 @@ SUNSTONE_INLINE bool intersectPiece(const RaySpace& s, const float* points, Curv
     return found;
 }
 
-// Which pieces of a leaf have capsules that the ray meets, and from what z on.
+// The pieces of a leaf whose capsules the ray meets, and the z of entry.
 template <unsigned N>
 SUNSTONE_INLINE Mask testCapsules(const float* rows, const RaySpace& s, float tmax,
                                   Lanes<N>& near) {
@@ -478,7 +479,7 @@ SUNSTONE_INLINE Mask testCones(const float* rows, const RaySpace& s, float tmax,
     // Where the ray is steeper than the cone it is within from one root on, or up to one.
     const auto steep = ca <= 0.0f, growing = dz * dr > 0.0f;
     const auto none = discriminant < 0.0f;
-    // A cylinder along the ray has no roots: the ray is within for all its length, or never.
+    // A cylinder along the ray has no roots: the whole ray is inside, or none of it.
     const auto rootless = none | ((ca == 0.0f) & (cb == 0.0f));
     const V first = steep ? (growing & ~rootless ? q1 : -far) : q1;
     const V last = steep ? (growing | rootless ? far : q2) : q2;

@@ -32,7 +32,7 @@ struct Segments {
             vertices.insert(vertices.end(), {p[0], p[1], p[2]});
             radii.push_back(p[3]);
         }
-        // A gap, so that each segment is a strand of its own.
+        // A gap, so that each segment is a separate strand.
         vertices.insert(vertices.end(), {0, 0, 0});
         radii.push_back(0);
         segments.push_back(s);
@@ -94,7 +94,8 @@ struct Tally {
     int rays = 0, clear = 0, hits = 0, wrong = 0;
 };
 
-// Counts rays about which the judge is sure however it leans, and where the kernel says otherwise.
+// Counts rays on which the judge is sure with either tolerance, and those on which the kernel
+// disagrees.
 void compare(const Segment& s, const CurveJudge& judge, const void* block, Isa isa,
              const ShapeRay& ray, double tolerance, Tally& tally) {
     ++tally.rays;

@@ -147,7 +147,7 @@ public:
         : block_(block), header_(*reinterpret_cast<BlockHeader*>(block)), store_(store),
           writer_(store), rewriteLeaves_(rewriteLeaves) {}
 
-    // Returns whether anything below `root` is active.
+    // Returns whether any primitive below `root` is active.
     bool run(NodeRef root) {
         std::vector<Box> boxes(store_.keys);
         fit(root, header_.usedSize, boxes.data());
@@ -180,7 +180,7 @@ private:
         }
     }
 
-    // Subtrees of inner children lie one behind the other, in the order of the children.
+    // Subtrees of inner children are contiguous, in the order of the children.
     void fitNode(uint64_t offset, uint64_t end, Box* boxes) const {
         Node& node = *reinterpret_cast<Node*>(block_ + offset);
         const uint32_t count = node.numChildren;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounds of curves and spheres, computed in double precision from the points a block holds.
-// Builders on the CPU and on GPUs share this: it compiles as CUDA too.
+// Bounds of curves and spheres, computed in double precision from the points in a block. Builders
+// on the CPU and on GPUs share this file: it compiles as CUDA too.
 #pragma once
 
 #include "bvh/shapes/curves.h"
@@ -186,7 +186,7 @@ SUNSTONE_SHAPES void shapeBox(const ShapePoints& at, uint32_t word, float lower[
     }
 }
 
-// What a leaf holds of the piece at one motion key: the rows after the first (curves.h, spheres.h).
+// A leaf's data of the piece at one motion key: the rows after the first (curves.h, spheres.h).
 SUNSTONE_SHAPES void shapeLane(const ShapePoints& at, uint32_t word, bool moving, float* rows) {
     using namespace shape_math;
     if (!isCurveBasis(at.shape)) {

@@ -58,7 +58,7 @@ public:
         return true;
     }
 
-    // A strand goes on where the next segment begins one vertex later.
+    // A strand continues where the next segment begins one vertex later.
     uint32_t capFlags(uint32_t segment) const {
         uint32_t here, other;
         if (!input_.caps || !index(segment, here))

@@ -8,7 +8,7 @@
 
 namespace sunstone::bvh {
 
-// Whether the inputs are curves or spheres, and what they have in common.
+// Whether the inputs are curves or spheres, and their common properties.
 inline bool hasShapes(const BuildInputs& inputs) {
     return !inputs.curves.empty() || !inputs.spheres.empty();
 }

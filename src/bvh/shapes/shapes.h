@@ -41,9 +41,9 @@ struct ShapeFilter {
 struct ShapeKernels {
     // The nearest hit; false (hit untouched) if there is none.
     bool (*closest)(const void* block, const ShapeRay& ray, ShapeHit& hit);
-    // Some hit, if there is one.
+    // Any hit, if one exists.
     bool (*any)(const void* block, const ShapeRay& ray, ShapeHit& hit);
-    // Offers hits in no particular order, none behind one that was accepted before.
+    // Offers hits in any order, but never behind an accepted one.
     void (*filtered)(const void* block, const ShapeRay& ray, const ShapeFilter& filter);
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kernels of shapes.h, compiled once per instruction set: the traversal loop with visitors that
-// test pieces of curves or spheres. A Judge decides what becomes of a hit.
+// test pieces of curves or spheres. A Judge accepts or rejects each hit.
 #pragma once
 
 #include "bvh/motion/motion_traverse.h"
@@ -10,7 +10,7 @@
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
-// What visitors need of a block.
+// The parts of a block that visitors need.
 struct ShapeArrays {
     const float* points;
     const ShapeRecord* records;
@@ -73,7 +73,7 @@ struct FilterHit {
     }
 };
 
-// A leaf, whose words are its row 0, to the visitor's test().
+// Passes a leaf, whose words are its row 0, to the visitor's test().
 template <class Visitor>
 SUNSTONE_INLINE bool visitRows(Visitor& visitor, const uint8_t* block, NodeRef ref) {
     const auto* words = reinterpret_cast<const uint32_t*>(block + offsetOf(ref));
@@ -193,7 +193,7 @@ struct SphereVisitor {
 };
 
 // Curves that move: a leaf's capsules are interpolated (curves.h), and pieces that the ray may meet
-// are tested as they are at the time.
+// are tested at that time.
 template <class Judge>
 struct MovingCurveVisitor {
     static constexpr bool kOrdered = Judge::kOrdered;
@@ -237,8 +237,8 @@ struct MovingCurveVisitor {
     }
 };
 
-// Linear segments and spheres that move: a leaf as it is at the time. Radii below zero count as
-// zero only then.
+// Linear segments and spheres that move: a leaf at that time. Radii below zero are clamped after
+// the interpolation.
 template <class Visitor, unsigned kFloats>
 struct MovingLanes : Visitor {
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
@@ -263,7 +263,7 @@ private:
         }
         return this->template test<N>(words, rows);
     }
-    // NaN where there is nothing to hit.
+    // NaN where no surface can be hit.
     SUNSTONE_INLINE_MEMBER void lanePoints(uint32_t word, float* points) const {
         const uint32_t number = kFloats == 4 ? word : segmentOf(word);
         if (word == kNoPiece || (this->arrays.records[number].flags & kShapeInactive)) {

@@ -137,7 +137,7 @@ TEST(Spheres, OneRadiusAndInactiveOnes) {
     in.oneRadius = true;
     const Structure s = makeSpheres(in);
     EXPECT_GT(compare(cloud, s.block(), chosenIsa(), 92), 50u);
-    // NaN, no radius, less than none.
+    // NaN, zero radius, negative radius.
     Cloud holes(50, 4);
     holes.centres[3].y = std::numeric_limits<float>::quiet_NaN();
     holes.radii[7] = 0;

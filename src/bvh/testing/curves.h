@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// For tests: a judge of rays against round curves in double precision, straight from what the
-// surface is: all circles of radius r(u) about C(u), orthogonal to C'(u). A ray meets the plane of
-// the circle at u in one point, and that point's distance from C(u), less r(u), is a function of u
-// whose zeros are the hits. The judge scans it finely and finds each zero by bisection; it knows
-// nothing of how the kernels look for hits.
+// For tests: a judge of rays against round curves in double precision, straight from the definition
+// of the surface: all circles of radius r(u) about C(u), orthogonal to C'(u). A ray meets the plane
+// of the circle at u in one point, and that point's distance from C(u), less r(u), is a function of
+// u whose zeros are the hits. The judge scans it finely and finds each zero by bisection,
+// independently of the kernels' method.
 #pragma once
 
 #include "bvh/shapes/curves.h"
@@ -87,7 +87,7 @@ struct JudgedHit {
     double t, u;
 };
 
-// How the judge leans: radii scaled, ends moved inwards, where it is unsure.
+// Tolerances of the judge: radii scaled, ends moved inwards, where it is unsure.
 struct Lean {
     double radius = 1;
     double ends = 0;
@@ -135,13 +135,13 @@ public:
     }
 
 private:
-    // How far beyond the ends a lean may look, and in how many steps at least.
+    // The distance that a tolerance may search beyond the ends, and the least number of steps.
     static constexpr double kBeyond = 2e-3;
     static constexpr int kScan = 512;
     // Steps turn less than this, or are as short as this.
     static constexpr double kTurn = 0.02, kShortest = 1e-9;
-    // Where a straight line turns back there is no turn but that of rounded control points: what is
-    // slower than this, compared with the fastest, is not looked at.
+    // Where a straight line turns back, the only turn is that of rounded control points: parts
+    // slower than this, compared with the fastest, are skipped.
     static constexpr double kStill = 1e-5;
 
     struct Place {

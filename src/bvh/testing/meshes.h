@@ -143,7 +143,7 @@ inline Mesh icosphere(int levels) {
     return m;
 }
 
-// A sphere whose points move in and out at random: still seen whole from its center.
+// A sphere whose points move in and out at random: still wholly visible from its center.
 inline Mesh roughSphere(int levels, uint32_t seed) {
     Random random(seed);
     Mesh m = icosphere(levels);
@@ -172,7 +172,7 @@ struct ExactHit {
     double t, margin; // margin: least barycentric coordinate; below 0 outside
 };
 
-// Of the line; t is infinite for parallel lines.
+// The hit of the line; t is infinite for parallel lines.
 inline ExactHit exactHit(const QueryRay& ray, const Vec3 v[3]) {
     double e1[3], e2[3], s[3], d[3];
     for (int i = 0; i < 3; ++i) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which instruction sets this machine has, and ray queries on a single structure of triangles: what
-// tests and benchmarks use. The OptiX run-time (devlib) compiles the same loop with its own
-// visitors.
+// The instruction sets of this machine, and ray queries on a single structure of triangles for
+// tests and benchmarks. The OptiX run-time (devlib) compiles the same loop with its own visitors.
 #pragma once
 
 #include <cstdint>
@@ -33,8 +32,8 @@ struct QueryHit {
 };
 
 struct Kernels {
-    // The nearest hit; false (hit untouched) if there is none. Any block but one of triangles
-    // counts as empty.
+    // The nearest hit; false (hit untouched) if there is none. Blocks without triangles count as
+    // empty.
     bool (*closest)(const void* block, const QueryRay& ray, QueryHit& hit);
     bool (*occluded)(const void* block, const QueryRay& ray);
     // Whether the ray meets the front (or the back) of some triangle.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What traversal computes once per ray (and per space it enters). Included through traverse.h.
+// Values that traversal computes once per ray (and per space it enters). Included through
+// traverse.h.
 //
 // Box test. The primitive test (walk/ray_triangle.h) works on vertices rounded relative to the ray
 // origin: it accepts a ray as if each vertex v were displaced by up to 5 * 2^-24 * |v - origin|.
@@ -26,7 +27,7 @@ namespace sunstone::bvh::SUNSTONE_ISA {
 struct RaySetup {
     // Planes of axis i: distance = plane * r[i] + c[i].
     alignas(16) float nearR[4];
-    float nearC[4], farR[4], farC[4], org[4]; // the fourth means nothing
+    float nearC[4], farR[4], farC[4], org[4]; // the fourth is undefined
     uint32_t nearPlanes[3];                   // byte offset of the near planes in a node
     float tmin;
     // Shear.
@@ -34,7 +35,7 @@ struct RaySetup {
     float shear[3];   // Sx, Sy, Sz
 };
 
-// False for rays that cannot hit anything: NaN or infinity in them, or no direction.
+// False for rays that cannot hit: NaN, infinity or a zero direction.
 SUNSTONE_INLINE bool isRay(const float org[3], const float dir[3], float tmin, float tmax) {
     // The sum of the magnitudes is finite only if all are (or their sum overflows: no use either).
     const float sum = absolute(org[0]) + absolute(org[1]) + absolute(org[2]) + absolute(dir[0]) +
@@ -97,8 +98,8 @@ SUNSTONE_INLINE void setupRay(RaySetup& s, const BlockHeader* header, const floa
         _mm_mul_ps(_mm_div_ps(one, _mm_sub_ps(speed, w)), _mm_set1_ps(1 + 0x1p-21f)), sign);
     __m128 nearC = _mm_setzero_ps(), farC = _mm_setzero_ps();
     if constexpr (kFusedSlab) {
-        // An origin so far off that this overflows culls everything; such a ray hits nothing
-        // that floats could tell apart anyway.
+        // An origin so far off that this overflows culls everything; floats could not distinguish
+        // hits of such a ray anyway.
         const __m128 n = _mm_xor_ps(_mm_mul_ps(o, nearR), signBit);
         const __m128 f = _mm_xor_ps(_mm_mul_ps(o, farR), signBit);
         const __m128 ulps = _mm_set1_ps(0x1p-22f);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A space in which the ray is the z axis and starts at zero: distances of things from the ray are
-// lengths in x and y, and z is the distance along the ray. Included by files compiled once per
-// instruction set.
+// A space in which the ray starts at zero and is the z axis: distances from the ray are lengths in
+// x and y, and z is the distance along it. Included by files compiled once per instruction set.
 #pragma once
 
 #include "bvh/lanes.h"
@@ -62,7 +61,7 @@ SUNSTONE_INLINE Point<V> toRaySpace(const RaySpace& s, V px, V py, V pz) {
     return {along(s.x), along(s.y), along(s.z)};
 }
 
-// One point and a fourth number that stays.
+// One point and a fourth number that stays unchanged.
 SUNSTONE_INLINE V4 toRaySpace(const RaySpace& s, V4 point) {
     const V4 p = point - V4{s.origin[0], s.origin[1], s.origin[2], 0};
     const V4 x = {s.x[0], s.y[0], s.z[0], 0}, y = {s.x[1], s.y[1], s.z[1], 0},

@@ -2,14 +2,14 @@
 // The watertight ray/triangle test on 4 or 8 triangles. Included through traverse.h.
 //
 // Vertices are moved to the ray origin and sheared so that the ray becomes the z axis; each vertex
-// comes out the same in every triangle it belongs to. The 2D edge functions are differences of two
-// products, computed without FMA: rounding is monotone, so the sign of a non-zero difference is
-// right, and a triangle and its neighbour get exactly negated values on their common edge. Zero may
-// stand for either sign, so lanes with a zero edge are computed again in double precision, where
-// products of floats are exact. What is still zero counts as inside for both neighbours: a ray
-// through an edge or vertex hits at least one of the triangles there. Slivers are computed again
-// too: where the area is far less than the products, rounding of these would show in t, u and v.
-// Both ways agree on the signs, so it does not matter to a neighbour which way was taken.
+// gets the same coordinates in every triangle it belongs to. The 2D edge functions are differences
+// of two products, computed without FMA: rounding is monotone, so the sign of a non-zero difference
+// is right, and a triangle and its neighbour get exactly negated values on their common edge. Zero
+// may stand for either sign, so lanes with a zero edge are computed again in double precision,
+// where products of floats are exact. A value that is still zero counts as inside for both
+// neighbours: a ray through an edge or vertex hits at least one of the triangles there. Slivers are
+// computed again too: where the area is far less than the products, rounding of these would show in
+// t, u and v. Both ways agree on the signs, so neighbours may take different ways.
 //
 // No operation depends on the instruction set, so all sets report the same t, u and v.
 #pragma once
@@ -61,8 +61,8 @@ SUNSTONE_INLINE F vertexLanes(const TriangleLeaf<N>& leaf, uint32_t vertex, uint
     return load(leaf.vertices + (3 * vertex + axis) * N, f);
 }
 
-// Lanes whose triangle the ray hits at tmin <= t <= tmax; their values are in `out`.
-// Leaf: what has an overload of vertexLanes.
+// Lanes whose triangle the ray hits at tmin <= t <= tmax; their values are in `out`. Leaf: a type
+// with an overload of vertexLanes.
 template <unsigned N, class F, class Leaf>
 SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const RaySetup& s, const ShearLanes<F>& r,
                                    float tmax, TriangleCandidates<N>& out) {
@@ -101,8 +101,8 @@ SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const RaySetup& s, const Sh
         inside &= lessEqual(zero, min(min(u, v), w)) | lessEqual(max(max(u, v), w), zero);
     }
     const F det = (u + v) + w;
-    // A power of two, which changes nothing but the range: products of three lengths would leave
-    // that of floats in scenes that are not so large or small.
+    // A power of two, which changes only the range: products of three lengths would exceed that of
+    // floats even in moderately large or small scenes.
     const F k = inversePower(det);
     const F t = ((((u * k) * az + (v * k) * bz) + (w * k) * cz) * r.sz) / (det * k);
     // A zero or NaN determinant gives a NaN or infinite t; infinity may equal tmax.

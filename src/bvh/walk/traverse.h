@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The traversal loop, a template over what happens at leaves. Included by files that are compiled
-// once per instruction set (see simd.h). How nodes are tested is a second parameter.
+// The traversal loop, a template over the handling of leaves. Included by files that are compiled
+// once per instruction set (see simd.h). The test of nodes is a second parameter.
 //
 // A Visitor has
 //   static constexpr bool kOrdered;     visit near children first (closest hit), or in any order

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays against a judge that tests every triangle in double precision; instruction sets against
-// each other; rays that are no rays.
+// Rays against a judge that tests every triangle in double precision; instruction sets against each
+// other; degenerate rays.
 #include "bvh/testing/meshes.h"
 
 #include <gtest/gtest.h>

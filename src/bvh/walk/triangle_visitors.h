@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Visitors for structures of triangles where no program runs during traversal: the nearest hit and
-// any hit at all. The best hit stays in registers. Included through traverse.h. Visitors of triangles
-// have visit(leaf, lanes), the same for leaves with motion (motion_traverse.h); true ends.
+// any hit at all. The best hit stays in registers. Included through traverse.h. Visitors of
+// triangles have visit(leaf, lanes), also for leaves with motion (motion_traverse.h); true ends the
+// traversal.
 #pragma once
 
 #include "bvh/walk/traverse.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The row kernels for SUNSTONE_GUIDES planes of guides: a thread is a row's chunk of one pixel.
-// Compiled once for each number of guides, so that a driver has to compile only what is used.
+// Compiled once for each number of guides, so that a driver compiles only the kernels in use.
 #include "denoise/gpu/kernel.h"
 
 using namespace sunstone::denoise;

@@ -14,7 +14,7 @@ namespace sunstone::denoise::gpu {
 namespace {
 
 constexpr uint64_t kMostPixels = uint64_t(1) << 30;
-// Of step_kernels.cu; the first ones in the order of Step, without the rows.
+// Kernels of step_kernels.cu; the first ones in the order of Step, without the rows.
 enum StepKernel : uint32_t {
     kBegin = 11,
     kLuminance,
@@ -41,7 +41,8 @@ constexpr const char* kStepKernels[] = {"sunstone_guides",
                                         "sunstone_colors_blocks"};
 static_assert(std::size(kStepKernels) == kStepKernelCount);
 
-// Of filter_kernels.cu, once for each number of guides; the first ones in the order of Step.
+// Kernels of filter_kernels.cu, once for each number of guides; the first ones in the order of
+// Step.
 enum RowKernel : uint32_t { kDetail = 3, kSmoothAlpha = 5, kRowKernelCount };
 constexpr const char* kRowKernels[] = {"sunstone_repair", "sunstone_residual", "sunstone_spread",
                                        "sunstone_detail", "sunstone_smooth",   "sunstone_smooth_alpha"};
@@ -137,7 +138,7 @@ void GpuDenoiser::prepare(int guides) {
     std::iota(needed.begin(), needed.end(), 0u);
     const uint32_t rows = firstRowOf(guides);
     for (uint32_t kernel = 0; kernel < kRowKernelCount; ++kernel)
-        if (guides != 0 || kernel != kDetail) // it is there where there are guides
+        if (guides != 0 || kernel != kDetail) // it exists with guides only
             needed.push_back(rows + kernel);
     kernels_.prepare(needed);
 }

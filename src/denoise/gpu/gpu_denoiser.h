@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Denoising on a GPU: asynchronous, in the caller's stream, inside the caller's buffers, with the
-// bits of the CPU's result (NaN may have other ones). Addresses in frames are of the device.
+// Denoising on a GPU: asynchronous, in the caller's stream, inside the caller's buffers. The result
+// has the bits of the CPU's, except in NaN. Addresses in frames are device addresses.
 #pragma once
 
 #include "denoise/call.h"
@@ -14,24 +14,24 @@
 
 namespace sunstone::denoise::gpu {
 
-// The kernels, loaded into the context that is current when they are first needed. Calls must be
-// made with the same context current; they may come from any thread.
+// The kernels, loaded into the context that is current when they are first needed. Calls need the
+// same context current; any thread may call.
 class GpuDenoiser {
 public:
-    // `code`: where machine code comes from; null: the driver compiles.
+    // `code`: source of machine code; null: the driver compiles.
     explicit GpuDenoiser(const device::cuda::Driver& driver,
                          device::cuda::MachineCodeSource* code = nullptr);
     ~GpuDenoiser();
     GpuDenoiser(const GpuDenoiser&) = delete;
     GpuDenoiser& operator=(const GpuDenoiser&) = delete;
 
-    // Loads what frames with that many planes of guides need, and has it compiled together; the
-    // driver may wait for the GPU.
+    // Compiles and loads the kernels for frames with that many planes of guides; the driver may
+    // wait for the GPU.
     void prepare(int guides);
     // Writes the caller's state memory.
     void setUp(CUstream stream, CUdeviceptr state, uint32_t width, uint32_t height);
     // Frame::scale comes from `inputs`. A call that is refused when the stream reaches it leaves
-    // outputs as they are; takeRefusals tells.
+    // outputs unchanged; takeRefusals reports it.
     void filter(CUstream stream, const Filter& filter, const Frame& frame, void* scratch,
                 const CallInputs& inputs);
     // Write one and three floats, see denoise/statistics.h; scratch is as large as the API asks
@@ -39,7 +39,7 @@ public:
     void intensity(CUstream stream, const Image& image, void* scratch, float* result);
     void averageColor(CUstream stream, const Image& image, void* scratch, float* result);
 
-    // Calls that have been refused meanwhile, each told once. Never waits.
+    // Calls that have been refused meanwhile, each reported once. Never waits.
     struct Refusal {
         CUstream stream;
         std::string text;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The denoiser's kernels, run on the CPU device, against the CPU's filter: every output must have
-// its bits, but for those of NaN.
+// The denoiser's kernels, run on the CPU device, against the CPU's filter: all outputs have equal
+// bits, except in NaN.
 #include "denoise/gpu/gpu_denoiser.h"
 
 #include "denoise/guided_filter.h"
@@ -24,7 +24,7 @@ GpuDenoiser& denoiser() {
     return made;
 }
 
-// An image of any format with bytes of its own; rows and pixels may have gaps.
+// An image of any format that owns its bytes; rows and pixels may have gaps.
 struct Bytes {
     Image image;
     std::vector<uint8_t> memory;
@@ -75,7 +75,7 @@ void runOnGpu(const GuidedFilter& filter, const Frame& frame, CallInputs inputs,
     const Image& input = frame.layers[0].input;
     inputs.width = input.width;
     inputs.height = input.height;
-    // Garbage in scratch must not matter, nor where it begins.
+    // Neither the contents nor the address of scratch must matter.
     std::vector<uint8_t> scratch(filter.scratchSize(input.width, input.height) + 1, 0xff);
     denoiser().filter(stream, filter, frame, scratch.data() + 1, inputs);
     ASSERT_EQ(CUDA_SUCCESS, testDriver().streamSynchronize(stream));
@@ -108,7 +108,7 @@ Picture noise(uint32_t width, uint32_t height, uint32_t seed, float low, float h
     return picture;
 }
 
-// All images of a frame: a rendered scene, and what belongs to temporal kinds.
+// All images of a frame: a rendered scene, and the images of temporal kinds.
 struct Images {
     Bytes albedo, normal, flow;
     std::vector<Bytes> inputs, previous, outputs;
@@ -229,7 +229,7 @@ TEST_P(GpuFilter, HasTheBitsOfTheCpu) {
 INSTANTIATE_TEST_SUITE_P(Variants, GpuFilter, testing::ValuesIn(kVariants),
                          [](const auto& info) { return std::to_string(info.index); });
 
-// The first frame has no previous one; the next have that before, over which they write.
+// The first frame has no previous one; each later one reads the frame before and overwrites it.
 TEST(GpuDenoiser, SequencesHaveTheBitsOfTheCpu) {
     const GuidedFilter filter{FilterSettings{}};
     const Variant v{.name = "temporal", .isTemporal = true};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the kernels' files share. Bodies are those of the CPU, compiled as device code here.
+// Common to the kernels' files. Bodies are those of the CPU, compiled as device code here.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes the PTX of the kernels (files of the build, named by macros) into the library.
+// Embeds the PTX of the kernels (files of the build, named by macros) in the library.
 #include "denoise/gpu/kernels_ptx.h"
 
 #define SUNSTONE_TEXT(symbol, file)                                                                \

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host and the kernels of a GPU's denoiser agree on.
+// Definitions shared by the host and the kernels of a GPU's denoiser.
 #pragma once
 
 #include "denoise/call.h"
@@ -23,7 +23,7 @@ constexpr uint32_t tilesDown(uint32_t height) {
 constexpr uint32_t kMostLogBlocks = 512;
 constexpr uint32_t kPixelsForBlocks = 8192;
 
-// In memory of the host that kernels write: refused calls one after the other, in a ring.
+// In host memory that kernels write: a ring of refused calls.
 struct Report {
     struct Entry {
         uint64_t stream;

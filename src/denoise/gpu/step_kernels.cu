@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What begins a call, the steps that are no row kernels, and the statistics.
+// The begin of a call, the steps other than row kernels, and the statistics.
 #include "denoise/gpu/kernel.h"
 
 using namespace sunstone::denoise;
 using namespace sunstone::denoise::gpu;
 
-// One thread. Tells the host of a call that is refused; the entry's number is last.
+// One thread. Reports a refused call to the host; the entry's number is written last.
 SUNSTONE_KERNEL sunstone_begin(CallInputs inputs, Control* control, Report* report,
                                uint64_t stream) {
     const CallFinding finding = examine(inputs, *control);

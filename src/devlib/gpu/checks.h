@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks of trace calls, traversables, callables, getters and payload types for pipelines with
-// debug exceptions, and of the stack: what the CPU checks in devlib/checks.cpp and trace_body.h,
-// with the same codes and details. Where the pipeline has no such flag none of it is there.
+// debug exceptions, and of the stack: those of the CPU (devlib/checks.cpp, trace_body.h), with the
+// same codes and details. Pipelines without the flag contain none of this.
 #pragma once
 
 #include "devlib/builtin.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exceptions on a GPU: a thread is a launch index, so the way out of it is the end of the thread,
-// after the exception program if there is one. What the host has to hear goes to the launch's
-// report.
+// Exceptions on a GPU: a thread is a launch index and ends after the exception program, if the
+// pipeline has one. The exception goes to the host in the launch's report.
 #pragma once
 
 #include "devlib/gpu/programs.h"

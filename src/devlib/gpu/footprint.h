@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// optixTexFootprint2D and its like. PTX has no instruction for them, but tells a texture's size.
+// optixTexFootprint2D and its variants. PTX has no instruction for them, but can query a texture's
+// size.
 #pragma once
 
 #include "devlib/gpu/programs.h"

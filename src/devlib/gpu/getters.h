@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Getters that look into acceleration structures. What is not there gives NaN or the null handle.
+// Getters that read acceleration structures. Missing data gives NaN or the null handle.
 #pragma once
 
 #include "bvh/gpu/build/shared_records.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host hands to the kernel of a launch on a GPU, and gets back. Lies in device memory, one
-// for each launch in flight; the launch parameters follow it.
+// The data that the host and the kernel of a launch on a GPU exchange. Lies in device memory, one
+// block for each launch in flight; the launch parameters follow it.
 #pragma once
 
 #include "devlib/abi.h"

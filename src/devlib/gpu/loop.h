@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernel of pipelines with ray generation programs that the compiler has cut at their trace
+// The kernel of pipelines whose ray generation programs the compiler has cut at their trace
 // (compiler/gpu/resumable.h). Rays of a warp end at different times; threads that waited for the
-// longest of them would be idle most of the time. So each warp goes round: new launch indices for
-// lanes that have none, the walk of all rays until idle lanes have cost enough, then the programs
-// of the rays that have ended. Other traces run to their end where they are called
-// (sunstone_gpu_trace). Nothing moves in such pipelines.
+// longest of them would be idle most of the time. So each warp loops: it gives new launch indices
+// to idle lanes, walks all rays until idle lanes have cost enough, then runs the programs of the
+// rays that have ended. Other traces run to their end where they are called (sunstone_gpu_trace).
+// Such pipelines have no motion.
 //
-// There are as many warps as tiles of launch indices. A warp whose lanes have all run out of work
-// ends, to make room for the next; those that come when all indices are taken do nothing. So it
-// does no harm that a lane which an exception ends is gone for good.
+// There are as many warps as tiles of launch indices. A warp without work in any lane ends, which
+// makes room for the next; warps that start when all indices are taken do nothing. A lane that an
+// exception has ended therefore does not need to be replaced.
 #pragma once
 
 #include "devlib/gpu/run.h"

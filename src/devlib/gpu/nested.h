@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kernel of pipelines whose closest-hit or miss programs trace. Each function call of a warp
-// leaves some lanes behind; rays traced by calls from calls would soon be walked one lane at a
-// time. So all programs that trace are cut at their traces (compiler/gpu/resumable.h), and a lane keeps
-// what waits in arrays: states[n] of its ray at depth n (0: the launch index), frames of the
-// programs of those rays that wait for the next one. As in loop.h each warp goes round, and all of
-// its rays are walked at one place, at whatever depth they are.
+// leaves some lanes behind; rays traced by nested calls would soon be walked one lane at a time. So
+// all programs that trace are cut at their traces (compiler/gpu/resumable.h), and a lane keeps its
+// waiting programs in arrays: states[n] of its ray at depth n (0: the launch index), and the frames
+// of programs that wait for the next ray. As in loop.h each warp loops, and walks all its rays at
+// one place, at any depth.
 #pragma once
 
 #include "devlib/gpu/loop.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the compiler puts beside the run-time in each pipeline's module: dispatchers to the
-// programs, by group number, and constants that are known when the pipeline is made (so that what
-// they rule out is not there).
+// The functions and constants that the compiler adds to the run-time in each pipeline's module:
+// dispatchers to the programs by group number, and constants known when the pipeline is made, which
+// let the compiler drop unused code.
 #pragma once
 
 #include "bvh/gpu/known_handles.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Launch indices, and the kernel with one thread for each of them, warps as tiles. The other kernel
-// is in loop.h.
+// Launch indices, and the kernel with one thread for each of them and warps as tiles. The kernels
+// that loop are in loop.h and nested.h.
 #pragma once
 
 #include "devlib/gpu/exceptions.h"

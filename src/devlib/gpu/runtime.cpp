@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The run-time of device programs on GPUs, all of it: compiled by the build to LLVM bitcode for
-// nvptx64, which the compiler links into each pipeline's module and optimises together with the
-// programs. Read: programs.h, then run.h, loop.h, nested.h, trace.h, exceptions.h.
+// The whole run-time of device programs on GPUs: compiled by the build to LLVM bitcode for nvptx64,
+// which the compiler links into each pipeline's module and optimises together with the programs.
+// Read: programs.h, then run.h, loop.h, nested.h, trace.h, exceptions.h.
 #include "devlib/gpu/footprint.h"
 #include "devlib/gpu/getters.h"
 #include "devlib/gpu/loop.h"

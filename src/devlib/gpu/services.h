@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions that translated programs call by name: what CUDA's driver provides to device code, with
-// the hidden state that every function of an OptiX module takes.
+// Functions that translated programs call by name: those that CUDA's driver provides to device
+// code, with the hidden parameter of every function of an OptiX module.
 #pragma once
 
 #include "devlib/gpu/checks.h"

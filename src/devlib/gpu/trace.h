@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// optixTrace and optixReportIntersection on GPUs: what happens at primitives and instances while
+// optixTrace and optixReportIntersection on GPUs: the handling of primitives and instances while
 // bvh/gpu/walk/traversal.h walks the tree. Rules and formulas are those of the CPU
 // (devlib/trace_body.h): the best hit is kept apart and moves into RayState::hit at the end,
 // because until then that field is the candidate's; RayState::tmax is the candidate's t in any-hit,

@@ -14,7 +14,7 @@ using namespace device::cuda;
 
 namespace {
 
-// Instances in host memory: their rules are read there, after what the stream does before.
+// Instances in host memory: their rules are checked there, after the stream's earlier work.
 struct HostInstances {
     bvh::InstanceInput input;
     std::vector<bvh::InstanceDesc> copies;
@@ -64,7 +64,7 @@ bvh::MemoryUsage GpuBackend::accelMemory(const bvh::BuildInputs& inputs,
     return bvh::gpu::Builder::computeMemoryUsage(inputs, options);
 }
 
-// Kernels cannot return errors; the log of whichever context comes next hears of them.
+// Kernels cannot return errors; the next context that calls logs them.
 void GpuBackend::tellOfBuilds(const Context& context) {
     if (!context.log)
         return;
@@ -106,7 +106,7 @@ uint64_t GpuBackend::buildAccel(const ContextPtr& context, AccelBuild request) {
          " is no acceleration structure");
 }
 
-// As far as the handle alone tells.
+// As far as the handle alone shows.
 void GpuBackend::requireStructure(uint64_t handle, const char* parameter) {
     const devlib::HandleTag tag = devlib::tagOf(handle);
     if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||
@@ -115,8 +115,7 @@ void GpuBackend::requireStructure(uint64_t handle, const char* parameter) {
         refuseHandle(handle, parameter);
 }
 
-// The header of the structure behind a handle that a caller gave; device memory is as after what is
-// queued on the stream.
+// The header of the structure behind a caller's handle, read after the stream's queued work.
 bvh::BlockHeader GpuBackend::headerOf(uint64_t handle, CUstream stream, const char* parameter) {
     requireStructure(handle, parameter);
     bvh::BlockHeader header;
@@ -143,8 +142,8 @@ static void checkCompaction(const bvh::BlockHeader& header, uint64_t handle, uin
              " overlaps the structure that is compacted");
 }
 
-// What is wrong with the structure or the buffer is an error of this call if the stream has nothing
-// left to do; else the call does not wait, and the kernel finds it.
+// An invalid structure or buffer is an error of this call if the stream is idle; else the call does
+// not wait, and the kernel finds it.
 uint64_t GpuBackend::compactAccel(const ContextPtr& context, void* stream, uint64_t handle,
                                   void* destination, size_t destinationSize) {
     ContextScope scope(device_.context());

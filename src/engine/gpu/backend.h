@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // CUDA GPUs behind backend.h. A pipeline is one module of machine code (gpu/code.h); a launch is
-// one kernel with a block of device memory for what it needs (devlib/gpu/launch_block.h), copied in
-// stream order.
+// one kernel with a block of device memory (devlib/gpu/launch_block.h), copied in stream order.
 #pragma once
 
 #include "bvh/gpu/build/builder.h"
@@ -66,7 +65,7 @@ private:
     void setStackUse(GpuCodeObject& code);
     LoadedGpuCodes::Entry obtainCode(const compiler::GpuPipelineRequest& request,
                                      compiler::ObjectStore* store);
-    const bvh::gpu::Builder& builder();    // made when first asked for
+    const bvh::gpu::Builder& builder();    // made at the first request
     denoise::gpu::GpuDenoiser& denoiser(); // likewise
     void tellOfRefusals(const Context& context);
     void throwRefusal(const Context& context, CUstream stream);

@@ -32,8 +32,8 @@ LoadedGpuCode::LoadedGpuCode(CUcontext context, const compiler::GpuCode& code,
     check(found, DriverNames::moduleGetFunction);
 }
 
-// Of machine code that refers to what only the driver has (queries of some properties of textures)
-// the module loads, and its kernel is not there.
+// Machine code that refers to functions of the driver (queries of some properties of textures)
+// loads as a module without its kernel.
 CUresult LoadedGpuCode::load(const std::string& machineCode) {
     const auto checked = [](CUresult result, const char* name) {
         if (result == CUDA_ERROR_OUT_OF_MEMORY || result == CUDA_ERROR_ILLEGAL_ADDRESS)

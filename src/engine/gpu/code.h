@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Machine code of pipelines in a CUDA context, shared by the pipelines that are the same.
+// Machine code of pipelines in a CUDA context, shared by equal pipelines.
 #pragma once
 
 #include "compiler/gpu/pipeline.h"
@@ -14,12 +14,13 @@
 
 namespace sunstone::engine {
 
-// A loaded module. Nothing may run it any more when it dies; then the context need not be current.
+// A loaded module. All its launches have ended when it is destroyed; the context need not be
+// current then.
 class LoadedGpuCode {
 public:
-    // Loads the machine code, or the text where there is none, or none that the driver takes. The
-    // context is current. Throws kLinkError with what the driver has to say if it refuses the text,
-    // or has none. `log`: what its compiler tells of functions, or empty.
+    // Loads the machine code, or the text if there is no code that the driver accepts. The context
+    // is current. Throws kLinkError with the driver's message if it refuses the text too, or if
+    // there is none. `log`: its compiler's report on functions, or empty.
     LoadedGpuCode(CUcontext context, const compiler::GpuCode& code, unsigned maxRegisters,
                   std::string& log);
     ~LoadedGpuCode();
@@ -43,13 +44,14 @@ public:
         : kernel(code->kernel), context_(context), code_(std::move(code)) {}
     ~GpuCodeObject() override;
     const CUfunction kernel;
-    uint32_t firstGroup = 0; // what the code counts group numbers from
-    // Bytes of stack that the programs take for traces of full depth and callables two deep, beside
-    // what a launch index may use of what there is, with stack overflow exceptions.
+    uint32_t firstGroup = 0; // base of group numbers in the code
+    // Bytes of stack that the programs take for traces of full depth and callables two deep.
+    // stackBytes: the limit for a launch index with stack overflow exceptions.
     size_t neededStack = 0;
     size_t reservedStack = 0; // of it, for functions that do not check
     std::atomic<size_t> stackBytes = 0;
-    // What rays of the last launch were given, if launches said; these may outlive the pipeline.
+    // The handle that rays of the last launch used, if launches reported it; launches may outlive
+    // the pipeline.
     const std::shared_ptr<std::atomic<uint64_t>> usualHandle =
         std::make_shared<std::atomic<uint64_t>>(0);
 
@@ -58,8 +60,8 @@ private:
     std::shared_ptr<const LoadedGpuCode> code_;
 };
 
-// What was loaded of late, and what compiling had to say of it, by the key of its request. Code with
-// variables of its own is not for sharing and does not come here. Any thread may call.
+// Recently loaded code and its compiler's messages, by the key of the request. Code with module
+// variables is not shared and not kept here. Any thread may call.
 class LoadedGpuCodes {
 public:
     struct Entry {
@@ -69,7 +71,7 @@ public:
     };
     static constexpr size_t kMost = 16; // a few hundred kilobytes of device memory each, at most
 
-    // Null members where there is none.
+    // Null members if not found.
     Entry find(const std::string& key);
     void add(Entry entry);
 

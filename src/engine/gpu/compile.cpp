@@ -66,7 +66,7 @@ bool mayRecurse(const PipelineParts& parts) {
     return false;
 }
 
-// What debug exceptions tell of callables.
+// The details of callables for debug exceptions.
 void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
     const auto describe = [](const ProgramRef& program) {
         return program ? compiler::GpuGroup::Callable{program.function,
@@ -100,9 +100,9 @@ bool raiseStackLimit(size_t bytes) {
     return true;
 }
 
-// Beside frames: what the driver itself puts on the stack, and functions that it provides.
+// Beside frames: the driver's own use of the stack, and functions that it provides.
 constexpr size_t kReserved = 1024;
-// What the driver's compiler spills in kernels of which it has not told.
+// Bytes that the driver's compiler spills in kernels without a report.
 constexpr size_t kSpills = 1024;
 
 size_t stackNeed(const Pipeline& pipeline, const compiler::GpuStack& stack, size_t kernelFrame) {
@@ -120,7 +120,7 @@ void GpuBackend::setStackUse(GpuCodeObject& code) {
     code.stackBytes = limit - std::min(limit, code.reservedStack);
 }
 
-// Sizes can only make the stack larger than the programs need as far as is known.
+// The sizes can only enlarge the stack beyond the programs' known need.
 void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
     auto& code = static_cast<GpuCodeObject&>(*pipeline.deviceCode);
     const PipelineLimits& set = pipeline.limits;
@@ -135,7 +135,7 @@ void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
     setStackUse(code);
 }
 
-// Without a store nothing is kept here either: who turns the cache off wants code to be made.
+// Without a store no code is kept here either: with the cache off, code must be compiled.
 LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest& request,
                                              compiler::ObjectStore* store) {
     const unsigned registers = registersOf(request.pipeline.rules);
@@ -161,7 +161,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
         } catch (const Error& error) {
             if (error.code() != Code::kLinkError)
                 throw;
-            isKept = false; // of another driver that has the same number, say
+            isKept = false; // for example of another driver with the same number
         }
     if (!isKept)
         code = compiler::compileGpuPipeline(request);
@@ -173,7 +173,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
         }
         load();
         if (entry.loaded->isOfText)
-            code.machineCode.clear(); // the driver takes none
+            code.machineCode.clear(); // the driver accepts no machine code
         if (!log.empty()) {
             compiler::measureGpuStack(code, log);
             isKept = false;
@@ -190,7 +190,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     return entry;
 }
 
-// Every driver has this, whether or not its compiler can be asked for machine code.
+// Every driver has this, even if its compiler cannot return machine code.
 bool GpuBackend::takes(const std::string& ptx) {
     ContextScope scope(device_.context());
     CUmodule module = nullptr;
@@ -200,7 +200,7 @@ bool GpuBackend::takes(const std::string& ptx) {
     return true;
 }
 
-// Drivers that came after this library are asked what they read.
+// Drivers newer than this library are asked for the versions they read.
 unsigned GpuBackend::newestPtx() {
     std::call_once(ptxAsked_, [this] {
         newestPtx_ = ptxVersionOf(device_.driverVersion());

@@ -16,7 +16,7 @@ denoise::gpu::GpuDenoiser& GpuBackend::denoiser() {
     return *denoiser_;
 }
 
-// Kernels cannot return errors; the log of whichever context comes next hears of them.
+// Kernels cannot return errors; the next context that calls logs them.
 void GpuBackend::tellOfRefusals(const Context& context) {
     std::lock_guard lock(refusalMutex_);
     for (denoise::gpu::GpuDenoiser::Refusal& refusal : denoiser().takeRefusals()) {

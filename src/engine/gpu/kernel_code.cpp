@@ -17,7 +17,7 @@ using device::cuda::KernelSource;
 
 namespace {
 
-// What this process has made or read, by key: at most that of the library's kernels, a few
+// Code that this process has made or read, by key: at most that of the library's kernels, a few
 // megabytes.
 class Known {
 public:
@@ -101,7 +101,7 @@ void GpuKernelCode::forgetForTests() {
 std::vector<std::string> GpuKernelCode::machineCode(std::span<const KernelSource* const> kernels,
                                                     bool anew) {
     std::vector<std::string> codes(kernels.size()), keys;
-    if (!device::cuda::hasPtxCompiler()) // the driver has a cache of its own then
+    if (!device::cuda::hasPtxCompiler()) // the driver's own cache serves then
         return codes;
     compiler::ObjectStore* const store = cache_ && cache_->enabled() ? cache_.get() : nullptr;
     std::vector<size_t> missing, unkept; // places

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Machine code of the library's own kernels, made by the compiler that comes with the driver on all
-// threads, and kept: in the disk cache of the API's context, as that of pipelines is, and in this
-// process, whose contexts share it whether they have a cache or not.
+// Machine code of the library's own kernels, made by the driver's compiler on all threads. It is
+// kept in the disk cache of the API's context, as that of pipelines is, and in this process, whose
+// contexts share it with or without a cache.
 #pragma once
 
 #include "device/cuda/kernel_set.h"
@@ -19,11 +19,11 @@ public:
     // Before the first call; null: none.
     void useCache(std::shared_ptr<CompileCache> cache) { cache_ = std::move(cache); }
 
-    // What is damaged on disk, or no machine code, counts as if it were not there.
+    // A damaged entry on disk, or one that is not machine code, counts as missing.
     std::vector<std::string> machineCode(std::span<const device::cuda::KernelSource* const> kernels,
                                          bool anew) override;
 
-    // What this process knows.
+    // The code that this process keeps.
     static void forgetForTests();
 
 private:

@@ -14,7 +14,7 @@ namespace {
 
 using namespace device::cuda;
 
-// Of the report in page-locked memory, behind the image of the block.
+// Offset of the report in page-locked memory, after the image of the block.
 constexpr size_t kHostReport = (sizeof(devlib::LaunchBlock) + 63) / 64 * 64;
 
 std::string nameOfFatal(int32_t code) {
@@ -52,7 +52,7 @@ std::string readText(uint64_t address) {
     return text;
 }
 
-// What getters of exceptions told, where `words` are of this exception. The texts live as long as
+// The exception details of getters, if `words` belong to this exception. The texts live as long as
 // the caller's.
 struct Details {
     devlib::ExceptionInfo info{};
@@ -116,7 +116,7 @@ GpuLaunchSlots::Lease::Lease(GpuLaunchSlots& slots, const ContextPtr& context, C
     slot_->validation = validation;
 }
 
-// What is in the stream already may still read the slot.
+// Work already queued may still read the slot.
 GpuLaunchSlots::Lease::~Lease() {
     if (isQueued_)
         return;
@@ -244,7 +244,7 @@ void GpuLaunchSlots::collect(unsigned mostPending, Lines& lines) {
     }
 }
 
-// The CUDA context has failed, and which launch did it cannot be asked any more.
+// The CUDA context has failed, and the launch that caused it can no longer be identified.
 void GpuLaunchSlots::lose(CUresult reason, Lines& lines) {
     uint64_t first = ~uint64_t(0), last = 0;
     std::vector<std::weak_ptr<Context>> contexts; // usually one
@@ -312,7 +312,7 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
             {slot.context, LogLevel::kWarning, where + "no exception program saw: " + unseen});
 }
 
-// What launches of graphs have reported since they were asked last.
+// Reports of graphs' launches since the last call.
 void GpuLaunchSlots::tellOfGraphs(Lines& lines) {
     for (auto& slot : slots_) {
         if (slot->state != State::kCaptured)

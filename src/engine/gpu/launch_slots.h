@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Memory of launches in flight on a GPU: for each a block in device memory with room for launch
-// parameters, and its image in page-locked host memory. A slot is used again once its launch is
-// over; what that launch reported is told then, or by tellOfEnded(). A launch that is captured
-// stays a part of a graph, which may run at any time: its slot is not used again.
+// parameters, and its image in page-locked host memory. A slot is reused once its launch has ended;
+// its reports are logged then, or by tellOfEnded(). A captured launch stays part of a graph, which
+// may run at any time: its slot is never reused.
 #pragma once
 
 #include "device/cuda/driver.h"
@@ -22,16 +22,16 @@ public:
     enum class State {
         kFree,
         kTaken,     // its launch is being queued
-        kQueued,    // settled by whoever finds that it is over
+        kQueued,    // settled by the first thread that finds it ended
         kAwaited,   // queued, and settled by the thread that waits for it
-        kCaptured,  // may be queued, by whoever launches the graph
-        kAbandoned, // queued in part: free once that is over, with nothing to tell
+        kCaptured,  // may be queued by any launch of the graph
+        kAbandoned, // queued in part: free once that part has ended, without a report
         kLost,      // the CUDA context failed before it was known to be over
     };
     struct Slot {
         CUdeviceptr memory = 0; // LaunchBlock, then the parameters
         devlib::LaunchBlock* host = nullptr;
-        devlib::LaunchReport* report = nullptr; // where the launch's comes to
+        devlib::LaunchReport* report = nullptr; // destination of the launch's report
         std::byte* extra = nullptr;             // page-locked, of `capacity` bytes too
         size_t capacity = 0;                    // bytes of parameters
         CUevent done = nullptr;
@@ -44,7 +44,7 @@ public:
     };
     static constexpr size_t kParameters = (sizeof(devlib::LaunchBlock) + 255) / 256 * 256;
 
-    // A slot while a launch is being queued. Unless queued() is reached it goes back.
+    // A slot while a launch is being queued; freed again unless queued() is reached.
     class Lease {
     public:
         Lease(GpuLaunchSlots& slots, const ContextPtr& context, CUstream stream,
@@ -70,8 +70,8 @@ public:
     explicit GpuLaunchSlots(CUcontext context) : context_(context) {}
     ~GpuLaunchSlots();
 
-    // Tells what the launches reported that are over, and of launches that ended with the CUDA
-    // context; stops after finding so many that are not. The context is current.
+    // Logs the reports of launches that have ended, and launches lost with the CUDA context; stops
+    // after finding so many that still run. The context is current.
     void tellOfEnded(unsigned mostPending);
 
 private:
@@ -86,7 +86,7 @@ private:
     void makeMemory(Slot& slot, size_t parameterBytes);
     void record(Slot& slot, CUstream stream, State state);
     void tellOfGraphs(Lines& lines);
-    // Frees slots whose launches are over; mutex_ is held.
+    // Frees slots whose launches have ended; mutex_ is held.
     void collect(unsigned mostPending, Lines& lines);
     void lose(CUresult reason, Lines& lines);
     static void settle(Slot& slot, Lines& lines);
@@ -98,7 +98,7 @@ private:
     std::mutex mutex_;
     std::vector<std::unique_ptr<Slot>> slots_;
     uint64_t launches_ = 0;
-    size_t next_ = 0; // where to look for launches that are over
+    size_t next_ = 0; // where to look for launches that have ended
 };
 
 } // namespace sunstone::engine

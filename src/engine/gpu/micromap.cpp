@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Arrays of opacity micromaps on a GPU: kernels of src/bvh/gpu in the caller's stream. An array
-// holds no addresses; to relocate it is to recognise it.
+// holds no addresses; relocation only checks that it is a copy.
 #include "base/error.h"
 #include "engine/gpu/backend.h"
 #include "engine/micromap.h"
@@ -13,8 +13,8 @@ using namespace device::cuda;
 
 namespace {
 
-// Bytes from an address to the end of its allocation; memory of other kinds has no range that the
-// driver tells of.
+// Bytes from an address to the end of its allocation; for memory of other kinds the driver reports
+// no range.
 uint64_t bytesFrom(const void* address) {
     CUdeviceptr base = 0;
     size_t bytes = 0;
@@ -24,7 +24,7 @@ uint64_t bytesFrom(const void* address) {
     return base + bytes - place;
 }
 
-// The header of the array, after what its stream does before.
+// The header of the array, after the stream's earlier work.
 bvh::MicromapArrayHeader readHeader(GpuDevice& device, CUstream stream, const void* array,
                                     const char* parameter) {
     bvh::MicromapArrayHeader header{};
@@ -57,7 +57,7 @@ bvh::RelocationInfo GpuBackend::micromapRelocationInfo(const ContextPtr&, const 
     return bvh::micromapRelocationInfo(&header);
 }
 
-// As on the CPU the memory must hold a copy; the call waits for the stream to see it.
+// As on the CPU the memory must hold a copy; the call waits for the stream to check it.
 void GpuBackend::relocateMicromapArray(const ContextPtr&, void* stream,
                                        const bvh::RelocationInfo& info, void* array) {
     ContextScope scope(device_.context());

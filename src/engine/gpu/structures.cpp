@@ -15,8 +15,8 @@ namespace {
 using namespace device::cuda;
 using namespace bvh::gpu;
 
-// The driver's number of the allocation that a handle leads into, another one for memory that is
-// allocated there again; 0: the driver knows of none.
+// The driver's number of the allocation that contains a handle's address; a later allocation there
+// has another number; 0: no allocation.
 uint64_t allocationOf(uint64_t handle) {
     unsigned long long number = 0;
     const CUresult told = driver().pointerGetAttribute(&number, CU_POINTER_ATTRIBUTE_BUFFER_ID,
@@ -32,8 +32,8 @@ bool isStructure(uint64_t handle) {
     return tag == devlib::kTagGas || tag == devlib::kTagIas;
 }
 
-// All handles of the process, and the table as it is to be in each context: handles may be used in
-// any of them. A handle keeps its place until the layout changes.
+// All handles of the process, and the intended table of each context: handles may be used in any of
+// them. A handle keeps its place until the layout changes.
 class Handles {
 public:
     std::mutex mutex;
@@ -61,14 +61,14 @@ public:
         writes.push_back(entry.place);
     }
 
-    // Asks the driver about as many structures, from where the last call ended.
+    // Checks this many structures with the driver, continuing after the last call's.
     void look(size_t count) {
         for (size_t asked = 0, seen = 0; asked < count && seen < order_.size(); ++seen) {
             next_ = (next_ + 1) % order_.size();
             asked += look(entries_.find(order_[next_])->second);
         }
     }
-    // One of the two that is there, or 0.
+    // The one of the two that is valid, or 0.
     uint64_t usual(uint64_t handle) {
         for (const uint64_t each : {handle, newest_})
             if (const auto found = entries_.find(each); found != entries_.end()) {
@@ -95,10 +95,10 @@ private:
         uint64_t handle = 0;
         uint32_t place = 0;
         bool isThere = true;
-        uint64_t allocation = 0; // of the driver's; 0: it knew of none, and is not asked
+        uint64_t allocation = 0; // of the driver's; 0: none, and not checked
     };
 
-    // Whether the driver was asked.
+    // Returns whether it queried the driver.
     bool look(Entry& entry) {
         if (entry.allocation == 0)
             return false;
@@ -115,7 +115,8 @@ private:
     }
 
     // In other memory. Transforms are the caller's: an address makes the same handle again, without
-    // a call. What the caller maps may be a structure that was kept elsewhere meanwhile.
+    // a call. Memory that the caller maps again may hold a structure that was kept elsewhere
+    // meanwhile.
     static bool mayBeBack(uint64_t handle) {
         return !isStructure(handle) || isMappedByApplication(driver(), devlib::addressOf(handle));
     }
@@ -136,7 +137,7 @@ private:
         slots[place] = entry.handle;
     }
 
-    // Another table, without what is gone.
+    // Another table, without removed handles.
     void lay() {
         std::erase_if(entries_, [](const auto& each) { return !each.second.isThere; });
         std::erase_if(order_, [&](uint64_t handle) { return !entries_.contains(handle); });
@@ -161,7 +162,7 @@ Handles& handles() {
 
 } // namespace
 
-// Those whose tables graphs may look into at any time.
+// The tables that graphs may read at any time.
 struct GpuKnownHandles::Followers {
     std::mutex mutex; // taken before all others
     std::vector<GpuKnownHandles*> all;
@@ -196,8 +197,8 @@ GpuKnownHandles::~GpuKnownHandles() {
             driver().memFree(memory);
 }
 
-// What launches under way have of the table stays until there is a third one: freeing it waits for
-// them.
+// The replaced table stays allocated until the next replacement: running launches may read it, and
+// freeing waits for them.
 void GpuKnownHandles::makeRoom(size_t entries) {
     if (!stream_)
         SUNSTONE_CU(streamCreate, &stream_, CU_STREAM_NON_BLOCKING);
@@ -228,11 +229,11 @@ void GpuKnownHandles::follow() {
         SUNSTONE_CU(ctxGetCurrent, &context_);
         SUNSTONE_CU(memAlloc, &cell_, sizeof(uint64_t));
     }
-    told_ = ~uint64_t(0); // nothing, or something old
+    told_ = ~uint64_t(0); // unset, or outdated
     them.all.push_back(this);
 }
 
-// False: graphs take all handles as they are from now on, or cannot run any more.
+// False: from now on graphs accept all handles unchecked, or cannot run any more.
 bool GpuKnownHandles::tryRefresh() {
     std::lock_guard own(mutex_);
     try {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which handles lead somewhere on GPUs: to where an acceleration structure was put, by any context of
-// this process, and to transforms. A GPU's kernel cannot find out whether there is memory at an
-// address, and a fault would end the CUDA context, so that kernels look handles up before they follow
-// them (bvh/gpu/known_handles.h).
+// Valid handles on GPUs: those of acceleration structures that any context of this process has
+// built or copied, and of transforms. A kernel cannot test whether an address is mapped, and a
+// fault would end the CUDA context; kernels therefore look handles up before they follow them
+// (bvh/gpu/known_handles.h).
 #pragma once
 
 #include "device/cuda/driver.h"
@@ -25,16 +25,16 @@ public:
     GpuKnownHandles(const GpuKnownHandles&) = delete;
     GpuKnownHandles& operator=(const GpuKnownHandles&) = delete;
 
-    // Of how many structures the driver is asked whether their memory is still allocated, in turn;
-    // of the usual one it is always.
+    // The number of structures for which a call asks the driver, in turn, whether their memory is
+    // still allocated; the usual one is always checked.
     static constexpr size_t kSome = 8, kAll = ~size_t(0);
     struct View {
         uint64_t known; // see bvh/gpu/known_handles.h
         uint64_t usual; // that of the caller if it is known, else the newest structure's, or 0
     };
-    // Brings the table up to date, for work on this stream. What is captured gets a number that leads
-    // to the table of the time when its graph runs: from then on every handle that is noted goes
-    // there at once.
+    // Brings the table up to date, for work on this stream. A captured launch gets a number that
+    // leads to the table at the time when its graph runs: from then on every noted handle is added
+    // to it at once.
     View update(size_t asked, uint64_t usual, CUstream stream);
 
 private:
@@ -50,11 +50,11 @@ private:
     std::mutex mutex_;
     CUstream stream_ = nullptr; // waits for no other
     CUdeviceptr table_ = 0, replaced_ = 0;
-    uint64_t layout_ = 0, written_ = 0; // what the table holds of the process's
-    // For graphs: what stands for the table, in memory of this context; 0: none was captured yet.
+    uint64_t layout_ = 0, written_ = 0; // the process's handles in the table
+    // For graphs: the table's number, in memory of this context; 0: none was captured yet.
     CUdeviceptr cell_ = 0;
     CUcontext context_ = nullptr;
-    uint64_t told_ = 0; // what is in the cell
+    uint64_t told_ = 0; // contents of the cell
 };
 
 } // namespace sunstone::engine

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A device assertion that fails ends its launch; the error is that of the next call that waits.
+// A failed device assertion ends its launch; the next call that waits returns the error.
 #include <cuda_runtime.h>
 
 #include <cassert>

@@ -26,7 +26,7 @@ __global__ void reverse(const int* in, int* out) {
     out[block.thread_rank()] = buffer[255 - block.thread_rank()];
 }
 
-// Half of the threads make, the other half use; two barriers a buffer tell when.
+// Half of the threads produce, the other half consume, synchronised by two barriers a buffer.
 __global__ void producers(const int* in, int* out, int steps) {
     __shared__ BlockBarrier full[2], empty[2];
     __shared__ int buffer[2][64];

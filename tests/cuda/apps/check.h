@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the little programs share: stop at the first CUDA error, say where.
+// Error checks of the small programs: stop at the first CUDA error and print its place.
 #pragma once
 
 #include <cstdio>

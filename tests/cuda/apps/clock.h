@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs that check kernels against the same work in C++ tell how long both took, on stderr, if
-// they are given a factor for their size: PROGRAM 16. Processor time of all threads, so that a
-// ratio says what the code costs and not how many cores there are.
+// Timing for programs that check kernels against the same work in C++. Given a factor for their
+// size (PROGRAM 16), they print both times on stderr. Times are processor time of all threads, so
+// that a ratio does not depend on the number of cores.
 #pragma once
 
 #include <cstdio>

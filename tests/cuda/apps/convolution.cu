@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Separable convolution of a picture: read through textures that clamp and mirror at the edges,
-// weights in constant memory; and once more by bilinear taps between texels.
+// Separable convolution of an image: read through textures that clamp and mirror at the edges, with
+// weights in constant memory; then again by bilinear taps between texels.
 #include <cuda_runtime.h>
 
 #include "check.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cooperative launch whose blocks wait for one another at a barrier of the program's own.
+// A cooperative launch whose blocks wait for one another at a barrier written by the program.
 #include <cuda_runtime.h>
 
 #include "check.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What device code may do beyond arithmetic: recursion, its own heap, function pointers, printf,
-// local arrays, clocks.
+// Device code beyond arithmetic: recursion, the device heap, function pointers, printf, local
+// arrays, clocks.
 #include <cuda_runtime.h>
 
 #include "check.h"

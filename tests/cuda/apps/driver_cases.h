@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What programs share that try one call of the driver API after another and print what came of
+// Shared by programs that try one call of the driver API after another and print the outcome of
 // each: names of results, blocks of memory of every kind with sums of their contents, arrays of
 // every sort.
 #pragma once
@@ -118,7 +118,7 @@ inline Place makeLevel(const char* name, size_t width, size_t height, size_t dep
     return arrayPlace(name, array, 4);
 }
 
-// Blocks of kBytes; behind those on the device nothing lies for a good while.
+// Blocks of kBytes; on the device a large unmapped range follows them.
 struct Blocks {
     Place pageable, pinned, device, other, managed;
 
@@ -144,7 +144,8 @@ struct Blocks {
 struct Cases {
     CUstream stream = nullptr; // for asynchronous forms
 
-    // Prints what each form of a call answers, and the sum of what it wrote; one if all agree.
+    // Prints the result of each form of a call, and the sum of the bytes it wrote; one if all
+    // agree.
     template <class Call>
     void run(const std::string& name, const Place* changed, int forms, Call&& call) {
         std::string text;

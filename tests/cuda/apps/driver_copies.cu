@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies and sets of the driver API between all kinds of memory and sorts of arrays, with all that
-// can be wrong about them.
+// Copies and sets of the driver API between all kinds of memory and sorts of arrays, with all
+// errors of their arguments.
 #include "driver_cases.h"
 
 namespace {
@@ -91,9 +91,8 @@ void places(const Blocks& blocks, const Place& array) {
         }
 }
 
-// ---- one thing changed at a time
-// ------------------------------------------------------------------ What a change may be tried on;
-// drivers do not survive all of them everywhere.
+// ---- one thing changed at a time ---------------------------------------------------------------
+// Targets of a change; some changes crash drivers on some targets.
 enum Sides { kAny, kNoHost, kBlocks };
 template <class Copy>
 struct Change {

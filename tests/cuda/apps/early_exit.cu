@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// main returns while kernels are queued, and an object of static storage, destroyed later, still calls
-// the runtime.
+// main returns while kernels are queued, and the destructor of a static object still calls the
+// runtime.
 #include "check.h"
 
 namespace {
@@ -16,7 +16,7 @@ struct Memory {
     unsigned* sum = nullptr;
     ~Memory() {
         const cudaError_t result = cudaFree(sum);
-        // A driver may be gone by now.
+        // The driver may be unloaded by now.
         std::printf("%s\n", result == cudaSuccess || result == cudaErrorCudartUnloading ? "freed"
                                                                                          : "not freed");
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// main returns while a kernel runs that never ends, and another is queued behind it. The process
-// ends all the same; what still waits for the device in a destructor is told that there is none any
-// more, or gets its memory freed where the driver has ended the kernel.
+// main returns while an endless kernel runs and another one is queued after it. The process ends
+// all the same; calls in destructors that still wait for the device return the error that the
+// device is gone, or free their memory if the driver has ended the kernel.
 #include "check.h"
 
 namespace {

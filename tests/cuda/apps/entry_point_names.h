@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of the driver API's functions, without what tells their forms apart.
+// Names of the driver API's functions, without the suffixes of their forms.
 #pragma once
 
 // clang-format off

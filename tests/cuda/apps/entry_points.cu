@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of the driver by name, version and kind of default stream: which form of each function
-// comes back. A line has the versions from which on another form is meant.
+// Functions of the driver by name, version and kind of default stream: the form of each function
+// that the driver returns. A line lists the versions from which on another form applies.
 #include <cuda.h>
 
 #include "entry_point_names.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the runtime answers to mistakes, and that the last error is kept and cleared.
+// The runtime's errors for mistakes; the last error is kept and cleared.
 #include <cuda_runtime.h>
 
 #include "check.h"
@@ -53,7 +53,7 @@ int main() {
     say("fine", cudaDeviceSynchronize());
     fail<<<1, 1>>>();
     say("trap", cudaDeviceSynchronize());
-    // Device code that failed leaves an error that stays, until the device is reset.
+    // Failed device code leaves an error until the device is reset.
     say("allocation after it", cudaMalloc(&p, 64));
     say("reset", cudaDeviceReset());
     int* after;

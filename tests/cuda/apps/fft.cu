@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fourier transforms of 1024 points, one in each block: steps of radix 2 in shared memory with a
-// barrier after each, and steps of radix 4 with tables of roots. Forth and back gives what was
-// there.
+// barrier after each, and steps of radix 4 with tables of roots. The inverse transform restores the
+// input.
 #include <cuda_runtime.h>
 
 #include "check.h"

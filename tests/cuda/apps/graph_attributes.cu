@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Attributes of kernel nodes of graphs: which there are, what they are at first and may be set to.
+// Attributes of kernel nodes of graphs: the attributes, their initial values and the values they
+// accept.
 #include "driver_cases.h"
 
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pipeline over two streams captured into a graph, run many times, updated, and once more built by
+// A pipeline over two streams captured into a graph, run many times, updated, and built again by
 // hand.
 #include <cuda_runtime.h>
 
@@ -129,7 +129,7 @@ int main() {
     CHECK(cudaStreamSynchronize(first));
     std::printf("changed: total %lld\n", total());
 
-    // What a capture does not allow ends it.
+    // A call that a capture does not allow ends it.
     CHECK(cudaStreamBeginCapture(first, cudaStreamCaptureModeGlobal));
     std::printf("synchronize: %s\n", cudaGetErrorName(cudaStreamSynchronize(first)));
     cudaGraph_t none = nullptr;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers of 16 bits: every function of cuda_fp16.h and cuda_bf16.h over all numbers. What is rounded
-// once is printed as a sum over the bits of all results, on device and host; mathematics is compared with
-// functions of floats.
+// Numbers of 16 bits: every function of cuda_fp16.h and cuda_bf16.h over all numbers. Exactly
+// rounded functions are printed as a sum over the bits of all results, on device and host;
+// mathematics is compared with functions of floats.
 #include "check.h"
 
 #include <cuda_bf16.h>
@@ -318,7 +318,7 @@ void run(const char* format) {
 #define PLAIN(name, function) #name,
     const char* const functions[] = {MATHEMATICS(PLAIN)};
     for (size_t k = 0; k < sizeof functions / sizeof *functions; ++k)
-        if (apart[k] > 1) // one step is what the vendor's functions may be apart
+        if (apart[k] > 1) // the vendor's functions may differ by one step
             printf("%s h%s is %d steps away\n", format, functions[k], apart[k]);
 
     typename Format::Number *number, *rotated;

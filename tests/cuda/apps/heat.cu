@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Heat spreads over a plate in one cooperative launch: all blocks do a step, meet at a barrier of
-// the grid, and do the next one. Tiles with their rims go through shared memory. Whole numbers.
+// Heat diffusion on a plate in one cooperative launch: all blocks do a step, meet at a barrier of
+// the grid, and do the next one. Tiles with their borders go through shared memory. Integers.
 #include <cooperative_groups.h>
 #include <cuda_runtime.h>
 

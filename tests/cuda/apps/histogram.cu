@@ -49,7 +49,7 @@ __global__ void others(const unsigned char* data, int n, Totals* t) {
     atomicInc(&t->wrapped, 999u);
     atomicAdd(&t->floats, 0.5f);
     atomicAdd(&t->doubles, 0.25);
-    // Compare and swap, as programs make atomics of their own.
+    // Compare and swap, as in atomics written by programs.
     unsigned long long seen = t->largest;
     const unsigned long long mine = static_cast<unsigned long long>(data[i]) << 40 | unsigned(i);
     while (seen < mine) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surface of a field of numbers as triangles, cell by cell: a kernel counts what each cell
-// gives, a scan over all cells makes places of the counts, and another kernel writes the triangles
-// there. Each cell is cut into six tetrahedra. Corners lie on a grid of whole numbers, so that host
-// and device agree in every bit.
+// The isosurface of a scalar field as triangles, cell by cell: a kernel counts the triangles of
+// each cell, a scan turns the counts into places, and another kernel writes the triangles there.
+// Each cell is cut into six tetrahedra. Vertices lie on an integer grid, so that host and device
+// agree in every bit.
 #include <cuda_runtime.h>
 
 #include "check.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clusters of points by k-means: each point goes to the nearest centre, sums and counts of the
-// clusters come by atomics, in shared memory first, and new centres are their means. All in whole
-// numbers, so that the order of the atomics does not show.
+// Clusters of points by k-means: each point joins the nearest centre, atomics (in shared memory
+// first) sum and count the clusters, and new centres are their means. All numbers are integers, so
+// that the order of the atomics has no effect.
 #include <cuda_runtime.h>
 
 #include "check.h"
@@ -18,7 +18,7 @@ struct Sums {
     unsigned moved;
 };
 
-// Coordinate d of point i stands at points[d * n + i].
+// Coordinate d of point i is points[d * n + i].
 __global__ void assign(const int* points, int n, const int* centres, int* clusters, Sums* sums) {
     __shared__ int near[kClusters][kDimensions];
     __shared__ unsigned totals[kClusters][kDimensions], counts[kClusters], moved;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Matrix products of a warp through nvcuda::wmma, in several types and layouts, and through mma
-// with ldmatrix. The numbers are small whole ones, so that every product is exact.
+// with ldmatrix. The numbers are small integers, so that every product is exact.
 #include <cuda_runtime.h>
 #include <mma.h>
 
@@ -12,7 +12,7 @@ using namespace nvcuda;
 
 constexpr int kSize = 64; // of square matrices, in elements
 
-// Each warp makes one tile; A lies by rows, B by columns.
+// Each warp computes one tile; A is row-major, B column-major.
 template <class T, class Sum, int m, int n, int k, class Memory>
 __global__ void multiply(const Memory* a, const Memory* b, const Sum* c, Sum* d) {
     const int row = int(blockIdx.x) * m, column = int(blockIdx.y) * n;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Built so that the default stream is one per thread: while that of one thread is held up, that of
-// another has nothing to wait for.
+// Built with one default stream per thread: while one thread's stream is blocked, that of another
+// does not wait.
 #include <cuda_runtime.h>
 
 #include "check.h"
@@ -27,7 +27,7 @@ static void waitForOther(void* meeting) {
     static_cast<Meeting*>(meeting)->mayGoOn.get_future().wait();
 }
 
-// Its stream waits until the other thread has asked for the state of its own.
+// Its stream waits until the other thread has queried its own stream.
 static void workHeldUp(int* out, Meeting* meeting) {
     meeting->isThere.get_future().wait();
     CHECK(cudaLaunchHostFunc(0, waitForOther, meeting));
@@ -38,7 +38,7 @@ static void workHeldUp(int* out, Meeting* meeting) {
 }
 
 static void work(int* out, Meeting* meeting) {
-    // What is made for the first use of the stream and of the kernel may wait for all others.
+    // The first use of the stream and of the kernel may wait for all other work.
     count<<<1, 32>>>(out, 0);
     CHECK(cudaStreamSynchronize(0));
     meeting->isThere.set_value();

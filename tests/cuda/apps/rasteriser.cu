@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rasteriser in software: a thread for each triangle walks over its pixels and keeps the nearest
-// by atomicMin on depth and number in 64 bits; large triangles go through a queue to a kernel with
-// a block for each. Coordinates are whole numbers: which pixels a triangle covers, and how deep, is
-// exact.
+// A software rasteriser: a thread for each triangle walks over its pixels and keeps the nearest by
+// atomicMin on depth and number in 64 bits; large triangles go through a queue to a kernel with a
+// block for each. Coordinates are integers, so that coverage and depth are exact.
 #include <cuda_runtime.h>
 
 #include "check.h"

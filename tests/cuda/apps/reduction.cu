@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads of a block that meet: barriers, static and dynamic shared memory, shuffles, votes,
+// Cooperation of a block's threads: barriers, static and dynamic shared memory, shuffles, votes,
 // atomics.
 #include <cuda_runtime.h>
 

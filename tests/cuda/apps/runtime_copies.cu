@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies and sets of the runtime API between all kinds of memory, in all directions, with all that
-// can be wrong about them.
+// Copies and sets of the runtime API between all kinds of memory, in all directions, with all
+// errors of their arguments.
 #include "driver_cases.h"
 
 #include <cuda_runtime.h>
@@ -10,7 +10,7 @@ namespace {
 Cases cases;
 cudaStream_t stream;
 
-// Prints what each form answers, which the runtime also remembers.
+// Prints the result of each form, which is also the runtime's last error.
 template <class Call>
 void run(const std::string& name, const Place* changed, int forms, Call&& call) {
     cases.run(name, changed, forms, [&](int form) {

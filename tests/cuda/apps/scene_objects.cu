@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small renderer whose scene is made of objects with virtual functions, which a kernel makes on
-// the device: rays ask every object through its table, and materials answer what they reflect.
-// Numbers are whole, with sixteen bits behind the point, so that host and device agree in every
-// bit.
+// A small renderer whose scene is made of objects with virtual functions, which a kernel constructs
+// on the device: rays call every object through its table, and materials return the light they
+// reflect. Numbers are fixed point with sixteen fractional bits, so that host and device agree in
+// every bit.
 #include <cuda_runtime.h>
 
 #include "check.h"
@@ -38,7 +38,7 @@ __host__ __device__ inline Fixed root(Fixed value) {
 
 struct Material {
     __host__ __device__ virtual ~Material() {}
-    // What of the light at this place comes back, by the cosine of the light's angle.
+    // The reflected part of the light at this place, by the cosine of the light's angle.
     __host__ __device__ virtual Fixed shade(Vector place, Fixed cosine) const = 0;
 };
 

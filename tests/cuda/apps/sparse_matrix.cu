@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sparse matrix times a vector, as solvers do it: a thread for each row, a warp for each row with
-// shuffles, and columns of padded rows that lie side by side. Values are small whole numbers, so
-// that every order of the sums gives the same.
+// A sparse matrix times a vector, as in solvers: a thread for each row, a warp for each row with
+// shuffles, and padded rows stored by column. Values are small integers, so that the order of the
+// sums has no effect.
 #include <cuda_runtime.h>
 
 #include "check.h"
@@ -9,7 +9,7 @@
 
 #include <vector>
 
-// Rows behind one another: row r has the elements from starts[r] to starts[r + 1].
+// Consecutive rows: row r has the elements from starts[r] to starts[r + 1].
 __global__ void rowPerThread(int rows, const int* starts, const int* columns, const float* values,
                              const float* x, float* y) {
     const int row = blockIdx.x * blockDim.x + threadIdx.x;
@@ -35,7 +35,7 @@ __global__ void rowPerWarp(int rows, const int* starts, const int* columns, cons
         y[row] = sum;
 }
 
-// Element k of all rows, then element k + 1: what the lanes read lies side by side.
+// Element k of all rows, then element k + 1: lanes read neighbouring elements.
 __global__ void paddedRows(int rows, int width, const int* columns, const float* values,
                            const float* x, float* y) {
     const int row = blockIdx.x * blockDim.x + threadIdx.x;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bessel functions, inverses of error functions and lengths of vectors against the host's, whose long
-// doubles are exact enough: within the bounds that CUDA's documentation states.
+// Bessel functions, inverses of error functions and lengths of vectors against the host's long
+// double results: within the bounds that CUDA's documentation states.
 #include "check.h"
 
 #include <cmath>
@@ -98,7 +98,7 @@ long double reference(int which, long double x, long double start) {
 
 struct Bounds {
     double wide, narrow;       // units of the last place
-    double wideFar, narrowFar; // absolute, where |x| >= far; 0: the other ones hold
+    double wideFar, narrowFar; // absolute, where |x| >= far; 0: the other ones apply
     double least, largest;     // arguments
     double far = 8;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads and writes surfaces of every geometry, with the boundary modes that do not trap, and samples
-// what was written.
+// Reads and writes surfaces of every geometry, with the boundary modes that do not trap, and
+// samples the written texels.
 #include "check.h"
 
 #include <cstring>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texture and surface references: variables of a module that the host binds to memory. Compilers no
-// longer make them, modules of PTX still hold them.
+// longer generate them, but PTX modules still contain them.
 #include "driver_cases.h"
 
 #pragma GCC diagnostic ignored "-Wdeprecated-declarations" // all that is tried here is

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples textures of every geometry, address, filter and read mode. What it prints was recorded on
-// a GPU (textures.expected): weights of the filters, borders, seams of cubes, levels. Numbers
-// are compared with a tolerance of one weight of the filter.
+// Samples textures of every geometry, address, filter and read mode. The expected output was
+// recorded on a GPU (textures.expected): weights of the filters, borders, seams of cubes, levels.
+// Numbers are compared with a tolerance of one weight of the filter.
 #include "check.h"
 
 #include <cmath>
@@ -404,7 +404,7 @@ static void levels() {
                 CHECK(cudaCreateTextureObject(&t, &r, &d, nullptr));
                 sample(name, t, k2DLod, c);
                 std::snprintf(name, sizeof name, "gradients filter%d mip%d variant%d", filter, mip, variant);
-                // How an anisotropic footprint is spread is each device's own.
+                // Each device spreads an anisotropic footprint differently.
                 if (variant != 2)
                     sample(name, t, k2DGrad, gradients);
                 CHECK(cudaDestroyTextureObject(t));

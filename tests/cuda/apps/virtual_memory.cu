@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Addresses that are reserved, memory that is created, mapped there and opened for access, step by
-// step, and every step wrongly.
+// Reserved address ranges, and memory that is created, mapped there and opened for access, step by
+// step, with the errors of every step.
 #include "driver_cases.h"
 
 #include <unistd.h>
@@ -375,7 +375,7 @@ void sharing() {
     MUST(cuMemAddressFree(space, 2 * unit));
 }
 
-// The handle that none is; drivers read other ones without a look.
+// A value that is never a handle; drivers read others unchecked.
 void noHandle() {
     CUdeviceptr space = 0;
     P properties = {};

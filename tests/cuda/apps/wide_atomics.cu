@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Atomics on 128 bits: each thread adds to two counters at once, by compare-and-swap, and the pairs
-// that an exchange hands on are never torn.
+// Atomics on 128 bits: each thread adds to two counters at once by compare-and-swap, and pairs
+// passed on by an exchange are never torn.
 #include <cuda_runtime.h>
 
 #include "check.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions on words that hold two or four integers, dot products, sums with limits, matches and atomics of
-// other types: a sum over the bits of many results for each.
+// Functions on words that hold two or four integers, dot products, sums with limits, matches and
+// atomics of other types: for each, a sum over the bits of many results.
 #include "check.h"
 
 #include <cstring>

@@ -1,5 +1,6 @@
-# Runs a program under `sunstone run --check` and looks for what must be said of it.
-# -DTOOL= -DOPTIONS= -DPROGRAM=program;arguments -DCODE=exit code -DSOURCE=file -DSAYS=regexes -DJSON=file
+# Runs a program under `sunstone run --check` and compares its reports with regexes.
+# -DTOOL= -DOPTIONS= -DPROGRAM=program;arguments -DCODE=exit code -DSOURCE=file -DSAYS=regexes
+# -DJSON=file
 # In a regex LINE<x> is the number of the source's line that ends in "// line: x".
 file(STRINGS ${SOURCE} lines)
 set(number 0)

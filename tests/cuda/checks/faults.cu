@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs with one fault each, for the memory checker: `faults NAME`. The tests look for what it
-// says of each, by the lines marked here.
+// Programs with one fault each, for the memory checker: `faults NAME`. The tests compare its
+// reports with the lines marked here.
 #include <cuda_runtime.h>
 
 #include <cstdio>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Launches overrun.cu for the memory checker: `overrun PTX SHIFT`. Device memory is that of the
+// Launches overrun.cu for the memory checker: `overrun PTX SHIFT`. Device memory comes from the
 // CUDA driver, as in most applications.
 #include "overrun.h"
 

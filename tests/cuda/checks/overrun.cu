@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A ray tracing program that writes where overrun.h says, also by the payload of a pointer.
+// A ray tracing program that writes at the offset of overrun.h, also through a pointer in the
+// payload.
 #include <optix.h>
 
 #include "overrun.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What overrun.cu and its host share.
+// Shared by overrun.cu and its host.
 #pragma once
 
 struct OverrunParams {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the calls of fuzz_cuda share: a stream of random numbers, handles made so far, and arguments
-// made from their types. main.cpp says the rest.
+// Shared by the calls of fuzz_cuda: a stream of random numbers, handles made so far, and arguments
+// made from their types. Read main.cpp first.
 #pragma once
 
 #include <cuda.h>
@@ -103,7 +103,7 @@ public:
     }
     World(const World&) = delete;
 
-    // Everything that a sequence has made goes with its contexts, or by itself.
+    // Contexts destroy the objects of a sequence; the others are destroyed here.
     ~World() {
         must(cuCtxSetCurrent(primary));
         const auto endCapture = [&](CUstream stream) {
@@ -113,7 +113,7 @@ public:
         };
         for (CUstream stream : all<CUstream>().live)
             endCapture(stream);
-        endCapture(CU_STREAM_PER_THREAD); // outlives its context, with what it captures
+        endCapture(CU_STREAM_PER_THREAD); // outlives its context, with its captured objects
         for (CUgraphExec exec : all<CUgraphExec>().live)
             cuGraphExecDestroy(exec);
         for (CUgraph graph : all<CUgraph>().live)
@@ -207,8 +207,9 @@ public:
         kept.dead.push_back(handle);
     }
 
-    // Of memory that lives as long as the sequence: with room for what small sizes say, or not.
-    // Where host memory would do as well, as in cuMemcpy, what lies beside an allocation is that.
+    // An address in memory that lives as long as the sequence, with or without room for small
+    // sizes. For calls that also accept host memory, such as cuMemcpy, addresses beside an
+    // allocation are host memory.
     CUdeviceptr lasting() {
         return chance(90) ? device + below(chance(80) ? 64 : kBytes / 4) * 4
                           : oneOf<CUdeviceptr>({0, 1, size() | 1ull << 63});
@@ -224,10 +225,10 @@ public:
             return addresses.dead[below(addresses.dead.size())];
         return chance(30) ? below(30) : wrongAddress();
     }
-    // Of host memory with this much behind it; more than there is means null.
+    // Host memory that ends after this many bytes; null if it has fewer.
     char* hostMemory(size_t bytes) { return bytes > kBytes ? nullptr : host + kBytes - bytes; }
 
-    // A place for a result, as large as that: a sanitizer sees what is written beside it.
+    // A place for a result, of exactly its size: a sanitizer sees writes beside it.
     template <class T>
     T* result(size_t count = 1) {
         results_.push_back(std::make_unique<char[]>(std::max<size_t>(1, count) * sizeof(T)));
@@ -510,7 +511,7 @@ T argument(World& w) {
         return T(w.any32());
 }
 
-// What a successful call has put into a place for results.
+// The result that a successful call has stored.
 template <class T>
 void harvest(World& w, T value) {
     if constexpr (std::is_pointer_v<T>) {

@@ -5,11 +5,11 @@
 //
 // Most functions are called through CALL, which makes every argument from its type: a handle of its
 // kind (live, dead, null, garbage), an address, a small or an absurd number, a struct of such, or a
-// place for a result. What is written down by hand has host memory or
-// arrays of a length that another argument gives.
+// place for a result. Functions with host memory, or with arrays whose length another argument
+// gives, are written by hand.
 //
-// What a caller must guarantee is kept: host pointers are null or as long as they have to be, and
-// memory and arrays that queued work and graphs use live as long as the sequence.
+// The caller's obligations are kept: host pointers are null or long enough, and memory and arrays
+// that queued work and graphs use live as long as the sequence.
 #include "../last_words.h"
 #include "../options.h"
 #include "arguments.h"
@@ -120,7 +120,7 @@ CUresult addCopy(World& w) {
         w.keep(*node);
     return result;
 }
-// With host memory as long as the size says.
+// With host memory of that size.
 template <auto kFunction>
 CUresult copyDown(World& w) {
     const size_t size = w.size();
@@ -145,7 +145,7 @@ CUresult jit(World& w, auto load) {
         options[i] = CUjit_option(w.chance(90) ? w.below(20) : size_t(w.any32()));
         values[i] = reinterpret_cast<void*>(w.below(64));
         if (options[i] == CU_JIT_INFO_LOG_BUFFER || options[i] == CU_JIT_ERROR_LOG_BUFFER)
-            values[i] = w.result<char>(64); // not longer than any size that is said
+            values[i] = w.result<char>(64); // at most as long as any size passed
     }
     return load(count, w.chance(90) ? options : nullptr, w.chance(90) ? values : nullptr);
 }
@@ -252,7 +252,7 @@ const Call kCalls[] = {
      [](World& w) {
          CUlinkState* const link = argument<CUlinkState*>(w);
          const CUresult result = jit(w, [&](unsigned count, CUjit_option* options, void** values) {
-             // What the options point to is written until the link ends.
+             // The link writes to the options' targets until it ends.
              return cuLinkCreate(w.chance(70) ? 0 : count, w.chance(70) ? nullptr : options, nullptr,
                                  (void(values), link));
          });
@@ -445,7 +445,7 @@ const Call kCalls[] = {
          return cuMemPrefetchAsync(w.lasting(), w.size(), argument<CUmemLocation>(w),
                                    w.chance(90) ? 0 : w.any32(), w.handle<CUstream>());
      }},
-    // Memory of a pool is freed when the stream comes to it, and used by nothing before.
+    // Memory of a pool is freed when the stream reaches it, and unused before.
     CALL(cuMemAllocAsync, 2),
     CALL(cuMemAllocFromPoolAsync, 2),
     {"cuMemFreeAsync", 2,
@@ -543,7 +543,7 @@ const Call kCalls[] = {
     CALL(cuMemGetAccess, 1),
 
     {"cuMemcpy", 2,
-     [](World& w) { // any memory of the process will do: what was freed must not be named
+     [](World& w) { // any memory of the process will do: freed memory must not be used
          return cuMemcpy(w.lasting(), w.lasting(), w.size());
      }},
     {"cuMemcpyAsync", 2,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzzes what the CUDA driver loads: PTX and fat binaries, changed at random, are loaded and all
-// their kernels compiled. Whatever the bytes are, the answer is a result. An input is determined by
-// its number and the files, so a failure is repeated with `fuzz_images --input NUMBER FILES`.
+// Fuzzes the CUDA driver's loading of modules: PTX and fat binaries, changed at random, are loaded
+// and all their kernels compiled. For any bytes the call must return a result. An input is
+// determined by its number and the files: `fuzz_images --input NUMBER FILES` repeats a failure.
 //   fuzz_images [--seconds N] [--start N] [--input N] PTX FILES
 // A container lies before memory that cannot be read.
 #include "../last_words.h"
@@ -91,7 +91,7 @@ private:
             std::abort();
     }
 
-    // A fat binary with one to three entries (tests/cuda/launch_test.cpp says what is where).
+    // A fat binary with one to three entries (layout: tests/cuda/launch_test.cpp).
     std::string container(const std::string& text) {
         std::string entries;
         for (size_t count = 1 + below(3); count > 0; --count) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs random kernels a warp at a time and thread by thread, which must leave the same. A kernel is
-// determined by its number: `fuzz_kernels --input NUMBER` repeats one, with --print it is written.
+// Runs random kernels a warp at a time and thread by thread, with equal results. A kernel is
+// determined by its number: `fuzz_kernels --input NUMBER` repeats one, --print prints it.
 //   fuzz_kernels [--seconds N] [--start N] [--input N] [--print]
 #include "../last_words.h"
 #include "../options.h"
@@ -62,7 +62,7 @@ Words run(CUfunction kernel, unsigned blocks, unsigned threads, bool single) {
 
 void tryKernel(unsigned long number, bool print) {
     gInput = number;
-    alarm(120); // none takes that long
+    alarm(120); // no kernel takes that long
     const std::string text = fuzz::RandomKernel(number).write();
     if (print)
         std::fputs(text.c_str(), stdout);

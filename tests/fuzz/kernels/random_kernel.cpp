@@ -99,7 +99,7 @@ std::string RandomKernel::condition() {
     return predicate;
 }
 
-// Of a word of some that begin at `base`.
+// The address of one of the words at `base`.
 std::string RandomKernel::address(const std::string& index, const std::string& base,
                                   unsigned words) {
     const std::string place = fresh("%t"), result = fresh("%d");
@@ -162,7 +162,7 @@ void RandomKernel::computeLong() {
     line("cvt.u32.u64 " + target() + ", " + wide);
 }
 
-// Of what nobody changes: at one place for all, side by side, or anywhere.
+// From constant memory: at one place for all, side by side, or anywhere.
 void RandomKernel::read() {
     std::string index;
     switch (below(3)) {
@@ -361,7 +361,7 @@ void RandomKernel::leave(const Flow&) {
         --outermost;
     const Loop& to = open_[outermost + below(open_.size() - outermost)];
     const std::string choice = condition();
-    if (chance(40)) // says where the loop has been left
+    if (chance(40)) // records the exit of the loop
         line("mov.u32 " + name("%s", below(kAlike)) + ", " + number(9));
     if (chance(8)) {
         const std::string stay = label();
@@ -397,7 +397,7 @@ void RandomKernel::loop(const Flow& flow) {
     const bool mayBreak = !isWild && chance(50);
     if (mayBreak)
         inner.isWhole = false;
-    if (chance(30)) { // nobody can tell that they are as many for all
+    if (chance(30)) { // the counts may differ between threads
         line("mov.u32 " + count + ", %me");
         line("add.u32 " + bound + ", " + bound + ", %me");
     } else {
@@ -423,7 +423,7 @@ void RandomKernel::loop(const Flow& flow) {
         }
     };
     place(head);
-    if (chance(20)) // what is long stays at the head
+    if (chance(20)) // long code stays at the head
         for (int i = 0; i < 10; ++i)
             line("mad.lo.u32 %v0, %v0, 5, " + count);
     if (asksFirst) {
@@ -431,7 +431,7 @@ void RandomKernel::loop(const Flow& flow) {
         jump(over, made.exit);
     }
     Flow part = inner;
-    if (chance(50)) // what all lanes of this round have
+    if (chance(50)) // the value common to all lanes of this round
         readAlike();
     block(part, unsigned(below(4)));
     if (mayBreak) {
@@ -448,7 +448,7 @@ void RandomKernel::loop(const Flow& flow) {
     }
     place(made.exit);
     open_.pop_back();
-    if (chance(50)) // else its counter is used behind it
+    if (chance(50)) // else its counter is used after it
         counters_.pop_back();
 }
 

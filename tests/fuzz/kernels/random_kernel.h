@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes kernels at random whose result does not depend on how their threads run.
+// Writes random kernels whose result does not depend on how their threads run.
 //
-// Threads go different ways through branches, loops that they leave at different times and in
-// several ways, jumps that cross, calls and early ends. Memory that others see is only what nobody
-// changes, sums, a thread's own words, and shared memory between two barriers that all threads
-// reach. Warp functions name exactly the lanes that come: the kernel keeps their mask where it can
-// be known, and has none where it cannot.
+// Threads diverge through branches, loops with several exits that they leave at different times,
+// crossing jumps, calls and early ends. A kernel reads only constant memory, memory of its thread,
+// and shared memory between two barriers that all threads reach; to other shared data it only adds.
+// Warp functions name exactly the lanes that arrive: the kernel tracks their mask where it can be
+// known, and has no warp functions elsewhere.
 #pragma once
 
 #include <random>
@@ -23,7 +23,7 @@ public:
     std::string write();
 
 private:
-    // What is known of the threads that come to a statement.
+    // The generator's knowledge of the threads that reach a statement.
     struct Flow {
         std::string mask;      // register with the lanes of the warp that are here; "": not known
         bool isWhole = true;   // all threads that have not ended
@@ -50,7 +50,7 @@ private:
 
     std::string varying(); // a register or, seldom, a number
     std::string target();  // a register to write
-    std::string counter(); // of a loop around, or what all threads have
+    std::string counter(); // of an outer loop, or common to all threads
     std::string condition();
     std::string address(const std::string& index, const std::string& base, unsigned words);
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs compiled with the project's headers, run by whatever libnvoptix.so.1 and libcuda.so.1
-// the process finds: Sunstone's, or the ones of a GPU driver. The judge of the transform arithmetic
-// in the headers is the library itself, whose object-space ray must be the world-space ray as the
-// headers transform it. Usage: interop PROGRAMS.ptx; prints [SKIP] where a library or a feature is
-// missing.
+// Programs compiled with the project's headers, run by the libnvoptix.so.1 and libcuda.so.1 that
+// the process finds: Sunstone's, or those of a GPU driver. The judge of the headers' transform
+// arithmetic is the library, whose object-space ray must equal the world-space ray transformed by
+// the headers. Usage: interop PROGRAMS.ptx; prints [SKIP] where a library or a feature is missing.
 #include "scene.h"
 
 #include <optix.h>
@@ -138,7 +137,7 @@ OptixTraversableHandle build(World& world, const OptixBuildInput& input, unsigne
 
 OptixTraversableHandle buildTriangles(World& world) {
     static CUdeviceptr vertices;
-    vertices = world.cuda.upload<float>({9, 9, 9, 9, 9, 9, 9, 9, 10, // one that is not hit
+    vertices = world.cuda.upload<float>({9, 9, 9, 9, 9, 9, 9, 9, 10, // one without a hit
                                          -1, -1, 0, 3, -1, 0, -1, 3, 0});
     static const unsigned int flags[1] = {OPTIX_GEOMETRY_FLAG_NONE};
     OptixBuildInput input = {};
@@ -317,7 +316,7 @@ void apply(const float* m, const float* p, float w, float* result) {
             m[4 * row] * p[0] + m[4 * row + 1] * p[1] + m[4 * row + 2] * p[2] + m[4 * row + 3] * w;
 }
 
-// What must hold for every hit on the second triangle, whatever the transforms.
+// Conditions for every hit on the second triangle, with any transforms.
 void checkHit(const Params& params, const Result& r, const std::vector<unsigned int>& types) {
     expect(r.hits == 1 && r.misses == 0, "one hit");
     expect(r.primitive == 1, "primitive index");
@@ -403,7 +402,7 @@ void run(World& world, const std::string& ptx) {
 } // namespace
 
 int main(int argc, char** argv) {
-    setvbuf(stdout, nullptr, _IOLBF, 0); // what was printed before a crash must not be lost
+    setvbuf(stdout, nullptr, _IOLBF, 0); // output before a crash must not be lost
     if (argc != 2)
         return 2;
     std::ifstream file(argv[1]);

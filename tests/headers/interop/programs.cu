@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device side of the interop test: stores what the device functions return. See interop.cpp.
+// Device side of the interop test: stores the results of the device functions. See interop.cpp.
 #include <optix.h>
 
 #include "scene.h"

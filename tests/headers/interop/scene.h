@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host and the device side of the interop test share. See interop.cpp.
+// Shared by the host and the device side of the interop test. See interop.cpp.
 #pragma once
 
 enum Mode { kModeTriangle = 0, kModeCustom = 1, kModeThrow = 2 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loads the library and says what came of it.
+// Loads the library and prints the outcome.
 #include <optix.h>
 
 #include <optix_function_table_definition.h>

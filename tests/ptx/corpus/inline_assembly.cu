@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inline assembly as headers use it: intrinsic calls, scopes with registers of their own.
+// Inline assembly as in headers: intrinsic calls, scopes with their own registers.
 extern "C" __global__ void assembly(unsigned* out, unsigned long long address, float x) {
     unsigned a, b, c;
     asm("call (%0), _optix_get_launch_index_x, ();" : "=r"(a) :);

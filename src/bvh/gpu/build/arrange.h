@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fifth step: nodes and records get places that follow from the tree alone, so that equal inputs
-// give equal bytes. Until here they have those that threads came by.
+// Fifth step: moves nodes and records to places that depend on the tree alone, so that equal inputs
+// give equal bytes. Until then their places depend on the order in which threads ran.
 //
-//   nodes     the children of a node side by side, as they were; behind them all that is below the
-//             first child, then below the second, and so on
-//   records   those of a node's own leaves; behind them all of its first child, and so on
+//   nodes     the children of a node in sequence, followed by all nodes below the first child, then
+//             by those below the second, and so on
+//   records   those of its leaves, followed by all records below its first child, and so on
 //
-//   subtrees  how many nodes and records each child comes behind, from the leaves up: whoever
-//             brings the last child of a node goes on with it, as in an update
-//   arrange   each node adds that up on its way to the root, and goes into scratch memory; what
-//             writes the records takes the nodes back from there
+//   subtrees  from the leaves up: the number of nodes and records before each child. The thread
+//             that completes a node's last child continues with the node, as in an update
+//   arrange   each node adds these numbers up on its way to the root and is copied to scratch
+//             memory; the kernel that writes the records copies the nodes back
 //
-// Collapsing leaves the parent of each node in job.links and a subtreeWord() in place of its task.
-// What is known of below a node begins with itself and its own records; when all of its parent's
-// children are known, the word becomes where what is below it begins, counted from where what is
-// below its parent does, and its number among the children.
+// Collapsing leaves each node's parent in job.links and a subtreeWord() in place of its task. At
+// first this word counts the node and its own records, then all nodes and records below it. Once
+// all children of its parent are counted, it becomes the place of its first descendant, relative to
+// that of its parent, and its number among the children.
 #pragma once
 
 #include "bvh/gpu/build/collapse.h"
@@ -38,8 +38,9 @@ SUNSTONE_BUILDER uint32_t childrenIn(uint64_t subtree) {
     return uint32_t(subtree >> 2 * kSubtreeBits);
 }
 
-// Of words that are whole, or will be in a moment: whoever brings the last child of a node knows
-// that the others are done, and waits until it sees so. Broken ones are not waited for forever.
+// For words that are complete or about to be: the thread that completes a node's last child knows
+// that the others are done, and waits until it sees their words. The wait for broken ones is
+// bounded.
 constexpr uint32_t kMostLooks = 1 << 16;
 
 SUNSTONE_BUILDER bool loadSubtrees(const uint64_t* from, uint32_t count, uint64_t to[kSlots]) {
@@ -56,7 +57,7 @@ SUNSTONE_BUILDER bool loadSubtrees(const uint64_t* from, uint32_t count, uint64_
     return false;
 }
 
-// Tells the children of a node where what is below them begins.
+// Gives the children of a node the places of their first descendants.
 SUNSTONE_BUILDER void placeChildren(const BuildJob& job, uint32_t index, uint64_t subtree,
                                     uint32_t numNodes) {
     const U4* const words = reinterpret_cast<const U4*>(&wideNode(job, index));
@@ -88,7 +89,7 @@ SUNSTONE_KERNEL __launch_bounds__(kArrangeThreads) sunstone_subtrees(BuildJob jo
     uint64_t* const subtrees = subtreesOf(job);
     const uint32_t* const links = at<const uint32_t>(job.links);
     for (uint32_t i = globalThread(); i < numNodes; i += gridDim.x * blockDim.x) {
-        // Of a node without inner children; to others threads come from below.
+        // Starts at nodes without inner children; threads reach the others from below.
         uint64_t subtree = loadFresh(subtrees + i);
         if (childrenIn(subtree) != kSlots || nodesIn(subtree) != 1)
             continue;
@@ -115,7 +116,7 @@ SUNSTONE_KERNEL __launch_bounds__(kArrangeThreads) sunstone_subtrees(BuildJob jo
     }
 }
 
-// Where a node goes, and what is below it.
+// The place of a node, and of its first descendants.
 struct NewPlace {
     uint32_t index, childBase, primitiveBase;
 };
@@ -143,7 +144,7 @@ struct MovedPart {
     bool fits;
 };
 
-// The bytes first, then what they lead to; all lanes of the warp take part.
+// First loads the bytes of a node, then the data they refer to; all lanes of the warp take part.
 SUNSTONE_BUILDER U4 loadPart(const BuildJob& job, uint32_t index, uint32_t numNodes) {
     const uint32_t slot = laneOf() % kSlots;
     if (index >= numNodes || slot >= sizeof(WideNode) / 16)
@@ -188,7 +189,7 @@ SUNSTONE_KERNEL __launch_bounds__(kArrangeThreads) sunstone_arrange(BuildJob job
     const uint32_t numNodes = uint32_t(counters.allocated), lane = laneOf();
     if (numNodes != 0 &&
         subtreesOf(job)[0] != subtreeWord(numNodes, counters.numTreeReferences, kSlots)) {
-        atomicExch(&countersOf(job).failure, uint32_t(kTreeBroken)); // something wrote into it
+        atomicExch(&countersOf(job).failure, uint32_t(kTreeBroken)); // a stray write has changed it
         return;
     }
     for (uint32_t first = globalThread() - lane; first < numNodes;

@@ -413,7 +413,7 @@ void Builder::queueReferences(CUstream stream, void** arguments, const BuildJob&
                           arguments);
         launch(kInstances, stream, blocksFor(job.numPrimitives, 128, multiprocessors_ * 16), 128,
                arguments);
-        // In most scenes none is left for it.
+        // In most scenes no instance is left for it.
         return launch(kLeftInstances, stream, std::min(blocks, multiprocessors_ * 2), 256,
                       arguments);
     case BlockType::kShapes:

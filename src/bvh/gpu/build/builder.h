@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds acceleration structures on a GPU: asynchronous, in the caller's stream, inside the
-// caller's buffers. The inputs are those of the CPU's builder (bvh/build/build.h) but all pointers in
-// them are device addresses, except SbtInput::flags, which is read during the call. Contents of
-// buffers are read when the kernels run.
+// caller's buffers. Inputs are those of the CPU's builder (bvh/build/build.h) with device
+// addresses; only SbtInput::flags is a host address, read during the call. The kernels read the
+// buffers when they run.
 //
-// The result is the block of layout.h, ready for traversal.h; its header says what it holds. Builds
-// of the same input are equal byte for byte.
+// The result is the block of layout.h, ready for traversal.h. Builds of the same input are equal
+// byte for byte.
 #pragma once
 
 #include "bvh/build/build.h"
@@ -24,12 +24,11 @@ namespace sunstone::bvh::gpu {
 struct BuildJob;
 struct BuildReport;
 
-// The kernels, in the context that is current when it is made. Calls must be made with the same
-// context current; they may come from any thread. A call that needs kernels that are not there has
-// them made (device/cuda/kernel_set.h).
+// The kernels, in the context that is current when it is made. Calls need the same context current;
+// any thread may call. A call compiles the kernels that it lacks (device/cuda/kernel_set.h).
 class Builder {
 public:
-    // `code`: where machine code comes from; null: the driver compiles.
+    // `code`: source of machine code; null: the driver compiles.
     explicit Builder(const device::cuda::Driver& driver,
                      device::cuda::MachineCodeSource* code = nullptr);
     ~Builder();
@@ -40,60 +39,60 @@ public:
     // bvh::computeMemoryUsage.
     static MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& options);
 
-    // Makes the kernels ready that such a build needs, what follows it (updates, if it allows them,
-    // compaction, relocation, what it reports) and arrays of micromaps: so that these calls only
+    // Loads the kernels that such a build needs, and those of updates (if it allows them),
+    // compaction, relocation, emitted properties and arrays of micromaps, so that these calls only
     // queue. Throws as computeMemoryUsage.
     void prepare(const BuildInputs& inputs, const BuildOptions& options) const;
 
     // Queues a build. temp and output: 128-byte aligned, at least as large as computeMemoryUsage
     // says. Throws Error(kInvalidValue) otherwise. `known`: see known_handles.h; instances with
-    // other children are inactive, and takeFailures() tells of them.
+    // other children are inactive, and takeFailures() reports them.
     void build(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
                CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize,
                uint64_t known = 0) const;
 
     // Queues an update of the structure in `output`, built with allowUpdate and perhaps compacted
-    // and moved since: the tree stays, primitives are read anew (bvh::update has the rules). temp
-    // must have MemoryUsage::tempUpdate bytes. Throws Error(kInvalidValue) for buffers; and for a
-    // structure that was built from inputs of another shape, if the stream has nothing left to do
-    // so that the structure can be looked at. Otherwise kernels look, leave such a structure as it
-    // is, and takeFailures() tells of it.
+    // and moved since: the tree stays, primitives are read again (bvh::update has the rules). temp
+    // must have MemoryUsage::tempUpdate bytes. Throws Error(kInvalidValue) for buffers; and, if the
+    // stream is idle, for a structure that was built from inputs of another shape. Otherwise
+    // kernels check, leave such a structure unchanged, and takeFailures() reports it.
     void update(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
                 CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize,
                 uint64_t known = 0) const;
 
     // Queues a compacting copy of the block into so many bytes (128-byte aligned). takeFailures()
-    // tells of a block that cannot be compacted, or not to there; nothing is written then.
+    // reports a block that cannot be compacted into it; the copy is then not written.
     void compact(CUstream stream, CUdeviceptr block, CUdeviceptr destination, size_t size) const;
 
-    // Whether the stream has nothing left to do, so that waiting for it takes no time.
+    // Whether the stream is idle, so that waiting for it takes no time.
     bool isIdle(CUstream stream) const;
 
     // Queues the relocation of the copy at `block`: its instances get these handles, one each;
-    // none: they keep theirs. `known` as in build(). What is wrong with the copy takeFailures() tells.
+    // without handles they keep theirs. `known` as in build(). takeFailures() reports a copy that
+    // does not match.
     void relocate(CUstream stream, const RelocationInfo& info, CUdeviceptr block,
                   CUdeviceptr children, size_t count, uint64_t known = 0) const;
 
-    // Queues what a build reports: 8 bytes, or 6 floats for each motion key (lower, upper; inf,
-    // -inf if there is nothing).
+    // Queues an emitted property: 8 bytes, or 6 floats for each motion key (lower, upper; inf, -inf
+    // if empty).
     void emitCompactedSize(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
     void emitBounds(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
 
-    // Queues that build input `input` of a relocated structure finds its opacity micromaps in
-    // `array`, a copy of the array it was built with; takeFailures() tells of what is none.
+    // Queues the relocation of build input `input`'s opacity micromaps to `array`, a copy of the
+    // array it was built with; takeFailures() reports an `array` that is not one.
     void relocateMicromaps(CUstream stream, CUdeviceptr block, uint32_t input,
                            CUdeviceptr array) const;
 
-    // Queues the build of an array of opacity micromaps; device addresses in the input, but for the
-    // histogram. `statesSize`: bytes at input.states that may be read. Throws Error(kInvalidValue)
-    // as micromapArraySizes. Descriptions that do not fit the histogram or lead beyond the states
-    // are found by kernels: takeFailures() tells, and there is no array.
+    // Queues the build of an array of opacity micromaps; the input holds device addresses, except
+    // for the histogram. `statesSize`: bytes at input.states that may be read. Throws
+    // Error(kInvalidValue) as micromapArraySizes. Kernels find descriptions that do not fit the
+    // histogram or exceed the states: takeFailures() reports them, and no array is made.
     void buildMicromapArray(CUstream stream, const MicromapArrayInput& input, uint64_t statesSize,
                             CUdeviceptr output, size_t outputSize) const;
 
-    // What kernels of builds that have run meanwhile could not do, in words; each is told once.
-    // Never waits. Where what was built is as good as its inputs, they are remarks; without a place
-    // for those they are among the others.
+    // Failures of kernels that have run meanwhile, in words; each is reported once. Never waits.
+    // Where the structure is as good as its inputs they are remarks; without a place for remarks
+    // they are among the failures.
     std::vector<std::string> takeFailures(std::vector<std::string>* remarks = nullptr) const;
 
     // For measuring: called after each kernel of later builds is queued, with its name; null ends

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fourth step: wide nodes. Eight lanes make one node of a part of the binary tree, a lane for each
-// child: children are opened until there are eight, all that may be at a time, then put into slots;
-// each lane rounds the box of its slot. Inner children are handed on. Task i makes node i; whoever
-// comes first takes the next one. Lanes look for their task again and again until it is there,
-// which needs only threads that run already: a task is handed out by one that has been taken up.
-// Who finds that all primitives have their leaves tells those that wait. Whatever the tree is like,
-// they stop when all nodes given out are written, which must come to pass: there are no more than
-// job.maxWide tasks, and one that has no room for what is below it is given up, with a failure,
-// instead of handing it on. Which number a node gets is therefore left to chance; arrange.h puts
-// that right.
+// Fourth step: wide nodes. Eight lanes make one node, a lane for each child: they open children
+// until there are eight, all possible ones at a time, and assign them to slots; each lane rounds
+// the box of its slot. Inner children become tasks. Task i makes node i; idle lanes take tasks in
+// order.
+//
+// Lanes poll for their task. This ends without any guarantee about scheduling: a task comes from a
+// thread that already runs, and the thread that finds all primitives in leaves releases the waiting
+// ones. Whatever the tree, threads stop once all assigned nodes are written: there are at most
+// job.maxWide tasks, and a task without room for its children fails the build. Node numbers depend
+// on timing; arrange.h makes the order deterministic.
 #pragma once
 
 #include "bvh/gpu/build/grid.h"
@@ -61,15 +61,15 @@ SUNSTONE_BUILDER CostPart costPart(const BuildJob& job, const WideChild& c) {
 // Eight lanes that make a node. All functions below are for whole warps.
 struct NodeLanes {
     uint32_t first; // lane
-    uint32_t place; // of this lane among them: the number of its child, and then of its slot
+    uint32_t place; // of this lane among them: its child's number, later its slot's
 };
 // The lanes' bits in a word of the warp's.
 SUNSTONE_BUILDER uint32_t bitsOf(const NodeLanes& lanes, uint32_t ballot) {
     return ballot >> lanes.first & 0xFFu;
 }
 
-// The right parts of lanes that open go to those that have no child yet. Returns the lane from
-// where this one's child comes, or itself.
+// Lanes that open pass their right part to lanes without a child. Returns the lane that this one's
+// child comes from, or itself.
 SUNSTONE_BUILDER uint32_t takeFrom(const NodeLanes& lanes, uint32_t opening, uint32_t count) {
     const uint32_t mine = bitsOf(lanes, opening), place = lanes.place;
     if (place < count || place - count >= uint32_t(__popc(mine)))
@@ -80,7 +80,7 @@ SUNSTONE_BUILDER uint32_t takeFrom(const NodeLanes& lanes, uint32_t opening, uin
     return lanes.first + uint32_t(__ffs(int(rest)) - 1);
 }
 
-// Puts the parts of the children that are opened in their place. `from`: as takeFrom() says.
+// Replaces opened children by their parts. `from`: as takeFrom() says.
 SUNSTONE_BUILDER void openChildren(const NodeLanes& lanes, bool opens, const WideChild& left,
                                    const WideChild& right, WideChild& own, uint32_t& count,
                                    uint32_t& from) {
@@ -94,7 +94,7 @@ SUNSTONE_BUILDER void openChildren(const NodeLanes& lanes, bool opens, const Wid
     count += uint32_t(__popc(bitsOf(lanes, opening)));
 }
 
-// Opens the children that costs tell to open; each has a budget of slots for its descendants.
+// Opens children by cost; each has a budget of slots for its descendants.
 SUNSTONE_BUILDER void openByCosts(const BuildJob& job, const NodeLanes& lanes, bool ready,
                                   WideChild& own, uint32_t& count) {
     uint32_t budget = ready && lanes.place == 0 ? kSlots : 0;
@@ -124,7 +124,7 @@ SUNSTONE_BUILDER void openByCosts(const BuildJob& job, const NodeLanes& lanes, b
     }
 }
 
-// Of eight lanes the largest number.
+// The largest number of eight lanes.
 SUNSTONE_BUILDER uint32_t largestOf(uint32_t number) {
     for (uint32_t step = 1; step < kSlots; step *= 2) {
         const uint32_t other = __shfl_xor_sync(kWholeWarp, number, int(step));
@@ -133,8 +133,8 @@ SUNSTONE_BUILDER uint32_t largestOf(uint32_t number) {
     return number;
 }
 
-// Opens children while there is room: inner ones first, the largest or (by level) the highest
-// up, then leaves of several primitives. Only a node with nothing left to open has less than eight.
+// Opens children while there is room: inner ones first, the largest or (by level) the highest up,
+// then leaves of several primitives. Only a node without children to open has less than eight.
 SUNSTONE_BUILDER void openWhileRoom(const BuildJob& job, TreeMode mode, const NodeLanes& lanes,
                                     bool ready, WideChild& own, uint32_t& count) {
     const uint32_t limit = leafLimit(job);
@@ -162,15 +162,15 @@ SUNSTONE_BUILDER void openWhileRoom(const BuildJob& job, TreeMode mode, const No
     }
 }
 
-// The child of each lane's slot, kSlots: none. Children go, the farthest out first, where their
-// place in the node tells them to.
+// The child of each lane's slot, kSlots: none. Children take the slot of their side of the node,
+// the outermost ones first.
 SUNSTONE_BUILDER uint32_t assignSlots(const NodeLanes& lanes, const WideChild& own, uint32_t count,
                                       const Bounds& whole) {
     float off[3];
     for (int a = 0; a < 3; ++a)
         off[a] = sub(add(own.box.lower[a], own.box.upper[a]), add(whole.lower[a], whole.upper[a]));
-    // How well each slot fits in 26 bits, and in the others the child and the slot, backwards; 0:
-    // none. Nothing is lost if fits that are as good as equal are taken for equal.
+    // The fit of a slot in 26 bits, and in the others the child and the slot, backwards; 0: none.
+    // The precision suffices: nearly equal fits may count as equal.
     uint32_t fits[kSlots], child = kSlots;
 #pragma unroll
     for (uint32_t s = 0; s < kSlots; ++s) {
@@ -220,8 +220,8 @@ SUNSTONE_BUILDER void listPrimitives(const BuildJob& job, const WideChild& leaf,
     }
 }
 
-// What a warp's lanes have in their slots, or children in any order: a bit for each inner child,
-// and two for the number of a leaf's primitives.
+// The slots of a warp's lanes, or their children in any order: a bit for each inner child, and two
+// for the number of a leaf's primitives.
 struct LaneChildren {
     uint32_t inner, ones, twos;
 };
@@ -238,20 +238,20 @@ SUNSTONE_BUILDER LaneChildren countChildren(bool used, uint32_t ref, uint32_t li
             __ballot_sync(kWholeWarp, (primitives & 2u) != 0)};
 }
 
-// What a node leaves in place of its task, for arrange.h: how many nodes and records are known of
-// below it, and how many of its children need not be waited for, of eight.
+// The word in place of a node's task, for arrange.h: the numbers of nodes and records counted below
+// it so far, and how many of its eight children need no wait.
 constexpr uint32_t kSubtreeBits = kRefCountShift, kSubtreeMask = kRefIndexMask;
 SUNSTONE_BUILDER uint64_t subtreeWord(uint32_t nodes, uint32_t records, uint32_t children) {
     return uint64_t(children) << 2 * kSubtreeBits | uint64_t(records) << kSubtreeBits | nodes;
 }
 
-// Where the children of a node go, of those that the warp has been given room for.
+// The places of a node's children, within the room that the warp has reserved.
 struct NodePlace {
     uint32_t index, depth;
     uint32_t childBase, primitiveBase;
 };
 
-// By lanes that have their slots' children; `image` is put together by all eight.
+// Called by lanes that have their slots' children; all eight assemble `image`.
 SUNSTONE_BUILDER void describeSlot(const BuildJob& job, const NodeLanes& lanes, bool used,
                                    const WideChild& own, const Bounds& whole,
                                    const LaneChildren& all, const NodePlace& place,
@@ -259,7 +259,7 @@ SUNSTONE_BUILDER void describeSlot(const BuildJob& job, const NodeLanes& lanes, 
     const uint32_t limit = leafLimit(job), slot = lanes.place;
     const uint32_t before = lanesBelow(laneOf()) & ~lanesBelow(lanes.first);
     uint32_t meta = 0;
-    if (used && !isLeaf(own.ref, limit)) { // first what others wait for
+    if (used && !isLeaf(own.ref, limit)) { // first the words that others wait for
         meta = 1u << 5 | (24 + slot);
         const uint32_t child = place.childBase + innerIn(all, before);
         *(at<volatile uint64_t>(job.tasks) + child) = uint64_t(place.depth + 1) << 32 | own.ref;
@@ -294,11 +294,11 @@ SUNSTONE_BUILDER void describeSlot(const BuildJob& job, const NodeLanes& lanes, 
     }
 }
 
-// Tasks: none yet, and none any more.
+// Tasks: not yet assigned, and no further ones.
 constexpr uint64_t kNoTask = ~0ull, kNoMoreTasks = ~1ull;
 
-// By the warp that finds the tree to be complete: whoever waits for further tasks need not. There
-// are no more of them than groups of lanes.
+// The warp that completes the tree releases the groups of lanes that wait for tasks; each group
+// waits for one at most.
 SUNSTONE_BUILDER void endTasks(const BuildJob& job, uint32_t numNodes) {
     const uint64_t waiting = uint64_t(numNodes) + gridDim.x * kNodesOfBlock;
     const uint64_t end = waiting < job.maxWide ? waiting : job.maxWide;
@@ -319,7 +319,7 @@ SUNSTONE_BUILDER void makeNodes(const BuildJob& job, TreeMode mode, const NodeLa
         openByCosts(job, lanes, ready, own, count);
     openWhileRoom(job, mode, lanes, ready, own, count);
 
-    // Room for what is below, while slots are found.
+    // Reserves room for the children while slots are found.
     LaneChildren all = countChildren(lanes.place < count, own.ref, limit);
     const uint32_t inner = innerIn(all, kWholeWarp), primitives = primitivesIn(all, kWholeWarp);
     unsigned long long room = 0;
@@ -354,16 +354,16 @@ SUNSTONE_BUILDER void makeNodes(const BuildJob& job, TreeMode mode, const NodeLa
         atomicAdd(&counters.finished, written);
 }
 
-// Nodes are given out by those not yet written, so that equal numbers mean the end; the number
-// written is read first.
+// Only unwritten nodes assign further ones, so that equal numbers mean the end; the number written
+// is read first.
 SUNSTONE_BUILDER bool isOver(const Counters& counters) {
     const uint32_t finished = loadFresh(&counters.finished);
     fence();
     return finished == uint32_t(loadFresh(&counters.allocated)) || loadFresh(&counters.failure);
 }
 
-// Whoever waits for a task that will not come, of a tree that is broken, looks so seldom for the
-// end that it is in nobody's way.
+// A group that waits for a task of a broken tree polls for the end so rarely that it does not slow
+// others down.
 constexpr uint32_t kLooksBetween = 64;
 
 SUNSTONE_BUILDER void collapse(const BuildJob& job, TreeMode mode, WideNode* images) {
@@ -409,8 +409,8 @@ SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob j
         collapse(job, mode, images);
 }
 
-// A step of a kernel by parts that blocks take up. Whoever has found none left waits until all are
-// done, by blocks that run already.
+// A step of a kernel in parts that blocks take. A block that finds none left waits until all are
+// done, by blocks that already run.
 template <class Work>
 SUNSTONE_BUILDER void inParts(uint32_t turns[2], uint32_t numParts, const Work& work) {
     __shared__ uint32_t taken;
@@ -434,12 +434,11 @@ SUNSTONE_BUILDER void inParts(uint32_t turns[2], uint32_t numParts, const Work& 
     __syncthreads();
 }
 
-// Makes another tree if the one that is there is too deep; in a kernel of its own, as hardly ever
-// one is.
+// Makes another tree if the present one is too deep; in a separate kernel, because this is rare.
 SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_retry(BuildJob job) {
     __shared__ WideNode images[kNodesOfBlock];
     Counters& counters = countersOf(job);
-    // The depth never falls, so that all blocks find the same.
+    // The depth never decreases, so that all blocks decide the same.
     if (counters.depth < kMaxWideDepth)
         return;
     constexpr uint32_t kPart = 64 * kCollapseThreads;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What opening a node of the binary tree saves rays: if it becomes up to 2, 3, .. 7 children of a
-// wide node in place of one (after Ylitie, Karras and Laine 2017, section 3.3). Costs are surface
-// areas; the step into a node counts 1 and a primitive 0.3. Savings are computed with each binary
-// node, while it is made, and decide later which nodes are opened.
+// The savings for rays from opening a node of the binary tree into up to 2, 3, .. 7 children of a
+// wide node (after Ylitie, Karras and Laine 2017, section 3.3). Costs are surface areas; the step
+// into a node counts 1 and a primitive 0.3. Savings are computed as each binary node is made, and
+// later decide which nodes are opened.
 //
-// Costs themselves are never needed: what is common to both sides of a choice cancels out, and is
-// so much larger high up in the tree that rounding would decide. Savings are at most the areas of
-// the nodes opened, fewer than seven times that of the first; six times ten bits in a word, as
-// 128ths of its area.
+// Absolute costs are not needed: terms common to both sides of a choice cancel, and high up in the
+// tree they are so large that rounding would decide. Savings are at most the areas of the opened
+// nodes, fewer than seven times that of the first; a word holds six of ten bits each, in 128ths of
+// the node's area.
 #pragma once
 
 #include "bvh/gpu/device.h"
@@ -20,8 +20,8 @@ struct Savings {
     float of[kMostChildren]; // of[i]: as up to i + 1 children; of[0] is 0
 };
 
-// A node, or a primitive: how many primitives it has (0: too many to tell), the area of its box,
-// and its savings packed.
+// A node, or a primitive: its number of primitives (0: too many to store), the area of its box, and
+// its savings packed.
 struct CostPart {
     uint32_t count;
     float area;
@@ -49,7 +49,7 @@ SUNSTONE_BUILDER uint64_t packSavings(const Savings& s, float area) {
     return word;
 }
 
-// What two parts save as `slots` children together, and how many of them the left one gets.
+// The savings of two parts as `slots` children together, and the left part's share of the slots.
 SUNSTONE_BUILDER float shareSlots(const Savings& left, const Savings& right, uint32_t slots,
                                   uint32_t& ofLeft) {
     float best = -1;
@@ -65,8 +65,8 @@ SUNSTONE_BUILDER float shareSlots(const Savings& left, const Savings& right, uin
     return best;
 }
 
-// The same where the number of slots is not known when the code is compiled: what the right part
-// saves is taken from its packed savings.
+// The same where the number of slots is not known when the code is compiled: the right part's
+// savings are read from the packed word.
 SUNSTONE_BUILDER float shareAnySlots(const Savings& left, const CostPart& right, uint32_t slots,
                                      uint32_t& ofLeft) {
     const float unit = mul(right.area, 1.0f / 128);
@@ -86,8 +86,8 @@ SUNSTONE_BUILDER float shareAnySlots(const Savings& left, const CostPart& right,
     return best;
 }
 
-// What a node of this area costs more, as one child, than its two parts as a child each. As a leaf,
-// where it may be one, or as a wide node.
+// The cost of a node of this area as one child, less that of its two parts as a child each. As a
+// leaf, where it may be one, or as a wide node.
 SUNSTONE_BUILDER float excessOf(const BuildJob& job, float area, bool mayBeLeaf,
                                 const CostPart& left, const CostPart& right,
                                 const Savings& leftSavings, const Savings& rightSavings) {

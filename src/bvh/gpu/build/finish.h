@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Last steps: the primitives' records and the header; compaction and what a build reports.
+// Last steps: the primitives' records and the header; compaction and emitted properties.
 #pragma once
 
 #include "bvh/gpu/build/moving_shapes.h"
@@ -88,7 +88,8 @@ SUNSTONE_BUILDER void writeRecords(const BuildJob& job) {
 SUNSTONE_BUILDER uint64_t roundUp(uint64_t value, uint64_t unit) {
     return (value + unit - 1) / unit * unit;
 }
-// What lies right before the nodes and goes with them, and where they begin in a compacted copy.
+// The data right before the nodes, which moves with them, and the begin of the nodes in a compacted
+// copy.
 SUNSTONE_BUILDER uint64_t bytesBeforeNodes(const BlockHeader& header) {
     return areShared(header.recordsOffset) ? sharedNumbers(header.numLeaves) : 0;
 }
@@ -105,8 +106,9 @@ SUNSTONE_BUILDER void zeroWords(uint64_t from, uint64_t to) {
     for (uint64_t i = from / 16 + globalThread(); i < to / 16; i += stride)
         *at<U4>(16 * i) = U4{0, 0, 0, 0};
 }
-// Nothing of what was in the buffers before is in a structure, or in a copy of it. What lies between
-// its parts, behind the records (scratch) and behind the nodes, as far as they are copied, is 0.
+// Earlier contents of the buffers appear neither in a structure nor in a copy of it: the gaps
+// between its parts, after the records (scratch) and after the nodes, as far as they are copied,
+// are 0.
 SUNSTONE_BUILDER void zeroRest(const BuildJob& job) {
     const uint64_t records = recordSize(job.type, job.shape, job.motionKeys);
     const Counters& counters = countersOf(job);
@@ -138,7 +140,7 @@ SUNSTONE_BUILDER void takeNodes(const BuildJob& job) {
         at<U4>(job.nodes + i / kWords * size)[i % kWords] = at<const U4>(job.newNodes)[i];
 }
 
-// What the header says of the active primitives.
+// The header's fields about active primitives.
 SUNSTONE_BUILDER void describeContents(BlockHeader& header, const Counters& counters) {
     const bool any = counters.numActive != 0;
     header.numActive = counters.numActive;
@@ -151,7 +153,7 @@ SUNSTONE_BUILDER void describeContents(BlockHeader& header, const Counters& coun
     header.root = any ? bitsOf(largest) : kNoNode;
 }
 
-// Whether the tree holds what it should, once.
+// Whether the tree holds each reference exactly once.
 SUNSTONE_BUILDER bool isWhole(const Counters& counters) {
     return !counters.failure && counters.finished == uint32_t(counters.allocated) &&
            uint32_t(counters.allocated >> 32) == counters.numTreeReferences;
@@ -181,8 +183,8 @@ SUNSTONE_BUILDER void finish(const BuildJob& job) {
     header.magic = kGpuBlockMagic;
 }
 
-// Records and header; neither is read before the kernel is over. Curves and spheres have kernels of
-// their own, which take a GPU's compiler several times as long.
+// Records and header; neither is read before the kernel is over. Curves and spheres have separate
+// kernels, which take a GPU's compiler several times as long.
 template <bool kMotion, bool kShapes>
 SUNSTONE_BUILDER void finishTree(const BuildJob& job) {
     if (isWhole(countersOf(job))) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How wide nodes store the boxes of their children: planes as bytes on a grid that spans the node;
-// and what their meta bytes say (layout.h).
+// The grid of a wide node: the planes of its children's boxes as bytes, and its meta bytes
+// (layout.h).
 #pragma once
 
 #include "bvh/gpu/device.h"
@@ -9,12 +9,12 @@ namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kSlots = 8;
 
-// The space that a node's grid spans; a node that holds nothing has some grid, too.
+// The space that a node's grid spans; an empty node has a grid, too.
 SUNSTONE_BUILDER Bounds gridOf(const Bounds& whole) {
     return isEmpty(whole) ? Bounds{} : whole;
 }
 
-// By eight lanes that follow one another; all lanes of the warp take part.
+// Called by eight consecutive lanes; all lanes of the warp take part.
 SUNSTONE_BUILDER Bounds uniteOfEight(Bounds box) {
     for (uint32_t step = 1; step < kSlots; step *= 2) {
         Bounds other;
@@ -39,10 +39,10 @@ SUNSTONE_BUILDER float inverseStep(uint32_t exponent) {
     return floatOf((254u - exponent) << 23);
 }
 
-// Planes rounded outwards. Those of an empty box come out crossed: 255 and 0.
+// Planes rounded outwards. Those of an empty box are crossed: 255 and 0.
 SUNSTONE_BUILDER uint32_t lowerByte(float plane, float origin, float inverse) {
     const float low = mul(sub(plane, origin), inverse);
-    // What is rounded above is below 2^-15 of a step.
+    // The rounding above is below 2^-15 of a step.
     return uint32_t(smaller(larger(__builtin_floorf(sub(low, 0x1p-14f)), 0.0f), 255.0f));
 }
 SUNSTONE_BUILDER uint32_t upperByte(float plane, float origin, float inverse) {
@@ -51,7 +51,7 @@ SUNSTONE_BUILDER uint32_t upperByte(float plane, float origin, float inverse) {
 }
 
 // A leaf of up to three primitives from `first` among the node's. That of a single inactive one
-// must not be entered, whatever box rays see.
+// must never be entered.
 SUNSTONE_BUILDER uint32_t leafMeta(uint32_t count, uint32_t first, bool inactive) {
     return inactive ? first + 1 : ((1u << count) - 1) << 5 | first;
 }

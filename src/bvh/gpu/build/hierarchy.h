@@ -4,9 +4,9 @@
 // 2024).
 //
 // Threads climb the radix tree of the Morton codes from its leaves; of two that meet at a node the
-// second goes on. Whenever the range below has grown beyond 16, the warp helps: the clusters of
-// either side stand side by side in its lanes, and pairs that are each other's nearest (of 8 to the
-// left and right) are merged until few enough are left. They are kept in place of the first
+// second continues. When the range below exceeds 16 primitives, the warp cooperates: the clusters
+// of both sides are placed side by side in its lanes, and pairs that are each other's nearest (of 8
+// to the left and right) are merged until few enough are left. They are kept in place of the first
 // primitives of the range. At the root they are merged to one.
 //
 // What is near, and how many are left, decides how well rays see the tree; both are by experiment
@@ -15,8 +15,8 @@
 // two. And 16 clusters that are carried far up overlap; of ranges beyond 64 primitives 4 are left,
 // so that the halves of the radix tree, which do not overlap, decide more.
 //
-// Which pairs merge does not depend on the order in which threads run; only the numbers of the
-// nodes do.
+// The pairs that merge do not depend on the order in which threads run; the numbers of the nodes
+// do.
 #pragma once
 
 #include "bvh/gpu/build/costs.h"
@@ -84,14 +84,14 @@ SUNSTONE_BUILDER uint32_t placeOfBit(uint32_t mask, uint32_t n) {
     return place;
 }
 
-// Of two clusters, given the areas of their boxes and of their common one. Not negative.
+// The distance of two clusters from the areas of their boxes and of their common one. Not negative.
 SUNSTONE_BUILDER float clusterDistance(float area, float left, float right) {
     const float own = larger(add(left, right), 0x1p-100f);
     return mul(area, mul(area, __nvvm_rcp_approx_ftz_f(own)));
 }
 
-// Pairs have a total order, so that at least one pair chooses one another: by distance, then by the
-// places of the two.
+// Pairs have a total order, by distance, then by the places of the two, so that at least one pair
+// is mutual.
 SUNSTONE_BUILDER uint64_t pairOf(uint32_t distanceBits, uint32_t low, uint32_t high) {
     return uint64_t(distanceBits) << 10 | low << 5 | high;
 }
@@ -159,7 +159,7 @@ SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds&
     const bool mutual = valid && back == lane && nearest != lane;
     const bool merges = mutual && lane < nearest;
     const uint32_t merging = __ballot_sync(kWholeWarp, merges);
-    uint32_t first = 0; // place of the new nodes: nobody waits for it before all else is done
+    uint32_t first = 0; // place of the new nodes: needed last, so that its latency is hidden
     if (lane == 0)
         first = atomicAdd(&countersOf(job).nextNode, uint32_t(__popc(merging)));
     const uint32_t otherRef = __shfl_sync(kWholeWarp, ref, int(nearest));
@@ -239,8 +239,8 @@ SUNSTONE_BUILDER void mergeWaiting(const BuildJob& job, uint32_t count, const Cl
     }
 }
 
-// One step up the radix tree. False if the other half of the parent is not there yet: its thread
-// goes on.
+// One step up the radix tree. False if the other half of the parent is incomplete: its thread
+// continues.
 SUNSTONE_BUILDER bool climb(const uint64_t* keys, uint32_t* parents, uint32_t count,
                             ClusterRange& range) {
     const bool isLeft =

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // First step of a build of instances: their records and boxes, with motion keys a box for each key.
-// Bounds of what moves take many registers. Where the structure itself stands still, a first kernel
-// therefore leaves instances whose way leads through motion transforms to a second one. One for
-// structures with motion keys is apart from that: it takes a GPU's compiler five times as long.
+// Bounds of moving objects take many registers. In structures without motion keys, a first kernel
+// therefore leaves instances below motion transforms to a second one. Structures with motion keys
+// have another kernel: it takes a GPU's compiler five times as long.
 #pragma once
 
 #include "bvh/gpu/build/motion_references.h"
@@ -33,9 +33,10 @@ SUNSTONE_BUILDER Bounds transformBounds(const float m[12], const Bounds& b) {
 
 // ---- tight boxes ------------------------------------------------------------------------------
 //
-// The box around a turned box is up to five times as large as what is in it needs, and rays pay for
-// every instance that they enter in vain. So boxes of nodes two levels below the child's root are
-// turned instead: up to 64 of them, the same for all instances of a child, read from the caches.
+// The box around a rotated box is up to five times as large as the geometry inside needs, and each
+// instance that a ray enters without a hit costs time. So boxes of nodes two levels below the
+// child's root are rotated instead: up to 64 of them, the same for all instances of a child, read
+// from the caches.
 
 // A box by its middle and half its size.
 struct Part {
@@ -65,8 +66,7 @@ SUNSTONE_BUILDER void addSeen(const float m[12], const Part& part, Bounds& sum) 
     }
 }
 
-// A node as it lies in memory, so that its boxes come with five loads in place of one for each
-// byte.
+// A node as in memory, so that its boxes take five loads instead of one for each byte.
 struct NodeWords {
     U4 head, children, planes[3];
 };
@@ -89,7 +89,7 @@ SUNSTONE_BUILDER float smallFloat(uint32_t byte) {
     return sub(floatOf(0x4B000000u | byte), 0x1p23f);
 }
 
-// The box of a slot; false if it is unused, or holds nothing active.
+// The box of a slot; false if it is unused or holds no active primitive.
 SUNSTONE_BUILDER bool slotBox(const NodeWords& node, uint32_t slot, float lower[3],
                               float upper[3]) {
     bool used = metaOf(node, slot) >> 5 != 0;
@@ -105,9 +105,8 @@ SUNSTONE_BUILDER bool slotBox(const NodeWords& node, uint32_t slot, float lower[
     return used;
 }
 
-// Calls visit(lower, upper) for boxes that hold what is in a structure that does not move: those of
-// nodes two levels below its root. kUnroll: 1 where the visit is too much code to be there for each
-// slot.
+// Calls visit(lower, upper) for boxes that cover a structure without motion: those of nodes two
+// levels below its root. kUnroll: 1 where the visit is too much code to repeat for each slot.
 template <int kUnroll, class Visit>
 SUNSTONE_BUILDER void forEachPart(const BlockHeader& header, const Visit& visit) {
     const WideNode* const nodes = reinterpret_cast<const WideNode*>(
@@ -138,8 +137,8 @@ SUNSTONE_BUILDER bool turns(const float m[12]) {
     return false;
 }
 
-// Instances of one structure tend to come in a row, so a block has the parts of the one that its
-// first instance shows at hand.
+// Instances of one structure tend to come in a row, so a block caches the parts of its first
+// instance's structure.
 struct SharedParts {
     uint64_t structure; // its handle; 0: none
     uint32_t count, pad;
@@ -154,7 +153,7 @@ SUNSTONE_BUILDER Part loadPart(const U4 from[2]) {
     return {{floatOf(a.x), floatOf(a.y), floatOf(a.z)}, {floatOf(a.w), floatOf(b.x), floatOf(b.y)}};
 }
 
-// By all threads of a block, of which there are as many as parts at least.
+// Called by all threads of a block, which has at least as many threads as parts.
 SUNSTONE_BUILDER void shareParts(uint64_t known, uint64_t handle, SharedParts& shared) {
     if (threadIdx.x == 0) {
         const uint64_t tag = handle & kTraversableTagMask;
@@ -189,9 +188,8 @@ SUNSTONE_BUILDER void shareParts(uint64_t known, uint64_t handle, SharedParts& s
     __syncthreads();
 }
 
-// Takes from `box`, which holds the structure seen through the transform, what none of its nodes
-// reaches. Their sums are rounded by less than the margin that is added to that of
-// transformBounds().
+// Shrinks `box`, which contains the transformed structure, to the union of its transformed nodes.
+// Their sums are rounded by less than the margin that is added to that of transformBounds().
 template <int kUnroll>
 SUNSTONE_BUILDER void tighten(const float m[12], uint64_t handle, const SharedParts* shared,
                               Bounds& box) {
@@ -225,7 +223,7 @@ constexpr uint32_t kMaxChain = 30;
 
 enum class Child : uint32_t { kNothing, kSomething, kLater };
 
-// Whether a child may be looked at; the host is told of the first one that may not.
+// Whether a child may be read; the first one that may not is reported to the host.
 SUNSTONE_BUILDER bool leadsSomewhere(const BuildJob& job, uint64_t handle) {
     if (isKnownHandle(knownNow(job.known), handle))
         return true;
@@ -234,8 +232,8 @@ SUNSTONE_BUILDER bool leadsSomewhere(const BuildJob& job, uint64_t handle) {
     return false;
 }
 
-// Bounds, at all times, of what an instance's child leads to. Without kMotion ways through motion
-// transforms are for later.
+// Bounds, at all times, of an instance's child. Without kMotion, children behind motion transforms
+// are left to a later kernel.
 template <bool kMotion>
 SUNSTONE_BUILDER Child childBounds(const BuildJob& job, uint64_t handle, const SharedParts* shared,
                                    Bounds& box) {
@@ -287,10 +285,10 @@ SUNSTONE_BUILDER bool isUsable(const Bounds& box) {
     return good;
 }
 
-// Of the member `pad` of an instance's record, between the two kernels.
+// Values of the member `pad` of an instance's record, between the two kernels.
 constexpr uint32_t kLeftForLater = 1;
 
-// What the caller says of an instance: its address, or 0 where that is none.
+// The caller's description of an instance: its address, or 0 if invalid.
 SUNSTONE_BUILDER uint64_t addressOfInstance(const BuildJob& job, uint32_t index) {
     const DeviceInput& input = *at<const DeviceInput>(job.inputs);
     const uint64_t address = input.areAddresses
@@ -367,14 +365,14 @@ SUNSTONE_BUILDER Bounds boundsOf(const KeyBounds& from) {
     return box;
 }
 
-// What nodes hold of an instance: the same boxes, or tighter ones, which bounds that are told of
-// do not depend on.
+// An instance's boxes in nodes: the same boxes, or tighter ones, which emitted bounds do not depend
+// on.
 SUNSTONE_BUILDER KeyBounds* tightBoxesOf(const BuildJob& job, uint32_t index) {
     return keyBoxesOf(job, job.numPrimitives + index);
 }
 
-// What makes up an instance's bounds (moving::describeParts): parts of a structure that does not
-// move, or all that the instance shows at once. One type, so that the code is there once.
+// The parts of an instance's bounds (moving::describeParts): parts of a structure without motion,
+// or the whole at once. One type, so that the code is compiled once.
 struct InstanceParts {
     const BlockHeader* structure; // null: all at once
 
@@ -394,9 +392,9 @@ SUNSTONE_BUILDER void describeMoving(const BuildJob& job, const InstanceData& re
                           InstanceParts{parts});
 }
 
-// As above, for what moves on the way to a structure that does not: bounds of its parts, united.
-// Boxes that hold something between keys cannot be cut at the keys by others that do, so the better
-// ones are taken as they are.
+// As above, for motion transforms above a structure without motion: bounds of its parts, united.
+// Two sets of boxes that are valid between keys cannot be intersected at the keys, so the tighter
+// set is taken as it is.
 SUNSTONE_BUILDER void tightenAtKeys(const BuildJob& job, uint32_t index) {
     const KeyBounds* const keys = keyBoxesOf(job, index);
     KeyBounds* const tight = tightBoxesOf(job, index);
@@ -421,8 +419,8 @@ SUNSTONE_BUILDER void tightenAtKeys(const BuildJob& job, uint32_t index) {
             tight[k] = keys[k];
 }
 
-// Fills the boxes at the keys, which hold the instance between them too (bvh/motion/motion_bounds.h), and
-// sums up those that are for nodes. `box` is that at all times.
+// Fills the boxes at the keys, which contain the instance between them too
+// (bvh/motion/motion_bounds.h), and sums up those for nodes. `box` is the one for all times.
 SUNSTONE_BUILDER bool describeAtKeys(const BuildJob& job, uint32_t index, const Bounds& box,
                                      Bounds& exact, KeySum& sum) {
     KeyBounds* const keys = keyBoxesOf(job, index);
@@ -449,8 +447,8 @@ SUNSTONE_BUILDER bool describeAtKeys(const BuildJob& job, uint32_t index, const 
     return true;
 }
 
-// Which instances a kernel reads: of a structure without motion keys those on whose way nothing
-// moves, or the others; or all of one with motion keys.
+// The instances that a kernel reads: in a structure without motion keys those without motion
+// transforms, or those with them; in one with motion keys all.
 enum class Way { kStill, kMotion, kKeys };
 
 // Reads an instance: its record and boxes. False if it is inactive or left for later, else `exact`
@@ -478,8 +476,8 @@ SUNSTONE_BUILDER bool readInstance(const BuildJob& job, uint32_t index, const Sh
 
 constexpr uint32_t kInstanceThreads = 128;
 
-// Of a build, or of an update: its records of instances are where the structure has them, and nodes
-// get their parents.
+// For builds and updates. In an update the records of instances are those in the structure, and
+// nodes get their parents.
 SUNSTONE_BUILDER bool mayReadInstances(BuildJob& job) {
     if (countersOf(job).failure)
         return false;
@@ -525,7 +523,7 @@ SUNSTONE_BUILDER void readMovingInstances(BuildJob& job) {
     countReferences(job, found, numActive);
 }
 
-// What sunstone_instances has left.
+// The instances that sunstone_instances leaves.
 SUNSTONE_KERNEL sunstone_left_instances(BuildJob job) {
     if (countersOf(job).leftInstances)
         readMovingInstances<Way::kMotion>(job);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host tells builder kernels. A job is the argument of every kernel of a build: places in
-// the caller's temp and output buffers, all known on the host before the build; counts that depend
-// on data are in Counters, on the device.
+// The argument of all builder kernels. A job holds places in the caller's temp and output buffers,
+// all known on the host before the build; counts that depend on data are in Counters, on the
+// device.
 #pragma once
 
 #include "bvh/gpu/layout.h"
@@ -65,12 +65,11 @@ constexpr uint32_t kSplitBins = 2048;
 // Factors that are tried for the number of splits.
 constexpr uint32_t kSplitFactors = 33;
 
-// What kernels cannot do, of which the host is told through a BuildReport: what only an error in
-// them can bring about (the structure is then none: it has no magic number), or an update of a
-// structure that was built from inputs of another shape, or a relocation of what is no copy (it
-// stays as it is; so do micromaps that are given what is no copy of their array), or opacity
-// micromaps that are none (there is no structure, or array, then), or children of instances that
-// lead nowhere.
+// Failures that kernels report to the host in a BuildReport: an internal error (the structure then
+// has no magic number); an update of a structure built from inputs of another shape; a relocation
+// of memory that is not a copy (it stays unchanged, as do micromaps whose new array is not a copy
+// of theirs); invalid opacity micromaps (no structure or array is then made); invalid children of
+// instances.
 enum BuildFailure : uint32_t {
     kNoFailure,
     kTreeBroken,
@@ -84,11 +83,11 @@ enum BuildFailure : uint32_t {
     kUnknownChild,
 };
 
-// What sunstone_relocate takes: addresses, and what the header of a copy says.
+// The argument of sunstone_relocate: addresses, and the header fields that a copy must have.
 struct RelocateJob {
     uint64_t block, report;
     uint64_t children; // handles for the instances
-    uint64_t known;    // those that lead somewhere, see known_handles.h
+    uint64_t known;    // valid handles, see known_handles.h
     uint64_t usedSize;
     uint32_t numChildren; // 0: they keep theirs
     uint32_t version;
@@ -96,7 +95,7 @@ struct RelocateJob {
     BlockType type;
 };
 
-// In memory of the host that kernels write: failures one after the other, in a ring.
+// In host memory that kernels write: a ring of failures.
 struct BuildReport {
     struct Entry {
         uint64_t block;
@@ -125,15 +124,15 @@ struct Counters {
     uint32_t numReferences;     // primitives, and further parts of those that were split
     uint32_t numTreeReferences; // of them, those that the tree holds
     float splitFactor;
-    uint32_t leftInstances; // some are for kernels that know of motion (instances.h)
-    uint32_t unknownChildren; // the host has been told of one
+    uint32_t leftInstances; // some are left to the motion kernel (instances.h)
+    uint32_t unknownChildren; // one has been reported to the host
     uint32_t sharesRecords; // leaves share triangles, see shared_records.h
     uint32_t pad3[2];
-    // From here on updates need nothing.
+    // Updates use none of the following.
     uint32_t sortTickets[kSortPasses];
     uint32_t retryTurns[2][2]; // parts of each step of sunstone_retry: taken up, done
     uint32_t pad2[2];
-    unsigned long long boxAreas, splitAreas; // of all triangles, and what of it is to be split
+    unsigned long long boxAreas, splitAreas; // of all triangles, and the part to be split
     unsigned long long splitBudget;
     unsigned long long splitTotals[kSplitFactors]; // splits by factors that grow
     union {
@@ -143,11 +142,11 @@ struct Counters {
 };
 constexpr uint64_t kUpdateCounters = __builtin_offsetof(Counters, sortTickets);
 
-// How a binary tree is made and which nodes are opened. PREFER_FAST_BUILD takes the radix tree of
-// the Morton codes as it is and opens the largest nodes. Both kinds of trees may be too deep for
-// traversal, if someone wants them to. Then, and only then, sunstone_retry makes the radix tree (48
-// bits, and 30 of the place) and opens it level by level, which takes at least three of its levels
-// for one of wide nodes: 26 at most.
+// How a binary tree is made and which nodes are opened. PREFER_FAST_BUILD uses the radix tree of
+// the Morton codes unchanged and opens the largest nodes. With hostile input both kinds of trees
+// may be too deep for traversal. Only then sunstone_retry makes the radix tree (48 bits, and 30 of
+// the place) and opens it level by level, which takes at least three of its levels for one of wide
+// nodes: 26 at most.
 enum TreeMode : uint32_t { kClustered, kRadix, kRadixByLevel };
 
 // Bytes between parts of the output, which are aligned to 128 or less.
@@ -164,7 +163,7 @@ struct BuildJob {
     uint64_t inputs;                                         // DeviceInput[]
     uint64_t counters;
     uint64_t boxes; // PrimitiveBox of each reference
-    // Primitive of each reference after those of whole primitives; of curves the piece of each
+    // The primitive of each further reference after the whole ones; for curves the piece of each
     // reference.
     uint64_t origins;
     uint64_t keys[2]; // 64 bits each
@@ -178,7 +177,7 @@ struct BuildJob {
     // How the tree is arranged (arrange.h): each wide node's parent; nodes, at the first key, and
     // the same as `order`, in places that follow from the tree.
     uint64_t links, newNodes, newOrder;
-    // Of updates: what the header and the input records must say, and how many bytes there are.
+    // Of updates: the required header and input records, and their bytes.
     uint64_t expected, outputSize;
     uint64_t nodeBoxes; // PrimitiveBox of each wide node, with motion at each key
     uint64_t arrivals;  // children of each wide node that are done
@@ -199,8 +198,7 @@ struct BuildJob {
     uint64_t keyBounds; // KeyBounds of each key, in the output
 };
 
-// An array of opacity micromaps: where its parts are (MicromapArrayLayout) and what it is made
-// from.
+// An array of opacity micromaps: the places of its parts (MicromapArrayLayout) and its input.
 constexpr uint32_t kMicromapLevels = 13;
 struct MicromapJob {
     uint64_t report; // BuildReport

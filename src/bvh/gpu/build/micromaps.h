@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opacity micromaps (bvh/micromap/micromap.h): arrays of them, and which one each triangle of a structure
-// has. Both are byte for byte what the CPU makes.
+// Opacity micromaps (bvh/micromap/micromap.h): arrays, and the micromap of each triangle of a
+// structure. Both equal the CPU's byte for byte.
 //
-//   micromap_refs    where the states of each micromap go, by sums over those before; one block
-//   micromap_states  copies them; a warp has a micromap. Of one state everywhere no states are read
-//   micromap_finish  the array is one only now
+//   micromap_refs    the place of each micromap's states, by prefix sums; one block
+//   micromap_states  copies the states, a warp for each micromap; marks uniform ones in their refs
+//   micromap_finish  marks the array as valid
 //   micromaps        the micromap of each triangle, into the tables of a structure
-//   relocate_micromaps  a build input finds its array at another address
+//   relocate_micromaps  updates the address of a build input's array
 #pragma once
 
 #include "bvh/gpu/build/refit.h"
@@ -44,7 +44,7 @@ SUNSTONE_BUILDER uint32_t countMicromap(const MicromapJob& job, const DeviceMicr
     return counted && uint64_t(m.byteOffset) + bytes <= job.statesSize ? bytes : 0;
 }
 
-// One block of kSortThreads. What of the descriptions does not fit is told to the host.
+// One block of kSortThreads. Descriptions that do not fit are reported to the host.
 SUNSTONE_KERNEL __launch_bounds__(kSortThreads) sunstone_micromap_refs(MicromapJob job) {
     __shared__ uint32_t left[2 * kMicromapLevels], warpSums[kSortThreads / 32], last, bad;
     for (uint32_t i = threadIdx.x; i < 2 * kMicromapLevels; i += blockDim.x)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Primitives with motion keys: what makes them active, as on the CPU (bvh/motion/motion_input.h), their
-// boxes for the tree, which are the means of those at the keys, and their records.
+// Primitives with motion keys: whether they are active, by the CPU's rules
+// (bvh/motion/motion_input.h), their boxes for the tree, which are the means of those at the keys,
+// and their records.
 #pragma once
 
 #include "bvh/gpu/build/references.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves and spheres with motion keys: as shapes.h, at every key. Which are active, and into what
-// pieces they are split (by the first key), is as on the CPU (bvh/shapes/shape_input.h, shape_build.cpp).
+// Curves and spheres with motion keys: as shapes.h, at every key. Which are active, and the pieces
+// they are split into (by the first key), follow the CPU (bvh/shapes/shape_input.h,
+// shape_build.cpp).
 #pragma once
 
 #include "bvh/gpu/build/motion_references.h"
@@ -8,8 +9,8 @@
 
 namespace sunstone::bvh::gpu {
 
-// All keys into the array of points, if there is one. False if the primitive is inactive at one of
-// them; else `all` holds it at all.
+// Stores all keys in the array of points, if any. False if the primitive is inactive at one of
+// them; else `all` bounds it at all of them.
 SUNSTONE_BUILDER bool readMovingIntoPoints(const BuildJob& job, const ShapePlace& from,
                                            Bounds& all) {
     bool active = true;
@@ -54,8 +55,8 @@ SUNSTONE_KERNEL sunstone_moving_shapes(BuildJob job) {
     countPieces(job, found, numActive, numFurther);
 }
 
-// What a record has of a piece at a key. Radii of linear segments are clamped after interpolation,
-// as on the CPU.
+// A record's data of a piece at a key. Radii of linear segments are clamped after interpolation, as
+// on the CPU.
 SUNSTONE_BUILDER void movingRows(const ShapePoints& shape, uint32_t word, float rows[8]) {
     shapeLane(shape, word, true, rows);
     if (CurveBasis(shape.shape) == CurveBasis::kLinear) {

@@ -33,8 +33,8 @@ uint32_t vertexSize(VertexFormat format) {
     }
 }
 
-// Keeps the addresses of an input's data at the keys. The data are there if all are; the address of
-// the first, else 0.
+// Keeps the addresses of an input's data at the keys. Returns the address of the first if all are
+// given, else 0.
 uint64_t addKeys(const void* const* data, std::span<uint64_t> to) {
     bool complete = data != nullptr;
     for (size_t k = 0; k < to.size(); ++k) {
@@ -44,7 +44,7 @@ uint64_t addKeys(const void* const* data, std::span<uint64_t> to) {
     return complete ? to[0] : 0;
 }
 
-// Of curves and spheres: positions, and behind them radii.
+// Of curves and spheres: positions, then radii.
 void addKeys(DeviceInput& d, const void* const* data, const void* const* radii,
              std::span<uint64_t> to) {
     if (to.empty())
@@ -131,7 +131,7 @@ DeviceInput describe(const InstanceInput& in) {
 
 // References that splitting may add at most, within 100 bytes of scratch a triangle: each takes 41,
 // each part of a triangle 4 more, and there are what small structures take at least. Kernels choose
-// how many there are (presplit.h). Never fewer for more triangles.
+// the actual number (presplit.h). Never fewer for more triangles.
 uint64_t splitBudget(uint64_t triangles) {
     constexpr uint64_t kSmall = 220;
     const uint64_t most = maxSplits(triangles);
@@ -155,7 +155,7 @@ Plan::Plan(const BuildInputs& in, const BuildOptions& options) {
         requireOneShape(in);
         numInputs = numShapeInputs(in);
         shape = shapeOf(in);
-        // Pieces that an update makes larger would be in the way of one another.
+        // Pieces that an update makes larger would overlap.
         pieces = options.allowUpdate ? 1 : maxPieces(shape, options);
     } else if (type != BlockType::kInstances) {
         numInputs = uint32_t(std::max(in.triangles.size(), in.customs.size()));
@@ -207,7 +207,7 @@ void Plan::count(const BuildInputs& in) {
 }
 
 void Plan::countReferences(const BuildOptions& options) {
-    // Updates and motion need one place for each primitive; parts of a triangle may move apart.
+    // Updates and motion need one place for each primitive; parts of a triangle could separate.
     uint64_t total = numPrimitives;
     if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate &&
         motion.keys == 1)
@@ -255,8 +255,8 @@ void Plan::layOutOutput(const BuildOptions& options) {
     if (maySplit()) // few parts more, which share triangles
         bytes = std::max(bytes, numPrimitives * record + 128 + sharedNumbers(maxReferences));
     records = place(bytes, 128);
-    // With so much more, what fits among the records of n primitives fits among those of more, so
-    // that more primitives never need less scratch.
+    // With this margin, data that fits among the records of n primitives also fits among those of
+    // more, so that more primitives never need less scratch.
     constexpr uint64_t kRounding = 512;
     nodes = alignUp(offset + kRounding, 128);
     outputSize = alignUp(nodes + maxWide * nodeSize(motion.keys), kBlockAlignment);
@@ -291,7 +291,7 @@ void Plan::layOutTemp() {
     tasks = place(uint64_t(maxWide) * 8); // and what is set to ones with them
     if (!maySplit())
         parents = {place(n * 4), false};
-    // What is read while records are written must not lie where they go.
+    // Data read while records are written must not overlap them.
     origins = {place((isCurveBasis(shape) ? n : n - numPrimitives) * 4), false};
     values[1] = {place(n * 4), false};
     boxes = place(n * sizeof(PrimitiveBox));
@@ -303,8 +303,8 @@ void Plan::layOutTemp() {
         parents = placeAnywhere(n * 4); // set to ones where it is, if not with the tasks
     savings = keys[1]; // free after the sort
     order = values[1]; // and this after the tree
-    // Free when it is collapsed: sums of the sort, what its clusters waited for or its keys, and all
-    // from the boxes on, which for triangles is enough.
+    // Free when the tree is collapsed: sums of the sort, the clusters' wait words or the keys, and
+    // all from the boxes on, which for triangles is enough.
     static_assert(kSortPasses * kSortDigits >= kSortTile * 4 / 7 + 2); // words of a tile
     links = tileStates;
     newOrder = (maySplit() ? keys[0] : parents).offset;
@@ -336,7 +336,7 @@ UpdatePlan::UpdatePlan(const Plan& plan) {
     nodeBoxes = place(nodes * keys * sizeof(PrimitiveBox));
     if (keys > 1 && plan.type == BlockType::kInstances)
         keyBoxes = place(2 * plan.numPrimitives * keys * sizeof(KeyBounds));
-    if (plan.type == BlockType::kInstances) // their records do not tell their boxes
+    if (plan.type == BlockType::kInstances) // their records do not determine their boxes
         boxes = place(uint64_t(plan.numPrimitives) * sizeof(PrimitiveBox));
     else if (keys == 1 && plan.type == BlockType::kShapes) // nor do those of curves
         boxes = place(uint64_t(plan.maxReferences) * sizeof(PrimitiveBox));

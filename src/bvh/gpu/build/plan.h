@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host knows of a build before it: counts, places in the caller's buffers, and the bytes
-// that kernels find there. A new kind of primitives adds its counts, the size of its records and
-// what describes its inputs here.
+// The host's plan of a build: counts, places in the caller's buffers, and the bytes that kernels
+// read there. A new kind of primitives adds its counts, the size of its records and the description
+// of its inputs here.
 #pragma once
 
 #include "bvh/build/build_parts.h"
@@ -32,7 +32,7 @@ struct Plan {
     };
     uint64_t inputs, counters, tileStates, tasks, boxes, tempSize;
     uint64_t keyWords, arrivals, keyBoxes, nodeBoxes; // with motion
-    // Of what Uploads::temp holds, from `inputs`.
+    // Offsets in Uploads::temp, from `inputs`.
     uint64_t keyData, flags, uploadSize;
     Place parents, origins, keys[2], values[2], binary, savings, order;
     uint64_t links, newNodes, newOrder;
@@ -64,8 +64,8 @@ struct UpdatePlan {
     explicit UpdatePlan(const Plan& plan);
 };
 
-// What the host writes into the buffers before kernels run: the header and records of the inputs
-// (and of their micromaps) into the output (an update compares them with those that are there);
+// The bytes that the host writes into the buffers before kernels run: the header and records of the
+// inputs (and of their micromaps) into the output (an update compares them with the present ones);
 // DeviceInput[], addresses of the data at motion keys and geometry flags into the temp buffer, at
 // the address `base`.
 struct Uploads {

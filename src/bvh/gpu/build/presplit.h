@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Between the boxes and the codes, for PREFER_FAST_TRACE: references to long thin triangles are
-// split, by the rules of the CPU's builder (bvh/build/presplit.h). How often a triangle is split is its
-// priority times a factor, the largest with which all splits have room; it is found roughly from a
-// histogram of the priorities, then by counting the splits of factors around it. Where the parts of a triangle go is a sum over those before it, so
-// that builds are repeatable.
+// Between the boxes and the codes, for PREFER_FAST_TRACE: splits references to long thin triangles,
+// by the rules of the CPU's builder (bvh/build/presplit.h). The number of splits of a triangle is
+// its priority times a factor: the largest for which all splits have room. A histogram of the
+// priorities gives it roughly; then the splits of factors around it are counted. The places of a
+// triangle's parts are prefix sums, so that builds are repeatable.
 #pragma once
 
 #include "bvh/gpu/build/finish.h"
@@ -13,11 +13,11 @@ namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kSplitThreads = 256;
 constexpr uint32_t kMostSplits = 31;
-// Where long thin triangles' boxes are less than one part of so many of the area of all boxes, as
-// among random triangles, rays would gain nothing.
+// Splits are skipped where the boxes of long thin triangles are a smaller share than this of the
+// area of all boxes, as among random triangles: rays would not gain.
 constexpr uint64_t kLeastShare = 8;
-// Where no more than one of so many triangles is split, leaves hold records of their triangles, which
-// rays find sooner; else they share them.
+// Where at most one of so many triangles is split, leaves hold records of their triangles, which
+// rays reach faster; else they share them.
 constexpr uint32_t kFewSplits = 16;
 constexpr double kWorthwhile =
     10; // boxes below this times the area their triangle needs are good enough
@@ -47,7 +47,7 @@ SUNSTONE_BUILDER double absolute(double a) {
     return a < 0 ? -a : a;
 }
 
-// What a triangle adds to the sums of areas, and how it is split.
+// A triangle's share in the sums of areas, and its splits.
 struct SplitMeasure {
     uint32_t word;
     double box, excess;
@@ -132,8 +132,8 @@ SUNSTONE_BUILDER uint32_t splitsOf(float priority, float factor, uint32_t limit)
     return splits < float(limit) ? uint32_t(splits) : limit;
 }
 
-// The same of a primitive: up to a quarter of a split more, so that of equal triangles some can be
-// split where there is no room to split all.
+// The same for a primitive: up to a quarter of a split more, so that some of many equal triangles
+// are split where there is no room to split all.
 SUNSTONE_BUILDER uint32_t splitsOf(uint32_t primitive, uint32_t word, float factor) {
     const float more = mul(float(primitive * 2654435769u >> 8), 0x1p-26f);
     const float splits = add(mul(floatOf(word & ~31u), factor), more);
@@ -326,7 +326,7 @@ SUNSTONE_BUILDER Bounds sideOf(const float v[9], const Bounds& piece, int axis, 
             result.lower[a] = sub(float(plane), pad);
         const float l = larger(result.lower[a], sub(float(lower[a]), pad));
         const float u = smaller(result.upper[a], add(float(upper[a]), pad));
-        if (l <= u) { // else nothing of the triangle is here; any box will do
+        if (l <= u) { // else no part of the triangle is here; any box will do
             result.lower[a] = l;
             result.upper[a] = u;
         }

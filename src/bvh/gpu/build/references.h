@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// First step of a build: the box of each primitive, and bounds and number of the active ones. What
-// makes a primitive active, and what its vertices are, is as on the CPU (bvh/input/build_input.h).
-// Instances have kernels of their own (instances.h), and so has what has motion keys
+// First step of a build: the box of each primitive, and bounds and number of the active ones.
+// Vertices and the rules for active primitives are those of the CPU (bvh/input/build_input.h).
+// Instances have their own kernels (instances.h), and so have primitives with motion keys
 // (motion_references.h).
 #pragma once
 
@@ -180,7 +180,7 @@ SUNSTONE_BUILDER bool readBox(const BuildJob& job, uint32_t primitive, Bounds& b
     return true;
 }
 
-// What nodes must hold of an active primitive with this box.
+// The box in nodes of an active primitive with this box.
 SUNSTONE_BUILDER Bounds padBounds(const Bounds& box) {
     const float size =
         larger(larger(sub(box.upper[0], box.lower[0]), sub(box.upper[1], box.lower[1])),
@@ -194,7 +194,7 @@ SUNSTONE_BUILDER Bounds padBounds(const Bounds& box) {
     return padded;
 }
 
-// Stores the padded box of a primitive, or one that says it is inactive.
+// Stores the padded box of a primitive, or one that marks it as inactive.
 SUNSTONE_BUILDER void storeBox(const BuildJob& job, uint32_t primitive, bool active,
                                const Bounds& box) {
     float* const to = at<float>(job.boxes + uint64_t(primitive) * sizeof(PrimitiveBox));
@@ -205,7 +205,7 @@ SUNSTONE_BUILDER void storeBox(const BuildJob& job, uint32_t primitive, bool act
     }
 }
 
-// Adds what the threads of a block found to the counters; all of its threads take part.
+// Adds the findings of a block's threads to the counters; all of its threads take part.
 SUNSTONE_BUILDER void addToCounters(const BuildJob& job, const Bounds& found, uint32_t active) {
     __shared__ uint32_t most[7];
     if (threadIdx.x < 7)
@@ -243,8 +243,7 @@ SUNSTONE_BUILDER void addToCounters(const BuildJob& job, const Bounds& found, ui
     }
 }
 
-// The same at the end of a build's first step: unless something is split, references are
-// primitives.
+// The same at the end of a build's first step: without splits, references are primitives.
 SUNSTONE_BUILDER void countReferences(const BuildJob& job, const Bounds& found, uint32_t active) {
     addToCounters(job, found, active);
     if (globalThread() == 0) {

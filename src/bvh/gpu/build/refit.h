@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Updates: the tree stays; primitives are read anew and boxes are computed from the leaves up.
+// Updates: the tree stays; primitives are read again and boxes are computed from the leaves up.
 //
-//   update_check    is this the structure that the host thinks it is? If not, nothing is touched
-//   update_records  the record of each primitive; bounds and number of the active ones; each node's
-//                   parent. Of instances the build's kernels do that
-//   update_nodes    eight lanes make a node, one each slot. Whoever brings the last child of a node
-//                   goes on with it, as in the build's climb; nobody waits. And the header
+//   update_check    checks that the structure is the one the host expects; else it stays unchanged
+//   update_records  the record of each primitive (of instances by the build's kernels); bounds and
+//                   number of the active ones; each node's parent
+//   update_nodes    eight lanes make a node, one each slot. The lanes that complete a node's last
+//                   child continue with the node, as in the build, without waiting. And the header
 //
-// Every box is a minimum and maximum over the same numbers whatever the order in which threads run,
-// so that equal input gives equal bytes; an update from the input of the build gives the nodes and
-// records of the build.
+// Every box is a minimum and maximum over the same numbers in any order of the threads, so that
+// equal input gives equal bytes; an update from the input of the build gives the nodes and records
+// of the build.
 //
-// What a kind of primitives provides:
-//   updateRecord    writes a record from what the record itself tells of its primitive (SBT index
-//   and
-//                   primitive index), or says that the primitive is inactive
+// A kind of primitives provides:
+//   updateRecord    writes a record from its own SBT index and primitive index, or returns that the
+//                   primitive is inactive
 //   recordBounds    the padded box of a record, empty if it is inactive, from the record alone or
-//                   from what updateRecord left in job.boxes (UpdatePlan has the room for it)
+//                   from the data that updateRecord left in job.boxes (UpdatePlan reserves them)
 // With motion keys a node is made at one key after the other, with its boxes at all keys in
-// nodeBoxes. A build with motion ends with the same steps: its tree knows the means of boxes only.
+// nodeBoxes. A build with motion ends with the same steps, because its tree has only the means of
+// boxes.
 #pragma once
 
 #include "bvh/gpu/build/finish.h"
@@ -52,8 +52,7 @@ SUNSTONE_BUILDER bool hasSameMicromaps(const BuildJob& job, uint32_t i) {
            (is.indexing == 0 || input.mayChangeMicromaps || is.array == input.micromaps);
 }
 
-// One block. The headers come with one load each, as what one of them says is compared after the
-// other.
+// One block. Each header is one load; their fields are compared one after the other.
 SUNSTONE_KERNEL sunstone_update_check(BuildJob job) {
     constexpr uint32_t kWords = sizeof(BlockHeader) / 4;
     __shared__ BlockHeader headers[2];
@@ -77,7 +76,7 @@ SUNSTONE_KERNEL sunstone_update_check(BuildJob job) {
 
 // ---- records ----------------------------------------------------------------------------------
 
-// The build input that a record's SBT word tells of.
+// The build input of a record's SBT word.
 SUNSTONE_BUILDER uint32_t inputOfSbtWord(const BuildJob& job, uint32_t word) {
     const InputRecord* const records = at<const InputRecord>(job.inputRecords);
     const uint32_t index = word & kSbtIndexMask;
@@ -93,8 +92,8 @@ SUNSTONE_BUILDER uint32_t inputOfSbtWord(const BuildJob& job, uint32_t word) {
 }
 
 // A sphere's record has the primitive in word 4, that of a curve's segment (which is not split if
-// updates are allowed) in word 9; the SBT word is behind it. Without motion its box will be at its
-// place.
+// updates are allowed) in word 9; the SBT word follows. Without motion the primitive's box goes to
+// its place.
 template <bool kMotion>
 SUNSTONE_BUILDER bool updateShapeRecord(const BuildJob& job, uint32_t place, const uint32_t* words,
                                         Bounds& exact) {
@@ -114,7 +113,7 @@ SUNSTONE_BUILDER bool updateShapeRecord(const BuildJob& job, uint32_t place, con
     return active;
 }
 
-// Of all but instances, whose records do not change: kernels of the build read those.
+// For all kinds except instances, whose records the build's kernels read.
 template <bool kMotion, bool kShapes>
 SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& exact) {
     const auto* const words = at<const uint32_t>(recordAt(job, place, 0));
@@ -130,8 +129,8 @@ SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& 
                    : writeRecord(job, place, {input, primitive}, true, exact);
 }
 
-// What a record holds at a key, not padded; or the whole primitive, of which it may hold a piece,
-// or what is told of it. Of instances, curves and spheres with motion keys alone.
+// The box of a record at a key, not padded; or that of the whole primitive, if the record is a
+// piece of it, or its emitted bounds. For instances, curves and spheres with motion keys only.
 template <bool kMotion>
 SUNSTONE_BUILDER Bounds exactBounds(const BuildJob& job, uint32_t place, uint32_t key, bool whole) {
     if (kMotion && job.type == BlockType::kInstances) {
@@ -228,7 +227,7 @@ SUNSTONE_BUILDER uint32_t metaOf(const NodeHead& head, uint32_t slot) {
     return (slot < 4 ? head.meta[0] : head.meta[1]) >> 8 * (slot % 4) & 0xFFu;
 }
 
-// What a slot holds now, and its meta byte, which may tell of that.
+// The box of a slot now, and its meta byte, which depends on whether the slot is active.
 template <bool kMotion>
 SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, const NodeHead& node, uint32_t slot,
                                   uint32_t key, uint32_t numNodes, uint32_t numRecords,
@@ -258,14 +257,14 @@ SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, const NodeHead& node, uin
     return box;
 }
 
-// What eight lanes know of their node: each its slot's box, all that of the node.
+// The state of eight lanes: each has its slot's box, all have the node's.
 struct RefitBoxes {
     Bounds own, whole;
     uint32_t meta;
 };
 
-// By eight lanes, whose slots are their last three bits; all lanes of the warp take part. Leaves
-// the node's box to its parent.
+// Called by eight lanes, whose slots are their last three bits; all lanes of the warp take part.
+// Stores the node's box for its parent.
 template <bool kMotion>
 SUNSTONE_BUILDER RefitBoxes refitBoxes(const BuildJob& job, uint32_t index, const NodeHead& head,
                                        bool active, uint32_t key, uint32_t numNodes,
@@ -326,7 +325,7 @@ SUNSTONE_BUILDER void updateNodes(const BuildJob& job) {
         }
         bool active = head.innerMask == 0;
         while (__any_sync(kWholeWarp, active)) {
-            // What is needed one step up, in case this is the last child.
+            // Data for the next level up, in case this is the last child.
             const bool mayRise = active && parent < numNodes;
             NodeHead above = head;
             uint32_t parentAbove = kNoRef;
@@ -347,7 +346,7 @@ SUNSTONE_BUILDER void updateNodes(const BuildJob& job) {
                        uint32_t(__popc(above.innerMask));
                 fence();
             }
-            if (!kMotion && active) // nobody waits for it
+            if (!kMotion && active) // not waited for
                 storePlanes(head, boxes, wideNode(job, index));
             active = __shfl_sync(kWholeWarp, last, int(lane & ~7u));
             index = parent;
@@ -357,7 +356,7 @@ SUNSTONE_BUILDER void updateNodes(const BuildJob& job) {
     }
 }
 
-// The header of an update: its records are there.
+// The header of an update; its records are complete.
 SUNSTONE_BUILDER void finishUpdate(const BuildJob& job) {
     const Counters& counters = countersOf(job);
     if (counters.failure)
@@ -375,7 +374,7 @@ SUNSTONE_BUILDER void updateNodesAndHeader(const BuildJob& given) {
 SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_nodes(BuildJob given) {
     updateNodesAndHeader<false>(given);
 }
-// What moves takes twice the registers.
+// With motion keys the kernel takes twice the registers.
 SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_moving_nodes(BuildJob given) {
     updateNodesAndHeader<true>(given);
 }

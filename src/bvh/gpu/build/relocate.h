@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Relocation on GPUs: a kernel sees to it that the memory holds a copy of what the relocation info
-// is from, and gives instances the handles of their moved children. Nothing else in a block depends
-// on where it is (layout.h).
+// Relocation on GPUs: a kernel checks that the memory holds a copy of the structure that the
+// relocation info describes, and gives instances the handles of their moved children. Nothing else
+// in a block depends on its address (layout.h).
 #pragma once
 
 #include "bvh/gpu/build/finish.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Curves and spheres: their first step, in place of sunstone_references, and their records. Which
-// are active, their boxes and their pieces are as on the CPU (bvh/shapes/shape_geometry.h). All pieces
-// that a segment may have are references; those that it has not are inactive.
+// are active, their boxes and their pieces follow the CPU (bvh/shapes/shape_geometry.h). Each
+// segment has references for the largest possible number of pieces; the unused ones are inactive.
 #pragma once
 
 #include "bvh/gpu/build/references.h"
@@ -41,7 +41,7 @@ SUNSTONE_BUILDER bool readShape(const BuildJob& job, const DeviceInput& input, u
     return there;
 }
 
-// A strand goes on where the next segment begins one vertex later.
+// A strand continues where the next segment begins one vertex later.
 SUNSTONE_BUILDER uint32_t capFlags(const DeviceInput& input, uint32_t numSegments,
                                    uint32_t segment) {
     uint32_t here, other, flags = 0;
@@ -78,7 +78,7 @@ SUNSTONE_BUILDER uint32_t referToPieces(const BuildJob& job, uint32_t primitive,
     return active ? pieces : 0;
 }
 
-// What names a sphere, or a piece of a curve (bvh/shapes/curves.h).
+// The word that names a sphere, or a piece of a curve (bvh/shapes/curves.h).
 SUNSTONE_BUILDER uint32_t wholeShape(const BuildJob& job, uint32_t primitive) {
     return job.shape == kSphereShape ? primitive : pieceWord(primitive, 1);
 }
@@ -86,8 +86,8 @@ SUNSTONE_BUILDER uint32_t wordOfReference(const BuildJob& job, uint32_t referenc
     return job.shape == kSphereShape ? reference : at<const uint32_t>(job.origins)[reference];
 }
 
-// The primitive as it is now, at a key (to which `input` belongs), into the array of points, too,
-// if there is one. False if it is inactive, else `exact` is the box of the whole primitive.
+// Reads the primitive at a key (that of `input`), and stores it in the array of points, if any.
+// False if it is inactive, else `exact` is the box of the whole primitive.
 SUNSTONE_BUILDER bool readIntoPoints(const BuildJob& job, uint32_t primitive, uint32_t key,
                                      uint32_t local, const DeviceInput& input, float points[16],
                                      Bounds& exact) {
@@ -104,7 +104,7 @@ SUNSTONE_BUILDER bool readIntoPoints(const BuildJob& job, uint32_t primitive, ui
     return active;
 }
 
-// What a record says besides its points, and where the primitive comes from.
+// The fields of a record besides its points, and the primitive's input.
 struct ShapePlace {
     const DeviceInput* input;
     uint32_t primitive, local, reported, sbt, capFlags;
@@ -133,7 +133,7 @@ SUNSTONE_BUILDER void storeCurve(U4* to, const float rows[8], uint32_t word, con
     to[2] = U4{word, from.reported, from.sbt, from.capFlags | flags};
 }
 
-// As readIntoPoints; the record tells of the piece alone.
+// As readIntoPoints; the record describes the piece only.
 SUNSTONE_BUILDER bool writeShapeRecord(const BuildJob& job, uint32_t place, uint32_t word,
                                        Bounds& exact) {
     const ShapePlace from = placeOfShape(job, word);
@@ -152,8 +152,7 @@ SUNSTONE_BUILDER bool writeShapeRecord(const BuildJob& job, uint32_t place, uint
     return active;
 }
 
-// Adds what was found to the counters; numFurther: references that are not the first of a
-// primitive.
+// Adds the findings to the counters; numFurther: references that are not the first of a primitive.
 SUNSTONE_BUILDER void countPieces(const BuildJob& job, const Bounds& found, uint32_t numActive,
                                   uint32_t numFurther) {
     addToCounters(job, found, numActive);

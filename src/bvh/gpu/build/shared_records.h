@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles that several leaves refer to. Where PREFER_FAST_TRACE has split many triangles, each is
-// kept once, in the order of the inputs, and what leaves hold are numbers of triangles:
+// Triangles that several leaves refer to. Where PREFER_FAST_TRACE has split many triangles, each
+// triangle has one record, in the order of the inputs, and leaves hold numbers of triangles:
 //
 //   .. | TriangleRecord of each triangle | numbers of triangles, backwards | WideNode[]
 //
-// so that a walk, which knows where the nodes are, knows where the numbers are too. Inactive
-// triangles have records that nothing refers to. The lowest bit of the header's recordsOffset says
-// that records are shared, and is part of the address that a walk has of them.
+// The numbers end where the nodes begin, so that a walk finds them from the nodes' address.
+// Inactive triangles have records without references. The lowest bit of the header's recordsOffset
+// says that records are shared; it stays set in the address that a walk computes from it.
 #pragma once
 
 #include "bvh/gpu/layout.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Second step: Morton codes of the primitives, and their sort by 8 bits a pass. A pass reads its
-// keys once: each block takes a tile, counts its digits, and learns from the tiles before it where
-// its own go (Adinets and Merrill, "Onesweep", 2022). Blocks take tiles in the order they start, so
-// that whom they wait for is running already. The sort is stable; equal codes stay in the order of
-// the input.
+// keys once: each block takes a tile, counts its digits, and gets the places of its digits from the
+// tiles before it (Adinets and Merrill, "Onesweep", 2022). Blocks take tiles in the order they
+// start, so that the blocks they wait for already run. The sort is stable; equal codes stay in the
+// order of the input.
 #pragma once
 
 #include "bvh/gpu/device.h"
@@ -82,12 +82,11 @@ SUNSTONE_BUILDER uint32_t sumBefore(uint32_t value, uint32_t* warpSums) {
     return before + sum - value;
 }
 
-// What a tile tells the later ones of a digit: nothing yet, its own count, or that of all tiles up
-// to it.
+// A tile's published state of a digit: none yet, its own count, or that of all tiles up to it.
 constexpr uint32_t kTileCount = 1u << 30, kTileSum = 2u << 30, kTileValue = kTileCount - 1;
 
-// Number of keys with a digit in the tiles before, which the later ones learn too. States of
-// several tiles are asked for at once.
+// The number of keys with a digit in the tiles before; published for the later ones. States of
+// several tiles are loaded at once.
 SUNSTONE_BUILDER uint32_t sumOfTiles(uint32_t* states, uint32_t tile, uint32_t count) {
     constexpr uint32_t kAtOnce = 8;
     if (tile == 0)

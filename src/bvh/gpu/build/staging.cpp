@@ -13,7 +13,7 @@ Staging::~Staging() {
     }
 }
 
-// A block whose copy is over, or a new one.
+// A block whose copy has ended, or a new one.
 CUresult Staging::take(size_t size, Block*& block) {
     std::lock_guard lock(mutex_);
     for (const auto& each : blocks_)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies from the host's memory to the device in stream order, for which nobody waits. Drivers take
-// small blocks of pageable memory at once, but before they take larger ones they wait for the
-// stream, and a graph would read the memory when it is launched; these go through page-locked
+// Copies from the host's memory to the device in stream order without blocking the host. A driver
+// copies small blocks of pageable memory at once, but waits for the stream before it takes larger
+// ones, and a graph reads the memory when it is launched; these copies go through page-locked
 // memory here.
 #pragma once
 
@@ -17,7 +17,7 @@ namespace sunstone::bvh::gpu {
 class Staging {
 public:
     explicit Staging(const device::cuda::Driver& driver) : driver_(driver) {}
-    // The context is current, and what was queued is over.
+    // The context is current, and all queued copies have ended.
     ~Staging();
     Staging(const Staging&) = delete;
     Staging& operator=(const Staging&) = delete;

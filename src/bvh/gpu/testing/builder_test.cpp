@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The GPU's builder kernels, run on the CPU device, and the GPU's traversal, compiled for the host:
-// every hit must be that of the CPU's engine, to the bit.
+// every hit must equal that of the CPU's engine to the bit.
 #include "bvh/gpu/build/job.h"
 #include "bvh/gpu/kernels_ptx.h"
 #include "bvh/gpu/testing/device.h"
@@ -251,7 +251,7 @@ TEST(GpuBuild, SplitsLongThinTriangles) {
         reinterpret_cast<const TriangleRecord*>(bytes + withoutSharedBit(gpu.header().recordsOffset));
     for (uint32_t i = 0; i < 400; ++i)
         EXPECT_EQ(records[table[i]].primitive, i);
-    // Ordinary triangles, and those that programs may see once only, stay whole.
+    // Ordinary triangles, and triangles that programs may see only once, stay whole.
     EXPECT_EQ(buildOnDevice(icosphere(1).input(), options).header().numLeaves, 80u);
     const uint32_t once = kGeometryRequireSingleAnyHit;
     TriangleInput single = mesh.input();
@@ -259,9 +259,9 @@ TEST(GpuBuild, SplitsLongThinTriangles) {
     EXPECT_EQ(buildOnDevice(single, options).header().numLeaves, 400u);
 }
 
-// Builds end whatever the binary tree is like: here one whose nodes are their own children, and one
-// that holds more primitives than it should; and whatever is written into the wide tree meanwhile:
-// wrong parents. Kernels are launched as the builder does.
+// Builds end with any binary tree: here one whose nodes are their own children, and one that holds
+// too many primitives; and with wrong parents written into the wide tree meanwhile. Kernels are
+// launched as the builder does.
 TEST(GpuBuild, BrokenTreesAreReportedAndNeverWaitedFor) {
     const auto& driver = Device::get().driver();
     CUmodule module = nullptr;

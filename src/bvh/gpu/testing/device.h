@@ -119,7 +119,7 @@ struct NearestPrograms : NoShapes, NoMotion, NoDeepGraphs, OneLane {
     bool nearestFirst() const { return true; }
 };
 
-// The same where spaces are left to that of the ray only, or there are none.
+// The same where instances are left directly to the ray's space, or without instances.
 struct SingleLevelPrograms : NearestPrograms {
     static constexpr unsigned kLevels = 1;
 };
@@ -236,7 +236,7 @@ inline bool nearestAt(uint64_t handle, const QueryRay& query, float time, QueryH
     return nearestBy(programs, handle, query, hit);
 }
 
-// The same beside lanes that are in structures that move.
+// The same beside lanes in structures with motion.
 struct BesideMovingPrograms : MovingPrograms {
     using MovingPrograms::MovingPrograms;
     static bool any(bool) { return true; }

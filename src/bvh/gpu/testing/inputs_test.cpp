@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What build inputs can say, on the GPU's builder (run on the CPU device): vertex and index
-// formats, SBT indices, inactive primitives, custom primitives, instances, and what is refused.
+// Build inputs of the GPU's builder (run on the CPU device): vertex and index formats, SBT indices,
+// inactive primitives, custom primitives, instances, and refused inputs.
 #include "bvh/gpu/testing/device.h"
 
 #include "math/affine.h"
@@ -14,7 +14,7 @@ using namespace bvh::testing;
 using namespace gpu::testing;
 using bvh::testing::Mesh;
 
-// Rays through the middles of random places; CPU and GPU must tell the same.
+// Rays through the middles of random places; CPU and GPU must give the same answers.
 void expectSame(const BuildInputs& inputs, uint32_t seed, uint32_t leastHits) {
     const Structure cpu = makeStructure(inputs);
     const GpuStructure gpu = buildOnDevice(inputs);
@@ -152,7 +152,7 @@ TEST(GpuInputs, EqualPlaces) {
     EXPECT_EQ(hit.primitive, 0u); // the lowest of equals
 }
 
-// Whatever the flags, input with little or nothing in it gives structures that rays may meet.
+// With all flags, empty and tiny inputs give structures that rays can traverse.
 TEST(GpuInputs, DegenerateInputOfAllFlags) {
     const Vec3 corners[3] = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
     const auto meshOf = [&](uint32_t count, const auto& vertex) {
@@ -232,7 +232,7 @@ TEST(GpuInputs, RandomVertexAccess) {
     }
 }
 
-// Boxes that a ray's way leads through.
+// Collects the boxes that a ray enters.
 struct BoxPrograms : NoShapes, NoMotion, OneLane {
     static constexpr bool kTriangles = false, kCustoms = true, kInstances = false;
     static constexpr unsigned kLevels = 0;
@@ -376,8 +376,8 @@ TEST(GpuInputs, TurnedInstancesHaveTightBoxes) {
     }
 }
 
-// A block of threads has the parts of one structure at hand and looks those of others up: boxes
-// must be the same whichever it is.
+// A block of threads caches the parts of one structure and reads those of others: the boxes must
+// not depend on it.
 TEST(GpuInputs, BoxesOfInstancesDoNotDependOnTheirOrder) {
     const GpuStructure children[] = {buildOnDevice(icosphere(3).input()),
                                      buildOnDevice(torus(20, 12).input()),
@@ -404,7 +404,7 @@ TEST(GpuInputs, BoxesOfInstancesDoNotDependOnTheirOrder) {
         inputs.instances = &in;
         return buildOnDevice(inputs);
     };
-    // Of each alone, united.
+    // The union of the boxes of each alone.
     KeyBounds alone = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (const InstanceDesc& instance : list) {
         const GpuStructure one = build(&instance, 1);
@@ -553,9 +553,9 @@ TEST(GpuInputs, Instances) {
     EXPECT_GT(hits, 500u);
 }
 
-// Triangles of usual size, and some as far away as coordinates may be, so that planes of nodes are
-// no finite times along axes that a ray hardly moves on. What is near must be found as if it were
-// alone.
+// Triangles of usual size, and some as far away as coordinates may be, so that distances to planes
+// of nodes overflow along axes on which a ray hardly moves. Near triangles must be found as if they
+// were alone.
 TEST(GpuInputs, WideScenesAndSlowRays) {
     const Mesh close = soup(60, 0.5f, 17);
     const Structure alone = makeStructure(close.input());
@@ -591,7 +591,7 @@ TEST(GpuInputs, WideScenesAndSlowRays) {
     }
 }
 
-// The slots of a node on the side that the ray comes to first, along its longest axis, are first.
+// The slots on the node's near side, along the ray's longest axis, come first.
 TEST(GpuTraversal, RanksOfSlots) {
     for (uint32_t signs = 0; signs < 8; ++signs)
         for (uint32_t axis = 0; axis < 3; ++axis) {
@@ -653,7 +653,7 @@ TEST(GpuInputs, MemoryIsWithinThePromise) {
             options.allowUpdate = bits & 4;
             options.allowRandomVertexAccess = bits & 8;
             SCOPED_TRACE("count " + std::to_string(count) + " options " + std::to_string(bits));
-            // Besides what counts with the primitives there are counters and alignment.
+            // Besides the bytes per primitive there are counters and alignment.
             const uint64_t fixed = 24u << 10;
             TriangleInput triangles;
             triangles.numVertices = 3;

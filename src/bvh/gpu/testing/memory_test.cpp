@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What structures take, and triangles that several leaves share.
+// Sizes of structures, and triangles that several leaves share.
 #include "bvh/gpu/build/shared_records.h"
 #include "bvh/gpu/testing/device.h"
 
@@ -90,7 +90,7 @@ TEST(GpuMemory, IsWithinThePromiseForAllShapes) {
     }
 }
 
-// Several inputs with offsets and SBT records of their own, and triangles that are inactive.
+// Several inputs with separate offsets and SBT records, and inactive triangles.
 TEST(GpuMemory, SharedTrianglesTellTheirInputs) {
     std::vector<Mesh> meshes = {strips(700, 1.0f, 0.003f, 11), strips(300, 0.6f, 0.002f, 12)};
     for (uint32_t i = 0; i < 700; i += 9)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opacity micromaps by the GPU's builder (run on the CPU device): arrays and tables are those that
-// the CPU makes; what does not fit is told.
+// Opacity micromaps by the GPU's builder (run on the CPU device): arrays and tables equal the
+// CPU's; mismatches are reported.
 #include "bvh/gpu/testing/device.h"
 #include "bvh/micromap/micromap_array.h"
 #include "bvh/micromap/micromap_binding.h"
@@ -120,7 +120,7 @@ void haveThoseTheyHaveOnTheCpu(uint32_t keys) {
     std::vector<int32_t> words;
     std::vector<uint16_t> halves;
     for (int i = 0; i < 120; ++i)
-        words.push_back(i % 7 == 0 ? -1 - i % 5 : i); // -5 and those from 100 on are none
+        words.push_back(i % 7 == 0 ? -1 - i % 5 : i); // -5 and indices from 100 on are invalid
     for (int i = 0; i < 60; ++i) {
         halves.push_back(uint16_t(i % 5 == 0 ? -1 - i % 4 : i));
         halves.push_back(0xABCD);

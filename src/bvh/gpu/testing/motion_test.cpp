@@ -20,7 +20,7 @@ using bvh::testing::Mesh;
 
 constexpr float kTimes[] = {0, 1, 0.5f, 0.25f, 1.0f / 3, 0.999999f, 1e-30f, 0.77f, -2, 3};
 
-// A soup whose vertices go their own ways.
+// A soup whose vertices move independently.
 struct MovingMesh {
     std::vector<Mesh> keys;
     std::vector<const void*> pointers;
@@ -114,7 +114,7 @@ TEST(GpuMotion, TrianglesAreWhereTheCpuHasThem) {
         }
 }
 
-// Far from the origin what is rounded is as large as the triangles.
+// Far from the origin rounding errors are as large as the triangles.
 TEST(GpuMotion, BoxesHoldWhatIsRounded) {
     for (float away : {1e3f, 1e5f}) {
         MovingMesh mesh(400, 2, 0.2f, 0.4f, 5);
@@ -213,7 +213,7 @@ TEST(GpuMotion, TriangleVerticesOfAllKeysAreThere) {
         }
 }
 
-// Boxes that rays come to at a time, by what the manual says.
+// Boxes that rays meet at a time, by the manual.
 struct BoxPrograms : NoShapes, OneLane {
     static constexpr bool kTriangles = false, kCustoms = true, kInstances = false, kMotion = true;
     static constexpr unsigned kLevels = 0;
@@ -411,8 +411,8 @@ private:
     uint64_t gpuStill_;
 };
 
-// Nodes hold what a turned structure reaches, not the box around its turned box: rays beside it do
-// not enter the instance.
+// Nodes bound the rotated structure itself, not its rotated box: rays beside it do not enter the
+// instance.
 TEST(GpuMotion, TurnedInstancesHaveTightBoxes) {
     struct Counting : MovingPrograms {
         uint32_t entered = 0;
@@ -423,7 +423,7 @@ TEST(GpuMotion, TurnedInstancesHaveTightBoxes) {
             return MovingPrograms::enterInstance(ray, i, child, worldToObject);
         }
     };
-    // An octahedron of many triangles; half a right angle about z halves what it takes along x.
+    // An octahedron of many triangles; a rotation by 45 degrees about z halves its extent along x.
     Mesh mesh;
     constexpr uint32_t kSide = 12;
     for (uint32_t octant = 0; octant < 8; ++octant)
@@ -469,8 +469,8 @@ TEST(GpuMotion, TurnedInstancesHaveTightBoxes) {
         }
 }
 
-// Instances of what stands and what moves, some through motion transforms, in structures with and
-// without motion keys.
+// Instances with and without motion, some through motion transforms, in structures with and without
+// motion keys.
 TEST(GpuMotion, InstancesAndTransforms) {
     const Mesh sphere = icosphere(2);
     const MovingMesh mesh(80, 3, 0.8f, 0.5f, 51);
@@ -522,7 +522,7 @@ TEST(GpuMotion, InstancesAndTransforms) {
         options.allowUpdate = options.allowCompaction = round % 2;
         const GpuStructure top = buildOnDevice(inputs, options);
         EXPECT_EQ(top.header().numActive, kCount);
-        if (options.allowUpdate) { // all goes elsewhere
+        if (options.allowUpdate) { // everything moves
             for (InstanceDesc& instance : instances)
                 for (int a = 0; a < 3; ++a)
                     instance.transform[4 * a + 3] *= -0.8f;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Curves and spheres with motion keys on the GPU's builder (run on the CPU device) and by its
-// traversal: bounds are those of the CPU's structures to the bit, and so are answers; but those of
-// curves that bend depend in the last digits on which piece is tested first.
+// traversal: bounds equal those of the CPU's structures to the bit, and so do answers, except for
+// the last digits of hits on bent curves, which depend on the piece tested first.
 #include "bvh/gpu/testing/device.h"
 #include "bvh/testing/moving_shapes.h"
 
@@ -133,7 +133,7 @@ TEST(GpuMovingShapes, UpdatesFollow) {
     for (const uint32_t shape : kMovingKinds) {
         SCOPED_TRACE(shape);
         MovingShapes first(shape, 3, 5), second(shape, 3, 6);
-        first.positions[1][first.indices[9]].x = NAN; // comes to life
+        first.positions[1][first.indices[9]].x = NAN; // becomes active
         second.radii[2][second.indices[20]] = NAN;
         BuildOptions options;
         options.allowUpdate = options.allowRandomVertexAccess = true;
@@ -156,7 +156,7 @@ TEST(GpuMovingShapes, UpdatesFollow) {
         const Structure cpu = second.structure({});
         expectSameBounds(s.header(), *headerOf(cpu.block()));
         EXPECT_GT(expectSameHits(cpu.block(), s.handle(), 9), 150u);
-        // The points are those of the new keys, each behind the one before.
+        // The points are those of the new keys, in order.
         const uint32_t points = uint32_t(second.radii[0].size()) / kMovingCount;
         const float* const at = reinterpret_cast<const float*>(
             static_cast<const uint8_t*>(s.memory->data()) + s.header().pointsOffset);
@@ -168,7 +168,7 @@ TEST(GpuMovingShapes, UpdatesFollow) {
     }
 }
 
-// An update from the input of the build is the build; inactive primitives have places of their own.
+// An update from the input of the build equals the build; inactive primitives have places, too.
 TEST(GpuMovingShapes, UpdatesFromTheSameInputChangeNothing) {
     for (const uint32_t shape : kMovingKinds) {
         MovingShapes scene(shape, 2, 31);

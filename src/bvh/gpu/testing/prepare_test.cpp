@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// That Builder::prepare() names every kernel that a build and what follows it launch: later calls
-// must not compile or load, as a driver may wait for the GPU then. Nothing runs here.
+// Builder::prepare() names every kernel that a build and the calls after it launch: later calls
+// must not compile or load, because a driver may then wait for the GPU. No kernel runs here.
 #include "bvh/gpu/build/plan.h"
 #include "bvh/gpu/testing/device.h"
 
@@ -16,7 +16,7 @@ using namespace gpu::testing;
 using device::cuda::Driver;
 using device::cuda::KernelSource;
 
-// Has no machine code, and counts requests.
+// A store without machine code that counts requests.
 struct Requests : device::cuda::MachineCodeSource {
     std::set<std::string> kernels;
     int calls = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Relocation with the GPU's kernel on the CPU device: copies work where they are, instances get new
-// children in stream order, and what is no copy is told and left alone.
+// Relocation with the GPU's kernel on the CPU device: copies work at their new address, instances
+// get new children in stream order, and memory that is not a copy is reported and left unchanged.
 #include "bvh/gpu/testing/device.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Equal inputs give equal bytes on the GPU's builder (run on the CPU device, whose blocks take
-// their turns as its threads come), whatever was in the buffers before.
+// Equal inputs give equal bytes on the GPU's builder (run on the CPU device, which runs blocks in
+// the order its threads take them), whatever the buffers held before.
 #include "bvh/gpu/testing/device.h"
 #include "bvh/micromap/micromap_array.h"
 #include "bvh/motion/transforms.h"
@@ -18,7 +18,7 @@ using namespace bvh::testing;
 using namespace gpu::testing;
 using bvh::testing::Mesh;
 
-// What a build leaves in a buffer that was filled with a byte, and a copy of it in another.
+// The result of a build in a buffer that was filled with a byte, and its copy in another.
 struct Built {
     std::vector<uint8_t> loose, compacted;
     const BlockHeader& header() const {
@@ -45,7 +45,7 @@ Built buildOver(int fill, const BuildInputs& inputs, const BuildOptions& options
     return {bytesOf(output), bytesOf(copy)};
 }
 
-// Says where two structures differ first.
+// The first difference of two structures.
 void expectSame(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b, const char* what) {
     ASSERT_EQ(a.size(), b.size()) << what;
     const auto at = std::mismatch(a.begin(), a.end(), b.begin()).first;
@@ -197,7 +197,7 @@ TEST(GpuRepeat, MovingTriangles) {
     expectRepeatable(inputs, options, 40);
 }
 
-// Some nowhere, some through motion transforms.
+// Some with invalid children, some through motion transforms.
 TEST(GpuRepeat, Instances) {
     const GpuStructure child = buildOnDevice(icosphere(2).input());
     Random random(12);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Curves and spheres on the GPU's builder (run on the CPU device) and by its traversal: rays get
-// the answers of the CPU's structures, whatever the flags of the build.
+// the answers of the CPU's structures, for all build flags.
 #include "bvh/gpu/testing/device.h"
 #include "bvh/shapes/curves.h"
 #include "bvh/shapes/shapes.h"
@@ -103,8 +103,8 @@ ShapeRay randomRay(Random& random) {
             0};
 }
 
-// Both are to tell the same of rays; where two pieces are as near (where segments join), either may
-// be told.
+// Both must give the same answers; where two pieces are equally near (where segments join), either
+// may be reported.
 void compareRays(const BuildInputs& inputs, const BuildOptions& options, const GpuStructure& gpu,
                  uint32_t seed, int count, int leastHits) {
     const Structure cpu = makeStructure(inputs, options);
@@ -216,7 +216,7 @@ TEST(GpuShapes, BentCurvesWithCaps) {
     }
 }
 
-// A structure follows its input: the answers are those of one that is built from the new input.
+// An updated structure follows its input: it answers like one built from the new input.
 void expectFollows(const BuildInputs& inputs, const std::function<void()>& change, uint32_t seed) {
     BuildOptions options;
     options.allowUpdate = options.allowRandomVertexAccess = true;
@@ -233,7 +233,7 @@ void expectFollows(const BuildInputs& inputs, const std::function<void()>& chang
 
 TEST(GpuShapes, UpdatesFollow) {
     Cloud cloud(300, 6);
-    cloud.radii[9] = 0; // comes to life
+    cloud.radii[9] = 0; // becomes active
     const SphereInput in = cloud.input();
     expectFollows(
         inputsOf(in),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Updates by the GPU's kernels, run on the CPU device: the same bytes where nothing moved, the hits
-// of a fresh build where something did, boxes that hold what is below them; what is refused, and
+// of a fresh build otherwise, boxes that contain their children; and which updates are refused, and
 // when.
 #include "bvh/gpu/testing/device.h"
 
@@ -59,7 +59,7 @@ const BlockHeader& headerOf(const Buffer& structure) {
     return *static_cast<const BlockHeader*>(structure.data());
 }
 
-// Everything that counts of a compacted structure.
+// The relevant bytes of a compacted structure.
 std::vector<uint8_t> bytesOf(const Buffer& structure) {
     const auto* const bytes = static_cast<const uint8_t*>(structure.data());
     return {bytes, bytes + structure.size()};
@@ -144,7 +144,7 @@ struct BoxCheck {
                     const float size =
                         std::max({box.upper.x - box.lower.x, box.upper.y - box.lower.y,
                                   box.upper.z - box.lower.z});
-                    if (boxes.empty()) // tight but for a step and what pads the box
+                    if (boxes.empty()) // tight but for a step and the padding of the box
                         EXPECT_GE(low + 2.1 * step + 1e-6 * double(size), double(box.lower[a]));
                 } else if (node.meta[s]) {
                     EXPECT_GT(low, high);
@@ -302,7 +302,7 @@ TEST(GpuUpdate, PrimitivesComeAndGo) {
         ASSERT_LT(table[i], 500u);
         ASSERT_EQ(records[table[i]].primitive, i);
     }
-    // Nothing at all in the build.
+    // An empty build.
     for (Vec3& v : mesh.vertices)
         v.x = NAN;
     const GpuStructure empty = buildOnDevice(in, options);
@@ -409,7 +409,7 @@ std::string errorOf(const Call& call) {
     return "no error";
 }
 
-// What is wrong with an update: named by the call if the stream is idle.
+// Invalid updates: the call reports them if the stream is idle.
 TEST(GpuUpdate, OtherShapesAreRefused) {
     const Mesh mesh = soup(40, 0.3f, 1);
     const TriangleInput in = mesh.input();
@@ -462,7 +462,7 @@ TEST(GpuUpdate, OtherShapesAreRefused) {
     EXPECT_EQ(Builder::computeMemoryUsage(inputsOf(in), {}).tempUpdate, 0u);
 }
 
-// While the stream is busy the call does not look at the structure, and kernels find out.
+// While the stream is busy the call does not read the structure, and kernels detect the error.
 TEST(GpuUpdate, OtherShapesBehindABusyStreamAreToldLater) {
     const auto& driver = Device::get().driver();
     const Mesh mesh = soup(40, 0.3f, 1);
@@ -480,8 +480,8 @@ TEST(GpuUpdate, OtherShapesBehindABusyStreamAreToldLater) {
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
     };
     ASSERT_EQ(driver.launchHostFunc(stream, wait, &go), CUDA_SUCCESS);
-    // The CPU device lets copies from pageable memory wait for the stream. It goes on once the call
-    // has asked whether it is busy.
+    // On the CPU device copies from pageable memory wait for the stream. The stream continues once
+    // the call has queried it.
     static std::atomic<bool> asked;
     static const auto ask = driver.streamQuery;
     asked = false;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Structures with motion keys at the time of a ray: their nodes and triangles between two keys
-// (curves and spheres: walk/ray_shapes.h).
+// Nodes and triangles of structures with motion keys at the time of a ray, between two keys (curves
+// and spheres: walk/ray_shapes.h).
 //
-// Planes of a node are weighted like the vertices below them, each on its key's grid. Boxes hold
-// what is between the keys but for what is rounded: interpolated vertices are off by up to 2^-22 of
-// the largest coordinate in the structure, and weights that do not add up to 1 move the origin by
-// 2^-25 of it; `slack` is twice that. Within a node, see traversal.h; here a plane is two
+// Planes of a node are weighted like the vertices below them, each on its key's grid. Between the
+// keys boxes contain their children except for rounding: interpolated vertices are off by up to
+// 2^-22 of the largest coordinate in the structure, and weights that do not add up to 1 move the
+// origin by 2^-25 of it; `slack` is twice that. Within a node, see traversal.h; here a plane is two
 // multiply-adds, each with a 1 to take off, which cost less than 2^-6 of a grid step together.
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace sunstone::bvh::gpu {
 
-// Where a ray is in a structure's time. keys: 1 if the structure stands still.
+// The place of a ray's time among a structure's keys. keys: 1 without motion.
 struct MotionPlace {
     uint32_t keys = 1;
     uint32_t key;
@@ -55,7 +55,7 @@ struct KeyGrid {
     U4 planes0, planes1, planes2;
 };
 
-// Adds what a key's grid contributes to the constants and to the distance of its farthest corner.
+// Adds a key's grid to the constants and to the distance of the node's farthest corner.
 SUNSTONE_GPU_INLINE void addGrid(const U4* node, U4 head, const float origin[3], const BoxRay& ray,
                                  float weight, KeyGrid& grid, float constant[3], float margin[3],
                                  float& reach) {
@@ -76,8 +76,8 @@ SUNSTONE_GPU_INLINE void addGrid(const U4* node, U4 head, const float origin[3],
     }
 }
 
-// testNode (traversal.h) of a node with a WideNode for each key; `node` is that of place.key. A node
-// that stands still may come here, too.
+// testNode (traversal.h) of a node with a WideNode for each key; `node` is that of place.key. A
+// node without motion is allowed, too.
 template <bool kDistances>
 SUNSTONE_GPU_INLINE void testMovingNode(const U4* node, const MotionPlace& place,
                                         const float origin[3], const BoxRay& ray, float tmin,

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays and the boxes of nodes.
 //
-// The triangle test accepts a ray as if vertices were displaced by up to 5 * 2^-24 times
-// their distance from the ray's origin (bvh/walk/ray_setup.h). Per node, the planes are therefore moved
-// outwards by 2^-20 of the distance of the node's farthest corner, which also covers what is
-// rounded here; an axis along which the direction is below 2^-24 of its longest component counts as
-// that long, which moves the ray by less. Bytes become floats without a conversion: in 1 + q *
-// 2^-15 they are bits 8 to 15; the one is taken off in the constant, which costs 2^-8 of a grid
-// step, added to the margin.
+// The triangle test accepts a ray as if vertices were displaced by up to 5 * 2^-24 times their
+// distance from the ray's origin (bvh/walk/ray_setup.h). Per node, the planes are therefore moved
+// outwards by 2^-20 of the distance of the node's farthest corner, which also covers the rounding
+// here; a component of the direction below 2^-24 of the longest one is replaced by that length,
+// which moves the ray by less. Bytes become floats without a conversion: in 1 + q * 2^-15 they are
+// bits 8 to 15; the one is taken off in the constant, which costs 2^-8 of a grid step, added to the
+// margin.
 #pragma once
 
 #include "bvh/gpu/layout.h"
@@ -25,22 +25,22 @@ struct Ray {
     float direction[3], tmax;
 };
 
-// What box tests need of a ray in a space.
+// The data of a ray in a space that box tests need.
 struct BoxRay {
     float inverse[3];
     float slack;     // how far planes move out, per distance of the node
-    // Slots are visited in the order of rankOf(slot), highest first. In each byte: bits that tell
-    // which of two sides the ray leaves last; above 30 bits: see ranksOf().
+    // Slots are visited in the order of rankOf(slot), highest first. In each byte: bits for the
+    // side that the ray leaves last; above 30 bits: see ranksOf().
     uint32_t octant;
-    // 1, of which compilers do not know it: the machine's byte permutation takes one constant, and
-    // that should be the selector.
+    // 1, hidden from the compiler: the machine's byte permutation takes one constant, and that
+    // should be the selector.
     float one;
 };
 
-// A slot's bits say on which sides of the node it is, the highest along z. The rank of one is
-// slot ^ octant, turned so that the side along the ray's longest axis comes first: the other two
-// tell less of how far away a child is. Four slots at a time, one in the low bits of each byte;
-// their other bits are undefined.
+// A slot's bits say on which sides of the node it is, the highest along z. The rank of one is slot
+// ^ octant, turned so that the side along the ray's longest axis comes first: the other two say
+// less about the distance of a child. Four slots at a time, one in the low bits of each byte; their
+// other bits are undefined.
 SUNSTONE_GPU_INLINE uint32_t ranksOf(uint32_t octant, uint32_t slots) {
     return ((slots ^ octant) & 0x07070707u) * 9 >> (octant >> 30);
 }
@@ -65,8 +65,8 @@ SUNSTONE_GPU_INLINE BoxRay makeBoxRay(const float d[3], float size) {
     BoxRay box;
     const float longest = larger(larger(magnitude(d[0]), magnitude(d[1])), magnitude(d[2]));
     const float least = mul(longest, 0x1p-24f);
-    // Beyond these, reciprocals are no normal numbers, or constants of nodes (up to 2^39 times the
-    // size) no finite ones: every box is hit.
+    // Beyond these, reciprocals are not normal numbers, or constants of nodes (up to 2^39 times the
+    // size) not finite: every box counts as hit.
     const bool usual =
         longest >= 0x1p-100f && longest <= 0x1p100f && size <= mul(longest, 0x1p85f);
     box.slack = usual ? 0x1p-20f : 0x1p127f;
@@ -91,7 +91,7 @@ struct Group {
     uint32_t base, bits;
 };
 
-// What four children of a node add to the bits of a Group where they are hit.
+// The bits that four children of a node add to a Group where they are hit.
 struct Slots {
     uint32_t place, bits;
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays against curves and spheres on GPUs: the CPU's tests (bvh/shapes/curves_body.h, bvh/shapes/spheres_body.h)
-// with one lane, which is the thread. Beside what they fuse by name the compiler may fuse products
-// and sums here, which it may not on the CPU: numbers of both can differ in the last bit. With
-// kMotion a structure may have motion keys: its records and points are then interpolated at the time
-// of the ray, as on the CPU (bvh/shapes/shapes_body.h).
+// Rays against curves and spheres on GPUs: the CPU's tests (bvh/shapes/curves_body.h,
+// bvh/shapes/spheres_body.h) with one lane, the thread. The compiler may fuse more products and
+// sums here than on the CPU, so that results can differ in the last bit. With kMotion a structure
+// may have motion keys: its records and points are then interpolated at the ray's time, as on the
+// CPU (bvh/shapes/shapes_body.h).
 #pragma once
 
 #include "bvh/gpu/layout.h"
@@ -30,7 +30,7 @@ SUNSTONE_GPU_INLINE bool meetsShape(uint32_t bits, uint32_t shape) {
                                                               : kMeetsCurves);
 }
 
-// Rows of a record as single lanes stand in memory.
+// Rows of a record, as single lanes in memory.
 SUNSTONE_GPU_INLINE void unpack(U4 words, float* to) {
     to[0] = floatOf(words.x);
     to[1] = floatOf(words.y);
@@ -52,7 +52,7 @@ SUNSTONE_GPU_INLINE void loadRows(const U4* record, uint32_t units, const Motion
         rows[i] = weighted(rows[i], next[i], place);
 }
 
-// Radii below zero count as zero, at the time. (Without motion there are none.)
+// Interpolated radii below zero count as zero. (Without motion no radius is negative.)
 template <bool kMotion>
 SUNSTONE_GPU_INLINE void clampRadius(float& radius) {
     if (kMotion)
@@ -99,7 +99,7 @@ SUNSTONE_GPU_INLINE bool testLinear(const U4* record, const MotionPlace& place,
     return true;
 }
 
-// Apart from the loop, whose registers it would take. False, or the hit in `best`.
+// Not inlined into the loop, whose registers it would take. False, or the hit in `best`.
 [[gnu::noinline]] static bool testPiece(const lane::RaySpace& space, const float* points,
                                         uint32_t shape, uint32_t word, uint32_t flags,
                                         lane::CurveCandidate& best) {
@@ -131,7 +131,7 @@ SUNSTONE_GPU_INLINE bool testCurve(const BlockHeader* block, const U4* record,
     const uint32_t shape = block->shape, stride = curvePointFloats(CurveBasis(shape), 1);
     const auto* const points = reinterpret_cast<const float*>(
         reinterpret_cast<const uint8_t*>(block) + block->pointsOffset);
-    const lane::RaySpace copy = s; // so that the walk's own is not in memory
+    const lane::RaySpace copy = s; // so that the walk's stays in registers
     lane::CurveCandidate best = {tmax, 0};
     const uint64_t segment = segmentOf(rest.x);
     bool met;

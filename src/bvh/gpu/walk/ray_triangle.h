@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The watertight ray/triangle test, with the operations of the CPU's (bvh/walk/ray_triangle.h), so that
-// both report the same t, u and v. The axes are not swapped for rays that go down the z axis of the
-// shear; instead the sign of the edge functions is turned, which is exact.
+// The watertight ray/triangle test, with the operations of the CPU's (bvh/walk/ray_triangle.h), so
+// that both report the same t, u and v. Rays that go down the z axis of the shear do not swap axes;
+// instead the sign of the edge functions is turned, which is exact.
 #pragma once
 
 #include "bvh/gpu/portable.h"
@@ -64,8 +64,8 @@ SUNSTONE_GPU_INLINE bool sameSide(float u, float v, float w) {
     return smaller(smaller(u, v), w) >= 0 || larger(larger(u, v), w) <= 0;
 }
 
-// Whether the ray hits the triangle at tmin <= t <= tmax. a, b, c: its vertices and anything
-// behind.
+// Whether the ray hits the triangle at tmin <= t <= tmax. a, b, c: its vertices; the fourth words
+// are ignored.
 SUNSTONE_GPU_INLINE bool testTriangle(const float org[3], const Shear& s, U4 a, U4 b, U4 c,
                                       float tmin, float tmax, TriangleHit& hit) {
     const Sheared p = shearVertex(s, org, floatOf(a.x), floatOf(a.y), floatOf(a.z));
@@ -96,7 +96,7 @@ SUNSTONE_GPU_INLINE bool testTriangle(const float org[3], const Shear& s, U4 a, 
                mul(det, k));
     if (!(tmin <= t && t <= tmax))
         return false;
-    hit.t = add(t, 0.0f); // not -0: box tests take what ends a ray for an integer
+    hit.t = add(t, 0.0f); // not -0: box tests compare a ray's end as an integer
     hit.v = v;
     hit.w = w;
     hit.det = det;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The traversal loop on GPUs, a template over what happens at primitives. It compiles as CUDA, as
+// The traversal loop on GPUs, a template over the handling of primitives. It compiles as CUDA, as
 // freestanding C++ for nvptx64 and for the CPU, and is meant to be inlined into the caller: all
 // state of a ray is in registers but for the stack, an array of the caller.
 //
 //   struct Programs {
-//       // What may be met; the rest compiles away.
+//       // The kinds that rays may meet; code for others compiles away.
 //       static constexpr bool kTriangles, kCustoms, kInstances, kMotion;
 //       static constexpr unsigned kLevels; // instances and transforms on a path
 //       // A candidate at tmin <= t <= ray.tmax. It counts by setting ray.tmax = hit.t; of equal t
@@ -18,19 +18,19 @@
 //       bool enterInstance(Ray& ray, const InstanceData& instance, uint64_t& child,
 //                          float worldToObject[12]);
 //       bool enterTransform(Ray& ray, uint64_t handle, uint64_t& child, float worldToObject[12]);
-//       // What was entered last; ray.origin and direction are those of the outer space again. With
-//       // kMotion an instance and the transforms below it at once: `count` of them.
+//       // Leaves the level entered last; ray.origin and direction are those of the outer space
+//       // again. With kMotion an instance and the transforms below it at once: `count` of them.
 //       void leave(Ray& ray);
 //       void leave(Ray& ray, uint32_t count);
-//       static uint32_t lanes(); // of the warp, that run this together
-//       // With kInstances: whether the lane, if it wants to enter an instance, may do so now.
+//       static uint32_t lanes(); // of the warp that run this together
+//       // With kInstances: whether a lane that wants to enter an instance may do so now.
 //       static bool mayEnter(bool wants);
 //       static bool any(bool value); // with that and kMotion: for any lane that runs this together
-//       bool nearestFirst() const; // whether all hits must be looked at, to find the nearest
+//       bool nearestFirst() const; // whether the nearest hit is wanted, not any hit
 //       float time() const;  // with kMotion
-//       void refuseMotion(); // without: there is some; may return, and nothing is there
-//       // With kInstances: there are more levels than kLevels, or than the stack may hold; nothing
-//       // is there if they return.
+//       void refuseMotion(); // without kMotion: met motion; if it returns, it is skipped
+//       // With kInstances: more levels than kLevels, or than the stack can hold; if they return,
+//       // the child is skipped.
 //       void refuseLevel();
 //       void refuseStack();
 //   };
@@ -41,8 +41,7 @@
 //   if (traversal.start(programs, ray, handle, levels))
 //       traversal.run(programs, ray, stack, levels, RunToEnd());
 //
-// Handles must lead to structures: what they hold is looked at, but not whether there is memory
-// (known_handles.h).
+// Handles must point to readable memory (known_handles.h); its contents are checked.
 #pragma once
 
 #include "bvh/gpu/build/shared_records.h"
@@ -60,7 +59,7 @@ namespace sunstone::bvh::gpu {
 
 enum class Visit : uint32_t { kContinue, kEnd };
 
-// What programs inherit that meet no curves and spheres, nothing that moves, or run alone.
+// Bases of programs that meet no curves and spheres or no motion, or that run alone.
 struct NoShapes {
     static SUNSTONE_GPU_MEMBER uint32_t shapes() { return 0; }
     SUNSTONE_GPU_MEMBER Visit shape(Ray&, const ShapeHit&) { return Visit::kContinue; }
@@ -74,7 +73,7 @@ struct OneLane {
     static SUNSTONE_GPU_MEMBER bool mayEnter(bool wants) { return wants; }
     static SUNSTONE_GPU_MEMBER bool any(bool value) { return value; }
 };
-// The same of graphs that hold no more levels than they can.
+// The same for graphs whose depth is known to fit.
 struct NoDeepGraphs {
     SUNSTONE_GPU_MEMBER void refuseLevel() {}
     SUNSTONE_GPU_MEMBER void refuseStack() {}
@@ -95,7 +94,7 @@ struct RunToEnd {
     __attribute__((always_inline)) bool stop() const { return false; }
 };
 
-// What to come back to when an instance or transform is left, in units that memory moves at once.
+// The state to restore when an instance or transform is left, in units of one memory access.
 struct Level {
     U4 origin;    // and the first reciprocal
     U4 direction; // and the second
@@ -109,7 +108,7 @@ struct MovingLevel : Level {
     uint32_t around; // see Levels
 };
 
-// What a walk keeps of levels.
+// A walk's data about levels.
 template <bool kMotion>
 struct Levels {
     using Level = gpu::Level;
@@ -142,7 +141,7 @@ struct Traversal : Levels<Programs::kMotion> {
     // Instances are entered from the ray's first space only, which is therefore stored once.
     static constexpr bool kKeepsSpace = Programs::kLevels == 1 && !Programs::kMotion;
     // With motion a structure of instances is stored when it is entered, not with each of its
-    // instances, and there are no levels of transforms.
+    // instances, and transforms have no levels.
     using Level = typename Levels<Programs::kMotion>::Level;
 
     Group inner, leaf;
@@ -157,7 +156,7 @@ struct Traversal : Levels<Programs::kMotion> {
     lane::RaySpace space; // in structures of curves and spheres
     MotionPlace motion;   // with kMotion
 
-    // Begins at a handle (with its tag). False: there is nothing to visit.
+    // Begins at a handle (with its tag). False: nothing to visit.
     __attribute__((always_inline)) bool start(Programs& programs, Ray& ray, uint64_t handle,
                                               Level* levels) {
         inner = leaf = {0, 0};
@@ -165,7 +164,7 @@ struct Traversal : Levels<Programs::kMotion> {
         block = nullptr;
         if constexpr (Programs::kMotion) {
             this->around = 0;
-            if constexpr (Programs::kLevels > 1) { // the end of what isInside() goes through
+            if constexpr (Programs::kLevels > 1) { // the end of the range of isInside()
                 levels[0].block = 0;
                 levels[0].around = 0;
             }
@@ -177,7 +176,7 @@ struct Traversal : Levels<Programs::kMotion> {
         return true;
     }
 
-    // Visits until the end (true), or until Policy::stop() says so after a step (false).
+    // Visits until the end (true), or until Policy::stop() returns true after a step (false).
     template <class Policy>
     __attribute__((always_inline)) bool run(Programs& programs, Ray& ray, U2* stack, Level* levels,
                                             Policy policy) {
@@ -189,7 +188,7 @@ struct Traversal : Levels<Programs::kMotion> {
         }
     }
 
-    // Visits a node, or what is left of a leaf, and primitives found there. True at the end.
+    // Visits a node, or the rest of a leaf, and primitives found there. True at the end.
     __attribute__((always_inline)) bool step(Programs& programs, Ray& ray, U2* stack,
                                              Level* levels) {
         if constexpr (Programs::kInstances)
@@ -204,30 +203,30 @@ struct Traversal : Levels<Programs::kMotion> {
                 leaf.bits = 0;
             }
         }
-        // Without a branch around it: compilers make a loop of the lanes that need no other group,
-        // at whose end those that take one from the stack would wait.
+        // Without a branch around it: a compiler turns such a branch into a loop of the lanes that
+        // need no other group, and lanes that take one from the stack wait for its end.
         const bool empty = inner.bits <= 0x00FFFFFFu;
         if (empty && top == 0)
             return true;
         top -= empty;
-        const U2 entry = stack[top]; // there are always places to spare
+        const U2 entry = stack[top]; // the stack always has room
         inner.base = empty ? entry.x : inner.base;
         inner.bits = empty ? entry.y : inner.bits;
         return false;
     }
 
 private:
-    // What is left of a leaf waits on the stack where nearly all lanes of the warp are through with
-    // theirs, so that they need not wait. Leaves have 1 to 24 primitives; without this, on long
-    // thin triangles, tests ran for 3.5 of 32 lanes.
+    // The rest of a leaf is deferred to the stack where nearly all lanes of the warp have finished
+    // theirs, so that they do not wait. Leaves have 1 to 24 primitives; without this, on long thin
+    // triangles, tests ran for 3.5 of 32 lanes.
     __attribute__((always_inline)) bool mayWait() const {
         return top < kWaitingLeaves;
     }
 
     static constexpr uint32_t kVisits = 2;
 
-    // Where there are instances, lanes of a warp are at all kinds of work at once: those with many
-    // primitives leave some for the next step, while others go on through nodes.
+    // With instances, lanes of a warp do different kinds of work at once: lanes with many
+    // primitives leave some for the next step, while others visit nodes.
     __attribute__((always_inline)) bool stepInGraph(Programs& programs, Ray& ray, U2* stack,
                                                     Level* levels) {
         if ((inner.bits | leaf.bits) == 0) {
@@ -257,7 +256,7 @@ private:
         return visit(programs, ray, leaf.base + place);
     }
 
-    // Takes what is next from the stack if there is nothing left in hand; true at the end.
+    // Takes the next group from the stack if the present one is empty; true at the end.
     __attribute__((always_inline)) bool pop(const Ray& ray, const U2* stack) {
         bool search = inner.bits <= 0x00FFFFFFu && leaf.bits == 0, end = false;
         while (search) {
@@ -278,10 +277,9 @@ private:
         return end;
     }
 
-    // Children of nodes of instances are visited nearest first, wherever they are: nodes overlap,
-    // and what lies behind a hit need not be entered. Those that wait are entries of their own:
-    // index | how many farther ones of the node are below << 28 | 1 << 31; distance, lowest bit
-    // set for an instance.
+    // Children of nodes of instances are visited nearest first: nodes overlap, and instances behind
+    // a hit need not be entered. Each waiting child is a stack entry: index | number of farther
+    // ones of the node below it << 28 | 1 << 31; distance, lowest bit set for an instance.
     static __attribute__((always_inline)) bool isChild(U2 entry) {
         return entry.x >> 31;
     }
@@ -334,8 +332,8 @@ private:
         test(programs, ray, child, stack);
     }
 
-    // Primitives are listed by slot, and the highest bit of a slot is the side along z. What is
-    // behind an instance that is hit need not be entered.
+    // Primitives are listed by slot, and the highest bit of a slot is the side along z. Instances
+    // behind a hit need not be entered.
     __attribute__((always_inline)) uint32_t nextPlace() const {
         return (box.octant & 4u) == 0 ? 31 - uint32_t(__builtin_clz(leaf.bits)) : uint32_t(__builtin_ctz(leaf.bits));
     }
@@ -361,8 +359,9 @@ private:
                 takeNearest(distances, stack);
     }
 
-    // Whether the nodes of any lane move, or its own where all lanes are in one structure: with some
-    // that do, all lanes test theirs together as if they did, in place of one kind after the other.
+    // Whether the nodes of any lane have motion, or the lane's own where all lanes are in one
+    // structure: if some have, all lanes run the test with motion together, instead of one kind
+    // after the other.
     __attribute__((always_inline)) bool someMove() const {
         if constexpr (Programs::kMotion && Programs::kInstances)
             return Programs::any(motion.keys > 1);
@@ -387,7 +386,7 @@ private:
         c = loadConstant(triangle + 2);
     }
 
-    // Of the block that is walked.
+    // Of the current block.
     __attribute__((always_inline)) static BlockType kindOf(BlockType type) {
         return Programs::kMotion ? bvh::kindOf(type) : type;
     }
@@ -443,7 +442,7 @@ private:
                 saveSpace(ray, levels[depth]);
             ++depth;
             moveRay(worldToObject, ray);
-            // If nothing is there, the space is left at once.
+            // If it is empty, the space is left at once.
             inner = leaf = {0, 0};
             block = nullptr;
             enter(programs, ray, child, levels, depth);
@@ -476,7 +475,7 @@ private:
     }
 
     __attribute__((always_inline)) void leaveSpace(Programs& programs, Ray& ray, Level* levels) {
-        // Back to the block around, through transforms that stood between.
+        // Returns to the outer block, through the transforms between.
         if constexpr (Programs::kInstances && Programs::kMotion) {
             programs.leave(ray, depth - this->around);
             depth = this->around;
@@ -489,7 +488,7 @@ private:
         }
     }
 
-    // Only structures of instances are come back to.
+    // Only structures of instances are returned to.
     __attribute__((always_inline)) void restoreSpace(Ray& ray, const Level& level) {
         toFloats(level.origin, ray.origin);
         toFloats(level.direction, ray.direction);
@@ -510,7 +509,7 @@ private:
         records = reinterpret_cast<const uint8_t*>(wordsOf(level.places.z, level.places.w));
     }
 
-    // The space of `block`, of whose header these are; `size`: see makeBoxRay().
+    // Enters the space of `block`, with fields of its header; `size`: see makeBoxRay().
     __attribute__((always_inline)) void open(const Programs& programs, const Ray& ray,
                                              BlockType type, float size, uint64_t nodesOffset,
                                              uint64_t recordsOffset) {
@@ -532,7 +531,7 @@ private:
     }
 
     // Follows the handle through transforms to a block, whose root becomes the group to visit.
-    // False: there is nothing to visit; levels above `base` have been left again, with motion by
+    // False: nothing to visit; levels above `base` have been left again, with motion by
     // leaveSpace().
     __attribute__((always_inline)) bool enter(Programs& programs, Ray& ray, uint64_t handle,
                                               Level* levels, uint32_t base) {
@@ -584,7 +583,7 @@ private:
         if constexpr (Programs::kInstances && Programs::kMotion)
             if (kind == BlockType::kInstances)
                 saveSpace(ray, levels[depth]);
-        // The root stands in slot 0 of a group of one.
+        // The root is slot 0 of a group of one.
         inner = {0, 1u << (24 + rankOf(box.octant, 0)) | 1u};
         return true;
     }
@@ -596,8 +595,8 @@ private:
                   offsetof(BlockHeader, recordsOffset) % 16 == 0 &&
                   offsetof(BlockHeader, shape) == offsetof(BlockHeader, recordsOffset) + 8);
 
-    // A graph with a cycle (updates can make one) would be walked in all ways that its depth allows:
-    // instances of a structure within itself are never hit.
+    // A graph with a cycle (updates can make one) would be walked along all paths up to the largest
+    // depth: instances of a structure within itself are therefore never hit.
     __attribute__((always_inline)) bool isInside(const BlockHeader* header,
                                                  const Level* levels) const {
         const uint64_t address = reinterpret_cast<uint64_t>(header);

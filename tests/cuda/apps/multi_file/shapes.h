@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the files of the program share: device functions, variables and callbacks across files.
+// Shared by the files of the program: device functions, variables and callbacks across files.
 #pragma once
 
 #include <cuda_runtime.h>

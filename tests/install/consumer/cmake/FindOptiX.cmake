@@ -1,5 +1,5 @@
-# The kind of find module many projects carry: looks for <dir>/include/optix.h and reads the version
-# from the line that defines it.
+# A find module as many projects carry: looks for <dir>/include/optix.h and reads the version from
+# the line that defines it.
 set(OptiX_INSTALL_DIR "" CACHE PATH "Folder of the OptiX SDK")
 find_path(OptiX_INCLUDE_DIR NAMES optix.h PATHS ${OptiX_INSTALL_DIR}/include NO_DEFAULT_PATH)
 if(OptiX_INCLUDE_DIR)
