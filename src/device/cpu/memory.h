@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory of the CPU device: ordinary host memory whose allocations are remembered by address, so
-// that copies out of range, double frees and foreign pointers are recognised without touching them.
-// Any thread may call anything here. Read next: stream.h.
+// Memory of the CPU device: host memory whose allocations are remembered by address, so that copies
+// out of range, double frees and foreign pointers are detected without accessing them. All
+// functions may be called from any thread. Read next: stream.h.
 #pragma once
 
 #include <atomic>
@@ -20,10 +20,10 @@ enum class MemoryKind : uint8_t {
     kDevice,
     kPinned, // host memory allocated by the API
     kManaged,
-    kRegistered, // the application's own, made known to the API; never freed by us
+    kRegistered, // the application's own, registered with the API; never freed by us
     kModule,     // variables of a loaded module; never freed by us
     kManagedVariable, // the same, in managed memory
-    kMapped, // at addresses that were reserved; flags: 1 readable, 2 writable; never freed by us
+    kMapped, // at reserved addresses; flags: 1 readable, 2 writable; never freed by us
 };
 inline bool isManaged(MemoryKind kind) {
     return kind == MemoryKind::kManaged || kind == MemoryKind::kManagedVariable;
@@ -36,9 +36,9 @@ struct Allocation {
     uintptr_t base = 0;
     size_t size = 0;
     MemoryKind kind = MemoryKind::kDevice;
-    unsigned flags = 0;          // as the API was given them
-    const void* owner = nullptr; // context that frees it when it dies
-    uint64_t id = 0;             // never used twice
+    unsigned flags = 0;          // as given to the API
+    const void* owner = nullptr; // context that frees it at its end
+    uint64_t id = 0;             // never reused
     std::shared_ptr<const CallStack> allocatedAt; // only while memory is checked
 };
 

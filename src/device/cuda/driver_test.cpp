@@ -19,8 +19,8 @@ TEST(CudaDriver, NoneIsLoadedUnlessTheProcessDoes) {
     EXPECT_EQ(loadedDriver(), LoadedDriver::kNone);
 }
 
-// On a machine without a driver it is an error with the reason; on one with a driver the table is
-// whole and errors carry the names of function and code.
+// Without a driver, opening fails with the reason. With a driver, the table is complete and errors
+// have the names of function and code.
 TEST(CudaDriver, IsOpenedOrRefusedWithAReason) {
     try {
         const Driver& opened = driver();
