@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Replaces the `_optix_*` calls of a module by loads, stores and calls on RayState.
 //
-// Two steps. inlineIntrinsicUsers makes every function that reaches such a call part of the
-// programs that call it, because ending a program (terminate, ignore, an accepted last hit) is a
-// return of the program itself. After simplification, lowerIntrinsics works through the programs;
-// operands that must be constants (payload slots, counts, types) are constants by then, or the
-// program is at fault.
+// There are two steps. inlineIntrinsicUsers inlines every function that reaches such a call into
+// the calling programs, because ending a program (terminate, ignore, an accepted last hit) is a
+// return of the program itself. After simplification, lowerIntrinsics replaces the calls. Operands
+// that must be constants (payload slots, counts, types) are constants by then; otherwise the
+// program is invalid.
 #pragma once
 
 #include "compiler/optix7/payload.h"
