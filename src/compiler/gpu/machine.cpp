@@ -42,7 +42,7 @@ std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target) {
 
 namespace {
 
-// LLVM's optimiser for a level.
+// LLVM's optimiser at one level.
 struct Pipeline {
     explicit Pipeline(llvm::TargetMachine& machine) : builder(&machine, tuning()) {
         machine.registerPassBuilderCallbacks(builder);

@@ -56,7 +56,7 @@ private:
                function.arg_size() > 0 && state == function.getArg(0);
     }
 
-    // Finds each byte of the load among the bound ones.
+    // Looks up each byte of the load among the bound ones, and replaces the load if all are found.
     void replace(llvm::LoadInst& load, uint64_t offset) {
         llvm::Type* type = load.getType();
         const uint64_t size = layout_.getTypeStoreSize(type);

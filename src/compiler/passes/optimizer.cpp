@@ -84,7 +84,7 @@ void Optimizer::promote() {
     functions.addPass(PointerPass());
     functions.addPass(llvm::SROAPass(llvm::SROAOptions::PreserveCFG));
     llvm::ModulePassManager passes;
-    if (checks("memory")) { // before loads are merged, which drops marks
+    if (checks("memory")) { // before loads are merged, which loses marks
         passes.addPass(llvm::createModuleToFunctionPassAdaptor(std::move(functions)));
         passes.addPass(CheckAccessesPass(unit_.flavor()));
         functions = llvm::FunctionPassManager();
@@ -124,7 +124,7 @@ void Optimizer::optimize() {
     loops.addPass(llvm::LoopRotatePass());
     loops.addPass(llvm::LICMPass(llvm::LICMOptions()));
     llvm::LoopPassManager loopsLate;
-    // Lanes of kernels compute with vectors, of which numbers of 64 bits take twice as many.
+    // Lanes of kernels compute with vectors; 64-bit indices need twice as many.
     const bool widensIndices = unit_.flavor() != Flavor::kKernel;
     loopsLate.addPass(llvm::IndVarSimplifyPass(widensIndices));
     loopsLate.addPass(llvm::LoopDeletionPass());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transcendental functions and the few library functions the code generator may call.
+// Transcendental functions, and the library functions that the code generator may call.
 #include "compiler/runtime/runtime.h"
 
 #include <cmath>
@@ -76,7 +76,7 @@ void addMathSymbols(std::vector<RuntimeSymbol>& symbols) {
         {"ceilf", addressOf<float(float)>(std::ceil)},
         {"trunc", addressOf<double(double)>(std::trunc)},
         {"truncf", addressOf<float(float)>(std::trunc)},
-        // With the default rounding mode these agree with roundeven.
+        // With the default rounding mode these have the results of roundeven.
         {"roundeven", addressOf<double(double)>(std::nearbyint)},
         {"roundevenf", addressOf<float(float)>(std::nearbyint)},
         {"sqrt", addressOf<double(double)>(std::sqrt)},

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A compiled piece of a pipeline before it has an address: one program, or the variables of all.
-// Pieces are compiled side by side on several threads, kept by tasks and in the disk cache, and
-// linked by compilePipeline. What a piece refers to outside itself are run-time functions, by
-// name, and variables, by VariableId. No LLVM here. Read next: build_piece.h.
+// Pieces are compiled in parallel, kept by tasks and in the disk cache, and linked by
+// compilePipeline. Their external references are run-time functions, by name, and variables, by
+// VariableId. No LLVM here. Read next: piece.h.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,8 @@
 
 namespace sunstone::compiler {
 
-// A variable by its place in the trees: module in the unit's list, then module scope or function.
+// A variable by its position in the trees: module in the unit's list, then module scope or
+// function.
 struct VariableId {
     static constexpr uint32_t kModuleScope = ~0u;
     uint32_t module = 0;
@@ -27,13 +28,13 @@ struct VariableId {
 struct CodeObject {
     std::string code;                           // relocatable ELF
     std::map<std::string, uint32_t> stackSizes; // frame of each function, by symbol
-    std::vector<VariableId> variables;          // referred to, or defined by the piece of variables
-    uint32_t stackNeed = 0;                     // bytes of the program with all it calls directly
-    std::vector<uint32_t> boundLoads;           // loads that were replaced by each bound value
+    std::vector<VariableId> variables;          // referenced, or defined by the piece of variables
+    uint32_t stackNeed = 0;                     // bytes of the program and all its direct callees
+    std::vector<uint32_t> boundLoads;           // loads replaced by each bound value
 
-    bool forDebugger = false;                   // gdb is told of it
+    bool forDebugger = false;                   // registered with gdb
 
-    // Bytes that hold everything, and back; false where they are no such bytes.
+    // Serialises all fields, and back; false for malformed bytes.
     std::string serialize() const;
     bool deserialize(std::string_view bytes);
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys of compiled code that is kept: digests of everything that the code depends on.
+// Keys of stored code: digests of all inputs of the code.
 #pragma once
 
 #include "compiler/compiler.h"
@@ -28,7 +28,7 @@ private:
 };
 
 inline void addRules(Digest& digest, const PipelineRules& rules) {
-    // Names every field: a new one does not compile until it is part of the key.
+    // Names every field: a new field does not compile until it is part of the key.
     const auto& [launchParams, numPayloadValues, numAttributeValues, exceptionFlags,
                  primitiveTypeFlags, traversableGraphFlags, motionBlur] = rules;
     digest.add(launchParams);

@@ -32,7 +32,7 @@ const ptx::Module& Source::tree() const {
         tree_ = ptx::parse(text_, diagnostics);
         if (!tree_)
             fail(sunstone::Code::kInvalidPtx, diagnostics.format());
-        std::string().swap(text_); // the tree has it
+        std::string().swap(text_); // the tree has a copy
     });
     return *tree_;
 }

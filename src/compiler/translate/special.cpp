@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// FunctionTranslator: special registers, barriers and warp functions. An OptiX program is alone
-// in its warp: lane 0 of a warp with one active lane. Kernels reach their launcher through the
-// functions of runtime_warp.cpp.
+// FunctionTranslator: special registers, barriers and warp functions. An OptiX program is lane 0 of
+// a warp with one active lane. Kernels call their launcher through the functions of
+// runtime/kernel.cpp.
 #include "compiler/translate/function_translator.h"
 
 namespace sunstone::compiler {
