@@ -19,7 +19,7 @@ bool BuildInputs::hasType(OptixBuildInputType type) const {
 }
 
 OptixBuildInput BuildInputs::operator[](unsigned index) const {
-    // An input has the same size in all ABIs; the union in it has room for what was to come.
+    // An input has the same size in all ABIs, because its union has reserved space.
     const OptixBuildInput& given = array_[index];
     OptixBuildInput out;
     out.type = given.type;
