@@ -152,8 +152,8 @@ void describe(texture::Texture& texture, const CUDA_TEXTURE_DESC& d) {
     std::copy(d.borderColor, d.borderColor + 4, texture.border);
 }
 
-// The format in which a view reads texels. A view on blocks has texels of two or four 32-bit
-// integers.
+// The format in which a view reads texels. A view as blocks needs a resource with texels of two or
+// four 32-bit integers.
 texture::Format viewedFormat(CUresourceViewFormat format, const texture::Format& own) {
     constexpr CUarray_format kPlain[] = {
         CU_AD_FORMAT_UNSIGNED_INT8, CU_AD_FORMAT_SIGNED_INT8,    CU_AD_FORMAT_UNSIGNED_INT16,
