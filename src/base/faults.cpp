@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See faults.h: the signal handlers and the signal stacks of threads.
 #include "base/faults.h"
 
 #include "base/error.h"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See readable.h. Source: Linux manual, process_vm_readv(2) and mincore(2).
 #include "base/readable.h"
 
 #include <sys/mman.h>

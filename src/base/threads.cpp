@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See threads.h.
 #include "base/threads.h"
 
 #include "base/config.h"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See memory_check.h: which accesses are allowed. report.cpp writes the reports.
 #include "check/memory_check.h"
 
 #include "base/config.h"

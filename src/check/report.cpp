@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See report.h and memory_check.h.
 #include "check/report.h"
 
 #include "base/config.h"

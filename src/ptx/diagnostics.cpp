@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Collected messages about a PTX text, and the search for the name a misspelt one may stand for.
+// Collected messages about a PTX text, and the search for the name closest to a misspelt one.
 #include "ptx/diagnostics.h"
 
 #include <algorithm>

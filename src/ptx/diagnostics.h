@@ -37,7 +37,7 @@ private:
     size_t errors_ = 0;
 };
 
-// Finds the name a misspelt one may stand for: offer() the known names, then ask for hint().
+// Finds the known name closest to a misspelt one: offer() the known names, then call hint().
 class Nearest {
 public:
     explicit Nearest(std::string_view name) : name_(name) {}

@@ -149,7 +149,7 @@ private:
     unsigned expressionDepth_ = 0;
     bool sawVersion_ = false, sawTarget_ = false;
 
-    // Of the function being parsed.
+    // State of the function being parsed.
     Function function_;
     SourcePosition source_;
     bool addressesAreValues_ = false;      // in this instruction sym[N] is an address, not a place

@@ -22,7 +22,7 @@ constexpr GroupSize kGroupSizes[16] = {{0, 0}, {1, 1}, {2, 1}, {2, 2}, {3, 2}, {
                                        {4, 3}, {4, 4}, {0, 0}, {0, 0}, {0, 0}, {6, 6},
                                        {7, 6}, {7, 7}, {8, 7}, {8, 8}};
 
-// The size of the tile, or the next larger one; the largest if there is no larger one.
+// The size of the tile, or the next larger one; the largest if it exceeds all.
 unsigned requestedSize(uint32_t info) {
     const uint32_t width = info >> 20 & 15, height = info >> 16 & 15;
     for (unsigned number = 1; number < 15; ++number)

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See build_inputs.h.
 #include "api/optix7/build_inputs.h"
 
 #include "bvh/micromap/micromap.h"

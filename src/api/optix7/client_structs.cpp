@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See client_structs.h.
 #include "api/optix7/client_structs.h"
 
 namespace sunstone::optix7 {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See shell.h.
 #include "api/optix7/shell.h"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See debug_info.h.
 #include "compiler/debug/debug_info.h"
 
 #include <llvm/BinaryFormat/Dwarf.h>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See debugger.h. Source: GDB manual, "JIT Compilation Interface".
 #include "compiler/debug/debugger.h"
 
 #include "compiler/compiler.h"

@@ -42,7 +42,7 @@ struct DwarfType {
     };
     Kind kind = Kind::kNone;
     std::string name;
-    uint64_t size = 0;       // bytes; 0: that of what it stands for
+    uint64_t size = 0;       // bytes; 0: the size of the aliased type
     uint32_t encoding = 0;   // DW_ATE_* of a base type
     uint32_t of = 0;         // pointed to, element, aliased; key in DwarfInfo::types, 0: void
     uint64_t count = 0;      // elements of an array

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See inlined_calls.h.
 #include "compiler/debug/inlined_calls.h"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See gpu/header.h.
 #include "compiler/gpu/header.h"
 
 #include "base/error.h"

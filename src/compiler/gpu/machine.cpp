@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See gpu/machine.h.
 #include "compiler/gpu/machine.h"
 
 #include "base/error.h"

@@ -47,7 +47,7 @@ struct Dispatcher {
         kRun, // (state, group): calls the program
         kAsk, // (state, candidates, group): calls an intersection program
         kStart, // (state, ray, frame, asks, group): calls the first part of it, or all
-        kResume, // the same with the part behind its traces
+        kResume, // the same with the part after its traces
         kFind, // (group): whether there is one
         kCode, // (group): its address
     } form;

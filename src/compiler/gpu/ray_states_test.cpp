@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// foldRayStates on small kernels: which loads and stores it removes, and which it keeps.
 #include "compiler/gpu/ray_states.h"
 
 #include "devlib/abi.h"

@@ -27,7 +27,7 @@ constexpr uint64_t kSaved = 576;
 
 using Frames = GpuCalls::Frames;
 
-// Of ".func (.param ...) name(".
+// The name in ".func (.param ...) name(".
 std::string_view nameIn(std::string_view declaration) {
     size_t begin = std::string_view(".func ").size();
     const auto skipSpace = [&] {
@@ -42,7 +42,7 @@ std::string_view nameIn(std::string_view declaration) {
     return declaration.substr(begin, end - begin);
 }
 
-// The code generator declares each function's frame as __local_depotN[bytes] behind its name.
+// The code generator declares each function's frame as __local_depotN[bytes] after its name.
 Frames framesOf(std::string_view text) {
     constexpr std::string_view kFunction = ".func ", kDepot = "__local_depot";
     Frames frames;

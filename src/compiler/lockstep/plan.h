@@ -29,7 +29,7 @@ bool asksForLanes(const llvm::Instruction& instruction);
 
 // A thread waits at a barrier object.
 constexpr const char* kWaitName = "sunstone_mbarrier_wait";
-// Stands at the ends of loops in which a warp may let the others run (LockstepPlan::addPauses).
+// Marks the ends of loops in which a warp may let the others run (LockstepPlan::addPauses).
 constexpr const char* kPauseName = "sunstone.pause";
 
 struct MeetingPoint {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See bound_values.h.
 #include "compiler/passes/bound_values.h"
 
 #include <llvm/Analysis/ConstantFolding.h>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See check_accesses.h.
 #include "compiler/passes/check_accesses.h"
 
 #include "devlib/abi.h"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See stack_checks.h.
 #include "compiler/passes/stack_checks.h"
 
 #include <llvm/ADT/SCCIterator.h>
@@ -34,7 +35,7 @@ std::set<llvm::Function*> recursiveFunctions(llvm::Module& module) {
     return result;
 }
 
-// Moves the body of `function` behind a check for `bytes` of stack below the current frame.
+// Moves the body of `function` after a check for `bytes` of stack below the current frame.
 void addCheck(Unit& unit, llvm::Function& function, uint64_t bytes) {
     llvm::LLVMContext& context = unit.context();
     auto* check = llvm::Function::Create(function.getFunctionType(), function.getLinkage(), "",

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See device_data.h.
 #include "compiler/runtime/device_data.h"
 
 #include "compiler/compiler.h"

@@ -27,7 +27,7 @@ float hyperbolicTangent(float x) {
 }
 
 // fns: the position of the n-th set bit of `mask`, counted from `base` upwards (n > 0) or
-// downwards (n < 0); n = 0 asks whether bit `base` is set. All ones if there is none.
+// downwards (n < 0); n = 0 tests whether bit `base` is set. All ones if no bit is found.
 uint32_t findNth(uint32_t mask, uint32_t base, uint32_t n) {
     const int32_t offset = int32_t(n);
     if (base > 31)

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See source.h.
 #include "compiler/store/source.h"
 
 #include "base/error.h"

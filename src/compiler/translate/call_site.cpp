@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See call_site.h.
 #include "compiler/translate/call_site.h"
 
 #include <llvm/IR/Constants.h>

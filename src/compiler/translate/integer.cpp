@@ -426,7 +426,7 @@ void FunctionTranslator::insertField(const ptx::Instruction& instruction) {
 }
 
 // bfind: position of the highest set bit (of the highest bit unlike the sign for .s), or the
-// shift that brings it to the top; all ones if there is none.
+// shift that brings it to the top; all ones without such a bit.
 void FunctionTranslator::findBit(const ptx::Instruction& instruction) {
     operandCount(instruction, 2, 2);
     const ptx::Type type = lastType(instruction);

@@ -30,7 +30,7 @@ unsigned vectorCount(const ptx::Instruction& instruction) {
 
 constexpr unsigned kGlobalSpace = 1; // of NVPTX
 
-// Of element i. On a GPU a vector is one access, aligned as a whole.
+// The alignment of element i. On a GPU a vector is one access, aligned as a whole.
 llvm::Align alignmentOf(bool gpu, unsigned bytes, unsigned count, unsigned i) {
     const llvm::Align element(bytes);
     return gpu ? llvm::commonAlignment(llvm::Align(bytes * count), uint64_t(i) * bytes) : element;

@@ -100,7 +100,7 @@ public:
     void remove(GraphNode* node);
     bool owns(const GraphNode* node) const;
     const std::vector<std::unique_ptr<GraphNode>>& nodes() const { return nodes_; }
-    // Nodes such that each comes after those it depends on; fewer than all if there is a cycle.
+    // Nodes such that each comes after those it depends on; fewer than all for a cycle.
     std::vector<GraphNode*> ordered() const;
     // A copy with children copied too; `twins` gets copy by original.
     std::shared_ptr<Graph> clone(std::unordered_map<const GraphNode*, GraphNode*>* twins) const;

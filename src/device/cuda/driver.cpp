@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See driver.h.
 #include "device/cuda/driver.h"
 
 #include "base/config.h"

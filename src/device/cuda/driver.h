@@ -124,8 +124,7 @@ public:
     ContextScope& operator=(const ContextScope&) = delete;
 
 private:
-    CUstreamCaptureMode mode_ = CU_STREAM_CAPTURE_MODE_RELAXED; // after construction the thread's
-                                                                // own mode
+    CUstreamCaptureMode mode_ = CU_STREAM_CAPTURE_MODE_RELAXED; // then the thread's own
 };
 
 // Whether work queued on the stream becomes part of a graph. Further queries, or waiting, would

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The driver's table: names, detection of a loaded driver, errors without a driver.
 #include "device/cuda/driver.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See gpu_device.h.
 #include "device/cuda/gpu_device.h"
 
 namespace sunstone::device::cuda {

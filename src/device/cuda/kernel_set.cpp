@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See kernel_set.h.
 #include "device/cuda/kernel_set.h"
 
 #include <algorithm>

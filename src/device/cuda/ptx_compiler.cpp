@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See ptx_compiler.h. Source: PTX Compiler API reference, 12.0.
 #include "device/cuda/ptx_compiler.h"
 
 #include "base/error.h"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The PTX compiler on its stand-in (ptx_compiler_stand_in.cpp), and without a library.
 #include "device/cuda/ptx_compiler.h"
 
 #include <gtest/gtest.h>
