@@ -180,7 +180,7 @@ Token Lexer::hexFloat(Token token, unsigned digits, TokenKind kind) {
 
 Token Lexer::decimalFloat(Token token) {
     double value = 0;
-    // from_chars wants a digit before the point only in its own grammar, which allows ".5".
+    // from_chars also accepts ".5", as PTX does.
     const auto result = std::from_chars(at_, end_, value);
     token.kind = TokenKind::kFloat64;
     token.text = std::string_view(at_, result.ptr - at_);

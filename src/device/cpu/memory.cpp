@@ -245,7 +245,7 @@ bool isMapped(const void* address, size_t size) {
         return false;
     uintptr_t at = begin & ~(page - 1);
     const uintptr_t end = size ? begin + size : begin + 1;
-    // mincore answers ENOMEM where a page is not mapped; residency itself does not matter.
+    // mincore returns ENOMEM for an unmapped page; whether pages are resident is irrelevant.
     static constexpr size_t kPagesAtOnce = 4096;
     unsigned char resident[kPagesAtOnce];
     while (at < end) {
