@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cooperative groups for clang's CUDA mode: the block, the grid, tiles of a warp, threads that run
-// together. reduce.h, scan.h and memcpy_async.h in cooperative_groups/ have the collective functions.
+// Cooperative groups for clang's CUDA mode: the block, the grid, tiles of a warp, active threads.
+// reduce.h, scan.h and memcpy_async.h in cooperative_groups/ have the collective functions. Source:
+// CUDA C++ Programming Guide, "Cooperative Groups".
 #ifndef SUNSTONE_COOPERATIVE_GROUPS_H
 #define SUNSTONE_COOPERATIVE_GROUPS_H
 
@@ -24,7 +25,7 @@ SUNSTONE_GROUP_STATIC unsigned int threadsOfBlock() {
     return blockDim.x * blockDim.y * blockDim.z;
 }
 
-// Values of any type, word by word, from a lane of the mask.
+// Reads a value of any type, word by word, from a lane of the mask.
 template <class T>
 SUNSTONE_GROUP_STATIC T fromLane(unsigned int mask, T value, unsigned int lane) {
     constexpr int kWords = (int)((sizeof(T) + 3) / 4);
@@ -36,8 +37,8 @@ SUNSTONE_GROUP_STATIC T fromLane(unsigned int mask, T value, unsigned int lane) 
     return value;
 }
 
-// The word that a launch gives its grid: each block adds to it once for every barrier, the first one
-// so much that the top bit changes when all have come.
+// The word that a launch provides for its grid. Each block adds to it once per barrier; the first
+// block adds so much that the top bit changes when all blocks have arrived.
 SUNSTONE_GROUP_STATIC unsigned int* gridBarrier() {
     unsigned int low, high;
     asm("mov.u32 %0, %%envreg2;" : "=r"(low));
@@ -105,8 +106,8 @@ SUNSTONE_GROUP_STATIC grid_group this_grid() { return grid_group(); }
 
 namespace details {
 
-// Threads of one warp, by a mask; what tiles and coalesced groups share. Group has mask(),
-// num_threads(), thread_rank() and laneOf(rank).
+// Threads of one warp, selected by a mask: the common part of tiles and coalesced groups. Group has
+// mask(), num_threads(), thread_rank() and laneOf(rank).
 template <class Group>
 class WarpGroup {
 public:
@@ -148,13 +149,13 @@ private:
 
 } // namespace details
 
-// kSize threads of a warp that follow one another.
+// kSize consecutive threads of a warp.
 template <unsigned int kSize, class Parent = void>
 class thread_block_tile : public details::WarpGroup<thread_block_tile<kSize, Parent>> {
     static_assert(kSize <= 32 && (kSize & (kSize - 1)) == 0, "a tile has 1, 2, 4, 8, 16 or 32 threads");
 
 public:
-    // A part of a group of `count` threads, in which the calling one has `rank`.
+    // A tile of a group of `count` threads, in which the calling thread has `rank`.
     SUNSTONE_GROUP thread_block_tile(unsigned int rank, unsigned int count)
         : metaRank_(rank / kSize), metaSize_((count + kSize - 1) / kSize) {}
     template <class Other>
@@ -175,7 +176,7 @@ public:
     SUNSTONE_GROUP T shfl_xor(T value, unsigned int lanes) const {
         return details::fromLane(mask(), value, laneOf((thread_rank() ^ lanes) % kSize));
     }
-    // Among the tiles of what was divided.
+    // The rank of this tile among the tiles of its parent.
     SUNSTONE_GROUP unsigned int meta_group_rank() const { return metaRank_; }
     SUNSTONE_GROUP unsigned int meta_group_size() const { return metaSize_; }
 
@@ -183,7 +184,7 @@ private:
     unsigned int metaRank_, metaSize_;
 };
 
-// Threads of a warp by their lanes: those that run together, or that have something in common.
+// Threads of a warp by their lanes: active threads, or threads with a common property.
 class coalesced_group : public details::WarpGroup<coalesced_group> {
 public:
     SUNSTONE_GROUP explicit coalesced_group(unsigned int mask, unsigned int metaRank = 0,
@@ -239,7 +240,7 @@ SUNSTONE_GROUP_STATIC coalesced_group tiled_partition(const coalesced_group& gro
 template <class Group, class Label>
 SUNSTONE_GROUP_STATIC coalesced_group labeled_partition(const Group& group, Label label) {
     const unsigned int mask = __match_any_sync(group.mask(), label);
-    // Groups are counted by their first lanes.
+    // Groups are numbered by their first lanes.
     const unsigned int firsts =
         __ballot_sync(group.mask(), (mask & details::lanesBelow()) == 0);
     const unsigned int own = mask & -mask;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CUDA driver API, as far as libcuda.so.1 of this project implements it: types, values and
-// functions have the names, numbers and layouts every CUDA program and driver agrees on.
+// The CUDA driver API as implemented by this project's libcuda.so.1. Types, values and functions
+// have the names, numbers and layouts of CUDA 13.
 #ifndef SUNSTONE_CUDA_H
 #define SUNSTONE_CUDA_H
 
@@ -797,7 +797,7 @@ CUresult cuMemcpyDtoH(void* dst, CUdeviceptr src, size_t bytes);
 CUresult cuMemcpyDtoHAsync(void* dst, CUdeviceptr src, size_t bytes, CUstream stream);
 CUresult cuMemcpyDtoD(CUdeviceptr dst, CUdeviceptr src, size_t bytes);
 CUresult cuMemcpyDtoDAsync(CUdeviceptr dst, CUdeviceptr src, size_t bytes, CUstream stream);
-// Copies with the first row of an array, from a byte offset that is a multiple of an element's size.
+// Copies to or from the first row of an array; byte offsets are multiples of an element's size.
 CUresult cuMemcpyDtoA(CUarray dst, size_t dstOffset, CUdeviceptr src, size_t bytes);
 CUresult cuMemcpyAtoD(CUdeviceptr dst, CUarray src, size_t srcOffset, size_t bytes);
 CUresult cuMemcpyHtoA(CUarray dst, size_t dstOffset, const void* src, size_t bytes);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Floats cut to 16 bits: __nv_bfloat16 and __nv_bfloat162 with their functions, as cuda_fp16.h has them
-// for halves. No instruction for them is needed, so that every target compiles it.
+// bfloat16: __nv_bfloat16 and __nv_bfloat162 with the functions that cuda_fp16.h has for halves.
+// They need no special instruction, so every target compiles them.
 #ifndef SUNSTONE_CUDA_BF16_H
 #define SUNSTONE_CUDA_BF16_H
 

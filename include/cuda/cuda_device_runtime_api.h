@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels do not launch kernels here; this name exists for programs that include it.
+// Kernels cannot launch kernels here; this header exists for programs that include it.
 #ifndef SUNSTONE_CUDA_DEVICE_RUNTIME_API_H
 #define SUNSTONE_CUDA_DEVICE_RUNTIME_API_H
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Half precision: __half and __half2 with their functions, for host and device code. Sums, products,
-// comparisons and conversions exist on both sides, mathematics, atomics and shuffles in device code.
+// Half precision: __half and __half2 with their functions. Sums, products, comparisons and
+// conversions are for host and device code; mathematics, atomics and shuffles for device code only.
 #ifndef SUNSTONE_CUDA_FP16_H
 #define SUNSTONE_CUDA_FP16_H
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a CUDA source sees: vector types, the runtime API, and, in a CUDA compilation, the device
-// built-ins. Compilers force-include it for .cu files; see README.md for the flags.
+// The header for CUDA sources: vector types, the runtime API, and, in a CUDA compilation, the
+// device built-ins. Compilers force-include it for .cu files; README.md has the flags.
 #ifndef SUNSTONE_CUDA_RUNTIME_H
 #define SUNSTONE_CUDA_RUNTIME_H
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CUDA runtime API's functions, as far as libcudart of this project implements them.
+// The functions of the CUDA runtime API that this project's libcudart implements.
 #ifndef SUNSTONE_CUDA_RUNTIME_API_H
 #define SUNSTONE_CUDA_RUNTIME_API_H
 
@@ -308,7 +308,7 @@ cudaError_t cudaOccupancyAvailableDynamicSMemPerBlock(size_t* bytes, const void*
 cudaError_t cudaProfilerStart(void);
 cudaError_t cudaProfilerStop(void);
 
-// ---- what compilers call for <<<>>> ------------------------------------------------------------
+// ---- calls that compilers generate for <<<>>> --------------------------------------------------
 void** __cudaRegisterFatBinary(void* wrapper);
 void __cudaRegisterFatBinaryEnd(void** handle);
 void __cudaUnregisterFatBinary(void** handle);
@@ -327,7 +327,7 @@ unsigned int __cudaPushCallConfiguration(dim3 gridDim, dim3 blockDim,
                                          struct CUstream_st* stream SUNSTONE_DEFAULT(0));
 cudaError_t __cudaPopCallConfiguration(dim3* gridDim, dim3* blockDim, size_t* sharedBytes,
                                        void* stream);
-// Older protocol, which clang uses where it is told of no toolkit.
+// The older protocol, which clang uses without a toolkit version.
 cudaError_t cudaConfigureCall(dim3 gridDim, dim3 blockDim, size_t sharedBytes SUNSTONE_DEFAULT(0),
                               cudaStream_t stream SUNSTONE_DEFAULT(0));
 cudaError_t cudaSetupArgument(const void* argument, size_t size, size_t offset);

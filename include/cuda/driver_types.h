@@ -292,7 +292,7 @@ enum cudaMemoryAdvise {
     cudaMemAdviseUnsetAccessedBy = 6,
 };
 
-/* What cudaGetDriverEntryPoint found; as the driver's CUdriverProcAddressQueryResult. */
+/* Result of cudaGetDriverEntryPoint; equals the driver's CUdriverProcAddressQueryResult. */
 enum cudaDriverEntryPointQueryResult {
     cudaDriverEntryPointSuccess = 0,
     cudaDriverEntryPointSymbolNotFound = 1,
@@ -302,7 +302,7 @@ enum cudaDriverEntryPointQueryResult {
 #define cudaEnableLegacyStream 0x1
 #define cudaEnablePerThreadDefaultStream 0x2
 
-/* As the driver's CUmem_range_attribute. */
+/* Equals the driver's CUmem_range_attribute. */
 enum cudaMemRangeAttribute {
     cudaMemRangeAttributeReadMostly = 1,
     cudaMemRangeAttributePreferredLocation = 2,
@@ -609,7 +609,7 @@ struct cudaResourceDesc {
     } res;
     unsigned int flags;
 };
-// Values 1 to 34 name formats as a view reinterprets them; only 0 is accepted here.
+// Formats 1 to 34 reinterpret the texels of the resource.
 enum cudaResourceViewFormat {
     cudaResViewFormatNone = 0,
     cudaResViewFormatUnsignedChar1 = 1,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words CUDA adds to C++ (__host__, __device__, ...). In a CUDA compilation they are
-// attributes of the compiler, elsewhere they vanish.
+// CUDA's additions to C++ (__host__, __device__, ...). They are attributes of the compiler in a
+// CUDA compilation, otherwise empty.
 #ifndef SUNSTONE_HOST_DEFINES_H
 #define SUNSTONE_HOST_DEFINES_H
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers under the names CUDA programs use for them.
+// Mathematical constants under CUDA's names.
 #ifndef SUNSTONE_MATH_CONSTANTS_H
 #define SUNSTONE_MATH_CONSTANTS_H
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products of matrices that a warp makes together: nvcuda::wmma. Halves and integers need sm_70 and
-// sm_72, bfloats, tf32 and doubles sm_80; matrices of 4 bits and of bits are in `experimental`.
+// Matrix products by the threads of a warp: nvcuda::wmma. Halves need sm_70, integers sm_72,
+// bfloats, tf32 and doubles sm_80; matrices of 4-bit and 1-bit elements are in `experimental`.
+// Source: CUDA C++ Programming Guide, "Warp Matrix Functions".
 #ifndef SUNSTONE_MMA_H
 #define SUNSTONE_MMA_H
 
@@ -33,7 +34,7 @@ enum bmmaBitOp { bmmaBitOpXOR = 1, bmmaBitOpAND = 2 };
 enum bmmaAccumulateOp { bmmaAccumulateOpPOPC = 1 };
 } // namespace experimental
 
-// Elements a lane holds, and how they are kept.
+// The elements that a lane holds, and their storage.
 template <class Element, class Storage, int count, int stored>
 struct __sunstone_fragment {
     typedef Element element_type;
@@ -45,7 +46,7 @@ struct __sunstone_fragment {
 template <class Use, int m, int n, int k, class T, class Layout = void>
 class fragment;
 
-// ---- fragments and how they come from memory and go there -------------------------------------
+// ---- fragments, loads and stores ---------------------------------------------------------------
 
 #define SUNSTONE_LIST_1(n) "{%[" #n "0]}"
 #define SUNSTONE_LIST_2(n) "{%[" #n "0], %[" #n "1]}"
@@ -88,7 +89,7 @@ class fragment;
     SUNSTONE_FACTOR(use, letter, m, n, k, T, col_major, col, type, Storage, POINTER, elements,     \
                     elements, count, R, c)
 
-// Both factors: how many elements and registers A and B have.
+// Both factors: the number of elements and registers of A and B.
 #define SUNSTONE_FACTORS(m, n, k, T, type, Storage, POINTER, elementsA, countA, elementsB, countB, \
                          R, c)                                                                     \
     SUNSTONE_FACTOR_LAYOUTS(matrix_a, a, m, n, k, T, type, Storage, POINTER, elementsA, countA, R, \

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CUDA's vector types: sizes and alignments are those every CUDA program and driver agrees on.
+// CUDA's vector types, with the sizes and alignments of CUDA 13.
 #ifndef SUNSTONE_VECTOR_TYPES_H
 #define SUNSTONE_VECTOR_TYPES_H
 
@@ -238,7 +238,7 @@ struct __attribute__((aligned(32))) double4_32a {
 };
 typedef struct double4_32a double4_32a;
 
-// Extents of grids and blocks; what is not given is 1.
+// Extents of grids and blocks; omitted ones are 1.
 struct dim3 {
     unsigned int x, y, z;
 #ifdef __cplusplus

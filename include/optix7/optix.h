@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // OptiX 7.4 API: the one header an application or a device program includes. Device compilers
 // (nvcc, NVRTC, clang in CUDA mode) get the device functions, all others the host functions; a .cu
-// file that also calls the host API includes optix_host.h or optix_stubs.h on top. Source: OptiX
-// API reference 7.4, section 6.1.
+// file that also calls the host API additionally includes optix_host.h or optix_stubs.h. Source:
+// OptiX API reference 7.4, section 6.1.
 #ifndef SUNSTONE_OPTIX7_OPTIX_H
 #define SUNSTONE_OPTIX7_OPTIX_H
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // OptiX device functions, for programs compiled to PTX. Each becomes one call of an `_optix_*`
-// intrinsic that the library's compiler knows, or arithmetic on such calls; read
-// internal/optix_7_device_impl.h next. Source: OptiX API reference 7.4, sections 3.1, 6.2.
-// ../optix76 reads this text as OptiX 7.6, with what stands between SUNSTONE_OPTIX_API lines.
+// intrinsic, which the library's compiler replaces, or arithmetic on such calls. Read next:
+// internal/optix_7_device_impl.h. Source: OptiX API reference 7.4, sections 3.1, 6.2. ../optix76
+// reads this text as OptiX 7.6, with the additions between SUNSTONE_OPTIX_API lines.
 //
-// Program types: RG ray generation, IS intersection, AH any-hit, CH closest-hit, MS miss,
-// EX exception, DC direct callable, CC continuation callable. Each function names those it may be
-// called from; a call from another one makes optixModuleCreateFromPTX fail with
+// Program types: RG ray generation, IS intersection, AH any-hit, CH closest-hit, MS miss, EX
+// exception, DC direct callable, CC continuation callable. Each function lists the types that may
+// call it; a call from another type makes optixModuleCreateFromPTX fail with
 // OPTIX_ERROR_INVALID_FUNCTION_USE. GAS: geometry acceleration structure; IAS: instance
-// acceleration structure. Matrices are 3x4 and row-major. "Payload word": 32 bits.
+// acceleration structure. Matrices are 3x4 and row-major. A payload word has 32 bits.
 #ifndef SUNSTONE_OPTIX7_OPTIX_7_DEVICE_H
 #define SUNSTONE_OPTIX7_OPTIX_7_DEVICE_H
 
@@ -25,12 +25,12 @@
 
 /** Traces a ray: finds the closest hit in a traversable and runs its CH program, or the MS program.
     RG CH MS CC.
-    handle: root; 0 always misses. rayOrigin, rayDirection: world space, any length but 0, in which
-    tmin and tmax are measured; a hit at t counts if tmin <= t <= tmax. rayTime: for motion.
-    visibilityMask: low 8 bits. rayFlags: OptixRayFlags. SBToffset, SBTstride: the hit record is
-    instance offset + GAS record index * SBTstride + SBToffset. missSBTIndex: miss record.
-    payload: 0 to 32 variables of type unsigned int, passed in and changed by the programs.
-    The number of nested traces is limited by OptixPipelineLinkOptions::maxTraceDepth.
+    handle: root; 0 always misses. rayOrigin, rayDirection: world space, any length but 0, the unit
+    of tmin and tmax; a hit at t counts if tmin <= t <= tmax. rayTime: for motion. visibilityMask:
+    low 8 bits. rayFlags: OptixRayFlags. SBToffset, SBTstride: the hit record is instance offset +
+    GAS record index * SBTstride + SBToffset. missSBTIndex: miss record. payload: 0 to 32 variables
+    of type unsigned int, passed in and changed by the programs.
+    OptixPipelineLinkOptions::maxTraceDepth limits the number of nested traces.
     [3.1.2.163 to 3.1.2.195] */
 template <typename... Payload>
 static __forceinline__ __device__ void
@@ -38,7 +38,8 @@ optixTrace(OptixTraversableHandle handle, float3 rayOrigin, float3 rayDirection,
            float tmax, float rayTime, OptixVisibilityMask visibilityMask, unsigned int rayFlags,
            unsigned int SBToffset, unsigned int SBTstride, unsigned int missSBTIndex,
            Payload&... payload);
-/** The same with one of the module's payload types; type is a constant. [3.1.2.196 to 3.1.2.228] */
+/** The same with one of the module's payload types; type must be a constant.
+    [3.1.2.196 to 3.1.2.228] */
 template <typename... Payload>
 static __forceinline__ __device__ void
 optixTrace(OptixPayloadTypeID type, OptixTraversableHandle handle, float3 rayOrigin,
@@ -57,8 +58,8 @@ static __forceinline__ __device__ float3 optixGetObjectRayOrigin();
 static __forceinline__ __device__ float3 optixGetObjectRayDirection();
 /** tmin of the ray. IS AH CH MS. [3.1.2.86] */
 static __forceinline__ __device__ float optixGetRayTmin();
-/** IS, CH: t of the closest accepted hit, or tmax of the ray if there is none yet. AH: t of the hit
- * in question. MS: tmax of the ray. [3.1.2.85] */
+/** IS, CH: t of the closest accepted hit, or tmax of the ray before the first one. AH: t of the
+    current hit. MS: tmax of the ray. [3.1.2.85] */
 static __forceinline__ __device__ float optixGetRayTmax();
 /** Time of the ray; 0 without motion. IS AH CH MS. [3.1.2.84] */
 static __forceinline__ __device__ float optixGetRayTime();
@@ -136,18 +137,17 @@ static __forceinline__ __device__ unsigned int optixGetPayload_28();
 static __forceinline__ __device__ unsigned int optixGetPayload_29();
 static __forceinline__ __device__ unsigned int optixGetPayload_30();
 static __forceinline__ __device__ unsigned int optixGetPayload_31();
-/** Says which payload types (OptixPayloadTypeID, or-ed) the program supports; 0 or no call: all. At
- * most once, first and unconditionally, with a constant. IS AH CH MS. [3.1.2.149] */
+/** Declares the payload types (OptixPayloadTypeID, or-ed) that the program supports; 0 or no call:
+    all. At most one call, first and unconditional, with a constant. IS AH CH MS. [3.1.2.149] */
 static __forceinline__ __device__ void optixSetPayloadTypes(unsigned int typeMask);
-/** A value that does not matter, so that nothing need be computed for it. Any program. [3.1.2.235]
- */
+/** An arbitrary value that costs no computation. Any program. [3.1.2.235] */
 static __forceinline__ __device__ unsigned int optixUndefinedValue();
 
 /* ---- Hits ---- */
 
-/** Reports a hit of the current custom primitive with 0 to 8 attribute words. False: hitT is not
- * within optixGetRayTmin and optixGetRayTmax, or AH ignored the hit; true: accepted. Does not
- * return if AH ended the ray. hitKind: 0 to 127. IS. [3.1.2.108 to 3.1.2.116] */
+/** Reports a hit of the current custom primitive with 0 to 8 attribute words. False: hitT is
+    outside optixGetRayTmin to optixGetRayTmax, or AH ignored the hit; true: accepted. Does not
+    return if AH ended the ray. hitKind: 0 to 127. IS. [3.1.2.108 to 3.1.2.116] */
 static __forceinline__ __device__ bool optixReportIntersection(float hitT, unsigned int hitKind);
 static __forceinline__ __device__ bool optixReportIntersection(float hitT, unsigned int hitKind,
                                                                unsigned int a0);
@@ -188,16 +188,16 @@ static __forceinline__ __device__ unsigned int optixGetAttribute_6();
 static __forceinline__ __device__ unsigned int optixGetAttribute_7();
 /** Accepts the hit and ends traversal; CH follows. Does not return. AH. [3.1.2.150] */
 static __forceinline__ __device__ void optixTerminateRay();
-/** Rejects the hit; traversal goes on. Does not return. AH. [3.1.2.100] */
+/** Rejects the hit; traversal continues. Does not return. AH. [3.1.2.100] */
 static __forceinline__ __device__ void optixIgnoreIntersection();
-/** Number of the primitive in its build input, plus primitiveIndexOffset. IS AH CH. [3.1.2.79] */
+/** Index of the primitive in its build input, plus primitiveIndexOffset. IS AH CH. [3.1.2.79] */
 static __forceinline__ __device__ unsigned int optixGetPrimitiveIndex();
 /** SBT record index of the primitive in its GAS. IS AH CH; EX for an invalid hit SBT index.
  * [3.1.2.89] */
 static __forceinline__ __device__ unsigned int optixGetSbtGASIndex();
 /** OptixInstance::instanceId of the innermost instance; ~0u without one. IS AH CH. [3.1.2.34] */
 static __forceinline__ __device__ unsigned int optixGetInstanceId();
-/** Number of the innermost instance in its IAS; 0 without one. IS AH CH. [3.1.2.36] */
+/** Index of the innermost instance in its IAS; 0 without one. IS AH CH. [3.1.2.36] */
 static __forceinline__ __device__ unsigned int optixGetInstanceIndex();
 /** Hit kind, 8 bits: below 128 as reported by IS, else a built-in primitive, for
  * optixGetPrimitiveType to decode. AH CH. [3.1.2.32] */
@@ -212,8 +212,8 @@ static __forceinline__ __device__ bool optixIsBackFaceHit(unsigned int hitKind);
 static __forceinline__ __device__ OptixPrimitiveType optixGetPrimitiveType();
 static __forceinline__ __device__ bool optixIsFrontFaceHit();
 static __forceinline__ __device__ bool optixIsBackFaceHit();
-/** Whether the current hit is on a triangle, on its front, on its back. AH CH. [3.1.2.105
- * to 3.1.2.107] */
+/** Whether the current hit is on a triangle, on its front side, on its back side. AH CH.
+    [3.1.2.105 to 3.1.2.107] */
 static __forceinline__ __device__ bool optixIsTriangleHit();
 static __forceinline__ __device__ bool optixIsTriangleFrontFaceHit();
 static __forceinline__ __device__ bool optixIsTriangleBackFaceHit();
@@ -274,12 +274,12 @@ optixGetGASMotionStepCount(OptixTraversableHandle gas);
 
 /* ---- Transforms ---- */
 
-/** Matrix of all transforms of the current hit at ray time; identity if there are none. The cost
- * grows with the list. IS AH CH. [3.1.2.99, 3.1.2.46] */
+/** Matrix of all transforms of the current hit at ray time; identity without transforms. The cost
+    grows with the list. IS AH CH. [3.1.2.99, 3.1.2.46] */
 static __forceinline__ __device__ void optixGetWorldToObjectTransformMatrix(float m[12]);
 static __forceinline__ __device__ void optixGetObjectToWorldTransformMatrix(float m[12]);
-/** The same applied: points with, vectors without translation, normals by the transpose of the
- * inverse; nothing is normalised. IS AH CH. [3.1.2.229 to 3.1.2.234] */
+/** Apply these matrices: to points with, to vectors without translation, to normals by the
+    transpose of the inverse; results are not normalised. IS AH CH. [3.1.2.229 to 3.1.2.234] */
 static __forceinline__ __device__ float3 optixTransformPointFromWorldToObjectSpace(float3 point);
 static __forceinline__ __device__ float3 optixTransformVectorFromWorldToObjectSpace(float3 vec);
 static __forceinline__ __device__ float3 optixTransformNormalFromWorldToObjectSpace(float3 normal);
@@ -291,11 +291,11 @@ static __forceinline__ __device__ unsigned int optixGetTransformListSize();
 /** An entry of the list, root first. IS AH CH EX. [3.1.2.92] */
 static __forceinline__ __device__ OptixTraversableHandle
 optixGetTransformListHandle(unsigned int index);
-/** What a handle of the list is. Any program. [3.1.2.94] */
+/** The kind of a handle in the list. Any program. [3.1.2.94] */
 static __forceinline__ __device__ OptixTransformType
 optixGetTransformTypeFromHandle(OptixTraversableHandle handle);
-/** The application's transform behind a handle; null if it is of another type. Any program.
- * [3.1.2.91, 3.1.2.90, 3.1.2.43] */
+/** The application's transform behind a handle; null for a handle of another type. Any program.
+    [3.1.2.91, 3.1.2.90, 3.1.2.43] */
 static __forceinline__ __device__ const OptixStaticTransform*
 optixGetStaticTransformFromHandle(OptixTraversableHandle handle);
 static __forceinline__ __device__ const OptixSRTMotionTransform*
@@ -317,8 +317,8 @@ optixGetInstanceInverseTransformFromHandle(OptixTraversableHandle handle);
 
 /* ---- Launch and shader binding table ---- */
 
-/** Where in the launch the program runs, and how large the launch is. Any program.
- * [3.1.2.41, 3.1.2.40] */
+/** The program's index in the launch, and the size of the launch. Any program.
+    [3.1.2.41, 3.1.2.40] */
 static __forceinline__ __device__ uint3 optixGetLaunchIndex();
 static __forceinline__ __device__ uint3 optixGetLaunchDimensions();
 /** Generic address of the data after the header of the running program's record. Any program.
@@ -327,9 +327,9 @@ static __forceinline__ __device__ CUdeviceptr optixGetSbtDataPointer();
 
 /* ---- Callables ---- */
 
-/** Calls the DC program of a callable record. The types must be those of the program: name them if
-    conversions are needed, optixDirectCall<float, int>(index, x). RG IS AH CH MS DC CC. [3.1.2.2]
- */
+/** Calls the DC program of a callable record. The types must be those of the program; if
+    conversions are needed, name the types: optixDirectCall<float, int>(index, x). RG IS AH CH MS DC
+    CC. [3.1.2.2] */
 template <typename ReturnT, typename... ArgTypes>
 static __forceinline__ __device__ ReturnT optixDirectCall(unsigned int sbtIndex, ArgTypes... args);
 /** Calls the CC program of a callable record, which may trace rays. RG CH MS CC. [3.1.2.1] */

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// OptiX types: constants, handles, and structs whose sizes and offsets are binary interface between
-// an application and the library (checked field by field in tests/headers).
-// Seen by host compilers (C99, C++11) and device compilers alike, so it includes next to nothing.
-// Read optix_7_host.h or optix_7_device.h next. Source: OptiX API reference 7.4, sections 3.12,
-// 5, 6.7; OptiX API reference 7.6, optix_7_host.h; layouts of 7.5 and 7.6 are those of their ABI.
+// OptiX types: constants, handles, and structs whose sizes and offsets are the binary interface
+// between an application and the library (checked field by field in tests/headers). Host compilers
+// (C99, C++11) and device compilers read it, so it includes almost nothing. Read next:
+// optix_7_host.h or optix_7_device.h. Source: OptiX API reference 7.4, sections 3.12, 5, 6.7; OptiX
+// API reference 7.6, optix_7_host.h; layouts of 7.5 and 7.6 are those of their ABI.
 //
 // The text serves two versions: read from this folder it is OptiX 7.4; the folder ../optix76 reads
-// the same files as OptiX 7.6, and what that has more stands between SUNSTONE_OPTIX_API lines.
+// the same files as OptiX 7.6, whose additions are between SUNSTONE_OPTIX_API lines.
 //
-// Conventions: CUdeviceptr members are device addresses and may be 0 where "optional" is said; a
-// stride is in bytes, and 0 stands for densely packed elements; matrices are affine 3x4, row-major.
+// Conventions: CUdeviceptr members are device addresses and may be 0 if marked optional. Strides
+// are in bytes; 0 means densely packed elements. Matrices are affine 3x4, row-major.
 #ifndef SUNSTONE_OPTIX7_OPTIX_7_TYPES_H
 #define SUNSTONE_OPTIX7_OPTIX_7_TYPES_H
 
@@ -27,11 +27,12 @@ extern "C" {
 
 /* ---- Scalars and handles (section 3.12.3) ---- */
 
-/** Device address. The same type as in cuda.h, repeated so that types alone do not need it. */
+/** Device address. The same type as in cuda.h, repeated so that this header does not need
+    cuda.h. */
 #if defined(__cplusplus) || (defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L)
 typedef unsigned long long CUdeviceptr;
 #elif !defined(OPTIX_DONT_INCLUDE_CUDA)
-#include <cuda.h> /* C99 knows no repeated typedef */
+#include <cuda.h> /* C99 has no repeated typedef */
 #endif
 
 /** A device as seen by this API; made by optixDeviceContextCreate. */
@@ -44,53 +45,54 @@ typedef struct OptixProgramGroup_t* OptixProgramGroup;
 typedef struct OptixPipeline_t* OptixPipeline;
 /** A denoiser; made by optixDenoiserCreate. */
 typedef struct OptixDenoiser_t* OptixDenoiser;
-/** A piece of module compilation; made by optixModuleCreateFromPTXWithTasks, owned by the module.
- */
+/** A piece of module compilation; made by optixModuleCreateFromPTXWithTasks, owned by the
+    module. */
 typedef struct OptixTask_t* OptixTask;
 
-/** Names an acceleration structure or transform on the device; 0 is the null handle (never hit). */
+/** Handle of an acceleration structure or transform on the device; 0 is the null handle (never
+    hit). */
 typedef unsigned long long OptixTraversableHandle;
-/** Bits of which the low 8 count; a ray meets an instance only if they share a bit. */
+/** A mask whose low 8 bits count; a ray meets an instance only if their masks share a bit. */
 typedef unsigned int OptixVisibilityMask;
 
 /* ---- Constants (section 3.12.2) ---- */
 
-/** Size of the opaque first part of a shader binding table record. */
+/** Size in bytes of the opaque first part of a shader binding table record. */
 #define OPTIX_SBT_RECORD_HEADER_SIZE ((size_t)32)
-/** Alignment of shader binding table records and strides. */
+/** Alignment in bytes of shader binding table records and strides. */
 #define OPTIX_SBT_RECORD_ALIGNMENT 16ull
-/** Alignment of temporary and output buffers of acceleration structures. */
+/** Alignment in bytes of temporary and output buffers of acceleration structures. */
 #define OPTIX_ACCEL_BUFFER_BYTE_ALIGNMENT 128ull
-/** Alignment of OptixInstance in device memory. */
+/** Alignment in bytes of OptixInstance in device memory. */
 #define OPTIX_INSTANCE_BYTE_ALIGNMENT 16ull
-/** Alignment of OptixAabb buffers and their stride. */
+/** Alignment in bytes of OptixAabb buffers and their stride. */
 #define OPTIX_AABB_BUFFER_BYTE_ALIGNMENT 8ull
-/** Alignment of OptixBuildInputTriangleArray::preTransform. */
+/** Alignment in bytes of OptixBuildInputTriangleArray::preTransform. */
 #define OPTIX_GEOMETRY_TRANSFORM_BYTE_ALIGNMENT 16ull
-/** Alignment of static and motion transforms in device memory. */
+/** Alignment in bytes of static and motion transforms in device memory. */
 #define OPTIX_TRANSFORM_BYTE_ALIGNMENT 64ull
 /** OptixModuleCompileOptions::maxRegisterCount for "no limit". */
 #define OPTIX_COMPILE_DEFAULT_MAX_REGISTER_COUNT 0
-/** Most payload types a module can have. */
+/** Largest number of payload types of a module. */
 #define OPTIX_COMPILE_DEFAULT_MAX_PAYLOAD_TYPE_COUNT 8
-/** Most 32-bit words a payload can have. */
+/** Largest number of 32-bit words of a payload. */
 #define OPTIX_COMPILE_DEFAULT_MAX_PAYLOAD_VALUE_COUNT 32
 #if SUNSTONE_OPTIX_API >= 70600
-/** Alignment of opacity micromap arrays and of the input of their builds. */
+/** Alignment in bytes of opacity micromap arrays and of the input of their builds. */
 #define OPTIX_OPACITY_MICROMAP_ARRAY_BUFFER_BYTE_ALIGNMENT 128ull
-/** Alignment of OptixOpacityMicromapDesc buffers and their stride. */
+/** Alignment in bytes of OptixOpacityMicromapDesc buffers and their stride. */
 #define OPTIX_OPACITY_MICROMAP_DESC_BUFFER_BYTE_ALIGNMENT 8ull
-/** Most subdivision levels of an opacity micromap: it has 4^level micro-triangles. */
+/** Largest number of subdivision levels of an opacity micromap: it has 4^level micro-triangles. */
 #define OPTIX_OPACITY_MICROMAP_MAX_SUBDIVISION_LEVEL 12
 /** State of a micro-triangle: rays pass. */
 #define OPTIX_OPACITY_MICROMAP_STATE_TRANSPARENT (0)
 /** State of a micro-triangle: hit, and the any-hit program does not run. */
 #define OPTIX_OPACITY_MICROMAP_STATE_OPAQUE (1)
-/** State of a micro-triangle: the any-hit program decides; transparent if only two states count. */
+/** State of a micro-triangle: the any-hit program decides; transparent in two-state mode. */
 #define OPTIX_OPACITY_MICROMAP_STATE_UNKNOWN_TRANSPARENT (2)
-/** State of a micro-triangle: the any-hit program decides; opaque if only two states count. */
+/** State of a micro-triangle: the any-hit program decides; opaque in two-state mode. */
 #define OPTIX_OPACITY_MICROMAP_STATE_UNKNOWN_OPAQUE (3)
-/** Indices that stand for a micromap with one state everywhere; no array entry is used. */
+/** Indices for a micromap with one state everywhere; they use no array entry. */
 #define OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_FULLY_TRANSPARENT (-1)
 #define OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_FULLY_OPAQUE (-2)
 #define OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_FULLY_UNKNOWN_TRANSPARENT (-3)
@@ -99,21 +101,21 @@ typedef unsigned int OptixVisibilityMask;
 
 /* ---- Enumerations (section 3.12.4) ---- */
 
-/** Result of each host function; anything but OPTIX_SUCCESS is an error, never a warning. */
+/** Result of each host function; any value except OPTIX_SUCCESS is an error, never a warning. */
 typedef enum OptixResult {
     OPTIX_SUCCESS = 0,
     OPTIX_ERROR_INVALID_VALUE = 7001,               /**< bad argument */
     OPTIX_ERROR_HOST_OUT_OF_MEMORY = 7002,          /**< heap exhausted */
     OPTIX_ERROR_INVALID_OPERATION = 7003,           /**< object in the wrong state */
     OPTIX_ERROR_FILE_IO_ERROR = 7004,               /**< reading or writing a file failed */
-    OPTIX_ERROR_INVALID_FILE_FORMAT = 7005,         /**< data is not what it should be */
+    OPTIX_ERROR_INVALID_FILE_FORMAT = 7005,         /**< data has a wrong format */
     OPTIX_ERROR_DISK_CACHE_INVALID_PATH = 7010,     /**< cache location cannot be used */
     OPTIX_ERROR_DISK_CACHE_PERMISSION_ERROR = 7011, /**< no right to use the cache location */
     OPTIX_ERROR_DISK_CACHE_DATABASE_ERROR = 7012,   /**< cache database failed */
     OPTIX_ERROR_DISK_CACHE_INVALID_DATA = 7013,     /**< cache content damaged */
     OPTIX_ERROR_LAUNCH_FAILURE = 7050,              /**< launch could not be run */
-    OPTIX_ERROR_INVALID_DEVICE_CONTEXT = 7051,      /**< context is null, dead or another one */
-    OPTIX_ERROR_CUDA_NOT_INITIALIZED = 7052,        /**< no CUDA context to start from */
+    OPTIX_ERROR_INVALID_DEVICE_CONTEXT = 7051,      /**< context is null or not a live one */
+    OPTIX_ERROR_CUDA_NOT_INITIALIZED = 7052,        /**< no CUDA context is current */
     OPTIX_ERROR_VALIDATION_FAILURE = 7053,          /**< validation mode found a fault */
     OPTIX_ERROR_INVALID_PTX = 7200,                 /**< program text is faulty; see the log */
     OPTIX_ERROR_INVALID_LAUNCH_PARAMETER = 7201,    /**< launch parameter variable is unusable */
@@ -137,7 +139,7 @@ typedef enum OptixResult {
     OPTIX_ERROR_PAYLOAD_TYPE_ID_INVALID = 7502,        /**< payload type the module does not have */
     OPTIX_ERROR_NOT_SUPPORTED = 7800,                  /**< not available in this library */
     OPTIX_ERROR_UNSUPPORTED_ABI_VERSION = 7801,        /**< library does not know these headers */
-    OPTIX_ERROR_FUNCTION_TABLE_SIZE_MISMATCH = 7802,   /**< table size is not that of the ABI */
+    OPTIX_ERROR_FUNCTION_TABLE_SIZE_MISMATCH = 7802,   /**< table size differs from the ABI's */
     OPTIX_ERROR_INVALID_ENTRY_FUNCTION_OPTIONS = 7803, /**< options given to the entry function */
     OPTIX_ERROR_LIBRARY_NOT_FOUND = 7804,              /**< stubs found no library to load */
     OPTIX_ERROR_ENTRY_SYMBOL_NOT_FOUND = 7805,         /**< library lacks optixQueryFunctionTable */
@@ -150,23 +152,23 @@ typedef enum OptixResult {
     OPTIX_ERROR_UNKNOWN = 7999         /**< anything else */
 } OptixResult;
 
-/** What optixDeviceContextGetProperty can be asked for; each value is one unsigned int. */
+/** Properties for optixDeviceContextGetProperty; each value is one unsigned int. */
 typedef enum OptixDeviceProperty {
     /** Largest OptixPipelineLinkOptions::maxTraceDepth. */
     OPTIX_DEVICE_PROPERTY_LIMIT_MAX_TRACE_DEPTH = 0x2001,
     /** Largest maxTraversableGraphDepth of optixPipelineSetStackSize. */
     OPTIX_DEVICE_PROPERTY_LIMIT_MAX_TRAVERSABLE_GRAPH_DEPTH = 0x2002,
-    /** Most primitives of one geometry structure, summed over its build inputs. */
+    /** Largest number of primitives of a geometry structure, summed over its build inputs. */
     OPTIX_DEVICE_PROPERTY_LIMIT_MAX_PRIMITIVES_PER_GAS = 0x2003,
-    /** Most instances of one instance structure. */
+    /** Largest number of instances of an instance structure. */
     OPTIX_DEVICE_PROPERTY_LIMIT_MAX_INSTANCES_PER_IAS = 0x2004,
     /** Version of ray tracing hardware times 10; 0 without any. */
     OPTIX_DEVICE_PROPERTY_RTCORE_VERSION = 0x2005,
     /** Largest OptixInstance::instanceId. */
     OPTIX_DEVICE_PROPERTY_LIMIT_MAX_INSTANCE_ID = 0x2006,
-    /** Bits of OptixInstance::visibilityMask in use; the others must be 0. */
+    /** Number of bits in use in OptixInstance::visibilityMask; the others must be 0. */
     OPTIX_DEVICE_PROPERTY_LIMIT_NUM_BITS_INSTANCE_VISIBILITY_MASK = 0x2007,
-    /** Most shader binding table records of one geometry structure. */
+    /** Largest number of shader binding table records of a geometry structure. */
     OPTIX_DEVICE_PROPERTY_LIMIT_MAX_SBT_RECORDS_PER_GAS = 0x2008,
     /** Largest OptixInstance::sbtOffset. */
     OPTIX_DEVICE_PROPERTY_LIMIT_MAX_SBT_OFFSET = 0x2009
@@ -183,7 +185,7 @@ typedef enum OptixGeometryFlags {
     OPTIX_GEOMETRY_FLAG_NONE = 0,
     /** Any-hit programs do not run, unless instance or ray flags enforce them. */
     OPTIX_GEOMETRY_FLAG_DISABLE_ANYHIT = 1u << 0,
-    /** Exactly one any-hit call for each primitive hit; otherwise there may be more. */
+    /** Exactly one any-hit call for each primitive hit; otherwise possibly several. */
     OPTIX_GEOMETRY_FLAG_REQUIRE_SINGLE_ANYHIT_CALL = 1u << 1,
 #if SUNSTONE_OPTIX_API >= 70600
     /** Face culling flags of rays have no effect on these triangles. */
@@ -223,15 +225,15 @@ typedef enum OptixTransformFormat {
 } OptixTransformFormat;
 
 #if SUNSTONE_OPTIX_API >= 70600
-/** How triangles find their micromap in the array; see OptixBuildInputOpacityMicromap. */
+/** How triangles select their micromap in the array; see OptixBuildInputOpacityMicromap. */
 typedef enum OptixOpacityMicromapArrayIndexingMode {
     OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_NONE = 0,   /**< no micromaps */
     OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_LINEAR = 1, /**< triangle i has micromap i */
     OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_INDEXED = 2 /**< by indexBuffer */
 } OptixOpacityMicromapArrayIndexingMode;
 
-/** What a micro-triangle of an opacity micromap is stored as. Each map starts at a byte, and its
-    micro-triangles follow one another from the least significant bit on. */
+/** Storage of a micro-triangle of an opacity micromap. Each map starts at a byte; its
+    micro-triangles follow one another from the least significant bit. */
 typedef enum OptixOpacityMicromapFormat {
     OPTIX_OPACITY_MICROMAP_FORMAT_NONE = 0,    /**< not a format */
     OPTIX_OPACITY_MICROMAP_FORMAT_2_STATE = 1, /**< one bit: transparent or opaque */
@@ -279,7 +281,7 @@ typedef enum OptixCurveEndcapFlags {
     OPTIX_CURVE_ENDCAP_ON = 1 << 0  /**< flat at both ends; not for linear curves */
 } OptixCurveEndcapFlags;
 
-/** Which member of the union in OptixBuildInput holds the input. */
+/** The member of the union in OptixBuildInput that holds the input. */
 typedef enum OptixBuildInputType {
     OPTIX_BUILD_INPUT_TYPE_TRIANGLES = 0x2141,         /**< OptixBuildInputTriangleArray */
     OPTIX_BUILD_INPUT_TYPE_CUSTOM_PRIMITIVES = 0x2142, /**< OptixBuildInputCustomPrimitiveArray */
@@ -296,18 +298,18 @@ typedef enum OptixInstanceFlags {
     OPTIX_INSTANCE_FLAG_NONE = 0,
     /** Face culling flags of rays have no effect on this instance. */
     OPTIX_INSTANCE_FLAG_DISABLE_TRIANGLE_FACE_CULLING = 1u << 0,
-    /** Front and back of triangles swap, for culling and for the reported face. */
+    /** Swaps front and back of triangles, for culling and for the reported face. */
     OPTIX_INSTANCE_FLAG_FLIP_TRIANGLE_FACING = 1u << 1,
-    /** No any-hit programs, unless the ray enforces them; not with ENFORCE_ANYHIT. */
+    /** Any-hit programs do not run, unless the ray enforces them; not with ENFORCE_ANYHIT. */
     OPTIX_INSTANCE_FLAG_DISABLE_ANYHIT = 1u << 2,
-    /** Any-hit programs in spite of geometry flags, unless the ray disables them. */
+    /** Any-hit programs run despite geometry flags, unless the ray disables them. */
     OPTIX_INSTANCE_FLAG_ENFORCE_ANYHIT = 1u << 3,
 #if SUNSTONE_OPTIX_API >= 70600
-    /** Opacity micromaps know two states only, as with
-       OPTIX_RAY_FLAG_FORCE_OPACITY_MICROMAP_2_STATE. */
+    /** Opacity micromaps have two states only, as with
+        OPTIX_RAY_FLAG_FORCE_OPACITY_MICROMAP_2_STATE. */
     OPTIX_INSTANCE_FLAG_FORCE_OPACITY_MICROMAP_2_STATE = 1u << 4,
     /** Opacity micromaps are ignored. Needs ALLOW_DISABLE_OPACITY_MICROMAPS in the geometry
-        structure; stronger than the flag above. */
+        structure; takes precedence over the flag above. */
     OPTIX_INSTANCE_FLAG_DISABLE_OPACITY_MICROMAPS = 1u << 5
 #endif
 } OptixInstanceFlags;
@@ -319,46 +321,47 @@ typedef enum OptixBuildFlags {
     OPTIX_BUILD_FLAG_ALLOW_COMPACTION = 1u << 1, /**< may be given to optixAccelCompact */
     OPTIX_BUILD_FLAG_PREFER_FAST_TRACE = 1u << 2,
     OPTIX_BUILD_FLAG_PREFER_FAST_BUILD = 1u << 3, /**< not with PREFER_FAST_TRACE */
-    /** Vertices may be read back on the device (optixGetTriangleVertexData and its like). */
+    /** Device code may read vertices back (optixGetTriangleVertexData and the like). */
     OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS = 1u << 4,
-    /** Instances may be looked up on the device (optixGetInstanceTraversableFromIAS). */
+    /** Device code may look up instances (optixGetInstanceTraversableFromIAS). */
     OPTIX_BUILD_FLAG_ALLOW_RANDOM_INSTANCE_ACCESS = 1u << 5,
 #if SUNSTONE_OPTIX_API >= 70600
-    /** Updates may change micromap arrays and indices; without it they must stay the same. */
+    /** Updates may change micromap arrays and indices; without it they must stay unchanged. */
     OPTIX_BUILD_FLAG_ALLOW_OPACITY_MICROMAP_UPDATE = 1u << 6,
     /** Instances may have OPTIX_INSTANCE_FLAG_DISABLE_OPACITY_MICROMAPS. */
     OPTIX_BUILD_FLAG_ALLOW_DISABLE_OPACITY_MICROMAPS = 1u << 7
 #endif
 } OptixBuildFlags;
 
-/** What optixAccelBuild does. */
+/** The operation of optixAccelBuild. */
 typedef enum OptixBuildOperation {
     OPTIX_BUILD_OPERATION_BUILD = 0x2161,
-    /** Fit an earlier build in the output buffer to new positions; needs ALLOW_UPDATE. */
+    /** Fits an earlier build in the output buffer to new positions; needs ALLOW_UPDATE. */
     OPTIX_BUILD_OPERATION_UPDATE = 0x2162
 } OptixBuildOperation;
 
-/** Bits of OptixMotionOptions::flags. Without them motion stands still outside its time range. */
+/** Bits of OptixMotionOptions::flags. Without them the first and last keys extend beyond the
+    range. */
 typedef enum OptixMotionFlags {
     OPTIX_MOTION_FLAG_NONE = 0,
-    OPTIX_MOTION_FLAG_START_VANISH = 1u << 0, /**< not there before timeBegin */
-    OPTIX_MOTION_FLAG_END_VANISH = 1u << 1    /**< not there after timeEnd */
+    OPTIX_MOTION_FLAG_START_VANISH = 1u << 0, /**< absent before timeBegin */
+    OPTIX_MOTION_FLAG_END_VANISH = 1u << 1    /**< absent after timeEnd */
 } OptixMotionFlags;
 
-/** What a build can report; see OptixAccelEmitDesc. */
+/** Properties that a build can emit; see OptixAccelEmitDesc. */
 typedef enum OptixAccelPropertyType {
     OPTIX_PROPERTY_TYPE_COMPACTED_SIZE = 0x2181, /**< one 64-bit size in bytes */
     OPTIX_PROPERTY_TYPE_AABBS = 0x2182           /**< one OptixAabb per motion key */
 } OptixAccelPropertyType;
 
-/** What optixConvertPointerToTraversableHandle finds at the address. */
+/** The object at the address given to optixConvertPointerToTraversableHandle. */
 typedef enum OptixTraversableType {
     OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM = 0x21C1,        /**< OptixStaticTransform */
     OPTIX_TRAVERSABLE_TYPE_MATRIX_MOTION_TRANSFORM = 0x21C2, /**< OptixMatrixMotionTransform */
     OPTIX_TRAVERSABLE_TYPE_SRT_MOTION_TRANSFORM = 0x21C3     /**< OptixSRTMotionTransform */
 } OptixTraversableType;
 
-/** Pixels of denoiser images. */
+/** Pixel formats of denoiser images. */
 typedef enum OptixPixelFormat {
     OPTIX_PIXEL_FORMAT_HALF2 = 0x2207, /**< two halves, XY */
     OPTIX_PIXEL_FORMAT_HALF3 = 0x2201, /**< three halves, RGB */
@@ -369,12 +372,13 @@ typedef enum OptixPixelFormat {
     OPTIX_PIXEL_FORMAT_UCHAR3 = 0x2205, /**< three bytes, RGB */
     OPTIX_PIXEL_FORMAT_UCHAR4 = 0x2206, /**< four bytes, RGBA */
 #if SUNSTONE_OPTIX_API >= 70600
-    /** OptixDenoiserSizes::internalGuideLayerPixelSizeInBytes bytes of the denoiser's own. */
+    /** The denoiser's own format: internalGuideLayerPixelSizeInBytes (OptixDenoiserSizes) per
+        pixel. */
     OPTIX_PIXEL_FORMAT_INTERNAL_GUIDE_LAYER = 0x2209
 #endif
 } OptixPixelFormat;
 
-/** Built-in denoiser models. AOV models take further layers beside the beauty image. */
+/** Built-in denoiser models. AOV models take further layers besides the beauty image. */
 typedef enum OptixDenoiserModelKind {
     OPTIX_DENOISER_MODEL_KIND_LDR = 0x2322, /**< low dynamic range */
     OPTIX_DENOISER_MODEL_KIND_HDR = 0x2323, /**< high dynamic range */
@@ -388,10 +392,10 @@ typedef enum OptixDenoiserModelKind {
 } OptixDenoiserModelKind;
 
 #if SUNSTONE_OPTIX_API >= 70600
-/** What happens to the alpha channel; see OptixDenoiserParams::denoiseAlpha. */
+/** Treatment of the alpha channel; see OptixDenoiserParams::denoiseAlpha. */
 typedef enum OptixDenoiserAlphaMode {
     OPTIX_DENOISER_ALPHA_MODE_COPY = 0,         /**< as in the input */
-    OPTIX_DENOISER_ALPHA_MODE_ALPHA_AS_AOV = 1, /**< denoised on its own, in AOV models as AOV */
+    OPTIX_DENOISER_ALPHA_MODE_ALPHA_AS_AOV = 1, /**< denoised separately, in AOV models as AOV */
     OPTIX_DENOISER_ALPHA_MODE_FULL_DENOISE_PASS = 2 /**< AOV models: a full pass */
 } OptixDenoiserAlphaMode;
 #endif
@@ -409,12 +413,13 @@ typedef enum OptixRayFlags {
     OPTIX_RAY_FLAG_CULL_DISABLED_ANYHIT = 1u << 6, /**< skip geometry whose any-hit is disabled */
     OPTIX_RAY_FLAG_CULL_ENFORCED_ANYHIT = 1u << 7, /**< skip geometry whose any-hit is enabled */
 #if SUNSTONE_OPTIX_API >= 70600
-    /** Unknown states of opacity micromaps count as transparent or opaque, as their names say. */
+    /** Unknown states of opacity micromaps become transparent or opaque, according to their
+        names. */
     OPTIX_RAY_FLAG_FORCE_OPACITY_MICROMAP_2_STATE = 1u << 10
 #endif
 } OptixRayFlags;
 
-/** What a handle of the transform list is; see optixGetTransformTypeFromHandle. */
+/** Kind of a handle of the transform list; see optixGetTransformTypeFromHandle. */
 typedef enum OptixTransformType {
     OPTIX_TRANSFORM_TYPE_NONE = 0, /**< no transform */
     OPTIX_TRANSFORM_TYPE_STATIC_TRANSFORM = 1,
@@ -423,7 +428,7 @@ typedef enum OptixTransformType {
     OPTIX_TRANSFORM_TYPE_INSTANCE = 4
 } OptixTransformType;
 
-/** Graphs a pipeline may traverse; the fewer, the faster. */
+/** Graphs that a pipeline may traverse; fewer are faster. */
 typedef enum OptixTraversableGraphFlags {
     OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_ANY = 0, /**< all graphs; not with other flags */
     /** A geometry structure alone. */
@@ -445,7 +450,7 @@ typedef enum OptixCompileOptimizationLevel {
 typedef enum OptixCompileDebugLevel {
     OPTIX_COMPILE_DEBUG_LEVEL_DEFAULT = 0, /**< as MINIMAL */
     OPTIX_COMPILE_DEBUG_LEVEL_NONE = 0x2350,
-    OPTIX_COMPILE_DEBUG_LEVEL_MINIMAL = 0x2351,  /**< what costs no speed */
+    OPTIX_COMPILE_DEBUG_LEVEL_MINIMAL = 0x2351,  /**< information without a cost in speed */
     OPTIX_COMPILE_DEBUG_LEVEL_MODERATE = 0x2353, /**< some, at a slight cost */
     OPTIX_COMPILE_DEBUG_LEVEL_FULL = 0x2352
 } OptixCompileDebugLevel;
@@ -461,7 +466,7 @@ typedef enum OptixModuleCompileState {
 
 /** Payload types of a module: bit i stands for OptixModuleCompileOptions::payloadTypes[i]. */
 typedef enum OptixPayloadTypeID {
-    OPTIX_PAYLOAD_TYPE_DEFAULT = 0, /**< the one type there is */
+    OPTIX_PAYLOAD_TYPE_DEFAULT = 0, /**< the only type of a module */
     OPTIX_PAYLOAD_TYPE_ID_0 = 1 << 0,
     OPTIX_PAYLOAD_TYPE_ID_1 = 1 << 1,
     OPTIX_PAYLOAD_TYPE_ID_2 = 1 << 2,
@@ -472,10 +477,9 @@ typedef enum OptixPayloadTypeID {
     OPTIX_PAYLOAD_TYPE_ID_7 = 1 << 7
 } OptixPayloadTypeID;
 
-/** Who may read and write one payload word: a pair of bits for each program type.
-    TRACE_CALLER_WRITE: programs may use the value the caller passed in; TRACE_CALLER_READ: the
-    caller may use the value after the trace. Someone must be able to write each word, and someone
-    to read it after that. */
+/** Read and write access to one payload word: a pair of bits for each program type.
+    TRACE_CALLER_WRITE: programs may use the value that the caller passed in; TRACE_CALLER_READ: the
+    caller may use the value after the trace. Each word needs a writer, and a reader after it. */
 typedef enum OptixPayloadSemantics {
     OPTIX_PAYLOAD_SEMANTICS_TRACE_CALLER_NONE = 0,
     OPTIX_PAYLOAD_SEMANTICS_TRACE_CALLER_READ = 1u << 0,
@@ -499,7 +503,7 @@ typedef enum OptixPayloadSemantics {
     OPTIX_PAYLOAD_SEMANTICS_IS_READ_WRITE = 3u << 8
 } OptixPayloadSemantics;
 
-/** Which member of the union in OptixProgramGroupDesc counts. */
+/** The member of the union in OptixProgramGroupDesc that is in use. */
 typedef enum OptixProgramGroupKind {
     OPTIX_PROGRAM_GROUP_KIND_RAYGEN = 0x2421,    /**< OptixProgramGroupDesc::raygen */
     OPTIX_PROGRAM_GROUP_KIND_MISS = 0x2422,      /**< OptixProgramGroupDesc::miss */
@@ -508,11 +512,11 @@ typedef enum OptixProgramGroupKind {
     OPTIX_PROGRAM_GROUP_KIND_CALLABLES = 0x2425  /**< OptixProgramGroupDesc::callables */
 } OptixProgramGroupKind;
 
-/** Bits of OptixProgramGroupDesc::flags; there are none yet. */
+/** Bits of OptixProgramGroupDesc::flags; none are defined yet. */
 typedef enum OptixProgramGroupFlags { OPTIX_PROGRAM_GROUP_FLAGS_NONE = 0 } OptixProgramGroupFlags;
 
-/** What optixGetExceptionCode returns for exceptions of the library; user exceptions are >= 0.
-    The device functions named give details in the exception program. */
+/** Results of optixGetExceptionCode for exceptions of the library; user exceptions are >= 0. The
+    named device functions return details in the exception program. */
 typedef enum OptixExceptionCodes {
     OPTIX_EXCEPTION_CODE_STACK_OVERFLOW = -1,
     OPTIX_EXCEPTION_CODE_TRACE_DEPTH_EXCEEDED = -2,
@@ -522,17 +526,16 @@ typedef enum OptixExceptionCodes {
     OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_TRAVERSABLE = -5,
     /** Miss index not below missRecordCount. Details: optixGetExceptionInvalidSbtOffset. */
     OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_MISS_SBT = -6,
-    /** Instance offset + GAS index * stride + offset of the trace is not below
-        hitgroupRecordCount. Details: the transform list, optixGetExceptionInvalidSbtOffset and
-        optixGetSbtGASIndex. */
+    /** Instance offset + GAS index * stride + offset of the trace is not below hitgroupRecordCount.
+        Details: the transform list, optixGetExceptionInvalidSbtOffset and optixGetSbtGASIndex. */
     OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_HIT_SBT = -7,
-    /** A primitive the pipeline does not enable in usesPrimitiveTypeFlags. */
+    /** A primitive type that usesPrimitiveTypeFlags of the pipeline does not enable. */
     OPTIX_EXCEPTION_CODE_UNSUPPORTED_PRIMITIVE_TYPE = -8,
     /** A float argument of optixTrace is infinite or NaN. Details: optixGetExceptionInvalidRay. */
     OPTIX_EXCEPTION_CODE_INVALID_RAY = -9,
-    /** Arguments of a callable do not fit. Details: optixGetExceptionParameterMismatch. */
+    /** Arguments of a callable do not match. Details: optixGetExceptionParameterMismatch. */
     OPTIX_EXCEPTION_CODE_CALLABLE_PARAMETER_MISMATCH = -10,
-    /** Built-in intersection program does not fit the geometry structure. */
+    /** The built-in intersection program does not match the geometry structure. */
     OPTIX_EXCEPTION_CODE_BUILTIN_IS_MISMATCH = -11,
     /** Callable index not below the count. Details: optixGetExceptionInvalidSbtOffset. */
     OPTIX_EXCEPTION_CODE_CALLABLE_INVALID_SBT = -12,
@@ -545,7 +548,7 @@ typedef enum OptixExceptionCodes {
     OPTIX_EXCEPTION_CODE_INVALID_VALUE_ARGUMENT_2 = -18, /**< third argument out of range */
     /** Random access to a structure built without the flag for it. */
     OPTIX_EXCEPTION_CODE_UNSUPPORTED_DATA_ACCESS = -32,
-    /** Payload type of the program is not that of the trace. */
+    /** The program's payload type differs from that of the trace. */
     OPTIX_EXCEPTION_CODE_PAYLOAD_TYPE_MISMATCH = -33
 } OptixExceptionCodes;
 
@@ -558,27 +561,26 @@ typedef enum OptixExceptionFlags {
     OPTIX_EXCEPTION_FLAG_DEBUG = 1u << 3 /**< checks of arguments and traversal */
 } OptixExceptionFlags;
 
-/** Options of optixQueryFunctionTable; there are none yet. */
+/** Options of optixQueryFunctionTable; none are defined yet. */
 typedef enum OptixQueryFunctionTableOptions {
     OPTIX_QUERY_FUNCTION_TABLE_OPTION_DUMMY = 0 /**< placeholder */
 } OptixQueryFunctionTableOptions;
 
 /* ---- Host: library entry, context (sections 3.12.3.39, 3.12.3.64, 5.17) ---- */
 
-/** Receives the messages of a context, from any thread; must be thread-safe.
-    level: 1 fatal, 2 error, 3 warning, 4 print, higher ones may appear. tag: area of the message.
-    message: zero-terminated, without a newline at its end. cbdata: as given with the function. */
+/** Receives the messages of a context, from any thread; must be thread-safe. level: 1 fatal, 2
+    error, 3 warning, 4 print; higher levels may appear. tag: area of the message. message:
+    zero-terminated, without a newline at its end. cbdata: the pointer set with the function. */
 typedef void (*OptixLogCallback)(unsigned int level, const char* tag, const char* message,
                                  void* cbdata);
 
-/** Type of optixQueryFunctionTable, the one function the library exports: fills functionTable
-    (sizeOfTable bytes) for the clients of ABI abiId. numOptions must be 0, the arrays are unused.
- */
+/** Type of optixQueryFunctionTable, the only function that the library exports: fills functionTable
+    (sizeOfTable bytes) for clients of ABI abiId. numOptions must be 0; the arrays are unused. */
 typedef OptixResult(OptixQueryFunctionTable_t)(int abiId, unsigned int numOptions,
                                                OptixQueryFunctionTableOptions*, const void**,
                                                void* functionTable, size_t sizeOfTable);
 
-/** For optixDeviceContextCreate. All zero means: no log, no validation. */
+/** Options of optixDeviceContextCreate. All zero: no log, no validation. */
 typedef struct OptixDeviceContextOptions {
     OptixLogCallback logCallbackFunction; /**< optional */
     void* logCallbackData;                /**< passed to the function */
@@ -598,26 +600,26 @@ typedef struct OptixMotionOptions {
 } OptixMotionOptions;
 
 #if SUNSTONE_OPTIX_API >= 70600
-/** How many triangles of a build input use a kind of micromap. */
+/** The number of triangles of a build input that use one kind of micromap. */
 typedef struct OptixOpacityMicromapUsageCount {
     unsigned int count;
     unsigned int subdivisionLevel;
     OptixOpacityMicromapFormat format;
 } OptixOpacityMicromapUsageCount;
 
-/** The opacity micromaps of a triangle build input. The structure refers to the array's memory for
-    as long as it is traversed. */
+/** The opacity micromaps of a triangle build input. The structure refers to the array's memory,
+    which must stay valid while the structure is traversed. */
 typedef struct OptixBuildInputOpacityMicromap {
     OptixOpacityMicromapArrayIndexingMode indexingMode;
-    CUdeviceptr opacityMicromapArray; /**< of optixOpacityMicromapArrayBuild; 0 with mode NONE */
-    /** Mode INDEXED: a signed integer for each triangle; a negative one is one of
+    CUdeviceptr opacityMicromapArray; /**< from optixOpacityMicromapArrayBuild; 0 with mode NONE */
+    /** Mode INDEXED: a signed integer for each triangle; negative ones are
         OPTIX_OPACITY_MICROMAP_PREDEFINED_INDEX_... */
     CUdeviceptr indexBuffer;
     unsigned int indexSizeInBytes; /**< 2 or 4; 0 without indexBuffer */
     unsigned int indexStrideInBytes;
-    unsigned int indexOffset; /**< added to indices that are not negative */
+    unsigned int indexOffset; /**< added to non-negative indices */
     unsigned int numMicromapUsageCounts;
-    const OptixOpacityMicromapUsageCount* micromapUsageCounts; /**< on the host; kinds add up */
+    const OptixOpacityMicromapUsageCount* micromapUsageCounts; /**< in host memory; kinds add up */
 } OptixBuildInputOpacityMicromap;
 
 #endif
@@ -627,7 +629,8 @@ typedef struct OptixBuildInputTriangleArray {
     const CUdeviceptr* vertexBuffers;
     unsigned int numVertices; /**< in each buffer */
     OptixVertexFormat vertexFormat;
-    /** Addresses and stride: multiples of 4 for float formats, else of 2; 16 is fastest. */
+    /** Addresses and stride are multiples of 4 for float formats, else of 2; multiples of 16 are
+        fastest. */
     unsigned int vertexStrideInBytes;
     CUdeviceptr indexBuffer;       /**< optional; aligned as its number type */
     unsigned int numIndexTriplets; /**< 0 without indexBuffer */
@@ -642,7 +645,7 @@ typedef struct OptixBuildInputTriangleArray {
     CUdeviceptr sbtIndexOffsetBuffer;
     unsigned int sbtIndexOffsetSizeInBytes; /**< 0, 1, 2 or 4 */
     unsigned int sbtIndexOffsetStrideInBytes;
-    unsigned int primitiveIndexOffset;    /**< added to what optixGetPrimitiveIndex returns */
+    unsigned int primitiveIndexOffset;    /**< added to the result of optixGetPrimitiveIndex */
     OptixTransformFormat transformFormat; /**< of preTransform */
 #if SUNSTONE_OPTIX_API >= 70600
     OptixBuildInputOpacityMicromap opacityMicromap;
@@ -735,65 +738,65 @@ typedef struct OptixBuildInput {
 #endif
         OptixBuildInputCustomPrimitiveArray customPrimitiveArray;
         OptixBuildInputInstanceArray instanceArray;
-        char pad[1024]; /**< room for later versions */
+        char pad[1024]; /**< reserved for later versions */
     };
 } OptixBuildInput;
 
 /** One use of a traversable; lies in device memory. */
 typedef struct OptixInstance {
     float transform[12];         /**< object to world; must be invertible */
-    unsigned int instanceId;     /**< of the application's choice, up to the device's limit */
+    unsigned int instanceId;     /**< chosen by the application, up to the device's limit */
     unsigned int sbtOffset;      /**< added to hit record indices; 0 above instance structures */
-    unsigned int visibilityMask; /**< a ray whose mask shares no bit passes by */
+    unsigned int visibilityMask; /**< rays whose mask shares no bit miss the instance */
     unsigned int flags;          /**< OptixInstanceFlags */
     OptixTraversableHandle traversableHandle;
     unsigned int pad[2]; /**< makes the size a multiple of the alignment */
 } OptixInstance;
 
-/** How to build. */
+/** Options of a build. */
 typedef struct OptixAccelBuildOptions {
     unsigned int buildFlags;       /**< OptixBuildFlags */
     OptixBuildOperation operation; /**< an update needs the same number of primitives */
     OptixMotionOptions motionOptions;
 } OptixAccelBuildOptions;
 
-/** What optixAccelComputeMemoryUsage returns. */
+/** Results of optixAccelComputeMemoryUsage. */
 typedef struct OptixAccelBufferSizes {
     size_t outputSizeInBytes;     /**< of outputBuffer */
     size_t tempSizeInBytes;       /**< of tempBuffer for a build */
     size_t tempUpdateSizeInBytes; /**< of tempBuffer for an update; 0 without ALLOW_UPDATE */
 } OptixAccelBufferSizes;
 
-/** Asks a build to write a property to device memory, in stream order. */
+/** Requests that a build writes a property to device memory, in stream order. */
 typedef struct OptixAccelEmitDesc {
     CUdeviceptr result;
     OptixAccelPropertyType type;
 } OptixAccelEmitDesc;
 
 #if SUNSTONE_OPTIX_API >= 70600
-/** What a relocation needs to know of a structure or micromap array; opaque. */
+/** Information about a structure or micromap array for its relocation; opaque. */
 typedef struct OptixRelocationInfo {
     unsigned long long info[4];
 } OptixRelocationInfo;
 
-/** Where the children of a relocated instance structure are now. */
+/** New addresses of the children of a relocated instance structure. */
 typedef struct OptixRelocateInputInstanceArray {
     unsigned int numInstances;      /**< as in the build, or 0 */
-    CUdeviceptr traversableHandles; /**< device array of as many handles; 0 keeps the old ones */
+    CUdeviceptr traversableHandles; /**< device array, numInstances long; 0 keeps the old */
 } OptixRelocateInputInstanceArray;
 
-/** Where the micromap array of a relocated build input is now. */
+/** New address of the micromap array of a relocated build input. */
 typedef struct OptixRelocateInputOpacityMicromap {
     CUdeviceptr opacityMicromapArray; /**< 0 keeps the old one */
 } OptixRelocateInputOpacityMicromap;
 
-/** What a relocated triangle build input refers to. */
+/** References of a relocated triangle build input. */
 typedef struct OptixRelocateInputTriangleArray {
     unsigned int numSbtRecords; /**< as in the build */
     OptixRelocateInputOpacityMicromap opacityMicromap;
 } OptixRelocateInputTriangleArray;
 
-/** New places of what one build input refers to; other types than the two have nothing to say. */
+/** New addresses for the references of one build input; other input types have no references. */
 typedef struct OptixRelocateInput {
     OptixBuildInputType type;
     union {
@@ -805,12 +808,12 @@ typedef struct OptixRelocateInput {
 /** One opacity micromap of an array; lies in device memory at
     OPTIX_OPACITY_MICROMAP_DESC_BUFFER_BYTE_ALIGNMENT. */
 typedef struct OptixOpacityMicromapDesc {
-    unsigned int byteOffset;         /**< of its first byte in inputBuffer */
+    unsigned int byteOffset;         /**< offset of its first byte in inputBuffer */
     unsigned short subdivisionLevel; /**< at most OPTIX_OPACITY_MICROMAP_MAX_SUBDIVISION_LEVEL */
     unsigned short format;           /**< OptixOpacityMicromapFormat */
 } OptixOpacityMicromapDesc;
 
-/** How many micromaps of a kind a build of an array gets; entries of one kind add up. */
+/** The number of micromaps of one kind in the build of an array; entries of one kind add up. */
 typedef struct OptixOpacityMicromapHistogramEntry {
     unsigned int count;
     unsigned int subdivisionLevel;
@@ -824,10 +827,10 @@ typedef struct OptixOpacityMicromapArrayBuildInput {
     CUdeviceptr perMicromapDescBuffer; /**< OptixOpacityMicromapDesc, one for each map */
     unsigned int perMicromapDescStrideInBytes;
     unsigned int numMicromapHistogramEntries;
-    const OptixOpacityMicromapHistogramEntry* micromapHistogramEntries; /**< on the host */
+    const OptixOpacityMicromapHistogramEntry* micromapHistogramEntries; /**< in host memory */
 } OptixOpacityMicromapArrayBuildInput;
 
-/** What optixOpacityMicromapArrayComputeMemoryUsage returns. */
+/** Results of optixOpacityMicromapArrayComputeMemoryUsage. */
 typedef struct OptixMicromapBufferSizes {
     size_t outputSizeInBytes;
     size_t tempSizeInBytes;
@@ -841,22 +844,22 @@ typedef struct OptixMicromapBuffers {
     size_t tempSizeInBytes;
 } OptixMicromapBuffers;
 #else
-/** What optixAccelRelocate needs to know of a structure; opaque. */
+/** Information about a structure for optixAccelRelocate; opaque. */
 typedef struct OptixAccelRelocationInfo {
     unsigned long long info[4];
 } OptixAccelRelocationInfo;
 #endif
 
 /* ---- Transforms (sections 5.21, 5.34, 5.35, 5.37) ---- */
-/* They lie in device memory at OPTIX_TRANSFORM_BYTE_ALIGNMENT and become traversables by
-   optixConvertPointerToTraversableHandle. */
+/* Transforms lie in device memory with alignment OPTIX_TRANSFORM_BYTE_ALIGNMENT and become
+   traversables by optixConvertPointerToTraversableHandle. */
 
 /** A fixed transform. */
 typedef struct OptixStaticTransform {
     OptixTraversableHandle child;
     unsigned int pad[2];
     float transform[12];    /**< object to world */
-    float invTransform[12]; /**< its inverse; the application's duty */
+    float invTransform[12]; /**< its inverse, provided by the application */
 } OptixStaticTransform;
 
 /** Matrices interpolated element by element. For more than two keys allocate
@@ -890,9 +893,8 @@ typedef struct OptixSRTData {
     float tz;
 } OptixSRTData;
 
-/** SRT keys: all 16 numbers are interpolated, then the quaternion is made a unit one. For more than
-    two keys allocate sizeof(OptixSRTMotionTransform) + (numKeys - 2) * sizeof(OptixSRTData) bytes.
- */
+/** SRT keys: all 16 numbers are interpolated, then the quaternion is normalised. For more than two
+    keys allocate sizeof(OptixSRTMotionTransform) + (numKeys - 2) * sizeof(OptixSRTData) bytes. */
 typedef struct OptixSRTMotionTransform {
     OptixTraversableHandle child;
     OptixMotionOptions motionOptions;
@@ -912,7 +914,7 @@ typedef struct OptixImage2D {
     OptixPixelFormat format;
 } OptixImage2D;
 
-/** Which guide images will be given; non-zero for yes. */
+/** The guide images that each call provides; non-zero for yes. */
 typedef struct OptixDenoiserOptions {
     unsigned int guideAlbedo;
     unsigned int guideNormal;
@@ -937,25 +939,25 @@ typedef struct OptixDenoiserLayer {
     OptixImage2D output;         /**< may be the same memory as input, but not when upscaling */
 } OptixDenoiserLayer;
 
-/** How to denoise one frame. */
+/** Parameters for denoising one frame. */
 typedef struct OptixDenoiserParams {
-    unsigned int denoiseAlpha; /**< 0 copy, 1 denoise on its own, 2 (AOV models) full pass */
+    unsigned int denoiseAlpha; /**< 0 copy, 1 denoise separately, 2 (AOV models) full pass */
     CUdeviceptr hdrIntensity;  /**< optional: one float of optixDenoiserComputeIntensity */
     float blendFactor;         /**< 0 denoised, 1 input, linear between */
     CUdeviceptr
         hdrAverageColor; /**< optional, AOV models: three floats of ...ComputeAverageColor */
 #if SUNSTONE_OPTIX_API >= 70600
-    /** Temporal models: 0 in the first frame of a sequence, when there is nothing before it. */
+    /** Temporal models: 0 in the first frame of a sequence, which has no predecessor. */
     unsigned int temporalModeUsePreviousLayers;
 #endif
 } OptixDenoiserParams;
 
-/** What optixDenoiserComputeMemoryResources returns. */
+/** Results of optixDenoiserComputeMemoryResources. */
 typedef struct OptixDenoiserSizes {
     size_t stateSizeInBytes;
     size_t withOverlapScratchSizeInBytes;    /**< scratch for tiles */
     size_t withoutOverlapScratchSizeInBytes; /**< scratch for whole images */
-    unsigned int overlapWindowSizeInPixels;  /**< what a tile needs on each side */
+    unsigned int overlapWindowSizeInPixels;  /**< overlap of a tile on each side */
 #if SUNSTONE_OPTIX_API >= 70600
     size_t computeAverageColorSizeInBytes; /**< scratch of optixDenoiserComputeAverageColor */
     size_t computeIntensitySizeInBytes;    /**< scratch of optixDenoiserComputeIntensity */
@@ -965,12 +967,12 @@ typedef struct OptixDenoiserSizes {
 
 /* ---- Host: modules, program groups, pipelines (sections 5.11, 5.22 to 5.36) ---- */
 
-/** A part of the launch parameters that has the same value in all launches. Code is specialised to
-    it where its loads can be found; the parameters must hold it all the same. */
+/** A part of the launch parameters with the same value in all launches. Code is specialised to it
+    where possible; the parameters in memory must have the same value. */
 typedef struct OptixModuleCompileBoundValueEntry {
     size_t pipelineParamOffsetInBytes;
-    size_t sizeInBytes;        /**< not 0; ranges must not overlap or leave the variable */
-    const void* boundValuePtr; /**< the bytes, on the host */
+    size_t sizeInBytes;        /**< not 0; ranges must be disjoint and inside the variable */
+    const void* boundValuePtr; /**< the bytes, in host memory */
     const char* annotation;    /**< optional name for the compile log */
 } OptixModuleCompileBoundValueEntry;
 
@@ -980,7 +982,7 @@ typedef struct OptixPayloadType {
     const unsigned int* payloadSemantics; /**< host array of OptixPayloadSemantics, one per word */
 } OptixPayloadType;
 
-/** How to compile one module; modules of a pipeline may differ. */
+/** Options for compiling one module; modules of a pipeline may differ. */
 typedef struct OptixModuleCompileOptions {
     int maxRegisterCount; /**< 0: no limit */
     OptixCompileOptimizationLevel optLevel;
@@ -991,7 +993,7 @@ typedef struct OptixModuleCompileOptions {
     OptixPayloadType* payloadTypes;
 } OptixModuleCompileOptions;
 
-/** A program of its own: ray generation, miss or exception. A miss program may be null. */
+/** A single program: ray generation, miss or exception. A miss program may be null. */
 typedef struct OptixProgramGroupSingleModule {
     OptixModule module;
     const char* entryFunctionName;
@@ -1030,18 +1032,18 @@ typedef struct OptixProgramGroupDesc {
 
 /** Options of the groups of one optixProgramGroupCreate call. */
 typedef struct OptixProgramGroupOptions {
-    /** The payload type of the groups. Null: the one type all programs of a group support. */
+    /** The payload type of the groups. Null: the only type that all programs of a group support. */
     OptixPayloadType* payloadType;
 } OptixProgramGroupOptions;
 
-/** Options that must be the same for a pipeline and all its modules. */
+/** Options that must be equal for a pipeline and all its modules. */
 typedef struct OptixPipelineCompileOptions {
     int usesMotionBlur;                 /**< non-zero: motion may occur */
     unsigned int traversableGraphFlags; /**< OptixTraversableGraphFlags */
     int numPayloadValues;               /**< 32-bit words, 0 to 32; 0 with payload types */
     int numAttributeValues;             /**< 32-bit words, 2 to 8; less than 2 means 2 */
     unsigned int exceptionFlags;        /**< OptixExceptionFlags */
-    /** Name of the launch parameter variable; null if there is none. */
+    /** Name of the launch parameter variable; null without one. */
     const char* pipelineLaunchParamsVariableName;
     /** OptixPrimitiveTypeFlags; 0 means custom primitives and triangles. */
     unsigned int usesPrimitiveTypeFlags;
@@ -1050,9 +1052,9 @@ typedef struct OptixPipelineCompileOptions {
 #endif
 } OptixPipelineCompileOptions;
 
-/** How to link a pipeline. */
+/** Options for linking a pipeline. */
 typedef struct OptixPipelineLinkOptions {
-    unsigned int maxTraceDepth; /**< nested optixTrace calls, at most 31; 0: no ray can be traced */
+    unsigned int maxTraceDepth; /**< nested optixTrace calls, at most 31; 0: no traces */
     OptixCompileDebugLevel debugLevel;
 } OptixPipelineLinkOptions;
 
@@ -1083,10 +1085,10 @@ typedef struct OptixStackSizes {
     unsigned int dssDC; /**< direct callable */
 } OptixStackSizes;
 
-/** Which built-in intersection program optixBuiltinISModuleGet is to return. */
+/** The built-in intersection program to return from optixBuiltinISModuleGet. */
 typedef struct OptixBuiltinISOptions {
     OptixPrimitiveType builtinISModuleType; /**< not custom */
-    int usesMotionBlur;                     /**< vertex motion; motion transforms do not count */
+    int usesMotionBlur;                     /**< vertex motion; motion transforms are irrelevant */
     unsigned int buildFlags;                /**< as the geometry structure is built */
     unsigned int curveEndcapFlags;          /**< as in the build input; 0 if not curves */
 } OptixBuiltinISOptions;

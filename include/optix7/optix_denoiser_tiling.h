@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Denoises large images tile by tile, so that less memory is needed. C++ only; needs the stubs or
-// another definition of optixDenoiserInvoke. Source: OptiX API reference 7.4, sections 3.14.2.9
-// to 3.14.2.11, 5.38, 6.8.
+// Denoises large images tile by tile, to save memory. C++ only; needs the stubs or another
+// definition of optixDenoiserInvoke. Source: OptiX API reference 7.4, sections 3.14.2.9 to
+// 3.14.2.11, 5.38, 6.8.
 //
-// A tile's input is its output with `overlap` pixels more on each side, except where the image
-// ends. All inputs have the same size, min(tile + 2 * overlap, image): the first one starts at the
-// image's border and yields tile + overlap pixels, the next ones `tile` pixels each, and the last
-// one is moved back into the image, so that its first output pixel lies further inside it.
+// A tile's input is its output plus `overlap` pixels on each side, except at the edges of the
+// image. All inputs have the same size, min(tile + 2 * overlap, image): the first one starts at the
+// image's edge and yields tile + overlap pixels, the next ones `tile` pixels each, and the last one
+// is moved back into the image, so its first output pixel lies further inside its input.
 #ifndef SUNSTONE_OPTIX7_OPTIX_DENOISER_TILING_H
 #define SUNSTONE_OPTIX7_OPTIX_DENOISER_TILING_H
 
@@ -14,7 +14,7 @@
 
 #include <vector>
 
-/** One tile: where to read, where to write, and which input pixel is the first output pixel. */
+/** One tile: input, output, and the input pixel that corresponds to the first output pixel. */
 struct OptixUtilDenoiserImageTile {
     OptixImage2D input;
     OptixImage2D output;
@@ -64,7 +64,8 @@ inline OptixImage2D subImage(const OptixImage2D& image, unsigned int pixelStride
     return part;
 }
 
-/** 1, or 2 if one image is twice as wide and high as the other and the release upscales; else 0. */
+/** 1, or 2 if the output is twice as wide and high as the input and the release upscales; else
+    0. */
 inline unsigned int upscaling(const OptixImage2D& input, const OptixImage2D& output) {
     if (input.width == output.width && input.height == output.height)
         return 1;
@@ -79,7 +80,7 @@ inline unsigned int upscaling(const OptixImage2D& input, const OptixImage2D& out
 } // namespace optix_impl
 
 /** Bytes from one pixel to the next: pixelStrideInBytes, or if that is 0 the size of a pixel of the
-    image's format (0 if there is no such format). [3.14.2.11] */
+    image's format (0 for an unknown format). [3.14.2.11] */
 inline unsigned int optixUtilGetPixelStride(const OptixImage2D& image) {
     if (image.pixelStrideInBytes != 0)
         return image.pixelStrideInBytes;
@@ -102,16 +103,16 @@ inline unsigned int optixUtilGetPixelStride(const OptixImage2D& image) {
         return 4;
 #if SUNSTONE_OPTIX_API >= 70600
     case OPTIX_PIXEL_FORMAT_INTERNAL_GUIDE_LAYER:
-        return 0; /* only the denoiser knows: the field has to say */
+        return 0; /* only the denoiser knows: the field must be set */
 #endif
     }
     return 0;
 }
 
-/** Appends the tiles that cover an image. tileWidth, tileHeight: largest output of a tile that is
-   not the first, in pixels of the input. OPTIX_ERROR_INVALID_VALUE: one of them is 0, the images
-   are empty or differ in size (7.6: and the output is not twice as wide and high as the input), or
-   a format is unknown. [3.14.2.10] */
+/** Appends the tiles that cover an image. tileWidth, tileHeight: largest output of a tile other
+    than the first, in input pixels. OPTIX_ERROR_INVALID_VALUE: one of them is 0, the images are
+    empty or differ in size (7.6: and the output is not twice as wide and high as the input), or a
+    format is unknown. [3.14.2.10] */
 inline OptixResult optixUtilDenoiserSplitImage(const OptixImage2D& input,
                                                const OptixImage2D& output,
                                                unsigned int overlapWindowSizeInPixels,
@@ -144,10 +145,10 @@ inline OptixResult optixUtilDenoiserSplitImage(const OptixImage2D& input,
     return OPTIX_SUCCESS;
 }
 
-/** optixDenoiserInvoke for one tile after the other, with the same scratch memory. Set the denoiser
-    up for tileWidth + 2 * overlap by tileHeight + 2 * overlap pixels. Images of guide layers and
-    previous outputs count as not given if their data is 0. In temporal models previousOutput and
-    output must not share memory, as neighbouring tiles read what others write.
+/** Calls optixDenoiserInvoke for one tile after the other, with the same scratch memory. The
+    denoiser must be set up for tileWidth + 2 * overlap by tileHeight + 2 * overlap pixels. Guide
+    layers and previous outputs whose data is 0 are ignored. In temporal models previousOutput and
+    output must not share memory, because each tile reads pixels that its neighbours write.
     OPTIX_ERROR_INVALID_VALUE: guideLayer or layers is null, numLayers is 0, images differ in size;
     else the first error of optixDenoiserInvoke. [3.14.2.9] */
 inline OptixResult optixUtilDenoiserInvokeTiled(
@@ -165,7 +166,7 @@ inline OptixResult optixUtilDenoiserInvokeTiled(
     const unsigned int factor = optix_impl::upscaling(layers[0].input, whole);
     if (factor == 0)
         return OPTIX_ERROR_INVALID_VALUE;
-    /* scale: 1 for images of the input's size, factor for those of the output's */
+    /* scale: 1 for images of the input's size, factor for images of the output's size */
     const auto split = [&](const OptixImage2D& input, const OptixImage2D& output,
                            unsigned int scale, Tiles& tiles) {
         if (result != OPTIX_SUCCESS || input.data == 0)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device functions under their version-independent header name; read optix_7_device.h next. What
-// the two macros do is told in optix_types.h. Source: OptiX API reference 7.4, section 6.9.
+// Device functions under their version-independent header name. Read next: optix_7_device.h.
+// optix_types.h explains the two macros. Source: OptiX API reference 7.4, section 6.9.
 #ifndef SUNSTONE_OPTIX7_OPTIX_DEVICE_H
 #define SUNSTONE_OPTIX7_OPTIX_DEVICE_H
 

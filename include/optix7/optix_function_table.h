@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table through which applications call the library: one pointer for each host function, in
-// the order of ABI 55 (7.4) or 68 (7.6). Position is binary interface: clients fill the table
-// through optixQueryFunctionTable and some use it by slot number. Source: OptiX API reference 7.4,
-// sections 3.13, 5.18, 6.10.
+// The table through which applications call the library: one pointer for each host function, in the
+// order of ABI 55 (7.4) or 68 (7.6). Positions are binary interface: clients fill the table with
+// optixQueryFunctionTable, and some use slot numbers. Source: OptiX API reference 7.4, sections
+// 3.13, 5.18, 6.10.
 #ifndef SUNSTONE_OPTIX7_OPTIX_FUNCTION_TABLE_H
 #define SUNSTONE_OPTIX7_OPTIX_FUNCTION_TABLE_H
 
@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-/** See optix_7_host.h for what the functions do. Filled by optixInit. */
+/** Filled by optixInit; optix_7_host.h describes the functions. */
 typedef struct OptixFunctionTable {
     /* Error handling: slots 0 to 1 */
     const char* (*optixGetErrorName)(OptixResult result);

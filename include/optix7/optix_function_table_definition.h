@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Defines g_optixFunctionTable, which the stubs of optix_stubs.h call through. Include it in
-// exactly one source file of an application. Source: OptiX API reference 7.4,
-// sections 3.13.3, 6.11.
+// Defines g_optixFunctionTable, the table that optix_stubs.h calls through. Include it in exactly
+// one source file of an application. Source: OptiX API reference 7.4, sections 3.13.3, 6.11.
 #ifndef SUNSTONE_OPTIX7_OPTIX_FUNCTION_TABLE_DEFINITION_H
 #define SUNSTONE_OPTIX7_OPTIX_FUNCTION_TABLE_DEFINITION_H
 

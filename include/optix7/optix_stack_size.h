@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Computes the arguments of optixPipelineSetStackSize from what program groups report. Needs the
-// stubs or another definition of optixProgramGroupGetStackSize.
-// Source: OptiX API reference 7.4, sections 3.14.2.4 to 3.14.2.8, 6.13; the formulas are those of
-// the programming guide.
+// Computes the arguments of optixPipelineSetStackSize from the stack sizes of program groups. Needs
+// the stubs or another definition of optixProgramGroupGetStackSize. Source: OptiX API reference
+// 7.4, sections 3.14.2.4 to 3.14.2.8, 6.13; the formulas are those of the programming guide.
 //
-// Words: css, continuation stack of a program in bytes; dss, direct stack; RG ray generation, MS
-// miss, CH closest-hit, AH any-hit, IS intersection, CC continuation callable, DC direct callable.
-// A trace needs the larger of CH and MS with the callables under it (a state), and the innermost
-// one may be inside IS calling AH instead. All sizes are bytes; result pointers may be null.
+// Words: css, continuation stack of a program in bytes; dss, direct stack in bytes; RG ray
+// generation, MS miss, CH closest-hit, AH any-hit, IS intersection, CC continuation callable, DC
+// direct callable. A trace needs the larger of CH and MS plus the callables below it (a state); the
+// innermost trace may instead be in IS that calls AH. All sizes are bytes; result pointers may be
+// null.
 #ifndef SUNSTONE_OPTIX7_OPTIX_STACK_SIZE_H
 #define SUNSTONE_OPTIX7_OPTIX_STACK_SIZE_H
 
@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-/** Raises each member of stackSizes to what programGroup needs; start with all members 0.
+/** Raises each member of stackSizes to the needs of programGroup; initialise all members to 0.
     OPTIX_ERROR_INVALID_VALUE: null arguments. [3.14.2.4] */
 OPTIX_UTIL_INLINE OptixResult optixUtilAccumulateStackSizes(OptixProgramGroup programGroup,
                                                             OptixStackSizes* stackSizes) {
@@ -48,8 +48,8 @@ OPTIX_UTIL_INLINE OptixResult optixUtilAccumulateStackSizes(OptixProgramGroup pr
     return OPTIX_SUCCESS;
 }
 
-/** Sizes for call trees whose continuation callables need cssCCTree in all; direct callables nest
-    maxDCDepth deep. OPTIX_ERROR_INVALID_VALUE: stackSizes is null. [3.14.2.6] */
+/** Sizes for call trees whose continuation callables need cssCCTree bytes in all; direct callables
+    nest maxDCDepth deep. OPTIX_ERROR_INVALID_VALUE: stackSizes is null. [3.14.2.6] */
 OPTIX_UTIL_INLINE OptixResult optixUtilComputeStackSizesCssCCTree(
     const OptixStackSizes* stackSizes, unsigned int cssCCTree, unsigned int maxTraceDepth,
     unsigned int maxDCDepth, unsigned int* directCallableStackSizeFromTraversal,
@@ -86,8 +86,8 @@ OPTIX_UTIL_INLINE OptixResult optixUtilComputeStackSizes(
         continuationStackSize);
 }
 
-/** As optixUtilComputeStackSizes, with direct callables told apart by where they are called:
-    FromTraversal in IS and AH, FromState in RG, MS and CH; stackSizes->dssDC is not used.
+/** Like optixUtilComputeStackSizes, with separate sizes for direct callables called FromTraversal
+    (in IS and AH) and FromState (in RG, MS and CH); stackSizes->dssDC is not used.
     OPTIX_ERROR_INVALID_VALUE: stackSizes is null. [3.14.2.7] */
 OPTIX_UTIL_INLINE OptixResult optixUtilComputeStackSizesDCSplit(
     const OptixStackSizes* stackSizes, unsigned int dssDCFromTraversal, unsigned int dssDCFromState,
@@ -105,9 +105,9 @@ OPTIX_UTIL_INLINE OptixResult optixUtilComputeStackSizesDCSplit(
 }
 
 /** Sizes for a path tracer of two ray types without AH, IS and callables: RG traces rays that end
-   in MS1 or one of the CH1; a CH1 may trace shadow rays that end in MS2 or one of the CH2. MS2 and
-    CH2 may be null and none. OPTIX_ERROR_INVALID_VALUE: an array is null though its count is not
-    0. [3.14.2.8] */
+    in MS1 or one of the CH1; a CH1 may trace shadow rays that end in MS2 or one of the CH2. MS2 may
+    be null and CH2 empty. OPTIX_ERROR_INVALID_VALUE: an array is null but its count is not 0.
+    [3.14.2.8] */
 OPTIX_UTIL_INLINE OptixResult optixUtilComputeStackSizesSimplePathTracer(
     OptixProgramGroup programGroupRG, OptixProgramGroup programGroupMS1,
     const OptixProgramGroup* programGroupCH1, unsigned int programGroupCH1Count,

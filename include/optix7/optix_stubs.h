@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Loads the library and defines the host functions as calls through g_optixFunctionTable, so that
-// an application need not link to anything. One source file also includes
-// optix_function_table_definition.h; on Linux link with -ldl where the C library still wants it.
-// Source: OptiX API reference 7.4, sections 3.14.2.1 to 3.14.2.3, 6.14.
+// an application needs no link library. One source file also includes
+// optix_function_table_definition.h; on Linux link with -ldl if the C library requires it. Source:
+// OptiX API reference 7.4, sections 3.14.2.1 to 3.14.2.3, 6.14.
 #ifndef SUNSTONE_OPTIX7_OPTIX_STUBS_H
 #define SUNSTONE_OPTIX7_OPTIX_STUBS_H
 
@@ -19,8 +19,8 @@
 #include <stddef.h>
 #include <string.h>
 
-/* C++ has inline functions that may be defined in several files. In C the host functions are
-   already declared extern, and only weak definitions may repeat. */
+/* In C++ several files may define an inline function. In C the host functions are already declared
+   extern, and only weak definitions may be repeated. */
 #if defined(__cplusplus)
 #define OPTIX_STUB_INLINE inline
 #elif defined(__GNUC__)
@@ -29,7 +29,7 @@
 #error "optix_stubs.h needs a C++ compiler, or GCC or Clang for C"
 #endif
 
-/* A call before optixInit is an error of the caller, not a jump to address 0. */
+/* A call before optixInit returns an error instead of jumping to address 0. */
 #define OPTIX_STUB_CALL(name, arguments)                                                           \
     return g_optixFunctionTable.name ? g_optixFunctionTable.name arguments                         \
                                      : OPTIX_ERROR_INVALID_OPERATION
@@ -38,13 +38,13 @@
 extern "C" {
 #endif
 
-/** The table all functions below go through; see optix_function_table_definition.h. */
+/** The table that all functions below call through; see optix_function_table_definition.h. */
 extern OptixFunctionTable g_optixFunctionTable;
 
 #ifdef _WIN32
 
-/** Loads a library by file name: from the usual places, else from the folders of the display
-    drivers, where driver packages keep theirs. Null if it is in none of them. */
+/** Loads a library by file name: from the usual folders, else from those of the display drivers,
+    where driver packages install it. Null if it is not found. */
 static void* optixLoadWindowsDllFromName(const char* optixDllName) {
     /* The class of display adapters; each adapter has a subkey 0000, 0001, ... */
     static const char classKey[] = "SYSTEM\\CurrentControlSet\\Control\\Class\\"
@@ -64,7 +64,7 @@ static void* optixLoadWindowsDllFromName(const char* optixDllName) {
             RegEnumKeyExA(adapters, index, adapter, &adapterSize, NULL, NULL, NULL, NULL);
         if (status != 0)
             break;
-        /* The OpenGL driver lies beside the ray tracing one. */
+        /* The OpenGL driver is in the same folder as the ray tracing one. */
         if (RegGetValueA(adapters, adapter, "OpenGLDriverName", RRF_RT_REG_SZ | RRF_RT_REG_MULTI_SZ,
                          NULL, path, &pathSize) != 0)
             continue;
@@ -78,7 +78,7 @@ static void* optixLoadWindowsDllFromName(const char* optixDllName) {
     return library;
 }
 
-/** Loads nvoptix.dll; null if there is none. */
+/** Loads nvoptix.dll; null if it is not found. */
 static void* optixLoadWindowsDll(void) {
     return optixLoadWindowsDllFromName("nvoptix.dll");
 }
@@ -86,9 +86,9 @@ static void* optixLoadWindowsDll(void) {
 #endif
 
 /** Loads the library (libnvoptix.so.1, nvoptix.dll) and fills g_optixFunctionTable. handlePtr
-    (optional) gets the handle for optixUninitWithHandle, or null on failure.
-    OPTIX_ERROR_LIBRARY_NOT_FOUND, OPTIX_ERROR_ENTRY_SYMBOL_NOT_FOUND, or what the library says to
-    these headers, e.g. OPTIX_ERROR_UNSUPPORTED_ABI_VERSION. [3.14.2.2] */
+    (optional) receives the handle for optixUninitWithHandle, or null on failure.
+    OPTIX_ERROR_LIBRARY_NOT_FOUND, OPTIX_ERROR_ENTRY_SYMBOL_NOT_FOUND, or the library's error for
+    the ABI of these headers, e.g. OPTIX_ERROR_UNSUPPORTED_ABI_VERSION. [3.14.2.2] */
 OPTIX_STUB_INLINE OptixResult optixInitWithHandle(void** handlePtr) {
     OptixQueryFunctionTable_t* query = NULL;
     OptixResult result;
@@ -111,7 +111,7 @@ OPTIX_STUB_INLINE OptixResult optixInitWithHandle(void** handlePtr) {
         if (!handle)
             return OPTIX_ERROR_LIBRARY_NOT_FOUND;
         symbol = dlsym(handle, "optixQueryFunctionTable");
-        memcpy(&query, &symbol, sizeof(query)); /* no cast leads from data to function pointers */
+        memcpy(&query, &symbol, sizeof(query)); /* no cast from data to function pointer */
     }
 #endif
     result = query ? query(OPTIX_ABI_VERSION, 0, NULL, NULL, &g_optixFunctionTable,
@@ -152,8 +152,7 @@ OPTIX_STUB_INLINE OptixResult optixUninitWithHandle(void* handle) {
     return OPTIX_SUCCESS;
 }
 
-/* Error handling: these two also work without a library, for the results that optixInit itself
-   returns. */
+/* Error handling: these two also work without a library, for the results of optixInit itself. */
 
 OPTIX_STUB_INLINE const char* optixGetErrorName(OptixResult result) {
     if (g_optixFunctionTable.optixGetErrorName)

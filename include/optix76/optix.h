@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// OptiX 7.6 API: the one header an application or a device program includes; see ../optix7/optix.h
-// for what it brings. This folder is an include root of its own, and its headers are those of
-// ../optix7 with what OptiX 7.5 and 7.6 added. Source: OptiX API reference 7.6.
+// OptiX 7.6 API: the one header an application or a device program includes; ../optix7/optix.h
+// describes its contents. This folder is an include root of its own, and its headers are those of
+// ../optix7 with the additions of OptiX 7.5 and 7.6. Source: OptiX API reference 7.6.
 #ifndef SUNSTONE_OPTIX76_OPTIX_H
 #define SUNSTONE_OPTIX76_OPTIX_H
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See config.h: the table of settings, and their values from the environment.
 #include "base/config.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every environment variable the engine reads, in one table; nothing else calls getenv.
+// All environment variables that the engine reads, in one table; getenv is called only here.
 // `sunstone info` prints the table.
 #pragma once
 
@@ -16,8 +16,8 @@ enum class Setting {
     kIsa,     // SUNSTONE_ISA: highest instruction set for traversal and warps (avx512, avx2, baseline)
     kCachePath,    // OPTIX_CACHE_PATH: folder of the disk cache
     kCacheMaxSize, // OPTIX_CACHE_MAXSIZE: bytes of the disk cache, 0 for none
-    kCheck,        // SUNSTONE_CHECK: what `sunstone run --check` watches, see checks()
-    kCheckReport,  // SUNSTONE_CHECK_REPORT: file that receives its reports
+    kCheck,        // SUNSTONE_CHECK: checks of `sunstone run --check`, see checks()
+    kCheckReport,  // SUNSTONE_CHECK_REPORT: file that receives the checks' reports
     kGpuBackEnd,   // SUNSTONE_GPU_BACK_END=cpu-device: the GPU back end drives the CPU device's libcuda
     kKernels,      // SUNSTONE_KERNELS: how the threads of kernels run, see docs/cuda.md
     kCount,
@@ -28,17 +28,17 @@ struct SettingInfo {
     const char* meaning;
 };
 
-// The value of a setting as it was when first asked for; empty where the variable is unset.
+// The value of a setting at the first call for it; empty if the variable is unset.
 const std::string& config(Setting setting);
 
-// The value as it is now, for what a process may set before it creates a context.
+// The current value, for settings that a process may change before it creates a context.
 std::string currentConfig(Setting setting);
 
-// The setting as a number, or fallback where it is unset or not a positive number.
+// The setting as a number; fallback if it is unset or not a positive number.
 unsigned configNumber(Setting setting, unsigned fallback);
 
-// Whether SUNSTONE_CHECK names this: "memory" (accesses of device code), "leaks", "host" (ordinary
-// memory of the process may be accessed).
+// Whether SUNSTONE_CHECK contains the word: "memory" (accesses of device code), "leaks", "host"
+// (ordinary memory of the process may be accessed).
 bool checks(std::string_view what);
 
 const SettingInfo& settingInfo(Setting setting);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Errors of the engine. A caller's mistake is thrown as Error with a code; each API shell turns it
-// into its own API's code in one place (its `guarded` function). SUNSTONE_CHECK guards our own
+// into its API's code in one place (its `guarded` function). SUNSTONE_CHECK guards our own
 // invariants. Read next: log.h.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace sunstone {
 
-// What went wrong, in terms every shell can translate.
+// The kind of error, in terms that every shell can translate.
 enum class Code : uint32_t {
     kOk = 0,
     kInvalidValue,
@@ -29,7 +29,7 @@ enum class Code : uint32_t {
     kInvalidContext,
     kNotInitialized,
     kLaunchFailure,
-    kCudaError, // of a GPU's driver
+    kCudaError, // reported by a GPU's driver
     kAccelNotCompatible,
     kPayloadTypeMismatch,
     kPayloadTypeResolution,

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See faults.h: the signal handlers and the signal stacks of threads.
 #include "base/faults.h"
 
 #include "base/error.h"
@@ -21,8 +22,8 @@
 namespace sunstone {
 namespace {
 
-// The frame of each thread. Not thread_local: its first access may allocate, which a handler must
-// not, and the model that never does keeps the library from being loaded with dlopen.
+// The frame of each thread. Not thread_local: the first access may allocate, which a signal handler
+// must not do. The TLS model that never allocates prevents loading the library with dlopen.
 pthread_key_t frameKey;
 bool isInstalled = false;
 
@@ -40,7 +41,7 @@ const void* instructionOf(const ucontext_t& context) {
 #endif
 }
 
-// Gives the signal to whoever had it before us.
+// Passes the signal to the handler that was installed before ours.
 void passOn(int signal, siginfo_t* info, void* context) {
     const struct sigaction& old = previous[signal];
     if (old.sa_flags & SA_SIGINFO) {
@@ -54,7 +55,8 @@ void passOn(int signal, siginfo_t* info, void* context) {
         old.sa_handler(signal);
         return;
     }
-    // The default ends the process: with the repeated instruction, or the repeated signal.
+    // The default action ends the process when the instruction repeats or the signal is raised
+    // again.
     struct sigaction standard {};
     standard.sa_handler = SIG_DFL;
     sigaction(signal, &standard, nullptr);
@@ -73,11 +75,12 @@ void onSignal(int signal, siginfo_t* info, void* context) {
     frame->signal = signal;
     frame->address = info->si_addr;
     frame->instruction = instructionOf(machine);
-    pthread_sigmask(SIG_SETMASK, &machine.uc_sigmask, nullptr); // the jump does not
+    pthread_sigmask(SIG_SETMASK, &machine.uc_sigmask, nullptr); // the jump does not restore the
+                                                                // mask
     std::longjmp(frame->jump, kJumpFault);
 }
 
-// The stack of a thread for handlers, unless the application has given it one.
+// The signal stack of a thread, unless the application has set one.
 class HandlerStack {
 public:
     HandlerStack() {
@@ -87,7 +90,7 @@ public:
         void* memory =
             mmap(nullptr, kSize, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
         if (memory == MAP_FAILED)
-            return; // faults are handled all the same, but for overflows of the stack
+            return; // faults are still handled, except stack overflows
         memory_ = memory;
         stack_t ours{};
         ours.ss_sp = memory;
@@ -109,20 +112,20 @@ public:
     HandlerStack& operator=(const HandlerStack&) = delete;
 
 private:
-    static constexpr size_t kSize = 64 << 10; // handlers of the application run on it as well
+    static constexpr size_t kSize = 64 << 10; // the application's handlers run on it as well
     void* memory_ = nullptr;
 };
 
 void install() {
     if (pthread_key_create(&frameKey, nullptr) != 0)
-        return; // faults end the process, as they do without us
+        return; // faults end the process, as without our handlers
     isInstalled = true;
     struct sigaction action {};
     action.sa_sigaction = onSignal;
     action.sa_flags = SA_SIGINFO | SA_ONSTACK;
     sigemptyset(&action.sa_mask);
     for (const int signal : kSignals) {
-        // What was there is known before ours can be called.
+        // Store the old handler before ours can be called.
         sigaction(signal, nullptr, &previous[signal]);
         sigaction(signal, &action, nullptr);
     }

@@ -2,10 +2,10 @@
 // Invalid accesses of device code end its launch, not the process.
 //
 // The first launch installs handlers for SIGSEGV, SIGBUS, SIGFPE and SIGILL. They act only on
-// faults of a thread that is inside device code, which it says with enterDeviceCode: such a fault
-// is stored in the frame, and the thread goes on at its jump target. Everything else goes to the
-// handlers that were there before. Sanitizers report invalid accesses themselves, and better: in
-// builds with them nothing is installed.
+// faults of a thread that is inside device code, between enterDeviceCode and leaveDeviceCode: the
+// handler stores the fault in the thread's frame and the thread continues at the frame's jump
+// target. All other signals go to the handlers installed before. Builds with sanitizers install no
+// handlers, because sanitizers report invalid accesses in more detail.
 #pragma once
 
 #include <csetjmp>
@@ -13,27 +13,28 @@
 
 namespace sunstone {
 
-// Jumps of our own carry other values than this one.
+// The jump value of a fault; our other jumps carry other values.
 constexpr int kJumpFault = 2;
 
-// Where a fault of device code goes; lives in the loop that calls the code.
+// Receives a fault of device code; lives in the loop that calls the code.
 struct FaultFrame {
     std::jmp_buf jump;             // set with setjmp; receives kJumpFault
-    int signal = 0;                // what happened
-    const void* address = nullptr; // accessed; of the instruction for SIGFPE and SIGILL
+    int signal = 0;                // the signal's number
+    const void* address = nullptr; // the accessed address; for SIGFPE and SIGILL the instruction's
     const void* instruction = nullptr;
 };
 
-// Installs the handlers once, and gives the calling thread a stack for them: device code may have
-// overflowed its own. Call it before enterDeviceCode.
+// Installs the handlers once, and gives the calling thread a signal stack, because device code may
+// have overflowed the thread's own stack. Call it before enterDeviceCode.
 void prepareForFaults();
 
-// Between these two, faults of the calling thread belong to the frame (one at a time, not nested).
-// A fault and leaveDeviceCode both end it. Code in between must hold no locks and own nothing.
+// Between these two calls, faults of the calling thread go to the frame (one frame at a time, not
+// nested). A fault and leaveDeviceCode both end this. Code in between must hold no locks and own no
+// objects.
 void enterDeviceCode(FaultFrame& frame);
 void leaveDeviceCode();
 
-// One line: what happened and the address.
+// One line with the kind of fault and the address.
 std::string describeFault(const FaultFrame& frame);
 
 // Whether this build handles faults.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who gets which fault: device code's frame its own, the application's handler all others.
+// Which handler gets a fault: device code's frame its own, the application's handler all others.
 #include "base/faults.h"
 
 #include <gtest/gtest.h>
@@ -71,7 +71,7 @@ TEST_F(Faults, OfTheApplicationGoToItsHandler) {
         FAIL() << "no fault";
     }
     EXPECT_EQ(1, gSeen);
-    FaultFrame frame; // one that was left gets none either
+    FaultFrame frame; // a frame that was left gets no fault either
     if (setjmp(frame.jump) == 0) {
         enterDeviceCode(frame);
         leaveDeviceCode();
@@ -106,7 +106,7 @@ TEST_F(Faults, AnOverflownStackIsAFault) {
     EXPECT_EQ(SIGSEGV, frame.signal);
 }
 
-// No handler of the application: the process ends as it always did.
+// The application has no handler: the process ends by the default action.
 TEST_F(Faults, TheDefaultEndsTheProcess) {
     EXPECT_EXIT(__builtin_trap(), testing::KilledBySignal(SIGILL), "");
     EXPECT_EXIT(std::raise(SIGBUS), testing::KilledBySignal(SIGBUS), "");

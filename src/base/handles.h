@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opaque handles given to C callers. A handle is the address of an object, but nothing is ever
-// dereferenced before the table has confirmed that the object is alive, so that garbage, stale and
-// foreign handles are recognised. Lookups return shared ownership: destroying a handle while
-// another thread uses the object is safe.
+// Opaque handles given to C callers. A handle is the address of an object. It is dereferenced only
+// after the table has confirmed that the object is alive, so garbage, stale and foreign handles are
+// recognised. Lookups return shared ownership: destroying a handle while another thread uses the
+// object is safe.
 #pragma once
 
 #include <memory>
@@ -52,7 +52,7 @@ public:
         return object;
     }
 
-    // Removes every object for which `predicate(object)` holds, e.g. those of a dying context.
+    // Removes every object for which `predicate(object)` holds, e.g. those of a destroyed context.
     template <class Predicate>
     std::vector<std::shared_ptr<T>> removeIf(Predicate predicate) {
         std::vector<std::shared_ptr<T>> removed;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See log.h.
 #include "base/log.h"
 
 #include "base/config.h"

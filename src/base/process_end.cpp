@@ -27,7 +27,7 @@ unsigned long long librariesLoaded() {
 } // namespace
 
 void watchProcessEnd() {
-    // Again only where there may be new handlers to come before.
+    // Register again if libraries were loaded since: they may have registered handlers.
     static std::atomic<unsigned long long> watched{0};
     const unsigned long long loaded = librariesLoaded();
     if (watched.exchange(loaded) != loaded)

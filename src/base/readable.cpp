@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See readable.h. Source: Linux manual, process_vm_readv(2) and mincore(2).
 #include "base/readable.h"
 
 #include <sys/mman.h>
@@ -25,7 +26,7 @@ uint64_t readableEpoch() {
 }
 
 bool isReadableNearby(const void* address, size_t size) {
-    constexpr uintptr_t kPage = 4096; // no machine has smaller ones
+    constexpr uintptr_t kPage = 4096; // the smallest page size of all machines
     thread_local uint64_t epoch = 0;
     thread_local uintptr_t known = 0;
     const uintptr_t page = uintptr_t(address) / kPage;
@@ -44,7 +45,7 @@ bool isReadable(const void* address, size_t size) {
     uintptr_t at = uintptr_t(address);
     if (size == 0)
         size = 1;
-    // Addresses above the user half are no business of the system calls below.
+    // No user memory lies at addresses above the user half.
     if (at < page || size > (uintptr_t(1) << 47) || at > (uintptr_t(1) << 47) - size)
         return false;
     const uintptr_t end = at + size;
@@ -55,7 +56,8 @@ bool isReadable(const void* address, size_t size) {
         if (process_vm_readv(getpid(), &to, 1, &from, 1, 0) != 1) {
             if (errno == EFAULT)
                 return false;
-            // Forbidden here, as in some containers: at least see whether the page is mapped.
+            // process_vm_readv is forbidden, as in some containers. Fall back to whether the page
+            // is mapped.
             unsigned char resident;
             if (mincore(reinterpret_cast<void*>(at & ~(page - 1)), page, &resident) != 0)
                 return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks before the leap: whether memory can be read.
+// Checks whether memory can be read before it is accessed.
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,12 @@ namespace sunstone {
 // Whether [address, address + size) is mapped and readable. Never faults; costs a system call.
 bool isReadable(const void* address, size_t size);
 
-// Answers may be remembered by a thread while one piece of work lasts (a build, a launch): what could
-// be read before it may be gone. Each piece begins a new epoch; work that runs meanwhile only asks
-// anew.
+// Starts a new epoch: answers that a thread remembered before are no longer used, because memory
+// may have been unmapped since. Call it at the start of each piece of work (a build, a launch).
 void beginReadableEpoch();
 uint64_t readableEpoch();
 
-// The same for things that tend to lie side by side: remembers the page of the last answer.
+// Like isReadable, for addresses that lie close together: remembers the page of the last answer.
 bool isReadableNearby(const void* address, size_t size);
 
 } // namespace sunstone

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An object for each thread that calls of the API may use at any time. Programs call from exit
-// handlers and from destructors of global objects, which run after the main thread's thread_local
-// objects are gone: there is a new object then, which stays.
+// One object per thread for API calls. Programs also call the API from exit handlers and from
+// destructors of global objects, which run after the main thread's thread_local objects have been
+// destroyed. Such a call creates a second object, which is never destroyed.
 #pragma once
 
 namespace sunstone {
@@ -17,7 +17,7 @@ T& threadObject() {
     };
     if (!object) {
         object = new T;
-        thread_local Owner owner; // not made once more when it has gone
+        thread_local Owner owner; // never constructed again after its destruction
         (void)owner;
     }
     return *object;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See threads.h.
 #include "base/threads.h"
 
 #include "base/config.h"
@@ -14,8 +15,8 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-// The library behind inArena is not built with the thread sanitizer, which therefore cannot see that
-// its tasks start after the call that makes them and end before it returns.
+// The library behind inArena is not built with the thread sanitizer. The sanitizer therefore cannot
+// see that its tasks start after the call that makes them and end before it returns.
 #if defined(__has_feature)
 #if __has_feature(thread_sanitizer)
 #include <sanitizer/tsan_interface.h>
@@ -76,7 +77,7 @@ void startArena() {
     workers().arena.initialize();
 }
 
-// Where the arena is full, one of its threads runs the body.
+// If the arena is full, one of its threads runs the body.
 void inArena(const std::function<void()>& body) {
     char handOff = 0; // an address for the sanitizer
     SUNSTONE_HAPPENS_BEFORE(&handOff);
@@ -88,8 +89,8 @@ void inArena(const std::function<void()>& body) {
     SUNSTONE_HAPPENS_AFTER(&handOff);
 }
 
-// Hands out pieces that get smaller towards the end: what costs how much is not known before (rows of
-// sky, then rows of forest), and no thread is to wait for another's last large piece.
+// Hands out pieces that get smaller towards the end, because costs per item are unknown and uneven
+// (rows of sky, then rows of forest): no thread waits long for another's last piece.
 void parallelFor(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body) {
     if (count == 0)
         return;
@@ -108,7 +109,7 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
             try {
                 body(begin, end);
             } catch (...) {
-                next = count; // nobody starts anything more
+                next = count; // no thread starts another piece
                 SUNSTONE_HAPPENS_BEFORE(&tasks);
                 throw;
             }
@@ -121,7 +122,7 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
     inArena([&] {
         tbb::parallel_for(
             tbb::blocked_range<size_t>(0, threads, 1),
-            // Reads what was captured before the sanitizer knows that it may.
+            // Reads captured variables before the sanitizer knows that they may be read.
             [&](const tbb::blocked_range<size_t>& range) SUNSTONE_NOT_SANITIZED {
                 SUNSTONE_HAPPENS_AFTER(&tasks);
                 for (size_t i = range.begin(); i != range.end(); ++i)

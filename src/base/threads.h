@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Worker threads of the process: one oneTBB arena of SUNSTONE_THREADS threads (all cores by
-// default) that launches, kernels and builds share.
+// Worker threads of the process: launches, kernels and builds share one oneTBB arena of
+// SUNSTONE_THREADS threads (default: all cores).
 #pragma once
 
 #include <cstddef>
@@ -12,11 +12,11 @@ namespace sunstone {
 unsigned threadCount();
 
 // Runs body(begin, end) over [0, count) in pieces of at least `grain` on the shared threads and
-// waits. The first exception thrown by a body is rethrown here.
+// waits. Rethrows the first exception that a body throws.
 void parallelFor(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body);
 
-// Starts the shared threads, unless they are. What may run while the process exits needs that before:
-// static objects of oneTBB are destroyed then, but not what is in use.
+// Starts the shared threads, if they are not running. Code that may run while the process exits
+// must call this earlier: oneTBB's static objects are destroyed at exit, except those in use.
 void startArena();
 
 // The calling thread's stack, from its lowest address to its end; empty if it is unknown.

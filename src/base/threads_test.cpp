@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// parallelFor: each index runs once, in shrinking pieces; nesting and exceptions.
 #include "base/threads.h"
 
 #include <gtest/gtest.h>

@@ -20,17 +20,18 @@ namespace sunstone::cache {
 
 namespace {
 
-constexpr char kPrefix[] = "programs1-"; // the number is that of the schema
+constexpr char kPrefix[] = "programs1-"; // followed by the schema's number
 constexpr char kSuffix[] = ".db";
 constexpr int kBusyMilliseconds = 5000;
 constexpr uint64_t kEntryOverhead = 64;
-constexpr int64_t kUseSeconds = 3600; // how exactly the time of the last use is known: it is a write
+constexpr int64_t kUseSeconds = 3600; // resolution of the time of last use, as each update is a
+                                      // write
 
 constexpr const char* kSchema = "CREATE TABLE IF NOT EXISTS entry(key BLOB PRIMARY KEY, value BLOB,"
                                 " size INTEGER, checksum INTEGER, used INTEGER);"
                                 "CREATE INDEX IF NOT EXISTS by_use ON entry(used, size);";
 
-// What SQLite answered; thrown within this file.
+// An SQLite error; thrown and caught in this file.
 struct SqlFault {
     int code;
     std::string text;
@@ -45,9 +46,9 @@ bool isDamage(const SqlFault& fault) {
     switch (fault.code) {
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
-    case SQLITE_ERROR: // our statements are right: it is the schema that is not ours
+    case SQLITE_ERROR: // our statements are right, so the schema is not ours
     case SQLITE_MISMATCH:
-    case SQLITE_READONLY: // also: the file was deleted while open
+    case SQLITE_READONLY: // also if the file was deleted while open
         return true;
     default:
         return false;
@@ -106,7 +107,7 @@ Code codeOfErrno(int error) {
     fail(codeOfErrno(error), "disk cache: cannot ", what, " ", path, ": ", std::strerror(error));
 }
 
-// The folder and those above it.
+// Creates the folder and its parents.
 void makeFolder(const std::string& folder) {
     for (size_t at = 1; at <= folder.size(); ++at) {
         if (at != folder.size() && folder[at] != '/')
@@ -158,7 +159,7 @@ std::string pathOf(const std::string& folder, unsigned generation) {
     return folder + "/" + kPrefix + std::to_string(generation) + kSuffix;
 }
 
-// An empty file is an empty database.
+// SQLite takes an empty file for an empty database.
 void createEmpty(const std::string& path) {
     const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (file < 0)
@@ -166,7 +167,7 @@ void createEmpty(const std::string& path) {
     ::close(file);
 }
 
-// Numbers of the databases in the folder; 0 if there is none.
+// Numbers of the databases in the folder; 0 if the folder has none.
 std::vector<unsigned> generations(const std::string& folder) {
     std::vector<unsigned> found;
     std::error_code error;
@@ -205,7 +206,7 @@ struct DiskCache::Statement {
         check(sqlite3_bind_int64(statement_, ++bound_, value));
         return *this;
     }
-    // Whether there is a row.
+    // Whether the statement returned a row.
     bool step() {
         const int code = sqlite3_step(statement_);
         if (code != SQLITE_ROW && code != SQLITE_DONE)
@@ -262,7 +263,7 @@ void DiskCache::execute(const char* sql) {
 }
 
 void DiskCache::close() {
-    // In a child of a fork the connection is the parent's: closing it would drop the parent's locks.
+    // In a forked child the connection is the parent's: closing it would drop the parent's locks.
     if (database_ && process_ == int(getpid()))
         sqlite3_close_v2(database_);
     database_ = nullptr;
@@ -279,7 +280,8 @@ void DiskCache::openNewest(bool mayReplace) {
         if (const int code = sqlite3_open_v2(path.c_str(), &database_, kFlags, nullptr))
             throwFault(database_, code);
         sqlite3_busy_timeout(database_, kBusyMilliseconds);
-        // Large pages, as values are: of a new database, while one that is there keeps its own.
+        // Large pages, because values are large. Applies to a new database; an existing one keeps
+        // its size.
         execute("PRAGMA page_size=32768; PRAGMA synchronous=OFF; PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON;"
                 "PRAGMA mmap_size=0; PRAGMA auto_vacuum=FULL; PRAGMA journal_mode=TRUNCATE;"
                 "BEGIN IMMEDIATE;");
@@ -298,14 +300,15 @@ void DiskCache::openNewest(bool mayReplace) {
                               : Code::kCacheDatabase;
         fail(code, "disk cache: cannot open ", path, ": ", fault.text);
     }
-    // Whoever still holds an older database keeps it until closing; its name goes now.
+    // Processes that have an older database open keep it until they close it; its name is removed
+    // now.
     for (const unsigned older : present)
         if (older < generation_)
             for (const char* tail : {"", "-journal"})
                 unlink((pathOf(folder_, older) + tail).c_str());
 }
 
-// The database turned out to be damaged: another process may have replaced it already.
+// Reopens after damage was found; another process may have replaced the database already.
 void DiskCache::replaceDamaged() {
     makeFolder(folder_);
     const FolderLock lock(folder_);
@@ -317,8 +320,8 @@ void DiskCache::replaceDamaged() {
     openNewest(true);
 }
 
-// Runs body on the open database. Damage is repaired by starting afresh, and the body tried once
-// more; other faults end the attempt with a warning.
+// Runs body on the open database. After damage, opens a new database and runs body once more; other
+// faults end the attempt with a warning.
 template <class Body>
 bool DiskCache::attempt(const char* what, Body body) {
     for (int round = 0;; ++round) {
@@ -392,7 +395,7 @@ bool DiskCache::has(const std::string& key) {
     return found;
 }
 
-// Writes the time of a use down, if the one before was long enough ago.
+// Stores the time of a use, if the stored time is old enough.
 void DiskCache::use(const std::string& key, int64_t before) {
     if (now() - before < kUseSeconds && now() >= before)
         return;
@@ -411,7 +414,7 @@ uint64_t DiskCache::size() {
     return bytes;
 }
 
-// Removes what was not used for longest until at most this many bytes are left.
+// Removes the values unused for longest until at most `atMost` bytes are left.
 void DiskCache::evict(uint64_t atMost) {
     uint64_t left = total();
     std::vector<int64_t> rows;
@@ -424,7 +427,7 @@ void DiskCache::evict(uint64_t atMost) {
     }
     for (const int64_t row : rows)
         Statement(database_, "DELETE FROM entry WHERE rowid=?1").number(row).step();
-    if (left > atMost) // sizes that damage made absurd
+    if (left > atMost) // damage made the sizes absurd
         execute("DELETE FROM entry");
 }
 

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values by key in one SQLite database of a folder, shared by any number of processes and threads.
 //
-// SQLite brings what is hard here: locks between processes, transactions that survive a killed
-// process, free pages used again. What it does not bring is done here: every value carries a
-// checksum, so that no damaged byte is ever handed out; a database that is damaged beyond reading
-// is left to whoever holds it and a new one begun (files are numbered, the highest counts); values
-// not used for longest go when the high mark is passed.
+// SQLite provides locks between processes, transactions that survive a killed process, and reuse of
+// free pages. This class adds:
+// - a checksum for every value, so that a damaged value is never returned;
+// - replacement: if a database is too damaged to read, a new one is started (files are numbered,
+//   the highest number is current); processes that have the old one open keep it;
+// - collection: above the high mark, values unused for longest are removed.
 //
-// The rollback journal is used, not the write-ahead log: that maps a shared file into memory,
-// whose truncation by another process would be a fault signal.
+// The journal is a rollback journal: a write-ahead log maps a shared file into memory, and another
+// process that truncates the file would cause a SIGBUS.
 #pragma once
 
 #include "base/log.h"
@@ -24,7 +25,8 @@ struct sqlite3;
 
 namespace sunstone::cache {
 
-// Sizes in bytes at which collection starts, and which it goes down to. Either 0: no collection.
+// Sizes in bytes: collection starts above the high mark and stops at the low one. Either 0: no
+// collection.
 struct Marks {
     uint64_t low = 0;
     uint64_t high = 0;
@@ -35,9 +37,9 @@ class DiskCache {
 public:
     using Log = std::function<void(LogLevel, const std::string&)>;
 
-    // Opens the database in `folder`, which is made if missing, for this user alone. Throws
-    // Error(kCacheInvalidPath, kCachePermission, kCacheDatabase). isPrivate: the folder must
-    // belong to this user and be writable by nobody else, as its name can be guessed.
+    // Opens the database in `folder`, which is created with access for this user only if missing.
+    // Throws Error(kCacheInvalidPath, kCachePermission, kCacheDatabase). isPrivate: the folder must
+    // belong to this user and be writable by this user only, because its name can be guessed.
     DiskCache(std::string folder, bool isPrivate, Log log);
     ~DiskCache();
     DiskCache(const DiskCache&) = delete;
@@ -45,13 +47,14 @@ public:
 
     const std::string& folder() const { return folder_; }
 
-    // Neither throws: a cache that fails is as good as an empty one. What failed is logged.
+    // Neither function throws: failures are logged and read as an empty cache.
     bool find(const std::string& key, std::string& value);
-    // Whether there is a value, which is not looked at; counts as a use of it.
+    // Whether the key has a value. Does not check the value; counts as a use of it.
     bool has(const std::string& key);
     void insert(const std::string& key, const std::string& value, Marks marks);
 
-    // What collection compares with the marks: bytes of keys and values and a fixed amount each.
+    // The size that collection compares with the marks: bytes of keys and values plus a fixed
+    // amount for each.
     uint64_t size();
 
 private:
@@ -68,12 +71,12 @@ private:
     uint64_t total();
     void evict(uint64_t atMost);
 
-    std::recursive_mutex mutex_; // a log callback may compile
+    std::recursive_mutex mutex_; // recursive: a log callback may compile
     std::string folder_;
     Log log_;
     sqlite3* database_ = nullptr;
     unsigned generation_ = 0;
-    int process_ = 0; // that opened it: connections do not survive a fork
+    int process_ = 0; // the process that opened it: connections do not survive a fork
 };
 
 } // namespace sunstone::cache

@@ -138,7 +138,7 @@ TEST_F(DiskCacheTest, EntriesAboveTheHighMarkAreNotStored) {
     EXPECT_FALSE(cache->find("big", value));
     EXPECT_TRUE(cache->find("small", value));
     EXPECT_NE(std::string::npos, log_.find("high water mark")) << log_;
-    // Between the marks: everything else goes.
+    // Size between the marks: all other values are evicted.
     cache->insert("medium", valueOf(1, 1900), {1000, 2000});
     EXPECT_TRUE(cache->find("medium", value));
     EXPECT_FALSE(cache->find("small", value));
@@ -174,7 +174,7 @@ TEST_F(DiskCacheTest, PrivateFoldersAreNotTakenFromOthers) {
     EXPECT_EQ(Code::kCachePermission, codeOfOpening(root_ + "/link", true));
 }
 
-// Whatever happened to the files: values that come back are right, and the cache works again.
+// After any change of the files: values that come back are right, and the cache works again.
 void expectRight(DiskCache& cache, unsigned count, size_t size,
                  const std::function<std::string(unsigned, size_t)>& valueOf) {
     std::string value;
@@ -206,7 +206,7 @@ TEST_F(DiskCacheTest, RandomDamage) {
         } else {
             std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
             const unsigned count = round % 4 == 1 ? 1 : round % 4 == 2 ? 20 : 4096;
-            const size_t range = round % 8 == 2 ? 200 : size; // also: all in the header
+            const size_t range = round % 8 == 2 ? 200 : size; // every fourth round only the header
             for (unsigned i = 0; i < count; ++i) {
                 file.seekp(std::streamoff(random() % range));
                 file.put(char(random()));
@@ -286,7 +286,7 @@ TEST_F(DiskCacheTest, ManyProcesses) {
         const pid_t child = fork();
         ASSERT_GE(child, 0);
         if (child == 0) {
-            // All open, fill and damage-check at once; the exit code says how it went.
+            // All processes open, fill and damage-check at once; the exit code is the result.
             bool good = true;
             try {
                 const auto cache = open();

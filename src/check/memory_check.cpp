@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See memory_check.h: which accesses are allowed. report.cpp writes the reports.
 #include "check/memory_check.h"
 
 #include "base/config.h"
@@ -15,7 +16,7 @@ namespace {
 
 namespace cpu = device::cpu;
 
-// Whether the range lies in one live allocation. Threads mostly stay with a few of them.
+// Whether the range lies in one live allocation. Threads mostly stay within a few allocations.
 bool inAllocation(uint64_t address, uint64_t bytes, bool isWritten) {
     struct Known {
         uint64_t version = 0;
@@ -55,7 +56,7 @@ bool isAllowed(uint64_t address, const devlib::AccessPlace& place, const Scene& 
     const auto* pointer = reinterpret_cast<const void*>(address);
     if (inAllocation(address, bytes, place.kind != devlib::kAccessLoad) || compiler::inDeviceData(pointer, bytes))
         return true;
-    // Constant parameters of the launch may be addressed as global memory.
+    // The launch's constant parameters may be addressed as global memory.
     if (scene.params.holds(address, bytes) && place.kind == devlib::kAccessLoad)
         return true;
     static const bool hostAllowed = checks("host");

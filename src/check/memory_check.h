@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The memory checker of `sunstone run --check`: which addresses a thread of device code may access,
-// and the reports on those it may not. Code compiled for it (compiler/passes/check_accesses.h) asks before
-// each access; launches bring what only they know of the thread (Scene).
+// and reports on invalid accesses. Compiled code calls it before each access
+// (compiler/passes/check_accesses.h); a launch passes what is known only per thread (Scene).
 //
-// Allowed are allocations of the API (device, managed, pinned, registered, variables of modules),
-// what device code allocated, the block's shared memory, the parameters, and the thread's own
-// stack, where local variables are. The process's other memory is what a GPU does not reach, and so
-// an error, unless SUNSTONE_CHECK has "host". Accesses must be aligned to their size.
+// A thread may access allocations of the API (device, managed, pinned, registered, variables of
+// modules), memory that device code allocated, the block's shared memory, the parameters, and its
+// own stack, which holds local variables. Other memory of the process is an error, as a GPU cannot
+// reach it, unless SUNSTONE_CHECK contains "host". Accesses must be aligned to their size.
 //
-// A place in the code is reported once, however often and for however many threads it fails. Text
-// goes to the standard error stream; with SUNSTONE_CHECK_REPORT also one JSON object a line to that
-// file: {"event": "start" | "access" | "leak" | "summary", ...}.
+// A place in the code is reported once, for all failures and threads. Text goes to the standard
+// error stream. SUNSTONE_CHECK_REPORT names a file that also receives one JSON object a line:
+// {"event": "start" | "access" | "leak" | "summary", ...}.
 #pragma once
 
 #include "devlib/abi.h"
@@ -30,7 +30,7 @@ struct Range {
 // One thread of a kernel, or one launch index.
 struct Scene {
     const char* kernel = nullptr;           // null: programs of a ray tracing pipeline
-    uint32_t block[3] = {}, thread[3] = {}; // a launch index is in `thread`
+    uint32_t block[3] = {}, thread[3] = {}; // pipelines: `thread` is the launch index
     Range shared, params, stack;
 };
 
@@ -38,11 +38,11 @@ enum class Fault { kNone, kAddress, kAlignment, kShared };
 
 bool enabled();
 
-// Says once that this process is checked, so that nobody takes silence for health: `sunstone run`
-// warns of programs that never came here. Called by the first use of a device.
+// Reports once that this process is checked; called at the first use of a device. `sunstone run`
+// warns about programs that never call it, so that missing reports are not read as success.
 void start();
 
-// What is wrong with an access, having reported it.
+// Checks an access, reports a fault, and returns it.
 Fault examine(const devlib::CheckedAccess& access, const Scene& scene);
 
 // The calling thread's stack from the caller's frames up.

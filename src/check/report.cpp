@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See report.h and memory_check.h.
 #include "check/report.h"
 
 #include "base/config.h"
@@ -22,10 +23,10 @@ namespace {
 
 namespace cpu = device::cpu;
 
-// What outlives the process's own ends: destructors of the library report leaks.
+// Never destroyed: leaks are reported by a destructor of the library.
 struct State {
     std::mutex mutex;
-    std::map<std::string, uint64_t> places; // times that each failed
+    std::map<std::string, uint64_t> places; // number of failures at each place
     std::string file = config(Setting::kCheckReport);
     bool leaks = checks("leaks");
     bool started = false;
@@ -73,7 +74,7 @@ private:
     std::string text_;
 };
 
-// One write, so that lines of several processes stay whole.
+// One write call, so that lines of several processes do not interleave.
 void writeLine(const std::string& line) {
     if (state().file.empty())
         return;
@@ -99,13 +100,13 @@ bool isOurs(const void* address) {
     return false;
 }
 
-// "file:line" of the application's call: the innermost frame that is not ours and, as our static
-// runtime lies in the application's file, has a line if any has.
+// "file:line" of the application's call: the innermost frame outside our libraries that has a
+// line, else the file alone. Our static runtime lies in the application's file.
 std::string placeOf(const cpu::CallStack& stack) {
     std::string fallback;
     for (const void* address : stack) {
         compiler::SourceLocation place;
-        // A return address is behind the call.
+        // A return address lies after the call instruction.
         const void* inside = static_cast<const char*>(address) - 1;
         if (isOurs(inside) || !compiler::hostLocation(inside, place))
             continue;
@@ -140,7 +141,7 @@ struct Neighbour {
     bool isFreed = false;
     bool withContext = false;
     cpu::CallStack freedAt;
-    int64_t distance = 0; // below 0: the address is so many bytes before its begin; 0: within
+    int64_t distance = 0; // below 0: bytes before its start; 0: inside
 
     std::string text(uint64_t address) const {
         const uint64_t end = allocation.base + allocation.size;
@@ -170,7 +171,7 @@ bool findNeighbour(uint64_t address, Neighbour& best) {
         const int64_t distance = address < allocation.base ? -int64_t(allocation.base - address)
                                  : address >= end          ? int64_t(address - end) + 1
                                                            : 0;
-        // What contains the address comes first, of equals the one freed last.
+        // A containing allocation comes first; among equals the one freed last.
         if (found && std::abs(distance) > std::abs(best.distance))
             return;
         found = true;
@@ -195,7 +196,7 @@ std::string rangeText(uint64_t address, const Range& range) {
     return "at the end of";
 }
 
-// Where the address is, for people. `near` receives the allocation it speaks of, if it does.
+// The address in words. `near` receives the allocation mentioned, if any.
 std::string describe(Fault fault, const devlib::CheckedAccess& access, const Scene& scene,
                      Neighbour& near, bool& hasNear) {
     const uint64_t address = access.address;
@@ -212,7 +213,7 @@ std::string describe(Fault fault, const devlib::CheckedAccess& access, const Sce
                        " bytes of the block's shared memory");
     }
     hasNear = findNeighbour(address, near);
-    // Further away, an allocation says nothing about the address.
+    // Farther than this, an allocation does not explain the address.
     constexpr int64_t kNear = int64_t(1) << 20;
     std::string text;
     if (hasNear && std::abs(near.distance) <= kNear)
@@ -321,7 +322,7 @@ void reportLeak(const cpu::Allocation& leak) {
                   .take());
 }
 
-// When the library is left: after the application's own destructors.
+// Runs when the library is unloaded, after the application's own destructors.
 __attribute__((destructor)) void finish() {
     if (!enabled() || !state().started)
         return;
@@ -329,7 +330,7 @@ __attribute__((destructor)) void finish() {
     uint64_t times = 0;
     for (const auto& [place, count] : state().places)
         times += count;
-    // After an invalid access nothing can be freed any more.
+    // After an invalid access the application cannot free memory, so leaks are not reported.
     if (state().leaks && state().places.empty())
         for (const cpu::Allocation& leak : cpu::memory().leaked())
             reportLeak(leak);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports of the memory checker: text and JSON lines, one for each place in the code; leaks at the
-// end of the process.
+// Reports of the memory checker as text and JSON lines, one per place in the code; leaks are
+// reported at the end of the process.
 #pragma once
 
 #include "check/memory_check.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// compilePipeline: checks, pieces side by side, linking. A pipeline's programs are independent
-// pieces of code; the variables they share are one more, made when all users are known.
-// Read next: piece.h.
+// compilePipeline: checks, parallel compilation of pieces, linking. A pipeline's programs are
+// independent pieces of code; the variables that they share are one more piece, made after all of
+// its users. Read next: piece.h.
 #include "compiler/compiler.h"
 
 #include "base/error.h"

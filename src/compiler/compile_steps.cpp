@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See compile_steps.h.
 #include "compiler/compile_steps.h"
 
 #include <llvm/IR/Verifier.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the compilations of pipelines and of kernels share.
+// Steps shared by the compilation of pipelines and of kernels.
 #pragma once
 
 #include "base/log.h"
@@ -23,13 +23,13 @@ private:
     std::string text_;
 };
 
-// Faulty IR is our own fault: throws kInternal naming the step before.
+// Faulty IR is our own fault: throws kInternal with the name of the step before.
 void verify(Unit& unit, const char* step);
 
-// Data layout and triple of the machine that will generate the code.
+// Sets the unit's data layout and triple to those of the target machine.
 void prepare(Unit& unit, LentMachine& machine);
 
-// Module-scope variables by name; of several private ones of one name the first.
+// Module-scope variables by name; of several private ones with one name the first.
 class VariableTable {
 public:
     void add(const std::vector<const ptx::Module*>& modules, const VariableId& id, void* address);

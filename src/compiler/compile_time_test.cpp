@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time of a compilation of ordinary size, and compilations on several threads at once.
+// Time of a compilation of ordinary size, and of compilations on several threads at once.
 #include "compiler/testing.h"
 
 #include <chrono>
@@ -10,7 +10,7 @@ namespace sunstone::compiler::testing {
 namespace {
 
 // A module of about `lines` instructions: closest-hit programs with branches, loops and traces of
-// arithmetic as shading code has them.
+// arithmetic, like shading code.
 std::string makeModule(unsigned lines) {
     std::string text = kHeader;
     text += ".const .align 8 .b8 params[64];\n";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// PTX to machine code. A Pipeline request names programs in several modules; the compiler
-// takes only what they reach, resolves symbols across the modules, lowers every `_optix_*` call to
-// the ABI of devlib/abi.h, optimises the whole and emits x86-64 code through ORC. LLVM does not
+// PTX to machine code. A Pipeline request names programs in several modules. The compiler takes
+// only the functions they reach, resolves symbols across the modules, lowers every `_optix_*` call
+// to the ABI of devlib/abi.h, optimises the whole and emits x86-64 code through ORC. LLVM does not
 // appear in this interface. All functions may be called from any thread.
 #pragma once
 

@@ -89,7 +89,7 @@ MachinePool& pool() {
     return *instance;
 }
 
-// Notes where the sections of each object go.
+// Records the load addresses of each object's sections.
 class SectionNotes : public llvm::orc::ObjectLinkingLayer::Plugin {
 public:
     void modifyPassConfig(llvm::orc::MaterializationResponsibility& responsibility,
@@ -132,7 +132,7 @@ private:
     std::map<const llvm::orc::JITDylib*, SectionAddresses> notes_;
 };
 
-// The process's linking session. Never destroyed: code may be freed by destructors at exit.
+// The process's linking session. Never destroyed: destructors may free code at exit.
 class Session {
 public:
     static Session& get() {
@@ -231,7 +231,7 @@ public:
 private:
     llvm::orc::JITDylib& library_;
     std::map<std::string, void*> addresses_;
-    std::unique_ptr<DebugRegistration> debug_; // forgotten before the code goes
+    std::unique_ptr<DebugRegistration> debug_; // unregistered before the code is freed
 };
 
 struct CodegenNotes {
@@ -258,7 +258,7 @@ void takeDiagnostic(const llvm::DiagnosticInfo* info, void* context) {
 
 const std::string& targetDescription() {
     static const auto* text = [] {
-        // The map of features has no order of its own.
+        // The map of features is unordered.
         const std::string all = hostFeatures();
         llvm::SmallVector<llvm::StringRef, 0> features;
         llvm::StringRef(all).split(features, ',');

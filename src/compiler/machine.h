@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// LLVM IR to machine code in memory, for the processor we run on, in two steps: `generate` makes an
-// object file, which may be kept and loaded again by any process with the same build; `loadObject`
-// gives it addresses. One linking session per process; target machines are kept and lent out,
-// since making one costs more than a small program.
+// LLVM IR to machine code in memory, for the host processor, in two steps. `generate` makes an
+// object file, which any process with the same build can store and load; `loadObject` links it in
+// memory. There is one linking session per process. Target machines are pooled, because creating
+// one costs more than a small program.
 #pragma once
 
 #include "compiler/store/code_object.h"
@@ -12,7 +12,7 @@
 
 namespace sunstone::compiler {
 
-// A target machine for the time of one compilation.
+// A target machine, borrowed for one compilation.
 class LentMachine {
 public:
     explicit LentMachine(OptLevel level);
@@ -21,25 +21,25 @@ public:
     LentMachine& operator=(const LentMachine&) = delete;
     llvm::TargetMachine& operator*() { return *machine_; }
     llvm::TargetMachine* operator->() { return machine_.get(); }
-    // Whether fma is an instruction.
+    // Whether the processor has an fma instruction.
     bool hasFma() const;
 
 private:
     std::unique_ptr<llvm::TargetMachine> machine_;
 };
 
-// Processor and features that code is generated for, as text.
+// The target processor and its features, as text.
 const std::string& targetDescription();
 
-// Loaded code; its memory goes with it.
+// Loaded code; the destructor frees its memory.
 class LoadedCode {
 public:
     virtual ~LoadedCode() = default;
-    // Null if there is no such symbol.
+    // Null if the symbol does not exist.
     virtual void* address(const std::string& name) const = 0;
 };
 
-// The object file of a finished unit and the frame size of each of its functions.
+// Generates the object file of a finished unit, with the frame size of each of its functions.
 CodeObject generate(Unit& unit, LentMachine& machine);
 
 // Links `object` against the run-time and `externals` (symbol, address) and looks `symbols` up.

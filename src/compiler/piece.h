@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiles one piece of a pipeline: a program with all it reaches, or the variables that the
-// programs share. A piece depends on its request alone, so that it can be kept: `keyOf` is the
+// Compiles one piece of a pipeline: a program with all functions it reaches, or the variables that
+// the programs share. A piece depends only on its request, so it can be stored: `keyOf` is the
 // digest of the request, of this build and of the processor.
 #pragma once
 

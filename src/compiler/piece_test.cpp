@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pieces of pipelines: bytes and back, keys, what a store spares, variables that programs share.
+// Pieces of pipelines: serialisation, keys, reuse from a store, variables shared by programs.
 #include "compiler/piece.h"
 
 #include "compiler/flavor.h"
@@ -36,7 +36,8 @@ private:
 
 using Module = std::shared_ptr<const Source>;
 
-// Each program adds its step to `counter`, then stores it where the launch parameters point.
+// Each program adds its step to `counter` and stores the sum at the address in the launch
+// parameters.
 std::string counterProgram(const char* name, unsigned step) {
     return std::string(".visible .entry ") + name +
            "() { .reg .b32 %r<3>; .reg .b64 %rd<3>;\n"
@@ -164,7 +165,7 @@ TEST(Piece, AStoreSparesCompilation) {
         EXPECT_EQ(3u, store.inserts) << "two programs and the variables";
         EXPECT_EQ(round * 3, store.hits);
     }
-    // One program of the same module in another pipeline is known as well.
+    // The store also knows one program of the same module in another pipeline.
     const Module module = source(text);
     Runner run({missOf(module, "__miss__b")}, &store);
     EXPECT_EQ(110u, run.call(0));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // For tests of the compiler: runs short PTX texts. A case is one or more instructions, up to four
 // 64-bit inputs and the expected value of the result register. All cases of a table become kernels
-// of one module. Inputs are in %rd1.. and, cut down, in %r1.. %rs1.. %f1.. %fd1.. %p1..
-// The result register is number 0 of the class `result` names: r, d (%rd), s (%rs), f, F (%fd), p.
+// of one module. Inputs are in %rd1.. and, truncated, in %r1.. %rs1.. %f1.. %fd1.. %p1.. The result
+// register is number 0 of the class in `result`: r, d (%rd), s (%rs), f, F (%fd), p.
 #pragma once
 
 #include "base/error.h"
@@ -47,7 +47,7 @@ inline uint64_t bits(double value) {
     return std::bit_cast<uint64_t>(value);
 }
 
-// Enough .ftz arithmetic that the kernel runs with results flushed by the processor (flush.h).
+// Enough .ftz arithmetic to make the kernel run with results flushed by the processor (flush.h).
 constexpr unsigned kManyFlushes = 60;
 inline std::string manyFlushes() {
     std::string text = "mov.f32 %f18, %f1; mov.f32 %f19, %f2;\n";
@@ -100,7 +100,7 @@ inline bool isNan(char type, uint64_t value) {
                        : type == 'F' && std::isnan(std::bit_cast<double>(value));
 }
 
-// Compares bits; any NaN equals any NaN. flushed: among much .ftz arithmetic.
+// Compares bits; any NaN equals any NaN. flushed: among other .ftz arithmetic.
 inline void run(const std::vector<Case>& cases, bool flushed) {
     std::string text = kHeader;
     for (size_t i = 0; i < cases.size(); ++i)

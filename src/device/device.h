@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one interface to hardware. A Device executes work in stream order on memory that programs
-// reach by address. The CPU device (device/cpu) is the machine itself; streams are CUstream values
-// of src/api/cuda, opaque here.
+// The one interface to hardware. A Device runs work in stream order on memory that programs reach
+// by address. The CPU device (device/cpu) is the machine itself; its streams are CUstream values of
+// src/api/cuda, opaque here.
 #pragma once
 
 #include "base/error.h"
@@ -11,9 +11,9 @@
 
 namespace sunstone::device {
 
-// Device code has failed in this context, which can do nothing more: every call that needs it fails
-// with the same error, whose number is that of the CUDA API. The context alone keeps it: queued work
-// that throws this leaves no error with its stream.
+// Device code has failed in this context. Every later call that needs the context fails with the
+// same error, whose number is that of the CUDA API. Only the context keeps the error: queued work
+// that throws it leaves no error with its stream.
 class ContextFault : public Error {
 public:
     ContextFault(int number, const std::string& text)
@@ -29,25 +29,26 @@ public:
     virtual ~Device() = default;
     virtual const char* name() const = 0;
 
-    // Runs `work` after everything queued earlier on `stream` (null: the legacy default stream,
-    // (void*)2: the per-thread default stream) and returns at once. What work throws becomes the
-    // stream's error, seen by the next call on the stream. Throws Error(kInvalidValue) if `stream`
-    // is not a live stream, and ContextFault if device code failed in the current context.
+    // Runs `work` after all work queued earlier on `stream` (null: the legacy default stream,
+    // (void*)2: the per-thread default stream) and returns at once. An exception of `work` becomes
+    // the stream's error, which the next call on the stream throws. Throws Error(kInvalidValue) if
+    // `stream` is not a live stream, and ContextFault if device code failed in the current context.
     virtual void enqueue(void* stream, std::function<void()> work) = 0;
-    // The CUcontext a stream was made in; null for the default streams, which belong to whatever
-    // context is current. Throws as enqueue does.
+    // The CUcontext in which a stream was made; null for the default streams, which belong to the
+    // current context. Throws as enqueue does.
     virtual const void* streamContext(void* stream) = 0;
     // Waits for a stream; rethrows its pending error.
     virtual void synchronize(void* stream) = 0;
-    // Waits for all streams; their errors stay with them.
+    // Waits for all streams; errors stay with their streams.
     virtual void synchronizeAll() = 0;
 
-    // The CUcontext current on this thread, or null. ownsContext: is it a live context of ours?
+    // The CUcontext current on this thread, or null. ownsContext: whether `context` is a live
+    // context of this device.
     virtual void* currentContext() = 0;
     virtual bool ownsContext(void* context) = 0;
 
-    // Whether [address, address + size) can be read and written by device code: inside one live
-    // allocation, or ordinary process memory. Never faults.
+    // Whether device code can read and write [address, address + size): the range lies in one live
+    // allocation or in ordinary process memory. Never faults.
     virtual bool isAccessible(const void* address, size_t size) = 0;
 };
 

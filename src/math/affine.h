@@ -23,7 +23,7 @@ inline Vec3 transformVector(const float m[12], Vec3 v) {
             m[8] * v.x + m[9] * v.y + m[10] * v.z};
 }
 
-// a after b.
+// The product: applies b, then a.
 inline Affine multiply(const float a[12], const float b[12]) {
     Affine c;
     for (int i = 0; i < 3; ++i)
@@ -33,7 +33,7 @@ inline Affine multiply(const float a[12], const float b[12]) {
     return c;
 }
 
-// Computed in double precision. False (and zeros) if the matrix has no finite inverse.
+// Computed in double precision. False, and zeros in `inverse`, if the matrix has no finite inverse.
 inline bool invert(const float m[12], float inverse[12]) {
     const double a = m[0], b = m[1], c = m[2], d = m[4], e = m[5], f = m[6];
     const double g = m[8], h = m[9], i = m[10];
@@ -59,7 +59,7 @@ inline bool invert(const float m[12], float inverse[12]) {
     return finite;
 }
 
-// Bounds of a transformed box, with a margin for the rounding of later transforms of rays.
+// Bounds of a transformed box, with a margin for the rounding of later ray transforms.
 inline Box transformBox(const float m[12], const Box& b) {
     Box r;
     if (b.empty())

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Three floats and the few operations the engine needs on them. Host code; device code has its
-// own types.
+// Three floats and the operations that the engine's host code needs. Device code has its own types.
 #pragma once
 
 #include <cmath>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tree of a PTX module: what the parser makes, the verifier checks, the compiler reads.
+// The tree of a PTX module: the parser makes it, the verifier checks it, the compiler reads it.
 //
 // Names are resolved where PTX scopes them: a register operand holds an index into its function's
-// `registers` (scopes are braces; the index is unique whatever the name), a label operand an index
+// `registers` (scopes are braces; the index is unique, names may repeat), a label operand an index
 // into `labels`. Symbols (functions, variables, parameters, local and shared variables) stay names;
-// the compiler looks them up. Instructions keep their opcode split at the dots, so that nothing of
-// the text is lost. All string_views point into Module::text. No LLVM here.
-// Source: PTX ISA manual, versions up to 9.0. Read next: parser.h, verifier.h.
+// the compiler looks them up. Instructions keep their opcode split at the dots, so no text is lost.
+// All string_views point into Module::text. No LLVM here. Source: PTX ISA manual, versions up to
+// 9.0. Read next: parser.h, verifier.h.
 #pragma once
 
 #include <cstdint>
@@ -157,7 +157,7 @@ struct Instruction {
     std::vector<Operand> arguments;
     Operand target;
     std::string_view prototype; // label of .callprototype / .calltargets, or empty
-    // The table of instructions does not know this form; whoever compiles it does (parser.h).
+    // The instruction table lacks this form, but the compiler's Judge accepts it (parser.h).
     bool isForeign = false;
     Location location;
     SourcePosition source;
@@ -192,7 +192,7 @@ struct BranchTargets {
     std::vector<uint32_t> labels;
 };
 
-// The functions an indirect call may reach, from .calltargets.
+// The functions that an indirect call may reach, from .calltargets.
 struct CallTargets {
     std::string_view name;
     std::vector<std::string_view> functions;
@@ -206,7 +206,7 @@ struct Function {
     bool noreturn = false;
     std::vector<Variable> results;    // space kParam or kReg
     std::vector<Variable> parameters; // space kParam or kReg; kReg ones are also in `registers`
-    std::vector<uint32_t> resultRegisters;    // register index per result, ~0u if it is a .param
+    std::vector<uint32_t> resultRegisters;    // register index per result, ~0u for a .param
     std::vector<uint32_t> parameterRegisters; // same for parameters
     std::vector<Register> registers;          // of a range only the registers that are used
     std::vector<std::string_view> labels;
@@ -227,7 +227,7 @@ struct Function {
     Location location;
 };
 
-// Text between the braces of a .section: debug information as data directives, not looked into.
+// Text between the braces of a .section: debug information as data directives, not parsed.
 struct Section {
     std::string_view name; // "debug_info"
     std::string_view text;
@@ -246,8 +246,8 @@ struct Module {
     std::vector<Function> functions; // declarations and definitions
     std::vector<std::pair<std::string_view, std::string_view>> aliases;
 
-    // Name to index, filled by the parser; whoever adds functions or variables to a parsed module
-    // adds them here too. Empty maps mean: search.
+    // Name to index, filled by the parser. Code that adds functions or variables to a parsed module
+    // must add them here too. With empty maps the lookups search the vectors.
     std::unordered_map<std::string_view, uint32_t> functionIndex;
     std::unordered_map<std::string_view, uint32_t> variableIndex;
 

@@ -4,7 +4,7 @@
 
 namespace sunstone::ptx {
 
-// From '{' to its '}'. Nested braces are a loop, not recursion: depth costs no stack.
+// From '{' to its '}'. Nested braces are a loop, not recursion, so depth costs no stack.
 void Parser::parseBody() {
     const Location start = token_.location;
     advance();
@@ -98,7 +98,7 @@ void Parser::parseBodyDirective() {
                                (function ? ": a '}' may be missing before it" : nearest.hint(".")));
 }
 
-// `name` unless the function or the module uses it already: then name$1, name$2, ...
+// `name`, unless the function or the module already uses it: then name$1, name$2, ...
 std::string_view Parser::uniqueName(std::string_view name, std::vector<uint32_t>& stamps) {
     const auto take = [&](NameId id) {
         if (id >= stamps.size())
@@ -124,7 +124,7 @@ std::string_view Parser::uniqueName(std::string_view name, std::vector<uint32_t>
     }
 }
 
-// After the name, at ':'. What follows the label may give it a meaning of its own.
+// At the ':' after the name. A directive after the label may make it a prototype or a target list.
 void Parser::parseLabel(std::string_view name, Location location) {
     advance();
     const NameId id = names_.intern(name);
@@ -197,7 +197,7 @@ void Parser::useLabel(LabelUse::Where where, size_t item, size_t element, std::s
     scopes_.useLabel(use);
 }
 
-// Writes what a label turned out to be into the place that named it.
+// Writes a label's meaning into the operand that named it.
 void Parser::bindLabel(const LabelUse& use, const LabelDeclaration& label) {
     const auto wrong = [&](const char* wanted) {
         diagnostics_.error(use.location, quoted(names_.text(use.name)) + " (line " +
@@ -210,7 +210,7 @@ void Parser::bindLabel(const LabelUse& use, const LabelDeclaration& label) {
         function_.branchTargets[use.item].labels[use.element] = label.index;
         return;
     }
-    // The statement is missing where a fault followed the use.
+    // The statement is missing if a fault followed the use.
     if (use.item >= function_.body.size())
         return;
     Instruction& instruction = function_.body[use.item].instruction;

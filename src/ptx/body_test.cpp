@@ -340,7 +340,7 @@ TEST(Labels, ForwardBackwardAndInScopes) {
     EXPECT_EQ(targets, (std::vector<uint32_t>{5, 1, 0, 5, 2, 3, 4}));
 }
 
-// Even those of registers' looks.
+// Names that look like registers are valid, too.
 TEST(Labels, Names) {
     mustParseBody("bra %L1; %L1: bra $L$2; $L$2: bra _L3; _L3: BB0_1: @%p1 bra BB0_1;");
 }
@@ -429,7 +429,7 @@ TEST(Calls, ThroughPointers) {
     EXPECT_EQ(prototype.parameters[0].size, 48u);
     EXPECT_EQ(prototype.parameters[0].alignment, 16u);
     EXPECT_EQ(prototype.parameters[1].space, Space::kReg);
-    // After its use; of the same name in two scopes; without arguments.
+    // A label after its use; the same name in two scopes; a call without arguments.
     p = lastInstruction("{ call %rd1, (), x; x: .callprototype _ (); }\n"
                         "{ x: .callprototype _ (); call %rd1, x; }");
     EXPECT_EQ(p.instruction.prototype, "x$1");

@@ -35,7 +35,7 @@ bool Parser::parseSpace(std::string_view word, Space& space) const {
     else if (word == "reg")
         space = Space::kReg;
     else if (word == "tex")
-        space = Space::kGlobal; // the old name of .global .texref
+        space = Space::kGlobal; // .tex, the older name of .global .texref
     else
         return false;
     return true;
@@ -125,8 +125,8 @@ void Parser::parseDimensions(Variable& variable) {
     }
 }
 
-// Size in bytes and natural alignment, from type and dimensions. A row must be within the limit even
-// where the first dimension is open, so that what is computed from it does not overflow.
+// Size in bytes and natural alignment, from type and dimensions. A row must be within the limit
+// even if the first dimension is open, so that sizes computed from it do not overflow.
 void Parser::finishSize(Variable& variable) {
     uint64_t row = uint64_t(sizeOf(variable.type)) * variable.vector;
     if (variable.alignment == 0)
@@ -134,7 +134,7 @@ void Parser::finishSize(Variable& variable) {
     bool isOpen = false;
     for (const uint64_t dimension : variable.dimensions) {
         isOpen = isOpen || dimension == 0;
-        if (row != 0 && dimension > kMaxVariableSize / row) // predicates have no size
+        if (row != 0 && dimension > kMaxVariableSize / row) // predicates have size 0
             fault(variable.location,
                   "variable " + quoted(variable.name) + " is larger than the limit of 2^40 bytes");
         row *= std::max<uint64_t>(1, dimension);
@@ -154,7 +154,7 @@ void Parser::parseDeclarator(Variable& variable) {
 }
 
 void Parser::addModuleVariable(Variable&& variable) {
-    // Looked up in the map that the module keeps anyway.
+    // Uses the map that the module keeps for functions.
     const auto function = module_.functionIndex.find(variable.name);
     if (function != module_.functionIndex.end())
         fault(variable.location,
@@ -262,9 +262,10 @@ void Parser::parseInitializer(Variable& variable) {
     parseElement(variable, 0);
 }
 
-// Nested braces fill rows: a closing brace moves on to the start of the next row of its level.
+// Nested braces fill rows: a closing brace moves to the start of the next row of its level.
 void Parser::parseInitializerList(Variable& variable) {
-    // Elements per row of each level, from the outermost braces; a vector's parts are the last.
+    // Elements per row of each level, outermost braces first; the parts of a vector are the last
+    // level.
     std::vector<uint64_t> rows;
     uint64_t elements = variable.vector;
     if (variable.vector > 1)
@@ -307,7 +308,7 @@ void Parser::parseInitializerList(Variable& variable) {
         fault(location, "the initialiser has more elements than the variable");
     if (variable.dimensions.empty() || variable.dimensions[0] != 0)
         return;
-    // The open first dimension is as long as the initialiser needs.
+    // The open first dimension gets the length of the initialiser.
     const uint64_t row = elements;
     variable.dimensions[0] = (used + row - 1) / row;
     finishSize(variable);
@@ -396,7 +397,7 @@ void Parser::parseElement(Variable& variable, uint64_t element) {
     const unsigned size = sizeOf(variable.type);
     const uint64_t offset = element * size;
     const Location location = token_.location;
-    if (element >= kMaxInitializedSize / size) // empty braces may lead anywhere
+    if (element >= kMaxInitializedSize / size) // empty braces may lead to any index
         fault(location, "initialised variable " + quoted(variable.name) +
                             " is larger than the limit of 64 MiB");
     if (variable.initializer.size() < offset + size)

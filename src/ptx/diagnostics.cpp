@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Collected messages about a PTX text, and the search for what a misspelt name may have meant.
+// Collected messages about a PTX text, and the search for the name closest to a misspelt one.
 #include "ptx/diagnostics.h"
 
 #include <algorithm>
@@ -88,7 +88,7 @@ std::string Diagnostics::format() const {
 }
 
 void Nearest::offer(std::string_view candidate) {
-    // Long names and long lists would cost more than the hint is worth.
+    // Long names and long lists cost more than the hint is worth.
     constexpr size_t kMaxLength = 100, kMaxCandidates = 4000;
     if (name_.size() < 2 || name_.size() > kMaxLength || candidate.size() > kMaxLength ||
         ++offered_ > kMaxCandidates || candidate == name_)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages about a PTX text: collected, so that several faults are reported at once.
+// Messages about a PTX text, collected so that several faults are reported at once.
 #pragma once
 
 #include "ptx/ast.h"
@@ -20,11 +20,11 @@ struct Diagnostic {
 
 class Diagnostics {
 public:
-    static constexpr size_t kMaxErrors = 20; // later ones are counted, not kept
+    static constexpr size_t kMaxErrors = 20; // further errors are only counted
 
     void error(Location location, std::string text);
     void warning(Location location, std::string text);
-    // Takes the last errors back, so that so many are left.
+    // Removes the last errors, so that `count` are left.
     void keepErrors(size_t count);
     bool failed() const { return errors_ != 0; }
     size_t errorCount() const { return errors_; }
@@ -37,12 +37,12 @@ private:
     size_t errors_ = 0;
 };
 
-// Finds the name a misspelt one may stand for: offer() the known names, then ask for hint().
+// Finds the known name closest to a misspelt one: offer() the known names, then call hint().
 class Nearest {
 public:
     explicit Nearest(std::string_view name) : name_(name) {}
     void offer(std::string_view candidate);
-    // " (did you mean 'x'?)", or empty where nothing is close.
+    // " (did you mean 'x'?)", or empty if no name is close.
     std::string hint(const char* prefix = "") const;
 
 private:
@@ -52,7 +52,7 @@ private:
     size_t offered_ = 0;
 };
 
-// A piece of the text in quotes: shortened, unprintable bytes replaced.
+// A piece of the text in quotes, shortened and with unprintable bytes replaced.
 std::string quoted(std::string_view text);
 
 } // namespace sunstone::ptx

@@ -81,9 +81,9 @@ void Parser::parseFunctionAttributes() {
         else if (word == "explicitcluster" || word == "blocksareclusters")
             function_.explicitCluster = true;
         else if (word == "abi_preserve" || word == "abi_preserve_control")
-            expectInteger("a number", kMax); // register allocation of the vendor's ABI: not ours
+            expectInteger("a number", kMax); // for the vendor's ABI; no effect here
         else if (word == "attribute") {
-            Variable ignored; // .unified: an identity for the vendor's linker
+            Variable ignored; // .unified: for the vendor's linker
             parseAttribute(ignored);
         } else
             fault(location, "unknown function directive " + quoted("." + std::string(word)));
@@ -112,7 +112,8 @@ void Parser::declareParameters(std::vector<Variable>& variables, std::vector<uin
             fault(variable.location, "parameter " + quoted(variable.name) +
                                          " is declared twice; first at line " +
                                          std::to_string(earlier->location.line));
-        uniqueName(variable.name, variableStamps_); // takes the name: body variables give way
+        uniqueName(variable.name, variableStamps_); // reserves the name: body variables with the
+                                                    // same name are renamed
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recognises input that is something else than PTX text, so that the message can name it.
+// Recognises input that is not PTX text, so that the message can name its format.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace sunstone::ptx {
 
-// What the bytes are and what to do about it; empty if they may be PTX.
+// The input's format and a remedy; empty if the bytes may be PTX.
 std::string describeForeignInput(std::string_view bytes);
 
 } // namespace sunstone::ptx

@@ -246,7 +246,8 @@ inline constexpr FormText kFormTexts[] = {
     {"mbarrier", "test_wait|try_wait parity acquire|relaxed? cta|cluster? shared|shared::cta?", "b64", "=p a r r?"},
     {"mbarrier", "pending_count", "b64", "=r d"},
     {"griddepcontrol", "launch_dependents|wait", "", ""},
-    // Units that only GPUs have, and video instructions: names are known, the rest is not checked.
+    // Instructions for GPU-only units, and video instructions: the names are known, operands are
+    // unchecked.
     {"wmma|mma|wgmma|tcgen05|ldmatrix|stmatrix|movmatrix|tensormap|multimem|createpolicy|"
      "mapa|getctarank|setmaxnreg|clusterlaunchcontrol", "*", "", ""},
     {"vadd|vsub|vabsdiff|vmin|vmax|vshl|vshr|vmad|vset|vadd2|vsub2|vavrg2|vabsdiff2|vmin2|vmax2|vset2|"

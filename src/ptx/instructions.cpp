@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the table of instruction_table.h into forms, and matches instructions with them.
+// Parses the table of instruction_table.h into forms, and matches instructions against them.
 #include "ptx/instructions.h"
 
 #include "ptx/instruction_table.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The instruction table: for each form of each opcode the modifiers and types it takes and what
-// its operands must be. Source: PTX ISA manual; what it leaves open follows the vendor's assembler.
+// The instruction table: the modifiers, types and operands that each form of an opcode takes.
+// Source: PTX ISA manual; where it is silent, the vendor's assembler.
 //
-// Order of modifiers is not checked (several orders of the same modifiers are in use), and types
-// only by width: a register of 32 bits serves every 32-bit type, whatever it was declared as.
+// The order of modifiers is not checked, because several orders are in use. Types are checked only
+// by width: a 32-bit register serves every 32-bit type, regardless of its declaration.
 #pragma once
 
 #include "ptx/ast.h"
@@ -49,7 +49,7 @@ struct ModifierGroup {
 
 struct Form {
     std::vector<ModifierGroup> groups;
-    std::vector<uint32_t> types; // per position the set of types allowed, bit = Type
+    std::vector<uint32_t> types; // bits, one per Type: the types allowed at each position
     std::vector<OperandRule> operands;
     bool loose = false; // any modifiers and operands: the back end decides
     size_t minimumOperands = 0;
@@ -58,11 +58,11 @@ struct Form {
 // The forms of an opcode; null for an unknown opcode.
 const std::vector<Form>* findForms(std::string_view opcode);
 
-// All opcodes: for spelling hints.
+// All opcodes, for spelling hints.
 const std::vector<std::string_view>& allOpcodes();
 
-// Whether the modifiers of `instruction` are those of `form`. If not, *problem says why; of
-// several forms the problem with the highest rank is the most telling.
+// Whether the modifiers of `instruction` fit `form`. If not, *problem gives the reason; of several
+// forms' problems the one with the highest rank is the most specific.
 struct FormProblem {
     enum Rank : uint8_t { kNone, kUnknownModifier, kWrongType, kConflict, kMissing };
     Rank rank = kNone;

@@ -70,7 +70,7 @@ void Lexer::rewind(const Token& token) {
     lineStart_ = at_ - (token.location.column - 1);
 }
 
-// Skips white space and comments; false for a block comment without an end.
+// Skips white space and comments; false for an unterminated block comment.
 bool Lexer::skipSpace() {
     while (at_ != end_) {
         if (*at_ == '\n') {
@@ -97,7 +97,7 @@ bool Lexer::skipSpace() {
             }
             at_ += 2;
         } else if (*at_ == '@' && end_ - at_ > 6 && std::memcmp(at_, "@@DWARF", 7) == 0) {
-            skipLine(); // debug information as PTX 1.x and 2.x wrote it
+            skipLine(); // debug information in the syntax of PTX 1.x and 2.x
         } else {
             break;
         }
@@ -180,7 +180,7 @@ Token Lexer::hexFloat(Token token, unsigned digits, TokenKind kind) {
 
 Token Lexer::decimalFloat(Token token) {
     double value = 0;
-    // from_chars wants a digit before the point only in its own grammar, which allows ".5".
+    // from_chars also accepts ".5", as PTX does.
     const auto result = std::from_chars(at_, end_, value);
     token.kind = TokenKind::kFloat64;
     token.text = std::string_view(at_, result.ptr - at_);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PTX text to tokens, one at a time. Dots start words of their own (".global", ".v4", ".L2::128B"),
-// so that "ld.global.u32" is an identifier and two dot words. Comments and white space vanish.
+// PTX text to tokens, one at a time. A dot starts a word (".global", ".v4", ".L2::128B"), so
+// "ld.global.u32" is an identifier and two dot words. Comments and white space are dropped.
 #pragma once
 
 #include "ptx/ast.h"
@@ -38,11 +38,11 @@ class Lexer {
 public:
     Lexer(std::string_view text, Diagnostics& diagnostics);
 
-    // The next token. After a byte that cannot be PTX the error is reported and the text ends.
+    // The next token. A byte that cannot be PTX is reported and ends the text.
     Token next();
-    // Reads ".5" again, which next() took for a dot word, as a number.
+    // Rereads as a number ".5", which next() returned as a dot word.
     Token numberAt(const Token& dotWord);
-    // Goes back to `token`, which next() gave lately: it will be the next one again.
+    // Goes back to `token`, a recent result of next(), which becomes the next one again.
     void rewind(const Token& token);
 
 private:

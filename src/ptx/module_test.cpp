@@ -307,7 +307,7 @@ TEST(VariableErrors, Declarations) {
               "4:14: variable 'a' is larger than the limit of 2^40 bytes");
     EXPECT_EQ(errorOfItems(".global .u32 a[1000000][1000000][1000000];"),
               "4:14: variable 'a' is larger than the limit of 2^40 bytes");
-    // Products that are small again in 64 bits; rows of an open first dimension.
+    // Products that wrap to small values in 64 bits; rows of an open first dimension.
     for (const char* sizes : {"[4294967296][4294967296]", "[][4294967296][4294967296] = {1}",
                               "[][3][715827883][2147483647] = {{{{1}}}, 2}"})
         EXPECT_EQ(errorOfItems((std::string(".global .u32 a") + sizes + ";").c_str()),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of a PTX text as small numbers: each spelling is hashed once, everything else the parser
-// knows of a name hangs on its number.
+// Names of a PTX text as small numbers: each spelling is hashed once, and the parser's tables are
+// indexed by the number.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ class Names {
 public:
     Names() : slots_(1024, kEmpty) {}
 
-    // The number of `text`, which must outlive this object. New names get the next number.
+    // The number of `text`, which must outlive this object. A new name gets the next number.
     NameId intern(std::string_view text);
     std::string_view text(NameId name) const { return texts_[name]; }
     size_t size() const { return texts_.size(); }

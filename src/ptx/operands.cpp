@@ -189,7 +189,7 @@ bool Parser::resolveSpecial(Operand& operand, const Token& name) {
     return true;
 }
 
-// The variable that a resolved symbol operand names; null for functions and unknown names.
+// The variable of a resolved symbol operand; null for functions and unknown names.
 const Variable* Parser::variableOf(NameId name) {
     const auto symbol = scopes_.find(name, function_.registers);
     if (symbol && symbol->kind == SymbolKind::kParameter)
@@ -202,8 +202,8 @@ const Variable* Parser::variableOf(NameId name) {
     return found == module_.variableIndex.end() ? nullptr : &module_.variables[found->second];
 }
 
-// What a name stands for. Names that nothing in the function declares are looked for at module
-// scope when all of it is known.
+// Resolves a name. Names not declared in the function are looked up at module scope after the whole
+// module has been read.
 void Parser::resolve(Operand& operand, const Token& name) {
     const NameId id = names_.intern(name.text);
     if (const auto symbol = scopes_.find(id, function_.registers)) {
@@ -228,7 +228,7 @@ void Parser::resolve(Operand& operand, const Token& name) {
     moduleUses_.push_back({id, name.location});
 }
 
-// A register, special register or symbol, with what may follow it.
+// A register, special register or symbol, with its suffixes.
 Operand Parser::parseNamed() {
     Operand operand;
     operand.location = token_.location;
@@ -269,7 +269,7 @@ void Parser::parseOffset(Operand& operand) {
     while (at('+') || at('-')) {
         const bool minus = at('-');
         advance();
-        // Sums continue in the loop: only what binds closer belongs to this term.
+        // The loop takes the following terms: parse only operators that bind tighter.
         const Location location = token_.location;
         const Constant term = parseExpression(10);
         if (term.floatBits)
@@ -279,8 +279,8 @@ void Parser::parseOffset(Operand& operand) {
     }
 }
 
-// sym[N], sym[%r], sym[%r+N]: the index counts elements. mov takes the address, a load what is
-// there.
+// sym[N], sym[%r], sym[%r+N]: the index counts elements. mov takes the address, a load the value at
+// it.
 void Parser::parseIndex(Operand& operand, std::string_view name) {
     const Variable* variable = variableOf(names_.intern(name));
     if (!variable)
@@ -479,7 +479,7 @@ Constant Parser::binary(std::string_view op, const Constant& a, const Constant& 
         const bool divide = op == "/";
         if (isUnsigned)
             return integer(divide ? a.bits / b.bits : a.bits % b.bits, true);
-        if (sb == -1) // the one quotient that does not fit
+        if (sb == -1) // the only quotient that overflows
             return integer(divide ? 0 - a.bits : 0, false);
         return integer(static_cast<uint64_t>(divide ? sa / sb : sa % sb), false);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The outermost layer of the parser: what a module is made of. See parser_impl.h.
+// The outermost layer of the parser: the directives and items of a module. See parser_impl.h.
 #include "ptx/parser.h"
 
 #include "ptx/input_kind.h"
@@ -16,7 +16,7 @@ Parser::Parser(Module& module, Diagnostics& diagnostics)
 
 void Parser::fault(Location location, std::string text) {
     diagnostics_.error(location, std::move(text));
-    expressionDepth_ = 0; // what is thrown leaves all expressions
+    expressionDepth_ = 0; // a fault may leave open expressions
     throw Fault{};
 }
 
@@ -63,7 +63,7 @@ uint64_t Parser::expectInteger(const char* what, uint64_t limit) {
     return value;
 }
 
-// After a fault: to behind the next ';', or to a brace or the end.
+// After a fault, skips past the next ';', or to a brace or the end.
 void Parser::recover() {
     while (!atEnd() && !at(';') && !at('{') && !at('}'))
         advance();
@@ -81,9 +81,9 @@ void Parser::parseModule() {
             parseItem();
         } catch (const Fault&) {
             if (!sawVersion_)
-                return; // not PTX at all: one message is enough
+                return; // not PTX at all: one message suffices
             recover();
-            // A body whose header was faulty says nothing more: skip it whole.
+            // After a faulty header, skip the whole body.
             size_t depth = 0;
             do {
                 depth += at('{');
@@ -151,7 +151,7 @@ void Parser::requireHeader() {
     if (sawTarget_)
         return;
     diagnostics_.error(token_.location, "a .target directive must follow .version");
-    sawTarget_ = true; // once is enough
+    sawTarget_ = true; // report a missing .target only once
 }
 
 void Parser::unknownDirective() {
@@ -267,7 +267,7 @@ void Parser::parseLoc() {
     }
 }
 
-// Debug information: kept as text, for those who ask for it.
+// Debug information: kept as text.
 void Parser::parseSection() {
     const Location location = token_.location;
     advance();
@@ -328,7 +328,7 @@ Linkage Parser::parseLinkage() {
     return linkage;
 }
 
-// Definitions win over declarations.
+// A definition takes precedence over declarations.
 void Parser::indexModule() {
     for (uint32_t i = 0; i < module_.functions.size(); ++i) {
         const auto [entry, added] = module_.functionIndex.emplace(module_.functions[i].name, i);
@@ -349,7 +349,7 @@ void Parser::hintModuleNames(Nearest& nearest) const {
         nearest.offer(function.name);
 }
 
-// Symbols may be used before the module declares them, so the check comes last.
+// Symbols may be used before the module declares them, so they are checked last.
 void Parser::resolveModuleNames() {
     moduleNames_.assign(names_.size(), 0);
     const auto mark = [&](std::string_view text) {
@@ -374,7 +374,7 @@ void Parser::resolveModuleNames() {
         diagnostics_.error(use.location,
                            "undeclared name " + quoted(names_.text(use.name)) + nearest.hint());
         moduleNames_.resize(names_.size());
-        moduleNames_[use.name] = 1; // once is enough
+        moduleNames_[use.name] = 1; // report each name only once
     }
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parser's inside: recursive descent over tokens, one method per construct, spread over
+// Internals of the parser: recursive descent over tokens, one method per construct, in
 //   parser.cpp        tokens, module directives, debug sections, the end of the module
 //   declarations.cpp  variables, registers, initialisers
 //   functions.cpp     function headers, attributes, parameters, prototypes
 //   bodies.cpp        statements, scopes, labels, calls
 //   operands.cpp      operands, addresses, constant expressions
-// A fault is recorded and thrown as Fault; the innermost loop over statements, directives or
-// module items catches it, skips to where the next one may begin, and goes on.
+// A fault is recorded and thrown as Fault. The innermost loop over statements, directives or module
+// items catches it, skips to the next possible start, and continues.
 #pragma once
 
 #include "ptx/lexer.h"
@@ -149,7 +149,7 @@ private:
     unsigned expressionDepth_ = 0;
     bool sawVersion_ = false, sawTarget_ = false;
 
-    // Of the function being parsed.
+    // State of the function being parsed.
     Function function_;
     SourcePosition source_;
     bool addressesAreValues_ = false;      // in this instruction sym[N] is an address, not a place

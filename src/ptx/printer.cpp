@@ -132,7 +132,7 @@ private:
 void Printer::header() {
     add(".version ", module_.versionMajor, ".", module_.versionMinor, "\n.target ", module_.target);
     for (const std::string_view option : module_.targetOptions)
-        if (option != "debug") // would demand the debug sections, which the tree leaves out
+        if (option != "debug") // it requires the debug sections, which the tree omits
             add(", ", option);
     add("\n.address_size ", module_.addressSize, "\n\n");
     for (size_t i = 0; i < module_.files.size(); ++i)
@@ -140,7 +140,7 @@ void Printer::header() {
             add(".file ", uint64_t(i), " \"", module_.files[i], "\"\n");
 }
 
-// Assemblers want to have seen a function whose address an initialiser takes.
+// Assemblers require a declaration before an initialiser takes a function's address.
 void Printer::declareNamedByInitializers() {
     std::unordered_set<std::string_view> named;
     for (const Variable& variable : module_.variables)
@@ -253,7 +253,7 @@ void Printer::printInitializer(const Variable& variable) {
             printRelocation(*relocation);
             close();
         } else {
-            // Byte selectors: one of them, or those of the whole address.
+            // Byte selectors: the masked one, or all bytes of the address.
             for (unsigned byte = 0; byte < 8; ++byte) {
                 if (relocation->mask && !(relocation->mask >> byte & 1))
                     continue;
@@ -318,7 +318,7 @@ std::string Printer::unique(std::string name) {
     }
 }
 
-// Scopes are gone: names of registers and labels must differ within the function.
+// The tree has no scopes: names of registers and labels must be unique within the function.
 void Printer::nameLocals(const Function& function) {
     taken_.clear();
     inHeader_.assign(function.registers.size(), false);

@@ -8,10 +8,10 @@
 
 namespace sunstone::ptx {
 
-// Text that parses to the same tree. What the tree does not hold is not in the text: comments,
-// pragmas, debug sections and the target option `debug`. Scopes are flat, so that names that hid
-// each other get a suffix, and each register is declared by itself. Functions whose addresses
-// initialisers take are declared before them.
+// Text that parses to the same tree. The text has no comments, pragmas, debug sections or target
+// option `debug`, because the tree omits them. Scopes are flat, so names that hid one another get a
+// suffix, and each register is declared separately. Functions whose addresses initialisers take are
+// declared before them.
 std::string print(const Module& module);
 
 } // namespace sunstone::ptx

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The corpus parses, prints, and parses to the same tree again; and it does so fast.
+// The corpus parses, prints, and parses to the same tree again, within limits of time.
 #include "ptx/printer.h"
 
 #include "ptx/test_support.h"
@@ -30,8 +30,7 @@ std::vector<std::filesystem::path> corpus() {
     return files;
 }
 
-// Everything of a tree but names that scopes hid and places in the text, written by other means
-// than the printer's.
+// All of a tree except hidden names and source locations, written without the printer.
 class Description {
 public:
     static std::string of(const Module& module) {
@@ -214,7 +213,7 @@ TEST(Printer, UsesOfEveryOperandForm) {
         "operands");
 }
 
-// Debug and sanitizer builds are some forty times slower: they get a tenth of the text and no
+// Debug and sanitizer builds are some forty times slower: they use a tenth of the text and no time
 // limit.
 #if !defined(NDEBUG) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kSlowBuild = true;
@@ -261,7 +260,7 @@ std::string largeModule(size_t functions, size_t instructionsEach) {
     return text;
 }
 
-// Processor time of this thread: other programs on the machine do not count.
+// Processor time of this thread, so that other programs on the machine do not count.
 double threadMilliseconds() {
     timespec time{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -280,8 +279,7 @@ double bestMilliseconds(const std::string& text) {
     return best;
 }
 
-// The limits are ten times what is measured, so that a busy machine passes and
-// a quadratic step does not.
+// The limits are ten times the measured times: a busy machine passes, a quadratic step fails.
 TEST(Speed, OrdinaryAndHugeModules) {
     const double small = bestMilliseconds(largeModule(1, 500));
     const double large = bestMilliseconds(largeModule(kSlowBuild ? 60 : 600, 84));
@@ -303,7 +301,7 @@ TEST(Speed, WorstCasesGrowLinearly) {
             names += "bra l" + std::to_string(i) + ";\nl" + std::to_string(i) + ":\n";
         return kernel(std::string(500, '{') + body + names + std::string(500, '}') + "end: ret;");
     };
-    // Thirty times the text; a quadratic step would cost nine hundred times.
+    // Thirty times the text; a quadratic step would take nine hundred times as long.
     const double one = bestMilliseconds(text(kSlowBuild ? 100 : 1000)),
                  thirty = bestMilliseconds(text(kSlowBuild ? 3000 : 30000));
     RecordProperty("millisecondsOne", std::to_string(one));

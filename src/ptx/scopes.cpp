@@ -98,7 +98,7 @@ std::optional<Symbol> Scopes::find(NameId name, std::vector<Register>& registers
     return expand(name, 0, registers);
 }
 
-// The register `name` of a range declared in a scope deeper than `aboveDepth`, made now.
+// The register `name` of a range declared in a scope deeper than `aboveDepth`; creates it.
 std::optional<Symbol> Scopes::expand(NameId name, uint32_t aboveDepth,
                                      std::vector<Register>& registers) {
     const std::string_view text = names_.text(name);

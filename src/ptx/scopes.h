@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// What names mean inside a function body, where braces open scopes.
+// Names inside a function body, where braces open scopes.
 //
-// Two name spaces: symbols (registers, variables, parameters) are declared before use; labels
-// (also of .callprototype, .branchtargets, .calltargets) may be used before. Each name keeps a
-// chain of its declarations, innermost first, and each scope a list of what it declared, so that
-// closing a scope costs what opening and filling it did. A label reference waits on its name's
-// stack until a scope that declares the label closes; references made inside that scope are on top
-// of the stack, because inner scopes closed before, and so binding them all is linear too.
+// There are two name spaces. Symbols (registers, variables, parameters) are declared before use;
+// labels (also of .callprototype, .branchtargets, .calltargets) may be used before. Each name keeps
+// a chain of its declarations, innermost first, and each scope a list of its declarations, so
+// closing a scope costs as much as opening and filling it. A label reference waits on its name's
+// stack until a scope that declares the label closes. References made inside that scope are on top
+// of the stack, because inner scopes have closed before, so binding all of them is linear too.
 //
-// Register ranges (%r<100>) are expanded as their registers are used: a text cannot ask for more
-// memory than its length justifies.
+// The registers of a range (%r<100>) are created at their first use, so memory is bounded by the
+// length of the text.
 #pragma once
 
 #include "ptx/ast.h"
@@ -61,25 +61,25 @@ public:
 
     void beginFunction();
     void open();
-    // Closes the innermost scope, handing each label use that it settles to `bind`.
+    // Closes the innermost scope and passes each label use that this resolves to `bind`.
     void close(const Bind& bind);
     size_t depth() const { return scopes_.size(); }
-    // Closes what is open and returns the label uses that found no label, in order of the text.
+    // Closes the open scopes and returns the label uses without a label, in order of the text.
     std::vector<LabelUse> endFunction(const Bind& bind);
 
-    // Declares in the innermost scope. Returns the earlier symbol if the scope has one already.
+    // Declares in the innermost scope. Returns the earlier symbol if the scope already has one.
     std::optional<Symbol> declare(NameId name, const Symbol& symbol);
     // Declares prefix0 ... prefix<count-1>; false if the scope has a range of this prefix.
     bool declareRange(NameId prefix, const Register& pattern, uint32_t count);
-    // What `name` means here. A register of a range is added to `registers` at its first use.
+    // The meaning of `name` here. A register of a range is added to `registers` at its first use.
     std::optional<Symbol> find(NameId name, std::vector<Register>& registers);
 
-    // Returns the earlier declaration if the scope has one already.
+    // Returns the earlier declaration if the scope already has one.
     std::optional<LabelDeclaration> declareLabel(NameId name, LabelKind kind, uint32_t index,
                                                  Location location);
     void useLabel(LabelUse use);
 
-    // Calls fn with every symbol name and range prefix in sight: for spelling hints.
+    // Calls fn with every visible symbol name and range prefix, for spelling hints.
     void forEachVisible(const std::function<void(std::string_view)>& fn) const;
 
 private:

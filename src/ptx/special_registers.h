@@ -14,7 +14,7 @@ struct SpecialRegister {
     bool vector; // has .x .y .z .w
 };
 
-// By its name without a component ("%tid"); null if there is none.
+// Looks up a name without a component ("%tid"); null for other names.
 const SpecialRegister* findSpecialRegister(std::string_view name);
 
 } // namespace sunstone::ptx

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Short cuts of the PTX tests: text in, tree or message out.
+// Helpers of the PTX tests: from text to a tree or a message.
 #pragma once
 
 #include "ptx/parser.h"
@@ -27,8 +27,8 @@ inline std::unique_ptr<Module> mustParseItems(const std::string& items) {
     return mustParse(kHeader + items);
 }
 
-// Registers and variables that the instruction tests use. It is one line: what follows it begins
-// on line 5 of the module.
+// Registers and variables of the instruction tests, in one line: text after it begins on line 5 of
+// the module.
 inline const std::string kKernelHead =
     ".global .align 16 .u32 numbers[10]; .const .b8 bytes[16]; .shared .b8 tile[64]; "
     ".global .texref picture; .func (.param .b32 r) callee (.param .b64 a, .param .b32 b); "
@@ -68,7 +68,7 @@ inline Parsed lastInstruction(const std::string& body) {
     return parsed;
 }
 
-// First error of a text as "line:column: message"; "" if there is none.
+// The first error of a text as "line:column: message"; "" without errors.
 inline std::string errorOf(const std::string& text) {
     Diagnostics diagnostics;
     const auto module = parse(text, diagnostics);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks every instruction against the instruction table. See verifier.h.
 //
-// A module has few different opcode spellings and many instructions: which forms a spelling may
-// mean is decided once and kept, so that the common check is one look-up and a walk over operands.
+// A module has few opcode spellings and many instructions: the forms that match a spelling are
+// found once and cached, so the common check is one look-up and a walk over operands.
 #include "ptx/verifier.h"
 
 #include "ptx/instructions.h"
@@ -19,7 +19,7 @@ namespace {
 
 using Forms = std::vector<const Form*>;
 
-// Functions that the engine or the driver provides under names no module declares.
+// Functions that the engine or the driver provides without a declaration in the module.
 bool isProvided(std::string_view name) {
     const auto startsWith = [&](std::string_view prefix) {
         return name.substr(0, prefix.size()) == prefix;
@@ -134,7 +134,7 @@ std::string Verifier::nameOfOperand(const Operand& operand) const {
     return "an operand";
 }
 
-// The opcode with its modifiers as one piece of the text, where it is one.
+// The opcode with its modifiers as one piece of the text, if they are contiguous.
 std::string_view Verifier::spelling() {
     const std::string_view opcode = instruction_->opcode;
     const char* end = opcode.data() + opcode.size();
@@ -174,7 +174,7 @@ Forms Verifier::findMatching() {
             result.push_back(&form);
     if (!result.empty())
         return result;
-    // A modifier that no form of the opcode knows is the plainest cause.
+    // A modifier that no form of the opcode has is the most specific cause.
     for (const std::string_view modifier : instruction_->modifiers) {
         Nearest nearest(modifier);
         bool known = false;
@@ -204,8 +204,8 @@ Forms Verifier::findMatching() {
     return result;
 }
 
-// A module of this instruction alone, in a function that has the same registers; null where it
-// needs more of its own than that.
+// A module with this instruction alone, in a function with the same registers; null if the
+// instruction needs other declarations.
 std::unique_ptr<Module> Verifier::moduleOfInstruction() const {
     auto alone = std::make_unique<Module>();
     Module& module = *alone;
@@ -250,7 +250,7 @@ std::unique_ptr<Module> Verifier::moduleOfInstruction() const {
     return isPlain ? std::move(alone) : nullptr;
 }
 
-// About an instruction that broke a rule, or of a spelling that did before.
+// Asks the judge about an instruction that broke a rule, or whose spelling broke one before.
 bool Verifier::ask(size_t errorsBefore) {
     if (const std::unique_ptr<Module> alone = moduleOfInstruction()) {
         const auto [known, isNew] = verdicts_.emplace(print(*alone), false);
@@ -403,7 +403,7 @@ void Verifier::checkPair(const Operand& operand, const OperandRule& rule) {
     checkOperand(operand.elements[1], second);
 }
 
-// Whether a register or special register fits; reports if not.
+// Whether a register or special register has the required width; reports an error if not.
 bool Verifier::checkWidth(const Operand& operand, unsigned bytes, bool predicate, bool wider) {
     Type type = Type::kNone;
     if (operand.kind == OperandKind::kSpecial) {
@@ -437,7 +437,7 @@ bool Verifier::checkWidth(const Operand& operand, unsigned bytes, bool predicate
     const unsigned size = sizeOf(type);
     if (size == bytes || (wider && size > bytes))
         return true;
-    // %tid.x and its like had 16 bits once, and mov still reads them so.
+    // %tid.x and the like once had 16 bits, and mov still reads them as such.
     if (operand.kind == OperandKind::kSpecial && bytes == 2 && size == 4 &&
         instruction_->opcode == "mov")
         return true;
@@ -573,7 +573,7 @@ void Verifier::checkAddress(const Operand& operand) {
                            ".global space has 64");
 }
 
-// Whether a load or store goes to a space that is addressed with 64 bits.
+// Whether a load or store accesses a space with 64-bit addresses.
 bool Verifier::isGenericOrGlobal() const {
     const std::string_view opcode = instruction_->opcode;
     if (opcode != "ld" && opcode != "st" && opcode != "atom" && opcode != "red" && opcode != "ldu")
@@ -618,7 +618,7 @@ void Verifier::checkMoveSide(const Operand& operand, bool destination) {
                            std::string(nameOf(instruction_->types[0])));
 }
 
-// mov.b64 d, {a, b} and mov.b64 {a, b}, d: the parts make up the whole.
+// mov.b64 d, {a, b} and mov.b64 {a, b}, d: the parts' sizes add up to the whole.
 void Verifier::checkPacked(const Operand& operand, bool destination) {
     const Type type = instruction_->types[0];
     const bool bits =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of a module's instructions: opcodes and modifiers that exist, operand counts, widths,
-// callees that exist. The rules are the table in instructions.h.
+// Checks a module's instructions: known opcodes and modifiers, operand counts, widths, and existing
+// callees. The rules are the table in instructions.h.
 #pragma once
 
 #include "ptx/ast.h"
@@ -8,7 +8,7 @@
 
 namespace sunstone::ptx {
 
-// Marks instructions that only `judge` (may be empty) knows.
+// Instructions that only `judge` (may be empty) accepts are marked as foreign.
 void verify(Module& module, Diagnostics& diagnostics, const Judge& judge = {});
 
 } // namespace sunstone::ptx

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instruction forms: what is accepted, what is refused and how the message reads.
+// Instruction forms: which are accepted and refused, and the messages.
 #include "ptx/test_support.h"
 
 #include "ptx/instructions.h"
@@ -66,7 +66,8 @@ TEST(Accepted, WhatAJudgeKnows) {
     for (const Statement& statement : kernelOf(*module).body)
         foreign += statement.instruction.isForeign ? 'f' : '.';
     EXPECT_EQ(foreign, "fff.f");
-    mustParse(asked[0].substr(0, asked[0].find("frob")) + "}"); // a module but for that
+    mustParse(asked[0].substr(0, asked[0].find("frob")) + "}"); // a module with only that
+                                                                // instruction
     Diagnostics refused;
     EXPECT_FALSE(parse(text, refused, [&](const Module& each) {
         return print(each).find("tile") != std::string::npos;

@@ -12,7 +12,7 @@ namespace sunstone::texture {
 
 namespace {
 
-// Reading one texel as a whole vector must not leave the memory.
+// Reading one texel as a whole vector must stay inside the memory.
 constexpr size_t kSlack = 64;
 
 } // namespace

@@ -35,9 +35,9 @@ enum class Channel : uint8_t {
 
 struct Format {
     Channel channel = Channel::kU8;
-    uint8_t channels = 1;    // 1, 2 or 4 where texels are not in blocks
+    uint8_t channels = 1;    // 1, 2 or 4; unused for block formats
     bool normalized = false; // always read as numbers in [0, 1] or [-1, 1]
-    bool srgb = false;       // the first three channels are sRGB whatever the texture says
+    bool srgb = false;       // the first three channels are sRGB regardless of the texture
 
     bool isBlock() const { return channel >= Channel::kBC1; }
     bool isInteger() const { return channel < Channel::kF16; }
@@ -50,7 +50,7 @@ struct Format {
 struct Shape {
     uint32_t width = 0;
     uint32_t height = 0; // 0: one-dimensional
-    uint32_t depth = 0;  // 0: not three-dimensional; layers, or faces, where the flags say so
+    uint32_t depth = 0;  // 0: not three-dimensional; layers or faces, according to the flags
     bool layered = false;
     bool cube = false;
 
@@ -94,7 +94,7 @@ struct MipmappedArray {
     std::vector<std::shared_ptr<Array>> levels; // the largest first
 };
 
-// Levels that an array of this shape can have, down to one texel.
+// The number of levels that an array of this shape can have, down to one texel.
 unsigned mostLevels(const Shape& shape);
 Shape shapeOfLevel(const Shape& shape, unsigned level);
 

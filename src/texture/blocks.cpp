@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Block-compressed texels; here BC1 to BC5, in bptc.cpp the others. A block holds two end points
-// per colour or channel and, for each of its 16 texels, an index of a point between them. Source:
+// Block-compressed texels: BC1 to BC5 here, the others in bptc.cpp. A block holds two end points
+// per colour or channel and, for each of its 16 texels, the index of a point between them. Source:
 // the Khronos Data Format Specification, chapters "S3TC" and "RGTC".
 #include "texture/bptc.h"
 #include "texture/fetch.h"
@@ -19,8 +19,8 @@ T load(const uint8_t* address) {
     return value;
 }
 
-// The points between two ends as GPUs compute them, read off a recording: red and blue from five
-// bits, green from eight, all to eight bits.
+// The points between two end points as GPUs compute them, taken from a recording: red and blue from
+// five bits, green from eight, all to eight bits.
 unsigned between5(unsigned a, unsigned b, bool middle) {
     return middle ? (a + b) * 33 / 8 : (2 * a + b) * 22 / 8;
 }
@@ -60,8 +60,8 @@ unsigned indexOf(const uint8_t* block, unsigned texel) {
     return unsigned(load<uint64_t>(block) >> (16 + 3 * texel) & 7);
 }
 
-// Weights of the second end by index, for eight points and for six, in units of 1/`whole`. GPUs use
-// fractions of their own per kind of block; these were read off a recording.
+// Weights of the second end point by index, for eight points and for six, in units of 1/`whole`.
+// GPUs use different fractions for each kind of block; these are taken from a recording.
 struct Ramp {
     int whole;
     uint16_t eight[8], six[6];
@@ -86,7 +86,7 @@ float decodeChannel(const uint8_t* block, unsigned texel, bool isSigned) {
                  double(most * ramp.whole));
 }
 
-// The alpha of BC3: as an unsigned channel, but rounded to eight bits.
+// The alpha of BC3: like an unsigned channel, but rounded to eight bits.
 float decodeAlpha(const uint8_t* block, unsigned texel) {
     const unsigned index = indexOf(block, texel);
     const int first = block[0], second = block[1];
@@ -132,7 +132,7 @@ void decodeBlock(Channel channel, const uint8_t* block, unsigned x, unsigned y, 
     case Channel::kBC7:
         return decodeBc7(block, texel, color);
     default:
-        return; // no block format
+        return; // not a block format
     }
 }
 

@@ -85,7 +85,7 @@ bool isAnchor(unsigned subsets, unsigned partition, unsigned texel) {
             (texel == kSecondOfThree[partition] || texel == kThirdOfThree[partition]));
 }
 
-// The index of one texel; `bits` stands at those of all.
+// The index of one texel; `bits` is positioned at the first index.
 unsigned indexOf(Bits bits, unsigned subsets, unsigned partition, unsigned texel, unsigned width) {
     for (unsigned i = 0; i < texel; ++i)
         bits.skip(width - isAnchor(subsets, partition, i));
@@ -113,9 +113,9 @@ unsigned between(unsigned a, unsigned b, unsigned weight) {
 }
 
 // ---- BC6H --------------------------------------------------------------------------------------
-// Where the bits of the end points lie, behind the mode's own: a letter r g b for the channel, one
-// of w x y z for the end point, and its bits, "4-0" from the lowest stored to the highest ("10-15":
-// stored from bit 15 down).
+// Where the bits of the end points lie, after the mode's bits: a letter r g b for the channel, a
+// letter w x y z for the end point, and its bits, "4-0" from the lowest stored to the highest
+// ("10-15": stored from bit 15 down).
 struct Mode6 {
     uint8_t number, modeBits;
     bool transformed; // x y z are differences from w
@@ -181,7 +181,7 @@ Ends6 readEnds(const Mode6& mode, Bits& bits) {
         unsigned last = first;
         if (at < layout.size() && layout[at] == '-')
             last = numberAt(layout, ++at);
-        if (first >= last) { // stored from the lowest on
+        if (first >= last) { // stored from the lowest bit
             value |= int(bits.take(first - last + 1) << last);
             continue;
         }
@@ -196,7 +196,7 @@ int extendSign(int value, unsigned bits) {
     return ((value & ((1 << bits) - 1)) ^ sign) - sign;
 }
 
-// To 16 bits.
+// Expands to 16 bits.
 int unquantize(int value, unsigned bits, bool isSigned) {
     if (!isSigned) {
         if (bits >= 15 || value == 0)
@@ -215,7 +215,7 @@ int unquantize(int value, unsigned bits, bool isSigned) {
     return negative ? -result : result;
 }
 
-// To the bits of a half, which is finite.
+// Scales to the bits of a half, which is finite.
 uint16_t finish(int value, bool isSigned) {
     if (!isSigned)
         return uint16_t(value * 31 >> 6);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What compiled device code calls to read textures and to reach the texels of surfaces. Every call
-// carries a word that says which form of the instruction it stands for. No exception leaves them.
+// Functions that compiled device code calls to read textures and to address the texels of surfaces.
+// Each call has a word for the form of the instruction. No function throws.
 #pragma once
 
 #include <cstdint>
@@ -28,17 +28,18 @@ struct SampleOperands {
 // Four words: floats, or integers where the texture holds integers and is not read as float.
 void sample(uint64_t handle, uint32_t form, const SampleOperands* operands, uint32_t result[4]);
 
-// Where a texture's texels begin if they are memory of the application; null for textures of arrays,
-// which keep those alive, and for what is no texture.
+// The start of a texture's texels if they are memory of the application. Null for textures of
+// arrays, whose memory the texture keeps alive, and for handles that are not textures.
 const void* linearMemory(uint64_t handle);
 
-// optixTexFootprint2D and its like: which groups of texels the sampling call reads (footprint.cpp).
-// info: the tile size in bits 20-23 and 16-19. *singleLevel: whether one level is all it reads; if
-// not, `coarse` chooses. A handle that is no texture of images gives an empty mask.
+// optixTexFootprint2D and its variants: the groups of texels that the sampling call reads
+// (footprint.cpp). info: the tile size in bits 20-23 and 16-19. *singleLevel: whether the call
+// reads one level only; if not, `coarse` selects the level. A handle that is not a texture of
+// images gives an empty mask.
 void footprint(uint64_t handle, uint32_t info, uint32_t form, const SampleOperands* operands,
                uint32_t coarse, uint32_t* singleLevel, uint32_t result[4]);
 
-// txq. An unknown handle answers 0.
+// txq. The result for an unknown handle is 0.
 enum Query : uint32_t {
     kQueryWidth,
     kQueryHeight,
@@ -57,19 +58,19 @@ enum Query : uint32_t {
 uint32_t queryTexture(uint64_t handle, uint32_t query, uint32_t level);
 uint32_t querySurface(uint64_t handle, uint32_t query);
 
-// The form of an access to a surface: the geometry and these.
+// The form of an access to a surface: the geometry and these bits.
 constexpr uint32_t kBytesShift = 3;     // bytes of the access, five bits
-constexpr uint32_t kClamp = 1 << 8;     // outside: the nearest texel
+constexpr uint32_t kClamp = 1 << 8;     // coordinates outside are clamped
 constexpr uint32_t kFormatted = 1 << 9; // x counts texels, not bytes
-// The place of a texel; null outside, and where the handle is no surface.
+// The address of a texel; null outside, and if the handle is not a surface.
 void* surfaceAddress(uint64_t handle, uint32_t form, int32_t x, int32_t y, int32_t z,
                      uint32_t layer);
 
-// Formatted access (suld.p, sust.p): four words to and from the texel's format.
+// Formatted access (suld.p, sust.p): converts four words to and from the texel's format.
 void loadTexel(uint64_t handle, const void* texel, uint32_t values[4]);
 void storeTexel(uint64_t handle, void* texel, const uint32_t values[4], uint32_t count);
 
-// Formatted reduction (sured.p) of the word, or the double word, that the texel lies in.
+// Formatted reduction (sured.p) of the word or double word that contains the texel.
 enum class Reduction : uint32_t { kAdd, kMinimum, kMaximum, kAnd, kOr };
 void reduceTexel(uint64_t handle, void* texel, uint32_t reduction, uint32_t bytes, uint64_t value);
 

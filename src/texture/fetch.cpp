@@ -109,7 +109,7 @@ void fetchTexel(const Format& format, Reading reading, const uint8_t* slice, siz
         fetchIntegers<uint8_t>(format, reading, texel, words);
         if ((reading.srgb || format.srgb) && (reading.asFloat || format.normalized))
             for (unsigned i = 0; i < (format.channels == 2 ? 1u : 3u) && i < format.channels; ++i)
-                words[i] = bits(fromSrgb(texel[i])); // of two channels the second is no colour
+                words[i] = bits(fromSrgb(texel[i])); // of two channels the second is not a colour
         return;
     case Channel::kU16:
         return fetchIntegers<uint16_t>(format, reading, texel, words);
@@ -168,8 +168,8 @@ void borderTexel(const Format& format, Reading reading, const float color[4], ui
 
 namespace {
 
-// What a formatted store makes of a word: integers end at the ends of their range, floats are cut
-// to halves.
+// Converts a word for a formatted store: integers are clamped to their range, floats truncated to
+// halves.
 template <class T>
 T limited(uint32_t word) {
     if constexpr (std::is_signed_v<T>)

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texels to numbers and back: what the formats of array.h mean.
+// Texels to numbers and back: the formats of array.h.
 #pragma once
 
 #include "texture/array.h"
 
 namespace sunstone::texture {
 
-// How a texture wants its texels.
+// How a texture reads its texels.
 struct Reading {
     bool asFloat = false; // integers become numbers in [0, 1] or [-1, 1]
     bool srgb = false;
-    bool unclamped = false; // the least signed fraction is below -1: on the way to a filter
+    bool unclamped = false; // for filters: the least signed fraction stays below -1
 };
 
 // The four channels at (x, y) of a slice as words: floats, or integers where the format holds
@@ -19,10 +19,10 @@ struct Reading {
 void fetchTexel(const Format& format, Reading reading, const uint8_t* slice, size_t rowPitch,
                 uint32_t x, uint32_t y, uint32_t words[4]);
 
-// What a border of this colour reads as: stored in the format and read back.
+// The value read for a border of this colour: stored in the format and read back.
 void borderTexel(const Format& format, Reading reading, const float color[4], uint32_t words[4]);
 
-// Words into a texel of the format: integers saturate, floats are cut to halves, all as devices do.
+// Stores words in the texel's format as GPUs do: integers saturate, floats are truncated to halves.
 void storeWords(const Format& format, uint8_t* texel, const uint32_t words[4]);
 
 // One texel of a 4 x 4 block; block formats only.

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A footprint is a mask of 8x8 groups of texels. Its place counts in blocks of 8x8 groups; where the
-// texels lie across the border of two blocks, the mask is rotated: its last dx columns (dy rows)
-// stand for groups 8 further left (up). Group sizes have numbers, and the one asked for is that
-// of the tile in the texture info; if the texels do not fit into 8x8 of these, larger ones are taken
-// and named in the result.
-// Source: OptiX API reference 7.4, section 3.1.2.151; the numbers of the group sizes are those of the
-// OpenGL extension NV_shader_texture_footprint.
+// A footprint is a mask of 8x8 groups of texels. Its position counts in blocks of 8x8 groups. If
+// the texels lie across the border of two blocks, the mask is rotated: its last dx columns (dy
+// rows) stand for groups 8 further left (up). Group sizes have numbers; the requested size is that
+// of the tile in the texture info. If 8x8 groups of it do not hold the texels, a larger size is
+// used and returned in the result. Source: OptiX API reference 7.4, section 3.1.2.151; the numbers
+// of the group sizes are those of the OpenGL extension NV_shader_texture_footprint.
 #include "texture/footprint.h"
 
 #include <algorithm>
@@ -15,7 +14,7 @@ namespace sunstone::texture {
 
 namespace {
 
-// log2 of width and height by number; 0 where a number has no size.
+// log2 of width and height by number; 0 for a number without a size.
 struct GroupSize {
     uint8_t width, height;
 };
@@ -23,7 +22,7 @@ constexpr GroupSize kGroupSizes[16] = {{0, 0}, {1, 1}, {2, 1}, {2, 2}, {3, 2}, {
                                        {4, 3}, {4, 4}, {0, 0}, {0, 0}, {0, 0}, {6, 6},
                                        {7, 6}, {7, 7}, {8, 7}, {8, 8}};
 
-// The size of the tile, or the next larger one; the largest where there is none.
+// The size of the tile, or the next larger one; the largest if it exceeds all.
 unsigned requestedSize(uint32_t info) {
     const uint32_t width = info >> 20 & 15, height = info >> 16 & 15;
     for (unsigned number = 1; number < 15; ++number)
@@ -33,19 +32,19 @@ unsigned requestedSize(uint32_t info) {
     return 15;
 }
 
-// Eight groups along one axis of an image with `count` of them.
+// A window of eight groups along one axis of an image with `count` groups.
 class Window {
 public:
-    // groups: those that are used, in any order.
+    // groups: the groups in use, in any order.
     Window(std::vector<int> groups, int count, bool wraps) : count_(count) {
         std::sort(groups.begin(), groups.end());
         const int least = groups.front(), last = groups.back();
-        // A block as it is, or what ends with the last group.
+        // An aligned block, or a window that ends with the last group.
         first_ = least / 8 == last / 8 ? least / 8 * 8 : last - 7;
         fits = last - least < 8;
         if (fits || !wraps)
             return;
-        // What is right of the widest gap goes to the other side, as groups below 0.
+        // Groups right of the widest gap move to the other side, as groups below 0.
         size_t right = 1;
         for (size_t i = 1; i < groups.size(); ++i)
             if (groups[i] - groups[i - 1] > groups[right] - groups[right - 1])
@@ -70,7 +69,8 @@ private:
     int count_;
 };
 
-// Marks the groups of the record's texels on one level; false if 8x8 of this size do not hold them.
+// Marks the groups of the record's texels on one level; false if 8x8 groups of this size do not
+// hold them.
 bool pack(const TexelRecord& record, const Image& image, const Texture& texture, unsigned number,
           uint32_t result[4]) {
     const GroupSize size = kGroupSizes[number];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which texels a sampling call reads: the sampler runs as always, but notes texels instead of
-// reading them (TexelRecord). footprint.cpp packs the note into the form of the device API.
+// The texels that a sampling call reads: the sampler runs as usual but records texels (TexelRecord)
+// instead of reading them. footprint.cpp packs the record into the form of the device API.
 #pragma once
 
 #include "texture/device_functions.h"
@@ -8,7 +8,7 @@
 
 namespace sunstone::texture {
 
-// Four texels of each of 16 probes on two levels, and room to spare.
+// Four texels of each of 16 probes on two levels, plus a reserve.
 struct TexelRecord {
     static constexpr unsigned kMost = 256;
     struct Texel {
@@ -24,7 +24,7 @@ struct TexelRecord {
     }
 };
 
-// As sample(), but for the record. False if the handle is no texture of images.
+// Like sample(), but fills the record. False if the handle is not a texture of images.
 bool recordTexels(uint64_t handle, uint32_t form, const SampleOperands& operands,
                   TexelRecord& record);
 

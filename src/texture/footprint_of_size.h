@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texture footprints where the texture itself cannot be looked into, as on a GPU: from its size, the
-// texture info and the sampling call. footprint.cpp, whose results these are, explains their form.
-// What neither tells is taken as it mostly is: texels are filtered, levels have no bias and are not
-// clamped. Freestanding: compiled for GPUs, too.
-// Source: OptiX API reference 7.4, section 3.1.2.151.
+// Texture footprints without access to the texture, as on a GPU: from its size, the texture info
+// and the sampling call. Results have the form of footprint.cpp. Unknown properties get the common
+// values: texels are filtered, levels have no bias and are not clamped. Freestanding, as it is also
+// compiled for GPUs. Source: OptiX API reference 7.4, section 3.1.2.151.
 #pragma once
 
 #include "texture/device_functions.h"
@@ -29,7 +28,7 @@ struct Texels {
     int count = 0;
 };
 
-// log2 of width and height of the groups, by number; 0 where a number has no size.
+// log2 of width and height of the groups, by number; 0 for a number without a size.
 inline uint32_t groupSize(uint32_t number, uint32_t axis) {
     constexpr uint64_t kWidths = 0x8877600044332210, kHeights = 0x8776600043322110;
     return uint32_t((axis ? kHeights : kWidths) >> (4 * number)) & 15;
@@ -39,7 +38,7 @@ inline int resolve(uint32_t wrap, int i, int size) {
     if (i >= 0 && i < size)
         return i;
     if (wrap == kRepeat)
-        return i < 0 ? i + size : i - size; // by one at most
+        return i < 0 ? i + size : i - size; // beyond by one at most
     if (wrap == kBorder)
         return -1;
     if (wrap == kMirrored) {
@@ -67,7 +66,7 @@ inline int place(uint32_t wrap, double x, int size, bool isNormalized) {
     return int(__builtin_floor(u * 256 - 128 + 0.5));
 }
 
-// The texels of a probe: those that have a weight.
+// The texels of a probe with a weight above 0.
 inline void addProbe(const Sampler& sampler, uint32_t level, const double position[2],
                               Texels& texels) {
     int at[2][2];
@@ -80,7 +79,7 @@ inline void addProbe(const Sampler& sampler, uint32_t level, const double positi
         at[axis][0] = resolve(sampler.wrap[axis], fixed >> 8, count);
         at[axis][1] = resolve(sampler.wrap[axis], (fixed >> 8) + 1, count);
     }
-    // As texture/sample.cpp rounds the products.
+    // Rounds the products as texture/sample.cpp does.
     const uint32_t x = weight[0], y = weight[1];
     uint32_t both = (x * y + 128) >> 8, below = y;
     if (both > below)
@@ -123,7 +122,7 @@ inline Window windowOf(const int* texels, int texelCount, uint32_t shift, int si
     window.fits = last - least < 8;
     if (window.fits || !wraps)
         return window;
-    // What is right of the widest gap, the leftmost of several, goes to the other side.
+    // Groups right of the widest gap, the leftmost of several, move to the other side.
     int widest = 0, left = least, right = least;
     for (int i = 0; i < texelCount; ++i) {
         const int group = texels[i] >> shift;
@@ -158,7 +157,7 @@ inline float logarithm(float value) { // base 2
 
 } // namespace sized
 
-// As footprint(). `width` and `height` of level 0.
+// Like footprint(). `width` and `height` are those of level 0.
 inline void footprintOfSize(uint32_t width, uint32_t height, bool isNormalized, uint32_t info,
                             uint32_t form, const SampleOperands* operands, uint32_t coarse,
                             uint32_t* singleLevel, uint32_t result[4]) {
@@ -232,7 +231,7 @@ inline void footprintOfSize(uint32_t width, uint32_t height, bool isNormalized, 
         }
         return texels.count != 0;
     };
-    // A level of which the call reads nothing but the border does not count.
+    // A level of which the call reads only the border does not count.
     const bool readsFine = gather(fine), readsOther = other != fine && gather(other);
     const uint32_t chosen = readsOther && (coarse || !readsFine) ? other : fine;
     if (singleLevel)

@@ -20,7 +20,7 @@ struct Decoded {
     unsigned level, granularity;
 };
 
-// As the manual says, with groups beyond the left edge taken from the right.
+// Decodes as the manual defines, with groups beyond the left edge taken from the right.
 Decoded decode(const uint32_t words[4], int columns, int rows) {
     Decoded result;
     const uint64_t mask = uint64_t(words[1]) << 32 | words[0];
@@ -131,8 +131,8 @@ TEST(Footprint, HoldsWhatTheSampleDependsOn) {
     }
 }
 
-// Texels at both edges of an image of many groups: beyond the edge where it wraps, and larger groups
-// where it does not fit otherwise.
+// Texels at both edges of an image with many groups: the mask wraps if the image does, otherwise
+// groups are larger.
 TEST(Footprint, EdgesAndGranularity) {
     Levels levels(1024, 1024, 1);
     SampleOperands operands{};
@@ -153,7 +153,7 @@ TEST(Footprint, EdgesAndGranularity) {
     EXPECT_NE(0u, words[0] | words[1]);
 }
 
-// What GPUs compute from the size alone.
+// The result of GPUs, computed from the size alone.
 TEST(Footprint, OfTheSizeIsThatOfTheTexture) {
     constexpr unsigned kSeed = 5;
     std::mt19937 random(kSeed);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The handle table of texture.h: slots in blocks that never move, read without locks. A handle's
-// low half is its slot's number plus one, the high half the slot's generation, so that a slot used
-// again does not answer to old handles.
+// low half is its slot's number plus one, the high half the slot's generation, so old handles of a
+// reused slot are invalid.
 #include "texture/texture.h"
 
 #include "base/error.h"
@@ -88,7 +88,8 @@ private:
 };
 
 Table& table() {
-    static Table* instance = new Table; // device code may run until the process ends
+    static Table* instance = new Table; // never destroyed: device code may run until the process
+                                        // ends
     return *instance;
 }
 

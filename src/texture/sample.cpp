@@ -27,7 +27,7 @@ struct Axis {
     uint32_t weight = 0;
 };
 
-// One sampling call on its way down.
+// The state of one sampling call.
 struct Sampler {
     const Texture& texture;
     bool integers; // results are integers: no filter
@@ -35,8 +35,8 @@ struct Sampler {
     bool normalized; // of this call's coordinates
     bool byNumber;   // coordinates are texel numbers
     Reading reading;
-    bool clamps = false;           // whatever the address modes say
-    TexelRecord* record = nullptr; // where texels are noted instead of read
+    bool clamps = false;           // overrides the address modes
+    TexelRecord* record = nullptr; // receives the texels instead of reading them
 
     explicit Sampler(const Texture& t, bool texelNumbers) : texture(t), reading{t.asFloat, t.srgb} {
         byNumber = texelNumbers;
@@ -56,7 +56,7 @@ struct Sampler {
     }
 };
 
-// The position in texels, brought near the image so that it fits an integer.
+// The position in texels, moved near the image so that it fits an integer.
 double toTexels(const Sampler& sampler, unsigned axis, double x, uint32_t size) {
     if (std::isnan(x))
         x = 0;
@@ -123,7 +123,7 @@ void fetch(const Sampler& sampler, const Image& image, int64_t x, int64_t y, int
 }
 
 // Weights of the corners of a footprint, in 1/256 with the sum 256: devices round the products. Bit
-// d of a corner's number says which of the two texels along axis d it is.
+// d of a corner's number selects one of the two texels along axis d.
 void cornerWeights(const Axis axes[3], unsigned dimensions, uint32_t weights[8]) {
     weights[0] = 256;
     for (unsigned d = 0; d < dimensions; ++d) {
@@ -132,7 +132,7 @@ void cornerWeights(const Axis axes[3], unsigned dimensions, uint32_t weights[8])
         for (uint32_t corner = half; corner-- > 0;) {
             uint32_t second = (weights[corner] * axes[d].weight + 128) >> 8;
             if (corner == 0 || second > left)
-                second = left; // what rounding left over
+                second = left; // the remainder of rounding
             left -= second;
             weights[corner + half] = second;
             weights[corner] = weights[corner] > second ? weights[corner] - second : 0;
@@ -145,7 +145,7 @@ void addWeighted(const uint32_t words[4], float weight, float sum[4]) {
         sum[k] += weight * std::bit_cast<float>(words[k]);
 }
 
-// The nearest half, of two the one farther from zero; `value` is no more than the largest half.
+// The nearest half, of two the one farther from zero; `value` is at most the largest half.
 float nearestHalf(float value) {
     constexpr float kLeastNormal = 0x1p-14f, kUnit = 0x1p-24f;
     if (!std::isfinite(value))
@@ -155,7 +155,7 @@ float nearestHalf(float value) {
     return std::bit_cast<float>((std::bit_cast<uint32_t>(value) + 0x1000) & ~0x1FFFu);
 }
 
-// Filtered halves are halves, and signed fractions end at -1.
+// Filtered halves are rounded to halves, and signed fractions are clamped at -1.
 void finishSum(const Format& format, float sum[4]) {
     const Channel channel = format.channel;
     for (unsigned k = 0; k < 4; ++k) {
@@ -166,7 +166,7 @@ void finishSum(const Format& format, float sum[4]) {
     }
 }
 
-// What reads by a texel number that the image does not have give: zero, or opaque black.
+// The result for a texel number outside the image: zero, or opaque black.
 void noTexel(const Format& format, uint32_t result[4]) {
     std::fill_n(result, 4, 0u);
     if (format.isBlock() && format.channels < 4)
@@ -239,7 +239,7 @@ FacePosition onCube(double x, double y, double z) {
         p.s /= major;
         p.t /= major;
     }
-    if (!std::isfinite(p.s) || !std::isfinite(p.t)) // directions of infinities and NaN
+    if (!std::isfinite(p.s) || !std::isfinite(p.t)) // directions with infinities or NaN
         p.s = p.t = 0;
     return p;
 }
@@ -250,8 +250,8 @@ void fromFace(uint32_t face, double s, double t, double direction[3]) {
     std::copy(all[face], all[face] + 3, direction);
 }
 
-// A texel of a face; one outside is looked for on the neighbour. False at a corner of the cube,
-// where three faces meet and there is no fourth texel.
+// A texel of a face; a texel outside is taken from the neighbouring face. False at a corner of the
+// cube, where three faces meet and the fourth texel does not exist.
 bool cubeTexel(const Sampler& sampler, const Image& image, uint32_t face, int64_t x, int64_t y,
                uint32_t firstSlice, uint32_t words[4]) {
     const auto size = int64_t(image.width);
@@ -278,7 +278,7 @@ void sampleCube(const Sampler& sampler, const Image& image, const double directi
                 uint32_t firstSlice, uint32_t result[4]) {
     const FacePosition p = onCube(direction[0], direction[1], direction[2]);
     const double position[3] = {(p.s + 1) * 0.5, (p.t + 1) * 0.5, 0};
-    if (!sampler.texture.seamless || !sampler.filter) { // each face is an image of its own
+    if (!sampler.texture.seamless || !sampler.filter) { // each face is a separate image
         Sampler face = sampler;
         face.normalized = true;
         face.clamps = sampler.texture.seamless;
@@ -364,7 +364,7 @@ float lengthInTexels(const Texture& t, const Request& request, const float d[3])
     return float(std::sqrt(sum));
 }
 
-// The footprint is a line of `count` probes along the longer change.
+// The footprint is a line of `count` probes along the longer of the two gradients.
 void sampleGradient(const Sampler& sampler, Request request, const SampleOperands& operands,
                     uint32_t result[4]) {
     const Texture& t = sampler.texture;
@@ -396,8 +396,8 @@ void sampleGradient(const Sampler& sampler, Request request, const SampleOperand
     std::memcpy(result, sum, sizeof sum);
 }
 
-// The texels of a footprint as gathers give them: lower left, lower right, upper right, upper left,
-// where y grows downwards.
+// The texels of a footprint in the order of gathers: lower left, lower right, upper right, upper
+// left, with y growing downwards.
 constexpr int kRight[4] = {0, 1, 1, 0}, kBelow[4] = {1, 1, 0, 0};
 
 // Channel `channel` of the filter's footprint.
@@ -413,7 +413,7 @@ void gather(const Sampler& sampler, const Request& request, unsigned channel, ui
     }
 }
 
-// The same on a cube. Where faces are seamless, texels beyond an edge are those of the neighbour.
+// The same on a cube. Where faces are seamless, texels beyond an edge are taken from the neighbour.
 void gatherCube(const Sampler& sampler, Request request, unsigned channel, uint32_t result[4]) {
     const Image& image = sampler.texture.images[0];
     const FacePosition p = onCube(request.position[0], request.position[1], request.position[2]);
@@ -439,8 +439,8 @@ void gatherCube(const Sampler& sampler, Request request, unsigned channel, uint3
     }
     if (missing == 4)
         return;
-    // At a corner of the cube the mean of the other three, as weights of 1/256 can give it: the
-    // texel opposite has 86 of them.
+    // At a corner of the cube the mean of the other three, in weights of 1/256: the opposite texel
+    // has weight 86.
     const uint32_t across = (missing + 2) % 4, beside[2] = {(missing + 1) % 4, (missing + 3) % 4};
     if (sampler.integers) {
         result[missing] = result[across];
@@ -456,14 +456,14 @@ int32_t wholeNumber(float value) {
     return value >= 0 ? int32_t(std::min(value, 2147483520.0f)) : -1;
 }
 
-// Linear memory: texel numbers, zero outside.
+// Linear memory: indexed by texel number, zero outside.
 void fetchLinear(const Texture& t, int32_t index, uint32_t result[4]) {
     if (index < 0 || uint32_t(index) >= t.images[0].width)
         return;
     fetchTexel(t.format, {t.asFloat, t.srgb}, t.images[0].data, 0, uint32_t(index), 0, result);
 }
 
-// A call on a texture of images.
+// A sampling call on a texture of images.
 void sampleImages(const Sampler& sampler, uint32_t form, const SampleOperands& operands,
                   uint32_t result[4]) {
     const Texture& texture = sampler.texture;

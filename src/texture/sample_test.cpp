@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sampling against a reference written from the definition: coordinates in long double, one texel
-// at a time. The recordings of a GPU are in tests/cuda/apps.
+// at a time. Recordings of a GPU are in tests/cuda/apps.
 #include "texture/device_functions.h"
 #include "texture/fetch.h"
 #include "texture/texture.h"

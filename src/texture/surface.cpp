@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surfaces: the place of a texel, formatted access; and what programs ask about textures and
-// surfaces.
+// Surfaces: the address of a texel, formatted access, and queries about textures and surfaces.
 #include "texture/device_functions.h"
 
 #include "base/log.h"
@@ -123,7 +122,7 @@ namespace {
 
 template <class T>
 void reduce(void* texel, Reduction reduction, T value) {
-    // Between words: of the one it lies in.
+    // A texel between words: the word that contains it.
     std::atomic_ref<T> word(
         *reinterpret_cast<T*>(reinterpret_cast<uintptr_t>(texel) & ~uintptr_t(sizeof(T) - 1)));
     if (reduction == Reduction::kAdd) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texture and surface objects: what they read, how, and the table of their handles. A handle is a
-// number that device code passes around; it is looked up at every use, so that stale and made-up
-// ones read as zero. Objects share their arrays' memory: destroying an array before its textures is
-// harmless. Destroying an object while a program uses it is the caller's mistake, and the API
-// shells wait for queued work first. Read next: device_functions.h, sample.cpp.
+// Texture and surface objects and the table of their handles. A handle is a number that device code
+// passes around; it is looked up at every use, so stale and invalid handles read as zero. Objects
+// share their arrays' memory: destroying an array before its textures is safe. The application must
+// not destroy an object while a program uses it; the API shells wait for queued work first. Read
+// next: device_functions.h, sample.cpp.
 #pragma once
 
 #include "texture/array.h"
@@ -43,10 +43,10 @@ struct Surface {
 // Registers an object; never 0.
 uint64_t add(std::unique_ptr<Texture> texture);
 uint64_t add(std::unique_ptr<Surface> surface);
-// The live object of a handle, or null. Costs a few loads.
+// The live object of a handle, or null. Takes a few loads.
 const Texture* findTexture(uint64_t handle);
 const Surface* findSurface(uint64_t handle);
-// False if the handle is not alive.
+// False if the handle is not live.
 bool removeTexture(uint64_t handle);
 bool removeSurface(uint64_t handle);
 

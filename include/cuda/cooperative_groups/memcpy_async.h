@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies by a whole group. They are complete when the threads have waited; here they are made at once.
+// Copies by a whole group, complete after a wait; this implementation copies at once.
 #ifndef SUNSTONE_COOPERATIVE_GROUPS_MEMCPY_ASYNC_H
 #define SUNSTONE_COOPERATIVE_GROUPS_MEMCPY_ASYNC_H
 

@@ -5,7 +5,7 @@
 
 #include "intrinsics.h"
 
-// A generic atom instruction names no address space, so that it works wherever p points.
+// A generic atom instruction names no address space, so p may point to any space.
 SUNSTONE_DEVICE int atomicAdd(int* p, int v) {
     int old;
     asm volatile("atom.add.s32 %0, [%1], %2;" : "=r"(old) : "l"(p), "r"(v) : "memory");
@@ -535,7 +535,7 @@ SUNSTONE_CAS_SHORT(atomicCAS_system, ".sys")
 #undef SUNSTONE_CAS_SHORT
 #endif
 
-// Any type of 16 bytes that is aligned to as many, on sm_90 and later.
+// Any type of 16 bytes with 16-byte alignment, on sm_90 and later.
 #if !defined(__CUDA_ARCH__) || __CUDA_ARCH__ >= 900
 #ifdef __cplusplus
 template <bool is, class T>
@@ -581,7 +581,7 @@ SUNSTONE_WIDE_ATOMICS(_system, ".sys")
 #endif
 #endif
 
-// Each element is added by itself.
+// The elements are added separately.
 SUNSTONE_DEVICE float2 atomicAdd(float2* p, float2 v) {
     float2 old;
     old.x = atomicAdd(&p->x, v.x);

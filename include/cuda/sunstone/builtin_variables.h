@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// threadIdx, blockIdx, blockDim, gridDim, warpSize: special registers dressed as variables.
+// threadIdx, blockIdx, blockDim, gridDim, warpSize: special registers that read like variables.
 #ifndef SUNSTONE_BUILTIN_VARIABLES_H
 #define SUNSTONE_BUILTIN_VARIABLES_H
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loads and stores with a cache hint. The hints carry no meaning of their own; __ldg promises that
-// the data does not change while the kernel runs.
+// Loads and stores with a cache hint. Hints do not change results; __ldg requires data that does
+// not change while the kernel runs.
 #ifndef SUNSTONE_CACHED_LOADS_H
 #define SUNSTONE_CACHED_LOADS_H
 

@@ -75,7 +75,7 @@ typedef struct CUDA_KERNEL_NODE_PARAMS_v2_st {
     unsigned int sharedMemBytes;
     void** kernelParams;
     void** extra;
-    CUkernel kern; /* used where func is null */
+    CUkernel kern; /* used if func is null */
     CUcontext ctx;
 } CUDA_KERNEL_NODE_PARAMS_v2;
 typedef CUDA_KERNEL_NODE_PARAMS_v2 CUDA_KERNEL_NODE_PARAMS;
@@ -175,7 +175,7 @@ CUresult cuGraphChildGraphNodeGetGraph(CUgraphNode node, CUgraph* graph);
 CUresult cuGraphEventRecordNodeGetEvent(CUgraphNode node, CUevent* event);
 CUresult cuGraphEventWaitNodeGetEvent(CUgraphNode node, CUevent* event);
 CUresult cuGraphNodeGetType(CUgraphNode node, CUgraphNodeType* type);
-/* Arrays may be null to ask for the count; entries beyond those that exist become null. */
+/* Arrays may be null to query the count; excess entries become null. */
 CUresult cuGraphGetNodes(CUgraph graph, CUgraphNode* nodes, size_t* count);
 CUresult cuGraphGetRootNodes(CUgraph graph, CUgraphNode* nodes, size_t* count);
 CUresult cuGraphGetEdges(CUgraph graph, CUgraphNode* from, CUgraphNode* to,

@@ -5,7 +5,7 @@
 
 typedef enum CUlibraryOption_enum {
     CU_LIBRARY_HOST_UNIVERSAL_FUNCTION_AND_DATA_TABLE = 0,
-    CU_LIBRARY_BINARY_IS_PRESERVED = 1, /* the caller's image stays: it need not be copied */
+    CU_LIBRARY_BINARY_IS_PRESERVED = 1, /* the caller keeps the image, so no copy is needed */
     CU_LIBRARY_NUM_OPTIONS
 } CUlibraryOption;
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Advice on managed memory, prefetches, what was said of a range, copies between contexts; and when
-   functions are loaded. Included by cuda.h. */
+/* Advice on managed memory, prefetches, queries of a range's advice, copies between contexts, and
+   loading modes of functions. Included by cuda.h. Source: CUDA driver API, "Unified Addressing". */
 #ifndef SUNSTONE_DRIVER_MEMORY_H
 #define SUNSTONE_DRIVER_MEMORY_H
 
@@ -12,8 +12,8 @@ typedef enum CUmem_advise_enum {
     CU_MEM_ADVISE_SET_ACCESSED_BY = 5,
     CU_MEM_ADVISE_UNSET_ACCESSED_BY = 6,
 } CUmem_advise;
-/* Values are 32-bit integers; of ACCESSED_BY as many as there is room for. A device's number,
-   CU_DEVICE_CPU, or CU_DEVICE_INVALID where the range has not one answer. */
+/* Values are 32-bit integers; for ACCESSED_BY as many as the size holds: a device's number,
+   CU_DEVICE_CPU, or CU_DEVICE_INVALID if the parts of the range differ. */
 typedef enum CUmem_range_attribute_enum {
     CU_MEM_RANGE_ATTRIBUTE_READ_MOSTLY = 1,
     CU_MEM_RANGE_ATTRIBUTE_PREFERRED_LOCATION = 2,
@@ -66,7 +66,7 @@ typedef enum CUmoduleLoadingMode_enum {
 extern "C" {
 #endif
 
-/* The range: managed memory, or ordinary memory of the process. */
+/* The range is managed memory or ordinary memory of the process. */
 CUresult cuMemAdvise(CUdeviceptr address, size_t bytes, CUmem_advise advice,
                      CUmemLocation location);
 CUresult cuMemPrefetchAsync(CUdeviceptr address, size_t bytes, CUmemLocation location,

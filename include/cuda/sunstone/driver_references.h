@@ -22,7 +22,8 @@ CUresult cuTexRefDestroy(CUtexref reference);
 /* flags: 0 or CU_TRSA_OVERRIDE_FORMAT */
 CUresult cuTexRefSetArray(CUtexref reference, CUarray array, unsigned int flags);
 CUresult cuTexRefSetMipmappedArray(CUtexref reference, CUmipmappedArray mipmap, unsigned int flags);
-/* Memory from the multiple of 512 below the address; *offset is what is between them. */
+/* Binds memory from the address rounded down to a multiple of 512 bytes; *offset receives the
+   difference in bytes. */
 CUresult cuTexRefSetAddress(size_t* offset, CUtexref reference, CUdeviceptr address, size_t bytes);
 CUresult cuTexRefSetAddress2D(CUtexref reference, const CUDA_ARRAY_DESCRIPTOR* shape,
                               CUdeviceptr address, size_t pitch);
@@ -51,7 +52,7 @@ CUresult cuTexRefGetFlags(unsigned int* flags, CUtexref reference);
 
 CUresult cuSurfRefSetArray(CUsurfref reference, CUarray array, unsigned int flags);
 CUresult cuSurfRefGetArray(CUarray* array, CUsurfref reference);
-/* What it once did follows from the kernel's code. */
+/* Has no effect: the kernel's code names the references it uses. */
 CUresult cuParamSetTexRef(CUfunction function, int unit, CUtexref reference);
 
 #ifdef __cplusplus

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Words that streams write and wait for, and attributes of streams; of the driver API, included by
-   cuda.h. */
+/* Memory words that streams write and wait for, and stream attributes of the driver API. Included
+   by cuda.h. */
 #ifndef SUNSTONE_DRIVER_STREAM_MEMORY_H
 #define SUNSTONE_DRIVER_STREAM_MEMORY_H
 
 typedef enum CUstreamWaitValue_flags_enum {
-    CU_STREAM_WAIT_VALUE_GEQ = 0x0, /* the difference, taken as signed, is not negative */
+    CU_STREAM_WAIT_VALUE_GEQ = 0x0, /* the signed difference is not negative */
     CU_STREAM_WAIT_VALUE_EQ = 0x1,
     CU_STREAM_WAIT_VALUE_AND = 0x2,
     CU_STREAM_WAIT_VALUE_NOR = 0x3,
@@ -61,7 +61,7 @@ typedef union CUstreamBatchMemOpParams_union {
     cuuint64_t pad[6];
 } CUstreamBatchMemOpParams;
 
-/* Attributes of streams are those of launches. */
+/* Stream attributes are launch attributes. */
 typedef CUlaunchAttributeID CUstreamAttrID;
 typedef CUlaunchAttributeValue CUstreamAttrValue;
 #define CU_STREAM_ATTRIBUTE_ACCESS_POLICY_WINDOW CU_LAUNCH_ATTRIBUTE_ACCESS_POLICY_WINDOW

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Addresses and memory apart from each other: reserving, creating, mapping, opening for access; and
-   memory that processes share through file descriptors. Included by cuda.h. */
+/* Virtual memory management: reserving addresses, creating, mapping and opening memory, and sharing
+   memory between processes through file descriptors. Included by cuda.h. Source: CUDA driver API,
+   "Virtual Memory Management". */
 #ifndef SUNSTONE_DRIVER_VIRTUAL_MEMORY_H
 #define SUNSTONE_DRIVER_VIRTUAL_MEMORY_H
 
@@ -50,7 +51,8 @@ CUresult cuMemSetAccess(CUdeviceptr address, size_t bytes, const CUmemAccessDesc
                         size_t count);
 CUresult cuMemGetAccess(unsigned long long* flags, const CUmemLocation* location,
                         CUdeviceptr address);
-/* A descriptor is an int: written to *shareable; given as the value of the pointer. */
+/* A file descriptor is an int: export writes it to *shareable, import takes it as the pointer's
+   value. */
 CUresult cuMemExportToShareableHandle(void* shareable, CUmemGenericAllocationHandle handle,
                                       CUmemAllocationHandleType type, unsigned long long flags);
 CUresult cuMemImportFromShareableHandle(CUmemGenericAllocationHandle* handle, void* shareable,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device intrinsics with one instruction behind them: bit casts, arithmetic with a named rounding,
-// conversions, bit fiddling, cached loads, clocks. Read next: warp.h, atomics.h, math.h.
+// Device intrinsics of one instruction each: bit casts, arithmetic with explicit rounding,
+// conversions, bit operations, cached loads, clocks. Read next: warp.h, atomics.h, math.h.
 #ifndef SUNSTONE_INTRINSICS_H
 #define SUNSTONE_INTRINSICS_H
 
@@ -748,7 +748,7 @@ SUNSTONE_DEVICE unsigned int __urhadd(unsigned int x, unsigned int y) {
 }
 SUNSTONE_DEVICE unsigned int __byte_perm(unsigned int x, unsigned int y, unsigned int s) {
     unsigned int r;
-    // Three bits choose a byte; the fourth, which would spread its sign, is not looked at.
+    // Three bits select a byte; the fourth, which would replicate its sign, is masked out.
     asm("prmt.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(x), "r"(y), "r"(s & 0x7777));
     return r;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Library functions device code may call that are not mathematics: printf, malloc, assert,
-// memcpy and memset.
+// Library functions other than mathematics for device code: printf, malloc, assert, memcpy and
+// memset.
 #ifndef SUNSTONE_LIBRARY_H
 #define SUNSTONE_LIBRARY_H
 
@@ -19,7 +19,7 @@ __device__ void* malloc(size_t size) __attribute__((malloc));
 __device__ void free(void* p) __attribute__((nothrow));
 __device__ void __assertfail(const char* text, const char* file, unsigned int line,
                              const char* function, size_t charSize) __attribute__((noreturn));
-// What <assert.h> calls.
+// Called by <assert.h>.
 static __inline__ __device__ __attribute__((noreturn)) void
 __assert_fail(const char* text, const char* file, unsigned int line, const char* function) {
     __assertfail(text, file, line, function, sizeof(char));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The mathematical functions of CUDA device code under their names; overloads for float, double
-// and integers as <cmath> has them, also in namespace std. Must be seen before <cmath>: functions
-// the standard library marks constexpr stay host functions only if a device one exists already.
-// With -fgpu-approx-transcendentals sinf, cosf, expf, ... are the fast approximations.
+// CUDA's mathematical functions for device code, with overloads for float, double and integers like
+// those of <cmath>, also in namespace std. Include before <cmath>: the standard library's constexpr
+// functions stay host functions only if a device function already exists. With
+// -fgpu-approx-transcendentals sinf, cosf, expf, ... are the fast approximations.
 #ifndef SUNSTONE_MATH_H
 #define SUNSTONE_MATH_H
 
@@ -250,7 +250,7 @@ SUNSTONE_INTEGER(char)
 SUNSTONE_INTEGER(signed char)
 SUNSTONE_INTEGER(unsigned char)
 #undef SUNSTONE_INTEGER
-// The type in which <cmath> computes with two different arithmetic types.
+// The type of <cmath>'s results for two different arithmetic types.
 template <class A, class B>
 struct Mixed {
     typedef double type;
@@ -317,7 +317,8 @@ SUNSTONE_MIXED_ARGUMENTS(nextafter)
 #undef SUNSTONE_ELEMENTARY
 #undef SUNSTONE_FAST
 
-// Smaller and larger of two, for host and device. NaN loses.
+// The smaller and the larger of two, for host and device. If one argument is NaN, the result is the
+// other one.
 #define SUNSTONE_MINMAX(T)                                                                         \
     static __inline__ __host__ __device__ T min(T a, T b) { return b < a ? b : a; }                \
     static __inline__ __host__ __device__ T max(T a, T b) { return a < b ? b : a; }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elementary functions for device code, in double precision, from basic operations only: no
-// device library is needed. The float functions of math.h round the results of these, which makes
-// them correct to within half a unit and a little in the last place.
+// Elementary functions for device code, in double precision, from basic operations only, without a
+// device library. The float functions of math.h round these results, so their errors are barely
+// above half a unit in the last place.
 //
-// Method: argument reduction to a small interval, then the Taylor or atanh series to the point
+// Method: argument reduction to a small interval, then the Taylor or atanh series up to the point
 // where the next term no longer changes a double. Sums that need more than 53 bits are kept as
 // pairs (hi + lo, lo less than an ulp of hi); products are split with fma.
 #ifndef SUNSTONE_MATH_KERNELS_H
@@ -66,8 +66,8 @@ SUNSTONE_MATH double scale(double x, int n) {
 
 // ---- sine and cosine --------------------------------------------------------------------------
 
-// x - q * pi/2 with |result| <= pi/4 for huge x: multiplies the mantissa with the bits of 2/pi
-// that matter (Payne and Hanek).
+// x - q * pi/2 with |result| <= pi/4 for huge x: multiplies the mantissa with the relevant bits of
+// 2/pi (Payne and Hanek).
 SUNSTONE_MATH Pair reduceHuge(double x, int* quadrant) {
     static const unsigned long long twoOverPi[19] = {
         0xA2F9836E4E441529ULL, 0xFC2757D1F534DDC0ULL, 0xDB6295993C439041ULL, 0xFE5163ABDEBBC561ULL,
@@ -207,7 +207,7 @@ SUNSTONE_MATH double tangent(double x) {
     sinCos(x, &s, &c);
     return s / c;
 }
-// Of pi * x: the reduction is exact.
+// Sine and cosine of pi * x: the reduction is exact.
 SUNSTONE_MATH void sinCosPi(double x, double* s, double* c) {
     if (!(absolute(x) < infinity())) {
         *s = *c = quietNan();
@@ -325,7 +325,7 @@ SUNSTONE_MATH Pair logPair(double x) {
     return fastSum(head.hi, head.lo + __fma_rn(n, 0x1.ef35793c76730p-45, low));
 }
 
-// What logarithms of 0, negative numbers, infinity and NaN are; true if x is one of them.
+// Logarithms of 0, negative numbers, infinity and NaN; true if x is one of them.
 SUNSTONE_DEVICE bool logSpecial(double x, double* result) {
     if (x > 0 && x < infinity())
         return false;
@@ -450,7 +450,7 @@ SUNSTONE_MATH double arcTangent2(double y, double x) {
     else if (ax == infinity() || ay == infinity())
         r = ax < ay ? pi / 2 : ax > ay ? (left ? pi : 0.0) : (left ? 3 * pi / 4 : pi / 4);
     else {
-        // Bring both into a range where neither quotient nor product overflows.
+        // Scale both into a range where neither quotient nor product overflows.
         if (ax > 0x1p1000 || ay > 0x1p1000) {
             ax *= 0x1p-60;
             ay *= 0x1p-60;
@@ -744,7 +744,7 @@ SUNSTONE_MATH double gammaFunction(double x) {
     }
     if (x > 172)
         return infinity();
-    // Upwards to where the series holds; whole numbers below 20 are exact products.
+    // Upwards until the series holds; whole numbers below 20 are exact products.
     double product = 1;
     if (x < 20 && __builtin_trunc(x) == x) {
         for (; x > 2; x -= 1)
@@ -753,7 +753,7 @@ SUNSTONE_MATH double gammaFunction(double x) {
     }
     for (; x < 12; x += 1)
         product *= x;
-    // In factors that do not overflow, and each exact to about an ulp.
+    // In factors that do not overflow, each exact to about an ulp.
     double root = power(x, 0.5 * (x - 0.5));
     return root * exponential(-x) * root *
            (2.5066282746310005024 * exponential(stirlingTail(x)) / product);

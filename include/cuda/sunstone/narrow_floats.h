@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What cuda_fp16.h and cuda_bf16.h share: rounding to 16 bits and back. Host and device code give the
-// same bits. narrow_types.h and narrow_functions.h, which both headers include once for each format,
-// build on it.
+// Shared by cuda_fp16.h and cuda_bf16.h: rounding to 16 bits and back, with the same bits in host
+// and device code. narrow_types.h and narrow_functions.h, which both headers include once for each
+// format, build on it.
 #ifndef SUNSTONE_NARROW_FLOATS_H
 #define SUNSTONE_NARROW_FLOATS_H
 
@@ -37,7 +37,7 @@ SUNSTONE_BOTH unsigned short roundTo(double x, Rounding rounding) {
         rounding == Rounding::kNearest || outwards || exponent == 1024 ? kInfinity : kInfinity - 1;
     if (exponent > kBias)
         return (unsigned short)(sign | overflow);
-    // Bits to drop; of numbers below the least normal one more for each power of two.
+    // Bits to drop; below the smallest normal number one more for each power of two.
     int shift = 52 - kFraction;
     const int biased = exponent + kBias;
     if (biased <= 0)
@@ -52,7 +52,7 @@ SUNSTONE_BOTH unsigned short roundTo(double x, Rounding rounding) {
     return (unsigned short)(sign | (magnitude < kInfinity ? magnitude : overflow));
 }
 
-// Integers of 64 bits in a double that rounds to 16 bits as they do: what does not fit sticks.
+// A 64-bit integer as a double that rounds to the same 16 bits: dropped bits set a sticky bit.
 SUNSTONE_BOTH double sticky(unsigned long long x) {
     return (double)(x >> 53 ? (x & ~0xfffull) | (x & 0xfff ? 0x800 : 0) : x);
 }
@@ -69,7 +69,8 @@ SUNSTONE_BOTH double exactly(unsigned short x) { return x; }
 SUNSTONE_BOTH double exactly(double x) { return x; }
 SUNSTONE_BOTH double exactly(float x) { return x; }
 
-// To an integer, cut off at the type's limits. NaN is 0, as 64 bits the top bit.
+// Converts to an integer, clamped to the type's limits. NaN becomes 0, or the top bit for 64-bit
+// types.
 template <class T>
 SUNSTONE_BOTH T integerOf(float x, Rounding rounding) {
     constexpr bool kSigned = (T)-1 < (T)0;
@@ -88,8 +89,8 @@ SUNSTONE_BOTH T integerOf(float x, Rounding rounding) {
                    : (whole <= 0 ? (T)0 : (T)whole);
 }
 
-// a * b + c of numbers with at most 24 bits, in a double that rounds to fewer bits as the exact sum
-// does: the product is exact, and a sum that is not gets an odd last bit.
+// a * b + c of numbers with at most 24 bits, as a double that rounds to fewer bits like the exact
+// sum: the product is exact, and an inexact sum gets an odd last bit.
 SUNSTONE_BOTH double fused(double a, double b, double c) {
     const double product = a * b, sum = product + c;
     const double part = sum - product;
@@ -101,7 +102,7 @@ SUNSTONE_BOTH double fused(double a, double b, double c) {
     return __builtin_bit_cast(double, bits);
 }
 
-// One operation that a compiler must not make part of another.
+// One operation that a compiler must not contract with another.
 SUNSTONE_BOTH float add(float a, float b) {
 #ifdef __CUDA_ARCH__
     return __fadd_rn(a, b);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arithmetic, comparisons, mathematics, memory and warp functions of one 16-bit format. Included once for
-// each format after narrow_types.h, which has the macros; SUNSTONE_FUSED is a * b + c of three numbers.
-// Sums, products, quotients and roots of floats rounded once more are what rounding them once would give,
-// because a float has more than twice the bits.
+// Arithmetic, comparisons, mathematics, memory and warp functions of one 16-bit format. Included
+// once for each format after narrow_types.h, which has the macros; SUNSTONE_FUSED is a * b + c of
+// three numbers. A sum, product, quotient or root computed as float and then rounded equals the
+// exact result rounded once, because a float has more than twice the bits.
 
 #define SUNSTONE_N SUNSTONE_NARROW
 #define SUNSTONE_N2 SUNSTONE_NARROW2
@@ -18,7 +18,7 @@ SUNSTONE_BOTH SUNSTONE_N saturated(SUNSTONE_N x) {
 SUNSTONE_BOTH SUNSTONE_N rectified(SUNSTONE_N x) {
     return isNan(x) ? SUNSTONE_NAME(bitsTo_, )(0x7fff) : widen(x) > 0 ? x : SUNSTONE_NEAR(0);
 }
-// Of two numbers; `nan`: NaN if one of them is, otherwise the other one. -0 is less than +0.
+// The greater of two numbers; `nan`: NaN if either is NaN, else the other one. -0 is less than +0.
 SUNSTONE_BOTH SUNSTONE_N greater(SUNSTONE_N a, SUNSTONE_N b, bool nan) {
     if (isNan(a) || isNan(b))
         return nan || (isNan(a) && isNan(b)) ? SUNSTONE_NAME(bitsTo_, )(0x7fff) : isNan(a) ? b : a;
@@ -47,7 +47,7 @@ SUNSTONE_OPERATION(add, +)
 SUNSTONE_OPERATION(sub, -)
 SUNSTONE_OPERATION(mul, *)
 #undef SUNSTONE_OPERATION
-// These never become part of a fused operation.
+// These are never contracted to fused operations.
 SUNSTONE_BINARY(__hadd_rn, SUNSTONE_NEAR(sunstone_narrow::add(sunstone_narrow::widen(a),
                                                               sunstone_narrow::widen(b))))
 SUNSTONE_BINARY(__hsub_rn, SUNSTONE_NEAR(sunstone_narrow::add(sunstone_narrow::widen(a),
@@ -94,7 +94,7 @@ SUNSTONE_BOTH SUNSTONE_N __habs(SUNSTONE_N a) {
 }
 SUNSTONE_BOTH SUNSTONE_N2 __hneg2(SUNSTONE_N2 a) { return SUNSTONE_N2(__hneg(a.x), __hneg(a.y)); }
 SUNSTONE_BOTH SUNSTONE_N2 __habs2(SUNSTONE_N2 a) { return SUNSTONE_N2(__habs(a.x), __habs(a.y)); }
-// Of complex numbers.
+// a * b + c of complex numbers.
 SUNSTONE_BOTH SUNSTONE_N2 __hcmadd(SUNSTONE_N2 a, SUNSTONE_N2 b, SUNSTONE_N2 c) {
     return SUNSTONE_N2(__hfma(__hneg(a.y), b.y, __hfma(a.x, b.x, c.x)),
                        __hfma(a.y, b.x, __hfma(a.x, b.y, c.y)));
@@ -106,7 +106,7 @@ SUNSTONE_BOTH int __hisinf(SUNSTONE_N a) {
     const bool infinite = (a.__x & 0x7fff) == 0x7fff >> SUNSTONE_FRACTION << SUNSTONE_FRACTION;
     return infinite ? (a.__x & 0x8000 ? -1 : 1) : 0;
 }
-// `u`: also if one of the numbers is NaN.
+// `u`: also true if either number is NaN.
 #define SUNSTONE_COMPARE_AS(word, condition)                                                       \
     SUNSTONE_BOTH bool __h##word(SUNSTONE_N l, SUNSTONE_N r) {                                     \
         const float a = sunstone_narrow::widen(l), b = sunstone_narrow::widen(r);                  \
@@ -254,7 +254,8 @@ SUNSTONE_SHUFFLE(__shfl_down_sync, unsigned int)
 SUNSTONE_SHUFFLE(__shfl_xor_sync, int)
 #undef SUNSTONE_SHUFFLE
 
-// Each half is added by itself, as the instruction does; the word that has it is exchanged.
+// Each half is added separately, like the instruction does, by exchanging the word that contains
+// it.
 SUNSTONE_DEVICE SUNSTONE_N2 atomicAdd(SUNSTONE_N2* p, SUNSTONE_N2 x) {
     unsigned int seen = *(volatile unsigned int*)p, expected;
     do {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Libraries loaded while a program runs, of the runtime API; included by cuda_runtime_api.h. A
-   cudaKernel_t stands wherever a function takes a kernel's host symbol. */
+/* Libraries of the runtime API, loaded while a program runs; included by cuda_runtime_api.h. A
+   cudaKernel_t is valid wherever a function takes a kernel's host symbol. */
 #ifndef SUNSTONE_RUNTIME_LIBRARIES_H
 #define SUNSTONE_RUNTIME_LIBRARIES_H
 
@@ -8,7 +8,7 @@ enum cudaLibraryOption {
     cudaLibraryHostUniversalFunctionAndDataTable = 0,
     cudaLibraryBinaryIsPreserved = 1,
 };
-/* Values as those of the driver API. */
+/* Values equal those of the driver API. */
 enum cudaJitOption {
     cudaJitMaxRegisters = 0,
     cudaJitThreadsPerBlock = 1,

@@ -28,7 +28,7 @@ enum cudaMemPoolAttr {
     cudaMemPoolReuseFollowEventDependencies = 1,   /* int */
     cudaMemPoolReuseAllowOpportunistic = 2,        /* int */
     cudaMemPoolReuseAllowInternalDependencies = 3, /* int */
-    cudaMemPoolAttrReleaseThreshold = 4,           /* uint64_t, bytes; so the others */
+    cudaMemPoolAttrReleaseThreshold = 4,           /* uint64_t, bytes; also below */
     cudaMemPoolAttrReservedMemCurrent = 5,
     cudaMemPoolAttrReservedMemHigh = 6,
     cudaMemPoolAttrUsedMemCurrent = 7,
@@ -72,7 +72,7 @@ cudaError_t cudaMallocFromPoolAsync(void** address, size_t bytes, cudaMemPool_t 
 #ifdef __cplusplus
 }
 
-/* The form of cudaMallocAsync that names a pool. */
+/* The form of cudaMallocAsync with a pool. */
 static inline cudaError_t cudaMallocAsync(void** address, size_t bytes, cudaMemPool_t pool,
                                           cudaStream_t stream) {
     return cudaMallocFromPoolAsync(address, bytes, pool, stream);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// C++ conveniences over the runtime API: typed pointers, symbols and kernels as arguments.
+// C++ templates over the runtime API: typed pointers, symbols and kernels as arguments.
 #ifndef SUNSTONE_RUNTIME_TEMPLATES_H
 #define SUNSTONE_RUNTIME_TEMPLATES_H
 
@@ -78,7 +78,7 @@ SUNSTONE_HOST cudaError_t cudaEventCreate(cudaEvent_t* event, unsigned int flags
     return ::cudaEventCreateWithFlags(event, flags);
 }
 
-// Kernels by their function name.
+// Kernels as function pointers.
 template <class T>
 SUNSTONE_HOST cudaError_t cudaFuncGetAttributes(struct cudaFuncAttributes* attributes, T* kernel) {
     return ::cudaFuncGetAttributes(attributes, (const void*)kernel);
@@ -127,8 +127,8 @@ SUNSTONE_HOST cudaError_t cudaLaunchKernelEx(const cudaLaunchConfig_t* config,
 }
 #endif
 
-// The block size that keeps most threads of a multiprocessor busy, and how many blocks fill the
-// device. sharedBytesOf gives the dynamic shared memory for a block size.
+// The block size that keeps most threads of a multiprocessor busy, and the number of blocks that
+// fill the device. sharedBytesOf gives the dynamic shared memory in bytes for a block size.
 template <class Size, class T>
 SUNSTONE_HOST cudaError_t cudaOccupancyMaxPotentialBlockSizeVariableSMemWithFlags(
     int* minGridSize, int* blockSize, T kernel, Size sharedBytesOf, int limit = 0,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions on words that hold two or four integers, dot products of them, and sums with a limit, in
-// device code. Plain C++: compilers know no instruction for most.
+// Device functions on words of two or four integers, their dot products, and clamped sums. Plain
+// C++, because compilers have no instruction for most.
 #ifndef SUNSTONE_SIMD_H
 #define SUNSTONE_SIMD_H
 
@@ -8,7 +8,7 @@
 
 namespace sunstone_simd {
 
-// What lane arithmetic is done in holds every sum and difference.
+// The type for lane arithmetic, which holds every sum and difference.
 template <class Lane>
 SUNSTONE_DEVICE int lane(unsigned int word, int i) {
     return (Lane)(word >> (i * (int)sizeof(Lane) * 8));
@@ -100,7 +100,8 @@ SUNSTONE_WORDS_OF(4, signed char, unsigned char)
 #undef SUNSTONE_SUM_LANES
 #undef SUNSTONE_COMPARE_LANES
 
-// ---- sums with a limit, the largest and the least of two or three ----------------------------------
+// ---- clamped sums, maximum and minimum of two or three
+// --------------------------------------------
 SUNSTONE_DEVICE int __sunstone_largest(int a, int b) { return a > b ? a : b; }
 SUNSTONE_DEVICE int __sunstone_least(int a, int b) { return a < b ? a : b; }
 SUNSTONE_DEVICE unsigned int __sunstone_largest(unsigned int a, unsigned int b) { return a > b ? a : b; }

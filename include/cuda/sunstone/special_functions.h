@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of device mathematics beyond <cmath>'s: Bessel functions, inverses of error functions,
-// norms of vectors. Series are summed with two doubles a number, so that little is lost where their
-// terms cancel; float functions round what double ones give.
+// Device mathematics beyond <cmath>: Bessel functions, inverses of error functions, norms of
+// vectors. Series are summed as pairs of doubles, so that cancellation costs little; float
+// functions round the results of double ones.
 #ifndef SUNSTONE_SPECIAL_FUNCTIONS_H
 #define SUNSTONE_SPECIAL_FUNCTIONS_H
 
@@ -30,7 +30,7 @@ SUNSTONE_MATH Pair squareQuarter(double x, double sign) { // sign * x * x / 4
     return {sign * 0.25 * p, sign * 0.25 * __fma_rn(x, x, -p)};
 }
 
-// The sum of q^k / (k! (k + order)!) for order 0 or 1, and, where `weighted` is given, the same with
+// The sum of q^k / (k! (k + order)!) for order 0 or 1, and, if `weighted` is given, the same with
 // each term times H(k) + H(k + order), the sums of 1/i up to k and k + order.
 SUNSTONE_MATH Pair besselSeries(Pair q, int order, Pair* weighted) {
     Pair term = {1, 0}, sum = term, harmonic = {(double)order, 0}, other = harmonic;
@@ -66,7 +66,7 @@ SUNSTONE_MATH double besselFar(double x, int order, bool second) {
     }
     double s, c;
     sinCos(x, &s, &c);
-    // The angle less pi/4, and a quarter turn less for order 1.
+    // The angle minus pi/4, and another pi/2 less for order 1.
     double cosine = (c + s) * 0x1.6a09e667f3bcdp-1, sine = (s - c) * 0x1.6a09e667f3bcdp-1;
     if (order == 1) {
         const double turned = cosine;
@@ -132,7 +132,7 @@ SUNSTONE_MATH double besselJ(int n, double x) {
         }
         value = here;
     } else {
-        // Downwards from where it is next to nothing; the sum J0 + 2 J2 + 2 J4 + ... is 1.
+        // Downwards from an order where it is negligible; the sum J0 + 2 J2 + 2 J4 + ... is 1.
         double after = 0, here = 1e-300, sum = 0;
         for (int k = 2 * ((n + 20 + (int)__dsqrt_rn(60.0 * n)) / 2); k > 0; --k) {
             const double before = 2.0 * k / a * here - after;
@@ -197,8 +197,8 @@ SUNSTONE_MATH double scaledErrorFunctionComplement(double x) {
     return x < -27 ? infinity() : expPair(square, __fma_rn(x, x, -square)) * errorFunctionComplement(x);
 }
 
-// y with erfc(y) = c, for c from 0 to 1/4, and y with erf(y) = x, for x within 3/4 of 0: a start, made
-// better by Halley's steps.
+// y with erfc(y) = c, for c from 0 to 1/4, and y with erf(y) = x, for |x| up to 3/4: an initial
+// value, improved by Halley's method.
 SUNSTONE_MATH double inverseTail(double c) {
     const double t = __dsqrt_rn(-2 * logarithm(0.5 * c));
     double y = (t - (2.515517 + t * (0.802853 + t * 0.010328)) /
@@ -206,7 +206,7 @@ SUNSTONE_MATH double inverseTail(double c) {
                0x1.6a09e667f3bcdp-1;
     for (int i = 0; i < 2; ++i) {
         const double error = errorFunctionComplement(y);
-        // The derivative by way of erfcx, so that nothing underflows.
+        // The derivative through erfcx, to avoid underflow.
         const double u = (c / error - 1) * scaledErrorFunctionComplement(y) * 0x1.c5bf891b4ef6bp-1;
         y -= u / (1 + u * y);
     }
@@ -343,7 +343,8 @@ SUNSTONE_DEVICE float rnorm4df(float x, float y, float z, float w) {
     return (float)rnorm4d((double)x, (double)y, (double)z, (double)w);
 }
 
-// ---- more names of what other headers have ---------------------------------------------------------------
+// ---- further names for functions of other headers
+// ------------------------------------------------
 SUNSTONE_DEVICE double scalbln(double x, long n) {
     return ldexp(x, n > 100000 ? 100000 : n < -100000 ? -100000 : (int)n);
 }

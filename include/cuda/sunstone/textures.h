@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Device functions on texture and surface objects, as templates on the texel type. Each is one PTX
-// instruction; the texel's words become its type.
+// instruction, whose words are converted to the texel type.
 #ifndef SUNSTONE_TEXTURES_H
 #define SUNSTONE_TEXTURES_H
 
@@ -10,7 +10,7 @@
 
 #define SUNSTONE_TEX static __inline__ __device__
 
-// How a texel type is made of words. `isFloat`: what the sampler is asked for.
+// How a texel type is composed of words. `isFloat`: the sampler returns floats.
 template <class T> struct sunstone_texel;
 #define SUNSTONE_TEXEL1(T, M, isF)                                                                 \
     template <> struct sunstone_texel<T> {                                                         \
@@ -39,7 +39,7 @@ template <class T> struct sunstone_texel;
             return r;                                                                              \
         }                                                                                          \
     };
-// The bytes of one type as another; what is missing is zero.
+// The bytes of one type as another; missing bytes are zero.
 template <class To, class From> SUNSTONE_TEX To sunstone_bits(const From& from) {
     To to = To();
     __builtin_memcpy(&to, &from, sizeof(To) < sizeof(From) ? sizeof(To) : sizeof(From));
@@ -184,7 +184,7 @@ SUNSTONE_TEX T tex2Dgather(cudaTextureObject_t texture, float x, float y, int co
 #undef SUNSTONE_SAMPLE
 #undef SUNSTONE_P
 
-// The forms with the result as first parameter.
+// The forms that return the result through the first parameter.
 #define SUNSTONE_INTO(name)                                                                        \
     template <class T, class... A>                                                                 \
     SUNSTONE_TEX void name(T* result, cudaTextureObject_t texture, A... rest) {                    \
@@ -261,7 +261,7 @@ SUNSTONE_INTO(tex2DGrad)
     SUNSTONE_SUST(4, int, "r", "b32", geometry, at, mode, __VA_ARGS__)                             \
     SUNSTONE_SUST(8, long long, "l", "b64", geometry, at, mode, __VA_ARGS__)                       \
     SUNSTONE_SUST16(geometry, at2, mode, __VA_ARGS__)
-// A reading and a writing function of one geometry; params and args come after the surface.
+// A reading and a writing function for one geometry; params and args follow the surface.
 #define SUNSTONE_SURFACE(stem, params, args, geometry, at, at2, ...)                               \
     template <class T>                                                                             \
     SUNSTONE_TEX T stem##read(cudaSurfaceObject_t surface, SUNSTONE_LIST params,                   \

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What threads of a block or warp do together: barriers, fences, votes, shuffles, matches.
+// Functions of the threads of a block or warp: barriers, fences, votes, shuffles, matches.
 #ifndef SUNSTONE_WARP_H
 #define SUNSTONE_WARP_H
 
 #include "intrinsics.h"
 
 // ---- barriers and fences ----------------------------------------------------------------------
-// __syncthreads is known to the compiler.
+// __syncthreads is a compiler built-in.
 SUNSTONE_DEVICE int __syncthreads_count(int p) {
     return __nvvm_bar0_popc(p);
 }

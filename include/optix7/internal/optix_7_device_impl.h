@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of the device functions declared and described in optix_7_device.h. Source: OptiX API
-// reference 7.4, section 6.3.
+// Bodies of the device functions declared in optix_7_device.h. Source: OptiX API reference 7.4,
+// section 6.3.
 //
 // An intrinsic is an undeclared PTX function that only the library's compiler knows; operand order
-// and types are binary interface (tests/headers/optix7_intrinsics.tsv lists them). Which asm is
-// volatile: those with an effect, and those whose result may change within one program. The others
-// may be merged or moved by the compiler. Calls that run other programs clobber memory, as those
-// programs may use addresses passed in payload words.
+// and types are binary interface (listed in tests/headers/optix7_intrinsics.tsv). An asm is
+// volatile if it has a side effect, or if its result may change within one program; the compiler
+// may merge or move the others. Calls that run other programs clobber memory, because those
+// programs may use addresses in payload words.
 #if !defined(SUNSTONE_OPTIX7_OPTIX_7_DEVICE_H)
 #include "optix_7_device.h" /* included by itself: comes back here after the declarations */
 #elif !defined(SUNSTONE_OPTIX7_OPTIX_7_DEVICE_IMPL_H)
@@ -66,8 +66,8 @@ struct OptixAllWords<unsigned int, Rest...> {
     static const bool value = OptixAllWords<Rest...>::value;
 };
 
-/** The one intrinsic behind all forms of optixTrace. It always takes and returns 32 payload words;
-    count says how many of them mean something. */
+/** The single intrinsic behind all forms of optixTrace. It always takes and returns 32 payload
+    words, of which the first `count` are used. */
 static __forceinline__ __device__ void
 optixTraceWords(unsigned int type, OptixTraversableHandle handle, float3 origin, float3 direction,
                 float tmin, float tmax, float time, OptixVisibilityMask mask, unsigned int flags,
@@ -143,7 +143,7 @@ OPTIX_IMPL_GETTER(float, "=f", optixGetRayTime, "_optix_get_ray_time")
 OPTIX_IMPL_GETTER(unsigned int, "=r", optixGetRayFlags, "_optix_get_ray_flags")
 OPTIX_IMPL_GETTER(unsigned int, "=r", optixGetRayVisibilityMask, "_optix_get_ray_visibility_mask")
 
-/* An accepted report changes it. */
+/* Volatile: an accepted report changes the value. */
 static __forceinline__ __device__ float optixGetRayTmax() {
     float value;
     asm volatile("call (%0), _optix_get_ray_tmax, ();" : "=f"(value) :);
@@ -515,8 +515,8 @@ OPTIX_IMPL_GETTER(CUdeviceptr, "=l", optixGetSbtDataPointer, "_optix_get_sbt_dat
 
 /* ---- Callables ---- */
 
-/* The intrinsic looks the record up and returns the address of the code; the call itself is an
-   ordinary indirect one. It also prepares the callee's record, so each call needs its own. */
+/* The intrinsic looks up the record and returns the code address; the call is an ordinary indirect
+   one. The intrinsic also prepares the callee's record, so each call needs its own. */
 template <typename ReturnT, typename... ArgTypes>
 static __forceinline__ __device__ ReturnT optixDirectCall(unsigned int sbtIndex, ArgTypes... args) {
     unsigned long long address;

@@ -11,7 +11,7 @@
 #include <stdio.h> /* printf */
 #endif
 
-/* clang knows printf on the device by this name, whatever headers there are. */
+/* clang knows printf on the device by this name, with or without a header. */
 #if defined(__clang__)
 #define OPTIX_IMPL_PRINTF __builtin_printf
 #else
@@ -125,7 +125,7 @@ static __forceinline__ __device__ void optixDumpParameterMismatch() {
                       call.expectedParameterCount, call.passedArgumentCount);
 }
 
-/** Prints what is known about the current exception. EX. */
+/** Prints the details of the current exception. EX. */
 static __forceinline__ __device__ void optixDumpExceptionDetails() {
     const int code = optixGetExceptionCode();
     const char* line = optixGetExceptionLineInfo();

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Matrices of transform lists: loading the transforms behind handles, interpolating motion keys,
-// and multiplying a list. Part of optix_7_device.h; the public functions at the end of
-// optix_7_device_impl.h use these. Source: OptiX API reference 7.4, sections 4.1, 6.5.
+// Matrices of transform lists: loads the transforms behind handles, interpolates motion keys, and
+// multiplies a list. Part of optix_7_device.h, used by the public functions at the end of
+// optix_7_device_impl.h. Source: OptiX API reference 7.4, sections 4.1, 6.5.
 //
 // A matrix is three rows m0, m1, m2 of a 3x4 affine matrix (the fourth row is 0 0 0 1). Motion: key
-// k of n is at begin + k * (end - begin) / (n - 1); between keys matrices are interpolated element
-// by element, SRT keys number by number with the quaternion normalised after; outside the range
-// motion stands still. Only IEEE operations are used, so that all devices agree.
+// k of n is at begin + k * (end - begin) / (n - 1). Between keys matrices are interpolated element
+// by element, SRT keys number by number with the quaternion normalised after. Outside the range the
+// nearest key applies. Only IEEE operations are used, so that all devices agree.
 #if !defined(SUNSTONE_OPTIX7_OPTIX_7_DEVICE_IMPL_H)
 #include "optix_7_device.h" /* included by itself: comes back here in the right order */
 #elif !defined(SUNSTONE_OPTIX7_OPTIX_7_DEVICE_IMPL_TRANSFORMATIONS_H)
@@ -143,14 +143,14 @@ static __forceinline__ __device__ void optixLoadInterpolatedSrtKey(float4& srt0,
     srt3.x *= scale;
 }
 
-/** Splits a time into a key and the fraction of the way to the next one; the fraction is 0 at the
-    last key, after which nothing may be read. */
+/** Splits a time into a key and the fraction of the way to the next key; the fraction is 0 at the
+    last key, after which no memory may be read. */
 static __forceinline__ __device__ void optixResolveMotionKey(float& localt, int& key,
                                                              const OptixMotionOptions& options,
                                                              const float globalt) {
     const float last = (float)options.numKeys - 1.0f;
     const float t = (globalt - options.timeBegin) * last / (options.timeEnd - options.timeBegin);
-    /* Written so that NaN, which an empty time range gives, ends at the first key. */
+    /* The order of comparisons sends NaN, the result of an empty time range, to the first key. */
     const float clamped = t > 0.0f ? (t < last ? t : last) : 0.0f;
     key = last > 0.0f ? (int)clamped : 0;
     localt = last > 0.0f ? clamped - (float)key : 0.0f;
@@ -183,7 +183,7 @@ optixGetInterpolatedTransformation(float4& trf0, float4& trf1, float4& trf2,
     optixGetMatrixFromSrt(trf0, trf1, trf2, srt);
 }
 
-/** Matrix of one entry of a transform list at a time; identity if it is no transform. */
+/** Matrix of one entry of a transform list at a time; identity for other handles. */
 static __forceinline__ __device__ void
 optixGetInterpolatedTransformationFromHandle(float4& trf0, float4& trf1, float4& trf2,
                                              const OptixTraversableHandle handle, const float time,
@@ -269,7 +269,7 @@ static __forceinline__ __device__ float3 optixTransformVector(const float4& m0, 
                        m2.x * v.x + m2.y * v.y + m2.z * v.z);
 }
 
-/** A normal by the transpose of the matrix given, which is to be the inverse of the point's. */
+/** Transforms a normal by the transpose of the given matrix, the inverse of the one for points. */
 static __forceinline__ __device__ float3 optixTransformNormal(const float4& m0, const float4& m1,
                                                               const float4& m2, const float3& n) {
     return make_float3(m0.x * n.x + m1.x * n.y + m2.x * n.z, m0.y * n.x + m1.y * n.y + m2.y * n.z,

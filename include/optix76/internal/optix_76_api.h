@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes the headers of ../optix7 that are included after this one those of OptiX 7.6.
+// Selects OptiX 7.6 for the headers of ../optix7 included after this one.
 #ifndef SUNSTONE_OPTIX_API
 #define SUNSTONE_OPTIX_API 70600
 #elif SUNSTONE_OPTIX_API != 70600

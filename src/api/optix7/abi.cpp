@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See abi.h.
 #include "api/optix7/abi.h"
 
 namespace sunstone::optix7 {

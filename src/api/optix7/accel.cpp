@@ -104,7 +104,7 @@ OptixResult accelBuild(OptixDeviceContext context, CUstream stream,
             engine::accelMemory(*owner->engine, *request.inputs, request.options);
         checkAccelBuffer(device, "tempBuffer", tempBuffer, tempBufferSize,
                          request.update ? usage.tempUpdate : usage.temp);
-        // A structure that is updated may be smaller than a fresh one: compacted.
+        // The buffer of an update may be smaller than that of a build, after compaction.
         checkAccelBuffer(device, "outputBuffer", outputBuffer, outputBufferSize,
                          request.update ? bvh::kBlockAlignment : usage.output);
         request.emit = checkEmits(device, emittedProperties, numEmitted, request.options);

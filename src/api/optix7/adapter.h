@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions of one ABI's table: Adapter<kAbi, function>::call has the C signature of the slot,
-// brings arguments that differ between ABIs into our form and calls the function. Which arguments
-// those are follows from their types (client_structs.h); all others go through as they are.
+// Builds the functions of one ABI's table. Adapter<kAbi, function>::call has the C signature of the
+// slot, converts arguments that differ between ABIs to our form and calls the function. The types
+// of the arguments decide which are converted (client_structs.h); all others are passed unchanged.
 #pragma once
 
 #include "api/optix7/client_structs.h"
 
 namespace sunstone::optix7 {
 
-// One argument: Client is what the slot's signature has.
+// One argument; Client is its type in the slot's signature.
 template <Abi kAbi, class Ours>
 class Argument {
 public:
@@ -37,13 +37,13 @@ private:
     T ours_;
 };
 
-// What a function returns through a pointer: only the client's bytes are written, on success.
+// A result returned through a pointer: on success the client's bytes are written, and no others.
 template <Abi kAbi, DiffersBetweenAbis T>
 class Argument<kAbi, T*> {
 public:
     using Client = T*;
     explicit Argument(Client given) : given_(given) {
-        std::memset(static_cast<void*>(&ours_), 0, sizeof(T)); // its padding too
+        std::memset(static_cast<void*>(&ours_), 0, sizeof(T)); // including padding
     }
     T* get() { return given_ ? &ours_ : nullptr; }
     void finish(OptixResult result) {
@@ -83,7 +83,7 @@ private:
         return result;
     }
 };
-// A function that wants to know the ABI takes it first.
+// A function that depends on the ABI takes it as first argument.
 template <Abi kAbi, class... Ours, OptixResult (*kFunction)(Abi, Ours...)>
 struct Adapter<kAbi, kFunction> {
     static OptixResult call(typename Argument<kAbi, Ours>::Client... given) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See build_inputs.h.
 #include "api/optix7/build_inputs.h"
 
 #include "bvh/micromap/micromap.h"
@@ -36,7 +37,7 @@ FormatSize indexFormatSize(OptixIndicesFormat format, const std::string& where) 
     }
 }
 
-// Checks one kind of build input after another into an AccelInputs.
+// Checks build inputs one after another and adds them to an AccelInputs.
 class Checker {
 public:
     Checker(InputCheck check, Abi abi, unsigned keys, device::Device& device,
@@ -228,7 +229,7 @@ private:
                  "normalBuffers and normalStrideInBytes are reserved and must be 0");
     }
 
-    // `field`: where the count is from.
+    // `field`: the member that holds the count.
     static void checkPrimitiveCount(unsigned count, unsigned offset, const std::string& where,
                                     const char* field) {
         if (count > Limits::kPrimitivesPerGas)
@@ -258,7 +259,8 @@ private:
         t.preTransform = static_cast<const float*>(pointer(in.preTransform));
     }
 
-    // The array of one buffer for each motion key; a copy of its addresses that the inputs own.
+    // The array of one buffer for each motion key; returns a copy of its addresses that the inputs
+    // own.
     const void* const* keyBuffers(const CUdeviceptr* buffers, uint64_t count, unsigned stride,
                                   FormatSize format, const std::string& where, const char* field) {
         if (!buffers)
@@ -368,7 +370,7 @@ private:
         return out;
     }
 
-    // Says how many triangles use which kind of micromap; nothing here depends on it.
+    // The counts of triangles per kind of micromap are checked, but not used.
     static void checkMicromapUsage(const OptixBuildInputOpacityMicromap& in,
                                    const std::string& where) {
         if (in.numMicromapUsageCounts != 0 && !in.micromapUsageCounts)
@@ -399,7 +401,7 @@ void checkMicromapKind(unsigned level, OptixOpacityMicromapFormat format,
         fail(Code::kInvalidValue, where, "format = ", unsigned(format), " is unknown");
 }
 
-// Without motion the other members are not looked at.
+// Without motion the other members are ignored.
 static bvh::MotionOptions checkMotion(const OptixMotionOptions& motion) {
     if (motion.numKeys <= 1)
         return {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Build inputs of the API, checked and translated (OptiX 7.4, sections 5.3, 5.6, 5.8 to 5.10).
+// Checks and translates the API's build inputs (OptiX 7.4, sections 5.3, 5.6, 5.8 to 5.10).
 #pragma once
 
 #include "api/optix7/client_structs.h"
@@ -8,10 +8,10 @@
 
 namespace sunstone::optix7 {
 
-// Which parts of the inputs are looked at: the memory-usage query must not need valid buffers.
+// Which parts of the inputs are checked: the memory-usage query must not need valid buffers.
 enum class InputCheck { kShape, kBuffers };
 
-// Throws an Error naming the field, which begins with `where`, if there are no such micromaps.
+// Throws an Error naming the field, prefixed with `where`, if the level or format is invalid.
 void checkMicromapKind(unsigned level, OptixOpacityMicromapFormat format, const std::string& where);
 
 // Checks the options; throws an Error naming the field.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Modules of built-in intersection (OptiX 7.4, sections 3.6.2.1 and 5.11). They hold no code:
+// Modules of built-in intersection (OptiX 7.4, sections 3.6.2.1 and 5.11). They have no code:
 // traversal recognises curves, spheres and triangles by the structure it enters and tests them
-// itself. What is left are the rules for their options, and that hit groups name them.
+// itself. This file checks their options, and makes the modules that hit groups name.
 #include "api/optix7/entry_points.h"
 #include "api/optix7/options.h"
 #include "engine/builtin_options.h"
@@ -9,7 +9,7 @@
 namespace sunstone::optix7 {
 namespace {
 
-// The bit of usesPrimitiveTypeFlags for a type that has a built-in intersection; 0 for others.
+// The bit of usesPrimitiveTypeFlags for a type with a built-in intersection; 0 for others.
 unsigned primitiveTypeFlag(OptixPrimitiveType type) {
     switch (type) {
     case OPTIX_PRIMITIVE_TYPE_ROUND_QUADRATIC_BSPLINE:

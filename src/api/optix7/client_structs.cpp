@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See client_structs.h.
 #include "api/optix7/client_structs.h"
 
 namespace sunstone::optix7 {
@@ -19,7 +20,7 @@ bool BuildInputs::hasType(OptixBuildInputType type) const {
 }
 
 OptixBuildInput BuildInputs::operator[](unsigned index) const {
-    // An input has the same size in all ABIs; the union in it has room for what was to come.
+    // An input has the same size in all ABIs, because its union has reserved space.
     const OptixBuildInput& given = array_[index];
     OptixBuildInput out;
     out.type = given.type;

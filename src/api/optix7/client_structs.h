@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Structs whose size differs between ABIs, copied between a client's form and ours. Up to ABI 68
-// each release only appended members (or used what had been padding), so a client's struct is the
-// beginning of ours: as many bytes as its ABI has members are taken, never its padding, and what it
-// lacks is zero, which always means "without". Structs not named here are the same in all ABIs.
+// releases only appended members (or used padding), so a client's struct is a prefix of ours. The
+// copy takes as many bytes as its ABI has members, never its padding; missing members become zero,
+// which always means "none". Structs not named here are equal in all ABIs.
 #pragma once
 
 #include "api/optix7/abi.h"
@@ -14,7 +14,7 @@
 
 namespace sunstone::optix7 {
 
-// Bytes of T, from its begin, that hold members in an ABI.
+// Bytes of T, from its start, that hold members in an ABI.
 template <class T>
 constexpr size_t clientBytes(Abi) = delete;
 
@@ -39,7 +39,7 @@ constexpr size_t clientBytes<OptixPipelineCompileOptions>(Abi abi) {
                ? SUNSTONE_BYTES_BEFORE(OptixPipelineCompileOptions, allowOpacityMicromaps)
                : sizeof(OptixPipelineCompileOptions);
 }
-// Before 7.4 an int without a meaning.
+// Before 7.4 an int without meaning.
 template <>
 constexpr size_t clientBytes<OptixProgramGroupOptions>(Abi abi) {
     return abi < kAbi74 ? 0 : sizeof(OptixProgramGroupOptions);
@@ -60,7 +60,7 @@ constexpr size_t clientBytes<OptixBuildInputCurveArray>(Abi abi) {
     return abi < kAbi74 ? SUNSTONE_BYTES_BEFORE(OptixBuildInputCurveArray, endcapFlags)
                         : sizeof(OptixBuildInputCurveArray);
 }
-// 7.0 and 7.1 go on with boxes for the instances, which were never needed.
+// In 7.0 and 7.1 the members for the instances' boxes follow, which were never needed.
 template <>
 constexpr size_t clientBytes<OptixBuildInputInstanceArray>(Abi abi) {
     return abi < kAbi76 ? SUNSTONE_BYTES_BEFORE(OptixBuildInputInstanceArray, instanceStride)
@@ -88,15 +88,15 @@ constexpr size_t clientBytes<OptixDenoiserSizes>(Abi abi) {
 #undef SUNSTONE_BYTES_BEFORE
 #undef SUNSTONE_BYTES_UP_TO
 
-// Structs that later releases do not have any more.
+// Structs that later releases removed.
 
 struct PipelineLinkOptions70 { // 7.0
     OptixPipelineLinkOptions common;
-    int overrideUsesMotionBlur; // rays of this pipeline have a time whatever the modules say
+    int overrideUsesMotionBlur; // rays have a time even if the modules have no motion blur
 };
 static_assert(sizeof(PipelineLinkOptions70) == 12);
 
-struct DenoiserOptions70 { // 7.0 to 7.2; a pixel format followed in 7.0, which images say as well
+struct DenoiserOptions70 { // 7.0 to 7.2; 7.0 has one more member, a pixel format, as images do
     enum InputKind : int { kColor = 0x2301, kColorAlbedo = 0x2302, kColorAlbedoNormal = 0x2303 };
     int inputKind;
 };
@@ -116,16 +116,16 @@ T fromClient(const void* given, Abi abi) {
     return out;
 }
 
-// A client's build inputs, each brought into our form when it is asked for: a count may be wrong,
-// and then the first bad input is the last one read.
+// A client's build inputs, each converted when it is read. If the count is wrong, reading stops at
+// the first invalid input.
 class BuildInputs {
 public:
     BuildInputs(const OptixBuildInput* array, Abi abi) : array_(array), abi_(abi) {}
     explicit operator bool() const { return array_ != nullptr; }
     Abi abi() const { return abi_; }
-    // Of a type that the ABI does not have, only `type` is set.
+    // For a type that the ABI lacks, only `type` is set.
     OptixBuildInput operator[](unsigned index) const;
-    // Whether the ABI has such inputs.
+    // Whether the ABI has inputs of this type.
     bool hasType(OptixBuildInputType type) const;
 
 private:

@@ -14,10 +14,10 @@ namespace {
 
 using device::cuda::LoadedDriver;
 
-// The context of a GPU that the process drives through its own libcuda.
+// The context of a GPU, checked with the process's own libcuda.
 void* resolveGpuContext(void* fromContext) {
     if (fromContext) {
-        // Drivers look into it before they know that it is one.
+        // Drivers read the memory before they check that it is a context.
         constexpr size_t kLook = 64;
         if (!isReadable(fromContext, kLook))
             throw ResultError(OPTIX_ERROR_CUDA_ERROR,
@@ -43,7 +43,7 @@ void* resolveCpuContext(LoadedDriver driver, void* fromContext) {
     device::Device& device = device::cpuDevice();
     switch (driver) {
     case LoadedDriver::kNone:
-        // Without any CUDA library the CPU itself is the device and stream 0 the only stream.
+        // Without a CUDA library the CPU itself is the device and stream 0 the only stream.
         if (fromContext)
             throw ResultError(OPTIX_ERROR_CUDA_ERROR,
                               message("fromContext = ", fromContext,
@@ -65,7 +65,7 @@ void* resolveCpuContext(LoadedDriver driver, void* fromContext) {
     return fromContext;
 }
 
-// Chooses the back end: the process's GPU, or the CPU. Without any libcuda loaded it is the CPU.
+// Chooses the back end: the process's GPU, or the CPU. Without a loaded libcuda it is the CPU.
 void chooseDevice(DeviceContext& object, void* fromContext) {
     const LoadedDriver driver = device::cuda::loadedDriver();
     if (driver == LoadedDriver::kGpu) {
@@ -112,7 +112,7 @@ OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
         object->setCallback(given.logCallbackFunction, given.logCallbackData,
                             unsigned(std::max(0, given.logCallbackLevel)));
         object->validation = given.validationMode == OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_ALL;
-        // Faults from here on reach the caller's callback too.
+        // From here on errors also reach the caller's callback.
         OptixResult result = guarded(object, "optixDeviceContextCreate", [&] {
             object->engine = std::make_shared<engine::Context>();
             object->engine->wording = &wording();
@@ -120,7 +120,7 @@ OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
         });
         if (result != OPTIX_SUCCESS)
             throw ResultError(result, "no device context was created");
-        // The engine's lines go to this context's callback for as long as it lives.
+        // The engine's lines go to this context's callback during its lifetime.
         std::weak_ptr<DeviceContext> weak = object;
         object->engine->log = [weak](LogLevel level, std::string_view tag, std::string_view text) {
             if (auto alive = weak.lock())
@@ -145,7 +145,7 @@ OptixResult deviceContextDestroy(OptixDeviceContext context) {
     std::shared_ptr<DeviceContext> object = contexts().find(context);
     return guarded(object, "optixDeviceContextDestroy", [&] {
         contextOf(context);
-        std::string failure; // of what the context still did: its objects go all the same
+        std::string failure; // of pending work; the objects are destroyed anyway
         try {
             object->engine->device->synchronizeAll();
         } catch (const Error& error) {
@@ -181,7 +181,7 @@ OptixResult deviceContextSetLogCallback(OptixDeviceContext context, OptixLogCall
                                         void* callbackData, unsigned callbackLevel) {
     return guarded(peek(context), "optixDeviceContextSetLogCallback", [&] {
         const std::shared_ptr<DeviceContext> object = contextOf(context);
-        object->engine->backend->flush(*object->engine); // what is known by now goes where it belongs
+        object->engine->backend->flush(*object->engine); // earlier lines go to the old callback
         object->setCallback(callback, callbackData, callbackLevel);
     });
 }

@@ -140,7 +140,7 @@ denoise::Format checkFormat(const std::string& name, OptixPixelFormat format) {
     fail(Code::kInvalidValue, name, ".format = ", unsigned(format), " is unknown");
 }
 
-// What a kind of image has to be.
+// The requirements for a kind of image.
 struct ImageRule {
     unsigned leastChannels;
     bool allowsBytes;
@@ -181,7 +181,7 @@ denoise::Image checkImage(device::Device& device, const std::string& name, const
     return image;
 }
 
-// `factor` times as wide and high as the input.
+// Requires `factor` times the input's width and height.
 void requireSize(const std::string& name, const denoise::Image& image, const denoise::Image& input,
                  unsigned factor = 1) {
     if (image.width != factor * input.width || image.height != factor * input.height)
@@ -197,7 +197,7 @@ bool overlap(const denoise::Image& a, const denoise::Image& b) {
     return a.data < end(b) && b.data < end(a);
 }
 
-// Checks one call of optixDenoiserInvoke and says it in the engine's words.
+// Checks one call of optixDenoiserInvoke and converts it to an engine request.
 class InvokeCheck {
 public:
     InvokeCheck(DenoiserObject& denoiser, const OptixDenoiserParams& params)
@@ -213,7 +213,7 @@ public:
         frame_.offsetY = offsetY;
         frame_.isLimited = model_.kind == denoise::Kind::kLimited;
         frame_.isTemporal = denoise::isTemporal(model_.kind);
-        // Clients before 7.5 always pass something: in a first frame the noisy image.
+        // Clients before 7.5 always pass a previous image: in a first frame the noisy one.
         frame_.hasPrevious = abi_ < kAbi75 || params_.temporalModeUsePreviousLayers != 0;
         checkParams();
         if (count == 0 || (count > 1 && !denoise::takesLayers(model_.kind)))
@@ -235,7 +235,7 @@ private:
         if (params_.denoiseAlpha > 2)
             fail(Code::kInvalidValue, "params->denoiseAlpha = ", params_.denoiseAlpha,
                  " is not 0, 1 or 2");
-        // "Separately" is a pass of its own, but an AOV takes the beauty's weights.
+        // "Separately" is an additional pass, but an AOV uses the beauty's weights.
         if (params_.denoiseAlpha != 0)
             frame_.alpha = params_.denoiseAlpha == 1 && takesLayers ? denoise::AlphaMode::kTogether
                                                                     : denoise::AlphaMode::kSeparate;
@@ -290,7 +290,7 @@ private:
             requireSize(name, image, input);
             return image;
         };
-        // A guide that was not asked for at creation is not even looked at.
+        // A guide that was not requested at creation is ignored.
         if (model_.usesAlbedo)
             frame_.albedo = guide("guideLayer->albedo", guides.albedo, {3, true});
         if (model_.usesNormal)
@@ -301,7 +301,7 @@ private:
     }
 
     const denoise::Model& model_;
-    unsigned factor_; // pixels of an output for one of its input, in each direction
+    unsigned factor_; // output pixels per input pixel, in each direction
     Abi abi_;
     device::Device& device_;
     const OptixDenoiserParams& params_;
@@ -309,7 +309,7 @@ private:
     denoise::Frame& frame_ = request_.frame;
 };
 
-// The setup that state memory belongs to.
+// The setup of a state memory.
 DenoiserObject::Setup setupOf(DenoiserObject& denoiser, CUdeviceptr state) {
     std::lock_guard lock(denoiser.mutex);
     if (denoiser.setups.empty())
@@ -322,8 +322,8 @@ DenoiserObject::Setup setupOf(DenoiserObject& denoiser, CUdeviceptr state) {
     return found->second;
 }
 
-// Scratch memory of the statistics functions: words, and words for each pixel. The formulas are in
-// the 7.4 manual; from 7.5 on clients ask for the sizes.
+// Scratch memory of the statistics functions: a number of words, plus words per pixel. The formulas
+// are in the 7.4 manual; from 7.5 on clients query the sizes.
 struct ScratchWords {
     size_t fixed, perPixel;
     size_t bytes(size_t pixels) const { return sizeof(int) * (fixed + perPixel * pixels); }
@@ -331,7 +331,7 @@ struct ScratchWords {
 constexpr ScratchWords kIntensityScratch{2, 1};
 constexpr ScratchWords kAverageColorScratch{3, 3};
 
-// What both statistics functions check.
+// Checks the arguments that both statistics functions share.
 denoise::Image checkStatistics(DenoiserObject& denoiser, const OptixImage2D* inputImage,
                                CUdeviceptr scratch, size_t scratchSize, ScratchWords needed) {
     requireNonNull(inputImage, "inputImage");
@@ -373,7 +373,7 @@ OptixResult denoiserCreateWithUserModel(OptixDeviceContext context, const void* 
 }
 
 OptixResult denoiserDestroy(OptixDenoiser denoiser) {
-    // Queued work shares ownership of all it needs, so nothing has to be waited for.
+    // Queued work shares ownership of its data, so destruction does not wait.
     return guarded(peek(denoiser), "optixDenoiserDestroy", [&] {
         denoiserOf(denoiser);
         denoisers().remove(denoiser);
@@ -393,7 +393,8 @@ OptixResult denoiserComputeMemoryResources(const OptixDenoiser denoiser, unsigne
         returnSizes->stateSizeInBytes = engine::kDenoiserStateSize;
         returnSizes->withOverlapScratchSizeInBytes =
             filter.scratchSize(outputWidth + 2 * overlap, outputHeight + 2 * overlap);
-        // 7.0 calls the two "minimum" and "recommended": what is recommended must do for tiles too.
+        // 7.0 calls the two "minimum" and "recommended": the recommended size must suffice for
+        // tiles, too.
         returnSizes->withoutOverlapScratchSizeInBytes =
             object->context->abi < kAbi71 ? returnSizes->withOverlapScratchSizeInBytes
                                           : filter.scratchSize(outputWidth, outputHeight);
@@ -401,7 +402,8 @@ OptixResult denoiserComputeMemoryResources(const OptixDenoiser denoiser, unsigne
         const size_t pixels = size_t(outputWidth + 2 * overlap) * (outputHeight + 2 * overlap);
         returnSizes->computeAverageColorSizeInBytes = kAverageColorScratch.bytes(pixels);
         returnSizes->computeIntensitySizeInBytes = kIntensityScratch.bytes(pixels);
-        returnSizes->internalGuideLayerPixelSizeInBytes = 0; // what is remembered is the output
+        returnSizes->internalGuideLayerPixelSizeInBytes = 0; // the stored layer is the output
+                                                             // itself
     });
 }
 

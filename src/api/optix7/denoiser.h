@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The object behind an OptixDenoiser, and what the functions of all releases share: until 7.2 a
-// denoiser got its model after its creation, and Invoke took its images in one array
-// (denoiser_70.cpp); since 7.3 both are as in denoiser.cpp.
+// The object behind an OptixDenoiser, and functions shared by all releases. Until 7.2 a denoiser
+// got its model after its creation, and Invoke took its images in one array (denoiser_70.cpp);
+// since 7.3 both are as in denoiser.cpp.
 #pragma once
 
 #include "api/optix7/shell.h"
@@ -13,10 +13,11 @@ namespace sunstone::optix7 {
 
 struct DenoiserObject {
     std::shared_ptr<DeviceContext> context;
-    denoise::Model model;                          // until 7.2 only the guides until it is set
-    std::shared_ptr<const denoise::Filter> filter; // null until then
+    denoise::Model model;                          // until 7.2 only the guides, until the model is
+                                                   // set
+    std::shared_ptr<const denoise::Filter> filter; // null until the model is set
 
-    // What was set up, by the address of the state memory: a client may keep several.
+    // Setups by the address of the state memory: a client may have several.
     struct Setup {
         unsigned width, height;
     };
@@ -26,17 +27,17 @@ struct DenoiserObject {
 
 HandleTable<DenoiserObject>& denoisers();
 
-// The live denoiser of a handle; throws otherwise.
+// The live denoiser of a handle; throws for other handles.
 std::shared_ptr<DenoiserObject> denoiserOf(OptixDenoiser handle);
-// The context of a denoiser outside any guard; null if the denoiser is not alive.
+// The context of a denoiser, for use outside guards; null if the denoiser is not alive.
 std::shared_ptr<DeviceContext> peek(OptixDenoiser handle);
 
-// What a number means in an ABI; throws if it means nothing there.
+// Converts a number of an ABI; throws if the ABI does not define it.
 denoise::Kind checkKind(OptixDenoiserModelKind kind, Abi abi);
-// The model in a client's memory; throws if there is none.
+// Reads the model from a client's memory; throws if it is invalid.
 denoise::Model checkUserModel(const void* data, size_t size);
 
-// Where optixDenoiserInvoke works, in all releases.
+// The memory and offsets of optixDenoiserInvoke, equal in all releases.
 struct InvokePlace {
     CUstream stream;
     CUdeviceptr state;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The denoiser as OptiX 7.0 to 7.2 had it: created for a kind of input, then given a model, and
-// invoked with an array of images: the colours, the guides that the kind of input names, and (7.2,
-// AOV models) more layers to denoise.
+// The denoiser of OptiX 7.0 to 7.2: created for a kind of input, then given a model, and invoked
+// with an array of images: the colours, the guides of the kind of input, and (7.2, AOV models) more
+// layers to denoise.
 #include "api/optix7/denoiser.h"
 #include "api/optix7/entry_points.h"
 #include "base/readable.h"
@@ -17,7 +17,7 @@ unsigned guidesOf(const denoise::Model& model) {
     return unsigned(model.usesAlbedo) + unsigned(model.usesNormal);
 }
 
-// The images of one call as later releases group them.
+// The images of one call, grouped as in later releases.
 struct Layers {
     OptixDenoiserGuideLayer guides{};
     std::vector<OptixDenoiserLayer> layers;
@@ -83,7 +83,7 @@ OptixResult denoiserSetModel(OptixDenoiser denoiser, int kind, const void* data,
         std::lock_guard lock(object->mutex);
         object->model = model;
         object->filter = denoise::makeFilter(model);
-        object->setups.clear(); // they were for another model
+        object->setups.clear(); // setups of the previous model
     });
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions behind the function tables, by file. Signatures are those of the OptiX 7.6 API, but
-// for build inputs and the leading ABI of some; adapter.h makes those of the tables from them.
+// The functions behind the function tables, by file. Signatures are those of the OptiX 7.6 API,
+// except for build inputs and the leading ABI of some; adapter.h converts them to those of the
+// tables.
 #pragma once
 
 #include "api/optix7/client_structs.h"
@@ -77,7 +78,7 @@ OptixResult checkRelocationCompatibility(OptixDeviceContext, const OptixRelocati
 OptixResult accelRelocate(OptixDeviceContext, CUstream, const OptixRelocationInfo*,
                           const OptixRelocateInput*, size_t, CUdeviceptr, size_t,
                           OptixTraversableHandle*);
-// The same as it was until 7.5: with an array of instance handles.
+// The form until 7.5, with an array of instance handles.
 OptixResult accelRelocateChildren(OptixDeviceContext, CUstream, const OptixRelocationInfo*,
                                   CUdeviceptr, size_t, CUdeviceptr, size_t,
                                   OptixTraversableHandle*);

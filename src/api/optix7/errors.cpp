@@ -9,7 +9,7 @@ struct ResultInfo {
     OptixResult result;
     const char* name;
     const char* text;
-    Abi first = kAbi70; // ABIs that call it so
+    Abi first = kAbi70; // first ABI with this name
     Abi last = kNewestAbi;
 };
 

@@ -22,7 +22,8 @@ public:
         object_->group = std::make_shared<engine::ProgramGroup>();
     }
 
-    // Resolves one module/name pair. Both null means "no program", legal unless `required`.
+    // Resolves one module/name pair. Both null means "no program", which is legal unless
+    // `required`.
     engine::ProgramRef program(OptixModule module, const char* name, ProgramKind kind,
                                const char* field, bool required) {
         std::string place = where_ + field;
@@ -51,7 +52,7 @@ public:
         return {made, name, kind, -1};
     }
 
-    // Whether the pair stands for a built-in intersection, of which traversal takes care itself.
+    // Whether the pair names a built-in intersection, which traversal performs itself.
     bool builtinIntersection(OptixModule module, const char* name) {
         if (!module || name)
             return false;
@@ -85,7 +86,7 @@ private:
     std::shared_ptr<GroupObject> object_;
 };
 
-// From machine code, so not before somebody asks.
+// Sizes come from machine code, so they are computed only on request.
 OptixStackSizes stackSizesOf(const GroupObject& object) {
     OptixStackSizes sizes{};
     const engine::ProgramGroup& g = *object.group;

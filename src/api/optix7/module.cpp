@@ -34,7 +34,7 @@ compiler::DebugLevel debugLevelOf(OptixCompileDebugLevel level, const char* para
     fail(Code::kInvalidValue, parameter, "->debugLevel = ", unsigned(level), " is unknown");
 }
 
-// Bound values promise what the launch parameters will hold; code is specialised to them.
+// Bound values are the client's promise about the launch parameters; code is specialised to them.
 std::vector<compiler::BoundValue> boundValuesOf(const OptixModuleCompileOptions& options) {
     std::vector<compiler::BoundValue> values;
     if (options.numBoundValues == 0)
@@ -139,7 +139,7 @@ CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options, A
     kept.values = *options;
     kept.values.pipelineLaunchParamsVariableName = nullptr;
     kept.values.numAttributeValues = std::max(2, int(options->numAttributeValues));
-    // One form for what means the same, so that equal options compare equal.
+    // Normalises equal meanings to one value, so that equal options compare equal.
     kept.values.usesMotionBlur = options->usesMotionBlur != 0;
     kept.values.allowOpacityMicromaps = options->allowOpacityMicromaps != 0;
     if (options->usesPrimitiveTypeFlags == 0)
@@ -215,7 +215,7 @@ OptixResult moduleDestroy(OptixModule module) {
         if (object->tasks && object->tasks->isExecuting())
             fail(Code::kIllegalDuringTask, "module = ", static_cast<const void*>(module),
                  ": a task of it is being executed");
-        const bool isUsed = object.use_count() > 2; // than by the table and here
+        const bool isUsed = object.use_count() > 2; // other than by the table and here
         if (isUsed && object->context->validation)
             object->context->log(LogLevel::kWarning, "API",
                                  "optixModuleDestroy: program groups of the module are alive; they "

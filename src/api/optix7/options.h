@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of options that several entry points take.
+// Checks of options used by several entry points.
 #pragma once
 
 #include "api/optix7/shell.h"
 
 namespace sunstone::optix7 {
 
-// Checks and copies pipeline compile options for a context of an ABI; throws an Error naming the
-// field.
+// Checks and copies pipeline compile options for a context's ABI; throws an Error naming the field.
 CompileOptions checkCompileOptions(const OptixPipelineCompileOptions* options, Abi abi);
 
 // Checks and copies a payload type; `where` names it in messages.
 compiler::PayloadType checkPayloadType(const OptixPayloadType& type, const std::string& where);
 
-// What a module is made from, checked and copied; the text stays the caller's.
+// The checked and copied inputs of a module; the caller keeps the text.
 struct ModuleInput {
     CompileOptions options;
     compiler::PipelineRules rules;
@@ -28,11 +27,10 @@ std::shared_ptr<engine::Module> makeModule(const std::shared_ptr<DeviceContext>&
                                            ModuleInput input, std::string_view ptx,
                                            std::string& feedback);
 
-// What of module options says how to compile: register count and levels. Throws an Error naming the
-// field.
+// Checks the register count and the levels in module options. Throws an Error naming the field.
 void checkCompileLevels(const OptixModuleCompileOptions& options, Abi abi);
 
-// Throws if the level is no enumerator of the ABI.
+// Throws if the level is not an enumerator of the ABI.
 void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter, Abi abi);
 
 } // namespace sunstone::optix7

@@ -87,7 +87,8 @@ void checkSameOptions(const CompileOptions& wanted, const GroupObject& group, un
                  "pipeline compile options");
 }
 
-// Creates a pipeline; forceMotionBlur: it has ray times even if the modules say otherwise.
+// Creates a pipeline; forceMotionBlur: its rays have a time even if the modules have no motion
+// blur.
 OptixResult makePipeline(OptixDeviceContext context,
                            const OptixPipelineCompileOptions* compileOptions,
                            const OptixPipelineLinkOptions* linkOptions, bool forceMotionBlur,
@@ -164,7 +165,7 @@ OptixResult pipelineDestroy(OptixPipeline pipeline) {
         pipelineOf(pipeline);
         pipelines().remove(pipeline);
         const std::shared_ptr<engine::Context> engine = object->context->engine;
-        object.reset(); // waits for its launches
+        object.reset(); // waits for the pipeline's launches
         engine->backend->flush(*engine);
     });
 }
@@ -237,7 +238,7 @@ OptixResult launch(OptixPipeline pipeline, CUstream stream, CUdeviceptr params, 
             engine::launch(object->context->engine, request);
             device.synchronize(stream);
         } catch (const Error& error) {
-            if (error.code() != Code::kLaunchFailure) // no live stream, say
+            if (error.code() != Code::kLaunchFailure) // e.g. the stream is not live
                 throw;
             throw ResultError(OPTIX_ERROR_VALIDATION_FAILURE, error.what());
         }

@@ -11,15 +11,15 @@
 namespace sunstone::optix7 {
 namespace {
 
-// New handles for the instances of a structure, new arrays for its build inputs; none: they keep
-// those they have.
+// New handles for the instances of a structure, or new arrays for its build inputs; empty: both
+// stay unchanged.
 struct Children {
     CUdeviceptr handles = 0;
     size_t count = 0;
     std::vector<const void*> arrays;
 };
 
-// The names say which API's arguments are at fault.
+// `handlesName` and `countName` are the parameters' names for messages.
 void checkChildren(device::Device& device, const bvh::RelocationInfo& info, const Children& children,
                    const char* handlesName, const char* countName) {
     if (children.handles == 0 && children.count == 0)
@@ -33,8 +33,8 @@ void checkChildren(device::Device& device, const bvh::RelocationInfo& info, cons
                         sizeof(OptixTraversableHandle));
 }
 
-// The moved micromap arrays of a structure of triangles, null where an input keeps its own; empty
-// if all do.
+// The moved micromap arrays of a triangle structure, null for an input that keeps its own; empty if
+// all do.
 std::vector<const void*> arraysOf(device::Device& device, const OptixRelocateInput* inputs,
                                   size_t count) {
     std::vector<const void*> arrays(count);
@@ -87,7 +87,8 @@ Children childrenOf(device::Device& device, const bvh::RelocationInfo& info,
     return {0, 0, arraysOf(device, inputs, count)};
 }
 
-// Checks and queues the relocation; `children` finds the new handles once the info is known good.
+// Checks and queues the relocation; `children` returns the new handles after the info has been
+// checked.
 template <class FindChildren>
 OptixTraversableHandle relocate(DeviceContext& owner, CUstream stream,
                                 const OptixRelocationInfo* info, CUdeviceptr targetAccel,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What relocations of acceleration structures and of opacity micromap arrays share.
+// Shared by relocations of acceleration structures and of opacity micromap arrays.
 #pragma once
 
 #include "api/optix7/shell.h"

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+// See shell.h.
 #include "api/optix7/shell.h"
 
 #include <algorithm>
 
 namespace sunstone::optix7 {
 
-// Tables live until the process ends: clients may call from their own exit handlers.
+// Never destroyed: clients may call from their own exit handlers.
 HandleTable<DeviceContext>& contexts() {
     static auto* table = new HandleTable<DeviceContext>;
     return *table;
@@ -138,7 +139,7 @@ OptixResult guarded(const std::shared_ptr<DeviceContext>& context, const char* f
         result = OPTIX_ERROR_INTERNAL_ERROR;
         cause = error.what();
     }
-    // A message of several lines (diagnostics) keeps them; only the last newline goes.
+    // Inner newlines of a message stay (diagnostics); only the last one is removed.
     while (!cause.empty() && cause.back() == '\n')
         cause.pop_back();
     std::string line = message(function, ": ", cause, " [",

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all files of the OptiX 7 shell share: the objects behind the opaque handles, the translation
-// of engine errors into OptixResult, the rule for log strings. The shell checks arguments,
-// translates types and forwards to src/engine; it computes nothing itself.
-// Source of every rule: OptiX 7.4 API reference, section named at each function; what differs in
-// other releases is in abi.h and client_structs.h.
+// Shared by all files of the OptiX 7 shell: the objects behind the opaque handles, the translation
+// of engine errors into OptixResult, and the rule for log strings. The shell checks arguments,
+// translates types and forwards to src/engine; it computes nothing itself. Source: OptiX 7.4 API
+// reference, section named at each function; abi.h and client_structs.h have the differences of
+// other releases.
 #pragma once
 
 #include "api/optix7/abi.h"
@@ -30,11 +30,11 @@ struct DeviceContext {
     std::shared_ptr<engine::Context> engine;
     void* cudaContext = nullptr;
     bool validation = false;
-    Abi abi = kNewestAbi; // of the client that made it
+    Abi abi = kNewestAbi; // of the client that created it
 
-    // Delivers to the callback if its level is at least `level`, and to the engine's own log.
+    // Passes a line to the callback, if its level permits, and to the engine's own log.
     void log(LogLevel level, std::string_view tag, std::string_view text);
-    // The rules of the options; validation mode adds all exceptions of the library.
+    // The rules for the options; validation mode adds all exceptions of the library.
     compiler::PipelineRules rulesOf(const CompileOptions& options) const;
     void setCallback(OptixLogCallback function, void* data, unsigned level);
 
@@ -45,7 +45,7 @@ private:
     std::atomic<unsigned> level_{0};
 };
 
-// Pipeline compile options in a form that can be kept and compared.
+// Pipeline compile options in a form that can be stored and compared.
 struct CompileOptions {
     OptixPipelineCompileOptions values{}; // name pointer cleared
     std::string launchParams;
@@ -59,8 +59,8 @@ struct ModuleObject {
     std::shared_ptr<engine::Module> module;
     uint32_t builtinPrimitive = 0; // OptixPrimitiveType of a built-in module
     CompileOptions options;
-    std::shared_ptr<engine::ModuleTasks> tasks; // null for a module that was made at once
-    // Where tasks write; the client keeps it alive until they are done.
+    std::shared_ptr<engine::ModuleTasks> tasks; // null for a module made without tasks
+    // Tasks write here; the client keeps it alive until they are done.
     char* logString = nullptr;
     size_t logCapacity = 0;
     std::mutex logMutex;
@@ -70,7 +70,7 @@ struct ModuleObject {
 struct TaskObject {
     std::shared_ptr<DeviceContext> context;
     std::weak_ptr<ModuleObject> module;
-    size_t number = 0; // in the module's tasks
+    size_t number = 0; // index in the module's tasks
 };
 
 struct GroupObject {
@@ -78,7 +78,7 @@ struct GroupObject {
     std::shared_ptr<engine::ProgramGroup> group;
     std::vector<std::shared_ptr<ModuleObject>> modules;
     std::once_flag stackSizesKnown;
-    OptixStackSizes stackSizes{}; // since the first question
+    OptixStackSizes stackSizes{}; // valid after the first query
 };
 
 struct PipelineObject {
@@ -92,7 +92,7 @@ HandleTable<TaskObject>& tasks();
 HandleTable<GroupObject>& groups();
 HandleTable<PipelineObject>& pipelines();
 
-// The live object of a handle; throws an Error naming the parameter otherwise.
+// The live object of a handle; throws an Error naming the parameter for other handles.
 std::shared_ptr<DeviceContext> contextOf(OptixDeviceContext handle);
 std::shared_ptr<ModuleObject> moduleOf(OptixModule handle, const char* parameter);
 // The engine's module; throws kInvalidOperation if tasks have not completed it.
@@ -101,22 +101,22 @@ std::shared_ptr<GroupObject> groupOf(OptixProgramGroup handle, const char* param
 std::shared_ptr<PipelineObject> pipelineOf(OptixPipeline handle);
 
 OptixResult resultOf(Code code);
-// Name and text of a code; null for codes unknown to the ABI.
+// Name and text of a code; null for codes that the ABI lacks.
 const char* resultName(OptixResult result, Abi abi);
 const char* resultString(OptixResult result, Abi abi);
 
-// An OptixResult that no engine code stands for.
+// An OptixResult without an engine code.
 struct ResultError : std::runtime_error {
     ResultError(OptixResult r, const std::string& text) : std::runtime_error(text), result(r) {}
     OptixResult result;
 };
 
-// Runs body; turns whatever it throws into a result and a line "function: cause" in the log of
-// `context` (null: the engine's log). `feedback`, if given, receives the line's text too.
+// Runs body; turns its exceptions into a result and a line "function: cause" in the log of
+// `context` (null: the engine's log). `feedback`, if given, also receives the line's text.
 OptixResult guarded(const std::shared_ptr<DeviceContext>& context, const char* function,
                     const std::function<void()>& body, std::string* feedback = nullptr);
 
-// Finds the context of a handle outside any guard; null if it is not alive.
+// Finds the context of a handle, for use outside guards; null if it is not alive.
 inline std::shared_ptr<DeviceContext> peek(OptixDeviceContext handle) {
     return contexts().find(handle);
 }
@@ -128,8 +128,9 @@ void requireNonNull(const T* pointer, const char* name) {
         fail(Code::kInvalidValue, name, " is null");
 }
 
-// The logString rule of module, program group and pipeline creation: writes `text` truncated to
-// the capacity in *size and always terminated; *size becomes the full length with terminator.
+// The logString rule of module, program group and pipeline creation: writes `text`, truncated to
+// the capacity in *size and always terminated; *size becomes the full length with terminator, in
+// bytes.
 void writeLogString(const std::string& text, char* logString, size_t* logStringSize);
 
 } // namespace sunstone::optix7

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// optixQueryFunctionTable, the one exported symbol: serves the function tables of ABIs 22 (OptiX
+// optixQueryFunctionTable, the only exported symbol: returns the function tables of ABIs 22 (OptiX
 // 7.0) to 68 (7.6). Slots are filled by position, which is the ABI. Releases inserted and removed
-// slots but never swapped two, so that one list, with conditions, is the order of all tables.
+// slots but never reordered them, so one list, with conditions, gives the order of all tables.
 // Source: OptiX 7.4, sections 4.1 and 6.9.
 #include "api/optix7/adapter.h"
 #include "api/optix7/entry_points.h"
@@ -27,8 +27,8 @@ const char* getErrorString(OptixResult result) {
     return text ? text : "Unrecognized OptixResult code";
 }
 
-// What every entry point that is not there yet does: says so, with its name, and fails. The first
-// argument of each is a handle: if it is a live context or module, that context's log gets the line.
+// For entry points without an implementation: logs the name and fails. Their first argument is a
+// handle; if it is a live context or module, that context's log gets the line.
 OptixResult refuse(const char* function, const void* handle) {
     std::string text = message(function, ": not supported by this version of Sunstone");
     std::shared_ptr<DeviceContext> context = contexts().find(handle);
@@ -41,7 +41,7 @@ OptixResult refuse(const char* function, const void* handle) {
     return OPTIX_ERROR_NOT_SUPPORTED;
 }
 
-// A name as a template argument.
+// A string as a template argument.
 template <size_t N>
 struct Name {
     char text[N];
@@ -51,12 +51,12 @@ struct Name {
     }
 };
 
-// Reserved slots have no meaning; calling one is harmless.
+// A reserved slot; calling it only returns an error.
 void reservedSlot() {
     refuse("a reserved slot of the function table", nullptr);
 }
 
-// A table in the making.
+// Fills a table slot by slot.
 class Slots {
 public:
     Slots(void** table, size_t count) : next_(table), end_(table + count) {}
@@ -72,7 +72,7 @@ private:
     void** end_;
 };
 
-// FUNCTION: one of entry_points.h, seen through the ABI.
+// FUNCTION: one of entry_points.h, adapted to the ABI.
 #define FUNCTION(name) slots.add(&Adapter<kAbi, &name>::call)
 
 template <Abi kAbi>
@@ -171,7 +171,7 @@ void addSlots(Slots& slots) {
 }
 #undef FUNCTION
 
-// A table that is served.
+// The table of one ABI.
 struct Table {
     Abi abi;
     size_t slots;

@@ -31,8 +31,8 @@ OptixTask addTask(const std::shared_ptr<ModuleObject>& module, size_t number) {
     return static_cast<OptixTask>(tasks().add(std::move(task)));
 }
 
-// Everything that finished tasks said, within the capacity given when the module was created. The
-// size variable of that call is not the library's any more.
+// Writes the messages of all finished tasks, within the capacity given at the module's creation.
+// The size variable of that call is no longer used.
 void writeTaskLog(ModuleObject& module) {
     std::lock_guard lock(module.logMutex);
     size_t capacity = module.logCapacity;
@@ -62,7 +62,7 @@ OptixResult moduleCreateFromPTXWithTasks(OptixDeviceContext context,
         object->options = input.options;
         object->logString = logStringSize ? logString : nullptr;
         object->logCapacity = capacity;
-        // The text may be long; whatever the client does with it after this call is harmless.
+        // Copied: the client may change the text after this call.
         std::string text(ptx, strnlen(ptx, ptxSize));
         object->tasks = std::make_shared<engine::ModuleTasks>(
             [owner, input = std::move(input), text = std::move(text)](std::string& notes) {
@@ -114,7 +114,7 @@ OptixResult taskExecute(OptixTask task, OptixTask* additionalTasks, unsigned max
     }, &feedback);
     if (!feedback.empty())
         module->tasks->addError(feedback + "\n");
-    writeTaskLog(*module); // before the module counts as done: the client may free the string then
+    writeTaskLog(*module); // before the module counts as done, when the client may free the string
     module->tasks->finish(object->number, result == OPTIX_SUCCESS);
     return result;
 }

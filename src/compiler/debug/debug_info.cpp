@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See debug_info.h.
 #include "compiler/debug/debug_info.h"
 
 #include <llvm/BinaryFormat/Dwarf.h>
@@ -18,7 +19,7 @@ llvm::StringRef toRef(std::string_view text) {
     return {text.data(), text.size()};
 }
 
-// "outer" of _ZN12_GLOBAL__N_15outerEj; names that are not mangled stay.
+// "outer" of _ZN12_GLOBAL__N_15outerEj; an unmangled name is returned unchanged.
 std::string baseName(const std::string& symbol) {
     llvm::ItaniumPartialDemangler demangler;
     if (demangler.partialDemangle(symbol.c_str()) || !demangler.isFunction())
@@ -79,7 +80,7 @@ llvm::DISubprogram* DebugInfo::describe(const ptx::Module& module, const ptx::Fu
         if (statement.kind == ptx::StatementKind::kInstruction &&
             statement.instruction.source.line != 0) {
             first = &statement.instruction.source;
-            // To the function's own code.
+            // Leave inlined calls for the function's own code.
             const InlinedCalls& calls = inlinedCalls(module);
             for (uint32_t call = calls.at(statement.instruction.location.line); call != 0;
                  call = calls.call(call).within)
@@ -154,7 +155,7 @@ llvm::DIType* DebugInfo::type(const ptx::Module& module, uint32_t key) {
     const auto found = types.find(key);
     if (key == 0 || found == types.end())
         return nullptr;
-    own.types[key] = nullptr; // where a type leads to itself through aliases: void
+    own.types[key] = nullptr; // a type that refers to itself through aliases is void
     llvm::DIType* made = makeType(module, key, found->second);
     own.types[key] = made;
     return made;
@@ -323,7 +324,7 @@ void FunctionDebug::setLocation(llvm::IRBuilder<>& builder, const ptx::SourcePos
     }
     const uint32_t line = source.line ? source.line : in.scope->getSubprogram()->getLine();
     if (source.line != 0 && source.file != 0) {
-        // Code of another file, inlined by the compiler that wrote the PTX.
+        // Code of another file, inlined before the PTX was written.
         llvm::DIFile* file = info_.file(module_, source.file);
         if (file != in.scope->getFile())
             in.scope = info_.builder().createLexicalBlockFile(in.scope, file);
@@ -343,7 +344,7 @@ void FunctionDebug::atMemory(std::string_view name, llvm::Value* memory, llvm::B
             info_.builder().insertDeclare(memory, variable.variable,
                                           info_.builder().createExpression(steps),
                                           variable.location, block);
-            break; // one memory place is for all of the scope
+            break; // a place in memory holds for the whole scope
         }
 }
 
@@ -384,10 +385,10 @@ void FunctionDebug::atValue(llvm::IRBuilder<>& builder, uint32_t reg, llvm::Valu
 namespace {
 
 using llvm::DbgVariableRecord;
-using VariableKey = std::pair<llvm::DILocalVariable*, llvm::DILocation*>; // and where inlined
+using VariableKey = std::pair<llvm::DILocalVariable*, llvm::DILocation*>; // and the inlined call
 
-// Bits of the variable that a record's value covers; none where the expression does more than
-// pick a part.
+// Bits of the variable that a record's value covers; none if the expression does more than select a
+// part.
 std::optional<std::pair<uint64_t, uint64_t>> coveredBits(const DbgVariableRecord& record) {
     const llvm::DIExpression* expression = record.getExpression();
     const auto fragment = expression->getFragmentInfo();

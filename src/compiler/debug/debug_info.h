@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Debug information of compiled code, from what the PTX brings: .file and .loc give lines (debug
-// level MINIMAL and up), the DWARF sections variables (level FULL).
+// Debug information of compiled code, from the PTX: .file and .loc give lines (debug level MINIMAL
+// and up), the DWARF sections variables (level FULL).
 //
-// Functions that the compiler which wrote the PTX inlined have frames of their own: LLVM's inlined
-// locations, made from .loc ... inlined_at or from the scopes of the DWARF sections.
+// Functions inlined before the PTX was written have frames of their own: LLVM's inlined locations,
+// made from .loc ... inlined_at or from the scopes of the DWARF sections.
 //
-// Variables. Their places in PTX are depots and registers, both of which are promoted to values
-// soon after translation, as the compiler needs constants to show. LLVM keeps track of the values
-// (debug records); when all is lowered, pinVariables gives each variable memory of its own and
-// stores every value there, so that a debugger sees the variable at any stop of its scope.
+// Variables. PTX keeps them in depots and registers. Both are promoted to values soon after
+// translation, because later passes need constants. LLVM tracks the values in debug records. After
+// lowering, pinVariables gives each variable memory and stores every value there, so a debugger
+// sees the variable at every stop in its scope.
 #pragma once
 
 #include "compiler/debug/dwarf.h"
@@ -22,23 +22,23 @@
 
 namespace sunstone::compiler {
 
-// Of one unit.
+// Debug information of one unit.
 class DebugInfo {
 public:
     explicit DebugInfo(Unit& unit);
 
-    // Null where the module has no line information or the level forbids it.
+    // Null if the module has no line information or the level forbids it.
     llvm::DISubprogram* describe(const ptx::Module& module, const ptx::Function& source);
     llvm::DIFile* file(const ptx::Module& module, uint32_t number);
-    // Null unless the level is FULL and the module says something of the function.
+    // Null unless the level is FULL and the module describes the function.
     const DwarfFunction* variablesOf(const ptx::Module& module, const ptx::Function& source);
     llvm::DIType* type(const ptx::Module& module, uint32_t key);
-    // A function that only exists inlined; one for all its calls.
+    // A function that exists only inlined; one for all its calls.
     llvm::DISubprogram* inlinedFunction(const ptx::Module& module, const std::string& name,
                                         uint32_t file, uint32_t line);
     const InlinedCalls& inlinedCalls(const ptx::Module& module);
     // The call with this number (inlined_calls.h): its function, and its place within `function`,
-    // which has the instruction.
+    // which contains the instruction.
     struct InlinedScope {
         llvm::DISubprogram* function = nullptr;
         llvm::DILocation* at = nullptr;
@@ -51,7 +51,7 @@ public:
         return inlinedVariables_[{function, name, line}];
     }
     llvm::DIBuilder& builder() { return builder_; }
-    // Once, when all functions are translated.
+    // Call once, after all functions are translated.
     void finish();
 
 private:
@@ -70,26 +70,26 @@ private:
     llvm::DIBuilder builder_;
     llvm::DICompileUnit* compileUnit_ = nullptr;
     std::map<const ptx::Module*, ModuleInfo> modules_;
-    // Calls by number, in the function that has their code.
+    // Calls by number, in the function that contains their code.
     std::map<std::pair<llvm::DISubprogram*, uint32_t>, InlinedScope> inlinedScopes_;
     std::map<std::tuple<llvm::DISubprogram*, std::string, uint32_t>, llvm::DILocalVariable*>
         inlinedVariables_;
 };
 
-// The debug information of one function under translation: which scopes are open, where its
-// variables are.
+// Debug information of one function during translation: its open scopes and the places of its
+// variables.
 class FunctionDebug {
 public:
     FunctionDebug(DebugInfo& info, const ptx::Module& module, const ptx::Function& source,
                   llvm::Function& function);
 
-    // Sets the builder's location for what an instruction becomes, which stands on a line of the PTX
-    // text (0: on none).
+    // Sets the builder's location for the code of an instruction, which stands on line `textLine`
+    // of the PTX text (0: unknown).
     void setLocation(llvm::IRBuilder<>& builder, const ptx::SourcePosition& source,
                      uint32_t textLine);
-    // A variable of the function's PTX and the memory it got.
+    // The memory of a variable of the function's PTX.
     void atMemory(std::string_view name, llvm::Value* memory, llvm::BasicBlock* block);
-    // At a label; returns the registers (by index) that variables now live in.
+    // Call at a label; returns the registers (by index) that hold variables from here on.
     std::vector<uint32_t> atLabel(std::string_view label);
     // A register has this value from here on.
     void atValue(llvm::IRBuilder<>& builder, uint32_t reg, llvm::Value* value);
@@ -106,7 +106,7 @@ private:
         llvm::DILocation* location = nullptr;
         std::vector<Place> places;
     };
-    // Where code belongs: a function or block, and the call that inlined it, if one did.
+    // The scope of code: a function or block, and the call that inlined it, if any.
     struct Scope {
         llvm::DILocalScope* scope = nullptr;
         llvm::DILocation* inlinedAt = nullptr;
@@ -125,7 +125,7 @@ private:
     std::map<std::string, uint32_t, std::less<>> registers_; // by full name
 };
 
-// See above. For functions that have debug records of variables.
+// See the head comment. For functions with debug records of variables.
 void pinVariables(Unit& unit);
 
 } // namespace sunstone::compiler

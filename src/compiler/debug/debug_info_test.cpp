@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines of compiled code, debug sections that make no sense. What gdb sees is tested in
-// tests/gdb.
+// Lines of compiled code, and malformed debug sections. tests/gdb checks what gdb shows.
 #include "compiler/debug/dwarf.h"
 #include "compiler/debug/inlined_calls.h"
 #include "compiler/testing.h"
@@ -40,7 +39,7 @@ std::vector<unsigned> linesOf(const Code& code, unsigned bytes) {
         if (!sourceLocation(begin + i, location))
             continue;
         EXPECT_EQ("/src/shade.cu", location.file);
-        if (!location.function.empty()) // line tables alone leave functions out
+        if (!location.function.empty()) // line tables alone have no functions
             EXPECT_EQ("__miss__a", location.function);
         if (lines.empty() || lines.back() != location.line)
             lines.push_back(location.line);
@@ -85,7 +84,8 @@ TEST(SourceLocation, NothingIsKnownOf) {
     EXPECT_FALSE(sourceLocation(gone, location)) << "code that was freed";
 }
 
-// ---- functions that were inlined before they became PTX (what gdb makes of it: tests/gdb) --------
+// ---- functions inlined before the PTX was written (in gdb: tests/gdb)
+// ----------------------------
 
 TEST(InlinedCalls, WithinInlinedCalls) {
     const std::string text =
@@ -116,7 +116,7 @@ TEST(InlinedCalls, WithinInlinedCalls) {
     EXPECT_EQ(0u, calls.at(0));
 }
 
-// Calls inlined in themselves without end, text cut anywhere.
+// Calls inlined in themselves endlessly, text cut at any byte.
 TEST(InlinedCalls, Nonsense) {
     std::string text = std::string(kHeader) + ".file 1 \"/src/shade.cu\"\n"
                                               ".visible .entry __miss__a()\n{\n";
@@ -247,7 +247,7 @@ TEST(Dwarf, NonsenseDoesNoHarm) {
     }
 }
 
-// A function that completes itself in two ways: attributes that it lacks are looked for twice at
+// A function with two references to its own definition: missing attributes are searched twice at
 // every step.
 TEST(Dwarf, EntriesThatLeadToThemselvesEnd) {
     const auto module = parse(kProgram + std::string(R"(

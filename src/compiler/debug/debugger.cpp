@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See debugger.h. Source: GDB manual, "JIT Compilation Interface".
 #include "compiler/debug/debugger.h"
 
 #include "compiler/compiler.h"
@@ -37,13 +38,13 @@ namespace {
 
 enum : uint32_t { kNoAction, kRegister, kUnregister };
 
-// Guards the descriptor and the table of ranges. Never destroyed: code may outlive main.
+// Guards the descriptor and the table of ranges. Never destroyed: code may run after main.
 std::mutex& mutex() {
     static auto* instance = new std::mutex;
     return *instance;
 }
 
-// gdb reads sections at their addresses: the object file says 0 for all.
+// gdb expects sections at their load addresses: the object file has 0 for all.
 void setAddresses(std::string& code, const SectionAddresses& addresses) {
     Elf64_Ehdr header;
     std::memcpy(&header, code.data(), sizeof header);
@@ -90,7 +91,7 @@ std::unique_ptr<llvm::object::ObjectFile> objectOf(const std::string& code) {
     return std::move(*object);
 }
 
-// The function of the machine code at this offset of .text; where line information names none.
+// The function of the machine code at this offset of .text, for code without line information.
 std::string symbolAt(const llvm::object::ObjectFile& object, uint64_t section, uint64_t offset) {
     std::string name;
     uint64_t best = 0;
@@ -104,7 +105,7 @@ std::string symbolAt(const llvm::object::ObjectFile& object, uint64_t section, u
             *place != object.section_end() && (*place)->getIndex() == section &&
             *start <= offset && *start >= best) {
             best = *start;
-            text->consume_front("program."); // the compiler's name for what the pipeline calls
+            text->consume_front("program."); // the compiler's prefix for entry points of pipelines
             name = text->str();
         }
         if (!type) llvm::consumeError(type.takeError());
@@ -198,7 +199,7 @@ bool sourceLocation(const void* address, SourceLocation& location) {
             llvm::consumeError(name.takeError());
         } else if (*name == ".text") {
             index = section.getIndex();
-            offset += section.getAddress(); // 0, unless it was set for gdb
+            offset += section.getAddress(); // 0, unless set for gdb
         }
     const auto context = llvm::DWARFContext::create(*object);
     const llvm::DIInliningInfo frames = context->getInliningInfoForAddress(

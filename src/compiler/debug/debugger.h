@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loaded code and its debug information: registration with gdb, and the source line of an address.
+// Loaded code and its debug information: registers code with gdb and finds the source line of an
+// address.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +13,11 @@ namespace sunstone::compiler {
 // Where the sections of an object file were loaded, by name.
 using SectionAddresses = std::map<std::string, uint64_t>;
 
-// Keeps an object's debug information known for as long as it lives.
+// Keeps an object's debug information registered during its lifetime.
 class DebugRegistration {
 public:
-    // code: the object file. forDebugger: also tell gdb, which then knows lines and variables
-    // (GDB manual, "JIT Compilation Interface"). Null where the object has no debug information.
+    // code: the object file. forDebugger: also registers it with gdb, for lines and variables (GDB
+    // manual, "JIT Compilation Interface"). Null if the object has no debug information.
     static std::unique_ptr<DebugRegistration> add(const std::string& code,
                                                   const SectionAddresses& addresses,
                                                   bool forDebugger);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// See dwarf.h: sections as bytes, then entries, then what they mean.
+// See dwarf.h. The steps: sections as bytes, then entries, then their meaning.
 #include "compiler/debug/dwarf.h"
 
 #include <charconv>
@@ -9,7 +9,7 @@ namespace sunstone::compiler {
 
 namespace {
 
-// Thrown where the data makes no sense; readDwarf keeps what it has by then.
+// Thrown for malformed data; readDwarf returns the part it read before.
 struct Unreadable {};
 
 // ---- data directives to bytes -----------------------------------------------------------------
@@ -176,7 +176,7 @@ public:
         need(size);
         at_ += size;
     }
-    // What the next bytes refer to, if they are an address.
+    // The symbol that the next bytes refer to, if they are an address.
     const std::pair<std::string, uint64_t>* reference() const {
         const auto found = section_.references.find(at_);
         return found == section_.references.end() ? nullptr : &found->second;
@@ -193,7 +193,7 @@ private:
 
 // ---- entries ----------------------------------------------------------------------------------
 
-// Numbers of the DWARF specification that are used here.
+// The numbers of the DWARF specification in use here.
 enum Tag : uint32_t {
     kTagArray = 0x01,
     kTagClass = 0x02,
@@ -309,8 +309,8 @@ public:
 
 private:
     static constexpr unsigned kMaxDepth = 64;
-    // From an inlined copy to its function and on to that one's declaration are two. Each entry may have
-    // two links, so that more steps would be too many ways.
+    // An inlined copy leads to its function, and that to its declaration: two links. Each entry may
+    // have two links, so a higher limit would allow too many paths.
     static constexpr unsigned kMaxLinks = 4;
 
     void readAbbreviations(uint64_t at) {
@@ -445,7 +445,7 @@ private:
         return found == byOffset_.end() ? nullptr : &entries_[found->second];
     }
 
-    // An attribute of the entry or of what it completes.
+    // An attribute of the entry or of the entry it completes.
     const Value* inherited(const Entry& entry, uint32_t attribute, unsigned depth = 0) const {
         if (const Value* value = entry.find(attribute))
             return value;

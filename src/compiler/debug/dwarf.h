@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the debug sections of a PTX module say of its functions' variables. Compilers write DWARF 2
-// there (clang -g, nvcc -G), as data directives whose addresses are labels and depots of the PTX:
+// Variables of functions, read from the debug sections of a PTX module. Compilers write DWARF 2
+// (clang -g, nvcc -G) as data directives whose addresses are labels and depots of the PTX:
 //
 //   location of a variable in memory: DW_OP_addr <depot>, DW_OP_plus_uconst <offset>
 //   in a register: DW_OP_regx, whose operand holds the characters of the register's name
 //   in changing places: a list in .debug_loc with labels as bounds
 //
-// Inlined functions are scopes with a function of their own (clang, nvcc -G; nvcc -lineinfo says it
-// in .loc instead, with names in .debug_str). Whatever cannot be read is left out: debug
+// Inlined functions are scopes with a function of their own (clang, nvcc -G; nvcc -lineinfo writes
+// them in .loc instead, with names in .debug_str). Unreadable entries are left out: debug
 // information never fails a compilation. No LLVM here. Source: DWARF 2 specification; "PTX Writer's
 // Guide to Interoperability", debug information.
 #pragma once
@@ -42,7 +42,7 @@ struct DwarfType {
     };
     Kind kind = Kind::kNone;
     std::string name;
-    uint64_t size = 0;       // bytes; 0: that of what it stands for
+    uint64_t size = 0;       // bytes; 0: the size of the aliased type
     uint32_t encoding = 0;   // DW_ATE_* of a base type
     uint32_t of = 0;         // pointed to, element, aliased; key in DwarfInfo::types, 0: void
     uint64_t count = 0;      // elements of an array
@@ -65,7 +65,7 @@ struct DwarfVariable {
     std::vector<DwarfPlace> places;
 };
 
-// What is inlined: the function, and the place of the call.
+// An inlined call: the function, and the place of the call.
 struct DwarfInlined {
     std::string name; // in the source
     uint32_t line = 0, file = 0;
@@ -73,7 +73,7 @@ struct DwarfInlined {
 };
 
 struct DwarfScope {
-    // Labels where it begins and ends, perhaps several times; none for the function itself.
+    // Labels at its start and end, perhaps several pairs; none for the function itself.
     std::vector<std::pair<std::string, std::string>> ranges;
     std::optional<DwarfInlined> inlined; // none: a block
     std::vector<DwarfVariable> variables;
@@ -93,7 +93,7 @@ struct DwarfInfo {
 
 DwarfInfo readDwarf(const ptx::Module& module);
 
-// The string in .debug_str at a label; empty: there is none.
+// The string in .debug_str at a label; empty if the label has none.
 std::string debugString(const ptx::Module& module, std::string_view label, uint64_t offset);
 
 } // namespace sunstone::compiler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// compiler.h: hostLocation.
+// hostLocation of compiler.h: the source line of an address in host code.
 #include "compiler/compiler.h"
 
 #include "base/error.h"
@@ -19,12 +19,12 @@ namespace {
 struct HostFile {
     llvm::object::OwningBinary<llvm::object::ObjectFile> object;
     std::unique_ptr<llvm::DWARFContext> dwarf;
-    bool isFixed = false; // its addresses are those of the process
+    bool isFixed = false; // not relocatable: file addresses are process addresses
 };
 
-// Null if the file cannot be read. Files stay open: reports come in groups.
+// Null if the file cannot be read. Files stay open, because reports come in groups.
 HostFile* hostFile(const std::string& path) {
-    // Reports are made while the process exits.
+    // Never destroyed: reports are also made while the process exits.
     static auto& files = *new std::map<std::string, std::unique_ptr<HostFile>>;
     const auto [entry, isNew] = files.try_emplace(path);
     if (!isNew)
@@ -61,7 +61,7 @@ bool hostLocation(const void* address, SourceLocation& location) {
     uint64_t offset = reinterpret_cast<uint64_t>(address) - base;
     location = {};
     location.function = info.dli_sname ? info.dli_sname : "";
-    // The program itself may have been started by a relative path and have changed folders.
+    // The program may have been started by a relative path and have changed its folder since.
     std::string path = info.dli_fname;
     if (HostFile* file = hostFile(path)) {
         if (file->isFixed)

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See inlined_calls.h.
 #include "compiler/debug/inlined_calls.h"
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 namespace sunstone::compiler {
 namespace {
 
-// The words of a directive, commas left out.
+// The words of a directive, without commas.
 class Words {
 public:
     explicit Words(std::string_view line) : rest_(line) {}
@@ -45,7 +46,7 @@ Place keyOf(const ptx::SourcePosition& at) {
     return {at.file, at.line, at.column};
 }
 
-constexpr uint32_t kMostDepth = 64; // of no compiler
+constexpr uint32_t kMostDepth = 64; // deeper than any compiler inlines
 
 } // namespace
 
@@ -53,7 +54,7 @@ InlinedCalls::InlinedCalls(const ptx::Module& module) {
     const std::string_view text = module.text;
     if (text.find("inlined_at") == text.npos)
         return;
-    std::map<Place, uint32_t> places; // of the .loc directives of a function: their call
+    std::map<Place, uint32_t> places; // the call of each .loc directive of the function
     std::map<std::pair<std::string_view, std::array<uint64_t, 5>>, uint32_t> known;
     uint32_t number = 1;
     for (size_t at = 0; at < text.size(); ++number) {

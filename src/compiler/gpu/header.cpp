@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See gpu/header.h.
 #include "compiler/gpu/header.h"
 
 #include "base/error.h"
@@ -11,8 +12,8 @@ namespace sunstone::compiler {
 
 namespace {
 
-// The newest of what LLVM 19 knows that is not above `wanted`: drivers compile PTX for older
-// devices and of older versions.
+// The newest value that LLVM 19 knows up to `wanted`: drivers also compile PTX for older devices
+// and of older versions.
 unsigned newestUpTo(std::initializer_list<unsigned> known, unsigned wanted) {
     unsigned newest = *known.begin();
     for (unsigned each : known)
@@ -21,7 +22,7 @@ unsigned newestUpTo(std::initializer_list<unsigned> known, unsigned wanted) {
     return newest;
 }
 
-// sm_90a: 90 and 'a'. `letter` is 0 where there is none.
+// sm_90a: 90 and 'a'. `letter` is 0 if the name has none.
 struct Target {
     unsigned number = 0;
     char letter = 0;
@@ -36,7 +37,7 @@ Target targetOf(std::string_view name) {
     return target;
 }
 
-// a: that one; f: its family, from there on. (PTX ISA 9.0, .target)
+// 'a': this device only; 'f': its family from this device on (PTX ISA 9.0, .target).
 bool runs(const Target& target, unsigned computeCapability) {
     if (target.letter == 'a')
         return target.number == computeCapability;
@@ -65,7 +66,7 @@ void widen(GpuHeader& header, const ptx::Module& module, const GpuTarget& target
     const Target old = targetOf(header.target), wanted = targetOf(module.target);
     if (!runs(wanted, target.computeCapability) || wanted.number > target.computeCapability)
         return;
-    // An architecture has what its family has, and that what all have.
+    // An architecture includes its family's features, and a family those of all.
     const auto rank = [](char letter) { return letter == 'a' ? 2 : letter == 'f' ? 1 : 0; };
     const char letter = rank(wanted.letter) > rank(old.letter) ? wanted.letter : old.letter;
     header.target = message("sm_", std::max(old.number, wanted.number));
@@ -89,8 +90,8 @@ std::string withHeader(std::string text, const GpuHeader& header) {
     return text;
 }
 
-// Told by name: opcodes whose forms in the table are all older than PTX 7.9 and within the reach of
-// plain targets, and plain arithmetic on words, which is most of what programs have.
+// Decides by opcode: the set has opcodes whose table forms are all older than PTX 7.9 and valid for
+// plain targets. Plain arithmetic on words, the bulk of most programs, needs no header either.
 bool mayNeedHeader(const ptx::Instruction& instruction) {
     using Names = std::set<std::string_view>;
     static const Names kOld = {

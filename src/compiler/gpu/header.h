@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The first lines of a PTX text, .version and .target. LLVM writes what it knows itself; instructions
-// that pass through it as text may need the version and the target that their module declares.
+// The first lines of a PTX text, .version and .target. LLVM writes those it needs itself;
+// instructions that pass through it as text may need the version and target of their module.
 #pragma once
 
 #include "compiler/gpu/pipeline.h"
@@ -16,23 +16,22 @@ struct GpuHeader {
     bool operator==(const GpuHeader&) const = default;
 };
 
-// What LLVM writes for this GPU and its driver.
+// The header that LLVM writes for this GPU and its driver.
 GpuHeader plainHeader(const GpuTarget& target);
 
-// Whether a GPU of this compute capability can be what the module's target demands: sm_90a is 9.0 and
-// nothing else, sm_100f is 10.0 and what comes after it up to 10.9. Targets without a letter demand
-// features, which is for the driver to judge.
+// Whether a GPU of this compute capability runs a module's target: sm_90a is 9.0 only, sm_100f is
+// 10.0 up to 10.9. Targets without a letter require features, which the driver checks.
 bool runsTarget(std::string_view target, unsigned computeCapability);
 
-// Makes room for the instructions of a module: its version, as far as the driver reads it, and its
-// target, as far as this GPU is one.
+// Raises version and target for the instructions of a module: up to the driver's newest version,
+// and to the module's target if this GPU runs it.
 void widen(GpuHeader& header, const ptx::Module& module, const GpuTarget& target);
 
 // The text with these first lines in place of its own.
 std::string withHeader(std::string text, const GpuHeader& header);
 
-// Whether an instruction that passes through LLVM as text may need more than the plain header: true
-// where that is not known, which costs no more than a header like that of the module.
+// Whether an instruction that passes through LLVM as text may need more than the plain header. True
+// if unknown, which costs only a header like that of the module.
 bool mayNeedHeader(const ptx::Instruction& instruction);
 
 } // namespace sunstone::compiler

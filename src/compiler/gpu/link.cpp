@@ -18,7 +18,7 @@ namespace sunstone::compiler {
 
 namespace {
 
-// Of functions that devlib/gpu/programs.h marks as parts of whoever calls them.
+// Section of functions that devlib/gpu/programs.h marks for inlining into their callers.
 constexpr const char* kPartSection = ".sunstone.part";
 
 [[noreturn]] void failWith(const char* what, llvm::Error error) {
@@ -35,8 +35,8 @@ std::unique_ptr<llvm::Module> openBitcode(llvm::LLVMContext& context, std::strin
     return std::move(*module);
 }
 
-// Reads functions, beginning with those that are asked for, and drops what constants rule out
-// before it looks at what a function refers to.
+// Reads functions, starting with the requested ones, and removes code that constants exclude before
+// it follows a function's references.
 class Reader {
 public:
     explicit Reader(llvm::TargetMachine& machine) : builder_(&machine) {
@@ -92,7 +92,7 @@ void linkGpuRuntime(llvm::Module& module, llvm::TargetMachine& machine, std::str
             variable->setInitializer(llvm::ConstantInt::get(word, value));
             variable->setLinkage(llvm::GlobalValue::InternalLinkage);
         }
-    for (llvm::Function& function : *runtime) { // those of the build fit no newer device
+    for (llvm::Function& function : *runtime) { // the build's attributes name an older device
         function.removeFnAttr("target-cpu");
         function.removeFnAttr("target-features");
         if (function.getSection() == kPartSection) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The run-time for GPUs beside the programs of a pipeline. Its bitcode has the walks through every
-// kind of graph and primitive; read are the functions that are needed, once it is known which.
+// Links the run-time for GPUs to the programs of a pipeline. Its bitcode has the traversal loops
+// for every kind of graph and primitive; only the functions in use are read.
 #pragma once
 
 #include <llvm/IR/Module.h>
@@ -13,8 +13,9 @@
 
 namespace sunstone::compiler {
 
-// Adds what `module` declares and the run-time defines, with what that reaches when the run-time's
-// `extern const uint32_t` variables have these values; whatever they rule out is not even read.
+// Adds the run-time's definitions of the functions that `module` declares, and what these call, for
+// the given values of the run-time's `extern const uint32_t` variables. Code that the values
+// exclude is not read.
 void linkGpuRuntime(llvm::Module& module, llvm::TargetMachine& machine, std::string_view bitcode,
                     const std::vector<std::pair<std::string, uint32_t>>& constants);
 

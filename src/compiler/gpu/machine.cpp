@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See gpu/machine.h.
 #include "compiler/gpu/machine.h"
 
 #include "base/error.h"
@@ -42,7 +43,7 @@ std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target) {
 
 namespace {
 
-// LLVM's optimiser for a level.
+// LLVM's optimiser at one level.
 struct Pipeline {
     explicit Pipeline(llvm::TargetMachine& machine) : builder(&machine, tuning()) {
         machine.registerPassBuilderCallbacks(builder);

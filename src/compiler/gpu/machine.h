@@ -11,9 +11,9 @@ namespace sunstone::compiler {
 
 std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target);
 
-// The whole module, of which nothing but the kernel is visible.
+// Optimises the whole module, in which only the kernel is visible.
 void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine, OptLevel level);
-// A function, again, after a change.
+// Optimises a function again after a change.
 void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine, OptLevel level);
 
 std::string emitGpuText(llvm::Module& module, llvm::TargetMachine& machine);

@@ -46,7 +46,7 @@ struct Dispatcher {
         kRun, // (state, group): calls the program
         kAsk, // (state, candidates, group): calls an intersection program
         kStart, // (state, ray, frame, asks, group): calls the first part of it, or all
-        kResume, // the same with the part behind its traces
+        kResume, // the same with the part after its traces
         kFind, // (group): whether there is one
         kCode, // (group): its address
     } form;
@@ -195,7 +195,7 @@ private:
         }
     }
 
-    // What the instructions need that pass through as text.
+    // The header for the instructions that pass through LLVM as text.
     GpuHeader headerOfText() {
         const GpuTarget& gpu = request_.target;
         GpuHeader header = plainHeader(gpu);
@@ -212,7 +212,7 @@ private:
         return header;
     }
 
-    // Programs of one name for several payload types, before anything depends on the type.
+    // Copies programs used with several payload types, before code depends on the type.
     void makeCopies() {
         for (const Copy& copy : copies_) {
             llvm::Function* original = programs_[copy.program];
@@ -239,8 +239,9 @@ private:
                         loads[i] == 1 ? " load" : " loads", " specialised\n");
     }
 
-    // Intersection programs get where the walk is as a second parameter and hand it to their
-    // reports. Through the ray's state, which that refers to, neither could stay in registers.
+    // Intersection programs get the state of the traversal as a second parameter and pass it to
+    // their reports. Passed through the ray's state, which it refers to, neither could stay in
+    // registers.
     void passCandidates() {
         llvm::Function* report = unit_.module().getFunction(kReportHere);
         std::map<llvm::Function*, llvm::Function*> changed;
@@ -288,7 +289,7 @@ private:
         return function;
     }
 
-    // What is left of .ftz: adding -0 flushes and changes nothing else.
+    // Lowers the remaining .ftz: adding -0 flushes and has no other effect.
     void lowerFlushesNative() {
         llvm::Function* marker = unit_.module().getFunction(kFlushName);
         if (!marker)
@@ -343,8 +344,8 @@ private:
         times_.step("cut");
     }
 
-    // All programs that trace, for the kernel of devlib/gpu/nested.h: where closest-hit or miss
-    // programs do, unless something hinders; `reason` says what.
+    // All programs that trace, for the kernel of devlib/gpu/nested.h: used if closest-hit or miss
+    // programs trace and nothing prevents it; `reason` receives the obstacle.
     std::vector<llvm::Function*> programsToNest(std::string& reason) {
         const std::vector<llvm::Function*> tracing = tracingFunctions(unit_.module());
         const auto kindOf = [&](llvm::Function* function) {
@@ -381,9 +382,9 @@ private:
     void chooseSimpleKernel() {
         std::vector<llvm::Function*> cut;
         std::string reason = "no ray generation program traces in a loop at one place";
-        // What moves, curves and spheres make the walk too large to have it several times; two of
-        // those through what moves are as large as the ones to be called. Stacks and addresses of
-        // states are looked at with exceptions about them.
+        // Motion, curves and spheres make the traversal too large for several inlined copies; two
+        // copies with motion are as large as the called functions. Debug and stack overflow
+        // exceptions inspect stacks and the addresses of states.
         constexpr unsigned kLooks = devlib::kFlagDebug | devlib::kFlagStackOverflow;
         const bool mayInline = !constant("sunstone_gpu_shapes") &&
                                !(request_.pipeline.rules.exceptionFlags & kLooks);
@@ -412,7 +413,7 @@ private:
                 : message("kernel: one thread for each launch index, because ", reason, "\n");
     }
 
-    // What a dispatcher calls for a program; null: nothing.
+    // The function that a dispatcher calls for a program; null: none.
     llvm::Function* targetOf(const Dispatcher& dispatcher, llvm::Function* program) const {
         const auto cut = cuts_.cuts.find(program);
         switch (dispatcher.form) {
@@ -430,7 +431,7 @@ private:
     // switch (group) { case number: return program(state); ... default: return 0; }
     void define(const Dispatcher& dispatcher) {
         llvm::Function* const function = unit_.module().getFunction(dispatcher.name);
-        if (!function) // the run-time asks for none
+        if (!function) // the run-time does not call it
             return;
         llvm::LLVMContext& context = unit_.context();
         llvm::IRBuilder<> builder(context);
@@ -446,7 +447,7 @@ private:
                    : builder.getInt32(~0u));
         builder.SetInsertPoint(entry);
         auto* choice = builder.CreateSwitch(function->getArg(states), other);
-        std::map<llvm::Function*, llvm::BasicBlock*> calls; // of one program: one call
+        std::map<llvm::Function*, llvm::BasicBlock*> calls; // one call per program
         std::set<uint32_t> numbers;                         // a group may be given twice
         for (const GpuGroup& group : request_.groups) {
             const size_t index = group.programs[dispatcher.role];
@@ -472,12 +473,12 @@ private:
         }
     }
 
-    // A function of a number: what is known of it, else `none`.
+    // A function of a number: the fact about it, else `none`.
     using Facts = std::map<uint32_t, llvm::Value*>;
     void defineFacts(const char* name, llvm::Value* none, const Facts& facts) {
         llvm::IRBuilder<> builder(unit_.context());
         llvm::Function* const function = unit_.module().getFunction(name);
-        if (!function) // the run-time asks for none
+        if (!function) // the run-time does not call it
             return;
         function->addFnAttr(llvm::Attribute::NoUnwind);
         auto* entry = llvm::BasicBlock::Create(unit_.context(), "", function);
@@ -494,7 +495,8 @@ private:
         }
     }
 
-    // For debug exceptions: of callables, by 2 * group + continuation; of built-in intersections.
+    // For debug exceptions: facts of callables, by 2 * group + continuation, and of built-in
+    // intersections.
     void defineGroupFacts() {
         llvm::IRBuilder<> builder(unit_.context());
         Facts words, names, builtins, all; // a group may be given twice
@@ -520,7 +522,7 @@ private:
         defineFacts("sunstone_gpu_isGroup", builder.getInt32(0), all);
     }
 
-    // A dispatcher's call of a program, or of a part of one, and the result.
+    // A dispatcher's call of a program, or of a part of it, and the result.
     static llvm::Value* callProgram(llvm::IRBuilder<>& builder, llvm::Function& dispatcher,
                                     llvm::Function& program) {
         std::vector<llvm::Value*> operands = {dispatcher.getArg(0)};
@@ -557,7 +559,7 @@ private:
         if (kernel_ == KernelKind::kLoop)
             addMemory(frame, kFrameAlignment);
         if (kernel_ == KernelKind::kNested) {
-            // A ray that is too deep has a state as well.
+            // A ray that is too deep has a state, too.
             statesType_ =
                 addMemory((depths + 1) * sizeof(devlib::RayState), alignof(devlib::RayState));
             addMemory(depths * frame, kFrameAlignment);
@@ -574,7 +576,7 @@ private:
         builder.CreateRetVoid();
     }
 
-    // In the kernel they are its arguments, which GPUs have at hand without a load.
+    // In the kernel they are its arguments, which GPUs read without a load.
     void defineLaunchConstants() {
         llvm::Function* const kernel = unit_.module().getFunction(kGpuKernel);
         for (unsigned i = 0; i < std::size(kConstantNames); ++i) {
@@ -601,7 +603,7 @@ private:
     }
 
     void foldStates() {
-        constexpr int kRounds = 2; // what the first one rules out makes room for the second
+        constexpr int kRounds = 2; // the first removes code that blocks the second
         llvm::Function& kernel = *unit_.module().getFunction(kGpuKernel);
         for (int round = 0; round < kRounds; ++round) {
             llvm::AllocaInst* states = nullptr;
@@ -615,7 +617,7 @@ private:
         }
     }
 
-    // The kernel is seen from outside, nothing else.
+    // Makes the kernel the only visible function.
     void hide() {
         inlineIntoKernel(*unit_.module().getFunction(entryOf(kernel_)));
         for (llvm::Function* program : raygens())
@@ -732,7 +734,7 @@ namespace {
 
 constexpr uint32_t kMagic = 0x43555047; // "GPUC"
 
-// The text goes where there is no machine code of it.
+// The text is kept only if there is no machine code.
 std::string serialize(const GpuCode& code) {
     const auto& [ptx, feedback, stack, calls, machineCode, isState] = code; // names every field
     ByteWriter out;

@@ -25,11 +25,11 @@ using devlib::RayState;
 using llvm::Value;
 
 constexpr uint64_t kBytes = sizeof(RayState);
-// Of the state, the part that is indexed.
+// The indexed part of the state.
 constexpr uint64_t kList = offsetof(RayState, hit) + offsetof(Hit, transforms),
                    kListEnd = kList + sizeof(Hit::transforms);
 
-// Bytes of whichever state.
+// A range of bytes within a state.
 struct Range {
     uint64_t begin = 0, end = 0;
     bool overlaps(const Range& other) const { return begin < other.end && other.begin < end; }
@@ -49,14 +49,14 @@ public:
     }
 
 private:
-    // Where in a state a pointer leads: an offset, or anywhere in its list.
+    // The place in a state that a pointer leads to: an offset, or anywhere in the state's list.
     struct Place {
         uint64_t offset = 0;
         bool isIndexed = false;
         bool operator==(const Place&) const = default;
     };
 
-    // Finds all loads and stores; false if there is something else.
+    // Finds all loads and stores; false if the states have other uses.
     bool collect() {
         places_.emplace(&states_, Place());
         std::vector<Value*> queue = {&states_};
@@ -69,7 +69,7 @@ private:
                     return false;
             }
         }
-        // Where ways meet, all must come from states.
+        // At a phi or select, all inputs must come from states.
         for (const auto& [pointer, place] : places_)
             if (llvm::isa<llvm::PHINode, llvm::SelectInst>(pointer))
                 for (const Value* operand : llvm::cast<llvm::User>(pointer)->operands())
@@ -111,7 +111,7 @@ private:
         return range.end <= kBytes;
     }
 
-    // Sets place_ to where a step from a place leads.
+    // Sets place_ to the place after a step.
     bool move(Place place, llvm::GEPOperator& step) {
         const unsigned bits = layout_.getIndexTypeSizeInBits(step.getType());
         llvm::MapVector<Value*, llvm::APInt> variable;
@@ -141,7 +141,7 @@ private:
         return known->second == place;
     }
 
-    // The one value that these bytes ever get, of those that are the same everywhere in the kernel.
+    // The single value that these bytes ever get, if it is the same everywhere in the kernel.
     std::optional<Value*> valueOf(const Range& range) const {
         Value* value = nullptr;
         for (const auto& [store, bytes] : stores_) {
@@ -157,7 +157,8 @@ private:
         return value;
     }
 
-    // Whether `next` is `value`, or what a state has there already, or leaves the value open.
+    // Whether `next` is `value`, or is loaded from the same bytes of a state, or leaves the value
+    // open.
     bool meet(Value*& value, Value* next, const Range& range, std::set<Value*>& seen) const {
         if (!seen.insert(next).second)
             return true;

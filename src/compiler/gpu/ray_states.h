@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The states of a lane's rays in the kernel of devlib/gpu/nested.h are an array, indexed by depth,
-// and so stay in memory as a whole, word for word written and read. Here each field is looked at
-// for all depths together: where every ray is given the same value (the launch, a mask, a stride)
-// that value takes the place of loads, and what nobody loads is not stored.
+// so LLVM keeps it in memory as a whole. This pass considers each field for all depths together: if
+// every ray gets the same value (the launch, a mask, a stride), the value replaces the loads, and
+// stores that no load reads are removed.
 #pragma once
 
 #include <llvm/IR/Instructions.h>
 
 namespace sunstone::compiler {
 
-// `states`: an array of RayState in a kernel that has been optimised. Nothing is changed if its
-// addresses go anywhere else. Returns whether something was.
+// `states`: an array of RayState in an optimised kernel. Changes nothing if the array's addresses
+// have other uses. Returns whether it changed the kernel.
 bool foldRayStates(llvm::AllocaInst& states);
 
 } // namespace sunstone::compiler

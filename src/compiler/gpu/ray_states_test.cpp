@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// foldRayStates on small kernels: which loads and stores it removes, and which it keeps.
 #include "compiler/gpu/ray_states.h"
 
 #include "devlib/abi.h"
@@ -27,7 +28,7 @@ struct Kernel {
             builder.CreateAlloca(llvm::ArrayType::get(builder.getInt8Ty(), 4 * sizeof(RayState)));
     }
 
-    // Of the ray at a depth, or of the one below.
+    // A field of the ray at a depth, or of the ray one level below.
     llvm::Value* field(uint64_t offset, bool below = false) {
         llvm::Value* const state =
             builder.CreateGEP(llvm::ArrayType::get(builder.getInt8Ty(), sizeof(RayState)), states,
@@ -41,7 +42,7 @@ struct Kernel {
     llvm::Value* load(llvm::Type* type, uint64_t offset) {
         return builder.CreateLoad(type, field(offset));
     }
-    // Values that leave the kernel.
+    // Stores a value in the output, which keeps it alive.
     void show(llvm::Value* value) {
         shown.push_back(builder.CreateStore(value, function->getArg(2)));
     }
@@ -74,14 +75,14 @@ TEST(RayStates, WhatAllHaveIsNotLoaded) {
     llvm::Type* const word = k.builder.getInt32Ty();
     llvm::Value* const launch = k.function->getArg(0);
     k.store(launch, offsetof(RayState, launch));
-    // As a ray hands it to the one below.
+    // A ray passes the launch to the ray below.
     k.store(k.load(k.builder.getPtrTy(), offsetof(RayState, launch)), offsetof(RayState, launch),
             true);
     k.store(k.builder.getInt32(1), offsetof(RayState, sbtStride));
     k.store(k.builder.getInt32(1), offsetof(RayState, sbtStride), true);
     k.store(k.builder.getInt32(2), offsetof(RayState, missIndex));
     k.store(k.builder.getInt32(3), offsetof(RayState, missIndex), true);
-    k.store(k.builder.getInt32(9), offsetof(RayState, visibilityMask)); // nobody asks
+    k.store(k.builder.getInt32(9), offsetof(RayState, visibilityMask)); // no load reads it
     k.show(k.load(k.builder.getPtrTy(), offsetof(RayState, launch)));
     k.show(k.load(word, offsetof(RayState, sbtStride)));
     k.show(k.load(word, offsetof(RayState, missIndex)));
@@ -90,7 +91,7 @@ TEST(RayStates, WhatAllHaveIsNotLoaded) {
     EXPECT_EQ(k.shown[1]->getValueOperand(), k.builder.getInt32(1));
     EXPECT_TRUE(llvm::isa<llvm::LoadInst>(k.shown[2]->getValueOperand()));
     EXPECT_EQ(k.count<llvm::LoadInst>(), 1u);
-    EXPECT_EQ(k.count<llvm::StoreInst>(), 5u); // of the miss index, and what is shown
+    EXPECT_EQ(k.count<llvm::StoreInst>(), 5u); // the miss index and the outputs
 }
 
 TEST(RayStates, PartsOfFieldsCount) {
@@ -118,7 +119,7 @@ TEST(RayStates, ListsAreReadAtAnyPlace) {
 
 TEST(RayStates, AddressesThatLeaveAreLeftAlone) {
     Kernel k;
-    k.store(k.builder.getInt32(1), offsetof(RayState, sbtStride)); // nobody here asks
+    k.store(k.builder.getInt32(1), offsetof(RayState, sbtStride)); // no load here reads it
     k.show(k.field(offsetof(RayState, sbtStride)));
     EXPECT_FALSE(k.fold());
     EXPECT_EQ(k.count<llvm::StoreInst>(), 2u);

@@ -29,11 +29,11 @@ namespace {
 using llvm::Value;
 
 constexpr const char *kTrace = "sunstone_gpu_trace", *kTraceInline = "sunstone_gpu_traceInline";
-constexpr const char* kFrameBytes = "sunstone.frame.bytes"; // its calls tell a frame's size
-// Their calls stand for parameters of the functions that a program will be cut into.
+constexpr const char* kFrameBytes = "sunstone.frame.bytes"; // its calls return a frame's size
+// Calls of these stand for parameters of the functions that a program is cut into.
 constexpr const char *kRoot = "sunstone.lane.root", *kRay = "sunstone.lane.ray",
                      *kAsks = "sunstone.lane.asks";
-// The place of each behind the frame.
+// The parameters after the frame, in order.
 constexpr const char* kParameters[] = {kRoot, kRay, kAsks};
 
 std::vector<llvm::CallInst*> tracesOf(const llvm::Function& program) {
@@ -104,7 +104,7 @@ private:
         llvm::BasicBlock* first = &function_->getEntryBlock();
         auto* entry = llvm::BasicBlock::Create(program_.getContext(), "begin", function_, first);
         for (llvm::Instruction& each : llvm::make_early_inc_range(*first))
-            if (llvm::isa<llvm::AllocaInst>(each)) // the entry block is where they must be
+            if (llvm::isa<llvm::AllocaInst>(each)) // allocas must be in the entry block
                 each.moveBefore(*entry, entry->end());
         builder_.SetInsertPoint(entry);
         Value* none = llvm::ConstantPointerNull::get(builder_.getPtrTy());
@@ -125,11 +125,11 @@ private:
         done_ = llvm::BasicBlock::Create(program_.getContext(), "done", function_);
     }
 
-    // The states of the program's rays, of which none is live across another's trace, become one.
+    // Merges the states of the program's rays into one: none is live across another's trace.
     void shareRay() {
         for (llvm::CallInst* call : tracesOf(*function_)) {
             auto* memory = llvm::dyn_cast<llvm::AllocaInst>(call->getArgOperand(0));
-            if (!memory) // it has become the shared one with an earlier trace
+            if (!memory) // merged with an earlier trace
                 continue;
             for (llvm::User* user : llvm::make_early_inc_range(memory->users()))
                 if (auto* marker = llvm::dyn_cast<llvm::LifetimeIntrinsic>(user))
@@ -184,8 +184,8 @@ int parameterOf(const llvm::Instruction& instruction) {
     return -1;
 }
 
-// What is computed anew after a trace rather than kept in the frame: arithmetic, and loads of what
-// stays the same for a launch index.
+// Instructions repeated after a trace instead of kept in the frame: arithmetic, and loads of values
+// that stay the same for a launch index.
 bool isCheap(llvm::Instruction& instruction) {
     if (parameterOf(instruction) >= 0)
         return true;
@@ -207,7 +207,7 @@ void split(llvm::Module& module, llvm::TargetMachine& machine) {
     builder.registerFunctionAnalyses(functions);
     builder.registerLoopAnalyses(loops);
     builder.crossRegisterProxies(loops, functions, components, modules);
-    llvm::FunctionPassManager simplify; // the less lives across a trace, the better
+    llvm::FunctionPassManager simplify; // reduces the values that live across a trace
     simplify.addPass(llvm::SROAPass(llvm::SROAOptions::ModifyCFG));
     simplify.addPass(llvm::EarlyCSEPass(true));
     simplify.addPass(llvm::InstCombinePass());
@@ -222,15 +222,15 @@ void split(llvm::Module& module, llvm::TargetMachine& machine) {
     passes.run(module, modules);
 }
 
-// The frame holds addresses of functions that continue or destroy it; the loop calls the former by
-// name and needs no other.
+// The frame holds addresses of the functions that resume or destroy it. The loop calls the former
+// by name and never the latter.
 void dropAddresses(llvm::Function& function) {
     for (llvm::User* user : llvm::make_early_inc_range(function.users()))
         if (auto* store = llvm::dyn_cast<llvm::StoreInst>(user))
             store->eraseFromParent();
 }
 
-// Makes a part of a program, void(frame), what Cut says.
+// Gives a part of a program, void(frame), the parameters that Cut describes.
 llvm::Function* withStates(llvm::Function* part) {
     llvm::Module& module = *part->getParent();
     llvm::Type* pointer = llvm::PointerType::get(module.getContext(), 0);
@@ -307,8 +307,9 @@ std::string obstacleToCut(const llvm::Function& program) {
 }
 
 void traceInline(const std::vector<llvm::Function*>& programs, size_t most) {
-    // Each place has the whole walk, which takes the driver long to compile: with more than two in a
-    // program, half as long again, for frames of a path tracer that are a tenth faster.
+    // Each place gets a copy of the traversal, which is slow to compile in the driver: with more
+    // than two in a program compilation takes half as long again, and a path tracer's frames are a
+    // tenth faster.
     constexpr size_t kMostOfProgram = 2;
     std::vector<llvm::CallInst*> calls;
     for (const llvm::Function* program : programs) {

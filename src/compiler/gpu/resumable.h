@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Programs cut at their traces, for the loops that keep the lanes of a GPU's warps busy
-// (devlib/gpu/loop.h, nested.h): `start` runs a program from its beginning to the first trace,
-// `resume` from a trace to the next. Either asks for a ray by filling its state and setting `asks`.
-// LLVM's coroutine passes do the cutting; what lives across a
-// trace is kept in a frame. The states stay apart from it, so that LLVM can keep those of loop.h in
-// registers.
+// (devlib/gpu/loop.h, nested.h): `start` runs a program to its first trace, `resume` from a trace
+// to the next. Both ask for a ray by filling its state and setting `asks`. LLVM's coroutine passes
+// do the cutting; values that live across a trace are kept in a frame. The states are not in the
+// frame, so that LLVM can keep those of loop.h in registers.
 #pragma once
 
 #include <llvm/IR/Module.h>
@@ -24,25 +23,25 @@ struct Cut {
 constexpr unsigned kFrameAlignment = 16;
 
 struct CutPrograms {
-    std::map<llvm::Function*, Cut> cuts; // by the program, which is left without a body
+    std::map<llvm::Function*, Cut> cuts; // by program; the program loses its body
     uint64_t frameBytes = 0;             // the largest frame's
 };
 
-// The functions of a module with lowered calls that trace, in their order.
+// The functions of a module with lowered calls that trace, in module order.
 std::vector<llvm::Function*> tracingFunctions(llvm::Module& module);
 
-// Whether the program, with lowered calls, traces at one place, and there again and again.
+// Whether the program, with lowered calls, traces at one place, repeatedly.
 bool tracesInLoop(const llvm::Function& program);
 
-// Why the program cannot be cut, or empty. Nothing in its module may depend on which lanes of a
-// warp run together.
+// The reason why the program cannot be cut, or empty. Its module must not depend on which lanes of
+// a warp run together.
 std::string obstacleToCut(const llvm::Function& program);
 
-// Makes the walk through the structures a part of these programs if they trace at few places: two
-// in one program, `most` in all.
+// Inlines the traversal into these programs if they trace at few places: two in one program, `most`
+// in all.
 void traceInline(const std::vector<llvm::Function*>& programs, size_t most);
 
-// Cuts programs, uint32_t(RayState*) with lowered calls, that trace and have no obstacle.
+// Cuts those programs, uint32_t(RayState*) with lowered calls, that trace and have no obstacle.
 CutPrograms cutAtTraces(llvm::Module& module, llvm::TargetMachine& machine,
                         const std::vector<llvm::Function*>& programs);
 

@@ -21,13 +21,13 @@ namespace {
 
 constexpr const char* kTrace = "sunstone_gpu_trace";
 
-// Of a function beside what the code generator puts into its frame: registers that it saves, and
-// what the driver's compiler spills.
+// Bytes of a function beside the code generator's frame: saved registers, and spills of the
+// driver's compiler.
 constexpr uint64_t kSaved = 576;
 
 using Frames = GpuCalls::Frames;
 
-// Of ".func (.param ...) name(".
+// The name in ".func (.param ...) name(".
 std::string_view nameIn(std::string_view declaration) {
     size_t begin = std::string_view(".func ").size();
     const auto skipSpace = [&] {
@@ -42,7 +42,7 @@ std::string_view nameIn(std::string_view declaration) {
     return declaration.substr(begin, end - begin);
 }
 
-// The code generator declares each function's frame as __local_depotN[bytes] behind its name.
+// The code generator declares each function's frame as __local_depotN[bytes] after its name.
 Frames framesOf(std::string_view text) {
     constexpr std::string_view kFunction = ".func ", kDepot = "__local_depot";
     Frames frames;
@@ -63,8 +63,8 @@ Frames framesOf(std::string_view text) {
     return frames;
 }
 
-// Sums along calls. Functions that call each other in a circle count as one; they are found by
-// Tarjan's algorithm (1972).
+// Sums along calls. Functions that call one another in a circle count as one; Tarjan's algorithm
+// (1972) finds them.
 class Sums {
 public:
     struct Node {
@@ -75,7 +75,7 @@ public:
         bool isOpen = false;
         uint64_t toEnd = 0; // the most bytes from the function's start on
         std::optional<uint64_t> toTrace =
-            {}; // to where rays are traced; none: nothing below traces
+            {}; // to the call that traces a ray; none: no call below traces
     };
 
     explicit Sums(std::vector<Node> nodes) : nodes_(std::move(nodes)) {
@@ -206,7 +206,7 @@ GpuStack GpuCalls::stack(const Frames& frames) const {
             trace = nodes.size();
         const auto frame = frames.find(function.name);
         Sums::Node node;
-        if (function.name != kGpuKernel) // which tells of its frame itself
+        if (function.name != kGpuKernel) // its own frame is not counted
             node.bytes = frames.empty()          ? function.estimate
                          : frame == frames.end() ? 0
                                                  : frame->second;

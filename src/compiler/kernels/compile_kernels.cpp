@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// kernel_module.h: the order of the steps from a CUDA module's tree to loaded code.
+// See kernel_module.h. The steps from a CUDA module's tree to loaded code.
 #include "compiler/kernels/kernel_module.h"
 
 #include "base/config.h"
@@ -82,8 +82,8 @@ struct KernelSource {
     const ptx::Function* function;
 };
 
-// The kernels of all modules, in the order of their names' first definitions. Templates make one
-// and the same weak kernel in several: the first stands for all, unless one is strong.
+// The kernels of all modules, in the order of the first definitions of their names. Templates may
+// define the same weak kernel in several modules: the first one is used, unless another is strong.
 std::vector<KernelSource> kernelsOf(const KernelModules& modules) {
     std::vector<KernelSource> kernels;
     std::map<std::string_view, size_t> indices;
@@ -120,7 +120,7 @@ std::vector<const ptx::Module*> pointersOf(const KernelModules& modules) {
     return pointers;
 }
 
-// What compiling kernels found out, beside their code.
+// Results of compiling kernels besides their code.
 struct KernelObject {
     CodeObject object;
     std::vector<KernelInfo> kernels; // in the order of the request
@@ -141,7 +141,7 @@ struct KernelObject {
         }
         return text + object.serialize();
     }
-    // `kernels` has the descriptions already.
+    // `kernels` already has the descriptions.
     bool deserialize(std::string_view bytes) {
         for (KernelInfo& info : kernels) {
             uint32_t values[8];
@@ -180,7 +180,8 @@ public:
         unit_->translateQueue();
     }
 
-    // False if one had to be given up, which leaves the unit half-made: it begins again without.
+    // False if a kernel was given up, which leaves the unit incomplete: the caller begins again
+    // without it.
     bool addKernels(std::vector<KernelInfo>& kernels) {
         functions_.clear();
         for (KernelInfo& info : kernels) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A CUDA module whose kernels are compiled when they are first asked for: programs load large
-// modules and launch few of their kernels. Each kernel is a piece of its own with what it calls,
-// kept in a store; the variables of the module are one more, made at once, as the host may ask for
-// any. Where a module calls functions through pointers, which kernel reaches what is not known:
-// then all its kernels are one piece. So are those of a program of several modules, as a device
-// linker makes it of relocatable code: what is extern in one is defined in another.
+// A CUDA module whose kernels are compiled at first use, because programs load large modules and
+// launch few of their kernels. Each kernel with the functions it calls is a piece, kept in a store.
+// The module's variables are another piece, made at once, because the host may ask for any of them.
+// In a module with calls through pointers all kernels are one piece, as the callees of each are
+// unknown. So are the kernels of several modules linked from relocatable code, where one module
+// defines what another declares extern.
 #pragma once
 
 #include "compiler/compiler.h"
@@ -20,9 +20,9 @@ struct KernelOptions {
 
 class KernelModule : public KernelCode {
 public:
-    // Compiles kernels()[index] and fills what its description lacked (address, shared and local
-    // memory, what it uses, why it cannot run). Not for two threads at a time. Throws what the
-    // compiler throws, each time.
+    // Compiles kernels()[index] and completes its description (address, shared and local memory,
+    // used features, why it cannot run). Not safe to call from two threads at once. Throws the
+    // compiler's errors, each time.
     virtual void prepare(size_t index) = 0;
     virtual void forEachVariable(
         const std::function<void(void* address, uint64_t bytes, bool isManaged)>& visit) const = 0;
@@ -30,7 +30,7 @@ public:
 
 using KernelModules = std::vector<std::shared_ptr<const ptx::Module>>;
 
-// Throws kLinkError where a symbol of several modules is missing or defined twice.
+// Throws kLinkError if a symbol of several modules is missing or defined twice.
 std::unique_ptr<KernelModule> openKernels(const KernelModules& modules,
                                           const KernelOptions& options = {});
 inline std::unique_ptr<KernelModule> openKernels(std::shared_ptr<const ptx::Module> module,
@@ -38,11 +38,10 @@ inline std::unique_ptr<KernelModule> openKernels(std::shared_ptr<const ptx::Modu
     return openKernels(KernelModules{std::move(module)}, options);
 }
 
-// Throws what openKernels would throw for symbols and instructions; makes no code.
+// Throws what openKernels throws for symbols and instructions; makes no code.
 void checkKernels(const KernelModules& modules);
 
-// The level that the module itself asks for: full where it was compiled for debugging
-// (`.target ..., debug`).
+// The level that the module requests: full if it was compiled for debugging (`.target ..., debug`).
 DebugLevel debugLevelOf(const ptx::Module& module);
 
 } // namespace sunstone::compiler

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // See shared_layout.h. A function that several kernels call is compiled once, so a variable that
-// several kernels reach has one offset in all of them; such variables come first. Variables of one
-// kernel follow and may overlap those of other kernels. Dynamic shared memory begins behind the
-// largest kernel that uses it, again at one offset for all.
+// several kernels use has one offset in all of them; such variables come first. Variables of one
+// kernel follow and may overlap those of other kernels. Dynamic shared memory starts after the
+// largest kernel that uses it, also at one offset for all.
 #include "compiler/kernels/shared_layout.h"
 
 #include <llvm/IR/InstIterator.h>

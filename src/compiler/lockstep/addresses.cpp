@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// LockstepEmitter: addresses that are computed from an index.
+// LockstepEmitter: addresses computed from an index.
 //
-// Nearly all addresses are base + index * size, with an index of 32 bits that is extended. Those of
-// the lanes follow one another if the indices do, and that is asked with half the vectors that the
-// addresses have. The addresses themselves are needed only where the answer is no: then they are
-// computed there.
+// Nearly all addresses are base + index * size, with an extended 32-bit index. The lanes' addresses
+// are consecutive if the indices are, and comparing indices takes half the vectors of comparing
+// addresses. Whole addresses are computed only where the comparison fails.
 #include "compiler/lockstep/emit.h"
 
 #include <llvm/IR/Operator.h>
@@ -28,7 +27,7 @@ bool LockstepEmitter::findIndex(Value* address, IndexedAddress& found) const {
         auto* step = dyn_cast<Instruction>(address);
         if (!step || plan_.isInPrologue(step))
             return false;
-        // What it is computed from must be there: it is used in this block, or always there.
+        // The operands must be available: defined in this block, or in the prologue.
         for (const Value* used : step->operands())
             if (isa<Instruction>(used) && step->getParent() != block_ &&
                 (isUniform(used) ? !plan_.isInPrologue(used)
@@ -78,7 +77,7 @@ bool LockstepEmitter::findIndex(Value* address, IndexedAddress& found) const {
     }
 }
 
-// Finds such addresses of a block, and what only they need.
+// Finds such addresses of a block, and the instructions that only they need.
 void LockstepEmitter::findAddresses(BasicBlock& block) {
     indexed_.clear();
     late_.clear();
@@ -123,7 +122,7 @@ LockstepEmitter::Nearness LockstepEmitter::nearnessOf(const IndexedAddress& addr
     Value* first = builder_.CreateExtractElement(indices, uint64_t(0));
     nearness.fits = builder_.CreateICmpEQ(
         indices, builder_.CreateAdd(splat(first), lanes(builder_.getInt32Ty(), step)));
-    // The last index is beyond the first, and not at the other end of the numbers.
+    // The last index is after the first: adding the span does not wrap.
     nearness.bound =
         isSigned ? builder_.CreateICmpSLE(first, builder_.getInt32(uint32_t(0x7fffffff - span)))
                  : builder_.CreateICmpULE(first, builder_.getInt32(uint32_t(0xffffffff - span)));
@@ -131,8 +130,7 @@ LockstepEmitter::Nearness LockstepEmitter::nearnessOf(const IndexedAddress& addr
     return nearness;
 }
 
-// The steps of the address with this index, or with none, which gives what is added to the index's
-// share.
+// The steps of the address for this index; with null, the address without the index's share.
 Value* LockstepEmitter::addressAt(const IndexedAddress& address, Value* index) {
     const bool isSigned = isa<llvm::SExtInst>(address.extension);
     Value* made = nullptr;
@@ -157,8 +155,8 @@ Value* LockstepEmitter::addressAt(const IndexedAddress& address, Value* index) {
     return made;
 }
 
-// The addresses of all lanes for a gather or scatter: processors take an address that lanes share
-// and an index of 32 bits for each, in half the registers of whole addresses.
+// The addresses of all lanes for a gather or scatter. Processors take one shared address and a
+// 32-bit index per lane, in half the registers of whole addresses.
 Value* LockstepEmitter::farAddresses(Value* pointer) {
     const auto found = indexed_.find(pointer);
     if (found == indexed_.end())
@@ -171,7 +169,7 @@ Value* LockstepEmitter::farAddresses(Value* pointer) {
         base = builder_.CreateIntToPtr(base, builder_.getPtrTy());
     Value* indices = wide(address.extension->getOperand(0));
     llvm::Type* element = builder_.getIntNTy(unsigned(address.scale) * 8);
-    if (isa<llvm::ZExtInst>(address.extension)) { // their indices are signed
+    if (isa<llvm::ZExtInst>(address.extension)) { // gathers take signed indices
         constexpr uint32_t kHalf = uint32_t(1) << 31;
         indices = builder_.CreateXor(indices, splat(builder_.getInt32(kHalf)));
         base = builder_.CreateGEP(element, base, builder_.getInt64(kHalf));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// LockstepEmitter: blocks, masks, loops, points.
+// LockstepEmitter: blocks, masks, loops, meeting points.
 //
-// The blocks stand one behind the other. A block's mask has the lanes that are to run it next; it
-// takes them, runs if there are any, and hands them on. Blocks that lie behind a point in a loop
-// can have lanes when the loop is entered: then its first round does nothing but for them.
+// Blocks follow one another. A block's mask holds the lanes that run it next: the block takes them,
+// runs if there are any, and passes them on. Blocks after a meeting point in a loop can have lanes
+// when the loop is entered; its first round then runs only for those lanes.
 #include "compiler/lockstep/emit.h"
 
 #include <llvm/IR/IntrinsicInst.h>
@@ -110,7 +110,7 @@ void LockstepEmitter::emitPrologue() {
     }
 }
 
-// Lanes begin where they stand.
+// Lanes start at the point where they stopped.
 void LockstepEmitter::emitEntry() {
     auto* fresh = BasicBlock::Create(context_, "start", &result_);
     auto* jump = builder_.CreateSwitch(result_.getArg(2), fresh, unsigned(plan_.points().size()));
@@ -130,7 +130,7 @@ void LockstepEmitter::emitEntry() {
     builder_.SetInsertPoint(fresh);
 }
 
-// Lanes that go on from a point of this step come here, past all that stands before it.
+// Lanes that continue from a point of this step enter here, past the code before the step.
 void LockstepEmitter::landAt(const Step& step) {
     BasicBlock* landing = nullptr;
     for (size_t i = 0; i < resumes_.size(); ++i) {
@@ -159,7 +159,7 @@ void LockstepEmitter::resumeAt(size_t number) {
             builder_.CreateStore(fromStored(kept, value->getType()), place(*value));
             continue;
         }
-        // Lanes with other values than the first one's run another time.
+        // Lanes whose values differ from the first lane's run in a later call.
         if (!first)
             first = builder_.CreateZExt(firstLane(bits), builder_.getInt64Ty());
         Value* one =
@@ -224,8 +224,8 @@ void LockstepEmitter::emitLoop(const Step& step) {
     builder_.SetInsertPoint(after);
 }
 
-// A body of one block that all lanes run again and again has code of its own, without masks. Other
-// lanes, and what comes when some leave, have the usual one.
+// A loop of one block that all lanes run has a version without masks. The masked version is for
+// other lanes, and for the rounds after some lanes have left.
 void LockstepEmitter::emitSimpleBody(const Step& step) {
     BasicBlock& head = *step.loop->getHeader();
     llvm::AllocaInst* place = maskPlace(&head);
@@ -274,15 +274,15 @@ void LockstepEmitter::emitSimpleBody(const Step& step) {
     emitSteps({step.body.begin() + 1, step.body.end()});
 }
 
-// Whether it must not run without lanes.
+// Whether the block must be skipped if it has no lanes.
 bool LockstepEmitter::needsGuard(BasicBlock& block) const {
     for (Instruction& instruction : block)
         if (!isa<llvm::PHINode, llvm::BranchInst>(instruction) &&
             !instruction.isDebugOrPseudoInst())
             return true;
     for (BasicBlock* successor : llvm::successors(&block)) {
-        // What a loop begins with is not blended (emitEdge): lanes that go on within the loop have
-        // theirs there already.
+        // A loop head's phi is not blended (emitEdge): lanes that continue inside the loop already
+        // have their values.
         const llvm::Loop* loop = plan_.loops().getLoopFor(successor);
         const bool isEntered = loop && loop->getHeader() == successor && !loop->contains(&block);
         for (llvm::PHINode& phi : successor->phis())
@@ -360,9 +360,9 @@ void LockstepEmitter::emitTerminator(BasicBlock& block) {
     emitEdge(block, *branch->getSuccessor(1), second, any(second));
 }
 
-// taken: whether any lane goes there; null: all do.
+// taken: whether any lane takes the edge; null: all do.
 void LockstepEmitter::emitEdge(BasicBlock& from, BasicBlock& to, Value* mask, Value* taken) {
-    std::vector<std::pair<llvm::PHINode*, Value*>> moves; // all at once
+    std::vector<std::pair<llvm::PHINode*, Value*>> moves; // parallel assignments
     for (llvm::PHINode& phi : to.phis()) {
         Value* incoming = phi.getIncomingValueForBlock(&from);
         if (isa<llvm::UndefValue>(incoming))
@@ -375,7 +375,7 @@ void LockstepEmitter::emitEdge(BasicBlock& from, BasicBlock& to, Value* mask, Va
             made = builder_.CreateSelect(taken, made,
                                          builder_.CreateLoad(into->getAllocatedType(), into));
         }
-        // All lanes of a loop are at one round: others no longer need what it has at its head.
+        // All lanes of a loop are in one round: other lanes no longer need the values at its head.
         const bool isHead = plan_.loops().isLoopHeader(&to) && !plan_.outlivesLoop(*phi);
         store(*phi, made, !isHead, mask);
     }
@@ -402,7 +402,7 @@ void LockstepEmitter::emitPoint(const MeetingPoint& point) {
     builder_.SetInsertPoint(leave);
     const auto known = here_;
     leaveAt(point, number);
-    if (isPause && point.mode == 0) // nobody is left
+    if (isPause && point.mode == 0) // no lane is left
         builder_.CreateRet(builder_.CreateLoad(builder_.getInt32Ty(), ran_));
     else
         builder_.CreateBr(join);
@@ -426,21 +426,21 @@ Value* LockstepEmitter::isPauseDue(const MeetingPoint& point) {
         builder_.CreateStore(spins, spins_);
         return builder_.CreateICmpUGE(spins, builder_.getInt32(kSpins));
     }
-    // Only where all lanes of the warp are here, so that they stay together.
+    // Only if all lanes of the warp are here, so that they stay together.
     Value* live = builder_.CreateLoad(word, field(offsetof(LockstepWarp, live)));
     Value* isWhole = builder_.CreateICmpEQ(maskBits(mask_), live);
     return builder_.CreateAnd(hasJumped(), isWhole);
 }
 
-// Whether a warp has been on so many pages that the others should catch up.
+// Whether the warp has touched so many pages that the other warps should catch up.
 Value* LockstepEmitter::hasJumped() {
     constexpr uint32_t kJumps = 12;
     return builder_.CreateICmpUGE(builder_.CreateLoad(builder_.getInt32Ty(), jumps_),
                                   builder_.getInt32(kJumps));
 }
 
-// Whether the address is on another page than in the round before. The next warp comes soon, and
-// most likely reads what follows.
+// Counts an address on another page than in the round before. Prefetches the following bytes, which
+// the next warp most likely reads soon.
 void LockstepEmitter::countJump(Value* address, uint64_t bytes) {
     constexpr uint64_t kLine = 64;
     for (uint64_t offset = 0; offset < bytes * kLanes; offset += kLine)
@@ -497,9 +497,9 @@ void LockstepEmitter::storeOperands(const MeetingPoint& point) {
     }
 }
 
-// The lanes wait: what they brought and what they need behind goes to memory.
+// The lanes wait: their operands and the values needed later are stored in the frame.
 void LockstepEmitter::leaveAt(const MeetingPoint& point, size_t number) {
-    // All lanes that live have come to a pause: the frame has nothing of others.
+    // At a pause all live lanes of the warp are here, so the frame holds no values of other lanes.
     const bool isWhole = point.kind == devlib::kMeetPause && point.mode == 0;
     storeOperands(point);
     for (Instruction* value : point.live) {
@@ -513,7 +513,7 @@ void LockstepEmitter::leaveAt(const MeetingPoint& point, size_t number) {
     llvm::Type* word = builder_.getInt32Ty();
     const uint32_t what =
         uint32_t(number + 1) | point.kind << devlib::kPointBits | point.mode << devlib::kModeShift;
-    if (!isWhole) // else the launcher knows
+    if (!isWhole) // otherwise the launcher knows the point
         storeMasked(splat(builder_.getInt32(what)), field(offsetof(LockstepWarp, point)),
                     llvm::Align(64), mask_);
     Value* stops = field(offsetof(LockstepWarp, stops));

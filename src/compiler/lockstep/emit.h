@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the code for 32 lanes of what lockstep/plan.h has found out.
+// Writes the code for 32 lanes according to lockstep/plan.h.
 //
-// Each value that is used in other blocks than its own has a place in memory, which promotion makes
-// a value again: a vector of 32, or a scalar if it is uniform. Places keep what lanes that are not
-// there have. Masks of blocks are such places too.
+// Each value used outside its block has a place in memory, which promotion turns into a value
+// again: a vector of 32, or a scalar if the value is uniform. A place keeps the values of inactive
+// lanes. Masks of blocks are places too.
 #pragma once
 
 #include "compiler/lockstep/plan.h"
@@ -18,7 +18,7 @@ namespace sunstone::compiler {
 
 class LockstepEmitter {
 public:
-    // hasMasks: the processor reads and writes memory under masks, and gathers (AVX-512).
+    // hasMasks: the processor has masked loads and stores, and gathers (AVX-512).
     LockstepEmitter(const LockstepPlan& plan, llvm::Function& result, bool hasMasks);
 
     void emit();
@@ -55,7 +55,7 @@ private:
     Value* any(Value* mask);
     llvm::AllocaInst* maskPlace(llvm::BasicBlock* block);
 
-    // ---- warp functions on the spot (lockstep/warps.cpp) ----
+    // ---- warp functions without leaving (lockstep/warps.cpp) ----
     Value* canAnswer(const MeetingPoint& point, Value* bits);
     Value* answer(const MeetingPoint& point);
     Value* answerVote(const MeetingPoint& point);
@@ -69,7 +69,7 @@ private:
     bool isUniform(const Value* value) const { return plan_.isUniform(value); }
     llvm::AllocaInst* place(const llvm::Instruction& value);
     Value* scalar(Value* value); // of a uniform value
-    Value* wide(Value* value);   // of any
+    Value* wide(Value* value);   // of any value
     Value* operand(Value* value) { return isUniform(value) ? scalar(value) : wide(value); }
     void define(llvm::Instruction& instruction, Value* made);
     void store(llvm::Instruction& value, Value* made, bool blend, Value* mask);
@@ -98,20 +98,20 @@ private:
     Value* laneByLane(llvm::Instruction& instruction);
     void forEachLane(const std::function<void(Value* lane)>& body);
     Value* threadOf(Value* lane);
-    // Runs `near` if the addresses of the lanes follow one another, with the first of them and
-    // whether all lanes are there; else `far`.
+    // Runs `near` if the addresses of the lanes are consecutive, with the first address and whether
+    // all lanes are active; else `far`.
     using Near = std::function<Value*(Value* first, bool isFull)>;
     struct Nearness {
-        Value* fits = nullptr;  // by lane: whether the address follows
+        Value* fits = nullptr;  // by lane: whether the address is consecutive
         Value* first = nullptr; // address of the first lane
-        Value* bound = nullptr; // must hold as well; null: nothing
+        Value* bound = nullptr; // further condition; null: none
     };
     Value* byNearness(Value* pointer, uint64_t bytes, bool isWrite, const Near& near,
                       const std::function<Value*()>& far);
     Nearness nearnessOf(Value* pointer, uint64_t bytes);
     // ---- addresses (lockstep/addresses.cpp) ----
-    // An address that is base + extended index * scale, where the index has 32 bits and the rest is
-    // uniform: known from the index whether those of the lanes follow one another.
+    // An address of the form base + extended index * scale, with a 32-bit index and a uniform rest:
+    // the indices show whether the lanes' addresses are consecutive.
     struct IndexedAddress {
         llvm::CastInst* extension = nullptr;
         uint64_t scale = 1;
@@ -134,20 +134,20 @@ private:
     llvm::IRBuilder<> builder_;
     llvm::IRBuilder<> top_; // for places, in the first block
     llvm::BasicBlock* entry_ = nullptr;
-    std::vector<llvm::BasicBlock*> resumes_; // where lanes go on from each point
+    std::vector<llvm::BasicBlock*> resumes_; // where lanes continue from each point
     Value* warp_ = nullptr;
     Value* params_ = nullptr;
     Value* threads_ = nullptr;
     Value* frame_ = nullptr;
     llvm::AllocaInst* ran_ = nullptr;
     llvm::AllocaInst* jumps_ = nullptr;       // of addresses, in loops that have a pause
-    llvm::AllocaInst* spins_ = nullptr;       // reads of what others may write
-    const llvm::BasicBlock* block_ = nullptr; // that is written
-    Value* mask_ = nullptr;                   // of it
+    llvm::AllocaInst* spins_ = nullptr;       // reads of memory that others may write
+    const llvm::BasicBlock* block_ = nullptr; // the current block
+    Value* mask_ = nullptr;                   // of the current block
     bool isPart_ = false;                     // all lanes together have other code
     llvm::DenseMap<const Value*, IndexedAddress> indexed_; // addresses of the block
-    llvm::DenseSet<const Value*> late_;                    // of these, made where they are needed
-    llvm::DenseMap<const Value*, Value*> here_;            // made in the block that is written
+    llvm::DenseSet<const Value*> late_;                    // those made only where they are needed
+    llvm::DenseMap<const Value*, Value*> here_;            // made in the current block
     llvm::DenseMap<const Value*, Value*> always_;          // made in the prologue
     llvm::DenseMap<const Value*, llvm::AllocaInst*> places_;
     llvm::DenseMap<const llvm::BasicBlock*, llvm::AllocaInst*> masks_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// See lockstep.h: which kernels have code for a warp at a time.
+// See lockstep.h. Decides which kernels get code for a warp at a time.
 #include "compiler/lockstep/lockstep.h"
 
 #include "base/config.h"
@@ -37,12 +37,12 @@ bool hasMasks(LentMachine& machine) {
     return true;
 }
 
-// Code for a warp takes several times as long to generate as that of a thread: longer kernels would
-// keep a program waiting.
+// Code for a warp takes several times as long to generate as code for a thread: for longer kernels
+// the application would wait too long.
 constexpr unsigned kMostInstructions = 512;
 
-// How far what the lanes have lies apart from lane to lane, as far as can be told: a guess, where
-// values are clamped or wrap around. Blocks are taken to be at least a warp wide.
+// The distance of a value from lane to lane, if it can be derived. A guess for values that are
+// clamped or wrap around. Assumes blocks at least a warp wide.
 class Strides {
 public:
     explicit Strides(const LockstepPlan& plan)
@@ -57,7 +57,7 @@ public:
 private:
     struct Stride {
         bool isKnown = false;
-        int64_t bytes = 0; // or whatever the value counts
+        int64_t bytes = 0; // or the value's own unit
     };
 
     Stride of(const llvm::Value* value) {
@@ -66,8 +66,7 @@ private:
         const auto* instruction = dyn_cast<Instruction>(value);
         if (!instruction)
             return {};
-        // What comes back to itself is first taken to be unknown, which does not count where it
-        // joins.
+        // A value that depends on itself counts as unknown first, which a phi ignores.
         const auto [known, isNew] = known_.try_emplace(instruction);
         if (!isNew)
             return known->second;
@@ -123,7 +122,7 @@ private:
         }
     }
 
-    // At the head of a loop first what comes from before it, on which the rest depends.
+    // At the head of a loop, use the value from before the loop, on which the others depend.
     Stride join(const llvm::PHINode& phi) {
         const llvm::Loop* loop = plan_.loops().getLoopFor(phi.getParent());
         const bool isHead = loop && loop->getHeader() == phi.getParent();
@@ -158,13 +157,13 @@ const llvm::Type* accessType(const Instruction& access) {
     return access.getType();
 }
 
-// Where no threads meet, one thread after the other is right as well. About how much the kernel
-// costs either way, in instructions: what has a form for vectors against what is done lane by lane.
+// Without meeting points, running one thread after the other is correct, too. Estimates the cost of
+// both forms in instructions: vector instructions against instructions repeated per lane.
 bool paysOff(const LockstepPlan& plan) {
-    constexpr double kLanesAtOnce = 8; // of 16 in a vector, as not all lanes are always there
-    constexpr double kRoundOfLane = 6; // around an instruction that is done lane by lane
+    constexpr double kLanesAtOnce = 8; // of 16 in a vector, as not all lanes are always active
+    constexpr double kRoundOfLane = 6; // around an instruction repeated per lane
     constexpr double kCall = 20, kRounds = 8; // of a function; of a loop
-    constexpr double kFar = 6; // an access of lanes that do not read side by side, for each lane
+    constexpr double kFar = 6; // an access with addresses that are not consecutive, for each lane
     double single = 0, together = 0;
     Strides strides(plan);
     for (const Instruction& instruction : llvm::instructions(plan.function())) {
@@ -173,13 +172,13 @@ bool paysOff(const LockstepPlan& plan) {
              --i)
             weight *= kRounds;
         if (isa<llvm::AllocaInst>(instruction))
-            return false; // local memory lies thread by thread
+            return false; // local memory is laid out per thread
         const auto* call = dyn_cast<CallInst>(&instruction);
         if (call && call->getCalledFunction() &&
             call->getCalledFunction()->getName() == "sunstone_vprintf")
-            return false; // threads print in their order
+            return false; // threads print in order
         if (call && call->getCalledFunction() && isMeeting(call->getCalledFunction()->getName()))
-            continue; // seldom more than a question
+            continue; // mostly a single comparison
         const bool isCall = call && !call->isInlineAsm() && !isa<llvm::IntrinsicInst>(call);
         const bool isAlone = isCall || isa<llvm::AtomicRMWInst>(instruction) ||
                              isa<llvm::AtomicCmpXchgInst>(instruction);
@@ -225,7 +224,7 @@ void inlineMeetings(Unit& unit) {
     llvm::Module& module = unit.module();
     for (llvm::Function& function : module)
         if (function.isDeclaration() && isMeeting(function.getName()))
-            function.addFnAttr(llvm::Attribute::Convergent); // not to be doubled
+            function.addFnAttr(llvm::Attribute::Convergent); // must not be duplicated
     llvm::CallGraph graph(module);
     std::set<const llvm::Function*> meeting;
     for (auto component = llvm::scc_begin(&graph); !component.isAtEnd(); ++component) {
@@ -256,8 +255,8 @@ void inlineMeetings(Unit& unit) {
 
 namespace {
 
-// Whether functions that are left beside the kernel have meeting points or end threads: then a
-// thread can stop where its frame is no frame of ours.
+// Whether functions that were not inlined into the kernel have meeting points or end threads. A
+// thread could then stop inside a frame that lockstep code does not manage.
 bool callsMeetings(const llvm::Function& function, std::set<const llvm::Function*>& seen) {
     for (const Instruction& instruction : llvm::instructions(function)) {
         const auto* call = dyn_cast<CallInst>(&instruction);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // See lockstep/plan.h.
 //
-// A value is uniform if it is computed from uniform values; what a thread is, what it reads at
-// addresses of its own and what meeting points answer is not. After a branch on a varying value,
-// lanes go different ways: values that come together where the ways join vary, and so do values of
-// a loop that lanes leave one by one, where they are used behind it. Lanes that go on from a point
-// together may have come there on different ways; the code compares what is uniform and live there
-// (lockstep/emit.cpp), so that only equals go on together.
+// A value is uniform if it is computed from uniform values. The thread's indices, loads from
+// varying addresses and results of meeting points are not uniform. After a branch on a varying
+// value, lanes diverge: values that merge where the paths join vary, and so do values used after a
+// loop that lanes leave at different times. Lanes that continue from a point together may have
+// reached it on different paths: the code compares the uniform values live there
+// (lockstep/emit.cpp), and only lanes with equal values continue together.
 #include "compiler/lockstep/plan.h"
 
 #include "compiler/passes/flush.h"
@@ -101,8 +101,8 @@ bool isPure(const llvm::Function* function) {
 
 } // namespace
 
-// What follows the end of a thread is not reached. Waits at barrier objects return without result
-// where there is nobody to switch to: a pause behind them lets others run.
+// Code after the end of a thread is unreachable. A wait at a barrier object returns without a
+// result if no thread can be switched to: a pause after it lets others run.
 void LockstepPlan::endThreads() {
     std::vector<CallInst*> calls, waits;
     for (Instruction& instruction : llvm::instructions(function_))
@@ -123,7 +123,7 @@ void LockstepPlan::endThreads() {
     for (CallInst* call : calls) {
         llvm::Function* callee = calleeOf(*call);
         if (callee != call->getCalledFunction()) {
-            // A meeting point does no arithmetic: the processor's mode does not matter.
+            // A meeting point does no arithmetic, so the processor's mode does not matter.
             std::vector<Value*> arguments(call->arg_begin() + 1, call->arg_end());
             auto* direct = CallInst::Create(callee->getFunctionType(), callee, arguments, "", call);
             direct->setDebugLoc(call->getDebugLoc());
@@ -187,10 +187,10 @@ bool LockstepPlan::check() {
     return true;
 }
 
-// Threads often go through memory in steps as wide as the grid. A warp that does so alone takes a
-// few cache lines of each page and jumps to the next one, and the other warps of the block come by
-// much later; memory is fast only where they go together. So innermost loops in which each lane
-// reads memory get a point at which a warp that has jumped several times lets the others catch up.
+// Threads often walk through memory in steps as wide as the grid. A warp that runs alone reads a
+// few cache lines of each page, and the other warps of the block read the same page much later;
+// memory is fast only if they stay together. So innermost loops in which each lane reads memory get
+// a point at which a warp that has changed pages several times lets the others catch up.
 void LockstepPlan::addPauses() {
     llvm::FunctionCallee pause = function_.getParent()->getOrInsertFunction(
         kPauseName, llvm::Type::getVoidTy(function_.getContext()));
@@ -292,7 +292,7 @@ bool LockstepPlan::analyze() {
 // A topological order in which the blocks of a loop follow one another.
 void LockstepPlan::order(const llvm::Loop* loop, std::vector<Step>& steps) {
     const auto holds = [&](const BasicBlock* block) { return !loop || loop->contains(block); };
-    // The inner loop a block belongs to, seen from here, or null.
+    // The inner loop that contains a block, as a child of `loop`, or null.
     const auto innerOf = [&](const BasicBlock* block) {
         const llvm::Loop* inner = loops_.getLoopFor(block);
         while (inner && inner->getParentLoop() != loop)
@@ -356,7 +356,7 @@ void LockstepPlan::order(const llvm::Loop* loop, std::vector<Step>& steps) {
     }
 }
 
-// ---- what lanes share -------------------------------------------------------------------------
+// ---- uniform values ---------------------------------------------------------------------------
 
 int LockstepPlan::fieldOf(const Instruction& instruction) const {
     const auto* load = dyn_cast<llvm::LoadInst>(&instruction);
@@ -403,7 +403,7 @@ bool LockstepPlan::varies(const Instruction& instruction) const {
     } else if (operandVaries()) {
         return true;
     }
-    // Used behind a loop that lanes leave one by one.
+    // Used after a loop that lanes leave at different times.
     for (const Value* user : instruction.users()) {
         const BasicBlock* place = cast<Instruction>(user)->getParent();
         for (const llvm::Loop* loop = loops_.getLoopFor(instruction.getParent());
@@ -420,7 +420,7 @@ bool LockstepPlan::isDivergentLoop(const llvm::Loop& loop) const {
     for (const BasicBlock* block : loop.blocks()) {
         if (!divergentBranches_.contains(block))
             continue;
-        // Lanes that part here come together again before they can leave, or they do not.
+        // Whether lanes that diverge here can leave the loop before they meet again.
         const auto* node = postDominators_.getNode(block);
         const BasicBlock* meeting = node && node->getIDom() ? node->getIDom()->getBlock() : nullptr;
         llvm::DenseSet<const BasicBlock*> seen;
@@ -439,7 +439,7 @@ bool LockstepPlan::isDivergentLoop(const llvm::Loop& loop) const {
     return false;
 }
 
-// Lanes part at the end of this block: marks where they come together.
+// Lanes diverge at the end of this block: marks the blocks where they meet again.
 void LockstepPlan::addDivergence(const BasicBlock& block) {
     const auto* node = postDominators_.getNode(&block);
     const BasicBlock* meeting = node && node->getIDom() ? node->getIDom()->getBlock() : nullptr;
@@ -464,8 +464,8 @@ void LockstepPlan::addDivergence(const BasicBlock& block) {
                 comeTo(successor);
                 continue;
             }
-            // Back edges join nothing: all lanes of a loop are at one round. But these lanes leave
-            // it in another round than the others, wherever that is.
+            // Back edges join no lanes, as all lanes of a loop are in one round. But these lanes
+            // leave the loop in another round than the others, at any of its exits.
             llvm::SmallVector<BasicBlock*, 8> exits;
             loop->getExitBlocks(exits);
             for (const BasicBlock* exit : exits)
@@ -512,7 +512,7 @@ bool LockstepPlan::outlivesLoop(const Instruction& instruction) const {
     });
 }
 
-// ---- what lives across points -----------------------------------------------------------------
+// ---- values live across points ----------------------------------------------------------------
 
 void LockstepPlan::findPrologue() {
     const auto isReady = [&](const Value* operand) {
@@ -525,7 +525,7 @@ void LockstepPlan::findPrologue() {
             if (fieldOf(instruction) >= 0) {
                 fits = true;
             } else if (const auto* load = dyn_cast<llvm::LoadInst>(&instruction)) {
-                // Parameters: readable at any time.
+                // Parameters can be read at any time.
                 llvm::APInt offset(64, 0);
                 fits = load->isSimple() &&
                        load->getPointerOperand()->stripAndAccumulateConstantOffsets(

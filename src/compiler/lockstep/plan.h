@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must be known of a kernel before its code for 32 lanes can be written: where threads meet,
-// which values all lanes share, in which order the blocks follow one another, and what lives across
-// a meeting point.
+// Analysis of a kernel for its 32-lane code: where threads meet, which values are uniform, the
+// order of the blocks, and the values live across meeting points.
 #pragma once
 
 #include <llvm/ADT/DenseMap.h>
@@ -17,29 +16,30 @@
 
 namespace sunstone::compiler {
 
-// The call of a helper of the run-time, also where it goes through the default mode of the
-// processor (flush.h); null if it is none of direct calls.
+// The run-time function that is called, also if the call goes through the processor's default mode
+// (flush.h); null for other calls.
 llvm::Function* calleeOf(const llvm::CallBase& call);
 bool isMeeting(llvm::StringRef helper);
-// Helpers after which the thread does not go on.
+// Run-time functions after which the thread does not continue.
 bool endsThread(llvm::StringRef helper);
 
-// Which lanes of the warp are here: the same for all that ask together.
+// Whether the instruction reads which lanes of the warp are active: the same for all lanes that
+// read it together.
 bool asksForLanes(const llvm::Instruction& instruction);
 
 // A thread waits at a barrier object.
 constexpr const char* kWaitName = "sunstone_mbarrier_wait";
-// Stands at the ends of loops in which a warp may let the others run (LockstepPlan::addPauses).
+// Marks the ends of loops in which a warp may let the others run (LockstepPlan::addPauses).
 constexpr const char* kPauseName = "sunstone.pause";
 
 struct MeetingPoint {
-    llvm::CallInst* call = nullptr; // alone in its block, but for the branch
+    llvm::CallInst* call = nullptr; // alone in its block, except for the branch
     llvm::BasicBlock* next = nullptr;
-    uint32_t kind = 0, mode = 0;          // devlib::LockstepKind; ~0: the mode is no constant
-    std::vector<llvm::Instruction*> live; // what is needed behind it, without its own result
+    uint32_t kind = 0, mode = 0;          // devlib::LockstepKind; ~0: the mode is not constant
+    std::vector<llvm::Instruction*> live; // needed after it, without its own result
 };
 
-// A block, or a loop of such steps, whose head is the first.
+// A block, or a loop of such steps whose first block is the head.
 struct Step {
     llvm::BasicBlock* block = nullptr;
     const llvm::Loop* loop = nullptr;
@@ -48,12 +48,12 @@ struct Step {
 
 class LockstepPlan {
 public:
-    // `function`: a copy of the kernel, which is changed. Its calls of meeting points stand alone
-    // in blocks afterwards.
+    // `function`: a copy of the kernel, which is changed: calls of meeting points get blocks of
+    // their own.
     explicit LockstepPlan(llvm::Function& function) : function_(function) {}
 
-    // False with a reason if it cannot be done. Before `analyze`, passes have made loops simple and
-    // switches branches.
+    // False, with a reason, if the kernel cannot be handled. Before `analyze`, passes must simplify
+    // loops and turn switches into branches.
     void endThreads();
     bool analyze();
     const std::string& reason() const { return reason_; }
@@ -62,19 +62,19 @@ public:
     const std::vector<MeetingPoint>& points() const { return points_; }
     const std::vector<Step>& steps() const { return steps_; }
     const llvm::LoopInfo& loops() const { return loops_; }
-    // Every lane that runs together has the same.
+    // All lanes that run together have the same value.
     bool isUniform(const llvm::Value* value) const { return !varying_.contains(value); }
-    // Computed at every entry from what a warp always has: never live across points.
+    // Computed at every entry from values that a warp always has; never live across points.
     const std::vector<llvm::Instruction*>& prologue() const { return prologue_; }
     bool isInPrologue(const llvm::Value* value) const { return inPrologue_.contains(value); }
-    // Whether lanes that no longer run still need the value: it is used behind its loop.
+    // Whether inactive lanes still need the value: it is used after its loop.
     bool outlivesLoop(const llvm::Instruction& instruction) const;
     const MeetingPoint* pointAt(const llvm::BasicBlock* block) const;
 
     // Whether the block belongs to a loop that has a pause.
     bool pauses(const llvm::BasicBlock& block) const;
 
-    // Whether it is one block that runs again, but for the pause.
+    // Whether the loop is one block, except for the pause.
     bool isSimpleLoop(const llvm::Loop& loop) const;
 
     // Offset of a field of KernelThread that a load reads, or -1.
@@ -105,8 +105,8 @@ private:
     llvm::LoopInfo loops_;
     llvm::DenseSet<const llvm::Value*> varying_;
     llvm::DenseSet<const llvm::BasicBlock*> divergentBranches_;
-    llvm::DenseSet<const llvm::BasicBlock*> joins_;    // where lanes come together on several ways
-    llvm::DenseSet<const llvm::Loop*> divergentLoops_; // lanes leave them at different times
+    llvm::DenseSet<const llvm::BasicBlock*> joins_;    // where lanes join from several paths
+    llvm::DenseSet<const llvm::Loop*> divergentLoops_; // that lanes leave at different times
     llvm::DenseMap<const llvm::BasicBlock*, const MeetingPoint*> pointOf_;
     std::vector<Step> steps_;
     std::vector<llvm::Instruction*> prologue_;

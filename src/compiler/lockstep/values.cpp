@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// LockstepEmitter: where values are.
+// LockstepEmitter: the places of values.
 #include "compiler/lockstep/emit.h"
 
 namespace sunstone::compiler {
@@ -46,7 +46,7 @@ Value* LockstepEmitter::field(size_t offset) {
     return builder_.CreateInBoundsGEP(builder_.getInt8Ty(), warp_, builder_.getInt64(offset));
 }
 
-// A uniform value as the scalar it is.
+// A uniform value as a scalar.
 Value* LockstepEmitter::scalar(Value* value) {
     if (value == source_.getArg(1))
         return params_;
@@ -86,7 +86,7 @@ Value* LockstepEmitter::select(Value* mask, Value* first, Value* second) {
     return builder_.CreateSelect(mask, first, second);
 }
 
-// Keeps a value for other blocks. blend: lanes out of the mask keep what they have.
+// Stores a value for other blocks. blend: lanes outside the mask keep their values.
 void LockstepEmitter::store(Instruction& value, Value* made, bool blend, Value* mask) {
     llvm::AllocaInst* into = place(value);
     if (blend && !isUniform(&value))
@@ -136,7 +136,7 @@ void LockstepEmitter::storeMasked(Value* made, Value* address, llvm::Align align
     builder_.CreateAlignedStore(select(mask, made, old), address, align);
 }
 
-// Where the frame of a warp has the value: 32 elements.
+// The place of the value in a warp's frame: 32 elements.
 Value* LockstepEmitter::framePlace(const Instruction& value) {
     const auto [found, isNew] = framePlaces_.try_emplace(&value, frameBytes_);
     if (isNew) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See warp_functions.h.
 #include "compiler/lockstep/warp_functions.h"
 
 #include "compiler/runtime/matrix.h"

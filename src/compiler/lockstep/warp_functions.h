@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the functions of a warp answer, from what each lane brought.
+// Results of warp functions, computed from each lane's operands.
 #pragma once
 
 #include "devlib/lockstep.h"
 
 namespace sunstone::compiler {
 
-// The lanes that take part, and what they brought.
+// The participating lanes and their operands.
 struct Gathered {
     uint64_t values[devlib::kWarpLanes];
     uint32_t present;
 };
 
-// Where shfl.sync finds the value of a lane, by its own number.
+// The lane from which shfl.sync reads, for one lane.
 struct ShuffleSource {
-    uint32_t lane; // itself where `isValid` says that there is none
+    uint32_t lane; // the lane itself unless isValid
     bool isValid;
 };
 ShuffleSource shuffleSource(uint32_t mode, uint32_t lane, uint32_t distance, uint32_t control);
@@ -27,7 +27,7 @@ uint64_t answerMatch(uint32_t wantAll, uint64_t value, const Gathered& all);
 uint32_t answerReduce(uint32_t operation, const Gathered& all);
 
 // Lanes have met at warp functions: fills LockstepWarp::result of `asking`, some or all of them.
-// what: as in LockstepWarp::point; the number of the point does not matter.
+// what: as in LockstepWarp::point; the point's number is ignored.
 void answerLanes(devlib::LockstepWarp* warp, uint32_t what, uint32_t lanes, uint32_t asking);
 
 } // namespace sunstone::compiler

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// LockstepEmitter: warp functions whose lanes are all there. What they answer is what
-// runtime/kernel.cpp answers threads that run one by one.
+// LockstepEmitter: warp functions whose lanes are all active. Results are those of
+// runtime/kernel.cpp for threads that run one by one.
 #include "compiler/lockstep/emit.h"
 #include "compiler/lockstep/warp_functions.h"
 
@@ -11,8 +11,8 @@ using llvm::cast;
 using llvm::dyn_cast;
 using llvm::Value;
 
-// Whether every lane names the same partners, itself among them, and all of those that have not
-// ended are here.
+// Whether every lane names the same partners, including itself, and all partners that have not
+// ended are active.
 Value* LockstepEmitter::canAnswer(const MeetingPoint& point, Value* bits) {
     Value* named = point.call->getArgOperand(point.kind == devlib::kMeetShuffle ? 5 : 2);
     Value* same = builder_.getTrue();
@@ -67,7 +67,7 @@ Value* LockstepEmitter::answerShuffle(const MeetingPoint& point) {
     const auto* control = dyn_cast<llvm::ConstantInt>(point.call->getArgOperand(4));
     if (!distance || !control)
         return answerByHelper(point);
-    // Where each lane's value comes from is known now.
+    // The source lane of each value is constant.
     llvm::SmallVector<int, kLanes> sources;
     llvm::SmallVector<llvm::Constant*, kLanes> valid;
     for (unsigned lane = 0; lane < kLanes; ++lane) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // LockstepEmitter: single instructions.
 //
-// Arithmetic has a form for vectors, which gives in each lane the bits that the scalar gives.
-// Memory is read and written at once where the addresses of the lanes follow one another, which is
-// asked when the code runs: indices go through so many forms that the compiler seldom knows.
-// Everything else is done for one lane after the other, in their order.
+// Arithmetic has vector forms, which give the scalar result's bits in each lane. Memory is accessed
+// at once if the lanes' addresses are consecutive. The code tests this at run time, because indices
+// take too many forms for a static answer. All other instructions run for one lane after the other,
+// in order.
 #include "compiler/lockstep/emit.h"
 
 #include <llvm/Analysis/VectorUtils.h>
@@ -19,8 +19,8 @@ using llvm::Instruction;
 using llvm::isa;
 using llvm::Value;
 
-// Addresses in the thread's own description that only serve to read its fields, which the prologue
-// has done.
+// Addresses in the thread's own description used only to read its fields, which the prologue has
+// loaded.
 bool LockstepEmitter::isFieldAddress(const Instruction& instruction) const {
     const auto* address = dyn_cast<llvm::GetElementPtrInst>(&instruction);
     return address && address->getPointerOperand() == source_.getArg(0) &&
@@ -66,7 +66,7 @@ unsigned bitsOf(const llvm::Type* type) {
     return type->isIntegerTy() ? type->getIntegerBitWidth() : 0;
 }
 
-// Those for which the processor has instructions.
+// Intrinsics for which the processor has instructions.
 bool isSimpleIntrinsic(llvm::Intrinsic::ID id) {
     switch (id) {
     case llvm::Intrinsic::sqrt:
@@ -186,11 +186,11 @@ Value* LockstepEmitter::widenCall(llvm::CallInst& call) {
     return made;
 }
 
-// Lanes that are not there must not divide by what they have.
+// Inactive lanes must not divide by their stale values.
 Value* LockstepEmitter::widenDivision(llvm::BinaryOperator& division) {
     if (!hasMasks_ || bitsOf(division.getType()) != 32)
         return nullptr;
-    // No instruction divides vectors of integers. A quotient of 32-bit numbers in double precision
+    // No instruction divides vectors of integers. In double precision a quotient of 32-bit numbers
     // is never rounded up to a whole number.
     const bool isSigned =
         division.getOpcode() == Instruction::SDiv || division.getOpcode() == Instruction::SRem;
@@ -226,7 +226,7 @@ bool LockstepEmitter::canGather(llvm::Type* type) const {
     return hasMasks_ && layout_.getTypeStoreSize(type) >= 4;
 }
 
-// Whether it is done for all lanes at once where their addresses follow one another.
+// Whether the access can be done for all lanes at once if their addresses are consecutive.
 bool LockstepEmitter::isNearPossible(const Instruction& access) const {
     if (const auto* load = dyn_cast<llvm::LoadInst>(&access))
         return load->isSimple() && isPlainType(load->getType());
@@ -246,8 +246,8 @@ LockstepEmitter::Nearness LockstepEmitter::nearnessOf(Value* pointer, uint64_t b
     return nearness;
 }
 
-// Some lanes are there and near, or they are any others. What all lanes write together has a third
-// way, because processors take long to write under masks.
+// One path for active lanes with consecutive addresses, one for the others. Stores by all lanes
+// have a third path, because masked stores are slow.
 Value* LockstepEmitter::byNearness(Value* address, uint64_t bytes, bool isWrite, const Near& near,
                                    const std::function<Value*()>& far) {
     const Nearness nearness = nearnessOf(address, bytes);
@@ -259,7 +259,7 @@ Value* LockstepEmitter::byNearness(Value* address, uint64_t bytes, bool isWrite,
         ways.emplace_back(made, builder_.GetInsertBlock());
         builder_.CreateBr(join);
     };
-    const bool isWhole = isa<llvm::Constant>(mask_); // all lanes, as is known
+    const bool isWhole = isa<llvm::Constant>(mask_); // all lanes are known to be active
     const auto split = [&](Value* condition, bool isFull) {
         auto* yes = BasicBlock::Create(context_, isFull ? "full" : "some", &result_);
         auto* other = BasicBlock::Create(context_, "other", &result_);
@@ -276,7 +276,7 @@ Value* LockstepEmitter::byNearness(Value* address, uint64_t bytes, bool isWrite,
     Value* fit = builder_.CreateICmpEQ(maskBits(nearness.fits), all);
     if (isWhole || !hasMasks_ || (isWrite && !isPart_))
         split(builder_.CreateAnd(fit, builder_.CreateICmpEQ(maskBits(mask_), all)), true);
-    const auto known = here_; // what is made only on the other ways is not known behind
+    const auto known = here_; // values made on only one path are unavailable after the join
     if (hasMasks_ && !isWhole)
         split(builder_.CreateICmpEQ(
                   maskBits(select(mask_, nearness.fits,
@@ -340,7 +340,7 @@ bool LockstepEmitter::widenStore(llvm::StoreInst& store) {
     return true;
 }
 
-// The last lane's value stays, as if they wrote one after the other.
+// The last active lane's value is stored, as if the lanes wrote one after the other.
 void LockstepEmitter::storeUniformAddress(llvm::StoreInst& store) {
     Value* leading =
         builder_.CreateBinaryIntrinsic(llvm::Intrinsic::ctlz, maskBits(mask_), builder_.getTrue());

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// inspect: what can be said of a module from its tree alone. One walk over the functions collects
-// their calls; programs then follow the direct calls. Operands whose value is not plain to see
-// here (they come through memory, or are computed) make inspect compile the module up to the point
-// where constants have been found, and throw the result away (checkByCompiling).
+// inspect: facts about a module from its tree alone. One walk over the functions collects their
+// calls; programs then follow the direct calls. If an operand's value is not visible in the tree
+// (it is computed or comes through memory), inspect compiles the module as far as constant
+// propagation and discards the code (checkByCompiling).
 #include "compiler/compiler.h"
 
 #include "compiler/optix7/check_module.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table behind findIntrinsic. Source of names and operands: the PTX that released headers
-// emit; legality: the device API's documentation of each function.
+// The table behind findIntrinsic. Source of names and operands: the PTX that released headers emit;
+// of the rules where calls are legal: the device API's documentation of each function.
 #include "compiler/optix7/intrinsics.h"
 
 #include "devlib/abi.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of `_optix_*` functions that PTX may call: operands, where they are legal, and what
-// each becomes. One table for all releases of the API, 7.0 to 9.1. No LLVM here: module inspection
-// uses it as well. Read next: optix7/lower.cpp, which replaces the calls.
+// The table of `_optix_*` functions that PTX may call: operands, where they are legal, and their
+// lowering. One table for all releases of the API, 7.0 to 9.1. No LLVM here, because module
+// inspection uses it as well. Read next: optix7/lower.cpp, which replaces the calls.
 #pragma once
 
 #include "compiler/flavor.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// See optix7/lower.h. Offsets are those of devlib/abi.h itself.
+// See optix7/lower.h. Offsets come from the structs of devlib/abi.h.
 #include "compiler/optix7/lower.h"
 
 #include "base/error.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OptiX programs against a launch whose trace, report and callable functions are fakes.
+// OptiX programs against a launch with fake trace, report and callable functions.
 #include "compiler/testing.h"
 #include "compiler/optix7/program_kind.h"
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See payload.h.
 #include "compiler/optix7/payload.h"
 
 #include "compiler/optix7/program_kind.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rules of payloads: which word a program of which kind may read and write, and which type a
-// trace call means. Without payload types every program may use the first numPayloadValues words.
+// The rules of payloads: the words that a program of each kind may read and write, and the type of
+// a trace call. Without payload types every program may use the first numPayloadValues words.
 // Source: OptiX API reference 7.4, sections 3.12.3.47 to 3.12.3.49, 3.12.4.19 and 5.30.2.6.
 #pragma once
 

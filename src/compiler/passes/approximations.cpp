@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // See approximations.h. Each function reduces its argument to a short interval about zero and
 // evaluates a polynomial there. The coefficients interpolate the function (divided by its leading
-// term) at Chebyshev nodes of the interval and were rounded to single precision.
+// term) at Chebyshev nodes of the interval, rounded to single precision.
 #include "compiler/passes/approximations.h"
 
 namespace sunstone::compiler {
@@ -49,7 +49,7 @@ public:
                                               cosineOf, sine);
         Value* sign = builder_.CreateShl(builder_.CreateAnd(quadrant, uint64_t(2)), uint64_t(30));
         result = asFloat(builder_.CreateXor(asWord(result), sign));
-        if (!cosine) // keeps the sign of zero, and subnormals as they are
+        if (!cosine) // preserves the sign of zero, and subnormals
             result = builder_.CreateSelect(builder_.CreateFCmpOLT(magnitude(x), number(0x1p-12)), x,
                                            result);
         builder_.CreateRet(result);
@@ -89,7 +89,7 @@ public:
             builder_.CreateSelect(builder_.CreateFCmpOGT(x, number(0.0)), result, special));
     }
 
-    // Near zero a polynomial, else 1 - 2 / (e^2x + 1), with the sign put back.
+    // Near zero a polynomial, else 1 - 2 / (e^2x + 1), with the sign restored.
     void tangent() {
         Value* x = function_.getArg(0);
         Value* size = magnitude(x);
@@ -143,8 +143,8 @@ private:
             builder_.CreateShl(builder_.CreateAdd(exponent, builder_.getInt32(127)), uint64_t(23)));
     }
 
-    // 2^x = 2^k * 2^f, f in [-1/2, 1/2]. The power of two is multiplied in two steps, so that the
-    // one rounding of a subnormal result is the last.
+    // 2^x = 2^k * 2^f, f in [-1/2, 1/2]. The power of two is multiplied in two steps, so that only
+    // the last one rounds a subnormal result.
     Value* exponentialOf(Value* x) {
         Value* bounded =
             builder_.CreateSelect(builder_.CreateFCmpOGT(x, number(-151.0)), x, number(-151.0));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// sin, cos, ex2, lg2, tanh against double precision: dense ranges, edges, both forms, and among
-// arithmetic that the processor flushes. The limits are ours; PTX allows more.
+// sin, cos, ex2, lg2, tanh against double precision: dense ranges, edges, both forms, and within
+// code that runs in flush mode. The limits are ours; PTX allows more.
 #include "compiler/testing.h"
 
 #include <random>
@@ -27,7 +27,7 @@ std::unique_ptr<KernelCode> loopOf(const std::string& instruction, bool flushed)
 std::vector<float> apply(const std::string& instruction, const std::vector<float>& in,
                          bool flushed = false) {
     const auto code = loopOf(instruction, flushed);
-    std::vector<float> out(in.size() + 4); // manyFlushes() writes ahead
+    std::vector<float> out(in.size() + 4); // manyFlushes() writes past the results
     struct {
         const void* in;
         void* out;
@@ -52,7 +52,7 @@ std::vector<float> range(double low, double high) {
     return numbers;
 }
 
-// Largest error in units of the last place; an absolute error below `absolute` is none.
+// Largest error in units of the last place; absolute errors below `absolute` count as 0.
 double worst(const std::string& instruction, Function exact, const std::vector<float>& in,
              double absolute = 0.0) {
     double most = 0;
@@ -140,7 +140,7 @@ TEST(Approximation, Edges) {
                                   infinity, nan, nan, nan, 128, nan});
     expect("tanh.approx.f32",
            {0.0f, -0.0f, tiny, -subnormal, normal, tanh1, -normal, 1, -1, nan, -tanh1, 1, -1});
-    // The border of what ex2 flushes.
+    // Inputs around the largest result that ex2 flushes.
     EXPECT_EQ(apply("ex2.approx.ftz.f32", {-126.0f, -126.00001f, -149.0f}),
               (std::vector<float>{normal, 0.0f, 0.0f}));
     EXPECT_EQ(apply("ex2.approx.f32", {-127.0f, -149.0f, -150.0f}, true),

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See bound_values.h.
 #include "compiler/passes/bound_values.h"
 
 #include <llvm/Analysis/ConstantFolding.h>
@@ -56,7 +57,7 @@ private:
                function.arg_size() > 0 && state == function.getArg(0);
     }
 
-    // Finds each byte of the load among the bound ones.
+    // Looks up each byte of the load among the bound ones, and replaces the load if all are found.
     void replace(llvm::LoadInst& load, uint64_t offset) {
         llvm::Type* type = load.getType();
         const uint64_t size = layout_.getTypeStoreSize(type);

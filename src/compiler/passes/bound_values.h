@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Puts bound values into the code: loads of launch parameters from places whose bytes are all bound
-// become constants, and later passes propagate them. What cannot be seen to be such a load (the
-// address is computed at run time or was handed on) keeps reading memory, which holds the same
-// values if the client keeps its promise.
+// Puts bound values into the code: loads of launch parameters whose bytes are all bound become
+// constants, which later passes propagate. Other loads (with addresses computed at run time or
+// passed on) read memory, which holds the same values if the application keeps the API's contract.
 // Source: OptiX API reference 7.4, section 3.12.3.42.
 #pragma once
 
@@ -10,7 +9,7 @@
 
 namespace sunstone::compiler {
 
-// Works through all functions; gives the number of loads that took bytes of each value.
+// Processes all functions; returns, for each value, the number of loads that used its bytes.
 std::vector<uint32_t> substituteBoundValues(Unit& unit, const std::vector<BoundValue>& values);
 
 } // namespace sunstone::compiler

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See check_accesses.h.
 #include "compiler/passes/check_accesses.h"
 
 #include "devlib/abi.h"
@@ -29,12 +30,12 @@ llvm::Value* pointerOf(llvm::Instruction& access) {
         return store->getPointerOperand();
     if (auto* change = llvm::dyn_cast<llvm::AtomicRMWInst>(&access))
         return change->getPointerOperand();
-    if (auto* call = llvm::dyn_cast<llvm::CallInst>(&access)) // an atomic of the run-time
+    if (auto* call = llvm::dyn_cast<llvm::CallInst>(&access)) // an atomic function of the run-time
         return call->getArgOperand(0);
     return llvm::cast<llvm::AtomicCmpXchgInst>(access).getPointerOperand();
 }
 
-// The variable an address was computed from.
+// The variable from which an address was computed.
 struct Object {
     llvm::Value* base = nullptr;
     uint64_t bytes = 0;
@@ -53,7 +54,7 @@ std::optional<Object> objectOf(llvm::Value* pointer, const llvm::DataLayout& lay
     return std::nullopt;
 }
 
-// Whether the access is known to lie in its object, and aligned.
+// Whether the access is known to be inside its object, and aligned.
 bool isFine(llvm::Value* pointer, const Object& object, uint64_t offset, uint64_t bytes,
             const llvm::DataLayout& layout) {
     llvm::APInt constant(64, 0);
@@ -81,7 +82,7 @@ public:
     void instrument(llvm::Instruction& access) {
         llvm::MDNode* node = access.getMetadata(kKind);
         access.setMetadata(kKind, nullptr);
-        // The parts of a vector access follow one another; the first that is left speaks for all.
+        // The parts of a vector access are consecutive; the first remaining one is checked for all.
         const uint64_t number = numberOf(*node, kNumber);
         if (number == lastNumber_ && access.getParent() == lastBlock_)
             return;

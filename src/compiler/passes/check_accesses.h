@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Code for the memory checker: before each load, store and atomic of device code comes a call that
-// says what is about to be accessed (devlib::CheckedAccess). The translator marks the accesses that
-// the PTX makes; the pass, which runs when registers and local variables are values, turns the
-// marks into calls. Accesses to variables by name at offsets within them are not marked, nor is
-// what the compiler itself adds. Without the checker (base/config.h: checks("memory")) there are
-// neither marks nor calls.
+// Code for the memory checker: before each load, store and atomic of device code a call passes the
+// access to the checker (devlib::CheckedAccess). The translator marks the accesses of the PTX. The
+// pass turns the marks into calls; it runs after registers and local variables have become values.
+// Accesses to variables by name at offsets within them, and accesses that the compiler adds, are
+// not marked. Without the checker (base/config.h: checks("memory")) no marks or calls are made.
 #pragma once
 
 #include "compiler/translate/unit.h"
@@ -13,7 +12,7 @@
 
 namespace sunstone::compiler {
 
-// One PTX access; a vector access becomes several accesses of LLVM, each marked.
+// One PTX access; a vector access becomes several LLVM accesses, each marked.
 struct AccessMark {
     uint32_t number = 0; // of the PTX access in its unit
     uint32_t bytes = 0;  // of the whole access
@@ -24,7 +23,7 @@ struct AccessMark {
     std::string place;    // "file:line:column", empty if not known
 };
 
-// offset: of this part in the access.
+// offset: bytes from the start of the access to this part.
 void markAccess(llvm::Instruction& access, const AccessMark& mark, uint32_t offset);
 
 // Turns all marks of a module into calls.

@@ -1,34 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-// See flush.h. Two ways to flush:
+// See flush.h. There are two ways to flush:
 //
-// 1. A comparison and a selection at each place (expand). A place is left out where the value is
-//    known not to be subnormal. Costs about four instructions.
+// 1. A comparison and a selection at each place (expand), left out where the value is known not to
+// be subnormal. Costs about four instructions.
 //
-// 2. The processor's own mode, bit 15 of MXCSR: results that would be subnormal become zeros of
-//    their sign, at no cost. It holds for all instructions while it is set, so a function takes
-//    part as a whole, if nearly all its arithmetic is .ftz. Inputs are not touched (bit 6 stays
-//    clear): values from memory are flushed by a product with 1, and comparisons, conversions and
-//    sign operations mean the same in both modes. What the mode does change:
-//      - single precision arithmetic whose result is only ever flushed: the point of it;
-//      - any other arithmetic that could round to a subnormal: moved into a function of its own
-//        that runs in the default mode;
-//    Half precision knows no flushing. Which results count as subnormal is decided after rounding
-//    to 24 bits, whereas way 1 rounds to the subnormal grid first; results within 2^-150 below
-//    2^-126 may therefore become zero here and 2^-126 there. PTX does not say which it means.
+// 2. The processor's own mode, bit 15 of MXCSR: subnormal results become zeros of their sign, at no
+// cost. It applies to all instructions while it is set, so a function uses it as a whole, if nearly
+// all its arithmetic is .ftz. Inputs are not affected (bit 6 stays clear): values from memory are
+// flushed by a product with 1; comparisons, conversions and sign operations mean the same in both
+// modes. The mode changes:
+//      - single precision arithmetic whose result is only ever flushed, as intended;
+//      - any other arithmetic that could round to a subnormal: it moves into a function of its own
+//        that runs in the default mode.
+// Half precision is never flushed. The processor decides after rounding to 24 bits which results
+// are subnormal, whereas way 1 rounds to the subnormal grid first. Results within 2^-150 below
+// 2^-126 may therefore become zero with way 2 and 2^-126 with way 1. PTX does not specify either.
 //
-// Nothing may move arithmetic into or out of the mode. LLVM does not know that arithmetic depends
+// No pass may move arithmetic into or out of the mode. LLVM does not know that arithmetic depends
 // on MXCSR and may move it past any instruction that sets it, but never into another function that
-// is not inlined. So mode changes stand only in functions that do no arithmetic and are never
-// inlined:
+// is not inlined. So only functions without arithmetic, which are never inlined, change the mode:
 //      f            saves MXCSR, sets the bit, calls f.flushed, restores MXCSR
-//      f.flushed    the body of f (a copy where f itself stays as it is); may inline other flushed
-//                   bodies, which LLVM lets it because the attribute denormal-fp-math-f32 agrees
-//                   (constants then fold as the mode says)
+//      f.flushed    the body of f (a copy if f itself is also needed); may inline other flushed
+//                   bodies, because the attribute denormal-fp-math-f32 agrees (constants then fold
+//                   according to the mode)
 //      leave.N      one for each function type: clears the bit, calls its argument, restores MXCSR
-// Code is entered and left in the default mode wherever it meets other code: addresses of functions
-// and programs are those of f, and whatever f.flushed calls that is not itself a flushed body (the
-// launch's functions, callables, library functions, functions in the default mode) goes through
-// leave.N. An exception that jumps out of the launch's function jumps in the default mode.
+// Other code is called, and returns, in the default mode: addresses of functions and programs are
+// those of f, and every callee of f.flushed that is not a flushed body (the launch's functions,
+// callables, library functions, functions in the default mode) is called through leave.N. An
+// exception that jumps out of the launch's function jumps in the default mode.
 #include "compiler/passes/flush.h"
 
 #include "compiler/passes/approximations.h"
@@ -48,10 +47,10 @@ namespace {
 
 using llvm::Value;
 
-// Whether a float is surely no subnormal.
+// Whether a float is known not to be subnormal.
 class FlushedFinder {
 public:
-    // Instructions whose results the processor flushes.
+    // native: instructions whose results the processor flushes.
     explicit FlushedFinder(const std::set<const llvm::Instruction*>& native) : native_(native) {}
 
     bool isFlushed(Value* value, unsigned depth = 0) {
@@ -118,7 +117,7 @@ private:
 
     const std::set<const llvm::Instruction*>& native_;
     static constexpr unsigned kMaxDepth = 32;
-    static constexpr int kBudget = 300; // values looked at per question
+    static constexpr int kBudget = 300; // values visited per query
     int budget_ = 0;
     std::map<Value*, bool> known_;
 };
@@ -128,7 +127,7 @@ bool isFlushCall(const Value* value) {
     return call && call->getCalledFunction() && call->getCalledFunction()->getName() == kFlushName;
 }
 
-// Arithmetic whose result can be subnormal where its operands are not.
+// Arithmetic whose result can be subnormal although its operands are not.
 bool isArithmetic(const llvm::Instruction& instruction) {
     if (instruction.getType()->getScalarType()->isHalfTy())
         return false;
@@ -147,7 +146,7 @@ bool isArithmetic(const llvm::Instruction& instruction) {
     return call && call->getIntrinsicID() == llvm::Intrinsic::fma;
 }
 
-// 1 as a value that no optimisation knows.
+// 1 as a value that the optimiser cannot see.
 Value* hiddenOne(llvm::Function& function) {
     llvm::IRBuilder<> builder(&*function.getEntryBlock().getFirstInsertionPt());
     llvm::Type* single = builder.getFloatTy();
@@ -156,7 +155,7 @@ Value* hiddenOne(llvm::Function& function) {
     return builder.CreateCall(nothing, {llvm::ConstantFP::get(single, 1.0)});
 }
 
-// Removes flushes that change nothing and expands the others. byProcessor: the function runs in the
+// Removes flushes without effect and expands the others. byProcessor: the function runs in the
 // mode, where a product with 1 is a flush.
 void expand(llvm::Function& function, const std::set<const llvm::Instruction*>& native,
             bool byProcessor) {
@@ -167,7 +166,8 @@ void expand(llvm::Function& function, const std::set<const llvm::Instruction*>& 
             auto* call = llvm::cast<llvm::CallInst>(&instruction);
             (finder.isFlushed(call->getArgOperand(0)) ? unneeded : needed).push_back(call);
         }
-    for (llvm::CallInst* call : unneeded) { // after the questions, whose answers name values
+    for (llvm::CallInst* call : unneeded) { // erased after all queries, whose cached results name
+                                            // values
         call->replaceAllUsesWith(call->getArgOperand(0));
         call->eraseFromParent();
     }
@@ -191,11 +191,11 @@ void expand(llvm::Function& function, const std::set<const llvm::Instruction*>& 
     }
 }
 
-// What matters of a function for the choice of its mode.
+// Properties of a function that decide its mode.
 struct Arithmetic {
     std::set<const llvm::Instruction*> flushed; // results are only ever flushed
     std::vector<llvm::Instruction*> other;      // must run in the default mode
-    std::vector<llvm::Function*> callees;       // null: not known
+    std::vector<llvm::Function*> callees;       // null: unknown
     bool impossible = false;
 };
 
@@ -222,12 +222,12 @@ Arithmetic arithmeticOf(llvm::Function& function) {
     return found;
 }
 
-// Makes and finds the functions that change the mode.
+// Creates and finds the functions that change the mode.
 class Modes {
 public:
     explicit Modes(Unit& unit) : unit_(unit), builder_(unit.context()) {}
 
-    // Splits the function in entry and flushed body.
+    // Splits the function into entry and flushed body.
     llvm::Function* split(llvm::Function& function) {
         auto* body =
             llvm::Function::Create(function.getFunctionType(), llvm::GlobalValue::InternalLinkage,
@@ -235,7 +235,7 @@ public:
         body->setAttributes(function.getAttributes());
         body->addFnAttr("denormal-fp-math-f32", "preserve-sign,ieee");
         body->splice(body->begin(), &function);
-        body->setSubprogram(function.getSubprogram()); // lines go with the instructions
+        body->setSubprogram(function.getSubprogram()); // lines move with the instructions
         function.setSubprogram(nullptr);
         for (unsigned i = 0; i < function.arg_size(); ++i)
             function.getArg(i)->replaceAllUsesWith(body->getArg(i));
@@ -264,14 +264,14 @@ public:
         return copy;
     }
 
-    // Sends a call through the default mode.
+    // Makes a call go through the default mode.
     void leave(llvm::CallInst& call) {
         builder_.SetInsertPoint(&call);
         replace(call, call.getFunctionType(), call.getCalledOperand(),
                 std::vector<Value*>(call.arg_begin(), call.arg_end()));
     }
 
-    // Does an instruction in the default mode.
+    // Executes an instruction in the default mode.
     void leave(llvm::Instruction& instruction) {
         std::vector<Value*> operands(instruction.op_begin(), instruction.op_end());
         if (llvm::isa<llvm::CallInst>(instruction))
@@ -377,8 +377,8 @@ bool paysOff(const Analyses& all, const Arithmetic& found) {
     return !found.impossible && found.flushed.size() >= changes * kFlushesPerChange;
 }
 
-// Functions that do no arithmetic the mode would change, and are called by those that run in it,
-// get a copy that runs in it too: the calls stay direct, and can be inlined.
+// Functions whose arithmetic the mode does not change and whose callers run in the mode get a copy
+// that runs in it too: the calls stay direct, and can be inlined.
 void addCallees(const Analyses& all, std::set<llvm::Function*>& chosen) {
     std::vector<llvm::Function*> queue(chosen.begin(), chosen.end());
     while (!queue.empty()) {

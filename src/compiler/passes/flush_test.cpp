@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions that run with results flushed by the processor: single instructions in both modes are
-// tested by run() in testing.h; here are the borders of the mode.
+// Functions that run with results flushed by the processor. run() in testing.h tests single
+// instructions in both modes; these tests cover entering and leaving the mode.
 #include "compiler/testing.h"
 
 #include <xmmintrin.h>
@@ -36,8 +36,8 @@ std::vector<float> runKernel(const std::string& body, std::vector<float> in, siz
     return out;
 }
 
-// The exact product is half-way between the two smallest results of either rule: the processor
-// takes it for subnormal, rounding on the subnormal grid does not.
+// The exact product lies between the two rules: the processor takes it for subnormal, rounding on
+// the subnormal grid does not.
 TEST(FlushedMode, IsUsedWhereArithmeticIsFlushed) {
     const std::vector<float> in = {0x1.fffffep-1f, kSmallest};
     const std::string product = "mul.ftz.f32 %f5, %f1, %f2; st.f32 [%out], %f5;\n";
@@ -60,7 +60,7 @@ TEST(FlushedMode, OtherArithmeticKeepsSubnormals) {
     EXPECT_EQ(out[3], 0.0f);
 }
 
-// What an optimiser likes to fold, with a difference and products that are subnormal.
+// Code that optimisers fold, with a difference and products that are subnormal.
 TEST(FlushedMode, NothingIsFoldedAsIfResultsWereKept) {
     const auto out = runKernel(
         manyFlushes() +
@@ -94,7 +94,7 @@ TEST(FlushedMode, NothingIsFoldedAsIfResultsWereKept) {
     EXPECT_EQ(out[11], 1.0f); // a plain comparison sees the subnormal
 }
 
-// Random chains of flushed operations on numbers around the border give what single steps give.
+// Random chains of flushed operations on numbers around the limit give the results of single steps.
 TEST(FlushedMode, ChainsAgreeWithSteps) {
     std::mt19937 random(7);
     std::string body;
@@ -136,8 +136,8 @@ TEST(FlushedMode, ChainsAgreeWithSteps) {
     }
 }
 
-// A program in the mode: everything it calls starts in the default mode, and so does what runs
-// after it.
+// A program in the mode: its callees start in the default mode, and so does code that runs after
+// it.
 std::vector<bool> seenModes;
 
 TEST(FlushedMode, ProgramsCallInTheDefaultMode) {

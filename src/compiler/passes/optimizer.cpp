@@ -84,7 +84,7 @@ void Optimizer::promote() {
     functions.addPass(PointerPass());
     functions.addPass(llvm::SROAPass(llvm::SROAOptions::PreserveCFG));
     llvm::ModulePassManager passes;
-    if (checks("memory")) { // before loads are merged, which drops marks
+    if (checks("memory")) { // before loads are merged, which loses marks
         passes.addPass(llvm::createModuleToFunctionPassAdaptor(std::move(functions)));
         passes.addPass(CheckAccessesPass(unit_.flavor().isKernels()));
         functions = llvm::FunctionPassManager();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pass list. PTX arrives optimised by the compiler that wrote it, so the list is short: undo
-// the detour through registers in memory, inline, combine, and clean up.
+// The pass list. PTX was already optimised when it was written, so the list is short: promote
+// registers from memory, inline, combine, and clean up.
 #pragma once
 
 #include "compiler/translate/unit.h"
@@ -14,13 +14,13 @@ public:
     Optimizer(Unit& unit, llvm::TargetMachine& machine, OptLevel level);
     ~Optimizer();
 
-    void promote(); // registers and local arrays out of memory
+    void promote(); // registers and local arrays from memory to values
     void inlineAlways();
-    void optimize(); // everything else
+    void optimize(); // all further passes
     void dump(const char* stage);
 
-    // For one function of lockstep.h: loops and branches in the forms that it can read; and what
-    // was written, places made values again.
+    // For one function of lockstep.h. simplifyControl brings loops and branches into the forms that
+    // it reads; the other promotes the places of the written code to values.
     void simplifyControl(llvm::Function& function);
     void finishLockstep(llvm::Function& function);
     void forget(llvm::Function& function); // before it is erased

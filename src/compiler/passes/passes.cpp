@@ -15,7 +15,7 @@ namespace {
 
 using llvm::Value;
 
-// Finds the pointer behind an integer.
+// Finds the pointer from which an integer was computed.
 class PointerFinder {
 public:
     explicit PointerFinder(llvm::Function& function) : builder_(function.getContext()) {}
@@ -41,7 +41,7 @@ public:
             return known_[value] = isPointer(select->getTrueValue(), depth + 1) &&
                                    isPointer(select->getFalseValue(), depth + 1);
         if (auto* phi = llvm::dyn_cast<llvm::PHINode>(value)) {
-            known_[value] = true; // while its inputs are looked at: loops
+            known_[value] = true; // assumed while its inputs are visited: loops
             bool all = true;
             for (Value* incoming : phi->incoming_values())
                 all = all && isPointer(incoming, depth + 1);
@@ -82,7 +82,7 @@ public:
 
 private:
     static constexpr unsigned kMaxDepth = 64;
-    static constexpr int kBudget = 1000; // values looked at per question
+    static constexpr int kBudget = 1000; // values visited per query
     int budget_ = 0;
     llvm::IRBuilder<> builder_;
     std::map<Value*, bool> known_;
@@ -108,7 +108,7 @@ llvm::PreservedAnalyses PointerPass::run(llvm::Function& function, llvm::Functio
             changed = true;
             continue;
         }
-        // Constant offsets show that accesses to one unknown base do not overlap.
+        // Constant offsets show that accesses relative to one unknown base do not overlap.
         auto* sum = llvm::dyn_cast<llvm::BinaryOperator>(address);
         if (!sum || sum->getOpcode() != llvm::Instruction::Add ||
             !llvm::isa<llvm::ConstantInt>(sum->getOperand(1)))

@@ -6,9 +6,9 @@
 
 namespace sunstone::compiler {
 
-// Turns address arithmetic on integers into address arithmetic on pointers, where the integer
-// comes from a pointer we know: only then can local arrays be promoted to registers and accesses
-// be told apart. PTX computes addresses in integer registers throughout.
+// Turns address arithmetic on integers into address arithmetic on pointers, if the integer comes
+// from a known pointer. Without it, local arrays cannot be promoted to registers and alias analysis
+// fails, because PTX computes addresses in integer registers.
 class PointerPass : public llvm::PassInfoMixin<PointerPass> {
 public:
     llvm::PreservedAnalyses run(llvm::Function& function, llvm::FunctionAnalysisManager&);

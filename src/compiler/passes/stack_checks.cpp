@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See stack_checks.h.
 #include "compiler/passes/stack_checks.h"
 
 #include <llvm/ADT/SCCIterator.h>
@@ -34,7 +35,7 @@ std::set<llvm::Function*> recursiveFunctions(llvm::Module& module) {
     return result;
 }
 
-// Moves the code of `function` behind a check that `bytes` below the current frame are there.
+// Moves the body of `function` after a check for `bytes` of stack below the current frame.
 void addCheck(Unit& unit, llvm::Function& function, uint64_t bytes) {
     llvm::LLVMContext& context = unit.context();
     auto* check = llvm::Function::Create(function.getFunctionType(), function.getLinkage(), "",
@@ -91,7 +92,7 @@ void addCheck(Unit& unit, llvm::Function& function, uint64_t bytes) {
                : llvm::Constant::getNullValue(function.getReturnType()));
 }
 
-// Longest way through the calls below a function.
+// The largest sum of frames along the calls below a function.
 class StackWalk {
 public:
     explicit StackWalk(const std::map<std::string, uint32_t>& frames) : frames_(frames) {}
@@ -134,7 +135,7 @@ void addStackChecks(Unit& unit) {
     const std::set<llvm::Function*> recursive = recursiveFunctions(unit.module());
     std::vector<std::pair<llvm::Function*, uint64_t>> checked;
     for (llvm::Function& function : unit.module()) {
-        // Functions of ours without the hidden state, if there are any, do not recurse.
+        // Our functions without the hidden state, if any, do not recurse.
         if (function.isDeclaration() || function.arg_empty() ||
             !function.getArg(0)->getType()->isPointerTy())
             continue;

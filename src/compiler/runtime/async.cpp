@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Barrier objects in shared memory. The 64 bits, opaque to programs:
-//   0 to 19   arrivals the current phase still waits for
-//   20 to 39  arrivals of a phase
-//   40 to 60  bytes of copies it waits for, above kBytesBias
+// Barrier objects in shared memory. The layout of the 64 bits, which is opaque to programs:
+//   0 to 19   arrivals that the current phase still waits for
+//   20 to 39  arrivals per phase
+//   40 to 60  bytes of copies that it waits for, above kBytesBias
 //   61 to 63  number of the phase
 // Source: PTX ISA manual, "mbarrier".
 #include "compiler/runtime/runtime.h"
@@ -52,7 +52,7 @@ uint64_t arrive(uint64_t* at, uint32_t count, uint32_t moreBytes, uint32_t drop)
     return before;
 }
 
-// Whether the phase of a token, or of a parity, has ended.
+// Whether the phase of a token or parity has ended.
 uint32_t hasEnded(uint64_t* at, uint64_t phase, uint32_t isParity) {
     const uint64_t now = std::atomic_ref<uint64_t>(*at).load(std::memory_order_acquire);
     const uint64_t current = now >> kPhaseShift;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Atomics that processors have no instruction for: numbers of 16 bits, alone or in pairs, and sums
-// of floats in global memory, which GPUs flush.
+// Atomics without a CPU instruction: 16-bit numbers, alone or in pairs, and float sums in global
+// memory, which GPUs flush.
 #include "compiler/runtime/runtime.h"
 #include "compiler/runtime/small_floats.h"
 

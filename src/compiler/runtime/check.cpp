@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What code compiled for the memory checker calls before an access: on to the launcher.
+// The function that code compiled for the memory checker calls before an access; calls the
+// launcher.
 #include "compiler/runtime/runtime.h"
 
 #include "devlib/abi.h"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See device_data.h.
 #include "compiler/runtime/device_data.h"
 
 #include "compiler/compiler.h"
@@ -13,7 +14,7 @@ namespace {
 
 struct Range {
     uint64_t bytes = 0;
-    const void* library = nullptr; // null: a block of device code's own
+    const void* library = nullptr; // null: a block that device code allocated
 };
 
 struct Ranges {
@@ -22,7 +23,7 @@ struct Ranges {
 };
 
 Ranges& ranges() {
-    static auto* instance = new Ranges; // code may be freed by destructors at exit
+    static auto* instance = new Ranges; // never destroyed: destructors may free code at exit
     return *instance;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What kernels and programs call outside arithmetic: printf, assertions, barriers and warp
-// functions. The launcher gives the means (devlib::BlockFunctions): a barrier, and an exchange in
-// which the lanes of a mask meet and see one another's values; every warp function is built on it.
+// Functions that kernels and programs call, except arithmetic: printf, assertions, barriers and
+// warp functions. The launcher provides a barrier and an exchange (devlib::BlockFunctions), in
+// which the lanes of a mask meet and see one another's values; all warp functions are built on the
+// exchange.
 #include "compiler/runtime/runtime.h"
 
 #include "base/config.h"
@@ -66,7 +67,7 @@ void append(std::string& out, const std::string& format, T... values) {
     out.append(large.data(), size_t(length));
 }
 
-// One conversion, `spec` being its flags, width and precision.
+// Formats one conversion; `spec` has its flags, width and precision.
 void convert(std::string& out, const std::string& spec, int longs, char conversion,
              ArgumentReader& arguments) {
     switch (conversion) {
@@ -127,7 +128,7 @@ int printFormatted(void*, const char* format, const char* buffer) {
             else if (*p != 'h' && *p != 'L')
                 spec += *p;
         }
-        if (!*p || !std::strchr("diuxXocpsfFeEgGaA", *p)) { // not a conversion: as it stands
+        if (!*p || !std::strchr("diuxXocpsfFeEgGaA", *p)) { // not a conversion: printed unchanged
             out.append(start, size_t(p - start) + (*p ? 1 : 0));
             if (!*p)
                 break;
@@ -140,7 +141,7 @@ int printFormatted(void*, const char* format, const char* buffer) {
     return converted;
 }
 
-// ---- ends -------------------------------------------------------------------------------------
+// ---- end of a thread ---------------------------------------------------------------------------
 
 void endThread(KernelThread* thread) {
     if (const BlockFunctions* functions = functionsOf(thread))
@@ -181,7 +182,7 @@ void release(void*, void* memory) {
     std::free(memory);
 }
 
-// Stands for a callable that a shader binding table record does not have.
+// Called in place of a callable that a shader binding table record lacks.
 uint64_t noCallable() {
     return 0;
 }
@@ -204,7 +205,7 @@ void arrive(KernelThread* thread, uint32_t id, uint32_t threads) {
 }
 
 // Follows every read by which a thread may wait for another. The launcher's threads do not preempt
-// one another, so that one that reads in a loop must let the others run now and then.
+// one another, so a thread that reads in a loop must yield now and then.
 void spin(KernelThread* thread) {
     if (--thread->spins == 0)
         functionsOf(thread)->yield(thread);
@@ -217,7 +218,7 @@ uint32_t activeMask(KernelThread* thread) {
 Gathered exchange(KernelThread* thread, uint32_t mask, uint64_t value) {
     Gathered gathered{};
     gathered.present = functionsOf(thread)->exchange(thread, mask, value, gathered.values);
-    gathered.values[thread->laneid] = value; // also where the launcher left it out
+    gathered.values[thread->laneid] = value; // also if the launcher left it out
     return gathered;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transcendental functions and the few library functions the code generator may call.
+// Transcendental functions, and the library functions that the code generator may call.
 #include "compiler/runtime/runtime.h"
 
 #include <cmath>
@@ -27,7 +27,7 @@ float hyperbolicTangent(float x) {
 }
 
 // fns: the position of the n-th set bit of `mask`, counted from `base` upwards (n > 0) or
-// downwards (n < 0); n = 0 asks whether bit `base` is set. All ones if there is none.
+// downwards (n < 0); n = 0 tests whether bit `base` is set. All ones if no bit is found.
 uint32_t findNth(uint32_t mask, uint32_t base, uint32_t n) {
     const int32_t offset = int32_t(n);
     if (base > 31)
@@ -76,7 +76,7 @@ void addMathSymbols(std::vector<RuntimeSymbol>& symbols) {
         {"ceilf", addressOf<float(float)>(std::ceil)},
         {"trunc", addressOf<double(double)>(std::trunc)},
         {"truncf", addressOf<float(float)>(std::trunc)},
-        // With the default rounding mode these agree with roundeven.
+        // With the default rounding mode these have the results of roundeven.
         {"roundeven", addressOf<double(double)>(std::nearbyint)},
         {"roundevenf", addressOf<float(float)>(std::nearbyint)},
         {"sqrt", addressOf<double(double)>(std::sqrt)},

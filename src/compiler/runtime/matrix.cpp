@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// See matrix.h: which lane holds which element, and the instructions but for their sums. Source:
-// PTX ISA manual, "Matrix Fragments for mma" and its neighbours; fragments of wmma, which it leaves
-// open, are those of an H100.
+// See matrix.h. The positions of elements in lanes, and the instructions except their sums. Source:
+// PTX ISA manual, "Matrix Fragments for mma" and the sections around it; fragments of wmma, which
+// the manual leaves open, are those of an H100.
 #include "compiler/runtime/matrix.h"
 
 #include "base/error.h"
@@ -16,7 +16,8 @@ namespace sunstone::compiler {
 namespace {
 
 constexpr unsigned kLanes = 32;
-constexpr unsigned kMostFactors = 16 * 64, kMostSums = 256; // elements of A or B, of C or D
+constexpr unsigned kMostFactors = 16 * 64, kMostSums = 256; // numbers of elements of A or B, of C
+                                                            // or D
 
 // Bits of element `i` of a lane's registers.
 uint64_t readElement(const uint32_t* words, unsigned bits, unsigned i) {
@@ -147,7 +148,7 @@ MatrixPlace placeOf(const MatrixOperation& operation, MatrixOperand operand, uns
 
 namespace {
 
-// A matrix of bits of elements, from the blocks.
+// Collects the bits of a matrix's elements from the blocks.
 void gather(const MatrixOperation& operation, MatrixOperand operand, unsigned firstWord,
             MatrixBlock* const blocks[32], uint32_t present, unsigned quad, bool transposes,
             uint64_t* matrix) {
@@ -199,7 +200,7 @@ char* addressOf(const MatrixBlock& block) {
     return reinterpret_cast<char*>(uintptr_t(block.in[1]) << 32 | block.in[0]);
 }
 
-// ldmatrix and stmatrix: matrix q has its row r where lane 8 q + r says; lane 4 r + t holds
+// ldmatrix and stmatrix: lane 8 q + r has the address of row r of matrix q; lane 4 r + t holds
 // elements 2 t and 2 t + 1 of the row, or, transposed, of the column.
 void moveRows(const MatrixOperation& operation, MatrixBlock* const blocks[32], uint32_t present) {
     const bool loads = operation.kind == MatrixKind::kLoadRows;
@@ -247,7 +248,7 @@ void computeMatrix(const uint64_t addresses[32], uint32_t present) {
         if (present >> lane & 1)
             blocks[lane] = reinterpret_cast<MatrixBlock*>(addresses[lane]);
     const MatrixOperation operation = blocks[std::countr_zero(present)]->operation;
-    // The kernel may have set the processor to flush subnormals, which sums here must not.
+    // The kernel may have set the processor to flush subnormals, which must not affect sums here.
     constexpr unsigned kDefaultMode = 0x1f80;
     const unsigned mode = _mm_getcsr();
     _mm_setcsr(kDefaultMode);

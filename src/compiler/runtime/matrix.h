@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Instructions that the 32 lanes of a warp execute together on matrices spread over their registers
-// (mma, wmma, ldmatrix, stmatrix, movmatrix). Each lane leaves its operands in a block of its
-// frame; when all are there, one of them computes the results of all (runtime/matrix_calls.cpp). Which
-// element stands where, and how products are summed, is in matrix.cpp and matrix_sums.cpp.
+// (mma, wmma, ldmatrix, stmatrix, movmatrix). Each lane stores its operands in a block of its
+// frame. When all lanes have, one of them computes the results of all (runtime/matrix_calls.cpp).
+// matrix.cpp has the positions of elements, matrix_sums.cpp the sums of products.
 #pragma once
 
 #include <cstdint>
@@ -40,14 +40,14 @@ inline bool isFloat(MatrixType type) {
 
 enum MatrixFlag : uint8_t {
     kMatrixSaturates = 1, // sums of integers
-    kMatrixAnd = 2,       // of bits; else exclusive or
+    kMatrixAnd = 2,       // operation on bits; else exclusive or
     kMatrixTransposes = 4,
-    kMatrixWide = 8,      // wmma: fragments as wmma.load makes them
-    kMatrixColumnsA = 16, // how the fragments of m8n8k4 with halves run
+    kMatrixWide = 8,      // wmma: fragments as made by wmma.load
+    kMatrixColumnsA = 16, // layouts of the fragments of m8n8k4 with halves
     kMatrixRowsB = 32,
 };
 
-// What is to be done; compiled code writes it into the block as three words.
+// The operation; compiled code writes it into the block as three words.
 struct MatrixOperation {
     MatrixKind kind = MatrixKind::kMultiply;
     uint8_t m = 0, n = 0;
@@ -76,26 +76,26 @@ enum class MatrixOperand : uint8_t { kA, kB, kC, kD };
 MatrixType typeOfOperand(const MatrixOperation& operation, MatrixOperand operand);
 // Elements in the registers of one lane.
 unsigned elementsOf(const MatrixOperation& operation, MatrixOperand operand);
-// Words of 32 bits they take.
+// 32-bit words that they take.
 unsigned wordsOf(const MatrixOperation& operation, MatrixOperand operand);
 
-// Where an element of a lane stands in its matrix.
+// The position of a lane's element in its matrix.
 struct MatrixPlace {
     unsigned row, column;
 };
 MatrixPlace placeOf(const MatrixOperation& operation, MatrixOperand operand, unsigned lane,
                     unsigned element);
 
-// Turns bits of elements of A or B into what sumProducts takes, in their places.
+// Converts bits of elements of A or B, in place, to the form that sumProducts takes.
 void prepareFactors(const MatrixOperation& operation, MatrixType type, uint64_t* values,
                     unsigned count);
-// Bits of a sum of products a[i] * b[i], i below `count`, and of c: those of an H100. Computes in
-// the processor's default mode.
+// The bits of the sum of the products a[i] * b[i], i below `count`, and of c, as an H100 gives
+// them. Computes in the processor's default mode.
 uint64_t sumProducts(const MatrixOperation& operation, const uint64_t* a, const uint64_t* b,
                      unsigned count, uint64_t c);
 
-// For all lanes of `present`: fills the results of their blocks, whose addresses these are. Lanes
-// that are not there bring zeros.
+// Fills the results in the blocks of all lanes of `present`; `addresses` are the blocks'. Absent
+// lanes count as zeros.
 void computeMatrix(const uint64_t addresses[32], uint32_t present);
 
 } // namespace sunstone::compiler

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What matrix instructions call (matrix.h), where threads run one by one. Warps that run together
-// come to answerLanes (warp_functions.cpp).
+// The functions that matrix instructions (matrix.h) call if threads run one by one. Warps that run
+// in lockstep use answerLanes (warp_functions.cpp).
 #include "compiler/runtime/matrix.h"
 #include "compiler/runtime/runtime.h"
 #include "devlib/abi.h"
@@ -13,7 +13,8 @@ namespace {
 
 using devlib::KernelThread;
 
-// All lanes say where their blocks are; the first one computes the results of all; then all go on.
+// All lanes pass the addresses of their blocks, the first one computes all results, then all
+// continue.
 uint32_t runMatrix(KernelThread* thread, uint32_t, uint32_t mask, uint64_t block) {
     const auto* functions = *static_cast<devlib::BlockFunctions* const*>(thread->block);
     uint64_t values[32] = {};

@@ -1,22 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums of products as an H100 makes them. Its manual leaves open how tensor cores round; what is
-// written here was found from recordings and gives their bits (tests/conformance,
+// Sums of products with the bits of an H100. The manual leaves open how tensor cores round; these
+// rules were derived from recordings and reproduce their bits (tests/conformance,
 // docs/conformance.md):
 //
-//  - halves, bfloats and tf32: all products of a row and a column and the sum so far are made
-//  exact,
-//    shifted to the exponent of the greatest one, where products of significands are not normalised
-//    first, and cut to 25 bits behind the point, towards zero; then they are added exactly. A
-//    single is cut from that, a half rounded to nearest. wmma of tf32 is two such steps.
-//  - bytes (e4m3, e5m2): as halves, in two steps: of each four neighbours the first two, and then
-//  the
-//    others; the sum so far is added in the end, rounded to nearest.
-//  - m8n8k4 of halves: a chain of fused operations in single precision, from the sum so far where
-//  the
-//    result is a half, else from zero, with the sum so far added in the end.
-//  - doubles: a chain of fused operations.
+// - halves, bfloats and tf32: all products of a row and a column and the sum so far are exact. They
+//   are shifted to the greatest exponent (products of significands are not normalised first),
+//   truncated to 25 bits after the binary point, and added exactly. A single is truncated from
+//   that, a half rounded to nearest. wmma of tf32 takes two such steps.
+// - bytes (e4m3, e5m2): like halves, in two steps: the first two of every four neighbours, then the
+//   other two. The sum so far is added last, rounded to nearest.
+// - m8n8k4 of halves: a chain of fused operations in single precision. It starts with the sum so
+//   far if the result is a half, else with zero, and the sum so far is added last.
+// - doubles: a chain of fused operations.
 //
-// All results that are not numbers are the canonical NaN.
+// All NaN results are the canonical NaN.
 #include "compiler/runtime/matrix.h"
 
 #include "base/error.h"
@@ -68,7 +65,7 @@ uint64_t sumDoubles(const MatrixOperation& operation, const uint64_t* a, const u
 
 struct Format {
     unsigned bits, exponentBits, fractionBits;
-    unsigned unused; // low bits that are not looked at
+    unsigned unused; // low bits that are ignored
 };
 
 Format formatOf(MatrixType type) {
@@ -88,14 +85,14 @@ Format formatOf(MatrixType type) {
     }
 }
 
-// A float taken apart: significand * 2^(exponent - fraction bits). Eight bytes, so that a matrix of
-// bits becomes one of these in its place.
+// A decoded float: significand * 2^(exponent - fraction bits). Eight bytes, so that a matrix of
+// bits can be converted in place.
 struct Factor {
     int32_t significand = 0; // with sign
     int16_t exponent = kOfZero;
     enum Kind : int16_t { kFinite = 0, kInfinite = 1, kNan = 2 };
     Kind kind = kFinite;
-    static constexpr int16_t kOfZero = -8192; // less than those of all products of others
+    static constexpr int16_t kOfZero = -8192; // less than those of all nonzero products
 };
 static_assert(sizeof(Factor) == sizeof(uint64_t));
 
@@ -132,7 +129,7 @@ uint64_t infinityOf(MatrixType type, bool isNegative) {
                                                            << format.fractionBits;
 }
 
-// value * 2^exponent, cut or, for halves, rounded to nearest.
+// value * 2^exponent, truncated or, for halves, rounded to nearest.
 uint64_t encode(MatrixType type, int64_t value, int exponent) {
     const Format format = formatOf(type);
     const uint64_t magnitude = uint64_t(std::abs(value));
@@ -140,7 +137,7 @@ uint64_t encode(MatrixType type, int64_t value, int exponent) {
         return 0;
     const int bias = (1 << (format.exponentBits - 1)) - 1;
     const int top = std::max(63 - std::countl_zero(magnitude) + exponent, 1 - bias);
-    const int shift = top - int(format.fractionBits) - exponent; // to the last bit that is kept
+    const int shift = top - int(format.fractionBits) - exponent; // to the last bit kept
     uint64_t kept = 0;
     if (shift <= 0) {
         kept = magnitude << -shift;
@@ -184,11 +181,11 @@ uint64_t fromFloat(MatrixType type, float value) {
 
 // ---- sums of floats ---------------------------------------------------------------------------
 
-// What infinities and NaNs make of a sum; false if there are none.
+// The result of a sum with infinities or NaNs; false if it has none.
 bool sumSpecial(MatrixType result, const uint64_t* a, const uint64_t* b, unsigned count,
                 const Factor& c, uint64_t& bits) {
     bool isNan = c.kind == Factor::kNan;
-    bool signs[2] = {}; // infinities there are
+    bool signs[2] = {}; // signs of the infinities found
     if (c.kind == Factor::kInfinite)
         signs[c.significand < 0] = true;
     for (unsigned i = 0; i < count; ++i) {
@@ -205,10 +202,10 @@ bool sumSpecial(MatrixType result, const uint64_t* a, const uint64_t* b, unsigne
     return true;
 }
 
-// `fraction`: bits behind the point of a product of significands.
+// `fraction`: bits after the binary point of a product of significands.
 uint64_t sumAligned(MatrixType result, const uint64_t* a, const uint64_t* b, unsigned count,
                     int fraction, MatrixType sumType, uint64_t c) {
-    constexpr int kKept = 25; // bits behind the point
+    constexpr int kKept = 25; // bits after the binary point
     constexpr unsigned kMost = 16;
     SUNSTONE_CHECK(count <= kMost && fraction <= kKept);
     const Factor start = decode(sumType, c);
@@ -238,7 +235,7 @@ uint64_t sumAligned(MatrixType result, const uint64_t* a, const uint64_t* b, uns
 
 uint64_t sumBytes(const MatrixOperation& operation, const uint64_t* a, const uint64_t* b,
                   unsigned count, uint64_t c) {
-    constexpr int kFraction = 2 * 10; // they have become halves
+    constexpr int kFraction = 2 * 10; // bytes have been converted to halves
     uint64_t sum = 0;
     for (unsigned first : {0u, 2u}) {
         uint64_t x[16], y[16];
@@ -274,7 +271,7 @@ void prepareFactors(const MatrixOperation& operation, MatrixType type, uint64_t*
         if (type == MatrixType::kS8 || type == MatrixType::kS4) {
             values[i] = uint64_t(signExtend(values[i], bitsOfElement(type)));
         } else if (isFloat(type)) {
-            if (isByte) // every one of them is a half
+            if (isByte) // every byte value is exact as a half
                 values[i] = fromFloat(MatrixType::kF16, toFloat(type, values[i]));
             values[i] =
                 std::bit_cast<uint64_t>(decode(isByte ? MatrixType::kF16 : type, values[i]));

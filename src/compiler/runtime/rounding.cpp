@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operations with directed rounding. One assembly statement sets the rounding mode, does the
-// operation and restores the mode, so that no compiler can move or fold anything. fma needs FMA3;
-// machines without it use the library's, which follows the mode.
+// Operations with directed rounding. One assembly statement sets the rounding mode, computes, and
+// restores the mode, so that a compiler cannot move or fold the operation. fma needs FMA3; without
+// it the library's fma is used, which follows the mode.
 #include "compiler/runtime/runtime.h"
 
 #include <cfenv>
@@ -17,8 +17,8 @@ namespace {
 // Bits 13-14 of MXCSR.
 enum Mode : unsigned { kDown = 1u << 13, kUp = 2u << 13, kZero = 3u << 13 };
 
-// Sets the mode for the life of the object. The operations between are asm volatile, as are the
-// changes of mode, and volatile statements keep their order.
+// Sets the mode during the object's lifetime. The changes of mode and the operations between them
+// are asm volatile, and volatile statements keep their order.
 class ScopedMode {
 public:
     explicit ScopedMode(unsigned mode) {
@@ -137,8 +137,8 @@ double fromUnsigned64(uint64_t a) {
                            : 2.0 * fromSigned64<mode>(int64_t(halved(a)));
 }
 
-// Rounds a number to half precision by integer arithmetic on its double representation, which
-// holds every float exactly. mode 0: to nearest even.
+// Rounds a number to half precision by integer arithmetic on its double representation, which holds
+// every float exactly. mode 0: to nearest even.
 uint16_t toHalf(double value, unsigned mode) {
     uint64_t bits = 0;
     std::memcpy(&bits, &value, 8);
@@ -241,7 +241,8 @@ void addMode(std::vector<RuntimeSymbol>& symbols, const char* const (&names)[19]
             "sunstone_cvt_" mode "_f16_f64"                                                        \
     }
 
-// What the code generator calls for `fptrunc` to half; half travels in an SSE register.
+// The function that the code generator calls for `fptrunc` to half; half travels in an SSE
+// register.
 typedef float __attribute__((vector_size(16))) Lanes;
 Lanes asLanes(uint16_t half) {
     const __m128i lanes = _mm_cvtsi32_si128(half);

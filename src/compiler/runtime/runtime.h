@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Functions that compiled code calls by name: directed rounding, transcendental functions, half
-// conversions, printf, and the way from a kernel to its launcher. They are plain C functions; no
-// exception may leave them.
+// conversions, printf, and calls of a kernel's launcher. They are plain C functions and must not
+// throw.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@ struct RuntimeSymbol {
     const void* address;
 };
 
-// Every function, for the linker of compiled code.
+// All functions, for the linker of compiled code.
 const std::vector<RuntimeSymbol>& runtimeSymbols();
 
-// The groups runtimeSymbols() is made of, one per source file.
+// The groups that make up runtimeSymbols(), one per source file.
 void addRoundingSymbols(std::vector<RuntimeSymbol>& symbols);
 void addMathSymbols(std::vector<RuntimeSymbol>& symbols);
 void addKernelSymbols(std::vector<RuntimeSymbol>& symbols);
@@ -28,7 +28,7 @@ void addAsyncSymbols(std::vector<RuntimeSymbol>& symbols);
 void addAtomicSymbols(std::vector<RuntimeSymbol>& symbols);
 void addMatrixSymbols(std::vector<RuntimeSymbol>& symbols);
 
-// What atomics on numbers of 16 bits do.
+// The operation of an atomic on 16-bit numbers.
 enum class AtomicOperation : uint32_t { kAdd, kMinimum, kMaximum };
 
 } // namespace sunstone::compiler

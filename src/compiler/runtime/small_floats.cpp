@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Floating point formats that processors do not compute with: conversions to bfloat16, tf32, e4m3
-// and e5m2 in every rounding, and the fused multiply-add of bfloat16. Numbers arrive as doubles
-// that hold them exactly or, where they cannot, are rounded to odd: a further rounding to fewer
-// bits then comes out as if it were the only one. Source: PTX ISA manual, "cvt".
+// Floating point formats without CPU arithmetic: conversions to bfloat16, tf32, e4m3 and e5m2 in
+// every rounding, and the fused multiply-add of bfloat16. Inputs are doubles, exact or rounded to
+// odd: a further rounding to fewer bits then gives the same result as a single rounding. Source:
+// PTX ISA manual, "cvt".
 #include "compiler/runtime/small_floats.h"
 
 #include "compiler/runtime/runtime.h"
@@ -32,7 +32,7 @@ const Format& formatOf(uint32_t format) {
     return kFormats[format & 7];
 }
 
-// The units of a magnitude, rounded.
+// Rounds a magnitude, in units of the last place.
 uint64_t roundUnits(double units, bool negative, SmallRounding rounding) {
     const double whole = std::floor(units), rest = units - whole;
     const auto kept = uint64_t(whole);
@@ -70,7 +70,7 @@ double oddFromUnsigned(uint64_t value) {
     return oddFromInteger(value);
 }
 
-// a * b + c rounded to odd: rounding it to bfloat16 is the only rounding that counts.
+// a * b + c rounded to odd: the later rounding to bfloat16 gives the same result as a single one.
 float fusedBrain(float a, float b, float c) {
     const double product = double(a) * double(b); // exact
     const double sum = product + double(c);

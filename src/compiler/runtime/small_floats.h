@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formats and roundings of the run-time's conversions, by number: the translator passes them.
+// Numbers of formats and roundings, which the translator passes to the run-time's conversions.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@ namespace sunstone::compiler {
 
 enum class SmallFormat : uint32_t { kHalf, kBrain, kTensor32, kE4m3, kE5m2 };
 enum class SmallRounding : uint32_t { kNearest, kZero, kDown, kUp, kAway };
-// Beside the rounding: what is too large becomes the largest finite number.
+// Added to the rounding: too large values become the largest finite number.
 constexpr uint32_t kSmallFinite = 8;
 
-// The bits of a number in a format; of any NaN the canonical one. tf32: without its 13 low bits.
+// The bits of a number in a format; the canonical NaN for any NaN. tf32: without its 13 low bits.
 uint32_t encodeSmall(double value, uint32_t format, uint32_t how);
 float decodeSmall(uint32_t code, uint32_t format);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sampler's functions under the names that compiled code calls.
+// The sampler's functions under the names used by compiled code.
 #include "compiler/runtime/runtime.h"
 
 #include "texture/device_functions.h"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tells builds of this library apart.
+// Identifies the build of this library.
 #pragma once
 
 #include <string>
 
 namespace sunstone::compiler {
 
-// The linker's build id of the binary that holds this code. Where the linker wrote none, a text no
-// other process has, so that nothing is shared with another build by mistake.
+// The linker's build id of the binary that contains this code. Without one, a text that is unique
+// to the process, so that different builds never share data.
 const std::string& buildId();
 
 } // namespace sunstone::compiler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers and texts as bytes that can be kept, and back, whatever became of the bytes.
+// Serialises numbers and texts, and reads them back from possibly damaged bytes.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ private:
     std::string text_;
 };
 
-// Reads what ByteWriter wrote; after the first fault every read gives nothing.
+// Reads the output of ByteWriter; after the first fault every read returns zeros or empty texts.
 class ByteReader {
 public:
     explicit ByteReader(std::string_view text) : rest_(text) {}

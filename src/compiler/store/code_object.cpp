@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See code_object.h.
 #include "compiler/store/code_object.h"
 
 #include "compiler/store/bytes.h"

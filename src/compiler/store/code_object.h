@@ -13,7 +13,8 @@
 
 namespace sunstone::compiler {
 
-// A variable by its place in the trees: module in the unit's list, then module scope or function.
+// A variable by its position in the trees: module in the unit's list, then module scope or
+// function.
 struct VariableId {
     static constexpr uint32_t kModuleScope = ~0u;
     uint32_t module = 0;
@@ -31,9 +32,9 @@ struct CodeObject {
     uint32_t stackNeed = 0;                     // bytes of the program with all it calls by name
     std::vector<uint32_t> boundLoads;           // loads that were replaced by each bound value
 
-    bool forDebugger = false;                   // gdb is told of it
+    bool forDebugger = false;                   // registered with gdb
 
-    // Bytes that hold everything, and back; false where they are no such bytes.
+    // Serialises all fields, and back; false for malformed bytes.
     std::string serialize() const;
     bool deserialize(std::string_view bytes);
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys of compiled code that is kept: digests of everything that the code depends on.
+// Keys of stored code: digests of all inputs of the code.
 #pragma once
 
 #include "compiler/compiler.h"

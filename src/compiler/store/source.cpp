@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See source.h.
 #include "compiler/store/source.h"
 
 #include "base/error.h"
@@ -32,7 +33,7 @@ const ptx::Module& Source::tree() const {
         tree_ = ptx::parse(text_, diagnostics);
         if (!tree_)
             fail(sunstone::Code::kInvalidPtx, diagnostics.format());
-        std::string().swap(text_); // the tree has it
+        std::string().swap(text_); // the tree has a copy
     });
     return *tree_;
 }

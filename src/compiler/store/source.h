@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of a module. Its digest stands for it in the keys of what is kept of it; its tree is made
-// when somebody needs it, which is nobody where everything asked of the module was kept.
+// The text of a module. Its digest stands for it in the keys of stored results. The tree is made at
+// first use; it is never made if all results are in the store.
 #pragma once
 
 #include "ptx/ast.h"
@@ -15,24 +15,24 @@ namespace sunstone::compiler {
 // Any thread may call.
 class Source {
 public:
-    // Of a text that is known to be right, up to its first NUL.
+    // For a text known to be valid, up to its first NUL.
     explicit Source(std::string_view text);
-    // Of one that has been parsed.
+    // For a text that has been parsed.
     explicit Source(std::shared_ptr<const ptx::Module> tree);
     Source(const Source&) = delete;
     Source& operator=(const Source&) = delete;
 
     // 16 bytes.
     const std::string& digest() const { return digest_; }
-    // Parses at the first call. Throws Error(kInvalidPtx) where the text is not right after all.
+    // Parses at the first call. Throws Error(kInvalidPtx) if the text is invalid after all.
     const ptx::Module& tree() const;
-    // Whether it has been made; not while another thread may be making it.
+    // Whether the tree has been made. Not safe while another thread may be making it.
     bool isParsed() const { return tree_ != nullptr; }
 
 private:
     std::string digest_;
     mutable std::once_flag parsed_;
-    mutable std::string text_; // until it is parsed
+    mutable std::string text_; // empty after parsing
     mutable std::shared_ptr<const ptx::Module> tree_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Summaries of modules as bytes, and their keys.
+// Serialises summaries of modules, and makes their keys.
 #include "compiler/compiler.h"
 #include "compiler/store/build_id.h"
 #include "compiler/store/bytes.h"
@@ -18,7 +18,7 @@ std::string ModuleSummary::serialize() const {
     out.number(kMagic);
     out.number(uint32_t(programs.size()));
     for (const Program& program : programs) {
-        // Names every field: a new one does not compile until it is kept.
+        // Names every field: a new field does not compile until it is stored.
         const auto& [name, kind, payloadWords, traces, callsContinuation, words, payloadTypes,
                      statements, estimatedStack] = program;
         out.text(name);

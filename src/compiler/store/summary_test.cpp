@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is kept of modules: summaries as bytes, keys, and that what is kept spares the tree.
+// Stored module summaries: serialisation, keys, and that a stored summary avoids making the tree.
 #include "compiler/testing.h"
 #include "compiler/optix7/program_kind.h"
 
@@ -57,7 +57,7 @@ TEST(Summary, RefusesOtherBytes) {
         EXPECT_FALSE(again.deserialize(std::string_view(bytes).substr(0, size))) << size;
     EXPECT_FALSE(again.deserialize(bytes + "x"));
     EXPECT_FALSE(again.deserialize(std::string(64, '\xff')));
-    // Whatever the bytes are, reading them ends.
+    // For any bytes, reading terminates.
     const unsigned seed = std::random_device()();
     SCOPED_TRACE(message("seed ", seed));
     std::mt19937 random(seed);

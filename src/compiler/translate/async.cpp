@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // FunctionTranslator: asynchronous copies (cp.async) and barriers in shared memory (mbarrier). The
-// CPU copies at once, so that waiting for groups of copies is nothing, and an arrival "when my
-// copies are done" is one now. A thread block is a cluster of its own. Source: PTX ISA manual,
-// "Asynchronous copy" and "mbarrier".
+// CPU copies at once, so waiting for groups of copies does nothing, and an arrival "when my copies
+// are done" is immediate. A thread block is its own cluster. Source: PTX ISA manual, "Asynchronous
+// copy" and "mbarrier".
 #include "compiler/translate/function_translator.h"
 
 #include "base/config.h"
@@ -23,7 +23,7 @@ void FunctionTranslator::copyAsync(const ptx::Instruction& instruction) {
     const bool arrives = instruction.has("mbarrier");
     operandCount(instruction, arrives ? 1 : 3, arrives ? 1 : 5);
     if (arrives) {
-        // Without .noinc one more arrival is expected, which is this one.
+        // Without .noinc one more arrival is expected, namely this one.
         if (instruction.has("noinc"))
             arriveAt(instruction.operands[0], builder_.getInt32(1), builder_.getInt32(0), false);
         return;
@@ -33,7 +33,7 @@ void FunctionTranslator::copyAsync(const ptx::Instruction& instruction) {
         (size.integer != 4 && size.integer != 8 && size.integer != 16))
         reject(instruction, ErrorCode::kInvalidPtx, "4, 8 or 16 bytes are copied at a time");
     const unsigned bytes = unsigned(size.integer);
-    // Operand 3: how many bytes come from the source, or whether none do; the rest is zero.
+    // Operand 3: the number of bytes from the source, or whether to copy none; the rest is zero.
     Value* from = nullptr;
     if (instruction.operands.size() > 3 && !isPolicy(instruction, 3)) {
         const ptx::Operand& limit = instruction.operands[3];
@@ -99,7 +99,7 @@ void FunctionTranslator::copyBytes(const ptx::Instruction& instruction, Value* t
     builder_.SetInsertPoint(behind);
 }
 
-// cp.async.bulk [to], [from], bytes, [mbarrier]; or without one, as part of a group.
+// cp.async.bulk [to], [from], bytes, [mbarrier]; without mbarrier it is part of a group.
 void FunctionTranslator::copyBulk(const ptx::Instruction& instruction) {
     operandCount(instruction, 3, 6);
     Value* const bytes = readInt(instruction.operands[2], 32);
@@ -159,7 +159,7 @@ void FunctionTranslator::barrierObject(const ptx::Instruction& instruction) {
     write(operands[0], before);
 }
 
-// Arrivals, and bytes more to wait for, in one step; what the object was before.
+// Adds arrivals and bytes to wait for in one step; returns the object's previous value.
 Value* FunctionTranslator::arriveAt(const ptx::Operand& object, Value* count, Value* bytes,
                                     bool drop) {
     Value* const pointer = place(object).pointer;
@@ -170,7 +170,7 @@ Value* FunctionTranslator::arriveAt(const ptx::Operand& object, Value* count, Va
                                {pointer, count, bytes, builder_.getInt32(drop)});
 }
 
-// The thread lets others run if the phase has not ended yet.
+// The thread yields if the phase has not ended yet.
 void FunctionTranslator::waitAt(const ptx::Instruction& instruction) {
     operandCount(instruction, 3, 4);
     facts_.barriers = true;
@@ -187,7 +187,8 @@ void FunctionTranslator::waitAt(const ptx::Instruction& instruction) {
     write(instruction.operands[0], builder_.CreateIsNotNull(ended));
 }
 
-// The memory checker looks at accesses of compiled code, not of what it calls.
+// The memory checker sees accesses of compiled code only, so objects passed to the run-time are
+// checked here.
 void FunctionTranslator::checkObject(Value* pointer, const ptx::Operand& object) {
     static const bool isOn = checks("memory");
     if (!isOn)

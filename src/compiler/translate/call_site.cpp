@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See call_site.h.
 #include "compiler/translate/call_site.h"
 
 #include <llvm/IR/Constants.h>
@@ -18,7 +19,7 @@ bool isKnown(const ptx::Module& module, const ptx::SourcePosition& at) {
     return at.line != 0 && at.file < module.files.size() && !module.files[at.file].empty();
 }
 
-// Headers of device functions: optix_7_device_impl.h and its like, those of include/cuda and of a
+// Headers of device functions: optix_7_device_impl.h and the like, those of include/cuda and of a
 // toolkit.
 bool isApiHeader(std::string_view file) {
     const std::string_view name = file.substr(file.find_last_of('/') + 1);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Callables against a launch that knows five of them: every call must find its own data, however
-// the program orders look-ups and calls.
+// Callables against a launch that has five of them: every call must find its own data, for any
+// order of look-ups and calls.
 #include "compiler/testing.h"
 #include "compiler/optix7/program_kind.h"
 
@@ -10,7 +10,7 @@ namespace {
 using devlib::LaunchState;
 using devlib::RayState;
 
-// Callable `i` of the launch has data[i]; all share the code that `code` names, but for the last.
+// Callable `i` of the launch has data[i]; all but the last share the code in `code`.
 struct Fake {
     const void* code[5] = {};
     uint32_t data[5] = {100, 200, 300, 400, 500};

@@ -77,7 +77,7 @@ void FunctionTranslator::trap(const ptx::Instruction&) {
     emitTrap();
 }
 
-// A failed assertion has been printed; the thread does not go on.
+// After a failed assertion has been printed, the thread ends.
 void FunctionTranslator::endAfterAssertion() {
     if (!isKernel())
         return emitTrap();
@@ -87,8 +87,8 @@ void FunctionTranslator::endAfterAssertion() {
     emitReturn();
 }
 
-// Ends the thread through its launcher, which does not come back; should it do so nevertheless,
-// the function returns.
+// Ends the thread through its launcher, which normally does not return; if it does, the function
+// returns.
 void FunctionTranslator::emitTrap() {
     if (isKernel()) {
         facts_.barriers = true; // its launcher must be able to end one thread
@@ -130,7 +130,7 @@ void FunctionTranslator::call(const ptx::Instruction& instruction) {
     }
     if (target.kind != ptx::OperandKind::kRegister)
         reject(instruction, ErrorCode::kInvalidPtx, "function name or register expected");
-    for (const ptx::CallTargets& targets : source_.callTargets) { // all of one shape
+    for (const ptx::CallTargets& targets : source_.callTargets) { // all with the same prototype
         if (targets.name != instruction.prototype || targets.functions.empty())
             continue;
         const ptx::Function* first = module_.findFunction(targets.functions[0]);
@@ -151,7 +151,7 @@ void FunctionTranslator::call(const ptx::Instruction& instruction) {
     reject(instruction, ErrorCode::kInvalidPtx, "indirect call without a .callprototype");
 }
 
-// The code behind the target of an indirect call: in OptiX modules a tagged value stands for a
+// The code address for the target of an indirect call. In OptiX modules a tagged value stands for a
 // callable (callable.h), whose data the launch makes current.
 Value* FunctionTranslator::resolveCallee(const ptx::Instruction& instruction, Value* target,
                                          const ptx::Prototype& prototype) {
@@ -169,7 +169,7 @@ Value* FunctionTranslator::resolveCallee(const ptx::Instruction& instruction, Va
         llvm::FunctionType::get(builder_.getPtrTy(), {builder_.getPtrTy(), word, word}, false);
     Value* resolver = unit_.launchFunction(
         builder_, launch, offsetof(devlib::LaunchState, callable), "callable", type);
-    // Which kind is called, and with how many words (LaunchState::callable).
+    // The callable's kind and the number of words passed (LaunchState::callable).
     Value* call = builder_.CreateAnd(builder_.CreateLShr(target, 1), uint64_t(1));
     call = builder_.CreateOr(call, uint64_t(parameterWords(prototype.parameters)) << 8);
     if (unit_.debugExceptions()) {
@@ -185,7 +185,7 @@ Value* FunctionTranslator::resolveCallee(const ptx::Instruction& instruction, Va
     Value* found = builder_.CreateCall(
         type, resolver,
         {state(), builder_.CreateTrunc(index, word), builder_.CreateTrunc(call, word)});
-    // A record without a callable: calling it gives zero.
+    // A record without a callable: the call returns zero.
     Value* none = unit_.helper("sunstone_no_callable", word, {}, false).getCallee();
     found = builder_.CreateSelect(builder_.CreateIsNull(found), none, found);
     builder_.CreateBr(join);

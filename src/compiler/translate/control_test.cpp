@@ -207,7 +207,7 @@ TEST(Variables, InitialisersAndLookUp) {
     EXPECT_FALSE(code->variable("nothing", &address, &size));
 }
 
-// A launcher that records what it is asked for and plays a warp whose lanes all bring `lane * 10`.
+// A launcher that records its calls and acts as a warp whose lanes all contribute `lane * 10`.
 struct FakeBlock {
     const BlockFunctions* functions;
     std::vector<uint32_t> calls;

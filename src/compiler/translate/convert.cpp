@@ -36,7 +36,7 @@ void FunctionTranslator::convert(const ptx::Instruction& instruction) {
         value = widenHalf(value, from);
     const ptx::Type source = isHalf(from) ? ptx::Type::kF32 : from;
     if (instruction.has("ftz") && from == ptx::Type::kF32 && !isHalf(to))
-        value = flush(value); // GPUs do not where the result is a half
+        value = flush(value); // GPUs do not if the result is a half
     Value* result = nullptr;
     if (ptx::isFloat(from) && ptx::isFloat(to))
         result = floatToFloat(instruction, value, source, to);
@@ -103,8 +103,8 @@ Value* FunctionTranslator::encodeSmall(Value* value, uint32_t format, uint32_t h
         {value, builder_.getInt32(format), builder_.getInt32(how)});
 }
 
-// .satfinite, .relu and .sat of the bits of a half. With the first two NaNs are canonical; .sat
-// makes zeros of them.
+// .satfinite, .relu and .sat for the bits of a half. The first two make NaNs canonical; .sat makes
+// them zero.
 Value* FunctionTranslator::limitHalf(const ptx::Instruction& instruction, Value* half,
                                      ptx::Type type) {
     const bool brain = type == ptx::Type::kBF16;
@@ -114,7 +114,7 @@ Value* FunctionTranslator::limitHalf(const ptx::Instruction& instruction, Value*
     Value* isNan = builder_.CreateICmpUGT(magnitude, word(infinity));
     Value* negative = builder_.CreateICmpSLT(half, word(0));
     if (instruction.has("satfinite")) {
-        Value* finite = builder_.CreateSub(half, word(1)); // the number below infinity
+        Value* finite = builder_.CreateSub(half, word(1)); // one below infinity
         half =
             builder_.CreateSelect(builder_.CreateICmpEQ(magnitude, word(infinity)), finite, half);
     }
@@ -129,8 +129,8 @@ Value* FunctionTranslator::limitHalf(const ptx::Instruction& instruction, Value*
     return half;
 }
 
-// Out-of-range numbers go to the nearest end of the range. NaN goes to 0, but where either side has
-// 64 bits to the number with the top bit alone.
+// Out-of-range numbers go to the nearest end of the range. NaN becomes 0, or, if either side has 64
+// bits, the number with only the top bit set.
 Value* FunctionTranslator::floatToInt(const ptx::Instruction& instruction, Value* value,
                                       ptx::Type to) {
     if (!instruction.has("rzi")) // trunc is part of the conversion
@@ -172,7 +172,7 @@ Value* FunctionTranslator::intToFloat(const ptx::Instruction& instruction, Value
     return instruction.has("sat") ? saturate(result) : result;
 }
 
-// Through double: what it cannot hold is rounded to odd, so that only one rounding counts.
+// Through double: values that it cannot hold are rounded to odd, so the second rounding is exact.
 Value* FunctionTranslator::intToHalf(Value* value, bool isSigned, ptx::Type to, Rounding rounding) {
     llvm::Type* wide = builder_.getDoubleTy();
     Value* number = nullptr;
@@ -193,7 +193,7 @@ Value* FunctionTranslator::intToInt(const ptx::Instruction& instruction, Value* 
     const unsigned fromBits = bitsOf(from), toBits = bitsOf(to);
     const bool fromSigned = ptx::isSigned(from), toSigned = ptx::isSigned(to);
     if (instruction.has("sat")) {
-        // Compared in a width that holds both ranges.
+        // Compares in a width that holds both ranges.
         llvm::IntegerType* wide = intType(std::max(fromBits, toBits) + 1);
         value = fromSigned ? builder_.CreateSExt(value, wide) : builder_.CreateZExt(value, wide);
         const llvm::APInt low =
@@ -227,7 +227,7 @@ void FunctionTranslator::convertPacked(const ptx::Instruction& instruction) {
     write(instruction.operands[0], packed);
 }
 
-// cvt.pack.sat: a and b in the low bits, b lowest; c, where there is one, above them.
+// cvt.pack.sat: a and b in the low bits, b lowest; c, if present, above them.
 void FunctionTranslator::packIntegers(const ptx::Instruction& instruction) {
     operandCount(instruction, 3, 4);
     unsigned bits = 0;
@@ -267,7 +267,7 @@ void FunctionTranslator::packIntegers(const ptx::Instruction& instruction) {
     write(instruction.operands[0], packed);
 }
 
-// cvt to and from formats that are no types of PTX: tf32, e4m3x2, e5m2x2.
+// cvt to and from formats that are not types of PTX: tf32, e4m3x2, e5m2x2.
 void FunctionTranslator::convertSmall(const ptx::Instruction& instruction) {
     const ptx::Type type = lastType(instruction);
     const bool e4m3 = instruction.has("e4m3x2"), e5m2 = instruction.has("e5m2x2");
@@ -293,7 +293,7 @@ void FunctionTranslator::convertSmall(const ptx::Instruction& instruction) {
         operandCount(instruction, 2, 2);
         Value* value = read(instruction.operands[1], type);
         Value* code = encoded(value);
-        if (instruction.has("rna")) { // cuts NaNs like other bits; .satfinite takes one off
+        if (instruction.has("rna")) { // truncates NaNs like other bits; .satfinite subtracts one
             Value* cut = builder_.CreateLShr(builder_.CreateBitCast(value, intType(32)), 13);
             if (instruction.has("satfinite"))
                 cut = builder_.CreateSub(cut, builder_.getInt32(1));

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // FunctionTranslator: floating point arithmetic. Operations are IEEE and never contracted; no
-// fast-math flag is set anywhere. The .approx forms of division and roots are computed exactly: an
-// implementation may be better than the stated error. The others are in approximations.cpp.
+// fast-math flag is set. The .approx forms of division and roots are computed exactly, which the
+// stated error allows. The others are in approximations.cpp.
 //
 // .ftz is a property of one instruction: flush() marks the place with a call of sunstone.flush,
-// which flush.cpp turns into code. A result is flushed before anything else is done to it: only
-// then can the processor do it.
+// which flush.cpp turns into code. A result is flushed before any other step: only then can the
+// processor do it.
 #include "compiler/translate/function_translator.h"
 
 #include "compiler/passes/approximations.h"
@@ -37,7 +37,7 @@ llvm::Type* bitsLike(llvm::Type* type) {
     return type->isVectorTy() ? llvm::FixedVectorType::get(bits, 2) : bits;
 }
 
-// All bits but the sign set, as the hardware makes it.
+// All bits set except the sign, as the hardware makes it.
 llvm::Constant* canonicalNan(llvm::Type* type) {
     llvm::Type* scalar = type->getScalarType();
     const llvm::fltSemantics& semantics = scalar->getFltSemantics();
@@ -150,7 +150,7 @@ void FunctionTranslator::writeFloat(const ptx::Instruction& instruction, Value* 
                                     bool canBeSubnormal) {
     const ptx::Type type = lastType(instruction);
     if (isHalfType(type)) {
-        value = narrowHalf(value, type); // rounds, before anything else is done
+        value = narrowHalf(value, type); // rounds before any other step
         if (instruction.has("ftz") && !isBrainType(type))
             value = flush(value);
         if (!instruction.has("sat") && !instruction.has("relu"))
@@ -215,11 +215,11 @@ void FunctionTranslator::fusedMultiplyAdd(const ptx::Instruction& instruction) {
     writeFloat(instruction, result);
 }
 
-// a * b + c of numbers that have 16 bits, as floats whose rounding back to 16 bits is the only one.
+// a * b + c of 16-bit numbers as a float that rounds to 16 bits like the exact result.
 Value* FunctionTranslator::fusedHalf(Value* a, Value* b, Value* c, ptx::Type type) {
     if (!isBrainType(type)) {
-        // In double the product is exact, and so is the sum wherever its rounding to half could
-        // be in doubt.
+        // In double the product is exact, and so is the sum in all cases where its rounding to half
+        // could depend on it.
         llvm::Type* wide = builder_.getDoubleTy();
         if (isHalfPair(type))
             wide = llvm::FixedVectorType::get(wide, 2);
@@ -288,8 +288,8 @@ void FunctionTranslator::reciprocalSquareRoot(const ptx::Instruction& instructio
                false);
 }
 
-// rcp.approx.ftz.f64 and rsqrt.approx.ftz.f64 look at the upper word of their operand alone, give
-// one, and flush.
+// rcp.approx.ftz.f64 and rsqrt.approx.ftz.f64 read only the upper word of their operand, return
+// only an upper word, and flush.
 void FunctionTranslator::approximateDouble(const ptx::Instruction& instruction) {
     llvm::Type* wide = builder_.getDoubleTy();
     const auto upper = [&](Value* value) -> Value* {
@@ -313,7 +313,7 @@ void FunctionTranslator::transcendental(const ptx::Instruction& instruction) {
     if (type == ptx::Type::kF64)
         reject(instruction, ErrorCode::kNotSupported, "this type is not available");
     Value* a = readFloat(instruction, instruction.operands[1], type);
-    // A bfloat16 is subnormal where the float is.
+    // A bfloat16 is subnormal if the same value as a float is.
     const bool flushes = instruction.has("ftz") && (type == ptx::Type::kF32 || isBrainType(type));
     llvm::Function* function = approximation(unit_, instruction.opcode, flushes);
     Value* result = nullptr;
@@ -325,7 +325,7 @@ void FunctionTranslator::transcendental(const ptx::Instruction& instruction) {
     } else {
         result = builder_.CreateCall(function, {a});
     }
-    writeFloat(instruction, result, false); // the approximation sees to it
+    writeFloat(instruction, result, false); // the approximation flushes
 }
 
 void FunctionTranslator::floatSign(const ptx::Instruction& instruction) {
@@ -348,7 +348,7 @@ void FunctionTranslator::floatSign(const ptx::Instruction& instruction) {
     write(instruction.operands[0], result);
 }
 
-// The smaller (greater) of two numbers, -0 below +0. A NaN loses against a number, or wins where
+// The smaller (greater) of two numbers, -0 below +0. A NaN loses against a number, or wins if
 // propagateNan is set.
 Value* FunctionTranslator::pickMinimum(Value* a, Value* b, bool greatest, bool propagateNan) {
     llvm::Type* type = a->getType();
@@ -360,7 +360,7 @@ Value* FunctionTranslator::pickMinimum(Value* a, Value* b, bool greatest, bool p
     if (llvm::isa<llvm::ConstantFP>(a))
         std::swap(a, b);
     if (auto* constant = llvm::dyn_cast<llvm::ConstantFP>(b)) {
-        // One comparison does: it fails for a NaN, and a zero is ordered by the choice of <=.
+        // One comparison suffices: it fails for a NaN, and <= or < orders a zero.
         const bool zero = constant->isZero();
         const bool negative = constant->isNegative();
         if (constant->isNaN())
@@ -385,7 +385,7 @@ Value* FunctionTranslator::pickMinimum(Value* a, Value* b, bool greatest, bool p
         greatest ? builder_.CreateAnd(first, second) : builder_.CreateOr(first, second), type);
     Value* nanA = builder_.CreateFCmpUNO(a, a);
     Value* nanB = builder_.CreateFCmpUNO(b, b);
-    Value* other = builder_.CreateSelect(nanB, nan, b); // of two NaNs comes the canonical one
+    Value* other = builder_.CreateSelect(nanB, nan, b); // two NaNs give the canonical one
     return builder_.CreateSelect(nanA, other, builder_.CreateSelect(nanB, a, joined));
 }
 
@@ -411,7 +411,7 @@ void FunctionTranslator::floatMinimum(const ptx::Instruction& instruction) {
             Value* signedResult =
                 intrinsicCall(llvm::Intrinsic::copysign,
                               {result, builder_.CreateBitCast(sign, result->getType())});
-            // A NaN stays the canonical one, without a sign.
+            // A NaN becomes the canonical one, without a sign.
             result =
                 builder_.CreateSelect(builder_.CreateFCmpUNO(result, result), result, signedResult);
         }
@@ -440,7 +440,7 @@ void FunctionTranslator::testProperty(const ptx::Instruction& instruction) {
         classes = llvm::fcAllFlags & ~llvm::fcNan;
     else if (instruction.has("notanumber"))
         classes = llvm::fcNan;
-    else if (instruction.has("normal")) // which zeros are, says the manual
+    else if (instruction.has("normal")) // includes zeros, as the manual says
         classes = llvm::fcNormal | llvm::fcZero;
     else if (instruction.has("subnormal"))
         classes = llvm::fcSubnormal;

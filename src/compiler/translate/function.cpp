@@ -93,8 +93,8 @@ void FunctionTranslator::startRegion(llvm::BasicBlock* block) {
     ++region_;
 }
 
-// Decides for each register component whether it needs memory, and whether its bits are mostly
-// used as floating point numbers.
+// Decides for each register component whether it needs memory, and whether its bits are mostly used
+// as floating point numbers.
 void FunctionTranslator::classifyRegisters() {
     uint32_t count = 0;
     for (const ptx::Register& reg : source_.registers) {
@@ -140,7 +140,7 @@ void FunctionTranslator::classifyRegisters() {
                 vote = ptx::isFloat(type) && ptx::sizeOf(type) == ptx::sizeOf(reg.type) ? 1 : -1;
                 if (instruction.opcode == "mov" || instruction.opcode == "st" ||
                     instruction.opcode == "ld" || instruction.opcode == "selp")
-                    vote = vote > 0 ? 1 : 0; // copies say little where they are not of floats
+                    vote = vote > 0 ? 1 : 0; // copies count only if they are of floats
             }
             for (uint32_t slot = first; slot < first + width && slot < count; ++slot) {
                 use(slot, region);
@@ -157,7 +157,7 @@ void FunctionTranslator::classifyRegisters() {
             const bool asFloat =
                 (declaredFloat || floatVotes[slot] > 0) && (bits == 32 || bits == 64);
             if (regionOf[slot] == kNowhere)
-                continue; // never used: declared ranges are generous
+                continue; // never used: declared ranges are often larger
             slots_[slot].type = asFloat
                                     ? (bits == 32 ? builder_.getFloatTy() : builder_.getDoubleTy())
                                     : static_cast<llvm::Type*>(intType(bits));
@@ -310,7 +310,7 @@ void FunctionTranslator::translateInstruction(const ptx::Instruction& instructio
     current_ = &instruction;
     if (debug_)
         debug_->setLocation(builder_, instruction.source, instruction.location.line);
-    if (terminated()) // code behind a jump that no label reaches
+    if (terminated()) // unreachable code after a jump
         builder_.SetInsertPoint(llvm::BasicBlock::Create(unit_.context(), "", &function_));
     if (instruction.guard >= 0 && instruction.opcode != "bra" && instruction.opcode != "brx")
         translateGuarded(instruction);
@@ -319,8 +319,8 @@ void FunctionTranslator::translateInstruction(const ptx::Instruction& instructio
 }
 
 void FunctionTranslator::translateGuarded(const ptx::Instruction& instruction) {
-    // What the instruction reads, and the old values of what it writes, are fetched before the
-    // branch, so that the known values hold on both sides of it.
+    // Operands and the old values of results are read before the branch, so that the known values
+    // hold on both sides of it.
     visitRegisters(instruction, [&](const ptx::Operand& operand, size_t, bool) {
         const ptx::Register& reg = source_.registers[operand.index];
         for (uint32_t k = 0; k < std::max(1u, reg.vector); ++k)
@@ -466,7 +466,7 @@ const FunctionTranslator::Handlers& FunctionTranslator::handlers() {
         {"elect", &T::elect},
         {"cp", &T::copyAsync},
         {"mbarrier", &T::barrierObject},
-        {"griddepcontrol", &T::noOperation}, // launches of a stream follow one another
+        {"griddepcontrol", &T::noOperation}, // launches of a stream run in order
         // matrices of a warp
         {"mma", &T::multiplyMatrices},
         {"wmma", &T::wideMatrices},

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Translates the body of one PTX function to LLVM IR, one instruction at a time.
 //
-// Registers. PTX registers are untyped bits, assigned any number of times. One that is used
-// within a single region (the code between two labels) lives only in `current`, the table of
-// known values; others also have an alloca, written at each definition and read at most once per
-// region; mem2reg removes those. A register that was never written reads as zero, which is one of
-// the values PTX allows.
+// Registers. PTX registers are untyped bits, assigned any number of times. A register used within a
+// single region (the code between two labels) lives only in `current`, the table of known values.
+// Others also have an alloca, written at each definition and read at most once per region; mem2reg
+// removes those. An unwritten register reads as zero, which PTX allows.
 //
 // Guards. A guarded instruction becomes a branch around it and phis for the registers it wrote, so
-// that every instruction can be guarded without knowing; SimplifyCFG makes selects where it pays.
+// the translation of an instruction does not depend on its guard; SimplifyCFG makes selects where
+// they are cheaper.
 //
 // Addresses are host addresses in all state spaces, so cvta is the identity.
 //
@@ -180,7 +180,7 @@ private:
     void testProperty(const ptx::Instruction& instruction);
     Value* flush(Value* value); // subnormal f32 or f16 → zero of its sign
     ptx::Type floatType(const ptx::Instruction& instruction) const;
-    // With .ftz of the instruction. Numbers of 16 bits are computed with in single precision, which
+    // These apply the instruction's .ftz. 16-bit numbers are computed in single precision, which
     // holds them; writeFloat rounds back.
     Value* readFloat(const ptx::Instruction& instruction, const ptx::Operand& operand,
                      ptx::Type type);
@@ -310,8 +310,8 @@ private:
 
     // ---- GPU: instructions kept as they are, translate/native.cpp
     bool translateNative(const ptx::Instruction& instruction);
-    // What becomes of the first operand. kPerhaps: nobody knows, so its registers are handed over
-    // and taken back.
+    // The role of the first operand. kPerhaps: unknown, so its registers are both inputs and
+    // outputs.
     enum class Result : uint8_t { kNone, kFirst, kPerhaps };
     void emitNative(const ptx::Instruction& instruction, Result result, bool effects,
                     bool convergent, bool memory);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // FunctionTranslator: integer arithmetic and bits. Handlers of opcodes shared with floating point
-// pass on by type.
+// dispatch by type.
 #include "compiler/translate/function_translator.h"
 
 namespace sunstone::compiler {
@@ -138,8 +138,8 @@ void FunctionTranslator::multiply24(const ptx::Instruction& instruction) {
     write(instruction.operands[0], result, isSigned);
 }
 
-// Division by zero must not trap as it does on x86: quotient and remainder are all ones, which is
-// what GPUs give. INT_MIN / -1 wraps.
+// Division by zero must not trap as on x86: quotient and remainder are all ones, as on GPUs.
+// INT_MIN / -1 wraps.
 void FunctionTranslator::divide(const ptx::Instruction& instruction) {
     operandCount(instruction, 3, 3);
     const ptx::Type type = lastType(instruction);
@@ -306,7 +306,8 @@ void FunctionTranslator::lookup3(const ptx::Instruction& instruction) {
     }
     if (!pair)
         return write(target, result);
-    // lop3.and, lop3.or: also whether the result is not zero, combined with a predicate.
+    // lop3.and, lop3.or: the second result tells whether the first is nonzero, combined with a
+    // predicate.
     write(target.elements[1],
           combine(instruction, builder_.CreateIsNotNull(result), &instruction.operands[5]));
     write(target.elements[0], result);
@@ -398,8 +399,8 @@ void FunctionTranslator::extractField(const ptx::Instruction& instruction) {
     Value* position = builder_.CreateAnd(readInt(instruction.operands[2], 32), 255);
     Value* length = builder_.CreateAnd(readInt(instruction.operands[3], 32), 255);
     Value* shifted = shiftRight(a, position, isSigned);
-    // Keep `length` bits of what is left; the sign is the field's top bit, or the register's
-    // where the field reaches past it, which the arithmetic shift has already copied down.
+    // Keep the low `length` bits. The sign is the field's top bit; if the field reaches past the
+    // register, it is the register's, which the arithmetic shift has already copied down.
     Value* unused = builder_.CreateSub(builder_.getInt32(bits), length);
     Value* full = builder_.CreateICmpUGE(length, builder_.getInt32(bits));
     Value* part = shiftRight(shiftLeft(shifted, unused), unused, isSigned);
@@ -425,7 +426,7 @@ void FunctionTranslator::insertField(const ptx::Instruction& instruction) {
 }
 
 // bfind: position of the highest set bit (of the highest bit unlike the sign for .s), or the
-// shift that brings it to the top; all ones if there is none.
+// shift that brings it to the top; all ones without such a bit.
 void FunctionTranslator::findBit(const ptx::Instruction& instruction) {
     operandCount(instruction, 2, 2);
     const ptx::Type type = lastType(instruction);

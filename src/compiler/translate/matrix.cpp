@@ -96,7 +96,7 @@ bool isHalfOrSingle(MatrixType type) {
     return type == MatrixType::kF16 || type == MatrixType::kF32;
 }
 
-// Whether there is such a product; k of bits still counts bits.
+// Whether PTX has such a product; k of bit matrices counts bits.
 bool exists(const MatrixOperation& o) {
     using enum MatrixType;
     const bool wide = o.has(kMatrixWide);
@@ -149,7 +149,7 @@ bool exists(const MatrixOperation& o) {
 
 constexpr unsigned kBitsOfWord = 32;
 
-// The product of which this can be an operand.
+// Describes a product that can have this operand.
 void describeFragment(MatrixOperation& operation, MatrixOperand operand, MatrixType type) {
     using enum MatrixType;
     const bool isSum = operand == MatrixOperand::kC || operand == MatrixOperand::kD;
@@ -224,7 +224,7 @@ void FunctionTranslator::wideMatrices(const ptx::Instruction& instruction) {
     if (!reader.takeAll({"sync", "aligned"}) || !reader.takeLayout(columns) ||
         !reader.takeLayout(columnsB) || !reader.takeShape(operation))
         rejectForm(instruction);
-    // The rounding stands behind the shape or at the end.
+    // The rounding follows the shape or comes last.
     bool rounds = false;
     const auto takeRounding = [&] {
         static constexpr std::string_view kRoundings[] = {"rn", "rz", "rm", "rp"};
@@ -237,7 +237,7 @@ void FunctionTranslator::wideMatrices(const ptx::Instruction& instruction) {
     takeRounding();
     if (!reader.takeType(operation.d) || !reader.takeType(operation.a))
         rejectForm(instruction);
-    if (reader.atEnd()) { // of halves only the sums' types stand there
+    if (reader.atEnd()) { // for halves only the sums' types are given
         operation.c = operation.a;
         operation.a = operation.b = MatrixType::kF16;
     } else if (!reader.takeType(operation.b) || !reader.takeType(operation.c)) {
@@ -253,7 +253,7 @@ void FunctionTranslator::wideMatrices(const ptx::Instruction& instruction) {
     if (!reader.atEnd() || !exists(operation) || isBits != isOfBits ||
         (rounds && operation.a != MatrixType::kF64) || (isSmall && (columns || !columnsB)))
         rejectForm(instruction);
-    // What .satfinite says of floats is no more than that results are finite or not, as they are.
+    // .satfinite of floats has no effect: results stay finite or infinite.
     if (isFloat(operation.a) || isBits)
         operation.flags &= uint8_t(~kMatrixSaturates);
     emitProduct(instruction, operation);
@@ -294,7 +294,7 @@ void FunctionTranslator::checkFragment(const ptx::Instruction& instruction,
                        " registers; it needs ", wanted));
 }
 
-// Hands the operands over, waits for the other lanes, and brings the results.
+// Passes the operands, waits for the other lanes, and returns the results.
 std::vector<Value*> FunctionTranslator::runMatrix(const ptx::Instruction& instruction,
                                                   const MatrixOperation& operation,
                                                   const std::vector<Value*>& inputs,
@@ -334,8 +334,8 @@ std::vector<Value*> FunctionTranslator::runMatrix(const ptx::Instruction& instru
     return results;
 }
 
-// ldmatrix.sync.aligned.m8n8.x4.trans.shared.b16 {r0, r1, r2, r3}, [address]; stmatrix the other
-// way round.
+// ldmatrix.sync.aligned.m8n8.x4.trans.shared.b16 {r0, r1, r2, r3}, [address]; stmatrix in the
+// opposite direction.
 void FunctionTranslator::moveMatrixRows(const ptx::Instruction& instruction) {
     operandCount(instruction, 2, 2);
     const bool loads = instruction.opcode == "ldmatrix";
@@ -363,7 +363,7 @@ void FunctionTranslator::moveMatrixRows(const ptx::Instruction& instruction) {
         reject(instruction, ErrorCode::kInvalidPtx,
                message(registers.size(), " registers; it needs ", operation.k));
     Value* const pointer = place(address).pointer;
-    if (marksAccesses()) { // the row that this lane names
+    if (marksAccesses()) { // the row whose address this lane has
         constexpr unsigned kRowBytes = 16;
         auto* byte = builder_.CreateAlignedLoad(intType(8), pointer, llvm::Align(1), true);
         mark(*byte, address, loads ? devlib::kAccessLoad : devlib::kAccessStore, 0, kRowBytes);
@@ -390,9 +390,9 @@ void FunctionTranslator::transposeMatrix(const ptx::Instruction& instruction) {
     write(instruction.operands[0], results[0]);
 }
 
-// wmma.load.a.sync.aligned.row.m16n16k16.global.f16 {r0, ...}, [address], stride;
-// wmma.store.d ... [address], {r0, ...}, stride. Each lane moves the elements of its own registers;
-// the stride counts elements, and is how far apart rows are, or columns.
+// wmma.load.a.sync.aligned.row.m16n16k16.global.f16 {r0, ...}, [address], stride; wmma.store.d ...
+// [address], {r0, ...}, stride. Each lane moves the elements of its own registers; the stride is
+// the distance of rows, or columns, in elements.
 void FunctionTranslator::moveFragment(const ptx::Instruction& instruction) {
     operandCount(instruction, 2, 3);
     ModifierReader reader(instruction.modifiers);
@@ -434,7 +434,7 @@ void FunctionTranslator::moveFragment(const ptx::Instruction& instruction) {
     emitFragment(instruction, operation, operand, byColumns, registers, address);
 }
 
-// Elements that are neighbours in a register and in memory move together.
+// Elements adjacent both in a register and in memory move together.
 void FunctionTranslator::emitFragment(const ptx::Instruction& instruction,
                                       const MatrixOperation& operation, MatrixOperand operand,
                                       bool byColumns, const std::vector<ptx::Operand>& registers,
@@ -453,7 +453,8 @@ void FunctionTranslator::emitFragment(const ptx::Instruction& instruction,
     Value* const strideBytes = builder_.CreateLShr(
         builder_.CreateMul(builder_.CreateZExt(stride, intType(64)), builder_.getInt64(strideBits)),
         3);
-    // Where a lane's elements are is the sum of what its number and the element's say.
+    // An element's position is the sum of a part from the lane and a part from the element's
+    // number.
     const auto majorOf = [&](MatrixPlace at) { return byColumns ? at.column : at.row; };
     const auto minorOf = [&](MatrixPlace at) { return byColumns ? at.row : at.column; };
     const auto bytesAt = [&](Value* major, Value* minorBits) {

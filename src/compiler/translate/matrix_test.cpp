@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Matrix and stack instructions that are not well-formed are errors that name the line, however
-// they are wrong. What well-formed ones give: tests/conformance, ctest conformance.matrices.
+// Malformed matrix and stack instructions are errors with the line. Results of well-formed ones:
+// tests/conformance, ctest conformance.matrices.
 #include "compiler/runtime/matrix.h"
 #include "compiler/testing.h"
 
 namespace sunstone::compiler::testing {
 namespace {
 
-constexpr unsigned kLine = 7; // of the instruction
+constexpr unsigned kLine = 7; // line of the instruction
 std::string moduleOf(const std::string& instruction) {
     return ".version 8.7\n.target sm_90\n.address_size 64\n.shared .align 16 .b8 sm[64];\n"
            ".visible .entry k() {\n"
@@ -16,7 +16,7 @@ std::string moduleOf(const std::string& instruction) {
            instruction + "\nret;\n}\n";
 }
 
-// The error of a kernel with this instruction; empty if there is none.
+// The error of a kernel with this instruction; empty without an error.
 std::string errorOf(const std::string& instruction) {
     ptx::Diagnostics diagnostics;
     const std::shared_ptr<const ptx::Module> module =
@@ -70,7 +70,7 @@ TEST(Matrix, FaultyFormsAreErrors) {
         "stmatrix.sync.aligned.m8n8.x2.shared.b16 {%r1,%r2}, [sm];",
         "movmatrix.sync.aligned.m8n8.b16 %r1, %r2;",
         "movmatrix.sync.aligned.m8n8.trans.b16 %r1;",
-        // hardware that no warp can stand for
+        // GPU-only hardware
         "wgmma.fence.sync.aligned;",
         "cp.async.bulk.tensor.1d.shared::cluster.global.mbarrier::complete_tx::bytes [sm], "
         "[%rd1, {%r1}], [sm];",
@@ -89,7 +89,7 @@ TEST(Matrix, FaultyFormsAreErrors) {
     }
 }
 
-// Words of good instructions, dropped, doubled and exchanged: an error with its line, or a kernel.
+// Words of valid instructions dropped, doubled and exchanged: an error with its line, or a kernel.
 TEST(Matrix, MangledFormsDoNotCrash) {
     const std::vector<std::vector<std::string>> kGood = {
         {"mma", ".sync", ".aligned", ".m16n8k8", ".row", ".col", ".f32", ".f16", ".f16", ".f32",
@@ -138,7 +138,7 @@ TEST(Matrix, MangledFormsDoNotCrash) {
     }
 }
 
-// What stacksave and stackrestore hold between them is given back: a thousand times 64 KiB fit a
+// Memory allocated between stacksave and stackrestore is freed: a thousand times 64 KiB fit a
 // stack.
 TEST(Stack, MemoryComesBack) {
     run({{"mov.u32 %r2, 0; mov.u32 %r0, 0; AGAIN: stacksave.u64 %rd2; alloca.u64 %rd3, 65536, 64;"
@@ -157,7 +157,7 @@ TEST(Stack, MemoryComesBack) {
           11}});
 }
 
-// Each element of a matrix stands in some lane, once or, for A and B of halves, equally often.
+// Each element of a matrix is in some lane: once, or equally often for A and B of halves.
 TEST(Matrix, FragmentsHoldAllElements) {
     using enum MatrixType;
     const auto describe = [](unsigned m, unsigned n, unsigned k, MatrixType factor, MatrixType sum,

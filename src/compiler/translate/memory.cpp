@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// FunctionTranslator: addresses, loads, stores, atomics, mov. Accesses claim the alignment of one
-// element only: PTX aligns by its own rules, and a vector store is not one x86 store.
+// FunctionTranslator: addresses, loads, stores, atomics, mov. Accesses claim only the alignment of
+// one element, because PTX aligns by other rules, and a vector store is not a single x86 store.
 #include "compiler/translate/function_translator.h"
 
 #include "base/config.h"
@@ -30,7 +30,7 @@ unsigned vectorCount(const ptx::Instruction& instruction) {
 
 constexpr unsigned kGlobalSpace = 1; // of NVPTX
 
-// Of element i. On a GPU a vector is one access, aligned as a whole.
+// The alignment of element i. On a GPU a vector is one access, aligned as a whole.
 llvm::Align alignmentOf(bool gpu, unsigned bytes, unsigned count, unsigned i) {
     const llvm::Align element(bytes);
     return gpu ? llvm::commonAlignment(llvm::Align(bytes * count), uint64_t(i) * bytes) : element;
@@ -48,7 +48,7 @@ llvm::AtomicOrdering orderingOf(const ptx::Instruction& instruction) {
 }
 
 devlib::AccessSpace spaceOf(const ptx::Instruction& instruction) {
-    if (instruction.opcode == "cp") // each operand has its own
+    if (instruction.opcode == "cp") // each operand has its own space
         return devlib::kSpaceGeneric;
     for (const auto& [name, space] :
          {std::pair<std::string_view, devlib::AccessSpace>{"shared", devlib::kSpaceShared},
@@ -64,7 +64,7 @@ devlib::AccessSpace spaceOf(const ptx::Instruction& instruction) {
 
 } // namespace
 
-// name, name+offset, inside and aligned: nothing that could go wrong when it runs.
+// name or name+offset, in bounds and aligned, so the access cannot fail.
 bool FunctionTranslator::isWithinVariable(const ptx::Operand& operand, unsigned bytes) const {
     if (operand.name.empty() || (operand.scale != 0 && operand.index != ~0u) || operand.offset < 0)
         return false;
@@ -172,8 +172,8 @@ Value* FunctionTranslator::indexedPointer(Value* base, const ptx::Operand& opera
                               builder_.CreateMul(number, builder_.getInt64(operand.scale)));
 }
 
-// The only variable of the module in .const whose address some function takes as a word. With
-// several, or one of another function's body, nobody could tell which one a word is near to.
+// The only .const variable of the module whose address is used as a word. With several, or one in
+// the body of another function, the variable for a word would be ambiguous.
 Value* FunctionTranslator::addressedConstant() {
     const ptx::Variable* found = nullptr;
     for (const ptx::Function& function : module_.functions)
@@ -201,9 +201,10 @@ Value* FunctionTranslator::addressedConstant() {
     return symbolAddress(found->name, current_->location);
 }
 
-// In .local and .const addresses may be words: the low halves of ours. The high half is that of
-// something beside it, on the thread's stack or in the variable. That goes through memory, lest the
-// optimiser takes the pointer for one into what is beside.
+// Addresses in .local and .const may be 32-bit words: the low halves of host addresses. The high
+// half comes from a nearby object, on the thread's stack or the variable itself. That address goes
+// through memory, so that the optimiser does not take the result for a pointer into the nearby
+// object.
 Value* FunctionTranslator::pointerOfWord(const ptx::Operand& reg) {
     llvm::IRBuilder<> top(entry_, entry_->begin());
     Value* const kept = top.CreateAlloca(top.getPtrTy());
@@ -229,7 +230,7 @@ FunctionTranslator::Place FunctionTranslator::place(const ptx::Operand& operand)
         ptx::Operand reg = operand;
         reg.kind = ptx::OperandKind::kRegister;
         reg.negated = false;
-        // The generic address of global memory is its address there.
+        // A generic address of global memory equals its address in the global space.
         const bool global = unit_.isGpu() && current_->has("global");
         const bool isWord = bitsOf(source_.registers[operand.index].type) == 32 &&
                             (current_->has("local") || current_->has("const"));
@@ -246,7 +247,7 @@ FunctionTranslator::Place FunctionTranslator::place(const ptx::Operand& operand)
     return place;
 }
 
-// After a read by which a kernel's thread may wait for another.
+// Call after a read by which a kernel's thread may wait for another.
 void FunctionTranslator::mayWait() {
     if (isKernel())
         builder_.CreateCall(
@@ -254,7 +255,7 @@ void FunctionTranslator::mayWait() {
             {state()});
 }
 
-// Adding nothing is a way to read. Where the operand is a constant, only one side is left.
+// Adding zero is a form of read. With a constant operand, only one branch remains.
 void FunctionTranslator::mayWaitIfZero(Value* operand) {
     llvm::BasicBlock* zero = llvm::BasicBlock::Create(unit_.context(), "", &function_);
     llvm::BasicBlock* join = llvm::BasicBlock::Create(unit_.context(), "", &function_);
@@ -396,14 +397,14 @@ void FunctionTranslator::atomic(const ptx::Instruction& instruction) {
         return;
     write(instruction.operands[0], old, isSigned);
     if (instruction.has("cas") || instruction.has("exch"))
-        mayWait(); // locks are taken so
+        mayWait(); // locks use it
     else if (isKernel() && !isFloat && (instruction.has("add") || instruction.has("or")))
         mayWaitIfZero(readInt(instruction.operands[at + 1], bytes * 8));
 }
 
-// Atomics through the run-time: numbers of 16 bits, and sums of floats where GPUs flush: in global
-// memory, and through generic addresses, which nearly always mean it. Vectors one element after the
-// other, as the manual allows.
+// Atomics in the run-time: 16-bit numbers, and float sums if GPUs flush them: in global memory, and
+// through generic addresses, which are nearly always global. Vectors go element by element, as the
+// manual allows.
 void FunctionTranslator::atomicNumbers(const ptx::Instruction& instruction) {
     const bool returns = instruction.opcode == "atom";
     const ptx::Type type = lastType(instruction);
@@ -479,7 +480,7 @@ void FunctionTranslator::move(const ptx::Instruction& instruction) {
             write(targets[i], values[i]);
         return;
     }
-    // A copy keeps the storage type of its source, so that no bits are recast on the way.
+    // A copy keeps the storage type of its source, which avoids casts.
     if (from.kind == ptx::OperandKind::kRegister && to.kind == ptx::OperandKind::kRegister &&
         !from.negated && slots_[slotOf(from)].type) {
         Value* value = readSlot(slotOf(from));

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// FunctionTranslator for GPUs: instructions that stay what they are. Whatever LLVM has no exact
-// equivalent for (approximations, flushing, directed rounding, saturation, textures, warp
-// functions, atomics, and every opcode the translator does not know) becomes inline assembly, so
-// that results are the processor's own and any PTX the driver accepts is accepted.
+// FunctionTranslator for GPUs: instructions that stay PTX. Those without an exact LLVM equivalent
+// (approximations, flushing, directed rounding, saturation, textures, warp functions, atomics, and
+// all opcodes unknown to the translator) become inline assembly, so results are the hardware's own
+// and any PTX that the driver accepts is accepted.
 //
-// Registers are handed over as bits of their declared width, which PTX accepts for operands of
-// every type; addresses as generic ones, which for global memory are the same. What remains
-// intermediate code is what the optimiser profits from: integers, plain float arithmetic,
-// comparisons, loads and stores, control flow.
+// Registers are passed as bits of their declared width, which PTX accepts for operands of every
+// type. Addresses are passed as generic ones, which for global memory are the same. Instructions
+// that the optimiser can improve become LLVM IR: integers, plain float arithmetic, comparisons,
+// loads and stores, control flow.
 #include "compiler/gpu/header.h"
 #include "compiler/translate/function_translator.h"
 #include "ptx/special_registers.h"
@@ -23,7 +23,7 @@ namespace {
 
 using Names = std::set<std::string_view>;
 
-// Every modifier but types and these two has a meaning that LLVM's operations lack.
+// All modifiers except types and these two have meanings that LLVM's operations lack.
 bool isPlain(const ptx::Instruction& instruction) {
     ptx::Type type;
     for (std::string_view modifier : instruction.modifiers)
@@ -83,7 +83,7 @@ std::string literalOf(const ptx::Operand& operand) {
 
 } // namespace
 
-// True if the instruction has been translated here.
+// Returns true if it translated the instruction.
 bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
     static const Names kKept = {
         "rcp", "sqrt", "rsqrt", "sin", "cos", "lg2", "ex2", "tanh", "testp", "lop3", "prmt", "bfe",
@@ -114,8 +114,8 @@ bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
         emitNative(instruction, Result::kFirst, false, false, false);
         return true;
     }
-    // LLVM writes no loads and stores that order others, nor atomic ones of 128 bits, and knows of
-    // none that are asynchronous.
+    // LLVM's back end emits no loads and stores that order others, no atomic ones of 128 bits, and
+    // no asynchronous ones.
     const bool isStore = op == "st";
     if ((isStore || op == "ld") &&
         (instruction.has("acquire") || instruction.has("release") || instruction.has("mmio") ||
@@ -171,7 +171,7 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, Result 
     const bool isLegacy =
         (instruction.opcode == "vote" || instruction.opcode == "shfl") && !instruction.has("sync");
     Assembly code;
-    std::vector<Value*> before; // what targets hold, where they may be read as well
+    std::vector<Value*> before; // old values of results that may also be read
     const auto bitsOfRegister = [&](const ptx::Operand& operand) {
         const unsigned bits = bitsOf(source_.registers[operand.index].type);
         return bits == 8 ? 16u : bits;
@@ -196,7 +196,7 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, Result 
         switch (operand.kind) {
         case ptx::OperandKind::kRegister: {
             if (operand.negated || operand.component >= kFirstByte) {
-                // -%r1.b0 and the like: of the whole register.
+                // -%r1.b0 and the like: a prefix or suffix of the whole register.
                 ptx::Operand whole = operand;
                 whole.negated = false;
                 whole.component = operand.component >= kFirstByte ? -1 : operand.component;
@@ -240,7 +240,7 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, Result 
             return input(readInt(operand, 64));
         case ptx::OperandKind::kAddress: {
             code.text += "[";
-            // Words are addresses in spaces of their own: shared memory, that of matrices.
+            // 32-bit addresses are in spaces of their own: shared memory, matrix memory.
             const bool isWord = operand.name.empty() && operand.index != ~0u &&
                                 bitsOfRegister(operand) == 32 && !instruction.has("local");
             if (isWord) {
@@ -280,13 +280,14 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, Result 
         emit(emit, instruction.operands[i], result != Result::kNone && i == 0 && !isAddress);
     }
     code.text = instruction.fullOpcode() + code.text;
-    // PTX 6.4 took them away from GPUs that have .sync: of the threads that are there.
+    // PTX 6.4 removed the forms without .sync on GPUs that have .sync: they apply to the active
+    // threads.
     if (isLegacy)
         code.text = message("{ .reg .b32 all; activemask.b32 all; ", instruction.opcode, ".sync",
                             code.text.substr(instruction.opcode.size()), ", all; }");
     else
         code.text += ";";
-    // The text names results and what is read elsewhere; the same registers' earlier values follow.
+    // The text names results and other operands; the old values of result registers follow.
     for (size_t i = 0; i < before.size(); ++i) {
         Assembly::add(code.inputs, std::to_string(i).c_str());
         code.values.push_back(before[i]);
@@ -317,8 +318,8 @@ void FunctionTranslator::emitNative(const ptx::Instruction& instruction, Result 
                                    : builder_.CreateExtractValue(call, unsigned(i)));
 }
 
-// The memory goes back when the function returns, so that it is not to become a part of another
-// one. Addresses are generic ones.
+// The memory is freed when the function returns, so the function must not be inlined. Addresses are
+// generic ones.
 void FunctionTranslator::allocateStackNative(const ptx::Instruction& instruction) {
     const int64_t alignment = checkStack(instruction);
     if (!source_.isEntry)
@@ -332,7 +333,7 @@ void FunctionTranslator::allocateStackNative(const ptx::Instruction& instruction
                               {readInt(instruction.operands[1], 64)}));
 }
 
-// %laneid, %clock64 ...: what it holds when it is read.
+// Reads %laneid, %clock64 and other registers at the time of execution.
 Value* FunctionTranslator::readSpecialNative(std::string_view name) {
     const ptx::SpecialRegister* known = ptx::findSpecialRegister(name.substr(0, name.find('.')));
     const bool isPredicate = known && known->type == ptx::Type::kPred;

@@ -24,7 +24,7 @@ llvm::Type* FunctionTranslator::typeOf(ptx::Type type) {
     }
 }
 
-// Same bits in another type; a different width is truncated or extended.
+// The same bits as another type; a different width is truncated or extended.
 Value* FunctionTranslator::coerce(Value* value, llvm::Type* type, bool isSigned) {
     llvm::Type* from = value->getType();
     if (from == type)
@@ -107,7 +107,7 @@ Value* FunctionTranslator::readImmediate(const ptx::Operand& operand, llvm::Type
         isDouble ? llvm::APFloat(llvm::APFloat::IEEEdouble(), llvm::APInt(64, bits))
                  : llvm::APFloat(llvm::APFloat::IEEEsingle(), llvm::APInt(32, bits & 0xffffffffu));
     llvm::Type* target = type;
-    if (type->isIntegerTy()) // a decimal number where 32 or 16 bits are wanted
+    if (type->isIntegerTy()) // a decimal number used with 32 or 16 bits
         target = type->getIntegerBitWidth() == 16 ? builder_.getHalfTy() : builder_.getFloatTy();
     if (type->isVectorTy())
         target = builder_.getHalfTy();
@@ -136,7 +136,7 @@ Value* FunctionTranslator::readAs(const ptx::Operand& operand, llvm::Type* type)
     case ptx::OperandKind::kSpecial:
         return coerce(special(operand.name, operand.location), type);
     case ptx::OperandKind::kSymbol: {
-        // A texture reference stands for the handle it holds.
+        // A texture reference stands for the handle that it holds.
         const ptx::Variable* variable = unit_.findVariable(module_, operand.name);
         if (variable && variable->type >= ptx::Type::kTexref)
             return coerce(textureHandle(operand), type);
@@ -159,7 +159,7 @@ Value* FunctionTranslator::readAs(const ptx::Operand& operand, llvm::Type* type)
         }
         return coerce(packed, type);
     }
-    case ptx::OperandKind::kSink: // an unused input reads as any value
+    case ptx::OperandKind::kSink: // an unused input may have any value
         return llvm::Constant::getNullValue(type);
     default:
         reject(*current_, ErrorCode::kInvalidPtx, "operand of an unexpected kind");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every instruction form that device modules of real programs were seen to use compiles in a
-// kernel: none is refused. What the forms do is tested by family in the other files.
+// All instruction forms found in device modules of real programs compile in a kernel. The other
+// test files cover their results, by family.
 #include "compiler/testing.h"
 
 #include <string>
@@ -485,7 +485,7 @@ mov.u64 %rd1, g;
             << kForms[std::stoul(kernel.name.substr(1))] << ": " << kernel.unsupported;
 }
 
-// What a form leaves open is not guessed.
+// Unknown forms are errors, not guesses.
 TEST(SeenForms, UnknownOnesAreRefused) {
     constexpr const char* kUnknown[] = {
         "vset.u32.u32 %r1, %r2, %r3;",
@@ -511,7 +511,7 @@ TEST(SeenForms, UnknownOnesAreRefused) {
         ptx::Diagnostics diagnostics;
         const std::shared_ptr<const ptx::Module> module = ptx::parse(text, diagnostics);
         if (!module)
-            continue; // the parser knows no such form either
+            continue; // the parser rejects the form, too
         EXPECT_THROW(compileKernels(module), Error) << form;
     }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// FunctionTranslator: memory of the stack whose size is known at run time only (alloca), and giving
-// it back (stacksave, stackrestore). Source: PTX ISA manual, "Stack Manipulation Instructions".
+// FunctionTranslator: stack memory of a size known only at run time (alloca), and its release
+// (stacksave, stackrestore). Source: PTX ISA manual, "Stack Manipulation Instructions".
 #include "compiler/translate/function_translator.h"
 
 namespace sunstone::compiler {
@@ -16,7 +16,7 @@ void FunctionTranslator::checkStackType(const ptx::Instruction& instruction) con
         reject(instruction, ErrorCode::kNotSupported, "stack addresses have 64 bits: use .u64");
 }
 
-// The alignment that the instruction asks for.
+// The alignment requested by the instruction.
 int64_t FunctionTranslator::checkStack(const ptx::Instruction& instruction) const {
     operandCount(instruction, 2, 3);
     checkStackType(instruction);
@@ -33,7 +33,7 @@ int64_t FunctionTranslator::checkStack(const ptx::Instruction& instruction) cons
 
 void FunctionTranslator::allocateStack(const ptx::Instruction& instruction) {
     const int64_t alignment = checkStack(instruction);
-    // Of pages that lie beyond the end of the stack the first one must be seen.
+    // A large frame must touch the stack's guard page instead of skipping it.
     function_.addFnAttr("probe-stack", "inline-asm");
     llvm::AllocaInst* memory =
         builder_.CreateAlloca(builder_.getInt8Ty(), readInt(instruction.operands[1], 64), "stack");

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// FunctionTranslator: textures and surfaces. A sampling instruction fills one block of operands in
-// the frame and calls the sampler; an access to a surface asks for the texel's address and then
-// loads or stores like any other. Handles are 64-bit values; a texture reference variable holds
-// one.
+// FunctionTranslator: textures and surfaces. A sampling instruction fills a block of operands in
+// the frame and calls the sampler. A surface access asks for the texel's address, then loads or
+// stores as usual. Handles are 64-bit values; a texture reference variable holds a handle.
 #include "compiler/translate/function_translator.h"
 
 #include "texture/device_functions.h"
@@ -57,7 +56,7 @@ constexpr QueryName kQueries[] = {
 
 } // namespace
 
-// The handle in [handle, ...]: a register's value, or what a variable holds.
+// The handle in [handle, ...]: a register's value, or the value of a variable.
 Value* FunctionTranslator::textureHandle(const ptx::Operand& operand) {
     if (operand.name.empty()) {
         ptx::Operand reg = operand;
@@ -173,9 +172,8 @@ void FunctionTranslator::sampleTexture(const ptx::Instruction& instruction) {
     writeSample(instruction, result);
 }
 
-// For the memory checker: a texture of linear memory is read like any other memory, whose first
-// byte speaks for all, since its range was checked when the object was made. Arrays live as long as
-// it.
+// For the memory checker: a texture of linear memory is checked by its first byte, because its
+// range was checked when the object was made. Arrays live as long as the texture.
 void FunctionTranslator::checkTexture(const ptx::Operand& operand, Value* handle) {
     if (!marksAccesses())
         return;
@@ -254,8 +252,8 @@ void FunctionTranslator::queryTexture(const ptx::Instruction& instruction) {
     write(instruction.operands[0], answer);
 }
 
-// Calls `access` with the place of the texel where there is one, and traps there where the
-// instruction wants it. Values of `access` are 0 where there is none.
+// Calls `access` with the address of the texel if it exists; otherwise traps if the instruction
+// says so, and the values of `access` are 0.
 template <class Access>
 std::vector<Value*> FunctionTranslator::atTexel(const ptx::Instruction& instruction,
                                                 const ptx::Operand& operand, unsigned bytes,
@@ -263,7 +261,7 @@ std::vector<Value*> FunctionTranslator::atTexel(const ptx::Instruction& instruct
     TextureOperand at = textureOperand(instruction, operand, false);
     uint32_t form = at.form | bytes << texture::kBytesShift;
     const bool reduces = instruction.opcode == "sured";
-    if (reduces && instruction.has("p")) // counts words of the access, whatever the texel's size
+    if (reduces && instruction.has("p")) // counts words of the access, for any texel size
         at.position[0] = builder_.CreateMul(at.position[0], builder_.getInt32(bytes));
     if (instruction.has("clamp"))
         form |= texture::kClamp;
@@ -374,7 +372,8 @@ void FunctionTranslator::reduceSurface(const ptx::Instruction& instruction) {
                                            : (isSigned ? Op::Max : Op::UMax);
     Value* value = readInt(instruction.operands[1], bytes * 8);
     const auto access = [&](Value*, Value* texel) {
-        // An address between texels belongs to the one it lies in, as atomics need their alignment.
+        // An unaligned address belongs to the texel that contains it, because atomics need
+        // alignment.
         Value* aligned = builder_.CreateIntToPtr(
             builder_.CreateAnd(builder_.CreatePtrToInt(texel, intType(64)), ~uint64_t(bytes - 1)),
             builder_.getPtrTy());
@@ -385,7 +384,7 @@ void FunctionTranslator::reduceSurface(const ptx::Instruction& instruction) {
     atTexel(instruction, instruction.operands[0], bytes, access);
 }
 
-// sured.p: the texel's format says whether numbers have a sign.
+// sured.p: the texel's format determines signedness.
 void FunctionTranslator::reduceFormatted(const ptx::Instruction& instruction, unsigned bytes) {
     using texture::Reduction;
     const Reduction reduction = instruction.has("add")   ? Reduction::kAdd

@@ -131,7 +131,7 @@ TEST(Surfaces, LoadStoreReduce) {
          1000},
     });
     EXPECT_EQ(texels[18], 77u);
-    EXPECT_EQ(texels[32], 96u); // nothing was written outside
+    EXPECT_EQ(texels[32], 96u); // no write outside
     EXPECT_TRUE(removeSurface(surface));
 }
 
@@ -197,7 +197,7 @@ TEST(Textures, OptixPrograms) {
     ray.thread = &thread;
     reinterpret_cast<devlib::ProgramFn>(const_cast<void*>(code->programs()[0].address))(&ray);
     EXPECT_EQ(out, 1022);
-    EXPECT_EQ(thrown, devlib::kExceptionTrap); // the surface was left
+    EXPECT_EQ(thrown, devlib::kExceptionTrap); // the address was outside the surface
     EXPECT_TRUE(removeTexture(texture));
     EXPECT_TRUE(removeSurface(surface));
 }

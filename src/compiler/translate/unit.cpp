@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Symbols across modules, variables and their initialisers.
+// Symbols across modules; variables and their initialisers.
 #include "compiler/translate/unit.h"
 
 #include "base/error.h"
@@ -23,7 +23,7 @@ unsigned scalarBits(const ptx::Variable& variable) {
     return variable.type == ptx::Type::kPred ? 1 : ptx::sizeOf(variable.type) * 8;
 }
 
-// One of several definitions stands for all.
+// One of several equal definitions is used for all.
 bool isWeak(const ptx::Variable& variable) {
     return variable.linkage == ptx::Linkage::kWeak || variable.linkage == ptx::Linkage::kCommon;
 }
@@ -174,7 +174,7 @@ llvm::Function* Unit::declare(const ptx::Module& module, const ptx::Function& fu
     entry->addFnAttr(llvm::Attribute::NoUnwind);
     entry->addFnAttr("warn-stack-size", "0");
     entry->setAlignment(llvm::Align(kFunctionAlignment));
-    // Shadow state pointers are ours: user memory never holds or reaches them.
+    // The hidden state pointers are ours: user memory never holds or reaches them.
     entry->addParamAttr(0, llvm::Attribute::NoAlias);
     entry->addParamAttr(0, llvm::Attribute::NonNull);
     const uint64_t stateBytes =
@@ -360,7 +360,7 @@ VariableId Unit::idOf(const ptx::Module& module, const ptx::Variable& variable) 
     VariableId id;
     id.module = uint32_t(std::find(modules_.begin(), modules_.end(), &module) - modules_.begin());
     const auto within = [&](const std::vector<ptx::Variable>& list) {
-        // std::less orders pointers into different arrays too.
+        // std::less also orders pointers into different arrays.
         const std::less<const ptx::Variable*> before;
         if (list.empty() || before(&variable, list.data()) || before(&list.back(), &variable))
             return false;
@@ -397,7 +397,7 @@ llvm::Constant* Unit::addVariable(const ptx::Module& module, const ptx::Variable
     if (variable.type == ptx::Type::kSamplerref)
         failAt(ErrorCode::kNotSupported, variable.location, "samplers of their own (\"",
                variable.name, "\") are not available");
-    // Constants nobody outside can name may be folded into the code: each piece has its own.
+    // Internal constants may be folded into the code: each piece has its own copy.
     constexpr uint64_t kCopyLimit = 4096;
     const bool fixed = !flavor_.isKernels() && variable.space == ptx::Space::kConst &&
                        variable.linkage == ptx::Linkage::kInternal && variable.size <= kCopyLimit;

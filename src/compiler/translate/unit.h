@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One compilation: the LLVM module under construction and the symbols of all PTX modules that take
-// part. Translation is driven by need: a function or variable that is referred to is declared and
-// queued, so that nothing unreachable costs time. Read next: function_translator.h.
+// One compilation: the LLVM module under construction and the symbols of all its PTX modules. A
+// function or variable is declared and queued when code refers to it, so unreachable code costs no
+// time. Read next: function_translator.h.
 #pragma once
 
 #include "base/error.h"
@@ -20,17 +20,17 @@
 
 namespace sunstone::compiler {
 
-using ErrorCode = sunstone::Code; // beside this folder's class Code
+using ErrorCode = sunstone::Code; // next to this folder's class Code
 
 // What the code is for. For GPUs the same intermediate code is made, with two differences:
 // instructions that no intermediate code stands for exactly stay what they are, as inline assembly
 // (translate/native.cpp), and the functions of LaunchState are linked by name.
 enum class Target : uint8_t { kCpu, kGpu };
 
-// Whether the unit holds the variables it uses, or refers to those of another piece of code.
+// Whether the unit defines the variables it uses, or refers to those of another piece of code.
 enum class Variables : uint8_t { kDefined, kReferenced };
 
-// Names of user symbols are prefixed, so that none meets a name of the run-time.
+// User symbols have prefixes, so that they never clash with the run-time's names.
 constexpr const char* kFunctionPrefix = "f.";
 
 // Throws Error whose text begins with the PTX line.
@@ -41,19 +41,19 @@ template <class... Parts>
     fail(code, "line ", location.line, ": ", parts...);
 }
 
-// The run-time's symbol of a function that CUDA's driver provides, or null. It takes the hidden
-// state like every other function.
+// The run-time's symbol for a function that CUDA's driver provides, or null. The function takes the
+// hidden state like every other function.
 const char* providedFunction(std::string_view name);
 
-// How a PTX function or prototype is called: hidden state pointer first, then one out-pointer per
-// result unless there is exactly one scalar result, then scalars by value (as integers of their
-// width) and aggregates by pointer to the caller's copy.
+// The calling convention of a PTX function or prototype: first the hidden state pointer, then one
+// out-pointer per result (unless there is exactly one scalar result), then scalars by value (as
+// integers of their width) and aggregates by pointer to the caller's copy.
 struct Signature {
     llvm::FunctionType* type = nullptr;
     bool returnsValue = false;
 };
 
-// What the call graph pass needs to know of a translated function.
+// Facts about a translated function, for the call graph pass.
 struct FunctionFacts {
     const ptx::Module* module = nullptr;
     const ptx::Function* function = nullptr;
@@ -62,7 +62,7 @@ struct FunctionFacts {
     uint64_t localBytes = 0;
 };
 
-// A .shared variable; its place is decided when all users are known.
+// A .shared variable; its offset is decided when all its users are known.
 struct SharedVariable {
     const ptx::Variable* variable = nullptr;
     llvm::GlobalVariable* placeholder = nullptr; // its address stands for the offset
@@ -87,11 +87,11 @@ public:
     std::unique_ptr<llvm::LLVMContext> takeContext() { return std::move(context_); }
     std::unique_ptr<llvm::Module> takeModule() { return std::move(module_); }
 
-    // The function of this name as seen from `from`: its own, or another module's visible one.
+    // The function of this name as visible from `from`: its own, or another module's visible one.
     llvm::Function* function(const ptx::Module& from, std::string_view name,
                              ptx::Location location);
     llvm::Function* declare(const ptx::Module& module, const ptx::Function& function);
-    // Whether the name can be resolved to a function at all.
+    // Whether the name resolves to any function.
     bool knowsFunction(const ptx::Module& from, std::string_view name) const;
 
     bool isLaunchParams(const ptx::Variable& variable) const;
@@ -100,24 +100,25 @@ public:
     llvm::Constant* variable(const ptx::Module& from, std::string_view name,
                              ptx::Location location);
     llvm::Constant* addVariable(const ptx::Module& module, const ptx::Variable& variable);
-    // The variable of an id of this unit's; throws kInternal where there is none.
+    // The variable of an id of this unit; throws kInternal if it does not exist.
     void addVariable(const VariableId& id);
     llvm::Constant* sharedOffset(const ptx::Variable& variable, llvm::Function* user);
 
-    // Declares every variable of the modules, used or not (kernels: the host may look it up).
+    // Declares all variables of the modules, also unused ones (the host may look up a kernel's
+    // variables).
     void addAllVariables();
-    // Translates queued functions and initialisers until none is left.
+    // Translates queued functions and initialisers until the queue is empty.
     void translateQueue();
 
     Signature signature(const std::vector<ptx::Variable>& results,
                         const std::vector<ptx::Variable>& parameters);
     llvm::Function* intrinsic(const Intrinsic& intrinsic, std::string_view fullName);
-    // A function of the run-time (runtime.h). pure: depends on its operands alone.
+    // A function of the run-time (runtime.h). pure: the result depends only on the operands.
     llvm::FunctionCallee helper(const char* name, llvm::Type* result,
                                 llvm::ArrayRef<llvm::Type*> operands, bool pure = true);
 
-    // The address of a function of LaunchState: loaded from `launch`, or (GPU) linked by its name in
-    // the struct.
+    // The address of a function of LaunchState: loaded from `launch`, or for a GPU linked by its
+    // name in the struct.
     llvm::Value* launchFunction(llvm::IRBuilder<>& builder, llvm::Value* launch, size_t offset,
                                 const char* name, llvm::FunctionType* type);
 
@@ -125,14 +126,14 @@ public:
     // The programs among the functions. A program's kind is set before it is translated.
     ProgramKinds& kinds() { return kinds_; }
     std::deque<SharedVariable>& shared() { return shared_; }
-    // Variables that have a symbol, in the order they came.
+    // Variables that have a symbol, in the order they were added.
     const std::vector<VariableId>& variableIds() const { return ids_; }
     const Intrinsic* intrinsicOf(const llvm::Function* function) const;
     // Numbers the accesses of the PTX for the memory checker.
     uint32_t nextAccess(bool isNew) { return isNew ? ++accesses_ : accesses_; }
 
-    // For a GPU: of each module the first instruction that may need the module's header, in the
-    // order they came; see gpu/header.h.
+    // For a GPU: in each module the first instruction that may need the module's header, in the
+    // order they were added; see gpu/header.h.
     struct HeaderNeed {
         const ptx::Module* module;
         const ptx::Instruction* instruction;
@@ -140,7 +141,8 @@ public:
     void needHeader(const ptx::Module& module, const ptx::Instruction& instruction);
     const std::vector<HeaderNeed>& headerNeeds() const { return headerNeeds_; }
 
-    // Options of a module; without them it has none, and line information if its PTX does.
+    // Sets the options of a module. By default a module has none, and line information if its PTX
+    // does.
     void setOptions(const ptx::Module& module, std::shared_ptr<const ModuleRules> rules,
                     DebugLevel level);
     uint32_t moduleNumber(const ptx::Module& module) const; // from 0
@@ -148,7 +150,7 @@ public:
     DebugLevel debugLevel(const ptx::Module& module) const {
         return options_[moduleNumber(module)].level;
     }
-    DebugInfo& debugInfo(); // made when first asked for
+    DebugInfo& debugInfo(); // made at the first call
     bool hasLineInfo(const ptx::Module& module) const;
     bool debugExceptions() const { return rules_.exceptionFlags & devlib::kFlagDebug; }
 

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // FunctionTranslator: video instructions. The scalar ones take a word, half or byte of each
-// operand, compute in more bits than the result has, saturate, and either merge the result into a
-// third operand or combine it with that. The others do the same to two halves or four bytes at
-// once. Source: PTX ISA manual, "Video Instructions".
+// operand, compute in more bits than the result has, saturate, and merge the result into a third
+// operand or combine it with that. The others do the same with two halves or four bytes at once.
+// Source: PTX ISA manual, "Video Instructions".
 #include "compiler/translate/function_translator.h"
 
 namespace sunstone::compiler {
 
 namespace {
 
-// Bits in which nothing of 32-bit operands overflows, sums and shifts included.
+// Bits in which sums and shifts of 32-bit operands cannot overflow.
 constexpr unsigned kWide = 72;
 
 struct Part {
     unsigned shift = 0, bits = 32;
 };
 
-// Which part of a word .b0 to .b3, .h0, .h1 name.
+// The part of a word that .b0 to .b3, .h0 or .h1 names.
 Part partOf(const ptx::Operand& operand) {
     if (operand.component >= 8 && operand.component < ptx::Operand::kPicked)
         return {unsigned(operand.component - 8) * 16, 16};
@@ -46,7 +46,7 @@ Value* FunctionTranslator::videoOperand(const ptx::Operand& operand, bool isSign
                     : builder_.CreateZExt(value, intType(kWide));
 }
 
-// Into the range of `bits` bits.
+// Clamps to the range of `bits` bits.
 Value* FunctionTranslator::videoSaturate(Value* value, unsigned bits, bool isSigned) {
     const llvm::APInt low =
         isSigned ? llvm::APInt::getSignedMinValue(bits).sext(kWide) : llvm::APInt(kWide, 0);
@@ -56,7 +56,7 @@ Value* FunctionTranslator::videoSaturate(Value* value, unsigned bits, bool isSig
     return intrinsicCall(llvm::Intrinsic::smin, {value, builder_.getInt(high)});
 }
 
-// What the opcode makes of two extended operands.
+// The opcode's result for two extended operands.
 Value* FunctionTranslator::videoResult(const ptx::Instruction& instruction, Value* a, Value* b,
                                        bool arithmeticShift) {
     const std::string_view name = instruction.opcode;
@@ -169,7 +169,7 @@ void FunctionTranslator::videoMultiplyAdd(const ptx::Instruction& instruction) {
     write(wholeOf(instruction.operands[0]), builder_.CreateTrunc(result, intType(32)), isSigned);
 }
 
-// vadd2, vadd4 and their like: each half or byte; with .add the results are summed onto c.
+// vadd2, vadd4 and the like: each half or byte; with .add the results are summed onto c.
 void FunctionTranslator::videoPacked(const ptx::Instruction& instruction) {
     operandCount(instruction, 4, 4);
     const bool compares = instruction.opcode.starts_with("vset");

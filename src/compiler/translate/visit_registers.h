@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// FunctionTranslator::visitRegisters: every register an instruction names, with the position of
-// its operand and whether it forms an address. The guard is included.
+// FunctionTranslator::visitRegisters: visits every register that an instruction names, with the
+// position of its operand and whether it forms an address. Includes the guard.
 #pragma once
 
 #include "compiler/translate/function_translator.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The capturing side of Streams: see graph.h. Rules and error numbers follow the CUDA driver API's
-// section on stream management.
+// Capturing in Streams; see graph.h. Rules and error numbers: CUDA Driver API, "Stream Management".
 #include "device/cpu/stream.h"
 
 #include <algorithm>
@@ -156,7 +155,7 @@ void Streams::dropCapture(const StreamPtr& stream) {
         return;
     capture->invalidated = true;
     if (capture->origin == stream.get()) {
-        capture->ended = true; // nobody can end it any more
+        capture->ended = true; // the destroyed stream cannot end it
         std::erase(captures_, capture);
     }
 }

@@ -15,7 +15,7 @@ namespace sunstone::device::cpu {
 
 namespace {
 
-// Weak, so that a context destroyed by another thread leaves a stack entry that reads as none.
+// Weak, so that a context destroyed by another thread leaves an entry that reads as null.
 using Stack = std::vector<std::weak_ptr<Context>>;
 
 Stack& contextStack() {
@@ -54,10 +54,10 @@ Context* Contexts::create(unsigned flags) {
 }
 
 void Contexts::tearDown(const ContextPtr& context) {
-    streams().waitAll(); // also where a capture makes the next call fail
+    streams().waitAll(); // also if a capture makes the next call fail
     try {
         streams().synchronizeAll();
-    } catch (const ProcessEnds&) { // device code may still use what the context owns
+    } catch (const ProcessEnds&) { // device code may still use the context's memory
         throw;
     } catch (const std::exception& error) {
         log(LogLevel::kError, "device",
@@ -160,7 +160,7 @@ ContextPtr Contexts::shareCurrent() const {
 }
 
 Context* Contexts::current() const {
-    return shareCurrent().get(); // stays alive: only its destruction by the application ends it
+    return shareCurrent().get(); // stays alive until the application destroys it
 }
 
 void Contexts::setCurrent(Context* context) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// CUDA contexts on the CPU device: owners of memory, streams, events and modules, with a stack of
-// current ones per thread. Handles are checked before use, so garbage ones are harmless.
+// CUDA contexts on the CPU device: they own memory, streams, events and modules; each thread has a
+// stack of current ones. Handles are checked before use: an invalid handle is an error, not a
+// crash.
 #pragma once
 
 #include <atomic>
@@ -18,11 +19,11 @@ struct Context {
     bool primary = false;
     std::atomic<unsigned> flags{0};
     uint64_t id = 0;
-    // What cuCtxSetLimit and its like were given; kept, not acted upon.
+    // The values of cuCtxSetLimit and cuCtxSetCacheConfig and the like; stored, without effect.
     std::atomic<size_t> limits[8] = {};
     std::atomic<unsigned> cacheConfig{0};
     std::atomic<unsigned> sharedConfig{0};
-    // The API's number of the error that device code ended with; 0 while there was none.
+    // The CUDA API's number of the error that device code ended with; 0: none.
     std::atomic<int> fault{0};
     void keepFault(int number, const std::string& text); // the first one stays
     std::string faultText() const;
@@ -36,7 +37,7 @@ using ContextPtr = std::shared_ptr<Context>;
 class Contexts {
 public:
     Context* create(unsigned flags);
-    // Frees what the context owns. False if it is no live context, or the primary one.
+    // Frees what the context owns. False if it is not a live context, or is the primary one.
     bool destroy(void* handle);
 
     Context* retainPrimary();
@@ -55,7 +56,7 @@ public:
     void push(Context* context);
     Context* pop(); // null if empty
 
-    // Called with a context about to die, after its streams have drained.
+    // The hook is called for a context about to be destroyed, after its streams have drained.
     void onDestroy(std::function<void(Context*)> hook);
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CPU as a Device: device.h in terms of streams, memory and contexts.
+// The CPU as a Device: implements device.h with streams, memory and contexts.
 #include "base/error.h"
 #include "device/cpu/context.h"
 #include "device/cpu/memory.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events of the CPU device: a mark in a stream that can be waited for and, with another, timed.
+// Events of the CPU device: a mark in a stream; streams wait for it, and two marks give a time.
 #pragma once
 
 #include "device/cpu/stream.h"
@@ -13,13 +13,13 @@ public:
     const void* owner() const { return owner_; }
     bool timed() const { return (flags_ & 2u) == 0; } // CU_EVENT_DISABLE_TIMING is 2
 
-    // Marks the stream's present end; later calls move the mark.
+    // Marks the stream's current end; later calls move the mark.
     void record(const StreamPtr& stream);
     // The mark; null if never recorded. Throws CaptureError if it was recorded in a capture, where
-    // it stands for no moment in time.
+    // it marks no point in time.
     CompletionPtr mark() const;
     void setMark(CompletionPtr mark);
-    // The mark of a capturing stream; null capture if it has another or none.
+    // The mark of a capturing stream; null capture if the event has another mark or none.
     CapturedMark capturedMark() const;
 
 private:

@@ -111,7 +111,7 @@ void ExecutableGraph::launch(const std::shared_ptr<ExecutableGraph>& self,
     std::lock_guard lock(graphMutex());
     auto steps = std::make_shared<std::vector<Step>>();
     flatten(self->steps_, *steps);
-    // Marks of events exist as soon as the launch returns, so that others can wait for them.
+    // Marks of events exist as soon as the launch returns, so that other streams can wait for them.
     auto marks = std::make_shared<std::vector<CompletionPtr>>(steps->size());
     std::vector<CompletionPtr> waits{self->last_};
     const bool captured = streams().isCapturing(stream);
@@ -143,7 +143,8 @@ void ExecutableGraph::launch(const std::shared_ptr<ExecutableGraph>& self,
                 try {
                     step.work();
                 } catch (...) {
-                    error = std::current_exception(); // marks that others wait for still finish
+                    error = std::current_exception(); // marks that other streams wait for still
+                                                      // finish
                 }
             }
         }
@@ -182,7 +183,7 @@ ExecutableGraph::Difference ExecutableGraph::update(const Graph& graph) {
     const Difference difference = compare(steps_, steps);
     if (difference.kind != Difference::kNone)
         return difference;
-    // Nodes of the graph this was made from stay the names of the steps.
+    // Nodes of the source graph remain the names of the steps.
     for (size_t i = 0; i < steps.size(); ++i)
         steps[i].original = steps_[i].original;
     steps_ = std::move(steps);

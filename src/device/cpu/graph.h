@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graphs of work, and streams that capture work into one instead of running it.
+// Graphs of work, and streams that capture work into a graph instead of running it.
 //
 // A Graph owns its nodes; a node lists the nodes it comes after. An ExecutableGraph is a copy in
-// topological order, child graphs unfolded, that runs as one piece of work of a stream, so that all
-// rules of stream order hold for it as a whole. Nodes run one after the other: each of them already
+// topological order, with child graphs unfolded. It runs as one piece of work of a stream, so all
+// rules of stream order hold for it as a whole. Nodes run one after the other, as each node already
 // uses all cores.
 //
 // While a stream captures, Streams::submit adds a node after the stream's tips (the nodes that
-// later work depends on) instead of queueing. A mark of an event recorded then holds these tips; a
+// later work depends on) instead of queueing work. An event recorded then marks these tips; a
 // stream that waits for such a mark joins the capture. Read next: stream.h.
 #pragma once
 
@@ -36,7 +36,7 @@ class Stream;
 using CompletionPtr = std::shared_ptr<Completion>;
 using StreamPtr = std::shared_ptr<Stream>;
 
-// What a piece of work is; numbered like CUgraphNodeType.
+// The kind of a piece of work; numbered like CUgraphNodeType.
 enum class WorkKind : unsigned {
     kKernel = 0,
     kCopy = 1,
@@ -50,7 +50,7 @@ enum class WorkKind : unsigned {
     kFree = 11,
 };
 
-// An error of capturing or graphs, with its number in the CUDA API.
+// An error of capturing or of graphs, with its number in the CUDA API.
 class CaptureError : public Error {
 public:
     enum Number {
@@ -82,7 +82,7 @@ struct GraphNode {
     std::shared_ptr<Graph> child;        // of kGraph
     std::shared_ptr<Event> event;        // of the event kinds
     bool enabled = true;
-    // What the API calls attributes: what was set, by number.
+    // Node attributes of the API that were set, by number.
     using AttributeBytes = std::array<unsigned char, 64>;
     std::map<int, AttributeBytes> attributes;
 };
@@ -100,11 +100,11 @@ public:
     void remove(GraphNode* node);
     bool owns(const GraphNode* node) const;
     const std::vector<std::unique_ptr<GraphNode>>& nodes() const { return nodes_; }
-    // Nodes such that each comes after those it depends on; fewer than all if there is a cycle.
+    // Nodes such that each comes after those it depends on; fewer than all for a cycle.
     std::vector<GraphNode*> ordered() const;
     // A copy with children copied too; `twins` gets copy by original.
     std::shared_ptr<Graph> clone(std::unordered_map<const GraphNode*, GraphNode*>* twins) const;
-    // Keeps something alive as long as the graph: memory its nodes use.
+    // Keeps a resource, such as memory that nodes use, alive as long as the graph.
     void keep(std::shared_ptr<void> resource) { kept_.push_back(std::move(resource)); }
 
 private:
@@ -112,7 +112,7 @@ private:
     std::vector<std::shared_ptr<void>> kept_; // shared with clones
 };
 
-// Guards all graphs: taken by whoever reads or changes one, capturing included.
+// Guards all graphs; taken to read or change one, also while capturing.
 std::recursive_mutex& graphMutex();
 
 class ExecutableGraph {
@@ -123,16 +123,16 @@ public:
     // Queues one run on the stream, after the run before it.
     static void launch(const std::shared_ptr<ExecutableGraph>& self, const StreamPtr& stream);
 
-    // What update() found.
+    // The result of update().
     struct Difference {
         enum Kind { kNone, kTopology, kNodeKind } kind = kNone;
         const GraphNode* own = nullptr;   // of the graph this was made from
         const GraphNode* other = nullptr; // of the graph compared with
     };
-    // Takes the work of a graph of the same shape, or says where the shapes differ.
+    // Takes over the work of a graph of the same shape, or returns the first difference.
     Difference update(const Graph& graph);
-    // Replaces the work of the step made from a node of the original graph; false if there is none
-    // of that kind.
+    // Replaces the work of the step made from a node of the original graph; false if there is no
+    // such step of that kind.
     bool replace(const GraphNode* original, WorkKind kind, std::function<void()> work);
     bool setEnabled(const GraphNode* original, bool enabled);
     bool isEnabled(const GraphNode* original, bool& enabled) const;
@@ -169,7 +169,7 @@ struct Capture {
     std::atomic<bool> ended{false};
 };
 
-// What a captured event mark refers to.
+// The capture and tips that a captured event mark refers to.
 struct CapturedMark {
     std::shared_ptr<Capture> capture;
     std::vector<GraphNode*> tips;

@@ -27,7 +27,7 @@ bool isOurs(MemoryKind kind) {
            kind == MemoryKind::kManaged;
 }
 
-// Freed memory that the checker keeps.
+// Limit of freed memory that the checker keeps.
 constexpr size_t kKeptBytes = size_t(256) << 20;
 
 bool isChecked() {
@@ -36,12 +36,12 @@ bool isChecked() {
 }
 
 size_t alignmentOf(size_t size) {
-    // Acceleration structures are read at random: huge pages spare them most address look-ups.
+    // Acceleration structures are read at random: huge pages save most TLB misses.
     return size >= kHugeFrom ? kHugePage : Memory::kAlignment;
 }
 
-// While memory is checked nothing lies this near to an allocation, so that what leaves one does not
-// end in another.
+// While memory is checked, a gap surrounds each allocation, so that an access past its end does not
+// hit another one.
 size_t zoneBefore(size_t size) {
     return isChecked() ? std::max<size_t>(alignmentOf(size), 4096) : 0;
 }
@@ -75,7 +75,7 @@ auto entryOf(Map& map, uintptr_t address) {
 void* Memory::allocate(size_t size, MemoryKind kind, unsigned flags, const void* owner) {
     if (size == 0)
         fail(Code::kInvalidValue, "an allocation of 0 bytes");
-    // The kernel promises more than it has: refuse what could never be used.
+    // The kernel overcommits: refuse sizes that could never be used.
     if (size > totalMemory() - std::min(totalMemory(), allocatedBytes()))
         fail(Code::kOutOfMemory, "no memory for ", size, " bytes: the device has ", totalMemory());
     const size_t alignment = alignmentOf(size), before = zoneBefore(size);
@@ -114,7 +114,7 @@ bool Memory::adopt(const void* base, size_t size, MemoryKind kind, unsigned flag
     return true;
 }
 
-// Under the lock. `dead` receives what may be freed now.
+// Called under the lock. `dead` receives the memory that may be freed now.
 void Memory::retire(const Allocation& allocation, bool withContext, std::vector<Allocation>& dead) {
     if (!isChecked()) {
         dead.push_back(allocation);
@@ -236,7 +236,7 @@ size_t Memory::allocatedBytes() const {
 bool isMapped(const void* address, size_t size) {
     const uintptr_t page = uintptr_t(sysconf(_SC_PAGESIZE));
     const uintptr_t begin = uintptr_t(address);
-    // What the thread's frames hold, such as most parameters of launches, needs no system call.
+    // Memory in the thread's frames, such as most parameters of launches, needs no system call.
     const StackBounds stack = stackOfThread();
     const auto frame = uintptr_t(__builtin_frame_address(0));
     if (frame >= stack.begin && frame <= begin && begin <= stack.end && size <= stack.end - begin)
@@ -245,7 +245,7 @@ bool isMapped(const void* address, size_t size) {
         return false;
     uintptr_t at = begin & ~(page - 1);
     const uintptr_t end = size ? begin + size : begin + 1;
-    // mincore answers ENOMEM where a page is not mapped; residency itself does not matter.
+    // mincore returns ENOMEM for an unmapped page; whether pages are resident is irrelevant.
     static constexpr size_t kPagesAtOnce = 4096;
     unsigned char resident[kPagesAtOnce];
     while (at < end) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory of the CPU device: ordinary host memory whose allocations are remembered by address, so
-// that copies out of range, double frees and foreign pointers are recognised without touching them.
-// Any thread may call anything here. Read next: stream.h.
+// Memory of the CPU device: host memory whose allocations are remembered by address, so that copies
+// out of range, double frees and foreign pointers are detected without accessing them. All
+// functions may be called from any thread. Read next: stream.h.
 #pragma once
 
 #include <atomic>
@@ -20,10 +20,10 @@ enum class MemoryKind : uint8_t {
     kDevice,
     kPinned, // host memory allocated by the API
     kManaged,
-    kRegistered, // the application's own, made known to the API; never freed by us
+    kRegistered, // the application's own, registered with the API; never freed by us
     kModule,     // variables of a loaded module; never freed by us
     kManagedVariable, // the same, in managed memory
-    kMapped, // at addresses that were reserved; flags: 1 readable, 2 writable; never freed by us
+    kMapped, // at reserved addresses; flags: 1 readable, 2 writable; never freed by us
 };
 inline bool isManaged(MemoryKind kind) {
     return kind == MemoryKind::kManaged || kind == MemoryKind::kManagedVariable;
@@ -36,9 +36,9 @@ struct Allocation {
     uintptr_t base = 0;
     size_t size = 0;
     MemoryKind kind = MemoryKind::kDevice;
-    unsigned flags = 0;          // as the API was given them
-    const void* owner = nullptr; // context that frees it when it dies
-    uint64_t id = 0;             // never used twice
+    unsigned flags = 0;          // as given to the API
+    const void* owner = nullptr; // context that frees it at its end
+    uint64_t id = 0;             // never reused
     std::shared_ptr<const CallStack> allocatedAt; // only while memory is checked
 };
 
@@ -52,33 +52,32 @@ class Memory {
 public:
     static constexpr size_t kAlignment = 512;
 
-    // New zero-filled-or-not memory of `size` bytes, aligned to kAlignment. Throws kInvalidValue
-    // for size 0 and kOutOfMemory where the machine has not that much.
+    // Allocates `size` bytes, aligned to kAlignment; the contents are undefined. Throws
+    // kInvalidValue for size 0 and kOutOfMemory if the machine has less memory.
     void* allocate(size_t size, MemoryKind kind, unsigned flags, const void* owner);
-    // Remembers memory that is not ours; false if it overlaps what is known.
+    // Registers memory of other owners; false if it overlaps registered memory.
     bool adopt(const void* base, size_t size, MemoryKind kind, unsigned flags, const void* owner);
-    // Frees memory whose start is `base` if its kind is one of `kinds` (and, if given, its number
-    // that one); false if there is none.
+    // Frees memory that starts at `base` if its kind is one of `kinds` and, if `id` is not 0, its
+    // id is `id`; otherwise false.
     bool release(const void* base, std::initializer_list<MemoryKind> kinds, uint64_t id = 0);
-    // Frees or forgets everything of this owner.
+    // Frees or forgets all memory of this owner.
     void releaseOwner(const void* owner);
 
-    // The live allocation that contains the address.
+    // The live allocation that contains the address, if any.
     std::optional<Allocation> find(const void* address) const;
     // Whether the whole range lies in one live allocation, or in readable mappings that adjoin.
     bool contains(const void* address, size_t size) const;
-    // Whether all mappings in the range may be written; other memory always may.
+    // Whether all mappings in the range are writable; other memory counts as writable.
     bool isWritable(const void* address, size_t size) const;
 
     size_t allocatedBytes() const;
 
-    // For the memory checker. Freed memory is kept from being used again for a while, so that late
-    // accesses to it are recognised.
-    // Changes with every allocation and release.
+    // For the memory checker. Freed memory is not reused for a while, so that late accesses to it
+    // are recognised. `version` changes with every allocation and release.
     uint64_t version() const { return version_.load(std::memory_order_acquire); }
     std::vector<Allocation> live() const;
-    std::vector<FreedAllocation> freed() const; // the last ones, in the order they were freed
-    // Allocations that were never freed by themselves, also those that ended with their context.
+    std::vector<FreedAllocation> freed() const; // the latest, in the order of freeing
+    // Allocations that the application never freed, including those freed with their context.
     std::vector<Allocation> leaked() const;
 
 private:
@@ -98,7 +97,7 @@ private:
 bool isMapped(const void* address, size_t size);
 bool isMappedReadWrite(const void* address, size_t size);
 
-// Physical memory of the machine, and what of it could be allocated now.
+// Physical memory of the machine, and its part that can be allocated now, in bytes.
 size_t totalMemory();
 size_t availableMemory();
 

@@ -102,7 +102,7 @@ void Stream::push(std::shared_ptr<Stream> self, Item item) {
     pending_.fetch_add(1, std::memory_order_release);
     if (!started_) {
         started_ = true;
-        // Here and not in the first work: that may still be queued when main has returned.
+        // Here and not in the first work, which may still be queued when main has returned.
         startArena();
         std::thread(&Stream::run, std::move(self)).detach();
         return;
@@ -141,7 +141,7 @@ void Stream::run(std::shared_ptr<Stream> self) {
         } catch (...) {
             self->keepError(std::current_exception());
         }
-        item.work = nullptr; // what it owns is gone before anyone learns that it is done
+        item.work = nullptr; // frees what the work owns before a waiter sees that it is done
         item.done->finish();
     }
 }
@@ -169,7 +169,7 @@ bool Streams::destroy(void* handle) {
         std::erase_if(orphans_, [](const CompletionPtr& last) { return last->done(); });
         if (stream->last_ && !stream->last_->done())
             orphans_.push_back(stream->last_);
-        // Its unfinished work still counts as that of a blocking stream.
+        // The unfinished work of a destroyed stream still counts as that of a blocking stream.
         if (stream->isBlocking() && stream->last_ && !stream->last_->done()) {
             Stream::Item barrier{nullptr, {stream->last_}, std::make_shared<Completion>()};
             if (legacy_->last_ && !legacy_->last_->done())
@@ -319,7 +319,7 @@ void Streams::synchronizeAll() {
         all = live_;
         all.push_back(legacy_);
     }
-    // The first error is thrown; the others stay with their streams.
+    // Throws the first error; the others stay with their streams.
     for (const StreamPtr& stream : all)
         stream->throwError();
 }

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Streams of the CPU device: ordered queues, each with a worker thread of its own that starts with
-// the first work. Order between streams is kept by dependencies on Completions only:
+// Streams of the CPU device: ordered queues, each with a worker thread that starts with the first
+// work. Dependencies on Completions alone order work between streams:
 //
-//   * every piece of work has a Completion; a stream remembers its last one;
-//   * work on the legacy default stream depends on the last work of all blocking streams, and work
-//   on
-//     a blocking stream on the last work of the legacy stream, as CUDA specifies;
-//   * waiting for an event is work that depends on the Completion the event was recorded with.
+// - each piece of work has a Completion; a stream remembers its last one;
+// - work on the legacy default stream depends on the last work of all blocking streams, and work on
+//   a blocking stream on the last work of the legacy stream (CUDA Driver API, "Stream
+//   synchronization behavior");
+// - waiting for an event is work that depends on the Completion recorded with the event.
 //
-// Dependencies only ever point to work submitted earlier and each stream has its own thread, so
-// there can be no cycle. One mutex (Streams::order_) makes submissions of all streams one sequence.
-// A capturing stream queues nothing: see graph.h.
-// A worker spins for some microseconds before it sleeps: a program that launches and waits in turn
-// then pays no wake-up. Read next: event.h, cpu_device.cpp.
+// Dependencies point only to work submitted earlier, and each stream has its own thread, so there
+// is no cycle. One mutex (Streams::order_) makes submissions of all streams one sequence. A
+// capturing stream queues nothing: see graph.h. A worker spins for some microseconds before it
+// sleeps, which saves the wake-up for programs that alternate launches and waits. Read next:
+// event.h, cpu_device.cpp.
 #pragma once
 
 #include "device/cpu/graph.h"
@@ -32,15 +32,15 @@
 
 namespace sunstone::device::cpu {
 
-// Something that happens once.
+// An event that happens once.
 class Completion {
 public:
     bool done() const { return done_.load(std::memory_order_acquire) != 0; }
     void wait() const;
-    // For callers of the API: throws ProcessEnds instead of waiting while the process ends.
+    // For API calls: throws ProcessEnds instead of waiting while the process ends.
     void await() const;
     void finish();
-    // When it happened; valid once done.
+    // The time it happened; valid once done.
     std::chrono::steady_clock::time_point time() const { return time_; }
 
 private:
@@ -48,7 +48,7 @@ private:
     std::chrono::steady_clock::time_point time_{};
 };
 
-// What a piece of work is, for graphs that capture it.
+// The kind of a piece of work, for graphs that capture it.
 struct WorkInfo {
     WorkKind kind = WorkKind::kKernel;
     std::shared_ptr<const void> details;
@@ -63,8 +63,8 @@ public:
     bool isBlocking() const { return (flags_ & 1u) == 0; } // CU_STREAM_NON_BLOCKING is 1
     unsigned flags() const { return flags_; }
     int priority() const { return priority_; }
-    void setPriority(int priority); // brought into the range of priorities
-    // What the API calls attributes: kept, not acted upon.
+    void setPriority(int priority); // clamped to the range of priorities
+    // Stream attributes of the API: stored, without effect.
     using AttributeBytes = std::array<unsigned char, 64>;
     void keepAttribute(int attribute, const AttributeBytes& bytes);
     AttributeBytes attribute(int attribute) const; // zeros if never set
@@ -90,7 +90,7 @@ private:
     std::map<int, AttributeBytes> attributes_; // guarded by mutex_
     const void* const owner_;
     const uint64_t id_;
-    CompletionPtr last_; // guarded by Streams::order_, as the next two are
+    CompletionPtr last_; // guarded by Streams::order_, like the next two members
     std::shared_ptr<Capture> capture_;
     std::vector<GraphNode*> tips_; // of the capture
 
@@ -111,23 +111,23 @@ public:
 
     Streams();
     void* create(unsigned flags, int priority, const void* owner);
-    // Returns at once; work already queued still runs. False if there is no such stream.
+    // Returns at once; work already queued still runs. False if the handle is not a live stream.
     bool destroy(void* handle);
     void destroyOwner(const void* owner);
     // Drops the pending errors of streams whose owner is one of these.
     void forgetErrors(const std::function<bool(const void* owner)>& isOne);
 
     // The stream of a handle: null and (void*)1 mean the legacy default stream, (void*)2 that of
-    // the calling thread. Throws Error(kInvalidValue) for anything else that is not a live stream.
+    // the calling thread. Throws Error(kInvalidValue) for other values that are not live streams.
     StreamPtr find(void* handle);
     bool isDefault(void* handle) const { return uintptr_t(handle) <= 2; }
 
-    // Queues work after everything the stream's order demands. Throws the stream's pending error.
-    // On a capturing stream: adds a node to the graph instead; the result is then already done.
+    // Queues work after all work it must follow. Throws the stream's pending error. On a capturing
+    // stream: adds a node to the graph instead; the result is then already done.
     CompletionPtr submit(const StreamPtr& stream, std::function<void()> work,
                          std::vector<CompletionPtr> waits = {}, WorkInfo info = {});
-    // What the stream must have done to be idle: work of blocking streams counts for the legacy
-    // stream.
+    // The Completions the stream waits for until it is idle; for the legacy stream including those
+    // of blocking streams.
     std::vector<CompletionPtr> outstanding(const StreamPtr& stream);
     bool idle(const StreamPtr& stream);
     void synchronize(const StreamPtr& stream); // throws the stream's pending error
@@ -135,27 +135,28 @@ public:
     void synchronizeAll();                     // throws the first pending error
     void throwError(const StreamPtr& stream) { stream->throwError(); }
 
-    // Capturing; all throw CaptureError. With a graph given, its nodes `after` are the first tips.
+    // Capturing; all throw CaptureError. If a graph is given, its nodes `after` are the first tips.
     void beginCapture(const StreamPtr& stream, Capture::Mode mode, std::shared_ptr<Graph> graph,
                       std::vector<GraphNode*> after);
     std::shared_ptr<Graph> endCapture(const StreamPtr& stream);
     bool isCapturing(const StreamPtr& stream);
-    // The capture and the nodes that the stream's next work comes after; no capture: null.
+    // The capture and the nodes that the stream's next work comes after; null if it does not
+    // capture.
     CapturedMark captureState(const StreamPtr& stream);
     void setTips(const StreamPtr& stream, std::vector<GraphNode*> tips);
-    // Makes the stream's work depend on the mark; a stream that does not capture joins.
+    // Makes the stream's work depend on the mark; a stream that does not capture joins the capture.
     void waitForCaptured(const StreamPtr& stream, const CapturedMark& mark);
-    // For calls that may synchronise behind the scenes: throws while a capture forbids them.
+    // For calls that may synchronise implicitly: throws while a capture forbids them.
     void refuseDuringCapture();
-    // The calling thread's attitude to such calls; returns the one before.
+    // Sets the calling thread's mode for such calls; returns the previous one.
     static Capture::Mode exchangeThreadMode(Capture::Mode mode);
 
 private:
     std::vector<CompletionPtr> collect(const StreamPtr& stream); // under order_
     StreamPtr perThread();
     CompletionPtr capture(const StreamPtr& stream, std::function<void()> work, WorkInfo info);
-    // Under order_: what waits for a stream may not be asked while it, or (of the legacy stream) any
-    // blocking one, captures; the captures concerned become invalid.
+    // Under order_. A call that waits for a stream is refused while the stream captures, and for
+    // the legacy stream while any blocking stream captures. The captures concerned become invalid.
     void refuseCapturing(const StreamPtr& stream);
     // Under order_: the stream's valid capture, or null.
     Capture* validCapture(const StreamPtr& stream);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See driver.h.
 #include "device/cuda/driver.h"
 
 #include "base/config.h"
@@ -10,15 +11,17 @@ namespace {
 
 constexpr const char* kLibrary = "libcuda.so.1";
 
-// A name that only the libcuda of this project's CPU device exports. Tests of the GPU back end where
-// there is no GPU have the CPU device, which runs any PTX, taken for one.
+// Looks for a name that only the libcuda of this project's CPU device exports. Tests of the GPU
+// back end on machines without a GPU set kGpuBackEnd, and the CPU device, which runs any PTX,
+// counts as a GPU.
 bool isCpuDevice(void* library) {
     return dlsym(library, "sunstone_cuda_is_cpu_device") != nullptr &&
            config(Setting::kGpuBackEnd) != "cpu-device";
 }
 
 Driver openDriver() {
-    void* library = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL); // never closed: its threads live on
+    void* library = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL); // never closed: the driver's threads
+                                                             // keep running
     if (!library) {
         const char* reason = dlerror();
         fail(Code::kNotInitialized, "no CUDA driver: ", reason ? reason : kLibrary);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CUDA driver of a GPU, opened at run time: a table of its functions, and errors as Error. No
-// toolkit and no import library is needed; types and values come from include/cuda/cuda.h. This is
-// the only place that looks up names in libcuda.so.1.
+// The CUDA driver of a GPU, opened at run time: a table of its functions, and errors as Error.
+// Needs no toolkit and no import library; types and values come from include/cuda/cuda.h. Names in
+// libcuda.so.1 are looked up only here.
 //
 //   using namespace device::cuda;
 //   ContextScope current(context);              // of the calling thread, until the scope ends
-//   SUNSTONE_CU(memAlloc, &address, bytes);     // throws Error("cuMemAlloc_v2: CUDA_ERROR_...
-//   (...)")
+//   SUNSTONE_CU(memAlloc, &address, bytes);     // throws Error("cuMemAlloc_v2: CUDA_ERROR_...")
 #pragma once
 
 #include "base/error.h"
@@ -15,8 +14,8 @@
 
 namespace sunstone::device::cuda {
 
-// member of Driver, name in cuda.h. Streams are those of the legacy default stream: callers hand
-// over real streams, whichever they were compiled for.
+// member of Driver, name in cuda.h. Variants for the legacy default stream: the engine passes
+// explicit streams.
 #define SUNSTONE_CUDA_FUNCTIONS(X)                                                                 \
     X(init, cuInit)                                                                                \
     X(driverGetVersion, cuDriverGetVersion)                                                        \
@@ -69,7 +68,7 @@ namespace sunstone::device::cuda {
     X(occupancyMaxActiveBlocksPerMultiprocessor, cuOccupancyMaxActiveBlocksPerMultiprocessor)      \
     X(launchKernel, cuLaunchKernel)
 
-// What drivers from CUDA 11 on have: null in the table of an older one.
+// Functions of drivers from CUDA 11 on; null in the table of an older driver.
 #define SUNSTONE_CUDA_NEWER_FUNCTIONS(X)                                                           \
     X(memRetainAllocationHandle, cuMemRetainAllocationHandle)                                      \
     X(memRelease, cuMemRelease)
@@ -92,19 +91,18 @@ struct DriverNames {
 #undef SUNSTONE_CUDA_MEMBER
 };
 
-// Whether this process has loaded a libcuda.so.1, and whose. Loads nothing.
+// Whether this process has loaded a libcuda.so.1, and which. Loads no library.
 enum class LoadedDriver { kNone, kCpuDevice, kGpu };
 LoadedDriver loadedDriver();
 
-// The driver's functions. The first call opens libcuda.so.1. Throws Error(kNotInitialized) where
-// there is none, and Error(kNotSupported) for one that lacks a function or belongs to the CPU
-// device.
+// The driver's functions. The first call opens libcuda.so.1. Throws Error(kNotInitialized) if there
+// is no such library, and Error(kNotSupported) if it lacks a function or belongs to the CPU device.
 const Driver& driver();
-// The same table, of which tests may have functions fail.
+// The same table; a test may replace functions to make them fail.
 Driver& driverForTests();
 
-// Throws Error unless result is CUDA_SUCCESS: kOutOfMemory for memory, else kCudaError, with the
-// function and the driver's name and text of the code.
+// Throws Error unless result is CUDA_SUCCESS: kOutOfMemory if memory ran out, else kCudaError. The
+// text has the function and the driver's name and text of the code.
 void check(CUresult result, const char* function);
 void check(const Driver& driver, CUresult result, const char* function);
 
@@ -112,9 +110,9 @@ void check(const Driver& driver, CUresult result, const char* function);
     ::sunstone::device::cuda::check(::sunstone::device::cuda::driver().member(__VA_ARGS__),        \
                                     ::sunstone::device::cuda::DriverNames::member)
 
-// Makes a context current on the calling thread for as long as it lives. Meanwhile the thread may
-// allocate memory and ask about events although it, or another, captures a graph: none of that is
-// to be a part of one.
+// Makes a context current on the calling thread during its lifetime. The thread may then allocate
+// memory and query events while it or another thread captures a graph; these calls do not become
+// part of the graph.
 class ContextScope {
 public:
     explicit ContextScope(CUcontext context) {
@@ -129,17 +127,16 @@ private:
     CUstreamCaptureMode mode_ = CU_STREAM_CAPTURE_MODE_RELAXED; // then the thread's own
 };
 
-// Whether what is queued on the stream becomes a part of a graph. Asking for more, or waiting,
-// would spoil that.
+// Whether work queued on the stream becomes part of a graph. Further queries, or waiting, would
+// invalidate the capture.
 inline bool isCapturing(const Driver& driver, CUstream stream) {
     CUstreamCaptureStatus status = CU_STREAM_CAPTURE_STATUS_NONE;
     return driver.streamIsCapturing(stream, &status) == CUDA_SUCCESS &&
            status != CU_STREAM_CAPTURE_STATUS_NONE;
 }
 
-// Whether the application has mapped memory to the address itself, piece by piece (cuMemMap), so that
-// a buffer may have several pieces, and its contents may come back in others. Of drivers that cannot
-// tell: false.
+// Whether the application itself mapped memory to the address (cuMemMap). A buffer may then consist
+// of several pieces, which may be replaced later. False if the driver cannot answer.
 bool isMappedByApplication(const Driver& driver, CUdeviceptr address);
 
 } // namespace sunstone::device::cuda

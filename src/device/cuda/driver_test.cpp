@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The driver's table: names, detection of a loaded driver, errors without a driver.
 #include "device/cuda/driver.h"
 
 #include <gtest/gtest.h>
@@ -19,8 +20,8 @@ TEST(CudaDriver, NoneIsLoadedUnlessTheProcessDoes) {
     EXPECT_EQ(loadedDriver(), LoadedDriver::kNone);
 }
 
-// On a machine without a driver it is an error with the reason; on one with a driver the table is
-// whole and errors carry the names of function and code.
+// Without a driver, opening fails with the reason. With a driver, the table is complete and errors
+// have the names of function and code.
 TEST(CudaDriver, IsOpenedOrRefusedWithAReason) {
     try {
         const Driver& opened = driver();

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See gpu_device.h.
 #include "device/cuda/gpu_device.h"
 
 namespace sunstone::device::cuda {
@@ -60,7 +61,7 @@ bool GpuDevice::isAccessible(const void* address, size_t size) {
             return false;
         CUdeviceptr base = 0;
         size_t bytes = 0;
-        // Memory of other kinds (registered, mapped) has no range the driver tells of.
+        // The driver gives no range for memory of other kinds (registered, mapped).
         if (driver.memGetAddressRange(&base, &bytes, place) != CUDA_SUCCESS)
             return true;
         const size_t rest = base + bytes - place;
@@ -68,7 +69,7 @@ bool GpuDevice::isAccessible(const void* address, size_t size) {
             return true;
         if (!isMappedByApplication(driver, place))
             return false;
-        place += rest; // the piece behind it
+        place += rest; // the following piece
         size -= rest;
     }
 }

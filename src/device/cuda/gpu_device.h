@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A CUDA GPU as a Device: the application's CUcontext, driven through its own driver. Host code
-// cannot run in stream order here; what works on device memory is kernels and copies of the
-// engine's GPU back end.
+// cannot run in stream order on a GPU; kernels and copies of the engine's GPU back end do the work
+// on device memory.
 #pragma once
 
 #include "device/cuda/driver.h"
@@ -14,7 +14,7 @@ namespace sunstone::device::cuda {
 
 class GpuDevice final : public Device {
 public:
-    // Throws kCudaError where the driver knows no such context.
+    // Throws kCudaError if the driver does not know the context.
     explicit GpuDevice(CUcontext context);
 
     CUcontext context() const { return context_; }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See kernel_set.h.
 #include "device/cuda/kernel_set.h"
 
 #include <algorithm>
@@ -21,8 +22,8 @@ bool KernelSet::areReady(std::span<const uint32_t> kernels) const {
     });
 }
 
-// Threads that need the same kernels share the work: each takes what nobody has begun with, and
-// waits for the rest. What fails is there to be tried again.
+// Threads that need the same kernels share the work: each takes the kernels that no thread has
+// started, and waits for the rest. A kernel that failed can be prepared again.
 void KernelSet::prepare(std::span<const uint32_t> kernels) {
     if (areReady(kernels))
         return;
@@ -89,7 +90,8 @@ CUfunction KernelSet::loadOne(uint32_t kernel, std::string code) {
         return result;
     };
     CUresult result = loads(code);
-    if (result != CUDA_SUCCESS && !code.empty()) { // of another driver with the same number, say
+    if (result != CUDA_SUCCESS && !code.empty()) { // e.g. made for another driver of the same
+                                                   // version
         const KernelSource* const again = &source;
         result = loads(source_->machineCode({&again, 1}, true)[0]);
     }
@@ -103,7 +105,7 @@ CUfunction KernelSet::loadOne(uint32_t kernel, std::string code) {
     CUfunction function = nullptr;
     check(driver_, driver_.moduleGetFunction(&function, module, source.name.c_str()),
           source.name.c_str());
-    int registers = 0; // asking for them makes a driver load what it had left for later
+    int registers = 0; // the query makes a driver load what it deferred
     check(driver_, driver_.funcGetAttribute(&registers, CU_FUNC_ATTRIBUTE_NUM_REGS, function),
           DriverNames::funcGetAttribute);
     return function;
@@ -118,7 +120,7 @@ bool isNamePart(char c) {
            (c >= 'A' && c <= 'Z');
 }
 
-// The name is what stands before the parameters; a function's results come first.
+// The name is the word before the parameters; a function's results come first.
 std::string_view nameIn(std::string_view head) {
     if (const size_t results = head.find(".func"); results != head.npos) {
         head.remove_prefix(results + 5);

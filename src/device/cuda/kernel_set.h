@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels of the library itself (builders of acceleration structures, denoisers) in a CUDA context.
-// Each is a module of its own: kernels call nothing of one another, so that their machine code can
-// be made by many threads at a time, and what nobody needs is never made.
+// Each kernel is a module of its own and calls no other kernel, so many threads can make machine
+// code at once, and only the kernels in use are compiled.
 #pragma once
 
 #include "device/cuda/driver.h"
@@ -21,34 +21,34 @@ namespace sunstone::device::cuda {
 
 struct KernelSource {
     std::string name;                  // of the entry
-    std::string id;                    // tells it from all other kernels of the library
+    std::string id;                    // unique among the kernels of the library
     std::function<std::string()> text; // a PTX module of the kernel; any thread may call it
 };
 
-// Makes machine code of kernels, or has kept it. Any thread may call.
+// Makes machine code of kernels or finds it in a store. Any thread may call.
 class MachineCodeSource {
 public:
     virtual ~MachineCodeSource() = default;
-    // Of each kernel; empty where there is none to be had, and the driver is to compile the text.
-    // `anew`: what is kept is of no use.
+    // The code of each kernel; empty if it cannot be made, and the driver has to compile the text.
+    // `anew`: stored code did not load; make it again.
     virtual std::vector<std::string> machineCode(std::span<const KernelSource* const> kernels,
                                                  bool anew) = 0;
 };
 
-// Calls must be made with the context current that was so when it was made; they may come from any
-// thread, and while a graph is captured (see ContextScope).
+// All calls need the context that was current in the constructor. They may come from any thread,
+// also while a graph is captured (see ContextScope).
 class KernelSet {
 public:
-    // Without a source the driver compiles all texts.
+    // With a null source the driver compiles all texts.
     KernelSet(const Driver& driver, MachineCodeSource* source, std::vector<KernelSource> kernels);
     ~KernelSet();
     KernelSet(const KernelSet&) = delete;
     KernelSet& operator=(const KernelSet&) = delete;
 
-    // Has machine code of these kernels made, together, and loads them; the driver may wait for the
-    // GPU then. Returns at once where all of them are there.
+    // Makes and loads machine code of these kernels, all at once; the driver may wait for the GPU.
+    // Returns at once if all of them are loaded.
     void prepare(std::span<const uint32_t> kernels);
-    // Prepares the kernel if it is not there.
+    // The kernel, which is prepared first if it is not loaded.
     CUfunction function(uint32_t kernel);
     const KernelSource& source(uint32_t kernel) const { return kernels_[kernel]; }
 
@@ -68,16 +68,16 @@ private:
     std::vector<CUmodule> modules_;
 };
 
-// A PTX module, taken apart into modules of one kernel each, with the functions it calls and all
-// variables. Kernels and functions begin at the start of a line, as LLVM writes them. The text
-// stays.
+// Splits a PTX module into modules of one kernel each, with the functions it calls and all
+// variables. Kernels and functions begin at the start of a line, as LLVM writes them. The text must
+// outlive this object.
 class KernelTexts {
 public:
     explicit KernelTexts(std::string_view ptx);
     std::string moduleOf(std::string_view kernel) const;
 
 private:
-    // A kernel, a definition or declaration of a function, or what is between these.
+    // A kernel, a definition or declaration of a function, or the text between two of these.
     struct Piece {
         std::string_view text, name; // of a kernel or function
         bool isKernel = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels on the CPU device, whose driver takes PTX where a GPU's takes machine code.
+// Kernel sets on the CPU device, whose driver takes PTX in place of machine code.
 #include "device/cuda/kernel_set.h"
 #include "device/cuda/test_driver.h"
 
@@ -16,16 +16,17 @@ std::string textOf(const std::string& name) {
            "()\n{\n\tret;\n}\n";
 }
 
-// Hands out texts as machine code, and counts how often it made that of each kernel.
+// Returns texts as machine code, and counts the requests for each kernel.
 struct Source : MachineCodeSource {
     std::mutex mutex;
     std::map<std::string, int> made;
-    std::string instead; // of the code of a first request
+    std::string instead; // returned for a kernel's first request
     bool fails = false;
 
     std::vector<std::string> machineCode(std::span<const KernelSource* const> kernels,
                                          bool anew) override {
-        std::this_thread::sleep_for(std::chrono::milliseconds(5)); // so that others come meanwhile
+        std::this_thread::sleep_for(std::chrono::milliseconds(5)); // so that other threads call
+                                                                   // meanwhile
         std::lock_guard lock(mutex);
         if (fails)
             fail(Code::kInternal, "as asked");
@@ -63,7 +64,7 @@ TEST(KernelSet, MakesEachKernelOnceHoweverManyThreadsAsk) {
     for (uint32_t t = 0; t < 8; ++t)
         threads.emplace_back([&, t] {
             driver.ctxPushCurrent(context);
-            std::vector<uint32_t> wanted; // of which others want some
+            std::vector<uint32_t> wanted; // shared in part with other threads
             for (uint32_t i = 0; i < 6; ++i)
                 wanted.push_back((t + i) % kCount);
             wanted.push_back(wanted[0]);
@@ -116,7 +117,7 @@ TEST(KernelSet, FailuresCanBeTriedAgain) {
     set.prepare(both);
     EXPECT_NE(set.function(1), nullptr);
     EXPECT_EQ(source.made["set kernel1"], 1);
-    // A kernel that its text lacks.
+    // A kernel that is missing in its text.
     std::vector<KernelSource> wrong = kernels(1);
     wrong[0].name = "another";
     KernelSet broken(testDriver(), nullptr, wrong);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// See ptx_compiler.h. Source: PTX Compiler API reference, 12.0.
 #include "device/cuda/ptx_compiler.h"
 
 #include "base/error.h"
@@ -64,7 +65,7 @@ std::string text(Compiler compiler, int (*sizeOf)(Compiler, size_t*), int (*read
     return out;
 }
 
-// sm_90a is to be asked for by name; other targets of a text are within the reach of the device's.
+// A text for sm_90a needs that name; texts for other targets compile for the device's own name.
 std::string deviceName(const std::string& ptx, unsigned computeCapability) {
     const std::string own = message("sm_", computeCapability), exact = own + "a";
     constexpr std::string_view kDirective = "\n.target ";

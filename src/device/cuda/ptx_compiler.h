@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The compiler of PTX that comes with a GPU's driver, opened at run time. It gives machine code that
-// can be kept, and compiles a text as a whole: the driver's linker (cuLink*) gives some, too, but
-// takes each text for a part of more, which costs registers at every division.
+// The PTX compiler that comes with a GPU's driver, opened at run time. Its machine code can be
+// stored, and it compiles a text as a whole. The driver's linker (cuLink*) also returns code, but
+// takes each text for a part of a larger program, which costs registers at every division.
 #pragma once
 
 #include <optional>
@@ -11,19 +11,19 @@ namespace sunstone::device::cuda {
 
 struct MachineCode {
     std::string cubin;
-    std::string log; // what the compiler tells of frames, spills and registers of each function
+    std::string log; // frames, spills and registers of each function
 };
 
-// The name under which the driver installs it, beside libcuda.so.1.
+// The library's name as the driver installs it, beside libcuda.so.1.
 constexpr const char* kPtxCompilerLibrary = "libnvidia-ptxjitcompiler.so.1";
 
-// Whether there is one. A first call opens it.
+// Whether the library is present. The first call opens it.
 bool hasPtxCompiler();
 
-// Machine code of a text for GPUs of a compute capability (90 is 9.0), with so many registers a
-// thread; 0: as many as it takes. Any thread may call. Nothing where the driver has no such
-// library, where it lacks the functions of the PTX Compiler API, or where it refuses the text: then
-// it is for cuModuleLoadDataEx to say what is wrong. (PTX Compiler API reference, 12.0)
+// Machine code of a text for GPUs of a compute capability (90 is 9.0), with at most maxRegisters
+// registers a thread; 0: no limit. Any thread may call. Empty if the driver lacks the library or
+// the functions of the PTX Compiler API, or if the compiler refuses the text; cuModuleLoadDataEx
+// then reports the fault. Source: PTX Compiler API reference, 12.0.
 std::optional<MachineCode> compilePtx(const std::string& ptx, unsigned computeCapability,
                                       unsigned maxRegisters);
 

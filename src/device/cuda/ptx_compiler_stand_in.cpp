@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests only: a library with the name and the functions of the PTX compiler that comes with a GPU's
-// driver. Its machine code is the text with the options before it, as comments; the CPU device's
-// libcuda takes that as it takes any PTX. It refuses texts that have the word "refused".
+// Tests only: a library with the name and functions of the PTX compiler that comes with a GPU's
+// driver. Its machine code is the text after the options as comments; the CPU device's libcuda
+// loads it like any PTX. It refuses texts that contain the word "refused".
 #include <cstring>
 #include <string>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The PTX compiler on its stand-in (ptx_compiler_stand_in.cpp), and without a library.
 #include "device/cuda/ptx_compiler.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +12,7 @@ namespace sunstone::device::cuda {
 namespace {
 
 TEST(PtxCompiler, GivesMachineCodeAndLog) {
-    // Loaded by its path it is found by its name.
+    // A library loaded by its path is found by its name.
     ASSERT_TRUE(dlopen(TEST_PTX_COMPILER, RTLD_NOW)) << dlerror();
     const auto made = compilePtx("the text", 90, 72);
     ASSERT_TRUE(made);
@@ -24,7 +25,7 @@ TEST(PtxCompiler, GivesMachineCodeAndLog) {
 }
 
 TEST(PtxCompiler, IsNotNeeded) {
-    // In a process without the library. Machines with a GPU's driver have it.
+    // In a process without the library, unless the machine has a GPU's driver.
     void* const there = dlopen(kPtxCompilerLibrary, RTLD_NOW | RTLD_LOCAL);
     if (!there)
         EXPECT_FALSE(compilePtx("the text", 90, 72));

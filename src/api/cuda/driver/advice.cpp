@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// See advice.h. Ranges of one allocation with different advice are segments of a map; a segment
-// goes when its allocation is seen to be gone.
+// See advice.h. Ranges of one allocation with different advice are segments of a map. The segments
+// of a freed allocation are removed at the next access to their range.
 #include "api/cuda/driver/advice.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 struct Segment {
     uintptr_t end = 0;
-    uint64_t allocation = 0; // its number; 0 for memory that is no allocation
+    uint64_t allocation = 0; // the allocation's id; 0 for other memory
     Advice advice;
 };
 
@@ -38,7 +38,7 @@ public:
             at = found->second.end;
         }
     }
-    // All that is known of the range, with the default where nothing is.
+    // The advice of all parts of the range; default advice for unknown parts.
     std::vector<Advice> within(uintptr_t begin, uintptr_t end, uint64_t allocation) {
         forget(begin, end, allocation);
         std::vector<Advice> all;
@@ -58,7 +58,7 @@ public:
 private:
     using Map = std::map<uintptr_t, Segment>;
 
-    // The first segment that ends behind the address.
+    // The first segment that ends after the address.
     Map::iterator firstAfter(uintptr_t address) {
         auto found = segments_.upper_bound(address);
         if (found != segments_.begin() && std::prev(found)->second.end > address)
@@ -72,7 +72,7 @@ private:
         segments_.emplace(at, found->second);
         found->second.end = at;
     }
-    // What was said of memory that was here before.
+    // Removes the advice for memory that was at these addresses before.
     void forget(uintptr_t begin, uintptr_t end, uint64_t allocation) {
         for (auto found = firstAfter(begin); found != segments_.end() && found->first < end;)
             found =
@@ -104,7 +104,7 @@ int deviceOf(const CUmemLocation& location) {
     return location.type == CU_MEM_LOCATION_TYPE_DEVICE ? location.id : CU_DEVICE_CPU;
 }
 
-// The answer that all parts of a range agree on, or `mixed`.
+// The value shared by all parts of a range, or `mixed`.
 template <class Answer>
 int common(const std::vector<Advice>& parts, int mixed, const Answer& answer) {
     const int first = answer(parts[0]);
@@ -130,7 +130,7 @@ int placeIdOf(const std::vector<Advice>& parts, Place place) {
                   [&](const Advice& part) { return part.*place ? (part.*place)->id : 0; });
 }
 
-// Who was said to access all of the range, then CU_DEVICE_INVALID.
+// The devices that access all of the range, then CU_DEVICE_INVALID.
 void storeAccessors(const std::vector<Advice>& parts, int* values, size_t count) {
     std::fill_n(values, count, CU_DEVICE_INVALID);
     for (const int device : parts[0].accessedBy) {
@@ -284,7 +284,7 @@ SUNSTONE_EXPORT CUresult cuMemRangeGetAttributes(void** data, size_t* dataSizes,
     });
 }
 
-// The form before CUDA 13.
+// The form of CUDA 12 and earlier.
 #undef cuMemAdvise
 SUNSTONE_EXPORT CUresult sunstoneMemAdvise1(CUdeviceptr address, size_t bytes, CUmem_advise advice,
                                             CUdevice device) asm("cuMemAdvise");

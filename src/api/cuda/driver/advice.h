@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What programs said of ranges of memory that host and device share: advice and prefetches. Nothing
-// moves, since there is one memory; what was said can be asked.
+// Advice and prefetches for ranges of memory that host and device share. No data moves, because
+// there is one memory; the values are stored for queries.
 #pragma once
 
 #include "api/cuda/driver/shell.h"
@@ -17,13 +17,13 @@ struct Advice {
 };
 
 // Throws Failure: CUDA_ERROR_INVALID_DEVICE for a device that does not exist,
-// CUDA_ERROR_INVALID_VALUE for other places that are none.
+// CUDA_ERROR_INVALID_VALUE for any other invalid location.
 void requireLocation(const CUmemLocation& location);
-// A place by the number that older functions take: a device's, or CU_DEVICE_CPU.
+// The location for the number that older functions take: a device's, or CU_DEVICE_CPU.
 CUmemLocation locationOf(CUdevice device);
-// Throws Failure unless advice can be given on the range: CUDA_ERROR_INVALID_VALUE.
+// Throws Failure with CUDA_ERROR_INVALID_VALUE unless the range can have advice.
 void requireShared(CUdeviceptr address, size_t bytes);
-// Changes what is known of the range.
+// Applies `change` to the advice of the range.
 void advise(CUdeviceptr address, size_t bytes, const std::function<void(Advice&)>& change);
 
 } // namespace sunstone::api::cuda

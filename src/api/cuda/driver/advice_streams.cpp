@@ -31,7 +31,7 @@ SUNSTONE_EXPORT CUresult cuMemPrefetchAsync(CUdeviceptr address, size_t bytes,
     return prefetch(address, bytes, location, flags, stream);
 }
 
-// The form before CUDA 13.
+// The form of CUDA 12 and earlier.
 #undef cuMemPrefetchAsync
 #ifdef CUDA_API_PER_THREAD_DEFAULT_STREAM
 #define SUNSTONE_FIRST_FORM "cuMemPrefetchAsync_ptsz"

@@ -33,7 +33,7 @@ HandleTable<MipmapHandle>& mipmaps() {
     return *table;
 }
 
-// Formats whose number says the channels too.
+// Formats whose value includes the number of channels.
 struct NamedFormat {
     unsigned value;
     Channel channel;
@@ -99,7 +99,7 @@ std::shared_ptr<ArrayHandle> makeArray(const CUDA_ARRAY3D_DESCRIPTOR& descriptor
     handle->descriptor.Depth = shape.depth;
     handle->owner = cpu::contexts().current();
     handle->isLevel = isLevel;
-    // Known to the allocator, so that copies check their ranges as for other memory.
+    // Registered as an allocation, so that copies check their ranges like those of other memory.
     cpu::memory().adopt(handle->array->data(), handle->array->bytes(), cpu::MemoryKind::kModule, 0,
                         handle->owner);
     return handle;
@@ -216,7 +216,7 @@ SUNSTONE_EXPORT CUresult cuArray3DGetDescriptor(CUDA_ARRAY3D_DESCRIPTOR* descrip
 SUNSTONE_EXPORT CUresult cuArrayDestroy(CUarray array) {
     return guarded("cuArrayDestroy", Needs::kContext, [&] {
         require(!arrayOf(array)->isLevel, "a level goes with its mipmapped array");
-        cpu::streams().synchronizeAll(); // queued work may use it
+        cpu::streams().synchronizeAll(); // queued work may use the array
         arrays().remove(array);
     });
 }
@@ -230,7 +230,7 @@ SUNSTONE_EXPORT CUresult cuMipmappedArrayCreate(CUmipmappedArray* mipmap,
         const texture::Shape shape = shapeOf(*descriptor);
         auto handle = std::make_shared<MipmapHandle>();
         handle->owner = cpu::contexts().current();
-        // More levels than the size has are cut, 0 means one, as CUDA does.
+        // Levels beyond the size's are dropped and 0 means one, as in CUDA.
         const unsigned count = std::clamp(levels, 1u, texture::mostLevels(shape));
         for (unsigned level = 0; level < count; ++level)
             handle->levels.push_back(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CUDA arrays and mipmapped arrays of the driver API: handles around the texture part's arrays.
+// CUDA arrays and mipmapped arrays of the driver API: handles of the arrays in src/texture.
 #pragma once
 
 #include "api/cuda/driver/shell.h"
@@ -13,7 +13,7 @@ struct ArrayHandle {
     std::shared_ptr<texture::Array> array;
     CUDA_ARRAY3D_DESCRIPTOR descriptor = {};
     const void* owner = nullptr; // context
-    bool isLevel = false;        // of a mipmapped array, which frees it
+    bool isLevel = false;        // of a mipmapped array, which owns it
 
     ~ArrayHandle();
 };
@@ -23,12 +23,12 @@ struct MipmapHandle {
     const void* owner = nullptr;
 };
 
-// The live object of a handle, or CUDA_ERROR_INVALID_HANDLE.
+// The live object of a handle; throws CUDA_ERROR_INVALID_HANDLE.
 std::shared_ptr<ArrayHandle> arrayOf(CUarray array);
 std::shared_ptr<MipmapHandle> mipmapOf(CUmipmappedArray mipmap);
 
-// Throws for formats that are unknown (CUDA_ERROR_INVALID_VALUE) or not decoded here
-// (CUDA_ERROR_NOT_SUPPORTED).
+// Throws CUDA_ERROR_INVALID_VALUE for unknown formats, CUDA_ERROR_NOT_SUPPORTED for formats without
+// a decoder.
 texture::Format formatOf(CUarray_format format, unsigned channels);
 
 } // namespace sunstone::api::cuda

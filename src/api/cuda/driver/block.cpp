@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// See block.h: the plain loop.
+// See block.h. Runs kernels without barriers and warp functions, and chooses how a block runs.
 #include "api/cuda/driver/block.h"
 
 #include "api/cuda/driver/block_fibers.h"
@@ -21,7 +21,7 @@ namespace {
 struct LoopBlock {
     const devlib::BlockFunctions* functions;
     Launch* launch;
-    FaultFrame frame; // its jump is where a thread that ends early goes
+    FaultFrame frame; // a thread that ends early jumps to it
 };
 
 LoopBlock& blockOf(devlib::KernelThread* thread) {
@@ -32,7 +32,7 @@ LoopBlock& blockOf(devlib::KernelThread* thread) {
 constexpr int kJumpStop = 3;
 static_assert(kJumpStop != kJumpFault);
 
-// The compiler said that the kernel does not use these.
+// The kernel does not use these, as the compiler found.
 uint32_t loopBarrier(devlib::KernelThread* thread, uint32_t, uint32_t, uint32_t, uint32_t) {
     blockOf(thread).launch->deadlock = true;
     std::longjmp(blockOf(thread).frame.jump, 1);
@@ -56,7 +56,7 @@ void loopFault(devlib::KernelThread* thread, uint32_t kind) {
 
 void loopYield(devlib::KernelThread* thread) {
     thread->spins = kSpins;                  // other blocks run on other threads
-    if (blockOf(thread).launch->hasFailed()) // what this one waits for may never come
+    if (blockOf(thread).launch->hasFailed()) // the thread may wait for one that failed
         std::longjmp(blockOf(thread).frame.jump, kJumpStop);
     std::this_thread::yield();
 }
@@ -66,9 +66,9 @@ void loopCheck(devlib::KernelThread* thread, const devlib::CheckedAccess* access
         loopFault(thread, fault - 1);
 }
 
-// placeThread for the thread after the one that stands there, without divisions.
+// Equals placeThread for the next thread, without divisions.
 void nextThread(devlib::KernelThread& thread, const Launch& launch) {
-    thread.spins = kSpins; // by itself none of them may read that often
+    thread.spins = kSpins; // a single thread seldom reads that often
     thread.laneid = (thread.laneid + 1) % 32;
     thread.warpid += thread.laneid == 0;
     if (++thread.tid[0] != launch.block[0])
@@ -84,7 +84,7 @@ constexpr devlib::BlockFunctions kLoopFunctions = {loopBarrier,    loopArrive, l
                                                    loopActiveMask, loopExit,   loopFault,
                                                    loopYield,      loopCheck};
 
-// For the blocks a thread runs one after another, kept for the next launch.
+// Shared memory for the blocks that a CPU thread runs one after another, kept for the next launch.
 SharedMemory& threadShared() {
     thread_local SharedMemory memory;
     return memory;
@@ -114,7 +114,7 @@ void SharedMemory::drop() {
 }
 
 size_t sharedBytesOf(const Launch& launch) {
-    // Dynamic shared memory starts at a multiple of 16 after the static one.
+    // Dynamic shared memory starts at the next multiple of 16 after the static part.
     const size_t statics = launch.staticShared;
     return launch.dynamicShared ? (statics + 15) / 16 * 16 + launch.dynamicShared : statics;
 }
@@ -176,7 +176,7 @@ void placeThread(devlib::KernelThread& thread, const Launch& launch, uint32_t in
 
 BlockRunner::BlockRunner(Launch& launch) : launch_(launch) {
     prepareForFaults();
-    constexpr size_t kAlignment = 1024; // the strictest that kernels ask for
+    constexpr size_t kAlignment = 1024; // the strictest alignment in kernels
     const size_t size = (sharedBytesOf(launch) + kAlignment - 1) / kAlignment * kAlignment;
     shared_ = size ? threadShared().reserve(launch.lockstep ? size * kSideBySide : size) : nullptr;
     if (launch.lockstep) {

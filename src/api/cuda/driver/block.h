@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the blocks of a kernel launch on one thread of the processor.
+// Runs the blocks of a kernel launch on one thread of the processor. Kernels run in one of three
+// ways:
 //
-// Kernels that have code for a warp at a time run it: see block_lockstep.cpp. Others, without
-// barriers and warp functions: the threads of a block are a plain loop. With them: each thread of
-// the block is a fiber with a stack of its own (Boost.Context); a thread that waits switches back
-// to the scheduler, which goes round over those that can run, see block_fibers.cpp. Nothing in a
-// block is concurrent, so its state needs no locks.
+// - kernels with code for a warp at a time: block_lockstep.cpp;
+// - others without barriers and warp functions: a plain loop over the threads of a block;
+// - others: each thread of the block is a fiber with its own stack (Boost.Context). A thread that
+//   waits switches back to the scheduler, which resumes ready threads in turn: block_fibers.cpp.
+//
+// Within a block nothing runs concurrently, so its state needs no locks.
 #pragma once
 
 #include "base/faults.h"
@@ -20,7 +22,7 @@
 
 namespace sunstone::api::cuda {
 
-// What to run.
+// The properties of a launch.
 struct LaunchPlan {
     devlib::KernelFn kernel = nullptr;
     const std::byte* params = nullptr;
@@ -28,11 +30,11 @@ struct LaunchPlan {
     uint32_t staticShared = 0;
     uint32_t dynamicShared = 0;
     uint32_t localBytes = 0;
-    bool cooperative = false;              // all blocks at once: see cooperative.h
-    bool meets = false;                    // barriers or warp functions
-    devlib::LockstepFn lockstep = nullptr; // runs a warp at a time; null: kernel is to be used
-    uint32_t frameBytes = 0;               // of a warp, for it
-    bool needsThreads = false;             // LockstepWarp::threads for all lanes
+    bool cooperative = false;              // all blocks resident: see cooperative.h
+    bool meets = false;                    // uses barriers or warp functions
+    devlib::LockstepFn lockstep = nullptr; // runs a warp at a time; null: use `kernel`
+    uint32_t frameBytes = 0;               // of a warp, for `lockstep`
+    bool needsThreads = false;             // lockstep needs LockstepWarp::threads for all lanes
     const char* name = "";
     std::atomic<uint32_t>* blockCost = nullptr; // of the function
 
@@ -41,29 +43,29 @@ struct LaunchPlan {
     uint32_t threadsPerBlock() const { return block[0] * block[1] * block[2]; }
 };
 
-// One run of it, shared by all threads that run its blocks.
+// One execution of a plan, shared by all CPU threads that run its blocks.
 struct Launch : LaunchPlan {
     explicit Launch(const LaunchPlan& plan) : LaunchPlan(plan) {}
 
     uint64_t gridWorkspace = 0;     // KernelThread::gridWorkspace
-    std::atomic<uint32_t> fault{0}; // 1 + devlib::KernelFault of the first that failed
+    std::atomic<uint32_t> fault{0}; // 1 + devlib::KernelFault of the first failure
     std::atomic<bool> deadlock{false};
     // Written by the one thread that set `fault` to kProcessorFault.
     FaultFrame processorFault;
     devlib::KernelThread faulted{};
-    uint32_t faultedLanes = 1; // threads that ran together, from that one on
+    uint32_t faultedLanes = 1; // lanes that ran together, starting with `faulted`
 
     static constexpr uint32_t kProcessorFault = ~uint32_t(0);
-    // Whether the threads that still run are given up: not after what the memory checker found,
-    // which looks for more.
+    // Whether the remaining threads are abandoned. Not after errors that the memory checker found:
+    // it continues to find more.
     bool stops() const {
         const uint32_t kind = fault.load(std::memory_order_relaxed);
-        if (cooperative) // the others may wait for the one that ended
+        if (cooperative) // other threads may wait for the one that ended
             return kind != 0;
         return kind != 0 && (kind == kProcessorFault || kind <= 1 + devlib::kFaultAssertion);
     }
     bool hasFailed() const { return stops() || deadlock.load(std::memory_order_relaxed); }
-    // A thread of the kernel ended with a fault of the processor.
+    // Records that a thread of the kernel ended with a processor fault.
     void noteFault(const FaultFrame& frame, const devlib::KernelThread& thread,
                    uint32_t lanes = 1) {
         uint32_t none = 0;
@@ -75,7 +77,7 @@ struct Launch : LaunchPlan {
     }
 };
 
-// Runs blocks one after another, on the thread that made it.
+// Runs blocks one after another, on the CPU thread that made it.
 class BlockRunner {
 public:
     explicit BlockRunner(Launch& launch);
@@ -83,7 +85,7 @@ public:
     BlockRunner(const BlockRunner&) = delete;
     BlockRunner& operator=(const BlockRunner&) = delete;
 
-    // Those from `begin` to `end`, by their number in the grid.
+    // Runs the blocks from `begin` to `end`, by number in the grid.
     void run(uint64_t begin, uint64_t end);
 
     struct Fibers;
@@ -100,19 +102,19 @@ private:
     Launch& launch_;
     uint8_t* shared_ = nullptr; // owned by the thread, see block.cpp
     std::unique_ptr<Fibers> fibers_;
-    // Blocks that run side by side, and their parts of the shared memory. Kept by the thread for
-    // what it runs next.
+    // Blocks that run side by side, and their parts of the shared memory; kept for the blocks that
+    // follow.
     using Side = std::array<std::unique_ptr<Lockstep>, kSideBySide>;
     static Side& keptSide();
     Side side_;
     std::array<uint8_t*, kSideBySide> sideShared_{};
 };
 
-// Reads of what others may write before a thread lets others run.
+// Reads of memory that others may write before a thread yields.
 constexpr uint32_t kSpins = 64;
 
-// Shared memory of a block. PTX holds shared addresses in 32-bit registers as readily as in 64-bit
-// ones, so it lies in the low 4 GiB.
+// Shared memory of a block. PTX may keep shared addresses in 32-bit registers, so it lies in the
+// low 4 GiB.
 class SharedMemory {
 public:
     SharedMemory() = default;
@@ -129,16 +131,16 @@ private:
 
 // Bytes of shared memory that a block of the launch needs.
 size_t sharedBytesOf(const Launch& launch);
-// What the threads of a block have in common.
+// The properties that the threads of a block share.
 devlib::KernelThread blockPrototype(const Launch& launch, uint32_t x, uint32_t y, uint32_t z,
                                     uint8_t* shared);
-// devlib::BlockFunctions::checkMemory without what the thread's stack is; returns 0 or 1 + the
-// devlib::KernelFault.
+// devlib::BlockFunctions::checkMemory without the bounds of the thread's stack; returns 0 or 1 +
+// the devlib::KernelFault.
 uint32_t checkMemory(const Launch& launch, const devlib::KernelThread& thread,
                      const devlib::CheckedAccess& access, uint64_t stackTop);
 
-// The number of a thread in its block, x fastest, taken apart; fills all of `thread` that differs
-// between threads of a block.
+// Fills the members of `thread` that differ between threads of a block from the thread's number,
+// which counts x fastest.
 void placeThread(devlib::KernelThread& thread, const Launch& launch, uint32_t index);
 
 } // namespace sunstone::api::cuda

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One of the sixteen barriers of a block: who has come, and what they are answered.
+// One of the sixteen barriers of a block: the threads that have arrived, and the result.
 #pragma once
 
 #include "devlib/abi.h"
@@ -11,19 +11,19 @@ namespace sunstone::api::cuda {
 
 class BlockBarrier {
 public:
-    static constexpr uint32_t kCount = 16; // per block; ids are taken modulo that
+    static constexpr uint32_t kCount = 16; // per block; ids are taken modulo this count
 
-    // threads: how many are expected; 0: all that live.
+    // threads: the number expected; 0: all live threads.
     void arrive(uint32_t threads, uint32_t count = 1) {
         arrived_ += count;
         expected_ = threads;
     }
-    // The same of threads that wait for all without a value.
+    // The same for threads that wait for all others and contribute no value.
     void waitPlainly(uint32_t count) {
         arrive(0, count);
         reduction_ = devlib::kReduceNone;
     }
-    // Of one that waits and brings a value.
+    // The same for a thread that waits and contributes a value.
     void wait(uint32_t threads, uint32_t reduction, bool value) {
         arrive(threads);
         reduction_ = reduction;
@@ -32,7 +32,7 @@ public:
         count_ += value;
     }
     bool isUsed() const { return arrived_ != 0; }
-    // Threads that have ended count as having come.
+    // Threads that have ended count as arrived.
     bool isComplete(uint32_t live) const {
         return arrived_ >= (expected_ ? std::min(expected_, live) : live);
     }

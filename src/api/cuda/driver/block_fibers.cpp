@@ -2,14 +2,13 @@
 // Threads of a block as fibers.
 //
 // Each thread has a state: ready, waiting (at a barrier, in an exchange of its warp, for its active
-// mask) or done. The scheduler resumes ready threads in order; a thread that comes to a meeting
-// point completes it if it is the last, and every end of a thread is checked as well, because
-// barriers and exchanges count only threads that still run. activeMask has no partners to wait for:
-// it is answered when nothing else can run, with all lanes of the warp that asked, which is the
-// convergence programs expect. A thread that reads again and again what others may write yields: it
-// stays ready, and if all that can run only do that, the block waits for something outside. If
-// nothing can run and threads remain, the kernel is deadlocked: the launch fails instead of
-// hanging.
+// mask) or done. The scheduler resumes ready threads in order. The last thread to reach a meeting
+// point completes it. The end of a thread is checked as well, because barriers and exchanges count
+// only live threads. activeMask waits for no partners: it returns, when no thread is ready, all
+// lanes of the warp that called it, which is the convergence that programs expect. A thread that
+// keeps reading memory that others may write yields: it stays ready, and if all ready threads only
+// do that, the block waits for other blocks or the host. If no thread is ready and threads remain,
+// the kernel is deadlocked, and the launch fails instead of hanging.
 #include "api/cuda/driver/block_fibers.h"
 
 #include "base/error.h"
@@ -86,7 +85,7 @@ struct FiberTable {
 
 BlockRunner::Fibers::Fibers(Launch& launch, StackPool& stacks)
     : functions_(&FiberTable::kFunctions), launch_(launch), stacks_(stacks) {
-    // Frames of compiled kernels, printf and the run-time's helpers.
+    // For frames of compiled kernels, printf and the run-time's functions.
     constexpr size_t kBaseStack = 128 << 10;
     stacks_.reserve(launch.threadsPerBlock(), kBaseStack + launch.localBytes);
     fibers_.resize(launch.threadsPerBlock());
@@ -145,12 +144,13 @@ void BlockRunner::Fibers::start(const KernelThread& prototype) {
 Fibers::Progress BlockRunner::Fibers::step() {
     prepareForFaults();
     sanitizer_.begin();
-    if (setjmp(frame_.jump) == kJumpFault) { // from the stack of a fiber, which is abandoned
+    if (setjmp(frame_.jump) == kJumpFault) { // the jump comes from a fiber's stack, which is
+                                             // abandoned
         sanitizer_.abandoned();
         launch_.noteFault(frame_, running_->thread);
         return Progress::kDone;
     }
-    // Once for all switches: the scheduler in between owns nothing either.
+    // Once for all switches, because the scheduler in between owns nothing either.
     enterDeviceCode(frame_);
     const Progress progress = resumeAll();
     leaveDeviceCode();
@@ -168,7 +168,7 @@ Fibers::Progress BlockRunner::Fibers::resumeAll() {
             advanced |= !fiber.yielded;
         }
         if (launch_.hasFailed())
-            return Progress::kDone; // stacks are simply abandoned; compiled code owns nothing
+            return Progress::kDone; // stacks are abandoned; compiled code owns nothing
         if (advanced && ready_ != 0)
             continue;
         if (live_ == 0 || resolveActive())
@@ -265,7 +265,7 @@ uint32_t BlockRunner::Fibers::exchange(KernelThread* thread, uint32_t mask, uint
     return fiber.result;
 }
 
-// Completes every exchange of the warp whose lanes are all there.
+// Completes every exchange of the warp whose lanes have all arrived.
 void BlockRunner::Fibers::tryExchange(uint32_t warp) {
     const size_t first = size_t(warp) * 32, count = std::min<size_t>(32, fibers_.size() - first);
     Fiber* lanes = fibers_.data() + first;

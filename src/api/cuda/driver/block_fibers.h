@@ -16,7 +16,7 @@ namespace sunstone::api::cuda {
 class StackPool {
 public:
     ~StackPool();
-    // Makes sure of `count` stacks of at least `size` bytes.
+    // Provides `count` stacks of at least `size` bytes.
     void reserve(size_t count, size_t size);
     void* top(size_t index) const { return base_ + (index + 1) * stride_; }
     size_t size() const { return stride_ - kGuard; }
@@ -32,10 +32,10 @@ StackPool& threadStacks();
 
 struct BlockRunner::Fibers {
     Fibers(Launch& launch, StackPool& stacks);
-    // Runs all threads of a block; `prototype` has all that they share.
+    // Runs all threads of a block; `prototype` has their shared properties.
     void run(const devlib::KernelThread& prototype);
 
-    // The same in steps, each on any thread: start, then step until it says that the block is done.
+    // The same in steps, each on any CPU thread: start, then step until it returns kDone.
     void start(const devlib::KernelThread& prototype);
     enum class Progress : uint8_t { kDone, kWaits }; // kWaits: for other blocks or the host
     Progress step();
@@ -59,8 +59,8 @@ private:
         devlib::KernelThread thread;
         boost::context::detail::fcontext_t context;
         State state;
-        bool yielded;     // the last time it ran, it only waited
-        uint32_t barrier; // id waited for
+        bool yielded;     // only waited when it last ran
+        uint32_t barrier; // the id it waits for
         uint32_t mask;    // of an exchange
         uint32_t result;
         uint64_t value;

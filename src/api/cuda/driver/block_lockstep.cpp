@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads of a block a warp at a time (devlib/lockstep.h).
+// Runs the threads of a block a warp at a time (devlib/lockstep.h).
 //
-// As long as all warps do the same, a block runs in rounds: each warp runs to the next barrier of
-// the whole block, all of its lanes come there together, and nothing has to be known of single
-// threads (runTogether). When lanes come to different places, or to something else than such a
-// barrier, the block goes on apart: each lane is ready, or waits at a barrier or for lanes of its
-// warp, or has ended. Lanes of a warp that are ready at the same point run together. The rules of
-// barriers and exchanges are those of block_fibers.cpp. When all have come to a barrier, with the
-// lanes of each warp at one point, rounds go on.
+// While all warps do the same, a block runs in rounds: each warp runs to the next barrier of the
+// whole block, which all of its lanes reach together, and no state of single threads is needed
+// (runTogether). When lanes reach different points, or a point other than such a barrier, the block
+// runs apart: each lane is ready, or waits at a barrier or for lanes of its warp, or has ended.
+// Lanes of a warp that are ready at the same point run together. Barriers and exchanges follow the
+// rules of block_fibers.cpp. When all lanes have reached a barrier, those of each warp at one
+// point, rounds continue.
 //
-// Blocks run in steps, so that some can go along with one another (runLockstep).
+// Blocks run in steps, so that several can run side by side (runLockstep).
 #include "api/cuda/driver/block_lockstep.h"
 
 #include "compiler/lockstep/warp_functions.h"
@@ -37,7 +37,7 @@ uint32_t modeOf(uint32_t what) {
     return what >> devlib::kModeShift;
 }
 
-// The lanes whose word is this one, as far as the mask goes.
+// The lanes of the mask whose word equals `word`.
 uint32_t lanesWith(const uint32_t (&words)[devlib::kWarpLanes], uint32_t word, uint32_t mask) {
     uint32_t lanes = 0;
     for (uint32_t lane = 0; lane < devlib::kWarpLanes; ++lane)
@@ -50,12 +50,12 @@ struct LockstepTable {
     static void arrive(KernelThread* t, uint32_t id, uint32_t threads) {
         of(t).arrive(id, threads);
     }
-    // The code ends the lane itself.
+    // The code itself ends the lane.
     static void exitThread(KernelThread*) {}
     static void fault(KernelThread* t, uint32_t kind) { of(t).fault(kind); }
-    // The code lets others run at its next pause.
+    // The code yields at its next pause.
     static void yield(KernelThread*) {}
-    // Compiled code of this form has no calls of the others.
+    // Compiled code of this form never calls the others.
     static constexpr devlib::BlockFunctions kFunctions = {nullptr,    arrive, nullptr, nullptr,
                                                           exitThread, fault,  yield,   nullptr};
 };
@@ -102,7 +102,7 @@ size_t BlockRunner::Lockstep::bytes() const {
 
 constexpr uint32_t kNoBarrier = ~uint32_t(0);
 
-// Blocks of one launch differ in their place and their shared memory alone.
+// Blocks of one launch differ only in their index and their shared memory.
 void BlockRunner::Lockstep::describeThreads(const KernelThread& prototype) {
     KernelThread alike = prototype_;
     std::copy_n(prototype.ctaid, 3, alike.ctaid);
@@ -178,7 +178,7 @@ uint32_t BlockRunner::Lockstep::runLanes(size_t index, uint32_t point, uint32_t 
     return ran;
 }
 
-// Lanes that pause say so once for all.
+// Lanes at a pause record it once for the warp: copies it to each lane.
 void BlockRunner::Lockstep::notePause(LockstepWarp& warp) {
     const uint32_t what = warp.stopPoint;
     if (warp.stops != 0 && kindOf(what) == devlib::kMeetPause && modeOf(what) == 0)
@@ -187,7 +187,7 @@ void BlockRunner::Lockstep::notePause(LockstepWarp& warp) {
 
 // ---- rounds -----------------------------------------------------------------------------------
 
-// A round: each warp runs to its next stop.
+// A round: runs each warp to its next stop.
 BlockRunner::Lockstep::Progress BlockRunner::Lockstep::runTogether() {
     bool anyRan = false, advanced = false, paused = false;
     for (size_t i = 0; i < warps_.size(); ++i) {
@@ -195,7 +195,7 @@ BlockRunner::Lockstep::Progress BlockRunner::Lockstep::runTogether() {
             continue;
         anyRan = true;
         if (!runWhole(i))
-            return Progress::kGoesOn; // apart from now on
+            return Progress::kGoesOn; // the block now runs apart
         if (launch_->hasFailed())
             return Progress::kDone;
         const uint32_t stop = warps_[i].stopPoint;
@@ -205,14 +205,14 @@ BlockRunner::Lockstep::Progress BlockRunner::Lockstep::runTogether() {
     }
     if (anyRan)
         return !advanced ? Progress::kWaits : paused ? Progress::kPaused : Progress::kGoesOn;
-    for (Warp& state : states_) // all have come
+    for (Warp& state : states_) // all have arrived
         state.isAtBarrier = false;
     barrier_ = kNoBarrier;
     return Progress::kGoesOn;
 }
 
-// Runs all lanes of a warp. False if they do not end together at the barrier to which the other
-// warps have come, or at a pause.
+// Runs all lanes of a warp. False unless they stop together at a pause or at the barrier that the
+// other warps have reached.
 bool BlockRunner::Lockstep::runWhole(size_t index) {
     LockstepWarp& warp = warps_[index];
     const uint32_t lanes = warp.live, point = warp.stopPoint & kPointMask;
@@ -240,7 +240,8 @@ bool BlockRunner::Lockstep::runWhole(size_t index) {
     return false;
 }
 
-// What has been known of whole warps is noted for each lane; this warp has done something else.
+// Switches to running apart, because this warp left the round: gives each lane the state of its
+// warp.
 void BlockRunner::Lockstep::part(size_t index) {
     isApart_ = true;
     for (Warp& state : states_) {
@@ -278,12 +279,12 @@ BlockRunner::Lockstep::Progress BlockRunner::Lockstep::runApart() {
     if (advanced || live_ == 0)
         return Progress::kGoesOn;
     if (anyReady)
-        return Progress::kWaits; // all that can run wait for other blocks or the host
+        return Progress::kWaits; // all ready lanes wait for other blocks or the host
     launch_->deadlock = true;
     return Progress::kDone;
 }
 
-// A barrier is complete: whether nothing has to be known of single lanes any more.
+// A barrier is complete: returns to rounds if every warp's lanes are ready at one point.
 bool BlockRunner::Lockstep::join() {
     mayJoin_ = false;
     for (const BlockBarrier& barrier : barriers_)
@@ -307,7 +308,7 @@ bool BlockRunner::Lockstep::join() {
     return true;
 }
 
-// Completes barriers and exchanges for which lanes that have ended were missing.
+// Completes barriers and exchanges that waited only for lanes that have ended.
 bool BlockRunner::Lockstep::release() {
     bool any = false;
     for (uint32_t id = 0; id < barriers_.size(); ++id)
@@ -319,7 +320,7 @@ bool BlockRunner::Lockstep::release() {
     return any;
 }
 
-// Runs the lanes that are ready now. Whether any did more than to read again what others may write.
+// Runs the ready lanes. Returns whether any lane did more than reread memory that others may write.
 bool BlockRunner::Lockstep::runReady(size_t index) {
     LockstepWarp& warp = warps_[index];
     Warp& state = states_[index];
@@ -348,7 +349,7 @@ bool BlockRunner::Lockstep::onlySpin(size_t index, uint32_t lanes) const {
     return true;
 }
 
-// These lanes have come to the points that they say.
+// Records the points that these lanes have reached.
 void BlockRunner::Lockstep::takeStops(size_t index, uint32_t lanes) {
     for (uint32_t left = lanes; left != 0;) {
         const LockstepWarp& warp = warps_[index];
@@ -387,9 +388,9 @@ void BlockRunner::Lockstep::comeToBarrier(size_t index, uint32_t lanes, uint32_t
 }
 
 void BlockRunner::Lockstep::arrive(uint32_t id, uint32_t threads) {
-    isApart_ = true; // single threads matter now
+    isApart_ = true; // the states of single threads matter now
     barriers_[id % BlockBarrier::kCount].arrive(threads);
-    // Completed, where it is, when the lanes that run now have stopped.
+    // If this completes the barrier, it is resolved when the running lanes have stopped.
 }
 
 void BlockRunner::Lockstep::fault(uint32_t kind) {
@@ -414,7 +415,7 @@ bool BlockRunner::Lockstep::tryBarrier(uint32_t id) {
     return true;
 }
 
-// Completes one exchange of the warp whose lanes are all there; false if there is none.
+// Completes one exchange of the warp whose lanes have all arrived; false if there is none.
 bool BlockRunner::Lockstep::tryExchanges(size_t index) {
     LockstepWarp& warp = warps_[index];
     Warp& state = states_[index];
@@ -429,7 +430,7 @@ bool BlockRunner::Lockstep::tryExchanges(size_t index) {
             isComplete = maskOf(uint32_t(std::countr_zero(bits))) == mask;
         if (!isComplete)
             continue;
-        // Each lane asks in its own way: those that ask alike are answered together.
+        // Lanes may call with different modes: equal ones are computed together.
         for (uint32_t left = partners; left != 0;) {
             const uint32_t what = warp.point[std::countr_zero(left)] & ~kPointMask;
             uint32_t alike = 0;
@@ -448,8 +449,8 @@ bool BlockRunner::Lockstep::tryExchanges(size_t index) {
 
 // ---- blocks side by side ----------------------------------------------------------------------
 
-// One after the other, but for blocks that pause because they jump through memory, or wait: what
-// lies between two jumps of one is read by the next ones, which therefore go along with it.
+// Blocks run one after the other, except blocks that pause at jumps through memory, or wait. The
+// bytes between two jumps of one block are read by the next blocks, which therefore run alongside.
 void BlockRunner::runLockstep(uint64_t begin, uint64_t end) {
     using Progress = Lockstep::Progress;
     size_t running = 0;

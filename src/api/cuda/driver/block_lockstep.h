@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The threads of a block a warp at a time. See block_lockstep.cpp.
+// Runs the threads of a block a warp at a time. See block_lockstep.cpp.
 #pragma once
 
 #include "api/cuda/driver/block.h"
@@ -9,13 +9,13 @@
 
 namespace sunstone::api::cuda {
 
-// Warps are made for a shape of blocks and run those of one launch after another.
+// Warps are made for a shape of blocks and run the blocks of any launch with that shape.
 struct BlockRunner::Lockstep {
     explicit Lockstep(const Launch& launch);
     bool fits(const Launch& launch) const;
     size_t bytes() const;
-    // Runs all threads of a block in steps; `prototype` has all that they share. The launch fits
-    // and lives until the steps are done.
+    // Starts a block, whose threads then run in steps; `prototype` has their shared properties. The
+    // launch must fit, and outlive the steps.
     void start(Launch& launch, const devlib::KernelThread& prototype);
     enum class Progress : uint8_t {
         kGoesOn, // not the result of a step
@@ -32,12 +32,12 @@ struct BlockRunner::Lockstep {
 private:
     static constexpr uint32_t kLanes = devlib::kWarpLanes;
     struct Warp {
-        uint32_t all = 0;                        // its lanes
-        uint32_t ready = 0;                      // lanes that can go on, from `point` of each
-        uint32_t barrier = 0;                    // lanes that wait at one
-        uint32_t exchange = 0;                   // lanes that wait for others of the warp
-        uint32_t ids[BlockBarrier::kCount] = {}; // of `barrier`, by the number of the barrier
-        bool isAtBarrier = false;                // all of them, in rounds
+        uint32_t all = 0;                        // the warp's lanes
+        uint32_t ready = 0;                      // lanes that can continue, each at its `point`
+        uint32_t barrier = 0;                    // lanes that wait at a barrier
+        uint32_t exchange = 0;                   // lanes that wait for other lanes of the warp
+        uint32_t ids[BlockBarrier::kCount] = {}; // lanes in `barrier`, by the barrier's id
+        bool isAtBarrier = false;                // all lanes are there; used in rounds
     };
 
     void describeThreads(const devlib::KernelThread& prototype);
@@ -61,7 +61,7 @@ private:
     [[maybe_unused]] const devlib::BlockFunctions* functions_;
     const std::array<uint32_t, 3> shape_;
     const uint32_t frameBytes_;
-    const size_t threadsPerWarp_; // descriptions of threads, not lanes
+    const size_t threadsPerWarp_; // of KernelThread structs
     Launch* launch_ = nullptr;
     std::vector<devlib::LockstepWarp> warps_;
     std::vector<devlib::KernelThread> threads_;
@@ -70,12 +70,12 @@ private:
     std::array<BlockBarrier, BlockBarrier::kCount> barriers_;
     devlib::KernelThread prototype_{};
     FaultFrame frame_;
-    uint32_t barrier_ = 0; // to which warps have come together
+    uint32_t barrier_ = 0; // that warps have reached together
     size_t runningWarp_ = 0;
     uint32_t runningLanes_ = 0;
     uint32_t live_ = 0;
     bool isApart_ = false;
-    bool mayJoin_ = false; // a barrier has been completed since it was last asked
+    bool mayJoin_ = false; // a barrier has completed since the last join()
 };
 
 } // namespace sunstone::api::cuda

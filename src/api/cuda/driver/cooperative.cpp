@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // See cooperative.h.
 //
-// A block whose threads all wait for other blocks (they read some word again and again, see
-// KernelThread::spins) is put aside, and the worker goes on with the next one: any number of
-// workers, even one, completes a grid-wide barrier. For that all of its threads must be able to
-// stop anywhere: they run a warp at a time (block_lockstep.h), or every thread of the grid is a
-// fiber. Blocks move between workers, what belongs to a block never runs at the same time.
+// A block whose threads all wait for other blocks (they keep reading some word, see
+// KernelThread::spins) is set aside, and the worker continues with the next one, so any number of
+// workers, even one, completes a grid-wide barrier. All threads of a block must be able to stop
+// anywhere: they run a warp at a time (block_lockstep.h), or every thread of the grid is a fiber.
+// Blocks move between workers; a block never runs on two workers at once.
 //
-// A grid barrier in a program is a word in global memory on which threads add and spin. Programs
-// bring their own, or use the one whose address %envreg1 and %envreg2 give.
+// A grid barrier in a program is a word in global memory that threads add to and poll. Programs
+// provide the word, or use the one whose address %envreg1 and %envreg2 give.
 #include "api/cuda/driver/cooperative.h"
 
 #include "api/cuda/driver/block_fibers.h"
@@ -29,10 +29,10 @@ using Lockstep = BlockRunner::Lockstep;
 struct ResidentBlock {
     SharedMemory shared;
     StackPool stacks;
-    std::unique_ptr<Fibers> fibers; // one of the two
+    std::unique_ptr<Fibers> fibers; // one of these two is set
     std::unique_ptr<Lockstep> warps;
 
-    // True if the block waits; else it is done.
+    // True if the block waits, false if it is done.
     bool step() {
         if (fibers)
             return fibers->step() == Fibers::Progress::kWaits;
@@ -56,7 +56,7 @@ public:
         while (remaining_.load(std::memory_order_acquire) != 0) {
             size_t number = 0;
             if (!take(number)) {
-                std::this_thread::yield(); // the rest runs on other workers
+                std::this_thread::yield(); // other workers run the rest
                 continue;
             }
             std::unique_ptr<ResidentBlock>& block = blocks_[number];
@@ -64,7 +64,8 @@ public:
                 if (!block)
                     block = make(number);
             } catch (...) {
-                remaining_.store(0, std::memory_order_release); // the others would wait for it
+                remaining_.store(0, std::memory_order_release); // the other blocks would wait for
+                                                                // it
                 throw;
             }
             if (block->step()) {

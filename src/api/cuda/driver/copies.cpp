@@ -18,7 +18,7 @@ bool add(size_t a, size_t b, size_t& result) {
     return !__builtin_add_overflow(a, b, &result);
 }
 
-// Bytes from the first to the last touched.
+// Bytes from the first to the last one accessed.
 size_t extentOf(const Side& side, const Shape& shape) {
     size_t rows = 0, slices = 0, total = 0;
     require(multiply(shape.rows - 1, side.pitch, rows) &&
@@ -62,7 +62,8 @@ Side sideOfArray(CUarray handle, size_t x, size_t y, size_t z, const Shape& shap
             array.rowPitch(), array.slicePitch()};
 }
 
-// One side of a description; isDevice: it says so, or its address does.
+// One side of a description; isDevice: the description or the address says that it is device
+// memory.
 Side sideOf(CUmemorytype type, const void* host, CUdeviceptr device, CUarray array, size_t x,
             size_t y, size_t z, size_t pitch, size_t height, const Shape& shape, bool& isDevice) {
     const size_t width = shape.width;
@@ -87,14 +88,14 @@ Side sideOf(CUmemorytype type, const void* host, CUdeviceptr device, CUarray arr
             "rows are longer than the pitch");
     require(add(y, shape.rows, bottom) && (height == 0 || bottom <= height),
             "there are more rows than the height of a slice");
-    pitch = pitch ? pitch : right; // not given: as little as can be
+    pitch = pitch ? pitch : right; // not given: the smallest possible
     height = height ? height : bottom;
     require(pitch <= kMaxPitch || (shape.rows == 1 && shape.slices == 1),
             "a pitch exceeds CU_DEVICE_ATTRIBUTE_MAX_PITCH");
     require(multiply(pitch, height, slicePitch) && multiply(slicePitch, z, slices) &&
                 multiply(pitch, y, rows) && add(slices, rows, offset) && add(offset, x, offset),
             "an offset overflows");
-    // What begins in an allocation is not host memory, however far the offset goes.
+    // A range that begins in an allocation is not host memory, for any offset.
     isDevice = isDevice || cpu::memory().find(base);
     size_t first = 0;
     require(add(uintptr_t(base), offset, first), "an offset overflows");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies and sets as values: read from the API's descriptions, checked, and run any number of
+// Copies and sets as values: read from the API's descriptions, checked, and executed any number of
 // times.
 #pragma once
 
@@ -26,10 +26,10 @@ struct Copy {
     Shape shape;
     bool dstDevice = false, srcDevice = false; // must be device memory
 
-    void check() const; // throws Failure unless both ranges can be used
+    void check() const; // throws Failure unless both ranges are valid
     void run() const;
-    // Whether a side is the application's own pages, which it may change or free as soon as a call
-    // returns... as far as CUDA promises for copies from pageable memory.
+    // Whether a side is pageable memory of the application, which it may change or free as soon as
+    // the call returns. CUDA copies from such memory before the call returns.
     bool touchesPageable() const;
 };
 Copy linearCopy(const void* dst, const void* src, size_t bytes, bool dstDevice, bool srcDevice);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies and sets, and allocation in stream order. Compiled twice, see shell.h. All are queued
-// work; the synchronous forms wait for it. Ranges are checked before anything is queued.
+// Copies and sets, and allocation in stream order. Compiled twice, see shell.h. All of them queue
+// work; the synchronous forms wait for it. Ranges are checked before work is queued.
 #include "api/cuda/driver/copies.h"
 #include "api/cuda/driver/graphs.h"
 #include "api/cuda/driver/pools.h"
@@ -11,7 +11,7 @@ using cpu::MemoryKind;
 
 namespace {
 
-// Queues work, or captures it. `wait`: until it is done.
+// Queues or captures work. `wait`: returns after it is done.
 template <class Job>
 void queue(const Job& job, CUstream stream, bool wait, cpu::WorkInfo info) {
     cpu::StreamPtr target = resolveStream(stream);
@@ -20,7 +20,7 @@ void queue(const Job& job, CUstream stream, bool wait, cpu::WorkInfo info) {
     job.check();
     if (wait && cpu::streams().idle(target)) {
         cpu::streams().throwError(target);
-        job.run(); // nothing to wait for: no need for another thread
+        job.run(); // nothing to wait for, so no worker thread is needed
         return;
     }
     cpu::streams().submit(
@@ -34,7 +34,7 @@ struct CopyJob : Copy {
 };
 
 void queueCopy(const Copy& copy, CUstream stream, bool wait, const CUDA_MEMCPY3D& description) {
-    // Copies from or to pageable memory return when the application may touch it again.
+    // Copies of pageable memory return when the application may access it again.
     if (!wait && !copy.shape.empty() && copy.touchesPageable())
         wait = !cpu::streams().isCapturing(resolveStream(stream));
     queue(CopyJob{copy}, stream, wait,
@@ -80,7 +80,7 @@ CUresult set(const char* function, CUdeviceptr dst, size_t pitch, T value, size_
     });
 }
 
-// Null is taken for the current one.
+// Null stands for the current context.
 void requirePeers(CUcontext a, CUcontext b) {
     for (CUcontext context : {a, b})
         if (context)
@@ -230,7 +230,7 @@ SUNSTONE_EXPORT CUresult cuMemcpy3DAsync(const CUDA_MEMCPY3D* copy, CUstream str
 
 namespace {
 
-// There is one device: copies between contexts are copies.
+// There is one device, so copies between contexts are ordinary copies.
 CUresult copyPeer(const char* function, const CUDA_MEMCPY3D_PEER* copy, CUstream stream,
                   bool wait) {
     if (!copy)
@@ -304,7 +304,7 @@ CUresult allocateAsync(const char* function, CUdeviceptr* address, size_t bytes,
     return guardedGraph(function, Needs::kQueue, [&] {
         require(address, "address is null");
         cpu::StreamPtr target = resolveStream(stream);
-        // Memory that exists early serves as well as memory that exists in time.
+        // Memory may exist earlier than stream order requires.
         *address = reinterpret_cast<CUdeviceptr>(allocateFromPool(pool, bytes));
         if (const cpu::CapturedMark state = cpu::streams().captureState(target); state.capture) {
             ownByGraph(*state.capture->graph, *address);
@@ -331,7 +331,7 @@ SUNSTONE_EXPORT CUresult cuMemFreeAsync(CUdeviceptr address, CUstream stream) {
         auto found = cpu::memory().find(pointerOf(address));
         require(found && found->base == address && found->kind == MemoryKind::kDevice,
                 "not the start of a live device allocation");
-        std::function<void()> release; // a graph's memory stays with the graph
+        std::function<void()> release; // memory of a graph is freed with the graph
         if (!isOwnedByGraph(address))
             release = [address, id = found->id] {
                 if (!cpu::memory().release(pointerOf(address), {MemoryKind::kDevice}, id))

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one device: the machine's processor. Its attributes are those of a mid-sized GPU of compute
-// capability 7.5 where programs size their work by them, and the truth where they describe memory.
+// The one device: the host processor. Attributes by which programs size their work are those of a
+// mid-sized GPU of compute capability 7.5; attributes of memory are the machine's own.
 #include "api/cuda/driver/shell.h"
 
 #include "base/threads.h"
@@ -136,7 +136,7 @@ bool attributeValue(int attribute, int& value) {
         value = 1;
         break;
     default:
-        // Clusters, interoperation, sparse arrays: none of it is there.
+        // Clusters, interoperation, sparse arrays: not available.
         value = 0;
     }
     return true;
@@ -251,6 +251,6 @@ SUNSTONE_EXPORT CUresult cuDeviceCanAccessPeer(int* canAccess, CUdevice device, 
         require(canAccess, "canAccess is null");
         requireDevice(device);
         requireDevice(peer);
-        *canAccess = 0; // a device is no peer of itself
+        *canAccess = 0; // a device is not its own peer
     });
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Since which version of CUDA a name means which form of a function to cuGetProcAddress; recorded from a
-// driver of version 13.0. Rows are in the order of versions.
+// For cuGetProcAddress: the CUDA version from which a name means a given form of a function;
+// recorded from a driver of version 13.0. Rows are in the order of versions.
 #pragma once
 
 namespace sunstone::api::cuda {

@@ -61,12 +61,12 @@ struct LinkedHeader {
 constexpr uint16_t kKindPtx = 1;
 constexpr uint64_t kFlagZstd = 0x8000, kFlagLz4 = 0x2000;
 
-// Bytes of the process of which we do not know where they end (images come without a size), or a
-// buffer whose size is known.
+// The bytes of an image: process memory of unknown length (images come without a size), or a buffer
+// of known size.
 class Bytes {
 public:
     Bytes(const void* base, size_t known) : base_(static_cast<const char*>(base)), known_(known) {}
-    // The bytes [offset, offset + size), or null where they are not there.
+    // The bytes [offset, offset + size), or null if they are not available.
     const char* at(uint64_t offset, uint64_t size) const {
         if (offset > kLargestImage || size > kLargestImage)
             return nullptr;
@@ -122,8 +122,8 @@ std::string unpack(const EntryHeader& entry, const char* payload) {
     return withoutTrailingZeros(std::move(text));
 }
 
-// Whether PTX for architecture `a` suits the device better than that for `b`: the highest that a
-// device of our capability would take, else the lowest above.
+// Whether PTX for architecture `a` suits the device better than PTX for `b`: the highest one up to
+// the device's capability, else the lowest above it.
 bool better(uint32_t a, uint32_t b) {
     constexpr uint32_t ours = kMajor * 10 + kMinor;
     if ((a <= ours) != (b <= ours))
@@ -171,7 +171,7 @@ std::string ptxOfContainer(const Bytes& bytes) {
     return unpack(*best, bestPayload);
 }
 
-// Text up to its NUL, looking no further than memory goes.
+// Text up to its NUL or the end of readable memory.
 std::string textAt(const char* text) {
     size_t length = 0;
     for (;;) {

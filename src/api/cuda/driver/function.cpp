@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Attributes of functions, and occupancy.
+// Function attributes and occupancy.
 #include "api/cuda/driver/launch.h"
 
 using namespace sunstone;
@@ -19,7 +19,7 @@ int attributeOf(const Function& function, CUfunction_attribute attribute) {
     case CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES:
         return int(function.info->localBytes);
     case CU_FUNC_ATTRIBUTE_NUM_REGS:
-        return 32; // never what limits a launch here
+        return 32; // never the limit of a launch here
     case CU_FUNC_ATTRIBUTE_PTX_VERSION:
         return module ? module->ptxVersion() : 0;
     case CU_FUNC_ATTRIBUTE_BINARY_VERSION:
@@ -135,7 +135,7 @@ SUNSTONE_EXPORT CUresult cuFuncGetParamInfo(CUfunction function, size_t index, s
     });
 }
 
-// Kernels are compiled when they are first asked for; those that were enumerated when they are used.
+// Kernels are compiled at first lookup; kernels found by enumeration at first use.
 SUNSTONE_EXPORT CUresult cuModuleGetLoadingMode(CUmoduleLoadingMode* mode) {
     return guarded("cuModuleGetLoadingMode", Needs::kInit, [&] {
         require(mode, "mode is null");

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Executable graphs: instantiating, updating, destroying. Source: CUDA driver API, graph
-// management.
+// Executable graphs: instantiate, update, destroy. Source: CUDA driver API, graph management.
 #include "api/cuda/driver/graphs.h"
 
 #include "base/handles.h"
@@ -105,7 +104,7 @@ SUNSTONE_EXPORT CUresult cuGraphInstantiateWithFlags(CUgraphExec* exec, CUgraph 
     return guardedGraph("cuGraphInstantiateWithFlags", [&] { instantiate(exec, graph, flags); });
 }
 
-// The older forms, with a node and a text in case of errors.
+// The older forms, which return a node and a text for errors.
 #undef cuGraphInstantiate
 SUNSTONE_EXPORT CUresult cuGraphInstantiate(CUgraphExec* exec, CUgraph graph, CUgraphNode* node,
                                             char* log, size_t size) {
@@ -130,7 +129,7 @@ SUNSTONE_EXPORT CUresult cuGraphExecGetFlags(CUgraphExec exec, cuuint64_t* flags
 SUNSTONE_EXPORT CUresult cuGraphExecDestroy(CUgraphExec exec) {
     return guardedGraph("cuGraphExecDestroy", [&] {
         liveExec(exec);
-        execs().remove(exec); // a launch in progress holds what it needs
+        execs().remove(exec); // a launch in progress owns what it uses
     });
 }
 

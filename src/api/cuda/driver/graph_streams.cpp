@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graphs and streams: capturing into one, launching one. Compiled twice, see shell.h. Source: CUDA
-// driver API, stream management and graph management.
+// Graphs and streams: capture and launch. Compiled twice, see shell.h. Source: CUDA driver API,
+// stream management and graph management.
 #include "api/cuda/driver/graphs.h"
 
 #include "base/thread_object.h"
@@ -27,7 +27,7 @@ CUresult captureInfo(CUstream stream, CUstreamCaptureStatus* status, cuuint64_t*
     return guardedGraph("cuStreamGetCaptureInfo", [&] {
         require(status, "status is null");
         if (edges)
-            *edges = nullptr; // none has data
+            *edges = nullptr; // edges here have no data
         const cpu::CapturedMark state = cpu::streams().captureState(resolveStream(stream));
         if (!state.capture) {
             *status = CU_STREAM_CAPTURE_STATUS_NONE;
@@ -41,7 +41,7 @@ CUresult captureInfo(CUstream stream, CUstreamCaptureStatus* status, cuuint64_t*
             *id = state.capture->id;
         if (graph)
             *graph = handleOf(state.capture->graph);
-        // Valid until the thread's next question.
+        // Valid until the thread's next call.
         auto& tips = threadObject<std::vector<CUgraphNode>>();
         tips.clear();
         for (const cpu::GraphNode* tip : state.tips)

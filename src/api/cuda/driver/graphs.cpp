@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graphs: making, asking, changing. Source: CUDA driver API, graph management.
+// Graphs: create, query, change. Source: CUDA driver API, graph management.
 #include "api/cuda/driver/graphs.h"
 
 #include "api/cuda/driver/copies.h"
@@ -17,13 +17,13 @@ using cpu::WorkKind;
 
 namespace {
 
-// All graphs with a handle, child graphs whose handle was asked for included.
+// All graphs with a handle, including child graphs whose handle has been returned.
 std::unordered_map<const cpu::Graph*, std::shared_ptr<cpu::Graph>>& graphs() {
     static auto* table = new std::unordered_map<const cpu::Graph*, std::shared_ptr<cpu::Graph>>;
     return *table; // guarded by graphMutex()
 }
 
-// By clone: copies by originals.
+// Copies by originals, from clone.
 using Twins = std::unordered_map<const GraphNode*, GraphNode*>;
 std::unordered_map<const cpu::Graph*, Twins>& twinsOf() {
     static auto* table = new std::unordered_map<const cpu::Graph*, Twins>;
@@ -35,7 +35,7 @@ std::unordered_set<CUdeviceptr>& ownedMemory() {
     return *set;
 }
 
-// Looks through a graph and its children.
+// Searches a graph and its child graphs.
 NodeInGraph findNode(const std::shared_ptr<cpu::Graph>& graph, const GraphNode* wanted) {
     for (const auto& node : graph->nodes()) {
         if (node.get() == wanted)
@@ -69,7 +69,7 @@ GraphNode eventNode(WorkKind kind, CUevent event) {
     return node;
 }
 
-// The two-call pattern: the count alone, or as many as fit with null for what does not exist.
+// The two-call pattern: the count alone, or as many elements as fit, with null for the excess.
 template <class T>
 void give(const std::vector<T>& found, T* out, size_t count) {
     for (size_t i = 0; out && i < count; ++i)

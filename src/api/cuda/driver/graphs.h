@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graph handles of the driver API, and node parameters as work.
+// Graph handles of the driver API, and conversion of node parameters to work.
 #pragma once
 
 #include "api/cuda/driver/shell.h"
@@ -7,12 +7,12 @@
 
 namespace sunstone::api::cuda {
 
-// The live graph of a handle, or CUDA_ERROR_INVALID_VALUE, as for all of these.
+// The live graph of a handle; throws CUDA_ERROR_INVALID_VALUE, like all functions here.
 std::shared_ptr<cpu::Graph> graphOf(CUgraph graph);
-CUgraph handleOf(const std::shared_ptr<cpu::Graph>& graph); // registers it if it is new
+CUgraph handleOf(const std::shared_ptr<cpu::Graph>& graph); // registers a new graph
 std::shared_ptr<cpu::ExecutableGraph> execOf(CUgraphExec exec);
 CUresult instantiateWith(CUgraphExec* exec, CUgraph graph, CUDA_GRAPH_INSTANTIATE_PARAMS* params);
-// A node and the graph it lives in; of the given kind, if one is given.
+// A node and its graph; checks the node's kind if one is given.
 struct NodeInGraph {
     cpu::GraphNode* node;
     std::shared_ptr<cpu::Graph> graph;
@@ -22,26 +22,26 @@ NodeInGraph nodeOf(CUgraphNode handle, cpu::WorkKind kind);
 inline CUgraphNode handleOf(const cpu::GraphNode* node) {
     return reinterpret_cast<CUgraphNode>(const_cast<cpu::GraphNode*>(node));
 }
-// Nodes of this graph.
+// The nodes of `handles`, which must be nodes of this graph.
 std::vector<cpu::GraphNode*> nodesOf(const cpu::Graph& graph, const CUgraphNode* handles,
                                      size_t count);
-// Edges have no ports or types here.
+// Edges here have no ports or types.
 void requirePlainEdges(const CUgraphEdgeData* edges, size_t count);
 
-// Parameters checked and made into a node's kind, work and details.
+// Checks parameters and makes a node's kind, work and details from them.
 cpu::GraphNode nodeFor(const CUDA_KERNEL_NODE_PARAMS* params, bool cooperative = false);
 cpu::GraphNode nodeFor(const CUDA_MEMCPY3D* params);
 cpu::GraphNode nodeFor(const CUDA_MEMSET_NODE_PARAMS* params);
 cpu::GraphNode nodeFor(const CUDA_HOST_NODE_PARAMS* params);
 
-// Whether the attributes of a kernel node say so.
+// Whether the attributes of a kernel node make it cooperative.
 bool isCooperative(const cpu::GraphNode& node);
 
-// Memory allocated in captures lives as long as its graph.
+// Makes memory allocated in a capture live as long as its graph.
 void ownByGraph(cpu::Graph& graph, CUdeviceptr address);
 bool isOwnedByGraph(CUdeviceptr address);
 
-// As guarded(), for functions that touch graphs.
+// Like guarded(), for functions that access graphs.
 template <class Body>
 CUresult guardedGraph(const char* function, Needs needs, Body&& body) {
     return guarded(function, needs, [&] {

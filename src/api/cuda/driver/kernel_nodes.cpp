@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernel nodes of graphs: their attributes, and the forms whose parameters name functions alone.
+// Kernel nodes of graphs: attributes, and the forms with CUfunction parameters only.
 #include "api/cuda/driver/graphs.h"
 #include "api/cuda/driver/launch.h"
 
@@ -15,7 +15,7 @@ namespace {
 
 using AttributeBytes = GraphNode::AttributeBytes;
 
-// The attributes that kernel nodes have, and what they are at first. What is no hint is acted upon.
+// The attributes of kernel nodes and their defaults. All except hints have an effect.
 struct Attribute {
     int id;
     unsigned char first[16];
@@ -48,7 +48,7 @@ AttributeBytes valueOf(const GraphNode& node, CUkernelNodeAttrID id) {
     return bytes;
 }
 
-// Refuses values that the attribute cannot have, and brings others into range.
+// Rejects values that are invalid for the attribute, and clamps others.
 void check(CUkernelNodeAttrID id, CUlaunchAttributeValue& value) {
     const int number = value.cooperative; // the first four bytes
     switch (int(id)) {
@@ -79,7 +79,7 @@ void check(CUkernelNodeAttrID id, CUlaunchAttributeValue& value) {
     }
 }
 
-// Makes the node's work anew where it must be another.
+// Replaces the node's work if the attributes change it.
 void apply(GraphNode& node) {
     const auto* details = static_cast<const KernelDetails*>(node.details.get());
     const bool cooperative = isCooperative(node);
@@ -92,7 +92,7 @@ void apply(GraphNode& node) {
     node.details = std::move(prepared.details);
 }
 
-// Parameters of before CUDA 12: the same up to `extra`.
+// The parameters before CUDA 12: the same up to `extra`.
 struct OlderParams {
     CUfunction func;
     unsigned int grid[3], block[3];

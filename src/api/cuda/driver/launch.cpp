@@ -18,9 +18,9 @@ namespace sunstone::api::cuda {
 
 namespace {
 
-// Work that takes less is not worth waking other cores for.
+// Shorter launches do not justify waking other cores.
 constexpr uint64_t kSmallNanoseconds = 20'000;
-// Launches of a kernel that has not run yet begin on one core with fewer threads than this.
+// The first launch of a kernel begins on one core if it has fewer threads than this.
 constexpr uint64_t kSmallLaunch = 2048;
 
 [[noreturn]] void refuseFault(const Launch& launch) {
@@ -64,7 +64,7 @@ uint64_t nanosecondsSince(Clock::time_point start) {
     return uint64_t(std::chrono::nanoseconds(Clock::now() - start).count());
 }
 
-// What a block costs, as the last launches of the kernel have shown: new ones count for a quarter.
+// Updates the estimated cost of a block from a launch, with a weight of one quarter.
 void noteBlockCost(const Launch& launch, uint64_t nanoseconds, uint64_t blocks) {
     constexpr uint64_t kMost = ~uint32_t(0);
     const uint64_t made = std::clamp<uint64_t>(nanoseconds / blocks, 1, kMost);
@@ -73,7 +73,7 @@ void noteBlockCost(const Launch& launch, uint64_t nanoseconds, uint64_t blocks) 
                             std::memory_order_relaxed);
 }
 
-// Runs blocks on this thread as long as they take little; returns the first that has not run.
+// Runs blocks on this thread while they are cheap; returns the first block not run.
 uint64_t runSmall(Launch& launch, uint64_t blocks) {
     const Clock::time_point start = Clock::now();
     BlockRunner runner(launch);
@@ -98,7 +98,7 @@ void runBlocks(Launch& launch) {
     const uint64_t first = isSmall || blocks == 1 ? runSmall(launch, blocks) : 0;
     if (first == blocks)
         return;
-    // Pieces of some thousand threads, but enough of them for all cores.
+    // Pieces of some thousand threads, but enough pieces for all cores.
     const uint64_t rest = blocks - first, pieces = uint64_t(threadCount()) * 8;
     const uint64_t grain = std::max<uint64_t>(
         1, std::min<uint64_t>((kSmallLaunch + perBlock - 1) / perBlock, rest / pieces));
@@ -154,7 +154,7 @@ void checkShape(const LaunchRequest& request, const Function& function) {
                " multiprocessors at once");
 }
 
-// The parameter block as the kernel reads it.
+// The parameter block in the layout that the kernel reads.
 std::vector<std::byte> gatherParameters(const LaunchRequest& request,
                                         const compiler::KernelInfo& info) {
     std::vector<std::byte> block(std::max<size_t>(info.parameterBytes, 1));
@@ -193,9 +193,9 @@ std::vector<std::byte> gatherParameters(const LaunchRequest& request,
     return block;
 }
 
-// Whether a kernel that can run a warp at a time is to.
+// Whether a launch uses the kernel's code for a warp at a time.
 bool runsInLockstep(const LaunchPlan& plan) {
-    constexpr uint32_t kFewThreads = 4; // most lanes would do nothing
+    constexpr uint32_t kFewThreads = 4; // most lanes would be idle
     if (!plan.meets && plan.threadsPerBlock() < kFewThreads)
         return false;
     return currentConfig(Setting::kKernels) != "single";
@@ -246,7 +246,7 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
         std::weak_ptr<cpu::Context> context;
         KernelDetails details;
 
-        // What device code ends with stays with the context; what is queued behind does not run.
+        // The context keeps a device error; work queued after it does not run.
         void run() const {
             const cpu::ContextPtr home = context.lock();
             if (home && home->fault)

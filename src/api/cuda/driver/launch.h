@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernel launches: what a launch may ask for, and its execution as queued work.
+// Kernel launches: the limits of a launch, and its execution as queued work.
 #pragma once
 
 #include "api/cuda/driver/module.h"
@@ -18,30 +18,29 @@ struct LaunchRequest {
     bool cooperative = false;
 };
 
-// Most threads a block of this function may have.
+// The maximum number of threads per block for this function.
 unsigned maxThreadsOf(const Function& function);
-// Most dynamic shared memory it may be launched with.
+// The maximum dynamic shared memory for a launch, in bytes.
 unsigned maxDynamicSharedOf(const Function& function);
 
-// A launch as graphs show it: its own copy of the parameters.
+// Parameters of a launch as graphs return them, with their own copy of the kernel's parameters.
 struct KernelDetails {
     LaunchRequest request;
     std::vector<void*> pointers; // request.params
 };
 
-// A launch that may run any number of times, also side by side.
+// A launch that may run any number of times, also concurrently.
 struct PreparedLaunch {
     std::function<void()> work;
     std::shared_ptr<const KernelDetails> details;
 };
 
-// Checks everything and copies the parameters. Throws Failure with the code cuLaunchKernel
-// documents.
+// Checks and copies all parameters. Throws Failure with the codes documented for cuLaunchKernel.
 PreparedLaunch prepareLaunch(const LaunchRequest& request);
-// Prepares and queues.
+// Prepares and queues a launch.
 void launch(const LaunchRequest& request, const cpu::StreamPtr& stream);
 
-// How many blocks of this size a multiprocessor takes, by threads and shared memory.
+// The number of blocks of this size that a multiprocessor holds, by threads and shared memory.
 unsigned activeBlocks(const Function& function, unsigned blockSize, size_t dynamicShared);
 
 } // namespace sunstone::api::cuda

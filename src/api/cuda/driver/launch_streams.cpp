@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// cuLaunchKernel and its like. Compiled twice, see shell.h.
+// cuLaunchKernel and its variants. Compiled twice, see shell.h.
 #include "api/cuda/driver/launch.h"
 
 using namespace sunstone::api::cuda;
 
 namespace {
 
-// The attributes of cuLaunchKernelEx. Hints about caches and scheduling have no meaning here;
-// programmatic serialization allows an overlap that never happens.
+// The attributes of cuLaunchKernelEx. Hints about caches and scheduling have no effect;
+// programmatic serialization permits an overlap that does not occur here.
 void readAttribute(const CUlaunchAttribute& attribute, LaunchRequest& request) {
     switch (attribute.id) {
     case CU_LAUNCH_ATTRIBUTE_IGNORE:

@@ -20,7 +20,7 @@ struct Kernel {
     std::weak_ptr<Library> library;
     std::string name;
     std::mutex mutex;
-    std::map<CUfunction_attribute, int> attributes; // in whichever context
+    std::map<CUfunction_attribute, int> attributes; // for all contexts
 };
 
 class Library : public std::enable_shared_from_this<Library> {
@@ -39,7 +39,8 @@ private:
     const ParsedImage image_;
     std::map<std::string, std::shared_ptr<Kernel>> kernels_;
     std::mutex mutex_;
-    std::map<const void*, CUmodule> modules_; // by context; of dead contexts handles of nothing
+    std::map<const void*, CUmodule> modules_; // by context; handles for destroyed contexts are
+                                              // invalid
 };
 
 HandleTable<Library>& libraryTable() {
@@ -183,7 +184,7 @@ SUNSTONE_EXPORT CUresult cuLibraryLoadFromFile(CUlibrary* library, const char* f
 SUNSTONE_EXPORT CUresult cuLibraryUnload(CUlibrary library) {
     return guarded("cuLibraryUnload", Needs::kInit, [&] {
         const std::shared_ptr<Library> found = libraryOf(library);
-        cpu::streams().synchronizeAll(); // its code may be queued
+        cpu::streams().synchronizeAll(); // queued work may use its code
         libraryTable().remove(library);
         for (const auto& [name, kernel] : found->kernels())
             kernelTable().remove(kernel.get());
@@ -275,7 +276,7 @@ SUNSTONE_EXPORT CUresult cuKernelSetAttribute(CUfunction_attribute attribute, in
     return guarded("cuKernelSetAttribute", Needs::kContext, [&] {
         requireDevice(device);
         const std::shared_ptr<Kernel> found = kernelOf(kernel);
-        setAttribute(*functionHere(*found), attribute, value); // checks
+        setAttribute(*functionHere(*found), attribute, value); // throws for invalid values
         std::lock_guard lock(found->mutex);
         found->attributes[attribute] = value;
     });

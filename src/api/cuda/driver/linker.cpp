@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// cuLink*: pieces of PTX become one image, in which what is extern in one piece is defined in
-// another. The image holds the pieces' texts; the symbols are resolved when it is completed, so
-// that its errors come there, and once more when it is loaded. Also the options that linking and
-// loading share.
+// cuLink*: links pieces of PTX into one image, where one piece defines what another declares
+// extern. The image holds the texts of the pieces. Symbols are resolved at completion, which
+// reports their errors, and again at loading. Also parses the options that linking and loading
+// share.
 #include "api/cuda/driver/fat_binary.h"
 #include "api/cuda/driver/module.h"
 #include "base/handles.h"
@@ -21,7 +21,7 @@ struct LinkState {
     std::vector<std::string> texts;
     std::vector<std::shared_ptr<const ptx::Module>> trees;
     std::string warnings;
-    std::string image; // of cuLinkComplete
+    std::string image; // result of cuLinkComplete
 };
 
 HandleTable<LinkState>& linkTable() {
@@ -90,7 +90,7 @@ JitOptions::JitOptions(unsigned count, const CUjit_option* options, void** value
             wallTime_ = &values[i];
             break;
         default:
-            // What steers a GPU's code generator has no meaning here.
+            // Options for a GPU's code generator have no effect.
             require(unsigned(options[i]) < 64, "unknown JIT option");
         }
     }
@@ -131,7 +131,7 @@ SUNSTONE_EXPORT CUresult cuLinkAddData(CUlinkState state, CUjitInputType type, v
                                        size_t size, const char*, unsigned int count,
                                        CUjit_option* options, void** values) {
     return guarded("cuLinkAddData", Needs::kContext, [&] {
-        JitOptions(count, options, values); // must be well-formed; none means anything here
+        JitOptions(count, options, values); // must be well-formed; they have no effect here
         addData(state, type, data, size);
     });
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Allocation and what is known about pointers. Device, pinned and managed memory are all host
-// memory here and differ in what queries say about them.
+// Allocation and pointer queries. Device, pinned and managed memory are all host memory here;
+// queries return different values for them.
 #include "api/cuda/driver/graphs.h"
 #include "api/cuda/driver/pools.h"
 #include "api/cuda/driver/virtual_memory.h"
@@ -44,7 +44,7 @@ void store(void* data, T value) {
     *static_cast<T*>(data) = value;
 }
 
-// Writes one attribute. False where it does not apply to the memory.
+// Writes one attribute. False if it does not apply to the memory.
 bool pointerAttribute(void* data, CUpointer_attribute attribute, CUdeviceptr address,
                       const cpu::Allocation& memory) {
     const bool host = memory.kind == MemoryKind::kPinned || memory.kind == MemoryKind::kRegistered;
@@ -102,7 +102,7 @@ bool pointerAttribute(void* data, CUpointer_attribute attribute, CUdeviceptr add
     }
 }
 
-// What cuPointerGetAttributes writes for memory it does not know.
+// The value that cuPointerGetAttributes writes for unknown memory.
 void clearAttribute(void* data, CUpointer_attribute attribute) {
     switch (attribute) {
     case CU_POINTER_ATTRIBUTE_MEMORY_TYPE:
@@ -174,7 +174,7 @@ SUNSTONE_EXPORT CUresult cuMemFree(CUdeviceptr address) {
             forgetPoolMemory(pointerOf(address), found->id);
             return released;
         };
-        // Queued work may still use it: freeing waits for the device, as it does on others.
+        // Queued work may still use it: freeing waits for the device, as with a GPU's driver.
         try {
             cpu::streams().synchronizeAll();
         } catch (const ProcessEnds&) {
@@ -237,7 +237,7 @@ SUNSTONE_EXPORT CUresult cuMemHostGetFlags(unsigned int* flags, void* address) {
         require(flags, "flags is null");
         const cpu::Allocation memory = allocationOf(addressOf(address));
         require(memory.kind == MemoryKind::kPinned, "not memory of cuMemHostAlloc");
-        // All of it is mapped, whatever was asked for.
+        // All of it is mapped, regardless of the requested flags.
         *flags = memory.flags | CU_MEMHOSTALLOC_DEVICEMAP;
     });
 }
@@ -296,6 +296,6 @@ SUNSTONE_EXPORT CUresult cuPointerSetAttribute(const void* value, CUpointer_attr
     return guarded("cuPointerSetAttribute", Needs::kInit, [&] {
         require(value && attribute == CU_POINTER_ATTRIBUTE_SYNC_MEMOPS,
                 "only SYNC_MEMOPS can be set");
-        allocationOf(address); // copies are in order anyway
+        allocationOf(address); // copies are in order anyway, so only check
     });
 }

@@ -38,7 +38,7 @@ HandleTable<Module>& moduleTable() {
     return *table;
 }
 
-// One for the process, opened by the first kernel.
+// One cache for the process, opened by the first kernel.
 const std::shared_ptr<engine::CompileCache>& compileCache() {
     static const auto* cache = [] {
         auto made = std::make_shared<engine::CompileCache>([](LogLevel level,
@@ -84,7 +84,7 @@ ParsedImage parseImage(const std::vector<std::string>& texts, JitOptions options
 }
 
 CUmodule makeModule(const ParsedImage& image) {
-    watchProcessEnd(); // the module's owner may unload it then
+    watchProcessEnd(); // afterwards the module's owner may unload it
     return static_cast<CUmodule>(moduleTable().add(
         std::make_shared<Module>(image.trees, cpu::contexts().current(), image.debugLevel)));
 }
@@ -116,7 +116,7 @@ Module::~Module() {
 int Module::ptxVersion() const {
     int version = 0;
     for (char c : trees_[0]->target)
-        if (c >= '0' && c <= '9' && version < 1'000'000) // a text may say anything
+        if (c >= '0' && c <= '9' && version < 1'000'000) // the text is untrusted
             version = version * 10 + (c - '0');
     return version;
 }
@@ -255,7 +255,7 @@ SUNSTONE_EXPORT CUresult cuModuleLoadFatBinary(CUmodule* module, const void* ima
 SUNSTONE_EXPORT CUresult cuModuleUnload(CUmodule module) {
     return guarded("cuModuleUnload", Needs::kContext, [&] {
         moduleOf(module);
-        cpu::streams().synchronizeAll(); // its code may be queued
+        cpu::streams().synchronizeAll(); // queued work may use its code
         unloadModule(module);
     });
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Modules and functions of the driver API. A module is parsed when it is loaded; its variables are
-// made when something of it is first asked for, a kernel is compiled when it is first looked up or
-// used. Compiled code is kept in the disk cache that OptiX programs use.
+// Modules and functions of the driver API. A module is parsed when it is loaded. Its variables are
+// created at the first access to the module, and a kernel is compiled at its first lookup or use.
+// Compiled code is kept in the disk cache that OptiX programs also use.
 #pragma once
 
 #include "api/cuda/driver/shell.h"
@@ -18,13 +18,13 @@ namespace sunstone::api::cuda {
 
 class Module;
 
-// The options of cuModuleLoadDataEx and cuLinkCreate: where their messages go.
+// The options of cuModuleLoadDataEx and cuLinkCreate: the buffers for messages.
 class JitOptions {
 public:
     JitOptions() = default;
     // Throws Failure for null arrays and unknown options.
     JitOptions(unsigned count, const CUjit_option* options, void** values);
-    // Writes to the caller's buffers, as far as there are any.
+    // Writes to the caller's buffers, if given.
     void report(const std::string& information, const std::string& errors, float milliseconds);
     bool debug() const { return debug_; }
 
@@ -41,13 +41,13 @@ private:
 std::shared_ptr<const ptx::Module> parsePtx(const std::string& text, std::string* warnings);
 
 struct Function {
-    std::weak_ptr<Module> module; // launches hold it, so that the code lives while they are queued
-    const compiler::KernelInfo* info = nullptr; // complete once it is compiled
+    std::weak_ptr<Module> module; // launches own it, so that the code outlives queued work
+    const compiler::KernelInfo* info = nullptr; // complete after compilation
     size_t index = 0;                           // in the module
     std::atomic<bool> compiled{false};
-    std::atomic<unsigned> maxDynamicShared{0}; // 0: what is left of the block's share
+    std::atomic<unsigned> maxDynamicShared{0}; // 0: the rest of the block's share
     std::atomic<int> carveout{-1};
-    std::atomic<uint32_t> blockCost{0}; // nanoseconds that a block took lately; 0: has not run
+    std::atomic<uint32_t> blockCost{0}; // recent nanoseconds per block; 0: has not run
 };
 
 class Module : public std::enable_shared_from_this<Module> {
@@ -57,48 +57,48 @@ public:
     ~Module();
 
     const void* owner() const { return owner_; }
-    // Null if there is no such kernel.
+    // Null if the module has no such kernel.
     Function* function(const std::string& name);
     size_t functionCount();
     std::vector<Function*> functions();
-    // Address and size of a variable; false if there is none.
+    // Address and size of a variable; false if the module has no such variable.
     bool variable(const std::string& name, void** address, uint64_t* size);
-    // Whether a variable is a reference to textures or surfaces: its type, or Type::kNone.
+    // The type of a texture or surface reference; Type::kNone for other variables.
     ptx::Type referenceType(const std::string& name) const;
-    // What all functions need before they are used; throws what the compiler throws, each time.
+    // Compiles the function if necessary. Throws the compiler's errors, each time.
     void compile(Function& function);
-    // Makes every function handle of the module invalid.
+    // Invalidates all function handles of the module.
     void retire();
     int ptxVersion() const;
 
 private:
-    void open(); // at most once; throws what the compiler throws, each time
+    void open(); // opens once; throws the compiler's errors, each time
 
-    const std::vector<std::shared_ptr<const ptx::Module>> trees_; // of a linked image several
+    const std::vector<std::shared_ptr<const ptx::Module>> trees_; // several for a linked image
     const void* const owner_;
     const compiler::DebugLevel debugLevel_;
     std::mutex mutex_;
     std::unique_ptr<compiler::KernelModule> code_;
     std::map<std::string, std::shared_ptr<Function>> functions_;
-    std::vector<const void*> adopted_; // variables known to Memory
+    std::vector<const void*> adopted_; // variables registered with Memory
 };
 
-// The texts of an image, parsed.
+// The parsed PTX texts of an image.
 struct ParsedImage {
     std::vector<std::shared_ptr<const ptx::Module>> trees;
     compiler::DebugLevel debugLevel;
 };
 ParsedImage parseImage(const std::vector<std::string>& texts, JitOptions options);
-// A module in the current context.
+// Makes a module in the current context.
 CUmodule makeModule(const ParsedImage& image);
-void unloadModule(CUmodule module); // if it is one
+void unloadModule(CUmodule module); // ignores other handles
 
-// The live module or (compiled) function of a handle, or CUDA_ERROR_INVALID_HANDLE. A kernel of a
-// library is its function in the current context.
+// The live module or (compiled) function of a handle; throws CUDA_ERROR_INVALID_HANDLE. A kernel of
+// a library gives its function in the current context.
 std::shared_ptr<Module> moduleOf(CUmodule module);
-std::shared_ptr<Module> findModule(CUmodule module); // null if it is none
+std::shared_ptr<Module> findModule(CUmodule module); // null for other handles
 std::shared_ptr<Function> functionOf(CUfunction function);
-bool isCompiled(CUfunction function); // throws for handles that are none
+bool isCompiled(CUfunction function); // throws for invalid handles
 
 // function.cpp; both throw CUDA_ERROR_INVALID_VALUE.
 int attributeOf(const Function& function, CUfunction_attribute attribute);

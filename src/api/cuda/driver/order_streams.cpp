@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of and queued on a given stream besides copies and launches. Compiled twice, see
+// Stream functions other than copies and launches: queries, events, callbacks. Compiled twice, see
 // shell.h.
 #include "api/cuda/driver/shell.h"
 
@@ -8,7 +8,7 @@ using namespace sunstone::api::cuda;
 
 namespace {
 
-// An event node in the stream's capture.
+// Adds an event node to the stream's capture.
 void captureEvent(const cpu::StreamPtr& stream, cpu::WorkKind kind,
                   const std::shared_ptr<cpu::Event>& event) {
     cpu::streams().submit(stream, nullptr, {}, {kind, nullptr});
@@ -78,7 +78,7 @@ SUNSTONE_EXPORT CUresult cuStreamGetCtx(CUstream stream, CUcontext* context) {
 #ifdef CUDA_API_PER_THREAD_DEFAULT_STREAM
 #define cuStreamGetCtx_v2 cuStreamGetCtx_v2_ptsz
 #endif
-// Of the two kinds of contexts that a stream can be made in there is one here.
+// Streams here belong to ordinary contexts only, never to green ones.
 SUNSTONE_EXPORT CUresult cuStreamGetCtx_v2(CUstream stream, CUcontext* context, void** green) {
     const CUresult result = cuStreamGetCtx(stream, context);
     if (result == CUDA_SUCCESS && green)
@@ -142,7 +142,7 @@ SUNSTONE_EXPORT CUresult cuStreamAttachMemAsync(CUstream stream, CUdeviceptr add
         require(memory && cpu::isManaged(memory->kind) &&
                     (length == 0 || length == memory->size),
                 "not managed memory as a whole");
-        resolveStream(stream); // host and device share it whatever it is attached to
+        resolveStream(stream); // attachment has no effect: host and device share memory
     });
 }
 SUNSTONE_EXPORT CUresult cuEventRecord(CUevent event, CUstream stream) {

@@ -16,7 +16,7 @@ namespace {
 
 struct Pool {
     CUmemLocation location = {CU_MEM_LOCATION_TYPE_DEVICE, 0};
-    size_t maxSize = 0; // 0: as much as there is
+    size_t maxSize = 0; // 0: no limit
     int reuse[3] = {1, 1, 1};
     uint64_t releaseThreshold = 0;
     uint64_t used = 0, usedHigh = 0, reservedHigh = 0;
@@ -26,7 +26,7 @@ struct Pool {
 struct PoolMemory {
     Pool* pool;
     size_t size;
-    uint64_t id; // of the allocation: an address may be used again
+    uint64_t id; // of the allocation, because an address may be reused
 };
 
 struct Pools {
@@ -52,7 +52,7 @@ struct Pools {
         if (pool->destroyed && pool->used == 0)
             created.erase(pool);
     }
-    // Memory also dies with its context.
+    // Removes memory that was freed with its context.
     void forgetDead() {
         for (auto entry = memory.begin(); entry != memory.end();) {
             const auto next = std::next(entry);
@@ -73,7 +73,7 @@ CUmemoryPool handleOf(Pool* pool) {
     return reinterpret_cast<CUmemoryPool>(pool);
 }
 
-// Default and current pools exist for the device's memory.
+// Default and current pools exist only for device memory.
 void requireDevicePool(const CUmemLocation* location, CUmemAllocationType type) {
     require(location, "location is null");
     requireLocation(*location);
@@ -151,7 +151,7 @@ void getAttribute(const Pool& pool, CUmemPool_attribute attribute, void* value) 
     }
 }
 
-// A body that runs with the pools locked.
+// Runs a body with the pools locked.
 template <class Body>
 CUresult withPools(const char* function, Body&& body) {
     return guarded(function, Needs::kInit, [&] {
@@ -217,13 +217,13 @@ SUNSTONE_EXPORT CUresult cuMemPoolDestroy(CUmemoryPool pool) {
         all.forgetDead();
         if (all.current == &found)
             all.current = &all.standard;
-        found.destroyed = true; // lives on until its memory is freed
+        found.destroyed = true; // the pool lives until its memory is freed
         if (found.used == 0)
             all.created.erase(&found);
     });
 }
 SUNSTONE_EXPORT CUresult cuMemPoolTrimTo(CUmemoryPool pool, size_t) {
-    // Nothing is held beyond what is in use.
+    // The pool holds no free memory, so trimming has no effect.
     return withPools("cuMemPoolTrimTo", [&](Pools& all) { all.of(pool); });
 }
 SUNSTONE_EXPORT CUresult cuMemPoolSetAttribute(CUmemoryPool pool, CUmemPool_attribute attribute,

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory pools: limits, attributes and counts over ordinary allocations. What a pool's owner frees
-// goes back to the system at once, so that a pool holds what is in use and nothing else.
+// Memory pools: limits, attributes and counts over ordinary allocations. Freed memory returns to
+// the system at once, so a pool holds only memory in use.
 #pragma once
 
 #include "api/cuda/driver/shell.h"
 
 namespace sunstone::api::cuda {
 
-// New device memory that counts for the pool; null: the device's current one. Throws Failure with
-// CUDA_ERROR_OUT_OF_MEMORY where the pool's size is reached, or CUDA_ERROR_INVALID_VALUE for a
-// handle that is no live pool.
+// Allocates device memory from a pool; null: the device's current pool. Throws Failure:
+// CUDA_ERROR_OUT_OF_MEMORY if the pool's limit is reached, CUDA_ERROR_INVALID_VALUE if the handle
+// is not a live pool.
 void* allocateFromPool(CUmemoryPool pool, size_t bytes);
-// Call it when memory is freed, from a pool or not, with the number of the allocation: the address
-// may be in use again already.
+// Call when memory is freed, from a pool or not, with the id of the allocation, because the address
+// may already be in use again.
 void forgetPoolMemory(const void* address, uint64_t allocation);
-// Null if it comes from none.
+// Null for memory that is not from a pool.
 CUmemoryPool poolOfMemory(const cpu::Allocation& allocation);
 
 } // namespace sunstone::api::cuda

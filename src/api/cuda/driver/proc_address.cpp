@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// cuGetProcAddress: the exported functions by their plain names, in the form the caller's CUDA
-// version expects; and the unsuffixed names drivers export beside the current ones.
+// cuGetProcAddress: finds exported functions by their plain names, in the form for the caller's
+// CUDA version. Also exports the unsuffixed names that drivers have beside the current ones.
 #include "api/cuda/driver/entry_point_versions.h"
 #include "api/cuda/driver/shell.h"
 
@@ -52,8 +52,8 @@ struct Found {
     CUdriverProcAddressQueryResult status = CU_GET_PROC_ADDRESS_SYMBOL_NOT_FOUND;
 };
 
-// The form of a function that a caller of this version means. Those that work on a default stream
-// have other ones for the calling thread's, since version 7.0.
+// The form of a function for a caller of this version. Functions on a default stream have another
+// form for the per-thread default stream, since version 7.0.
 Found lookUp(const std::string& symbol, int version, bool perThread) {
     constexpr int kPerThreadSince = 7000;
     const auto named = forms().find(symbol);
@@ -115,7 +115,7 @@ SUNSTONE_EXPORT CUresult cuGetProcAddress(const char* symbol, void** function, i
                                           CUdriverProcAddressQueryResult* status) {
     return procAddress(symbol, function, cudaVersion, flags, status);
 }
-// For callers whose default stream is the calling thread's.
+// For callers compiled with the per-thread default stream.
 SUNSTONE_EXPORT CUresult cuGetProcAddress_v2_ptsz(const char* symbol, void** function,
                                                   int cudaVersion, cuuint64_t flags,
                                                   CUdriverProcAddressQueryResult* status) {
@@ -124,8 +124,8 @@ SUNSTONE_EXPORT CUresult cuGetProcAddress_v2_ptsz(const char* symbol, void** fun
     return procAddress(symbol, function, cudaVersion, flags, status);
 }
 
-// The first form of cuGetProcAddress has no status; the others have the parameters of their
-// successors.
+// The first form of cuGetProcAddress has no status; the other functions here have the parameters of
+// their successors.
 #undef cuGetProcAddress
 SUNSTONE_EXPORT CUresult cuGetProcAddress(const char* symbol, void** function, int cudaVersion,
                                           cuuint64_t flags) {

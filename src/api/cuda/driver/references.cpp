@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texture and surface references. A variable of type .texref or .surfref holds the handle of an
-// object, and code that names it uses the object; so each change of a reference makes a new object
-// of what the reference says and stores its handle. A reference that says nothing usable holds 0,
-// which reads as zeros. What each call answers was recorded on a GPU, which accepts values that
-// mean nothing.
+// object, and code that names the variable uses the object. Each change of a reference makes a new
+// object and stores its handle in the variable. An unusable reference holds 0, which reads as
+// zeros. The results of all calls were recorded on a GPU, which accepts meaningless values.
 #include "api/cuda/driver/module.h"
 #include "api/cuda/driver/textures.h"
 
@@ -23,7 +22,7 @@ constexpr size_t kBaseAlignment = 512, kMostTexels = size_t(1) << 28;
 struct Reference {
     std::weak_ptr<Module> module;
     std::string name;
-    uint64_t* variable = nullptr; // in the module; null: the program's own
+    uint64_t* variable = nullptr; // in the module; null: a reference made by the program
     bool isBound = false;
     CUDA_RESOURCE_DESC resource = {};
     CUDA_TEXTURE_DESC texture = {};
@@ -47,7 +46,7 @@ HandleTable<T>& references() {
     return *table;
 }
 
-// The reference of a name; one for each variable.
+// The reference for a name; one for each variable.
 template <class T, class Handle>
 void get(Handle* handle, CUmodule moduleHandle, const char* name, ptx::Type type) {
     require(handle && name && *name, "reference or name is null or empty");
@@ -78,11 +77,11 @@ std::shared_ptr<T> find(const void* handle) {
     return found;
 }
 
-// Makes the object that the reference describes now.
+// Makes the object for the reference's current state.
 void apply(TextureReference& reference) {
     if (!reference.variable)
         return;
-    cpu::streams().synchronizeAll(); // queued work uses the one before
+    cpu::streams().synchronizeAll(); // queued work uses the previous object
     uint64_t made = 0;
     CUDA_TEXTURE_DESC description = reference.texture;
     for (CUfilter_mode* mode : {&description.filterMode, &description.mipmapFilterMode})
@@ -100,7 +99,7 @@ void apply(TextureReference& reference) {
     *reference.variable = made;
 }
 
-// Changes a reference and applies that. `change` gets it.
+// Calls `change` with a reference, then applies the change.
 template <class Change>
 CUresult set(const char* function, CUtexref handle, Change&& change) {
     return guarded(function, Needs::kContext, [&] {
@@ -109,7 +108,7 @@ CUresult set(const char* function, CUtexref handle, Change&& change) {
         apply(*reference);
     });
 }
-// Writes a value of a reference: `value` gets it.
+// Writes to *out the result of `value` for a reference.
 template <class T, class Value>
 CUresult ask(const char* function, CUtexref handle, T* out, Value&& value) {
     return guarded(function, Needs::kContext, [&] {
@@ -118,7 +117,8 @@ CUresult ask(const char* function, CUtexref handle, T* out, Value&& value) {
     });
 }
 
-// A resource of the bound kind, or CUDA_ERROR_INVALID_VALUE with null as the result.
+// Writes to *out a property of the bound resource; for other kinds of resource it throws
+// CUDA_ERROR_INVALID_VALUE and *out is null.
 template <class T, class Value>
 CUresult askBound(const char* function, CUtexref handle, T* out,
                   std::initializer_list<CUresourcetype> types, Value&& value) {
@@ -166,7 +166,8 @@ SUNSTONE_EXPORT CUresult cuTexRefCreate(CUtexref* reference) {
 }
 SUNSTONE_EXPORT CUresult cuTexRefDestroy(CUtexref reference) {
     return guarded("cuTexRefDestroy", Needs::kContext, [&] {
-        if (!find<TextureReference>(reference)->variable) // else it goes with its module
+        if (!find<TextureReference>(reference)->variable) // a module's reference is destroyed with
+                                                          // the module
             references<TextureReference>().remove(reference);
     });
 }
@@ -351,7 +352,7 @@ SUNSTONE_EXPORT CUresult cuSurfRefSetArray(CUsurfref reference, CUarray array, u
         resource.resType = CU_RESOURCE_TYPE_ARRAY;
         resource.res.array.hArray = array;
         const uint64_t made = createSurface(resource);
-        cpu::streams().synchronizeAll(); // queued work uses the one before
+        cpu::streams().synchronizeAll(); // queued work uses the previous object
         surface->drop();
         surface->isBound = true;
         surface->resource = resource;

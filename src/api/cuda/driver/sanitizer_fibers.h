@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What sanitizers must be told of switches between the stack of a scheduler and those of fibers;
-// empty in other builds.
+// Reports switches between the scheduler's stack and the stacks of fibers to the sanitizers; empty
+// in other builds.
 #pragma once
 
 #include <cstddef>
@@ -27,13 +27,13 @@ public:
     ~SanitizerFibers() { restart(0); }
 
 #if defined(SUNSTONE_ASAN_FIBERS)
-    // New ones: fibers that were abandoned leave their frames open in the books.
+    // Forgets all fibers: abandoned fibers have left frames open in the sanitizer.
     void restart(size_t count) {
         fakes_.assign(count, nullptr);
     }
-    // The caller is what `leave` goes back to.
+    // Sets the caller as the target of `leave`.
     void begin() {}
-    // On the scheduler, before a switch to a fiber and after the switch back.
+    // Called on the scheduler, before and after it runs a fiber.
     void enter(size_t index, const void* stackTop, size_t size) {
         running_ = index;
         __sanitizer_start_switch_fiber(&schedulerFake_, static_cast<const char*>(stackTop) - size,
@@ -42,7 +42,7 @@ public:
     void left() {
         __sanitizer_finish_switch_fiber(schedulerFake_, nullptr, nullptr);
     }
-    // On a fiber, after a switch to it and before the one back.
+    // Called on a fiber, when it starts or resumes and before it switches back.
     void entered() {
         __sanitizer_finish_switch_fiber(fakes_[running_], &schedulerBottom_, &schedulerSize_);
     }
@@ -50,7 +50,7 @@ public:
         __sanitizer_start_switch_fiber(forever ? nullptr : &fakes_[running_], schedulerBottom_,
                                        schedulerSize_);
     }
-    // On the scheduler, which a jump has come back to from a fiber.
+    // Called on the scheduler after a jump out of a fiber.
     void abandoned() {
         leave(true);
         left();

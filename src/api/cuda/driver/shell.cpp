@@ -65,7 +65,7 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
         log(LogLevel::kError, "cuda", message(function, ": ", nameOf(result), ": ", text));
         return result;
     };
-    // What nobody would guess from the number is told unasked, once.
+    // Errors that need an explanation are logged once even if the log is off.
     auto explain = [&](CUresult result, const char* text) {
         if (!logEnabled(LogLevel::kError, "cuda"))
             logOnce(LogLevel::kFatal, "cuda", message(nameOf(result), ": ", text));
@@ -88,7 +88,7 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
         if (const int fault = context->fault)
             return failed(fault);
         const CUresult result = body();
-        // It may have failed while the call waited for something else.
+        // The context may have failed while the call waited.
         if (result == CUDA_SUCCESS && needs != Needs::kQueue)
             if (const int fault = context->fault)
                 return failed(fault);

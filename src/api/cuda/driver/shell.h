@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all driver API functions share: the one place where C calls become C++ and errors become
+// Shared by all driver API functions: the one place where C calls become C++ and errors become
 // CUresult. Source files named *_streams.cpp are compiled twice: with
 // CUDA_API_PER_THREAD_DEFAULT_STREAM the header gives their functions the _ptsz and _ptds names,
-// and resolveStream turns a null stream into the calling thread's.
+// and resolveStream maps a null stream to the calling thread's.
 #pragma once
 
 #include "base/error.h"
@@ -22,7 +22,7 @@ namespace sunstone::api::cuda {
 
 namespace cpu = sunstone::device::cpu;
 
-// A failure whose CUresult is known where it happens.
+// A failure thrown with its CUresult.
 class Failure : public Error {
 public:
     Failure(CUresult result, const std::string& text)
@@ -43,17 +43,18 @@ inline void require(bool condition, const char* text) {
         throw Failure(CUDA_ERROR_INVALID_VALUE, text);
 }
 
-// What an entry point needs. kAnyContext: a current context; kContext: one in which no device code
-// has failed, neither before the call nor while it waits; kQueue: the same before the call alone, for
-// functions that queue work and come back (whether it has failed by then would be chance).
+// The precondition of an entry point. kAnyContext: a current context. kContext: a current context
+// in which no device code has failed, before the call or while it waits. kQueue: the same, checked
+// only before the call, for functions that queue work and return (a later failure is a matter of
+// timing).
 enum class Needs { kNothing, kInit, kAnyContext, kContext, kQueue };
 // For functions that share a body: whether this one waits for the work.
 constexpr Needs needsToQueue(bool waits) {
     return waits ? Needs::kContext : Needs::kQueue;
 }
 
-// Runs a body, logs what it throws with the function's name, returns the code. A body returning
-// CUresult passes its own on.
+// Runs a body, logs its exceptions with the function's name, and returns the code. A CUresult
+// returned by the body is passed on.
 CUresult guardedCall(const char* function, Needs needs, const std::function<CUresult()>& body);
 template <class Body>
 CUresult guarded(const char* function, Needs needs, Body&& body) {
@@ -81,7 +82,7 @@ inline cpu::StreamPtr streamOf(void* handle) {
         throw Failure(CUDA_ERROR_INVALID_HANDLE, error.what());
     }
 }
-// See the top of the file.
+// See the head comment.
 inline cpu::StreamPtr resolveStream(CUstream stream) {
 #ifdef CUDA_API_PER_THREAD_DEFAULT_STREAM
     if (!stream)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words that streams write and wait for, and attributes of streams. Compiled twice, see shell.h.
+// Memory words that streams write and wait for, and stream attributes. Compiled twice, see shell.h.
 #include "api/cuda/driver/shell.h"
 #include "base/process_end.h"
 
@@ -41,7 +41,7 @@ Step waitStep(CUdeviceptr address, Word value, unsigned flags) {
     Word* const word = wordAt<Word>(address);
     watchProcessEnd();
     return [=] {
-        // Whoever writes it may be the host, another stream or a kernel.
+        // The word may be written by the host, another stream or a kernel.
         for (unsigned tries = 0;
              !holds(__atomic_load_n(word, __ATOMIC_ACQUIRE), value, flags) && !processEnds(); ++tries)
             if (tries < 1000)
@@ -105,7 +105,7 @@ CUresult batch(CUstream stream, unsigned count, const CUstreamBatchMemOpParams* 
     });
 }
 
-// Those that streams have. Only the priority means something here, which is the stream's own.
+// The attributes of streams. Only the priority has a meaning here: the stream's own priority.
 bool isStreamAttribute(CUstreamAttrID attribute) {
     return attribute == CU_STREAM_ATTRIBUTE_ACCESS_POLICY_WINDOW ||
            attribute == CU_STREAM_ATTRIBUTE_SYNCHRONIZATION_POLICY ||
@@ -169,7 +169,7 @@ SUNSTONE_EXPORT CUresult cuStreamCopyAttributes(CUstream to, CUstream from) {
                    [&] { resolveStream(to)->copyAttributes(*resolveStream(from)); });
 }
 
-// The forms of before, with the same parameters.
+// The older forms, with the same parameters.
 #undef cuStreamWaitValue32
 #undef cuStreamWaitValue64
 #undef cuStreamWriteValue32

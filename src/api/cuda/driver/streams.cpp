@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Streams and events: making, destroying, asking.
+// Streams and events: create, destroy, query.
 #include "api/cuda/driver/shell.h"
 
 #include "base/handles.h"
@@ -24,7 +24,7 @@ CUresult createStream(const char* function, CUstream* stream, unsigned flags, in
     return guarded(function, Needs::kContext, [&] {
         require(stream, "stream is null");
         require(flags <= CU_STREAM_NON_BLOCKING, "unknown flags");
-        // Out of range priorities are brought into it.
+        // Clamps priorities to the valid range.
         priority = std::min(std::max(priority, cpu::Streams::kGreatestPriority),
                             cpu::Streams::kLeastPriority);
         *stream = static_cast<CUstream>(
@@ -32,7 +32,7 @@ CUresult createStream(const char* function, CUstream* stream, unsigned flags, in
     });
 }
 
-// Device code has failed in the event's context, which need not be the current one.
+// Throws if device code has failed in the event's context, which may differ from the current one.
 void refuseFault(const cpu::Event& event) {
     const cpu::ContextPtr context = cpu::contexts().find(event.owner());
     if (const int fault = context ? context->fault.load() : 0)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texture and surface objects. The descriptions are kept for the queries.
+// Texture and surface objects. Their descriptions are stored for queries.
 #include "api/cuda/driver/textures.h"
 
 #include <algorithm>
@@ -152,7 +152,8 @@ void describe(texture::Texture& texture, const CUDA_TEXTURE_DESC& d) {
     std::copy(d.borderColor, d.borderColor + 4, texture.border);
 }
 
-// The format that a view reads texels as. Blocks lie in texels of two or four 32-bit integers.
+// The format in which a view reads texels. A view as blocks needs a resource with texels of two or
+// four 32-bit integers.
 texture::Format viewedFormat(CUresourceViewFormat format, const texture::Format& own) {
     constexpr CUarray_format kPlain[] = {
         CU_AD_FORMAT_UNSIGNED_INT8, CU_AD_FORMAT_SIGNED_INT8,    CU_AD_FORMAT_UNSIGNED_INT16,
@@ -178,7 +179,7 @@ texture::Format viewedFormat(CUresourceViewFormat format, const texture::Format&
     return viewed;
 }
 
-// Another format, levels or layers.
+// Applies a view's format, levels and layers.
 void applyView(texture::Texture& texture, const CUDA_RESOURCE_VIEW_DESC& view) {
     unsigned scale = 1;
     if (view.format != CU_RES_VIEW_FORMAT_NONE) {

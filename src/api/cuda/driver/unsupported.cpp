@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of the driver API that exist only to say that they are not supported: programs link and
-// start, and learn it where they call. Not cuda.h: it would rename the functions and declare some
-// of them. Callers pass arguments, which the calling convention lets a function ignore.
+// Driver API functions that only return CUDA_ERROR_NOT_SUPPORTED, so that programs link and start
+// and fail at the call. cuda.h is not included: it would rename the functions and declare some of
+// them. Callers pass arguments, which the calling convention allows a function to ignore.
 #include "api/cuda/driver/unsupported_names.h"
 #include "base/error.h"
 #include "base/log.h"

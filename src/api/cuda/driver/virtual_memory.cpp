@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// See virtual_memory.h. Physical memory is a file in memory; a reservation is a range of the
-// process that nothing may touch; mapping puts the file there, still closed, and setting access
-// opens it. So two mappings of one memory are the same bytes, and a descriptor of the file shares
-// it with other processes. What each mistake answers was recorded on a GPU.
+// See virtual_memory.h. Physical memory is a file in memory. A reservation is an inaccessible range
+// of addresses. Mapping places the file there, still inaccessible, and setting access opens it. So
+// two mappings of one memory are the same bytes, and the file's descriptor shares it with other
+// processes. The error codes were recorded on a GPU.
 #include "api/cuda/driver/virtual_memory.h"
 
 #include <fcntl.h>
@@ -42,10 +42,10 @@ struct Mapping {
 
 struct Handle {
     PhysicalPtr memory;
-    unsigned count = 0; // of references that cuMemRelease takes away
+    unsigned count = 0; // references released by cuMemRelease
 };
 
-std::mutex mutex; // guards what follows
+std::mutex mutex; // guards all variables below
 std::map<uintptr_t, size_t>& reservations() {
     static auto* all = new std::map<uintptr_t, size_t>;
     return *all;
@@ -95,7 +95,7 @@ Handle& handleOf(CUmemGenericAllocationHandle handle) {
         refuse(CUDA_ERROR_INVALID_VALUE, "no memory has the handle ", handle);
     return found->second;
 }
-// One more reference to the memory's handle.
+// Adds a reference to the memory's handle.
 CUmemGenericAllocationHandle retain(const PhysicalPtr& memory) {
     const auto number = reinterpret_cast<CUmemGenericAllocationHandle>(memory.get());
     Handle& handle = handles()[number];
@@ -104,7 +104,7 @@ CUmemGenericAllocationHandle retain(const PhysicalPtr& memory) {
     return number;
 }
 
-// Puts a mapping where it is, as its access says.
+// Places a mapping at its address, with its access rights.
 void place(uintptr_t address, const Mapping& mapping) {
     const int rights = (mapping.access & CU_MEM_ACCESS_FLAGS_PROT_READ ? PROT_READ : 0) |
                        (mapping.access & 2 ? PROT_WRITE : 0);
@@ -132,7 +132,7 @@ void checkProperties(const CUmemAllocationProp& p) {
             "the type of compression is unknown");
 }
 
-// The mappings that a range is made of, without gaps; none if it is not.
+// The mappings that cover a range without gaps; empty if they do not cover it.
 using Mappings = std::vector<std::map<uintptr_t, Mapping>::iterator>;
 Mappings mappingsOf(uintptr_t address, size_t bytes) {
     Mappings found;
@@ -279,13 +279,13 @@ SUNSTONE_EXPORT CUresult cuMemUnmap(CUdeviceptr address, size_t bytes) {
         const AddressRange room = findReservation(address);
         require(isWhole(bytes) && bytes <= room.size && address - room.base <= room.size - bytes,
                 "the range is not reserved, or no multiple of the granularity");
-        // Whole mappings; gaps between them are nothing.
+        // Only whole mappings can be unmapped; gaps between them are ignored.
         const auto cut = [](uintptr_t at) {
             const auto found = mappingAt(at);
             return found != mappings().end() && found->first != at;
         };
         require(!cut(address) && !cut(address + bytes), "the range cuts a mapping");
-        cpu::streams().synchronizeAll(); // queued work may use it
+        cpu::streams().synchronizeAll(); // queued work may use the memory
         mmap(pointerOf(address), bytes, PROT_NONE,
              MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_FIXED, -1, 0);
         for (auto it = mappings().lower_bound(address);
@@ -313,7 +313,7 @@ SUNSTONE_EXPORT CUresult cuMemSetAccess(CUdeviceptr address, size_t bytes,
                 refuse(CUDA_ERROR_NOT_SUPPORTED, "access by the host");
             require(a.location.id == 0, "there is no such device");
         }
-        cpu::streams().synchronizeAll(); // queued work may use it
+        cpu::streams().synchronizeAll(); // queued work may use the memory
         for (const auto& mapping : found) {
             mapping->second.access = access[count - 1].flags;
             place(mapping->first, mapping->second);
@@ -360,11 +360,11 @@ SUNSTONE_EXPORT CUresult cuMemImportFromShareableHandle(CUmemGenericAllocationHa
             refuse(CUDA_ERROR_NOT_SUPPORTED, "handles of type ", int(type));
         const auto given = int(reinterpret_cast<intptr_t>(shareable));
         struct stat state {};
-        // Of a file in memory, as the export gives them; seals are what only those have.
+        // Accepts only files in memory, as exported: no other files have seals.
         if (fcntl(given, F_GET_SEALS) < 0 || fstat(given, &state) != 0 ||
             !isWhole(size_t(state.st_size)))
             refuse(CUDA_ERROR_UNKNOWN, "descriptor ", given, " is not of exported memory");
-        for (const auto& [number, known] : handles()) { // this process has it already
+        for (const auto& [number, known] : handles()) { // already open in this process
             struct stat own {};
             if (fstat(known.memory->file, &own) == 0 && own.st_ino == state.st_ino &&
                 own.st_dev == state.st_dev) {

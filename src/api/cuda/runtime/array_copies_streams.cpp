@@ -9,7 +9,7 @@ using namespace sunstone::cudart;
 
 namespace {
 
-// The side of a 2D copy that is no array.
+// The memory type of the side of a 2D copy that is not an array.
 CUmemorytype memoryType(cudaMemcpyKind kind, bool toArray) {
     switch (kind) {
     case cudaMemcpyHostToDevice:
@@ -42,7 +42,7 @@ cudaError_t toArray(cudaArray_t dst, size_t x, size_t y, const void* src, size_t
         return remember(cudaErrorInvalidResourceHandle);
     CUDA_MEMCPY2D copy = {};
     copy.srcMemoryType = memoryType(kind, true);
-    if (copy.srcMemoryType == CU_MEMORYTYPE_ARRAY) // this kind does not end in an array
+    if (copy.srcMemoryType == CU_MEMORYTYPE_ARRAY) // this kind does not fit a copy to an array
         return remember(cudaErrorInvalidMemcpyDirection);
     if (height > 1 && width > pitch)
         return remember(cudaErrorInvalidPitchValue);
@@ -108,7 +108,7 @@ SUNSTONE_CUDART cudaError_t cudaMemcpy2DFromArrayAsync(void* dst, size_t pitch,
 }
 namespace {
 
-// A place in the rows of an array, one behind the other.
+// A position in the rows of an array, taken in sequence.
 struct Cursor {
     size_t x, y, rowBytes;
 

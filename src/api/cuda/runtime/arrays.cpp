@@ -10,7 +10,8 @@ namespace sunstone::cudart {
 
 namespace {
 
-constexpr unsigned kBlockFormats = 0x91; // BC1; kinds and formats go in the same order
+constexpr unsigned kBlockFormats = 0x91; // BC1; the enumerations of kinds and formats have one
+                                         // order
 constexpr unsigned kUnitFormats = 0xC0;  // 8-bit fractions of one channel
 
 bool isBlockFormat(CUarray_format format) {
@@ -165,7 +166,7 @@ cudaError_t toDriver(const cudaMemcpy3DParms& parms, CUDA_MEMCPY3D* driverCopy) 
     if (parms.srcArray &&
         (parms.kind == cudaMemcpyHostToHost || parms.kind == cudaMemcpyHostToDevice))
         return cudaErrorInvalidValue;
-    // With an array, sizes and positions count its elements, those in blocks too.
+    // In a copy with an array, sizes and positions count its elements, also those of blocks.
     Element srcElement, dstElement;
     for (const auto& [array, element] :
          {std::pair{parms.srcArray, &srcElement}, std::pair{parms.dstArray, &dstElement}})

@@ -6,11 +6,11 @@
 
 namespace sunstone::cudart {
 
-// False for descriptions that no format has.
+// False for descriptions without a matching format.
 bool toFormat(const cudaChannelFormatDesc& desc, CUarray_format* format, unsigned* channels);
 cudaChannelFormatDesc toChannelDesc(CUarray_format format, unsigned channels);
 
-// Runtime handles are the driver's.
+// Runtime handles equal the driver's.
 inline CUarray arrayOf(cudaArray_const_t array) {
     return reinterpret_cast<CUarray>(const_cast<cudaArray*>(array));
 }
@@ -18,7 +18,7 @@ inline CUmipmappedArray mipmapOf(cudaMipmappedArray_const_t mipmap) {
     return reinterpret_cast<CUmipmappedArray>(const_cast<cudaMipmappedArray*>(mipmap));
 }
 
-// What a copy counts along x and y of an array: texels, or blocks of 4 x 4.
+// The unit of a copy along x and y of an array: texels, or blocks of 4 x 4.
 struct Element {
     size_t bytes = 1;
     size_t edge = 1;
@@ -26,10 +26,10 @@ struct Element {
 CUresult elementOf(const Driver& driver, cudaArray_const_t array, Element* element);
 
 CUmemorytype typeOf(cudaMemcpyKind kind, bool destination);
-// The driver's description of a copy. A context must be current.
+// The driver's description of a copy. Requires a current context.
 cudaError_t toDriver(const cudaMemcpy3DParms& parms, CUDA_MEMCPY3D* copy);
 
-// Layouts that applications were compiled with.
+// Layouts used by compiled applications.
 static_assert(sizeof(cudaResourceDesc) == 144 && sizeof(cudaTextureDesc) == 72 &&
               sizeof(cudaResourceViewDesc) == 112);
 

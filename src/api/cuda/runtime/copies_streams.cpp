@@ -121,7 +121,7 @@ cudaError_t set2D(void* dst, size_t pitch, int value, size_t width, size_t heigh
     });
 }
 
-// Slice after slice: the rows of one may be followed by others that are not set.
+// Sets slice after slice, because bytes that must not change may lie between the slices.
 cudaError_t set3D(const cudaPitchedPtr& dst, int value, const cudaExtent& extent,
                   cudaStream_t stream, bool wait) {
     const bool isRow = extent.height <= 1 && extent.depth <= 1;

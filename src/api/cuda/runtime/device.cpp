@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Versions, devices and their properties.
+// Versions, devices and device properties.
 #include "api/cuda/runtime/runtime.h"
 
 #include <cstring>
@@ -8,14 +8,14 @@ using namespace sunstone::cudart;
 
 namespace {
 
-// Calls that need the driver but no context.
+// For calls that need the driver but no context.
 template <class Body>
 cudaError_t callDriver(Body&& body) {
     const Driver& d = driver();
     return remember(d.status != cudaSuccess ? d.status : fromDriver(body(d)));
 }
 
-// Where an attribute goes in cudaDeviceProp.
+// The member of cudaDeviceProp for an attribute.
 struct Field {
     CUdevice_attribute attribute;
     size_t offset;
@@ -276,7 +276,7 @@ SUNSTONE_CUDART cudaError_t cudaDeviceCanAccessPeer(int* canAccess, int device, 
         [&](const Driver& d) { return d.cuDeviceCanAccessPeer(canAccess, device, peer); });
 }
 SUNSTONE_CUDART cudaError_t cudaDeviceEnablePeerAccess(int, unsigned int) {
-    return remember(cudaErrorInvalidDevice); // there is no second device
+    return remember(cudaErrorInvalidDevice); // there is only one device
 }
 SUNSTONE_CUDART cudaError_t cudaDeviceDisablePeerAccess(int) {
     return remember(cudaErrorInvalidDevice);

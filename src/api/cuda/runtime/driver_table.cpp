@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opening the driver, and the context of each thread.
+// Opens the driver, and sets the context of each thread.
 #include "api/cuda/runtime/runtime.h"
 
 #include <dlfcn.h>
@@ -33,7 +33,7 @@ Driver openDriver() {
 } // namespace
 
 const Driver& driver() {
-    // Never destroyed: programs call the runtime from destructors of their own.
+    // Never destroyed: programs call the runtime from their destructors.
     static const Driver* const table = new Driver(openDriver());
     return *table;
 }
@@ -45,7 +45,7 @@ cudaError_t ensureContext() {
     CUcontext current = nullptr;
     if (d.cuCtxGetCurrent(&current) == CUDA_SUCCESS && current)
         return cudaSuccess;
-    // One reference for the process is enough; a reset takes it, the next call a new one.
+    // One reference for the process suffices; a reset releases it, and the next call retains again.
     unsigned flags = 0;
     int active = 0;
     CUresult result = d.cuDevicePrimaryCtxGetState(0, &flags, &active);

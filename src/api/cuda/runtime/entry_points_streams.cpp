@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of the driver by name. Compiled twice, see runtime.h: "the default" of the flags is the
-// kind of default stream that the caller was compiled for.
+// Looks up functions of the driver by name. Compiled twice, see runtime.h: the default flag means
+// the kind of default stream for which the caller was compiled.
 #include "api/cuda/runtime/runtime.h"
 
 using namespace sunstone::cudart;

@@ -8,8 +8,9 @@ namespace {
 
 thread_local cudaError_t lastError = cudaSuccess;
 
-// An error that device code ended with stays with its context: every call answers with it. The
-// driver knows; here is only whether it is worth asking, since an answer on this thread was one.
+// A context keeps the error that device code ended with, and every call returns it. The driver has
+// the error; this flag records only whether a call on this thread returned one, which makes a query
+// worthwhile.
 thread_local bool mayHaveFailed = false;
 
 bool isDeviceError(cudaError_t error) {
@@ -29,7 +30,7 @@ bool isDeviceError(cudaError_t error) {
     }
 }
 
-// What device code in the current context has ended with.
+// The error with which device code in the current context ended.
 cudaError_t contextError() {
     const Driver& d = driver();
     CUcontext context = nullptr;
@@ -188,7 +189,7 @@ const Entry* entryOf(cudaError_t error) {
 } // namespace
 
 cudaError_t remember(cudaError_t error) {
-    // "Not ready" is an answer, not a failure. What stays with the context is asked of it.
+    // "Not ready" is not a failure. Errors kept by the context are queried from it.
     mayHaveFailed |= isDeviceError(error);
     const bool stays = isDeviceError(error) && contextError() == error;
     if (error != cudaSuccess && error != cudaErrorNotReady && !stays)
@@ -200,14 +201,14 @@ void forgetLastError() {
     lastError = cudaSuccess;
 }
 
-// For unsupported.cpp, which does not see our header.
+// For unsupported.cpp, which does not include our header.
 int rememberNotSupported();
 int rememberNotSupported() {
     return remember(cudaErrorNotSupported);
 }
 
 cudaError_t fromDriver(CUresult result) {
-    // The numbers agree but for what the runtime does not know.
+    // The numbers are equal, except for codes that the runtime lacks.
     const cudaError_t error = static_cast<cudaError_t>(result);
     return entryOf(error) ? error : cudaErrorUnknown;
 }

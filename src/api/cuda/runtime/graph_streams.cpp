@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graphs and streams: capturing into one, launching one. Compiled twice, see runtime.h.
+// Graphs and streams: capture and launch. Compiled twice, see runtime.h.
 #include "api/cuda/runtime/graphs.h"
 
 using namespace sunstone::cudart;

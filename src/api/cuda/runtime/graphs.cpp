@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graphs: making, asking, changing. The driver does all of it; what differs is how parameters name
-// kernels and copies.
+// Graphs: create, query, change. The driver does the work; only parameters that name kernels and
+// copies are translated.
 #include "api/cuda/runtime/graphs.h"
 
 #include "api/cuda/runtime/arrays.h"
@@ -9,7 +9,7 @@ using namespace sunstone::cudart;
 
 namespace {
 
-// The driver's parameters for the runtime's.
+// Translates the runtime's parameters to the driver's.
 cudaError_t translate(const cudaKernelNodeParams* from, CUDA_KERNEL_NODE_PARAMS* to) {
     if (!from)
         return cudaErrorInvalidValue;
@@ -38,7 +38,7 @@ cudaError_t translate(const cudaMemsetParams* from, CUDA_MEMSET_NODE_PARAMS* to)
     return cudaSuccess;
 }
 
-// Translates, then calls with the current context where the driver wants one.
+// Translates, then calls `body` with the current context, if the driver needs one.
 template <class To, class From, class Body>
 cudaError_t with(const From* params, Body&& body) {
     return call([&](const Driver& d) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the graph functions of the runtime share.
+// Shared by the graph functions of the runtime.
 #pragma once
 
 #include "api/cuda/runtime/runtime.h"
@@ -12,7 +12,7 @@ cudaError_t present(Function function, Args... args) {
     return function ? fromDriver(function(args...)) : cudaErrorCallRequiresNewerDriver;
 }
 
-// An entry point that hands its arguments on to the driver function that `select` picks.
+// An entry point that passes its arguments to the driver function that `select` picks.
 template <class Select, class... Args>
 cudaError_t graphCall(Select&& select, Args... args) {
     return call([&](const Driver& d) { return present(select(d), args...); });

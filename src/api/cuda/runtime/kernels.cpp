@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels: attributes, occupancy, and the configuration that <<<>>> leaves for the stub.
+// Kernels: attributes, occupancy, and the launch configuration that <<<>>> pushes for the stub.
 #include "api/cuda/runtime/runtime.h"
 
 #include "base/thread_object.h"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Libraries: those of the driver. Its kernels are known to findFunction, so that they stand for host
-// symbols.
+// Libraries, implemented by the driver's. findFunction knows their kernels, so they can be used
+// like host symbols.
 #include "api/cuda/runtime/runtime.h"
 
 using namespace sunstone::cudart;
 
 namespace {
 
-// Drivers before libraries lack the function.
+// Drivers older than libraries lack the function.
 template <class Function, class... Arguments>
 cudaError_t callLibrary(Function Driver::*function, Arguments... arguments) {
     return call([&](const Driver& d) {
@@ -82,7 +82,7 @@ SUNSTONE_CUDART cudaError_t cudaKernelSetAttributeForDevice(cudaKernel_t kernel,
         attribute != cudaFuncAttributePreferredSharedMemoryCarveout)
         return remember(cudaErrorInvalidValue);
     CUfunction function = nullptr;
-    // Also what __cudaGetKernel made of a registered kernel.
+    // The handle may also come from __cudaGetKernel, for a registered kernel.
     return call([&](const Driver& d) {
         if (device != 0)
             return cudaErrorInvalidDevice;

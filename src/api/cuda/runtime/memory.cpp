@@ -6,7 +6,7 @@ using namespace sunstone::cudart;
 
 namespace {
 
-// The runtime gives null for nothing, where the driver refuses.
+// The runtime returns null for size 0, where the driver returns an error.
 template <class Allocate>
 cudaError_t allocate(void** address, size_t bytes, Allocate&& body) {
     if (!address)
@@ -23,7 +23,7 @@ SUNSTONE_CUDART cudaError_t cudaMalloc(void** address, size_t bytes) {
     });
 }
 SUNSTONE_CUDART cudaError_t cudaFree(void* address) {
-    // Of null: starts the runtime, as programs expect.
+    // With null it only initialises the runtime, as programs expect.
     return call([&](const Driver& d) { return d.cuMemFree(addressOf(address)); });
 }
 SUNSTONE_CUDART cudaError_t cudaHostAlloc(void** address, size_t bytes, unsigned int flags) {
@@ -83,7 +83,7 @@ SUNSTONE_CUDART cudaError_t cudaMemGetInfo(size_t* freeBytes, size_t* total) {
 
 namespace {
 
-// Places and advice have the same numbers in both APIs.
+// Locations and advice have the same numbers in both APIs.
 CUmemLocation placeOf(const cudaMemLocation& location) {
     return {static_cast<CUmemLocationType>(location.type), location.id};
 }

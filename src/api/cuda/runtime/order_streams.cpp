@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of and queued on a given stream: launches, events, callbacks, memory in stream
-// order. Compiled twice, see runtime.h.
+// Stream functions: launches, events, callbacks, memory in stream order, queries. Compiled twice,
+// see runtime.h.
 #include "api/cuda/runtime/runtime.h"
 
 using namespace sunstone::cudart;
@@ -13,7 +13,7 @@ bool validShape(const dim3& grid, const dim3& block) {
            block.z <= 64 && block.x * block.y * block.z <= 1024;
 }
 
-// Finds the kernel, checks the shape, and lets `body` call the driver with them.
+// Finds the kernel, checks the launch shape, and calls `body`, which calls the driver.
 template <class Body>
 cudaError_t withKernel(const void* symbol, const dim3& grid, const dim3& block, size_t sharedBytes,
                        Body&& body) {
@@ -37,7 +37,7 @@ cudaError_t launchKernel(const void* symbol, const dim3& grid, const dim3& block
                       });
 }
 
-// A callback with the runtime's error type, given to the driver with its own.
+// A callback with the runtime's error type, wrapped in one with the driver's.
 struct Callback {
     cudaStreamCallback_t function;
     cudaStream_t stream;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory pools: enumerations and structs are those of the driver.
+// Memory pools: enumerations and structs equal the driver's.
 #include "api/cuda/runtime/runtime.h"
 
 using namespace sunstone::cudart;
@@ -9,7 +9,7 @@ static_assert(sizeof(cudaMemAccessDesc) == sizeof(CUmemAccessDesc));
 
 namespace {
 
-// Drivers before pools lack the function.
+// Drivers older than pools lack the function.
 template <class Function, class... Arguments>
 cudaError_t callPool(Function Driver::*function, Arguments... arguments) {
     return call([&](const Driver& d) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What compilers register before main: fat binaries, kernels by their host stubs, variables by
-// their host shadows. A fat binary is loaded when something of it is first used.
+// Registration by compilers before main: fat binaries, kernels by their host stubs, variables by
+// their host shadows. A fat binary is loaded at the first use of its contents.
 #include "api/cuda/runtime/runtime.h"
 
 #include <cstdint>
@@ -22,11 +22,11 @@ struct ManagedVariable {
 struct FatBinary {
     const void* wrapper = nullptr;
     CUmodule module = nullptr;
-    cudaError_t error = cudaSuccess; // of loading, kept
+    cudaError_t error = cudaSuccess; // of loading; stays
     std::vector<ManagedVariable> managed;
 };
 
-// A kernel; its address is what __cudaGetKernel hands out.
+// A kernel; __cudaGetKernel returns its address as the handle.
 struct Kernel {
     FatBinary* binary = nullptr;
     std::string name;
@@ -45,11 +45,11 @@ struct Registry {
     std::map<const void*, std::unique_ptr<Kernel>> kernels;
     std::map<const void*, Variable> variables;
     std::map<const Kernel*, const void*> handles;
-    std::map<const void*, cudaLibrary_t> libraryKernels; // that the program has asked for
+    std::map<const void*, cudaLibrary_t> libraryKernels; // those that the program has looked up
 };
 
 Registry& registry() {
-    // Constructed by the first registration, which may come before any constructor of ours.
+    // Constructed by the first registration, which may run before our own constructors.
     static Registry* const instance = new Registry;
     return *instance;
 }
@@ -59,8 +59,8 @@ FatBinary* binaryOf(void** handle) {
     return found == registry().binaries.end() ? nullptr : found->second.get();
 }
 
-// What compilers register: a wrapper around the image. Of relocatable device code it is the image
-// that the device linker made, empty if it left the work to us, and a list of what it was made of.
+// The struct that compilers register: a wrapper around the image. For relocatable device code the
+// image is the device linker's result (empty if linking is left to us), and a list has its pieces.
 struct Wrapper {
     uint32_t magic, version;
     const void* image;
@@ -69,7 +69,7 @@ struct Wrapper {
 constexpr uint32_t kWrapperMagic = 0x466243B1;
 constexpr uint32_t kWithPieces = 2;
 
-// The size of a fat binary by its header; 0 if that holds nothing.
+// The size of a fat binary from its header; 0 if it is empty.
 size_t sizeOf(const void* image) {
     struct Header {
         uint32_t magic;
@@ -94,8 +94,8 @@ CUresult linkPieces(CUmodule* module, void* const* pieces) {
             continue;
         result = d.cuLinkAddData(state, CU_JIT_INPUT_FATBINARY, *pieces, size, "", 0, nullptr,
                                  nullptr);
-        // nvcc adds libraries of its own, of which the CPU device cannot take the machine code. A
-        // program that calls them misses symbols when the linker completes.
+        // nvcc adds its own libraries, whose machine code the CPU device cannot load. A program
+        // that calls them gets errors for missing symbols when the linker completes.
         if (result == CUDA_ERROR_NO_BINARY_FOR_GPU)
             result = CUDA_SUCCESS;
     }
@@ -122,7 +122,7 @@ CUresult loadRegistered(CUmodule* module, const void* registered) {
     return linkPieces(module, wrapper->pieces);
 }
 
-// Loads the module; managed variables then tell the host where they are.
+// Loads the module, then stores the addresses of managed variables in their host shadows.
 cudaError_t load(FatBinary& binary) {
     if (binary.module || binary.error != cudaSuccess)
         return binary.error;
@@ -234,7 +234,7 @@ SUNSTONE_CUDART void __cudaUnregisterFatBinary(void** handle) {
     FatBinary* binary = binaryOf(handle);
     if (!binary)
         return;
-    // The context may be gone by now, and the module with it: an error here is none.
+    // The context and its module may already be destroyed, so errors are ignored.
     if (binary->module && driver().status == cudaSuccess && ensureContext() == cudaSuccess)
         driver().cuModuleUnload(binary->module);
     std::erase_if(registry().variables, [&](auto& v) { return v.second.binary == binary; });
@@ -274,7 +274,7 @@ SUNSTONE_CUDART void __cudaRegisterManagedVar(void** handle, void** hostVariable
     registry().variables[hostVariable] = {binary, deviceName, size};
 }
 
-// Host code calls it before it first touches a managed variable.
+// Host code calls it before its first access to a managed variable.
 SUNSTONE_CUDART char __cudaInitModule(void** handle) {
     if (remember(ensureContext()) != cudaSuccess)
         return 0;

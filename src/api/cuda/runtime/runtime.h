@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The runtime API over the driver API, which it opens at run time: the same objects make the shared
-// library and the static archive, and they serve any libcuda. Nothing of the engine is used here.
+// library and the static archive, and they work with any libcuda. Uses nothing of the engine.
 //
 // Sources *_streams.cpp are compiled twice: with __CUDA_API_PER_THREAD_DEFAULT_STREAM the header
 // gives their functions the _ptsz and _ptds names, and null streams mean the calling thread's.
@@ -11,9 +11,9 @@
 
 #define SUNSTONE_CUDART extern "C" __attribute__((visibility("default")))
 
-// Two libraries are made of these sources: for programs of CUDA 13, whose headers are ours, and of
-// CUDA 12. Where a function's parameters differ between them, the newer form has another name in the
-// library for 12, which also has the older form (runtime12/).
+// These sources make two libraries: for programs of CUDA 13, whose headers are ours, and of CUDA
+// 12. If a function's parameters differ, the library for 12 has the newer form under another name,
+// and also the older form (runtime12/).
 #ifdef SUNSTONE_CUDART_12
 #define SUNSTONE_SINCE_13(name, nameIn12) nameIn12
 #ifdef __CUDA_API_PER_THREAD_DEFAULT_STREAM
@@ -62,7 +62,7 @@ namespace sunstone::cudart {
     X(cuTexObjectDestroy) X(cuTexObjectGetResourceDesc) X(cuTexObjectGetTextureDesc)               \
     X(cuSurfObjectCreate) X(cuSurfObjectDestroy) X(cuSurfObjectGetResourceDesc)
 
-// Functions that older drivers lack: null then.
+// Functions that older drivers lack; null then.
 #define SUNSTONE_OPTIONAL_DRIVER_FUNCTIONS(X) \
     X(cuTexObjectGetResourceViewDesc) \
     X(cuLibraryLoadData) \
@@ -154,7 +154,7 @@ namespace sunstone::cudart {
     X(cuStreamUpdateCaptureDependencies) \
     X(cuThreadExchangeStreamCaptureMode)
 
-// The driver's functions, all but the optional ones present if `status` is success.
+// The driver's functions. If `status` is success, all except the optional ones are present.
 struct Driver {
     cudaError_t status = cudaErrorInsufficientDriver;
 #define SUNSTONE_MEMBER(name) decltype(&::name) name = nullptr;
@@ -168,12 +168,12 @@ const Driver& driver();
 cudaError_t ensureContext();
 
 cudaError_t fromDriver(CUresult result);
-// Keeps an error for cudaGetLastError and passes it on.
+// Stores an error for cudaGetLastError and returns it.
 cudaError_t remember(cudaError_t error);
-// The device has been reset.
+// Called after the device has been reset.
 void forgetLastError();
 
-// The ordinary shape of an entry point: context, driver call, error.
+// The usual steps of an entry point: context, driver call, error.
 template <class Body>
 cudaError_t call(Body&& body) {
     cudaError_t error = ensureContext();
@@ -200,14 +200,14 @@ inline CUdeviceptr addressOf(const void* pointer) {
 // ---- what compilers registered: registration.cpp ----
 // The driver's function for a kernel's host stub, a handle of __cudaGetKernel or a kernel of a library.
 cudaError_t findFunction(const void* symbol, CUfunction* function);
-// Kernels of libraries, which the program got from us, until the library is unloaded.
+// Records a kernel of a library, which we returned to the program, until the library is unloaded.
 void keepLibraryKernel(cudaKernel_t kernel, cudaLibrary_t library);
 void forgetLibrary(cudaLibrary_t library);
 bool isLibraryKernel(const void* symbol, CUkernel* kernel);
-// The host stub of a function found before; null if there is none.
+// The host stub of a function found before; null for other functions.
 const void* symbolOf(CUfunction function);
 cudaError_t findVariable(const void* symbol, CUdeviceptr* address, size_t* size);
-// Forgets loaded modules: their context is gone.
+// Forgets loaded modules, after their context was destroyed.
 void forgetModules();
 
 } // namespace sunstone::cudart

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Streams and events: making, destroying, asking.
+// Streams and events: create, destroy, query.
 #include "api/cuda/runtime/runtime.h"
 
 using namespace sunstone::cudart;

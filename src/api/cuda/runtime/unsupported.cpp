@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of the runtime API that exist only to say that they are not supported: programs link
-// and start, and learn it where they call. Not the CUDA headers: they would declare some of the
-// functions. Callers pass arguments, which the calling convention lets a function ignore.
+// Runtime API functions that only return cudaErrorNotSupported, so that programs link and start and
+// fail at the call. The CUDA headers are not included: they would declare some of the functions.
+// Callers pass arguments, which the calling convention allows a function to ignore.
 #include "api/cuda/runtime/unsupported_names.h"
 
 #include <atomic>

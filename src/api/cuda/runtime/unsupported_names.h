@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The runtime API's functions that this library has no implementation of, in all the forms that toolkits
-// export. Whoever implements one takes it out of here.
+// The runtime API's functions without an implementation here, in all the forms that toolkits
+// export. Remove a name when its function is implemented.
 #pragma once
 
 // clang-format off

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// cudaDeviceProp as CUDA 12 has it; CUDA 13 left out some members in the middle.
+// cudaDeviceProp of CUDA 12; CUDA 13 removed members from its middle.
 #pragma once
 
 #include <cuda_runtime_api.h>

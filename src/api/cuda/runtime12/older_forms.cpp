@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of CUDA 12 that have other parameters or structs in CUDA 13: here in the older form, on
-// top of the newer one, which this library has under another name.
+// Functions of CUDA 12 whose parameters or structs changed in CUDA 13, in the older form. They call
+// the newer form, which this library has under another name.
 #include "api/cuda/runtime/runtime.h"
 #include "api/cuda/runtime12/device_properties.h"
 
@@ -29,7 +29,7 @@ cudaError_t cudaGraphRemoveDependencies_v2(cudaGraph_t graph, const cudaGraphNod
 
 namespace {
 
-// The members that CUDA 13 has no place for, as attributes.
+// Reads the members that CUDA 13 removed, as attributes.
 cudaError_t readRemoved(DeviceProperties12& to, int device) {
     const struct {
         cudaDeviceAttr attribute;
@@ -54,8 +54,8 @@ cudaError_t properties12(DeviceProperties12& to, int device) {
     if (const cudaError_t error = sunstoneGetDeviceProperties(&from, device))
         return error;
     std::memset(&to, 0, sizeof to);
-    // Both structs have the same members in the same order, but for those of readRemoved: runs of
-    // them are copied.
+    // Both structs have the same members in the same order, except those of readRemoved: runs of
+    // members are copied.
 #define RUN(first, last)                                                                           \
     {                                                                                              \
         using A = DeviceProperties12;                                                              \
@@ -92,7 +92,7 @@ SUNSTONE_CUDART cudaError_t cudaGetDeviceProperties_v2(DeviceProperties12* prope
     *properties = result;
     return cudaSuccess;
 }
-// The name that programs of CUDA 11 have; their struct ends earlier.
+// The name used by programs of CUDA 11, whose struct ends earlier.
 #undef cudaGetDeviceProperties
 SUNSTONE_CUDART cudaError_t sunstoneDeviceProperties11(void* properties,
                                                        int device) asm("cudaGetDeviceProperties");
@@ -106,8 +106,8 @@ SUNSTONE_CUDART cudaError_t sunstoneDeviceProperties11(void* properties, int dev
     return cudaSuccess;
 }
 
-// Declared by our headers with the parameters of CUDA 13: the names below are given to functions
-// with others by asm labels.
+// Our headers declare these functions with the parameters of CUDA 13: asm labels give the names to
+// functions with other parameters.
 #define SUNSTONE_OLDER(name, params)                                                               \
     SUNSTONE_CUDART cudaError_t older_##name params asm(#name);                                    \
     SUNSTONE_CUDART cudaError_t older_##name params

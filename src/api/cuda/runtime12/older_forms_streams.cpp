@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// As older_forms.cpp, for functions on a stream. Compiled twice, see runtime.h.
+// Like older_forms.cpp, for functions on a stream. Compiled twice, see runtime.h.
 #include "api/cuda/runtime/runtime.h"
 
 using namespace sunstone::cudart;

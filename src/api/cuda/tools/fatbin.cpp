@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// sunstone_fatbin IN.ptx OUT.fatbin: the container around PTX that clang embeds in host code with
-// -fcuda-include-gpubinary. The layout is described in driver/fat_binary.h.
+// sunstone_fatbin IN.ptx OUT.fatbin: wraps PTX in the container that clang embeds in host code with
+// -fcuda-include-gpubinary. driver/fat_binary.h describes the layout.
 #include <cstdint>
 #include <cstdio>
 #include <cstring>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// sunstone_link_stub OUT.c OBJECT...: the glue that a program of several CUDA files needs when its
-// device code is relocatable (-fgpu-rdc). Compilers leave one call per object,
-// __cudaRegisterLinkedBinary<id>, for a device linker to define; the definitions written here
-// collect the objects' fat binaries and hand them to the runtime as one, which links them when it
-// loads them. Compile OUT.c and link it with the objects.
+// sunstone_link_stub OUT.c OBJECT...: writes the code that a program of several CUDA files with
+// relocatable device code (-fgpu-rdc) needs. In each object compilers leave one call,
+// __cudaRegisterLinkedBinary<id>, which a device linker must define. The definitions written here
+// collect the objects' fat binaries and register them as one, which the runtime links when it loads
+// it. Compile OUT.c and link it with the objects.
 #include <cstdio>
 #include <cstring>
 #include <elf.h>
@@ -24,7 +24,7 @@ bool readAt(const std::string& bytes, uint64_t offset, T& value) {
     return true;
 }
 
-// The ids of the calls an object leaves open. False if it is no 64-bit ELF object.
+// The ids of an object's undefined calls. False if it is not a 64-bit ELF object.
 bool collect(const std::string& object, std::set<std::string>& ids) {
     Elf64_Ehdr header;
     if (!readAt(object, 0, header) || std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0 ||
