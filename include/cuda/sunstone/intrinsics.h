@@ -39,629 +39,77 @@ SUNSTONE_DEVICE double __hiloint2double(int hi, int lo) {
 }
 
 // ---- arithmetic with a named rounding ---------------------------------------------------------
-SUNSTONE_DEVICE float __fadd_rn(float x, float y) {
-    float r;
-    asm("add.rn.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __dadd_rn(double x, double y) {
-    double r;
-    asm("add.rn.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fsub_rn(float x, float y) {
-    float r;
-    asm("sub.rn.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __dsub_rn(double x, double y) {
-    double r;
-    asm("sub.rn.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fmul_rn(float x, float y) {
-    float r;
-    asm("mul.rn.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __dmul_rn(double x, double y) {
-    double r;
-    asm("mul.rn.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fdiv_rn(float x, float y) {
-    float r;
-    asm("div.rn.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __ddiv_rn(double x, double y) {
-    double r;
-    asm("div.rn.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fmaf_rn(float x, float y, float z) {
-    float r;
-    asm("fma.rn.f32 %0, %1, %2, %3;" : "=f"(r) : "f"(x), "f"(y), "f"(z));
-    return r;
-}
-SUNSTONE_DEVICE double __fma_rn(double x, double y, double z) {
-    double r;
-    asm("fma.rn.f64 %0, %1, %2, %3;" : "=d"(r) : "d"(x), "d"(y), "d"(z));
-    return r;
-}
-SUNSTONE_DEVICE float __fsqrt_rn(float x) {
-    float r;
-    asm("sqrt.rn.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __dsqrt_rn(double x) {
-    double r;
-    asm("sqrt.rn.f64 %0, %1;" : "=d"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __frcp_rn(float x) {
-    float r;
-    asm("rcp.rn.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __drcp_rn(double x) {
-    double r;
-    asm("rcp.rn.f64 %0, %1;" : "=d"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE int __float2int_rn(float x) {
-    int r;
-    asm("cvt.rni.s32.f32 %0, %1;" : "=r"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE int __double2int_rn(double x) {
-    int r;
-    asm("cvt.rni.s32.f64 %0, %1;" : "=r"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __int2float_rn(int x) {
-    float r;
-    asm("cvt.rn.f32.s32 %0, %1;" : "=f"(r) : "r"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __float2uint_rn(float x) {
-    unsigned int r;
-    asm("cvt.rni.u32.f32 %0, %1;" : "=r"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __double2uint_rn(double x) {
-    unsigned int r;
-    asm("cvt.rni.u32.f64 %0, %1;" : "=r"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __uint2float_rn(unsigned int x) {
-    float r;
-    asm("cvt.rn.f32.u32 %0, %1;" : "=f"(r) : "r"(x));
-    return r;
-}
-SUNSTONE_DEVICE long long __float2ll_rn(float x) {
-    long long r;
-    asm("cvt.rni.s64.f32 %0, %1;" : "=l"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE long long __double2ll_rn(double x) {
-    long long r;
-    asm("cvt.rni.s64.f64 %0, %1;" : "=l"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __ll2float_rn(long long x) {
-    float r;
-    asm("cvt.rn.f32.s64 %0, %1;" : "=f"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __ll2double_rn(long long x) {
-    double r;
-    asm("cvt.rn.f64.s64 %0, %1;" : "=d"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned long long __float2ull_rn(float x) {
-    unsigned long long r;
-    asm("cvt.rni.u64.f32 %0, %1;" : "=l"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned long long __double2ull_rn(double x) {
-    unsigned long long r;
-    asm("cvt.rni.u64.f64 %0, %1;" : "=l"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __ull2float_rn(unsigned long long x) {
-    float r;
-    asm("cvt.rn.f32.u64 %0, %1;" : "=f"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __ull2double_rn(unsigned long long x) {
-    double r;
-    asm("cvt.rn.f64.u64 %0, %1;" : "=d"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __double2float_rn(double x) {
-    float r;
-    asm("cvt.rn.f32.f64 %0, %1;" : "=f"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __fadd_rz(float x, float y) {
-    float r;
-    asm("add.rz.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __dadd_rz(double x, double y) {
-    double r;
-    asm("add.rz.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fsub_rz(float x, float y) {
-    float r;
-    asm("sub.rz.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __dsub_rz(double x, double y) {
-    double r;
-    asm("sub.rz.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fmul_rz(float x, float y) {
-    float r;
-    asm("mul.rz.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __dmul_rz(double x, double y) {
-    double r;
-    asm("mul.rz.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fdiv_rz(float x, float y) {
-    float r;
-    asm("div.rz.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __ddiv_rz(double x, double y) {
-    double r;
-    asm("div.rz.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fmaf_rz(float x, float y, float z) {
-    float r;
-    asm("fma.rz.f32 %0, %1, %2, %3;" : "=f"(r) : "f"(x), "f"(y), "f"(z));
-    return r;
-}
-SUNSTONE_DEVICE double __fma_rz(double x, double y, double z) {
-    double r;
-    asm("fma.rz.f64 %0, %1, %2, %3;" : "=d"(r) : "d"(x), "d"(y), "d"(z));
-    return r;
-}
-SUNSTONE_DEVICE float __fsqrt_rz(float x) {
-    float r;
-    asm("sqrt.rz.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __dsqrt_rz(double x) {
-    double r;
-    asm("sqrt.rz.f64 %0, %1;" : "=d"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __frcp_rz(float x) {
-    float r;
-    asm("rcp.rz.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __drcp_rz(double x) {
-    double r;
-    asm("rcp.rz.f64 %0, %1;" : "=d"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE int __float2int_rz(float x) {
-    int r;
-    asm("cvt.rzi.s32.f32 %0, %1;" : "=r"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE int __double2int_rz(double x) {
-    int r;
-    asm("cvt.rzi.s32.f64 %0, %1;" : "=r"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __int2float_rz(int x) {
-    float r;
-    asm("cvt.rz.f32.s32 %0, %1;" : "=f"(r) : "r"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __float2uint_rz(float x) {
-    unsigned int r;
-    asm("cvt.rzi.u32.f32 %0, %1;" : "=r"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __double2uint_rz(double x) {
-    unsigned int r;
-    asm("cvt.rzi.u32.f64 %0, %1;" : "=r"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __uint2float_rz(unsigned int x) {
-    float r;
-    asm("cvt.rz.f32.u32 %0, %1;" : "=f"(r) : "r"(x));
-    return r;
-}
-SUNSTONE_DEVICE long long __float2ll_rz(float x) {
-    long long r;
-    asm("cvt.rzi.s64.f32 %0, %1;" : "=l"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE long long __double2ll_rz(double x) {
-    long long r;
-    asm("cvt.rzi.s64.f64 %0, %1;" : "=l"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __ll2float_rz(long long x) {
-    float r;
-    asm("cvt.rz.f32.s64 %0, %1;" : "=f"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __ll2double_rz(long long x) {
-    double r;
-    asm("cvt.rz.f64.s64 %0, %1;" : "=d"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned long long __float2ull_rz(float x) {
-    unsigned long long r;
-    asm("cvt.rzi.u64.f32 %0, %1;" : "=l"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned long long __double2ull_rz(double x) {
-    unsigned long long r;
-    asm("cvt.rzi.u64.f64 %0, %1;" : "=l"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __ull2float_rz(unsigned long long x) {
-    float r;
-    asm("cvt.rz.f32.u64 %0, %1;" : "=f"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __ull2double_rz(unsigned long long x) {
-    double r;
-    asm("cvt.rz.f64.u64 %0, %1;" : "=d"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __double2float_rz(double x) {
-    float r;
-    asm("cvt.rz.f32.f64 %0, %1;" : "=f"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __fadd_ru(float x, float y) {
-    float r;
-    asm("add.rp.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __dadd_ru(double x, double y) {
-    double r;
-    asm("add.rp.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fsub_ru(float x, float y) {
-    float r;
-    asm("sub.rp.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __dsub_ru(double x, double y) {
-    double r;
-    asm("sub.rp.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fmul_ru(float x, float y) {
-    float r;
-    asm("mul.rp.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __dmul_ru(double x, double y) {
-    double r;
-    asm("mul.rp.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fdiv_ru(float x, float y) {
-    float r;
-    asm("div.rp.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __ddiv_ru(double x, double y) {
-    double r;
-    asm("div.rp.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fmaf_ru(float x, float y, float z) {
-    float r;
-    asm("fma.rp.f32 %0, %1, %2, %3;" : "=f"(r) : "f"(x), "f"(y), "f"(z));
-    return r;
-}
-SUNSTONE_DEVICE double __fma_ru(double x, double y, double z) {
-    double r;
-    asm("fma.rp.f64 %0, %1, %2, %3;" : "=d"(r) : "d"(x), "d"(y), "d"(z));
-    return r;
-}
-SUNSTONE_DEVICE float __fsqrt_ru(float x) {
-    float r;
-    asm("sqrt.rp.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __dsqrt_ru(double x) {
-    double r;
-    asm("sqrt.rp.f64 %0, %1;" : "=d"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __frcp_ru(float x) {
-    float r;
-    asm("rcp.rp.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __drcp_ru(double x) {
-    double r;
-    asm("rcp.rp.f64 %0, %1;" : "=d"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE int __float2int_ru(float x) {
-    int r;
-    asm("cvt.rpi.s32.f32 %0, %1;" : "=r"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE int __double2int_ru(double x) {
-    int r;
-    asm("cvt.rpi.s32.f64 %0, %1;" : "=r"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __int2float_ru(int x) {
-    float r;
-    asm("cvt.rp.f32.s32 %0, %1;" : "=f"(r) : "r"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __float2uint_ru(float x) {
-    unsigned int r;
-    asm("cvt.rpi.u32.f32 %0, %1;" : "=r"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __double2uint_ru(double x) {
-    unsigned int r;
-    asm("cvt.rpi.u32.f64 %0, %1;" : "=r"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __uint2float_ru(unsigned int x) {
-    float r;
-    asm("cvt.rp.f32.u32 %0, %1;" : "=f"(r) : "r"(x));
-    return r;
-}
-SUNSTONE_DEVICE long long __float2ll_ru(float x) {
-    long long r;
-    asm("cvt.rpi.s64.f32 %0, %1;" : "=l"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE long long __double2ll_ru(double x) {
-    long long r;
-    asm("cvt.rpi.s64.f64 %0, %1;" : "=l"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __ll2float_ru(long long x) {
-    float r;
-    asm("cvt.rp.f32.s64 %0, %1;" : "=f"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __ll2double_ru(long long x) {
-    double r;
-    asm("cvt.rp.f64.s64 %0, %1;" : "=d"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned long long __float2ull_ru(float x) {
-    unsigned long long r;
-    asm("cvt.rpi.u64.f32 %0, %1;" : "=l"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned long long __double2ull_ru(double x) {
-    unsigned long long r;
-    asm("cvt.rpi.u64.f64 %0, %1;" : "=l"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __ull2float_ru(unsigned long long x) {
-    float r;
-    asm("cvt.rp.f32.u64 %0, %1;" : "=f"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __ull2double_ru(unsigned long long x) {
-    double r;
-    asm("cvt.rp.f64.u64 %0, %1;" : "=d"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __double2float_ru(double x) {
-    float r;
-    asm("cvt.rp.f32.f64 %0, %1;" : "=f"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __fadd_rd(float x, float y) {
-    float r;
-    asm("add.rm.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __dadd_rd(double x, double y) {
-    double r;
-    asm("add.rm.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fsub_rd(float x, float y) {
-    float r;
-    asm("sub.rm.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __dsub_rd(double x, double y) {
-    double r;
-    asm("sub.rm.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fmul_rd(float x, float y) {
-    float r;
-    asm("mul.rm.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __dmul_rd(double x, double y) {
-    double r;
-    asm("mul.rm.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fdiv_rd(float x, float y) {
-    float r;
-    asm("div.rm.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
-SUNSTONE_DEVICE double __ddiv_rd(double x, double y) {
-    double r;
-    asm("div.rm.f64 %0, %1, %2;" : "=d"(r) : "d"(x), "d"(y));
-    return r;
-}
-SUNSTONE_DEVICE float __fmaf_rd(float x, float y, float z) {
-    float r;
-    asm("fma.rm.f32 %0, %1, %2, %3;" : "=f"(r) : "f"(x), "f"(y), "f"(z));
-    return r;
-}
-SUNSTONE_DEVICE double __fma_rd(double x, double y, double z) {
-    double r;
-    asm("fma.rm.f64 %0, %1, %2, %3;" : "=d"(r) : "d"(x), "d"(y), "d"(z));
-    return r;
-}
-SUNSTONE_DEVICE float __fsqrt_rd(float x) {
-    float r;
-    asm("sqrt.rm.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __dsqrt_rd(double x) {
-    double r;
-    asm("sqrt.rm.f64 %0, %1;" : "=d"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __frcp_rd(float x) {
-    float r;
-    asm("rcp.rm.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __drcp_rd(double x) {
-    double r;
-    asm("rcp.rm.f64 %0, %1;" : "=d"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE int __float2int_rd(float x) {
-    int r;
-    asm("cvt.rmi.s32.f32 %0, %1;" : "=r"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE int __double2int_rd(double x) {
-    int r;
-    asm("cvt.rmi.s32.f64 %0, %1;" : "=r"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __int2float_rd(int x) {
-    float r;
-    asm("cvt.rm.f32.s32 %0, %1;" : "=f"(r) : "r"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __float2uint_rd(float x) {
-    unsigned int r;
-    asm("cvt.rmi.u32.f32 %0, %1;" : "=r"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __double2uint_rd(double x) {
-    unsigned int r;
-    asm("cvt.rmi.u32.f64 %0, %1;" : "=r"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __uint2float_rd(unsigned int x) {
-    float r;
-    asm("cvt.rm.f32.u32 %0, %1;" : "=f"(r) : "r"(x));
-    return r;
-}
-SUNSTONE_DEVICE long long __float2ll_rd(float x) {
-    long long r;
-    asm("cvt.rmi.s64.f32 %0, %1;" : "=l"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE long long __double2ll_rd(double x) {
-    long long r;
-    asm("cvt.rmi.s64.f64 %0, %1;" : "=l"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __ll2float_rd(long long x) {
-    float r;
-    asm("cvt.rm.f32.s64 %0, %1;" : "=f"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __ll2double_rd(long long x) {
-    double r;
-    asm("cvt.rm.f64.s64 %0, %1;" : "=d"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned long long __float2ull_rd(float x) {
-    unsigned long long r;
-    asm("cvt.rmi.u64.f32 %0, %1;" : "=l"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE unsigned long long __double2ull_rd(double x) {
-    unsigned long long r;
-    asm("cvt.rmi.u64.f64 %0, %1;" : "=l"(r) : "d"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __ull2float_rd(unsigned long long x) {
-    float r;
-    asm("cvt.rm.f32.u64 %0, %1;" : "=f"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE double __ull2double_rd(unsigned long long x) {
-    double r;
-    asm("cvt.rm.f64.u64 %0, %1;" : "=d"(r) : "l"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __double2float_rd(double x) {
-    float r;
-    asm("cvt.rm.f32.f64 %0, %1;" : "=f"(r) : "d"(x));
-    return r;
-}
+// Functions of one instruction: r is the asm constraint of type T, f that of type From.
+#define SUNSTONE_CONVERT(name, code, T, r, From, f)                                                \
+    SUNSTONE_DEVICE T name(From x) {                                                               \
+        T result;                                                                                  \
+        asm(code " %0, %1;" : "=" r(result) : f(x));                                               \
+        return result;                                                                             \
+    }
+#define SUNSTONE_UNARY(name, code, T, r) SUNSTONE_CONVERT(name, code, T, r, T, r)
+#define SUNSTONE_BINARY(name, code, T, r)                                                          \
+    SUNSTONE_DEVICE T name(T x, T y) {                                                             \
+        T result;                                                                                  \
+        asm(code " %0, %1, %2;" : "=" r(result) : r(x), r(y));                                     \
+        return result;                                                                             \
+    }
+#define SUNSTONE_TERNARY(name, code, T, r)                                                         \
+    SUNSTONE_DEVICE T name(T x, T y, T z) {                                                        \
+        T result;                                                                                  \
+        asm(code " %0, %1, %2, %3;" : "=" r(result) : r(x), r(y), r(z));                           \
+        return result;                                                                             \
+    }
+
+// Every function of one rounding; m is PTX's name of the rounding that CUDA calls mode.
+#define SUNSTONE_TO_AND_FROM(integer, T, type, r, mode, m)                                         \
+    SUNSTONE_CONVERT(__float2##integer##_##mode, "cvt.r" m "i." type ".f32", T, r, float, "f")     \
+    SUNSTONE_CONVERT(__double2##integer##_##mode, "cvt.r" m "i." type ".f64", T, r, double, "d")   \
+    SUNSTONE_CONVERT(__##integer##2float_##mode, "cvt.r" m ".f32." type, float, "f", T, r)
+#define SUNSTONE_ROUNDED(mode, m)                                                                  \
+    SUNSTONE_BINARY(__fadd_##mode, "add.r" m ".f32", float, "f")                                   \
+    SUNSTONE_BINARY(__dadd_##mode, "add.r" m ".f64", double, "d")                                  \
+    SUNSTONE_BINARY(__fsub_##mode, "sub.r" m ".f32", float, "f")                                   \
+    SUNSTONE_BINARY(__dsub_##mode, "sub.r" m ".f64", double, "d")                                  \
+    SUNSTONE_BINARY(__fmul_##mode, "mul.r" m ".f32", float, "f")                                   \
+    SUNSTONE_BINARY(__dmul_##mode, "mul.r" m ".f64", double, "d")                                  \
+    SUNSTONE_BINARY(__fdiv_##mode, "div.r" m ".f32", float, "f")                                   \
+    SUNSTONE_BINARY(__ddiv_##mode, "div.r" m ".f64", double, "d")                                  \
+    SUNSTONE_TERNARY(__fmaf_##mode, "fma.r" m ".f32", float, "f")                                  \
+    SUNSTONE_TERNARY(__fma_##mode, "fma.r" m ".f64", double, "d")                                  \
+    SUNSTONE_UNARY(__fsqrt_##mode, "sqrt.r" m ".f32", float, "f")                                  \
+    SUNSTONE_UNARY(__dsqrt_##mode, "sqrt.r" m ".f64", double, "d")                                 \
+    SUNSTONE_UNARY(__frcp_##mode, "rcp.r" m ".f32", float, "f")                                    \
+    SUNSTONE_UNARY(__drcp_##mode, "rcp.r" m ".f64", double, "d")                                   \
+    SUNSTONE_TO_AND_FROM(int, int, "s32", "r", mode, m)                                            \
+    SUNSTONE_TO_AND_FROM(uint, unsigned int, "u32", "r", mode, m)                                  \
+    SUNSTONE_TO_AND_FROM(ll, long long, "s64", "l", mode, m)                                       \
+    SUNSTONE_TO_AND_FROM(ull, unsigned long long, "u64", "l", mode, m)                             \
+    SUNSTONE_CONVERT(__ll2double_##mode, "cvt.r" m ".f64.s64", double, "d", long long, "l")        \
+    SUNSTONE_CONVERT(__ull2double_##mode, "cvt.r" m ".f64.u64", double, "d", unsigned long long,   \
+                     "l")                                                                          \
+    SUNSTONE_CONVERT(__double2float_##mode, "cvt.r" m ".f32.f64", float, "f", double, "d")
+SUNSTONE_ROUNDED(rn, "n")
+SUNSTONE_ROUNDED(rz, "z")
+SUNSTONE_ROUNDED(ru, "p")
+SUNSTONE_ROUNDED(rd, "m")
+#undef SUNSTONE_ROUNDED
+#undef SUNSTONE_TO_AND_FROM
+
 SUNSTONE_DEVICE double __int2double_rn(int x) {
     return double(x);
 }
 SUNSTONE_DEVICE double __uint2double_rn(unsigned int x) {
     return double(x);
 }
-SUNSTONE_DEVICE float __frsqrt_rn(float x) {
-    float r;
-    asm("rsqrt.approx.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __saturatef(float x) {
-    float r;
-    asm("cvt.sat.f32.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
+SUNSTONE_UNARY(__frsqrt_rn, "rsqrt.approx.f32", float, "f")
+SUNSTONE_UNARY(__saturatef, "cvt.sat.f32.f32", float, "f")
 
 // ---- fast approximations ----------------------------------------------------------------------
-SUNSTONE_DEVICE float __sinf(float x) {
-    float r;
-    asm("sin.approx.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __cosf(float x) {
-    float r;
-    asm("cos.approx.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __log2f(float x) {
-    float r;
-    asm("lg2.approx.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE float sunstoneExp2Approx(float x) {
-    float r;
-    asm("ex2.approx.f32 %0, %1;" : "=f"(r) : "f"(x));
-    return r;
-}
-SUNSTONE_DEVICE float __fdividef(float x, float y) {
-    float r;
-    asm("div.approx.f32 %0, %1, %2;" : "=f"(r) : "f"(x), "f"(y));
-    return r;
-}
+SUNSTONE_UNARY(__sinf, "sin.approx.f32", float, "f")
+SUNSTONE_UNARY(__cosf, "cos.approx.f32", float, "f")
+SUNSTONE_UNARY(__log2f, "lg2.approx.f32", float, "f")
+SUNSTONE_UNARY(sunstoneExp2Approx, "ex2.approx.f32", float, "f")
+SUNSTONE_BINARY(__fdividef, "div.approx.f32", float, "f")
 SUNSTONE_DEVICE float __tanf(float x) {
     return __fdividef(__sinf(x), __cosf(x));
 }
@@ -752,28 +200,10 @@ SUNSTONE_DEVICE unsigned int __byte_perm(unsigned int x, unsigned int y, unsigne
     asm("prmt.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(x), "r"(y), "r"(s & 0x7777));
     return r;
 }
-SUNSTONE_DEVICE unsigned int __funnelshift_l(unsigned int lo, unsigned int hi, unsigned int shift) {
-    unsigned int r;
-    asm("shf.l.wrap.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(lo), "r"(hi), "r"(shift));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __funnelshift_lc(unsigned int lo, unsigned int hi,
-                                              unsigned int shift) {
-    unsigned int r;
-    asm("shf.l.clamp.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(lo), "r"(hi), "r"(shift));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __funnelshift_r(unsigned int lo, unsigned int hi, unsigned int shift) {
-    unsigned int r;
-    asm("shf.r.wrap.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(lo), "r"(hi), "r"(shift));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __funnelshift_rc(unsigned int lo, unsigned int hi,
-                                              unsigned int shift) {
-    unsigned int r;
-    asm("shf.r.clamp.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(lo), "r"(hi), "r"(shift));
-    return r;
-}
+SUNSTONE_TERNARY(__funnelshift_l, "shf.l.wrap.b32", unsigned int, "r")
+SUNSTONE_TERNARY(__funnelshift_lc, "shf.l.clamp.b32", unsigned int, "r")
+SUNSTONE_TERNARY(__funnelshift_r, "shf.r.wrap.b32", unsigned int, "r")
+SUNSTONE_TERNARY(__funnelshift_rc, "shf.r.clamp.b32", unsigned int, "r")
 
 // ---- clocks and waiting -----------------------------------------------------------------------
 SUNSTONE_DEVICE long long clock64() {
@@ -800,65 +230,32 @@ SUNSTONE_DEVICE void __nanosleep(unsigned int ns) {
 #endif
 
 // ---- address spaces ---------------------------------------------------------------------------
-SUNSTONE_DEVICE size_t __cvta_generic_to_global(const void* p) {
-    size_t r;
-    asm("cvta.to.global.u64 %0, %1;" : "=l"(r) : "l"(p));
-    return r;
-}
-SUNSTONE_DEVICE void* __cvta_global_to_generic(size_t p) {
-    void* r;
-    asm("cvta.global.u64 %0, %1;" : "=l"(r) : "l"(p));
-    return r;
-}
-SUNSTONE_DEVICE size_t __cvta_generic_to_shared(const void* p) {
-    size_t r;
-    asm("cvta.to.shared.u64 %0, %1;" : "=l"(r) : "l"(p));
-    return r;
-}
-SUNSTONE_DEVICE void* __cvta_shared_to_generic(size_t p) {
-    void* r;
-    asm("cvta.shared.u64 %0, %1;" : "=l"(r) : "l"(p));
-    return r;
-}
-SUNSTONE_DEVICE size_t __cvta_generic_to_local(const void* p) {
-    size_t r;
-    asm("cvta.to.local.u64 %0, %1;" : "=l"(r) : "l"(p));
-    return r;
-}
-SUNSTONE_DEVICE void* __cvta_local_to_generic(size_t p) {
-    void* r;
-    asm("cvta.local.u64 %0, %1;" : "=l"(r) : "l"(p));
-    return r;
-}
-SUNSTONE_DEVICE size_t __cvta_generic_to_constant(const void* p) {
-    size_t r;
-    asm("cvta.to.const.u64 %0, %1;" : "=l"(r) : "l"(p));
-    return r;
-}
-SUNSTONE_DEVICE void* __cvta_constant_to_generic(size_t p) {
-    void* r;
-    asm("cvta.const.u64 %0, %1;" : "=l"(r) : "l"(p));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __isGlobal(const void* p) {
-    unsigned int r;
-    asm("{ .reg .pred p; isspacep.global p, %1; selp.u32 %0, 1, 0, p; }" : "=r"(r) : "l"(p));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __isShared(const void* p) {
-    unsigned int r;
-    asm("{ .reg .pred p; isspacep.shared p, %1; selp.u32 %0, 1, 0, p; }" : "=r"(r) : "l"(p));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __isLocal(const void* p) {
-    unsigned int r;
-    asm("{ .reg .pred p; isspacep.local p, %1; selp.u32 %0, 1, 0, p; }" : "=r"(r) : "l"(p));
-    return r;
-}
-SUNSTONE_DEVICE unsigned int __isConstant(const void* p) {
-    unsigned int r;
-    asm("{ .reg .pred p; isspacep.const p, %1; selp.u32 %0, 1, 0, p; }" : "=r"(r) : "l"(p));
-    return r;
-}
+SUNSTONE_CONVERT(__cvta_generic_to_global, "cvta.to.global.u64", size_t, "l", const void*, "l")
+SUNSTONE_CONVERT(__cvta_global_to_generic, "cvta.global.u64", void*, "l", size_t, "l")
+SUNSTONE_CONVERT(__cvta_generic_to_shared, "cvta.to.shared.u64", size_t, "l", const void*, "l")
+SUNSTONE_CONVERT(__cvta_shared_to_generic, "cvta.shared.u64", void*, "l", size_t, "l")
+SUNSTONE_CONVERT(__cvta_generic_to_local, "cvta.to.local.u64", size_t, "l", const void*, "l")
+SUNSTONE_CONVERT(__cvta_local_to_generic, "cvta.local.u64", void*, "l", size_t, "l")
+SUNSTONE_CONVERT(__cvta_generic_to_constant, "cvta.to.const.u64", size_t, "l", const void*, "l")
+SUNSTONE_CONVERT(__cvta_constant_to_generic, "cvta.const.u64", void*, "l", size_t, "l")
+
+#define SUNSTONE_IS_SPACE(name, space)                                                             \
+    SUNSTONE_DEVICE unsigned int name(const void* p) {                                             \
+        unsigned int r;                                                                            \
+        asm("{ .reg .pred p; isspacep." space " p, %1; selp.u32 %0, 1, 0, p; }"                    \
+            : "=r"(r)                                                                              \
+            : "l"(p));                                                                             \
+        return r;                                                                                  \
+    }
+SUNSTONE_IS_SPACE(__isGlobal, "global")
+SUNSTONE_IS_SPACE(__isShared, "shared")
+SUNSTONE_IS_SPACE(__isLocal, "local")
+SUNSTONE_IS_SPACE(__isConstant, "const")
+
+#undef SUNSTONE_IS_SPACE
+#undef SUNSTONE_TERNARY
+#undef SUNSTONE_BINARY
+#undef SUNSTONE_UNARY
+#undef SUNSTONE_CONVERT
 
 #endif
