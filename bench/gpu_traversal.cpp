@@ -231,9 +231,8 @@ private:
         builder_.emitCompactedSize(nullptr, output.address, size.address);
         const uint64_t compacted = size.read<uint64_t>()[0];
         structure_ = std::make_unique<Buffer>(compacted);
-        const double compaction = timer_.milliseconds([&] {
-            builder_.compact(nullptr, output.address, structure_->address, compacted);
-        });
+        const double compaction = timer_.milliseconds(
+            [&] { builder_.compact(nullptr, output.address, structure_->address, compacted); });
         const auto header = structure_->read<bvh::BlockHeader>()[0];
         const double n = mesh.numTriangles();
         std::printf(
@@ -245,7 +244,7 @@ private:
             best, compaction, double(usage.temp) / n, double(usage.output) / n,
             double(compacted) / n, header.numNodes, n / header.numNodes);
         stages.print();
-        return structure_->address | bvh::kGasTag;
+        return structure_->address | devlib::kTagGas;
     }
 
     void update(const Mesh& mesh, const bvh::TriangleInput& input) {

@@ -1,55 +1,96 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opaque handles given to C callers. A handle is the address of an object. It is dereferenced only
-// after the table has confirmed that the object is alive, so garbage, stale and foreign handles are
-// recognised. Lookups return shared ownership: destroying a handle while another thread uses the
-// object is safe.
+// Opaque handles given to C callers. A handle is a number that the process gives once: the object's
+// slot in its table (24 bits, from 1) and a serial number of all tables (40 bits). A table
+// therefore refuses garbage, handles of other kinds, and handles of destroyed objects, also where a
+// new object has taken their memory. Lookups return shared ownership: destroying a handle while
+// another thread uses the object is safe.
 #pragma once
 
+#include "base/error.h"
+
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <shared_mutex>
-#include <unordered_map>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace sunstone {
 
+constexpr unsigned kHandleSlotBits = 24;
+
+// A number that no other handle has, for the slot (0: of no table).
+uint64_t newHandle(uint64_t slot = 0);
+
+// Base of objects that know their handle; null before a table has the object.
+class Handled {
+public:
+    void* handle() const { return handle_; }
+
+private:
+    template <class T>
+    friend class HandleTable;
+    void* handle_ = nullptr;
+};
+
+// The handle of an object that may be null.
+inline void* handleOrNull(const std::shared_ptr<Handled>& object) {
+    return object ? object->handle() : nullptr;
+}
+
 template <class T>
 class HandleTable {
 public:
-    // Registers an object and returns its handle.
+    HandleTable() = default;
+    HandleTable(const HandleTable&) = delete;
+    ~HandleTable() {
+        for (std::atomic<Slot*>& block : blocks_)
+            delete[] block.load();
+    }
+
+    // Registers an object and returns its handle. Throws kOutOfMemory if the table is full.
     void* add(std::shared_ptr<T> object) {
-        void* handle = object.get();
         std::unique_lock lock(mutex_);
-        objects_[handle] = std::move(object);
-        return handle;
+        const uint32_t number = freeSlot();
+        Slot& slot = *slotAt(number);
+        const uint64_t handle = newHandle(number + 1);
+        if constexpr (std::is_base_of_v<Handled, T>)
+            object->handle_ = reinterpret_cast<void*>(handle);
+        slot.object = std::move(object);
+        slot.handle.store(handle, std::memory_order_release);
+        return reinterpret_cast<void*>(handle);
     }
 
     // The live object of this handle, or null.
     std::shared_ptr<T> find(const void* handle) const {
         std::shared_lock lock(mutex_);
-        auto found = objects_.find(handle);
-        return found == objects_.end() ? nullptr : found->second;
+        const Slot* slot = live(reinterpret_cast<uint64_t>(handle));
+        return slot ? slot->object : nullptr;
+    }
+
+    // The same without a lock and without ownership, for device code: the application must not
+    // destroy what a running launch uses.
+    T* peek(uint64_t handle) const {
+        const Slot* slot = live(handle);
+        return slot ? slot->object.get() : nullptr;
     }
 
     // A live object for which `predicate(object)` holds, or null.
     template <class Predicate>
     std::shared_ptr<T> findIf(Predicate predicate) const {
         std::shared_lock lock(mutex_);
-        for (const auto& [handle, object] : objects_)
-            if (predicate(*object))
-                return object;
+        for (uint32_t i = 0; i < used_; ++i)
+            if (const Slot& slot = *slotAt(i); slot.object && predicate(*slot.object))
+                return slot.object;
         return nullptr;
     }
 
     // Removes the handle and returns its object, or null if it is not alive.
     std::shared_ptr<T> remove(const void* handle) {
         std::unique_lock lock(mutex_);
-        auto found = objects_.find(handle);
-        if (found == objects_.end())
-            return nullptr;
-        std::shared_ptr<T> object = std::move(found->second);
-        objects_.erase(found);
-        return object;
+        Slot* slot = const_cast<Slot*>(live(reinterpret_cast<uint64_t>(handle)));
+        return slot ? release(*slot) : nullptr;
     }
 
     // Removes every object for which `predicate(object)` holds, e.g. those of a destroyed context.
@@ -57,20 +98,58 @@ public:
     std::vector<std::shared_ptr<T>> removeIf(Predicate predicate) {
         std::vector<std::shared_ptr<T>> removed;
         std::unique_lock lock(mutex_);
-        for (auto it = objects_.begin(); it != objects_.end();) {
-            if (!predicate(*it->second)) {
-                ++it;
-                continue;
-            }
-            removed.push_back(std::move(it->second));
-            it = objects_.erase(it);
-        }
+        for (uint32_t i = 0; i < used_; ++i)
+            if (Slot& slot = *slotAt(i); slot.object && predicate(*slot.object))
+                removed.push_back(release(slot));
         return removed;
     }
 
 private:
+    // Slots stand in blocks that never move, so that peek() needs no lock.
+    static constexpr uint32_t kBlockSlots = 1024, kMaxBlocks = 4096;
+    static_assert(uint64_t(kBlockSlots) * kMaxBlocks < 1u << kHandleSlotBits);
+
+    struct Slot {
+        std::atomic<uint64_t> handle{0}; // 0: free
+        std::shared_ptr<T> object;
+    };
+
+    Slot* slotAt(uint32_t number) const {
+        Slot* block = blocks_[number / kBlockSlots].load(std::memory_order_acquire);
+        return block ? block + number % kBlockSlots : nullptr;
+    }
+
+    const Slot* live(uint64_t handle) const {
+        const uint32_t number = uint32_t(handle & ((1u << kHandleSlotBits) - 1)) - 1;
+        if (number >= kBlockSlots * kMaxBlocks)
+            return nullptr;
+        const Slot* slot = slotAt(number);
+        return slot && slot->handle.load(std::memory_order_acquire) == handle ? slot : nullptr;
+    }
+
+    uint32_t freeSlot() {
+        if (!free_.empty()) {
+            const uint32_t number = free_.back();
+            free_.pop_back();
+            return number;
+        }
+        if (used_ == kBlockSlots * kMaxBlocks)
+            fail(Code::kOutOfMemory, "more than ", used_, " objects of one kind are alive");
+        if (used_ % kBlockSlots == 0)
+            blocks_[used_ / kBlockSlots].store(new Slot[kBlockSlots], std::memory_order_release);
+        return used_++;
+    }
+
+    std::shared_ptr<T> release(Slot& slot) {
+        free_.push_back(uint32_t(slot.handle.load() & ((1u << kHandleSlotBits) - 1)) - 1);
+        slot.handle.store(0, std::memory_order_release);
+        return std::move(slot.object);
+    }
+
     mutable std::shared_mutex mutex_;
-    std::unordered_map<const void*, std::shared_ptr<T>> objects_;
+    std::atomic<Slot*> blocks_[kMaxBlocks] = {};
+    std::vector<uint32_t> free_;
+    uint32_t used_ = 0;
 };
 
 } // namespace sunstone

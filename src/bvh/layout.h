@@ -6,8 +6,8 @@
 // handle inside an instance record and the address of an opacity micromap array; the caller gives
 // both.
 //
-//   BlockHeader | InputRecord[] | primitive table | MicromapRecord[], MicromapRef[] | InstanceData[]
-//   | nodes and leaves, depth first
+//   BlockHeader | InputRecord[] | primitive table | MicromapRecord[], MicromapRef[] |
+//   InstanceRecord[] | nodes and leaves, depth first
 //
 // The size of everything before the nodes follows from counts; the part that depends on data comes
 // last, so that compaction is a copy of the first `usedSize` bytes.
@@ -16,12 +16,13 @@
 // and a tag. What a leaf tag means depends on the type of the block:
 //   triangles   kLeaf: TriangleLeaf<4>, kWideLeaf: TriangleLeaf<8>
 //   custom      kLeaf: CustomLeaf, one primitive
-//   instances   kLeaf: InstanceData, one instance
+//   instances   kLeaf: InstanceRecord, one instance
 //   shapes      kLeaf, kWideLeaf: 4 or 8 pieces of curves or spheres, see curves.h and spheres.h
 // A structure that may be updated holds its inactive primitives too, with empty boxes above them,
 // because an update may make them active; `root` is then kNoNode while none is.
 //
-// Motion. A structure with several motion keys has kMotionBit in its type. One tree serves all keys:
+// Motion. A structure with several motion keys has kMotionBit in its type. One tree serves all
+// keys:
 //   nodes    Node with the planes of key 0, then KeyPlanes of the later keys
 //   leaves   as without motion with the data of key 0, then the same numbers of the later keys
 //            (TriangleKey: 9 * N floats, CustomKey: 6 floats); the whole rounded up to 64 bytes (32
@@ -36,13 +37,15 @@
 // (ray_setup.h) no ray that the primitive test accepts is culled.
 #pragma once
 
+#include "devlib/graph.h"
+
 #include <cstddef>
 #include <cstdint>
 
 namespace sunstone::bvh {
 
 constexpr uint32_t kBlockMagic = 0x48564253u;
-constexpr uint32_t kBlockVersion = 1;
+constexpr uint32_t kBlockVersion = 2;
 
 enum class BlockType : uint32_t { kTriangles = 1, kCustom = 2, kInstances = 3, kShapes = 4 };
 // Part of BlockHeader::type where the structure has motion keys, so that code for structures
@@ -53,20 +56,20 @@ constexpr uint32_t kMicromapBit = 0x200;
 inline BlockType kindOf(BlockType type) {
     return BlockType(uint32_t(type) & ~(kMotionBit | kMicromapBit));
 }
-inline BlockType withMotion(BlockType kind) { return BlockType(uint32_t(kind) | kMotionBit); }
-inline BlockType withMicromaps(BlockType kind) { return BlockType(uint32_t(kind) | kMicromapBit); }
-inline bool hasMicromaps(BlockType type) { return uint32_t(type) & kMicromapBit; }
-inline bool isMoving(BlockType type) { return uint32_t(type) & kMotionBit; }
+inline BlockType withMotion(BlockType kind) {
+    return BlockType(uint32_t(kind) | kMotionBit);
+}
+inline BlockType withMicromaps(BlockType kind) {
+    return BlockType(uint32_t(kind) | kMicromapBit);
+}
+inline bool hasMicromaps(BlockType type) {
+    return uint32_t(type) & kMicromapBit;
+}
+inline bool isMoving(BlockType type) {
+    return uint32_t(type) & kMotionBit;
+}
 
-// Low bits of a traversable handle; the same numbers as devlib::HandleTag.
-enum TraversableTag : uint64_t {
-    kGasTag = 1,
-    kIasTag = 2,
-    kStaticTransformTag = 3,
-    kMatrixMotionTag = 4,
-    kSrtMotionTag = 5,
-};
-constexpr uint64_t kTraversableTagMask = 63;
+using devlib::InstanceRecord;
 
 using NodeRef = uint32_t;
 enum NodeTag : uint32_t { kInner = 0, kLeaf = 1, kWideLeaf = 2, kNodeTagMask = 3 };
@@ -113,14 +116,15 @@ struct alignas(64) BlockHeader {
     float motionBegin;
     float motionEnd;
     NodeRef wholeRoot; // kOptionUpdate: root of the tree of all primitives, the inactive included
-    uint32_t pad;
+    uint32_t treeTooDeep;     // GPUs: the clustered tree is; the builder makes a second one
     uint64_t keyBoundsOffset; // KeyBounds of each key; 0 without motion
     uint64_t micromapsOffset; // MicromapRecord of each input; 0 without kMicromapBit
     // Curves and spheres (kShapes): see curves.h and spheres.h.
-    uint64_t pointsOffset;  // control points or centres, with radii
-    uint64_t recordsOffset; // ShapeRecord of each primitive
-    uint32_t shape;         // number of the OptixPrimitiveType
-    uint32_t reserved[1];
+    uint64_t pointsOffset;   // control points or centres, with radii
+    uint64_t recordsOffset;  // ShapeRecord of each primitive
+    uint16_t shape;          // number of the OptixPrimitiveType
+    uint16_t sharesRecords;  // GPUs: kSharedTag or 0, see shared_records.h
+    float largestCoordinate; // GPUs: the largest magnitude in lower and upper
 };
 static_assert(sizeof(BlockHeader) == 192);
 
@@ -163,6 +167,10 @@ struct MicromapRecord {
 };
 static_assert(sizeof(MicromapRecord) == 32);
 
+// Bytes of the planes of one kind. The lower planes of an axis stand at an even multiple, the upper
+// planes behind them, so that this bit of an offset tells the two apart.
+constexpr uint32_t kPlanesSize = 32;
+
 // Boxes of eight children, planes of one kind side by side. Unused children come last and have the
 // empty box (+inf, -inf), which no ray hits.
 struct alignas(64) Node {
@@ -171,7 +179,7 @@ struct alignas(64) Node {
     uint32_t numChildren;
     uint32_t pad[7];
 };
-static_assert(sizeof(Node) == 256);
+static_assert(sizeof(Node) == 256 && sizeof(Node::planes[0]) == kPlanesSize);
 
 // Numbers of OptixMotionFlags: outside the time range the structure is empty.
 enum MotionFlag : uint32_t { kStartVanish = 1, kEndVanish = 2 };
@@ -183,9 +191,8 @@ constexpr float kFar = 1e38f;
 struct KeyBounds {
     float lower[3], upper[3];
 };
-constexpr KeyBounds kNoBounds = {
-    {__builtin_inff(), __builtin_inff(), __builtin_inff()},
-    {-__builtin_inff(), -__builtin_inff(), -__builtin_inff()}};
+constexpr KeyBounds kNoBounds = {{__builtin_inff(), __builtin_inff(), __builtin_inff()},
+                                 {-__builtin_inff(), -__builtin_inff(), -__builtin_inff()}};
 
 // A node's planes at a motion key after the first.
 struct alignas(64) KeyPlanes {
@@ -262,20 +269,6 @@ struct CustomLeaf {
     uint32_t sbt;
 };
 static_assert(sizeof(CustomLeaf) == 32);
-
-// An instance; the same bytes as devlib::InstanceRecord.
-struct alignas(64) InstanceData {
-    float objectToWorld[12];
-    float worldToObject[12];
-    uint64_t child;
-    uint32_t instanceId;
-    uint32_t sbtOffset;
-    uint32_t visibilityMask;
-    uint32_t flags;
-    uint32_t index;
-    uint32_t pad;
-};
-static_assert(sizeof(InstanceData) == 128);
 
 // The target of a static transform's handle (OptixStaticTransform).
 struct StaticTransform {

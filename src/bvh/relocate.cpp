@@ -111,8 +111,8 @@ void relocate(const RelocationInfo& info, void* block, const uint64_t* children,
         if (children[i] != 0 && !leadsToBlock(children[i]))
             fail(Code::kInvalidValue, "instance handle ", i, " = ",
                  reinterpret_cast<const void*>(children[i]), " leads to no acceleration structure");
-    auto* records = reinterpret_cast<InstanceData*>(static_cast<uint8_t*>(block) +
-                                                    headerOf(block)->instancesOffset);
+    auto* records = reinterpret_cast<InstanceRecord*>(static_cast<uint8_t*>(block) +
+                                                      headerOf(block)->instancesOffset);
     // An instance that was never hit stays so: it has no place in the tree.
     for (size_t i = 0; i < count; ++i)
         records[i].child = children[i];

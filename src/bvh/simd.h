@@ -4,6 +4,8 @@
 // Always included through traverse.h by the *_avx512.cpp, *_avx2.cpp and *_baseline.cpp files.
 #pragma once
 
+#include "base/inline.h"
+
 #include <cstdint>
 #if !defined(__NVPTX__)
 #include <immintrin.h>
@@ -18,8 +20,6 @@
 #else
 #define SUNSTONE_ISA baseline
 #endif
-#define SUNSTONE_INLINE [[gnu::always_inline]] static inline
-#define SUNSTONE_INLINE_MEMBER [[gnu::always_inline]] inline
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 

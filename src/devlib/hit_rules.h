@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a hit means, as pure functions that the run-times of CPUs and GPUs share: whether its any-hit
-// program runs, whether flags drop it, which face it is of, what an accepted one leaves behind, and
-// what makes a traversable unfit for a pipeline. Source: OptiX API reference 7.4, sections 3.12.4.12
-// (ray flags), 3.12.4.9 (instance flags) and 3.12.4.7 (geometry flags).
+// What a hit means, as pure functions that the run-times of CPUs and GPUs share: whether its
+// any-hit program runs, whether flags drop it, which face it is of, what an accepted one leaves
+// behind, and what makes a traversable unfit for a pipeline. Source: OptiX API reference 7.4,
+// sections 3.12.4.12 (ray flags), 3.12.4.9 (instance flags) and 3.12.4.7 (geometry flags).
 #pragma once
 
 #include "bvh/layout.h"
@@ -12,39 +12,39 @@
 namespace sunstone::devlib {
 
 // Whether any-hit counts as enabled, by geometry and instance; the ray's flags come on top.
-SUNSTONE_RULE bool anyHitEnabled(uint32_t instanceFlags, uint32_t sbtWord) {
+SUNSTONE_INLINE bool anyHitEnabled(uint32_t instanceFlags, uint32_t sbtWord) {
     if (instanceFlags & (kInstanceDisableAnyHit | kInstanceEnforceAnyHit))
         return (instanceFlags & kInstanceDisableAnyHit) == 0;
     return (sbtWord >> bvh::kGeometryFlagShift & bvh::kGeometryDisableAnyHit) == 0;
 }
-SUNSTONE_RULE bool droppedByFlags(uint32_t rayFlags, bool enabled) {
+SUNSTONE_INLINE bool droppedByFlags(uint32_t rayFlags, bool enabled) {
     return rayFlags & (enabled ? kRayCullEnforcedAnyHit : kRayCullDisabledAnyHit);
 }
-SUNSTONE_RULE bool anyHitRuns(uint32_t rayFlags, bool enabled) {
+SUNSTONE_INLINE bool anyHitRuns(uint32_t rayFlags, bool enabled) {
     if (rayFlags & (kRayDisableAnyHit | kRayEnforceAnyHit))
         return (rayFlags & kRayDisableAnyHit) == 0;
     return enabled;
 }
 
-SUNSTONE_RULE uint32_t triangleKind(float det, uint32_t instanceFlags) {
+SUNSTONE_INLINE uint32_t triangleKind(float det, uint32_t instanceFlags) {
     const bool flipped = instanceFlags & kInstanceFlipFacing;
     return (det > 0) != flipped ? kHitTriangleFront : kHitTriangleBack;
 }
 
-// Of two triangles at the same distance the one with the lower number is hit, in whichever order the
-// walk meets them.
-SUNSTONE_RULE bool losesTie(float t, uint32_t primitive, bool found, float bestT,
-                            uint32_t bestPrimitive) {
+// Of two triangles at the same distance the one with the lower number is hit, in whichever order
+// the walk meets them.
+SUNSTONE_INLINE bool losesTie(float t, uint32_t primitive, bool found, float bestT,
+                              uint32_t bestPrimitive) {
     return t == bestT && found && primitive > bestPrimitive;
 }
 
 // Whether t is in the interval of the ray as it stands.
-SUNSTONE_RULE bool inInterval(const RayState& ray, float t, float tmax) {
+SUNSTONE_INLINE bool inInterval(const RayState& ray, float t, float tmax) {
     return t >= ray.tmin && t <= tmax;
 }
 
 // A hit that optixReportIntersection describes becomes the candidate.
-SUNSTONE_RULE void reportCandidate(RayState& ray, float t, uint32_t kind) {
+SUNSTONE_INLINE void reportCandidate(RayState& ray, float t, uint32_t kind) {
     ray.hit.t = t;
     ray.hit.kind = kind & 0x7F;
     for (unsigned i = 0; i < kMaxAttributeWords; ++i)
@@ -53,7 +53,7 @@ SUNSTONE_RULE void reportCandidate(RayState& ray, float t, uint32_t kind) {
 
 // The candidate becomes the best hit, but for where in the graph it is.
 template <class Best>
-SUNSTONE_RULE void keepCandidate(const Hit& hit, Best& best) {
+SUNSTONE_INLINE void keepCandidate(const Hit& hit, Best& best) {
     best.kind = hit.kind;
     best.primitive = hit.primitive;
     best.sbtGasIndex = hit.sbtGasIndex;
@@ -62,12 +62,12 @@ SUNSTONE_RULE void keepCandidate(const Hit& hit, Best& best) {
 }
 
 // Whether an accepted hit ends the ray. `result`: the any-hit program's.
-SUNSTONE_RULE bool endsRay(uint32_t result, uint32_t rayFlags) {
+SUNSTONE_INLINE bool endsRay(uint32_t result, uint32_t rayFlags) {
     return result == kTerminate || (rayFlags & kRayTerminateOnFirstHit);
 }
 
 // The bit of OptixPrimitiveTypeFlags that a structure's primitives have.
-SUNSTONE_RULE uint32_t primitiveFlagOf(const bvh::BlockHeader& block) {
+SUNSTONE_INLINE uint32_t primitiveFlagOf(const bvh::BlockHeader& block) {
     switch (bvh::kindOf(block.type)) {
     case bvh::BlockType::kTriangles:
         return 1u << 31;
@@ -82,8 +82,8 @@ SUNSTONE_RULE uint32_t primitiveFlagOf(const bvh::BlockHeader& block) {
 
 // The code of the exception that a traversable raises under debug exceptions, below `above` others;
 // 0 if it fits the pipeline. `block`: the structure of the handle, or null if it leads to none.
-SUNSTONE_RULE int32_t faultOfTraversable(const LaunchState& launch, HandleTag tag,
-                                         const bvh::BlockHeader* block, uint32_t above) {
+SUNSTONE_INLINE int32_t faultOfTraversable(const LaunchState& launch, HandleTag tag,
+                                           const bvh::BlockHeader* block, uint32_t above) {
     const uint32_t flags = launch.traversableGraphFlags; // 0: all graphs
     const bool isInstances = block && bvh::kindOf(block->type) == bvh::BlockType::kInstances;
     switch (tag) {

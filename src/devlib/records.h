@@ -1,32 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 // How programs and their data are found. One set of functions for CPUs and GPUs.
 //
-// A record is an SbtHeader, which names a program group, with the programs' data behind it. Where the
-// record of a hit, a miss or a callable stands is a choice of the API generation: the trace run-time
-// asks a Records type, its template parameter, for addresses. SbtRecords is that of OptiX 7.
-// A record's address is 0 where there is none.
+// A record is an SbtHeader, which names a program group, with the programs' data behind it. Where
+// the record of a hit, a miss or a callable stands is a choice of the API generation: the trace
+// run-time asks a Records type, its template parameter, for addresses. SbtRecords is that of
+// OptiX 7. A record's address is 0 where there is none.
 #pragma once
 
+#include "base/inline.h"
 #include "devlib/abi.h"
 
 namespace sunstone::devlib {
 
-#define SUNSTONE_RULE __attribute__((always_inline)) static inline
-
 constexpr uint32_t kNoGroup = ~0u;
 
 // Address of a record in a table, or 0 where the table has none of that index.
-SUNSTONE_RULE uint64_t recordAt(uint64_t base, uint32_t stride, uint32_t count, uint64_t index) {
+SUNSTONE_INLINE uint64_t recordAt(uint64_t base, uint32_t stride, uint32_t count, uint64_t index) {
     return base == 0 || index >= count ? 0 : base + index * stride;
 }
 
-SUNSTONE_RULE const void* dataOf(uint64_t record) {
+SUNSTONE_INLINE const void* dataOf(uint64_t record) {
     return record ? reinterpret_cast<const void*>(record + sizeof(SbtHeader)) : nullptr;
 }
 
 // A record's group, counted from the pipeline's first, if its header says it is of that kind; else
 // kNoGroup. Groups of other pipelines give numbers that the pipeline does not have.
-SUNSTONE_RULE uint32_t groupOf(const LaunchState& launch, uint64_t record, GroupKind kind) {
+SUNSTONE_INLINE uint32_t groupOf(const LaunchState& launch, uint64_t record, GroupKind kind) {
     const SbtHeader& header = *reinterpret_cast<const SbtHeader*>(record);
     return header.magic == kSbtMagic && header.kind == kind ? header.group - launch.firstGroup
                                                             : kNoGroup;
@@ -39,29 +38,29 @@ struct SbtRecords {
     static constexpr bool kAttributeBlocks = false; // RayState::attributeBlocks
 
     // The index that a hit's record has, for messages too.
-    __attribute__((always_inline)) static uint64_t hitIndex(const RayState& ray, uint32_t sbtGasIndex,
-                                    uint32_t instanceSbtOffset) {
+    SUNSTONE_INLINE_MEMBER static uint64_t hitIndex(const RayState& ray, uint32_t sbtGasIndex,
+                                                    uint32_t instanceSbtOffset) {
         return uint64_t(instanceSbtOffset) + uint64_t(sbtGasIndex) * (ray.sbtStride & 0xFF) +
                (ray.sbtOffset & 0xFF);
     }
-    __attribute__((always_inline)) static uint64_t hit(const RayState& ray, uint32_t sbtGasIndex,
-                               uint32_t instanceSbtOffset) {
+    SUNSTONE_INLINE_MEMBER static uint64_t hit(const RayState& ray, uint32_t sbtGasIndex,
+                                               uint32_t instanceSbtOffset) {
         const SbtView& sbt = ray.launch->sbt;
         return recordAt(sbt.hitBase, sbt.hitStride, sbt.hitCount,
                         hitIndex(ray, sbtGasIndex, instanceSbtOffset));
     }
-    __attribute__((always_inline)) static uint64_t miss(const RayState& ray) {
+    SUNSTONE_INLINE_MEMBER static uint64_t miss(const RayState& ray) {
         const SbtView& sbt = ray.launch->sbt;
         return recordAt(sbt.missBase, sbt.missStride, sbt.missCount, ray.missIndex);
     }
-    __attribute__((always_inline)) static uint64_t callable(const LaunchState& launch, uint32_t index) {
+    SUNSTONE_INLINE_MEMBER static uint64_t callable(const LaunchState& launch, uint32_t index) {
         const SbtView& sbt = launch.sbt;
         return recordAt(sbt.callableBase, sbt.callableStride, sbt.callableCount, index);
     }
 };
 
 // Before a bounds program runs: its primitive is the launch index.
-SUNSTONE_RULE void prepareBounds(RayState& root) {
+SUNSTONE_INLINE void prepareBounds(RayState& root) {
     const uint32_t primitive = root.thread->index[0];
     root.hit.primitive = primitive;
     root.payloadMemory = root.launch->boxes + size_t(6) * primitive;
@@ -73,7 +72,7 @@ struct ResolvedRecord {
     const GroupEntry* group = nullptr; // null: no group of the right kind in it
 };
 
-SUNSTONE_RULE ResolvedRecord resolve(const LaunchState& launch, uint64_t record, GroupKind kind) {
+SUNSTONE_INLINE ResolvedRecord resolve(const LaunchState& launch, uint64_t record, GroupKind kind) {
     ResolvedRecord r;
     if (record == 0)
         return r;

@@ -18,20 +18,6 @@
 
 namespace sunstone::devlib {
 
-// bvh has its own names for what the two share.
-static_assert(sizeof(InstanceRecord) == sizeof(bvh::InstanceData));
-static_assert(offsetof(InstanceRecord, worldToObject) ==
-              offsetof(bvh::InstanceData, worldToObject));
-static_assert(offsetof(InstanceRecord, child) == offsetof(bvh::InstanceData, child));
-static_assert(offsetof(InstanceRecord, instanceId) == offsetof(bvh::InstanceData, instanceId));
-static_assert(offsetof(InstanceRecord, index) == offsetof(bvh::InstanceData, index));
-static_assert(uint64_t(kTagGas) == bvh::kGasTag && uint64_t(kTagIas) == bvh::kIasTag &&
-              uint64_t(kTagStatic) == bvh::kStaticTransformTag &&
-              uint64_t(kTagMatrixMotion) == bvh::kMatrixMotionTag &&
-              uint64_t(kTagSrtMotion) == bvh::kSrtMotionTag &&
-              uint64_t(kTagMask) == bvh::kTraversableTagMask);
-static_assert(kHitShape == bvh::kShapeKindBase && kHitShapeBack == bvh::kShapeKindBack);
-
 namespace {
 
 // Stands for callables that do not exist: returns 0 in every register a result may be in.
@@ -47,7 +33,8 @@ const void* callable(RayState* state, uint32_t sbtIndex, uint32_t call) {
     const bool continuation = call & 1;
     const uint64_t record = SbtRecords::callable(*state->launch, sbtIndex);
     const GroupEntry* group = resolve(*state->launch, record, kGroupCallables).group;
-    const void* code = group ? group->code[continuation ? kRoleContinuation : kRoleDirect] : nullptr;
+    const void* code =
+        group ? group->code[continuation ? kRoleContinuation : kRoleDirect] : nullptr;
     state->callableData = dataOf(record);
     return code ? code : reinterpret_cast<const void*>(&noCallable);
 }

@@ -381,8 +381,8 @@ private:
             attributes[i] = 0;
     }
 
-    // Triangles of a structure with opacity micromaps. The state where the ray meets a triangle takes
-    // the place of its geometry flag DISABLE_ANYHIT; instance and ray flags apply after it.
+    // Triangles of a structure with opacity micromaps. The state where the ray meets a triangle
+    // takes the place of its geometry flag DISABLE_ANYHIT; instance and ray flags apply after it.
     template <bool kAll>
     struct MicromapTriangles {
         static constexpr bool kOrdered = kAll;
@@ -445,8 +445,9 @@ private:
     bool walkMicromaps(const bvh::BlockHeader* block, const isa::RaySetup& setup) {
         const bool twoStates = (rayFlags_ & kRayForceMicromap2State) ||
                                (instanceFlags_ & kInstanceForceMicromap2State);
-        MicromapTriangles<kAll> visitor{*this,     setup, isa::shearLanes(setup),
-                                        culling(), isa::MicromapLookup(block), twoStates, tmax_};
+        MicromapTriangles<kAll> visitor{
+            *this,     setup, isa::shearLanes(setup), culling(), isa::MicromapLookup(block),
+            twoStates, tmax_};
         isa::traverse(block, setup, visitor);
         return ended_;
     }
@@ -498,8 +499,7 @@ private:
     }
 
     // Nobody sees where the hit is: the closest-hit program is disabled.
-    [[gnu::noinline]] bool walkOccluded(const bvh::BlockHeader* block,
-                                        const isa::RaySetup& setup) {
+    [[gnu::noinline]] bool walkOccluded(const bvh::BlockHeader* block, const isa::RaySetup& setup) {
         isa::AnyTriangle visitor(setup, tmax_, culling());
         isa::traverse(block, setup, visitor);
         return takeOccluded(visitor.found);
@@ -557,8 +557,7 @@ private:
         Tracer& tracer;
         float tmax;
         SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, bvh::NodeRef ref) {
-            const auto* leaf =
-                reinterpret_cast<const bvh::CustomLeaf*>(block + bvh::offsetOf(ref));
+            const auto* leaf = reinterpret_cast<const bvh::CustomLeaf*>(block + bvh::offsetOf(ref));
             const bool end = tracer.intersectCustom(leaf->primitive, leaf->sbt);
             tmax = tracer.tmax_;
             return end;
@@ -586,7 +585,7 @@ private:
         };
         float enter = isa::larger(s.tmin, 0.0f), leave = tmax;
         for (int i = 0; i < 3; ++i) {
-            const bool backwards = s.nearPlanes[i] & 32;
+            const bool backwards = s.isBackwards(i);
             const float low = lower[i], high = upper[i];
             enter = isa::larger(distance(i, backwards ? high : low, s.nearR[i], s.nearC[i]), enter);
             leave = isa::smaller(distance(i, backwards ? low : high, s.farR[i], s.farC[i]), leave);
@@ -665,8 +664,7 @@ private:
         }
     };
 
-    [[gnu::noinline]] bool enterInstances(uint64_t handle, const float org[3],
-                                          const float dir[3]) {
+    [[gnu::noinline]] bool enterInstances(uint64_t handle, const float org[3], const float dir[3]) {
         const bvh::BlockHeader* block = blockOf(handle);
         if (!block || !isa::isRay(org, dir, state_->tmin, tmax_))
             return false;
@@ -796,7 +794,8 @@ private:
     const GroupEntry* candidateGroup_ = nullptr;
     bool candidateAnyHit_ = false;
     Best best_;
-    const float *visitOrigin_ = nullptr, *visitDirection_ = nullptr; // of the ray at state_->visited
+    const float *visitOrigin_ = nullptr,
+                *visitDirection_ = nullptr; // of the ray at state_->visited
     uint64_t transforms_[kMaxGraphDepth];
     uint64_t bestTransforms_[kMaxGraphDepth];
     uint64_t iasPath_[kMaxGraphDepth + 1]; // one transform at least is between two of them

@@ -25,7 +25,7 @@ std::string brokenBy(const bvh::InstanceDesc& instance, const InstanceRules& rul
     constexpr uint32_t kBoth = devlib::kInstanceDisableAnyHit | devlib::kInstanceEnforceAnyHit;
     if ((instance.flags & kBoth) == kBoth)
         return message("flags = ", instance.flags, " has both DISABLE_ANYHIT and ENFORCE_ANYHIT");
-    if ((instance.traversableHandle & bvh::kTraversableTagMask) == bvh::kIasTag &&
+    if ((instance.traversableHandle & devlib::kTagMask) == devlib::kTagIas &&
         instance.sbtOffset != 0)
         return message("sbtOffset = ", instance.sbtOffset,
                        ", but must be 0 for an instance acceleration structure");

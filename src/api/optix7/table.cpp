@@ -27,33 +27,11 @@ const char* getErrorString(OptixResult result) {
     return text ? text : "Unrecognized OptixResult code";
 }
 
-// For entry points without an implementation: logs the name and fails. Their first argument is a
-// handle; if it is a live context or module, that context's log gets the line.
-OptixResult refuse(const char* function, const void* handle) {
-    std::string text = message(function, ": not supported by this version of Sunstone");
-    std::shared_ptr<DeviceContext> context = contexts().find(handle);
-    if (std::shared_ptr<ModuleObject> module = modules().find(handle))
-        context = module->context;
-    if (context)
-        context->log(LogLevel::kError, "ERROR", text);
-    else
-        logOnce(LogLevel::kFatal, "optix7", text);
+// A slot that the release reserves; no header has a function for it.
+OptixResult reservedSlot() {
+    logOnce(LogLevel::kFatal, "optix7",
+            "the application called a reserved slot of the function table");
     return OPTIX_ERROR_NOT_SUPPORTED;
-}
-
-// A string as a template argument.
-template <size_t N>
-struct Name {
-    char text[N];
-    constexpr Name(const char (&from)[N]) { // NOLINT: implicit so that literals convert
-        for (size_t i = 0; i < N; ++i)
-            text[i] = from[i];
-    }
-};
-
-// A reserved slot; calling it only returns an error.
-void reservedSlot() {
-    refuse("a reserved slot of the function table", nullptr);
 }
 
 // Fills a table slot by slot.
@@ -178,12 +156,8 @@ struct Table {
     void (*addSlots)(Slots&);
 };
 constexpr Table kTables[] = {
-    {kAbi70, 36, addSlots<kAbi70>},
-    {kAbi71, 37, addSlots<kAbi71>},
-    {kAbi72, 38, addSlots<kAbi72>},
-    {kAbi73, 38, addSlots<kAbi73>},
-    {kAbi74, 43, addSlots<kAbi74>},
-    {kAbi75, 43, addSlots<kAbi75>},
+    {kAbi70, 36, addSlots<kAbi70>}, {kAbi71, 37, addSlots<kAbi71>}, {kAbi72, 38, addSlots<kAbi72>},
+    {kAbi73, 38, addSlots<kAbi73>}, {kAbi74, 43, addSlots<kAbi74>}, {kAbi75, 43, addSlots<kAbi75>},
     {kAbi76, 47, addSlots<kAbi76>},
 };
 static_assert(sizeof(OptixFunctionTable) == 47 * sizeof(void*));

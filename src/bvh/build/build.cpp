@@ -61,7 +61,7 @@ struct Plan {
     uint32_t numReferences = 0;    // room for them: more where triangles may be split
     bool instancesMissing = false; // size queries may omit buffers
     uint64_t inputsOffset, keyBoundsOffset = 0, tableOffset = 0, micromapsOffset = 0,
-                                                 instancesOffset = 0, nodesOffset;
+                           instancesOffset = 0, nodesOffset;
     uint64_t outputSize, referencesSize, treeOffset, tempSize;
     uint64_t instanceMotionSize = 0; // scratch at the end of temp; all that updates need
 
@@ -135,7 +135,7 @@ struct Plan {
         }
         if (type == BlockType::kInstances) {
             instancesOffset = alignUp(offset, 64);
-            offset = instancesOffset + uint64_t(numPrimitives) * sizeof(InstanceData);
+            offset = instancesOffset + uint64_t(numPrimitives) * sizeof(InstanceRecord);
         }
         nodesOffset = alignUp(offset, kNodesAlignment);
         outputSize = alignUp(nodesOffset + maxTreeBytes(numReferences, rules), kBlockAlignment);
@@ -244,7 +244,7 @@ public:
     explicit InstanceWriter(uint64_t instancesOffset) : instancesOffset_(instancesOffset) {}
 
     NodeRef write(uint8_t*, uint64_t, const PrimitiveRef* references, uint32_t) const override {
-        return makeRef(instancesOffset_ + references->primitive * sizeof(InstanceData), kLeaf);
+        return makeRef(instancesOffset_ + references->primitive * sizeof(InstanceRecord), kLeaf);
     }
 
 private:
@@ -459,7 +459,7 @@ private:
     void runInstances() {
         const Sources sources(inputs_);
         const InstanceInput& input = *inputs_.instances;
-        auto* const records = reinterpret_cast<InstanceData*>(block_ + plan_.instancesOffset);
+        auto* const records = reinterpret_cast<InstanceRecord*>(block_ + plan_.instancesOffset);
         const OpenLevels levels = OpenLevels::of(header_.options);
         const auto boxOf = [&](uint32_t, uint32_t i, float lower[3], float upper[3]) {
             const InstanceDesc& desc = instanceAt(input, i);
@@ -569,8 +569,9 @@ void checkSameShape(const BlockHeader& header, const BlockHeader& wanted) {
     if (!(header.options & kOptionUpdate) || !(wanted.options & kOptionUpdate))
         fail(Code::kInvalidValue, "an update needs ALLOW_UPDATE, in the build and now");
     if (header.options != wanted.options)
-        fail(Code::kInvalidValue, "an update has other build flags than the build: ",
-             wanted.options, ", not ", header.options);
+        fail(Code::kInvalidValue,
+             "an update has other build flags than the build: ", wanted.options, ", not ",
+             header.options);
     if (kindOf(header.type) != kindOf(wanted.type))
         fail(Code::kInvalidValue, "an update has another type of build inputs than the build");
     if (header.motionKeys != wanted.motionKeys)
@@ -708,7 +709,7 @@ MotionOptions motionOf(const void* block) {
 
 uint64_t traversableHandle(const void* block) {
     const bool instances = kindOf(checkedHeader(block).type) == BlockType::kInstances;
-    return uint64_t(block) | (instances ? kIasTag : kGasTag);
+    return uint64_t(block) | (instances ? devlib::kTagIas : devlib::kTagGas);
 }
 
 bool triangleVertices(const void* block, uint32_t primitive, uint32_t sbtGasIndex,
@@ -749,7 +750,7 @@ const void* instanceRecord(const void* block, uint32_t index) noexcept {
     if (kindOf(header.type) != BlockType::kInstances || index >= header.numPrimitives)
         return nullptr;
     return static_cast<const uint8_t*>(block) + header.instancesOffset +
-           uint64_t(index) * sizeof(InstanceData);
+           uint64_t(index) * sizeof(InstanceRecord);
 }
 
 } // namespace sunstone::bvh

@@ -432,7 +432,7 @@ TEST(Build, CustomPrimitives) {
     inputs.customs = {&in, 1};
     const Structure s = makeStructure(inputs);
     EXPECT_EQ(headerOf(s.block())->numActive, 997u);
-    EXPECT_EQ(traversableHandle(s.block()) & 63, kGasTag);
+    EXPECT_EQ(traversableHandle(s.block()) & 63, devlib::kTagGas);
     EXPECT_LE(bounds(s.block()).upper.x, 11);
     EXPECT_FALSE(hitAt(s, 0, 0)); // no triangles in it
 }
@@ -461,17 +461,17 @@ TEST(Build, Instances) {
     const BlockHeader& header = *headerOf(s.block());
     EXPECT_EQ(header.numActive, 2u);
     EXPECT_EQ(header.numPrimitives, 5u);
-    EXPECT_EQ(traversableHandle(s.block()) & 63, kIasTag);
+    EXPECT_EQ(traversableHandle(s.block()) & 63, devlib::kTagIas);
     EXPECT_NEAR(bounds(s.block()).upper.x, 41, 1e-3);
     EXPECT_NEAR(bounds(s.block()).lower.y, -2, 1e-3);
     for (uint32_t i = 0; i < 5; ++i) {
-        const auto* record = static_cast<const InstanceData*>(instanceRecord(s.block(), i));
+        const auto* record = static_cast<const InstanceRecord*>(instanceRecord(s.block(), i));
         ASSERT_NE(record, nullptr);
         EXPECT_EQ(record->instanceId, 100 + i);
         EXPECT_EQ(record->index, i);
         EXPECT_EQ(uint64_t(record) % 64, 0u);
     }
-    const auto* last = static_cast<const InstanceData*>(instanceRecord(s.block(), 4));
+    const auto* last = static_cast<const InstanceRecord*>(instanceRecord(s.block(), 4));
     EXPECT_FLOAT_EQ(last->worldToObject[3], -40);
     EXPECT_FLOAT_EQ(last->worldToObject[5], 0.5f);
     EXPECT_EQ(instanceRecord(s.block(), 5), nullptr);

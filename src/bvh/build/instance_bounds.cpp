@@ -26,8 +26,8 @@ public:
     // Unites the bounds with the boxes of a node's children; below those that exceed the bounds so
     // far, with the boxes of their children.
     void add(const BlockHeader* header, NodeRef ref, unsigned levels) {
-        const Node& node = *reinterpret_cast<const Node*>(
-            reinterpret_cast<const uint8_t*>(header) + offsetOf(ref));
+        const Node& node = *reinterpret_cast<const Node*>(reinterpret_cast<const uint8_t*>(header) +
+                                                          offsetOf(ref));
         for (uint32_t i = 0; i < std::min(node.numChildren, 8u); ++i) {
             if (!(node.planes[0][i] <= node.planes[1][i]))
                 continue; // no active primitive is below
@@ -88,9 +88,10 @@ private:
 } // namespace
 
 math::Box instanceBounds(const float transform[12], uint64_t handle, OpenLevels levels) {
-    const uint64_t tag = handle & kTraversableTagMask;
-    if (levels.count != 0 && (tag == kGasTag || tag == kIasTag) && leadsToBlock(handle)) {
-        const auto* header = reinterpret_cast<const BlockHeader*>(handle & ~kTraversableTagMask);
+    const uint64_t tag = handle & devlib::kTagMask;
+    if (levels.count != 0 && (tag == devlib::kTagGas || tag == devlib::kTagIas) &&
+        leadsToBlock(handle)) {
+        const auto* header = reinterpret_cast<const BlockHeader*>(handle & ~devlib::kTagMask);
         if (!isMoving(header->type) && header->root != kNoNode &&
             (header->root & kNodeTagMask) == kInner) {
             BoxTurner turner(transform);

@@ -85,7 +85,7 @@ TEST(InstanceBounds, EmptyFarAndForeignChildren) {
     const Structure empty = makeStructure(nothing.input());
     EXPECT_TRUE(instanceBounds(far, traversableHandle(empty.block()), {2}).empty());
     EXPECT_TRUE(instanceBounds(far, 0, {2}).empty());
-    EXPECT_TRUE(instanceBounds(far, 64 | kGasTag, {2}).empty());
+    EXPECT_TRUE(instanceBounds(far, 64 | devlib::kTagGas, {2}).empty());
 }
 
 } // namespace

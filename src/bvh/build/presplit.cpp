@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bvh/build/presplit.h"
 
+#include "bvh/build/split_measure.h"
 #include "bvh/parallel.h"
 
 #include <algorithm>
@@ -11,10 +12,6 @@ namespace sunstone::bvh {
 namespace {
 
 constexpr size_t kBlock = 1u << 13;
-// Boxes with less than this times the area their triangle needs are good enough: triangles of
-// ordinary meshes, tilted as they may be, have up to 4, and splitting them costs more than it gives.
-constexpr double kWorthwhile = 10;
-constexpr uint32_t kMostSplits = 31; // of one triangle
 
 struct Piece {
     float lower[3], upper[3];
@@ -110,25 +107,15 @@ Shape shapeOf(const PrimitiveRef& ref, const Sources& sources) {
         (sources.sbt[ref.input].sbtWord(ref.primitive) >> kGeometryFlagShift &
          kGeometryRequireSingleAnyHit))
         return s;
-    double e[3], edge[2][3];
     for (int a = 0; a < 3; ++a) {
         const float* v = s.vertices + a;
-        const float low = std::min({v[0], v[3], v[6]}), high = std::max({v[0], v[3], v[6]});
-        e[a] = double(high) - low;
-        s.size = std::max(s.size, high - low);
-        edge[0][a] = double(v[3]) - v[0];
-        edge[1][a] = double(v[6]) - v[0];
+        s.size = std::max(s.size, std::max({v[0], v[3], v[6]}) - std::min({v[0], v[3], v[6]}));
     }
-    const double box = e[0] * e[1] + e[1] * e[2] + e[2] * e[0];
-    double need = 0;
-    for (int a = 0; a < 3; ++a) {
-        const int b = (a + 1) % 3, c = (a + 2) % 3;
-        need += 0.5 * std::fabs(edge[0][b] * edge[1][c] - edge[0][c] * edge[1][b]);
-    }
-    if (!(box > kWorthwhile * need) || !std::isfinite(box))
+    const SplitMeasure measure = splitMeasure(s.vertices);
+    if (!isWorthSplitting(measure))
         return s;
-    s.priority = std::cbrt(box - need);
-    s.limit = uint32_t(std::min(box / std::max(need, 1e-3 * box), double(kMostSplits)));
+    s.priority = std::cbrt(measure.box - measure.need);
+    s.limit = splitLimit(measure);
     return s;
 }
 

@@ -8,19 +8,18 @@
 namespace sunstone::bvh::gpu {
 
 #define SUNSTONE_KERNEL extern "C" __global__ void
-#define SUNSTONE_BUILDER static inline __attribute__((always_inline)) __device__
 
 constexpr uint32_t kWholeWarp = ~0u;
 
 template <class T>
-SUNSTONE_BUILDER T* at(uint64_t address) {
+SUNSTONE_INLINE T* at(uint64_t address) {
     return reinterpret_cast<T*>(address);
 }
-SUNSTONE_BUILDER Counters& countersOf(const BuildJob& job) {
+SUNSTONE_INLINE Counters& countersOf(const BuildJob& job) {
     return *at<Counters>(job.counters);
 }
 // Reports to the host; the entry's number is written last.
-SUNSTONE_BUILDER void reportFailure(uint64_t report, uint64_t block, uint32_t failure) {
+SUNSTONE_INLINE void reportFailure(uint64_t report, uint64_t block, uint32_t failure) {
     BuildReport& to = *at<BuildReport>(report);
     const uint32_t before = atomicAdd(&to.count, 1u);
     BuildReport::Entry& entry = to.entries[before % BuildReport::kEntries];
@@ -30,21 +29,21 @@ SUNSTONE_BUILDER void reportFailure(uint64_t report, uint64_t block, uint32_t fa
     const_cast<volatile uint32_t&>(entry.number) = before + 1;
 }
 
-SUNSTONE_BUILDER uint32_t globalThread() {
+SUNSTONE_INLINE uint32_t globalThread() {
     return blockIdx.x * blockDim.x + threadIdx.x;
 }
-SUNSTONE_BUILDER uint32_t laneOf() {
+SUNSTONE_INLINE uint32_t laneOf() {
     return threadIdx.x & 31u;
 }
-SUNSTONE_BUILDER uint32_t lanesBelow(uint32_t lane) {
+SUNSTONE_INLINE uint32_t lanesBelow(uint32_t lane) {
     return (1u << lane) - 1;
 }
 
 // For a structure that is updated or post-processed: its header gives the places, compacted or not.
-SUNSTONE_BUILDER const BlockHeader& headerIn(const BuildJob& job) {
+SUNSTONE_INLINE const BlockHeader& headerIn(const BuildJob& job) {
     return *at<const BlockHeader>(job.output);
 }
-SUNSTONE_BUILDER BuildJob inStructure(BuildJob job) {
+SUNSTONE_INLINE BuildJob inStructure(BuildJob job) {
     const BlockHeader& header = headerIn(job);
     job.inputRecords = job.output + header.inputsOffset;
     job.instances = job.output + header.instancesOffset;
@@ -57,12 +56,12 @@ SUNSTONE_BUILDER BuildJob inStructure(BuildJob job) {
     return job;
 }
 
-SUNSTONE_BUILDER WideNode& wideNode(const BuildJob& job, uint32_t index, uint32_t key = 0) {
+SUNSTONE_INLINE WideNode& wideNode(const BuildJob& job, uint32_t index, uint32_t key = 0) {
     return at<WideNode>(job.nodes)[uint64_t(index) * job.motionKeys + key];
 }
 
 // Each node's parent.
-SUNSTONE_BUILDER void linkNodes(const BuildJob& job) {
+SUNSTONE_INLINE void linkNodes(const BuildJob& job) {
     const uint32_t count = headerIn(job).numNodes;
     uint32_t* const parents = at<uint32_t>(job.parents);
     for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
@@ -79,22 +78,22 @@ SUNSTONE_BUILDER void linkNodes(const BuildJob& job) {
 // Earlier writes of this thread, and of threads it has synchronised with, are visible to any thread
 // that sees its next write. __threadfence() also orders such writes among all threads, which takes
 // longer.
-SUNSTONE_BUILDER void fence() {
+SUNSTONE_INLINE void fence() {
     asm volatile("fence.acq_rel.gpu;" ::: "memory");
 }
 
 // Loads of data that other multiprocessors write while the kernel runs.
 template <class T>
-SUNSTONE_BUILDER T loadFresh(const T* address) {
+SUNSTONE_INLINE T loadFresh(const T* address) {
     return *const_cast<const volatile T*>(address);
 }
 
 // Floats as integers in the same order.
-SUNSTONE_BUILDER uint32_t orderedBits(float a) {
+SUNSTONE_INLINE uint32_t orderedBits(float a) {
     const uint32_t bits = bitsOf(a);
     return bits >> 31 ? ~bits : bits | 0x80000000u;
 }
-SUNSTONE_BUILDER float fromOrdered(uint32_t bits) {
+SUNSTONE_INLINE float fromOrdered(uint32_t bits) {
     return floatOf(bits >> 31 ? bits & 0x7FFFFFFFu : ~bits);
 }
 
@@ -102,11 +101,11 @@ SUNSTONE_BUILDER float fromOrdered(uint32_t bits) {
 struct Bounds {
     float lower[3], upper[3];
 };
-SUNSTONE_BUILDER Bounds emptyBounds() {
+SUNSTONE_INLINE Bounds emptyBounds() {
     const float inf = __builtin_inff();
     return {{inf, inf, inf}, {-inf, -inf, -inf}};
 }
-SUNSTONE_BUILDER Bounds unite(const Bounds& a, const Bounds& b) {
+SUNSTONE_INLINE Bounds unite(const Bounds& a, const Bounds& b) {
     Bounds r;
     for (int i = 0; i < 3; ++i) {
         r.lower[i] = smaller(a.lower[i], b.lower[i]);
@@ -114,39 +113,39 @@ SUNSTONE_BUILDER Bounds unite(const Bounds& a, const Bounds& b) {
     }
     return r;
 }
-SUNSTONE_BUILDER bool isEmpty(const Bounds& b) {
+SUNSTONE_INLINE bool isEmpty(const Bounds& b) {
     return !(b.lower[0] <= b.upper[0]);
 }
-SUNSTONE_BUILDER float halfArea(const Bounds& b) { // empty: 0
+SUNSTONE_INLINE float halfArea(const Bounds& b) { // empty: 0
     const float x = larger(sub(b.upper[0], b.lower[0]), 0.0f),
                 y = larger(sub(b.upper[1], b.lower[1]), 0.0f),
                 z = larger(sub(b.upper[2], b.lower[2]), 0.0f);
     return add(add(mul(x, y), mul(y, z)), mul(z, x));
 }
 
-SUNSTONE_BUILDER uint32_t refCount(uint32_t ref) { // 1 to 3, 0: more
+SUNSTONE_INLINE uint32_t refCount(uint32_t ref) { // 1 to 3, 0: more
     return ref >> kRefCountShift;
 }
-SUNSTONE_BUILDER uint32_t refIndex(uint32_t ref) {
+SUNSTONE_INLINE uint32_t refIndex(uint32_t ref) {
     return ref & kRefIndexMask;
 }
-SUNSTONE_BUILDER uint32_t joinCounts(uint32_t a, uint32_t b) {
+SUNSTONE_INLINE uint32_t joinCounts(uint32_t a, uint32_t b) {
     const uint32_t sum = refCount(a) + refCount(b);
     return refCount(a) != 0 && refCount(b) != 0 && sum <= kMaxLeafPrimitives ? sum : 0;
 }
 
 // Most primitives a leaf may have.
-SUNSTONE_BUILDER uint32_t leafLimit(const BuildJob& job) {
+SUNSTONE_INLINE uint32_t leafLimit(const BuildJob& job) {
     return job.type == BlockType::kTriangles ? kMaxLeafPrimitives : 1;
 }
 
 // A primitive's record at a key.
-SUNSTONE_BUILDER uint64_t recordAt(const BuildJob& job, uint32_t place, uint32_t key) {
+SUNSTONE_INLINE uint64_t recordAt(const BuildJob& job, uint32_t place, uint32_t key) {
     const uint64_t size = recordSize(job.type, job.shape, job.motionKeys);
     return job.records + place * size + key * (size / job.motionKeys);
 }
 
-SUNSTONE_BUILDER Bounds primitiveBounds(const BuildJob& job, uint32_t primitive) {
+SUNSTONE_INLINE Bounds primitiveBounds(const BuildJob& job, uint32_t primitive) {
     const U2* const words = at<const U2>(job.boxes + uint64_t(primitive) * sizeof(PrimitiveBox));
     const U2 a = words[0], b = words[1], c = words[2];
     return {{floatOf(a.x), floatOf(a.y), floatOf(b.x)}, {floatOf(b.y), floatOf(c.x), floatOf(c.y)}};

@@ -25,13 +25,13 @@ constexpr uint64_t kFreeEntry = 0;
 // Hash of handles, which differ above their tags.
 constexpr uint32_t kHashFactor = 0x9E3779B1u, kHashInverse = 0x0E8B2F51u;
 static_assert(kHashFactor * kHashInverse == 1);
-SUNSTONE_GPU_INLINE uint32_t placeOfHandle(uint64_t handle, uint32_t shift) {
+SUNSTONE_INLINE uint32_t placeOfHandle(uint64_t handle, uint32_t shift) {
     return uint32_t(handle >> 6) * kHashFactor >> shift;
 }
 
 // Replaces the entry of a removed handle, so that searches continue past it. A search for this
 // number itself as a handle starts at the next place, and never reaches this one.
-SUNSTONE_GPU_INLINE uint64_t goneEntry(uint32_t place, uint32_t shift) {
+SUNSTONE_INLINE uint64_t goneEntry(uint32_t place, uint32_t shift) {
     const uint32_t next = (place + 1) & (~0u >> shift);
     return uint64_t((next << shift | 1u) * kHashInverse) << 6;
 }
@@ -39,14 +39,14 @@ SUNSTONE_GPU_INLINE uint64_t goneEntry(uint32_t place, uint32_t shift) {
 // The table's number, from one that may be the address of it. Not a part of isKnownHandle(): a path
 // tracer's kernel that had these lines took an H100 1.4 times as long, although it never executed
 // them.
-SUNSTONE_GPU_INLINE uint64_t knownNow(uint64_t known) {
+SUNSTONE_INLINE uint64_t knownNow(uint64_t known) {
     return (known & kOfGraph) == kOfGraph
                ? *reinterpret_cast<const volatile uint64_t*>(known & ~kOfGraph)
                : known;
 }
 
 // The null handle, which is never hit, is not a known handle.
-SUNSTONE_GPU_INLINE bool isKnownHandle(uint64_t known, uint64_t handle) {
+SUNSTONE_INLINE bool isKnownHandle(uint64_t known, uint64_t handle) {
     const auto* const table = reinterpret_cast<const uint64_t*>(known & ~(kTableAlignment - 1));
     if (!table)
         return true;

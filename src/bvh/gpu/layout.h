@@ -2,7 +2,7 @@
 // The memory format of acceleration structures on GPUs. As on the CPU (bvh/layout.h, whose header
 // and records it shares) a structure is one block without pointers inside:
 //
-//   BlockHeader | InputRecord[] | primitive table | InstanceData[] | points | primitive records
+//   BlockHeader | InputRecord[] | primitive table | InstanceRecord[] | points | primitive records
 //   | WideNode[]
 //
 // A node has up to eight children. Their boxes are stored in 8 bits for each plane, on a grid that
@@ -28,16 +28,15 @@
 // random access; float4 of each sphere with random access.
 //
 // The root is node 0; numNodes is 0 if the structure is empty. Header fields with another meaning
-// than on the CPU: recordsOffset, the primitive records (odd: leaves share triangles, see
-// shared_records.h); numLeaves, the number of records, or of references to them; tableOffset, the
-// record of each triangle (kNoSlot: inactive); usedSize, the size of a compacted copy; root,
-// kNoNode if the structure is empty, else the largest magnitude of a coordinate, as a float.
+// than on the CPU: recordsOffset, the primitive records; numLeaves, the number of records, or of
+// references to them (sharesRecords); tableOffset, the record of each triangle (kNoSlot: inactive);
+// usedSize, the size of a compacted copy.
 //
 // With motion keys (kMotionBit in the type) a node is a WideNode for each key, one behind the other
 // and alike but for their boxes, and the record of a primitive is one for each key; points are
 // stored by primitive, at each key in turn. Inactive curves and spheres have NaN in their records;
 // radii of spheres and linear segments may be negative there. At keyBoundsOffset, behind the
-// InstanceData, are KeyBounds of each key.
+// InstanceRecord, are KeyBounds of each key.
 #pragma once
 
 #if defined(__CUDA__)
@@ -81,7 +80,8 @@ struct alignas(16) SphereRecord {
 static_assert(sizeof(SphereRecord) == 32);
 
 struct alignas(16) CurveRecord {
-    float capsule[8]; // rows of bvh/shapes/curves.h: the ends of the chord; radius, or radii of the ends
+    float capsule[8]; // rows of bvh/shapes/curves.h: the ends of the chord; radius, or radii of the
+                      // ends
     uint32_t word;    // piece of a segment
     uint32_t primitive;
     uint32_t sbt;

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The differences between compilers, so that the same lines compile as CUDA (builder kernels), as
 // freestanding C++ for nvptx64 (run-time of device programs) and for the CPU (tests). Operations
-// whose rounding matters have names; with any compiler flags, only fused() is fused.
+// whose rounding matters have names (math/rounded.h); with any compiler flags, only fused() is
+// fused.
 #pragma once
+
+#include "base/inline.h"
+#include "math/rounded.h"
 
 #include <cstdint>
 
@@ -12,83 +16,39 @@
 
 namespace sunstone::bvh::gpu {
 
-#define SUNSTONE_GPU_INLINE __attribute__((always_inline)) static inline
+using math::add;
+using math::divide;
+using math::mul;
+using math::root;
+using math::sub;
 
 using U4 = uint32_t __attribute__((ext_vector_type(4)));
 using U2 = uint32_t __attribute__((ext_vector_type(2)));
 
 #if defined(__NVPTX__)
-SUNSTONE_GPU_INLINE float mul(float a, float b) {
-    return __nvvm_mul_rn_f(a, b);
-}
-SUNSTONE_GPU_INLINE float add(float a, float b) {
-    return __nvvm_add_rn_f(a, b);
-}
-SUNSTONE_GPU_INLINE float sub(float a, float b) {
-    return __nvvm_add_rn_f(a, -b);
-}
-SUNSTONE_GPU_INLINE float divide(float a, float b) {
-    return __nvvm_div_rn_f(a, b);
-}
-SUNSTONE_GPU_INLINE float root(float a) {
-    return __nvvm_sqrt_rn_f(a);
-}
-SUNSTONE_GPU_INLINE double mul(double a, double b) {
-    return __nvvm_mul_rn_d(a, b);
-}
-SUNSTONE_GPU_INLINE double add(double a, double b) {
-    return __nvvm_add_rn_d(a, b);
-}
-SUNSTONE_GPU_INLINE double sub(double a, double b) {
-    return __nvvm_add_rn_d(a, -b);
-}
-SUNSTONE_GPU_INLINE float fused(float a, float b, float c) {
+SUNSTONE_INLINE float fused(float a, float b, float c) {
     return __nvvm_fma_rn_f(a, b, c);
 }
 // Bytes of a (0..3) and b (4..7) as the four digits of the selector say, the lowest first.
-SUNSTONE_GPU_INLINE uint32_t permute(uint32_t a, uint32_t b, uint32_t selector) {
+SUNSTONE_INLINE uint32_t permute(uint32_t a, uint32_t b, uint32_t selector) {
     return uint32_t(__nvvm_prmt(int(a), int(b), int(selector)));
 }
 // Of a normal number, with an error of one unit in the last place.
-SUNSTONE_GPU_INLINE float roughReciprocal(float a) {
+SUNSTONE_INLINE float roughReciprocal(float a) {
     return __nvvm_rcp_approx_ftz_f(a);
 }
 // Memory that stays constant while the kernel runs.
-SUNSTONE_GPU_INLINE U4 loadConstant(const U4* address) {
+SUNSTONE_INLINE U4 loadConstant(const U4* address) {
     return __nvvm_ldg_ui4(address);
 }
-SUNSTONE_GPU_INLINE uint32_t loadConstant(const uint32_t* address) {
+SUNSTONE_INLINE uint32_t loadConstant(const uint32_t* address) {
     return __nvvm_ldg_ui(address);
 }
 #else
-SUNSTONE_GPU_INLINE float mul(float a, float b) {
-    return a * b;
-}
-SUNSTONE_GPU_INLINE float add(float a, float b) {
-    return a + b;
-}
-SUNSTONE_GPU_INLINE float sub(float a, float b) {
-    return a - b;
-}
-SUNSTONE_GPU_INLINE float divide(float a, float b) {
-    return a / b;
-}
-SUNSTONE_GPU_INLINE float root(float a) {
-    return __builtin_sqrtf(a);
-}
-SUNSTONE_GPU_INLINE double mul(double a, double b) {
-    return a * b;
-}
-SUNSTONE_GPU_INLINE double add(double a, double b) {
-    return a + b;
-}
-SUNSTONE_GPU_INLINE double sub(double a, double b) {
-    return a - b;
-}
-SUNSTONE_GPU_INLINE float fused(float a, float b, float c) {
+SUNSTONE_INLINE float fused(float a, float b, float c) {
     return __builtin_fmaf(a, b, c);
 }
-SUNSTONE_GPU_INLINE uint32_t permute(uint32_t a, uint32_t b, uint32_t selector) {
+SUNSTONE_INLINE uint32_t permute(uint32_t a, uint32_t b, uint32_t selector) {
     uint32_t result = 0;
     for (uint32_t i = 0; i < 4; ++i) {
         const uint32_t from = selector >> 4 * i & 7;
@@ -96,28 +56,28 @@ SUNSTONE_GPU_INLINE uint32_t permute(uint32_t a, uint32_t b, uint32_t selector) 
     }
     return result;
 }
-SUNSTONE_GPU_INLINE float roughReciprocal(float a) {
+SUNSTONE_INLINE float roughReciprocal(float a) {
     return 1.0f / a;
 }
-SUNSTONE_GPU_INLINE U4 loadConstant(const U4* address) {
+SUNSTONE_INLINE U4 loadConstant(const U4* address) {
     return *address;
 }
-SUNSTONE_GPU_INLINE uint32_t loadConstant(const uint32_t* address) {
+SUNSTONE_INLINE uint32_t loadConstant(const uint32_t* address) {
     return *address;
 }
 #endif
 
-SUNSTONE_GPU_INLINE float smaller(float a, float b) {
+SUNSTONE_INLINE float smaller(float a, float b) {
     return __builtin_fminf(a, b);
 }
-SUNSTONE_GPU_INLINE float larger(float a, float b) {
+SUNSTONE_INLINE float larger(float a, float b) {
     return __builtin_fmaxf(a, b);
 }
-SUNSTONE_GPU_INLINE float magnitude(float a) {
+SUNSTONE_INLINE float magnitude(float a) {
     return __builtin_fabsf(a);
 }
 // By the low five bits of `by`.
-SUNSTONE_GPU_INLINE uint32_t shiftLeft(uint32_t a, uint32_t by) {
+SUNSTONE_INLINE uint32_t shiftLeft(uint32_t a, uint32_t by) {
 #if defined(__NVPTX__)
     uint32_t result; // one instruction; a shift by a masked amount would be two
     __asm__("shf.l.wrap.b32 %0, %1, %2, %3;" : "=r"(result) : "r"(0u), "r"(a), "r"(by));
@@ -126,10 +86,10 @@ SUNSTONE_GPU_INLINE uint32_t shiftLeft(uint32_t a, uint32_t by) {
     return a << (by & 31u);
 #endif
 }
-SUNSTONE_GPU_INLINE uint32_t bitsOf(float a) {
+SUNSTONE_INLINE uint32_t bitsOf(float a) {
     return __builtin_bit_cast(uint32_t, a);
 }
-SUNSTONE_GPU_INLINE float floatOf(uint32_t bits) {
+SUNSTONE_INLINE float floatOf(uint32_t bits) {
     return __builtin_bit_cast(float, bits);
 }
 

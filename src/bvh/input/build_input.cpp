@@ -29,9 +29,8 @@ float halfToFloat(uint16_t h) {
     else if (exponent == 0)
         value = float(mantissa) * 0x1p-24f;
     else
-        value = readAs<float>(std::initializer_list<uint32_t>{(exponent + 112) << 23 |
-                                                              mantissa << 13}
-                                  .begin());
+        value = readAs<float>(
+            std::initializer_list<uint32_t>{(exponent + 112) << 23 | mantissa << 13}.begin());
     return sign ? -value : value;
 }
 
@@ -66,8 +65,8 @@ bool hasArea(const float v[9]) {
 }
 
 void padBox(float lower[3], float upper[3]) {
-    const float size = boxPadding(
-        std::max({upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]}));
+    const float size =
+        boxPadding(std::max({upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]}));
     for (int i = 0; i < 3; ++i) {
         lower[i] -= size;
         upper[i] += size;
@@ -83,9 +82,9 @@ TriangleReader::TriangleReader(const TriangleInput& input)
       indices_(static_cast<const uint8_t*>(input.indices)), vertexFormat_(input.vertexFormat),
       indexFormat_(input.indexFormat),
       vertexStride_(input.vertexStride ? input.vertexStride : packedVertexSize(input.vertexFormat)),
-      indexStride_(input.indexStride                               ? input.indexStride
+      indexStride_(input.indexStride                            ? input.indexStride
                    : input.indexFormat == IndexFormat::kUshort3 ? 6u
-                                                                   : 12u),
+                                                                : 12u),
       numVertices_(input.vertices ? input.numVertices : 0), count_(triangleCount(input)) {
     if (indexFormat_ != IndexFormat::kNone && !indices_)
         numVertices_ = 0; // every triangle inactive
@@ -202,7 +201,7 @@ InstanceDesc instanceAt(const InstanceInput& input, uint32_t i) {
 }
 
 bool describeInstance(const InstanceDesc& from, uint32_t index, OpenLevels levels,
-                      InstanceData& to, float lower[3], float upper[3]) {
+                      InstanceRecord& to, float lower[3], float upper[3]) {
     std::memcpy(to.objectToWorld, from.transform, sizeof to.objectToWorld);
     const bool invertible = math::invert(from.transform, to.worldToObject);
     to.child = from.traversableHandle;
@@ -232,8 +231,7 @@ InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_
     record.numPrimitives = numPrimitives;
     record.primitiveIndexOffset = sbt.primitiveIndexOffset;
     if (triangles) {
-        record.formats =
-            uint32_t(triangles->vertexFormat) << 16 | uint32_t(triangles->indexFormat);
+        record.formats = uint32_t(triangles->vertexFormat) << 16 | uint32_t(triangles->indexFormat);
         record.numVertices = triangles->numVertices;
     }
     uint32_t hash = 2166136261u; // FNV-1a, a word at a time
@@ -250,16 +248,16 @@ bool leadsToBlock(uint64_t handle) {
         return true;
     const uint64_t first = handle;
     for (int i = 0; i < kMaxTransformChain; ++i) {
-        const auto* address = reinterpret_cast<const void*>(handle & ~kTraversableTagMask);
-        const uint64_t tag = handle & kTraversableTagMask;
+        const auto* address = reinterpret_cast<const void*>(handle & ~devlib::kTagMask);
+        const uint64_t tag = handle & devlib::kTagMask;
         if (isTransformTag(tag)) {
             if (!isReadableTransform(handle))
                 return false;
             handle = childOf(handle);
             continue;
         }
-        if ((tag != kGasTag && tag != kIasTag) || !isReadable(address, sizeof(BlockHeader)) ||
-            !looksLikeBlock(headerOf(address)))
+        if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||
+            !isReadable(address, sizeof(BlockHeader)) || !looksLikeBlock(headerOf(address)))
             return false;
         if (i == 0) { // a transform's child may change
             known = first;
@@ -274,13 +272,12 @@ Box traversableBounds(uint64_t handle) {
     if (!leadsToBlock(handle))
         return {};
     std::vector<uint64_t> chain;
-    for (; isTransformTag(handle & kTraversableTagMask); handle = childOf(handle))
+    for (; isTransformTag(handle & devlib::kTagMask); handle = childOf(handle))
         chain.push_back(handle);
-    Box box = bounds(reinterpret_cast<const void*>(handle & ~kTraversableTagMask));
+    Box box = bounds(reinterpret_cast<const void*>(handle & ~devlib::kTagMask));
     for (size_t i = chain.size(); i-- > 0;) {
-        const auto* still =
-            reinterpret_cast<const StaticTransform*>(chain[i] & ~kTraversableTagMask);
-        box = (chain[i] & kTraversableTagMask) == kStaticTransformTag
+        const auto* still = reinterpret_cast<const StaticTransform*>(chain[i] & ~devlib::kTagMask);
+        box = (chain[i] & devlib::kTagMask) == devlib::kTagStatic
                   ? math::transformBox(still->transform, box)
                   : boundsOfMotion(chain[i], box);
     }

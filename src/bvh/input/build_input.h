@@ -160,7 +160,7 @@ InstanceDesc instanceAt(const InstanceInput& input, uint32_t i);
 
 // Fills the record of an instance and its box; false if it is inactive.
 bool describeInstance(const InstanceDesc& from, uint32_t index, OpenLevels levels,
-                      InstanceData& to, float lower[3], float upper[3]);
+                      InstanceRecord& to, float lower[3], float upper[3]);
 
 // The record of a build input in the block.
 InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_t firstPrimitive,

@@ -23,6 +23,8 @@
 // a look-up reads two places instead of three. Layout of that table: layout.h.
 #pragma once
 
+#include "base/inline.h"
+
 #include <cstddef>
 #include <cstdint>
 
@@ -104,7 +106,7 @@ inline MicromapRef makeMicromapRef(uint64_t offset, unsigned level, MicromapForm
 }
 
 // Bit i of the result: whether an odd number of the bits of `a` above bit i are set.
-[[gnu::always_inline]] inline uint32_t parityAbove(uint32_t a) {
+SUNSTONE_INLINE uint32_t parityAbove(uint32_t a) {
     a >>= 1;
     a ^= a >> 1;
     a ^= a >> 2;
@@ -114,7 +116,7 @@ inline MicromapRef makeMicromapRef(uint64_t offset, unsigned level, MicromapForm
 }
 
 // Spreads bits 0..11 to the even bits.
-[[gnu::always_inline]] inline uint32_t spreadBits(uint32_t a) {
+SUNSTONE_INLINE uint32_t spreadBits(uint32_t a) {
     a = (a | a << 8) & 0x00FF00FFu;
     a = (a | a << 4) & 0x0F0F0F0Fu;
     a = (a | a << 2) & 0x33333333u;
@@ -124,7 +126,7 @@ inline MicromapRef makeMicromapRef(uint64_t offset, unsigned level, MicromapForm
 // The number of the micro-triangle at barycentrics (u, v), u belonging to vertex 1 and v to vertex
 // 2. Values outside the triangle, NaN too, are moved into it. Points on a common edge belong to one
 // of the triangles there.
-[[gnu::always_inline]] inline uint32_t microTriangleAt(float u, float v, unsigned level) {
+SUNSTONE_INLINE uint32_t microTriangleAt(float u, float v, unsigned level) {
     const uint32_t n = 1u << level, last = n - 1;
     const float scale = float(n);
     const float su = u > 0 ? u * scale : 0, sv = v > 0 ? v * scale : 0; // exact
@@ -142,8 +144,7 @@ inline MicromapRef makeMicromapRef(uint64_t offset, unsigned level, MicromapForm
 }
 
 // The state at (u, v) of the micromap of `ref`, in a structure over `array`.
-[[gnu::always_inline]] inline uint32_t micromapStateAt(const uint8_t* array, MicromapRef ref,
-                                                       float u, float v) {
+SUNSTONE_INLINE uint32_t micromapStateAt(const uint8_t* array, MicromapRef ref, float u, float v) {
     const uint32_t kind = ref & 3, level = ref >> 4 & 15;
     if (kind == kRefUniform)
         return level;
@@ -156,7 +157,7 @@ inline MicromapRef makeMicromapRef(uint64_t offset, unsigned level, MicromapForm
 }
 
 // The meaning of a state in two-state mode (FORCE_OPACITY_MICROMAP_2_STATE).
-[[gnu::always_inline]] inline uint32_t forcedToTwoStates(uint32_t state) {
+SUNSTONE_INLINE uint32_t forcedToTwoStates(uint32_t state) {
     return state == kNoMicromap ? state : state & 1;
 }
 

@@ -6,6 +6,7 @@
 // last. A NaN time, or one in an empty range, counts as before its end.
 #pragma once
 
+#include "base/inline.h"
 #include "bvh/layout.h"
 
 namespace sunstone::bvh {
@@ -17,8 +18,7 @@ struct KeySegment {
     float fraction; // 0 .. 1
 };
 
-[[gnu::always_inline]] static inline KeySegment keySegment(uint32_t keys, float begin, float end,
-                                                           float time) {
+SUNSTONE_INLINE KeySegment keySegment(uint32_t keys, float begin, float end, float time) {
     const float last = float(keys) - 1.0f;
     float t = (time - begin) * last / (end - begin);
     if (begin == end && time > end)
@@ -30,19 +30,18 @@ struct KeySegment {
     return {key, t - float(key)};
 }
 
-[[gnu::always_inline]] static inline KeySegment keySegment(const BlockHeader& header, float time) {
+SUNSTONE_INLINE KeySegment keySegment(const BlockHeader& header, float time) {
     return keySegment(header.motionKeys, header.motionBegin, header.motionEnd, time);
 }
 
 // Whether the vanish flags hide an object with this range at this time.
-[[gnu::always_inline]] static inline bool hasVanished(uint32_t flags, float begin, float end,
-                                                      float time) {
+SUNSTONE_INLINE bool hasVanished(uint32_t flags, float begin, float end, float time) {
     return ((flags & kStartVanish) && time < begin) || ((flags & kEndVanish) && time > end);
 }
 
 // One number between two keys. All motion is interpolated by these operations: each is monotone, so
 // geometry within bounds at both keys lies within the interpolated bounds.
-[[gnu::always_inline]] static inline float between(float a, float b, float fraction) {
+SUNSTONE_INLINE float between(float a, float b, float fraction) {
     return a * (1.0f - fraction) + b * fraction;
 }
 

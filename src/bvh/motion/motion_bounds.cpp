@@ -22,7 +22,7 @@ Box boundsOfMotion(uint64_t transform, const Box& child) {
     return all;
 }
 
-void describeMotion(const InstanceData& record, const MotionOptions& motion, KeyBounds* keys) {
+void describeMotion(const InstanceRecord& record, const MotionOptions& motion, KeyBounds* keys) {
     moving::describe(record, {motion.keys, motion.begin, motion.end}, keys);
 }
 

@@ -19,6 +19,6 @@ Box boundsOfMotion(uint64_t transform, const Box& child);
 // The bounds of an instance at each key of its structure, such that interpolation between them, and
 // the outermost ones before and after, contain the instance at all times. `record` comes from
 // describeInstance, which found the instance active.
-void describeMotion(const InstanceData& record, const MotionOptions& motion, KeyBounds* keys);
+void describeMotion(const InstanceRecord& record, const MotionOptions& motion, KeyBounds* keys);
 
 } // namespace sunstone::bvh

@@ -10,8 +10,8 @@
 // clears every piece.
 //
 // Compiled for the CPU (motion_bounds.cpp) and in the builder kernels of GPUs
-// (gpu/build/instances.h). All that a handle leads to must be memory that can be read, up to the first structure: the caller
-// has seen to it.
+// (gpu/build/instances.h). All that a handle leads to must be memory that can be read, up to the
+// first structure: the caller has seen to it.
 #pragma once
 
 #if defined(__CUDA__)
@@ -325,8 +325,8 @@ inline LinearBounds srtPiece(const SrtNumbers& k0, const SrtNumbers& k1,
 class TransformPieces {
 public:
     explicit TransformPieces(uint64_t transform)
-        : isSrt_((transform & kTraversableTagMask) == kSrtMotionTag),
-          address_(transform & ~kTraversableTagMask) {}
+        : isSrt_((transform & devlib::kTagMask) == devlib::kTagSrtMotion),
+          address_(transform & ~devlib::kTagMask) {}
 
     // Calls visit(place0, place1, bounds) for every piece, where child(place0, place1) gives the
     // child's bounds over it.
@@ -513,23 +513,23 @@ SUNSTONE_ONCE inline LinearBounds boundsOf(uint64_t handle, double begin, double
                                            const LinearBounds* part = nullptr) {
     uint64_t chain[kMaxTransformChain];
     int length = 0;
-    for (; isTransformTag(handle & kTraversableTagMask); handle = childOf(handle)) {
+    for (; isTransformTag(handle & devlib::kTagMask); handle = childOf(handle)) {
         if (length == kMaxTransformChain)
             return LinearBounds::nothing();
         chain[length++] = handle;
     }
-    const uint64_t tag = handle & kTraversableTagMask;
-    if (tag != kGasTag && tag != kIasTag)
+    const uint64_t tag = handle & devlib::kTagMask;
+    if (tag != devlib::kTagGas && tag != devlib::kTagIas)
         return LinearBounds::nothing();
     LinearBounds b =
         part ? *part
-             : blockBounds(*reinterpret_cast<const BlockHeader*>(handle & ~kTraversableTagMask),
-                           begin, end);
+             : blockBounds(*reinterpret_cast<const BlockHeader*>(handle & ~devlib::kTagMask), begin,
+                           end);
     while (length-- > 0 && !b.empty()) {
         const uint64_t transform = chain[length];
-        b = (transform & kTraversableTagMask) == kStaticTransformTag
+        b = (transform & devlib::kTagMask) == devlib::kTagStatic
                 ? throughMatrix(
-                      reinterpret_cast<const StaticTransform*>(transform & ~kTraversableTagMask)
+                      reinterpret_cast<const StaticTransform*>(transform & ~devlib::kTagMask)
                           ->transform,
                       b)
                 : throughMotion(transform, begin, end, b);
@@ -540,23 +540,22 @@ SUNSTONE_ONCE inline LinearBounds boundsOf(uint64_t handle, double begin, double
 // Widens a range of time to the ranges of all motion below the handle.
 inline void addTimes(uint64_t handle, double& begin, double& end) {
     for (int depth = 0; depth < kMaxTransformChain; ++depth) {
-        const uint64_t tag = handle & kTraversableTagMask;
+        const uint64_t tag = handle & devlib::kTagMask;
         const auto include = [&](const KeyTimes& times) {
             if (!times.moves())
                 return;
             begin = least(begin, times.begin());
             end = most(end, times.end());
         };
-        if (tag == kGasTag || tag == kIasTag) {
-            const auto& header =
-                *reinterpret_cast<const BlockHeader*>(handle & ~kTraversableTagMask);
+        if (tag == devlib::kTagGas || tag == devlib::kTagIas) {
+            const auto& header = *reinterpret_cast<const BlockHeader*>(handle & ~devlib::kTagMask);
             if (isMoving(header.type))
                 include(timesOf(header));
             return;
         }
         if (!isTransformTag(tag))
             return;
-        if (tag != kStaticTransformTag)
+        if (tag != devlib::kTagStatic)
             include(timesOf(handle));
         handle = childOf(handle);
     }
@@ -601,7 +600,7 @@ inline void unite(LinearBounds& to, const LinearBounds& with) {
 // forEachPart(visit) calls visit(part) for the parts of the instance: constant bounds in its
 // structure, or once null for all of it.
 template <class ForEachPart>
-SUNSTONE_ONCE inline void describeParts(const InstanceData& record, const MotionTimes& motion,
+SUNSTONE_ONCE inline void describeParts(const InstanceRecord& record, const MotionTimes& motion,
                                         KeyBounds* keys, const ForEachPart& forEachPart) {
     for (uint32_t k = 0; k < motion.keys; ++k)
         keys[k] = kNoBounds;
@@ -610,8 +609,8 @@ SUNSTONE_ONCE inline void describeParts(const InstanceData& record, const Motion
     const auto over = [&](double begin, double end) SUNSTONE_ONCE {
         LinearBounds all = LinearBounds::nothing();
         forEachPart([&](const LinearBounds* part) {
-            unite(all, throughMatrix(record.objectToWorld,
-                                     boundsOf(record.child, begin, end, part)));
+            unite(all,
+                  throughMatrix(record.objectToWorld, boundsOf(record.child, begin, end, part)));
         });
         return all;
     };
@@ -636,7 +635,7 @@ SUNSTONE_ONCE inline void describeParts(const InstanceData& record, const Motion
         extend(keys[last], part, 1);
     }
 }
-inline void describe(const InstanceData& record, const MotionTimes& motion, KeyBounds* keys) {
+inline void describe(const InstanceRecord& record, const MotionTimes& motion, KeyBounds* keys) {
     describeParts(record, motion, keys, [](const auto& visit) { visit(nullptr); });
 }
 

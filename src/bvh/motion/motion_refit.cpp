@@ -224,7 +224,7 @@ private:
     }
 
     KeyExtent refitInstance(uint64_t offset, uint32_t key) const {
-        auto& record = *reinterpret_cast<InstanceData*>(block_ + offset);
+        auto& record = *reinterpret_cast<InstanceRecord*>(block_ + offset);
         KeyBounds* const keys = instances_.bounds + uint64_t(record.index) * keys_;
         if (key == 0 && instances_.read) {
             const uint32_t index = record.index;
@@ -256,7 +256,7 @@ void refitMotion(uint8_t* block, const Sources& sources, const MotionReader& rea
 }
 
 bool describeMovingInstance(const InstanceDesc& from, uint32_t index, OpenLevels levels,
-                            const MotionOptions& motion, InstanceData& to, KeyBounds* keys) {
+                            const MotionOptions& motion, InstanceRecord& to, KeyBounds* keys) {
     float lower[3], upper[3];
     bool active = describeInstance(from, index, levels, to, lower, upper);
     if (active && !moves(to.child)) {

@@ -21,6 +21,6 @@ void refitMotion(uint8_t* block, const Sources& sources, const MotionReader& rea
 
 // Fills the record of an instance and its bounds at the keys; false if it is inactive.
 bool describeMovingInstance(const InstanceDesc& from, uint32_t index, OpenLevels levels,
-                            const MotionOptions& motion, InstanceData& to, KeyBounds* keys);
+                            const MotionOptions& motion, InstanceRecord& to, KeyBounds* keys);
 
 } // namespace sunstone::bvh

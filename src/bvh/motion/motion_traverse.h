@@ -39,7 +39,7 @@ struct MovingNodes {
         step = at.key == 0 ? uint32_t(sizeof(Node)) : uint32_t(sizeof(KeyPlanes));
         for (int i = 0; i < 3; ++i) {
             nearOffset[i] = base + s.nearPlanes[i];
-            farOffset[i] = base + (s.nearPlanes[i] ^ 32);
+            farOffset[i] = base + s.farPlanes(i);
             org[i] = splat(s.org[i], f);
             if constexpr (kFusedSlab) {
                 const float r = larger(absolute(s.nearR[i]), absolute(s.farR[i]));

@@ -44,7 +44,8 @@ constexpr int kMaxTransformChain = 32;
 
 // Whether the tag is that of a transform in the caller's memory.
 inline bool isTransformTag(uint64_t tag) {
-    return tag == kStaticTransformTag || tag == kMatrixMotionTag || tag == kSrtMotionTag;
+    return tag == devlib::kTagStatic || tag == devlib::kTagMatrixMotion ||
+           tag == devlib::kTagSrtMotion;
 }
 
 // Whether all of a transform, with all its keys, can be read. Never faults.
@@ -52,13 +53,13 @@ bool isReadableTransform(uint64_t handle);
 
 // The child of a transform that can be read: the first member of all three.
 inline uint64_t childOf(uint64_t transform) {
-    return reinterpret_cast<const StaticTransform*>(transform & ~kTraversableTagMask)->child;
+    return reinterpret_cast<const StaticTransform*>(transform & ~devlib::kTagMask)->child;
 }
 
 // The motion of a motion transform that can be read.
 inline const MotionRange& motionOf(uint64_t transform) {
     static_assert(offsetof(MatrixMotionTransform, motion) == offsetof(SrtMotionTransform, motion));
-    return reinterpret_cast<const MatrixMotionTransform*>(transform & ~kTraversableTagMask)->motion;
+    return reinterpret_cast<const MatrixMotionTransform*>(transform & ~devlib::kTagMask)->motion;
 }
 
 // Object to world at a key and a fraction of the way to the next, of a motion transform. Numbers

@@ -92,7 +92,7 @@ public:
         case BlockType::kCustom:
             return refitCustom(*reinterpret_cast<CustomLeaf*>(leaf));
         default:
-            return refitInstance(*reinterpret_cast<InstanceData*>(leaf));
+            return refitInstance(*reinterpret_cast<InstanceRecord*>(leaf));
         }
     }
 
@@ -226,7 +226,8 @@ private:
         Extent all;
         for (uint32_t first = 0; first < count; first += 4) {
             const __m128 nan = _mm_set1_ps(std::numeric_limits<float>::quiet_NaN());
-            __m128 rows[4][3] = {{nan, nan, nan}, {nan, nan, nan}, {nan, nan, nan}, {nan, nan, nan}};
+            __m128 rows[4][3] = {
+                {nan, nan, nan}, {nan, nan, nan}, {nan, nan, nan}, {nan, nan, nan}};
             const uint32_t used = std::min(count - first, 4u);
             for (uint32_t i = 0; i < used; ++i) {
                 const uint32_t lane = first + i, input = inputOf(leaf.sbt[lane]);
@@ -265,7 +266,7 @@ private:
         return extent;
     }
 
-    Extent refitInstance(InstanceData& record) const {
+    Extent refitInstance(InstanceRecord& record) const {
         Extent extent;
         float lower[3], upper[3];
         const uint32_t index = record.index;

@@ -282,7 +282,7 @@ TEST(Update, Instances) {
             expectSameBounds(s, judge);
             for (uint32_t i = 0; i < count; ++i)
                 EXPECT_EQ(std::memcmp(instanceRecord(s.block(), i),
-                                      instanceRecord(judge.block(), i), sizeof(InstanceData)),
+                                      instanceRecord(judge.block(), i), sizeof(InstanceRecord)),
                           0);
         }
     }

@@ -16,6 +16,7 @@
 // Read next: curves_body.h, the intersection test.
 #pragma once
 
+#include "base/inline.h"
 #include "bvh/layout.h"
 
 #include <cstdint>
@@ -34,10 +35,10 @@ enum class CurveBasis : uint32_t {
     kCatmullRom = 0x2504,
 };
 
-[[gnu::always_inline]] static inline bool isCurveBasis(uint32_t number) {
+SUNSTONE_INLINE bool isCurveBasis(uint32_t number) {
     return number >= 0x2501 && number <= 0x2504;
 }
-[[gnu::always_inline]] static inline uint32_t degreeOf(CurveBasis basis) {
+SUNSTONE_INLINE uint32_t degreeOf(CurveBasis basis) {
     return basis == CurveBasis::kLinear ? 1 : basis == CurveBasis::kQuadraticBSpline ? 2 : 3;
 }
 
@@ -45,16 +46,16 @@ enum class CurveBasis : uint32_t {
 // quarters, 8 to 15 its eighths.
 constexpr uint32_t kPieceBits = 4;
 constexpr uint32_t kMaxCurveSegments = 1u << (32 - kPieceBits);
-[[gnu::always_inline]] static inline uint32_t pieceWord(uint32_t segment, uint32_t place) {
+SUNSTONE_INLINE uint32_t pieceWord(uint32_t segment, uint32_t place) {
     return segment << kPieceBits | place;
 }
-[[gnu::always_inline]] static inline uint32_t segmentOf(uint32_t word) {
+SUNSTONE_INLINE uint32_t segmentOf(uint32_t word) {
     return word >> kPieceBits;
 }
 struct PieceRange {
     float begin, length;
 };
-[[gnu::always_inline]] static inline PieceRange rangeOf(uint32_t word) {
+SUNSTONE_INLINE PieceRange rangeOf(uint32_t word) {
     const uint32_t place = word & ((1u << kPieceBits) - 1);
     const uint32_t parts = place >= 8 ? 8 : place >= 4 ? 4 : place >= 2 ? 2 : 1;
     return {float(place - parts) / float(parts), 1.0f / float(parts)};
@@ -70,23 +71,24 @@ constexpr uint32_t kNoPiece = ~0u;
 // third of it for each control point), so that the interpolated capsule contains the piece at any
 // time.
 constexpr uint32_t kCurveRows = 8, kLinearRows = 9;
-[[gnu::always_inline]] static inline uint32_t curveRows(CurveBasis basis) {
+SUNSTONE_INLINE uint32_t curveRows(CurveBasis basis) {
     return basis == CurveBasis::kLinear ? kLinearRows : kCurveRows;
 }
-[[gnu::always_inline]] static inline uint32_t curveLeafBytes(CurveBasis basis, uint32_t lanes, uint32_t keys) {
+SUNSTONE_INLINE uint32_t curveLeafBytes(CurveBasis basis, uint32_t lanes, uint32_t keys) {
     const uint32_t rows = curveRows(basis) + (keys - 1) * (curveRows(basis) - 1);
     return (rows * lanes * 4 + kRefUnit - 1) / kRefUnit * kRefUnit;
 }
 
 // Numbers of a segment in the array of points.
-[[gnu::always_inline]] static inline uint32_t curvePointFloats(CurveBasis basis, uint32_t keys) {
+SUNSTONE_INLINE uint32_t curvePointFloats(CurveBasis basis, uint32_t keys) {
     return 4 * (degreeOf(basis) + 1) * keys;
 }
 
 // Rows of weights of the power basis coefficients by control point, for any basis (unused: 0).
-[[gnu::always_inline]] static inline const float (&powerWeights(CurveBasis basis))[4][4] {
+SUNSTONE_INLINE const float (&powerWeights(CurveBasis basis))[4][4] {
     static constexpr float kLinear[4][4] = {{1, 0, 0, 0}, {-1, 1, 0, 0}};
-    static constexpr float kQuadratic[4][4] = {{0.5f, 0.5f, 0, 0}, {-1, 1, 0, 0}, {0.5f, -1, 0.5f, 0}};
+    static constexpr float kQuadratic[4][4] = {
+        {0.5f, 0.5f, 0, 0}, {-1, 1, 0, 0}, {0.5f, -1, 0.5f, 0}};
     static constexpr float kCubic[4][4] = {{1.0f / 6, 4.0f / 6, 1.0f / 6, 0},
                                            {-0.5f, 0, 0.5f, 0},
                                            {0.5f, -1, 0.5f, 0},

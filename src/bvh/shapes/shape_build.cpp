@@ -174,8 +174,7 @@ private:
                 float lower[3], upper[3];
                 shapeBox({store_.shape, store_.pointsOf(number, key)}, words[lane], lower, upper);
                 padBox(lower, upper);
-                boxes[key].extend(
-                    {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}});
+                boxes[key].extend({{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}});
             }
         }
     }
@@ -342,7 +341,7 @@ private:
         std::memset(block_, 0, plan_.pointsOffset);
         header_.version = kBlockVersion;
         header_.type = plan_.keys > 1 ? withMotion(BlockType::kShapes) : BlockType::kShapes;
-        header_.shape = plan_.shape;
+        header_.shape = uint16_t(plan_.shape);
         header_.root = header_.wholeRoot = kNoNode;
         header_.usedSize = plan_.nodesOffset;
         header_.numPrimitives = plan_.numPrimitives;
@@ -394,9 +393,8 @@ private:
                 const bool active = store.active(number);
                 if (!active && !options_.allowUpdate)
                     continue;
-                const uint32_t pieces = curves && (active || options_.allowUpdate)
-                                            ? splitter.pieces(number)
-                                            : 1;
+                const uint32_t pieces =
+                    curves && (active || options_.allowUpdate) ? splitter.pieces(number) : 1;
                 if (active && curves && splitter.bends(number, pieces))
                     store.records[number].flags |= kCurveBent;
                 for (uint32_t place = pieces; place < 2 * pieces; ++place)

@@ -18,16 +18,12 @@ struct ShapeRay {
     float time;
 };
 
-// Hit kinds: 0x80 and the low bits of the primitive type; spheres from within have bit 4 too.
-constexpr uint32_t kShapeKindBase = 0x80;
-constexpr uint32_t kShapeKindBack = 0x10;
-
 struct ShapeHit {
     float t;
     float u; // place on a curve's segment; 0 for spheres
     uint32_t primitive;
-    uint32_t sbt; // index and geometry flags, see layout.h
-    uint32_t kind;
+    uint32_t sbt;  // index and geometry flags, see layout.h
+    uint32_t kind; // devlib::HitKind
 };
 
 // Judges hits one by one.

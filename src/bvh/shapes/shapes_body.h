@@ -14,8 +14,8 @@ namespace sunstone::bvh::SUNSTONE_ISA {
 struct ShapeArrays {
     const float* points;
     const ShapeRecord* records;
-    uint32_t shape, stride;  // floats of a primitive in points, at all keys
-    KeySegment at = {0, 0};  // with motion: the ray's time
+    uint32_t shape, stride; // floats of a primitive in points, at all keys
+    KeySegment at = {0, 0}; // with motion: the ray's time
 
     SUNSTONE_INLINE_MEMBER explicit ShapeArrays(const void* block) {
         const BlockHeader& header = *headerOf(block);
@@ -93,7 +93,7 @@ struct CurveVisitor {
     // Row 0 of a leaf, and the rows behind it.
     template <unsigned N>
     SUNSTONE_INLINE_MEMBER bool test(const uint32_t* words, const float* rows) {
-        const uint32_t kind = kShapeKindBase | (arrays.shape & 15);
+        const uint32_t kind = devlib::kHitShape | (arrays.shape & 15);
         alignas(32) float near[N];
         Lanes<N> distance;
         Mask m = testCapsules<N>(rows, space, tmax, distance);
@@ -105,8 +105,8 @@ struct CurveVisitor {
             const uint32_t number = segmentOf(words[i]);
             CurveCandidate best = {tmax, 0};
             if (!intersectPiece<8>(space, arrays.points + size_t(number) * arrays.stride,
-                                CurveBasis(arrays.shape), words[i], arrays.records[number].flags,
-                                best))
+                                   CurveBasis(arrays.shape), words[i], arrays.records[number].flags,
+                                   best))
                 continue;
             const bool end = judge.take(arrays, best.t, best.u, number, kind);
             tmax = judge.tmax;
@@ -131,7 +131,7 @@ struct ConeVisitor {
     // Row 0 of a leaf, and the rows behind it.
     template <unsigned N>
     SUNSTONE_INLINE_MEMBER bool test(const uint32_t* words, const float* rows) {
-        constexpr uint32_t kKind = kShapeKindBase | (uint32_t(CurveBasis::kLinear) & 15);
+        constexpr uint32_t kKind = devlib::kHitShape | (uint32_t(CurveBasis::kLinear) & 15);
         alignas(32) float t[N], u[N];
         Lanes<N> laneT, laneU;
         Mask m = testCones<N>(rows, space, tmax, laneT, laneU);
@@ -167,7 +167,7 @@ struct SphereVisitor {
     // Row 0 of a leaf, and the rows behind it.
     template <unsigned N>
     SUNSTONE_INLINE_MEMBER bool test(const uint32_t* words, const float* rows) {
-        constexpr uint32_t kKind = kShapeKindBase | (kSphereShape & 15);
+        constexpr uint32_t kKind = devlib::kHitShape | (kSphereShape & 15);
         const auto hits = testSpheres<N>(rows, space, tmax);
         alignas(32) float enter[N], leave[N];
         __builtin_memcpy(enter, &hits.enter, sizeof enter);
@@ -179,8 +179,8 @@ struct SphereVisitor {
             // A ray that starts before the sphere enters it, or never meets it.
             if (t > tmax)
                 continue;
-            const bool end = judge.take(arrays, t, 0, words[i],
-                                        front ? kKind : kKind | kShapeKindBack);
+            const bool end =
+                judge.take(arrays, t, 0, words[i], front ? kKind : kKind | devlib::kHitShapeBack);
             tmax = judge.tmax;
             if (end)
                 return true;
@@ -209,7 +209,7 @@ struct MovingCurveVisitor {
     template <unsigned N>
     SUNSTONE_INLINE_MEMBER bool test(const uint32_t* words, const float* rows) {
         const CurveBasis basis = CurveBasis(arrays.shape);
-        const uint32_t kind = kShapeKindBase | (arrays.shape & 15);
+        const uint32_t kind = devlib::kHitShape | (arrays.shape & 15);
         constexpr uint32_t kKeyFloats = (kCurveRows - 1) * N;
         alignas(32) float now[kKeyFloats], near[N];
         rows += arrays.at.key * kKeyFloats;
@@ -226,7 +226,8 @@ struct MovingCurveVisitor {
             alignas(16) float points[16];
             arrays.interpolate(number, curvePointFloats(basis, 1), points);
             CurveCandidate best = {tmax, 0};
-            if (!intersectPiece<8>(space, points, basis, words[i], arrays.records[number].flags, best))
+            if (!intersectPiece<8>(space, points, basis, words[i], arrays.records[number].flags,
+                                   best))
                 continue;
             const bool end = judge.take(arrays, best.t, best.u, number, kind);
             tmax = judge.tmax;

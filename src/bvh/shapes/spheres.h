@@ -6,9 +6,11 @@
 // lane), rows 1 to 4 centre and radius (NaN where the sphere is inactive or the lane unused). With
 // motion, rows 1 to 4 follow for each later key.
 //
-// A sphere is hit where a ray enters it, which is its front, or leaves it, if the ray starts within.
+// A sphere is hit where a ray enters it, which is its front, or leaves it, if the ray starts
+// within.
 #pragma once
 
+#include "base/inline.h"
 #include "bvh/layout.h"
 
 namespace sunstone::bvh {
@@ -17,7 +19,7 @@ constexpr uint32_t kSphereShape = 0x2506; // the OptixPrimitiveType
 constexpr uint32_t kSphereRows = 5;
 constexpr uint32_t kNoSphere = ~0u;
 
-[[gnu::always_inline]] constexpr uint32_t sphereLeafBytes(uint32_t lanes, uint32_t keys) {
+SUNSTONE_INLINE constexpr uint32_t sphereLeafBytes(uint32_t lanes, uint32_t keys) {
     const uint32_t rows = kSphereRows + (keys - 1) * (kSphereRows - 1);
     return (rows * lanes * 4 + kRefUnit - 1) / kRefUnit * kRefUnit;
 }

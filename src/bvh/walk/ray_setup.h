@@ -33,6 +33,9 @@ struct RaySetup {
     // Shear.
     uint32_t axis[3]; // kx, ky, kz
     float shear[3];   // Sx, Sy, Sz
+
+    SUNSTONE_INLINE_MEMBER uint32_t farPlanes(int i) const { return nearPlanes[i] ^ kPlanesSize; }
+    SUNSTONE_INLINE_MEMBER bool isBackwards(int i) const { return nearPlanes[i] & kPlanesSize; }
 };
 
 // False for rays that cannot hit: NaN, infinity or a zero direction.
@@ -112,7 +115,7 @@ SUNSTONE_INLINE void setupRay(RaySetup& s, const BlockHeader* header, const floa
     _mm_store_ps(s.farC, farC);
     _mm_store_ps(s.org, o);
     for (int i = 0; i < 3; ++i)
-        s.nearPlanes[i] = uint32_t(64 * i) + (bitsOf(dir[i]) >> 31) * 32;
+        s.nearPlanes[i] = (uint32_t(2 * i) + (bitsOf(dir[i]) >> 31)) * kPlanesSize;
     const float still = larger(8 * longest * 0x1p-21f, 0x1p-100f);
     const int stillAxes = _mm_movemask_ps(_mm_cmple_ps(
                               _mm_andnot_ps(signBit, _mm_setr_ps(dir[0], dir[1], dir[2], longest)),

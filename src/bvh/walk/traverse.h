@@ -65,9 +65,9 @@ SUNSTONE_INLINE Mask testNode(const uint8_t* node, const RaySetup& s, const Slab
     const F8 nearX = slab(plane(s.nearPlanes[0]), r.org[0], r.nearR[0], r.nearC[0]);
     const F8 nearY = slab(plane(s.nearPlanes[1]), r.org[1], r.nearR[1], r.nearC[1]);
     const F8 nearZ = slab(plane(s.nearPlanes[2]), r.org[2], r.nearR[2], r.nearC[2]);
-    const F8 farX = slab(plane(s.nearPlanes[0] ^ 32), r.org[0], r.farR[0], r.farC[0]);
-    const F8 farY = slab(plane(s.nearPlanes[1] ^ 32), r.org[1], r.farR[1], r.farC[1]);
-    const F8 farZ = slab(plane(s.nearPlanes[2] ^ 32), r.org[2], r.farR[2], r.farC[2]);
+    const F8 farX = slab(plane(s.farPlanes(0)), r.org[0], r.farR[0], r.farC[0]);
+    const F8 farY = slab(plane(s.farPlanes(1)), r.org[1], r.farR[1], r.farC[1]);
+    const F8 farZ = slab(plane(s.farPlanes(2)), r.org[2], r.farR[2], r.farC[2]);
     distance = max(max(nearX, nearY), max(nearZ, r.tmin));
     const F8 end = min(min(farX, farY), min(farZ, splat(tmax, f)));
     return lessEqual(distance, end);
@@ -88,8 +88,7 @@ struct StillNodes {
 };
 
 template <class Nodes, class Visitor>
-[[gnu::always_inline]] static inline void traverseNodes(const void* blockAddress,
-                                                        const Nodes& nodes, Visitor& visitor) {
+SUNSTONE_INLINE void traverseNodes(const void* blockAddress, const Nodes& nodes, Visitor& visitor) {
     const uint8_t* const block = static_cast<const uint8_t*>(blockAddress);
     NodeRef ref = headerOf(block)->root;
     if (ref == kNoNode)
@@ -173,8 +172,7 @@ template <class Nodes, class Visitor>
 }
 
 template <class Visitor>
-[[gnu::always_inline]] static inline void traverse(const void* block, const RaySetup& setup,
-                                                   Visitor& visitor) {
+SUNSTONE_INLINE void traverse(const void* block, const RaySetup& setup, Visitor& visitor) {
     traverseNodes(block, StillNodes(setup), visitor);
 }
 

@@ -2,11 +2,12 @@
 // Events of the CPU device: a mark in a stream; streams wait for it, and two marks give a time.
 #pragma once
 
+#include "base/handles.h"
 #include "device/cpu/stream.h"
 
 namespace sunstone::device::cpu {
 
-class Event {
+class Event : public Handled {
 public:
     Event(unsigned flags, const void* owner) : flags_(flags), owner_(owner) {}
     unsigned flags() const { return flags_; }

@@ -11,11 +11,11 @@
 
 namespace sunstone::devlib::gpu {
 
-SUNSTONE_DEVICE bool debugging() {
+SUNSTONE_INLINE bool debugging() {
     return sunstone_gpu_exceptionFlags & kFlagDebug;
 }
 
-[[noreturn]] SUNSTONE_DEVICE void raiseWithoutPath(RayState* state, int32_t code,
+[[noreturn]] SUNSTONE_INLINE void raiseWithoutPath(RayState* state, int32_t code,
                                                    const ExceptionInfo& info) {
     state->hit.transformCount = 0;
     raise(state, code, &info);
@@ -52,7 +52,7 @@ SUNSTONE_DEVICE bool debugging() {
 // ---- traversables -------------------------------------------------------------------------------
 
 // The exception code of a traversable that does not fit the pipeline, below `above` others; else 0.
-SUNSTONE_DEVICE int32_t faultOf(const RayState* state, uint64_t handle, uint32_t above) {
+SUNSTONE_INLINE int32_t faultOf(const RayState* state, uint64_t handle, uint32_t above) {
     const HandleTag tag = tagOf(handle);
     const bool isTransform = tag == kTagStatic || tag == kTagMatrixMotion || tag == kTagSrtMotion;
     if (isTransform && !isKnown(state->launch, handle))
@@ -83,15 +83,15 @@ SUNSTONE_DEVICE int32_t faultOf(const RayState* state, uint64_t handle, uint32_t
 }
 
 // Before the child of an instance or transform is entered.
-SUNSTONE_DEVICE void checkChild(RayState* state, uint64_t child, const uint64_t* path,
+SUNSTONE_INLINE void checkChild(RayState* state, uint64_t child, const uint64_t* path,
                                 uint32_t above) {
     if (sunstone_gpu_exceptionFlags & (kFlagDebug | kFlagTraceDepth))
         checkTraversable(state, child, path, above);
 }
 
-// Whether the ray's handle leads somewhere; else the ray misses, and the log tells. Programs tend to
-// give the same one to all rays, which is then the usual one from the second launch on.
-SUNSTONE_DEVICE bool leadsSomewhere(RayState* state) {
+// Whether the ray's handle leads somewhere; else the ray misses, and the log tells. Programs tend
+// to give the same one to all rays, which is then the usual one from the second launch on.
+SUNSTONE_INLINE bool leadsSomewhere(RayState* state) {
     const uint64_t handle = state->handle;
     const LaunchBlock& block = blockOf(state->launch);
     if (__builtin_expect(handle == sunstone_gpu_usual(&block), 1))
@@ -108,7 +108,7 @@ SUNSTONE_DEVICE bool leadsSomewhere(RayState* state) {
 }
 
 // The same of a child that may have changed since its parent was built.
-SUNSTONE_DEVICE bool childLeadsSomewhere(RayState* state, uint64_t child) {
+SUNSTONE_INLINE bool childLeadsSomewhere(RayState* state, uint64_t child) {
     if (isKnown(state->launch, child))
         return true;
     if (child != 0)
@@ -117,7 +117,7 @@ SUNSTONE_DEVICE bool childLeadsSomewhere(RayState* state, uint64_t child) {
 }
 
 // Before a ray is traced.
-SUNSTONE_DEVICE void checkTrace(RayState* state) {
+SUNSTONE_INLINE void checkTrace(RayState* state) {
     if (!debugging())
         return;
     checkRay(state);
@@ -126,7 +126,8 @@ SUNSTONE_DEVICE void checkTrace(RayState* state) {
 
 // ---- records ------------------------------------------------------------------------------------
 
-// Raises this code unless there is such a record and it holds a group of the pipeline, of that kind.
+// Raises this code unless there is such a record and it holds a group of the pipeline, of that
+// kind.
 [[gnu::noinline]] static void checkGroup(RayState* state, int32_t code, uint64_t record,
                                          GroupKind kind, uint64_t index) {
     const uint32_t group = record ? groupOf(*state->launch, record, kind) : kNoGroup;
@@ -137,7 +138,7 @@ SUNSTONE_DEVICE void checkTrace(RayState* state) {
     raise(state, code, &info);
 }
 // The state has the path already.
-SUNSTONE_DEVICE void checkRecord(RayState* state, int32_t code, uint64_t record, GroupKind kind,
+SUNSTONE_INLINE void checkRecord(RayState* state, int32_t code, uint64_t record, GroupKind kind,
                                  uint64_t index) {
     if (debugging())
         checkGroup(state, code, record, kind, index);
@@ -149,13 +150,13 @@ SUNSTONE_DEVICE void checkRecord(RayState* state, int32_t code, uint64_t record,
     if (!fitsBuiltin(sunstone_gpu_builtin(group), blockOf(gas, kTagGas), sbtGasIndex))
         raise(state, kExceptionBuiltinIsMismatch);
 }
-SUNSTONE_DEVICE void checkBuiltin(RayState* state, uint32_t group, uint64_t gas,
+SUNSTONE_INLINE void checkBuiltin(RayState* state, uint32_t group, uint64_t gas,
                                   uint32_t sbtGasIndex) {
     if (debugging() && group != kNoGroup)
         checkBuiltinOf(state, group, gas, sbtGasIndex);
 }
 
-SUNSTONE_DEVICE void checkHitKind(RayState* state, uint32_t kind) {
+SUNSTONE_INLINE void checkHitKind(RayState* state, uint32_t kind) {
     if (debugging() && kind > 127)
         raise(state, kExceptionInvalidArgument0 - 1);
 }
@@ -187,7 +188,7 @@ SUNSTONE_DEVICE void checkHitKind(RayState* state, uint32_t kind) {
 }
 
 // Raises if the stack is used up.
-SUNSTONE_DEVICE void checkStack(RayState* state) {
+SUNSTONE_INLINE void checkStack(RayState* state) {
     if (!(sunstone_gpu_exceptionFlags & kFlagStackOverflow))
         return;
     volatile uint32_t here = 0;
@@ -197,7 +198,7 @@ SUNSTONE_DEVICE void checkStack(RayState* state) {
 
 // ---- getters ------------------------------------------------------------------------------------
 
-SUNSTONE_DEVICE void checkVertices(RayState* state, uint64_t gas, uint32_t primitive,
+SUNSTONE_INLINE void checkVertices(RayState* state, uint64_t gas, uint32_t primitive,
                                    uint32_t sbtGasIndex) {
     const bvh::BlockHeader* const block = blockOf(state->launch, gas, kTagGas);
     if (!block || bvh::kindOf(block->type) == bvh::BlockType::kInstances)
@@ -217,7 +218,7 @@ SUNSTONE_DEVICE void checkVertices(RayState* state, uint64_t gas, uint32_t primi
     raise(state, kExceptionInvalidArgument0 - 2);
 }
 
-SUNSTONE_DEVICE void checkInstance(RayState* state, uint64_t ias, uint32_t index) {
+SUNSTONE_INLINE void checkInstance(RayState* state, uint64_t ias, uint32_t index) {
     const bvh::BlockHeader* const block = blockOf(state->launch, ias, kTagIas);
     if (!block)
         raise(state, kExceptionInvalidArgument0);

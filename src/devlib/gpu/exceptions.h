@@ -7,25 +7,25 @@
 
 namespace sunstone::devlib::gpu {
 
-SUNSTONE_DEVICE LaunchReport& reportOf(RayState* state) {
+SUNSTONE_INLINE LaunchReport& reportOf(RayState* state) {
     return blockOf(state->launch).report;
 }
 
-SUNSTONE_DEVICE uint64_t placeOf(const RayState* state) {
+SUNSTONE_INLINE uint64_t placeOf(const RayState* state) {
     const uint32_t *index = state->thread->index, *size = state->launch->dimensions;
     return (uint64_t(index[2]) * size[1] + index[1]) * size[0] + index[0];
 }
 
-SUNSTONE_DEVICE void note(uint64_t& word, uint64_t place, int32_t code) {
+SUNSTONE_INLINE void note(uint64_t& word, uint64_t place, int32_t code) {
     __nvvm_atom_min_gen_ull(reinterpret_cast<unsigned long long*>(&word),
                             place << 32 | uint32_t(code));
 }
 
-SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
+SUNSTONE_INLINE void note(RayState* state, uint64_t& word, int32_t code) {
     note(word, placeOf(state), code);
 }
 
-[[noreturn]] SUNSTONE_DEVICE void endThread() {
+[[noreturn]] SUNSTONE_INLINE void endThread() {
     asm volatile("exit;");
     __builtin_unreachable();
 }
@@ -39,7 +39,7 @@ SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
 }
 
 // Passes no pointer to the state on, which can stay in registers so.
-[[noreturn]] SUNSTONE_DEVICE void endLaunch(RayState* state, int32_t code) {
+[[noreturn]] SUNSTONE_INLINE void endLaunch(RayState* state, int32_t code) {
     endLaunch(reportOf(state), placeOf(state), code);
 }
 
@@ -105,8 +105,8 @@ SUNSTONE_DEVICE void note(RayState* state, uint64_t& word, int32_t code) {
     }
     root->sbtData = dataOf(launch.sbt.exceptionRecord);
     root->depth = 0;
-    if (sunstone_gpu_exception(root, groupOf(launch, launch.sbt.exceptionRecord, kGroupException)) ==
-        kNoProgram)
+    if (sunstone_gpu_exception(
+            root, groupOf(launch, launch.sbt.exceptionRecord, kGroupException)) == kNoProgram)
         endLaunch(state, kFatalExceptionRecord);
     endThread();
 }
@@ -128,7 +128,7 @@ extern "C" void sunstone_gpu_throwException(RayState* state, int32_t code, uint3
     leave(state, code);
 }
 
-[[noreturn]] SUNSTONE_DEVICE void raise(RayState* state, int32_t code,
+[[noreturn]] SUNSTONE_INLINE void raise(RayState* state, int32_t code,
                                         const ExceptionInfo* info = nullptr) {
     ThreadState* const thread = state->thread;
     for (uint32_t& detail : thread->exceptionDetails)

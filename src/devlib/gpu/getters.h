@@ -11,14 +11,14 @@
 namespace sunstone::devlib::gpu {
 
 // The block of a handle that leads somewhere, or null.
-SUNSTONE_DEVICE const bvh::BlockHeader* blockOf(uint64_t handle, HandleTag tag) {
+SUNSTONE_INLINE const bvh::BlockHeader* blockOf(uint64_t handle, HandleTag tag) {
     const auto* header = reinterpret_cast<const bvh::BlockHeader*>(addressOf(handle));
     return tagOf(handle) == tag && header && header->magic == bvh::gpu::kGpuBlockMagic ? header
                                                                                        : nullptr;
 }
 
 // The same of any number.
-SUNSTONE_DEVICE const bvh::BlockHeader* blockOf(const LaunchState* launch, uint64_t handle,
+SUNSTONE_INLINE const bvh::BlockHeader* blockOf(const LaunchState* launch, uint64_t handle,
                                                 HandleTag tag) {
     return isKnown(launch, handle) ? blockOf(handle, tag) : nullptr;
 }
@@ -31,7 +31,7 @@ extern "C" void sunstone_gpu_gasMotion(const LaunchState* launch, uint64_t gas, 
 }
 
 // The number of a primitive in the structure, counted over all inputs, or kNoSlot.
-SUNSTONE_DEVICE uint32_t numberOf(const bvh::BlockHeader* block, uint32_t primitive,
+SUNSTONE_INLINE uint32_t numberOf(const bvh::BlockHeader* block, uint32_t primitive,
                                   uint32_t sbtGasIndex) {
     const auto* const inputs = reinterpret_cast<const bvh::InputRecord*>(
         reinterpret_cast<const uint8_t*>(block) + block->inputsOffset);
@@ -46,7 +46,7 @@ SUNSTONE_DEVICE uint32_t numberOf(const bvh::BlockHeader* block, uint32_t primit
 }
 
 // The record, at the first key, of a triangle in the structure's table, or null.
-SUNSTONE_DEVICE const float* triangleRecord(const bvh::BlockHeader* block, uint32_t primitive,
+SUNSTONE_INLINE const float* triangleRecord(const bvh::BlockHeader* block, uint32_t primitive,
                                             uint32_t sbtGasIndex) {
     if (!block || bvh::kindOf(block->type) != bvh::BlockType::kTriangles || block->tableOffset == 0)
         return nullptr;
@@ -57,7 +57,7 @@ SUNSTONE_DEVICE const float* triangleRecord(const bvh::BlockHeader* block, uint3
     const uint32_t record = reinterpret_cast<const uint32_t*>(bytes + block->tableOffset)[number];
     if (record == bvh::kNoSlot)
         return nullptr;
-    return reinterpret_cast<const float*>(bytes + bvh::gpu::withoutSharedBit(block->recordsOffset) +
+    return reinterpret_cast<const float*>(bytes + block->recordsOffset +
                                           uint64_t(record) * block->motionKeys *
                                               sizeof(bvh::gpu::TriangleRecord));
 }
@@ -113,7 +113,7 @@ extern "C" uint64_t sunstone_gpu_instanceHandle(const LaunchState* launch, uint6
     if (!block || !(block->options & bvh::kOptionInstanceAccess) || index >= block->numPrimitives)
         return 0;
     return makeHandle(reinterpret_cast<const uint8_t*>(block) + block->instancesOffset +
-                          uint64_t(index) * sizeof(bvh::InstanceData),
+                          uint64_t(index) * sizeof(bvh::InstanceRecord),
                       kTagInstance);
 }
 

@@ -18,17 +18,17 @@ namespace sunstone::devlib::gpu {
 
 constexpr uint32_t kAllLanes = ~0u;
 
-SUNSTONE_DEVICE uint32_t ballot(bool value) {
+SUNSTONE_INLINE uint32_t ballot(bool value) {
     return __nvvm_vote_ballot_sync(kAllLanes, value);
 }
 
-SUNSTONE_DEVICE uint32_t countOf(uint32_t lanes) {
+SUNSTONE_INLINE uint32_t countOf(uint32_t lanes) {
     return uint32_t(__builtin_popcount(lanes));
 }
 
 // Gives each of the `wanting` lanes, of which the calling one may be one, a number of its own. To
 // be called by all of the warp.
-SUNSTONE_DEVICE uint64_t takeNumber(LaunchWork& work, uint32_t wanting) {
+SUNSTONE_INLINE uint64_t takeNumber(LaunchWork& work, uint32_t wanting) {
     const uint32_t lane = uint32_t(__nvvm_read_ptx_sreg_laneid());
     const int leader = __builtin_ctz(wanting);
     uint64_t first = 0;
@@ -50,7 +50,7 @@ enum class Lane : uint32_t {
 
 // Whether an idle lane has got a launch index. `more`: there may be further ones. To be called by
 // all of the warp.
-SUNSTONE_DEVICE bool takeIndex(LaunchBlock& block, Lane lane, bool& more, uint32_t index[3]) {
+SUNSTONE_INLINE bool takeIndex(LaunchBlock& block, Lane lane, bool& more, uint32_t index[3]) {
     const uint32_t idle = ballot(lane == Lane::kIdle);
     if (!more || idle == 0)
         return false;
@@ -64,7 +64,7 @@ SUNSTONE_DEVICE bool takeIndex(LaunchBlock& block, Lane lane, bool& more, uint32
 
 // Begins with the ray that a program has asked for.
 template <class Programs, class Walk>
-SUNSTONE_DEVICE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Walk& walker,
+SUNSTONE_INLINE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Walk& walker,
                            typename Walk::Level* levels) {
     prepare(asked, tracer, ray);
     if (withinDepth(asked))
@@ -78,7 +78,7 @@ SUNSTONE_DEVICE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Wa
 
 // Walks on with all rays until idle lanes have cost enough. To be called by all of the warp.
 template <class Programs, class Walk>
-SUNSTONE_DEVICE void walkTogether(bool more, Lane& lane, Programs& tracer, walk::Ray& ray,
+SUNSTONE_INLINE void walkTogether(bool more, Lane& lane, Programs& tracer, walk::Ray& ray,
                                   Walk& walker, walk::U2* stack, typename Walk::Level* levels,
                                   uint32_t patience) {
     const uint32_t lanes = more ? 32 : countOf(ballot(lane != Lane::kIdle));
@@ -139,7 +139,7 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
 }
 
 template <bool kWithCustoms>
-SUNSTONE_DEVICE void runLanesInGraph(LaunchBlock& block, void* frame) {
+SUNSTONE_INLINE void runLanesInGraph(LaunchBlock& block, void* frame) {
     switch (sunstone_gpu_graph) {
     case kGraphGas:
         return runLanes<kWithCustoms, 0>(block, frame);

@@ -22,7 +22,7 @@ struct Waiting {
     uint32_t* groups; // of the programs that the frames belong to
     uint32_t frameBytes;
 
-    SUNSTONE_DEVICE_MEMBER void* frameAt(uint32_t depth) const {
+    SUNSTONE_INLINE_MEMBER void* frameAt(uint32_t depth) const {
         return frames + uint64_t(depth) * frameBytes;
     }
 };
@@ -30,7 +30,7 @@ struct Waiting {
 // Runs the programs at the end of the ray at `depth`, and those that waited for it. True: the state
 // at what `depth` has become asks for a ray. False: the launch index is through.
 template <class Programs>
-SUNSTONE_DEVICE bool goOn(const Waiting& waiting, Programs& tracer, const walk::Ray& ray,
+SUNSTONE_INLINE bool goOn(const Waiting& waiting, Programs& tracer, const walk::Ray& ray,
                           uint32_t& depth) {
     RayState* state = waiting.states + depth;
     uint32_t group = kNoGroup;
@@ -63,7 +63,8 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
     RayState& root = waiting.states[0];
     ThreadState thread;
     prepareRoot(block.launch, root, thread);
-    const uint32_t group = groupOf(block.launch, block.launch.sbt.entryRecord, GroupKind(block.launch.entryKind));
+    const uint32_t group =
+        groupOf(block.launch, block.launch.sbt.entryRecord, GroupKind(block.launch.entryKind));
     if (sunstone_gpu_findRaygen(group) == kNoProgram) {
         note(block.report.fatal, 0, kFatalRaygenRecord);
         return;
@@ -102,7 +103,7 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
 }
 
 template <bool kWithCustoms, bool kWithMotion>
-SUNSTONE_DEVICE void runNestedInGraph(LaunchBlock& block, const Waiting& waiting) {
+SUNSTONE_INLINE void runNestedInGraph(LaunchBlock& block, const Waiting& waiting) {
     switch (sunstone_gpu_graph) {
     case kGraphGas:
         return runNested<kWithCustoms, 0, kWithMotion>(block, waiting);

@@ -4,13 +4,12 @@
 // let the compiler drop unused code.
 #pragma once
 
+#include "base/inline.h"
 #include "bvh/gpu/known_handles.h"
 #include "devlib/gpu/launch_block.h"
 #include "devlib/records.h"
 
 namespace sunstone::devlib::gpu {
-
-#define SUNSTONE_DEVICE __attribute__((always_inline)) static inline
 
 // A large part of its callers, of which a pipeline has few: kept apart until it is known which
 // (compiler/gpu/link.cpp), and a part of each caller then.
@@ -21,8 +20,8 @@ constexpr uint32_t kNoProgram = ~0u;
 
 extern "C" {
 uint32_t sunstone_gpu_raygen(RayState*, uint32_t group);
-// The ray generation program to its first trace, and from there to the next; it fills `ray` and sets
-// `asks` where it wants one.
+// The ray generation program to its first trace, and from there to the next; it fills `ray` and
+// sets `asks` where it wants one.
 uint32_t sunstone_gpu_start(RayState* root, RayState* ray, void* frame, uint32_t* asks,
                             uint32_t group);
 uint32_t sunstone_gpu_resume(RayState* root, RayState* ray, void* frame, uint32_t* asks,
@@ -55,8 +54,8 @@ __attribute__((const)) uint64_t sunstone_gpu_maxGraphDepth(const LaunchBlock*);
 
 extern const uint32_t sunstone_gpu_hasAnyHit;
 extern const uint32_t sunstone_gpu_hasIntersection;
-extern const uint32_t sunstone_gpu_micromaps; // rays look at opacity micromaps
-extern const uint32_t sunstone_gpu_shapes; // bvh::gpu::ShapeBits that rays may meet
+extern const uint32_t sunstone_gpu_micromaps;    // rays look at opacity micromaps
+extern const uint32_t sunstone_gpu_shapes;       // bvh::gpu::ShapeBits that rays may meet
 extern const uint32_t sunstone_gpu_hasBounds;    // some group is a bounds program
 extern const uint32_t sunstone_gpu_hasException; // some group is an exception program
 extern const uint32_t sunstone_gpu_exceptionFlags;
@@ -70,21 +69,21 @@ extern const uint32_t sunstone_gpu_motion; // the pipeline is compiled with uses
 #endif
 using Records = SUNSTONE_RECORDS;
 
-SUNSTONE_DEVICE LaunchBlock& blockOf(const LaunchState* launch) {
+SUNSTONE_INLINE LaunchBlock& blockOf(const LaunchState* launch) {
     // LaunchState is the block's first member.
     return *reinterpret_cast<LaunchBlock*>(const_cast<LaunchState*>(launch));
 }
 
-// Whether a handle is one of the table's. In graphs only pipelines with debug exceptions are given a
-// table.
-SUNSTONE_DEVICE bool isInTable(const LaunchBlock& block, uint64_t handle) {
+// Whether a handle is one of the table's. In graphs only pipelines with debug exceptions are given
+// a table.
+SUNSTONE_INLINE bool isInTable(const LaunchBlock& block, uint64_t handle) {
     const uint64_t known = sunstone_gpu_known(&block);
     return bvh::gpu::isKnownHandle(
         sunstone_gpu_exceptionFlags & kFlagDebug ? bvh::gpu::knownNow(known) : known, handle);
 }
 
 // Whether a handle leads to a structure whose memory is there, or is that of a transform.
-SUNSTONE_DEVICE bool isKnown(const LaunchState* launch, uint64_t handle) {
+SUNSTONE_INLINE bool isKnown(const LaunchState* launch, uint64_t handle) {
     const LaunchBlock& block = blockOf(launch);
     return handle == sunstone_gpu_usual(&block) || isInTable(block, handle);
 }

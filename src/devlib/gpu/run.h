@@ -8,7 +8,7 @@
 namespace sunstone::devlib::gpu {
 
 // A launch index by tile and place in it; false behind the edges.
-SUNSTONE_DEVICE bool findIndex(const uint32_t size[3], uint32_t tile, uint32_t place,
+SUNSTONE_INLINE bool findIndex(const uint32_t size[3], uint32_t tile, uint32_t place,
                                uint32_t index[3]) {
     if (size[1] == 1) {
         const uint64_t number = uint64_t(tile) * kGpuTile + place;
@@ -27,7 +27,7 @@ SUNSTONE_DEVICE bool findIndex(const uint32_t size[3], uint32_t tile, uint32_t p
 }
 
 // Makes ready what a ray generation program sees, but for the launch index.
-SUNSTONE_DEVICE void prepareRoot(const LaunchState& launch, RayState& state, ThreadState& thread) {
+SUNSTONE_INLINE void prepareRoot(const LaunchState& launch, RayState& state, ThreadState& thread) {
     thread.pad = 0;
     thread.exceptionCode = 0;
     thread.line = nullptr;
@@ -50,8 +50,8 @@ extern "C" void sunstone_gpu_run(LaunchBlock* block) {
     static_assert(kGpuBlockThreads % kGpuTile == 0);
     const LaunchState& launch = block->launch;
     const uint32_t thread = uint32_t(__nvvm_read_ptx_sreg_tid_x());
-    const uint32_t tile =
-        uint32_t(__nvvm_read_ptx_sreg_ctaid_x()) * (kGpuBlockThreads / kGpuTile) + thread / kGpuTile;
+    const uint32_t tile = uint32_t(__nvvm_read_ptx_sreg_ctaid_x()) * (kGpuBlockThreads / kGpuTile) +
+                          thread / kGpuTile;
     ThreadState index;
     if (!findIndex(launch.dimensions, tile, thread % kGpuTile, index.index))
         return;
@@ -59,8 +59,8 @@ extern "C" void sunstone_gpu_run(LaunchBlock* block) {
     prepareRoot(launch, state, index);
     if (sunstone_gpu_hasBounds && launch.boxes)
         prepareBounds(state);
-    if (sunstone_gpu_raygen(&state, groupOf(launch, launch.sbt.entryRecord, GroupKind(launch.entryKind))) ==
-        kNoProgram)
+    if (sunstone_gpu_raygen(&state, groupOf(launch, launch.sbt.entryRecord,
+                                            GroupKind(launch.entryKind))) == kNoProgram)
         endLaunch(&state, kFatalRaygenRecord);
 }
 

@@ -14,8 +14,6 @@ namespace sunstone::devlib::gpu {
 
 namespace walk = sunstone::bvh::gpu;
 
-#define SUNSTONE_DEVICE_MEMBER __attribute__((always_inline))
-
 // What does not depend on the kinds of primitives and graphs; intersection programs have a pointer
 // to it and hand that to optixReportIntersection.
 struct Candidates {
@@ -40,14 +38,14 @@ struct Candidates {
     } best;
     uint64_t *transforms, *bestTransforms; // of the GraphPath
 
-    SUNSTONE_DEVICE_MEMBER uint64_t hitRecord(uint32_t sbtGasIndex, uint32_t offset) const {
+    SUNSTONE_INLINE_MEMBER uint64_t hitRecord(uint32_t sbtGasIndex, uint32_t offset) const {
         const uint64_t record = Records::hit(*state, sbtGasIndex, offset);
         checkRecord(state, kExceptionInvalidHitSbt, record, kGroupHit,
                     Records::hitIndex(*state, sbtGasIndex, offset));
         return record;
     }
 
-    static SUNSTONE_DEVICE_MEMBER bool hasOneLevel() {
+    static SUNSTONE_INLINE_MEMBER bool hasOneLevel() {
         return sunstone_gpu_graph == kGraphSingleLevel;
     }
 
@@ -56,7 +54,7 @@ struct Candidates {
         uint32_t index = 0, id = ~0u, sbtOffset = 0, flags = 0;
         uint64_t gas = 0;
     };
-    SUNSTONE_DEVICE_MEMBER Place placeOf(uint64_t handle) const {
+    SUNSTONE_INLINE_MEMBER Place placeOf(uint64_t handle) const {
         Place place;
         if (handle == 0) {
             place.gas = state->handle;
@@ -68,25 +66,25 @@ struct Candidates {
         }
         return place;
     }
-    SUNSTONE_DEVICE_MEMBER Place here() const {
-        return hasOneLevel() ? placeOf(entered)
-                             : Place{instanceIndex, instanceId, instanceSbtOffset, instanceFlags,
-                                     gas};
+    SUNSTONE_INLINE_MEMBER Place here() const {
+        return hasOneLevel()
+                   ? placeOf(entered)
+                   : Place{instanceIndex, instanceId, instanceSbtOffset, instanceFlags, gas};
     }
-    SUNSTONE_DEVICE_MEMBER Place bestPlace() const {
+    SUNSTONE_INLINE_MEMBER Place bestPlace() const {
         return hasOneLevel() ? placeOf(best.entered)
                              : Place{best.instanceIndex, best.instanceId, best.instanceSbtOffset, 0,
                                      best.gas};
     }
     // Of the state's hit.
-    SUNSTONE_DEVICE_MEMBER void setPlace(const Place& place) const {
+    SUNSTONE_INLINE_MEMBER void setPlace(const Place& place) const {
         state->hit.instanceIndex = place.index;
         state->hit.instanceId = place.id;
         state->hit.instanceSbtOffset = place.sbtOffset;
         state->hit.gas = place.gas;
     }
 
-    SUNSTONE_DEVICE_MEMBER void beginPath() {
+    SUNSTONE_INLINE_MEMBER void beginPath() {
         entered = 0;
         instanceIndex = instanceSbtOffset = instanceFlags = 0;
         instanceId = ~0u;
@@ -94,7 +92,7 @@ struct Candidates {
     }
 
     // Shows programs, and exceptions, where the walk is.
-    SUNSTONE_DEVICE_MEMBER void showPath() const {
+    SUNSTONE_INLINE_MEMBER void showPath() const {
         if (hasOneLevel())
             return showEntered(entered);
         state->hit.transformCount = transformCount;
@@ -102,20 +100,20 @@ struct Candidates {
             state->hit.transforms[i] = transforms[i];
     }
 
-    SUNSTONE_DEVICE_MEMBER void showEntered(uint64_t handle) const {
+    SUNSTONE_INLINE_MEMBER void showEntered(uint64_t handle) const {
         state->hit.transformCount = handle != 0;
         if (handle != 0)
             state->hit.transforms[0] = handle;
     }
 
-    SUNSTONE_DEVICE_MEMBER bool isAnyHitEnabled(uint32_t sbtWord) const {
+    SUNSTONE_INLINE_MEMBER bool isAnyHitEnabled(uint32_t sbtWord) const {
         return anyHitEnabled(here().flags, sbtWord);
     }
-    SUNSTONE_DEVICE_MEMBER bool runsAnyHit(bool enabled) const {
+    SUNSTONE_INLINE_MEMBER bool runsAnyHit(bool enabled) const {
         return sunstone_gpu_hasAnyHit && anyHitRuns(rayFlags, enabled);
     }
-    SUNSTONE_DEVICE_MEMBER bool flipped() const { return here().flags & kInstanceFlipFacing; }
-    SUNSTONE_DEVICE_MEMBER bool culled(float det, uint32_t sbtWord) const {
+    SUNSTONE_INLINE_MEMBER bool flipped() const { return here().flags & kInstanceFlipFacing; }
+    SUNSTONE_INLINE_MEMBER bool culled(float det, uint32_t sbtWord) const {
         if ((rayFlags & (kRayCullFront | kRayCullBack)) == 0 ||
             (here().flags & kInstanceDisableFaceCulling) ||
             (sbtWord >> bvh::kGeometryFlagShift & bvh::kGeometryDisableFaceCulling))
@@ -123,7 +121,7 @@ struct Candidates {
         return rayFlags & ((det > 0) != flipped() ? kRayCullFront : kRayCullBack);
     }
 
-    SUNSTONE_DEVICE_MEMBER void keepPath() {
+    SUNSTONE_INLINE_MEMBER void keepPath() {
         if (hasOneLevel()) {
             best.entered = entered;
             return;
@@ -138,7 +136,7 @@ struct Candidates {
     }
 
     // Fills what programs see of a candidate before they look at it. False if flags drop it.
-    SUNSTONE_DEVICE_MEMBER bool startCandidate(const walk::Ray& ray, uint32_t primitive,
+    SUNSTONE_INLINE_MEMBER bool startCandidate(const walk::Ray& ray, uint32_t primitive,
                                                uint32_t sbtWord) {
         const bool enabled = isAnyHitEnabled(sbtWord);
         if (droppedByFlags(rayFlags, enabled))
@@ -163,7 +161,7 @@ struct Candidates {
     }
 
     // Shows the candidate in state->hit to the any-hit program and takes it unless that declines.
-    SUNSTONE_DEVICE_MEMBER uint32_t offer(float& rayTmax) {
+    SUNSTONE_INLINE_MEMBER uint32_t offer(float& rayTmax) {
         uint32_t result = kAccept;
         if (candidateAnyHit) {
             state->tmax = state->hit.t;
@@ -213,19 +211,19 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     using Path = GraphPath<kMaxLevels>;
     typename Path::Around* places;
 
-    SUNSTONE_DEVICE_MEMBER void setBarycentrics(uint32_t* attributes,
+    SUNSTONE_INLINE_MEMBER void setBarycentrics(uint32_t* attributes,
                                                 const walk::TriangleHit& hit) {
         attributes[0] = walk::bitsOf(walk::divide(hit.v, hit.det));
         attributes[1] = walk::bitsOf(walk::divide(hit.w, hit.det));
         for (unsigned i = 2; i < kMaxAttributeWords; ++i)
             attributes[i] = 0;
     }
-    SUNSTONE_DEVICE_MEMBER uint32_t kindOf(const walk::TriangleHit& hit) const {
+    SUNSTONE_INLINE_MEMBER uint32_t kindOf(const walk::TriangleHit& hit) const {
         return triangleKind(hit.det, here().flags);
     }
 
     // False where the triangle is transparent; else sets the geometry flag.
-    SUNSTONE_DEVICE_MEMBER bool throughMicromap(const walk::TriangleHit& hit, uint32_t primitive,
+    SUNSTONE_INLINE_MEMBER bool throughMicromap(const walk::TriangleHit& hit, uint32_t primitive,
                                                 uint32_t& sbtWord) const {
         const Place place = here();
         const auto* const block = reinterpret_cast<const bvh::BlockHeader*>(addressOf(place.gas));
@@ -233,12 +231,12 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             return true;
         const uint32_t at = walk::lane::MicromapLookup(block).stateAt(
             primitive, sbtWord, walk::divide(hit.v, hit.det), walk::divide(hit.w, hit.det));
-        const bool twoStates = (rayFlags & kRayForceMicromap2State) ||
-                               (place.flags & kInstanceForceMicromap2State);
+        const bool twoStates =
+            (rayFlags & kRayForceMicromap2State) || (place.flags & kInstanceForceMicromap2State);
         return walk::lane::throughMicromap(at, twoStates, sbtWord);
     }
 
-    SUNSTONE_DEVICE_MEMBER walk::Visit triangle(walk::Ray& ray, const walk::TriangleHit& hit,
+    SUNSTONE_INLINE_MEMBER walk::Visit triangle(walk::Ray& ray, const walk::TriangleHit& hit,
                                                 uint32_t primitive, uint32_t sbtWord) {
         if (culled(hit.det, sbtWord))
             return walk::Visit::kContinue;
@@ -267,7 +265,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         return ended ? walk::Visit::kEnd : walk::Visit::kContinue;
     }
 
-    SUNSTONE_DEVICE_MEMBER walk::Visit custom(walk::Ray& ray, uint32_t primitive,
+    SUNSTONE_INLINE_MEMBER walk::Visit custom(walk::Ray& ray, uint32_t primitive,
                                               uint32_t sbtWord) {
         if (!startCandidate(ray, primitive, sbtWord))
             return walk::Visit::kContinue;
@@ -278,9 +276,9 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         return ended ? walk::Visit::kEnd : walk::Visit::kContinue;
     }
 
-    static SUNSTONE_DEVICE_MEMBER uint32_t shapes() { return sunstone_gpu_shapes; }
+    static SUNSTONE_INLINE_MEMBER uint32_t shapes() { return sunstone_gpu_shapes; }
     // In walks that are called, letting primitives wait has cost more than it gave.
-    static SUNSTONE_DEVICE_MEMBER uint32_t lanes() {
+    static SUNSTONE_INLINE_MEMBER uint32_t lanes() {
         if constexpr (!kLetsWait)
             return 1;
         uint32_t mask;
@@ -290,7 +288,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
 
     // Entering takes as long as a node, with motion much longer, and few lanes come to it at once:
     // they wait until they are a quarter of those under way.
-    static SUNSTONE_DEVICE_MEMBER bool mayEnter(bool wants) {
+    static SUNSTONE_INLINE_MEMBER bool mayEnter(bool wants) {
         if constexpr (!kLetsWait && !kMotion)
             return wants;
         uint32_t mask;
@@ -298,25 +296,25 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         const uint32_t waiting = __nvvm_vote_ballot_sync(mask, wants);
         return wants && 4 * __builtin_popcount(waiting) >= __builtin_popcount(mask);
     }
-    static SUNSTONE_DEVICE_MEMBER bool any(bool value) {
+    static SUNSTONE_INLINE_MEMBER bool any(bool value) {
         uint32_t mask;
         asm volatile("activemask.b32 %0;" : "=r"(mask));
         return __nvvm_vote_any_sync(mask, value);
     }
-    SUNSTONE_DEVICE_MEMBER bool nearestFirst() const {
+    SUNSTONE_INLINE_MEMBER bool nearestFirst() const {
         if constexpr (kSeeks != Seeks::kByFlags)
             return kSeeks == Seeks::kNearest;
         return (rayFlags & kRayTerminateOnFirstHit) == 0;
     }
 
-    SUNSTONE_DEVICE_MEMBER void setParameter(uint32_t* attributes, float u) {
+    SUNSTONE_INLINE_MEMBER void setParameter(uint32_t* attributes, float u) {
         attributes[0] = walk::bitsOf(u);
         for (unsigned i = 1; i < kMaxAttributeWords; ++i)
             attributes[i] = 0;
     }
 
     // Curves and spheres have no faces to cull.
-    SUNSTONE_DEVICE_MEMBER walk::Visit shape(walk::Ray& ray, const bvh::ShapeHit& hit) {
+    SUNSTONE_INLINE_MEMBER walk::Visit shape(walk::Ray& ray, const bvh::ShapeHit& hit) {
         const bool enabled = isAnyHitEnabled(hit.sbt);
         if (runsAnyHit(enabled)) {
             if (!startCandidate(ray, hit.primitive, hit.sbt))
@@ -339,10 +337,11 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         return ended ? walk::Visit::kEnd : walk::Visit::kContinue;
     }
 
-    SUNSTONE_DEVICE_MEMBER bool enterInstance(walk::Ray&, const bvh::InstanceData& instance,
+    SUNSTONE_INLINE_MEMBER bool enterInstance(walk::Ray&, const bvh::InstanceRecord& instance,
                                               uint64_t& child, float worldToObject[12]) {
         const auto* const words = reinterpret_cast<const walk::U4*>(&instance);
-        const walk::U4 last = walk::loadConstant(words + offsetof(InstanceRecord, visibilityMask) / 16);
+        const walk::U4 last =
+            walk::loadConstant(words + offsetof(InstanceRecord, visibilityMask) / 16);
         if ((last.x & state->visibilityMask & 0xFF) == 0)
             return false;
         const walk::U4 from = walk::loadConstant(words + offsetof(InstanceRecord, child) / 16);
@@ -373,7 +372,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
                   offsetof(InstanceRecord, flags) == offsetof(InstanceRecord, visibilityMask) + 4 &&
                   offsetof(InstanceRecord, index) == offsetof(InstanceRecord, visibilityMask) + 8);
 
-    SUNSTONE_DEVICE_MEMBER bool enterTransform(walk::Ray&, uint64_t handle, uint64_t& child,
+    SUNSTONE_INLINE_MEMBER bool enterTransform(walk::Ray&, uint64_t handle, uint64_t& child,
                                                float worldToObject[12]) {
         if (addressOf(handle) == 0)
             return false;
@@ -398,10 +397,10 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         return true;
     }
 
-    SUNSTONE_DEVICE_MEMBER float time() const { return state->time; }
-    SUNSTONE_DEVICE_MEMBER void refuseMotion() { endLaunch(state, kFatalMotion); }
+    SUNSTONE_INLINE_MEMBER float time() const { return state->time; }
+    SUNSTONE_INLINE_MEMBER void refuseMotion() { endLaunch(state, kFatalMotion); }
 
-    SUNSTONE_DEVICE_MEMBER void enterWith(uint64_t handle, uint64_t child) {
+    SUNSTONE_INLINE_MEMBER void enterWith(uint64_t handle, uint64_t child) {
         if (hasOneLevel()) {
             entered = handle;
             checkChild(state, child, &handle, 1);
@@ -416,18 +415,18 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     }
 
     // Below the last level there is nothing to see.
-    SUNSTONE_DEVICE_MEMBER void refuseLevel() {
+    SUNSTONE_INLINE_MEMBER void refuseLevel() {
         LaunchReport& report = reportOf(state);
         (kMaxLevels > 1 ? report.deepGraph : report.outsideFlags) = 1;
     }
-    SUNSTONE_DEVICE_MEMBER void refuseStack() { endLaunch(state, kFatalGraphTooDeep); }
+    SUNSTONE_INLINE_MEMBER void refuseStack() { endLaunch(state, kFatalGraphTooDeep); }
 
     // With one level, what is left is always to where the ray began.
-    SUNSTONE_DEVICE_MEMBER void savePlace() {
+    SUNSTONE_INLINE_MEMBER void savePlace() {
         if constexpr (kMaxLevels > 1)
             places[transformCount] = {instanceIndex, instanceId, instanceSbtOffset, instanceFlags};
     }
-    SUNSTONE_DEVICE_MEMBER void leave(walk::Ray&, uint32_t count = 1) {
+    SUNSTONE_INLINE_MEMBER void leave(walk::Ray&, uint32_t count = 1) {
         if constexpr (kMaxLevels > 1) {
             transformCount -= count;
             const typename Path::Around& place = places[transformCount];
@@ -441,7 +440,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     }
 
     // Moves the best hit into the state; the group of its record.
-    SUNSTONE_DEVICE_MEMBER uint32_t commit(float t) {
+    SUNSTONE_INLINE_MEMBER uint32_t commit(float t) {
         Hit& hit = state->hit;
         hit.t = t;
         hit.kind = best.kind;
@@ -472,7 +471,7 @@ enum class Found : uint32_t { kNothing, kHit, kSilentHit };
 
 // Ties the tracer to the state whose rays it traces.
 template <class Programs>
-SUNSTONE_DEVICE void bind(RayState* state, Programs& tracer, typename Programs::Path& path) {
+SUNSTONE_INLINE void bind(RayState* state, Programs& tracer, typename Programs::Path& path) {
     tracer.state = state;
     tracer.transforms = path.transforms;
     tracer.bestTransforms = path.best;
@@ -481,7 +480,7 @@ SUNSTONE_DEVICE void bind(RayState* state, Programs& tracer, typename Programs::
 
 // Makes both ready for the ray that the state asks for.
 template <class Programs>
-SUNSTONE_DEVICE void prepare(RayState* state, Programs& tracer, walk::Ray& ray) {
+SUNSTONE_INLINE void prepare(RayState* state, Programs& tracer, walk::Ray& ray) {
     tracer.rayFlags = state->rayFlags;
     tracer.found = tracer.ended = tracer.candidateAnyHit = false;
     tracer.tmax = 0;
@@ -500,7 +499,7 @@ SUNSTONE_DEVICE void prepare(RayState* state, Programs& tracer, walk::Ray& ray) 
 
 // What the walk has found; a hit that programs will see moves into the state.
 template <class Programs>
-SUNSTONE_DEVICE Found conclude(Programs& tracer, const walk::Ray& ray, uint32_t& group) {
+SUNSTONE_INLINE Found conclude(Programs& tracer, const walk::Ray& ray, uint32_t& group) {
     if (!tracer.found)
         return Found::kNothing;
     if (tracer.rayFlags & kRayDisableClosestHit)
@@ -537,7 +536,7 @@ template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion, Seeks kSeeks
 // Where there are instances, distances are for rays that seek the nearest hit; the others have a
 // walk of their own, which is a tenth faster without.
 template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
-SUNSTONE_DEVICE Found findHit(RayState* state, uint32_t& group) {
+SUNSTONE_INLINE Found findHit(RayState* state, uint32_t& group) {
     if constexpr (kMaxLevels == 0)
         return findHitBy<kWithCustoms, kMaxLevels, kWithMotion, Seeks::kByFlags>(state, group);
     else if (state->rayFlags & kRayTerminateOnFirstHit)
@@ -547,7 +546,7 @@ SUNSTONE_DEVICE Found findHit(RayState* state, uint32_t& group) {
 }
 
 // Makes the state ready for the miss program; its group, or kNoGroup.
-SUNSTONE_DEVICE uint32_t prepareMiss(RayState* state) {
+SUNSTONE_INLINE uint32_t prepareMiss(RayState* state) {
     state->hit.transformCount = 0;
     const uint64_t record = Records::miss(*state);
     checkRecord(state, kExceptionInvalidMissSbt, record, kGroupMiss, state->missIndex);
@@ -557,7 +556,7 @@ SUNSTONE_DEVICE uint32_t prepareMiss(RayState* state) {
 }
 
 template <bool kInline, bool kWithCustoms, bool kWithMotion>
-SUNSTONE_DEVICE Found findInGraph(RayState* state, uint32_t& group) {
+SUNSTONE_INLINE Found findInGraph(RayState* state, uint32_t& group) {
     constexpr unsigned kAny = kMaxGpuGraphDepth;
     switch (sunstone_gpu_graph) {
     case kGraphGas:
@@ -573,7 +572,7 @@ SUNSTONE_DEVICE Found findInGraph(RayState* state, uint32_t& group) {
 }
 
 template <bool kInline>
-SUNSTONE_DEVICE Found find(RayState* state, uint32_t& group) {
+SUNSTONE_INLINE Found find(RayState* state, uint32_t& group) {
     if (sunstone_gpu_motion)
         return sunstone_gpu_hasIntersection ? findInGraph<kInline, true, true>(state, group)
                                             : findInGraph<kInline, false, true>(state, group);
@@ -582,7 +581,7 @@ SUNSTONE_DEVICE Found find(RayState* state, uint32_t& group) {
 }
 
 // The programs at the end of a ray. `tmax`: the ray's own.
-SUNSTONE_DEVICE void runPrograms(RayState* state, Found found, uint32_t group, float tmax) {
+SUNSTONE_INLINE void runPrograms(RayState* state, Found found, uint32_t group, float tmax) {
     if (found == Found::kHit) {
         sunstone_gpu_closestHit(state, group);
     } else if (found == Found::kNothing) {
@@ -592,7 +591,7 @@ SUNSTONE_DEVICE void runPrograms(RayState* state, Found found, uint32_t group, f
 }
 
 // Whether the ray may be traced; else it ends without any program.
-SUNSTONE_DEVICE bool withinDepth(RayState* state) {
+SUNSTONE_INLINE bool withinDepth(RayState* state) {
     if (state->depth <= state->launch->maxTraceDepth) {
         checkTrace(state);
         return true;
@@ -605,7 +604,7 @@ SUNSTONE_DEVICE bool withinDepth(RayState* state) {
 }
 
 template <bool kInline>
-SUNSTONE_DEVICE void traceRay(RayState* state) {
+SUNSTONE_INLINE void traceRay(RayState* state) {
     if (!withinDepth(state))
         return;
     const float tmax = state->tmax;
@@ -623,8 +622,9 @@ extern "C" __attribute__((always_inline)) void sunstone_gpu_traceInline(RayState
     traceRay<true>(state);
 }
 
-extern "C" __attribute__((always_inline)) uint32_t
-sunstone_gpu_reportTo(RayState* state, Candidates* to, float t, uint32_t kind) {
+extern "C" __attribute__((always_inline)) uint32_t sunstone_gpu_reportTo(RayState* state,
+                                                                         Candidates* to, float t,
+                                                                         uint32_t kind) {
     checkHitKind(state, kind);
     Candidates& candidates = *to;
     if (!inInterval(*state, t, candidates.tmax))

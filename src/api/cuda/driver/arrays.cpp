@@ -246,7 +246,7 @@ SUNSTONE_EXPORT CUresult cuMipmappedArrayGetLevel(CUarray* array, CUmipmappedArr
         require(array, "array is null");
         const auto handle = mipmapOf(mipmap);
         require(level < handle->levels.size(), "the array has fewer levels");
-        *array = reinterpret_cast<CUarray>(handle->levels[level].get());
+        *array = static_cast<CUarray>(handle->levels[level]->handle());
     });
 }
 SUNSTONE_EXPORT CUresult cuMipmappedArrayDestroy(CUmipmappedArray mipmap) {
@@ -255,6 +255,6 @@ SUNSTONE_EXPORT CUresult cuMipmappedArrayDestroy(CUmipmappedArray mipmap) {
         cpu::streams().synchronizeAll();
         if (const auto handle = mipmaps().remove(mipmap))
             for (const auto& level : handle->levels)
-                arrays().remove(level.get());
+                arrays().remove(level->handle());
     });
 }

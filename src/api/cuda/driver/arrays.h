@@ -3,13 +3,14 @@
 #pragma once
 
 #include "api/cuda/driver/shell.h"
+#include "base/handles.h"
 #include "texture/texture.h"
 
 #include <memory>
 
 namespace sunstone::api::cuda {
 
-struct ArrayHandle {
+struct ArrayHandle : Handled {
     std::shared_ptr<texture::Array> array;
     CUDA_ARRAY3D_DESCRIPTOR descriptor = {};
     const void* owner = nullptr; // context

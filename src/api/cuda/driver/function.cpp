@@ -111,7 +111,7 @@ SUNSTONE_EXPORT CUresult cuFuncSetSharedMemConfig(CUfunction function, CUsharedc
 SUNSTONE_EXPORT CUresult cuFuncGetModule(CUmodule* module, CUfunction function) {
     return guarded("cuFuncGetModule", Needs::kContext, [&] {
         require(module, "module is null");
-        *module = reinterpret_cast<CUmodule>(functionOf(function)->module.lock().get());
+        *module = static_cast<CUmodule>(handleOrNull(functionOf(function)->module.lock()));
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncGetName(const char** name, CUfunction function) {

@@ -413,13 +413,13 @@ SUNSTONE_EXPORT CUresult cuGraphChildGraphNodeGetGraph(CUgraphNode node, CUgraph
 SUNSTONE_EXPORT CUresult cuGraphEventRecordNodeGetEvent(CUgraphNode node, CUevent* event) {
     return guardedGraph("cuGraphEventRecordNodeGetEvent", [&] {
         require(event, "event is null");
-        *event = reinterpret_cast<CUevent>(nodeOf(node, WorkKind::kRecordEvent).node->event.get());
+        *event = static_cast<CUevent>(nodeOf(node, WorkKind::kRecordEvent).node->event->handle());
     });
 }
 SUNSTONE_EXPORT CUresult cuGraphEventWaitNodeGetEvent(CUgraphNode node, CUevent* event) {
     return guardedGraph("cuGraphEventWaitNodeGetEvent", [&] {
         require(event, "event is null");
-        *event = reinterpret_cast<CUevent>(nodeOf(node, WorkKind::kWaitEvent).node->event.get());
+        *event = static_cast<CUevent>(nodeOf(node, WorkKind::kWaitEvent).node->event->handle());
     });
 }
 

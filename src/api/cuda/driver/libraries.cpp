@@ -16,14 +16,14 @@ namespace {
 
 class Library;
 
-struct Kernel {
+struct Kernel : Handled {
     std::weak_ptr<Library> library;
     std::string name;
     std::mutex mutex;
     std::map<CUfunction_attribute, int> attributes; // for all contexts
 };
 
-class Library : public std::enable_shared_from_this<Library> {
+class Library : public Handled, public std::enable_shared_from_this<Library> {
 public:
     explicit Library(ParsedImage image) : image_(std::move(image)) {}
     ~Library();
@@ -114,8 +114,8 @@ std::shared_ptr<Function> functionHere(Kernel& kernel) {
         refuse(CUDA_ERROR_INVALID_HANDLE, "the kernel's library was unloaded");
     if (!cpu::contexts().current())
         refuse(CUDA_ERROR_INVALID_CONTEXT, "no context is current");
-    const std::shared_ptr<Function> function =
-        functionOf(reinterpret_cast<CUfunction>(moduleOf(library->moduleHere())->function(kernel.name)));
+    const std::shared_ptr<Function> function = functionOf(
+        static_cast<CUfunction>(moduleOf(library->moduleHere())->function(kernel.name)->handle()));
     std::lock_guard lock(kernel.mutex);
     for (const auto& [attribute, value] : kernel.attributes)
         setAttribute(*function, attribute, value);
@@ -143,14 +143,15 @@ CUresult loadLibrary(const char* function, CUlibrary* library, CUjit_option* jit
 CUresult global(const char* function, CUdeviceptr* address, size_t* bytes, CUlibrary library,
                 const char* name, bool managed) {
     return guarded(function, Needs::kContext, [&] {
-        require((address || bytes) && name && *name, "nothing is asked for, or name is null or empty");
+        require((address || bytes) && name && *name,
+                "nothing is asked for, or name is null or empty");
         const std::shared_ptr<Library> found = libraryOf(library);
         void* where = nullptr;
         uint64_t size = 0;
         if ((managed && !found->isManaged(name)) ||
             !moduleOf(found->moduleHere())->variable(name, &where, &size))
-            refuse(CUDA_ERROR_NOT_FOUND, "the library has no ", managed ? "managed " : "", "variable ",
-                   name);
+            refuse(CUDA_ERROR_NOT_FOUND, "the library has no ", managed ? "managed " : "",
+                   "variable ", name);
         if (address)
             *address = reinterpret_cast<CUdeviceptr>(where);
         if (bytes)
@@ -171,8 +172,8 @@ SUNSTONE_EXPORT CUresult cuLibraryLoadData(CUlibrary* library, const void* code,
                                            CUjit_option* jitOptions, void** jitValues,
                                            unsigned int jitCount, CUlibraryOption* options,
                                            void** values, unsigned int count) {
-    return loadLibrary("cuLibraryLoadData", library, jitOptions, jitValues, jitCount, options, values,
-                       count, [&] { return ptxOfImage(code); });
+    return loadLibrary("cuLibraryLoadData", library, jitOptions, jitValues, jitCount, options,
+                       values, count, [&] { return ptxOfImage(code); });
 }
 SUNSTONE_EXPORT CUresult cuLibraryLoadFromFile(CUlibrary* library, const char* file,
                                                CUjit_option* jitOptions, void** jitValues,
@@ -187,13 +188,13 @@ SUNSTONE_EXPORT CUresult cuLibraryUnload(CUlibrary library) {
         cpu::streams().synchronizeAll(); // queued work may use its code
         libraryTable().remove(library);
         for (const auto& [name, kernel] : found->kernels())
-            kernelTable().remove(kernel.get());
+            kernelTable().remove(kernel->handle());
     });
 }
 SUNSTONE_EXPORT CUresult cuLibraryGetKernel(CUkernel* kernel, CUlibrary library, const char* name) {
     return guarded("cuLibraryGetKernel", Needs::kInit, [&] {
         require(kernel && name && *name, "kernel or name is null or empty");
-        *kernel = reinterpret_cast<CUkernel>(libraryOf(library)->kernel(name).get());
+        *kernel = static_cast<CUkernel>(libraryOf(library)->kernel(name)->handle());
     });
 }
 SUNSTONE_EXPORT CUresult cuLibraryGetKernelCount(unsigned int* count, CUlibrary library) {
@@ -210,7 +211,7 @@ SUNSTONE_EXPORT CUresult cuLibraryEnumerateKernels(CUkernel* kernels, unsigned i
         for (const auto& [name, kernel] : found->kernels()) {
             if (count-- == 0)
                 break;
-            *kernels++ = reinterpret_cast<CUkernel>(kernel.get());
+            *kernels++ = static_cast<CUkernel>(kernel->handle());
         }
     });
 }
@@ -241,13 +242,13 @@ SUNSTONE_EXPORT CUresult cuLibraryGetUnifiedFunction(void** function, CUlibrary 
 SUNSTONE_EXPORT CUresult cuKernelGetFunction(CUfunction* function, CUkernel kernel) {
     return guarded("cuKernelGetFunction", Needs::kContext, [&] {
         require(function, "function is null");
-        *function = reinterpret_cast<CUfunction>(functionHere(*kernelOf(kernel)).get());
+        *function = static_cast<CUfunction>(functionHere(*kernelOf(kernel))->handle());
     });
 }
 SUNSTONE_EXPORT CUresult cuKernelGetLibrary(CUlibrary* library, CUkernel kernel) {
     return guarded("cuKernelGetLibrary", Needs::kInit, [&] {
         require(library, "library is null");
-        *library = reinterpret_cast<CUlibrary>(kernelOf(kernel)->library.lock().get());
+        *library = static_cast<CUlibrary>(handleOrNull(kernelOf(kernel)->library.lock()));
     });
 }
 SUNSTONE_EXPORT CUresult cuKernelGetName(const char** name, CUkernel kernel) {
@@ -259,8 +260,9 @@ SUNSTONE_EXPORT CUresult cuKernelGetName(const char** name, CUkernel kernel) {
 SUNSTONE_EXPORT CUresult cuKernelGetParamInfo(CUkernel kernel, size_t index, size_t* offset,
                                               size_t* size) {
     return guarded("cuKernelGetParamInfo", Needs::kContext, [&] {
-        return cuFuncGetParamInfo(reinterpret_cast<CUfunction>(functionHere(*kernelOf(kernel)).get()),
-                                  index, offset, size);
+        return cuFuncGetParamInfo(
+            static_cast<CUfunction>(functionHere(*kernelOf(kernel))->handle()), index, offset,
+            size);
     });
 }
 SUNSTONE_EXPORT CUresult cuKernelGetAttribute(int* value, CUfunction_attribute attribute,

@@ -194,7 +194,7 @@ ptx::Type Module::referenceType(const std::string& name) const {
 void Module::retire() {
     std::lock_guard lock(mutex_);
     for (auto& [name, function] : functions_)
-        functionTable().remove(function.get());
+        functionTable().remove(function->handle());
 }
 
 std::shared_ptr<Module> findModule(CUmodule module) {
@@ -267,7 +267,7 @@ SUNSTONE_EXPORT CUresult cuModuleGetFunction(CUfunction* function, CUmodule modu
         Function* found = moduleOf(module)->function(name);
         if (!found)
             refuse(CUDA_ERROR_NOT_FOUND, "the module has no kernel ", name);
-        *function = reinterpret_cast<CUfunction>(found);
+        *function = static_cast<CUfunction>(found->handle());
     });
 }
 SUNSTONE_EXPORT CUresult cuModuleGetFunctionCount(unsigned int* count, CUmodule module) {
@@ -282,7 +282,7 @@ SUNSTONE_EXPORT CUresult cuModuleEnumerateFunctions(CUfunction* functions, unsig
         require(functions || count == 0, "functions is null");
         std::vector<Function*> all = moduleOf(module)->functions();
         for (unsigned i = 0; i < count && i < all.size(); ++i)
-            functions[i] = reinterpret_cast<CUfunction>(all[i]);
+            functions[i] = static_cast<CUfunction>(all[i]->handle());
     });
 }
 SUNSTONE_EXPORT CUresult cuModuleGetGlobal(CUdeviceptr* address, size_t* bytes, CUmodule module,

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "api/cuda/driver/shell.h"
+#include "base/handles.h"
 #include "compiler/kernels/kernel_module.h"
 #include "ptx/ast.h"
 
@@ -40,7 +41,7 @@ private:
 // Parses; throws Failure with CUDA_ERROR_INVALID_PTX and the messages.
 std::shared_ptr<const ptx::Module> parsePtx(const std::string& text, std::string* warnings);
 
-struct Function {
+struct Function : Handled {
     std::weak_ptr<Module> module; // launches own it, so that the code outlives queued work
     const compiler::KernelInfo* info = nullptr; // complete after compilation
     size_t index = 0;                           // in the module
@@ -50,7 +51,7 @@ struct Function {
     std::atomic<uint32_t> blockCost{0}; // recent nanoseconds per block; 0: has not run
 };
 
-class Module : public std::enable_shared_from_this<Module> {
+class Module : public Handled, public std::enable_shared_from_this<Module> {
 public:
     Module(std::vector<std::shared_ptr<const ptx::Module>> trees, const void* owner,
            compiler::DebugLevel debugLevel);

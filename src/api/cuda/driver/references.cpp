@@ -19,7 +19,7 @@ namespace {
 
 constexpr size_t kBaseAlignment = 512, kMostTexels = size_t(1) << 28;
 
-struct Reference {
+struct Reference : Handled {
     std::weak_ptr<Module> module;
     std::string name;
     uint64_t* variable = nullptr; // in the module; null: a reference made by the program
@@ -28,13 +28,13 @@ struct Reference {
     CUDA_TEXTURE_DESC texture = {};
     CUarray_format format = CU_AD_FORMAT_FLOAT;
     unsigned channels = 1;
-    uint64_t handle = 0; // of the object that the variable names
+    uint64_t object = 0; // texture or surface that the variable names
 
     ~Reference() { drop(); }
     void drop() {
-        texture::removeTexture(handle);
-        texture::removeSurface(handle);
-        handle = 0;
+        texture::removeTexture(object);
+        texture::removeSurface(object);
+        object = 0;
     }
 };
 struct TextureReference : Reference {};
@@ -66,7 +66,7 @@ void get(Handle* handle, CUmodule moduleHandle, const char* name, ptx::Type type
         std::fill_n(found->texture.addressMode, 3, CU_TR_ADDRESS_MODE_CLAMP);
         references<T>().add(found);
     }
-    *handle = reinterpret_cast<Handle>(found.get());
+    *handle = static_cast<Handle>(found->handle());
 }
 
 template <class T>
@@ -95,7 +95,7 @@ void apply(TextureReference& reference) {
             message("texture reference ", reference.name, " reads as zeros: ", error.what()));
     }
     reference.drop();
-    reference.handle = made;
+    reference.object = made;
     *reference.variable = made;
 }
 
@@ -161,7 +161,7 @@ SUNSTONE_EXPORT CUresult cuTexRefCreate(CUtexref* reference) {
         require(reference, "reference is null");
         auto made = std::make_shared<TextureReference>();
         std::fill_n(made->texture.addressMode, 3, CU_TR_ADDRESS_MODE_CLAMP);
-        *reference = reinterpret_cast<CUtexref>(references<TextureReference>().add(made));
+        *reference = static_cast<CUtexref>(references<TextureReference>().add(made));
     });
 }
 SUNSTONE_EXPORT CUresult cuTexRefDestroy(CUtexref reference) {
@@ -356,7 +356,7 @@ SUNSTONE_EXPORT CUresult cuSurfRefSetArray(CUsurfref reference, CUarray array, u
         surface->drop();
         surface->isBound = true;
         surface->resource = resource;
-        surface->handle = *surface->variable = made;
+        surface->object = *surface->variable = made;
     });
 }
 SUNSTONE_EXPORT CUresult cuSurfRefGetArray(CUarray* array, CUsurfref reference) {

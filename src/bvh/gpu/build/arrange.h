@@ -24,17 +24,17 @@ namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kArrangeThreads = 256;
 
-SUNSTONE_BUILDER uint64_t* subtreesOf(const BuildJob& job) {
+SUNSTONE_INLINE uint64_t* subtreesOf(const BuildJob& job) {
     return at<uint64_t>(job.tasks);
 }
 
-SUNSTONE_BUILDER uint32_t nodesIn(uint64_t subtree) {
+SUNSTONE_INLINE uint32_t nodesIn(uint64_t subtree) {
     return uint32_t(subtree) & kSubtreeMask;
 }
-SUNSTONE_BUILDER uint32_t recordsIn(uint64_t subtree) {
+SUNSTONE_INLINE uint32_t recordsIn(uint64_t subtree) {
     return uint32_t(subtree >> kSubtreeBits) & kSubtreeMask;
 }
-SUNSTONE_BUILDER uint32_t childrenIn(uint64_t subtree) {
+SUNSTONE_INLINE uint32_t childrenIn(uint64_t subtree) {
     return uint32_t(subtree >> 2 * kSubtreeBits);
 }
 
@@ -43,7 +43,7 @@ SUNSTONE_BUILDER uint32_t childrenIn(uint64_t subtree) {
 // bounded.
 constexpr uint32_t kMostLooks = 1 << 16;
 
-SUNSTONE_BUILDER bool loadSubtrees(const uint64_t* from, uint32_t count, uint64_t to[kSlots]) {
+SUNSTONE_INLINE bool loadSubtrees(const uint64_t* from, uint32_t count, uint64_t to[kSlots]) {
     for (uint32_t looks = 0; looks < kMostLooks; ++looks) {
         bool whole = true;
 #pragma unroll
@@ -58,8 +58,8 @@ SUNSTONE_BUILDER bool loadSubtrees(const uint64_t* from, uint32_t count, uint64_
 }
 
 // Gives the children of a node the places of their first descendants.
-SUNSTONE_BUILDER void placeChildren(const BuildJob& job, uint32_t index, uint64_t subtree,
-                                    uint32_t numNodes) {
+SUNSTONE_INLINE void placeChildren(const BuildJob& job, uint32_t index, uint64_t subtree,
+                                   uint32_t numNodes) {
     const U4* const words = reinterpret_cast<const U4*>(&wideNode(job, index));
     const uint32_t count = uint32_t(__popc(words[0].w >> 24)), first = words[1].x;
     uint64_t* const children = subtreesOf(job) + first;
@@ -120,7 +120,7 @@ SUNSTONE_KERNEL __launch_bounds__(kArrangeThreads) sunstone_subtrees(BuildJob jo
 struct NewPlace {
     uint32_t index, childBase, primitiveBase;
 };
-SUNSTONE_BUILDER NewPlace newPlaceOf(const BuildJob& job, uint32_t index, uint32_t numNodes) {
+SUNSTONE_INLINE NewPlace newPlaceOf(const BuildJob& job, uint32_t index, uint32_t numNodes) {
     if (index == 0)
         return {0, 1, 0};
     const uint64_t* const subtrees = subtreesOf(job);
@@ -145,13 +145,13 @@ struct MovedPart {
 };
 
 // First loads the bytes of a node, then the data they refer to; all lanes of the warp take part.
-SUNSTONE_BUILDER U4 loadPart(const BuildJob& job, uint32_t index, uint32_t numNodes) {
+SUNSTONE_INLINE U4 loadPart(const BuildJob& job, uint32_t index, uint32_t numNodes) {
     const uint32_t slot = laneOf() % kSlots;
     if (index >= numNodes || slot >= sizeof(WideNode) / 16)
         return U4{0, 0, 0, 0};
     return reinterpret_cast<const U4*>(&wideNode(job, index))[slot];
 }
-SUNSTONE_BUILDER void loadReferences(const BuildJob& job, const NewPlace& to, MovedPart& part) {
+SUNSTONE_INLINE void loadReferences(const BuildJob& job, const NewPlace& to, MovedPart& part) {
     const uint32_t slot = laneOf() % kSlots, count = countersOf(job).numTreeReferences;
     const int lane = int(laneOf() - slot);
     const uint32_t innerMask = __shfl_sync(kWholeWarp, part.words.w, lane) >> 24,
@@ -168,7 +168,7 @@ SUNSTONE_BUILDER void loadReferences(const BuildJob& job, const NewPlace& to, Mo
         part.references[k] = part.fits && k < part.run.count ? order[k] : 0;
 }
 
-SUNSTONE_BUILDER void storePart(const BuildJob& job, const MovedPart& part, const NewPlace& to) {
+SUNSTONE_INLINE void storePart(const BuildJob& job, const MovedPart& part, const NewPlace& to) {
     const uint32_t slot = laneOf() % kSlots;
     uint32_t* const order = at<uint32_t>(job.newOrder) + to.primitiveBase + part.run.first;
     for (uint32_t k = 0; k < kMaxLeafPrimitives; ++k)

@@ -19,7 +19,7 @@ namespace sunstone::bvh::gpu {
 constexpr uint32_t kCollapseThreads = 128;
 constexpr uint32_t kNodesOfBlock = kCollapseThreads / kSlots;
 
-SUNSTONE_BUILDER bool isLeaf(uint32_t ref, uint32_t limit) {
+SUNSTONE_INLINE bool isLeaf(uint32_t ref, uint32_t limit) {
     return refCount(ref) != 0 && refCount(ref) <= limit;
 }
 
@@ -29,7 +29,7 @@ struct WideChild {
     Bounds box;
 };
 
-SUNSTONE_BUILDER WideChild loadChild(const BuildJob& job, uint32_t ref) {
+SUNSTONE_INLINE WideChild loadChild(const BuildJob& job, uint32_t ref) {
     if (refCount(ref) == 1)
         return {ref, 0, 0, primitiveBounds(job, refIndex(ref))};
     const U4* const words = at<const U4>(job.binary + uint64_t(refIndex(ref)) * sizeof(BinaryNode));
@@ -41,7 +41,7 @@ SUNSTONE_BUILDER WideChild loadChild(const BuildJob& job, uint32_t ref) {
         {{floatOf(a.x), floatOf(a.y), floatOf(a.z)}, {floatOf(b.x), floatOf(b.y), floatOf(b.z)}}};
 }
 
-SUNSTONE_BUILDER WideChild shuffleFrom(const WideChild& c, uint32_t lane) {
+SUNSTONE_INLINE WideChild shuffleFrom(const WideChild& c, uint32_t lane) {
     WideChild r;
     r.ref = __shfl_sync(kWholeWarp, c.ref, int(lane));
     r.left = __shfl_sync(kWholeWarp, c.left, int(lane));
@@ -53,7 +53,7 @@ SUNSTONE_BUILDER WideChild shuffleFrom(const WideChild& c, uint32_t lane) {
     return r;
 }
 
-SUNSTONE_BUILDER CostPart costPart(const BuildJob& job, const WideChild& c) {
+SUNSTONE_INLINE CostPart costPart(const BuildJob& job, const WideChild& c) {
     return {refCount(c.ref), halfArea(c.box),
             refCount(c.ref) == 1 ? 0 : at<const uint64_t>(job.savings)[refIndex(c.ref)]};
 }
@@ -64,13 +64,13 @@ struct NodeLanes {
     uint32_t place; // of this lane among them: its child's number, later its slot's
 };
 // The lanes' bits in a word of the warp's.
-SUNSTONE_BUILDER uint32_t bitsOf(const NodeLanes& lanes, uint32_t ballot) {
+SUNSTONE_INLINE uint32_t bitsOf(const NodeLanes& lanes, uint32_t ballot) {
     return ballot >> lanes.first & 0xFFu;
 }
 
 // Lanes that open pass their right part to lanes without a child. Returns the lane that this one's
 // child comes from, or itself.
-SUNSTONE_BUILDER uint32_t takeFrom(const NodeLanes& lanes, uint32_t opening, uint32_t count) {
+SUNSTONE_INLINE uint32_t takeFrom(const NodeLanes& lanes, uint32_t opening, uint32_t count) {
     const uint32_t mine = bitsOf(lanes, opening), place = lanes.place;
     if (place < count || place - count >= uint32_t(__popc(mine)))
         return lanes.first + place;
@@ -81,9 +81,9 @@ SUNSTONE_BUILDER uint32_t takeFrom(const NodeLanes& lanes, uint32_t opening, uin
 }
 
 // Replaces opened children by their parts. `from`: as takeFrom() says.
-SUNSTONE_BUILDER void openChildren(const NodeLanes& lanes, bool opens, const WideChild& left,
-                                   const WideChild& right, WideChild& own, uint32_t& count,
-                                   uint32_t& from) {
+SUNSTONE_INLINE void openChildren(const NodeLanes& lanes, bool opens, const WideChild& left,
+                                  const WideChild& right, WideChild& own, uint32_t& count,
+                                  uint32_t& from) {
     const uint32_t opening = __ballot_sync(kWholeWarp, opens);
     from = takeFrom(lanes, opening, count);
     const WideChild moved = shuffleFrom(right, from);
@@ -95,8 +95,8 @@ SUNSTONE_BUILDER void openChildren(const NodeLanes& lanes, bool opens, const Wid
 }
 
 // Opens children by cost; each has a budget of slots for its descendants.
-SUNSTONE_BUILDER void openByCosts(const BuildJob& job, const NodeLanes& lanes, bool ready,
-                                  WideChild& own, uint32_t& count) {
+SUNSTONE_INLINE void openByCosts(const BuildJob& job, const NodeLanes& lanes, bool ready,
+                                 WideChild& own, uint32_t& count) {
     uint32_t budget = ready && lanes.place == 0 ? kSlots : 0;
     for (;;) {
         const bool looks = budget > 1 && refCount(own.ref) != 1;
@@ -125,7 +125,7 @@ SUNSTONE_BUILDER void openByCosts(const BuildJob& job, const NodeLanes& lanes, b
 }
 
 // The largest number of eight lanes.
-SUNSTONE_BUILDER uint32_t largestOf(uint32_t number) {
+SUNSTONE_INLINE uint32_t largestOf(uint32_t number) {
     for (uint32_t step = 1; step < kSlots; step *= 2) {
         const uint32_t other = __shfl_xor_sync(kWholeWarp, number, int(step));
         number = other > number ? other : number;
@@ -135,8 +135,8 @@ SUNSTONE_BUILDER uint32_t largestOf(uint32_t number) {
 
 // Opens children while there is room: inner ones first, the largest or (by level) the highest up,
 // then leaves of several primitives. Only a node without children to open has less than eight.
-SUNSTONE_BUILDER void openWhileRoom(const BuildJob& job, TreeMode mode, const NodeLanes& lanes,
-                                    bool ready, WideChild& own, uint32_t& count) {
+SUNSTONE_INLINE void openWhileRoom(const BuildJob& job, TreeMode mode, const NodeLanes& lanes,
+                                   bool ready, WideChild& own, uint32_t& count) {
     const uint32_t limit = leafLimit(job);
     uint32_t level = 0;
     for (;;) {
@@ -164,8 +164,8 @@ SUNSTONE_BUILDER void openWhileRoom(const BuildJob& job, TreeMode mode, const No
 
 // The child of each lane's slot, kSlots: none. Children take the slot of their side of the node,
 // the outermost ones first.
-SUNSTONE_BUILDER uint32_t assignSlots(const NodeLanes& lanes, const WideChild& own, uint32_t count,
-                                      const Bounds& whole) {
+SUNSTONE_INLINE uint32_t assignSlots(const NodeLanes& lanes, const WideChild& own, uint32_t count,
+                                     const Bounds& whole) {
     float off[3];
     for (int a = 0; a < 3; ++a)
         off[a] = sub(add(own.box.lower[a], own.box.upper[a]), add(whole.lower[a], whole.upper[a]));
@@ -203,7 +203,7 @@ SUNSTONE_BUILDER uint32_t assignSlots(const NodeLanes& lanes, const WideChild& o
 }
 
 // References of a leaf's primitives, left to right.
-SUNSTONE_BUILDER void listPrimitives(const BuildJob& job, const WideChild& leaf, uint32_t* to) {
+SUNSTONE_INLINE void listPrimitives(const BuildJob& job, const WideChild& leaf, uint32_t* to) {
     if (refCount(leaf.ref) == 1) {
         *to = leaf.ref;
         return;
@@ -225,13 +225,13 @@ SUNSTONE_BUILDER void listPrimitives(const BuildJob& job, const WideChild& leaf,
 struct LaneChildren {
     uint32_t inner, ones, twos;
 };
-SUNSTONE_BUILDER uint32_t innerIn(const LaneChildren& c, uint32_t lanes) {
+SUNSTONE_INLINE uint32_t innerIn(const LaneChildren& c, uint32_t lanes) {
     return uint32_t(__popc(c.inner & lanes));
 }
-SUNSTONE_BUILDER uint32_t primitivesIn(const LaneChildren& c, uint32_t lanes) {
+SUNSTONE_INLINE uint32_t primitivesIn(const LaneChildren& c, uint32_t lanes) {
     return uint32_t(__popc(c.ones & lanes)) + 2 * uint32_t(__popc(c.twos & lanes));
 }
-SUNSTONE_BUILDER LaneChildren countChildren(bool used, uint32_t ref, uint32_t limit) {
+SUNSTONE_INLINE LaneChildren countChildren(bool used, uint32_t ref, uint32_t limit) {
     const uint32_t primitives = used && isLeaf(ref, limit) ? refCount(ref) : 0;
     return {__ballot_sync(kWholeWarp, used && primitives == 0),
             __ballot_sync(kWholeWarp, (primitives & 1u) != 0),
@@ -241,7 +241,7 @@ SUNSTONE_BUILDER LaneChildren countChildren(bool used, uint32_t ref, uint32_t li
 // The word in place of a node's task, for arrange.h: the numbers of nodes and records counted below
 // it so far, and how many of its eight children need no wait.
 constexpr uint32_t kSubtreeBits = kRefCountShift, kSubtreeMask = kRefIndexMask;
-SUNSTONE_BUILDER uint64_t subtreeWord(uint32_t nodes, uint32_t records, uint32_t children) {
+SUNSTONE_INLINE uint64_t subtreeWord(uint32_t nodes, uint32_t records, uint32_t children) {
     return uint64_t(children) << 2 * kSubtreeBits | uint64_t(records) << kSubtreeBits | nodes;
 }
 
@@ -252,10 +252,10 @@ struct NodePlace {
 };
 
 // Called by lanes that have their slots' children; all eight assemble `image`.
-SUNSTONE_BUILDER void describeSlot(const BuildJob& job, const NodeLanes& lanes, bool used,
-                                   const WideChild& own, const Bounds& whole,
-                                   const LaneChildren& all, const NodePlace& place,
-                                   WideNode& image) {
+SUNSTONE_INLINE void describeSlot(const BuildJob& job, const NodeLanes& lanes, bool used,
+                                  const WideChild& own, const Bounds& whole,
+                                  const LaneChildren& all, const NodePlace& place,
+                                  WideNode& image) {
     const uint32_t limit = leafLimit(job), slot = lanes.place;
     const uint32_t before = lanesBelow(laneOf()) & ~lanesBelow(lanes.first);
     uint32_t meta = 0;
@@ -299,7 +299,7 @@ constexpr uint64_t kNoTask = ~0ull, kNoMoreTasks = ~1ull;
 
 // The warp that completes the tree releases the groups of lanes that wait for tasks; each group
 // waits for one at most.
-SUNSTONE_BUILDER void endTasks(const BuildJob& job, uint32_t numNodes) {
+SUNSTONE_INLINE void endTasks(const BuildJob& job, uint32_t numNodes) {
     const uint64_t waiting = uint64_t(numNodes) + gridDim.x * kNodesOfBlock;
     const uint64_t end = waiting < job.maxWide ? waiting : job.maxWide;
     for (uint64_t i = numNodes + laneOf(); i < end; i += 32)
@@ -307,8 +307,8 @@ SUNSTONE_BUILDER void endTasks(const BuildJob& job, uint32_t numNodes) {
 }
 
 // Makes the nodes that the warp's lanes are ready for.
-SUNSTONE_BUILDER void makeNodes(const BuildJob& job, TreeMode mode, const NodeLanes& lanes,
-                                bool ready, uint32_t index, uint64_t task, WideNode& image) {
+SUNSTONE_INLINE void makeNodes(const BuildJob& job, TreeMode mode, const NodeLanes& lanes,
+                               bool ready, uint32_t index, uint64_t task, WideNode& image) {
     Counters& counters = countersOf(job);
     const uint32_t numActive = counters.numTreeReferences, limit = leafLimit(job);
     uint32_t count = ready;
@@ -356,7 +356,7 @@ SUNSTONE_BUILDER void makeNodes(const BuildJob& job, TreeMode mode, const NodeLa
 
 // Only unwritten nodes assign further ones, so that equal numbers mean the end; the number written
 // is read first.
-SUNSTONE_BUILDER bool isOver(const Counters& counters) {
+SUNSTONE_INLINE bool isOver(const Counters& counters) {
     const uint32_t finished = loadFresh(&counters.finished);
     fence();
     return finished == uint32_t(loadFresh(&counters.allocated)) || loadFresh(&counters.failure);
@@ -366,7 +366,7 @@ SUNSTONE_BUILDER bool isOver(const Counters& counters) {
 // others down.
 constexpr uint32_t kLooksBetween = 64;
 
-SUNSTONE_BUILDER void collapse(const BuildJob& job, TreeMode mode, WideNode* images) {
+SUNSTONE_INLINE void collapse(const BuildJob& job, TreeMode mode, WideNode* images) {
     Counters& counters = countersOf(job);
     const NodeLanes lanes = {laneOf() & ~7u, laneOf() & 7u};
     WideNode& image = images[threadIdx.x / kSlots];
@@ -412,7 +412,7 @@ SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob j
 // A step of a kernel in parts that blocks take. A block that finds none left waits until all are
 // done, by blocks that already run.
 template <class Work>
-SUNSTONE_BUILDER void inParts(uint32_t turns[2], uint32_t numParts, const Work& work) {
+SUNSTONE_INLINE void inParts(uint32_t turns[2], uint32_t numParts, const Work& work) {
     __shared__ uint32_t taken;
     for (;;) {
         if (threadIdx.x == 0)

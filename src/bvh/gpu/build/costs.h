@@ -28,7 +28,7 @@ struct CostPart {
     uint64_t savings;
 };
 
-SUNSTONE_BUILDER Savings unpackSavings(const CostPart& part) {
+SUNSTONE_INLINE Savings unpackSavings(const CostPart& part) {
     Savings s;
     s.of[0] = 0;
     const float unit = mul(part.area, 1.0f / 128);
@@ -38,7 +38,7 @@ SUNSTONE_BUILDER Savings unpackSavings(const CostPart& part) {
     return s;
 }
 
-SUNSTONE_BUILDER uint64_t packSavings(const Savings& s, float area) {
+SUNSTONE_INLINE uint64_t packSavings(const Savings& s, float area) {
     const float scale = area > 0 ? divide(128.0f, area) : 0.0f;
     uint64_t word = 0;
 #pragma unroll
@@ -50,8 +50,8 @@ SUNSTONE_BUILDER uint64_t packSavings(const Savings& s, float area) {
 }
 
 // The savings of two parts as `slots` children together, and the left part's share of the slots.
-SUNSTONE_BUILDER float shareSlots(const Savings& left, const Savings& right, uint32_t slots,
-                                  uint32_t& ofLeft) {
+SUNSTONE_INLINE float shareSlots(const Savings& left, const Savings& right, uint32_t slots,
+                                 uint32_t& ofLeft) {
     float best = -1;
     ofLeft = 1;
 #pragma unroll
@@ -67,8 +67,8 @@ SUNSTONE_BUILDER float shareSlots(const Savings& left, const Savings& right, uin
 
 // The same where the number of slots is not known when the code is compiled: the right part's
 // savings are read from the packed word.
-SUNSTONE_BUILDER float shareAnySlots(const Savings& left, const CostPart& right, uint32_t slots,
-                                     uint32_t& ofLeft) {
+SUNSTONE_INLINE float shareAnySlots(const Savings& left, const CostPart& right, uint32_t slots,
+                                    uint32_t& ofLeft) {
     const float unit = mul(right.area, 1.0f / 128);
     float best = -1;
     ofLeft = 1;
@@ -88,9 +88,9 @@ SUNSTONE_BUILDER float shareAnySlots(const Savings& left, const CostPart& right,
 
 // The cost of a node of this area as one child, less that of its two parts as a child each. As a
 // leaf, where it may be one, or as a wide node.
-SUNSTONE_BUILDER float excessOf(const BuildJob& job, float area, bool mayBeLeaf,
-                                const CostPart& left, const CostPart& right,
-                                const Savings& leftSavings, const Savings& rightSavings) {
+SUNSTONE_INLINE float excessOf(const BuildJob& job, float area, bool mayBeLeaf,
+                               const CostPart& left, const CostPart& right,
+                               const Savings& leftSavings, const Savings& rightSavings) {
     uint32_t unused;
     const float asNode =
         sub(area, shareSlots(leftSavings, rightSavings, kMostChildren + 1, unused));
@@ -102,8 +102,8 @@ SUNSTONE_BUILDER float excessOf(const BuildJob& job, float area, bool mayBeLeaf,
 }
 
 // Of a new node.
-SUNSTONE_BUILDER uint64_t joinSavings(const BuildJob& job, float area, bool mayBeLeaf,
-                                      const CostPart& left, const CostPart& right) {
+SUNSTONE_INLINE uint64_t joinSavings(const BuildJob& job, float area, bool mayBeLeaf,
+                                     const CostPart& left, const CostPart& right) {
     const Savings l = unpackSavings(left), r = unpackSavings(right);
     const float excess = excessOf(job, area, mayBeLeaf, left, right, l, r);
     Savings s;

@@ -11,8 +11,8 @@ constexpr uint32_t kFinishThreads = 256;
 
 // Writes the record of a triangle or a custom primitive. False if it is inactive, which is looked
 // at only where that may be; else `exact` is its box.
-SUNSTONE_BUILDER bool writeRecord(const BuildJob& job, uint32_t place, InputPlace from,
-                                  bool mayBeInactive, Bounds& exact) {
+SUNSTONE_INLINE bool writeRecord(const BuildJob& job, uint32_t place, InputPlace from,
+                                 bool mayBeInactive, Bounds& exact) {
     const DeviceInput& input = at<const DeviceInput>(job.inputs)[from.input];
     const InputRecord& record = at<const InputRecord>(job.inputRecords)[from.input];
     const uint32_t reported = from.primitive + record.primitiveIndexOffset;
@@ -36,7 +36,7 @@ SUNSTONE_BUILDER bool writeRecord(const BuildJob& job, uint32_t place, InputPlac
 }
 
 // Of triangles that leaves share (shared_records.h).
-SUNSTONE_BUILDER void writeSharedRecords(const BuildJob& job) {
+SUNSTONE_INLINE void writeSharedRecords(const BuildJob& job) {
     const uint32_t stride = gridDim.x * blockDim.x, count = countersOf(job).numTreeReferences;
     Bounds unused;
     for (uint32_t i = globalThread(); i < job.numPrimitives; i += stride)
@@ -53,7 +53,7 @@ SUNSTONE_BUILDER void writeSharedRecords(const BuildJob& job) {
 }
 
 template <bool kMotion, bool kShapes>
-SUNSTONE_BUILDER void writeRecords(const BuildJob& job) {
+SUNSTONE_INLINE void writeRecords(const BuildJob& job) {
     if (!kMotion && !kShapes && countersOf(job).sharesRecords)
         return writeSharedRecords(job);
     const uint32_t count = countersOf(job).numTreeReferences;
@@ -85,23 +85,21 @@ SUNSTONE_BUILDER void writeRecords(const BuildJob& job) {
     }
 }
 
-SUNSTONE_BUILDER uint64_t roundUp(uint64_t value, uint64_t unit) {
+SUNSTONE_INLINE uint64_t roundUp(uint64_t value, uint64_t unit) {
     return (value + unit - 1) / unit * unit;
 }
 // The data right before the nodes, which moves with them, and the begin of the nodes in a compacted
 // copy.
-SUNSTONE_BUILDER uint64_t bytesBeforeNodes(const BlockHeader& header) {
-    return areShared(header.recordsOffset) ? sharedNumbers(header.numLeaves) : 0;
+SUNSTONE_INLINE uint64_t bytesBeforeNodes(const BlockHeader& header) {
+    return header.sharesRecords ? sharedNumbers(header.numLeaves) : 0;
 }
-SUNSTONE_BUILDER uint64_t compactNodes(const BlockHeader& header) {
+SUNSTONE_INLINE uint64_t compactNodes(const BlockHeader& header) {
     const uint64_t record = recordSize(kindOf(header.type), header.shape, header.motionKeys);
-    const uint32_t count =
-        areShared(header.recordsOffset) ? header.numPrimitives : header.numLeaves;
-    return roundUp(withoutSharedBit(header.recordsOffset) + count * record, 128) +
-           bytesBeforeNodes(header);
+    const uint32_t count = header.sharesRecords ? header.numPrimitives : header.numLeaves;
+    return roundUp(header.recordsOffset + count * record, 128) + bytesBeforeNodes(header);
 }
 
-SUNSTONE_BUILDER void zeroWords(uint64_t from, uint64_t to) {
+SUNSTONE_INLINE void zeroWords(uint64_t from, uint64_t to) {
     const uint64_t stride = uint64_t(gridDim.x) * blockDim.x;
     for (uint64_t i = from / 16 + globalThread(); i < to / 16; i += stride)
         *at<U4>(16 * i) = U4{0, 0, 0, 0};
@@ -109,12 +107,12 @@ SUNSTONE_BUILDER void zeroWords(uint64_t from, uint64_t to) {
 // Earlier contents of the buffers appear neither in a structure nor in a copy of it: the gaps
 // between its parts, after the records (scratch) and after the nodes, as far as they are copied,
 // are 0.
-SUNSTONE_BUILDER void zeroRest(const BuildJob& job) {
+SUNSTONE_INLINE void zeroRest(const BuildJob& job) {
     const uint64_t records = recordSize(job.type, job.shape, job.motionKeys);
     const Counters& counters = countersOf(job);
     const bool shared = counters.sharesRecords;
-    uint64_t end = job.records +
-                   (shared ? job.numPrimitives : counters.numTreeReferences) * records;
+    uint64_t end =
+        job.records + (shared ? job.numPrimitives : counters.numTreeReferences) * records;
     uint64_t next = job.nodes - (shared ? uint64_t(counters.numTreeReferences) * 4 : 0);
     if (globalThread() == 0) {
         for (; end % 16 != 0; end += 4) // of instances
@@ -132,7 +130,7 @@ SUNSTONE_BUILDER void zeroRest(const BuildJob& job) {
 }
 
 // Nodes from where arrange.h has put them.
-SUNSTONE_BUILDER void takeNodes(const BuildJob& job) {
+SUNSTONE_INLINE void takeNodes(const BuildJob& job) {
     constexpr uint32_t kWords = sizeof(WideNode) / 16;
     const uint64_t words = uint64_t(uint32_t(countersOf(job).allocated)) * kWords;
     const uint64_t stride = uint64_t(gridDim.x) * blockDim.x, size = nodeSize(job.motionKeys);
@@ -141,7 +139,7 @@ SUNSTONE_BUILDER void takeNodes(const BuildJob& job) {
 }
 
 // The header's fields about active primitives.
-SUNSTONE_BUILDER void describeContents(BlockHeader& header, const Counters& counters) {
+SUNSTONE_INLINE void describeContents(BlockHeader& header, const Counters& counters) {
     const bool any = counters.numActive != 0;
     header.numActive = counters.numActive;
     float largest = 0;
@@ -150,17 +148,18 @@ SUNSTONE_BUILDER void describeContents(BlockHeader& header, const Counters& coun
         header.upper[a] = any ? fromOrdered(counters.upper[a]) : -__builtin_inff();
         largest = larger(largest, larger(magnitude(header.lower[a]), magnitude(header.upper[a])));
     }
-    header.root = any ? bitsOf(largest) : kNoNode;
+    header.largestCoordinate = largest;
+    header.root = any ? 0 : kNoNode;
 }
 
 // Whether the tree holds each reference exactly once.
-SUNSTONE_BUILDER bool isWhole(const Counters& counters) {
+SUNSTONE_INLINE bool isWhole(const Counters& counters) {
     return !counters.failure && counters.finished == uint32_t(counters.allocated) &&
            uint32_t(counters.allocated >> 32) == counters.numTreeReferences;
 }
 
 // The header is complete only with its magic number.
-SUNSTONE_BUILDER void finish(const BuildJob& job) {
+SUNSTONE_INLINE void finish(const BuildJob& job) {
     BlockHeader& header = *at<BlockHeader>(job.output);
     Counters& counters = countersOf(job);
     if (!isWhole(counters)) {
@@ -174,9 +173,8 @@ SUNSTONE_BUILDER void finish(const BuildJob& job) {
     header.wholeRoot = counters.numTreeReferences ? 0 : kNoNode;
     header.numNodes = uint32_t(counters.allocated);
     header.numLeaves = counters.numTreeReferences;
-    header.reserved[0] = counters.tooDeep;
-    if (counters.sharesRecords)
-        header.recordsOffset |= kSharedBit;
+    header.treeTooDeep = counters.tooDeep;
+    header.sharesRecords = counters.sharesRecords ? uint16_t(kSharedTag) : uint16_t(0);
     header.usedSize =
         roundUp(compactNodes(header) + header.numNodes * nodeSize(header.motionKeys), 128);
     __threadfence();
@@ -186,7 +184,7 @@ SUNSTONE_BUILDER void finish(const BuildJob& job) {
 // Records and header; neither is read before the kernel is over. Curves and spheres have separate
 // kernels, which take a GPU's compiler several times as long.
 template <bool kMotion, bool kShapes>
-SUNSTONE_BUILDER void finishTree(const BuildJob& job) {
+SUNSTONE_INLINE void finishTree(const BuildJob& job) {
     if (isWhole(countersOf(job))) {
         takeNodes(job);
         writeRecords<kMotion, kShapes>(job);
@@ -208,8 +206,8 @@ SUNSTONE_KERNEL sunstone_moving_shape_records(BuildJob job) {
     finishTree<true, true>(job);
 }
 
-SUNSTONE_BUILDER bool mayCompact(const BlockHeader& header, uint64_t from, uint64_t to,
-                                 uint64_t bytes) {
+SUNSTONE_INLINE bool mayCompact(const BlockHeader& header, uint64_t from, uint64_t to,
+                                uint64_t bytes) {
     return header.magic == kGpuBlockMagic && bytes >= header.usedSize &&
            (from >= to + header.usedSize || to >= from + header.usedSize);
 }

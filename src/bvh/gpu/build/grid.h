@@ -10,12 +10,12 @@ namespace sunstone::bvh::gpu {
 constexpr uint32_t kSlots = 8;
 
 // The space that a node's grid spans; an empty node has a grid, too.
-SUNSTONE_BUILDER Bounds gridOf(const Bounds& whole) {
+SUNSTONE_INLINE Bounds gridOf(const Bounds& whole) {
     return isEmpty(whole) ? Bounds{} : whole;
 }
 
 // Called by eight consecutive lanes; all lanes of the warp take part.
-SUNSTONE_BUILDER Bounds uniteOfEight(Bounds box) {
+SUNSTONE_INLINE Bounds uniteOfEight(Bounds box) {
     for (uint32_t step = 1; step < kSlots; step *= 2) {
         Bounds other;
         for (int a = 0; a < 3; ++a) {
@@ -29,37 +29,37 @@ SUNSTONE_BUILDER Bounds uniteOfEight(Bounds box) {
 
 // The grid of an axis: 255 steps, a power of two each, hold the node with a little to spare for
 // rounding.
-SUNSTONE_BUILDER uint32_t stepExponent(float size) {
+SUNSTONE_INLINE uint32_t stepExponent(float size) {
     uint32_t exponent = bitsOf(mul(size, 1.0f / 254.9375f)) >> 23;
     exponent += 1; // up to the next power of two, or one further
     return exponent < 254 ? exponent : 254;
 }
 // The reciprocal of a power of two; steps below 2^-126 do not occur.
-SUNSTONE_BUILDER float inverseStep(uint32_t exponent) {
+SUNSTONE_INLINE float inverseStep(uint32_t exponent) {
     return floatOf((254u - exponent) << 23);
 }
 
 // Planes rounded outwards. Those of an empty box are crossed: 255 and 0.
-SUNSTONE_BUILDER uint32_t lowerByte(float plane, float origin, float inverse) {
+SUNSTONE_INLINE uint32_t lowerByte(float plane, float origin, float inverse) {
     const float low = mul(sub(plane, origin), inverse);
     // The rounding above is below 2^-15 of a step.
     return uint32_t(smaller(larger(__builtin_floorf(sub(low, 0x1p-14f)), 0.0f), 255.0f));
 }
-SUNSTONE_BUILDER uint32_t upperByte(float plane, float origin, float inverse) {
+SUNSTONE_INLINE uint32_t upperByte(float plane, float origin, float inverse) {
     const float high = mul(sub(plane, origin), inverse);
     return uint32_t(larger(smaller(__builtin_ceilf(add(high, 0x1p-14f)), 255.0f), 0.0f));
 }
 
 // A leaf of up to three primitives from `first` among the node's. That of a single inactive one
 // must never be entered.
-SUNSTONE_BUILDER uint32_t leafMeta(uint32_t count, uint32_t first, bool inactive) {
+SUNSTONE_INLINE uint32_t leafMeta(uint32_t count, uint32_t first, bool inactive) {
     return inactive ? first + 1 : ((1u << count) - 1) << 5 | first;
 }
 // The same backwards. count: 0 if the slot is unused.
 struct LeafRun {
     uint32_t first, count;
 };
-SUNSTONE_BUILDER LeafRun leafRun(uint32_t meta) {
+SUNSTONE_INLINE LeafRun leafRun(uint32_t meta) {
     if (meta == 0)
         return {0, 0};
     if (meta >> 5 == 0)

@@ -29,12 +29,12 @@ constexpr uint32_t kSearchRadius = 8; // to either side
 constexpr uint32_t kLargeRange = 64, kClustersOfLargeRange = 4;
 
 // How high up the radix tree two neighbours part; the codes first, then the places.
-SUNSTONE_BUILDER uint64_t partingOf(const uint64_t* keys, uint32_t i) {
+SUNSTONE_INLINE uint64_t partingOf(const uint64_t* keys, uint32_t i) {
     const uint64_t different = keys[i] ^ keys[i + 1];
     return different ? different | 1ull << 63 : uint64_t(i ^ (i + 1));
 }
 
-SUNSTONE_BUILDER Bounds loadBounds(const BuildJob& job, uint32_t ref) {
+SUNSTONE_INLINE Bounds loadBounds(const BuildJob& job, uint32_t ref) {
     if (refCount(ref) == 1)
         return primitiveBounds(job, refIndex(ref));
     const U4* const node = at<const U4>(job.binary + uint64_t(refIndex(ref)) * sizeof(BinaryNode));
@@ -43,18 +43,18 @@ SUNSTONE_BUILDER Bounds loadBounds(const BuildJob& job, uint32_t ref) {
             {floatOf(words[4]), floatOf(words[5]), floatOf(words[6])}};
 }
 
-SUNSTONE_BUILDER void storeNode(const BuildJob& job, uint32_t index, const Bounds& box,
-                                uint32_t left, uint32_t right) {
+SUNSTONE_INLINE void storeNode(const BuildJob& job, uint32_t index, const Bounds& box,
+                               uint32_t left, uint32_t right) {
     U4* const node = at<U4>(job.binary + uint64_t(index) * sizeof(BinaryNode));
     node[0] = U4{bitsOf(box.lower[0]), bitsOf(box.lower[1]), bitsOf(box.lower[2]), left};
     node[1] = U4{bitsOf(box.upper[0]), bitsOf(box.upper[1]), bitsOf(box.upper[2]), right};
 }
 
-SUNSTONE_BUILDER uint64_t loadSavings(const BuildJob& job, uint32_t ref) {
+SUNSTONE_INLINE uint64_t loadSavings(const BuildJob& job, uint32_t ref) {
     return refCount(ref) == 1 ? 0 : loadFresh(at<uint64_t>(job.savings) + refIndex(ref));
 }
 
-SUNSTONE_BUILDER Bounds shuffleDown(const Bounds& b, uint32_t by) {
+SUNSTONE_INLINE Bounds shuffleDown(const Bounds& b, uint32_t by) {
     Bounds r;
     for (int a = 0; a < 3; ++a) {
         r.lower[a] = __shfl_down_sync(kWholeWarp, b.lower[a], by);
@@ -62,7 +62,7 @@ SUNSTONE_BUILDER Bounds shuffleDown(const Bounds& b, uint32_t by) {
     }
     return r;
 }
-SUNSTONE_BUILDER Bounds shuffleFrom(const Bounds& b, uint32_t lane) {
+SUNSTONE_INLINE Bounds shuffleFrom(const Bounds& b, uint32_t lane) {
     Bounds r;
     for (int a = 0; a < 3; ++a) {
         r.lower[a] = __shfl_sync(kWholeWarp, b.lower[a], int(lane));
@@ -72,7 +72,7 @@ SUNSTONE_BUILDER Bounds shuffleFrom(const Bounds& b, uint32_t lane) {
 }
 
 // Place of the n-th set bit.
-SUNSTONE_BUILDER uint32_t placeOfBit(uint32_t mask, uint32_t n) {
+SUNSTONE_INLINE uint32_t placeOfBit(uint32_t mask, uint32_t n) {
     uint32_t place = 0;
     for (uint32_t width = 16; width > 0; width /= 2) {
         const uint32_t below = uint32_t(__popc(mask >> place & ((1u << width) - 1)));
@@ -85,23 +85,23 @@ SUNSTONE_BUILDER uint32_t placeOfBit(uint32_t mask, uint32_t n) {
 }
 
 // The distance of two clusters from the areas of their boxes and of their common one. Not negative.
-SUNSTONE_BUILDER float clusterDistance(float area, float left, float right) {
+SUNSTONE_INLINE float clusterDistance(float area, float left, float right) {
     const float own = larger(add(left, right), 0x1p-100f);
     return mul(area, mul(area, __nvvm_rcp_approx_ftz_f(own)));
 }
 
 // Pairs have a total order, by distance, then by the places of the two, so that at least one pair
 // is mutual.
-SUNSTONE_BUILDER uint64_t pairOf(uint32_t distanceBits, uint32_t low, uint32_t high) {
+SUNSTONE_INLINE uint64_t pairOf(uint32_t distanceBits, uint32_t low, uint32_t high) {
     return uint64_t(distanceBits) << 10 | low << 5 | high;
 }
-SUNSTONE_BUILDER uint32_t otherOf(uint64_t pair, uint32_t lane) {
+SUNSTONE_INLINE uint32_t otherOf(uint64_t pair, uint32_t lane) {
     const uint32_t low = uint32_t(pair) >> 5 & 31u, high = uint32_t(pair) & 31u;
     return low == lane ? high : low;
 }
 
 // The lane whose cluster is nearest to this lane's.
-SUNSTONE_BUILDER uint32_t nearestCluster(const Bounds& box, uint32_t count) {
+SUNSTONE_INLINE uint32_t nearestCluster(const Bounds& box, uint32_t count) {
     const uint32_t lane = laneOf();
     const float own = halfArea(box);
     uint64_t best = ~0ull;
@@ -124,7 +124,7 @@ SUNSTONE_BUILDER uint32_t nearestCluster(const Bounds& box, uint32_t count) {
 // The same for up to eight clusters, as there are high up in the tree, where the rest of the GPU
 // waits: each lane measures one pair, in a ring of eight.
 constexpr uint32_t kRing = 8;
-SUNSTONE_BUILDER uint32_t nearestInRing(const Bounds& box, uint32_t count) {
+SUNSTONE_INLINE uint32_t nearestInRing(const Bounds& box, uint32_t count) {
     const uint32_t lane = laneOf(), first = lane % kRing, apart = 1 + lane / kRing,
                    second = (first + apart) % kRing;
     const Bounds a = shuffleFrom(box, first), b = shuffleFrom(box, second);
@@ -149,8 +149,8 @@ SUNSTONE_BUILDER uint32_t nearestInRing(const Bounds& box, uint32_t count) {
 }
 
 // Merges mutual nearest pairs; the clusters left are in the first lanes.
-SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds& box,
-                                     unsigned long long& savings, uint32_t count) {
+SUNSTONE_INLINE uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds& box,
+                                    unsigned long long& savings, uint32_t count) {
     const uint32_t lane = laneOf();
     const bool valid = lane < count;
     const uint32_t found = count <= kRing ? nearestInRing(box, count) : nearestCluster(box, count);
@@ -191,7 +191,7 @@ SUNSTONE_BUILDER uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds&
     return left;
 }
 
-SUNSTONE_BUILDER void storeRoot(const BuildJob& job, uint32_t ref) {
+SUNSTONE_INLINE void storeRoot(const BuildJob& job, uint32_t ref) {
     countersOf(job).root = ref + 1;
     *at<uint64_t>(job.tasks) = ref;
 }
@@ -201,7 +201,7 @@ struct ClusterRange {
     uint32_t first, last, split;
 };
 
-SUNSTONE_BUILDER void mergeClusters(const BuildJob& job, ClusterRange range, bool toOne) {
+SUNSTONE_INLINE void mergeClusters(const BuildJob& job, ClusterRange range, bool toOne) {
     uint32_t* const clusters = at<uint32_t>(job.values[1]);
     const uint32_t lane = laneOf();
     const uint32_t place = lane < kClusters ? range.first + lane : range.split + lane - kClusters;
@@ -226,8 +226,8 @@ SUNSTONE_BUILDER void mergeClusters(const BuildJob& job, ClusterRange range, boo
 }
 
 // The warp merges the ranges of the lanes that wait for it, one after the other.
-SUNSTONE_BUILDER void mergeWaiting(const BuildJob& job, uint32_t count, const ClusterRange& range,
-                                   bool waits) {
+SUNSTONE_INLINE void mergeWaiting(const BuildJob& job, uint32_t count, const ClusterRange& range,
+                                  bool waits) {
     uint32_t waiting = __ballot_sync(kWholeWarp, waits);
     while (waiting) {
         const int lane = __ffs(int(waiting)) - 1;
@@ -241,8 +241,8 @@ SUNSTONE_BUILDER void mergeWaiting(const BuildJob& job, uint32_t count, const Cl
 
 // One step up the radix tree. False if the other half of the parent is incomplete: its thread
 // continues.
-SUNSTONE_BUILDER bool climb(const uint64_t* keys, uint32_t* parents, uint32_t count,
-                            ClusterRange& range) {
+SUNSTONE_INLINE bool climb(const uint64_t* keys, uint32_t* parents, uint32_t count,
+                           ClusterRange& range) {
     const bool isLeft =
         range.first == 0 ||
         (range.last != count - 1 && partingOf(keys, range.last) < partingOf(keys, range.first - 1));
@@ -261,7 +261,7 @@ SUNSTONE_BUILDER bool climb(const uint64_t* keys, uint32_t* parents, uint32_t co
 }
 
 // One node for the two halves of a range, by one thread.
-SUNSTONE_BUILDER void joinHalves(const BuildJob& job, ClusterRange range, bool whole) {
+SUNSTONE_INLINE void joinHalves(const BuildJob& job, ClusterRange range, bool whole) {
     volatile uint32_t* const clusters = at<volatile uint32_t>(job.values[1]);
     const uint32_t left = clusters[range.first], right = clusters[range.split];
     const uint32_t index = range.split - 1; // where the tree parts, once for each node
@@ -274,7 +274,7 @@ SUNSTONE_BUILDER void joinHalves(const BuildJob& job, ClusterRange range, bool w
 }
 
 // A thread climbs from its primitive; all threads of a warp take part.
-SUNSTONE_BUILDER void makeHierarchy(const BuildJob& job, TreeMode mode, uint32_t self) {
+SUNSTONE_INLINE void makeHierarchy(const BuildJob& job, TreeMode mode, uint32_t self) {
     Counters& counters = countersOf(job);
     const uint32_t count = counters.numTreeReferences;
     if (self == 0)

@@ -12,7 +12,7 @@
 namespace sunstone::bvh::gpu {
 
 // Bounds seen through a transform, with the CPU's margin for the rounding of transformed rays.
-SUNSTONE_BUILDER Bounds transformBounds(const float m[12], const Bounds& b) {
+SUNSTONE_INLINE Bounds transformBounds(const float m[12], const Bounds& b) {
     Bounds r;
     for (int i = 0; i < 3; ++i) {
         double low = m[4 * i + 3], high = low, size = low < 0 ? -low : low;
@@ -42,7 +42,7 @@ SUNSTONE_BUILDER Bounds transformBounds(const float m[12], const Bounds& b) {
 struct Part {
     float centre[3], half[3];
 };
-SUNSTONE_BUILDER Part partOf(const float lower[3], const float upper[3]) {
+SUNSTONE_INLINE Part partOf(const float lower[3], const float upper[3]) {
     Part p;
     for (int a = 0; a < 3; ++a) {
         p.centre[a] = mul(0.5f, lower[a]) + mul(0.5f, upper[a]);
@@ -52,7 +52,7 @@ SUNSTONE_BUILDER Part partOf(const float lower[3], const float upper[3]) {
 }
 
 // Adds a box seen through a transform.
-SUNSTONE_BUILDER void addSeen(const float m[12], const Part& part, Bounds& sum) {
+SUNSTONE_INLINE void addSeen(const float m[12], const Part& part, Bounds& sum) {
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
         float centre = m[4 * i + 3], half = 0;
@@ -70,28 +70,27 @@ SUNSTONE_BUILDER void addSeen(const float m[12], const Part& part, Bounds& sum) 
 struct NodeWords {
     U4 head, children, planes[3];
 };
-SUNSTONE_BUILDER NodeWords loadWords(const WideNode* node) {
+SUNSTONE_INLINE NodeWords loadWords(const WideNode* node) {
     const U4* const words = reinterpret_cast<const U4*>(node);
     return {words[0], words[1], {words[2], words[3], words[4]}};
 }
-SUNSTONE_BUILDER uint32_t wordAt(U4 words, uint32_t i) {
+SUNSTONE_INLINE uint32_t wordAt(U4 words, uint32_t i) {
     return i == 0 ? words.x : i == 1 ? words.y : i == 2 ? words.z : words.w;
 }
-SUNSTONE_BUILDER uint32_t planeOf(const NodeWords& node, uint32_t row, uint32_t slot) {
+SUNSTONE_INLINE uint32_t planeOf(const NodeWords& node, uint32_t row, uint32_t slot) {
     const uint32_t word = 2 * row + slot / 4;
     return wordAt(node.planes[word / 4], word % 4) >> 8 * (slot % 4) & 0xFFu;
 }
-SUNSTONE_BUILDER uint32_t metaOf(const NodeWords& node, uint32_t slot) {
+SUNSTONE_INLINE uint32_t metaOf(const NodeWords& node, uint32_t slot) {
     return (slot < 4 ? node.children.z : node.children.w) >> 8 * (slot % 4) & 0xFFu;
 }
 // Of a byte, exactly.
-SUNSTONE_BUILDER float smallFloat(uint32_t byte) {
+SUNSTONE_INLINE float smallFloat(uint32_t byte) {
     return sub(floatOf(0x4B000000u | byte), 0x1p23f);
 }
 
 // The box of a slot; false if it is unused or holds no active primitive.
-SUNSTONE_BUILDER bool slotBox(const NodeWords& node, uint32_t slot, float lower[3],
-                              float upper[3]) {
+SUNSTONE_INLINE bool slotBox(const NodeWords& node, uint32_t slot, float lower[3], float upper[3]) {
     bool used = metaOf(node, slot) >> 5 != 0;
 #pragma unroll
     for (uint32_t a = 0; a < 3; ++a) {
@@ -108,7 +107,7 @@ SUNSTONE_BUILDER bool slotBox(const NodeWords& node, uint32_t slot, float lower[
 // Calls visit(lower, upper) for boxes that cover a structure without motion: those of nodes two
 // levels below its root. kUnroll: 1 where the visit is too much code to repeat for each slot.
 template <int kUnroll, class Visit>
-SUNSTONE_BUILDER void forEachPart(const BlockHeader& header, const Visit& visit) {
+SUNSTONE_INLINE void forEachPart(const BlockHeader& header, const Visit& visit) {
     const WideNode* const nodes = reinterpret_cast<const WideNode*>(
         reinterpret_cast<const uint8_t*>(&header) + header.nodesOffset);
     const NodeWords root = loadWords(nodes);
@@ -130,7 +129,7 @@ SUNSTONE_BUILDER void forEachPart(const BlockHeader& header, const Visit& visit)
     }
 }
 
-SUNSTONE_BUILDER bool turns(const float m[12]) {
+SUNSTONE_INLINE bool turns(const float m[12]) {
     for (int i = 0; i < 3; ++i)
         if ((m[4 * i] != 0) + (m[4 * i + 1] != 0) + (m[4 * i + 2] != 0) > 1)
             return true;
@@ -144,33 +143,33 @@ struct SharedParts {
     uint32_t count, pad;
     U4 parts[kSlots * kSlots][2]; // centre and half size, two words unused
 };
-SUNSTONE_BUILDER void storePart(const Part& p, U4 to[2]) {
+SUNSTONE_INLINE void storePart(const Part& p, U4 to[2]) {
     to[0] = U4{bitsOf(p.centre[0]), bitsOf(p.centre[1]), bitsOf(p.centre[2]), bitsOf(p.half[0])};
     to[1] = U4{bitsOf(p.half[1]), bitsOf(p.half[2]), 0, 0};
 }
-SUNSTONE_BUILDER Part loadPart(const U4 from[2]) {
+SUNSTONE_INLINE Part loadPart(const U4 from[2]) {
     const U4 a = from[0], b = from[1];
     return {{floatOf(a.x), floatOf(a.y), floatOf(a.z)}, {floatOf(a.w), floatOf(b.x), floatOf(b.y)}};
 }
 
 // Called by all threads of a block, which has at least as many threads as parts.
-SUNSTONE_BUILDER void shareParts(uint64_t known, uint64_t handle, SharedParts& shared) {
+SUNSTONE_INLINE void shareParts(uint64_t known, uint64_t handle, SharedParts& shared) {
     if (threadIdx.x == 0) {
-        const uint64_t tag = handle & kTraversableTagMask;
+        const uint64_t tag = handle & devlib::kTagMask;
         shared.structure = 0;
         shared.count = 0;
-        if ((tag == kGasTag || tag == kIasTag) && handle > kTraversableTagMask &&
+        if ((tag == devlib::kTagGas || tag == devlib::kTagIas) && handle > devlib::kTagMask &&
             isKnownHandle(knownNow(known), handle)) {
-            const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+            const BlockHeader& header = *at<const BlockHeader>(handle & ~devlib::kTagMask);
             if (header.magic == kGpuBlockMagic && header.root != kNoNode && !isMoving(header.type))
                 shared.structure = handle;
         }
     }
     __syncthreads();
     if (shared.structure && threadIdx.x < kSlots * kSlots) {
-        const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+        const BlockHeader& header = *at<const BlockHeader>(handle & ~devlib::kTagMask);
         const WideNode* const nodes =
-            at<const WideNode>((handle & ~kTraversableTagMask) + header.nodesOffset);
+            at<const WideNode>((handle & ~devlib::kTagMask) + header.nodesOffset);
         const uint32_t slot = threadIdx.x / kSlots, below = threadIdx.x % kSlots;
         const NodeWords root = loadWords(nodes);
         const uint32_t mask = root.head.w >> 24;
@@ -191,9 +190,9 @@ SUNSTONE_BUILDER void shareParts(uint64_t known, uint64_t handle, SharedParts& s
 // Shrinks `box`, which contains the transformed structure, to the union of its transformed nodes.
 // Their sums are rounded by less than the margin that is added to that of transformBounds().
 template <int kUnroll>
-SUNSTONE_BUILDER void tighten(const float m[12], uint64_t handle, const SharedParts* shared,
-                              Bounds& box) {
-    const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+SUNSTONE_INLINE void tighten(const float m[12], uint64_t handle, const SharedParts* shared,
+                             Bounds& box) {
+    const BlockHeader& header = *at<const BlockHeader>(handle & ~devlib::kTagMask);
     if (isMoving(header.type) || !turns(m))
         return;
     Bounds sum = emptyBounds();
@@ -224,7 +223,7 @@ constexpr uint32_t kMaxChain = 30;
 enum class Child : uint32_t { kNothing, kSomething, kLater };
 
 // Whether a child may be read; the first one that may not is reported to the host.
-SUNSTONE_BUILDER bool leadsSomewhere(const BuildJob& job, uint64_t handle) {
+SUNSTONE_INLINE bool leadsSomewhere(const BuildJob& job, uint64_t handle) {
     if (isKnownHandle(knownNow(job.known), handle))
         return true;
     if (handle != 0 && atomicExch(&countersOf(job).unknownChildren, 1u) == 0)
@@ -235,26 +234,26 @@ SUNSTONE_BUILDER bool leadsSomewhere(const BuildJob& job, uint64_t handle) {
 // Bounds, at all times, of an instance's child. Without kMotion, children behind motion transforms
 // are left to a later kernel.
 template <bool kMotion>
-SUNSTONE_BUILDER Child childBounds(const BuildJob& job, uint64_t handle, const SharedParts* shared,
-                                   Bounds& box) {
+SUNSTONE_INLINE Child childBounds(const BuildJob& job, uint64_t handle, const SharedParts* shared,
+                                  Bounds& box) {
     uint64_t chain[kMaxChain];
     uint32_t length = 0;
     if (!(shared && shared->structure == handle) && !leadsSomewhere(job, handle))
         return Child::kNothing;
-    while (isTransformTag(handle & kTraversableTagMask) && length < kMaxChain) {
-        if (handle <= kTraversableTagMask)
+    while (isTransformTag(handle & devlib::kTagMask) && length < kMaxChain) {
+        if (handle <= devlib::kTagMask)
             return Child::kNothing;
-        if (!kMotion && (handle & kTraversableTagMask) != kStaticTransformTag)
+        if (!kMotion && (handle & devlib::kTagMask) != devlib::kTagStatic)
             return Child::kLater;
         chain[length++] = handle;
         handle = childOf(handle);
         if (!leadsSomewhere(job, handle))
             return Child::kNothing;
     }
-    const uint64_t tag = handle & kTraversableTagMask;
-    if ((tag != kGasTag && tag != kIasTag) || handle <= kTraversableTagMask)
+    const uint64_t tag = handle & devlib::kTagMask;
+    if ((tag != devlib::kTagGas && tag != devlib::kTagIas) || handle <= devlib::kTagMask)
         return Child::kNothing;
-    const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+    const BlockHeader& header = *at<const BlockHeader>(handle & ~devlib::kTagMask);
     if (header.magic != kGpuBlockMagic || header.root == kNoNode)
         return Child::kNothing;
     for (int a = 0; a < 3; ++a) {
@@ -263,9 +262,9 @@ SUNSTONE_BUILDER Child childBounds(const BuildJob& job, uint64_t handle, const S
     }
     while (length-- > 0) {
         const uint64_t transform = chain[length];
-        if (!kMotion || (transform & kTraversableTagMask) == kStaticTransformTag) {
+        if (!kMotion || (transform & devlib::kTagMask) == devlib::kTagStatic) {
             box = transformBounds(
-                at<const StaticTransform>(transform & ~kTraversableTagMask)->transform, box);
+                at<const StaticTransform>(transform & ~devlib::kTagMask)->transform, box);
         } else {
             const KeyBounds all = moving::atAllTimes(transform, box.lower, box.upper);
             for (int a = 0; a < 3; ++a) {
@@ -277,7 +276,7 @@ SUNSTONE_BUILDER Child childBounds(const BuildJob& job, uint64_t handle, const S
     return Child::kSomething;
 }
 
-SUNSTONE_BUILDER bool isUsable(const Bounds& box) {
+SUNSTONE_INLINE bool isUsable(const Bounds& box) {
     bool good = true;
     for (int a = 0; a < 3; ++a)
         good = good && isUsable(box.lower[a]) && isUsable(box.upper[a]) &&
@@ -289,19 +288,19 @@ SUNSTONE_BUILDER bool isUsable(const Bounds& box) {
 constexpr uint32_t kLeftForLater = 1;
 
 // The caller's description of an instance: its address, or 0 if invalid.
-SUNSTONE_BUILDER uint64_t addressOfInstance(const BuildJob& job, uint32_t index) {
+SUNSTONE_INLINE uint64_t addressOfInstance(const BuildJob& job, uint32_t index) {
     const DeviceInput& input = *at<const DeviceInput>(job.inputs);
     const uint64_t address = input.areAddresses
                                  ? *at<const uint64_t>(input.data + 8 * uint64_t(index))
                                  : input.data + uint64_t(index) * input.stride;
     return address % 16 == 0 ? address : 0;
 }
-SUNSTONE_BUILDER void shareParts(const BuildJob& job, uint32_t index, SharedParts& shared) {
+SUNSTONE_INLINE void shareParts(const BuildJob& job, uint32_t index, SharedParts& shared) {
     const uint64_t address = addressOfInstance(job, index);
     shareParts(job.known, address ? at<const InstanceDesc>(address)->traversableHandle : 0, shared);
 }
 
-SUNSTONE_BUILDER void storeRows(const float m[12], U4 to[3]) {
+SUNSTONE_INLINE void storeRows(const float m[12], U4 to[3]) {
     for (int i = 0; i < 3; ++i)
         to[i] =
             U4{bitsOf(m[4 * i]), bitsOf(m[4 * i + 1]), bitsOf(m[4 * i + 2]), bitsOf(m[4 * i + 3])};
@@ -310,11 +309,11 @@ SUNSTONE_BUILDER void storeRows(const float m[12], U4 to[3]) {
 // Writes the record of an instance; false if it is inactive or left for later, else its box, at all
 // times.
 template <bool kMotion>
-SUNSTONE_BUILDER bool describeInstance(const BuildJob& job, uint32_t index,
-                                       const SharedParts* shared, Bounds& box) {
+SUNSTONE_INLINE bool describeInstance(const BuildJob& job, uint32_t index,
+                                      const SharedParts* shared, Bounds& box) {
     const DeviceInput& input = *at<const DeviceInput>(job.inputs);
     const uint64_t address = addressOfInstance(job, index);
-    InstanceData& to = at<InstanceData>(job.instances)[index];
+    InstanceRecord& to = at<InstanceRecord>(job.instances)[index];
     if (address == 0) {
         to = {};
         to.index = index;
@@ -332,7 +331,7 @@ SUNSTONE_BUILDER bool describeInstance(const BuildJob& job, uint32_t index,
         for (int j = 0; j < 4; ++j)
             m[4 * i + j] = flags & input.identityFlag ? (i == j ? 1.0f : 0.0f)
                                                       : floatOf(wordAt(from[i], uint32_t(j)));
-    const bool invertible = invert(m, inverse);
+    const bool invertible = math::invert(m, inverse);
     U4* const rows = reinterpret_cast<U4*>(&to);
     storeRows(m, rows);
     storeRows(inverse, rows + 3);
@@ -346,17 +345,17 @@ SUNSTONE_BUILDER bool describeInstance(const BuildJob& job, uint32_t index,
     if (found != Child::kSomething)
         return false;
     box = transformBounds(m, box);
-    const uint64_t tag = child & kTraversableTagMask;
-    if (tag == kGasTag || tag == kIasTag)
+    const uint64_t tag = child & devlib::kTagMask;
+    if (tag == devlib::kTagGas || tag == devlib::kTagIas)
         tighten<kMotion ? 1 : int(kSlots)>(m, child, shared, box);
     return isUsable(box);
 }
 
 // Boxes of an instance at the keys, not padded; empty if it is inactive.
-SUNSTONE_BUILDER KeyBounds* keyBoxesOf(const BuildJob& job, uint32_t index) {
+SUNSTONE_INLINE KeyBounds* keyBoxesOf(const BuildJob& job, uint32_t index) {
     return at<KeyBounds>(job.keyBoxes) + uint64_t(index) * job.motionKeys;
 }
-SUNSTONE_BUILDER Bounds boundsOf(const KeyBounds& from) {
+SUNSTONE_INLINE Bounds boundsOf(const KeyBounds& from) {
     Bounds box;
     for (int a = 0; a < 3; ++a) {
         box.lower[a] = from.lower[a];
@@ -367,7 +366,7 @@ SUNSTONE_BUILDER Bounds boundsOf(const KeyBounds& from) {
 
 // An instance's boxes in nodes: the same boxes, or tighter ones, which emitted bounds do not depend
 // on.
-SUNSTONE_BUILDER KeyBounds* tightBoxesOf(const BuildJob& job, uint32_t index) {
+SUNSTONE_INLINE KeyBounds* tightBoxesOf(const BuildJob& job, uint32_t index) {
     return keyBoxesOf(job, job.numPrimitives + index);
 }
 
@@ -386,8 +385,8 @@ struct InstanceParts {
         });
     }
 };
-SUNSTONE_BUILDER void describeMoving(const BuildJob& job, const InstanceData& record,
-                                     const BlockHeader* parts, KeyBounds* keys) {
+SUNSTONE_INLINE void describeMoving(const BuildJob& job, const InstanceRecord& record,
+                                    const BlockHeader* parts, KeyBounds* keys) {
     moving::describeParts(record, {job.motionKeys, job.motionBegin, job.motionEnd}, keys,
                           InstanceParts{parts});
 }
@@ -395,14 +394,14 @@ SUNSTONE_BUILDER void describeMoving(const BuildJob& job, const InstanceData& re
 // As above, for motion transforms above a structure without motion: bounds of its parts, united.
 // Two sets of boxes that are valid between keys cannot be intersected at the keys, so the tighter
 // set is taken as it is.
-SUNSTONE_BUILDER void tightenAtKeys(const BuildJob& job, uint32_t index) {
+SUNSTONE_INLINE void tightenAtKeys(const BuildJob& job, uint32_t index) {
     const KeyBounds* const keys = keyBoxesOf(job, index);
     KeyBounds* const tight = tightBoxesOf(job, index);
-    const InstanceData& record = at<InstanceData>(job.instances)[index];
+    const InstanceRecord& record = at<InstanceRecord>(job.instances)[index];
     uint64_t handle = record.child;
-    while (isTransformTag(handle & kTraversableTagMask)) // childBounds() has been here
+    while (isTransformTag(handle & devlib::kTagMask)) // childBounds() has been here
         handle = childOf(handle);
-    const BlockHeader& header = *at<const BlockHeader>(handle & ~kTraversableTagMask);
+    const BlockHeader& header = *at<const BlockHeader>(handle & ~devlib::kTagMask);
     float area = 0, tightArea = __builtin_inff();
     if (!isMoving(header.type) && moving::moves(record.child)) {
         describeMoving(job, record, &header, tight);
@@ -421,10 +420,10 @@ SUNSTONE_BUILDER void tightenAtKeys(const BuildJob& job, uint32_t index) {
 
 // Fills the boxes at the keys, which contain the instance between them too
 // (bvh/motion/motion_bounds.h), and sums up those for nodes. `box` is the one for all times.
-SUNSTONE_BUILDER bool describeAtKeys(const BuildJob& job, uint32_t index, const Bounds& box,
-                                     Bounds& exact, KeySum& sum) {
+SUNSTONE_INLINE bool describeAtKeys(const BuildJob& job, uint32_t index, const Bounds& box,
+                                    Bounds& exact, KeySum& sum) {
     KeyBounds* const keys = keyBoxesOf(job, index);
-    const InstanceData& record = at<InstanceData>(job.instances)[index];
+    const InstanceRecord& record = at<InstanceRecord>(job.instances)[index];
     if (moving::moves(record.child)) {
         describeMoving(job, record, nullptr, keys);
     } else {
@@ -454,11 +453,11 @@ enum class Way { kStill, kMotion, kKeys };
 // Reads an instance: its record and boxes. False if it is inactive or left for later, else `exact`
 // are its bounds at all times.
 template <Way kWay>
-SUNSTONE_BUILDER bool readInstance(const BuildJob& job, uint32_t index, const SharedParts* shared,
-                                   Bounds& exact) {
+SUNSTONE_INLINE bool readInstance(const BuildJob& job, uint32_t index, const SharedParts* shared,
+                                  Bounds& exact) {
     exact = emptyBounds();
-    bool active = describeInstance<kWay != Way::kStill>(job, index, shared, exact);
-    if (kWay == Way::kStill && at<const InstanceData>(job.instances)[index].pad == kLeftForLater)
+    bool active = describeInstance < kWay != Way::kStill > (job, index, shared, exact);
+    if (kWay == Way::kStill && at<const InstanceRecord>(job.instances)[index].pad == kLeftForLater)
         countersOf(job).leftInstances = 1;
     Bounds box = exact;
     if constexpr (kWay == Way::kKeys) {
@@ -478,7 +477,7 @@ constexpr uint32_t kInstanceThreads = 128;
 
 // For builds and updates. In an update the records of instances are those in the structure, and
 // nodes get their parents.
-SUNSTONE_BUILDER bool mayReadInstances(BuildJob& job) {
+SUNSTONE_INLINE bool mayReadInstances(BuildJob& job) {
     if (countersOf(job).failure)
         return false;
     if (job.expected) {
@@ -506,7 +505,7 @@ SUNSTONE_KERNEL __launch_bounds__(kInstanceThreads, 6) sunstone_instances(BuildJ
 }
 
 template <Way kWay>
-SUNSTONE_BUILDER void readMovingInstances(BuildJob& job) {
+SUNSTONE_INLINE void readMovingInstances(BuildJob& job) {
     if (!mayReadInstances(job))
         return;
     Bounds found = emptyBounds();
@@ -514,7 +513,7 @@ SUNSTONE_BUILDER void readMovingInstances(BuildJob& job) {
     for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
         Bounds exact;
         const bool isOurs =
-            kWay == Way::kKeys || at<const InstanceData>(job.instances)[i].pad == kLeftForLater;
+            kWay == Way::kKeys || at<const InstanceRecord>(job.instances)[i].pad == kLeftForLater;
         if (isOurs && readInstance<kWay>(job, i, nullptr, exact)) {
             found = unite(found, exact);
             ++numActive;

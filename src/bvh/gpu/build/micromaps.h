@@ -16,10 +16,10 @@
 namespace sunstone::bvh::gpu {
 
 // The header while an array is being built: 1 if it will be one.
-SUNSTONE_BUILDER uint32_t& goesWell(const MicromapJob& job) {
+SUNSTONE_INLINE uint32_t& goesWell(const MicromapJob& job) {
     return at<MicromapArrayHeader>(job.output)->pad[0];
 }
-SUNSTONE_BUILDER MicromapRef* refsOf(const MicromapJob& job) {
+SUNSTONE_INLINE MicromapRef* refsOf(const MicromapJob& job) {
     return at<MicromapRef>(job.output + job.refsOffset);
 }
 
@@ -27,15 +27,15 @@ struct DeviceMicromap {
     uint32_t byteOffset, level;
     MicromapFormat format;
 };
-SUNSTONE_BUILDER DeviceMicromap readMicromap(const MicromapJob& job, uint32_t i) {
+SUNSTONE_INLINE DeviceMicromap readMicromap(const MicromapJob& job, uint32_t i) {
     const auto* const words =
         at<const uint32_t>(job.descriptions + uint64_t(i) * job.descriptionStride);
     return {words[0], words[1] & 0xFFFFu, MicromapFormat(words[1] >> 16)};
 }
 
 // Takes a description out of those that the histogram counts: its bytes of states, or 0.
-SUNSTONE_BUILDER uint32_t countMicromap(const MicromapJob& job, const DeviceMicromap& m,
-                                        uint32_t* left) {
+SUNSTONE_INLINE uint32_t countMicromap(const MicromapJob& job, const DeviceMicromap& m,
+                                       uint32_t* left) {
     const bool two = m.format == MicromapFormat::kTwoState;
     if (m.level > kMaxMicromapLevel || (!two && m.format != MicromapFormat::kFourState))
         return 0;
@@ -155,10 +155,10 @@ SUNSTONE_KERNEL sunstone_relocate_micromaps(uint64_t block, uint64_t report, uin
                                             uint64_t array) {
     const BlockHeader& header = *at<const BlockHeader>(block);
     const auto& is = *at<const MicromapArrayHeader>(array);
-    MicromapRecord* const record = header.magic == kGpuBlockMagic && header.micromapsOffset != 0 &&
-                                           input < header.numInputs
-                                       ? at<MicromapRecord>(block + header.micromapsOffset) + input
-                                       : nullptr;
+    MicromapRecord* const record =
+        header.magic == kGpuBlockMagic && header.micromapsOffset != 0 && input < header.numInputs
+            ? at<MicromapRecord>(block + header.micromapsOffset) + input
+            : nullptr;
     if (!record || !record->refsOffset || !looksLikeMicromapArray(&is) ||
         is.usedSize != record->arraySize || is.numMicromaps != record->numMicromaps)
         return reportFailure(report, block, kNoMicromapCopy);

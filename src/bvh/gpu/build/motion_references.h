@@ -14,17 +14,17 @@ struct KeySum {
     Bounds all;
     double lower[3], upper[3];
 };
-SUNSTONE_BUILDER KeySum noKeys() {
+SUNSTONE_INLINE KeySum noKeys() {
     return {emptyBounds(), {0, 0, 0}, {0, 0, 0}};
 }
-SUNSTONE_BUILDER void addKey(KeySum& sum, const Bounds& box) {
+SUNSTONE_INLINE void addKey(KeySum& sum, const Bounds& box) {
     sum.all = unite(sum.all, box);
     for (int a = 0; a < 3; ++a) {
         sum.lower[a] += box.lower[a];
         sum.upper[a] += box.upper[a];
     }
 }
-SUNSTONE_BUILDER Bounds meanOf(const KeySum& sum, uint32_t keys) {
+SUNSTONE_INLINE Bounds meanOf(const KeySum& sum, uint32_t keys) {
     Bounds mean;
     for (int a = 0; a < 3; ++a) {
         mean.lower[a] = float(sum.lower[a] / keys);
@@ -34,7 +34,7 @@ SUNSTONE_BUILDER Bounds meanOf(const KeySum& sum, uint32_t keys) {
 }
 
 // The input as it is at a key.
-SUNSTONE_BUILDER DeviceInput atKey(const DeviceInput& input, uint32_t key) {
+SUNSTONE_INLINE DeviceInput atKey(const DeviceInput& input, uint32_t key) {
     DeviceInput here = input;
     if (input.keyData)
         here.data = at<const uint64_t>(input.keyData)[key];
@@ -44,8 +44,8 @@ SUNSTONE_BUILDER DeviceInput atKey(const DeviceInput& input, uint32_t key) {
 }
 
 // bvh::TriangleCheck: usable at all keys, with an area at one or between two.
-SUNSTONE_BUILDER bool readMovingTriangle(const DeviceInput& input, uint32_t triangle, uint32_t keys,
-                                         KeySum& sum) {
+SUNSTONE_INLINE bool readMovingTriangle(const DeviceInput& input, uint32_t triangle, uint32_t keys,
+                                        KeySum& sum) {
     float v[9], previous[9];
     bool area = false;
     for (uint32_t k = 0; k < keys; ++k) {
@@ -68,7 +68,7 @@ SUNSTONE_BUILDER bool readMovingTriangle(const DeviceInput& input, uint32_t tria
     return area;
 }
 
-SUNSTONE_BUILDER bool readMovingPrimitive(const BuildJob& job, InputPlace from, KeySum& sum) {
+SUNSTONE_INLINE bool readMovingPrimitive(const BuildJob& job, InputPlace from, KeySum& sum) {
     const DeviceInput& input = at<const DeviceInput>(job.inputs)[from.input];
     if (job.type == BlockType::kTriangles)
         return readMovingTriangle(input, from.primitive, job.motionKeys, sum);
@@ -97,8 +97,8 @@ SUNSTONE_KERNEL sunstone_moving_references(BuildJob job) {
 }
 
 // As writeRecord in finish.h; `exact` holds all keys.
-SUNSTONE_BUILDER bool writeMovingRecord(const BuildJob& job, uint32_t place, InputPlace from,
-                                        bool mayBeInactive, Bounds& exact) {
+SUNSTONE_INLINE bool writeMovingRecord(const BuildJob& job, uint32_t place, InputPlace from,
+                                       bool mayBeInactive, Bounds& exact) {
     const DeviceInput& input = at<const DeviceInput>(job.inputs)[from.input];
     const InputRecord& record = at<const InputRecord>(job.inputRecords)[from.input];
     const uint32_t reported = from.primitive + record.primitiveIndexOffset;

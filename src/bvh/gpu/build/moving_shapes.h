@@ -11,8 +11,8 @@ namespace sunstone::bvh::gpu {
 
 // Stores all keys in the array of points, if any. False if the primitive is inactive at one of
 // them; else `all` bounds it at all of them.
-SUNSTONE_BUILDER bool readMovingIntoPoints(const BuildJob& job, const ShapePlace& from,
-                                           Bounds& all) {
+SUNSTONE_INLINE bool readMovingIntoPoints(const BuildJob& job, const ShapePlace& from,
+                                          Bounds& all) {
     bool active = true;
     all = emptyBounds();
     for (uint32_t key = 0; key < job.motionKeys; ++key) {
@@ -57,7 +57,7 @@ SUNSTONE_KERNEL sunstone_moving_shapes(BuildJob job) {
 
 // A record's data of a piece at a key. Radii of linear segments are clamped after interpolation, as
 // on the CPU.
-SUNSTONE_BUILDER void movingRows(const ShapePoints& shape, uint32_t word, float rows[8]) {
+SUNSTONE_INLINE void movingRows(const ShapePoints& shape, uint32_t word, float rows[8]) {
     shapeLane(shape, word, true, rows);
     if (CurveBasis(shape.shape) == CurveBasis::kLinear) {
         rows[6] = shape.points[3];
@@ -66,8 +66,8 @@ SUNSTONE_BUILDER void movingRows(const ShapePoints& shape, uint32_t word, float 
 }
 
 // As writeShapeRecord, at all keys. Between them a curve may take any form.
-SUNSTONE_BUILDER bool writeMovingShapeRecord(const BuildJob& job, uint32_t place, uint32_t word,
-                                             Bounds& exact) {
+SUNSTONE_INLINE bool writeMovingShapeRecord(const BuildJob& job, uint32_t place, uint32_t word,
+                                            Bounds& exact) {
     const ShapePlace from = placeOfShape(job, word);
     const bool active = readMovingIntoPoints(job, from, exact);
     for (uint32_t key = 0; key < job.motionKeys; ++key) {
@@ -88,8 +88,8 @@ SUNSTONE_BUILDER bool writeMovingShapeRecord(const BuildJob& job, uint32_t place
 }
 
 // The box of a record's piece at a key, or of the whole primitive; empty if it is inactive.
-SUNSTONE_BUILDER Bounds boxOfMovingRecord(const BuildJob& job, uint32_t place, uint32_t key,
-                                          bool whole) {
+SUNSTONE_INLINE Bounds boxOfMovingRecord(const BuildJob& job, uint32_t place, uint32_t key,
+                                         bool whole) {
     const U4* const record = at<const U4>(recordAt(job, place, key));
     const U4 a = record[0], b = record[1];
     if (floatOf(a.x) != floatOf(a.x))

@@ -141,8 +141,8 @@ uint64_t splitBudget(uint64_t triangles) {
 } // namespace
 
 Plan::Plan(const BuildInputs& in, const BuildOptions& options) {
-    const int kinds = !in.triangles.empty() + !in.customs.empty() + hasShapes(in) +
-                      (in.instances != nullptr);
+    const int kinds =
+        !in.triangles.empty() + !in.customs.empty() + hasShapes(in) + (in.instances != nullptr);
     if (kinds != 1)
         fail(Code::kInvalidValue,
              "a build takes triangles, custom primitives, curves, spheres or instances: got ",
@@ -241,7 +241,7 @@ void Plan::layOutOutput(const BuildOptions& options) {
     if (micromapTable)
         micromaps = place(micromapTable, 64);
     if (type == BlockType::kInstances)
-        instances = place(uint64_t(numPrimitives) * sizeof(InstanceData), 64);
+        instances = place(uint64_t(numPrimitives) * sizeof(InstanceRecord), 64);
     // Rays are tested against the control points of all curves but linear ones.
     const bool tested = isCurveBasis(shape) && CurveBasis(shape) != CurveBasis::kLinear;
     if (tested || (type == BlockType::kShapes && options.allowRandomVertexAccess)) {
@@ -301,8 +301,8 @@ void Plan::layOutTemp() {
     values[0] = placeAnywhere(n * 4);
     if (maySplit())
         parents = placeAnywhere(n * 4); // set to ones where it is, if not with the tasks
-    savings = keys[1]; // free after the sort
-    order = values[1]; // and this after the tree
+    savings = keys[1];                  // free after the sort
+    order = values[1];                  // and this after the tree
     // Free when the tree is collapsed: sums of the sort, the clusters' wait words or the keys, and
     // all from the boxes on, which for triangles is enough.
     static_assert(kSortPasses * kSortDigits >= kSortTile * 4 / 7 + 2); // words of a tile
@@ -356,7 +356,7 @@ static void startHeader(BlockHeader& header, const BuildOptions& options, const 
     header.instancesOffset = plan.instances;
     header.recordsOffset = plan.records;
     header.pointsOffset = plan.points;
-    header.shape = plan.shape;
+    header.shape = uint16_t(plan.shape);
     header.nodesOffset = plan.nodes;
     header.options = optionBits(options);
     header.motionKeys = plan.motion.keys;

@@ -6,35 +6,33 @@
 // triangle's parts are prefix sums, so that builds are repeatable.
 #pragma once
 
+#include "bvh/build/split_measure.h"
 #include "bvh/gpu/build/finish.h"
 #include "bvh/gpu/build/sort.h"
 
 namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kSplitThreads = 256;
-constexpr uint32_t kMostSplits = 31;
 // Splits are skipped where the boxes of long thin triangles are a smaller share than this of the
 // area of all boxes, as among random triangles: rays would not gain.
 constexpr uint64_t kLeastShare = 8;
 // Where at most one of so many triangles is split, leaves hold records of their triangles, which
 // rays reach faster; else they share them.
 constexpr uint32_t kFewSplits = 16;
-constexpr double kWorthwhile =
-    10; // boxes below this times the area their triangle needs are good enough
 
-SUNSTONE_BUILDER uint32_t splitBlocks(const BuildJob& job) {
+SUNSTONE_INLINE uint32_t splitBlocks(const BuildJob& job) {
     return (job.numPrimitives + kSplitThreads - 1) / kSplitThreads;
 }
 // Priority with the limit in its last 5 bits; then the number of splits. And sums of blocks.
-SUNSTONE_BUILDER uint32_t* splitWords(const BuildJob& job) {
+SUNSTONE_INLINE uint32_t* splitWords(const BuildJob& job) {
     return at<uint32_t>(job.keys[1]);
 }
-SUNSTONE_BUILDER uint32_t* splitSums(const BuildJob& job) {
+SUNSTONE_INLINE uint32_t* splitSums(const BuildJob& job) {
     return splitWords(job) + job.numPrimitives;
 }
 
-SUNSTONE_BUILDER bool verticesOf(const BuildJob& job, uint32_t primitive, float v[9],
-                                 uint32_t& flags) {
+SUNSTONE_INLINE bool verticesOf(const BuildJob& job, uint32_t primitive, float v[9],
+                                uint32_t& flags) {
     const uint32_t i = inputOfPrimitive(job, primitive);
     const DeviceInput& input = at<const DeviceInput>(job.inputs)[i];
     const InputRecord& record = at<const InputRecord>(job.inputRecords)[i];
@@ -43,47 +41,31 @@ SUNSTONE_BUILDER bool verticesOf(const BuildJob& job, uint32_t primitive, float 
     return readTriangle(input, local, v);
 }
 
-SUNSTONE_BUILDER double absolute(double a) {
-    return a < 0 ? -a : a;
-}
-
 // A triangle's share in the sums of areas, and its splits.
-struct SplitMeasure {
+struct SplitShare {
     uint32_t word;
     double box, excess;
 };
 
-SUNSTONE_BUILDER SplitMeasure measureTriangle(const BuildJob& job, uint32_t primitive) {
+SUNSTONE_INLINE SplitShare measureTriangle(const BuildJob& job, uint32_t primitive) {
     float v[9];
     uint32_t flags;
     if (!verticesOf(job, primitive, v, flags))
         return {0, 0, 0};
-    double size[3], a[3], b[3];
-    for (int i = 0; i < 3; ++i) {
-        size[i] = double(larger(larger(v[i], v[3 + i]), v[6 + i])) -
-                  double(smaller(smaller(v[i], v[3 + i]), v[6 + i]));
-        a[i] = double(v[3 + i]) - v[i];
-        b[i] = double(v[6 + i]) - v[i];
-    }
-    const double box = size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
-    const double need =
-        0.5 * (absolute(a[1] * b[2] - a[2] * b[1]) + absolute(a[2] * b[0] - a[0] * b[2]) +
-               absolute(a[0] * b[1] - a[1] * b[0]));
-    const SplitMeasure whole = {0, box, 0};
-    if (flags & kGeometryRequireSingleAnyHit || !(box > kWorthwhile * need) || !(box < 1e300))
+    const SplitMeasure m = splitMeasure(v);
+    const SplitShare whole = {0, m.box, 0};
+    if (flags & kGeometryRequireSingleAnyHit || !isWorthSplitting(m))
         return whole;
-    const double share = need > 1e-3 * box ? box / need : 1e3;
-    const uint32_t limit = share < kMostSplits ? uint32_t(share) : kMostSplits;
     // The cube root, scaled into the range of floats: only its proportions matter.
-    const float excess = float(box - need);
+    const float excess = float(m.box - m.need);
     if (!(excess > 0) || excess > 3e38f)
         return whole;
     const float root = __nvvm_ex2_approx_f(mul(__nvvm_lg2_approx_f(excess), 1.0f / 3));
-    return {(bitsOf(root) & ~31u) | limit, box, box - need};
+    return {(bitsOf(root) & ~31u) | splitLimit(m), m.box, m.box - m.need};
 }
 
 // From areas to integers, whose sums do not depend on their order: 2^32 is the area of the scene.
-SUNSTONE_BUILDER double areaUnits(const Counters& counters) {
+SUNSTONE_INLINE double areaUnits(const Counters& counters) {
     double size[3];
     for (int a = 0; a < 3; ++a)
         size[a] = double(fromOrdered(counters.upper[a])) - double(fromOrdered(~counters.lower[a]));
@@ -104,7 +86,7 @@ SUNSTONE_KERNEL sunstone_split_measure(BuildJob job) {
     unsigned long long ownBoxes = 0, ownSplits = 0;
     for (uint32_t i = globalThread(); i < job.numPrimitives; i += gridDim.x * blockDim.x) {
         const Bounds box = primitiveBounds(job, i);
-        SplitMeasure measure = {0, 0, 0};
+        SplitShare measure = {0, 0, 0};
         if (box.lower[0] <= box.upper[0])
             measure = measureTriangle(job, i);
         splitWords(job)[i] = measure.word;
@@ -127,14 +109,14 @@ SUNSTONE_KERNEL sunstone_split_measure(BuildJob job) {
     }
 }
 
-SUNSTONE_BUILDER uint32_t splitsOf(float priority, float factor, uint32_t limit) {
+SUNSTONE_INLINE uint32_t splitsOf(float priority, float factor, uint32_t limit) {
     const float splits = mul(priority, factor);
     return splits < float(limit) ? uint32_t(splits) : limit;
 }
 
 // The same for a primitive: up to a quarter of a split more, so that some of many equal triangles
 // are split where there is no room to split all.
-SUNSTONE_BUILDER uint32_t splitsOf(uint32_t primitive, uint32_t word, float factor) {
+SUNSTONE_INLINE uint32_t splitsOf(uint32_t primitive, uint32_t word, float factor) {
     const float more = mul(float(primitive * 2654435769u >> 8), 0x1p-26f);
     const float splits = add(mul(floatOf(word & ~31u), factor), more);
     const uint32_t limit = word & 31u;
@@ -144,7 +126,7 @@ SUNSTONE_BUILDER uint32_t splitsOf(uint32_t primitive, uint32_t word, float fact
 // How many splits there may be. The more boxes a ray meets, the fuller are the nodes, and the more
 // parts are within 80 bytes a triangle (docs/acceleration.md): 0.7 for each triangle where the long
 // thin ones' boxes have the area of the scene, and 0.05 more whenever it doubles.
-SUNSTONE_BUILDER uint64_t splitBudget(const BuildJob& job) {
+SUNSTONE_INLINE uint64_t splitBudget(const BuildJob& job) {
     const uint64_t room = job.maxReferences - job.numPrimitives;
     const int doubled = 31 - __clzll((long long)(countersOf(job).splitAreas));
     const uint64_t twentieths = doubled > -8 ? uint64_t(14 + doubled) : 6;
@@ -188,7 +170,7 @@ SUNSTONE_KERNEL sunstone_split_choose(BuildJob job) {
 }
 
 // The first is 0, the others are around what the histogram gives.
-SUNSTONE_BUILDER float splitFactor(const Counters& counters, uint32_t number) {
+SUNSTONE_INLINE float splitFactor(const Counters& counters, uint32_t number) {
     const float share = add(0.5f, mul(float(number), 1.5f / (kSplitFactors - 1)));
     return number == 0 ? 0.0f : mul(counters.splitFactor, share);
 }
@@ -224,10 +206,9 @@ SUNSTONE_KERNEL __launch_bounds__(kSplitThreads) sunstone_split_try(BuildJob job
         atomicAdd(&counters.splitTotals[threadIdx.x], totals[threadIdx.x]);
 }
 
-SUNSTONE_BUILDER float chosenFactor(const Counters& counters) {
+SUNSTONE_INLINE float chosenFactor(const Counters& counters) {
     uint32_t number = 0;
-    while (number + 1 < kSplitFactors &&
-           counters.splitTotals[number + 1] <= counters.splitBudget)
+    while (number + 1 < kSplitFactors && counters.splitTotals[number + 1] <= counters.splitBudget)
         ++number;
     return splitFactor(counters, number);
 }
@@ -253,8 +234,8 @@ SUNSTONE_KERNEL __launch_bounds__(kSplitThreads) sunstone_split_count(BuildJob j
         splitSums(job)[blockIdx.x] = sum;
 }
 
-// One block of kSplitThreads: sums of blocks become where their parts begin. The bins are cleared for
-// the sort, which counts in their place.
+// One block of kSplitThreads: sums of blocks become where their parts begin. The bins are cleared
+// for the sort, which counts in their place.
 SUNSTONE_KERNEL __launch_bounds__(kSplitThreads) sunstone_split_sum(BuildJob job) {
     __shared__ uint32_t warpSums[kSplitThreads / 32];
     __shared__ uint32_t last;
@@ -282,7 +263,7 @@ SUNSTONE_KERNEL __launch_bounds__(kSplitThreads) sunstone_split_sum(BuildJob job
     }
 }
 
-SUNSTONE_BUILDER float lengthOf(const Bounds& b, int& axis) {
+SUNSTONE_INLINE float lengthOf(const Bounds& b, int& axis) {
     float length = -1;
     for (int a = 0; a < 3; ++a)
         if (sub(b.upper[a], b.lower[a]) > length) {
@@ -293,8 +274,8 @@ SUNSTONE_BUILDER float lengthOf(const Bounds& b, int& axis) {
 }
 
 // Box of the triangle's part on one side of a plane, inside `piece`.
-SUNSTONE_BUILDER Bounds sideOf(const float v[9], const Bounds& piece, int axis, double plane,
-                               float pad, bool low) {
+SUNSTONE_INLINE Bounds sideOf(const float v[9], const Bounds& piece, int axis, double plane,
+                              float pad, bool low) {
     double lower[3] = {1e300, 1e300, 1e300}, upper[3] = {-1e300, -1e300, -1e300};
     const auto add3 = [&](const double p[3]) {
         for (int a = 0; a < 3; ++a) {
@@ -334,7 +315,7 @@ SUNSTONE_BUILDER Bounds sideOf(const float v[9], const Bounds& piece, int axis, 
     return result;
 }
 
-SUNSTONE_BUILDER void storeReference(const BuildJob& job, uint32_t reference, const Bounds& box) {
+SUNSTONE_INLINE void storeReference(const BuildJob& job, uint32_t reference, const Bounds& box) {
     float* const to = at<float>(job.boxes + uint64_t(reference) * sizeof(PrimitiveBox));
     for (int a = 0; a < 3; ++a) {
         to[a] = box.lower[a];
@@ -343,8 +324,8 @@ SUNSTONE_BUILDER void storeReference(const BuildJob& job, uint32_t reference, co
 }
 
 // Writes `splits` + 1 parts: one in place of the whole, the others from `next`.
-SUNSTONE_BUILDER void splitTriangle(const BuildJob& job, uint32_t primitive, uint32_t splits,
-                                    uint32_t next) {
+SUNSTONE_INLINE void splitTriangle(const BuildJob& job, uint32_t primitive, uint32_t splits,
+                                   uint32_t next) {
     struct Part {
         Bounds box;
         uint32_t splits;

@@ -13,12 +13,12 @@ namespace sunstone::bvh::gpu {
 constexpr uint32_t kReferenceThreads = 256;
 constexpr float kLargestCoordinate = 0x1p100f;
 
-SUNSTONE_BUILDER bool isUsable(float a) {
+SUNSTONE_INLINE bool isUsable(float a) {
     return a >= -kLargestCoordinate && a <= kLargestCoordinate;
 }
 
 // The build input of a primitive, counted over all inputs.
-SUNSTONE_BUILDER uint32_t inputOfPrimitive(const BuildJob& job, uint32_t primitive) {
+SUNSTONE_INLINE uint32_t inputOfPrimitive(const BuildJob& job, uint32_t primitive) {
     const InputRecord* const records = at<const InputRecord>(job.inputRecords);
     uint32_t low = 0, high = job.numInputs;
     while (high - low > 1) {
@@ -35,14 +35,14 @@ SUNSTONE_BUILDER uint32_t inputOfPrimitive(const BuildJob& job, uint32_t primiti
 struct InputPlace {
     uint32_t input, primitive;
 };
-SUNSTONE_BUILDER InputPlace placeOfPrimitive(const BuildJob& job, uint32_t primitive) {
+SUNSTONE_INLINE InputPlace placeOfPrimitive(const BuildJob& job, uint32_t primitive) {
     const uint32_t input = inputOfPrimitive(job, primitive);
     return {input, primitive - at<const InputRecord>(job.inputRecords)[input].firstPrimitive};
 }
 
 // The SBT index and geometry flags of a primitive in a word.
-SUNSTONE_BUILDER uint32_t sbtWord(const DeviceInput& input, const InputRecord& record,
-                                  uint32_t primitive) {
+SUNSTONE_INLINE uint32_t sbtWord(const DeviceInput& input, const InputRecord& record,
+                                 uint32_t primitive) {
     uint32_t local = 0;
     const uint64_t address = input.sbtOffsets + uint64_t(primitive) * input.sbtOffsetStride;
     if (input.sbtOffsets && input.sbtOffsetSize)
@@ -55,30 +55,30 @@ SUNSTONE_BUILDER uint32_t sbtWord(const DeviceInput& input, const InputRecord& r
 }
 
 // Write a record and return the place behind it.
-SUNSTONE_BUILDER U4* storeCustom(U4* to, const Bounds& b, uint32_t reported, uint32_t word) {
+SUNSTONE_INLINE U4* storeCustom(U4* to, const Bounds& b, uint32_t reported, uint32_t word) {
     to[0] = U4{bitsOf(b.lower[0]), bitsOf(b.lower[1]), bitsOf(b.lower[2]), reported};
     to[1] = U4{bitsOf(b.upper[0]), bitsOf(b.upper[1]), bitsOf(b.upper[2]), word};
     return to + sizeof(CustomLeaf) / 16;
 }
-SUNSTONE_BUILDER U4* storeTriangle(U4* to, const float v[9], uint32_t reported, uint32_t word) {
+SUNSTONE_INLINE U4* storeTriangle(U4* to, const float v[9], uint32_t reported, uint32_t word) {
     to[0] = U4{bitsOf(v[0]), bitsOf(v[1]), bitsOf(v[2]), reported};
     to[1] = U4{bitsOf(v[3]), bitsOf(v[4]), bitsOf(v[5]), word};
     to[2] = U4{bitsOf(v[6]), bitsOf(v[7]), bitsOf(v[8]), 0};
     return to + sizeof(TriangleRecord) / 16;
 }
 
-SUNSTONE_BUILDER float halfToFloat(uint32_t h) {
+SUNSTONE_INLINE float halfToFloat(uint32_t h) {
     const uint32_t exponent = h >> 10 & 31u, mantissa = h & 0x3FFu;
     const float value = exponent == 31  ? floatOf(0x7F800000u | mantissa << 13)
                         : exponent == 0 ? mul(float(mantissa), 0x1p-24f)
                                         : floatOf((exponent + 112) << 23 | mantissa << 13);
     return h & 0x8000u ? -value : value;
 }
-SUNSTONE_BUILDER float snormToFloat(uint32_t bits) {
+SUNSTONE_INLINE float snormToFloat(uint32_t bits) {
     return larger(divide(float(int16_t(bits)), 32767.0f), -1.0f);
 }
 
-SUNSTONE_BUILDER void readVertex(const DeviceInput& input, uint32_t index, float out[3]) {
+SUNSTONE_INLINE void readVertex(const DeviceInput& input, uint32_t index, float out[3]) {
     const uint64_t address = input.data + uint64_t(index) * input.stride;
     const auto format = VertexFormat(input.vertexFormat);
     out[2] = 0;
@@ -99,7 +99,7 @@ SUNSTONE_BUILDER void readVertex(const DeviceInput& input, uint32_t index, float
 }
 
 // The vertices after the pre-transform; false if an index is out of range.
-SUNSTONE_BUILDER bool readVertices(const DeviceInput& input, uint32_t triangle, float v[9]) {
+SUNSTONE_INLINE bool readVertices(const DeviceInput& input, uint32_t triangle, float v[9]) {
     uint32_t index[3] = {3 * triangle, 3 * triangle + 1, 3 * triangle + 2};
     const uint64_t address = input.indices + uint64_t(triangle) * input.indexStride;
     if (IndexFormat(input.indexFormat) == IndexFormat::kUint3)
@@ -127,7 +127,7 @@ SUNSTONE_BUILDER bool readVertices(const DeviceInput& input, uint32_t triangle, 
 }
 
 // Differences of floats are not exact in double, but the same as on the CPU.
-SUNSTONE_BUILDER bool hasArea(const float v[9]) {
+SUNSTONE_INLINE bool hasArea(const float v[9]) {
     double a[3], b[3];
     for (int i = 0; i < 3; ++i) {
         a[i] = sub(double(v[3 + i]), double(v[i]));
@@ -137,7 +137,7 @@ SUNSTONE_BUILDER bool hasArea(const float v[9]) {
            mul(a[0], b[1]) != mul(a[1], b[0]);
 }
 
-SUNSTONE_BUILDER bool readTriangle(const DeviceInput& input, uint32_t triangle, float v[9]) {
+SUNSTONE_INLINE bool readTriangle(const DeviceInput& input, uint32_t triangle, float v[9]) {
     if (!readVertices(input, triangle, v))
         return false;
     bool good = true;
@@ -146,7 +146,7 @@ SUNSTONE_BUILDER bool readTriangle(const DeviceInput& input, uint32_t triangle, 
     return good && hasArea(v);
 }
 
-SUNSTONE_BUILDER bool readCustom(const DeviceInput& input, uint32_t primitive, Bounds& box) {
+SUNSTONE_INLINE bool readCustom(const DeviceInput& input, uint32_t primitive, Bounds& box) {
     if (!input.data)
         return false;
     const float* const b = at<const float>(input.data + uint64_t(primitive) * input.stride);
@@ -159,7 +159,7 @@ SUNSTONE_BUILDER bool readCustom(const DeviceInput& input, uint32_t primitive, B
     return good;
 }
 
-SUNSTONE_BUILDER Bounds boundsOfTriangle(const float v[9]) {
+SUNSTONE_INLINE Bounds boundsOfTriangle(const float v[9]) {
     Bounds box;
     for (int a = 0; a < 3; ++a) {
         box.lower[a] = smaller(smaller(v[a], v[3 + a]), v[6 + a]);
@@ -168,7 +168,7 @@ SUNSTONE_BUILDER Bounds boundsOfTriangle(const float v[9]) {
     return box;
 }
 
-SUNSTONE_BUILDER bool readBox(const BuildJob& job, uint32_t primitive, Bounds& box) {
+SUNSTONE_INLINE bool readBox(const BuildJob& job, uint32_t primitive, Bounds& box) {
     const InputPlace from = placeOfPrimitive(job, primitive);
     const DeviceInput& input = at<const DeviceInput>(job.inputs)[from.input];
     if (job.type == BlockType::kCustom)
@@ -181,7 +181,7 @@ SUNSTONE_BUILDER bool readBox(const BuildJob& job, uint32_t primitive, Bounds& b
 }
 
 // The box in nodes of an active primitive with this box.
-SUNSTONE_BUILDER Bounds padBounds(const Bounds& box) {
+SUNSTONE_INLINE Bounds padBounds(const Bounds& box) {
     const float size =
         larger(larger(sub(box.upper[0], box.lower[0]), sub(box.upper[1], box.lower[1])),
                sub(box.upper[2], box.lower[2]));
@@ -195,8 +195,8 @@ SUNSTONE_BUILDER Bounds padBounds(const Bounds& box) {
 }
 
 // Stores the padded box of a primitive, or one that marks it as inactive.
-SUNSTONE_BUILDER void storeBox(const BuildJob& job, uint32_t primitive, bool active,
-                               const Bounds& box) {
+SUNSTONE_INLINE void storeBox(const BuildJob& job, uint32_t primitive, bool active,
+                              const Bounds& box) {
     float* const to = at<float>(job.boxes + uint64_t(primitive) * sizeof(PrimitiveBox));
     const Bounds padded = active ? padBounds(box) : emptyBounds();
     for (int a = 0; a < 3; ++a) {
@@ -206,7 +206,7 @@ SUNSTONE_BUILDER void storeBox(const BuildJob& job, uint32_t primitive, bool act
 }
 
 // Adds the findings of a block's threads to the counters; all of its threads take part.
-SUNSTONE_BUILDER void addToCounters(const BuildJob& job, const Bounds& found, uint32_t active) {
+SUNSTONE_INLINE void addToCounters(const BuildJob& job, const Bounds& found, uint32_t active) {
     __shared__ uint32_t most[7];
     if (threadIdx.x < 7)
         most[threadIdx.x] = 0;
@@ -244,7 +244,7 @@ SUNSTONE_BUILDER void addToCounters(const BuildJob& job, const Bounds& found, ui
 }
 
 // The same at the end of a build's first step: without splits, references are primitives.
-SUNSTONE_BUILDER void countReferences(const BuildJob& job, const Bounds& found, uint32_t active) {
+SUNSTONE_INLINE void countReferences(const BuildJob& job, const Bounds& found, uint32_t active) {
     addToCounters(job, found, active);
     if (globalThread() == 0) {
         countersOf(job).numReferences = job.numPrimitives;

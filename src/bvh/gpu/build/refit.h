@@ -30,8 +30,8 @@ namespace sunstone::bvh::gpu {
 constexpr uint32_t kRefitThreads = 256;
 
 // The host has the same rules: Builder::checkUpdate.
-SUNSTONE_BUILDER bool isExpected(const BuildJob& job, const BlockHeader& is,
-                                 const BlockHeader& wanted) {
+SUNSTONE_INLINE bool isExpected(const BuildJob& job, const BlockHeader& is,
+                                const BlockHeader& wanted) {
     return is.magic == kGpuBlockMagic && is.version == wanted.version && is.type == wanted.type &&
            is.options == wanted.options && (is.options & kOptionUpdate) &&
            is.motionKeys == wanted.motionKeys && is.motionFlags == wanted.motionFlags &&
@@ -42,7 +42,7 @@ SUNSTONE_BUILDER bool isExpected(const BuildJob& job, const BlockHeader& is,
            is.numLeaves <= job.maxReferences;
 }
 
-SUNSTONE_BUILDER bool hasSameMicromaps(const BuildJob& job, uint32_t i) {
+SUNSTONE_INLINE bool hasSameMicromaps(const BuildJob& job, uint32_t i) {
     const DeviceInput& input = at<const DeviceInput>(job.inputs)[i];
     const uint64_t table = headerIn(job).micromapsOffset;
     if (table == 0)
@@ -77,7 +77,7 @@ SUNSTONE_KERNEL sunstone_update_check(BuildJob job) {
 // ---- records ----------------------------------------------------------------------------------
 
 // The build input of a record's SBT word.
-SUNSTONE_BUILDER uint32_t inputOfSbtWord(const BuildJob& job, uint32_t word) {
+SUNSTONE_INLINE uint32_t inputOfSbtWord(const BuildJob& job, uint32_t word) {
     const InputRecord* const records = at<const InputRecord>(job.inputRecords);
     const uint32_t index = word & kSbtIndexMask;
     uint32_t low = 0, high = job.numInputs;
@@ -95,8 +95,8 @@ SUNSTONE_BUILDER uint32_t inputOfSbtWord(const BuildJob& job, uint32_t word) {
 // updates are allowed) in word 9; the SBT word follows. Without motion the primitive's box goes to
 // its place.
 template <bool kMotion>
-SUNSTONE_BUILDER bool updateShapeRecord(const BuildJob& job, uint32_t place, const uint32_t* words,
-                                        Bounds& exact) {
+SUNSTONE_INLINE bool updateShapeRecord(const BuildJob& job, uint32_t place, const uint32_t* words,
+                                       Bounds& exact) {
     const uint32_t* const reported = words + (job.shape == kSphereShape ? 4 : 9);
     const InputRecord& record =
         at<const InputRecord>(job.inputRecords)[inputOfSbtWord(job, reported[1])];
@@ -115,7 +115,7 @@ SUNSTONE_BUILDER bool updateShapeRecord(const BuildJob& job, uint32_t place, con
 
 // For all kinds except instances, whose records the build's kernels read.
 template <bool kMotion, bool kShapes>
-SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& exact) {
+SUNSTONE_INLINE bool updateRecord(const BuildJob& job, uint32_t place, Bounds& exact) {
     const auto* const words = at<const uint32_t>(recordAt(job, place, 0));
     if constexpr (kShapes)
         return updateShapeRecord<kMotion>(job, place, words, exact);
@@ -132,7 +132,7 @@ SUNSTONE_BUILDER bool updateRecord(const BuildJob& job, uint32_t place, Bounds& 
 // The box of a record at a key, not padded; or that of the whole primitive, if the record is a
 // piece of it, or its emitted bounds. For instances, curves and spheres with motion keys only.
 template <bool kMotion>
-SUNSTONE_BUILDER Bounds exactBounds(const BuildJob& job, uint32_t place, uint32_t key, bool whole) {
+SUNSTONE_INLINE Bounds exactBounds(const BuildJob& job, uint32_t place, uint32_t key, bool whole) {
     if (kMotion && job.type == BlockType::kInstances) {
         const uint32_t index = at<const uint32_t>(job.records)[place];
         if (index >= job.numPrimitives)
@@ -153,7 +153,7 @@ SUNSTONE_BUILDER Bounds exactBounds(const BuildJob& job, uint32_t place, uint32_
 }
 
 template <bool kMotion>
-SUNSTONE_BUILDER Bounds recordBounds(const BuildJob& job, uint32_t place, uint32_t key) {
+SUNSTONE_INLINE Bounds recordBounds(const BuildJob& job, uint32_t place, uint32_t key) {
     if (!kMotion && job.type == BlockType::kInstances) {
         const uint32_t index = at<const uint32_t>(job.records)[place];
         return index < job.numPrimitives ? primitiveBounds(job, index) : emptyBounds();
@@ -165,7 +165,7 @@ SUNSTONE_BUILDER Bounds recordBounds(const BuildJob& job, uint32_t place, uint32
 }
 
 template <bool kMotion, bool kShapes>
-SUNSTONE_BUILDER void updateRecords(const BuildJob& job) {
+SUNSTONE_INLINE void updateRecords(const BuildJob& job) {
     const uint32_t count = headerIn(job).numLeaves;
     Bounds found = emptyBounds();
     uint32_t numActive = 0;
@@ -180,7 +180,7 @@ SUNSTONE_BUILDER void updateRecords(const BuildJob& job) {
 }
 
 template <bool kMotion, bool kShapes>
-SUNSTONE_BUILDER void updateRecordsAndLinks(const BuildJob& given) {
+SUNSTONE_INLINE void updateRecordsAndLinks(const BuildJob& given) {
     if (countersOf(given).failure)
         return;
     const BuildJob job = inStructure(given);
@@ -204,7 +204,7 @@ __launch_bounds__(kRefitThreads) sunstone_update_moving_shape_records(BuildJob g
 
 // ---- nodes ------------------------------------------------------------------------------------
 
-SUNSTONE_BUILDER uint64_t nodeBoxAt(const BuildJob& job, uint32_t index, uint32_t key) {
+SUNSTONE_INLINE uint64_t nodeBoxAt(const BuildJob& job, uint32_t index, uint32_t key) {
     return job.nodeBoxes + (uint64_t(index) * job.motionKeys + key) * sizeof(PrimitiveBox);
 }
 
@@ -218,20 +218,20 @@ SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_links(BuildJob given) 
 struct NodeHead {
     uint32_t innerMask, childBase, primitiveBase, meta[2];
 };
-SUNSTONE_BUILDER NodeHead loadHead(const WideNode& node) {
+SUNSTONE_INLINE NodeHead loadHead(const WideNode& node) {
     const U4* const words = reinterpret_cast<const U4*>(&node);
     const U4 b = words[1];
     return {words[0].w >> 24, b.x, b.y, {b.z, b.w}};
 }
-SUNSTONE_BUILDER uint32_t metaOf(const NodeHead& head, uint32_t slot) {
+SUNSTONE_INLINE uint32_t metaOf(const NodeHead& head, uint32_t slot) {
     return (slot < 4 ? head.meta[0] : head.meta[1]) >> 8 * (slot % 4) & 0xFFu;
 }
 
 // The box of a slot now, and its meta byte, which depends on whether the slot is active.
 template <bool kMotion>
-SUNSTONE_BUILDER Bounds refitSlot(const BuildJob& job, const NodeHead& node, uint32_t slot,
-                                  uint32_t key, uint32_t numNodes, uint32_t numRecords,
-                                  uint32_t& meta) {
+SUNSTONE_INLINE Bounds refitSlot(const BuildJob& job, const NodeHead& node, uint32_t slot,
+                                 uint32_t key, uint32_t numNodes, uint32_t numRecords,
+                                 uint32_t& meta) {
     Bounds box = emptyBounds();
     const uint32_t mask = node.innerMask;
     meta = metaOf(node, slot);
@@ -266,9 +266,9 @@ struct RefitBoxes {
 // Called by eight lanes, whose slots are their last three bits; all lanes of the warp take part.
 // Stores the node's box for its parent.
 template <bool kMotion>
-SUNSTONE_BUILDER RefitBoxes refitBoxes(const BuildJob& job, uint32_t index, const NodeHead& head,
-                                       bool active, uint32_t key, uint32_t numNodes,
-                                       uint32_t numRecords) {
+SUNSTONE_INLINE RefitBoxes refitBoxes(const BuildJob& job, uint32_t index, const NodeHead& head,
+                                      bool active, uint32_t key, uint32_t numNodes,
+                                      uint32_t numRecords) {
     RefitBoxes boxes = {emptyBounds(), {}, 0};
     const uint32_t slot = laneOf() % kSlots;
     if (active)
@@ -284,7 +284,7 @@ SUNSTONE_BUILDER RefitBoxes refitBoxes(const BuildJob& job, uint32_t index, cons
     return boxes;
 }
 
-SUNSTONE_BUILDER void storePlanes(const NodeHead& head, const RefitBoxes& boxes, WideNode& node) {
+SUNSTONE_INLINE void storePlanes(const NodeHead& head, const RefitBoxes& boxes, WideNode& node) {
     const uint32_t slot = laneOf() % kSlots;
     const Bounds grid = gridOf(boxes.whole), &own = boxes.own;
     const bool used = boxes.meta != 0;
@@ -309,7 +309,7 @@ SUNSTONE_BUILDER void storePlanes(const NodeHead& head, const RefitBoxes& boxes,
 }
 
 template <bool kMotion>
-SUNSTONE_BUILDER void updateNodes(const BuildJob& job) {
+SUNSTONE_INLINE void updateNodes(const BuildJob& job) {
     const uint32_t numNodes = headerIn(job).numNodes, numRecords = headerIn(job).numLeaves;
     const uint32_t lane = laneOf(), step = gridDim.x * blockDim.x / kSlots;
     const uint32_t* const parents = at<const uint32_t>(job.parents);
@@ -357,7 +357,7 @@ SUNSTONE_BUILDER void updateNodes(const BuildJob& job) {
 }
 
 // The header of an update; its records are complete.
-SUNSTONE_BUILDER void finishUpdate(const BuildJob& job) {
+SUNSTONE_INLINE void finishUpdate(const BuildJob& job) {
     const Counters& counters = countersOf(job);
     if (counters.failure)
         return reportFailure(job.report, job.output, counters.failure);
@@ -365,7 +365,7 @@ SUNSTONE_BUILDER void finishUpdate(const BuildJob& job) {
 }
 
 template <bool kMotion>
-SUNSTONE_BUILDER void updateNodesAndHeader(const BuildJob& given) {
+SUNSTONE_INLINE void updateNodesAndHeader(const BuildJob& given) {
     if (globalThread() == 0 && given.expected)
         finishUpdate(given);
     if (!countersOf(given).failure)

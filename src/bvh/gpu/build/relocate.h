@@ -9,16 +9,16 @@
 
 namespace sunstone::bvh::gpu {
 
-SUNSTONE_BUILDER bool isCopy(const RelocateJob& job) {
+SUNSTONE_INLINE bool isCopy(const RelocateJob& job) {
     const BlockHeader& is = *at<const BlockHeader>(job.block);
     return is.magic == kGpuBlockMagic && is.version == job.version && is.type == job.type &&
            is.numPrimitives == job.numPrimitives && is.usedSize == job.usedSize;
 }
 
-SUNSTONE_BUILDER bool isTraversable(const RelocateJob& job, uint64_t handle) {
-    const uint64_t tag = handle & kTraversableTagMask;
-    return handle == 0 || (tag >= kGasTag && tag <= kSrtMotionTag && handle != tag &&
-                           isKnownHandle(knownNow(job.known), handle));
+SUNSTONE_INLINE bool isTraversable(const RelocateJob& job, uint64_t handle) {
+    const uint64_t tag = handle & devlib::kTagMask;
+    return handle == 0 || (tag >= devlib::kTagGas && tag <= devlib::kTagSrtMotion &&
+                           handle != tag && isKnownHandle(knownNow(job.known), handle));
 }
 
 SUNSTONE_KERNEL sunstone_relocate(RelocateJob job) {
@@ -28,7 +28,7 @@ SUNSTONE_KERNEL sunstone_relocate(RelocateJob job) {
         return;
     }
     auto* const records =
-        at<InstanceData>(job.block + at<const BlockHeader>(job.block)->instancesOffset);
+        at<InstanceRecord>(job.block + at<const BlockHeader>(job.block)->instancesOffset);
     const uint32_t stride = gridDim.x * blockDim.x;
     for (uint32_t i = globalThread(); i < job.numChildren; i += stride) {
         const uint64_t child = at<const uint64_t>(job.children)[i];

@@ -9,14 +9,14 @@
 
 namespace sunstone::bvh::gpu {
 
-SUNSTONE_BUILDER bool firstVertex(const DeviceInput& input, uint32_t segment, uint32_t& first) {
+SUNSTONE_INLINE bool firstVertex(const DeviceInput& input, uint32_t segment, uint32_t& first) {
     if (!input.indices)
         return false;
     first = *at<const uint32_t>(input.indices + uint64_t(segment) * input.indexStride);
     return true;
 }
 
-SUNSTONE_BUILDER void readPoint(const DeviceInput& input, uint32_t vertex, float to[4]) {
+SUNSTONE_INLINE void readPoint(const DeviceInput& input, uint32_t vertex, float to[4]) {
     const float* const from = at<const float>(input.data + uint64_t(vertex) * input.stride);
     for (int i = 0; i < 3; ++i)
         to[i] = from[i];
@@ -24,8 +24,8 @@ SUNSTONE_BUILDER void readPoint(const DeviceInput& input, uint32_t vertex, float
 }
 
 // Control points of a segment, or centre and radius; NaN, and false, where there are none.
-SUNSTONE_BUILDER bool readShape(const BuildJob& job, const DeviceInput& input, uint32_t local,
-                                float points[16]) {
+SUNSTONE_INLINE bool readShape(const BuildJob& job, const DeviceInput& input, uint32_t local,
+                               float points[16]) {
     const uint32_t degree = isCurveBasis(job.shape) ? degreeOf(CurveBasis(job.shape)) : 0;
     uint32_t first = local;
     const bool there =
@@ -42,8 +42,8 @@ SUNSTONE_BUILDER bool readShape(const BuildJob& job, const DeviceInput& input, u
 }
 
 // A strand continues where the next segment begins one vertex later.
-SUNSTONE_BUILDER uint32_t capFlags(const DeviceInput& input, uint32_t numSegments,
-                                   uint32_t segment) {
+SUNSTONE_INLINE uint32_t capFlags(const DeviceInput& input, uint32_t numSegments,
+                                  uint32_t segment) {
     uint32_t here, other, flags = 0;
     if (!input.caps || !firstVertex(input, segment, here))
         return 0;
@@ -54,7 +54,7 @@ SUNSTONE_BUILDER uint32_t capFlags(const DeviceInput& input, uint32_t numSegment
     return flags;
 }
 
-SUNSTONE_BUILDER Bounds boxOfPiece(const ShapePoints& points, uint32_t word) {
+SUNSTONE_INLINE Bounds boxOfPiece(const ShapePoints& points, uint32_t word) {
     Bounds box;
     shapeBox(points, word, box.lower, box.upper);
     return box;
@@ -63,8 +63,8 @@ SUNSTONE_BUILDER Bounds boxOfPiece(const ShapePoints& points, uint32_t word) {
 // Boxes and words of all references of a primitive; the number of those that are active.
 // boxOf(word) is the box of a piece.
 template <class BoxOf>
-SUNSTONE_BUILDER uint32_t referToPieces(const BuildJob& job, uint32_t primitive, bool active,
-                                        const ShapePoints& at0, bool split, const BoxOf& boxOf) {
+SUNSTONE_INLINE uint32_t referToPieces(const BuildJob& job, uint32_t primitive, bool active,
+                                       const ShapePoints& at0, bool split, const BoxOf& boxOf) {
     const uint32_t pieces = active && split ? worthwhilePieces(at0, job.pieces) : 1;
     for (uint32_t k = 0; k < job.pieces; ++k) {
         const uint32_t reference =
@@ -79,18 +79,18 @@ SUNSTONE_BUILDER uint32_t referToPieces(const BuildJob& job, uint32_t primitive,
 }
 
 // The word that names a sphere, or a piece of a curve (bvh/shapes/curves.h).
-SUNSTONE_BUILDER uint32_t wholeShape(const BuildJob& job, uint32_t primitive) {
+SUNSTONE_INLINE uint32_t wholeShape(const BuildJob& job, uint32_t primitive) {
     return job.shape == kSphereShape ? primitive : pieceWord(primitive, 1);
 }
-SUNSTONE_BUILDER uint32_t wordOfReference(const BuildJob& job, uint32_t reference) {
+SUNSTONE_INLINE uint32_t wordOfReference(const BuildJob& job, uint32_t reference) {
     return job.shape == kSphereShape ? reference : at<const uint32_t>(job.origins)[reference];
 }
 
 // Reads the primitive at a key (that of `input`), and stores it in the array of points, if any.
 // False if it is inactive, else `exact` is the box of the whole primitive.
-SUNSTONE_BUILDER bool readIntoPoints(const BuildJob& job, uint32_t primitive, uint32_t key,
-                                     uint32_t local, const DeviceInput& input, float points[16],
-                                     Bounds& exact) {
+SUNSTONE_INLINE bool readIntoPoints(const BuildJob& job, uint32_t primitive, uint32_t key,
+                                    uint32_t local, const DeviceInput& input, float points[16],
+                                    Bounds& exact) {
     const bool there = readShape(job, input, local, points);
     const uint32_t floats = shapeFloats(job.shape);
     if (job.points)
@@ -109,7 +109,7 @@ struct ShapePlace {
     const DeviceInput* input;
     uint32_t primitive, local, reported, sbt, capFlags;
 };
-SUNSTONE_BUILDER ShapePlace placeOfShape(const BuildJob& job, uint32_t word) {
+SUNSTONE_INLINE ShapePlace placeOfShape(const BuildJob& job, uint32_t word) {
     const uint32_t primitive = job.shape == kSphereShape ? word : segmentOf(word);
     const uint32_t i = inputOfPrimitive(job, primitive);
     const DeviceInput& input = at<const DeviceInput>(job.inputs)[i];
@@ -122,20 +122,20 @@ SUNSTONE_BUILDER ShapePlace placeOfShape(const BuildJob& job, uint32_t word) {
             sbtWord(input, record, local),
             capFlags(input, record.numPrimitives, local)};
 }
-SUNSTONE_BUILDER void storeSphere(U4* to, const float point[4], const ShapePlace& from) {
+SUNSTONE_INLINE void storeSphere(U4* to, const float point[4], const ShapePlace& from) {
     to[0] = U4{bitsOf(point[0]), bitsOf(point[1]), bitsOf(point[2]), bitsOf(point[3])};
     to[1] = U4{from.reported, from.sbt, 0, 0};
 }
-SUNSTONE_BUILDER void storeCurve(U4* to, const float rows[8], uint32_t word, const ShapePlace& from,
-                                 uint32_t flags) {
+SUNSTONE_INLINE void storeCurve(U4* to, const float rows[8], uint32_t word, const ShapePlace& from,
+                                uint32_t flags) {
     to[0] = U4{bitsOf(rows[0]), bitsOf(rows[1]), bitsOf(rows[2]), bitsOf(rows[3])};
     to[1] = U4{bitsOf(rows[4]), bitsOf(rows[5]), bitsOf(rows[6]), bitsOf(rows[7])};
     to[2] = U4{word, from.reported, from.sbt, from.capFlags | flags};
 }
 
 // As readIntoPoints; the record describes the piece only.
-SUNSTONE_BUILDER bool writeShapeRecord(const BuildJob& job, uint32_t place, uint32_t word,
-                                       Bounds& exact) {
+SUNSTONE_INLINE bool writeShapeRecord(const BuildJob& job, uint32_t place, uint32_t word,
+                                      Bounds& exact) {
     const ShapePlace from = placeOfShape(job, word);
     float points[16];
     const bool active =
@@ -153,8 +153,8 @@ SUNSTONE_BUILDER bool writeShapeRecord(const BuildJob& job, uint32_t place, uint
 }
 
 // Adds the findings to the counters; numFurther: references that are not the first of a primitive.
-SUNSTONE_BUILDER void countPieces(const BuildJob& job, const Bounds& found, uint32_t numActive,
-                                  uint32_t numFurther) {
+SUNSTONE_INLINE void countPieces(const BuildJob& job, const Bounds& found, uint32_t numActive,
+                                 uint32_t numFurther) {
     addToCounters(job, found, numActive);
     Counters& counters = countersOf(job);
     if (numFurther)
@@ -166,7 +166,7 @@ SUNSTONE_BUILDER void countPieces(const BuildJob& job, const Bounds& found, uint
     }
 }
 
-SUNSTONE_BUILDER bool maySplit(const ShapePlace& from) {
+SUNSTONE_INLINE bool maySplit(const ShapePlace& from) {
     return !(from.sbt >> kGeometryFlagShift & kGeometryRequireSingleAnyHit);
 }
 

@@ -5,8 +5,9 @@
 //   .. | TriangleRecord of each triangle | numbers of triangles, backwards | WideNode[]
 //
 // The numbers end where the nodes begin, so that a walk finds them from the nodes' address.
-// Inactive triangles have records without references. The lowest bit of the header's recordsOffset
-// says that records are shared; it stays set in the address that a walk computes from it.
+// Inactive triangles have records without references. sharesRecords in the header says that records
+// are shared. A walk keeps that as a tag in the lowest bit of the records' address, which it saves
+// with the address where it enters an instance.
 #pragma once
 
 #include "bvh/gpu/layout.h"
@@ -18,22 +19,22 @@
 
 namespace sunstone::bvh::gpu {
 
-constexpr uint64_t kSharedBit = 1;
+constexpr uint64_t kSharedTag = 1;
 
-SUNSTONE_GPU_INLINE bool areShared(uint64_t records) {
-    return records & kSharedBit;
+SUNSTONE_INLINE bool areShared(uint64_t taggedRecords) {
+    return taggedRecords & kSharedTag;
 }
-SUNSTONE_GPU_INLINE uint64_t withoutSharedBit(uint64_t records) {
-    return records & ~kSharedBit;
+SUNSTONE_INLINE uint64_t withoutTag(uint64_t taggedRecords) {
+    return taggedRecords & ~kSharedTag;
 }
 
 // Bytes of the numbers, for so many references.
-SUNSTONE_GPU_INLINE uint64_t sharedNumbers(uint64_t references) {
+SUNSTONE_INLINE uint64_t sharedNumbers(uint64_t references) {
     return (references * 4 + 127) / 128 * 128;
 }
 
 // The triangle that a reference is to.
-SUNSTONE_GPU_INLINE const uint32_t* sharedNumber(const void* nodes, uint32_t reference) {
+SUNSTONE_INLINE const uint32_t* sharedNumber(const void* nodes, uint32_t reference) {
     return static_cast<const uint32_t*>(nodes) - 1 - uint64_t(reference);
 }
 

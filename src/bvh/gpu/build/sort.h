@@ -12,7 +12,7 @@ namespace sunstone::bvh::gpu {
 
 constexpr uint64_t kInactiveKey = (1ull << 3 * kAxisBits) - 1;
 
-SUNSTONE_BUILDER uint64_t spreadBits(uint32_t a) { // 16 bits, two zeros between
+SUNSTONE_INLINE uint64_t spreadBits(uint32_t a) { // 16 bits, two zeros between
     uint64_t x = a;
     x = (x | x << 16) & 0x0000FF0000FFull;
     x = (x | x << 8) & 0x00F00F00F00Full;
@@ -21,7 +21,7 @@ SUNSTONE_BUILDER uint64_t spreadBits(uint32_t a) { // 16 bits, two zeros between
     return x;
 }
 
-SUNSTONE_BUILDER uint64_t mortonCode(const Counters& counters, const Bounds& box) {
+SUNSTONE_INLINE uint64_t mortonCode(const Counters& counters, const Bounds& box) {
     float lower[3], size = 0;
     for (int a = 0; a < 3; ++a) {
         lower[a] = fromOrdered(~counters.lower[a]);
@@ -64,7 +64,7 @@ SUNSTONE_KERNEL sunstone_codes(BuildJob job) {
 }
 
 // Exclusive sums over the 256 threads of a block.
-SUNSTONE_BUILDER uint32_t sumBefore(uint32_t value, uint32_t* warpSums) {
+SUNSTONE_INLINE uint32_t sumBefore(uint32_t value, uint32_t* warpSums) {
     const uint32_t lane = laneOf(), warp = threadIdx.x / 32;
     uint32_t sum = value;
     for (uint32_t step = 1; step < 32; step *= 2) {
@@ -87,7 +87,7 @@ constexpr uint32_t kTileCount = 1u << 30, kTileSum = 2u << 30, kTileValue = kTil
 
 // The number of keys with a digit in the tiles before; published for the later ones. States of
 // several tiles are loaded at once.
-SUNSTONE_BUILDER uint32_t sumOfTiles(uint32_t* states, uint32_t tile, uint32_t count) {
+SUNSTONE_INLINE uint32_t sumOfTiles(uint32_t* states, uint32_t tile, uint32_t count) {
     constexpr uint32_t kAtOnce = 8;
     if (tile == 0)
         return 0;

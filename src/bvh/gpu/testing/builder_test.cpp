@@ -248,7 +248,7 @@ TEST(GpuBuild, SplitsLongThinTriangles) {
     const auto* bytes = static_cast<const uint8_t*>(gpu.memory->data());
     const auto* table = reinterpret_cast<const uint32_t*>(bytes + gpu.header().tableOffset);
     const auto* records =
-        reinterpret_cast<const TriangleRecord*>(bytes + withoutSharedBit(gpu.header().recordsOffset));
+        reinterpret_cast<const TriangleRecord*>(bytes + gpu.header().recordsOffset);
     for (uint32_t i = 0; i < 400; ++i)
         EXPECT_EQ(records[table[i]].primitive, i);
     // Ordinary triangles, and triangles that programs may see only once, stay whole.

@@ -56,7 +56,7 @@ struct GpuStructure {
     const BlockHeader& header() const { return *static_cast<const BlockHeader*>(memory->data()); }
     uint64_t handle() const {
         return memory->address() |
-               (kindOf(header().type) == BlockType::kInstances ? kIasTag : kGasTag);
+               (kindOf(header().type) == BlockType::kInstances ? devlib::kTagIas : devlib::kTagGas);
     }
 };
 
@@ -75,8 +75,7 @@ inline GpuStructure buildOnDevice(const BuildInputs& inputs, const BuildOptions&
     if (compacted > usage.output)
         fail(Code::kInternal, "compacted size ", compacted, " of ", usage.output);
     s.memory = std::make_shared<Buffer>(compacted);
-    device.builder().compact(nullptr, s.loose->address(), s.memory->address(),
-                             s.memory->size());
+    device.builder().compact(nullptr, s.loose->address(), s.memory->address(), s.memory->size());
     if (device.driver().ctxSynchronize())
         fail(Code::kCudaError, "compaction failed");
     return s;
@@ -108,7 +107,8 @@ struct NearestPrograms : NoShapes, NoMotion, NoDeepGraphs, OneLane {
         return Visit::kContinue;
     }
     Visit custom(gpu::Ray&, uint32_t, uint32_t) { return Visit::kContinue; }
-    bool enterInstance(gpu::Ray&, const InstanceData& i, uint64_t& child, float worldToObject[12]) {
+    bool enterInstance(gpu::Ray&, const InstanceRecord& i, uint64_t& child,
+                       float worldToObject[12]) {
         child = i.child;
         std::memcpy(worldToObject, i.worldToObject, 48);
         current = i.index;

@@ -66,10 +66,10 @@ void expectWithinPromise(const Shape& shape, const BuildOptions& options) {
     EXPECT_LE(double(Builder::computeMemoryUsage(inputs, options).temp) / triangles, 100.0);
     // Only where rays gain from it there are parts of triangles, which share records.
     const std::string name = shape.name;
-    const bool splits = options.preferFastTrace && (name.find("needles") != name.npos ||
-                                                    name.find("strips") != name.npos);
+    const bool splits = options.preferFastTrace &&
+                        (name.find("needles") != name.npos || name.find("strips") != name.npos);
     EXPECT_EQ(s.header().numLeaves > s.header().numActive, splits);
-    EXPECT_EQ(areShared(s.header().recordsOffset), splits);
+    EXPECT_EQ(bool(s.header().sharesRecords), splits);
 }
 
 // Bytes a triangle of compacted structures, and of scratch memory.
@@ -115,7 +115,7 @@ TEST(GpuMemory, SharedTrianglesTellTheirInputs) {
         options.allowRandomVertexAccess = access;
         const GpuStructure gpu = buildOnDevice(inputs, options);
         const Structure cpu = makeStructure(inputs);
-        ASSERT_TRUE(areShared(gpu.header().recordsOffset));
+        ASSERT_TRUE(gpu.header().sharesRecords);
         EXPECT_GT(gpu.header().numLeaves, gpu.header().numActive * 3 / 2);
         Random random(13);
         uint32_t hits = 0;
@@ -139,8 +139,8 @@ TEST(GpuMemory, SharedTrianglesTellTheirInputs) {
             const auto* bytes = static_cast<const uint8_t*>(memory->data());
             const BlockHeader& header = *static_cast<const BlockHeader*>(memory->data());
             const auto* table = reinterpret_cast<const uint32_t*>(bytes + header.tableOffset);
-            const auto* records = reinterpret_cast<const TriangleRecord*>(
-                bytes + withoutSharedBit(header.recordsOffset));
+            const auto* records =
+                reinterpret_cast<const TriangleRecord*>(bytes + header.recordsOffset);
             for (uint32_t i = 0; i < 1000; ++i) {
                 const bool active = i < 700 ? i % 9 != 0 : (i - 700) % 7 != 0;
                 ASSERT_EQ(table[i] != kNoSlot, active) << i;

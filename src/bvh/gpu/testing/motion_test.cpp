@@ -109,7 +109,7 @@ TEST(GpuMotion, TrianglesAreWhereTheCpuHasThem) {
             expectSameBounds(gpu.header(), *headerOf(cpu.block()));
             const uint32_t hits = expectSameHits(cpu.block(), gpu.handle(), count + keys, 300);
             EXPECT_TRUE(count < 1500 || hits > 1000) << hits;
-            ASSERT_EQ(hits, expectSameHits(cpu.block(), gpu.loose->address() | kGasTag,
+            ASSERT_EQ(hits, expectSameHits(cpu.block(), gpu.loose->address() | devlib::kTagGas,
                                            count + keys, 300));
         }
 }
@@ -390,7 +390,7 @@ private:
         return {{o.x, o.y, o.z}, ray.tmin, {d.x, d.y, d.z}, ray.tmax};
     }
     void follow(uint64_t handle, QueryRay ray, float time, float& t) const {
-        while (isTransformTag(handle & kTraversableTagMask)) {
+        while (isTransformTag(handle & devlib::kTagMask)) {
             float inverse[12];
             if (!bvh::worldToObjectAt(handle, time, inverse))
                 return;
@@ -417,7 +417,7 @@ TEST(GpuMotion, TurnedInstancesHaveTightBoxes) {
     struct Counting : MovingPrograms {
         uint32_t entered = 0;
         using MovingPrograms::MovingPrograms;
-        bool enterInstance(gpu::Ray& ray, const InstanceData& i, uint64_t& child,
+        bool enterInstance(gpu::Ray& ray, const InstanceRecord& i, uint64_t& child,
                            float worldToObject[12]) {
             ++entered;
             return MovingPrograms::enterInstance(ray, i, child, worldToObject);
@@ -449,7 +449,7 @@ TEST(GpuMotion, TurnedInstancesHaveTightBoxes) {
     const float c = 0.70710678f, turn[12] = {c, -c, 0, 0, c, c, 0, 0, 0, 0, 1, 0};
     std::memcpy(instance.transform, turn, sizeof turn);
     instance.visibilityMask = 255;
-    instance.traversableHandle = reinterpret_cast<uint64_t>(&moves) | kMatrixMotionTag;
+    instance.traversableHandle = reinterpret_cast<uint64_t>(&moves) | devlib::kTagMatrixMotion;
     InstanceInput list;
     list.instances = &instance;
     list.numInstances = 1;
@@ -490,7 +490,7 @@ TEST(GpuMotion, InstancesAndTransforms) {
         matrices[i].motion = {uint16_t(2 + i % 2), uint16_t(i % 5 == 0 ? 3 : 0), 0.1f, 0.8f};
         for (auto& key : matrices[i].keys)
             randomMatrix(random, key);
-        srts[i].child = i % 3 ? child : uint64_t(&matrices[i]) | kMatrixMotionTag;
+        srts[i].child = i % 3 ? child : uint64_t(&matrices[i]) | devlib::kTagMatrixMotion;
         srts[i].motion = {uint16_t(2 + i % 2), 0, -0.5f, 1.25f};
         for (SrtKey& key : srts[i].keys) {
             const Vec3 s = random.point(0.4f), t = random.point(0.7f);
@@ -503,9 +503,10 @@ TEST(GpuMotion, InstancesAndTransforms) {
             for (int b = 0; b < 3; ++b)
                 instances[i].transform[4 * a + b] *= 2;
         instances[i].visibilityMask = 255;
-        instances[i].traversableHandle = i % 4 == 0   ? child
-                                         : i % 4 == 1 ? uint64_t(&matrices[i]) | kMatrixMotionTag
-                                                      : uint64_t(&srts[i]) | kSrtMotionTag;
+        instances[i].traversableHandle = i % 4 == 0 ? child
+                                         : i % 4 == 1
+                                             ? uint64_t(&matrices[i]) | devlib::kTagMatrixMotion
+                                             : uint64_t(&srts[i]) | devlib::kTagSrtMotion;
     }
     InstanceInput list;
     list.instances = instances.data();
@@ -576,8 +577,8 @@ TEST(GpuMotion, TransformsAreThoseOfTheCpu) {
         srt.child = matrix.child + 1;
         for (float time : {-1.0f, 0.3f, 2.0f, 5.0f, -7.0f, NAN}) {
             KnownSegment known;
-            for (uint64_t handle :
-                 {uint64_t(&matrix) | kMatrixMotionTag, uint64_t(&srt) | kSrtMotionTag}) {
+            for (uint64_t handle : {uint64_t(&matrix) | devlib::kTagMatrixMotion,
+                                    uint64_t(&srt) | devlib::kTagSrtMotion}) {
                 float a[12] = {}, b[12] = {};
                 uint64_t child = 0;
                 ASSERT_EQ(bvh::worldToObjectAt(handle, time, a),

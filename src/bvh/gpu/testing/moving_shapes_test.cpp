@@ -83,7 +83,7 @@ TEST(GpuMovingShapes, AreWhereTheCpuHasThem) {
             expectSameBounds(gpu.header(), *headerOf(cpu.block()));
             const uint32_t hits = expectSameHits(cpu.block(), gpu.handle(), shape ^ keys);
             EXPECT_GT(hits, 150u);
-            EXPECT_EQ(hits, expectSameHits(cpu.block(), gpu.loose->address() | kGasTag,
+            EXPECT_EQ(hits, expectSameHits(cpu.block(), gpu.loose->address() | devlib::kTagGas,
                                            shape ^ keys));
             if (HasFailure())
                 return;

@@ -68,7 +68,8 @@ TEST(GpuRelocate, InstancesFindTheirMovedChildren) {
 
     const auto moved = copyOf(sphere), movedBoth = copyOf(both);
     EXPECT_TRUE(relocate(info, *moved).empty());
-    const uint64_t child = moved->address() | kGasTag, parent = movedBoth->address() | kIasTag;
+    const uint64_t child = moved->address() | devlib::kTagGas,
+                   parent = movedBoth->address() | devlib::kTagIas;
     EXPECT_TRUE(relocate(infoOfBoth, *movedBoth).empty());
     EXPECT_EQ(hitAt(parent, 10), 1u) << "the old child is still there";
     EXPECT_TRUE(relocate(infoOfBoth, *movedBoth, {child, 0}).empty());
@@ -99,10 +100,11 @@ TEST(GpuRelocate, HandlesOfNothingAreRefused) {
     const GpuStructure both = twoInstancesOf(sphere.handle());
     const auto moved = copyOf(both);
     const auto info = relocationInfo(both.header());
-    const std::vector<std::string> told = relocate(info, *moved, {sphere.handle() + 8, kGasTag});
+    const std::vector<std::string> told =
+        relocate(info, *moved, {sphere.handle() + 8, devlib::kTagGas});
     ASSERT_EQ(told.size(), 2u);
     EXPECT_NE(told[0].find("no traversable"), std::string::npos);
-    EXPECT_EQ(hitAt(moved->address() | kIasTag, 10), 1u) << "they keep their children";
+    EXPECT_EQ(hitAt(moved->address() | devlib::kTagIas, 10), 1u) << "they keep their children";
 }
 
 } // namespace

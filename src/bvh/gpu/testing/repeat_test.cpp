@@ -232,7 +232,7 @@ TEST(GpuRepeat, Instances) {
     inputs.instances = &input;
     for (const bool moves : {false, true}) {
         for (size_t i = 0; moves && i < list.size(); i += 3)
-            list[i].traversableHandle = uint64_t(&transform) | kMatrixMotionTag;
+            list[i].traversableHandle = uint64_t(&transform) | devlib::kTagMatrixMotion;
         for (uint32_t numKeys : {1u, 2u}) {
             SCOPED_TRACE(numKeys);
             BuildOptions options;

@@ -67,7 +67,7 @@ std::vector<uint8_t> bytesOf(const Buffer& structure) {
 
 uint64_t handleOf(const Buffer& structure) {
     return structure.address() |
-           (headerOf(structure).type == BlockType::kInstances ? kIasTag : kGasTag);
+           (headerOf(structure).type == BlockType::kInstances ? devlib::kTagIas : devlib::kTagGas);
 }
 
 // Whether the planes of each node hold the boxes of the active primitives below.

@@ -26,12 +26,11 @@ struct MotionPlace {
     float slack;
 };
 
-SUNSTONE_GPU_INLINE bool isGone(const BlockHeader& header, float time) {
+SUNSTONE_INLINE bool isGone(const BlockHeader& header, float time) {
     return hasVanished(header.motionFlags, header.motionBegin, header.motionEnd, time);
 }
 
-SUNSTONE_GPU_INLINE MotionPlace placeIn(const BlockHeader& header, float time,
-                                        const float origin[3]) {
+SUNSTONE_INLINE MotionPlace placeIn(const BlockHeader& header, float time, const float origin[3]) {
     MotionPlace place;
     if (!isMoving(header.type))
         return {1, 0, 1, 0, 0};
@@ -56,9 +55,9 @@ struct KeyGrid {
 };
 
 // Adds a key's grid to the constants and to the distance of the node's farthest corner.
-SUNSTONE_GPU_INLINE void addGrid(const U4* node, U4 head, const float origin[3], const BoxRay& ray,
-                                 float weight, KeyGrid& grid, float constant[3], float margin[3],
-                                 float& reach) {
+SUNSTONE_INLINE void addGrid(const U4* node, U4 head, const float origin[3], const BoxRay& ray,
+                             float weight, KeyGrid& grid, float constant[3], float margin[3],
+                             float& reach) {
     grid.planes0 = loadConstant(node + 2);
     grid.planes1 = loadConstant(node + 3);
     grid.planes2 = loadConstant(node + 4);
@@ -79,10 +78,9 @@ SUNSTONE_GPU_INLINE void addGrid(const U4* node, U4 head, const float origin[3],
 // testNode (traversal.h) of a node with a WideNode for each key; `node` is that of place.key. A
 // node without motion is allowed, too.
 template <bool kDistances>
-SUNSTONE_GPU_INLINE void testMovingNode(const U4* node, const MotionPlace& place,
-                                        const float origin[3], const BoxRay& ray, float tmin,
-                                        float tmax, Group& inner, Group& leaf,
-                                        Distances<kDistances>& distances) {
+SUNSTONE_INLINE void testMovingNode(const U4* node, const MotionPlace& place, const float origin[3],
+                                    const BoxRay& ray, float tmin, float tmax, Group& inner,
+                                    Group& leaf, Distances<kDistances>& distances) {
     const U4* const next = node + (place.keys > 1 ? sizeof(WideNode) / 16 : 0);
     const U4 head = loadConstant(node), children = loadConstant(node + 1);
     float constant[3] = {0, 0, 0}, margin[3] = {0, 0, 0}, reach = 0;
@@ -144,13 +142,13 @@ SUNSTONE_GPU_INLINE void testMovingNode(const U4* node, const MotionPlace& place
 }
 
 // A number between the keys: bvh::between.
-SUNSTONE_GPU_INLINE float weighted(float a, float b, const MotionPlace& place) {
+SUNSTONE_INLINE float weighted(float a, float b, const MotionPlace& place) {
     return add(mul(a, place.first), mul(b, place.second));
 }
 
 // A triangle between two keys; `record` is that of place.key.
-SUNSTONE_GPU_INLINE void loadMovingTriangle(const U4* record, const MotionPlace& place, U4& a,
-                                            U4& b, U4& c) {
+SUNSTONE_INLINE void loadMovingTriangle(const U4* record, const MotionPlace& place, U4& a, U4& b,
+                                        U4& c) {
     constexpr uint32_t kNext = sizeof(TriangleRecord) / 16;
     const auto between = [&](uint32_t vertex) {
         const U4 from = loadConstant(record + vertex), to = loadConstant(record + kNext + vertex);

@@ -28,7 +28,7 @@ struct Ray {
 // The data of a ray in a space that box tests need.
 struct BoxRay {
     float inverse[3];
-    float slack;     // how far planes move out, per distance of the node
+    float slack; // how far planes move out, per distance of the node
     // Slots are visited in the order of rankOf(slot), highest first. In each byte: bits for the
     // side that the ray leaves last; above 30 bits: see ranksOf().
     uint32_t octant;
@@ -41,17 +41,17 @@ struct BoxRay {
 // ^ octant, turned so that the side along the ray's longest axis comes first: the other two say
 // less about the distance of a child. Four slots at a time, one in the low bits of each byte; their
 // other bits are undefined.
-SUNSTONE_GPU_INLINE uint32_t ranksOf(uint32_t octant, uint32_t slots) {
+SUNSTONE_INLINE uint32_t ranksOf(uint32_t octant, uint32_t slots) {
     return ((slots ^ octant) & 0x07070707u) * 9 >> (octant >> 30);
 }
-SUNSTONE_GPU_INLINE uint32_t rankOf(uint32_t octant, uint32_t slot) {
+SUNSTONE_INLINE uint32_t rankOf(uint32_t octant, uint32_t slot) {
     return ranksOf(octant, slot) & 7u;
 }
-SUNSTONE_GPU_INLINE uint32_t slotOf(uint32_t octant, uint32_t rank) {
+SUNSTONE_INLINE uint32_t slotOf(uint32_t octant, uint32_t rank) {
     return (rank * 9 >> (3 - (octant >> 30)) ^ octant) & 7u;
 }
 
-SUNSTONE_GPU_INLINE bool isRay(const Ray& r) {
+SUNSTONE_INLINE bool isRay(const Ray& r) {
     const float sum = magnitude(r.origin[0]) + magnitude(r.origin[1]) + magnitude(r.origin[2]) +
                       magnitude(r.direction[0]) + magnitude(r.direction[1]) +
                       magnitude(r.direction[2]) + magnitude(r.tmin);
@@ -61,14 +61,13 @@ SUNSTONE_GPU_INLINE bool isRay(const Ray& r) {
 }
 
 // `size`: the largest coordinate in the structure.
-SUNSTONE_GPU_INLINE BoxRay makeBoxRay(const float d[3], float size) {
+SUNSTONE_INLINE BoxRay makeBoxRay(const float d[3], float size) {
     BoxRay box;
     const float longest = larger(larger(magnitude(d[0]), magnitude(d[1])), magnitude(d[2]));
     const float least = mul(longest, 0x1p-24f);
     // Beyond these, reciprocals are not normal numbers, or constants of nodes (up to 2^39 times the
     // size) not finite: every box counts as hit.
-    const bool usual =
-        longest >= 0x1p-100f && longest <= 0x1p100f && size <= mul(longest, 0x1p85f);
+    const bool usual = longest >= 0x1p-100f && longest <= 0x1p100f && size <= mul(longest, 0x1p85f);
     box.slack = usual ? 0x1p-20f : 0x1p127f;
     uint32_t order = 0;
     for (int i = 0; i < 3; ++i) {
@@ -78,8 +77,7 @@ SUNSTONE_GPU_INLINE BoxRay makeBoxRay(const float d[3], float size) {
         box.inverse[i] = down ? -inverse : inverse;
         order |= (down ? 0u : 1u) << i;
     }
-    const uint32_t axis =
-        magnitude(d[2]) == longest ? 2 : (magnitude(d[1]) == longest ? 1 : 0);
+    const uint32_t axis = magnitude(d[2]) == longest ? 2 : (magnitude(d[1]) == longest ? 1 : 0);
     box.octant = order * 0x01010101u | (axis + 1) << 30;
     box.one = fused(box.inverse[0], 0.0f, 1.0f);
     return box;
@@ -95,26 +93,26 @@ struct Group {
 struct Slots {
     uint32_t place, bits;
 
-    __attribute__((always_inline)) Slots(uint32_t meta, uint32_t octant) {
+    SUNSTONE_INLINE_MEMBER Slots(uint32_t meta, uint32_t octant) {
         // Inner children have both bits of 24.
         const uint32_t isInner = (meta & (meta << 1)) & 0x10101010u;
         const uint32_t slotBits = (isInner >> 4) * 7u;
         place = (meta & ~slotBits) | (ranksOf(octant, meta) & slotBits);
         bits = meta >> 5 & 0x07070707u;
     }
-    __attribute__((always_inline)) uint32_t hit(uint32_t k) const {
+    SUNSTONE_INLINE_MEMBER uint32_t hit(uint32_t k) const {
         return shiftLeft(permute(bits, 0, 0x4440u | k), place >> 8 * k);
     }
 };
 
-SUNSTONE_GPU_INLINE void setGroups(U4 head, U4 children, uint32_t hits, Group& inner, Group& leaf) {
+SUNSTONE_INLINE void setGroups(U4 head, U4 children, uint32_t hits, Group& inner, Group& leaf) {
     inner.base = children.x;
     inner.bits = (hits & 0xFF000000u) | head.w >> 24;
     leaf.base = children.y;
     leaf.bits = hits & 0x00FFFFFFu;
 }
 
-SUNSTONE_GPU_INLINE int32_t orderedInt(float a) {
+SUNSTONE_INLINE int32_t orderedInt(float a) {
     return __builtin_bit_cast(int32_t, a);
 }
 
@@ -125,16 +123,16 @@ struct Distances {
     uint32_t keys[8];
     uint32_t metas[2];
 
-    __attribute__((always_inline)) void set(uint32_t slot, bool hit, int32_t begin) {
+    SUNSTONE_INLINE_MEMBER void set(uint32_t slot, bool hit, int32_t begin) {
         keys[slot] = hit ? (uint32_t(begin) & ~7u) | slot : kMissed;
     }
-    __attribute__((always_inline)) void order(uint32_t i, uint32_t k) {
+    SUNSTONE_INLINE_MEMBER void order(uint32_t i, uint32_t k) {
         const uint32_t a = keys[i], b = keys[k];
         keys[i] = a < b ? a : b;
         keys[k] = a < b ? b : a;
     }
     // Nearest first (Batcher's network).
-    __attribute__((always_inline)) void sort() {
+    SUNSTONE_INLINE_MEMBER void sort() {
         order(0, 1), order(2, 3), order(4, 5), order(6, 7);
         order(0, 2), order(1, 3), order(4, 6), order(5, 7);
         order(1, 2), order(5, 6);
@@ -147,14 +145,14 @@ struct Distances {
 template <>
 struct Distances<false> {
     uint32_t metas[2];
-    __attribute__((always_inline)) void set(uint32_t, bool, int32_t) {}
+    SUNSTONE_INLINE_MEMBER void set(uint32_t, bool, int32_t) {}
 };
 
 // Tests the boxes of a node's children. tmin must not be negative.
 template <bool kDistances>
-SUNSTONE_GPU_INLINE void testNode(const U4* node, const float origin[3], const BoxRay& ray,
-                                  float tmin, float tmax, Group& inner, Group& leaf,
-                                  Distances<kDistances>& distances) {
+SUNSTONE_INLINE void testNode(const U4* node, const float origin[3], const BoxRay& ray, float tmin,
+                              float tmax, Group& inner, Group& leaf,
+                              Distances<kDistances>& distances) {
     const U4 head = loadConstant(node), children = loadConstant(node + 1);
     const U4 planes0 = loadConstant(node + 2), planes1 = loadConstant(node + 3),
              planes2 = loadConstant(node + 4);

@@ -24,14 +24,14 @@ namespace sunstone::bvh::gpu {
 
 namespace lane = bvh::SUNSTONE_ISA;
 
-SUNSTONE_GPU_INLINE bool meetsShape(uint32_t bits, uint32_t shape) {
+SUNSTONE_INLINE bool meetsShape(uint32_t bits, uint32_t shape) {
     return bits & (shape == kSphereShape                      ? kMeetsSpheres
                    : CurveBasis(shape) == CurveBasis::kLinear ? kMeetsLinear
                                                               : kMeetsCurves);
 }
 
 // Rows of a record, as single lanes in memory.
-SUNSTONE_GPU_INLINE void unpack(U4 words, float* to) {
+SUNSTONE_INLINE void unpack(U4 words, float* to) {
     to[0] = floatOf(words.x);
     to[1] = floatOf(words.y);
     to[2] = floatOf(words.z);
@@ -41,8 +41,8 @@ SUNSTONE_GPU_INLINE void unpack(U4 words, float* to) {
 // Four rows of a record (the words at `record`), which with motion has another one of `units` words
 // for each key; that of place.key is given.
 template <bool kMotion>
-SUNSTONE_GPU_INLINE void loadRows(const U4* record, uint32_t units, const MotionPlace& place,
-                                  float rows[4]) {
+SUNSTONE_INLINE void loadRows(const U4* record, uint32_t units, const MotionPlace& place,
+                              float rows[4]) {
     unpack(loadConstant(record), rows);
     if (!kMotion || place.keys == 1)
         return;
@@ -54,15 +54,15 @@ SUNSTONE_GPU_INLINE void loadRows(const U4* record, uint32_t units, const Motion
 
 // Interpolated radii below zero count as zero. (Without motion no radius is negative.)
 template <bool kMotion>
-SUNSTONE_GPU_INLINE void clampRadius(float& radius) {
+SUNSTONE_INLINE void clampRadius(float& radius) {
     if (kMotion)
         radius = radius > 0 ? radius : 0;
 }
 
 template <bool kMotion>
-SUNSTONE_GPU_INLINE bool testSphere(const U4* record, const MotionPlace& place,
-                                    const lane::RaySpace& s, float tmax, ShapeHit& hit) {
-    constexpr uint32_t kKind = kShapeKindBase | (kSphereShape & 15);
+SUNSTONE_INLINE bool testSphere(const U4* record, const MotionPlace& place, const lane::RaySpace& s,
+                                float tmax, ShapeHit& hit) {
+    constexpr uint32_t kKind = devlib::kHitShape | (kSphereShape & 15);
     float rows[4];
     loadRows<kMotion>(record, sizeof(SphereRecord) / 16, place, rows);
     clampRadius<kMotion>(rows[3]);
@@ -71,16 +71,16 @@ SUNSTONE_GPU_INLINE bool testSphere(const U4* record, const MotionPlace& place,
         return false;
     const U4 rest = loadConstant(record + 1);
     hit = {hits.in ? hits.enter[0] : hits.leave[0], 0, rest.x, rest.y,
-           hits.in ? kKind : kKind | kShapeKindBack};
+           hits.in ? kKind : kKind | devlib::kHitShapeBack};
     return true;
 }
 
 constexpr uint32_t kCurveUnits = sizeof(CurveRecord) / 16;
 
 template <bool kMotion>
-SUNSTONE_GPU_INLINE bool testLinear(const U4* record, const MotionPlace& place,
-                                    const lane::RaySpace& s, float tmax, ShapeHit& hit) {
-    constexpr uint32_t kKind = kShapeKindBase | (uint32_t(CurveBasis::kLinear) & 15);
+SUNSTONE_INLINE bool testLinear(const U4* record, const MotionPlace& place, const lane::RaySpace& s,
+                                float tmax, ShapeHit& hit) {
+    constexpr uint32_t kKind = devlib::kHitShape | (uint32_t(CurveBasis::kLinear) & 15);
     float rows[8];
     loadRows<kMotion>(record, kCurveUnits, place, rows);
     loadRows<kMotion>(record + 1, kCurveUnits, place, rows + 4);
@@ -118,9 +118,8 @@ SUNSTONE_GPU_INLINE bool testLinear(const U4* record, const MotionPlace& place,
 }
 
 template <bool kMotion>
-SUNSTONE_GPU_INLINE bool testCurve(const BlockHeader* block, const U4* record,
-                                   const MotionPlace& place, const lane::RaySpace& s, float tmax,
-                                   ShapeHit& hit) {
+SUNSTONE_INLINE bool testCurve(const BlockHeader* block, const U4* record, const MotionPlace& place,
+                               const lane::RaySpace& s, float tmax, ShapeHit& hit) {
     float rows[8];
     loadRows<kMotion>(record, kCurveUnits, place, rows);
     loadRows<kMotion>(record + 1, kCurveUnits, place, rows + 4);
@@ -144,15 +143,15 @@ SUNSTONE_GPU_INLINE bool testCurve(const BlockHeader* block, const U4* record,
     }
     if (!met)
         return false;
-    hit = {best.t, best.u, rest.y, rest.z, kShapeKindBase | (shape & 15)};
+    hit = {best.t, best.u, rest.y, rest.z, devlib::kHitShape | (shape & 15)};
     return true;
 }
 
 // A record of a block of curves or spheres; `records` are those of place.key.
 template <bool kMotion>
-SUNSTONE_GPU_INLINE bool testShape(uint32_t bits, const BlockHeader* block, const uint8_t* records,
-                                   uint32_t record, const MotionPlace& place,
-                                   const lane::RaySpace& s, float tmax, ShapeHit& hit) {
+SUNSTONE_INLINE bool testShape(uint32_t bits, const BlockHeader* block, const uint8_t* records,
+                               uint32_t record, const MotionPlace& place, const lane::RaySpace& s,
+                               float tmax, ShapeHit& hit) {
     const uint64_t index = kMotion ? uint64_t(record) * place.keys : record;
     const bool sphere =
         bits == kMeetsSpheres || ((bits & kMeetsSpheres) && block->shape == kSphereShape);

@@ -26,7 +26,7 @@ struct TriangleHit {
         det; // edge functions; u = v / det, v = w / det as programs see them; front: det > 0
 };
 
-SUNSTONE_GPU_INLINE Shear makeShear(const float d[3]) {
+SUNSTONE_INLINE Shear makeShear(const float d[3]) {
     const float ax = magnitude(d[0]), ay = magnitude(d[1]), az = magnitude(d[2]);
     Shear s;
     s.axis = ax > ay ? (ax > az ? 0 : 2) : (ay > az ? 1 : 2);
@@ -45,8 +45,8 @@ struct Sheared {
     float x, y, z;
 };
 
-SUNSTONE_GPU_INLINE Sheared shearVertex(const Shear& s, const float org[3], float vx, float vy,
-                                        float vz) {
+SUNSTONE_INLINE Sheared shearVertex(const Shear& s, const float org[3], float vx, float vy,
+                                    float vz) {
     const float dx = sub(vx, org[0]), dy = sub(vy, org[1]), dz = sub(vz, org[2]);
     const uint32_t axis = s.axis & 3;
     Sheared r;
@@ -56,18 +56,18 @@ SUNSTONE_GPU_INLINE Sheared shearVertex(const Shear& s, const float org[3], floa
     return r;
 }
 
-SUNSTONE_GPU_INLINE float exactEdge(const Sheared& b, const Sheared& c) {
+SUNSTONE_INLINE float exactEdge(const Sheared& b, const Sheared& c) {
     return float(sub(mul(double(c.x), double(b.y)), mul(double(c.y), double(b.x))));
 }
 
-SUNSTONE_GPU_INLINE bool sameSide(float u, float v, float w) {
+SUNSTONE_INLINE bool sameSide(float u, float v, float w) {
     return smaller(smaller(u, v), w) >= 0 || larger(larger(u, v), w) <= 0;
 }
 
 // Whether the ray hits the triangle at tmin <= t <= tmax. a, b, c: its vertices; the fourth words
 // are ignored.
-SUNSTONE_GPU_INLINE bool testTriangle(const float org[3], const Shear& s, U4 a, U4 b, U4 c,
-                                      float tmin, float tmax, TriangleHit& hit) {
+SUNSTONE_INLINE bool testTriangle(const float org[3], const Shear& s, U4 a, U4 b, U4 c, float tmin,
+                                  float tmax, TriangleHit& hit) {
     const Sheared p = shearVertex(s, org, floatOf(a.x), floatOf(a.y), floatOf(a.z));
     const Sheared q = shearVertex(s, org, floatOf(b.x), floatOf(b.y), floatOf(b.z));
     const Sheared r = shearVertex(s, org, floatOf(c.x), floatOf(c.y), floatOf(c.z));

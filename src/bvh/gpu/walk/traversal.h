@@ -15,7 +15,7 @@
 //       Visit shape(Ray& ray, const ShapeHit& hit); // as triangle()
 //       // Before the child of an instance or of a transform in the caller's memory (its handle,
 //       // tag included) is entered: false skips it, else fills world-to-object of this level.
-//       bool enterInstance(Ray& ray, const InstanceData& instance, uint64_t& child,
+//       bool enterInstance(Ray& ray, const InstanceRecord& instance, uint64_t& child,
 //                          float worldToObject[12]);
 //       bool enterTransform(Ray& ray, uint64_t handle, uint64_t& child, float worldToObject[12]);
 //       // Leaves the level entered last; ray.origin and direction are those of the outer space
@@ -44,6 +44,7 @@
 // Handles must point to readable memory (known_handles.h); its contents are checked.
 #pragma once
 
+#include "base/inline.h"
 #include "bvh/gpu/build/shared_records.h"
 #include "bvh/gpu/walk/motion_traversal.h"
 #include "bvh/gpu/walk/ray_shapes.h"
@@ -55,32 +56,30 @@
 
 namespace sunstone::bvh::gpu {
 
-#define SUNSTONE_GPU_MEMBER __attribute__((always_inline))
-
 enum class Visit : uint32_t { kContinue, kEnd };
 
 // Bases of programs that meet no curves and spheres or no motion, or that run alone.
 struct NoShapes {
-    static SUNSTONE_GPU_MEMBER uint32_t shapes() { return 0; }
-    SUNSTONE_GPU_MEMBER Visit shape(Ray&, const ShapeHit&) { return Visit::kContinue; }
+    static SUNSTONE_INLINE_MEMBER uint32_t shapes() { return 0; }
+    SUNSTONE_INLINE_MEMBER Visit shape(Ray&, const ShapeHit&) { return Visit::kContinue; }
 };
 struct NoMotion {
     static constexpr bool kMotion = false;
-    SUNSTONE_GPU_MEMBER void refuseMotion() {}
+    SUNSTONE_INLINE_MEMBER void refuseMotion() {}
 };
 struct OneLane {
-    static SUNSTONE_GPU_MEMBER uint32_t lanes() { return 1; }
-    static SUNSTONE_GPU_MEMBER bool mayEnter(bool wants) { return wants; }
-    static SUNSTONE_GPU_MEMBER bool any(bool value) { return value; }
+    static SUNSTONE_INLINE_MEMBER uint32_t lanes() { return 1; }
+    static SUNSTONE_INLINE_MEMBER bool mayEnter(bool wants) { return wants; }
+    static SUNSTONE_INLINE_MEMBER bool any(bool value) { return value; }
 };
 // The same for graphs whose depth is known to fit.
 struct NoDeepGraphs {
-    SUNSTONE_GPU_MEMBER void refuseLevel() {}
-    SUNSTONE_GPU_MEMBER void refuseStack() {}
+    SUNSTONE_INLINE_MEMBER void refuseLevel() {}
+    SUNSTONE_INLINE_MEMBER void refuseStack() {}
 };
 
-SUNSTONE_GPU_INLINE void transformRay(const float m[12], const float origin[3],
-                                      const float direction[3], Ray& to) {
+SUNSTONE_INLINE void transformRay(const float m[12], const float origin[3],
+                                  const float direction[3], Ray& to) {
     for (int i = 0; i < 3; ++i) {
         const float *row = m + 4 * i, *o = origin, *d = direction;
         to.origin[i] =
@@ -91,19 +90,19 @@ SUNSTONE_GPU_INLINE void transformRay(const float m[12], const float origin[3],
 
 // When a walk over the tree stops to let others join.
 struct RunToEnd {
-    __attribute__((always_inline)) bool stop() const { return false; }
+    SUNSTONE_INLINE_MEMBER bool stop() const { return false; }
 };
 
 // The state to restore when an instance or transform is left, in units of one memory access.
 struct Level {
-    U4 origin;    // and the first reciprocal
-    U4 direction; // and the second
-    U4 box;       // the third; slack, octant and one
-    U4 places;    // of nodes and records
+    U4 origin;      // and the first reciprocal
+    U4 direction;   // and the second
+    U4 box;         // the third; slack, octant and one
+    U4 places;      // of nodes and records
     uint64_t block; // 0 above a transform
 };
 struct MovingLevel : Level {
-    U4 motion;       // of the MotionPlace all but the number of keys
+    U4 motion; // of the MotionPlace all but the number of keys
     uint32_t keys;
     uint32_t around; // see Levels
 };
@@ -119,21 +118,21 @@ struct Levels<true> {
     uint32_t around; // the level of the space to come back to
 };
 
-SUNSTONE_GPU_INLINE U4 withFloats(const float v[3], float w) {
+SUNSTONE_INLINE U4 withFloats(const float v[3], float w) {
     return {bitsOf(v[0]), bitsOf(v[1]), bitsOf(v[2]), bitsOf(w)};
 }
-SUNSTONE_GPU_INLINE void toFloats(U4 from, float v[3]) {
+SUNSTONE_INLINE void toFloats(U4 from, float v[3]) {
     v[0] = floatOf(from.x), v[1] = floatOf(from.y), v[2] = floatOf(from.z);
 }
-SUNSTONE_GPU_INLINE uint64_t wordsOf(uint32_t low, uint32_t high) {
+SUNSTONE_INLINE uint64_t wordsOf(uint32_t low, uint32_t high) {
     return uint64_t(high) << 32 | low;
 }
 
 template <class Programs>
 struct Traversal : Levels<Programs::kMotion> {
     // Entries a stack needs; one of its entries is a group, or 0, 0 where a space ends. So many
-    // levels may be of structures as deep as there can be; further ones, which are hardly ever, find
-    // room where the others are not, as they hardly ever are.
+    // levels may be of structures as deep as there can be; further ones, which are hardly ever,
+    // find room where the others are not, as they hardly ever are.
     static constexpr unsigned kDeepLevels = Programs::kLevels < 15 ? Programs::kLevels : 15;
     static constexpr unsigned kStackSize =
         (Programs::kInstances ? kWaitingChildren + 8 : kWaitingLeaves) +
@@ -157,8 +156,8 @@ struct Traversal : Levels<Programs::kMotion> {
     MotionPlace motion;   // with kMotion
 
     // Begins at a handle (with its tag). False: nothing to visit.
-    __attribute__((always_inline)) bool start(Programs& programs, Ray& ray, uint64_t handle,
-                                              Level* levels) {
+    SUNSTONE_INLINE_MEMBER bool start(Programs& programs, Ray& ray, uint64_t handle,
+                                      Level* levels) {
         inner = leaf = {0, 0};
         top = depth = 0;
         block = nullptr;
@@ -178,8 +177,8 @@ struct Traversal : Levels<Programs::kMotion> {
 
     // Visits until the end (true), or until Policy::stop() returns true after a step (false).
     template <class Policy>
-    __attribute__((always_inline)) bool run(Programs& programs, Ray& ray, U2* stack, Level* levels,
-                                            Policy policy) {
+    SUNSTONE_INLINE_MEMBER bool run(Programs& programs, Ray& ray, U2* stack, Level* levels,
+                                    Policy policy) {
         for (;;) {
             if (step(programs, ray, stack, levels))
                 return true;
@@ -189,8 +188,7 @@ struct Traversal : Levels<Programs::kMotion> {
     }
 
     // Visits a node, or the rest of a leaf, and primitives found there. True at the end.
-    __attribute__((always_inline)) bool step(Programs& programs, Ray& ray, U2* stack,
-                                             Level* levels) {
+    SUNSTONE_INLINE_MEMBER bool step(Programs& programs, Ray& ray, U2* stack, Level* levels) {
         if constexpr (Programs::kInstances)
             return stepInGraph(programs, ray, stack, levels);
         openNext(programs, ray, stack);
@@ -219,16 +217,14 @@ private:
     // The rest of a leaf is deferred to the stack where nearly all lanes of the warp have finished
     // theirs, so that they do not wait. Leaves have 1 to 24 primitives; without this, on long thin
     // triangles, tests ran for 3.5 of 32 lanes.
-    __attribute__((always_inline)) bool mayWait() const {
-        return top < kWaitingLeaves;
-    }
+    SUNSTONE_INLINE_MEMBER bool mayWait() const { return top < kWaitingLeaves; }
 
     static constexpr uint32_t kVisits = 2;
 
     // With instances, lanes of a warp do different kinds of work at once: lanes with many
     // primitives leave some for the next step, while others visit nodes.
-    __attribute__((always_inline)) bool stepInGraph(Programs& programs, Ray& ray, U2* stack,
-                                                    Level* levels) {
+    SUNSTONE_INLINE_MEMBER bool stepInGraph(Programs& programs, Ray& ray, U2* stack,
+                                            Level* levels) {
         if ((inner.bits | leaf.bits) == 0) {
             leaveSpace(programs, ray, levels);
             if (pop(ray, stack))
@@ -250,14 +246,14 @@ private:
         return pop(ray, stack);
     }
 
-    __attribute__((always_inline)) bool visitNext(Programs& programs, Ray& ray) {
+    SUNSTONE_INLINE_MEMBER bool visitNext(Programs& programs, Ray& ray) {
         const uint32_t place = uint32_t(__builtin_ctz(leaf.bits));
         leaf.bits &= leaf.bits - 1;
         return visit(programs, ray, leaf.base + place);
     }
 
     // Takes the next group from the stack if the present one is empty; true at the end.
-    __attribute__((always_inline)) bool pop(const Ray& ray, const U2* stack) {
+    SUNSTONE_INLINE_MEMBER bool pop(const Ray& ray, const U2* stack) {
         bool search = inner.bits <= 0x00FFFFFFu && leaf.bits == 0, end = false;
         while (search) {
             end = top == 0;
@@ -280,16 +276,14 @@ private:
     // Children of nodes of instances are visited nearest first: nodes overlap, and instances behind
     // a hit need not be entered. Each waiting child is a stack entry: index | number of farther
     // ones of the node below it << 28 | 1 << 31; distance, lowest bit set for an instance.
-    static __attribute__((always_inline)) bool isChild(U2 entry) {
-        return entry.x >> 31;
-    }
-    __attribute__((always_inline)) void take(U2 entry) {
+    static SUNSTONE_INLINE_MEMBER bool isChild(U2 entry) { return entry.x >> 31; }
+    SUNSTONE_INLINE_MEMBER void take(U2 entry) {
         const uint32_t index = entry.x & 0x0FFFFFFFu;
         const bool instance = entry.y & 1u;
         inner = {index, instance ? 0u : 1u << 24}; // a group of one
         leaf = {index, instance ? 1u : 0u};
     }
-    __attribute__((always_inline)) void takeNearest(Distances<true>& distances, U2* stack) {
+    SUNSTONE_INLINE_MEMBER void takeNearest(Distances<true>& distances, U2* stack) {
         distances.sort();
         const uint32_t innerMask = inner.bits & 0xFFu, childBase = inner.base,
                        primitiveBase = leaf.base;
@@ -297,8 +291,7 @@ private:
             const uint32_t key = distances.keys[i], slot = key & 7u;
             const bool isInner = innerMask >> slot & 1u;
             const uint32_t before = uint32_t(__builtin_popcount(innerMask & ~(~0u << slot)));
-            const uint32_t place =
-                permute(distances.metas[0], distances.metas[1], slot) & 31u;
+            const uint32_t place = permute(distances.metas[0], distances.metas[1], slot) & 31u;
             return U2{(isInner ? childBase + before : primitiveBase + place) | farther << 28 |
                           1u << 31,
                       (key & ~7u) | (isInner ? 0u : 1u)};
@@ -315,8 +308,7 @@ private:
     }
 
     // The next child of the group becomes the group, or the group, which is of primitives, a leaf.
-    __attribute__((always_inline)) void openNext(const Programs& programs, const Ray& ray,
-                                                 U2* stack) {
+    SUNSTONE_INLINE_MEMBER void openNext(const Programs& programs, const Ray& ray, U2* stack) {
         if (inner.bits <= 0x00FFFFFFu) {
             leaf = inner;
             inner.bits = 0;
@@ -334,16 +326,17 @@ private:
 
     // Primitives are listed by slot, and the highest bit of a slot is the side along z. Instances
     // behind a hit need not be entered.
-    __attribute__((always_inline)) uint32_t nextPlace() const {
-        return (box.octant & 4u) == 0 ? 31 - uint32_t(__builtin_clz(leaf.bits)) : uint32_t(__builtin_ctz(leaf.bits));
+    SUNSTONE_INLINE_MEMBER uint32_t nextPlace() const {
+        return (box.octant & 4u) == 0 ? 31 - uint32_t(__builtin_clz(leaf.bits))
+                                      : uint32_t(__builtin_ctz(leaf.bits));
     }
 
-    __attribute__((always_inline)) void push(U2* stack, Group group) {
+    SUNSTONE_INLINE_MEMBER void push(U2* stack, Group group) {
         stack[top++] = U2{group.base, group.bits};
     }
 
-    __attribute__((always_inline)) void test(const Programs& programs, const Ray& ray,
-                                             uint32_t child, U2* stack) {
+    SUNSTONE_INLINE_MEMBER void test(const Programs& programs, const Ray& ray, uint32_t child,
+                                     U2* stack) {
         constexpr uint32_t kUnits = sizeof(WideNode) / 16;
         const float tmin = larger(ray.tmin, 0.0f);
         Distances<Programs::kInstances> distances;
@@ -351,30 +344,28 @@ private:
             testMovingNode(nodes + uint64_t(child) * motion.keys * kUnits, motion, ray.origin, box,
                            tmin, ray.tmax, inner, leaf, distances);
         else
-            testNode(nodes + uint64_t(child) * kUnits, ray.origin, box, tmin, ray.tmax, inner,
-                     leaf, distances);
+            testNode(nodes + uint64_t(child) * kUnits, ray.origin, box, tmin, ray.tmax, inner, leaf,
+                     distances);
         if constexpr (Programs::kInstances)
-            if (programs.nearestFirst() && kind == BlockType::kInstances &&
-                top < kWaitingChildren)
+            if (programs.nearestFirst() && kind == BlockType::kInstances && top < kWaitingChildren)
                 takeNearest(distances, stack);
     }
 
     // Whether the nodes of any lane have motion, or the lane's own where all lanes are in one
     // structure: if some have, all lanes run the test with motion together, instead of one kind
     // after the other.
-    __attribute__((always_inline)) bool someMove() const {
+    SUNSTONE_INLINE_MEMBER bool someMove() const {
         if constexpr (Programs::kMotion && Programs::kInstances)
             return Programs::any(motion.keys > 1);
         return motion.keys > 1;
     }
 
-    __attribute__((always_inline)) void loadTriangle(uint32_t record, U4& a, U4& b, U4& c) const {
+    SUNSTONE_INLINE_MEMBER void loadTriangle(uint32_t record, U4& a, U4& b, U4& c) const {
         const uint64_t place = reinterpret_cast<uint64_t>(records);
         if (areShared(place))
             record = loadConstant(sharedNumber(nodes, record));
         const auto recordAt = [&](uint64_t index) {
-            return reinterpret_cast<const U4*>(withoutSharedBit(place) +
-                                               index * sizeof(TriangleRecord));
+            return reinterpret_cast<const U4*>(withoutTag(place) + index * sizeof(TriangleRecord));
         };
         if (Programs::kMotion && motion.keys > 1) {
             loadMovingTriangle(recordAt(uint64_t(record) * motion.keys), motion, a, b, c);
@@ -387,11 +378,11 @@ private:
     }
 
     // Of the current block.
-    __attribute__((always_inline)) static BlockType kindOf(BlockType type) {
+    SUNSTONE_INLINE_MEMBER static BlockType kindOf(BlockType type) {
         return Programs::kMotion ? bvh::kindOf(type) : type;
     }
 
-    __attribute__((always_inline)) bool visit(Programs& programs, Ray& ray, uint32_t record) {
+    SUNSTONE_INLINE_MEMBER bool visit(Programs& programs, Ray& ray, uint32_t record) {
         if (Programs::shapes() && kind == BlockType::kShapes) {
             ShapeHit hit;
             return testShape<Programs::kMotion>(Programs::shapes(), block, records, record, motion,
@@ -416,12 +407,12 @@ private:
         return false;
     }
 
-    __attribute__((always_inline)) void visitInstance(Programs& programs, Ray& ray, uint32_t record,
-                                                      U2* stack, Level* levels) {
+    SUNSTONE_INLINE_MEMBER void visitInstance(Programs& programs, Ray& ray, uint32_t record,
+                                              U2* stack, Level* levels) {
         if constexpr (Programs::kInstances) {
             const uint32_t index =
                 loadConstant(reinterpret_cast<const uint32_t*>(records) + record);
-            const InstanceData& instance = reinterpret_cast<const InstanceData*>(
+            const InstanceRecord& instance = reinterpret_cast<const InstanceRecord*>(
                 reinterpret_cast<const uint8_t*>(block) + block->instancesOffset)[index];
             uint64_t child = 0;
             float worldToObject[12];
@@ -449,7 +440,7 @@ private:
         }
     }
 
-    static __attribute__((always_inline)) void moveRay(const float worldToObject[12], Ray& ray) {
+    static SUNSTONE_INLINE_MEMBER void moveRay(const float worldToObject[12], Ray& ray) {
         float origin[3], direction[3];
         for (int i = 0; i < 3; ++i) {
             origin[i] = ray.origin[i];
@@ -458,7 +449,7 @@ private:
         transformRay(worldToObject, origin, direction, ray);
     }
 
-    __attribute__((always_inline)) void saveSpace(const Ray& ray, Level& level) const {
+    SUNSTONE_INLINE_MEMBER void saveSpace(const Ray& ray, Level& level) const {
         level.origin = withFloats(ray.origin, box.inverse[0]);
         level.direction = withFloats(ray.direction, box.inverse[1]);
         level.box = {bitsOf(box.inverse[2]), bitsOf(box.slack), box.octant, bitsOf(box.one)};
@@ -474,7 +465,7 @@ private:
         }
     }
 
-    __attribute__((always_inline)) void leaveSpace(Programs& programs, Ray& ray, Level* levels) {
+    SUNSTONE_INLINE_MEMBER void leaveSpace(Programs& programs, Ray& ray, Level* levels) {
         // Returns to the outer block, through the transforms between.
         if constexpr (Programs::kInstances && Programs::kMotion) {
             programs.leave(ray, depth - this->around);
@@ -489,7 +480,7 @@ private:
     }
 
     // Only structures of instances are returned to.
-    __attribute__((always_inline)) void restoreSpace(Ray& ray, const Level& level) {
+    SUNSTONE_INLINE_MEMBER void restoreSpace(Ray& ray, const Level& level) {
         toFloats(level.origin, ray.origin);
         toFloats(level.direction, ray.direction);
         block = reinterpret_cast<const BlockHeader*>(level.block);
@@ -510,13 +501,13 @@ private:
     }
 
     // Enters the space of `block`, with fields of its header; `size`: see makeBoxRay().
-    __attribute__((always_inline)) void open(const Programs& programs, const Ray& ray,
-                                             BlockType type, float size, uint64_t nodesOffset,
-                                             uint64_t recordsOffset) {
+    SUNSTONE_INLINE_MEMBER void open(const Programs& programs, const Ray& ray, BlockType type,
+                                     float size, uint64_t nodesOffset, uint64_t recordsOffset,
+                                     uint32_t sharesRecords) {
         kind = kindOf(type);
         const uint8_t* const bytes = reinterpret_cast<const uint8_t*>(block);
         nodes = reinterpret_cast<const U4*>(bytes + nodesOffset);
-        records = bytes + recordsOffset;
+        records = bytes + recordsOffset + sharesRecords;
         if constexpr (Programs::kMotion) {
             motion = placeIn(*block, programs.time(), ray.origin);
             if (motion.keys > 1) {
@@ -533,10 +524,10 @@ private:
     // Follows the handle through transforms to a block, whose root becomes the group to visit.
     // False: nothing to visit; levels above `base` have been left again, with motion by
     // leaveSpace().
-    __attribute__((always_inline)) bool enter(Programs& programs, Ray& ray, uint64_t handle,
-                                              Level* levels, uint32_t base) {
+    SUNSTONE_INLINE_MEMBER bool enter(Programs& programs, Ray& ray, uint64_t handle, Level* levels,
+                                      uint32_t base) {
         if constexpr (Programs::kInstances)
-            while ((handle & kTraversableTagMask) >= kStaticTransformTag) {
+            while ((handle & devlib::kTagMask) >= devlib::kTagStatic) {
                 float worldToObject[12];
                 uint64_t child = 0;
                 const bool tooDeep = depth >= Programs::kLevels;
@@ -554,11 +545,12 @@ private:
                 moveRay(worldToObject, ray);
                 handle = child;
             }
-        const uint64_t tag = handle & kTraversableTagMask;
+        const uint64_t tag = handle & devlib::kTagMask;
         const BlockHeader* const header =
-            reinterpret_cast<const BlockHeader*>(handle & ~uint64_t(kTraversableTagMask));
-        if (!header || !(tag == kGasTag || (Programs::kInstances && tag == kIasTag)) ||
-            (tag == kIasTag && isInside(header, levels))) {
+            reinterpret_cast<const BlockHeader*>(handle & ~uint64_t(devlib::kTagMask));
+        if (!header ||
+            !(tag == devlib::kTagGas || (Programs::kInstances && tag == devlib::kTagIas)) ||
+            (tag == devlib::kTagIas && isInside(header, levels))) {
             leaveTo(programs, ray, levels, base);
             return false;
         }
@@ -568,8 +560,9 @@ private:
                  places = loadConstant(words + offsetof(BlockHeader, instancesOffset) / 16),
                  last = loadConstant(words + offsetof(BlockHeader, recordsOffset) / 16);
         const BlockType type = BlockType(first.z);
-        const bool wanted = first.x == kGpuBlockMagic && first.w != kNoNode && fits(type, last.z) &&
-                            isRay(ray) && isThere(programs, *header) && enterShapes(type, ray);
+        const bool wanted = first.x == kGpuBlockMagic && first.w != kNoNode &&
+                            fits(type, last.z & 0xffff) && isRay(ray) &&
+                            isThere(programs, *header) && enterShapes(type, ray);
         if (!wanted) {
             if constexpr (!Programs::kMotion)
                 if (first.x == kGpuBlockMagic && isMoving(type))
@@ -578,8 +571,8 @@ private:
             return false;
         }
         block = header;
-        open(programs, ray, type, floatOf(first.w), wordsOf(places.z, places.w),
-             wordsOf(last.x, last.y));
+        open(programs, ray, type, floatOf(last.w), wordsOf(places.z, places.w),
+             wordsOf(last.x, last.y), last.z >> 16);
         if constexpr (Programs::kInstances && Programs::kMotion)
             if (kind == BlockType::kInstances)
                 saveSpace(ray, levels[depth]);
@@ -593,12 +586,13 @@ private:
                   offsetof(BlockHeader, nodesOffset) ==
                       offsetof(BlockHeader, instancesOffset) + 8 &&
                   offsetof(BlockHeader, recordsOffset) % 16 == 0 &&
-                  offsetof(BlockHeader, shape) == offsetof(BlockHeader, recordsOffset) + 8);
+                  offsetof(BlockHeader, shape) == offsetof(BlockHeader, recordsOffset) + 8 &&
+                  offsetof(BlockHeader, sharesRecords) == offsetof(BlockHeader, shape) + 2 &&
+                  offsetof(BlockHeader, largestCoordinate) == offsetof(BlockHeader, shape) + 4);
 
     // A graph with a cycle (updates can make one) would be walked along all paths up to the largest
     // depth: instances of a structure within itself are therefore never hit.
-    __attribute__((always_inline)) bool isInside(const BlockHeader* header,
-                                                 const Level* levels) const {
+    SUNSTONE_INLINE_MEMBER bool isInside(const BlockHeader* header, const Level* levels) const {
         const uint64_t address = reinterpret_cast<uint64_t>(header);
         bool found = false;
         if constexpr (Programs::kLevels > 1 && Programs::kMotion) {
@@ -615,8 +609,8 @@ private:
         return found;
     }
 
-    __attribute__((always_inline)) void leaveTo(Programs& programs, Ray& ray, Level* levels,
-                                                uint32_t base) {
+    SUNSTONE_INLINE_MEMBER void leaveTo(Programs& programs, Ray& ray, Level* levels,
+                                        uint32_t base) {
         if constexpr (Programs::kInstances && !Programs::kMotion)
             while (depth > base) {
                 const Level& level = levels[--depth];
@@ -627,19 +621,19 @@ private:
     }
 
     // False where a ray is too fast for the tests of shapes.
-    __attribute__((always_inline)) bool enterShapes(BlockType type, const Ray& ray) {
+    SUNSTONE_INLINE_MEMBER bool enterShapes(BlockType type, const Ray& ray) {
         return !Programs::shapes() || kindOf(type) != BlockType::kShapes ||
                lane::setupRaySpace(space, ray.origin, ray.direction, ray.tmin);
     }
 
-    __attribute__((always_inline)) static bool isThere(const Programs& programs,
-                                                       const BlockHeader& header) {
+    SUNSTONE_INLINE_MEMBER static bool isThere(const Programs& programs,
+                                               const BlockHeader& header) {
         if constexpr (Programs::kMotion)
             return !isGone(header, programs.time());
         return true;
     }
 
-    static __attribute__((always_inline)) bool fits(BlockType withBits, uint32_t shape) {
+    static SUNSTONE_INLINE_MEMBER bool fits(BlockType withBits, uint32_t shape) {
         const BlockType type = kindOf(withBits);
         return (Programs::shapes() && type == BlockType::kShapes &&
                 meetsShape(Programs::shapes(), shape)) ||
