@@ -90,10 +90,6 @@ private:
     uint8_t* data_ = nullptr;
 };
 
-struct MipmappedArray {
-    std::vector<std::shared_ptr<Array>> levels; // the largest first
-};
-
 // The number of levels that an array of this shape can have, down to one texel.
 unsigned mostLevels(const Shape& shape);
 Shape shapeOfLevel(const Shape& shape, unsigned level);

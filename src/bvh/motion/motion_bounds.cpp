@@ -3,10 +3,6 @@
 
 namespace sunstone::bvh {
 
-LinearBounds linearBounds(uint64_t handle, double begin, double end) {
-    return leadsToBlock(handle) ? moving::boundsOf(handle, begin, end) : LinearBounds::nothing();
-}
-
 bool moves(uint64_t handle) {
     return moving::moves(handle);
 }

@@ -7,9 +7,6 @@
 
 namespace sunstone::bvh {
 
-// Bounds of the handle's object, in its space, valid at all times of [begin, end].
-LinearBounds linearBounds(uint64_t handle, double begin, double end);
-
 // Whether a transform between the handle and the first structure, or that structure, has motion.
 bool moves(uint64_t handle);
 

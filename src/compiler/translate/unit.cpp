@@ -416,14 +416,6 @@ llvm::Constant* Unit::addVariable(const ptx::Module& module, const ptx::Variable
     return entry;
 }
 
-void Unit::addAllVariables() {
-    for (const ptx::Module* module : modules_)
-        for (const ptx::Variable& variable : module->variables)
-            if (isDefined(variable) && variable.type != ptx::Type::kSamplerref &&
-                (variable.space == ptx::Space::kGlobal || variable.space == ptx::Space::kConst))
-                this->variable(*module, variable.name, variable.location);
-}
-
 // Runs of plain bytes and 64-bit words for addresses, in order, packed.
 llvm::Type* Unit::initializerType(const ptx::Variable& variable) {
     llvm::Type* byte = llvm::Type::getInt8Ty(*context_);

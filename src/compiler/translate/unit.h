@@ -84,8 +84,6 @@ public:
     const PipelineRules& rules() const { return rules_; }
     llvm::LLVMContext& context() { return *context_; }
     llvm::Module& module() { return *module_; }
-    std::unique_ptr<llvm::LLVMContext> takeContext() { return std::move(context_); }
-    std::unique_ptr<llvm::Module> takeModule() { return std::move(module_); }
 
     // The function of this name as visible from `from`: its own, or another module's visible one.
     llvm::Function* function(const ptx::Module& from, std::string_view name,
@@ -104,9 +102,6 @@ public:
     void addVariable(const VariableId& id);
     llvm::Constant* sharedOffset(const ptx::Variable& variable, llvm::Function* user);
 
-    // Declares all variables of the modules, also unused ones (the host may look up a kernel's
-    // variables).
-    void addAllVariables();
     // Translates queued functions and initialisers until the queue is empty.
     void translateQueue();
 

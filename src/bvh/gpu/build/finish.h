@@ -7,8 +7,6 @@
 
 namespace sunstone::bvh::gpu {
 
-constexpr uint32_t kFinishThreads = 256;
-
 // Writes the record of a triangle or a custom primitive. False if it is inactive, which is looked
 // at only where that may be; else `exact` is its box.
 SUNSTONE_INLINE bool writeRecord(const BuildJob& job, uint32_t place, InputPlace from,

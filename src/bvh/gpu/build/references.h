@@ -10,7 +10,6 @@
 
 namespace sunstone::bvh::gpu {
 
-constexpr uint32_t kReferenceThreads = 256;
 constexpr float kLargestCoordinate = 0x1p100f;
 
 SUNSTONE_INLINE bool isUsable(float a) {

@@ -39,8 +39,6 @@ SUNSTONE_INLINE uint64_t mortonCode(const Counters& counters, const Bounds& box)
     return code < kInactiveKey ? code : kInactiveKey - 1;
 }
 
-constexpr uint32_t kMortonThreads = 256;
-
 SUNSTONE_KERNEL sunstone_codes(BuildJob job) {
     __shared__ uint32_t counts[kSortPasses][kSortDigits];
     for (uint32_t i = threadIdx.x; i < kSortPasses * kSortDigits; i += blockDim.x)
