@@ -104,6 +104,26 @@ TEST_F(BadInput, MappedMemory) {
     EXPECT_EQ(cuMemAddressFree(space, kUnit), CUDA_SUCCESS);
 }
 
+// Programs destroy an object and keep its handle; the next object may get the memory of the first.
+TEST_F(BadInput, StaleHandles) {
+    CUevent stale = nullptr, event = nullptr;
+    ASSERT_EQ(cuEventCreate(&stale, 0), CUDA_SUCCESS);
+    ASSERT_EQ(cuEventDestroy(stale), CUDA_SUCCESS);
+    CUDA_ARRAY_DESCRIPTOR shape = {16, 16, CU_AD_FORMAT_FLOAT, 1};
+    CUarray staleArray = nullptr, array = nullptr;
+    ASSERT_EQ(cuArrayCreate(&staleArray, &shape), CUDA_SUCCESS);
+    ASSERT_EQ(cuArrayDestroy(staleArray), CUDA_SUCCESS);
+    for (int i = 0; i < 100; ++i) {
+        ASSERT_EQ(cuEventCreate(&event, 0), CUDA_SUCCESS);
+        ASSERT_EQ(cuArrayCreate(&array, &shape), CUDA_SUCCESS);
+        ASSERT_EQ(cuEventQuery(stale), CUDA_ERROR_INVALID_HANDLE) << i;
+        ASSERT_EQ(cuEventDestroy(stale), CUDA_ERROR_INVALID_HANDLE) << i;
+        ASSERT_EQ(cuArrayGetDescriptor(&shape, staleArray), CUDA_ERROR_INVALID_HANDLE) << i;
+        ASSERT_EQ(cuArrayDestroy(array), CUDA_SUCCESS);
+        ASSERT_EQ(cuEventDestroy(event), CUDA_SUCCESS);
+    }
+}
+
 TEST_F(BadInput, References) {
     auto* const reference = reinterpret_cast<CUtexref>(&context);
     EXPECT_EQ(cuTexRefSetFlags(reference, 0), CUDA_ERROR_INVALID_HANDLE);
