@@ -161,7 +161,7 @@ TEST(GpuBuild, TreesThatWouldBeTooDeep) {
     addBox(mesh, {0, 0, 0}, 32768 * cell); // so that a cell is one of the codes
     const GpuStructure gpu = buildOnDevice(mesh.input());
     expectSound(gpu.header());
-    EXPECT_EQ(gpu.header().reserved[0], 1u);
+    EXPECT_EQ(gpu.header().treeTooDeep, 1u);
     const Structure cpu = makeStructure(mesh.input());
     expectSameHits(cpu, gpu, 1000, 1);
 }
