@@ -34,6 +34,18 @@ void prepareForFaults();
 void enterDeviceCode(FaultFrame& frame);
 void leaveDeviceCode();
 
+// Runs a body that owns no objects and holds no locks. False if the processor faulted in it.
+template <class Body>
+bool runFaultable(FaultFrame& frame, const Body& body) {
+    prepareForFaults();
+    if (setjmp(frame.jump) == kJumpFault)
+        return false;
+    enterDeviceCode(frame);
+    body();
+    leaveDeviceCode();
+    return true;
+}
+
 // One line with the kind of fault and the address.
 std::string describeFault(const FaultFrame& frame);
 

@@ -45,6 +45,10 @@ void start();
 // Checks an access, reports a fault, and returns it.
 Fault examine(const devlib::CheckedAccess& access, const Scene& scene);
 
+// "use after free: ..." with the allocation, if the address lies in freed memory that is not reused
+// yet; else empty. For faults of runs with and without the checker.
+std::string describeFreed(const void* address);
+
 // The calling thread's stack from the caller's frames up.
 Range stackOfThread();
 

@@ -129,6 +129,8 @@ const char* nameOf(cpu::MemoryKind kind) {
     case cpu::MemoryKind::kModule:
     case cpu::MemoryKind::kManagedVariable:
         return "a module's variable";
+    case cpu::MemoryKind::kArray:
+        return "an array";
     case cpu::MemoryKind::kMapped:
         return "mapped device memory";
     default:
@@ -252,6 +254,14 @@ std::string triple(const uint32_t (&value)[3]) {
 }
 
 } // namespace
+
+std::string describeFreed(const void* address) {
+    const auto place = reinterpret_cast<uint64_t>(address);
+    Neighbour near;
+    if (!findNeighbour(place, near) || !near.isFreed || near.distance != 0)
+        return {};
+    return "use after free: the address is " + near.text(place);
+}
 
 void report(Fault fault, const devlib::CheckedAccess& access, const Scene& scene) {
     const devlib::AccessPlace& place = *access.place;

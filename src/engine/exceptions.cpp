@@ -2,6 +2,7 @@
 #include "engine/exceptions.h"
 
 #include "base/error.h"
+#include "check/memory_check.h"
 #include "compiler/compiler.h"
 
 #include <algorithm>
@@ -68,6 +69,8 @@ std::string details(int32_t code, const ExceptionInfo& info) {
 
 std::string describeFaultInCode(const FaultFrame& fault) {
     std::string text = describeFault(fault);
+    if (const std::string freed = check::describeFreed(fault.address); !freed.empty())
+        text += " (" + freed + ")";
     compiler::SourceLocation place;
     if (!compiler::sourceLocation(fault.instruction, place))
         return text;

@@ -54,7 +54,17 @@ unsigned Format::elementBytes() const {
     }
 }
 
-Array::Array(Format format, Shape shape) : format_(format), shape_(shape) {
+const ArrayMemory kHeapMemory = {[](size_t bytes) {
+                                     void* const data = std::calloc(bytes, 1);
+                                     if (!data)
+                                         fail(Code::kOutOfMemory, "no memory for an array of ",
+                                              bytes, " bytes");
+                                     return data;
+                                 },
+                                 std::free};
+
+Array::Array(Format format, Shape shape, const ArrayMemory& memory)
+    : format_(format), shape_(shape), memory_(memory) {
     const size_t edge = format.edge();
     rowPitch_ = (size_t(shape.width) + edge - 1) / edge * format.elementBytes();
     rowCount_ = (size_t(shape.rows()) + edge - 1) / edge;
@@ -64,13 +74,11 @@ Array::Array(Format format, Shape shape) : format_(format), shape_(shape) {
         __builtin_add_overflow(total, kSlack, &total))
         fail(Code::kOutOfMemory, "an array of ", shape.width, " x ", shape.rows(), " x ",
              shape.slices(), " texels");
-    data_ = static_cast<uint8_t*>(std::calloc(total, 1));
-    if (!data_)
-        fail(Code::kOutOfMemory, "no memory for an array of ", total, " bytes");
+    data_ = static_cast<uint8_t*>(memory_.allocate(total));
 }
 
 Array::~Array() {
-    std::free(data_);
+    memory_.free(data_);
 }
 
 Image Array::image() const {

@@ -65,10 +65,18 @@ struct Image {
     size_t rowPitch = 0, slicePitch = 0;       // bytes; of a row of blocks for block formats
 };
 
+// Where arrays have their texels. `allocate` returns zeros, or throws; `free` may be called from
+// any thread.
+struct ArrayMemory {
+    void* (*allocate)(size_t bytes);
+    void (*free)(void* data);
+};
+extern const ArrayMemory kHeapMemory;
+
 class Array {
 public:
     // Zero-filled. Throws Error(kOutOfMemory).
-    Array(Format format, Shape shape);
+    Array(Format format, Shape shape, const ArrayMemory& memory = kHeapMemory);
     ~Array();
     Array(const Array&) = delete;
     Array& operator=(const Array&) = delete;
@@ -86,6 +94,7 @@ public:
 private:
     Format format_;
     Shape shape_;
+    const ArrayMemory memory_;
     size_t rowPitch_ = 0, rowCount_ = 0;
     uint8_t* data_ = nullptr;
 };

@@ -5,6 +5,8 @@
 #include "base/config.h"
 #include "base/error.h"
 #include "base/threads.h"
+#include "device/cpu/pages.h"
+#include "device/cpu/poison.h"
 
 #include <execinfo.h>
 #include <sys/mman.h>
@@ -12,45 +14,54 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
+#include <cstring>
 #include <mutex>
 
 namespace sunstone::device::cpu {
 
 namespace {
 
-constexpr size_t kHugePage = size_t(2) << 20;
 constexpr size_t kHugeFrom = size_t(8) << 20;
 
 bool isOurs(MemoryKind kind) {
     return kind == MemoryKind::kDevice || kind == MemoryKind::kPinned ||
-           kind == MemoryKind::kManaged;
+           kind == MemoryKind::kManaged || kind == MemoryKind::kArray;
 }
-
-// Limit of freed memory that the checker keeps.
-constexpr size_t kKeptBytes = size_t(256) << 20;
 
 bool isChecked() {
     static const bool on = checks("memory");
     return on;
 }
 
-size_t alignmentOf(size_t size) {
-    // Acceleration structures are read at random: huge pages save most TLB misses.
-    return size >= kHugeFrom ? kHugePage : Memory::kAlignment;
+// Acceleration structures are read at random: huge pages save most TLB misses.
+bool isHuge(size_t size) {
+    return size >= kHugeFrom;
 }
 
 // While memory is checked, a gap surrounds each allocation, so that an access past its end does not
-// hit another one.
+// hit another one. Builds with the address sanitizer see such accesses of the library alone.
 size_t zoneBefore(size_t size) {
-    return isChecked() ? std::max<size_t>(alignmentOf(size), 4096) : 0;
+    return !isChecked() ? 0 : isHuge(size) ? Pages::kHugePage : Pages::pageSize();
 }
 size_t zoneBehind(size_t size) {
-    return isChecked() ? std::clamp<size_t>(size, 4096, size_t(1) << 20) : 0;
+    if (isChecked())
+        return std::clamp<size_t>(size, 4096, size_t(1) << 20);
+    return kPoisons ? 4096 : 0;
+}
+size_t withZones(size_t size) {
+    return zoneBefore(size) + size + zoneBehind(size);
 }
 
-void freeBlock(const Allocation& allocation) {
-    std::free(reinterpret_cast<std::byte*>(allocation.base) - zoneBefore(allocation.size));
+// The block that `allocate` took for the memory.
+Block blockOf(const Allocation& allocation) {
+    return {allocation.base - zoneBefore(allocation.size),
+            Pages::blockSize(withZones(allocation.size))};
+}
+
+// Marks or unmarks what lies around the memory in its block.
+void markZones(void (*mark)(uintptr_t, size_t), uintptr_t base, size_t size, const Block& block) {
+    mark(block.begin, base - block.begin);
+    mark(base + size, block.begin + block.bytes - (base + size));
 }
 
 CallStack callStack() {
@@ -72,22 +83,40 @@ auto entryOf(Map& map, uintptr_t address) {
 
 } // namespace
 
+Memory::Memory() : quarantine_(isChecked()) {}
+
 void* Memory::allocate(size_t size, MemoryKind kind, unsigned flags, const void* owner) {
+    bool isZero = false;
+    return allocate(size, kind, flags, owner, isZero);
+}
+
+void* Memory::allocateZeroed(size_t size, MemoryKind kind, unsigned flags, const void* owner) {
+    bool isZero = false;
+    void* const memory = allocate(size, kind, flags, owner, isZero);
+    return isZero ? memory : std::memset(memory, 0, size);
+}
+
+void* Memory::allocate(size_t size, MemoryKind kind, unsigned flags, const void* owner,
+                       bool& isZero) {
     if (size == 0)
         fail(Code::kInvalidValue, "an allocation of 0 bytes");
     // The kernel overcommits: refuse sizes that could never be used.
     if (size > totalMemory() - std::min(totalMemory(), allocatedBytes()))
         fail(Code::kOutOfMemory, "no memory for ", size, " bytes: the device has ", totalMemory());
-    const size_t alignment = alignmentOf(size), before = zoneBefore(size);
-    const size_t whole = before + size + zoneBehind(size);
-    const size_t rounded = (whole + alignment - 1) & ~(alignment - 1);
-    void* block = std::aligned_alloc(alignment, rounded);
+    Block block = pages().take(withZones(size), isHuge(size));
+    if (!block) { // what waits for reuse may make room
+        quarantine_.empty();
+        pages().trim();
+        block = pages().take(withZones(size), isHuge(size));
+    }
     if (!block)
         fail(Code::kOutOfMemory, "no memory for ", size, " bytes");
-    if (alignment == kHugePage)
-        madvise(block, rounded, MADV_HUGEPAGE); // only advice: failing it changes nothing
-    void* base = static_cast<std::byte*>(block) + before;
-    Allocation made{uintptr_t(base), size, kind, flags, owner};
+    isZero = block.isZero;
+    const uintptr_t base = block.begin + zoneBefore(size);
+    if (!block.isZero)
+        unpoison(base, size);
+    markZones(poison, base, size, block);
+    Allocation made{base, size, kind, flags, owner};
     if (isChecked())
         made.allocatedAt = std::make_shared<const CallStack>(callStack());
     std::unique_lock lock(mutex_);
@@ -95,7 +124,7 @@ void* Memory::allocate(size_t size, MemoryKind kind, unsigned flags, const void*
     byBase_[made.base] = std::move(made);
     allocated_ += size;
     ++version_;
-    return base;
+    return reinterpret_cast<void*>(base);
 }
 
 bool Memory::adopt(const void* base, size_t size, MemoryKind kind, unsigned flags,
@@ -114,40 +143,32 @@ bool Memory::adopt(const void* base, size_t size, MemoryKind kind, unsigned flag
     return true;
 }
 
-// Called under the lock. `dead` receives the memory that may be freed now.
-void Memory::retire(const Allocation& allocation, bool withContext, std::vector<Allocation>& dead) {
-    if (!isChecked()) {
-        dead.push_back(allocation);
-        return;
-    }
-    if (withContext)
-        leaked_.push_back(allocation);
-    freed_.push_back({allocation, callStack(), withContext});
-    freedBytes_ += allocation.size;
-    while (freedBytes_ > kKeptBytes) {
-        dead.push_back(freed_.front());
-        freedBytes_ -= freed_.front().size;
-        freed_.pop_front();
-    }
+void Memory::retire(const Allocation& allocation, bool withContext) {
+    const Block block = blockOf(allocation);
+    if (block.bytes <= Pages::kMostReused)
+        poison(block.begin, block.bytes);
+    else // it loses access at once
+        markZones(unpoison, allocation.base, allocation.size, block);
+    quarantine_.add({allocation, isChecked() ? callStack() : CallStack(), withContext}, block,
+                    isHuge(allocation.size), true);
 }
 
 bool Memory::release(const void* base, std::initializer_list<MemoryKind> kinds, uint64_t id) {
-    std::vector<Allocation> dead;
+    Allocation dead;
     {
         std::unique_lock lock(mutex_);
         auto it = byBase_.find(uintptr_t(base));
         if (it == byBase_.end() || (id != 0 && it->second.id != id) ||
             std::find(kinds.begin(), kinds.end(), it->second.kind) == kinds.end())
             return false;
-        if (isOurs(it->second.kind)) {
-            allocated_ -= it->second.size;
-            retire(it->second, false, dead);
-        }
+        dead = std::move(it->second);
         byBase_.erase(it);
+        if (isOurs(dead.kind))
+            allocated_ -= dead.size;
         ++version_;
     }
-    for (const Allocation& allocation : dead)
-        freeBlock(allocation);
+    if (isOurs(dead.kind))
+        retire(dead, false);
     return true;
 }
 
@@ -162,14 +183,32 @@ void Memory::releaseOwner(const void* owner) {
             }
             if (isOurs(it->second.kind)) {
                 allocated_ -= it->second.size;
-                retire(it->second, true, dead);
+                dead.push_back(std::move(it->second));
             }
             it = byBase_.erase(it);
         }
+        if (isChecked())
+            leaked_.insert(leaked_.end(), dead.begin(), dead.end());
         ++version_;
     }
     for (const Allocation& allocation : dead)
-        freeBlock(allocation);
+        retire(allocation, true);
+}
+
+uintptr_t Memory::reserveAddresses(size_t size, size_t alignment, uintptr_t wanted) {
+    Block block = pages().reserve(size, alignment, wanted);
+    if (!block) {
+        quarantine_.empty();
+        pages().trim();
+        block = pages().reserve(size, alignment, wanted);
+    }
+    if (!block)
+        fail(Code::kOutOfMemory, "no room for ", size, " bytes of addresses");
+    return block.begin;
+}
+
+void Memory::freeAddresses(uintptr_t base, size_t size) {
+    quarantine_.add({{base, size, MemoryKind::kMapped}, {}, false}, {base, size}, false, false);
 }
 
 std::optional<Allocation> Memory::find(const void* address) const {
@@ -214,16 +253,11 @@ std::vector<Allocation> Memory::live() const {
     return all;
 }
 
-std::vector<FreedAllocation> Memory::freed() const {
-    std::shared_lock lock(mutex_);
-    return {freed_.begin(), freed_.end()};
-}
-
 std::vector<Allocation> Memory::leaked() const {
     std::shared_lock lock(mutex_);
     std::vector<Allocation> all = leaked_;
     for (const auto& [base, allocation] : byBase_)
-        if (isOurs(allocation.kind))
+        if (isOurs(allocation.kind) && allocation.kind != MemoryKind::kArray)
             all.push_back(allocation);
     return all;
 }
@@ -243,8 +277,12 @@ bool isMapped(const void* address, size_t size) {
         return true;
     if (begin < page || begin + size < begin)
         return false;
+    if (pages().holds(address))
+        return memory().contains(address, size);
     uintptr_t at = begin & ~(page - 1);
     const uintptr_t end = size ? begin + size : begin + 1;
+    if (pages().holds(reinterpret_cast<const void*>(end - 1)))
+        return false; // it runs into this device's addresses
     // mincore returns ENOMEM for an unmapped page; whether pages are resident is irrelevant.
     static constexpr size_t kPagesAtOnce = 4096;
     unsigned char resident[kPagesAtOnce];
@@ -259,11 +297,16 @@ bool isMapped(const void* address, size_t size) {
     return true;
 }
 
-bool isMappedReadWrite(const void* address, size_t size) {
+namespace {
+
+bool isMappedWith(const void* address, size_t size, bool isWritable) {
     uintptr_t at = uintptr_t(address);
     const uintptr_t end = at + std::max<size_t>(size, 1);
     if (!at || end < at)
         return false;
+    if (pages().holds(address))
+        return memory().contains(address, size) &&
+               (!isWritable || memory().isWritable(address, size));
     FILE* maps = std::fopen("/proc/self/maps", "re");
     if (!maps)
         return false;
@@ -278,13 +321,23 @@ bool isMappedReadWrite(const void* address, size_t size) {
             break;
         if (at >= stop)
             continue;
-        if (rights[0] != 'r' || rights[1] != 'w')
+        if (rights[0] != 'r' || (isWritable && rights[1] != 'w'))
             break;
         at = stop;
         found = at >= end;
     }
     std::fclose(maps);
     return found;
+}
+
+} // namespace
+
+bool isMappedReadable(const void* address, size_t size) {
+    return isMappedWith(address, size, false);
+}
+
+bool isMappedReadWrite(const void* address, size_t size) {
+    return isMappedWith(address, size, true);
 }
 
 size_t totalMemory() {

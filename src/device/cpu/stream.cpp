@@ -6,6 +6,7 @@
 #include "base/process_end.h"
 #include "base/thread_object.h"
 #include "base/threads.h"
+#include "device/cpu/memory.h"
 #include "device/device.h"
 
 #include <algorithm>
@@ -134,6 +135,7 @@ void Stream::run(std::shared_ptr<Stream> self) {
         }
         for (const CompletionPtr& earlier : item.waits)
             earlier->wait();
+        memory().sealFreed();
         try {
             if (item.work)
                 item.work();

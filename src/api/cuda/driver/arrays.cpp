@@ -88,20 +88,24 @@ void checkFlags(unsigned flags) {
     require((flags & ~kKnown) == 0, "unknown array flags");
 }
 
+// Arrays outlive their context if a texture of another one uses them, so they have no owner.
+constexpr texture::ArrayMemory kDeviceMemory = {
+    [](size_t bytes) {
+        return cpu::memory().allocateZeroed(bytes, cpu::MemoryKind::kArray, 0, nullptr);
+    },
+    [](void* data) { cpu::memory().release(data, {cpu::MemoryKind::kArray}); }};
+
 std::shared_ptr<ArrayHandle> makeArray(const CUDA_ARRAY3D_DESCRIPTOR& descriptor,
                                        const texture::Shape& shape, bool isLevel) {
     auto handle = std::make_shared<ArrayHandle>();
     handle->array = std::make_shared<texture::Array>(
-        formatOf(descriptor.Format, descriptor.NumChannels), shape);
+        formatOf(descriptor.Format, descriptor.NumChannels), shape, kDeviceMemory);
     handle->descriptor = descriptor;
     handle->descriptor.Width = shape.width;
     handle->descriptor.Height = shape.height;
     handle->descriptor.Depth = shape.depth;
     handle->owner = cpu::contexts().current();
     handle->isLevel = isLevel;
-    // Registered as an allocation, so that copies check their ranges like those of other memory.
-    cpu::memory().adopt(handle->array->data(), handle->array->bytes(), cpu::MemoryKind::kModule, 0,
-                        handle->owner);
     return handle;
 }
 
@@ -111,11 +115,6 @@ CUarray create(const CUDA_ARRAY3D_DESCRIPTOR& descriptor) {
 }
 
 } // namespace
-
-ArrayHandle::~ArrayHandle() {
-    if (array)
-        cpu::memory().release(array->data(), {cpu::MemoryKind::kModule});
-}
 
 std::shared_ptr<ArrayHandle> arrayOf(CUarray array) {
     auto found = arrays().find(array);

@@ -15,8 +15,6 @@ struct ArrayHandle : Handled {
     CUDA_ARRAY3D_DESCRIPTOR descriptor = {};
     const void* owner = nullptr; // context
     bool isLevel = false;        // of a mipmapped array, which owns it
-
-    ~ArrayHandle();
 };
 
 struct MipmapHandle {

@@ -3,6 +3,7 @@
 #include "api/cuda/driver/copies.h"
 
 #include "api/cuda/driver/arrays.h"
+#include "api/cuda/driver/device_faults.h"
 
 #include <algorithm>
 #include <cstring>
@@ -102,10 +103,27 @@ Side sideOf(CUmemorytype type, const void* host, CUdeviceptr device, CUarray arr
     return {reinterpret_cast<std::byte*>(first), pitch, slicePitch};
 }
 
+void copyBytes(const Copy& copy) {
+    const auto& [dst, src, shape, dstDevice, srcDevice] = copy;
+    for (size_t z = 0; z < shape.slices; ++z)
+        for (size_t y = 0; y < shape.rows; ++y)
+            std::memmove(dst.base + z * dst.slicePitch + y * dst.pitch,
+                         src.base + z * src.slicePitch + y * src.pitch, shape.width);
+}
+
 template <class T>
 void fill(const Side& side, size_t width, size_t height, T value) {
     for (size_t y = 0; y < height; ++y)
         std::fill_n(reinterpret_cast<T*>(side.base + y * side.pitch), width, value);
+}
+
+void setBytes(const Set& set) {
+    if (set.elementSize == 1)
+        fill(set.side, set.width, set.height, uint8_t(set.value));
+    else if (set.elementSize == 2)
+        fill(set.side, set.width, set.height, uint16_t(set.value));
+    else
+        fill(set.side, set.width, set.height, set.value);
 }
 
 } // namespace
@@ -116,10 +134,7 @@ void Copy::check() const {
 }
 
 void Copy::run() const {
-    for (size_t z = 0; z < shape.slices; ++z)
-        for (size_t y = 0; y < shape.rows; ++y)
-            std::memmove(dst.base + z * dst.slicePitch + y * dst.pitch,
-                         src.base + z * src.slicePitch + y * src.pitch, shape.width);
+    accessMemory("a copy", [this] { copyBytes(*this); });
 }
 
 bool Copy::touchesPageable() const {
@@ -195,12 +210,7 @@ void Set::check() const {
 }
 
 void Set::run() const {
-    if (elementSize == 1)
-        fill(side, width, height, uint8_t(value));
-    else if (elementSize == 2)
-        fill(side, width, height, uint16_t(value));
-    else
-        fill(side, width, height, value);
+    accessMemory("a set", [this] { setBytes(*this); });
 }
 
 } // namespace sunstone::api::cuda

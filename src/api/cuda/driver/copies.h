@@ -27,7 +27,7 @@ struct Copy {
     bool dstDevice = false, srcDevice = false; // must be device memory
 
     void check() const; // throws Failure unless both ranges are valid
-    void run() const;
+    void run() const;   // throws Failure if a range has become invalid
     // Whether a side is pageable memory of the application, which it may change or free as soon as
     // the call returns. CUDA copies from such memory before the call returns.
     bool touchesPageable() const;

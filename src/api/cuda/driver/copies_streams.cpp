@@ -2,6 +2,7 @@
 // Copies and sets, and allocation in stream order. Compiled twice, see shell.h. All of them queue
 // work; the synchronous forms wait for it. Ranges are checked before work is queued.
 #include "api/cuda/driver/copies.h"
+#include "api/cuda/driver/device_faults.h"
 #include "api/cuda/driver/graphs.h"
 #include "api/cuda/driver/pools.h"
 
@@ -18,13 +19,15 @@ void queue(const Job& job, CUstream stream, bool wait, cpu::WorkInfo info) {
     if (job.empty())
         return;
     job.check();
+    const auto run = [job, home = std::weak_ptr(cpu::contexts().shareCurrent())] {
+        runInContext(home, [&] { job.run(); });
+    };
     if (wait && cpu::streams().idle(target)) {
         cpu::streams().throwError(target);
-        job.run(); // nothing to wait for, so no worker thread is needed
+        run(); // nothing to wait for, so no worker thread is needed
         return;
     }
-    cpu::streams().submit(
-        target, [job] { job.run(); }, {}, std::move(info));
+    cpu::streams().submit(target, run, {}, std::move(info));
     if (wait)
         cpu::streams().synchronize(target);
 }

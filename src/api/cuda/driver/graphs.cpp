@@ -3,6 +3,7 @@
 #include "api/cuda/driver/graphs.h"
 
 #include "api/cuda/driver/copies.h"
+#include "api/cuda/driver/device_faults.h"
 #include "api/cuda/driver/launch.h"
 #include "base/handles.h"
 
@@ -202,7 +203,9 @@ GraphNode nodeFor(const CUDA_MEMCPY3D* params) {
         copy.check();
     GraphNode node;
     node.kind = WorkKind::kCopy;
-    node.work = [copy] { copy.run(); };
+    node.work = [copy, home = std::weak_ptr(cpu::contexts().shareCurrent())] {
+        runInContext(home, [&] { copy.run(); });
+    };
     node.details = std::make_shared<CUDA_MEMCPY3D>(*params);
     return node;
 }
@@ -218,7 +221,9 @@ GraphNode nodeFor(const CUDA_MEMSET_NODE_PARAMS* params) {
     set.check();
     GraphNode node;
     node.kind = WorkKind::kSet;
-    node.work = [set] { set.run(); };
+    node.work = [set, home = std::weak_ptr(cpu::contexts().shareCurrent())] {
+        runInContext(home, [&] { set.run(); });
+    };
     node.details = std::make_shared<CUDA_MEMSET_NODE_PARAMS>(*params);
     return node;
 }

@@ -4,10 +4,10 @@
 
 #include "api/cuda/driver/block.h"
 #include "api/cuda/driver/cooperative.h"
+#include "api/cuda/driver/device_faults.h"
 #include "base/config.h"
 #include "base/log.h"
 #include "base/threads.h"
-#include "device/device.h"
 
 #include <algorithm>
 #include <chrono>
@@ -38,8 +38,9 @@ constexpr uint64_t kSmallLaunch = 2048;
         place = message(", at ", source.file, ":", source.line);
     const bool isAccess = fault.signal == SIGSEGV || fault.signal == SIGBUS;
     refuse(isAccess ? CUDA_ERROR_ILLEGAL_ADDRESS : CUDA_ERROR_LAUNCH_FAILED, "kernel ", launch.name,
-           ": ", describeFault(fault), ", in block (", block[0], ", ", block[1], ", ", block[2],
-           "), thread (", thread[0], ", ", thread[1], ", ", thread[2], ")", last, place);
+           ": ", describeFault(fault), freedRemark(fault), ", in block (", block[0], ", ", block[1],
+           ", ", block[2], "), thread (", thread[0], ", ", thread[1], ", ", thread[2], ")", last,
+           place);
 }
 
 [[noreturn]] void refuseFault(const char* kernel, devlib::KernelFault fault) {
@@ -245,21 +246,6 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
         std::shared_ptr<Function> function;
         std::weak_ptr<cpu::Context> context;
         KernelDetails details;
-
-        // The context keeps a device error; work queued after it does not run.
-        void run() const {
-            const cpu::ContextPtr home = context.lock();
-            if (home && home->fault)
-                return;
-            try {
-                runLaunch(plan);
-            } catch (const Failure& failure) {
-                if (!home)
-                    throw;
-                home->keepFault(failure.result(), failure.what());
-                throw device::ContextFault(failure.result(), failure.what());
-            }
-        }
     };
     auto job = std::make_shared<Job>();
     job->params = gatherParameters(request, info);
@@ -292,7 +278,8 @@ PreparedLaunch prepareLaunch(const LaunchRequest& request) {
     job->details.request = request;
     job->details.request.params = job->details.pointers.data();
     job->details.request.extra = nullptr;
-    return {[job] { job->run(); }, std::shared_ptr<const KernelDetails>(job, &job->details)};
+    return {[job] { runInContext(job->context, [&] { runLaunch(job->plan); }); },
+            std::shared_ptr<const KernelDetails>(job, &job->details)};
 }
 
 void launch(const LaunchRequest& request, const cpu::StreamPtr& stream) {

@@ -246,7 +246,10 @@ SUNSTONE_EXPORT CUresult cuMemHostRegister(void* address, size_t bytes, unsigned
     return guarded("cuMemHostRegister", Needs::kContext, [&] {
         require(address && bytes != 0 && (flags & ~15u) == 0,
                 "address null, size 0 or unknown flags");
-        require(cpu::isMapped(address, bytes), "the range is not memory of this process");
+        const bool isReadOnly = flags & CU_MEMHOSTREGISTER_READ_ONLY;
+        require(isReadOnly ? cpu::isMappedReadable(address, bytes)
+                           : cpu::isMappedReadWrite(address, bytes),
+                "the range is not memory of this process with the access asked for");
         if (!cpu::memory().adopt(address, bytes, MemoryKind::kRegistered, flags,
                                  cpu::contexts().current()))
             refuse(CUDA_ERROR_HOST_MEMORY_ALREADY_REGISTERED, address, " + ", bytes,

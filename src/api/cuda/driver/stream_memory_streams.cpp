@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Memory words that streams write and wait for, and stream attributes. Compiled twice, see shell.h.
+#include "api/cuda/driver/device_faults.h"
 #include "api/cuda/driver/shell.h"
 #include "base/process_end.h"
 
@@ -32,6 +33,14 @@ bool holds(Word seen, Word value, unsigned flags) {
     }
 }
 
+// The word may be freed while a stream waits for it.
+template <class Word>
+Word load(const Word* word) {
+    Word seen = 0;
+    accessMemory("a wait for a word", [&] { seen = __atomic_load_n(word, __ATOMIC_ACQUIRE); });
+    return seen;
+}
+
 using Step = std::function<void()>;
 
 template <class Word>
@@ -42,8 +51,7 @@ Step waitStep(CUdeviceptr address, Word value, unsigned flags) {
     watchProcessEnd();
     return [=] {
         // The word may be written by the host, another stream or a kernel.
-        for (unsigned tries = 0;
-             !holds(__atomic_load_n(word, __ATOMIC_ACQUIRE), value, flags) && !processEnds(); ++tries)
+        for (unsigned tries = 0; !holds(load(word), value, flags) && !processEnds(); ++tries)
             if (tries < 1000)
                 std::this_thread::yield();
             else
@@ -54,7 +62,9 @@ template <class Word>
 Step writeStep(CUdeviceptr address, Word value, unsigned flags) {
     require(flags <= CU_STREAM_WRITE_VALUE_NO_MEMORY_BARRIER, "unknown flags");
     Word* const word = wordAt<Word>(address);
-    return [=] { __atomic_store_n(word, value, __ATOMIC_SEQ_CST); };
+    return [=] {
+        accessMemory("a write of a word", [=] { __atomic_store_n(word, value, __ATOMIC_SEQ_CST); });
+    };
 }
 
 Step stepOf(const CUstreamBatchMemOpParams& op) {
@@ -86,9 +96,12 @@ CUresult queue(const char* function, CUstream stream, const std::function<std::v
             throw cpu::CaptureError(cpu::CaptureError::kUnsupported,
                                     "words that streams write or wait for cannot be captured");
         }
-        cpu::streams().submit(target, [steps = std::move(steps)] {
-            for (const Step& step : steps)
-                step();
+        const std::weak_ptr home = cpu::contexts().shareCurrent();
+        cpu::streams().submit(target, [home, steps = std::move(steps)] {
+            runInContext(home, [&] {
+                for (const Step& step : steps)
+                    step();
+            });
         });
     });
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// See virtual_memory.h. Physical memory is a file in memory. A reservation is an inaccessible range
-// of addresses. Mapping places the file there, still inaccessible, and setting access opens it. So
-// two mappings of one memory are the same bytes, and the file's descriptor shares it with other
-// processes. The error codes were recorded on a GPU.
+// See virtual_memory.h. Physical memory is a file in memory. A reservation is a range of the
+// device's addresses, without access. Mapping places the file there, still inaccessible, and
+// setting access opens it. So two mappings of one memory are the same bytes, and the file's
+// descriptor shares it with other processes. The error codes were recorded on a GPU.
 #include "api/cuda/driver/virtual_memory.h"
 
 #include <fcntl.h>
@@ -172,18 +172,7 @@ SUNSTONE_EXPORT CUresult cuMemAddressReserve(CUdeviceptr* address, size_t bytes,
         require((alignment & (alignment - 1)) == 0, "the alignment is no power of two");
         alignment = std::max(alignment, kUnit);
         require(hint % kUnit == 0, "the wanted address is not aligned");
-        size_t whole = 0;
-        void* memory = MAP_FAILED;
-        if (!__builtin_add_overflow(bytes, alignment, &whole))
-            memory = mmap(pointerOf(hint), whole, PROT_NONE,
-                          MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-        if (memory == MAP_FAILED)
-            refuse(CUDA_ERROR_OUT_OF_MEMORY, "no room for ", bytes, " bytes of addresses");
-        const auto begin = uintptr_t(memory);
-        const uintptr_t base = (begin + alignment - 1) & ~(alignment - 1);
-        if (base != begin)
-            munmap(memory, base - begin);
-        munmap(pointerOf(base + bytes), begin + whole - (base + bytes));
+        const uintptr_t base = cpu::memory().reserveAddresses(bytes, alignment, hint);
         reservations()[base] = bytes;
         *address = base;
     });
@@ -198,7 +187,7 @@ SUNSTONE_EXPORT CUresult cuMemAddressFree(CUdeviceptr address, size_t bytes) {
         require(mapped == mappings().end() || mapped->first >= address + bytes,
                 "memory is mapped in the range");
         reservations().erase(found);
-        munmap(pointerOf(address), bytes);
+        cpu::memory().freeAddresses(address, bytes);
     });
 }
 
