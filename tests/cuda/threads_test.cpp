@@ -241,4 +241,22 @@ TEST_F(Threads, MakeAndDestroyContextsStreamsAndMemory) {
     });
 }
 
+// A thread's default stream may lie where a destroyed stream was, whose handle stays invalid.
+TEST_F(Threads, DefaultStreamsHaveNoHandles) {
+    onAll([&](unsigned thread) {
+        CUstream made[8] = {};
+        for (CUstream& stream : made)
+            ASSERT_EQ(cuStreamCreate(&stream, 0), CUDA_SUCCESS);
+        for (const CUstream stream : made)
+            ASSERT_EQ(cuStreamDestroy(stream), CUDA_SUCCESS);
+        EXPECT_EQ(cuStreamSynchronize(CU_STREAM_PER_THREAD), CUDA_SUCCESS);
+        for (const CUstream stream : made) {
+            EXPECT_NE(cuStreamQuery(stream), CUDA_SUCCESS);
+            EXPECT_NE(cuStreamDestroy(stream), CUDA_SUCCESS);
+        }
+        EXPECT_EQ(cuMemsetD32Async(wordAt(thread), 7, 1, CU_STREAM_PER_THREAD), CUDA_SUCCESS);
+        EXPECT_EQ(cuStreamSynchronize(CU_STREAM_PER_THREAD), CUDA_SUCCESS);
+    });
+}
+
 } // namespace

@@ -58,9 +58,10 @@ void Quarantine::close() {
 }
 
 bool Quarantine::isOverLimit() const {
-    if (addresses_ > kAddresses)
-        return true;
-    return isChecked_ ? bytes_ > kCheckedBytes : bytes_ > kBytes || allocations_ > kAllocations;
+    if (isChecked_)
+        return bytes_ > kCheckedBytes || addresses_ > kAddresses;
+    return groups_.size() > 1 &&
+           (bytes_ > kBytes || addresses_ > kAddresses || allocations_ > kAllocations);
 }
 
 void Quarantine::releaseOldest() {

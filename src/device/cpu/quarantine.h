@@ -7,11 +7,14 @@
 // that a program pays one system call for many frees. Memory of more than Pages::kMostReused bytes
 // returns to the system at once; only its addresses wait.
 //
-//   what waits                  limit                      reason
-//   memory                      kBytes                     it is lost to the machine
-//   separate ranges             kAllocations               each may cost two of the 65,530 mappings
-//                                                          that Linux grants a process
-//   addresses without memory    kAddresses                 a small part of a region of pages.h
+//   what waits                 limit
+//   memory                     kBytes: it is lost to the machine, and a program that frees and
+//                              allocates in turn should find its memory in a cache
+//   separate ranges            kAllocations: each may cost two of the 65,530 mappings that Linux
+//                              grants a process
+//   addresses without memory   kAddresses: a small part of a region of pages.h
+//
+// What was sealed last waits in any case, so that one large block does, too.
 //
 // The memory checker judges each access itself. While it is on, memory keeps access, the limit is
 // kCheckedBytes, and the number of ranges does not matter.
@@ -29,7 +32,7 @@ namespace sunstone::device::cpu {
 
 class Quarantine {
 public:
-    static constexpr size_t kBytes = size_t(64) << 20;
+    static constexpr size_t kBytes = size_t(16) << 20;
     static constexpr size_t kAllocations = 4096;
     static constexpr size_t kAddresses = size_t(16) << 30;
     static constexpr size_t kCheckedBytes = size_t(256) << 20;

@@ -49,8 +49,8 @@ void Completion::finish() {
     done_.notify_all();
 }
 
-Stream::Stream(unsigned flags, int priority, const void* owner)
-    : flags_(flags), priority_(priority), owner_(owner),
+Stream::Stream(unsigned flags, int priority, const void* owner, bool isPerThread)
+    : flags_(flags), priority_(priority), owner_(owner), isPerThread_(isPerThread),
       id_(nextStreamId.fetch_add(1, std::memory_order_relaxed)) {}
 
 void Stream::setPriority(int priority) {
@@ -158,11 +158,16 @@ void* Streams::create(unsigned flags, int priority, const void* owner) {
 }
 
 bool Streams::destroy(void* handle) {
+    return remove(handle, false);
+}
+
+bool Streams::remove(const void* dead, bool isPerThread) {
     StreamPtr stream;
     {
         std::lock_guard lock(order_);
-        auto it = std::find_if(live_.begin(), live_.end(),
-                               [&](const StreamPtr& s) { return s.get() == handle; });
+        auto it = std::find_if(live_.begin(), live_.end(), [&](const StreamPtr& s) {
+            return s.get() == dead && s->isPerThread_ == isPerThread;
+        });
         if (it == live_.end())
             return false;
         stream = std::move(*it);
@@ -212,11 +217,11 @@ void Streams::forgetErrors(const std::function<bool(const void* owner)>& isOne) 
 
 StreamPtr Streams::perThread() {
     struct Holder {
-        StreamPtr stream = std::make_shared<Stream>(0, 0, this);
+        StreamPtr stream = std::make_shared<Stream>(0, 0, this, true);
         Streams* streams = nullptr;
         ~Holder() {
             if (streams)
-                streams->destroy(stream.get());
+                streams->remove(stream.get(), true);
         }
     };
     Holder& holder = threadObject<Holder>();
@@ -235,7 +240,7 @@ StreamPtr Streams::find(void* handle) {
         return perThread();
     std::lock_guard lock(order_);
     for (const StreamPtr& stream : live_)
-        if (stream.get() == handle)
+        if (stream.get() == handle && !stream->isPerThread_)
             return stream;
     fail(Code::kInvalidValue, "stream ", handle, " is not a live stream");
 }

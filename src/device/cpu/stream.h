@@ -56,7 +56,8 @@ struct WorkInfo {
 
 class Stream {
 public:
-    Stream(unsigned flags, int priority, const void* owner);
+    // `isPerThread`: a default stream, which its thread destroys; its address is no handle.
+    Stream(unsigned flags, int priority, const void* owner, bool isPerThread = false);
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
 
@@ -89,6 +90,7 @@ private:
     std::atomic<int> priority_;
     std::map<int, AttributeBytes> attributes_; // guarded by mutex_
     const void* const owner_;
+    const bool isPerThread_;
     const uint64_t id_;
     CompletionPtr last_; // guarded by Streams::order_, like the next two members
     std::shared_ptr<Capture> capture_;
@@ -162,6 +164,7 @@ private:
     Capture* validCapture(const StreamPtr& stream);
     void refuseImplicitJoin(const StreamPtr& stream); // under order_
     void dropCapture(const StreamPtr& stream);        // under order_: the stream is being destroyed
+    bool remove(const void* stream, bool isPerThread);
 
     std::mutex order_;
     StreamPtr legacy_;

@@ -131,7 +131,9 @@ public:
         while (cuCtxPopCurrent(&popped) == CUDA_SUCCESS && popped) {
         }
         must(cuCtxSetCurrent(primary));
-        must(cuCtxSynchronize());
+        const CUresult last = cuCtxSynchronize();
+        if (last != CUDA_ERROR_ILLEGAL_ADDRESS || !mayBeLate)
+            must(last);
         must(cuDevicePrimaryCtxReset(0));
         for (const auto& [base, size] : mappings_)
             munmap(base, size);
@@ -214,6 +216,15 @@ public:
         return chance(90) ? device + below(chance(80) ? 64 : kBytes / 4) * 4
                           : oneOf<CUdeviceptr>({0, 1, size() | 1ull << 63});
     }
+    // After an allocation or a free in the order of a stream: waits for it, because a later call
+    // uses the address, live or dead. Memory of a captured one is freed with the graph's last
+    // launch, at any time; calls that use it fail.
+    void afterOrdered(CUstream stream) {
+        CUstreamCaptureStatus status = CU_STREAM_CAPTURE_STATUS_NONE;
+        if (cuStreamIsCapturing(stream, &status) != CUDA_SUCCESS ||
+            status != CU_STREAM_CAPTURE_STATUS_NONE || cuStreamSynchronize(stream) != CUDA_SUCCESS)
+            mayBeLate = true;
+    }
     CUdeviceptr wrongAddress() {
         return oneOf<CUdeviceptr>({0, 1, size() | 1ull << 63, device + kBytes, device - 1});
     }
@@ -241,6 +252,7 @@ public:
     CUarray array = nullptr;
     char* host = nullptr;
     Kept<CUdeviceptr> addresses;
+    bool mayBeLate = false; // an access to freed memory
 
     static void must(CUresult result) {
         if (result == CUDA_SUCCESS)

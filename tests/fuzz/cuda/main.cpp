@@ -2,6 +2,7 @@
 // Fuzzes the CUDA driver's host API: sequences of random calls with valid and invalid arguments. A
 // sequence is determined by its number alone: `fuzz_cuda --sequence NUMBER` repeats it.
 //   fuzz_cuda [--seconds N] [--start N] [--sequence N] [--calls N]
+// With --start, too, it first runs the sequences from there on, for a failure that needs them.
 //
 // Most functions are called through CALL, which makes every argument from its type: a handle of its
 // kind (live, dead, null, garbage), an address, a small or an absurd number, a struct of such, or a
@@ -392,8 +393,9 @@ const Call kCalls[] = {
      }},
     {"cuMemHostRegister", 1,
      [](World& w) {
+         // Handles are among the addresses: memory of the library must not be registered.
          return cuMemHostRegister(w.chance(80) ? w.host + w.below(3) * 4096
-                                               : reinterpret_cast<char*>(w.address()),
+                                               : reinterpret_cast<char*>(w.wrongAddress()),
                                   w.size(), w.chance(80) ? w.below(4) : w.any32());
      }},
     {"cuMemHostUnregister", 1,
@@ -445,15 +447,36 @@ const Call kCalls[] = {
          return cuMemPrefetchAsync(w.lasting(), w.size(), argument<CUmemLocation>(w),
                                    w.chance(90) ? 0 : w.any32(), w.handle<CUstream>());
      }},
-    // Memory of a pool is freed when the stream reaches it, and unused before.
-    CALL(cuMemAllocAsync, 2),
-    CALL(cuMemAllocFromPoolAsync, 2),
+    {"cuMemAllocAsync", 2,
+     [](World& w) {
+         auto* const place = argument<CUdeviceptr*>(w);
+         const size_t size = w.size();
+         const auto stream = w.handle<CUstream>();
+         const CUresult result = cuMemAllocAsync(place, size, stream);
+         if (result == CUDA_SUCCESS)
+             harvest(w, place), w.afterOrdered(stream);
+         return result;
+     }},
+    {"cuMemAllocFromPoolAsync", 2,
+     [](World& w) {
+         auto* const place = argument<CUdeviceptr*>(w);
+         const size_t size = w.size();
+         const auto pool = w.handle<CUmemoryPool>();
+         const auto stream = w.handle<CUstream>();
+         const CUresult result = cuMemAllocFromPoolAsync(place, size, pool, stream);
+         if (result == CUDA_SUCCESS)
+             harvest(w, place), w.afterOrdered(stream);
+         return result;
+     }},
     {"cuMemFreeAsync", 2,
      [](World& w) {
          const CUdeviceptr address = w.address();
          if (address == w.device)
              return CUDA_ERROR_NOT_READY;
-         const CUresult result = cuMemFreeAsync(address, w.handle<CUstream>());
+         const auto stream = w.handle<CUstream>();
+         const CUresult result = cuMemFreeAsync(address, stream);
+         if (result == CUDA_SUCCESS)
+             w.afterOrdered(stream);
          if (result == CUDA_SUCCESS && std::erase(w.addresses.live, address))
              w.addresses.dead.push_back(address);
          return result;
@@ -872,7 +895,7 @@ void runSequence(unsigned long number, unsigned count) {
 } // namespace
 
 int main(int argc, char** argv) {
-    uint64_t seconds = 10, start = 1, sequence = 0, calls = 150;
+    uint64_t seconds = 10, start = 0, sequence = 0, calls = 150;
     fuzz::readOptions(argc, argv, "fuzz_cuda [--seconds N] [--start N] [--sequence N] [--calls N]",
                       {{"--seconds", &seconds},
                        {"--start", &start},
@@ -886,10 +909,13 @@ int main(int argc, char** argv) {
         return 1;
     }
     if (sequence) {
+        for (uint64_t number = start ? start : sequence; number < sequence; ++number)
+            runSequence(number, unsigned(calls));
         gPrints = true;
         runSequence(sequence, unsigned(calls));
         return 0;
     }
+    start = std::max<uint64_t>(start, 1);
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(seconds);
     unsigned long ran = 0;
     for (; std::chrono::steady_clock::now() < end; ++ran)

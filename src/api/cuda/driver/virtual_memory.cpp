@@ -26,6 +26,7 @@ constexpr size_t kUnit = size_t(2) << 20; // of sizes and addresses
 struct Physical {
     int file = -1;
     size_t bytes = 0;
+    CUmemGenericAllocationHandle handle = 0; // no address: programs mix the two up
     CUmemAllocationProp properties = {};
 
     Physical(int opened, size_t size) : file(opened), bytes(size) {}
@@ -97,11 +98,13 @@ Handle& handleOf(CUmemGenericAllocationHandle handle) {
 }
 // Adds a reference to the memory's handle.
 CUmemGenericAllocationHandle retain(const PhysicalPtr& memory) {
-    const auto number = reinterpret_cast<CUmemGenericAllocationHandle>(memory.get());
-    Handle& handle = handles()[number];
+    static CUmemGenericAllocationHandle last = 0; // guarded by mutex
+    if (memory->handle == 0)
+        memory->handle = ++last;
+    Handle& handle = handles()[memory->handle];
     handle.memory = memory;
     ++handle.count;
-    return number;
+    return memory->handle;
 }
 
 // Places a mapping at its address, with its access rights.
