@@ -243,7 +243,8 @@ TEST_F(Threads, MakeAndDestroyContextsStreamsAndMemory) {
 
 // A thread's default stream may lie where a destroyed stream was, whose handle stays invalid.
 TEST_F(Threads, DefaultStreamsHaveNoHandles) {
-    onAll([&](unsigned thread) {
+    std::thread([&] {
+        ASSERT_EQ(cuCtxSetCurrent(context), CUDA_SUCCESS);
         CUstream made[8] = {};
         for (CUstream& stream : made)
             ASSERT_EQ(cuStreamCreate(&stream, 0), CUDA_SUCCESS);
@@ -254,9 +255,9 @@ TEST_F(Threads, DefaultStreamsHaveNoHandles) {
             EXPECT_NE(cuStreamQuery(stream), CUDA_SUCCESS);
             EXPECT_NE(cuStreamDestroy(stream), CUDA_SUCCESS);
         }
-        EXPECT_EQ(cuMemsetD32Async(wordAt(thread), 7, 1, CU_STREAM_PER_THREAD), CUDA_SUCCESS);
+        EXPECT_EQ(cuMemsetD32Async(memory, 7, 1, CU_STREAM_PER_THREAD), CUDA_SUCCESS);
         EXPECT_EQ(cuStreamSynchronize(CU_STREAM_PER_THREAD), CUDA_SUCCESS);
-    });
+    }).join();
 }
 
 } // namespace
