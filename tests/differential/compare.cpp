@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare.h"
 
+#include <optix_types.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -23,10 +25,8 @@ struct Field {
     float slack;
 };
 
-#define WORDS(member, count)                                                                       \
-    { #member, offsetof(Seen, member), count, false, 0 }
-#define NUMBERS(member, count, slack)                                                              \
-    { #member, offsetof(Seen, member), count, true, slack }
+#define WORDS(member, count) {#member, offsetof(Seen, member), count, false, 0}
+#define NUMBERS(member, count, slack) {#member, offsetof(Seen, member), count, true, slack}
 const Field kFields[] = {WORDS(value, 1),
                          WORDS(sbtGasIndex, 1),
                          WORDS(instanceId, 1),
@@ -63,75 +63,110 @@ bool agree(const Field& field, const Seen& a, const Seen& b) {
     return true;
 }
 
-// Attributes of triangles and curves are numbers, those of custom primitives and spheres words.
+// Attributes of triangles, and of curves their parameter, are numbers. All others are words: the
+// programs of custom primitives report integers, whose bits are tiny numbers.
 bool attributesAgree(const Seen& a, const Seen& b) {
+    const bool isCurve = a.primitiveType >= OPTIX_PRIMITIVE_TYPE_ROUND_QUADRATIC_BSPLINE &&
+                         a.primitiveType <= OPTIX_PRIMITIVE_TYPE_ROUND_CATMULLROM;
+    const int numbers = a.primitiveType == OPTIX_PRIMITIVE_TYPE_TRIANGLE ? 2 : isCurve ? 1 : 0;
     for (int i = 0; i < 2; ++i) {
         float x, y;
         std::memcpy(&x, &a.attributes[i], 4);
         std::memcpy(&y, &b.attributes[i], 4);
-        if (a.attributes[i] != b.attributes[i] && !(std::abs(x - y) <= 2e-4f))
+        if (a.attributes[i] != b.attributes[i] && !(i < numbers && std::abs(x - y) <= 2e-4f))
             return false;
     }
     return true;
 }
 
-using Counts = std::map<std::string, size_t>;
+// How often two libraries differ in one thing, and a digest of where and of exact answers of ours.
+struct Difference {
+    size_t count = 0;
+    unsigned digest = 0x811C9DC5u;
 
-void compareRay(const Seen& a, const Seen& b, Counts& counts) {
+    void add(const void* bytes, size_t size) { // FNV-1a
+        for (size_t i = 0; i < size; ++i)
+            digest = (digest ^ static_cast<const unsigned char*>(bytes)[i]) * 0x01000193u;
+    }
+    void at(unsigned index, const void* answer = nullptr, size_t size = 0) {
+        ++count;
+        add(&index, sizeof index);
+        add(answer, size);
+    }
+    bool operator==(const Difference&) const = default;
+};
+using Differences = std::map<std::string, Difference>;
+
+// The answers of the reference, `a`, and of Sunstone, `b`, to the ray of this index.
+void compareRay(const Seen& a, const Seen& b, unsigned index, Differences& differences) {
     if (a.outcome != b.outcome) {
-        ++counts["outcome"];
+        differences["outcome"].at(index, &b.outcome, sizeof b.outcome);
         return;
     }
     if (a.primitive != b.primitive || a.instanceIndex != b.instanceIndex) {
-        const bool near = std::abs(a.t - b.t) <= 1e-5f * std::max(1.0f, std::abs(b.t));
-        ++counts[near ? "other_at_same_distance" : "other_primitive"];
+        const bool near = std::abs(a.t - b.t) <= 1e-5f * std::max(1.0f, std::abs(a.t));
+        differences[near ? "other_at_same_distance" : "other_primitive"].at(index, &b.primitive,
+                                                                            sizeof b.primitive);
         return;
     }
-    for (const Field& field : kFields)
-        if (!agree(field, a, b))
-            ++counts[field.name];
+    for (const Field& field : kFields) {
+        if (agree(field, b, a))
+            continue;
+        // The last bits of numbers are no part of the digest.
+        const char* const ours = reinterpret_cast<const char*>(&b) + field.offset;
+        differences[field.name].at(index, ours, field.isNumber ? 0 : 4 * field.count);
+    }
     if (!attributesAgree(a, b))
-        ++counts["attributes"];
+        differences["attributes"].at(index);
 }
 
 // "name answer" lines; each difference is counted under its name and printed.
-void compareText(const std::string& a, const std::string& b, Counts& counts, std::string& told) {
+void compareText(const std::string& a, const std::string& b, Differences& differences,
+                 std::string& told) {
     std::istringstream inA(a), inB(b);
-    for (std::string x, y; std::getline(inA, x);) {
+    for (unsigned i = 0;; ++i) {
+        std::string x, y;
+        std::getline(inA, x);
         std::getline(inB, y);
+        if (!inA && !inB)
+            return;
         if (x == y)
             continue;
-        ++counts[x.substr(0, x.find(' '))];
-        told +=
-            "    reference " + x + "; Sunstone" + y.substr(std::min(y.size(), y.find(' '))) + "\n";
+        const std::string& named = x.empty() ? y : x;
+        differences[named.substr(0, named.find(' '))].at(i, y.data(), y.size());
+        told += "    reference " + (x.empty() ? "nothing" : x) + "; Sunstone" +
+                y.substr(std::min(y.size(), y.find(' '))) + "\n";
     }
 }
 
-// Known differences: by case and name, the largest count.
+// Known differences, by case and name.
 class Known {
 public:
-    explicit Known(const std::string& path) {
+    Known(const std::string& path, const std::vector<std::string>& cases) {
         std::ifstream file(path);
         if (!file)
             throw std::runtime_error("cannot read " + path);
         for (std::string line; std::getline(file, line);) {
             std::istringstream words(line);
             std::string name, what, why;
-            size_t most = 0;
+            Difference one;
             if (line.empty() || line[0] == '#')
                 continue;
-            if (!(words >> name >> what >> most >> why))
+            if (!(words >> name >> what >> one.count >> std::hex >> one.digest >> why))
                 throw std::runtime_error(path + ": cannot read '" + line + "'");
-            most_[name + ' ' + what] = most;
+            if (std::find(cases.begin(), cases.end(), name) == cases.end())
+                throw std::runtime_error(path + ": there is no case '" + name + "'");
+            if (!known_[name].emplace(what, one).second)
+                throw std::runtime_error(path + ": twice: '" + name + ' ' + what + "'");
         }
     }
-    bool explains(const std::string& name, const std::string& what, size_t count) const {
-        const auto found = most_.find(name + ' ' + what);
-        return found != most_.end() && count <= found->second;
+    Differences of(const std::string& name) const {
+        const auto found = known_.find(name);
+        return found == known_.end() ? Differences() : found->second;
     }
 
 private:
-    std::map<std::string, size_t> most_;
+    std::map<std::string, Differences> known_;
 };
 
 size_t countOf(const Answer& a, Outcome outcome) {
@@ -146,24 +181,39 @@ const Answer& answerOf(const std::vector<Answer>& answers, const std::string& na
     return found == answers.end() ? none : *found;
 }
 
-// Whether all differences of a case that both have run are explained.
+// As a line of the list, without the reason.
+std::string lineOf(const std::string& name, const std::string& what, const Difference& difference) {
+    char text[40];
+    std::snprintf(text, sizeof text, " %zu %08x", difference.count, difference.digest);
+    return name + ' ' + what + text;
+}
+
+// Whether the differences of a case that both have run are those of the list, no more, no fewer.
 bool compareCase(const Answer& reference, const Answer& ours, const Known& known) {
-    Counts counts;
+    Differences differences;
     std::string told;
-    if (reference.seen.size() != ours.seen.size()) {
-        counts["number_of_rays"] = 1;
+    if (reference.seen.size() != ours.seen.size() ||
+        (reference.seen.empty() && reference.text.empty())) {
+        differences["number_of_rays"].at(unsigned(ours.seen.size()));
     } else {
         for (size_t i = 0; i < ours.seen.size(); ++i)
-            compareRay(ours.seen[i], reference.seen[i], counts);
+            compareRay(reference.seen[i], ours.seen[i], unsigned(i), differences);
     }
-    compareText(reference.text, ours.text, counts, told);
+    compareText(reference.text, ours.text, differences, told);
+    Differences expected = known.of(ours.name);
     bool good = true;
     std::string line;
-    for (const auto& [what, count] : counts) {
-        const bool explained = known.explains(ours.name, what, count);
+    for (const auto& [what, difference] : differences) {
+        const bool explained = expected[what] == difference;
         good &= explained;
-        line += (line.empty() ? "" : ", ") + what + " " + std::to_string(count) +
-                (explained ? "" : " (UNEXPLAINED)");
+        line += (line.empty() ? "" : ", ") + what + " " + std::to_string(difference.count);
+        if (!explained)
+            told += "  UNEXPLAINED: " + lineOf(ours.name, what, difference) + "\n";
+        expected.erase(what);
+    }
+    for (const auto& [what, difference] : expected) {
+        good = false;
+        told += "  listed, but agrees: " + lineOf(ours.name, what, difference) + "\n";
     }
     std::printf("%-32s %4zu rays, %4zu hits: %s\n%s", ours.name.c_str(), ours.seen.size(),
                 countOf(reference, kHit), line.empty() ? "agree" : line.c_str(), told.c_str());
@@ -172,10 +222,10 @@ bool compareCase(const Answer& reference, const Answer& ours, const Known& known
 
 } // namespace
 
-bool compare(const std::vector<std::string>& cases, const std::vector<Answer>& reference,
-             const std::vector<Answer>& ours, const std::string& differences,
-             const std::set<std::string>& missing) {
-    const Known known(differences);
+bool compare(const std::vector<std::string>& cases, const std::vector<std::string>& allCases,
+             const std::vector<Answer>& reference, const std::vector<Answer>& ours,
+             const std::string& differences, const std::set<std::string>& missing) {
+    const Known known(differences, allCases);
     bool good = true;
     for (const std::string& name : cases) {
         const Answer &a = answerOf(reference, name), &b = answerOf(ours, name);

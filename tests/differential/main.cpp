@@ -29,7 +29,7 @@ std::vector<Answer> record(const std::vector<std::string>& names) {
     std::vector<Answer> answers;
     const Lab lab;
     for (const Case& one : allCases()) {
-        if (!names.empty() && std::find(names.begin(), names.end(), one.name) == names.end())
+        if (std::find(names.begin(), names.end(), one.name) == names.end())
             continue;
         Answer answer{one.name, "ok", {}, {}};
         try {
@@ -59,6 +59,18 @@ std::set<std::string> readNames(const std::string& path) {
     return names;
 }
 
+// Cases given by name; all of them if there are none.
+std::vector<std::string> chosen(const std::vector<std::string>& words, size_t first) {
+    const std::vector<std::string> all = caseNames();
+    std::vector<std::string> names;
+    for (size_t i = first; i < words.size(); ++i) {
+        if (std::find(all.begin(), all.end(), words[i]) == all.end())
+            throw std::runtime_error("there is no case '" + words[i] + "'");
+        names.push_back(words[i]);
+    }
+    return names.empty() ? all : names;
+}
+
 int run(const std::vector<std::string>& words) {
     const auto missing = [&](size_t i) {
         return words.size() > i ? readNames(words[i]) : std::set<std::string>();
@@ -69,7 +81,7 @@ int run(const std::vector<std::string>& words) {
         return 0;
     }
     if (words.size() >= 2 && words[0] == "record") {
-        write(words[1], record({words.begin() + 2, words.end()}));
+        write(words[1], record(chosen(words, 2)));
         return 0;
     }
     if (words.size() >= 3 && words[0] == "join") {
@@ -81,15 +93,14 @@ int run(const std::vector<std::string>& words) {
         return 0;
     }
     if ((words.size() == 4 || words.size() == 5) && words[0] == "compare")
-        return compare(caseNames(), read(words[1]), read(words[2]), words[3], missing(4)) ? 0 : 1;
-    if (words.size() >= 3 && words[0] == "replay") {
-        std::vector<std::string> names;
-        if (words.size() > 4)
-            names.assign(words.begin() + 4, words.end());
-        return compare(names.empty() ? caseNames() : names, read(words[1]), record(names), words[2],
-                       missing(3))
+        return compare(caseNames(), caseNames(), read(words[1]), read(words[2]), words[3],
+                       missing(4))
                    ? 0
                    : 1;
+    if (words.size() >= 3 && words[0] == "replay") {
+        const std::vector<std::string> names = chosen(words, 4);
+        return compare(names, caseNames(), read(words[1]), record(names), words[2], missing(3)) ? 0
+                                                                                                : 1;
     }
     std::fprintf(stderr,
                  "usage: differential list | record FILE [CASE...] | join FILE PART... | "
