@@ -48,13 +48,18 @@ function(sunstone_part name)
 endfunction()
 
 # sunstone_test(name sources... LINK libraries... PROPERTIES p v...): a GoogleTest program, label = name.
+# tests/main/main.cpp is its main().
 function(sunstone_test name)
     cmake_parse_arguments(TEST "" "" "LINK;PROPERTIES" ${ARGN})
     find_package(GTest REQUIRED)
     include(GoogleTest)
+    if(NOT TARGET sunstone_test_main)
+        add_library(sunstone_test_main OBJECT ${PROJECT_SOURCE_DIR}/tests/main/main.cpp)
+        target_link_libraries(sunstone_test_main PUBLIC sunstone_options GTest::gtest)
+    endif()
     add_executable(test_${name} ${TEST_UNPARSED_ARGUMENTS})
-    target_link_libraries(test_${name} PRIVATE sunstone_options ${TEST_LINK} GTest::gtest
-        GTest::gtest_main ${CMAKE_DL_LIBS})
+    target_link_libraries(test_${name} PRIVATE sunstone_options ${TEST_LINK} sunstone_test_main
+        GTest::gtest ${CMAKE_DL_LIBS})
     gtest_discover_tests(test_${name} TEST_PREFIX ${name}. PROPERTIES LABELS ${name}
         ${TEST_PROPERTIES} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
 endfunction()

@@ -4,6 +4,7 @@
 #include "errors.h"
 
 #include "driver.h"
+#include "names.h"
 
 #include <algorithm>
 #include <bit>
@@ -336,9 +337,17 @@ std::string hex(uint64_t value) {
     return text;
 }
 
+std::vector<std::string> functionNames() {
+    std::vector<std::string> names;
+    for (const Approximation& a : kFunctions)
+        names.push_back(nameOf(a));
+    return names;
+}
+
 } // namespace
 
 int recordErrors(const std::string& file, unsigned samples, const std::string& only) {
+    checkSelection(functionNames(), only);
     Meter meter;
     std::ofstream out(file);
     out << "# Largest errors of the .approx functions, measured by `conformance record-errors`: "
@@ -363,6 +372,7 @@ int recordErrors(const std::string& file, unsigned samples, const std::string& o
 }
 
 int checkErrors(const std::string& file, unsigned samples, const std::string& only) {
+    checkSelection(functionNames(), only);
     std::string device;
     const std::map<std::string, double> known = readErrors(file, device);
     Meter meter;

@@ -43,6 +43,14 @@ namespace {
 
 std::string only;
 
+template <class Named>
+std::vector<std::string> namesOf(const std::vector<Named>& all) {
+    std::vector<std::string> names;
+    for (const Named& one : all)
+        names.push_back(one.name);
+    return names;
+}
+
 std::vector<size_t> chosen(const std::vector<Form>& forms) {
     std::vector<size_t> numbers;
     for (size_t i = 0; i < forms.size(); ++i)
@@ -53,6 +61,7 @@ std::vector<size_t> chosen(const std::vector<Form>& forms) {
 
 int record(const std::string& file, const std::string& like) {
     const std::vector<Form> forms = allForms();
+    checkSelection(namesOf(forms), only);
     std::vector<size_t> numbers = chosen(forms);
     std::set<std::string> refused;
     if (!like.empty()) {
@@ -93,6 +102,7 @@ int replay(const std::string& file, const std::string& gapsFile,
     const Recording recording = load(file);
     const std::set<std::string> gaps = readNames(gapsFile);
     const Deviations deviations = readDeviations(deviationsFile);
+    checkSelection(namesOf(forms), only, gaps, deviations);
     if (recording.inputs != inputsHash())
         quit(1, "the inputs are not those of the recording: record again");
     Counts report;
@@ -151,6 +161,7 @@ int replay(const std::string& file, const std::string& gapsFile,
 }
 
 int recordTextures(const std::string& file) {
+    checkSelection(namesOf(allTextureCases()), only);
     const TextureResults results = runTextures(only);
     const std::vector<TextureCase>& cases = allTextureCases();
     size_t counts[4] = {};
@@ -168,8 +179,10 @@ int recordTextures(const std::string& file) {
 
 int replayTextures(const std::string& file, const std::string& gapsFile,
                    const std::string& deviationsFile) {
-    return compareTextures(file, runTextures(only), readNames(gapsFile),
-                           readDeviations(deviationsFile), only);
+    const std::set<std::string> gaps = readNames(gapsFile);
+    const Deviations deviations = readDeviations(deviationsFile);
+    checkSelection(namesOf(allTextureCases()), only, gaps, deviations);
+    return compareTextures(file, runTextures(only), gaps, deviations, only);
 }
 
 int writePtx(const std::string& folder) {
@@ -235,6 +248,9 @@ int main(int argc, char** argv) {
         words.resize(4);
         return replayTextures(words[1], words[2], words[3]);
     }
+    if (verb.ends_with("-matrices"))
+        checkSelection(namesOf(allMatrixCases()), only,
+                       readNames(words.size() == 3 ? words[2] : ""));
     if (verb == "record-matrices" && words.size() == 2)
         return recordMatrices(words[1], only, !whole.empty());
     if (verb == "replay-matrices" && (words.size() == 2 || words.size() == 3)) {

@@ -4,6 +4,7 @@
 
 #include "driver.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 
@@ -11,7 +12,11 @@ namespace conformance {
 
 std::set<std::string> readNames(const std::string& file) {
     std::set<std::string> names;
+    if (file.empty())
+        return names;
     std::ifstream in(file);
+    if (!in)
+        quit(2, "cannot read " + file);
     for (std::string line; std::getline(in, line);)
         if (!line.empty() && line[0] != '#')
             names.insert(line);
@@ -44,6 +49,19 @@ bool isNamed(const std::set<std::string>& names, const std::string& name) {
                                   : name == listed)
             return true;
     return false;
+}
+
+void checkSelection(const std::vector<std::string>& names, const std::string& only,
+                    const std::set<std::string>& gaps, const Deviations& deviations) {
+    const auto some = [&](auto&& fits) { return std::any_of(names.begin(), names.end(), fits); };
+    if (!some([&](const std::string& name) { return name.find(only) != std::string::npos; }))
+        quit(2, "--only " + only + ": no name has this text");
+    for (const std::string& gap : gaps)
+        if (!some([&](const std::string& name) { return isNamed({gap}, name); }))
+            quit(2, "the list of gaps names what does not exist: " + gap);
+    for (const auto& [listed, deviation] : deviations)
+        if (!some([&, &listed = listed](const std::string& name) { return name == listed; }))
+            quit(2, "the list of deviations names what does not exist: " + listed);
 }
 
 } // namespace conformance

@@ -6,10 +6,11 @@
 #include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace conformance {
 
-// One name a line; lines that begin with # are comments. No file: no names.
+// One name a line; lines that begin with # are comments. "": no names.
 std::set<std::string> readNames(const std::string& file);
 // A name of the list with a trailing * matches all names with that prefix.
 bool isNamed(const std::set<std::string>& names, const std::string& name);
@@ -25,5 +26,10 @@ using Deviations = std::map<std::string, Deviation>;
 Deviations readDeviations(const std::string& file);
 // As written in the list.
 std::string lineOf(const std::string& name, const Deviation& deviation);
+
+// Ends the process where a selection is stale: `only` is part of none of `names`, or a list has an
+// entry for none of them.
+void checkSelection(const std::vector<std::string>& names, const std::string& only,
+                    const std::set<std::string>& gaps = {}, const Deviations& deviations = {});
 
 } // namespace conformance
