@@ -207,6 +207,7 @@ struct LaunchState {
     uint32_t exceptionFlags;      // OptixExceptionFlags of the pipeline
     uint32_t hasAnyHit;           // some hit group of the pipeline has an any-hit program
     uint32_t opacityMicromaps;    // rays look at them
+    uint32_t motion;              // rays have times; without it they meet nothing that moves
     uint32_t traversableGraphFlags;
     uint32_t primitiveTypeFlags;
     uint32_t maxGraphDepth;       // traversables on a path; the runner gives what flags ask for
@@ -333,7 +334,7 @@ struct KernelThread {
     void* block;              // private to the launcher; begins with a BlockFunctions*
     uint64_t gridWorkspace;   // of a cooperative launch, else 0; the word at +4 is the grid barrier's
     uint32_t spins;           // reads of what others may write until the thread lets others run
-    uint32_t reserved;
+    uint32_t sharedBytes;     // of `shared`
 };
 
 // What a kernel calls where threads meet: `(*(BlockFunctions**)thread->block)->barrier(...)`. Kernels
@@ -359,6 +360,8 @@ struct BlockFunctions {
     void (*yield)(KernelThread*);
     // Of code compiled for the memory checker: `fault` where the access is invalid.
     void (*checkMemory)(KernelThread*, const CheckedAccess*);
+    // isspacep: the end of the stack that holds the thread's frames.
+    uint64_t (*stackEnd)(KernelThread*);
 };
 enum KernelFault : uint32_t {
     kFaultTrap = 0,

@@ -255,8 +255,9 @@ void inlineMeetings(Unit& unit) {
 
 namespace {
 
-// Whether functions that were not inlined into the kernel have meeting points or end threads. A
-// thread could then stop inside a frame that lockstep code does not manage.
+// Whether functions that were not inlined into the kernel have meeting points, end threads or ask
+// for a thread's own frames. A thread could then stop inside a frame that lockstep code does not
+// manage, and memory of the kernel is not in the thread's frames.
 bool callsMeetings(const llvm::Function& function, std::set<const llvm::Function*>& seen) {
     for (const Instruction& instruction : llvm::instructions(function)) {
         const auto* call = dyn_cast<CallInst>(&instruction);
@@ -267,7 +268,8 @@ bool callsMeetings(const llvm::Function& function, std::set<const llvm::Function
             return true;
         if (callee->isDeclaration()) {
             if (isMeeting(callee->getName()) || endsThread(callee->getName()) ||
-                callee->getName() == "sunstone_activemask" || callee->getName() == kWaitName)
+                callee->getName() == "sunstone_activemask" || callee->getName() == kWaitName ||
+                callee->getName() == kIsLocalOfKernel)
                 return true;
         } else if (seen.insert(callee).second && callsMeetings(*callee, seen)) {
             return true;
@@ -298,7 +300,7 @@ void addLockstep(Unit& unit, Optimizer& optimizer, LentMachine& machine, llvm::F
     if (source.getInstructionCount() > kMostInstructions) {
         reason = "it is long, and would take long to compile";
     } else if (calleesMeet(source)) {
-        reason = "a function that is not part of it has meeting points";
+        reason = "a function that is not part of it depends on the thread's own stack";
     } else {
         llvm::ValueToValueMapTy map;
         llvm::Function* copy = llvm::CloneFunction(const_cast<llvm::Function*>(&source), map);

@@ -183,6 +183,8 @@ bool LockstepPlan::check() {
         llvm::Function* callee = calleeOf(*call);
         if (!callee)
             return refuse("it calls functions through pointers");
+        if (callee->getName() == kIsLocalOfKernel)
+            return refuse("it asks which addresses are in local memory");
     }
     return true;
 }

@@ -29,6 +29,8 @@ bool asksForLanes(const llvm::Instruction& instruction);
 
 // A thread waits at a barrier object.
 constexpr const char* kWaitName = "sunstone_mbarrier_wait";
+// Asks whether an address is in the frames of a kernel's thread, which lockstep code does not have.
+constexpr const char* kIsLocalOfKernel = "sunstone_is_local_of_kernel";
 // Marks the ends of loops in which a warp may let the others run (LockstepPlan::addPauses).
 constexpr const char* kPauseName = "sunstone.pause";
 

@@ -407,6 +407,38 @@ TEST_F(Optix, ConstantsThroughMemory) {
     EXPECT_EQ(ray_.payload[3], 5u);
 }
 
+// Of the launch parameters, another constant, a local variable and an address from outside.
+TEST_F(Optix, SpacesOfAddresses) {
+    compile(R"(
+.extern .const .align 8 .b8 params[16];
+.const .align 4 .b8 table[8] = {1, 2, 3, 4, 5, 6, 7, 8};
+.visible .entry __miss__ms() {
+  .local .align 8 .b8 depot[8]; .reg .b32 %r<4>; .reg .b64 %rd<9>; .reg .pred %p;
+  mov.u64 %rd1, params; cvta.const.u64 %rd2, %rd1; add.u64 %rd2, %rd2, 15;
+  mov.u64 %rd1, table; cvta.const.u64 %rd3, %rd1; add.u64 %rd3, %rd3, 7;
+  mov.u64 %rd1, depot; cvta.local.u64 %rd4, %rd1; st.u32 [%rd4], 5;
+  ld.const.u64 %rd5, [params];
+  mov.u32 %r1, 0;
+)" + [] {
+        std::string text;
+        for (const std::string address : {"%rd2", "%rd3", "%rd4", "%rd5"})
+            for (const std::string space : {"const", "local", "global", "shared"})
+                text += "isspacep." + space + " %p, " + address +
+                        "; selp.u32 %r2, 1, 0, %p; shl.b32 %r1, %r1, 1; or.b32 %r1, %r1, %r2;\n";
+        return text;
+    }() + R"(
+  st.u32 [%rd5], %r1; ld.u32 %r2, [%rd4]; st.u32 [%rd5+4], %r2;
+  ret;
+}
+)",
+            {"__miss__ms"});
+    const auto out = std::make_unique<std::array<uint32_t, 2>>();
+    uint32_t* pointer = out->data();
+    std::memcpy(paramBlock_, &pointer, 8);
+    runProgram();
+    EXPECT_EQ((*out)[0], 0b1000'1000'0100'0010u);
+}
+
 TEST_F(Optix, Errors) {
     using E = sunstone::Code;
     std::string text;

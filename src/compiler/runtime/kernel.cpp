@@ -8,6 +8,7 @@
 #include "base/config.h"
 #include "base/error.h"
 #include "base/log.h"
+#include "base/threads.h"
 #include "compiler/lockstep/warp_functions.h"
 #include "compiler/runtime/device_data.h"
 #include "devlib/abi.h"
@@ -239,6 +240,17 @@ uint32_t reduce(KernelThread* thread, uint32_t op, uint32_t mask, uint32_t value
     return answerReduce(op, exchange(thread, mask, value));
 }
 
+// isspacep: whether the address is in the frames of the thread, which end at `end`.
+uint32_t isInFrames(uint64_t address, uint64_t end) {
+    return address >= reinterpret_cast<uint64_t>(__builtin_frame_address(0)) && address < end;
+}
+uint32_t isLocalOfKernel(KernelThread* thread, uint64_t address) {
+    return isInFrames(address, functionsOf(thread)->stackEnd(thread));
+}
+uint32_t isLocalOfProgram(uint64_t address) {
+    return isInFrames(address, stackOfThread().end);
+}
+
 template <class Function>
 const void* addressOf(Function* function) {
     return reinterpret_cast<const void*>(function);
@@ -266,6 +278,8 @@ void addKernelSymbols(std::vector<RuntimeSymbol>& symbols) {
         {"sunstone_match", addressOf(match)},
         {"sunstone_redux", addressOf(reduce)},
         {"sunstone_lockstep_answer", addressOf(answerLanes)},
+        {"sunstone_is_local_of_kernel", addressOf(isLocalOfKernel)},
+        {"sunstone_is_local_of_program", addressOf(isLocalOfProgram)},
     };
     symbols.insert(symbols.end(), std::begin(own), std::end(own));
 }

@@ -325,6 +325,37 @@ TEST(Threads, BarriersAndWarps) {
     EXPECT_EQ(block.calls, (std::vector<uint32_t>{777, devlib::kFaultTrap}));
 }
 
+TEST(Threads, SpacesOfAddresses) {
+    const auto code = compileKernels(parse(std::string(kHeader) + R"(
+.shared .align 4 .b8 common[64];
+.visible .entry k(.param .u64 p, .param .u64 q) {
+  .reg .b64 %rd<9>; .reg .b32 %r<9>; .reg .pred %p;
+  ld.param.u64 %rd1, [p]; mov.u64 %rd2, common;
+  add.u64 %rd3, %rd2, 63; isspacep.shared %p, %rd3; selp.u32 %r1, 1, 0, %p; st.u32 [%rd1], %r1;
+  add.u64 %rd3, %rd2, 79; isspacep.shared::cta %p, %rd3; selp.u32 %r1, 1, 0, %p; st.u32 [%rd1+4], %r1;
+  add.u64 %rd3, %rd2, 80; isspacep.shared %p, %rd3; selp.u32 %r1, 1, 0, %p; st.u32 [%rd1+8], %r1;
+  sub.u64 %rd3, %rd2, 1; isspacep.shared %p, %rd3; selp.u32 %r1, 1, 0, %p; st.u32 [%rd1+12], %r1;
+  mov.u64 %rd4, q; add.u64 %rd3, %rd4, 7;
+  isspacep.param %p, %rd3; selp.u32 %r1, 1, 0, %p; st.u32 [%rd1+16], %r1;
+  isspacep.param %p, %rd2; selp.u32 %r1, 1, 0, %p; st.u32 [%rd1+20], %r1;
+  ret;
+}
+.func (.reg .pred %r) asked(.reg .b64 %a) { isspacep.param %r, %a; ret; }
+.visible .entry other(.param .u64 p) {
+  .reg .b64 %rd<3>; .reg .pred %p; mov.u64 %rd1, p; call (%p), asked, (%rd1); ret;
+}
+)"));
+    alignas(16) uint8_t shared[128] = {};
+    KernelThread thread{};
+    thread.shared = shared + 16;
+    thread.sharedBytes = 80; // 64 of the variable, the others dynamic
+    uint32_t out[6] = {};
+    uint32_t* pointers[2] = {out, nullptr};
+    kernelOf(*code, "k")(&thread, pointers);
+    EXPECT_EQ((std::vector<uint32_t>(out, out + 6)), (std::vector<uint32_t>{1, 1, 0, 0, 1, 0}));
+    EXPECT_NE(code->kernels()[1].unsupported.find("space of parameters"), std::string::npos);
+}
+
 TEST(Threads, CopiesAndBarrierObjects) {
     const auto code = compileKernels(parse(std::string(kHeader) + R"(
 .visible .entry copies(.param .u64 p) {

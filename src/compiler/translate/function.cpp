@@ -382,6 +382,7 @@ const FunctionTranslator::Handlers& FunctionTranslator::handlers() {
         {"atom", &T::atomic},
         {"red", &T::atomic},
         {"cvta", &T::convertAddress},
+        {"isspacep", &T::testAddressSpace},
         {"membar", &T::fence},
         {"fence", &T::fence},
         {"prefetch", &T::noOperation},

@@ -121,6 +121,14 @@ private:
     void fence(const ptx::Instruction& instruction);
     void move(const ptx::Instruction& instruction);
     void convertAddress(const ptx::Instruction& instruction);
+
+    // ---- the space of an address: translate/address_spaces.cpp
+    void testAddressSpace(const ptx::Instruction& instruction);
+    Value* isWithin(Value* address, Value* begin, Value* bytes);
+    Value* isShared(Value* address);
+    Value* isConstant(Value* address);
+    Value* isParameter(const ptx::Instruction& instruction, Value* address);
+    Value* isLocal(Value* address);
     void noOperation(const ptx::Instruction&) {}
 
     // ---- integer: translate/integer.cpp

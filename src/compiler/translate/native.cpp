@@ -88,7 +88,7 @@ bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
     static const Names kKept = {
         "rcp", "sqrt", "rsqrt", "sin", "cos", "lg2", "ex2", "tanh", "testp", "lop3", "prmt", "bfe",
         "bfi", "bfind", "shf", "fns", "bmsk", "szext", "dp4a", "dp2a", "sad", "mul24", "mad24",
-        "brev", "tex", "tld4", "txq", "suq", "copysign",
+        "brev", "tex", "tld4", "txq", "suq", "copysign", "isspacep",
         // video instructions
         "vadd", "vsub", "vabsdiff", "vmin", "vmax", "vshl", "vshr", "vset", "vmad", "vadd2",
         "vsub2", "vavrg2", "vabsdiff2", "vmin2", "vmax2", "vset2", "vadd4", "vsub4", "vavrg4",

@@ -416,6 +416,22 @@ llvm::Constant* Unit::addVariable(const ptx::Module& module, const ptx::Variable
     return entry;
 }
 
+std::vector<std::pair<const ptx::Module*, const ptx::Variable*>> Unit::constants() const {
+    std::vector<std::pair<const ptx::Module*, const ptx::Variable*>> found;
+    const auto add = [&](const ptx::Module* module, const std::vector<ptx::Variable>& variables) {
+        for (const ptx::Variable& variable : variables)
+            if (variable.space == ptx::Space::kConst &&
+                (isDefined(variable) || isLaunchParams(variable)))
+                found.emplace_back(module, &variable);
+    };
+    for (const ptx::Module* module : modules_) {
+        add(module, module->variables);
+        for (const ptx::Function& function : module->functions)
+            add(module, function.variables);
+    }
+    return found;
+}
+
 // Runs of plain bytes and 64-bit words for addresses, in order, packed.
 llvm::Type* Unit::initializerType(const ptx::Variable& variable) {
     llvm::Type* byte = llvm::Type::getInt8Ty(*context_);

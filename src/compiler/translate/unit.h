@@ -100,6 +100,8 @@ public:
     llvm::Constant* addVariable(const ptx::Module& module, const ptx::Variable& variable);
     // The variable of an id of this unit; throws kInternal if it does not exist.
     void addVariable(const VariableId& id);
+    // The defined variables in constant memory of all modules, the launch parameters too.
+    std::vector<std::pair<const ptx::Module*, const ptx::Variable*>> constants() const;
     llvm::Constant* sharedOffset(const ptx::Variable& variable, llvm::Function* user);
 
     // Translates queued functions and initialisers until the queue is empty.

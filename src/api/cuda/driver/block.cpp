@@ -80,9 +80,13 @@ void nextThread(devlib::KernelThread& thread, const Launch& launch) {
     ++thread.tid[2];
 }
 
+uint64_t loopStackEnd(devlib::KernelThread*) {
+    return check::stackOfThread().end;
+}
+
 constexpr devlib::BlockFunctions kLoopFunctions = {loopBarrier,    loopArrive, loopExchange,
                                                    loopActiveMask, loopExit,   loopFault,
-                                                   loopYield,      loopCheck};
+                                                   loopYield,      loopCheck,  loopStackEnd};
 
 // Shared memory for the blocks that a CPU thread runs one after another, kept for the next launch.
 SharedMemory& threadShared() {
@@ -130,6 +134,7 @@ devlib::KernelThread blockPrototype(const Launch& launch, uint32_t x, uint32_t y
     thread.ctaid[1] = y;
     thread.ctaid[2] = z;
     thread.shared = shared;
+    thread.sharedBytes = uint32_t(sharedBytesOf(launch));
     thread.dynamicSharedSize = launch.dynamicShared;
     thread.gridWorkspace = launch.gridWorkspace;
     thread.spins = kSpins;

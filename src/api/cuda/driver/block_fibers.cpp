@@ -79,8 +79,9 @@ struct FiberTable {
     static void checkMemory(KernelThread* t, const devlib::CheckedAccess* access) {
         of(t).checkMemory(t, *access);
     }
+    static uint64_t stackEnd(KernelThread* t) { return of(t).stackEnd(t); }
     static constexpr devlib::BlockFunctions kFunctions = {
-        barrier, arrive, exchange, activeMask, exitThread, fault, yield, checkMemory};
+        barrier, arrive, exchange, activeMask, exitThread, fault, yield, checkMemory, stackEnd};
 };
 
 BlockRunner::Fibers::Fibers(Launch& launch, StackPool& stacks)
@@ -207,10 +208,12 @@ void BlockRunner::Fibers::yield(KernelThread* thread) {
 }
 
 void BlockRunner::Fibers::checkMemory(KernelThread* thread, const devlib::CheckedAccess& access) {
-    const auto top =
-        reinterpret_cast<uint64_t>(stacks_.top(size_t(&fiberOf(thread) - fibers_.data())));
-    if (const uint32_t kind = cuda::checkMemory(launch_, *thread, access, top))
+    if (const uint32_t kind = cuda::checkMemory(launch_, *thread, access, stackEnd(thread)))
         fault(thread, kind - 1);
+}
+
+uint64_t BlockRunner::Fibers::stackEnd(KernelThread* thread) {
+    return reinterpret_cast<uint64_t>(stacks_.top(size_t(&fiberOf(thread) - fibers_.data())));
 }
 
 // ---- barriers ---------------------------------------------------------------------------------

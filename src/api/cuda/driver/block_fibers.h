@@ -51,6 +51,7 @@ struct BlockRunner::Fibers {
     void fault(devlib::KernelThread* thread, uint32_t kind);
     void yield(devlib::KernelThread* thread);
     void checkMemory(devlib::KernelThread* thread, const devlib::CheckedAccess& access);
+    uint64_t stackEnd(devlib::KernelThread* thread);
     static void entry(boost::context::detail::transfer_t from);
 
 private:

@@ -56,8 +56,8 @@ struct LockstepTable {
     // The code yields at its next pause.
     static void yield(KernelThread*) {}
     // Compiled code of this form never calls the others.
-    static constexpr devlib::BlockFunctions kFunctions = {nullptr,    arrive, nullptr, nullptr,
-                                                          exitThread, fault,  yield,   nullptr};
+    static constexpr devlib::BlockFunctions kFunctions = {
+        nullptr, arrive, nullptr, nullptr, exitThread, fault, yield, nullptr, nullptr};
 };
 
 } // namespace
