@@ -11,6 +11,7 @@
 #include "devlib/gpu/launch_block.h"
 #include "devlib/gpu_runtime.h"
 #include "engine/gpu/backend.h"
+#include "engine/gpu/process.h"
 #include "engine/pipeline.h"
 #include "ptx/printer.h"
 
@@ -18,6 +19,7 @@
 #include <cstring>
 #include <iterator>
 #include <memory>
+#include <mutex>
 
 namespace sunstone::engine {
 
@@ -87,8 +89,10 @@ unsigned registersOf(const compiler::PipelineRules& rules) {
     return rules.motionBlur ? 96 : kOfGraph[graphKindOf(rules.traversableGraphFlags)];
 }
 
-// Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses.
+// Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses. The
+// limit is the CUDA context's: a thread that had read it before another raised it would lower it.
 bool raiseStackLimit(size_t bytes) {
+    std::lock_guard lock(gpuProcess().stackLimit);
     size_t limit = 0;
     SUNSTONE_CU(ctxGetLimit, &limit, CU_LIMIT_STACK_SIZE);
     if (limit >= bytes)

@@ -7,12 +7,16 @@
 #include "engine/gpu/kernel_code.h"
 #include "engine/gpu/structures.h"
 
+#include <mutex>
+
 namespace sunstone::engine {
 
 struct GpuProcess {
     GpuHandleTable handles;
     GpuTableFollowers followers;
     KnownKernelCode kernels;
+    // Held from the query of a CUDA context's stack limit to its change.
+    std::mutex stackLimit;
 };
 
 GpuProcess& gpuProcess();
