@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <thread>
 #include <vector>
@@ -243,6 +244,26 @@ TEST_F(Runtime, ExitHandlersHaveADefaultStreamOfTheirThread) {
             std::exit(countUp() && configure() ? 2 : 3);
         },
         testing::ExitedWithCode(7), "");
+}
+
+TEST(UserObjects, BelongToGraphs) {
+    static std::atomic<int> destroyed = 0;
+    cudaUserObject_t object = nullptr;
+    cudaGraph_t graph = nullptr;
+    ASSERT_EQ(cudaGraphCreate(&graph, 0), cudaSuccess);
+    ASSERT_EQ(cudaUserObjectCreate(
+                  &object, nullptr, [](void*) { ++destroyed; }, 1, cudaUserObjectNoDestructorSync),
+              cudaSuccess);
+    EXPECT_EQ(cudaUserObjectRetain(object, 1), cudaSuccess);
+    EXPECT_EQ(cudaGraphRetainUserObject(graph, object, 1, cudaGraphUserObjectMove), cudaSuccess);
+    EXPECT_EQ(cudaGraphRetainUserObject(graph, object, 1, 0), cudaSuccess);
+    EXPECT_EQ(cudaGraphReleaseUserObject(graph, object, 1), cudaSuccess);
+    EXPECT_EQ(cudaUserObjectRelease(object, 1), cudaSuccess);
+    EXPECT_EQ(destroyed, 0);
+    EXPECT_EQ(cudaGraphDestroy(graph), cudaSuccess);
+    for (int i = 0; i < 5000 && destroyed == 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(destroyed, 1);
 }
 
 // A kernel of a library is accepted in place of a host symbol.

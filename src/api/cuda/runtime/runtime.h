@@ -152,7 +152,12 @@ namespace sunstone::cudart {
     X(cuStreamEndCapture) \
     X(cuStreamGetCaptureInfo) \
     X(cuStreamUpdateCaptureDependencies) \
-    X(cuThreadExchangeStreamCaptureMode)
+    X(cuThreadExchangeStreamCaptureMode) \
+    X(cuUserObjectCreate) \
+    X(cuUserObjectRetain) \
+    X(cuUserObjectRelease) \
+    X(cuGraphRetainUserObject) \
+    X(cuGraphReleaseUserObject)
 
 // The driver's functions. If `status` is success, all except the optional ones are present.
 struct Driver {
