@@ -151,10 +151,10 @@ OptixResult deviceContextDestroy(OptixDeviceContext context) {
         } catch (const Error& error) {
             failure = error.what();
         }
-        object->engine->backend->flush(*object->engine);
         auto mine = [&](const auto& other) { return other.context == object; };
+        pipelines().removeIf(mine); // before flush: graphs that run them have reports
+        object->engine->backend->flush(*object->engine);
         denoisers().removeIf(mine);
-        pipelines().removeIf(mine);
         groups().removeIf(mine);
         tasks().removeIf(mine);
         modules().removeIf(mine);
