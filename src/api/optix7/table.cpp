@@ -30,6 +30,8 @@ const char* getErrorString(OptixResult result) {
 // For entry points without an implementation: logs the name and fails. Their first argument is a
 // handle; if it is a live context or module, that context's log gets the line.
 OptixResult refuse(const char* function, const void* handle) {
+    if (refusesForkedChild())
+        return kInForkedChild;
     std::string text = message(function, ": not supported by this version of Sunstone");
     std::shared_ptr<DeviceContext> context = contexts().find(handle);
     if (std::shared_ptr<ModuleObject> module = modules().find(handle))

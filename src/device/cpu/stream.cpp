@@ -3,6 +3,7 @@
 #include "device/cpu/stream.h"
 
 #include "base/error.h"
+#include "base/forked.h"
 #include "base/process_end.h"
 #include "base/thread_object.h"
 #include "base/threads.h"
@@ -213,7 +214,7 @@ StreamPtr Streams::perThread() {
         StreamPtr stream = std::make_shared<Stream>(0, 0, this);
         Streams* streams = nullptr;
         ~Holder() {
-            if (streams)
+            if (streams && !isForkedChild()) // where another thread's lock may be held for ever
                 streams->destroy(stream.get());
         }
     };
