@@ -20,6 +20,15 @@
 #endif
 
 namespace sunstone {
+
+bool handlesFaults() {
+#ifdef SUNSTONE_SANITIZED
+    return false;
+#else
+    return true;
+#endif
+}
+
 namespace {
 
 // The frame of each thread. Not thread_local: the first access may allocate, which a signal handler
@@ -73,6 +82,7 @@ void onSignal(int signal, siginfo_t* info, void* context) {
     pthread_setspecific(frameKey, nullptr);
     const auto& machine = *static_cast<const ucontext_t*>(context);
     frame->signal = signal;
+    frame->cause = nullptr;
     frame->address = info->si_addr;
     frame->instruction = instructionOf(machine);
     pthread_sigmask(SIG_SETMASK, &machine.uc_sigmask, nullptr); // the jump does not restore the
@@ -120,6 +130,8 @@ void install() {
     if (pthread_key_create(&frameKey, nullptr) != 0)
         return; // faults end the process, as without our handlers
     isInstalled = true;
+    if (!handlesFaults())
+        return;
     struct sigaction action {};
     action.sa_sigaction = onSignal;
     action.sa_flags = SA_SIGINFO | SA_ONSTACK;
@@ -133,19 +145,11 @@ void install() {
 
 } // namespace
 
-bool handlesFaults() {
-#ifdef SUNSTONE_SANITIZED
-    return false;
-#else
-    return true;
-#endif
-}
-
 void prepareForFaults() {
-    if (!handlesFaults())
-        return;
     static std::once_flag once;
     std::call_once(once, install);
+    if (!handlesFaults())
+        return;
     thread_local HandlerStack stack;
     (void)stack;
 }
@@ -160,7 +164,21 @@ void leaveDeviceCode() {
         pthread_setspecific(frameKey, nullptr);
 }
 
+void endDeviceCode(const char* cause, const void* address, const void* instruction) {
+    auto* frame = isInstalled ? static_cast<FaultFrame*>(pthread_getspecific(frameKey)) : nullptr;
+    if (!frame)
+        return;
+    pthread_setspecific(frameKey, nullptr);
+    frame->signal = 0;
+    frame->cause = cause;
+    frame->address = address;
+    frame->instruction = instruction;
+    std::longjmp(frame->jump, kJumpFault);
+}
+
 std::string describeFault(const FaultFrame& frame) {
+    if (frame.cause)
+        return message(frame.cause, frame.address);
     switch (frame.signal) {
     case SIGFPE:
         return message("integer division fault at instruction ", frame.instruction);

@@ -22,6 +22,8 @@ struct FaultFrame {
     int signal = 0;                // the signal's number
     const void* address = nullptr; // the accessed address; for SIGFPE and SIGILL the instruction's
     const void* instruction = nullptr;
+    // From endDeviceCode, which uses no signal; `signal` is 0.
+    const char* cause = nullptr;
 };
 
 // Installs the handlers once, and gives the calling thread a signal stack, because device code may
@@ -46,10 +48,14 @@ bool runFaultable(FaultFrame& frame, const Body& body) {
     return true;
 }
 
+// For functions that device code calls: ends the calling thread's device code as a fault does. The
+// cause lives for ever, and `address` completes it. Returns if no frame receives faults.
+void endDeviceCode(const char* cause, const void* address, const void* instruction);
+
 // One line with the kind of fault and the address.
 std::string describeFault(const FaultFrame& frame);
 
-// Whether this build handles faults.
+// Whether this build handles faults of the processor.
 bool handlesFaults();
 
 } // namespace sunstone

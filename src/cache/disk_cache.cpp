@@ -245,16 +245,26 @@ DiskCache::DiskCache(std::string folder, bool isPrivate, Log log)
     makeFolder(folder_);
     if (isPrivate)
         checkPrivate(folder_);
-    const FolderLock lock(folder_);
-    openNewest(true);
+    exclusively([&] {
+        const FolderLock lock(folder_);
+        openNewest(true);
+    });
 }
 
 DiskCache::~DiskCache() {
     close();
 }
 
+template <class Body>
+void DiskCache::exclusively(const Body& body) {
+    cache::exclusively(mutex_, log_, [&](LogLines& lines) {
+        lines_ = &lines;
+        body();
+    });
+}
+
 void DiskCache::warn(const std::string& text) {
-    log_(LogLevel::kWarning, "disk cache " + folder_ + ": " + text);
+    lines_->add(LogLevel::kWarning, "disk cache " + folder_ + ": " + text);
 }
 
 void DiskCache::execute(const char* sql) {
@@ -353,7 +363,15 @@ bool DiskCache::attempt(const char* what, Body body) {
 }
 
 bool DiskCache::find(const std::string& key, std::string& value) {
-    std::lock_guard lock(mutex_);
+    bool found = false;
+    exclusively([&] { found = read(key, value); });
+    if (!found)
+        value.clear();
+    return found;
+}
+
+// With the mutex held, as the functions below.
+bool DiskCache::read(const std::string& key, std::string& value) {
     bool found = false;
     attempt("read", [&] {
         int64_t checksum = 0, used = 0;
@@ -373,24 +391,23 @@ bool DiskCache::find(const std::string& key, std::string& value) {
         found = true;
         use(key, used);
     });
-    if (!found)
-        value.clear();
     return found;
 }
 
 bool DiskCache::has(const std::string& key) {
-    std::lock_guard lock(mutex_);
     bool found = false;
-    attempt("read", [&] {
-        int64_t used = 0;
-        {
-            Statement select(database_, "SELECT used FROM entry WHERE key=?1");
-            if (!select.blob(key).step())
-                return;
-            used = select.numberAt(0);
-        }
-        found = true;
-        use(key, used);
+    exclusively([&] {
+        attempt("read", [&] {
+            int64_t used = 0;
+            {
+                Statement select(database_, "SELECT used FROM entry WHERE key=?1");
+                if (!select.blob(key).step())
+                    return;
+                used = select.numberAt(0);
+            }
+            found = true;
+            use(key, used);
+        });
     });
     return found;
 }
@@ -408,9 +425,8 @@ uint64_t DiskCache::total() {
 }
 
 uint64_t DiskCache::size() {
-    std::lock_guard lock(mutex_);
     uint64_t bytes = 0;
-    attempt("read", [&] { bytes = total(); });
+    exclusively([&] { attempt("read", [&] { bytes = total(); }); });
     return bytes;
 }
 
@@ -432,7 +448,10 @@ void DiskCache::evict(uint64_t atMost) {
 }
 
 void DiskCache::insert(const std::string& key, const std::string& value, Marks marks) {
-    std::lock_guard lock(mutex_);
+    exclusively([&] { write(key, value, marks); });
+}
+
+void DiskCache::write(const std::string& key, const std::string& value, Marks marks) {
     const uint64_t added = sizeOf(key, value);
     if (marks.collects() && added > marks.high) {
         warn(message("an entry of ", added, " bytes is not stored: the high water mark is ",

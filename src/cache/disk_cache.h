@@ -12,14 +12,12 @@
 // process that truncates the file would cause a SIGBUS.
 #pragma once
 
-#include "base/log.h"
+#include "cache/log_lines.h"
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <string_view>
 
 struct sqlite3;
 
@@ -35,11 +33,10 @@ struct Marks {
 
 class DiskCache {
 public:
-    using Log = std::function<void(LogLevel, const std::string&)>;
-
     // Opens the database in `folder`, which is created with access for this user only if missing.
     // Throws Error(kCacheInvalidPath, kCachePermission, kCacheDatabase). isPrivate: the folder must
-    // belong to this user and be writable by this user only, because its name can be guessed.
+    // belong to this user and be writable by this user only, because its name can be guessed. The
+    // log is called without locks; it may call the cache.
     DiskCache(std::string folder, bool isPrivate, Log log);
     ~DiskCache();
     DiskCache(const DiskCache&) = delete;
@@ -60,6 +57,8 @@ public:
 private:
     struct Statement;
 
+    template <class Body>
+    void exclusively(const Body& body);
     void openNewest(bool mayReplace);
     void close();
     void replaceDamaged();
@@ -67,13 +66,16 @@ private:
     template <class Body>
     bool attempt(const char* what, Body body);
     void execute(const char* sql);
+    bool read(const std::string& key, std::string& value);
+    void write(const std::string& key, const std::string& value, Marks marks);
     void use(const std::string& key, int64_t before);
     uint64_t total();
     void evict(uint64_t atMost);
 
-    std::recursive_mutex mutex_; // recursive: a log callback may compile
+    std::mutex mutex_; // guards the members below, except the folder and the log
     std::string folder_;
     Log log_;
+    LogLines* lines_ = nullptr; // of the call that holds the mutex
     sqlite3* database_ = nullptr;
     unsigned generation_ = 0;
     int process_ = 0; // the process that opened it: connections do not survive a fork

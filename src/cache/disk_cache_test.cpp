@@ -7,8 +7,10 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <random>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -142,6 +144,46 @@ TEST_F(DiskCacheTest, EntriesAboveTheHighMarkAreNotStored) {
     cache->insert("medium", valueOf(1, 1900), {1000, 2000});
     EXPECT_TRUE(cache->find("medium", value));
     EXPECT_FALSE(cache->find("small", value));
+}
+
+// A log callback may wait for another thread that uses the cache.
+TEST_F(DiskCacheTest, LogsWithoutItsLock) {
+    std::unique_ptr<DiskCache> cache;
+    unsigned lines = 0, answers = 0;
+    std::vector<std::thread> threads;
+    cache = std::make_unique<DiskCache>(folder_, false, [&](LogLevel, const std::string&) {
+        ++lines;
+        auto answer = std::make_shared<std::promise<uint64_t>>();
+        threads.emplace_back([&, answer] { answer->set_value(cache->size()); });
+        answers +=
+            answer->get_future().wait_for(std::chrono::seconds(5)) == std::future_status::ready;
+    });
+    cache->insert("key", valueOf(1, 1000), {1, 100}); // is not stored, which is logged
+    EXPECT_EQ(1u, lines);
+    EXPECT_EQ(1u, answers);
+    for (std::thread& thread : threads)
+        thread.join();
+}
+
+TEST_F(DiskCacheTest, LogsOfOpeningMayOpenTheFolderToo) {
+    open()->insert("key", "value", {});
+    std::ofstream(databases().front(), std::ios::trunc) << std::string(5000, 'x');
+    unsigned lines = 0, answers = 0;
+    std::vector<std::thread> threads;
+    const DiskCache cache(folder_, false, [&](LogLevel, const std::string&) {
+        ++lines;
+        auto answer = std::make_shared<std::promise<void>>();
+        threads.emplace_back([this, answer] {
+            open();
+            answer->set_value();
+        });
+        answers +=
+            answer->get_future().wait_for(std::chrono::seconds(5)) == std::future_status::ready;
+    });
+    EXPECT_EQ(1u, lines); // of the damage
+    EXPECT_EQ(1u, answers);
+    for (std::thread& thread : threads)
+        thread.join();
 }
 
 TEST_F(DiskCacheTest, PlacesThatCannotBeUsed) {

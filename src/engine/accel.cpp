@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "bvh/gpu/layout.h"
+#include "bvh/layout.h"
 #include "devlib/abi.h"
 #include "engine/cpu/backend.h"
 
@@ -36,7 +37,7 @@ const void* checkedBlock(const Context& context, uint64_t handle, const char* pa
     const devlib::HandleTag tag = devlib::tagOf(handle);
     const void* block = reinterpret_cast<const void*>(devlib::addressOf(handle));
     if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||
-        !context.device->isAccessible(block, bvh::kBlockAlignment) || !bvh::isBlock(block))
+        !context.device->isAccessible(block, sizeof(bvh::BlockHeader)) || !bvh::isBlock(block))
         fail(Code::kInvalidValue, parameter, " = ", reinterpret_cast<void*>(handle),
              " is no acceleration structure");
     if (bvh::traversableHandle(block) != handle)

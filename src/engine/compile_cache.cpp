@@ -64,35 +64,50 @@ std::shared_ptr<cache::DiskCache> CompileCache::current() const {
     return cache_;
 }
 
-// With the mutex held.
-void CompileCache::open() {
+// With the mutex held, as open(): what is logged until the cache can be used goes to `lines`.
+std::shared_ptr<cache::DiskCache> CompileCache::openAt(const std::string& place, bool isPrivate,
+                                                       Lines& lines) const {
+    const auto opening = std::make_shared<Lines*>(&lines);
+    const Log log = [direct = log_, opening](LogLevel level, const std::string& text) {
+        if (*opening)
+            (*opening)->add(level, text);
+        else
+            direct(level, text);
+    };
+    auto opened = std::make_shared<cache::DiskCache>(place, isPrivate, log);
+    *opening = nullptr;
+    return opened;
+}
+
+void CompileCache::open(Lines& lines) {
     cache_ = nullptr;
     if (!location_.empty()) {
-        cache_ = std::make_shared<cache::DiskCache>(location_, false, log_);
+        cache_ = openAt(location_, false, lines);
         return;
     }
     for (const std::string& place : defaultLocations()) {
         defaultLocation_ = place;
         try {
-            cache_ = std::make_shared<cache::DiskCache>(place, true, log_);
+            cache_ = openAt(place, true, lines);
             return;
         } catch (const Error& error) {
             if (place == defaultLocations().back())
                 throw;
-            log_(LogLevel::kInfo, error.what());
+            lines.add(LogLevel::kInfo, error.what());
         }
     }
 }
 
 void CompileCache::start() {
-    std::lock_guard lock(mutex_);
-    if (off_)
-        return;
-    try {
-        open();
-    } catch (const Error& error) {
-        log_(LogLevel::kWarning, message(error.what(), "; nothing is cached"));
-    }
+    cache::exclusively(mutex_, log_, [&](Lines& lines) {
+        if (off_)
+            return;
+        try {
+            open(lines);
+        } catch (const Error& error) {
+            lines.add(LogLevel::kWarning, message(error.what(), "; nothing is cached"));
+        }
+    });
 }
 
 bool CompileCache::enabled() const {
@@ -100,13 +115,14 @@ bool CompileCache::enabled() const {
 }
 
 void CompileCache::setEnabled(bool enabled) {
-    std::lock_guard lock(mutex_);
-    if (!enabled)
-        cache_ = nullptr;
-    else if (off_)
-        log_(LogLevel::kWarning, "the disk cache stays off: OPTIX_CACHE_MAXSIZE is 0");
-    else if (!cache_)
-        open();
+    cache::exclusively(mutex_, log_, [&](Lines& lines) {
+        if (!enabled)
+            cache_ = nullptr;
+        else if (off_)
+            lines.add(LogLevel::kWarning, "the disk cache stays off: OPTIX_CACHE_MAXSIZE is 0");
+        else if (!cache_)
+            open(lines);
+    });
 }
 
 std::string CompileCache::location() const {
@@ -119,17 +135,18 @@ std::string CompileCache::location() const {
 }
 
 void CompileCache::setLocation(const std::string& folder) {
-    std::lock_guard lock(mutex_);
-    if (locationFixed_) {
-        log_(LogLevel::kInfo, message("location \"", folder, "\" is not used: OPTIX_CACHE_PATH is ",
-                                      location_));
-        return;
-    }
-    if (folder.empty())
-        fail(Code::kCacheInvalidPath, "location is an empty path");
-    location_ = folder;
-    if (cache_)
-        open();
+    cache::exclusively(mutex_, log_, [&](Lines& lines) {
+        if (locationFixed_) {
+            lines.add(LogLevel::kInfo, message("location \"", folder,
+                                               "\" is not used: OPTIX_CACHE_PATH is ", location_));
+            return;
+        }
+        if (folder.empty())
+            fail(Code::kCacheInvalidPath, "location is an empty path");
+        location_ = folder;
+        if (cache_)
+            open(lines);
+    });
 }
 
 cache::Marks CompileCache::marks() const {
@@ -141,11 +158,13 @@ void CompileCache::setMarks(cache::Marks marks) {
     if (marks.collects() && marks.high < marks.low)
         fail(Code::kInvalidValue, "highWaterMark = ", marks.high, " is less than lowWaterMark = ",
              marks.low);
-    std::lock_guard lock(mutex_);
-    if (marksFixed_)
-        log_(LogLevel::kInfo, "the marks are not used: OPTIX_CACHE_MAXSIZE goes before them");
-    else
-        marks_ = marks;
+    cache::exclusively(mutex_, log_, [&](Lines& lines) {
+        if (marksFixed_)
+            lines.add(LogLevel::kInfo,
+                      "the marks are not used: OPTIX_CACHE_MAXSIZE goes before them");
+        else
+            marks_ = marks;
+    });
 }
 
 bool CompileCache::find(const std::string& key, std::string& value) {

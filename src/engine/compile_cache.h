@@ -22,7 +22,7 @@ namespace sunstone::engine {
 
 class CompileCache : public compiler::ObjectStore {
 public:
-    using Log = std::function<void(LogLevel, const std::string&)>;
+    using Log = cache::Log; // called without locks; it may call the cache
 
     // Marks of a context that has set none.
     static constexpr cache::Marks kDefaultMarks{uint64_t(512) << 20, uint64_t(1) << 30};
@@ -49,14 +49,16 @@ public:
     void insert(const std::string& key, const std::string& value) override;
 
 private:
-    void open();
+    using Lines = cache::LogLines;
+    void open(Lines& lines);
+    std::shared_ptr<cache::DiskCache> openAt(const std::string& place, bool isPrivate,
+                                             Lines& lines) const;
     // value: null where only the fact is wanted.
     bool lookUp(const std::string& key, std::string* value, const char* found, const char* missing);
     std::shared_ptr<cache::DiskCache> current() const;
 
     Log log_;
-    // Recursive: a log callback may query settings.
-    mutable std::recursive_mutex mutex_;
+    mutable std::mutex mutex_;                // guards the members below
     std::shared_ptr<cache::DiskCache> cache_; // null while the cache is off
     std::string location_;                    // empty: the default
     std::string defaultLocation_;             // the one of the defaults that was opened last

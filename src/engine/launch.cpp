@@ -12,7 +12,7 @@ void launch(const std::shared_ptr<Context>& context, const LaunchRequest& reques
 void launchBounds(const std::shared_ptr<Context>& context, const BoundsRequest& request) {
     LaunchRequest launch;
     launch.pipeline = request.pipeline;
-    launch.limits = request.pipeline->limits;
+    launch.limits = request.pipeline->limits.get();
     launch.entryKind = devlib::kGroupBounds;
     launch.sbt.entryRecord = request.record;
     launch.boxes = request.boxes;

@@ -163,7 +163,7 @@ std::shared_ptr<Pipeline> createPipeline(Context& context,
                                          const compiler::Flavor* flavor) {
     auto pipeline = std::make_shared<Pipeline>();
     pipeline->rules = rules;
-    pipeline->limits = limits;
+    pipeline->limits.update([&](PipelineLimits& set) { set = limits; });
     pipeline->launchParamsSize = commonLaunchParamsSize(groups, rules.launchParams);
 
     checkConstantMemory(groups, pipeline->launchParamsSize);

@@ -6,6 +6,7 @@
 #include "engine/module.h"
 
 #include <array>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,25 @@ struct PipelineLimits {
     bool opacityMicromaps = false; // rays look at them
 };
 
+// Limits that one thread sets while others launch.
+class SharedLimits {
+public:
+    PipelineLimits get() const {
+        std::lock_guard lock(mutex_);
+        return limits_;
+    }
+    // `change` gets the limits, which nothing else reads or writes meanwhile.
+    template <class Change>
+    void update(const Change& change) {
+        std::lock_guard lock(mutex_);
+        change(limits_);
+    }
+
+private:
+    mutable std::mutex mutex_;
+    PipelineLimits limits_;
+};
+
 struct Pipeline {
     std::unique_ptr<compiler::Code> code;    // for the CPU; null where there is no program
     std::shared_ptr<DeviceCode> deviceCode;  // for a GPU
@@ -61,7 +81,7 @@ struct Pipeline {
     std::vector<devlib::GroupEntry> groups;
     uint32_t firstGroup = 0;
     compiler::PipelineRules rules;
-    PipelineLimits limits;        // as set
+    SharedLimits limits;          // as set
     PipelineLimits defaultLimits; // stack sizes that the programs need
     uint64_t launchParamsSize = 0;          // 0: no program uses the variable
     std::vector<compiler::BoundValue> boundValues; // of all modules

@@ -145,8 +145,8 @@ struct Table {
 };
 
 const Table& table() {
-    static const Table table;
-    return table;
+    static const auto* all = new Table; // never destroyed: threads parse while the process ends
+    return *all;
 }
 
 bool contains(const ModifierGroup& group, std::string_view modifier) {

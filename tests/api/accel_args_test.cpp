@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Arguments of optixAccelComputeMemoryUsage, -Build and -Compact (OptiX 7.4, sections 3.10, 5.2 to
 // 5.10): every rule about them, broken one at a time.
+#include "device_memory.h"
 #include "rig.h"
 #include "scene.h"
 
 #include <functional>
+#include <sys/mman.h>
 
 namespace tests::api {
 namespace {
@@ -531,6 +533,57 @@ TEST_F(AccelArguments, Compaction) {
     Buffer large(1 << 16);
     EXPECT_REJECTED(bad, kCompact, "ALLOW_COMPACTION",
                     call(gas_.handle, large.address(), large.size()));
+}
+
+// ---- Headers
+// -------------------------------------------------------------------------------------
+
+// A copy of a structure of which only the first 128 bytes, a part of its header, can be read.
+class CutStructure {
+public:
+    explicit CutStructure(const Buffer& whole) {
+        pages_ =
+            mmap(nullptr, 2 * kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        EXPECT_NE(MAP_FAILED, pages_);
+        std::memcpy(begin(), whole.as<char>(), kBytes);
+        EXPECT_EQ(0, mprotect(static_cast<char*>(pages_) + kPage, kPage, PROT_NONE));
+    }
+    ~CutStructure() { munmap(pages_, 2 * kPage); }
+    CutStructure(const CutStructure&) = delete;
+    CutStructure& operator=(const CutStructure&) = delete;
+    char* begin() const { return static_cast<char*>(pages_) + kPage - kBytes; }
+    CUdeviceptr address() const { return CUdeviceptr(begin()); }
+
+    static constexpr size_t kBytes = 128;
+
+private:
+    static constexpr size_t kPage = 4096;
+    void* pages_ = nullptr;
+};
+
+TEST_F(AccelArguments, PartsOfHeaders) {
+    if (onGpu())
+        GTEST_SKIP() << "device memory is no memory of the process";
+    Accel source = buildAccel(context_, log_, {mesh_->input},
+                              OPTIX_BUILD_FLAG_ALLOW_COMPACTION | OPTIX_BUILD_FLAG_ALLOW_UPDATE);
+    const CutStructure cut(source.memory);
+    const OptixTraversableHandle handle = cut.address() | (source.handle & 63);
+    const auto bad = OPTIX_ERROR_INVALID_VALUE;
+    OptixAccelRelocationInfo info{};
+    EXPECT_REJECTED(bad, "optixAccelGetRelocationInfo", "no acceleration structure",
+                    optixAccelGetRelocationInfo(context_, handle, &info));
+    Buffer target(1 << 16);
+    OptixTraversableHandle moved = kNoHandle;
+    EXPECT_REJECTED(
+        bad, kCompact, "no acceleration structure",
+        optixAccelCompact(context_, nullptr, handle, target.address(), target.size(), &moved));
+    OptixAccelBuildOptions options =
+        buildOptions(OPTIX_BUILD_FLAG_ALLOW_COMPACTION | OPTIX_BUILD_FLAG_ALLOW_UPDATE);
+    options.operation = OPTIX_BUILD_OPERATION_UPDATE;
+    EXPECT_REJECTED(bad, kBuild, "outputBufferSizeInBytes",
+                    optixAccelBuild(context_, nullptr, &options, &mesh_->input, 1, target.address(),
+                                    target.size(), cut.address(), CutStructure::kBytes, &moved,
+                                    nullptr, 0));
 }
 
 } // namespace

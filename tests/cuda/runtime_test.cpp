@@ -8,9 +8,11 @@
 #include <cuda_runtime_api.h>
 #include <gtest/gtest.h>
 
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <thread>
 #include <vector>
@@ -243,6 +245,54 @@ TEST_F(Runtime, ExitHandlersHaveADefaultStreamOfTheirThread) {
             std::exit(countUp() && configure() ? 2 : 3);
         },
         testing::ExitedWithCode(7), "");
+}
+
+TEST(UserObjects, BelongToGraphs) {
+    static std::atomic<int> destroyed = 0;
+    cudaUserObject_t object = nullptr;
+    cudaGraph_t graph = nullptr;
+    ASSERT_EQ(cudaGraphCreate(&graph, 0), cudaSuccess);
+    ASSERT_EQ(cudaUserObjectCreate(
+                  &object, nullptr, [](void*) { ++destroyed; }, 1, cudaUserObjectNoDestructorSync),
+              cudaSuccess);
+    EXPECT_EQ(cudaUserObjectRetain(object, 1), cudaSuccess);
+    EXPECT_EQ(cudaGraphRetainUserObject(graph, object, 1, cudaGraphUserObjectMove), cudaSuccess);
+    EXPECT_EQ(cudaGraphRetainUserObject(graph, object, 1, 0), cudaSuccess);
+    EXPECT_EQ(cudaGraphReleaseUserObject(graph, object, 1), cudaSuccess);
+    EXPECT_EQ(cudaUserObjectRelease(object, 1), cudaSuccess);
+    EXPECT_EQ(destroyed, 0);
+    EXPECT_EQ(cudaGraphDestroy(graph), cudaSuccess);
+    for (int i = 0; i < 5000 && destroyed == 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(destroyed, 1);
+}
+
+TEST(Forks, CallsOfChildrenFail) {
+    void* memory = nullptr;
+    ASSERT_EQ(cudaMalloc(&memory, 64), cudaSuccess);
+    ASSERT_EQ(cudaMemset(memory, 1, 64), cudaSuccess);
+    const pid_t child = fork();
+    if (child == 0) {
+        alarm(20);
+        constexpr cudaError_t kRefused = cudaErrorInitializationError;
+        void* own = nullptr;
+        int others = 0;
+        for (const cudaError_t result :
+             {cudaMalloc(&own, 64), cudaMemset(memory, 1, 64), cudaDeviceSynchronize(),
+              cudaStreamSynchronize(cudaStreamPerThread), cudaFree(memory), cudaDeviceReset(),
+              cudaSetDevice(0)})
+            others += result != kRefused;
+        others += cudaGetLastError() != kRefused;
+#if !defined(__SANITIZE_ADDRESS__) && !__has_feature(address_sanitizer)
+        std::exit(others); // with the handlers that unregister kernels
+#endif
+        _exit(others); // exit would look for leaks, among them the other threads' objects
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFEXITED(status)) << "the child hung";
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+    EXPECT_EQ(cudaFree(memory), cudaSuccess);
 }
 
 // A kernel of a library is accepted in place of a host symbol.

@@ -4,7 +4,9 @@
 #include <cuda.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <functional>
+#include <pthread.h>
 #include <thread>
 #include <vector>
 
@@ -258,6 +260,65 @@ TEST_F(Threads, DefaultStreamsHaveNoHandles) {
         EXPECT_EQ(cuMemsetD32Async(memory, 7, 1, CU_STREAM_PER_THREAD), CUDA_SUCCESS);
         EXPECT_EQ(cuStreamSynchronize(CU_STREAM_PER_THREAD), CUDA_SUCCESS);
     }).join();
+}
+
+// While one lives, the system can create no thread: the default stack is larger than the address
+// space.
+class NoThreads {
+public:
+    NoThreads() {
+        pthread_attr_init(&before_);
+        pthread_getattr_default_np(&before_);
+        pthread_attr_t attributes = before_;
+        EXPECT_EQ(pthread_attr_setstacksize(&attributes, size_t(1) << 50), 0);
+        EXPECT_EQ(pthread_setattr_default_np(&attributes), 0);
+    }
+    ~NoThreads() {
+        EXPECT_EQ(pthread_setattr_default_np(&before_), 0);
+        pthread_attr_destroy(&before_);
+    }
+    NoThreads(const NoThreads&) = delete;
+    NoThreads& operator=(const NoThreads&) = delete;
+
+private:
+    pthread_attr_t before_;
+};
+
+TEST_F(Threads, WorkOfAStreamWithoutAThreadIsRefused) {
+    CUstream stream = nullptr;
+    ASSERT_EQ(cuStreamCreate(&stream, CU_STREAM_DEFAULT), CUDA_SUCCESS);
+    {
+        const NoThreads none;
+        EXPECT_EQ(cuMemsetD8Async(memory, 1, 16, stream), CUDA_ERROR_OUT_OF_MEMORY);
+        ASSERT_EQ(cuStreamQuery(stream), CUDA_SUCCESS) << "the stream would wait for ever";
+    }
+    EXPECT_EQ(cuStreamSynchronize(stream), CUDA_SUCCESS);
+    EXPECT_EQ(word(0), 0u) << "the refused work ran";
+    EXPECT_EQ(cuMemsetD8Async(memory, 2, 4, stream), CUDA_SUCCESS);
+    EXPECT_EQ(cuStreamSynchronize(stream), CUDA_SUCCESS);
+    EXPECT_EQ(word(0), 0x02020202u);
+    EXPECT_EQ(cuStreamDestroy(stream), CUDA_SUCCESS);
+}
+
+// The default stream waits for the work of a destroyed blocking stream, and needs no thread for it.
+TEST_F(Threads, StreamsAreDestroyedWithoutAThreadOfTheDefaultStream) {
+    CUstream stream = nullptr;
+    ASSERT_EQ(cuStreamCreate(&stream, CU_STREAM_DEFAULT), CUDA_SUCCESS);
+    std::atomic<bool> goesOn{false};
+    const auto wait = [](void* flag) {
+        while (!static_cast<std::atomic<bool>*>(flag)->load())
+            std::this_thread::yield();
+    };
+    ASSERT_EQ(cuLaunchHostFunc(stream, wait, &goesOn), CUDA_SUCCESS);
+    ASSERT_EQ(cuMemsetD8Async(memory, 3, 4, stream), CUDA_SUCCESS);
+    {
+        const NoThreads none;
+        EXPECT_EQ(cuStreamDestroy(stream), CUDA_SUCCESS);
+    }
+    EXPECT_EQ(cuStreamQuery(nullptr), CUDA_ERROR_NOT_READY);
+    goesOn = true;
+    EXPECT_EQ(cuStreamSynchronize(nullptr), CUDA_SUCCESS);
+    EXPECT_EQ(word(0), 0x03030303u);
 }
 
 } // namespace

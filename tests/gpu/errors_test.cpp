@@ -79,6 +79,9 @@ void wrapDriver() {
     if (!kSafe.contains(DriverNames::member))                                                      \
         Wrapped<&Driver::member, &DriverNames::member>::install(driver);
         SUNSTONE_CUDA_FUNCTIONS(SUNSTONE_WRAP)
+        SUNSTONE_WRAP(streamGetCaptureInfo, cuStreamGetCaptureInfo_v2)
+        SUNSTONE_WRAP(userObjectCreate, cuUserObjectCreate)
+        SUNSTONE_WRAP(graphRetainUserObject, cuGraphRetainUserObject)
 #undef SUNSTONE_WRAP
         return true;
     }();

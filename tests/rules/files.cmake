@@ -1,24 +1,16 @@
-# Objects that exist once in a process are not destroyed (docs/conventions.md).
 # Every source file carries the SPDX line and stays under 1,000 lines. One may be longer: run-time
 # compilers get headers by the names that OptiX has for them, so that a new one cannot be added.
 set(failures 0)
 file(GLOB_RECURSE sources
-    ${SOURCE_DIR}/src/*.h ${SOURCE_DIR}/src/*.cpp ${SOURCE_DIR}/include/*.h ${SOURCE_DIR}/samples/*.h
+    ${SOURCE_DIR}/src/*.h ${SOURCE_DIR}/src/*.cpp ${SOURCE_DIR}/src/*.cu ${SOURCE_DIR}/include/*.h ${SOURCE_DIR}/samples/*.h
     ${SOURCE_DIR}/samples/*.cpp ${SOURCE_DIR}/samples/*.cu ${SOURCE_DIR}/tools/*.h ${SOURCE_DIR}/tools/*.cpp
-    ${SOURCE_DIR}/bench/*.h ${SOURCE_DIR}/bench/*.cpp ${SOURCE_DIR}/tests/*.cpp ${SOURCE_DIR}/tests/*.h)
+    ${SOURCE_DIR}/bench/*.h ${SOURCE_DIR}/bench/*.cpp ${SOURCE_DIR}/bench/*.cu ${SOURCE_DIR}/tests/*.cpp
+    ${SOURCE_DIR}/tests/*.h ${SOURCE_DIR}/tests/*.cu)
 foreach(file ${sources})
     file(STRINGS ${file} first LIMIT_COUNT 1)
     if(NOT first MATCHES "SPDX-License-Identifier: Apache-2.0")
         message("${file}: the first line is not the SPDX line")
         math(EXPR failures "${failures} + 1")
-    endif()
-    if(file MATCHES "^${SOURCE_DIR}/src/.*\\.(h|cpp)$" AND NOT file MATCHES "_test\\.cpp$")
-        file(STRINGS ${file} statics REGEX
-            "^ *((static|thread_local) )+(const )?std::(string|vector|deque|map|set|unordered_[a-z]*|array<std::string|function|(shared|unique)_ptr|optional)[^()]*( =|;|{)")
-        foreach(line ${statics})
-            message("${file}: is destroyed while threads may still use it:${line}")
-            math(EXPR failures "${failures} + 1")
-        endforeach()
     endif()
     file(READ ${file} text)
     string(REGEX MATCHALL "\n" newlines "${text}")

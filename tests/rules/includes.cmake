@@ -34,7 +34,7 @@ set(never_engine_cpu "engine/gpu")
 set(never_engine_gpu "engine/cpu")
 
 set(failures 0)
-file(GLOB_RECURSE sources ${SOURCE_DIR}/src/*.h ${SOURCE_DIR}/src/*.cpp)
+file(GLOB_RECURSE sources ${SOURCE_DIR}/src/*.h ${SOURCE_DIR}/src/*.cpp ${SOURCE_DIR}/src/*.cu)
 list(LENGTH sources count)
 if(count LESS 50)
     message(FATAL_ERROR "only ${count} source files found: the check looks in the wrong place")

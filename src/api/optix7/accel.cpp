@@ -2,6 +2,7 @@
 // Acceleration structures (OptiX 7.4, section 3.10).
 #include "api/optix7/build_inputs.h"
 #include "api/optix7/entry_points.h"
+#include "bvh/layout.h"
 
 #include <algorithm>
 
@@ -106,7 +107,7 @@ OptixResult accelBuild(OptixDeviceContext context, CUstream stream,
                          request.update ? usage.tempUpdate : usage.temp);
         // The buffer of an update may be smaller than that of a build, after compaction.
         checkAccelBuffer(device, "outputBuffer", outputBuffer, outputBufferSize,
-                         request.update ? bvh::kBlockAlignment : usage.output);
+                         request.update ? sizeof(bvh::BlockHeader) : usage.output);
         request.emit = checkEmits(device, emittedProperties, numEmitted, request.options);
         request.temp = reinterpret_cast<void*>(tempBuffer);
         request.tempSize = tempBufferSize;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "api/optix7/client_structs.h"
+#include "base/forked.h"
 
 namespace sunstone::optix7 {
 
@@ -68,11 +69,16 @@ private:
     Client given_;
 };
 
+// The result of every function in the child of a fork.
+constexpr OptixResult kInForkedChild = OPTIX_ERROR_CUDA_NOT_INITIALIZED;
+
 template <Abi kAbi, auto kFunction>
 struct Adapter;
 template <Abi kAbi, class... Ours, OptixResult (*kFunction)(Ours...)>
 struct Adapter<kAbi, kFunction> {
     static OptixResult call(typename Argument<kAbi, Ours>::Client... given) {
+        if (refusesForkedChild())
+            return kInForkedChild;
         return forward(Argument<kAbi, Ours>(given)...);
     }
 
@@ -87,6 +93,8 @@ private:
 template <Abi kAbi, class... Ours, OptixResult (*kFunction)(Abi, Ours...)>
 struct Adapter<kAbi, kFunction> {
     static OptixResult call(typename Argument<kAbi, Ours>::Client... given) {
+        if (refusesForkedChild())
+            return kInForkedChild;
         return forward(Argument<kAbi, Ours>(given)...);
     }
 

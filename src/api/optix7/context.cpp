@@ -4,6 +4,7 @@
 #include "api/optix7/entry_points.h"
 #include "api/optix7/shell.h"
 #include "api/optix7/wording.h"
+#include "base/forked.h"
 #include "base/readable.h"
 #include "device/cuda/driver.h"
 
@@ -133,6 +134,7 @@ OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
             });
         object->engine->cache->start();
         object->engine->backend->useCache(object->engine->cache);
+        watchForks();
         *context = static_cast<OptixDeviceContext>(contexts().add(object));
         if (object->validation)
             object->log(LogLevel::kWarning, "CONTEXT",
@@ -151,10 +153,10 @@ OptixResult deviceContextDestroy(OptixDeviceContext context) {
         } catch (const Error& error) {
             failure = error.what();
         }
-        object->engine->backend->flush(*object->engine);
         auto mine = [&](const auto& other) { return other.context == object; };
+        pipelines().removeIf(mine); // before flush: graphs that run them have reports
+        object->engine->backend->flush(*object->engine);
         denoisers().removeIf(mine);
-        pipelines().removeIf(mine);
         groups().removeIf(mine);
         tasks().removeIf(mine);
         modules().removeIf(mine);

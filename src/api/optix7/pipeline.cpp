@@ -179,11 +179,12 @@ OptixResult pipelineSetStackSize(OptixPipeline pipeline, unsigned directFromTrav
         if (maxTraversableGraphDepth == 0 || maxTraversableGraphDepth > Limits::kGraphDepth)
             fail(Code::kInvalidValue, "maxTraversableGraphDepth = ", maxTraversableGraphDepth,
                  " is outside 1..", Limits::kGraphDepth);
-        engine::PipelineLimits& limits = object->pipeline->limits;
-        limits.directStackFromTraversal = directFromTraversal;
-        limits.directStackFromState = directFromState;
-        limits.continuationStack = continuation;
-        limits.maxGraphDepth = maxTraversableGraphDepth;
+        object->pipeline->limits.update([&](engine::PipelineLimits& limits) {
+            limits.directStackFromTraversal = directFromTraversal;
+            limits.directStackFromState = directFromState;
+            limits.continuationStack = continuation;
+            limits.maxGraphDepth = maxTraversableGraphDepth;
+        });
         engine::Context& engine = *object->context->engine;
         engine.backend->setStackSizes(engine, *object->pipeline);
     });
@@ -223,7 +224,7 @@ OptixResult launch(OptixPipeline pipeline, CUstream stream, CUdeviceptr params, 
         }
         engine::LaunchRequest request;
         request.pipeline = object->pipeline;
-        request.limits = object->pipeline->limits;
+        request.limits = object->pipeline->limits.get();
         request.sbt = checkSbt(device, *sbt);
         request.params = reinterpret_cast<const void*>(params);
         request.paramsSize = paramsSize;

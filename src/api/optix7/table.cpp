@@ -29,6 +29,8 @@ const char* getErrorString(OptixResult result) {
 
 // A slot that the release reserves; no header has a function for it.
 OptixResult reservedSlot() {
+    if (refusesForkedChild())
+        return kInForkedChild;
     logOnce(LogLevel::kFatal, "optix7",
             "the application called a reserved slot of the function table");
     return OPTIX_ERROR_NOT_SUPPORTED;

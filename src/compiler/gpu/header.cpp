@@ -94,23 +94,27 @@ std::string withHeader(std::string text, const GpuHeader& header) {
 // plain targets. Plain arithmetic on words, the bulk of most programs, needs no header either.
 bool mayNeedHeader(const ptx::Instruction& instruction) {
     using Names = std::set<std::string_view>;
-    static const Names kOld = {
-        "rcp", "sqrt", "rsqrt", "sin", "cos", "lg2", "ex2", "tanh", "testp", "lop3", "prmt", "bfe",
-        "bfi", "bfind", "shf", "fns", "bmsk", "szext", "dp4a", "dp2a", "sad", "mul24", "mad24",
-        "brev", "copysign", "tex", "tld4", "txq", "suq", "suld", "sust", "sured", "vote", "shfl",
-        "match", "activemask", "membar", "bar", "nanosleep", "pmevent", "prefetchu", "wmma",
-        "vadd", "vsub", "vabsdiff", "vmin", "vmax", "vshl", "vshr", "vset", "vmad", "vadd2",
-        "vsub2", "vavrg2", "vabsdiff2", "vmin2", "vmax2", "vset2", "vadd4", "vsub4", "vavrg4",
-        "vabsdiff4", "vmin4", "vmax4", "vset4"};
-    static const Names kOldOfWords = {"add", "sub", "mul", "mad", "fma",  "div",  "neg",  "abs",
-                                      "min", "max", "cvt", "set", "setp", "slct", "atom", "red",
-                                      "redux"};
-    static const Names kOldModifiers = {
-        "rn", "rz", "rm", "rp", "rni", "rzi", "rmi", "rpi", "ftz", "sat", "approx", "full", "NaN",
-        "eq", "ne", "lt", "le", "gt", "ge", "equ", "neu", "ltu", "leu", "gtu", "geu", "num", "nan",
-        "lo", "ls", "hi", "hs", "and", "or", "xor", "sync", "relaxed", "acquire", "release",
-        "acq_rel", "cta", "gpu", "sys", "global", "shared", "add", "inc", "dec", "min", "max",
-        "cas", "exch"};
+    static const auto& kOld =
+        *new Names{"rcp",        "sqrt",   "rsqrt",    "sin",       "cos",     "lg2",       "ex2",
+                   "tanh",       "testp",  "lop3",     "prmt",      "bfe",     "bfi",       "bfind",
+                   "shf",        "fns",    "bmsk",     "szext",     "dp4a",    "dp2a",      "sad",
+                   "mul24",      "mad24",  "brev",     "copysign",  "tex",     "tld4",      "txq",
+                   "suq",        "suld",   "sust",     "sured",     "vote",    "shfl",      "match",
+                   "activemask", "membar", "bar",      "nanosleep", "pmevent", "prefetchu", "wmma",
+                   "vadd",       "vsub",   "vabsdiff", "vmin",      "vmax",    "vshl",      "vshr",
+                   "vset",       "vmad",   "vadd2",    "vsub2",     "vavrg2",  "vabsdiff2", "vmin2",
+                   "vmax2",      "vset2",  "vadd4",    "vsub4",     "vavrg4",  "vabsdiff4", "vmin4",
+                   "vmax4",      "vset4"};
+    static const auto& kOldOfWords =
+        *new Names{"add", "sub", "mul", "mad",  "fma",  "div",  "neg", "abs",  "min",
+                   "max", "cvt", "set", "setp", "slct", "atom", "red", "redux"};
+    static const auto& kOldModifiers = *new Names{
+        "rn",      "rz",      "rm",      "rp",  "rni", "rzi", "rmi",    "rpi",    "ftz",
+        "sat",     "approx",  "full",    "NaN", "eq",  "ne",  "lt",     "le",     "gt",
+        "ge",      "equ",     "neu",     "ltu", "leu", "gtu", "geu",    "num",    "nan",
+        "lo",      "ls",      "hi",      "hs",  "and", "or",  "xor",    "sync",   "relaxed",
+        "acquire", "release", "acq_rel", "cta", "gpu", "sys", "global", "shared", "add",
+        "inc",     "dec",     "min",     "max", "cas", "exch"};
     const std::string_view op = instruction.opcode;
     if (instruction.isForeign)
         return true;

@@ -246,8 +246,8 @@ private:
 
 // Families of later releases whose members are many and all unavailable.
 const Intrinsic* findFamily(std::string_view name) {
-    static const Intrinsic later = {"",   unsigned(IntrinsicOp::kLater), 0, "", "", kAny, false, true,
-                                    false};
+    static const auto& later =
+        *new Intrinsic{"", unsigned(IntrinsicOp::kLater), 0, "", "", kAny, false, true, false};
     for (std::string_view prefix :
          {"hitobject_", "vector_", "matvecmul_", "coop_vec_", "outer_product_", "reduce_sum_"})
         if (name.starts_with(prefix))

@@ -7,7 +7,9 @@
 
 #include "base/config.h"
 #include "base/error.h"
+#include "base/faults.h"
 #include "base/log.h"
+#include "base/thread_object.h"
 #include "base/threads.h"
 #include "compiler/lockstep/warp_functions.h"
 #include "compiler/runtime/device_data.h"
@@ -15,6 +17,7 @@
 
 #include <bit>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -53,92 +56,115 @@ private:
     size_t offset_ = 0;
 };
 
+// What a call needs to print. It belongs to the thread of the processor: a read of device memory
+// may be a fault, which ends the call and passes over destructors (base/faults.h).
+struct Printer {
+    std::string out, spec;
+};
+
+Printer& printer() {
+    constexpr size_t kMostKept = 64 << 10;
+    Printer& own = threadObject<Printer>();
+    if (own.out.capacity() > kMostKept)
+        std::string().swap(own.out);
+    own.out.clear();
+    return own;
+}
+
 template <class... T>
-void append(std::string& out, const std::string& format, T... values) {
+void append(std::string& out, const char* format, T... values) {
     char local[256];
-    const int length = std::snprintf(local, sizeof local, format.c_str(), values...);
+    const int length = std::snprintf(local, sizeof local, format, values...);
     if (length < 0)
         return;
     if (size_t(length) < sizeof local) {
         out.append(local, size_t(length));
         return;
     }
-    std::string large(size_t(length) + 1, '\0');
-    std::snprintf(large.data(), large.size(), format.c_str(), values...);
-    out.append(large.data(), size_t(length));
+    const size_t before = out.size();
+    out.resize(before + size_t(length) + 1);
+    std::snprintf(out.data() + before, size_t(length) + 1, format, values...);
+    out.resize(before + size_t(length));
 }
 
-// Formats one conversion; `spec` has its flags, width and precision.
-void convert(std::string& out, const std::string& spec, int longs, char conversion,
-             ArgumentReader& arguments) {
+// Formats one conversion; the specification has its flags, width and precision.
+void convert(Printer& to, int longs, char conversion, ArgumentReader& arguments) {
+    const auto add = [&](const char* type, auto value) {
+        to.spec += type;
+        append(to.out, to.spec.c_str(), value);
+    };
+    const char plain[] = {conversion, '\0'}, wide[] = {'l', 'l', conversion, '\0'};
     switch (conversion) {
     case 'd':
     case 'i':
-        append(out, spec + "lld",
-               longs > 0 ? arguments.take<long long>()
-                         : static_cast<long long>(arguments.take<int>()));
-        break;
+        return add("lld", longs > 0 ? arguments.take<long long>()
+                                    : static_cast<long long>(arguments.take<int>()));
     case 'u':
     case 'x':
     case 'X':
     case 'o':
-        append(out, spec + "ll" + conversion,
-               longs > 0 ? arguments.take<unsigned long long>()
-                         : static_cast<unsigned long long>(arguments.take<unsigned>()));
-        break;
+        return add(wide, longs > 0 ? arguments.take<unsigned long long>()
+                                   : static_cast<unsigned long long>(arguments.take<unsigned>()));
     case 'c':
-        append(out, spec + "c", arguments.take<int>());
-        break;
+        return add(plain, arguments.take<int>());
     case 'p':
-        append(out, spec + "p", arguments.take<void*>());
-        break;
+        return add(plain, arguments.take<void*>());
     case 's': {
         const char* text = arguments.take<const char*>();
-        append(out, spec + "s", text ? text : "(null)");
-        break;
+        return add(plain, text ? text : "(null)");
     }
     default:
-        append(out, spec + conversion, arguments.take<double>());
+        add(plain, arguments.take<double>());
     }
+}
+
+// Reads the flags, width and precision of a conversion into `spec` and returns where they end.
+// longs: how many modifiers make the argument one of 64 bits.
+const char* readSpecification(const char* at, std::string& spec, int& longs,
+                              ArgumentReader& arguments) {
+    spec = "%";
+    for (; *at && std::strchr("-+ #0123456789.*hlLqjzt", *at); ++at) {
+        if (*at == '*') {
+            const int value = arguments.take<int>();
+            spec += std::to_string(value);
+        } else if (std::strchr("lqjzt", *at)) {
+            ++longs;
+        } else if (*at != 'h' && *at != 'L') {
+            spec += *at;
+        }
+    }
+    return at;
 }
 
 int printFormatted(void*, const char* format, const char* buffer) {
     if (!format)
         return -1;
-    std::string out;
+    Printer& to = printer();
     ArgumentReader arguments(buffer);
     int converted = 0;
     for (const char* p = format; *p; ++p) {
         if (*p != '%') {
-            out += *p;
+            to.out += *p;
             continue;
         }
         if (p[1] == '%') {
-            out += '%';
+            to.out += '%';
             ++p;
             continue;
         }
-        const char* start = p++;
-        std::string spec = "%";
+        const char* start = p;
         int longs = 0;
-        for (; *p && std::strchr("-+ #0123456789.*hlLqjzt", *p); ++p) {
-            if (*p == '*')
-                spec += std::to_string(arguments.take<int>());
-            else if (*p == 'l' || *p == 'q' || *p == 'j' || *p == 'z' || *p == 't')
-                ++longs;
-            else if (*p != 'h' && *p != 'L')
-                spec += *p;
-        }
+        p = readSpecification(p + 1, to.spec, longs, arguments);
         if (!*p || !std::strchr("diuxXocpsfFeEgGaA", *p)) { // not a conversion: printed unchanged
-            out.append(start, size_t(p - start) + (*p ? 1 : 0));
+            to.out.append(start, size_t(p - start) + (*p ? 1 : 0));
             if (!*p)
                 break;
             continue;
         }
-        convert(out, spec, longs, *p, arguments);
+        convert(to, longs, *p, arguments);
         ++converted;
     }
-    std::fwrite(out.data(), 1, out.size(), stdout);
+    std::fwrite(to.out.data(), 1, to.out.size(), stdout);
     return converted;
 }
 
@@ -162,25 +188,65 @@ void endAssertion(KernelThread* thread) {
 
 void reportAssertion(void*, const char* condition, const char* file, uint32_t line,
                      const char* function, uint64_t) {
-    std::fprintf(stderr, "%s:%u: %s: device assertion `%s' failed\n", file ? file : "?", line,
-                 function ? function : "?", condition ? condition : "?");
+    Printer& to = printer(); // a fault may not leave stderr locked
+    append(to.out, "%s:%u: %s: device assertion `%s' failed\n", file ? file : "?", line,
+           function ? function : "?", condition ? condition : "?");
+    std::fwrite(to.out.data(), 1, to.out.size(), stderr);
+}
+
+// ---- the heap ----------------------------------------------------------------------------------
+// In front of each block. It tells a block from other addresses that device code may free.
+struct alignas(16) BlockMark {
+    uint64_t word;
+};
+static_assert(sizeof(BlockMark) == 16);
+
+constexpr uint64_t kBlockMark = 0x9E3779B97F4A7C15u;
+
+uint64_t markOf(const void* block) {
+    return reinterpret_cast<uint64_t>(block) ^ kBlockMark;
 }
 
 void* allocate(void*, uint64_t size) {
-    void* memory = std::malloc(size);
+    if (size > PTRDIFF_MAX - sizeof(BlockMark))
+        return nullptr;
+    void* const memory = std::malloc(sizeof(BlockMark) + size);
+    if (!memory)
+        return nullptr;
+    auto* const mark = static_cast<BlockMark*>(memory);
+    void* const block = mark + 1;
+    mark->word = markOf(block);
     static const bool isChecked = checks("memory");
-    if (isChecked && memory)
-        addDeviceBlock(memory, size);
-    return memory;
+    if (isChecked)
+        addDeviceBlock(block, size);
+    return block;
 }
-void release(void*, void* memory) {
+
+// Takes the mark away, so that a second call for the block finds none. The address may be any; the
+// sanitizer would report the read before the answer is known.
+__attribute__((no_sanitize("address"))) bool takeMark(void* block) {
+    if (reinterpret_cast<uint64_t>(block) % alignof(BlockMark) != 0)
+        return false;
+    uint64_t expected = markOf(block);
+    uint64_t& word = static_cast<BlockMark*>(block)[-1].word;
+    return __atomic_load_n(&word, __ATOMIC_RELAXED) == expected &&
+           __atomic_compare_exchange_n(&word, &expected, 0, false, __ATOMIC_RELAXED,
+                                       __ATOMIC_RELAXED);
+}
+
+void release(void*, void* block) {
+    if (!block)
+        return;
     static const bool isChecked = checks("memory");
-    if (isChecked && memory && !removeDeviceBlock(memory)) {
-        log(LogLevel::kError, "compiler",
-            message("device code frees ", memory, ", which it has not allocated"));
+    const bool isBlock = (!isChecked || removeDeviceBlock(block)) && takeMark(block);
+    if (!isBlock) {
+        constexpr const char* kCause = "device code frees an address that it has not allocated, ";
+        log(LogLevel::kError, "compiler", message(kCause, block));
+        const auto* const next = static_cast<const char*>(__builtin_return_address(0));
+        endDeviceCode(kCause, block, next - 1);
         return;
     }
-    std::free(memory);
+    std::free(static_cast<BlockMark*>(block) - 1);
 }
 
 // Called in place of a callable that a shader binding table record lacks.

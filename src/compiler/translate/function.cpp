@@ -373,7 +373,7 @@ void FunctionTranslator::dispatch(const ptx::Instruction& instruction) {
 
 const FunctionTranslator::Handlers& FunctionTranslator::handlers() {
     using T = FunctionTranslator;
-    static const Handlers table = {
+    static const auto& table = *new Handlers{
         // data movement
         {"mov", &T::move},
         {"ld", &T::load},

@@ -85,24 +85,24 @@ std::string literalOf(const ptx::Operand& operand) {
 
 // Returns true if it translated the instruction.
 bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
-    static const Names kKept = {
-        "rcp", "sqrt", "rsqrt", "sin", "cos", "lg2", "ex2", "tanh", "testp", "lop3", "prmt", "bfe",
-        "bfi", "bfind", "shf", "fns", "bmsk", "szext", "dp4a", "dp2a", "sad", "mul24", "mad24",
-        "brev", "tex", "tld4", "txq", "suq", "copysign", "isspacep",
-        // video instructions
-        "vadd", "vsub", "vabsdiff", "vmin", "vmax", "vshl", "vshr", "vset", "vmad", "vadd2",
-        "vsub2", "vavrg2", "vabsdiff2", "vmin2", "vmax2", "vset2", "vadd4", "vsub4", "vavrg4",
-        "vabsdiff4", "vmin4", "vmax4", "vset4"};
-    static const Names kKeptIfFloat = {"add", "sub", "mul", "mad", "fma", "div",  "neg",
-                                       "abs", "min", "max", "cvt", "set", "setp", "slct"};
-    static const Names kMatrices = {"mma", "wmma", "ldmatrix", "stmatrix", "movmatrix"};
-    static const Names kStack = {"stacksave", "stackrestore"};
-    static const Names kWarp = {"vote", "shfl", "match", "redux", "activemask", "elect"};
-    static const Names kEffects = {
+    static const auto& kKept =
+        *new Names{"rcp", "sqrt", "rsqrt", "sin", "cos", "lg2", "ex2", "tanh", "testp", "lop3",
+                   "prmt", "bfe", "bfi", "bfind", "shf", "fns", "bmsk", "szext", "dp4a", "dp2a",
+                   "sad", "mul24", "mad24", "brev", "tex", "tld4", "txq", "suq", "copysign", "isspacep",
+                   // video instructions
+                   "vadd", "vsub", "vabsdiff", "vmin", "vmax", "vshl", "vshr", "vset", "vmad",
+                   "vadd2", "vsub2", "vavrg2", "vabsdiff2", "vmin2", "vmax2", "vset2", "vadd4",
+                   "vsub4", "vavrg4", "vabsdiff4", "vmin4", "vmax4", "vset4"};
+    static const auto& kKeptIfFloat = *new Names{"add", "sub", "mul", "mad", "fma", "div",  "neg",
+                                                 "abs", "min", "max", "cvt", "set", "setp", "slct"};
+    static const auto& kMatrices = *new Names{"mma", "wmma", "ldmatrix", "stmatrix", "movmatrix"};
+    static const auto& kStack = *new Names{"stacksave", "stackrestore"};
+    static const auto& kWarp = *new Names{"vote", "shfl", "match", "redux", "activemask", "elect"};
+    static const auto& kEffects = *new Names{
         "suld",    "sust",    "sured",    "atom",           "red",          "membar",
         "fence",   "cp",      "mbarrier", "griddepcontrol", "nanosleep",    "createpolicy",
         "discard", "pmevent", "prefetch", "prefetchu",      "applypriority"};
-    static const Names kWithoutResult = {
+    static const auto& kWithoutResult = *new Names{
         "sust", "sured",   "red",     "membar",    "fence",         "nanosleep",     "prefetch",
         "cp",   "discard", "pmevent", "prefetchu", "applypriority", "griddepcontrol"};
     const std::string_view op = instruction.opcode;

@@ -32,6 +32,15 @@ void Graph::remove(GraphNode* node) {
     std::erase_if(nodes_, [&](const auto& owned) { return owned.get() == node; });
 }
 
+bool Graph::release(const void* resource, size_t count) {
+    const auto is = [&](const std::shared_ptr<void>& kept) { return kept.get() == resource; };
+    if (size_t(std::count_if(kept_.begin(), kept_.end(), is)) < count)
+        return false;
+    for (; count != 0; --count)
+        kept_.erase(std::find_if(kept_.begin(), kept_.end(), is));
+    return true;
+}
+
 bool Graph::owns(const GraphNode* node) const {
     return std::any_of(nodes_.begin(), nodes_.end(),
                        [&](const auto& owned) { return owned.get() == node; });

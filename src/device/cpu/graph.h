@@ -106,6 +106,8 @@ public:
     std::shared_ptr<Graph> clone(std::unordered_map<const GraphNode*, GraphNode*>* twins) const;
     // Keeps a resource, such as memory that nodes use, alive as long as the graph.
     void keep(std::shared_ptr<void> resource) { kept_.push_back(std::move(resource)); }
+    // Undoes as many calls of keep(); changes nothing and returns false if there were fewer.
+    bool release(const void* resource, size_t count);
 
 private:
     std::vector<std::unique_ptr<GraphNode>> nodes_;

@@ -3,6 +3,7 @@
 #include "device/cpu/stream.h"
 
 #include "base/error.h"
+#include "base/forked.h"
 #include "base/process_end.h"
 #include "base/thread_object.h"
 #include "base/threads.h"
@@ -10,6 +11,7 @@
 #include "device/device.h"
 
 #include <algorithm>
+#include <system_error>
 
 namespace sunstone::device::cpu {
 
@@ -99,17 +101,24 @@ void Stream::throwError() {
 
 void Stream::push(std::shared_ptr<Stream> self, Item item) {
     std::unique_lock lock(mutex_);
-    items_.push_back(std::move(item));
-    pending_.fetch_add(1, std::memory_order_release);
     if (!started_) {
-        started_ = true;
         // Here and not in the first work, which may still be queued when main has returned.
         startArena();
-        std::thread(&Stream::run, std::move(self)).detach();
-        return;
+        startWorker(std::move(self));
+        started_ = true;
     }
+    items_.push_back(std::move(item));
+    pending_.fetch_add(1, std::memory_order_release);
     lock.unlock();
     wake_.notify_one();
+}
+
+void Stream::startWorker(std::shared_ptr<Stream> self) {
+    try {
+        std::thread(&Stream::run, std::move(self)).detach();
+    } catch (const std::system_error& error) {
+        fail(Code::kOutOfMemory, "cannot create the thread of a stream: ", error.what());
+    }
 }
 
 void Stream::close() {
@@ -173,17 +182,9 @@ bool Streams::remove(const void* dead, bool isPerThread) {
         stream = std::move(*it);
         live_.erase(it);
         dropCapture(stream);
-        std::erase_if(orphans_, [](const CompletionPtr& last) { return last->done(); });
+        std::erase_if(orphans_, [](const Orphan& orphan) { return orphan.last->done(); });
         if (stream->last_ && !stream->last_->done())
-            orphans_.push_back(stream->last_);
-        // The unfinished work of a destroyed stream still counts as that of a blocking stream.
-        if (stream->isBlocking() && stream->last_ && !stream->last_->done()) {
-            Stream::Item barrier{nullptr, {stream->last_}, std::make_shared<Completion>()};
-            if (legacy_->last_ && !legacy_->last_->done())
-                barrier.waits.push_back(legacy_->last_);
-            legacy_->last_ = barrier.done;
-            legacy_->push(legacy_, std::move(barrier));
-        }
+            orphans_.push_back({stream->last_, stream->isBlocking()});
     }
     stream->close();
     return true;
@@ -220,7 +221,7 @@ StreamPtr Streams::perThread() {
         StreamPtr stream = std::make_shared<Stream>(0, 0, this, true);
         Streams* streams = nullptr;
         ~Holder() {
-            if (streams)
+            if (streams && !isForkedChild()) // where another thread's lock may be held for ever
                 streams->remove(stream.get(), true);
         }
     };
@@ -247,16 +248,19 @@ StreamPtr Streams::find(void* handle) {
 
 std::vector<CompletionPtr> Streams::collect(const StreamPtr& stream) {
     std::vector<CompletionPtr> result;
-    auto add = [&](const StreamPtr& other) {
-        if (other->last_ && !other->last_->done())
-            result.push_back(other->last_);
+    auto add = [&](const CompletionPtr& last) {
+        if (last && !last->done())
+            result.push_back(last);
     };
     if (stream == legacy_) {
         for (const StreamPtr& other : live_)
             if (other->isBlocking())
-                add(other);
+                add(other->last_);
+        for (const Orphan& orphan : orphans_)
+            if (orphan.isBlocking)
+                add(orphan.last);
     } else if (stream->isBlocking()) {
-        add(legacy_);
+        add(legacy_->last_);
     }
     return result;
 }
@@ -276,8 +280,8 @@ CompletionPtr Streams::submit(const StreamPtr& stream, std::function<void()> wor
     for (CompletionPtr& earlier : waits)
         if (earlier && !earlier->done())
             item.waits.push_back(std::move(earlier));
-    stream->last_ = done;
     stream->push(stream, std::move(item));
+    stream->last_ = done; // after push, which may throw
     return done;
 }
 
@@ -306,7 +310,8 @@ void Streams::waitAll() {
     std::vector<CompletionPtr> completions;
     {
         std::lock_guard lock(order_);
-        completions = orphans_;
+        for (const Orphan& orphan : orphans_)
+            completions.push_back(orphan.last);
         for (const StreamPtr& stream : live_)
             if (stream->last_)
                 completions.push_back(stream->last_);

@@ -81,7 +81,9 @@ private:
         CompletionPtr done;
     };
     static void run(std::shared_ptr<Stream> self);
+    // If the worker thread cannot be created, throws and leaves the stream as it was.
     void push(std::shared_ptr<Stream> self, Item item);
+    void startWorker(std::shared_ptr<Stream> self);
     void close(); // the worker ends when the queue is empty
     void keepError(std::exception_ptr error);
     void throwError(); // and forgets it
@@ -170,8 +172,13 @@ private:
     StreamPtr legacy_;
     std::vector<std::shared_ptr<Capture>> captures_; // in progress
     std::vector<StreamPtr> live_; // without legacy_; per-thread ones included
-    std::vector<CompletionPtr>
-        orphans_; // last work, maybe not done yet, of streams that were destroyed
+    // The last work, maybe not done yet, of a stream that was destroyed. It still counts as that of
+    // a blocking stream.
+    struct Orphan {
+        CompletionPtr last;
+        bool isBlocking;
+    };
+    std::vector<Orphan> orphans_;
 };
 
 Streams& streams();

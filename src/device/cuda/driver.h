@@ -71,7 +71,11 @@ namespace sunstone::device::cuda {
 // Functions of drivers from CUDA 11 on; null in the table of an older driver.
 #define SUNSTONE_CUDA_NEWER_FUNCTIONS(X)                                                           \
     X(memRetainAllocationHandle, cuMemRetainAllocationHandle)                                      \
-    X(memRelease, cuMemRelease)
+    X(memRelease, cuMemRelease)                                                                    \
+    X(streamGetCaptureInfo, cuStreamGetCaptureInfo_v2)                                             \
+    X(userObjectCreate, cuUserObjectCreate)                                                        \
+    X(userObjectRelease, cuUserObjectRelease)                                                      \
+    X(graphRetainUserObject, cuGraphRetainUserObject)
 
 struct Driver {
 #define SUNSTONE_CUDA_MEMBER(member, function) decltype(&::function) member = nullptr;

@@ -73,8 +73,8 @@ void cpu::compile(Pipeline& pipeline, const PipelineParts& parts) {
     if (!parts.request.programs.empty()) {
         pipeline.code = compiler::compilePipeline(parts.request, parts.cache);
         pipeline.feedback = pipeline.code->feedback();
-        pipeline.defaultLimits =
-            defaultLimits(groups, parts.indices, *pipeline.code, pipeline.limits.maxTraceDepth);
+        pipeline.defaultLimits = defaultLimits(groups, parts.indices, *pipeline.code,
+                                               pipeline.limits.get().maxTraceDepth);
     }
     fillTable(pipeline, parts);
 }

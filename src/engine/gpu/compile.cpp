@@ -11,6 +11,7 @@
 #include "devlib/gpu/launch_block.h"
 #include "devlib/gpu_runtime.h"
 #include "engine/gpu/backend.h"
+#include "engine/gpu/process.h"
 #include "engine/pipeline.h"
 #include "ptx/printer.h"
 
@@ -18,6 +19,7 @@
 #include <cstring>
 #include <iterator>
 #include <memory>
+#include <mutex>
 
 namespace sunstone::engine {
 
@@ -87,8 +89,10 @@ unsigned registersOf(const compiler::PipelineRules& rules) {
     return rules.motionBlur ? 96 : kOfGraph[graphKindOf(rules.traversableGraphFlags)];
 }
 
-// Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses.
+// Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses. The
+// limit is the CUDA context's: a thread that had read it before another raised it would lower it.
 bool raiseStackLimit(size_t bytes) {
+    std::lock_guard lock(gpuProcess().stackLimit);
     size_t limit = 0;
     SUNSTONE_CU(ctxGetLimit, &limit, CU_LIMIT_STACK_SIZE);
     if (limit >= bytes)
@@ -106,7 +110,7 @@ constexpr size_t kReserved = 1024;
 constexpr size_t kSpills = 1024;
 
 size_t stackNeed(const Pipeline& pipeline, const compiler::GpuStack& stack, size_t kernelFrame) {
-    const size_t depth = size_t(pipeline.limits.maxTraceDepth) + 1;
+    const size_t depth = size_t(pipeline.limits.get().maxTraceDepth) + 1;
     return kernelFrame + kReserved + (stack.isMeasured ? 0 : kSpills) + stack.entry +
            depth * stack.waiting + stack.other;
 }
@@ -123,7 +127,7 @@ void GpuBackend::setStackUse(GpuCodeObject& code) {
 // The sizes can only enlarge the stack beyond the programs' known need.
 void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
     auto& code = static_cast<GpuCodeObject&>(*pipeline.deviceCode);
-    const PipelineLimits& set = pipeline.limits;
+    const PipelineLimits set = pipeline.limits.get();
     const size_t asked = size_t(set.directStackFromTraversal) + set.directStackFromState +
                          set.continuationStack + code.reservedStack;
     ContextScope scope(device_.context());
@@ -234,7 +238,8 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     request.pipeline = parts.request;
     request.runtime = devlib::gpuRuntime();
     request.target = target();
-    request.maxTraceDepth = pipeline.limits.maxTraceDepth;
+    const PipelineLimits limits = pipeline.limits.get();
+    request.maxTraceDepth = limits.maxTraceDepth;
     bool hasException = false, hasBounds = false;
     uint32_t first = ~0u;
     for (const auto& group : parts.groups)
@@ -251,7 +256,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     request.constants = {
         {"sunstone_gpu_hasAnyHit", pipeline.hasAnyHit},
         {"sunstone_gpu_hasIntersection", pipeline.hasIntersection},
-        {"sunstone_gpu_micromaps", pipeline.limits.opacityMicromaps},
+        {"sunstone_gpu_micromaps", limits.opacityMicromaps},
         {"sunstone_gpu_shapes", bvh::gpu::shapeBitsOf(pipeline.rules.primitiveTypeFlags)},
         {"sunstone_gpu_hasBounds", hasBounds},
         {"sunstone_gpu_hasException", hasException},

@@ -5,48 +5,17 @@
 #include "base/threads.h"
 #include "compiler/gpu/pipeline.h"
 #include "device/cuda/ptx_compiler.h"
+#include "engine/gpu/process.h"
 
 #include <algorithm>
 #include <chrono>
 #include <numeric>
-#include <unordered_map>
 
 namespace sunstone::engine {
 
 using device::cuda::KernelSource;
 
 namespace {
-
-// Code that this process has made or read, by key: at most that of the library's kernels, a few
-// megabytes.
-class Known {
-public:
-    bool find(const std::string& key, std::string& code) {
-        std::lock_guard lock(mutex_);
-        const auto found = codes_.find(key);
-        if (found == codes_.end())
-            return false;
-        code = found->second;
-        return true;
-    }
-    void add(const std::string& key, const std::string& code) {
-        std::lock_guard lock(mutex_);
-        codes_[key] = code;
-    }
-    void forget() {
-        std::lock_guard lock(mutex_);
-        codes_.clear();
-    }
-
-private:
-    std::mutex mutex_;
-    std::unordered_map<std::string, std::string> codes_;
-};
-
-Known& known() {
-    static Known all;
-    return all;
-}
 
 bool findKept(const std::string& key, compiler::ObjectStore& store, std::string& code) {
     compiler::GpuCode kept;
@@ -90,17 +59,37 @@ std::vector<std::string> compileAll(std::span<const KernelSource* const> kernels
 
 } // namespace
 
+bool KnownKernelCode::find(const std::string& key, std::string& code) {
+    std::lock_guard lock(mutex_);
+    const auto found = codes_.find(key);
+    if (found == codes_.end())
+        return false;
+    code = found->second;
+    return true;
+}
+
+void KnownKernelCode::add(const std::string& key, const std::string& code) {
+    std::lock_guard lock(mutex_);
+    codes_[key] = code;
+}
+
+void KnownKernelCode::forget() {
+    std::lock_guard lock(mutex_);
+    codes_.clear();
+}
+
 std::string GpuKernelCode::keyOf(const KernelSource& kernel) const {
     return compiler::keyOf({computeCapability_, 0, driverVersion_}, kernel.id);
 }
 
 void GpuKernelCode::forgetForTests() {
-    known().forget();
+    gpuProcess().kernels.forget();
 }
 
 std::vector<std::string> GpuKernelCode::machineCode(std::span<const KernelSource* const> kernels,
                                                     bool anew) {
     std::vector<std::string> codes(kernels.size()), keys;
+    KnownKernelCode& known = gpuProcess().kernels;
     if (!device::cuda::hasPtxCompiler()) // the driver's own cache serves then
         return codes;
     compiler::ObjectStore* const store = cache_ && cache_->enabled() ? cache_.get() : nullptr;
@@ -109,11 +98,11 @@ std::vector<std::string> GpuKernelCode::machineCode(std::span<const KernelSource
         keys.push_back(keyOf(*kernels[i]));
         if (anew) {
             missing.push_back(i);
-        } else if (known().find(keys[i], codes[i])) {
+        } else if (known.find(keys[i], codes[i])) {
             if (store && !store->has(keys[i]))
                 unkept.push_back(i);
         } else if (store && findKept(keys[i], *store, codes[i])) {
-            known().add(keys[i], codes[i]);
+            known.add(keys[i], codes[i]);
         } else {
             missing.push_back(i);
         }
@@ -126,7 +115,7 @@ std::vector<std::string> GpuKernelCode::machineCode(std::span<const KernelSource
         for (size_t j = 0; j < missing.size(); ++j)
             if (!made[j].empty()) {
                 codes[missing[j]] = std::move(made[j]);
-                known().add(keys[missing[j]], codes[missing[j]]);
+                known.add(keys[missing[j]], codes[missing[j]]);
                 unkept.push_back(missing[j]);
             }
     }

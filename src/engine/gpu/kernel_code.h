@@ -8,8 +8,24 @@
 #include "engine/compile_cache.h"
 
 #include <memory>
+#include <mutex>
+#include <string>
+#include <unordered_map>
 
 namespace sunstone::engine {
+
+// Code that this process has made or read, by key: at most that of the library's kernels, a few
+// megabytes. Any thread may call.
+class KnownKernelCode {
+public:
+    bool find(const std::string& key, std::string& code);
+    void add(const std::string& key, const std::string& code);
+    void forget();
+
+private:
+    std::mutex mutex_;
+    std::unordered_map<std::string, std::string> codes_;
+};
 
 class GpuKernelCode final : public device::cuda::MachineCodeSource {
 public:

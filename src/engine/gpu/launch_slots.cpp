@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstring>
 #include <optional>
+#include <utility>
 
 namespace sunstone::engine {
 namespace {
@@ -114,6 +115,44 @@ GpuLaunchSlots::Lease::Lease(GpuLaunchSlots& slots, const ContextPtr& context, C
     slot_->context = context;
     slot_->wording = context->wording;
     slot_->validation = validation;
+    if (!isCaptured_)
+        return;
+    *slot_->report = devlib::emptyReport(); // the graph may never run
+    try {
+        watchGraph();
+    } catch (...) {
+        std::lock_guard lock(slots_.mutex_);
+        slot_->state = State::kFree;
+        throw;
+    }
+}
+
+// Makes the graph own an object whose destructor sets graphIsGone. The driver may call it at any
+// time, also after the slot was freed with its context.
+void GpuLaunchSlots::Lease::watchGraph() {
+    using Flag = std::shared_ptr<std::atomic<bool>>;
+    const Driver& known = driver();
+    if (!known.userObjectCreate || !known.graphRetainUserObject || !known.streamGetCaptureInfo)
+        return;
+    CUstreamCaptureStatus status = CU_STREAM_CAPTURE_STATUS_NONE;
+    CUgraph graph = nullptr;
+    SUNSTONE_CU(streamGetCaptureInfo, stream_, &status, nullptr, &graph, nullptr, nullptr);
+    auto isGone = std::make_shared<std::atomic<bool>>(false);
+    auto kept = std::make_unique<Flag>(isGone);
+    CUuserObject object = nullptr;
+    const auto destroy = [](void* flag) {
+        const std::unique_ptr<Flag> last(static_cast<Flag*>(flag));
+        (*last)->store(true, std::memory_order_release);
+    };
+    SUNSTONE_CU(userObjectCreate, &object, kept.get(), destroy, 1,
+                CU_USER_OBJECT_NO_DESTRUCTOR_SYNC);
+    (void)kept.release(); // the object's
+    const CUresult retained =
+        known.graphRetainUserObject(graph, object, 1, CU_GRAPH_USER_OBJECT_MOVE);
+    if (retained != CUDA_SUCCESS)
+        known.userObjectRelease(object, 1);
+    check(retained, DriverNames::graphRetainUserObject);
+    slot_->graphIsGone = std::move(isGone);
 }
 
 // Work already queued may still read the slot.
@@ -232,6 +271,8 @@ void GpuLaunchSlots::collect(unsigned mostPending, Lines& lines) {
     for (size_t i = 0; i < slots_.size() && mostPending != 0; ++i) {
         next_ = (next_ + 1) % slots_.size();
         Slot& slot = *slots_[next_];
+        if (slot.state == State::kCaptured && slot.graphIsGone && *slot.graphIsGone)
+            settle(slot, lines);
         if (slot.state != State::kQueued && slot.state != State::kAbandoned)
             continue;
         const CUresult result = driver().eventQuery(slot.done);
@@ -285,7 +326,8 @@ std::string GpuLaunchSlots::failureOf(const Slot& slot, bool validation, bool wi
 void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
     const bool abandoned = slot.state == State::kAbandoned;
     slot.state = State::kFree;
-    const auto usualHandle = std::move(slot.usualHandle);
+    const auto usualHandle = std::exchange(slot.usualHandle, {}).lock();
+    slot.graphIsGone = nullptr;
     if (abandoned)
         return;
     if (slot.report->usual != 0 && usualHandle)
@@ -312,13 +354,15 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
             {slot.context, LogLevel::kWarning, where + "no exception program saw: " + unseen});
 }
 
-// Reports of graphs' launches since the last call.
+// Reports of graphs' launches whose pipeline has been destroyed. The graphs may exist still.
 void GpuLaunchSlots::tellOfGraphs(Lines& lines) {
     for (auto& slot : slots_) {
-        if (slot->state != State::kCaptured)
+        if (slot->state != State::kCaptured || !slot->usualHandle.expired())
             continue;
+        auto graphIsGone = slot->graphIsGone;
         settle(*slot, lines);
         *slot->report = devlib::emptyReport();
+        slot->graphIsGone = std::move(graphIsGone);
         slot->state = State::kCaptured;
     }
 }

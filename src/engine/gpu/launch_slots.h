@@ -2,7 +2,11 @@
 // Memory of launches in flight on a GPU: for each a block in device memory with room for launch
 // parameters, and its image in page-locked host memory. A slot is reused once its launch has ended;
 // its reports are logged then, or by tellOfEnded(). A captured launch stays part of a graph, which
-// may run at any time: its slot is never reused.
+// may run at any time. Its slot is reused, and the report of its last run logged, after the graph
+// and all its copies and executable forms have been destroyed: the graph owns a user object whose
+// destructor says so. Drivers before CUDA 11.3 have no user objects; slots are then kept until the
+// CUDA context ends. The report is also logged after the pipeline has been destroyed, because no
+// graph may run it then. Until one of the two, a run may be writing the report.
 #pragma once
 
 #include "device/cuda/driver.h"
@@ -24,7 +28,7 @@ public:
         kTaken,     // its launch is being queued
         kQueued,    // settled by the first thread that finds it ended
         kAwaited,   // queued, and settled by the thread that waits for it
-        kCaptured,  // may be queued by any launch of the graph
+        kCaptured,  // may be queued by any launch of the graph, until that is destroyed
         kAbandoned, // queued in part: free once that part has ended, without a report
         kLost,      // the CUDA context failed before it was known to be over
     };
@@ -39,7 +43,9 @@ public:
         bool validation = false;
         std::weak_ptr<Context> context;
         const Wording* wording = nullptr; // of the context
-        std::shared_ptr<std::atomic<uint64_t>> usualHandle; // of the pipeline; see GpuCodeObject
+        std::weak_ptr<std::atomic<uint64_t>> usualHandle; // of the pipeline; see GpuCodeObject
+        // Of a captured launch: set when its graph has been destroyed.
+        std::shared_ptr<std::atomic<bool>> graphIsGone;
         uint64_t number = 0; // of the launch, in order
     };
     static constexpr size_t kParameters = (sizeof(devlib::LaunchBlock) + 255) / 256 * 256;
@@ -60,6 +66,8 @@ public:
         std::string finish();
 
     private:
+        void watchGraph();
+
         GpuLaunchSlots& slots_;
         CUstream stream_;
         bool isCaptured_;

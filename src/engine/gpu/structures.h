@@ -2,13 +2,14 @@
 // Valid handles on GPUs: those of acceleration structures that any context of this process has
 // built or copied, and of transforms. A kernel cannot test whether an address is mapped, and a
 // fault would end the CUDA context; kernels therefore look handles up before they follow them
-// (bvh/gpu/known_handles.h).
+// (bvh/gpu/known_handles.h). Read next: handle_table.h.
 #pragma once
 
 #include "device/cuda/driver.h"
 
 #include <cstdint>
 #include <mutex>
+#include <vector>
 
 namespace sunstone::engine {
 
@@ -40,8 +41,6 @@ public:
 private:
     friend void noteGpuHandle(uint64_t handle);
 
-    struct Followers;
-    static Followers& followers();
     void follow();
     bool tryRefresh();
     View refresh(size_t asked, uint64_t usual);
@@ -55,6 +54,12 @@ private:
     CUdeviceptr cell_ = 0;
     CUcontext context_ = nullptr;
     uint64_t told_ = 0; // contents of the cell
+};
+
+// The tables that graphs may read at any time.
+struct GpuTableFollowers {
+    std::mutex mutex; // taken before all others
+    std::vector<GpuKnownHandles*> all;
 };
 
 } // namespace sunstone::engine

@@ -2,6 +2,7 @@
 // See shell.h.
 #include "api/cuda/driver/shell.h"
 
+#include "base/forked.h"
 #include "base/log.h"
 #include "base/process_end.h"
 #include "check/memory_check.h"
@@ -20,6 +21,7 @@ std::atomic<bool> initialized{false};
 void initialize(unsigned flags) {
     require(flags == 0, "flags of cuInit must be 0");
     initialized.store(true, std::memory_order_release);
+    watchForks();
     check::start();
     watchProcessEnd();
 }
@@ -61,6 +63,9 @@ CUresult resultOf(Code code) {
 }
 
 CUresult guardedCall(const char* function, Needs needs, const std::function<CUresult()>& body) {
+    // As with a GPU's driver, functions that need no initialisation go on.
+    if (needs != Needs::kNothing && refusesForkedChild())
+        return CUDA_ERROR_NOT_INITIALIZED;
     auto report = [&](CUresult result, const char* text) {
         log(LogLevel::kError, "cuda", message(function, ": ", nameOf(result), ": ", text));
         return result;
@@ -136,6 +141,8 @@ cpu::Context* requireContext(CUcontext context) {
 using namespace sunstone::api::cuda;
 
 SUNSTONE_EXPORT CUresult cuInit(unsigned int flags) {
+    if (sunstone::refusesForkedChild())
+        return CUDA_ERROR_NOT_INITIALIZED;
     return guarded("cuInit", Needs::kNothing, [&] { initialize(flags); });
 }
 

@@ -4,15 +4,19 @@
 // them. Callers pass arguments, which the calling convention allows a function to ignore.
 #include "api/cuda/driver/unsupported_names.h"
 #include "base/error.h"
+#include "base/forked.h"
 #include "base/log.h"
 
 namespace sunstone::api::cuda {
 
 namespace {
 
+constexpr int kNotInitialized = 3; // CUDA_ERROR_NOT_INITIALIZED
 constexpr int kNotSupported = 801; // CUDA_ERROR_NOT_SUPPORTED
 
 int refuseCall(const char* function) {
+    if (refusesForkedChild())
+        return kNotInitialized;
     logOnce(LogLevel::kFatal, "cuda",
             message(function, ": CUDA_ERROR_NOT_SUPPORTED: the function is not implemented"));
     return kNotSupported;

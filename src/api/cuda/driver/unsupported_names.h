@@ -107,8 +107,6 @@
     X(cuGraphMemAllocNodeGetParams) \
     X(cuGraphMemFreeNodeGetParams) \
     X(cuGraphNodeSetParams) \
-    X(cuGraphReleaseUserObject) \
-    X(cuGraphRetainUserObject) \
     X(cuGraphicsEGLRegisterImage) \
     X(cuGraphicsGLRegisterBuffer) \
     X(cuGraphicsGLRegisterImage) \
@@ -230,9 +228,6 @@
     X(cuTexRefGetAddress) \
     X(cuTexRefSetAddress) \
     X(cuTexRefSetAddress2D) \
-    X(cuUserObjectCreate) \
-    X(cuUserObjectRelease) \
-    X(cuUserObjectRetain) \
     X(cuVDPAUCtxCreate) \
     X(cuVDPAUCtxCreate_v2) \
     X(cuVDPAUGetDevice) \

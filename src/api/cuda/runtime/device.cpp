@@ -237,6 +237,8 @@ SUNSTONE_CUDART cudaError_t cudaDeviceSynchronize(void) {
 }
 SUNSTONE_CUDART cudaError_t cudaDeviceReset(void) {
     return callDriver([](const Driver& d) {
+        if (isForkedChild())
+            return CUDA_ERROR_NOT_INITIALIZED;
         forgetModules();
         d.cuCtxSetCurrent(nullptr);
         const CUresult result = d.cuDevicePrimaryCtxReset(0);

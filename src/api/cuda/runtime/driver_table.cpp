@@ -2,7 +2,9 @@
 // Opens the driver, and sets the context of each thread.
 #include "api/cuda/runtime/runtime.h"
 
+#include <atomic>
 #include <dlfcn.h>
+#include <pthread.h>
 
 namespace sunstone::cudart {
 
@@ -30,12 +32,23 @@ Driver openDriver() {
     return table;
 }
 
+std::atomic<bool> isChild{false};
+
 } // namespace
 
 const Driver& driver() {
     // Never destroyed: programs call the runtime from their destructors.
-    static const Driver* const table = new Driver(openDriver());
+    static const Driver* const table = [] {
+        const auto* const made = new Driver(openDriver());
+        if (made->status == cudaSuccess)
+            pthread_atfork(nullptr, nullptr, [] { isChild = true; });
+        return made;
+    }();
     return *table;
+}
+
+bool isForkedChild() {
+    return isChild;
 }
 
 cudaError_t ensureContext() {

@@ -75,6 +75,28 @@ SUNSTONE_CUDART cudaError_t cudaGraphDestroy(cudaGraph_t graph) {
 SUNSTONE_CUDART cudaError_t cudaGraphClone(cudaGraph_t* clone, cudaGraph_t original) {
     return graphCall([&](const Driver& d) { return d.cuGraphClone; }, clone, original);
 }
+SUNSTONE_CUDART cudaError_t cudaUserObjectCreate(cudaUserObject_t* object, void* argument,
+                                                 cudaHostFn_t destroy, unsigned int references,
+                                                 unsigned int flags) {
+    return graphCall([&](const Driver& d) { return d.cuUserObjectCreate; }, object, argument,
+                     destroy, references, flags);
+}
+SUNSTONE_CUDART cudaError_t cudaUserObjectRetain(cudaUserObject_t object, unsigned int count) {
+    return graphCall([&](const Driver& d) { return d.cuUserObjectRetain; }, object, count);
+}
+SUNSTONE_CUDART cudaError_t cudaUserObjectRelease(cudaUserObject_t object, unsigned int count) {
+    return graphCall([&](const Driver& d) { return d.cuUserObjectRelease; }, object, count);
+}
+SUNSTONE_CUDART cudaError_t cudaGraphRetainUserObject(cudaGraph_t graph, cudaUserObject_t object,
+                                                      unsigned int count, unsigned int flags) {
+    return graphCall([&](const Driver& d) { return d.cuGraphRetainUserObject; }, graph, object,
+                     count, flags);
+}
+SUNSTONE_CUDART cudaError_t cudaGraphReleaseUserObject(cudaGraph_t graph, cudaUserObject_t object,
+                                                       unsigned int count) {
+    return graphCall([&](const Driver& d) { return d.cuGraphReleaseUserObject; }, graph, object,
+                     count);
+}
 SUNSTONE_CUDART cudaError_t cudaGraphNodeFindInClone(cudaGraphNode_t* node,
                                                      cudaGraphNode_t original, cudaGraph_t clone) {
     return graphCall([&](const Driver& d) { return d.cuGraphNodeFindInClone; }, node, original,

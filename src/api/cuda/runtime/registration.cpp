@@ -230,6 +230,8 @@ SUNSTONE_CUDART void** __cudaRegisterFatBinary(void* wrapper) {
 SUNSTONE_CUDART void __cudaRegisterFatBinaryEnd(void**) {}
 
 SUNSTONE_CUDART void __cudaUnregisterFatBinary(void** handle) {
+    if (isForkedChild())
+        return;
     std::lock_guard lock(registry().mutex);
     FatBinary* binary = binaryOf(handle);
     if (!binary)
@@ -284,6 +286,8 @@ SUNSTONE_CUDART char __cudaInitModule(void** handle) {
 }
 
 SUNSTONE_CUDART cudaError_t __cudaGetKernel(cudaKernel_t* kernel, const void* hostFunction) {
+    if (isForkedChild())
+        return remember(cudaErrorInitializationError);
     std::lock_guard lock(registry().mutex);
     if (!kernel)
         return remember(cudaErrorInvalidValue);

@@ -152,7 +152,12 @@ namespace sunstone::cudart {
     X(cuStreamEndCapture) \
     X(cuStreamGetCaptureInfo) \
     X(cuStreamUpdateCaptureDependencies) \
-    X(cuThreadExchangeStreamCaptureMode)
+    X(cuThreadExchangeStreamCaptureMode) \
+    X(cuUserObjectCreate) \
+    X(cuUserObjectRetain) \
+    X(cuUserObjectRelease) \
+    X(cuGraphRetainUserObject) \
+    X(cuGraphReleaseUserObject)
 
 // The driver's functions. If `status` is success, all except the optional ones are present.
 struct Driver {
@@ -163,6 +168,9 @@ struct Driver {
 #undef SUNSTONE_MEMBER
 };
 const Driver& driver();
+// Whether this process is the child, by fork, of one in which the driver was initialised. The driver
+// refuses all its calls, and another thread of the parent may have held our locks.
+bool isForkedChild();
 
 // Makes the device's primary context current on this thread if none is.
 cudaError_t ensureContext();

@@ -79,8 +79,6 @@
     X(cudaGraphMemcpyNodeSetParamsFromSymbol) \
     X(cudaGraphMemcpyNodeSetParamsToSymbol) \
     X(cudaGraphNodeSetParams) \
-    X(cudaGraphReleaseUserObject) \
-    X(cudaGraphRetainUserObject) \
     X(cudaGraphicsEGLRegisterImage) \
     X(cudaGraphicsGLRegisterBuffer) \
     X(cudaGraphicsGLRegisterImage) \
@@ -130,9 +128,6 @@
     X(cudaSetValidDevices) \
     X(cudaSignalExternalSemaphoresAsync) \
     X(cudaSignalExternalSemaphoresAsync_ptsz) \
-    X(cudaUserObjectCreate) \
-    X(cudaUserObjectRelease) \
-    X(cudaUserObjectRetain) \
     X(cudaVDPAUGetDevice) \
     X(cudaVDPAUSetVDPAUDevice) \
     X(cudaWGLGetDevice) \

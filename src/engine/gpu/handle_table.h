@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// The valid handles of the process, and the table of them that each CUDA context keeps in its
+// memory (structures.h): handles may be used in any context.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <unordered_map>
+#include <vector>
+
+namespace sunstone::engine {
+
+// A handle keeps its place until the layout changes. The caller holds the mutex.
+class GpuHandleTable {
+public:
+    std::mutex mutex;
+
+    void note(uint64_t handle);
+    // Checks this many structures with the driver, continuing after the last call's.
+    void look(size_t count);
+    // The one of `handle` and the newest structure's that is valid, or 0.
+    uint64_t usual(uint64_t handle);
+    // There is a table, and it is shorter to write it than all that has changed.
+    void tidy();
+
+    std::vector<uint64_t> slots;
+    uint64_t layout = 0;          // counts changes of all places
+    std::vector<uint32_t> writes; // places written to since, in order
+    unsigned shift() const;
+
+private:
+    struct Entry {
+        uint64_t handle = 0;
+        uint32_t place = 0;
+        bool isThere = true;
+        uint64_t allocation = 0; // of the driver's; 0: none, and not checked
+    };
+
+    bool look(Entry& entry);
+    void set(Entry& entry, bool isThere);
+    void enter(Entry& entry);
+    void lay();
+
+    std::unordered_map<uint64_t, Entry> entries_;
+    std::vector<uint64_t> order_;
+    size_t next_ = 0;
+    uint64_t newest_ = 0;
+};
+
+} // namespace sunstone::engine

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// What all GPU back ends of a process share: a process has one driver, and structures and limits
+// belong to CUDA contexts, which several device contexts may use.
+#pragma once
+
+#include "engine/gpu/handle_table.h"
+#include "engine/gpu/kernel_code.h"
+#include "engine/gpu/structures.h"
+
+#include <mutex>
+
+namespace sunstone::engine {
+
+struct GpuProcess {
+    GpuHandleTable handles;
+    GpuTableFollowers followers;
+    KnownKernelCode kernels;
+    // Held from the query of a CUDA context's stack limit to its change.
+    std::mutex stackLimit;
+};
+
+GpuProcess& gpuProcess();
+
+} // namespace sunstone::engine

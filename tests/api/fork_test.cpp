@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// In the child, by fork, of a process that has a device context every function fails at once: the
+// child has none of the threads on which the parent's objects depend.
+#include "scene.h"
+
+#include <dlfcn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+
+namespace tests::api {
+namespace {
+
+// Whether exit would look for leaks, among which a child finds the other threads' objects.
+#if defined(__SANITIZE_ADDRESS__)
+constexpr bool kFindsLeaks = true;
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+constexpr bool kFindsLeaks = true;
+#else
+constexpr bool kFindsLeaks = false;
+#endif
+#else
+constexpr bool kFindsLeaks = false;
+#endif
+
+// The exit code of a child that runs the body and ends as programs do; -1 if it hangs or dies.
+int inChild(const std::function<int()>& body) {
+    std::fflush(nullptr);
+    const pid_t child = fork();
+    if (child == 0) {
+        alarm(20);
+        const int code = body();
+        if (kFindsLeaks)
+            _exit(code);
+        std::exit(code);
+    }
+    int status = 0;
+    EXPECT_EQ(child, waitpid(child, &status, 0));
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+// Calls the functions of a table with zeros for arguments; returns how many do not fail as they
+// must.
+int callAll(void* const* table, size_t slots) {
+    using Function = OptixResult (*)(void*, void*, void*, void*, void*, void*, void*, void*, void*,
+                                     void*, void*, void*, void*, void*);
+    int others = 0;
+    for (size_t slot = 2; slot < slots; ++slot) { // the first two describe codes
+        if (slot == 31 || slot == 32)
+            continue; // reserved: no functions
+        const OptixResult result = reinterpret_cast<Function>(table[slot])(
+            nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr,
+            nullptr, nullptr, nullptr, nullptr, nullptr);
+        if (result != OPTIX_ERROR_CUDA_NOT_INITIALIZED) {
+            std::fprintf(stderr, "slot %zu: %d\n", slot, int(result));
+            ++others;
+        }
+    }
+    return others;
+}
+
+using Fork = ApiTest;
+
+TEST_F(Fork, EveryFunctionFailsInAChild) {
+    constexpr int kAbi74 = 55;
+    constexpr size_t kSlots = 43;
+    void* const library = dlopen("libnvoptix.so.1", RTLD_NOW);
+    ASSERT_NE(nullptr, library) << dlerror();
+    const auto query =
+        reinterpret_cast<OptixQueryFunctionTable_t*>(dlsym(library, "optixQueryFunctionTable"));
+    ASSERT_NE(nullptr, query);
+    void* table[kSlots] = {};
+    ASSERT_EQ(OPTIX_SUCCESS, query(kAbi74, 0, nullptr, nullptr, table, sizeof(table)));
+    const TriangleMesh mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2});
+    EXPECT_NE(0u, buildAccel(context_, log_, {mesh.input}).handle);
+    EXPECT_EQ(0, inChild([&] { return callAll(table, kSlots); }));
+    EXPECT_NE(0u, buildAccel(context_, log_, {mesh.input}).handle) << "the parent goes on";
+    dlclose(library);
+}
+
+TEST_F(Fork, ObjectsOfTheParentAreRefused) {
+    const OptixDeviceContext context = context_;
+    EXPECT_EQ(0, inChild([&] {
+                  unsigned depth = 0;
+                  OptixDeviceContext made = nullptr;
+                  const OptixDeviceContextOptions options{};
+                  const OptixResult results[] = {
+                      optixDeviceContextCreate(nullptr, &options, &made),
+                      optixDeviceContextGetProperty(context,
+                                                    OPTIX_DEVICE_PROPERTY_LIMIT_MAX_TRACE_DEPTH,
+                                                    &depth, sizeof(depth)),
+                      optixDeviceContextDestroy(context)};
+                  int others = 0;
+                  for (const OptixResult result : results)
+                      others += result != OPTIX_ERROR_CUDA_NOT_INITIALIZED;
+                  return others;
+              }));
+    unsigned depth = 0;
+    EXPECT_OK(optixDeviceContextGetProperty(context_, OPTIX_DEVICE_PROPERTY_LIMIT_MAX_TRACE_DEPTH,
+                                            &depth, sizeof(depth)));
+}
+
+} // namespace
+} // namespace tests::api
