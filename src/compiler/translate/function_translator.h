@@ -243,6 +243,11 @@ private:
 
     // ---- special registers, warps, barriers: translate/special.cpp
     Value* special(std::string_view name, ptx::Location location);
+    Value* indexRegister(std::string_view name);
+    Value* laneRegister(std::string_view name);
+    Value* gridRegister(std::string_view name);
+    Value* clockRegister(std::string_view name);
+    Value* kernelField(size_t offset);
     // Calls the run-time where a lane of a kernel depends on other lanes.
     Value* meet(ptx::Lockstep how, llvm::Type* result, llvm::ArrayRef<Value*> operands = {});
     void barrier(const ptx::Instruction& instruction);

@@ -7,6 +7,8 @@
 
 namespace sunstone::compiler {
 
+using devlib::KernelThread;
+
 namespace {
 
 // 0..2 for "%tid.x" and name "%tid", 3 for .w, -1 if the name differs.
@@ -30,13 +32,28 @@ int componentOf(std::string_view name, std::string_view base) {
 } // namespace
 
 Value* FunctionTranslator::special(std::string_view name, ptx::Location location) {
-    llvm::Type* word = intType(32);
-    const auto kernelField = [&](size_t offset) { return stateField(offset, word, "special"); };
+    if (Value* value = indexRegister(name))
+        return value;
+    if (unit_.isGpu() && name.starts_with("%"))
+        return readSpecialNative(name);
+    for (const auto read : {&FunctionTranslator::laneRegister, &FunctionTranslator::gridRegister,
+                            &FunctionTranslator::clockRegister})
+        if (Value* value = (this->*read)(name))
+            return value;
+    failAt(ErrorCode::kInvalidPtx, location, "special register \"", name,
+           isKernel() ? "\" is not available" : "\" is not available in OptiX programs");
+}
+
+Value* FunctionTranslator::kernelField(size_t offset) {
+    return stateField(offset, intType(32), "special");
+}
+
+// Components of %tid, %ntid, %ctaid and %nctaid; null for other names.
+Value* FunctionTranslator::indexRegister(std::string_view name) {
     struct VectorRegister {
         std::string_view name;
         size_t offset;
     };
-    using devlib::KernelThread;
     static constexpr VectorRegister kVectors[] = {
         {"%tid", offsetof(KernelThread, tid)},
         {"%ntid", offsetof(KernelThread, ntid)},
@@ -60,8 +77,11 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
         }
         return builder_.getInt32(isCount ? 1 : 0);
     }
-    if (unit_.isGpu() && name.starts_with("%"))
-        return readSpecialNative(name);
+    return nullptr;
+}
+
+// The thread's place in its warp and the masks of lanes around it; null for other names.
+Value* FunctionTranslator::laneRegister(std::string_view name) {
     const auto lane = [&]() -> Value* {
         return isKernel() ? kernelField(offsetof(KernelThread, laneid)) : builder_.getInt32(0);
     };
@@ -78,6 +98,14 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
         return builder_.CreateShl(builder_.getInt32(~0u), lane());
     if (name == "%lanemask_gt")
         return builder_.CreateShl(builder_.getInt32(~1u), lane());
+    if (name == "WARP_SZ" || name == "%warpsize")
+        return builder_.getInt32(32);
+    return nullptr;
+}
+
+// Warps, processors, the grid and its memory; null for other names.
+Value* FunctionTranslator::gridRegister(std::string_view name) {
+    Value* one = builder_.getInt32(1);
     if (name == "%warpid")
         return isKernel() ? kernelField(offsetof(KernelThread, warpid)) : builder_.getInt32(0);
     if (name == "%nwarpid") {
@@ -89,8 +117,6 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
                 builder_.CreateMul(threads, kernelField(offsetof(KernelThread, ntid) + i * 4));
         return builder_.CreateLShr(builder_.CreateAdd(threads, builder_.getInt32(31)), 5);
     }
-    if (name == "WARP_SZ" || name == "%warpsize")
-        return builder_.getInt32(32);
     if (name == "%smid")
         return builder_.getInt32(0);
     if (name == "%nsmid")
@@ -102,6 +128,12 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
         return kernelField(offsetof(KernelThread, gridWorkspace) + (name == "%envreg1" ? 4 : 0));
     if (name == "%dynamic_smem_size" && isKernel())
         return kernelField(offsetof(KernelThread, dynamicSharedSize));
+    return nullptr;
+}
+
+// Null for other names.
+Value* FunctionTranslator::clockRegister(std::string_view name) {
+    llvm::Type* word = intType(32);
     if (name == "%clock64" || name == "%clock" || name == "%clock_hi") {
         Value* ticks = builder_.CreateIntrinsic(llvm::Intrinsic::readcyclecounter, {}, {});
         if (name == "%clock64")
@@ -110,17 +142,15 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
             ticks = builder_.CreateLShr(ticks, 32);
         return builder_.CreateTrunc(ticks, word);
     }
-    if (name.starts_with("%globaltimer")) {
-        Value* time =
-            builder_.CreateCall(unit_.helper("sunstone_globaltimer", intType(64), {}, false), {});
-        if (name == "%globaltimer_lo")
-            return builder_.CreateTrunc(time, word);
-        if (name == "%globaltimer_hi")
-            return builder_.CreateTrunc(builder_.CreateLShr(time, 32), word);
-        return time;
-    }
-    failAt(ErrorCode::kInvalidPtx, location, "special register \"", name,
-           isKernel() ? "\" is not available" : "\" is not available in OptiX programs");
+    if (!name.starts_with("%globaltimer"))
+        return nullptr;
+    Value* time =
+        builder_.CreateCall(unit_.helper("sunstone_globaltimer", intType(64), {}, false), {});
+    if (name == "%globaltimer_lo")
+        return builder_.CreateTrunc(time, word);
+    if (name == "%globaltimer_hi")
+        return builder_.CreateTrunc(builder_.CreateLShr(time, 32), word);
+    return time;
 }
 
 Value* FunctionTranslator::meet(ptx::Lockstep how, llvm::Type* result,
