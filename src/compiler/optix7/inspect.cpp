@@ -175,7 +175,7 @@ private:
         std::optional<Constants> constants;
         for (const ptx::Statement& statement : function.body) {
             if (statement.kind == ptx::StatementKind::kInstruction &&
-                statement.instruction.opcode.starts_with("br"))
+                statement.instruction.facts->isJump())
                 calls.firstBranch = std::min(calls.firstBranch,
                                              statement.instruction.location.line);
             if (statement.kind != ptx::StatementKind::kInstruction ||
