@@ -145,8 +145,12 @@ struct SourcePosition {
     uint32_t column = 0;
 };
 
+struct Opcode;
+extern const Opcode kUnknownOpcode;
+
 struct Instruction {
     std::string_view opcode;                 // "ld"
+    const Opcode* facts = &kUnknownOpcode;   // opcode.h; never null
     std::vector<std::string_view> modifiers; // "global", "v4", "u32": in order, without dots
     std::vector<Type> types;                 // those modifiers that are types, in order
     int32_t guard = -1;                      // register index of @p, -1 if none

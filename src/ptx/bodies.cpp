@@ -273,22 +273,24 @@ void Parser::parseInstruction(Instruction& instruction) {
             instruction.types.push_back(type);
         advance();
     }
-    const std::string_view opcode = instruction.opcode;
-    if (opcode == "call")
+    instruction.facts = &opcodes_.find(instruction.opcode);
+    const Syntax syntax = instruction.facts->syntax;
+    if (syntax == Syntax::kCall)
         return parseCall(instruction);
-    addressesAreValues_ = opcode == "mov" || opcode == "cvta";
-    const bool branch = opcode == "bra", table = opcode == "brx";
+    addressesAreValues_ = syntax == Syntax::kAddresses;
     if (!at(';')) {
         do {
             const size_t index = instruction.operands.size();
+            const bool isTable = syntax == Syntax::kTargets && index == 1;
             instruction.operands.push_back(
-                branch || (table && index == 1) ? parseLabelOperand(index) : parseOperand());
-            if (table && index == 1)
+                syntax == Syntax::kLabel || isTable ? parseLabelOperand(index) : parseOperand());
+            if (isTable)
                 instruction.operands.back().kind = OperandKind::kSymbol;
         } while (accept(','));
     }
     if (!at(';')) {
-        const std::string where = "',' or ';' after the operands of " + std::string(opcode);
+        const std::string where =
+            "',' or ';' after the operands of " + std::string(instruction.opcode);
         unexpected(where.c_str());
     }
     advance();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of the instruction table; instructions.cpp reads it.
+// The operands of instructions: one row for each form; instructions.cpp reads it. Each opcode has a
+// row in opcode_table.h, too.
 //
 // opcodes    names that share the form, separated by |
 // modifiers  groups separated by spaces: each a choice of modifiers, one of which must stand there,
@@ -246,12 +247,12 @@ inline constexpr FormText kFormTexts[] = {
     {"mbarrier", "test_wait|try_wait parity acquire|relaxed? cta|cluster? shared|shared::cta?", "b64", "=p a r r?"},
     {"mbarrier", "pending_count", "b64", "=r d"},
     {"griddepcontrol", "launch_dependents|wait", "", ""},
-    // Instructions for GPU-only units, and video instructions: the names are known, operands are
-    // unchecked.
-    {"wmma|mma|wgmma|tcgen05|ldmatrix|stmatrix|movmatrix|tensormap|multimem|createpolicy|"
-     "mapa|getctarank|setmaxnreg|clusterlaunchcontrol", "*", "", ""},
+    // Matrices, instructions for GPU-only units, and video instructions: the names are known,
+    // operands are unchecked. "=x": the first one is written unless it is an address.
+    {"wmma|mma|ldmatrix|stmatrix|movmatrix|createpolicy", "*", "", "=x"},
+    {"wgmma|tcgen05|tensormap|multimem|mapa|getctarank|setmaxnreg|clusterlaunchcontrol", "*", "", ""},
     {"vadd|vsub|vabsdiff|vmin|vmax|vshl|vshr|vmad|vset|vadd2|vsub2|vavrg2|vabsdiff2|vmin2|vmax2|vset2|"
-     "vadd4|vsub4|vavrg4|vabsdiff4|vmin4|vmax4|vset4", "*", "", ""},
+     "vadd4|vsub4|vavrg4|vabsdiff4|vmin4|vmax4|vset4", "*", "", "=x"},
 };
 // clang-format on
 

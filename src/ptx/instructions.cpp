@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parses the table of instruction_table.h into forms, and matches instructions against them.
+// Reads rows of instruction_table.h as forms, and matches instructions against them.
 #include "ptx/instructions.h"
 
 #include "ptx/instruction_table.h"
 
 #include <algorithm>
-#include <unordered_map>
 
 namespace sunstone::ptx {
-namespace {
 
 std::vector<std::string_view> split(std::string_view text, char separator) {
     std::vector<std::string_view> parts;
@@ -20,6 +18,8 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
     }
     return parts;
 }
+
+namespace {
 
 ModifierGroup readGroup(std::string_view text) {
     ModifierGroup group;
@@ -113,42 +113,6 @@ OperandRule readOperand(std::string_view text) {
     return rule;
 }
 
-Form readForm(const FormText& text) {
-    Form form;
-    form.loose = std::string_view(text.modifiers) == "*";
-    if (!form.loose)
-        for (const std::string_view group : split(text.modifiers, ' '))
-            form.groups.push_back(readGroup(group));
-    for (const std::string_view types : split(text.types, ' '))
-        form.types.push_back(readTypes(types));
-    for (const std::string_view operand : split(text.operands, ' ')) {
-        form.operands.push_back(readOperand(operand));
-        form.minimumOperands += !form.operands.back().optional;
-    }
-    return form;
-}
-
-struct Table {
-    std::unordered_map<std::string_view, std::vector<Form>> forms;
-    std::vector<std::string_view> opcodes;
-
-    Table() {
-        for (const FormText& text : kFormTexts) {
-            for (const std::string_view opcode : split(text.opcodes, '|')) {
-                std::vector<Form>& list = forms[opcode];
-                if (list.empty())
-                    opcodes.push_back(opcode);
-                list.push_back(readForm(text));
-            }
-        }
-    }
-};
-
-const Table& table() {
-    static const auto* all = new Table; // never destroyed: threads parse while the process ends
-    return *all;
-}
-
 bool contains(const ModifierGroup& group, std::string_view modifier) {
     return std::find(group.choices.begin(), group.choices.end(), modifier) != group.choices.end();
 }
@@ -178,13 +142,19 @@ bool report(FormProblem* problem, FormProblem::Rank rank, const auto& text) {
 
 } // namespace
 
-const std::vector<Form>* findForms(std::string_view opcode) {
-    const auto found = table().forms.find(opcode);
-    return found == table().forms.end() ? nullptr : &found->second;
-}
-
-const std::vector<std::string_view>& allOpcodes() {
-    return table().opcodes;
+Form readForm(const FormText& text) {
+    Form form;
+    form.loose = std::string_view(text.modifiers) == "*";
+    if (!form.loose)
+        for (const std::string_view group : split(text.modifiers, ' '))
+            form.groups.push_back(readGroup(group));
+    for (const std::string_view types : split(text.types, ' '))
+        form.types.push_back(readTypes(types));
+    for (const std::string_view operand : split(text.operands, ' ')) {
+        form.operands.push_back(readOperand(operand));
+        form.minimumOperands += !form.operands.back().optional;
+    }
+    return form;
 }
 
 bool matches(const Form& form, const Instruction& instruction, FormProblem* problem) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The instruction table: the modifiers, types and operands that each form of an opcode takes.
-// Source: PTX ISA manual; where it is silent, the vendor's assembler.
+// The forms of instructions: the modifiers, types and operands that each takes. Their table is
+// instruction_table.h; opcode.h has the forms of an opcode. Source: PTX ISA manual; where it is
+// silent, the vendor's assembler.
 //
 // The order of modifiers is not checked, because several orders are in use. Types are checked only
 // by width: a 32-bit register serves every 32-bit type, regardless of its declaration.
@@ -55,11 +56,12 @@ struct Form {
     size_t minimumOperands = 0;
 };
 
-// The forms of an opcode; null for an unknown opcode.
-const std::vector<Form>* findForms(std::string_view opcode);
+// A row of instruction_table.h as a form.
+struct FormText;
+Form readForm(const FormText& text);
 
-// All opcodes, for spelling hints.
-const std::vector<std::string_view>& allOpcodes();
+// The pieces between separators that are not empty.
+std::vector<std::string_view> split(std::string_view text, char separator);
 
 // Whether the modifiers of `instruction` fit `form`. If not, *problem gives the reason; of several
 // forms' problems the one with the highest rank is the most specific.

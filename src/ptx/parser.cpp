@@ -10,9 +10,9 @@
 
 namespace sunstone::ptx {
 
-Parser::Parser(Module& module, Diagnostics& diagnostics)
-    : module_(module), diagnostics_(diagnostics), lexer_(module.text, diagnostics),
-      scopes_(names_) {}
+Parser::Parser(Module& module, Diagnostics& diagnostics, const OpcodeTable& opcodes)
+    : module_(module), diagnostics_(diagnostics), opcodes_(opcodes),
+      lexer_(module.text, diagnostics), scopes_(names_) {}
 
 void Parser::fault(Location location, std::string text) {
     diagnostics_.error(location, std::move(text));
@@ -378,8 +378,8 @@ void Parser::resolveModuleNames() {
     }
 }
 
-std::unique_ptr<Module> parse(std::string_view text, Diagnostics& diagnostics,
-                              const Judge& judge) {
+std::unique_ptr<Module> parse(std::string_view text, Diagnostics& diagnostics, const Judge& judge,
+                              const OpcodeTable& opcodes) {
     const std::string notPtx = describeForeignInput(text);
     if (!notPtx.empty()) {
         diagnostics.error({}, notPtx);
@@ -387,9 +387,9 @@ std::unique_ptr<Module> parse(std::string_view text, Diagnostics& diagnostics,
     }
     auto module = std::make_unique<Module>();
     module->text = std::string(text.substr(0, text.find('\0')));
-    Parser(*module, diagnostics).parseModule();
+    Parser(*module, diagnostics, opcodes).parseModule();
     if (!diagnostics.failed())
-        verify(*module, diagnostics, judge);
+        verify(*module, diagnostics, judge, opcodes);
     return diagnostics.failed() ? nullptr : std::move(module);
 }
 

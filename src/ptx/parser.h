@@ -4,6 +4,7 @@
 
 #include "ptx/ast.h"
 #include "ptx/diagnostics.h"
+#include "ptx/opcode.h"
 
 #include <functional>
 #include <memory>
@@ -17,8 +18,9 @@ using Judge = std::function<bool(const Module& alone)>;
 
 // Parses and verifies `text` (up to its first NUL). The result is null exactly when
 // diagnostics.failed(). The message for OptiX-IR, ELF and other binary input names the format.
-// Instructions that `judge` (may be empty) accepts are valid, and are marked as foreign.
+// Instructions that `judge` (may be empty) accepts are valid, and are marked as foreign. The module
+// refers to rows of `opcodes`.
 std::unique_ptr<Module> parse(std::string_view text, Diagnostics& diagnostics,
-                              const Judge& judge = {});
+                              const Judge& judge = {}, const OpcodeTable& opcodes = opcodeTable());
 
 } // namespace sunstone::ptx

@@ -11,6 +11,7 @@
 
 #include "ptx/lexer.h"
 #include "ptx/names.h"
+#include "ptx/opcode.h"
 #include "ptx/scopes.h"
 
 #include <memory>
@@ -30,7 +31,7 @@ struct Constant {
 
 class Parser {
 public:
-    Parser(Module& module, Diagnostics& diagnostics);
+    Parser(Module& module, Diagnostics& diagnostics, const OpcodeTable& opcodes);
     void parseModule();
 
 private:
@@ -142,6 +143,7 @@ private:
 
     Module& module_;
     Diagnostics& diagnostics_;
+    const OpcodeTable& opcodes_;
     Lexer lexer_;
     Token token_;
     Names names_;

@@ -2,6 +2,8 @@
 // Tree to PTX text. See printer.h.
 #include "ptx/printer.h"
 
+#include "ptx/opcode.h"
+
 #include <algorithm>
 #include <concepts>
 #include <cstring>
@@ -444,7 +446,7 @@ void Printer::printInstruction(const Instruction& instruction) {
     add(instruction.opcode);
     for (const std::string_view modifier : instruction.modifiers)
         add(".", modifier);
-    if (instruction.opcode == "call")
+    if (instruction.facts->syntax == Syntax::kCall)
         printCall(instruction);
     else if (!instruction.operands.empty())
         printList(instruction.operands, " ", "");

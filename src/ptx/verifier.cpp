@@ -5,7 +5,7 @@
 // found once and cached, so the common check is one look-up and a walk over operands.
 #include "ptx/verifier.h"
 
-#include "ptx/instructions.h"
+#include "ptx/opcode.h"
 #include "ptx/printer.h"
 #include "ptx/special_registers.h"
 
@@ -34,8 +34,9 @@ std::string bitsOf(unsigned bytes) {
 
 class Verifier {
 public:
-    Verifier(const Module& module, Diagnostics& diagnostics, const Judge& judge)
-        : module_(module), diagnostics_(diagnostics), judge_(judge) {}
+    Verifier(const Module& module, Diagnostics& diagnostics, const Judge& judge,
+             const OpcodeTable& opcodes)
+        : module_(module), diagnostics_(diagnostics), judge_(judge), opcodes_(opcodes) {}
 
     void run(Module& module) {
         for (Function& function : module.functions) {
@@ -92,6 +93,7 @@ private:
     const Module& module_;
     Diagnostics& diagnostics_;
     const Judge& judge_;
+    const OpcodeTable& opcodes_;
     std::unordered_map<std::string, bool> verdicts_; // by text
     const Function* function_ = nullptr;
     const Instruction* instruction_ = nullptr;
@@ -159,17 +161,17 @@ const Forms& Verifier::formsFor() {
 // Reports at the first use of a faulty spelling; later uses are silent.
 Forms Verifier::findMatching() {
     Forms result;
-    const std::vector<Form>* forms = findForms(instruction_->opcode);
-    if (!forms) {
+    const std::vector<Form>& forms = instruction_->facts->forms;
+    if (forms.empty()) {
         Nearest nearest(instruction_->opcode);
-        for (const std::string_view opcode : allOpcodes())
-            nearest.offer(opcode);
+        for (const Opcode& opcode : opcodes_.all())
+            nearest.offer(opcode.name);
         diagnostics_.error(instruction_->location,
                            "unknown instruction " + quoted(instruction_->opcode) + nearest.hint());
         return result;
     }
     FormProblem problem;
-    for (const Form& form : *forms)
+    for (const Form& form : forms)
         if (matches(form, *instruction_, &problem))
             result.push_back(&form);
     if (!result.empty())
@@ -178,7 +180,7 @@ Forms Verifier::findMatching() {
     for (const std::string_view modifier : instruction_->modifiers) {
         Nearest nearest(modifier);
         bool known = false;
-        for (const Form& form : *forms) {
+        for (const Form& form : forms) {
             for (const ModifierGroup& group : form.groups)
                 for (const std::string_view choice : group.choices) {
                     known |= choice == modifier;
@@ -219,7 +221,7 @@ std::unique_ptr<Module> Verifier::moduleOfInstruction() const {
     Statement statement;
     statement.instruction = *instruction_;
     statement.instruction.source = {};
-    bool isPlain = instruction_->opcode != "call";
+    bool isPlain = instruction_->facts->syntax != Syntax::kCall;
     const auto visit = [&](const auto& self, const Operand& operand) -> void {
         isPlain = isPlain && operand.kind != OperandKind::kLabel;
         for (const Operand& element : operand.elements)
@@ -271,7 +273,7 @@ void Verifier::check() {
     const Forms& forms = formsFor();
     if (forms.empty())
         return;
-    if (instruction_->opcode == "call")
+    if (instruction_->facts->syntax == Syntax::kCall)
         return checkCall();
     const size_t count = instruction_->operands.size();
     for (const Form* form : forms) {
@@ -439,7 +441,7 @@ bool Verifier::checkWidth(const Operand& operand, unsigned bytes, bool predicate
         return true;
     // %tid.x and the like once had 16 bits, and mov still reads them as such.
     if (operand.kind == OperandKind::kSpecial && bytes == 2 && size == 4 &&
-        instruction_->opcode == "mov")
+        instruction_->facts->operation == Operation::kMove)
         return true;
     error(operand, nameOfOperand(operand) + " is " + bitsOf(size) + " (." + nameOf(type) +
                        "), this operand needs " + bitsOf(bytes) + (wider ? " or more" : ""));
@@ -575,8 +577,7 @@ void Verifier::checkAddress(const Operand& operand) {
 
 // Whether a load or store accesses a space with 64-bit addresses.
 bool Verifier::isGenericOrGlobal() const {
-    const std::string_view opcode = instruction_->opcode;
-    if (opcode != "ld" && opcode != "st" && opcode != "atom" && opcode != "red" && opcode != "ldu")
+    if (!instruction_->facts->isAccess())
         return false;
     for (const std::string_view modifier : instruction_->modifiers)
         if (modifier == "local" || modifier == "const" || modifier.substr(0, 6) == "shared" ||
@@ -648,8 +649,9 @@ void Verifier::checkPacked(const Operand& operand, bool destination) {
 
 } // namespace
 
-void verify(Module& module, Diagnostics& diagnostics, const Judge& judge) {
-    Verifier(module, diagnostics, judge).run(module);
+void verify(Module& module, Diagnostics& diagnostics, const Judge& judge,
+            const OpcodeTable& opcodes) {
+    Verifier(module, diagnostics, judge, opcodes).run(module);
 }
 
 } // namespace sunstone::ptx

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks a module's instructions: known opcodes and modifiers, operand counts, widths, and existing
-// callees. The rules are the table in instructions.h.
+// callees. The rules are the forms of each opcode (opcode.h).
 #pragma once
 
 #include "ptx/ast.h"
@@ -8,7 +8,9 @@
 
 namespace sunstone::ptx {
 
-// Instructions that only `judge` (may be empty) accepts are marked as foreign.
-void verify(Module& module, Diagnostics& diagnostics, const Judge& judge = {});
+// Instructions that only `judge` (may be empty) accepts are marked as foreign. Messages about
+// unknown opcodes propose one of `opcodes`.
+void verify(Module& module, Diagnostics& diagnostics, const Judge& judge,
+            const OpcodeTable& opcodes);
 
 } // namespace sunstone::ptx

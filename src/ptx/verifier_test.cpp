@@ -2,11 +2,8 @@
 // Instruction forms: which are accepted and refused, and the messages.
 #include "ptx/test_support.h"
 
-#include "ptx/instructions.h"
 #include "ptx/printer.h"
 #include "ptx/special_registers.h"
-
-#include <set>
 
 namespace sunstone::ptx::testing {
 namespace {
@@ -255,31 +252,6 @@ TEST(Refused, OneMessagePerFaultySpelling) {
         body += "adds.u32 %r1, %r2, %r3;\n";
     parse(kernel(body + "subs.u32 %r1, %r2;"), diagnostics);
     EXPECT_EQ(diagnostics.errorCount(), 2u) << diagnostics.format();
-}
-
-TEST(Table, EveryFormIsSound) {
-    std::set<std::string_view> seen;
-    for (const std::string_view opcode : allOpcodes()) {
-        EXPECT_TRUE(seen.insert(opcode).second) << opcode;
-        const std::vector<Form>* forms = findForms(opcode);
-        ASSERT_TRUE(forms && !forms->empty()) << opcode;
-        for (const Form& form : *forms) {
-            EXPECT_LE(form.groups.size(), 64u) << opcode;
-            for (const ModifierGroup& group : form.groups)
-                EXPECT_FALSE(group.choices.empty()) << opcode;
-            for (const uint32_t types : form.types)
-                EXPECT_NE(types, 0u) << opcode;
-            for (const OperandRule& rule : form.operands) {
-                if (rule.kind == OperandRuleKind::kTyped) {
-                    EXPECT_LT(rule.type, form.types.size()) << opcode;
-                }
-                if (rule.kind == OperandRuleKind::kWide) {
-                    EXPECT_FALSE(form.types.empty()) << opcode;
-                }
-            }
-        }
-    }
-    EXPECT_EQ(findForms("nothing"), nullptr);
 }
 
 TEST(SpecialRegisters, NamesAndWidths) {

@@ -155,6 +155,132 @@ inline float logarithm(float value) { // base 2
 #endif
 }
 
+inline Sampler samplerOf(uint32_t width, uint32_t height, bool isNormalized, uint32_t info) {
+    Sampler sampler;
+    sampler.size[0] = width;
+    sampler.size[1] = height;
+    sampler.isNormalized = isNormalized;
+    sampler.levels = info >> 24 & 31 ? info >> 24 & 31 : 1;
+    sampler.anisotropy = info & 31 ? (info & 31) > 16 ? 16 : info & 31 : 1;
+    sampler.linearLevels = info >> 5 & 1;
+    for (uint32_t axis = 0; axis < 2; ++axis) {
+        const uint32_t wanted = axis ? info >> 6 & 3 : info >> 8 & 3;
+        sampler.wrap[axis] = !sampler.isNormalized && (wanted == kRepeat || wanted == kMirrored)
+                                 ? uint32_t(kClampToEdge)
+                                 : wanted;
+    }
+    return sampler;
+}
+
+// The level, and the line of probes along the longer change.
+struct Line {
+    float level;
+    uint32_t probes;
+    const float* along;
+};
+
+inline Line lineOf(const Sampler& sampler, uint32_t form, const SampleOperands& operands) {
+    Line line{form & kWithLevel ? operands.level : 0.0f, 1, operands.dx};
+    if (form & kWithGradient) {
+        float lengths[2];
+        for (uint32_t k = 0; k < 2; ++k) {
+            const float* change = k ? operands.dy : operands.dx;
+            const double x = change[0] * (sampler.isNormalized ? double(sampler.size[0]) : 1.0);
+            const double y = change[1] * (sampler.isNormalized ? double(sampler.size[1]) : 1.0);
+            lengths[k] = float(__builtin_sqrt(x * x + y * y));
+        }
+        line.along = lengths[0] >= lengths[1] ? operands.dx : operands.dy;
+        const float major = lengths[0] >= lengths[1] ? lengths[0] : lengths[1];
+        float least = lengths[0] >= lengths[1] ? lengths[1] : lengths[0];
+        if (sampler.anisotropy > 1 && major > 1 && major < 3.4e38f) {
+            least = __builtin_fmaxf(__builtin_fmaxf(least, 1.0f), major / float(sampler.anisotropy));
+            const float ratio = __builtin_ceilf(major / least);
+            line.probes = ratio < float(sampler.anisotropy) ? uint32_t(ratio) : sampler.anisotropy;
+        }
+        line.level = -100;
+        if (major > 0)
+            line.level = logarithm(major / float(line.probes));
+    }
+    const float highest = float(sampler.levels - 1);
+    line.level = line.level >= 0 ? line.level : 0;
+    line.level = line.level < highest ? line.level : highest;
+    return line;
+}
+
+// Replaces the texels by those that the probes read of a level. False if there are none.
+inline bool gather(const Sampler& sampler, const Line& line, const SampleOperands& operands,
+                   uint32_t level, Texels& texels) {
+    const auto position = [&](uint32_t k, uint32_t probe) {
+        float center;
+        __builtin_memcpy(&center, &operands.position[k], sizeof center);
+        const double at = (probe + 0.5) / line.probes - 0.5;
+        return double(center) + (line.probes > 1 ? at * double(line.along[k]) : 0);
+    };
+    texels.count = 0;
+    for (uint32_t i = 0; i < line.probes; ++i) {
+        const double at[2] = {position(0, i), position(1, i)};
+        addProbe(sampler, level, at, texels);
+    }
+    return texels.count != 0;
+}
+
+// Of the two levels that a call may read, the one asked for, with its texels.
+struct Chosen {
+    uint32_t level;
+    bool isSingle;
+};
+
+inline Chosen choose(const Sampler& sampler, const Line& line, const SampleOperands& operands,
+                     bool coarse, Texels& texels) {
+    uint32_t fine = uint32_t(line.level + 0.5f), other = fine;
+    if (sampler.linearLevels) {
+        const uint32_t fixed = uint32_t(line.level * 256);
+        fine = fixed >> 8;
+        other = fixed & 255 ? fine + 1 : fine;
+    }
+    // A level of which the call reads only the border does not count.
+    const bool readsFine = gather(sampler, line, operands, fine, texels);
+    const bool readsOther = other != fine && gather(sampler, line, operands, other, texels);
+    const uint32_t chosen = readsOther && (coarse || !readsFine) ? other : fine;
+    if (other != fine && chosen == fine)
+        gather(sampler, line, operands, fine, texels);
+    return {chosen, !(readsFine && readsOther)};
+}
+
+// The number of the smallest groups that are as large as the caller asks for.
+inline uint32_t requestedSize(uint32_t info) {
+    const uint32_t tileWidth = info >> 20 & 15, tileHeight = info >> 16 & 15;
+    uint32_t requested = 1;
+    while (requested < 15 && (!groupSize(requested, 0) || groupSize(requested, 0) < tileWidth ||
+                              groupSize(requested, 1) < tileHeight))
+        ++requested;
+    return requested;
+}
+
+// False if groups of this number do not hold the texels in one tile.
+inline bool writeTile(const Sampler& sampler, const Texels& texels, uint32_t level, uint32_t number,
+                      uint32_t requested, uint32_t result[4]) {
+    const uint32_t sizeX = sampler.size[0] >> level, sizeY = sampler.size[1] >> level;
+    const uint32_t shiftX = groupSize(number, 0), shiftY = groupSize(number, 1);
+    if (!shiftX)
+        return false;
+    const Window x = windowOf(texels.x, texels.count, shiftX, sizeX ? int(sizeX) : 1,
+                              sampler.wrap[0] == kRepeat);
+    const Window y = windowOf(texels.y, texels.count, shiftY, sizeY ? int(sizeY) : 1,
+                              sampler.wrap[1] == kRepeat);
+    if (!x.fits || !y.fits)
+        return false;
+    uint64_t mask = 0;
+    for (int i = 0; i < texels.count; ++i)
+        mask |= uint64_t(1) << (x.bit(texels.x[i] >> shiftX) + 8 * y.bit(texels.y[i] >> shiftY));
+    result[0] = uint32_t(mask);
+    result[1] = uint32_t(mask >> 32);
+    result[2] = (y.tile() & 0xFFF) | x.rotation() << 16 | y.rotation() << 19 |
+                (number == requested ? 0 : number) << 24;
+    result[3] = (x.tile() & 0xFFF) | (level & 15) << 12;
+    return true;
+}
+
 } // namespace sized
 
 // Like footprint(). `width` and `height` are those of level 0.
@@ -167,106 +293,19 @@ inline void footprintOfSize(uint32_t width, uint32_t height, bool isNormalized, 
     result[0] = result[1] = result[2] = result[3] = 0;
     if (width == 0 || height == 0)
         return;
-    Sampler sampler;
-    sampler.size[0] = width;
-    sampler.size[1] = height;
-    sampler.isNormalized = isNormalized;
-    sampler.levels = info >> 24 & 31 ? info >> 24 & 31 : 1;
-    sampler.anisotropy = info & 31 ? (info & 31) > 16 ? 16 : info & 31 : 1;
-    sampler.linearLevels = info >> 5 & 1;
-    const bool wrapsX = sampler.isNormalized && (info >> 8 & 3) == kRepeat;
-    const bool wrapsY = sampler.isNormalized && (info >> 6 & 3) == kRepeat;
-    for (uint32_t axis = 0; axis < 2; ++axis) {
-        const uint32_t wanted = axis ? info >> 6 & 3 : info >> 8 & 3;
-        sampler.wrap[axis] = !sampler.isNormalized && (wanted == kRepeat || wanted == kMirrored)
-                                 ? uint32_t(kClampToEdge)
-                                 : wanted;
-    }
-
-    // The level, and the line of probes along the longer change.
-    float level = form & kWithLevel ? operands->level : 0.0f;
-    uint32_t probes = 1;
-    const float* along = operands->dx;
-    if (form & kWithGradient) {
-        float lengths[2];
-        for (uint32_t k = 0; k < 2; ++k) {
-            const float* change = k ? operands->dy : operands->dx;
-            const double x = change[0] * (sampler.isNormalized ? double(sampler.size[0]) : 1.0);
-            const double y = change[1] * (sampler.isNormalized ? double(sampler.size[1]) : 1.0);
-            lengths[k] = float(__builtin_sqrt(x * x + y * y));
-        }
-        along = lengths[0] >= lengths[1] ? operands->dx : operands->dy;
-        const float major = lengths[0] >= lengths[1] ? lengths[0] : lengths[1];
-        float least = lengths[0] >= lengths[1] ? lengths[1] : lengths[0];
-        if (sampler.anisotropy > 1 && major > 1 && major < 3.4e38f) {
-            least = __builtin_fmaxf(__builtin_fmaxf(least, 1.0f), major / float(sampler.anisotropy));
-            const float ratio = __builtin_ceilf(major / least);
-            probes = ratio < float(sampler.anisotropy) ? uint32_t(ratio) : sampler.anisotropy;
-        }
-        level = -100;
-        if (major > 0)
-            level = logarithm(major / float(probes));
-    }
-    const float highest = float(sampler.levels - 1);
-    level = level >= 0 ? level : 0;
-    level = level < highest ? level : highest;
-    uint32_t fine = uint32_t(level + 0.5f), other = fine;
-    if (sampler.linearLevels) {
-        const uint32_t fixed = uint32_t(level * 256);
-        fine = fixed >> 8;
-        other = fixed & 255 ? fine + 1 : fine;
-    }
-    const auto position = [&](uint32_t k, uint32_t probe) {
-        float center;
-        __builtin_memcpy(&center, &operands->position[k], sizeof center);
-        const double at = (probe + 0.5) / probes - 0.5;
-        return double(center) + (probes > 1 ? at * double(along[k]) : 0);
-    };
+    const Sampler sampler = samplerOf(width, height, isNormalized, info);
+    const Line line = lineOf(sampler, form, *operands);
     Texels texels;
-    const auto gather = [&](uint32_t from) {
-        texels.count = 0;
-        for (uint32_t i = 0; i < probes; ++i) {
-            const double at[2] = {position(0, i), position(1, i)};
-            addProbe(sampler, from, at, texels);
-        }
-        return texels.count != 0;
-    };
-    // A level of which the call reads only the border does not count.
-    const bool readsFine = gather(fine), readsOther = other != fine && gather(other);
-    const uint32_t chosen = readsOther && (coarse || !readsFine) ? other : fine;
+    const Chosen chosen = choose(sampler, line, *operands, coarse != 0, texels);
     if (singleLevel)
-        *singleLevel = !(readsFine && readsOther);
-    if (other != fine && chosen == fine)
-        gather(fine);
+        *singleLevel = chosen.isSingle;
     if (texels.count == 0)
         return;
-
     // The size of the tile, or the next larger one that holds the texels.
-    const uint32_t tileWidth = info >> 20 & 15, tileHeight = info >> 16 & 15;
-    uint32_t requested = 1;
-    while (requested < 15 && (!groupSize(requested, 0) || groupSize(requested, 0) < tileWidth ||
-                              groupSize(requested, 1) < tileHeight))
-        ++requested;
-    const uint32_t sizeX = sampler.size[0] >> chosen, sizeY = sampler.size[1] >> chosen;
-    for (uint32_t number = requested; number < 16; ++number) {
-        const uint32_t shiftX = groupSize(number, 0), shiftY = groupSize(number, 1);
-        if (!shiftX)
-            continue;
-        const Window x = windowOf(texels.x, texels.count, shiftX, sizeX ? int(sizeX) : 1, wrapsX);
-        const Window y = windowOf(texels.y, texels.count, shiftY, sizeY ? int(sizeY) : 1, wrapsY);
-        if (!x.fits || !y.fits)
-            continue;
-        uint64_t mask = 0;
-        for (int i = 0; i < texels.count; ++i)
-            mask |= uint64_t(1) << (x.bit(texels.x[i] >> shiftX) +
-                                    8 * y.bit(texels.y[i] >> shiftY));
-        result[0] = uint32_t(mask);
-        result[1] = uint32_t(mask >> 32);
-        result[2] = (y.tile() & 0xFFF) | x.rotation() << 16 | y.rotation() << 19 |
-                    (number == requested ? 0 : number) << 24;
-        result[3] = (x.tile() & 0xFFF) | (chosen & 15) << 12;
-        return;
-    }
+    const uint32_t requested = requestedSize(info);
+    for (uint32_t number = requested; number < 16; ++number)
+        if (writeTile(sampler, texels, chosen.level, number, requested, result))
+            return;
 }
 
 } // namespace sunstone::texture

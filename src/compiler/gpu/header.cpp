@@ -3,10 +3,10 @@
 #include "compiler/gpu/header.h"
 
 #include "base/error.h"
+#include "ptx/opcode.h"
 
 #include <algorithm>
 #include <charconv>
-#include <set>
 
 namespace sunstone::compiler {
 
@@ -90,49 +90,46 @@ std::string withHeader(std::string text, const GpuHeader& header) {
     return text;
 }
 
-// Decides by opcode: the set has opcodes whose table forms are all older than PTX 7.9 and valid for
-// plain targets. Plain arithmetic on words, the bulk of most programs, needs no header either.
+namespace {
+
+constexpr std::string_view kOldModifiers[] = {
+    "NaN",  "acq_rel", "acquire", "add",     "and",     "approx", "cas", "cta", "dec", "eq",  "equ",
+    "exch", "ftz",     "full",    "ge",      "geu",     "global", "gpu", "gt",  "gtu", "hi",  "hs",
+    "inc",  "le",      "leu",     "lo",      "ls",      "lt",     "ltu", "max", "min", "nan", "ne",
+    "neu",  "num",     "or",      "relaxed", "release", "rm",     "rmi", "rn",  "rni", "rp",  "rpi",
+    "rz",   "rzi",     "sat",     "shared",  "sync",    "sys",    "xor"};
+static_assert(std::is_sorted(std::begin(kOldModifiers), std::end(kOldModifiers)));
+
+bool isOldModifier(std::string_view modifier) {
+    ptx::Type type;
+    return ptx::typeFromName(modifier, type) ||
+           std::binary_search(std::begin(kOldModifiers), std::end(kOldModifiers), modifier);
+}
+
+bool isOldType(ptx::Type type, ptx::Age age) {
+    if (!ptx::isFloat(type))
+        return ptx::sizeOf(type) <= 8;
+    if (type == ptx::Type::kF16)
+        return age == ptx::Age::kHalves;
+    return (type == ptx::Type::kF32 || type == ptx::Type::kF64) && age != ptx::Age::kIntegers;
+}
+
+} // namespace
+
+// Decides by the age of the opcode's forms. Plain arithmetic on words, the bulk of most programs,
+// needs no header.
 bool mayNeedHeader(const ptx::Instruction& instruction) {
-    using Names = std::set<std::string_view>;
-    static const auto& kOld =
-        *new Names{"rcp",        "sqrt",   "rsqrt",    "sin",       "cos",     "lg2",       "ex2",
-                   "tanh",       "testp",  "lop3",     "prmt",      "bfe",     "bfi",       "bfind",
-                   "shf",        "fns",    "bmsk",     "szext",     "dp4a",    "dp2a",      "sad",
-                   "mul24",      "mad24",  "brev",     "copysign",  "tex",     "tld4",      "txq",
-                   "suq",        "suld",   "sust",     "sured",     "vote",    "shfl",      "match",
-                   "activemask", "membar", "bar",      "nanosleep", "pmevent", "prefetchu", "wmma",
-                   "vadd",       "vsub",   "vabsdiff", "vmin",      "vmax",    "vshl",      "vshr",
-                   "vset",       "vmad",   "vadd2",    "vsub2",     "vavrg2",  "vabsdiff2", "vmin2",
-                   "vmax2",      "vset2",  "vadd4",    "vsub4",     "vavrg4",  "vabsdiff4", "vmin4",
-                   "vmax4",      "vset4"};
-    static const auto& kOldOfWords =
-        *new Names{"add", "sub", "mul", "mad",  "fma",  "div",  "neg", "abs",  "min",
-                   "max", "cvt", "set", "setp", "slct", "atom", "red", "redux"};
-    static const auto& kOldModifiers = *new Names{
-        "rn",      "rz",      "rm",      "rp",  "rni", "rzi", "rmi",    "rpi",    "ftz",
-        "sat",     "approx",  "full",    "NaN", "eq",  "ne",  "lt",     "le",     "gt",
-        "ge",      "equ",     "neu",     "ltu", "leu", "gtu", "geu",    "num",    "nan",
-        "lo",      "ls",      "hi",      "hs",  "and", "or",  "xor",    "sync",   "relaxed",
-        "acquire", "release", "acq_rel", "cta", "gpu", "sys", "global", "shared", "add",
-        "inc",     "dec",     "min",     "max", "cas", "exch"};
-    const std::string_view op = instruction.opcode;
-    if (instruction.isForeign)
+    const ptx::Age age = instruction.facts->age;
+    if (instruction.isForeign || age == ptx::Age::kNew)
         return true;
-    if (kOld.count(op))
+    if (age == ptx::Age::kOld)
         return false;
-    if (!kOldOfWords.count(op))
+    if (age == ptx::Age::kTwoSingles && instruction.operands.size() > 3)
         return true;
-    if ((op == "min" || op == "max") && instruction.operands.size() > 3)
-        return true;
-    for (const std::string_view modifier : instruction.modifiers)
-        if (ptx::Type type; !ptx::typeFromName(modifier, type) && !kOldModifiers.count(modifier))
-            return true;
-    return std::any_of(instruction.types.begin(), instruction.types.end(), [&](ptx::Type type) {
-        if (!ptx::isFloat(type))
-            return ptx::sizeOf(type) > 8;
-        return op == "redux" || !(type == ptx::Type::kF32 || type == ptx::Type::kF64 ||
-                                  (type == ptx::Type::kF16 && op == "cvt"));
-    });
+    const auto isOld = [&](ptx::Type type) { return isOldType(type, age); };
+    return !std::all_of(instruction.modifiers.begin(), instruction.modifiers.end(),
+                        isOldModifier) ||
+           !std::all_of(instruction.types.begin(), instruction.types.end(), isOld);
 }
 
 } // namespace sunstone::compiler

@@ -13,6 +13,7 @@
 #include "compiler/passes/optimizer.h"
 #include "compiler/store/build_id.h"
 #include "compiler/store/digest.h"
+#include "ptx/opcode.h"
 
 #include <algorithm>
 #include <cstring>
@@ -50,7 +51,7 @@ bool callsThroughPointers(const ptx::Module& module) {
     for (const ptx::Function& function : module.functions)
         for (const ptx::Statement& statement : function.body)
             if (statement.kind == ptx::StatementKind::kInstruction &&
-                statement.instruction.opcode == "call" &&
+                statement.instruction.facts->syntax == ptx::Syntax::kCall &&
                 statement.instruction.target.kind != ptx::OperandKind::kSymbol)
                 return true;
     return false;

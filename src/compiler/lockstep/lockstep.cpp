@@ -232,10 +232,7 @@ void inlineMeetings(Unit& unit) {
         for (llvm::CallGraphNode* node : *component)
             for (const auto& call : *node)
                 if (const llvm::Function* callee = call.second->getFunction())
-                    meets |= meeting.count(callee) != 0 || isMeeting(callee->getName()) ||
-                             endsThread(callee->getName()) ||
-                             callee->getName() == "sunstone_activemask" ||
-                             callee->getName() == kWaitName;
+                    meets |= meeting.count(callee) != 0 || findLaneFunction(callee->getName());
         if (!meets)
             continue;
         for (llvm::CallGraphNode* node : *component) {
@@ -267,9 +264,7 @@ bool callsMeetings(const llvm::Function& function, std::set<const llvm::Function
         if (!callee)
             return true;
         if (callee->isDeclaration()) {
-            if (isMeeting(callee->getName()) || endsThread(callee->getName()) ||
-                callee->getName() == "sunstone_activemask" || callee->getName() == kWaitName ||
-                callee->getName() == kIsLocalOfKernel)
+            if (findLaneFunction(callee->getName()))
                 return true;
         } else if (seen.insert(callee).second && callsMeetings(*callee, seen)) {
             return true;

@@ -39,23 +39,11 @@ llvm::Function* calleeOf(const llvm::CallBase& call) {
     return callee;
 }
 
-bool isMeeting(llvm::StringRef helper) {
-    for (const char* name :
-         {"sunstone_barrier", "sunstone_vote", "sunstone_shuffle", "sunstone_match",
-          "sunstone_redux", "sunstone_matrix", "sunstone_spin", kPauseName})
-        if (helper == name)
-            return true;
-    return false;
-}
-
-bool endsThread(llvm::StringRef helper) {
-    return helper == "sunstone_exit" || helper == "sunstone_trap" || helper == "sunstone_assertion";
-}
-
 bool asksForLanes(const Instruction& instruction) {
     const auto* call = dyn_cast<CallInst>(&instruction);
     const llvm::Function* callee = call && !call->isInlineAsm() ? calleeOf(*call) : nullptr;
-    return callee && callee->getName() == "sunstone_activemask";
+    const LaneFunction* function = callee ? findLaneFunction(callee->getName()) : nullptr;
+    return function && function->effect == LaneFunction::kAsks;
 }
 
 namespace {
@@ -71,13 +59,13 @@ MeetingPoint describe(CallInst* call) {
     using namespace devlib;
     MeetingPoint point;
     point.call = call;
-    const llvm::StringRef name = call->getCalledFunction()->getName();
-    if (name == kPauseName || name == "sunstone_spin") {
-        point.kind = kMeetPause;
-        point.mode = name == kPauseName ? 0 : 1;
+    const LaneFunction& function = *findLaneFunction(call->getCalledFunction()->getName());
+    point.kind = function.kind;
+    if (function.kind == kMeetPause) {
+        point.mode = function.mode;
         return point;
     }
-    if (name == "sunstone_barrier") {
+    if (function.kind == kMeetBarrier) {
         const uint32_t id = constantOf(call->getArgOperand(1));
         const bool isPlain = id < 16 && constantOf(call->getArgOperand(2)) == 0 &&
                              constantOf(call->getArgOperand(3)) == kReduceNone;
@@ -85,11 +73,6 @@ MeetingPoint describe(CallInst* call) {
         point.mode = isPlain ? id : constantOf(call->getArgOperand(3));
         return point;
     }
-    point.kind = name == "sunstone_vote"      ? kMeetVote
-                 : name == "sunstone_shuffle" ? kMeetShuffle
-                 : name == "sunstone_match"   ? kMeetMatch
-                 : name == "sunstone_matrix"  ? kMeetMatrix
-                                              : kMeetReduce;
     point.mode = constantOf(call->getArgOperand(1));
     return point;
 }
@@ -108,15 +91,18 @@ void LockstepPlan::endThreads() {
     for (Instruction& instruction : llvm::instructions(function_))
         if (auto* call = dyn_cast<CallInst>(&instruction))
             if (llvm::Function* callee = calleeOf(*call)) {
-                if (isMeeting(callee->getName()) || endsThread(callee->getName()))
-                    calls.push_back(call);
-                else if (callee->getName() == kWaitName)
+                const LaneFunction* known = findLaneFunction(callee->getName());
+                if (known && known->effect == LaneFunction::kWaits)
                     waits.push_back(call);
+                else if (known && known->effect != LaneFunction::kAsks &&
+                         known->effect != LaneFunction::kFrames)
+                    calls.push_back(call);
             }
     llvm::LLVMContext& context = function_.getContext();
     for (CallInst* call : waits) {
         llvm::FunctionCallee spin = function_.getParent()->getOrInsertFunction(
-            "sunstone_spin", llvm::Type::getVoidTy(context), llvm::PointerType::getUnqual(context));
+            laneFunction(ptx::Lockstep::kSpin).name, llvm::Type::getVoidTy(context),
+            llvm::PointerType::getUnqual(context));
         CallInst::Create(spin, {function_.getArg(0)}, "", call->getNextNode())
             ->setDebugLoc(call->getDebugLoc());
     }
@@ -183,7 +169,8 @@ bool LockstepPlan::check() {
         llvm::Function* callee = calleeOf(*call);
         if (!callee)
             return refuse("it calls functions through pointers");
-        if (callee->getName() == kIsLocalOfKernel)
+        const LaneFunction* known = findLaneFunction(callee->getName());
+        if (known && known->effect == LaneFunction::kFrames)
             return refuse("it asks which addresses are in local memory");
     }
     return true;
@@ -195,7 +182,7 @@ bool LockstepPlan::check() {
 // a point at which a warp that has changed pages several times lets the others catch up.
 void LockstepPlan::addPauses() {
     llvm::FunctionCallee pause = function_.getParent()->getOrInsertFunction(
-        kPauseName, llvm::Type::getVoidTy(function_.getContext()));
+        laneFunction(ptx::Lockstep::kPause).name, llvm::Type::getVoidTy(function_.getContext()));
     for (llvm::Loop* loop : loops_.getLoopsInPreorder()) {
         BasicBlock* latch = loop->getLoopLatch();
         if (!latch || !loop->isInnermost())

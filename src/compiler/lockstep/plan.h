@@ -3,6 +3,8 @@
 // order of the blocks, and the values live across meeting points.
 #pragma once
 
+#include "compiler/runtime/lane_functions.h"
+
 #include <llvm/ADT/DenseMap.h>
 #include <llvm/ADT/DenseSet.h>
 #include <llvm/ADT/MapVector.h>
@@ -19,20 +21,10 @@ namespace sunstone::compiler {
 // The run-time function that is called, also if the call goes through the processor's default mode
 // (flush.h); null for other calls.
 llvm::Function* calleeOf(const llvm::CallBase& call);
-bool isMeeting(llvm::StringRef helper);
-// Run-time functions after which the thread does not continue.
-bool endsThread(llvm::StringRef helper);
 
 // Whether the instruction reads which lanes of the warp are active: the same for all lanes that
 // read it together.
 bool asksForLanes(const llvm::Instruction& instruction);
-
-// A thread waits at a barrier object.
-constexpr const char* kWaitName = "sunstone_mbarrier_wait";
-// Asks whether an address is in the frames of a kernel's thread, which lockstep code does not have.
-constexpr const char* kIsLocalOfKernel = "sunstone_is_local_of_kernel";
-// Marks the ends of loops in which a warp may let the others run (LockstepPlan::addPauses).
-constexpr const char* kPauseName = "sunstone.pause";
 
 struct MeetingPoint {
     llvm::CallInst* call = nullptr; // alone in its block, except for the branch

@@ -11,6 +11,7 @@
 #include "compiler/optix7/program_kind.h"
 
 #include "base/error.h"
+#include "ptx/opcode.h"
 
 #include <algorithm>
 #include <optional>
@@ -79,8 +80,8 @@ private:
         if (target.kind != ptx::OperandKind::kRegister || target.index >= values_.size())
             return;
         ++definitions_[target.index];
-        if (!instruction || instruction->opcode != "mov" || instruction->guard >= 0 ||
-            instruction->operands.size() != 2)
+        if (!instruction || instruction->facts->operation != ptx::Operation::kMove ||
+            instruction->guard >= 0 || instruction->operands.size() != 2)
             return;
         const ptx::Operand& source = instruction->operands[1];
         if (source.kind == ptx::OperandKind::kInteger)
@@ -101,7 +102,8 @@ uint32_t estimateStack(const ptx::Function& function, bool traces) {
             bytes += variable.size;
     // Values that live across a trace or call are spilled: a share of the registers is a fair guess.
     const bool calls = std::any_of(function.body.begin(), function.body.end(), [](const auto& s) {
-        return s.kind == ptx::StatementKind::kInstruction && s.instruction.opcode == "call";
+        return s.kind == ptx::StatementKind::kInstruction &&
+               s.instruction.facts->syntax == ptx::Syntax::kCall;
     });
     if (traces)
         bytes += std::min<uint64_t>(function.registers.size(), 64) * 4;
@@ -173,11 +175,11 @@ private:
         std::optional<Constants> constants;
         for (const ptx::Statement& statement : function.body) {
             if (statement.kind == ptx::StatementKind::kInstruction &&
-                statement.instruction.opcode.starts_with("br"))
+                statement.instruction.facts->isJump())
                 calls.firstBranch = std::min(calls.firstBranch,
                                              statement.instruction.location.line);
             if (statement.kind != ptx::StatementKind::kInstruction ||
-                statement.instruction.opcode != "call" ||
+                statement.instruction.facts->syntax != ptx::Syntax::kCall ||
                 statement.instruction.target.kind != ptx::OperandKind::kSymbol)
                 continue;
             const ptx::Instruction& instruction = statement.instruction;

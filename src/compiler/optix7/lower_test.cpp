@@ -518,5 +518,20 @@ TEST_F(Optix, Inspect) {
     EXPECT_THROW(inspect(*module, rules_), Error);
 }
 
+// optixSetPayloadTypes stands before anything that may branch. brev only begins like a branch.
+TEST_F(Optix, PayloadTypesAreSetBeforeBranches) {
+    ModuleRules moduleRules;
+    moduleRules.payloadTypes.resize(1);
+    moduleRules.payloadTypes[0].words.resize(1);
+    const auto programWith = [&](const std::string& first) {
+        const auto module = parse(std::string(kHeader) +
+                                  ".visible .entry __miss__a() { .reg .b32 %r<3>;\n" + first +
+                                  "\ncall _optix_set_payload_types, (1);\nret; }\n");
+        return inspect(*module, rules_, moduleRules).programs.at(0).payloadTypes;
+    };
+    EXPECT_EQ(programWith("brev.b32 %r1, %r2; brkpt;"), 1u);
+    EXPECT_THROW(programWith("bra next; next:"), Error);
+}
+
 } // namespace
 } // namespace sunstone::compiler::testing

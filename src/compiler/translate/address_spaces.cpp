@@ -3,7 +3,7 @@
 // is that of the range which holds it: the block's shared memory, the variables of constant memory,
 // the kernel's parameters, the frames of the thread. All other addresses are global ones. Source:
 // PTX ISA manual, "Generic Addressing" and "isspacep".
-#include "compiler/lockstep/plan.h"
+#include "compiler/runtime/lane_functions.h"
 #include "compiler/translate/function_translator.h"
 
 namespace sunstone::compiler {
@@ -49,13 +49,14 @@ Value* FunctionTranslator::isParameter(const ptx::Instruction& instruction, Valu
 }
 
 Value* FunctionTranslator::isLocal(Value* address) {
-    Value* answer =
-        isKernel() ? builder_.CreateCall(unit_.helper(kIsLocalOfKernel, intType(32),
-                                                      {builder_.getPtrTy(), intType(64)}, false),
-                                         {state(), address})
-                   : builder_.CreateCall(unit_.helper("sunstone_is_local_of_program", intType(32),
-                                                      {intType(64)}, false),
-                                         {address});
+    Value* answer = isKernel()
+                        ? builder_.CreateCall(
+                              unit_.helper(laneFunction(ptx::Lockstep::kFrames).name, intType(32),
+                                           {builder_.getPtrTy(), intType(64)}, false),
+                              {state(), address})
+                        : builder_.CreateCall(unit_.helper("sunstone_is_local_of_program",
+                                                           intType(32), {intType(64)}, false),
+                                              {address});
     return builder_.CreateIsNotNull(answer);
 }
 

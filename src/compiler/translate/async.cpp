@@ -173,17 +173,14 @@ Value* FunctionTranslator::arriveAt(const ptx::Operand& object, Value* count, Va
 // The thread yields if the phase has not ended yet.
 void FunctionTranslator::waitAt(const ptx::Instruction& instruction) {
     operandCount(instruction, 3, 4);
-    facts_.barriers = true;
     const bool parity = instruction.has("parity");
     Value* const pointer = place(instruction.operands[1]).pointer;
     checkObject(pointer, instruction.operands[1]);
     Value* const phase =
         parity ? builder_.CreateZExt(readInt(instruction.operands[2], 32), intType(64))
                : readInt(instruction.operands[2], 64);
-    Value* const ended = builder_.CreateCall(
-        unit_.helper("sunstone_mbarrier_wait", intType(32),
-                     {builder_.getPtrTy(), builder_.getPtrTy(), intType(64), intType(32)}, false),
-        {state(), pointer, phase, builder_.getInt32(parity)});
+    Value* const ended =
+        meet(instruction.facts->lockstep, intType(32), {pointer, phase, builder_.getInt32(parity)});
     write(instruction.operands[0], builder_.CreateIsNotNull(ended));
 }
 

@@ -65,36 +65,28 @@ void FunctionTranslator::exitThread(const ptx::Instruction& instruction) {
     if (!source_.isEntry) {
         if (!isKernel())
             reject(instruction, ErrorCode::kNotSupported, "exit outside a program");
-        builder_.CreateCall(
-            unit_.helper("sunstone_exit", builder_.getVoidTy(), {builder_.getPtrTy()}, false),
-            {state()});
-        facts_.barriers = true; // its launcher must be able to end one thread
+        meet(instruction.facts->lockstep, builder_.getVoidTy());
     }
     emitReturn();
 }
 
-void FunctionTranslator::trap(const ptx::Instruction&) {
-    emitTrap();
+void FunctionTranslator::trap(const ptx::Instruction& instruction) {
+    emitTrap(instruction.facts->lockstep);
 }
 
 // After a failed assertion has been printed, the thread ends.
 void FunctionTranslator::endAfterAssertion() {
     if (!isKernel())
         return emitTrap();
-    builder_.CreateCall(
-        unit_.helper("sunstone_assertion", builder_.getVoidTy(), {builder_.getPtrTy()}, false),
-        {state()});
+    meet(ptx::Lockstep::kAssertion, builder_.getVoidTy());
     emitReturn();
 }
 
 // Ends the thread through its launcher, which normally does not return; if it does, the function
 // returns.
-void FunctionTranslator::emitTrap() {
+void FunctionTranslator::emitTrap(ptx::Lockstep how) {
     if (isKernel()) {
-        facts_.barriers = true; // its launcher must be able to end one thread
-        builder_.CreateCall(
-            unit_.helper("sunstone_trap", builder_.getVoidTy(), {builder_.getPtrTy()}, false),
-            {state()});
+        meet(how, builder_.getVoidTy());
     } else {
         Value* launch =
             stateField(offsetof(devlib::RayState, launch), builder_.getPtrTy(), "launch");

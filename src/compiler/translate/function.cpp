@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// FunctionTranslator: set-up, the walk over the body, guards, dispatch by opcode.
+// FunctionTranslator: set-up, the walk over the body, guards.
 #include "compiler/translate/function_translator.h"
 
 #include "compiler/translate/visit_registers.h"
@@ -82,8 +82,8 @@ void FunctionTranslator::beginDebug() {
     }
     debug_->setLocation(builder_, {}, 0);
     for (uint32_t i = 0; debug_->hasVariables() && i < source_.registers.size(); ++i)
-        registerOfSlot_.resize(registerOfSlot_.size() +
-                                   std::max(1u, source_.registers[i].vector), i);
+        registerOfSlot_.resize(registerOfSlot_.size() + std::max(1u, source_.registers[i].vector),
+                               i);
 }
 
 void FunctionTranslator::startRegion(llvm::BasicBlock* block) {
@@ -138,8 +138,7 @@ void FunctionTranslator::classifyRegisters() {
                 const ptx::Type type =
                     isResult ? instruction.types.front() : instruction.types.back();
                 vote = ptx::isFloat(type) && ptx::sizeOf(type) == ptx::sizeOf(reg.type) ? 1 : -1;
-                if (instruction.opcode == "mov" || instruction.opcode == "st" ||
-                    instruction.opcode == "ld" || instruction.opcode == "selp")
+                if (instruction.facts->isCopy())
                     vote = vote > 0 ? 1 : 0; // copies count only if they are of floats
             }
             for (uint32_t slot = first; slot < first + width && slot < count; ++slot) {
@@ -189,8 +188,8 @@ void FunctionTranslator::declareParameters() {
                                     : unit_.flavor().parameterAt(known->second, i);
             if (!offset)
                 failAt(ErrorCode::kInvalidPtx, source_.location, "program \"", source_.name,
-                       "\" has ", source_.parameters.size(), " parameters; programs of its kind take ",
-                       i);
+                       "\" has ", source_.parameters.size(),
+                       " parameters; programs of its kind take ", i);
             const ptx::Variable& parameter = source_.parameters[i];
             locals_[parameter.name] = offsetPointer(state(), int64_t(*offset));
             localVariables_[parameter.name] = &parameter;
@@ -312,7 +311,7 @@ void FunctionTranslator::translateInstruction(const ptx::Instruction& instructio
         debug_->setLocation(builder_, instruction.source, instruction.location.line);
     if (terminated()) // unreachable code after a jump
         builder_.SetInsertPoint(llvm::BasicBlock::Create(unit_.context(), "", &function_));
-    if (instruction.guard >= 0 && instruction.opcode != "bra" && instruction.opcode != "brx")
+    if (instruction.guard >= 0 && !instruction.facts->isJump())
         translateGuarded(instruction);
     else
         dispatch(instruction);
@@ -358,160 +357,6 @@ void FunctionTranslator::translateGuarded(const ptx::Instruction& instruction) {
         merged->addIncoming(fresh, after);
         slots_[slot].current = merged;
     }
-}
-
-void FunctionTranslator::dispatch(const ptx::Instruction& instruction) {
-    if (unit_.isGpu() && translateNative(instruction))
-        return;
-    const auto found = handlers().find(instruction.opcode);
-    if (found == handlers().end())
-        failAt(ErrorCode::kNotSupported, instruction.location, "instruction \"",
-               instruction.fullOpcode(), "\" is not supported (in function \"", source_.name,
-               "\")");
-    (this->*found->second)(instruction);
-}
-
-const FunctionTranslator::Handlers& FunctionTranslator::handlers() {
-    using T = FunctionTranslator;
-    static const auto& table = *new Handlers{
-        // data movement
-        {"mov", &T::move},
-        {"ld", &T::load},
-        {"ldu", &T::load},
-        {"st", &T::store},
-        {"atom", &T::atomic},
-        {"red", &T::atomic},
-        {"cvta", &T::convertAddress},
-        {"isspacep", &T::testAddressSpace},
-        {"membar", &T::fence},
-        {"fence", &T::fence},
-        {"prefetch", &T::noOperation},
-        {"prefetchu", &T::noOperation},
-        {"discard", &T::noOperation},
-        {"applypriority", &T::noOperation},
-        {"nanosleep", &T::sleep},
-        {"pmevent", &T::noOperation},
-        {"createpolicy", &T::noOperation},
-        // arithmetic; the handlers pass on to floating point by type
-        {"add", &T::add},
-        {"addc", &T::add},
-        {"sub", &T::subtract},
-        {"subc", &T::subtract},
-        {"mul", &T::multiply},
-        {"mad", &T::multiplyAdd},
-        {"madc", &T::multiplyAdd},
-        {"mul24", &T::multiply24},
-        {"mad24", &T::multiply24},
-        {"sad", &T::sumAbsoluteDifference},
-        {"div", &T::divide},
-        {"rem", &T::remainder},
-        {"neg", &T::negate},
-        {"abs", &T::absolute},
-        {"min", &T::minimum},
-        {"max", &T::minimum},
-        {"dp4a", &T::dotProduct},
-        {"dp2a", &T::dotProduct},
-        {"fma", &T::fusedMultiplyAdd},
-        {"rcp", &T::reciprocal},
-        {"sqrt", &T::squareRoot},
-        {"rsqrt", &T::reciprocalSquareRoot},
-        {"sin", &T::transcendental},
-        {"cos", &T::transcendental},
-        {"lg2", &T::transcendental},
-        {"ex2", &T::transcendental},
-        {"tanh", &T::transcendental},
-        {"copysign", &T::copySign},
-        {"testp", &T::testProperty},
-        // bits
-        {"and", &T::logic},
-        {"or", &T::logic},
-        {"xor", &T::logic},
-        {"not", &T::logicNot},
-        {"cnot", &T::logicNot},
-        {"lop3", &T::lookup3},
-        {"shl", &T::shift},
-        {"shr", &T::shift},
-        {"shf", &T::funnelShift},
-        {"bfe", &T::extractField},
-        {"bfi", &T::insertField},
-        {"bfind", &T::findBit},
-        {"clz", &T::countBits},
-        {"popc", &T::countBits},
-        {"brev", &T::countBits},
-        {"bmsk", &T::fieldMask},
-        {"prmt", &T::permute},
-        {"fns", &T::findNthSet},
-        {"szext", &T::extractField},
-        // comparison, conversion
-        {"setp", &T::setPredicate},
-        {"set", &T::setValue},
-        {"selp", &T::select},
-        {"slct", &T::selectBySign},
-        {"cvt", &T::convert},
-        // control
-        {"bra", &T::branch},
-        {"brx", &T::branchIndexed},
-        {"ret", &T::returnFrom},
-        {"exit", &T::exitThread},
-        {"trap", &T::trap},
-        {"brkpt", &T::noOperation},
-        {"call", &T::call},
-        // threads
-        {"bar", &T::barrier},
-        {"barrier", &T::barrier},
-        {"vote", &T::vote},
-        {"shfl", &T::shuffle},
-        {"match", &T::match},
-        {"redux", &T::reduceWarp},
-        {"activemask", &T::activeMask},
-        {"elect", &T::elect},
-        {"cp", &T::copyAsync},
-        {"mbarrier", &T::barrierObject},
-        {"griddepcontrol", &T::noOperation}, // launches of a stream run in order
-        // matrices of a warp
-        {"mma", &T::multiplyMatrices},
-        {"wmma", &T::wideMatrices},
-        {"ldmatrix", &T::moveMatrixRows},
-        {"stmatrix", &T::moveMatrixRows},
-        {"movmatrix", &T::transposeMatrix},
-        // stack
-        {"alloca", &T::allocateStack},
-        {"stacksave", &T::saveStack},
-        {"stackrestore", &T::restoreStack},
-        // video
-        {"vadd", &T::videoScalar},
-        {"vsub", &T::videoScalar},
-        {"vabsdiff", &T::videoScalar},
-        {"vmin", &T::videoScalar},
-        {"vmax", &T::videoScalar},
-        {"vshl", &T::videoScalar},
-        {"vshr", &T::videoScalar},
-        {"vset", &T::videoScalar},
-        {"vmad", &T::videoMultiplyAdd},
-        {"vadd2", &T::videoPacked},
-        {"vsub2", &T::videoPacked},
-        {"vavrg2", &T::videoPacked},
-        {"vabsdiff2", &T::videoPacked},
-        {"vmin2", &T::videoPacked},
-        {"vmax2", &T::videoPacked},
-        {"vset2", &T::videoPacked},
-        {"vadd4", &T::videoPacked},
-        {"vsub4", &T::videoPacked},
-        {"vavrg4", &T::videoPacked},
-        {"vabsdiff4", &T::videoPacked},
-        {"vmin4", &T::videoPacked},
-        {"vmax4", &T::videoPacked},
-        {"vset4", &T::videoPacked},
-        // textures
-        {"tex", &T::sampleTexture},
-        {"tld4", &T::sampleTexture},
-        {"txq", &T::queryTexture},
-        {"suq", &T::queryTexture},
-        {"suld", &T::loadSurface},
-        {"sust", &T::storeSurface},
-        {"sured", &T::reduceSurface},
-    };
-    return table;
 }
 
 } // namespace sunstone::compiler

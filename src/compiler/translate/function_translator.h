@@ -12,15 +12,18 @@
 //
 // Addresses are host addresses in all state spaces, so cvta is the identity.
 //
-// handlers() in translate/function.cpp maps each opcode to its member function. The members of
-// an instruction family stand in one file of this folder: integer.cpp, float.cpp, memory.cpp and
-// so on. Source: PTX ISA manual, chapter "Instruction Set".
+// translate/dispatch.cpp has the member function of each ptx::Operation, which the opcode's row
+// names (ptx/opcode_table.h). The members of an instruction family stand in one file of this
+// folder: integer.cpp, float.cpp, memory.cpp and so on. Source: PTX ISA manual, chapter
+// "Instruction Set".
 #pragma once
 
 #include "base/error.h"
 #include "compiler/debug/debug_info.h"
 #include "compiler/runtime/matrix.h"
+#include "compiler/translate/native.h"
 #include "compiler/translate/unit.h"
+#include "ptx/opcode.h"
 
 #include <unordered_map>
 
@@ -36,10 +39,11 @@ public:
     FunctionTranslator(Unit& unit, llvm::Function& function, FunctionFacts& facts);
     void translate();
 
-    using Handler = void (FunctionTranslator::*)(const ptx::Instruction&);
-    using Handlers = std::unordered_map<std::string_view, Handler>;
-
 private:
+    // ---- the member of each operation: translate/dispatch.cpp
+    struct Members;
+    void dispatch(const ptx::Instruction& instruction);
+
     // ---- set-up and the walk over the body: translate/function.cpp
     void declareVariables();
     void declareParameters();
@@ -47,7 +51,6 @@ private:
     void createRegisters();
     void translateInstruction(const ptx::Instruction& instruction);
     void translateGuarded(const ptx::Instruction& instruction);
-    void dispatch(const ptx::Instruction& instruction);
     void beginDebug();
     void startRegion(llvm::BasicBlock* block);
     void emitReturn();
@@ -55,7 +58,6 @@ private:
     [[noreturn]] void reject(const ptx::Instruction& instruction, ErrorCode code,
                              const std::string& why) const;
     [[noreturn]] void rejectForm(const ptx::Instruction& instruction) const;
-    static const Handlers& handlers();
     void operandCount(const ptx::Instruction& instruction, size_t least, size_t most) const;
 
     // ---- types, registers, operands: translate/operands.cpp
@@ -244,11 +246,18 @@ private:
     void callFunction(const ptx::Instruction& instruction, Value* target,
                       const Signature& signature, const std::vector<ptx::Variable>& results,
                       const std::vector<ptx::Variable>& parameters);
-    void emitTrap();
+    void emitTrap(ptx::Lockstep how = ptx::Lockstep::kTrap);
     void endAfterAssertion();
 
     // ---- special registers, warps, barriers: translate/special.cpp
     Value* special(std::string_view name, ptx::Location location);
+    Value* indexRegister(std::string_view name);
+    Value* laneRegister(std::string_view name);
+    Value* gridRegister(std::string_view name);
+    Value* clockRegister(std::string_view name);
+    Value* kernelField(size_t offset);
+    // Calls the run-time where a lane of a kernel depends on other lanes.
+    Value* meet(ptx::Lockstep how, llvm::Type* result, llvm::ArrayRef<Value*> operands = {});
     void barrier(const ptx::Instruction& instruction);
     void warpSync(const ptx::Instruction& instruction);
     void vote(const ptx::Instruction& instruction);
@@ -318,11 +327,15 @@ private:
 
     // ---- GPU: instructions kept as they are, translate/native.cpp
     bool translateNative(const ptx::Instruction& instruction);
-    // The role of the first operand. kPerhaps: unknown, so its registers are both inputs and
-    // outputs.
-    enum class Result : uint8_t { kNone, kFirst, kPerhaps };
-    void emitNative(const ptx::Instruction& instruction, Result result, bool effects,
-                    bool convergent, bool memory);
+    struct Assembly;
+    void emitNative(const ptx::Instruction& instruction, const NativeForm& form);
+    void nativeOperand(Assembly& code, const ptx::Operand& operand, bool isTarget);
+    void nativeList(Assembly& code, const std::vector<ptx::Operand>& operands, bool isTarget,
+                    const char* open, const char* between, const char* close);
+    void nativeRegister(Assembly& code, const ptx::Operand& operand, bool isTarget);
+    void nativeAddress(Assembly& code, const ptx::Operand& operand);
+    unsigned nativeBits(const ptx::Operand& operand) const;
+    llvm::CallInst* callAssembly(const Assembly& code);
     void allocateStackNative(const ptx::Instruction& instruction);
     Value* readSpecialNative(std::string_view name);
 

@@ -7,8 +7,6 @@ namespace sunstone::compiler {
 
 void FunctionTranslator::add(const ptx::Instruction& instruction) {
     operandCount(instruction, 3, 3);
-    if (instruction.has("u16x2") || instruction.has("s16x2"))
-        return packedArithmetic(instruction);
     const ptx::Type type = lastType(instruction);
     if (ptx::isFloat(type))
         return floatArithmetic(instruction);
@@ -206,8 +204,6 @@ void FunctionTranslator::absolute(const ptx::Instruction& instruction) {
 
 void FunctionTranslator::minimum(const ptx::Instruction& instruction) {
     operandCount(instruction, 3, 4);
-    if (instruction.has("u16x2") || instruction.has("s16x2"))
-        return packedArithmetic(instruction);
     const ptx::Type type = lastType(instruction);
     if (ptx::isFloat(type))
         return floatMinimum(instruction);

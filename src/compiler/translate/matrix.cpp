@@ -302,7 +302,6 @@ std::vector<Value*> FunctionTranslator::runMatrix(const ptx::Instruction& instru
     if (!isKernel())
         reject(instruction, ErrorCode::kNotSupported,
                "OptiX programs are alone in their warps: matrices are not available");
-    facts_.warp = true;
     if (!matrixBlock_) {
         llvm::IRBuilder<> top(entry_, entry_->begin());
         llvm::AllocaInst* block = top.CreateAlloca(
@@ -321,11 +320,9 @@ std::vector<Value*> FunctionTranslator::runMatrix(const ptx::Instruction& instru
         offset += value->getType()->getIntegerBitWidth() / 8;
     }
     SUNSTONE_CHECK(offset <= offsetof(MatrixBlock, out));
-    llvm::Type* word = intType(32);
-    builder_.CreateCall(unit_.helper("sunstone_matrix", word,
-                                     {builder_.getPtrTy(), word, word, intType(64)}, false),
-                        {state(), builder_.getInt32(0), builder_.getInt32(~0u),
-                         builder_.CreatePtrToInt(matrixBlock_, intType(64))});
+    meet(instruction.facts->lockstep, intType(32),
+         {builder_.getInt32(0), builder_.getInt32(~0u),
+          builder_.CreatePtrToInt(matrixBlock_, intType(64))});
     std::vector<Value*> results;
     for (unsigned i = 0; i < outputs; ++i)
         results.push_back(builder_.CreateAlignedLoad(

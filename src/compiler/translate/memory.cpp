@@ -48,7 +48,8 @@ llvm::AtomicOrdering orderingOf(const ptx::Instruction& instruction) {
 }
 
 devlib::AccessSpace spaceOf(const ptx::Instruction& instruction) {
-    if (instruction.opcode == "cp") // each operand has its own space
+    // Each operand of an asynchronous copy has its own space.
+    if (instruction.facts->operation == ptx::Operation::kCopyAsync)
         return devlib::kSpaceGeneric;
     for (const auto& [name, space] :
          {std::pair<std::string_view, devlib::AccessSpace>{"shared", devlib::kSpaceShared},
@@ -179,8 +180,9 @@ Value* FunctionTranslator::addressedConstant() {
     for (const ptx::Function& function : module_.functions)
         for (const ptx::Statement& statement : function.body) {
             const ptx::Instruction& each = statement.instruction;
-            if (each.opcode != "mov" || each.types.empty() || ptx::sizeOf(each.types[0]) != 4 ||
-                each.operands.size() != 2 || each.operands[1].kind != ptx::OperandKind::kSymbol)
+            if (each.facts->operation != ptx::Operation::kMove || each.types.empty() ||
+                ptx::sizeOf(each.types[0]) != 4 || each.operands.size() != 2 ||
+                each.operands[1].kind != ptx::OperandKind::kSymbol)
                 continue;
             const std::string_view name = each.operands[1].name;
             const auto own =
@@ -250,9 +252,7 @@ FunctionTranslator::Place FunctionTranslator::place(const ptx::Operand& operand)
 // Call after a read by which a kernel's thread may wait for another.
 void FunctionTranslator::mayWait() {
     if (isKernel())
-        builder_.CreateCall(
-            unit_.helper("sunstone_spin", builder_.getVoidTy(), {builder_.getPtrTy()}, false),
-            {state()});
+        meet(current_->facts->lockstep, builder_.getVoidTy());
 }
 
 // Adding zero is a form of read. With a constant operand, only one branch remains.

@@ -8,6 +8,8 @@
 // type. Addresses are passed as generic ones, which for global memory are the same. Instructions
 // that the optimiser can improve become LLVM IR: integers, plain float arithmetic, comparisons,
 // loads and stores, control flow.
+#include "compiler/translate/native.h"
+
 #include "compiler/gpu/header.h"
 #include "compiler/translate/function_translator.h"
 #include "ptx/special_registers.h"
@@ -15,13 +17,10 @@
 #include <llvm/IR/InlineAsm.h>
 
 #include <cinttypes>
-#include <set>
 
 namespace sunstone::compiler {
 
 namespace {
-
-using Names = std::set<std::string_view>;
 
 // All modifiers except types and these two have meanings that LLVM's operations lack.
 bool isPlain(const ptx::Instruction& instruction) {
@@ -39,22 +38,22 @@ bool hasFloat(const ptx::Instruction& instruction) {
     for (ptx::Type type : instruction.types)
         if (ptx::isFloat(type))
             return true;
-    return false;
+    return instruction.has("f32x2");
 }
 
-// Text and operands of one piece of inline assembly. Results come first.
-struct Assembly {
-    std::string text;
-    std::string outputs, inputs; // constraints
-    std::vector<llvm::Type*> types;
-    std::vector<ptx::Operand> targets;
-    std::vector<Value*> values;
+bool isPlainComparison(const ptx::Instruction& instruction) {
+    const ptx::Type last = instruction.types.empty() ? ptx::Type::kNone : instruction.types.back();
+    return !instruction.has("ftz") && (last == ptx::Type::kF32 || last == ptx::Type::kF64);
+}
 
-    std::string place() const { return "$" + std::to_string(types.size() + values.size()); }
-    static void add(std::string& constraints, const char* constraint) {
-        constraints += (constraints.empty() ? "" : ",") + std::string(constraint);
-    }
-};
+// LLVM's back end emits no loads and stores that order others, no atomic ones of 128 bits, and no
+// asynchronous ones.
+bool ordersOthers(const ptx::Instruction& instruction) {
+    return instruction.has("acquire") || instruction.has("release") || instruction.has("mmio") ||
+           instruction.has("async") || instruction.has("bulk") ||
+           (instruction.has("relaxed") && !instruction.types.empty() &&
+            instruction.types.back() == ptx::Type::kB128);
+}
 
 const char* constraintOf(unsigned bits) {
     return bits == 1 ? "b" : bits <= 16 ? "h" : bits == 32 ? "r" : bits == 64 ? "l" : "q";
@@ -83,239 +82,240 @@ std::string literalOf(const ptx::Operand& operand) {
 
 } // namespace
 
-// Returns true if it translated the instruction.
-bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
-    static const auto& kKept =
-        *new Names{"rcp", "sqrt", "rsqrt", "sin", "cos", "lg2", "ex2", "tanh", "testp", "lop3",
-                   "prmt", "bfe", "bfi", "bfind", "shf", "fns", "bmsk", "szext", "dp4a", "dp2a",
-                   "sad", "mul24", "mad24", "brev", "tex", "tld4", "txq", "suq", "copysign", "isspacep",
-                   // video instructions
-                   "vadd", "vsub", "vabsdiff", "vmin", "vmax", "vshl", "vshr", "vset", "vmad",
-                   "vadd2", "vsub2", "vavrg2", "vabsdiff2", "vmin2", "vmax2", "vset2", "vadd4",
-                   "vsub4", "vavrg4", "vabsdiff4", "vmin4", "vmax4", "vset4"};
-    static const auto& kKeptIfFloat = *new Names{"add", "sub", "mul", "mad", "fma", "div",  "neg",
-                                                 "abs", "min", "max", "cvt", "set", "setp", "slct"};
-    static const auto& kMatrices = *new Names{"mma", "wmma", "ldmatrix", "stmatrix", "movmatrix"};
-    static const auto& kStack = *new Names{"stacksave", "stackrestore"};
-    static const auto& kWarp = *new Names{"vote", "shfl", "match", "redux", "activemask", "elect"};
-    static const auto& kEffects = *new Names{
-        "suld",    "sust",    "sured",    "atom",           "red",          "membar",
-        "fence",   "cp",      "mbarrier", "griddepcontrol", "nanosleep",    "createpolicy",
-        "discard", "pmevent", "prefetch", "prefetchu",      "applypriority"};
-    static const auto& kWithoutResult = *new Names{
-        "sust", "sured",   "red",     "membar",    "fence",         "nanosleep",     "prefetch",
-        "cp",   "discard", "pmevent", "prefetchu", "applypriority", "griddepcontrol"};
-    const std::string_view op = instruction.opcode;
-    if (instruction.isForeign) {
-        emitNative(instruction, Result::kPerhaps, true, true, true);
-        return true;
+std::optional<NativeForm> nativeForm(const ptx::Instruction& instruction) {
+    const ptx::Opcode& facts = *instruction.facts;
+    if (instruction.isForeign || facts.operation == ptx::Operation::kUnknown)
+        return NativeForm{NativeForm::kPerhaps, true, true, true};
+    const auto result = facts.hasResult ? NativeForm::kFirst : NativeForm::kNone;
+    const auto valueIf = [](bool condition) {
+        return condition ? std::optional<NativeForm>(NativeForm()) : std::nullopt;
+    };
+    switch (facts.native) {
+    case ptx::Native::kNever:
+        return std::nullopt;
+    case ptx::Native::kValue:
+        return NativeForm();
+    case ptx::Native::kInexact:
+        return valueIf(hasFloat(instruction) && !isPlain(instruction));
+    case ptx::Native::kFloats:
+        return valueIf(hasFloat(instruction));
+    case ptx::Native::kCompares:
+        return valueIf(hasFloat(instruction) && !isPlainComparison(instruction));
+    case ptx::Native::kOrders:
+        if (!ordersOthers(instruction))
+            return std::nullopt;
+        [[fallthrough]];
+    case ptx::Native::kEffects:
+    case ptx::Native::kStack:
+        return NativeForm{result, true, false, true};
+    case ptx::Native::kWarp:
+        return NativeForm{result, true, true, false};
+    case ptx::Native::kWarpMemory:
+        return NativeForm{result, true, true, true};
+    case ptx::Native::kWarpSync:
+        if (!instruction.has("warp"))
+            return std::nullopt;
+        return NativeForm{NativeForm::kNone, true, true, true};
     }
-    if (kKept.count(op)) {
-        emitNative(instruction, Result::kFirst, false, false, false);
-        return true;
-    }
-    // LLVM's back end emits no loads and stores that order others, no atomic ones of 128 bits, and
-    // no asynchronous ones.
-    const bool isStore = op == "st";
-    if ((isStore || op == "ld") &&
-        (instruction.has("acquire") || instruction.has("release") || instruction.has("mmio") ||
-         instruction.has("async") || instruction.has("bulk") ||
-         (instruction.has("relaxed") && lastType(instruction) == ptx::Type::kB128))) {
-        emitNative(instruction, isStore ? Result::kNone : Result::kFirst, true, false, true);
-        return true;
-    }
-    if (instruction.has("f32x2")) {
-        emitNative(instruction, Result::kFirst, false, false, false);
-        return true;
-    }
-    if (kKeptIfFloat.count(op)) {
-        const bool arithmetic = op != "min" && op != "max" && op != "cvt" && op != "set";
-        if (!hasFloat(instruction) || (arithmetic && isPlain(instruction)))
-            return false;
-        if ((op == "setp" || op == "slct") && !instruction.has("ftz") &&
-            (lastType(instruction) == ptx::Type::kF32 || lastType(instruction) == ptx::Type::kF64))
-            return false;
-        emitNative(instruction, Result::kFirst, false, false, false);
-        return true;
-    }
-    const bool warpBarrier = (op == "bar" || op == "barrier") && instruction.has("warp");
-    if (kWarp.count(op) || warpBarrier) {
-        emitNative(instruction, warpBarrier ? Result::kNone : Result::kFirst, true, true,
-                   warpBarrier);
-        return true;
-    }
-    if (kMatrices.count(op) || kStack.count(op)) {
-        emitNative(instruction, op == "stackrestore" ? Result::kNone : Result::kFirst, true, true,
-                   true);
-        return true;
-    }
-    if (op == "alloca") {
-        allocateStackNative(instruction);
-        return true;
-    }
-    if (kEffects.count(op) || handlers().find(op) == handlers().end()) {
-        const bool known = kEffects.count(op);
-        const Result result = !known                     ? Result::kPerhaps
-                              : kWithoutResult.count(op) ? Result::kNone
-                                                         : Result::kFirst;
-        emitNative(instruction, result, true, !known, true);
-        return true;
-    }
-    return false;
+    return std::nullopt;
 }
 
-void FunctionTranslator::emitNative(const ptx::Instruction& instruction, Result result,
-                                    bool effects, bool convergent, bool memory) {
+// Text and operands of one piece of inline assembly. Results come first.
+struct FunctionTranslator::Assembly {
+    const ptx::Instruction& instruction;
+    NativeForm form;
+    std::string text;
+    std::string outputs, inputs; // constraints
+    std::vector<llvm::Type*> types;
+    std::vector<ptx::Operand> targets;
+    std::vector<Value*> values;
+    std::vector<Value*> before; // old values of results that may also be read
+
+    static void add(std::string& constraints, const std::string& constraint) {
+        constraints += (constraints.empty() ? "" : ",") + constraint;
+    }
+    void addPlace() { text += "$" + std::to_string(types.size() + values.size()); }
+    void addInput(Value* value) {
+        addPlace();
+        add(inputs, constraintOf(unsigned(value->getType()->getIntegerBitWidth())));
+        values.push_back(value);
+    }
+    void addTarget(const ptx::Operand& operand, llvm::Type* type) {
+        addPlace();
+        add(outputs, std::string("=") + constraintOf(unsigned(type->getIntegerBitWidth())));
+        types.push_back(type);
+        targets.push_back(operand);
+    }
+};
+
+// Returns true if it translated the instruction.
+bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
+    const std::optional<NativeForm> form = nativeForm(instruction);
+    if (!form)
+        return false;
+    if (!instruction.isForeign && instruction.facts->native == ptx::Native::kStack)
+        allocateStackNative(instruction);
+    else
+        emitNative(instruction, *form);
+    return true;
+}
+
+void FunctionTranslator::emitNative(const ptx::Instruction& instruction, const NativeForm& form) {
     if (mayNeedHeader(instruction))
         unit_.needHeader(module_, instruction);
-    const bool isLegacy =
-        (instruction.opcode == "vote" || instruction.opcode == "shfl") && !instruction.has("sync");
-    Assembly code;
-    std::vector<Value*> before; // old values of results that may also be read
-    const auto bitsOfRegister = [&](const ptx::Operand& operand) {
-        const unsigned bits = bitsOf(source_.registers[operand.index].type);
-        return bits == 8 ? 16u : bits;
-    };
-    const auto input = [&](Value* value) {
-        const unsigned bits = unsigned(value->getType()->getIntegerBitWidth());
-        code.text += code.place();
-        Assembly::add(code.inputs, constraintOf(bits));
-        code.values.push_back(value);
-    };
-    // Visits operands in the order of the text; `target`: the instruction writes it.
-    const auto emit = [&](const auto& self, const ptx::Operand& operand, bool target) -> void {
-        const auto list = [&](const std::vector<ptx::Operand>& all, const char* open,
-                              const char* between, const char* close) {
-            code.text += open;
-            for (size_t i = 0; i < all.size(); ++i) {
-                code.text += i ? between : "";
-                self(self, all[i], target);
-            }
-            code.text += close;
-        };
-        switch (operand.kind) {
-        case ptx::OperandKind::kRegister: {
-            if (operand.negated || operand.component >= kFirstByte) {
-                // -%r1.b0 and the like: a prefix or suffix of the whole register.
-                ptx::Operand whole = operand;
-                whole.negated = false;
-                whole.component = operand.component >= kFirstByte ? -1 : operand.component;
-                const bool predicate = bitsOfRegister(operand) == 1;
-                code.text += !operand.negated ? "" : predicate ? "!" : "-";
-                self(self, whole, target);
-                code.text += selectorOf(operand);
-                return;
-            }
-            const std::vector<ptx::Operand> parts = elements(operand);
-            if (parts.size() > 1)
-                return list(parts, "{", ", ", "}");
-            const unsigned bits = bitsOfRegister(operand);
-            const auto value = [&] {
-                return coerce(readInt(operand, bitsOf(source_.registers[operand.index].type)),
-                              intType(bits));
-            };
-            if (!target)
-                return input(value());
-            if (result == Result::kPerhaps)
-                before.push_back(value());
-            code.text += code.place();
-            Assembly::add(code.outputs, (std::string("=") + constraintOf(bits)).c_str());
-            code.types.push_back(intType(bits));
-            code.targets.push_back(operand);
-            return;
-        }
-        case ptx::OperandKind::kInteger:
-        case ptx::OperandKind::kFloat:
-            code.text += literalOf(operand);
-            return;
-        case ptx::OperandKind::kSpecial: {
-            if (instruction.isForeign) {
-                code.text += operand.name;
-                return;
-            }
-            Value* value = special(operand.name, operand.location);
-            return input(coerce(value, intType(unsigned(value->getType()->getIntegerBitWidth()))));
-        }
-        case ptx::OperandKind::kSymbol:
-            return input(readInt(operand, 64));
-        case ptx::OperandKind::kAddress: {
-            code.text += "[";
-            // 32-bit addresses are in spaces of their own: shared memory, matrix memory.
-            const bool isWord = operand.name.empty() && operand.index != ~0u &&
-                                bitsOfRegister(operand) == 32 && !instruction.has("local");
-            if (isWord) {
-                ptx::Operand word = operand;
-                word.kind = ptx::OperandKind::kRegister;
-                input(builder_.CreateAdd(readInt(word, 32),
-                                         builder_.getInt32(uint32_t(operand.offset))));
-            } else {
-                Value* pointer = place(operand).pointer;
-                input(builder_.CreatePtrToInt(pointer, builder_.getInt64Ty()));
-            }
-            code.text += "]";
-            return;
-        }
-        case ptx::OperandKind::kVector:
-            return list(operand.elements, "{", ", ", "}");
-        case ptx::OperandKind::kPair:
-            return list(operand.elements, "", "|", "");
-        case ptx::OperandKind::kTexture: {
-            const ptx::Operand& handle = operand.elements.at(0);
-            if (handle.kind == ptx::OperandKind::kSymbol)
-                reject(instruction, ErrorCode::kNotSupported,
-                       "texture references are not available on GPUs; use texture objects");
-            return list(operand.elements, "[", ", ", "]");
-        }
-        case ptx::OperandKind::kSink:
-            code.text += "_";
-            return;
-        default:
-            reject(instruction, ErrorCode::kNotSupported, "operand of an unexpected kind");
-        }
-    };
+    Assembly code{instruction, form};
     for (size_t i = 0; i < instruction.operands.size(); ++i) {
+        const ptx::Operand& operand = instruction.operands[i];
         code.text += i ? ", " : " ";
-        const bool isAddress = instruction.operands[i].kind == ptx::OperandKind::kAddress ||
-                               instruction.operands[i].kind == ptx::OperandKind::kTexture;
-        emit(emit, instruction.operands[i], result != Result::kNone && i == 0 && !isAddress);
+        const bool isAddress = operand.kind == ptx::OperandKind::kAddress ||
+                               operand.kind == ptx::OperandKind::kTexture;
+        nativeOperand(code, operand, form.result != NativeForm::kNone && i == 0 && !isAddress);
     }
-    code.text = instruction.fullOpcode() + code.text;
     // PTX 6.4 removed the forms without .sync on GPUs that have .sync: they apply to the active
     // threads.
+    const ptx::Operation operation = instruction.facts->operation;
+    const bool isLegacy =
+        (operation == ptx::Operation::kVote || operation == ptx::Operation::kShuffle) &&
+        !instruction.has("sync");
+    code.text = instruction.fullOpcode() + code.text;
     if (isLegacy)
         code.text = message("{ .reg .b32 all; activemask.b32 all; ", instruction.opcode, ".sync",
                             code.text.substr(instruction.opcode.size()), ", all; }");
     else
         code.text += ";";
     // The text names results and other operands; the old values of result registers follow.
-    for (size_t i = 0; i < before.size(); ++i) {
-        Assembly::add(code.inputs, std::to_string(i).c_str());
-        code.values.push_back(before[i]);
+    for (size_t i = 0; i < code.before.size(); ++i) {
+        Assembly::add(code.inputs, std::to_string(i));
+        code.values.push_back(code.before[i]);
     }
-    std::string constraints = code.outputs;
-    if (!code.inputs.empty())
-        Assembly::add(constraints, code.inputs.c_str());
-    if (memory)
-        Assembly::add(constraints, "~{memory}");
-    llvm::Type* resultType = code.types.empty() ? builder_.getVoidTy()
-                             : code.types.size() == 1
-                                 ? code.types[0]
-                                 : llvm::StructType::get(unit_.context(), code.types);
-    std::vector<llvm::Type*> inputs;
-    for (Value* value : code.values)
-        inputs.push_back(value->getType());
-    auto* type = llvm::FunctionType::get(resultType, inputs, false);
-    llvm::CallInst* call = builder_.CreateCall(
-        type, llvm::InlineAsm::get(type, code.text, constraints, effects), code.values);
-    call->addFnAttr(llvm::Attribute::NoUnwind);
-    if (convergent)
-        call->addFnAttr(llvm::Attribute::Convergent);
-    if (!effects)
-        call->setMemoryEffects(llvm::MemoryEffects::none());
+    llvm::CallInst* call = callAssembly(code);
     for (size_t i = 0; i < code.targets.size(); ++i)
         write(code.targets[i], code.targets.size() == 1
                                    ? static_cast<Value*>(call)
                                    : builder_.CreateExtractValue(call, unsigned(i)));
+}
+
+llvm::CallInst* FunctionTranslator::callAssembly(const Assembly& code) {
+    std::string constraints = code.outputs;
+    if (!code.inputs.empty())
+        Assembly::add(constraints, code.inputs);
+    if (code.form.memory)
+        Assembly::add(constraints, "~{memory}");
+    llvm::Type* result = code.types.empty() ? builder_.getVoidTy()
+                         : code.types.size() == 1
+                             ? code.types[0]
+                             : llvm::StructType::get(unit_.context(), code.types);
+    std::vector<llvm::Type*> inputs;
+    for (Value* value : code.values)
+        inputs.push_back(value->getType());
+    auto* type = llvm::FunctionType::get(result, inputs, false);
+    llvm::CallInst* call = builder_.CreateCall(
+        type, llvm::InlineAsm::get(type, code.text, constraints, code.form.effects), code.values);
+    call->addFnAttr(llvm::Attribute::NoUnwind);
+    if (code.form.convergent)
+        call->addFnAttr(llvm::Attribute::Convergent);
+    if (!code.form.effects)
+        call->setMemoryEffects(llvm::MemoryEffects::none());
+    return call;
+}
+
+// Adds operands in the order of the text. isTarget: the instruction writes the operand.
+void FunctionTranslator::nativeOperand(Assembly& code, const ptx::Operand& operand, bool isTarget) {
+    const ptx::Instruction& instruction = code.instruction;
+    switch (operand.kind) {
+    case ptx::OperandKind::kRegister:
+        return nativeRegister(code, operand, isTarget);
+    case ptx::OperandKind::kInteger:
+    case ptx::OperandKind::kFloat:
+        code.text += literalOf(operand);
+        return;
+    case ptx::OperandKind::kSpecial: {
+        if (instruction.isForeign) {
+            code.text += operand.name;
+            return;
+        }
+        Value* value = special(operand.name, operand.location);
+        return code.addInput(
+            coerce(value, intType(unsigned(value->getType()->getIntegerBitWidth()))));
+    }
+    case ptx::OperandKind::kSymbol:
+        return code.addInput(readInt(operand, 64));
+    case ptx::OperandKind::kAddress:
+        return nativeAddress(code, operand);
+    case ptx::OperandKind::kVector:
+        return nativeList(code, operand.elements, isTarget, "{", ", ", "}");
+    case ptx::OperandKind::kPair:
+        return nativeList(code, operand.elements, isTarget, "", "|", "");
+    case ptx::OperandKind::kTexture:
+        if (operand.elements.at(0).kind == ptx::OperandKind::kSymbol)
+            reject(instruction, ErrorCode::kNotSupported,
+                   "texture references are not available on GPUs; use texture objects");
+        return nativeList(code, operand.elements, isTarget, "[", ", ", "]");
+    case ptx::OperandKind::kSink:
+        code.text += "_";
+        return;
+    default:
+        reject(instruction, ErrorCode::kNotSupported, "operand of an unexpected kind");
+    }
+}
+
+void FunctionTranslator::nativeList(Assembly& code, const std::vector<ptx::Operand>& operands,
+                                    bool isTarget, const char* open, const char* between,
+                                    const char* close) {
+    code.text += open;
+    for (size_t i = 0; i < operands.size(); ++i) {
+        code.text += i ? between : "";
+        nativeOperand(code, operands[i], isTarget);
+    }
+    code.text += close;
+}
+
+unsigned FunctionTranslator::nativeBits(const ptx::Operand& operand) const {
+    const unsigned bits = bitsOf(source_.registers[operand.index].type);
+    return bits == 8 ? 16u : bits;
+}
+
+void FunctionTranslator::nativeRegister(Assembly& code, const ptx::Operand& operand,
+                                        bool isTarget) {
+    const unsigned bits = nativeBits(operand);
+    if (operand.negated || operand.component >= kFirstByte) {
+        // -%r1.b0 and the like: a prefix or suffix of the whole register.
+        ptx::Operand whole = operand;
+        whole.negated = false;
+        whole.component = operand.component >= kFirstByte ? -1 : operand.component;
+        code.text += !operand.negated ? "" : bits == 1 ? "!" : "-";
+        nativeOperand(code, whole, isTarget);
+        code.text += selectorOf(operand);
+        return;
+    }
+    const std::vector<ptx::Operand> parts = elements(operand);
+    if (parts.size() > 1)
+        return nativeList(code, parts, isTarget, "{", ", ", "}");
+    const auto value = [&] {
+        return coerce(readInt(operand, bitsOf(source_.registers[operand.index].type)),
+                      intType(bits));
+    };
+    if (!isTarget)
+        return code.addInput(value());
+    if (code.form.result == NativeForm::kPerhaps)
+        code.before.push_back(value());
+    code.addTarget(operand, intType(bits));
+}
+
+void FunctionTranslator::nativeAddress(Assembly& code, const ptx::Operand& operand) {
+    code.text += "[";
+    // 32-bit addresses are in spaces of their own: shared memory, matrix memory.
+    const bool isWord = operand.name.empty() && operand.index != ~0u && nativeBits(operand) == 32 &&
+                        !code.instruction.has("local");
+    if (isWord) {
+        ptx::Operand word = operand;
+        word.kind = ptx::OperandKind::kRegister;
+        code.addInput(
+            builder_.CreateAdd(readInt(word, 32), builder_.getInt32(uint32_t(operand.offset))));
+    } else {
+        code.addInput(builder_.CreatePtrToInt(place(operand).pointer, builder_.getInt64Ty()));
+    }
+    code.text += "]";
 }
 
 // The memory is freed when the function returns, so the function must not be inlined. Addresses are

@@ -2,9 +2,12 @@
 // FunctionTranslator: special registers, barriers and warp functions. An OptiX program is alone
 // in its warp: lane 0 of a warp with one active lane. Kernels reach their launcher through the
 // functions of compiler/runtime/kernel.cpp.
+#include "compiler/runtime/lane_functions.h"
 #include "compiler/translate/function_translator.h"
 
 namespace sunstone::compiler {
+
+using devlib::KernelThread;
 
 namespace {
 
@@ -29,13 +32,28 @@ int componentOf(std::string_view name, std::string_view base) {
 } // namespace
 
 Value* FunctionTranslator::special(std::string_view name, ptx::Location location) {
-    llvm::Type* word = intType(32);
-    const auto kernelField = [&](size_t offset) { return stateField(offset, word, "special"); };
+    if (Value* value = indexRegister(name))
+        return value;
+    if (unit_.isGpu() && name.starts_with("%"))
+        return readSpecialNative(name);
+    for (const auto read : {&FunctionTranslator::laneRegister, &FunctionTranslator::gridRegister,
+                            &FunctionTranslator::clockRegister})
+        if (Value* value = (this->*read)(name))
+            return value;
+    failAt(ErrorCode::kInvalidPtx, location, "special register \"", name,
+           isKernel() ? "\" is not available" : "\" is not available in OptiX programs");
+}
+
+Value* FunctionTranslator::kernelField(size_t offset) {
+    return stateField(offset, intType(32), "special");
+}
+
+// Components of %tid, %ntid, %ctaid and %nctaid; null for other names.
+Value* FunctionTranslator::indexRegister(std::string_view name) {
     struct VectorRegister {
         std::string_view name;
         size_t offset;
     };
-    using devlib::KernelThread;
     static constexpr VectorRegister kVectors[] = {
         {"%tid", offsetof(KernelThread, tid)},
         {"%ntid", offsetof(KernelThread, ntid)},
@@ -59,8 +77,11 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
         }
         return builder_.getInt32(isCount ? 1 : 0);
     }
-    if (unit_.isGpu() && name.starts_with("%"))
-        return readSpecialNative(name);
+    return nullptr;
+}
+
+// The thread's place in its warp and the masks of lanes around it; null for other names.
+Value* FunctionTranslator::laneRegister(std::string_view name) {
     const auto lane = [&]() -> Value* {
         return isKernel() ? kernelField(offsetof(KernelThread, laneid)) : builder_.getInt32(0);
     };
@@ -77,6 +98,14 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
         return builder_.CreateShl(builder_.getInt32(~0u), lane());
     if (name == "%lanemask_gt")
         return builder_.CreateShl(builder_.getInt32(~1u), lane());
+    if (name == "WARP_SZ" || name == "%warpsize")
+        return builder_.getInt32(32);
+    return nullptr;
+}
+
+// Warps, processors, the grid and its memory; null for other names.
+Value* FunctionTranslator::gridRegister(std::string_view name) {
+    Value* one = builder_.getInt32(1);
     if (name == "%warpid")
         return isKernel() ? kernelField(offsetof(KernelThread, warpid)) : builder_.getInt32(0);
     if (name == "%nwarpid") {
@@ -88,8 +117,6 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
                 builder_.CreateMul(threads, kernelField(offsetof(KernelThread, ntid) + i * 4));
         return builder_.CreateLShr(builder_.CreateAdd(threads, builder_.getInt32(31)), 5);
     }
-    if (name == "WARP_SZ" || name == "%warpsize")
-        return builder_.getInt32(32);
     if (name == "%smid")
         return builder_.getInt32(0);
     if (name == "%nsmid")
@@ -101,6 +128,12 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
         return kernelField(offsetof(KernelThread, gridWorkspace) + (name == "%envreg1" ? 4 : 0));
     if (name == "%dynamic_smem_size" && isKernel())
         return kernelField(offsetof(KernelThread, dynamicSharedSize));
+    return nullptr;
+}
+
+// Null for other names.
+Value* FunctionTranslator::clockRegister(std::string_view name) {
+    llvm::Type* word = intType(32);
     if (name == "%clock64" || name == "%clock" || name == "%clock_hi") {
         Value* ticks = builder_.CreateIntrinsic(llvm::Intrinsic::readcyclecounter, {}, {});
         if (name == "%clock64")
@@ -109,17 +142,28 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
             ticks = builder_.CreateLShr(ticks, 32);
         return builder_.CreateTrunc(ticks, word);
     }
-    if (name.starts_with("%globaltimer")) {
-        Value* time =
-            builder_.CreateCall(unit_.helper("sunstone_globaltimer", intType(64), {}, false), {});
-        if (name == "%globaltimer_lo")
-            return builder_.CreateTrunc(time, word);
-        if (name == "%globaltimer_hi")
-            return builder_.CreateTrunc(builder_.CreateLShr(time, 32), word);
-        return time;
-    }
-    failAt(ErrorCode::kInvalidPtx, location, "special register \"", name,
-           isKernel() ? "\" is not available" : "\" is not available in OptiX programs");
+    if (!name.starts_with("%globaltimer"))
+        return nullptr;
+    Value* time =
+        builder_.CreateCall(unit_.helper("sunstone_globaltimer", intType(64), {}, false), {});
+    if (name == "%globaltimer_lo")
+        return builder_.CreateTrunc(time, word);
+    if (name == "%globaltimer_hi")
+        return builder_.CreateTrunc(builder_.CreateLShr(time, 32), word);
+    return time;
+}
+
+Value* FunctionTranslator::meet(ptx::Lockstep how, llvm::Type* result,
+                                llvm::ArrayRef<Value*> operands) {
+    const LaneFunction& function = laneFunction(how);
+    facts_.warp |= function.needs == LaneFunction::kWarp;
+    facts_.barriers |= function.needs == LaneFunction::kThreads;
+    std::vector<Value*> values = {state()};
+    values.insert(values.end(), operands.begin(), operands.end());
+    std::vector<llvm::Type*> types;
+    for (const Value* value : values)
+        types.push_back(value->getType());
+    return builder_.CreateCall(unit_.helper(function.name, result, types, false), values);
 }
 
 void FunctionTranslator::barrier(const ptx::Instruction& instruction) {
@@ -129,7 +173,6 @@ void FunctionTranslator::barrier(const ptx::Instruction& instruction) {
         reject(instruction, ErrorCode::kInvalidPtx, "barriers are not allowed in OptiX programs");
     if (instruction.has("cluster"))
         reject(instruction, ErrorCode::kNotSupported, "thread block clusters are not available");
-    facts_.barriers = true;
     const bool reduces = instruction.has("red");
     const bool arrives = instruction.has("arrive");
     const devlib::BarrierReduction reduction = !reduces                  ? devlib::kReduceNone
@@ -147,15 +190,14 @@ void FunctionTranslator::barrier(const ptx::Instruction& instruction) {
         predicate = coerce(readInt(instruction.operands.back(), 1), intType(32));
     llvm::Type* word = intType(32);
     if (arrives) {
+        facts_.barriers = true;
         builder_.CreateCall(unit_.helper("sunstone_arrive", builder_.getVoidTy(),
                                          {builder_.getPtrTy(), word, word}, false),
                             {state(), id, threads});
         return;
     }
-    Value* result =
-        builder_.CreateCall(unit_.helper("sunstone_barrier", word,
-                                         {builder_.getPtrTy(), word, word, word, word}, false),
-                            {state(), id, threads, builder_.getInt32(reduction), predicate});
+    Value* result = meet(instruction.facts->lockstep, word,
+                         {id, threads, builder_.getInt32(reduction), predicate});
     if (reduces)
         write(instruction.operands[0],
               instruction.has("popc") ? result : builder_.CreateIsNotNull(result));
@@ -165,12 +207,9 @@ void FunctionTranslator::warpSync(const ptx::Instruction& instruction) {
     operandCount(instruction, 1, 1);
     if (!isKernel())
         return;
-    facts_.warp = true;
-    llvm::Type* word = intType(32);
-    builder_.CreateCall(
-        unit_.helper("sunstone_vote", word, {builder_.getPtrTy(), word, word, word}, false),
-        {state(), builder_.getInt32(0), readInt(instruction.operands[0], 32),
-         builder_.getInt32(1)});
+    // A vote whose result is unused.
+    meet(ptx::Lockstep::kVote, intType(32),
+         {builder_.getInt32(0), readInt(instruction.operands[0], 32), builder_.getInt32(1)});
 }
 
 void FunctionTranslator::vote(const ptx::Instruction& instruction) {
@@ -183,14 +222,12 @@ void FunctionTranslator::vote(const ptx::Instruction& instruction) {
                                                                 : predicate);
         return;
     }
-    facts_.warp = true;
     const unsigned mode = ballot ? 3 : instruction.has("uni") ? 2 : instruction.has("any") ? 1 : 0;
     Value* mask = instruction.operands.size() == 3 ? readInt(instruction.operands[2], 32)
                                                    : static_cast<Value*>(builder_.getInt32(~0u));
     llvm::Type* word = intType(32);
-    Value* result = builder_.CreateCall(
-        unit_.helper("sunstone_vote", word, {builder_.getPtrTy(), word, word, word}, false),
-        {state(), builder_.getInt32(mode), mask, builder_.CreateZExt(predicate, word)});
+    Value* result = meet(instruction.facts->lockstep, word,
+                         {builder_.getInt32(mode), mask, builder_.CreateZExt(predicate, word)});
     write(instruction.operands[0], ballot ? result : builder_.CreateIsNotNull(result));
 }
 
@@ -203,7 +240,6 @@ void FunctionTranslator::shuffle(const ptx::Instruction& instruction) {
     Value* distance = readInt(instruction.operands[2], 32);
     Value* valid = nullptr;
     if (isKernel()) {
-        facts_.warp = true;
         const unsigned mode = instruction.has("up")     ? 0
                               : instruction.has("down") ? 1
                               : instruction.has("bfly") ? 2
@@ -211,13 +247,10 @@ void FunctionTranslator::shuffle(const ptx::Instruction& instruction) {
         Value* mask = instruction.operands.size() == 5
                           ? readInt(instruction.operands[4], 32)
                           : static_cast<Value*>(builder_.getInt32(~0u));
-        llvm::Type* word = intType(32);
-        Value* both = builder_.CreateCall(
-            unit_.helper("sunstone_shuffle", intType(64),
-                         {builder_.getPtrTy(), word, word, word, word, word}, false),
-            {state(), builder_.getInt32(mode), value, distance,
-             readInt(instruction.operands[3], 32), mask});
-        value = builder_.CreateTrunc(both, word);
+        Value* both = meet(
+            instruction.facts->lockstep, intType(64),
+            {builder_.getInt32(mode), value, distance, readInt(instruction.operands[3], 32), mask});
+        value = builder_.CreateTrunc(both, intType(32));
         valid = builder_.CreateIsNotNull(builder_.CreateLShr(both, 32));
     } else {
         valid = builder_.CreateIsNull(builder_.CreateAnd(distance, 31));
@@ -235,16 +268,12 @@ void FunctionTranslator::match(const ptx::Instruction& instruction) {
     Value* mask = builder_.getInt32(1);
     Value* same = builder_.getTrue();
     if (isKernel()) {
-        facts_.warp = true;
-        llvm::Type* word = intType(32);
         Value* value =
             coerce(readInt(instruction.operands[1], bitsOf(lastType(instruction))), intType(64));
-        Value* both =
-            builder_.CreateCall(unit_.helper("sunstone_match", intType(64),
-                                             {builder_.getPtrTy(), word, word, intType(64)}, false),
-                                {state(), builder_.getInt32(instruction.has("all")),
-                                 readInt(instruction.operands[2], 32), value});
-        mask = builder_.CreateTrunc(both, word);
+        Value* both = meet(instruction.facts->lockstep, intType(64),
+                           {builder_.getInt32(instruction.has("all")),
+                            readInt(instruction.operands[2], 32), value});
+        mask = builder_.CreateTrunc(both, intType(32));
         same = builder_.CreateIsNotNull(builder_.CreateLShr(both, 32));
     }
     write(into, mask);
@@ -259,7 +288,6 @@ void FunctionTranslator::reduceWarp(const ptx::Instruction& instruction) {
         reject(instruction, ErrorCode::kNotSupported, "redux on floating point is not available");
     Value* value = readInt(instruction.operands[1], 32);
     if (isKernel()) {
-        facts_.warp = true;
         const bool isSigned = ptx::isSigned(type);
         const unsigned op = instruction.has("add")   ? 0
                             : instruction.has("and") ? 1
@@ -267,10 +295,8 @@ void FunctionTranslator::reduceWarp(const ptx::Instruction& instruction) {
                             : instruction.has("xor") ? 3
                             : instruction.has("min") ? (isSigned ? 4 : 5)
                                                      : (isSigned ? 6 : 7);
-        llvm::Type* word = intType(32);
-        value = builder_.CreateCall(
-            unit_.helper("sunstone_redux", word, {builder_.getPtrTy(), word, word, word}, false),
-            {state(), builder_.getInt32(op), readInt(instruction.operands[2], 32), value});
+        value = meet(instruction.facts->lockstep, intType(32),
+                     {builder_.getInt32(op), readInt(instruction.operands[2], 32), value});
     }
     write(instruction.operands[0], value);
 }
@@ -278,12 +304,8 @@ void FunctionTranslator::reduceWarp(const ptx::Instruction& instruction) {
 void FunctionTranslator::activeMask(const ptx::Instruction& instruction) {
     operandCount(instruction, 1, 1);
     Value* mask = builder_.getInt32(1);
-    if (isKernel()) {
-        facts_.warp = true;
-        mask = builder_.CreateCall(
-            unit_.helper("sunstone_activemask", intType(32), {builder_.getPtrTy()}, false),
-            {state()});
-    }
+    if (isKernel())
+        mask = meet(instruction.facts->lockstep, intType(32));
     write(instruction.operands[0], mask);
 }
 

@@ -47,7 +47,7 @@ const char* sunstone_gpu_callableName(uint32_t callable);
 uint32_t sunstone_gpu_isGroup(uint32_t group); // the pipeline has it
 uint32_t sunstone_gpu_builtin(uint32_t group); // GroupEntry::builtinPrimitive of a hit group
 
-// LaunchConstants. In the kernel itself they are its arguments (compiler/gpu/pipeline.cpp).
+// LaunchConstants. In the kernel itself they are its arguments (compiler/gpu/launch_kernel.cpp).
 __attribute__((const)) uint64_t sunstone_gpu_usual(const LaunchBlock*);
 __attribute__((const)) uint64_t sunstone_gpu_known(const LaunchBlock*);
 __attribute__((const)) uint64_t sunstone_gpu_maxGraphDepth(const LaunchBlock*);

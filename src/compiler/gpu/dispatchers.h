@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The functions by which the run-time of a GPU pipeline reaches programs: switches over the number
+// of a group, so that LLVM may inline programs.
+#pragma once
+
+#include "compiler/gpu/programs.h"
+#include "compiler/gpu/resumable.h"
+
+namespace sunstone::compiler {
+
+// Defines the dispatchers that the linked run-time declares (GpuCode, pipeline.h).
+void defineDispatchers(llvm::Module& module, const std::vector<GpuGroup>& groups,
+                       const std::vector<llvm::Function*>& programs, const CutPrograms& cuts);
+
+// For debug exceptions: facts of callables, by 2 * group + continuation, and of built-in
+// intersections.
+void defineGroupFacts(llvm::Module& module, const std::vector<GpuGroup>& groups);
+
+} // namespace sunstone::compiler

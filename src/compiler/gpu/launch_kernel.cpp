@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+// See launch_kernel.h.
+#include "compiler/gpu/launch_kernel.h"
+
+#include "compiler/gpu/machine.h"
+#include "compiler/gpu/ray_states.h"
+#include "devlib/abi.h"
+
+#include <llvm/IR/IRBuilder.h>
+
+namespace sunstone::compiler {
+
+namespace {
+
+// Functions of LaunchConstants (devlib/gpu/programs.h), in the order of its members.
+constexpr const char* kConstantNames[] = {"sunstone_gpu_usual", "sunstone_gpu_known",
+                                          "sunstone_gpu_maxGraphDepth"};
+static_assert(std::size(kConstantNames) == devlib::LaunchConstants::kCount);
+
+// What runs once in the kernel becomes a part of it. LLVM leaves large functions apart, and the
+// driver's compiler gives those frames of their own (docs/notes/compile-time.md has figures).
+void inlineIntoKernel(llvm::Function& function) {
+    function.removeFnAttr(llvm::Attribute::NoInline);
+    function.addFnAttr(llvm::Attribute::AlwaysInline);
+}
+
+} // namespace
+
+const char* LaunchKernel::entryOf(Kind kind) {
+    return kind == Kind::kNested ? "sunstone_gpu_runNested"
+           : kind == Kind::kLoop ? "sunstone_gpu_runLoop"
+                                 : "sunstone_gpu_run";
+}
+
+uint32_t LaunchKernel::constant(std::string_view name) const {
+    for (const auto& [each, value] : request_.constants)
+        if (each == name)
+            return value;
+    return 0;
+}
+
+std::string LaunchKernel::choose() {
+    std::string obstacle;
+    std::vector<llvm::Function*> cut = programsToNest(obstacle);
+    if (cut.empty())
+        return obstacle + chooseSimple();
+    kind_ = Kind::kNested;
+    cuts_ = cutAtTraces(unit_.module(), machine_, cut);
+    return message("kernel: rays of all depths take turns, and warps take new launch indices; ",
+                   cuts_.frameBytes, " bytes live across a trace, at each depth\n");
+}
+
+std::vector<llvm::Function*> LaunchKernel::programsToNest(std::string& reason) const {
+    const std::vector<llvm::Function*> tracing = tracingFunctions(unit_.module());
+    const auto kindOf = [&](llvm::Function* function) {
+        const auto known = unit_.kinds().find(function);
+        return known == unit_.kinds().end() ? ProgramKind::kNone : known->second;
+    };
+    bool nests = false;
+    std::string obstacle;
+    for (llvm::Function* function : tracing) {
+        const ProgramKind kind = kindOf(function);
+        nests |= kind != ProgramKind::kRaygen;
+        if (kind != ProgramKind::kRaygen && kind != ProgramKind::kClosestHit &&
+            kind != ProgramKind::kMiss)
+            obstacle = "a callable traces";
+        else if (obstacle.empty())
+            obstacle = obstacleToCut(*function);
+    }
+    if (!nests)
+        return {};
+    if (request_.maxTraceDepth == 0)
+        obstacle = "the depth of traces is not known";
+    if (request_.pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow)
+        obstacle = "the pipeline has stack overflow exceptions";
+    if (obstacle.empty())
+        return tracing;
+    reason = message("rays of closest-hit and miss programs recurse, because ", obstacle, "\n");
+    return {};
+}
+
+// Rays of a ray generation program that traces in a loop, at one place, take turns in the
+// kernel of devlib/gpu/loop.h. With several such places lanes would wait at different ones, and
+// all that lies between would run for few lanes at a time (docs/notes/ray-kernels-gpu.md has
+// figures).
+std::string LaunchKernel::chooseSimple() {
+    std::vector<llvm::Function*> cut;
+    std::string reason = "no ray generation program traces in a loop at one place";
+    // Motion, curves and spheres make the traversal too large for several inlined copies; two
+    // copies with motion are as large as the called functions. Debug and stack overflow
+    // exceptions inspect stacks and the addresses of states.
+    constexpr unsigned kLooks = devlib::kFlagDebug | devlib::kFlagStackOverflow;
+    const bool mayInline =
+        !constant("sunstone_gpu_shapes") && !(request_.pipeline.rules.exceptionFlags & kLooks);
+    const bool moves = constant("sunstone_gpu_motion"), small = mayInline && !moves;
+    if (!small)
+        reason = "the pipeline has motion blur, debug or stack overflow exceptions, or its "
+                 "rays may meet curves or spheres";
+    for (llvm::Function* program : programs_.mainsOf(devlib::kGroupRaygen))
+        if (small && tracesInLoop(*program)) {
+            const std::string obstacle = obstacleToCut(*program);
+            if (obstacle.empty())
+                cut.push_back(program);
+            else
+                reason = obstacle;
+        }
+    if (!cut.empty()) {
+        kind_ = Kind::kLoop;
+        cuts_ = cutAtTraces(unit_.module(), machine_, cut);
+    }
+    if (mayInline)
+        traceInline(programs_.mainsOf(devlib::kGroupRaygen), moves ? 2 : 4);
+    return kind_ == Kind::kLoop
+               ? message("kernel: warps take new launch indices as their rays end; ",
+                         cuts_.frameBytes, " bytes live across a trace\n")
+               : message("kernel: one thread for each launch index, because ", reason, "\n");
+}
+
+void LaunchKernel::make() {
+    llvm::LLVMContext& context = unit_.context();
+    llvm::IRBuilder<> builder(context);
+    std::vector<llvm::Type*> parameters(1 + std::size(kConstantNames), builder.getInt64Ty());
+    parameters[0] = builder.getPtrTy();
+    auto* kernel =
+        llvm::Function::Create(llvm::FunctionType::get(builder.getVoidTy(), parameters, false),
+                               llvm::GlobalValue::ExternalLinkage, kGpuKernel, unit_.module());
+    kernel->setCallingConv(llvm::CallingConv::PTX_Kernel);
+    builder.SetInsertPoint(llvm::BasicBlock::Create(context, "", kernel));
+    std::vector<llvm::Value*> arguments = {kernel->getArg(0)};
+    const auto addMemory = [&](uint64_t bytes, unsigned alignment) {
+        auto* memory = builder.CreateAlloca(
+            llvm::ArrayType::get(builder.getInt8Ty(), std::max<uint64_t>(bytes, 1)));
+        memory->setAlignment(llvm::Align(alignment));
+        arguments.push_back(memory);
+        return memory->getAllocatedType();
+    };
+    const uint64_t frame = llvm::alignTo(cuts_.frameBytes, kFrameAlignment);
+    const uint64_t depths = uint64_t(request_.maxTraceDepth) + 1; // of programs
+    if (kind_ == Kind::kLoop)
+        addMemory(frame, kFrameAlignment);
+    if (kind_ == Kind::kNested) {
+        // A ray that is too deep has a state, too.
+        statesType_ = addMemory((depths + 1) * sizeof(devlib::RayState), alignof(devlib::RayState));
+        addMemory(depths * frame, kFrameAlignment);
+        addMemory(depths * sizeof(uint32_t), alignof(uint32_t));
+        arguments.push_back(builder.getInt32(uint32_t(frame)));
+    }
+    std::vector<llvm::Type*> types;
+    for (const llvm::Value* argument : arguments)
+        types.push_back(argument->getType());
+    builder.CreateCall(
+        unit_.module().getOrInsertFunction(
+            entryOf(kind_), llvm::FunctionType::get(builder.getVoidTy(), types, false)),
+        arguments);
+    builder.CreateRetVoid();
+}
+
+void LaunchKernel::defineConstants() {
+    llvm::Function* const kernel = unit_.module().getFunction(kGpuKernel);
+    for (unsigned i = 0; i < std::size(kConstantNames); ++i) {
+        llvm::Function* const function = unit_.module().getFunction(kConstantNames[i]);
+        if (!function)
+            continue;
+        for (llvm::User* user : llvm::make_early_inc_range(function->users())) {
+            auto* call = llvm::cast<llvm::CallInst>(user);
+            llvm::Value* value = kernel->getArg(1 + i);
+            if (call->getFunction() != kernel) {
+                llvm::IRBuilder<> builder(call);
+                const uint64_t offset = sizeof(devlib::LaunchState) + 8 * i;
+                value = builder.CreateAlignedLoad(
+                    call->getType(),
+                    builder.CreateInBoundsGEP(builder.getInt8Ty(), call->getArgOperand(0),
+                                              builder.getInt64(offset)),
+                    llvm::Align(8));
+            }
+            call->replaceAllUsesWith(value);
+            call->eraseFromParent();
+        }
+        function->eraseFromParent();
+    }
+}
+
+void LaunchKernel::foldStates(OptLevel level) {
+    if (kind_ != Kind::kNested)
+        return;
+    constexpr int kRounds = 2; // the first removes code that blocks the second
+    llvm::Function& kernel = *unit_.module().getFunction(kGpuKernel);
+    for (int round = 0; round < kRounds; ++round) {
+        llvm::AllocaInst* states = nullptr;
+        for (llvm::Instruction& each : kernel.getEntryBlock())
+            if (auto* memory = llvm::dyn_cast<llvm::AllocaInst>(&each))
+                if (memory->getAllocatedType() == statesType_)
+                    states = memory;
+        if (!states || !foldRayStates(*states))
+            return;
+        simplifyForGpu(kernel, machine_, level);
+    }
+}
+
+void LaunchKernel::hideOthers() {
+    inlineIntoKernel(*unit_.module().getFunction(entryOf(kind_)));
+    for (llvm::Function* program : programs_.mainsOf(devlib::kGroupRaygen))
+        if (program->hasOneUse())
+            inlineIntoKernel(*program);
+    for (llvm::GlobalValue& value : unit_.module().global_values())
+        if (!value.isDeclaration() && value.getName() != kGpuKernel)
+            value.setLinkage(llvm::GlobalValue::InternalLinkage);
+}
+
+} // namespace sunstone::compiler

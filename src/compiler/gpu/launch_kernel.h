@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kernel of a GPU pipeline: which of the run-time's three it is, what it cuts, its memory.
+#pragma once
+
+#include "compiler/gpu/programs.h"
+#include "compiler/gpu/resumable.h"
+
+namespace sunstone::compiler {
+
+class LaunchKernel {
+public:
+    LaunchKernel(const GpuPipelineRequest& request, Unit& unit, llvm::TargetMachine& machine,
+                 const GpuPrograms& programs)
+        : request_(request), unit_(unit), machine_(machine), programs_(programs) {}
+
+    // Chooses the kernel and cuts programs for it. Returns lines that say which and why.
+    std::string choose();
+    const CutPrograms& cuts() const { return cuts_; }
+    // Defines the kernel, which calls a function of the run-time.
+    void make();
+    // Makes the kernel the only visible function of the linked module.
+    void hideOthers();
+    // After optimisation: folds the states of rays in the kernel's memory into registers.
+    void foldStates(OptLevel level);
+    // Replaces the functions of LaunchConstants. In the kernel they are its arguments, which GPUs
+    // read without a load.
+    void defineConstants();
+
+private:
+    // Kernels of devlib/gpu: run.h, loop.h, nested.h.
+    enum class Kind : uint8_t { kPlain, kLoop, kNested };
+
+    static const char* entryOf(Kind kind);
+    uint32_t constant(std::string_view name) const;
+    // All programs that trace, for the kernel of devlib/gpu/nested.h: used if closest-hit or miss
+    // programs trace and nothing prevents it; `reason` receives the obstacle.
+    std::vector<llvm::Function*> programsToNest(std::string& reason) const;
+    std::string chooseSimple();
+
+    const GpuPipelineRequest& request_;
+    Unit& unit_;
+    llvm::TargetMachine& machine_;
+    const GpuPrograms& programs_;
+    Kind kind_ = Kind::kPlain;
+    CutPrograms cuts_;
+    llvm::Type* statesType_ = nullptr; // of the memory that keeps the states of rays, if any does
+};
+
+} // namespace sunstone::compiler

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The programs of a GPU pipeline as functions of its LLVM module.
+#pragma once
+
+#include "compiler/gpu/pipeline.h"
+#include "compiler/translate/unit.h"
+
+namespace sunstone::compiler {
+
+class GpuPrograms {
+public:
+    GpuPrograms(const GpuPipelineRequest& request, Unit& unit) : request_(request), unit_(unit) {}
+
+    // Declares the programs and queues them for translation.
+    void declare();
+    // Copies programs used with several payload types. Afterwards code may depend on the type.
+    void copyForPayloads();
+
+    const ProgramPayloads& payloads() const { return payloads_; }
+    // By index in the request.
+    std::vector<llvm::Function*>& functions() { return functions_; }
+    const std::vector<llvm::Function*>& functions() const { return functions_; }
+    // The main programs of groups of this kind, each once.
+    std::vector<llvm::Function*> mainsOf(devlib::GroupKind kind) const;
+
+private:
+    struct Copy {
+        size_t program;
+        const PayloadType* payload;
+    };
+    const GpuPipelineRequest& request_;
+    Unit& unit_;
+    ProgramPayloads payloads_;
+    std::vector<llvm::Function*> functions_;
+    std::vector<Copy> copies_;
+};
+
+} // namespace sunstone::compiler
