@@ -86,6 +86,10 @@ SUNSTONE_INLINE int32_t faultOfTraversable(const LaunchState& launch, HandleTag 
                                            const bvh::BlockHeader* block, uint32_t above) {
     const uint32_t flags = launch.traversableGraphFlags; // 0: all graphs
     const bool isInstances = block && bvh::kindOf(block->type) == bvh::BlockType::kInstances;
+    const bool moves =
+        tag == kTagMatrixMotion || tag == kTagSrtMotion || (block && bvh::isMoving(block->type));
+    if (moves && !launch.motion)
+        return kExceptionInvalidTraversable;
     switch (tag) {
     case kTagGas:
         if (!block || isInstances)

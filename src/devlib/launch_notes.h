@@ -10,6 +10,9 @@ namespace sunstone::devlib {
 struct LaunchNotes {
     uint32_t deepGraph = 0; // a path of traversables was longer than declared
     uint32_t wideSbt = 0;   // kFlagDebug: an SBT offset or stride of a trace call was above 15
+    // A ray came to what the pipeline's options exclude, and passed it by.
+    uint32_t outsideFlags = 0; // by the graph flags
+    uint32_t motion = 0;       // something moves, and rays have no times
 };
 
 // In LaunchState::exceptionFlags: the state is part of a NotedLaunch.

@@ -60,6 +60,7 @@ protected:
         launch_.groupCount = 3;
         launch_.hasAnyHit = 1;
         launch_.opacityMicromaps = 1;
+        launch_.motion = 1;
         launch_.sbt.hitBase = uint64_t(hit_);
         launch_.sbt.hitStride = sizeof(SbtHeader);
         launch_.sbt.hitCount = 2;

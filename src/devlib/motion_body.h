@@ -17,6 +17,8 @@ SUNSTONE_INLINE bool isGone(const bvh::BlockHeader* block, float time) {
 template <class Records>
 [[gnu::noinline]] inline bool Tracer<Records>::enterMoving(const bvh::BlockHeader* block, const float org[3],
                                                   const float dir[3]) {
+    if (!launch_.motion)
+        return excludedAsMoving();
     if (isGone(block, state_->time))
         return false;
     if (bvh::kindOf(block->type) == bvh::BlockType::kShapes)
@@ -104,7 +106,11 @@ inline bool Tracer<Records>::enterMovingCustoms(const isa::MovingNodes& nodes, c
 template <class Records>
 [[gnu::noinline]] inline bool Tracer<Records>::enterMovingInstances(const bvh::BlockHeader* block,
                                                            const float org[3], const float dir[3]) {
-    if (block->type != bvh::withMotion(bvh::BlockType::kInstances) || isGone(block, state_->time))
+    if (block->type != bvh::withMotion(bvh::BlockType::kInstances))
+        return false;
+    if (!launch_.motion)
+        return excludedAsMoving();
+    if (isGone(block, state_->time))
         return false;
     isa::RaySetup setup;
     isa::setupRay(setup, block, org, dir, state_->tmin, tmax_);
@@ -117,6 +123,10 @@ template <class Records>
 template <class Records>
 [[gnu::noinline]] inline bool Tracer<Records>::enterMotionTransform(uint64_t handle, const float org[3],
                                                            const float dir[3]) {
+    if (!launch_.motion)
+        return excludedAsMoving();
+    if (flagsExcludeLevel())
+        return excludedByFlags();
     if (isDeepest() && tooDeep())
         return false;
     if (!isKnown(state_, handle))

@@ -95,8 +95,11 @@ public:
                 if (tag == kTagVisit)
                     return enterVisit(handle, org, dir);
         }
-        if (tagOf(handle) != kTagGas)
+        if (tagOf(handle) != kTagGas) {
+            if constexpr (!kInstancing)
+                excludedByFlags();
             return false;
+        }
         const bvh::BlockHeader* block = blockOf(handle);
         if (!block || !isa::isRay(org, dir, state_->tmin, tmax_))
             return false;
@@ -224,6 +227,25 @@ private:
     // graph. Every entry of the transform list stands for one traversable above it.
     SUNSTONE_INLINE_MEMBER bool isDeepest() const {
         return transformCount_ + 2 > launch_.maxGraphDepth;
+    }
+
+    // The two kinds of traversables that a pipeline's options may exclude. Rays pass them by, and the
+    // log will tell. Both return false: nothing ends the trace.
+    [[gnu::noinline, gnu::cold]] bool excludedByFlags() const {
+        if (LaunchNotes* notes = notesOf(launch_))
+            note(notes->outsideFlags);
+        return false;
+    }
+    [[gnu::noinline, gnu::cold]] bool excludedAsMoving() const {
+        if (LaunchNotes* notes = notesOf(launch_))
+            note(notes->motion);
+        return false;
+    }
+
+    // Whether an instance or transform may be entered below what has been entered already.
+    SUNSTONE_INLINE_MEMBER bool flagsExcludeLevel() const {
+        return __builtin_expect(transformCount_ != 0, 0) &&
+               (launch_.traversableGraphFlags & kAllowSingleLevelInstancing) != 0;
     }
 
     // Raises what makes a traversable unfit for the pipeline. The null handle is never hit.
@@ -705,6 +727,8 @@ private:
 
     [[gnu::noinline]] bool enterInstance(const InstanceRecord& record, const float org[3],
                                          const float dir[3]) {
+        if (flagsExcludeLevel())
+            return excludedByFlags();
         if (isDeepest() && tooDeep())
             return false;
         float newOrg[3], newDir[3];
@@ -727,6 +751,8 @@ private:
 
     [[gnu::noinline]] bool enterStaticTransform(uint64_t handle, const float org[3],
                                                 const float dir[3]) {
+        if (flagsExcludeLevel())
+            return excludedByFlags();
         if (isDeepest() && tooDeep())
             return false;
         if (addressOf(handle) == 0)

@@ -6,6 +6,8 @@
 #include "bvh/build/build.h"
 #include "bvh/layout.h"
 #include "bvh/testing/meshes.h"
+#include "devlib/checks.h"
+#include "devlib/launch_notes.h"
 #include "devlib/trace_sets.h"
 #include "math/affine.h"
 
@@ -14,6 +16,7 @@
 #include <cstring>
 #include <functional>
 #include <set>
+#include <tuple>
 
 namespace sunstone::devlib {
 namespace {
@@ -642,6 +645,22 @@ TEST_P(Trace, VariantsWithoutFeatures) {
 INSTANTIATE_TEST_SUITE_P(AllSets, Trace,
                          ::testing::Values(bvh::Isa::kBaseline, bvh::Isa::kAvx2, bvh::Isa::kAvx512),
                          [](const auto& info) { return std::string(isaName(info.param)); });
+
+// Either of them alone is worth a line in the log.
+TEST(CheckRay, NotesOffsetsAndStridesAbove15) {
+    for (const auto& [offset, stride, isNoted] :
+         {std::tuple{15u, 15u, false}, {16u, 0u, true}, {0u, 16u, true}, {255u, 255u, true}}) {
+        NotedLaunch launch{};
+        launch.exceptionFlags = kFlagDebug | kHasNotes;
+        RayState ray{};
+        ray.launch = &launch;
+        ray.worldDirection[2] = ray.tmax = 1;
+        ray.sbtOffset = offset;
+        ray.sbtStride = stride;
+        checkRay(&ray);
+        EXPECT_EQ(isNoted, launch.notes.wideSbt == 1) << offset << " " << stride;
+    }
+}
 
 TEST(SelectTrace, TakesTheBestSetAndTheFeaturesIntoAccount) {
     const TraceVariant all = selectTrace({}), gas = selectTrace({false, false, false});

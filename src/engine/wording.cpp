@@ -10,7 +10,9 @@ const Wording& plainWording() {
         [](int32_t) -> const char* { return nullptr; },
         "a ray has a record offset or stride above 15: on processors that use four bits of them it "
         "finds other records",
-        "a ray came to an instance that the pipeline's graph flags exclude, and passed it by",
+        "a ray came to a traversable that the pipeline's graph flags exclude, and passed it by",
+        "a ray came to motion keys or a motion transform, which the pipeline excludes, and passed "
+        "them by",
         [](unsigned declared) {
             return message("a traversable graph has more than the ", declared, " levels declared");
         },

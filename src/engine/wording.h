@@ -13,6 +13,7 @@ struct Wording {
     const char* (*exceptionName)(int32_t code);
     const char* wideRecordOffset; // a ray has a record offset or stride above 15
     const char* excludedGraph;    // a ray came to what the pipeline's graph flags exclude
+    const char* excludedMotion;   // a ray without a time came to what moves
     std::string (*deepGraph)(unsigned declared); // a graph has more levels than declared
     const char* packedBy; // what packs record headers: "... has no header packed by X"
 };

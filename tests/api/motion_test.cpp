@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 
 namespace tests::api {
 namespace {
@@ -28,8 +29,11 @@ protected:
         rig_.reset();
         DeviceTest::TearDown();
     }
-    std::unique_ptr<Rig> makeRig(bool motionBlur) {
-        auto r = rig("motion", motionOptions(motionBlur));
+    std::unique_ptr<Rig> makeRig(bool motionBlur, bool debug = false, unsigned graphFlags = 0) {
+        OptixPipelineCompileOptions options = motionOptions(motionBlur);
+        options.traversableGraphFlags = graphFlags;
+        options.exceptionFlags = debug ? OPTIX_EXCEPTION_FLAG_DEBUG : OPTIX_EXCEPTION_FLAG_NONE;
+        auto r = rig("motion", options);
         r->raygenRecord(r->raygen("__raygen__motion"));
         r->missRecord(r->miss("__miss__motion"));
         r->hitRecord(r->hit("__closesthit__motion"));
@@ -56,13 +60,13 @@ protected:
         std::vector<MotionRay> rays;
         std::vector<Nearest> expected;
     };
-    Shots shoot(SceneMaker& random, const MovingNode& scene, float reach, bool still = false) {
+    Shots shoot(SceneMaker& random, const MovingNode& scene, float reach) {
         Shots shots;
         for (int i = 0; i < 30; ++i) {
             MotionRay ray{};
             ray.time = i == 0 ? 0.0f : i == 1 ? 1.0f : random.number(-1.5f, 2.5f);
             std::vector<WorldTriangle> triangles;
-            scene.collect(still ? 0 : ray.time, {}, ~0u, triangles);
+            scene.collect(ray.time, {}, ~0u, triangles);
             for (int k = 0; k < 25; ++k) {
                 double target[3] = {};
                 if (!triangles.empty()) {
@@ -270,24 +274,121 @@ TEST_P(MotionTest, GettersTellTheOptionsOfTheBuild) {
     }
 }
 
-TEST_P(MotionTest, WithoutMotionBlurTimeIsZero) {
-    const std::unique_ptr<Rig> still = makeRig(false);
-    unsigned hits = 0;
-    for (uint32_t seed = 300; seed < 312; ++seed) {
-        SceneMaker maker(context_, log_, seed);
-        SceneLimits limits;
-        limits.depth = 1 + seed % 4;
-        limits.buildFlags = OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS;
-        const NodePointer scene = maker.make(limits);
-        const Shots shots = shoot(maker, *scene, 4, true);
-        const std::vector<MotionSeen> seen = trace(*still, scene->handle, shots.rays);
-        hits += compare(shots, seen, seed);
-        for (const MotionSeen& s : seen) {
-            EXPECT_EQ(0, s.rayTime);
-            EXPECT_EQ(0, s.hitTime);
+// One structure or transform of each kind that moves, all around the same triangle.
+struct WhatMoves {
+    WhatMoves(OptixDeviceContext context, const LogRecord& log)
+        : mesh({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {0, 1, 2}), boxes({{-1, -1, 0, 1, 1, 2}}),
+          still(buildAccel(context, log, {mesh.input})) {
+        const CUdeviceptr corners[2] = {mesh.vertexAddress, mesh.vertexAddress},
+                          bounds[2] = {boxes.address, boxes.address};
+        OptixBuildInput triangles = mesh.input, customs = boxes.input;
+        triangles.triangleArray.vertexBuffers = corners;
+        customs.customPrimitiveArray.aabbBuffers = bounds;
+        const Motion motion = {2, 0, 0, 1};
+        keep(buildMoving(context, log, {triangles}, motion));
+        keep(buildMoving(context, log, {customs}, motion));
+        SceneMaker maker(context, log, 3);
+        const NodePointer child = std::make_shared<Fixed>(still.handle);
+        nodes = {maker.matrixMotion({}, child), maker.srtMotion({}, child)};
+        for (const NodePointer& node : nodes)
+            handles.push_back(node->handle);
+        lists.emplace_back(std::vector{instanceOf(still.handle, identity())});
+        keep(buildMoving(context, log, {lists.back().input}, motion));
+        for (const OptixTraversableHandle child : std::vector(handles)) {
+            lists.emplace_back(std::vector{instanceOf(child, identity())});
+            keep(buildAccel(context, log, {lists.back().input}));
         }
     }
-    EXPECT_GT(hits, 1000u);
+    void keep(Accel accel) {
+        handles.push_back(accel.handle);
+        accels.push_back(std::move(accel));
+    }
+    struct Fixed : MovingNode {
+        explicit Fixed(OptixTraversableHandle at) { handle = at; }
+        void collect(double, const Matrix64&, unsigned,
+                     std::vector<WorldTriangle>&) const override {}
+    };
+
+    TriangleMesh mesh;
+    CustomBoxes boxes;
+    Accel still;
+    std::vector<Accel> accels;
+    std::vector<NodePointer> nodes;
+    std::deque<InstanceList> lists;
+    std::vector<OptixTraversableHandle> handles;
+};
+
+// A pipeline without motion blur declares that nothing moves. What moves all the same is passed by,
+// and the log says so; with debug exceptions it is an invalid traversable.
+TEST_P(MotionTest, WithoutMotionBlurRaysPassByWhatMoves) {
+    const std::unique_ptr<Rig> still = makeRig(false), checked = makeRig(false, true);
+    const WhatMoves scene(context_, log_);
+    const std::vector<MotionRay> ray = {{{0.1f, 0.1f, -50}, {0, 0, 1}, 0.5f, 0}};
+    for (const OptixTraversableHandle handle : scene.handles) {
+        SCOPED_TRACE(&handle - scene.handles.data());
+        log_.clear();
+        const MotionSeen seen = trace(*still, handle, ray)[0];
+        EXPECT_EQ(0u, seen.hit);
+        EXPECT_EQ(0, seen.rayTime);
+        EXPECT_NE(std::string::npos, log_.all().find("without usesMotionBlur")) << log_.all();
+        log_.clear();
+        trace(*checked, handle, ray);
+        EXPECT_NE(std::string::npos, log_.all().find("invalid traversable")) << log_.all();
+    }
+    // Beside what moves the ray meets what does not.
+    const InstanceList both({instanceOf(scene.handles[0], identity(), 1),
+                             instanceOf(scene.still.handle, translation(0, 0, 3), 2)});
+    const Accel top = buildAccel(context_, log_, {both.input});
+    const MotionSeen seen = trace(*still, top.handle, ray)[0];
+    EXPECT_EQ(1u, seen.hit);
+    EXPECT_EQ(53, seen.t);
+    EXPECT_EQ(2u, seen.instanceId);
+    log_.clear();
+    EXPECT_EQ(1u, trace(*still, scene.still.handle, ray)[0].hit);
+    EXPECT_EQ(std::string::npos, log_.all().find("usesMotionBlur")) << log_.all();
+}
+
+// With SINGLE_LEVEL_INSTANCING a ray enters one transform or instance, and none below it.
+TEST_P(MotionTest, GraphFlagsRuleOutASecondTransform) {
+    const TriangleMesh mesh({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {0, 1, 2});
+    const Accel gas = buildAccel(context_, log_, {mesh.input});
+    Buffer fixed(sizeof(OptixStaticTransform), 64), moving(sizeof(OptixMatrixMotionTransform), 64);
+    auto* still = fixed.as<OptixStaticTransform>();
+    auto* motion = moving.as<OptixMatrixMotionTransform>();
+    still->child = motion->child = gas.handle;
+    motion->motionOptions = {2, 0, 0, 1};
+    for (float* to :
+         {still->transform, still->invTransform, motion->transform[0], motion->transform[1]})
+        std::ranges::copy(identity(), to);
+    OptixTraversableHandle handles[2] = {};
+    ASSERT_OK(optixConvertPointerToTraversableHandle(
+        context_, fixed.address(), OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM, &handles[0]));
+    ASSERT_OK(optixConvertPointerToTraversableHandle(
+        context_, moving.address(), OPTIX_TRAVERSABLE_TYPE_MATRIX_MOTION_TRANSFORM, &handles[1]));
+    const std::unique_ptr<Rig> single =
+        makeRig(true, false, OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_LEVEL_INSTANCING);
+    const std::vector<MotionRay> ray = {{{0, 0, -50}, {0, 0, 1}, 0.5f, 0}};
+    for (const OptixTraversableHandle handle : handles) {
+        const InstanceList list({instanceOf(handle, identity())});
+        const Accel top = buildAccel(context_, log_, {list.input});
+        EXPECT_EQ(1u, trace(*rig_, top.handle, ray)[0].hit);
+        EXPECT_EQ(1u, trace(*single, handle, ray)[0].hit);
+        log_.clear();
+        EXPECT_EQ(0u, trace(*single, top.handle, ray)[0].hit);
+        EXPECT_NE(std::string::npos, log_.all().find("traversableGraphFlags")) << log_.all();
+    }
+}
+
+TEST_P(MotionTest, WithoutMotionBlurTimeIsZero) {
+    const std::unique_ptr<Rig> still = makeRig(false);
+    const TriangleMesh mesh({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {0, 1, 2});
+    const Accel gas = buildAccel(context_, log_, {mesh.input});
+    for (const float time : {0.0f, 0.5f, -3.0f}) {
+        const MotionSeen seen = trace(*still, gas.handle, {{{0, 0, -50}, {0, 0, 1}, time, 0}})[0];
+        EXPECT_EQ(1u, seen.hit);
+        EXPECT_EQ(0, seen.rayTime);
+        EXPECT_EQ(0, seen.hitTime);
+    }
 }
 
 TEST_P(MotionTest, CustomPrimitivesAreAskedWhereTheirBoxesAre) {

@@ -18,9 +18,7 @@ struct LaunchReport {
     uint64_t unseen; // exception without an exception program
     uint64_t fatal;  // trap, stack overflow, or a fault of FatalCode: the launch failed
     uint32_t wideSbt;     // as in LaunchNotes
-    uint32_t deepGraph;   // the same
-    uint32_t outsideFlags; // a ray came to what the pipeline's graph flags rule out
-    uint32_t pad;
+    uint32_t deepGraph, outsideFlags, motion; // the same
     uint64_t unknown; // a handle that a ray was given, or came to, and that leads nowhere; or 0
     uint64_t usual;   // one that rays are given, other than LaunchConstants::usual; or 0
     // With debug exceptions what their getters tell, word by word in the lower halves, with the
@@ -43,7 +41,7 @@ enum ReportWord : unsigned {
 inline LaunchReport emptyReport() {
     LaunchReport report;
     report.raised = report.unseen = report.fatal = kNoReport;
-    report.wideSbt = report.deepGraph = report.outsideFlags = report.pad = 0;
+    report.wideSbt = report.deepGraph = report.outsideFlags = report.motion = 0;
     report.unknown = report.usual = 0;
     for (unsigned i = 0; i < LaunchReport::kWords; ++i)
         report.raisedDetails[i] = report.unseenDetails[i] = kNoReport;
@@ -55,7 +53,6 @@ enum FatalCode : int32_t {
     kFatalRaygenRecord = -1000,    // holds no ray generation group of the pipeline
     kFatalExceptionRecord = -1001, // holds no exception group of the pipeline
     kFatalGraphTooDeep = -1002,    // the structures on a path are too deep together
-    kFatalMotion = -1003,          // something moves, and the pipeline is compiled without motion
 };
 
 // Spaces on a path below the world's: those of the deepest graph that there may be, by the property

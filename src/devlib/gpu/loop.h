@@ -68,7 +68,7 @@ SUNSTONE_INLINE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Wa
                            typename Walk::Level* levels) {
     prepare(asked, tracer, ray);
     if (withinDepth(asked))
-        return leadsSomewhere(asked) && walker.start(tracer, ray, asked->handle, levels)
+        return leadsSomewhere(asked) && startWalk(asked, tracer, ray, walker, levels)
                    ? Lane::kWalking
                    : Lane::kEnded;
     tracer.found = true; // as if found by a ray that wants no program

@@ -383,6 +383,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
                 worldToObject[i] = still.inverse[i];
         } else if constexpr (!kMotion) {
             refuseMotion();
+            return false;
         } else if ((tag != kTagMatrixMotion && tag != kTagSrtMotion) ||
                    !walk::worldToObjectOf(handle, state->time, this->known, child, worldToObject)) {
             return false;
@@ -398,7 +399,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     }
 
     SUNSTONE_INLINE_MEMBER float time() const { return state->time; }
-    SUNSTONE_INLINE_MEMBER void refuseMotion() { endLaunch(state, kFatalMotion); }
+    SUNSTONE_INLINE_MEMBER void refuseMotion() { reportOf(state).motion = 1; }
 
     SUNSTONE_INLINE_MEMBER void enterWith(uint64_t handle, uint64_t child) {
         if (hasOneLevel()) {
@@ -497,6 +498,17 @@ SUNSTONE_INLINE void prepare(RayState* state, Programs& tracer, walk::Ray& ray) 
     ray.tmax = state->tmax;
 }
 
+// Begins the walk at the traversable that the state names. False: there is nothing to walk.
+template <class Programs, class Walk>
+SUNSTONE_INLINE bool startWalk(RayState* state, Programs& tracer, walk::Ray& ray, Walk& walker,
+                               typename Walk::Level* levels) {
+    if (walker.start(tracer, ray, state->handle, levels))
+        return true;
+    if (!Programs::kInstances && tagOf(state->handle) != kTagGas)
+        tracer.refuseLevel();
+    return false;
+}
+
 // What the walk has found; a hit that programs will see moves into the state.
 template <class Programs>
 SUNSTONE_INLINE Found conclude(Programs& tracer, const walk::Ray& ray, uint32_t& group) {
@@ -521,7 +533,7 @@ SUNSTONE_DEVICE_PART Found walkGraph(RayState* state, uint32_t& group) {
     Walk walker;
     walk::U2 stack[Walk::kStackSize];
     typename Walk::Level levels[kMaxLevels + 1];
-    if (walker.start(tracer, ray, state->handle, levels))
+    if (startWalk(state, tracer, ray, walker, levels))
         walker.run(tracer, ray, stack, levels, walk::RunToEnd());
     return conclude(tracer, ray, group);
 }

@@ -259,6 +259,10 @@ std::vector<std::string> remarks(const LaunchRequest& request, const Wording& wo
         lines.push_back(wording.deepGraph(request.limits.maxGraphDepth));
     if (notes.wideSbt)
         lines.push_back(wording.wideRecordOffset);
+    if (notes.outsideFlags)
+        lines.push_back(wording.excludedGraph);
+    if (notes.motion)
+        lines.push_back(wording.excludedMotion);
     return lines;
 }
 
@@ -287,6 +291,7 @@ void runLaunch(const LaunchRequest& request, const Wording& wording,
     launch.exceptionFlags = pipeline.rules.exceptionFlags | devlib::kHasNotes;
     launch.hasAnyHit = pipeline.hasAnyHit;
     launch.opacityMicromaps = request.limits.opacityMicromaps;
+    launch.motion = pipeline.rules.motionBlur;
     launch.traversableGraphFlags = pipeline.rules.traversableGraphFlags;
     launch.primitiveTypeFlags = pipeline.rules.primitiveTypeFlags;
     launch.maxGraphDepth = request.limits.maxGraphDepth;

@@ -93,6 +93,7 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.launch.entryKind = request.entryKind;
     block.launch.boxes = request.boxes;
     block.launch.exceptionFlags = pipeline.rules.exceptionFlags;
+    block.launch.motion = pipeline.rules.motionBlur;
     block.launch.traversableGraphFlags = pipeline.rules.traversableGraphFlags;
     block.launch.primitiveTypeFlags = pipeline.rules.primitiveTypeFlags;
     block.launch.maxGraphDepth = request.limits.maxGraphDepth;

@@ -27,9 +27,6 @@ std::string nameOfFatal(int32_t code) {
     case devlib::kFatalGraphTooDeep:
         return "the structures on a path of the traversable graph are too deep together for "
                "GPUs: more than 16 of them, with trees as deep as they can be";
-    case devlib::kFatalMotion:
-        return "a ray came to motion keys or a motion transform, and the pipeline is compiled "
-               "without usesMotionBlur, with which rays on GPUs meet nothing that moves";
     default:
         return {};
     }
@@ -345,6 +342,8 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
         remark(slot.wording->deepGraph(unsigned(slot.host->constants.maxGraphDepth)));
     if (report.outsideFlags)
         remark(slot.wording->excludedGraph);
+    if (report.motion)
+        remark(slot.wording->excludedMotion);
     if (report.unknown)
         remark(unknownHandleRemark(report.unknown));
     if (!failure.empty())
