@@ -3,9 +3,11 @@
 #include "device_memory.h"
 #include "rig.h"
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <random>
 #include <sys/wait.h>
 #include <thread>
@@ -25,14 +27,17 @@ protected:
         ASSERT_NE(nullptr, mkdtemp(name.data()));
         root_ = name;
         folder_ = root_ + "/cache";
+        for (size_t i = 0; i < kVariables.size(); ++i)
+            if (const char* value = std::getenv(kVariables[i]))
+                before_[i] = value;
         unsetenv("OPTIX_CACHE_MAXSIZE");
         setenv("OPTIX_CACHE_PATH", folder_.c_str(), 1);
         ApiTest::SetUp();
     }
     void TearDown() override {
         ApiTest::TearDown();
-        unsetenv("OPTIX_CACHE_PATH");
-        setenv("OPTIX_CACHE_MAXSIZE", "0", 1);
+        for (size_t i = 0; i < kVariables.size(); ++i)
+            before_[i] ? setenv(kVariables[i], before_[i]->c_str(), 1) : unsetenv(kVariables[i]);
         fs::remove_all(root_);
     }
     // A new context under an environment; null leaves a variable unset.
@@ -82,6 +87,8 @@ protected:
         rig.run(result.address(), 1);
         EXPECT_EQ(number, *result.as<unsigned>());
     }
+    static constexpr std::array kVariables = {"OPTIX_CACHE_PATH", "OPTIX_CACHE_MAXSIZE"};
+    std::array<std::optional<std::string>, kVariables.size()> before_;
     std::string root_, folder_;
 };
 
