@@ -250,6 +250,20 @@ TEST(Piece, KeysDependOnEverything) {
     differs([](PieceRequest& r) { r.rules.primitiveTypeFlags = 1; });
     differs([](PieceRequest& r) { r.rules.traversableGraphFlags = 1; });
     differs([](PieceRequest& r) { r.rules.motionBlur = true; });
+    // The options of a module: each part of a bound value and of a payload type.
+    std::set<std::string> keys = {key};
+    const auto add = [&](const ModuleRules& rules) {
+        PieceRequest changed = request;
+        changed.moduleRules = {std::make_shared<const ModuleRules>(rules)};
+        EXPECT_TRUE(keys.insert(keyOf(changed)).second) << keys.size();
+    };
+    add({{}, {{0, {1, 2, 3, 4}}}});
+    add({{}, {{4, {1, 2, 3, 4}}}});
+    add({{}, {{0, {1, 2, 3, 5}}}});
+    add({{}, {{0, {1, 2}}, {2, {3, 4}}}});
+    add({{{{1, 2}}}, {}});
+    add({{{{1, 3}}}, {}});
+    add({{{{1}}, {{2}}}, {}});
 }
 
 } // namespace

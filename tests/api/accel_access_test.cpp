@@ -177,6 +177,12 @@ TEST_P(AccelAccess, CopiesAreRelocated) {
     gas.reset();
     EXPECT_EQ(2u, trace(handle));
     EXPECT_EQ(2u, trace(parent));
+    // A null child is never hit, whatever the instance had before.
+    const Buffer none(std::vector<OptixTraversableHandle>{0});
+    ASSERT_OK(optixAccelRelocate(context_, nullptr, &iasInfo, none.address(), 1, newIas.address(),
+                                 newIas.size(), &parent));
+    waitForDevice();
+    EXPECT_EQ(1u, trace(parent));
 }
 
 TEST_P(AccelAccess, RelocationRefusesWhatIsNoCopy) {

@@ -464,6 +464,11 @@ TEST_F(Denoiser, AlphaAndLayers) {
             if (count == 2)
                 EXPECT_LT(Pictures::error(second.output, second.clean),
                           Pictures::error(second.noisy, second.clean) * 0.5);
+            params_.blendFactor = 1; // alpha, too, is the input's again
+            ASSERT_OK(invoke(pictures.guides(), layers, count));
+            for (unsigned x = 70; x < 90; ++x)
+                EXPECT_NEAR(pictures.noisy.at(x, 60)[3], pictures.output.at(x, 60)[3], 1e-6f) << x;
+            params_.blendFactor = 0;
         }
     }
 }

@@ -250,6 +250,25 @@ TEST_F(Driver, StreamsAreOrderedAndAsynchronous) {
     EXPECT_EQ(cuStreamCreate(&stream, 7), CUDA_ERROR_INVALID_VALUE);
 }
 
+// A copy of pageable memory returns when the application may write there again.
+TEST_F(Driver, PageableMemoryIsFreeAfterAnAsynchronousCopy) {
+    constexpr size_t kCount = 1000;
+    std::atomic<int> count{0};
+    CUstream stream = nullptr;
+    CUdeviceptr memory = 0;
+    std::vector<int> host(kCount, 1), back(kCount);
+    ASSERT_EQ(cuStreamCreate(&stream, CU_STREAM_NON_BLOCKING), CUDA_SUCCESS);
+    ASSERT_EQ(cuMemAlloc(&memory, kCount * sizeof(int)), CUDA_SUCCESS);
+    EXPECT_EQ(cuLaunchHostFunc(stream, slowly, &count), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemcpyHtoDAsync(memory, host.data(), kCount * sizeof(int), stream), CUDA_SUCCESS);
+    host.assign(kCount, 2);
+    EXPECT_EQ(cuStreamSynchronize(stream), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemcpyDtoH(back.data(), memory, kCount * sizeof(int)), CUDA_SUCCESS);
+    EXPECT_EQ(back, std::vector<int>(kCount, 1));
+    EXPECT_EQ(cuMemFree(memory), CUDA_SUCCESS);
+    EXPECT_EQ(cuStreamDestroy(stream), CUDA_SUCCESS);
+}
+
 // Contexts do not end before it is done either, because it may use their memory.
 TEST_F(Driver, WorkOfDestroyedStreamsIsWaitedFor) {
     std::atomic<int> count{0};

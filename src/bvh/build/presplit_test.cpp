@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fast-trace builds: split triangles give the same answers as whole ones, use no more memory than
 // announced, and respect the limits with all options.
+#include "bvh/input/build_input.h"
 #include "bvh/layout.h"
 #include "bvh/testing/meshes.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <map>
 
 namespace sunstone::bvh {
@@ -100,6 +104,57 @@ TEST(Presplit, AnswersAreThoseOfWholeTriangles) {
             ASSERT_EQ(std::memcmp(v, &mesh.vertices[3 * i], sizeof v), 0);
         }
     }
+}
+
+// Parts overlap by the padding, so that rounding in a ray's box tests loses no point of a triangle.
+TEST(Presplit, PartsReachBeyondTheirPointsByThePadding) {
+    constexpr uint32_t kCount = 300;
+    const Mesh mesh = needles(kCount, 8);
+    const Structure s = makeStructure(mesh.input(), fastTrace());
+    std::multimap<uint32_t, std::array<float, 6>> boxes; // of leaves, by triangle
+    const auto* bytes = static_cast<const uint8_t*>(s.block());
+    const auto visit = [&](auto& self, const Node& node) -> void {
+        for (uint32_t c = 0; c < node.numChildren; ++c) {
+            const uint8_t* at = bytes + offsetOf(node.children[c]);
+            if ((node.children[c] & kNodeTagMask) == kInner) {
+                self(self, *reinterpret_cast<const Node*>(at));
+                continue;
+            }
+            std::array<float, 6> box;
+            for (int plane = 0; plane < 6; ++plane)
+                box[plane] = node.planes[plane][c];
+            const auto add = [&](const auto& leaf) {
+                for (uint32_t i = 0; i < leaf.count; ++i)
+                    boxes.emplace(leaf.primitive[i], box);
+            };
+            if ((node.children[c] & kNodeTagMask) == kLeaf)
+                add(*reinterpret_cast<const TriangleLeaf<4>*>(at));
+            else
+                add(*reinterpret_cast<const TriangleLeaf<8>*>(at));
+        }
+    };
+    visit(visit, *reinterpret_cast<const Node*>(bytes + offsetOf(headerOf(s.block())->root)));
+    ASSERT_GT(boxes.size(), kCount * 5 / 4);
+    uint32_t bare = 0;
+    for (uint32_t t = 0; t < kCount; ++t) {
+        const Vec3* v = &mesh.vertices[3 * t];
+        float size = 0;
+        for (int a = 0; a < 3; ++a)
+            size = std::max({size, std::abs(v[1][a] - v[0][a]), std::abs(v[2][a] - v[0][a])});
+        const float pad = 0.5f * boxPadding(size);
+        for (int i = 0; i <= 1000; ++i) {
+            const Vec3 p = v[0] + (v[1] - v[0]) * (float(i) / 1000);
+            const auto [begin, end] = boxes.equal_range(t);
+            bare += std::none_of(begin, end, [&](const auto& entry) {
+                const auto& box = entry.second;
+                bool inside = true;
+                for (int a = 0; a < 3; ++a)
+                    inside &= box[2 * a] <= p[a] - pad && p[a] + pad <= box[2 * a + 1];
+                return inside;
+            });
+        }
+    }
+    EXPECT_EQ(bare, 0u);
 }
 
 TEST(Presplit, SingleAnyHitTrianglesStayWhole) {

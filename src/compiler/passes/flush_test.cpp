@@ -60,6 +60,24 @@ TEST(FlushedMode, OtherArithmeticKeepsSubnormals) {
     EXPECT_EQ(out[3], 0.0f);
 }
 
+// A choice between a flushed value and one that is not, either way round, is flushed where it is used.
+TEST(FlushedMode, ChoicesOfBothKindsAreFlushed) {
+    for (const char* const choice : {"%f5, %f6", "%f6, %f5"}) {
+        const auto out = runKernel(
+            std::string("mul.ftz.f32 %f5, %f3, %f3; add.f32 %f6, %f1, %f2;"
+                        "setp.gt.f32 %p1, %f4, 0f00000000; selp.f32 %f7, ") +
+                choice + ", %p1; setp.gt.f32 %p2, %f4, 0f40000000; selp.f32 %f8, " + choice +
+                ", %p2; add.ftz.f32 %f9, %f7, %f8; st.f32 [%out], %f9;\n"
+                "mul.ftz.f32 %f10, %f7, 0f44800000; st.f32 [%out+4], %f10;"
+                "mul.ftz.f32 %f11, %f8, 0f44800000; st.f32 [%out+8], %f11;\n",
+            {kSubnormal / 2, kSubnormal / 2, 1.0f, 1.0f}, 4);
+        const bool first = choice[2] == '5'; // of the first choice the flushed value is taken
+        EXPECT_EQ(out[0], 1.0f);
+        EXPECT_EQ(out[1], first ? 1024.0f : 0.0f);
+        EXPECT_EQ(out[2], first ? 0.0f : 1024.0f);
+    }
+}
+
 // Code that optimisers fold, with a difference and products that are subnormal.
 TEST(FlushedMode, NothingIsFoldedAsIfResultsWereKept) {
     const auto out = runKernel(
