@@ -8,7 +8,6 @@
 
 #include <cstdio>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace {
@@ -18,8 +17,6 @@ constexpr const char* kHead = R"(
 .target sm_75
 .address_size 64
 .extern .func (.param .b32 result) vprintf(.param .b64 format, .param .b64 values);
-.extern .func __assertfail(.param .b64 condition, .param .b64 file, .param .b32 line,
-                           .param .b64 function, .param .b64 size);
 .extern .func (.param .b64 block) malloc(.param .b64 size);
 .extern .func free(.param .b64 block);
 .visible .entry kernel(.param .u64 first, .param .u64 second) {
@@ -40,11 +37,6 @@ const std::string kPrint =
     "mov.u64 %rd4, values; cvta.local.u64 %rd5, %rd4; st.local.u64 [%rd4], %rd2;"
     "{ .param .b64 p0; .param .b64 p1; .param .b32 out; st.param.b64 [p0], %rd1;"
     "st.param.b64 [p1], %rd5; call.uni (out), vprintf, (p0, p1); }\n";
-const std::string kAssert =
-    "{ .param .b64 p0; .param .b64 p1; .param .b32 p2; .param .b64 p3; .param .b64 p4;"
-    "st.param.b64 [p0], %rd1; st.param.b64 [p1], %rd2; st.param.b32 [p2], 1;"
-    "st.param.b64 [p3], %rd1; st.param.b64 [p4], 1;"
-    "call.uni __assertfail, (p0, p1, p2, p3, p4); }\n";
 const std::string kMeet = "bar.sync 0;\n";
 
 bool isSanitized() {
@@ -105,17 +97,6 @@ TEST_F(DeviceCalls, FreeOfWhatIsNoBlock) {
     }
 }
 
-// Whether another thread can print.
-bool isFree(FILE* file) {
-    bool result = false;
-    std::thread([&] {
-        result = ftrylockfile(file) == 0;
-        if (result)
-            funlockfile(file);
-    }).join();
-    return result;
-}
-
 TEST_F(DeviceCalls, BadStringsToPrintLeaveNothingBehind) {
     if (isSanitized())
         GTEST_SKIP() << "a sanitizer reports faults";
@@ -135,20 +116,6 @@ TEST_F(DeviceCalls, BadStringsToPrintLeaveNothingBehind) {
     for (size_t i = 0; i < kRounds; ++i)
         fail(i % 2);
     EXPECT_LT(inUse(), before + kRounds * kLength / 2);
-    EXPECT_TRUE(isFree(stdout));
-}
-
-TEST_F(DeviceCalls, BadStringsOfAssertionsLeaveNoLock) {
-    if (isSanitized())
-        GTEST_SKIP() << "a sanitizer reports faults";
-    static char buffer[4096]; // the lock of a stream with a buffer is held while it formats
-    ASSERT_EQ(std::setvbuf(stderr, buffer, _IOLBF, sizeof buffer), 0);
-    const char text[] = "condition";
-    for (const bool meets : {false, true})
-        EXPECT_EQ(run(kAssert, reinterpret_cast<uint64_t>(text), 0x123450, meets),
-                  CUDA_ERROR_ILLEGAL_ADDRESS);
-    EXPECT_TRUE(isFree(stderr));
-    EXPECT_EQ(std::setvbuf(stderr, nullptr, _IONBF, 0), 0);
 }
 
 TEST_F(DeviceCalls, LongTextsArePrintedWhole) {

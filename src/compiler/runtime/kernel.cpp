@@ -188,10 +188,8 @@ void endAssertion(KernelThread* thread) {
 
 void reportAssertion(void*, const char* condition, const char* file, uint32_t line,
                      const char* function, uint64_t) {
-    Printer& to = printer(); // a fault may not leave stderr locked
-    append(to.out, "%s:%u: %s: device assertion `%s' failed\n", file ? file : "?", line,
-           function ? function : "?", condition ? condition : "?");
-    std::fwrite(to.out.data(), 1, to.out.size(), stderr);
+    std::fprintf(stderr, "%s:%u: %s: device assertion `%s' failed\n", file ? file : "?", line,
+                 function ? function : "?", condition ? condition : "?");
 }
 
 // ---- the heap ----------------------------------------------------------------------------------

@@ -52,8 +52,8 @@ void Completion::finish() {
 }
 
 Stream::Stream(unsigned flags, int priority, const void* owner, bool isPerThread)
-    : flags_(flags), priority_(priority), owner_(owner), isPerThread_(isPerThread),
-      id_(nextStreamId.fetch_add(1, std::memory_order_relaxed)) {}
+    : flags_(flags), priority_(priority), owner_(owner),
+      id_(nextStreamId.fetch_add(1, std::memory_order_relaxed)), isPerThread_(isPerThread) {}
 
 void Stream::setPriority(int priority) {
     priority_ = std::min(std::max(priority, Streams::kGreatestPriority), Streams::kLeastPriority);

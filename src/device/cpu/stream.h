@@ -92,7 +92,6 @@ private:
     std::atomic<int> priority_;
     std::map<int, AttributeBytes> attributes_; // guarded by mutex_
     const void* const owner_;
-    const bool isPerThread_;
     const uint64_t id_;
     CompletionPtr last_; // guarded by Streams::order_, like the next two members
     std::shared_ptr<Capture> capture_;
@@ -105,6 +104,7 @@ private:
     bool started_ = false;
     bool closing_ = false;
     std::exception_ptr error_;
+    const bool isPerThread_;
 };
 
 // All streams of the process.
