@@ -23,9 +23,12 @@ constexpr unsigned kHandleSlotBits = 24;
 // A number that no other handle has, for the slot (0: of no table).
 uint64_t newHandle(uint64_t slot = 0);
 
-// Base of objects that know their handle; null before a table has the object.
+// Base of objects that know their handle.
 class Handled {
 public:
+    Handled() = default; // null until a table has the object
+    // Of no table: for owners that keep a list of their own.
+    explicit Handled(uint64_t handle) : handle_(reinterpret_cast<void*>(handle)) {}
     void* handle() const { return handle_; }
 
 private:

@@ -113,7 +113,14 @@ TEST_F(BadInput, StaleHandles) {
     CUarray staleArray = nullptr, array = nullptr;
     ASSERT_EQ(cuArrayCreate(&staleArray, &shape), CUDA_SUCCESS);
     ASSERT_EQ(cuArrayDestroy(staleArray), CUDA_SUCCESS);
+    CUstream staleStream = nullptr, stream = nullptr;
+    ASSERT_EQ(cuStreamCreate(&staleStream, 0), CUDA_SUCCESS);
+    ASSERT_EQ(cuStreamDestroy(staleStream), CUDA_SUCCESS);
     for (int i = 0; i < 100; ++i) {
+        ASSERT_EQ(cuStreamCreate(&stream, 0), CUDA_SUCCESS);
+        ASSERT_NE(cuStreamQuery(staleStream), CUDA_SUCCESS) << i;
+        ASSERT_NE(cuStreamDestroy(staleStream), CUDA_SUCCESS) << i;
+        ASSERT_EQ(cuStreamDestroy(stream), CUDA_SUCCESS);
         ASSERT_EQ(cuEventCreate(&event, 0), CUDA_SUCCESS);
         ASSERT_EQ(cuArrayCreate(&array, &shape), CUDA_SUCCESS);
         ASSERT_EQ(cuEventQuery(stale), CUDA_ERROR_INVALID_HANDLE) << i;

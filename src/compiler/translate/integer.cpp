@@ -229,7 +229,7 @@ void FunctionTranslator::packedArithmetic(const ptx::Instruction& instruction) {
     Value* a = builder_.CreateBitCast(readInt(instruction.operands[1], 32), pair);
     Value* b = builder_.CreateBitCast(readInt(instruction.operands[2], 32), pair);
     Value* result = nullptr;
-    if (instruction.opcode == "add")
+    if (instruction.facts->operation == ptx::Operation::kAdd)
         result = builder_.CreateAdd(a, b);
     else if (instruction.opcode == "min")
         result = intrinsicCall(isSigned ? llvm::Intrinsic::smin : llvm::Intrinsic::umin, {a, b});

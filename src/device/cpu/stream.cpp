@@ -52,7 +52,7 @@ void Completion::finish() {
 }
 
 Stream::Stream(unsigned flags, int priority, const void* owner, bool isPerThread)
-    : flags_(flags), priority_(priority), owner_(owner),
+    : Handled(newHandle()), flags_(flags), priority_(priority), owner_(owner),
       id_(nextStreamId.fetch_add(1, std::memory_order_relaxed)), isPerThread_(isPerThread) {}
 
 void Stream::setPriority(int priority) {
@@ -163,7 +163,7 @@ void* Streams::create(unsigned flags, int priority, const void* owner) {
     auto stream = std::make_shared<Stream>(flags, priority, owner);
     std::lock_guard lock(order_);
     live_.push_back(stream);
-    return stream.get();
+    return stream->handle();
 }
 
 bool Streams::destroy(void* handle) {
@@ -175,7 +175,7 @@ bool Streams::remove(const void* dead, bool isPerThread) {
     {
         std::lock_guard lock(order_);
         auto it = std::find_if(live_.begin(), live_.end(), [&](const StreamPtr& s) {
-            return s.get() == dead && s->isPerThread_ == isPerThread;
+            return s->handle() == dead && s->isPerThread_ == isPerThread;
         });
         if (it == live_.end())
             return false;
@@ -196,7 +196,7 @@ void Streams::destroyOwner(const void* owner) {
         std::lock_guard lock(order_);
         for (const StreamPtr& stream : live_)
             if (stream->owner() == owner)
-                dead.push_back(stream.get());
+                dead.push_back(stream->handle());
     }
     for (void* handle : dead)
         destroy(handle);
@@ -222,7 +222,7 @@ StreamPtr Streams::perThread() {
         Streams* streams = nullptr;
         ~Holder() {
             if (streams && !isForkedChild()) // where another thread's lock may be held for ever
-                streams->remove(stream.get(), true);
+                streams->remove(stream->handle(), true);
         }
     };
     Holder& holder = threadObject<Holder>();
@@ -241,7 +241,7 @@ StreamPtr Streams::find(void* handle) {
         return perThread();
     std::lock_guard lock(order_);
     for (const StreamPtr& stream : live_)
-        if (stream.get() == handle && !stream->isPerThread_)
+        if (stream->handle() == handle && !stream->isPerThread_)
             return stream;
     fail(Code::kInvalidValue, "stream ", handle, " is not a live stream");
 }

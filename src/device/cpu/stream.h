@@ -15,6 +15,7 @@
 // event.h, cpu_device.cpp.
 #pragma once
 
+#include "base/handles.h"
 #include "device/cpu/graph.h"
 
 #include <array>
@@ -54,9 +55,9 @@ struct WorkInfo {
     std::shared_ptr<const void> details;
 };
 
-class Stream {
+class Stream : public Handled {
 public:
-    // `isPerThread`: a default stream, which its thread destroys; its address is no handle.
+    // `isPerThread`: a default stream, which its thread destroys and no handle names.
     Stream(unsigned flags, int priority, const void* owner, bool isPerThread = false);
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
