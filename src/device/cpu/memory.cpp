@@ -38,15 +38,16 @@ bool isHuge(size_t size) {
     return size >= kHugeFrom;
 }
 
-// While memory is checked, a gap surrounds each allocation, so that an access past its end does not
-// hit another one. Builds with the address sanitizer see such accesses of the library alone.
+// A gap follows each allocation, so that calls refuse addresses behind it. While memory is checked,
+// a gap surrounds it, so that an access past its end does not hit another one. Builds with the
+// address sanitizer see such accesses of the library alone.
 size_t zoneBefore(size_t size) {
     return !isChecked() ? 0 : isHuge(size) ? Pages::kHugePage : Pages::pageSize();
 }
 size_t zoneBehind(size_t size) {
     if (isChecked())
         return std::clamp<size_t>(size, 4096, size_t(1) << 20);
-    return kPoisons ? 4096 : 0;
+    return kPoisons ? 4096 : 64;
 }
 size_t withZones(size_t size) {
     return zoneBefore(size) + size + zoneBehind(size);

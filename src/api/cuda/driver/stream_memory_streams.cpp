@@ -52,10 +52,12 @@ Step waitStep(CUdeviceptr address, Word value, unsigned flags) {
     return [=] {
         // The word may be written by the host, another stream or a kernel.
         for (unsigned tries = 0; !holds(load(word), value, flags) && !processEnds(); ++tries)
-            if (tries < 1000)
+            if (tries < 1000) {
                 std::this_thread::yield();
-            else
+            } else {
+                cpu::memory().sealFreed(); // the word may have been freed meanwhile
                 std::this_thread::sleep_for(std::chrono::microseconds(50));
+            }
     };
 }
 template <class Word>
