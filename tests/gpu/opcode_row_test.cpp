@@ -65,11 +65,13 @@ TEST(OpcodeRow, ParserAndVerifierFollow) {
     const std::string good = kernel("go next;\nnext: plus.u32 %r1, %r2, 3;\n");
     EXPECT_TRUE(parse(good, errors)) << errors;
     EXPECT_FALSE(parse(good, errors, ptx::opcodeTable()));
-    EXPECT_TRUE(has(errors, "'go'")) << errors;
+    EXPECT_TRUE(has(errors, "undeclared name 'next'")) << errors; // no label is expected
+    EXPECT_FALSE(parse(kernel("plus.u32 %r1, %r2, 3;\n"), errors, ptx::opcodeTable()));
+    EXPECT_TRUE(has(errors, "unknown instruction 'plus'")) << errors;
     EXPECT_FALSE(parse(kernel("go nowhere;\n"), errors));
     EXPECT_TRUE(has(errors, "label")) << errors;
     EXPECT_FALSE(parse(kernel("plus.u64 %rd1, %rd1, %rd2;\n"), errors));
-    EXPECT_TRUE(has(errors, "does not take type '.u64'")) << errors;
+    EXPECT_TRUE(has(errors, "unknown modifier '.u64' for 'plus'")) << errors;
     EXPECT_FALSE(parse(kernel("pluss.u32 %r1, %r1, %r2;\n"), errors));
     EXPECT_TRUE(has(errors, "plus")) << errors;
 }
