@@ -10,7 +10,24 @@
 namespace tests::api {
 namespace {
 
-class FreedMemory : public ApiTest {};
+class FreedMemory : public ApiTest {
+protected:
+    void SetUp() override {
+        if (onGpu())
+            GTEST_SKIP() << "a GPU loses its context";
+        ASSERT_EQ(CUDA_SUCCESS, cuInit(0));
+        ASSERT_EQ(CUDA_SUCCESS, cuCtxCreate(&cuda_, nullptr, 0, 0));
+        ApiTest::SetUp();
+    }
+    void TearDown() override {
+        ApiTest::TearDown();
+        if (cuda_)
+            EXPECT_EQ(CUDA_SUCCESS, cuCtxDestroy(cuda_));
+    }
+
+private:
+    CUcontext cuda_ = nullptr;
+};
 
 TEST_F(FreedMemory, EndsTheLaunch) {
 #if defined(__has_feature)
@@ -18,11 +35,6 @@ TEST_F(FreedMemory, EndsTheLaunch) {
     GTEST_SKIP() << "a sanitizer reports faults";
 #endif
 #endif
-    if (onGpu())
-        GTEST_SKIP() << "a GPU loses its context";
-    ASSERT_EQ(CUDA_SUCCESS, cuInit(0));
-    CUcontext cuda = nullptr;
-    ASSERT_EQ(CUDA_SUCCESS, cuCtxCreate(&cuda, nullptr, 0, 0));
     Rig rig(context_, log_, compiledPtx("faults", "clang"), compileOptions(0));
     rig.raygenRecord(rig.raygen("__raygen__faults"));
     rig.link();
@@ -51,7 +63,6 @@ TEST_F(FreedMemory, EndsTheLaunch) {
             EXPECT_EQ(OPTIX_ERROR_LAUNCH_FAILURE, launch(0)) << "the stream's pending error";
             EXPECT_OK(launch(0));
         }
-    EXPECT_EQ(CUDA_SUCCESS, cuCtxDestroy(cuda));
 }
 
 } // namespace

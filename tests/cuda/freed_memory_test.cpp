@@ -226,7 +226,8 @@ TEST_F(FreedMemory, OfCopiesAndWords) {
         EXPECT_EQ(cuMemFreeAsync(memory, nullptr), CUDA_SUCCESS);
         const CUresult queued = cuStreamWaitValue32(stream_, memory, 1, CU_STREAM_WAIT_VALUE_EQ);
         EXPECT_TRUE(queued == CUDA_SUCCESS || queued == CUDA_ERROR_INVALID_VALUE) << queued;
-        EXPECT_EQ(cuStreamSynchronize(nullptr), CUDA_SUCCESS);
+        const CUresult freed = cuStreamSynchronize(nullptr); // the wait may have ended before
+        EXPECT_TRUE(freed == CUDA_SUCCESS || freed == CUDA_ERROR_ILLEGAL_ADDRESS) << freed;
         return queued ? run(write_, memory) : cuStreamSynchronize(stream_);
     });
 }
