@@ -440,6 +440,8 @@ TEST_F(DiskCacheApi, ManyProcessesUseOneDatabase) {
         ASSERT_GE(child, 0);
         if (child == 0) {
             // A new process, so that all threads of the library exist in it.
+            unsetenv("GTEST_TOTAL_SHARDS"); // the child's one test may be in another shard
+            unsetenv("GTEST_SHARD_INDEX");
             setenv("SUNSTONE_TEST_CHILD", "1", 1);
             setenv("SUNSTONE_TEST_CACHE", folder_.c_str(), 1);
             execl("/proc/self/exe", "test_api", "--gtest_filter=DiskCacheApi.ChildProcess",

@@ -407,7 +407,7 @@ TEST(GpuCompile, StackOfTraces) {
     EXPECT_GT(deep.waiting, 0u);
     EXPECT_LT(deep.waiting, 3000u);
     EXPECT_GT(deep.entry, 0u); // the ray generation program's frame is the kernel's
-    EXPECT_GT(deep.other, deep.waiting);
+    EXPECT_GE(deep.other, deep.waiting); // the frames of a trace, to the deepest end
     EXPECT_LT(deep.entry + 32 * deep.waiting + deep.other, 100'000u);
     const compiler::GpuStack measured =
         compiler::GpuCalls::fromText(compileCode(textOf(TEST_RECURSION_PTX)).calls)
