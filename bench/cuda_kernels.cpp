@@ -10,7 +10,7 @@
 // other programs on the machine disturb little; --clock compares wall-clock time.
 #include "cuda_kernels.h"
 
-#include <cuda.h>
+#include "cuda_check.h"
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 
@@ -31,16 +31,6 @@ namespace {
 
 constexpr int kBodies = 8192, kWidth = 4096, kHeight = 2048, kValues = 1 << 26, kBlocks = 64;
 bool byClock = false;
-
-void check(CUresult result, const char* what) {
-    if (result == CUDA_SUCCESS)
-        return;
-    const char* name = "?";
-    cuGetErrorName(result, &name);
-    std::fprintf(stderr, "%s: %s\n", what, name);
-    std::exit(1);
-}
-#define CHECK(call) check(call, #call)
 
 double now() {
     timespec time;

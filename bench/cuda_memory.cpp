@@ -8,7 +8,7 @@
 //   used     as pair; cuMemsetD8 writes all bytes between the two
 //   frame    eight allocations, a write of each, a kernel, eight frees
 //   stream   cuMemAllocAsync and cuMemFreeAsync; a wait for the stream after some hundreds
-#include <cuda.h>
+#include "cuda_check.h"
 
 #include <algorithm>
 #include <chrono>
@@ -25,16 +25,6 @@ const char* const kText = R"(.version 7.0
 .address_size 64
 .visible .entry nothing() { ret; }
 )";
-
-void check(CUresult result, const char* what) {
-    if (result == CUDA_SUCCESS)
-        return;
-    const char* name = "?";
-    cuGetErrorName(result, &name);
-    std::fprintf(stderr, "%s: %s\n", what, name);
-    std::exit(1);
-}
-#define CHECK(call) check(call, #call)
 
 CUfunction kernel = nullptr;
 CUstream stream = nullptr;

@@ -177,7 +177,7 @@ TEST_P(AccelAccess, CopiesAreRelocated) {
     gas.reset();
     EXPECT_EQ(2u, trace(handle));
     EXPECT_EQ(2u, trace(parent));
-    // A null child is never hit, whatever the instance had before.
+    // No ray enters a null child, also where the instance had another child before.
     const Buffer none(std::vector<OptixTraversableHandle>{0});
     ASSERT_OK(optixAccelRelocate(context_, nullptr, &iasInfo, none.address(), 1, newIas.address(),
                                  newIas.size(), &parent));
@@ -270,7 +270,7 @@ TEST_P(AccelAccess, GarbageTraversablesMiss) {
 // all structures are.
 TEST_P(AccelAccess, FreedStructuresMiss) {
     if (!onGpu())
-        GTEST_SKIP() << "nobody keeps account of freed memory";
+        GTEST_SKIP() << "only a GPU's driver says which memory was freed";
     TriangleMesh mesh(kTwoTriangles, {0, 1, 2});
     OptixTraversableHandle handle = 0;
     size_t bytes = 0;
@@ -298,7 +298,7 @@ TEST_P(AccelAccess, FreedStructuresMiss) {
 // A transform's memory may be freed and later hold another transform with the same handle.
 TEST_P(AccelAccess, FreedTransformsMiss) {
     if (!onGpu())
-        GTEST_SKIP() << "nobody keeps account of freed memory";
+        GTEST_SKIP() << "only a GPU's driver says which memory was freed";
     TriangleMesh mesh(kTwoTriangles, {0, 1, 2});
     const Accel gas = buildAccel(context_, log_, {mesh.input});
     OptixTraversableHandle handle = 0;

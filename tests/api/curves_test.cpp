@@ -131,7 +131,7 @@ protected:
     std::unique_ptr<Rig> rig_;
     OptixModule builtin_ = nullptr;
     unsigned exceptionFlags_ = OPTIX_EXCEPTION_FLAG_NONE;
-    bool raysHaveTimes_ = false; // of the pipeline, whatever the module is for
+    bool raysHaveTimes_ = false; // of the pipeline; the option of the module may differ
     unsigned buildFlags_ = 0; // of the built-in module
 };
 

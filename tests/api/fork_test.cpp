@@ -1,47 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // In the child, by fork, of a process that has a device context every function fails at once: the
 // child has none of the threads on which the parent's objects depend.
+#include "../main/forked_child.h"
 #include "scene.h"
-
-#include <dlfcn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
+#include <dlfcn.h>
 #include <functional>
 
 namespace tests::api {
 namespace {
-
-// Whether exit would look for leaks, among which a child finds the other threads' objects.
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool kFindsLeaks = true;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-constexpr bool kFindsLeaks = true;
-#else
-constexpr bool kFindsLeaks = false;
-#endif
-#else
-constexpr bool kFindsLeaks = false;
-#endif
-
-// The exit code of a child that runs the body and ends as programs do; -1 if it hangs or dies.
-int inChild(const std::function<int()>& body) {
-    std::fflush(nullptr);
-    const pid_t child = fork();
-    if (child == 0) {
-        alarm(20);
-        const int code = body();
-        if (kFindsLeaks)
-            _exit(code);
-        std::exit(code);
-    }
-    int status = 0;
-    EXPECT_EQ(child, waitpid(child, &status, 0));
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
 
 // Calls the functions of a table with zeros for arguments; returns how many do not fail as they
 // must.

@@ -4,10 +4,8 @@
 #include <cuda.h>
 #include <gtest/gtest.h>
 
+#include "../main/forked_child.h"
 #include "apps/entry_point_names.h"
-
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <cstdio>
@@ -20,42 +18,12 @@
 
 namespace {
 
-// Whether exit would look for leaks, among which a child finds the other threads' objects.
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool kFindsLeaks = true;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-constexpr bool kFindsLeaks = true;
-#else
-constexpr bool kFindsLeaks = false;
-#endif
-#else
-constexpr bool kFindsLeaks = false;
-#endif
-
-// Runs the body in a child, which ends with its result as exit code; -1 if the child hangs or dies.
-// exits: the child runs exit handlers and destructors.
-int inChild(const std::function<int()>& body, bool exits = true) {
-    std::fflush(nullptr);
-    const pid_t child = fork();
-    if (child == 0) {
-        constexpr unsigned kSeconds = 20;
-        alarm(kSeconds);
-        const int code = body();
-        if (exits && !kFindsLeaks)
-            std::exit(code);
-        _exit(code);
-    }
-    int status = 0;
-    EXPECT_EQ(child, waitpid(child, &status, 0));
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
+using tests::inChild;
 
 // Functions that need no initialisation: an H200's driver (580) serves them in a child.
 bool needsNothing(const std::string& name) {
-    return name == "cuGetErrorName" || name == "cuGetErrorString" ||
-           name == "cuDriverGetVersion" || name == "cuGetProcAddress" ||
-           name == "cuThreadExchangeStreamCaptureMode";
+    return name == "cuGetErrorName" || name == "cuGetErrorString" || name == "cuDriverGetVersion" ||
+           name == "cuGetProcAddress" || name == "cuThreadExchangeStreamCaptureMode";
 }
 
 // Calls all functions with zeros for arguments; returns how many do not say "not initialised".

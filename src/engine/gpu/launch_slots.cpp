@@ -124,7 +124,7 @@ GpuLaunchSlots::Lease::Lease(GpuLaunchSlots& slots, const ContextPtr& context, C
     }
 }
 
-// Makes the graph own an object whose destructor sets graphIsGone. The driver may call it at any
+// Makes the graph own an object whose destructor sets graphDestroyed. The driver may call it at any
 // time, also after the slot was freed with its context.
 void GpuLaunchSlots::Lease::watchGraph() {
     using Flag = std::shared_ptr<std::atomic<bool>>;
@@ -134,8 +134,8 @@ void GpuLaunchSlots::Lease::watchGraph() {
     CUstreamCaptureStatus status = CU_STREAM_CAPTURE_STATUS_NONE;
     CUgraph graph = nullptr;
     SUNSTONE_CU(streamGetCaptureInfo, stream_, &status, nullptr, &graph, nullptr, nullptr);
-    auto isGone = std::make_shared<std::atomic<bool>>(false);
-    auto kept = std::make_unique<Flag>(isGone);
+    auto destroyed = std::make_shared<std::atomic<bool>>(false);
+    auto kept = std::make_unique<Flag>(destroyed);
     CUuserObject object = nullptr;
     const auto destroy = [](void* flag) {
         const std::unique_ptr<Flag> last(static_cast<Flag*>(flag));
@@ -149,7 +149,7 @@ void GpuLaunchSlots::Lease::watchGraph() {
     if (retained != CUDA_SUCCESS)
         known.userObjectRelease(object, 1);
     check(retained, DriverNames::graphRetainUserObject);
-    slot_->graphIsGone = std::move(isGone);
+    slot_->graphDestroyed = std::move(destroyed);
 }
 
 // Work already queued may still read the slot.
@@ -268,7 +268,7 @@ void GpuLaunchSlots::collect(unsigned mostPending, Lines& lines) {
     for (size_t i = 0; i < slots_.size() && mostPending != 0; ++i) {
         next_ = (next_ + 1) % slots_.size();
         Slot& slot = *slots_[next_];
-        if (slot.state == State::kCaptured && slot.graphIsGone && *slot.graphIsGone)
+        if (slot.state == State::kCaptured && slot.graphDestroyed && *slot.graphDestroyed)
             settle(slot, lines);
         if (slot.state != State::kQueued && slot.state != State::kAbandoned)
             continue;
@@ -324,7 +324,7 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
     const bool abandoned = slot.state == State::kAbandoned;
     slot.state = State::kFree;
     const auto usualHandle = std::exchange(slot.usualHandle, {}).lock();
-    slot.graphIsGone = nullptr;
+    slot.graphDestroyed = nullptr;
     if (abandoned)
         return;
     if (slot.report->usual != 0 && usualHandle)
@@ -358,10 +358,10 @@ void GpuLaunchSlots::tellOfGraphs(Lines& lines) {
     for (auto& slot : slots_) {
         if (slot->state != State::kCaptured || !slot->usualHandle.expired())
             continue;
-        auto graphIsGone = slot->graphIsGone;
+        auto graphDestroyed = slot->graphDestroyed;
         settle(*slot, lines);
         *slot->report = devlib::emptyReport();
-        slot->graphIsGone = std::move(graphIsGone);
+        slot->graphDestroyed = std::move(graphDestroyed);
         slot->state = State::kCaptured;
     }
 }

@@ -45,7 +45,7 @@ public:
         const Wording* wording = nullptr; // of the context
         std::weak_ptr<std::atomic<uint64_t>> usualHandle; // of the pipeline; see GpuCodeObject
         // Of a captured launch: set when its graph has been destroyed.
-        std::shared_ptr<std::atomic<bool>> graphIsGone;
+        std::shared_ptr<std::atomic<bool>> graphDestroyed;
         uint64_t number = 0; // of the launch, in order
     };
     static constexpr size_t kParameters = (sizeof(devlib::LaunchBlock) + 255) / 256 * 256;

@@ -130,9 +130,9 @@ SUNSTONE_INLINE uint64_t wordsOf(uint32_t low, uint32_t high) {
 
 template <class Programs>
 struct Traversal : Levels<Programs::kMotion> {
-    // Entries a stack needs; one of its entries is a group, or 0, 0 where a space ends. So many
-    // levels may be of structures as deep as there can be; further ones, which are hardly ever,
-    // find room where the others are not, as they hardly ever are.
+    // The stack has room for kDeepLevels structures of the largest depth. Graphs with more levels
+    // use the room that shallower structures leave; a walk that finds none is refused. An entry is
+    // a group, or 0, 0 where a space ends.
     static constexpr unsigned kDeepLevels = Programs::kLevels < 15 ? Programs::kLevels : 15;
     static constexpr unsigned kStackSize =
         (Programs::kInstances ? kWaitingChildren + 8 : kWaitingLeaves) +
