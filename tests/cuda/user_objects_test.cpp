@@ -61,6 +61,24 @@ TEST_F(UserObjects, BelongToTheProgram) {
     EXPECT_EQ(cuGraphDestroy(graph_), CUDA_SUCCESS);
 }
 
+// A new object may get the memory of a destroyed one.
+TEST_F(UserObjects, StaleHandles) {
+    const CUuserObject stale = make();
+    ASSERT_EQ(cuUserObjectRelease(stale, 1), CUDA_SUCCESS);
+    ASSERT_TRUE(isDestroyed());
+    EXPECT_EQ(cuGraphReleaseUserObject(graph_, nullptr, 1), CUDA_ERROR_INVALID_VALUE);
+    for (int i = 0; i < 100; ++i) {
+        const CUuserObject object = make();
+        ASSERT_NE(object, stale);
+        ASSERT_EQ(cuUserObjectRetain(stale, 1), CUDA_ERROR_INVALID_VALUE) << i;
+        ASSERT_EQ(cuGraphRetainUserObject(graph_, object, 1, CU_GRAPH_USER_OBJECT_MOVE),
+                  CUDA_SUCCESS);
+        ASSERT_EQ(cuGraphReleaseUserObject(graph_, stale, 1), CUDA_ERROR_INVALID_VALUE) << i;
+        ASSERT_EQ(cuGraphReleaseUserObject(graph_, object, 1), CUDA_SUCCESS);
+    }
+    EXPECT_EQ(cuGraphDestroy(graph_), CUDA_SUCCESS);
+}
+
 TEST_F(UserObjects, BelongToGraphsAndTheirCopies) {
     const CUuserObject object = make();
     CUgraph copy = nullptr;

@@ -32,9 +32,9 @@ void Graph::remove(GraphNode* node) {
     std::erase_if(nodes_, [&](const auto& owned) { return owned.get() == node; });
 }
 
-bool Graph::release(const void* resource, size_t count) {
-    const auto is = [&](const std::shared_ptr<void>& kept) { return kept.get() == resource; };
-    if (size_t(std::count_if(kept_.begin(), kept_.end(), is)) < count)
+bool Graph::release(const void* handle, size_t count) {
+    const auto is = [&](const Kept& kept) { return kept.handle == handle; };
+    if (!handle || size_t(std::count_if(kept_.begin(), kept_.end(), is)) < count)
         return false;
     for (; count != 0; --count)
         kept_.erase(std::find_if(kept_.begin(), kept_.end(), is));

@@ -105,13 +105,20 @@ public:
     // A copy with children copied too; `twins` gets copy by original.
     std::shared_ptr<Graph> clone(std::unordered_map<const GraphNode*, GraphNode*>* twins) const;
     // Keeps a resource, such as memory that nodes use, alive as long as the graph.
-    void keep(std::shared_ptr<void> resource) { kept_.push_back(std::move(resource)); }
+    // `handle`: the client's, if release() is to find the resource.
+    void keep(std::shared_ptr<void> resource, const void* handle = nullptr) {
+        kept_.push_back({std::move(resource), handle});
+    }
     // Undoes as many calls of keep(); changes nothing and returns false if there were fewer.
-    bool release(const void* resource, size_t count);
+    bool release(const void* handle, size_t count);
 
 private:
     std::vector<std::unique_ptr<GraphNode>> nodes_;
-    std::vector<std::shared_ptr<void>> kept_; // shared with clones
+    struct Kept {
+        std::shared_ptr<void> resource;
+        const void* handle;
+    };
+    std::vector<Kept> kept_; // the resources are shared with clones
 };
 
 // Guards all graphs; taken to read or change one, also while capturing.

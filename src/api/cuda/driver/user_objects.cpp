@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// User objects: resources of the program that graphs own. The last reference to go, of the program,
-// of a graph, of a copy or an executable form of one, or of a launch in progress, frees the
-// resource. Source: CUDA driver API, graph management.
+// User objects: resources of the program that graphs own. References are held by the program, by
+// graphs, their copies and executable forms, and by launches in progress. The release of the last
+// one frees the resource. Source: CUDA driver API, graph management.
 #include "api/cuda/driver/graphs.h"
+#include "base/handles.h"
 
 #include <climits>
 #include <condition_variable>
@@ -16,7 +17,7 @@ using namespace sunstone::api::cuda;
 namespace {
 
 // Calls the program's functions one after another on a thread of its own: they may wait for locks
-// of the program, and the last reference often goes while a call or a stream holds ours.
+// of the program, and the last reference is often released while a call or a stream holds ours.
 class Destructors {
 public:
     void add(CUhostFn function, void* argument) {
@@ -56,7 +57,8 @@ Destructors& destructors() {
     return *all;
 }
 
-struct Resource {
+struct Resource : sunstone::Handled {
+    Resource() : Handled(sunstone::newHandle()) {}
     CUhostFn destroy = nullptr;
     void* argument = nullptr;
     ~Resource() {
@@ -113,7 +115,7 @@ SUNSTONE_EXPORT CUresult cuUserObjectCreate(CUuserObject* object, void* argument
         requireCount(references);
         // The destructor of an object that could not be returned is not called.
         auto resource = std::make_shared<Resource>();
-        const auto handle = reinterpret_cast<CUuserObject>(resource.get());
+        const auto handle = static_cast<CUuserObject>(resource->handle());
         Owned& owned = objects()[handle];
         resource->destroy = destroy;
         resource->argument = argument;
@@ -148,7 +150,7 @@ SUNSTONE_EXPORT CUresult cuGraphRetainUserObject(CUgraph graph, CUuserObject obj
         if (flags == CU_GRAPH_USER_OBJECT_MOVE)
             release(object, count);
         for (unsigned i = 0; i < count; ++i)
-            owner->keep(resource);
+            owner->keep(resource, object);
     });
 }
 
