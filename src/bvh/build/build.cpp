@@ -737,7 +737,7 @@ bool triangleVertices(const void* block, uint32_t primitive, uint32_t sbtGasInde
     for (uint32_t k = 0; k < 9; ++k) {
         const uint32_t i = k * lanes + (slot & 7);
         vertices[k] = slot == kNoSlot         ? std::numeric_limits<float>::quiet_NaN()
-                      : isMoving(header.type) ? between(first[i], second[i], at.fraction)
+                      : isMoving(header.type) ? vertexBetween(first[i], second[i], at.fraction)
                                               : leaf[i];
     }
     return true;

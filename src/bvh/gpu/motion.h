@@ -13,9 +13,12 @@
 
 namespace sunstone::bvh::gpu {
 
-// One number between two keys: bvh::between.
-SUNSTONE_INLINE float mix(float a, float b, float fraction) {
-    return add(mul(a, sub(1.0f, fraction)), mul(b, fraction));
+// Numbers of geometry that programs read: bvh::vertexBetween, bvh::pointBetween.
+SUNSTONE_INLINE float mixVertex(float a, float b, float fraction) {
+    return fused(sub(1.0f, fraction), a, mul(fraction, b));
+}
+SUNSTONE_INLINE float mixPoint(float a, float b, float fraction) {
+    return fused(fraction, sub(b, a), a);
 }
 
 // The key segment of the motion transform entered last. Transforms of a scene tend to have the same

@@ -39,10 +39,21 @@ SUNSTONE_INLINE bool hasVanished(uint32_t flags, float begin, float end, float t
     return ((flags & kStartVanish) && time < begin) || ((flags & kEndVanish) && time > end);
 }
 
-// One number between two keys. All motion is interpolated by these operations: each is monotone, so
-// geometry within bounds at both keys lies within the interpolated bounds.
+// One number between two keys. Transforms, boxes and the geometry of ray tests are interpolated by
+// these operations: each is monotone, so geometry within bounds at both keys lies within the
+// interpolated bounds.
 SUNSTONE_INLINE float between(float a, float b, float fraction) {
     return a * (1.0f - fraction) + b * fraction;
+}
+
+// The same for geometry that programs read, to the bits of the driver's library: vertices of
+// triangles, and points and radii of curves and spheres. Ray tests use neither, as processors may
+// lack the fused operation.
+SUNSTONE_INLINE float vertexBetween(float a, float b, float fraction) {
+    return __builtin_fmaf(1.0f - fraction, a, fraction * b);
+}
+SUNSTONE_INLINE float pointBetween(float a, float b, float fraction) {
+    return __builtin_fmaf(fraction, b - a, a);
 }
 
 } // namespace sunstone::bvh

@@ -47,8 +47,7 @@ public:
         uint32_t first;
         if (!vertices || !radii || !index(segment, first) ||
             uint64_t(first) + degree_ >= input_.numVertices) {
-            std::fill(points, points + 4 * (degree_ + 1),
-                      std::numeric_limits<float>::quiet_NaN());
+            std::fill(points, points + 4 * (degree_ + 1), std::numeric_limits<float>::quiet_NaN());
             return false;
         }
         for (uint32_t i = 0; i <= degree_; ++i) {
@@ -209,8 +208,9 @@ bool shapePoints(const void* block, uint32_t shape, uint32_t primitive, uint32_t
         reinterpret_cast<const float*>(bytes + header.pointsOffset) +
         (size_t(input->firstPrimitive + local) * header.motionKeys + segment.key) * floats;
     for (uint32_t k = 0; k < floats; ++k)
-        points[k] =
-            header.motionKeys > 1 ? between(from[k], from[floats + k], segment.fraction) : from[k];
+        points[k] = header.motionKeys > 1
+                        ? pointBetween(from[k], from[floats + k], segment.fraction)
+                        : from[k];
     return true;
 }
 

@@ -78,8 +78,8 @@ extern "C" void sunstone_gpu_triangleVertices(const LaunchState* launch, uint64_
     const float* const first = record + at.key * kNext;
     for (uint32_t i = 0; i < 9; ++i) {
         const uint32_t place = i / 3 * 4 + i % 3;
-        vertices[i] =
-            moves ? bvh::gpu::mix(first[place], first[kNext + place], at.fraction) : first[place];
+        vertices[i] = moves ? bvh::gpu::mixVertex(first[place], first[kNext + place], at.fraction)
+                            : first[place];
     }
 }
 
@@ -104,7 +104,7 @@ extern "C" void sunstone_gpu_shapePoints(const LaunchState* launch, uint64_t gas
                                    reinterpret_cast<const uint8_t*>(block) + block->pointsOffset) +
                                (uint64_t(number) * block->motionKeys + at.key) * count;
     for (uint32_t i = 0; i < count; ++i)
-        points[i] = moves ? bvh::gpu::mix(first[i], first[count + i], at.fraction) : first[i];
+        points[i] = moves ? bvh::gpu::mixPoint(first[i], first[count + i], at.fraction) : first[i];
 }
 
 extern "C" uint64_t sunstone_gpu_instanceHandle(const LaunchState* launch, uint64_t ias,

@@ -58,7 +58,7 @@ SUNSTONE_INLINE bool readMovingTriangle(const DeviceInput& input, uint32_t trian
         if (k > 0 && !area) {
             float middle[9];
             for (int i = 0; i < 9; ++i)
-                middle[i] = mix(previous[i], v[i], 0.5f);
+                middle[i] = mixVertex(previous[i], v[i], 0.5f);
             area = hasArea(middle);
         }
         addKey(sum, boundsOfTriangle(v));
