@@ -231,4 +231,32 @@ TEST_F(Managed, FunctionsAreLoadedWhenTheyAreUsed) {
     EXPECT_EQ(cuFuncLoad(functions[0]), CUDA_ERROR_INVALID_HANDLE);
 }
 
+// Programs look up hundreds of kernels at their start.
+TEST_F(Managed, LookingUpAFunctionDoesNotCompileIt) {
+    constexpr char kText[] = ".version 7.0\n.target sm_60\n.address_size 64\n"
+                             ".visible .entry a(.param .u32 x) { ret; }\n";
+    CUmodule module = nullptr;
+    CUfunction function = nullptr;
+    ASSERT_EQ(cuModuleLoadData(&module, kText), CUDA_SUCCESS);
+    ASSERT_EQ(cuModuleGetFunction(&function, module, "a"), CUDA_SUCCESS);
+    const char* name = nullptr;
+    size_t offset = 0, size = 0;
+    int value = 0;
+    EXPECT_EQ(cuFuncGetName(&name, function), CUDA_SUCCESS);
+    EXPECT_EQ(cuFuncGetParamInfo(function, 0, &offset, &size), CUDA_SUCCESS);
+    EXPECT_EQ(cuFuncSetCacheConfig(function, CU_FUNC_CACHE_PREFER_L1), CUDA_SUCCESS);
+    EXPECT_EQ(cuFuncGetAttribute(&value, CU_FUNC_ATTRIBUTE_MAX_THREADS_PER_BLOCK, function),
+              CUDA_SUCCESS);
+    CUfunctionLoadingState state{};
+    EXPECT_EQ(cuFuncIsLoaded(&state, function), CUDA_SUCCESS);
+    EXPECT_EQ(state, CU_FUNCTION_LOADING_STATE_UNLOADED);
+    unsigned x = 0;
+    void* parameters[] = {&x};
+    EXPECT_EQ(cuLaunchKernel(function, 1, 1, 1, 1, 1, 1, 0, nullptr, parameters, nullptr),
+              CUDA_SUCCESS);
+    EXPECT_EQ(cuFuncIsLoaded(&state, function), CUDA_SUCCESS);
+    EXPECT_EQ(state, CU_FUNCTION_LOADING_STATE_LOADED);
+    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+}
+
 } // namespace

@@ -7,7 +7,11 @@ using namespace sunstone::api::cuda;
 
 namespace sunstone::api::cuda {
 
-int attributeOf(const Function& function, CUfunction_attribute attribute) {
+int attributeOf(Function& function, CUfunction_attribute attribute) {
+    if (attribute == CU_FUNC_ATTRIBUTE_SHARED_SIZE_BYTES ||
+        attribute == CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES ||
+        attribute == CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES)
+        ensureCompiled(function);
     std::shared_ptr<Module> module = function.module.lock();
     switch (int(attribute)) {
     case CU_FUNC_ATTRIBUTE_MAX_THREADS_PER_BLOCK:
@@ -39,6 +43,7 @@ int attributeOf(const Function& function, CUfunction_attribute attribute) {
 
 void setAttribute(Function& function, CUfunction_attribute attribute, int value) {
     if (attribute == CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES) {
+        ensureCompiled(function);
         if (value < 0 || unsigned(value) + function.info->staticSharedBytes > kSharedOptin)
             refuse(CUDA_ERROR_INVALID_VALUE, value, " bytes of dynamic shared memory; with ",
                    function.info->staticSharedBytes, " static ones at most ", kSharedOptin);
@@ -87,23 +92,23 @@ SUNSTONE_EXPORT CUresult cuFuncGetAttribute(int* value, CUfunction_attribute att
                                             CUfunction function) {
     return guarded("cuFuncGetAttribute", Needs::kContext, [&] {
         require(value, "value is null");
-        *value = attributeOf(*functionOf(function), attribute);
+        *value = attributeOf(*liveFunctionOf(function), attribute);
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncSetAttribute(CUfunction function, CUfunction_attribute attribute,
                                             int value) {
     return guarded("cuFuncSetAttribute", Needs::kContext,
-                   [&] { setAttribute(*functionOf(function), attribute, value); });
+                   [&] { setAttribute(*liveFunctionOf(function), attribute, value); });
 }
 SUNSTONE_EXPORT CUresult cuFuncSetCacheConfig(CUfunction function, CUfunc_cache config) {
     return guarded("cuFuncSetCacheConfig", Needs::kContext, [&] {
-        functionOf(function);
+        liveFunctionOf(function);
         require(unsigned(config) <= CU_FUNC_CACHE_PREFER_EQUAL, "unknown cache configuration");
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncSetSharedMemConfig(CUfunction function, CUsharedconfig config) {
     return guarded("cuFuncSetSharedMemConfig", Needs::kContext, [&] {
-        functionOf(function);
+        liveFunctionOf(function);
         require(unsigned(config) <= CU_SHARED_MEM_CONFIG_EIGHT_BYTE_BANK_SIZE,
                 "unknown shared memory configuration");
     });
@@ -111,20 +116,20 @@ SUNSTONE_EXPORT CUresult cuFuncSetSharedMemConfig(CUfunction function, CUsharedc
 SUNSTONE_EXPORT CUresult cuFuncGetModule(CUmodule* module, CUfunction function) {
     return guarded("cuFuncGetModule", Needs::kContext, [&] {
         require(module, "module is null");
-        *module = static_cast<CUmodule>(handleOrNull(functionOf(function)->module.lock()));
+        *module = static_cast<CUmodule>(handleOrNull(liveFunctionOf(function)->module.lock()));
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncGetName(const char** name, CUfunction function) {
     return guarded("cuFuncGetName", Needs::kContext, [&] {
         require(name, "name is null");
-        *name = functionOf(function)->info->name.c_str();
+        *name = liveFunctionOf(function)->info->name.c_str();
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncGetParamInfo(CUfunction function, size_t index, size_t* offset,
                                             size_t* size) {
     return guarded("cuFuncGetParamInfo", Needs::kContext, [&] {
         require(offset, "offset is null");
-        std::shared_ptr<Function> found = functionOf(function);
+        std::shared_ptr<Function> found = liveFunctionOf(function);
         const compiler::KernelInfo& info = *found->info;
         if (index >= info.parameterOffsets.size())
             refuse(CUDA_ERROR_INVALID_VALUE, "the kernel has ", info.parameterOffsets.size(),
@@ -135,7 +140,6 @@ SUNSTONE_EXPORT CUresult cuFuncGetParamInfo(CUfunction function, size_t index, s
     });
 }
 
-// Kernels are compiled at first lookup; kernels found by enumeration at first use.
 SUNSTONE_EXPORT CUresult cuModuleGetLoadingMode(CUmoduleLoadingMode* mode) {
     return guarded("cuModuleGetLoadingMode", Needs::kInit, [&] {
         require(mode, "mode is null");
@@ -145,8 +149,9 @@ SUNSTONE_EXPORT CUresult cuModuleGetLoadingMode(CUmoduleLoadingMode* mode) {
 SUNSTONE_EXPORT CUresult cuFuncIsLoaded(CUfunctionLoadingState* state, CUfunction function) {
     return guarded("cuFuncIsLoaded", Needs::kContext, [&] {
         require(state, "state is null");
-        *state = isCompiled(function) ? CU_FUNCTION_LOADING_STATE_LOADED
-                                      : CU_FUNCTION_LOADING_STATE_UNLOADED;
+        *state = liveFunctionOf(function)->compiled.load(std::memory_order_acquire)
+                     ? CU_FUNCTION_LOADING_STATE_LOADED
+                     : CU_FUNCTION_LOADING_STATE_UNLOADED;
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncLoad(CUfunction function) {

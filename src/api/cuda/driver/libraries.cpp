@@ -114,7 +114,7 @@ std::shared_ptr<Function> functionHere(Kernel& kernel) {
         refuse(CUDA_ERROR_INVALID_HANDLE, "the kernel's library was unloaded");
     if (!cpu::contexts().current())
         refuse(CUDA_ERROR_INVALID_CONTEXT, "no context is current");
-    const std::shared_ptr<Function> function = functionOf(
+    const std::shared_ptr<Function> function = liveFunctionOf(
         static_cast<CUfunction>(moduleOf(library->moduleHere())->function(kernel.name)->handle()));
     std::lock_guard lock(kernel.mutex);
     for (const auto& [attribute, value] : kernel.attributes)

@@ -149,17 +149,10 @@ void Module::compile(Function& function) {
 }
 
 Function* Module::function(const std::string& name) {
-    Function* function = nullptr;
-    {
-        std::lock_guard lock(mutex_);
-        open();
-        auto found = functions_.find(name);
-        if (found == functions_.end())
-            return nullptr;
-        function = found->second.get();
-    }
-    compile(*function);
-    return function;
+    std::lock_guard lock(mutex_);
+    open();
+    const auto found = functions_.find(name);
+    return found == functions_.end() ? nullptr : found->second.get();
 }
 
 size_t Module::functionCount() {
@@ -208,9 +201,7 @@ std::shared_ptr<Module> moduleOf(CUmodule module) {
     return found;
 }
 
-namespace {
-
-std::shared_ptr<Function> findFunction(CUfunction function) {
+std::shared_ptr<Function> liveFunctionOf(CUfunction function) {
     auto found = functionTable().find(function);
     if (!found)
         found = functionOfKernel(function);
@@ -219,18 +210,16 @@ std::shared_ptr<Function> findFunction(CUfunction function) {
     return found;
 }
 
-} // namespace
-
-bool isCompiled(CUfunction function) {
-    return findFunction(function)->compiled.load(std::memory_order_acquire);
+std::shared_ptr<Function> functionOf(CUfunction function) {
+    std::shared_ptr<Function> found = liveFunctionOf(function);
+    ensureCompiled(*found);
+    return found;
 }
 
-std::shared_ptr<Function> functionOf(CUfunction function) {
-    std::shared_ptr<Function> found = findFunction(function);
-    if (!found->compiled.load(std::memory_order_acquire))
-        if (const std::shared_ptr<Module> module = found->module.lock())
-            module->compile(*found);
-    return found;
+void ensureCompiled(Function& function) {
+    if (!function.compiled.load(std::memory_order_acquire))
+        if (const std::shared_ptr<Module> module = function.module.lock())
+            module->compile(function);
 }
 
 } // namespace sunstone::api::cuda

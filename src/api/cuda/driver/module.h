@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Modules and functions of the driver API. A module is parsed when it is loaded. Its variables are
-// created at the first access to the module, and a kernel is compiled at its first lookup or use.
+// created at the first access to the module, and a kernel is compiled when it is first launched or
+// asked for what only its code tells: programs look up many kernels that they do not launch.
 // Compiled code is kept in the disk cache that OptiX programs also use.
 #pragma once
 
@@ -58,7 +59,7 @@ public:
     ~Module();
 
     const void* owner() const { return owner_; }
-    // Null if the module has no such kernel.
+    // Null if the module has no such kernel. It may have no code yet.
     Function* function(const std::string& name);
     size_t functionCount();
     std::vector<Function*> functions();
@@ -94,15 +95,17 @@ ParsedImage parseImage(const std::vector<std::string>& texts, JitOptions options
 CUmodule makeModule(const ParsedImage& image);
 void unloadModule(CUmodule module); // ignores other handles
 
-// The live module or (compiled) function of a handle; throws CUDA_ERROR_INVALID_HANDLE. A kernel of
-// a library gives its function in the current context.
+// The live module or function of a handle; throws CUDA_ERROR_INVALID_HANDLE. A kernel of a library
+// gives its function in the current context. liveFunctionOf does not compile it.
 std::shared_ptr<Module> moduleOf(CUmodule module);
 std::shared_ptr<Module> findModule(CUmodule module); // null for other handles
 std::shared_ptr<Function> functionOf(CUfunction function);
-bool isCompiled(CUfunction function); // throws for invalid handles
+std::shared_ptr<Function> liveFunctionOf(CUfunction function);
+void ensureCompiled(Function& function); // throws the compiler's errors
 
-// function.cpp; both throw CUDA_ERROR_INVALID_VALUE.
-int attributeOf(const Function& function, CUfunction_attribute attribute);
+// function.cpp; both compile the function if the attribute needs its code, and throw
+// CUDA_ERROR_INVALID_VALUE.
+int attributeOf(Function& function, CUfunction_attribute attribute);
 void setAttribute(Function& function, CUfunction_attribute attribute, int value);
 
 } // namespace sunstone::api::cuda

@@ -370,7 +370,7 @@ SUNSTONE_EXPORT CUresult cuSurfRefGetArray(CUarray* array, CUsurfref reference) 
 
 SUNSTONE_EXPORT CUresult cuParamSetTexRef(CUfunction function, int unit, CUtexref reference) {
     return guarded("cuParamSetTexRef", Needs::kContext, [&] {
-        functionOf(function);
+        liveFunctionOf(function);
         find<TextureReference>(reference);
         require(unit == CU_PARAM_TR_DEFAULT, "unit must be CU_PARAM_TR_DEFAULT");
     });
