@@ -221,6 +221,7 @@ struct KernelInfo {
     uint32_t lockstepFrameBytes = 0; // LockstepWarp::frame
     bool hasLockstep = false;
     bool needsThreads = false; // all of LockstepWarp::threads, not only the first
+    std::string singleReason;  // why there is no such code
     // Why the kernel cannot run (it uses textures, say); empty where it can. Then address is null.
     std::string unsupported;
 };

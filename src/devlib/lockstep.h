@@ -36,6 +36,8 @@ struct alignas(64) LockstepWarp {
     KernelThread* threads; // of the lanes; only the first is filled where info says so
     uint8_t* frame;        // values that live across points
     uint32_t live;         // lanes that have not ended
+    uint32_t all;          // lanes of the block
+    uint32_t namedEnded;   // lanes that warp functions named after their end
     // Of one call, set to 0 before it: the number of arrivals at points, the last point and its
     // lanes.
     uint32_t stops;

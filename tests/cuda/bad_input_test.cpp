@@ -28,6 +28,8 @@ TEST_F(BadInput, Copies) {
     EXPECT_EQ(cuMemcpy3DPeerAsync(nullptr, nullptr), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuMemcpyPeer(memory, context, memory, reinterpret_cast<CUcontext>(12345), 16),
               CUDA_ERROR_INVALID_CONTEXT);
+    EXPECT_EQ(cuMemcpy(0, 0, 0), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemcpyAsync(0, 0, 0, nullptr), CUDA_SUCCESS);
     EXPECT_EQ(cuMemsetD2D8(memory, 64, 1, 10, SIZE_MAX), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuMemsetD32(memory, 1, SIZE_MAX), CUDA_ERROR_INVALID_VALUE);
     CUDA_MEMCPY3D copy = {};

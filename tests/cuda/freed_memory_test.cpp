@@ -14,7 +14,7 @@
 
 namespace {
 
-[[maybe_unused]] const int kLogged = setenv("SUNSTONE_LOG", "cuda:error", 1);
+[[maybe_unused]] const int kLogged = setenv("SUNSTONE_LOG", "cuda:warning", 1);
 
 const char* const kText = R"(.version 7.0
 .target sm_60

@@ -17,7 +17,7 @@
 namespace {
 
 // Before the library reads it: a test checks the log.
-[[maybe_unused]] const int kLogged = setenv("SUNSTONE_LOG", "cuda:error", 1);
+[[maybe_unused]] const int kLogged = setenv("SUNSTONE_LOG", "cuda:warning", 1);
 
 const char* const kText = R"(.version 7.0
 .target sm_60
@@ -339,6 +339,30 @@ TEST_F(Launch, ImagesThatEndWhereMemoryDoes) {
     EXPECT_EQ(load(kText, std::strlen(kText)), CUDA_ERROR_INVALID_IMAGE) << "has no end";
     EXPECT_EQ(cuModuleLoadData(&module, end), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(munmap(area, 2 * kPart), 0);
+}
+
+// Memory beyond a gap belongs to others, also where a size in a header leads there.
+TEST_F(Launch, ImagesEndAtGaps) {
+    constexpr size_t kPart = 1 << 16;
+    void* const area =
+        mmap(nullptr, 3 * kPart, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    ASSERT_NE(area, MAP_FAILED);
+    char* const end = static_cast<char*>(area) + kPart;
+    const std::vector<char> whole = container(kText);
+    constexpr size_t kHeaders = 80;
+    char* const image = end - kHeaders;
+    std::memcpy(image, whole.data(), kHeaders);
+    std::memcpy(end + kPart, whole.data() + kHeaders, whole.size() - kHeaders);
+    const auto size = uint64_t(whole.size() - 16 + kPart);
+    const auto header = uint32_t(64 + kPart);
+    std::memcpy(image + 8, &size, sizeof size);
+    std::memcpy(image + 20, &header, sizeof header);
+    CUmodule module = nullptr;
+    ASSERT_EQ(cuModuleLoadData(&module, image), CUDA_SUCCESS) << "while there is no gap";
+    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    ASSERT_EQ(mprotect(end, kPart, PROT_NONE), 0);
+    EXPECT_EQ(cuModuleLoadData(&module, image), CUDA_ERROR_INVALID_IMAGE);
+    EXPECT_EQ(munmap(area, 3 * kPart), 0);
 }
 
 TEST_F(Launch, BadTextFillsTheLog) {

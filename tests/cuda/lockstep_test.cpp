@@ -187,7 +187,7 @@ TEST_F(Lockstep, IndicesMayWrap) {
     EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
 }
 
-std::string kernelText(const char* name, const std::string& body) {
+std::string kernelText(const std::string& name, const std::string& body) {
     return std::string(".version 7.0\n.target sm_70\n.address_size 64\n.visible .entry ") + name +
            "(.param .u64 in, .param .u64 out, .param .u32 n) {\n"
            ".reg .b32 %r<16>; .reg .b64 %rd<6>; .reg .pred %p<6>;\n"
@@ -261,6 +261,59 @@ TEST_F(Lockstep, WhatLanesTakeOutOfLoops) {
         EXPECT_EQ(run(function, shape, false, &together), expected);
         EXPECT_EQ(single, CUDA_SUCCESS);
         EXPECT_EQ(together, CUDA_SUCCESS);
+        EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    }
+}
+
+TEST_F(Lockstep, LanesThatHaveEndedAreReported) {
+    const std::string ends = "setp.ge.u32 %p1, %r1, 20; @%p1 ret;\n";
+    struct Case {
+        const char* name;
+        std::string body;
+        bool isReported;
+    };
+    const Case cases[] = {
+        {"named", ends + "shfl.sync.bfly.b32 %r2, %r1, 1, 31, -1;\n", true},
+        {"votes", ends + "vote.sync.ballot.b32 %r2, 1, -1;\n", true},
+        {"alone", ends + "shfl.sync.bfly.b32 %r2, %r1, 1, 31, 0xfffff;\n", false},
+        {"partial", "vote.sync.ballot.b32 %r2, 1, -1;\n", false}, // lanes that never were
+    };
+    for (const bool single : {false, true})
+        for (const Case& one : cases) {
+            // The report is made once for a name.
+            const std::string name = one.name + std::string(single ? "Single" : "Together");
+            SCOPED_TRACE(name);
+            CUmodule module = load(kernelText(name, one.body));
+            CUresult result = CUDA_SUCCESS;
+            testing::internal::CaptureStderr();
+            run(find(module, name.c_str()), {{24, 1, 1}, {1, 1, 1}}, single, &result);
+            const std::string log = testing::internal::GetCapturedStderr();
+            EXPECT_EQ(result, CUDA_SUCCESS);
+            EXPECT_EQ(log.find("kernel " + name +
+                               ": a shuffle or vote names lanes that have ended") != log.npos,
+                      one.isReported)
+                << log;
+            EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+        }
+}
+
+TEST_F(Lockstep, KernelsOfWarpsThatRunByThreadAreReported) {
+    const std::string vote = "vote.sync.ballot.b32 %r2, 1, -1;\n";
+    std::string debugged = kernelText("debugged", vote);
+    debugged.replace(debugged.find("sm_"), 5, "sm_70, debug");
+    const std::pair<std::string, std::string> cases[] = {
+        {debugged, "kernel debugged runs thread by thread: it was compiled for debugging"},
+        {kernelText("usual", vote), ""}};
+    for (const auto& [text, expected] : cases) {
+        CUmodule module = load(text);
+        CUresult result = CUDA_SUCCESS;
+        testing::internal::CaptureStderr();
+        run(find(module, expected.empty() ? "usual" : "debugged"), {{32, 1, 1}, {1, 1, 1}}, false,
+            &result);
+        const std::string log = testing::internal::GetCapturedStderr();
+        EXPECT_EQ(result, CUDA_SUCCESS);
+        EXPECT_EQ(log.find("thread by thread") == log.npos, expected.empty()) << log;
+        EXPECT_NE(log.find(expected), log.npos) << log;
         EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
     }
 }

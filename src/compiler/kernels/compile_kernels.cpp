@@ -136,21 +136,21 @@ struct KernelObject {
                  {uint32_t(info.usesBarriers), uint32_t(info.usesWarpFunctions),
                   info.staticSharedBytes, info.localBytes, uint32_t(info.hasLockstep),
                   info.lockstepFrameBytes, uint32_t(info.needsThreads),
-                  uint32_t(info.unsupported.size())})
+                  uint32_t(info.singleReason.size()), uint32_t(info.unsupported.size())})
                 number(value);
-            text += info.unsupported;
+            text += info.singleReason + info.unsupported;
         }
         return text + object.serialize();
     }
     // `kernels` already has the descriptions.
     bool deserialize(std::string_view bytes) {
         for (KernelInfo& info : kernels) {
-            uint32_t values[8];
+            uint32_t values[9];
             if (bytes.size() < sizeof values)
                 return false;
             std::memcpy(values, bytes.data(), sizeof values);
             bytes.remove_prefix(sizeof values);
-            if (bytes.size() < values[7])
+            if (bytes.size() < uint64_t(values[7]) + values[8])
                 return false;
             info.usesBarriers = values[0] != 0;
             info.usesWarpFunctions = values[1] != 0;
@@ -159,8 +159,9 @@ struct KernelObject {
             info.hasLockstep = values[4] != 0;
             info.lockstepFrameBytes = values[5];
             info.needsThreads = values[6] != 0;
-            info.unsupported = std::string(bytes.substr(0, values[7]));
-            bytes.remove_prefix(values[7]);
+            info.singleReason = std::string(bytes.substr(0, values[7]));
+            info.unsupported = std::string(bytes.substr(values[7], values[8]));
+            bytes.remove_prefix(size_t(values[7]) + values[8]);
         }
         return object.deserialize(bytes);
     }
@@ -227,6 +228,10 @@ public:
         if (wantsLockstep) {
             addLockstepCode(optimizer, kernels);
             times.step("lockstep");
+        } else {
+            for (KernelInfo& info : kernels)
+                info.singleReason = level_ == OptLevel::k0 ? "it was compiled for debugging"
+                                                           : "the memory checker watches it";
         }
         CodeObject object = generate(*unit_, machine_);
         object.variables = unit_->variableIds();

@@ -318,9 +318,7 @@ void addLockstep(Unit& unit, Optimizer& optimizer, LentMachine& machine, llvm::F
         optimizer.forget(*copy);
         copy->eraseFromParent();
     }
-    if (!reason.empty() && logEnabled(LogLevel::kDebug, "compiler"))
-        log(LogLevel::kDebug, "compiler",
-            message("kernel ", info.name, " runs thread by thread: ", reason));
+    info.singleReason = reason;
 }
 
 } // namespace sunstone::compiler

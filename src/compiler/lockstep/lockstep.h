@@ -34,7 +34,7 @@ constexpr const char* kLockstepPrefix = "lockstep.";
 void inlineMeetings(Unit& unit);
 
 // Call after the kernel has been optimised: adds the function kLockstepPrefix + its name, if
-// possible, and fills KernelInfo::lockstep. Otherwise logs the reason (level debug).
+// possible, and fills KernelInfo::hasLockstep. Otherwise fills KernelInfo::singleReason.
 void addLockstep(Unit& unit, Optimizer& optimizer, LentMachine& machine, llvm::Function& kernel,
                  KernelInfo& info);
 

@@ -12,21 +12,28 @@ using llvm::dyn_cast;
 using llvm::Value;
 
 // Whether every lane names the same partners, including itself, and all partners that have not
-// ended are active.
+// ended are active. The code notes partners that have ended.
 Value* LockstepEmitter::canAnswer(const MeetingPoint& point, Value* bits) {
-    Value* named = point.call->getArgOperand(point.kind == devlib::kMeetShuffle ? 5 : 2);
+    Value* operand = point.call->getArgOperand(point.kind == devlib::kMeetShuffle ? 5 : 2);
     Value* same = builder_.getTrue();
     Value* partners = nullptr;
-    if (isUniform(named)) {
-        partners = scalar(named);
+    if (isUniform(operand)) {
+        partners = scalar(operand);
     } else {
-        Value* all = wide(named);
+        Value* all = wide(operand);
         partners = builder_.CreateExtractElement(all, firstLane(bits));
         Value* equal = select(mask_, builder_.CreateICmpEQ(all, splat(partners)),
                               llvm::Constant::getAllOnesValue(mask_->getType()));
         same = builder_.CreateICmpEQ(maskBits(equal), builder_.getInt32(~0u));
     }
     Value* live = builder_.CreateLoad(builder_.getInt32Ty(), field(offsetof(LockstepWarp, live)));
+    Value* ended = builder_.CreateAnd(
+        builder_.CreateAnd(partners, builder_.CreateLoad(builder_.getInt32Ty(),
+                                                         field(offsetof(LockstepWarp, all)))),
+        builder_.CreateNot(live));
+    Value* named = field(offsetof(LockstepWarp, namedEnded));
+    builder_.CreateStore(
+        builder_.CreateOr(builder_.CreateLoad(builder_.getInt32Ty(), named), ended), named);
     Value* missing =
         builder_.CreateAnd(builder_.CreateAnd(partners, live), builder_.CreateNot(bits));
     Value* strangers = builder_.CreateAnd(bits, builder_.CreateNot(partners));

@@ -145,7 +145,9 @@ Value* LockstepEmitter::widen(Instruction& instruction) {
             indices.push_back(operand(index));
         made = builder_.CreateGEP(address->getSourceElementType(),
                                   operand(address->getPointerOperand()), indices);
-        return made;
+        // All operands may be the same for all lanes of a round, but lanes leave a loop in
+        // different rounds.
+        return made->getType()->isVectorTy() ? made : splat(made);
     } else if (auto* part = dyn_cast<llvm::ExtractValueInst>(&instruction)) {
         return builder_.CreateExtractValue(here_.lookup(part->getAggregateOperand()),
                                            part->getIndices());

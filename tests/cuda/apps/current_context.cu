@@ -5,6 +5,7 @@
 #include "driver_cases.h"
 
 #include <functional>
+#include <utility>
 
 namespace {
 
@@ -93,13 +94,19 @@ struct World {
             cuStreamEndCapture(stream, &captured);
         }
         MUST(cuCtxSynchronize());
-        cuGraphExecDestroy(exec);
-        cuGraphDestroy(graph);
+        // Drivers crash for handles that are no longer valid.
+        if (exec)
+            cuGraphExecDestroy(exec);
+        if (graph)
+            cuGraphDestroy(graph);
         cuGraphDestroy(copy);
         cuStreamDestroy(stream);
-        cuStreamDestroy(second);
-        cuModuleUnload(module);
-        cuLibraryUnload(library);
+        if (second)
+            cuStreamDestroy(second);
+        if (module)
+            cuModuleUnload(module);
+        if (library)
+            cuLibraryUnload(library);
         cuMemFree(memory);
         cuMemFree(managed);
         cuMemFreeHost(pinned);
@@ -229,7 +236,7 @@ void tryStreams() {
     TRY(cuStreamCopyAttributes(w.stream, w.second));
     TRY(cuStreamCopyAttributes(w.stream, nullptr));
     TRY(cuStreamCreate((CUstream*)&w.pointer, 0));
-    TRY(cuStreamDestroy(w.second));
+    TRY(cuStreamDestroy(std::exchange(w.second, nullptr)));
     TRY(cuStreamWriteValue32(w.stream, w.memory, 1, 0));
     TRY(cuStreamWaitValue32(w.stream, w.memory, 0, CU_STREAM_WAIT_VALUE_GEQ));
     TRY(cuStreamWriteValue32(nullptr, w.memory, 1, 0));
@@ -394,7 +401,7 @@ void tryCode() {
     TRY(cuModuleGetFunctionCount(&w.value, w.module));
     TRY(cuModuleEnumerateFunctions((CUfunction*)&w.pointer, 1, w.module));
     TRY(cuModuleGetLoadingMode((CUmoduleLoadingMode*)&w.number));
-    TRY(cuModuleUnload(w.module));
+    TRY(cuModuleUnload(std::exchange(w.module, nullptr)));
     TRY(cuFuncGetAttribute(&w.number, CU_FUNC_ATTRIBUTE_MAX_THREADS_PER_BLOCK, w.function));
     TRY(cuFuncSetAttribute(w.function, CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES, 64));
     TRY(cuFuncSetCacheConfig(w.function, CU_FUNC_CACHE_PREFER_L1));
@@ -416,7 +423,7 @@ void tryCode() {
     TRY(cuLibraryGetGlobal(&w.address, &w.size, w.library, "counter"));
     TRY(cuLibraryGetModule((CUmodule*)&w.pointer, w.library));
     TRY(cuLibraryGetKernelCount(&w.value, w.library));
-    TRY(cuLibraryUnload(w.library));
+    TRY(cuLibraryUnload(std::exchange(w.library, nullptr)));
     TRY(cuKernelGetFunction((CUfunction*)&w.pointer, w.kernel));
     TRY(cuKernelGetAttribute(&w.number, CU_FUNC_ATTRIBUTE_MAX_THREADS_PER_BLOCK, w.kernel, 0));
     TRY(cuKernelSetCacheConfig(w.kernel, CU_FUNC_CACHE_PREFER_L1, 0));
@@ -462,8 +469,8 @@ void tryGraphs() {
     TRY(cuGraphLaunch(w.exec, w.stream));
     TRY(cuGraphLaunch(w.exec, nullptr));
     TRY(cuGraphLaunch(w.exec, CU_STREAM_PER_THREAD));
-    TRY(cuGraphExecDestroy(w.exec));
-    TRY(cuGraphDestroy(w.graph));
+    TRY(cuGraphExecDestroy(std::exchange(w.exec, nullptr)));
+    TRY(cuGraphDestroy(std::exchange(w.graph, nullptr)));
     TRY(cuUserObjectCreate((CUuserObject*)&w.pointer, nullptr, hostFunction, 1,
                            CU_USER_OBJECT_NO_DESTRUCTOR_SYNC));
     TRY(cuUserObjectRetain(w.object, 1));

@@ -50,6 +50,7 @@ struct Launch : LaunchPlan {
     uint64_t gridWorkspace = 0;     // KernelThread::gridWorkspace
     std::atomic<uint32_t> fault{0}; // 1 + devlib::KernelFault of the first failure
     std::atomic<bool> deadlock{false};
+    std::atomic<bool> namesEnded{false}; // a warp function named lanes that had ended
     // Written by the one thread that set `fault` to kProcessorFault.
     FaultFrame processorFault;
     devlib::KernelThread faulted{};

@@ -286,6 +286,9 @@ void BlockRunner::Fibers::tryExchange(uint32_t warp) {
         }
         if (!complete)
             continue;
+        for (size_t i = 0; i < count; ++i)
+            if (mask >> i & 1 && lanes[i].state == State::kDone)
+                launch_.namesEnded.store(true, std::memory_order_relaxed);
         uint64_t values[32] = {};
         for (size_t i = 0; i < count; ++i)
             if (present >> i & 1)

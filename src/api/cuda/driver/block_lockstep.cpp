@@ -82,7 +82,7 @@ BlockRunner::Lockstep::Lockstep(const Launch& launch)
         for (size_t axis = 0; axis < 3; ++axis)
             warp.tid[axis][lane] = place.tid[axis];
         warp.laneid[lane] = lane;
-        states_[i / kLanes].all |= 1u << lane;
+        warp.all |= 1u << lane;
     }
     for (size_t i = 0; i < warps; ++i) {
         warps_[i].threads = threads_.data() + i * threadsPerWarp_;
@@ -132,7 +132,8 @@ void BlockRunner::Lockstep::start(Launch& launch, const KernelThread& prototype)
     barrier_ = kNoBarrier;
     live_ = launch.threadsPerBlock();
     for (size_t i = 0; i < warps_.size(); ++i) {
-        warps_[i].live = states_[i].all;
+        warps_[i].live = warps_[i].all;
+        warps_[i].namedEnded = 0;
         warps_[i].stopPoint = 0;
         states_[i].isAtBarrier = false;
     }
@@ -162,6 +163,9 @@ BlockRunner::Lockstep::Progress BlockRunner::Lockstep::advance() {
         if (progress != Progress::kGoesOn)
             return progress;
     }
+    for (const LockstepWarp& warp : warps_)
+        if (warp.namedEnded)
+            launch_->namesEnded.store(true, std::memory_order_relaxed);
     return Progress::kDone;
 }
 
@@ -430,6 +434,7 @@ bool BlockRunner::Lockstep::tryExchanges(size_t index) {
             isComplete = maskOf(uint32_t(std::countr_zero(bits))) == mask;
         if (!isComplete)
             continue;
+        warp.namedEnded |= mask & warp.all & ~warp.live;
         // Lanes may call with different modes: equal ones are computed together.
         for (uint32_t left = partners; left != 0;) {
             const uint32_t what = warp.point[std::countr_zero(left)] & ~kPointMask;

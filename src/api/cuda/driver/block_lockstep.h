@@ -32,7 +32,6 @@ struct BlockRunner::Lockstep {
 private:
     static constexpr uint32_t kLanes = devlib::kWarpLanes;
     struct Warp {
-        uint32_t all = 0;                        // the warp's lanes
         uint32_t ready = 0;                      // lanes that can continue, each at its `point`
         uint32_t barrier = 0;                    // lanes that wait at a barrier
         uint32_t exchange = 0;                   // lanes that wait for other lanes of the warp

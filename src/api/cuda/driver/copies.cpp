@@ -105,6 +105,8 @@ Side sideOf(CUmemorytype type, const void* host, CUdeviceptr device, CUarray arr
 
 void copyBytes(const Copy& copy) {
     const auto& [dst, src, shape, dstDevice, srcDevice] = copy;
+    if (shape.empty())
+        return; // the addresses may be null
     for (size_t z = 0; z < shape.slices; ++z)
         for (size_t y = 0; y < shape.rows; ++y)
             std::memmove(dst.base + z * dst.slicePitch + y * dst.pitch,

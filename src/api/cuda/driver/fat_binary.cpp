@@ -72,7 +72,14 @@ public:
             return nullptr;
         if (known_)
             return offset + size <= known_ ? base_ + offset : nullptr;
-        return isReadable(base_ + offset, size) ? base_ + offset : nullptr;
+        // All bytes before them must be there, too: beyond a gap lies other memory.
+        const uint64_t end = offset + size;
+        if (end > readable_) {
+            if (!isReadable(base_ + readable_, end - readable_))
+                return nullptr;
+            readable_ = end;
+        }
+        return base_ + offset;
     }
     template <class T>
     bool read(uint64_t offset, T& value) const {
@@ -85,6 +92,7 @@ public:
 private:
     const char* base_;
     size_t known_; // 0: unknown
+    mutable uint64_t readable_ = 0;
 };
 
 [[noreturn]] void damaged(const char* what) {

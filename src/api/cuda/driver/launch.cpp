@@ -116,6 +116,11 @@ void runLaunch(const LaunchPlan& plan) {
         runCooperative(launch);
     else
         runBlocks(launch);
+    if (launch.namesEnded)
+        logOnce(LogLevel::kWarning, "cuda",
+                message("kernel ", launch.name,
+                        ": a shuffle or vote names lanes that have ended; on GPUs values from "
+                        "them are undefined"));
     if (launch.deadlock)
         refuse(CUDA_ERROR_LAUNCH_FAILED, "kernel ", launch.name,
                ": threads wait for others that will never come");

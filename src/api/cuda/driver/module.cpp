@@ -62,6 +62,17 @@ CUresult loadImage(const char* function, CUmodule* module, const void* image, un
 
 } // namespace
 
+// Results of kernels that expect the lanes of a warp in step, without asking for it, may differ where
+// threads run one by one.
+static void reportThreads(const compiler::KernelInfo& info) {
+    if (info.singleReason.empty())
+        return;
+    const LogLevel level = info.usesWarpFunctions ? LogLevel::kWarning : LogLevel::kDebug;
+    if (logEnabled(level, "cuda"))
+        log(level, "cuda",
+            message("kernel ", info.name, " runs thread by thread: ", info.singleReason));
+}
+
 ParsedImage parseImage(const std::vector<std::string>& texts, JitOptions options) {
     const auto start = std::chrono::steady_clock::now();
     const auto milliseconds = [&] {
@@ -145,6 +156,7 @@ void Module::open() {
 void Module::compile(Function& function) {
     std::lock_guard lock(mutex_);
     code_->prepare(function.index);
+    reportThreads(*function.info);
     function.compiled.store(true, std::memory_order_release);
 }
 
