@@ -108,6 +108,34 @@ std::vector<char> container(const std::string& text) {
     return bytes;
 }
 
+// Work belongs to the context of its stream, whether that or another one is current.
+TEST_F(Launch, StreamsBringTheirContext) {
+    constexpr char kTrap[] = ".version 7.0\n.target sm_60\n.address_size 64\n"
+                             ".visible .entry fail() { trap; ret; }\n";
+    for (const bool isNone : {true, false}) {
+        CUcontext home = nullptr;
+        CUstream stream = nullptr;
+        CUmodule module = nullptr;
+        CUfunction function = nullptr;
+        ASSERT_EQ(cuCtxCreate_v2(&home, 0, 0), CUDA_SUCCESS);
+        ASSERT_EQ(cuStreamCreate(&stream, CU_STREAM_NON_BLOCKING), CUDA_SUCCESS);
+        ASSERT_EQ(cuModuleLoadData(&module, kTrap), CUDA_SUCCESS);
+        ASSERT_EQ(cuModuleGetFunction(&function, module, "fail"), CUDA_SUCCESS);
+        CUcontext current = nullptr;
+        ASSERT_EQ(cuCtxPopCurrent(&current), CUDA_SUCCESS);
+        ASSERT_EQ(cuCtxSetCurrent(isNone ? nullptr : context), CUDA_SUCCESS);
+        EXPECT_EQ(cuLaunchKernel(function, 1, 1, 1, 1, 1, 1, 0, stream, nullptr, nullptr),
+                  CUDA_SUCCESS);
+        EXPECT_EQ(cuStreamSynchronize(stream), CUDA_ERROR_LAUNCH_FAILED);
+        EXPECT_EQ(cuStreamQuery(stream), CUDA_ERROR_LAUNCH_FAILED) << "for ever";
+        EXPECT_EQ(cuCtxGetCurrent(&current), CUDA_SUCCESS);
+        EXPECT_EQ(current, isNone ? nullptr : context);
+        EXPECT_EQ(cuCtxSetCurrent(context), CUDA_SUCCESS);
+        EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS) << "another context";
+        EXPECT_EQ(cuCtxDestroy(home), CUDA_SUCCESS);
+    }
+}
+
 TEST_F(Launch, TextRuns) {
     CUmodule module = nullptr;
     ASSERT_EQ(cuModuleLoadData(&module, kText), CUDA_SUCCESS);

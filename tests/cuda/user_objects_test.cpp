@@ -76,6 +76,9 @@ TEST_F(UserObjects, StaleHandles) {
         ASSERT_EQ(cuGraphReleaseUserObject(graph_, stale, 1), CUDA_ERROR_INVALID_VALUE) << i;
         ASSERT_EQ(cuGraphReleaseUserObject(graph_, object, 1), CUDA_SUCCESS);
     }
+    for (int i = 0; i < 5000 && destroyed_ < 101; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(destroyed_, 101);
     EXPECT_EQ(cuGraphDestroy(graph_), CUDA_SUCCESS);
 }
 

@@ -239,11 +239,19 @@ StreamPtr Streams::find(void* handle) {
         return legacy_;
     if (uintptr_t(handle) == 2)
         return perThread();
+    if (StreamPtr stream = findCreated(handle))
+        return stream;
+    fail(Code::kInvalidValue, "stream ", handle, " is not a live stream");
+}
+
+StreamPtr Streams::findCreated(void* handle) {
+    if (isDefault(handle))
+        return nullptr;
     std::lock_guard lock(order_);
     for (const StreamPtr& stream : live_)
         if (stream->handle() == handle && !stream->isPerThread_)
             return stream;
-    fail(Code::kInvalidValue, "stream ", handle, " is not a live stream");
+    return nullptr;
 }
 
 std::vector<CompletionPtr> Streams::collect(const StreamPtr& stream) {

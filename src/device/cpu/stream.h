@@ -125,6 +125,8 @@ public:
     // The stream of a handle: null and (void*)1 mean the legacy default stream, (void*)2 that of
     // the calling thread. Throws Error(kInvalidValue) for other values that are not live streams.
     StreamPtr find(void* handle);
+    // Null for default streams and for handles of none.
+    StreamPtr findCreated(void* handle);
     bool isDefault(void* handle) const { return uintptr_t(handle) <= 2; }
 
     // Queues work after all work it must follow. Throws the stream's pending error. On a capturing

@@ -9,7 +9,7 @@ namespace {
 
 CUresult prefetch(CUdeviceptr address, size_t bytes, const CUmemLocation& location, unsigned flags,
                   CUstream stream) {
-    return guarded("cuMemPrefetchAsync", Needs::kQueue, [&] {
+    return guarded("cuMemPrefetchAsync", {Needs::kQueue, stream}, [&] {
         require(flags == 0, "flags must be 0");
         requireShared(address, bytes);
         requireLocation(location);

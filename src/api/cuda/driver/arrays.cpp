@@ -199,7 +199,7 @@ SUNSTONE_EXPORT CUresult cuArray3DCreate(CUarray* array,
     });
 }
 SUNSTONE_EXPORT CUresult cuArrayGetDescriptor(CUDA_ARRAY_DESCRIPTOR* descriptor, CUarray array) {
-    return guarded("cuArrayGetDescriptor", Needs::kContext, [&] {
+    return guarded("cuArrayGetDescriptor", Needs::kObject, [&] {
         require(descriptor, "descriptor is null");
         const CUDA_ARRAY3D_DESCRIPTOR d = arrayOf(array)->descriptor;
         *descriptor = {d.Width, d.Height, d.Format, d.NumChannels};
@@ -207,13 +207,13 @@ SUNSTONE_EXPORT CUresult cuArrayGetDescriptor(CUDA_ARRAY_DESCRIPTOR* descriptor,
 }
 SUNSTONE_EXPORT CUresult cuArray3DGetDescriptor(CUDA_ARRAY3D_DESCRIPTOR* descriptor,
                                                 CUarray array) {
-    return guarded("cuArray3DGetDescriptor", Needs::kContext, [&] {
+    return guarded("cuArray3DGetDescriptor", Needs::kObject, [&] {
         require(descriptor, "descriptor is null");
         *descriptor = arrayOf(array)->descriptor;
     });
 }
 SUNSTONE_EXPORT CUresult cuArrayDestroy(CUarray array) {
-    return guarded("cuArrayDestroy", Needs::kContext, [&] {
+    return guarded("cuArrayDestroy", Needs::kObject, [&] {
         require(!arrayOf(array)->isLevel, "a level goes with its mipmapped array");
         cpu::streams().synchronizeAll(); // queued work may use the array
         arrays().remove(array);
@@ -241,7 +241,7 @@ SUNSTONE_EXPORT CUresult cuMipmappedArrayCreate(CUmipmappedArray* mipmap,
 }
 SUNSTONE_EXPORT CUresult cuMipmappedArrayGetLevel(CUarray* array, CUmipmappedArray mipmap,
                                                   unsigned int level) {
-    return guarded("cuMipmappedArrayGetLevel", Needs::kContext, [&] {
+    return guarded("cuMipmappedArrayGetLevel", Needs::kObject, [&] {
         require(array, "array is null");
         const auto handle = mipmapOf(mipmap);
         require(level < handle->levels.size(), "the array has fewer levels");
@@ -249,7 +249,7 @@ SUNSTONE_EXPORT CUresult cuMipmappedArrayGetLevel(CUarray* array, CUmipmappedArr
     });
 }
 SUNSTONE_EXPORT CUresult cuMipmappedArrayDestroy(CUmipmappedArray mipmap) {
-    return guarded("cuMipmappedArrayDestroy", Needs::kContext, [&] {
+    return guarded("cuMipmappedArrayDestroy", Needs::kObject, [&] {
         mipmapOf(mipmap);
         cpu::streams().synchronizeAll();
         if (const auto handle = mipmaps().remove(mipmap))

@@ -80,9 +80,8 @@ SUNSTONE_EXPORT CUresult cuCtxCreate_v2(CUcontext* context, unsigned int flags, 
 SUNSTONE_EXPORT CUresult cuCtxCreate_v3(CUcontext* context, void* affinities, int count,
                                         unsigned int flags, CUdevice device) {
     if (affinities || count)
-        return guarded("cuCtxCreate_v3", Needs::kInit, [] {
-            refuse(CUDA_ERROR_NOT_SUPPORTED, "execution affinity");
-        });
+        return guarded("cuCtxCreate_v3", Needs::kInit,
+                       [] { refuse(CUDA_ERROR_NOT_SUPPORTED, "execution affinity"); });
     return createContext("cuCtxCreate_v3", context, flags, device);
 }
 SUNSTONE_EXPORT CUresult cuCtxDestroy(CUcontext context) {
@@ -133,7 +132,7 @@ SUNSTONE_EXPORT CUresult cuCtxSetFlags(unsigned int flags) {
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxGetId(CUcontext context, unsigned long long* id) {
-    return guarded("cuCtxGetId", Needs::kAnyContext, [&] {
+    return guarded("cuCtxGetId", context ? Needs::kInit : Needs::kAnyContext, [&] {
         require(id, "id is null");
         *id = (context ? requireContext(context) : cpu::contexts().current())->id;
     });
@@ -164,7 +163,7 @@ SUNSTONE_EXPORT CUresult cuCtxSynchronize_v2(CUcontext context) {
     });
 }
 SUNSTONE_EXPORT CUresult cuCtxGetApiVersion(CUcontext context, unsigned int* version) {
-    return guarded("cuCtxGetApiVersion", Needs::kInit, [&] {
+    return guarded("cuCtxGetApiVersion", context ? Needs::kInit : Needs::kAnyContext, [&] {
         require(version, "version is null");
         if (context)
             requireContext(context);

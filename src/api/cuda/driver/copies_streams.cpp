@@ -46,7 +46,7 @@ void queueCopy(const Copy& copy, CUstream stream, bool wait, const CUDA_MEMCPY3D
 
 CUresult linear(const char* function, const void* dst, const void* src, size_t bytes,
                 CUstream stream, bool wait, bool dstDevice, bool srcDevice) {
-    return guarded(function, needsToQueue(wait), [&] {
+    return guarded(function, {needsToQueue(wait), stream}, [&] {
         const Copy copy = linearCopy(dst, src, bytes, dstDevice, srcDevice);
         queueCopy(copy, stream, wait, describe(copy));
     });
@@ -57,7 +57,7 @@ const void* pointerOf(CUdeviceptr address) {
 }
 
 CUresult copy3D(const char* function, const CUDA_MEMCPY3D* copy, CUstream stream, bool wait) {
-    return guarded(function, needsToQueue(wait), [&] {
+    return guarded(function, {needsToQueue(wait), stream}, [&] {
         require(copy, "copy is null");
         queueCopy(copyOf(*copy), stream, wait, *copy);
     });
@@ -71,7 +71,7 @@ CUresult copy2D(const char* function, const CUDA_MEMCPY2D* copy, CUstream stream
 template <class T>
 CUresult set(const char* function, CUdeviceptr dst, size_t pitch, T value, size_t width,
              size_t height, CUstream stream, bool wait) {
-    return guarded(function, needsToQueue(wait), [&] {
+    return guarded(function, {needsToQueue(wait), stream}, [&] {
         auto details = std::make_shared<CUDA_MEMSET_NODE_PARAMS>();
         *details = {dst, pitch, value, sizeof(T), width, height};
         queue(Set{{static_cast<std::byte*>(const_cast<void*>(pointerOf(dst))), pitch},
@@ -132,8 +132,8 @@ SUNSTONE_EXPORT CUresult cuMemcpyPeer(CUdeviceptr dst, CUcontext dstContext, CUd
 }
 SUNSTONE_EXPORT CUresult cuMemcpyPeerAsync(CUdeviceptr dst, CUcontext dstContext, CUdeviceptr src,
                                            CUcontext srcContext, size_t bytes, CUstream stream) {
-    const CUresult result =
-        guarded("cuMemcpyPeerAsync", Needs::kQueue, [&] { requirePeers(dstContext, srcContext); });
+    const CUresult result = guarded("cuMemcpyPeerAsync", {Needs::kQueue, stream},
+                                    [&] { requirePeers(dstContext, srcContext); });
     return result ? result
                   : linear("cuMemcpyPeerAsync", pointerOf(dst), pointerOf(src), bytes, stream,
                            false, true, true);
@@ -238,7 +238,7 @@ CUresult copyPeer(const char* function, const CUDA_MEMCPY3D_PEER* copy, CUstream
                   bool wait) {
     if (!copy)
         return copy3D(function, nullptr, stream, wait);
-    const CUresult result = guarded(function, needsToQueue(wait),
+    const CUresult result = guarded(function, {needsToQueue(wait), stream},
                                     [&] { requirePeers(copy->dstContext, copy->srcContext); });
     if (result)
         return result;
@@ -304,7 +304,7 @@ namespace {
 
 CUresult allocateAsync(const char* function, CUdeviceptr* address, size_t bytes, CUmemoryPool pool,
                        CUstream stream) {
-    return guardedGraph(function, Needs::kQueue, [&] {
+    return guardedGraph(function, {Needs::kQueue, stream}, [&] {
         require(address, "address is null");
         cpu::StreamPtr target = resolveStream(stream);
         // Memory may exist earlier than stream order requires.
@@ -324,12 +324,12 @@ SUNSTONE_EXPORT CUresult cuMemAllocAsync(CUdeviceptr* address, size_t bytes, CUs
 SUNSTONE_EXPORT CUresult cuMemAllocFromPoolAsync(CUdeviceptr* address, size_t bytes,
                                                  CUmemoryPool pool, CUstream stream) {
     if (!pool)
-        return guarded("cuMemAllocFromPoolAsync", Needs::kQueue,
+        return guarded("cuMemAllocFromPoolAsync", {Needs::kQueue, stream},
                        [] { require(false, "pool is null"); });
     return allocateAsync("cuMemAllocFromPoolAsync", address, bytes, pool, stream);
 }
 SUNSTONE_EXPORT CUresult cuMemFreeAsync(CUdeviceptr address, CUstream stream) {
-    return guarded("cuMemFreeAsync", Needs::kQueue, [&] {
+    return guarded("cuMemFreeAsync", {Needs::kQueue, stream}, [&] {
         cpu::StreamPtr target = resolveStream(stream);
         auto found = cpu::memory().find(pointerOf(address));
         require(found && found->base == address && found->kind == MemoryKind::kDevice,

@@ -90,44 +90,44 @@ void potentialBlockSize(int* minGridSize, int* blockSize, const Function& functi
 
 SUNSTONE_EXPORT CUresult cuFuncGetAttribute(int* value, CUfunction_attribute attribute,
                                             CUfunction function) {
-    return guarded("cuFuncGetAttribute", Needs::kContext, [&] {
+    return guarded("cuFuncGetAttribute", Needs::kObject, [&] {
         require(value, "value is null");
         *value = attributeOf(*liveFunctionOf(function), attribute);
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncSetAttribute(CUfunction function, CUfunction_attribute attribute,
                                             int value) {
-    return guarded("cuFuncSetAttribute", Needs::kContext,
+    return guarded("cuFuncSetAttribute", Needs::kObject,
                    [&] { setAttribute(*liveFunctionOf(function), attribute, value); });
 }
 SUNSTONE_EXPORT CUresult cuFuncSetCacheConfig(CUfunction function, CUfunc_cache config) {
-    return guarded("cuFuncSetCacheConfig", Needs::kContext, [&] {
+    return guarded("cuFuncSetCacheConfig", Needs::kObject, [&] {
         liveFunctionOf(function);
         require(unsigned(config) <= CU_FUNC_CACHE_PREFER_EQUAL, "unknown cache configuration");
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncSetSharedMemConfig(CUfunction function, CUsharedconfig config) {
-    return guarded("cuFuncSetSharedMemConfig", Needs::kContext, [&] {
+    return guarded("cuFuncSetSharedMemConfig", Needs::kObject, [&] {
         liveFunctionOf(function);
         require(unsigned(config) <= CU_SHARED_MEM_CONFIG_EIGHT_BYTE_BANK_SIZE,
                 "unknown shared memory configuration");
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncGetModule(CUmodule* module, CUfunction function) {
-    return guarded("cuFuncGetModule", Needs::kContext, [&] {
+    return guarded("cuFuncGetModule", Needs::kObject, [&] {
         require(module, "module is null");
         *module = static_cast<CUmodule>(handleOrNull(liveFunctionOf(function)->module.lock()));
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncGetName(const char** name, CUfunction function) {
-    return guarded("cuFuncGetName", Needs::kContext, [&] {
+    return guarded("cuFuncGetName", Needs::kObject, [&] {
         require(name, "name is null");
         *name = liveFunctionOf(function)->info->name.c_str();
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncGetParamInfo(CUfunction function, size_t index, size_t* offset,
                                             size_t* size) {
-    return guarded("cuFuncGetParamInfo", Needs::kContext, [&] {
+    return guarded("cuFuncGetParamInfo", Needs::kObject, [&] {
         require(offset, "offset is null");
         std::shared_ptr<Function> found = liveFunctionOf(function);
         const compiler::KernelInfo& info = *found->info;
@@ -147,7 +147,7 @@ SUNSTONE_EXPORT CUresult cuModuleGetLoadingMode(CUmoduleLoadingMode* mode) {
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncIsLoaded(CUfunctionLoadingState* state, CUfunction function) {
-    return guarded("cuFuncIsLoaded", Needs::kContext, [&] {
+    return guarded("cuFuncIsLoaded", Needs::kObject, [&] {
         require(state, "state is null");
         *state = liveFunctionOf(function)->compiled.load(std::memory_order_acquire)
                      ? CU_FUNCTION_LOADING_STATE_LOADED
@@ -155,7 +155,7 @@ SUNSTONE_EXPORT CUresult cuFuncIsLoaded(CUfunctionLoadingState* state, CUfunctio
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncLoad(CUfunction function) {
-    return guarded("cuFuncLoad", Needs::kContext, [&] { functionOf(function); });
+    return guarded("cuFuncLoad", Needs::kObject, [&] { functionOf(function); });
 }
 
 SUNSTONE_EXPORT CUresult cuOccupancyMaxActiveBlocksPerMultiprocessorWithFlags(

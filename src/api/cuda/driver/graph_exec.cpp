@@ -81,7 +81,7 @@ std::shared_ptr<ExecutableGraph> execOf(CUgraphExec exec) {
 }
 
 CUresult instantiateWith(CUgraphExec* exec, CUgraph graph, CUDA_GRAPH_INSTANTIATE_PARAMS* params) {
-    return guardedGraph("cuGraphInstantiateWithParams", [&] {
+    return guardedGraph("cuGraphInstantiateWithParams", Needs::kContext, [&] {
         require(params, "params is null");
         params->hErrNode_out = nullptr;
         params->result_out = CUDA_GRAPH_INSTANTIATE_ERROR;
@@ -101,7 +101,8 @@ CUresult instantiateWith(CUgraphExec* exec, CUgraph graph, CUDA_GRAPH_INSTANTIAT
 
 SUNSTONE_EXPORT CUresult cuGraphInstantiateWithFlags(CUgraphExec* exec, CUgraph graph,
                                                      unsigned long long flags) {
-    return guardedGraph("cuGraphInstantiateWithFlags", [&] { instantiate(exec, graph, flags); });
+    return guardedGraph("cuGraphInstantiateWithFlags", Needs::kContext,
+                        [&] { instantiate(exec, graph, flags); });
 }
 
 // The older forms, which return a node and a text for errors.
@@ -112,7 +113,8 @@ SUNSTONE_EXPORT CUresult cuGraphInstantiate(CUgraphExec* exec, CUgraph graph, CU
         *node = nullptr;
     if (log && size)
         log[0] = 0;
-    return guardedGraph("cuGraphInstantiate", [&] { instantiate(exec, graph, 0); });
+    return guardedGraph("cuGraphInstantiate", Needs::kContext,
+                        [&] { instantiate(exec, graph, 0); });
 }
 SUNSTONE_EXPORT CUresult cuGraphInstantiate_v2(CUgraphExec* exec, CUgraph graph, CUgraphNode* node,
                                                char* log, size_t size) {

@@ -13,7 +13,7 @@ namespace {
 CUresult beginCapture(const char* function, CUstream stream, CUstreamCaptureMode mode,
                       const std::function<std::shared_ptr<cpu::Graph>()>& graph,
                       const CUgraphNode* after, size_t count) {
-    return guardedGraph(function, [&] {
+    return guardedGraph(function, {Needs::kContext, stream}, [&] {
         require(unsigned(mode) <= CU_STREAM_CAPTURE_MODE_RELAXED, "unknown mode");
         std::shared_ptr<cpu::Graph> into = graph();
         cpu::streams().beginCapture(resolveStream(stream), cpu::Capture::Mode(mode), into,
@@ -24,7 +24,7 @@ CUresult beginCapture(const char* function, CUstream stream, CUstreamCaptureMode
 CUresult captureInfo(CUstream stream, CUstreamCaptureStatus* status, cuuint64_t* id, CUgraph* graph,
                      const CUgraphNode** dependencies, const CUgraphEdgeData** edges,
                      size_t* count) {
-    return guardedGraph("cuStreamGetCaptureInfo", [&] {
+    return guardedGraph("cuStreamGetCaptureInfo", {Needs::kContext, stream}, [&] {
         require(status, "status is null");
         if (edges)
             *edges = nullptr; // edges here have no data
@@ -55,7 +55,7 @@ CUresult captureInfo(CUstream stream, CUstreamCaptureStatus* status, cuuint64_t*
 
 CUresult updateTips(CUstream stream, CUgraphNode* dependencies, const CUgraphEdgeData* edges,
                     size_t count, unsigned flags) {
-    return guardedGraph("cuStreamUpdateCaptureDependencies", [&] {
+    return guardedGraph("cuStreamUpdateCaptureDependencies", {Needs::kContext, stream}, [&] {
         require(flags <= CU_STREAM_SET_CAPTURE_DEPENDENCIES, "unknown flags");
         requirePlainEdges(edges, count);
         cpu::StreamPtr target = resolveStream(stream);
@@ -89,14 +89,14 @@ SUNSTONE_EXPORT CUresult cuStreamBeginCaptureToGraph(CUstream stream, CUgraph gr
         dependencies, count);
 }
 SUNSTONE_EXPORT CUresult cuStreamEndCapture(CUstream stream, CUgraph* graph) {
-    return guardedGraph("cuStreamEndCapture", [&] {
+    return guardedGraph("cuStreamEndCapture", {Needs::kContext, stream}, [&] {
         require(graph, "graph is null");
         *graph = nullptr;
         *graph = handleOf(cpu::streams().endCapture(resolveStream(stream)));
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamIsCapturing(CUstream stream, CUstreamCaptureStatus* status) {
-    return guarded("cuStreamIsCapturing", Needs::kContext, [&] {
+    return guarded("cuStreamIsCapturing", {Needs::kContext, stream}, [&] {
         require(status, "status is null");
         const cpu::CapturedMark state = cpu::streams().captureState(resolveStream(stream));
         *status = !state.capture               ? CU_STREAM_CAPTURE_STATUS_NONE
@@ -122,13 +122,13 @@ SUNSTONE_EXPORT CUresult cuGraphInstantiateWithParams(CUgraphExec* exec, CUgraph
     return instantiateWith(exec, graph, params);
 }
 SUNSTONE_EXPORT CUresult cuGraphUpload(CUgraphExec exec, CUstream stream) {
-    return guardedGraph("cuGraphUpload", Needs::kQueue, [&] {
+    return guardedGraph("cuGraphUpload", {Needs::kQueue, stream}, [&] {
         execOf(exec); // host and device share memory: nothing to upload
         resolveStream(stream);
     });
 }
 SUNSTONE_EXPORT CUresult cuGraphLaunch(CUgraphExec exec, CUstream stream) {
-    return guardedGraph("cuGraphLaunch", Needs::kQueue,
+    return guardedGraph("cuGraphLaunch", {Needs::kQueue, stream},
                         [&] { cpu::ExecutableGraph::launch(execOf(exec), resolveStream(stream)); });
 }
 

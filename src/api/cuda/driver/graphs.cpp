@@ -317,7 +317,7 @@ SUNSTONE_EXPORT CUresult cuGraphAddMemcpyNode(CUgraphNode* node, CUgraph graph,
                                               const CUgraphNode* dependencies, size_t count,
                                               const CUDA_MEMCPY3D* params, CUcontext context) {
     return addNode("cuGraphAddMemcpyNode", node, graph, dependencies, count, [&] {
-        requireContext(context);
+        const ContextScope scope(requireContext(context));
         return nodeFor(params);
     });
 }
@@ -326,7 +326,7 @@ SUNSTONE_EXPORT CUresult cuGraphAddMemsetNode(CUgraphNode* node, CUgraph graph,
                                               const CUDA_MEMSET_NODE_PARAMS* params,
                                               CUcontext context) {
     return addNode("cuGraphAddMemsetNode", node, graph, dependencies, count, [&] {
-        requireContext(context);
+        const ContextScope scope(requireContext(context));
         return nodeFor(params);
     });
 }

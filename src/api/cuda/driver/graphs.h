@@ -43,7 +43,7 @@ bool isOwnedByGraph(CUdeviceptr address);
 
 // Like guarded(), for functions that access graphs.
 template <class Body>
-CUresult guardedGraph(const char* function, Needs needs, Body&& body) {
+CUresult guardedGraph(const char* function, Precondition needs, Body&& body) {
     return guarded(function, needs, [&] {
         std::lock_guard lock(cpu::graphMutex());
         return body();
@@ -51,7 +51,7 @@ CUresult guardedGraph(const char* function, Needs needs, Body&& body) {
 }
 template <class Body>
 CUresult guardedGraph(const char* function, Body&& body) {
-    return guardedGraph(function, Needs::kContext, body);
+    return guardedGraph(function, Needs::kObject, body);
 }
 
 } // namespace sunstone::api::cuda

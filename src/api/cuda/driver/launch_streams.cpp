@@ -43,7 +43,7 @@ SUNSTONE_EXPORT CUresult cuLaunchKernel(CUfunction function, unsigned int gridX,
                                         unsigned int blockY, unsigned int blockZ,
                                         unsigned int sharedBytes, CUstream stream, void** params,
                                         void** extra) {
-    return guarded("cuLaunchKernel", Needs::kQueue, [&] {
+    return guarded("cuLaunchKernel", {Needs::kQueue, stream}, [&] {
         launch(
             {function, {gridX, gridY, gridZ}, {blockX, blockY, blockZ}, sharedBytes, params, extra},
             resolveStream(stream));
@@ -52,7 +52,7 @@ SUNSTONE_EXPORT CUresult cuLaunchKernel(CUfunction function, unsigned int gridX,
 
 SUNSTONE_EXPORT CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction function,
                                           void** params, void** extra) {
-    return guarded("cuLaunchKernelEx", Needs::kQueue, [&] {
+    return guarded("cuLaunchKernelEx", {Needs::kQueue, config ? config->hStream : nullptr}, [&] {
         require(config, "config is null");
         require(config->numAttrs == 0 || config->attrs, "attrs is null");
         LaunchRequest request{function,
@@ -72,7 +72,7 @@ SUNSTONE_EXPORT CUresult cuLaunchCooperativeKernel(CUfunction function, unsigned
                                                    unsigned int blockX, unsigned int blockY,
                                                    unsigned int blockZ, unsigned int sharedBytes,
                                                    CUstream stream, void** params) {
-    return guarded("cuLaunchCooperativeKernel", Needs::kQueue, [&] {
+    return guarded("cuLaunchCooperativeKernel", {Needs::kQueue, stream}, [&] {
         launch({function,
                 {gridX, gridY, gridZ},
                 {blockX, blockY, blockZ},

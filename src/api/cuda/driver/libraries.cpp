@@ -112,8 +112,6 @@ std::shared_ptr<Function> functionHere(Kernel& kernel) {
     const std::shared_ptr<Library> library = kernel.library.lock();
     if (!library)
         refuse(CUDA_ERROR_INVALID_HANDLE, "the kernel's library was unloaded");
-    if (!cpu::contexts().current())
-        refuse(CUDA_ERROR_INVALID_CONTEXT, "no context is current");
     const std::shared_ptr<Function> function = liveFunctionOf(
         static_cast<CUfunction>(moduleOf(library->moduleHere())->function(kernel.name)->handle()));
     std::lock_guard lock(kernel.mutex);
@@ -259,7 +257,7 @@ SUNSTONE_EXPORT CUresult cuKernelGetName(const char** name, CUkernel kernel) {
 }
 SUNSTONE_EXPORT CUresult cuKernelGetParamInfo(CUkernel kernel, size_t index, size_t* offset,
                                               size_t* size) {
-    return guarded("cuKernelGetParamInfo", Needs::kContext, [&] {
+    return guarded("cuKernelGetParamInfo", Needs::kObject, [&] {
         return cuFuncGetParamInfo(
             static_cast<CUfunction>(functionHere(*kernelOf(kernel))->handle()), index, offset,
             size);
@@ -267,7 +265,7 @@ SUNSTONE_EXPORT CUresult cuKernelGetParamInfo(CUkernel kernel, size_t index, siz
 }
 SUNSTONE_EXPORT CUresult cuKernelGetAttribute(int* value, CUfunction_attribute attribute,
                                               CUkernel kernel, CUdevice device) {
-    return guarded("cuKernelGetAttribute", Needs::kContext, [&] {
+    return guarded("cuKernelGetAttribute", Needs::kObject, [&] {
         require(value, "value is null");
         requireDevice(device);
         *value = attributeOf(*functionHere(*kernelOf(kernel)), attribute);
@@ -275,7 +273,7 @@ SUNSTONE_EXPORT CUresult cuKernelGetAttribute(int* value, CUfunction_attribute a
 }
 SUNSTONE_EXPORT CUresult cuKernelSetAttribute(CUfunction_attribute attribute, int value,
                                               CUkernel kernel, CUdevice device) {
-    return guarded("cuKernelSetAttribute", Needs::kContext, [&] {
+    return guarded("cuKernelSetAttribute", Needs::kObject, [&] {
         requireDevice(device);
         const std::shared_ptr<Kernel> found = kernelOf(kernel);
         setAttribute(*functionHere(*found), attribute, value); // throws for invalid values
@@ -285,7 +283,7 @@ SUNSTONE_EXPORT CUresult cuKernelSetAttribute(CUfunction_attribute attribute, in
 }
 SUNSTONE_EXPORT CUresult cuKernelSetCacheConfig(CUkernel kernel, CUfunc_cache config,
                                                 CUdevice device) {
-    return guarded("cuKernelSetCacheConfig", Needs::kContext, [&] {
+    return guarded("cuKernelSetCacheConfig", Needs::kObject, [&] {
         requireDevice(device);
         kernelOf(kernel);
         require(unsigned(config) <= CU_FUNC_CACHE_PREFER_EQUAL, "unknown cache configuration");

@@ -157,7 +157,7 @@ SUNSTONE_EXPORT CUresult cuMemAllocPitch(CUdeviceptr* address, size_t* pitch, si
 }
 
 SUNSTONE_EXPORT CUresult cuMemFree(CUdeviceptr address) {
-    return guarded("cuMemFree", Needs::kContext, [&] {
+    return guarded("cuMemFree", Needs::kObject, [&] {
         if (!address)
             return;
         auto found = cpu::memory().find(pointerOf(address));
@@ -211,7 +211,7 @@ SUNSTONE_EXPORT CUresult cuMemHostAlloc(void** address, size_t bytes, unsigned i
     return allocateHost("cuMemHostAlloc", address, bytes, flags);
 }
 SUNSTONE_EXPORT CUresult cuMemFreeHost(void* address) {
-    return guarded("cuMemFreeHost", Needs::kContext, [&] {
+    return guarded("cuMemFreeHost", Needs::kObject, [&] {
         auto found = cpu::memory().find(address);
         require(found && found->base == uintptr_t(address) && found->kind == MemoryKind::kPinned,
                 "not the start of live page-locked memory");
@@ -257,7 +257,7 @@ SUNSTONE_EXPORT CUresult cuMemHostRegister(void* address, size_t bytes, unsigned
     });
 }
 SUNSTONE_EXPORT CUresult cuMemHostUnregister(void* address) {
-    return guarded("cuMemHostUnregister", Needs::kContext, [&] {
+    return guarded("cuMemHostUnregister", Needs::kObject, [&] {
         require(address, "address is null");
         cpu::streams().synchronizeAll();
         if (!cpu::memory().release(address, {MemoryKind::kRegistered}))

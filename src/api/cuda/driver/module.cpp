@@ -62,8 +62,8 @@ CUresult loadImage(const char* function, CUmodule* module, const void* image, un
 
 } // namespace
 
-// Results of kernels that expect the lanes of a warp in step, without asking for it, may differ where
-// threads run one by one.
+// Results of kernels that expect the lanes of a warp in step, without asking for it, may differ
+// where threads run one by one.
 static void reportThreads(const compiler::KernelInfo& info) {
     if (info.singleReason.empty())
         return;
@@ -254,7 +254,7 @@ SUNSTONE_EXPORT CUresult cuModuleLoadFatBinary(CUmodule* module, const void* ima
     return loadImage("cuModuleLoadFatBinary", module, image, 0, nullptr, nullptr);
 }
 SUNSTONE_EXPORT CUresult cuModuleUnload(CUmodule module) {
-    return guarded("cuModuleUnload", Needs::kContext, [&] {
+    return guarded("cuModuleUnload", Needs::kObject, [&] {
         moduleOf(module);
         cpu::streams().synchronizeAll(); // queued work may use its code
         unloadModule(module);
@@ -263,7 +263,7 @@ SUNSTONE_EXPORT CUresult cuModuleUnload(CUmodule module) {
 
 SUNSTONE_EXPORT CUresult cuModuleGetFunction(CUfunction* function, CUmodule module,
                                              const char* name) {
-    return guarded("cuModuleGetFunction", Needs::kContext, [&] {
+    return guarded("cuModuleGetFunction", Needs::kObject, [&] {
         require(function && name && *name, "function or name is null or empty");
         Function* found = moduleOf(module)->function(name);
         if (!found)
@@ -272,14 +272,14 @@ SUNSTONE_EXPORT CUresult cuModuleGetFunction(CUfunction* function, CUmodule modu
     });
 }
 SUNSTONE_EXPORT CUresult cuModuleGetFunctionCount(unsigned int* count, CUmodule module) {
-    return guarded("cuModuleGetFunctionCount", Needs::kContext, [&] {
+    return guarded("cuModuleGetFunctionCount", Needs::kObject, [&] {
         require(count, "count is null");
         *count = unsigned(moduleOf(module)->functionCount());
     });
 }
 SUNSTONE_EXPORT CUresult cuModuleEnumerateFunctions(CUfunction* functions, unsigned int count,
                                                     CUmodule module) {
-    return guarded("cuModuleEnumerateFunctions", Needs::kContext, [&] {
+    return guarded("cuModuleEnumerateFunctions", Needs::kObject, [&] {
         require(functions || count == 0, "functions is null");
         std::vector<Function*> all = moduleOf(module)->functions();
         for (unsigned i = 0; i < count && i < all.size(); ++i)
@@ -288,7 +288,7 @@ SUNSTONE_EXPORT CUresult cuModuleEnumerateFunctions(CUfunction* functions, unsig
 }
 SUNSTONE_EXPORT CUresult cuModuleGetGlobal(CUdeviceptr* address, size_t* bytes, CUmodule module,
                                            const char* name) {
-    return guarded("cuModuleGetGlobal", Needs::kContext, [&] {
+    return guarded("cuModuleGetGlobal", Needs::kObject, [&] {
         require(name && *name, "name is null or empty");
         require(moduleOf(module)->referenceType(name) == ptx::Type::kNone,
                 "a reference to a texture or surface is no variable");

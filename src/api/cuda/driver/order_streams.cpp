@@ -17,7 +17,7 @@ void captureEvent(const cpu::StreamPtr& stream, cpu::WorkKind kind,
 }
 
 CUresult recordEvent(const char* function, CUevent event, CUstream stream, unsigned flags) {
-    return guarded(function, Needs::kQueue, [&] {
+    return guarded(function, {Needs::kQueue, stream}, [&] {
         require(flags <= CU_EVENT_RECORD_EXTERNAL, "unknown flags");
         std::shared_ptr<cpu::Event> found = eventOf(event);
         cpu::StreamPtr target = resolveStream(stream);
@@ -49,25 +49,25 @@ void waitForEvent(const cpu::StreamPtr& stream, const std::shared_ptr<cpu::Event
 } // namespace
 
 SUNSTONE_EXPORT CUresult cuStreamGetPriority(CUstream stream, int* priority) {
-    return guarded("cuStreamGetPriority", Needs::kContext, [&] {
+    return guarded("cuStreamGetPriority", {Needs::kContext, stream}, [&] {
         require(priority, "priority is null");
         *priority = resolveStream(stream)->priority();
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamGetFlags(CUstream stream, unsigned int* flags) {
-    return guarded("cuStreamGetFlags", Needs::kContext, [&] {
+    return guarded("cuStreamGetFlags", {Needs::kContext, stream}, [&] {
         require(flags, "flags is null");
         *flags = resolveStream(stream)->flags();
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamGetId(CUstream stream, unsigned long long* id) {
-    return guarded("cuStreamGetId", Needs::kContext, [&] {
+    return guarded("cuStreamGetId", {Needs::kContext, stream}, [&] {
         require(id, "id is null");
         *id = resolveStream(stream)->id();
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamGetCtx(CUstream stream, CUcontext* context) {
-    return guarded("cuStreamGetCtx", Needs::kContext, [&] {
+    return guarded("cuStreamGetCtx", {Needs::kContext, stream}, [&] {
         require(context, "context is null");
         const void* owner = resolveStream(stream)->owner();
         if (uintptr_t(stream) <= 2)
@@ -86,21 +86,21 @@ SUNSTONE_EXPORT CUresult cuStreamGetCtx_v2(CUstream stream, CUcontext* context, 
     return result;
 }
 SUNSTONE_EXPORT CUresult cuStreamGetDevice(CUstream stream, CUdevice* device) {
-    return guarded("cuStreamGetDevice", Needs::kContext, [&] {
+    return guarded("cuStreamGetDevice", {Needs::kContext, stream}, [&] {
         require(device, "device is null");
         resolveStream(stream);
         *device = 0;
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamWaitEvent(CUstream stream, CUevent event, unsigned int flags) {
-    return guarded("cuStreamWaitEvent", Needs::kQueue, [&] {
+    return guarded("cuStreamWaitEvent", {Needs::kQueue, stream}, [&] {
         require(flags <= CU_EVENT_WAIT_EXTERNAL, "unknown flags");
         waitForEvent(resolveStream(stream), eventOf(event), flags);
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamAddCallback(CUstream stream, CUstreamCallback callback,
                                              void* userData, unsigned int flags) {
-    return guarded("cuStreamAddCallback", Needs::kQueue, [&] {
+    return guarded("cuStreamAddCallback", {Needs::kQueue, stream}, [&] {
         require(callback && flags == 0, "callback is null or flags not 0");
         cpu::StreamPtr target = resolveStream(stream);
         if (cpu::streams().isCapturing(target))
@@ -110,7 +110,7 @@ SUNSTONE_EXPORT CUresult cuStreamAddCallback(CUstream stream, CUstreamCallback c
     });
 }
 SUNSTONE_EXPORT CUresult cuLaunchHostFunc(CUstream stream, CUhostFn function, void* userData) {
-    return guarded("cuLaunchHostFunc", Needs::kQueue, [&] {
+    return guarded("cuLaunchHostFunc", {Needs::kQueue, stream}, [&] {
         require(function, "function is null");
         auto details = std::make_shared<CUDA_HOST_NODE_PARAMS>();
         details->fn = function;
@@ -120,7 +120,7 @@ SUNSTONE_EXPORT CUresult cuLaunchHostFunc(CUstream stream, CUhostFn function, vo
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamQuery(CUstream stream) {
-    return guarded("cuStreamQuery", Needs::kContext, [&] {
+    return guarded("cuStreamQuery", {Needs::kContext, stream}, [&] {
         cpu::StreamPtr target = resolveStream(stream);
         if (!cpu::streams().idle(target))
             return CUDA_ERROR_NOT_READY;
@@ -129,12 +129,12 @@ SUNSTONE_EXPORT CUresult cuStreamQuery(CUstream stream) {
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamSynchronize(CUstream stream) {
-    return guarded("cuStreamSynchronize", Needs::kContext,
+    return guarded("cuStreamSynchronize", {Needs::kContext, stream},
                    [&] { cpu::streams().synchronize(resolveStream(stream)); });
 }
 SUNSTONE_EXPORT CUresult cuStreamAttachMemAsync(CUstream stream, CUdeviceptr address, size_t length,
                                                 unsigned int flags) {
-    return guarded("cuStreamAttachMemAsync", Needs::kQueue, [&] {
+    return guarded("cuStreamAttachMemAsync", {Needs::kQueue, stream}, [&] {
         require(flags == CU_MEM_ATTACH_GLOBAL || flags == CU_MEM_ATTACH_HOST ||
                     flags == CU_MEM_ATTACH_SINGLE,
                 "unknown flags");

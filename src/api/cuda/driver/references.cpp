@@ -102,7 +102,7 @@ void apply(TextureReference& reference) {
 // Calls `change` with a reference, then applies the change.
 template <class Change>
 CUresult set(const char* function, CUtexref handle, Change&& change) {
-    return guarded(function, Needs::kContext, [&] {
+    return guarded(function, Needs::kObject, [&] {
         const auto reference = find<TextureReference>(handle);
         change(*reference);
         apply(*reference);
@@ -111,7 +111,7 @@ CUresult set(const char* function, CUtexref handle, Change&& change) {
 // Writes to *out the result of `value` for a reference.
 template <class T, class Value>
 CUresult ask(const char* function, CUtexref handle, T* out, Value&& value) {
-    return guarded(function, Needs::kContext, [&] {
+    return guarded(function, Needs::kObject, [&] {
         require(out, "the result is null");
         *out = value(*find<TextureReference>(handle));
     });
@@ -122,7 +122,7 @@ CUresult ask(const char* function, CUtexref handle, T* out, Value&& value) {
 template <class T, class Value>
 CUresult askBound(const char* function, CUtexref handle, T* out,
                   std::initializer_list<CUresourcetype> types, Value&& value) {
-    return guarded(function, Needs::kContext, [&] {
+    return guarded(function, Needs::kObject, [&] {
         require(out, "the result is null");
         *out = T{};
         const auto reference = find<TextureReference>(handle);
@@ -148,12 +148,12 @@ void checkDimension(int dimension) {
 } // namespace
 
 SUNSTONE_EXPORT CUresult cuModuleGetTexRef(CUtexref* reference, CUmodule module, const char* name) {
-    return guarded("cuModuleGetTexRef", Needs::kContext,
+    return guarded("cuModuleGetTexRef", Needs::kObject,
                    [&] { get<TextureReference>(reference, module, name, ptx::Type::kTexref); });
 }
 SUNSTONE_EXPORT CUresult cuModuleGetSurfRef(CUsurfref* reference, CUmodule module,
                                             const char* name) {
-    return guarded("cuModuleGetSurfRef", Needs::kContext,
+    return guarded("cuModuleGetSurfRef", Needs::kObject,
                    [&] { get<SurfaceReference>(reference, module, name, ptx::Type::kSurfref); });
 }
 SUNSTONE_EXPORT CUresult cuTexRefCreate(CUtexref* reference) {
@@ -165,7 +165,7 @@ SUNSTONE_EXPORT CUresult cuTexRefCreate(CUtexref* reference) {
     });
 }
 SUNSTONE_EXPORT CUresult cuTexRefDestroy(CUtexref reference) {
-    return guarded("cuTexRefDestroy", Needs::kContext, [&] {
+    return guarded("cuTexRefDestroy", Needs::kObject, [&] {
         if (!find<TextureReference>(reference)->variable) // a module's reference is destroyed with
                                                           // the module
             references<TextureReference>().remove(reference);
@@ -345,7 +345,7 @@ SUNSTONE_EXPORT CUresult cuTexRefGetFlags(unsigned int* flags, CUtexref referenc
 }
 
 SUNSTONE_EXPORT CUresult cuSurfRefSetArray(CUsurfref reference, CUarray array, unsigned int flags) {
-    return guarded("cuSurfRefSetArray", Needs::kContext, [&] {
+    return guarded("cuSurfRefSetArray", Needs::kObject, [&] {
         const auto surface = find<SurfaceReference>(reference);
         require(flags == 0, "flags must be 0");
         CUDA_RESOURCE_DESC resource = {};
@@ -360,7 +360,7 @@ SUNSTONE_EXPORT CUresult cuSurfRefSetArray(CUsurfref reference, CUarray array, u
     });
 }
 SUNSTONE_EXPORT CUresult cuSurfRefGetArray(CUarray* array, CUsurfref reference) {
-    return guarded("cuSurfRefGetArray", Needs::kContext, [&] {
+    return guarded("cuSurfRefGetArray", Needs::kObject, [&] {
         require(array, "array is null");
         const auto surface = find<SurfaceReference>(reference);
         require(surface->isBound, "the reference is not bound");
@@ -369,7 +369,7 @@ SUNSTONE_EXPORT CUresult cuSurfRefGetArray(CUarray* array, CUsurfref reference) 
 }
 
 SUNSTONE_EXPORT CUresult cuParamSetTexRef(CUfunction function, int unit, CUtexref reference) {
-    return guarded("cuParamSetTexRef", Needs::kContext, [&] {
+    return guarded("cuParamSetTexRef", Needs::kObject, [&] {
         liveFunctionOf(function);
         find<TextureReference>(reference);
         require(unit == CU_PARAM_TR_DEFAULT, "unit must be CU_PARAM_TR_DEFAULT");

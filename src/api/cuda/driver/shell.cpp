@@ -62,7 +62,21 @@ CUresult resultOf(Code code) {
     }
 }
 
-CUresult guardedCall(const char* function, Needs needs, const std::function<CUresult()>& body) {
+namespace {
+
+// The context of a stream that the program created, else the current one.
+cpu::ContextPtr contextFor(CUstream stream) {
+    if (const cpu::StreamPtr named = cpu::streams().findCreated(stream))
+        if (cpu::ContextPtr owner = cpu::contexts().find(named->owner()))
+            return owner;
+    return cpu::contexts().shareCurrent();
+}
+
+} // namespace
+
+CUresult guardedCall(const char* function, Precondition precondition,
+                     const std::function<CUresult()>& body) {
+    const Needs needs = precondition.needs;
     // As with a GPU's driver, functions that need no initialisation go on.
     if (needs != Needs::kNothing && refusesForkedChild())
         return CUDA_ERROR_NOT_INITIALIZED;
@@ -79,11 +93,14 @@ CUresult guardedCall(const char* function, Needs needs, const std::function<CUre
     try {
         if (needs != Needs::kNothing && !initialized.load(std::memory_order_acquire))
             return report(CUDA_ERROR_NOT_INITIALIZED, "cuInit has not been called");
-        if (needs < Needs::kAnyContext)
+        if (needs < Needs::kObject)
             return body();
-        const cpu::ContextPtr context = cpu::contexts().shareCurrent();
+        const cpu::ContextPtr context = contextFor(precondition.stream);
+        if (!context && needs == Needs::kObject)
+            return body();
         if (!context)
             return report(CUDA_ERROR_INVALID_CONTEXT, "no context is current on this thread");
+        const ContextScope scope(context.get());
         if (needs == Needs::kAnyContext)
             return body();
         const auto failed = [&](int fault) {

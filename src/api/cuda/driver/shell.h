@@ -43,21 +43,32 @@ inline void require(bool condition, const char* text) {
         throw Failure(CUDA_ERROR_INVALID_VALUE, text);
 }
 
-// The precondition of an entry point. kAnyContext: a current context. kContext: a current context
-// in which no device code has failed, before the call or while it waits. kQueue: the same, checked
-// only before the call, for functions that queue work and return (a later failure is a matter of
-// timing).
-enum class Needs { kNothing, kInit, kAnyContext, kContext, kQueue };
+// The precondition of an entry point. kObject: the call names an object, whose context need not be
+// current; if a context is current, no device code has failed in it. kAnyContext: a current
+// context. kContext: a current context in which no device code has failed, before the call or while
+// it waits. kQueue: the same, checked only before the call, for functions that queue work and
+// return (a later failure is a matter of timing).
+enum class Needs { kNothing, kInit, kObject, kAnyContext, kContext, kQueue };
 // For functions that share a body: whether this one waits for the work.
 constexpr Needs needsToQueue(bool waits) {
     return waits ? Needs::kContext : Needs::kQueue;
 }
 
+// With a stream that the program created, that stream's context is current during the call.
+struct Precondition {
+    Precondition(Needs needed) : needs(needed) {}
+    Precondition(Needs needed, CUstream named) : needs(needed), stream(named) {}
+
+    Needs needs;
+    CUstream stream = nullptr;
+};
+
 // Runs a body, logs its exceptions with the function's name, and returns the code. A CUresult
 // returned by the body is passed on.
-CUresult guardedCall(const char* function, Needs needs, const std::function<CUresult()>& body);
+CUresult guardedCall(const char* function, Precondition precondition,
+                     const std::function<CUresult()>& body);
 template <class Body>
-CUresult guarded(const char* function, Needs needs, Body&& body) {
+CUresult guarded(const char* function, Precondition needs, Body&& body) {
     if constexpr (std::is_void_v<decltype(body())>)
         return guardedCall(function, needs, [&] {
             body();
@@ -66,6 +77,24 @@ CUresult guarded(const char* function, Needs needs, Body&& body) {
     else
         return guardedCall(function, needs, body);
 }
+
+// Makes a context current on this thread for a while.
+class ContextScope {
+public:
+    explicit ContextScope(cpu::Context* context) : isNeeded_(context != cpu::contexts().current()) {
+        if (isNeeded_)
+            cpu::contexts().push(context);
+    }
+    ~ContextScope() {
+        if (isNeeded_)
+            cpu::contexts().pop();
+    }
+    ContextScope(const ContextScope&) = delete;
+    ContextScope& operator=(const ContextScope&) = delete;
+
+private:
+    const bool isNeeded_;
+};
 
 CUresult resultOf(Code code);
 const char* nameOf(CUresult result); // null if unknown

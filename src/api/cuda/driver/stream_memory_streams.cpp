@@ -90,7 +90,7 @@ Step stepOf(const CUstreamBatchMemOpParams& op) {
 }
 
 CUresult queue(const char* function, CUstream stream, const std::function<std::vector<Step>()>& make) {
-    return guarded(function, Needs::kQueue, [&] {
+    return guarded(function, {Needs::kQueue, stream}, [&] {
         const cpu::StreamPtr target = resolveStream(stream);
         std::vector<Step> steps = make();
         if (cpu::streams().isCapturing(target)) {
@@ -158,7 +158,7 @@ SUNSTONE_EXPORT CUresult cuStreamBatchMemOp(CUstream stream, unsigned int count,
 
 SUNSTONE_EXPORT CUresult cuStreamSetAttribute(CUstream stream, CUstreamAttrID attribute,
                                               const CUstreamAttrValue* value) {
-    return guarded("cuStreamSetAttribute", Needs::kContext, [&] {
+    return guarded("cuStreamSetAttribute", {Needs::kContext, stream}, [&] {
         require(value && isStreamAttribute(attribute), "value is null, or no attribute of streams");
         const cpu::StreamPtr target = resolveStream(stream);
         if (attribute == CU_STREAM_ATTRIBUTE_PRIORITY)
@@ -170,7 +170,7 @@ SUNSTONE_EXPORT CUresult cuStreamSetAttribute(CUstream stream, CUstreamAttrID at
 }
 SUNSTONE_EXPORT CUresult cuStreamGetAttribute(CUstream stream, CUstreamAttrID attribute,
                                               CUstreamAttrValue* value) {
-    return guarded("cuStreamGetAttribute", Needs::kContext, [&] {
+    return guarded("cuStreamGetAttribute", {Needs::kContext, stream}, [&] {
         require(value && isStreamAttribute(attribute), "value is null, or no attribute of streams");
         const cpu::StreamPtr target = resolveStream(stream);
         const auto bytes = target->attribute(attribute);
@@ -180,7 +180,8 @@ SUNSTONE_EXPORT CUresult cuStreamGetAttribute(CUstream stream, CUstreamAttrID at
     });
 }
 SUNSTONE_EXPORT CUresult cuStreamCopyAttributes(CUstream to, CUstream from) {
-    return guarded("cuStreamCopyAttributes", Needs::kContext,
+    return guarded("cuStreamCopyAttributes",
+                   {Needs::kContext, cpu::streams().isDefault(from) ? nullptr : to},
                    [&] { resolveStream(to)->copyAttributes(*resolveStream(from)); });
 }
 
