@@ -131,8 +131,10 @@ public:
         while (cuCtxPopCurrent(&popped) == CUDA_SUCCESS && popped) {
         }
         must(cuCtxSetCurrent(primary));
+        // Queued work may have read freed memory or released it again.
         const CUresult last = cuCtxSynchronize();
-        if (last != CUDA_ERROR_ILLEGAL_ADDRESS || !mayBeLate)
+        const bool isLate = last == CUDA_ERROR_ILLEGAL_ADDRESS || last == CUDA_ERROR_INVALID_VALUE;
+        if (!isLate || !mayBeLate)
             must(last);
         must(cuDevicePrimaryCtxReset(0));
         for (const auto& [base, size] : mappings_)
