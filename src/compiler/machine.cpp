@@ -5,6 +5,7 @@
 #include "base/config.h"
 #include "base/log.h"
 #include "compiler/debug/debugger.h"
+#include "compiler/passes/code_generator.h"
 #include "compiler/runtime/device_data.h"
 #include "compiler/runtime/runtime.h"
 
@@ -61,6 +62,7 @@ std::unique_ptr<llvm::TargetMachine> createMachine() {
     static const bool initialized = [] {
         llvm::InitializeNativeTarget();
         llvm::InitializeNativeTargetAsmPrinter();
+        limitCodeGenerator();
         return true;
     }();
     (void)initialized;
@@ -327,8 +329,7 @@ CodeObject generate(Unit& unit, LentMachine& machine) {
     {
         llvm::raw_svector_ostream stream(code);
         llvm::legacy::PassManager passes;
-        if (machine->addPassesToEmitFile(passes, stream, nullptr, llvm::CodeGenFileType::ObjectFile,
-                                         true))
+        if (!addCodeGenerator(*machine, unit.module(), passes, stream))
             fail(ErrorCode::kInternal, "the code generator cannot write object code");
         passes.run(unit.module());
     }
