@@ -15,7 +15,7 @@ constexpr std::array<SettingInfo, kCount> kSettings = {{
     {"SUNSTONE_LOG", "log levels: LEVEL or AREA:LEVEL,...; levels off fatal error warning info debug"},
     {"SUNSTONE_DUMP", "folder that receives programs after every compiler pass"},
     {"SUNSTONE_THREADS", "worker threads of the CPU device (default: all cores)"},
-    {"SUNSTONE_ISA", "highest instruction set used by traversal and for warps: avx512, avx2, baseline"},
+    {"SUNSTONE_ISA", "highest instruction set of traversal and of compiled device code: avx512, avx2, baseline"},
     {"OPTIX_CACHE_PATH", "folder of the disk cache, instead of any that a program names"},
     {"OPTIX_CACHE_MAXSIZE", "bytes the disk cache may grow to; 0 turns it off"},
     {"SUNSTONE_CHECK", "checks of device code, set by `sunstone run --check`: memory,leaks,host"},

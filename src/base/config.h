@@ -13,7 +13,7 @@ enum class Setting {
     kLog,     // SUNSTONE_LOG: levels by area, see log.h
     kDump,    // SUNSTONE_DUMP: folder that receives the program after every compiler pass
     kThreads, // SUNSTONE_THREADS: worker threads of the CPU device, default all cores
-    kIsa,     // SUNSTONE_ISA: highest instruction set for traversal and warps (avx512, avx2, baseline)
+    kIsa,     // SUNSTONE_ISA: highest instruction set of traversal and compiled code (avx512, avx2, baseline)
     kCachePath,    // OPTIX_CACHE_PATH: folder of the disk cache
     kCacheMaxSize, // OPTIX_CACHE_MAXSIZE: bytes of the disk cache, 0 for none
     kCheck,        // SUNSTONE_CHECK: checks of `sunstone run --check`, see checks()

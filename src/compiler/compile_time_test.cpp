@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time of a compilation of ordinary size, and of compilations on several threads at once.
+// Time of a compilation of ordinary size, of compilations on several threads at once, and of long
+// functions: it grows with their length, not with its square.
+#include "compiler/kernels/kernel_module.h"
+#include "compiler/long_functions.h"
 #include "compiler/testing.h"
 
 #include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <thread>
 
 namespace sunstone::compiler::testing {
@@ -71,6 +75,78 @@ TEST(CompileTime, SeveralThreads) {
     for (std::thread& thread : threads)
         thread.join();
 }
+
+double processorSeconds() {
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return double(time.tv_sec) + double(time.tv_nsec) * 1e-9;
+}
+
+enum class Target { kProgram, kKernel, kDebugProgram, kDebugKernel };
+
+// Processor time from PTX to linked code.
+double compileSeconds(Shape shape, Target target, unsigned statements) {
+    const bool debug = target == Target::kDebugProgram || target == Target::kDebugKernel;
+    const bool isKernel = target == Target::kKernel || target == Target::kDebugKernel;
+    const LongFunction function(shape, statements, debug);
+    const std::string text = isKernel ? function.kernel(debug) : function.program();
+    const double start = processorSeconds();
+    const auto module = parse(text);
+    if (isKernel) {
+        KernelOptions options;
+        options.debugLevel = debugLevelOf(*module);
+        const auto code = openKernels(module, options);
+        code->prepare(0);
+        EXPECT_TRUE(code->kernels()[0].address) << code->kernels()[0].unsupported;
+    } else {
+        PipelineRequest request;
+        request.rules.launchParams = "params";
+        inspect(*module, request.rules);
+        ProgramRequest program;
+        program.module = std::make_shared<const Source>(module);
+        program.function = "__raygen__long";
+        program.kind = ProgramKind::kRaygen;
+        program.debugLevel = debug ? DebugLevel::kFull : DebugLevel::kMinimal;
+        request.programs.push_back(program);
+        EXPECT_TRUE(compilePipeline(request)->programs()[0].address);
+    }
+    return processorSeconds() - start;
+}
+
+class LongFunctions : public ::testing::TestWithParam<Shape> {};
+
+TEST_P(LongFunctions, TakeTimeByTheirLength) {
+    const Shape shape = GetParam();
+    const bool heavy = shape == Shape::kLive || shape == Shape::kLoops || shape == Shape::kFlushed;
+    const unsigned few = heavy ? 500 : 1500;
+    constexpr double kMostRatio = 9, kMostSeconds = 4, kTooShort = 0.3;
+    for (const Target target :
+         {Target::kProgram, Target::kKernel, Target::kDebugProgram, Target::kDebugKernel}) {
+        const bool isKernel = target == Target::kKernel || target == Target::kDebugKernel;
+        if (shape == Shape::kIntrinsics && isKernel)
+            continue;
+        double one = 0, four = 0;
+        for (int tries = 0; tries < 3; ++tries) { // the machine may be busy
+            one = compileSeconds(shape, target, few);
+            four = compileSeconds(shape, target, few * 4);
+            if (four < kTooShort || four < std::min(kMostSeconds, one * kMostRatio))
+                break;
+        }
+        std::printf("%s, target %d: %u statements %.2f s, %u statements %.2f s\n", nameOf(shape),
+                    int(target), few, one, few * 4, four);
+        EXPECT_LT(four, std::max(kTooShort, std::min(kMostSeconds, one * kMostRatio)));
+    }
+}
+
+std::vector<Shape> allShapes() {
+    std::vector<Shape> shapes;
+    for (unsigned i = 0; i < unsigned(Shape::kCount); ++i)
+        shapes.push_back(Shape(i));
+    return shapes;
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, LongFunctions, ::testing::ValuesIn(allShapes()),
+                         [](const auto& info) { return nameOf(info.param); });
 
 } // namespace
 } // namespace sunstone::compiler::testing

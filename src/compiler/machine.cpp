@@ -2,11 +2,14 @@
 // See machine.h.
 #include "compiler/machine.h"
 
+#include "base/config.h"
 #include "base/log.h"
 #include "compiler/debug/debugger.h"
+#include "compiler/passes/code_generator.h"
 #include "compiler/runtime/device_data.h"
 #include "compiler/runtime/runtime.h"
 
+#include <llvm/ADT/StringExtras.h>
 #include <llvm/ExecutionEngine/JITLink/JITLinkMemoryManager.h>
 #include <llvm/ExecutionEngine/Orc/Core.h>
 #include <llvm/ExecutionEngine/Orc/ExecutorProcessControl.h>
@@ -16,13 +19,14 @@
 #include <llvm/IR/DiagnosticPrinter.h>
 #include <llvm/IR/LegacyPassManager.h>
 #include <llvm/MC/TargetRegistry.h>
-#include <llvm/ADT/StringExtras.h>
+#include <llvm/Object/ObjectFile.h>
 #include <llvm/Support/MemoryBuffer.h>
 #include <llvm/Support/TargetSelect.h>
 #include <llvm/TargetParser/Host.h>
 
 #include <atomic>
 #include <mutex>
+#include <set>
 
 namespace sunstone::compiler {
 
@@ -32,18 +36,33 @@ std::string textOf(llvm::Error error) {
     return llvm::toString(std::move(error));
 }
 
-std::string hostFeatures() {
-    std::string features;
-    for (const auto& feature : llvm::sys::getHostCPUFeatures())
-        features += (features.empty() ? "" : ",") + std::string(feature.second ? "+" : "-") +
-                    feature.first().str();
-    return features;
+// What compiled code may use: this processor, or less of it if SUNSTONE_ISA says so.
+struct Processor {
+    std::string name, features;
+};
+
+const Processor& processor() {
+    static const auto* chosen = [] {
+        const std::string& highest = config(Setting::kIsa);
+        if (highest == "baseline") // the 16-byte exchange is in every x86-64 processor since 2006
+            return new Processor{"x86-64", "+cx16"};
+        std::vector<std::string> features;
+        for (const auto& feature : llvm::sys::getHostCPUFeatures()) {
+            const bool allowed = highest != "avx2" || !(feature.first().starts_with("avx512") ||
+                                                        feature.first().starts_with("avx10"));
+            features.push_back((feature.second && allowed ? "+" : "-") + feature.first().str());
+        }
+        llvm::sort(features); // the map is unordered
+        return new Processor{llvm::sys::getHostCPUName().str(), llvm::join(features, ",")};
+    }();
+    return *chosen;
 }
 
 std::unique_ptr<llvm::TargetMachine> createMachine() {
     static const bool initialized = [] {
         llvm::InitializeNativeTarget();
         llvm::InitializeNativeTargetAsmPrinter();
+        limitCodeGenerator();
         return true;
     }();
     (void)initialized;
@@ -57,7 +76,7 @@ std::unique_ptr<llvm::TargetMachine> createMachine() {
     options.UnsafeFPMath = options.NoInfsFPMath = options.NoNaNsFPMath = false;
     options.NoSignedZerosFPMath = options.ApproxFuncFPMath = false;
     return std::unique_ptr<llvm::TargetMachine>(target->createTargetMachine(
-        triple, llvm::sys::getHostCPUName(), hostFeatures(), options, llvm::Reloc::PIC_,
+        triple, processor().name, processor().features, options, llvm::Reloc::PIC_,
         llvm::CodeModel::Small, llvm::CodeGenOptLevel::Default, true));
 }
 
@@ -254,18 +273,36 @@ void takeDiagnostic(const llvm::DiagnosticInfo* info, void* context) {
     info->print(printer);
 }
 
+// Fails if the code cannot be linked: it would be kept, and fail whenever it is found.
+void checkSymbols(const Unit& unit, llvm::StringRef code) {
+    static const auto& provided = *[] {
+        auto* names = new std::set<std::string, std::less<>>;
+        for (const RuntimeSymbol& symbol : runtimeSymbols())
+            names->insert(symbol.name);
+        names->insert("_GLOBAL_OFFSET_TABLE_"); // the linker makes it
+        return names;
+    }();
+    auto object = llvm::object::ObjectFile::createObjectFile({code, "code"});
+    if (!object)
+        fail(ErrorCode::kInternal, "cannot read code: ", textOf(object.takeError()));
+    std::set<std::string, std::less<>> variables;
+    for (const VariableId& id : unit.variableIds())
+        variables.insert(id.symbol());
+    for (const llvm::object::SymbolRef& symbol : (*object)->symbols()) {
+        if (!(llvm::cantFail(symbol.getFlags()) & llvm::object::SymbolRef::SF_Undefined))
+            continue;
+        const llvm::StringRef name = llvm::cantFail(symbol.getName());
+        if (!name.empty() && !provided.contains(name) && !variables.contains(name))
+            fail(ErrorCode::kInternal, "code generation: the code calls ", name.str(),
+                 ", which the run-time lacks");
+    }
+}
+
 } // namespace
 
 const std::string& targetDescription() {
-    static const auto* text = [] {
-        // The map of features is unordered.
-        const std::string all = hostFeatures();
-        llvm::SmallVector<llvm::StringRef, 0> features;
-        llvm::StringRef(all).split(features, ',');
-        llvm::sort(features);
-        return new std::string(llvm::sys::getProcessTriple() + " " +
-                               llvm::sys::getHostCPUName().str() + " " + llvm::join(features, ","));
-    }();
+    static const auto* text = new std::string(llvm::sys::getProcessTriple() + " " +
+                                              processor().name + " " + processor().features);
     return *text;
 }
 
@@ -292,14 +329,14 @@ CodeObject generate(Unit& unit, LentMachine& machine) {
     {
         llvm::raw_svector_ostream stream(code);
         llvm::legacy::PassManager passes;
-        if (machine->addPassesToEmitFile(passes, stream, nullptr, llvm::CodeGenFileType::ObjectFile,
-                                         true))
+        if (!addCodeGenerator(*machine, unit.module(), passes, stream))
             fail(ErrorCode::kInternal, "the code generator cannot write object code");
         passes.run(unit.module());
     }
     unit.context().setDiagnosticHandlerCallBack(nullptr, nullptr);
     if (!notes.error.empty())
         fail(ErrorCode::kInternal, "code generation: ", notes.error);
+    checkSymbols(unit, {code.data(), code.size()});
     object.code.assign(code.begin(), code.end());
     return object;
 }

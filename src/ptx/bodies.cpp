@@ -86,13 +86,17 @@ void Parser::parseBodyDirective() {
         advance();
         return space == Space::kReg ? parseRegisters() : parseBodyVariables(linkage, space);
     }
+    if (token_.isDot("func")) {
+        advance();
+        return parseBodyFunction(linkage);
+    }
     Nearest nearest(token_.text);
     for (const char* known :
          {"reg", "local", "shared", "param", "global", "const", "loc", "pragma"})
         nearest.offer(known);
     if (token_.kind != TokenKind::kDotWord)
         unexpected("a state space");
-    const bool function = token_.text == "entry" || token_.text == "func";
+    const bool function = token_.text == "entry";
     fault(token_.location, "unknown directive " + quoted("." + std::string(token_.text)) +
                                " in the body of function " + quoted(function_.name) +
                                (function ? ": a '}' may be missing before it" : nearest.hint(".")));

@@ -478,6 +478,65 @@ TEST(Calls, ProvidedFunctionsNeedNoDeclaration) {
                   "call (%r1), vprintf, (%rd1, %rd2);\ncall __assertfail, (%rd1);");
 }
 
+TEST(Calls, FunctionsDeclaredInBodies) {
+    // The definition stands before, after or in another module; several blocks declare it.
+    for (const char* linkage : {"", ".extern ", ".visible ", ".weak "}) {
+        const std::string declaration =
+            std::string(linkage) + ".func (.param .b32 r) f(.param .b64 a, .reg .b32 b) .noreturn;";
+        const std::string call = "{ " + declaration + " call.uni (%r1), f, (%rd1, %r2); }\n";
+        const std::string definition =
+            ".func (.param .b32 r) f(.param .b64 x, .reg .b32 y) { ret; }\n";
+        const auto none = mustParseBody(call + call);
+        ASSERT_TRUE(none->findFunction("f"));
+        EXPECT_FALSE(none->findFunction("f")->hasBody);
+        EXPECT_TRUE(none->findFunction("f")->noreturn);
+        EXPECT_EQ(none->findFunction("f")->results.size(), 1u);
+        EXPECT_EQ(kernelOf(*none).body.size(), 2u);
+        const auto after = mustParse(kernel(call) + definition);
+        EXPECT_TRUE(after->findFunction("f")->hasBody);
+        const auto before = mustParse(kHeader + definition + kKernelHead + call + "}\n");
+        EXPECT_TRUE(before->findFunction("f")->hasBody);
+    }
+    // The function's own name, guards and labels around declarations, no parameters.
+    mustParseBody("{ .func g; .func h(); top: call g; @%p1 call h, (); bra top; }");
+    mustParse(kHeader + ".func r(.reg .b32 a) { { .func r(.reg .b32 a); call r, (a); } ret; }\n");
+}
+
+TEST(CallErrors, FunctionsDeclaredInBodies) {
+    const auto against = [](const std::string& declaration) {
+        return errorOf(kernel("{ " + declaration + " }") +
+                       ".func (.param .b32 r) f(.param .f64 a, .param .b8 b[8]) { ret; }\n");
+    };
+    EXPECT_EQ(against(".func (.param .s32 r) f(.reg .b64 a, .param .b16 c[4]);"), "");
+    EXPECT_EQ(against(".func (.param .b32 r) f(.param .b64 a);"),
+              "7:23: function 'f' has 2 parameters here, 1 at line 5");
+    EXPECT_EQ(against(".func f(.param .b64 a, .param .b8 b[8]);"),
+              "7:23: function 'f' has 1 result here, 0 at line 5");
+    EXPECT_EQ(against(".func (.param .b32 r) f(.param .b32 a, .param .b8 b[8]);"),
+              "7:23: function 'f' has parameter 1 of 8 bytes here, of 4 bytes at line 5");
+    EXPECT_EQ(against(".func (.param .b32 r) f(.param .b64 a, .param .b64 b);"),
+              "7:23: function 'f' has parameter 2 of an array of 8 bytes here, of 8 bytes at line "
+              "5");
+    EXPECT_EQ(against(".func (.reg .pred r) f(.param .b64 a, .param .b8 b[8]);"),
+              "7:23: function 'f' has result 1 of 4 bytes here, of type .pred at line 5");
+    EXPECT_EQ(errorOfBody(".func kernel(.param .u64 p, .param .u32 n);"),
+              "4:183: function 'kernel' has .entry here, .func at line 5");
+    EXPECT_EQ(errorOfBody(".func callee(.param .b64 a, .param .b32 b);"),
+              "5:7: function 'callee' has 0 results here, 1 at line 4");
+    EXPECT_EQ(errorOfBody("{ .func f(.param .b64 a) call f, (%rd1); }"),
+              "5:26: expected ';' after the declaration of a function, found 'call'");
+    EXPECT_EQ(errorOfBody(".func numbers();"),
+              "5:7: function 'numbers' has the name of a variable declared at line 4");
+    EXPECT_EQ(errorOfBody("{ .func f(.param .b64 a); call f, (%rd1, %rd2); }"),
+              "5:32: 'call': function 'f' has 1 parameter, the call 2");
+    EXPECT_EQ(errorOfBody(".visible .func f() { ret; }"),
+              "5:16: function 'f' is defined in the body of function 'kernel': a '}' may be "
+              "missing before it");
+    EXPECT_EQ(errorOfBody(".entry f() { ret; }"),
+              "5:1: unknown directive '.entry' in the body of function 'kernel': a '}' may be "
+              "missing before it");
+}
+
 TEST(Recovery, SeveralFaultsAreReportedAtOnce) {
     Diagnostics diagnostics;
     parse(kernel("mov.u32 %r1, %x1;\nmov.u32 %r1, %x2;\n{ mov.u32 %r1, %x3; }\nbra nowhere;"),

@@ -48,7 +48,7 @@ void Parser::parseTriple(uint32_t (&values)[3]) {
 }
 
 // Directives between the parameters and the body.
-void Parser::parseFunctionAttributes() {
+void Parser::parseFunctionAttributes(Function& function) {
     constexpr uint64_t kMax = 0xFFFFFFFF;
     while (token_.kind == TokenKind::kDotWord) {
         const std::string_view word = token_.text;
@@ -63,23 +63,23 @@ void Parser::parseFunctionAttributes() {
         const Location location = token_.location;
         advance();
         if (word == "noreturn")
-            function_.noreturn = true;
+            function.noreturn = true;
         else if (word == "maxntid")
-            parseTriple(function_.maxThreads);
+            parseTriple(function.maxThreads);
         else if (word == "reqntid")
-            parseTriple(function_.requiredThreads);
+            parseTriple(function.requiredThreads);
         else if (word == "minnctapersm")
-            function_.minBlocks = static_cast<uint32_t>(expectInteger("a number", kMax));
+            function.minBlocks = static_cast<uint32_t>(expectInteger("a number", kMax));
         else if (word == "maxnctapersm")
-            function_.maxBlocks = static_cast<uint32_t>(expectInteger("a number", kMax));
+            function.maxBlocks = static_cast<uint32_t>(expectInteger("a number", kMax));
         else if (word == "maxnreg")
-            function_.maxRegisters = static_cast<uint32_t>(expectInteger("a number", kMax));
+            function.maxRegisters = static_cast<uint32_t>(expectInteger("a number", kMax));
         else if (word == "reqnctapercluster")
-            parseTriple(function_.requiredCluster);
+            parseTriple(function.requiredCluster);
         else if (word == "maxclusterrank")
-            function_.maxClusterRank = static_cast<uint32_t>(expectInteger("a number", kMax));
+            function.maxClusterRank = static_cast<uint32_t>(expectInteger("a number", kMax));
         else if (word == "explicitcluster" || word == "blocksareclusters")
-            function_.explicitCluster = true;
+            function.explicitCluster = true;
         else if (word == "abi_preserve" || word == "abi_preserve_control")
             expectInteger("a number", kMax); // for the vendor's ABI; no effect here
         else if (word == "attribute") {
@@ -117,6 +117,41 @@ void Parser::declareParameters(std::vector<Variable>& variables, std::vector<uin
     }
 }
 
+namespace {
+
+std::string counted(size_t count, const char* what) {
+    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+std::string shapeOf(const Variable& variable) {
+    if (variable.isArray || variable.vector > 1)
+        return "an array of " + counted(variable.size, "byte");
+    return variable.type == Type::kPred ? "type .pred" : counted(variable.size, "byte");
+}
+
+std::string differenceOf(const std::vector<Variable>& here, const std::vector<Variable>& first,
+                         const char* what) {
+    if (here.size() != first.size())
+        return counted(here.size(), what) + " here, " + std::to_string(first.size());
+    for (size_t i = 0; i < here.size(); ++i)
+        if (shapeOf(here[i]) != shapeOf(first[i]))
+            return std::string(what) + " " + std::to_string(i + 1) + " of " + shapeOf(here[i]) +
+                   " here, of " + shapeOf(first[i]);
+    return {};
+}
+
+// How two declarations of a function contradict each other; "" if they agree. Types of one size
+// agree: compilers declare a parameter as .b32 that the definition calls .f32.
+std::string differenceOf(const Function& here, const Function& first) {
+    if (here.isEntry != first.isEntry)
+        return std::string(here.isEntry ? ".entry" : ".func") + " here, " +
+               (first.isEntry ? ".entry" : ".func");
+    const std::string results = differenceOf(here.results, first.results, "result");
+    return results.empty() ? differenceOf(here.parameters, first.parameters, "parameter") : results;
+}
+
+} // namespace
+
 void Parser::addFunction(Function&& function) {
     const auto variable = module_.variableIndex.find(function.name);
     if (variable != module_.variableIndex.end())
@@ -132,13 +167,37 @@ void Parser::addFunction(Function&& function) {
             fault(function.location, "function " + quoted(function.name) +
                                          " is defined twice; first at line " +
                                          std::to_string(first.location.line));
+        if (const std::string difference = differenceOf(function, first); !difference.empty())
+            diagnostics_.error(function.location, "function " + quoted(function.name) + " has " +
+                                                      difference + " at line " +
+                                                      std::to_string(first.location.line));
         if (function.hasBody)
             entry->second = index;
     }
     module_.functions.push_back(std::move(function));
 }
 
-// After .entry or .func: [attributes] [(results)] name [(parameters)] [directives] body or ';'
+// After .entry or .func: [attributes] [(results)] name [(parameters)] [directives]
+void Parser::parseHeader(Function& function) {
+    parseFunctionAttributes(function);
+    if (at('(')) {
+        if (function.isEntry)
+            fault(token_.location, "an .entry function has no results");
+        function.results = parseParameters(false);
+    }
+    function.location = token_.location;
+    function.name = expectName("a function name");
+    if (at('('))
+        function.parameters = parseParameters(false);
+    parseFunctionAttributes(function);
+    if (function.isEntry) {
+        for (const Variable& parameter : function.parameters)
+            if (parameter.space != Space::kParam)
+                fault(parameter.location, "parameters of an .entry function must be .param");
+    }
+}
+
+// After .entry or .func: a header, then a body or ';'
 void Parser::parseFunction(Linkage linkage, bool isEntry) {
     function_ = Function();
     source_ = SourcePosition();
@@ -146,22 +205,7 @@ void Parser::parseFunction(Linkage linkage, bool isEntry) {
     scopes_.beginFunction();
     function_.linkage = linkage;
     function_.isEntry = isEntry;
-    parseFunctionAttributes();
-    if (at('(')) {
-        if (isEntry)
-            fault(token_.location, "an .entry function has no results");
-        function_.results = parseParameters(false);
-    }
-    function_.location = token_.location;
-    function_.name = expectName("a function name");
-    if (at('('))
-        function_.parameters = parseParameters(false);
-    parseFunctionAttributes();
-    if (isEntry) {
-        for (const Variable& parameter : function_.parameters)
-            if (parameter.space != Space::kParam)
-                fault(parameter.location, "parameters of an .entry function must be .param");
-    }
+    parseHeader(function_);
     if (accept(';'))
         return addFunction(std::move(function_));
     if (!at('{'))
@@ -172,6 +216,19 @@ void Parser::parseFunction(Linkage linkage, bool isEntry) {
     declareParameters(function_.parameters, function_.parameterRegisters, SymbolKind::kParameter);
     parseBody();
     addFunction(std::move(function_));
+}
+
+// After .func inside a body: the declaration of a function of the module.
+void Parser::parseBodyFunction(Linkage linkage) {
+    Function function;
+    function.linkage = linkage;
+    parseHeader(function);
+    if (at('{'))
+        fault(function.location, "function " + quoted(function.name) +
+                                     " is defined in the body of function " +
+                                     quoted(function_.name) + ": a '}' may be missing before it");
+    expect(';', "after the declaration of a function");
+    addFunction(std::move(function));
 }
 
 // After the label: .callprototype [(results)] _ (parameters) [.noreturn] ;

@@ -89,7 +89,9 @@ private:
     void parseFunction(Linkage linkage, bool isEntry);
     std::vector<Variable> parseParameters(bool prototype);
     Variable parseParameter(bool prototype);
-    void parseFunctionAttributes();
+    void parseHeader(Function& function);
+    void parseBodyFunction(Linkage linkage);
+    void parseFunctionAttributes(Function& function);
     void parseTriple(uint32_t (&values)[3]);
     void declareParameters(std::vector<Variable>& variables, std::vector<uint32_t>& registers,
                            SymbolKind kind);

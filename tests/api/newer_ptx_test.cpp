@@ -11,9 +11,10 @@ class NewerPtx : public ApiTest {
 protected:
     // A ray generation program with the launch parameters' pointer in %rd1.
     static std::string program(const std::string& top, const std::string& body) {
-        return top + "\n.address_size 64\n.const .align 8 .b8 params[8];\n"
-                     ".visible .entry __raygen__main()\n{\n.reg .b64 %rd<8>;\n.reg .b32 %r<8>;\n"
-                     "ld.const.u64 %rd1, [params];\n" +
+        return top +
+               "\n.address_size 64\n.const .align 8 .b8 params[8];\n"
+               ".visible .entry __raygen__main()\n{\n.reg .b64 %rd<8>;\n.reg .b32 %r<8>;\n"
+               "ld.const.u64 %rd1, [params];\n" +
                body + "ret;\n}\n";
     }
     std::unique_ptr<Rig> rig(const std::string& text) {
@@ -58,11 +59,11 @@ TEST_F(NewerPtx, TargetsOfAnArchitecture) {
 // A fence of PTX 8.6, which LLVM 19 does not write and our table does not know, between a store and
 // a load.
 TEST_F(NewerPtx, VersionsThatLlvmDoesNotWrite) {
-    const std::string text = program(
-        ".version 8.6\n.target sm_90",
-        "st.global.u32 [%rd1], 41;\n"
-        "fence.proxy.async::generic.acquire.sync_restrict::shared::cluster.cluster;\n"
-        "ld.global.u32 %r1, [%rd1];\nadd.u32 %r1, %r1, 1;\nst.global.u32 [%rd1+4], %r1;\n");
+    const std::string text =
+        program(".version 8.6\n.target sm_90",
+                "st.global.u32 [%rd1], 41;\n"
+                "fence.proxy.async::generic.acquire.sync_restrict::shared::cluster.cluster;\n"
+                "ld.global.u32 %r1, [%rd1];\nadd.u32 %r1, %r1, 1;\nst.global.u32 [%rd1+4], %r1;\n");
     constexpr int kDriverOfPtx86 = 12070;
     if (computeCapability() < 90 || driverVersion() < kDriverOfPtx86) {
         OptixModule module = nullptr;
@@ -94,10 +95,10 @@ TEST_F(NewerPtx, WhatIsDeclaredAndNotUsed) {
 
 // Before PTX 6.4 warp functions needed no list of members.
 TEST_F(NewerPtx, OlderWarpFunctions) {
-    const auto one = rig(program(".version 6.0\n.target sm_60",
-                                 ".reg .pred %p;\nsetp.ne.u64 %p, %rd1, 0;\n"
-                                 "vote.ballot.b32 %r1, %p;\npopc.b32 %r1, %r1;\n"
-                                 "st.global.u32 [%rd1], %r1;\n"));
+    const auto one =
+        rig(program(".version 6.0\n.target sm_60", ".reg .pred %p;\nsetp.ne.u64 %p, %rd1, 0;\n"
+                                                   "vote.ballot.b32 %r1, %p;\npopc.b32 %r1, %r1;\n"
+                                                   "st.global.u32 [%rd1], %r1;\n"));
     one->link();
     Buffer out(4);
     one->run(out.address(), 1);
@@ -124,6 +125,31 @@ TEST_F(NewerPtx, AddressesOfAWord) {
     EXPECT_NE(OPTIX_SUCCESS, two->tryLink(1));
     EXPECT_TRUE(log_.hasError("line 13: ld.const.u32: ", "several variables in .const"))
         << log_.all();
+}
+
+// A block of a program declares the function that it calls and the module defines after it.
+TEST_F(NewerPtx, FunctionsDeclaredInBodies) {
+    const auto text = [](const std::string& declaration) {
+        return program(".version 7.8\n.target sm_70",
+                       "ld.global.u32 %r1, [%rd1];\n{ " + declaration +
+                           "\ncall.uni (%r2), tripled, (%r1);\n}\nst.global.u32 [%rd1], %r2;\n") +
+               ".func (.reg .b32 r) tripled(.param .b32 a)\n{\n.reg .b32 %r;\n"
+               "ld.param.u32 %r, [a];\nmul.lo.u32 r, %r, 3;\nret;\n}\n";
+    };
+    const auto one = rig(text(".func (.reg .b32 r) tripled(.param .b32 a);"));
+    one->link();
+    Buffer out(4);
+    out.as<uint32_t>()[0] = 14;
+    one->run(out.address(), 1);
+    EXPECT_EQ(42u, out.as<uint32_t>()[0]);
+    OptixModule module = nullptr;
+    const OptixModuleCompileOptions moduleOptions{};
+    const OptixPipelineCompileOptions options = compileOptions(0);
+    const std::string other = text(".func (.reg .b32 r) tripled(.param .b64 a);");
+    EXPECT_REJECTED(OPTIX_ERROR_INVALID_PTX, "optixModuleCreateFromPTX",
+                    "function 'tripled' has parameter 1 of 4 bytes here, of 8 bytes at line 11",
+                    optixModuleCreateFromPTX(context_, &moduleOptions, &options, other.data(),
+                                             other.size(), nullptr, nullptr, &module));
 }
 
 } // namespace

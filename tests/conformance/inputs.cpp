@@ -257,6 +257,10 @@ uint64_t inputBits(const std::string& type, unsigned position, unsigned index) {
     return bits == 64 ? value : value & ((1ull << bits) - 1);
 }
 
+size_t inputOffset(const std::string& type, unsigned position) {
+    return (size_t(inputNumber(type)) * kOperands + position) * kVectors * 8;
+}
+
 std::vector<uint64_t> allInputs() {
     std::vector<uint64_t> all;
     for (const std::string& type : inputTypes())

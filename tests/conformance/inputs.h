@@ -24,6 +24,8 @@ const std::vector<std::string>& inputTypes();
 unsigned inputNumber(const std::string& type);
 // Bits of the input of `type` at operand `position` of vector `index`.
 uint64_t inputBits(const std::string& type, unsigned position, unsigned index);
+// Where the inputs of `type` at operand `position` start in allInputs(), in bytes.
+size_t inputOffset(const std::string& type, unsigned position);
 // All of them, as the kernels read them: eight bytes each, by type, position and vector.
 std::vector<uint64_t> allInputs();
 

@@ -16,12 +16,16 @@
 //   conformance record-errors FILE
 //   conformance check-errors FILE
 //       largest errors of the .approx functions, by --samples N arguments of each (errors.h)
+//   conformance constants [--seed N] [--forms N]
+//       compares forms that have constant operands with the same forms and loaded operands
+//       (constants.h); the seed chooses the forms and constants, by default the clock chooses it
 //   conformance ptx FOLDER
 //       writes the modules as text
 //   conformance list
 //       prints the forms and how their results compare
 // --only TEXT limits each to forms with TEXT in their names.
 #include "compare.h"
+#include "constants.h"
 #include "driver.h"
 #include "errors.h"
 #include "matrix_cases.h"
@@ -32,6 +36,7 @@
 #include "texture_run.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -221,7 +226,7 @@ int list() {
 
 int main(int argc, char** argv) {
     std::vector<std::string> words(argv + 1, argv + argc);
-    std::string like, whole, samples = "1048576";
+    std::string like, whole, samples = "1048576", seed, count = "120";
     const auto option = [&](const std::string& name, std::string& value) {
         for (size_t i = 0; i + 1 < words.size(); ++i)
             if (words[i] == name) {
@@ -235,6 +240,8 @@ int main(int argc, char** argv) {
     option("--like", like);
     option("--samples", samples);
     option("--whole", whole);
+    option("--seed", seed);
+    option("--forms", count);
     const std::string verb = words.empty() ? "" : words[0];
     if (verb == "record" && words.size() == 2)
         return record(words[1], like);
@@ -265,6 +272,13 @@ int main(int argc, char** argv) {
         return verb == "record-errors" ? recordErrors(words[1], count, only)
                                        : checkErrors(words[1], count, only);
     }
+    if (verb == "constants" && words.size() == 1) {
+        const auto clock = std::chrono::system_clock::now().time_since_epoch();
+        const uint64_t number = seed.empty() ? uint64_t(clock / std::chrono::seconds(1))
+                                             : std::strtoull(seed.c_str(), nullptr, 10);
+        checkSelection(namesOf(allForms()), only);
+        return checkConstants(number, std::strtoull(count.c_str(), nullptr, 10), only) ? 0 : 1;
+    }
     if (verb == "ptx" && words.size() == 2)
         return writePtx(words[1]);
     if (verb == "list" && words.size() == 1)
@@ -273,7 +287,8 @@ int main(int argc, char** argv) {
                  "usage: conformance record FILE [--like FILE] | replay FILE [GAPS [DEVIATIONS]] | "
                  "record-textures FILE | replay-textures FILE [GAPS [DEVIATIONS]] | "
                  "record-matrices FILE [--whole 1] | replay-matrices FILE [GAPS] | "
-                 "record-errors FILE | check-errors FILE [--samples N] | ptx FOLDER | list   "
+                 "record-errors FILE | check-errors FILE [--samples N] | "
+                 "constants [--seed N] [--forms N] | ptx FOLDER | list   "
                  "[--only TEXT]\n");
     return 2;
 }

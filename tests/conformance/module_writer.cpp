@@ -18,11 +18,7 @@ bool isWordCharacter(char c) {
 }
 
 bool hasWord(const std::string& text, const std::string& word) {
-    for (size_t at = 0; (at = text.find(word, at)) != std::string::npos; ++at)
-        if ((at == 0 || !isWordCharacter(text[at - 1])) &&
-            (at + word.size() >= text.size() || !isWordCharacter(text[at + word.size()])))
-            return true;
-    return false;
+    return findWord(text, word) != std::string::npos;
 }
 
 bool uses(const std::vector<Form>& forms, const std::vector<size_t>& numbers,
@@ -45,8 +41,7 @@ std::string text(size_t number) {
 // Loads operand `position` of the kernel's forms.
 std::string loadInput(const std::string& type, unsigned position) {
     const std::string name = "a" + text(position);
-    const std::string at =
-        "[in+" + text((size_t(inputNumber(type)) * kOperands + position) * kVectors * 8) + "];\n";
+    const std::string at = "[in+" + text(inputOffset(type, position)) + "];\n";
     const std::string declaration = ".reg " + registerType(type) + " " + name + ";\n";
     if (type == "p")
         return declaration + "ld.global.b32 word, " + at + "setp.ne.u32 " + name + ", word, 0;\n";
@@ -138,6 +133,14 @@ std::vector<std::vector<size_t>> splitByKernel(const std::vector<Form>& forms,
 }
 
 } // namespace
+
+size_t findWord(const std::string& text, const std::string& word, size_t from) {
+    for (size_t at = from; (at = text.find(word, at)) != std::string::npos; ++at)
+        if ((at == 0 || !isWordCharacter(text[at - 1])) &&
+            (at + word.size() >= text.size() || !isWordCharacter(text[at + word.size()])))
+            return at;
+    return std::string::npos;
+}
 
 unsigned bytesOf(const std::string& outputType) {
     return (widthOf(outputType) + 7) / 8;

@@ -31,6 +31,9 @@ std::vector<std::vector<size_t>> splitForms(const std::vector<Form>& forms,
                                             const std::vector<size_t>& numbers);
 ModuleText writeModule(const std::vector<Form>& forms, const std::vector<size_t>& numbers);
 
+// Where `word`, a name of PTX, stands in `text`, or npos.
+size_t findWord(const std::string& text, const std::string& word, size_t from = 0);
+
 // Bytes of scratch memory per thread.
 constexpr unsigned kScratch = 64;
 

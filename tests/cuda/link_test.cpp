@@ -107,6 +107,49 @@ TEST_F(Link, SymbolsAcrossPieces) {
     EXPECT_EQ(cuMemFree(out), CUDA_SUCCESS);
 }
 
+// A block of the kernel declares the function that another piece defines.
+TEST_F(Link, FunctionsDeclaredInBodies) {
+    const size_t declaration = kMain.find(".extern .func"), end = kMain.find('\n', declaration);
+    const size_t block = kMain.find("        .param .b32 argument;");
+    const auto declaring = [&](const std::string& text) {
+        return kMain.substr(0, declaration) + kMain.substr(end, block - end) + text +
+               kMain.substr(block);
+    };
+    ASSERT_EQ(add(declaring(kMain.substr(declaration, end - declaration))), CUDA_SUCCESS);
+    ASSERT_EQ(add(kLibrary), CUDA_SUCCESS);
+    void* image = nullptr;
+    CUmodule module = nullptr;
+    CUfunction run = nullptr;
+    CUdeviceptr out = 0;
+    ASSERT_EQ(cuLinkComplete(link, &image, nullptr), CUDA_SUCCESS);
+    ASSERT_EQ(cuModuleLoadData(&module, image), CUDA_SUCCESS);
+    ASSERT_EQ(cuModuleGetFunction(&run, module, "run"), CUDA_SUCCESS);
+    ASSERT_EQ(cuMemAllocManaged(&out, 4, CU_MEM_ATTACH_GLOBAL), CUDA_SUCCESS);
+    unsigned x = 7;
+    void* params[] = {&out, &x};
+    ASSERT_EQ(cuLaunchKernel(run, 1, 1, 1, 1, 1, 1, 0, nullptr, params, nullptr), CUDA_SUCCESS);
+    ASSERT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
+    EXPECT_EQ(*reinterpret_cast<unsigned*>(out), 1021u);
+    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemFree(out), CUDA_SUCCESS);
+    // Declared with other parameters than the other piece, or the same one, defines it with.
+    const std::string other = ".func (.param .b32 result) triple(.param .b64 x);";
+    EXPECT_EQ(cuModuleLoadData(&module, (declaring(other) + kLibrary.substr(kHead.size())).c_str()),
+              CUDA_ERROR_INVALID_PTX);
+    CUlinkState second = nullptr;
+    ASSERT_EQ(cuLinkCreate(0, nullptr, nullptr, &second), CUDA_SUCCESS);
+    std::swap(link, second);
+    EXPECT_EQ(cuLinkDestroy(second), CUDA_SUCCESS);
+    std::string wide = declaring(other);
+    wide.replace(wide.find(".param .b32 argument"), 20, ".param .b64 argument");
+    ASSERT_EQ(add(wide), CUDA_SUCCESS);
+    ASSERT_EQ(add(kLibrary), CUDA_SUCCESS);
+    CUresult result = cuLinkComplete(link, &image, nullptr);
+    if (result == CUDA_SUCCESS)
+        result = cuModuleLoadData(&module, image);
+    EXPECT_EQ(result, CUDA_ERROR_INVALID_PTX);
+}
+
 // In any order, a strong kernel replaces weak ones of its name, and only one is allowed.
 TEST_F(Link, StrongKernelsWin) {
     const auto storing = [](const char* linkage, int value) {

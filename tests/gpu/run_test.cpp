@@ -71,6 +71,22 @@ TEST(GpuRun, EveryLaunchIndexRunsOnce) {
     }
 }
 
+TEST(GpuRun, FunctionsDeclaredInBodies) {
+    const std::string body = R"(
+    { .func (.reg .b32 r) tripled(.param .b32 a);
+      call.uni (%r2), tripled, (%r1); }
+    st.global.u32 [%rd1], %r2;
+)";
+    const Kernel kernel(raygen(body) + ".func (.reg .b32 r) tripled(.param .b32 a)\n{\n"
+                                       "ld.param.u32 r, [a];\nmul.lo.u32 r, r, 3;\nret;\n}\n");
+    Buffer output(16, 0);
+    static_cast<uint32_t*>(output.data())[1] = 14;
+    const auto report =
+        launch(kernel, recordOf(kFirstGroup, devlib::kGroupRaygen), output.data(), 1, 1, 1);
+    EXPECT_EQ(report.fatal, devlib::kNoReport);
+    EXPECT_EQ(*static_cast<const uint32_t*>(output.data()), 42u);
+}
+
 TEST(GpuRun, RecordsOfOtherGroupsAreReported) {
     Buffer output(256, 0);
     const Kernel kernel(raygen(kCount));

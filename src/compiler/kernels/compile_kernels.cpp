@@ -339,7 +339,6 @@ private:
         digest.add(buildId());
         digest.add(targetDescription());
         digest.add(uint64_t(checks("memory")));
-        digest.add(config(Setting::kIsa));
         for (const auto& module : modules_)
             digest.add(module->text);
         digest.add(uint64_t(options_.debugLevel));

@@ -2,7 +2,6 @@
 // See lockstep.h. Decides which kernels get code for a warp at a time.
 #include "compiler/lockstep/lockstep.h"
 
-#include "base/config.h"
 #include "base/log.h"
 #include "compiler/lockstep/emit.h"
 #include "compiler/passes/flush.h"
@@ -27,9 +26,6 @@ namespace {
 constexpr const char* kWarpFeatures[] = {"+avx512f", "+avx512bw", "+avx512dq", "+avx512vl"};
 
 bool hasMasks(LentMachine& machine) {
-    const std::string& highest = config(Setting::kIsa);
-    if (!highest.empty() && highest != "avx512")
-        return false;
     const std::string features = "," + machine->getTargetFeatureString().str() + ",";
     for (const char* feature : kWarpFeatures)
         if (features.find("," + std::string(feature) + ",") == std::string::npos)

@@ -37,6 +37,24 @@
 
 namespace sunstone::compiler {
 
+namespace {
+
+class UnlessManyLoops : public llvm::PassInfoMixin<UnlessManyLoops> {
+public:
+    explicit UnlessManyLoops(llvm::LoopPassManager passes)
+        : passes_(llvm::createFunctionToLoopPassAdaptor(std::move(passes), false, false)) {}
+    llvm::PreservedAnalyses run(llvm::Function& function, llvm::FunctionAnalysisManager& analyses) {
+        const auto& loops = analyses.getResult<llvm::LoopAnalysis>(function);
+        return loops.getLoopsInPreorder().size() > kManyLoops ? llvm::PreservedAnalyses::all()
+                                                              : passes_.run(function, analyses);
+    }
+
+private:
+    llvm::FunctionToLoopPassAdaptor passes_;
+};
+
+} // namespace
+
 struct Optimizer::Managers {
     llvm::LoopAnalysisManager loops;
     llvm::FunctionAnalysisManager functions;
@@ -80,6 +98,7 @@ void Optimizer::dump(const char* stage) {
 
 void Optimizer::promote() {
     llvm::FunctionPassManager functions;
+    functions.addPass(RegisterPass());
     functions.addPass(llvm::SROAPass(llvm::SROAOptions::PreserveCFG));
     functions.addPass(PointerPass());
     functions.addPass(llvm::SROAPass(llvm::SROAOptions::PreserveCFG));
@@ -132,7 +151,7 @@ void Optimizer::optimize() {
         loopsLate.addPass(llvm::LoopFullUnrollPass(2));
     main.addPass(llvm::createFunctionToLoopPassAdaptor(std::move(loops), true, false));
     if (level_ >= OptLevel::k2) {
-        main.addPass(llvm::createFunctionToLoopPassAdaptor(std::move(loopsLate), false, false));
+        main.addPass(UnlessManyLoops(std::move(loopsLate)));
         main.addPass(PointerPass()); // unrolling makes indices constant
         main.addPass(llvm::SROAPass(llvm::SROAOptions::ModifyCFG));
     }

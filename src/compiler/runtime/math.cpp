@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transcendental functions, and the library functions that the code generator may call.
+// Transcendental functions; the list of all functions of the run-time.
 #include "compiler/runtime/runtime.h"
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
 namespace sunstone::compiler {
 
@@ -49,14 +48,6 @@ const void* addressOf(Function* function) {
 
 } // namespace
 
-extern "C" {
-// From the compiler's support library.
-__int128 __divti3(__int128, __int128);
-__int128 __modti3(__int128, __int128);
-unsigned __int128 __udivti3(unsigned __int128, unsigned __int128);
-unsigned __int128 __umodti3(unsigned __int128, unsigned __int128);
-}
-
 void addMathSymbols(std::vector<RuntimeSymbol>& symbols) {
     const RuntimeSymbol own[] = {
         {"sunstone_sin_f32", addressOf(sine)},
@@ -65,26 +56,6 @@ void addMathSymbols(std::vector<RuntimeSymbol>& symbols) {
         {"sunstone_ex2_f32", addressOf(exponential2)},
         {"sunstone_tanh_f32", addressOf(hyperbolicTangent)},
         {"sunstone_fns", addressOf(findNth)},
-        {"memcpy", addressOf<void*(void*, const void*, size_t)>(std::memcpy)},
-        {"memmove", addressOf<void*(void*, const void*, size_t)>(std::memmove)},
-        {"memset", addressOf<void*(void*, int, size_t)>(std::memset)},
-        {"fma", addressOf<double(double, double, double)>(std::fma)},
-        {"fmaf", addressOf<float(float, float, float)>(std::fma)},
-        {"floor", addressOf<double(double)>(std::floor)},
-        {"floorf", addressOf<float(float)>(std::floor)},
-        {"ceil", addressOf<double(double)>(std::ceil)},
-        {"ceilf", addressOf<float(float)>(std::ceil)},
-        {"trunc", addressOf<double(double)>(std::trunc)},
-        {"truncf", addressOf<float(float)>(std::trunc)},
-        // With the default rounding mode these have the results of roundeven.
-        {"roundeven", addressOf<double(double)>(std::nearbyint)},
-        {"roundevenf", addressOf<float(float)>(std::nearbyint)},
-        {"sqrt", addressOf<double(double)>(std::sqrt)},
-        {"sqrtf", addressOf<float(float)>(std::sqrt)},
-        {"__divti3", addressOf(__divti3)},
-        {"__modti3", addressOf(__modti3)},
-        {"__udivti3", addressOf(__udivti3)},
-        {"__umodti3", addressOf(__umodti3)},
     };
     symbols.insert(symbols.end(), std::begin(own), std::end(own));
 }
@@ -95,6 +66,7 @@ const std::vector<RuntimeSymbol>& runtimeSymbols() {
         std::vector<RuntimeSymbol>& symbols = *made;
         addRoundingSymbols(symbols);
         addMathSymbols(symbols);
+        addLibrarySymbols(symbols);
         addKernelSymbols(symbols);
         addAsyncSymbols(symbols);
         addTextureSymbols(symbols);

@@ -20,6 +20,7 @@ const std::vector<RuntimeSymbol>& runtimeSymbols();
 // The groups that make up runtimeSymbols(), one per source file.
 void addRoundingSymbols(std::vector<RuntimeSymbol>& symbols);
 void addMathSymbols(std::vector<RuntimeSymbol>& symbols);
+void addLibrarySymbols(std::vector<RuntimeSymbol>& symbols);
 void addKernelSymbols(std::vector<RuntimeSymbol>& symbols);
 void addTextureSymbols(std::vector<RuntimeSymbol>& symbols);
 void addCheckSymbols(std::vector<RuntimeSymbol>& symbols);

@@ -170,6 +170,33 @@ done: st.param.b32 [out], %r0; ret;
     }
 }
 
+// A block declares the function that it calls; the definition stands before or after the kernel.
+TEST(Call, FunctionsDeclaredInBodies) {
+    const auto definition = [](const char* name, int factor) {
+        return std::string(".func (.reg .u32 r) ") + name +
+               "(.param .b64 a) { .reg .b64 %rd; ld.param.u64 %rd, [a]; ld.u32 r, [%rd]; "
+               "mul.lo.u32 r, r, " +
+               std::to_string(factor) + "; ret; }\n";
+    };
+    const auto code = compileKernels(parse(kHeader + definition("before", 3) + R"(
+.visible .entry k(.param .u64 p) {
+  .reg .b64 %rd; .reg .u32 %r<3>; .reg .pred %p;
+  ld.param.u64 %rd, [p]; mov.u32 %r2, 0;
+again:
+  { .func (.reg .u32 r) before(.param .b64 a); call.uni (%r1), before, (%rd); st.u32 [%rd], %r1; }
+  { .extern .func (.reg .u32 r) after(.param .b64 a);
+    { .func (.reg .u32 r) after(.param .b64 a); call.uni (%r1), after, (%rd); st.u32 [%rd], %r1; } }
+  add.u32 %r2, %r2, 1; setp.lt.u32 %p, %r2, 2; @%p bra again;
+  ret;
+}
+)" + definition("after", 5)));
+    uint32_t value = 7;
+    const uint32_t* pointer = &value;
+    KernelThread thread{};
+    kernelOf(*code, "k")(&thread, &pointer);
+    EXPECT_EQ(value, 7u * 15 * 15);
+}
+
 TEST(Variables, InitialisersAndLookUp) {
     const auto code = compileKernels(parse(std::string(kHeader) + R"(
 .visible .const .align 4 .b8 short[8] = {1, 2};

@@ -214,5 +214,24 @@ TEST(Float, Half) {
     });
 }
 
+// The code generator may call library functions for these.
+TEST(Float, HalfAndAConstant) {
+    run({
+        {"mov.b16 %rs5, 0x3c00; min.f16 %rs0, %rs1, %rs5;", {0x4000}, 's', 0x3c00},
+        {"mov.b16 %rs5, 0x3c00; min.f16 %rs0, %rs1, %rs5;", {0x7e00}, 's', 0x3c00},
+        {"mov.b16 %rs5, 0x3c00; min.NaN.f16 %rs0, %rs1, %rs5;", {0x7e00}, 's', 0x7fff},
+        {"mov.b16 %rs5, 0x3c00; max.f16 %rs0, %rs5, %rs1;", {0x4000}, 's', 0x4000},
+        {"mov.b16 %rs5, 0x3c00; max.ftz.f16 %rs0, %rs1, %rs5;", {0x0001}, 's', 0x3c00},
+        {"mov.b16 %rs5, 0x3f80; max.bf16 %rs0, %rs1, %rs5;", {0x4000}, 's', 0x4000},
+        {"mov.b16 %rs5, 0x3f80; min.NaN.bf16 %rs0, %rs1, %rs5;", {0x7fc1}, 's', 0x7fff},
+        {"mov.b32 %r5, 0x3c004000; min.f16x2 %r0, %r1, %r5;", {0x40003c00}, 'r', 0x3c003c00},
+        {"mov.b32 %r5, 0x3c004000; max.ftz.NaN.f16x2 %r0, %r1, %r5;",
+         {0x7e013c00},
+         'r',
+         0x7fff4000},
+        {"mov.b32 %r5, 0x3f804000; max.bf16x2 %r0, %r1, %r5;", {0x40003f80}, 'r', 0x40004000},
+    });
+}
+
 } // namespace
 } // namespace sunstone::compiler::testing
