@@ -113,7 +113,7 @@ compiler::PipelineRules CompileOptions::rules() const {
 
 compiler::PipelineRules DeviceContext::rulesOf(const CompileOptions& options) const {
     compiler::PipelineRules rules = options.rules();
-    if (validation)
+    if (engine->validation)
         rules.exceptionFlags |= OPTIX_EXCEPTION_FLAG_STACK_OVERFLOW |
                                 OPTIX_EXCEPTION_FLAG_TRACE_DEPTH | OPTIX_EXCEPTION_FLAG_DEBUG;
     return rules;

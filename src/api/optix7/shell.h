@@ -29,7 +29,6 @@ struct CompileOptions;
 struct DeviceContext {
     std::shared_ptr<engine::Context> engine;
     void* cudaContext = nullptr;
-    bool validation = false;
     Abi abi = kNewestAbi; // of the client that created it
 
     // Passes a line to the callback, if its level permits, and to the engine's own log.
@@ -119,6 +118,18 @@ OptixResult guarded(const std::shared_ptr<DeviceContext>& context, const char* f
 // Finds the context of a handle, for use outside guards; null if it is not alive.
 inline std::shared_ptr<DeviceContext> peek(OptixDeviceContext handle) {
     return contexts().find(handle);
+}
+
+// A call in progress, as its checks of arguments need it.
+struct ApiCall {
+    DeviceContext& context;
+    const char* function;
+};
+
+// See engine::tolerate.
+template <class... Parts>
+void tolerate(const ApiCall& call, const char* consequence, const Parts&... parts) {
+    engine::tolerate(*call.context.engine, call.function, message(parts...), consequence);
 }
 
 // Throws kInvalidValue "NAME is null".
