@@ -126,7 +126,7 @@ OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
         std::weak_ptr<DeviceContext> weak = object;
         object->engine->log = [weak](LogLevel level, std::string_view tag, std::string_view text) {
             if (auto alive = weak.lock())
-                alive->log(level, tag, text);
+                alive->logQueued(level, tag, text);
         };
         object->engine->cache = std::make_shared<engine::CompileCache>(
             [weak](LogLevel level, const std::string& text) {

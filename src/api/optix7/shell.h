@@ -33,6 +33,9 @@ struct DeviceContext {
 
     // Passes a line to the callback, if its level permits, and to the engine's own log.
     void log(LogLevel level, std::string_view tag, std::string_view text);
+    // The same for lines of queued work. No call returns its errors with their cause, so without a
+    // callback that receives them the first one goes to stderr.
+    void logQueued(LogLevel level, std::string_view tag, std::string_view text);
     // The rules for the options; validation mode adds all exceptions of the library.
     compiler::PipelineRules rulesOf(const CompileOptions& options) const;
     void setCallback(OptixLogCallback function, void* data, unsigned level);
@@ -42,6 +45,7 @@ private:
     OptixLogCallback callback_ = nullptr;
     void* callbackData_ = nullptr;
     std::atomic<unsigned> level_{0};
+    std::atomic<bool> hasPrinted_{false}; // an error of queued work, on stderr
 };
 
 // Pipeline compile options in a form that can be stored and compared.
