@@ -67,6 +67,7 @@ public:
                 tolerate(call_, "the rest is ignored", where, "numVertices = ", in.numVertices,
                          " is not a multiple of 3, and there are no indices");
             t.numTriangles = in.numVertices / 3;
+            t.numVertices = 3 * t.numTriangles;
         } else {
             t.numTriangles = in.numIndexTriplets;
         }

@@ -141,8 +141,8 @@ static void checkCompaction(const Context& context, const bvh::BlockHeader& head
              " overlaps the structure that is compacted");
 }
 
-// An invalid structure or buffer is an error of this call if the stream is idle; else the call does
-// not wait, and the kernel finds it.
+// An invalid structure or buffer is an error of this call if the stream is idle, and in validation
+// mode; else the call does not wait, and the kernel finds it.
 uint64_t GpuBackend::compactAccel(const ContextPtr& context, void* stream, uint64_t handle,
                                   void* destination, size_t destinationSize) {
     ContextScope scope(device_.context());
@@ -150,7 +150,7 @@ uint64_t GpuBackend::compactAccel(const ContextPtr& context, void* stream, uint6
     const uint64_t to = uint64_t(destination);
     requireStructure(handle, "inputHandle");
     tellOfBuilds(*context);
-    if (builder().isIdle(CUstream(stream)))
+    if (context->validation || builder().isIdle(CUstream(stream)))
         checkCompaction(*context, headerOf(handle, CUstream(stream), "inputHandle"), handle, to,
                         destinationSize);
     builder().compact(CUstream(stream), source, to, destinationSize);
