@@ -577,7 +577,11 @@ typedef struct CUlaunchConfig_st {
     unsigned int numAttrs;
 } CUlaunchConfig;
 
-typedef struct CUctxCreateParams_st CUctxCreateParams;
+typedef struct CUctxCreateParams_st {
+    struct CUexecAffinityParam_st* execAffinityParams;
+    int numExecAffinityParams;
+    struct CUctxCigParam_st* cigParams;
+} CUctxCreateParams;
 typedef void(CUDA_CB* CUstreamCallback)(CUstream stream, CUresult status, void* userData);
 typedef void(CUDA_CB* CUhostFn)(void* userData);
 typedef size_t(CUDA_CB* CUoccupancyB2DSize)(int blockSize);

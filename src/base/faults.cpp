@@ -3,6 +3,7 @@
 #include "base/faults.h"
 
 #include "base/error.h"
+#include "base/x86_operand.h"
 
 #include <csignal>
 #include <mutex>
@@ -39,15 +40,52 @@ bool isInstalled = false;
 constexpr int kSignals[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL};
 struct sigaction previous[NSIG];
 
-const void* instructionOf(const ucontext_t& context) {
 #if defined(__x86_64__)
-    return reinterpret_cast<const void*>(context.uc_mcontext.gregs[REG_RIP]);
-#elif defined(__aarch64__)
-    return reinterpret_cast<const void*>(context.uc_mcontext.pc);
-#else
-    (void)context;
-    return nullptr;
+// For accesses that are misaligned, or lead to an address that is not canonical, the kernel reports
+// address 0 and this code.
+void findHiddenAddress(const ucontext_t& context, FaultFrame& frame) {
+    const auto& all = context.uc_mcontext.gregs;
+    const X86Registers registers = {
+        uint64_t(all[REG_RAX]), uint64_t(all[REG_RCX]), uint64_t(all[REG_RDX]),
+        uint64_t(all[REG_RBX]), uint64_t(all[REG_RSP]), uint64_t(all[REG_RBP]),
+        uint64_t(all[REG_RSI]), uint64_t(all[REG_RDI]), uint64_t(all[REG_R8]),
+        uint64_t(all[REG_R9]),  uint64_t(all[REG_R10]), uint64_t(all[REG_R11]),
+        uint64_t(all[REG_R12]), uint64_t(all[REG_R13]), uint64_t(all[REG_R14]),
+        uint64_t(all[REG_R15])};
+    uint64_t address = 0;
+    frame.kind = FaultFrame::kUnknownAddress;
+    if (!accessedAddress(static_cast<const uint8_t*>(frame.instruction), registers, address))
+        return;
+    frame.address = reinterpret_cast<const void*>(address);
+    constexpr uint64_t kVector = 16; // the least alignment that any instruction needs
+    if (!isCanonical(address))
+        frame.kind = FaultFrame::kAccess;
+    else if (address % kVector != 0)
+        frame.kind = FaultFrame::kMisaligned;
+}
 #endif
+
+// The address of an access, and the kind of fault, from what the kernel passes to the handler.
+void describeMachine(const siginfo_t& info, const ucontext_t& context, FaultFrame& frame) {
+    frame.address = info.si_addr;
+    frame.kind = FaultFrame::kAccess;
+#if defined(__x86_64__)
+    frame.instruction = reinterpret_cast<const void*>(context.uc_mcontext.gregs[REG_RIP]);
+    frame.stackPointer = reinterpret_cast<const void*>(context.uc_mcontext.gregs[REG_RSP]);
+    if (info.si_code == SI_KERNEL && (frame.signal == SIGSEGV || frame.signal == SIGBUS))
+        findHiddenAddress(context, frame);
+#elif defined(__aarch64__)
+    frame.instruction = reinterpret_cast<const void*>(context.uc_mcontext.pc);
+    frame.stackPointer = reinterpret_cast<const void*>(context.uc_mcontext.sp);
+#endif
+    if (frame.signal == SIGBUS && info.si_code == BUS_ADRALN)
+        frame.kind = FaultFrame::kMisaligned;
+    // Memory this close to the stack pointer is there, unless the stack ends.
+    constexpr uint64_t kNear = 64 << 10;
+    const auto distance = reinterpret_cast<uint64_t>(frame.address) -
+                          reinterpret_cast<uint64_t>(frame.stackPointer) + kNear;
+    if (frame.signal == SIGSEGV && frame.stackPointer && distance < 2 * kNear)
+        frame.kind = FaultFrame::kStackOverflow;
 }
 
 // Passes the signal to the handler that was installed before ours.
@@ -83,8 +121,7 @@ void onSignal(int signal, siginfo_t* info, void* context) {
     const auto& machine = *static_cast<const ucontext_t*>(context);
     frame->signal = signal;
     frame->cause = nullptr;
-    frame->address = info->si_addr;
-    frame->instruction = instructionOf(machine);
+    describeMachine(*info, machine, *frame);
     pthread_sigmask(SIG_SETMASK, &machine.uc_sigmask, nullptr); // the jump does not restore the
                                                                 // mask
     std::longjmp(frame->jump, kJumpFault);
@@ -178,16 +215,30 @@ void endDeviceCode(const char* cause, const void* address, const void* instructi
 
 std::string describeFault(const FaultFrame& frame) {
     if (frame.cause)
-        return message(frame.cause, frame.address);
+        return frame.address ? message(frame.cause, frame.address) : frame.cause;
     switch (frame.signal) {
     case SIGFPE:
         return message("integer division fault at instruction ", frame.instruction);
     case SIGILL:
         return message("illegal instruction at ", frame.instruction);
-    case SIGBUS:
-        return message("invalid memory access (bus error) to address ", frame.address);
     default:
-        return message("invalid memory access to address ", frame.address);
+        break;
+    }
+    switch (frame.kind) {
+    case FaultFrame::kMisaligned:
+        return message("misaligned memory access to address ", frame.address);
+    case FaultFrame::kUnknownAddress:
+        return message("invalid memory access by the instruction at ", frame.instruction,
+                       ", to an address that no memory has, or that is misaligned");
+    case FaultFrame::kStackOverflow:
+        return message("stack overflow at address ", frame.address);
+    default: {
+        // The stack segment's fault for addresses that are not canonical is a bus error, too.
+        const bool isBus =
+            frame.signal == SIGBUS && isCanonical(reinterpret_cast<uint64_t>(frame.address));
+        return message("invalid memory access ", isBus ? "(bus error) " : "", "to address ",
+                       frame.address);
+    }
     }
 }
 

@@ -22,6 +22,9 @@ struct FaultFrame {
     int signal = 0;                // the signal's number
     const void* address = nullptr; // the accessed address; for SIGFPE and SIGILL the instruction's
     const void* instruction = nullptr;
+    const void* stackPointer = nullptr;
+    enum Kind { kAccess, kMisaligned, kUnknownAddress, kStackOverflow };
+    Kind kind = kAccess; // of SIGSEGV and SIGBUS
     // From endDeviceCode, which uses no signal; `signal` is 0.
     const char* cause = nullptr;
 };
@@ -49,7 +52,7 @@ bool runFaultable(FaultFrame& frame, const Body& body) {
 }
 
 // For functions that device code calls: ends the calling thread's device code as a fault does. The
-// cause lives for ever, and `address` completes it. Returns if no frame receives faults.
+// cause lives for ever, and `address`, if not null, completes it. Returns if no frame receives faults.
 void endDeviceCode(const char* cause, const void* address, const void* instruction);
 
 // One line with the kind of fault and the address.

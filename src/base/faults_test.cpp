@@ -104,6 +104,8 @@ TEST_F(Faults, AnOverflownStackIsAFault) {
         }
     }).join();
     EXPECT_EQ(SIGSEGV, frame.signal);
+    EXPECT_NE(std::string::npos, describeFault(frame).find("stack overflow at address"))
+        << describeFault(frame);
 }
 
 // The application has no handler: the process ends by the default action.

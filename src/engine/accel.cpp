@@ -68,6 +68,13 @@ const void* const* AccelInputs::keepKeys(std::vector<const void*> buffers) {
     return keys.back().data();
 }
 
+void tolerateCompaction(const Context& context, uint64_t handle) {
+    tolerate(context, "compaction",
+             message("inputHandle = ", reinterpret_cast<void*>(handle),
+                     " was built without ALLOW_COMPACTION"),
+             "it is compacted");
+}
+
 uint64_t cpu::buildAccel(const ContextPtr& context, AccelBuild request) {
     bool isInstances = request.inputs->instances != nullptr;
     uint64_t handle =
@@ -96,8 +103,7 @@ uint64_t cpu::compactAccel(const ContextPtr& context, void* stream, uint64_t han
     const devlib::HandleTag tag = devlib::tagOf(handle);
     const void* source = checkedBlock(*context, handle, "inputHandle");
     if (!bvh::allowsCompaction(source))
-        fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
-             " was built without ALLOW_COMPACTION");
+        tolerateCompaction(*context, handle);
     uint64_t size = bvh::compactedSize(source);
     if (destinationSize < size)
         fail(Code::kInvalidValue, "outputBufferSizeInBytes = ", destinationSize,

@@ -64,6 +64,9 @@ uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request)
 uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uint64_t handle,
                       void* destination, size_t destinationSize);
 
+// For the back ends: see tolerate; the structure was built without the flag for compaction.
+void tolerateCompaction(const Context& context, uint64_t handle);
+
 // Whether the info is from a structure in the format of this context's device, or of an array of
 // micromaps.
 bool isRelocatable(const Context& context, const bvh::RelocationInfo& info);

@@ -6,6 +6,14 @@
 
 namespace sunstone::engine {
 
+void tolerate(const Context& context, const char* place, const std::string& rule,
+              const char* consequence) {
+    if (context.validation)
+        fail(Code::kInvalidValue, rule);
+    if (context.log)
+        context.log(LogLevel::kWarning, "API", message(place, ": ", rule, "; ", consequence));
+}
+
 void enqueueLogged(const std::shared_ptr<Context>& context, void* stream, const char* tag,
                    std::function<void()> work) {
     requireSharedMemory(*context, tag);

@@ -18,6 +18,8 @@ namespace sunstone::engine {
 
 struct Context {
     device::Device* device = nullptr; // the back end's
+    // Broken rules that do no harm are errors; else the log has a warning.
+    bool validation = false;
     std::shared_ptr<Backend> backend;
     // Receives each line for this context; may be called from any thread.
     std::function<void(LogLevel, std::string_view tag, std::string_view text)> log;
@@ -27,6 +29,11 @@ struct Context {
     std::atomic<uint32_t> nextGroup{1};
     const Wording* wording = &plainWording(); // of messages
 };
+
+// Reports a broken rule that does no harm: validation mode refuses the call; else the log has the
+// warning "PLACE: RULE; CONSEQUENCE".
+void tolerate(const Context& context, const char* place, const std::string& rule,
+              const char* consequence);
 
 // For the CPU. Queues work on a stream: its failure is logged with the context, under this tag, and
 // kept by the stream.

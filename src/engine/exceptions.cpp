@@ -3,7 +3,7 @@
 
 #include "base/error.h"
 #include "check/memory_check.h"
-#include "compiler/compiler.h"
+#include "compiler/debug/place.h"
 
 #include <algorithm>
 #include <pthread.h>
@@ -71,17 +71,13 @@ std::string describeFaultInCode(const FaultFrame& fault) {
     std::string text = describeFault(fault);
     if (const std::string freed = check::describeFreed(fault.address); !freed.empty())
         text += " (" + freed + ")";
-    compiler::SourceLocation place;
-    if (!compiler::sourceLocation(fault.instruction, place))
-        return text;
-    if (!place.function.empty())
-        text += message(", in ", place.function);
-    return text + message(", at ", place.file, ":", place.line);
+    return text + compiler::placeText(fault.instruction);
 }
 
 } // namespace
 
-std::string describeException(const ThreadState& thread, const Wording& wording) {
+std::string describeException(const ThreadState& thread, const Wording& wording,
+                              const void* instruction) {
     const int32_t code = thread.exceptionCode;
     const char* name = wording.exceptionName(code);
     if (!name)
@@ -93,8 +89,8 @@ std::string describeException(const ThreadState& thread, const Wording& wording)
                                                        : message(" (exception ", code, ")")) +
                                        details(code, thread.exception);
     if (thread.exception.line)
-        text += message(", at ", thread.exception.line);
-    return text;
+        return text + message(", at ", thread.exception.line);
+    return text + compiler::placeText(instruction);
 }
 
 std::string unknownHandleRemark(uint64_t handle) {
@@ -119,8 +115,9 @@ uint64_t stackLimitOfThread() {
     return limit;
 }
 
-void ExceptionRecord::add(const ThreadState& thread, const LaunchState& launch) {
-    addWith([&] { return describeException(thread, wording_); }, thread, launch);
+void ExceptionRecord::add(const ThreadState& thread, const LaunchState& launch,
+                          const void* instruction) {
+    addWith([&] { return describeException(thread, wording_, instruction); }, thread, launch);
 }
 
 void ExceptionRecord::add(const FaultFrame& fault, const ThreadState& thread,

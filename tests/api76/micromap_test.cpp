@@ -175,9 +175,6 @@ TEST_F(MicromapArguments, OfArrays) {
         return [](Input&) {};
     };
     const OptixOpacityMicromapHistogramEntry good = array_.histogram[0];
-    constexpr OptixOpacityMicromapFlags kFast = OPTIX_OPACITY_MICROMAP_FLAG_PREFER_FAST_TRACE;
-    expectBad("flags = 3",
-              [](Input& in) { in.flags = kFast | OPTIX_OPACITY_MICROMAP_FLAG_PREFER_FAST_BUILD; });
     expectBad("flags = 4", [](Input& in) { in.flags = 4; });
     expectBad("micromapHistogramEntries", [](Input& in) { in.micromapHistogramEntries = nullptr; });
     expectBad("subdivisionLevel = 13", withEntry({1, 13, OPTIX_OPACITY_MICROMAP_FORMAT_2_STATE}));
@@ -225,6 +222,46 @@ TEST_F(MicromapArguments, OfArrays) {
                   optixOpacityMicromapArrayComputeMemoryUsage(context, &array_.input, &sizes));
         EXPECT_NE(OPTIX_SUCCESS,
                   optixOpacityMicromapArrayBuild(context, nullptr, &array_.input, &array_.buffers));
+    }
+}
+
+// Broken rules that do no harm: a warning, an error in validation mode.
+TEST_F(MicromapArguments, HarmlessFaults) {
+    const Buffer indices(64);
+    for (const bool validation : {false, true}) {
+        OptixDeviceContextOptions options{};
+        options.logCallbackFunction = LogRecord::callback;
+        options.logCallbackData = &log_;
+        options.logCallbackLevel = 4;
+        if (validation)
+            options.validationMode = OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_ALL;
+        ASSERT_OK(optixDeviceContextDestroy(context_));
+        ASSERT_OK(optixDeviceContextCreate(nullptr, &options, &context_));
+        const OptixResult expected = validation ? OPTIX_ERROR_INVALID_VALUE : OPTIX_SUCCESS;
+        const auto tolerated = [&](const char* function, const char* mention, OptixResult result) {
+            waitForDevice();
+            EXPECT_EQ(expected, result) << log_.all();
+            bool found = false;
+            for (const LogLine& line : log_.lines())
+                found |= line.level == (validation ? 2u : 3u) &&
+                         line.text.find(function) != std::string::npos &&
+                         line.text.find(mention) != std::string::npos;
+            EXPECT_TRUE(found) << function << ": " << log_.all();
+            log_.clear();
+        };
+        OptixOpacityMicromapArrayBuildInput input = array_.input;
+        input.flags = OptixOpacityMicromapFlags(OPTIX_OPACITY_MICROMAP_FLAG_PREFER_FAST_TRACE |
+                                                OPTIX_OPACITY_MICROMAP_FLAG_PREFER_FAST_BUILD);
+        OptixMicromapBufferSizes sizes{};
+        tolerated(kArrayUsage, "flags = 3",
+                  optixOpacityMicromapArrayComputeMemoryUsage(context_, &input, &sizes));
+        tolerated(kArrayBuild, "flags = 3",
+                  optixOpacityMicromapArrayBuild(context_, nullptr, &input, &array_.buffers));
+        OptixBuildInput linear = mesh_->input;
+        useLinear(linear, array_);
+        linear.triangleArray.opacityMicromap.indexBuffer = indices.address();
+        tolerated(kBuild, "indexBuffer is set", build(linear));
+        EXPECT_EQ(validation, handle_ == kNoHandle);
     }
 }
 
@@ -322,8 +359,6 @@ TEST_F(MicromapArguments, OfBuildInputs) {
         "opacityMicromapArray is set",
         [](Micromap& m) { m.indexingMode = OPTIX_OPACITY_MICROMAP_ARRAY_INDEXING_MODE_NONE; },
         true);
-    expectBadInput(
-        "indexBuffer is set", [&](Micromap& m) { m.indexBuffer = indices.address(); }, true);
     expectBadInput(
         "indexBuffer",
         [&](Micromap& m) {

@@ -94,6 +94,22 @@ TEST_F(Driver, Contexts) {
     }).join();
 }
 
+TEST_F(Driver, ContextParameters) {
+    CUctxCreateParams params{};
+    CUcontext made = nullptr;
+    ASSERT_EQ(cuCtxCreate(&made, &params, 0, 0), CUDA_SUCCESS) << "all zero asks for nothing";
+    EXPECT_EQ(cuCtxDestroy(made), CUDA_SUCCESS);
+    params.numExecAffinityParams = 1;
+    EXPECT_EQ(cuCtxCreate(&made, &params, 0, 0), CUDA_ERROR_NOT_SUPPORTED);
+    params = {};
+    params.cigParams = reinterpret_cast<decltype(params.cigParams)>(&params);
+    EXPECT_EQ(cuCtxCreate(&made, &params, 0, 0), CUDA_ERROR_NOT_SUPPORTED);
+    EXPECT_EQ(cuCtxCreate(&made, garbage<CUctxCreateParams*>(), 0, 0), CUDA_ERROR_INVALID_VALUE);
+    CUcontext current = nullptr;
+    EXPECT_EQ(cuCtxGetCurrent(&current), CUDA_SUCCESS);
+    EXPECT_EQ(current, context) << "refused calls change nothing";
+}
+
 TEST_F(Driver, Allocations) {
     CUdeviceptr p = 0;
     EXPECT_EQ(cuMemAlloc(nullptr, 16), CUDA_ERROR_INVALID_VALUE);

@@ -182,6 +182,8 @@ TEST_F(Launch, WildAddressesAreErrors) {
                 EXPECT_EQ(result, CUDA_ERROR_ILLEGAL_ADDRESS);
                 const std::string log = testing::internal::GetCapturedStderr();
                 EXPECT_NE(std::string::npos, log.find("kernel fill: invalid memory access")) << log;
+                if (out != 0)
+                    EXPECT_NE(std::string::npos, log.find("to address 0xdead00000000")) << log;
                 // A warp runs together.
                 const char* const first = "block (0, 0, 0), thread (0, 0, 0) to (31, 0, 0)";
                 if (blocks == 1)
@@ -211,6 +213,32 @@ const char* const kFaults = R"(.version 7.0
     ret;
 }
 )";
+
+// A trap says which thread of which block, and the line.
+TEST_F(Launch, TrapsNameTheirPlace) {
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+    GTEST_SKIP() << "a sanitizer reports faults";
+#endif
+#endif
+    const std::string start = ".version 7.0\n.target sm_60\n.address_size 64\n"
+                              ".file 1 \"/src/stop.cu\"\n.visible .entry stop()\n{\n"
+                              ".reg .pred %p<2>;\n.reg .b32 %r<3>;\n.loc 1 30 1\n"
+                              "mov.u32 %r1, %ctaid.x;\nsetp.ne.u32 %p1, %r1, 3;\n@%p1 ret;\n";
+    for (const char* barrier : {"", "bar.sync 0;\n"}) { // alone, and with the threads of the block
+        CUfunction stop = load(start + barrier + ".loc 1 42 5\ntrap;\n}\n", "stop");
+        testing::internal::CaptureStderr();
+        CUresult result = cuLaunchKernel(stop, 5, 1, 1, 32, 1, 1, 0, nullptr, nullptr, nullptr);
+        if (result == CUDA_SUCCESS)
+            result = cuCtxSynchronize();
+        EXPECT_EQ(result, CUDA_ERROR_LAUNCH_FAILED);
+        const std::string log = testing::internal::GetCapturedStderr();
+        EXPECT_NE(std::string::npos, log.find("kernel stop: executed a trap")) << log;
+        EXPECT_NE(std::string::npos, log.find("in block (3, 0, 0), thread (0, 0, 0)")) << log;
+        EXPECT_NE(std::string::npos, log.find("/src/stop.cu:42")) << log;
+        reset();
+    }
+}
 
 // A failure stays with the context: every call that needs it returns the same code, on any stream
 // and thread; later queued work does not run; a reset restores the context.

@@ -71,9 +71,10 @@ OptixResult accelComputeMemoryUsage(OptixDeviceContext context,
     std::shared_ptr<DeviceContext> owner = peek(context);
     return guarded(owner, "optixAccelComputeMemoryUsage", [&] {
         contextOf(context);
-        bvh::BuildOptions options = checkBuildOptions(accelOptions, buildInputs.abi());
-        auto inputs = checkBuildInputs(buildInputs, numBuildInputs, options.motion.keys, InputCheck::kShape,
-                                       *owner->engine->device);
+        const ApiCall call{*owner, "optixAccelComputeMemoryUsage"};
+        bvh::BuildOptions options = checkBuildOptions(accelOptions, call);
+        auto inputs = checkBuildInputs(buildInputs, numBuildInputs, options.motion.keys,
+                                       InputCheck::kShape, call);
         requireNonNull(bufferSizes, "bufferSizes");
         bvh::MemoryUsage usage = engine::accelMemory(*owner->engine, *inputs, options);
         bufferSizes->outputSizeInBytes = usage.output;
@@ -93,14 +94,15 @@ OptixResult accelBuild(OptixDeviceContext context, CUstream stream,
         contextOf(context);
         device::Device& device = *owner->engine->device;
         engine::AccelBuild request;
-        request.options = checkBuildOptions(accelOptions, buildInputs.abi());
+        const ApiCall call{*owner, "optixAccelBuild"};
+        request.options = checkBuildOptions(accelOptions, call);
         request.update = accelOptions->operation == OPTIX_BUILD_OPERATION_UPDATE;
         if (request.update && !request.options.allowUpdate)
             fail(Code::kInvalidValue, "accelOptions->operation is UPDATE, but buildFlags lacks "
                  "ALLOW_UPDATE");
         requireNonNull(outputHandle, "outputHandle");
         request.inputs = checkBuildInputs(buildInputs, numBuildInputs, request.options.motion.keys,
-                                          InputCheck::kBuffers, device);
+                                          InputCheck::kBuffers, call);
         bvh::MemoryUsage usage =
             engine::accelMemory(*owner->engine, *request.inputs, request.options);
         checkAccelBuffer(device, "tempBuffer", tempBuffer, tempBufferSize,
@@ -114,7 +116,7 @@ OptixResult accelBuild(OptixDeviceContext context, CUstream stream,
         request.output = reinterpret_cast<void*>(outputBuffer);
         request.outputSize = outputBufferSize;
         request.stream = stream;
-        if (owner->validation) {
+        if (owner->engine->validation) {
             const Abi abi = buildInputs.abi();
             request.rules = {Limits::instanceId(abi), Limits::sbtOffset(abi),
                              Limits::kVisibilityMaskBits, knownInstanceFlags(abi)};

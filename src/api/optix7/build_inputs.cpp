@@ -40,10 +40,9 @@ FormatSize indexFormatSize(OptixIndicesFormat format, const std::string& where) 
 // Checks build inputs one after another and adds them to an AccelInputs.
 class Checker {
 public:
-    Checker(InputCheck check, Abi abi, unsigned keys, device::Device& device,
-            engine::AccelInputs& out)
-        : buffers_(check == InputCheck::kBuffers), abi_(abi), keys_(keys), device_(device),
-          out_(out) {}
+    Checker(InputCheck check, Abi abi, unsigned keys, const ApiCall& call, engine::AccelInputs& out)
+        : call_(call), buffers_(check == InputCheck::kBuffers), abi_(abi), keys_(keys),
+          device_(*call.context.engine->device), out_(out) {}
 
     void triangles(const OptixBuildInputTriangleArray& in, const std::string& where) {
         bvh::TriangleInput t;
@@ -65,9 +64,10 @@ public:
             if (buffers_ && in.indexBuffer != 0)
                 fail(Code::kInvalidValue, where, "indexBuffer is set, but indexFormat is NONE");
             if (in.numVertices % 3 != 0)
-                fail(Code::kInvalidValue, where, "numVertices = ", in.numVertices,
-                     " is not a multiple of 3, and there are no indices");
+                tolerate(call_, "the rest is ignored", where, "numVertices = ", in.numVertices,
+                         " is not a multiple of 3, and there are no indices");
             t.numTriangles = in.numVertices / 3;
+            t.numVertices = 3 * t.numTriangles;
         } else {
             t.numTriangles = in.numIndexTriplets;
         }
@@ -127,7 +127,8 @@ public:
         c.radiusStride = in.widthStrideInBytes;
         c.indexStride = in.indexStrideInBytes;
         c.numSegments = in.numPrimitives;
-        c.caps = in.endcapFlags & OPTIX_CURVE_ENDCAP_ON;
+        c.caps = in.curveType != OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR &&
+                 (in.endcapFlags & OPTIX_CURVE_ENDCAP_ON);
         if (buffers_ && in.numPrimitives != 0) {
             c.keyVertices = keyBuffers(in.vertexBuffers, in.numVertices, in.vertexStrideInBytes,
                                        {12, 4}, where, "vertexBuffers");
@@ -222,11 +223,11 @@ private:
         if (in.endcapFlags & ~unsigned(OPTIX_CURVE_ENDCAP_ON))
             fail(Code::kInvalidValue, where, "endcapFlags = ", in.endcapFlags, " has unknown bits");
         if (in.endcapFlags != 0 && in.curveType == OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR)
-            fail(Code::kInvalidValue, where,
-                 "endcapFlags = 1, but linear curves have round ends always");
+            tolerate(call_, "it is ignored", where,
+                     "endcapFlags = 1, but linear curves have round ends always");
         if (in.normalBuffers || in.normalStrideInBytes)
-            fail(Code::kInvalidValue, where,
-                 "normalBuffers and normalStrideInBytes are reserved and must be 0");
+            tolerate(call_, "they are ignored", where,
+                     "normalBuffers and normalStrideInBytes are reserved and must be 0");
     }
 
     // `field`: the member that holds the count.
@@ -354,7 +355,8 @@ private:
                                                     : "opacityMicromapArray is set, but "
                                                       "indexingMode is NONE");
         if (!indexed && in.indexBuffer != 0)
-            fail(Code::kInvalidValue, where, "indexBuffer is set, but indexingMode is not INDEXED");
+            tolerate(call_, "it is ignored", where,
+                     "indexBuffer is set, but indexingMode is not INDEXED");
         if (!wanted)
             return out;
         out.array = pointer(in.opacityMicromapArray);
@@ -382,6 +384,7 @@ private:
                               message(where, "micromapUsageCounts[", i, "]."));
     }
 
+    const ApiCall& call_;
     bool buffers_;
     Abi abi_;
     unsigned keys_;
@@ -417,14 +420,21 @@ static bvh::MotionOptions checkMotion(const OptixMotionOptions& motion) {
     return {motion.numKeys, motion.flags, motion.timeBegin, motion.timeEnd};
 }
 
-bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, Abi abi) {
+unsigned withOnePreference(unsigned buildFlags) {
+    constexpr unsigned kBoth =
+        OPTIX_BUILD_FLAG_PREFER_FAST_TRACE | OPTIX_BUILD_FLAG_PREFER_FAST_BUILD;
+    return (buildFlags & kBoth) == kBoth ? buildFlags & ~kBoth : buildFlags;
+}
+
+bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, const ApiCall& call) {
     requireNonNull(options, "accelOptions");
-    unsigned flags = options->buildFlags;
-    if (flags & ~knownBuildFlags(abi))
-        fail(Code::kInvalidValue, "accelOptions->buildFlags = ", flags, " has unknown bits");
-    if ((flags & OPTIX_BUILD_FLAG_PREFER_FAST_TRACE) && (flags & OPTIX_BUILD_FLAG_PREFER_FAST_BUILD))
-        fail(Code::kInvalidValue, "accelOptions->buildFlags = ", flags,
-             " has both PREFER_FAST_TRACE and PREFER_FAST_BUILD");
+    const unsigned flags = withOnePreference(options->buildFlags);
+    if (flags & ~knownBuildFlags(call.context.abi))
+        fail(Code::kInvalidValue, "accelOptions->buildFlags = ", options->buildFlags,
+             " has unknown bits");
+    if (flags != options->buildFlags)
+        tolerate(call, "both are ignored", "accelOptions->buildFlags = ", options->buildFlags,
+                 " has both PREFER_FAST_TRACE and PREFER_FAST_BUILD");
     if (options->operation != OPTIX_BUILD_OPERATION_BUILD &&
         options->operation != OPTIX_BUILD_OPERATION_UPDATE)
         fail(Code::kInvalidValue, "accelOptions->operation = ", unsigned(options->operation),
@@ -444,13 +454,13 @@ bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, Abi a
 
 std::shared_ptr<engine::AccelInputs> checkBuildInputs(const BuildInputs& inputs, unsigned count,
                                                       unsigned keys, InputCheck check,
-                                                      device::Device& device) {
+                                                      const ApiCall& call) {
     if (!inputs)
         fail(Code::kInvalidValue, "buildInputs is null");
     if (count == 0)
         fail(Code::kInvalidValue, "numBuildInputs is 0");
     auto out = std::make_shared<engine::AccelInputs>();
-    Checker checker(check, inputs.abi(), keys, device, *out);
+    Checker checker(check, inputs.abi(), keys, call, *out);
     uint64_t total = 0;
     for (unsigned i = 0; i < count; ++i) {
         const OptixBuildInput input = inputs[i];

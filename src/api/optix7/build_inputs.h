@@ -15,12 +15,15 @@ enum class InputCheck { kShape, kBuffers };
 void checkMicromapKind(unsigned level, OptixOpacityMicromapFormat format, const std::string& where);
 
 // Checks the options; throws an Error naming the field.
-bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, Abi abi);
+bvh::BuildOptions checkBuildOptions(const OptixAccelBuildOptions* options, const ApiCall& call);
+
+// The build flags, without PREFER_FAST_TRACE and PREFER_FAST_BUILD if they contradict one another.
+unsigned withOnePreference(unsigned buildFlags);
 
 // Checks and copies `count` build inputs, with buffers for `keys` motion keys; throws an Error naming
 // input and field.
 std::shared_ptr<engine::AccelInputs> checkBuildInputs(const BuildInputs& inputs, unsigned count,
                                                       unsigned keys, InputCheck check,
-                                                      device::Device& device);
+                                                      const ApiCall& call);
 
 } // namespace sunstone::optix7

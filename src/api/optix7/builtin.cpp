@@ -2,6 +2,7 @@
 // Modules of built-in intersection (OptiX 7.4, sections 3.6.2.1 and 5.11). They have no code:
 // traversal recognises curves, spheres and triangles by the structure it enters and tests them
 // itself. This file checks their options, and makes the modules that hit groups name.
+#include "api/optix7/build_inputs.h"
 #include "api/optix7/entry_points.h"
 #include "api/optix7/options.h"
 #include "engine/builtin_options.h"
@@ -24,12 +25,15 @@ unsigned primitiveTypeFlag(OptixPrimitiveType type) {
     }
 }
 
-bool isRoundCurve(OptixPrimitiveType type) {
+bool takesEndcaps(OptixPrimitiveType type) {
     return type >= OPTIX_PRIMITIVE_TYPE_ROUND_QUADRATIC_BSPLINE &&
-           type <= OPTIX_PRIMITIVE_TYPE_ROUND_CATMULLROM;
+           type <= OPTIX_PRIMITIVE_TYPE_ROUND_CATMULLROM &&
+           type != OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR;
 }
 
-void checkOptions(const OptixBuiltinISOptions& options, const CompileOptions& pipeline, Abi abi) {
+void checkOptions(const OptixBuiltinISOptions& options, const CompileOptions& pipeline,
+                  const ApiCall& call) {
+    const Abi abi = call.context.abi;
     const OptixPrimitiveType type = options.builtinISModuleType;
     const unsigned flag = primitiveTypeFlag(type);
     if (type == OPTIX_PRIMITIVE_TYPE_CUSTOM)
@@ -45,27 +49,27 @@ void checkOptions(const OptixBuiltinISOptions& options, const CompileOptions& pi
     if (options.buildFlags & ~knownBuildFlags(abi))
         fail(Code::kInvalidValue, "builtinISOptions->buildFlags = ", options.buildFlags,
              " has unknown bits");
-    constexpr unsigned kPreferences =
-        OPTIX_BUILD_FLAG_PREFER_FAST_TRACE | OPTIX_BUILD_FLAG_PREFER_FAST_BUILD;
-    if ((options.buildFlags & kPreferences) == kPreferences)
-        fail(Code::kInvalidValue, "builtinISOptions->buildFlags = ", options.buildFlags,
-             " has both PREFER_FAST_TRACE and PREFER_FAST_BUILD");
+    if (withOnePreference(options.buildFlags) != options.buildFlags)
+        tolerate(call, "both are ignored", "builtinISOptions->buildFlags = ", options.buildFlags,
+                 " has both PREFER_FAST_TRACE and PREFER_FAST_BUILD");
     if (options.curveEndcapFlags & ~unsigned(OPTIX_CURVE_ENDCAP_ON))
-        fail(Code::kInvalidValue, "builtinISOptions->curveEndcapFlags = ",
-             options.curveEndcapFlags, " has unknown bits");
-    if (options.curveEndcapFlags != 0 &&
-        (!isRoundCurve(type) || type == OPTIX_PRIMITIVE_TYPE_ROUND_LINEAR))
-        fail(Code::kInvalidValue, "builtinISOptions->curveEndcapFlags = ",
-             options.curveEndcapFlags, ": only quadratic and cubic curves have flat end caps");
+        fail(Code::kInvalidValue, "builtinISOptions->curveEndcapFlags = ", options.curveEndcapFlags,
+             " has unknown bits");
+    if (options.curveEndcapFlags != 0 && !takesEndcaps(type))
+        tolerate(call, "it is ignored",
+                 "builtinISOptions->curveEndcapFlags = ", options.curveEndcapFlags,
+                 ": only quadratic and cubic curves have flat end caps");
 }
 
 uint32_t builtinOf(const OptixBuiltinISOptions& options) {
     engine::BuiltinOptions asked;
     asked.primitive = options.builtinISModuleType;
-    asked.endcaps = options.curveEndcapFlags & OPTIX_CURVE_ENDCAP_ON;
+    const OptixPrimitiveType type = options.builtinISModuleType;
+    asked.endcaps = takesEndcaps(type) && (options.curveEndcapFlags & OPTIX_CURVE_ENDCAP_ON);
     asked.motion = options.usesMotionBlur != 0;
-    asked.fastTrace = options.buildFlags & OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
-    asked.fastBuild = options.buildFlags & OPTIX_BUILD_FLAG_PREFER_FAST_BUILD;
+    const unsigned flags = withOnePreference(options.buildFlags);
+    asked.fastTrace = flags & OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
+    asked.fastBuild = flags & OPTIX_BUILD_FLAG_PREFER_FAST_BUILD;
     return engine::packBuiltin(asked);
 }
 
@@ -82,11 +86,12 @@ OptixResult builtinISModuleGet(OptixDeviceContext context,
         *module = nullptr;
         requireNonNull(moduleOptions, "moduleCompileOptions");
         requireNonNull(builtinOptions, "builtinISOptions");
-        checkCompileLevels(*moduleOptions, owner->abi);
+        const ApiCall call{*owner, "optixBuiltinISModuleGet"};
+        checkCompileLevels(*moduleOptions, call);
         auto object = std::make_shared<ModuleObject>();
         object->context = owner;
         object->options = checkCompileOptions(pipelineOptions, owner->abi);
-        checkOptions(*builtinOptions, object->options, owner->abi);
+        checkOptions(*builtinOptions, object->options, call);
         object->builtinPrimitive = builtinOf(*builtinOptions);
         *module = static_cast<OptixModule>(modules().add(object));
     });

@@ -112,10 +112,11 @@ OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
         object->abi = abi;
         object->setCallback(given.logCallbackFunction, given.logCallbackData,
                             unsigned(std::max(0, given.logCallbackLevel)));
-        object->validation = given.validationMode == OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_ALL;
         // From here on errors also reach the caller's callback.
         OptixResult result = guarded(object, "optixDeviceContextCreate", [&] {
             object->engine = std::make_shared<engine::Context>();
+            object->engine->validation =
+                given.validationMode == OPTIX_DEVICE_CONTEXT_VALIDATION_MODE_ALL;
             object->engine->wording = &wording();
             chooseDevice(*object, fromContext);
         });
@@ -125,7 +126,7 @@ OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
         std::weak_ptr<DeviceContext> weak = object;
         object->engine->log = [weak](LogLevel level, std::string_view tag, std::string_view text) {
             if (auto alive = weak.lock())
-                alive->log(level, tag, text);
+                alive->logQueued(level, tag, text);
         };
         object->engine->cache = std::make_shared<engine::CompileCache>(
             [weak](LogLevel level, const std::string& text) {
@@ -136,7 +137,7 @@ OptixResult deviceContextCreate(Abi abi, CUcontext fromContext,
         object->engine->backend->useCache(object->engine->cache);
         watchForks();
         *context = static_cast<OptixDeviceContext>(contexts().add(object));
-        if (object->validation)
+        if (object->engine->validation)
             object->log(LogLevel::kWarning, "CONTEXT",
                         "validation mode: launches wait, check what they do, and are slow");
         object->log(LogLevel::kInfo, "CONTEXT", message("device: ", object->engine->device->name()));

@@ -116,8 +116,8 @@ std::shared_ptr<GroupObject> buildGroup(const std::shared_ptr<DeviceContext>& co
     GroupBuilder builder(context, message("programDescriptions[", index, "]"));
     engine::ProgramGroup& group = builder.group();
     if (desc.flags != OPTIX_PROGRAM_GROUP_FLAGS_NONE)
-        fail(Code::kInvalidValue, "programDescriptions[", index, "].flags = ", desc.flags,
-             ", but no flag is defined");
+        tolerate({*context, "optixProgramGroupCreate"}, "they are ignored", "programDescriptions[",
+                 index, "].flags = ", desc.flags, ", but no flag is defined");
     switch (desc.kind) {
     case OPTIX_PROGRAM_GROUP_KIND_RAYGEN:
         group.kind = devlib::kGroupRaygen;

@@ -14,15 +14,15 @@ static_assert(sizeof(OptixOpacityMicromapDesc) == sizeof(bvh::MicromapDesc));
 
 // Copies the histogram; throws an Error naming the field.
 std::vector<bvh::MicromapHistogramEntry>
-checkHistogram(const OptixOpacityMicromapArrayBuildInput* input) {
+checkHistogram(const OptixOpacityMicromapArrayBuildInput* input, const ApiCall& call) {
     requireNonNull(input, "buildInput");
     constexpr unsigned kBoth = OPTIX_OPACITY_MICROMAP_FLAG_PREFER_FAST_TRACE |
                                OPTIX_OPACITY_MICROMAP_FLAG_PREFER_FAST_BUILD;
     if (input->flags & ~kBoth)
         fail(Code::kInvalidValue, "buildInput->flags = ", input->flags, " has unknown bits");
     if (input->flags == kBoth)
-        fail(Code::kInvalidValue, "buildInput->flags = ", input->flags,
-             " has both PREFER_FAST_TRACE and PREFER_FAST_BUILD");
+        tolerate(call, "both are ignored", "buildInput->flags = ", input->flags,
+                 " has both PREFER_FAST_TRACE and PREFER_FAST_BUILD");
     if (input->numMicromapHistogramEntries != 0)
         requireNonNull(input->micromapHistogramEntries, "buildInput->micromapHistogramEntries");
     std::vector<bvh::MicromapHistogramEntry> histogram;
@@ -73,7 +73,8 @@ opacityMicromapArrayComputeMemoryUsage(OptixDeviceContext context,
     std::shared_ptr<DeviceContext> owner = peek(context);
     return guarded(owner, "optixOpacityMicromapArrayComputeMemoryUsage", [&] {
         contextOf(context);
-        const bvh::MicromapArraySizes sizes = bvh::micromapArraySizes(checkHistogram(buildInput));
+        const bvh::MicromapArraySizes sizes = bvh::micromapArraySizes(
+            checkHistogram(buildInput, {*owner, "optixOpacityMicromapArrayComputeMemoryUsage"}));
         requireNonNull(bufferSizes, "bufferSizes");
         bufferSizes->outputSizeInBytes = sizes.output;
         bufferSizes->tempSizeInBytes = sizes.temp;
@@ -88,7 +89,7 @@ OptixResult opacityMicromapArrayBuild(OptixDeviceContext context, CUstream strea
         contextOf(context);
         device::Device& device = *owner->engine->device;
         engine::MicromapArrayBuild request;
-        request.histogram = checkHistogram(buildInput);
+        request.histogram = checkHistogram(buildInput, {*owner, "optixOpacityMicromapArrayBuild"});
         requireNonNull(buffers, "buffers");
         const bvh::MicromapArraySizes sizes = bvh::micromapArraySizes(request.histogram);
         checkDescriptions(device, *buildInput, bvh::micromapCount(request.histogram));

@@ -106,10 +106,12 @@ compiler::PayloadType checkPayloadType(const OptixPayloadType& type, const std::
     return result;
 }
 
-void checkCompileLevels(const OptixModuleCompileOptions& options, Abi abi) {
+void checkCompileLevels(const OptixModuleCompileOptions& options, const ApiCall& call) {
+    const Abi abi = call.context.abi;
     if (options.maxRegisterCount < 0)
-        fail(Code::kInvalidValue, "moduleCompileOptions->maxRegisterCount = ",
-             options.maxRegisterCount, " is negative");
+        tolerate(call, "there is no limit",
+                 "moduleCompileOptions->maxRegisterCount = ", options.maxRegisterCount,
+                 " is negative");
     optLevelOf(options.optLevel, abi);
     debugLevelOf(options.debugLevel, "moduleCompileOptions", abi);
 }
@@ -154,17 +156,17 @@ void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter, Abi ab
     debugLevelOf(level, parameter, abi);
 }
 
-ModuleInput checkModuleInput(const std::shared_ptr<DeviceContext>& owner,
-                             const OptixModuleCompileOptions* moduleOptions,
+ModuleInput checkModuleInput(const ApiCall& call, const OptixModuleCompileOptions* moduleOptions,
                              const OptixPipelineCompileOptions* pipelineOptions, const char* ptx) {
     requireNonNull(moduleOptions, "moduleCompileOptions");
     requireNonNull(ptx, "PTX");
     ModuleInput input;
-    input.options = checkCompileOptions(pipelineOptions, owner->abi);
-    input.rules = owner->rulesOf(input.options);
-    checkCompileLevels(*moduleOptions, owner->abi);
-    input.optLevel = optLevelOf(moduleOptions->optLevel, owner->abi);
-    input.debugLevel = debugLevelOf(moduleOptions->debugLevel, "moduleCompileOptions", owner->abi);
+    const Abi abi = call.context.abi;
+    input.options = checkCompileOptions(pipelineOptions, abi);
+    input.rules = call.context.rulesOf(input.options);
+    checkCompileLevels(*moduleOptions, call);
+    input.optLevel = optLevelOf(moduleOptions->optLevel, abi);
+    input.debugLevel = debugLevelOf(moduleOptions->debugLevel, "moduleCompileOptions", abi);
     input.moduleRules.boundValues = boundValuesOf(*moduleOptions);
     input.moduleRules.payloadTypes = payloadTypesOf(*moduleOptions, *pipelineOptions);
     return input;
@@ -192,18 +194,22 @@ OptixResult moduleCreateFromPTX(OptixDeviceContext context,
                                 size_t* logStringSize, OptixModule* module) {
     std::string feedback;
     std::shared_ptr<DeviceContext> owner = peek(context);
-    OptixResult result = guarded(owner, "optixModuleCreateFromPTX", [&] {
-        contextOf(context);
-        requireNonNull(module, "module");
-        *module = nullptr;
-        ModuleInput input = checkModuleInput(owner, moduleOptions, pipelineOptions, ptx);
-        auto object = std::make_shared<ModuleObject>();
-        object->context = owner;
-        object->options = input.options;
-        object->module =
-            makeModule(owner, std::move(input), std::string_view(ptx, ptxSize), feedback);
-        *module = static_cast<OptixModule>(modules().add(object));
-    }, &feedback);
+    OptixResult result = guarded(
+        owner, "optixModuleCreateFromPTX",
+        [&] {
+            contextOf(context);
+            requireNonNull(module, "module");
+            *module = nullptr;
+            ModuleInput input = checkModuleInput({*owner, "optixModuleCreateFromPTX"},
+                                                 moduleOptions, pipelineOptions, ptx);
+            auto object = std::make_shared<ModuleObject>();
+            object->context = owner;
+            object->options = input.options;
+            object->module =
+                makeModule(owner, std::move(input), std::string_view(ptx, ptxSize), feedback);
+            *module = static_cast<OptixModule>(modules().add(object));
+        },
+        &feedback);
     writeLogString(feedback, logString, logStringSize);
     return result;
 }
@@ -216,7 +222,7 @@ OptixResult moduleDestroy(OptixModule module) {
             fail(Code::kIllegalDuringTask, "module = ", static_cast<const void*>(module),
                  ": a task of it is being executed");
         const bool isUsed = object.use_count() > 2; // other than by the table and here
-        if (isUsed && object->context->validation)
+        if (isUsed && object->context->engine->validation)
             object->context->log(LogLevel::kWarning, "API",
                                  "optixModuleDestroy: program groups of the module are alive; they "
                                  "keep its code");

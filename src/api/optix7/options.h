@@ -20,15 +20,14 @@ struct ModuleInput {
     compiler::OptLevel optLevel = compiler::OptLevel::k3;
     compiler::DebugLevel debugLevel = compiler::DebugLevel::kMinimal;
 };
-ModuleInput checkModuleInput(const std::shared_ptr<DeviceContext>& owner,
-                             const OptixModuleCompileOptions* moduleOptions,
+ModuleInput checkModuleInput(const ApiCall& call, const OptixModuleCompileOptions* moduleOptions,
                              const OptixPipelineCompileOptions* pipelineOptions, const char* ptx);
 std::shared_ptr<engine::Module> makeModule(const std::shared_ptr<DeviceContext>& owner,
                                            ModuleInput input, std::string_view ptx,
                                            std::string& feedback);
 
 // Checks the register count and the levels in module options. Throws an Error naming the field.
-void checkCompileLevels(const OptixModuleCompileOptions& options, Abi abi);
+void checkCompileLevels(const OptixModuleCompileOptions& options, const ApiCall& call);
 
 // Throws if the level is not an enumerator of the ABI.
 void checkDebugLevel(OptixCompileDebugLevel level, const char* parameter, Abi abi);

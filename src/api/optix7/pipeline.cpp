@@ -9,7 +9,11 @@
 namespace sunstone::optix7 {
 namespace {
 
-void checkRecords(const char* what, CUdeviceptr base, unsigned stride, unsigned count) {
+// The manual permits a stride of 0 for the other tables.
+constexpr const char* kCallables = "callables";
+
+void checkRecords(const ApiCall& call, const char* what, CUdeviceptr base, unsigned stride,
+                  unsigned count) {
     if (base % OPTIX_SBT_RECORD_ALIGNMENT != 0)
         fail(Code::kInvalidValue, "sbt->", what, "RecordBase = ", reinterpret_cast<void*>(base),
              " is not a multiple of ", unsigned(OPTIX_SBT_RECORD_ALIGNMENT));
@@ -19,17 +23,20 @@ void checkRecords(const char* what, CUdeviceptr base, unsigned stride, unsigned 
     if (base == 0)
         return;
     if (count == 0)
-        fail(Code::kInvalidValue, "sbt->", what, "RecordBase is set, but ", what,
-             "RecordCount is 0");
-    if (stride == 0 && count > 1)
-        fail(Code::kInvalidValue, "sbt->", what, "RecordStrideInBytes is 0 for ", count,
-             " records");
-    if (stride % OPTIX_SBT_RECORD_ALIGNMENT != 0)
-        fail(Code::kInvalidValue, "sbt->", what, "RecordStrideInBytes = ", stride,
-             " is not a multiple of ", unsigned(OPTIX_SBT_RECORD_ALIGNMENT));
-    if (stride != 0 && stride < OPTIX_SBT_RECORD_HEADER_SIZE)
-        fail(Code::kInvalidValue, "sbt->", what, "RecordStrideInBytes = ", stride,
-             " is less than the record header of ", unsigned(OPTIX_SBT_RECORD_HEADER_SIZE));
+        tolerate(call, "there are no such records", "sbt->", what, "RecordBase is set, but ", what,
+                 "RecordCount is 0");
+    const auto wrong = [&](const auto&... reason) {
+        if (count > 1)
+            fail(Code::kInvalidValue, "sbt->", what, "RecordStrideInBytes = ", stride, reason...);
+        tolerate(call, "the table has no second record", "sbt->", what,
+                 "RecordStrideInBytes = ", stride, reason...);
+    };
+    if (stride == 0 && (count > 1 || what == kCallables))
+        wrong(" for ", count, " records");
+    else if (stride % OPTIX_SBT_RECORD_ALIGNMENT != 0)
+        wrong(" is not a multiple of ", unsigned(OPTIX_SBT_RECORD_ALIGNMENT));
+    else if (stride != 0 && stride < OPTIX_SBT_RECORD_HEADER_SIZE)
+        wrong(" is less than the record header of ", unsigned(OPTIX_SBT_RECORD_HEADER_SIZE));
 }
 
 void checkAccessible(device::Device& device, const char* what, CUdeviceptr address, uint64_t size) {
@@ -38,21 +45,20 @@ void checkAccessible(device::Device& device, const char* what, CUdeviceptr addre
              " bytes is not device memory");
 }
 
-devlib::SbtView checkSbt(device::Device& device, const OptixShaderBindingTable& sbt) {
+devlib::SbtView checkSbt(const ApiCall& call, const OptixShaderBindingTable& sbt) {
+    device::Device& device = *call.context.engine->device;
     if (sbt.raygenRecord == 0)
         fail(Code::kInvalidValue, "sbt->raygenRecord is 0");
     for (CUdeviceptr record : {sbt.raygenRecord, sbt.exceptionRecord})
         if (record % OPTIX_SBT_RECORD_ALIGNMENT != 0)
             fail(Code::kInvalidValue, "SBT record at ", reinterpret_cast<void*>(record),
                  " is not aligned to ", unsigned(OPTIX_SBT_RECORD_ALIGNMENT), " bytes");
-    checkRecords("miss", sbt.missRecordBase, sbt.missRecordStrideInBytes, sbt.missRecordCount);
-    checkRecords("hitgroup", sbt.hitgroupRecordBase, sbt.hitgroupRecordStrideInBytes,
+    checkRecords(call, "miss", sbt.missRecordBase, sbt.missRecordStrideInBytes,
+                 sbt.missRecordCount);
+    checkRecords(call, "hitgroup", sbt.hitgroupRecordBase, sbt.hitgroupRecordStrideInBytes,
                  sbt.hitgroupRecordCount);
-    checkRecords("callables", sbt.callablesRecordBase, sbt.callablesRecordStrideInBytes,
+    checkRecords(call, kCallables, sbt.callablesRecordBase, sbt.callablesRecordStrideInBytes,
                  sbt.callablesRecordCount);
-    if (sbt.callablesRecordBase != 0 && sbt.callablesRecordStrideInBytes == 0)
-        fail(Code::kInvalidValue, "sbt->callablesRecordBase is set, but "
-             "sbt->callablesRecordStrideInBytes is 0");
     auto bytes = [](unsigned stride, unsigned count) -> uint64_t {
         return count == 0 ? 0 : uint64_t(stride) * (count - 1) + OPTIX_SBT_RECORD_HEADER_SIZE;
     };
@@ -225,15 +231,15 @@ OptixResult launch(OptixPipeline pipeline, CUstream stream, CUdeviceptr params, 
         engine::LaunchRequest request;
         request.pipeline = object->pipeline;
         request.limits = object->pipeline->limits.get();
-        request.sbt = checkSbt(device, *sbt);
+        request.sbt = checkSbt({*object->context, "optixLaunch"}, *sbt);
         request.params = reinterpret_cast<const void*>(params);
         request.paramsSize = paramsSize;
         request.width = width;
         request.height = height;
         request.depth = depth;
         request.stream = stream;
-        request.validation = object->context->validation;
-        if (!object->context->validation)
+        request.validation = object->context->engine->validation;
+        if (!object->context->engine->validation)
             return engine::launch(object->context->engine, request);
         try {
             engine::launch(object->context->engine, request);

@@ -88,6 +88,20 @@ void DeviceContext::log(LogLevel level, std::string_view tag, std::string_view t
         function(unsigned(level), std::string(tag).c_str(), std::string(text).c_str(), data);
 }
 
+void DeviceContext::logQueued(LogLevel level, std::string_view tag, std::string_view text) {
+    const auto isHeard = [&] {
+        std::lock_guard lock(mutex_);
+        return callback_ && unsigned(level) <= level_;
+    };
+    if (level > LogLevel::kError || logEnabled(level, "optix7") || isHeard() ||
+        hasPrinted_.exchange(true))
+        return log(level, tag, text);
+    sunstone::log(LogLevel::kFatal, "optix7",
+                  message(tag, ": ", text,
+                          " (later errors of this device context: with a log callback, or "
+                          "SUNSTONE_LOG=error)"));
+}
+
 bool CompileOptions::operator==(const CompileOptions& other) const {
     const OptixPipelineCompileOptions &a = values, &b = other.values;
     return a.usesMotionBlur == b.usesMotionBlur &&
@@ -113,7 +127,7 @@ compiler::PipelineRules CompileOptions::rules() const {
 
 compiler::PipelineRules DeviceContext::rulesOf(const CompileOptions& options) const {
     compiler::PipelineRules rules = options.rules();
-    if (validation)
+    if (engine->validation)
         rules.exceptionFlags |= OPTIX_EXCEPTION_FLAG_STACK_OVERFLOW |
                                 OPTIX_EXCEPTION_FLAG_TRACE_DEPTH | OPTIX_EXCEPTION_FLAG_DEBUG;
     return rules;

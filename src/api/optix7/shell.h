@@ -29,11 +29,13 @@ struct CompileOptions;
 struct DeviceContext {
     std::shared_ptr<engine::Context> engine;
     void* cudaContext = nullptr;
-    bool validation = false;
     Abi abi = kNewestAbi; // of the client that created it
 
     // Passes a line to the callback, if its level permits, and to the engine's own log.
     void log(LogLevel level, std::string_view tag, std::string_view text);
+    // The same for lines of queued work. No call returns its errors with their cause, so without a
+    // callback that receives them the first one goes to stderr.
+    void logQueued(LogLevel level, std::string_view tag, std::string_view text);
     // The rules for the options; validation mode adds all exceptions of the library.
     compiler::PipelineRules rulesOf(const CompileOptions& options) const;
     void setCallback(OptixLogCallback function, void* data, unsigned level);
@@ -43,6 +45,7 @@ private:
     OptixLogCallback callback_ = nullptr;
     void* callbackData_ = nullptr;
     std::atomic<unsigned> level_{0};
+    std::atomic<bool> hasPrinted_{false}; // an error of queued work, on stderr
 };
 
 // Pipeline compile options in a form that can be stored and compared.
@@ -119,6 +122,18 @@ OptixResult guarded(const std::shared_ptr<DeviceContext>& context, const char* f
 // Finds the context of a handle, for use outside guards; null if it is not alive.
 inline std::shared_ptr<DeviceContext> peek(OptixDeviceContext handle) {
     return contexts().find(handle);
+}
+
+// A call in progress, as its checks of arguments need it.
+struct ApiCall {
+    DeviceContext& context;
+    const char* function;
+};
+
+// See engine::tolerate.
+template <class... Parts>
+void tolerate(const ApiCall& call, const char* consequence, const Parts&... parts) {
+    engine::tolerate(*call.context.engine, call.function, message(parts...), consequence);
 }
 
 // Throws kInvalidValue "NAME is null".

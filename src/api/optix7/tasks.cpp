@@ -50,27 +50,31 @@ OptixResult moduleCreateFromPTXWithTasks(OptixDeviceContext context,
     std::string feedback;
     std::shared_ptr<DeviceContext> owner = peek(context);
     const size_t capacity = logStringSize ? *logStringSize : 0;
-    OptixResult result = guarded(owner, "optixModuleCreateFromPTXWithTasks", [&] {
-        contextOf(context);
-        requireNonNull(module, "module");
-        *module = nullptr;
-        requireNonNull(firstTask, "firstTask");
-        *firstTask = nullptr;
-        ModuleInput input = checkModuleInput(owner, moduleOptions, pipelineOptions, ptx);
-        auto object = std::make_shared<ModuleObject>();
-        object->context = owner;
-        object->options = input.options;
-        object->logString = logStringSize ? logString : nullptr;
-        object->logCapacity = capacity;
-        // Copied: the client may change the text after this call.
-        std::string text(ptx, strnlen(ptx, ptxSize));
-        object->tasks = std::make_shared<engine::ModuleTasks>(
-            [owner, input = std::move(input), text = std::move(text)](std::string& notes) {
-                return makeModule(owner, input, text, notes);
-            });
-        *firstTask = addTask(object, engine::ModuleTasks::kFirst);
-        *module = static_cast<OptixModule>(modules().add(std::move(object)));
-    }, &feedback);
+    OptixResult result = guarded(
+        owner, "optixModuleCreateFromPTXWithTasks",
+        [&] {
+            contextOf(context);
+            requireNonNull(module, "module");
+            *module = nullptr;
+            requireNonNull(firstTask, "firstTask");
+            *firstTask = nullptr;
+            ModuleInput input = checkModuleInput({*owner, "optixModuleCreateFromPTXWithTasks"},
+                                                 moduleOptions, pipelineOptions, ptx);
+            auto object = std::make_shared<ModuleObject>();
+            object->context = owner;
+            object->options = input.options;
+            object->logString = logStringSize ? logString : nullptr;
+            object->logCapacity = capacity;
+            // Copied: the client may change the text after this call.
+            std::string text(ptx, strnlen(ptx, ptxSize));
+            object->tasks = std::make_shared<engine::ModuleTasks>(
+                [owner, input = std::move(input), text = std::move(text)](std::string& notes) {
+                    return makeModule(owner, input, text, notes);
+                });
+            *firstTask = addTask(object, engine::ModuleTasks::kFirst);
+            *module = static_cast<OptixModule>(modules().add(std::move(object)));
+        },
+        &feedback);
     writeLogString(feedback, logString, logStringSize);
     return result;
 }

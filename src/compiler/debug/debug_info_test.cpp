@@ -2,6 +2,7 @@
 // Lines of compiled code, and malformed debug sections. tests/gdb checks what gdb shows.
 #include "compiler/debug/dwarf.h"
 #include "compiler/debug/inlined_calls.h"
+#include "compiler/debug/place.h"
 #include "compiler/testing.h"
 
 #include <random>
@@ -80,6 +81,12 @@ TEST(SourceLocation, NothingIsKnownOf) {
     const std::string plain =
         std::string(kHeader) + ".visible .entry __miss__a() { ret; }\n"; // without .loc
     EXPECT_TRUE(linesOf(*compile(plain, DebugLevel::kFull, OptLevel::k3), 1).empty());
+    const auto nameless = compile(plain, DebugLevel::kNone, OptLevel::k3);
+    EXPECT_FALSE(sourceLocation(nameless->programs()[0].address, location));
+    EXPECT_EQ(", in __miss__a", placeText(nameless->programs()[0].address)) << "its name is known";
+    EXPECT_TRUE(isLoadedCode(nameless->programs()[0].address));
+    EXPECT_FALSE(isLoadedCode(&location));
+    EXPECT_EQ("", placeText(&location));
     const void* gone = compile(kProgram, DebugLevel::kMinimal, OptLevel::k3)->programs()[0].address;
     EXPECT_FALSE(sourceLocation(gone, location)) << "code that was freed";
 }

@@ -2,7 +2,9 @@
 // See debugger.h. Source: GDB manual, "JIT Compilation Interface".
 #include "compiler/debug/debugger.h"
 
+#include "base/error.h"
 #include "compiler/compiler.h"
+#include "compiler/debug/place.h"
 
 #include <llvm/DebugInfo/DWARF/DWARFContext.h>
 #include <llvm/Object/ELFObjectFile.h>
@@ -66,16 +68,17 @@ void setAddresses(std::string& code, const SectionAddresses& addresses) {
 
 } // namespace
 
-struct DebugRegistration::Entry {
-    std::string code;
-    uint64_t begin = 0, end = 0; // of .text
-    jit_code_entry gdb{};
-    bool forDebugger = false;
-};
-
 namespace {
 
-using Ranges = std::map<uint64_t, std::pair<uint64_t, const std::string*>>; // begin: end, code
+using Functions = std::map<uint64_t, std::string>; // by offset in .text
+
+// What is known of a range of loaded code.
+struct Known {
+    uint64_t end = 0;
+    std::string object; // with line information, else empty
+    Functions functions;
+};
+using Ranges = std::map<uint64_t, const Known*>; // by begin
 Ranges& ranges() {
     static auto* instance = new Ranges;
     return *instance;
@@ -91,10 +94,9 @@ std::unique_ptr<llvm::object::ObjectFile> objectOf(const std::string& code) {
     return std::move(*object);
 }
 
-// The function of the machine code at this offset of .text, for code without line information.
-std::string symbolAt(const llvm::object::ObjectFile& object, uint64_t section, uint64_t offset) {
-    std::string name;
-    uint64_t best = 0;
+// The functions of section `section`.
+Functions functionsOf(const llvm::object::ObjectFile& object, uint64_t section) {
+    Functions functions;
     for (const llvm::object::SymbolRef& symbol : object.symbols()) {
         auto type = symbol.getType();
         auto place = symbol.getSection();
@@ -102,18 +104,18 @@ std::string symbolAt(const llvm::object::ObjectFile& object, uint64_t section, u
         auto text = symbol.getName();
         const bool good = type && place && start && text;
         if (good && *type == llvm::object::SymbolRef::ST_Function &&
-            *place != object.section_end() && (*place)->getIndex() == section &&
-            *start <= offset && *start >= best) {
-            best = *start;
-            text->consume_front("program."); // the compiler's prefix for entry points of pipelines
-            name = text->str();
+            *place != object.section_end() && (*place)->getIndex() == section) {
+            // Names in PTX have no dots: these prefixes and what follows a dot are the compiler's.
+            for (const char* prefix : {"program.", "kernel.", "lockstep."})
+                text->consume_front(prefix);
+            functions[*start - (*place)->getAddress()] = text->split('.').first.str();
         }
         if (!type) llvm::consumeError(type.takeError());
         if (!place) llvm::consumeError(place.takeError());
         if (!start) llvm::consumeError(start.takeError());
         if (!text) llvm::consumeError(text.takeError());
     }
-    return name;
+    return functions;
 }
 
 void tellDebugger(uint32_t action, jit_code_entry& entry) {
@@ -126,6 +128,13 @@ void tellDebugger(uint32_t action, jit_code_entry& entry) {
 
 } // namespace
 
+struct DebugRegistration::Entry {
+    uint64_t begin = 0; // of .text
+    Known known;
+    jit_code_entry gdb{};
+    bool forDebugger = false;
+};
+
 std::unique_ptr<DebugRegistration> DebugRegistration::add(const std::string& code,
                                                           const SectionAddresses& addresses,
                                                           bool forDebugger) {
@@ -135,6 +144,7 @@ std::unique_ptr<DebugRegistration> DebugRegistration::add(const std::string& cod
         return nullptr;
     bool hasLines = false;
     auto entry = std::make_unique<Entry>();
+    entry->begin = text->second;
     for (const llvm::object::SectionRef& section : object->sections()) {
         llvm::Expected<llvm::StringRef> name = section.getName();
         if (!name) {
@@ -142,23 +152,23 @@ std::unique_ptr<DebugRegistration> DebugRegistration::add(const std::string& cod
             continue;
         }
         hasLines |= *name == ".debug_line";
-        if (*name == ".text")
-            entry->end = text->second + section.getSize();
+        if (*name != ".text")
+            continue;
+        entry->known.end = text->second + section.getSize();
+        entry->known.functions = functionsOf(*object, section.getIndex());
     }
-    if (!hasLines)
-        return nullptr;
-    entry->begin = text->second;
-    entry->code = code;
-    entry->forDebugger = forDebugger;
+    if (hasLines)
+        entry->known.object = code;
+    entry->forDebugger = forDebugger && hasLines;
     std::unique_ptr<DebugRegistration> registration(new DebugRegistration);
     registration->entry_ = std::move(entry);
     Entry& made = *registration->entry_;
     std::lock_guard lock(mutex());
-    ranges()[made.begin] = {made.end, &made.code};
-    if (forDebugger) {
-        setAddresses(made.code, addresses);
-        made.gdb.symfile_addr = made.code.data();
-        made.gdb.symfile_size = made.code.size();
+    ranges()[made.begin] = &made.known;
+    if (made.forDebugger) {
+        setAddresses(made.known.object, addresses);
+        made.gdb.symfile_addr = made.known.object.data();
+        made.gdb.symfile_size = made.known.object.size();
         made.gdb.next_entry = __jit_debug_descriptor.first_entry;
         if (made.gdb.next_entry)
             made.gdb.next_entry->prev_entry = &made.gdb;
@@ -181,18 +191,11 @@ DebugRegistration::~DebugRegistration() {
     tellDebugger(kUnregister, gdb);
 }
 
-bool sourceLocation(const void* address, SourceLocation& location) {
-    const auto wanted = reinterpret_cast<uint64_t>(address);
-    std::lock_guard lock(mutex());
-    auto found = ranges().upper_bound(wanted);
-    if (found == ranges().begin())
-        return false;
-    --found;
-    const auto& [end, code] = found->second;
-    const auto object = wanted < end ? objectOf(*code) : nullptr;
+// Fills file, line and column, and the function if the debug information names it.
+static void findLine(const std::string& code, uint64_t offset, SourceLocation& location) {
+    const auto object = code.empty() ? nullptr : objectOf(code);
     if (!object)
-        return false;
-    uint64_t offset = wanted - found->first;
+        return;
     uint64_t index = llvm::object::SectionedAddress::UndefSection;
     for (const llvm::object::SectionRef& section : object->sections())
         if (auto name = section.getName(); !name) {
@@ -208,15 +211,50 @@ bool sourceLocation(const void* address, SourceLocation& location) {
          llvm::DILineInfoSpecifier::FunctionNameKind::ShortName});
     const uint32_t count = frames.getNumberOfFrames();
     if (count == 0 || frames.getFrame(0).Line == 0)
-        return false;
+        return;
     const llvm::DILineInfo& info = frames.getFrame(0);
     const std::string& outermost = frames.getFrame(count - 1).FunctionName;
     location.file = info.FileName;
-    location.function = outermost == llvm::DILineInfo::BadString ? symbolAt(*object, index, offset)
-                                                                 : outermost;
     location.line = info.Line;
     location.column = info.Column;
-    return true;
+    if (outermost != llvm::DILineInfo::BadString)
+        location.function = outermost;
+}
+
+// The range that holds the address, or the end. The caller holds the mutex.
+static Ranges::iterator findRange(uint64_t address) {
+    const auto next = ranges().upper_bound(address);
+    if (next == ranges().begin() || address >= std::prev(next)->second->end)
+        return ranges().end();
+    return std::prev(next);
+}
+
+bool isLoadedCode(const void* address) {
+    std::lock_guard lock(mutex());
+    return findRange(reinterpret_cast<uint64_t>(address)) != ranges().end();
+}
+
+// Fills the function, if it is known, in any case.
+bool sourceLocation(const void* address, SourceLocation& location) {
+    location = {};
+    std::lock_guard lock(mutex());
+    const auto found = findRange(reinterpret_cast<uint64_t>(address));
+    if (found == ranges().end())
+        return false;
+    const Known& known = *found->second;
+    const uint64_t offset = reinterpret_cast<uint64_t>(address) - found->first;
+    auto function = known.functions.upper_bound(offset);
+    if (function != known.functions.begin())
+        location.function = (--function)->second;
+    findLine(known.object, offset, location);
+    return location.line != 0;
+}
+
+std::string placeText(const void* address) {
+    SourceLocation place;
+    const bool hasLine = sourceLocation(address, place);
+    return (place.function.empty() ? "" : message(", in ", place.function)) +
+           (hasLine ? message(", at ", place.file, ":", place.line) : "");
 }
 
 } // namespace sunstone::compiler

@@ -13,11 +13,12 @@ namespace sunstone::compiler {
 // Where the sections of an object file were loaded, by name.
 using SectionAddresses = std::map<std::string, uint64_t>;
 
-// Keeps an object's debug information registered during its lifetime.
+// Keeps what is known of an object's code during its lifetime: the names of its functions and,
+// where it has them, lines and variables.
 class DebugRegistration {
 public:
     // code: the object file. forDebugger: also registers it with gdb, for lines and variables (GDB
-    // manual, "JIT Compilation Interface"). Null if the object has no debug information.
+    // manual, "JIT Compilation Interface"). Null if the object has no code.
     static std::unique_ptr<DebugRegistration> add(const std::string& code,
                                                   const SectionAddresses& addresses,
                                                   bool forDebugger);

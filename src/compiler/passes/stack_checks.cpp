@@ -4,6 +4,7 @@
 
 #include <llvm/ADT/SCCIterator.h>
 #include <llvm/Analysis/CallGraph.h>
+#include <llvm/IR/DebugInfoMetadata.h>
 #include <llvm/IR/InstIterator.h>
 
 namespace sunstone::compiler {
@@ -35,6 +36,20 @@ std::set<llvm::Function*> recursiveFunctions(llvm::Module& module) {
     return result;
 }
 
+// Gives a check the name and line of the function that it precedes; null if the function has none.
+llvm::DILocation* locate(llvm::Function& check, const llvm::Function& function) {
+    const llvm::DISubprogram* of = function.getSubprogram();
+    if (!of)
+        return nullptr;
+    auto* own = llvm::DISubprogram::getDistinct(
+        check.getContext(), of->getScope(), of->getName(), of->getLinkageName(), of->getFile(),
+        of->getLine(), of->getType(), of->getScopeLine(), of->getContainingType(),
+        of->getVirtualIndex(), of->getThisAdjustment(), of->getFlags(), of->getSPFlags(),
+        of->getUnit());
+    check.setSubprogram(own);
+    return llvm::DILocation::get(check.getContext(), of->getLine(), 0, own);
+}
+
 // Moves the body of `function` after a check for `bytes` of stack below the current frame.
 void addCheck(Unit& unit, llvm::Function& function, uint64_t bytes) {
     llvm::LLVMContext& context = unit.context();
@@ -46,11 +61,13 @@ void addCheck(Unit& unit, llvm::Function& function, uint64_t bytes) {
     function.replaceAllUsesWith(check);
     function.setLinkage(llvm::GlobalValue::InternalLinkage);
     function.addFnAttr(llvm::Attribute::NoInline);
+    llvm::DILocation* const place = locate(*check, function);
 
     auto* entry = llvm::BasicBlock::Create(context, "entry", check);
     auto* fits = llvm::BasicBlock::Create(context, "fits", check);
     auto* overflow = llvm::BasicBlock::Create(context, "overflow", check);
     llvm::IRBuilder<> builder(entry);
+    builder.SetCurrentDebugLocation(place);
     llvm::Type* pointer = builder.getPtrTy();
     Value* state = check->getArg(0);
     const auto field = [&](Value* base, size_t offset, llvm::Type* type) {
@@ -84,9 +101,11 @@ void addCheck(Unit& unit, llvm::Function& function, uint64_t bytes) {
                                          {pointer, builder.getInt32Ty(), pointer}, false);
     Value* raise =
         unit.launchFunction(builder, launch, offsetof(devlib::LaunchState, raise), "raise", type);
-    builder.CreateCall(type, raise,
-                       {state, builder.getInt32(uint32_t(devlib::kExceptionStackOverflow)),
-                        llvm::ConstantPointerNull::get(builder.getPtrTy())});
+    builder
+        .CreateCall(type, raise,
+                    {state, builder.getInt32(uint32_t(devlib::kExceptionStackOverflow)),
+                     llvm::ConstantPointerNull::get(builder.getPtrTy())})
+        ->setTailCallKind(llvm::CallInst::TCK_NoTail); // the return address names the function
     finish(function.getReturnType()->isVoidTy()
                ? nullptr
                : llvm::Constant::getNullValue(function.getReturnType()));

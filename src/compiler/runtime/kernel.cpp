@@ -176,7 +176,8 @@ void endThread(KernelThread* thread) {
 }
 
 void trapThread(KernelThread* thread) {
-    log(LogLevel::kError, "compiler", "a kernel executed a trap instruction");
+    endDeviceCode("executed a trap", nullptr,
+                  static_cast<const char*>(__builtin_return_address(0)) - 1);
     if (const BlockFunctions* functions = functionsOf(thread))
         functions->fault(thread, devlib::kFaultTrap);
 }

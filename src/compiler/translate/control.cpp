@@ -84,9 +84,12 @@ void FunctionTranslator::endAfterAssertion() {
 
 // Ends the thread through its launcher, which normally does not return; if it does, the function
 // returns.
+//
+// No tail call: the return address says where the trap is.
 void FunctionTranslator::emitTrap(ptx::Lockstep how) {
     if (isKernel()) {
-        meet(how, builder_.getVoidTy());
+        llvm::cast<llvm::CallInst>(meet(how, builder_.getVoidTy()))
+            ->setTailCallKind(llvm::CallInst::TCK_NoTail);
     } else {
         Value* launch =
             stateField(offsetof(devlib::RayState, launch), builder_.getPtrTy(), "launch");
@@ -96,10 +99,11 @@ void FunctionTranslator::emitTrap(ptx::Lockstep how) {
         Value* handler =
             unit_.launchFunction(builder_, launch, offsetof(devlib::LaunchState, throwException),
                                  "throwException", type);
-        builder_.CreateCall(type, handler,
-                            {state(), builder_.getInt32(uint32_t(devlib::kExceptionTrap)),
-                             builder_.getInt32(0),
-                             llvm::ConstantPointerNull::get(builder_.getPtrTy())});
+        builder_
+            .CreateCall(type, handler,
+                        {state(), builder_.getInt32(uint32_t(devlib::kExceptionTrap)),
+                         builder_.getInt32(0), llvm::ConstantPointerNull::get(builder_.getPtrTy())})
+            ->setTailCallKind(llvm::CallInst::TCK_NoTail);
     }
     emitReturn();
 }

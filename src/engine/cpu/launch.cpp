@@ -8,6 +8,7 @@
 #include "base/readable.h"
 #include "base/threads.h"
 #include "check/memory_check.h"
+#include "compiler/debug/place.h"
 #include "devlib/flags.h"
 #include "devlib/launch_notes.h"
 #include "devlib/records.h"
@@ -18,6 +19,7 @@
 #include <algorithm>
 #include <csetjmp>
 #include <cstring>
+#include <unwind.h>
 #include <vector>
 
 #include <tbb/blocked_range.h>
@@ -87,7 +89,7 @@ devlib::ProgramFn programAt(const Pipeline& pipeline, const Wording& wording, ui
 // Leaves the current launch index: the launch loop's frame takes over. The transform list at the
 // fault moves to where the exception program, which runs with the launch index's own state, looks
 // for it.
-[[noreturn]] void leave(RayState* state, int32_t code) {
+[[noreturn]] void leave(RayState* state, int32_t code, const void* returnAddress) {
     ThreadState* thread = state->thread;
     thread->exceptionCode = code;
     RayState* root = thread->root;
@@ -98,7 +100,9 @@ devlib::ProgramFn programAt(const Pipeline& pipeline, const Wording& wording, ui
         std::copy_n(hit.transforms, count, root->hit.transforms);
         root->hit.sbtGasIndex = hit.sbtGasIndex;
     }
-    longjmp(*static_cast<jmp_buf*>(thread->exceptionFrame), 1);
+    auto* const frame = static_cast<FaultFrame*>(thread->exceptionFrame);
+    frame->instruction = static_cast<const char*>(returnAddress) - 1; // in the call
+    longjmp(frame->jump, 1);
 }
 
 // A `trap` or optixThrowException.
@@ -115,7 +119,22 @@ void throwException(RayState* state, int32_t code, uint32_t count, const uint32_
         else
             code &= kUserCodes - 1; // never taken for a code of the run-time
     }
-    leave(state, code);
+    leave(state, code, __builtin_return_address(0));
+}
+
+// Where the innermost compiled program called the run-time.
+const void* callOfProgram() {
+    const void* found = nullptr;
+    _Unwind_Backtrace(
+        [](_Unwind_Context* context, void* data) {
+            const auto address = reinterpret_cast<const void*>(_Unwind_GetIP(context));
+            if (!compiler::isLoadedCode(address))
+                return _URC_NO_REASON;
+            *static_cast<const void**>(data) = address;
+            return _URC_END_OF_STACK;
+        },
+        &found);
+    return found;
 }
 
 // An exception of the run-time.
@@ -123,7 +142,12 @@ void raise(RayState* state, int32_t code, const devlib::ExceptionInfo* info) {
     ThreadState* thread = state->thread;
     std::fill(std::begin(thread->exceptionDetails), std::end(thread->exceptionDetails), 0);
     thread->exception = info ? *info : devlib::ExceptionInfo{};
-    leave(state, code);
+    const void* place = __builtin_return_address(0);
+    const bool isFatal = !(state->launch->exceptionFlags & devlib::kFlagStackOverflow);
+    if (code == devlib::kExceptionStackOverflow && isFatal)
+        if (const void* call = callOfProgram())
+            place = call;
+    leave(state, code, place);
 }
 
 // Before an access of a program compiled for the memory checker.
@@ -150,7 +174,7 @@ public:
     void run(const Tile& tile) {
         ThreadState thread{};
         FaultFrame frame;
-        thread.exceptionFrame = &frame.jump;
+        thread.exceptionFrame = &frame;
         RayState state;
         std::memset(static_cast<void*>(&state), 0, offsetof(RayState, hit));
         state.hit.transformCount = 0;
@@ -212,13 +236,13 @@ private:
         const bool overflow = code == devlib::kExceptionStackOverflow &&
                               !(launch_.exceptionFlags & devlib::kFlagStackOverflow);
         if (code == devlib::kExceptionTrap || code == devlib::kExceptionAccess || overflow) {
-            fatal_.add(*state.thread, launch_);
+            fatal_.add(*state.thread, launch_, frame.instruction);
             return;
         }
         if (code < 0)
-            raised_.add(*state.thread, launch_);
+            raised_.add(*state.thread, launch_, frame.instruction);
         if (!exception_) {
-            unseen_.add(*state.thread, launch_);
+            unseen_.add(*state.thread, launch_, frame.instruction);
             return;
         }
         state.sbtData = reinterpret_cast<const void*>(launch_.sbt.exceptionRecord +

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Acceleration structures on a GPU: kernels of src/bvh/gpu in the caller's stream.
+#include "engine/accel.h"
 #include "base/error.h"
 #include "bvh/gpu/layout.h"
-#include "engine/accel.h"
 #include "engine/gpu/backend.h"
 
 #include <cstddef>
@@ -128,12 +128,11 @@ bvh::BlockHeader GpuBackend::headerOf(uint64_t handle, CUstream stream, const ch
     return header;
 }
 
-static void checkCompaction(const bvh::BlockHeader& header, uint64_t handle, uint64_t to,
-                            size_t size) {
+static void checkCompaction(const Context& context, const bvh::BlockHeader& header, uint64_t handle,
+                            uint64_t to, size_t size) {
     const uint64_t source = devlib::addressOf(handle), used = header.usedSize;
     if (!(header.options & bvh::kOptionCompaction))
-        fail(Code::kInvalidValue, "inputHandle = ", reinterpret_cast<void*>(handle),
-             " was built without ALLOW_COMPACTION");
+        tolerateCompaction(context, handle);
     if (size < used)
         fail(Code::kInvalidValue, "outputBufferSizeInBytes = ", size,
              " is less than the compacted size ", used);
@@ -142,8 +141,8 @@ static void checkCompaction(const bvh::BlockHeader& header, uint64_t handle, uin
              " overlaps the structure that is compacted");
 }
 
-// An invalid structure or buffer is an error of this call if the stream is idle; else the call does
-// not wait, and the kernel finds it.
+// An invalid structure or buffer is an error of this call if the stream is idle, and in validation
+// mode; else the call does not wait, and the kernel finds it.
 uint64_t GpuBackend::compactAccel(const ContextPtr& context, void* stream, uint64_t handle,
                                   void* destination, size_t destinationSize) {
     ContextScope scope(device_.context());
@@ -151,8 +150,8 @@ uint64_t GpuBackend::compactAccel(const ContextPtr& context, void* stream, uint6
     const uint64_t to = uint64_t(destination);
     requireStructure(handle, "inputHandle");
     tellOfBuilds(*context);
-    if (builder().isIdle(CUstream(stream)))
-        checkCompaction(headerOf(handle, CUstream(stream), "inputHandle"), handle, to,
+    if (context->validation || builder().isIdle(CUstream(stream)))
+        checkCompaction(*context, headerOf(handle, CUstream(stream), "inputHandle"), handle, to,
                         destinationSize);
     builder().compact(CUstream(stream), source, to, destinationSize);
     const uint64_t copy = devlib::makeHandle(destination, devlib::tagOf(handle));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Contexts: creation, the stack of current ones, limits and preferences.
 #include "api/cuda/driver/shell.h"
+#include "base/readable.h"
 
 using namespace sunstone;
 using namespace sunstone::api::cuda;
@@ -68,18 +69,19 @@ SUNSTONE_EXPORT CUresult cuDevicePrimaryCtxGetState(CUdevice device, unsigned in
 
 SUNSTONE_EXPORT CUresult cuCtxCreate(CUcontext* context, CUctxCreateParams* params,
                                      unsigned int flags, CUdevice device) {
-    if (params)
-        return guarded("cuCtxCreate", Needs::kInit, [] {
+    const CUresult checked = guarded("cuCtxCreate", Needs::kInit, [&] {
+        require(!params || isReadable(params, sizeof(*params)), "params is no readable memory");
+        if (params && (params->numExecAffinityParams != 0 || params->cigParams))
             refuse(CUDA_ERROR_NOT_SUPPORTED, "execution affinity and graphics clients");
-        });
-    return createContext("cuCtxCreate", context, flags, device);
+    });
+    return checked == CUDA_SUCCESS ? createContext("cuCtxCreate", context, flags, device) : checked;
 }
 SUNSTONE_EXPORT CUresult cuCtxCreate_v2(CUcontext* context, unsigned int flags, CUdevice device) {
     return createContext("cuCtxCreate_v2", context, flags, device);
 }
-SUNSTONE_EXPORT CUresult cuCtxCreate_v3(CUcontext* context, void* affinities, int count,
-                                        unsigned int flags, CUdevice device) {
-    if (affinities || count)
+SUNSTONE_EXPORT CUresult cuCtxCreate_v3(CUcontext* context, void*, int count, unsigned int flags,
+                                        CUdevice device) {
+    if (count != 0) // without any, the pointer is ignored
         return guarded("cuCtxCreate_v3", Needs::kInit,
                        [] { refuse(CUDA_ERROR_NOT_SUPPORTED, "execution affinity"); });
     return createContext("cuCtxCreate_v3", context, flags, device);

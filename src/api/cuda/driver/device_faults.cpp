@@ -9,9 +9,23 @@
 
 namespace sunstone::api::cuda {
 
+namespace {
+
+bool isAccess(const FaultFrame& fault) {
+    return fault.signal == SIGSEGV || fault.signal == SIGBUS;
+}
+
+} // namespace
+
+CUresult faultResult(const FaultFrame& fault) {
+    if (!isAccess(fault))
+        return CUDA_ERROR_LAUNCH_FAILED;
+    return fault.kind == FaultFrame::kMisaligned ? CUDA_ERROR_MISALIGNED_ADDRESS
+                                                 : CUDA_ERROR_ILLEGAL_ADDRESS;
+}
+
 std::string freedRemark(const FaultFrame& fault) {
-    const bool isAccess = fault.signal == SIGSEGV || fault.signal == SIGBUS;
-    const std::string freed = isAccess ? check::describeFreed(fault.address) : std::string();
+    const std::string freed = isAccess(fault) ? check::describeFreed(fault.address) : std::string();
     return freed.empty() ? freed : " (" + freed + ")";
 }
 

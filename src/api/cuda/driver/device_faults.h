@@ -8,6 +8,9 @@
 
 namespace sunstone::api::cuda {
 
+// The error for a fault of a kernel.
+CUresult faultResult(const FaultFrame& fault);
+
 // " (use after free: ...)" with the allocation, if the fault's address lies in freed memory.
 std::string freedRemark(const FaultFrame& fault);
 

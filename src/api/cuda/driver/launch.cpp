@@ -8,6 +8,7 @@
 #include "base/config.h"
 #include "base/log.h"
 #include "base/threads.h"
+#include "compiler/debug/place.h"
 
 #include <algorithm>
 #include <chrono>
@@ -26,21 +27,17 @@ constexpr uint64_t kSmallLaunch = 2048;
 [[noreturn]] void refuseFault(const Launch& launch) {
     const FaultFrame& fault = launch.processorFault;
     const auto &block = launch.faulted.ctaid, &thread = launch.faulted.tid;
-    std::string place, last;
+    std::string last;
     if (launch.faultedLanes > 1) {
         devlib::KernelThread end{};
         const uint32_t index = launch.faulted.warpid * devlib::kWarpLanes + launch.faulted.laneid;
         placeThread(end, launch, index + launch.faultedLanes - 1);
         last = message(" to (", end.tid[0], ", ", end.tid[1], ", ", end.tid[2], ")");
     }
-    compiler::SourceLocation source;
-    if (compiler::sourceLocation(fault.instruction, source))
-        place = message(", at ", source.file, ":", source.line);
-    const bool isAccess = fault.signal == SIGSEGV || fault.signal == SIGBUS;
-    refuse(isAccess ? CUDA_ERROR_ILLEGAL_ADDRESS : CUDA_ERROR_LAUNCH_FAILED, "kernel ", launch.name,
-           ": ", describeFault(fault), freedRemark(fault), ", in block (", block[0], ", ", block[1],
-           ", ", block[2], "), thread (", thread[0], ", ", thread[1], ", ", thread[2], ")", last,
-           place);
+    refuse(faultResult(fault), "kernel ", launch.name, ": ", describeFault(fault),
+           freedRemark(fault), ", in block (", block[0], ", ", block[1], ", ", block[2],
+           "), thread (", thread[0], ", ", thread[1], ", ", thread[2], ")", last,
+           compiler::placeText(fault.instruction));
 }
 
 [[noreturn]] void refuseFault(const char* kernel, devlib::KernelFault fault) {
