@@ -8,7 +8,7 @@
 
 #if defined(__CUDA__) && !defined(__NVCC__)
 #ifndef __CUDACC__
-#define __CUDACC__
+#define __CUDACC__ 1
 #endif
 #define SUNSTONE_CUDA_COMPILATION
 // Before any standard header: see sunstone/math.h.

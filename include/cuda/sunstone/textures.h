@@ -103,8 +103,35 @@ SUNSTONE_TEXEL_OF_ONE(uchar1, unsigned char, false)
                          : "l"(texture), __VA_ARGS__);                                             \
         }                                                                                          \
         return sunstone_texel<T>::from(w);                                                         \
+    }                                                                                              \
+    /* Whether the texels lie in memory: only those of sparse arrays may not. PTX 7.1. */          \
+    template <class T> SUNSTONE_TEX T name SUNSTONE_AND_RESIDENT params {                          \
+        unsigned w[4], resident;                                                                   \
+        if (sunstone_texel<T>::isFloat) {                                                          \
+            float a, b, c, d;                                                                      \
+            asm volatile("{ .reg .pred p; .reg .u32 r;\n" opcode ".v4.f32." coordinates            \
+                         " {%0, %1, %2, %3}|p, " operands                                          \
+                         ";\nselp.u32 r, 1, 0, p; st.u32 [%[resident]], r; }"                      \
+                         : "=f"(a), "=f"(b), "=f"(c), "=f"(d)                                      \
+                         : "l"(texture), __VA_ARGS__, [resident] "l"(&resident)                    \
+                         : "memory");                                                              \
+            w[0] = sunstone_bits<unsigned>(a);                                                     \
+            w[1] = sunstone_bits<unsigned>(b);                                                     \
+            w[2] = sunstone_bits<unsigned>(c);                                                     \
+            w[3] = sunstone_bits<unsigned>(d);                                                     \
+        } else {                                                                                   \
+            asm volatile("{ .reg .pred p; .reg .u32 r;\n" opcode ".v4.u32." coordinates            \
+                         " {%0, %1, %2, %3}|p, " operands                                          \
+                         ";\nselp.u32 r, 1, 0, p; st.u32 [%[resident]], r; }"                      \
+                         : "=r"(w[0]), "=r"(w[1]), "=r"(w[2]), "=r"(w[3])                          \
+                         : "l"(texture), __VA_ARGS__, [resident] "l"(&resident)                    \
+                         : "memory");                                                              \
+        }                                                                                          \
+        *isResident = resident != 0;                                                               \
+        return sunstone_texel<T>::from(w);                                                         \
     }
 
+#define SUNSTONE_AND_RESIDENT(...) (__VA_ARGS__, bool* isResident)
 #define SUNSTONE_P cudaTextureObject_t texture
 SUNSTONE_SAMPLE(tex1Dfetch, (SUNSTONE_P, int x), (x), "tex.1d", "s32", "[%4, {%5}]", "r"(x))
 SUNSTONE_SAMPLE(tex1D, (SUNSTONE_P, float x), (x), "tex.1d", "f32", "[%4, {%5}]", "f"(x))
@@ -181,7 +208,16 @@ SUNSTONE_TEX T tex2Dgather(cudaTextureObject_t texture, float x, float y, int co
            : component == 3 ? sunstone_gather3<T>(texture, x, y)
                             : sunstone_gather0<T>(texture, x, y);
 }
+template <class T>
+SUNSTONE_TEX T tex2Dgather(cudaTextureObject_t texture, float x, float y, bool* isResident,
+                           int component = 0) {
+    return component == 1   ? sunstone_gather1<T>(texture, x, y, isResident)
+           : component == 2 ? sunstone_gather2<T>(texture, x, y, isResident)
+           : component == 3 ? sunstone_gather3<T>(texture, x, y, isResident)
+                            : sunstone_gather0<T>(texture, x, y, isResident);
+}
 #undef SUNSTONE_SAMPLE
+#undef SUNSTONE_AND_RESIDENT
 #undef SUNSTONE_P
 
 // The forms that return the result through the first parameter.

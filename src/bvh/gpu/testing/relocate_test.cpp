@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace sunstone::bvh::gpu {
 namespace {
 
@@ -16,7 +18,7 @@ std::vector<std::string> relocate(const RelocationInfo& info, const Buffer& bloc
                                   const std::vector<uint64_t>& children = {}) {
     const Device& device = Device::get();
     const Buffer handles(children.size() * sizeof(uint64_t));
-    std::memcpy(handles.data(), children.data(), handles.size());
+    std::copy(children.begin(), children.end(), reinterpret_cast<uint64_t*>(handles.data()));
     device.builder().relocate(nullptr, info, block.address(), handles.address(), children.size());
     EXPECT_EQ(device.driver().ctxSynchronize(), CUDA_SUCCESS);
     return device.builder().takeFailures();
