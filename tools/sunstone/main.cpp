@@ -14,7 +14,7 @@ namespace {
 
 void addRender(CLI::App& app, RenderOptions& options) {
     app.add_option("model", options.model, "model: .obj, .gltf, .glb or .ply")->required();
-    app.add_option("-o,--output", options.output, "picture to write, PNG")
+    app.add_option("-o,--output", options.output, "picture to write: .png, .jpg, .hdr or .exr")
         ->capture_default_str();
     app.add_option("--width", options.width, "pixels across")
         ->check(CLI::Range(1, 16384))
@@ -119,7 +119,7 @@ int main(int argc, char** argv) {
     checkCommand->add_flag("--json", checkOptions.json, "print JSON");
 
     RenderOptions renderOptions;
-    CLI::App* renderCommand = app.add_subcommand("render", "Path trace a model into a PNG picture");
+    CLI::App* renderCommand = app.add_subcommand("render", "Path trace a model into a picture");
     addRender(*renderCommand, renderOptions);
 
     if (isUnknownCommand(app, argc, argv))
