@@ -26,3 +26,7 @@ sunstone_copy_changed(${optix7_root}/optix_7_types.h ${SUNSTONE_OPTIX76_FOLDER}/
     "#define SUNSTONE_OPTIX_API 70400" "#define SUNSTONE_OPTIX_API 70600")
 sunstone_copy_changed(${optix76_root}/optix.h ${SUNSTONE_OPTIX76_FOLDER}/optix.h
     "#include \"internal/optix_76_api.h\"\n\n" "")
+# Headers that OptiX 7.4 lacks.
+foreach(header IN ITEMS optix_micromap.h internal/optix_7_micromap_impl.h)
+    configure_file(${optix76_root}/${header} ${SUNSTONE_OPTIX76_FOLDER}/${header} COPYONLY)
+endforeach()

@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <initializer_list>
 
 namespace sunstone {
 namespace {
@@ -12,29 +16,118 @@ namespace {
 constexpr size_t kCount = size_t(Setting::kCount);
 
 constexpr std::array<SettingInfo, kCount> kSettings = {{
-    {"SUNSTONE_LOG", "log levels: LEVEL or AREA:LEVEL,...; levels off fatal error warning info debug"},
+    {"SUNSTONE_LOG",
+     "log levels: LEVEL or AREA:LEVEL,...; levels off fatal error warning info debug"},
     {"SUNSTONE_DUMP", "folder that receives programs after every compiler pass"},
-    {"SUNSTONE_THREADS", "worker threads of the CPU device (default: all cores)"},
-    {"SUNSTONE_ISA", "highest instruction set of traversal and of compiled device code: avx512, avx2, baseline"},
+    {"SUNSTONE_THREADS", "worker threads of the CPU device (default: the processors it may use)"},
+    {"SUNSTONE_ISA", "highest instruction set of traversal and of compiled device code: avx512, "
+                     "avx2, baseline"},
     {"OPTIX_CACHE_PATH", "folder of the disk cache, instead of any that a program names"},
     {"OPTIX_CACHE_MAXSIZE", "bytes the disk cache may grow to; 0 turns it off"},
     {"SUNSTONE_CHECK", "checks of device code, set by `sunstone run --check`: memory,leaks,host"},
     {"SUNSTONE_CHECK_REPORT", "file that the reports of these checks are added to, JSON lines"},
-    {"SUNSTONE_GPU_BACK_END", "cpu-device: contexts of the CPU device use the back end for GPUs (for its tests)"},
+    {"SUNSTONE_GPU_BACK_END",
+     "cpu-device: contexts of the CPU device use the back end for GPUs (for its tests)"},
     {"SUNSTONE_KERNELS", "how threads of CUDA kernels run: lockstep (default) or single"},
+    {"CUDA_VISIBLE_DEVICES", "CUDA devices that programs see: numbers or UUIDs; empty or -1: none"},
 }};
+
+constexpr unsigned long kMostThreads = 4096;
+
+// Whether all parts of the list between the separators are among the words.
+bool areAll(const std::string& list, std::initializer_list<std::string_view> words) {
+    std::string_view rest = list;
+    for (;;) {
+        const size_t comma = rest.find(',');
+        const std::string_view part = rest.substr(0, comma);
+        if (!part.empty() && std::find(words.begin(), words.end(), part) == words.end())
+            return false;
+        if (comma == std::string_view::npos)
+            return true;
+        rest.remove_prefix(comma + 1);
+    }
+}
+
+// Whether the text is a whole number of at most `most`.
+bool isNumber(const std::string& text, unsigned long least, unsigned long most) {
+    unsigned long value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size() && value >= least &&
+           value <= most;
+}
+
+// LEVEL or AREA:LEVEL,...
+bool isLogList(const std::string& text) {
+    std::string levels;
+    for (size_t begin = 0; begin <= text.size();) {
+        const size_t end = std::min(text.find(',', begin), text.size());
+        const std::string item = text.substr(begin, end - begin);
+        levels += item.substr(item.find(':') == std::string::npos ? 0 : item.find(':') + 1) + ",";
+        begin = end + 1;
+    }
+    return areAll(levels, {"off", "fatal", "error", "warning", "info", "debug"});
+}
+
+using Values = std::array<std::string, kCount>;
+
+// Removes invalid values. The log cannot be used: it asks for a setting.
+void dropFaulty(Values& values) {
+    for (size_t i = 0; i < kCount; ++i) {
+        const std::string fault = settingFault(Setting(i), values[i]);
+        if (fault.empty())
+            continue;
+        std::fprintf(stderr, "[sunstone base fatal] %s=\"%s\" is ignored: %s\n",
+                     kSettings[i].variable, values[i].c_str(), fault.c_str());
+        values[i].clear();
+    }
+}
 
 } // namespace
 
+std::string settingFault(Setting setting, const std::string& value) {
+    if (value.empty())
+        return {};
+    const auto unless = [](bool good, const char* rule) { return good ? "" : rule; };
+    std::error_code error;
+    switch (setting) {
+    case Setting::kLog:
+        return unless(isLogList(value), "it is LEVEL or AREA:LEVEL,... with the levels off, fatal, "
+                                        "error, warning, info, debug");
+    case Setting::kDump:
+        return unless(std::filesystem::is_directory(value, error), "it is a folder that exists");
+    case Setting::kThreads:
+        return unless(isNumber(value, 1, kMostThreads), "it is a whole number from 1 to 4096");
+    case Setting::kIsa:
+        return unless(value == "avx512" || value == "avx2" || value == "baseline",
+                      "it is avx512, avx2 or baseline");
+    case Setting::kCacheMaxSize:
+        return unless(isNumber(value, 0, ~0ul), "it is a number of bytes; 0 turns the cache off");
+    case Setting::kCheck:
+        return unless(areAll(value, {"memory", "leaks", "host"}),
+                      "it is a list of memory, leaks, host");
+    case Setting::kGpuBackEnd:
+        return unless(value == "cpu-device", "it is cpu-device");
+    case Setting::kKernels:
+        return unless(value == "lockstep" || value == "single", "it is lockstep or single");
+    default:
+        return {};
+    }
+}
+
 const std::string& config(Setting setting) {
     static const auto& values = *[] {
-        auto* read = new std::array<std::string, kCount>;
+        auto* read = new Values;
         for (size_t i = 0; i < kCount; ++i)
             if (const char* value = std::getenv(kSettings[i].variable))
                 (*read)[i] = value;
+        dropFaulty(*read);
         return read;
     }();
     return values[size_t(setting)];
+}
+
+bool isSet(Setting setting) {
+    return std::getenv(kSettings[size_t(setting)].variable) != nullptr;
 }
 
 std::string currentConfig(Setting setting) {

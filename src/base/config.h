@@ -12,14 +12,16 @@ namespace sunstone {
 enum class Setting {
     kLog,     // SUNSTONE_LOG: levels by area, see log.h
     kDump,    // SUNSTONE_DUMP: folder that receives the program after every compiler pass
-    kThreads, // SUNSTONE_THREADS: worker threads of the CPU device, default all cores
-    kIsa,     // SUNSTONE_ISA: highest instruction set of traversal and compiled code (avx512, avx2, baseline)
+    kThreads, // SUNSTONE_THREADS: worker threads of the CPU device, default see cpu_limits.h
+    kIsa,     // SUNSTONE_ISA: highest instruction set of traversal and compiled code (avx512, avx2,
+              // baseline)
     kCachePath,    // OPTIX_CACHE_PATH: folder of the disk cache
     kCacheMaxSize, // OPTIX_CACHE_MAXSIZE: bytes of the disk cache, 0 for none
     kCheck,        // SUNSTONE_CHECK: checks of `sunstone run --check`, see checks()
     kCheckReport,  // SUNSTONE_CHECK_REPORT: file that receives the checks' reports
     kGpuBackEnd,   // SUNSTONE_GPU_BACK_END=cpu-device: the GPU back end drives the CPU device's libcuda
     kKernels,      // SUNSTONE_KERNELS: how the threads of kernels run, see docs/cuda.md
+    kVisibleDevices, // CUDA_VISIBLE_DEVICES: devices of the CPU's libcuda
     kCount,
 };
 
@@ -28,8 +30,15 @@ struct SettingInfo {
     const char* meaning;
 };
 
-// The value of a setting at the first call for it; empty if the variable is unset.
+// The value of a setting at the first call for it; empty if the variable is unset. The first call
+// names all variables on stderr whose values are invalid, with the rule; they count as unset.
 const std::string& config(Setting setting);
+
+// The rule that a value breaks, or empty.
+std::string settingFault(Setting setting, const std::string& value);
+
+// Whether the variable is set, perhaps to nothing.
+bool isSet(Setting setting);
 
 // The current value, for settings that a process may change before it creates a context.
 std::string currentConfig(Setting setting);

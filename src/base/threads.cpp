@@ -2,16 +2,17 @@
 // See threads.h.
 #include "base/threads.h"
 
-#include "base/config.h"
+#include "base/cpu_limits.h"
 
 #include <pthread.h>
 
 #include <algorithm>
 #include <atomic>
-#include <thread>
+#include <optional>
 
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -38,6 +39,13 @@ namespace {
 constexpr size_t kWorkerStackBytes = size_t(16) << 20;
 
 struct Workers {
+    Workers() {
+        // oneTBB warns of arenas beyond its own limit. A lower limit would be the application's,
+        // too.
+        if (threadCount() > unsigned(tbb::info::default_concurrency()))
+            raised.emplace(tbb::global_control::max_allowed_parallelism, threadCount());
+    }
+    std::optional<tbb::global_control> raised;
     tbb::global_control stack{tbb::global_control::thread_stack_size, kWorkerStackBytes};
     tbb::task_arena arena{int(threadCount())};
 };
@@ -51,11 +59,7 @@ Workers& workers() {
 } // namespace
 
 unsigned threadCount() {
-    static const unsigned count = [] {
-        unsigned cores = std::thread::hardware_concurrency();
-        return configNumber(Setting::kThreads, cores ? cores : 1);
-    }();
-    return count;
+    return cpuLimit().threads;
 }
 
 StackBounds stackOfThread() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Worker threads of the process: launches, kernels and builds share one oneTBB arena of
-// SUNSTONE_THREADS threads (default: all cores).
+// as many threads as cpu_limits.h says.
 #pragma once
 
 #include <cstddef>

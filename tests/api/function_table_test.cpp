@@ -5,6 +5,7 @@
 #include <dlfcn.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <set>
 
 namespace tests::api {
@@ -77,6 +78,23 @@ TEST_F(FunctionTable, RejectsOtherAbis) {
         EXPECT_EQ(OPTIX_ERROR_UNSUPPORTED_ABI_VERSION,
                   query_(abi, 0, nullptr, nullptr, table, kSlots * sizeof(void*)))
             << abi;
+}
+
+// The application has no log yet, so the reason goes to stderr, once.
+TEST_F(FunctionTable, RefusalsAreLinesOnStderr) {
+    void* table[64] = {};
+    testing::internal::CaptureStderr();
+    for (int i = 0; i < 3; ++i) {
+        EXPECT_EQ(OPTIX_ERROR_UNSUPPORTED_ABI_VERSION,
+                  query_(1055, 0, nullptr, nullptr, table, sizeof(table)));
+        EXPECT_EQ(OPTIX_ERROR_FUNCTION_TABLE_SIZE_MISMATCH,
+                  query_(kAbi, 0, nullptr, nullptr, table, 1055));
+    }
+    const std::string text = testing::internal::GetCapturedStderr();
+    EXPECT_EQ(2, std::count(text.begin(), text.end(), '\n')) << text;
+    EXPECT_NE(std::string::npos, text.find("abiId = 1055; this library serves 22 (OptiX 7.0)"))
+        << text;
+    EXPECT_NE(std::string::npos, text.find("sizeOfTable = 1055")) << text;
 }
 
 TEST_F(FunctionTable, OptionsAndTableComeBeforeTheAbi) {

@@ -330,6 +330,19 @@ TEST_F(Module, DebugLevels) {
     }
 }
 
+// Functions of later releases are refused here, as a pipeline would.
+TEST_F(Module, FunctionsThatAreNotAvailable) {
+    for (const char* name :
+         {"_optix_get_cluster_id", "_optix_hitobject_traverse", "_optix_reorder"}) {
+        const std::string mention = std::string("line 6: \"") + name + "\" is not available";
+        expectRefused(OPTIX_ERROR_NOT_SUPPORTED, mention.c_str(),
+                      raygenOf(std::string("call (%r1), ") + name + ", ();"));
+    }
+    // In a function that no program calls it does no harm.
+    expectGood(goodPtx() + ".func unused() { .reg .b32 %r<2>;\n"
+                           "call (%r1), _optix_get_cluster_id, (); ret; }\n");
+}
+
 TEST_F(Module, RegisterCount) {
     for (int count : {0, 1, 64, 0x7FFFFFFF}) {
         moduleOptions_.maxRegisterCount = count;

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <png.h>
+
 #include <unistd.h>
 
 #include <cmath>
@@ -292,6 +294,131 @@ TEST_F(ModelTest, DamagedFilesNeverBreakAPromise) {
         }
     EXPECT_GT(accepted, 0);
     EXPECT_GT(refused, 0);
+}
+
+// ---- looks: textures, vertex colours, opacity ----
+
+// A PNG of 2 x 1 texels: opaque red and transparent green.
+std::string twoTexels() {
+    const uint8_t rgba[8] = {255, 0, 0, 255, 0, 255, 0, 0};
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    image.width = 2;
+    image.height = 1;
+    image.format = PNG_FORMAT_RGBA;
+    png_alloc_size_t size = 0;
+    png_image_write_to_memory(&image, nullptr, &size, 0, rgba, 0, nullptr);
+    std::string bytes(size, 0);
+    png_image_write_to_memory(&image, bytes.data(), &size, 0, rgba, 0, nullptr);
+    return bytes;
+}
+
+const char* kTexturedObj = "mtllib looks.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
+                           "usemtl leaf\nf 1/1 2/2 3/3\nusemtl glass\nf 1/1 3/3 2/2\n";
+const char* kLooksMtl =
+    "newmtl leaf\nKd 1 0.5 1\nmap_Kd leaf.png\nnewmtl glass\nKd 1 1 1\nd 0.25\n";
+
+TEST_F(ModelTest, ObjTexturesAndOpacity) {
+    write("leaf.png", twoTexels());
+    write("looks.mtl", kLooksMtl);
+    const Model model = loadText("looks.obj", kTexturedObj);
+    EXPECT_TRUE(model.missing.empty());
+    ASSERT_EQ(1u, model.textures.size());
+    EXPECT_EQ(2u, model.textures[0].width);
+    EXPECT_EQ((std::vector<uint8_t>{255, 0, 0, 255, 0, 255, 0, 0}), model.textures[0].rgba);
+    ASSERT_EQ(model.positions.size(), model.texcoords.size());
+    const Triangle& t = model.triangles[0];
+    EXPECT_EQ(1.0f, model.texcoords[t.a].y) << "OBJ counts from the bottom";
+    EXPECT_EQ(1.0f, model.texcoords[t.b].x);
+    EXPECT_EQ(0.0f, model.texcoords[t.c].y);
+    const Material& leaf = model.materials[model.materialOfTriangle[0]];
+    EXPECT_EQ(0, leaf.texture);
+    EXPECT_EQ(Alpha::kCutOut, leaf.alpha) << "the texture has a hole";
+    const Material& glass = model.materials[model.materialOfTriangle[1]];
+    EXPECT_EQ(-1, glass.texture);
+    EXPECT_EQ(Alpha::kBlend, glass.alpha);
+    EXPECT_EQ(0.25f, glass.opacity);
+}
+
+TEST_F(ModelTest, MissingFilesAreNamed) {
+    Model model = loadText("looks.obj", kTexturedObj);
+    ASSERT_EQ(1u, model.missing.size());
+    EXPECT_EQ("refers to \"looks.mtl\", which cannot be opened", model.missing[0]);
+    write("looks.mtl", kLooksMtl);
+    model = loadText("looks.obj", kTexturedObj);
+    ASSERT_EQ(1u, model.missing.size());
+    EXPECT_EQ("refers to \"leaf.png\", which cannot be opened", model.missing[0]);
+    EXPECT_EQ(-1, model.materials[0].texture);
+    for (const char* bytes : {"no picture", "\x89PNG\r\n\x1a\n", "\xFF\xD8\xFF"}) {
+        write("leaf.png", bytes);
+        model = loadText("looks.obj", kTexturedObj);
+        ASSERT_EQ(1u, model.missing.size());
+        EXPECT_CONTAINS(model.missing[0], "refers to \"leaf.png\", which is ");
+    }
+    write("looks.mtl", "newmtl leaf\nmap_Kd ../leaf.png\n");
+    model = loadText("looks.obj", kTexturedObj);
+    ASSERT_EQ(1u, model.missing.size());
+    EXPECT_CONTAINS(model.missing[0], "is not a file beside it");
+}
+
+TEST_F(ModelTest, VertexColors) {
+    Model model =
+        loadText("colors.obj", "v 0 0 0 1 0 0.5\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3\n");
+    ASSERT_EQ(model.positions.size(), model.colors.size());
+    EXPECT_EQ(1.0f, model.colors[0].x);
+    EXPECT_NEAR(0.2140f, model.colors[0].z, 1e-3f) << "sRGB";
+    EXPECT_EQ(1.0f, model.materials[model.materialOfTriangle[0]].color.x);
+    model = loadText("colors.ply",
+                     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                     "property float y\nproperty float z\nproperty uchar red\n"
+                     "property uchar green\nproperty uchar blue\nproperty uchar alpha\n"
+                     "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                     "0 0 0 255 0 0 255\n1 0 0 0 255 0 51\n0 1 0 0 0 255 255\n3 0 1 2\n");
+    ASSERT_EQ(model.positions.size(), model.colors.size());
+    EXPECT_EQ(1.0f, model.colors[0].x);
+    EXPECT_NEAR(0.2f, model.colors[1].w, 1e-6f);
+    EXPECT_EQ(Alpha::kBlend, model.materials[0].alpha);
+}
+
+TEST_F(ModelTest, GltfLooks) {
+    std::string buffer;
+    for (float value : {0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f}) // POSITION
+        append(buffer, value, false);
+    for (float value : {0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 1.0f}) // TEXCOORD_0
+        append(buffer, value, false);
+    for (int i = 0; i < 3; ++i) // COLOR_0
+        buffer += std::string("\xFF\x80\x00\x40", 4);
+    write("looks.bin", buffer);
+    write("leaf.png", twoTexels());
+    const std::string text = R"({"asset":{"version":"2.0"},
+        "buffers":[{"uri":"looks.bin","byteLength":72}],
+        "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":24},
+                       {"buffer":0,"byteOffset":60,"byteLength":12}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+                     {"bufferView":1,"componentType":5126,"count":3,"type":"VEC2"},
+                     {"bufferView":2,"componentType":5121,"normalized":true,"count":3,"type":"VEC4"}],
+        "images":[{"uri":"leaf.png"},{"uri":"none%20such.png"}],
+        "textures":[{"source":0},{"source":1}],
+        "materials":[{"alphaMode":"MASK","alphaCutoff":0.3,"pbrMetallicRoughness":
+            {"baseColorFactor":[1,1,1,0.5],"baseColorTexture":{"index":0}}},
+            {"alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorTexture":{"index":1}}}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1,"COLOR_0":2},
+                                  "material":0}]}]})";
+    const Model model = loadText("looks.gltf", text);
+    ASSERT_EQ(1u, model.textures.size());
+    const Material& material = model.materials[0];
+    EXPECT_EQ(0, material.texture);
+    EXPECT_EQ(Alpha::kCutOut, material.alpha);
+    EXPECT_EQ(0.5f, material.opacity);
+    EXPECT_NEAR(0.3f, material.cutoff, 1e-6f);
+    ASSERT_EQ(model.positions.size(), model.colors.size());
+    EXPECT_NEAR(128.0f / 255, model.colors[0].y, 1e-6f) << "linear";
+    EXPECT_NEAR(64.0f / 255, model.colors[0].w, 1e-6f);
+    EXPECT_EQ(1.0f, model.texcoords[model.triangles[0].c].y);
+    ASSERT_EQ(1u, model.missing.size());
+    EXPECT_EQ("refers to \"none such.png\", which cannot be opened", model.missing[0]);
+    EXPECT_EQ(-1, model.materials[1].texture);
+    EXPECT_EQ(Alpha::kBlend, model.materials[1].alpha);
 }
 
 } // namespace

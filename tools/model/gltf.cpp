@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // glTF 2.0: .gltf with data: URIs or files beside it, and .glb. Reads triangles (lists, strips,
-// fans), normals, base colour, metallic and roughness factors, emission, and the node hierarchy.
-// Textures, skins and animations are ignored; files that require an unsupported extension are
-// refused. Source: glTF 2.0 specification, Khronos Group.
+// fans), normals, base colour with its texture, vertex colours, alpha, metallic and roughness
+// factors, emission, and the node hierarchy. Other textures, skins and animations are ignored;
+// files that require an unsupported extension are refused. Source: glTF 2.0 specification, Khronos
+// Group.
 #include "gltf_file.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 namespace model {
 namespace {
@@ -102,6 +104,13 @@ Material convertMaterial(const Json& source) {
     auto emission = numbers<3>(source, "emissiveFactor", {0, 0, 0});
     auto unit = [](double value) { return float(std::clamp(value, 0.0, 1.0)); };
     material.color = {unit(color[0]), unit(color[1]), unit(color[2])};
+    material.opacity = unit(color[3]);
+    material.cutoff = float(gltf::number(source, "alphaCutoff", 0.5));
+    const Json* mode = gltf::find(source, "alphaMode");
+    if (mode && mode->is_string())
+        material.alpha = *mode == "MASK"    ? Alpha::kCutOut
+                         : *mode == "BLEND" ? Alpha::kBlend
+                                            : Alpha::kOpaque;
     material.emission = {unit(emission[0]), unit(emission[1]), unit(emission[2])};
     material.metallic = unit(gltf::number(*pbr, "metallicFactor", 1.0));
     material.roughness = unit(gltf::number(*pbr, "roughnessFactor", 1.0));
@@ -135,7 +144,7 @@ public:
         checkExtensions();
         if (const Json* materials = gltf::find(file_.root(), "materials"))
             for (const Json& material : gltf::array(*materials, "materials"))
-                model_.materials.push_back(convertMaterial(material));
+                addMaterial(material);
         defaultMaterial_ = uint32_t(model_.materials.size());
         model_.materials.emplace_back();
 
@@ -153,6 +162,55 @@ public:
     }
 
 private:
+    void addMaterial(const Json& source) {
+        model_.materials.push_back(convertMaterial(source));
+        const Json* pbr = gltf::find(source, "pbrMetallicRoughness");
+        const Json* reference = pbr ? gltf::find(*pbr, "baseColorTexture") : nullptr;
+        const Json* number = reference ? gltf::find(*reference, "index") : nullptr;
+        if (!number || gltf::index(*reference, "texCoord", 0) != 0)
+            return;
+        const Json* image = gltf::find(file_.element("textures", *number), "source");
+        if (image)
+            model_.materials.back().texture = textureOf(*image);
+    }
+
+    // The number of the texture of an image; -1 where there is none that can be used.
+    int textureOf(const Json& image) {
+        const auto [entry, isNew] = textures_.try_emplace(image.dump(), -1);
+        if (!isNew)
+            return entry->second;
+        try {
+            model_.textures.push_back(decodePicture(file_.image(image)));
+            entry->second = int(model_.textures.size()) - 1;
+        } catch (const ModelError& error) {
+            const std::string cause = error.what();
+            model_.missing.push_back(
+                cause.rfind("refers to", 0) == 0 ? cause : "image " + image.dump() + " " + cause);
+        }
+        return entry->second;
+    }
+
+    // Texture coordinates and colours of `count` new vertices, beside those of other primitives.
+    void addLooks(const Json& attributes, size_t base, size_t count) {
+        if (const Json* reference = gltf::find(attributes, "TEXCOORD_0")) {
+            const std::vector<double> values = file_.read(*reference, 2);
+            model_.texcoords.resize(base + count);
+            for (size_t i = 0; i < std::min(count, values.size() / 2); ++i)
+                model_.texcoords[base + i] = {float(values[i * 2]), float(values[i * 2 + 1])};
+        }
+        if (const Json* reference = gltf::find(attributes, "COLOR_0")) {
+            const Json* type = gltf::find(file_.element("accessors", *reference), "type");
+            const size_t components = type && *type == "VEC4" ? 4 : 3;
+            const std::vector<double> values = file_.read(*reference, unsigned(components));
+            model_.colors.resize(base + count);
+            for (size_t i = 0; i < std::min(count, values.size() / components); ++i) {
+                const double* c = &values[i * components];
+                model_.colors[base + i] = {float(c[0]), float(c[1]), float(c[2]),
+                                           components == 4 ? float(c[3]) : 1.0f};
+            }
+        }
+    }
+
     void checkExtensions() {
         const Json* required = gltf::find(file_.root(), "extensionsRequired");
         if (!required)
@@ -208,6 +266,7 @@ private:
             model_.normals.push_back(
                 n ? transformNormal(matrix, {float(n[0]), float(n[1]), float(n[2])}) : Vec3{});
         }
+        addLooks(*attributes, base, count);
         for (Triangle t : assemble(corners, mode)) {
             t.a += uint32_t(base);
             t.b += uint32_t(base);
@@ -242,6 +301,7 @@ private:
     Model model_;
     uint32_t defaultMaterial_ = 0;
     unsigned nodesVisited_ = 0;
+    std::map<std::string, int> textures_; // by the image's number
 };
 
 } // namespace

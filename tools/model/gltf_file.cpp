@@ -75,16 +75,7 @@ std::string readUri(const std::string& uri, const std::string& folder) {
             throw ModelError("a data URI is not base64");
         return decodeBase64(std::string_view(uri).substr(comma + 8));
     }
-    // Only files of the model's own folder: a model must not read arbitrary files.
-    std::filesystem::path name = decodePercent(uri);
-    if (uri.find("://") != std::string::npos || name.is_absolute() ||
-        std::find(name.begin(), name.end(), "..") != name.end())
-        throw ModelError("refers to \"" + uri + "\", which is not a file beside it");
-    try {
-        return readFile((std::filesystem::path(folder) / name).string());
-    } catch (const ModelError& error) {
-        throw ModelError("refers to \"" + uri + "\", which " + error.what());
-    }
+    return readBeside(folder, decodePercent(uri));
 }
 
 struct ComponentType {
@@ -232,6 +223,29 @@ const std::string& File::buffer(const Json& reference) {
         isRead_[number] = true;
     }
     return buffers_[number];
+}
+
+std::string File::viewBytes(const Json& reference) {
+    const Json& view = element("bufferViews", reference);
+    const Json* bufferReference = find(view, "buffer");
+    if (!bufferReference)
+        throw ModelError("a buffer view names no buffer");
+    const std::string& bytes = buffer(*bufferReference);
+    const uint64_t start = index(view, "byteOffset", 0), size = index(view, "byteLength", 0);
+    if (start > bytes.size() || size > bytes.size() - start)
+        throw ModelError("a buffer view reaches beyond its buffer");
+    return bytes.substr(start, size);
+}
+
+std::string File::image(const Json& reference) {
+    const Json& description = element("images", reference);
+    const Json* uri = find(description, "uri");
+    if (uri && uri->is_string())
+        return readUri(uri->get<std::string>(), folder_);
+    const Json* view = find(description, "bufferView");
+    if (!view)
+        throw ModelError("image " + reference.dump() + " has no data");
+    return viewBytes(*view);
 }
 
 std::vector<double> File::read(const Json& reference, unsigned components) {

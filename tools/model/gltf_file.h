@@ -30,10 +30,13 @@ public:
     // All values of an accessor with `components` numbers an element, normalised integers
     // converted to their range.
     std::vector<double> read(const Json& accessor, unsigned components);
+    // The bytes of an element of "images".
+    std::string image(const Json& reference);
 
 private:
     void splitGlb(const std::string& bytes, std::string& json);
     const std::string& buffer(const Json& reference);
+    std::string viewBytes(const Json& reference);
 
     std::string folder_;
     Json root_;

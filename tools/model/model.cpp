@@ -54,6 +54,22 @@ std::string readFile(const std::string& path) {
     return text;
 }
 
+std::string readBeside(const std::string& folder, const std::string& name) {
+    const std::filesystem::path path = name;
+    if (name.find("://") != std::string::npos || path.is_absolute() ||
+        std::find(path.begin(), path.end(), "..") != path.end())
+        throw ModelError("refers to \"" + name + "\", which is not a file beside it");
+    try {
+        return readFile((std::filesystem::path(folder) / path).string());
+    } catch (const ModelError& error) {
+        throw ModelError("refers to \"" + name + "\", which " + error.what());
+    }
+}
+
+float linearOf(float encoded) {
+    return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
 void finish(Model& model) {
     if (model.triangles.empty())
         throw ModelError("holds no triangles");
@@ -70,6 +86,13 @@ void finish(Model& model) {
         if (model.materialOfTriangle[i] >= model.materials.size())
             model.materialOfTriangle[i] = 0;
     }
+    if (!model.texcoords.empty())
+        model.texcoords.resize(model.positions.size());
+    if (!model.colors.empty())
+        model.colors.resize(model.positions.size());
+    for (Material& material : model.materials)
+        if (material.texture >= int(model.textures.size()) || model.texcoords.empty())
+            material.texture = -1;
     dropBadTriangles(model);
     if (model.triangles.empty())
         throw ModelError("holds no triangle with finite coordinates");

@@ -112,6 +112,10 @@ void splitVertex(Model& model, uint32_t v, const uint32_t* begin, const uint32_t
             Vec3 position = model.positions[v]; // push_back may move it
             model.positions.push_back(position);
             model.normals.push_back(normal);
+            if (!model.texcoords.empty())
+                model.texcoords.push_back(Vec2(model.texcoords[v]));
+            if (!model.colors.empty())
+                model.colors.push_back(Vec4(model.colors[v]));
         }
         if (copies.empty() || copies.back() != chosen)
             copies.push_back(chosen);

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// OBJ files through tinyobjloader. Corners that share position and normal become one vertex.
+// OBJ files through tinyobjloader. Corners that share position, normal and texture coordinates
+// become one vertex.
 #include "model.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <sstream>
 #include <unordered_map>
 
@@ -13,14 +17,16 @@
 namespace model {
 namespace {
 
+// Numbers of position, normal and texture coordinates.
+using Corner = std::array<int, 3>;
 struct CornerHash {
-    size_t operator()(const std::pair<int, int>& corner) const {
-        return std::hash<uint64_t>()(uint64_t(uint32_t(corner.first)) << 32 |
-                                     uint32_t(corner.second));
+    size_t operator()(const Corner& corner) const {
+        return std::hash<uint64_t>()((uint64_t(uint32_t(corner[0])) << 32 | uint32_t(corner[1])) ^
+                                     uint64_t(uint32_t(corner[2])) * 0x9E3779B97F4A7C15u);
     }
 };
 
-// Vertices made so far, by position and normal number.
+// Vertices made so far, by the numbers of a corner.
 class VertexTable {
 public:
     VertexTable(const tinyobj::attrib_t& attributes, Model& model)
@@ -35,16 +41,36 @@ public:
         int normal = index.normal_index;
         if (normal < 0 || size_t(normal) >= attributes_.normals.size() / 3)
             normal = -1;
-        auto [entry, isNew] =
-            numbers_.try_emplace({index.vertex_index, normal}, uint32_t(model_.positions.size()));
+        int texcoord = index.texcoord_index;
+        if (texcoord < 0 || size_t(texcoord) >= attributes_.texcoords.size() / 2)
+            texcoord = -1;
+        auto [entry, isNew] = numbers_.try_emplace({index.vertex_index, normal, texcoord},
+                                                   uint32_t(model_.positions.size()));
         if (isNew) {
             model_.positions.push_back(take(attributes_.vertices, index.vertex_index));
             model_.normals.push_back(normal < 0 ? Vec3{} : take(attributes_.normals, normal));
+            addLook(index.vertex_index, texcoord);
         }
         return entry->second;
     }
 
 private:
+    // Texture coordinates count from the bottom; colours are sRGB.
+    void addLook(int vertex, int texcoord) {
+        const std::vector<tinyobj::real_t>& t = attributes_.texcoords;
+        if (!t.empty())
+            model_.texcoords.push_back(
+                texcoord < 0 ? Vec2{}
+                             : Vec2{t[size_t(texcoord) * 2], 1.0f - t[size_t(texcoord) * 2 + 1]});
+        if (attributes_.colors.size() == attributes_.vertices.size() &&
+            !attributes_.colors.empty()) {
+            const Vec3 color = take(attributes_.colors, vertex);
+            const auto linear = [](float value) {
+                return linearOf(value > 0.0f ? std::min(value, 1.0f) : 0.0f);
+            };
+            model_.colors.push_back({linear(color.x), linear(color.y), linear(color.z), 1.0f});
+        }
+    }
     static Vec3 take(const std::vector<tinyobj::real_t>& values, int index) {
         size_t i = size_t(index) * 3;
         return {values[i], values[i + 1], values[i + 2]};
@@ -52,7 +78,7 @@ private:
 
     const tinyobj::attrib_t& attributes_;
     Model& model_;
-    std::unordered_map<std::pair<int, int>, uint32_t, CornerHash> numbers_;
+    std::unordered_map<Corner, uint32_t, CornerHash> numbers_;
 };
 
 float clampUnit(float value) {
@@ -70,28 +96,102 @@ Material convert(const tinyobj::material_t& source) {
         material.roughness = clampUnit(source.roughness);
     else if (source.shininess > 1.0f) // Phong's exponent n to roughness: n = 2 / r^4 - 2
         material.roughness = clampUnit(std::pow(2.0f / (source.shininess + 2.0f), 0.25f));
+    material.opacity = clampUnit(source.dissolve);
+    if (material.opacity < 1.0f)
+        material.alpha = Alpha::kBlend;
     return material;
 }
+
+// The pictures of materials. A texture with holes cuts them out.
+class Textures {
+public:
+    Textures(Model& model, std::string folder) : model_(model), folder_(std::move(folder)) {}
+
+    void apply(std::string name, Material& material) {
+        if (name.empty())
+            return;
+        std::replace(name.begin(), name.end(), '\\', '/');
+        const auto [entry, isNew] = numbers_.try_emplace(name, -1);
+        if (isNew)
+            entry->second = load(name);
+        material.texture = entry->second;
+        const Vec3& color = material.color;
+        if (material.texture >= 0 && color.x + color.y + color.z == 0.0f)
+            material.color = {1.0f, 1.0f, 1.0f}; // files that mean the texture alone
+        if (material.texture >= 0 && material.alpha == Alpha::kOpaque &&
+            hasHoles(model_.textures[size_t(material.texture)]))
+            material.alpha = Alpha::kCutOut;
+    }
+
+private:
+    int load(const std::string& name) {
+        try {
+            model_.textures.push_back(decodePicture(readBeside(folder_, name)));
+            return int(model_.textures.size()) - 1;
+        } catch (const ModelError& error) {
+            const std::string cause = error.what();
+            model_.missing.push_back(cause.rfind("refers to", 0) == 0
+                                         ? cause
+                                         : "refers to \"" + name + "\", which " + cause);
+            return -1;
+        }
+    }
+    static bool hasHoles(const Texture& texture) {
+        for (size_t i = 3; i < texture.rgba.size(); i += 4)
+            if (texture.rgba[i] < 128)
+                return true;
+        return false;
+    }
+
+    Model& model_;
+    std::string folder_;
+    std::unordered_map<std::string, int> numbers_;
+};
+
+// Reads material files beside the model, and notes those that cannot be read.
+class MaterialFiles : public tinyobj::MaterialReader {
+public:
+    MaterialFiles(Model& model, std::string folder) : model_(model), folder_(std::move(folder)) {}
+    bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
+                    std::map<std::string, int>* numbers, std::string* warning,
+                    std::string* error) override {
+        try {
+            std::istringstream text(readBeside(folder_, name));
+            tinyobj::LoadMtl(numbers, materials, &text, warning, error);
+            return true;
+        } catch (const ModelError& fault) {
+            model_.missing.push_back(fault.what());
+            return false;
+        }
+    }
+
+private:
+    Model& model_;
+    std::string folder_;
+};
 
 } // namespace
 
 Model loadObj(const std::string& path) {
     std::istringstream text(readFile(path));
     std::string folder = std::filesystem::path(path).parent_path().string();
-    tinyobj::MaterialFileReader materialReader(folder.empty() ? "." : folder);
+    Model model;
+    MaterialFiles materialReader(model, folder);
     tinyobj::attrib_t attributes;
     std::vector<tinyobj::shape_t> shapes;
     std::vector<tinyobj::material_t> materials;
     std::string warning, error;
     if (!tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error, &text,
-                          &materialReader, true)) {
+                          &materialReader, true, false)) {
         error.resize(std::min(error.find('\n'), error.size()));
         throw ModelError(error.empty() ? "is not an OBJ file" : error);
     }
 
-    Model model;
-    for (const tinyobj::material_t& material : materials)
+    Textures textures(model, folder);
+    for (const tinyobj::material_t& material : materials) {
         model.materials.push_back(convert(material));
+        textures.apply(material.diffuse_texname, model.materials.back());
+    }
     uint32_t noMaterial = uint32_t(model.materials.size());
     model.materials.emplace_back();
     VertexTable vertices(attributes, model);
@@ -106,6 +206,8 @@ Model loadObj(const std::string& path) {
             model.materialOfTriangle.push_back(known ? uint32_t(material) : noMaterial);
         }
     }
+    if (!model.colors.empty())
+        model.materials[noMaterial].color = {1.0f, 1.0f, 1.0f};
     return model;
 }
 

@@ -216,6 +216,35 @@ bool isEmpty(const Element& element) {
     return element.properties.empty();
 }
 
+// Colours and alpha of vertices: bytes are sRGB, floats as well, from 0 to 1.
+class VertexColors {
+public:
+    explicit VertexColors(const Element& element) : element_(element) {
+        constexpr const char* kNames[4] = {"red", "green", "blue", "alpha"};
+        for (int i = 0; i < 4; ++i)
+            places_[i] = element.find(kNames[i]);
+    }
+    void add(const std::vector<double>& values, Model& model) const {
+        if (places_[0] < 0 || places_[1] < 0 || places_[2] < 0)
+            return;
+        model.colors.push_back({linearOf(at(values, 0)), linearOf(at(values, 1)),
+                                linearOf(at(values, 2)), at(values, 3)});
+    }
+
+private:
+    float at(const std::vector<double>& values, int component) const {
+        if (places_[component] < 0)
+            return 1.0f;
+        const size_t place = size_t(places_[component]);
+        const Number& type = element_.properties[place].type;
+        const double largest = type.isFloat ? 1.0 : std::exp2(8.0 * type.size) - 1.0;
+        return float(std::clamp(values[place] / largest, 0.0, 1.0));
+    }
+
+    const Element& element_;
+    int places_[4];
+};
+
 void readVertices(Reader& reader, const Element& element, Model& model) {
     int x = element.find("x"), y = element.find("y"), z = element.find("z");
     int nx = element.find("nx"), ny = element.find("ny"), nz = element.find("nz");
@@ -223,6 +252,7 @@ void readVertices(Reader& reader, const Element& element, Model& model) {
         throw ModelError("has vertices without x, y and z");
     if (element.count > std::numeric_limits<uint32_t>::max())
         throw ModelError("claims " + std::to_string(element.count) + " vertices");
+    const VertexColors colors(element);
     std::vector<double> values(element.properties.size()), unused;
     for (uint64_t i = 0; i < element.count; ++i) {
         readElement(reader, element, values, -1, unused);
@@ -230,6 +260,7 @@ void readVertices(Reader& reader, const Element& element, Model& model) {
         bool hasNormal = nx >= 0 && ny >= 0 && nz >= 0;
         model.normals.push_back(
             hasNormal ? Vec3{float(values[nx]), float(values[ny]), float(values[nz])} : Vec3{});
+        colors.add(values, model);
     }
 }
 
@@ -273,6 +304,13 @@ Model loadPly(const std::string& path) {
             for (uint64_t i = 0; i < element.count; ++i)
                 readElement(reader, element, values, -1, unused);
         }
+    }
+    if (!model.colors.empty()) {
+        Material& material = model.materials.emplace_back();
+        material.color = {1.0f, 1.0f, 1.0f};
+        for (const Vec4& color : model.colors)
+            if (color.w < 1.0f)
+                material.alpha = Alpha::kBlend;
     }
     return model;
 }

@@ -4,7 +4,7 @@
 #include "commands.h"
 
 #include "base/error.h"
-#include "compiler/compiler.h"
+#include "compiler/optix7/inspect.h"
 #include "model/model.h"
 #include "ptx/parser.h"
 
@@ -101,10 +101,12 @@ Result examine(const std::string& text, const CheckOptions& options) {
     // The widest rules: only code that every pipeline rejects is a fault.
     compiler::PipelineRules rules;
     rules.launchParams = options.launchParams;
-    rules.optix7.numPayloadValues = 32;
+    compiler::ModuleRules moduleRules;
+    moduleRules.payloadTypes = compiler::widestPayloadTypes(*result.module);
+    rules.optix7.numPayloadValues = moduleRules.payloadTypes.empty() ? 32 : 0;
     rules.optix7.numAttributeValues = 8;
     try {
-        result.summary = compiler::inspect(*result.module, rules);
+        result.summary = compiler::inspect(*result.module, rules, moduleRules);
         result.ok = true;
     } catch (const Error& error) {
         result.faults.push_back(splitPlace(error.what()));

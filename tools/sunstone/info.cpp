@@ -2,7 +2,7 @@
 #include "commands.h"
 
 #include "base/config.h"
-#include "base/threads.h"
+#include "base/cpu_limits.h"
 #include "bvh/walk/kernels.h"
 
 #include <nlohmann/json.hpp>
@@ -46,7 +46,8 @@ Json collect() {
     info["optix"] = "7.4";
     info["processor"] = processorName();
     info["instruction set"] = bvh::isaName(bvh::chosenIsa());
-    info["threads"] = threadCount();
+    info["threads"] = cpuLimit().threads;
+    info["threads because of"] = cpuLimit().reason;
     info["libraries"] = {{"libnvoptix", folders.lib}, {"libcuda, libcudart", folders.cuda}};
     info["compilers"] = {{"clang++-19", findProgram("clang++-19")}, {"nvcc", findProgram("nvcc")}};
     info["settings"] = Json::array();
@@ -77,8 +78,9 @@ int info(bool json) {
         return 0;
     }
     std::printf("Sunstone %s, OptiX API %s\n", SUNSTONE_VERSION, "7.4");
-    for (const char* key : {"processor", "instruction set", "threads"})
+    for (const char* key : {"processor", "instruction set"})
         printRow(key, shown(info[key], ""));
+    printRow("threads", shown(info["threads"], "") + " (" + cpuLimit().reason + ")");
     for (const char* group : {"libraries", "compilers"}) {
         std::printf("%s:\n", group);
         for (const auto& [name, value] : info[group].items())

@@ -14,7 +14,8 @@ namespace {
 
 void addRender(CLI::App& app, RenderOptions& options) {
     app.add_option("model", options.model, "model: .obj, .gltf, .glb or .ply")->required();
-    app.add_option("-o,--output", options.output, "picture to write, PNG")->capture_default_str();
+    app.add_option("-o,--output", options.output, "picture to write: .png, .jpg, .hdr or .exr")
+        ->capture_default_str();
     app.add_option("--width", options.width, "pixels across")
         ->check(CLI::Range(1, 16384))
         ->capture_default_str();
@@ -77,6 +78,22 @@ int firstOfCommand(int argc, char** argv) {
     return std::min(i, argc);
 }
 
+// CLI11 names no unknown command, because it misses a command first.
+bool isUnknownCommand(const CLI::App& app, int argc, char** argv) {
+    if (argc < 2 || argv[1][0] == '-')
+        return false;
+    const std::string word = argv[1];
+    std::string known;
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+        if (command->get_name() == word)
+            return false;
+        known += (known.empty() ? "" : ", ") + command->get_name();
+    }
+    std::fprintf(stderr, "sunstone: there is no command '%s'; commands: %s\n", word.c_str(),
+                 known.c_str());
+    return true;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -102,9 +119,11 @@ int main(int argc, char** argv) {
     checkCommand->add_flag("--json", checkOptions.json, "print JSON");
 
     RenderOptions renderOptions;
-    CLI::App* renderCommand = app.add_subcommand("render", "Path trace a model into a PNG picture");
+    CLI::App* renderCommand = app.add_subcommand("render", "Path trace a model into a picture");
     addRender(*renderCommand, renderOptions);
 
+    if (isUnknownCommand(app, argc, argv))
+        return int(CLI::ExitCodes::ExtrasError);
     // `run` passes the program's words on; CLI11 would parse its options.
     const bool isRun = argc > 2 && std::string(argv[1]) == "run" &&
                        std::string(argv[2]) != "--help" && std::string(argv[2]) != "-h";

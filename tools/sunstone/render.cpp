@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // `sunstone render`: the samples' path tracer, through the public OptiX API, on any model.
 #include "commands.h"
+#include "image_files.h"
 
 #include "model/model.h"
 #include "path_tracer.h"
-#include "png_image.h"
 #include "progress.h"
 
 #include <optix_function_table_definition.h>
@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 
@@ -37,8 +38,29 @@ HostScene convert(const model::Model& source, bool zUp) {
     scene.materialOfTriangle = source.materialOfTriangle;
     for (const model::Material& m : source.materials)
         scene.materials.push_back({vec(m.color.x, m.color.y, m.color.z), m.roughness,
-                                   vec(m.emission.x, m.emission.y, m.emission.z), m.metallic});
+                                   vec(m.emission.x, m.emission.y, m.emission.z), m.metallic,
+                                   m.opacity, m.cutoff, AlphaMode(m.alpha),
+                                   unsigned(m.texture + 1)});
+    for (const model::Vec4& c : source.colors)
+        scene.colors.push_back({c.x, c.y, c.z, c.w});
+    for (const model::Vec2& t : source.texcoords)
+        scene.texcoords.push_back({t.x, t.y});
+    for (const model::Texture& texture : source.textures) {
+        HostTexture& made = scene.textures.emplace_back();
+        made.width = texture.width;
+        made.height = texture.height;
+        made.texels.resize(texture.rgba.size() / 4);
+        std::memcpy(made.texels.data(), texture.rgba.data(), made.texels.size() * 4);
+    }
     return scene;
+}
+
+// The floor has no looks of its own: white, and any place of no texture.
+void completeLooks(HostScene& scene) {
+    if (!scene.colors.empty())
+        scene.colors.resize(scene.positions.size(), {1.0f, 1.0f, 1.0f, 1.0f});
+    if (!scene.texcoords.empty())
+        scene.texcoords.resize(scene.positions.size(), {0.0f, 0.0f});
 }
 
 // Moves the model to the origin and scales it to a radius of one, so that single precision suits
@@ -78,6 +100,7 @@ Camera chooseCamera(const RenderOptions& options, const Placement& placement,
 }
 
 void checkOutput(const std::string& output) {
+    checkImageName(output);
     std::filesystem::path folder = std::filesystem::path(output).parent_path();
     std::error_code error;
     if (!folder.empty() && !std::filesystem::is_directory(folder, error))
@@ -99,12 +122,15 @@ int render(const RenderOptions& options) {
     if (source.skippedTriangles != 0)
         std::fprintf(stderr, "skipped %zu triangles that are not finite\n",
                      source.skippedTriangles);
+    for (const std::string& file : source.missing)
+        std::fprintf(stderr, "%s: %s; rendered without it\n", options.model.c_str(), file.c_str());
     HostScene scene = convert(source, options.zUp);
     source = {};
     Placement placement = normalizePlacement(scene);
     Bounds bounds = boundsOf(scene);
     if (options.ground)
         addGround(scene, bounds, bounds.low.y, {vec(0.36f, 0.35f, 0.34f), 0.5f, vec(0.0f), 0.0f});
+    completeLooks(scene);
     Scene studio = makeStudio(bounds);
     studio.maxSegments = options.bounces + 1;
 
@@ -120,7 +146,7 @@ int render(const RenderOptions& options) {
             tracer.addSamples(std::min(2u, options.samples - tracer.samples()));
             progress.update(tracer.samples());
         }
-        writePng(options.output, options.width, options.height, toSrgb(tracer.image(), true));
+        writeImage(options.output, options.width, options.height, tracer.image());
     }
     OPTIX_CHECK(optixDeviceContextDestroy(context));
     std::error_code error;

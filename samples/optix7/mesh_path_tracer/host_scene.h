@@ -7,12 +7,20 @@
 #include <string>
 #include <vector>
 
+struct HostTexture {
+    unsigned width, height;
+    std::vector<unsigned> texels; // as in Texture
+};
+
 struct HostScene {
     std::vector<float3> positions;
     std::vector<float3> normals; // one for each position
     std::vector<uint3> triangles;
     std::vector<unsigned> materialOfTriangle;
     std::vector<Material> materials;
+    std::vector<float4> colors;    // empty, or one for each position
+    std::vector<float2> texcoords; // empty, or one for each position
+    std::vector<HostTexture> textures;
 };
 
 struct Bounds {

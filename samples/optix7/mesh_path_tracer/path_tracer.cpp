@@ -2,6 +2,7 @@
 #include "path_tracer.h"
 
 #include <algorithm>
+#include <cmath>
 
 std::string_view path_tracer_ptx(); // the PTX of path_tracer.cu, built into this program
 
@@ -9,7 +10,8 @@ PathTracer::PathTracer(OptixDeviceContext context, const HostScene& scene, const
                        const Camera& camera, unsigned width, unsigned height)
     : width_(width), height_(height),
       program_(context, path_tracer_ptx(), 4, 2, OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE) {
-    makeTable();
+    makeTable(std::any_of(scene.materials.begin(), scene.materials.end(),
+                          [](const Material& m) { return m.alpha != kOpaque; }));
     params_.scene = studio;
     upload(scene);
 
@@ -45,10 +47,40 @@ void PathTracer::upload(const HostScene& scene) {
     materials_.upload(scene.materials);
     params_.scene.mesh = {positions_.as<float3>(), normals_.as<float3>(), triangles_.as<uint3>(),
                           materialOfTriangle_.as<unsigned>(), materials_.as<Material>()};
+    uploadLooks(scene);
 }
 
-void PathTracer::makeTable() {
-    auto raygen = makeRecord(program_.addRaygen("__raygen__paths"));
+void PathTracer::uploadLooks(const HostScene& scene) {
+    Mesh& mesh = params_.scene.mesh;
+    if (!scene.colors.empty()) {
+        colors_.upload(scene.colors);
+        mesh.colors = colors_.as<float4>();
+    }
+    if (scene.texcoords.empty() || scene.textures.empty())
+        return;
+    texcoords_.upload(scene.texcoords);
+    std::vector<float> linear;
+    for (int byte = 0; byte < 256; ++byte) {
+        const float value = float(byte) / 255.0f;
+        linear.push_back(value <= 0.04045f ? value / 12.92f
+                                           : std::pow((value + 0.055f) / 1.055f, 2.4f));
+    }
+    linear_.upload(linear);
+    std::vector<Texture> textures;
+    for (const HostTexture& texture : scene.textures) {
+        texels_.emplace_back();
+        texels_.back().upload(texture.texels);
+        textures.push_back(
+            {texels_.back().as<unsigned>(), linear_.as<float>(), texture.width, texture.height});
+    }
+    textures_.upload(textures);
+    mesh.texcoords = texcoords_.as<float2>();
+    mesh.textures = textures_.as<Texture>();
+}
+
+void PathTracer::makeTable(bool hasHoles) {
+    auto raygen =
+        makeRecord(program_.addRaygen(hasHoles ? "__raygen__paths_with_holes" : "__raygen__paths"));
     raygenRecord_.upload(&raygen, sizeof(raygen));
     std::vector<SbtRecord<NoData>> misses(kRayTypeCount);
     misses[kRadianceRay] = makeRecord(program_.addMiss("__miss__radiance"));

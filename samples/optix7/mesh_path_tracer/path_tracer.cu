@@ -41,6 +41,38 @@ struct OptixRays {
     }
 };
 
+// The same for meshes with surfaces that let rays pass.
+struct RaysThroughHoles {
+    static constexpr float kFar = 1e30f;
+    static constexpr unsigned kMostLayers = 256;
+
+    // The first hit that lets nothing pass, nearer than `far`.
+    __forceinline__ __device__ Hit closest(float3 origin, float3 direction,
+                                           float far = kFar) const {
+        Hit hit;
+        float near = 0.0f;
+        for (unsigned layer = 0; layer < kMostLayers; ++layer) {
+            unsigned t = __float_as_uint(-1.0f), triangle = 0, u = 0, v = 0;
+            optixTrace(params.traversable, origin, direction, near, far, 0.0f,
+                       OptixVisibilityMask(255), OPTIX_RAY_FLAG_DISABLE_ANYHIT, 0, 0, kRadianceRay,
+                       t, triangle, u, v);
+            hit.t = __uint_as_float(t);
+            hit.triangle = triangle;
+            hit.u = __uint_as_float(u);
+            hit.v = __uint_as_float(v);
+            if (hit.t < 0.0f || !passesThrough(params.scene.mesh, hit))
+                return hit;
+            near = hit.t * 1.000001f + params.scene.epsilon;
+        }
+        hit.t = -1.0f;
+        return hit;
+    }
+
+    __forceinline__ __device__ bool visible(float3 origin, float3 direction, float distance) const {
+        return closest(origin, direction, distance).t < 0.0f;
+    }
+};
+
 __forceinline__ __device__ void addTo(float4* sum, float3 value, bool isFirst) {
     float4 old;
     old.x = old.y = old.z = 0.0f;
@@ -54,9 +86,10 @@ __forceinline__ __device__ void addTo(float4* sum, float3 value, bool isFirst) {
 }
 
 // Separate rays along the same directions, so that pictures without guides cost no more.
-__forceinline__ __device__ void addGuides(uint3 index, uint3 size, unsigned sample) {
+template <class Rays>
+__forceinline__ __device__ void addGuides(const Rays& rays, uint3 index, uint3 size,
+                                          unsigned sample) {
     unsigned pixel = index.y * size.x + index.x;
-    const OptixRays rays;
     GuideSample guides = sampleGuides(params.scene, rays, params.camera, index.x, index.y, size.x,
                                       size.y, sample, params.seed);
     addTo(&params.guides.albedo[pixel], guides.albedo, sample == 0);
@@ -69,26 +102,34 @@ __forceinline__ __device__ void addGuides(uint3 index, uint3 size, unsigned samp
     params.guides.flow[pixel] = flow;
 }
 
-} // namespace
-
-extern "C" __global__ void __raygen__paths() {
+template <class Rays>
+__forceinline__ __device__ void addSamples(const Rays& rays) {
     uint3 index = optixGetLaunchIndex();
     uint3 size = optixGetLaunchDimensions();
     float4* pixel = &params.sum[index.y * size.x + index.x];
     float3 sum = vec(0.0f);
     if (params.firstSample != 0)
         sum = vec(pixel->x, pixel->y, pixel->z);
-    OptixRays rays;
     for (unsigned i = 0; i < params.sampleCount; ++i)
         sum += samplePixel(params.scene, rays, params.camera, index.x, index.y, size.x, size.y,
                            params.firstSample + i, params.seed);
     if (params.guides.albedo)
         for (unsigned i = 0; i < params.sampleCount; ++i)
-            addGuides(index, size, params.firstSample + i);
+            addGuides(rays, index, size, params.firstSample + i);
     pixel->x = sum.x;
     pixel->y = sum.y;
     pixel->z = sum.z;
     pixel->w = 1.0f;
+}
+
+} // namespace
+
+extern "C" __global__ void __raygen__paths() {
+    addSamples(OptixRays());
+}
+
+extern "C" __global__ void __raygen__paths_with_holes() {
+    addSamples(RaysThroughHoles());
 }
 
 extern "C" __global__ void __miss__radiance() {} // the payload already says so

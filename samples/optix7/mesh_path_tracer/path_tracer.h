@@ -40,13 +40,16 @@ public:
 
 private:
     void upload(const HostScene& scene);
-    void makeTable();
+    void makeTable(bool hasHoles);
+    void uploadLooks(const HostScene& scene);
     std::vector<float> meanOf(const DeviceBuffer& sums) const;
 
     unsigned width_, height_;
     Program program_;
     OptixPipeline pipeline_ = nullptr;
     DeviceBuffer positions_, normals_, triangles_, materialOfTriangle_, materials_;
+    DeviceBuffer colors_, texcoords_, textures_, linear_;
+    std::vector<DeviceBuffer> texels_;
     DeviceBuffer raygenRecord_, missRecords_, hitRecord_;
     OptixShaderBindingTable table_ = {};
     Accel accel_;

@@ -13,20 +13,38 @@
 #include "camera.h"
 #include "sampling.h"
 
+// Meaning of a material's opacity times the alpha of vertices and texture.
+enum AlphaMode : unsigned { kOpaque, kCutOut, kBlended };
+
 struct Material {
     float3 color;
     float roughness; // 0 to 1
     float3 emission;
     float metallic; // 0 to 1
+    float opacity;  // the last four may be left out: opaque, without a texture
+    float cutoff;   // of kCutOut: less is a hole
+    AlphaMode alpha;
+    unsigned texture; // number plus one; 0: none
 };
 
-// Indexed triangles; `normals` has one for each vertex.
+// Bytes red, green, blue (sRGB) and alpha in each texel, from the lowest; repeats.
+struct Texture {
+    const unsigned* texels;
+    const float* linear; // the linear values of 256 bytes
+    unsigned width, height;
+};
+
+// Indexed triangles; `normals` has one for each vertex, and so have `colors` and `texcoords`, which
+// may be null.
 struct Mesh {
     const float3* positions;
     const float3* normals;
     const uint3* triangles;
     const unsigned* materialOfTriangle;
     const Material* materials;
+    const float4* colors; // factors: linear colour, alpha
+    const float2* texcoords;
+    const Texture* textures;
 };
 
 // A parallelogram that shines to the side of its normal. The camera does not see it.
@@ -160,6 +178,79 @@ SAMPLE_INLINE float3 lightAlongRay(const Scene& scene, float3 origin, float3 dir
 
 // ---- Material -----------------------------------------------------------------------------------
 
+struct Tint {
+    float3 color;
+    float alpha;
+};
+
+SAMPLE_INLINE Tint texelOf(const Texture& texture, int x, int y) {
+    int width = int(texture.width), height = int(texture.height);
+    x = (x % width + width) % width;
+    y = (y % height + height) % height;
+    unsigned texel = texture.texels[unsigned(y) * texture.width + unsigned(x)];
+    Tint tint;
+    tint.color = vec(texture.linear[texel & 255u], texture.linear[texel >> 8u & 255u],
+                     texture.linear[texel >> 16u & 255u]);
+    tint.alpha = float(texel >> 24u) / 255.0f;
+    return tint;
+}
+
+SAMPLE_INLINE Tint mix(const Tint& a, const Tint& b, float share) {
+    Tint tint;
+    tint.color = lerp(a.color, b.color, share);
+    tint.alpha = a.alpha + (b.alpha - a.alpha) * share;
+    return tint;
+}
+
+// Bilinear.
+SAMPLE_INLINE Tint sampleTexture(const Texture& texture, float u, float v) {
+    float x = (u - floorf(u)) * float(texture.width) - 0.5f;
+    float y = (v - floorf(v)) * float(texture.height) - 0.5f;
+    int column = int(floorf(x)), row = int(floorf(y));
+    float shareX = x - floorf(x), shareY = y - floorf(y);
+    return mix(
+        mix(texelOf(texture, column, row), texelOf(texture, column + 1, row), shareX),
+        mix(texelOf(texture, column, row + 1), texelOf(texture, column + 1, row + 1), shareX),
+        shareY);
+}
+
+// What vertices and texture multiply the material's colour and opacity by.
+SAMPLE_INLINE Tint tintAt(const Mesh& mesh, const Material& material, const Hit& hit) {
+    uint3 corner = mesh.triangles[hit.triangle];
+    float w = 1.0f - hit.u - hit.v;
+    Tint tint;
+    tint.color = vec(1.0f);
+    tint.alpha = 1.0f;
+    if (mesh.colors) {
+        float4 a = mesh.colors[corner.x], b = mesh.colors[corner.y], c = mesh.colors[corner.z];
+        tint.color =
+            vec(a.x, a.y, a.z) * w + vec(b.x, b.y, b.z) * hit.u + vec(c.x, c.y, c.z) * hit.v;
+        tint.alpha = a.w * w + b.w * hit.u + c.w * hit.v;
+    }
+    if (mesh.texcoords && material.texture != 0) {
+        float2 a = mesh.texcoords[corner.x], b = mesh.texcoords[corner.y],
+               c = mesh.texcoords[corner.z];
+        Tint texture =
+            sampleTexture(mesh.textures[material.texture - 1], a.x * w + b.x * hit.u + c.x * hit.v,
+                          a.y * w + b.y * hit.u + c.y * hit.v);
+        tint.color = tint.color * texture.color;
+        tint.alpha *= texture.alpha;
+    }
+    return tint;
+}
+
+// Whether a ray goes on behind a hit; for blended surfaces by chance, which the place decides.
+SAMPLE_INLINE bool passesThrough(const Mesh& mesh, const Hit& hit) {
+    const Material& material = mesh.materials[mesh.materialOfTriangle[hit.triangle]];
+    if (material.alpha == kOpaque)
+        return false;
+    float alpha = material.opacity * tintAt(mesh, material, hit).alpha;
+    if (material.alpha == kCutOut)
+        return alpha < material.cutoff;
+    unsigned bits = hashPcg(unsigned(hit.u * 16777216.0f) ^ hashPcg(unsigned(hit.v * 16777216.0f)));
+    return float(bits >> 8) * (1.0f / 16777216.0f) >= alpha;
+}
+
 struct Surface {
     float3 point;
     float3 geometric; // unit normal of the triangle, on the side the ray came from
@@ -188,6 +279,8 @@ SAMPLE_INLINE Surface surfaceAt(const Mesh& mesh, const Hit& hit, float3 directi
     surface.geometric = geometric;
     surface.normal = normal;
     surface.material = mesh.materials[mesh.materialOfTriangle[hit.triangle]];
+    if (mesh.colors || mesh.texcoords)
+        surface.material.color = surface.material.color * tintAt(mesh, surface.material, hit).color;
     return surface;
 }
 

@@ -165,7 +165,9 @@ constexpr Table kTables[] = {
 static_assert(sizeof(OptixFunctionTable) == 47 * sizeof(void*));
 
 OptixResult fail(OptixResult result, const std::string& text) {
-    log(LogLevel::kError, "optix7", message("optixQueryFunctionTable: ", text));
+    // There is no device context whose log could say it.
+    logOnce(logEnabled(LogLevel::kError, "optix7") ? LogLevel::kError : LogLevel::kFatal, "optix7",
+            message("optixQueryFunctionTable: ", text));
     return result;
 }
 

@@ -2,8 +2,6 @@
 #include "bvh/walk/kernels.h"
 
 #include "base/config.h"
-#include "base/error.h"
-#include "base/log.h"
 #include "bvh/shapes/shapes.h"
 
 namespace sunstone::bvh {
@@ -44,9 +42,6 @@ Isa chosenIsa() {
             limit = Isa::kBaseline;
         else if (wish == isaName(Isa::kAvx2))
             limit = Isa::kAvx2;
-        else if (!wish.empty() && wish != isaName(Isa::kAvx512))
-            log(LogLevel::kWarning, "bvh",
-                message("SUNSTONE_ISA is \"", wish, "\", not avx512, avx2 or baseline: ignored"));
         while (!isaSupported(limit))
             limit = Isa(uint32_t(limit) - 1);
         return limit;

@@ -3,7 +3,7 @@
 // calls; programs then follow the direct calls. If an operand's value is not visible in the tree
 // (it is computed or comes through memory), inspect compiles the module as far as constant
 // propagation and discards the code (checkByCompiling).
-#include "compiler/compiler.h"
+#include "compiler/optix7/inspect.h"
 
 #include "compiler/optix7/check_module.h"
 #include "compiler/optix7/intrinsics.h"
@@ -14,6 +14,7 @@
 #include "ptx/opcode.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <set>
 #include <unordered_map>
@@ -317,6 +318,9 @@ private:
         if (found == calls_.end() || !visited.insert(name).second)
             return;
         for (const IntrinsicCall& call : found->second.intrinsics) {
+            if (!call.intrinsic->isAvailable)
+                reject(ErrorCode::kNotSupported, *call.instruction, "\"",
+                       call.instruction->target.name, "\" is not available");
             if (!(call.intrinsic->kinds & kindBit(program.kind)))
                 reject(ErrorCode::kInvalidFunctionUse, *call.instruction, "\"_optix_",
                        call.intrinsic->name, "\" cannot be used in a ", prefixOf(program.kind),
@@ -403,7 +407,69 @@ private:
                                                                    // its type mask
 };
 
+// The payload types that the calls of a module name: for each how many words its traces pass.
+class NamedTypes {
+public:
+    void add(const ptx::Function& function) {
+        const Constants constants(function);
+        for (const ptx::Statement& statement : function.body) {
+            const ptx::Instruction& instruction = statement.instruction;
+            if (statement.kind != ptx::StatementKind::kInstruction ||
+                instruction.facts->syntax != ptx::Syntax::kCall ||
+                instruction.target.kind != ptx::OperandKind::kSymbol)
+                continue;
+            const Intrinsic* intrinsic = findIntrinsic(instruction.target.name);
+            if (!intrinsic || instruction.arguments.size() != intrinsic->operands.size())
+                continue;
+            if (opOf(*intrinsic) == IntrinsicOp::kSetPayloadTypes)
+                name(constants.valueOf(instruction.arguments[0]), std::nullopt);
+            else if (opOf(*intrinsic) == IntrinsicOp::kTrace && intrinsic->number < 0)
+                name(constants.valueOf(instruction.arguments[0]),
+                     constants.valueOf(instruction.arguments[16]));
+        }
+    }
+    std::vector<PayloadType> widest() const {
+        std::vector<PayloadType> types;
+        for (unsigned i = 0; i < count_; ++i) {
+            constexpr uint32_t kEverybody = 0x3FF; // reads and writes
+            const bool isOnly = count_ == 1 && !words_[0];
+            const std::optional<uint32_t> words = isOnly ? unnamedWords_ : words_[i];
+            types.push_back(
+                {std::vector<uint32_t>(std::min<uint32_t>(words.value_or(devlib::kMaxPayloadWords),
+                                                          devlib::kMaxPayloadWords),
+                                       kEverybody)});
+        }
+        return types;
+    }
+
+private:
+    void name(std::optional<uint32_t> mask, std::optional<uint32_t> words) {
+        if (!mask)
+            return;
+        if (*mask == 0 && words)
+            unnamedWords_ = words;
+        for (unsigned i = 0; i < kMaxPayloadTypes; ++i) {
+            if (!(*mask >> i & 1))
+                continue;
+            count_ = std::max(count_, i + 1);
+            if (words && !words_[i])
+                words_[i] = words;
+        }
+    }
+
+    unsigned count_ = 0;
+    std::array<std::optional<uint32_t>, kMaxPayloadTypes> words_;
+    std::optional<uint32_t> unnamedWords_; // of traces that leave the type to the module
+};
+
 } // namespace
+
+std::vector<PayloadType> widestPayloadTypes(const ptx::Module& module) {
+    NamedTypes types;
+    for (const ptx::Function& function : module.functions)
+        types.add(function);
+    return types.widest();
+}
 
 ModuleSummary inspect(const ptx::Module& module, const PipelineRules& rules,
                       const ModuleRules& moduleRules) {

@@ -2,6 +2,7 @@
 // The one device: the host processor. Attributes by which programs size their work are those of a
 // mid-sized GPU of compute capability 7.5; attributes of memory are the machine's own.
 #include "api/cuda/driver/shell.h"
+#include "api/cuda/driver/visible_devices.h"
 
 #include "base/threads.h"
 
@@ -132,7 +133,7 @@ SUNSTONE_EXPORT CUresult cuDeviceGetUuid(CUuuid* uuid, CUdevice device) {
     return guarded("cuDeviceGetUuid", Needs::kInit, [&] {
         require(uuid, "uuid is null");
         requireDevice(device);
-        std::memcpy(uuid->bytes, "sunstone-cpu-000", 16);
+        std::memcpy(uuid->bytes, kDeviceUuid, 16);
     });
 }
 SUNSTONE_EXPORT CUresult cuDeviceGetLuid(char*, unsigned int*, CUdevice) {

@@ -2,6 +2,8 @@
 // See shell.h.
 #include "api/cuda/driver/shell.h"
 
+#include "api/cuda/driver/visible_devices.h"
+#include "base/config.h"
 #include "base/forked.h"
 #include "base/log.h"
 #include "base/process_end.h"
@@ -20,6 +22,10 @@ std::atomic<bool> initialized{false};
 
 void initialize(unsigned flags) {
     require(flags == 0, "flags of cuInit must be 0");
+    const std::string visible = currentConfig(Setting::kVisibleDevices);
+    if (isSet(Setting::kVisibleDevices) && !showsDevice(visible))
+        refuse(CUDA_ERROR_NO_DEVICE, "CUDA_VISIBLE_DEVICES=\"", visible,
+               "\" names no device; the CPU is device 0");
     initialized.store(true, std::memory_order_release);
     watchForks();
     check::start();
