@@ -171,6 +171,9 @@ void Parser::addFunction(Function&& function) {
             diagnostics_.error(function.location, "function " + quoted(function.name) + " has " +
                                                       difference + " at line " +
                                                       std::to_string(first.location.line));
+        // .noreturn may stand in one of the declarations only.
+        module_.functions[entry->second].noreturn |= function.noreturn;
+        function.noreturn = module_.functions[entry->second].noreturn;
         if (function.hasBody)
             entry->second = index;
     }

@@ -120,7 +120,7 @@ TEST(MovingShapes, UpdatesAndPointsOfATime) {
         Tally tally;
         Random random(9);
         for (const float time : {-1.0f, 0.7f, 2.5f}) {
-            const MovingShapes now = second.at(time);
+            const MovingShapes now = second.at(time, pointBetween);
             compare(s.block(), now.structure({}).block(), chosenIsa(), time, random, tally);
             float points[16];
             ASSERT_TRUE(shapePoints(s.block(), shape, 17, 0, time, points));

@@ -41,7 +41,7 @@ struct MovingShapes {
     }
 
     // The primitives between keys, without motion.
-    MovingShapes at(float time) const {
+    MovingShapes at(float time, float (*interpolate)(float, float, float) = between) const {
         MovingShapes still = *this;
         const KeySegment s = keySegment(keys, motion.begin, motion.end, time);
         still.keys = 1;
@@ -51,8 +51,8 @@ struct MovingShapes {
         for (size_t i = 0; i < radii[0].size(); ++i) {
             for (int a = 0; a < 3; ++a)
                 still.positions[0][i][a] =
-                    between(positions[s.key][i][a], positions[s.key + 1][i][a], s.fraction);
-            still.radii[0][i] = between(radii[s.key][i], radii[s.key + 1][i], s.fraction);
+                    interpolate(positions[s.key][i][a], positions[s.key + 1][i][a], s.fraction);
+            still.radii[0][i] = interpolate(radii[s.key][i], radii[s.key + 1][i], s.fraction);
         }
         return still;
     }

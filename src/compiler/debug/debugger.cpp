@@ -106,8 +106,9 @@ Functions functionsOf(const llvm::object::ObjectFile& object, uint64_t section) 
         if (good && *type == llvm::object::SymbolRef::ST_Function &&
             *place != object.section_end() && (*place)->getIndex() == section) {
             // Names in PTX have no dots: these prefixes and what follows a dot are the compiler's.
-            for (const char* prefix : {"program.", "kernel.", "lockstep."})
-                text->consume_front(prefix);
+            for (const char* prefix : {"program.", "kernel.", "lockstep.", "f."})
+                if (text->consume_front(prefix))
+                    break;
             functions[*start - (*place)->getAddress()] = text->split('.').first.str();
         }
         if (!type) llvm::consumeError(type.takeError());

@@ -96,7 +96,15 @@ void Optimizer::dump(const char* stage) {
     unit_.module().print(out, nullptr);
 }
 
+void Optimizer::begin() {
+    managers_->loops.clear();
+    managers_->functions.clear();
+    managers_->components.clear();
+    managers_->modules.clear();
+}
+
 void Optimizer::promote() {
+    begin();
     llvm::FunctionPassManager functions;
     functions.addPass(RegisterPass());
     functions.addPass(llvm::SROAPass(llvm::SROAOptions::PreserveCFG));
@@ -116,6 +124,7 @@ void Optimizer::promote() {
 }
 
 void Optimizer::inlineAlways() {
+    begin();
     llvm::ModulePassManager passes;
     passes.addPass(llvm::AlwaysInlinerPass(false));
     passes.addPass(llvm::GlobalDCEPass());
@@ -126,6 +135,7 @@ void Optimizer::inlineAlways() {
 void Optimizer::optimize() {
     if (level_ == OptLevel::k0)
         return dump("optimized");
+    begin();
     llvm::ModulePassManager passes;
     llvm::InlineParams inlining = llvm::getInlineParams(level_ == OptLevel::k1 ? 50 : 225);
     llvm::ModuleInlinerWrapperPass inliner(inlining);

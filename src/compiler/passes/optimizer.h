@@ -27,6 +27,7 @@ public:
 
 private:
     struct Managers;
+    void begin(); // forgets analyses: lowering changes functions between the passes
     Unit& unit_;
     OptLevel level_;
     std::unique_ptr<Managers> managers_;

@@ -4,6 +4,8 @@
 #include "compiler/translate/callable.h"
 #include "compiler/translate/function_translator.h"
 
+#include <llvm/IR/CFG.h>
+
 namespace sunstone::compiler {
 
 void FunctionTranslator::branch(const ptx::Instruction& instruction) {
@@ -63,8 +65,9 @@ void FunctionTranslator::returnFrom(const ptx::Instruction&) {
 
 void FunctionTranslator::exitThread(const ptx::Instruction& instruction) {
     if (!source_.isEntry) {
+        // Compilers write exit after calls that do not return, and it is never reached there.
         if (!isKernel())
-            reject(instruction, ErrorCode::kNotSupported, "exit outside a program");
+            return llvm::pred_empty(builder_.GetInsertBlock()) ? emitReturn() : emitTrap();
         meet(instruction.facts->lockstep, builder_.getVoidTy());
     }
     emitReturn();
@@ -270,10 +273,10 @@ void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value
     if (auto* callee = llvm::dyn_cast<llvm::Function>(target))
         if (callee->getName() == "sunstone_assertfail")
             return endAfterAssertion();
-    for (const ptx::Function& function : module_.functions)
-        if (function.noreturn && instruction.target.kind == ptx::OperandKind::kSymbol &&
-            function.name == instruction.target.name)
-            return emitReturn();
+    if (instruction.target.kind == ptx::OperandKind::kSymbol)
+        if (const ptx::Function* callee = module_.findFunction(instruction.target.name))
+            if (callee->noreturn)
+                emitReturn();
 }
 
 void FunctionTranslator::callIntrinsic(const ptx::Instruction& instruction, std::string_view name) {
