@@ -36,9 +36,8 @@ public:
     LongFunction(Shape shape, unsigned statements, bool lines)
         : shape_(shape), statements_(statements), lines_(lines) {}
 
-    // A module with a kernel "long_kernel", whose parameter is the address of a buffer, or a
-    // program
-    // "__raygen__long", which reads the address from the launch parameters "params".
+    // A module with a kernel "long_kernel", whose parameter is the address of a buffer, or with a
+    // program "__raygen__long", which reads the address from the launch parameters "params".
     std::string kernel(bool debug = false) const {
         return header(debug) + ".visible .entry long_kernel(.param .u64 p) {\n" + registers() +
                "ld.param.u64 %p, [p];\n" + body() + "}\n";

@@ -214,7 +214,7 @@ TEST_F(GpuKeeping, OfManyPipelinesTheOldestGo) {
     for (unsigned i = 1; i < 20; ++i)
         make(context_, stores(i));
     EXPECT_EQ(20u, loads);
-    EXPECT_EQ(3u, unloads) << "those that nobody has, beyond 16";
+    EXPECT_EQ(3u, unloads) << "unused ones beyond 16";
     EXPECT_EQ(0u, run(*first));
     EXPECT_EQ(19u, run(*make(context_, stores(19))));
     EXPECT_EQ(20u, loads);

@@ -145,8 +145,8 @@ Value* LockstepEmitter::widen(Instruction& instruction) {
             indices.push_back(operand(index));
         made = builder_.CreateGEP(address->getSourceElementType(),
                                   operand(address->getPointerOperand()), indices);
-        // All operands may be the same for all lanes of a round, but lanes leave a loop in
-        // different rounds.
+        // Each round of a loop may have one address for all its lanes. After the loop the lanes
+        // have those of different rounds.
         return made->getType()->isVectorTy() ? made : splat(made);
     } else if (auto* part = dyn_cast<llvm::ExtractValueInst>(&instruction)) {
         return builder_.CreateExtractValue(here_.lookup(part->getAggregateOperand()),

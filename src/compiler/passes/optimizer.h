@@ -27,7 +27,8 @@ public:
 
 private:
     struct Managers;
-    void begin(); // forgets analyses: lowering changes functions between the passes
+    // Drops all analyses: lowering changes functions between the passes without notice.
+    void begin();
     Unit& unit_;
     OptLevel level_;
     std::unique_ptr<Managers> managers_;

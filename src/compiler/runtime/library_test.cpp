@@ -91,7 +91,7 @@ public:
     unsigned inserts = 0;
 };
 
-// OptiX 7, but its programs call a function that nobody has.
+// OptiX 7, but its programs call a function that the run-time lacks.
 class LostFlavor final : public Flavor {
 public:
     const char* name() const override { return "lost"; }
