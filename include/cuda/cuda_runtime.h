@@ -6,7 +6,8 @@
 
 #include "host_defines.h"
 
-#if defined(__CUDA__) && !defined(__NVCC__)
+// clang's language; nvcc has none of it. Our nvcc is clang and defines __NVCC__, too.
+#if defined(__CUDA__)
 #ifndef __CUDACC__
 #define __CUDACC__ 1
 #endif

@@ -308,6 +308,8 @@ cudaError_t cudaOccupancyAvailableDynamicSMemPerBlock(size_t* bytes, const void*
 cudaError_t cudaProfilerStart(void);
 cudaError_t cudaProfilerStop(void);
 
+#include "sunstone/runtime_graphics.h"
+
 // ---- calls that compilers generate for <<<>>> --------------------------------------------------
 void** __cudaRegisterFatBinary(void* wrapper);
 void __cudaRegisterFatBinaryEnd(void** handle);

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <initializer_list>
+#include <unistd.h>
 
 namespace sunstone {
 namespace {
@@ -28,8 +29,9 @@ constexpr std::array<SettingInfo, kCount> kSettings = {{
     {"SUNSTONE_CHECK_REPORT", "file that the reports of these checks are added to, JSON lines"},
     {"SUNSTONE_GPU_BACK_END",
      "cpu-device: contexts of the CPU device use the back end for GPUs (for its tests)"},
-    {"SUNSTONE_KERNELS", "how threads of CUDA kernels run: lockstep (default) or single"},
+    {"SUNSTONE_KERNELS", "how threads of CUDA kernels run: lockstep (default), single or runs"},
     {"CUDA_VISIBLE_DEVICES", "CUDA devices that programs see: numbers or UUIDs; empty or -1: none"},
+    {"SUNSTONE_CLANG", "clang++ of version 19 or later that run-time compilation uses"},
 }};
 
 constexpr unsigned long kMostThreads = 4096;
@@ -108,7 +110,10 @@ std::string settingFault(Setting setting, const std::string& value) {
     case Setting::kGpuBackEnd:
         return unless(value == "cpu-device", "it is cpu-device");
     case Setting::kKernels:
-        return unless(value == "lockstep" || value == "single", "it is lockstep or single");
+        return unless(value == "lockstep" || value == "single" || value == "runs",
+                      "it is lockstep, single or runs");
+    case Setting::kClang:
+        return unless(access(value.c_str(), X_OK) == 0, "it is the path of a program");
     default:
         return {};
     }

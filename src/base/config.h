@@ -15,13 +15,15 @@ enum class Setting {
     kThreads, // SUNSTONE_THREADS: worker threads of the CPU device, default see cpu_limits.h
     kIsa,     // SUNSTONE_ISA: highest instruction set of traversal and compiled code (avx512, avx2,
               // baseline)
-    kCachePath,    // OPTIX_CACHE_PATH: folder of the disk cache
-    kCacheMaxSize, // OPTIX_CACHE_MAXSIZE: bytes of the disk cache, 0 for none
-    kCheck,        // SUNSTONE_CHECK: checks of `sunstone run --check`, see checks()
-    kCheckReport,  // SUNSTONE_CHECK_REPORT: file that receives the checks' reports
-    kGpuBackEnd,   // SUNSTONE_GPU_BACK_END=cpu-device: the GPU back end drives the CPU device's libcuda
-    kKernels,      // SUNSTONE_KERNELS: how the threads of kernels run, see docs/cuda.md
+    kCachePath,      // OPTIX_CACHE_PATH: folder of the disk cache
+    kCacheMaxSize,   // OPTIX_CACHE_MAXSIZE: bytes of the disk cache, 0 for none
+    kCheck,          // SUNSTONE_CHECK: checks of `sunstone run --check`, see checks()
+    kCheckReport,    // SUNSTONE_CHECK_REPORT: file that receives the checks' reports
+    kGpuBackEnd,     // SUNSTONE_GPU_BACK_END=cpu-device: the GPU back end drives the CPU device's
+                     // libcuda
+    kKernels,        // SUNSTONE_KERNELS: how the threads of kernels run, see docs/cuda.md
     kVisibleDevices, // CUDA_VISIBLE_DEVICES: devices of the CPU's libcuda
+    kClang,          // SUNSTONE_CLANG: the clang++ that libnvrtc runs
     kCount,
 };
 

@@ -3,6 +3,7 @@
 #include "base/threads.h"
 
 #include "base/cpu_limits.h"
+#include "base/thread_team.h"
 
 #include <pthread.h>
 
@@ -56,7 +57,30 @@ Workers& workers() {
     return *instance;
 }
 
+// The team that the calling thread runs in, or null.
+thread_local ThreadTeam* team = nullptr;
+
 } // namespace
+
+struct ThreadTeam::Arena {
+    explicit Arena(unsigned threads) : arena(int(threads)) {}
+    tbb::task_arena arena;
+};
+
+ThreadTeam::ThreadTeam(unsigned threads)
+    : threads_(std::clamp(threads, 1u, threadCount())),
+      arena_((workers(), std::make_unique<Arena>(threads_))) {}
+
+ThreadTeam::~ThreadTeam() = default;
+
+void ThreadTeam::run(const std::function<void()>& body) {
+    struct Scope {
+        explicit Scope(ThreadTeam* mine) : before(team) { team = mine; }
+        ~Scope() { team = before; }
+        ThreadTeam* before;
+    } scope(this);
+    body();
+}
 
 unsigned threadCount() {
     return cpuLimit().threads;
@@ -85,7 +109,8 @@ void startArena() {
 void inArena(const std::function<void()>& body) {
     char handOff = 0; // an address for the sanitizer
     SUNSTONE_HAPPENS_BEFORE(&handOff);
-    workers().arena.execute([&]() SUNSTONE_NOT_SANITIZED {
+    tbb::task_arena& arena = team ? team->arena_->arena : workers().arena;
+    arena.execute([&]() SUNSTONE_NOT_SANITIZED {
         SUNSTONE_HAPPENS_AFTER(&handOff);
         body();
         SUNSTONE_HAPPENS_BEFORE(&handOff);
@@ -121,7 +146,8 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
         }
         SUNSTONE_HAPPENS_BEFORE(&tasks);
     };
-    const size_t threads = std::min<size_t>(threadCount(), (count - 1) / grain + 1);
+    const size_t threads =
+        std::min<size_t>(team ? team->threads_ : threadCount(), (count - 1) / grain + 1);
     SUNSTONE_HAPPENS_BEFORE(&tasks);
     inArena([&] {
         tbb::parallel_for(

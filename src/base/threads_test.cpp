@@ -2,11 +2,17 @@
 // parallelFor: each index runs once, in shrinking pieces; nesting and exceptions.
 #include "base/threads.h"
 
+#include "base/thread_team.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <mutex>
+#include <set>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 namespace sunstone {
@@ -56,6 +62,26 @@ TEST(ParallelFor, NestsAndRethrows) {
                              }),
                  std::runtime_error);
     EXPECT_LE(started, threadCount()) << "nothing is started after a failure";
+}
+
+TEST(ThreadTeam, LimitsTheThreadsOfItsWork) {
+    ThreadTeam team(1);
+    EXPECT_EQ(team.threads(), 1u);
+    EXPECT_LE(ThreadTeam(1000).threads(), threadCount());
+    EXPECT_EQ(ThreadTeam(0).threads(), 1u);
+    std::mutex mutex;
+    std::set<std::thread::id> threads;
+    std::atomic<size_t> items{0};
+    team.run([&] {
+        parallelFor(1000, 1, [&](size_t begin, size_t end) {
+            items += end - begin;
+            std::this_thread::sleep_for(std::chrono::microseconds(10));
+            std::lock_guard lock(mutex);
+            threads.insert(std::this_thread::get_id());
+        });
+    });
+    EXPECT_EQ(items, 1000u);
+    EXPECT_EQ(threads.size(), 1u);
 }
 
 } // namespace

@@ -42,7 +42,15 @@ struct Optix7Rules {
     bool operator==(const Optix7Rules&) const = default;
 };
 
-// What compiled code depends on beside the programs. All but `optix7` holds for every generation.
+// Pipeline options of the classic API alone.
+struct Optix6Rules {
+    unsigned attributeBytes = 0; // of an attribute block; 0: not the classic API
+    unsigned exceptions = 0;     // devlib::ClassicException that are enabled
+    bool operator==(const Optix6Rules&) const = default;
+};
+
+// What compiled code depends on beside the programs. All but the members named after a generation
+// holds for every generation.
 struct PipelineRules {
     std::string launchParams; // the .const variable that each launch has its own of; empty: none
     unsigned exceptionFlags = 0;        // devlib::ExceptionFlag
@@ -50,6 +58,7 @@ struct PipelineRules {
     unsigned traversableGraphFlags = 0; // devlib::GraphFlag; 0: all graphs
     bool motionBlur = false;
     Optix7Rules optix7;
+    Optix6Rules optix6;
 };
 
 // A payload: for each word who may read and write it (bits of OptixPayloadSemantics). Types of
@@ -67,10 +76,17 @@ struct BoundValue {
     std::string annotation;
 };
 
+// Where an attribute variable of the classic API is in attribute blocks.
+struct AttributePlace {
+    std::string name;
+    uint32_t offset = 0;
+};
+
 // What the compile options of one module say beyond those of the pipeline.
 struct ModuleRules {
     std::vector<PayloadType> payloadTypes; // empty: payloads are untyped
     std::vector<BoundValue> boundValues;
+    std::vector<AttributePlace> attributes; // that the module names
 };
 
 // Checks that need no machine code, for module creation: every `_optix_*` name known, operand
@@ -215,6 +231,7 @@ struct KernelInfo {
     uint32_t maxThreadsPerBlock = 0; // 0: not limited
     bool usesBarriers = false;       // bar.sync and friends, directly or through callees
     bool usesWarpFunctions = false;  // shuffle, vote, match ...
+    bool countsOnSteps = false;      // of warps, without warp functions (lockstep/steps.h)
     uint32_t localBytes = 0;
     // The code that runs a warp at a time, null where the kernel has none.
     const void* lockstep = nullptr;  // devlib::LockstepFn

@@ -24,7 +24,7 @@ public:
     std::string launchIndex(char) const override { return {}; }
     std::string launchDimension(char) const override { return {}; }
     bool isProgramName(std::string_view) const override { return false; }
-    std::optional<size_t> parameterAt(ProgramKind, size_t) const override { return {}; }
+    std::optional<size_t> parameterAt(ProgramKind, size_t, size_t) const override { return {}; }
     void lower(Unit&, const ProgramPayloads&) const override {}
 };
 

@@ -29,7 +29,7 @@ struct Intrinsic {
     std::string name; // without the flavor's prefix
     unsigned op;      // the flavor's own number of what the call becomes
     int number = 0;   // a parameter of `op`
-    std::string results; // one letter each: r 32 bits, l 64 bits, f float
+    std::string results; // one letter each: r 32 bits, l 64 bits, f float, p address
     std::string operands;
     uint32_t kinds = ~0u;      // program kinds that may reach it
     bool reads = false;        // only reads program state: calls may be merged or dropped
@@ -59,14 +59,22 @@ public:
 
     // Whether a function of this name is a program, so that modules may use the name twice.
     virtual bool isProgramName(std::string_view name) const = 0;
-    // Offset in RayState of the value of a program's parameter; none: programs take no such parameter.
-    virtual std::optional<size_t> parameterAt(ProgramKind kind, size_t index) const = 0;
+    // Offset in RayState of the value of a program's parameter, one of `count`; none: programs take
+    // no such parameter.
+    virtual std::optional<size_t> parameterAt(ProgramKind kind, size_t index,
+                                              size_t count) const = 0;
+    // For variables that are no objects of their own in memory, as each program has its own values:
+    // the name of an intrinsic without operands that gives the address (result p). Empty for others.
+    virtual std::string variableIntrinsic(const ptx::Module&, const ptx::Variable&) const {
+        return {};
+    }
 
     // Replaces the intrinsics of all programs (Unit::kinds) by loads, stores and calls on RayState.
     virtual void lower(Unit& unit, const ProgramPayloads& payloads) const = 0;
 };
 
 const Flavor& kernelFlavor();
+const Flavor& optix6Flavor();
 const Flavor& optix7Flavor();
 
 // Metadata of loads, in code for GPUs, of values that stay the same while a program runs. The memory

@@ -55,6 +55,14 @@ public:
             return rowsBy(rowKernels().detail);
         case Step::kSmooth:
             return rowsBy(rowKernels().smooth);
+        case Step::kLoss:
+            return rowsBy(rowKernels().loss);
+        case Step::kCorrelate:
+            return rowsBy(rowKernels().correlate);
+        case Step::kGather:
+            return rowsBy(rowKernels().gather);
+        case Step::kReturn:
+            return rowsBy(rowKernels().giveBack);
         case Step::kRestore:
             return jobPixels(SUNSTONE_CALL(restoreColor));
         case Step::kCompress:

@@ -6,6 +6,7 @@
 #include "base/error.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace sunstone::denoise {
 namespace {
@@ -129,8 +130,6 @@ private:
         run(Step::kColor, {}, a_);
         Planes& result = smooth();
         Planes& other = &result == &a_ ? b_ : a_;
-        if (pass_.hasAlpha)
-            std::swap(alpha_, result.alpha);
         restore(result);
         if (factor_ != 1)
             upsample(result, other);
@@ -167,14 +166,33 @@ private:
         }
         if (pass_.hasAlpha)
             std::swap(alpha_, from->alpha);
+        Planes* const given = from;
         for (uint32_t i = 0; i < settings_.passes; ++i) {
             pass_.step = 1 << i;
             if (i > 0) // smoothed colours are their own pilot
                 pass_.pilot = *from;
             run(Step::kSmooth, *from, *to);
+            if (i == 0) { // the colours given stay; their alpha is not needed any more
+                pilot_.alpha = std::exchange(given->alpha, nullptr);
+                from = &pilot_;
+            }
             std::swap(from, to);
         }
+        if (pass_.hasAlpha)
+            std::swap(alpha_, from->alpha);
+        if (factor_ == 1) // a larger picture is sharpened from the smooth one
+            returnStructure(*from, *given, *to);
+        given->alpha = std::exchange(pilot_.alpha, nullptr);
         return *from;
+    }
+
+    // What the passes took away from `given` beside noise, back into `smooth`.
+    void returnStructure(const Planes& smooth, const Planes& given, const Planes& scratch) {
+        pass_.pilot = given;
+        pass_.sums[0] = given.variance;
+        pass_.sums[1] = job_.valid;
+        for (Step step : {Step::kLoss, Step::kCorrelate, Step::kGather, Step::kReturn})
+            run(step, smooth, scratch);
     }
 
     void restore(const Planes& planes) {
@@ -221,8 +239,8 @@ private:
 } // namespace
 
 uint32_t GuidedFilter::overlap() const {
-    int reach =
-        kRepairRadius + kResidualRadius + std::max(kSpreadRadius, kDetailRadius) + kHistoryRadius;
+    int reach = kRepairRadius + kResidualRadius + std::max(kSpreadRadius, kDetailRadius) +
+                kHistoryRadius + kCorrelateRadius + kGatherRadius;
     for (uint32_t i = 0; i < settings_.passes; ++i)
         reach += 2 << i;
     if (factor_ != 1)

@@ -13,7 +13,8 @@
 //   5. Passes of a 5x5 B-spline with steps 1, 2, 4... (Dammertz et al. 2010, Schied et al. 2017).
 //      A neighbour's weight falls with the distance of its guides and with the part of its colour
 //      difference that the variance of both does not explain; the variance is carried along.
-//   6. Temporal: the previous image, moved by the flow, is blended in as far as it is in the range
+//   6. Where the difference to the given colours is no noise, it returns (rows_return.h).
+//   7. Temporal: the previous image, moved by the flow, is blended in as far as it is in the range
 //      of the new one.
 //
 // Everything is local: a pixel depends on inputs within overlap() of it, computed in the same order

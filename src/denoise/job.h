@@ -23,6 +23,10 @@ enum class Step : uint32_t {
     kSpread,
     kDetail,
     kSmooth,
+    kLoss, // these four: rows_return.h
+    kCorrelate,
+    kGather,
+    kReturn,
     kRestore,  // from: undoes the removal of detail and the division, in place
     kCompress, // these three: upsampler.h
     kTensor,

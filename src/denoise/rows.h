@@ -29,6 +29,7 @@ struct Pass {
     // Colours for comparison: means of few pixels are more reliable than single noisy ones.
     Planes pilot;
     float* detail[3];     // the part of colours that guides explain
+    float* sums[2];       // of gather
     int step;             // of an à-trous pass
     float colorTolerance; // squared
     bool hasAlpha;
@@ -43,12 +44,19 @@ struct RowKernels {
     // from.color, pilot -> detail, to.color without it; from.variance -> to.variance. With guides.
     void (*detail)(const Pass&, uint32_t y);
     void (*smooth)(const Pass&, uint32_t y); // one à-trous pass
+    // These four give back structure: rows_return.h.
+    void (*loss)(const Pass&, uint32_t y);
+    void (*correlate)(const Pass&, uint32_t y);
+    void (*gather)(const Pass&, uint32_t y);
+    void (*giveBack)(const Pass&, uint32_t y);
 };
 
 constexpr int kRepairRadius = 2;
 constexpr int kResidualRadius = 1;
 constexpr int kSpreadRadius = 3;
 constexpr int kDetailRadius = 4;
+constexpr int kCorrelateRadius = 2;
+constexpr int kGatherRadius = 5;
 
 const RowKernels& baseRowKernels();
 const RowKernels& avx2RowKernels();

@@ -248,6 +248,7 @@ inline void spreadChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t e
 } // namespace sunstone::denoise
 
 #include "denoise/rows_detail.h"
+#include "denoise/rows_return.h"
 
 namespace sunstone::denoise {
 namespace {

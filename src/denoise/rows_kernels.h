@@ -72,7 +72,21 @@ void smoothRow(const Pass& pass, uint32_t y) {
     });
 }
 
-constexpr RowKernels kKernels = {repairRow, residualRow, spreadRow, detailRow, smoothRow};
+void lossRow(const Pass& pass, uint32_t y) {
+    forChunks(pass, [&](uint32_t a, uint32_t b) { lossChunk<kChunk>(pass, y, a, b); });
+}
+void correlateRow(const Pass& pass, uint32_t y) {
+    forChunks(pass, [&](uint32_t a, uint32_t b) { correlateChunk<kChunk>(pass, y, a, b); });
+}
+void gatherRow(const Pass& pass, uint32_t y) {
+    forChunks(pass, [&](uint32_t a, uint32_t b) { gatherChunk<kChunk>(pass, y, a, b); });
+}
+void giveBackRow(const Pass& pass, uint32_t y) {
+    forChunks(pass, [&](uint32_t a, uint32_t b) { returnChunk<kChunk>(pass, y, a, b); });
+}
+
+constexpr RowKernels kKernels = {repairRow, residualRow,  spreadRow, detailRow,  smoothRow,
+                                 lossRow,   correlateRow, gatherRow, giveBackRow};
 
 } // namespace
 } // namespace sunstone::denoise

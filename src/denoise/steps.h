@@ -19,9 +19,10 @@ constexpr float kDarkAlbedo = 0.2f;
 constexpr float kLeastDivisor = 0.02f;
 
 // Limited colours are encoded for a screen. The mean of noisy encoded colours is too dark: they are
-// averaged as light, by a curve that is near to all in use.
+// averaged as light, by a curve that is near to all in use. A screen shows nothing above 1: such
+// values would outshine their neighbours.
 inline float decoded(float value) {
-    return value > 0.0f ? value * value : 0.0f;
+    return value > 0.0f ? std::min(value * value, 1.0f) : 0.0f;
 }
 inline float encoded(float value) {
     return value > 0.0f ? __builtin_sqrtf(value) : 0.0f;
@@ -35,6 +36,18 @@ inline float scaleOf(const Job& job, int channel) {
     return job.isScaled ? job.control->scale[channel] : 1.0f;
 }
 
+// Albedos are compared by contrast: between 0.02 and 0.1 lies as much as between 0.3 and 0.8.
+// Without that, dark textures would be averaged.
+constexpr float kDarkStretch = 0.6f, kStretchedAlbedo = 0.06f;
+inline float stretchedAlbedo(float albedo) {
+    return albedo + kDarkStretch * albedo / (albedo + kStretchedAlbedo);
+}
+// Its inverse.
+inline float plainAlbedo(float stretched) {
+    const float half = 0.5f * (kStretchedAlbedo + kDarkStretch - stretched);
+    return __builtin_sqrtf(half * half + stretched * kStretchedAlbedo) - half;
+}
+
 // The divisor of diffuse colours, for one pixel.
 struct Divisor {
     float values[3];
@@ -42,7 +55,7 @@ struct Divisor {
     Divisor(const Job& job, size_t at) {
         float albedo[3];
         for (int c = 0; c < 3; ++c)
-            albedo[c] = job.pass.guides[c][at] * job.albedoTolerance;
+            albedo[c] = plainAlbedo(job.pass.guides[c][at] * job.albedoTolerance);
         float brightest = std::max(albedo[0], std::max(albedo[1], albedo[2]));
         float diffuse = std::min(1.0f, brightest / kDarkAlbedo);
         for (int c = 0; c < 3; ++c)
@@ -57,8 +70,10 @@ inline void loadGuide(const Job& job, const Image& image, int channels, float to
     readPixel(image, x, y, values);
     forChannels(unsigned(channels), [&](unsigned c) {
         float value = isUsable(values[c]) ? values[c] : 0.0f;
-        job.guides[plane + int(c)][y * job.pass.stride + x] =
-            std::clamp(value, least, 1.0f) / tolerance;
+        value = std::clamp(value, least, 1.0f);
+        if (least == 0.0f) // an albedo
+            value = stretchedAlbedo(value);
+        job.guides[plane + int(c)][y * job.pass.stride + x] = value / tolerance;
     });
 }
 inline void loadGuides(const Job& job, uint32_t x, uint32_t y) {

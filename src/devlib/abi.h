@@ -227,6 +227,8 @@ struct LaunchState {
     uint32_t attributeBytes; // of an attribute block; 0 in generations with attribute words
     uint32_t entryKind;      // GroupKind of the entry record's group
     float* boxes;            // of bounds programs, six floats for each primitive; else null
+    uint32_t firstPrimitive; // of bounds programs: the number of the primitive of launch index 0
+    uint32_t motionStep;     // of bounds programs with motion
 };
 
 // On GPUs these follow the LaunchState, and the kernel has them as its arguments behind the address of

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a second API generation asks of the trace run-time: records found by a rule of its own, visit
-// programs that choose among children, attributes in blocks of any size, payloads in memory.
+// What a second API generation asks of the trace run-time: records found by a rule of its own,
+// visit programs that choose among children, attributes in blocks of any size, payloads in memory.
 #include "bvh/build/build.h"
 #include "bvh/testing/meshes.h"
 #include "devlib/trace_body.h"
@@ -21,6 +21,8 @@ using bvh::testing::Structure;
 struct TinyRecords {
     static constexpr bool kVisits = true;
     static constexpr bool kAttributeBlocks = true;
+    static constexpr bool kMaterials = false;
+    static constexpr bool kAttributePrograms = false;
     static uint64_t hitIndex(const RayState&, uint32_t, uint32_t) { return 0; }
     static uint64_t hit(const RayState& ray, uint32_t, uint32_t) { return ray.launch->sbt.hitBase; }
     static uint64_t miss(const RayState& ray) { return ray.launch->sbt.missBase; }

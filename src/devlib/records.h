@@ -4,11 +4,12 @@
 // A record is an SbtHeader, which names a program group, with the programs' data behind it. Where
 // the record of a hit, a miss or a callable stands is a choice of the API generation: the trace
 // run-time asks a Records type, its template parameter, for addresses. SbtRecords is that of
-// OptiX 7. A record's address is 0 where there is none.
+// OptiX 7, ClassicRecords that of the classic API. A record's address is 0 where there is none.
 #pragma once
 
 #include "base/inline.h"
 #include "devlib/abi.h"
+#include "devlib/classic.h"
 
 namespace sunstone::devlib {
 
@@ -34,8 +35,11 @@ SUNSTONE_INLINE uint32_t groupOf(const LaunchState& launch, uint64_t record, Gro
 // The records of OptiX 7: the caller's shader binding table. Source: OptiX Programming Guide 7.4,
 // "Shader binding table"; the API reference names the fields (section 5.32).
 struct SbtRecords {
-    static constexpr bool kVisits = false;          // graphs may hold VisitNodes
-    static constexpr bool kAttributeBlocks = false; // RayState::attributeBlocks
+    static constexpr bool kVisits = false;            // graphs may hold VisitNodes, and instances
+                                                      // outside of structures
+    static constexpr bool kAttributeBlocks = false;   // RayState::attributeBlocks
+    static constexpr bool kMaterials = false;         // reports choose a record among the input's
+    static constexpr bool kAttributePrograms = false; // of triangles
 
     // The index that a hit's record has, for messages too.
     SUNSTONE_INLINE_MEMBER static uint64_t hitIndex(const RayState& ray, uint32_t sbtGasIndex,
@@ -59,11 +63,58 @@ struct SbtRecords {
     }
 };
 
+// The records of the classic API are a table that its shell makes. Each geometry group has entries
+// from InstanceRecord::sbtOffset on: for each of its instances an entry for each material, and in
+// an entry a record for each ray type.
+struct ClassicRecords {
+    static constexpr bool kVisits = true;
+    static constexpr bool kAttributeBlocks = true;
+    static constexpr bool kMaterials = true;
+    static constexpr bool kAttributePrograms = true;
+
+    SUNSTONE_INLINE_MEMBER static uint64_t hitIndex(const RayState& ray, uint32_t sbtGasIndex,
+                                                    uint32_t instanceSbtOffset) {
+        return (uint64_t(instanceSbtOffset) + sbtGasIndex) * ray.sbtStride + ray.sbtOffset;
+    }
+    SUNSTONE_INLINE_MEMBER static uint64_t hit(const RayState& ray, uint32_t sbtGasIndex,
+                                               uint32_t instanceSbtOffset) {
+        const SbtView& sbt = ray.launch->sbt;
+        return recordAt(sbt.hitBase, sizeof(ClassicRecord), sbt.hitCount,
+                        hitIndex(ray, sbtGasIndex, instanceSbtOffset));
+    }
+    SUNSTONE_INLINE_MEMBER static uint64_t miss(const RayState& ray) {
+        const SbtView& sbt = ray.launch->sbt;
+        return recordAt(sbt.missBase, sizeof(ClassicRecord), sbt.missCount, ray.missIndex);
+    }
+    // Whether the geometry instance of a candidate's record has this material; else the exception
+    // is raised where it is enabled.
+    SUNSTONE_INLINE_MEMBER static bool hasMaterial(RayState& ray, uint32_t material) {
+        const auto* record = static_cast<const ClassicRecord*>(ray.hit.record);
+        if (record && material < record->header.pad[kWordMaterials])
+            return true;
+        const auto* launch = static_cast<const ClassicLaunch*>(ray.launch->params);
+        if (launch->exceptions & kClassicIndex)
+            ray.launch->raise(&ray, kCodeIndex, nullptr);
+        return false;
+    }
+    // What programs see of a triangle before an attribute program adds to it.
+    SUNSTONE_INLINE_MEMBER static void setTriangleAttributes(RayState& ray) {
+        auto* block = static_cast<char*>(ray.attributeBlocks[0]);
+        const auto* record = static_cast<const ClassicRecord*>(ray.hit.record);
+        auto* pair = reinterpret_cast<uint32_t*>(block + kBarycentricsOffset);
+        pair[0] = ray.hit.attributes[0];
+        pair[1] = ray.hit.attributes[1];
+        *reinterpret_cast<uint32_t*>(block + kInstanceIdOffset) =
+            record ? record->header.pad[kWordChild] : 0;
+    }
+};
+
 // Before a bounds program runs: its primitive is the launch index.
 SUNSTONE_INLINE void prepareBounds(RayState& root) {
-    const uint32_t primitive = root.thread->index[0];
-    root.hit.primitive = primitive;
-    root.payloadMemory = root.launch->boxes + size_t(6) * primitive;
+    const uint32_t index = root.thread->index[0];
+    root.hit.primitive = root.launch->firstPrimitive + index;
+    root.hit.instanceIndex = root.launch->motionStep;
+    root.payloadMemory = root.launch->boxes + size_t(6) * index;
 }
 
 // On CPUs: a record with its entry in the pipeline's table.

@@ -102,6 +102,8 @@ bool leadsToMemory(uint64_t handle) {
         return bvh::isReadableTransform(handle);
     case kTagVisit:
         return isReadable(address, sizeof(VisitNode));
+    case kTagInstance: // of the classic API; others pass it by
+        return isReadable(address, sizeof(InstanceRecord));
     default:
         return false;
     }
@@ -121,10 +123,12 @@ const TraceSet& chosenSet() {
 } // namespace
 
 TraceVariant selectTrace(const TraceFeatures& features) {
-    if (features.checked)
-        return {kTraceChecked.traceGraph, kTraceChecked.report, checkedCallable};
     const TraceSet& set = chosenSet();
-    return {features.instancing ? set.traceGraph : set.traceGas, set.report, callable};
+    if (features.classic)
+        return {set.traceClassic, set.reportClassic, callable, set.visitChild};
+    if (features.checked)
+        return {kTraceChecked.traceGraph, kTraceChecked.report, checkedCallable, nullptr};
+    return {features.instancing ? set.traceGraph : set.traceGas, set.report, callable, nullptr};
 }
 
 void bindTrace(LaunchState& launch, const TraceFeatures& features) {
@@ -132,6 +136,7 @@ void bindTrace(LaunchState& launch, const TraceFeatures& features) {
     launch.trace = variant.trace;
     launch.report = variant.report;
     launch.callable = variant.callable;
+    launch.visitChild = variant.visitChild;
     launch.triangleVertices = triangleVertices;
     launch.instanceHandle = instanceHandle;
     launch.checkAccess = checkAccess;

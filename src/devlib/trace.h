@@ -22,6 +22,7 @@ struct TraceFeatures {
     bool custom = true;     // custom primitives
     bool instancing = true; // handles other than that of a geometry acceleration structure
     bool checked = false;   // debug exceptions
+    bool classic = false;   // programs of the classic API, with its records
 };
 
 // Whether the handle's own memory is mapped: asked once per thread for a handle that programs pass
@@ -33,6 +34,7 @@ struct TraceVariant {
     void (*trace)(RayState*);
     uint32_t (*report)(RayState*, float t, uint32_t kind);
     const void* (*callable)(RayState*, uint32_t sbtIndex, uint32_t call);
+    uint32_t (*visitChild)(RayState*, uint32_t index); // null for OptiX 7
 };
 
 // The fastest functions for the features on this machine (see bvh::chosenIsa).

@@ -6,7 +6,8 @@
 
 namespace sunstone::devlib {
 
-const TraceSet kTraceAvx2 = {
-    avx2::trace<SbtRecords, true>, avx2::trace<SbtRecords, false>, avx2::report<SbtRecords>};
+const TraceSet kTraceAvx2 = {avx2::trace<SbtRecords, true>, avx2::trace<SbtRecords, false>,
+                             avx2::report<SbtRecords>,      avx2::trace<ClassicRecords, true>,
+                             avx2::report<ClassicRecords>,  avx2::visitChild<ClassicRecords>};
 
 } // namespace sunstone::devlib

@@ -6,7 +6,8 @@
 
 namespace sunstone::devlib {
 
-const TraceSet kTraceAvx512 = {
-    avx512::trace<SbtRecords, true>, avx512::trace<SbtRecords, false>, avx512::report<SbtRecords>};
+const TraceSet kTraceAvx512 = {avx512::trace<SbtRecords, true>, avx512::trace<SbtRecords, false>,
+                               avx512::report<SbtRecords>,      avx512::trace<ClassicRecords, true>,
+                               avx512::report<ClassicRecords>,  avx512::visitChild<ClassicRecords>};
 
 } // namespace sunstone::devlib

@@ -7,6 +7,8 @@
 namespace sunstone::devlib {
 
 const TraceSet kTraceBaseline = {
-    baseline::trace<SbtRecords, true>, baseline::trace<SbtRecords, false>, baseline::report<SbtRecords>};
+    baseline::trace<SbtRecords, true>, baseline::trace<SbtRecords, false>,
+    baseline::report<SbtRecords>,      baseline::trace<ClassicRecords, true>,
+    baseline::report<ClassicRecords>,  baseline::visitChild<ClassicRecords>};
 
 } // namespace sunstone::devlib

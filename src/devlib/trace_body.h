@@ -94,6 +94,9 @@ public:
             if constexpr (Records::kVisits)
                 if (tag == kTagVisit)
                     return enterVisit(handle, org, dir);
+            if constexpr (Records::kVisits)
+                if (tag == kTagInstance)
+                    return enterLoneInstance(handle, org, dir);
         }
         if (tagOf(handle) != kTagGas) {
             if constexpr (!kInstancing)
@@ -139,14 +142,18 @@ public:
         const ResolvedRecord r = hitRecord<false>(best_.sbtGasIndex, best_.instanceSbtOffset);
         hit.record = r.record;
         state_->sbtData = dataOf(uint64_t(r.record));
+        if constexpr (Records::kAttributePrograms)
+            computeAttributes(r.group);
         return r.group;
     }
 
-    // optixReportIntersection.
+    // optixReportIntersection; `kind` is the material where Records says so.
     uint32_t report(float t, uint32_t kind) {
         if (!inInterval(*state_, t, tmax_))
             return kIgnore;
         reportCandidate(*state_, t, kind);
+        if constexpr (Records::kMaterials)
+            return reportMaterial(kind);
         const uint32_t result = offer(candidateGroup_, candidateAnyHit_);
         state_->tmax = tmax_;
         return result;
@@ -229,8 +236,8 @@ private:
         return transformCount_ + 2 > launch_.maxGraphDepth;
     }
 
-    // The two kinds of traversables that a pipeline's options may exclude. Rays pass them by, and the
-    // log will tell. Both return false: nothing ends the trace.
+    // The two kinds of traversables that a pipeline's options may exclude. Rays pass them by, and
+    // the log will tell. Both return false: nothing ends the trace.
     [[gnu::noinline, gnu::cold]] bool excludedByFlags() const {
         if (LaunchNotes* notes = notesOf(launch_))
             note(notes->outsideFlags);
@@ -291,12 +298,42 @@ private:
     }
     SUNSTONE_INLINE_MEMBER bool flipped() const { return instanceFlags_ & kInstanceFlipFacing; }
 
+    // The candidate becomes one of another record of its build input, until the report ends.
+    uint32_t reportMaterial(uint32_t material) {
+        if (!Records::hasMaterial(*state_, material))
+            return kIgnore;
+        Hit& hit = state_->hit;
+        const uint32_t first = hit.sbtGasIndex;
+        const void* const record = hit.record;
+        hit.sbtGasIndex = first + material;
+        const ResolvedRecord r = hitRecord<true>(hit.sbtGasIndex, instanceSbtOffset_);
+        hit.record = r.record;
+        state_->sbtData = dataOf(uint64_t(r.record));
+        const uint32_t result = offer(r.group, candidateAnyHit_);
+        hit.sbtGasIndex = first;
+        hit.record = record;
+        state_->sbtData = dataOf(uint64_t(record));
+        state_->tmax = tmax_;
+        return result;
+    }
+
+    // The attributes of a triangle's hit, before programs see it.
+    void computeAttributes(const GroupEntry* group) {
+        if (state_->hit.kind < kHitTriangleFront)
+            return;
+        Records::setTriangleAttributes(*state_);
+        if (const ProgramFn program = group ? group->program(kRoleAttribute) : nullptr)
+            program(state_);
+    }
+
     // Shows the candidate in state->hit to the any-hit program and takes it unless that declines.
     uint32_t offer(const GroupEntry* group, bool runAnyHit) {
         uint32_t result = kAccept;
         const ProgramFn anyHit = runAnyHit && group ? group->program(kRoleAnyHit) : nullptr;
         if (anyHit) {
             state_->tmax = state_->hit.t;
+            if constexpr (Records::kAttributePrograms)
+                computeAttributes(group);
             result = anyHit(state_);
             if (result == kIgnore)
                 return kIgnore;
@@ -769,6 +806,15 @@ private:
         const bool end = enter<true>(transform->child, newOrg, newDir);
         --transformCount_;
         return end;
+    }
+
+    // An instance that no structure holds.
+    [[gnu::noinline]] bool enterLoneInstance(uint64_t handle, const float org[3],
+                                             const float dir[3]) {
+        const auto* record = reinterpret_cast<const InstanceRecord*>(addressOf(handle));
+        if ((record->visibilityMask & state_->visibilityMask & 0xFF) == 0)
+            return false;
+        return enterInstance(*record, org, dir);
     }
 
     // The program calls visitChild for the children that it chooses.

@@ -10,6 +10,9 @@ namespace sunstone::devlib {
 
 const TraceSet kTraceChecked = {baseline::checked::trace<SbtRecords, true>,
                                 baseline::checked::trace<SbtRecords, true>,
-                                baseline::checked::report<SbtRecords>};
+                                baseline::checked::report<SbtRecords>,
+                                nullptr,
+                                nullptr,
+                                nullptr};
 
 } // namespace sunstone::devlib

@@ -10,6 +10,10 @@ struct TraceSet {
     void (*traceGraph)(RayState*); // any traversable
     void (*traceGas)(RayState*);   // geometry acceleration structures only
     uint32_t (*report)(RayState*, float t, uint32_t kind);
+    // The same for programs of the classic API; null in the checked set.
+    void (*traceClassic)(RayState*);
+    uint32_t (*reportClassic)(RayState*, float t, uint32_t material);
+    uint32_t (*visitChild)(RayState*, uint32_t index);
 };
 
 extern const TraceSet kTraceBaseline, kTraceAvx2, kTraceAvx512, kTraceChecked;

@@ -35,7 +35,7 @@ public:
     std::string launchIndex(char) const override { return "_tiny_index"; }
     std::string launchDimension(char) const override { return "_tiny_index"; }
     bool isProgramName(std::string_view) const override { return false; }
-    std::optional<size_t> parameterAt(ProgramKind kind, size_t index) const override {
+    std::optional<size_t> parameterAt(ProgramKind kind, size_t index, size_t) const override {
         if (kind != ProgramKind::kBounds || index > 1)
             return {};
         return index == 0 ? offsetof(RayState, hit) + offsetof(devlib::Hit, primitive)

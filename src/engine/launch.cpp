@@ -16,6 +16,8 @@ void launchBounds(const std::shared_ptr<Context>& context, const BoundsRequest& 
     launch.entryKind = devlib::kGroupBounds;
     launch.sbt.entryRecord = request.record;
     launch.boxes = request.boxes;
+    launch.firstPrimitive = request.firstPrimitive;
+    launch.motionStep = request.motionStep;
     launch.params = request.params;
     launch.paramsSize = request.paramsSize;
     launch.width = request.count;

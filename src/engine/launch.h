@@ -14,6 +14,7 @@ struct LaunchRequest {
     devlib::GroupKind entryKind = devlib::kGroupRaygen;
     devlib::SbtView sbt{};
     float* boxes = nullptr; // of bounds programs; see BoundsRequest
+    uint32_t firstPrimitive = 0, motionStep = 0;
     const void* params = nullptr; // device address, read in stream order
     uint64_t paramsSize = 0;
     uint32_t width = 0, height = 0, depth = 0;
@@ -26,12 +27,14 @@ struct LaunchRequest {
 // several launches at once.
 void launch(const std::shared_ptr<Context>& context, const LaunchRequest& request);
 
-// A launch of a bounds program (kGroupBounds) for primitives 0 to count - 1. Each writes its box: six
-// floats, lower x y z, upper x y z, at boxes + 6 * primitive in device memory.
+// A launch of a bounds program (kGroupBounds) for `count` primitives. Each writes its box: six floats,
+// lower x y z, upper x y z. The boxes follow one another in device memory.
 struct BoundsRequest {
     std::shared_ptr<const Pipeline> pipeline;
     uint64_t record = 0; // of the program's group
     uint32_t count = 0;
+    uint32_t firstPrimitive = 0; // the number that the first of them has
+    uint32_t motionStep = 0;     // given to programs that take one
     float* boxes = nullptr;
     const void* params = nullptr;
     uint64_t paramsSize = 0;

@@ -94,9 +94,9 @@ protected:
         return words;
     }
     // The kernel's output; `result` its error.
-    std::vector<unsigned> run(CUfunction function, const Shape& shape, bool single,
+    std::vector<unsigned> run(CUfunction function, const Shape& shape, const char* way,
                               CUresult* result) {
-        setenv("SUNSTONE_KERNELS", single ? "single" : "lockstep", 1);
+        setenv("SUNSTONE_KERNELS", way, 1);
         const auto& [block, grid] = shape;
         const unsigned perBlock = block[0] * block[1] * block[2];
         std::vector<unsigned> in = input(), out(perBlock * grid[0] * grid[1] * grid[2], 0xabababab);
@@ -111,8 +111,10 @@ protected:
             *result = cuCtxSynchronize();
         return out;
     }
-    // Runs all kernels of a file both ways, in the first shapes.
-    void compareBoth(const char* path, size_t shapes = std::size(kShapes)) {
+    // Runs all kernels of a file both ways, in the first shapes. way: "lockstep" or "runs", which
+    // decides how the kernels are compiled.
+    void compareBoth(const char* path, const char* way, size_t shapes = std::size(kShapes)) {
+        setenv("SUNSTONE_KERNELS", way, 1);
         std::ifstream file(path);
         const std::string text((std::istreambuf_iterator<char>(file)),
                                std::istreambuf_iterator<char>());
@@ -125,8 +127,8 @@ protected:
                              << name << " in blocks of " << shape.block[0] << " x "
                              << shape.block[1] << " x " << shape.block[2]);
                 CUresult single = CUDA_SUCCESS, together = CUDA_SUCCESS;
-                const std::vector<unsigned> expected = run(function, shape, true, &single);
-                const std::vector<unsigned> seen = run(function, shape, false, &together);
+                const std::vector<unsigned> seen = run(function, shape, way, &together);
+                const std::vector<unsigned> expected = run(function, shape, "single", &single);
                 EXPECT_EQ(single, CUDA_SUCCESS);
                 ASSERT_EQ(together, CUDA_SUCCESS);
                 size_t different = 0, first = 0;
@@ -146,11 +148,16 @@ protected:
 };
 
 TEST_F(Lockstep, LeavesWhatSingleThreadsLeave) {
-    compareBoth(LOCKSTEP_PTX);
+    compareBoth(LOCKSTEP_PTX, "lockstep");
+}
+
+TEST_F(Lockstep, LeavesTheSameByRuns) {
+    compareBoth(LOCKSTEP_PTX, "runs");
 }
 
 TEST_F(Lockstep, LeavesTheSameWhereSubnormalsAreFlushed) {
-    compareBoth(FLUSHED_PTX, 2);
+    compareBoth(FLUSHED_PTX, "lockstep", 2);
+    compareBoth(FLUSHED_PTX, "runs", 2);
 }
 
 // Indices that follow one another but for a jump by 2^32 are not taken for neighbours.
@@ -253,15 +260,18 @@ TEST_F(Lockstep, WhatLanesTakeOutOfLoops) {
     };
     for (const std::string& loop : loops) {
         SCOPED_TRACE(loop);
-        CUmodule module = load(loopText(loop));
-        CUfunction function = find(module, "loops");
-        const Shape shape = {{96, 1, 1}, {2, 1, 1}};
-        CUresult single = CUDA_SUCCESS, together = CUDA_SUCCESS;
-        const std::vector<unsigned> expected = run(function, shape, true, &single);
-        EXPECT_EQ(run(function, shape, false, &together), expected);
-        EXPECT_EQ(single, CUDA_SUCCESS);
-        EXPECT_EQ(together, CUDA_SUCCESS);
-        EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+        for (const char* way : {"lockstep", "runs"}) {
+            SCOPED_TRACE(way);
+            CUmodule module = load(loopText(loop));
+            CUfunction function = find(module, "loops");
+            const Shape shape = {{96, 1, 1}, {2, 1, 1}};
+            CUresult single = CUDA_SUCCESS, together = CUDA_SUCCESS;
+            const std::vector<unsigned> seen = run(function, shape, way, &together);
+            EXPECT_EQ(seen, run(function, shape, "single", &single));
+            EXPECT_EQ(single, CUDA_SUCCESS);
+            EXPECT_EQ(together, CUDA_SUCCESS);
+            EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+        }
     }
 }
 
@@ -278,21 +288,81 @@ TEST_F(Lockstep, LanesThatHaveEndedAreReported) {
         {"alone", ends + "shfl.sync.bfly.b32 %r2, %r1, 1, 31, 0xfffff;\n", false},
         {"partial", "vote.sync.ballot.b32 %r2, 1, -1;\n", false}, // lanes that never were
     };
-    for (const bool single : {false, true})
+    for (const char* way : {"lockstep", "single", "runs"})
         for (const Case& one : cases) {
             // The report is made once for a name.
-            const std::string name = one.name + std::string(single ? "Single" : "Together");
+            const std::string name = one.name + std::string(way);
             SCOPED_TRACE(name);
             CUmodule module = load(kernelText(name, one.body));
             CUresult result = CUDA_SUCCESS;
             testing::internal::CaptureStderr();
-            run(find(module, name.c_str()), {{24, 1, 1}, {1, 1, 1}}, single, &result);
+            run(find(module, name.c_str()), {{24, 1, 1}, {1, 1, 1}}, way, &result);
             const std::string log = testing::internal::GetCapturedStderr();
             EXPECT_EQ(result, CUDA_SUCCESS);
             EXPECT_EQ(log.find("kernel " + name +
                                ": a shuffle or vote names lanes that have ended") != log.npos,
                       one.isReported)
                 << log;
+            EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+        }
+}
+
+// Programs that rely on warps in step, without warp functions. Each thread's result is %r9.
+TEST_F(Lockstep, KernelsThatCountOnStepsHaveThem) {
+    struct Case {
+        const char* name;
+        std::string body;
+        unsigned (*expected)(unsigned thread);
+    };
+    std::string longWork = "mov.u32 %r15, %r1;\n"; // which the optimiser has to keep
+    for (int i = 0; i < 400; ++i)
+        longWork += "mad.lo.u32 %r15, %r15, %r15, %r1; xor.b32 %r15, %r15, 3;\n";
+    const std::string afterwards =
+        "setp.eq.u32 %p5, %r15, 123456789; @%p5 st.global.u32 [%rd3], %r15;\n";
+    const std::string counter = "ld.param.u64 %rd4, [in]; ld.global.u32 %r9, [%rd4];\n"
+                                "setp.ne.u32 %p1, %r1, 0; @%p1 bra A;\n"
+                                "atom.global.add.u32 %r6, [%rd4], 100;\nA:\n";
+    const Case cases[] = {
+        // All lanes read a counter before lane 0 raises it.
+        {"counter", counter, [](unsigned) { return 7u; }},
+        // Lane 31 clears a word that all lanes then set bits of.
+        {"cleared",
+         "ld.param.u64 %rd4, [in]; setp.ne.u32 %p1, %r1, 31; @%p1 bra A;\n"
+         "mov.u32 %r6, 0; st.global.u32 [%rd4], %r6;\nA: mov.u32 %r6, 1; shl.b32 %r6, %r6, %r1;\n"
+         "atom.global.or.b32 %r7, [%rd4], %r6; ld.global.u32 %r9, [%rd4];\n",
+         [](unsigned) { return ~0u; }},
+        // Neighbours exchange values through memory, volatile and shared.
+        {"volatileNeighbours",
+         "ld.param.u64 %rd4, [in]; mad.wide.u32 %rd4, %r1, 4, %rd4; st.volatile.global.u32 [%rd4], "
+         "%r1;\nsetp.eq.u32 %p1, %r1, 31; mov.u32 %r9, 0; @%p1 bra A;\n"
+         "ld.volatile.global.u32 %r9, [%rd4+4];\nA:\n",
+         [](unsigned thread) { return thread == 31 ? 0 : thread + 1; }},
+        {"sharedNeighbours",
+         "{ .shared .align 4 .b8 words[128]; mov.u32 %r4, words; mad.lo.u32 %r4, %r1, 4, %r4;\n"
+         "st.shared.u32 [%r4], %r1; xor.b32 %r5, %r1, 31; mov.u32 %r4, words;\n"
+         "mad.lo.u32 %r4, %r5, 4, %r4; ld.shared.u32 %r9, [%r4]; }\n",
+         [](unsigned thread) { return thread ^ 31; }},
+    };
+    for (const char* way : {"lockstep", "runs", "long"})
+        for (const Case& one : cases) {
+            SCOPED_TRACE(testing::Message() << one.name << " " << way);
+            const bool isLong = std::string(way) == "long";
+            setenv("SUNSTONE_KERNELS", isLong ? "lockstep" : way, 1);
+            CUmodule module = load(kernelText(
+                one.name, "mov.u32 %r9, 0;\n" + (isLong ? longWork : "") + one.body +
+                              "ld.param.u64 %rd2, [out]; mad.wide.u32 %rd3, %r1, 4, %rd2;\n"
+                              "st.global.u32 [%rd3], %r9;\n" +
+                              (isLong ? afterwards : "")));
+            std::vector<unsigned> words(64, 7), out(32, 0xabababab);
+            unsigned *in = words.data(), *to = out.data();
+            unsigned n = 32;
+            void* params[] = {&in, &to, &n};
+            ASSERT_EQ(cuLaunchKernel(find(module, one.name), 1, 1, 1, 32, 1, 1, 0, nullptr, params,
+                                     nullptr),
+                      CUDA_SUCCESS);
+            ASSERT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
+            for (unsigned thread = 0; thread < 32; ++thread)
+                EXPECT_EQ(out[thread], one.expected(thread)) << thread;
             EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
         }
 }
@@ -308,8 +378,8 @@ TEST_F(Lockstep, KernelsOfWarpsThatRunByThreadAreReported) {
         CUmodule module = load(text);
         CUresult result = CUDA_SUCCESS;
         testing::internal::CaptureStderr();
-        run(find(module, expected.empty() ? "usual" : "debugged"), {{32, 1, 1}, {1, 1, 1}}, false,
-            &result);
+        run(find(module, expected.empty() ? "usual" : "debugged"), {{32, 1, 1}, {1, 1, 1}},
+            "lockstep", &result);
         const std::string log = testing::internal::GetCapturedStderr();
         EXPECT_EQ(result, CUDA_SUCCESS);
         EXPECT_EQ(log.find("thread by thread") == log.npos, expected.empty()) << log;
@@ -319,17 +389,19 @@ TEST_F(Lockstep, KernelsOfWarpsThatRunByThreadAreReported) {
 }
 
 TEST_F(Lockstep, ActiveLanesOfTheLastRound) {
-    CUmodule module =
-        load(loopText("and.b32 %r5, %r1, 7; mov.u32 %r6, 0; mov.u32 %r7, 0;\n"
-                      "A: activemask.b32 %r9; add.u32 %r6, %r6, 1; xor.b32 %r7, %r7, %r9;\n"
-                      "setp.le.u32 %p1, %r6, %r5; @%p1 bra A; st.global.u32 [%rd2], %r7;\n"));
-    CUresult result = CUDA_SUCCESS;
-    const std::vector<unsigned> masks =
-        run(find(module, "loops"), {{64, 1, 1}, {2, 1, 1}}, false, &result);
-    ASSERT_EQ(result, CUDA_SUCCESS);
-    for (size_t i = 0; i < masks.size(); ++i)
-        EXPECT_TRUE(masks[i] >> i % 32 & 1) << i << " " << masks[i];
-    EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    for (const char* way : {"lockstep", "runs"}) {
+        CUmodule module =
+            load(loopText("and.b32 %r5, %r1, 7; mov.u32 %r6, 0; mov.u32 %r7, 0;\n"
+                          "A: activemask.b32 %r9; add.u32 %r6, %r6, 1; xor.b32 %r7, %r7, %r9;\n"
+                          "setp.le.u32 %p1, %r6, %r5; @%p1 bra A; st.global.u32 [%rd2], %r7;\n"));
+        CUresult result = CUDA_SUCCESS;
+        const std::vector<unsigned> masks =
+            run(find(module, "loops"), {{64, 1, 1}, {2, 1, 1}}, way, &result);
+        ASSERT_EQ(result, CUDA_SUCCESS);
+        for (size_t i = 0; i < masks.size(); ++i)
+            EXPECT_TRUE(masks[i] >> i % 32 & 1) << way << " " << i << " " << masks[i];
+        EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    }
 }
 
 // Errors that end a launch end it either way.
@@ -352,7 +424,7 @@ TEST_F(Lockstep, ErrorsAreTheSame) {
          CUDA_ERROR_LAUNCH_FAILED},
         {"bar.sync 0; mov.u64 %rd1, 16; st.global.u32 [%rd1], %r1;\n", CUDA_ERROR_ILLEGAL_ADDRESS},
     };
-    for (const bool single : {true, false}) {
+    for (const char* way : {"single", "lockstep", "runs"}) {
         for (const Bad& bad : cases) {
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
@@ -362,14 +434,14 @@ TEST_F(Lockstep, ErrorsAreTheSame) {
 #endif
             // The loop of single threads waits for the first of them.
             const bool spins = std::string(bad.body).find("volatile") != std::string::npos;
-            if (spins && single)
+            if (spins && std::string(way) == "single")
                 continue;
-            SCOPED_TRACE(testing::Message() << (single ? "single: " : "lockstep: ") << bad.body);
+            SCOPED_TRACE(testing::Message() << way << ": " << bad.body);
             CUmodule module = load(kernelText("bad", spins ? std::string("bar.sync 0;\n") + bad.body
                                                            : std::string(bad.body)));
             CUfunction function = find(module, "bad");
             CUresult result = CUDA_SUCCESS;
-            run(function, {{64, 1, 1}, {3, 1, 1}}, single, &result);
+            run(function, {{64, 1, 1}, {3, 1, 1}}, way, &result);
             EXPECT_EQ(result, bad.result);
             ASSERT_EQ(cuCtxSetCurrent(nullptr), CUDA_SUCCESS);
             ASSERT_EQ(cuDevicePrimaryCtxReset(0), CUDA_SUCCESS);
@@ -393,7 +465,7 @@ TEST_F(Lockstep, LoopsThatWaitEndWithTheLaunch) {
               CUDA_SUCCESS);
     if (processors < 2)
         GTEST_SKIP() << "the block that traps never runs";
-    run(function, {{1024, 1, 1}, {unsigned(processors) * 8, 1, 1}}, true, &result);
+    run(function, {{1024, 1, 1}, {unsigned(processors) * 8, 1, 1}}, "single", &result);
     EXPECT_EQ(result, CUDA_ERROR_LAUNCH_FAILED);
 }
 

@@ -1,6 +1,6 @@
 # Installs into WORK/stage, checks the layout, builds the project in SOURCE against it and runs it.
 # WAY: config (find_package finds OptiXConfig.cmake), module (a find module as in many projects),
-# config76 and module76 (the same for OptiX 7.6).
+# prefix (that module with the prefix), config76 and module76 (the same for OptiX 7.6).
 # CUDA: the source of cuda.h, Sunstone's own headers or the toolkit.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/../rules/links.cmake)
@@ -64,7 +64,9 @@ if(WAY MATCHES "config")
         -DWANTED_VERSION=${wanted})
 else()
     set(sdk optix7)
-    if(WAY STREQUAL "module76")
+    if(WAY STREQUAL "prefix")
+        set(sdk .)
+    elseif(WAY STREQUAL "module76")
         set(sdk optix7.6)
         set(version 7.6.0)
     endif()

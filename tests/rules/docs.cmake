@@ -7,7 +7,8 @@ set(top src include tests tools bench samples scripts docs cmake assets)
 set(parts api base bvh cache check compiler denoise device devlib engine math ptx texture)
 # Files that are not in the tree.
 set(outside
-    file.cu kernel.cu my_app.cu shade.cu # examples of a reader's files
+    # Examples of a reader's files.
+    file.cu kernel.cu my_app.cpp my_app.cu my_app_ptx.h my_rays.cpp shade.cu
     snake_case.h snake_case_test.cpp     # examples of the form of names
     cuda_pipeline.h                      # the toolkit has it
     OptiXConfig.cmake OptiXConfigVersion.cmake) # the build makes them

@@ -7,7 +7,7 @@ cmake_policy(SET CMP0057 NEW)
 set(plain
     bool char int unsigned float double size_t uintptr_t cudaError_t pthread_key_t
     std::once_flag std::mutex
-    ArrayMemory CUmemGenericAllocationHandle Capture::Mode Dispatcher Driver Functions Isa KernelFlavor Kernels Known ModuleRules Optix7Flavor Row Sphere
+    ArrayMemory BatchKernels CUmemGenericAllocationHandle Capture::Mode Dispatcher Driver Functions Isa KernelFlavor Kernels Known ModuleRules Optix7Flavor Row Sphere
     StackBounds TraceSet Wording engine::Wording)
 # Types of objects that belong to a thread and end with it: memory on which the thread runs device code.
 set(of_threads HandlerStack Owner SharedMemory Side StackPool)

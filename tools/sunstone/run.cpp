@@ -95,6 +95,14 @@ int runChecked(const RunOptions& options) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
+// Puts a path in front of an environment variable's list.
+void putFirst(const char* variable, std::string path) {
+    const char* previous = std::getenv(variable);
+    if (previous && *previous)
+        path += std::string(":") + previous;
+    setenv(variable, path.c_str(), 1);
+}
+
 } // namespace
 
 int run(const RunOptions& options) {
@@ -113,10 +121,11 @@ int run(const RunOptions& options) {
     std::string path = folders.lib;
     if (!folders.cuda.empty())
         path += ":" + folders.cuda;
-    const char* previous = std::getenv("LD_LIBRARY_PATH");
-    if (previous && *previous)
-        path += std::string(":") + previous;
-    setenv("LD_LIBRARY_PATH", path.c_str(), 1);
+    putFirst("LD_LIBRARY_PATH", path);
+    // Redirects static CUDA runtimes to libcudart (src/api/cuda/redirect).
+    const std::string redirect = folders.cuda + "/libsunstone_redirect.so";
+    if (!folders.cuda.empty() && std::filesystem::exists(redirect))
+        putFirst("LD_AUDIT", redirect);
 
     if (options.check)
         return runChecked(options);

@@ -87,6 +87,63 @@ struct StillNodes {
     }
 };
 
+// The child to visit next of those that are hit, at least one; the others go on the stack, ordered
+// so that the nearest is on top, or in any order.
+template <bool kOrdered, class Nodes>
+SUNSTONE_INLINE NodeRef pushChildren(const Nodes& nodes, const uint8_t* block,
+                                     const NodeRef* children, Mask hits, F8 distance,
+                                     uint64_t*& top) {
+    const NodeRef lowest = children[lowestBit(hits)];
+    const Mask rest = hits & (hits - 1);
+    if (rest == 0)
+        return lowest;
+    if constexpr (!kOrdered) {
+        for (Mask m = rest; m; m &= m - 1) {
+            *top = children[lowestBit(m)];
+            nodes.prefetch(block, offsetOf(NodeRef(*top)));
+            ++top;
+        }
+        return lowest;
+    }
+    alignas(32) float entry[8];
+    store(entry, distance);
+    const auto entryOf = [&](unsigned lane) {
+        return uint64_t(bitsOf(entry[lane])) << 32 | children[lane];
+    };
+    uint64_t a = entryOf(lowestBit(hits)), b = entryOf(lowestBit(rest));
+    orderPair(a, b);
+    Mask more = rest & (rest - 1);
+    if (more == 0) {
+        *top++ = b;
+        nodes.prefetch(block, offsetOf(NodeRef(b)));
+        return NodeRef(a);
+    }
+    uint64_t c = entryOf(lowestBit(more));
+    more &= more - 1;
+    orderPair(b, c), orderPair(a, b);
+    uint64_t* const first = top;
+    if (more == 0) {
+        top[0] = c, top[1] = b;
+        top += 2;
+    } else {
+        uint64_t d = entryOf(lowestBit(more));
+        more &= more - 1;
+        orderPair(c, d), orderPair(b, c), orderPair(a, b);
+        top[0] = d, top[1] = c, top[2] = b;
+        top += 3;
+        if (more) {
+            *top++ = a;
+            for (; more; more &= more - 1)
+                *top++ = entryOf(lowestBit(more));
+            sortEntries(first, unsigned(top - first));
+            a = *--top;
+        }
+    }
+    for (const uint64_t* e = first; e != top; ++e)
+        nodes.prefetch(block, offsetOf(NodeRef(*e)));
+    return NodeRef(a);
+}
+
 template <class Nodes, class Visitor>
 SUNSTONE_INLINE void traverseNodes(const void* blockAddress, const Nodes& nodes, Visitor& visitor) {
     const uint8_t* const block = static_cast<const uint8_t*>(blockAddress);
@@ -100,59 +157,9 @@ SUNSTONE_INLINE void traverseNodes(const void* blockAddress, const Nodes& nodes,
             const uint8_t* const node = block + offsetOf(ref);
             const NodeRef* const children = reinterpret_cast<const Node*>(node)->children;
             F8 distance;
-            Mask hits = nodes.test(node, visitor.tmax, distance);
+            const Mask hits = nodes.test(node, visitor.tmax, distance);
             if (hits) {
-                ref = children[lowestBit(hits)];
-                const Mask rest = hits & (hits - 1);
-                if (rest == 0) {
-                    continue;
-                }
-                if constexpr (!Visitor::kOrdered) {
-                    for (Mask m = rest; m; m &= m - 1) {
-                        *top = children[lowestBit(m)];
-                        nodes.prefetch(block, offsetOf(NodeRef(*top)));
-                        ++top;
-                    }
-                    continue;
-                }
-                alignas(32) float entry[8];
-                store(entry, distance);
-                const auto entryOf = [&](unsigned lane) {
-                    return uint64_t(bitsOf(entry[lane])) << 32 | children[lane];
-                };
-                uint64_t a = entryOf(lowestBit(hits)), b = entryOf(lowestBit(rest));
-                orderPair(a, b);
-                Mask more = rest & (rest - 1);
-                if (more == 0) {
-                    *top++ = b;
-                    nodes.prefetch(block, offsetOf(NodeRef(b)));
-                    ref = NodeRef(a);
-                    continue;
-                }
-                uint64_t c = entryOf(lowestBit(more));
-                more &= more - 1;
-                orderPair(b, c), orderPair(a, b);
-                uint64_t* const first = top;
-                if (more == 0) {
-                    top[0] = c, top[1] = b;
-                    top += 2;
-                } else {
-                    uint64_t d = entryOf(lowestBit(more));
-                    more &= more - 1;
-                    orderPair(c, d), orderPair(b, c), orderPair(a, b);
-                    top[0] = d, top[1] = c, top[2] = b;
-                    top += 3;
-                    if (more) {
-                        *top++ = a;
-                        for (; more; more &= more - 1)
-                            *top++ = entryOf(lowestBit(more));
-                        sortEntries(first, unsigned(top - first));
-                        a = *--top;
-                    }
-                }
-                ref = NodeRef(a);
-                for (const uint64_t* e = first; e != top; ++e)
-                    nodes.prefetch(block, offsetOf(NodeRef(*e)));
+                ref = pushChildren<Visitor::kOrdered>(nodes, block, children, hits, distance, top);
                 continue;
             }
         } else if (visitor.leaf(block, ref)) {

@@ -136,7 +136,8 @@ struct KernelObject {
                  {uint32_t(info.usesBarriers), uint32_t(info.usesWarpFunctions),
                   info.staticSharedBytes, info.localBytes, uint32_t(info.hasLockstep),
                   info.lockstepFrameBytes, uint32_t(info.needsThreads),
-                  uint32_t(info.singleReason.size()), uint32_t(info.unsupported.size())})
+                  uint32_t(info.countsOnSteps), uint32_t(info.singleReason.size()),
+                  uint32_t(info.unsupported.size())})
                 number(value);
             text += info.singleReason + info.unsupported;
         }
@@ -145,12 +146,12 @@ struct KernelObject {
     // `kernels` already has the descriptions.
     bool deserialize(std::string_view bytes) {
         for (KernelInfo& info : kernels) {
-            uint32_t values[9];
+            uint32_t values[10];
             if (bytes.size() < sizeof values)
                 return false;
             std::memcpy(values, bytes.data(), sizeof values);
             bytes.remove_prefix(sizeof values);
-            if (bytes.size() < uint64_t(values[7]) + values[8])
+            if (bytes.size() < uint64_t(values[8]) + values[9])
                 return false;
             info.usesBarriers = values[0] != 0;
             info.usesWarpFunctions = values[1] != 0;
@@ -159,9 +160,10 @@ struct KernelObject {
             info.hasLockstep = values[4] != 0;
             info.lockstepFrameBytes = values[5];
             info.needsThreads = values[6] != 0;
-            info.singleReason = std::string(bytes.substr(0, values[7]));
-            info.unsupported = std::string(bytes.substr(values[7], values[8]));
-            bytes.remove_prefix(size_t(values[7]) + values[8]);
+            info.countsOnSteps = values[7] != 0;
+            info.singleReason = std::string(bytes.substr(0, values[8]));
+            info.unsupported = std::string(bytes.substr(values[8], values[9]));
+            bytes.remove_prefix(size_t(values[8]) + values[9]);
         }
         return object.deserialize(bytes);
     }
@@ -339,6 +341,7 @@ private:
         digest.add(buildId());
         digest.add(targetDescription());
         digest.add(uint64_t(checks("memory")));
+        digest.add(uint64_t(wantsRuns()));
         for (const auto& module : modules_)
             digest.add(module->text);
         digest.add(uint64_t(options_.debugLevel));

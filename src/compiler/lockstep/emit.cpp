@@ -18,13 +18,16 @@ using llvm::Instruction;
 using llvm::isa;
 using llvm::Value;
 
-LockstepEmitter::LockstepEmitter(const LockstepPlan& plan, llvm::Function& result, bool hasMasks)
-    : plan_(plan), source_(plan.function()), result_(result), hasMasks_(hasMasks),
+LockstepEmitter::LockstepEmitter(const LockstepPlan& plan, llvm::Function& result, bool hasMasks,
+                                 bool byRuns)
+    : plan_(plan), source_(plan.function()), result_(result), hasMasks_(hasMasks), byRuns_(byRuns),
       context_(result.getContext()), layout_(result.getParent()->getDataLayout()),
       builder_(context_), top_(context_) {}
 
 void LockstepEmitter::emit() {
     begin();
+    if (byRuns_)
+        beginRuns();
     emitPrologue();
     emitEntry();
     for (const Step& step : plan_.steps()) {
@@ -32,6 +35,17 @@ void LockstepEmitter::emit() {
         emitSteps({step});
     }
     finish();
+}
+
+// Code by runs has no vectors: its masks are numbers.
+llvm::Type* LockstepEmitter::maskType() {
+    if (byRuns_)
+        return builder_.getInt32Ty();
+    return wideType(builder_.getInt1Ty());
+}
+
+Value* LockstepEmitter::maskOf(Value* bits) {
+    return builder_.CreateBitCast(bits, maskType());
 }
 
 Value* LockstepEmitter::maskBits(Value* mask) {
@@ -45,7 +59,7 @@ Value* LockstepEmitter::any(Value* mask) {
 llvm::AllocaInst* LockstepEmitter::maskPlace(BasicBlock* block) {
     llvm::AllocaInst*& made = masks_[block];
     if (!made) {
-        llvm::Type* type = wideType(builder_.getInt1Ty());
+        llvm::Type* type = maskType();
         made = top_.CreateAlloca(type);
         top_.CreateStore(llvm::Constant::getNullValue(type), made);
     }
@@ -89,11 +103,8 @@ void LockstepEmitter::emitPrologue() {
         Value* made = nullptr;
         const int offset = plan_.fieldOf(*instruction);
         if (offset >= 0 && !isUniform(instruction)) {
-            const size_t from = size_t(offset) == offsetof(KernelThread, laneid)
-                                    ? offsetof(LockstepWarp, laneid)
-                                    : size_t(offset) / 4 * sizeof(LockstepWarp::laneid);
-            made = builder_.CreateAlignedLoad(wideType(instruction->getType()), field(from),
-                                              llvm::Align(64));
+            made = builder_.CreateAlignedLoad(wideType(instruction->getType()),
+                                              field(arrayOfField(*instruction)), llvm::Align(64));
         } else if (offset >= 0) {
             made = builder_.CreateLoad(
                 instruction->getType(),
@@ -110,6 +121,13 @@ void LockstepEmitter::emitPrologue() {
     }
 }
 
+size_t LockstepEmitter::arrayOfField(const Instruction& load) const {
+    const auto offset = size_t(plan_.fieldOf(load));
+    return offset == offsetof(devlib::KernelThread, laneid)
+               ? offsetof(LockstepWarp, laneid)
+               : offset / 4 * sizeof(LockstepWarp::laneid);
+}
+
 // Lanes start at the point where they stopped.
 void LockstepEmitter::emitEntry() {
     auto* fresh = BasicBlock::Create(context_, "start", &result_);
@@ -118,8 +136,7 @@ void LockstepEmitter::emitEntry() {
     llvm::Type* bits = builder_.getInt32Ty();
     Value* asked = result_.getArg(3);
     builder_.CreateStore(asked, ran_);
-    addToMask(&source_.getEntryBlock(),
-              builder_.CreateBitCast(asked, wideType(builder_.getInt1Ty())));
+    addToMask(&source_.getEntryBlock(), maskOf(asked));
     for (size_t i = 0; i < plan_.points().size(); ++i) {
         resumes_.push_back(BasicBlock::Create(context_, "resume", &result_));
         jump->addCase(llvm::ConstantInt::get(cast<llvm::IntegerType>(bits), i + 1), resumes_[i]);
@@ -148,9 +165,11 @@ void LockstepEmitter::landAt(const Step& step) {
 
 void LockstepEmitter::resumeAt(size_t number) {
     const MeetingPoint& point = plan_.points()[number];
+    if (byRuns_)
+        return resumeByLane(point);
     Value* bits = result_.getArg(3);
     Value* first = nullptr;
-    Value* mask = builder_.CreateBitCast(bits, wideType(builder_.getInt1Ty()));
+    Value* mask = maskOf(bits);
     for (Instruction* value : point.live) {
         llvm::Type* stored = storedType(value->getType());
         Value* kept =
@@ -180,8 +199,12 @@ void LockstepEmitter::resumeAt(size_t number) {
                                        field(offsetof(LockstepWarp, result)), llvm::Align(64));
         if (point.call->getType()->isIntegerTy(32))
             result = builder_.CreateTrunc(result, wideType(builder_.getInt32Ty()));
-        builder_.CreateStore(result, place(*point.call));
+        store(*point.call, result, false, mask);
     }
+    goOn(point, mask);
+}
+
+void LockstepEmitter::goOn(const MeetingPoint& point, Value* mask) {
     builder_.CreateStore(maskBits(mask), ran_);
     addToMask(point.next, mask);
 }
@@ -189,6 +212,8 @@ void LockstepEmitter::resumeAt(size_t number) {
 void LockstepEmitter::finish() {
     builder_.SetCurrentDebugLocation(llvm::DebugLoc());
     builder_.CreateRet(builder_.CreateLoad(builder_.getInt32Ty(), ran_));
+    if (scratch_)
+        scratch_->setOperand(0, builder_.getInt64(scratchBytes_));
 }
 
 // ---- blocks -----------------------------------------------------------------------------------
@@ -214,7 +239,7 @@ void LockstepEmitter::emitLoop(const Step& step) {
     auto* after = BasicBlock::Create(context_, "after", &result_);
     builder_.CreateCondBr(any(mask), loop, after);
     builder_.SetInsertPoint(loop);
-    if (plan_.isSimpleLoop(*step.loop))
+    if (!byRuns_ && plan_.isSimpleLoop(*step.loop))
         emitSimpleBody(step);
     else
         emitSteps(step.body);
@@ -319,6 +344,8 @@ void LockstepEmitter::emitBlock(BasicBlock& block) {
 }
 
 void LockstepEmitter::emitBody(BasicBlock& block) {
+    if (byRuns_)
+        return emitRuns(block);
     findAddresses(block);
     for (Instruction& instruction : block) {
         if (isa<llvm::PHINode, llvm::AllocaInst>(instruction) || instruction.isTerminator() ||
@@ -353,28 +380,32 @@ void LockstepEmitter::emitTerminator(BasicBlock& block) {
         emitEdge(block, *branch->getSuccessor(1), select(taken, none, mask_), not_);
         return;
     }
-    Value* taken = wide(condition);
-    Value* first = select(mask_, taken, none);
-    Value* second = select(mask_, builder_.CreateNot(taken), none);
+    Value* taken = byRuns_ ? maskBits(wide(condition)) : wide(condition);
+    const auto both = [&](Value* lanes) {
+        return byRuns_ ? builder_.CreateAnd(mask_, lanes) : select(mask_, lanes, none);
+    };
+    Value* first = both(taken);
+    Value* second = both(builder_.CreateNot(taken));
     emitEdge(block, *branch->getSuccessor(0), first, any(first));
     emitEdge(block, *branch->getSuccessor(1), second, any(second));
 }
 
 // taken: whether any lane takes the edge; null: all do.
 void LockstepEmitter::emitEdge(BasicBlock& from, BasicBlock& to, Value* mask, Value* taken) {
-    std::vector<std::pair<llvm::PHINode*, Value*>> moves; // parallel assignments
+    std::vector<std::pair<llvm::PHINode*, Value*>> moves, byLane; // parallel assignments
     for (llvm::PHINode& phi : to.phis()) {
         Value* incoming = phi.getIncomingValueForBlock(&from);
         if (isa<llvm::UndefValue>(incoming))
             continue;
-        moves.emplace_back(&phi, isUniform(&phi) ? scalar(incoming) : wide(incoming));
+        if (byRuns_ && !isUniform(&phi))
+            byLane.emplace_back(&phi, incoming);
+        else
+            moves.emplace_back(&phi, isUniform(&phi) ? scalar(incoming) : wide(incoming));
     }
+    moveByLane(byLane, mask);
     for (auto& [phi, made] : moves) {
-        if (isUniform(phi) && taken) {
-            llvm::AllocaInst* into = place(*phi);
-            made = builder_.CreateSelect(taken, made,
-                                         builder_.CreateLoad(into->getAllocatedType(), into));
-        }
+        if (isUniform(phi) && taken)
+            made = builder_.CreateSelect(taken, made, loadUniform(*phi));
         // All lanes of a loop are in one round: other lanes no longer need the values at its head.
         const bool isHead = plan_.loops().isLoopHeader(&to) && !plan_.outlivesLoop(*phi);
         store(*phi, made, !isHead, mask);
@@ -385,10 +416,14 @@ void LockstepEmitter::emitEdge(BasicBlock& from, BasicBlock& to, Value* mask, Va
 // ---- points -----------------------------------------------------------------------------------
 
 void LockstepEmitter::emitPoint(const MeetingPoint& point) {
-    const auto number = size_t(&point - plan_.points().data());
+    const auto number = uint32_t(&point - plan_.points().data());
+    const uint32_t what =
+        (number + 1) | point.kind << devlib::kPointBits | point.mode << devlib::kModeShift;
     builder_.SetCurrentDebugLocation(point.call->getDebugLoc());
+    if (byRuns_)
+        return meetByLane(point, what);
     if (point.kind == devlib::kMeetBarrier || point.kind == devlib::kMeetPlain) {
-        leaveAt(point, number);
+        leaveAt(point, what);
         return;
     }
     const bool isPause = point.kind == devlib::kMeetPause;
@@ -401,7 +436,7 @@ void LockstepEmitter::emitPoint(const MeetingPoint& point) {
 
     builder_.SetInsertPoint(leave);
     const auto known = here_;
-    leaveAt(point, number);
+    leaveAt(point, what);
     if (isPause && point.mode == 0) // no lane is left
         builder_.CreateRet(builder_.CreateLoad(builder_.getInt32Ty(), ran_));
     else
@@ -463,42 +498,40 @@ void LockstepEmitter::countJump(Value* address, uint64_t bytes) {
         builder_.CreateAdd(count, builder_.CreateZExt(isFar, builder_.getInt32Ty())), jumps_);
 }
 
-void LockstepEmitter::storeOperands(const MeetingPoint& point) {
-    const auto put = [&](size_t offset, Value* value, llvm::Type* type) {
-        Value* made = wide(value);
-        if (made->getType() != wideType(type))
-            made = builder_.CreateZExtOrTrunc(made, wideType(type));
-        storeMasked(made, field(offset), llvm::Align(64), mask_);
+// The operands of a point's lanes, with their places in the warp.
+std::vector<LockstepEmitter::Operand> LockstepEmitter::operandsOf(const MeetingPoint& point) {
+    const auto operand = [&](unsigned argument, unsigned number) {
+        return Operand{point.call->getArgOperand(argument), builder_.getInt32Ty(),
+                       offsetof(LockstepWarp, operand) + number * sizeof(LockstepWarp::laneid)};
     };
-    const auto operandAt = [](size_t i) {
-        return offsetof(LockstepWarp, operand) + i * sizeof(LockstepWarp::laneid);
+    const auto value = [&](unsigned argument) {
+        return Operand{point.call->getArgOperand(argument), builder_.getInt64Ty(),
+                       offsetof(LockstepWarp, value)};
     };
-    const auto argument = [&](unsigned i) { return point.call->getArgOperand(i); };
-    llvm::Type* word = builder_.getInt32Ty();
-    llvm::Type* value = builder_.getInt64Ty();
     switch (point.kind) {
     case devlib::kMeetPlain:
     case devlib::kMeetPause:
-        return;
+        return {};
     case devlib::kMeetBarrier:
-        put(operandAt(0), argument(1), word);
-        put(operandAt(1), argument(2), word);
-        put(offsetof(LockstepWarp, value), argument(4), value);
-        return;
+        return {operand(1, 0), operand(2, 1), value(4)};
     case devlib::kMeetShuffle:
-        put(offsetof(LockstepWarp, value), argument(2), value);
-        put(operandAt(1), argument(3), word);
-        put(operandAt(2), argument(4), word);
-        put(operandAt(0), argument(5), word);
-        return;
+        return {value(2), operand(3, 1), operand(4, 2), operand(5, 0)};
     default:
-        put(operandAt(0), argument(2), word);
-        put(offsetof(LockstepWarp, value), argument(3), value);
+        return {operand(2, 0), value(3)};
+    }
+}
+
+void LockstepEmitter::storeOperands(const MeetingPoint& point) {
+    for (const Operand& operand : operandsOf(point)) {
+        Value* made = wide(operand.value);
+        if (made->getType() != wideType(operand.type))
+            made = builder_.CreateZExtOrTrunc(made, wideType(operand.type));
+        storeMasked(made, field(operand.offset), llvm::Align(64), mask_);
     }
 }
 
 // The lanes wait: their operands and the values needed later are stored in the frame.
-void LockstepEmitter::leaveAt(const MeetingPoint& point, size_t number) {
+void LockstepEmitter::leaveAt(const MeetingPoint& point, uint32_t what) {
     // At a pause all live lanes of the warp are here, so the frame holds no values of other lanes.
     const bool isWhole = point.kind == devlib::kMeetPause && point.mode == 0;
     storeOperands(point);
@@ -511,8 +544,6 @@ void LockstepEmitter::leaveAt(const MeetingPoint& point, size_t number) {
             storeMasked(made, place, llvm::Align(64), mask_);
     }
     llvm::Type* word = builder_.getInt32Ty();
-    const uint32_t what =
-        uint32_t(number + 1) | point.kind << devlib::kPointBits | point.mode << devlib::kModeShift;
     if (!isWhole) // otherwise the launcher knows the point
         storeMasked(splat(builder_.getInt32(what)), field(offsetof(LockstepWarp, point)),
                     llvm::Align(64), mask_);

@@ -19,7 +19,8 @@ namespace sunstone::compiler {
 class LockstepEmitter {
 public:
     // hasMasks: the processor has masked loads and stores, and gathers (AVX-512).
-    LockstepEmitter(const LockstepPlan& plan, llvm::Function& result, bool hasMasks);
+    // byRuns: lanes follow one another in short runs of instructions (lockstep/runs.cpp).
+    LockstepEmitter(const LockstepPlan& plan, llvm::Function& result, bool hasMasks, bool byRuns);
 
     void emit();
     uint32_t frameBytes() const { return frameBytes_; }
@@ -35,6 +36,7 @@ private:
     void emitPrologue();
     void emitEntry();
     void resumeAt(size_t number);
+    void goOn(const MeetingPoint& point, Value* mask);
     void landAt(const Step& step);
     void emitSteps(const std::vector<Step>& steps);
     void emitLoop(const Step& step);
@@ -47,10 +49,18 @@ private:
     Value* isPauseDue(const MeetingPoint& point);
     Value* hasJumped();
     void countJump(Value* address, uint64_t bytes);
-    void leaveAt(const MeetingPoint& point, size_t number);
+    void leaveAt(const MeetingPoint& point, uint32_t what);
+    struct Operand {
+        Value* value;
+        llvm::Type* type; // in the warp
+        size_t offset;
+    };
+    std::vector<Operand> operandsOf(const MeetingPoint& point);
     void storeOperands(const MeetingPoint& point);
     bool needsGuard(llvm::BasicBlock& block) const;
     void addToMask(llvm::BasicBlock* block, Value* mask);
+    llvm::Type* maskType();
+    Value* maskOf(Value* bits);
     Value* maskBits(Value* mask);
     Value* any(Value* mask);
     llvm::AllocaInst* maskPlace(llvm::BasicBlock* block);
@@ -62,12 +72,15 @@ private:
     Value* answerShuffle(const MeetingPoint& point);
     Value* answerReduce(const MeetingPoint& point);
     Value* answerByHelper(const MeetingPoint& point);
+    void callHelper(const MeetingPoint& point);
 
     // ---- values (lockstep/values.cpp) ----
     llvm::FixedVectorType* wideType(llvm::Type* type) const;
     llvm::Type* typeFor(const llvm::Value* value) const; // of its place
     bool isUniform(const Value* value) const { return plan_.isUniform(value); }
     llvm::AllocaInst* place(const llvm::Instruction& value);
+    Value* loadUniform(const llvm::Instruction& value);
+    void storeUniform(const llvm::Instruction& value, Value* made);
     Value* scalar(Value* value); // of a uniform value
     Value* wide(Value* value);   // of any value
     Value* operand(Value* value) { return isUniform(value) ? scalar(value) : wide(value); }
@@ -80,7 +93,8 @@ private:
     Value* field(size_t offset);
     void storeMasked(Value* made, Value* address, llvm::Align align, Value* mask);
     Value* framePlace(const llvm::Instruction& value);
-    llvm::Type* storedType(llvm::Type* type) const; // a bool is a byte
+    size_t arrayOfField(const llvm::Instruction& load) const; // offset in LockstepWarp
+    llvm::Type* storedType(llvm::Type* type) const;           // a bool is a byte
     Value* toStored(Value* made);
     Value* fromStored(Value* made, llvm::Type* type);
     Value* firstLane(Value* bits);
@@ -109,6 +123,30 @@ private:
     Value* byNearness(Value* pointer, uint64_t bytes, bool isWrite, const Near& near,
                       const std::function<Value*()>& far);
     Nearness nearnessOf(Value* pointer, uint64_t bytes);
+    // ---- code by runs (lockstep/runs.cpp) ----
+    struct Run {
+        std::vector<llvm::Instruction*> members;
+        bool reads = false, writes = false; // memory that other lanes may see
+        bool admits(const llvm::Instruction& instruction) const;
+        void note(const llvm::Instruction& instruction);
+    };
+    void beginRuns();
+    void emitRuns(llvm::BasicBlock& block);
+    void emitRun(Run& run);
+    void findSlots(llvm::BasicBlock& block);
+    bool isOfBlock(const llvm::Instruction& instruction) const; // whether all uses are
+    Value* arrayOf(const llvm::Instruction& value);
+    Value* ofLane(Value* value, Value* lane);
+    void setLane(const llvm::Instruction& value, Value* made, Value* lane);
+    void meetByLane(const MeetingPoint& point, uint32_t what);
+    void resumeByLane(const MeetingPoint& point);
+    void storeOperandsByLane(const MeetingPoint& point);
+    void takeResults(const MeetingPoint& point);
+    Value* moveShared(const MeetingPoint& point, const char* function, llvm::Type* result,
+                      Value* bits);
+    Value* callRunTime(const char* name, llvm::Type* result, llvm::ArrayRef<Value*> arguments);
+    void moveByLane(const std::vector<std::pair<llvm::PHINode*, Value*>>& moves, Value* mask);
+
     // ---- addresses (lockstep/addresses.cpp) ----
     // An address of the form base + extended index * scale, with a 32-bit index and a uniform rest:
     // the indices show whether the lanes' addresses are consecutive.
@@ -128,7 +166,7 @@ private:
     const LockstepPlan& plan_;
     llvm::Function& source_;
     llvm::Function& result_;
-    const bool hasMasks_;
+    const bool hasMasks_, byRuns_;
     llvm::LLVMContext& context_;
     const llvm::DataLayout& layout_;
     llvm::IRBuilder<> builder_;
@@ -153,6 +191,13 @@ private:
     llvm::DenseMap<const llvm::BasicBlock*, llvm::AllocaInst*> masks_;
     llvm::DenseMap<const Value*, uint32_t> framePlaces_;
     uint32_t frameBytes_ = 0;
+    llvm::DenseMap<const Value*, uint64_t> slots_; // in scratch_, of values of the block
+    llvm::AllocaInst* scratch_ = nullptr;
+    uint64_t scratchBytes_ = 0;
+    // Uniform values that live across points, by index: in an array, or in the frame by lane.
+    llvm::DenseMap<const Value*, unsigned> shared_;
+    Value* sharedPlace_ = nullptr;
+    uint32_t keptPlace_ = 0;
     bool needsThreads_ = false;
 };
 

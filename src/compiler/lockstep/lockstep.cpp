@@ -2,8 +2,10 @@
 // See lockstep.h. Decides which kernels get code for a warp at a time.
 #include "compiler/lockstep/lockstep.h"
 
+#include "base/config.h"
 #include "base/log.h"
 #include "compiler/lockstep/emit.h"
+#include "compiler/lockstep/steps.h"
 #include "compiler/passes/flush.h"
 #include "compiler/passes/optimizer.h"
 #include "devlib/lockstep.h"
@@ -33,9 +35,7 @@ bool hasMasks(LentMachine& machine) {
     return true;
 }
 
-// Code for a warp takes several times as long to generate as code for a thread: for longer kernels
-// the application would wait too long.
-constexpr unsigned kMostInstructions = 512;
+constexpr const char* kNoGain = "it would not gain by it";
 
 // The distance of a value from lane to lane, if it can be derived. A guess for values that are
 // clamped or wrap around. Assumes blocks at least a warp wide.
@@ -188,7 +188,7 @@ bool paysOff(const LockstepPlan& plan) {
     return together < 0.7 * single;
 }
 
-llvm::Function* emitCode(const LockstepPlan& plan, llvm::Function& source, bool masks,
+llvm::Function* emitCode(const LockstepPlan& plan, llvm::Function& source, bool masks, bool byRuns,
                          KernelInfo& info) {
     llvm::LLVMContext& context = source.getContext();
     llvm::Type* word = llvm::Type::getInt32Ty(context);
@@ -206,7 +206,7 @@ llvm::Function* emitCode(const LockstepPlan& plan, llvm::Function& source, bool 
     result->addParamAttr(0, llvm::Attribute::getWithAlignment(context, llvm::Align(64)));
     result->setSubprogram(source.getSubprogram());
     source.setSubprogram(nullptr);
-    LockstepEmitter emitter(plan, *result, masks);
+    LockstepEmitter emitter(plan, *result, masks, byRuns);
     emitter.emit();
     info.hasLockstep = true;
     info.lockstepFrameBytes = emitter.frameBytes();
@@ -280,41 +280,81 @@ bool calleesMeet(const llvm::Function& kernel) {
     return false;
 }
 
+// Vectors of 32 take several times as long to compile as code for a thread, about 0.2 ms for each
+// instruction of the vector code. Longer kernels get code by runs (lockstep/runs.cpp).
+constexpr unsigned kLongKernel = 512, kLongVectorCode = 5000;
+
+// Of a warp. The values of a longer kernel would not stay in the processor's caches.
+constexpr uint32_t kMostFrameBytes = 1 << 20;
+
+// Writes the code as vectors or, if those are too many, by runs. Null if its values take too much
+// memory.
+llvm::Function* writeCode(const LockstepPlan& plan, llvm::Function& source, bool masks,
+                          bool& byRuns, KernelInfo& info) {
+    llvm::Function* made = emitCode(plan, source, masks, byRuns, info);
+    const auto drop = [&] {
+        source.setSubprogram(made->getSubprogram());
+        made->eraseFromParent();
+        info.hasLockstep = false;
+        return nullptr;
+    };
+    if (!byRuns && made->getInstructionCount() > kLongVectorCode) {
+        drop();
+        byRuns = true;
+        made = emitCode(plan, source, masks, byRuns, info);
+    }
+    return info.lockstepFrameBytes > kMostFrameBytes ? drop() : made;
+}
+
+// Makes the code of `copy`, a copy of the kernel. Returns why there is none; empty if there is.
+std::string addCode(Unit& unit, Optimizer& optimizer, LentMachine& machine, llvm::Function& copy,
+                    bool isFlushed, bool needsSteps, bool byRuns, KernelInfo& info) {
+    LockstepPlan plan(copy);
+    plan.endThreads();
+    optimizer.simplifyControl(copy);
+    if (!plan.analyze())
+        return plan.reason();
+    if (!needsSteps && !wantsRuns() && !paysOff(plan))
+        return kNoGain;
+    llvm::Function* made = writeCode(plan, copy, hasMasks(machine), byRuns, info);
+    if (!made)
+        return "its values take too much memory";
+    if (isFlushed) {
+        runFlushed(unit, *made);
+        made = unit.module().getFunction((made->getName() + kFlushedSuffix).str());
+    }
+    optimizer.finishLockstep(*made, byRuns);
+    return {};
+}
+
 } // namespace
+
+bool wantsRuns() {
+    return currentConfig(Setting::kKernels) == "runs";
+}
 
 void addLockstep(Unit& unit, Optimizer& optimizer, LentMachine& machine, llvm::Function& kernel,
                  KernelInfo& info) {
     llvm::Function* flushed = unit.module().getFunction((kernel.getName() + kFlushedSuffix).str());
     const llvm::Function& source = flushed ? *flushed : kernel;
-    std::string reason;
-    const bool meets = info.usesBarriers || info.usesWarpFunctions;
-    if (source.getInstructionCount() > kMostInstructions) {
-        reason = "it is long, and would take long to compile";
-    } else if (calleesMeet(source)) {
-        reason = "a function that is not part of it depends on the thread's own stack";
-    } else {
-        llvm::ValueToValueMapTy map;
-        llvm::Function* copy = llvm::CloneFunction(const_cast<llvm::Function*>(&source), map);
-        copy->setLinkage(llvm::GlobalValue::InternalLinkage);
-        LockstepPlan plan(*copy);
-        plan.endThreads();
-        optimizer.simplifyControl(*copy);
-        if (!plan.analyze()) {
-            reason = plan.reason();
-        } else if (!meets && !paysOff(plan)) {
-            reason = "it would not gain by it";
-        } else {
-            llvm::Function* made = emitCode(plan, *copy, hasMasks(machine), info);
-            if (flushed) {
-                runFlushed(unit, *made);
-                made = unit.module().getFunction((made->getName() + kFlushedSuffix).str());
-            }
-            optimizer.finishLockstep(*made);
-        }
-        optimizer.forget(*copy);
-        copy->eraseFromParent();
+    info.countsOnSteps = countsOnSteps(source);
+    const bool needsSteps = info.usesBarriers || info.usesWarpFunctions || info.countsOnSteps;
+    const bool isLong = source.getInstructionCount() > kLongKernel || wantsRuns();
+    if (isLong && !needsSteps && !wantsRuns()) {
+        info.singleReason = kNoGain;
+        return;
     }
-    info.singleReason = reason;
+    if (calleesMeet(source)) {
+        info.singleReason = "a function that is not part of it depends on the thread's own stack";
+        return;
+    }
+    llvm::ValueToValueMapTy map;
+    llvm::Function* copy = llvm::CloneFunction(const_cast<llvm::Function*>(&source), map);
+    copy->setLinkage(llvm::GlobalValue::InternalLinkage);
+    info.singleReason =
+        addCode(unit, optimizer, machine, *copy, flushed != nullptr, needsSteps, isLong, info);
+    optimizer.forget(*copy);
+    copy->eraseFromParent();
 }
 
 } // namespace sunstone::compiler

@@ -14,10 +14,11 @@
 // stack, and only the launcher handles threads that act separately (diverging warps, lanes that end
 // early, barriers of some threads).
 //
-// Kernels keep only their code for one thread if they have
+// Kernels keep only their code for one thread if they are very long or have
 //  - meeting points in functions that are called through pointers or recursively;
 //  - code for a debugger or for the memory checker.
-// Kernels without meeting points get the function only if it is faster (lockstep.cpp).
+// Kernels whose lanes do not exchange values get the function only if it is faster (lockstep.cpp).
+// Long kernels get scalar code instead of vectors (lockstep/runs.cpp).
 #pragma once
 
 #include "compiler/compiler.h"
@@ -29,6 +30,9 @@ namespace sunstone::compiler {
 class Optimizer;
 
 constexpr const char* kLockstepPrefix = "lockstep.";
+
+// Whether all kernels get the code of long kernels (SUNSTONE_KERNELS=runs).
+bool wantsRuns();
 
 // Call before optimisation: allows inlining functions with meeting points into their kernels.
 void inlineMeetings(Unit& unit);

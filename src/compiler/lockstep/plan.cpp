@@ -266,6 +266,9 @@ bool LockstepPlan::analyze() {
     split();
     if (points_.size() >= (1u << devlib::kPointBits) / 4)
         return refuse("its threads meet at too many places");
+    constexpr uint64_t kMostBits = uint64_t(1) << 29; // of each of the four sets of findLive
+    if (uint64_t(function_.size()) * function_.getInstructionCount() > kMostBits)
+        return refuse("it has too many branches for its length");
     findStructure();
     order(nullptr, steps_);
     if (!reason_.empty())

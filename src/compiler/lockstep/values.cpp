@@ -56,9 +56,25 @@ Value* LockstepEmitter::scalar(Value* value) {
         return made;
     if (Value* made = always_.lookup(value))
         return made;
-    Value* made = builder_.CreateLoad(value->getType(), place(*cast<Instruction>(value)));
-    here_[value] = made;
-    return made;
+    return here_[value] = loadUniform(*cast<Instruction>(value));
+}
+
+Value* LockstepEmitter::loadUniform(const Instruction& value) {
+    const auto shared = shared_.find(&value);
+    if (shared == shared_.end())
+        return builder_.CreateLoad(value.getType(), place(value));
+    Value* from = builder_.CreateConstGEP1_64(builder_.getInt64Ty(), sharedPlace_, shared->second);
+    return fromStored(builder_.CreateLoad(storedType(value.getType()), from), value.getType());
+}
+
+void LockstepEmitter::storeUniform(const Instruction& value, Value* made) {
+    const auto shared = shared_.find(&value);
+    if (shared == shared_.end()) {
+        builder_.CreateStore(made, place(value));
+        return;
+    }
+    builder_.CreateStore(toStored(made), builder_.CreateConstGEP1_64(builder_.getInt64Ty(),
+                                                                     sharedPlace_, shared->second));
 }
 
 Value* LockstepEmitter::wide(Value* value) {
@@ -75,6 +91,11 @@ Value* LockstepEmitter::wide(Value* value) {
                                   lanes(builder_.getInt64Ty(), sizeof(devlib::KernelThread)));
     } else if (late_.contains(value)) {
         made = widen(*cast<Instruction>(value));
+    } else if (byRuns_) {
+        const auto& instruction = *cast<Instruction>(value);
+        made = fromStored(builder_.CreateAlignedLoad(wideType(storedType(value->getType())),
+                                                     arrayOf(instruction), llvm::Align(64)),
+                          value->getType());
     } else {
         made = builder_.CreateLoad(wideType(value->getType()), place(*cast<Instruction>(value)));
     }
@@ -88,8 +109,10 @@ Value* LockstepEmitter::select(Value* mask, Value* first, Value* second) {
 
 // Stores a value for other blocks. blend: lanes outside the mask keep their values.
 void LockstepEmitter::store(Instruction& value, Value* made, bool blend, Value* mask) {
+    if (isUniform(&value))
+        return storeUniform(value, made);
     llvm::AllocaInst* into = place(value);
-    if (blend && !isUniform(&value))
+    if (blend)
         made = select(mask, made, builder_.CreateLoad(into->getAllocatedType(), into));
     builder_.CreateStore(made, into);
 }

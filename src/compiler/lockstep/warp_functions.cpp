@@ -5,6 +5,7 @@
 #include "compiler/runtime/matrix.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace sunstone::compiler {
 
@@ -123,6 +124,58 @@ void answerLanes(devlib::LockstepWarp* warp, uint32_t what, uint32_t lanes, uint
         else
             warp->result[lane] = common;
     }
+}
+
+namespace {
+
+// Whether all lanes name the same partners, themselves included, and no partner is elsewhere.
+bool isComplete(devlib::LockstepWarp* warp, uint32_t lanes) {
+    const uint32_t partners = warp->operand[0][std::countr_zero(lanes)];
+    for (unsigned lane = 0; lane < kWarpLanes; ++lane)
+        if (lanes >> lane & 1 && warp->operand[0][lane] != partners)
+            return false;
+    warp->namedEnded |= partners & warp->all & ~warp->live;
+    return (partners & warp->live & ~lanes) == 0 && (lanes & ~partners) == 0;
+}
+
+} // namespace
+
+uint32_t meetLanes(devlib::LockstepWarp* warp, uint32_t what, uint32_t lanes) {
+    const uint32_t kind = what >> devlib::kPointBits & 0xff;
+    const bool isExchange =
+        kind != devlib::kMeetBarrier && kind != devlib::kMeetPlain && kind != devlib::kMeetPause;
+    if (isExchange && isComplete(warp, lanes)) {
+        answerLanes(warp, what, lanes, lanes);
+        return 1;
+    }
+    for (unsigned lane = 0; lane < kWarpLanes; ++lane)
+        if (lanes >> lane & 1)
+            warp->point[lane] = what;
+    ++warp->stops;
+    warp->stopPoint = what;
+    warp->stopLanes = lanes;
+    return 0;
+}
+
+void keepShared(uint64_t* kept, const uint64_t* values, const uint16_t* which, uint32_t count,
+                uint32_t lanes) {
+    for (uint32_t i = 0; i < count; ++i)
+        for (unsigned lane = 0; lane < kWarpLanes; ++lane)
+            if (lanes >> lane & 1)
+                kept[i * kWarpLanes + lane] = values[which[i]];
+}
+
+uint32_t takeShared(const uint64_t* kept, uint64_t* values, const uint16_t* which, uint32_t count,
+                    uint32_t lanes) {
+    const auto first = unsigned(std::countr_zero(lanes));
+    uint32_t alike = lanes;
+    for (uint32_t i = 0; i < count; ++i) {
+        const uint64_t value = values[which[i]] = kept[i * kWarpLanes + first];
+        for (unsigned lane = first; lane < kWarpLanes; ++lane)
+            if (lanes >> lane & 1 && kept[i * kWarpLanes + lane] != value)
+                alike &= ~(1u << lane);
+    }
+    return alike;
 }
 
 } // namespace sunstone::compiler

@@ -30,4 +30,16 @@ uint32_t answerReduce(uint32_t operation, const Gathered& all);
 // what: as in LockstepWarp::point; the point's number is ignored.
 void answerLanes(devlib::LockstepWarp* warp, uint32_t what, uint32_t lanes, uint32_t asking);
 
+// Lanes come to a point together, with their operands in the warp. 1: they have their results, as
+// all lanes that they name are here. 0: they wait there.
+uint32_t meetLanes(devlib::LockstepWarp* warp, uint32_t what, uint32_t lanes);
+
+// Values that all `lanes` share, across a point: `count` of `values`, at the indices `which`.
+// kept: one element for each lane and value.
+void keepShared(uint64_t* kept, const uint64_t* values, const uint16_t* which, uint32_t count,
+                uint32_t lanes);
+// Fills `values` with the first lane's; returns the lanes that have the same ones.
+uint32_t takeShared(const uint64_t* kept, uint64_t* values, const uint16_t* which, uint32_t count,
+                    uint32_t lanes);
+
 } // namespace sunstone::compiler

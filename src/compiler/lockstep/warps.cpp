@@ -114,21 +114,21 @@ Value* LockstepEmitter::answerReduce(const MeetingPoint& point) {
     return splat(builder_.CreateUnaryIntrinsic(operation.id, values));
 }
 
-Value* LockstepEmitter::answerByHelper(const MeetingPoint& point) {
-    storeOperands(point);
-    llvm::Type* word = builder_.getInt32Ty();
-    llvm::FunctionCallee helper = result_.getParent()->getOrInsertFunction(
-        "sunstone_lockstep_answer",
-        llvm::FunctionType::get(builder_.getVoidTy(), {builder_.getPtrTy(), word, word, word},
-                                false));
-    cast<llvm::Function>(helper.getCallee())->addFnAttr(llvm::Attribute::NoUnwind);
+// From the operands in the warp to the results there.
+void LockstepEmitter::callHelper(const MeetingPoint& point) {
     const uint32_t what = point.kind << devlib::kPointBits | point.mode << devlib::kModeShift;
     Value* bits = maskBits(mask_);
-    builder_.CreateCall(helper, {warp_, builder_.getInt32(what), bits, bits});
+    callRunTime("sunstone_lockstep_answer", builder_.getVoidTy(),
+                {warp_, builder_.getInt32(what), bits, bits});
+}
+
+Value* LockstepEmitter::answerByHelper(const MeetingPoint& point) {
+    storeOperands(point);
+    callHelper(point);
     Value* result = builder_.CreateAlignedLoad(
         wideType(builder_.getInt64Ty()), field(offsetof(LockstepWarp, result)), llvm::Align(64));
     if (point.call->getType()->isIntegerTy(32))
-        return builder_.CreateTrunc(result, wideType(word));
+        return builder_.CreateTrunc(result, wideType(builder_.getInt32Ty()));
     return result;
 }
 

@@ -23,7 +23,7 @@ public:
     bool isProgramName(std::string_view name) const override {
         return programKind(name) != ProgramKind::kNone;
     }
-    std::optional<size_t> parameterAt(ProgramKind, size_t) const override { return {}; }
+    std::optional<size_t> parameterAt(ProgramKind, size_t, size_t) const override { return {}; }
     void lower(Unit& unit, const ProgramPayloads& payloads) const override {
         lowerIntrinsics(unit, payloads);
     }

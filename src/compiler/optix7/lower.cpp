@@ -4,13 +4,9 @@
 
 #include "base/error.h"
 #include "compiler/optix7/program_kind.h"
-#include "compiler/translate/call_site.h"
 #include "compiler/translate/callable.h"
+#include "compiler/translate/lowering.h"
 #include "texture/device_functions.h"
-
-#include <llvm/IR/InstIterator.h>
-#include <llvm/Transforms/Utils/BasicBlockUtils.h>
-#include <llvm/Transforms/Utils/Local.h>
 
 namespace sunstone::compiler {
 
@@ -24,82 +20,20 @@ using devlib::ThreadState;
 using llvm::Value;
 
 // Lowers the calls of one function.
-class Lowering {
+class Lowering : public ProgramLowering {
 public:
     Lowering(Unit& unit, llvm::Function& function, ProgramKind kind, const PayloadType* payload)
-        : unit_(unit), function_(function), kind_(kind), payload_(payload),
-          builder_(unit.context()) {}
+        : ProgramLowering(unit, function, kind, kIntrinsicPrefix), payload_(payload) {}
 
     void run() {
-        std::vector<llvm::CallInst*> calls;
-        for (llvm::Instruction& instruction : llvm::instructions(function_))
-            if (auto* call = llvm::dyn_cast<llvm::CallInst>(&instruction))
-                if (call->getCalledFunction() && unit_.intrinsicOf(call->getCalledFunction()))
-                    calls.push_back(call);
-        for (llvm::CallInst* call : calls) {
-            if (call->getParent() == nullptr)
-                continue;
-            pending_.insert(call);
-        }
-        for (llvm::CallInst* call : calls)
-            if (pending_.erase(call))
-                lower(*call);
+        lowerAll();
         if (unit_.debugExceptions() && hasPayload(kind_))
             checkPayload();
     }
 
 private:
-    [[noreturn]] void fault(ErrorCode code, const std::string& text) const {
-        ptx::Location location;
-        location.line = callSite(unit_, *call_).line;
-        failAt(code, location, "_optix_", intrinsic_->name, ": ", text);
-    }
-
-    llvm::Type* word() { return builder_.getInt32Ty(); }
-    llvm::Type* pointer() { return builder_.getPtrTy(); }
-    Value* state() { return function_.getArg(0); }
-    Value* argument(unsigned index) { return call_->getArgOperand(index + 1); }
-
-    Value* address(Value* base, size_t offset) {
-        return offset == 0 ? base
-                           : builder_.CreateInBoundsGEP(builder_.getInt8Ty(), base,
-                                                        builder_.getInt64(offset));
-    }
-    Value* load(Value* base, size_t offset, llvm::Type* type) {
-        return builder_.CreateAlignedLoad(
-            type, address(base, offset),
-            llvm::Align(type->isPointerTy() || type->isIntegerTy(64) ? 8 : 4));
-    }
-    // Of what does not change while a program runs.
-    Value* loadInvariant(Value* base, size_t offset, llvm::Type* type) {
-        auto* value = llvm::cast<llvm::LoadInst>(load(base, offset, type));
-        llvm::MDNode* mark = llvm::MDNode::get(unit_.context(), {});
-        if (unit_.isGpu())
-            value->setMetadata(kStableLoad, mark);
-        else
-            value->setMetadata(llvm::LLVMContext::MD_invariant_load, mark);
-        return value;
-    }
-    // Of what does not change while the launch runs.
-    Value* loadOfLaunch(Value* base, size_t offset, llvm::Type* type) {
-        Value* value = load(base, offset, type);
-        llvm::cast<llvm::LoadInst>(value)->setMetadata(llvm::LLVMContext::MD_invariant_load,
-                                                       llvm::MDNode::get(unit_.context(), {}));
-        return value;
-    }
-    void store(Value* base, size_t offset, Value* value) {
-        builder_.CreateAlignedStore(
-            value, address(base, offset),
-            llvm::Align(value->getType()->isPointerTy() || value->getType()->isIntegerTy(64) ? 8
-                                                                                             : 4));
-    }
-    Value* launch() { return loadOfLaunch(state(), offsetof(RayState, launch), pointer()); }
-    Value* launchFunction(size_t offset, const char* name, llvm::FunctionType* type) {
-        return unit_.launchFunction(builder_, unit_.isGpu() ? nullptr : launch(), offset, name,
-                                    type);
-    }
-    // Calls a function of the run-time that looks into structures. On a GPU it takes the launch, too,
-    // as it has to find out whether there is memory at all.
+    // Calls a function of the run-time that looks into structures. On a GPU it takes the launch,
+    // too, as it has to find out whether there is memory at all.
     Value* callAccessor(size_t offset, const char* name, llvm::Type* result,
                         std::vector<Value*> operands) {
         if (unit_.isGpu())
@@ -110,7 +44,6 @@ private:
         auto* signature = llvm::FunctionType::get(result, types, false);
         return builder_.CreateCall(signature, launchFunction(offset, name, signature), operands);
     }
-    Value* thread() { return loadOfLaunch(state(), offsetof(RayState, thread), pointer()); }
 
     // The constant value of an operand; faults where it is not constant.
     uint32_t constant(unsigned index, const char* what) const {
@@ -161,15 +94,7 @@ private:
         return builder_.CreateGlobalString(source);
     }
 
-    void replace(Value* value) {
-        call_->replaceAllUsesWith(value);
-        call_->eraseFromParent();
-    }
-
-    void lower(llvm::CallInst& call) {
-        call_ = &call;
-        intrinsic_ = unit_.intrinsicOf(call.getCalledFunction());
-        builder_.SetInsertPoint(&call);
+    void lower() override {
         if (kind_ != ProgramKind::kNone && !(intrinsic_->kinds & kindBit(kind_)))
             fault(ErrorCode::kInvalidFunctionUse,
                   message("cannot be used in a ", prefixOf(kind_), " program"));
@@ -355,8 +280,8 @@ private:
         Value* isTriangle = builder_.CreateICmpEQ(builder_.CreateOr(kind, builder_.getInt32(1)),
                                                   builder_.getInt32(devlib::kHitTriangleBack));
         Value* isCustom = builder_.CreateICmpULT(kind, builder_.getInt32(128));
-        Value* shape =
-            builder_.CreateOr(builder_.CreateAnd(kind, 15u), builder_.getInt32(devlib::kPrimitiveCustom));
+        Value* shape = builder_.CreateOr(builder_.CreateAnd(kind, 15u),
+                                         builder_.getInt32(devlib::kPrimitiveCustom));
         return builder_.CreateSelect(
             isTriangle, builder_.getInt32(devlib::kPrimitiveTriangle),
             builder_.CreateSelect(isCustom, builder_.getInt32(devlib::kPrimitiveCustom), shape));
@@ -446,30 +371,6 @@ private:
         return builder_.CreateOr(index, number() ? kCallableTag | kContinuationTag : kCallableTag);
     }
 
-    // Replaces the call and all that follows in its block by a return.
-    void endProgram(uint32_t result) {
-        if (kind_ == ProgramKind::kNone || !function_.getReturnType()->isIntegerTy(32))
-            fault(ErrorCode::kInvalidFunctionUse,
-                  "cannot end a program from a function that is called "
-                  "through its address");
-        finishBlock(builder_.getInt32(result));
-    }
-
-    void finishBlock(Value* result) {
-        llvm::BasicBlock* block = call_->getParent();
-        for (llvm::Instruction& dead : llvm::make_range(call_->getIterator(), block->end()))
-            if (auto* call = llvm::dyn_cast<llvm::CallInst>(&dead))
-                pending_.erase(call);
-        llvm::changeToUnreachable(call_);
-        llvm::Instruction* end = block->getTerminator();
-        builder_.SetInsertPoint(end);
-        if (function_.getReturnType()->isVoidTy())
-            builder_.CreateRetVoid();
-        else
-            builder_.CreateRet(result);
-        end->eraseFromParent();
-    }
-
     void report() {
         const unsigned count = unsigned(intrinsic_->number);
         const unsigned limit = std::max(2u, unit_.rules().optix7.numAttributeValues);
@@ -479,21 +380,7 @@ private:
                           " (numAttributeValues of the pipeline compile options)"));
         for (unsigned i = 0; i < count; ++i)
             store(state(), offsetof(RayState, reportAttributes) + i * 4u, argument(2 + i));
-        auto* type =
-            llvm::FunctionType::get(word(), {pointer(), builder_.getFloatTy(), word()}, false);
-        Value* target = launchFunction(offsetof(LaunchState, report), "report", type);
-        Value* result = builder_.CreateCall(type, target, {state(), argument(0), argument(1)});
-        Value* accepted = builder_.CreateZExt(
-            builder_.CreateICmpEQ(result, builder_.getInt32(devlib::kAccept)), word());
-        Value* ended = builder_.CreateICmpEQ(result, builder_.getInt32(devlib::kTerminate));
-        if (kind_ == ProgramKind::kNone)
-            fault(ErrorCode::kInvalidFunctionUse, "cannot report from a function that is called "
-                                                  "through its address");
-        llvm::Instruction* end = llvm::SplitBlockAndInsertIfThen(ended, call_, true);
-        builder_.SetInsertPoint(end);
-        builder_.CreateRet(builder_.getInt32(devlib::kTerminate));
-        end->eraseFromParent();
-        replace(accepted);
+        replace(callReport(argument(0), argument(1)));
     }
 
     // Operands: texture, info, x, y, [level | 4 x gradient, coarse,] &singleMipLevel, &result.
@@ -545,22 +432,6 @@ private:
         finishBlock(function_.getReturnType()->isVoidTy()
                         ? nullptr
                         : llvm::Constant::getNullValue(function_.getReturnType()));
-    }
-
-    Value* entryAlloca(llvm::Type* type, unsigned alignment) {
-        llvm::IRBuilder<>::InsertPointGuard guard(builder_);
-        builder_.SetInsertPoint(&function_.getEntryBlock(), function_.getEntryBlock().begin());
-        auto* memory = builder_.CreateAlloca(type);
-        memory->setAlignment(llvm::Align(alignment));
-        return memory;
-    }
-
-    // All trace calls of a function share one state: none is live across another.
-    Value* rayMemory() {
-        if (!rayMemory_)
-            rayMemory_ = entryAlloca(llvm::ArrayType::get(builder_.getInt8Ty(), sizeof(RayState)),
-                                     alignof(RayState));
-        return rayMemory_;
     }
 
     void trace() {
@@ -651,15 +522,7 @@ private:
         call_->eraseFromParent();
     }
 
-    Unit& unit_;
-    llvm::Function& function_;
-    ProgramKind kind_;
     const PayloadType* payload_; // that the program is compiled for; null: untyped
-    llvm::IRBuilder<> builder_;
-    llvm::CallInst* call_ = nullptr;
-    const Intrinsic* intrinsic_ = nullptr;
-    std::set<llvm::CallInst*> pending_; // not lowered and not deleted yet
-    Value* rayMemory_ = nullptr;
     Value* callableData_ = nullptr;
 };
 

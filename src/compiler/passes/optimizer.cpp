@@ -188,17 +188,19 @@ void Optimizer::simplifyControl(llvm::Function& function) {
     passes.run(function, managers_->functions);
 }
 
-void Optimizer::finishLockstep(llvm::Function& function) {
+void Optimizer::finishLockstep(llvm::Function& function, bool isLong) {
     llvm::FunctionPassManager passes;
     passes.addPass(llvm::SROAPass(llvm::SROAOptions::PreserveCFG));
     passes.addPass(llvm::EarlyCSEPass(false));
     passes.addPass(llvm::InstCombinePass());
     passes.addPass(llvm::SimplifyCFGPass());
-    llvm::LoopPassManager loops;
-    loops.addPass(llvm::LICMPass(llvm::LICMOptions()));
-    passes.addPass(llvm::createFunctionToLoopPassAdaptor(std::move(loops), true, false));
-    passes.addPass(llvm::EarlyCSEPass(true));
-    passes.addPass(llvm::InstCombinePass());
+    if (!isLong) {
+        llvm::LoopPassManager loops;
+        loops.addPass(llvm::LICMPass(llvm::LICMOptions()));
+        passes.addPass(llvm::createFunctionToLoopPassAdaptor(std::move(loops), true, false));
+        passes.addPass(llvm::EarlyCSEPass(true));
+        passes.addPass(llvm::InstCombinePass());
+    }
     passes.addPass(llvm::ADCEPass());
     passes.run(function, managers_->functions);
 }

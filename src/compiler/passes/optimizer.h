@@ -22,7 +22,7 @@ public:
     // For one function of lockstep.h. simplifyControl brings loops and branches into the forms that
     // it reads; the other promotes the places of the written code to values.
     void simplifyControl(llvm::Function& function);
-    void finishLockstep(llvm::Function& function);
+    void finishLockstep(llvm::Function& function, bool isLong);
     void forget(llvm::Function& function); // before it is erased
 
 private:

@@ -343,6 +343,9 @@ void addKernelSymbols(std::vector<RuntimeSymbol>& symbols) {
         {"sunstone_match", addressOf(match)},
         {"sunstone_redux", addressOf(reduce)},
         {"sunstone_lockstep_answer", addressOf(answerLanes)},
+        {"sunstone_lockstep_meet", addressOf(meetLanes)},
+        {"sunstone_lockstep_keep", addressOf(keepShared)},
+        {"sunstone_lockstep_take", addressOf(takeShared)},
         {"sunstone_is_local_of_kernel", addressOf(isLocalOfKernel)},
         {"sunstone_is_local_of_program", addressOf(isLocalOfProgram)},
     };

@@ -110,7 +110,7 @@ public:
     bool isProgramName(std::string_view name) const override {
         return optix7Flavor().isProgramName(name);
     }
-    std::optional<size_t> parameterAt(ProgramKind, size_t) const override { return {}; }
+    std::optional<size_t> parameterAt(ProgramKind, size_t, size_t) const override { return {}; }
     void lower(Unit& unit, const ProgramPayloads& payloads) const override {
         optix7Flavor().lower(unit, payloads);
         llvm::Type* none = llvm::Type::getVoidTy(unit.context());

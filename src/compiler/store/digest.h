@@ -30,17 +30,19 @@ private:
 inline void addRules(Digest& digest, const PipelineRules& rules) {
     // Names every field: a new one does not compile until it is part of the key.
     const auto& [launchParams, exceptionFlags, primitiveTypeFlags, traversableGraphFlags,
-                 motionBlur, optix7] = rules;
+                 motionBlur, optix7, optix6] = rules;
     const auto& [numPayloadValues, numAttributeValues] = optix7;
+    const auto& [attributeBytes, exceptions] = optix6;
     digest.add(launchParams);
     for (const uint64_t value :
          {uint64_t(numPayloadValues), uint64_t(numAttributeValues), uint64_t(exceptionFlags),
-          uint64_t(primitiveTypeFlags), uint64_t(traversableGraphFlags), uint64_t(motionBlur)})
+          uint64_t(primitiveTypeFlags), uint64_t(traversableGraphFlags), uint64_t(motionBlur),
+          uint64_t(attributeBytes), uint64_t(exceptions)})
         digest.add(value);
 }
 
 inline void addRules(Digest& digest, const ModuleRules& rules) {
-    const auto& [payloadTypes, boundValues] = rules;
+    const auto& [payloadTypes, boundValues, attributes] = rules;
     digest.add(uint64_t(payloadTypes.size()));
     for (const PayloadType& type : payloadTypes) {
         digest.add(uint64_t(type.words.size()));
@@ -52,6 +54,11 @@ inline void addRules(Digest& digest, const ModuleRules& rules) {
         digest.add(value.offset);
         digest.add(std::string_view(reinterpret_cast<const char*>(value.bytes.data()),
                                     value.bytes.size()));
+    }
+    digest.add(uint64_t(attributes.size()));
+    for (const AttributePlace& attribute : attributes) {
+        digest.add(attribute.name);
+        digest.add(uint64_t(attribute.offset));
     }
 }
 

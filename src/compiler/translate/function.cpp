@@ -185,7 +185,8 @@ void FunctionTranslator::declareParameters() {
         for (size_t i = 0; i < source_.parameters.size(); ++i) {
             const auto offset = known == unit_.kinds().end()
                                     ? std::nullopt
-                                    : unit_.flavor().parameterAt(known->second, i);
+                                    : unit_.flavor().parameterAt(known->second, i,
+                                                                  source_.parameters.size());
             if (!offset)
                 failAt(ErrorCode::kInvalidPtx, source_.location, "program \"", source_.name,
                        "\" has ", source_.parameters.size(),

@@ -152,6 +152,9 @@ Value* FunctionTranslator::symbolAddress(std::string_view name, ptx::Location lo
             *constant = variable->space == ptx::Space::kConst;
         if (unit_.isLaunchParams(*variable))
             return launchParams();
+        if (const std::string own = unit_.flavor().variableIntrinsic(module_, *variable);
+            !own.empty())
+            return builder_.CreateCall(unit_.intrinsic(*unit_.flavor().find(own), own), {state()});
         return unit_.variable(module_, name, location);
     }
     if (unit_.knowsFunction(module_, name))

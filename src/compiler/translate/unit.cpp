@@ -251,6 +251,7 @@ llvm::Function* Unit::intrinsic(const Intrinsic& intrinsic, std::string_view ful
     const auto typeOf = [&](char letter) -> llvm::Type* {
         return letter == 'r'   ? llvm::Type::getInt32Ty(*context_)
                : letter == 'l' ? static_cast<llvm::Type*>(llvm::Type::getInt64Ty(*context_))
+               : letter == 'p' ? llvm::PointerType::getUnqual(*context_)
                                : llvm::Type::getFloatTy(*context_);
     };
     // The hidden state is an operand: after inlining it is the program's own.

@@ -79,6 +79,7 @@ public:
          Variables variables = Variables::kDefined);
 
     const Flavor& flavor() const { return flavor_; }
+    const std::vector<const ptx::Module*>& modules() const { return modules_; }
     void setTarget(Target target) { target_ = target; } // before anything is translated
     bool isGpu() const { return target_ == Target::kGpu; }
     const PipelineRules& rules() const { return rules_; }

@@ -16,7 +16,7 @@ namespace {
 constexpr uint64_t kMostPixels = uint64_t(1) << 30;
 // Kernels of step_kernels.cu; the first ones in the order of Step, without the rows.
 enum StepKernel : uint32_t {
-    kBegin = 11,
+    kBegin = 15,
     kLuminance,
     kLuminanceBlocks,
     kColors,
@@ -28,6 +28,10 @@ constexpr const char* kStepKernels[] = {"sunstone_guides",
                                         "sunstone_alpha_as_color",
                                         "sunstone_color_as_alpha",
                                         "sunstone_color",
+                                        "sunstone_loss",
+                                        "sunstone_correlate",
+                                        "sunstone_gather",
+                                        "sunstone_return",
                                         "sunstone_restore",
                                         "sunstone_compress",
                                         "sunstone_tensor",

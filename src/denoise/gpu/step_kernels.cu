@@ -32,6 +32,17 @@ SUNSTONE_STEP_KERNEL(sunstone_alpha, loadAlpha, job)
 SUNSTONE_STEP_KERNEL(sunstone_alpha_as_color, alphaAsColor, job)
 SUNSTONE_STEP_KERNEL(sunstone_color_as_alpha, colorAsAlpha, job)
 SUNSTONE_STEP_KERNEL(sunstone_color, loadColor, job)
+#define SUNSTONE_CHUNK_KERNEL(name, chunk)                                                         \
+    SUNSTONE_KERNEL name(const __grid_constant__ Job job, uint32_t width, uint32_t height) {       \
+        uint32_t x, y;                                                                             \
+        if (findPixel(job, width, height, x, y))                                                   \
+            chunk(job.pass, y, x, x + 1);                                                          \
+    }
+
+SUNSTONE_CHUNK_KERNEL(sunstone_loss, lossChunk<1>)
+SUNSTONE_CHUNK_KERNEL(sunstone_correlate, correlateChunk<1>)
+SUNSTONE_CHUNK_KERNEL(sunstone_gather, gatherChunk<1>)
+SUNSTONE_CHUNK_KERNEL(sunstone_return, returnChunk<1>)
 SUNSTONE_STEP_KERNEL(sunstone_restore, restoreColor, job)
 SUNSTONE_STEP_KERNEL(sunstone_compress, compressPixel, job.upsampler)
 SUNSTONE_STEP_KERNEL(sunstone_tensor, tensorPixel, job.upsampler)

@@ -311,6 +311,9 @@ void runLaunch(const LaunchRequest& request, const Wording& wording,
     launch.firstGroup = pipeline.firstGroup;
     launch.groupCount = uint32_t(pipeline.groups.size());
     launch.boxes = request.boxes;
+    launch.firstPrimitive = request.firstPrimitive;
+    launch.motionStep = request.motionStep;
+    launch.attributeBytes = pipeline.rules.optix6.attributeBytes;
     launch.entryKind = request.entryKind;
     launch.exceptionFlags = pipeline.rules.exceptionFlags | devlib::kHasNotes;
     launch.hasAnyHit = pipeline.hasAnyHit;
@@ -330,6 +333,7 @@ void runLaunch(const LaunchRequest& request, const Wording& wording,
     features.custom = pipeline.hasIntersection;
     features.instancing = pipeline.rules.traversableGraphFlags != devlib::kAllowSingleGas;
     features.checked = launch.exceptionFlags & devlib::kFlagDebug;
+    features.classic = pipeline.rules.optix6.attributeBytes != 0;
     devlib::bindTrace(launch, features);
 
     const bool isBounds = request.entryKind == devlib::kGroupBounds;

@@ -92,6 +92,8 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.launch.sbt = request.sbt;
     block.launch.entryKind = request.entryKind;
     block.launch.boxes = request.boxes;
+    block.launch.firstPrimitive = request.firstPrimitive;
+    block.launch.motionStep = request.motionStep;
     block.launch.exceptionFlags = pipeline.rules.exceptionFlags;
     block.launch.motion = pipeline.rules.motionBlur;
     block.launch.traversableGraphFlags = pipeline.rules.traversableGraphFlags;

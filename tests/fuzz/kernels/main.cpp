@@ -40,8 +40,8 @@ void require(CUresult result, const char* what) {
 }
 
 // All that the kernel can write.
-Words run(CUfunction kernel, unsigned blocks, unsigned threads, bool single) {
-    setenv("SUNSTONE_KERNELS", single ? "single" : "lockstep", 1);
+Words run(CUfunction kernel, unsigned blocks, unsigned threads, const char* way) {
+    setenv("SUNSTONE_KERNELS", way, 1); // read at the first launch, which compiles, and at each one
     uint32_t n = blocks * threads;
     Words in(fuzz::kInputWords + 4), made(n * (1 + fuzz::kPlanes) + fuzz::kSums);
     uint32_t state = 2463534242u;
@@ -56,8 +56,18 @@ Words run(CUfunction kernel, unsigned blocks, unsigned threads, bool single) {
     void* params[] = {&from, &out, &planes, &sums, &n};
     require(cuLaunchKernel(kernel, blocks, 1, 1, threads, 1, 1, 0, nullptr, params, nullptr),
             "launch");
-    require(cuCtxSynchronize(), single ? "thread by thread" : "a warp at a time");
+    require(cuCtxSynchronize(), way);
     return made;
+}
+
+void compare(const Words& expected, const Words& seen, unsigned threads, const char* way) {
+    for (size_t i = 0; i < seen.size(); ++i) {
+        if (seen[i] == expected[i])
+            continue;
+        std::fprintf(stderr, "in blocks of %u threads word %zu is %u (%s), thread by thread %u\n",
+                     threads, i, seen[i], way, expected[i]);
+        std::abort();
+    }
 }
 
 void tryKernel(unsigned long number, bool print) {
@@ -66,25 +76,25 @@ void tryKernel(unsigned long number, bool print) {
     const std::string text = fuzz::RandomKernel(number).write();
     if (print)
         std::fputs(text.c_str(), stdout);
-    CUmodule module = nullptr;
-    CUfunction kernel = nullptr;
-    require(cuModuleLoadData(&module, text.c_str()), "the kernel's text");
-    require(cuModuleGetFunction(&kernel, module, "kernel"), "the kernel");
+    // Modules of their own, as a kernel is compiled once.
+    CUmodule modules[2] = {};
+    CUfunction kernels[2] = {};
+    for (int i = 0; i < 2; ++i) {
+        require(cuModuleLoadData(&modules[i], text.c_str()), "the kernel's text");
+        require(cuModuleGetFunction(&kernels[i], modules[i], "kernel"), "the kernel");
+    }
     struct Shape {
         unsigned blocks, threads;
     };
     for (const Shape shape : {Shape{2, 96}, Shape{3, 45}, Shape{1, 256}}) {
-        const Words expected = run(kernel, shape.blocks, shape.threads, true);
-        const Words seen = run(kernel, shape.blocks, shape.threads, false);
-        for (size_t i = 0; i < seen.size(); ++i) {
-            if (seen[i] == expected[i])
-                continue;
-            std::fprintf(stderr, "in blocks of %u threads word %zu is %u, thread by thread %u\n",
-                         shape.threads, i, seen[i], expected[i]);
-            std::abort();
-        }
+        const Words expected = run(kernels[0], shape.blocks, shape.threads, "single");
+        compare(expected, run(kernels[0], shape.blocks, shape.threads, "lockstep"), shape.threads,
+                "lockstep");
+        compare(expected, run(kernels[1], shape.blocks, shape.threads, "runs"), shape.threads,
+                "runs");
     }
-    require(cuModuleUnload(module), "unload");
+    for (CUmodule module : modules)
+        require(cuModuleUnload(module), "unload");
     alarm(0);
 }
 

@@ -67,7 +67,8 @@ CUresult loadImage(const char* function, CUmodule* module, const void* image, un
 static void reportThreads(const compiler::KernelInfo& info) {
     if (info.singleReason.empty())
         return;
-    const LogLevel level = info.usesWarpFunctions ? LogLevel::kWarning : LogLevel::kDebug;
+    const bool mayDiffer = info.usesWarpFunctions || info.countsOnSteps;
+    const LogLevel level = mayDiffer ? LogLevel::kWarning : LogLevel::kDebug;
     if (logEnabled(level, "cuda"))
         log(level, "cuda",
             message("kernel ", info.name, " runs thread by thread: ", info.singleReason));

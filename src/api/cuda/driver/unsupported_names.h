@@ -79,7 +79,6 @@
     X(cuGLUnmapBufferObject) \
     X(cuGLUnmapBufferObjectAsync) \
     X(cuGLUnregisterBufferObject) \
-    X(cuGetExportTable) \
     X(cuGraphAddBatchMemOpNode) \
     X(cuGraphAddExternalSemaphoresSignalNode) \
     X(cuGraphAddExternalSemaphoresWaitNode) \

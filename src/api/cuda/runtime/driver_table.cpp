@@ -28,6 +28,7 @@ Driver openDriver() {
     table.name = reinterpret_cast<decltype(table.name)>(dlsym(library, SUNSTONE_TEXT(name)));
     SUNSTONE_OPTIONAL_DRIVER_FUNCTIONS(SUNSTONE_LOAD)
 #undef SUNSTONE_LOAD
+    table.isCpuDevice = dlsym(library, "sunstone_cuda_is_cpu_device") != nullptr;
     table.status = fromDriver(table.cuInit(0));
     return table;
 }

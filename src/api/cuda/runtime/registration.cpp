@@ -80,6 +80,34 @@ size_t sizeOf(const void* image) {
     return header->size ? header->headerSize + header->size : 0;
 }
 
+// Whether a fat binary has an entry of PTX. Entries begin with kind, version, header size and
+// payload size.
+bool holdsPtx(const void* image) {
+    struct Entry {
+        uint16_t kind, version;
+        uint32_t headerSize;
+        uint64_t payloadSize;
+    };
+    constexpr uint16_t kPtx = 1;
+    constexpr size_t kHeader = 16;
+    for (size_t at = kHeader, size = sizeOf(image); at + sizeof(Entry) <= size;) {
+        const auto* entry = reinterpret_cast<const Entry*>(static_cast<const char*>(image) + at);
+        if (entry->kind == kPtx)
+            return true;
+        if (entry->headerSize == 0 || entry->payloadSize > size)
+            return false;
+        at += entry->headerSize + entry->payloadSize;
+    }
+    return false;
+}
+
+bool anyHoldsPtx(void* const* pieces) {
+    for (; *pieces; ++pieces)
+        if (holdsPtx(*pieces))
+            return true;
+    return false;
+}
+
 CUresult linkPieces(CUmodule* module, void* const* pieces) {
     const Driver& d = driver();
     CUlinkState state = nullptr;
@@ -92,8 +120,8 @@ CUresult linkPieces(CUmodule* module, void* const* pieces) {
         const size_t size = sizeOf(*pieces);
         if (size == 0)
             continue;
-        result = d.cuLinkAddData(state, CU_JIT_INPUT_FATBINARY, *pieces, size, "", 0, nullptr,
-                                 nullptr);
+        result =
+            d.cuLinkAddData(state, CU_JIT_INPUT_FATBINARY, *pieces, size, "", 0, nullptr, nullptr);
         // nvcc adds its own libraries, whose machine code the CPU device cannot load. A program
         // that calls them gets errors for missing symbols when the linker completes.
         if (result == CUDA_ERROR_NO_BINARY_FOR_GPU)
@@ -114,6 +142,9 @@ CUresult loadRegistered(CUmodule* module, const void* registered) {
     if (wrapper->magic != kWrapperMagic)
         return driver().cuModuleLoadData(module, registered);
     const bool hasPieces = wrapper->version == kWithPieces && wrapper->pieces;
+    // nvcc's linker makes machine code, which the CPU device cannot load.
+    if (hasPieces && driver().isCpuDevice && anyHoldsPtx(wrapper->pieces))
+        return linkPieces(module, wrapper->pieces);
     if (!hasPieces || sizeOf(wrapper->image)) {
         const CUresult result = driver().cuModuleLoadData(module, wrapper->image);
         if (!hasPieces || result != CUDA_ERROR_NO_BINARY_FOR_GPU)

@@ -162,6 +162,7 @@ namespace sunstone::cudart {
 // The driver's functions. If `status` is success, all except the optional ones are present.
 struct Driver {
     cudaError_t status = cudaErrorInsufficientDriver;
+    bool isCpuDevice = false;
 #define SUNSTONE_MEMBER(name) decltype(&::name) name = nullptr;
     SUNSTONE_DRIVER_FUNCTIONS(SUNSTONE_MEMBER)
     SUNSTONE_OPTIONAL_DRIVER_FUNCTIONS(SUNSTONE_MEMBER)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// sunstone_fatbin IN.ptx OUT.fatbin: wraps PTX in the container that clang embeds in host code with
-// -fcuda-include-gpubinary. driver/fat_binary.h describes the layout.
+// sunstone_fatbin IN.ptx... OUT.fatbin: wraps PTX, of an architecture each, in the container that
+// clang embeds in host code with -fcuda-include-gpubinary. driver/fat_binary.h describes the
+// layout.
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -28,18 +29,13 @@ struct Entry {
 };
 static_assert(sizeof(Header) == 16 && sizeof(Entry) == 80);
 
-} // namespace
-
-int main(int argc, char** argv) {
-    if (argc != 3) {
-        std::fprintf(stderr, "usage: %s IN.ptx OUT.fatbin\n", argv[0]);
-        return 1;
-    }
-    std::ifstream in(argv[1], std::ios::binary);
+// Appends an entry with the PTX of a file; false if the file is not readable PTX.
+bool append(std::string& entries, const char* path) {
+    std::ifstream in(path, std::ios::binary);
     std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     if (!in || text.find(".version") == std::string::npos) {
-        std::fprintf(stderr, "%s: %s is not readable PTX\n", argv[0], argv[1]);
-        return 1;
+        std::fprintf(stderr, "sunstone_fatbin: %s is not readable PTX\n", path);
+        return false;
     }
     Entry entry;
     if (size_t target = text.find(".target sm_"); target != std::string::npos)
@@ -48,15 +44,30 @@ int main(int argc, char** argv) {
         std::sscanf(text.c_str() + version, ".version %hu.%hu", &entry.major, &entry.minor);
     text.resize((text.size() + 8) / 8 * 8, '\0'); // at least one NUL ends it
     entry.payloadSize = text.size();
+    entries.append(reinterpret_cast<const char*>(&entry), sizeof entry);
+    entries += text;
+    return true;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    if (argc < 3) {
+        std::fprintf(stderr, "usage: %s IN.ptx... OUT.fatbin\n", argv[0]);
+        return 1;
+    }
+    std::string entries;
+    for (int i = 1; i + 1 < argc; ++i)
+        if (!append(entries, argv[i]))
+            return 1;
     Header header;
-    header.size = sizeof entry + text.size();
-    std::ofstream out(argv[2], std::ios::binary);
+    header.size = entries.size();
+    std::ofstream out(argv[argc - 1], std::ios::binary);
     out.write(reinterpret_cast<const char*>(&header), sizeof header);
-    out.write(reinterpret_cast<const char*>(&entry), sizeof entry);
-    out.write(text.data(), std::streamsize(text.size()));
+    out.write(entries.data(), std::streamsize(entries.size()));
     out.close();
     if (!out) {
-        std::fprintf(stderr, "%s: cannot write %s\n", argv[0], argv[2]);
+        std::fprintf(stderr, "%s: cannot write %s\n", argv[0], argv[argc - 1]);
         return 1;
     }
     return 0;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// sunstone_link_stub OUT.c OBJECT...: writes the code that a program of several CUDA files with
-// relocatable device code (-fgpu-rdc) needs. In each object compilers leave one call,
+// sunstone_link_stub [--may-be-empty] OUT.c OBJECT...: writes the code that a program of several
+// CUDA files with relocatable device code (-fgpu-rdc) needs. In each object compilers leave one
+// call,
 // __cudaRegisterLinkedBinary<id>, which a device linker must define. The definitions written here
 // collect the objects' fat binaries and register them as one, which the runtime links when it loads
-// it. Compile OUT.c and link it with the objects.
+// it. Compile OUT.c and link it with the objects. An archive counts with all its members.
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <elf.h>
 #include <fstream>
@@ -53,6 +55,24 @@ bool collect(const std::string& object, std::set<std::string>& ids) {
     return true;
 }
 
+// The same for an archive: an eight-byte mark, then headers of 60 bytes with the size of the member
+// in decimal digits at byte 48. Members begin at even places.
+bool collectAll(const std::string& bytes, std::set<std::string>& ids) {
+    constexpr char kMark[] = "!<arch>\n";
+    constexpr size_t kHeader = 60, kSize = 48, kDigits = 10;
+    if (bytes.compare(0, 8, kMark) != 0)
+        return collect(bytes, ids);
+    for (size_t at = 8; at + kHeader <= bytes.size();) {
+        const size_t size = std::strtoull(bytes.substr(at + kSize, kDigits).c_str(), nullptr, 10);
+        at += kHeader;
+        if (size > bytes.size() - at)
+            return false;
+        collect(bytes.substr(at, size), ids); // the index of the archive is no object
+        at += size + size % 2;
+    }
+    return true;
+}
+
 void write(std::ostream& out, const std::set<std::string>& ids) {
     out << "struct Wrapper { int magic, version; const void* image; const void* pieces; };\n"
            "static const void* pieces["
@@ -93,28 +113,31 @@ void write(std::ostream& out, const std::set<std::string>& ids) {
 } // namespace
 
 int main(int argc, char** argv) {
-    if (argc < 3) {
-        std::fprintf(stderr, "usage: %s OUT.c OBJECT...\n", argv[0]);
+    const bool mayBeEmpty = argc > 1 && std::strcmp(argv[1], "--may-be-empty") == 0;
+    const int first = mayBeEmpty ? 2 : 1;
+    if (argc < first + (mayBeEmpty ? 1 : 2)) {
+        std::fprintf(stderr, "usage: %s [--may-be-empty] OUT.c OBJECT...\n", argv[0]);
         return 1;
     }
     std::set<std::string> ids;
-    for (int i = 2; i < argc; ++i) {
+    for (int i = first + 1; i < argc; ++i) {
         std::ifstream in(argv[i], std::ios::binary);
         std::string object((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-        if (!in || !collect(object, ids)) {
+        if (!in || !collectAll(object, ids)) {
             std::fprintf(stderr, "%s: %s is not a readable ELF object\n", argv[0], argv[i]);
             return 1;
         }
     }
-    if (ids.empty()) {
+    if (ids.empty() && !mayBeEmpty) {
         std::fprintf(stderr, "%s: no object has relocatable device code (-fgpu-rdc)\n", argv[0]);
         return 1;
     }
-    std::ofstream out(argv[1]);
-    write(out, ids);
+    std::ofstream out(argv[first]);
+    if (!ids.empty())
+        write(out, ids);
     out.close();
     if (!out) {
-        std::fprintf(stderr, "%s: cannot write %s\n", argv[0], argv[1]);
+        std::fprintf(stderr, "%s: cannot write %s\n", argv[0], argv[first]);
         return 1;
     }
     return 0;

@@ -1,0 +1,65 @@
+# optix_embed_device_code(<target> <source.cu> [NAME <symbol>] [INCLUDES <folder>...] [OPTIONS <option>...])
+# compiles device code to PTX with Sunstone's nvcc and embeds the text in the target, which gets a header
+# <symbol>.h:
+#   extern "C" const char <symbol>[];          // ends with a NUL
+#   extern "C" const unsigned long <symbol>_size; // without the NUL
+# The symbol is <name of the source>_ptx unless NAME is given.
+# optix_compile_ptx(<variable> <source.cu> ...) has the same arguments and sets the variable to the file of the PTX.
+function(optix_compile_ptx variable source)
+    cmake_parse_arguments(PTX "" "NAME" "INCLUDES;OPTIONS" ${ARGN})
+    get_filename_component(source "${source}" ABSOLUTE)
+    get_filename_component(name "${source}" NAME_WE)
+    if(PTX_NAME)
+        set(name "${PTX_NAME}")
+    endif()
+    set(ptx "${CMAKE_CURRENT_BINARY_DIR}/${name}.ptx")
+    set(folders "-I${OptiX_INCLUDE_DIR}")
+    foreach(folder IN LISTS PTX_INCLUDES)
+        get_filename_component(folder "${folder}" ABSOLUTE)
+        list(APPEND folders "-I${folder}")
+    endforeach()
+    add_custom_command(OUTPUT "${ptx}"
+        COMMAND "${OptiX_NVCC}" -ptx -arch=compute_60 ${folders} ${PTX_OPTIONS} -o "${ptx}" "${source}"
+        COMMAND "${OptiX_NVCC}" -M ${folders} ${PTX_OPTIONS} -MT "${ptx}" -o "${ptx}.d" "${source}"
+        DEPENDS "${source}" DEPFILE "${ptx}.d" COMMENT "device code ${name}" VERBATIM)
+    set(${variable} "${ptx}" PARENT_SCOPE)
+endfunction()
+
+function(optix_embed_device_code target source)
+    cmake_parse_arguments(EMBED "" "NAME" "INCLUDES;OPTIONS" ${ARGN})
+    get_filename_component(symbol "${source}" NAME_WE)
+    set(symbol "${symbol}_ptx")
+    if(EMBED_NAME)
+        set(symbol "${EMBED_NAME}")
+    endif()
+    optix_compile_ptx(ptx "${source}" NAME ${symbol} INCLUDES ${EMBED_INCLUDES} OPTIONS ${EMBED_OPTIONS})
+    set(folder "${CMAKE_CURRENT_BINARY_DIR}/optix_device_code")
+    file(CONFIGURE OUTPUT "${folder}/${symbol}.h" @ONLY CONTENT
+"#pragma once
+#ifdef __cplusplus
+extern \"C\" {
+#endif
+extern const char @symbol@[];
+extern const unsigned long @symbol@_size;
+#ifdef __cplusplus
+}
+#endif
+")
+    # The assembler reads the text, so it may be of any length.
+    get_property(languages GLOBAL PROPERTY ENABLED_LANGUAGES)
+    set(ending c)
+    if(NOT "C" IN_LIST languages)
+        set(ending cpp)
+    endif()
+    file(CONFIGURE OUTPUT "${folder}/${symbol}.${ending}" @ONLY CONTENT
+"__asm__(\".pushsection .rodata\\n.globl @symbol@\\n.type @symbol@, @object\\n.balign 8\\n@symbol@:\\n\"
+        \".incbin \\\"@ptx@\\\"\\n.byte 0\\n@symbol@_end:\\n.size @symbol@, @symbol@_end - @symbol@\\n\"
+        \".globl @symbol@_size\\n.type @symbol@_size, @object\\n.size @symbol@_size, 8\\n.balign 8\\n@symbol@_size:\\n\"
+        \".quad @symbol@_end - @symbol@ - 1\\n.popsection\\n\");
+")
+    set_source_files_properties("${folder}/${symbol}.${ending}" PROPERTIES OBJECT_DEPENDS "${ptx}"
+        SKIP_UNITY_BUILD_INCLUSION ON)
+    target_sources(${target} PRIVATE "${folder}/${symbol}.${ending}" "${ptx}")
+    set_property(SOURCE "${ptx}" PROPERTY HEADER_FILE_ONLY ON)
+    target_include_directories(${target} PRIVATE "${folder}")
+endfunction()

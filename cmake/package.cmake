@@ -1,0 +1,67 @@
+# Packages: the target `packages` makes sunstone_<version>_<architecture>.deb, which installs to /opt/sunstone
+# with a link /usr/bin/sunstone, and sunstone-<version>-<system>.tar.gz, a folder that holds the libraries it needs
+# (package_files.cmake).
+# Also the samples, their sources, and what builds them (installed/CMakeLists.txt).
+if(SUNSTONE_BUILD_SAMPLES)
+    foreach(sample IN ITEMS hello triangle callables instances motion_blur curves spheres opacity mesh_path_tracer
+            denoiser)
+        install(TARGETS sample_${sample} RUNTIME DESTINATION lib/sunstone/samples COMPONENT samples)
+        set_target_properties(sample_${sample} PROPERTIES INSTALL_RPATH "$ORIGIN/../cuda;$ORIGIN/../system")
+        target_link_options(sample_${sample} PRIVATE -Wl,--disable-new-dtags)
+    endforeach()
+endif()
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/samples DESTINATION share/sunstone COMPONENT samples)
+install(FILES ${PROJECT_SOURCE_DIR}/cmake/installed/CMakeLists.txt DESTINATION share/sunstone COMPONENT samples)
+install(FILES ${PROJECT_SOURCE_DIR}/cmake/samples.cmake ${PROJECT_SOURCE_DIR}/cmake/device_code.cmake
+    DESTINATION share/sunstone/cmake COMPONENT samples)
+set(links ${PROJECT_BINARY_DIR}/package/samples)
+file(MAKE_DIRECTORY ${links})
+file(CREATE_LINK ../../../optix7/include ${links}/optix7 SYMBOLIC)
+file(CREATE_LINK ../../../optix7.6/include ${links}/optix76 SYMBOLIC)
+file(CREATE_LINK ../../../include/sunstone/cuda ${links}/cuda SYMBOLIC)
+install(FILES ${links}/optix7 ${links}/optix76 ${links}/cuda DESTINATION share/sunstone/include COMPONENT samples)
+
+# The archive's libraries. DT_RPATH, unlike DT_RUNPATH, serves the libraries of libraries, too.
+foreach(target IN ITEMS sunstone sunstone_tool)
+    if(TARGET ${target})
+        set(to_lib "$ORIGIN")
+        if(target STREQUAL "sunstone_tool")
+            set(to_lib "$ORIGIN/../lib")
+        endif()
+        set_property(TARGET ${target} APPEND PROPERTY INSTALL_RPATH "${to_lib}/sunstone/system")
+        target_link_options(${target} PRIVATE -Wl,--disable-new-dtags)
+    endif()
+endforeach()
+
+set(CPACK_GENERATOR DEB TGZ)
+set(CPACK_PACKAGE_NAME sunstone)
+set(CPACK_PACKAGE_VENDOR "Sunstone")
+set(CPACK_PACKAGE_CONTACT "Sunstone developers <sunstone@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "OptiX 7 and CUDA programs on any CPU and on CUDA GPUs")
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
+set(CPACK_PACKAGING_INSTALL_PREFIX /opt/sunstone)
+set(CPACK_SET_DESTDIR OFF)
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/lib ${PROJECT_BINARY_DIR}/lib/cuda)
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS clang-19)
+set(CPACK_ARCHIVE_THREADS 0)
+set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/package_layout.cmake)
+set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/package_files.cmake)
+# The packages hold what is installed; `packages` builds that and no tests.
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
+include(CPack)
+
+set(packaged "")
+foreach(target IN ITEMS sunstone nvoptix sunstone_cuda cudart_shared cudart_shared_other cudart_static
+        sunstone_redirect nvrtc12 nvrtc13 sunstone_tool sunstone_nvcc sunstone_fatbin sunstone_link_stub
+        sample_hello sample_triangle sample_callables sample_instances sample_motion_blur sample_curves
+        sample_spheres sample_opacity sample_mesh_path_tracer sample_denoiser)
+    if(TARGET ${target})
+        list(APPEND packaged ${target})
+    endif()
+endforeach()
+add_custom_target(packages COMMAND ${CMAKE_CPACK_COMMAND} --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake
+    DEPENDS ${packaged} WORKING_DIRECTORY ${PROJECT_BINARY_DIR} USES_TERMINAL VERBATIM)

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// The options of nvrtcCompileProgram.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace sunstone::nvrtc {
+
+struct Options {
+    int architecture = 0; // 75 for compute_75 and sm_75
+    bool isReal = false;  // sm_75: the program asks for an image to load
+    bool debug = false, lineInfo = false, relocatable = false;
+    bool flush = false, contract = true, preciseDivision = true, preciseRoots = true;
+    bool fastFunctions = false;
+    bool quiet = false, defaultDevice = false, sourceFolder = true, syntaxOnly = false;
+    std::string standard = "c++17";
+    std::vector<std::string> preprocessor; // clang's, in order
+
+    std::vector<std::string> errors, remarks; // of the options, for the program's log
+};
+
+// Options that clang has no counterpart for and that change no result are accepted.
+Options parseOptions(const std::vector<std::string>& words, int defaultArchitecture);
+
+// The architectures that clang knows, rising.
+const std::vector<int>& architectures();
+
+// The arguments of clang for these options, without files.
+std::vector<std::string> clangArguments(const Options& options);
+
+} // namespace sunstone::nvrtc

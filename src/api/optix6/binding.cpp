@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// From programs and scopes to records: which variable a program reads, and the block with its
+// values.
+#include "api/optix6/scene.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace sunstone::optix6 {
+
+using compiler::ProgramKind;
+using compiler::optix6::DeviceVariable;
+using compiler::optix6::VariableUse;
+
+namespace {
+
+bool isBoundProgram(const DeviceVariable& variable) {
+    return variable.typeEnum == compiler::optix6::kTypeBoundProgram;
+}
+
+// What is wrong with a host variable as the value of a program's; empty if nothing is.
+std::string mismatch(const DeviceVariable& wanted, const Variable& given) {
+    const std::shared_ptr<Object> object = given.object.lock();
+    const auto needs = [&](bool fits, const char* what) {
+        return fits ? std::string() : message("needs a ", what);
+    };
+    if (wanted.use == VariableUse::kBuffer)
+        return needs(object && object->kind == Kind::kBuffer, "buffer");
+    if (wanted.use == VariableUse::kTexture)
+        return needs(object && object->kind == Kind::kTextureSampler, "texture sampler");
+    if (isBoundProgram(wanted))
+        return needs(object && object->kind == Kind::kProgram, "program");
+    if (object)
+        return isNode(object->kind) && wanted.bytes == 4
+                   ? std::string()
+                   : message("needs data, not a ", nameOf(object->kind));
+    if (given.bytes.size() != wanted.bytes)
+        return message("has ", given.bytes.size(), " bytes, but the program's has ", wanted.bytes);
+    return {};
+}
+
+} // namespace
+
+std::shared_ptr<Variable> Scene::resolve(const DeviceVariable& wanted, const ProgramCode& code,
+                                         const Scopes& scopes) const {
+    std::shared_ptr<Variable> found;
+    for (const Scope* scope : scopes)
+        if ((found = scope->find(wanted.name)))
+            break;
+    const bool isUnset = !found || (found->type == RT_OBJECTTYPE_UNKNOWN) ||
+                         (found->bytes.empty() && found->object.expired());
+    if (isUnset && wanted.declaration->hasInitializer)
+        return nullptr;
+    if (isUnset)
+        refuse(RT_ERROR_VARIABLE_NOT_FOUND, "variable \"", wanted.name, "\" of program \"",
+               code.name, "\" ", found ? "has no value" : "is declared in none of its scopes");
+    const std::string problem = mismatch(wanted, *found);
+    if (!problem.empty())
+        refuse(RT_ERROR_TYPE_MISMATCH, "variable \"", wanted.name, "\" of program \"", code.name,
+               "\" ", problem);
+    return found;
+}
+
+void Block::write(uint32_t index) {
+    const DeviceVariable& wanted = code->variables.list[index];
+    uint8_t* const place = slot(index);
+    const Variable* const variable = found[index].get();
+    if (!variable) { // its initialiser
+        const auto& bytes = wanted.declaration->initializer;
+        std::memcpy(place, bytes.data(), std::min<size_t>(bytes.size(), wanted.bytes));
+        return;
+    }
+    const std::shared_ptr<Object> object = variable->object.lock();
+    if (!object) {
+        std::memcpy(place, variable->bytes.data(),
+                    std::min<size_t>(variable->bytes.size(), wanted.bytes));
+    } else if (object->kind == Kind::kBuffer) {
+        const devlib::BufferView* const view = &static_cast<Buffer&>(*object).view();
+        std::memcpy(place, &view, sizeof view);
+    } else if (object->kind == Kind::kTextureSampler) {
+        const uint64_t handle = static_cast<TextureSampler&>(*object).texture;
+        std::memcpy(place, &handle, sizeof handle);
+    } else if (object->kind != Kind::kProgram) {
+        const uint32_t id = static_cast<Node&>(*object).id;
+        std::memcpy(place, &id, sizeof id);
+    }
+}
+
+// The memory of the block that the program has in these scopes, after its own.
+const void* Scene::block(const Program& program, Scopes scopes) {
+    scopes.insert(scopes.begin(), &program.scope);
+    const ProgramCode& code = *program.code;
+    std::vector<std::shared_ptr<Variable>> found;
+    std::vector<Variable*> key;
+    bool bindsPrograms = false;
+    for (const DeviceVariable& wanted : code.variables.list) {
+        found.push_back(wanted.isScoped() ? resolve(wanted, code, scopes) : nullptr);
+        key.push_back(found.back().get());
+        bindsPrograms |= wanted.isScoped() && isBoundProgram(wanted);
+    }
+    // Programs that are bound see the scopes of their caller: such a block is nobody else's.
+    if (bindsPrograms)
+        key.push_back(reinterpret_cast<Variable*>(blocks_.size() + 1));
+    std::unique_ptr<Block>& entry = blocks_[{&code, key}];
+    if (entry)
+        return entry->memory.get();
+    entry = std::make_unique<Block>();
+    Block& block = *entry;
+    block.code = program.code;
+    block.found = std::move(found);
+    block.memory = AlignedMemory(std::max(64u, code.variables.blockBytes));
+    for (uint32_t i = 0; i < block.found.size(); ++i) {
+        const DeviceVariable& wanted = code.variables.list[i];
+        if (!wanted.isScoped())
+            continue;
+        Variable* const variable = block.found[i].get();
+        if (variable)
+            variable->users.push_back({&block, i});
+        if (variable && isBoundProgram(wanted)) {
+            const auto callee = std::static_pointer_cast<Program>(variable->object.lock());
+            const int id = boundCallable(*callee, scopes);
+            std::memcpy(block.slot(i), &id, sizeof id);
+        } else {
+            block.write(i);
+        }
+    }
+    return block.memory.get();
+}
+
+// The number that a call of the program by a variable has. Its variables are looked for in its own
+// scope and in those of the caller.
+int Scene::boundCallable(const Program& program, const Scopes& scopes) {
+    constexpr size_t kDepth = 31;
+    if (scopes.size() > kDepth)
+        refuse(RT_ERROR_INVALID_VALUE, "program \"", program.code->name,
+               "\" is bound to itself through its variables");
+    checkKind(program, ProgramKind::kDirectCallable, "the bound program");
+    const void* const memory = block(program, scopes);
+    devlib::ClassicRecord made = record(
+        devlib::kGroupCallables, {{devlib::kRoleDirect, &program, ProgramKind::kDirectCallable}});
+    made.blocks[devlib::kBlockMain] = memory;
+    callables_.push_back(made);
+    return int(callables_.size() - 1);
+}
+
+// A record of the group with these programs, without blocks.
+devlib::ClassicRecord Scene::record(devlib::GroupKind kind,
+                                    const std::vector<RoleProgram>& programs) {
+    GroupKey key{kind, {}};
+    for (const RoleProgram& each : programs)
+        if (each.program)
+            key.second[each.role] = each.program->code.get();
+    std::shared_ptr<engine::ProgramGroup>& group = groups_[key];
+    if (!group) {
+        group = std::make_shared<engine::ProgramGroup>();
+        group->number = context_.engine->nextGroup++;
+        group->kind = kind;
+        for (const RoleProgram& each : programs)
+            if (each.program)
+                group->programs[each.role] = {each.program->code->module,
+                                              each.program->code->function, each.kind, -1};
+        needsPipeline_ = true;
+    }
+    devlib::ClassicRecord made{};
+    engine::packSbtHeader(*group, &made.header);
+    return made;
+}
+
+} // namespace sunstone::optix6

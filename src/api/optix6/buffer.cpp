@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// Buffers without their entry points.
+#include "api/optix6/buffer.h"
+
+#include "api/optix6/context.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+
+namespace sunstone::optix6 {
+
+namespace {
+
+constexpr size_t kAlignment = 128;
+constexpr size_t kMargin = 64; // vector loads at the end
+
+bool isBlockFormat(RTformat format) {
+    return format >= RT_FORMAT_UNSIGNED_BC1 && format <= RT_FORMAT_UNSIGNED_BC7;
+}
+
+} // namespace
+
+unsigned bytesOf(RTformat format) {
+    const auto vector = [&](RTformat first, unsigned bytes) -> unsigned {
+        return format >= first && unsigned(format) < unsigned(first) + 4
+                   ? bytes * (unsigned(format) - unsigned(first) + 1)
+                   : 0;
+    };
+    constexpr std::pair<RTformat, unsigned> kVectors[] = {
+        {RT_FORMAT_FLOAT, 4},          {RT_FORMAT_BYTE, 1},
+        {RT_FORMAT_UNSIGNED_BYTE, 1},  {RT_FORMAT_SHORT, 2},
+        {RT_FORMAT_UNSIGNED_SHORT, 2}, {RT_FORMAT_INT, 4},
+        {RT_FORMAT_UNSIGNED_INT, 4},   {RT_FORMAT_HALF, 2},
+        {RT_FORMAT_LONG_LONG, 8},      {RT_FORMAT_UNSIGNED_LONG_LONG, 8}};
+    for (const auto& [first, bytes] : kVectors)
+        if (const unsigned size = vector(first, bytes))
+            return size;
+    if (format == RT_FORMAT_BUFFER_ID || format == RT_FORMAT_PROGRAM_ID)
+        return 4;
+    if (isBlockFormat(format)) {
+        const bool small = format == RT_FORMAT_UNSIGNED_BC1 || format == RT_FORMAT_UNSIGNED_BC4 ||
+                           format == RT_FORMAT_BC4;
+        return small ? 8 : 16;
+    }
+    return 0;
+}
+
+void Buffer::Release::operator()(uint8_t* memory) const {
+    std::free(memory);
+}
+
+void Buffer::requireUnmapped() const {
+    if (isMapped())
+        refuse(RT_ERROR_ALREADY_MAPPED, "the buffer is mapped");
+}
+
+bool Buffer::isMapped() const {
+    return std::find(mapped_.begin(), mapped_.end(), true) != mapped_.end();
+}
+
+void Buffer::setFormat(RTformat wanted) {
+    if (wanted != RT_FORMAT_USER && bytesOf(wanted) == 0)
+        refuse(RT_ERROR_INVALID_VALUE, "format = ", unsigned(wanted),
+               " is not the format of a buffer");
+    requireUnmapped();
+    if (format == wanted)
+        return;
+    format = wanted;
+    elementBytes_ = bytesOf(wanted);
+    allocate();
+}
+
+void Buffer::setElementSize(RTsize size) {
+    if (format != RT_FORMAT_USER)
+        refuse(RT_ERROR_TYPE_MISMATCH,
+               "the format is not RT_FORMAT_USER, which alone has an element size");
+    if (size == 0 || size > std::numeric_limits<uint32_t>::max())
+        refuse(RT_ERROR_INVALID_VALUE, "size = ", size, " is not the size of an element");
+    requireUnmapped();
+    elementBytes_ = uint32_t(size);
+    allocate();
+}
+
+void Buffer::setSize(unsigned count, const RTsize* extents) {
+    const bool someZero = std::find(extents, extents + count, 0) != extents + count;
+    const bool allZero = std::all_of(extents, extents + count, [](RTsize e) { return e == 0; });
+    if (someZero && !allZero)
+        refuse(RT_ERROR_INVALID_VALUE, "one size is zero and another is not");
+    requireUnmapped();
+    uint64_t product = std::max(1u, elementBytes_);
+    for (unsigned i = 0; i < count; ++i)
+        if (__builtin_mul_overflow(product, extents[i], &product) || product >> 46 != 0)
+            refuse(RT_ERROR_MEMORY_ALLOCATION_FAILED,
+                   "a buffer of this size does not fit into memory");
+    dimensions = count;
+    for (unsigned i = 0; i < 3; ++i)
+        extents_[i] = i < count ? extents[i] : 1;
+    allocate();
+}
+
+void Buffer::setMipLevels(unsigned count) {
+    requireUnmapped();
+    const uint64_t largest = std::max({extents_[0], extents_[1], extents_[2], uint64_t(1)});
+    const unsigned most = unsigned(std::bit_width(largest));
+    if (count == 0 || (dimensions != 0 && count > most))
+        refuse(RT_ERROR_INVALID_VALUE, "levels = ", count, " is outside 1..", most);
+    mipLevels = count;
+    allocate();
+}
+
+// Layers and faces are as many at each level.
+uint64_t Buffer::extent(unsigned dimension, unsigned level) const {
+    const uint64_t whole = extents_[dimension];
+    const bool layers = dimension == 2 && (description & (RT_BUFFER_LAYERED | RT_BUFFER_CUBEMAP));
+    if (layers || whole == 0)
+        return whole;
+    return std::max<uint64_t>(1, whole >> level);
+}
+
+uint64_t Buffer::levelElements(unsigned level) const {
+    return extent(0, level) * extent(1, level) * extent(2, level);
+}
+
+uint64_t Buffer::levelOffset(unsigned level) const {
+    uint64_t elements = 0;
+    for (unsigned i = 0; i < level; ++i)
+        elements += levelElements(i);
+    return elements * elementBytes_;
+}
+
+uint64_t Buffer::bytes() const {
+    return dimensions == 0 ? 0 : levelOffset(mipLevels);
+}
+
+void Buffer::allocate() {
+    mapped_.assign(mipLevels, false);
+    storage_.reset();
+    const uint64_t size = bytes();
+    if (size != 0 && !adopted_) {
+        const size_t whole = (size + kMargin + kAlignment - 1) / kAlignment * kAlignment;
+        void* memory = nullptr;
+        if (posix_memalign(&memory, kAlignment, whole) != 0)
+            memory = nullptr;
+        if (!memory) {
+            updateView();
+            refuse(RT_ERROR_MEMORY_ALLOCATION_FAILED, "no memory for a buffer of ", size, " bytes");
+        }
+        std::memset(memory, 0, whole);
+        storage_.reset(static_cast<uint8_t*>(memory));
+    }
+    updateView();
+}
+
+void Buffer::setMemory(void* memory) {
+    requireUnmapped();
+    adopted_ = memory;
+    allocate();
+}
+
+// A buffer without memory has no elements for programs.
+void Buffer::updateView() {
+    view_.data = adopted_ ? static_cast<uint8_t*>(adopted_) : storage_.get();
+    for (unsigned i = 0; i < 3; ++i)
+        view_.size[i] = view_.data ? extents_[i] : 0;
+    view_.elementBytes = elementBytes_;
+    view_.dimensions = std::max(1u, dimensions);
+}
+
+void* Buffer::map(unsigned flags, unsigned level) {
+    if (flags != RT_BUFFER_MAP_READ && flags != RT_BUFFER_MAP_READ_WRITE &&
+        flags != RT_BUFFER_MAP_WRITE && flags != RT_BUFFER_MAP_WRITE_DISCARD)
+        refuse(RT_ERROR_INVALID_VALUE, "mapFlags = ", flags, " is not one of the RTbuffermapflag");
+    if (level >= mipLevels)
+        refuse(RT_ERROR_INVALID_VALUE, "level = ", level, " of a buffer with ", mipLevels,
+               " levels");
+    validate();
+    if (mapped_[level])
+        refuse(RT_ERROR_ALREADY_MAPPED, "level ", level, " of the buffer is mapped");
+    mapped_[level] = true;
+    return view_.data ? view_.data + levelOffset(level) : nullptr;
+}
+
+void Buffer::unmap(unsigned level) {
+    if (level >= mipLevels || !mapped_[level])
+        refuse(RT_ERROR_INVALID_VALUE, "level ", level, " of the buffer is not mapped");
+    mapped_[level] = false;
+}
+
+void Buffer::validate() const {
+    if (format == RT_FORMAT_UNKNOWN)
+        refuse(RT_ERROR_INVALID_CONTEXT, "the buffer has no format");
+    if (elementBytes_ == 0)
+        refuse(RT_ERROR_INVALID_CONTEXT,
+               "the buffer has the format RT_FORMAT_USER and no element size");
+    if (dimensions == 0)
+        refuse(RT_ERROR_INVALID_CONTEXT, "the buffer has no size");
+    const bool layered = description & RT_BUFFER_LAYERED;
+    if (!(description & RT_BUFFER_CUBEMAP) || extents_[0] == 0)
+        return;
+    if (dimensions != 3 || extents_[0] != extents_[1] ||
+        (layered ? extents_[2] % 6 != 0 : extents_[2] != 6))
+        refuse(RT_ERROR_INVALID_VALUE, "a cube map has equal width and height, and six faces");
+}
+
+} // namespace sunstone::optix6

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Entry points: each looks up its object, takes the context's lock, runs a body and turns what it
+// throws into a result. The text stays with the context for rtContextGetErrorString.
+#pragma once
+
+#include "api/optix6/context.h"
+#include "base/forked.h"
+
+#include <functional>
+#include <mutex>
+
+#define SUNSTONE_API extern "C" __attribute__((visibility("default")))
+
+namespace sunstone::optix6 {
+
+// Runs a body without an object, or with a context that may be null for the text.
+RTresult guarded(const std::shared_ptr<Context>& context, const char* function,
+                 const std::function<void()>& body);
+
+// Runs body(object) with the lock of its context. T has kKind.
+template <class T, class Body>
+RTresult call(const char* function, const void* handle, const char* parameter, const Body& body) {
+    if (refusesForkedChild())
+        return RT_ERROR_UNKNOWN;
+    std::shared_ptr<Object> found = handle ? objects().find(handle) : nullptr;
+    std::shared_ptr<Context> context = found ? found->context() : nullptr;
+    return guarded(context, function, [&] {
+        const std::shared_ptr<T> object = require<T>(handle, parameter);
+        std::lock_guard lock(context->mutex());
+        body(*object);
+    });
+}
+
+// The same for contexts. `dead`: the result for a handle that is none.
+template <class Body>
+RTresult callContext(const char* function, RTcontext handle, const Body& body,
+                     RTresult dead = RT_ERROR_INVALID_VALUE) {
+    if (refusesForkedChild())
+        return RT_ERROR_UNKNOWN;
+    std::shared_ptr<Object> found = handle ? objects().find(handle) : nullptr;
+    const bool good = found && found->kind == Kind::kContext;
+    std::shared_ptr<Context> context = good ? std::static_pointer_cast<Context>(found) : nullptr;
+    return guarded(context, function, [&] {
+        if (!context)
+            refuse(dead, "context = ", static_cast<const void*>(handle), " is not a live context");
+        std::lock_guard lock(context->mutex());
+        body(*context);
+    });
+}
+
+// rtXCreate: makes an object of class T for the context.
+template <class T, class Handle, class... Args>
+RTresult create(const char* function, RTcontext handle, const char* parameter, Handle* result,
+                const Args&... args) {
+    return callContext(
+        function, handle,
+        [&](Context& context) {
+            requireNonNull(result, parameter);
+            *result = nullptr;
+            *result =
+                static_cast<Handle>(objects().add(std::make_shared<T>(context.self(), args...)));
+        },
+        RT_ERROR_INVALID_CONTEXT);
+}
+
+// rtXDestroy. What refers to the object finds nothing from now on.
+template <class T>
+RTresult destroy(const char* function, const void* handle, const char* parameter) {
+    return call<T>(function, handle, parameter, [&](T& object) {
+        object.context()->noteStructure();
+        objects().remove(handle);
+    });
+}
+
+// rtXGetContext.
+template <class T>
+RTresult getContext(const char* function, const void* handle, const char* parameter,
+                    RTcontext* context) {
+    return call<T>(function, handle, parameter, [&](T& object) {
+        requireNonNull(context, "context");
+        *context = static_cast<RTcontext>(object.context()->handle());
+    });
+}
+
+template <class Value>
+void store(Value* pointer, const char* name, const Value& value) {
+    requireNonNull(pointer, name);
+    *pointer = value;
+}
+
+} // namespace sunstone::optix6

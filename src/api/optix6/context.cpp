@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: Apache-2.0
+// Contexts without their entry points.
+#include "api/optix6/context.h"
+
+#include "api/optix6/scene.h"
+#include "base/log.h"
+#include "compiler/flavor.h"
+#include "ptx/parser.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace sunstone::optix6 {
+
+const char* nameOf(Kind kind) {
+    static constexpr const char* kNames[] = {"context",
+                                             "program",
+                                             "variable",
+                                             "buffer",
+                                             "texture sampler",
+                                             "geometry",
+                                             "geometry triangles",
+                                             "material",
+                                             "geometry instance",
+                                             "geometry group",
+                                             "group",
+                                             "transform",
+                                             "selector",
+                                             "acceleration",
+                                             "post-processing stage",
+                                             "command list"};
+    return kNames[unsigned(kind)];
+}
+
+// Never destroyed: clients may call from their own exit handlers.
+HandleTable<Object>& objects() {
+    static auto* table = new HandleTable<Object>;
+    return *table;
+}
+
+namespace {
+
+const char* exceptionName(int32_t code) {
+    switch (code) {
+    case devlib::kExceptionStackOverflow:
+        return "RT_EXCEPTION_STACK_OVERFLOW";
+    case devlib::kExceptionTraceDepth:
+        return "RT_EXCEPTION_TRACE_DEPTH_EXCEEDED";
+    case devlib::kCodeProgramId:
+        return "RT_EXCEPTION_PROGRAM_ID_INVALID";
+    case devlib::kCodeTextureId:
+        return "RT_EXCEPTION_TEXTURE_ID_INVALID";
+    case devlib::kCodeBufferId:
+        return "RT_EXCEPTION_BUFFER_ID_INVALID";
+    case devlib::kCodeIndex:
+        return "RT_EXCEPTION_INDEX_OUT_OF_BOUNDS";
+    case devlib::kCodeBufferIndex:
+        return "RT_EXCEPTION_BUFFER_INDEX_OUT_OF_BOUNDS";
+    case devlib::kCodeInvalidRay:
+        return "RT_EXCEPTION_INVALID_RAY";
+    default:
+        return nullptr;
+    }
+}
+
+const engine::Wording& wording() {
+    static const engine::Wording words = [] {
+        engine::Wording w = engine::plainWording();
+        w.exceptionName = exceptionName;
+        w.packedBy = "the classic API";
+        return w;
+    }();
+    return words;
+}
+
+constexpr RTexception kExceptions[] = {RT_EXCEPTION_PAYLOAD_ACCESS_OUT_OF_BOUNDS,
+                                       RT_EXCEPTION_USER_EXCEPTION_CODE_OUT_OF_BOUNDS,
+                                       RT_EXCEPTION_TRACE_DEPTH_EXCEEDED,
+                                       RT_EXCEPTION_PROGRAM_ID_INVALID,
+                                       RT_EXCEPTION_TEXTURE_ID_INVALID,
+                                       RT_EXCEPTION_BUFFER_ID_INVALID,
+                                       RT_EXCEPTION_INDEX_OUT_OF_BOUNDS,
+                                       RT_EXCEPTION_STACK_OVERFLOW,
+                                       RT_EXCEPTION_BUFFER_INDEX_OUT_OF_BOUNDS,
+                                       RT_EXCEPTION_INVALID_RAY,
+                                       RT_EXCEPTION_INTERNAL_ERROR,
+                                       RT_EXCEPTION_USER};
+
+} // namespace
+
+int exceptionBit(RTexception exception) {
+    const auto* found = std::find(std::begin(kExceptions), std::end(kExceptions), exception);
+    return found == std::end(kExceptions) ? -1 : int(found - kExceptions);
+}
+
+bool isEnabled(const Context& context, RTexception exception) {
+    return context.exceptions >> exceptionBit(exception) & 1;
+}
+
+Context::Context() : Scoped(kKind, nullptr), engine(std::make_shared<engine::Context>()) {
+    exceptions = 1u << exceptionBit(RT_EXCEPTION_STACK_OVERFLOW);
+    engine->backend = engine::cpuBackend();
+    engine->device = &engine->backend->device();
+    engine->wording = &wording();
+    engine->log = [](LogLevel level, std::string_view tag, std::string_view text) {
+        sunstone::log(level, "optix6", message(tag, ": ", text));
+    };
+    engine->cache =
+        std::make_shared<engine::CompileCache>([](LogLevel level, const std::string& text) {
+            sunstone::log(level, "optix6", message("DISKCACHE: ", text));
+        });
+    engine->cache->start();
+    engine->backend->useCache(engine->cache);
+}
+
+Context::~Context() = default;
+
+std::shared_ptr<Context> Context::context() const {
+    return std::const_pointer_cast<Context>(
+        std::static_pointer_cast<const Context>(shared_from_this()));
+}
+
+const char* Context::keep(std::string text) {
+    returned_ = std::move(text);
+    return returned_.c_str();
+}
+
+void Context::report(int level, const char* tag, const std::string& text) {
+    if (!reportCallback || level > reportVerbosity)
+        return;
+    std::lock_guard lock(reportMutex_);
+    reports_.push_back({level, tag, text});
+}
+
+void Context::deliverReports() {
+    std::vector<Report> lines;
+    {
+        std::lock_guard lock(reportMutex_);
+        lines.swap(reports_);
+    }
+    if (lines.empty())
+        return;
+    RTusagereportcallback callback;
+    void* data;
+    {
+        std::lock_guard lock(mutex_);
+        callback = reportCallback;
+        data = reportData;
+    }
+    for (const Report& line : lines)
+        if (callback)
+            callback(line.level, line.tag.c_str(), line.text.c_str(), data);
+}
+
+namespace {
+
+template <class T>
+int giveId(Context& context, T& object, std::vector<Ref<T>>& list) {
+    if (object.id == 0) {
+        object.id = int(list.size());
+        list.push_back(std::static_pointer_cast<T>(object.shared_from_this()));
+        context.noteStructure();
+    }
+    return object.id;
+}
+
+} // namespace
+
+int Context::idOf(Buffer& buffer) {
+    return giveId(*this, buffer, buffers);
+}
+int Context::idOf(TextureSampler& sampler) {
+    return giveId(*this, sampler, samplers);
+}
+int Context::idOf(Program& program) {
+    return giveId(*this, program, programs);
+}
+
+unsigned Context::addNode() {
+    for (unsigned i = 1; i < nodes.size(); ++i)
+        if (nodes[i].expired())
+            return i;
+    nodes.emplace_back();
+    return unsigned(nodes.size() - 1);
+}
+
+// ---- programs ---------------------------------------------------------------------------------
+
+unsigned Context::attributeBytes() const {
+    constexpr unsigned kLeast = 64;
+    return std::bit_ceil(std::max(kLeast, nextAttribute_));
+}
+
+uint32_t Context::attributePlace(const std::string& name, uint32_t bytes) {
+    if (name == "barycentrics" && bytes == 8)
+        return devlib::kBarycentricsOffset;
+    if (name == "instanceid" && bytes == 4)
+        return devlib::kInstanceIdOffset;
+    const auto [place, isNew] = attributePlaces.try_emplace({name, bytes}, nextAttribute_);
+    if (isNew)
+        nextAttribute_ = (nextAttribute_ + bytes + 15) / 16 * 16;
+    return place->second;
+}
+
+std::shared_ptr<ModuleText> Context::loadText(const std::string& text) {
+    auto source = std::make_shared<const compiler::Source>(std::string_view(text));
+    std::shared_ptr<ModuleText>& entry = texts_[source->digest()];
+    if (entry)
+        return entry;
+    ptx::Diagnostics diagnostics;
+    std::shared_ptr<const ptx::Module> tree = ptx::parse(text, diagnostics);
+    if (diagnostics.failed() || !tree) {
+        texts_.erase(source->digest());
+        refuse(RT_ERROR_INVALID_SOURCE, diagnostics.format());
+    }
+    auto module = std::make_shared<engine::Module>();
+    module->source = std::make_shared<const compiler::Source>(tree);
+    module->summary.selfContained = compiler::isSelfContained(*tree, {});
+    for (const ptx::Function& function : tree->functions) {
+        if (!function.hasBody)
+            continue;
+        auto& program = module->summary.programs.emplace_back();
+        program.name = function.name;
+        program.kind = compiler::ProgramKind::kNone;
+        program.parameterWords = compiler::parameterWords(function.parameters);
+        program.statements = uint32_t(function.body.size());
+    }
+    auto rules = std::make_shared<compiler::ModuleRules>();
+    for (const auto& attribute : compiler::optix6::attributesOf(*tree))
+        rules->attributes.push_back(
+            {attribute.name, attributePlace(attribute.name, attribute.bytes)});
+    module->moduleRules = std::move(rules);
+    module->prepared = std::make_shared<engine::PreparedCode>(engine->cache);
+    auto made = std::make_shared<ModuleText>();
+    made->module = std::move(module);
+    return entry = made;
+}
+
+std::string Context::annotationOf(const std::string& name) const {
+    for (const auto& [digest, text] : texts_)
+        for (const auto& [symbol, code] : text->programs)
+            for (const auto& variable : code->variables.list)
+                if (variable.name == name && !variable.annotation.empty())
+                    return variable.annotation;
+    return {};
+}
+
+namespace {
+
+// The function of this name as the application writes it: its symbol, or its name in the source.
+const ptx::Function* findProgram(const ptx::Module& tree, const std::string& name) {
+    const ptx::Function* exact = tree.findFunction(name);
+    if (exact && exact->hasBody)
+        return exact;
+    const ptx::Function* found = nullptr;
+    for (const ptx::Function& function : tree.functions) {
+        if (!function.hasBody || compiler::optix6::sourceName(function.name) != name)
+            continue;
+        if (found)
+            refuse(RT_ERROR_INVALID_SOURCE, "programName = \"", name,
+                   "\" is the name of several functions: \"", found->name, "\" and \"",
+                   function.name, "\"");
+        found = &function;
+    }
+    return found;
+}
+
+} // namespace
+
+std::shared_ptr<ProgramCode> Context::load(const std::vector<std::string>& texts,
+                                           const std::string& name) {
+    for (const std::string& text : texts) {
+        std::shared_ptr<ModuleText> loaded = loadText(text);
+        const ptx::Module& tree = loaded->module->source->tree();
+        const ptx::Function* function = findProgram(tree, name);
+        if (!function)
+            continue;
+        if (!loaded->module->summary.selfContained && texts.size() > 1)
+            refuse(RT_ERROR_NOT_SUPPORTED, "the text with \"", name,
+                   "\" refers to symbols of other texts, which is not supported yet");
+        std::shared_ptr<ProgramCode>& code = loaded->programs[std::string(function->name)];
+        if (!code) {
+            code = std::make_shared<ProgramCode>();
+            code->module = loaded->module;
+            code->function = function->name;
+            code->name = compiler::optix6::sourceName(function->name);
+            code->isEntry = function->isEntry;
+            code->parameters = unsigned(function->parameters.size());
+            code->variables = compiler::optix6::variablesOf({&tree}, function->name);
+        }
+        return code;
+    }
+    refuse(RT_ERROR_INVALID_SOURCE, "no function \"", name, "\" in the PTX");
+}
+
+void checkKind(const Program& program, compiler::ProgramKind kind, const char* parameter) {
+    using compiler::ProgramKind;
+    const ProgramCode& code = *program.code;
+    bool fits = code.isEntry && code.parameters == 0;
+    const char* wanted = "a program without parameters";
+    if (kind == ProgramKind::kDirectCallable) {
+        fits = !code.isEntry;
+        wanted = "a callable program";
+    } else if (kind == ProgramKind::kIntersection) {
+        fits = code.isEntry && code.parameters == 1;
+        wanted = "a program with one parameter";
+    } else if (kind == ProgramKind::kBounds) {
+        fits = code.isEntry && (code.parameters == 2 || code.parameters == 3);
+        wanted = "a program with two or three parameters";
+    }
+    if (!fits)
+        refuse(RT_ERROR_TYPE_MISMATCH, parameter, " = \"", code.name, "\" is ",
+               code.isEntry ? "a program" : "a function", " with ", code.parameters,
+               " parameters, but ", wanted, " is needed");
+}
+
+} // namespace sunstone::optix6

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// Contexts: settings, numbers of objects, the texts of programs, and the scene of the next launch.
+#pragma once
+
+#include "api/optix6/graph.h"
+#include "api/optix6/texture_sampler.h"
+#include "engine/context.h"
+
+#include <mutex>
+
+namespace sunstone::optix6 {
+
+class Scene;
+
+struct EntryPoint {
+    Ref<Program> rayGeneration, exception;
+};
+
+// Defaults that the manual leaves open.
+constexpr RTsize kDefaultStackSize = 2048;
+constexpr unsigned kDefaultDepth = 5, kMostTraceDepth = 31;
+constexpr RTsize kDefaultPrintBytes = 64 << 10;
+
+class Context : public Scoped {
+public:
+    static constexpr Kind kKind = Kind::kContext;
+    Context();
+    ~Context() override;
+    std::shared_ptr<Context> context() const override;
+    std::shared_ptr<Context> self() const { return context(); }
+    std::mutex& mutex() const { return mutex_; }
+
+    // Something changed that decides which value a variable of a program has, or which programs and
+    // objects there are.
+    void noteStructure() { structureChanged = true; }
+
+    // The code of a program, from texts that are linked. Throws.
+    std::shared_ptr<ProgramCode> load(const std::vector<std::string>& texts,
+                                      const std::string& name);
+
+    // Gives an object its id at the first call.
+    int idOf(Buffer& buffer);
+    int idOf(TextureSampler& sampler);
+    int idOf(Program& program);
+    unsigned addNode();
+
+    // For rtContextGetErrorString; of the last call that failed.
+    std::string lastError;
+    // A string that was returned, until the next one is.
+    const char* keep(std::string text);
+    // Queues a line for the usage report's callback, which is called without the lock.
+    void report(int level, const char* tag, const std::string& text);
+    void deliverReports();
+
+    std::shared_ptr<engine::Context> engine;
+    std::vector<EntryPoint> entryPoints;
+    std::vector<Ref<Program>> misses; // by ray type
+    RTsize stackSize = kDefaultStackSize;
+    unsigned maxTraceDepth = kDefaultDepth, maxCallableDepth = kDefaultDepth;
+    unsigned exceptions = 0; // bits by place in kExceptions (context.cpp)
+    bool printEnabled = false, launched = false, launchFailed = false;
+    RTsize printBytes = kDefaultPrintBytes;
+    int printIndex[3] = {-1, -1, -1};
+    RTusagereportcallback reportCallback = nullptr;
+    int reportVerbosity = 0;
+    void* reportData = nullptr;
+    std::map<RTcontextattribute, int> attributes; // that are stored and decide nothing
+
+    // By id; 0 is none.
+    std::vector<Ref<Buffer>> buffers = std::vector<Ref<Buffer>>(1);
+    std::vector<Ref<TextureSampler>> samplers = std::vector<Ref<TextureSampler>>(1);
+    std::vector<Ref<Program>> programs = std::vector<Ref<Program>>(1);
+    std::vector<Ref<Node>> nodes = std::vector<Ref<Node>>(1);
+    std::vector<Ref<Variable>> variables; // of all scopes
+    std::vector<Ref<Buffer>> allBuffers;
+
+    // Where attributes are in blocks, by name and bytes.
+    std::map<std::pair<std::string, uint32_t>, uint32_t> attributePlaces;
+    unsigned attributeBytes() const;
+    // The annotation that a program gives a variable of this name; empty if none does.
+    std::string annotationOf(const std::string& name) const;
+
+    bool structureChanged = true;
+    std::unique_ptr<Scene> scene;
+
+private:
+    std::shared_ptr<ModuleText> loadText(const std::string& text);
+    uint32_t attributePlace(const std::string& name, uint32_t bytes);
+
+    mutable std::mutex mutex_;
+    std::map<std::string, std::shared_ptr<ModuleText>> texts_; // by digest
+    std::string returned_;
+    struct Report {
+        int level;
+        std::string tag, text;
+    };
+    std::mutex reportMutex_;
+    std::vector<Report> reports_;
+    uint32_t nextAttribute_ = devlib::kFirstAttribute;
+};
+
+// RTexception in the order of the bits of Context::exceptions; the bit, or -1.
+constexpr unsigned kAllExceptions = (1u << 12) - 1;
+int exceptionBit(RTexception exception);
+bool isEnabled(const Context& context, RTexception exception);
+
+const char* textOf(RTresult result);
+RTresult resultOf(Code code);
+
+} // namespace sunstone::optix6

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Nodes of the scene graph without their entry points.
+#include "api/optix6/context.h"
+
+namespace sunstone::optix6 {
+
+Node::Node(Kind kind, const std::shared_ptr<Context>& context)
+    : Scoped(kind, context), id(context->addNode()) {}
+
+void Node::enlist() {
+    context()->nodes[id] = std::static_pointer_cast<Node>(shared_from_this());
+}
+
+std::vector<std::shared_ptr<Object>> GeometryGroup::children() const {
+    std::vector<std::shared_ptr<Object>> list;
+    for (const Ref<GeometryInstance>& instance : instances)
+        if (std::shared_ptr<Object> child = instance.lock())
+            list.push_back(std::move(child));
+    return list;
+}
+
+std::vector<std::shared_ptr<Object>> ParentNode::children() const {
+    std::vector<std::shared_ptr<Object>> list;
+    for (const Ref<Node>& slot : slots)
+        if (std::shared_ptr<Object> child = slot.lock())
+            list.push_back(std::move(child));
+    return list;
+}
+
+std::vector<std::shared_ptr<Object>> Transform::children() const {
+    std::shared_ptr<Object> only = child.lock();
+    return only ? std::vector{only} : std::vector<std::shared_ptr<Object>>{};
+}
+
+} // namespace sunstone::optix6

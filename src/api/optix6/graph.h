@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene graph: geometry, materials, instances, groups, transforms, selectors, acceleration
+// structures. Objects hold what the application sets; scene.h makes structures of it.
+#pragma once
+
+#include "api/optix6/buffer.h"
+#include "api/optix6/program.h"
+#include "bvh/build/build.h"
+
+#include <array>
+#include <map>
+
+namespace sunstone::optix6 {
+
+// Memory for acceleration structures and node records.
+class AlignedMemory {
+public:
+    AlignedMemory() = default;
+    explicit AlignedMemory(size_t bytes);
+    ~AlignedMemory();
+    AlignedMemory(AlignedMemory&& other) noexcept;
+    AlignedMemory& operator=(AlignedMemory&& other) noexcept;
+    void* get() const { return memory_; }
+    size_t size() const { return size_; }
+
+private:
+    void* memory_ = nullptr;
+    size_t size_ = 0;
+};
+
+struct Motion {
+    unsigned steps = 1;
+    float begin = 0, end = 1;
+    RTmotionbordermode beginMode = RT_MOTIONBORDERMODE_CLAMP, endMode = RT_MOTIONBORDERMODE_CLAMP;
+};
+
+class Geometry : public Scoped {
+public:
+    static constexpr Kind kKind = Kind::kGeometry;
+    explicit Geometry(const std::shared_ptr<Context>& context) : Scoped(kKind, context) {}
+    void validate() const;
+    unsigned primitives = 0, indexOffset = 0;
+    Motion motion;
+    Ref<Program> bounds, intersection;
+    RTgeometryflags flags = RT_GEOMETRY_FLAG_NONE;
+};
+
+class GeometryTriangles : public Scoped {
+public:
+    static constexpr Kind kKind = Kind::kGeometryTriangles;
+    explicit GeometryTriangles(const std::shared_ptr<Context>& context) : Scoped(kKind, context) {
+        materialFlags.resize(1, RT_GEOMETRY_FLAG_NONE);
+    }
+    void validate() const;
+    unsigned primitives = 0, indexOffset = 0;
+    Motion motion;
+    bool hasTransform = false;
+    std::array<float, 12> transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    Ref<Buffer> indices;
+    bool hasIndices = false;
+    RTsize indexByteOffset = 0, indexStride = 0;
+    RTformat indexFormat = RT_FORMAT_UNKNOWN;
+    std::vector<Ref<Buffer>> vertices; // one, or one for each motion step
+    unsigned vertexCount = 0;
+    RTsize vertexByteOffset = 0, vertexStride = 0, vertexMotionStride = 0;
+    RTformat vertexFormat = RT_FORMAT_UNKNOWN;
+    RTgeometrybuildflags buildFlags = RT_GEOMETRY_BUILD_FLAG_NONE;
+    std::vector<RTgeometryflags> materialFlags; // one for each material
+    Ref<Buffer> materialIndices;
+    bool hasMaterialIndices = false;
+    RTsize materialByteOffset = 0, materialStride = 0;
+    RTformat materialFormat = RT_FORMAT_UNKNOWN;
+    Ref<Program> attributes;
+};
+
+class Material : public Scoped {
+public:
+    static constexpr Kind kKind = Kind::kMaterial;
+    explicit Material(const std::shared_ptr<Context>& context) : Scoped(kKind, context) {}
+    std::map<unsigned, Ref<Program>> closestHit, anyHit; // by ray type
+};
+
+class GeometryInstance : public Scoped {
+public:
+    static constexpr Kind kKind = Kind::kGeometryInstance;
+    explicit GeometryInstance(const std::shared_ptr<Context>& context) : Scoped(kKind, context) {}
+    void validate() const;
+    Ref<Geometry> geometry;
+    Ref<GeometryTriangles> triangles; // one of the two
+    std::vector<Ref<Material>> materials;
+};
+
+class Acceleration : public Object {
+public:
+    static constexpr Kind kKind = Kind::kAcceleration;
+    explicit Acceleration(const std::shared_ptr<Context>& context) : Object(kKind, context) {}
+    std::string builder;
+    std::map<std::string, std::string> properties;
+    bool dirty = true;
+
+    // What was built. Geometry groups may have a structure of each kind.
+    struct Built {
+        AlignedMemory memory;
+        uint64_t handle = 0; // 0: nothing was built
+    };
+    Built triangles, customs, instances;
+    // Of the geometry's instances in their group, as built: the number of materials.
+    std::vector<unsigned> layout;
+    void drop() { triangles = {}, customs = {}, instances = {}, dirty = true; }
+};
+
+// A node of the graph: something that rays are traced against.
+class Node : public Scoped {
+public:
+    Node(Kind kind, const std::shared_ptr<Context>& context);
+    virtual std::vector<std::shared_ptr<Object>> children() const = 0;
+    const unsigned id; // what rtObject variables hold
+    void enlist();     // after construction
+
+    // Made by the scene: what rays enter, and its memory.
+    uint64_t nodeHandle = 0;
+    AlignedMemory nodeMemory, childMemory;
+};
+
+class GeometryGroup : public Node {
+public:
+    static constexpr Kind kKind = Kind::kGeometryGroup;
+    explicit GeometryGroup(const std::shared_ptr<Context>& context) : Node(kKind, context) {}
+    std::vector<std::shared_ptr<Object>> children() const override;
+    std::vector<Ref<GeometryInstance>> instances;
+    Ref<Acceleration> acceleration;
+    RTvisibilitymask mask = RT_VISIBILITY_ALL;
+    RTinstanceflags flags = RT_INSTANCE_FLAG_NONE;
+    uint32_t firstEntry = 0, entries = 0; // of the hit table
+};
+
+// Nodes whose children are nodes.
+class ParentNode : public Node {
+public:
+    using Node::Node;
+    std::vector<std::shared_ptr<Object>> children() const override;
+    std::vector<Ref<Node>> slots;
+};
+
+class Group : public ParentNode {
+public:
+    static constexpr Kind kKind = Kind::kGroup;
+    explicit Group(const std::shared_ptr<Context>& context) : ParentNode(kKind, context) {}
+    Ref<Acceleration> acceleration;
+    RTvisibilitymask mask = RT_VISIBILITY_ALL;
+};
+
+class Selector : public ParentNode {
+public:
+    static constexpr Kind kKind = Kind::kSelector;
+    explicit Selector(const std::shared_ptr<Context>& context) : ParentNode(kKind, context) {}
+    Ref<Program> visit;
+};
+
+class Transform : public Node {
+public:
+    static constexpr Kind kKind = Kind::kTransform;
+    explicit Transform(const std::shared_ptr<Context>& context) : Node(kKind, context) {}
+    std::vector<std::shared_ptr<Object>> children() const override;
+    std::array<float, 16> matrix{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    std::array<float, 16> inverse = matrix;
+    RTmotionkeytype keyType = RT_MOTIONKEYTYPE_NONE;
+    std::vector<float> keys;
+    Motion motion;
+    Ref<Node> child;
+};
+
+} // namespace sunstone::optix6

@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: Apache-2.0
+// What happens before and in a launch. See scene.h.
+#include "api/optix6/scene.h"
+
+#include "compiler/flavor.h"
+
+#include <algorithm>
+
+namespace sunstone::optix6 {
+
+using compiler::ProgramKind;
+using devlib::ClassicRecord;
+
+namespace {
+
+std::string describe(const Object& object) {
+    return message(nameOf(object.kind), " ", object.handle());
+}
+
+void validateGroup(const GeometryGroup& group) {
+    const std::shared_ptr<Acceleration> acceleration = group.acceleration.lock();
+    if (!acceleration)
+        refuse(RT_ERROR_INVALID_VALUE, describe(group), " has no acceleration");
+    if (acceleration->builder.empty())
+        refuse(RT_ERROR_INVALID_VALUE, describe(group), " has an acceleration without a builder");
+    for (size_t i = 0; i < group.instances.size(); ++i) {
+        const std::shared_ptr<GeometryInstance> instance = group.instances[i].lock();
+        if (!instance)
+            refuse(RT_ERROR_INVALID_VALUE, "child ", i, " of ", describe(group), " is not set");
+        instance->validate();
+    }
+}
+
+void validateNode(const Node& node) {
+    if (node.kind == Kind::kGeometryGroup)
+        return validateGroup(static_cast<const GeometryGroup&>(node));
+    if (node.kind == Kind::kTransform) {
+        if (static_cast<const Transform&>(node).child.expired())
+            refuse(RT_ERROR_INVALID_VALUE, describe(node), " has no child");
+        return;
+    }
+    const auto& parent = static_cast<const ParentNode&>(node);
+    for (size_t i = 0; i < parent.slots.size(); ++i)
+        if (parent.slots[i].expired())
+            refuse(RT_ERROR_INVALID_VALUE, "child ", i, " of ", describe(node), " is not set");
+    if (node.kind == Kind::kSelector) {
+        if (static_cast<const Selector&>(node).visit.expired())
+            refuse(RT_ERROR_INVALID_VALUE, describe(node), " has no visit program");
+        return;
+    }
+    const std::shared_ptr<Acceleration> acceleration =
+        static_cast<const Group&>(node).acceleration.lock();
+    if (!acceleration)
+        refuse(RT_ERROR_INVALID_VALUE, describe(node), " has no acceleration");
+    if (acceleration->builder.empty())
+        refuse(RT_ERROR_INVALID_VALUE, describe(node), " has an acceleration without a builder");
+}
+
+} // namespace
+
+void Scene::validate(Node& node) {
+    seen_.clear();
+    order_.clear();
+    context_.noteStructure(); // the lists are made again
+    std::vector<const Node*> path;
+    visitNode(std::static_pointer_cast<Node>(node.shared_from_this()), path);
+}
+
+void GeometryInstance::validate() const {
+    const std::shared_ptr<Geometry> custom = geometry.lock();
+    const std::shared_ptr<GeometryTriangles> mesh = triangles.lock();
+    if (!custom && !mesh)
+        refuse(RT_ERROR_INVALID_VALUE, describe(*this), " has no geometry");
+    for (size_t i = 0; i < materials.size(); ++i)
+        if (materials[i].expired())
+            refuse(RT_ERROR_INVALID_VALUE, "material ", i, " of ", describe(*this), " is not set");
+    if (custom)
+        return custom->validate();
+    mesh->validate();
+    if (mesh->materialFlags.size() != std::max<size_t>(1, materials.size()))
+        refuse(RT_ERROR_INVALID_VALUE, describe(*this), " has ", materials.size(),
+               " materials, but its ", describe(*mesh), " has ", mesh->materialFlags.size());
+    if (mesh->materialFlags.size() > 1 && !mesh->hasMaterialIndices)
+        refuse(RT_ERROR_INVALID_CONTEXT, describe(*mesh), " has ", mesh->materialFlags.size(),
+               " materials and no material indices");
+}
+
+void Geometry::validate() const {
+    if (bounds.expired())
+        refuse(RT_ERROR_INVALID_VALUE, describe(*this), " has no bounding box program");
+    if (intersection.expired())
+        refuse(RT_ERROR_INVALID_VALUE, describe(*this), " has no intersection program");
+    if (motion.steps > 1 && bounds.lock()->code->parameters != 3)
+        refuse(RT_ERROR_INVALID_VALUE, describe(*this), " has ", motion.steps,
+               " motion steps, but its bounding box program takes none");
+}
+
+void GeometryTriangles::validate() const {
+    if (vertices.empty())
+        refuse(RT_ERROR_INVALID_VALUE, describe(*this), " has no vertices");
+    if (vertices.size() > 1 && vertices.size() != motion.steps)
+        refuse(RT_ERROR_INVALID_VALUE, describe(*this), " has ", vertices.size(),
+               " vertex buffers and ", motion.steps, " motion steps");
+    if (!hasIndices && uint64_t(primitives) * 3 != vertexCount)
+        refuse(RT_ERROR_INVALID_VALUE, describe(*this), " has ", primitives,
+               " triangles without indices, but ", vertexCount, " vertices");
+}
+
+// ---- the graph --------------------------------------------------------------------------------
+
+void Scene::visitNode(const std::shared_ptr<Node>& node, std::vector<const Node*>& path) {
+    if (std::find(path.begin(), path.end(), node.get()) != path.end())
+        refuse(RT_ERROR_INVALID_VALUE, describe(*node), " is below itself in the graph");
+    if (seen_.count(node.get()))
+        return;
+    validateNode(*node);
+    path.push_back(node.get());
+    for (const std::shared_ptr<Object>& child : node->children())
+        if (isNode(child->kind))
+            visitNode(std::static_pointer_cast<Node>(child), path);
+    path.pop_back();
+    seen_.insert(node.get());
+    order_.push_back(node);
+}
+
+// The nodes that programs can reach: those of variables and what is below.
+void Scene::collectNodes() {
+    order_.clear();
+    seen_.clear();
+    for (const Ref<Variable>& ref : context_.variables) {
+        const std::shared_ptr<Variable> variable = ref.lock();
+        const std::shared_ptr<Object> object = variable ? variable->object.lock() : nullptr;
+        std::vector<const Node*> path;
+        if (object && isNode(object->kind))
+            visitNode(std::static_pointer_cast<Node>(object), path);
+    }
+}
+
+// ---- programs and records ---------------------------------------------------------------------
+
+compiler::PipelineRules Scene::rules() const {
+    compiler::PipelineRules rules;
+    rules.motionBlur = true;
+    rules.optix6.attributeBytes = context_.attributeBytes();
+    const auto flag = [&](RTexception exception, unsigned bit) {
+        return isEnabled(context_, exception) ? bit : 0u;
+    };
+    rules.exceptionFlags = flag(RT_EXCEPTION_STACK_OVERFLOW, devlib::kFlagStackOverflow) |
+                           flag(RT_EXCEPTION_TRACE_DEPTH_EXCEEDED, devlib::kFlagTraceDepth) |
+                           flag(RT_EXCEPTION_USER, devlib::kFlagUser);
+    rules.optix6.exceptions =
+        flag(RT_EXCEPTION_BUFFER_INDEX_OUT_OF_BOUNDS, devlib::kClassicBufferIndex) |
+        flag(RT_EXCEPTION_BUFFER_ID_INVALID, devlib::kClassicBufferId) |
+        flag(RT_EXCEPTION_TEXTURE_ID_INVALID, devlib::kClassicTextureId) |
+        flag(RT_EXCEPTION_PROGRAM_ID_INVALID, devlib::kClassicProgramId) |
+        flag(RT_EXCEPTION_INDEX_OUT_OF_BOUNDS, devlib::kClassicIndex) |
+        flag(RT_EXCEPTION_INVALID_RAY, devlib::kClassicInvalidRay);
+    return rules;
+}
+
+void Scene::bindEntries() {
+    // Callable programs by their ids; those that variables bind come behind.
+    callables_.assign(context_.programs.size(), ClassicRecord{});
+    const Scope& context = context_.scope;
+    const auto bindOne = [&](const Program* program, devlib::GroupKind kind,
+                             ProgramKind programKind) {
+        ClassicRecord made = record(kind, {{devlib::kRoleMain, program, programKind}});
+        if (program)
+            made.blocks[devlib::kBlockMain] = block(*program, {&context});
+        return made;
+    };
+    rayGeneration_.clear();
+    exception_.clear();
+    misses_.clear();
+    for (const EntryPoint& entry : context_.entryPoints) {
+        const auto program = entry.rayGeneration.lock(), handler = entry.exception.lock();
+        rayGeneration_.push_back(
+            program ? bindOne(program.get(), devlib::kGroupRaygen, ProgramKind::kRaygen)
+                    : ClassicRecord{});
+        exception_.push_back(
+            handler ? bindOne(handler.get(), devlib::kGroupException, ProgramKind::kException)
+                    : ClassicRecord{});
+    }
+    for (const Ref<Program>& ref : context_.misses)
+        misses_.push_back(bindOne(ref.lock().get(), devlib::kGroupMiss, ProgramKind::kMiss));
+    for (size_t id = 1; id < context_.programs.size(); ++id)
+        if (const std::shared_ptr<Program> program = context_.programs[id].lock();
+            program && !program->code->isEntry) {
+            ClassicRecord made =
+                record(devlib::kGroupCallables,
+                       {{devlib::kRoleDirect, program.get(), ProgramKind::kDirectCallable}});
+            made.blocks[devlib::kBlockMain] = block(*program, {&context});
+            callables_[id] = made;
+        }
+}
+
+void Scene::bindHits(GeometryGroup& group) {
+    const size_t rayTypes = context_.misses.size();
+    group.firstEntry = uint32_t(rayTypes ? hits_.size() / rayTypes : 0);
+    for (const bool isMesh : {true, false})
+        for (size_t child = 0; child < group.instances.size(); ++child) {
+            const GeometryInstance& instance = *group.instances[child].lock();
+            const auto mesh = instance.triangles.lock();
+            const auto geometry = instance.geometry.lock();
+            if (bool(mesh) != isMesh)
+                continue;
+            const auto intersection = geometry ? geometry->intersection.lock() : nullptr;
+            const auto attributes = mesh ? mesh->attributes.lock() : nullptr;
+            const Scope& shape = mesh ? mesh->scope : geometry->scope;
+            const size_t count = std::max<size_t>(1, instance.materials.size());
+            for (size_t m = 0; m < count; ++m)
+                for (unsigned rayType = 0; rayType < rayTypes; ++rayType) {
+                    const auto material =
+                        m < instance.materials.size() ? instance.materials[m].lock() : nullptr;
+                    const auto find = [&](const std::map<unsigned, Ref<Program>>& list) {
+                        const auto found = list.find(rayType);
+                        return found == list.end() ? nullptr : found->second.lock();
+                    };
+                    const auto closest = material ? find(material->closestHit) : nullptr;
+                    const auto any = material ? find(material->anyHit) : nullptr;
+                    ClassicRecord made = record(
+                        devlib::kGroupHit,
+                        {{devlib::kRoleMain, closest.get(), ProgramKind::kClosestHit},
+                         {devlib::kRoleAnyHit, any.get(), ProgramKind::kAnyHit},
+                         {devlib::kRoleIntersection, intersection.get(),
+                          ProgramKind::kIntersection},
+                         {devlib::kRoleAttribute, attributes.get(), ProgramKind::kAttribute}});
+                    const Scopes hit = {&instance.scope,
+                                        material ? &material->scope : &instance.scope,
+                                        &context_.scope};
+                    const Scopes shapes = {&instance.scope, &shape, &context_.scope};
+                    if (closest)
+                        made.blocks[devlib::kBlockMain] = block(*closest, hit);
+                    if (any)
+                        made.blocks[devlib::kBlockAnyHit] = block(*any, hit);
+                    if (intersection)
+                        made.blocks[devlib::kBlockIntersection] = block(*intersection, shapes);
+                    if (attributes)
+                        made.blocks[devlib::kBlockAttribute] = block(*attributes, shapes);
+                    made.header.pad[devlib::kWordChild] = uint32_t(child);
+                    made.header.pad[devlib::kWordMaterials] = uint32_t(count);
+                    hits_.push_back(made);
+                }
+            if (geometry) {
+                const auto bounds = geometry->bounds.lock();
+                ClassicRecord made =
+                    record(devlib::kGroupBounds,
+                           {{devlib::kRoleMain, bounds.get(), ProgramKind::kBounds}});
+                made.blocks[devlib::kBlockMain] =
+                    block(*bounds, {&instance.scope, &shape, &context_.scope});
+                bounds_[&instance] = made;
+            }
+        }
+}
+
+// Everything that follows the structure of the graph, the scopes and the programs.
+void Scene::bind() {
+    for (const auto& [key, entry] : blocks_)
+        for (const std::shared_ptr<Variable>& variable : entry->found)
+            if (variable)
+                variable->users.clear();
+    blocks_.clear();
+    hits_.clear();
+    bounds_.clear();
+    bindEntries();
+    for (const std::shared_ptr<Node>& node : order_)
+        if (node->kind == Kind::kGeometryGroup)
+            bindHits(static_cast<GeometryGroup&>(*node));
+}
+
+void Scene::makePipeline() {
+    compiler::PipelineRules wanted = rules();
+    const bool same = pipeline_ && wanted.optix6 == rules_.optix6 &&
+                      wanted.exceptionFlags == rules_.exceptionFlags;
+    if (same && !needsPipeline_)
+        return;
+    std::vector<std::shared_ptr<engine::ProgramGroup>> groups;
+    for (const auto& [key, group] : groups_)
+        groups.push_back(group);
+    engine::PipelineLimits limits;
+    limits.maxTraceDepth = ~0u; // the stack limits recursion
+    pipeline_ =
+        engine::createPipeline(*context_.engine, groups, wanted, limits, &compiler::optix6Flavor());
+    pipeline_->launchParamsSize = sizeof(devlib::ClassicLaunch);
+    rules_ = std::move(wanted);
+    needsPipeline_ = false;
+}
+
+// Textures of samplers that programs can reach: those of variables, and those with ids.
+void Scene::updateTextures() {
+    for (const Ref<Variable>& ref : context_.variables) {
+        const std::shared_ptr<Variable> variable = ref.lock();
+        const std::shared_ptr<Object> object = variable ? variable->object.lock() : nullptr;
+        if (!object || object->kind != Kind::kTextureSampler)
+            continue;
+        static_cast<TextureSampler&>(*object).update();
+        for (const Variable::User& user : variable->users)
+            user.block->write(user.index);
+    }
+    for (const Ref<TextureSampler>& ref : context_.samplers)
+        if (const std::shared_ptr<TextureSampler> sampler = ref.lock())
+            sampler->update();
+}
+
+void Scene::fillTables() {
+    nodes_.assign(context_.nodes.size(), 0);
+    for (const std::shared_ptr<Node>& node : order_)
+        nodes_[node->id] = node->nodeHandle;
+    views_.assign(context_.buffers.size(), &emptyView_);
+    for (size_t id = 1; id < context_.buffers.size(); ++id)
+        if (const std::shared_ptr<Buffer> buffer = context_.buffers[id].lock())
+            views_[id] = &buffer->view();
+    textures_.assign(context_.samplers.size(), 0);
+    for (size_t id = 1; id < context_.samplers.size(); ++id)
+        if (const std::shared_ptr<TextureSampler> sampler = context_.samplers[id].lock())
+            textures_[id] = sampler->texture;
+    launch_.nodes = nodes_.data();
+    launch_.nodeCount = uint32_t(nodes_.size());
+    launch_.buffers = views_.data();
+    launch_.bufferCount = uint32_t(views_.size());
+    launch_.textures = textures_.data();
+    launch_.textureCount = uint32_t(textures_.size());
+    launch_.rayTypes = uint32_t(context_.misses.size());
+    launch_.exceptions = rules_.optix6.exceptions;
+    launch_.printEnabled = context_.printEnabled;
+    std::copy_n(context_.printIndex, 3, launch_.printIndex);
+    devlib::bindClassic(launch_);
+}
+
+void Scene::update() {
+    const bool changed = context_.structureChanged;
+    context_.structureChanged = true; // until all of this has worked
+    if (changed) {
+        collectNodes();
+        bind();
+    }
+    makePipeline();
+    bool dirty = changed;
+    for (const std::shared_ptr<Node>& node : order_) {
+        const auto acceleration = node->kind == Kind::kGeometryGroup
+                                      ? static_cast<GeometryGroup&>(*node).acceleration.lock()
+                                  : node->kind == Kind::kGroup
+                                      ? static_cast<Group&>(*node).acceleration.lock()
+                                      : nullptr;
+        dirty |= acceleration && acceleration->dirty;
+    }
+    updateTextures();
+    fillTables();
+    if (dirty)
+        buildStructures();
+    fillTables();
+    context_.structureChanged = false;
+}
+
+void Scene::launch(unsigned entryPoint, uint32_t width, uint32_t height, uint32_t depth) {
+    update();
+    if (!rayGeneration_[entryPoint].header.magic)
+        refuse(RT_ERROR_INVALID_CONTEXT, "entry point ", entryPoint,
+               " has no ray generation program");
+    if (width == 0 || height == 0 || depth == 0)
+        return;
+    engine::LaunchRequest request;
+    request.pipeline = pipeline_;
+    request.limits = pipeline_->limits.get();
+    request.limits.continuationStack = ~0u; // that of the thread
+    request.sbt.entryRecord = uint64_t(&rayGeneration_[entryPoint]);
+    if (exception_[entryPoint].header.magic)
+        request.sbt.exceptionRecord = uint64_t(&exception_[entryPoint]);
+    request.sbt.missBase = uint64_t(misses_.data());
+    request.sbt.missStride = sizeof(ClassicRecord);
+    request.sbt.missCount = uint32_t(misses_.size());
+    request.sbt.hitBase = uint64_t(hits_.data());
+    request.sbt.hitStride = sizeof(ClassicRecord);
+    request.sbt.hitCount = uint32_t(hits_.size());
+    request.sbt.callableBase = uint64_t(callables_.data());
+    request.sbt.callableStride = sizeof(ClassicRecord);
+    request.sbt.callableCount = uint32_t(callables_.size());
+    request.params = &launch_;
+    request.paramsSize = sizeof launch_;
+    request.width = width;
+    request.height = height;
+    request.depth = depth;
+    engine::launch(context_.engine, request);
+    context_.engine->device->synchronize(nullptr);
+}
+
+} // namespace sunstone::optix6

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a launch needs of a context's objects: a pipeline of all programs in use, records and blocks
+// of variables, acceleration structures, tables of ids.
+//
+// Values of variables are written into blocks as they are set. Everything else waits for the next
+// launch, which does what changed: structures that are dirty are built, records follow the
+// structure of the graph, and the pipeline changes if a program is new.
+#pragma once
+
+#include "api/optix6/context.h"
+#include "engine/accel.h"
+#include "engine/launch.h"
+
+#include <set>
+
+namespace sunstone::optix6 {
+
+// The variables of a program as one set of scopes gives them. Programs with equal variables in all
+// scopes share a block.
+struct Block {
+    std::shared_ptr<const ProgramCode> code;
+    std::vector<std::shared_ptr<Variable>> found; // by variable of the code; null: its initialiser
+    AlignedMemory memory;
+    void write(uint32_t index);
+    uint8_t* slot(uint32_t index) const {
+        return static_cast<uint8_t*>(memory.get()) + code->variables.list[index].slot;
+    }
+};
+
+class Scene {
+public:
+    explicit Scene(Context& context) : context_(context) {}
+
+    // Brings everything up to date. Throws Failure: the context's objects are not complete, or a
+    // program's variable is missing; the scene is then rebuilt at the next call.
+    void update();
+    void launch(unsigned entryPoint, uint32_t width, uint32_t height, uint32_t depth);
+    // Throws Failure if the node, or what is below, is not complete.
+    void validate(Node& node);
+
+private:
+    using Scopes = std::vector<const Scope*>;
+    using GroupKey =
+        std::pair<devlib::GroupKind, std::array<const ProgramCode*, devlib::kRoleCount>>;
+    struct RoleProgram {
+        devlib::Role role;
+        const Program* program; // null: none
+        compiler::ProgramKind kind;
+    };
+
+    // scene.cpp
+    void collectNodes();
+    void visitNode(const std::shared_ptr<Node>& node, std::vector<const Node*>& path);
+    void bind();
+    void bindEntries();
+    void bindHits(GeometryGroup& group);
+    void bindBounds(const GeometryInstance& instance, const Geometry& geometry);
+    void updateTextures();
+    void fillTables();
+    void makePipeline();
+    compiler::PipelineRules rules() const;
+    engine::LaunchRequest request(const devlib::ClassicRecord& record, devlib::GroupKind kind);
+    void finish();
+
+    // binding.cpp
+    const void* block(const Program& program, Scopes scopes);
+    std::shared_ptr<Variable> resolve(const compiler::optix6::DeviceVariable& wanted,
+                                      const ProgramCode& code, const Scopes& scopes) const;
+    int boundCallable(const Program& program, const Scopes& scopes);
+    devlib::ClassicRecord record(devlib::GroupKind kind, const std::vector<RoleProgram>& programs);
+
+    // structures.cpp
+    // A child of a structure of instances. Rays enter `handle`, which is that of the description
+    // but for selectors: these have the bounds of all their children.
+    struct Child {
+        bvh::InstanceDesc instance;
+        uint64_t handle;
+    };
+    void buildStructures();
+    void buildGeometry(GeometryGroup& group);
+    void buildGroup(Group& group);
+    void makeNode(Node& node);
+    void makeMotionTransform(Transform& transform, Child child);
+    void makeVisitNode(Selector& selector);
+    std::vector<Child> childrenOf(Node& node);
+    void build(AlignedMemory& memory, uint64_t& handle, engine::AccelInputs inputs,
+               const bvh::MotionOptions& motion);
+    void buildInstances(AlignedMemory& memory, uint64_t& handle,
+                        const std::vector<Child>& children);
+    bvh::CustomInput customOf(engine::AccelInputs& inputs, const GeometryInstance& instance,
+                              const Geometry& geometry);
+    std::vector<float> boxesOf(const GeometryInstance& instance, const Geometry& geometry,
+                               unsigned step);
+
+    Context& context_;
+    std::vector<std::shared_ptr<Node>> order_; // children before parents
+    std::set<const Node*> seen_;
+    std::map<std::pair<const ProgramCode*, std::vector<Variable*>>, std::unique_ptr<Block>> blocks_;
+    std::map<GroupKey, std::shared_ptr<engine::ProgramGroup>> groups_;
+    std::set<uint32_t> compiled_; // numbers of groups in the pipeline
+    bool needsPipeline_ = true;
+    std::shared_ptr<engine::Pipeline> pipeline_;
+    compiler::PipelineRules rules_;
+    std::vector<devlib::ClassicRecord> rayGeneration_, exception_, misses_, hits_, callables_;
+    std::map<const GeometryInstance*, devlib::ClassicRecord> bounds_;
+    std::vector<std::vector<float>> boxes_; // of the structure that is built
+    std::map<const Node*, std::unique_ptr<devlib::ClassicRecord>> visits_;
+    std::vector<uint64_t> nodes_, textures_;
+    std::vector<const devlib::BufferView*> views_;
+    devlib::BufferView emptyView_{nullptr, {0, 0, 0}, 0, 1};
+    devlib::ClassicLaunch launch_{};
+};
+
+} // namespace sunstone::optix6

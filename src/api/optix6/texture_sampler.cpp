@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// Texture samplers without their entry points.
+#include "api/optix6/texture_sampler.h"
+
+#include "api/optix6/context.h"
+#include "texture/texture.h"
+
+#include <algorithm>
+
+namespace sunstone::optix6 {
+
+using texture::Channel;
+
+namespace {
+
+// False: no texture has elements of this format.
+bool textureFormat(RTformat format, texture::Format& result) {
+    static constexpr struct {
+        RTformat first;
+        Channel channel;
+    } kVectors[] = {{RT_FORMAT_FLOAT, Channel::kF32}, {RT_FORMAT_HALF, Channel::kF16},
+                    {RT_FORMAT_BYTE, Channel::kS8},   {RT_FORMAT_UNSIGNED_BYTE, Channel::kU8},
+                    {RT_FORMAT_SHORT, Channel::kS16}, {RT_FORMAT_UNSIGNED_SHORT, Channel::kU16},
+                    {RT_FORMAT_INT, Channel::kS32},   {RT_FORMAT_UNSIGNED_INT, Channel::kU32}};
+    static constexpr Channel kBlocks[] = {
+        Channel::kBC1,  Channel::kBC2,  Channel::kBC3,  Channel::kBC4U, Channel::kBC4S,
+        Channel::kBC5U, Channel::kBC5S, Channel::kBC6U, Channel::kBC6S, Channel::kBC7};
+    for (const auto& [first, channel] : kVectors)
+        for (unsigned channels = 1; channels <= 4; ++channels)
+            if (unsigned(format) == unsigned(first) + channels - 1) {
+                result.channel = channel;
+                result.channels = uint8_t(channels);
+                return channels != 3;
+            }
+    if (format < RT_FORMAT_UNSIGNED_BC1 || format > RT_FORMAT_UNSIGNED_BC7)
+        return false;
+    result.channel = kBlocks[format - RT_FORMAT_UNSIGNED_BC1];
+    return true;
+}
+
+texture::Image imageOf(const Buffer& buffer, const texture::Format& format, unsigned level) {
+    texture::Image image;
+    const uint64_t width = buffer.extent(0, level), height = buffer.extent(1, level);
+    image.data = buffer.data() + buffer.levelOffset(level);
+    image.width = uint32_t(width * format.edge());
+    image.height = buffer.dimensions > 1 ? uint32_t(height * format.edge()) : 1;
+    image.depth = uint32_t(buffer.extent(2, level));
+    image.rowPitch = width * format.elementBytes();
+    image.slicePitch = image.rowPitch * height;
+    return image;
+}
+
+} // namespace
+
+TextureSampler::~TextureSampler() {
+    texture::removeTexture(texture);
+}
+
+void TextureSampler::validate() const {
+    const std::shared_ptr<Buffer> source = buffer.lock();
+    if (!source)
+        refuse(RT_ERROR_INVALID_CONTEXT, "the texture sampler has no buffer");
+    source->validate();
+    texture::Format format;
+    if (!textureFormat(source->format, format))
+        refuse(RT_ERROR_INVALID_CONTEXT, "no texture has elements of the buffer's format ",
+               unsigned(source->format));
+    if ((mipFilter == RT_FILTER_NONE) != (source->mipLevels == 1))
+        refuse(RT_ERROR_INVALID_CONTEXT, "the mipmapping filter does not fit a buffer with ",
+               source->mipLevels, " levels");
+    const bool asElements =
+        readMode == RT_TEXTURE_READ_ELEMENT_TYPE || readMode == RT_TEXTURE_READ_ELEMENT_TYPE_SRGB;
+    if (asElements && format.isInteger() && magFilter == RT_FILTER_LINEAR)
+        refuse(RT_ERROR_INVALID_CONTEXT,
+               "integers cannot be filtered: the read mode is RT_TEXTURE_READ_ELEMENT_TYPE");
+}
+
+bool TextureSampler::update() {
+    validate();
+    const std::shared_ptr<Buffer> source = buffer.lock();
+    if (!changed_ && texture != 0 && source->data() == data_)
+        return false;
+    if (!source->data())
+        refuse(RT_ERROR_INVALID_CONTEXT, "the buffer of the texture sampler has no elements");
+    auto made = std::make_unique<texture::Texture>();
+    textureFormat(source->format, made->format);
+    made->levels = source->mipLevels;
+    for (unsigned level = 0; level < made->levels; ++level)
+        made->images[level] = imageOf(*source, made->format, level);
+    made->layered = source->description & RT_BUFFER_LAYERED;
+    made->cube = source->description & RT_BUFFER_CUBEMAP;
+    made->is3D = source->dimensions == 3 && !made->layered && !made->cube;
+    static_assert(unsigned(texture::Address::kBorder) == RT_WRAP_CLAMP_TO_BORDER);
+    for (unsigned i = 0; i < 3; ++i)
+        made->address[i] = texture::Address(unsigned(wrap[i]));
+    made->linear = magFilter == RT_FILTER_LINEAR;
+    made->linearLevels = mipFilter == RT_FILTER_LINEAR;
+    made->normalizedCoordinates = indexMode == RT_TEXTURE_INDEX_NORMALIZED_COORDINATES;
+    made->asFloat = readMode == RT_TEXTURE_READ_NORMALIZED_FLOAT ||
+                    readMode == RT_TEXTURE_READ_NORMALIZED_FLOAT_SRGB;
+    made->srgb = readMode == RT_TEXTURE_READ_ELEMENT_TYPE_SRGB ||
+                 readMode == RT_TEXTURE_READ_NORMALIZED_FLOAT_SRGB;
+    made->levelBias = levelBias;
+    made->minLevel = levelMin;
+    made->maxLevel = std::min(levelMax, float(made->levels - 1));
+    made->anisotropy = unsigned(anisotropy);
+    const uint64_t handle = texture::add(std::move(made));
+    texture::removeTexture(texture);
+    texture = handle;
+    data_ = source->data();
+    changed_ = false;
+    return true;
+}
+
+} // namespace sunstone::optix6

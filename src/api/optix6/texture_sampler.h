@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Texture samplers: the state that applications set, and the texture that programs sample. It reads
+// the buffer's own memory.
+#pragma once
+
+#include "api/optix6/buffer.h"
+
+namespace sunstone::optix6 {
+
+class TextureSampler : public Object {
+public:
+    static constexpr Kind kKind = Kind::kTextureSampler;
+    explicit TextureSampler(const std::shared_ptr<Context>& context) : Object(kKind, context) {}
+    // Throws RT_ERROR_INVALID_CONTEXT if something is missing or does not fit.
+    void validate() const;
+    ~TextureSampler() override;
+    // Makes the texture if its state or its buffer has changed. True: the handle is another one.
+    bool update();
+    void noteChange() { changed_ = true; }
+
+    RTwrapmode wrap[3] = {RT_WRAP_REPEAT, RT_WRAP_REPEAT, RT_WRAP_REPEAT};
+    RTfiltermode minFilter = RT_FILTER_LINEAR, magFilter = RT_FILTER_LINEAR,
+                 mipFilter = RT_FILTER_NONE;
+    float anisotropy = 1, levelMin = 0, levelMax = 1000, levelBias = 0;
+    RTtexturereadmode readMode = RT_TEXTURE_READ_NORMALIZED_FLOAT;
+    RTtextureindexmode indexMode = RT_TEXTURE_INDEX_NORMALIZED_COORDINATES;
+    Ref<Buffer> buffer;
+    int id = 0;
+    uint64_t texture = 0; // handle; 0: not made yet
+
+private:
+    bool changed_ = true;
+    const void* data_ = nullptr; // of the buffer when the texture was made
+};
+
+} // namespace sunstone::optix6

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Variables without their entry points.
+#include "api/optix6/variable.h"
+
+#include "api/optix6/scene.h"
+
+#include <cstring>
+
+namespace sunstone::optix6 {
+
+RTobjecttype typeOf(const Object& object) {
+    switch (object.kind) {
+    case Kind::kGroup:
+        return RT_OBJECTTYPE_GROUP;
+    case Kind::kGeometryGroup:
+        return RT_OBJECTTYPE_GEOMETRY_GROUP;
+    case Kind::kTransform:
+        return RT_OBJECTTYPE_TRANSFORM;
+    case Kind::kSelector:
+        return RT_OBJECTTYPE_SELECTOR;
+    case Kind::kGeometryInstance:
+        return RT_OBJECTTYPE_GEOMETRY_INSTANCE;
+    case Kind::kBuffer:
+        return RT_OBJECTTYPE_BUFFER;
+    case Kind::kTextureSampler:
+        return RT_OBJECTTYPE_TEXTURE_SAMPLER;
+    case Kind::kProgram:
+        return RT_OBJECTTYPE_PROGRAM;
+    case Kind::kCommandList:
+        return RT_OBJECTTYPE_COMMANDLIST;
+    case Kind::kPostProcessingStage:
+        return RT_OBJECTTYPE_POSTPROCESSINGSTAGE;
+    default:
+        return RT_OBJECTTYPE_UNKNOWN;
+    }
+}
+
+bool isNode(Kind kind) {
+    return kind == Kind::kGroup || kind == Kind::kGeometryGroup || kind == Kind::kTransform ||
+           kind == Kind::kSelector;
+}
+
+namespace {
+
+bool isNodeType(RTobjecttype type) {
+    return type >= RT_OBJECTTYPE_GROUP && type <= RT_OBJECTTYPE_SELECTOR;
+}
+
+} // namespace
+
+void Variable::set(RTobjecttype wanted, const void* data, size_t size) {
+    const std::shared_ptr<Context> owner = context();
+    if (type != RT_OBJECTTYPE_UNKNOWN && (type != wanted || bytes.size() != size))
+        refuse(RT_ERROR_TYPE_MISMATCH, "variable \"", name,
+               "\" has a value of another type or size");
+    const bool isNew = type == RT_OBJECTTYPE_UNKNOWN;
+    type = wanted;
+    bytes.assign(static_cast<const uint8_t*>(data), static_cast<const uint8_t*>(data) + size);
+    if (isNew)
+        owner->noteStructure();
+    for (const User& user : users)
+        user.block->write(user.index);
+}
+
+void Variable::set(const std::shared_ptr<Object>& value) {
+    const RTobjecttype wanted = typeOf(*value);
+    const bool fits =
+        type == RT_OBJECTTYPE_UNKNOWN || type == wanted || (isNodeType(type) && isNodeType(wanted));
+    if (!fits)
+        refuse(RT_ERROR_TYPE_MISMATCH, "variable \"", name, "\" has a value of another type");
+    // A buffer in place of another leaves everything else as it is.
+    const bool isStructure = value->kind != Kind::kBuffer || object.expired();
+    type = wanted;
+    object = value;
+    if (isStructure)
+        return context()->noteStructure();
+    for (const User& user : users)
+        user.block->write(user.index);
+}
+
+void Variable::get(RTobjecttype wanted, void* data, size_t size) const {
+    if (type != wanted || bytes.size() != size)
+        refuse(RT_ERROR_TYPE_MISMATCH, "variable \"", name,
+               type == RT_OBJECTTYPE_UNKNOWN ? "\" has no value"
+                                             : "\" has a value of another type");
+    std::memcpy(data, bytes.data(), size);
+}
+
+std::shared_ptr<Variable> Scope::find(const std::string& name) const {
+    for (const std::shared_ptr<Variable>& variable : list)
+        if (variable->name == name)
+            return variable;
+    return nullptr;
+}
+
+bool isVariableName(const std::string& name) {
+    bool atStart = true;
+    for (size_t i = 0; i < name.size(); ++i) {
+        const char c = name[i];
+        if (c == ':' && !atStart && i + 1 < name.size() && name[i + 1] == ':') {
+            ++i;
+            atStart = true;
+            continue;
+        }
+        const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+        if (!letter && (atStart || c < '0' || c > '9'))
+            return false;
+        atStart = false;
+    }
+    return !atStart;
+}
+
+} // namespace sunstone::optix6

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Variables and the scopes that hold them. The first value of a variable fixes its type.
+#pragma once
+
+#include "api/optix6/object.h"
+
+#include <vector>
+
+namespace sunstone::optix6 {
+
+struct Block;
+
+class Variable : public Object {
+public:
+    static constexpr Kind kKind = Kind::kVariable;
+    Variable(const std::shared_ptr<Context>& context, std::string name_)
+        : Object(kKind, context), name(std::move(name_)) {}
+
+    // Sets plain data. Throws RT_ERROR_TYPE_MISMATCH if the variable has another type.
+    void set(RTobjecttype wanted, const void* data, size_t size);
+    void set(const std::shared_ptr<Object>& object);
+    // Copies plain data of this type.
+    void get(RTobjecttype wanted, void* data, size_t size) const;
+
+    const std::string name;
+    RTobjecttype type = RT_OBJECTTYPE_UNKNOWN;
+    std::vector<uint8_t> bytes; // of plain data
+    Ref<Object> object;         // of the other types
+    // Places that hold the value for programs, kept by the scene.
+    struct User {
+        Block* block;
+        uint32_t index; // of the program's variable
+    };
+    std::vector<User> users;
+};
+
+RTobjecttype typeOf(const Object& object);
+bool isNode(Kind kind);
+
+class Scope {
+public:
+    std::shared_ptr<Variable> find(const std::string& name) const;
+    std::vector<std::shared_ptr<Variable>> list;
+};
+
+// An object with variables.
+class Scoped : public Object {
+public:
+    using Object::Object;
+    Scope scope;
+};
+
+// Whether a name may be that of a variable: C identifiers, joined by "::".
+bool isVariableName(const std::string& name);
+
+} // namespace sunstone::optix6

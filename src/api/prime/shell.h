@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shared by the files of the OptiX Prime shell: the objects behind the opaque handles, the checks
+// of handles, the translation of errors into RTPresult. Source: OptiX 6.0 API reference,
+// modules 5.30 to 5.36 and file chapters 8.20, 8.21. Read next: context.cpp, model.cpp, query.cpp.
+//
+// One lock for each context protects its objects. Calls that wait do so without the lock.
+#pragma once
+
+#include "api/prime/work_queue.h"
+#include "base/error.h"
+#include "base/handles.h"
+#include "base/log.h"
+#include "base/thread_team.h"
+#include "device/cuda/driver.h"
+#include "engine/queries/queries.h"
+
+#include "optix_prime/optix_prime.h"
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sunstone::prime {
+
+struct Context : Handled {
+    RTPcontexttype type = RTP_CONTEXT_TYPE_CPU;
+    std::mutex mutex;
+    std::shared_ptr<engine::QueryDevice> device;
+    std::shared_ptr<ThreadTeam> team; // null: all threads
+    WorkQueue queue;                  // of asynchronous work
+    int cudaDevice = -1;              // of CUDA contexts: the primary device
+    void* cudaContext = nullptr;      // its CUcontext
+
+    // Runs work now, or on the queue's thread after all earlier work there, with the threads and
+    // the CUDA context of this context.
+    engine::CompletionPtr run(bool asynchronous, std::function<void()> work);
+
+    void setError(const std::string& text);
+    std::string lastError();
+
+private:
+    std::mutex errorMutex_;
+    std::string lastError_;
+};
+using ContextPtr = std::shared_ptr<Context>;
+
+// A buffer descriptor; objects copy it where it is set.
+struct BufferDesc : Handled {
+    ContextPtr context;
+    RTPbufferformat format{};
+    RTPbuffertype type{};
+    void* buffer = nullptr;
+    bool hasRange = false;
+    uint64_t begin = 0, end = 0;
+    uint32_t stride = 0; // 0: packed
+    int cudaDevice = -1;
+
+    uint64_t count() const { return end - begin; }
+    uint32_t elementBytes() const; // 0 for bits
+    uint32_t strideBytes() const { return stride ? stride : elementBytes(); }
+    void* first() const { return static_cast<uint8_t*>(buffer) + begin * strideBytes(); }
+};
+
+struct Model : Handled {
+    ContextPtr context;
+    std::optional<BufferDesc> indices, vertices; // as set; read by the next update
+    std::optional<BufferDesc> instances, transforms;
+    bool callerTriangles = false; // RTP_BUILDER_PARAM_USE_CALLER_TRIANGLES
+    uint64_t chunkSize = 0;
+    // The last update that was started, and its outcome.
+    std::shared_ptr<struct ModelUpdate> update;
+};
+
+// Queries under way keep it.
+struct ModelUpdate {
+    engine::CompletionPtr completion;
+    engine::StructurePtr structure; // valid when completion is done without error
+    bool callerTriangles = false;
+    bool needsTriangles = false; // copied without them: to be set
+    bool isInstances = false;
+    uint64_t triangles = 0;
+    // The model's structure; waits. Throws the error of the update.
+    engine::StructurePtr wait();
+    bool isDone();
+
+private:
+    std::mutex mutex_;
+    std::string error_;
+    Code code_ = Code::kOk;
+};
+
+struct Query : Handled {
+    ContextPtr context;
+    std::shared_ptr<Model> model;
+    RTPquerytype type{};
+    std::optional<BufferDesc> rays, hits;
+    void* stream = nullptr;
+    engine::CompletionPtr completion; // of the last execution
+};
+
+HandleTable<Context>& contexts();
+HandleTable<BufferDesc>& descs();
+HandleTable<Model>& models();
+HandleTable<Query>& queries();
+
+// The live object of a handle. Throws kInvalidValue for null, kInvalidContext or kNotFound for
+// other handles.
+ContextPtr contextOf(RTPcontext handle);
+std::shared_ptr<BufferDesc> descOf(RTPbufferdesc handle, const char* parameter);
+std::shared_ptr<Model> modelOf(RTPmodel handle, const char* parameter);
+std::shared_ptr<Query> queryOf(RTPquery handle);
+
+// A copy of a descriptor that belongs to this context and has a range and one of these formats.
+BufferDesc usableDesc(const Context& context, RTPbufferdesc handle, const char* parameter,
+                      std::initializer_list<RTPbufferformat> formats);
+const char* formatName(RTPbufferformat format);
+
+// Throws unless the bytes of the range can be read, or also written, where the descriptor says.
+void requireMemory(const Context& context, const BufferDesc& desc, const char* parameter,
+                   uint64_t bytes, bool written);
+
+// Writes the handle of an object's context.
+template <class T>
+void giveContext(const T& object, RTPcontext* context) {
+    if (!context)
+        fail(Code::kInvalidValue, "context is null");
+    *context = static_cast<RTPcontext>(object.context->handle());
+}
+
+template <class T>
+void requireNonNull(const T* pointer, const char* name) {
+    if (!pointer)
+        fail(Code::kInvalidValue, name, " is null");
+}
+
+// The own bits of hints, without their common bit. Throws kInvalidValue for unknown bits.
+uint32_t hintBits(unsigned hints, unsigned common, unsigned known);
+
+// Waits for the work of a query or model; errors of the work are dropped.
+void finishQuietly(const engine::CompletionPtr& completion) noexcept;
+
+// Runs body; turns its exceptions into a result, the last error message of the context (if there is
+// one) and a line in the log.
+RTPresult guarded(const ContextPtr& context, const char* function,
+                  const std::function<void()>& body);
+
+// The context of a handle's object, for use outside guards; null if it is not alive.
+template <class T>
+ContextPtr peekContext(const HandleTable<T>& table, const void* handle) {
+    const std::shared_ptr<T> object = handle ? table.find(handle) : nullptr;
+    return object ? object->context : nullptr;
+}
+
+} // namespace sunstone::prime

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Work of one context in the order in which it came, on a thread that starts with the first item.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+namespace sunstone::prime {
+
+class WorkQueue {
+public:
+    WorkQueue() = default;
+    // Finishes all work.
+    ~WorkQueue();
+    WorkQueue(const WorkQueue&) = delete;
+    WorkQueue& operator=(const WorkQueue&) = delete;
+
+    // The work must not throw, and must not own the queue's owner.
+    void push(std::function<void()> work);
+    void drain();
+
+private:
+    void loop();
+
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    std::deque<std::function<void()>> work_;
+    bool busy_ = false, ending_ = false;
+    std::thread thread_;
+};
+
+} // namespace sunstone::prime

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bvh/batch/batch_body.h"
+
+namespace sunstone::bvh {
+
+const BatchKernels kBatchAvx2 = SUNSTONE_ISA::kBatch;
+
+} // namespace sunstone::bvh

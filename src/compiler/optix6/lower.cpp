@@ -1,0 +1,626 @@
+// SPDX-License-Identifier: Apache-2.0
+// See optix6/lower.h. Offsets come from the structs of devlib/abi.h and devlib/classic.h.
+//
+// Variables become addresses: a slot of the program's block, a field of the state, or for those
+// that change while a program holds their address a copy in its frame. The last are the current
+// ray, whose members stand in another order in the state, and attributes in intersection programs:
+// a report passes the copies on, as the blocks behind it trade places.
+#include "compiler/optix6/lower.h"
+
+#include "base/error.h"
+#include "compiler/optix6/intrinsics.h"
+#include "compiler/optix6/variables.h"
+#include "compiler/translate/callable.h"
+#include "compiler/translate/lowering.h"
+#include "devlib/classic.h"
+
+#include <llvm/IR/MDBuilder.h>
+
+namespace sunstone::compiler::optix6 {
+
+namespace {
+
+using devlib::BufferView;
+using devlib::ClassicLaunch;
+using devlib::ClassicRecord;
+
+constexpr unsigned kRayBytes = 36;
+
+devlib::ClassicBlock blockOf(ProgramKind kind) {
+    return kind == ProgramKind::kAnyHit         ? devlib::kBlockAnyHit
+           : kind == ProgramKind::kIntersection ? devlib::kBlockIntersection
+           : kind == ProgramKind::kAttribute    ? devlib::kBlockAttribute
+                                                : devlib::kBlockMain;
+}
+
+// Lowers the calls of one program.
+class Lowering : public ProgramLowering {
+public:
+    Lowering(Unit& unit, llvm::Function& function, ProgramKind kind)
+        : ProgramLowering(unit, function, kind, kPrefix) {}
+
+    void run() {
+        if (kind_ == ProgramKind::kNone && function_.use_empty())
+            return dropCalls();
+        const FunctionFacts& facts = unit_.facts().at(&function_);
+        rules_ = &unit_.moduleRules(unit_.moduleNumber(*facts.module));
+        if (kind_ != ProgramKind::kNone)
+            variables_ = variablesOf(unit_.modules(), facts.function->name);
+        if (kind_ == ProgramKind::kIntersection)
+            for (const DeviceVariable& variable : variables_.list)
+                if (variable.use == VariableUse::kAttribute)
+                    addAttributeCopy(variable);
+        lowerAll();
+    }
+
+private:
+    // The body of a function that has been inlined everywhere.
+    void dropCalls() {
+        for (llvm::Instruction& each : llvm::make_early_inc_range(llvm::instructions(function_)))
+            if (auto* call = llvm::dyn_cast<llvm::CallInst>(&each))
+                if (call->getCalledFunction() && unit_.intrinsicOf(call->getCalledFunction())) {
+                    call->replaceAllUsesWith(llvm::PoisonValue::get(call->getType()));
+                    call->eraseFromParent();
+                }
+    }
+
+    void atEntry() {
+        builder_.SetInsertPoint(&*function_.getEntryBlock().getFirstNonPHIOrDbgOrAlloca());
+    }
+
+    Value* params() { return loadOfLaunch(launch(), offsetof(LaunchState, params), pointer()); }
+    Value* ofParams(size_t offset, llvm::Type* type) {
+        return loadOfLaunch(params(), offset, type);
+    }
+    unsigned exceptions() const { return unit_.rules().optix6.exceptions; }
+    Value* number(uint64_t value) { return builder_.getInt64(value); }
+
+    // The element of a table whose first element stands for all invalid numbers.
+    Value* ofTable(size_t table, size_t count, Value* index, llvm::Type* type) {
+        Value* inside = builder_.CreateICmpULT(index, ofParams(count, word()));
+        Value* safe = builder_.CreateSelect(inside, index, builder_.getInt32(0));
+        Value* base = ofParams(table, pointer());
+        Value* place =
+            builder_.CreateInBoundsGEP(type, base, builder_.CreateZExt(safe, number(0)->getType()));
+        return loadOfLaunch(place, 0, type);
+    }
+
+    void lower() override {
+        if (kind_ != ProgramKind::kNone && !(intrinsic_->kinds & kindBit(kind_)))
+            fault(ErrorCode::kInvalidFunctionUse, "cannot be used in a program of this kind");
+        switch (Op(intrinsic_->op)) {
+        case Op::kTrace:
+            return trace();
+        case Op::kReport:
+            return report();
+        case Op::kIgnore:
+            return endProgram(devlib::kIgnore);
+        case Op::kTerminate:
+            return endProgram(devlib::kTerminate);
+        case Op::kChild:
+            return visitChild();
+        case Op::kThrow:
+            return throwException();
+        case Op::kUndefined:
+            call_->eraseFromParent();
+            return;
+        default:
+            return replace(value());
+        }
+    }
+
+    Value* value() {
+        constexpr size_t kHit = offsetof(RayState, hit);
+        llvm::Type* type = call_->getType();
+        const size_t component = size_t(intrinsic_->number) * 4;
+        switch (Op(intrinsic_->op)) {
+        case Op::kVariable:
+            return variable();
+        case Op::kBuffer:
+            return builder_.CreatePtrToInt(element(), type);
+        case Op::kBufferSize:
+            return bufferSize(type);
+        case Op::kCallable:
+            return builder_.CreateOr(
+                builder_.CreateShl(builder_.CreateZExt(argument(0), type), kCallableIndexShift),
+                kCallableTag);
+        case Op::kPotential:
+            return potential();
+        case Op::kTransform:
+            return transform(type);
+        case Op::kMatrix:
+            return matrix(type);
+        case Op::kPrimitive:
+            return loadInvariant(state(), kHit + offsetof(Hit, primitive), type);
+        case Op::kTriangleHit:
+            return triangleHit(type);
+        case Op::kBarycentrics:
+            return pair(kHit + offsetof(Hit, attributes), type);
+        case Op::kExceptionCode:
+            return exceptionCode();
+        case Op::kPrintActive:
+            return printActive();
+        case Op::kTextureHandle:
+            return ofTable(offsetof(ClassicLaunch, textures), offsetof(ClassicLaunch, textureCount),
+                           argument(0), type);
+        case Op::kLaunchIndex:
+            return loadInvariant(thread(), offsetof(ThreadState, index) + component, type);
+        case Op::kLaunchDimension:
+            return loadOfLaunch(launch(), offsetof(LaunchState, dimensions) + component, type);
+        default:
+            fault(ErrorCode::kInternal, "not lowered");
+        }
+    }
+
+    Value* pair(size_t offset, llvm::Type* type) {
+        Value* both = llvm::PoisonValue::get(type);
+        for (unsigned i = 0; i < 2; ++i)
+            both = builder_.CreateInsertValue(
+                both, loadInvariant(state(), offset + i * 4, builder_.getFloatTy()), i);
+        return both;
+    }
+
+    // ---- variables ----------------------------------------------------------------------------
+
+    Value* variable() {
+        const llvm::StringRef callee = call_->getCalledFunction()->getName();
+        const std::string_view symbol(callee.data() + kVariablePrefix.size(),
+                                      callee.size() - kVariablePrefix.size());
+        const DeviceVariable* found = variables_.find(symbol);
+        if (!found)
+            failAt(ErrorCode::kInvalidFunctionUse, {}, "variable \"", sourceName(symbol),
+                   "\" is used in a function that is called through its address");
+        checkUse(*found);
+        switch (found->use) {
+        case VariableUse::kLaunchIndex:
+            return address(thread(), offsetof(ThreadState, index));
+        case VariableUse::kLaunchDim:
+            return address(launch(), offsetof(LaunchState, dimensions));
+        case VariableUse::kRay:
+            return currentRay();
+        case VariableUse::kDistance:
+            return address(state(), offsetof(RayState, tmax));
+        case VariableUse::kPayload:
+            return loadInvariant(state(), offsetof(RayState, payloadMemory), pointer());
+        case VariableUse::kTime:
+            return address(state(), offsetof(RayState, time));
+        case VariableUse::kSubframe:
+            return address(params(), offsetof(ClassicLaunch, subframe));
+        case VariableUse::kAttribute:
+            for (const AttributeCopy& copy : copies_)
+                if (copy.symbol == symbol)
+                    return copy.memory;
+            return address(attributeBlock(), placeOf(*found));
+        default:
+            return address(block(), found->slot);
+        }
+    }
+
+    // Variables that a program of this kind has no value of.
+    void checkUse(const DeviceVariable& variable) const {
+        constexpr uint32_t kHits = kindBit(ProgramKind::kAnyHit) |
+                                   kindBit(ProgramKind::kClosestHit) |
+                                   kindBit(ProgramKind::kDirectCallable);
+        uint32_t kinds = ~0u;
+        if (variable.use == VariableUse::kAttribute)
+            kinds = kHits | kindBit(ProgramKind::kIntersection) | kindBit(ProgramKind::kAttribute);
+        if (variable.use == VariableUse::kPayload)
+            kinds = kHits | kindBit(ProgramKind::kMiss) | kindBit(ProgramKind::kIntersection) |
+                    kindBit(ProgramKind::kVisit) | kindBit(ProgramKind::kAttribute);
+        if (!(kinds & kindBit(kind_)))
+            failAt(ErrorCode::kInvalidFunctionUse, variable.declaration->location, "variable \"",
+                   variable.name, "\" has a semantic that programs of this kind do not have");
+    }
+
+    // The block with the program's variables; read on entry, as calls of callables overwrite the
+    // field.
+    Value* block() {
+        if (!block_) {
+            llvm::IRBuilder<>::InsertPointGuard guard(builder_);
+            atEntry();
+            const size_t field = kind_ == ProgramKind::kDirectCallable
+                                     ? offsetof(RayState, callableData)
+                                     : offsetof(RayState, sbtData);
+            Value* data = load(state(), field, pointer());
+            constexpr size_t kBlocks = offsetof(ClassicRecord, blocks) - sizeof(devlib::SbtHeader);
+            block_ = loadOfLaunch(data, kBlocks + blockOf(kind_) * sizeof(void*), pointer());
+        }
+        return block_;
+    }
+
+    Value* currentRay() {
+        if (ray_)
+            return ray_;
+        ray_ = entryAlloca(llvm::ArrayType::get(builder_.getInt8Ty(), kRayBytes), 4);
+        llvm::IRBuilder<>::InsertPointGuard guard(builder_);
+        atEntry();
+        const bool inObjectSpace = kind_ == ProgramKind::kIntersection ||
+                                   kind_ == ProgramKind::kAnyHit || kind_ == ProgramKind::kVisit;
+        const size_t origin =
+            inObjectSpace ? offsetof(RayState, objectOrigin) : offsetof(RayState, worldOrigin);
+        const size_t direction = inObjectSpace ? offsetof(RayState, objectDirection)
+                                               : offsetof(RayState, worldDirection);
+        const auto copy = [&](size_t to, size_t from) {
+            store(ray_, to, loadInvariant(state(), from, word()));
+        };
+        for (size_t i = 0; i < 12; i += 4) {
+            copy(i, origin + i);
+            copy(12 + i, direction + i);
+        }
+        copy(24, offsetof(RayState, sbtOffset));
+        copy(28, offsetof(RayState, tmin));
+        copy(32, offsetof(RayState, payload) + devlib::kWordTmax * 4);
+        return ray_;
+    }
+
+    uint32_t placeOf(const DeviceVariable& variable) const {
+        for (const AttributePlace& place : rules_->attributes)
+            if (place.name == variable.attribute)
+                return place.offset;
+        fail(ErrorCode::kInternal, "attribute \"", variable.attribute, "\" has no place");
+    }
+
+    Value* attributeBlock() {
+        return load(state(), offsetof(RayState, attributeBlocks), pointer());
+    }
+
+    void addAttributeCopy(const DeviceVariable& variable) {
+        auto* type = llvm::ArrayType::get(builder_.getInt8Ty(), variable.bytes);
+        Value* memory = entryAlloca(type, 16);
+        atEntry();
+        builder_.CreateStore(llvm::Constant::getNullValue(type), memory);
+        copies_.push_back({variable.symbol, memory, placeOf(variable), variable.bytes});
+    }
+
+    // ---- rays and hits ------------------------------------------------------------------------
+
+    Value* attributeMemory() {
+        if (!attributeMemory_)
+            attributeMemory_ = entryAlloca(
+                llvm::ArrayType::get(builder_.getInt8Ty(), 2 * unit_.rules().optix6.attributeBytes),
+                16);
+        return attributeMemory_;
+    }
+
+    // Operands: node, origin, direction, ray type, tmin, tmax, [time,] [mask, flags,] payload,
+    // size.
+    void trace() {
+        const bool hasTime = intrinsic_->number & kTraceTime,
+                   hasMask = intrinsic_->number & kTraceMask;
+        const unsigned mask = hasTime ? 11 : 10, payload = mask + (hasMask ? 2 : 0);
+        Value* ray = rayMemory();
+        for (unsigned i = 0; i < 3; ++i) {
+            store(ray, offsetof(RayState, worldOrigin) + i * 4u, argument(1 + i));
+            store(ray, offsetof(RayState, worldDirection) + i * 4u, argument(4 + i));
+        }
+        Value* rayType = argument(7);
+        Value* rayTypes = ofParams(offsetof(ClassicLaunch, rayTypes), word());
+        store(ray, offsetof(RayState, tmin), argument(8));
+        store(ray, offsetof(RayState, tmax), argument(9));
+        store(ray, offsetof(RayState, payload) + devlib::kWordTmax * 4, argument(9));
+        store(ray, offsetof(RayState, time),
+              hasTime ? argument(10)
+                      : load(state(), offsetof(RayState, time), builder_.getFloatTy()));
+        store(ray, offsetof(RayState, visibilityMask),
+              hasMask ? builder_.CreateAnd(argument(mask), builder_.getInt32(255))
+                      : builder_.getInt32(255));
+        store(ray, offsetof(RayState, rayFlags),
+              hasMask ? builder_.CreateAnd(argument(mask + 1), builder_.getInt32(255))
+                      : builder_.getInt32(0));
+        store(ray, offsetof(RayState, sbtOffset), rayType);
+        store(ray, offsetof(RayState, missIndex), rayType);
+        store(ray, offsetof(RayState, sbtStride), rayTypes);
+        store(ray, offsetof(RayState, handle), handleOf(argument(0), rayType, rayTypes));
+        store(ray, offsetof(RayState, launch), launch());
+        store(ray, offsetof(RayState, thread), thread());
+        store(ray, offsetof(RayState, depth),
+              builder_.CreateAdd(loadInvariant(state(), offsetof(RayState, depth), word()),
+                                 builder_.getInt32(1)));
+        store(ray, offsetof(RayState, payloadType), builder_.getInt32(0));
+        store(ray, offsetof(RayState, payloadCount), argument(payload + 1));
+        store(ray, offsetof(RayState, payloadMemory),
+              builder_.CreateIntToPtr(argument(payload), pointer()));
+        Value* blocks = attributeMemory();
+        store(ray, offsetof(RayState, attributeBlocks), blocks);
+        store(ray, offsetof(RayState, attributeBlocks) + sizeof(void*),
+              address(blocks, unit_.rules().optix6.attributeBytes));
+        if (exceptions() & devlib::kClassicInvalidRay)
+            callParams(offsetof(ClassicLaunch, checkRay), builder_.getVoidTy(), {state(), ray});
+        auto* type = llvm::FunctionType::get(builder_.getVoidTy(), {pointer()}, false);
+        builder_.CreateCall(type, launchFunction(offsetof(LaunchState, trace), "trace", type),
+                            {ray});
+        call_->eraseFromParent();
+    }
+
+    // Of a node id; 0 where there is no such node, or no such type of rays.
+    Value* handleOf(Value* node, Value* rayType, Value* rayTypes) {
+        Value* handle = ofTable(offsetof(ClassicLaunch, nodes), offsetof(ClassicLaunch, nodeCount),
+                                node, builder_.getInt64Ty());
+        return builder_.CreateSelect(builder_.CreateICmpULT(rayType, rayTypes), handle, number(0));
+    }
+
+    Value* callParams(size_t offset, llvm::Type* result, std::vector<Value*> operands) {
+        if (unit_.isGpu())
+            fault(ErrorCode::kNotSupported, "the classic API is not available on GPUs yet");
+        std::vector<llvm::Type*> types;
+        for (const Value* operand : operands)
+            types.push_back(operand->getType());
+        return builder_.CreateCall(llvm::FunctionType::get(result, types, false),
+                                   ofParams(offset, pointer()), operands);
+    }
+
+    Value* potential() {
+        Value* t = argument(0);
+        builder_.CreateStore(t, distance());
+        Value* tmin = loadInvariant(state(), offsetof(RayState, tmin), builder_.getFloatTy());
+        Value* tmax = load(state(), offsetof(RayState, tmax), builder_.getFloatTy());
+        return builder_.CreateZExt(
+            builder_.CreateAnd(builder_.CreateFCmpOGT(t, tmin), builder_.CreateFCmpOLT(t, tmax)),
+            word());
+    }
+    // Where the hit that may be reported next is.
+    Value* distance() {
+        if (!distance_) {
+            distance_ = entryAlloca(builder_.getFloatTy(), 4);
+            llvm::IRBuilder<>::InsertPointGuard guard(builder_);
+            atEntry();
+            builder_.CreateStore(llvm::ConstantFP::getNaN(builder_.getFloatTy()), distance_);
+        }
+        return distance_;
+    }
+
+    void report() {
+        for (const AttributeCopy& copy : copies_)
+            builder_.CreateMemCpy(address(attributeBlock(), copy.offset), llvm::Align(4),
+                                  copy.memory, llvm::Align(16), copy.bytes);
+        Value* t = builder_.CreateLoad(builder_.getFloatTy(), distance());
+        replace(callReport(t, argument(0)));
+    }
+
+    void visitChild() {
+        auto* type = llvm::FunctionType::get(word(), {pointer(), word()}, false);
+        Value* target = launchFunction(offsetof(LaunchState, visitChild), "visitChild", type);
+        Value* result = builder_.CreateCall(type, target, {state(), argument(0)});
+        endWhere(builder_.CreateICmpEQ(result, builder_.getInt32(devlib::kTerminate)),
+                 devlib::kTerminate);
+        call_->eraseFromParent();
+    }
+
+    // Ends the program with `result` if the condition holds.
+    void endWhere(Value* condition, uint32_t result) {
+        if (kind_ == ProgramKind::kNone)
+            fault(ErrorCode::kInvalidFunctionUse,
+                  "cannot be used in a function that is called through its address");
+        llvm::Instruction* end = llvm::SplitBlockAndInsertIfThen(condition, call_, true);
+        builder_.SetInsertPoint(end);
+        llvm::Type* type = function_.getReturnType();
+        if (type->isVoidTy())
+            builder_.CreateRetVoid();
+        else if (kind_ == ProgramKind::kDirectCallable)
+            builder_.CreateRet(llvm::Constant::getNullValue(type));
+        else
+            builder_.CreateRet(builder_.getInt32(result));
+        end->eraseFromParent();
+        builder_.SetInsertPoint(call_);
+    }
+
+    Value* triangleHit(llvm::Type* type) {
+        Value* kind = loadInvariant(state(), offsetof(RayState, hit) + offsetof(Hit, kind), word());
+        Value* result =
+            intrinsic_->number == kIsTriangle
+                ? builder_.CreateICmpUGE(kind, builder_.getInt32(devlib::kHitTriangleFront))
+                : builder_.CreateICmpEQ(kind, builder_.getInt32(intrinsic_->number == kIsFrontFace
+                                                                    ? devlib::kHitTriangleFront
+                                                                    : devlib::kHitTriangleBack));
+        return builder_.CreateZExt(result, type);
+    }
+
+    // ---- buffers ------------------------------------------------------------------------------
+
+    Value* view() {
+        if (intrinsic_->number == kBufferId)
+            return ofTable(offsetof(ClassicLaunch, buffers), offsetof(ClassicLaunch, bufferCount),
+                           argument(0), pointer());
+        return loadOfLaunch(builder_.CreateIntToPtr(argument(0), pointer()), 0, pointer());
+    }
+    Value* extent(Value* view, unsigned dimension) {
+        return loadOfLaunch(view, offsetof(BufferView, size) + dimension * 8,
+                            builder_.getInt64Ty());
+    }
+
+    // Operands: buffer, dimensions, bytes of an element, four indices.
+    Value* element() {
+        const auto* dimensions = llvm::dyn_cast<llvm::ConstantInt>(argument(1));
+        const unsigned count =
+            dimensions ? unsigned(std::min<uint64_t>(dimensions->getZExtValue(), 3)) : 3;
+        Value* buffer = view();
+        Value* linear = argument(3);
+        Value* inside = builder_.CreateICmpULT(linear, extent(buffer, 0));
+        Value* row = extent(buffer, 0);
+        for (unsigned i = 1; i < count; ++i) {
+            Value* index = argument(3 + i);
+            inside = builder_.CreateAnd(inside, builder_.CreateICmpULT(index, extent(buffer, i)));
+            linear = builder_.CreateAdd(linear, builder_.CreateMul(index, row));
+            row = builder_.CreateMul(row, extent(buffer, i));
+        }
+        Value* bytes = argument(2);
+        const bool byId = intrinsic_->number == kBufferId;
+        if (byId)
+            inside = builder_.CreateAnd(
+                inside,
+                builder_.CreateICmpULE(
+                    bytes, loadOfLaunch(buffer, offsetof(BufferView, elementBytes), word())));
+        Value* data = loadOfLaunch(buffer, offsetof(BufferView, data), pointer());
+        Value* place = builder_.CreateGEP(
+            builder_.getInt8Ty(), data,
+            builder_.CreateMul(linear, builder_.CreateZExt(bytes, builder_.getInt64Ty())));
+        Value* code = builder_.getInt32(devlib::kCodeBufferIndex);
+        if (byId)
+            code = builder_.CreateSelect(builder_.CreateICmpEQ(extent(buffer, 0), number(0)),
+                                         builder_.getInt32(devlib::kCodeBufferId), code);
+        return insideOr(inside, place, bytes, code);
+    }
+
+    // The address, or outside of the buffer that of zeros.
+    Value* insideOr(Value* inside, Value* place, Value* bytes, Value* code) {
+        llvm::BasicBlock* before = builder_.GetInsertBlock();
+        llvm::MDNode* rare = llvm::MDBuilder(unit_.context()).createBranchWeights(1, 10000);
+        llvm::Instruction* end =
+            llvm::SplitBlockAndInsertIfThen(builder_.CreateNot(inside), call_, false, rare);
+        builder_.SetInsertPoint(end);
+        Value* zeros =
+            callParams(offsetof(ClassicLaunch, outside), pointer(), {state(), bytes, code});
+        builder_.SetInsertPoint(call_);
+        llvm::PHINode* result = builder_.CreatePHI(pointer(), 2);
+        result->addIncoming(place, before);
+        result->addIncoming(zeros, end->getParent());
+        return result;
+    }
+
+    Value* bufferSize(llvm::Type* type) {
+        Value* buffer = view();
+        Value* all = llvm::PoisonValue::get(type);
+        for (unsigned i = 0; i < 4; ++i)
+            all = builder_.CreateInsertValue(all, i < 3 ? extent(buffer, i) : number(1), i);
+        return all;
+    }
+
+    // ---- transforms ---------------------------------------------------------------------------
+
+    // Rows of the 3x4 matrix of a kind (RT_WORLD_TO_OBJECT, RT_OBJECT_TO_WORLD).
+    Value* matrixRows(Value* toWorld) {
+        if (!rows_)
+            rows_ = entryAlloca(llvm::ArrayType::get(builder_.getFloatTy(), 12), 4);
+        callParams(offsetof(ClassicLaunch, matrix), builder_.getVoidTy(),
+                   {state(), toWorld, rows_});
+        return rows_;
+    }
+    Value* entry(Value* rows, unsigned row, unsigned column) {
+        return load(rows, (row * 4 + column) * 4, builder_.getFloatTy());
+    }
+
+    Value* matrix(llvm::Type* type) {
+        Value* rows = matrixRows(builder_.CreateAnd(argument(0), builder_.getInt32(1)));
+        Value* all = llvm::PoisonValue::get(type);
+        for (unsigned i = 0; i < 16; ++i)
+            all = builder_.CreateInsertValue(all,
+                                             i < 12
+                                                 ? entry(rows, i / 4, i % 4)
+                                                 : static_cast<Value*>(llvm::ConstantFP::get(
+                                                       builder_.getFloatTy(), i == 15 ? 1.0 : 0.0)),
+                                             i);
+        return all;
+    }
+
+    // Operands: kind, x, y, z, w. Normals take the transpose of the opposite matrix.
+    Value* transform(llvm::Type* type) {
+        constexpr uint32_t kInverseTranspose = 0x1000;
+        Value* kind = argument(0);
+        Value* isNormal = builder_.CreateICmpNE(
+            builder_.CreateAnd(kind, builder_.getInt32(kInverseTranspose)), builder_.getInt32(0));
+        Value* rows = matrixRows(builder_.CreateAnd(
+            builder_.CreateXor(kind, builder_.CreateZExt(isNormal, word())), builder_.getInt32(1)));
+        Value* all = llvm::PoisonValue::get(type);
+        for (unsigned i = 0; i < 3; ++i) {
+            Value* plain = builder_.CreateFMul(entry(rows, i, 3), argument(4));
+            Value* normal = llvm::ConstantFP::get(builder_.getFloatTy(), 0.0);
+            for (unsigned k = 0; k < 3; ++k) {
+                plain = builder_.CreateFAdd(
+                    plain, builder_.CreateFMul(entry(rows, i, k), argument(1 + k)));
+                normal = builder_.CreateFAdd(
+                    normal, builder_.CreateFMul(entry(rows, k, i), argument(1 + k)));
+            }
+            all =
+                builder_.CreateInsertValue(all, builder_.CreateSelect(isNormal, normal, plain), i);
+        }
+        return builder_.CreateInsertValue(all, argument(4), 3);
+    }
+
+    // ---- exceptions and printing --------------------------------------------------------------
+
+    // Nothing, where user exceptions are off or the code is none of a user exception.
+    void throwException() {
+        if (!(unit_.rules().exceptionFlags & devlib::kFlagUser)) {
+            call_->eraseFromParent();
+            return;
+        }
+        Value* code = argument(0);
+        Value* isUser =
+            builder_.CreateICmpULE(builder_.CreateSub(code, builder_.getInt32(devlib::kCodeUser)),
+                                   builder_.getInt32(devlib::kCodeUserMax - devlib::kCodeUser));
+        store(thread(), offsetof(ThreadState, line), sourceLine());
+        llvm::Instruction* end = llvm::SplitBlockAndInsertIfThen(isUser, call_, false);
+        builder_.SetInsertPoint(end);
+        auto* type = llvm::FunctionType::get(builder_.getVoidTy(),
+                                             {pointer(), word(), word(), pointer()}, false);
+        builder_.CreateCall(
+            type, launchFunction(offsetof(LaunchState, throwException), "throwException", type),
+            {state(), code, builder_.getInt32(0),
+             llvm::ConstantPointerNull::get(builder_.getPtrTy())});
+        call_->eraseFromParent();
+    }
+    Value* sourceLine() {
+        const llvm::StringRef source = callSite(unit_, *call_).source;
+        if (source.empty())
+            return llvm::ConstantPointerNull::get(builder_.getPtrTy());
+        return builder_.CreateGlobalString(source);
+    }
+
+    // Codes of the run-time that are below zero have other numbers here.
+    Value* exceptionCode() {
+        Value* code = load(thread(), offsetof(ThreadState, exceptionCode), word());
+        Value* result = builder_.CreateSelect(builder_.CreateICmpSLT(code, builder_.getInt32(0)),
+                                              builder_.getInt32(devlib::kCodeInternal), code);
+        const std::pair<int32_t, int32_t> pairs[] = {
+            {devlib::kExceptionStackOverflow, devlib::kCodeStackOverflow},
+            {devlib::kExceptionTraceDepth, devlib::kCodeTraceDepth}};
+        for (const auto& [from, to] : pairs)
+            result = builder_.CreateSelect(
+                builder_.CreateICmpEQ(code, builder_.getInt32(uint32_t(from))),
+                builder_.getInt32(uint32_t(to)), result);
+        return result;
+    }
+
+    Value* printActive() {
+        Value* active = builder_.CreateICmpNE(
+            ofParams(offsetof(ClassicLaunch, printEnabled), word()), builder_.getInt32(0));
+        for (unsigned i = 0; i < 3; ++i) {
+            Value* wanted = ofParams(offsetof(ClassicLaunch, printIndex) + i * 4, word());
+            Value* index = loadInvariant(thread(), offsetof(ThreadState, index) + i * 4, word());
+            active = builder_.CreateAnd(
+                active, builder_.CreateOr(builder_.CreateICmpSLT(wanted, builder_.getInt32(0)),
+                                          builder_.CreateICmpEQ(wanted, index)));
+        }
+        return builder_.CreateZExt(active, word());
+    }
+
+    struct AttributeCopy {
+        std::string_view symbol;
+        Value* memory;
+        uint32_t offset, bytes;
+    };
+
+    ProgramVariables variables_;
+    const ModuleRules* rules_ = nullptr;
+    std::vector<AttributeCopy> copies_; // of an intersection program
+    Value* block_ = nullptr;
+    Value* ray_ = nullptr;
+    Value* attributeMemory_ = nullptr;
+    Value* distance_ = nullptr;
+    Value* rows_ = nullptr;
+};
+
+} // namespace
+
+void lowerPrograms(Unit& unit) {
+    const ProgramKinds& programs = unit.kinds();
+    for (llvm::Function& function : unit.module()) {
+        if (function.isDeclaration())
+            continue;
+        const auto program = programs.find(&function);
+        Lowering(unit, function, program == programs.end() ? ProgramKind::kNone : program->second)
+            .run();
+    }
+}
+
+} // namespace sunstone::compiler::optix6

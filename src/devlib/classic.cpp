@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "devlib/classic.h"
+
+#include "base/thread_object.h"
+#include "bvh/motion/transforms.h"
+#include "math/matrix.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace sunstone::devlib {
+namespace {
+
+const ClassicLaunch& classicOf(const RayState& state) {
+    return *static_cast<const ClassicLaunch*>(state.launch->params);
+}
+
+uint32_t switchOf(uint32_t code) {
+    switch (code) {
+    case kCodeBufferIndex:
+        return kClassicBufferIndex;
+    case kCodeBufferId:
+        return kClassicBufferId;
+    case kCodeTextureId:
+        return kClassicTextureId;
+    case kCodeProgramId:
+        return kClassicProgramId;
+    default:
+        return kClassicIndex;
+    }
+}
+
+struct Scratch {
+    std::vector<uint64_t> words;
+};
+
+// Loads from there give zeros, stores are lost.
+void* outside(RayState* state, uint32_t bytes, uint32_t code) {
+    if (code != 0 && (classicOf(*state).exceptions & switchOf(code)))
+        state->launch->raise(state, int32_t(code), nullptr);
+    std::vector<uint64_t>& scratch = threadObject<Scratch>().words;
+    const size_t words = std::max<size_t>(16, (size_t(bytes) + 7) / 8);
+    if (scratch.size() < words)
+        scratch.resize(words);
+    std::fill_n(scratch.begin(), words, 0);
+    return scratch.data();
+}
+
+void checkRay(RayState* state, RayState* ray) {
+    for (int i = 0; i < 3; ++i)
+        if (!std::isfinite(ray->worldOrigin[i]) || !std::isfinite(ray->worldDirection[i]))
+            state->launch->raise(state, kCodeInvalidRay, nullptr);
+}
+
+// Row by row: a * b of 3x4 matrices, into a third.
+void multiply(const float a[12], const float b[12], float product[12]) {
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 4; ++column) {
+            float sum = column == 3 ? a[4 * row + 3] : 0;
+            for (int k = 0; k < 3; ++k)
+                sum += a[4 * row + k] * b[4 * k + column];
+            product[4 * row + column] = sum;
+        }
+}
+
+// Of an entry of a transform list.
+void matricesOf(uint64_t handle, float time, float toWorld[12], float toObject[12]) {
+    const HandleTag tag = tagOf(handle);
+    if (tag == kTagInstance) {
+        const auto* record = reinterpret_cast<const InstanceRecord*>(addressOf(handle));
+        std::copy_n(record->objectToWorld, 12, toWorld);
+        std::copy_n(record->worldToObject, 12, toObject);
+        return;
+    }
+    if (tag == kTagStatic) {
+        const auto* transform = reinterpret_cast<const bvh::StaticTransform*>(addressOf(handle));
+        std::copy_n(transform->transform, 12, toWorld);
+        std::copy_n(transform->inverse, 12, toObject);
+        return;
+    }
+    bvh::worldToObjectAt(handle, time, toObject);
+    math::invert(toObject, toWorld);
+}
+
+void matrix(RayState* state, uint32_t toWorld, float rows[12]) {
+    constexpr float kIdentity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    std::copy_n(kIdentity, 12, rows);
+    for (uint32_t i = 0; i < std::min(state->hit.transformCount, kMaxGraphDepth); ++i) {
+        float world[12], object[12], product[12];
+        matricesOf(state->hit.transforms[i], state->time, world, object);
+        if (toWorld)
+            multiply(rows, world, product);
+        else
+            multiply(object, rows, product);
+        std::copy_n(product, 12, rows);
+    }
+}
+
+} // namespace
+
+void bindClassic(ClassicLaunch& launch) {
+    launch.outside = outside;
+    launch.checkRay = checkRay;
+    launch.matrix = matrix;
+}
+
+} // namespace sunstone::devlib

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs of the tests of the classic API.
+#include <optix_world.h>
+
+using namespace optix;
+
+rtDeclareVariable(uint2, launch_index, rtLaunchIndex, );
+rtDeclareVariable(uint2, launch_dim, rtLaunchDim, );
+rtDeclareVariable(unsigned, line_index, rtLaunchIndex, );
+rtDeclareVariable(rtObject, top_object, , );
+rtDeclareVariable(Ray, ray, rtCurrentRay, );
+rtDeclareVariable(float, hit_distance, rtIntersectionDistance, );
+rtBuffer<float, 1> result;
+
+// ---- values
+// ---------------------------------------------------------------------------------------
+
+struct User {
+    float a;
+    int b[3];
+};
+rtDeclareVariable(float3, some_float3, , "three, \"quoted\" (a, b)");
+rtDeclareVariable(long long, some_long, , );
+rtDeclareVariable(Matrix3x4, some_matrix, , );
+rtDeclareVariable(User, some_user, , );
+rtDeclareVariable(int, with_default, , ) = 42;
+namespace inner {
+rtDeclareVariable(float, nested, , );
+}
+
+RT_PROGRAM void write_values() {
+    result[0] = some_float3.x + 10 * some_float3.y + 100 * some_float3.z;
+    result[1] = float(some_long >> 32);
+    const float4 row = some_matrix.getRow(1);
+    result[2] = row.x + row.w * 10;
+    result[3] = some_user.a + some_user.b[2];
+    result[4] = float(with_default);
+    result[5] = inner::nested;
+    result[6] = float(result.size());
+}
+
+rtDeclareVariable(float, scoped, , );
+RT_PROGRAM void write_scoped() {
+    result[line_index] = scoped;
+}
+RT_PROGRAM void write_other() {
+    result[line_index] = 2 * scoped;
+}
+
+// ---- buffers
+// --------------------------------------------------------------------------------------
+
+rtBuffer<rtBufferId<float, 1>, 1> ids;
+rtBuffer<int3, 3> volume;
+rtDeclareVariable(rtBufferId<float>, one_id, , );
+rtDeclareVariable(int, element, , );
+
+RT_PROGRAM void read_ids() {
+    result[0] = ids[1][2];
+    result[1] = one_id[1];
+    result[2] = float(ids[1].size());
+    const size_t3 size = volume.size();
+    result[3] = float(size.x + 10 * size.y + 100 * size.z);
+    result[4] = float(volume[make_uint3(1, 2, 3)].y);
+    result[5] = rtBufferId<float>(0)[0];
+}
+RT_PROGRAM void read_outside() {
+    result[0] = 1 + one_id[element];
+    one_id[element] = 5;
+    result[1] = 1 + one_id[element];
+}
+
+// ---- exceptions, printing
+// ---------------------------------------------------------------------------
+
+RT_PROGRAM void throw_user() {
+    result[0] = 1;
+    rtThrow(RT_EXCEPTION_USER + 7);
+    result[0] = 2;
+}
+RT_PROGRAM void note_exception() {
+    result[1] = float(rtGetExceptionCode());
+}
+RT_PROGRAM void print_index() {
+    rtPrintf("index %d\n", line_index);
+}
+
+// ---- rays
+// -----------------------------------------------------------------------------------------
+
+struct Payload {
+    float value;
+    int calls;
+    float3 normal;
+    float large[40];
+};
+rtDeclareVariable(Payload, payload, rtRayPayload, );
+rtDeclareVariable(float3, ray_origin, , ) = {0.25f, 0.25f, 10.0f};
+rtDeclareVariable(float, step, , );
+rtDeclareVariable(unsigned, ray_type, , );
+rtDeclareVariable(unsigned, mask, , ) = 255;
+rtDeclareVariable(unsigned, flags, , );
+rtDeclareVariable(float, mark, , );
+
+RT_PROGRAM void shoot() {
+    Payload p;
+    p.value = -1;
+    p.calls = 0;
+    p.normal = make_float3(0);
+    p.large[39] = 3;
+    const Ray down = make_Ray(ray_origin + make_float3(step * line_index, 0, 0),
+                              make_float3(0, 0, -1), ray_type, 0.0f, 100.0f);
+    rtTrace(top_object, down, p, mask, RTrayflags(flags));
+    result[4 * line_index] = p.value;
+    result[4 * line_index + 1] = float(p.calls);
+    result[4 * line_index + 2] = p.normal.x;
+    result[4 * line_index + 3] = p.large[39];
+}
+RT_PROGRAM void missed() {
+    payload.value = -2;
+    payload.large[39] = ray.tmax;
+}
+
+rtDeclareVariable(float3, normal, attribute normal, );
+rtDeclareVariable(float2, barycentrics, attribute barycentrics, );
+rtDeclareVariable(unsigned, instanceid, attribute instanceid, );
+rtDeclareVariable(float, tag, attribute tag, );
+
+RT_PROGRAM void hit_mark() {
+    payload.value = mark;
+    payload.normal = normal;
+    payload.large[39] = hit_distance;
+}
+RT_PROGRAM void hit_world() {
+    payload.value = rtTransformPoint(RT_OBJECT_TO_WORLD, make_float3(0, 0, 0)).x;
+    float m[16];
+    rtGetTransform(RT_WORLD_TO_OBJECT, m);
+    payload.normal.x = m[3];
+    payload.large[39] = ray.origin.x;
+}
+RT_PROGRAM void hit_triangle() {
+    payload.value = float(rtGetPrimitiveIndex()) + 10 * instanceid;
+    payload.calls =
+        rtIsTriangleHit() + 2 * rtIsTriangleHitFrontFace() + 4 * rtIsTriangleHitBackFace();
+    payload.normal.x = barycentrics.x;
+    payload.large[39] = barycentrics.y;
+}
+RT_PROGRAM void hit_tag() {
+    payload.value = tag;
+}
+RT_PROGRAM void attribute_tag() {
+    tag = 100 + rtGetTriangleBarycentrics().x;
+}
+RT_PROGRAM void count_any() {
+    payload.calls++;
+    payload.large[39] = ray.origin.x; // in object space
+}
+RT_PROGRAM void ignore_any() {
+    payload.calls++;
+    rtIgnoreIntersection();
+}
+RT_PROGRAM void terminate_any() {
+    payload.calls++;
+    rtTerminateRay();
+    payload.calls = 100;
+}
+
+// Squares of side 1 in planes of constant z: primitive i is at z = height - i, reported with
+// material i % materials.
+rtDeclareVariable(float, height, , );
+rtDeclareVariable(int, materials, , ) = 1;
+
+RT_PROGRAM void square_bounds(int primitive, float box[6]) {
+    const float z = height - primitive;
+    box[0] = 0, box[1] = 0, box[2] = z - 0.01f;
+    box[3] = 1, box[4] = 1, box[5] = z + 0.01f;
+}
+RT_PROGRAM void square_hit(int primitive) {
+    const float z = height - primitive, t = (z - ray.origin.z) / ray.direction.z;
+    const float3 p = ray.origin + t * ray.direction;
+    if (p.x < 0 || p.x > 1 || p.y < 0 || p.y > 1)
+        return;
+    if (rtPotentialIntersection(t)) {
+        normal = make_float3(primitive + 0.5f, 0, 1);
+        rtReportIntersection(primitive % materials);
+    }
+}
+// Reports the nearer of two hits first, whose attributes must survive.
+RT_PROGRAM void two_hits(int) {
+    if (rtPotentialIntersection(5)) {
+        normal = make_float3(5, 0, 0);
+        rtReportIntersection(0);
+    }
+    if (rtPotentialIntersection(7)) {
+        normal = make_float3(7, 0, 0);
+        rtReportIntersection(0);
+    }
+}
+
+// ---- callables
+// --------------------------------------------------------------------------------------
+
+rtDeclareVariable(rtCallableProgramId<float(float, int)>, by_id, , );
+rtDeclareVariable(rtCallableProgramX<float(float)>, bound, , );
+rtBuffer<rtCallableProgramId<float(float, int)>, 1> list;
+
+RT_PROGRAM void call_programs() {
+    result[0] = by_id(1.5f, 2);
+    result[1] = bound(4.0f);
+    result[2] = list[1](1.0f, 1);
+    result[3] = rtMarkedCallableProgramId<float(float, int)>(by_id, "site")(2.0f, 3);
+    result[4] = rtCallableProgramId<float(float, int)>(999)(2.0f, 3);
+}
+RT_CALLABLE_PROGRAM float multiply(float a, int b) {
+    return a * b;
+}
+RT_CALLABLE_PROGRAM float add_scoped(float a, int b) {
+    return a + b + scoped;
+}
+RT_CALLABLE_PROGRAM float scale(float a) {
+    return a * scoped;
+}
+
+// ---- textures
+// ---------------------------------------------------------------------------------------
+
+rtDeclareVariable(int, texture_id, , );
+RT_PROGRAM void sample() {
+    const float4 texel = rtTex2D<float4>(texture_id, 0.75f, 0.25f);
+    result[0] = texel.x;
+    result[1] = texel.y;
+    result[2] = rtTex2DFetch<uchar4>(texture_id, 0, 1).z;
+    const uint3 size = rtTexSize(texture_id);
+    result[3] = float(size.x + 10 * size.y);
+}

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+// What programs see: values of variables and their scopes, buffers, ids, exceptions, callables,
+// textures.
+#include "support.h"
+
+#include <chrono>
+
+namespace sunstone::api6 {
+namespace {
+
+class Programs : public Classic {};
+
+TEST_F(Programs, ReadVariablesOfAllTypes) {
+    ok(rtVariableSet3f(variable("some_float3"), 1, 2, 3));
+    ok(rtVariableSet1ll(variable("some_long"), 5ll << 32));
+    const float matrix[12] = {0, 0, 0, 0, 7, 0, 0, 8, 0, 0, 0, 0};
+    ok(rtVariableSetMatrix3x4fv(variable("some_matrix"), 0, matrix));
+    struct {
+        float a;
+        int b[3];
+    } user = {1.5f, {0, 0, 4}};
+    ok(rtVariableSetUserData(variable("some_user"), sizeof user, &user));
+    ok(rtVariableSet1f(variable("inner::nested"), 9));
+    const std::vector<float> r = launch("write_values");
+    EXPECT_EQ(r[0], 321);
+    EXPECT_EQ(r[1], 5);
+    EXPECT_EQ(r[2], 87);
+    EXPECT_EQ(r[3], 5.5f);
+    EXPECT_EQ(r[4], 42) << "the initialiser in the PTX";
+    EXPECT_EQ(r[5], 9);
+    EXPECT_EQ(r[6], 64);
+}
+
+TEST_F(Programs, MissingVariablesAndWrongTypesAreNamed) {
+    setEntry("write_scoped");
+    fails(RT_ERROR_VARIABLE_NOT_FOUND, rtContextLaunch1D(context_, 0, 1),
+          "\"scoped\" of program \"write_scoped\"");
+    RTvariable scoped = variable("scoped");
+    fails(RT_ERROR_VARIABLE_NOT_FOUND, rtContextValidate(context_), "has no value");
+    ok(rtVariableSet2f(scoped, 1, 2));
+    fails(RT_ERROR_TYPE_MISMATCH, rtContextLaunch1D(context_, 0, 1), "8 bytes");
+    ok(rtContextRemoveVariable(context_, scoped));
+    ok(rtVariableSet1f(variable("scoped"), 3));
+    ok(rtContextLaunch1D(context_, 0, 1));
+    EXPECT_EQ(results()[0], 3);
+}
+
+TEST_F(Programs, TheirOwnScopeComesBeforeTheContext) {
+    RTprogram own = program("write_scoped");
+    RTvariable inner = nullptr;
+    ok(rtVariableSet1f(variable("scoped"), 1));
+    ok(rtContextSetRayGenerationProgram(context_, 0, own));
+    ok(rtContextLaunch1D(context_, 0, 1));
+    EXPECT_EQ(results()[0], 1);
+    ok(rtProgramDeclareVariable(own, "scoped", &inner));
+    ok(rtVariableSet1f(inner, 2));
+    ok(rtContextLaunch1D(context_, 0, 1));
+    EXPECT_EQ(results()[0], 2);
+    ok(rtVariableSet1f(inner, 3)); // a value alone
+    ok(rtContextLaunch1D(context_, 0, 1));
+    EXPECT_EQ(results()[0], 3);
+    ok(rtProgramRemoveVariable(own, inner));
+    ok(rtContextLaunch1D(context_, 0, 1));
+    EXPECT_EQ(results()[0], 1);
+}
+
+TEST_F(Programs, EntryPointsHaveProgramsOfTheirOwn) {
+    ok(rtContextSetEntryPointCount(context_, 2));
+    ok(rtContextSetRayGenerationProgram(context_, 0, program("write_scoped")));
+    ok(rtContextSetRayGenerationProgram(context_, 1, program("write_other")));
+    ok(rtVariableSet1f(variable("scoped"), 4));
+    ok(rtContextLaunch1D(context_, 0, 3));
+    ok(rtContextLaunch1D(context_, 1, 2));
+    const std::vector<float> r = results();
+    EXPECT_EQ(std::vector<float>(r.begin(), r.begin() + 4), (std::vector<float>{8, 8, 4, 0}));
+}
+
+TEST_F(Programs, BuffersOfIdsAndOfThreeDimensions) {
+    RTbuffer first = filled<float>(RT_FORMAT_FLOAT, {1, 2, 3, 4});
+    RTbuffer second = filled<float>(RT_FORMAT_FLOAT, {5, 6, 7});
+    int a = 0, b = 0;
+    ok(rtBufferGetId(first, &a));
+    ok(rtBufferGetId(second, &b));
+    EXPECT_NE(a, 0);
+    EXPECT_NE(a, b);
+    ok(rtVariableSetObject(variable("ids"), filled<int>(RT_FORMAT_BUFFER_ID, {a, b})));
+    ok(rtVariableSet1i(variable("one_id"), a));
+    RTbuffer volume = nullptr;
+    ok(rtBufferCreate(context_, RT_BUFFER_INPUT, &volume));
+    ok(rtBufferSetFormat(volume, RT_FORMAT_INT3));
+    ok(rtBufferSetSize3D(volume, 3, 4, 5));
+    std::vector<int> texels(3 * 3 * 4 * 5);
+    texels[3 * (1 + 3 * (2 + 4 * 3)) + 1] = 77;
+    fill(volume, texels);
+    ok(rtVariableSetObject(variable("volume"), volume));
+    const std::vector<float> r = launch("read_ids");
+    EXPECT_EQ(r[0], 7);
+    EXPECT_EQ(r[1], 2);
+    EXPECT_EQ(r[2], 3);
+    EXPECT_EQ(r[3], 3 + 40 + 500);
+    EXPECT_EQ(r[4], 77);
+    EXPECT_EQ(r[5], 0) << "the null id";
+}
+
+TEST_F(Programs, ElementsOutsideReadAsZeroOrRaise) {
+    int id = 0;
+    ok(rtBufferGetId(filled<float>(RT_FORMAT_FLOAT, {1, 2}), &id));
+    ok(rtVariableSet1i(variable("one_id"), id));
+    for (const int element : {2, -1, 1 << 30}) {
+        ok(rtVariableSet1i(variable("element"), element));
+        const std::vector<float> r = launch("read_outside");
+        EXPECT_EQ(r[0], 1) << element;
+        EXPECT_EQ(r[1], 1) << element << ": the store is lost";
+    }
+    ok(rtContextSetExceptionEnabled(context_, RT_EXCEPTION_BUFFER_INDEX_OUT_OF_BOUNDS, 1));
+    ok(rtContextSetExceptionProgram(context_, 0, program("note_exception")));
+    EXPECT_EQ(launch("read_outside")[1], RT_EXCEPTION_BUFFER_INDEX_OUT_OF_BOUNDS);
+    ok(rtVariableSet1i(variable("one_id"), 99));
+    ok(rtContextSetExceptionEnabled(context_, RT_EXCEPTION_BUFFER_ID_INVALID, 1));
+    EXPECT_EQ(launch("read_outside")[1], RT_EXCEPTION_BUFFER_ID_INVALID);
+}
+
+TEST_F(Programs, UserExceptionsReachTheExceptionProgram) {
+    ok(rtContextSetExceptionProgram(context_, 0, program("note_exception")));
+    std::vector<float> r = launch("throw_user");
+    EXPECT_EQ(r[0], 2) << "ignored while user exceptions are off";
+    ok(rtContextSetExceptionEnabled(context_, RT_EXCEPTION_USER, 1));
+    r = launch("throw_user");
+    EXPECT_EQ(r[0], 1);
+    EXPECT_EQ(r[1], RT_EXCEPTION_USER + 7);
+}
+
+TEST_F(Programs, PrintWhereThePrintIndexAllows) {
+    testing::internal::CaptureStdout();
+    launch("print_index", 3);
+    ok(rtContextSetPrintEnabled(context_, 1));
+    ok(rtContextSetPrintLaunchIndex(context_, 2, -1, -1));
+    launch("print_index", 3);
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "index 2\n");
+}
+
+TEST_F(Programs, CallablesByIdAndBound) {
+    int ids[2] = {};
+    RTprogram multiply = program("multiply"), add = program("add_scoped");
+    ok(rtProgramGetId(multiply, &ids[0]));
+    ok(rtProgramGetId(add, &ids[1]));
+    EXPECT_NE(ids[0], 0);
+    ok(rtVariableSet1i(variable("by_id"), ids[0]));
+    ok(rtVariableSetObject(variable("list"), filled<int>(RT_FORMAT_PROGRAM_ID, {ids[0], ids[1]})));
+    ok(rtVariableSet1f(variable("scoped"), 10));
+    // Bound programs see the scopes of their caller; those with ids see the context alone.
+    RTprogram caller = program("call_programs");
+    RTvariable own = nullptr, bound = nullptr;
+    ok(rtProgramDeclareVariable(caller, "scoped", &own));
+    ok(rtVariableSet1f(own, 100));
+    ok(rtProgramDeclareVariable(caller, "bound", &bound));
+    ok(rtVariableSetObject(bound, program("scale")));
+    ok(rtContextSetRayGenerationProgram(context_, 0, caller));
+    ok(rtContextLaunch1D(context_, 0, 1));
+    const std::vector<float> r = results();
+    EXPECT_EQ(r[0], 3);
+    EXPECT_EQ(r[1], 400);
+    EXPECT_EQ(r[2], 12);
+    EXPECT_EQ(r[3], 6);
+    EXPECT_EQ(r[4], 0) << "no such program";
+}
+
+TEST_F(Programs, TexturesById) {
+    RTbuffer texels = nullptr;
+    ok(rtBufferCreate(context_, RT_BUFFER_INPUT, &texels));
+    ok(rtBufferSetFormat(texels, RT_FORMAT_UNSIGNED_BYTE4));
+    ok(rtBufferSetSize2D(texels, 2, 2));
+    fill<unsigned char>(texels, {1, 2, 3, 4, 255, 51, 0, 0, 9, 9, 77, 9, 0, 0, 0, 0});
+    RTtexturesampler sampler = nullptr;
+    ok(rtTextureSamplerCreate(context_, &sampler));
+    ok(rtTextureSamplerSetFilteringModes(sampler, RT_FILTER_NEAREST, RT_FILTER_NEAREST,
+                                         RT_FILTER_NONE));
+    fails(RT_ERROR_INVALID_CONTEXT, rtTextureSamplerValidate(sampler), "no buffer");
+    ok(rtTextureSamplerSetBuffer(sampler, 0, 0, texels));
+    ok(rtTextureSamplerValidate(sampler));
+    int id = 0;
+    ok(rtTextureSamplerGetId(sampler, &id));
+    ok(rtVariableSet1i(variable("texture_id"), id));
+    std::vector<float> r = launch("sample");
+    EXPECT_EQ(r[0], 1);
+    EXPECT_FLOAT_EQ(r[1], 0.2f);
+    EXPECT_EQ(r[3], 22);
+    ok(rtTextureSamplerSetReadMode(sampler, RT_TEXTURE_READ_ELEMENT_TYPE));
+    ok(rtTextureSamplerSetIndexingMode(sampler, RT_TEXTURE_INDEX_ARRAY_INDEX));
+    r = launch("sample");
+    EXPECT_EQ(r[2], 77);
+    ok(rtVariableSet1i(variable("texture_id"), 55));
+    EXPECT_EQ(launch("sample")[0], 0) << "no such texture";
+}
+
+TEST_F(Programs, AreCompiledOnceForEqualTexts) {
+    ok(rtVariableSet1f(variable("scoped"), 1));
+    setEntry("write_scoped");
+    ok(rtContextLaunch1D(context_, 0, 0)); // compiles, and runs nothing
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 0; i < 1000; ++i)
+        setEntry("write_scoped");
+    ok(rtContextLaunch1D(context_, 0, 1));
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    EXPECT_EQ(results()[0], 1);
+    EXPECT_LT(seconds.count(), 5.0) << "about 0.02 s on an idle machine";
+}
+
+} // namespace
+} // namespace sunstone::api6

@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays: custom geometry with its programs, triangles, materials, any-hit control, groups,
+// transforms, masks, acceleration structures that are dirty or stale.
+#include "support.h"
+
+namespace sunstone::api6 {
+namespace {
+
+class Rays : public Classic {
+protected:
+    void SetUp() override {
+        Classic::SetUp();
+        ok(rtVariableSet1f(variable("step"), 0));
+        ok(rtVariableSet1ui(variable("ray_type"), 0));
+        ok(rtVariableSet1ui(variable("flags"), 0));
+        ok(rtVariableSet1f(variable("mark"), 1));
+        ok(rtVariableSet1f(variable("height"), 5));
+        ok(rtContextSetMissProgram(context_, 0, program("missed")));
+        setEntry("shoot");
+    }
+
+    // Squares at z = height, height - 1 and so on.
+    RTgeometry squares(unsigned count, const char* intersection = "square_hit") {
+        RTgeometry made = nullptr;
+        ok(rtGeometryCreate(context_, &made));
+        ok(rtGeometrySetPrimitiveCount(made, count));
+        ok(rtGeometrySetBoundingBoxProgram(made, program("square_bounds")));
+        ok(rtGeometrySetIntersectionProgram(made, program(intersection)));
+        return made;
+    }
+    RTgeometrytriangles triangle(float z, bool reversed = false) {
+        RTgeometrytriangles made = nullptr;
+        ok(rtGeometryTrianglesCreate(context_, &made));
+        ok(rtGeometryTrianglesSetPrimitiveCount(made, 1));
+        std::vector<float> corners = {0, 0, z, 1, 0, z, 0, 1, z};
+        if (reversed)
+            corners = {0, 0, z, 0, 1, z, 1, 0, z};
+        ok(rtGeometryTrianglesSetVertices(made, 3, filled(RT_FORMAT_FLOAT, corners), 0, 0,
+                                          RT_FORMAT_FLOAT3));
+        return made;
+    }
+    RTmaterial material(const char* closest, const char* any = nullptr) {
+        RTmaterial made = nullptr;
+        ok(rtMaterialCreate(context_, &made));
+        if (closest)
+            ok(rtMaterialSetClosestHitProgram(made, 0, program(closest)));
+        if (any)
+            ok(rtMaterialSetAnyHitProgram(made, 0, program(any)));
+        return made;
+    }
+    RTgeometryinstance instance(RTgeometry geometry, std::vector<RTmaterial> materials) {
+        RTgeometryinstance made = nullptr;
+        ok(rtGeometryInstanceCreate(context_, &made));
+        ok(rtGeometryInstanceSetGeometry(made, geometry));
+        setMaterials(made, materials);
+        return made;
+    }
+    RTgeometryinstance instance(RTgeometrytriangles geometry, std::vector<RTmaterial> materials) {
+        RTgeometryinstance made = nullptr;
+        ok(rtGeometryInstanceCreate(context_, &made));
+        ok(rtGeometryInstanceSetGeometryTriangles(made, geometry));
+        setMaterials(made, materials);
+        return made;
+    }
+    void setMaterials(RTgeometryinstance made, const std::vector<RTmaterial>& materials) {
+        ok(rtGeometryInstanceSetMaterialCount(made, unsigned(materials.size())));
+        for (unsigned i = 0; i < materials.size(); ++i)
+            ok(rtGeometryInstanceSetMaterial(made, i, materials[i]));
+    }
+    RTacceleration acceleration() {
+        RTacceleration made = nullptr;
+        ok(rtAccelerationCreate(context_, &made));
+        ok(rtAccelerationSetBuilder(made, "Trbvh"));
+        return made;
+    }
+    RTgeometrygroup group(const std::vector<RTgeometryinstance>& children) {
+        RTgeometrygroup made = nullptr;
+        ok(rtGeometryGroupCreate(context_, &made));
+        ok(rtGeometryGroupSetAcceleration(made, acceleration()));
+        ok(rtGeometryGroupSetChildCount(made, unsigned(children.size())));
+        for (unsigned i = 0; i < children.size(); ++i)
+            ok(rtGeometryGroupSetChild(made, i, children[i]));
+        return made;
+    }
+    RTgroup groupOf(const std::vector<RTobject>& children) {
+        RTgroup made = nullptr;
+        ok(rtGroupCreate(context_, &made));
+        ok(rtGroupSetAcceleration(made, acceleration()));
+        ok(rtGroupSetChildCount(made, unsigned(children.size())));
+        for (unsigned i = 0; i < children.size(); ++i)
+            ok(rtGroupSetChild(made, i, children[i]));
+        return made;
+    }
+    RTtransform moved(RTobject child, float x, float y = 0, float z = 0) {
+        const float matrix[16] = {1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1};
+        RTtransform made = nullptr;
+        ok(rtTransformCreate(context_, &made));
+        ok(rtTransformSetMatrix(made, 0, matrix, nullptr));
+        ok(rtTransformSetChild(made, child));
+        return made;
+    }
+    template <class Handle, class Declare>
+    void setFloat(Handle object, Declare declare, const char* name, float value) {
+        RTvariable made = nullptr;
+        ok(declare(object, name, &made));
+        ok(rtVariableSet1f(made, value));
+    }
+    std::vector<float> shoot(RTobject top, unsigned count = 1) {
+        ok(rtVariableSetObject(variable("top_object"), top));
+        ok(rtContextLaunch1D(context_, 0, count));
+        return results();
+    }
+};
+
+TEST_F(Rays, HitCustomGeometryOrMiss) {
+    RTgeometrygroup top = group({instance(squares(3), {material("hit_mark")})});
+    std::vector<float> r = shoot(top);
+    EXPECT_EQ(r[0], 1);
+    EXPECT_EQ(r[2], 0.5f) << "the attribute of the nearest primitive";
+    EXPECT_EQ(r[3], 5) << "the distance";
+    ok(rtVariableSet1f(variable("step"), 2));
+    r = shoot(top, 2);
+    EXPECT_EQ(r[4], -2);
+    EXPECT_EQ(r[7], 100) << "tmax of the ray";
+}
+
+TEST_F(Rays, PrimitiveIndexOffsetsReachAllPrograms) {
+    RTgeometry geometry = squares(2);
+    ok(rtGeometrySetPrimitiveIndexOffset(geometry, 2));
+    const std::vector<float> r = shoot(group({instance(geometry, {material("hit_mark")})}));
+    EXPECT_EQ(r[2], 2.5f);
+    EXPECT_EQ(r[3], 7);
+}
+
+TEST_F(Rays, HitProgramsLookIntoInstanceThenMaterialThenContext) {
+    RTmaterial shared = material("hit_mark");
+    RTgeometryinstance one = instance(squares(1), {shared});
+    RTgeometrygroup top = group({one});
+    EXPECT_EQ(shoot(top)[0], 1);
+    setFloat(shared, rtMaterialDeclareVariable, "mark", 2);
+    EXPECT_EQ(shoot(top)[0], 2);
+    setFloat(one, rtGeometryInstanceDeclareVariable, "mark", 3);
+    EXPECT_EQ(shoot(top)[0], 3);
+    // The geometry's scope is that of its own programs.
+    RTgeometry other = squares(1);
+    setFloat(other, rtGeometryDeclareVariable, "mark", 4);
+    setFloat(other, rtGeometryDeclareVariable, "height", 6);
+    const std::vector<float> r = shoot(group({instance(other, {shared})}));
+    EXPECT_EQ(r[0], 2);
+    EXPECT_EQ(r[3], 4);
+}
+
+TEST_F(Rays, ReportsChooseTheMaterial) {
+    RTmaterial first = material("hit_mark", "ignore_any"), second = material("hit_mark");
+    setFloat(first, rtMaterialDeclareVariable, "mark", 10);
+    setFloat(second, rtMaterialDeclareVariable, "mark", 20);
+    ok(rtVariableSet1i(variable("materials"), 2));
+    std::vector<float> r = shoot(group({instance(squares(2), {first, second})}));
+    EXPECT_EQ(r[0], 20) << "the first material's any-hit program ignores the nearer one";
+    EXPECT_EQ(r[1], 1);
+    EXPECT_EQ(r[2], 1.5f);
+    // A material that the instance lacks: no hit, or an exception.
+    r = shoot(group({instance(squares(2), {second})}));
+    EXPECT_EQ(r[2], 0.5f);
+    ok(rtVariableSet1i(variable("materials"), 100));
+    ok(rtContextSetExceptionEnabled(context_, RT_EXCEPTION_INDEX_OUT_OF_BOUNDS, 1));
+    ok(rtContextSetExceptionProgram(context_, 0, program("note_exception")));
+    RTgeometry far = squares(2);
+    ok(rtGeometrySetPrimitiveIndexOffset(far, 3));
+    EXPECT_EQ(shoot(group({instance(far, {second})}))[1], RT_EXCEPTION_INDEX_OUT_OF_BOUNDS);
+}
+
+TEST_F(Rays, AnyHitProgramsIgnoreAndTerminate) {
+    EXPECT_EQ(shoot(group({instance(squares(3), {material("hit_mark", "count_any")})}))[0], 1);
+    std::vector<float> r =
+        shoot(group({instance(squares(3), {material("hit_mark", "ignore_any")})}));
+    EXPECT_EQ(r[0], -2);
+    EXPECT_EQ(r[1], 3);
+    r = shoot(group({instance(squares(3), {material("hit_mark", "terminate_any")})}));
+    EXPECT_EQ(r[0], 1) << "the hit is kept";
+    EXPECT_EQ(r[1], 1) << "nothing behind rtTerminateRay runs";
+    ok(rtVariableSet1ui(variable("flags"), RT_RAY_FLAG_DISABLE_ANYHIT));
+    EXPECT_EQ(shoot(group({instance(squares(3), {material("hit_mark", "ignore_any")})}))[1], 0);
+}
+
+TEST_F(Rays, AttributesOfTheAcceptedHitSurvive) {
+    const std::vector<float> r =
+        shoot(group({instance(squares(1, "two_hits"), {material("hit_mark")})}));
+    EXPECT_EQ(r[2], 5);
+    EXPECT_EQ(r[3], 5);
+}
+
+TEST_F(Rays, RayTypesHaveProgramsOfTheirOwn) {
+    RTmaterial both = material("hit_mark");
+    ok(rtMaterialSetClosestHitProgram(both, 1, program("hit_world")));
+    RTgeometrygroup top = group({instance(squares(1), {both})});
+    EXPECT_EQ(shoot(top)[0], 1);
+    ok(rtVariableSet1ui(variable("ray_type"), 1));
+    EXPECT_EQ(shoot(top)[0], 0);
+    ok(rtVariableSet1ui(variable("ray_type"), 7));
+    EXPECT_EQ(shoot(top)[0], -1) << "no such type: nothing runs";
+}
+
+TEST_F(Rays, TrianglesHaveBarycentricsFacesAndInstanceNumbers) {
+    RTmaterial plain = material("hit_triangle");
+    std::vector<float> r =
+        shoot(group({instance(triangle(1), {plain}), instance(triangle(5), {plain})}));
+    EXPECT_EQ(r[0], 10) << "the second child";
+    EXPECT_EQ(r[1], 1 + 2) << "counter-clockwise is the front";
+    EXPECT_FLOAT_EQ(r[2], 0.25f);
+    EXPECT_FLOAT_EQ(r[3], 0.25f);
+    r = shoot(group({instance(triangle(1, true), {plain})}));
+    EXPECT_EQ(r[1], 1 + 4);
+    ok(rtVariableSet1ui(variable("flags"), RT_RAY_FLAG_CULL_BACK_FACING_TRIANGLES));
+    EXPECT_EQ(shoot(group({instance(triangle(1, true), {plain})}))[0], -2);
+}
+
+TEST_F(Rays, AttributeProgramsOfTriangles) {
+    RTgeometrytriangles mesh = triangle(1);
+    ok(rtGeometryTrianglesSetAttributeProgram(mesh, program("attribute_tag")));
+    EXPECT_FLOAT_EQ(shoot(group({instance(mesh, {material("hit_tag")})}))[0], 100.25f);
+}
+
+TEST_F(Rays, TrianglesAndCustomGeometryInOneGroup) {
+    RTmaterial custom = material("hit_mark"), mesh = material("hit_triangle");
+    RTgeometrygroup both = group({instance(squares(1), {custom}), instance(triangle(6), {mesh})});
+    EXPECT_EQ(shoot(both)[0], 10);
+    RTgeometrygroup other = group({instance(squares(1), {custom}), instance(triangle(4), {mesh})});
+    EXPECT_EQ(shoot(other)[0], 1);
+}
+
+TEST_F(Rays, TransformsMoveRaysAndAreVisible) {
+    RTgeometrygroup square = group({instance(squares(1), {material("hit_world", "count_any")})});
+    ok(rtVariableSet1f(variable("step"), 3));
+    // Directly, below a group, and two above one another.
+    for (const RTobject top : {RTobject(moved(square, 3)), RTobject(groupOf({moved(square, 3)})),
+                               RTobject(groupOf({moved(groupOf({moved(square, 1)}), 2)}))}) {
+        const std::vector<float> r = shoot(top, 2);
+        EXPECT_EQ(r[0], -2);
+        EXPECT_EQ(r[4], 3) << "origin of object space";
+        EXPECT_EQ(r[6], -3) << "world to object";
+        EXPECT_EQ(r[5], 1);
+        EXPECT_EQ(r[7], 3.25f) << "the ray of closest-hit programs is in world space";
+    }
+}
+
+TEST_F(Rays, InstancesOfOneGroupHaveTheirOwnMaterials) {
+    // One acceleration structure for two groups with equal geometry.
+    RTgeometry shape = squares(1);
+    RTmaterial a = material("hit_mark"), b = material("hit_mark");
+    setFloat(a, rtMaterialDeclareVariable, "mark", 11);
+    setFloat(b, rtMaterialDeclareVariable, "mark", 12);
+    RTgeometrygroup first = group({instance(shape, {a})}), second = group({instance(shape, {b})});
+    RTacceleration shared = nullptr;
+    ok(rtGeometryGroupGetAcceleration(first, &shared));
+    ok(rtGeometryGroupSetAcceleration(second, shared));
+    ok(rtVariableSet1f(variable("step"), 2));
+    const std::vector<float> r = shoot(groupOf({first, moved(second, 2)}), 2);
+    EXPECT_EQ(r[0], 11);
+    EXPECT_EQ(r[4], 12);
+}
+
+TEST_F(Rays, MasksAreTestedAtEveryGroup) {
+    RTgeometrygroup square = group({instance(squares(1), {material("hit_mark")})});
+    RTgroup top = groupOf({square});
+    ok(rtVariableSet1ui(variable("mask"), 2));
+    EXPECT_EQ(shoot(top)[0], 1);
+    ok(rtGeometryGroupSetVisibilityMask(square, 1));
+    EXPECT_EQ(shoot(top)[0], -2) << "without a new structure";
+    EXPECT_EQ(shoot(square)[0], -2);
+    ok(rtGeometryGroupSetVisibilityMask(square, 3));
+    EXPECT_EQ(shoot(top)[0], 1);
+    ok(rtGroupSetVisibilityMask(top, 4));
+    EXPECT_EQ(shoot(top)[0], -2);
+}
+
+TEST_F(Rays, StructuresAreBuiltWhenDirtyAlone) {
+    RTgeometry shape = squares(1);
+    RTgeometrygroup top = group({instance(shape, {material("hit_mark")})});
+    RTacceleration built = nullptr;
+    ok(rtGeometryGroupGetAcceleration(top, &built));
+    int dirty = 0;
+    ok(rtAccelerationIsDirty(built, &dirty));
+    EXPECT_EQ(dirty, 1);
+    EXPECT_EQ(shoot(top)[3], 5);
+    ok(rtAccelerationIsDirty(built, &dirty));
+    EXPECT_EQ(dirty, 0);
+    ok(rtVariableSet1f(variable("height"), 8)); // the box stays where it was
+    EXPECT_EQ(shoot(top)[0], 1) << "this ray still passes the box";
+    ok(rtGeometrySetPrimitiveCount(shape, 3));
+    ok(rtVariableSet1f(variable("height"), 5));
+    EXPECT_EQ(shoot(top)[3], 5);
+    ok(rtVariableSet1f(variable("height"), 8));
+    ok(rtAccelerationMarkDirty(built));
+    EXPECT_EQ(shoot(top)[3], 2);
+}
+
+TEST_F(Rays, AChildThatWasBuiltAnewIsFoundByItsParent) {
+    RTgeometrygroup square = group({instance(squares(1), {material("hit_mark")})});
+    RTgroup top = groupOf({square});
+    EXPECT_EQ(shoot(top)[0], 1);
+    RTacceleration built = nullptr;
+    ok(rtGeometryGroupGetAcceleration(square, &built));
+    for (int i = 0; i < 3; ++i) {
+        ok(rtAccelerationMarkDirty(built)); // of the child alone
+        EXPECT_EQ(shoot(top)[0], 1);
+    }
+    // Fewer children than the parent's structure has.
+    ok(rtGroupSetChildCount(top, 0));
+    EXPECT_EQ(shoot(top)[0], -2);
+}
+
+TEST_F(Rays, IncompleteGraphsAreNamed) {
+    RTgeometrygroup top = group({instance(squares(1), {material("hit_mark")})});
+    ok(rtVariableSetObject(variable("top_object"), top));
+    RTgeometrygroup bare = nullptr;
+    ok(rtGeometryGroupCreate(context_, &bare));
+    ok(rtVariableSetObject(variable("top_object"), bare));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "has no acceleration");
+    fails(RT_ERROR_INVALID_VALUE, rtGeometryGroupValidate(bare), "has no acceleration");
+    ok(rtGeometryGroupSetAcceleration(bare, acceleration()));
+    EXPECT_EQ(shoot(bare)[0], -2) << "an empty group is never hit";
+    ok(rtGeometryGroupSetChildCount(bare, 1));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "child 0");
+    RTgeometryinstance hollow = nullptr;
+    ok(rtGeometryInstanceCreate(context_, &hollow));
+    ok(rtGeometryGroupSetChild(bare, 0, hollow));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "no geometry");
+    RTgroup a = groupOf({}), b = groupOf({a});
+    ok(rtGroupSetChildCount(a, 1));
+    ok(rtGroupSetChild(a, 0, b));
+    ok(rtVariableSetObject(variable("top_object"), a));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "below itself");
+    EXPECT_EQ(shoot(top)[0], 1) << "the context works on";
+}
+
+TEST_F(Rays, DestroyedObjectsAreUnset) {
+    RTmaterial paint = material("hit_mark");
+    RTgeometryinstance square = instance(squares(1), {paint});
+    RTgeometrygroup top = group({square});
+    EXPECT_EQ(shoot(top)[0], 1);
+    ok(rtMaterialDestroy(paint));
+    fails(RT_ERROR_INVALID_VALUE, rtMaterialDestroy(paint));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "material 0");
+    ok(rtGeometryInstanceSetMaterial(square, 0, material("hit_mark")));
+    EXPECT_EQ(shoot(top)[0], 1);
+    ok(rtGeometryGroupDestroy(top));
+    fails(RT_ERROR_VARIABLE_NOT_FOUND, rtContextLaunch1D(context_, 0, 1), "top_object");
+}
+
+TEST_F(Rays, SelectorsAndMotionTransformsAreRefusedForNow) {
+    RTgeometrygroup square = group({instance(squares(1), {material("hit_mark")})});
+    const float keys[24] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0};
+    RTtransform moving = moved(square, 0);
+    ok(rtTransformSetMotionKeys(moving, 2, RT_MOTIONKEYTYPE_MATRIX_FLOAT12, keys));
+    ok(rtVariableSetObject(variable("top_object"), moving));
+    fails(RT_ERROR_NOT_SUPPORTED, rtContextLaunch1D(context_, 0, 1), "motion keys");
+    EXPECT_EQ(shoot(square)[0], 1);
+}
+
+} // namespace
+} // namespace sunstone::api6

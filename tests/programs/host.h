@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the programs of this folder that use the driver API alone share.
+#pragma once
+
+#include <cuda.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+inline void check(CUresult result, const char* what, int line) {
+    if (result == CUDA_SUCCESS)
+        return;
+    const char* name = "?";
+    cuGetErrorName(result, &name);
+    std::printf("line %d: %s: %s\n", line, what, name);
+    std::exit(1);
+}
+#define CU(call) check(call, #call, __LINE__)
+
+inline int finish(bool right) {
+    std::printf(right ? "ok\n" : "wrong\n");
+    return right ? 0 : 1;
+}
