@@ -41,7 +41,7 @@ __device__ __noinline__ void printBits(const char* name, State state) {
     printf("\n");
 }
 template <class State>
-__device__ __noinline__ void printNumbers(State state) {
+__device__ __noinline__ void printNumbers(const State& state) {
     State copy = state;
     printf("  uniform");
     for (int i = 0; i < 4; ++i)
