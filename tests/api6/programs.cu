@@ -116,6 +116,26 @@ RT_PROGRAM void shoot() {
     result[4 * line_index + 2] = p.normal.x;
     result[4 * line_index + 3] = p.large[39];
 }
+rtDeclareVariable(float, ray_time, , );
+RT_PROGRAM void shoot_at() {
+    Payload p;
+    p.value = -1;
+    const Ray down = make_Ray(ray_origin + make_float3(step * line_index, 0, 0),
+                              make_float3(0, 0, -1), ray_type, 0.0f, 100.0f);
+    rtTrace(top_object, down, ray_time, p);
+    result[4 * line_index] = p.value;
+    result[4 * line_index + 2] = p.normal.x;
+}
+// A selector's program: the chosen child, or the first two.
+rtDeclareVariable(int, chosen, , );
+RT_PROGRAM void visit_chosen() {
+    if (chosen >= 0) {
+        rtIntersectChild(chosen);
+        return;
+    }
+    rtIntersectChild(0);
+    rtIntersectChild(1);
+}
 RT_PROGRAM void missed() {
     payload.value = -2;
     payload.large[39] = ray.tmax;

@@ -348,14 +348,161 @@ TEST_F(Rays, DestroyedObjectsAreUnset) {
     fails(RT_ERROR_VARIABLE_NOT_FOUND, rtContextLaunch1D(context_, 0, 1), "top_object");
 }
 
-TEST_F(Rays, SelectorsAndMotionTransformsAreRefusedForNow) {
-    RTgeometrygroup square = group({instance(squares(1), {material("hit_mark")})});
-    const float keys[24] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0};
-    RTtransform moving = moved(square, 0);
-    ok(rtTransformSetMotionKeys(moving, 2, RT_MOTIONKEYTYPE_MATRIX_FLOAT12, keys));
-    ok(rtVariableSetObject(variable("top_object"), moving));
-    fails(RT_ERROR_NOT_SUPPORTED, rtContextLaunch1D(context_, 0, 1), "motion keys");
-    EXPECT_EQ(shoot(square)[0], 1);
+class Selectors : public Rays {
+protected:
+    void SetUp() override {
+        Rays::SetUp();
+        ok(rtVariableSet1i(variable("chosen"), 0));
+    }
+    RTgeometrygroup square(float mark, float height, const char* any = nullptr) {
+        RTmaterial paint = material("hit_mark", any);
+        setFloat(paint, rtMaterialDeclareVariable, "mark", mark);
+        RTgeometry shape = squares(1);
+        setFloat(shape, rtGeometryDeclareVariable, "height", height);
+        return group({instance(shape, {paint})});
+    }
+    RTselector selector(const std::vector<RTobject>& children) {
+        RTselector made = nullptr;
+        ok(rtSelectorCreate(context_, &made));
+        ok(rtSelectorSetVisitProgram(made, program("visit_chosen")));
+        ok(rtSelectorSetChildCount(made, unsigned(children.size())));
+        for (unsigned i = 0; i < children.size(); ++i)
+            ok(rtSelectorSetChild(made, i, children[i]));
+        return made;
+    }
+    void choose(int child) { ok(rtVariableSet1i(variable("chosen"), child)); }
+};
+
+TEST_F(Selectors, ProgramsChooseAmongChildren) {
+    RTselector both = selector({square(1, 5), square(2, 6)});
+    for (const RTobject top : {RTobject(both), RTobject(groupOf({both})),
+                               RTobject(groupOf({moved(both, 0)})), RTobject(moved(both, 0))}) {
+        choose(0);
+        EXPECT_EQ(shoot(top)[0], 1);
+        choose(1);
+        EXPECT_EQ(shoot(top)[0], 2);
+        EXPECT_EQ(results()[3], 4);
+        choose(-1);
+        EXPECT_EQ(shoot(top)[0], 2) << "the nearer hit of both";
+    }
+}
+
+TEST_F(Selectors, NestBelowTransformsAndReadTheirOwnVariables) {
+    RTselector inner = selector({square(1, 5), square(2, 6)});
+    RTselector outer = selector({square(3, 7), moved(inner, 3)});
+    for (const auto& [node, child] : {std::pair(inner, 0), std::pair(outer, 1)}) {
+        RTvariable made = nullptr;
+        ok(rtSelectorDeclareVariable(node, "chosen", &made));
+        ok(rtVariableSet1i(made, child));
+    }
+    ok(rtVariableSet1f(variable("step"), 3));
+    const std::vector<float> r = shoot(groupOf({outer}), 2);
+    EXPECT_EQ(r[0], -2);
+    EXPECT_EQ(r[4], 1);
+}
+
+TEST_F(Selectors, TerminatedRaysEndTheVisit) {
+    choose(-1);
+    const std::vector<float> r =
+        shoot(selector({square(1, 5, "terminate_any"), square(2, 6, "terminate_any")}));
+    EXPECT_EQ(r[0], 1) << "the second child is nearer, but never entered";
+    EXPECT_EQ(r[1], 1);
+}
+
+TEST_F(Selectors, ChildrenThatDoNotExistAreAnException) {
+    RTselector one = selector({square(1, 5)});
+    choose(7);
+    EXPECT_EQ(shoot(one)[0], -2);
+    ok(rtContextSetExceptionProgram(context_, 0, program("note_exception")));
+    ok(rtContextSetExceptionEnabled(context_, RT_EXCEPTION_INDEX_OUT_OF_BOUNDS, 1));
+    EXPECT_EQ(shoot(one)[1], RT_EXCEPTION_INDEX_OUT_OF_BOUNDS);
+    choose(0);
+    EXPECT_EQ(shoot(one)[0], 1);
+}
+
+TEST_F(Selectors, IncompleteSelectorsAreNamed) {
+    RTselector bare = nullptr;
+    ok(rtSelectorCreate(context_, &bare));
+    ok(rtVariableSetObject(variable("top_object"), bare));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "no visit program");
+    fails(RT_ERROR_TYPE_MISMATCH, rtSelectorSetVisitProgram(bare, program("square_hit")));
+    ok(rtSelectorSetVisitProgram(bare, program("visit_chosen")));
+    EXPECT_EQ(shoot(bare)[0], -2) << "a selector without children is never hit";
+    ok(rtSelectorSetChildCount(bare, 1));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "child 0");
+}
+
+class MotionTransforms : public Rays {
+protected:
+    void SetUp() override {
+        Rays::SetUp();
+        setEntry("shoot_at");
+        ok(rtVariableSet1f(variable("step"), 1));
+        square_ = group({instance(squares(1), {material("hit_world")})});
+    }
+    // From x = 0 to x = 4.
+    RTtransform moving(RTmotionkeytype type) {
+        RTtransform made = moved(square_, 100); // the keys replace the matrix
+        const float matrices[24] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0,
+                                    1, 0, 0, 4, 0, 1, 0, 0, 0, 0, 1, 0};
+        const float parts[32] = {1, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0,
+                                 1, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 1, 4, 0, 0};
+        const bool isSrt = type == RT_MOTIONKEYTYPE_SRT_FLOAT16;
+        ok(rtTransformSetMotionKeys(made, 2, type, isSrt ? parts : matrices));
+        return made;
+    }
+    // Which of the rays at x = 0.25, 1.25 and so on hits, and where the object is; -1: none does.
+    int column(RTobject top, float time) {
+        ok(rtVariableSet1f(variable("ray_time"), time));
+        const std::vector<float> r = shoot(top, 8);
+        for (int i = 0; i < 8; ++i)
+            if (r[size_t(4 * i)] != -2) {
+                EXPECT_EQ(r[size_t(4 * i)], float(i)) << "rtTransformPoint";
+                EXPECT_EQ(r[size_t(4 * i + 2)], float(-i)) << "rtGetTransform";
+                return i;
+            }
+        return -1;
+    }
+    RTgeometrygroup square_ = nullptr;
+};
+
+TEST_F(MotionTransforms, KeysAreInterpolatedAtTheTimeOfTheRay) {
+    for (const RTmotionkeytype type :
+         {RT_MOTIONKEYTYPE_MATRIX_FLOAT12, RT_MOTIONKEYTYPE_SRT_FLOAT16}) {
+        RTtransform node = moving(type);
+        for (const RTobject top : {RTobject(node), RTobject(groupOf({node}))})
+            for (int x : {0, 1, 2, 4})
+                EXPECT_EQ(column(top, float(x) / 4), x);
+        EXPECT_EQ(column(moved(node, 2), 0.5f), 4) << "below a transform without motion";
+    }
+}
+
+TEST_F(MotionTransforms, RangesAndBordersTakeEffectAtTheNextLaunch) {
+    RTtransform node = moving(RT_MOTIONKEYTYPE_MATRIX_FLOAT12);
+    RTgroup top = groupOf({node});
+    EXPECT_EQ(column(top, 2), 4) << "borders clamp";
+    ok(rtTransformSetMotionRange(node, 1, 3));
+    EXPECT_EQ(column(top, 2), 2);
+    ok(rtTransformSetMotionBorderMode(node, RT_MOTIONBORDERMODE_VANISH, RT_MOTIONBORDERMODE_CLAMP));
+    EXPECT_EQ(column(top, 0.5f), -1);
+    EXPECT_EQ(column(top, 3.5f), 4);
+    ok(rtTransformSetMotionBorderMode(node, RT_MOTIONBORDERMODE_CLAMP, RT_MOTIONBORDERMODE_VANISH));
+    EXPECT_EQ(column(top, 0.5f), 0);
+    EXPECT_EQ(column(top, 3.5f), -1);
+}
+
+TEST_F(MotionTransforms, OneKeyIsTheMatrix) {
+    RTtransform node = moving(RT_MOTIONKEYTYPE_SRT_FLOAT16);
+    const float key[16] = {1, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 1, 3, 0, 0};
+    ok(rtTransformSetMotionKeys(node, 1, RT_MOTIONKEYTYPE_SRT_FLOAT16, key));
+    float matrix[16], inverse[16];
+    ok(rtTransformGetMatrix(node, 0, matrix, inverse));
+    EXPECT_EQ(matrix[3], 3);
+    EXPECT_EQ(inverse[3], -3);
+    RTmotionkeytype type = RT_MOTIONKEYTYPE_SRT_FLOAT16;
+    ok(rtTransformGetMotionKeyType(node, &type));
+    EXPECT_EQ(type, RT_MOTIONKEYTYPE_NONE);
+    EXPECT_EQ(column(node, 0.5f), 3);
 }
 
 } // namespace

@@ -3,6 +3,8 @@
 #include "api/optix6/call.h"
 #include "api/optix6/scene.h"
 #include "api/optix6/setters.h"
+#include "bvh/motion/transforms.h"
+#include "devlib/graph.h"
 #include "math/matrix.h"
 
 #include <algorithm>
@@ -282,8 +284,10 @@ SUNSTONE_API RTresult rtTransformGetContext(RTtransform transform, RTcontext* co
     return getContext<Transform>(__func__, transform, "transform", context);
 }
 SUNSTONE_API RTresult rtTransformSetMotionRange(RTtransform transform, float begin, float end) {
-    return call<Transform>(__func__, transform, "transform",
-                           [&](auto& object) { setMotionRange(object.motion, begin, end); });
+    return call<Transform>(__func__, transform, "transform", [&](Transform& object) {
+        setMotionRange(object.motion, begin, end);
+        object.context()->noteStructure();
+    });
 }
 SUNSTONE_API RTresult rtTransformGetMotionRange(RTtransform transform, float* begin, float* end) {
     return call<Transform>(__func__, transform, "transform", [&](auto& object) {
@@ -295,8 +299,10 @@ SUNSTONE_API RTresult rtTransformGetMotionRange(RTtransform transform, float* be
 SUNSTONE_API RTresult rtTransformSetMotionBorderMode(RTtransform transform,
                                                      RTmotionbordermode begin,
                                                      RTmotionbordermode end) {
-    return call<Transform>(__func__, transform, "transform",
-                           [&](auto& object) { setMotionBorders(object.motion, begin, end); });
+    return call<Transform>(__func__, transform, "transform", [&](Transform& object) {
+        setMotionBorders(object.motion, begin, end);
+        object.context()->noteStructure();
+    });
 }
 SUNSTONE_API RTresult rtTransformGetMotionBorderMode(RTtransform transform,
                                                      RTmotionbordermode* begin,
@@ -336,6 +342,15 @@ void invert(const std::array<float, 16>& matrix, std::array<float, 16>& inverse,
 void setLastRow(std::array<float, 16>& matrix) {
     matrix[12] = matrix[13] = matrix[14] = 0;
     matrix[15] = 1;
+}
+
+// The 3x4 matrix of one key with scale, rotation and translation.
+void matrixOfSrt(const float* key, float* matrix) {
+    alignas(64) bvh::SrtMotionTransform transform{};
+    transform.motion.keys = 2;
+    for (bvh::SrtKey& each : transform.keys)
+        std::memcpy(&each, key, sizeof each);
+    bvh::transformAt(devlib::makeHandle(&transform, devlib::kTagSrtMotion), {0, 0}, matrix);
 }
 
 } // namespace
@@ -382,14 +397,17 @@ SUNSTONE_API RTresult rtTransformSetMotionKeys(RTtransform transform, unsigned n
             refuse(RT_ERROR_INVALID_VALUE, "n = ", n, " is outside 1..", kMostMotionSteps);
         if (type != RT_MOTIONKEYTYPE_MATRIX_FLOAT12 && type != RT_MOTIONKEYTYPE_SRT_FLOAT16)
             refuse(RT_ERROR_INVALID_VALUE, "type = ", unsigned(type), " is not a type of keys");
-        if (n == 1 && type == RT_MOTIONKEYTYPE_SRT_FLOAT16)
-            refuse(RT_ERROR_NOT_SUPPORTED, "one key with scale, rotation and translation is not "
-                                           "supported yet");
         if (n == 1) {
-            std::copy_n(keys, 12, object.matrix.begin());
-            invert(object.matrix, object.inverse, "keys");
-            setLastRow(object.matrix);
-            setLastRow(object.inverse);
+            std::array<float, 16> matrix{}, inverse{};
+            if (type == RT_MOTIONKEYTYPE_SRT_FLOAT16)
+                matrixOfSrt(keys, matrix.data());
+            else
+                std::copy_n(keys, 12, matrix.begin());
+            invert(matrix, inverse, "keys");
+            setLastRow(matrix);
+            setLastRow(inverse);
+            object.matrix = matrix;
+            object.inverse = inverse;
             object.keys.clear();
         } else {
             object.keys.assign(keys,

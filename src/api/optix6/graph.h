@@ -155,6 +155,10 @@ public:
     static constexpr Kind kKind = Kind::kSelector;
     explicit Selector(const std::shared_ptr<Context>& context) : ParentNode(kKind, context) {}
     Ref<Program> visit;
+
+    // Made by the scene: the children as rays enter them, and a structure with the bounds of all.
+    std::vector<uint64_t> childHandles;
+    uint64_t boundsHandle = 0;
 };
 
 class Transform : public Node {

@@ -253,6 +253,14 @@ void Scene::bindHits(GeometryGroup& group) {
         }
 }
 
+void Scene::bindVisit(const Selector& selector) {
+    const std::shared_ptr<Program> program = selector.visit.lock();
+    ClassicRecord made =
+        record(devlib::kGroupVisit, {{devlib::kRoleMain, program.get(), ProgramKind::kVisit}});
+    made.blocks[devlib::kBlockMain] = block(*program, {&selector.scope, &context_.scope});
+    visits_[&selector] = made;
+}
+
 // Everything that follows the structure of the graph, the scopes and the programs.
 void Scene::bind() {
     for (const auto& [key, entry] : blocks_)
@@ -262,10 +270,14 @@ void Scene::bind() {
     blocks_.clear();
     hits_.clear();
     bounds_.clear();
+    visits_.clear();
     bindEntries();
-    for (const std::shared_ptr<Node>& node : order_)
+    for (const std::shared_ptr<Node>& node : order_) {
         if (node->kind == Kind::kGeometryGroup)
             bindHits(static_cast<GeometryGroup&>(*node));
+        if (node->kind == Kind::kSelector)
+            bindVisit(static_cast<Selector&>(*node));
+    }
 }
 
 void Scene::makePipeline() {

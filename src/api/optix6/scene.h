@@ -54,6 +54,7 @@ private:
     void bind();
     void bindEntries();
     void bindHits(GeometryGroup& group);
+    void bindVisit(const Selector& selector);
     void bindBounds(const GeometryInstance& instance, const Geometry& geometry);
     void updateTextures();
     void fillTables();
@@ -80,13 +81,15 @@ private:
     void buildGeometry(GeometryGroup& group);
     void buildGroup(Group& group);
     void makeNode(Node& node);
-    void makeMotionTransform(Transform& transform, Child child);
+    void makeMotionTransform(Transform& transform, uint64_t child);
+    static bool isPlain(const Child& child);
     void makeVisitNode(Selector& selector);
     std::vector<Child> childrenOf(Node& node);
     void build(AlignedMemory& memory, uint64_t& handle, engine::AccelInputs inputs,
                const bvh::MotionOptions& motion);
     void buildInstances(AlignedMemory& memory, uint64_t& handle,
                         const std::vector<Child>& children);
+    static void showChildren(const AlignedMemory& memory, const std::vector<Child>& children);
     bvh::CustomInput customOf(engine::AccelInputs& inputs, const GeometryInstance& instance,
                               const Geometry& geometry);
     std::vector<float> boxesOf(const GeometryInstance& instance, const Geometry& geometry,
@@ -103,8 +106,8 @@ private:
     compiler::PipelineRules rules_;
     std::vector<devlib::ClassicRecord> rayGeneration_, exception_, misses_, hits_, callables_;
     std::map<const GeometryInstance*, devlib::ClassicRecord> bounds_;
-    std::vector<std::vector<float>> boxes_; // of the structure that is built
-    std::map<const Node*, std::unique_ptr<devlib::ClassicRecord>> visits_;
+    std::vector<std::vector<float>> boxes_;               // of the structure that is built
+    std::map<const Node*, devlib::ClassicRecord> visits_; // of selectors
     std::vector<uint64_t> nodes_, textures_;
     std::vector<const devlib::BufferView*> views_;
     devlib::BufferView emptyView_{nullptr, {0, 0, 0}, 0, 1};

@@ -276,21 +276,14 @@ void Scene::buildInstances(AlignedMemory& memory, uint64_t& handle,
     inputs.instances->instances = descriptions.data();
     inputs.instances->numInstances = uint32_t(descriptions.size());
     build(memory, handle, std::move(inputs), {});
+    showChildren(memory, children);
 }
 
-// A structure that is not dirty keeps its boxes, and its instances follow the graph.
-void Scene::buildGroup(Group& group) {
-    Acceleration& acceleration = *group.acceleration.lock();
-    std::vector<Child> children;
-    for (const Ref<Node>& slot : group.slots)
-        for (const Child& child : childrenOf(*slot.lock()))
-            children.push_back(child);
-    Acceleration::Built& built = acceleration.instances;
-    if (acceleration.dirty || built.handle == 0)
-        buildInstances(built.memory, built.handle, children);
+// Writes the children into the records of a structure that may have been built of others.
+void Scene::showChildren(const AlignedMemory& memory, const std::vector<Child>& children) {
     for (uint32_t i = 0;; ++i) {
         auto* record = const_cast<devlib::InstanceRecord*>(
-            static_cast<const devlib::InstanceRecord*>(bvh::instanceRecord(built.memory.get(), i)));
+            static_cast<const devlib::InstanceRecord*>(bvh::instanceRecord(memory.get(), i)));
         if (!record)
             break;
         if (i >= children.size()) {
@@ -305,6 +298,20 @@ void Scene::buildGroup(Group& group) {
         std::copy_n(child.instance.transform, 12, record->objectToWorld);
         math::invert(record->objectToWorld, record->worldToObject);
     }
+}
+
+// A structure that is not dirty keeps its boxes, and its instances follow the graph.
+void Scene::buildGroup(Group& group) {
+    Acceleration& acceleration = *group.acceleration.lock();
+    std::vector<Child> children;
+    for (const Ref<Node>& slot : group.slots)
+        for (const Child& child : childrenOf(*slot.lock()))
+            children.push_back(child);
+    Acceleration::Built& built = acceleration.instances;
+    if (acceleration.dirty || built.handle == 0)
+        buildInstances(built.memory, built.handle, children);
+    else
+        showChildren(built.memory, children);
 }
 
 // What a node is in the structure of its parent.
@@ -329,15 +336,15 @@ std::vector<Scene::Child> Scene::childrenOf(Node& node) {
         add(group.acceleration.lock()->instances.handle, group.mask, 0, 0);
     } else if (node.kind == Kind::kSelector) {
         auto& selector = static_cast<Selector&>(node);
-        if (const uint64_t bounds = *static_cast<uint64_t*>(selector.childMemory.get()))
-            children.push_back({instanceOf(bounds, 0xFF, 0, 0),
+        if (selector.boundsHandle)
+            children.push_back({instanceOf(selector.boundsHandle, 0xFF, 0, 0),
                                 devlib::makeHandle(selector.nodeMemory.get(), devlib::kTagVisit)});
     } else {
         auto& transform = static_cast<Transform&>(node);
         children = childrenOf(*transform.child.lock());
         if (!transform.keys.empty()) {
             children.clear();
-            add(transform.nodeHandle ? transform.nodeHandle : 0, 0xFF, 0, 0);
+            add(transform.nodeHandle, 0xFF, 0, 0);
             return children;
         }
         for (Child& child : children)
@@ -346,41 +353,88 @@ std::vector<Scene::Child> Scene::childrenOf(Node& node) {
     return children;
 }
 
-// The node of a selector, whose children are nodes of their own, and behind the child handles a
-// structure with the bounds of all. childMemory begins with the handle of that.
+// The node of a selector. Its children are nodes of their own, which the visit program enters by
+// number. A structure of all of them is built for its bounds alone.
 void Scene::makeVisitNode(Selector& selector) {
-    refuse(RT_ERROR_NOT_SUPPORTED, "selector ", selector.handle(),
-           " is in the graph of a launch: selectors are not supported yet");
+    std::vector<Child> all;
+    selector.childHandles.clear();
+    for (const Ref<Node>& slot : selector.slots) {
+        Node& node = *slot.lock();
+        selector.childHandles.push_back(node.nodeHandle);
+        for (const Child& child : childrenOf(node))
+            all.push_back(child);
+    }
+    selector.boundsHandle = 0;
+    if (!all.empty())
+        buildInstances(selector.childMemory, selector.boundsHandle, all);
+    if (selector.nodeMemory.size() < sizeof(devlib::VisitNode))
+        selector.nodeMemory = AlignedMemory(sizeof(devlib::VisitNode));
+    auto& node = *static_cast<devlib::VisitNode*>(selector.nodeMemory.get());
+    node.record = uint64_t(&visits_.at(&selector));
+    node.children = selector.childHandles.data();
+    node.count = uint32_t(selector.childHandles.size());
+}
+
+// Motion keys as a node. What they move is a structure of instances, which has bounds whatever is
+// below it.
+void Scene::makeMotionTransform(Transform& transform, uint64_t child) {
+    const bvh::MotionOptions motion = optionsOf(transform.motion);
+    const bool isSrt = transform.keyType == RT_MOTIONKEYTYPE_SRT_FLOAT16;
+    const size_t header = offsetof(bvh::MatrixMotionTransform, matrices);
+    static_assert(offsetof(bvh::MatrixMotionTransform, matrices) ==
+                  offsetof(bvh::SrtMotionTransform, keys));
+    const size_t keyBytes = transform.keys.size() * sizeof(float);
+    transform.nodeMemory =
+        AlignedMemory(std::max(header + keyBytes, sizeof(bvh::SrtMotionTransform)));
+    auto& node = *static_cast<bvh::MatrixMotionTransform*>(transform.nodeMemory.get());
+    node.child = child;
+    // An empty range has one moment, that of the first key.
+    const bool isMoment = motion.begin == motion.end;
+    node.motion = {uint16_t(isMoment ? 1 : motion.keys), uint16_t(motion.flags), motion.begin,
+                   motion.end};
+    std::memcpy(static_cast<uint8_t*>(transform.nodeMemory.get()) + header, transform.keys.data(),
+                keyBytes);
+    transform.nodeHandle =
+        devlib::makeHandle(&node, isSrt ? devlib::kTagSrtMotion : devlib::kTagMatrixMotion);
+}
+
+// Whether rays may enter what the instance refers to in place of the instance.
+bool Scene::isPlain(const Child& child) {
+    const bvh::InstanceDesc& desc = child.instance;
+    return isIdentity(desc.transform) && desc.visibilityMask == 0xFF && desc.flags == 0 &&
+           desc.sbtOffset == 0;
 }
 
 void Scene::makeNode(Node& node) {
-    if (node.kind == Kind::kTransform && !static_cast<Transform&>(node).keys.empty())
-        refuse(RT_ERROR_NOT_SUPPORTED, "transform ", node.handle(),
-               " has motion keys, which is not supported yet");
-    const std::vector<Child> children = childrenOf(node);
+    auto* const transform =
+        node.kind == Kind::kTransform ? static_cast<Transform*>(&node) : nullptr;
+    const bool moves = transform && !transform->keys.empty();
     node.nodeHandle = 0;
+    const std::vector<Child> children = childrenOf(moves ? *transform->child.lock() : node);
     if (children.empty())
         return;
-    uint64_t inner = children[0].handle;
-    bvh::InstanceDesc desc = children[0].instance;
-    if (children.size() > 1) {
-        buildInstances(node.childMemory, inner, children);
-        desc = instanceOf(inner, 0xFF, 0, 0);
+    Child only = children[0];
+    const bool isStructure = isPlain(only) && devlib::tagOf(only.handle) == devlib::kTagIas;
+    if (children.size() > 1 || (moves && !isStructure)) {
+        buildInstances(node.childMemory, only.handle, children);
+        only.instance = instanceOf(only.handle, 0xFF, 0, 0);
     }
-    if (isIdentity(desc.transform) && desc.visibilityMask == 0xFF && desc.flags == 0 &&
-        desc.sbtOffset == 0 && devlib::tagOf(inner) == devlib::kTagIas) {
-        node.nodeHandle = inner;
+    if (moves)
+        return makeMotionTransform(*transform, only.handle);
+    const devlib::HandleTag tag = devlib::tagOf(only.handle);
+    if (isPlain(only) && (tag == devlib::kTagIas || tag == devlib::kTagVisit)) {
+        node.nodeHandle = only.handle;
         return;
     }
-    if (!node.nodeMemory.get())
+    if (node.nodeMemory.size() < sizeof(devlib::InstanceRecord))
         node.nodeMemory = AlignedMemory(sizeof(devlib::InstanceRecord));
     auto& record = *static_cast<devlib::InstanceRecord*>(node.nodeMemory.get());
-    std::copy_n(desc.transform, 12, record.objectToWorld);
+    std::copy_n(only.instance.transform, 12, record.objectToWorld);
     math::invert(record.objectToWorld, record.worldToObject);
-    record.child = inner;
-    record.sbtOffset = desc.sbtOffset;
-    record.visibilityMask = desc.visibilityMask;
-    record.flags = desc.flags;
+    record.child = only.handle;
+    record.sbtOffset = only.instance.sbtOffset;
+    record.visibilityMask = only.instance.visibilityMask;
+    record.flags = only.instance.flags;
     node.nodeHandle = devlib::makeHandle(&record, devlib::kTagInstance);
 }
 

@@ -378,12 +378,26 @@ private:
     }
 
     void visitChild() {
+        if (exceptions() & devlib::kClassicIndex)
+            checkChild();
         auto* type = llvm::FunctionType::get(word(), {pointer(), word()}, false);
         Value* target = launchFunction(offsetof(LaunchState, visitChild), "visitChild", type);
         Value* result = builder_.CreateCall(type, target, {state(), argument(0)});
         endWhere(builder_.CreateICmpEQ(result, builder_.getInt32(devlib::kTerminate)),
                  devlib::kTerminate);
         call_->eraseFromParent();
+    }
+
+    // Raises the exception of a child that the selector lacks.
+    void checkChild() {
+        Value* node = loadInvariant(state(), offsetof(RayState, visited), pointer());
+        Value* count = loadOfLaunch(node, offsetof(devlib::VisitNode, count), word());
+        llvm::Instruction* end = llvm::SplitBlockAndInsertIfThen(
+            builder_.CreateICmpUGE(argument(0), count), call_, false);
+        builder_.SetInsertPoint(end);
+        callParams(offsetof(ClassicLaunch, outside), pointer(),
+                   {state(), builder_.getInt32(0), builder_.getInt32(devlib::kCodeIndex)});
+        builder_.SetInsertPoint(call_);
     }
 
     // Ends the program with `result` if the condition holds.
