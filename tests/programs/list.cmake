@@ -1,4 +1,5 @@
 # Compares the rows of README.md with the programs: -DFOLDER=<this folder>.
+cmake_minimum_required(VERSION 3.25)
 file(GLOB programs RELATIVE ${FOLDER} ${FOLDER}/*/*.cpp ${FOLDER}/*/*.c ${FOLDER}/*/*.cu)
 file(STRINGS ${FOLDER}/README.md lines REGEX "^[|] `")
 set(rows "")
