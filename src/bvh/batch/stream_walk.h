@@ -46,6 +46,47 @@ struct OctantPlanes {
     }
 };
 
+// The rays that meet each child of a node, a bit for each ray.
+#if defined(__AVX512F__)
+class ChildRays {
+public:
+    SUNSTONE_INLINE_MEMBER void add(uint32_t ray, Mask children) {
+        sets_ = _mm512_mask_or_epi64(sets_, __mmask8(children), sets_,
+                                     _mm512_set1_epi64(int64_t(uint64_t(1) << ray)));
+    }
+    SUNSTONE_INLINE_MEMBER void finish() { _mm512_store_si512(out_, sets_); }
+    SUNSTONE_INLINE_MEMBER uint64_t of(uint32_t child) const { return out_[child]; }
+
+private:
+    __m512i sets_ = _mm512_setzero_si512();
+    alignas(64) uint64_t out_[8];
+};
+#else
+class ChildRays {
+public:
+    SUNSTONE_INLINE_MEMBER void add(uint32_t ray, Mask children) {
+        bytes_[ray] = uint8_t(children);
+    }
+    SUNSTONE_INLINE_MEMBER void finish() {
+        for (int i = 0; i < 4; ++i)
+            hits_[i] = _mm_load_si128(reinterpret_cast<const __m128i*>(bytes_) + i);
+    }
+    // The rays whose byte has the child's bit.
+    SUNSTONE_INLINE_MEMBER uint64_t of(uint32_t child) const {
+        const __m128i shift = _mm_cvtsi32_si128(int(7 - child));
+        uint64_t set = 0;
+        for (int i = 3; i >= 0; --i)
+            set = set << 16 |
+                  uint64_t(uint32_t(_mm_movemask_epi8(_mm_sll_epi16(hits_[i], shift))) & 0xFFFFu);
+        return set;
+    }
+
+private:
+    alignas(16) uint8_t bytes_[kPieceRays] = {};
+    __m128i hits_[4];
+};
+#endif
+
 template <class Judge>
 struct StreamRay {
     RaySetup setup;
@@ -96,8 +137,8 @@ public:
 
 private:
     // Rays of a set that are so few walk apart.
-    static constexpr int kFew = 3;
-    static constexpr uint32_t kInFlight = 16;
+    static constexpr int kFew = Judge::kOrdered ? 2 : 1;
+    static constexpr uint32_t kInFlight = 32;
     // Room on a ray's own stack for nodes that the first phase gives it.
     static constexpr uint32_t kGiven = 96;
     static constexpr uint32_t kOwnStack = kGiven + kStackSize;
@@ -123,16 +164,6 @@ private:
     SUNSTONE_INLINE_MEMBER bool visitLeaf(NodeRef ref, StreamRay<Judge>& ray) const {
         BatchTriangles<Judge, kMasked> triangles(ray.setup, ray.judge, masks_, ray.mask);
         return triangles.leaf(block_, ref);
-    }
-
-    // The rays whose byte in `hits` has the child's bit.
-    static uint64_t raysOf(const __m128i (&hits)[4], uint32_t child) {
-        const __m128i shift = _mm_cvtsi32_si128(int(7 - child));
-        uint64_t set = 0;
-        for (int i = 3; i >= 0; --i)
-            set = set << 16 |
-                  uint64_t(uint32_t(_mm_movemask_epi8(_mm_sll_epi16(hits[i], shift))) & 0xFFFFu);
-        return set;
     }
 
     void walkTogether() {
@@ -171,7 +202,7 @@ private:
     }
 
     Entry* openTogether(const uint8_t* node, uint64_t rays, Entry* top) {
-        alignas(16) uint8_t bytes[kRays] = {};
+        ChildRays childRays;
         F8* const f = nullptr;
         F8 nearest = splat(__builtin_inff(), f);
         Mask any = 0;
@@ -180,7 +211,7 @@ private:
                 const uint32_t i = lowest(set);
                 F8 distance;
                 const Mask hits = testRay(rays_[i], distance);
-                bytes[i] = uint8_t(hits);
+                childRays.add(i, hits);
                 any |= hits;
                 // Those of missed children are at most those of boxes that are hit: a lower bound.
                 nearest = min(distance, nearest);
@@ -198,9 +229,7 @@ private:
         }
         if (any == 0)
             return top;
-        __m128i hits[4];
-        for (int i = 0; i < 4; ++i)
-            hits[i] = _mm_load_si128(reinterpret_cast<const __m128i*>(bytes) + i);
+        childRays.finish();
         alignas(32) float distance[8];
         store(distance, nearest);
         const NodeRef* const children = reinterpret_cast<const Node*>(node)->children;
@@ -209,7 +238,7 @@ private:
             const uint32_t child = lowestBit(m);
             const NodeRef ref = children[child];
             const Entry entry = {uint64_t(bitsOf(distance[child])) << 32 | ref,
-                                 raysOf(hits, child)};
+                                 childRays.of(child)};
             Entry* place = top++;
             if (Judge::kOrdered)
                 for (; place > first && place[-1].item < entry.item; --place)
