@@ -2,10 +2,14 @@
 // Limits of processors: made folders of control groups, the affinity of this process.
 #include "base/cpu_limits.h"
 
+#include "base/error.h"
+
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
+
+#include <unistd.h>
 
 namespace sunstone {
 namespace {
@@ -15,7 +19,7 @@ namespace fs = std::filesystem;
 // A folder with the files that the kernel would have.
 class FakeSystem {
 public:
-    FakeSystem() : root_(fs::path(testing::TempDir()) / "sunstone_cpu_limits") {
+    FakeSystem() : root_(fs::path(testing::TempDir()) / message("sunstone_cpu_limits_", getpid())) {
         fs::remove_all(root_);
     }
     ~FakeSystem() { fs::remove_all(root_); }

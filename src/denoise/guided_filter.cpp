@@ -14,6 +14,8 @@ namespace {
 constexpr size_t kPlaneCount = 25;
 constexpr size_t kLargePlaneCount = 7; // of the output's size, where that is larger
 constexpr size_t kAlignment = 64;
+// More lets the upsampler sharpen noise, less takes away relief (tests/denoise, tests/api76).
+constexpr float kMostReturnedBeforeUpsampling = 0.78f;
 static_assert(sizeof(Control) <= kAlignment);
 
 size_t rowStride(uint32_t width) {
@@ -180,14 +182,14 @@ private:
         }
         if (pass_.hasAlpha)
             std::swap(alpha_, from->alpha);
-        if (factor_ == 1) // a larger picture is sharpened from the smooth one
-            returnStructure(*from, *given, *to);
+        returnStructure(*from, *given, *to);
         given->alpha = std::exchange(pilot_.alpha, nullptr);
         return *from;
     }
 
     // What the passes took away from `given` beside noise, back into `smooth`.
     void returnStructure(const Planes& smooth, const Planes& given, const Planes& scratch) {
+        pass_.mostReturned = factor_ == 1 ? 1.0f : kMostReturnedBeforeUpsampling;
         pass_.pilot = given;
         pass_.sums[0] = given.variance;
         pass_.sums[1] = job_.valid;

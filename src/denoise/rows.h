@@ -31,6 +31,7 @@ struct Pass {
     float* detail[3];     // the part of colours that guides explain
     float* sums[2];       // of gather
     int step;             // of an à-trous pass
+    float mostReturned;   // the largest part of the structure that giveBack returns
     float colorTolerance; // squared
     bool hasAlpha;
 };

@@ -110,6 +110,7 @@ inline void returnChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t e
         const float total = sums[0][i] + kSmall;
         const float part = structure / total + kUsualLoss * across * down / total;
         const float share =
+            pass.mostReturned *
             std::clamp((part - kLeastStructure) / (kFullStructure - kLeastStructure), 0.0f, 1.0f);
         for (int c = 0; c < 3; ++c) {
             float& smooth = pass.from.color[c][here + x];
