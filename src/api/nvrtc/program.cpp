@@ -195,7 +195,7 @@ nvrtcResult Program::run(const Options& options) {
         command.insert(command.end(), list.begin(), list.end());
     };
     append(clangArguments(options));
-    // CUDA's headers are Sunstone's, whatever folders the program names.
+    // Sunstone's CUDA headers precede the folders that the program names.
     const std::string& headers = compiler().headers;
     append({"-D__CUDACC_RTC__=1", "-D__NV_BUILTIN_MOVE_FORWARD=1", "-I" + headers, "-include",
             headers + "/cuda_runtime.h"});

@@ -98,7 +98,7 @@ const void* Scene::block(const Program& program, Scopes scopes) {
         key.push_back(found.back().get());
         bindsPrograms |= wanted.isScoped() && isBoundProgram(wanted);
     }
-    // Programs that are bound see the scopes of their caller: such a block is nobody else's.
+    // Bound programs see the scopes of their caller, so no other caller shares the block.
     if (bindsPrograms)
         key.push_back(reinterpret_cast<Variable*>(blocks_.size() + 1));
     std::unique_ptr<Block>& entry = blocks_[{&code, key}];

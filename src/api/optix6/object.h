@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The base of all objects of the classic API. One table holds the objects of all classes, so that a
-// handle of another class is told apart from a dead one. The table owns them; objects refer to one
-// another weakly, and what refers to a destroyed object finds nothing.
+// The base of all objects of the classic API. One table owns the objects of all classes: a handle of
+// another class and the handle of a destroyed object give different errors. Objects refer to one
+// another by weak pointers, which are empty once the object is destroyed.
 #pragma once
 
 #include "base/error.h"

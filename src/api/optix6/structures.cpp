@@ -375,8 +375,7 @@ void Scene::makeVisitNode(Selector& selector) {
     node.count = uint32_t(selector.childHandles.size());
 }
 
-// Motion keys as a node. What they move is a structure of instances, which has bounds whatever is
-// below it.
+// Motion keys as a node above a structure of instances, which bounds children of every kind.
 void Scene::makeMotionTransform(Transform& transform, uint64_t child) {
     const bvh::MotionOptions motion = optionsOf(transform.motion);
     const bool isSrt = transform.keyType == RT_MOTIONKEYTYPE_SRT_FLOAT16;

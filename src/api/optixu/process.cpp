@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program reads and writes unnamed files, so it can wait for nobody and nothing can be lost.
+// Runs a program with unnamed files as its input and output: unlike pipes they never fill up, so
+// the program cannot block on them.
 #include "api/optixu/process.h"
 
 #include <spawn.h>

@@ -9,7 +9,7 @@ namespace optix {
 
 // ---- Context ----------------------------------------------------------------------------------
 
-// The context is gone even if the call reports that an earlier launch failed.
+// The call destroys the context even where it reports that an earlier launch failed.
 inline void ContextObj::destroy() {
     const RTcontext context = m_context;
     m_context = 0;

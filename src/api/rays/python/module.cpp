@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Python module `sunstone`: sunstone/rays.h for NumPy arrays and whatever offers DLPack, such
-// as tensors of PyTorch on the CPU or a CUDA device. Arrays are used where they are; one of another
-// type or layout is an error, never copied.
+// The Python module `sunstone`: sunstone/rays.h for NumPy arrays and arrays that offer DLPack,
+// such as tensors of PyTorch on the CPU or a CUDA device. The functions read and write arrays in
+// place. They refuse arrays of another type or layout.
 #include "sunstone/rays.h"
 
 #include <pybind11/numpy.h>
