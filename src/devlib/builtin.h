@@ -6,6 +6,7 @@
 
 #include "bvh/input/input_lookup.h"
 #include "bvh/shapes/curves.h"
+#include "devlib/abi.h"
 
 #include <cstdint>
 

@@ -4,6 +4,7 @@
 #include "base/thread_object.h"
 #include "bvh/motion/transforms.h"
 #include "math/matrix.h"
+#include "math/product.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,21 +15,6 @@ namespace {
 
 const ClassicLaunch& classicOf(const RayState& state) {
     return *static_cast<const ClassicLaunch*>(state.launch->params);
-}
-
-uint32_t switchOf(uint32_t code) {
-    switch (code) {
-    case kCodeBufferIndex:
-        return kClassicBufferIndex;
-    case kCodeBufferId:
-        return kClassicBufferId;
-    case kCodeTextureId:
-        return kClassicTextureId;
-    case kCodeProgramId:
-        return kClassicProgramId;
-    default:
-        return kClassicIndex;
-    }
 }
 
 struct Scratch {
@@ -51,17 +37,6 @@ void checkRay(RayState* state, RayState* ray) {
     for (int i = 0; i < 3; ++i)
         if (!std::isfinite(ray->worldOrigin[i]) || !std::isfinite(ray->worldDirection[i]))
             state->launch->raise(state, kCodeInvalidRay, nullptr);
-}
-
-// Row by row: a * b of 3x4 matrices, into a third.
-void multiply(const float a[12], const float b[12], float product[12]) {
-    for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 4; ++column) {
-            float sum = column == 3 ? a[4 * row + 3] : 0;
-            for (int k = 0; k < 3; ++k)
-                sum += a[4 * row + k] * b[4 * k + column];
-            product[4 * row + column] = sum;
-        }
 }
 
 // Of an entry of a transform list.
@@ -87,13 +62,12 @@ void matrix(RayState* state, uint32_t toWorld, float rows[12]) {
     constexpr float kIdentity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     std::copy_n(kIdentity, 12, rows);
     for (uint32_t i = 0; i < std::min(state->hit.transformCount, kMaxGraphDepth); ++i) {
-        float world[12], object[12], product[12];
+        float world[12], object[12];
         matricesOf(state->hit.transforms[i], state->time, world, object);
         if (toWorld)
-            multiply(rows, world, product);
+            math::multiply(rows, world, rows);
         else
-            multiply(object, rows, product);
-        std::copy_n(product, 12, rows);
+            math::multiply(object, rows, rows);
     }
 }
 

@@ -4,6 +4,7 @@
 // of buffers. Plain data; the compiler takes offsetof of these structs.
 #pragma once
 
+#include "base/inline.h"
 #include "devlib/abi.h"
 
 namespace sunstone::devlib {
@@ -42,6 +43,22 @@ enum ClassicCode : int32_t {
     kCodeUserMax = 0xFFFF,
 };
 
+// The switch of an exception that an element outside its buffer raises, and the like.
+SUNSTONE_INLINE uint32_t switchOf(uint32_t code) {
+    switch (code) {
+    case kCodeBufferIndex:
+        return kClassicBufferIndex;
+    case kCodeBufferId:
+        return kClassicBufferId;
+    case kCodeTextureId:
+        return kClassicTextureId;
+    case kCodeProgramId:
+        return kClassicProgramId;
+    default:
+        return kClassicIndex;
+    }
+}
+
 // The launch parameter block (LaunchState::params).
 struct ClassicLaunch {
     const uint64_t* nodes;            // traversable handles by node id; 0 is no node
@@ -53,6 +70,7 @@ struct ClassicLaunch {
     uint32_t exceptions; // ClassicException
     uint32_t printEnabled;
     int32_t printIndex[3]; // of the launch index that prints; -1: any
+    // These are for CPUs; programs on GPUs call functions of devlib/gpu/classic.h.
     // The address of an element that is not in its buffer: zeros of the thread. `code`: of the
     // exception, which is raised where it is enabled.
     void* (*outside)(RayState*, uint32_t bytes, uint32_t code);

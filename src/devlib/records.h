@@ -40,6 +40,7 @@ struct SbtRecords {
     static constexpr bool kAttributeBlocks = false;   // RayState::attributeBlocks
     static constexpr bool kMaterials = false;         // reports choose a record among the input's
     static constexpr bool kAttributePrograms = false; // of triangles
+    static constexpr bool kOwnHandles = false;        // rays have handles of the shell alone
 
     // The index that a hit's record has, for messages too.
     SUNSTONE_INLINE_MEMBER static uint64_t hitIndex(const RayState& ray, uint32_t sbtGasIndex,
@@ -61,6 +62,12 @@ struct SbtRecords {
         const SbtView& sbt = launch.sbt;
         return recordAt(sbt.callableBase, sbt.callableStride, sbt.callableCount, index);
     }
+
+    // For code that is no template: ClassicRecords describes them.
+    SUNSTONE_INLINE_MEMBER static int32_t callableFault(const LaunchState&) { return 0; }
+    SUNSTONE_INLINE_MEMBER static bool hasMaterial(const RayState&, uint32_t) { return true; }
+    SUNSTONE_INLINE_MEMBER static int32_t materialFault(const RayState&) { return 0; }
+    SUNSTONE_INLINE_MEMBER static void setTriangleAttributes(RayState&) {}
 };
 
 // The records of the classic API are a table that its shell makes. Each geometry group has entries
@@ -71,6 +78,7 @@ struct ClassicRecords {
     static constexpr bool kAttributeBlocks = true;
     static constexpr bool kMaterials = true;
     static constexpr bool kAttributePrograms = true;
+    static constexpr bool kOwnHandles = true;
 
     SUNSTONE_INLINE_MEMBER static uint64_t hitIndex(const RayState& ray, uint32_t sbtGasIndex,
                                                     uint32_t instanceSbtOffset) {
@@ -86,16 +94,24 @@ struct ClassicRecords {
         const SbtView& sbt = ray.launch->sbt;
         return recordAt(sbt.missBase, sizeof(ClassicRecord), sbt.missCount, ray.missIndex);
     }
-    // Whether the geometry instance of a candidate's record has this material; else the exception
-    // is raised where it is enabled.
-    SUNSTONE_INLINE_MEMBER static bool hasMaterial(RayState& ray, uint32_t material) {
+    SUNSTONE_INLINE_MEMBER static uint64_t callable(const LaunchState& launch, uint32_t index) {
+        return SbtRecords::callable(launch, index);
+    }
+    // The code of the exception that the call of an invalid program id raises; 0: none, it is not
+    // enabled.
+    SUNSTONE_INLINE_MEMBER static int32_t callableFault(const LaunchState& launch) {
+        const auto* params = static_cast<const ClassicLaunch*>(launch.params);
+        return params->exceptions & kClassicProgramId ? kCodeProgramId : 0;
+    }
+    // Whether the geometry instance of a candidate's record has this material.
+    SUNSTONE_INLINE_MEMBER static bool hasMaterial(const RayState& ray, uint32_t material) {
         const auto* record = static_cast<const ClassicRecord*>(ray.hit.record);
-        if (record && material < record->header.pad[kWordMaterials])
-            return true;
+        return record && material < record->header.pad[kWordMaterials];
+    }
+    // The code of the exception that the lack of a material raises; 0: none, it is not enabled.
+    SUNSTONE_INLINE_MEMBER static int32_t materialFault(const RayState& ray) {
         const auto* launch = static_cast<const ClassicLaunch*>(ray.launch->params);
-        if (launch->exceptions & kClassicIndex)
-            ray.launch->raise(&ray, kCodeIndex, nullptr);
-        return false;
+        return launch->exceptions & kClassicIndex ? kCodeIndex : 0;
     }
     // What programs see of a triangle before an attribute program adds to it.
     SUNSTONE_INLINE_MEMBER static void setTriangleAttributes(RayState& ray) {

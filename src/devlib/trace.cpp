@@ -39,6 +39,14 @@ const void* callable(RayState* state, uint32_t sbtIndex, uint32_t call) {
     return code ? code : reinterpret_cast<const void*>(&noCallable);
 }
 
+const void* classicCallable(RayState* state, uint32_t id, uint32_t call) {
+    const void* const code = callable(state, id, call);
+    if (code == reinterpret_cast<const void*>(&noCallable))
+        if (const int32_t fault = ClassicRecords::callableFault(*state->launch))
+            state->launch->raise(state, fault, nullptr);
+    return code;
+}
+
 const void* checkedCallable(RayState* state, uint32_t sbtIndex, uint32_t call) {
     checkCallable(state, sbtIndex, call);
     return callable(state, sbtIndex, call);
@@ -125,7 +133,7 @@ const TraceSet& chosenSet() {
 TraceVariant selectTrace(const TraceFeatures& features) {
     const TraceSet& set = chosenSet();
     if (features.classic)
-        return {set.traceClassic, set.reportClassic, callable, set.visitChild};
+        return {set.traceClassic, set.reportClassic, classicCallable, set.visitChild};
     if (features.checked)
         return {kTraceChecked.traceGraph, kTraceChecked.report, checkedCallable, nullptr};
     return {features.instancing ? set.traceGraph : set.traceGas, set.report, callable, nullptr};

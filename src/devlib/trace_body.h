@@ -300,8 +300,11 @@ private:
 
     // The candidate becomes one of another record of its build input, until the report ends.
     uint32_t reportMaterial(uint32_t material) {
-        if (!Records::hasMaterial(*state_, material))
+        if (!Records::hasMaterial(*state_, material)) {
+            if (const int32_t code = Records::materialFault(*state_))
+                launch_.raise(state_, code, nullptr);
             return kIgnore;
+        }
         Hit& hit = state_->hit;
         const uint32_t first = hit.sbtGasIndex;
         const void* const record = hit.record;

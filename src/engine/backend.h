@@ -15,6 +15,10 @@
 #include <string>
 #include <vector>
 
+namespace sunstone::texture {
+struct Texture;
+}
+
 namespace sunstone::engine {
 
 class CompileCache;
@@ -52,6 +56,17 @@ public:
     virtual device::Device& device() = 0;
     // Whether the host may read and write device memory.
     virtual bool sharesMemory() const = 0;
+    // Memory of the library that the host and programs both read and write, the host while no
+    // program runs. Aligned to 128 bytes, zeroed. Throws kOutOfMemory.
+    virtual void* allocateShared(size_t bytes) = 0;
+    virtual void freeShared(void* memory) noexcept = 0;
+    // Copies between memory of programs or of the library, and that of the host.
+    virtual void copy(void* to, const void* from, size_t bytes) = 0;
+    // A texture of images that the host can read, for programs; its handle, never 0. Where
+    // copiesImages() is true, later changes of the images need a new texture.
+    virtual uint64_t addTexture(std::unique_ptr<texture::Texture> texture) = 0;
+    virtual void removeTexture(uint64_t handle) noexcept = 0;
+    virtual bool copiesImages() const = 0;
 
     // Where code that belongs to no pipeline is kept; before any other call.
     virtual void useCache(std::shared_ptr<CompileCache>) {}

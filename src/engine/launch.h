@@ -9,8 +9,8 @@ namespace sunstone::engine {
 struct LaunchRequest {
     std::shared_ptr<const Pipeline> pipeline;
     PipelineLimits limits; // as they are when the launch is made
-    // The program that runs for each index: the main program of the group that sbt.entryRecord names,
-    // which is of this kind. Generations with several entry points keep a record for each.
+    // The program that runs for each index: the main program of the group that sbt.entryRecord
+    // names, which is of this kind. Generations with several entry points keep a record for each.
     devlib::GroupKind entryKind = devlib::kGroupRaygen;
     devlib::SbtView sbt{};
     float* boxes = nullptr; // of bounds programs; see BoundsRequest
@@ -20,6 +20,7 @@ struct LaunchRequest {
     uint32_t width = 0, height = 0, depth = 0;
     void* stream = nullptr;
     bool validation = false; // exceptions of the run-time make the launch fail
+    bool waits = false; // on GPUs: the call returns at the end of the launch and throws its failure
 };
 
 // Queues the launch on its stream and returns. Faults found when it runs (a record of another
@@ -27,8 +28,8 @@ struct LaunchRequest {
 // several launches at once.
 void launch(const std::shared_ptr<Context>& context, const LaunchRequest& request);
 
-// A launch of a bounds program (kGroupBounds) for `count` primitives. Each writes its box: six floats,
-// lower x y z, upper x y z. The boxes follow one another in device memory.
+// A launch of a bounds program (kGroupBounds) for `count` primitives. Each writes its box: six
+// floats, lower x y z, upper x y z. The boxes follow one another in device memory.
 struct BoundsRequest {
     std::shared_ptr<const Pipeline> pipeline;
     uint64_t record = 0; // of the program's group

@@ -21,6 +21,7 @@ struct Texture {
     bool layered = false;
     bool cube = false;
     bool is3D = false;
+    bool is1D = false; // what GPUs need to know; programs on CPUs say it at each use
     bool linearMemory = false; // indexed by integers alone
     Address address[3] = {Address::kWrap, Address::kWrap, Address::kWrap};
     bool linear = false;       // filter between texels

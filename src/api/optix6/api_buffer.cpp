@@ -202,21 +202,25 @@ SUNSTONE_API RTresult rtBufferGetId(RTbuffer buffer, int* id) {
     });
 }
 
-// On the CPU, memory of the host is that of the device.
+static void requireDevice(const Buffer& buffer, int ordinal) {
+    if (const int device = buffer.context()->device; ordinal != device)
+        refuse(RT_ERROR_INVALID_VALUE, "optix_device_ordinal = ", ordinal,
+               ", but the context runs on device ", device);
+}
+
 SUNSTONE_API RTresult rtBufferGetDevicePointer(RTbuffer buffer, int device, void** pointer) {
     return call<Buffer>(__func__, buffer, "buffer", [&](Buffer& object) {
         requireNonNull(pointer, "device_pointer");
         *pointer = nullptr;
-        if (device != 0)
-            refuse(RT_ERROR_INVALID_VALUE, "optix_device_ordinal = ", device, " of one device");
+        requireDevice(object, device);
         object.validate();
         *pointer = object.data();
+        object.notePointer();
     });
 }
 SUNSTONE_API RTresult rtBufferSetDevicePointer(RTbuffer buffer, int device, void* pointer) {
     return change(__func__, buffer, [&](Buffer& object) {
-        if (device != 0)
-            refuse(RT_ERROR_INVALID_VALUE, "optix_device_ordinal = ", device, " of one device");
+        requireDevice(object, device);
         object.validate();
         if (pointer && !object.context()->engine->device->isAccessible(pointer, object.bytes()))
             refuse(RT_ERROR_INVALID_VALUE, "device_pointer = ", pointer,
@@ -228,5 +232,6 @@ SUNSTONE_API RTresult rtBufferMarkDirty(RTbuffer buffer) {
     return call<Buffer>(__func__, buffer, "buffer", [](Buffer& object) {
         if (!(object.description & RT_BUFFER_COPY_ON_DIRTY))
             refuse(RT_ERROR_INVALID_VALUE, "the buffer was made without RT_BUFFER_COPY_ON_DIRTY");
+        object.noteChange();
     });
 }

@@ -3,6 +3,7 @@
 #include "api/optix6/call.h"
 #include "api/optix6/scene.h"
 #include "base/cpu_limits.h"
+#include "base/log.h"
 
 #include <cstring>
 #include <limits>
@@ -63,6 +64,7 @@ SUNSTONE_API RTresult rtContextSetMaxTraceDepth(RTcontext handle, unsigned depth
         if (depth > kMostTraceDepth)
             refuse(RT_ERROR_INVALID_VALUE, "maxDepth = ", depth, " is above ", kMostTraceDepth);
         context.maxTraceDepth = depth;
+        context.isTraceDepthSet = true;
     });
 }
 SUNSTONE_API RTresult rtContextGetMaxTraceDepth(RTcontext handle, unsigned* depth) {
@@ -202,6 +204,8 @@ SUNSTONE_API RTresult rtContextSetExceptionEnabled(RTcontext handle, RTexception
             refuse(RT_ERROR_INVALID_VALUE, "exception = ", unsigned(exception), " is unknown");
         const unsigned bits = bit < 0 ? kAllExceptions : 1u << bit;
         context.exceptions = enabled ? context.exceptions | bits : context.exceptions & ~bits;
+        if (bits >> exceptionBit(RT_EXCEPTION_STACK_OVERFLOW) & 1)
+            context.wantsStackChecks = enabled;
     });
 }
 SUNSTONE_API RTresult rtContextGetExceptionEnabled(RTcontext handle, RTexception exception,
@@ -252,17 +256,26 @@ SUNSTONE_API RTresult rtContextGetPrintLaunchIndex(RTcontext handle, int* x, int
 // ---- devices ----------------------------------------------------------------------------------
 
 SUNSTONE_API RTresult rtContextSetDevices(RTcontext handle, unsigned count, const int* devices) {
-    return callContext(__func__, handle, [&](Context&) {
+    return callContext(__func__, handle, [&](Context& context) {
         requireNonNull(devices, "devices");
-        if (count != 1)
-            refuse(RT_ERROR_INVALID_VALUE, "count = ", count, ", but there is one device");
-        if (devices[0] != 0)
-            refuse(RT_ERROR_INVALID_DEVICE, "devices[0] = ", devices[0], " of one device");
+        const unsigned all = deviceCount();
+        if (count == 0 || count > all)
+            refuse(RT_ERROR_INVALID_VALUE, "count = ", count, ", but the number of devices is ",
+                   all);
+        for (unsigned i = 0; i < count; ++i)
+            if (devices[i] < 0 || unsigned(devices[i]) >= all)
+                refuse(RT_ERROR_INVALID_DEVICE, "devices[", i, "] = ", devices[i],
+                       ", but the number of devices is ", all);
+        if (count > 1)
+            sunstone::log(LogLevel::kWarning, "optix6",
+                          message("rtContextSetDevices: launches run on devices[0] = ", devices[0],
+                                  " alone"));
+        context.setDevice(devices[0]);
     });
 }
 SUNSTONE_API RTresult rtContextGetDevices(RTcontext handle, int* devices) {
     return callContext(
-        __func__, handle, [&](Context&) { store(devices, "devices", 0); },
+        __func__, handle, [&](Context& context) { store(devices, "devices", context.device); },
         RT_ERROR_INVALID_CONTEXT);
 }
 SUNSTONE_API RTresult rtContextGetDeviceCount(RTcontext handle, unsigned* count) {

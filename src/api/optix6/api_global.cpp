@@ -35,43 +35,57 @@ void giveText(RTsize size, void* p, std::string_view text) {
     static_cast<char*>(p)[length] = 0;
 }
 
+int capabilityOf(const engine::Gpu* gpu, unsigned part) {
+    constexpr int kCpu[2] = {7, 5};
+    return gpu ? gpu->capability[part] : kCpu[part];
+}
+
 RTsize physicalMemory() {
     return RTsize(sysconf(_SC_PHYS_PAGES)) * RTsize(sysconf(_SC_PAGE_SIZE));
 }
-RTsize freeMemory() {
+RTsize freeMemory(const Context& context) {
+    if (context.isOnGpu())
+        return engine::freeMemory(engine::gpus()[size_t(context.device)]);
     return RTsize(sysconf(_SC_AVPHYS_PAGES)) * RTsize(sysconf(_SC_PAGE_SIZE));
 }
 
 std::atomic<int> usesRtx{0};
 
-void deviceAttribute(RTdeviceattribute attribute, RTsize size, void* p) {
-    constexpr int kCapability[2] = {7, 5};
-    constexpr int kCompatible[2] = {1, 0};
+// Null: the device is the CPU.
+const engine::Gpu* gpuAt(int ordinal) {
+    const std::vector<engine::Gpu>& all = engine::gpus();
+    return all.empty() ? nullptr : &all[size_t(ordinal)];
+}
+
+void deviceAttribute(int ordinal, RTdeviceattribute attribute, RTsize size, void* p) {
+    const engine::Gpu* const gpu = gpuAt(ordinal);
+    const int capability[2] = {capabilityOf(gpu, 0), capabilityOf(gpu, 1)};
+    const int compatible[2] = {1, ordinal};
     switch (attribute) {
     case RT_DEVICE_ATTRIBUTE_MAX_THREADS_PER_BLOCK:
-        return give(size, p, 1024);
+        return give(size, p, gpu ? gpu->threadsPerBlock : 1024);
     case RT_DEVICE_ATTRIBUTE_CLOCK_RATE:
-        return give(size, p, 1000000);
+        return give(size, p, gpu ? gpu->clockKhz : 1000000);
     case RT_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT:
-        return give(size, p, int(threadCount()));
+        return give(size, p, gpu ? gpu->multiprocessors : int(threadCount()));
     case RT_DEVICE_ATTRIBUTE_EXECUTION_TIMEOUT_ENABLED:
-        return give(size, p, 0);
+        return give(size, p, int(gpu && gpu->hasTimeout));
     case RT_DEVICE_ATTRIBUTE_MAX_HARDWARE_TEXTURE_COUNT:
         return give(size, p, 1 << 20);
     case RT_DEVICE_ATTRIBUTE_NAME:
-        return giveText(size, p, "Sunstone CPU");
+        return giveText(size, p, gpu ? gpu->name : "Sunstone CPU");
     case RT_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY:
-        return give(size, p, kCapability);
+        return give(size, p, capability);
     case RT_DEVICE_ATTRIBUTE_TOTAL_MEMORY:
-        return give(size, p, physicalMemory());
+        return give(size, p, gpu ? RTsize(gpu->memoryBytes) : physicalMemory());
     case RT_DEVICE_ATTRIBUTE_TCC_DRIVER:
-        return give(size, p, 0);
+        return give(size, p, int(gpu && gpu->isTcc));
     case RT_DEVICE_ATTRIBUTE_CUDA_DEVICE_ORDINAL:
-        return give(size, p, -1);
+        return give(size, p, gpu ? gpu->ordinal : -1);
     case RT_DEVICE_ATTRIBUTE_PCI_BUS_ID:
-        return giveText(std::min<RTsize>(size, 14), p, "0000:00:00.0");
+        return giveText(std::min<RTsize>(size, 14), p, gpu ? gpu->pciBusId : "0000:00:00.0");
     case RT_DEVICE_ATTRIBUTE_COMPATIBLE_DEVICES:
-        return give(size, p, kCompatible);
+        return give(size, p, compatible);
     }
     refuse(RT_ERROR_INVALID_VALUE, "attrib = ", unsigned(attribute), " is unknown");
 }
@@ -113,14 +127,15 @@ SUNSTONE_API RTresult rtGlobalGetAttribute(RTglobalattribute attribute, RTsize s
     });
 }
 SUNSTONE_API RTresult rtDeviceGetDeviceCount(unsigned* count) {
-    return guarded(nullptr, __func__, [&] { store(count, "count", 1u); });
+    return guarded(nullptr, __func__, [&] { store(count, "count", deviceCount()); });
 }
 SUNSTONE_API RTresult rtDeviceGetAttribute(int ordinal, RTdeviceattribute attribute, RTsize size,
                                            void* p) {
     return guarded(nullptr, __func__, [&] {
-        if (ordinal != 0)
-            refuse(RT_ERROR_INVALID_VALUE, "ordinal = ", ordinal, " of one device");
-        deviceAttribute(attribute, size, p);
+        if (ordinal < 0 || unsigned(ordinal) >= deviceCount())
+            refuse(RT_ERROR_INVALID_VALUE, "ordinal = ", ordinal, ", but the number of devices is ",
+                   deviceCount());
+        deviceAttribute(ordinal, attribute, size, p);
     });
 }
 
@@ -196,7 +211,7 @@ void getAttribute(Context& context, RTcontextattribute attribute, RTsize size, v
         return give(size, p, limits);
     }
     case RT_CONTEXT_ATTRIBUTE_AVAILABLE_DEVICE_MEMORY:
-        return give(size, p, freeMemory());
+        return give(size, p, freeMemory(context));
     default:
         refuse(RT_ERROR_INVALID_VALUE, "attrib = ", unsigned(attribute), " is unknown");
     }

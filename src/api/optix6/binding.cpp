@@ -108,7 +108,7 @@ const void* Scene::block(const Program& program, Scopes scopes) {
     Block& block = *entry;
     block.code = program.code;
     block.found = std::move(found);
-    block.memory = AlignedMemory(std::max(64u, code.variables.blockBytes));
+    block.memory = SharedMemory(context_.engine->backend, std::max(64u, code.variables.blockBytes));
     for (uint32_t i = 0; i < block.found.size(); ++i) {
         const DeviceVariable& wanted = code.variables.list[i];
         if (!wanted.isScoped())

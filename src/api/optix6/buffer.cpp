@@ -3,18 +3,16 @@
 #include "api/optix6/buffer.h"
 
 #include "api/optix6/context.h"
+#include "base/error.h"
 
 #include <algorithm>
 #include <bit>
-#include <cstdlib>
-#include <cstring>
 #include <limits>
 
 namespace sunstone::optix6 {
 
 namespace {
 
-constexpr size_t kAlignment = 128;
 constexpr size_t kMargin = 64; // vector loads at the end
 
 bool isBlockFormat(RTformat format) {
@@ -48,8 +46,10 @@ unsigned bytesOf(RTformat format) {
     return 0;
 }
 
-void Buffer::Release::operator()(uint8_t* memory) const {
-    std::free(memory);
+Buffer::Buffer(const std::shared_ptr<Context>& context, unsigned description_)
+    : Object(kKind, context), description(description_), backend_(context->engine->backend),
+      view_(backend_, sizeof(devlib::BufferView)), copies_(1) {
+    updateView();
 }
 
 void Buffer::requireUnmapped() const {
@@ -137,20 +137,18 @@ uint64_t Buffer::bytes() const {
 
 void Buffer::allocate() {
     mapped_.assign(mipLevels, false);
-    storage_.reset();
+    copies_.clear();
+    copies_.resize(mipLevels);
+    storage_ = {};
+    noteChange();
     const uint64_t size = bytes();
-    if (size != 0 && !adopted_) {
-        const size_t whole = (size + kMargin + kAlignment - 1) / kAlignment * kAlignment;
-        void* memory = nullptr;
-        if (posix_memalign(&memory, kAlignment, whole) != 0)
-            memory = nullptr;
-        if (!memory) {
+    if (size != 0 && !adopted_)
+        try {
+            storage_ = SharedMemory(backend_, size + kMargin);
+        } catch (const Error&) {
             updateView();
             refuse(RT_ERROR_MEMORY_ALLOCATION_FAILED, "no memory for a buffer of ", size, " bytes");
         }
-        std::memset(memory, 0, whole);
-        storage_.reset(static_cast<uint8_t*>(memory));
-    }
     updateView();
 }
 
@@ -162,11 +160,12 @@ void Buffer::setMemory(void* memory) {
 
 // A buffer without memory has no elements for programs.
 void Buffer::updateView() {
-    view_.data = adopted_ ? static_cast<uint8_t*>(adopted_) : storage_.get();
+    auto& view = *static_cast<devlib::BufferView*>(view_.get());
+    view.data = static_cast<uint8_t*>(adopted_ ? adopted_ : storage_.get());
     for (unsigned i = 0; i < 3; ++i)
-        view_.size[i] = view_.data ? extents_[i] : 0;
-    view_.elementBytes = elementBytes_;
-    view_.dimensions = std::max(1u, dimensions);
+        view.size[i] = view.data ? extents_[i] : 0;
+    view.elementBytes = elementBytes_;
+    view.dimensions = std::max(1u, dimensions);
 }
 
 void* Buffer::map(unsigned flags, unsigned level) {
@@ -180,13 +179,30 @@ void* Buffer::map(unsigned flags, unsigned level) {
     if (mapped_[level])
         refuse(RT_ERROR_ALREADY_MAPPED, "level ", level, " of the buffer is mapped");
     mapped_[level] = true;
-    return view_.data ? view_.data + levelOffset(level) : nullptr;
+    uint8_t* const memory = data() ? data() + levelOffset(level) : nullptr;
+    if (!memory || !isForeign())
+        return memory;
+    const size_t bytes = levelElements(level) * elementBytes_;
+    copies_[level] = std::make_unique<uint8_t[]>(bytes);
+    if (flags == RT_BUFFER_MAP_READ || flags == RT_BUFFER_MAP_READ_WRITE)
+        backend().copy(copies_[level].get(), memory, bytes);
+    return copies_[level].get();
+}
+
+// Whether the host cannot read the memory.
+bool Buffer::isForeign() const {
+    return adopted_ && !backend().sharesMemory();
 }
 
 void Buffer::unmap(unsigned level) {
     if (level >= mipLevels || !mapped_[level])
         refuse(RT_ERROR_INVALID_VALUE, "level ", level, " of the buffer is not mapped");
     mapped_[level] = false;
+    noteChange();
+    if (copies_[level])
+        backend().copy(data() + levelOffset(level), copies_[level].get(),
+                       levelElements(level) * elementBytes_);
+    copies_[level].reset();
 }
 
 void Buffer::validate() const {

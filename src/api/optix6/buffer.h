@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Buffers. The memory is the device's, which on a CPU is the host's.
+// Buffers. The host and programs share their memory.
 #pragma once
 
+#include "api/optix6/memory.h"
 #include "api/optix6/object.h"
 #include "devlib/classic.h"
 
@@ -14,10 +15,7 @@ unsigned bytesOf(RTformat format); // of an element; 0 of user formats and unkno
 class Buffer : public Object {
 public:
     static constexpr Kind kKind = Kind::kBuffer;
-    Buffer(const std::shared_ptr<Context>& context, unsigned description_)
-        : Object(kKind, context), description(description_) {
-        updateView();
-    }
+    Buffer(const std::shared_ptr<Context>& context, unsigned description);
 
     void setFormat(RTformat format);
     void setElementSize(RTsize size);
@@ -31,13 +29,20 @@ public:
     // Throws RT_ERROR_INVALID_CONTEXT if something is missing.
     void validate() const;
 
-    uint8_t* data() const { return view_.data; }
+    uint8_t* data() const { return view().data; }
     uint64_t levelOffset(unsigned level) const;
     // Of a dimension at a level; 1 beyond the dimensionality.
     uint64_t extent(unsigned dimension, unsigned level) const;
-    uint64_t elements() const { return view_.size[0] * view_.size[1] * view_.size[2]; }
     uint64_t bytes() const;
-    const devlib::BufferView& view() const { return view_; }
+    const devlib::BufferView& view() const {
+        return *static_cast<const devlib::BufferView*>(view_.get());
+    }
+    // Counts the changes that the host makes to the elements.
+    uint64_t version() const { return version_; }
+    // Whether elements may change without a call: launches or the application's kernels write them.
+    bool changesUnseen() const { return (description & RT_BUFFER_OUTPUT) || hasPointer_; }
+    void notePointer() { hasPointer_ = true; }
+    void noteChange() { ++version_; }
     unsigned typeBits() const { return description & 0x13; }
 
     const unsigned description; // RTbuffertype | RTbufferflag
@@ -47,9 +52,8 @@ public:
     int id = 0;
 
 private:
-    struct Release {
-        void operator()(uint8_t* memory) const;
-    };
+    engine::Backend& backend() const { return *backend_; }
+    bool isForeign() const;
     void requireUnmapped() const;
     void allocate();
     void updateView();
@@ -57,10 +61,13 @@ private:
 
     uint64_t extents_[3] = {0, 0, 0};
     uint32_t elementBytes_ = 0;
-    std::unique_ptr<uint8_t[], Release> storage_;
+    const std::shared_ptr<engine::Backend> backend_;
+    SharedMemory storage_, view_;
     void* adopted_ = nullptr;
-    std::vector<bool> mapped_{false}; // by level
-    devlib::BufferView view_{};
+    bool hasPointer_ = false; // the application has got a device pointer
+    uint64_t version_ = 0;
+    std::vector<bool> mapped_{false};                // by level
+    std::vector<std::unique_ptr<uint8_t[]>> copies_; // of mapped levels of foreign memory
 };
 
 } // namespace sunstone::optix6

@@ -5,6 +5,7 @@
 
 #include "api/optix6/context.h"
 #include "base/forked.h"
+#include "engine/gpu/gpus.h"
 
 #include <functional>
 #include <mutex>
@@ -12,6 +13,11 @@
 #define SUNSTONE_API extern "C" __attribute__((visibility("default")))
 
 namespace sunstone::optix6 {
+
+// Of the machine: its GPUs, or else the CPU as one.
+inline unsigned deviceCount() {
+    return unsigned(std::max<size_t>(1, engine::gpus().size()));
+}
 
 // Runs a body without an object, or with a context that may be null for the text.
 RTresult guarded(const std::shared_ptr<Context>& context, const char* function,

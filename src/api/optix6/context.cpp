@@ -5,6 +5,7 @@
 #include "api/optix6/scene.h"
 #include "base/log.h"
 #include "compiler/flavor.h"
+#include "engine/gpu/gpus.h"
 #include "ptx/parser.h"
 
 #include <algorithm>
@@ -99,8 +100,6 @@ bool isEnabled(const Context& context, RTexception exception) {
 
 Context::Context() : Scoped(kKind, nullptr), engine(std::make_shared<engine::Context>()) {
     exceptions = 1u << exceptionBit(RT_EXCEPTION_STACK_OVERFLOW);
-    engine->backend = engine::cpuBackend();
-    engine->device = &engine->backend->device();
     engine->wording = &wording();
     engine->log = [](LogLevel level, std::string_view tag, std::string_view text) {
         sunstone::log(level, "optix6", message(tag, ": ", text));
@@ -110,7 +109,22 @@ Context::Context() : Scoped(kKind, nullptr), engine(std::make_shared<engine::Con
             sunstone::log(level, "optix6", message("DISKCACHE: ", text));
         });
     engine->cache->start();
+    setDevice(0);
+}
+
+// Objects have memory of their context's device, so that it is chosen before them.
+void Context::setDevice(int ordinal) {
+    const std::vector<engine::Gpu>& gpus = engine::gpus();
+    if (engine->backend && ordinal == device)
+        return;
+    if (!allBuffers.empty() || programs.size() > 1 || nodes.size() > 1 || scene)
+        refuse(RT_ERROR_INVALID_VALUE, "the context has objects on device ", device,
+               ": devices[0] = ", ordinal, " must be chosen before them");
+    engine->backend =
+        gpus.empty() ? engine::cpuBackend() : engine::createPrimaryBackend(gpus[size_t(ordinal)]);
+    engine->device = &engine->backend->device();
     engine->backend->useCache(engine->cache);
+    device = ordinal;
 }
 
 Context::~Context() = default;

@@ -52,12 +52,20 @@ public:
     void report(int level, const char* tag, const std::string& text);
     void deliverReports();
 
+    // The device of all objects: the CPU or one of engine::gpus(). Throws RT_ERROR_INVALID_VALUE if
+    // there are objects of another.
+    void setDevice(int ordinal);
+    bool isOnGpu() const { return !engine->backend->sharesMemory(); }
+
     std::shared_ptr<engine::Context> engine;
+    int device = 0;
     std::vector<EntryPoint> entryPoints;
     std::vector<Ref<Program>> misses; // by ray type
     RTsize stackSize = kDefaultStackSize;
     unsigned maxTraceDepth = kDefaultDepth, maxCallableDepth = kDefaultDepth;
-    unsigned exceptions = 0; // bits by place in kExceptions (context.cpp)
+    bool isTraceDepthSet = false;
+    unsigned exceptions = 0;       // bits by place in kExceptions (context.cpp)
+    bool wantsStackChecks = false; // the application has enabled RT_EXCEPTION_STACK_OVERFLOW
     bool printEnabled = false, launched = false, launchFailed = false;
     RTsize printBytes = kDefaultPrintBytes;
     int printIndex[3] = {-1, -1, -1};

@@ -12,22 +12,6 @@
 
 namespace sunstone::optix6 {
 
-// Memory for acceleration structures and node records.
-class AlignedMemory {
-public:
-    AlignedMemory() = default;
-    explicit AlignedMemory(size_t bytes);
-    ~AlignedMemory();
-    AlignedMemory(AlignedMemory&& other) noexcept;
-    AlignedMemory& operator=(AlignedMemory&& other) noexcept;
-    void* get() const { return memory_; }
-    size_t size() const { return size_; }
-
-private:
-    void* memory_ = nullptr;
-    size_t size_ = 0;
-};
-
 struct Motion {
     unsigned steps = 1;
     float begin = 0, end = 1;
@@ -56,6 +40,7 @@ public:
     Motion motion;
     bool hasTransform = false;
     std::array<float, 12> transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    SharedMemory sharedTransform; // a copy for builds
     Ref<Buffer> indices;
     bool hasIndices = false;
     RTsize indexByteOffset = 0, indexStride = 0;
@@ -100,7 +85,7 @@ public:
 
     // What was built. Geometry groups may have a structure of each kind.
     struct Built {
-        AlignedMemory memory;
+        SharedMemory memory;
         uint64_t handle = 0; // 0: nothing was built
     };
     Built triangles, customs, instances;
@@ -119,7 +104,7 @@ public:
 
     // Made by the scene: what rays enter, and its memory.
     uint64_t nodeHandle = 0;
-    AlignedMemory nodeMemory, childMemory;
+    SharedMemory nodeMemory, childMemory;
 };
 
 class GeometryGroup : public Node {
@@ -157,7 +142,7 @@ public:
     Ref<Program> visit;
 
     // Made by the scene: the children as rays enter them, and a structure with the bounds of all.
-    std::vector<uint64_t> childHandles;
+    SharedMemory childHandles; // traversable handles
     uint64_t boundsHandle = 0;
 };
 

@@ -3,6 +3,7 @@
 #include "api/optix6/scene.h"
 
 #include "compiler/flavor.h"
+#include "devlib/flags.h"
 
 #include <algorithm>
 
@@ -12,6 +13,10 @@ using compiler::ProgramKind;
 using devlib::ClassicRecord;
 
 namespace {
+
+// On GPUs, where the stack has room for a depth: that of programs that set none. The API had stack
+// sizes alone before release 6.
+constexpr unsigned kDepthOfOldPrograms = 16;
 
 std::string describe(const Object& object) {
     return message(nameOf(object.kind), " ", object.handle());
@@ -57,6 +62,17 @@ void validateNode(const Node& node) {
 }
 
 } // namespace
+
+Scene::Scene(Context& context)
+    : context_(context), rayGeneration_(allocator<ClassicRecord>()),
+      exception_(allocator<ClassicRecord>()), misses_(allocator<ClassicRecord>()),
+      hits_(allocator<ClassicRecord>()), callables_(allocator<ClassicRecord>()),
+      bounds_(allocator<ClassicRecord>()), visits_(allocator<ClassicRecord>()),
+      nodes_(allocator<uint64_t>()), textures_(allocator<uint64_t>()),
+      views_(allocator<const devlib::BufferView*>()),
+      shared_(context.engine->backend, sizeof(Tables)) {
+    tables().emptyView.dimensions = 1;
+}
 
 void Scene::validate(Node& node) {
     seen_.clear();
@@ -141,13 +157,21 @@ void Scene::collectNodes() {
 compiler::PipelineRules Scene::rules() const {
     compiler::PipelineRules rules;
     rules.motionBlur = true;
+    if (context_.isOnGpu()) {
+        rules.motionBlur = hasMotion();
+        if (!rules.motionBlur && hasOneLevel())
+            rules.traversableGraphFlags = devlib::kAllowSingleLevelInstancing;
+    }
     rules.optix6.attributeBytes = context_.attributeBytes();
     const auto flag = [&](RTexception exception, unsigned bit) {
         return isEnabled(context_, exception) ? bit : 0u;
     };
-    rules.exceptionFlags = flag(RT_EXCEPTION_STACK_OVERFLOW, devlib::kFlagStackOverflow) |
-                           flag(RT_EXCEPTION_TRACE_DEPTH_EXCEEDED, devlib::kFlagTraceDepth) |
-                           flag(RT_EXCEPTION_USER, devlib::kFlagUser);
+    // GPUs have a stack for the full depth, and checks of it exclude the fast kernels.
+    const bool checksStack = !context_.isOnGpu() || context_.wantsStackChecks;
+    rules.exceptionFlags =
+        (checksStack ? flag(RT_EXCEPTION_STACK_OVERFLOW, devlib::kFlagStackOverflow) : 0u) |
+        flag(RT_EXCEPTION_TRACE_DEPTH_EXCEEDED, devlib::kFlagTraceDepth) |
+        flag(RT_EXCEPTION_USER, devlib::kFlagUser);
     rules.optix6.exceptions =
         flag(RT_EXCEPTION_BUFFER_INDEX_OUT_OF_BOUNDS, devlib::kClassicBufferIndex) |
         flag(RT_EXCEPTION_BUFFER_ID_INVALID, devlib::kClassicBufferId) |
@@ -248,7 +272,8 @@ void Scene::bindHits(GeometryGroup& group) {
                            {{devlib::kRoleMain, bounds.get(), ProgramKind::kBounds}});
                 made.blocks[devlib::kBlockMain] =
                     block(*bounds, {&instance.scope, &shape, &context_.scope});
-                bounds_[&instance] = made;
+                boundsOf_[&instance] = bounds_.size();
+                bounds_.push_back(made);
             }
         }
 }
@@ -258,7 +283,8 @@ void Scene::bindVisit(const Selector& selector) {
     ClassicRecord made =
         record(devlib::kGroupVisit, {{devlib::kRoleMain, program.get(), ProgramKind::kVisit}});
     made.blocks[devlib::kBlockMain] = block(*program, {&selector.scope, &context_.scope});
-    visits_[&selector] = made;
+    visitOf_[&selector] = visits_.size();
+    visits_.push_back(made);
 }
 
 // Everything that follows the structure of the graph, the scopes and the programs.
@@ -270,7 +296,9 @@ void Scene::bind() {
     blocks_.clear();
     hits_.clear();
     bounds_.clear();
+    boundsOf_.clear();
     visits_.clear();
+    visitOf_.clear();
     bindEntries();
     for (const std::shared_ptr<Node>& node : order_) {
         if (node->kind == Kind::kGeometryGroup)
@@ -280,17 +308,59 @@ void Scene::bind() {
     }
 }
 
+// Whether anything in the graph moves.
+bool Scene::hasMotion() const {
+    const auto moves = [](const Ref<GeometryInstance>& ref) {
+        const auto instance = ref.lock();
+        const auto mesh = instance->triangles.lock();
+        const auto geometry = instance->geometry.lock();
+        return (mesh && mesh->motion.steps > 1) || (geometry && geometry->motion.steps > 1);
+    };
+    return std::any_of(order_.begin(), order_.end(), [&](const std::shared_ptr<Node>& node) {
+        if (node->kind == Kind::kTransform)
+            return !static_cast<const Transform&>(*node).keys.empty();
+        if (node->kind != Kind::kGeometryGroup)
+            return false;
+        const auto& instances = static_cast<const GeometryGroup&>(*node).instances;
+        return std::any_of(instances.begin(), instances.end(), moves);
+    });
+}
+
+// Whether no structure of instances is below another, and there is no selector.
+bool Scene::hasOneLevel() const {
+    std::set<const Node*> groups; // and what leads to them
+    for (const std::shared_ptr<Node>& node : order_) {
+        if (node->kind == Kind::kGeometryGroup)
+            continue;
+        if (node->kind == Kind::kSelector)
+            return false;
+        for (const std::shared_ptr<Object>& child : node->children())
+            if (groups.count(dynamic_cast<const Node*>(child.get())))
+                return false;
+        // A transform of a geometry group is a matrix; one of several children has a structure.
+        if (node->kind == Kind::kGroup)
+            groups.insert(node.get());
+    }
+    return true;
+}
+
 void Scene::makePipeline() {
     compiler::PipelineRules wanted = rules();
+    engine::PipelineLimits limits;
+    limits.maxTraceDepth = ~0u; // the stack limits recursion
+    if (context_.isOnGpu())
+        limits.maxTraceDepth =
+            context_.isTraceDepthSet ? context_.maxTraceDepth : kDepthOfOldPrograms;
     const bool same = pipeline_ && wanted.optix6 == rules_.optix6 &&
-                      wanted.exceptionFlags == rules_.exceptionFlags;
+                      wanted.motionBlur == rules_.motionBlur &&
+                      wanted.traversableGraphFlags == rules_.traversableGraphFlags &&
+                      wanted.exceptionFlags == rules_.exceptionFlags &&
+                      pipeline_->limits.get().maxTraceDepth == limits.maxTraceDepth;
     if (same && !needsPipeline_)
         return;
     std::vector<std::shared_ptr<engine::ProgramGroup>> groups;
     for (const auto& [key, group] : groups_)
         groups.push_back(group);
-    engine::PipelineLimits limits;
-    limits.maxTraceDepth = ~0u; // the stack limits recursion
     pipeline_ =
         engine::createPipeline(*context_.engine, groups, wanted, limits, &compiler::optix6Flavor());
     pipeline_->launchParamsSize = sizeof(devlib::ClassicLaunch);
@@ -318,7 +388,7 @@ void Scene::fillTables() {
     nodes_.assign(context_.nodes.size(), 0);
     for (const std::shared_ptr<Node>& node : order_)
         nodes_[node->id] = node->nodeHandle;
-    views_.assign(context_.buffers.size(), &emptyView_);
+    views_.assign(context_.buffers.size(), &tables().emptyView);
     for (size_t id = 1; id < context_.buffers.size(); ++id)
         if (const std::shared_ptr<Buffer> buffer = context_.buffers[id].lock())
             views_[id] = &buffer->view();
@@ -326,17 +396,18 @@ void Scene::fillTables() {
     for (size_t id = 1; id < context_.samplers.size(); ++id)
         if (const std::shared_ptr<TextureSampler> sampler = context_.samplers[id].lock())
             textures_[id] = sampler->texture;
-    launch_.nodes = nodes_.data();
-    launch_.nodeCount = uint32_t(nodes_.size());
-    launch_.buffers = views_.data();
-    launch_.bufferCount = uint32_t(views_.size());
-    launch_.textures = textures_.data();
-    launch_.textureCount = uint32_t(textures_.size());
-    launch_.rayTypes = uint32_t(context_.misses.size());
-    launch_.exceptions = rules_.optix6.exceptions;
-    launch_.printEnabled = context_.printEnabled;
-    std::copy_n(context_.printIndex, 3, launch_.printIndex);
-    devlib::bindClassic(launch_);
+    devlib::ClassicLaunch& launch = tables().launch;
+    launch.nodes = nodes_.data();
+    launch.nodeCount = uint32_t(nodes_.size());
+    launch.buffers = views_.data();
+    launch.bufferCount = uint32_t(views_.size());
+    launch.textures = textures_.data();
+    launch.textureCount = uint32_t(textures_.size());
+    launch.rayTypes = uint32_t(context_.misses.size());
+    launch.exceptions = rules_.optix6.exceptions;
+    launch.printEnabled = context_.printEnabled;
+    std::copy_n(context_.printIndex, 3, launch.printIndex);
+    devlib::bindClassic(launch);
 }
 
 void Scene::update() {
@@ -374,7 +445,8 @@ void Scene::launch(unsigned entryPoint, uint32_t width, uint32_t height, uint32_
     engine::LaunchRequest request;
     request.pipeline = pipeline_;
     request.limits = pipeline_->limits.get();
-    request.limits.continuationStack = ~0u; // that of the thread
+    if (!context_.isOnGpu())
+        request.limits.continuationStack = ~0u; // that of the thread
     request.sbt.entryRecord = uint64_t(&rayGeneration_[entryPoint]);
     if (exception_[entryPoint].header.magic)
         request.sbt.exceptionRecord = uint64_t(&exception_[entryPoint]);
@@ -387,8 +459,9 @@ void Scene::launch(unsigned entryPoint, uint32_t width, uint32_t height, uint32_
     request.sbt.callableBase = uint64_t(callables_.data());
     request.sbt.callableStride = sizeof(ClassicRecord);
     request.sbt.callableCount = uint32_t(callables_.size());
-    request.params = &launch_;
-    request.paramsSize = sizeof launch_;
+    request.params = &tables().launch;
+    request.paramsSize = sizeof(devlib::ClassicLaunch);
+    request.waits = true;
     request.width = width;
     request.height = height;
     request.depth = depth;

@@ -4,7 +4,8 @@
 //
 // Values of variables are written into blocks as they are set. Everything else waits for the next
 // launch, which does what changed: structures that are dirty are built, records follow the
-// structure of the graph, and the pipeline changes if a program is new.
+// structure of the graph, and the pipeline changes if a program is new. All that programs read is
+// in memory that they share with the host.
 #pragma once
 
 #include "api/optix6/context.h"
@@ -20,7 +21,7 @@ namespace sunstone::optix6 {
 struct Block {
     std::shared_ptr<const ProgramCode> code;
     std::vector<std::shared_ptr<Variable>> found; // by variable of the code; null: its initialiser
-    AlignedMemory memory;
+    SharedMemory memory;
     void write(uint32_t index);
     uint8_t* slot(uint32_t index) const {
         return static_cast<uint8_t*>(memory.get()) + code->variables.list[index].slot;
@@ -29,7 +30,7 @@ struct Block {
 
 class Scene {
 public:
-    explicit Scene(Context& context) : context_(context) {}
+    explicit Scene(Context& context);
 
     // Brings everything up to date. Throws Failure: the context's objects are not complete, or a
     // program's variable is missing; the scene is then rebuilt at the next call.
@@ -48,6 +49,11 @@ private:
         compiler::ProgramKind kind;
     };
 
+    template <class T>
+    SharedAllocator<T> allocator() const {
+        return SharedAllocator<T>(context_.engine->backend);
+    }
+
     // scene.cpp
     void collectNodes();
     void visitNode(const std::shared_ptr<Node>& node, std::vector<const Node*>& path);
@@ -58,6 +64,8 @@ private:
     void bindBounds(const GeometryInstance& instance, const Geometry& geometry);
     void updateTextures();
     void fillTables();
+    bool hasMotion() const;
+    bool hasOneLevel() const;
     void makePipeline();
     compiler::PipelineRules rules() const;
     engine::LaunchRequest request(const devlib::ClassicRecord& record, devlib::GroupKind kind);
@@ -85,15 +93,14 @@ private:
     static bool isPlain(const Child& child);
     void makeVisitNode(Selector& selector);
     std::vector<Child> childrenOf(Node& node);
-    void build(AlignedMemory& memory, uint64_t& handle, engine::AccelInputs inputs,
+    void build(SharedMemory& memory, uint64_t& handle, engine::AccelInputs inputs,
                const bvh::MotionOptions& motion);
-    void buildInstances(AlignedMemory& memory, uint64_t& handle,
-                        const std::vector<Child>& children);
-    static void showChildren(const AlignedMemory& memory, const std::vector<Child>& children);
+    void buildInstances(SharedMemory& memory, uint64_t& handle, const std::vector<Child>& children);
+    static void showChildren(const SharedMemory& memory, const std::vector<Child>& children);
     bvh::CustomInput customOf(engine::AccelInputs& inputs, const GeometryInstance& instance,
                               const Geometry& geometry);
-    std::vector<float> boxesOf(const GeometryInstance& instance, const Geometry& geometry,
-                               unsigned step);
+    SharedVector<float> boxesOf(const GeometryInstance& instance, const Geometry& geometry,
+                                unsigned step);
 
     Context& context_;
     std::vector<std::shared_ptr<Node>> order_; // children before parents
@@ -104,14 +111,19 @@ private:
     bool needsPipeline_ = true;
     std::shared_ptr<engine::Pipeline> pipeline_;
     compiler::PipelineRules rules_;
-    std::vector<devlib::ClassicRecord> rayGeneration_, exception_, misses_, hits_, callables_;
-    std::map<const GeometryInstance*, devlib::ClassicRecord> bounds_;
-    std::vector<std::vector<float>> boxes_;               // of the structure that is built
-    std::map<const Node*, devlib::ClassicRecord> visits_; // of selectors
-    std::vector<uint64_t> nodes_, textures_;
-    std::vector<const devlib::BufferView*> views_;
-    devlib::BufferView emptyView_{nullptr, {0, 0, 0}, 0, 1};
-    devlib::ClassicLaunch launch_{};
+    using Records = SharedVector<devlib::ClassicRecord>;
+    Records rayGeneration_, exception_, misses_, hits_, callables_, bounds_, visits_;
+    std::map<const GeometryInstance*, size_t> boundsOf_; // places in bounds_
+    std::map<const Node*, size_t> visitOf_;              // of selectors, in visits_
+    std::vector<SharedVector<float>> boxes_;             // of the structure that is built
+    SharedVector<uint64_t> nodes_, textures_;
+    SharedVector<const devlib::BufferView*> views_;
+    SharedMemory shared_; // Tables
+    struct Tables {
+        devlib::ClassicLaunch launch;
+        devlib::BufferView emptyView;
+    };
+    Tables& tables() const { return *static_cast<Tables*>(shared_.get()); }
 };
 
 } // namespace sunstone::optix6

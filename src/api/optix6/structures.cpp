@@ -10,9 +10,9 @@
 #include "devlib/graph.h"
 #include "engine/accel.h"
 #include "math/matrix.h"
+#include "math/product.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
 
 namespace sunstone::optix6 {
@@ -20,19 +20,6 @@ namespace sunstone::optix6 {
 namespace {
 
 constexpr float kIdentity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-
-// a * b of 3x4 matrices.
-void multiply(const float a[12], const float b[12], float product[12]) {
-    float result[12];
-    for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 4; ++column) {
-            float sum = column == 3 ? a[4 * row + 3] : 0;
-            for (int k = 0; k < 3; ++k)
-                sum += a[4 * row + k] * b[4 * k + column];
-            result[4 * row + column] = sum;
-        }
-    std::copy_n(result, 12, product);
-}
 
 bool isIdentity(const float m[12]) {
     return std::equal(m, m + 12, kIdentity);
@@ -105,8 +92,11 @@ bvh::TriangleInput triangleInput(engine::AccelInputs& inputs, GeometryTriangles&
         in.indices =
             place(t.indices, "indices", t.indexByteOffset, indexStride, indexBytes, t.primitives);
     }
-    if (t.hasTransform)
-        in.preTransform = t.transform.data();
+    if (t.hasTransform) {
+        t.sharedTransform = SharedMemory(t.context()->engine->backend, sizeof t.transform);
+        std::memcpy(t.sharedTransform.get(), t.transform.data(), sizeof t.transform);
+        in.preTransform = static_cast<const float*>(t.sharedTransform.get());
+    }
     std::vector<unsigned> flags(t.materialFlags.begin(), t.materialFlags.end());
     in.sbt.flags = inputs.keepFlags(flags.data(), flags.size());
     in.sbt.numSbtRecords = uint32_t(flags.size());
@@ -134,23 +124,6 @@ bvh::InstanceDesc instanceOf(uint64_t handle, uint32_t mask, uint32_t flags, uin
 
 } // namespace
 
-AlignedMemory::AlignedMemory(size_t bytes) : size_((bytes + 127) / 128 * 128) {
-    if (posix_memalign(&memory_, 128, std::max<size_t>(size_, 128)) != 0)
-        throw std::bad_alloc();
-    std::memset(memory_, 0, size_);
-}
-AlignedMemory::~AlignedMemory() {
-    std::free(memory_);
-}
-AlignedMemory::AlignedMemory(AlignedMemory&& other) noexcept {
-    *this = std::move(other);
-}
-AlignedMemory& AlignedMemory::operator=(AlignedMemory&& other) noexcept {
-    std::swap(memory_, other.memory_);
-    std::swap(size_, other.size_);
-    return *this;
-}
-
 // Structures and nodes, children before parents.
 void Scene::buildStructures() {
     for (const std::shared_ptr<Node>& node : order_) {
@@ -170,14 +143,15 @@ void Scene::buildStructures() {
     }
 }
 
-void Scene::build(AlignedMemory& memory, uint64_t& handle, engine::AccelInputs inputs,
+void Scene::build(SharedMemory& memory, uint64_t& handle, engine::AccelInputs inputs,
                   const bvh::MotionOptions& motion) {
     bvh::BuildOptions options;
     options.preferFastTrace = true;
     options.motion = motion;
     auto shared = std::make_shared<const engine::AccelInputs>(std::move(inputs));
     const bvh::MemoryUsage usage = engine::accelMemory(*context_.engine, *shared, options);
-    AlignedMemory output(usage.output), temp(usage.temp);
+    SharedMemory output(context_.engine->backend, usage.output),
+        temp(context_.engine->backend, usage.temp);
     engine::AccelBuild request;
     request.inputs = shared;
     request.options = options;
@@ -191,18 +165,18 @@ void Scene::build(AlignedMemory& memory, uint64_t& handle, engine::AccelInputs i
     handle = built;
 }
 
-std::vector<float> Scene::boxesOf(const GeometryInstance& instance, const Geometry& geometry,
-                                  unsigned step) {
-    std::vector<float> boxes(size_t(6) * geometry.primitives);
+SharedVector<float> Scene::boxesOf(const GeometryInstance& instance, const Geometry& geometry,
+                                   unsigned step) {
+    SharedVector<float> boxes(size_t(6) * geometry.primitives, allocator<float>());
     engine::BoundsRequest request;
     request.pipeline = pipeline_;
-    request.record = uint64_t(&bounds_.at(&instance));
+    request.record = uint64_t(&bounds_[boundsOf_.at(&instance)]);
     request.count = geometry.primitives;
     request.firstPrimitive = geometry.indexOffset;
     request.motionStep = step;
     request.boxes = boxes.data();
-    request.params = &launch_;
-    request.paramsSize = sizeof launch_;
+    request.params = &tables().launch;
+    request.paramsSize = sizeof(devlib::ClassicLaunch);
     engine::launchBounds(context_.engine, request);
     context_.engine->device->synchronize(nullptr);
     return boxes;
@@ -266,9 +240,9 @@ void Scene::buildGeometry(GeometryGroup& group) {
     boxes_.clear();
 }
 
-void Scene::buildInstances(AlignedMemory& memory, uint64_t& handle,
+void Scene::buildInstances(SharedMemory& memory, uint64_t& handle,
                            const std::vector<Child>& children) {
-    std::vector<bvh::InstanceDesc> descriptions;
+    SharedVector<bvh::InstanceDesc> descriptions(allocator<bvh::InstanceDesc>());
     for (const Child& child : children)
         descriptions.push_back(child.instance);
     engine::AccelInputs inputs;
@@ -280,12 +254,11 @@ void Scene::buildInstances(AlignedMemory& memory, uint64_t& handle,
 }
 
 // Writes the children into the records of a structure that may have been built of others.
-void Scene::showChildren(const AlignedMemory& memory, const std::vector<Child>& children) {
-    for (uint32_t i = 0;; ++i) {
-        auto* record = const_cast<devlib::InstanceRecord*>(
-            static_cast<const devlib::InstanceRecord*>(bvh::instanceRecord(memory.get(), i)));
-        if (!record)
-            break;
+void Scene::showChildren(const SharedMemory& memory, const std::vector<Child>& children) {
+    const auto& header = *static_cast<const bvh::BlockHeader*>(memory.get());
+    auto* record = reinterpret_cast<devlib::InstanceRecord*>(static_cast<uint8_t*>(memory.get()) +
+                                                             header.instancesOffset);
+    for (uint32_t i = 0; i < header.numPrimitives; ++i, ++record) {
         if (i >= children.size()) {
             record->visibilityMask = 0;
             continue;
@@ -348,7 +321,8 @@ std::vector<Scene::Child> Scene::childrenOf(Node& node) {
             return children;
         }
         for (Child& child : children)
-            multiply(transform.matrix.data(), child.instance.transform, child.instance.transform);
+            math::multiply(transform.matrix.data(), child.instance.transform,
+                           child.instance.transform);
     }
     return children;
 }
@@ -357,10 +331,13 @@ std::vector<Scene::Child> Scene::childrenOf(Node& node) {
 // number. A structure of all of them is built for its bounds alone.
 void Scene::makeVisitNode(Selector& selector) {
     std::vector<Child> all;
-    selector.childHandles.clear();
+    const size_t count = selector.slots.size();
+    selector.childHandles =
+        SharedMemory(context_.engine->backend, std::max<size_t>(1, count) * sizeof(uint64_t));
+    auto* handle = static_cast<uint64_t*>(selector.childHandles.get());
     for (const Ref<Node>& slot : selector.slots) {
         Node& node = *slot.lock();
-        selector.childHandles.push_back(node.nodeHandle);
+        *handle++ = node.nodeHandle;
         for (const Child& child : childrenOf(node))
             all.push_back(child);
     }
@@ -368,11 +345,11 @@ void Scene::makeVisitNode(Selector& selector) {
     if (!all.empty())
         buildInstances(selector.childMemory, selector.boundsHandle, all);
     if (selector.nodeMemory.size() < sizeof(devlib::VisitNode))
-        selector.nodeMemory = AlignedMemory(sizeof(devlib::VisitNode));
+        selector.nodeMemory = SharedMemory(context_.engine->backend, sizeof(devlib::VisitNode));
     auto& node = *static_cast<devlib::VisitNode*>(selector.nodeMemory.get());
-    node.record = uint64_t(&visits_.at(&selector));
-    node.children = selector.childHandles.data();
-    node.count = uint32_t(selector.childHandles.size());
+    node.record = uint64_t(&visits_[visitOf_.at(&selector)]);
+    node.children = static_cast<const uint64_t*>(selector.childHandles.get());
+    node.count = uint32_t(count);
 }
 
 // Motion keys as a node above a structure of instances, which bounds children of every kind.
@@ -383,8 +360,8 @@ void Scene::makeMotionTransform(Transform& transform, uint64_t child) {
     static_assert(offsetof(bvh::MatrixMotionTransform, matrices) ==
                   offsetof(bvh::SrtMotionTransform, keys));
     const size_t keyBytes = transform.keys.size() * sizeof(float);
-    transform.nodeMemory =
-        AlignedMemory(std::max(header + keyBytes, sizeof(bvh::SrtMotionTransform)));
+    transform.nodeMemory = SharedMemory(
+        context_.engine->backend, std::max(header + keyBytes, sizeof(bvh::SrtMotionTransform)));
     auto& node = *static_cast<bvh::MatrixMotionTransform*>(transform.nodeMemory.get());
     node.child = child;
     // An empty range has one moment, that of the first key.
@@ -395,6 +372,7 @@ void Scene::makeMotionTransform(Transform& transform, uint64_t child) {
                 keyBytes);
     transform.nodeHandle =
         devlib::makeHandle(&node, isSrt ? devlib::kTagSrtMotion : devlib::kTagMatrixMotion);
+    context_.engine->backend->noteTransform(transform.nodeHandle);
 }
 
 // Whether rays may enter what the instance refers to in place of the instance.
@@ -426,7 +404,7 @@ void Scene::makeNode(Node& node) {
         return;
     }
     if (node.nodeMemory.size() < sizeof(devlib::InstanceRecord))
-        node.nodeMemory = AlignedMemory(sizeof(devlib::InstanceRecord));
+        node.nodeMemory = SharedMemory(context_.engine->backend, sizeof(devlib::InstanceRecord));
     auto& record = *static_cast<devlib::InstanceRecord*>(node.nodeMemory.get());
     std::copy_n(only.instance.transform, 12, record.objectToWorld);
     math::invert(record.objectToWorld, record.worldToObject);

@@ -52,8 +52,12 @@ texture::Image imageOf(const Buffer& buffer, const texture::Format& format, unsi
 
 } // namespace
 
+TextureSampler::TextureSampler(const std::shared_ptr<Context>& context)
+    : Object(kKind, context), backend_(context->engine->backend) {}
+
 TextureSampler::~TextureSampler() {
-    texture::removeTexture(texture);
+    if (texture)
+        backend_->removeTexture(texture);
 }
 
 void TextureSampler::validate() const {
@@ -78,7 +82,9 @@ void TextureSampler::validate() const {
 bool TextureSampler::update() {
     validate();
     const std::shared_ptr<Buffer> source = buffer.lock();
-    if (!changed_ && texture != 0 && source->data() == data_)
+    const bool isCurrent =
+        !backend_->copiesImages() || (source->version() == version_ && !source->changesUnseen());
+    if (!changed_ && texture != 0 && source->data() == data_ && isCurrent)
         return false;
     if (!source->data())
         refuse(RT_ERROR_INVALID_CONTEXT, "the buffer of the texture sampler has no elements");
@@ -89,6 +95,7 @@ bool TextureSampler::update() {
         made->images[level] = imageOf(*source, made->format, level);
     made->layered = source->description & RT_BUFFER_LAYERED;
     made->cube = source->description & RT_BUFFER_CUBEMAP;
+    made->is1D = source->dimensions == 1;
     made->is3D = source->dimensions == 3 && !made->layered && !made->cube;
     static_assert(unsigned(texture::Address::kBorder) == RT_WRAP_CLAMP_TO_BORDER);
     for (unsigned i = 0; i < 3; ++i)
@@ -104,10 +111,12 @@ bool TextureSampler::update() {
     made->minLevel = levelMin;
     made->maxLevel = std::min(levelMax, float(made->levels - 1));
     made->anisotropy = unsigned(anisotropy);
-    const uint64_t handle = texture::add(std::move(made));
-    texture::removeTexture(texture);
+    const uint64_t handle = backend_->addTexture(std::move(made));
+    if (texture)
+        backend_->removeTexture(texture);
     texture = handle;
     data_ = source->data();
+    version_ = source->version();
     changed_ = false;
     return true;
 }

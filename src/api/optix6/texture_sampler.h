@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texture samplers: the state that applications set, and the texture that programs sample. It reads
-// the buffer's own memory.
+// Texture samplers: the state that applications set, and the texture that programs sample. On CPUs
+// the texture reads the buffer's own memory, on GPUs it has a copy.
 #pragma once
 
 #include "api/optix6/buffer.h"
@@ -10,7 +10,7 @@ namespace sunstone::optix6 {
 class TextureSampler : public Object {
 public:
     static constexpr Kind kKind = Kind::kTextureSampler;
-    explicit TextureSampler(const std::shared_ptr<Context>& context) : Object(kKind, context) {}
+    explicit TextureSampler(const std::shared_ptr<Context>& context);
     // Throws RT_ERROR_INVALID_CONTEXT if something is missing or does not fit.
     void validate() const;
     ~TextureSampler() override;
@@ -29,8 +29,11 @@ public:
     uint64_t texture = 0; // handle; 0: not made yet
 
 private:
+    const std::shared_ptr<engine::Backend> backend_;
     bool changed_ = true;
-    const void* data_ = nullptr; // of the buffer when the texture was made
+    // Of the buffer when the texture was made.
+    const void* data_ = nullptr;
+    uint64_t version_ = 0;
 };
 
 } // namespace sunstone::optix6

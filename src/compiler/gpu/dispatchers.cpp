@@ -47,6 +47,8 @@ constexpr Dispatcher kDispatchers[] = {
     {"sunstone_gpu_closestHit", devlib::kGroupHit, devlib::kRoleMain, Dispatcher::kRun},
     {"sunstone_gpu_anyHit", devlib::kGroupHit, devlib::kRoleAnyHit, Dispatcher::kRun},
     {"sunstone_gpu_intersection", devlib::kGroupHit, devlib::kRoleIntersection, Dispatcher::kAsk},
+    {"sunstone_gpu_attribute", devlib::kGroupHit, devlib::kRoleAttribute, Dispatcher::kRun},
+    {"sunstone_gpu_visit", devlib::kGroupVisit, devlib::kRoleMain, Dispatcher::kRun},
     {"sunstone_gpu_direct", devlib::kGroupCallables, devlib::kRoleDirect, Dispatcher::kCode},
     {"sunstone_gpu_continuation", devlib::kGroupCallables, devlib::kRoleContinuation,
      Dispatcher::kCode},

@@ -16,6 +16,8 @@
 
 #include <llvm/IR/MDBuilder.h>
 
+#include <map>
+
 namespace sunstone::compiler::optix6 {
 
 namespace {
@@ -325,7 +327,8 @@ private:
         store(ray, offsetof(RayState, attributeBlocks) + sizeof(void*),
               address(blocks, unit_.rules().optix6.attributeBytes));
         if (exceptions() & devlib::kClassicInvalidRay)
-            callParams(offsetof(ClassicLaunch, checkRay), builder_.getVoidTy(), {state(), ray});
+            callShared(offsetof(ClassicLaunch, checkRay), "checkClassicRay", builder_.getVoidTy(),
+                       {state(), ray});
         auto* type = llvm::FunctionType::get(builder_.getVoidTy(), {pointer()}, false);
         builder_.CreateCall(type, launchFunction(offsetof(LaunchState, trace), "trace", type),
                             {ray});
@@ -339,14 +342,16 @@ private:
         return builder_.CreateSelect(builder_.CreateICmpULT(rayType, rayTypes), handle, number(0));
     }
 
-    Value* callParams(size_t offset, llvm::Type* result, std::vector<Value*> operands) {
-        if (unit_.isGpu())
-            fault(ErrorCode::kNotSupported, "the classic API is not available on GPUs yet");
+    // Calls a function of the run-time: on CPUs one of the launch parameters, on GPUs by name.
+    Value* callShared(size_t offset, const char* name, llvm::Type* result,
+                      std::vector<Value*> operands) {
         std::vector<llvm::Type*> types;
         for (const Value* operand : operands)
             types.push_back(operand->getType());
-        return builder_.CreateCall(llvm::FunctionType::get(result, types, false),
-                                   ofParams(offset, pointer()), operands);
+        auto* type = llvm::FunctionType::get(result, types, false);
+        Value* function =
+            unit_.isGpu() ? launchFunction(0, name, type) : ofParams(offset, pointer());
+        return builder_.CreateCall(type, function, operands);
     }
 
     Value* potential() {
@@ -395,8 +400,7 @@ private:
         llvm::Instruction* end = llvm::SplitBlockAndInsertIfThen(
             builder_.CreateICmpUGE(argument(0), count), call_, false);
         builder_.SetInsertPoint(end);
-        callParams(offsetof(ClassicLaunch, outside), pointer(),
-                   {state(), builder_.getInt32(0), builder_.getInt32(devlib::kCodeIndex)});
+        zeros(builder_.getInt32(0), builder_.getInt32(devlib::kCodeIndex));
         builder_.SetInsertPoint(call_);
     }
 
@@ -482,13 +486,31 @@ private:
         llvm::Instruction* end =
             llvm::SplitBlockAndInsertIfThen(builder_.CreateNot(inside), call_, false, rare);
         builder_.SetInsertPoint(end);
-        Value* zeros =
-            callParams(offsetof(ClassicLaunch, outside), pointer(), {state(), bytes, code});
+        Value* elsewhere = zeros(bytes, code);
         builder_.SetInsertPoint(call_);
         llvm::PHINode* result = builder_.CreatePHI(pointer(), 2);
         result->addIncoming(place, before);
-        result->addIncoming(zeros, end->getParent());
+        result->addIncoming(elsewhere, end->getParent());
         return result;
+    }
+
+    // The address of zeros for one access, after the exception `code` where it is enabled. GPUs
+    // have no memory of threads but their frames.
+    Value* zeros(Value* bytes, Value* code) {
+        if (!unit_.isGpu())
+            return callShared(offsetof(ClassicLaunch, outside), "", pointer(),
+                              {state(), bytes, code});
+        const auto* size = llvm::dyn_cast<llvm::ConstantInt>(bytes);
+        if (!size)
+            fault(ErrorCode::kNotSupported, "the size of elements must be a constant on GPUs");
+        if (exceptions())
+            callShared(0, "outside", builder_.getVoidTy(), {state(), code});
+        const uint64_t count = std::max<uint64_t>(16, llvm::alignTo(size->getZExtValue(), 16));
+        Value*& memory = zeros_[count];
+        if (!memory)
+            memory = entryAlloca(llvm::ArrayType::get(builder_.getInt8Ty(), count), 16);
+        builder_.CreateMemSet(memory, builder_.getInt8(0), count, llvm::Align(16));
+        return memory;
     }
 
     Value* bufferSize(llvm::Type* type) {
@@ -505,7 +527,7 @@ private:
     Value* matrixRows(Value* toWorld) {
         if (!rows_)
             rows_ = entryAlloca(llvm::ArrayType::get(builder_.getFloatTy(), 12), 4);
-        callParams(offsetof(ClassicLaunch, matrix), builder_.getVoidTy(),
+        callShared(offsetof(ClassicLaunch, matrix), "matrix", builder_.getVoidTy(),
                    {state(), toWorld, rows_});
         return rows_;
     }
@@ -622,6 +644,7 @@ private:
     Value* attributeMemory_ = nullptr;
     Value* distance_ = nullptr;
     Value* rows_ = nullptr;
+    std::map<uint64_t, Value*> zeros_; // on GPUs, by bytes
 };
 
 } // namespace

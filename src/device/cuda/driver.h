@@ -21,8 +21,13 @@ namespace sunstone::device::cuda {
     X(driverGetVersion, cuDriverGetVersion)                                                        \
     X(getErrorName, cuGetErrorName)                                                                \
     X(getErrorString, cuGetErrorString)                                                            \
+    X(deviceGetCount, cuDeviceGetCount)                                                            \
+    X(deviceGet, cuDeviceGet)                                                                      \
     X(deviceGetName, cuDeviceGetName)                                                              \
     X(deviceGetAttribute, cuDeviceGetAttribute)                                                    \
+    X(deviceTotalMem, cuDeviceTotalMem)                                                            \
+    X(deviceGetPCIBusId, cuDeviceGetPCIBusId)                                                      \
+    X(devicePrimaryCtxRetain, cuDevicePrimaryCtxRetain)                                            \
     X(ctxGetCurrent, cuCtxGetCurrent)                                                              \
     X(ctxPushCurrent, cuCtxPushCurrent)                                                            \
     X(ctxPopCurrent, cuCtxPopCurrent)                                                              \
@@ -35,6 +40,8 @@ namespace sunstone::device::cuda {
     X(moduleGetFunction, cuModuleGetFunction)                                                      \
     X(moduleGetGlobal, cuModuleGetGlobal)                                                          \
     X(memAlloc, cuMemAlloc)                                                                        \
+    X(memAllocManaged, cuMemAllocManaged)                                                          \
+    X(memGetInfo, cuMemGetInfo)                                                                    \
     X(memFree, cuMemFree)                                                                          \
     X(memAllocHost, cuMemAllocHost)                                                                \
     X(memFreeHost, cuMemFreeHost)                                                                  \
@@ -48,6 +55,12 @@ namespace sunstone::device::cuda {
     X(memcpyDtoDAsync, cuMemcpyDtoDAsync)                                                          \
     X(memsetD8Async, cuMemsetD8Async)                                                              \
     X(memsetD32Async, cuMemsetD32Async)                                                            \
+    X(memcpy3D, cuMemcpy3D)                                                                        \
+    X(mipmappedArrayCreate, cuMipmappedArrayCreate)                                                \
+    X(mipmappedArrayGetLevel, cuMipmappedArrayGetLevel)                                            \
+    X(mipmappedArrayDestroy, cuMipmappedArrayDestroy)                                              \
+    X(texObjectCreate, cuTexObjectCreate)                                                          \
+    X(texObjectDestroy, cuTexObjectDestroy)                                                        \
     X(streamCreate, cuStreamCreate)                                                                \
     X(streamDestroy, cuStreamDestroy)                                                              \
     X(streamSynchronize, cuStreamSynchronize)                                                      \

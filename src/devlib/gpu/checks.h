@@ -93,6 +93,8 @@ SUNSTONE_INLINE void checkChild(RayState* state, uint64_t child, const uint64_t*
 // to give the same one to all rays, which is then the usual one from the second launch on.
 SUNSTONE_INLINE bool leadsSomewhere(RayState* state) {
     const uint64_t handle = state->handle;
+    if constexpr (Records::kOwnHandles)
+        return handle != 0;
     const LaunchBlock& block = blockOf(state->launch);
     if (__builtin_expect(handle == sunstone_gpu_usual(&block), 1))
         return true;
@@ -109,6 +111,8 @@ SUNSTONE_INLINE bool leadsSomewhere(RayState* state) {
 
 // The same of a child that may have changed since its parent was built.
 SUNSTONE_INLINE bool childLeadsSomewhere(RayState* state, uint64_t child) {
+    if constexpr (Records::kOwnHandles)
+        return child != 0;
     if (isKnown(state->launch, child))
         return true;
     if (child != 0)

@@ -14,10 +14,10 @@ namespace sunstone::devlib {
 constexpr uint64_t kNoReport = ~uint64_t(0);
 
 struct LaunchReport {
-    uint64_t raised; // exception of the run-time
-    uint64_t unseen; // exception without an exception program
-    uint64_t fatal;  // trap, stack overflow, or a fault of FatalCode: the launch failed
-    uint32_t wideSbt;     // as in LaunchNotes
+    uint64_t raised;  // exception of the run-time
+    uint64_t unseen;  // exception without an exception program
+    uint64_t fatal;   // trap, stack overflow, or a fault of FatalCode: the launch failed
+    uint32_t wideSbt; // as in LaunchNotes
     uint32_t deepGraph, outsideFlags, motion; // the same
     uint64_t unknown; // a handle that a ray was given, or came to, and that leads nowhere; or 0
     uint64_t usual;   // one that rays are given, other than LaunchConstants::usual; or 0
@@ -59,11 +59,14 @@ enum FatalCode : int32_t {
 // LIMIT_MAX_TRAVERSABLE_GRAPH_DEPTH.
 constexpr unsigned kMaxGpuGraphDepth = kMaxGraphDepth - 1;
 
-// Launch indices of a kernel whose warps take them (devlib/gpu/loop.h): numbers from 0, in the order
-// of tiles of 32 (see kGpuTileWidth).
+// Visit programs that a path through the graph may meet one below the other.
+constexpr unsigned kMostNestedVisits = 4;
+
+// Launch indices of a kernel whose warps take them (devlib/gpu/loop.h): numbers from 0, in the
+// order of tiles of 32 (see kGpuTileWidth).
 struct LaunchWork {
-    uint64_t next;  // nobody has taken this one or a later one
-    uint64_t count; // of all tiles, those behind the edges too
+    uint64_t next;     // nobody has taken this one or a later one
+    uint64_t count;    // of all tiles, those behind the edges too
     uint32_t patience; // what idle lanes may cost before a warp looks after them; kPatience
 };
 

@@ -119,6 +119,7 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
     for (;;) {
         if (takeIndex(block, lane, more, thread.index)) {
             uint32_t asks = 0;
+            prepareEntry(root);
             sunstone_gpu_start(&root, &asked, frame, &asks, group);
             lane = asks ? Lane::kAsks : Lane::kIdle;
         }

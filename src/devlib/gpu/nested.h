@@ -82,6 +82,7 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
     for (;;) {
         if (takeIndex(block, lane, more, thread.index)) {
             uint32_t asks = 0;
+            prepareEntry(root);
             sunstone_gpu_start(&root, &root + 1, waiting.frames, &asks, group);
             if (asks) {
                 waiting.groups[0] = group;

@@ -39,6 +39,8 @@ uint32_t sunstone_gpu_miss(RayState*, uint32_t group);
 uint32_t sunstone_gpu_closestHit(RayState*, uint32_t group);
 uint32_t sunstone_gpu_anyHit(RayState*, uint32_t group);
 uint32_t sunstone_gpu_intersection(RayState*, struct Candidates*, uint32_t group);
+uint32_t sunstone_gpu_attribute(RayState*, uint32_t group);
+uint32_t sunstone_gpu_visit(RayState*, uint32_t group);
 const void* sunstone_gpu_direct(uint32_t group);
 const void* sunstone_gpu_continuation(uint32_t group);
 // Of a group's callable, by 2 * group, or 2 * group + 1 for the continuation callable.
@@ -57,6 +59,7 @@ extern const uint32_t sunstone_gpu_hasIntersection;
 extern const uint32_t sunstone_gpu_micromaps;    // rays look at opacity micromaps
 extern const uint32_t sunstone_gpu_shapes;       // bvh::gpu::ShapeBits that rays may meet
 extern const uint32_t sunstone_gpu_hasBounds;    // some group is a bounds program
+extern const uint32_t sunstone_gpu_hasVisits;    // some group is a visit program
 extern const uint32_t sunstone_gpu_hasException; // some group is an exception program
 extern const uint32_t sunstone_gpu_exceptionFlags;
 extern const uint32_t sunstone_gpu_graph;  // GraphKind

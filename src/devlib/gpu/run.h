@@ -46,6 +46,12 @@ SUNSTONE_INLINE void prepareRoot(const LaunchState& launch, RayState& state, Thr
     state.hit.sbtGasIndex = 0;
 }
 
+// The same that depends on the launch index.
+SUNSTONE_INLINE void prepareEntry(RayState& root) {
+    if (sunstone_gpu_hasBounds && root.launch->boxes)
+        prepareBounds(root);
+}
+
 extern "C" void sunstone_gpu_run(LaunchBlock* block) {
     static_assert(kGpuBlockThreads % kGpuTile == 0);
     const LaunchState& launch = block->launch;
@@ -57,8 +63,7 @@ extern "C" void sunstone_gpu_run(LaunchBlock* block) {
         return;
     RayState state;
     prepareRoot(launch, state, index);
-    if (sunstone_gpu_hasBounds && launch.boxes)
-        prepareBounds(state);
+    prepareEntry(state);
     if (sunstone_gpu_raygen(&state, groupOf(launch, launch.sbt.entryRecord,
                                             GroupKind(launch.entryKind))) == kNoProgram)
         endLaunch(&state, kFatalRaygenRecord);

@@ -37,6 +37,8 @@ extern "C" const void* sunstone_gpu_callable(RayState* state, uint32_t sbtIndex,
     const void* const code =
         call & 1 ? sunstone_gpu_continuation(group) : sunstone_gpu_direct(group);
     checkStack(state);
+    if (const int32_t fault = code ? 0 : Records::callableFault(*state->launch))
+        raise(state, fault);
     if (debugging())
         checkCallable(state, sbtIndex, call, group, code);
     return code;

@@ -28,6 +28,7 @@ struct Candidates {
     uint64_t entered;
     uint32_t instanceIndex, instanceId, instanceSbtOffset, instanceFlags;
     uint32_t transformCount;
+    uint32_t visits; // visit programs that run
     uint64_t gas;
     // The best hit: as in RayState::hit.
     struct Best {
@@ -89,6 +90,7 @@ struct Candidates {
         instanceIndex = instanceSbtOffset = instanceFlags = 0;
         instanceId = ~0u;
         transformCount = 0;
+        visits = 0;
     }
 
     // Shows programs, and exceptions, where the walk is.
@@ -147,11 +149,8 @@ struct Candidates {
         hit.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
         showPath();
         const Place place = here();
-        const uint64_t record = hitRecord(hit.sbtGasIndex, place.sbtOffset);
-        candidateGroup = record ? groupOf(*state->launch, record, kGroupHit) : kNoGroup;
+        showRecord(hitRecord(hit.sbtGasIndex, place.sbtOffset));
         checkBuiltin(state, candidateGroup, place.gas, hit.sbtGasIndex);
-        hit.record = reinterpret_cast<const void*>(record);
-        state->sbtData = dataOf(record);
         for (int i = 0; i < 3; ++i) {
             state->objectOrigin[i] = ray.origin[i];
             state->objectDirection[i] = ray.direction[i];
@@ -160,11 +159,28 @@ struct Candidates {
         return true;
     }
 
+    SUNSTONE_INLINE_MEMBER void swapAttributes() const {
+        if constexpr (Records::kAttributeBlocks) {
+            void* const first = state->attributeBlocks[0];
+            state->attributeBlocks[0] = state->attributeBlocks[1];
+            state->attributeBlocks[1] = first;
+        }
+    }
+    // The attributes of a triangle's hit, before programs see it.
+    SUNSTONE_INLINE_MEMBER void computeAttributes(uint32_t group) const {
+        if constexpr (Records::kAttributePrograms)
+            if (state->hit.kind >= kHitTriangleFront) {
+                Records::setTriangleAttributes(*state);
+                sunstone_gpu_attribute(state, group);
+            }
+    }
+
     // Shows the candidate in state->hit to the any-hit program and takes it unless that declines.
     SUNSTONE_INLINE_MEMBER uint32_t offer(float& rayTmax) {
         uint32_t result = kAccept;
         if (candidateAnyHit) {
             state->tmax = state->hit.t;
+            computeAttributes(candidateGroup);
             result = sunstone_gpu_anyHit(state, candidateGroup);
             if (result == kIgnore)
                 return kIgnore;
@@ -172,9 +188,51 @@ struct Candidates {
         found = true;
         rayTmax = state->hit.t;
         keepCandidate(state->hit, best);
+        swapAttributes();
         keepPath();
         ended = endsRay(result, rayFlags);
         return ended ? kTerminate : kAccept;
+    }
+
+    // The candidate becomes one of another record of its build input, until the report ends.
+    SUNSTONE_INLINE_MEMBER uint32_t offerMaterial(uint32_t material) {
+        if (!Records::hasMaterial(*state, material)) {
+            if (const int32_t code = Records::materialFault(*state))
+                raise(state, code);
+            return kIgnore;
+        }
+        Hit& hit = state->hit;
+        const uint32_t first = hit.sbtGasIndex, group = candidateGroup;
+        const void* const record = hit.record;
+        hit.sbtGasIndex = first + material;
+        showRecord(hitRecord(hit.sbtGasIndex, here().sbtOffset));
+        const uint32_t result = offer(tmax);
+        hit.sbtGasIndex = first;
+        candidateGroup = group;
+        hit.record = record;
+        state->sbtData = dataOf(uint64_t(record));
+        return result;
+    }
+    SUNSTONE_INLINE_MEMBER void showRecord(uint64_t record) {
+        candidateGroup = record ? groupOf(*state->launch, record, kGroupHit) : kNoGroup;
+        state->hit.record = reinterpret_cast<const void*>(record);
+        state->sbtData = dataOf(record);
+    }
+
+    // Makes the state that of a node's visit program. `origin` and `direction`: of the ray in the
+    // space of the node.
+    SUNSTONE_INLINE_MEMBER void showVisit(const VisitNode* node, const float origin[3],
+                                          const float direction[3], float rayTmax) {
+        for (int i = 0; i < 3; ++i) {
+            state->objectOrigin[i] = origin[i];
+            state->objectDirection[i] = direction[i];
+        }
+        showPath();
+        setPlace(here());
+        state->traversal = this;
+        state->visited = node;
+        state->tmax = rayTmax;
+        state->sbtData = dataOf(node->record);
     }
 };
 
@@ -342,7 +400,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         const auto* const words = reinterpret_cast<const walk::U4*>(&instance);
         const walk::U4 last =
             walk::loadConstant(words + offsetof(InstanceRecord, visibilityMask) / 16);
-        if ((last.x & state->visibilityMask & 0xFF) == 0)
+        if ((last.x & state->visibilityMask & 0xFF) == 0 || !hasRoom())
             return false;
         const walk::U4 from = walk::loadConstant(words + offsetof(InstanceRecord, child) / 16);
         child = walk::wordsOf(from.x, from.y);
@@ -372,11 +430,21 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
                   offsetof(InstanceRecord, flags) == offsetof(InstanceRecord, visibilityMask) + 4 &&
                   offsetof(InstanceRecord, index) == offsetof(InstanceRecord, visibilityMask) + 8);
 
-    SUNSTONE_INLINE_MEMBER bool enterTransform(walk::Ray&, uint64_t handle, uint64_t& child,
+    SUNSTONE_INLINE_MEMBER bool enterTransform(walk::Ray& ray, uint64_t handle, uint64_t& child,
                                                float worldToObject[12]) {
-        if (addressOf(handle) == 0)
+        if (addressOf(handle) == 0 || !hasRoom())
             return false;
         const HandleTag tag = tagOf(handle);
+        if constexpr (Records::kVisits) {
+            if (sunstone_gpu_hasVisits && tag == kTagVisit) {
+                enterVisit(ray, handle);
+                return false;
+            }
+            if (tag == kTagInstance)
+                return enterInstance(ray,
+                                     *reinterpret_cast<const InstanceRecord*>(addressOf(handle)),
+                                     child, worldToObject);
+        }
         if (tag == kTagStatic) {
             const auto& still = *reinterpret_cast<const bvh::StaticTransform*>(addressOf(handle));
             for (int i = 0; i < 12; ++i)
@@ -396,6 +464,29 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             savePlace();
         enterWith(handle, child);
         return true;
+    }
+
+    // Runs the visit program of a selector, which enters the children that it chooses.
+    SUNSTONE_INLINE_MEMBER void enterVisit(walk::Ray& ray, uint64_t handle) {
+        const auto* const node = reinterpret_cast<const VisitNode*>(addressOf(handle));
+        if (++this->visits > kMostNestedVisits)
+            endLaunch(state, kFatalGraphTooDeep);
+        showVisit(node, ray.origin, ray.direction, ray.tmax);
+        sunstone_gpu_visit(state, groupOf(*state->launch, node->record, kGroupVisit));
+        ray.tmax = state->tmax;
+        --this->visits;
+    }
+    SUNSTONE_INLINE_MEMBER bool endsInVisits() const
+        requires Records::kVisits
+    {
+        return sunstone_gpu_hasVisits && ended;
+    }
+    // The walk below a visit program has levels of its own, but shares the path.
+    SUNSTONE_INLINE_MEMBER bool hasRoom() {
+        if (!Records::kVisits || !sunstone_gpu_hasVisits || transformCount < kMaxLevels)
+            return true;
+        refuseLevel();
+        return false;
     }
 
     SUNSTONE_INLINE_MEMBER float time() const { return state->time; }
@@ -464,6 +555,8 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         state->sbtData = dataOf(record);
         const uint32_t group = record ? groupOf(*state->launch, record, kGroupHit) : kNoGroup;
         checkBuiltin(state, group, place.gas, best.sbtGasIndex);
+        swapAttributes();
+        computeAttributes(group);
         return group;
     }
 };
@@ -642,7 +735,8 @@ extern "C" __attribute__((always_inline)) uint32_t sunstone_gpu_reportTo(RayStat
     if (!inInterval(*state, t, candidates.tmax))
         return kIgnore;
     reportCandidate(*state, t, kind);
-    const uint32_t result = candidates.offer(candidates.tmax);
+    const uint32_t result =
+        Records::kMaterials ? candidates.offerMaterial(kind) : candidates.offer(candidates.tmax);
     state->tmax = candidates.tmax;
     return result;
 }

@@ -2,6 +2,11 @@
 #include "engine/cpu/backend.h"
 
 #include "base/error.h"
+#include "texture/texture.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
 
 namespace sunstone::engine {
 namespace {
@@ -10,6 +15,23 @@ class CpuBackend final : public Backend {
 public:
     device::Device& device() override { return device::cpuDevice(); }
     bool sharesMemory() const override { return true; }
+    void* allocateShared(size_t bytes) override {
+        constexpr size_t kAlignment = 128;
+        void* memory = nullptr;
+        const size_t whole =
+            std::max((bytes + kAlignment - 1) / kAlignment * kAlignment, kAlignment);
+        if (posix_memalign(&memory, kAlignment, whole) != 0)
+            fail(Code::kOutOfMemory, "no memory for ", bytes, " bytes");
+        std::memset(memory, 0, whole);
+        return memory;
+    }
+    void freeShared(void* memory) noexcept override { std::free(memory); }
+    void copy(void* to, const void* from, size_t bytes) override { std::memcpy(to, from, bytes); }
+    uint64_t addTexture(std::unique_ptr<texture::Texture> texture) override {
+        return texture::add(std::move(texture));
+    }
+    void removeTexture(uint64_t handle) noexcept override { texture::removeTexture(handle); }
+    bool copiesImages() const override { return false; }
 
     void compile(Pipeline& pipeline, const PipelineParts& parts) override {
         cpu::compile(pipeline, parts);

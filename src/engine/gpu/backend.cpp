@@ -20,7 +20,7 @@ constexpr unsigned kLeastCapability = 70;
 
 GpuBackend::GpuBackend(CUcontext context)
     : device_(context), kernelCode_(device_.computeCapability(), device_.driverVersion()),
-      slots_(context) {
+      slots_(context), shared_(context) {
     if (device_.computeCapability() < kLeastCapability)
         fail(Code::kNotSupported, device_.name(),
              ": GPUs from compute capability 7.0 on are "
@@ -56,6 +56,12 @@ void GpuBackend::flush(const Context& context) {
     }
 }
 
+void GpuBackend::copy(void* to, const void* from, size_t bytes) {
+    ContextScope scope(device_.context());
+    SUNSTONE_CU(memcpyAsync, CUdeviceptr(to), CUdeviceptr(from), bytes, nullptr);
+    SUNSTONE_CU(streamSynchronize, nullptr);
+}
+
 void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request) {
     using devlib::LaunchBlock;
     const Pipeline& pipeline = *request.pipeline;
@@ -79,9 +85,8 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     GpuLaunchSlots::Lease slot(slots_, context, stream, variable, request.validation);
     slot->usualHandle = code.usualHandle;
     const bool asksAll = debugging || request.validation;
-    const GpuKnownHandles::View handles =
-        known_->update(asksAll ? GpuKnownHandles::kAll : GpuKnownHandles::kSome, *code.usualHandle,
-                       stream);
+    const GpuKnownHandles::View handles = known_->update(
+        asksAll ? GpuKnownHandles::kAll : GpuKnownHandles::kSome, *code.usualHandle, stream);
     LaunchBlock& block = *slot->host;
     std::memset(static_cast<void*>(&block), 0, sizeof(block));
     block.launch.params = reinterpret_cast<const void*>(slot->memory + GpuLaunchSlots::kParameters);
@@ -122,7 +127,7 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
                 0, stream, arguments, nullptr);
     SUNSTONE_CU(memcpyDtoHAsync, slot->report, slot->memory + offsetof(LaunchBlock, report),
                 sizeof(block.report), stream);
-    if (!request.validation)
+    if (!request.validation && !request.waits)
         return slot.queued();
     const std::string failure = slot.finish();
     if (!failure.empty())

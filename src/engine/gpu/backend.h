@@ -10,6 +10,7 @@
 #include "engine/gpu/code.h"
 #include "engine/gpu/kernel_code.h"
 #include "engine/gpu/launch_slots.h"
+#include "engine/gpu/shared_memory.h"
 #include "engine/gpu/structures.h"
 
 #include <map>
@@ -24,6 +25,12 @@ public:
     ~GpuBackend() override;
     device::Device& device() override { return device_; }
     bool sharesMemory() const override { return false; }
+    void* allocateShared(size_t bytes) override { return shared_.allocate(bytes); }
+    void freeShared(void* memory) noexcept override { shared_.free(memory); }
+    void copy(void* to, const void* from, size_t bytes) override;
+    uint64_t addTexture(std::unique_ptr<texture::Texture> texture) override;
+    void removeTexture(uint64_t handle) noexcept override;
+    bool copiesImages() const override { return true; }
 
     void useCache(std::shared_ptr<CompileCache> cache) override {
         kernelCode_.useCache(std::move(cache));
@@ -83,6 +90,9 @@ private:
     unsigned newestPtx_ = 0; // GpuTarget::ptxVersion
     std::unique_ptr<GpuKnownHandles> known_ = std::make_unique<GpuKnownHandles>();
     GpuLaunchSlots slots_;
+    GpuSharedMemory shared_;
+    std::mutex textureMutex_;
+    std::map<uint64_t, CUmipmappedArray> textures_; // of addTexture()
 };
 
 } // namespace sunstone::engine

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pipelines on a GPU: programs to PTX (compiler/gpu/pipeline.h), PTX to machine code by the compiler
-// that comes with the driver (device/cuda/ptx_compiler.h), or by the driver when it loads the text.
+// Pipelines on a GPU: programs to PTX (compiler/gpu/pipeline.h), PTX to machine code by the
+// compiler that comes with the driver (device/cuda/ptx_compiler.h), or by the driver when it loads
+// the text.
 #include "base/error.h"
 #include "base/log.h"
 #include "bvh/gpu/layout.h"
+#include "compiler/flavor.h"
 #include "compiler/gpu/header.h"
 #include "compiler/gpu/pipeline.h"
 #include "device/cuda/ptx_compiler.h"
@@ -34,9 +36,9 @@ struct PtxOfRelease {
     unsigned ptx;
 };
 constexpr PtxOfRelease kReleases[] = {
-    {0, 65},      {11000, 70}, {11010, 71}, {11020, 72}, {11030, 73}, {11040, 74}, {11050, 75},
-    {11060, 76},  {11070, 77}, {11080, 78}, {12000, 80}, {12010, 81}, {12020, 82}, {12030, 83},
-    {12040, 84},  {12050, 85}, {12070, 86}, {12080, 87}, {12090, 88}, {13000, 90}};
+    {0, 65},     {11000, 70}, {11010, 71}, {11020, 72}, {11030, 73}, {11040, 74}, {11050, 75},
+    {11060, 76}, {11070, 77}, {11080, 78}, {12000, 80}, {12010, 81}, {12020, 82}, {12030, 83},
+    {12040, 84}, {12050, 85}, {12070, 86}, {12080, 87}, {12090, 88}, {13000, 90}};
 
 unsigned ptxVersionOf(int driverVersion) {
     unsigned version = 0;
@@ -56,7 +58,8 @@ devlib::GraphKind graphKindOf(unsigned flags) {
 // Programs that run while another one's trace, or call, is under way and can start the same again.
 bool mayRecurse(const PipelineParts& parts) {
     for (const auto& group : parts.groups) {
-        if (group->kind == devlib::kGroupCallables || group->kind == devlib::kGroupException)
+        if (group->kind == devlib::kGroupCallables || group->kind == devlib::kGroupException ||
+            group->kind == devlib::kGroupVisit)
             return true;
         const ProgramRef& main = group->programs[devlib::kRoleMain];
         if (group->kind == devlib::kGroupRaygen || !main)
@@ -81,9 +84,9 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
 }
 
 // Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %
-// where there are no instances, from 96 to 80 up to 6 % where there is one level of them; where nodes
-// have two motion keys the other way round: with motion blur 96 are 9 to 19 % faster than 72, 25 %
-// faster than 80, 128 within 3 % of that (docs/notes/instances-gpu.md).
+// where there are no instances, from 96 to 80 up to 6 % where there is one level of them; where
+// nodes have two motion keys the other way round: with motion blur 96 are 9 to 19 % faster than 72,
+// 25 % faster than 80, 128 within 3 % of that (docs/notes/instances-gpu.md).
 unsigned registersOf(const compiler::PipelineRules& rules) {
     constexpr unsigned kOfGraph[] = {72, 80, 96}; // by GraphKind
     return rules.motionBlur ? 96 : kOfGraph[graphKindOf(rules.traversableGraphFlags)];
@@ -147,7 +150,8 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     compiler::GpuCode code;
     std::string log;
     const auto load = [&] {
-        entry.loaded = std::make_shared<const LoadedGpuCode>(device_.context(), code, registers, log);
+        entry.loaded =
+            std::make_shared<const LoadedGpuCode>(device_.context(), code, registers, log);
     };
     bool isKept = false;
     if (store) {
@@ -236,11 +240,12 @@ bool GpuBackend::accepts(const ptx::Module& module) {
 void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     compiler::GpuPipelineRequest request;
     request.pipeline = parts.request;
-    request.runtime = devlib::gpuRuntime();
+    const bool isClassic = parts.request.flavor == &compiler::optix6Flavor();
+    request.runtime = isClassic ? devlib::gpuClassicRuntime() : devlib::gpuRuntime();
     request.target = target();
     const PipelineLimits limits = pipeline.limits.get();
     request.maxTraceDepth = limits.maxTraceDepth;
-    bool hasException = false, hasBounds = false;
+    bool hasException = false, hasBounds = false, hasVisits = false;
     uint32_t first = ~0u;
     for (const auto& group : parts.groups)
         first = std::min(first, group->number);
@@ -252,6 +257,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         request.groups.back().builtin = parts.groups[i]->builtinPrimitive;
         hasException |= parts.groups[i]->kind == devlib::kGroupException;
         hasBounds |= parts.groups[i]->kind == devlib::kGroupBounds;
+        hasVisits |= parts.groups[i]->kind == devlib::kGroupVisit;
     }
     request.constants = {
         {"sunstone_gpu_hasAnyHit", pipeline.hasAnyHit},
@@ -259,6 +265,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         {"sunstone_gpu_micromaps", limits.opacityMicromaps},
         {"sunstone_gpu_shapes", bvh::gpu::shapeBitsOf(pipeline.rules.primitiveTypeFlags)},
         {"sunstone_gpu_hasBounds", hasBounds},
+        {"sunstone_gpu_hasVisits", hasVisits},
         {"sunstone_gpu_hasException", hasException},
         {"sunstone_gpu_exceptionFlags", pipeline.rules.exceptionFlags},
         {"sunstone_gpu_graph", graphKindOf(pipeline.rules.traversableGraphFlags)},
@@ -275,6 +282,8 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);
     if (overflows || mayRecurse(parts)) {
         loaded->neededStack = stackNeed(pipeline, code.stack, size_t(frame));
+        if (hasVisits) // code.stack counts the circle of walks and visit programs once
+            loaded->neededStack += (devlib::kMostNestedVisits - 1) * code.stack.other;
         loaded->reservedStack = code.stack.other + kReserved;
         if (!raiseStackLimit(loaded->neededStack))
             fail(Code::kNotSupported, "traces of full depth take ", loaded->neededStack,

@@ -190,7 +190,7 @@ std::string GpuLaunchSlots::Lease::finish() {
     }
     isQueued_ = true;
     Lines lines;
-    std::string failure = failureOf(*slot_, true, true);
+    std::string failure = failureOf(*slot_, slot_->validation, true);
     {
         std::lock_guard lock(slots_.mutex_);
         settle(*slot_, lines);
@@ -316,7 +316,8 @@ std::string GpuLaunchSlots::failureOf(const Slot& slot, bool validation, bool wi
     const devlib::LaunchReport& report = *slot.report;
     std::string text = describe(report.fatal, slot.host->launch, *slot.wording);
     if (text.empty() && validation)
-        text = describe(report.raised, slot.host->launch, *slot.wording, report.raisedDetails, withTexts);
+        text = describe(report.raised, slot.host->launch, *slot.wording, report.raisedDetails,
+                        withTexts);
     return text;
 }
 
@@ -332,7 +333,8 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
     const std::string where = message("launch ", slot.number, ": ");
     const devlib::LaunchReport& report = *slot.report;
     const std::string failure = failureOf(slot, slot.validation, false);
-    const std::string unseen = describe(report.unseen, slot.host->launch, *slot.wording, report.unseenDetails);
+    const std::string unseen =
+        describe(report.unseen, slot.host->launch, *slot.wording, report.unseenDetails);
     const auto remark = [&](const std::string& text) {
         lines.push_back({slot.context, LogLevel::kWarning, where + text});
     };

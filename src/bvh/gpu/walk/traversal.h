@@ -33,6 +33,9 @@
 //       // the child is skipped.
 //       void refuseLevel();
 //       void refuseStack();
+//       // Optional: whether the ray has ended while a handle was entered, which enterTransform()
+//       // then refuses. Handles may then be of instances outside structures, and of VisitNodes.
+//       bool endsInVisits() const;
 //   };
 //
 //   Traversal<Programs> traversal;
@@ -236,6 +239,9 @@ private:
             const uint32_t place = nextPlace();
             leaf.bits &= ~(1u << place);
             visitInstance(programs, ray, leaf.base + place, stack, levels);
+            if constexpr (requires { programs.endsInVisits(); })
+                if (programs.endsInVisits())
+                    return true;
         }
         if (leaf.bits == 0)
             openNext(programs, ray, stack);

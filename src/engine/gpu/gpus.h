@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// The CUDA GPUs of the machine, for shells whose applications choose no CUDA context.
+#pragma once
+
+#include "engine/backend.h"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace sunstone::engine {
+
+struct Gpu {
+    int ordinal = 0; // the driver's
+    std::string name, pciBusId;
+    int capability[2] = {0, 0};
+    size_t memoryBytes = 0;
+    int multiprocessors = 0, threadsPerBlock = 0, clockKhz = 0;
+    bool hasTimeout = false, isTcc = false;
+};
+
+// GPUs that the library supports, in the driver's order; none where the process has no CUDA driver,
+// or that of the CPU device. The first call asks the driver.
+const std::vector<Gpu>& gpus();
+
+// The back end of the GPU's primary context, which the driver's run-time API shares. The context
+// is retained for the life of the process, as the run-time API does.
+std::shared_ptr<Backend> createPrimaryBackend(const Gpu& gpu);
+// Bytes of memory that are free on it.
+size_t freeMemory(const Gpu& gpu);
+
+} // namespace sunstone::engine
