@@ -54,4 +54,8 @@ function(sunstone_sample6 name)
     sunstone_sanitize(sample_classic_${name})
     set_target_properties(sample_classic_${name} PROPERTIES OUTPUT_NAME classic_${name}
         RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+    if(NOT TARGET classic_samples)
+        add_custom_target(classic_samples)
+    endif()
+    add_dependencies(classic_samples sample_classic_${name})
 endfunction()

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -18,7 +19,8 @@ namespace sunstone::api6 {
 
 inline const std::string& ptx() {
     static const auto* text = [] {
-        std::ifstream file(SUNSTONE_TEST_PTX);
+        const char* folder = std::getenv("SUNSTONE_TEST_PTX"); // where the build folder is not
+        std::ifstream file(folder ? folder + std::string("/programs.ptx") : SUNSTONE_TEST_PTX);
         return new std::string(std::istreambuf_iterator<char>(file), {});
     }();
     return *text;
