@@ -283,7 +283,8 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     if (overflows || mayRecurse(parts)) {
         loaded->neededStack = stackNeed(pipeline, code.stack, size_t(frame));
         if (hasVisits) // code.stack counts the circle of walks and visit programs once
-            loaded->neededStack += (devlib::kMostNestedVisits - 1) * code.stack.other;
+            loaded->neededStack += (devlib::kMostNestedVisits - 1) *
+                                   std::max(code.stack.entry, code.stack.other);
         loaded->reservedStack = code.stack.other + kReserved;
         if (!raiseStackLimit(loaded->neededStack))
             fail(Code::kNotSupported, "traces of full depth take ", loaded->neededStack,
