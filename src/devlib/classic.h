@@ -83,7 +83,7 @@ struct ClassicLaunch {
 // Blocks with the variables of a record's programs.
 enum ClassicBlock : uint32_t { kBlockMain, kBlockAnyHit, kBlockIntersection, kBlockAttribute };
 
-// A record of any kind. Of the header's words without a use, hit records have two.
+// A record of any kind. Of the header's words without a use, hit records have three.
 struct alignas(64) ClassicRecord {
     SbtHeader header;
     const void* blocks[4]; // by ClassicBlock
@@ -92,7 +92,10 @@ static_assert(sizeof(ClassicRecord) == 64);
 enum ClassicHeaderWord : uint32_t {
     kWordChild,     // number of the geometry instance in its group
     kWordMaterials, // of the geometry instance
+    kWordReaders,   // AttributeReader
 };
+// Hit programs of a record that read attributes, or call programs that may.
+enum AttributeReader : uint32_t { kAnyHitReads = 1, kClosestHitReads = 2 };
 
 // Attributes that triangles have without an attribute program stand first in every block.
 constexpr uint32_t kBarycentricsOffset = 0, kInstanceIdOffset = 8, kFirstAttribute = 16;

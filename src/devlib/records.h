@@ -68,6 +68,7 @@ struct SbtRecords {
     SUNSTONE_INLINE_MEMBER static bool hasMaterial(const RayState&, uint32_t) { return true; }
     SUNSTONE_INLINE_MEMBER static int32_t materialFault(const RayState&) { return 0; }
     SUNSTONE_INLINE_MEMBER static void setTriangleAttributes(RayState&) {}
+    SUNSTONE_INLINE_MEMBER static bool readsAttributes(const RayState&, uint32_t) { return false; }
 };
 
 // The records of the classic API are a table that its shell makes. Each geometry group has entries
@@ -112,6 +113,11 @@ struct ClassicRecords {
     SUNSTONE_INLINE_MEMBER static int32_t materialFault(const RayState& ray) {
         const auto* launch = static_cast<const ClassicLaunch*>(ray.launch->params);
         return launch->exceptions & kClassicIndex ? kCodeIndex : 0;
+    }
+    // Whether a program of the hit's record reads attributes.
+    SUNSTONE_INLINE_MEMBER static bool readsAttributes(const RayState& ray, uint32_t reader) {
+        const auto* record = static_cast<const ClassicRecord*>(ray.hit.record);
+        return record && (record->header.pad[kWordReaders] & reader);
     }
     // What programs see of a triangle before an attribute program adds to it.
     SUNSTONE_INLINE_MEMBER static void setTriangleAttributes(RayState& ray) {

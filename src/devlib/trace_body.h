@@ -143,7 +143,7 @@ public:
         hit.record = r.record;
         state_->sbtData = dataOf(uint64_t(r.record));
         if constexpr (Records::kAttributePrograms)
-            computeAttributes(r.group);
+            computeAttributes(r.group, kClosestHitReads);
         return r.group;
     }
 
@@ -320,9 +320,9 @@ private:
         return result;
     }
 
-    // The attributes of a triangle's hit, before programs see it.
-    void computeAttributes(const GroupEntry* group) {
-        if (state_->hit.kind < kHitTriangleFront)
+    // The attributes of a triangle's hit, before a program sees it that reads them.
+    void computeAttributes(const GroupEntry* group, uint32_t reader) {
+        if (state_->hit.kind < kHitTriangleFront || !Records::readsAttributes(*state_, reader))
             return;
         Records::setTriangleAttributes(*state_);
         if (const ProgramFn program = group ? group->program(kRoleAttribute) : nullptr)
@@ -336,7 +336,7 @@ private:
         if (anyHit) {
             state_->tmax = state_->hit.t;
             if constexpr (Records::kAttributePrograms)
-                computeAttributes(group);
+                computeAttributes(group, kAnyHitReads);
             result = anyHit(state_);
             if (result == kIgnore)
                 return kIgnore;

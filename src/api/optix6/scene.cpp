@@ -6,6 +6,7 @@
 #include "devlib/flags.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace sunstone::optix6 {
 
@@ -218,6 +219,12 @@ void Scene::bindEntries() {
         }
 }
 
+// Whether the program, or one that it calls, may read attributes.
+static bool mayRead(const Program* program) {
+    return program &&
+           (program->code->variables.readsAttributes() || program->code->variables.callsPrograms);
+}
+
 void Scene::bindHits(GeometryGroup& group) {
     const size_t rayTypes = context_.misses.size();
     group.firstEntry = uint32_t(rayTypes ? hits_.size() / rayTypes : 0);
@@ -263,6 +270,9 @@ void Scene::bindHits(GeometryGroup& group) {
                         made.blocks[devlib::kBlockAttribute] = block(*attributes, shapes);
                     made.header.pad[devlib::kWordChild] = uint32_t(child);
                     made.header.pad[devlib::kWordMaterials] = uint32_t(count);
+                    made.header.pad[devlib::kWordReaders] =
+                        (mayRead(any.get()) ? devlib::kAnyHitReads : 0u) |
+                        (mayRead(closest.get()) ? devlib::kClosestHitReads : 0u);
                     hits_.push_back(made);
                 }
             if (geometry) {
@@ -364,39 +374,66 @@ void Scene::makePipeline() {
     pipeline_ =
         engine::createPipeline(*context_.engine, groups, wanted, limits, &compiler::optix6Flavor());
     pipeline_->launchParamsSize = sizeof(devlib::ClassicLaunch);
+    if (!pipeline_->feedback.empty())
+        context_.engine->log(LogLevel::kInfo, "PIPELINE", pipeline_->feedback);
     rules_ = std::move(wanted);
     needsPipeline_ = false;
 }
 
 // Textures of samplers that programs can reach: those of variables, and those with ids.
 void Scene::updateTextures() {
+    std::vector<std::pair<std::shared_ptr<Variable>, const Object*>> bound;
+    const auto update = [this](TextureSampler& sampler) {
+        if (sampler.update())
+            newTextures_.insert(&sampler);
+    };
     for (const Ref<Variable>& ref : context_.variables) {
         const std::shared_ptr<Variable> variable = ref.lock();
         const std::shared_ptr<Object> object = variable ? variable->object.lock() : nullptr;
         if (!object || object->kind != Kind::kTextureSampler)
             continue;
-        static_cast<TextureSampler&>(*object).update();
-        for (const Variable::User& user : variable->users)
-            user.block->write(user.index);
+        update(static_cast<TextureSampler&>(*object));
+        bound.emplace_back(variable, object.get());
     }
     for (const Ref<TextureSampler>& ref : context_.samplers)
         if (const std::shared_ptr<TextureSampler> sampler = ref.lock())
-            sampler->update();
+            update(*sampler);
+    for (const auto& [variable, sampler] : bound)
+        if (newTextures_.count(sampler))
+            for (const Variable::User& user : variable->users)
+                user.block->write(user.index);
+    newTextures_.clear();
 }
 
+namespace {
+
+// Host code that touches shared memory may move pages between host and GPU, so that tables are
+// compared with copies and written only after changes.
+template <class T>
+void write(SharedVector<T>& shared, std::vector<T>& copy, std::vector<T> now) {
+    if (copy == now)
+        return;
+    copy = std::move(now);
+    shared.assign(copy.begin(), copy.end());
+}
+
+} // namespace
+
 void Scene::fillTables() {
-    nodes_.assign(context_.nodes.size(), 0);
+    std::vector<uint64_t> nodes(context_.nodes.size()), textures(context_.samplers.size());
+    std::vector<const devlib::BufferView*> views(context_.buffers.size(), &tables().emptyView);
     for (const std::shared_ptr<Node>& node : order_)
-        nodes_[node->id] = node->nodeHandle;
-    views_.assign(context_.buffers.size(), &tables().emptyView);
-    for (size_t id = 1; id < context_.buffers.size(); ++id)
+        nodes[node->id] = node->nodeHandle;
+    for (size_t id = 1; id < views.size(); ++id)
         if (const std::shared_ptr<Buffer> buffer = context_.buffers[id].lock())
-            views_[id] = &buffer->view();
-    textures_.assign(context_.samplers.size(), 0);
-    for (size_t id = 1; id < context_.samplers.size(); ++id)
+            views[id] = &buffer->view();
+    for (size_t id = 1; id < textures.size(); ++id)
         if (const std::shared_ptr<TextureSampler> sampler = context_.samplers[id].lock())
-            textures_[id] = sampler->texture;
-    devlib::ClassicLaunch& launch = tables().launch;
+            textures[id] = sampler->texture;
+    write(nodes_, nodesCopy_, std::move(nodes));
+    write(views_, viewsCopy_, std::move(views));
+    write(textures_, texturesCopy_, std::move(textures));
+    devlib::ClassicLaunch launch{};
     launch.nodes = nodes_.data();
     launch.nodeCount = uint32_t(nodes_.size());
     launch.buffers = views_.data();
@@ -408,6 +445,10 @@ void Scene::fillTables() {
     launch.printEnabled = context_.printEnabled;
     std::copy_n(context_.printIndex, 3, launch.printIndex);
     devlib::bindClassic(launch);
+    if (std::memcmp(&launch, &launchCopy_, sizeof launch) != 0) {
+        launchCopy_ = launch;
+        tables().launch = launch;
+    }
 }
 
 void Scene::update() {
@@ -437,7 +478,8 @@ void Scene::update() {
 
 void Scene::launch(unsigned entryPoint, uint32_t width, uint32_t height, uint32_t depth) {
     update();
-    if (!rayGeneration_[entryPoint].header.magic)
+    const EntryPoint& entry = context_.entryPoints[entryPoint];
+    if (entry.rayGeneration.expired())
         refuse(RT_ERROR_INVALID_CONTEXT, "entry point ", entryPoint,
                " has no ray generation program");
     if (width == 0 || height == 0 || depth == 0)
@@ -448,7 +490,7 @@ void Scene::launch(unsigned entryPoint, uint32_t width, uint32_t height, uint32_
     if (!context_.isOnGpu())
         request.limits.continuationStack = ~0u; // that of the thread
     request.sbt.entryRecord = uint64_t(&rayGeneration_[entryPoint]);
-    if (exception_[entryPoint].header.magic)
+    if (!entry.exception.expired())
         request.sbt.exceptionRecord = uint64_t(&exception_[entryPoint]);
     request.sbt.missBase = uint64_t(misses_.data());
     request.sbt.missStride = sizeof(ClassicRecord);

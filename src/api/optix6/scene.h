@@ -118,7 +118,12 @@ private:
     std::vector<SharedVector<float>> boxes_;             // of the structure that is built
     SharedVector<uint64_t> nodes_, textures_;
     SharedVector<const devlib::BufferView*> views_;
-    SharedMemory shared_; // Tables
+    // Copies for comparison.
+    std::vector<uint64_t> nodesCopy_, texturesCopy_;
+    std::vector<const devlib::BufferView*> viewsCopy_;
+    devlib::ClassicLaunch launchCopy_{};
+    std::set<const Object*> newTextures_; // that blocks have to name
+    SharedMemory shared_;                 // Tables
     struct Tables {
         devlib::ClassicLaunch launch;
         devlib::BufferView emptyView;

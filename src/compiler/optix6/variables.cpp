@@ -202,6 +202,12 @@ const DeviceVariable* ProgramVariables::find(std::string_view symbol) const {
     return nullptr;
 }
 
+bool ProgramVariables::readsAttributes() const {
+    return std::any_of(list.begin(), list.end(), [](const DeviceVariable& variable) {
+        return variable.use == VariableUse::kAttribute;
+    });
+}
+
 ProgramVariables variablesOf(const std::vector<const ptx::Module*>& modules,
                              std::string_view function) {
     ProgramVariables result;
@@ -224,8 +230,10 @@ ProgramVariables variablesOf(const std::vector<const ptx::Module*>& modules,
         queue.pop_back();
         std::set<std::string_view> names;
         Names(names).add(*body);
-        for (const std::string_view name : names)
+        for (const std::string_view name : names) {
+            result.callsPrograms |= name.starts_with("_rt_callable_program");
             visit(module, name);
+        }
     }
     std::sort(result.list.begin(), result.list.end(),
               [](const auto& a, const auto& b) { return a.symbol < b.symbol; });

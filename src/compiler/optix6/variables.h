@@ -63,6 +63,8 @@ DeviceVariable describe(const ptx::Module& module, const ptx::Variable& variable
 struct ProgramVariables {
     std::vector<DeviceVariable> list; // those that the program's call graph names, but kNone
     uint32_t blockBytes = 0;
+    bool callsPrograms = false;   // callable programs, by id or through variables
+    bool readsAttributes() const; // its own code does
     const DeviceVariable* find(std::string_view symbol) const;
 };
 

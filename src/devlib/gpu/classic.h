@@ -48,19 +48,38 @@ SUNSTONE_INLINE void matrixOf(uint64_t handle, float time, walk::KnownSegment& k
         rows[i] = from[i];
 }
 
-// The 3x4 matrix from world to object space where the program is, or the other way.
-extern "C" [[gnu::noinline]] void sunstone_gpu_matrix(RayState* state, uint32_t toWorld,
-                                                      float rows[12]) {
-    for (int i = 0; i < 12; ++i)
-        rows[i] = i % 5 == 0 ? 1.0f : 0.0f;
+// The product of all transforms on the path.
+[[gnu::noinline]] static void matrixOfPath(RayState* state, uint32_t toWorld, float rows[12]) {
     walk::KnownSegment known;
-    for (uint32_t i = 0; i < state->hit.transformCount && i < kMaxGraphDepth; ++i) {
+    matrixOf(state->hit.transforms[0], state->time, known, toWorld, rows);
+    for (uint32_t i = 1; i < state->hit.transformCount && i < kMaxGraphDepth; ++i) {
         float one[12];
         matrixOf(state->hit.transforms[i], state->time, known, toWorld, one);
         if (toWorld)
             math::multiply(rows, one, rows);
         else
             math::multiply(one, rows, rows);
+    }
+}
+
+// The 3x4 matrix from world to object space where the program is, or the other way. A part of its
+// callers, so that a matrix of one instance needs no memory.
+extern "C" __attribute__((always_inline)) void
+sunstone_gpu_matrix(RayState* state, uint32_t toWorld, float rows[12]) {
+    const uint32_t count = state->hit.transformCount;
+    if (count == 0) {
+        for (int i = 0; i < 12; ++i)
+            rows[i] = i % 5 == 0 ? 1.0f : 0.0f;
+    } else if (Candidates::hasOneLevel() && !sunstone_gpu_motion) {
+        const auto* const record =
+            reinterpret_cast<const InstanceRecord*>(addressOf(state->hit.transforms[0]));
+        for (int i = 0; i < 12; ++i)
+            rows[i] = toWorld ? record->objectToWorld[i] : record->worldToObject[i];
+    } else {
+        float product[12];
+        matrixOfPath(state, toWorld, product);
+        for (int i = 0; i < 12; ++i)
+            rows[i] = product[i];
     }
 }
 

@@ -23,6 +23,10 @@ struct Candidates {
     bool candidateAnyHit;
     float tmax; // while an intersection program runs
     uint32_t candidateGroup;
+    // The state shows the space that the walk is in, with the record of this index in the
+    // structure; kNothingShown: not yet.
+    uint32_t shown;
+    static constexpr uint32_t kNothingShown = ~0u;
     // Where in the graph the walk is: with one level the instance, or transform, that was entered,
     // or 0, from which all else follows; with more what they add up to.
     uint64_t entered;
@@ -86,6 +90,7 @@ struct Candidates {
     }
 
     SUNSTONE_INLINE_MEMBER void beginPath() {
+        shown = kNothingShown;
         entered = 0;
         instanceIndex = instanceSbtOffset = instanceFlags = 0;
         instanceId = ~0u;
@@ -144,19 +149,24 @@ struct Candidates {
         if (droppedByFlags(rayFlags, enabled))
             return false;
         candidateAnyHit = runsAnyHit(enabled);
-        Hit& hit = state->hit;
-        hit.primitive = primitive;
-        hit.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
+        state->hit.primitive = primitive;
+        const uint32_t index = sbtWord & bvh::kSbtIndexMask;
+        if (shown != index)
+            show(ray, index);
+        return true;
+    }
+    // What is the same for all candidates of a record in a space.
+    SUNSTONE_INLINE_MEMBER void show(const walk::Ray& ray, uint32_t sbtGasIndex) {
+        state->hit.sbtGasIndex = shown = sbtGasIndex;
         showPath();
         const Place place = here();
-        showRecord(hitRecord(hit.sbtGasIndex, place.sbtOffset));
-        checkBuiltin(state, candidateGroup, place.gas, hit.sbtGasIndex);
+        showRecord(hitRecord(sbtGasIndex, place.sbtOffset));
+        checkBuiltin(state, candidateGroup, place.gas, sbtGasIndex);
         for (int i = 0; i < 3; ++i) {
             state->objectOrigin[i] = ray.origin[i];
             state->objectDirection[i] = ray.direction[i];
         }
         setPlace(place);
-        return true;
     }
 
     SUNSTONE_INLINE_MEMBER void swapAttributes() const {
@@ -166,10 +176,10 @@ struct Candidates {
             state->attributeBlocks[1] = first;
         }
     }
-    // The attributes of a triangle's hit, before programs see it.
-    SUNSTONE_INLINE_MEMBER void computeAttributes(uint32_t group) const {
+    // The attributes of a triangle's hit, before a program sees it that reads them.
+    SUNSTONE_INLINE_MEMBER void computeAttributes(uint32_t group, uint32_t reader) const {
         if constexpr (Records::kAttributePrograms)
-            if (state->hit.kind >= kHitTriangleFront) {
+            if (state->hit.kind >= kHitTriangleFront && Records::readsAttributes(*state, reader)) {
                 Records::setTriangleAttributes(*state);
                 sunstone_gpu_attribute(state, group);
             }
@@ -180,7 +190,7 @@ struct Candidates {
         uint32_t result = kAccept;
         if (candidateAnyHit) {
             state->tmax = state->hit.t;
-            computeAttributes(candidateGroup);
+            computeAttributes(candidateGroup, kAnyHitReads);
             result = sunstone_gpu_anyHit(state, candidateGroup);
             if (result == kIgnore)
                 return kIgnore;
@@ -229,6 +239,7 @@ struct Candidates {
         }
         showPath();
         setPlace(here());
+        shown = kNothingShown;
         state->traversal = this;
         state->visited = node;
         state->tmax = rayTmax;
@@ -493,6 +504,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     SUNSTONE_INLINE_MEMBER void refuseMotion() { reportOf(state).motion = 1; }
 
     SUNSTONE_INLINE_MEMBER void enterWith(uint64_t handle, uint64_t child) {
+        this->shown = Candidates::kNothingShown;
         if (hasOneLevel()) {
             entered = handle;
             checkChild(state, child, &handle, 1);
@@ -519,6 +531,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             places[transformCount] = {instanceIndex, instanceId, instanceSbtOffset, instanceFlags};
     }
     SUNSTONE_INLINE_MEMBER void leave(walk::Ray&, uint32_t count = 1) {
+        this->shown = Candidates::kNothingShown;
         if constexpr (kMaxLevels > 1) {
             transformCount -= count;
             const typename Path::Around& place = places[transformCount];
@@ -556,7 +569,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         const uint32_t group = record ? groupOf(*state->launch, record, kGroupHit) : kNoGroup;
         checkBuiltin(state, group, place.gas, best.sbtGasIndex);
         swapAttributes();
-        computeAttributes(group);
+        computeAttributes(group, kClosestHitReads);
         return group;
     }
 };
