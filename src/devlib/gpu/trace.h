@@ -143,6 +143,9 @@ struct Candidates {
     }
 
     // Fills what programs see of a candidate before they look at it. False if flags drop it.
+    // kMany: further candidates of the same record are likely, as intersection programs decline
+    // most. An any-hit program often ends the ray, where the comparison costs more than it saves.
+    template <bool kMany>
     SUNSTONE_INLINE_MEMBER bool startCandidate(const walk::Ray& ray, uint32_t primitive,
                                                uint32_t sbtWord) {
         const bool enabled = isAnyHitEnabled(sbtWord);
@@ -151,7 +154,7 @@ struct Candidates {
         candidateAnyHit = runsAnyHit(enabled);
         state->hit.primitive = primitive;
         const uint32_t index = sbtWord & bvh::kSbtIndexMask;
-        if (shown != index)
+        if (!kMany || shown != index)
             show(ray, index);
         return true;
     }
@@ -313,7 +316,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             return walk::Visit::kContinue;
         const bool enabled = isAnyHitEnabled(sbtWord);
         if (runsAnyHit(enabled)) {
-            if (!startCandidate(ray, primitive, sbtWord))
+            if (!this->template startCandidate<false>(ray, primitive, sbtWord))
                 return walk::Visit::kContinue;
             state->hit.t = hit.t;
             state->hit.kind = kindOf(hit);
@@ -336,7 +339,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
 
     SUNSTONE_INLINE_MEMBER walk::Visit custom(walk::Ray& ray, uint32_t primitive,
                                               uint32_t sbtWord) {
-        if (!startCandidate(ray, primitive, sbtWord))
+        if (!this->template startCandidate<true>(ray, primitive, sbtWord))
             return walk::Visit::kContinue;
         tmax = ray.tmax;
         state->tmax = ray.tmax;
@@ -386,7 +389,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     SUNSTONE_INLINE_MEMBER walk::Visit shape(walk::Ray& ray, const bvh::ShapeHit& hit) {
         const bool enabled = isAnyHitEnabled(hit.sbt);
         if (runsAnyHit(enabled)) {
-            if (!startCandidate(ray, hit.primitive, hit.sbt))
+            if (!this->template startCandidate<false>(ray, hit.primitive, hit.sbt))
                 return walk::Visit::kContinue;
             state->hit.t = hit.t;
             state->hit.kind = hit.kind;
