@@ -65,13 +65,11 @@ constexpr uint32_t kMagic = 0x43555047; // "GPUC"
 
 // The text is kept only if there is no machine code.
 std::string serialize(const GpuCode& code) {
-    // Names every field.
-    const auto& [ptx, feedback, stack, calls, machineCode, isNested, hasState] = code;
+    const auto& [ptx, feedback, stack, calls, machineCode, isState] = code; // names every field
     ByteWriter out;
     out.number(kMagic);
     for (const uint64_t value :
-         {stack.entry, stack.waiting, stack.other, uint64_t(stack.isMeasured), uint64_t(isNested),
-          uint64_t(hasState)})
+         {stack.entry, stack.waiting, stack.other, uint64_t(stack.isMeasured), uint64_t(isState)})
         out.wide(value);
     out.text(feedback);
     out.text(calls);
@@ -88,7 +86,6 @@ bool deserialize(std::string_view bytes, GpuCode& code) {
     code.stack.waiting = in.wide();
     code.stack.other = in.wide();
     code.stack.isMeasured = in.wide() != 0;
-    code.isNested = in.wide() != 0;
     code.hasState = in.wide() != 0;
     code.feedback = in.text();
     code.calls = in.text();

@@ -16,7 +16,6 @@ public:
     // Chooses the kernel and cuts programs for it. Returns lines that say which and why.
     std::string choose();
     const CutPrograms& cuts() const { return cuts_; }
-    bool isNested() const { return kind_ == Kind::kNested; }
     // Defines the kernel, which calls a function of the run-time.
     void make();
     // Makes the kernel the only visible function of the linked module.

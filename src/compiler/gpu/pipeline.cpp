@@ -98,7 +98,6 @@ public:
         llvm::StripDebugInfo(unit_.module());
         times_.step("translate");
         code_.feedback += kernel_.choose();
-        code_.isNested = kernel_.isNested();
         optimizer_->dump("cut");
         verify(unit_, "cutting");
         times_.step("cut");

@@ -59,7 +59,6 @@ struct GpuCode {
     GpuStack stack;
     std::string calls;       // GpuCalls::text()
     std::string machineCode; // of the text; empty if the driver keeps it
-    bool isNested = false;   // its kernel runs closest-hit and miss programs that trace
     bool hasState = false;   // programs have variables in global memory: each pipeline has its own
 };
 constexpr const char* kGpuKernel = "sunstone_launch";

@@ -87,13 +87,7 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
 // where there are no instances, from 96 to 80 up to 6 % where there is one level of them; where
 // nodes have two motion keys the other way round: with motion blur 96 are 9 to 19 % faster than 72,
 // 25 % faster than 80, 128 within 3 % of that (docs/notes/instances-gpu.md).
-// Kernels with the programs of all depths spill more than warps are worth: with 128 in place of 80
-// an H100 takes 9 to 27 % less time for path tracers whose closest-hit programs trace, with 96 in
-// place of 128 it takes up to 5 % more (bench_classic; docs/notes/ray-kernels-gpu.md).
-unsigned registersOf(const compiler::PipelineRules& rules, bool isNested) {
-    constexpr unsigned kOfNested = 128;
-    if (isNested)
-        return kOfNested;
+unsigned registersOf(const compiler::PipelineRules& rules) {
     constexpr unsigned kOfGraph[] = {72, 80, 96}; // by GraphKind
     return rules.motionBlur ? 96 : kOfGraph[graphKindOf(rules.traversableGraphFlags)];
 }
@@ -151,13 +145,13 @@ void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
 // Without a store no code is kept here either: with the cache off, code must be compiled.
 LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest& request,
                                              compiler::ObjectStore* store) {
+    const unsigned registers = registersOf(request.pipeline.rules);
     LoadedGpuCodes::Entry entry;
     compiler::GpuCode code;
     std::string log;
-    const auto registers = [&] { return registersOf(request.pipeline.rules, code.isNested); };
     const auto load = [&] {
         entry.loaded =
-            std::make_shared<const LoadedGpuCode>(device_.context(), code, registers(), log);
+            std::make_shared<const LoadedGpuCode>(device_.context(), code, registers, log);
     };
     bool isKept = false;
     if (store) {
@@ -180,7 +174,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     if (!isKept)
         code = compiler::compileGpuPipeline(request);
     if (!entry.loaded) {
-        if (auto made = compilePtx(code.ptx, request.target.computeCapability, registers())) {
+        if (auto made = compilePtx(code.ptx, request.target.computeCapability, registers)) {
             code.machineCode = std::move(made->cubin);
             compiler::measureGpuStack(code, made->log);
             isKept = false;
@@ -289,8 +283,8 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     if (overflows || mayRecurse(parts)) {
         loaded->neededStack = stackNeed(pipeline, code.stack, size_t(frame));
         if (hasVisits) // code.stack counts the circle of walks and visit programs once
-            loaded->neededStack +=
-                (devlib::kMostNestedVisits - 1) * std::max(code.stack.entry, code.stack.other);
+            loaded->neededStack += (devlib::kMostNestedVisits - 1) *
+                                   std::max(code.stack.entry, code.stack.other);
         loaded->reservedStack = code.stack.other + kReserved;
         if (!raiseStackLimit(loaded->neededStack))
             fail(Code::kNotSupported, "traces of full depth take ", loaded->neededStack,
