@@ -219,6 +219,9 @@ TEST(GpuCompile, FramesAreReadFromTheLog) {
                                                   {"f_$___closesthit__main", 48},
                                                   {"sunstone_gpu_trace", 952}}));
     EXPECT_TRUE(compiler::gpuFramesIn("").empty());
+    EXPECT_EQ(compiler::gpuSpillsIn(kLog), 392u);
+    EXPECT_EQ(compiler::gpuSpillsIn(""), 0u);
+    EXPECT_EQ(compiler::gpuSpillsIn("Function properties for sunstone_launch\nnothing\n"), 0u);
     const std::string_view log = kLog; // without the kernel's name it belongs to another function
     EXPECT_TRUE(compiler::gpuFramesIn(log.substr(log.find("for f_$"))).empty());
 }

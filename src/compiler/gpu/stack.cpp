@@ -248,4 +248,18 @@ GpuCalls::Frames gpuFramesIn(std::string_view log) {
     return frames.contains(kGpuKernel) ? frames : Frames();
 }
 
+// The line after "... Function properties for NAME" has "..., BYTES bytes spill stores, ...".
+uint64_t gpuSpillsIn(std::string_view log) {
+    const size_t kernel = log.find(std::string("Function properties for ") + kGpuKernel);
+    const size_t line = log.find('\n', kernel);
+    if (kernel == log.npos || line == log.npos)
+        return 0;
+    const std::string_view text = log.substr(line + 1, log.find('\n', line + 1) - line - 1);
+    const size_t end = text.find(" bytes spill stores");
+    if (end == text.npos || end == 0)
+        return 0;
+    const size_t digits = text.find_last_not_of("0123456789", end - 1) + 1;
+    return std::strtoull(text.data() + digits, nullptr, 10);
+}
+
 } // namespace sunstone::compiler

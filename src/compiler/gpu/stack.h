@@ -58,5 +58,7 @@ private:
 // The frames in a log of the driver's compiler (CU_JIT_LOG_VERBOSE); none unless the kernel's is
 // among them.
 GpuCalls::Frames gpuFramesIn(std::string_view log);
+// Bytes that the kernel stores when it runs out of registers, from the same log; 0 if it says none.
+uint64_t gpuSpillsIn(std::string_view log);
 
 } // namespace sunstone::compiler

@@ -87,9 +87,18 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
 // where there are no instances, from 96 to 80 up to 6 % where there is one level of them; where
 // nodes have two motion keys the other way round: with motion blur 96 are 9 to 19 % faster than 72,
 // 25 % faster than 80, 128 within 3 % of that (docs/notes/instances-gpu.md).
+constexpr unsigned kMostRegisters = 128;
 unsigned registersOf(const compiler::PipelineRules& rules) {
     constexpr unsigned kOfGraph[] = {72, 80, 96}; // by GraphKind
     return rules.motionBlur ? 96 : kOfGraph[graphKindOf(rules.traversableGraphFlags)];
+}
+
+// Of the kernel: with more spills, more registers are worth more than warps. On an H100 kernels
+// that spill 660 to 820 bytes take 5 to 27 % less time with 128, those that spill up to 260 bytes
+// take more (docs/notes/ray-kernels-gpu.md).
+constexpr uint64_t kMostSpills = 400;
+bool spills(std::string_view log) {
+    return compiler::gpuSpillsIn(log) > kMostSpills;
 }
 
 // Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses. The
@@ -149,9 +158,8 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     LoadedGpuCodes::Entry entry;
     compiler::GpuCode code;
     std::string log;
-    const auto load = [&] {
-        entry.loaded =
-            std::make_shared<const LoadedGpuCode>(device_.context(), code, registers, log);
+    const auto load = [&](unsigned most) {
+        entry.loaded = std::make_shared<const LoadedGpuCode>(device_.context(), code, most, log);
     };
     bool isKept = false;
     if (store) {
@@ -165,7 +173,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     }
     if (isKept && !code.machineCode.empty())
         try {
-            load();
+            load(registers);
         } catch (const Error& error) {
             if (error.code() != Code::kLinkError)
                 throw;
@@ -174,14 +182,21 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     if (!isKept)
         code = compiler::compileGpuPipeline(request);
     if (!entry.loaded) {
-        if (auto made = compilePtx(code.ptx, request.target.computeCapability, registers)) {
+        const unsigned capability = request.target.computeCapability;
+        if (auto made = compilePtx(code.ptx, capability, registers)) {
+            if (spills(made->log))
+                if (auto wide = compilePtx(code.ptx, capability, kMostRegisters))
+                    made = std::move(wide);
             code.machineCode = std::move(made->cubin);
             compiler::measureGpuStack(code, made->log);
             isKept = false;
         }
-        load();
-        if (entry.loaded->isOfText)
+        load(registers);
+        if (entry.loaded->isOfText) {
             code.machineCode.clear(); // the driver accepts no machine code
+            if (spills(log))
+                load(kMostRegisters);
+        }
         if (!log.empty()) {
             compiler::measureGpuStack(code, log);
             isKept = false;
@@ -283,8 +298,8 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     if (overflows || mayRecurse(parts)) {
         loaded->neededStack = stackNeed(pipeline, code.stack, size_t(frame));
         if (hasVisits) // code.stack counts the circle of walks and visit programs once
-            loaded->neededStack += (devlib::kMostNestedVisits - 1) *
-                                   std::max(code.stack.entry, code.stack.other);
+            loaded->neededStack +=
+                (devlib::kMostNestedVisits - 1) * std::max(code.stack.entry, code.stack.other);
         loaded->reservedStack = code.stack.other + kReserved;
         if (!raiseStackLimit(loaded->neededStack))
             fail(Code::kNotSupported, "traces of full depth take ", loaded->neededStack,
