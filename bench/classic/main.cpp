@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A path tracer through the classic API against the same through OptiX 7, in one process, launches
 // in turn; then what changes of a classic scene cost. On a machine with a GPU both run on it.
-//   bench_classic [--quick]
+//   bench_classic [--quick | --changes]     small scenes; changes alone
 // The best of several launches counts.
 #include "../scenes.h"
 #include "twins.h"
@@ -123,21 +123,29 @@ void compare(const Scene& scene, bool quick) {
     std::fflush(stdout);
 }
 
+void compareAll(bool quick) {
+    std::printf("%-28s %9s %9s %7s   %s\n", "path tracer", "classic", "OptiX 7", "speed",
+                "pictures differ in");
+    compare(meshScene(bench::SceneKind::kTerrain, quick ? 20000 : 500000), quick);
+    compare(meshScene(bench::SceneKind::kSoup, quick ? 20000 : 200000), quick);
+    compare(sphereScene(quick ? 5000 : 100000), quick);
+    compare(instancedScene(quick ? 64 : 1000), quick);
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
-    const bool quick = argc > 1 && std::strcmp(argv[1], "--quick") == 0;
-    if (argc > 1 && !quick) {
-        std::printf("usage: bench_classic [--quick]\n");
+    const auto given = [&](const char* option) {
+        return argc > 1 && std::strcmp(argv[1], option) == 0;
+    };
+    const bool quick = given("--quick"), changes = given("--changes");
+    if (argc > 1 && !quick && !changes) {
+        std::printf("usage: bench_classic [--quick | --changes]\n");
         return std::strcmp(argv[1], "--help") == 0 ? 0 : 2;
     }
     try {
-        std::printf("%-28s %9s %9s %7s   %s\n", "path tracer", "classic", "OptiX 7", "speed",
-                    "pictures differ in");
-        compare(meshScene(bench::SceneKind::kTerrain, quick ? 20000 : 500000), quick);
-        compare(meshScene(bench::SceneKind::kSoup, quick ? 20000 : 200000), quick);
-        compare(sphereScene(quick ? 5000 : 100000), quick);
-        compare(instancedScene(quick ? 64 : 1000), quick);
+        if (!changes)
+            compareAll(quick);
         const ClassicTimes times = timeClassic(instancedScene(quick ? 1000 : 10000));
         std::printf("\n1460 programs of 5 names: %.1f ms\n"
                     "launch of 8 x 8: %.3f ms; after a change of a transform %.3f ms, of a "

@@ -190,10 +190,21 @@ int Context::idOf(Program& program) {
     return giveId(*this, program, programs);
 }
 
+// Numbers of destroyed nodes are collected when the table has doubled, so that making many nodes
+// takes linear time.
 unsigned Context::addNode() {
-    for (unsigned i = 1; i < nodes.size(); ++i)
-        if (nodes[i].expired())
-            return i;
+    if (freeNodes_.empty() && nodes.size() >= nextSearch_) {
+        for (unsigned i = 1; i < nodes.size(); ++i)
+            if (nodes[i].expired())
+                freeNodes_.push_back(i);
+        nextSearch_ = 2 * (nodes.size() - freeNodes_.size());
+    }
+    while (!freeNodes_.empty()) {
+        const unsigned id = freeNodes_.back();
+        freeNodes_.pop_back();
+        if (nodes[id].expired())
+            return id;
+    }
     nodes.emplace_back();
     return unsigned(nodes.size() - 1);
 }

@@ -105,6 +105,8 @@ private:
     std::mutex reportMutex_;
     std::vector<Report> reports_;
     uint32_t nextAttribute_ = devlib::kFirstAttribute;
+    std::vector<unsigned> freeNodes_;
+    size_t nextSearch_ = 64; // of nodes: look for free numbers
 };
 
 // RTexception in the order of the bits of Context::exceptions; the bit, or -1.
