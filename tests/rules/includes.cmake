@@ -12,7 +12,7 @@ set(may_compiler "compiler;ptx;texture/device_functions.h;devlib/abi.h;devlib/cl
 set(may_texture "texture;base")
 set(may_device "device;base")
 set(may_check "check;compiler;devlib/abi.h;device;base")
-set(may_engine "engine;check;cache;denoise;compiler;ptx;bvh;math;devlib;device/device.h;device/cuda;base")
+set(may_engine "engine;check;cache;denoise;compiler;ptx;bvh;math;texture/texture.h;devlib;device/device.h;device/cuda;base")
 set(may_api_optix7 "api/optix7;engine;cache;denoise;bvh;compiler;devlib;device/device.h;device/cuda;base")
 set(may_api_prime "api/prime;engine/queries;bvh/batch;device/cuda/driver.h;base")
 set(may_api_rays "api/rays;engine/queries;bvh/batch;device/cuda/driver.h;base")
