@@ -26,9 +26,11 @@ const char* const kLibrary = R"(
 // shade_k: ((x + k) * 2), applied again for larger k.
 std::string generated(int k) {
     std::string text = ".extern .func (.param .b64 r) twice(.param .b64 a);\n"
-                       ".visible .func (.param .b64 r) shade_" + std::to_string(k) +
+                       ".visible .func (.param .b64 r) shade_" +
+                       std::to_string(k) +
                        "(.param .b64 a) {\n.reg .f64 %x, %y; .reg .s32 %i;\nld.param.f64 %x, [a];\n"
-                       "mov.s32 %i, " + std::to_string(k) + "; cvt.rn.f64.s32 %y, %i; add.f64 %x, %x, %y;\n";
+                       "mov.s32 %i, " +
+                       std::to_string(k) + "; cvt.rn.f64.s32 %y, %i; add.f64 %x, %x, %y;\n";
     for (int i = 0; i <= k % 3; ++i)
         text += "{ .param .b64 in, out; st.param.f64 [in], %x;\ncall.uni (out), twice, (in);\n"
                 "ld.param.f64 %x, [out]; }\n";
@@ -43,8 +45,10 @@ std::string kernel(int functions) {
         calls += "{ .param .b64 in, out; st.param.f64 [in], %x;\ncall.uni (out), " + name +
                  ", (in);\nld.param.f64 %x, [out]; }\n";
     }
-    return text + ".visible .entry run(.param .u64 values) {\n.reg .f64 %x; .reg .u64 %p; .reg .u32 %t;\n"
-                  "ld.param.u64 %p, [values]; mov.u32 %t, %tid.x;\nmad.wide.u32 %p, %t, 8, %p; ld.global.f64 %x, [%p];\n" +
+    return text +
+           ".visible .entry run(.param .u64 values) {\n.reg .f64 %x; .reg .u64 %p; .reg .u32 %t;\n"
+           "ld.param.u64 %p, [values]; mov.u32 %t, %tid.x;\nmad.wide.u32 %p, %t, 8, %p; "
+           "ld.global.f64 %x, [%p];\n" +
            calls + "st.global.f64 [%p], %x;\nret;\n}\n";
 }
 
@@ -59,13 +63,12 @@ double expected(double x, int functions) {
 
 class Linker {
 public:
-    Linker() : info_(4096), errors_(4096) {
-        CU(cuLinkCreate(7, options_, values_, &state_));
-    }
+    Linker() : info_(4096), errors_(4096) { CU(cuLinkCreate(7, options_, values_, &state_)); }
     ~Linker() { cuLinkDestroy(state_); }
     CUresult add(const std::string& body, const char* name) {
         std::string text = kHeader + body; // with its zero, as manuals ask for
-        return cuLinkAddData(state_, CU_JIT_INPUT_PTX, text.data(), text.size() + 1, name, 0, nullptr, nullptr);
+        return cuLinkAddData(state_, CU_JIT_INPUT_PTX, text.data(), text.size() + 1, name, 0,
+                             nullptr, nullptr);
     }
     CUresult complete(std::vector<char>* image) {
         void* data = nullptr;
@@ -80,12 +83,17 @@ public:
 private:
     std::vector<char> info_, errors_;
     // The driver writes to the values while the linker lives.
-    CUjit_option options_[7] = {CU_JIT_INFO_LOG_BUFFER, CU_JIT_INFO_LOG_BUFFER_SIZE_BYTES,
+    CUjit_option options_[7] = {CU_JIT_INFO_LOG_BUFFER,  CU_JIT_INFO_LOG_BUFFER_SIZE_BYTES,
                                 CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES,
-                                CU_JIT_LOG_VERBOSE, CU_JIT_OPTIMIZATION_LEVEL, CU_JIT_WALL_TIME};
-    void* values_[7] = {info_.data(), reinterpret_cast<void*>(info_.size()), errors_.data(),
-                        reinterpret_cast<void*>(errors_.size()), reinterpret_cast<void*>(1),
-                        reinterpret_cast<void*>(3), nullptr};
+                                CU_JIT_LOG_VERBOSE,      CU_JIT_OPTIMIZATION_LEVEL,
+                                CU_JIT_WALL_TIME};
+    void* values_[7] = {info_.data(),
+                        reinterpret_cast<void*>(info_.size()),
+                        errors_.data(),
+                        reinterpret_cast<void*>(errors_.size()),
+                        reinterpret_cast<void*>(1),
+                        reinterpret_cast<void*>(3),
+                        nullptr};
     CUlinkState state_ = nullptr;
 };
 

@@ -48,8 +48,10 @@ int boxes(CUstream stream) {
     Volume a(52, 11, 6, 1), b(64, 13, 7, 77);
     const CUdeviceptr da = upload(a), db = upload(b);
     int wrong = 0;
-    const Place cases[][3] = {{{0, 0, 0}, {0, 0, 0}, {52, 11, 6}}, {{3, 2, 1}, {10, 1, 3}, {17, 6, 4}},
-                              {{51, 10, 5}, {63, 12, 6}, {1, 1, 1}}, {{4, 0, 2}, {8, 3, 0}, {40, 1, 3}}};
+    const Place cases[][3] = {{{0, 0, 0}, {0, 0, 0}, {52, 11, 6}},
+                              {{3, 2, 1}, {10, 1, 3}, {17, 6, 4}},
+                              {{51, 10, 5}, {63, 12, 6}, {1, 1, 1}},
+                              {{4, 0, 2}, {8, 3, 0}, {40, 1, 3}}};
     for (const auto& [from, to, size] : cases) {
         CUDA_MEMCPY3D copy = {};
         copy.srcMemoryType = copy.dstMemoryType = CU_MEMORYTYPE_DEVICE;

@@ -91,9 +91,9 @@ bool run() {
     unsigned wrong = 0;
     for (const unsigned limit : {~0u, 3u}) {
         CUDA_TRY(cudaMemset(reports.data, 0, 8));
-        Buffer params(std::vector<Params>{{handle, ballBuffer.as<float4>(),
-                                           reports.as<unsigned long long>(), result.as<uint2>(),
-                                           limit}});
+        Buffer params(
+            std::vector<Params>{{handle, ballBuffer.as<float4>(), reports.as<unsigned long long>(),
+                                 result.as<uint2>(), limit}});
         OPTIX_TRY(optixLaunch(pipeline, nullptr, params.ptr(), sizeof(Params), &sbt, kRays, 1, 1));
         const auto seen = result.download<uint2>();
         unsigned long long total = 0, close = 0;

@@ -35,7 +35,8 @@ struct Graph {
     OptixTraversableHandle transform(const std::vector<char>& bytes, OptixTraversableType type) {
         memory.emplace_back(bytes);
         OptixTraversableHandle handle = 0;
-        OPTIX_TRY(optixConvertPointerToTraversableHandle(context, memory.back().ptr(), type, &handle));
+        OPTIX_TRY(
+            optixConvertPointerToTraversableHandle(context, memory.back().ptr(), type, &handle));
         return handle;
     }
     OptixDeviceContext context;
@@ -94,9 +95,11 @@ OptixTraversableHandle turning(Graph& graph, OptixTraversableHandle child, float
         srt.sx = srt.sy = srt.sz = 1;
         srt.qz = std::sin(angle / 2);
         srt.qw = std::cos(angle / 2);
-        std::memcpy(&bytes[offsetof(OptixSRTMotionTransform, srtData) + k * sizeof srt], &srt, sizeof srt);
+        std::memcpy(&bytes[offsetof(OptixSRTMotionTransform, srtData) + k * sizeof srt], &srt,
+                    sizeof srt);
     }
-    return graph.transform<OptixSRTMotionTransform>(bytes, OPTIX_TRAVERSABLE_TYPE_SRT_MOTION_TRANSFORM);
+    return graph.transform<OptixSRTMotionTransform>(bytes,
+                                                    OPTIX_TRAVERSABLE_TYPE_SRT_MOTION_TRANSFORM);
 }
 
 OptixTraversableHandle halved(Graph& graph, OptixTraversableHandle child) {
@@ -165,8 +168,8 @@ bool run() {
     Graph graph(context);
     const OptixTraversableHandle fair = makeFair(graph);
 
-    Buffer table(std::vector<Record<Nothing>>{packed(groups[0], Nothing()), packed(groups[1], Nothing()),
-                                              packed(groups[2], Nothing())});
+    Buffer table(std::vector<Record<Nothing>>{
+        packed(groups[0], Nothing()), packed(groups[1], Nothing()), packed(groups[2], Nothing())});
     OptixShaderBindingTable sbt = {};
     constexpr unsigned kStride = sizeof(Record<Nothing>);
     sbt.raygenRecord = table.ptr();

@@ -58,7 +58,8 @@ struct Buffer {
     template <class T>
     std::vector<T> download() const {
         std::vector<T> values(size / sizeof(T));
-        CUDA_TRY(cudaMemcpy(values.data(), data, values.size() * sizeof(T), cudaMemcpyDeviceToHost));
+        CUDA_TRY(
+            cudaMemcpy(values.data(), data, values.size() * sizeof(T), cudaMemcpyDeviceToHost));
         return values;
     }
     CUdeviceptr ptr() const { return reinterpret_cast<CUdeviceptr>(data); }
@@ -119,7 +120,8 @@ static inline OptixProgramGroup makeGroup(OptixDeviceContext context,
                                           const OptixProgramGroupDesc& description) {
     OptixProgramGroupOptions options = {};
     OptixProgramGroup group = nullptr;
-    OPTIX_TRY(optixProgramGroupCreate(context, &description, 1, &options, nullptr, nullptr, &group));
+    OPTIX_TRY(
+        optixProgramGroupCreate(context, &description, 1, &options, nullptr, nullptr, &group));
     return group;
 }
 static inline OptixProgramGroup raygenGroup(OptixDeviceContext context, OptixModule module,
@@ -141,7 +143,8 @@ static inline OptixProgramGroup hitGroup(OptixDeviceContext context, OptixModule
                                          const char* intersection) {
     OptixProgramGroupDesc description = {};
     description.kind = OPTIX_PROGRAM_GROUP_KIND_HITGROUP;
-    description.hitgroup = {closest ? module : nullptr,      closest, any ? module : nullptr, any,
+    description.hitgroup = {closest ? module : nullptr,      closest,
+                            any ? module : nullptr,          any,
                             intersection ? module : nullptr, intersection};
     return makeGroup(context, description);
 }
@@ -167,11 +170,9 @@ static inline Record<T> packed(OptixProgramGroup group, const T& data) {
 }
 
 // Builds a structure; with compaction where the options allow it.
-static inline OptixTraversableHandle buildAccel(OptixDeviceContext context,
-                                                const std::vector<OptixBuildInput>& inputs,
-                                                Buffer& memory,
-                                                unsigned flags = OPTIX_BUILD_FLAG_NONE,
-                                                OptixMotionOptions motion = {}) {
+static inline OptixTraversableHandle
+buildAccel(OptixDeviceContext context, const std::vector<OptixBuildInput>& inputs, Buffer& memory,
+           unsigned flags = OPTIX_BUILD_FLAG_NONE, OptixMotionOptions motion = {}) {
     OptixAccelBuildOptions options = {};
     options.buildFlags = flags;
     options.operation = OPTIX_BUILD_OPERATION_BUILD;

@@ -53,13 +53,17 @@ unsigned expected(unsigned x, unsigned y, unsigned request) {
 
 class Lane {
 public:
-    explicit Lane(Service& service) : service_(service), image_(kSide * kSide * 4), params_(sizeof(Tile)) {
+    explicit Lane(Service& service)
+        : service_(service), image_(kSide * kSide * 4), params_(sizeof(Tile)) {
         CUDA_TRY(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
         CUDA_TRY(cudaStreamCreateWithFlags(&copies_, cudaStreamNonBlocking));
         CUDA_TRY(cudaEventCreateWithFlags(&rendered_, cudaEventDisableTiming));
-        CUDA_TRY(cudaEventCreateWithFlags(&copied_, cudaEventDisableTiming | cudaEventBlockingSync));
-        CUDA_TRY(cudaHostAlloc(reinterpret_cast<void**>(&answer_), kSide * kSide * 4, cudaHostAllocDefault));
-        CUDA_TRY(cudaHostAlloc(reinterpret_cast<void**>(&tile_), sizeof(Tile), cudaHostAllocWriteCombined));
+        CUDA_TRY(
+            cudaEventCreateWithFlags(&copied_, cudaEventDisableTiming | cudaEventBlockingSync));
+        CUDA_TRY(cudaHostAlloc(reinterpret_cast<void**>(&answer_), kSide * kSide * 4,
+                               cudaHostAllocDefault));
+        CUDA_TRY(cudaHostAlloc(reinterpret_cast<void**>(&tile_), sizeof(Tile),
+                               cudaHostAllocWriteCombined));
     }
     ~Lane() {
         cudaStreamDestroy(stream_);
@@ -73,12 +77,14 @@ public:
         request_ = request;
         busy_ = true;
         *tile_ = {service_.scene, image_.as<unsigned>(), request, 0.3f};
-        CUDA_TRY(cudaMemcpyAsync(params_.data, tile_, sizeof *tile_, cudaMemcpyHostToDevice, stream_));
-        OPTIX_TRY(optixLaunch(service_.pipeline, stream_, params_.ptr(), sizeof(Tile), &service_.table,
-                              kSide, kSide, 1));
+        CUDA_TRY(
+            cudaMemcpyAsync(params_.data, tile_, sizeof *tile_, cudaMemcpyHostToDevice, stream_));
+        OPTIX_TRY(optixLaunch(service_.pipeline, stream_, params_.ptr(), sizeof(Tile),
+                              &service_.table, kSide, kSide, 1));
         CUDA_TRY(cudaEventRecord(rendered_, stream_));
         CUDA_TRY(cudaStreamWaitEvent(copies_, rendered_, 0));
-        CUDA_TRY(cudaMemcpyAsync(answer_, image_.data, kSide * kSide * 4, cudaMemcpyDeviceToHost, copies_));
+        CUDA_TRY(cudaMemcpyAsync(answer_, image_.data, kSide * kSide * 4, cudaMemcpyDeviceToHost,
+                                 copies_));
         CUDA_TRY(cudaEventRecord(copied_, copies_));
     }
     void end() {

@@ -43,7 +43,8 @@ Row makeRow(unsigned y) {
     return row;
 }
 
-OptixTraversableHandle makeMesh(OptixDeviceContext context, std::vector<Row>& rows, Buffer& memory) {
+OptixTraversableHandle makeMesh(OptixDeviceContext context, std::vector<Row>& rows,
+                                Buffer& memory) {
     const unsigned sizes[kInputs] = {1, 2, 4}, strides[kInputs] = {3, 0, 12};
     std::vector<OptixBuildInput> inputs(kInputs);
     for (unsigned y = 0; y < kInputs; ++y) {
@@ -104,9 +105,9 @@ bool check(const std::vector<unsigned>& seen, unsigned records) {
                     a = 5 + type + 99;
                     b = 17 * type;
                 } else {
-                    const unsigned record =
-                        instance * kInputs * kMaterials * kTypes +
-                        (y * kMaterials + materialOf(y, 2 * column)) * kTypes + type;
+                    const unsigned record = instance * kInputs * kMaterials * kTypes +
+                                            (y * kMaterials + materialOf(y, 2 * column)) * kTypes +
+                                            type;
                     if (record >= records)
                         return false;
                     const HitData data = hitData(record, nullptr);
@@ -126,7 +127,8 @@ bool run() {
     OptixModule module = makeModule(context, options);
     const OptixProgramGroup raygen = raygenGroup(context, module, "__raygen__grid"),
                             miss = missGroup(context, module, "__miss__record"),
-                            hit = hitGroup(context, module, "__closesthit__record", nullptr, nullptr);
+                            hit =
+                                hitGroup(context, module, "__closesthit__record", nullptr, nullptr);
     OptixPipeline pipeline = makePipeline(context, options, {raygen, miss, hit});
     OPTIX_TRY(optixPipelineSetStackSize(pipeline, 0, 0, 2048, 2));
 

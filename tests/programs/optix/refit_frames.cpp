@@ -35,7 +35,8 @@ public:
     enum class Mode { kRebuild, kInPlace, kPingPong };
     DynamicMesh(OptixDeviceContext context, int number, Mode mode, CUdeviceptr triangles,
                 unsigned count)
-        : context_(context), number_(number), mode_(mode), vertices_(kSide * kSide * sizeof(float3)) {
+        : context_(context), number_(number), mode_(mode),
+          vertices_(kSide * kSide * sizeof(float3)) {
         address_ = vertices_.ptr();
         input_.type = OPTIX_BUILD_INPUT_TYPE_TRIANGLES;
         auto& array = input_.triangleArray;
@@ -59,7 +60,8 @@ public:
         }
         vertices_.upload(corners.data(), corners.size() * sizeof(float3));
         OptixAccelBuildOptions options = {};
-        options.buildFlags = OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS | OPTIX_BUILD_FLAG_ALLOW_COMPACTION;
+        options.buildFlags =
+            OPTIX_BUILD_FLAG_ALLOW_RANDOM_VERTEX_ACCESS | OPTIX_BUILD_FLAG_ALLOW_COMPACTION;
         if (mode_ != Mode::kRebuild)
             options.buildFlags |= OPTIX_BUILD_FLAG_ALLOW_UPDATE;
         const bool updates = mode_ != Mode::kRebuild && handle_ != 0;
@@ -99,13 +101,15 @@ private:
             OPTIX_TRY(optixAccelGetRelocationInfo(context_, handle_, &info));
             CUDA_TRY(cudaMemcpyAsync(next.data, current_.data, current_.size,
                                      cudaMemcpyDeviceToDevice, stream));
-            OPTIX_TRY(optixAccelRelocate(context_, stream, &info, 0, 0, next.ptr(), next.size, &moved));
+            OPTIX_TRY(
+                optixAccelRelocate(context_, stream, &info, 0, 0, next.ptr(), next.size, &moved));
             CUDA_TRY(cudaStreamSynchronize(stream));
             current_ = std::move(next);
             handle_ = moved;
         }
         OPTIX_TRY(optixAccelBuild(context_, stream, &options, &input_, 1, temporary_.ptr(),
-                                  temporary_.size, current_.ptr(), current_.size, &handle_, nullptr, 0));
+                                  temporary_.size, current_.ptr(), current_.size, &handle_, nullptr,
+                                  0));
     }
 
     OptixDeviceContext context_;
@@ -136,11 +140,12 @@ bool run() {
     auto options = pipelineOptions(2, 2, OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS);
     OptixModule module = makeModule(context, options);
     const std::vector<OptixProgramGroup> groups = {
-        raygenGroup(context, module, "__raygen__probe"), missGroup(context, module, "__miss__probe"),
+        raygenGroup(context, module, "__raygen__probe"),
+        missGroup(context, module, "__miss__probe"),
         hitGroup(context, module, "__closesthit__probe", nullptr, nullptr)};
     OptixPipeline pipeline = makePipeline(context, options, groups);
-    Buffer table(std::vector<Record<Nothing>>{packed(groups[0], Nothing()), packed(groups[1], Nothing()),
-                                              packed(groups[2], Nothing())});
+    Buffer table(std::vector<Record<Nothing>>{
+        packed(groups[0], Nothing()), packed(groups[1], Nothing()), packed(groups[2], Nothing())});
     OptixShaderBindingTable sbt = {};
     constexpr unsigned kStride = sizeof(Record<Nothing>);
     sbt.raygenRecord = table.ptr();
@@ -155,7 +160,8 @@ bool run() {
     std::vector<DynamicMesh> meshes;
     meshes.reserve(kCloths);
     for (const Mode mode : {Mode::kRebuild, Mode::kInPlace, Mode::kPingPong})
-        meshes.emplace_back(context, int(meshes.size()), mode, indices.ptr(), unsigned(triangles.size()));
+        meshes.emplace_back(context, int(meshes.size()), mode, indices.ptr(),
+                            unsigned(triangles.size()));
     struct {
         void* state;
         unsigned long long cookie;
@@ -170,16 +176,20 @@ bool run() {
         params.frame = frame;
         for (int c = 0; c < kCloths; ++c) {
             meshes[c].step(frame, stream);
-            params.cloths[c] = {meshes[c].handle(), meshes[c].corners(), indices.as<uint3>(),
-                                {1.0f + c, 2.0f + c}};
+            params.cloths[c] = {
+                meshes[c].handle(), meshes[c].corners(), indices.as<uint3>(), {1.0f + c, 2.0f + c}};
         }
-        CUDA_TRY(cudaMemcpyAsync(state.data, &params, sizeof params, cudaMemcpyHostToDevice, stream));
-        OPTIX_TRY(optixLaunch(pipeline, stream, launchBuffer.ptr(), sizeof launch, &sbt, kProbes, kCloths, 1));
-        CUDA_TRY(cudaMemcpyAsync(&params, state.data, sizeof params, cudaMemcpyDeviceToHost, stream));
+        CUDA_TRY(
+            cudaMemcpyAsync(state.data, &params, sizeof params, cudaMemcpyHostToDevice, stream));
+        OPTIX_TRY(optixLaunch(pipeline, stream, launchBuffer.ptr(), sizeof launch, &sbt, kProbes,
+                              kCloths, 1));
+        CUDA_TRY(
+            cudaMemcpyAsync(&params, state.data, sizeof params, cudaMemcpyDeviceToHost, stream));
         CUDA_TRY(cudaStreamSynchronize(stream));
         wrong += wrongProbes(params, frame);
     }
-    std::printf("%u wrong; compacted to %s\n", wrong, meshes[0].bytes() < meshes[0].built() ? "less" : "the same");
+    std::printf("%u wrong; compacted to %s\n", wrong,
+                meshes[0].bytes() < meshes[0].built() ? "less" : "the same");
     CUDA_TRY(cudaStreamDestroy(stream));
     meshes.clear();
     OPTIX_TRY(optixDeviceContextDestroy(context));

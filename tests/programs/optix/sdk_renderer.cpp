@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A renderer as tutorials write it: its device code is a string that NVRTC compiles when the program
-// starts, with a header of its own that the string includes. A Whitted scene of spheres and a
-// floor, with recursion for mirrors and rays for shadows, is checked against the same on the host.
+// A renderer as tutorials write it: its device code is a string that NVRTC compiles when the
+// program starts, with a header of its own that the string includes. A Whitted scene of spheres and
+// a floor, with recursion for mirrors and rays for shadows, is checked against the same on the
+// host.
 #include <cuda_runtime.h>
 #include <nvrtc.h>
 #include <optix.h>
@@ -26,12 +27,23 @@
     } while (0)
 
 // Read by both sides.
-#define SCENE_TEXT(...) static const char kSceneText[] = #__VA_ARGS__; __VA_ARGS__
+#define SCENE_TEXT(...)                                                                            \
+    static const char kSceneText[] = #__VA_ARGS__;                                                 \
+    __VA_ARGS__
 SCENE_TEXT(
-    struct Sphere { float x, y, z, radius; float mirror; float colour; };
-    struct LaunchParams { unsigned long long scene; const Sphere* spheres; float* image; int width;
-                          int height; int depth; };
-)
+    struct Sphere {
+        float x, y, z, radius;
+        float mirror;
+        float colour;
+    };
+    struct LaunchParams {
+        unsigned long long scene;
+        const Sphere* spheres;
+        float* image;
+        int width;
+        int height;
+        int depth;
+    };)
 
 static const char kDeviceText[] = R"CODE(
 #include <optix.h>
@@ -101,15 +113,27 @@ extern "C" __global__ void __closesthit__phong() {
 struct V {
     double x, y, z;
 };
-static V operator+(V a, V b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-static V operator-(V a, V b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-static V operator*(double s, V v) { return {s * v.x, s * v.y, s * v.z}; }
-static double dot(V a, V b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-static V normalize(V v) { return (1 / std::sqrt(dot(v, v))) * v; }
+static V operator+(V a, V b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+static V operator-(V a, V b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+static V operator*(double s, V v) {
+    return {s * v.x, s * v.y, s * v.z};
+}
+static double dot(V a, V b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+static V normalize(V v) {
+    return (1 / std::sqrt(dot(v, v))) * v;
+}
 
-static const std::vector<Sphere> kSpheres = {
-    {0, -1000, 0, 1000, 0.2f, 0.6f}, {-1.5f, 1, 0, 1, 0.8f, 0.9f}, {1.2f, 0.8f, 0.7f, 0.8f, 0, 0.7f},
-    {0.2f, 0.4f, 2, 0.4f, 0.5f, 0.5f}, {0, 2.5f, -3, 1.5f, 0.9f, 0.8f}};
+static const std::vector<Sphere> kSpheres = {{0, -1000, 0, 1000, 0.2f, 0.6f},
+                                             {-1.5f, 1, 0, 1, 0.8f, 0.9f},
+                                             {1.2f, 0.8f, 0.7f, 0.8f, 0, 0.7f},
+                                             {0.2f, 0.4f, 2, 0.4f, 0.5f, 0.5f},
+                                             {0, 2.5f, -3, 1.5f, 0.9f, 0.8f}};
 
 static int nearest(V o, V d, double& t) {
     int found = -1;
@@ -133,9 +157,11 @@ static double radiance(V o, V d, int depth, int most) {
     if (hit < 0)
         return 0.2 + 0.8 * (0.5 + 0.5 * d.y);
     const Sphere& s = kSpheres[hit];
-    const V p = o + t * d, n = (1.0 / s.radius) * (p - V{s.x, s.y, s.z}), light = normalize({2, 5, 3});
+    const V p = o + t * d, n = (1.0 / s.radius) * (p - V{s.x, s.y, s.z}),
+            light = normalize({2, 5, 3});
     const double facing = std::max(0.0, dot(n, light));
-    double value = s.colour * (0.1 + (facing > 0 && nearest(p, light, unused) < 0 ? 0.9 * facing : 0));
+    double value =
+        s.colour * (0.1 + (facing > 0 && nearest(p, light, unused) < 0 ? 0.9 * facing : 0));
     if (s.mirror > 0 && depth + 1 < most)
         value += (radiance(p, d - 2 * dot(d, n) * n, depth + 1, most) - value) * s.mirror;
     return value;
@@ -153,15 +179,17 @@ public:
         makePipeline(compile());
         makeScene();
         makeTable();
-        CHECK(cudaMalloc(reinterpret_cast<void**>(&params_.image), size_t(width) * height * sizeof(float)));
+        CHECK(cudaMalloc(reinterpret_cast<void**>(&params_.image),
+                         size_t(width) * height * sizeof(float)));
     }
     std::vector<float> render() {
         const CUdeviceptr params = upload(&params_, sizeof params_);
-        CHECK(optixLaunch(pipeline_, nullptr, params, sizeof params_, &table_, unsigned(params_.width),
-                          unsigned(params_.height), 1));
+        CHECK(optixLaunch(pipeline_, nullptr, params, sizeof params_, &table_,
+                          unsigned(params_.width), unsigned(params_.height), 1));
         CHECK(cudaDeviceSynchronize());
         std::vector<float> image(size_t(params_.width) * params_.height);
-        CHECK(cudaMemcpy(image.data(), params_.image, image.size() * sizeof(float), cudaMemcpyDeviceToHost));
+        CHECK(cudaMemcpy(image.data(), params_.image, image.size() * sizeof(float),
+                         cudaMemcpyDeviceToHost));
         return image;
     }
 
@@ -177,10 +205,11 @@ private:
         const char *texts[] = {kSceneText}, *names[] = {"scene.h"};
         nvrtcProgram program = nullptr;
         CHECK(nvrtcCreateProgram(&program, kDeviceText, "renderer.cu", 1, texts, names));
-        const std::vector<const char*> options = {INCLUDE_FOLDERS, "-std=c++14", "-arch=compute_60",
-                                                  "-use_fast_math", "-lineinfo", "-default-device",
-                                                  "-rdc=true"};
-        const nvrtcResult result = nvrtcCompileProgram(program, int(options.size()), options.data());
+        const std::vector<const char*> options = {
+            INCLUDE_FOLDERS, "-std=c++14",      "-arch=compute_60", "-use_fast_math",
+            "-lineinfo",     "-default-device", "-rdc=true"};
+        const nvrtcResult result =
+            nvrtcCompileProgram(program, int(options.size()), options.data());
         size_t size = 0;
         CHECK(nvrtcGetProgramLogSize(program, &size));
         std::string log(size, '\0');
@@ -207,8 +236,8 @@ private:
         OptixModule module = nullptr;
         char log[4096];
         size_t logSize = sizeof log;
-        CHECK(optixModuleCreateFromPTX(context_, &moduleOptions, &options, ptx.c_str(), ptx.size(), log,
-                                       &logSize, &module));
+        CHECK(optixModuleCreateFromPTX(context_, &moduleOptions, &options, ptx.c_str(), ptx.size(),
+                                       log, &logSize, &module));
         OptixProgramGroupDesc descs[5] = {};
         descs[0].kind = OPTIX_PROGRAM_GROUP_KIND_RAYGEN;
         descs[0].raygen = {module, "__raygen__camera"};
@@ -216,7 +245,8 @@ private:
         descs[1].miss = {module, "__miss__sky"};
         descs[2].miss = {module, "__miss__light"};
         descs[3].kind = descs[4].kind = OPTIX_PROGRAM_GROUP_KIND_HITGROUP;
-        descs[3].hitgroup.moduleCH = descs[3].hitgroup.moduleIS = descs[4].hitgroup.moduleIS = module;
+        descs[3].hitgroup.moduleCH = descs[3].hitgroup.moduleIS = descs[4].hitgroup.moduleIS =
+            module;
         descs[3].hitgroup.entryFunctionNameCH = "__closesthit__phong";
         descs[3].hitgroup.entryFunctionNameIS = "__intersection__sphere";
         descs[4].hitgroup.entryFunctionNameIS = "__intersection__sphere";
@@ -227,7 +257,8 @@ private:
         link.maxTraceDepth = unsigned(params_.depth) + 1;
         link.debugLevel = OPTIX_COMPILE_DEBUG_LEVEL_FULL;
         logSize = sizeof log;
-        CHECK(optixPipelineCreate(context_, &options, &link, groups_, 5, log, &logSize, &pipeline_));
+        CHECK(
+            optixPipelineCreate(context_, &options, &link, groups_, 5, log, &logSize, &pipeline_));
     }
 
     void makeScene() {
@@ -257,7 +288,8 @@ private:
                               &handle, nullptr, 0));
         CHECK(cudaFree(temporary));
         params_.scene = handle;
-        params_.spheres = reinterpret_cast<const Sphere*>(upload(kSpheres.data(), kSpheres.size() * sizeof(Sphere)));
+        params_.spheres = reinterpret_cast<const Sphere*>(
+            upload(kSpheres.data(), kSpheres.size() * sizeof(Sphere)));
     }
 
     void makeTable() {
@@ -288,8 +320,10 @@ int main() {
     double mean = 0;
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
-            const V way = normalize({2 * (x + .5) / kWidth - 1, 0.75 * (2 * (y + .5) / kHeight - 1), -1.5});
-            const double difference = std::fabs(image[y * kWidth + x] - radiance({0, 1, 6}, way, 0, kDepth));
+            const V way =
+                normalize({2 * (x + .5) / kWidth - 1, 0.75 * (2 * (y + .5) / kHeight - 1), -1.5});
+            const double difference =
+                std::fabs(image[y * kWidth + x] - radiance({0, 1, 6}, way, 0, kDepth));
             different += difference > 0.02;
             mean += difference / (kWidth * kHeight);
         }

@@ -20,8 +20,17 @@ enum Operation { kConstant, kU, kV, kAdd, kMultiply, kScaled, kOperations };
 const std::vector<std::vector<Node>> kMaterials = {
     {{kConstant, 0, 0, 2.5f}},
     {{kU, 0, 0, 0}, {kV, 0, 0, 0}, {kAdd, 0, 1, 0}, {kMultiply, 2, 2, 0}},
-    {{kU, 0, 0, 0}, {kConstant, 0, 0, 3}, {kMultiply, 0, 1, 0}, {kScaled, 2, 0, 0}, {kAdd, 3, 0, 0}},
-    {{kV, 0, 0, 0}, {kMultiply, 0, 0, 0}, {kMultiply, 1, 1, 0}, {kMultiply, 2, 2, 0}, {kScaled, 3, 0, 0}, {kScaled, 4, 0, 0}},
+    {{kU, 0, 0, 0},
+     {kConstant, 0, 0, 3},
+     {kMultiply, 0, 1, 0},
+     {kScaled, 2, 0, 0},
+     {kAdd, 3, 0, 0}},
+    {{kV, 0, 0, 0},
+     {kMultiply, 0, 0, 0},
+     {kMultiply, 1, 1, 0},
+     {kMultiply, 2, 2, 0},
+     {kScaled, 3, 0, 0},
+     {kScaled, 4, 0, 0}},
 };
 const float kScales[2] = {10, 0.25f};
 
@@ -29,12 +38,18 @@ float evaluate(const std::vector<Node>& nodes, int node, float u, float v, float
     const Node& n = nodes[node];
     const auto child = [&](int i) { return evaluate(nodes, i, u, v, scale); };
     switch (n.operation) {
-    case kConstant: return n.constant;
-    case kU: return u;
-    case kV: return v;
-    case kAdd: return child(n.left) + child(n.right);
-    case kMultiply: return child(n.left) * child(n.right);
-    default: return scale * child(n.left);
+    case kConstant:
+        return n.constant;
+    case kU:
+        return u;
+    case kV:
+        return v;
+    case kAdd:
+        return child(n.left) + child(n.right);
+    case kMultiply:
+        return child(n.left) * child(n.right);
+    default:
+        return scale * child(n.left);
     }
 }
 
@@ -44,7 +59,8 @@ bool run() {
     OptixModule module = makeModule(context, options);
     std::vector<OptixProgramGroup> groups = {
         raygenGroup(context, module, "__raygen__grid"), missGroup(context, module, "__miss__grid"),
-        missGroup(context, module, "__miss__shadow"), hitGroup(context, module, "__closesthit__graph", nullptr, nullptr)};
+        missGroup(context, module, "__miss__shadow"),
+        hitGroup(context, module, "__closesthit__graph", nullptr, nullptr)};
     const char* names[] = {"constant", "u", "v", "add", "multiply", "scaled"};
     for (const char* name : names) {
         OptixProgramGroupDesc description = {};
@@ -64,15 +80,20 @@ bool run() {
     for (OptixProgramGroup group : groups)
         OPTIX_TRY(optixUtilAccumulateStackSizes(group, &sizes));
     unsigned fromTraversal = 0, fromState = 0, continuation = 0;
-    OPTIX_TRY(optixUtilComputeStackSizes(&sizes, 2, 1, 8, &fromTraversal, &fromState, &continuation));
+    OPTIX_TRY(
+        optixUtilComputeStackSizes(&sizes, 2, 1, 8, &fromTraversal, &fromState, &continuation));
     OPTIX_TRY(optixPipelineSetStackSize(pipeline, fromTraversal, fromState, continuation, 1));
 
     // Four strips of one unit, one build input and so one material each; roofs over two of them.
     std::vector<float3> corners;
     for (float x : {0.f, 1.f, 2.f, 3.f})
-        corners.insert(corners.end(), {{x, 0, 0}, {x + 1, 0, 0}, {x + 1, 1, 0}, {x, 0, 0}, {x + 1, 1, 0}, {x, 1, 0}});
+        corners.insert(
+            corners.end(),
+            {{x, 0, 0}, {x + 1, 0, 0}, {x + 1, 1, 0}, {x, 0, 0}, {x + 1, 1, 0}, {x, 1, 0}});
     for (float x : {1.f, 3.f})
-        corners.insert(corners.end(), {{x, 0, 2}, {x + 1, 0, 2}, {x + 1, 1, 2}, {x, 0, 2}, {x + 1, 1, 2}, {x, 1, 2}});
+        corners.insert(
+            corners.end(),
+            {{x, 0, 2}, {x + 1, 0, 2}, {x + 1, 1, 2}, {x, 0, 2}, {x + 1, 1, 2}, {x, 1, 2}});
     Buffer vertices(corners), memory;
     std::vector<CUdeviceptr> addresses;
     std::vector<OptixBuildInput> inputs(6);
@@ -96,7 +117,9 @@ bool run() {
     for (unsigned i = 0; i < 6; ++i) {
         const unsigned m = i % 4;
         // The second set of operations stands behind the continuation callable.
-        hits.push_back(packed(groups[3], MaterialData{nodes[m].as<Node>(), int(kMaterials[m].size()) - 1, m % 2 ? 7 : 0}));
+        hits.push_back(
+            packed(groups[3], MaterialData{nodes[m].as<Node>(), int(kMaterials[m].size()) - 1,
+                                           m % 2 ? 7 : 0}));
     }
     std::vector<Record<float>> heads, callables;
     for (unsigned i = 0; i < 3; ++i)
@@ -127,7 +150,8 @@ bool run() {
     for (unsigned i = 0; i < kWide * kHigh; ++i) {
         const float u = (i % kWide + 0.5f) / kWide * 4, v = (i / kWide + 0.5f) / kHigh;
         const unsigned m = unsigned(u);
-        const float base = evaluate(kMaterials[m], int(kMaterials[m].size()) - 1, u, v, kScales[m % 2]);
+        const float base =
+            evaluate(kMaterials[m], int(kMaterials[m].size()) - 1, u, v, kScales[m % 2]);
         const float right = m % 2 ? -base : base;
         if (!(std::fabs(seen[i] - right) <= 1e-4f * std::fabs(right) + 1e-6f) && wrong++ == 0)
             std::printf("(%g, %g): %g in place of %g\n", u, v, seen[i], right);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A viewer that keeps a pipeline for pictures and one for picking. Each loads the module for itself,
-// with other options; both use one scene, one stream each and parameters of their own.
+// A viewer that keeps a pipeline for pictures and one for picking. Each loads the module for
+// itself, with other options; both use one scene, one stream each and parameters of their own.
 #include "common.h"
 
 #include <optix_function_table_definition.h>
@@ -17,8 +17,8 @@ constexpr int kWidth = 48, kHeight = 32, kDiscs = 6;
 struct Pass {
     Pass(OptixDeviceContext context, const char* raygen, const char* closest, const char* any,
          const char* miss, unsigned payload) {
-        const auto options = pipelineOptions(
-            payload, 2, OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_LEVEL_INSTANCING);
+        const auto options =
+            pipelineOptions(payload, 2, OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_LEVEL_INSTANCING);
         module = makeModule(context, options);
         groups = {raygenGroup(context, module, raygen), missGroup(context, module, miss),
                   hitGroup(context, module, closest, any, nullptr)};
@@ -43,8 +43,10 @@ struct Pass {
         cudaStreamDestroy(stream);
     }
     void run(const Params& values, unsigned width, unsigned height) {
-        CUDA_TRY(cudaMemcpyAsync(params.data, &values, sizeof values, cudaMemcpyHostToDevice, stream));
-        OPTIX_TRY(optixLaunch(pipeline, stream, params.ptr(), sizeof values, &sbt, width, height, 1));
+        CUDA_TRY(
+            cudaMemcpyAsync(params.data, &values, sizeof values, cudaMemcpyHostToDevice, stream));
+        OPTIX_TRY(
+            optixLaunch(pipeline, stream, params.ptr(), sizeof values, &sbt, width, height, 1));
     }
     OptixModule module = nullptr;
     std::vector<OptixProgramGroup> groups;
@@ -68,7 +70,8 @@ bool covers(int i, float x, float y) {
 }
 
 OptixTraversableHandle makeScene(OptixDeviceContext context, Buffer& meshMemory, Buffer& memory) {
-    Buffer corners(std::vector<float3>{{-.3f, -.3f, 0}, {.3f, -.3f, 0}, {.3f, .3f, 0}, {-.3f, .3f, 0}});
+    Buffer corners(
+        std::vector<float3>{{-.3f, -.3f, 0}, {.3f, -.3f, 0}, {.3f, .3f, 0}, {-.3f, .3f, 0}});
     Buffer indices(std::vector<unsigned short>{0, 1, 2, 0, 2, 3});
     const CUdeviceptr address = corners.ptr();
     const unsigned flags = OPTIX_GEOMETRY_FLAG_REQUIRE_SINGLE_ANYHIT_CALL;
@@ -141,8 +144,8 @@ bool run() {
             pick(context, "__raygen__pick", nullptr, "__anyhit__pick", "__miss__pick", 6);
         Buffer depth(kWidth * kHeight * 4), picked(8);
         for (int frame = 0; frame < 40; ++frame) {
-            Params params = {scene, depth.as<float>(), picked.as<unsigned>(), kWidth, kHeight,
-                             (frame * 7) % kWidth, (frame * 11) % kHeight};
+            Params params = {scene,   depth.as<float>(),    picked.as<unsigned>(), kWidth,
+                             kHeight, (frame * 7) % kWidth, (frame * 11) % kHeight};
             draw.run(params, kWidth, kHeight);
             pick.run(params, 1, 1);
             unsigned ids[2];

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A wavefront path tracer: queues of rays, OptiX only finds hits, kernels sort the hits by material
 // and shade each material's run. The image does not depend on the order of the queue, as each path
-// has its own random numbers: it must be the same in every run, bit for bit. Its mean and the number
-// of hits must lie in the range that the scene allows.
+// has its own random numbers: it must be the same in every run, bit for bit. Its mean and the
+// number of hits must lie in the range that the scene allows.
 #include "common.h"
 
 #include <optix_function_table_definition.h>
@@ -46,7 +46,8 @@ __global__ void beginPaths(Wave wave) {
         return;
     PathState path = {};
     path.origin = make_float3(0, 1, 5);
-    const float3 d = make_float3((i % kSide + 0.5f) / kSide - 0.5f, (i / kSide + 0.5f) / kSide - 0.5f, -1);
+    const float3 d =
+        make_float3((i % kSide + 0.5f) / kSide - 0.5f, (i / kSide + 0.5f) / kSide - 0.5f, -1);
     const float scale = 1.0f / sqrtf(dot3(d, d));
     path.direction = make_float3(d.x * scale, d.y * scale, d.z * scale);
     path.throughput = 1;
@@ -93,7 +94,8 @@ __device__ void enqueue(Wave& wave, unsigned slot) {
 }
 
 struct Matt {
-    static __device__ bool shade(PathState& path, const HitInfo& hit, unsigned shadowed, float& light) {
+    static __device__ bool shade(PathState& path, const HitInfo& hit, unsigned shadowed,
+                                 float& light) {
         const float facing = fmaxf(0.0f, 0.6f * hit.normal.x + 0.8f * hit.normal.y);
         light = shadowed ? 0 : path.throughput * 0.5f * facing;
         const float z = 2 * uniform(path.seed) - 1, angle = 6.2831853f * uniform(path.seed);
@@ -160,13 +162,17 @@ struct Tracer {
     Buffer memory, boxes, table, params{sizeof(TraceParams)};
 
     explicit Tracer(OptixDeviceContext context) {
-        const ShapeData shapes[] = {{0, {0, -100, 0, 100}}, {0, {-1.2f, .8f, 0, .8f}},
-                                    {1, {1, 1, .3f, 1}},    {2, {0, 4, 0, 1}}};
+        const ShapeData shapes[] = {{0, {0, -100, 0, 100}},
+                                    {0, {-1.2f, .8f, 0, .8f}},
+                                    {1, {1, 1, .3f, 1}},
+                                    {2, {0, 4, 0, 1}}};
         auto options = pipelineOptions(2, 2, OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS);
         OptixModule module = makeModule(context, options);
         const std::vector<OptixProgramGroup> groups = {
-            raygenGroup(context, module, "__raygen__extend"), raygenGroup(context, module, "__raygen__shadow"),
-            missGroup(context, module, "__miss__extend"), missGroup(context, module, "__miss__shadow"),
+            raygenGroup(context, module, "__raygen__extend"),
+            raygenGroup(context, module, "__raygen__shadow"),
+            missGroup(context, module, "__miss__extend"),
+            missGroup(context, module, "__miss__shadow"),
             hitGroup(context, module, "__closesthit__store", nullptr, "__intersection__sphere")};
         pipeline = makePipeline(context, options, groups);
         std::vector<Record<ShapeData>> records;
@@ -190,8 +196,9 @@ struct Tracer {
         std::vector<OptixAabb> bounds;
         std::vector<CUdeviceptr> addresses;
         for (const ShapeData& s : shapes)
-            bounds.push_back({s.sphere.x - s.sphere.w, s.sphere.y - s.sphere.w, s.sphere.z - s.sphere.w,
-                              s.sphere.x + s.sphere.w, s.sphere.y + s.sphere.w, s.sphere.z + s.sphere.w});
+            bounds.push_back({s.sphere.x - s.sphere.w, s.sphere.y - s.sphere.w,
+                              s.sphere.z - s.sphere.w, s.sphere.x + s.sphere.w,
+                              s.sphere.y + s.sphere.w, s.sphere.z + s.sphere.w});
         boxes = Buffer(bounds);
         const unsigned flags = OPTIX_GEOMETRY_FLAG_DISABLE_ANYHIT;
         std::vector<OptixBuildInput> inputs(4);
@@ -206,7 +213,8 @@ struct Tracer {
         }
         scene = buildAccel(context, inputs, memory);
     }
-    void launch(const OptixShaderBindingTable& with, const Wave& wave, const unsigned* queue, unsigned count) {
+    void launch(const OptixShaderBindingTable& with, const Wave& wave, const unsigned* queue,
+                unsigned count) {
         if (count == 0)
             return;
         const TraceParams values = {scene, wave.paths, queue, wave.hits, wave.shadowed};
@@ -218,8 +226,9 @@ struct Tracer {
 static std::vector<float> render(Tracer& tracer, unsigned* shaded) {
     Buffer paths(kPaths * sizeof(PathState)), hits(kPaths * sizeof(HitInfo)), order(kPaths * 4),
         next(kPaths * 4), shadowed(kPaths * 4), counts((2 * kMaterials + 3) * 4), image(kPaths * 4);
-    Wave wave = {paths.as<PathState>(), hits.as<HitInfo>(), order.as<unsigned>(), next.as<unsigned>(),
-                 shadowed.as<unsigned>(), counts.as<unsigned>(), image.as<float>()};
+    Wave wave = {paths.as<PathState>(), hits.as<HitInfo>(),      order.as<unsigned>(),
+                 next.as<unsigned>(),   shadowed.as<unsigned>(), counts.as<unsigned>(),
+                 image.as<float>()};
     CUDA_TRY(cudaMemset(image.data, 0, image.size));
     beginPaths<<<blocks(kPaths), 128>>>(wave);
     for (unsigned count = kPaths; count > 0;) {

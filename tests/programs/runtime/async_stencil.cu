@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A filter with a ring of stages in shared memory: asynchronous copies of 16, 8 and 4 bytes in inline
-// assembly, with sources that end early, groups and waits, while earlier stages are computed.
+// A filter with a ring of stages in shared memory: asynchronous copies of 16, 8 and 4 bytes in
+// inline assembly, with sources that end early, groups and waits, while earlier stages are
+// computed.
 #include "device.h"
 
 #include <cstdint>
@@ -13,11 +14,15 @@ __device__ __forceinline__ unsigned sharedAddress(const void* pointer) {
 }
 // Copies 16 bytes, of which `valid` come from memory and the rest are zeros.
 __device__ __forceinline__ void copy16(void* to, const void* from, int valid) {
-    asm volatile("cp.async.cg.shared.global [%0], [%1], 16, %2;" ::"r"(sharedAddress(to)), "l"(from), "r"(valid) : "memory");
+    asm volatile("cp.async.cg.shared.global [%0], [%1], 16, %2;" ::"r"(sharedAddress(to)),
+                 "l"(from), "r"(valid)
+                 : "memory");
 }
 template <int kBytes>
 __device__ __forceinline__ void copySmall(void* to, const void* from) {
-    asm volatile("cp.async.ca.shared.global [%0], [%1], %2;" ::"r"(sharedAddress(to)), "l"(from), "n"(kBytes) : "memory");
+    asm volatile("cp.async.ca.shared.global [%0], [%1], %2;" ::"r"(sharedAddress(to)), "l"(from),
+                 "n"(kBytes)
+                 : "memory");
 }
 __device__ __forceinline__ void commit() {
     asm volatile("cp.async.commit_group;" ::: "memory");
@@ -89,7 +94,8 @@ int main() {
     CUDA(cudaMemcpy(a, in.data(), n * 4, cudaMemcpyHostToDevice));
     CUDA(cudaMemcpy(w, weights.data(), kTaps * 4, cudaMemcpyHostToDevice));
     int wrong = 0;
-    CUDA(cudaFuncSetAttribute(filter, cudaFuncAttributeMaxDynamicSharedMemorySize, int(sizeof(Ring))));
+    CUDA(cudaFuncSetAttribute(filter, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                              int(sizeof(Ring))));
     for (const int blocks : {1, 3, 16}) {
         CUDA(cudaMemset(b, 0xff, n * 4));
         filter<<<blocks, kThreads, sizeof(Ring)>>>(a, w, b, n);

@@ -19,8 +19,8 @@ struct Vector {
 __global__ void printAll(Vector v, const char* text, int n) {
     const int i = threadIdx.x;
     if (i < n)
-        printf("%2d|%-6s|%+.3f|%5.1e|%08x|%c|%lld|%%|%5d|%s\n", i, text, v.x * i, double(v.y), 0xbeefu + i, 'a' + i,
-               -1234567890123ll * i, -i, i % 2 ? "odd" : "even");
+        printf("%2d|%-6s|%+.3f|%5.1e|%08x|%c|%lld|%%|%5d|%s\n", i, text, v.x * i, double(v.y),
+               0xbeefu + i, 'a' + i, -1234567890123ll * i, -i, i % 2 ? "odd" : "even");
 }
 __global__ void bounded(const int* values, int limit) {
     assert(values[threadIdx.x] < limit && "values are bounded");
@@ -73,8 +73,10 @@ static int child(const std::string& what) {
         bounded<<<1, 64>>>(values, 60);
     else
         trapAt<<<1, 64>>>(13);
-    const cudaError_t result = cudaDeviceSynchronize(), again = cudaFree(nullptr), last = cudaGetLastError();
-    std::fprintf(stderr, "%s %s %s\n", cudaGetErrorName(result), cudaGetErrorName(again), cudaGetErrorName(last));
+    const cudaError_t result = cudaDeviceSynchronize(), again = cudaFree(nullptr),
+                      last = cudaGetLastError();
+    std::fprintf(stderr, "%s %s %s\n", cudaGetErrorName(result), cudaGetErrorName(again),
+                 cudaGetErrorName(last));
     return 7;
 }
 
@@ -89,8 +91,9 @@ int main(int argc, char** argv) {
         lines.push_back(printed.substr(begin, end - begin));
     for (int i = 0; i < 20; ++i) {
         char line[256];
-        std::snprintf(line, sizeof line, "%2d|%-6s|%+.3f|%5.1e|%08x|%c|%lld|%%|%5d|%s", i, "text", 0.25f * i,
-                      double(12345.678f), 0xbeefu + i, 'a' + i, -1234567890123ll * i, -i, i % 2 ? "odd" : "even");
+        std::snprintf(line, sizeof line, "%2d|%-6s|%+.3f|%5.1e|%08x|%c|%lld|%%|%5d|%s", i, "text",
+                      0.25f * i, double(12345.678f), 0xbeefu + i, 'a' + i, -1234567890123ll * i, -i,
+                      i % 2 ? "odd" : "even");
         right.push_back(line);
     }
     std::sort(lines.begin(), lines.end());
@@ -109,7 +112,8 @@ int main(int argc, char** argv) {
         ++threads;
     wrong += threads < 1 || threads > 4 || status != 7;
     const std::string trapped = outputOf("/proc/self/exe", "trap", &status);
-    wrong += trapped.find("cudaErrorLaunchFailure") == trapped.npos && trapped.find("cudaErrorIllegalInstruction") == trapped.npos;
+    wrong += trapped.find("cudaErrorLaunchFailure") == trapped.npos &&
+             trapped.find("cudaErrorIllegalInstruction") == trapped.npos;
     std::printf("%d wrong\n", wrong);
     return finish(wrong == 0);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A solver in one cooperative kernel: conjugate gradients whose blocks meet at barriers of the whole
-// grid, with sums by warps. The matrix is in two formats, rows one after another and columns of
-// equal length; both must give the known solution.
+// A solver in one cooperative kernel: conjugate gradients whose blocks meet at barriers of the
+// whole grid, with sums by warps. The matrix is in two formats, rows one after another and columns
+// of equal length; both must give the known solution.
 #include "device.h"
 
 #include <cooperative_groups.h>
@@ -111,7 +111,8 @@ T* toDevice(const std::vector<T>& values) {
 }
 
 template <class Matrix>
-double errorOf(Matrix matrix, const double* b, const std::vector<double>& solution, int* iterations) {
+double errorOf(Matrix matrix, const double* b, const std::vector<double>& solution,
+               int* iterations) {
     int n = int(solution.size()), blocks = 0, processors = 0;
     Vectors v;
     for (double** vector : {&v.x, &v.r, &v.p, &v.q})
@@ -125,7 +126,8 @@ double errorOf(Matrix matrix, const double* b, const std::vector<double>& soluti
     int most = 500;
     void* arguments[] = {&matrix, &b, &v, &n, &limit, &most};
     const int grid = blocks * processors < 4 ? blocks * processors : 4;
-    CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<void*>(solve<Matrix>), dim3(grid), dim3(64), arguments, 0, 0));
+    CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<void*>(solve<Matrix>), dim3(grid), dim3(64),
+                                     arguments, 0, 0));
     std::vector<double> x(n);
     CUDA(cudaMemcpy(x.data(), v.x, n * sizeof(double), cudaMemcpyDeviceToHost));
     *iterations = *v.iterations;
@@ -165,10 +167,13 @@ int main() {
             b[i] += value[k] * solution[column[k]];
     const double* rhs = toDevice(b);
     int iterations[2];
-    const double rows = errorOf(Csr{toDevice(begin), toDevice(column), toDevice(value)}, rhs, solution, &iterations[0]);
-    const double columns = errorOf(Ell{toDevice(ellColumn), toDevice(ellValue), kWidth, n}, rhs, solution, &iterations[1]);
+    const double rows = errorOf(Csr{toDevice(begin), toDevice(column), toDevice(value)}, rhs,
+                                solution, &iterations[0]);
+    const double columns = errorOf(Ell{toDevice(ellColumn), toDevice(ellValue), kWidth, n}, rhs,
+                                   solution, &iterations[1]);
     const bool right = rows < 1e-8 && columns < 1e-8 && iterations[0] > 10 && iterations[0] < 100 &&
                        std::abs(iterations[0] - iterations[1]) <= 1;
-    std::printf("errors %.1e, %.1e after %d and %d iterations\n", rows, columns, iterations[0], iterations[1]);
+    std::printf("errors %.1e, %.1e after %d and %d iterations\n", rows, columns, iterations[0],
+                iterations[1]);
     return finish(right);
 }

@@ -100,7 +100,8 @@ int main() {
     raising.kernelParams = powerArguments;
     CUDA(cudaGraphAddKernelNode(&raise, graph, &add, 1, &raising));
     CUDA(cudaGraphAddChildGraphNode(&child, graph, &raise, 1, part));
-    CUDA(cudaGraphAddMemcpyNode1D(&copy, graph, &child, 1, result, y, n * 4, cudaMemcpyDeviceToHost));
+    CUDA(cudaGraphAddMemcpyNode1D(&copy, graph, &child, 1, result, y, n * 4,
+                                  cudaMemcpyDeviceToHost));
     int one = 1, ten = 10;
     cudaHostNodeParams counting = {countCall, &one};
     CUDA(cudaGraphAddHostNode(&hostNode, graph, &copy, 1, &counting));

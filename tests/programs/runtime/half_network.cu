@@ -45,7 +45,8 @@ __global__ void convert(const float* from, T* to, int n) {
 
 // One block for each row of the batch, one thread for each neuron; pairs of inputs, sums in pairs.
 template <class T, int kIn, int kOut, bool kRelu>
-__global__ void layer(const T* __restrict__ in, const T* __restrict__ weights, T* __restrict__ out) {
+__global__ void layer(const T* __restrict__ in, const T* __restrict__ weights,
+                      T* __restrict__ out) {
     using Pair = typename Format<T>::Pair;
     __shared__ __align__(8) T row[kIn];
     for (int i = threadIdx.x; i < kIn; i += blockDim.x)
@@ -98,13 +99,15 @@ static float rounded(float x, int bits) {
 struct Host {
     int bits;
     // The order of the device: even and odd inputs apart, one rounding for each step.
-    std::vector<float> layer(const std::vector<float>& in, const std::vector<float>& w, int kIn, int kOut, bool relu) const {
+    std::vector<float> layer(const std::vector<float>& in, const std::vector<float>& w, int kIn,
+                             int kOut, bool relu) const {
         std::vector<float> out;
         for (int b = 0; b < kBatch; ++b)
             for (int o = 0; o < kOut; ++o) {
                 float sum[2] = {0, 0};
                 for (int i = 0; i < kIn; ++i)
-                    sum[i % 2] = rounded(float(double(in[b * kIn + i]) * w[o * kIn + i] + sum[i % 2]), bits);
+                    sum[i % 2] =
+                        rounded(float(double(in[b * kIn + i]) * w[o * kIn + i] + sum[i % 2]), bits);
                 const float value = rounded(sum[0] + sum[1], bits);
                 out.push_back(relu && value < 0 ? 0 : value);
             }
@@ -143,7 +146,8 @@ static int run(int bits, const char* name) {
     extremes<T><<<1, 32>>>(out, kBatch * kOutputs, bounds);
 
     const Host host = {bits};
-    const auto right = host.layer(host.layer(in, first, kInputs, kHidden, true), second, kHidden, kOutputs, false);
+    const auto right =
+        host.layer(host.layer(in, first, kInputs, kHidden, true), second, kHidden, kOutputs, false);
     std::vector<uint16_t> seen(kBatch * kOutputs);
     CUDA(cudaMemcpy(seen.data(), out, seen.size() * 2, cudaMemcpyDeviceToHost));
     int wrong = 0;
@@ -155,11 +159,13 @@ static int run(int bits, const char* name) {
             std::memcpy(&value, &wide, 4);
         } else {
             const int exponent = seen[i] >> 10 & 31, mantissa = seen[i] & 1023;
-            value = float(exponent ? std::ldexp(1024 + mantissa, exponent - 25) : std::ldexp(mantissa, -24));
+            value = float(exponent ? std::ldexp(1024 + mantissa, exponent - 25)
+                                   : std::ldexp(mantissa, -24));
             value = seen[i] & 0x8000 ? -value : value;
         }
         // Subnormal steps of half precision round elsewhere than `rounded` does.
-        wrong += std::fabs(value - right[i]) > 2e-3f * std::fabs(right[i]) + (bits == 7 ? 2e-2f : 2e-3f);
+        wrong +=
+            std::fabs(value - right[i]) > 2e-3f * std::fabs(right[i]) + (bits == 7 ? 2e-2f : 2e-3f);
         low = std::fmin(low, value);
         high = std::fmax(high, value);
     }

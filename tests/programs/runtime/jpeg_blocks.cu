@@ -21,7 +21,8 @@ struct Token {
     short level;
 };
 
-__device__ __forceinline__ float transformed(const float (*in)[9], int row, int column, bool inverse) {
+__device__ __forceinline__ float transformed(const float (*in)[9], int row, int column,
+                                             bool inverse) {
     float sum = 0;
 #pragma unroll
     for (int k = 0; k < 8; ++k)
@@ -122,14 +123,17 @@ __global__ void decode(const Token* tokens, const unsigned* places, uint8_t* ima
     __syncthreads();
     const float value = transformed(b, y, x, true);
     const int pixel = __float2int_rn(value) + 128;
-    image[(blockIdx.y * 8 + x) * pitch + blockIdx.x * 8 + y] = uint8_t(pixel < 0 ? 0 : pixel > 255 ? 255 : pixel);
+    image[(blockIdx.y * 8 + x) * pitch + blockIdx.x * 8 + y] = uint8_t(pixel < 0     ? 0
+                                                                       : pixel > 255 ? 255
+                                                                                     : pixel);
 }
 
 static Tables makeTables() {
     Tables t;
     for (int k = 0; k < 8; ++k)
         for (int i = 0; i < 8; ++i)
-            t.cosine[k][i] = float((k ? 0.5 : std::sqrt(0.125)) * std::cos((2 * i + 1) * k * 3.14159265358979 / 16));
+            t.cosine[k][i] = float((k ? 0.5 : std::sqrt(0.125)) *
+                                   std::cos((2 * i + 1) * k * 3.14159265358979 / 16));
     int x = 0, y = 0;
     for (int i = 0; i < 64; ++i) {
         t.order[i] = (unsigned char)(y * 8 + x);
@@ -153,7 +157,8 @@ int main() {
     std::vector<uint8_t> image(kWide * kHigh), back(image.size());
     for (int y = 0; y < kHigh; ++y)
         for (int x = 0; x < kWide; ++x)
-            image[y * kWide + x] = uint8_t(128 + 60 * std::sin(x * 0.11) + 50 * std::cos(y * 0.17 + x * 0.02) + (x * y % 11));
+            image[y * kWide + x] = uint8_t(128 + 60 * std::sin(x * 0.11) +
+                                           50 * std::cos(y * 0.17 + x * 0.02) + (x * y % 11));
     const Tables t = makeTables();
     CUDA(cudaMemcpyToSymbol(tables, &t, sizeof t));
     uint8_t *in, *out;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The game of life, 32 cells in a word: neighbours come from other lanes by shuffles, sums of nine
-// cells from bitwise adders, halves of rows by funnel shifts. A second kernel plays it with a ballot for
-// each row, and a third with bytes in tiles of shared memory with dynamic size. All must agree.
+// cells from bitwise adders, halves of rows by funnel shifts. A second kernel plays it with a
+// ballot for each row, and a third with bytes in tiles of shared memory with dynamic size. All must
+// agree.
 #include "device.h"
 
 #include <cstring>
@@ -34,7 +35,8 @@ __global__ void byShuffles(const unsigned* in, unsigned* out) {
     int k = 0;
     for (int d = -1; d <= 1; ++d) {
         const unsigned word = in[(row + d + kRows) % kRows * kWords + lane];
-        const unsigned left = __shfl_sync(~0u, word, lane + 31), right = __shfl_sync(~0u, word, lane + 1);
+        const unsigned left = __shfl_sync(~0u, word, lane + 31),
+                       right = __shfl_sync(~0u, word, lane + 1);
         words[d + 1] = word;
         around[k++] = __funnelshift_l(left, word, 1);
         around[k++] = __funnelshift_r(word, right, 1);
@@ -49,7 +51,8 @@ __global__ void byBallots(const unsigned* in, unsigned* out) {
     const int word = blockIdx.x % kWords, row = blockIdx.x / kWords, lane = threadIdx.x;
     int sum = 0;
     const auto cell = [&](int dx, int dy) {
-        const int x = (word * 32 + lane + dx + kWords * 32) % (kWords * 32), y = (row + dy + kRows) % kRows;
+        const int x = (word * 32 + lane + dx + kWords * 32) % (kWords * 32),
+                  y = (row + dy + kRows) % kRows;
         return int(in[y * kWords + x / 32] >> (x % 32) & 1);
     };
     for (int dy = -1; dy <= 1; ++dy)
@@ -64,11 +67,13 @@ __global__ void byTiles(const unsigned char* in, unsigned char* out, int wide, i
     extern __shared__ unsigned char tile[];
     const int pitch = blockDim.x + 2;
     const int x0 = blockIdx.x * blockDim.x - 1, y0 = blockIdx.y * blockDim.y - 1;
-    for (int i = threadIdx.y * blockDim.x + threadIdx.x; i < pitch * int(blockDim.y + 2); i += blockDim.x * blockDim.y)
+    for (int i = threadIdx.y * blockDim.x + threadIdx.x; i < pitch * int(blockDim.y + 2);
+         i += blockDim.x * blockDim.y)
         tile[i] = in[(y0 + i / pitch + high) % high * wide + (x0 + i % pitch + wide) % wide];
     __syncthreads();
     const unsigned char* c = tile + (threadIdx.y + 1) * pitch + threadIdx.x + 1;
-    const int sum = c[-pitch - 1] + c[-pitch] + c[-pitch + 1] + c[-1] + c[1] + c[pitch - 1] + c[pitch] + c[pitch + 1];
+    const int sum = c[-pitch - 1] + c[-pitch] + c[-pitch + 1] + c[-1] + c[1] + c[pitch - 1] +
+                    c[pitch] + c[pitch + 1];
     out[(y0 + 1 + threadIdx.y) * wide + x0 + 1 + threadIdx.x] = sum == 3 || (sum == 2 && *c);
 }
 

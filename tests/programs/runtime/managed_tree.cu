@@ -28,7 +28,9 @@ public:
 class Text : public Managed {
 public:
     Text(const char* text) { assign(text, std::strlen(text)); }
-    Text(const Text& other) : Managed() { assign(other.data_, other.size_); } // copies go by value to kernels
+    Text(const Text& other) : Managed() {
+        assign(other.data_, other.size_);
+    } // copies go by value to kernels
     ~Text() { CUDA(cudaFree(data_)); }
     Text& operator=(const Text&) = delete;
     __host__ __device__ size_t size() const { return size_; }

@@ -47,8 +47,14 @@ __device__ bool borderIsUniform(const Tile& tile, int* image, int lane, int* val
     int low = kMost + 1, high = -1;
     for (int i = lane; i < edge; i += 32) {
         const int side = i / (tile.size - 1), along = i % (tile.size - 1), last = tile.size - 1;
-        const int x = tile.x + (side == 0 ? along : side == 1 ? last : side == 2 ? last - along : 0);
-        const int y = tile.y + (side == 0 ? 0 : side == 1 ? along : side == 2 ? last : last - along);
+        const int x = tile.x + (side == 0   ? along
+                                : side == 1 ? last
+                                : side == 2 ? last - along
+                                            : 0);
+        const int y = tile.y + (side == 0   ? 0
+                                : side == 1 ? along
+                                : side == 2 ? last
+                                            : last - along);
         const int n = iterations(x, y);
         image[y * kSide + x] = n;
         low = min(low, n);
@@ -129,6 +135,8 @@ int main() {
     int wrong = 0;
     for (int i = 0; i < kSide * kSide; ++i)
         wrong += seen[i] != iterations(i % kSide, i / kSide);
-    std::printf("%d wrong, %d tiles, %d filled, %d split\n", wrong, queue->end, queue->filled, queue->split);
-    return finish(wrong == 0 && queue->filled > 5 && queue->end == 16 + 4 * queue->split && queue->open == 0);
+    std::printf("%d wrong, %d tiles, %d filled, %d split\n", wrong, queue->end, queue->filled,
+                queue->split);
+    return finish(wrong == 0 && queue->filled > 5 && queue->end == 16 + 4 * queue->split &&
+                  queue->open == 0);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Generators that must give the same numbers on host and device: counters with a block cipher, xorshift
-// with jumps, PCG with 128-bit state, Mersenne twister, each by one template for both sides; sampling
-// with alias tables and shuffles of indices by cycle walking.
+// Generators that must give the same numbers on host and device: counters with a block cipher,
+// xorshift with jumps, PCG with 128-bit state, Mersenne twister, each by one template for both
+// sides; sampling with alias tables and shuffles of indices by cycle walking.
 #include "device.h"
 
 #include <cstdint>
@@ -13,13 +13,17 @@
 struct Philox {
     uint32_t key[2], counter[4], out[4];
     int left = 0;
-    BOTH Philox(uint64_t seed, uint64_t stream) : key{uint32_t(seed), uint32_t(seed >> 32)}, counter{0, 0, uint32_t(stream), uint32_t(stream >> 32)}, out{} {}
+    BOTH Philox(uint64_t seed, uint64_t stream)
+        : key{uint32_t(seed), uint32_t(seed >> 32)},
+          counter{0, 0, uint32_t(stream), uint32_t(stream >> 32)}, out{} {}
     BOTH uint32_t operator()() {
         if (left == 0) {
-            uint32_t c[4] = {counter[0], counter[1], counter[2], counter[3]}, k[2] = {key[0], key[1]};
+            uint32_t c[4] = {counter[0], counter[1], counter[2], counter[3]},
+                     k[2] = {key[0], key[1]};
             for (int round = 0; round < 10; ++round) {
                 const uint64_t a = uint64_t(0xD2511F53u) * c[0], b = uint64_t(0xCD9E8D57u) * c[2];
-                const uint32_t n[4] = {uint32_t(b >> 32) ^ c[1] ^ k[0], uint32_t(b), uint32_t(a >> 32) ^ c[3] ^ k[1], uint32_t(a)};
+                const uint32_t n[4] = {uint32_t(b >> 32) ^ c[1] ^ k[0], uint32_t(b),
+                                       uint32_t(a >> 32) ^ c[3] ^ k[1], uint32_t(a)};
                 for (int i = 0; i < 4; ++i)
                     c[i] = n[i];
                 k[0] += 0x9E3779B9u;
@@ -171,7 +175,8 @@ static int compare(const char* name) {
 }
 
 int main() {
-    int wrong = compare<Philox>("philox") + compare<Pcg64>("pcg64") + compare<XorShift>("xorshift") + compare<Twister>("twister");
+    int wrong = compare<Philox>("philox") + compare<Pcg64>("pcg64") +
+                compare<XorShift>("xorshift") + compare<Twister>("twister");
     // The same templates against the standard library.
     std::mt19937 standard(77);
     Twister own(70, 7);

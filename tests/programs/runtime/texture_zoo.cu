@@ -37,7 +37,8 @@ __global__ void sampleLevels(cudaTextureObject_t texture, float* out, int n) {
 __global__ void copyVolume(cudaTextureObject_t from, cudaSurfaceObject_t to, int side) {
     const int x = threadIdx.x, y = threadIdx.y, z = blockIdx.x;
     const short value = tex3D<short>(from, x + 0.5f, y + 0.5f, z + 0.5f);
-    surf3Dwrite(short(value + surf3Dread<short>(to, (side - 1 - x) * 2, y, z)), to, x * 2, side - 1 - y, z);
+    surf3Dwrite(short(value + surf3Dread<short>(to, (side - 1 - x) * 2, y, z)), to, x * 2,
+                side - 1 - y, z);
 }
 __global__ void samplePitched(cudaTextureObject_t texture, float* out, int width, int height) {
     const int x = threadIdx.x, y = blockIdx.x;
@@ -81,7 +82,8 @@ static int flat() {
     const cudaChannelFormatDesc format = cudaCreateChannelDesc<float>();
     cudaArray_t array;
     CUDA(cudaMallocArray(&array, &format, kWide, kHigh));
-    CUDA(cudaMemcpy2DToArray(array, 0, 0, texels.data(), kWide * 4, kWide * 4, kHigh, cudaMemcpyHostToDevice));
+    CUDA(cudaMemcpy2DToArray(array, 0, 0, texels.data(), kWide * 4, kWide * 4, kHigh,
+                             cudaMemcpyHostToDevice));
     cudaTextureDesc how = {};
     how.addressMode[0] = how.addressMode[1] = cudaAddressModeBorder;
     how.borderColor[0] = -5;
@@ -119,7 +121,8 @@ static int layered() {
 static int cubes() {
     const cudaChannelFormatDesc format = cudaCreateChannelDesc<float2>();
     cudaArray_t array;
-    CUDA(cudaMalloc3DArray(&array, &format, make_cudaExtent(4, 4, 12), cudaArrayCubemap | cudaArrayLayered));
+    CUDA(cudaMalloc3DArray(&array, &format, make_cudaExtent(4, 4, 12),
+                           cudaArrayCubemap | cudaArrayLayered));
     std::vector<float2> texels(16 * 12);
     for (int i = 0; i < 16 * 12; ++i)
         texels[i] = {float(i / 16), float(i / 16) * 2}; // the face's number
@@ -134,9 +137,9 @@ static int cubes() {
     how.normalizedCoords = 1;
     for (auto& mode : how.addressMode)
         mode = cudaAddressModeClamp;
-    const std::vector<float3> ways = {{2, .1f, .2f},  {-2, .1f, .2f}, {.3f, 3, 1},    {.3f, -3, 1}, {.1f, .2f, 1},
-                                      {.1f, .2f, -1}, {9, 1, 1},      {-9, 1, 1},     {1, 9, 1},    {1, -9, 1},
-                                      {1, 1, 9},      {1, 1, -9}};
+    const std::vector<float3> ways = {{2, .1f, .2f}, {-2, .1f, .2f}, {.3f, 3, 1}, {.3f, -3, 1},
+                                      {.1f, .2f, 1}, {.1f, .2f, -1}, {9, 1, 1},   {-9, 1, 1},
+                                      {1, 9, 1},     {1, -9, 1},     {1, 1, 9},   {1, 1, -9}};
     float3* device;
     CUDA(cudaMalloc(&device, ways.size() * sizeof(float3)));
     CUDA(cudaMemcpy(device, ways.data(), ways.size() * sizeof(float3), cudaMemcpyHostToDevice));
@@ -154,7 +157,8 @@ static int levels() {
     constexpr int kLevels = 5, n = 17;
     const cudaChannelFormatDesc format = cudaCreateChannelDesc<float>();
     cudaMipmappedArray_t mips;
-    CUDA(cudaMallocMipmappedArray(&mips, &format, make_cudaExtent(16, 16, 0), kLevels, cudaArraySurfaceLoadStore));
+    CUDA(cudaMallocMipmappedArray(&mips, &format, make_cudaExtent(16, 16, 0), kLevels,
+                                  cudaArraySurfaceLoadStore));
     for (int level = 0; level < kLevels; ++level) {
         cudaArray_t array;
         CUDA(cudaGetMipmappedArrayLevel(&array, mips, level));
@@ -164,7 +168,8 @@ static int levels() {
         cudaSurfaceObject_t surface;
         const cudaResourceDesc from = resource(array);
         CUDA(cudaCreateSurfaceObject(&surface, &from));
-        writeLevel<<<dim3(2, 2), dim3(8, 8)>>>(surface, int(extent.width), 1000.0f * level - extent.width / 2.0f + .5f);
+        writeLevel<<<dim3(2, 2), dim3(8, 8)>>>(surface, int(extent.width),
+                                               1000.0f * level - extent.width / 2.0f + .5f);
         CUDA(cudaDestroySurfaceObject(surface));
         if (extent.width != size_t(16 >> level))
             return wrong("extent of a level", 1);
@@ -221,7 +226,8 @@ static int volume() {
     for (int z = 0; z < kSide; ++z)
         for (int y = 0; y < kSide; ++y)
             for (int x = 0; x < kSide; ++x) {
-                const short right = y < kSide / 2 ? 0 : texels[(z * kSide + kSide - 1 - y) * kSide + x];
+                const short right =
+                    y < kSide / 2 ? 0 : texels[(z * kSide + kSide - 1 - y) * kSide + x];
                 bad += result[(z * kSide + y) * kSide + x] != right;
             }
     return wrong("volume", bad);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Object-oriented device code: a kernel makes objects with new, others call their virtual functions,
-// also of several bases, and a last one deletes them. Functors and lambdas go through templates and
-// through a small function object with a pointer to its call.
+// Object-oriented device code: a kernel makes objects with new, others call their virtual
+// functions, also of several bases, and a last one deletes them. Functors and lambdas go through
+// templates and through a small function object with a pointer to its call.
 #include "device.h"
 
 #include <cmath>
@@ -21,7 +21,6 @@ struct Shape {
     __device__ virtual bool contains(float px, float py) const = 0;
     __device__ virtual void grow(float by) { x += by; }
     float x, y;
-
 };
 
 struct Circle : Shape, Named {
@@ -61,7 +60,8 @@ struct Square final : Box {
 };
 
 __device__ Named* nameOf(Shape* shape, int kind) {
-    return kind == 0 ? static_cast<Named*>(static_cast<Circle*>(shape)) : static_cast<Named*>(static_cast<Box*>(shape));
+    return kind == 0 ? static_cast<Named*>(static_cast<Circle*>(shape))
+                     : static_cast<Named*>(static_cast<Box*>(shape));
 }
 
 __global__ void create(Shape** shapes, int n) {
@@ -83,7 +83,8 @@ template <class Result, class... Args>
 class Function {
 public:
     template <class F>
-    __device__ Function(F body) : call_([](const void* self, Args... args) -> Result {
+    __device__ Function(F body)
+        : call_([](const void* self, Args... args) -> Result {
               return (*static_cast<const F*>(self))(args...);
           }) {
         static_assert(sizeof(F) <= sizeof store_, "too large");
@@ -108,7 +109,8 @@ __global__ void choose(Shape** shapes, int n, float* out) {
         return;
     const float bonus = 0.125f * i;
     const Function<float, Shape*> byArea([bonus](Shape* s) { return s->area() + bonus; });
-    const Function<float, Shape*> byCode([i](Shape* s) { return 100.0f * nameOf(s, i % 3)->code(); });
+    const Function<float, Shape*> byCode(
+        [i](Shape* s) { return 100.0f * nameOf(s, i % 3)->code(); });
     const Function<float, Shape*>* chosen[2] = {&byArea, &byCode};
     out[i] = (*chosen[(i / 2) % 2])(shapes[i]);
 }
@@ -134,19 +136,24 @@ int main() {
         CUDA(cudaDeviceSynchronize());
         for (int i = 0; i < n; ++i) {
             const float r = 0.5f + 0.01f * i;
-            const float area = i % 3 == 0 ? 3.14159265f * r * r : i % 3 == 1 ? w(i) * 0.5f : w(i) * w(i);
+            const float area = i % 3 == 0   ? 3.14159265f * r * r
+                               : i % 3 == 1 ? w(i) * 0.5f
+                                            : w(i) * w(i);
             const float codes[] = {1, 2, 5};
             const float right = (i / 2) % 2 ? 100 * codes[i % 3] : area + 0.125f * i;
             wrong += std::fabs(out[i] - right) > 1e-3f;
         }
         const float px = 4.2f, py = 3.1f;
-        forEach<<<1, 64>>>(shapes, n, out, [px, py] __device__(Shape * s, int) { return float(s->contains(px, py)); });
+        forEach<<<1, 64>>>(shapes, n, out, [px, py] __device__(Shape * s, int) {
+            return float(s->contains(px, py));
+        });
         CUDA(cudaDeviceSynchronize());
         for (int i = 0; i < n; ++i) {
             const float x = float(i % 10), y = float(i / 10), r = 0.5f + 0.01f * i;
             const float h = i % 3 == 1 ? 0.5f : w(i);
-            const bool inside = i % 3 == 0 ? (px - x) * (px - x) + (py - y) * (py - y) < r * r
-                                           : std::fabs(px - x) < w(i) / 2 && std::fabs(py - y) < h / 2;
+            const bool inside = i % 3 == 0
+                                    ? (px - x) * (px - x) + (py - y) * (py - y) < r * r
+                                    : std::fabs(px - x) < w(i) / 2 && std::fabs(py - y) < h / 2;
             wrong += out[i] != float(inside);
         }
         forEach<<<2, 32>>>(shapes, n, out, [] __device__(Shape * s, int i) {
@@ -157,7 +164,9 @@ int main() {
         for (int i = 0; i < n; ++i) {
             const float side = w(i) + 0.5f;
             // A square's height grows by 0.5 + side + 3 - (side + 0.5) - 3 + 0.5.
-            const float right = i % 3 == 0 ? i % 10 + 0.5f : i % 3 == 1 ? side * 0.5f : side * (w(i) + 0.5f);
+            const float right = i % 3 == 0   ? i % 10 + 0.5f
+                                : i % 3 == 1 ? side * 0.5f
+                                             : side * (w(i) + 0.5f);
             wrong += std::fabs(out[i] - right) > 1e-3f;
         }
         destroy<<<5, 32>>>(shapes, n);

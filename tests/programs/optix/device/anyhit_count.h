@@ -2,8 +2,8 @@
 #pragma once
 struct Params {
     OptixTraversableHandle spheres;
-    const float4* balls;    // centre and radius
+    const float4* balls;         // centre and radius
     unsigned long long* reports; // of all rays
-    uint2* result;          // balls met; bits of the sum of distances
+    uint2* result;               // balls met; bits of the sum of distances
     unsigned limit;
 };

@@ -5,12 +5,12 @@ struct Ray {
     float time;
 };
 struct Answer {
-    float t;          // negative: a miss
-    unsigned id;      // of the instance
-    unsigned depth;   // of the list of transforms
-    unsigned outer;   // id of the outermost instance
-    float3 local;     // the hit in the object's space
-    float3 world;     // the same through the transform of points
+    float t;        // negative: a miss
+    unsigned id;    // of the instance
+    unsigned depth; // of the list of transforms
+    unsigned outer; // id of the outermost instance
+    float3 local;   // the hit in the object's space
+    float3 world;   // the same through the transform of points
 };
 struct Params {
     OptixTraversableHandle scene;

@@ -22,7 +22,8 @@ extern "C" __global__ void __raygen__draw() {
     const float4 albedo = dark ? make_float4(.2f, .3f, .6f, 1) : make_float4(.8f, .7f, .4f, 1);
     const float light = 0.5f + 0.5f * sinf(0.05f * x) * cosf(0.04f * y);
     const float noise = (hashed(i * 977u + params.frame * 7919u) >> 8) * (2.0f / 16777216.0f);
-    params.beauty[i] = make_float3(albedo.x * light * noise, albedo.y * light * noise, albedo.z * light * noise);
+    params.beauty[i] =
+        make_float3(albedo.x * light * noise, albedo.y * light * noise, albedo.z * light * noise);
     params.albedo[i] = albedo;
     float* normal = params.normal + at.y * params.normalRow + 3 * at.x;
     normal[0] = 0;

@@ -13,7 +13,8 @@ struct Surface {
 
 static __forceinline__ __device__ float evaluate(int node, const Surface* surface) {
     const Node& n = surface->material->nodes[node];
-    return optixDirectCall<float, const Node*, const Surface*>(surface->material->first + n.operation, &n, surface);
+    return optixDirectCall<float, const Node*, const Surface*>(
+        surface->material->first + n.operation, &n, surface);
 }
 
 extern "C" __device__ float __direct_callable__constant(const Node* n, const Surface*) {
@@ -39,15 +40,16 @@ extern "C" __device__ float __direct_callable__scaled(const Node* n, const Surfa
 extern "C" __device__ float __continuation_callable__shade(float base, float3 from) {
     unsigned above = 0;
     optixTrace(params.scene, from, make_float3(0, 0, 1), 1e-3f, 100, 0, 255,
-               OPTIX_RAY_FLAG_DISABLE_CLOSESTHIT | OPTIX_RAY_FLAG_TERMINATE_ON_FIRST_HIT, 0, 1, 1, above);
+               OPTIX_RAY_FLAG_DISABLE_CLOSESTHIT | OPTIX_RAY_FLAG_TERMINATE_ON_FIRST_HIT, 0, 1, 1,
+               above);
     return above ? base : -base;
 }
 
 extern "C" __global__ void __raygen__grid() {
     const uint3 at = optixGetLaunchIndex(), size = optixGetLaunchDimensions();
     unsigned value = 0;
-    optixTrace(params.scene, make_float3((at.x + 0.5f) / size.x * 4, (at.y + 0.5f) / size.y, -1), make_float3(0, 0, 1), 0, 100,
-               0, 255, OPTIX_RAY_FLAG_NONE, 0, 1, 0, value);
+    optixTrace(params.scene, make_float3((at.x + 0.5f) / size.x * 4, (at.y + 0.5f) / size.y, -1),
+               make_float3(0, 0, 1), 0, 100, 0, 255, OPTIX_RAY_FLAG_NONE, 0, 1, 0, value);
     params.out[at.y * size.x + at.x] = __uint_as_float(value);
 }
 extern "C" __global__ void __closesthit__graph() {
@@ -59,8 +61,8 @@ extern "C" __global__ void __closesthit__graph() {
     surface.material = &material;
     const float base = evaluate(material.root, &surface);
     const float t = optixGetRayTmax();
-    optixSetPayload_0(__float_as_uint(optixContinuationCall<float, float, float3>(
-        6, base, make_float3(o.x, o.y, o.z + t))));
+    optixSetPayload_0(__float_as_uint(
+        optixContinuationCall<float, float, float3>(6, base, make_float3(o.x, o.y, o.z + t))));
 }
 extern "C" __global__ void __miss__grid() {
     optixSetPayload_0(__float_as_uint(-1000.0f));

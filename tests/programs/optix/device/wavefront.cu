@@ -47,8 +47,8 @@ extern "C" __global__ void __closesthit__store() {
     HitInfo& hit = params.hits[optixGetPayload_0()];
     hit.position = make_float3(o.x + t * d.x, o.y + t * d.y, o.z + t * d.z);
     const float r = 1.0f / shape.sphere.w;
-    hit.normal = make_float3((hit.position.x - shape.sphere.x) * r,
-                             (hit.position.y - shape.sphere.y) * r,
-                             (hit.position.z - shape.sphere.z) * r);
+    hit.normal =
+        make_float3((hit.position.x - shape.sphere.x) * r, (hit.position.y - shape.sphere.y) * r,
+                    (hit.position.z - shape.sphere.z) * r);
     hit.material = shape.material;
 }
