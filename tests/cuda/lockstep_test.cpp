@@ -388,6 +388,41 @@ TEST_F(Lockstep, KernelsOfWarpsThatRunByThreadAreReported) {
     }
 }
 
+// Code for a debugger keeps step where lanes exchange values through volatile memory, here in a
+// function that the kernel calls. With single threads a warning names the kernel.
+TEST_F(Lockstep, KernelsForDebuggersKeepStepAtVolatileAccesses) {
+    std::string text =
+        kernelText("debugged", "ld.param.u64 %rd4, [in]; mad.wide.u32 %rd4, %r1, 4, %rd4;\n"
+                               "{ .param .b64 a; .param .b32 r; st.param.b64 [a], %rd4;\n"
+                               "call.uni (r), exchange, (a); ld.param.b32 %r9, [r]; }\n"
+                               "ld.param.u64 %rd2, [out]; mad.wide.u32 %rd3, %r1, 4, %rd2;\n"
+                               "st.global.u32 [%rd3], %r9;\n");
+    text.replace(text.find("sm_"), 5, "sm_70, debug");
+    text.insert(text.find(".visible"),
+                ".func (.param .b32 r) exchange(.param .b64 a) {\n"
+                ".reg .b64 %p; .reg .b32 %t; ld.param.b64 %p, [a]; mov.u32 %t, %laneid;\n"
+                "st.volatile.u32 [%p], %t; ld.volatile.u32 %t, [%p+4];\n"
+                "st.param.b32 [r], %t; ret; }\n");
+    for (const bool inStep : {true, false}) {
+        setenv("SUNSTONE_KERNELS", inStep ? "lockstep" : "single", 1);
+        testing::internal::CaptureStderr();
+        CUmodule module = load(text);
+        std::vector<unsigned> words(64, 7), out(32, 0xabababab);
+        unsigned *in = words.data(), *to = out.data();
+        unsigned n = 32;
+        void* params[] = {&in, &to, &n};
+        EXPECT_EQ(cuLaunchKernel(find(module, "debugged"), 1, 1, 1, 32, 1, 1, 0, nullptr, params,
+                                 nullptr),
+                  CUDA_SUCCESS);
+        EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
+        const std::string log = testing::internal::GetCapturedStderr();
+        EXPECT_EQ(log.find("thread by thread") == log.npos, inStep) << log;
+        for (unsigned thread = 0; thread < 32 && inStep; ++thread)
+            EXPECT_EQ(out[thread], thread == 31 ? 7 : thread + 1) << thread;
+        EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    }
+}
+
 TEST_F(Lockstep, ActiveLanesOfTheLastRound) {
     for (const char* way : {"lockstep", "runs"}) {
         CUmodule module =

@@ -24,6 +24,15 @@ static __inline__ __device__ __attribute__((noreturn)) void
 __assert_fail(const char* text, const char* file, unsigned int line, const char* function) {
     __assertfail(text, file, line, function, sizeof(char));
 }
+// What tables of abstract classes hold in place of functions.
+#ifdef __cplusplus
+__inline__ __device__ __attribute__((weak, noreturn)) void __cxa_pure_virtual() {
+    __builtin_trap();
+}
+__inline__ __device__ __attribute__((weak, noreturn)) void __cxa_deleted_virtual() {
+    __builtin_trap();
+}
+#endif
 static __inline__ __attribute__((always_inline, device)) void* memcpy(void* to, const void* from,
                                                                       size_t size) {
     return __builtin_memcpy(to, from, size);

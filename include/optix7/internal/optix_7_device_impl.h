@@ -103,24 +103,29 @@ optixTraceWords(unsigned int type, OptixTraversableHandle handle, float3 origin,
 
 /* ---- Rays ---- */
 
+/* The body of optixTrace. A macro, so that the default payload type is a literal beside the call:
+   without optimisation a compiler passes arguments through memory. */
+#define OPTIX_IMPL_TRACE(TYPE)                                                                     \
+    static_assert(sizeof...(Payload) <= OPTIX_COMPILE_DEFAULT_MAX_PAYLOAD_VALUE_COUNT,             \
+                  "optixTrace takes at most 32 payload words");                                    \
+    static_assert(optix_impl::OptixAllWords<Payload...>::value,                                    \
+                  "payload words are variables of type unsigned int");                             \
+    unsigned int words[32] = {payload...};                                                         \
+    optix_impl::optixTraceWords(TYPE, handle, rayOrigin, rayDirection, tmin, tmax, rayTime,        \
+                                visibilityMask, rayFlags, SBToffset, SBTstride, missSBTIndex,      \
+                                (unsigned int)sizeof...(Payload), words);                          \
+    unsigned int i = 0;                                                                            \
+    const int written[] = {0, (payload = words[i++], 0)...};                                       \
+    (void)i;                                                                                       \
+    (void)written
+
 template <typename... Payload>
 static __forceinline__ __device__ void
 optixTrace(OptixPayloadTypeID type, OptixTraversableHandle handle, float3 rayOrigin,
            float3 rayDirection, float tmin, float tmax, float rayTime,
            OptixVisibilityMask visibilityMask, unsigned int rayFlags, unsigned int SBToffset,
            unsigned int SBTstride, unsigned int missSBTIndex, Payload&... payload) {
-    static_assert(sizeof...(Payload) <= OPTIX_COMPILE_DEFAULT_MAX_PAYLOAD_VALUE_COUNT,
-                  "optixTrace takes at most 32 payload words");
-    static_assert(optix_impl::OptixAllWords<Payload...>::value,
-                  "payload words are variables of type unsigned int");
-    unsigned int words[32] = {payload...};
-    optix_impl::optixTraceWords((unsigned int)type, handle, rayOrigin, rayDirection, tmin, tmax,
-                                rayTime, visibilityMask, rayFlags, SBToffset, SBTstride,
-                                missSBTIndex, (unsigned int)sizeof...(Payload), words);
-    unsigned int i = 0;
-    const int written[] = {0, (payload = words[i++], 0)...};
-    (void)i;
-    (void)written;
+    OPTIX_IMPL_TRACE((unsigned int)type);
 }
 
 template <typename... Payload>
@@ -129,9 +134,10 @@ optixTrace(OptixTraversableHandle handle, float3 rayOrigin, float3 rayDirection,
            float tmax, float rayTime, OptixVisibilityMask visibilityMask, unsigned int rayFlags,
            unsigned int SBToffset, unsigned int SBTstride, unsigned int missSBTIndex,
            Payload&... payload) {
-    optixTrace(OPTIX_PAYLOAD_TYPE_DEFAULT, handle, rayOrigin, rayDirection, tmin, tmax, rayTime,
-               visibilityMask, rayFlags, SBToffset, SBTstride, missSBTIndex, payload...);
+    OPTIX_IMPL_TRACE((unsigned int)OPTIX_PAYLOAD_TYPE_DEFAULT);
 }
+
+#undef OPTIX_IMPL_TRACE
 
 OPTIX_IMPL_VECTOR(float3, float, "=f", optixGetWorldRayOrigin, "_optix_get_world_ray_origin")
 OPTIX_IMPL_VECTOR(float3, float, "=f", optixGetWorldRayDirection, "_optix_get_world_ray_direction")

@@ -3,10 +3,12 @@
 #include "compiler/kernels/kernel_module.h"
 
 #include "base/config.h"
+#include "base/log.h"
 #include "base/threads.h"
 #include "compiler/compile_steps.h"
 #include "compiler/debug/debug_info.h"
 #include "compiler/kernels/shared_layout.h"
+#include "compiler/kernels/volatile_accesses.h"
 #include "compiler/lockstep/lockstep.h"
 #include "compiler/machine.h"
 #include "compiler/passes/flush.h"
@@ -231,9 +233,12 @@ public:
             addLockstepCode(optimizer, kernels);
             times.step("lockstep");
         } else {
-            for (KernelInfo& info : kernels)
+            const auto exchanging = functionsWithVolatileAccesses(pointersOf(modules_));
+            for (KernelInfo& info : kernels) {
                 info.singleReason = level_ == OptLevel::k0 ? "it was compiled for debugging"
                                                            : "the memory checker watches it";
+                info.countsOnSteps = exchanging.count(info.name) != 0;
+            }
         }
         CodeObject object = generate(*unit_, machine_);
         object.variables = unit_->variableIds();
@@ -283,6 +288,8 @@ public:
           isWhole_(modules_.size() > 1 || callsThroughPointers(*modules_[0])),
           kernels_(describeKernels(modules_)) {
         ready_.resize(kernels_.size());
+        if (options.debugLevel == DebugLevel::kFull)
+            exchanging_ = functionsWithVolatileAccesses(pointersOf(modules_));
         if (isWhole_)
             loadWhole();
         else
@@ -293,8 +300,8 @@ public:
     bool variable(std::string_view name, void** address, uint64_t* size) const override {
         return table_.find(name, address, size);
     }
-    void forEachVariable(
-        const std::function<void(void* address, uint64_t bytes, bool isManaged)>& visit) const override {
+    void forEachVariable(const std::function<void(void* address, uint64_t bytes, bool isManaged)>&
+                             visit) const override {
         for (const auto& [id, address] : addresses_) {
             const ptx::Variable& variable = variableOf(id);
             if (variable.size != 0)
@@ -369,11 +376,28 @@ private:
         return made;
     }
 
+    // Code for a debugger runs thread by thread, with wrong results where lanes exchange values
+    // through volatile memory in step. Such a kernel gives up its variables, unless the user asks
+    // for single threads.
+    DebugLevel levelOf(const KernelInfo& info) const {
+        const bool isExchanging = exchanging_.count(info.name) != 0;
+        if (!isExchanging || checks("memory") || currentConfig(Setting::kKernels) == "single")
+            return options_.debugLevel;
+        log(LogLevel::kInfo, "compiler",
+            message("kernel ", info.name,
+                    " has volatile accesses, so its warps run in step and a "
+                    "debugger does not see its variables; SUNSTONE_KERNELS=single shows them"));
+        return DebugLevel::kModerate;
+    }
+
     KernelObject obtainKernel(size_t index) const {
-        return obtain(kKernelPrefix + kernels_[index].name, {kernels_[index]},
+        const DebugLevel level = levelOf(kernels_[index]);
+        std::string what = kKernelPrefix + kernels_[index].name;
+        if (level != options_.debugLevel)
+            what += " in step";
+        return obtain(what, {kernels_[index]},
                       [&](std::vector<KernelInfo>& kernels, StepTimes& times) {
-                          KernelCompilation compilation(modules_, options_.debugLevel,
-                                                        Variables::kReferenced);
+                          KernelCompilation compilation(modules_, level, Variables::kReferenced);
                           if (!compilation.addKernels(kernels))
                               return CodeObject();
                           return compilation.finish(kernels, times);
@@ -456,6 +480,7 @@ private:
     const KernelOptions options_;
     const bool isWhole_;
     std::vector<KernelInfo> kernels_;
+    std::set<std::string_view> exchanging_; // through volatile memory; of modules for debugging
     std::vector<char> ready_;
     std::map<VariableId, void*> addresses_;
     VariableTable table_;

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "compiler/optix7/program_kind.h"
+#include "compiler/optix7/stored_constant.h"
 #include "compiler/translate/callable.h"
 #include "compiler/translate/lowering.h"
 #include "texture/device_functions.h"
@@ -47,7 +48,7 @@ private:
 
     // The constant value of an operand; faults where it is not constant.
     uint32_t constant(unsigned index, const char* what) const {
-        const auto* value = llvm::dyn_cast<llvm::ConstantInt>(call_->getArgOperand(index + 1));
+        const llvm::ConstantInt* value = storedConstant(call_->getArgOperand(index + 1));
         if (!value)
             fault(ErrorCode::kInvalidFunctionArguments,
                   message("the ", what, " is not a constant"));

@@ -187,10 +187,25 @@ void endAssertion(KernelThread* thread) {
         functions->fault(thread, devlib::kFaultAssertion);
 }
 
+void printAssertion(const char* condition, const char* file, uint32_t line, const char* function,
+                    const std::string& place) {
+    std::fprintf(stderr, "%s:%u: %s: %sAssertion `%s` failed.\n", file ? file : "?", line,
+                 function ? function : "?", place.c_str(), condition ? condition : "?");
+}
+
+// The line has the form of the CUDA programming guide, which tools look for.
+void reportKernelAssertion(const KernelThread* thread, const char* condition, const char* file,
+                           uint32_t line, const char* function, uint64_t) {
+    const auto triple = [](const uint32_t(&v)[3]) {
+        return "[" + std::to_string(v[0]) + "," + std::to_string(v[1]) + "," +
+               std::to_string(v[2]) + "]";
+    };
+    printAssertion(condition, file, line, function,
+                   "block: " + triple(thread->ctaid) + ", thread: " + triple(thread->tid) + " ");
+}
 void reportAssertion(void*, const char* condition, const char* file, uint32_t line,
                      const char* function, uint64_t) {
-    std::fprintf(stderr, "%s:%u: %s: device assertion `%s' failed\n", file ? file : "?", line,
-                 function ? function : "?", condition ? condition : "?");
+    printAssertion(condition, file, line, function, "");
 }
 
 // ---- the heap ----------------------------------------------------------------------------------
@@ -327,6 +342,7 @@ void addKernelSymbols(std::vector<RuntimeSymbol>& symbols) {
     const RuntimeSymbol own[] = {
         {"sunstone_vprintf", addressOf(printFormatted)},
         {"sunstone_assertfail", addressOf(reportAssertion)},
+        {"sunstone_kernel_assertfail", addressOf(reportKernelAssertion)},
         {"sunstone_assertion", addressOf(endAssertion)},
         {"sunstone_malloc", addressOf(allocate)},
         {"sunstone_free", addressOf(release)},

@@ -271,7 +271,8 @@ void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value
                                          memory));
     }
     if (auto* callee = llvm::dyn_cast<llvm::Function>(target))
-        if (callee->getName() == "sunstone_assertfail")
+        if (callee->getName() == "sunstone_assertfail" ||
+            callee->getName() == "sunstone_kernel_assertfail")
             return endAfterAssertion();
     if (instruction.target.kind == ptx::OperandKind::kSymbol)
         if (const ptx::Function* callee = module_.findFunction(instruction.target.name))

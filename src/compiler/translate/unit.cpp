@@ -187,19 +187,19 @@ llvm::Function* Unit::declare(const ptx::Module& module, const ptx::Function& fu
     return entry;
 }
 
-const char* providedFunction(std::string_view name) {
+const char* providedFunction(std::string_view name, bool isKernels) {
     for (const auto& [provided, target] :
          {std::pair<std::string_view, const char*>{"vprintf", "sunstone_vprintf"},
           {"malloc", "sunstone_malloc"},
           {"free", "sunstone_free"},
-          {"__assertfail", "sunstone_assertfail"}})
+          {"__assertfail", isKernels ? "sunstone_kernel_assertfail" : "sunstone_assertfail"}})
         if (provided == name)
             return target;
     return nullptr;
 }
 
 llvm::Function* Unit::runtimeFunction(std::string_view name, const ptx::Module& from) {
-    const char* symbol = providedFunction(name);
+    const char* symbol = providedFunction(name, flavor_.isKernels());
     const auto found = symbols_[&from].functions.find(name);
     if (!symbol || found == symbols_[&from].functions.end())
         return nullptr;

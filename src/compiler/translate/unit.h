@@ -42,8 +42,8 @@ template <class... Parts>
 }
 
 // The run-time's symbol for a function that CUDA's driver provides, or null. The function takes the
-// hidden state like every other function.
-const char* providedFunction(std::string_view name);
+// hidden state like every other function; isKernels: the state is a KernelThread.
+const char* providedFunction(std::string_view name, bool isKernels = false);
 
 // The calling convention of a PTX function or prototype: first the hidden state pointer, then one
 // out-pointer per result (unless there is exactly one scalar result), then scalars by value (as
