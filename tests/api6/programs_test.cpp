@@ -45,6 +45,17 @@ TEST_F(Programs, MissingVariablesAndWrongTypesAreNamed) {
     EXPECT_EQ(results()[0], 3);
 }
 
+TEST_F(Programs, OfSeveralTextsMayDeclareTheSameVariables) {
+    const std::string other = ptx() + "\n// another text\n";
+    RTprogram exception = nullptr;
+    ok(rtProgramCreateFromPTXString(context_, other.c_str(), "note_exception", &exception));
+    ok(rtContextSetExceptionProgram(context_, 0, exception));
+    ok(rtContextSetExceptionEnabled(context_, RT_EXCEPTION_USER, 1));
+    const std::vector<float> r = launch("throw_user");
+    EXPECT_EQ(r[0], 1);
+    EXPECT_EQ(r[1], RT_EXCEPTION_USER + 7);
+}
+
 TEST_F(Programs, TheirOwnScopeComesBeforeTheContext) {
     RTprogram own = program("write_scoped");
     RTvariable inner = nullptr;
