@@ -176,6 +176,15 @@ TEST_F(Programs, CallablesByIdAndBound) {
     EXPECT_EQ(r[4], 0) << "no such program";
 }
 
+TEST_F(Programs, CallablesTakeAndReturnStructures) {
+    ok(rtVariableSet1f(variable("scoped"), 10));
+    ok(rtVariableSetObject(variable("bound_vectors"), program("add_vectors")));
+    const std::vector<float> r = launch("call_vectors");
+    EXPECT_EQ(r[0], 11);
+    EXPECT_EQ(r[1], 22);
+    EXPECT_EQ(r[2], 30);
+}
+
 TEST_F(Programs, TexturesById) {
     RTbuffer texels = nullptr;
     ok(rtBufferCreate(context_, RT_BUFFER_INPUT, &texels));

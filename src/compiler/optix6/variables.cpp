@@ -31,6 +31,9 @@ std::vector<std::string_view> scopesOf(std::string_view symbol) {
         parts = partsOf(symbol.substr(3));
     else if (symbol.starts_with("_Z"))
         parts = partsOf(symbol.substr(2));
+    // Without a namespace the types of parameters follow: _Z3sum6float3.
+    if (!symbol.starts_with("_ZN") && parts.size() > 1)
+        parts.resize(1);
     if (parts.empty())
         parts = {symbol};
     return parts;
