@@ -150,7 +150,7 @@ void addBox(Renderer& renderer) {
 }
 
 void addGlass(Renderer& renderer) {
-    RTmaterial glass = renderer.material("hit_glass", "dim_light");
+    RTmaterial glass = renderer.material("hit_glass", "block_light");
     renderer.set("index_of_refraction", 1.5f);
     renderer.addSphere(make_float3(-0.45f, -0.55f, 0.1f), 0.45f, glass,
                        make_float3(-0.05f, -0.02f, -0.05f));

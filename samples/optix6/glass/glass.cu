@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A path tracer for a box with a light, diffuse walls and glass: the payload carries the path from
-// hit to hit. Light is sampled at diffuse hits; a path that left glass sees the light itself.
+// hit to hit. Light is sampled at diffuse hits. Glass blocks those rays: paths through it find the
+// light.
 #include "../device6.h"
 
 using namespace optix;
@@ -15,7 +16,7 @@ struct Path {
     int done;
 };
 struct Shadow {
-    float3 passed;
+    int blocked;
 };
 
 rtDeclareVariable(rtObject, top_object, , );
@@ -92,11 +93,13 @@ static __device__ __forceinline__ float3 directLight(float3 point, float3 n) {
     if (near <= 0.0f || far <= 0.0f)
         return make_float3(0.0f);
     Shadow result;
-    result.passed = make_float3(1.0f);
+    result.blocked = 0;
     const Ray to_light =
         make_Ray(point, direction, kShadowRay, scene_epsilon, sqrtf(square) - scene_epsilon);
     rtTrace(top_object, to_light, result);
-    return result.passed * emission * (near * far / (square * M_PIf));
+    if (result.blocked)
+        return make_float3(0.0f);
+    return emission * (near * far / (square * M_PIf));
 }
 
 // ---- Walls -------------------------------------------------------------------------------------
@@ -116,7 +119,7 @@ RT_PROGRAM void hit_diffuse() {
     path.sees_light = 0;
 }
 RT_PROGRAM void block_light() {
-    shadow.passed = make_float3(0.0f);
+    shadow.blocked = 1;
     rtTerminateRay();
 }
 
@@ -144,12 +147,4 @@ RT_PROGRAM void hit_glass() {
     }
     path.direction =
         random(path.seed) < reflectance ? reflect(ray.direction, n) : normalize(refracted);
-}
-
-// Light passes glass unrefracted: each surface takes its share.
-RT_PROGRAM void dim_light() {
-    const float3 n = normalize(rtTransformNormal(RT_OBJECT_TO_WORLD, normal));
-    const float passed = 1.0f - fresnel_schlick(fabsf(dot(ray.direction, n)), 5.0f, 0.05f, 1.0f);
-    shadow.passed *= passed * expf(extinction * 0.3f);
-    rtIgnoreIntersection();
 }
