@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Callable programs as parts of materials, with the C++ wrapper: bound ones for scattering, one of
 // which calls another; ids for patterns; a buffer of ids for lights. Read next: motion.
-#include "picture6.h"
+#include "shapes6.h"
 
 #include <optix_world.h>
 
-#include <algorithm>
 #include <string_view>
 
 std::string_view callables_ptx(); // of callables.cu and library.cu, built into this program
@@ -52,38 +51,22 @@ public:
     }
 
     void addSphere(float3 centre, float radius, Material material, Program pattern) {
-        Geometry made = shape("sphere");
-        made["sphere"]->setFloat(make_float4(centre, radius));
-        add(made, material, pattern);
+        add(makeSphere(context_, centre, radius), material, pattern);
     }
     void addFloor(Material material, Program pattern) {
-        Geometry made = shape("parallelogram");
-        made["anchor"]->setFloat(-8.0f, 0.0f, 6.0f);
-        made["edge1"]->setFloat(16.0f, 0.0f, 0.0f);
-        made["edge2"]->setFloat(0.0f, 0.0f, -16.0f);
-        add(made, material, pattern);
+        add(makeParallelogram(context_, make_float3(-8.0f, 0.0f, 6.0f),
+                              make_float3(16.0f, 0.0f, 0.0f), make_float3(0.0f, 0.0f, -16.0f)),
+            material, pattern);
     }
     void setLights(const std::vector<Program>& lights) {
-        Buffer ids = context_->createBuffer(RT_BUFFER_INPUT, RT_FORMAT_PROGRAM_ID, lights.size());
-        std::transform(
-            lights.begin(), lights.end(),
-            static_cast<callableProgramId<float3(float3, float2)>*>(ids->map()),
-            [](Program each) { return callableProgramId<float3(float3, float2)>(each->getId()); });
-        ids->unmap();
-        context_["light_programs"]->set(ids);
+        std::vector<callableProgramId<float3(float3, float2)>> ids;
+        for (Program each : lights)
+            ids.push_back(each->getId());
+        context_["light_programs"]->set(makeBuffer(context_, RT_FORMAT_PROGRAM_ID, ids));
     }
     GeometryGroup group() { return group_; }
 
 private:
-    Geometry shape(const std::string& name) {
-        const std::string ptx(shapes_ptx());
-        Geometry made = context_->createGeometry();
-        made->setPrimitiveCount(1);
-        made->setIntersectionProgram(
-            context_->createProgramFromPTXString(ptx, "intersect_" + name));
-        made->setBoundingBoxProgram(context_->createProgramFromPTXString(ptx, "bound_" + name));
-        return made;
-    }
     void add(Geometry geometry, Material material, Program pattern) {
         GeometryInstance made =
             context_->createGeometryInstance(geometry, &material, &material + 1);
@@ -156,10 +139,7 @@ void render(const ClassicPicture& picture, unsigned samples, unsigned depth) {
 
     const ClassicCamera camera = makeCamera(make_float3(0.0f, 1.8f, 5.2f),
                                             make_float3(0.0f, 0.5f, 0.0f), 38.0f, picture.aspect());
-    context["eye"]->setFloat(camera.eye);
-    context["camera_right"]->setFloat(camera.right);
-    context["camera_up"]->setFloat(camera.up);
-    context["camera_forward"]->setFloat(camera.forward);
+    setCamera(context, camera);
     context->validate();
     context->launch(0, picture.width, picture.height);
     writePicture(picture, buffer->get(), true);

@@ -2,11 +2,10 @@
 // Spheres, parallelograms and triangles with shadows and reflections, with the C++ wrapper: the
 // values of a material are variables of geometry instances and materials. Read next: glass.
 #include "light.h"
-#include "picture6.h"
+#include "shapes6.h"
 
 #include <optix_world.h>
 
-#include <algorithm>
 #include <string_view>
 
 std::string_view primitives_ptx(); // the PTX of primitives.cu, built into this program
@@ -43,26 +42,20 @@ public:
     }
 
     void addSphere(float3 centre, float radius, Material material) {
-        Geometry made = shape("sphere");
-        made["sphere"]->setFloat(make_float4(centre, radius));
-        group_->addChild(context_->createGeometryInstance(made, &material, &material + 1));
+        add(makeSphere(context_, centre, radius), material);
     }
     void addParallelogram(float3 anchor, float3 edge1, float3 edge2, Material material) {
-        Geometry made = shape("parallelogram");
-        made["anchor"]->setFloat(anchor);
-        made["edge1"]->setFloat(edge1);
-        made["edge2"]->setFloat(edge2);
-        group_->addChild(context_->createGeometryInstance(made, &material, &material + 1));
+        add(makeParallelogram(context_, anchor, edge1, edge2), material);
     }
     void addPyramid(float3 centre, float size, Material material) {
-        const float3 corners[5] = {
+        const std::vector<float3> corners = {
             centre + make_float3(-size, 0.0f, -size), centre + make_float3(size, 0.0f, -size),
             centre + make_float3(size, 0.0f, size), centre + make_float3(-size, 0.0f, size),
             centre + make_float3(0.0f, 1.6f * size, 0.0f)};
-        const uint3 sides[4] = {make_uint3(1, 0, 4), make_uint3(2, 1, 4), make_uint3(3, 2, 4),
-                                make_uint3(0, 3, 4)};
-        Buffer vertices = filled(RT_FORMAT_FLOAT3, corners, 5);
-        Buffer triangles = filled(RT_FORMAT_UNSIGNED_INT3, sides, 4);
+        const std::vector<uint3> sides = {make_uint3(1, 0, 4), make_uint3(2, 1, 4),
+                                          make_uint3(3, 2, 4), make_uint3(0, 3, 4)};
+        Buffer vertices = makeBuffer(context_, RT_FORMAT_FLOAT3, corners);
+        Buffer triangles = makeBuffer(context_, RT_FORMAT_UNSIGNED_INT3, sides);
         GeometryTriangles made = context_->createGeometryTriangles();
         made->setPrimitiveCount(4);
         made->setVertices(5, vertices, RT_FORMAT_FLOAT3);
@@ -73,31 +66,13 @@ public:
         group_->addChild(context_->createGeometryInstance(made, material));
     }
     void setLights(const std::vector<Light>& lights) {
-        Buffer buffer = context_->createBuffer(RT_BUFFER_INPUT, RT_FORMAT_USER);
-        buffer->setElementSize(sizeof(Light));
-        buffer->setSize(lights.size());
-        std::copy(lights.begin(), lights.end(), static_cast<Light*>(buffer->map()));
-        buffer->unmap();
-        context_["lights"]->set(buffer);
+        context_["lights"]->set(makeBuffer(context_, RT_FORMAT_USER, lights));
     }
     GeometryGroup group() { return group_; }
 
 private:
-    Geometry shape(const std::string& name) {
-        const std::string ptx(shapes_ptx());
-        Geometry made = context_->createGeometry();
-        made->setPrimitiveCount(1);
-        made->setIntersectionProgram(
-            context_->createProgramFromPTXString(ptx, "intersect_" + name));
-        made->setBoundingBoxProgram(context_->createProgramFromPTXString(ptx, "bound_" + name));
-        return made;
-    }
-    template <class T>
-    Buffer filled(RTformat format, const T* items, size_t count) {
-        Buffer made = context_->createBuffer(RT_BUFFER_INPUT, format, count);
-        std::copy(items, items + count, static_cast<T*>(made->map()));
-        made->unmap();
-        return made;
+    void add(Geometry geometry, Material material) {
+        group_->addChild(context_->createGeometryInstance(geometry, &material, &material + 1));
     }
 
     Context context_;
@@ -150,10 +125,7 @@ void render(const ClassicPicture& picture) {
 
     const ClassicCamera camera = makeCamera(make_float3(0.3f, 2.2f, 5.6f),
                                             make_float3(0.0f, 0.7f, 0.0f), 40.0f, picture.aspect());
-    context["eye"]->setFloat(camera.eye);
-    context["camera_right"]->setFloat(camera.right);
-    context["camera_up"]->setFloat(camera.up);
-    context["camera_forward"]->setFloat(camera.forward);
+    setCamera(context, camera);
     context->validate();
     context->launch(0, picture.width, picture.height);
     writePicture(picture, buffer->get());
