@@ -61,7 +61,7 @@ const ptx::Variable* companion(const ptx::Module& module, std::string_view symbo
 }
 
 std::string textOf(const ptx::Variable* variable) {
-    if (!variable)
+    if (!variable || variable->initializer.empty())
         return {};
     const auto* begin = reinterpret_cast<const char*>(variable->initializer.data());
     return std::string(begin, strnlen(begin, variable->initializer.size()));
