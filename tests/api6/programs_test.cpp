@@ -150,6 +150,22 @@ TEST_F(Programs, PrintWhereThePrintIndexAllows) {
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "index 2\n");
 }
 
+TEST_F(Programs, ElementsSmallerThanTheProgramsTypeAreOutside) {
+    const RTbuffer bytes = filled<uint8_t>(RT_FORMAT_UNSIGNED_BYTE, std::vector<uint8_t>(64, 9));
+    ok(rtVariableSet1f(variable("scoped"), 10));
+    ok(rtVariableSetObject(variable("result"), bytes));
+    setEntry("write_scoped");
+    ok(rtContextLaunch1D(context_, 0, 64));
+    void* data = nullptr;
+    ok(rtBufferMap(bytes, &data));
+    for (int i = 0; i < 64; ++i)
+        EXPECT_EQ(static_cast<uint8_t*>(data)[i], 9);
+    ok(rtBufferUnmap(bytes));
+    ok(rtVariableSetObject(variable("result"), result_));
+    ok(rtContextLaunch1D(context_, 0, 64));
+    EXPECT_EQ(results()[63], 10);
+}
+
 TEST_F(Programs, CallablesByIdAndBound) {
     int ids[2] = {};
     RTprogram multiply = program("multiply"), add = program("add_scoped");
