@@ -42,7 +42,7 @@ function(sunstone_sample name)
         RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 endfunction()
 
-# A sample of the classic API: sunstone_sample6(name sources... DEVICE files.cu...). The program is
+# A sample of the classic API: sunstone_sample6(name sources... DEVICE device_files...). The program is
 # classic_<name>.
 function(sunstone_sample6 name)
     cmake_parse_arguments(SAMPLE "" "" "DEVICE" ${ARGN})
