@@ -87,15 +87,15 @@ RT_PROGRAM void block_light() {
 // ---- Triangles: flat normals, at the time of the ray for those in motion
 // -----------------------------
 
-rtDeclareVariable(float, time, rtCurrentTime, );
+rtDeclareVariable(float, current_time, rtCurrentTime, );
 rtBuffer<float3> vertices;
 rtBuffer<float3> end_vertices; // at time 1
 rtBuffer<uint3> triangles;
 
 RT_PROGRAM void triangle_attributes() {
     const uint3 t = triangles[rtGetPrimitiveIndex()];
-    const float3 a = lerp(vertices[t.x], end_vertices[t.x], time);
-    const float3 b = lerp(vertices[t.y], end_vertices[t.y], time);
-    const float3 c = lerp(vertices[t.z], end_vertices[t.z], time);
+    const float3 a = lerp(vertices[t.x], end_vertices[t.x], current_time);
+    const float3 b = lerp(vertices[t.y], end_vertices[t.y], current_time);
+    const float3 c = lerp(vertices[t.z], end_vertices[t.z], current_time);
     normal = cross(b - a, c - a);
 }

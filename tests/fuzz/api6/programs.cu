@@ -15,7 +15,7 @@ rtDeclareVariable(uint3, launch_index, rtLaunchIndex, );
 rtDeclareVariable(rtObject, top_object, , );
 rtDeclareVariable(Ray, ray, rtCurrentRay, );
 rtDeclareVariable(Payload, payload, rtRayPayload, );
-rtDeclareVariable(float, time, rtCurrentTime, );
+rtDeclareVariable(float, current_time, rtCurrentTime, );
 rtDeclareVariable(float, height, , ) = 1.0f;
 rtDeclareVariable(int, chosen, , ) = 0;
 rtDeclareVariable(float4, tag, attribute tag, ); // a float in the other text
@@ -59,7 +59,7 @@ RT_PROGRAM void bound_motion(int primitive, int step, float box[6]) {
 RT_PROGRAM void intersect_all(int primitive) {
     for (int i = 0; i < 3; ++i)
         if (rtPotentialIntersection(1.0f + primitive - 0.25f * i)) {
-            tag = make_float4(time, float(i), 0, 1);
+            tag = make_float4(current_time, float(i), 0, 1);
             rtReportIntersection(unsigned(i) * chosen);
         }
 }
