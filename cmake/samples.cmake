@@ -42,15 +42,17 @@ function(sunstone_sample name)
         RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 endfunction()
 
-# A sample of the classic API: sunstone_sample6(name sources... DEVICE file.cu). The program is
+# A sample of the classic API: sunstone_sample6(name sources... DEVICE device_files...). The program is
 # classic_<name>.
 function(sunstone_sample6 name)
-    cmake_parse_arguments(SAMPLE "" "DEVICE" "" ${ARGN})
+    cmake_parse_arguments(SAMPLE "" "" "DEVICE" ${ARGN})
     add_executable(sample_classic_${name} ${SAMPLE_UNPARSED_ARGUMENTS})
     target_link_libraries(sample_classic_${name} PRIVATE sample_common6)
-    get_filename_component(base ${SAMPLE_DEVICE} NAME_WE)
-    sunstone_ptx(ptx ${SAMPLE_DEVICE} OPTIX6)
-    sunstone_embed(sample_classic_${name} ${base}_ptx ${ptx})
+    foreach(file IN LISTS SAMPLE_DEVICE)
+        get_filename_component(base ${file} NAME_WE)
+        sunstone_ptx(ptx ${file} OPTIX6)
+        sunstone_embed(sample_classic_${name} ${base}_ptx ${ptx})
+    endforeach()
     sunstone_sanitize(sample_classic_${name})
     set_target_properties(sample_classic_${name} PROPERTIES OUTPUT_NAME classic_${name}
         RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)

@@ -57,6 +57,9 @@ public:
     virtual std::string launchIndex(char component) const = 0;
     virtual std::string launchDimension(char component) const = 0;
 
+    // Whether modules share their functions and variables. Else each is complete by itself, and
+    // names may occur in several.
+    virtual bool linksModules() const { return true; }
     // Whether a function of this name is a program, so that modules may use the name twice.
     virtual bool isProgramName(std::string_view name) const = 0;
     // Offset in RayState of the value of a program's parameter, one of `count`; none: programs take

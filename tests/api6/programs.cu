@@ -240,6 +240,16 @@ RT_CALLABLE_PROGRAM float add_scoped(float a, int b) {
 RT_CALLABLE_PROGRAM float scale(float a) {
     return a * scoped;
 }
+rtDeclareVariable(rtCallableProgramX<float3(float3, float2)>, bound_vectors, , );
+RT_PROGRAM void call_vectors() {
+    const float3 sum = bound_vectors(make_float3(1, 2, 3), make_float2(10, 20));
+    result[0] = sum.x;
+    result[1] = sum.y;
+    result[2] = sum.z;
+}
+RT_CALLABLE_PROGRAM float3 add_vectors(float3 a, float2 b) {
+    return make_float3(a.x + b.x, a.y + b.y, a.z * scoped);
+}
 
 // ---- textures
 // ---------------------------------------------------------------------------------------

@@ -45,6 +45,17 @@ TEST_F(Programs, MissingVariablesAndWrongTypesAreNamed) {
     EXPECT_EQ(results()[0], 3);
 }
 
+TEST_F(Programs, OfSeveralTextsMayDeclareTheSameVariables) {
+    const std::string other = ptx() + "\n// another text\n";
+    RTprogram exception = nullptr;
+    ok(rtProgramCreateFromPTXString(context_, other.c_str(), "note_exception", &exception));
+    ok(rtContextSetExceptionProgram(context_, 0, exception));
+    ok(rtContextSetExceptionEnabled(context_, RT_EXCEPTION_USER, 1));
+    const std::vector<float> r = launch("throw_user");
+    EXPECT_EQ(r[0], 1);
+    EXPECT_EQ(r[1], RT_EXCEPTION_USER + 7);
+}
+
 TEST_F(Programs, TheirOwnScopeComesBeforeTheContext) {
     RTprogram own = program("write_scoped");
     RTvariable inner = nullptr;
@@ -139,6 +150,22 @@ TEST_F(Programs, PrintWhereThePrintIndexAllows) {
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "index 2\n");
 }
 
+TEST_F(Programs, ElementsSmallerThanTheProgramsTypeAreOutside) {
+    const RTbuffer bytes = filled<uint8_t>(RT_FORMAT_UNSIGNED_BYTE, std::vector<uint8_t>(64, 9));
+    ok(rtVariableSet1f(variable("scoped"), 10));
+    ok(rtVariableSetObject(variable("result"), bytes));
+    setEntry("write_scoped");
+    ok(rtContextLaunch1D(context_, 0, 64));
+    void* data = nullptr;
+    ok(rtBufferMap(bytes, &data));
+    for (int i = 0; i < 64; ++i)
+        EXPECT_EQ(static_cast<uint8_t*>(data)[i], 9);
+    ok(rtBufferUnmap(bytes));
+    ok(rtVariableSetObject(variable("result"), result_));
+    ok(rtContextLaunch1D(context_, 0, 64));
+    EXPECT_EQ(results()[63], 10);
+}
+
 TEST_F(Programs, CallablesByIdAndBound) {
     int ids[2] = {};
     RTprogram multiply = program("multiply"), add = program("add_scoped");
@@ -163,6 +190,15 @@ TEST_F(Programs, CallablesByIdAndBound) {
     EXPECT_EQ(r[2], 12);
     EXPECT_EQ(r[3], 6);
     EXPECT_EQ(r[4], 0) << "no such program";
+}
+
+TEST_F(Programs, CallablesTakeAndReturnStructures) {
+    ok(rtVariableSet1f(variable("scoped"), 10));
+    ok(rtVariableSetObject(variable("bound_vectors"), program("add_vectors")));
+    const std::vector<float> r = launch("call_vectors");
+    EXPECT_EQ(r[0], 11);
+    EXPECT_EQ(r[1], 22);
+    EXPECT_EQ(r[2], 30);
 }
 
 TEST_F(Programs, TexturesById) {

@@ -260,6 +260,40 @@ TEST_F(Rays, InstancesOfOneGroupHaveTheirOwnMaterials) {
     EXPECT_EQ(r[4], 12);
 }
 
+TEST_F(Rays, GroupsThatShareAnAccelerationHaveTheirOwnChildren) {
+    RTmaterial a = material("hit_mark"), b = material("hit_mark");
+    setFloat(a, rtMaterialDeclareVariable, "mark", 11);
+    setFloat(b, rtMaterialDeclareVariable, "mark", 12);
+    RTgroup first = groupOf({group({instance(squares(1), {a})})});
+    RTgroup second = groupOf({group({instance(squares(1), {b})})});
+    RTacceleration shared = nullptr;
+    ok(rtGroupGetAcceleration(first, &shared));
+    ok(rtGroupSetAcceleration(second, shared));
+    ok(rtVariableSet1f(variable("step"), 2));
+    RTgroup top = groupOf({first, moved(second, 2)});
+    for (int i = 0; i < 2; ++i) {
+        const std::vector<float> r = shoot(top, 2);
+        EXPECT_EQ(r[0], 11);
+        EXPECT_EQ(r[4], 12);
+        ok(rtAccelerationMarkDirty(shared));
+    }
+    // A group that was not in the graph when the other was built anew.
+    shoot(first);
+    EXPECT_EQ(shoot(top, 2)[4], 12);
+}
+
+TEST_F(Rays, GeometryGroupsWithDifferentGeometryCannotShareAnAcceleration) {
+    RTmaterial paint = material("hit_mark");
+    RTgeometrygroup one = group({instance(squares(1), {paint})});
+    RTgeometrygroup two = group({instance(squares(1), {paint}), instance(squares(2), {paint})});
+    RTacceleration shared = nullptr;
+    ok(rtGeometryGroupGetAcceleration(one, &shared));
+    ok(rtGeometryGroupSetAcceleration(two, shared));
+    ok(rtVariableSetObject(variable("top_object"), groupOf({one, two})));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "share acceleration");
+    EXPECT_EQ(shoot(one)[0], 1);
+}
+
 TEST_F(Rays, MasksAreTestedAtEveryGroup) {
     RTgeometrygroup square = group({instance(squares(1), {material("hit_mark")})});
     RTgroup top = groupOf({square});
@@ -384,6 +418,19 @@ TEST_F(Selectors, ProgramsChooseAmongChildren) {
         EXPECT_EQ(results()[3], 4);
         choose(-1);
         EXPECT_EQ(shoot(top)[0], 2) << "the nearer hit of both";
+    }
+}
+
+TEST_F(Selectors, ChildrenMayShareAnAcceleration) {
+    RTgeometrygroup one = square(1, 5), two = square(2, 5);
+    RTacceleration shared = nullptr;
+    ok(rtGeometryGroupGetAcceleration(one, &shared));
+    ok(rtGeometryGroupSetAcceleration(two, shared));
+    RTselector both = selector({one, two});
+    for (int i = 0; i < 4; ++i) {
+        choose(i % 2);
+        EXPECT_EQ(shoot(both)[0], float(1 + i % 2));
+        ok(rtAccelerationMarkDirty(shared));
     }
 }
 

@@ -134,8 +134,8 @@ SUNSTONE_OPTIX_DEVICE float3 rt_transform_vector(RTtransformkind kind, const flo
     return rt_first_three(rt_transform_tuple(kind, v.x, v.y, v.z, 0.0f));
 }
 SUNSTONE_OPTIX_DEVICE float3 rt_transform_normal(RTtransformkind kind, const float3& n) {
-    return rt_first_three(
-        rt_transform_tuple(kind | RT_INTERNAL_INVERSE_TRANSPOSE, n.x, n.y, n.z, 0.0f));
+    return rt_first_three(rt_transform_tuple(
+        (unsigned int)kind | (unsigned int)RT_INTERNAL_INVERSE_TRANSPOSE, n.x, n.y, n.z, 0.0f));
 }
 SUNSTONE_OPTIX_DEVICE void rt_get_transform(RTtransformkind kind, float matrix[16]) {
     asm volatile("call (%0, %1, %2, %3, %4, %5, %6, %7, %8, %9, %10, %11, %12, %13, %14, %15), "

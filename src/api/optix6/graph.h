@@ -88,10 +88,11 @@ public:
         SharedMemory memory;
         uint64_t handle = 0; // 0: nothing was built
     };
-    Built triangles, customs, instances;
+    Built triangles, customs; // of geometry groups
     // Of the geometry's instances in their group, as built: the number of materials.
     std::vector<unsigned> layout;
-    void drop() { triangles = {}, customs = {}, instances = {}, dirty = true; }
+    unsigned version = 0; // grows whenever a launch finds it dirty
+    void drop() { triangles = {}, customs = {}, dirty = true; }
 };
 
 // A node of the graph: something that rays are traced against.
@@ -133,6 +134,12 @@ public:
     explicit Group(const std::shared_ptr<Context>& context) : ParentNode(kKind, context) {}
     Ref<Acceleration> acceleration;
     RTvisibilitymask mask = RT_VISIBILITY_ALL;
+
+    // What was built, and of which version of which acceleration. Groups that share an acceleration
+    // have structures of their own, as a structure holds the places and records of the children.
+    Acceleration::Built built;
+    Ref<Acceleration> builtFor;
+    unsigned builtVersion = 0;
 };
 
 class Selector : public ParentNode {

@@ -104,6 +104,7 @@ private:
 
     Context& context_;
     std::vector<std::shared_ptr<Node>> order_; // children before parents
+    std::set<const Acceleration*> settled_;    // those of geometry groups that this update has seen
     std::set<const Node*> seen_;
     std::map<std::pair<const ProgramCode*, std::vector<Variable*>>, std::unique_ptr<Block>> blocks_;
     std::map<GroupKey, std::shared_ptr<engine::ProgramGroup>> groups_;

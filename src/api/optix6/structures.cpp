@@ -122,10 +122,21 @@ bvh::InstanceDesc instanceOf(uint64_t handle, uint32_t mask, uint32_t flags, uin
     return desc;
 }
 
+Acceleration* accelerationOf(Node& node) {
+    return node.kind == Kind::kGeometryGroup
+               ? static_cast<GeometryGroup&>(node).acceleration.lock().get()
+           : node.kind == Kind::kGroup ? static_cast<Group&>(node).acceleration.lock().get()
+                                       : nullptr;
+}
+
 } // namespace
 
 // Structures and nodes, children before parents.
 void Scene::buildStructures() {
+    settled_.clear();
+    for (const std::shared_ptr<Node>& node : order_)
+        if (Acceleration* acceleration = accelerationOf(*node); acceleration && acceleration->dirty)
+            ++acceleration->version;
     for (const std::shared_ptr<Node>& node : order_) {
         if (node->kind == Kind::kGeometryGroup)
             buildGeometry(static_cast<GeometryGroup&>(*node));
@@ -135,12 +146,9 @@ void Scene::buildStructures() {
             makeVisitNode(static_cast<Selector&>(*node));
         makeNode(*node);
     }
-    for (const std::shared_ptr<Node>& node : order_) {
-        if (node->kind == Kind::kGeometryGroup)
-            static_cast<GeometryGroup&>(*node).acceleration.lock()->dirty = false;
-        if (node->kind == Kind::kGroup)
-            static_cast<Group&>(*node).acceleration.lock()->dirty = false;
-    }
+    for (const std::shared_ptr<Node>& node : order_)
+        if (Acceleration* acceleration = accelerationOf(*node))
+            acceleration->dirty = false;
 }
 
 void Scene::build(SharedMemory& memory, uint64_t& handle, engine::AccelInputs inputs,
@@ -206,6 +214,14 @@ void Scene::buildGeometry(GeometryGroup& group) {
     for (const Ref<GeometryInstance>& instance : group.instances)
         layout.push_back(entriesOf(*instance.lock()));
     const bool fits = acceleration.layout == layout;
+    // Another group has it: handles of that group's nodes name the structure already.
+    if (!settled_.insert(&acceleration).second) {
+        if (!fits)
+            refuse(RT_ERROR_INVALID_VALUE,
+                   "geometry groups with different geometry share acceleration ",
+                   acceleration.handle());
+        return;
+    }
     if (!acceleration.dirty && fits)
         return;
     engine::AccelInputs triangles, customs;
@@ -275,16 +291,18 @@ void Scene::showChildren(const SharedMemory& memory, const std::vector<Child>& c
 
 // A structure that is not dirty keeps its boxes, and its instances follow the graph.
 void Scene::buildGroup(Group& group) {
-    Acceleration& acceleration = *group.acceleration.lock();
+    const std::shared_ptr<Acceleration> acceleration = group.acceleration.lock();
     std::vector<Child> children;
     for (const Ref<Node>& slot : group.slots)
         for (const Child& child : childrenOf(*slot.lock()))
             children.push_back(child);
-    Acceleration::Built& built = acceleration.instances;
-    if (acceleration.dirty || built.handle == 0)
-        buildInstances(built.memory, built.handle, children);
-    else
-        showChildren(built.memory, children);
+    Acceleration::Built& built = group.built;
+    if (built.handle != 0 && group.builtFor.lock() == acceleration &&
+        group.builtVersion == acceleration->version)
+        return showChildren(built.memory, children);
+    buildInstances(built.memory, built.handle, children);
+    group.builtFor = acceleration;
+    group.builtVersion = acceleration->version;
 }
 
 // What a node is in the structure of its parent.
@@ -306,7 +324,7 @@ std::vector<Scene::Child> Scene::childrenOf(Node& node) {
             group.firstEntry + triangleEntries);
     } else if (node.kind == Kind::kGroup) {
         auto& group = static_cast<Group&>(node);
-        add(group.acceleration.lock()->instances.handle, group.mask, 0, 0);
+        add(group.built.handle, group.mask, 0, 0);
     } else if (node.kind == Kind::kSelector) {
         auto& selector = static_cast<Selector&>(node);
         if (selector.boundsHandle)

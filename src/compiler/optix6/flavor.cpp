@@ -25,6 +25,8 @@ public:
     std::string launchDimension(char component) const override {
         return std::string("_rt_launch_dim_") + component;
     }
+    // Source files declare the same variables: the current ray, attributes, the launch index.
+    bool linksModules() const override { return false; }
     bool isProgramName(std::string_view) const override { return false; }
 
     // Intersection: primitive. Bounds: primitive, with motion the step, box.

@@ -463,11 +463,9 @@ private:
         }
         Value* bytes = argument(2);
         const bool byId = intrinsic_->number == kBufferId;
-        if (byId)
-            inside = builder_.CreateAnd(
-                inside,
-                builder_.CreateICmpULE(
-                    bytes, loadOfLaunch(buffer, offsetof(BufferView, elementBytes), word())));
+        inside = builder_.CreateAnd(
+            inside, builder_.CreateICmpULE(
+                        bytes, loadOfLaunch(buffer, offsetof(BufferView, elementBytes), word())));
         Value* data = loadOfLaunch(buffer, offsetof(BufferView, data), pointer());
         Value* place = builder_.CreateGEP(
             builder_.getInt8Ty(), data,

@@ -31,6 +31,9 @@ std::vector<std::string_view> scopesOf(std::string_view symbol) {
         parts = partsOf(symbol.substr(3));
     else if (symbol.starts_with("_Z"))
         parts = partsOf(symbol.substr(2));
+    // Without a namespace the types of parameters follow: _Z3sum6float3.
+    if (!symbol.starts_with("_ZN") && parts.size() > 1)
+        parts.resize(1);
     if (parts.empty())
         parts = {symbol};
     return parts;
@@ -58,7 +61,7 @@ const ptx::Variable* companion(const ptx::Module& module, std::string_view symbo
 }
 
 std::string textOf(const ptx::Variable* variable) {
-    if (!variable)
+    if (!variable || variable->initializer.empty())
         return {};
     const auto* begin = reinterpret_cast<const char*>(variable->initializer.data());
     return std::string(begin, strnlen(begin, variable->initializer.size()));

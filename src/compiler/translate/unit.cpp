@@ -51,6 +51,8 @@ std::string Unit::moduleLabel(const ptx::Module* module) const {
 }
 
 void Unit::publish(std::string_view name, Definition definition) {
+    if (!flavor_.linksModules())
+        return;
     const auto [entry, inserted] = published_.emplace(name, definition);
     if (inserted)
         return;
