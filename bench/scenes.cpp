@@ -148,6 +148,81 @@ Mesh spheres(uint32_t triangles) {
     return m;
 }
 
+Mesh overlapping(uint32_t triangles) {
+    Mesh m;
+    m.name = "overlap";
+    for (uint32_t i = 0; i < triangles; ++i) {
+        const V center = {random(i, 1) * 2 - 1, random(i, 2) * 2 - 1, random(i, 3) * 2 - 1};
+        const float u = random(i, 4), size = 0.004f * std::pow(100.0f, u * u * u);
+        for (uint32_t k = 0; k < 3; ++k)
+            add(m, center + randomUnit(i, 10 + k) * size);
+        add(m, 3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    look(m, {-2.2f, 1.3f, -2.6f}, {0, 0, 0});
+    m.fovDegrees = 50;
+    m.aoRadius = 0.2f;
+    return m;
+}
+
+// pointAt(u, v) for u and v in [0, 1].
+template <class Point>
+void addSheet(Mesh& m, uint32_t columns, uint32_t rows, const Point& pointAt) {
+    const uint32_t base = m.numVertices();
+    for (uint32_t j = 0; j <= rows; ++j)
+        for (uint32_t i = 0; i <= columns; ++i)
+            add(m, pointAt(float(i) / float(columns), float(j) / float(rows)));
+    for (uint32_t j = 0; j < rows; ++j)
+        for (uint32_t i = 0; i < columns; ++i) {
+            const uint32_t a = base + j * (columns + 1) + i, b = a + 1, c = a + columns + 1;
+            add(m, a, c, b);
+            add(m, b, c, c + 1);
+        }
+}
+
+void addBox(Mesh& m, V low, V high) {
+    const V d = high - low;
+    for (uint32_t axis = 0; axis < 3; ++axis)
+        for (const float side : {0.0f, 1.0f})
+            addSheet(m, 1, 1, [&](float u, float v) {
+                const float c[3] = {axis == 0 ? side : u, axis == 1 ? side : axis == 0 ? u : v,
+                                    axis == 2 ? side : v};
+                return low + V{c[0] * d.x, c[1] * d.y, c[2] * d.z};
+            });
+}
+
+// A hall of 60 x 12 x 24.
+Mesh interior(uint32_t triangles) {
+    Mesh m;
+    m.name = "interior";
+    const float detail = std::sqrt(float(triangles) / 1e6f);
+    const auto parts = [&](float count) { return uint32_t(std::max(3.0f, count * detail)); };
+    addBox(m, {-30, 0, -12}, {30, 12, 12});
+    for (uint32_t beam = 0; beam < 60; ++beam)
+        addBox(m, {float(beam) - 30, 11.2f, -12}, {float(beam) - 29.8f, 11.6f, 12});
+    for (uint32_t step = 0; step < 20; ++step)
+        addBox(m, {24 + 0.3f * float(step), 0, -4}, {30, 0.2f * float(step + 1), 4});
+    for (uint32_t i = 0; i < 24; ++i) { // fluted columns
+        const V foot = {5 * float(i / 2) - 27.5f, 0, i % 2 ? 7.0f : -7.0f};
+        addSheet(m, parts(80), parts(80), [&](float u, float v) {
+            const float phi = 6.2831853f * u, r = 0.6f + 0.05f * std::cos(20 * phi);
+            return foot + V{r * std::cos(phi), 11.2f * v, r * std::sin(phi)};
+        });
+    }
+    for (uint32_t i = 0; i < 60; ++i) // vases
+        addSphere(m, {random(i, 1) * 44 - 24, 0.3f, random(i, 2) * 20 - 10}, parts(80), parts(40),
+                  [&](V d) { return 0.3f + 0.03f * std::cos(12 * d.y); });
+    for (uint32_t i = 0; i < 24; ++i) { // curtains
+        const float x = 5 * float(i / 2) - 25.0f, z = i % 2 ? 11.5f : -11.5f;
+        addSheet(m, parts(110), parts(50), [&](float u, float v) {
+            return V{x + 2.5f * u, 0.2f + 9 * v, z + 0.15f * std::sin(60 * u + 3 * v)};
+        });
+    }
+    look(m, {-27, 3, -3}, {10, 3, 2});
+    m.fovDegrees = 70;
+    m.aoRadius = 3;
+    return m;
+}
+
 V at(const float p[3]) {
     return {p[0], p[1], p[2]};
 }
@@ -162,6 +237,12 @@ Mesh makeScene(SceneKind kind, uint32_t triangles) {
         return randomTriangles(triangles, 0.02f, 0.015f, "soup");
     case SceneKind::kLongThin:
         return randomTriangles(triangles, 0.4f, 0.001f, "long thin");
+    case SceneKind::kOverlapping:
+        return overlapping(triangles);
+    case SceneKind::kInterior:
+        return interior(triangles);
+    case SceneKind::kLeaves:
+        return makeLeaves(triangles);
     default:
         return spheres(triangles);
     }

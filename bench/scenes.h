@@ -22,7 +22,15 @@ struct Mesh {
     uint32_t numVertices() const { return uint32_t(vertices.size() / 3); }
 };
 
-enum class SceneKind { kTerrain, kSoup, kLongThin, kSpheres };
+enum class SceneKind {
+    kTerrain,
+    kSoup,
+    kLongThin,
+    kSpheres,
+    kOverlapping, // random triangles whose sides differ by a factor of 100
+    kInterior,    // a hall: walls of a few triangles, columns, vases and curtains of tiny ones
+    kLeaves,      // makeLeaves()
+};
 
 // About `triangles` triangles of a kind.
 Mesh makeScene(SceneKind kind, uint32_t triangles);

@@ -26,6 +26,20 @@ SUNSTONE_INLINE bool anyHitRuns(uint32_t rayFlags, bool enabled) {
     return enabled;
 }
 
+// Whether flags may drop hits of a structure of triangles, or any-hit programs run for them.
+SUNSTONE_INLINE bool programsMayRun(const LaunchState& launch, uint32_t rayFlags,
+                                    uint32_t instanceFlags, uint32_t geometryFlagsAnd) {
+    if (rayFlags & (kRayCullDisabledAnyHit | kRayCullEnforcedAnyHit))
+        return true;
+    if (!launch.hasAnyHit || (rayFlags & kRayDisableAnyHit))
+        return false;
+    if (rayFlags & kRayEnforceAnyHit)
+        return true;
+    if (instanceFlags & (kInstanceDisableAnyHit | kInstanceEnforceAnyHit))
+        return (instanceFlags & kInstanceDisableAnyHit) == 0;
+    return (geometryFlagsAnd & bvh::kGeometryDisableAnyHit) == 0;
+}
+
 SUNSTONE_INLINE uint32_t triangleKind(float det, uint32_t instanceFlags) {
     const bool flipped = instanceFlags & kInstanceFlipFacing;
     return (det > 0) != flipped ? kHitTriangleFront : kHitTriangleBack;

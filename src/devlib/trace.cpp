@@ -133,10 +133,14 @@ const TraceSet& chosenSet() {
 TraceVariant selectTrace(const TraceFeatures& features) {
     const TraceSet& set = chosenSet();
     if (features.classic)
-        return {set.traceClassic, set.reportClassic, classicCallable, set.visitChild};
+        return {set.traceClassic, set.batchClassic, set.reportClassic, classicCallable,
+                set.visitChild};
     if (features.checked)
-        return {kTraceChecked.traceGraph, kTraceChecked.report, checkedCallable, nullptr};
-    return {features.instancing ? set.traceGraph : set.traceGas, set.report, callable, nullptr};
+        return {kTraceChecked.traceGraph, kTraceChecked.batchGraph, kTraceChecked.report,
+                checkedCallable, nullptr};
+    if (features.instancing)
+        return {set.traceGraph, set.batchGraph, set.report, callable, nullptr};
+    return {set.traceGas, set.batchGas, set.report, callable, nullptr};
 }
 
 void bindTrace(LaunchState& launch, const TraceFeatures& features) {

@@ -30,8 +30,21 @@ struct TraceFeatures {
 // instances are looked at when their structure is built.)
 bool isTraversable(uint64_t handle);
 
+// Walks the rays of several launch indices together, as `trace` does with one: the same hits, bit
+// for bit. It runs no program and raises nothing. next[i] is what remains to be done for
+// states[i], on the stack of its launch index:
+//   null                  nothing
+//   a closest-hit or      the hit or the miss is in the state; the caller calls the program
+//   miss program
+//   another function      the ray was not walked, because its walk may run programs or raise; the
+//                         function is `trace` as a whole, and the caller calls it in the same way
+// The [trace] fields of the states are set; the states stay where they are and keep their values
+// until the call returns. The rays may be of different launches, with any flags and handles.
+using TraceBatchFn = void (*)(RayState* const* states, ProgramFn* next, uint32_t count);
+
 struct TraceVariant {
     void (*trace)(RayState*);
+    TraceBatchFn traceBatch;
     uint32_t (*report)(RayState*, float t, uint32_t kind);
     const void* (*callable)(RayState*, uint32_t sbtIndex, uint32_t call);
     uint32_t (*visitChild)(RayState*, uint32_t index); // null for OptiX 7

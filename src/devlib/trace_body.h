@@ -70,6 +70,31 @@ SUNSTONE_INLINE bool isKnown(RayState* state, uint64_t handle) {
     return true;
 }
 
+// Which sides of triangles a ray passes, below an instance with these flags.
+SUNSTONE_INLINE isa::Culling cullingOf(uint32_t rayFlags, uint32_t instanceFlags) {
+    if (instanceFlags & kInstanceDisableFaceCulling)
+        return {};
+    const bool front = rayFlags & kRayCullFront, back = rayFlags & kRayCullBack;
+    return instanceFlags & kInstanceFlipFacing ? isa::Culling{back, front}
+                                               : isa::Culling{front, back};
+}
+
+SUNSTONE_INLINE void transformRay(const float m[12], const float org[3], const float dir[3],
+                                  float newOrg[3], float newDir[3]) {
+    for (int i = 0; i < 3; ++i) {
+        const float* row = m + 4 * i;
+        newOrg[i] = row[0] * org[0] + row[1] * org[1] + row[2] * org[2] + row[3];
+        newDir[i] = row[0] * dir[0] + row[1] * dir[1] + row[2] * dir[2];
+    }
+}
+
+SUNSTONE_INLINE void setBarycentrics(uint32_t* attributes, float v, float w, float det) {
+    attributes[0] = isa::bitsOf(v / det);
+    attributes[1] = isa::bitsOf(w / det);
+    for (unsigned i = 2; i < kMaxAttributeWords; ++i)
+        attributes[i] = 0;
+}
+
 template <class Records>
 class Tracer {
 public:
@@ -291,12 +316,8 @@ private:
     }
 
     SUNSTONE_INLINE_MEMBER isa::Culling culling() const {
-        if (instanceFlags_ & kInstanceDisableFaceCulling)
-            return {};
-        const bool front = rayFlags_ & kRayCullFront, back = rayFlags_ & kRayCullBack;
-        return flipped() ? isa::Culling{back, front} : isa::Culling{front, back};
+        return cullingOf(rayFlags_, instanceFlags_);
     }
-    SUNSTONE_INLINE_MEMBER bool flipped() const { return instanceFlags_ & kInstanceFlipFacing; }
 
     // The candidate becomes one of another record of its build input, until the report ends.
     uint32_t reportMaterial(uint32_t material) {
@@ -435,14 +456,6 @@ private:
         return offer(candidateGroup_, candidateAnyHit_);
     }
 
-    SUNSTONE_INLINE_MEMBER static void setBarycentrics(uint32_t* attributes, float v, float w,
-                                                       float det) {
-        attributes[0] = isa::bitsOf(v / det);
-        attributes[1] = isa::bitsOf(w / det);
-        for (unsigned i = 2; i < kMaxAttributeWords; ++i)
-            attributes[i] = 0;
-    }
-
     // Triangles of a structure with opacity micromaps. The state where the ray meets a triangle
     // takes the place of its geometry flag DISABLE_ANYHIT; instance and ray flags apply after it.
     template <bool kAll>
@@ -527,15 +540,7 @@ private:
     }
 
     SUNSTONE_INLINE_MEMBER bool programsMayRun(const bvh::BlockHeader* block) const {
-        if (rayFlags_ & (kRayCullDisabledAnyHit | kRayCullEnforcedAnyHit))
-            return true;
-        if (!launch_.hasAnyHit || (rayFlags_ & kRayDisableAnyHit))
-            return false;
-        if (rayFlags_ & kRayEnforceAnyHit)
-            return true;
-        if (instanceFlags_ & (kInstanceDisableAnyHit | kInstanceEnforceAnyHit))
-            return (instanceFlags_ & kInstanceDisableAnyHit) == 0;
-        return (block->geometryFlagsAnd & bvh::kGeometryDisableAnyHit) == 0;
+        return devlib::programsMayRun(launch_, rayFlags_, instanceFlags_, block->geometryFlagsAnd);
     }
 
     SUNSTONE_INLINE_MEMBER bool enterTriangles(const bvh::BlockHeader* block, const float org[3],
@@ -755,16 +760,6 @@ private:
         return false;
     }
 
-    SUNSTONE_INLINE_MEMBER static void transformRay(const float m[12], const float org[3],
-                                                    const float dir[3], float newOrg[3],
-                                                    float newDir[3]) {
-        for (int i = 0; i < 3; ++i) {
-            const float* row = m + 4 * i;
-            newOrg[i] = row[0] * org[0] + row[1] * org[1] + row[2] * org[2] + row[3];
-            newDir[i] = row[0] * dir[0] + row[1] * dir[1] + row[2] * dir[2];
-        }
-    }
-
     [[gnu::noinline]] bool enterInstance(const InstanceRecord& record, const float org[3],
                                          const float dir[3]) {
         if (flagsExcludeLevel())
@@ -882,8 +877,9 @@ private:
 
 namespace sunstone::devlib::SUNSTONE_TRACE_SPACE {
 
+// Makes the state that of the miss program. Returns the program, or null.
 template <class Records>
-[[gnu::noinline]] static void runMiss(RayState* state) {
+[[gnu::noinline]] static ProgramFn startMiss(RayState* state) {
     const ResolvedRecord r = resolve(*state->launch, Records::miss(*state), kGroupMiss);
     if constexpr (kChecked)
         if (!r.group) {
@@ -895,8 +891,7 @@ template <class Records>
     state->hit.record = nullptr;
     state->hit.transformCount = 0;
     state->sbtData = dataOf(uint64_t(r.record));
-    if (r.group && r.group->program(kRoleMain))
-        r.group->program(kRoleMain)(state);
+    return r.group ? r.group->program(kRoleMain) : nullptr;
 }
 
 // Walks the graph; returns the closest-hit program to run, or null. Apart from trace() so that its
@@ -919,16 +914,19 @@ template <class Records, bool kInstancing>
         state->launch->raise(state, code, info);
 }
 
+// Walks, and leaves the hit or the miss in the state. Returns the program that has to run, or null.
 template <class Records, bool kInstancing>
-static void trace(RayState* state) {
+SUNSTONE_INLINE ProgramFn walkRay(RayState* state) {
     const LaunchState& launch = *state->launch;
     // The state is a part of the caller's frame.
-    if (__builtin_expect(reinterpret_cast<uint64_t>(state) < state->thread->stackLimit, 0))
-        return raiseWithoutPath(state, kExceptionStackOverflow);
+    if (__builtin_expect(reinterpret_cast<uint64_t>(state) < state->thread->stackLimit, 0)) {
+        raiseWithoutPath(state, kExceptionStackOverflow);
+        return nullptr;
+    }
     if (state->depth > launch.maxTraceDepth) {
         if (launch.exceptionFlags & kFlagTraceDepth)
             raiseWithoutPath(state, kExceptionTraceDepth);
-        return;
+        return nullptr;
     }
     if constexpr (kChecked)
         checkRay(state);
@@ -941,14 +939,19 @@ static void trace(RayState* state) {
                 info.traversable = state->handle;
                 raiseWithoutPath(state, kExceptionInvalidTraversable, &info);
             }
-        return runMiss<Records>(state);
+        return startMiss<Records>(state);
     }
-    if (const ProgramFn closestHit = findHit<Records, kInstancing>(state, found)) {
-        closestHit(state);
-    } else if (!found) {
-        state->tmax = tmax;
-        runMiss<Records>(state);
-    }
+    const ProgramFn closestHit = findHit<Records, kInstancing>(state, found);
+    if (found)
+        return closestHit;
+    state->tmax = tmax;
+    return startMiss<Records>(state);
+}
+
+template <class Records, bool kInstancing>
+static void trace(RayState* state) {
+    if (const ProgramFn program = walkRay<Records, kInstancing>(state))
+        program(state);
 }
 
 template <class Records>

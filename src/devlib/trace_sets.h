@@ -2,7 +2,7 @@
 // The trace functions of each instruction set; trace.cpp chooses.
 #pragma once
 
-#include "devlib/abi.h"
+#include "devlib/trace.h"
 
 namespace sunstone::devlib {
 
@@ -14,6 +14,8 @@ struct TraceSet {
     void (*traceClassic)(RayState*);
     uint32_t (*reportClassic)(RayState*, float t, uint32_t material);
     uint32_t (*visitChild)(RayState*, uint32_t index);
+    // The same for many rays; see traceBatch in trace.h. The checked set has the first alone.
+    TraceBatchFn batchGraph, batchGas, batchClassic;
 };
 
 extern const TraceSet kTraceBaseline, kTraceAvx2, kTraceAvx512, kTraceChecked;

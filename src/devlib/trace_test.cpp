@@ -65,8 +65,7 @@ protected:
         hitGroup.code[kRoleAnyHit] = reinterpret_cast<const void*>(&runAnyHit);
         hitGroup.code[kRoleIntersection] = reinterpret_cast<const void*>(&runIntersection);
         groups_[kMissGroup].code[kRoleMain] = reinterpret_cast<const void*>(&runMiss);
-        groups_[kCallableGroup].code[kRoleDirect] =
-            reinterpret_cast<const void*>(&addOne);
+        groups_[kCallableGroup].code[kRoleDirect] = reinterpret_cast<const void*>(&addOne);
         for (uint32_t i = 0; i < 32; ++i)
             hit_[i] = {{kSbtMagic, kHitGroup, kGroupHit, {}}, {i, 0, 0, 0}};
         for (uint32_t i = 0; i < 4; ++i)

@@ -4,26 +4,28 @@
 
 #include "base/thread_object.h"
 #include "bvh/batch/batch.h"
+#include "bvh/batch/batch_flights.h"
 #include "bvh/batch/batch_visitors.h"
 #include "bvh/batch/nearest_walk.h"
-#include "bvh/batch/stream_walk.h"
 
 #include <algorithm>
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
-// The rays of one piece, and their hits.
+// The rays of some pieces, and their hits.
+constexpr uint32_t kGroupPieces = 8;
 struct Piece {
     uint64_t first;
     uint32_t count;
-    BatchRay rays[kPieceRays];
-    BatchHit hits[kPieceRays];
+    BatchRay rays[kGroupPieces * kPieceRays];
+    BatchHit hits[kGroupPieces * kPieceRays];
 };
 
-SUNSTONE_INLINE void readPiece(const RayBatch& batch, uint64_t number, Piece& piece) {
+SUNSTONE_INLINE void readPieces(const RayBatch& batch, uint64_t number, uint64_t endNumber,
+                                Piece& piece) {
     const uint64_t begin = number * kPieceRays;
     piece.first = begin < batch.firstBit ? 0 : begin - batch.firstBit;
-    const uint64_t end = std::min(batch.count, begin + kPieceRays - batch.firstBit);
+    const uint64_t end = std::min(batch.count, endNumber * kPieceRays - batch.firstBit);
     piece.count = uint32_t(end - piece.first);
     for (uint32_t i = 0; i < piece.count; ++i)
         piece.rays[i] = readRay(batch, piece.first + i);
@@ -58,24 +60,16 @@ SUNSTONE_INLINE void traceOne(const BatchScene& scene, const BatchRay& ray, Batc
     hit = judge.hit();
 }
 
-// Pieces of so many rays, or more, go together.
-constexpr uint32_t kStreamRays = 8;
-
 template <class Judge, bool kMasked>
 static void tracePieces(const RayBatch& batch, const BatchScene& scene, uint64_t number,
                         uint64_t endNumber) {
-    Piece piece;
     // Too large for the stacks of all threads.
-    StreamWalk<Judge, kMasked>& stream = threadObject<StreamWalk<Judge, kMasked>>();
-    if (!scene.instances)
-        stream.enter(scene.header, scene.masksOf(0));
-    for (; number < endNumber; ++number) {
-        readPiece(batch, number, piece);
-        if (scene.instances || piece.count < kStreamRays)
-            for (uint32_t i = 0; i < piece.count; ++i)
-                traceOne<Judge, kMasked>(scene, piece.rays[i], piece.hits[i]);
-        else
-            stream.trace(piece.rays, piece.hits, piece.count);
+    auto& walk = threadObject<typename BatchFlights<Judge, kMasked>::Walk>();
+    auto& piece = threadObject<Piece>();
+    BatchFlights<Judge, kMasked> flights(walk, scene);
+    for (; number < endNumber; number += kGroupPieces) {
+        readPieces(batch, number, std::min(endNumber, number + kGroupPieces), piece);
+        flights.trace(piece.rays, piece.hits, piece.count);
         writePiece(batch, piece);
     }
 }
@@ -84,10 +78,10 @@ template <class Judge>
 static void trace(const RayBatch& batch, uint64_t number, uint64_t endNumber) {
     const BatchScene scene(batch.handle, batch.masks);
     if (scene.header->root == kNoNode) {
-        Piece piece;
-        std::fill_n(piece.hits, kPieceRays, kNoBatchHit);
-        for (; number < endNumber; ++number) {
-            readPiece(batch, number, piece);
+        auto& piece = threadObject<Piece>();
+        std::fill_n(piece.hits, std::size(piece.hits), kNoBatchHit);
+        for (; number < endNumber; number += kGroupPieces) {
+            readPieces(batch, number, std::min(endNumber, number + kGroupPieces), piece);
             writePiece(batch, piece);
         }
     } else if (batch.masks) {

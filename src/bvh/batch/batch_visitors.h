@@ -118,6 +118,18 @@ struct BatchScene {
     }
 };
 
+// The ray in the space of an instance.
+SUNSTONE_INLINE void toObject(const InstanceRecord& record, const BatchRay& ray, float origin[3],
+                              float direction[3]) {
+    for (int i = 0; i < 3; ++i) {
+        const float* const row = record.worldToObject + 4 * i;
+        origin[i] =
+            row[0] * ray.origin[0] + row[1] * ray.origin[1] + row[2] * ray.origin[2] + row[3];
+        direction[i] =
+            row[0] * ray.direction[0] + row[1] * ray.direction[1] + row[2] * ray.direction[2];
+    }
+}
+
 template <class Judge, bool kMasked>
 struct BatchInstances {
     static constexpr bool kOrdered = Judge::kOrdered;
@@ -129,13 +141,7 @@ struct BatchInstances {
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
         const auto& record = *reinterpret_cast<const InstanceRecord*>(block + offsetOf(ref));
         float origin[3], direction[3];
-        for (int i = 0; i < 3; ++i) {
-            const float* const row = record.worldToObject + 4 * i;
-            origin[i] =
-                row[0] * ray.origin[0] + row[1] * ray.origin[1] + row[2] * ray.origin[2] + row[3];
-            direction[i] =
-                row[0] * ray.direction[0] + row[1] * ray.direction[1] + row[2] * ray.direction[2];
-        }
+        toObject(record, ray, origin, direction);
         const BlockHeader* const header = headerOfHandle(record.child);
         if (header->root == kNoNode || !isRay(origin, direction, ray.tmin, judge.tmax))
             return false;
