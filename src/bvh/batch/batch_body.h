@@ -7,6 +7,7 @@
 #include "bvh/batch/batch_flights.h"
 #include "bvh/batch/batch_visitors.h"
 #include "bvh/batch/nearest_walk.h"
+#include "bvh/batch/packet_walk.h"
 
 #include <algorithm>
 
@@ -67,9 +68,19 @@ static void tracePieces(const RayBatch& batch, const BatchScene& scene, uint64_t
     auto& walk = threadObject<typename BatchFlights<Judge, kMasked>::Walk>();
     auto& piece = threadObject<Piece>();
     BatchFlights<Judge, kMasked> flights(walk, scene);
+    auto& packets = threadObject<PacketWalk<Judge, kMasked>>();
+    packets.enter(scene.header, scene.instances ? nullptr : scene.masksOf(0));
+    uint16_t all[kGroupPieces * kPieceRays];
+    for (uint32_t i = 0; i < std::size(all); ++i)
+        all[i] = uint16_t(i);
     for (; number < endNumber; number += kGroupPieces) {
         readPieces(batch, number, std::min(endNumber, number + kGroupPieces), piece);
-        flights.trace(piece.rays, piece.hits, piece.count);
+        if (scene.instances) {
+            flights.trace(piece.rays, piece.hits, {all, piece.count});
+        } else {
+            packets.trace(piece.rays, piece.hits, piece.count);
+            flights.trace(piece.rays, piece.hits, packets.others());
+        }
         writePiece(batch, piece);
     }
 }

@@ -5,6 +5,8 @@
 #include "bvh/batch/batch_visitors.h"
 #include "bvh/batch/flight_walk.h"
 
+#include <span>
+
 namespace sunstone::bvh::SUNSTONE_ISA {
 
 template <class Judge, bool kMasked>
@@ -23,18 +25,18 @@ public:
 
     BatchFlights(Walk& walk, const BatchScene& scene) : walk_(walk), scene_(scene) {}
 
-    // Answers these rays of the batch.
-    void trace(const BatchRay* rays, BatchHit* hits, uint32_t count) {
+    // Answers the rays with these numbers.
+    void trace(const BatchRay* rays, BatchHit* hits, std::span<const uint16_t> numbers) {
         rays_ = rays;
         hits_ = hits;
-        count_ = count;
+        numbers_ = numbers;
         at_ = 0;
         walk_.run(*this);
     }
 
     bool next(Flight& f) {
-        while (at_ < count_) {
-            const uint32_t index = at_++;
+        while (at_ < numbers_.size()) {
+            const uint32_t index = numbers_[at_++];
             const BatchRay& ray = rays_[index];
             if (!isRay(ray.origin, ray.direction, ray.tmin, ray.tmax)) {
                 hits_[index] = kNoBatchHit;
@@ -82,7 +84,8 @@ private:
     const BatchScene& scene_;
     const BatchRay* rays_ = nullptr;
     BatchHit* hits_ = nullptr;
-    uint32_t count_ = 0, at_ = 0;
+    std::span<const uint16_t> numbers_;
+    size_t at_ = 0;
 };
 
 } // namespace sunstone::bvh::SUNSTONE_ISA

@@ -22,7 +22,7 @@ struct ClosestJudge {
     float v = 0, w = 0, det = 1;
     uint32_t triangle = ~0u, hitInstance = ~0u;
 
-    SUNSTONE_INLINE_MEMBER explicit ClosestJudge(float end) : tmax(end) {}
+    SUNSTONE_INLINE_MEMBER explicit ClosestJudge(float end = 0) : tmax(end) {}
     SUNSTONE_INLINE_MEMBER bool take(float t, float cv, float cw, float cdet, uint32_t id) {
         if (t > tmax || (t == tmax && found &&
                          (instance > hitInstance || (instance == hitInstance && id > triangle))))

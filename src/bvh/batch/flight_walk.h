@@ -136,6 +136,19 @@ public:
         *f.top = kEndTag;
         open(f, header, kinds, origin, direction, tmin);
     }
+    // The same for a ray that is on its way: `count` entries of its stack, the next one last.
+    void beginAt(Flight& f, const BlockHeader* header, const RaySetup* setup, float tmax,
+                 const uint64_t* entries, uint32_t count) {
+        f.tmax = tmax;
+        f.level = 0;
+        uint64_t* const first = stacks_[f.place] + kBelow;
+        *first = kEndTag;
+        std::copy(entries, entries + count, first + 1);
+        f.top = first + count;
+        f.setup = setup;
+        f.block = reinterpret_cast<const uint8_t*>(header);
+        f.kinds = kTriangleLists;
+    }
     // For Policy::instance: the ray goes into a structure, whose root is a node; only if
     // canEnter().
     bool canEnter(const Flight& f) const {
@@ -230,16 +243,22 @@ private:
         return ended;
     }
 
+    // In three loops whose turns are short, so that the processor overlaps several of them.
     template <bool kOrdered>
     SUNSTONE_INLINE_MEMBER void openNodes(uint32_t now, uint32_t list) {
         const uint32_t count = counts_[now][list];
         for (uint32_t k = 0; k < count; ++k) {
-            Flight& f = flights_[lists_[now][list][k]];
+            const Flight& f = flights_[lists_[now][list][k]];
             const uint8_t* const node = f.block + offsetOf(NodeRef(*f.top));
             F8 distance;
-            const Mask hits = testNode(node, *f.setup, SlabLanes(*f.setup), f.tmax, distance);
-            f.top = replaceTop<kOrdered>(reinterpret_cast<const Node*>(node)->children, hits,
-                                         distance, f.top);
+            hits_[k] = testNode(node, *f.setup, SlabLanes(*f.setup), f.tmax, distance);
+            store(distances_[k], distance);
+            children_[k] = reinterpret_cast<const Node*>(node)->children;
+        }
+        for (uint32_t k = 0; k < count; ++k) {
+            Flight& f = flights_[lists_[now][list][k]];
+            f.top = replaceTop<kOrdered>(children_[k], hits_[k],
+                                         load(distances_[k], static_cast<F8*>(nullptr)), f.top);
         }
         for (uint32_t k = 0; k < count; ++k)
             advance(flights_[lists_[now][list][k]], now ^ 1);
@@ -261,6 +280,10 @@ private:
     uint32_t now_ = 0;
     uint32_t counts_[2][kLists];
     uint8_t lists_[2][kLists][kRays];
+    // Of the nodes that are opened.
+    alignas(32) float distances_[kRays][8];
+    const NodeRef* children_[kRays];
+    Mask hits_[kRays];
     Flight flights_[kRays];
     alignas(64) uint64_t stacks_[kRays][kCapacity];
 };

@@ -61,13 +61,13 @@ SUNSTONE_INLINE F vertexLanes(const TriangleLeaf<N>& leaf, uint32_t vertex, uint
     return load(leaf.vertices + (3 * vertex + axis) * N, f);
 }
 
-// Lanes whose triangle the ray hits at tmin <= t <= tmax; their values are in `out`. Leaf: a type
-// with an overload of vertexLanes.
+// Lanes whose triangle is hit at tmin <= t <= tmax; their values are in `out`. axes: kx, ky, kz.
+// Leaf: a type with an overload of vertexLanes. Lanes are triangles, rays, or both.
 template <unsigned N, class F, class Leaf>
-SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const RaySetup& s, const ShearLanes<F>& r,
-                                   float tmax, TriangleCandidates<N>& out) {
+SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const uint32_t* axes, const ShearLanes<F>& r,
+                                   F tmin, F tmax, TriangleCandidates<N>& out) {
     F* const f = nullptr;
-    const uint32_t kx = s.axis[0], ky = s.axis[1], kz = s.axis[2];
+    const uint32_t kx = axes[0], ky = axes[1], kz = axes[2];
     const F az = vertexLanes(leaf, 0, kz, f) - r.oz, bz = vertexLanes(leaf, 1, kz, f) - r.oz,
             cz = vertexLanes(leaf, 2, kz, f) - r.oz;
     const F ax = (vertexLanes(leaf, 0, kx, f) - r.ox) - r.sx * az,
@@ -106,8 +106,7 @@ SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const RaySetup& s, const Sh
     const F k = inversePower(det);
     const F t = ((((u * k) * az + (v * k) * bz) + (w * k) * cz) * r.sz) / (det * k);
     // A zero or NaN determinant gives a NaN or infinite t; infinity may equal tmax.
-    const Mask hits =
-        inside & lessEqual(splat(s.tmin, f), t) & lessEqual(t, splat(tmax, f)) & ~equal(det, zero);
+    const Mask hits = inside & lessEqual(tmin, t) & lessEqual(t, tmax) & ~equal(det, zero);
     if (hits) {
         store(out.t, t);
         store(out.v, v);
@@ -115,6 +114,14 @@ SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const RaySetup& s, const Sh
         store(out.det, det);
     }
     return hits;
+}
+
+// The same for the triangles of a leaf and one ray.
+template <unsigned N, class F, class Leaf>
+SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const RaySetup& s, const ShearLanes<F>& r,
+                                   float tmax, TriangleCandidates<N>& out) {
+    F* const f = nullptr;
+    return testTriangles<N, F>(leaf, s.axis, r, splat(s.tmin, f), splat(tmax, f), out);
 }
 
 } // namespace sunstone::bvh::SUNSTONE_ISA

@@ -1,0 +1,558 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rays of a batch through a structure of triangles. Included by files that are compiled once
+// per instruction set (see bvh/simd.h).
+//
+// Rays whose directions are alike and of one octant make a packet. A node is loaded once for all
+// that meet it, and tested in three steps, from coarse to fine:
+//   all rays     The eight children against bounds of the packet (packet_bounds.h).
+//   16 rays      Each remaining child against the rays in lanes (8 with AVX2, 4 without).
+//   a ray        Where so few rays are left that lanes would be empty, the eight children against
+//                each ray, as in the walk of one ray.
+// A leaf is tested in the same way: a triangle against the rays in lanes, or its triangles against
+// a ray. A stack entry is a node and the set of its rays, a bit for each. Several packets take
+// turns, a node each, while the next nodes of the others come from memory.
+//
+// Other rays, and nodes that very few rays of a packet meet, go in flight (flight_walk.h).
+//
+// Every test of boxes passes what testNode() passes, and triangles are tested with the operations
+// of the walk of one ray, so the hits, which do not depend on the order of visits (see
+// ClosestJudge), are those of single rays.
+#pragma once
+
+#include "bvh/batch/batch_visitors.h"
+#include "bvh/batch/flight_walk.h"
+#include "bvh/batch/packet_bounds.h"
+
+#include <span>
+
+namespace sunstone::bvh::SUNSTONE_ISA {
+
+// One triangle of a leaf, the same in all lanes.
+struct TriangleAcross {
+    const float* vertices;
+    uint32_t stride; // of its coordinates: triangles in the leaf
+};
+template <class F>
+SUNSTONE_INLINE F vertexLanes(const TriangleAcross& t, uint32_t vertex, uint32_t axis, F* f) {
+    return splat(t.vertices[(3 * vertex + axis) * t.stride], f);
+}
+
+// The rays that meet each child of a node, a bit for each ray.
+#if defined(__AVX512F__)
+class ChildRays {
+public:
+    SUNSTONE_INLINE_MEMBER void add(uint32_t ray, Mask children) {
+        sets_ = _mm512_mask_or_epi64(sets_, __mmask8(children), sets_,
+                                     _mm512_set1_epi64(int64_t(uint64_t(1) << ray)));
+    }
+    SUNSTONE_INLINE_MEMBER void finish(uint64_t* sets) { _mm512_store_si512(sets, sets_); }
+
+private:
+    __m512i sets_ = _mm512_setzero_si512();
+};
+#else
+class ChildRays {
+public:
+    SUNSTONE_INLINE_MEMBER void add(uint32_t ray, Mask children) {
+        bytes_[ray] = uint8_t(children);
+    }
+    SUNSTONE_INLINE_MEMBER void finish(uint64_t* sets) const {
+        for (uint32_t child = 0; child < 8; ++child) {
+            // The rays whose byte has the child's bit.
+            const __m128i shift = _mm_cvtsi32_si128(int(7 - child));
+            uint64_t set = 0;
+            for (int i = 3; i >= 0; --i) {
+                const __m128i hits = _mm_load_si128(reinterpret_cast<const __m128i*>(bytes_) + i);
+                set = set << 16 |
+                      uint64_t(uint32_t(_mm_movemask_epi8(_mm_sll_epi16(hits, shift))) & 0xFFFFu);
+            }
+            sets[child] = set;
+        }
+    }
+
+private:
+    alignas(16) uint8_t bytes_[RayBlock::kRays] = {};
+};
+#endif
+
+template <class Judge, bool kMasked>
+class PacketWalk {
+public:
+    static constexpr uint32_t kRays = 512;
+
+    void enter(const BlockHeader* header, const uint32_t* masks) {
+        header_ = header;
+        block_ = reinterpret_cast<const uint8_t*>(header);
+        masks_ = masks;
+    }
+
+    // Answers the rays; at most kRays. Those that fit in no packet are left to the caller: their
+    // numbers are in others().
+    void trace(const BatchRay* rays, BatchHit* hits, uint32_t count) {
+        rays_ = rays;
+        numBlocks_ = numPackets_ = numApart_ = numOthers_ = 0;
+        for (uint32_t first = 0; first < count; first += RayBlock::kRays) {
+            const uint32_t end = std::min(count, first + RayBlock::kRays);
+            if (isNarrow(first, end)) {
+                for (uint32_t i = first; i < end; ++i)
+                    order_[i - first] = uint16_t(i);
+                startBlock(order_, end - first);
+            } else {
+                for (uint32_t i = first; i < end; ++i)
+                    others_[numOthers_++] = uint16_t(i);
+            }
+        }
+        if (!Judge::kOrdered)
+            sortOthers();
+        walkPackets();
+        Apart apart{*this, 0};
+        flights_.run(apart);
+        for (uint32_t b = 0; b < numBlocks_; ++b) {
+            const Block& block = blocks_[b];
+            for (uint32_t lane = 0; lane < block.count; ++lane)
+                hits[block.numbers[lane]] =
+                    block.rays.valid >> lane & 1 ? block.judges[lane].hit() : kNoBatchHit;
+        }
+    }
+    std::span<const uint16_t> others() const { return {others_, numOthers_}; }
+
+private:
+    // An octant's last block may have few rays.
+    static constexpr uint32_t kBlocks = kRays / RayBlock::kRays + 8;
+    static constexpr uint32_t kPackets = 4;
+    static constexpr uint32_t kLeastPacket = 8;
+    // Rays of a set that are so few go apart.
+    static constexpr int kFew = 2;
+    // Tests of a box against a group of lanes that take as long as those of all against a ray.
+    static constexpr uint32_t kTests = 1;
+    // Room on a ray's own stack.
+    static constexpr uint32_t kGiven = 16;
+    // The most that directions of a packet may differ along an axis, of the longest component.
+    static constexpr float kSpread = 0.3f;
+
+    struct Block {
+        RayBlock rays;
+        uint64_t alive; // rays that have not ended
+        uint32_t count;
+        uint16_t numbers[RayBlock::kRays]; // of the rays
+        Judge judges[RayBlock::kRays];
+        uint32_t masks[RayBlock::kRays];
+        uint8_t given[RayBlock::kRays]; // entries in `own`
+        uint64_t own[RayBlock::kRays][kGiven];
+    };
+
+    struct Entry {
+        uint64_t item; // distance and node, as in traverse.h
+        uint64_t rays;
+    };
+
+    struct Packet {
+        Block* block;
+        Entry* top;
+        PacketBounds bounds;
+        bool sameAxes; // of the shear, for all rays
+        Entry stack[kStackSize];
+    };
+
+    // Rays in flight.
+    struct Apart {
+        static constexpr bool kOrdered = true;
+        struct Data {
+            Block* block;
+            uint32_t lane;
+        };
+        using Walk = FlightWalk<Apart, 32, 1>;
+        using Flight = typename Walk::Flight;
+        PacketWalk& walk;
+        uint32_t at;
+
+        bool next(Flight& f) {
+            while (at < walk.numApart_) {
+                const uint32_t ray = walk.apart_[at++];
+                if (walk.fly(f, walk.blocks_[ray / RayBlock::kRays], ray % RayBlock::kRays))
+                    return true;
+            }
+            return false;
+        }
+        SUNSTONE_INLINE_MEMBER bool leaf(Flight& f, NodeRef ref) {
+            Block& block = *f.data.block;
+            const uint32_t lane = f.data.lane;
+            BatchTriangles<Judge, kMasked> triangles(*f.setup, block.judges[lane], walk.masks_,
+                                                     block.masks[lane]);
+            const bool ended = triangles.leaf(f.block, ref);
+            f.tmax = block.judges[lane].tmax;
+            return ended;
+        }
+        bool instance(Flight&, NodeRef) { return true; } // there is none
+        void end(Flight&) {}
+    };
+
+    static uint32_t lowest(uint64_t set) { return uint32_t(__builtin_ctzll(set)); }
+
+    static uint32_t octantOf(const BatchRay& ray) {
+        return bitsOf(ray.direction[0]) >> 31 | bitsOf(ray.direction[1]) >> 31 << 1 |
+               bitsOf(ray.direction[2]) >> 31 << 2;
+    }
+
+    // Whether the directions of these rays are alike.
+    bool isNarrow(uint32_t first, uint32_t end) const {
+        const float* const d = rays_[first].direction;
+        const float scale = larger(larger(absolute(d[0]), absolute(d[1])), absolute(d[2]));
+        for (uint32_t i = first + 1; i < end; ++i)
+            for (int k = 0; k < 3; ++k)
+                if (!(absolute(rays_[i].direction[k] - d[k]) <= kSpread * scale))
+                    return false;
+        return end - first >= kLeastPacket;
+    }
+
+    // Makes blocks of others whose directions are of one octant.
+    void sortOthers() {
+        uint32_t counts[9] = {};
+        for (uint32_t i = 0; i < numOthers_; ++i)
+            ++counts[octantOf(rays_[others_[i]]) + 1];
+        for (int k = 0; k < 8; ++k)
+            counts[k + 1] += counts[k];
+        uint32_t place[8];
+        std::copy(counts, counts + 8, place);
+        for (uint32_t i = 0; i < numOthers_; ++i)
+            order_[place[octantOf(rays_[others_[i]])]++] = others_[i];
+        numOthers_ = 0;
+        for (int k = 0; k < 8; ++k)
+            for (uint32_t first = counts[k]; first < counts[k + 1]; first += RayBlock::kRays) {
+                const uint32_t count = std::min(RayBlock::kRays, counts[k + 1] - first);
+                if (count >= kLeastPacket)
+                    startBlock(order_ + first, count);
+                else
+                    for (uint32_t i = 0; i < count; ++i)
+                        others_[numOthers_++] = order_[first + i];
+            }
+    }
+
+    // Makes packets of these rays.
+    void startBlock(const uint16_t* numbers, uint32_t count) {
+        Block& block = blocks_[numBlocks_++];
+        block.count = count;
+        for (uint32_t i = 0; i < count; ++i) {
+            const BatchRay& ray = rays_[numbers[i]];
+            block.numbers[i] = numbers[i];
+            block.rays.set(i, ray);
+            block.judges[i] = Judge(ray.tmax);
+            block.masks[i] = ray.mask;
+            block.given[i] = 0;
+        }
+        block.rays.setup(header_, count);
+        block.alive = block.rays.valid;
+        for (uint64_t left = block.rays.valid; left != 0;) {
+            const uint64_t packet = left & sameOctant(block.rays, lowest(left), count);
+            left &= ~packet;
+            if (uint32_t(__builtin_popcountll(packet)) >= kLeastPacket)
+                addPacket(block, packet);
+            else
+                for (uint64_t set = packet; set; set &= set - 1)
+                    give(block, lowest(set), header_->root);
+        }
+    }
+
+    static uint64_t sameOctant(const RayBlock& rays, uint32_t lane, uint32_t count) {
+        uint64_t same = 0;
+        for (uint32_t i = 0; i < count; ++i)
+            same |= uint64_t(rays.octant[i] == rays.octant[lane]) << i;
+        return same;
+    }
+
+    void addPacket(Block& block, uint64_t rays) {
+        if (numPackets_ == kPackets)
+            walkPackets();
+        Packet& packet = packets_[numPackets_++];
+        packet.block = &block;
+        packet.bounds.set(block.rays, rays);
+        const uint8_t axes = block.rays.axes[lowest(rays)];
+        packet.sameAxes = true;
+        for (uint64_t set = rays; set; set &= set - 1)
+            packet.sameAxes &= block.rays.axes[lowest(set)] == axes;
+        packet.stack[0] = {header_->root, rays};
+        packet.top = packet.stack + 1;
+    }
+
+    // Puts the node on the ray's own stack; false if that is full.
+    bool give(Block& block, uint32_t lane, uint64_t item) {
+        uint8_t& count = block.given[lane];
+        if (count == kGiven)
+            return false;
+        if (count == 0)
+            apart_[numApart_++] = uint16_t((&block - blocks_) * ptrdiff_t(RayBlock::kRays) + lane);
+        block.own[lane][count++] = item;
+        return true;
+    }
+    bool giveAll(Block& block, uint64_t rays, uint64_t item) {
+        for (uint64_t set = rays; set; set &= set - 1)
+            if (block.given[lowest(set)] == kGiven)
+                return false;
+        for (uint64_t set = rays; set; set &= set - 1)
+            give(block, lowest(set), item);
+        return true;
+    }
+
+    // Starts the ray's flight; false if it has nothing left to visit.
+    bool fly(typename Apart::Flight& f, Block& block, uint32_t lane) {
+        const float tmax = block.judges[lane].tmax;
+        uint64_t* const entries = block.own[lane];
+        uint32_t count = 0;
+        for (uint32_t k = 0; k < block.given[lane]; ++k) {
+            const uint64_t entry = entries[k];
+            entries[count] = entry;
+            count += entry >> 32 == 0 || __builtin_bit_cast(float, uint32_t(entry >> 32)) <= tmax;
+        }
+        if (count == 0 || !(block.alive >> lane & 1))
+            return false;
+        std::reverse(entries, entries + count);
+        sortEntries(entries, count);
+        f.data = {&block, lane};
+        block.rays.copyTo(f.setups[0], lane);
+        flights_.beginAt(f, header_, &f.setups[0], tmax, entries, count);
+        return true;
+    }
+
+    // Packets take turns until all have ended.
+    void walkPackets() {
+        Packet* active[kPackets];
+        uint32_t count = 0;
+        for (uint32_t i = 0; i < numPackets_; ++i)
+            active[count++] = &packets_[i];
+        while (count != 0)
+            for (uint32_t i = 0; i < count;) {
+                if (step(*active[i]))
+                    ++i;
+                else
+                    active[i] = active[--count];
+            }
+        numPackets_ = 0;
+    }
+
+    // Visits the packet's next node; false at the end.
+    bool step(Packet& packet) {
+        Block& block = *packet.block;
+        while (packet.top != packet.stack) {
+            const Entry entry = *--packet.top;
+            const uint64_t rays = entry.rays & block.alive;
+            if (rays == 0)
+                continue;
+            const int count = __builtin_popcountll(rays);
+            if (count <= kFew && giveAll(block, rays, entry.item))
+                continue;
+            const NodeRef ref = NodeRef(entry.item);
+            if ((ref & kNodeTagMask) == kInner)
+                open(packet, block_ + offsetOf(ref), rays, count);
+            else
+                visitLeaf(packet, ref, rays, count);
+            if (packet.top != packet.stack)
+                prefetchNode(block_, offsetOf(NodeRef(packet.top[-1].item)));
+            return true;
+        }
+        return false;
+    }
+
+    void visitLeaf(Packet& packet, NodeRef ref, uint64_t rays, int count) {
+        const void* const address = block_ + offsetOf(ref);
+        if ((ref & kNodeTagMask) == kLeaf)
+            visitTriangles(packet, *static_cast<const TriangleLeaf<4>*>(address), rays, count);
+        else
+            visitTriangles(packet, *static_cast<const TriangleLeaf<8>*>(address), rays, count);
+    }
+
+    template <unsigned N>
+    SUNSTONE_INLINE_MEMBER void visitTriangles(Packet& packet, const TriangleLeaf<N>& leaf,
+                                               uint64_t rays, int count) {
+        if (packet.sameAxes && uint32_t(count) > kLeafCost * groupsOf(rays) * leaf.count)
+            visitAcross(packet, leaf, rays);
+        else
+            visitSingle(*packet.block, leaf, rays);
+    }
+
+    template <unsigned N>
+    void visitSingle(Block& block, const TriangleLeaf<N>& leaf, uint64_t rays) {
+        using F = std::conditional_t<N == 4, F4, F8>;
+        F* const f = nullptr;
+        for (uint64_t set = rays; set; set &= set - 1) {
+            const uint32_t lane = lowest(set);
+            const RayBlock& r = block.rays;
+            const uint32_t* const axes = kShearAxes[r.axes[lane]];
+            const ShearLanes<F> shear = {
+                splat(r.org[axes[0]][lane], f), splat(r.org[axes[1]][lane], f),
+                splat(r.org[axes[2]][lane], f), splat(r.shear[0][lane], f),
+                splat(r.shear[1][lane], f),     splat(r.shear[2][lane], f)};
+            TriangleCandidates<N> c;
+            for (Mask m = testTriangles<N, F>(leaf, axes, shear, splat(r.start[lane], f),
+                                              splat(r.tmax[lane], f), c);
+                 m; m &= m - 1) {
+                const unsigned i = lowestBit(m);
+                if (take(block, lane, leaf.primitive[i], c.t[i], c.v[i], c.w[i], c.det[i]))
+                    break;
+            }
+        }
+    }
+
+    // The candidate of a ray; true if it ends the ray.
+    SUNSTONE_INLINE_MEMBER bool take(Block& block, uint32_t lane, uint32_t triangle, float t,
+                                     float v, float w, float det) {
+        if (kMasked && masks_ && !(masks_[triangle] & block.masks[lane]))
+            return false;
+        Judge& judge = block.judges[lane];
+        const bool ends = judge.take(t, v, w, det, triangle);
+        block.rays.tmax[lane] = judge.tmax;
+        block.alive &= ~(uint64_t(ends) << lane);
+        return ends;
+    }
+
+    template <unsigned N>
+    void visitAcross(Packet& packet, const TriangleLeaf<N>& leaf, uint64_t rays) {
+        constexpr uint32_t kLanes = WideLanes::kLanes;
+        WideLanes* const w = nullptr;
+        Block& block = *packet.block;
+        const RayBlock& r = block.rays;
+        const uint32_t* const axes = kShearAxes[r.axes[lowest(rays)]];
+        for (uint32_t lane = 0; lane < RayBlock::kRays; lane += kLanes) {
+            const Mask group = Mask(rays >> lane & kGroup);
+            if (group == 0)
+                continue;
+            const ShearLanes<WideLanes> shear = {
+                load(r.org[axes[0]] + lane, w), load(r.org[axes[1]] + lane, w),
+                load(r.org[axes[2]] + lane, w), load(r.shear[0] + lane, w),
+                load(r.shear[1] + lane, w),     load(r.shear[2] + lane, w)};
+            for (uint32_t i = 0; i < leaf.count; ++i) {
+                TriangleCandidates<kLanes> c;
+                const Mask hits = testTriangles<kLanes, WideLanes>(
+                    TriangleAcross{leaf.vertices + i, N}, axes, shear, load(r.start + lane, w),
+                    load(r.tmax + lane, w), c);
+                for (Mask m = hits & group & Mask(block.alive >> lane); m; m &= m - 1) {
+                    const uint32_t k = lowestBit(m);
+                    take(block, lane + k, leaf.primitive[i], c.t[k], c.v[k], c.w[k], c.det[k]);
+                }
+            }
+        }
+    }
+
+    // Groups of lanes that have a ray of the set.
+    static uint32_t groupsOf(uint64_t rays) {
+        uint32_t groups = 0;
+        for (uint32_t lane = 0; lane < RayBlock::kRays; lane += WideLanes::kLanes)
+            groups += (rays >> lane & kGroup) != 0;
+        return groups;
+    }
+
+    void open(Packet& packet, const uint8_t* node, uint64_t rays, int count) {
+        F8 nearest;
+        const Mask some = packet.bounds.test(node, nearest);
+        if (some == 0)
+            return;
+        alignas(64) uint64_t sets[8];
+        const RayBlock& r = packet.block->rays;
+        const uint32_t tests = groupsOf(rays) * uint32_t(__builtin_popcount(some));
+        const Mask any = tests > kTests * uint32_t(count)
+                             ? testSingle(packet, r, node, rays, sets)
+                             : testLanes(packet, r, node, rays, some, sets);
+        alignas(32) float distance[8];
+        store(distance, nearest);
+        const NodeRef* const children = reinterpret_cast<const Node*>(node)->children;
+        Entry* const first = packet.top;
+        Entry* top = first;
+        for (Mask m = any; m; m &= m - 1) {
+            const uint32_t child = lowestBit(m);
+            const Entry entry = {uint64_t(bitsOf(distance[child])) << 32 | children[child],
+                                 sets[child]};
+            Entry* place = top++;
+            for (; place > first && place[-1].item < entry.item; --place)
+                *place = place[-1];
+            *place = entry;
+        }
+        packet.top = top;
+    }
+
+    SUNSTONE_INLINE_MEMBER static Mask testSingle(const Packet& packet, const RayBlock& r,
+                                                  const uint8_t* node, uint64_t rays,
+                                                  uint64_t* sets) {
+        F8* const f = nullptr;
+        ChildRays childRays;
+        F8 near[3], far[3];
+        for (int i = 0; i < 3; ++i) {
+            const uint32_t place = packet.bounds.octant[i];
+            near[i] = load(reinterpret_cast<const float*>(node + place), f);
+            far[i] = load(reinterpret_cast<const float*>(node + (place ^ kPlanesSize)), f);
+        }
+        Mask any = 0;
+        for (uint64_t set = rays; set; set &= set - 1) {
+            const uint32_t k = lowest(set);
+            F8 begin[3], end[3];
+            for (int i = 0; i < 3; ++i) {
+                const F8 org = splat(r.org[i][k], f);
+                begin[i] = slab(near[i], org, splat(r.nearR[i][k], f), splat(r.nearC[i][k], f));
+                end[i] = slab(far[i], org, splat(r.farR[i][k], f), splat(r.farC[i][k], f));
+            }
+            const F8 distance = max(max(begin[0], begin[1]), max(begin[2], splat(r.tmin[k], f)));
+            const Mask hits =
+                lessEqual(distance, min(min(end[0], end[1]), min(end[2], splat(r.tmax[k], f))));
+            any |= hits;
+            childRays.add(k, hits);
+        }
+        childRays.finish(sets);
+        return any;
+    }
+
+    SUNSTONE_INLINE_MEMBER static Mask testLanes(const Packet& packet, const RayBlock& r,
+                                                 const uint8_t* node, uint64_t rays, Mask some,
+                                                 uint64_t* sets) {
+        WideLanes* const w = nullptr;
+        for (int child = 0; child < 8; ++child)
+            sets[child] = 0;
+        for (uint32_t lane = 0; lane < RayBlock::kRays; lane += WideLanes::kLanes) {
+            const uint64_t group = rays >> lane & kGroup;
+            if (group == 0)
+                continue;
+            WideLanes nearR[3], nearC[3], farR[3], farC[3], org[3];
+            for (int i = 0; i < 3; ++i) {
+                nearR[i] = load(r.nearR[i] + lane, w);
+                nearC[i] = load(r.nearC[i] + lane, w);
+                farR[i] = load(r.farR[i] + lane, w);
+                farC[i] = load(r.farC[i] + lane, w);
+                org[i] = load(r.org[i] + lane, w);
+            }
+            const WideLanes tmin = load(r.tmin + lane, w), tmax = load(r.tmax + lane, w);
+            for (Mask m = some; m; m &= m - 1) {
+                const uint32_t child = lowestBit(m);
+                WideLanes begin[3], end[3];
+                for (int i = 0; i < 3; ++i) {
+                    const uint32_t place = packet.bounds.octant[i];
+                    const auto* const near = reinterpret_cast<const float*>(node + place);
+                    const auto* const far =
+                        reinterpret_cast<const float*>(node + (place ^ kPlanesSize));
+                    begin[i] = slab(splat(near[child], w), org[i], nearR[i], nearC[i]);
+                    end[i] = slab(splat(far[child], w), org[i], farR[i], farC[i]);
+                }
+                const WideLanes distance = max(max(begin[0], begin[1]), max(begin[2], tmin));
+                const uint64_t hits =
+                    lessEqual(distance, min(min(end[0], end[1]), min(end[2], tmax)));
+                sets[child] |= (hits & group) << lane;
+            }
+        }
+        Mask any = 0;
+        for (Mask m = some; m; m &= m - 1)
+            any |= Mask(sets[lowestBit(m)] != 0) << lowestBit(m);
+        return any;
+    }
+
+    static constexpr uint64_t kGroup = (uint64_t(1) << WideLanes::kLanes) - 1;
+    // Rays whose tests of a leaf take as long as that of a triangle against a group of lanes.
+    static constexpr uint32_t kLeafCost = 1;
+
+    const BlockHeader* header_ = nullptr;
+    const uint8_t* block_ = nullptr;
+    const uint32_t* masks_ = nullptr;
+    const BatchRay* rays_ = nullptr;
+    uint32_t numBlocks_ = 0, numPackets_ = 0, numApart_ = 0, numOthers_ = 0;
+    uint16_t apart_[kBlocks * RayBlock::kRays], others_[kRays], order_[kRays];
+    Packet packets_[kPackets];
+    Block blocks_[kBlocks];
+    typename Apart::Walk flights_;
+};
+
+} // namespace sunstone::bvh::SUNSTONE_ISA
