@@ -30,6 +30,9 @@ constexpr std::array<SettingInfo, kCount> kSettings = {{
     {"SUNSTONE_GPU_BACK_END",
      "cpu-device: contexts of the CPU device use the back end for GPUs (for its tests)"},
     {"SUNSTONE_KERNELS", "how threads of CUDA kernels run: lockstep (default), single or runs"},
+    {"SUNSTONE_RAYS",
+     "how rays of OptiX launches are walked on the CPU: alone or batches (default: "
+     "the faster way, measured)"},
     {"CUDA_VISIBLE_DEVICES", "CUDA devices that programs see: numbers or UUIDs; empty or -1: none"},
     {"SUNSTONE_CLANG", "clang++ of version 19 or later that run-time compilation uses"},
 }};
@@ -107,6 +110,8 @@ std::string settingFault(Setting setting, const std::string& value) {
     case Setting::kCheck:
         return unless(areAll(value, {"memory", "leaks", "host"}),
                       "it is a list of memory, leaks, host");
+    case Setting::kRays:
+        return unless(value == "alone" || value == "batches", "it is alone or batches");
     case Setting::kGpuBackEnd:
         return unless(value == "cpu-device", "it is cpu-device");
     case Setting::kKernels:

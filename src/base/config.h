@@ -22,6 +22,8 @@ enum class Setting {
     kGpuBackEnd,     // SUNSTONE_GPU_BACK_END=cpu-device: the GPU back end drives the CPU device's
                      // libcuda
     kKernels,        // SUNSTONE_KERNELS: how the threads of kernels run, see docs/cuda.md
+    kRays,           // SUNSTONE_RAYS: whether rays of a launch wait for one another, see
+                     // engine/cpu/in_flight.h
     kVisibleDevices, // CUDA_VISIBLE_DEVICES: devices of the CPU's libcuda
     kClang,          // SUNSTONE_CLANG: the clang++ that libnvrtc runs
     kCount,

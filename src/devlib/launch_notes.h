@@ -13,6 +13,13 @@ struct LaunchNotes {
     // A ray came to what the pipeline's options exclude, and passed it by.
     uint32_t outsideFlags = 0; // by the graph flags
     uint32_t motion = 0;       // something moves, and rays have no times
+
+    void add(const LaunchNotes& other) {
+        deepGraph |= other.deepGraph;
+        wideSbt |= other.wideSbt;
+        outsideFlags |= other.outsideFlags;
+        motion |= other.motion;
+    }
 };
 
 // In LaunchState::exceptionFlags: the state is part of a NotedLaunch.

@@ -3,6 +3,7 @@
 // program addresses; groups and modules may be destroyed after it was made.
 #pragma once
 
+#include "engine/cpu/pace.h"
 #include "engine/module.h"
 
 #include <array>
@@ -88,6 +89,7 @@ struct Pipeline {
     std::vector<std::string> callableNames;        // GroupEntry points to them
     bool hasAnyHit = false;
     bool hasIntersection = false;
+    mutable cpu::Pace pace; // of launches on the CPU
 };
 
 // Compiles the programs of all groups; what tasks of their modules or the context's cache have

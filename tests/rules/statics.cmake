@@ -10,7 +10,7 @@ set(plain
     ArrayMemory BatchKernels CUmemGenericAllocationHandle Capture::Mode Dispatcher Driver Functions Isa KernelFlavor Kernels Known ModuleRules Optix7Flavor Row Sphere
     StackBounds TraceSet Wording engine::Wording)
 # Types of objects that belong to a thread and end with it: memory on which the thread runs device code.
-set(of_threads HandlerStack Owner SharedMemory Side StackPool)
+set(of_threads HandlerStack Owner SharedMemory Side FiberStacks)
 
 # sunstone_destroyed(result line): the type, if the line defines a variable that is destroyed when the process or a
 # thread ends, else empty. A pointer or a reference is not destroyed; constexpr objects have no destructor.

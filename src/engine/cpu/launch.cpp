@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Launches on the CPU: worker threads take tiles of launch indices and run the entry program for each
-// index. Exceptions of device programs leave through longjmp.
+// Launches on the CPU: worker threads take tiles of launch indices and run the entry program for
+// each index. Exceptions of device programs leave through longjmp.
 #include "engine/launch.h"
 
 #include "base/error.h"
@@ -14,56 +14,26 @@
 #include "devlib/records.h"
 #include "devlib/trace.h"
 #include "engine/cpu/backend.h"
+#include "engine/cpu/in_flight.h"
+#include "engine/cpu/runner.h"
 #include "engine/exceptions.h"
 
 #include <algorithm>
 #include <csetjmp>
 #include <cstring>
+#include <ctime>
 #include <unwind.h>
 #include <vector>
-
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 namespace sunstone::engine {
 namespace {
 
+using cpu::Runner;
+using cpu::Tile;
+using cpu::Tiling;
 using devlib::LaunchState;
 using devlib::RayState;
 using devlib::ThreadState;
-
-// Shapes of a tile: square ones keep neighbouring rays together; one-dimensional launches take
-// the same number of indices in a row.
-constexpr uint32_t kTileSide = 16;
-constexpr uint32_t kTileRow = kTileSide * kTileSide;
-
-struct Tiling {
-    uint32_t width, height, depth;
-    uint32_t tileWidth, tileHeight;
-    uint64_t columns, rows;
-
-    Tiling(uint32_t w, uint32_t h, uint32_t d) : width(w), height(h), depth(d) {
-        tileWidth = h == 1 ? kTileRow : kTileSide;
-        tileHeight = h == 1 ? 1 : kTileSide;
-        columns = (uint64_t(w) + tileWidth - 1) / tileWidth;
-        rows = (uint64_t(h) + tileHeight - 1) / tileHeight;
-    }
-    uint64_t count() const { return columns * rows * depth; }
-};
-
-struct Tile {
-    uint32_t x, y, z, width, height;
-    uint32_t count() const { return width * height; }
-
-    Tile(const Tiling& tiling, uint64_t number) {
-        x = uint32_t(number % tiling.columns) * tiling.tileWidth;
-        number /= tiling.columns;
-        y = uint32_t(number % tiling.rows) * tiling.tileHeight;
-        z = uint32_t(number / tiling.rows);
-        width = std::min(tiling.tileWidth, tiling.width - x);
-        height = std::min(tiling.tileHeight, tiling.height - y);
-    }
-};
 
 // The program of a record, checked against the pipeline and the expected kind.
 devlib::ProgramFn programAt(const Pipeline& pipeline, const Wording& wording, uint64_t record,
@@ -162,106 +132,6 @@ void checkMemory(RayState* state, const devlib::CheckedAccess* access) {
         raise(state, devlib::kExceptionAccess, nullptr);
 }
 
-class Runner {
-public:
-    Runner(const LaunchState& launch, devlib::ProgramFn entry, devlib::ProgramFn exception,
-           uint64_t stackBudget, const Wording& wording)
-        : launch_(launch), entry_(entry), exception_(exception), stackBudget_(stackBudget),
-          fatal_(wording), raised_(wording), unseen_(wording) {}
-
-    // Runs the indices of one tile. No object with a destructor lives here: exceptions of device
-    // programs leave through longjmp.
-    void run(const Tile& tile) {
-        ThreadState thread{};
-        FaultFrame frame;
-        thread.exceptionFrame = &frame;
-        RayState state;
-        std::memset(static_cast<void*>(&state), 0, offsetof(RayState, hit));
-        state.hit.transformCount = 0;
-        state.hit.sbtGasIndex = 0;
-        state.launch = &launch_;
-        state.thread = &thread;
-        thread.root = &state;
-        thread.stackLimit = stackLimitOfThread();
-        // Not the address of a variable: sanitizers keep those elsewhere.
-        const auto here = reinterpret_cast<uint64_t>(__builtin_frame_address(0));
-        if (here > stackBudget_)
-            thread.stackLimit = std::max(thread.stackLimit, here - stackBudget_);
-        const void* data = reinterpret_cast<const void*>(launch_.sbt.entryRecord +
-                                                         sizeof(devlib::SbtHeader));
-        volatile uint32_t next = 0;
-        volatile bool ending = false; // an exception program may raise exceptions itself
-        const int reason = setjmp(frame.jump);
-        if (reason != 0) {
-            leaveDeviceCode();
-            if (reason == kJumpFault) {
-                fatal_.add(frame, thread, launch_);
-            } else if (!ending) {
-                ending = true;
-                endIndex(state, frame);
-            }
-            ending = false;
-            next = next + 1;
-        }
-        enterDeviceCode(frame);
-        for (uint32_t i = next; i < tile.count(); ++i) {
-            next = i;
-            thread.index[0] = tile.x + i % tile.width;
-            thread.index[1] = tile.y + i / tile.width;
-            thread.index[2] = tile.z;
-            state.sbtData = data;
-            state.depth = 0;
-            if (launch_.boxes)
-                devlib::prepareBounds(state);
-            entry_(&state);
-        }
-        leaveDeviceCode();
-    }
-
-    // Throws what a device program ended the launch with, if one did. `validation`: exceptions of
-    // the run-time count as well. Otherwise returns what no exception program has seen.
-    std::string finish(bool validation) const {
-        if (fatal_.any())
-            fail(Code::kLaunchFailure, fatal_.text());
-        if (validation && raised_.any())
-            fail(Code::kLaunchFailure, raised_.text());
-        return unseen_.any() ? unseen_.text() : std::string();
-    }
-
-private:
-    // What follows an exception: the exception program, or where there can be none the end of the
-    // launch.
-    void endIndex(RayState& state, FaultFrame& frame) {
-        const int32_t code = state.thread->exceptionCode;
-        const bool overflow = code == devlib::kExceptionStackOverflow &&
-                              !(launch_.exceptionFlags & devlib::kFlagStackOverflow);
-        if (code == devlib::kExceptionTrap || code == devlib::kExceptionAccess || overflow) {
-            fatal_.add(*state.thread, launch_, frame.instruction);
-            return;
-        }
-        if (code < 0)
-            raised_.add(*state.thread, launch_, frame.instruction);
-        if (!exception_) {
-            unseen_.add(*state.thread, launch_, frame.instruction);
-            return;
-        }
-        state.sbtData = reinterpret_cast<const void*>(launch_.sbt.exceptionRecord +
-                                                      sizeof(devlib::SbtHeader));
-        state.depth = 0;
-        enterDeviceCode(frame);
-        exception_(&state);
-        leaveDeviceCode();
-    }
-
-    const LaunchState& launch_;
-    devlib::ProgramFn entry_;
-    devlib::ProgramFn exception_;
-    uint64_t stackBudget_; // bytes that a launch index may use
-    ExceptionRecord fatal_;  // ends the launch
-    ExceptionRecord raised_; // by the run-time
-    ExceptionRecord unseen_; // without an exception program
-};
-
 // Bytes of stack for a launch index: the thread's stack alone limits it, unless overflows are to be
 // exceptions.
 uint64_t stackBudget(const LaunchRequest& request) {
@@ -290,18 +160,9 @@ std::vector<std::string> remarks(const LaunchRequest& request, const Wording& wo
     return lines;
 }
 
-void runLaunch(const LaunchRequest& request, const Wording& wording,
-               std::vector<std::string>& warnings) {
+// What programs and the run-time read of a launch, but for its parameters and trace functions.
+void describe(LaunchState& launch, const LaunchRequest& request) {
     const Pipeline& pipeline = *request.pipeline;
-    devlib::NotedLaunch launch{};
-    // Reads beyond the caller's block see zeros; 64 bytes allow vector loads at the end.
-    std::vector<uint8_t> params((pipeline.launchParamsSize + 127) / 64 * 64);
-    if (pipeline.launchParamsSize != 0 && request.params)
-        std::memcpy(params.data(), request.params,
-                    std::min(request.paramsSize, pipeline.launchParamsSize));
-    if (request.validation)
-        checkBoundValues(pipeline, params.data());
-    launch.params = params.data();
     launch.dimensions[0] = request.width;
     launch.dimensions[1] = request.height;
     launch.dimensions[2] = request.depth;
@@ -323,17 +184,69 @@ void runLaunch(const LaunchRequest& request, const Wording& wording,
     launch.primitiveTypeFlags = pipeline.rules.primitiveTypeFlags;
     launch.maxGraphDepth = request.limits.maxGraphDepth;
     launch.numAttributes = pipeline.rules.optix7.numAttributeValues;
-    launch.paramsBytes = params.size();
     if (check::enabled())
         launch.checkMemory = checkMemory;
     launch.throwException = throwException;
     launch.raise = raise;
+}
+
+devlib::TraceFeatures featuresOf(const Pipeline& pipeline) {
     devlib::TraceFeatures features;
     features.anyHit = pipeline.hasAnyHit;
     features.custom = pipeline.hasIntersection;
     features.instancing = pipeline.rules.traversableGraphFlags != devlib::kAllowSingleGas;
-    features.checked = launch.exceptionFlags & devlib::kFlagDebug;
+    features.checked = pipeline.rules.exceptionFlags & devlib::kFlagDebug;
     features.classic = pipeline.rules.optix6.attributeBytes != 0;
+    return features;
+}
+
+// Whether launch indices may run side by side. With debug exceptions and in the classic API each
+// walk may run programs or raise.
+bool mayKeepInFlight(const LaunchRequest& request, const devlib::TraceFeatures& features) {
+    return !features.checked && !features.classic && !check::enabled() &&
+           cpu::wishedWay() != cpu::WishedWay::kAlone && request.entryKind == devlib::kGroupRaygen;
+}
+
+uint64_t nanoseconds() {
+    timespec now;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return uint64_t(now.tv_sec) * 1'000'000'000 + uint64_t(now.tv_nsec);
+}
+
+// Runs the tiles from `begin` to before `end`, a few at a time, each time in the way that seems to
+// be the faster one.
+void runTiles(Runner& runner, const cpu::InFlightLaunch& inFlight, cpu::Pace& pace,
+              const Tiling& tiling, uint64_t begin, uint64_t end) {
+    constexpr uint64_t kPiece = 8;
+    const bool forced = cpu::wishedWay() == cpu::WishedWay::kInFlight;
+    for (uint64_t first = begin; first < end; first += kPiece) {
+        const uint64_t last = std::min(first + kPiece, end);
+        cpu::Way way = forced ? cpu::Way::kInFlight : pace.next();
+        const uint64_t start = nanoseconds();
+        if (way == cpu::Way::kInFlight && !cpu::runInFlight(runner, inFlight, tiling, first, last))
+            way = cpu::Way::kAlone;
+        if (way == cpu::Way::kAlone)
+            for (uint64_t i = first; i < last; ++i)
+                runner.run(Tile(tiling, i));
+        pace.add(way, (last - first) * cpu::kTileRow, nanoseconds() - start);
+    }
+}
+
+void runLaunch(const LaunchRequest& request, const Wording& wording,
+               std::vector<std::string>& warnings) {
+    const Pipeline& pipeline = *request.pipeline;
+    devlib::NotedLaunch launch{};
+    // Reads beyond the caller's block see zeros; 64 bytes allow vector loads at the end.
+    std::vector<uint8_t> params((pipeline.launchParamsSize + 127) / 64 * 64);
+    if (pipeline.launchParamsSize != 0 && request.params)
+        std::memcpy(params.data(), request.params,
+                    std::min(request.paramsSize, pipeline.launchParamsSize));
+    if (request.validation)
+        checkBoundValues(pipeline, params.data());
+    launch.params = params.data();
+    launch.paramsBytes = params.size();
+    describe(launch, request);
+    const devlib::TraceFeatures features = featuresOf(pipeline);
     devlib::bindTrace(launch, features);
 
     const bool isBounds = request.entryKind == devlib::kGroupBounds;
@@ -347,11 +260,20 @@ void runLaunch(const LaunchRequest& request, const Wording& wording,
 
     Tiling tiling(request.width, request.height, request.depth);
     Runner runner(launch, entry, exception, stackBudget(request), wording);
+    devlib::NotedLaunch waiting = launch;
+    waiting.trace = cpu::traceInFlight;
+    const cpu::InFlightLaunch inFlight = {waiting, devlib::selectTrace(features).traceBatch};
+    // A single tile is over before two ways could be compared.
+    const bool mayWait = mayKeepInFlight(request, features) &&
+                         (tiling.count() > 1 || cpu::wishedWay() == cpu::WishedWay::kInFlight);
     parallelFor(tiling.count(), 1, [&](size_t begin, size_t end) {
         prepareForFaults();
+        if (mayWait)
+            return runTiles(runner, inFlight, pipeline.pace, tiling, begin, end);
         for (size_t i = begin; i < end; ++i)
             runner.run(Tile(tiling, i));
     });
+    launch.notes.add(waiting.notes);
     const std::string unseen = runner.finish(request.validation);
     if (!unseen.empty())
         warnings.push_back("no exception program saw: " + unseen);

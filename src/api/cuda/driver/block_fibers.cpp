@@ -13,8 +13,6 @@
 
 #include "base/error.h"
 
-#include <sys/mman.h>
-
 #include <algorithm>
 #include <cstring>
 #include <thread>
@@ -30,34 +28,9 @@ using Fibers = BlockRunner::Fibers;
 
 } // namespace
 
-StackPool& threadStacks() {
-    thread_local StackPool pool;
+FiberStacks& threadStacks() {
+    thread_local FiberStacks pool;
     return pool;
-}
-
-StackPool::~StackPool() {
-    if (base_)
-        munmap(base_, count_ * stride_);
-}
-
-void StackPool::reserve(size_t count, size_t size) {
-    const size_t stride = ((size + 4095) & ~size_t(4095)) + kGuard;
-    if (count <= count_ && stride <= stride_)
-        return;
-    if (base_)
-        munmap(base_, count_ * stride_);
-    base_ = nullptr;
-    count_ = std::max(count, count_);
-    stride_ = std::max(stride, stride_);
-    void* memory = mmap(nullptr, count_ * stride_, PROT_READ | PROT_WRITE,
-                        MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    if (memory == MAP_FAILED) {
-        count_ = stride_ = 0;
-        fail(Code::kOutOfMemory, "no memory for the stacks of ", count, " threads");
-    }
-    base_ = static_cast<std::byte*>(memory);
-    for (size_t i = 0; i < count_; ++i)
-        mprotect(base_ + i * stride_, kGuard, PROT_NONE);
 }
 
 struct FiberTable {
@@ -84,7 +57,7 @@ struct FiberTable {
         barrier, arrive, exchange, activeMask, exitThread, fault, yield, checkMemory, stackEnd};
 };
 
-BlockRunner::Fibers::Fibers(Launch& launch, StackPool& stacks)
+BlockRunner::Fibers::Fibers(Launch& launch, FiberStacks& stacks)
     : functions_(&FiberTable::kFunctions), launch_(launch), stacks_(stacks) {
     // For frames of compiled kernels, printf and the run-time's functions.
     constexpr size_t kBaseStack = 128 << 10;

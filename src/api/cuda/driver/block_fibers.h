@@ -4,7 +4,8 @@
 
 #include "api/cuda/driver/block.h"
 #include "api/cuda/driver/block_barrier.h"
-#include "api/cuda/driver/sanitizer_fibers.h"
+#include "base/fiber_stacks.h"
+#include "base/sanitizer_fibers.h"
 
 #include <boost/context/detail/fcontext.hpp>
 
@@ -12,26 +13,11 @@
 
 namespace sunstone::api::cuda {
 
-// Stacks of equal size in one mapping, each with a guard page below. Kept per thread and reused.
-class StackPool {
-public:
-    ~StackPool();
-    // Provides `count` stacks of at least `size` bytes.
-    void reserve(size_t count, size_t size);
-    void* top(size_t index) const { return base_ + (index + 1) * stride_; }
-    size_t size() const { return stride_ - kGuard; }
-
-private:
-    static constexpr size_t kGuard = 4096;
-    std::byte* base_ = nullptr;
-    size_t count_ = 0, stride_ = 0;
-};
-
-// The pool of the calling thread.
-StackPool& threadStacks();
+// The stacks of the calling thread.
+FiberStacks& threadStacks();
 
 struct BlockRunner::Fibers {
-    Fibers(Launch& launch, StackPool& stacks);
+    Fibers(Launch& launch, FiberStacks& stacks);
     // Runs all threads of a block; `prototype` has their shared properties.
     void run(const devlib::KernelThread& prototype);
 
@@ -79,7 +65,7 @@ private:
     // First, so that KernelThread::block points to the table.
     [[maybe_unused]] const devlib::BlockFunctions* functions_;
     Launch& launch_;
-    StackPool& stacks_;
+    FiberStacks& stacks_;
     std::vector<Fiber> fibers_;
     std::array<BlockBarrier, BlockBarrier::kCount> barriers_;
     FaultFrame frame_;

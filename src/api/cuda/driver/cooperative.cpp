@@ -28,7 +28,7 @@ using Lockstep = BlockRunner::Lockstep;
 
 struct ResidentBlock {
     SharedMemory shared;
-    StackPool stacks;
+    FiberStacks stacks;
     std::unique_ptr<Fibers> fibers; // one of these two is set
     std::unique_ptr<Lockstep> warps;
 

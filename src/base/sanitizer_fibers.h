@@ -17,10 +17,15 @@
 #endif
 #endif
 
-namespace sunstone::api::cuda {
+namespace sunstone {
 
 class SanitizerFibers {
 public:
+#if defined(SUNSTONE_ASAN_FIBERS) || defined(SUNSTONE_TSAN_FIBERS)
+    static constexpr bool kActive = true; // fibers may switch to the scheduler alone
+#else
+    static constexpr bool kActive = false;
+#endif
     SanitizerFibers() = default;
     SanitizerFibers(const SanitizerFibers&) = delete;
     SanitizerFibers& operator=(const SanitizerFibers&) = delete;
@@ -28,9 +33,7 @@ public:
 
 #if defined(SUNSTONE_ASAN_FIBERS)
     // Forgets all fibers: abandoned fibers have left frames open in the sanitizer.
-    void restart(size_t count) {
-        fakes_.assign(count, nullptr);
-    }
+    void restart(size_t count) { fakes_.assign(count, nullptr); }
     // Sets the caller as the target of `leave`.
     void begin() {}
     // Called on the scheduler, before and after it runs a fiber.
@@ -39,9 +42,7 @@ public:
         __sanitizer_start_switch_fiber(&schedulerFake_, static_cast<const char*>(stackTop) - size,
                                        size);
     }
-    void left() {
-        __sanitizer_finish_switch_fiber(schedulerFake_, nullptr, nullptr);
-    }
+    void left() { __sanitizer_finish_switch_fiber(schedulerFake_, nullptr, nullptr); }
     // Called on a fiber, when it starts or resumes and before it switches back.
     void entered() {
         __sanitizer_finish_switch_fiber(fakes_[running_], &schedulerBottom_, &schedulerSize_);
@@ -70,20 +71,12 @@ private:
         for (size_t i = 0; i < count; ++i)
             fibers_.push_back(__tsan_create_fiber(0));
     }
-    void begin() {
-        scheduler_ = __tsan_get_current_fiber();
-    }
-    void enter(size_t index, const void*, size_t) {
-        __tsan_switch_to_fiber(fibers_[index], 0);
-    }
+    void begin() { scheduler_ = __tsan_get_current_fiber(); }
+    void enter(size_t index, const void*, size_t) { __tsan_switch_to_fiber(fibers_[index], 0); }
     void left() {}
     void entered() {}
-    void leave(bool) {
-        __tsan_switch_to_fiber(scheduler_, 0);
-    }
-    void abandoned() {
-        leave(true);
-    }
+    void leave(bool) { __tsan_switch_to_fiber(scheduler_, 0); }
+    void abandoned() { leave(true); }
 
 private:
     std::vector<void*> fibers_;
@@ -99,4 +92,4 @@ private:
 #endif
 };
 
-} // namespace sunstone::api::cuda
+} // namespace sunstone

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which way of running launch indices is faster for a pipeline. Launches measure both on pieces of
+// their own; pictures are the same either way.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace sunstone::engine::cpu {
+
+enum class Way : uint8_t { kAlone, kInFlight };
+
+// What SUNSTONE_RAYS asks for.
+enum class WishedWay : uint8_t { kAlone, kInFlight, kFaster };
+WishedWay wishedWay();
+
+// Any thread may call any function at any time.
+class Pace {
+public:
+    // The way of the next piece.
+    Way next();
+    // A piece of `indices` launch indices took so long on its thread.
+    void add(Way way, uint64_t indices, uint64_t nanoseconds);
+
+private:
+    struct Sum {
+        std::atomic<uint64_t> nanoseconds{0}, indices{0};
+    };
+    Sum& of(Way way) { return sums_[unsigned(way)]; }
+    bool isMeasured(const Sum& sum) const;
+
+    Sum sums_[2];
+    std::atomic<uint32_t> pieces_{0};
+};
+
+} // namespace sunstone::engine::cpu

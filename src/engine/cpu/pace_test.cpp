@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/cpu/pace.h"
+
+#include <gtest/gtest.h>
+
+using sunstone::engine::cpu::Pace;
+using sunstone::engine::cpu::Way;
+
+namespace {
+
+// Runs `pieces` of 1,000 indices with these costs; returns how many went in flight.
+unsigned run(Pace& pace, unsigned pieces, uint64_t alone, uint64_t inFlight) {
+    unsigned count = 0;
+    for (unsigned i = 0; i < pieces; ++i) {
+        const Way way = pace.next();
+        count += way == Way::kInFlight;
+        pace.add(way, 1000, way == Way::kInFlight ? inFlight : alone);
+    }
+    return count;
+}
+
+TEST(Pace, TheFasterWayIsTaken) {
+    Pace faster, slower;
+    EXPECT_GT(run(faster, 1000, 1'000'000, 700'000), 900u);
+    EXPECT_LT(run(slower, 1000, 700'000, 1'000'000), 100u);
+}
+
+TEST(Pace, TheChoiceFollowsTheScene) {
+    Pace pace;
+    run(pace, 1000, 1'000'000, 500'000);
+    run(pace, 20'000, 500'000, 1'000'000);
+    EXPECT_LT(run(pace, 640, 500'000, 1'000'000), 64u);
+}
+
+TEST(Pace, PiecesWithoutTimeAreNoMeasurement) {
+    Pace pace;
+    EXPECT_NEAR(run(pace, 100, 0, 0), 50, 1);
+}
+
+} // namespace
