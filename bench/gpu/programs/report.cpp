@@ -118,8 +118,8 @@ private:
         logarithms_[index] += std::log(ratio);
         missed_[index] += ratio < bar.least;
         row["ratio of " + std::string(bar.what)] = ratio;
-        std::printf(" %.4g, %.4g | %.2f%s |", a->second, b->second, ratio,
-                    ratio < bar.least ? " SHORT" : "");
+        std::printf(" %.*f, %.*f | %.2f%s |", a->second < 100 ? 2 : 0, a->second,
+                    b->second < 100 ? 2 : 0, b->second, ratio, ratio < bar.least ? " SHORT" : "");
     }
 
     std::string judgePicture(const JobKind& kind, nlohmann::json& row) {
