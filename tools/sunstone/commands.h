@@ -24,6 +24,9 @@ int run(const RunOptions& options);
 // Prints a summary, writes the JSON file if requested; returns whether there were reports.
 bool summarize(const std::string& lines, const RunOptions& options);
 
+// Fills the disk cache for the GPUs of this machine; without one it says that nothing is to be done.
+int warm();
+
 struct CheckOptions {
     std::string file;
     std::string launchParams = "params";

@@ -111,6 +111,9 @@ int main(int argc, char** argv) {
         "run", "Run a program with Sunstone's OptiX and CUDA libraries; its exit code is returned");
     addRun(*runCommand, runOptions);
 
+    CLI::App* warmCommand = app.add_subcommand(
+        "warm", "Fill the disk cache with the library's own kernels for the GPUs of this machine");
+
     CheckOptions checkOptions;
     CLI::App* checkCommand = app.add_subcommand("check", "Check a PTX file and list its programs");
     checkCommand->add_option("file", checkOptions.file, "PTX file")->required();
@@ -136,6 +139,8 @@ int main(int argc, char** argv) {
             return run(runOptions);
         if (*infoCommand)
             return info(infoJson);
+        if (*warmCommand)
+            return warm();
         if (*checkCommand)
             return check(checkOptions);
         return render(renderOptions);

@@ -147,6 +147,11 @@ void GpuDenoiser::prepare(int guides) {
     kernels_.prepare(needed);
 }
 
+void GpuDenoiser::prepareAll() {
+    for (const int guides : kGuides)
+        prepare(guides);
+}
+
 void GpuDenoiser::setUp(CUstream stream, CUdeviceptr state, uint32_t width, uint32_t height) {
     const State value{kStateMagic, width, height};
     // Pageable memory: the driver has copied it when the call returns.

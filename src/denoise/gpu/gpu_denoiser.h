@@ -28,6 +28,8 @@ public:
     // Compiles and loads the kernels for frames with that many planes of guides; the driver may
     // wait for the GPU.
     void prepare(int guides);
+    // The same for all numbers of guides.
+    void prepareAll();
     // Writes the caller's state memory.
     void setUp(CUstream stream, CUdeviceptr state, uint32_t width, uint32_t height);
     // Frame::scale comes from `inputs`. A call that is refused when the stream reaches it leaves

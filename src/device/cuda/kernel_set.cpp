@@ -3,6 +3,7 @@
 #include "device/cuda/kernel_set.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace sunstone::device::cuda {
 
@@ -56,6 +57,12 @@ void KernelSet::prepare(std::span<const uint32_t> kernels) {
         }
         settle();
     }
+}
+
+void KernelSet::prepareAll() {
+    std::vector<uint32_t> all(kernels_.size());
+    std::iota(all.begin(), all.end(), 0u);
+    prepare(all);
 }
 
 CUfunction KernelSet::function(uint32_t kernel) {

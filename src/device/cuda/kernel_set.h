@@ -48,6 +48,8 @@ public:
     // Makes and loads machine code of these kernels, all at once; the driver may wait for the GPU.
     // Returns at once if all of them are loaded.
     void prepare(std::span<const uint32_t> kernels);
+    // The same for every kernel of the set.
+    void prepareAll();
     // The kernel, which is prepared first if it is not loaded.
     CUfunction function(uint32_t kernel);
     const KernelSource& source(uint32_t kernel) const { return kernels_[kernel]; }

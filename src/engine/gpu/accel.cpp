@@ -2,6 +2,7 @@
 // Acceleration structures on a GPU: kernels of src/bvh/gpu in the caller's stream.
 #include "engine/accel.h"
 #include "base/error.h"
+#include "bvh/gpu/batch/batches.h"
 #include "bvh/gpu/layout.h"
 #include "engine/gpu/backend.h"
 
@@ -54,6 +55,13 @@ const bvh::gpu::Builder& GpuBackend::builder() {
     std::call_once(builderMade_,
                    [&] { builder_ = std::make_unique<bvh::gpu::Builder>(driver(), &kernelCode_); });
     return *builder_;
+}
+
+void GpuBackend::prepareKernels() {
+    ContextScope scope(device_.context());
+    builder().prepareAll();
+    denoiser().prepareAll();
+    bvh::gpu::Batches(driver(), &kernelCode_).prepareAll();
 }
 
 bvh::MemoryUsage GpuBackend::accelMemory(const bvh::BuildInputs& inputs,

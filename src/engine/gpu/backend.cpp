@@ -19,7 +19,8 @@ constexpr unsigned kLeastCapability = 70;
 } // namespace
 
 GpuBackend::GpuBackend(CUcontext context)
-    : device_(context), kernelCode_(device_.computeCapability(), device_.driverVersion()),
+    : device_(context),
+      kernelCode_(device_.computeCapability(), device_.driverVersion(), usableKernelImages()),
       slots_(context), shared_(context) {
     if (device_.computeCapability() < kLeastCapability)
         fail(Code::kNotSupported, device_.name(),

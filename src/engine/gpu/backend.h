@@ -32,6 +32,10 @@ public:
     void removeTexture(uint64_t handle) noexcept override;
     bool copiesImages() const override { return true; }
 
+    // Makes or finds machine code of all kernels of the library, keeps it in the cache and loads
+    // it.
+    void prepareKernels();
+
     void useCache(std::shared_ptr<CompileCache> cache) override {
         kernelCode_.useCache(std::move(cache));
     }

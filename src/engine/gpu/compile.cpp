@@ -2,8 +2,10 @@
 // Pipelines on a GPU: programs to PTX (compiler/gpu/pipeline.h), PTX to machine code by the
 // compiler that comes with the driver (device/cuda/ptx_compiler.h), or by the driver when it loads
 // the text.
+#include "base/cpu_limits.h"
 #include "base/error.h"
 #include "base/log.h"
+#include "base/threads.h"
 #include "bvh/gpu/layout.h"
 #include "compiler/flavor.h"
 #include "compiler/gpu/header.h"
@@ -101,6 +103,28 @@ bool spills(std::string_view log) {
     return compiler::gpuSpillsIn(log) > kMostSpills;
 }
 
+// The kernel's machine code with few registers, or with many if it spills much otherwise. Both are
+// made at once where there are processors for it: the second takes as long as the first.
+std::optional<MachineCode> machineCodeOf(const std::string& ptx, unsigned capability,
+                                         unsigned registers) {
+    constexpr unsigned kThreads = 4;
+    std::optional<MachineCode> made[2];
+    const unsigned most[2] = {registers, kMostRegisters};
+    const auto make = [&](size_t i) { made[i] = compilePtx(ptx, capability, most[i]); };
+    if (cpuLimit().threads >= kThreads && hasPtxCompiler())
+        parallelFor(2, 1, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i)
+                make(i);
+        });
+    else
+        make(0);
+    if (!made[0] || !spills(made[0]->log))
+        return std::move(made[0]);
+    if (!made[1])
+        make(1);
+    return std::move(made[made[1] ? 1 : 0]);
+}
+
 // Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses. The
 // limit is the CUDA context's: a thread that had read it before another raised it would lower it.
 bool raiseStackLimit(size_t bytes) {
@@ -183,10 +207,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
         code = compiler::compileGpuPipeline(request);
     if (!entry.loaded) {
         const unsigned capability = request.target.computeCapability;
-        if (auto made = compilePtx(code.ptx, capability, registers)) {
-            if (spills(made->log))
-                if (auto wide = compilePtx(code.ptx, capability, kMostRegisters))
-                    made = std::move(wide);
+        if (auto made = machineCodeOf(code.ptx, capability, registers)) {
             code.machineCode = std::move(made->cubin);
             compiler::measureGpuStack(code, made->log);
             isKept = false;

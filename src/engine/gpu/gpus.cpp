@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "device/cuda/driver.h"
+#include "engine/gpu/backend.h"
 
 #include <map>
 #include <mutex>
@@ -82,6 +83,14 @@ const std::vector<Gpu>& gpus() {
 
 std::shared_ptr<Backend> createPrimaryBackend(const Gpu& gpu) {
     return createGpuBackend(contextOf(gpu));
+}
+
+void warm(const Gpu& gpu, const CompileCache::Log& log) {
+    auto cache = std::make_shared<CompileCache>(log);
+    cache->start();
+    GpuBackend backend(contextOf(gpu));
+    backend.useCache(std::move(cache));
+    backend.prepareKernels();
 }
 
 size_t freeMemory(const Gpu& gpu) {

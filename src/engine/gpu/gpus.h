@@ -3,6 +3,7 @@
 #pragma once
 
 #include "engine/backend.h"
+#include "engine/compile_cache.h"
 
 #include <cstddef>
 #include <string>
@@ -22,6 +23,10 @@ struct Gpu {
 // GPUs that the library supports, in the driver's order; none where the process has no CUDA driver,
 // or that of the CPU device. The first call asks the driver.
 const std::vector<Gpu>& gpus();
+
+// Fills the default disk cache with machine code of all kernels of the library for this GPU, as far
+// as the library does not bring it. Lines of the cache go to `log`. Throws Error.
+void warm(const Gpu& gpu, const CompileCache::Log& log);
 
 // The back end of the GPU's primary context, which the driver's run-time API shares. The context
 // is retained for the life of the process, as the run-time API does.

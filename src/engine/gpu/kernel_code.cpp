@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/gpu/kernel_code.h"
 
+#include "base/config.h"
 #include "base/log.h"
 #include "base/threads.h"
 #include "compiler/gpu/pipeline.h"
@@ -14,6 +15,10 @@
 namespace sunstone::engine {
 
 using device::cuda::KernelSource;
+
+const KernelImages* usableKernelImages() {
+    return config(Setting::kGpuBackEnd) == "cpu-device" ? nullptr : &builtKernelImages();
+}
 
 namespace {
 
@@ -86,17 +91,43 @@ void GpuKernelCode::forgetForTests() {
     gpuProcess().kernels.forget();
 }
 
+// Finds images, or notes that the driver has refused them. Returns which kernels' code was an
+// image: for these the code that is kept on disk has not been tried.
+std::vector<bool> GpuKernelCode::findImages(std::span<const KernelSource* const> kernels, bool anew,
+                                            std::vector<std::string>& codes) {
+    std::lock_guard lock(imageMutex_);
+    std::vector<bool> isRefused(kernels.size());
+    for (size_t i = 0; i < kernels.size(); ++i) {
+        const std::string& id = kernels[i]->id;
+        if (anew) {
+            isRefused[i] = fromImages_.erase(id) != 0;
+        } else if (images_) {
+            codes[i] = images_->find(computeCapability_, driverVersion_, id);
+            if (!codes[i].empty())
+                fromImages_.insert(id);
+        }
+    }
+    if (images_ && std::find(isRefused.begin(), isRefused.end(), true) != isRefused.end()) {
+        images_ = nullptr;
+        log(LogLevel::kInfo, "engine", "the driver refuses the machine code that was built in");
+    }
+    return isRefused;
+}
+
 std::vector<std::string> GpuKernelCode::machineCode(std::span<const KernelSource* const> kernels,
                                                     bool anew) {
     std::vector<std::string> codes(kernels.size()), keys;
     KnownKernelCode& known = gpuProcess().kernels;
+    const std::vector<bool> isRefused = findImages(kernels, anew, codes);
     if (!device::cuda::hasPtxCompiler()) // the driver's own cache serves then
         return codes;
     compiler::ObjectStore* const store = cache_ && cache_->enabled() ? cache_.get() : nullptr;
     std::vector<size_t> missing, unkept; // places
     for (size_t i = 0; i < kernels.size(); ++i) {
         keys.push_back(keyOf(*kernels[i]));
-        if (anew) {
+        if (!codes[i].empty())
+            continue;
+        if (anew && !isRefused[i]) {
             missing.push_back(i);
         } else if (known.find(keys[i], codes[i])) {
             if (store && !store->has(keys[i]))

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Machine code of the library's own kernels, made by the driver's compiler on all threads. It is
-// kept in the disk cache of the API's context, as that of pipelines is, and in this process, whose
-// contexts share it with or without a cache.
+// Machine code of the library's own kernels: what the build made (kernel_images.h), else made by
+// the driver's compiler on all threads. The latter is kept in the disk cache of the API's context,
+// as that of pipelines is, and in this process, whose contexts share it with or without a cache.
 #pragma once
 
 #include "device/cuda/kernel_set.h"
 #include "engine/compile_cache.h"
+#include "engine/gpu/kernel_images.h"
 
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <unordered_map>
 
@@ -29,8 +31,10 @@ private:
 
 class GpuKernelCode final : public device::cuda::MachineCodeSource {
 public:
-    GpuKernelCode(unsigned computeCapability, int driverVersion)
-        : computeCapability_(computeCapability), driverVersion_(unsigned(driverVersion)) {}
+    // `images`: code for this GPU, or null: none.
+    GpuKernelCode(unsigned computeCapability, int driverVersion, const KernelImages* images)
+        : computeCapability_(computeCapability), driverVersion_(unsigned(driverVersion)),
+          images_(images) {}
 
     // Before the first call; null: none.
     void useCache(std::shared_ptr<CompileCache> cache) { cache_ = std::move(cache); }
@@ -44,9 +48,17 @@ public:
 
 private:
     std::string keyOf(const device::cuda::KernelSource& kernel) const;
+    std::vector<bool> findImages(std::span<const device::cuda::KernelSource* const> kernels,
+                                 bool anew, std::vector<std::string>& codes);
 
     const unsigned computeCapability_, driverVersion_;
     std::shared_ptr<CompileCache> cache_;
+    std::mutex imageMutex_;
+    const KernelImages* images_;       // null after the driver has refused one
+    std::set<std::string> fromImages_; // ids of kernels whose code was an image
 };
+
+// The images of this library, or null where the CPU device acts as a GPU.
+const KernelImages* usableKernelImages();
 
 } // namespace sunstone::engine

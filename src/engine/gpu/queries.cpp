@@ -165,7 +165,8 @@ private:
 class GpuQueries final : public QueryDevice {
 public:
     explicit GpuQueries(CUcontext context)
-        : device_(supported(context)), code_(device_.computeCapability(), device_.driverVersion()),
+        : device_(supported(context)),
+          code_(device_.computeCapability(), device_.driverVersion(), usableKernelImages()),
           pool_(std::make_shared<ScratchPool>(context)) {
         auto cache = std::make_shared<CompileCache>(
             [](LogLevel level, const std::string& text) { log(level, "engine", text); });

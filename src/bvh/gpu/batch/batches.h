@@ -26,6 +26,9 @@ public:
     // Queues the copy of the fourth words of indices.
     void copyMasks(CUstream stream, CUdeviceptr indices, CUdeviceptr masks, uint64_t count) const;
 
+    // Makes and loads all kernels.
+    void prepareAll() const { kernels_.prepareAll(); }
+
 private:
     void launch(uint32_t kernel, CUstream stream, uint64_t blocks, void** arguments) const;
 

@@ -43,6 +43,8 @@ public:
     // compaction, relocation, emitted properties and arrays of micromaps, so that these calls only
     // queue. Throws as computeMemoryUsage.
     void prepare(const BuildInputs& inputs, const BuildOptions& options) const;
+    // The same for builds of all kinds.
+    void prepareAll() const { kernels_.prepareAll(); }
 
     // Queues a build. temp and output: 128-byte aligned, at least as large as computeMemoryUsage
     // says. Throws Error(kInvalidValue) otherwise. `known`: see known_handles.h; instances with

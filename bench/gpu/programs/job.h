@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// A whole program of bench_programs: what it compiles, its scene and what a frame of it is. The
+// makers in paths.cpp, surfaces.cpp and so on build one from scratch; run.cpp measures it.
+#pragma once
+
+#include "device/shared.h"
+#include "optix_setup.h"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bench {
+
+struct JobSettings {
+    double scale = 1; // of the number of primitives, launches and builds
+    unsigned width = 1920, height = 1080;
+
+    unsigned some(double count, unsigned least) const {
+        const double scaled = count * scale;
+        return scaled < least ? least : unsigned(scaled);
+    }
+    float aspect() const { return float(width) / float(height); }
+};
+
+// Functions may be null; `builtin`: an OptixPrimitiveType that OptiX intersects, or 0.
+struct HitGroup {
+    const char* closestHit = nullptr;
+    const char* anyHit = nullptr;
+    const char* intersection = nullptr;
+    unsigned builtin = 0;
+    unsigned payloadType = 0; // for a group without programs: index + 1
+};
+
+struct HitRecord {
+    unsigned group;
+    Look material;
+};
+
+class Texture {
+public:
+    // Four bytes a texel; repeats, filters.
+    Texture(const std::vector<unsigned char>& texels, unsigned side);
+    Texture(Texture&& other) noexcept;
+    Texture& operator=(Texture&&) = delete;
+    ~Texture();
+    cudaTextureObject_t object() const { return object_; }
+
+private:
+    cudaArray_t array_ = nullptr;
+    cudaTextureObject_t object_ = 0;
+};
+
+struct Job {
+    // What the pipeline is made of.
+    std::string_view ptx;
+    unsigned payloadValues = 3, attributeValues = 2;
+    unsigned primitives = unsigned(OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE);
+    unsigned graph = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS;
+    unsigned traceDepth = 1, graphDepth = 1;
+    bool moves = false, micromaps = false;
+    std::vector<std::vector<unsigned>> payloadTypes; // semantics of each word
+    const char* raygen = nullptr;
+    std::vector<const char*> misses;
+    std::vector<HitGroup> hits;
+    std::vector<std::string> callables;
+    std::vector<HitRecord> records;
+
+    // A frame: `prepare`, then launches for one tile after the other.
+    ProgramParams params = {};
+    unsigned launchWidth = 0, launchHeight = 0, launches = 1, tiles = 1;
+    std::function<void(Job&)> prepare;
+    unsigned frame = 0; // counts
+
+    // What the scene lives in.
+    std::vector<DeviceBuffer> buffers;
+    std::vector<Accel> structures;
+    std::vector<Texture> textures;
+    DeviceBuffer image, extra;
+
+    template <class T>
+    const T* upload(const std::vector<T>& data) {
+        buffers.emplace_back();
+        buffers.back().upload(data);
+        return buffers.back().as<T>();
+    }
+    // A picture of the settings' size, a launch index for each pixel.
+    void allocatePicture(unsigned width, unsigned height);
+};
+
+struct JobKind {
+    const char* name;
+    const char* summary;
+    Job (*make)(OptixDeviceContext, const JobSettings&);
+    // Of pictures: the difference of their means, and the mean difference of pixels, both over the
+    // mean. Paths that part at a rounding make pixels differ, but hardly means.
+    double meanTolerance, pixelTolerance;
+};
+// All, in the order of the report.
+const std::vector<JobKind>& jobKinds();
+
+std::vector<JobKind> pathJobs();
+std::vector<JobKind> surfaceJobs();
+std::vector<JobKind> leafJobs();
+std::vector<JobKind> motionJobs();
+std::vector<JobKind> shapeJobs();
+std::vector<JobKind> listJobs();
+std::vector<JobKind> buildJobs();
+
+// The pipeline of a job, with its shader binding table.
+class JobPipeline {
+public:
+    JobPipeline(OptixDeviceContext context, const Job& job);
+    JobPipeline(const JobPipeline&) = delete;
+    JobPipeline& operator=(const JobPipeline&) = delete;
+    ~JobPipeline();
+
+    // From the text to stack sizes, in milliseconds.
+    double compileTime() const { return compileTime_; }
+    void launch(const ProgramParams& params, unsigned width, unsigned height);
+
+private:
+    void createModule(const Job& job);
+    void createGroups(const Job& job);
+    OptixProgramGroup add(const OptixProgramGroupDesc& description, unsigned payloadType = 0);
+    OptixProgramGroup single(OptixProgramGroupKind kind, const char* function);
+    OptixModule builtin(unsigned type);
+    void link(const Job& job);
+    void makeTable(const Job& job);
+
+    OptixDeviceContext context_;
+    OptixModuleCompileOptions moduleOptions_ = {};
+    OptixPipelineCompileOptions options_ = {};
+    std::vector<OptixPayloadType> payloadTypes_;
+    OptixModule module_ = nullptr;
+    OptixPipeline pipeline_ = nullptr;
+    std::vector<OptixProgramGroup> groups_; // raygen, misses, hits, callables
+    std::vector<OptixModule> builtins_;
+    double compileTime_ = 0;
+    DeviceBuffer raygen_, misses_, hits_, callables_, params_;
+    OptixShaderBindingTable table_ = {};
+};
+
+} // namespace bench
