@@ -108,13 +108,13 @@ double measured(const Picture& noisy, const Picture& truth) {
 }
 
 TEST(StructurePredictor, PredictsWhatMoreSamplesWillShow) {
-    constexpr uint32_t kWidth = 200, kHeight = 120; // no multiples of a block
-    const Picture truth = Tracer().render(kWidth, kHeight, 512, 1000).color;
+    constexpr uint32_t kWidth = 152, kHeight = 88; // no multiples of a block
+    const Picture truth = Tracer().render(kWidth, kHeight, 256, 1000).color;
     double before = 0;
     for (const uint32_t samples : {1u, 4u, 16u, 64u}) {
         Rendering noisy = Tracer().render(kWidth, kHeight, samples, samples);
         const Picture blocks = predicted(noisy);
-        EXPECT_EQ(blocks.width, 13u);
+        EXPECT_EQ(blocks.width, 10u);
         const double mean = meanOf(blocks), actual = measured(noisy.color, truth);
         EXPECT_GT(mean, before) << samples;
         EXPECT_NEAR(mean, actual, 0.15) << samples;

@@ -126,7 +126,7 @@ TEST_F(CommandList, LaunchesFailAsTheyDoAlone) {
         ok(rtCommandListFinalize(commands));
         fails(result, rtCommandListExecute(commands), word);
     };
-    failsWith(RT_ERROR_VARIABLE_NOT_FOUND, 0, 2, "\"scoped\"");
+    failsWith(RT_ERROR_VARIABLE_NOT_FOUND, 0, 2, "\"image\"");
     failsWith(RT_ERROR_INVALID_VALUE, 7, 2, "entryPointIndex = 7");
     failsWith(RT_ERROR_INVALID_VALUE, 0, RTsize(1) << 40, "too many indices");
     RTbuffer mapped = image(2, 2);

@@ -213,7 +213,7 @@ void Buffer::unmap(unsigned level) {
 }
 
 void Buffer::requireRegistered() const {
-    if (glBuffer && !isGlRegistered)
+    if (!isRegistered())
         refuse(RT_ERROR_INVALID_VALUE, "buffer ", handle(), " shares OpenGL buffer ", glBuffer,
                ", which is not registered");
 }

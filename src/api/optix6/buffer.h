@@ -55,6 +55,7 @@ public:
     // The buffer object of OpenGL that has the same elements (gl/share.h); 0: none.
     unsigned glBuffer = 0;
     bool isGlRegistered = false;
+    bool isRegistered() const { return glBuffer == 0 || isGlRegistered; }
     // Throws RT_ERROR_INVALID_VALUE where OpenGL alone may use the elements.
     void requireRegistered() const;
 

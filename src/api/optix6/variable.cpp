@@ -71,7 +71,7 @@ void Variable::set(const std::shared_ptr<Object>& value) {
     // A buffer in place of another leaves everything else as it is. One that OpenGL alone may use
     // is found when scopes are searched.
     const bool isStructure = value->kind != Kind::kBuffer || object.expired() ||
-                             static_cast<const Buffer&>(*value).glBuffer != 0;
+                             !static_cast<const Buffer&>(*value).isRegistered();
     type = wanted;
     object = value;
     if (isStructure)

@@ -118,8 +118,8 @@ struct Shape {
 // The texels' buffer has this shape. New memory: the texture is another one.
 void setShape(TextureSampler& sampler, const Shape& shape) {
     Buffer& texels = *sampler.gl->texels;
-    bool isEqual = texels.format == shape.format->format && texels.mipLevels == shape.levels &&
-                   texels.dimensions == shape.dimensions;
+    bool isEqual = texels.data() && texels.format == shape.format->format &&
+                   texels.mipLevels == shape.levels && texels.dimensions == shape.dimensions;
     for (unsigned i = 0; i < shape.dimensions; ++i)
         isEqual = isEqual && texels.extent(i, 0) == shape.sizes[i];
     if (isEqual)

@@ -20,8 +20,9 @@ private:
     Context& context_;
 };
 
-// The buffer object behind a buffer: checks that it exists and has room for all elements.
+// Throws Failure if the buffer object behind a buffer does not exist.
 void check(const Buffer& buffer);
+// Both need room for all elements in the buffer object.
 void download(Buffer& buffer);
 void upload(const Buffer& buffer);
 // Texels and format of the image of a sampler.

@@ -78,11 +78,6 @@ const char* PostProcessingStage::stageName() const {
     return factsOf(stage_).name;
 }
 
-template <class... Parts>
-void PostProcessingStage::refuseIt(RTresult result, const char* name, const Parts&... parts) const {
-    refuse(result, "variable \"", name, "\" of stage \"", stageName(), "\" ", parts...);
-}
-
 std::shared_ptr<Variable> PostProcessingStage::declare(const std::string& name) {
     std::shared_ptr<Variable> found = scope.find(name);
     if (!found)

@@ -45,7 +45,9 @@ private:
                      uint32_t height) const;
     std::optional<Images> images(uint32_t block) const;
     template <class... Parts>
-    [[noreturn]] void refuseIt(RTresult result, const char* name, const Parts&... parts) const;
+    [[noreturn]] void refuseIt(RTresult result, const char* name, const Parts&... parts) const {
+        refuse(result, "variable \"", name, "\" of stage \"", stageName(), "\" ", parts...);
+    }
 
     void mapTones(const Images& images);
     void denoise(const Images& images);
