@@ -3,51 +3,48 @@
 // bits as the result; nothing here may be fused.
 #pragma once
 
-#include "denoise/logarithm.h"
+#include <bit>
+#include <cstdint>
 
 namespace sunstone::denoise {
 
-// `value` to the power of `exponent`, for values in (0, 1] and exponents above 0, to some 1e-9 of
-// itself. Series are short, and coefficients constant: logarithm() and exponential() are for single
-// values of an image, this is for each of its pixels.
+// `value` to the power of `exponent`, for values in (0, 1] that are normal and exponents above 0,
+// to some 2e-7. Single precision and constant coefficients: logarithm() and exponential() are for
+// single values of an image, this is for each of its pixels.
 inline float powerOf(float value, float exponent) {
-    const uint64_t bits = std::bit_cast<uint64_t>(double(value));
-    int binary = int(bits >> 52) - 1023;
-    double m = std::bit_cast<double>((bits & 0xFFFFFFFFFFFFFull) | 0x3FF0000000000000ull);
-    if (m > 1.4142135623730951) {
-        m *= 0.5;
-        ++binary;
-    }
+    constexpr float kLn2High = 0x1.62e4p-1f, kLn2Low = 0x1.7f7d1cp-20f; // High has 15 bits
+    // value = 2^binary m with m from sqrt(1/2) to sqrt(2)
+    const int32_t bits = std::bit_cast<int32_t>(value), half = 0x3F3504F3;
+    const int32_t binary = (bits - half) >> 23;
+    const float m = std::bit_cast<float>(bits - binary * (1 << 23));
     // ln m = 2 (s + s^3/3 + s^5/5 ...) with |s| < 0.172
-    const double s = (m - 1.0) / (m + 1.0), q = s * s;
-    double sum = 1.0 / 11.0;
-    sum = sum * q + 1.0 / 9.0;
-    sum = sum * q + 1.0 / 7.0;
-    sum = sum * q + 1.0 / 5.0;
-    sum = sum * q + 1.0 / 3.0;
-    sum = sum * q + 1.0;
-    const double x = (2.0 * s * sum + double(binary) * 0.6931471805599453) * double(exponent);
-    if (!(x > -87.0)) // below the least normal float
+    const float s = (m - 1.0f) / (m + 1.0f), q = s * s;
+    float sum = 1.0f / 9.0f;
+    sum = sum * q + 1.0f / 7.0f;
+    sum = sum * q + 1.0f / 5.0f;
+    sum = sum * q + 1.0f / 3.0f;
+    const float rest = 2.0f * s + (2.0f * s * q * sum + float(binary) * kLn2Low);
+    const float x = (float(binary) * kLn2High + rest) * exponent;
+    if (!(x > -87.0f)) // below the least normal float
         return 0.0f;
-    const double scaled = x * 1.4426950408889634 - 0.5;
-    const int power = int(scaled); // towards zero: the nearest whole number, as x is at most 0
-    const double rest = x - double(power) * 0.6931471805599453;
-    double series = 1.0 / 362880.0;
-    series = series * rest + 1.0 / 40320.0;
-    series = series * rest + 1.0 / 5040.0;
-    series = series * rest + 1.0 / 720.0;
-    series = series * rest + 1.0 / 120.0;
-    series = series * rest + 1.0 / 24.0;
-    series = series * rest + 1.0 / 6.0;
-    series = series * rest + 0.5;
-    series = series * rest + 1.0;
-    series = series * rest + 1.0;
-    return float(series * std::bit_cast<double>(uint64_t(power + 1023) << 52));
+    // Towards zero: the nearest whole number, as x is at most about 0.
+    const int power = int(x * 1.44269504f - 0.5f);
+    const float r = x - float(power) * kLn2High - float(power) * kLn2Low;
+    float series = 1.0f / 5040.0f;
+    series = series * r + 1.0f / 720.0f;
+    series = series * r + 1.0f / 120.0f;
+    series = series * r + 1.0f / 24.0f;
+    series = series * r + 1.0f / 6.0f;
+    series = series * r + 0.5f;
+    series = series * r + 1.0f;
+    series = series * r + 1.0f;
+    const float result = series * std::bit_cast<float>((power + 127) * (1 << 23));
+    return result < 1.0f ? result : 1.0f;
 }
 
-// A screen's value, 0 to 1, of an exposed one. NaN is black.
+// A screen's value, 0 to 1, of an exposed one. NaN and values that are not normal are black.
 inline float toneMapped(float exposed, float inverseGamma) {
-    if (!(exposed > 0.0f))
+    if (!(exposed >= 0x1p-126f))
         return 0.0f;
     return exposed < 1.0f ? powerOf(exposed, inverseGamma) : 1.0f;
 }

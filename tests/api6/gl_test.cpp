@@ -6,6 +6,7 @@
 
 #include "optix_cuda_interop.h"
 #include "optix_gl_interop.h"
+#include "optixu/optixpp_namespace.h"
 
 #include <thread>
 
@@ -532,6 +533,33 @@ TEST_F(GlImages, AreCheckedWhenMade) {
     fails(RT_ERROR_INVALID_VALUE, rtTextureSamplerSetBuffer(made, 0, 0, image(1, 1)),
           "has no buffer");
     fails(RT_ERROR_INVALID_VALUE, rtTextureSamplerGetGLImageId(made, nullptr), "glId is null");
+}
+
+// ---- OptiXpp -----------------------------------------------------------------------------------
+
+TEST_F(Gl, TheWrapperForwards) {
+    optix::Context context = optix::Context::create();
+    const unsigned glId = glBuffer(std::vector<float>(4, 3.0f)), image = texture(kTexture2D);
+    const float texel[4] = {1, 2, 3, 4};
+    egl().TexImage2D(kTexture2D, 0, kRgba32F, 1, 1, 0, kRgba, kFloat, texel);
+    optix::Buffer buffer = context->createBufferFromGLBO(RT_BUFFER_INPUT, glId);
+    buffer->setFormat(RT_FORMAT_FLOAT);
+    buffer->setSize(4);
+    EXPECT_EQ(buffer->getGLBOId(), glId);
+    EXPECT_EQ(static_cast<float*>(buffer->map())[3], 3.0f);
+    buffer->unmap();
+    buffer->unregisterGLBuffer();
+    EXPECT_THROW(buffer->map(), optix::Exception);
+    buffer->registerGLBuffer();
+    optix::TextureSampler sampler =
+        context->createTextureSamplerFromGLImage(image, RT_TARGET_GL_TEXTURE_2D);
+    unsigned id = 0;
+    ok(rtTextureSamplerGetGLImageId(sampler->get(), &id));
+    EXPECT_EQ(id, image);
+    sampler->unregisterGLTexture();
+    EXPECT_THROW(sampler->unregisterGLTexture(), optix::Exception);
+    sampler->registerGLTexture();
+    context->destroy();
 }
 
 // ---- Without OpenGL ----------------------------------------------------------------------------
