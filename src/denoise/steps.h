@@ -191,9 +191,11 @@ inline void writeColor(const Job& job, uint32_t x, uint32_t y) {
 inline void toneMap(const Job& job, uint32_t x, uint32_t y) {
     float values[4] = {0, 0, 0, 1};
     readPixel(job.input, x, y, values);
-    for (int c = 0; c < 3; ++c)
-        values[c] = toneMapped(values[c] * job.exposure, job.inverseGamma);
-    writePixel(job.output, x, y, values);
+    float mapped[4];
+    for (int c = 0; c < 4; ++c) // four at once cost as much as three
+        mapped[c] = toneMapped(values[c] * job.exposure, job.inverseGamma);
+    mapped[3] = values[3];
+    writePixel(job.output, x, y, mapped);
 }
 
 // The brightness of a pixel as an eye sees it, 0 to 1.

@@ -24,9 +24,8 @@ inline float powerOf(float value, float exponent) {
     sum = sum * q + 1.0f / 5.0f;
     sum = sum * q + 1.0f / 3.0f;
     const float rest = 2.0f * s + (2.0f * s * q * sum + float(binary) * kLn2Low);
-    const float x = (float(binary) * kLn2High + rest) * exponent;
-    if (!(x > -87.0f)) // below the least normal float
-        return 0.0f;
+    const float exact = (float(binary) * kLn2High + rest) * exponent;
+    const float x = exact > -87.0f ? exact : -87.0f; // the least normal float
     // Towards zero: the nearest whole number, as x is at most about 0.
     const int power = int(x * 1.44269504f - 0.5f);
     const float r = x - float(power) * kLn2High - float(power) * kLn2Low;
@@ -39,14 +38,15 @@ inline float powerOf(float value, float exponent) {
     series = series * r + 1.0f;
     series = series * r + 1.0f;
     const float result = series * std::bit_cast<float>((power + 127) * (1 << 23));
-    return result < 1.0f ? result : 1.0f;
+    const float some = exact > -87.0f ? result : 0.0f;
+    return some < 1.0f ? some : 1.0f;
 }
 
 // A screen's value, 0 to 1, of an exposed one. NaN and values that are not normal are black.
 inline float toneMapped(float exposed, float inverseGamma) {
-    if (!(exposed >= 0x1p-126f))
-        return 0.0f;
-    return exposed < 1.0f ? powerOf(exposed, inverseGamma) : 1.0f;
+    const bool isBlack = !(exposed >= 0x1p-126f), isWhite = exposed >= 1.0f;
+    const float power = powerOf(isBlack || isWhite ? 1.0f : exposed, inverseGamma);
+    return isBlack ? 0.0f : power;
 }
 
 } // namespace sunstone::denoise
