@@ -75,6 +75,10 @@ public:
             return jobPixels(SUNSTONE_CALL(blendHistory));
         case Step::kWrite:
             return jobPixels(SUNSTONE_CALL(writeColor));
+        case Step::kToneMap:
+            return jobPixels(SUNSTONE_CALL(toneMap));
+        case Step::kStructure:
+            return jobPixels(SUNSTONE_CALL(compareStructure));
         case Step::kCount:
             return;
         }

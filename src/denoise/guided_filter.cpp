@@ -13,10 +13,8 @@ namespace {
 
 constexpr size_t kPlaneCount = 25;
 constexpr size_t kLargePlaneCount = 7; // of the output's size, where that is larger
-constexpr size_t kAlignment = 64;
 // More lets the upsampler sharpen noise, less takes away relief (tests/denoise, tests/api76).
 constexpr float kMostReturnedBeforeUpsampling = 0.78f;
-static_assert(sizeof(Control) <= kAlignment);
 
 size_t rowStride(uint32_t width) {
     return (size_t(width) + 15) / 16 * 16;
@@ -36,10 +34,8 @@ public:
         pass_.height = first.height;
         pass_.stride = rowStride(first.width);
         pass_.colorTolerance = settings.colorTolerance * settings.colorTolerance;
-        uintptr_t address = reinterpret_cast<uintptr_t>(scratch);
-        address = (address + kAlignment - 1) / kAlignment * kAlignment;
-        control_ = reinterpret_cast<Control*>(address);
-        next_ = reinterpret_cast<float*>(address + kAlignment);
+        control_ = controlIn(scratch);
+        next_ = reinterpret_cast<float*>(reinterpret_cast<uint8_t*>(control_) + kScratchAlignment);
         takePlanes();
         setUp(first);
     }
@@ -254,7 +250,7 @@ size_t GuidedFilter::scratchSize(uint32_t width, uint32_t height) const {
     size_t floats = kPlaneCount * planeSize(width, height);
     if (factor_ != 1)
         floats += kLargePlaneCount * planeSize(factor_ * width, factor_ * height);
-    return floats * sizeof(float) + 2 * kAlignment;
+    return floats * sizeof(float) + 2 * kScratchAlignment;
 }
 
 void GuidedFilter::run(const Frame& frame, void* scratch, StepRunner& runner) const {

@@ -31,8 +31,10 @@ enum class Step : uint32_t {
     kCompress, // these three: upsampler.h
     kTensor,
     kUpsample,
-    kBlend, // from and the previous image -> to
-    kWrite, // from -> image
+    kBlend,     // from and the previous image -> to
+    kWrite,     // from -> image
+    kToneMap,   // image -> image (tone_map.h)
+    kStructure, // image and previous image -> image of blocks (structure.h)
     kCount,
 };
 
@@ -48,6 +50,15 @@ struct Control {
     uint32_t isRefused; // all steps must return at once
 };
 
+// Scratch memory begins with the control, at the first place with this alignment.
+constexpr size_t kScratchAlignment = 64;
+static_assert(sizeof(Control) <= kScratchAlignment);
+inline Control* controlIn(void* scratch) {
+    const uintptr_t address = reinterpret_cast<uintptr_t>(scratch);
+    return reinterpret_cast<Control*>((address + kScratchAlignment - 1) / kScratchAlignment *
+                                      kScratchAlignment);
+}
+
 struct Job {
     Pass pass;
     const Control* control;
@@ -62,8 +73,9 @@ struct Job {
     uint8_t normalChannels;
     bool keepsAlpha; // even if it is not finite
     bool isScaled, isLimited;
-    bool isDivided; // colours, by the albedo
-    bool hasDetail; // taken out of colours
+    bool isDivided;               // colours, by the albedo
+    bool hasDetail;               // taken out of colours
+    float exposure, inverseGamma; // of kToneMap
 };
 
 } // namespace sunstone::denoise

@@ -6,6 +6,8 @@
 
 #include "denoise/history.h"
 #include "denoise/job.h"
+#include "denoise/structure.h"
+#include "denoise/tone_map.h"
 
 #include <algorithm>
 
@@ -181,6 +183,45 @@ inline void writeColor(const Job& job, uint32_t x, uint32_t y) {
             if (isUsable(given[c]))
                 values[c] += (given[c] - values[c]) * job.blend;
     }
+    writePixel(job.output, x, y, values);
+}
+
+// ---- Steps of other filters --------------------------------------------------------------------
+
+inline void toneMap(const Job& job, uint32_t x, uint32_t y) {
+    float values[4] = {0, 0, 0, 1};
+    readPixel(job.input, x, y, values);
+    float mapped[4];
+    for (int c = 0; c < 4; ++c) // four at once cost as much as three
+        mapped[c] = toneMapped(values[c] * job.exposure, job.inverseGamma);
+    mapped[3] = values[3];
+    writePixel(job.output, x, y, mapped);
+}
+
+// The brightness of a pixel as an eye sees it, 0 to 1.
+inline float brightnessOf(const Job& job, const Image& image, uint32_t x, uint32_t y) {
+    float c[4] = {};
+    readPixel(image, x, y, c);
+    const float luminance = c[0] * 0.212586f + c[1] * 0.715170f + c[2] * 0.072200f;
+    if (!(luminance > 0.0f)) // NaN too
+        return 0.0f;
+    if (job.isLimited)
+        return std::min(luminance, 1.0f);
+    const float scaled = std::min(luminance, kLargestColor) * scaleOf(job, 0);
+    return scaled / (1.0f + scaled);
+}
+
+// (x, y) of the output: a block of kStructureBlock pixels in each direction, less at the border.
+inline void compareStructure(const Job& job, uint32_t x, uint32_t y) {
+    const uint32_t left = x * kStructureBlock, top = y * kStructureBlock;
+    const uint32_t right = std::min(left + kStructureBlock, job.input.width);
+    const uint32_t bottom = std::min(top + kStructureBlock, job.input.height);
+    StructureSums sums;
+    for (uint32_t py = top; py < bottom; ++py)
+        for (uint32_t px = left; px < right; ++px)
+            sums.add(brightnessOf(job, job.input, px, py), brightnessOf(job, job.previous, px, py));
+    const float similarity = sums.similarity();
+    const float values[4] = {similarity, similarity, similarity, 1.0f};
     writePixel(job.output, x, y, values);
 }
 

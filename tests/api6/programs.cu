@@ -70,6 +70,15 @@ RT_PROGRAM void read_outside() {
     result[1] = 1 + one_id[element];
 }
 
+rtBuffer<float4, 2> image;
+RT_PROGRAM void paint_image() {
+    image[launch_index] = make_float4((launch_index.x + 1.0f) / launch_dim.x,
+                                      (launch_index.y + 1.0f) / launch_dim.y, scoped, 0.25f);
+}
+RT_PROGRAM void halve_image() {
+    image[launch_index] = image[launch_index] * 0.5f;
+}
+
 // ---- exceptions, printing
 // ---------------------------------------------------------------------------
 
@@ -262,4 +271,52 @@ RT_PROGRAM void sample() {
     result[2] = rtTex2DFetch<uchar4>(texture_id, 0, 1).z;
     const uint3 size = rtTexSize(texture_id);
     result[3] = float(size.x + 10 * size.y);
+}
+
+rtDeclareVariable(int, gl_target, , "an RTgltarget");
+rtDeclareVariable(float3, place, , );
+rtDeclareVariable(int, layer, , );
+RT_PROGRAM void sample_target() {
+    switch (gl_target) {
+    case RT_TARGET_GL_TEXTURE_1D:
+        result[0] = rtTex1D<float>(texture_id, place.x);
+        break;
+    case RT_TARGET_GL_TEXTURE_3D:
+        result[0] = rtTex3D<float>(texture_id, place.x, place.y, place.z);
+        break;
+    case RT_TARGET_GL_TEXTURE_1D_ARRAY:
+        result[0] = rtTex1DLayered<float>(texture_id, place.x, layer);
+        break;
+    case RT_TARGET_GL_TEXTURE_2D_ARRAY:
+        result[0] = rtTex2DLayered<float>(texture_id, place.x, place.y, layer);
+        break;
+    case RT_TARGET_GL_TEXTURE_CUBE_MAP:
+        result[0] = rtTexCubemap<float>(texture_id, place.x, place.y, place.z);
+        break;
+    case RT_TARGET_GL_TEXTURE_CUBE_MAP_ARRAY:
+        result[0] = rtTexCubemapLayered<float>(texture_id, place.x, place.y, place.z, layer);
+        break;
+    default:
+        result[0] = rtTex2D<float>(texture_id, place.x, place.y);
+    }
+}
+RT_PROGRAM void sample_levels() {
+    for (int level = 0; level < 3; ++level)
+        result[level] = rtTex2DLod<float>(texture_id, 0.5f, 0.5f, float(level));
+}
+
+rtDeclareVariable(int, texel_kind, , "0: float, 1: int, 2: unsigned");
+RT_PROGRAM void sample_texel() {
+    float4 texel = rtTex2D<float4>(texture_id, 0.75f, 0.25f);
+    if (texel_kind == 1) {
+        const int4 whole = rtTex2D<int4>(texture_id, 0.75f, 0.25f);
+        texel = make_float4(whole.x, whole.y, whole.z, whole.w);
+    } else if (texel_kind == 2) {
+        const uint4 whole = rtTex2D<uint4>(texture_id, 0.75f, 0.25f);
+        texel = make_float4(whole.x, whole.y, whole.z, whole.w);
+    }
+    result[0] = texel.x;
+    result[1] = texel.y;
+    result[2] = texel.z;
+    result[3] = texel.w;
 }

@@ -16,7 +16,7 @@ set(may_engine "engine;check;cache;denoise;compiler;ptx;bvh;math;texture/texture
 set(may_api_optix7 "api/optix7;engine;cache;denoise;bvh;compiler;devlib;device/device.h;device/cuda;base")
 set(may_api_prime "api/prime;engine/queries;bvh/batch;device/cuda/driver.h;base")
 set(may_api_rays "api/rays;engine/queries;bvh/batch;device/cuda/driver.h;base")
-set(may_api_optix6 "api/optix6;engine;cache;bvh;compiler;ptx;math;texture;devlib;device/device.h;base")
+set(may_api_optix6 "api/optix6;engine;cache;denoise;bvh;compiler;ptx;math;texture;devlib;device/device.h;base")
 set(may_api_optixu "api/optixu;base")
 set(may_api_cuda "api/cuda;check;engine/compile_cache.h;compiler;ptx;texture;devlib/abi.h;devlib/lockstep.h;device;base")
 set(may_api_nvrtc "api/nvrtc;base")

@@ -208,11 +208,19 @@ static void requireDevice(const Buffer& buffer, int ordinal) {
                ", but the context runs on device ", device);
 }
 
+// Launches copy the elements from OpenGL, so that writes by a pointer would get lost.
+static void requireOwnElements(const Buffer& buffer) {
+    if (buffer.glBuffer)
+        refuse(RT_ERROR_INVALID_VALUE, "the elements are those of OpenGL buffer ", buffer.glBuffer,
+               ": the buffer has no device pointer");
+}
+
 SUNSTONE_API RTresult rtBufferGetDevicePointer(RTbuffer buffer, int device, void** pointer) {
     return call<Buffer>(__func__, buffer, "buffer", [&](Buffer& object) {
         requireNonNull(pointer, "device_pointer");
         *pointer = nullptr;
         requireDevice(object, device);
+        requireOwnElements(object);
         object.validate();
         *pointer = object.data();
         object.notePointer();
@@ -221,6 +229,7 @@ SUNSTONE_API RTresult rtBufferGetDevicePointer(RTbuffer buffer, int device, void
 SUNSTONE_API RTresult rtBufferSetDevicePointer(RTbuffer buffer, int device, void* pointer) {
     return change(__func__, buffer, [&](Buffer& object) {
         requireDevice(object, device);
+        requireOwnElements(object);
         object.validate();
         if (pointer && !object.context()->engine->device->isAccessible(pointer, object.bytes()))
             refuse(RT_ERROR_INVALID_VALUE, "device_pointer = ", pointer,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Entry points of contexts (sections 5.2 and 5.3).
 #include "api/optix6/call.h"
+#include "api/optix6/gl/share.h"
 #include "api/optix6/scene.h"
 #include "base/cpu_limits.h"
 #include "base/log.h"
@@ -36,7 +37,11 @@ SUNSTONE_API RTresult rtContextDestroy(RTcontext handle) {
 
 SUNSTONE_API RTresult rtContextValidate(RTcontext handle) {
     return callContext(
-        __func__, handle, [](Context& context) { context.scene->update(); },
+        __func__, handle,
+        [](Context& context) {
+            gl::Share share(context);
+            context.scene->update();
+        },
         RT_ERROR_INVALID_CONTEXT);
 }
 
@@ -321,6 +326,22 @@ SUNSTONE_API RTresult rtContextGetProgramFromId(RTcontext handle, int id, RTprog
 
 // ---- launches ---------------------------------------------------------------------------------
 
+void sunstone::optix6::launchEntry(Context& context, unsigned entry, RTsize width, RTsize height,
+                                   RTsize depth) {
+    entryOf(context, entry);
+    constexpr RTsize kMost = std::numeric_limits<uint32_t>::max();
+    if (width > kMost || height > kMost || depth > kMost || (depth != 0 && width > kMost / depth))
+        refuse(RT_ERROR_INVALID_VALUE, "a launch of ", width, " by ", height, " by ", depth,
+               " has too many indices");
+    for (const Ref<Buffer>& ref : context.allBuffers)
+        if (const auto buffer = ref.lock(); buffer && buffer->isMapped())
+            refuse(RT_ERROR_ALREADY_MAPPED, "buffer ", buffer->handle(), " is mapped");
+    context.launched = true;
+    context.launchFailed = true;
+    context.scene->launch(entry, uint32_t(width), uint32_t(height), uint32_t(depth));
+    context.launchFailed = false;
+}
+
 namespace {
 
 RTresult launch(const char* function, RTcontext handle, unsigned entry, RTsize width, RTsize height,
@@ -328,19 +349,9 @@ RTresult launch(const char* function, RTcontext handle, unsigned entry, RTsize w
     return callContext(
         function, handle,
         [&](Context& context) {
-            entryOf(context, entry);
-            constexpr RTsize kMost = std::numeric_limits<uint32_t>::max();
-            if (width > kMost || height > kMost || depth > kMost ||
-                (depth != 0 && width > kMost / depth))
-                refuse(RT_ERROR_INVALID_VALUE, "a launch of ", width, " by ", height, " by ", depth,
-                       " has too many indices");
-            for (const Ref<Buffer>& ref : context.allBuffers)
-                if (const auto buffer = ref.lock(); buffer && buffer->isMapped())
-                    refuse(RT_ERROR_ALREADY_MAPPED, "buffer ", buffer->handle(), " is mapped");
-            context.launched = true;
-            context.launchFailed = true;
-            context.scene->launch(entry, uint32_t(width), uint32_t(height), uint32_t(depth));
-            context.launchFailed = false;
+            gl::Share share(context);
+            launchEntry(context, entry, width, height, depth);
+            share.giveBack();
         },
         RT_ERROR_INVALID_CONTEXT);
 }

@@ -17,6 +17,12 @@ RTresult change(const char* function, RTtexturesampler sampler, const Body& body
     });
 }
 
+void requireOwnBuffer(const TextureSampler& sampler) {
+    if (sampler.gl)
+        refuse(RT_ERROR_INVALID_VALUE, "the texels are those of OpenGL image ", sampler.gl->id,
+               ": the texture sampler has no buffer");
+}
+
 void requireBelow(unsigned value, unsigned end, const char* name) {
     if (value >= end)
         refuse(RT_ERROR_INVALID_VALUE, name, " = ", value, " is outside 0..", end - 1);
@@ -142,6 +148,7 @@ SUNSTONE_API RTresult rtTextureSamplerSetBuffer(RTtexturesampler sampler, unsign
     return change(__func__, sampler, [&](TextureSampler& object) {
         requireBelow(slice, 1, "deprecated0");
         requireBelow(level, 1, "deprecated1");
+        requireOwnBuffer(object);
         object.buffer = requireOf<Buffer>(*object.context(), buffer, "buffer");
     });
 }
@@ -150,6 +157,7 @@ SUNSTONE_API RTresult rtTextureSamplerGetBuffer(RTtexturesampler sampler, unsign
     return call<TextureSampler>(__func__, sampler, "texturesampler", [&](TextureSampler& object) {
         requireBelow(slice, 1, "deprecated0");
         requireBelow(level, 1, "deprecated1");
+        requireOwnBuffer(object);
         store(buffer, "buffer", static_cast<RTbuffer>(handleOf(object.buffer)));
     });
 }

@@ -58,6 +58,8 @@ std::shared_ptr<Variable> Scene::resolve(const DeviceVariable& wanted, const Pro
     if (!problem.empty())
         refuse(RT_ERROR_TYPE_MISMATCH, "variable \"", wanted.name, "\" of program \"", code.name,
                "\" ", problem);
+    if (const auto object = found->object.lock(); object && object->kind == Kind::kBuffer)
+        static_cast<const Buffer&>(*object).requireRegistered();
     return found;
 }
 

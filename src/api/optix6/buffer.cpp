@@ -3,11 +3,13 @@
 #include "api/optix6/buffer.h"
 
 #include "api/optix6/context.h"
+#include "api/optix6/gl/share.h"
 #include "base/error.h"
 
 #include <algorithm>
 #include <bit>
 #include <limits>
+#include <utility>
 
 namespace sunstone::optix6 {
 
@@ -178,6 +180,9 @@ void* Buffer::map(unsigned flags, unsigned level) {
     validate();
     if (mapped_[level])
         refuse(RT_ERROR_ALREADY_MAPPED, "level ", level, " of the buffer is mapped");
+    if (glBuffer && data() && flags != RT_BUFFER_MAP_WRITE_DISCARD && !isMapped())
+        gl::download(*this);
+    wasWritten_ |= flags != RT_BUFFER_MAP_READ;
     mapped_[level] = true;
     uint8_t* const memory = data() ? data() + levelOffset(level) : nullptr;
     if (!memory || !isForeign())
@@ -203,9 +208,18 @@ void Buffer::unmap(unsigned level) {
         backend().copy(data() + levelOffset(level), copies_[level].get(),
                        levelElements(level) * elementBytes_);
     copies_[level].reset();
+    if (glBuffer && data() && !isMapped() && std::exchange(wasWritten_, false))
+        gl::upload(*this);
+}
+
+void Buffer::requireRegistered() const {
+    if (!isRegistered())
+        refuse(RT_ERROR_INVALID_VALUE, "buffer ", handle(), " shares OpenGL buffer ", glBuffer,
+               ", which is not registered");
 }
 
 void Buffer::validate() const {
+    requireRegistered();
     if (format == RT_FORMAT_UNKNOWN)
         refuse(RT_ERROR_INVALID_CONTEXT, "the buffer has no format");
     if (elementBytes_ == 0)

@@ -40,7 +40,9 @@ public:
     // Counts the changes that the host makes to the elements.
     uint64_t version() const { return version_; }
     // Whether elements may change without a call: launches or the application's kernels write them.
-    bool changesUnseen() const { return (description & RT_BUFFER_OUTPUT) || hasPointer_; }
+    bool changesUnseen() const {
+        return (description & RT_BUFFER_OUTPUT) || hasPointer_ || glBuffer != 0;
+    }
     void notePointer() { hasPointer_ = true; }
     void noteChange() { ++version_; }
     unsigned typeBits() const { return description & 0x13; }
@@ -50,6 +52,12 @@ public:
     unsigned dimensions = 0; // 0: no size was set
     unsigned mipLevels = 1;
     int id = 0;
+    // The buffer object of OpenGL that has the same elements (gl/share.h); 0: none.
+    unsigned glBuffer = 0;
+    bool isGlRegistered = false;
+    bool isRegistered() const { return glBuffer == 0 || isGlRegistered; }
+    // Throws RT_ERROR_INVALID_VALUE where OpenGL alone may use the elements.
+    void requireRegistered() const;
 
 private:
     engine::Backend& backend() const { return *backend_; }
@@ -67,6 +75,7 @@ private:
     bool hasPointer_ = false; // the application has got a device pointer
     uint64_t version_ = 0;
     std::vector<bool> mapped_{false};                // by level
+    bool wasWritten_ = false;                        // by the host, since the last upload to OpenGL
     std::vector<std::unique_ptr<uint8_t[]>> copies_; // of mapped levels of foreign memory
 };
 

@@ -88,6 +88,10 @@ RTresult getContext(const char* function, const void* handle, const char* parame
     });
 }
 
+// Launches an entry point and waits; the objects that OpenGL shares are the caller's matter
+// (gl/share.h). Throws Failure.
+void launchEntry(Context& context, unsigned entryPoint, RTsize width, RTsize height, RTsize depth);
+
 template <class Value>
 void store(Value* pointer, const char* name, const Value& value) {
     requireNonNull(pointer, name);

@@ -81,6 +81,9 @@ public:
     std::vector<Ref<Node>> nodes = std::vector<Ref<Node>>(1);
     std::vector<Ref<Variable>> variables; // of all scopes
     std::vector<Ref<Buffer>> allBuffers;
+    // That share their data with OpenGL.
+    std::vector<Ref<Buffer>> glBuffers;
+    std::vector<Ref<TextureSampler>> glSamplers;
 
     // Where attributes are in blocks, by name and bytes.
     std::map<std::pair<std::string, uint32_t>, uint32_t> attributePlaces;

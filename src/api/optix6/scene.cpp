@@ -425,8 +425,10 @@ void Scene::fillTables() {
     for (const std::shared_ptr<Node>& node : order_)
         nodes[node->id] = node->nodeHandle;
     for (size_t id = 1; id < views.size(); ++id)
-        if (const std::shared_ptr<Buffer> buffer = context_.buffers[id].lock())
+        if (const std::shared_ptr<Buffer> buffer = context_.buffers[id].lock()) {
+            buffer->requireRegistered();
             views[id] = &buffer->view();
+        }
     for (size_t id = 1; id < textures.size(); ++id)
         if (const std::shared_ptr<TextureSampler> sampler = context_.samplers[id].lock())
             textures[id] = sampler->texture;

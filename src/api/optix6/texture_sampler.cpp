@@ -64,12 +64,15 @@ void TextureSampler::validate() const {
     const std::shared_ptr<Buffer> source = buffer.lock();
     if (!source)
         refuse(RT_ERROR_INVALID_CONTEXT, "the texture sampler has no buffer");
+    if (gl && !gl->isRegistered)
+        refuse(RT_ERROR_INVALID_VALUE, "texture sampler ", handle(), " shares OpenGL image ",
+               gl->id, ", which is not registered");
     source->validate();
     texture::Format format;
     if (!textureFormat(source->format, format))
         refuse(RT_ERROR_INVALID_CONTEXT, "no texture has elements of the buffer's format ",
                unsigned(source->format));
-    if ((mipFilter == RT_FILTER_NONE) != (source->mipLevels == 1))
+    if (!gl && (mipFilter == RT_FILTER_NONE) != (source->mipLevels == 1))
         refuse(RT_ERROR_INVALID_CONTEXT, "the mipmapping filter does not fit a buffer with ",
                source->mipLevels, " levels");
     const bool asElements =

@@ -5,6 +5,8 @@
 
 #include "api/optix6/buffer.h"
 
+#include <optional>
+
 namespace sunstone::optix6 {
 
 class TextureSampler : public Object {
@@ -25,6 +27,14 @@ public:
     RTtexturereadmode readMode = RT_TEXTURE_READ_NORMALIZED_FLOAT;
     RTtextureindexmode indexMode = RT_TEXTURE_INDEX_NORMALIZED_COORDINATES;
     Ref<Buffer> buffer;
+    // Whose texels are those of an image of OpenGL (gl/share.h), in a buffer without a handle.
+    struct GlImage {
+        unsigned id;
+        RTgltarget target;
+        bool isRegistered;
+        std::shared_ptr<Buffer> texels;
+    };
+    std::optional<GlImage> gl;
     int id = 0;
     uint64_t texture = 0; // handle; 0: not made yet
 

@@ -68,8 +68,10 @@ void Variable::set(const std::shared_ptr<Object>& value) {
         type == RT_OBJECTTYPE_UNKNOWN || type == wanted || (isNodeType(type) && isNodeType(wanted));
     if (!fits)
         refuse(RT_ERROR_TYPE_MISMATCH, "variable \"", name, "\" has a value of another type");
-    // A buffer in place of another leaves everything else as it is.
-    const bool isStructure = value->kind != Kind::kBuffer || object.expired();
+    // A buffer in place of another leaves everything else as it is. One that OpenGL alone may use
+    // is found when scopes are searched.
+    const bool isStructure = value->kind != Kind::kBuffer || object.expired() ||
+                             !static_cast<const Buffer&>(*value).isRegistered();
     type = wanted;
     object = value;
     if (isStructure)

@@ -8,7 +8,6 @@
 #include <atomic>
 #include <iterator>
 #include <new>
-#include <numeric>
 
 namespace sunstone::denoise::gpu {
 namespace {
@@ -16,40 +15,34 @@ namespace {
 constexpr uint64_t kMostPixels = uint64_t(1) << 30;
 // Kernels of step_kernels.cu; the first ones in the order of Step, without the rows.
 enum StepKernel : uint32_t {
-    kBegin = 15,
+    kToneMap = 15,
+    kStructure,
+    kBegin,
     kLuminance,
     kLuminanceBlocks,
     kColors,
     kColorsBlocks,
     kStepKernelCount
 };
-constexpr const char* kStepKernels[] = {"sunstone_guides",
-                                        "sunstone_alpha",
-                                        "sunstone_alpha_as_color",
-                                        "sunstone_color_as_alpha",
-                                        "sunstone_color",
-                                        "sunstone_loss",
-                                        "sunstone_correlate",
-                                        "sunstone_gather",
-                                        "sunstone_return",
-                                        "sunstone_restore",
-                                        "sunstone_compress",
-                                        "sunstone_tensor",
-                                        "sunstone_upsample",
-                                        "sunstone_blend",
-                                        "sunstone_write",
-                                        "sunstone_begin",
-                                        "sunstone_luminance",
-                                        "sunstone_luminance_blocks",
-                                        "sunstone_colors",
-                                        "sunstone_colors_blocks"};
+constexpr const char* kStepKernels[] = {"sunstone_guides",         "sunstone_alpha",
+                                        "sunstone_alpha_as_color", "sunstone_color_as_alpha",
+                                        "sunstone_color",          "sunstone_loss",
+                                        "sunstone_correlate",      "sunstone_gather",
+                                        "sunstone_return",         "sunstone_restore",
+                                        "sunstone_compress",       "sunstone_tensor",
+                                        "sunstone_upsample",       "sunstone_blend",
+                                        "sunstone_write",          "sunstone_tone_map",
+                                        "sunstone_structure",      "sunstone_begin",
+                                        "sunstone_luminance",      "sunstone_luminance_blocks",
+                                        "sunstone_colors",         "sunstone_colors_blocks"};
 static_assert(std::size(kStepKernels) == kStepKernelCount);
 
 // Kernels of filter_kernels.cu, once for each number of guides; the first ones in the order of
 // Step.
 enum RowKernel : uint32_t { kDetail = 3, kSmoothAlpha = 5, kRowKernelCount };
-constexpr const char* kRowKernels[] = {"sunstone_repair", "sunstone_residual", "sunstone_spread",
-                                       "sunstone_detail", "sunstone_smooth",   "sunstone_smooth_alpha"};
+constexpr const char* kRowKernels[] = {"sunstone_repair", "sunstone_residual",
+                                       "sunstone_spread", "sunstone_detail",
+                                       "sunstone_smooth", "sunstone_smooth_alpha"};
 static_assert(std::size(kRowKernels) == kRowKernelCount);
 constexpr int kGuides[] = {0, 2, 3, 5, 6}; // planes of them
 
@@ -77,7 +70,8 @@ uint32_t kernelOf(Step step, const Job& job) {
 std::vector<device::cuda::KernelSource> kernelSources() {
     std::vector<device::cuda::KernelSource> sources;
     const auto add = [&](const char* name, const std::string& id, const char* text) {
-        sources.push_back({name, id, [=] { return device::cuda::KernelTexts(text).moduleOf(name); }});
+        sources.push_back(
+            {name, id, [=] { return device::cuda::KernelTexts(text).moduleOf(name); }});
     };
     for (const char* name : kStepKernels)
         add(name, message("denoiser ", name), stepKernels());
@@ -138,8 +132,10 @@ void GpuDenoiser::launch(CUstream stream, uint32_t kernel, uint32_t blocks, void
 }
 
 void GpuDenoiser::prepare(int guides) {
-    std::vector<uint32_t> needed(kStepKernelCount);
-    std::iota(needed.begin(), needed.end(), 0u);
+    std::vector<uint32_t> needed;
+    for (uint32_t kernel = 0; kernel < kStepKernelCount; ++kernel)
+        if (kernel != kToneMap && kernel != kStructure) // of other filters
+            needed.push_back(kernel);
     const uint32_t rows = firstRowOf(guides);
     for (uint32_t kernel = 0; kernel < kRowKernelCount; ++kernel)
         if (guides != 0 || kernel != kDetail) // it exists with guides only
@@ -170,8 +166,8 @@ void GpuDenoiser::filter(CUstream stream, const Filter& filter, const Frame& fra
     filter.run(frame, scratch, steps);
 }
 
-void GpuDenoiser::addLogs(CUstream stream, uint32_t pixels, uint32_t blocks,
-                          const Image& image, void* scratch, float* result) {
+void GpuDenoiser::addLogs(CUstream stream, uint32_t pixels, uint32_t blocks, const Image& image,
+                          void* scratch, float* result) {
     const uint64_t count = uint64_t(image.width) * image.height;
     uint32_t blockCount = std::min(tilesDown(image.height), kMostLogBlocks);
     if (count < kPixelsForBlocks)

@@ -4,7 +4,9 @@
 #include "denoise/gpu/gpu_denoiser.h"
 
 #include "denoise/guided_filter.h"
+#include "denoise/structure_predictor.h"
 #include "denoise/test_scene.h"
+#include "denoise/tone_mapper.h"
 #include "device/cuda/test_driver.h"
 
 #include <gtest/gtest.h>
@@ -70,7 +72,7 @@ State stateFor(const Frame& frame) {
     return {kStateMagic, frame.layers[0].input.width, frame.layers[0].input.height};
 }
 
-void runOnGpu(const GuidedFilter& filter, const Frame& frame, CallInputs inputs,
+void runOnGpu(const Filter& filter, const Frame& frame, CallInputs inputs,
               CUstream stream = nullptr) {
     const Image& input = frame.layers[0].input;
     inputs.width = input.width;
@@ -81,10 +83,10 @@ void runOnGpu(const GuidedFilter& filter, const Frame& frame, CallInputs inputs,
     ASSERT_EQ(CUDA_SUCCESS, testDriver().streamSynchronize(stream));
 }
 
-void runOnCpu(const GuidedFilter& filter, const Frame& frame) {
+void runOnCpu(const Filter& filter, const Frame& frame) {
     const Image& input = frame.layers[0].input;
     std::vector<uint8_t> scratch(filter.scratchSize(input.width, input.height));
-    static_cast<const Filter&>(filter).run(frame, scratch.data());
+    filter.run(frame, scratch.data());
 }
 
 struct Variant {
@@ -316,6 +318,38 @@ TEST(GpuDenoiser, ScalesByTheAverageColor) {
     const float notUsed = NAN;
     runOnGpu(filter, frame, {.state = &state, .intensity = &notUsed, .averageColor = average});
     expectSame(expected.outputs[0], actual.outputs[0], "scaled");
+}
+
+TEST(GpuDenoiser, ToneMapsWithTheBitsOfTheCpu) {
+    const ToneMapper filter(1.3f, 2.2f);
+    for (const Format format : {Format::kFloat4, Format::kHalf3}) {
+        const Variant v{.name = "tone mapper", .color = format, .hasBadPixels = true};
+        const Images expected(v, 67, 45, 8);
+        const Images actual = expected;
+        runOnCpu(filter, expected.frame(v));
+        const Frame frame = actual.frame(v);
+        const State state = stateFor(frame);
+        runOnGpu(filter, frame, {.state = &state});
+        expectSame(expected.outputs[0], actual.outputs[0], "tone mapped");
+    }
+}
+
+TEST(GpuDenoiser, PredictsStructureWithTheBitsOfTheCpu) {
+    const StructurePredictor filter;
+    for (const bool isLimited : {false, true}) {
+        const Variant v{.name = "predictor", .isLimited = isLimited, .hasBadPixels = true};
+        const Images images(v, 67, 45, 8);
+        Bytes expected(5, 3, Format::kFloat4), actual = expected;
+        const float factor = 1.75f;
+        Frame frame = images.frame(v);
+        std::fill_n(frame.scale, 3, factor);
+        frame.layers[0].output = expected.image;
+        runOnCpu(filter, frame);
+        frame.layers[0].output = actual.image;
+        const State state = stateFor(frame);
+        runOnGpu(filter, frame, {.state = &state, .intensity = &factor});
+        expectSame(expected, actual, message("limited ", isLimited));
+    }
 }
 
 TEST(GpuDenoiser, RefusesWhatOnlyTheStreamFindsOut) {

@@ -49,6 +49,8 @@ SUNSTONE_STEP_KERNEL(sunstone_tensor, tensorPixel, job.upsampler)
 SUNSTONE_STEP_KERNEL(sunstone_upsample, upsamplePixel, job.upsampler)
 SUNSTONE_STEP_KERNEL(sunstone_blend, blendHistory, job)
 SUNSTONE_STEP_KERNEL(sunstone_write, writeColor, job)
+SUNSTONE_STEP_KERNEL(sunstone_tone_map, toneMap, job)
+SUNSTONE_STEP_KERNEL(sunstone_structure, compareStructure, job)
 
 // The sums of the block's threads; thread 0 has them.
 template <class Logs>

@@ -201,10 +201,12 @@ RTresult setAttribute(World& w) {
     return rtContextSetAttribute(context, attribute, w.below(64), w.scratch());
 }
 
+RTsize launchSize(World& w) {
+    return w.chance(97) ? w.below(6) : w.anyOf<RTsize>({~RTsize(0), RTsize(1) << 40, 0});
+}
+
 RTresult launch(World& w) {
-    const auto size = [&]() -> RTsize {
-        return w.chance(97) ? w.below(6) : w.anyOf<RTsize>({~RTsize(0), RTsize(1) << 40, 0});
-    };
+    const auto size = [&] { return launchSize(w); };
     const RTcontext context = w.handle<RTcontext>();
     const unsigned entry = w.chance(95) ? 0 : unsigned(w.below(4));
     switch (w.below(3)) {
@@ -215,6 +217,61 @@ RTresult launch(World& w) {
     default:
         return rtContextLaunch3D(context, entry, size(), size(), size());
     }
+}
+
+// ---- Command lists -----------------------------------------------------------------------------
+
+RTresult appendLaunch(World& w) {
+    return rtCommandListAppendLaunch2D(w.handle<RTcommandlist>(), w.chance(95) ? 0 : 7,
+                                       launchSize(w), launchSize(w));
+}
+
+// A small image, mostly of a format that stages take.
+RTbuffer newImage(World& w, RTcontext context, RTsize width, RTsize height) {
+    RTbuffer made = nullptr;
+    rtBufferCreate(context, RT_BUFFER_INPUT_OUTPUT, &made);
+    rtBufferSetFormat(made, w.anyOf({RT_FORMAT_FLOAT3, RT_FORMAT_FLOAT4, RT_FORMAT_HALF3,
+                                     RT_FORMAT_HALF4, RT_FORMAT_UNSIGNED_BYTE4}));
+    rtBufferSetSize2D(made, width, height);
+    w.note(typeid(RTbuffer), made);
+    return made;
+}
+
+// A list with a stage whose variables mostly fit.
+RTresult runStage(World& w) {
+    const RTcontext context = w.handle<RTcontext>();
+    const RTsize width = w.below(40), height = width ? 1 + w.below(40) : 0;
+    RTpostprocessingstage stage = nullptr;
+    RTcommandlist list = nullptr;
+    const bool isPredictor = w.chance(20);
+    rtPostProcessingStageCreateBuiltin(
+        context, isPredictor ? "DLSSIMPredictor" : w.anyOf({"DLDenoiser", "TonemapperSimple"}),
+        &stage);
+    const auto set = [&](const char* name, RTsize x, RTsize y) {
+        RTvariable v = nullptr;
+        rtPostProcessingStageQueryVariable(stage, name, &v);
+        rtVariableSetObject(v, w.chance(90) ? newImage(w, context, x, y) : w.handle<RTbuffer>());
+    };
+    const RTsize block = isPredictor ? 16 : 1;
+    set("input_buffer", width, height);
+    set("output_buffer", (width + block - 1) / block, (height + block - 1) / block);
+    if (w.chance(50))
+        set("input_albedo_buffer", width, height);
+    if (w.chance(30))
+        set("input_normal_buffer", width, height);
+    for (const char* name : {"blend", "hdr", "maxmem", "exposure", "gamma"}) {
+        RTvariable v = nullptr;
+        rtPostProcessingStageQueryVariable(stage, name, &v);
+        if (v && w.chance(30))
+            rtVariableSet1f(v, w.anyOf({0.0f, 0.5f, 1.0f, 1e6f, 3e6f, -1.0f, NAN, INFINITY}));
+    }
+    rtCommandListCreate(context, &list);
+    rtCommandListAppendPostprocessingStage(list, stage, width, height);
+    rtCommandListFinalize(list);
+    const RTresult result = rtCommandListExecute(list);
+    w.note(typeid(RTpostprocessingstage), stage);
+    w.note(typeid(RTcommandlist), list);
+    return result;
 }
 
 // ---- All other functions
@@ -228,7 +285,7 @@ bool isSpecial(const std::string& name) {
         "rtGeometryTrianglesSetMotionVertices", "rtGeometryTrianglesSetMotionVerticesMultiBuffer",
         "rtGeometryTrianglesSetTriangleIndices", "rtGeometryTrianglesSetMaterialIndices",
         "rtContextSetAttribute", "rtContextLaunch1D", "rtContextLaunch2D", "rtContextLaunch3D",
-        "rtContextDestroy", "rtContextCreate",
+        "rtContextDestroy", "rtContextCreate", "rtCommandListAppendLaunch2D",
         // A string whose address is in the memory.
         "rtGlobalSetAttribute"};
     return names.contains(name);
@@ -275,6 +332,8 @@ std::vector<Call> calls() {
         {"rtGeometryTrianglesSetMaterialIndices", 4, setMaterialIndices},
         {"rtContextSetAttribute", 3, setAttribute},
         {"rtContextLaunch", 120, launch},
+        {"rtCommandListAppendLaunch2D", 6, appendLaunch},
+        {"a stage whose variables fit", 20, runStage},
     };
     const auto add = [&](const char* name, auto function) {
         if (isSpecial(name))

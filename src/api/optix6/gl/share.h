@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Buffers and texture samplers that share their data with objects of OpenGL. Data is copied: from
+// OpenGL before a launch or a map, to OpenGL after a launch that may have written, or an unmap. The
+// state of OpenGL is as before after each function here.
+#pragma once
+
+#include "api/optix6/context.h"
+
+namespace sunstone::optix6::gl {
+
+// Brings all registered objects of a context up to date with OpenGL. Without such objects it costs
+// nothing. Throws Failure.
+class Share {
+public:
+    explicit Share(Context& context);
+    // To OpenGL: the elements of buffers that programs may have written.
+    void giveBack();
+
+private:
+    Context& context_;
+};
+
+// Throws Failure if the buffer object behind a buffer does not exist.
+void check(const Buffer& buffer);
+// Both need room for all elements in the buffer object.
+void download(Buffer& buffer);
+void upload(const Buffer& buffer);
+// Texels and format of the image of a sampler.
+void fetch(TextureSampler& sampler);
+
+} // namespace sunstone::optix6::gl
