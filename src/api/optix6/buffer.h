@@ -44,6 +44,9 @@ public:
     void notePointer() { hasPointer_ = true; }
     void noteChange() { ++version_; }
     unsigned typeBits() const { return description & 0x13; }
+    // Whether programs that access one access the other in the same way.
+    bool hasShapeOf(const Buffer& other) const;
+    void noteBound() { isBound_ = true; } // to a variable
 
     const unsigned description; // RTbuffertype | RTbufferflag
     RTformat format = RT_FORMAT_UNKNOWN;
@@ -65,6 +68,7 @@ private:
     SharedMemory storage_, view_;
     void* adopted_ = nullptr;
     bool hasPointer_ = false; // the application has got a device pointer
+    bool isBound_ = false;
     uint64_t version_ = 0;
     std::vector<bool> mapped_{false};                // by level
     std::vector<std::unique_ptr<uint8_t[]>> copies_; // of mapped levels of foreign memory
