@@ -46,6 +46,7 @@ struct Optix7Rules {
 struct Optix6Rules {
     unsigned attributeBytes = 0; // of an attribute block; 0: not the classic API
     unsigned exceptions = 0;     // devlib::ClassicException that are enabled
+    unsigned maxCallableDepth = 0; // one more than callables may nest; 0: not checked
     bool operator==(const Optix6Rules&) const = default;
 };
 

@@ -26,10 +26,14 @@ enum ClassicException : uint32_t {
     kClassicProgramId = 8,
     kClassicIndex = 16, // children of selectors, materials of reports
     kClassicInvalidRay = 32,
+    kClassicPayload = 64,
+    kClassicUserCode = 128, // of rtThrow
 };
 
 // Codes that exception programs see (RTexception).
 enum ClassicCode : int32_t {
+    kCodePayload = 0x3EB,
+    kCodeUserCode = 0x3EC,
     kCodeTraceDepth = 0x3ED,
     kCodeProgramId = 0x3EE,
     kCodeTextureId = 0x3EF,
@@ -54,6 +58,8 @@ SUNSTONE_INLINE uint32_t switchOf(uint32_t code) {
         return kClassicTextureId;
     case kCodeProgramId:
         return kClassicProgramId;
+    case kCodePayload:
+        return kClassicPayload;
     default:
         return kClassicIndex;
     }
@@ -101,7 +107,8 @@ enum AttributeReader : uint32_t { kAnyHitReads = 1, kClosestHitReads = 2 };
 constexpr uint32_t kBarycentricsOffset = 0, kInstanceIdOffset = 8, kFirstAttribute = 16;
 
 // Words of RayState::payload have other uses, as payloads are in memory.
-constexpr uint32_t kWordTmax = 0; // [trace] end of the interval that the trace call has
+constexpr uint32_t kWordTmax = 0;      // [trace] end of the interval that the trace call has
+constexpr uint32_t kWordCallables = 1; // [trace] callables that have called one another
 
 // The functions of ClassicLaunch for the CPU.
 void bindClassic(ClassicLaunch& launch);

@@ -90,6 +90,12 @@ RT_PROGRAM void throw_user() {
 RT_PROGRAM void note_exception() {
     result[1] = float(rtGetExceptionCode());
 }
+rtDeclareVariable(unsigned, thrown, , );
+RT_PROGRAM void throw_code() {
+    result[0] = 1;
+    rtThrow(thrown);
+    result[0] = 2;
+}
 RT_PROGRAM void print_index() {
     rtPrintf("index %d\n", line_index);
 }
@@ -160,6 +166,20 @@ RT_PROGRAM void hit_mark() {
     payload.normal = normal;
     payload.large[39] = hit_distance;
 }
+// Traces the same ray again, which is one level deeper.
+RT_PROGRAM void hit_again() {
+    payload.calls++;
+    if (payload.calls < 50)
+        rtTrace(top_object, ray, payload);
+}
+RT_PROGRAM void hit_head() {
+    payload.value = mark;
+}
+RT_PROGRAM void shoot_small() {
+    float p = -1;
+    rtTrace(top_object, make_Ray(ray_origin, make_float3(0, 0, -1), ray_type, 0.0f, 100.0f), p);
+    result[0] = p;
+}
 RT_PROGRAM void hit_world() {
     payload.value = rtTransformPoint(RT_OBJECT_TO_WORLD, make_float3(0, 0, 0)).x;
     float m[16];
@@ -214,6 +234,29 @@ RT_PROGRAM void square_hit(int primitive) {
         rtReportIntersection(primitive % materials);
     }
 }
+// A square that moves from x = 0 to x = travel.
+rtDeclareVariable(float, now, rtCurrentTime, );
+rtDeclareVariable(float, motion_begin, , );
+rtDeclareVariable(float, motion_end, , );
+rtDeclareVariable(float, last_step, , );
+rtDeclareVariable(float, travel, , );
+rtDeclareVariable(float, lane, , );
+
+RT_PROGRAM void moving_bounds(int, int motion_step, float box[6]) {
+    const float x = last_step > 0 ? travel * motion_step / last_step : 0;
+    box[0] = x, box[1] = lane, box[2] = 4.99f;
+    box[3] = x + 1, box[4] = lane + 1, box[5] = 5.01f;
+}
+RT_PROGRAM void moving_hit(int) {
+    const float part = (now - motion_begin) / (motion_end - motion_begin);
+    const float x = travel * fminf(fmaxf(part, 0.0f), 1.0f);
+    const float t = (5 - ray.origin.z) / ray.direction.z;
+    const float3 p = ray.origin + t * ray.direction;
+    if (p.x >= x && p.x <= x + 1 && p.y >= lane && p.y <= lane + 1 && rtPotentialIntersection(t)) {
+        normal = make_float3(x, 0, 1);
+        rtReportIntersection(0);
+    }
+}
 // Reports the nearer of two hits first, whose attributes must survive.
 RT_PROGRAM void two_hits(int) {
     if (rtPotentialIntersection(5)) {
@@ -248,6 +291,16 @@ RT_CALLABLE_PROGRAM float add_scoped(float a, int b) {
 }
 RT_CALLABLE_PROGRAM float scale(float a) {
     return a * scoped;
+}
+// A chain of callables.
+rtDeclareVariable(rtCallableProgramId<float(float)>, next, , );
+RT_CALLABLE_PROGRAM float count_down(float n) {
+    return n < 2 ? 1 : 1 + next(n - 1);
+}
+rtDeclareVariable(float, chain, , );
+RT_PROGRAM void call_chain() {
+    result[0] = next(chain);
+    result[2] = next(1);
 }
 rtDeclareVariable(rtCallableProgramX<float3(float3, float2)>, bound_vectors, , );
 RT_PROGRAM void call_vectors() {

@@ -150,20 +150,39 @@ TEST_F(Programs, PrintWhereThePrintIndexAllows) {
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "index 2\n");
 }
 
-TEST_F(Programs, ElementsSmallerThanTheProgramsTypeAreOutside) {
+TEST_F(Programs, BuffersOfAnotherTypeAreRefused) {
     const RTbuffer bytes = filled<uint8_t>(RT_FORMAT_UNSIGNED_BYTE, std::vector<uint8_t>(64, 9));
     ok(rtVariableSet1f(variable("scoped"), 10));
     ok(rtVariableSetObject(variable("result"), bytes));
     setEntry("write_scoped");
+    fails(RT_ERROR_TYPE_MISMATCH, rtContextLaunch1D(context_, 0, 64), "1 bytes");
+    ok(rtVariableSetObject(variable("result"), result_));
     ok(rtContextLaunch1D(context_, 0, 64));
+    EXPECT_EQ(results()[63], 10);
+    ok(rtVariableSetObject(variable("result"), bytes)); // in place of one that fits
+    fails(RT_ERROR_TYPE_MISMATCH, rtContextLaunch1D(context_, 0, 64), "result");
+    ok(rtBufferSetFormat(bytes, RT_FORMAT_FLOAT)); // fits now
+    ok(rtContextLaunch1D(context_, 0, 64));
+    ok(rtBufferSetSize2D(bytes, 8, 8));
+    fails(RT_ERROR_TYPE_MISMATCH, rtContextLaunch1D(context_, 0, 64), "2 dimensions");
+    ok(rtBufferSetSize2D(bytes, 0, 0));
+    ok(rtContextLaunch1D(context_, 0, 64));
+}
+
+TEST_F(Programs, ElementsSmallerThanTheProgramsTypeAreOutside) {
+    const RTbuffer bytes = filled<uint8_t>(RT_FORMAT_UNSIGNED_BYTE, std::vector<uint8_t>(64, 9));
+    int id = 0;
+    ok(rtBufferGetId(bytes, &id));
+    ok(rtVariableSet1i(variable("one_id"), id));
+    ok(rtVariableSet1i(variable("element"), 3));
+    const std::vector<float> r = launch("read_outside");
+    EXPECT_EQ(r[0], 1);
+    EXPECT_EQ(r[1], 1);
     void* data = nullptr;
     ok(rtBufferMap(bytes, &data));
     for (int i = 0; i < 64; ++i)
         EXPECT_EQ(static_cast<uint8_t*>(data)[i], 9);
     ok(rtBufferUnmap(bytes));
-    ok(rtVariableSetObject(variable("result"), result_));
-    ok(rtContextLaunch1D(context_, 0, 64));
-    EXPECT_EQ(results()[63], 10);
 }
 
 TEST_F(Programs, CallablesByIdAndBound) {

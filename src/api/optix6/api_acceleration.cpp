@@ -79,7 +79,7 @@ SUNSTONE_API RTresult rtAccelerationGetProperty(RTacceleration acceleration, con
 }
 SUNSTONE_API RTresult rtAccelerationMarkDirty(RTacceleration acceleration) {
     return call<Acceleration>(__func__, acceleration, "acceleration",
-                              [](Acceleration& object) { object.dirty = true; });
+                              [](Acceleration& object) { object.markDirty(); });
 }
 SUNSTONE_API RTresult rtAccelerationIsDirty(RTacceleration acceleration, int* dirty) {
     return call<Acceleration>(__func__, acceleration, "acceleration", [&](Acceleration& object) {

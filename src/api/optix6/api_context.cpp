@@ -77,7 +77,10 @@ SUNSTONE_API RTresult rtContextGetMaxTraceDepth(RTcontext handle, unsigned* dept
                        [&](Context& c) { store(depth, "maxDepth", c.maxTraceDepth); });
 }
 SUNSTONE_API RTresult rtContextSetMaxCallableProgramDepth(RTcontext handle, unsigned depth) {
-    return callContext(__func__, handle, [&](Context& c) { c.maxCallableDepth = depth; });
+    return callContext(__func__, handle, [&](Context& c) {
+        c.maxCallableDepth = depth;
+        c.isCallableDepthSet = true;
+    });
 }
 SUNSTONE_API RTresult rtContextGetMaxCallableProgramDepth(RTcontext handle, unsigned* depth) {
     return callContext(__func__, handle,

@@ -42,6 +42,7 @@ SUNSTONE_API RTresult rtGeometrySetMotionSteps(RTgeometry geometry, unsigned n) 
         if (n == 0 || n > kMostMotionSteps)
             refuse(RT_ERROR_INVALID_VALUE, "n = ", n, " is outside 1..", kMostMotionSteps);
         object.motion.steps = n;
+        object.context()->noteStructure();
     });
 }
 SUNSTONE_API RTresult rtGeometryGetMotionSteps(RTgeometry geometry, unsigned* n) {
@@ -49,8 +50,10 @@ SUNSTONE_API RTresult rtGeometryGetMotionSteps(RTgeometry geometry, unsigned* n)
                           [&](auto& object) { store(n, "n", object.motion.steps); });
 }
 SUNSTONE_API RTresult rtGeometrySetMotionRange(RTgeometry geometry, float begin, float end) {
-    return call<Geometry>(__func__, geometry, "geometry",
-                          [&](auto& object) { setMotionRange(object.motion, begin, end); });
+    return call<Geometry>(__func__, geometry, "geometry", [&](auto& object) {
+        setMotionRange(object.motion, begin, end);
+        object.context()->noteStructure();
+    });
 }
 SUNSTONE_API RTresult rtGeometryGetMotionRange(RTgeometry geometry, float* begin, float* end) {
     return call<Geometry>(__func__, geometry, "geometry", [&](auto& object) {
@@ -61,8 +64,10 @@ SUNSTONE_API RTresult rtGeometryGetMotionRange(RTgeometry geometry, float* begin
 }
 SUNSTONE_API RTresult rtGeometrySetMotionBorderMode(RTgeometry geometry, RTmotionbordermode begin,
                                                     RTmotionbordermode end) {
-    return call<Geometry>(__func__, geometry, "geometry",
-                          [&](auto& object) { setMotionBorders(object.motion, begin, end); });
+    return call<Geometry>(__func__, geometry, "geometry", [&](auto& object) {
+        setMotionBorders(object.motion, begin, end);
+        object.context()->noteStructure();
+    });
 }
 SUNSTONE_API RTresult rtGeometryGetMotionBorderMode(RTgeometry geometry, RTmotionbordermode* begin,
                                                     RTmotionbordermode* end) {

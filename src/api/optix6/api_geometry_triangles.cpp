@@ -81,6 +81,7 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetMotionSteps(RTgeometrytriangles geom
             if (n == 0 || n > kMostMotionSteps)
                 refuse(RT_ERROR_INVALID_VALUE, "n = ", n, " is outside 1..", kMostMotionSteps);
             object.motion.steps = n;
+            object.context()->noteStructure();
         });
 }
 SUNSTONE_API RTresult rtGeometryTrianglesGetMotionSteps(RTgeometrytriangles geometrytriangles,
@@ -90,9 +91,11 @@ SUNSTONE_API RTresult rtGeometryTrianglesGetMotionSteps(RTgeometrytriangles geom
 }
 SUNSTONE_API RTresult rtGeometryTrianglesSetMotionRange(RTgeometrytriangles geometrytriangles,
                                                         float begin, float end) {
-    return call<GeometryTriangles>(
-        __func__, geometrytriangles, "geometrytriangles",
-        [&](auto& object) { setMotionRange(object.motion, begin, end); });
+    return call<GeometryTriangles>(__func__, geometrytriangles, "geometrytriangles",
+                                   [&](auto& object) {
+                                       setMotionRange(object.motion, begin, end);
+                                       object.context()->noteStructure();
+                                   });
 }
 SUNSTONE_API RTresult rtGeometryTrianglesGetMotionRange(RTgeometrytriangles geometrytriangles,
                                                         float* begin, float* end) {
@@ -106,9 +109,11 @@ SUNSTONE_API RTresult rtGeometryTrianglesGetMotionRange(RTgeometrytriangles geom
 SUNSTONE_API RTresult rtGeometryTrianglesSetMotionBorderMode(RTgeometrytriangles geometrytriangles,
                                                              RTmotionbordermode begin,
                                                              RTmotionbordermode end) {
-    return call<GeometryTriangles>(
-        __func__, geometrytriangles, "geometrytriangles",
-        [&](auto& object) { setMotionBorders(object.motion, begin, end); });
+    return call<GeometryTriangles>(__func__, geometrytriangles, "geometrytriangles",
+                                   [&](auto& object) {
+                                       setMotionBorders(object.motion, begin, end);
+                                       object.context()->noteStructure();
+                                   });
 }
 SUNSTONE_API RTresult rtGeometryTrianglesGetMotionBorderMode(RTgeometrytriangles geometrytriangles,
                                                              RTmotionbordermode* begin,

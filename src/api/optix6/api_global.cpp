@@ -43,9 +43,9 @@ int capabilityOf(const engine::Gpu* gpu, unsigned part) {
 RTsize physicalMemory() {
     return RTsize(sysconf(_SC_PHYS_PAGES)) * RTsize(sysconf(_SC_PAGE_SIZE));
 }
-RTsize freeMemory(const Context& context) {
-    if (context.isOnGpu())
-        return engine::freeMemory(engine::gpus()[size_t(context.device)]);
+RTsize freeMemory(unsigned device) {
+    if (!engine::gpus().empty())
+        return engine::freeMemory(engine::gpus()[device]);
     return RTsize(sysconf(_SC_AVPHYS_PAGES)) * RTsize(sysconf(_SC_PAGE_SIZE));
 }
 
@@ -189,6 +189,10 @@ void getAttribute(Context& context, RTcontextattribute attribute, RTsize size, v
         return give(size, p,
                     found == context.attributes.end() ? keptDefault(attribute) : found->second);
     }
+    // The ordinal of a device is added to this attribute.
+    const unsigned device = unsigned(attribute) - RT_CONTEXT_ATTRIBUTE_AVAILABLE_DEVICE_MEMORY;
+    if (attribute >= RT_CONTEXT_ATTRIBUTE_AVAILABLE_DEVICE_MEMORY && device < deviceCount())
+        return give(size, p, freeMemory(device));
     switch (unsigned(attribute)) {
     case RT_CONTEXT_ATTRIBUTE_MAX_TEXTURE_COUNT:
         return give(size, p, 1 << 20);
@@ -210,8 +214,6 @@ void getAttribute(Context& context, RTcontextattribute attribute, RTsize size, v
         const RTsize limits[2] = {marks.low, marks.high};
         return give(size, p, limits);
     }
-    case RT_CONTEXT_ATTRIBUTE_AVAILABLE_DEVICE_MEMORY:
-        return give(size, p, freeMemory(context));
     default:
         refuse(RT_ERROR_INVALID_VALUE, "attrib = ", unsigned(attribute), " is unknown");
     }

@@ -104,7 +104,7 @@ SUNSTONE_API RTresult rtGeometryGroupSetVisibilityMask(RTgeometrygroup geometryg
                                [&](GeometryGroup& object) {
                                    requireMask(value);
                                    object.mask = value;
-                                   object.context()->noteStructure();
+                                   object.noteMoved();
                                });
 }
 SUNSTONE_API RTresult rtGeometryGroupGetVisibilityMask(RTgeometrygroup geometrygroup,
@@ -122,7 +122,7 @@ SUNSTONE_API RTresult rtGeometryGroupSetFlags(RTgeometrygroup geometrygroup,
                                        refuse(RT_ERROR_INVALID_VALUE, "flags = ", unsigned(value),
                                               " has unknown bits or flags that exclude each other");
                                    object.flags = value;
-                                   object.context()->noteStructure();
+                                   object.noteMoved();
                                });
 }
 SUNSTONE_API RTresult rtGeometryGroupGetFlags(RTgeometrygroup geometrygroup,
@@ -187,7 +187,7 @@ SUNSTONE_API RTresult rtGroupSetVisibilityMask(RTgroup group, RTvisibilitymask v
     return call<Group>(__func__, group, "group", [&](Group& object) {
         requireMask(value);
         object.mask = value;
-        object.context()->noteStructure();
+        object.noteMoved();
     });
 }
 SUNSTONE_API RTresult rtGroupGetVisibilityMask(RTgroup group, RTvisibilitymask* value) {
@@ -286,7 +286,7 @@ SUNSTONE_API RTresult rtTransformGetContext(RTtransform transform, RTcontext* co
 SUNSTONE_API RTresult rtTransformSetMotionRange(RTtransform transform, float begin, float end) {
     return call<Transform>(__func__, transform, "transform", [&](Transform& object) {
         setMotionRange(object.motion, begin, end);
-        object.context()->noteStructure();
+        object.noteMoved();
     });
 }
 SUNSTONE_API RTresult rtTransformGetMotionRange(RTtransform transform, float* begin, float* end) {
@@ -301,7 +301,7 @@ SUNSTONE_API RTresult rtTransformSetMotionBorderMode(RTtransform transform,
                                                      RTmotionbordermode end) {
     return call<Transform>(__func__, transform, "transform", [&](Transform& object) {
         setMotionBorders(object.motion, begin, end);
-        object.context()->noteStructure();
+        object.noteMoved();
     });
 }
 SUNSTONE_API RTresult rtTransformGetMotionBorderMode(RTtransform transform,
@@ -344,6 +344,16 @@ void setLastRow(std::array<float, 16>& matrix) {
     matrix[15] = 1;
 }
 
+// A transform that begins or ceases to move is another part of the graph.
+void setKeys(Transform& object, std::vector<float> keys, RTmotionkeytype type, unsigned steps) {
+    if (keys.empty() != object.keys.empty())
+        object.context()->noteStructure();
+    object.keys = std::move(keys);
+    object.keyType = type;
+    object.motion.steps = steps;
+    object.noteMoved();
+}
+
 // The 3x4 matrix of one key with scale, rotation and translation.
 void matrixOfSrt(const float* key, float* matrix) {
     alignas(64) bvh::SrtMotionTransform transform{};
@@ -373,10 +383,7 @@ SUNSTONE_API RTresult rtTransformSetMatrix(RTtransform transform, int transpose,
         setLastRow(from);
         object.matrix = to;
         object.inverse = from;
-        object.keys.clear();
-        object.keyType = RT_MOTIONKEYTYPE_NONE;
-        object.motion.steps = 1;
-        object.context()->noteStructure();
+        setKeys(object, {}, RT_MOTIONKEYTYPE_NONE, 1);
     });
 }
 SUNSTONE_API RTresult rtTransformGetMatrix(RTtransform transform, int transpose, float* matrix,
@@ -397,6 +404,7 @@ SUNSTONE_API RTresult rtTransformSetMotionKeys(RTtransform transform, unsigned n
             refuse(RT_ERROR_INVALID_VALUE, "n = ", n, " is outside 1..", kMostMotionSteps);
         if (type != RT_MOTIONKEYTYPE_MATRIX_FLOAT12 && type != RT_MOTIONKEYTYPE_SRT_FLOAT16)
             refuse(RT_ERROR_INVALID_VALUE, "type = ", unsigned(type), " is not a type of keys");
+        std::vector<float> copies;
         if (n == 1) {
             std::array<float, 16> matrix{}, inverse{};
             if (type == RT_MOTIONKEYTYPE_SRT_FLOAT16)
@@ -408,14 +416,11 @@ SUNSTONE_API RTresult rtTransformSetMotionKeys(RTtransform transform, unsigned n
             setLastRow(inverse);
             object.matrix = matrix;
             object.inverse = inverse;
-            object.keys.clear();
         } else {
-            object.keys.assign(keys,
-                               keys + size_t(n) * (type == RT_MOTIONKEYTYPE_SRT_FLOAT16 ? 16 : 12));
+            copies.assign(keys,
+                          keys + size_t(n) * (type == RT_MOTIONKEYTYPE_SRT_FLOAT16 ? 16 : 12));
         }
-        object.keyType = n == 1 ? RT_MOTIONKEYTYPE_NONE : type;
-        object.motion.steps = n;
-        object.context()->noteStructure();
+        setKeys(object, std::move(copies), n == 1 ? RT_MOTIONKEYTYPE_NONE : type, n);
     });
 }
 SUNSTONE_API RTresult rtTransformGetMotionKeyType(RTtransform transform, RTmotionkeytype* type) {

@@ -18,6 +18,20 @@ bool isBoundProgram(const DeviceVariable& variable) {
     return variable.typeEnum == compiler::optix6::kTypeBoundProgram;
 }
 
+// The same of a buffer. One without elements fits every access.
+std::string mismatch(const DeviceVariable& wanted, const Buffer& given) {
+    const devlib::BufferView& view = given.view();
+    if (!view.data || view.size[0] == 0)
+        return {};
+    if (wanted.elementBytes != 0 && wanted.elementBytes != view.elementBytes)
+        return message("has elements of ", view.elementBytes, " bytes, but the program's have ",
+                       wanted.elementBytes);
+    if (wanted.dimensions != 0 && wanted.dimensions <= 3 && wanted.dimensions != view.dimensions)
+        return message("has ", view.dimensions, " dimensions, but the program's has ",
+                       wanted.dimensions);
+    return {};
+}
+
 // What is wrong with a host variable as the value of a program's; empty if nothing is.
 std::string mismatch(const DeviceVariable& wanted, const Variable& given) {
     const std::shared_ptr<Object> object = given.object.lock();
@@ -25,7 +39,9 @@ std::string mismatch(const DeviceVariable& wanted, const Variable& given) {
         return fits ? std::string() : message("needs a ", what);
     };
     if (wanted.use == VariableUse::kBuffer)
-        return needs(object && object->kind == Kind::kBuffer, "buffer");
+        return object && object->kind == Kind::kBuffer
+                   ? mismatch(wanted, static_cast<const Buffer&>(*object))
+                   : needs(false, "buffer");
     if (wanted.use == VariableUse::kTexture)
         return needs(object && object->kind == Kind::kTextureSampler, "texture sampler");
     if (isBoundProgram(wanted))

@@ -160,14 +160,30 @@ void Buffer::setMemory(void* memory) {
     allocate();
 }
 
-// A buffer without memory has no elements for programs.
+namespace {
+
+bool isSameShape(const devlib::BufferView& a, const devlib::BufferView& b) {
+    return a.elementBytes == b.elementBytes && a.dimensions == b.dimensions &&
+           (a.size[0] == 0) == (b.size[0] == 0);
+}
+
+} // namespace
+
+bool Buffer::hasShapeOf(const Buffer& other) const {
+    return isSameShape(view(), other.view());
+}
+
+// A buffer without memory has no elements for programs. Types are compared at the next launch.
 void Buffer::updateView() {
     auto& view = *static_cast<devlib::BufferView*>(view_.get());
+    const devlib::BufferView before = view;
     view.data = static_cast<uint8_t*>(adopted_ ? adopted_ : storage_.get());
     for (unsigned i = 0; i < 3; ++i)
         view.size[i] = view.data ? extents_[i] : 0;
     view.elementBytes = elementBytes_;
     view.dimensions = std::max(1u, dimensions);
+    if (isBound_ && !isSameShape(before, view))
+        context()->noteStructure();
 }
 
 void* Buffer::map(unsigned flags, unsigned level) {

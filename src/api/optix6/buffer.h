@@ -46,6 +46,9 @@ public:
     void notePointer() { hasPointer_ = true; }
     void noteChange() { ++version_; }
     unsigned typeBits() const { return description & 0x13; }
+    // Whether programs that access one access the other in the same way.
+    bool hasShapeOf(const Buffer& other) const;
+    void noteBound() { isBound_ = true; } // to a variable
 
     const unsigned description; // RTbuffertype | RTbufferflag
     RTformat format = RT_FORMAT_UNKNOWN;
@@ -73,6 +76,7 @@ private:
     SharedMemory storage_, view_;
     void* adopted_ = nullptr;
     bool hasPointer_ = false; // the application has got a device pointer
+    bool isBound_ = false;
     uint64_t version_ = 0;
     std::vector<bool> mapped_{false};                // by level
     bool wasWritten_ = false;                        // by the host, since the last upload to OpenGL

@@ -5,7 +5,9 @@
 #include "api/optix6/scene.h"
 #include "base/log.h"
 #include "compiler/flavor.h"
+#include "compiler/optix6/texture_calls.h"
 #include "engine/gpu/gpus.h"
+#include "ptx/link.h"
 #include "ptx/parser.h"
 
 #include <algorithm>
@@ -44,9 +46,14 @@ namespace {
 const char* exceptionName(int32_t code) {
     switch (code) {
     case devlib::kExceptionStackOverflow:
+    case devlib::kCodeStackOverflow:
         return "RT_EXCEPTION_STACK_OVERFLOW";
     case devlib::kExceptionTraceDepth:
         return "RT_EXCEPTION_TRACE_DEPTH_EXCEEDED";
+    case devlib::kCodePayload:
+        return "RT_EXCEPTION_PAYLOAD_ACCESS_OUT_OF_BOUNDS";
+    case devlib::kCodeUserCode:
+        return "RT_EXCEPTION_USER_EXCEPTION_CODE_OUT_OF_BOUNDS";
     case devlib::kCodeProgramId:
         return "RT_EXCEPTION_PROGRAM_ID_INVALID";
     case devlib::kCodeTextureId:
@@ -227,13 +234,16 @@ uint32_t Context::attributePlace(const std::string& name, uint32_t bytes) {
     return place->second;
 }
 
-std::shared_ptr<ModuleText> Context::loadText(const std::string& text) {
+std::shared_ptr<ModuleText> Context::loadText(const std::string& text, bool isLinked) {
     auto source = std::make_shared<const compiler::Source>(std::string_view(text));
     std::shared_ptr<ModuleText>& entry = texts_[source->digest()];
     if (entry)
         return entry;
     ptx::Diagnostics diagnostics;
-    std::shared_ptr<const ptx::Module> tree = ptx::parse(text, diagnostics);
+    // Linked texts have these functions already.
+    const std::string functions =
+        isLinked ? std::string() : compiler::optix6::textureFunctionsFor(text);
+    std::shared_ptr<const ptx::Module> tree = ptx::parse(text + functions, diagnostics);
     if (diagnostics.failed() || !tree) {
         texts_.erase(source->digest());
         refuse(RT_ERROR_INVALID_SOURCE, diagnostics.format());
@@ -292,30 +302,62 @@ const ptx::Function* findProgram(const ptx::Module& tree, const std::string& nam
 
 } // namespace
 
+std::shared_ptr<ModuleText>
+Context::linkTexts(const std::vector<std::shared_ptr<ModuleText>>& texts) {
+    std::shared_ptr<ModuleText>& entry = linked_[texts];
+    if (entry)
+        return entry;
+    std::vector<const ptx::Module*> trees;
+    for (const std::shared_ptr<ModuleText>& text : texts)
+        trees.push_back(&text->module->source->tree());
+    const auto isShared = [](const ptx::Module& module, const ptx::Variable& variable) {
+        return variable.name.find("rti_internal_") != std::string_view::npos ||
+               compiler::optix6::describe(module, variable).use !=
+                   compiler::optix6::VariableUse::kNone;
+    };
+    std::string whole;
+    try {
+        whole = ptx::link(trees, isShared);
+    } catch (const Error& error) {
+        linked_.erase(texts);
+        refuse(RT_ERROR_INVALID_SOURCE, error.what());
+    }
+    return entry = loadText(whole, true);
+}
+
 std::shared_ptr<ProgramCode> Context::load(const std::vector<std::string>& texts,
                                            const std::string& name) {
-    for (const std::string& text : texts) {
-        std::shared_ptr<ModuleText> loaded = loadText(text);
-        const ptx::Module& tree = loaded->module->source->tree();
-        const ptx::Function* function = findProgram(tree, name);
+    std::vector<std::shared_ptr<ModuleText>> all;
+    for (const std::string& text : texts)
+        all.push_back(loadText(text));
+    for (std::shared_ptr<ModuleText> loaded : all) {
+        const ptx::Function* function = findProgram(loaded->module->source->tree(), name);
         if (!function)
             continue;
-        if (!loaded->module->summary.selfContained && texts.size() > 1)
-            refuse(RT_ERROR_NOT_SUPPORTED, "the text with \"", name,
-                   "\" refers to symbols of other texts, which is not supported yet");
-        std::shared_ptr<ProgramCode>& code = loaded->programs[std::string(function->name)];
-        if (!code) {
-            code = std::make_shared<ProgramCode>();
-            code->module = loaded->module;
-            code->function = function->name;
-            code->name = compiler::optix6::sourceName(function->name);
-            code->isEntry = function->isEntry;
-            code->parameters = unsigned(function->parameters.size());
-            code->variables = compiler::optix6::variablesOf({&tree}, function->name);
+        if (!loaded->module->summary.selfContained && texts.size() > 1) {
+            loaded = linkTexts(all);
+            function = loaded->module->source->tree().findFunction(function->name);
+            if (!loaded->module->summary.selfContained)
+                refuse(RT_ERROR_INVALID_SOURCE, "the text with \"", name,
+                       "\" refers to symbols that none of the texts defines");
         }
-        return code;
+        return codeOf(*loaded, *function);
     }
     refuse(RT_ERROR_INVALID_SOURCE, "no function \"", name, "\" in the PTX");
+}
+
+std::shared_ptr<ProgramCode> Context::codeOf(ModuleText& text, const ptx::Function& function) {
+    std::shared_ptr<ProgramCode>& code = text.programs[std::string(function.name)];
+    if (code)
+        return code;
+    code = std::make_shared<ProgramCode>();
+    code->module = text.module;
+    code->function = function.name;
+    code->name = compiler::optix6::sourceName(function.name);
+    code->isEntry = function.isEntry;
+    code->parameters = unsigned(function.parameters.size());
+    code->variables = compiler::optix6::variablesOf({&text.module->source->tree()}, function.name);
+    return code;
 }
 
 void checkKind(const Program& program, compiler::ProgramKind kind, const char* parameter) {

@@ -63,7 +63,7 @@ public:
     std::vector<Ref<Program>> misses; // by ray type
     RTsize stackSize = kDefaultStackSize;
     unsigned maxTraceDepth = kDefaultDepth, maxCallableDepth = kDefaultDepth;
-    bool isTraceDepthSet = false;
+    bool isTraceDepthSet = false, isCallableDepthSet = false;
     unsigned exceptions = 0;       // bits by place in kExceptions (context.cpp)
     bool wantsStackChecks = false; // the application has enabled RT_EXCEPTION_STACK_OVERFLOW
     bool printEnabled = false, launched = false, launchFailed = false;
@@ -91,15 +91,22 @@ public:
     // The annotation that a program gives a variable of this name; empty if none does.
     std::string annotationOf(const std::string& name) const;
 
+    // What has changed since the last launch: everything, or these.
     bool structureChanged = true;
+    std::vector<Ref<Node>> movedNodes;
+    std::vector<Ref<Acceleration>> dirtyAccelerations;
+    uint64_t lastVersion = 0; // of bounds; no two structures have the same
     std::unique_ptr<Scene> scene;
 
 private:
-    std::shared_ptr<ModuleText> loadText(const std::string& text);
+    std::shared_ptr<ModuleText> loadText(const std::string& text, bool isLinked = false);
+    std::shared_ptr<ModuleText> linkTexts(const std::vector<std::shared_ptr<ModuleText>>& texts);
+    static std::shared_ptr<ProgramCode> codeOf(ModuleText& text, const ptx::Function& function);
     uint32_t attributePlace(const std::string& name, uint32_t bytes);
 
     mutable std::mutex mutex_;
     std::map<std::string, std::shared_ptr<ModuleText>> texts_; // by digest
+    std::map<std::vector<std::shared_ptr<ModuleText>>, std::shared_ptr<ModuleText>> linked_;
     std::string returned_;
     struct Report {
         int level;

@@ -2,6 +2,8 @@
 // Nodes of the scene graph without their entry points.
 #include "api/optix6/context.h"
 
+#include <cstdlib>
+
 namespace sunstone::optix6 {
 
 Node::Node(Kind kind, const std::shared_ptr<Context>& context)
@@ -9,6 +11,26 @@ Node::Node(Kind kind, const std::shared_ptr<Context>& context)
 
 void Node::enlist() {
     context()->nodes[id] = std::static_pointer_cast<Node>(shared_from_this());
+}
+
+void Node::noteMoved() {
+    const std::shared_ptr<Context> owner = context();
+    if (hasMoved || !owner)
+        return;
+    hasMoved = true;
+    owner->movedNodes.push_back(std::static_pointer_cast<Node>(shared_from_this()));
+}
+
+void Acceleration::markDirty() {
+    dirty = true;
+    if (const std::shared_ptr<Context> owner = context())
+        owner->dirtyAccelerations.push_back(
+            std::static_pointer_cast<Acceleration>(shared_from_this()));
+}
+
+bool Acceleration::refits() const {
+    const auto set = properties.find("refit");
+    return set != properties.end() && std::atoi(set->second.c_str()) != 0;
 }
 
 std::vector<std::shared_ptr<Object>> GeometryGroup::children() const {

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "api/optix6/buffer.h"
+#include "api/optix6/instances.h"
 #include "api/optix6/program.h"
-#include "bvh/build/build.h"
 
 #include <array>
 #include <map>
@@ -82,17 +82,23 @@ public:
     std::string builder;
     std::map<std::string, std::string> properties;
     bool dirty = true;
+    void markDirty();
+    // Whether structures that are dirty are updated where they can be.
+    bool refits() const;
 
-    // What was built. Geometry groups may have a structure of each kind.
+    // What was built for geometry groups: a structure for each of their sets.
     struct Built {
-        SharedMemory memory;
-        uint64_t handle = 0; // 0: nothing was built
+        SharedMemory memory, scratch;
+        uint64_t handle = 0;         // 0: nothing was built
+        std::vector<uint64_t> shape; // of the inputs; empty: the structure allows no updates
     };
-    Built triangles, customs; // of geometry groups
-    // Of the geometry's instances in their group, as built: the number of materials.
-    std::vector<unsigned> layout;
-    unsigned version = 0; // grows whenever a launch finds it dirty
-    void drop() { triangles = {}, customs = {}, dirty = true; }
+    std::vector<Built> sets;
+    std::vector<uint64_t> layout; // of the group's sets and instances, as built
+    uint64_t boundsVersion = 0;   // changes with each build or update
+    unsigned version = 0;         // grows whenever a launch finds it dirty
+    void drop() { sets.clear(), layout.clear(), markDirty(); }
+
+    std::vector<uint32_t> owners; // the scene's: Node::place
 };
 
 // A node of the graph: something that rays are traced against.
@@ -102,10 +108,27 @@ public:
     virtual std::vector<std::shared_ptr<Object>> children() const = 0;
     const unsigned id; // what rtObject variables hold
     void enlist();     // after construction
+    // Its place or another property that leaves the graph as it is has changed.
+    void noteMoved();
 
     // Made by the scene: what rays enter, and its memory.
     uint64_t nodeHandle = 0;
-    SharedMemory nodeMemory, childMemory;
+    SharedMemory nodeMemory;
+    std::unique_ptr<InstanceStructure> several; // where rays enter more than one child
+
+    // The scene's: its number among the nodes, and which slots of which nodes hold it.
+    static constexpr uint32_t kNowhere = ~0u;
+    uint32_t place = kNowhere;
+    std::vector<std::pair<Node*, uint32_t>> parents;
+    bool hasMoved = false;
+};
+
+// The geometry of a group that one structure holds: of one kind, with the same motion keys.
+struct GeometrySet {
+    bool isMesh = false;
+    bvh::MotionOptions motion;
+    std::vector<size_t> instances; // by number in the group
+    uint32_t firstEntry = 0;       // of the hit table
 };
 
 class GeometryGroup : public Node {
@@ -117,7 +140,8 @@ public:
     Ref<Acceleration> acceleration;
     RTvisibilitymask mask = RT_VISIBILITY_ALL;
     RTinstanceflags flags = RT_INSTANCE_FLAG_NONE;
-    uint32_t firstEntry = 0, entries = 0; // of the hit table
+    // Made by the scene: triangles come before custom primitives.
+    std::vector<GeometrySet> sets;
 };
 
 // Nodes whose children are nodes.
@@ -137,7 +161,8 @@ public:
 
     // What was built, and of which version of which acceleration. Groups that share an acceleration
     // have structures of their own, as a structure holds the places and records of the children.
-    Acceleration::Built built;
+    std::unique_ptr<InstanceStructure> built;
+    std::vector<size_t> firstChild; // in the structure, of each slot, and the number of all
     Ref<Acceleration> builtFor;
     unsigned builtVersion = 0;
 };
@@ -150,7 +175,7 @@ public:
 
     // Made by the scene: the children as rays enter them, and a structure with the bounds of all.
     SharedMemory childHandles; // traversable handles
-    uint64_t boundsHandle = 0;
+    std::unique_ptr<InstanceStructure> bounds;
 };
 
 class Transform : public Node {
@@ -164,6 +189,9 @@ public:
     std::vector<float> keys;
     Motion motion;
     Ref<Node> child;
+
+    // With keys: of the child that the node has, and of the node's own bounds.
+    uint64_t childVersion = 0, motionVersion = 0;
 };
 
 } // namespace sunstone::optix6

@@ -153,14 +153,37 @@ void Scene::collectNodes() {
     }
 }
 
+// Where each node stands in the graph, for launches after small changes.
+void Scene::linkNodes() {
+    for (const std::shared_ptr<Node>& node : order_) {
+        node->parents.clear();
+        if (Acceleration* const acceleration = accelerationOf(*node))
+            acceleration->owners.clear();
+    }
+    for (uint32_t i = 0; i < order_.size(); ++i) {
+        Node& node = *order_[i];
+        node.place = i;
+        if (Acceleration* const acceleration = accelerationOf(node))
+            acceleration->owners.push_back(i);
+        uint32_t slot = 0;
+        for (const std::shared_ptr<Object>& child : node.children()) {
+            if (isNode(child->kind))
+                static_cast<Node&>(*child).parents.emplace_back(&node, slot);
+            ++slot;
+        }
+    }
+    hasMotion_ = hasMotion();
+    hasOneLevel_ = hasOneLevel();
+}
+
 // ---- programs and records ---------------------------------------------------------------------
 
 compiler::PipelineRules Scene::rules() const {
     compiler::PipelineRules rules;
     rules.motionBlur = true;
     if (context_.isOnGpu()) {
-        rules.motionBlur = hasMotion();
-        if (!rules.motionBlur && hasOneLevel())
+        rules.motionBlur = hasMotion_;
+        if (!rules.motionBlur && hasOneLevel_)
             rules.traversableGraphFlags = devlib::kAllowSingleLevelInstancing;
     }
     rules.optix6.attributeBytes = context_.attributeBytes();
@@ -179,7 +202,12 @@ compiler::PipelineRules Scene::rules() const {
         flag(RT_EXCEPTION_TEXTURE_ID_INVALID, devlib::kClassicTextureId) |
         flag(RT_EXCEPTION_PROGRAM_ID_INVALID, devlib::kClassicProgramId) |
         flag(RT_EXCEPTION_INDEX_OUT_OF_BOUNDS, devlib::kClassicIndex) |
-        flag(RT_EXCEPTION_INVALID_RAY, devlib::kClassicInvalidRay);
+        flag(RT_EXCEPTION_INVALID_RAY, devlib::kClassicInvalidRay) |
+        flag(RT_EXCEPTION_PAYLOAD_ACCESS_OUT_OF_BOUNDS, devlib::kClassicPayload) |
+        flag(RT_EXCEPTION_USER_EXCEPTION_CODE_OUT_OF_BOUNDS, devlib::kClassicUserCode);
+    if (context_.isCallableDepthSet && isEnabled(context_, RT_EXCEPTION_STACK_OVERFLOW) &&
+        context_.maxCallableDepth != ~0u)
+        rules.optix6.maxCallableDepth = context_.maxCallableDepth + 1;
     return rules;
 }
 
@@ -225,9 +253,9 @@ static bool mayRead(const Program* program) {
            (program->code->variables.readsAttributes() || program->code->variables.callsPrograms);
 }
 
-void Scene::bindHits(GeometryGroup& group) {
-    const size_t rayTypes = context_.misses.size();
-    group.firstEntry = uint32_t(rayTypes ? hits_.size() / rayTypes : 0);
+// Geometry of one kind with the same motion keys shares a structure.
+static std::vector<GeometrySet> setsOf(const GeometryGroup& group) {
+    std::vector<GeometrySet> sets;
     for (const bool isMesh : {true, false})
         for (size_t child = 0; child < group.instances.size(); ++child) {
             const GeometryInstance& instance = *group.instances[child].lock();
@@ -235,57 +263,84 @@ void Scene::bindHits(GeometryGroup& group) {
             const auto geometry = instance.geometry.lock();
             if (bool(mesh) != isMesh)
                 continue;
-            const auto intersection = geometry ? geometry->intersection.lock() : nullptr;
-            const auto attributes = mesh ? mesh->attributes.lock() : nullptr;
-            const Scope& shape = mesh ? mesh->scope : geometry->scope;
-            const size_t count = std::max<size_t>(1, instance.materials.size());
-            for (size_t m = 0; m < count; ++m)
-                for (unsigned rayType = 0; rayType < rayTypes; ++rayType) {
-                    const auto material =
-                        m < instance.materials.size() ? instance.materials[m].lock() : nullptr;
-                    const auto find = [&](const std::map<unsigned, Ref<Program>>& list) {
-                        const auto found = list.find(rayType);
-                        return found == list.end() ? nullptr : found->second.lock();
-                    };
-                    const auto closest = material ? find(material->closestHit) : nullptr;
-                    const auto any = material ? find(material->anyHit) : nullptr;
-                    ClassicRecord made = record(
-                        devlib::kGroupHit,
-                        {{devlib::kRoleMain, closest.get(), ProgramKind::kClosestHit},
-                         {devlib::kRoleAnyHit, any.get(), ProgramKind::kAnyHit},
-                         {devlib::kRoleIntersection, intersection.get(),
-                          ProgramKind::kIntersection},
-                         {devlib::kRoleAttribute, attributes.get(), ProgramKind::kAttribute}});
-                    const Scopes hit = {&instance.scope,
-                                        material ? &material->scope : &instance.scope,
-                                        &context_.scope};
-                    const Scopes shapes = {&instance.scope, &shape, &context_.scope};
-                    if (closest)
-                        made.blocks[devlib::kBlockMain] = block(*closest, hit);
-                    if (any)
-                        made.blocks[devlib::kBlockAnyHit] = block(*any, hit);
-                    if (intersection)
-                        made.blocks[devlib::kBlockIntersection] = block(*intersection, shapes);
-                    if (attributes)
-                        made.blocks[devlib::kBlockAttribute] = block(*attributes, shapes);
-                    made.header.pad[devlib::kWordChild] = uint32_t(child);
-                    made.header.pad[devlib::kWordMaterials] = uint32_t(count);
-                    made.header.pad[devlib::kWordReaders] =
-                        (mayRead(any.get()) ? devlib::kAnyHitReads : 0u) |
-                        (mayRead(closest.get()) ? devlib::kClosestHitReads : 0u);
-                    hits_.push_back(made);
-                }
-            if (geometry) {
-                const auto bounds = geometry->bounds.lock();
-                ClassicRecord made =
-                    record(devlib::kGroupBounds,
-                           {{devlib::kRoleMain, bounds.get(), ProgramKind::kBounds}});
-                made.blocks[devlib::kBlockMain] =
-                    block(*bounds, {&instance.scope, &shape, &context_.scope});
-                boundsOf_[&instance] = bounds_.size();
-                bounds_.push_back(made);
-            }
+            const bvh::MotionOptions motion = optionsOf(mesh ? mesh->motion : geometry->motion);
+            auto found = std::find_if(sets.begin(), sets.end(), [&](const GeometrySet& set) {
+                return set.isMesh == isMesh && sameMotion(set.motion, motion);
+            });
+            if (found == sets.end())
+                found = sets.insert(sets.end(), {isMesh, motion, {}, 0});
+            found->instances.push_back(child);
         }
+    return sets;
+}
+
+void Scene::bindHits(GeometryGroup& group) {
+    const size_t rayTypes = context_.misses.size();
+    group.sets = setsOf(group);
+    for (GeometrySet& set : group.sets) {
+        set.firstEntry = uint32_t(rayTypes ? hits_.size() / rayTypes : 0);
+        for (const size_t child : set.instances)
+            bindInstance(*group.instances[child].lock(), child);
+    }
+}
+
+// The records of the geometry instance with this number in its group.
+void Scene::bindInstance(const GeometryInstance& instance, size_t number) {
+    const auto mesh = instance.triangles.lock();
+    const auto geometry = instance.geometry.lock();
+    const Scope& shape = mesh ? mesh->scope : geometry->scope;
+    const size_t count = std::max<size_t>(1, instance.materials.size());
+    for (size_t m = 0; m < count; ++m)
+        for (unsigned rayType = 0; rayType < context_.misses.size(); ++rayType) {
+            const auto material =
+                m < instance.materials.size() ? instance.materials[m].lock() : nullptr;
+            hits_.push_back(hitRecord(instance, shape, material.get(), rayType));
+            hits_.back().header.pad[devlib::kWordChild] = uint32_t(number);
+            hits_.back().header.pad[devlib::kWordMaterials] = uint32_t(count);
+        }
+    if (!geometry)
+        return;
+    const auto bounds = geometry->bounds.lock();
+    ClassicRecord made =
+        record(devlib::kGroupBounds, {{devlib::kRoleMain, bounds.get(), ProgramKind::kBounds}});
+    made.blocks[devlib::kBlockMain] = block(*bounds, {&instance.scope, &shape, &context_.scope});
+    boundsOf_[&instance] = bounds_.size();
+    bounds_.push_back(made);
+}
+
+ClassicRecord Scene::hitRecord(const GeometryInstance& instance, const Scope& shape,
+                               const Material* material, unsigned rayType) {
+    const auto mesh = instance.triangles.lock();
+    const auto geometry = instance.geometry.lock();
+    const auto intersection = geometry ? geometry->intersection.lock() : nullptr;
+    const auto attributes = mesh ? mesh->attributes.lock() : nullptr;
+    const auto find = [&](const std::map<unsigned, Ref<Program>>& list) {
+        const auto found = list.find(rayType);
+        return found == list.end() ? nullptr : found->second.lock();
+    };
+    const auto closest = material ? find(material->closestHit) : nullptr;
+    const auto any = material ? find(material->anyHit) : nullptr;
+    ClassicRecord made =
+        record(devlib::kGroupHit,
+               {{devlib::kRoleMain, closest.get(), ProgramKind::kClosestHit},
+                {devlib::kRoleAnyHit, any.get(), ProgramKind::kAnyHit},
+                {devlib::kRoleIntersection, intersection.get(), ProgramKind::kIntersection},
+                {devlib::kRoleAttribute, attributes.get(), ProgramKind::kAttribute}});
+    const Scopes hit = {&instance.scope, material ? &material->scope : &instance.scope,
+                        &context_.scope};
+    const Scopes shapes = {&instance.scope, &shape, &context_.scope};
+    if (closest)
+        made.blocks[devlib::kBlockMain] = block(*closest, hit);
+    if (any)
+        made.blocks[devlib::kBlockAnyHit] = block(*any, hit);
+    if (intersection)
+        made.blocks[devlib::kBlockIntersection] = block(*intersection, shapes);
+    if (attributes)
+        made.blocks[devlib::kBlockAttribute] = block(*attributes, shapes);
+    made.header.pad[devlib::kWordReaders] =
+        (mayRead(any.get()) ? devlib::kAnyHitReads : 0u) |
+        (mayRead(closest.get()) ? devlib::kClosestHitReads : 0u);
+    return made;
 }
 
 void Scene::bindVisit(const Selector& selector) {
@@ -309,6 +364,7 @@ void Scene::bind() {
     boundsOf_.clear();
     visits_.clear();
     visitOf_.clear();
+    collectSamplers();
     bindEntries();
     for (const std::shared_ptr<Node>& node : order_) {
         if (node->kind == Kind::kGeometryGroup)
@@ -357,10 +413,10 @@ bool Scene::hasOneLevel() const {
 void Scene::makePipeline() {
     compiler::PipelineRules wanted = rules();
     engine::PipelineLimits limits;
-    limits.maxTraceDepth = ~0u; // the stack limits recursion
-    if (context_.isOnGpu())
-        limits.maxTraceDepth =
-            context_.isTraceDepthSet ? context_.maxTraceDepth : kDepthOfOldPrograms;
+    if (context_.isTraceDepthSet)
+        limits.maxTraceDepth = context_.maxTraceDepth;
+    else // on CPUs the stack limits recursion
+        limits.maxTraceDepth = context_.isOnGpu() ? kDepthOfOldPrograms : ~0u;
     const bool same = pipeline_ && wanted.optix6 == rules_.optix6 &&
                       wanted.motionBlur == rules_.motionBlur &&
                       wanted.traversableGraphFlags == rules_.traversableGraphFlags &&
@@ -380,26 +436,30 @@ void Scene::makePipeline() {
     needsPipeline_ = false;
 }
 
+void Scene::collectSamplers() {
+    samplers_.clear();
+    for (const Ref<Variable>& ref : context_.variables) {
+        const std::shared_ptr<Variable> variable = ref.lock();
+        const std::shared_ptr<Object> object = variable ? variable->object.lock() : nullptr;
+        if (object && object->kind == Kind::kTextureSampler)
+            samplers_.emplace_back(variable, std::static_pointer_cast<TextureSampler>(object));
+    }
+}
+
 // Textures of samplers that programs can reach: those of variables, and those with ids.
 void Scene::updateTextures() {
-    std::vector<std::pair<std::shared_ptr<Variable>, const Object*>> bound;
     const auto update = [this](TextureSampler& sampler) {
         if (sampler.update())
             newTextures_.insert(&sampler);
     };
-    for (const Ref<Variable>& ref : context_.variables) {
-        const std::shared_ptr<Variable> variable = ref.lock();
-        const std::shared_ptr<Object> object = variable ? variable->object.lock() : nullptr;
-        if (!object || object->kind != Kind::kTextureSampler)
-            continue;
-        update(static_cast<TextureSampler&>(*object));
-        bound.emplace_back(variable, object.get());
-    }
+    for (const auto& [variable, ref] : samplers_)
+        if (const std::shared_ptr<TextureSampler> sampler = ref.lock())
+            update(*sampler);
     for (const Ref<TextureSampler>& ref : context_.samplers)
         if (const std::shared_ptr<TextureSampler> sampler = ref.lock())
             update(*sampler);
-    for (const auto& [variable, sampler] : bound)
-        if (newTextures_.count(sampler))
+    for (const auto& [variable, ref] : samplers_)
+        if (newTextures_.count(ref.lock().get()))
             for (const Variable::User& user : variable->users)
                 user.block->write(user.index);
     newTextures_.clear();
@@ -419,11 +479,16 @@ void write(SharedVector<T>& shared, std::vector<T>& copy, std::vector<T> now) {
 
 } // namespace
 
-void Scene::fillTables() {
-    std::vector<uint64_t> nodes(context_.nodes.size()), textures(context_.samplers.size());
-    std::vector<const devlib::BufferView*> views(context_.buffers.size(), &tables().emptyView);
+void Scene::fillNodes() {
+    std::vector<uint64_t> nodes(context_.nodes.size());
     for (const std::shared_ptr<Node>& node : order_)
         nodes[node->id] = node->nodeHandle;
+    write(nodes_, nodesCopy_, std::move(nodes));
+}
+
+void Scene::fillTables() {
+    std::vector<uint64_t> textures(context_.samplers.size());
+    std::vector<const devlib::BufferView*> views(context_.buffers.size(), &tables().emptyView);
     for (size_t id = 1; id < views.size(); ++id)
         if (const std::shared_ptr<Buffer> buffer = context_.buffers[id].lock()) {
             buffer->requireRegistered();
@@ -432,7 +497,6 @@ void Scene::fillTables() {
     for (size_t id = 1; id < textures.size(); ++id)
         if (const std::shared_ptr<TextureSampler> sampler = context_.samplers[id].lock())
             textures[id] = sampler->texture;
-    write(nodes_, nodesCopy_, std::move(nodes));
     write(views_, viewsCopy_, std::move(views));
     write(textures_, texturesCopy_, std::move(textures));
     devlib::ClassicLaunch launch{};
@@ -458,23 +522,20 @@ void Scene::update() {
     context_.structureChanged = true; // until all of this has worked
     if (changed) {
         collectNodes();
+        linkNodes();
         bind();
     }
     makePipeline();
-    bool dirty = changed;
-    for (const std::shared_ptr<Node>& node : order_) {
-        const auto acceleration = node->kind == Kind::kGeometryGroup
-                                      ? static_cast<GeometryGroup&>(*node).acceleration.lock()
-                                  : node->kind == Kind::kGroup
-                                      ? static_cast<Group&>(*node).acceleration.lock()
-                                      : nullptr;
-        dirty |= acceleration && acceleration->dirty;
-    }
     updateTextures();
-    fillTables();
-    if (dirty)
+    fillTables(); // for bounds programs
+    if (changed) {
         buildStructures();
-    fillTables();
+        fillNodes();
+        fillTables();
+    } else {
+        followChanges();
+    }
+    clearChanges();
     context_.structureChanged = false;
 }
 

@@ -28,6 +28,12 @@ struct Block {
     }
 };
 
+// Of the structures that hold the geometry or the children of a node; null: it has none.
+Acceleration* accelerationOf(Node& node);
+
+bvh::MotionOptions optionsOf(const Motion& motion);
+bool sameMotion(const bvh::MotionOptions& a, const bvh::MotionOptions& b);
+
 class Scene {
 public:
     explicit Scene(Context& context);
@@ -56,14 +62,19 @@ private:
 
     // scene.cpp
     void collectNodes();
+    void linkNodes();
     void visitNode(const std::shared_ptr<Node>& node, std::vector<const Node*>& path);
     void bind();
     void bindEntries();
+    void collectSamplers();
     void bindHits(GeometryGroup& group);
+    void bindInstance(const GeometryInstance& instance, size_t number);
+    devlib::ClassicRecord hitRecord(const GeometryInstance& instance, const Scope& shape,
+                                    const Material* material, unsigned rayType);
     void bindVisit(const Selector& selector);
-    void bindBounds(const GeometryInstance& instance, const Geometry& geometry);
     void updateTextures();
     void fillTables();
+    void fillNodes();
     bool hasMotion() const;
     bool hasOneLevel() const;
     void makePipeline();
@@ -79,24 +90,24 @@ private:
     devlib::ClassicRecord record(devlib::GroupKind kind, const std::vector<RoleProgram>& programs);
 
     // structures.cpp
-    // A child of a structure of instances. Rays enter `handle`, which is that of the description
-    // but for selectors: these have the bounds of all their children.
-    struct Child {
-        bvh::InstanceDesc instance;
-        uint64_t handle;
-    };
     void buildStructures();
+    void followChanges();
+    void clearChanges();
+    bool refresh(Node& node, const std::vector<uint32_t>* slots);
     void buildGeometry(GeometryGroup& group);
-    void buildGroup(Group& group);
+    void buildSet(Acceleration& acceleration, Acceleration::Built& built,
+                  const GeometryGroup& group, const GeometrySet& set);
+    void buildGroup(Group& group, const std::vector<uint32_t>* slots);
+    void showAll(Group& group);
+    void showSlots(Group& group, const std::vector<uint32_t>& slots);
     void makeNode(Node& node);
-    void makeMotionTransform(Transform& transform, uint64_t child);
+    void makeMotionTransform(Transform& transform, const Child& child);
     static bool isPlain(const Child& child);
     void makeVisitNode(Selector& selector);
-    std::vector<Child> childrenOf(Node& node);
-    void build(SharedMemory& memory, uint64_t& handle, engine::AccelInputs inputs,
-               const bvh::MotionOptions& motion);
-    void buildInstances(SharedMemory& memory, uint64_t& handle, const std::vector<Child>& children);
-    static void showChildren(const SharedMemory& memory, const std::vector<Child>& children);
+    static std::vector<Child> childrenOf(Node& node);
+    void build(Acceleration::Built& built, std::shared_ptr<const engine::AccelInputs> inputs,
+               const bvh::BuildOptions& options, bool isUpdate);
+    InstanceStructure& structure(std::unique_ptr<InstanceStructure>& slot) const;
     bvh::CustomInput customOf(engine::AccelInputs& inputs, const GeometryInstance& instance,
                               const Geometry& geometry);
     SharedVector<float> boxesOf(const GeometryInstance& instance, const Geometry& geometry,
@@ -106,6 +117,9 @@ private:
     std::vector<std::shared_ptr<Node>> order_; // children before parents
     std::set<const Acceleration*> settled_;    // those of geometry groups that this update has seen
     std::set<const Node*> seen_;
+    bool hasMotion_ = false, hasOneLevel_ = false; // of the graph
+    // Variables with samplers.
+    std::vector<std::pair<std::shared_ptr<Variable>, Ref<TextureSampler>>> samplers_;
     std::map<std::pair<const ProgramCode*, std::vector<Variable*>>, std::unique_ptr<Block>> blocks_;
     std::map<GroupKey, std::shared_ptr<engine::ProgramGroup>> groups_;
     std::set<uint32_t> compiled_; // numbers of groups in the pipeline

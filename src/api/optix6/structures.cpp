@@ -13,6 +13,7 @@
 #include "math/product.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 namespace sunstone::optix6 {
@@ -23,21 +24,6 @@ constexpr float kIdentity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
 bool isIdentity(const float m[12]) {
     return std::equal(m, m + 12, kIdentity);
-}
-
-bvh::MotionOptions optionsOf(const Motion& motion) {
-    bvh::MotionOptions options;
-    options.keys = std::max(1u, motion.steps);
-    options.begin = motion.begin;
-    options.end = motion.end;
-    options.flags = (motion.beginMode == RT_MOTIONBORDERMODE_VANISH ? 1u : 0u) |
-                    (motion.endMode == RT_MOTIONBORDERMODE_VANISH ? 2u : 0u);
-    return options;
-}
-
-bool sameMotion(const bvh::MotionOptions& a, const bvh::MotionOptions& b) {
-    return a.keys == b.keys &&
-           (a.keys == 1 || (a.begin == b.begin && a.end == b.end && a.flags == b.flags));
 }
 
 // Where a list of `count` items lies in a buffer; throws where it does not.
@@ -122,6 +108,57 @@ bvh::InstanceDesc instanceOf(uint64_t handle, uint32_t mask, uint32_t flags, uin
     return desc;
 }
 
+// What updates of a structure must find unchanged (bvh::checkUpdate).
+std::vector<uint64_t> shapeOf(const engine::AccelInputs& inputs) {
+    std::vector<uint64_t> shape;
+    const auto addSbt = [&](const bvh::SbtInput& sbt) {
+        shape.insert(shape.end(), {sbt.numSbtRecords, sbt.primitiveIndexOffset, sbt.indexOffsetSize,
+                                   sbt.indexOffsets != nullptr});
+        shape.insert(shape.end(), sbt.flags, sbt.flags + sbt.numSbtRecords);
+    };
+    for (const bvh::TriangleInput& in : inputs.triangles) {
+        shape.insert(shape.end(), {in.numTriangles, in.numVertices, uint64_t(in.vertexFormat),
+                                   uint64_t(in.indexFormat)});
+        addSbt(in.sbt);
+    }
+    for (const bvh::CustomInput& in : inputs.customs) {
+        shape.push_back(in.numPrimitives);
+        addSbt(in.sbt);
+    }
+    return shape;
+}
+
+// The sets of a group and their geometry, as records and structures have to agree on them.
+std::vector<uint64_t> layoutOf(const GeometryGroup& group) {
+    std::vector<uint64_t> layout;
+    for (const GeometrySet& set : group.sets) {
+        const bvh::MotionOptions& motion = set.motion;
+        layout.insert(layout.end(),
+                      {set.isMesh, motion.keys, motion.flags, std::bit_cast<uint32_t>(motion.begin),
+                       std::bit_cast<uint32_t>(motion.end), set.instances.size()});
+        for (const size_t child : set.instances)
+            layout.insert(layout.end(), {child, entriesOf(*group.instances[child].lock())});
+    }
+    return layout;
+}
+
+} // namespace
+
+bvh::MotionOptions optionsOf(const Motion& motion) {
+    bvh::MotionOptions options;
+    options.keys = std::max(1u, motion.steps);
+    options.begin = motion.begin;
+    options.end = motion.end;
+    options.flags = (motion.beginMode == RT_MOTIONBORDERMODE_VANISH ? 1u : 0u) |
+                    (motion.endMode == RT_MOTIONBORDERMODE_VANISH ? 2u : 0u);
+    return options;
+}
+
+bool sameMotion(const bvh::MotionOptions& a, const bvh::MotionOptions& b) {
+    return a.keys == b.keys &&
+           (a.keys == 1 || (a.begin == b.begin && a.end == b.end && a.flags == b.flags));
+}
+
 Acceleration* accelerationOf(Node& node) {
     return node.kind == Kind::kGeometryGroup
                ? static_cast<GeometryGroup&>(node).acceleration.lock().get()
@@ -129,48 +166,105 @@ Acceleration* accelerationOf(Node& node) {
                                        : nullptr;
 }
 
-} // namespace
-
-// Structures and nodes, children before parents.
+// All structures and nodes, children before parents.
 void Scene::buildStructures() {
     settled_.clear();
     for (const std::shared_ptr<Node>& node : order_)
         if (Acceleration* acceleration = accelerationOf(*node); acceleration && acceleration->dirty)
             ++acceleration->version;
-    for (const std::shared_ptr<Node>& node : order_) {
-        if (node->kind == Kind::kGeometryGroup)
-            buildGeometry(static_cast<GeometryGroup&>(*node));
-        if (node->kind == Kind::kGroup)
-            buildGroup(static_cast<Group&>(*node));
-        if (node->kind == Kind::kSelector)
-            makeVisitNode(static_cast<Selector&>(*node));
-        makeNode(*node);
-    }
+    for (const std::shared_ptr<Node>& node : order_)
+        refresh(*node, nullptr);
     for (const std::shared_ptr<Node>& node : order_)
         if (Acceleration* acceleration = accelerationOf(*node))
             acceleration->dirty = false;
 }
 
-void Scene::build(SharedMemory& memory, uint64_t& handle, engine::AccelInputs inputs,
-                  const bvh::MotionOptions& motion) {
-    bvh::BuildOptions options;
-    options.preferFastTrace = true;
-    options.motion = motion;
-    auto shared = std::make_shared<const engine::AccelInputs>(std::move(inputs));
-    const bvh::MemoryUsage usage = engine::accelMemory(*context_.engine, *shared, options);
-    SharedMemory output(context_.engine->backend, usage.output),
-        temp(context_.engine->backend, usage.temp);
+// What has moved or become dirty since the last launch, and what is above it. The graph is the
+// same.
+void Scene::followChanges() {
+    settled_.clear();
+    std::map<uint32_t, std::vector<uint32_t>> waiting; // changed slots of nodes, by place
+    for (const Ref<Node>& ref : context_.movedNodes)
+        if (const std::shared_ptr<Node> node = ref.lock();
+            node && node->place < order_.size() && order_[node->place] == node)
+            waiting[node->place];
+    std::vector<Acceleration*> dirty;
+    for (const Ref<Acceleration>& ref : context_.dirtyAccelerations)
+        if (const std::shared_ptr<Acceleration> acceleration = ref.lock();
+            acceleration && acceleration->dirty)
+            for (const uint32_t place : acceleration->owners)
+                if (place < order_.size() && accelerationOf(*order_[place]) == acceleration.get()) {
+                    waiting[place];
+                    if (std::find(dirty.begin(), dirty.end(), acceleration.get()) == dirty.end())
+                        dirty.push_back(acceleration.get());
+                }
+    for (Acceleration* acceleration : dirty)
+        ++acceleration->version;
+    while (!waiting.empty()) {
+        const auto first = waiting.extract(waiting.begin());
+        Node& node = *order_[first.key()];
+        const bool isSeenAbove = refresh(node, &first.mapped());
+        if (nodesCopy_[node.id] != node.nodeHandle)
+            nodesCopy_[node.id] = nodes_[node.id] = node.nodeHandle;
+        if (isSeenAbove || node.hasMoved)
+            for (const auto& [parent, slot] : node.parents)
+                waiting[parent->place].push_back(slot);
+    }
+    for (Acceleration* acceleration : dirty)
+        acceleration->dirty = false;
+}
+
+void Scene::clearChanges() {
+    for (const Ref<Node>& ref : context_.movedNodes)
+        if (const std::shared_ptr<Node> node = ref.lock())
+            node->hasMoved = false;
+    context_.movedNodes.clear();
+    context_.dirtyAccelerations.clear();
+}
+
+// Brings a node up to date whose children are. `slots`: those that have changed; null: all may
+// have. Returns whether parents have to look at the node.
+bool Scene::refresh(Node& node, const std::vector<uint32_t>* slots) {
+    bool isSeenAbove = true;
+    if (node.kind == Kind::kGeometryGroup)
+        buildGeometry(static_cast<GeometryGroup&>(node));
+    if (node.kind == Kind::kSelector)
+        makeVisitNode(static_cast<Selector&>(node));
+    if (node.kind == Kind::kGroup) {
+        auto& group = static_cast<Group&>(node);
+        const uint64_t before = group.built ? group.built->version() : 0;
+        buildGroup(group, slots);
+        isSeenAbove = group.built->version() != before;
+    }
+    makeNode(node);
+    return isSeenAbove;
+}
+
+void Scene::build(Acceleration::Built& built, std::shared_ptr<const engine::AccelInputs> inputs,
+                  const bvh::BuildOptions& options, bool isUpdate) {
+    const bvh::MemoryUsage usage = engine::accelMemory(*context_.engine, *inputs, options);
+    const std::shared_ptr<engine::Backend>& backend = context_.engine->backend;
     engine::AccelBuild request;
-    request.inputs = shared;
+    request.inputs = std::move(inputs);
     request.options = options;
-    request.temp = temp.get();
-    request.tempSize = temp.size();
-    request.output = output.get();
-    request.outputSize = output.size();
-    const uint64_t built = engine::buildAccel(context_.engine, std::move(request));
+    request.update = isUpdate;
+    SharedMemory temp;
+    if (isUpdate) {
+        if (built.scratch.size() < usage.tempUpdate)
+            built.scratch = SharedMemory(backend, usage.tempUpdate);
+    } else {
+        built.handle = 0;
+        built.memory = SharedMemory(backend, usage.output);
+        temp = SharedMemory(backend, usage.temp);
+    }
+    const SharedMemory& scratch = isUpdate ? built.scratch : temp;
+    request.temp = scratch.get();
+    request.tempSize = scratch.size();
+    request.output = built.memory.get();
+    request.outputSize = built.memory.size();
+    const uint64_t handle = engine::buildAccel(context_.engine, std::move(request));
     context_.engine->device->synchronize(nullptr);
-    memory = std::move(output);
-    handle = built;
+    built.handle = handle;
 }
 
 SharedVector<float> Scene::boxesOf(const GeometryInstance& instance, const Geometry& geometry,
@@ -207,12 +301,9 @@ bvh::CustomInput Scene::customOf(engine::AccelInputs& inputs, const GeometryInst
     return in;
 }
 
-// The order of hit entries is that of bindHits: triangles, then custom primitives.
 void Scene::buildGeometry(GeometryGroup& group) {
     Acceleration& acceleration = *group.acceleration.lock();
-    std::vector<unsigned> layout;
-    for (const Ref<GeometryInstance>& instance : group.instances)
-        layout.push_back(entriesOf(*instance.lock()));
+    std::vector<uint64_t> layout = layoutOf(group);
     const bool fits = acceleration.layout == layout;
     // Another group has it: handles of that group's nodes name the structure already.
     if (!settled_.insert(&acceleration).second) {
@@ -224,120 +315,118 @@ void Scene::buildGeometry(GeometryGroup& group) {
     }
     if (!acceleration.dirty && fits)
         return;
-    engine::AccelInputs triangles, customs;
-    bvh::MotionOptions motions[2];
-    boxes_.clear();
-    const auto agree = [&](bvh::MotionOptions& all, bool isFirst, const Motion& motion) {
-        const bvh::MotionOptions own = optionsOf(motion);
-        if (!isFirst && !sameMotion(all, own))
-            refuse(RT_ERROR_NOT_SUPPORTED, "geometry with different motion steps or ranges in one "
-                                           "geometry group is not supported yet");
-        all = own;
-    };
-    for (const Ref<GeometryInstance>& ref : group.instances) {
-        const std::shared_ptr<GeometryInstance> instance = ref.lock();
-        if (const std::shared_ptr<GeometryTriangles> mesh = instance->triangles.lock()) {
-            agree(motions[0], triangles.triangles.empty(), mesh->motion);
-            triangles.triangles.push_back(triangleInput(triangles, *mesh));
-        } else if (const std::shared_ptr<Geometry> geometry = instance->geometry.lock()) {
-            agree(motions[1], customs.customs.empty(), geometry->motion);
-            customs.customs.push_back(customOf(customs, *instance, *geometry));
-        }
-    }
-    acceleration.triangles = {};
-    acceleration.customs = {};
-    if (!triangles.triangles.empty())
-        build(acceleration.triangles.memory, acceleration.triangles.handle, std::move(triangles),
-              motions[0]);
-    if (!customs.customs.empty())
-        build(acceleration.customs.memory, acceleration.customs.handle, std::move(customs),
-              motions[1]);
+    for (const Ref<GeometryInstance>& instance : group.instances)
+        instance.lock()->validate();
+    if (!fits)
+        acceleration.sets.clear();
+    acceleration.layout.clear();
+    acceleration.sets.resize(group.sets.size());
+    for (size_t i = 0; i < group.sets.size(); ++i)
+        buildSet(acceleration, acceleration.sets[i], group, group.sets[i]);
     acceleration.layout = std::move(layout);
+    acceleration.boundsVersion = ++context_.lastVersion;
+}
+
+// An update keeps the tree, which needs inputs of the same shape and a tree made for it.
+void Scene::buildSet(Acceleration& acceleration, Acceleration::Built& built,
+                     const GeometryGroup& group, const GeometrySet& set) {
+    engine::AccelInputs inputs;
+    boxes_.clear();
+    for (const size_t child : set.instances) {
+        const std::shared_ptr<GeometryInstance> instance = group.instances[child].lock();
+        if (set.isMesh)
+            inputs.triangles.push_back(triangleInput(inputs, *instance->triangles.lock()));
+        else
+            inputs.customs.push_back(customOf(inputs, *instance, *instance->geometry.lock()));
+    }
+    bvh::BuildOptions options;
+    options.preferFastTrace = true;
+    options.motion = set.motion;
+    options.allowUpdate = acceleration.refits();
+    std::vector<uint64_t> shape = shapeOf(inputs);
+    const bool isUpdate = options.allowUpdate && built.handle != 0 && built.shape == shape;
+    built.shape.clear();
+    build(built, std::make_shared<const engine::AccelInputs>(std::move(inputs)), options, isUpdate);
+    if (options.allowUpdate)
+        built.shape = std::move(shape);
     boxes_.clear();
 }
 
-void Scene::buildInstances(SharedMemory& memory, uint64_t& handle,
-                           const std::vector<Child>& children) {
-    SharedVector<bvh::InstanceDesc> descriptions(allocator<bvh::InstanceDesc>());
-    for (const Child& child : children)
-        descriptions.push_back(child.instance);
-    engine::AccelInputs inputs;
-    inputs.instances = std::make_unique<bvh::InstanceInput>();
-    inputs.instances->instances = descriptions.data();
-    inputs.instances->numInstances = uint32_t(descriptions.size());
-    build(memory, handle, std::move(inputs), {});
-    showChildren(memory, children);
-}
-
-// Writes the children into the records of a structure that may have been built of others.
-void Scene::showChildren(const SharedMemory& memory, const std::vector<Child>& children) {
-    const auto& header = *static_cast<const bvh::BlockHeader*>(memory.get());
-    auto* record = reinterpret_cast<devlib::InstanceRecord*>(static_cast<uint8_t*>(memory.get()) +
-                                                             header.instancesOffset);
-    for (uint32_t i = 0; i < header.numPrimitives; ++i, ++record) {
-        if (i >= children.size()) {
-            record->visibilityMask = 0;
-            continue;
-        }
-        const Child& child = children[i];
-        record->child = child.handle;
-        record->sbtOffset = child.instance.sbtOffset;
-        record->visibilityMask = child.handle ? child.instance.visibilityMask : 0;
-        record->flags = child.instance.flags;
-        std::copy_n(child.instance.transform, 12, record->objectToWorld);
-        math::invert(record->objectToWorld, record->worldToObject);
-    }
+InstanceStructure& Scene::structure(std::unique_ptr<InstanceStructure>& slot) const {
+    if (!slot)
+        slot = std::make_unique<InstanceStructure>(context_.engine->backend);
+    return *slot;
 }
 
 // A structure that is not dirty keeps its boxes, and its instances follow the graph.
-void Scene::buildGroup(Group& group) {
+void Scene::buildGroup(Group& group, const std::vector<uint32_t>* slots) {
     const std::shared_ptr<Acceleration> acceleration = group.acceleration.lock();
-    std::vector<Child> children;
-    for (const Ref<Node>& slot : group.slots)
-        for (const Child& child : childrenOf(*slot.lock()))
-            children.push_back(child);
-    Acceleration::Built& built = group.built;
-    if (built.handle != 0 && group.builtFor.lock() == acceleration &&
-        group.builtVersion == acceleration->version)
-        return showChildren(built.memory, children);
-    buildInstances(built.memory, built.handle, children);
+    InstanceStructure& built = structure(group.built);
+    if (slots && group.firstChild.size() == group.slots.size() + 1)
+        showSlots(group, *slots);
+    else
+        showAll(group);
+    const bool isCurrent = built.handle() != 0 && group.builtFor.lock() == acceleration &&
+                           group.builtVersion == acceleration->version;
+    if (isCurrent)
+        return;
+    built.update(context_, acceleration->refits());
     group.builtFor = acceleration;
     group.builtVersion = acceleration->version;
 }
 
-// What a node is in the structure of its parent.
-std::vector<Scene::Child> Scene::childrenOf(Node& node) {
+void Scene::showAll(Group& group) {
     std::vector<Child> children;
-    const auto add = [&](uint64_t handle, uint32_t mask, uint32_t flags, uint32_t entry) {
+    group.firstChild.clear();
+    for (const Ref<Node>& slot : group.slots) {
+        group.firstChild.push_back(children.size());
+        for (const Child& child : childrenOf(*slot.lock()))
+            children.push_back(child);
+    }
+    group.firstChild.push_back(children.size());
+    group.built->show(children);
+}
+
+void Scene::showSlots(Group& group, const std::vector<uint32_t>& slots) {
+    for (const uint32_t slot : slots) {
+        const std::vector<Child> children = childrenOf(*group.slots[slot].lock());
+        const size_t first = group.firstChild[slot];
+        if (first + children.size() != group.firstChild[slot + 1])
+            return showAll(group);
+        group.built->show(first, children);
+    }
+}
+
+// What a node is in the structure of its parent.
+std::vector<Child> Scene::childrenOf(Node& node) {
+    std::vector<Child> children;
+    const auto add = [&](uint64_t handle, uint64_t version, uint32_t mask, uint32_t flags,
+                         uint32_t entry) {
         if (handle)
-            children.push_back({instanceOf(handle, mask, flags, entry), handle});
+            children.push_back({instanceOf(handle, mask, flags, entry), handle, version});
     };
     if (node.kind == Kind::kGeometryGroup) {
         auto& group = static_cast<GeometryGroup&>(node);
         const Acceleration& acceleration = *group.acceleration.lock();
-        uint32_t triangleEntries = 0;
-        for (const Ref<GeometryInstance>& ref : group.instances)
-            if (const auto instance = ref.lock(); !instance->triangles.expired())
-                triangleEntries += entriesOf(*instance);
-        add(acceleration.triangles.handle, group.mask, group.flags, group.firstEntry);
-        add(acceleration.customs.handle, group.mask, group.flags,
-            group.firstEntry + triangleEntries);
+        for (size_t i = 0; i < group.sets.size(); ++i)
+            add(acceleration.sets[i].handle, acceleration.boundsVersion, group.mask, group.flags,
+                group.sets[i].firstEntry);
     } else if (node.kind == Kind::kGroup) {
         auto& group = static_cast<Group&>(node);
-        add(group.built.handle, group.mask, 0, 0);
+        add(group.built->handle(), group.built->version(), group.mask, 0, 0);
     } else if (node.kind == Kind::kSelector) {
         auto& selector = static_cast<Selector&>(node);
-        if (selector.boundsHandle)
-            children.push_back({instanceOf(selector.boundsHandle, 0xFF, 0, 0),
-                                devlib::makeHandle(selector.nodeMemory.get(), devlib::kTagVisit)});
+        if (selector.bounds && selector.bounds->handle())
+            children.push_back({instanceOf(selector.bounds->handle(), 0xFF, 0, 0),
+                                devlib::makeHandle(selector.nodeMemory.get(), devlib::kTagVisit),
+                                selector.bounds->version()});
     } else {
         auto& transform = static_cast<Transform&>(node);
-        children = childrenOf(*transform.child.lock());
         if (!transform.keys.empty()) {
-            children.clear();
-            add(transform.nodeHandle, 0xFF, 0, 0);
+            add(transform.nodeHandle, transform.motionVersion, 0xFF, 0, 0);
             return children;
         }
+        children = childrenOf(*transform.child.lock());
         for (Child& child : children)
             math::multiply(transform.matrix.data(), child.instance.transform,
                            child.instance.transform);
@@ -350,8 +439,9 @@ std::vector<Scene::Child> Scene::childrenOf(Node& node) {
 void Scene::makeVisitNode(Selector& selector) {
     std::vector<Child> all;
     const size_t count = selector.slots.size();
-    selector.childHandles =
-        SharedMemory(context_.engine->backend, std::max<size_t>(1, count) * sizeof(uint64_t));
+    const size_t bytes = std::max<size_t>(1, count) * sizeof(uint64_t);
+    if (selector.childHandles.size() < bytes)
+        selector.childHandles = SharedMemory(context_.engine->backend, bytes);
     auto* handle = static_cast<uint64_t*>(selector.childHandles.get());
     for (const Ref<Node>& slot : selector.slots) {
         Node& node = *slot.lock();
@@ -359,9 +449,12 @@ void Scene::makeVisitNode(Selector& selector) {
         for (const Child& child : childrenOf(node))
             all.push_back(child);
     }
-    selector.boundsHandle = 0;
-    if (!all.empty())
-        buildInstances(selector.childMemory, selector.boundsHandle, all);
+    if (all.empty()) {
+        selector.bounds.reset();
+    } else {
+        structure(selector.bounds).show(all);
+        selector.bounds->update(context_, false);
+    }
     if (selector.nodeMemory.size() < sizeof(devlib::VisitNode))
         selector.nodeMemory = SharedMemory(context_.engine->backend, sizeof(devlib::VisitNode));
     auto& node = *static_cast<devlib::VisitNode*>(selector.nodeMemory.get());
@@ -371,25 +464,32 @@ void Scene::makeVisitNode(Selector& selector) {
 }
 
 // Motion keys as a node above a structure of instances, which bounds children of every kind.
-void Scene::makeMotionTransform(Transform& transform, uint64_t child) {
+void Scene::makeMotionTransform(Transform& transform, const Child& child) {
     const bvh::MotionOptions motion = optionsOf(transform.motion);
     const bool isSrt = transform.keyType == RT_MOTIONKEYTYPE_SRT_FLOAT16;
     const size_t header = offsetof(bvh::MatrixMotionTransform, matrices);
     static_assert(offsetof(bvh::MatrixMotionTransform, matrices) ==
                   offsetof(bvh::SrtMotionTransform, keys));
     const size_t keyBytes = transform.keys.size() * sizeof(float);
-    transform.nodeMemory = SharedMemory(
-        context_.engine->backend, std::max(header + keyBytes, sizeof(bvh::SrtMotionTransform)));
-    auto& node = *static_cast<bvh::MatrixMotionTransform*>(transform.nodeMemory.get());
-    node.child = child;
+    const size_t bytes = std::max(header + keyBytes, sizeof(bvh::SrtMotionTransform));
+    std::vector<uint64_t> image(bytes / sizeof(uint64_t) + 1);
+    auto& node = *reinterpret_cast<bvh::MatrixMotionTransform*>(image.data());
+    node.child = child.handle;
     // An empty range has one moment, that of the first key.
     const bool isMoment = motion.begin == motion.end;
     node.motion = {uint16_t(isMoment ? 1 : motion.keys), uint16_t(motion.flags), motion.begin,
                    motion.end};
-    std::memcpy(static_cast<uint8_t*>(transform.nodeMemory.get()) + header, transform.keys.data(),
-                keyBytes);
+    std::memcpy(reinterpret_cast<uint8_t*>(image.data()) + header, transform.keys.data(), keyBytes);
+    if (transform.nodeMemory.size() < bytes)
+        transform.nodeMemory = SharedMemory(context_.engine->backend, bytes);
+    void* const memory = transform.nodeMemory.get();
     transform.nodeHandle =
-        devlib::makeHandle(&node, isSrt ? devlib::kTagSrtMotion : devlib::kTagMatrixMotion);
+        devlib::makeHandle(memory, isSrt ? devlib::kTagSrtMotion : devlib::kTagMatrixMotion);
+    if (transform.childVersion == child.version && std::memcmp(memory, image.data(), bytes) == 0)
+        return;
+    std::memcpy(memory, image.data(), bytes);
+    transform.childVersion = child.version;
+    transform.motionVersion = ++context_.lastVersion;
     context_.engine->backend->noteTransform(transform.nodeHandle);
 }
 
@@ -411,11 +511,13 @@ void Scene::makeNode(Node& node) {
     Child only = children[0];
     const bool isStructure = isPlain(only) && devlib::tagOf(only.handle) == devlib::kTagIas;
     if (children.size() > 1 || (moves && !isStructure)) {
-        buildInstances(node.childMemory, only.handle, children);
-        only.instance = instanceOf(only.handle, 0xFF, 0, 0);
+        structure(node.several).show(children);
+        node.several->update(context_, false);
+        const uint64_t handle = node.several->handle();
+        only = {instanceOf(handle, 0xFF, 0, 0), handle, node.several->version()};
     }
     if (moves)
-        return makeMotionTransform(*transform, only.handle);
+        return makeMotionTransform(*transform, only);
     const devlib::HandleTag tag = devlib::tagOf(only.handle);
     if (isPlain(only) && (tag == devlib::kTagIas || tag == devlib::kTagVisit)) {
         node.nodeHandle = only.handle;

@@ -68,10 +68,16 @@ void Variable::set(const std::shared_ptr<Object>& value) {
         type == RT_OBJECTTYPE_UNKNOWN || type == wanted || (isNodeType(type) && isNodeType(wanted));
     if (!fits)
         refuse(RT_ERROR_TYPE_MISMATCH, "variable \"", name, "\" has a value of another type");
-    // A buffer in place of another leaves everything else as it is. One that OpenGL alone may use
-    // is found when scopes are searched.
-    const bool isStructure = value->kind != Kind::kBuffer || object.expired() ||
-                             !static_cast<const Buffer&>(*value).isRegistered();
+    // A buffer in place of another of its shape leaves everything else as it is. One that OpenGL
+    // alone may use is found when scopes are searched.
+    bool isStructure = true;
+    if (value->kind == Kind::kBuffer) {
+        auto& buffer = static_cast<Buffer&>(*value);
+        buffer.noteBound();
+        const std::shared_ptr<Object> known = object.lock();
+        isStructure = !known || !buffer.isRegistered() ||
+                      !buffer.hasShapeOf(static_cast<const Buffer&>(*known));
+    }
     type = wanted;
     object = value;
     if (isStructure)

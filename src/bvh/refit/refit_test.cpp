@@ -3,6 +3,7 @@
 // block itself, which must not change where nothing moved.
 #include "base/error.h"
 #include "bvh/layout.h"
+#include "bvh/refit/instance_paths.h"
 #include "bvh/testing/meshes.h"
 
 #include <gtest/gtest.h>
@@ -286,6 +287,89 @@ TEST(Update, Instances) {
                           0);
         }
     }
+}
+
+InstanceDesc placed(const Structure& child, const Vec3& at, uint32_t mask = 255) {
+    return {{1, 0, 0, at.x, 0, 1, 0, at.y, 0, 0, 1, at.z},
+            0,
+            0,
+            mask,
+            0,
+            traversableHandle(child.block()),
+            {}};
+}
+
+TEST(InstancePaths, LeaveTheBytesOfAWholeUpdate) {
+    const Structure child = makeStructure(cube().input());
+    for (const uint32_t count : {1u, 2u, 9u, 3000u}) {
+        Random random(count);
+        std::vector<InstanceDesc> list;
+        for (uint32_t i = 0; i < count; ++i)
+            list.push_back(placed(child, random.point(50), i % 5 == 4 ? 0u : 255u));
+        InstanceInput in;
+        in.instances = list.data();
+        in.numInstances = count;
+        BuildInputs inputs;
+        inputs.instances = &in;
+        const Structure few = makeStructure(inputs, updatable());
+        const Structure whole = makeStructure(inputs, updatable());
+        InstancePaths paths(few.block());
+        for (int round = 0; round < 20; ++round) {
+            std::vector<uint32_t> changed;
+            for (int i = 0; i < 3; ++i) {
+                changed.push_back(random.below(count));
+                list[changed.back()] =
+                    placed(child, random.point(80), random.below(3) == 0 ? 0u : 255u);
+            }
+            paths.refit(few.memory.get(), in, changed);
+            updateNow(whole, inputs, updatable());
+            const BlockHeader &a = *headerOf(few.block()), &b = *headerOf(whole.block());
+            const auto* bytesOfFew = static_cast<const uint8_t*>(few.block());
+            const auto* bytesOfWhole = static_cast<const uint8_t*>(whole.block());
+            EXPECT_EQ(std::memcmp(bytesOfFew + sizeof(BlockHeader),
+                                  bytesOfWhole + sizeof(BlockHeader),
+                                  few.size - sizeof(BlockHeader)),
+                      0);
+            EXPECT_EQ(a.root, b.root);
+            EXPECT_EQ(a.numActive, b.numActive);
+            for (int axis = 0; b.numActive && axis < 3; ++axis) {
+                EXPECT_LE(a.lower[axis], b.lower[axis]);
+                EXPECT_GE(a.upper[axis], b.upper[axis]);
+                EXPECT_NEAR(a.lower[axis], b.lower[axis], 1e-3);
+                EXPECT_NEAR(a.upper[axis], b.upper[axis], 1e-3);
+            }
+        }
+    }
+}
+
+TEST(InstancePaths, MeasureHowTheTreeDegrades) {
+    const Structure child = makeStructure(cube().input());
+    Random random(3);
+    std::vector<InstanceDesc> list;
+    for (uint32_t i = 0; i < 1000; ++i)
+        list.push_back(placed(child, random.point(50)));
+    InstanceInput in;
+    in.instances = list.data();
+    in.numInstances = 1000;
+    BuildInputs inputs;
+    inputs.instances = &in;
+    const Structure s = makeStructure(inputs, updatable());
+    InstancePaths paths(s.block());
+    EXPECT_EQ(paths.degradation(), 1);
+    std::vector<uint32_t> all;
+    for (uint32_t i = 0; i < 1000; ++i) {
+        all.push_back(i);
+        list[i].transform[3] += 5; // as a whole
+    }
+    paths.refit(s.memory.get(), in, all);
+    EXPECT_NEAR(paths.degradation(), 1, 1e-3);
+    for (uint32_t i = 0; i < 1000; ++i)
+        list[i] = placed(child, random.point(50));
+    paths.refit(s.memory.get(), in, all);
+    EXPECT_GT(paths.degradation(), 2);
+    const Structure still = makeStructure(inputs);
+    EXPECT_THROW(InstancePaths{still.block()}, Error);
+    EXPECT_THROW(InstancePaths{child.block()}, Error);
 }
 
 template <class Body>

@@ -3,6 +3,7 @@
 // it: names say nothing.
 #include "compiler/optix6/intrinsics.h"
 #include "compiler/optix6/lower.h"
+#include "compiler/optix6/texture_calls.h"
 #include "compiler/optix6/variables.h"
 
 namespace sunstone::compiler {
@@ -16,6 +17,9 @@ class Optix6Flavor final : public Flavor {
 public:
     const char* name() const override { return "optix6"; }
     bool isIntrinsicName(std::string_view name) const override {
+        // Texture lookups by id are functions of the module.
+        if (name.starts_with(optix6::kTextureCallPrefix))
+            return false;
         return name.starts_with(optix6::kPrefix) || name.starts_with(optix6::kVariablePrefix);
     }
     const Intrinsic* find(std::string_view name) const override { return optix6::find(name); }

@@ -52,6 +52,11 @@ public:
             for (const DeviceVariable& variable : variables_.list)
                 if (variable.use == VariableUse::kAttribute)
                     addAttributeCopy(variable);
+        if (kind_ == ProgramKind::kDirectCallable)
+            countCallables();
+        if (kind_ == ProgramKind::kRaygen || kind_ == ProgramKind::kException ||
+            kind_ == ProgramKind::kBounds)
+            startCount();
         lowerAll();
     }
 
@@ -64,6 +69,33 @@ private:
                     call->replaceAllUsesWith(llvm::PoisonValue::get(call->getType()));
                     call->eraseFromParent();
                 }
+    }
+
+    // Callables of one ray that have called one another are counted on the way down. A longer chain
+    // than the limit is the exception of a full stack.
+    static constexpr size_t kCount = offsetof(RayState, payload) + devlib::kWordCallables * 4;
+    void startCount() {
+        if (unit_.rules().optix6.maxCallableDepth == 0)
+            return;
+        atEntry();
+        store(state(), kCount, builder_.getInt32(0));
+    }
+    void countCallables() {
+        if (unit_.rules().optix6.maxCallableDepth == 0)
+            return;
+        atEntry();
+        Value* before = load(state(), kCount, word());
+        store(state(), kCount, builder_.CreateAdd(before, builder_.getInt32(1)));
+        Value* limit = builder_.getInt32(unit_.rules().optix6.maxCallableDepth - 1);
+        llvm::Instruction* end = llvm::SplitBlockAndInsertIfThen(
+            builder_.CreateICmpUGE(before, limit), &*builder_.GetInsertPoint(), false);
+        builder_.SetInsertPoint(end);
+        raise(builder_.getInt32(devlib::kCodeStackOverflow));
+        for (llvm::BasicBlock& each : function_)
+            if (auto* leave = llvm::dyn_cast<llvm::ReturnInst>(each.getTerminator())) {
+                builder_.SetInsertPoint(leave);
+                store(state(), kCount, before);
+            }
     }
 
     void atEntry() {
@@ -183,7 +215,7 @@ private:
         case VariableUse::kDistance:
             return address(state(), offsetof(RayState, tmax));
         case VariableUse::kPayload:
-            return loadInvariant(state(), offsetof(RayState, payloadMemory), pointer());
+            return payload(found->bytes);
         case VariableUse::kTime:
             return address(state(), offsetof(RayState, time));
         case VariableUse::kSubframe:
@@ -196,6 +228,57 @@ private:
         default:
             return address(block(), found->slot);
         }
+    }
+
+    // Where its end is checked, a payload that is smaller than the variable counts as the bytes
+    // that the program reaches.
+    Value* payload(uint32_t bytes) {
+        Value* memory = loadInvariant(state(), offsetof(RayState, payloadMemory), pointer());
+        if (!(exceptions() & devlib::kClassicPayload))
+            return memory;
+        Value* reached = builder_.getInt32(reachOf(call_, bytes));
+        Value* size = loadInvariant(state(), offsetof(RayState, payloadCount), word());
+        return insideOr(builder_.CreateICmpULE(reached, size), memory, reached,
+                        builder_.getInt32(devlib::kCodePayload));
+    }
+    // Bytes from an address that loads and stores reach; `otherwise` where it has other uses.
+    uint32_t reachOf(const Value* address, uint32_t otherwise) const {
+        const llvm::DataLayout& layout = unit_.module().getDataLayout();
+        const auto bytesOf = [&](llvm::Type* type) {
+            return uint64_t(layout.getTypeStoreSize(type).getFixedValue());
+        };
+        uint64_t reach = 0;
+        for (const llvm::User* user : address->users()) {
+            uint64_t offset = 0;
+            if (const auto* load = llvm::dyn_cast<llvm::LoadInst>(user))
+                reach = std::max(reach, bytesOf(load->getType()));
+            else if (const auto* store = llvm::dyn_cast<llvm::StoreInst>(user);
+                     store && store->getPointerOperand() == address)
+                reach = std::max(reach, bytesOf(store->getValueOperand()->getType()));
+            else if (isPlaceBehind(*user, offset) && offset < otherwise)
+                reach = std::max(reach, offset + reachOf(user, uint32_t(otherwise - offset)));
+            else
+                return otherwise;
+        }
+        return uint32_t(std::min<uint64_t>(reach, otherwise));
+    }
+    // Whether the user is an address at a constant offset from its operand.
+    bool isPlaceBehind(const llvm::User& user, uint64_t& offset) const {
+        if (llvm::isa<llvm::CastInst>(user))
+            return user.getType()->isPointerTy() || user.getType()->isIntegerTy(64);
+        if (const auto* sum = llvm::dyn_cast<llvm::BinaryOperator>(&user)) {
+            const auto* constant = llvm::dyn_cast<llvm::ConstantInt>(sum->getOperand(1));
+            if (sum->getOpcode() != llvm::Instruction::Add || !constant)
+                return false;
+            offset = constant->getZExtValue();
+            return true;
+        }
+        const auto* place = llvm::dyn_cast<llvm::GetElementPtrInst>(&user);
+        llvm::APInt bytes(64, 0);
+        if (!place || !place->accumulateConstantOffset(unit_.module().getDataLayout(), bytes))
+            return false;
+        offset = bytes.getZExtValue();
+        return true;
     }
 
     // Variables that a program of this kind has no value of.
@@ -318,6 +401,8 @@ private:
         store(ray, offsetof(RayState, depth),
               builder_.CreateAdd(loadInvariant(state(), offsetof(RayState, depth), word()),
                                  builder_.getInt32(1)));
+        if (unit_.rules().optix6.maxCallableDepth != 0)
+            store(ray, kCount, builder_.getInt32(0));
         store(ray, offsetof(RayState, payloadType), builder_.getInt32(0));
         store(ray, offsetof(RayState, payloadCount), argument(payload + 1));
         store(ray, offsetof(RayState, payloadMemory),
@@ -572,9 +657,12 @@ private:
 
     // ---- exceptions and printing --------------------------------------------------------------
 
-    // Nothing, where user exceptions are off or the code is none of a user exception.
+    // Nothing, where user exceptions are off or the code is none of a user exception. A wrong code
+    // is an exception of its own.
     void throwException() {
-        if (!(unit_.rules().exceptionFlags & devlib::kFlagUser)) {
+        const bool throws = unit_.rules().exceptionFlags & devlib::kFlagUser;
+        const bool checks = exceptions() & devlib::kClassicUserCode;
+        if (!throws && !checks) {
             call_->eraseFromParent();
             return;
         }
@@ -582,16 +670,22 @@ private:
         Value* isUser =
             builder_.CreateICmpULE(builder_.CreateSub(code, builder_.getInt32(devlib::kCodeUser)),
                                    builder_.getInt32(devlib::kCodeUserMax - devlib::kCodeUser));
+        Value* raises = throws && checks ? builder_.getTrue()
+                        : throws         ? isUser
+                                         : builder_.CreateNot(isUser);
         store(thread(), offsetof(ThreadState, line), sourceLine());
-        llvm::Instruction* end = llvm::SplitBlockAndInsertIfThen(isUser, call_, false);
+        llvm::Instruction* end = llvm::SplitBlockAndInsertIfThen(raises, call_, false);
         builder_.SetInsertPoint(end);
+        raise(builder_.CreateSelect(isUser, code, builder_.getInt32(devlib::kCodeUserCode)));
+        call_->eraseFromParent();
+    }
+    void raise(Value* code) {
         auto* type = llvm::FunctionType::get(builder_.getVoidTy(),
                                              {pointer(), word(), word(), pointer()}, false);
         builder_.CreateCall(
             type, launchFunction(offsetof(LaunchState, throwException), "throwException", type),
             {state(), code, builder_.getInt32(0),
              llvm::ConstantPointerNull::get(builder_.getPtrTy())});
-        call_->eraseFromParent();
     }
     Value* sourceLine() {
         const llvm::StringRef source = callSite(unit_, *call_).source;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <set>
 
 namespace sunstone::compiler::optix6 {
@@ -133,6 +134,70 @@ private:
     std::set<std::string_view>& names_;
 };
 
+// What registers hold that are written once, with a number or the address of a variable.
+class Constants {
+public:
+    explicit Constants(const ptx::Function& function) {
+        for (const ptx::Statement& statement : function.body) {
+            const ptx::Instruction& instruction = statement.instruction;
+            for (const ptx::Operand& result : instruction.results)
+                define(result, nullptr);
+            if (!instruction.operands.empty())
+                define(instruction.operands[0], &instruction);
+        }
+    }
+    // The operand's number or variable; null if it is neither.
+    const ptx::Operand* find(const ptx::Operand& operand, unsigned depth = 0) const {
+        if (operand.kind == ptx::OperandKind::kInteger ||
+            (operand.kind == ptx::OperandKind::kSymbol && operand.offset == 0))
+            return &operand;
+        const auto found = definitions_.find(operand.index);
+        if (operand.kind != ptx::OperandKind::kRegister || found == definitions_.end() ||
+            !found->second || depth > 8)
+            return nullptr;
+        return find(found->second->operands[1], depth + 1);
+    }
+
+private:
+    void define(const ptx::Operand& operand, const ptx::Instruction* instruction) {
+        for (const ptx::Operand& element : operand.elements)
+            define(element, nullptr);
+        if (operand.kind != ptx::OperandKind::kRegister)
+            return;
+        const bool copies = instruction && instruction->operands.size() == 2 &&
+                            (instruction->opcode == "mov" || instruction->opcode == "cvta");
+        const auto [place, isNew] =
+            definitions_.try_emplace(operand.index, copies ? instruction : nullptr);
+        if (!isNew)
+            place->second = nullptr;
+    }
+    std::map<uint32_t, const ptx::Instruction*> definitions_; // null: several, or of other kinds
+};
+
+// Notes how a function accesses buffers: the dimensions and the bytes of an element that its calls
+// name. Of accesses that differ nothing is noted.
+void noteAccesses(const ptx::Function& function, std::vector<DeviceVariable>& variables) {
+    const Constants constants(function);
+    const auto note = [](uint32_t& known, const ptx::Operand* number) {
+        constexpr uint32_t kDifferent = ~0u;
+        const uint32_t value = number && number->kind == ptx::OperandKind::kInteger
+                                   ? uint32_t(number->integer)
+                                   : kDifferent;
+        known = known == 0 || known == value ? value : kDifferent;
+    };
+    for (const ptx::Statement& statement : function.body) {
+        const ptx::Instruction& call = statement.instruction;
+        if (call.target.name != "_rt_buffer_get_64" || call.arguments.size() < 3)
+            continue;
+        const ptx::Operand* buffer = constants.find(call.arguments[0]);
+        for (DeviceVariable& variable : variables)
+            if (buffer && variable.symbol == buffer->name && variable.use == VariableUse::kBuffer) {
+                note(variable.dimensions, constants.find(call.arguments[1]));
+                note(variable.elementBytes, constants.find(call.arguments[2]));
+            }
+    }
+}
+
 // The definition of a function as code of `from` sees it.
 std::pair<const ptx::Module*, const ptx::Function*>
 findFunction(const std::vector<const ptx::Module*>& modules, const ptx::Module* from,
@@ -238,6 +303,11 @@ ProgramVariables variablesOf(const std::vector<const ptx::Module*>& modules,
             visit(module, name);
         }
     }
+    for (const ptx::Function* each : seen)
+        noteAccesses(*each, result.list);
+    for (DeviceVariable& variable : result.list)
+        for (uint32_t* number : {&variable.dimensions, &variable.elementBytes})
+            *number = *number == ~0u ? 0 : *number;
     std::sort(result.list.begin(), result.list.end(),
               [](const auto& a, const auto& b) { return a.symbol < b.symbol; });
     for (DeviceVariable& variable : result.list) {

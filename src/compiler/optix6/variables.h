@@ -50,6 +50,8 @@ struct DeviceVariable {
     uint32_t typeEnum = kTypePlain;
     uint32_t bytes = 0;
     uint32_t slot = 0; // offset in the program's block, of those found through scopes
+    // Of a buffer's elements and indices as the program accesses them; 0: its text does not tell.
+    uint32_t elementBytes = 0, dimensions = 0;
     const ptx::Variable* declaration = nullptr;
     bool isScoped() const {
         return use == VariableUse::kValue || use == VariableUse::kBuffer ||

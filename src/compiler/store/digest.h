@@ -32,12 +32,12 @@ inline void addRules(Digest& digest, const PipelineRules& rules) {
     const auto& [launchParams, exceptionFlags, primitiveTypeFlags, traversableGraphFlags,
                  motionBlur, optix7, optix6] = rules;
     const auto& [numPayloadValues, numAttributeValues] = optix7;
-    const auto& [attributeBytes, exceptions] = optix6;
+    const auto& [attributeBytes, exceptions, maxCallableDepth] = optix6;
     digest.add(launchParams);
     for (const uint64_t value :
          {uint64_t(numPayloadValues), uint64_t(numAttributeValues), uint64_t(exceptionFlags),
           uint64_t(primitiveTypeFlags), uint64_t(traversableGraphFlags), uint64_t(motionBlur),
-          uint64_t(attributeBytes), uint64_t(exceptions)})
+          uint64_t(attributeBytes), uint64_t(exceptions), uint64_t(maxCallableDepth)})
         digest.add(value);
 }
 
