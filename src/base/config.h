@@ -24,6 +24,7 @@ enum class Setting {
     kKernels,        // SUNSTONE_KERNELS: how the threads of kernels run, see docs/cuda.md
     kVisibleDevices, // CUDA_VISIBLE_DEVICES: devices of the CPU's libcuda
     kClang,          // SUNSTONE_CLANG: the clang++ that libnvrtc runs
+    kRanks, // SUNSTONE_RANKS: the socket to other ranks, set by `sunstone run` under mpirun
     kCount,
 };
 

@@ -51,26 +51,6 @@ SUNSTONE_API RTresult rtTextureSamplerGLUnregister(RTtexturesampler) {
 SUNSTONE_API RTresult rtDeviceGetWGLDevice(int*, void*) {
     return unsupported(__func__);
 }
-SUNSTONE_API RTresult rtContextGetRunningState(RTcontext context, int*) {
-    return unsupportedOf(__func__, context);
-}
-SUNSTONE_API RTresult rtContextLaunchProgressive2D(RTcontext context, unsigned int, RTsize, RTsize,
-                                                   unsigned int) {
-    return unsupportedOf(__func__, context);
-}
-SUNSTONE_API RTresult rtBufferGetProgressiveUpdateReady(RTbuffer, int*, unsigned int*,
-                                                        unsigned int*) {
-    return unsupported(__func__);
-}
-SUNSTONE_API RTresult rtBufferBindProgressiveStream(RTbuffer, RTbuffer) {
-    return unsupported(__func__);
-}
-SUNSTONE_API RTresult rtBufferSetAttribute(RTbuffer, RTbufferattribute, RTsize, const void*) {
-    return unsupported(__func__);
-}
-SUNSTONE_API RTresult rtBufferGetAttribute(RTbuffer, RTbufferattribute, RTsize, void*) {
-    return unsupported(__func__);
-}
 SUNSTONE_API RTresult rtPostProcessingStageCreateBuiltin(RTcontext context, const char*,
                                                          RTpostprocessingstage*) {
     return unsupportedOf(__func__, context);

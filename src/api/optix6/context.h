@@ -10,6 +10,8 @@
 
 namespace sunstone::optix6 {
 
+class Progressive;
+class RemoteDevice;
 class Scene;
 
 struct EntryPoint {
@@ -88,8 +90,11 @@ public:
     // The annotation that a program gives a variable of this name; empty if none does.
     std::string annotationOf(const std::string& name) const;
 
+    Ref<RemoteDevice> remoteDevice; // that rtContextSetRemoteDevice has set
+    bool usesRemoteDevice = false;
     bool structureChanged = true;
     std::unique_ptr<Scene> scene;
+    std::unique_ptr<Progressive> progressive; // its thread uses the scene
 
 private:
     std::shared_ptr<ModuleText> loadText(const std::string& text);
@@ -113,6 +118,11 @@ private:
 constexpr unsigned kAllExceptions = (1u << 12) - 1;
 int exceptionBit(RTexception exception);
 bool isEnabled(const Context& context, RTexception exception);
+
+// Throw Failure: there is no such entry point, or there are too many launch indices; a buffer is
+// mapped.
+void checkLaunch(const Context& context, unsigned entry, RTsize width, RTsize height, RTsize depth);
+void checkUnmapped(const Context& context, bool withStreams);
 
 const char* textOf(RTresult result);
 RTresult resultOf(Code code);
