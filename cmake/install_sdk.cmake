@@ -14,7 +14,7 @@
 #   <prefix>/cuda                    a folder in the shape of a CUDA toolkit (toolkit.cmake)
 #   <prefix>/lib/cmake/OptiX         OptiXConfig.cmake: targets OptiX::OptiX and optix
 #   <prefix>/share/doc/sunstone      README.md and the pages that it links to, in the same folders
-# Components: sdk (headers and package files, needs no build), runtime, cuda, tools.
+# Components: sdk (headers and package files, needs no build), runtime, cuda, tools; mpi by itself.
 include(CMakePackageConfigHelpers)
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/optix7/ DESTINATION optix7/include
@@ -101,6 +101,11 @@ function(sunstone_install component folder to_lib)
     endforeach()
 endfunction()
 sunstone_install(runtime lib . sunstone nvoptix optix6 optixu optix_prime sunstone_rays)
+# It belongs to the MPI of the machine that builds it, on which no package shall depend:
+# `cmake --install BUILD --component mpi`.
+if(TARGET sunstone_mpi)
+    install(TARGETS sunstone_mpi LIBRARY DESTINATION lib COMPONENT mpi EXCLUDE_FROM_ALL)
+endif()
 sunstone_install(runtime lib/python .. sunstone_python)
 foreach(alias IN LISTS SUNSTONE_PRIME_ALIASES)
     install(FILES ${PROJECT_BINARY_DIR}/lib/liboptix_prime.so.${alias} DESTINATION lib

@@ -34,6 +34,7 @@ typedef struct RTtransform_api* RTtransform;
 typedef struct RTvariable_api* RTvariable;
 typedef struct RTpostprocessingstage_api* RTpostprocessingstage;
 typedef struct RTcommandlist_api* RTcommandlist;
+typedef struct RTremotedevice_api* RTremotedevice;
 typedef void* RTobject;
 
 typedef int (*RTtimeoutcallback)(void);
@@ -610,6 +611,16 @@ RTresult RTAPI rtCommandListAppendLaunch2D(RTcommandlist list, unsigned int entr
 RTresult RTAPI rtCommandListFinalize(RTcommandlist list);
 RTresult RTAPI rtCommandListExecute(RTcommandlist list);
 RTresult RTAPI rtCommandListGetContext(RTcommandlist list, RTcontext* context);
+
+RTresult RTAPI rtRemoteDeviceCreate(const char* url, const char* username, const char* password,
+                                    RTremotedevice* remote_dev);
+RTresult RTAPI rtRemoteDeviceDestroy(RTremotedevice remote_dev);
+RTresult RTAPI rtRemoteDeviceGetAttribute(RTremotedevice remote_dev, RTremotedeviceattribute attrib,
+                                          RTsize size, void* p);
+RTresult RTAPI rtRemoteDeviceReserve(RTremotedevice remote_dev, unsigned int num_nodes,
+                                     unsigned int configuration);
+RTresult RTAPI rtRemoteDeviceRelease(RTremotedevice remote_dev);
+RTresult RTAPI rtContextSetRemoteDevice(RTcontext context, RTremotedevice remote_dev);
 
 #ifdef __cplusplus
 }

@@ -35,6 +35,7 @@ constexpr std::array<SettingInfo, kCount> kSettings = {{
      "the faster way, measured)"},
     {"CUDA_VISIBLE_DEVICES", "CUDA devices that programs see: numbers or UUIDs; empty or -1: none"},
     {"SUNSTONE_CLANG", "clang++ of version 19 or later that run-time compilation uses"},
+    {"SUNSTONE_RANKS", "socket to other ranks, set by `sunstone run` under mpirun"},
 }};
 
 constexpr unsigned long kMostThreads = 4096;

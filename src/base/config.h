@@ -26,6 +26,7 @@ enum class Setting {
                      // engine/cpu/in_flight.h
     kVisibleDevices, // CUDA_VISIBLE_DEVICES: devices of the CPU's libcuda
     kClang,          // SUNSTONE_CLANG: the clang++ that libnvrtc runs
+    kRanks, // SUNSTONE_RANKS: the socket to other ranks, set by `sunstone run` under mpirun
     kCount,
 };
 

@@ -373,3 +373,24 @@ RT_PROGRAM void sample_texel() {
     result[2] = texel.z;
     result[3] = texel.w;
 }
+
+// ---- progressive launches
+// ---------------------------------------------------------------------------------------
+
+rtDeclareVariable(unsigned, subframe, rtSubframeIndex, );
+rtBuffer<float4, 2> picture;
+rtBuffer<float3, 2> small_picture;
+
+static __device__ __forceinline__ float3 subframeColor() {
+    return make_float3(subframe % 2 ? 0.0f : 1.0f, 0.25f * subframe,
+                       scoped + launch_index.x + 0.5f * launch_index.y);
+}
+RT_PROGRAM void write_subframe() {
+    picture[launch_index] = make_float4(subframeColor(), 7.0f);
+}
+RT_PROGRAM void write_small_subframe() {
+    small_picture[launch_index] = subframeColor();
+}
+RT_PROGRAM void write_subframe_index() {
+    result[line_index] = float(subframe);
+}

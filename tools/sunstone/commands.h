@@ -54,4 +54,12 @@ struct Folders {
 };
 Folders findFolders();
 
+// `mpirun -n N sunstone run` of a program of the classic API, which does not use MPI itself: see
+// ranks.cpp.
+bool runsOnRanks(const std::vector<std::string>& command);
+// This process's part in it; the program's exit code on rank 0.
+int runOnRanks(const Folders& folders, const std::vector<std::string>& command);
+// The process of another rank: makes subframes for the program until the socket is closed.
+int serveNode(int socket, unsigned device);
+
 } // namespace sunstone::tool

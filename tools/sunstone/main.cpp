@@ -114,6 +114,13 @@ int main(int argc, char** argv) {
     CLI::App* warmCommand = app.add_subcommand(
         "warm", "Fill the disk cache with the library's own kernels for the GPUs of this machine");
 
+    int nodeSocket = -1;
+    unsigned nodeDevice = 0;
+    CLI::App* nodeCommand = app.add_subcommand("node", "What `run` starts on ranks above 0");
+    nodeCommand->group(""); // not for people
+    nodeCommand->add_option("socket", nodeSocket)->required();
+    nodeCommand->add_option("device", nodeDevice)->required();
+
     CheckOptions checkOptions;
     CLI::App* checkCommand = app.add_subcommand("check", "Check a PTX file and list its programs");
     checkCommand->add_option("file", checkOptions.file, "PTX file")->required();
@@ -137,6 +144,8 @@ int main(int argc, char** argv) {
     try {
         if (*runCommand)
             return run(runOptions);
+        if (*nodeCommand)
+            return serveNode(nodeSocket, nodeDevice);
         if (*infoCommand)
             return info(infoJson);
         if (*warmCommand)

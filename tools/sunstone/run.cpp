@@ -129,6 +129,8 @@ int run(const RunOptions& options) {
 
     if (options.check)
         return runChecked(options);
+    if (runsOnRanks(command))
+        return runOnRanks(folders, command);
     start(command);
 }
 

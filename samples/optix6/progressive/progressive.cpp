@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // A picture that gets better launch by launch, without a window: the sum stays in a buffer,
 // pictures are written at the frames 1, 2, 4, 8 and so on, and rendering ends at a number of frames
-// or once the estimated error is small.
+// or once the estimated error is small. With --stream 1 the library sums: a progressive launch runs
+// in the background, and the program shows what arrives in a stream buffer.
 #include "mesh.h"
+#include "png_image.h"
 #include "shapes6.h"
 
 #include <optix_world.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <string_view>
+#include <thread>
 
 std::string_view progressive_ptx(); // the PTX of progressive.cu, built into this program
 
@@ -18,9 +22,10 @@ namespace {
 using namespace optix;
 
 enum RayType { kPathRay, kShadowRay, kRayTypes };
+enum Entry { kAddPath, kOnePath, kEntries };
 
 struct Options {
-    unsigned frames = 64, depth = 5, errorPerMille = 0, intermediate = 0;
+    unsigned frames = 64, depth = 5, errorPerMille = 0, intermediate = 0, stream = 0;
 };
 
 class Renderer {
@@ -28,9 +33,11 @@ public:
     explicit Renderer(const ClassicPicture& picture)
         : picture_(picture), context_(Context::create()), top_(context_->createGeometryGroup()) {
         context_->setRayTypeCount(kRayTypes);
-        context_->setEntryPointCount(1);
-        context_->setRayGenerationProgram(0, program("add_path"));
-        context_->setExceptionProgram(0, program("show_exception"));
+        context_->setEntryPointCount(kEntries);
+        context_->setRayGenerationProgram(kAddPath, program("add_path"));
+        context_->setRayGenerationProgram(kOnePath, program("one_path"));
+        for (unsigned entry = 0; entry < kEntries; ++entry)
+            context_->setExceptionProgram(entry, program("show_exception"));
         context_->setMissProgram(kPathRay, program("miss"));
         material_ = context_->createMaterial();
         material_->setClosestHitProgram(kPathRay, program("hit"));
@@ -81,7 +88,7 @@ public:
         while (frame < options.frames && error * 1000.0f > float(options.errorPerMille)) {
             clearNoise();
             context_["frame"]->setUint(frame);
-            context_->launch(0, picture_.width, picture_.height);
+            context_->launch(kAddPath, picture_.width, picture_.height);
             ++frame;
             error = meanError(frame);
             const bool isPower = (frame & (frame - 1)) == 0;
@@ -95,7 +102,42 @@ public:
         writePicture(picture_, result_->get(), true);
     }
 
+    // What a viewer does, without its window: the launch goes on while pictures are shown.
+    void stream(const Options& options) {
+        context_["max_depth"]->setUint(options.depth);
+        context_["frame"]->setUint(0);
+        Buffer stream =
+            context_->createBuffer(RT_BUFFER_PROGRESSIVE_STREAM, RT_FORMAT_UNSIGNED_BYTE4,
+                                   picture_.width, picture_.height);
+        stream->bindProgressiveStream(result_);
+        const float gamma = 2.2f;
+        stream->setAttribute(RT_BUFFER_ATTRIBUTE_STREAM_GAMMA, sizeof gamma, &gamma);
+        unsigned frame = 0, shown = 0;
+        while (frame < options.frames) {
+            context_->launchProgressive(kOnePath, picture_.width, picture_.height, options.frames);
+            if (!stream->getProgressiveUpdateReady(frame)) {
+                std::this_thread::sleep_for(std::chrono::milliseconds(2));
+                continue;
+            }
+            if (frame < 2 * shown && frame < options.frames)
+                continue; // pictures that look the same
+            shown = frame;
+            std::printf("%u frames\n", frame);
+            if (options.intermediate || frame == options.frames)
+                writeStream(stream, frame == options.frames ? picture_.output : fileOf(frame));
+        }
+        context_->stopProgressive();
+    }
+
 private:
+    void writeStream(Buffer stream, const std::string& file) {
+        const auto* bytes = static_cast<const uint8_t*>(stream->map(0, RT_BUFFER_MAP_READ));
+        const std::vector<uint8_t> pixels(bytes,
+                                          bytes + size_t(picture_.width) * picture_.height * 4);
+        stream->unmap();
+        writePng(file, picture_.width, picture_.height, pixels);
+        std::printf("wrote %s\n", file.c_str());
+    }
     Program program(const char* name) {
         return context_->createProgramFromPTXString(std::string(progressive_ptx()), name);
     }
@@ -114,11 +156,15 @@ private:
         variance /= double(picture_.width) * picture_.height;
         return frames < 2 ? 1.0f : float(std::sqrt(variance / frames));
     }
+    std::string fileOf(unsigned frame) const {
+        std::string file = picture_.output;
+        const size_t dot = file.rfind('.');
+        return file.insert(dot == std::string::npos ? file.size() : dot,
+                           "-" + std::to_string(frame));
+    }
     void writeFrame(unsigned frame) {
         ClassicPicture one = picture_;
-        const size_t dot = one.output.rfind('.');
-        one.output.insert(dot == std::string::npos ? one.output.size() : dot,
-                          "-" + std::to_string(frame));
+        one.output = fileOf(frame);
         writePicture(one, result_->get(), true);
     }
 
@@ -135,7 +181,10 @@ void render(const ClassicPicture& picture, const Options& options, const std::st
     renderer.add(scene.object, make_float3(0.8f, 0.35f, 0.15f), 0.06f);
     renderer.add(scene.ground, make_float3(0.55f), 0.0f);
     renderer.setScale(scene.radius);
-    renderer.render(options);
+    if (options.stream)
+        renderer.stream(options);
+    else
+        renderer.render(options);
 }
 
 } // namespace
@@ -151,6 +200,7 @@ int main(int argc, char** argv) {
     arguments.add("--depth", options.depth, 1, 64, "segments of a path");
     arguments.add("--error", options.errorPerMille, 0, 1000, "thousandths of white to end at");
     arguments.add("--intermediate", options.intermediate, 0, 1, "1: write frames 1, 2, 4 ...");
+    arguments.add("--stream", options.stream, 0, 1, "1: one progressive launch, shown as it grows");
     return runClassicSample("progressive", arguments, argc, argv,
                             [&] { render(picture, options, model); });
 }

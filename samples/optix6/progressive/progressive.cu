@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One path for each pixel and launch; a buffer keeps the sum of all launches, another the picture.
+// One path for each pixel and launch. Ordinary launches keep the sum themselves: one buffer has the
+// sum of all launches, another the picture. Progressive launches leave it to the library.
 #include "../device6.h"
 
 using namespace optix;
@@ -19,13 +20,14 @@ struct Shadow {
 rtDeclareVariable(rtObject, top_object, , );
 rtDeclareVariable(float, scene_epsilon, , );
 rtDeclareVariable(unsigned, frame, , "launches before this one");
+rtDeclareVariable(unsigned, subframe, rtSubframeIndex, );
 rtDeclareVariable(unsigned, max_depth, , );
 rtBuffer<float4, 2> sum;
 rtBuffer<float4, 2> picture;
 rtBuffer<float> noise; // by row: the summed difference between this path and the mean
 
-RT_PROGRAM void add_path() {
-    unsigned seed = hash(launch_index.x + launch_dim.x * (launch_index.y + launch_dim.y * frame));
+static __device__ __forceinline__ float3 tracePath(unsigned number) {
+    unsigned seed = hash(launch_index.x + launch_dim.x * (launch_index.y + launch_dim.y * number));
     Path path;
     path.origin = eye;
     const float x = random(seed), y = random(seed);
@@ -39,11 +41,21 @@ RT_PROGRAM void add_path() {
             make_Ray(path.origin, path.direction, kPathRay, scene_epsilon, RT_DEFAULT_MAX);
         rtTrace(top_object, ray, path);
     }
+    return path.light;
+}
+
+// A subframe of a progressive launch.
+RT_PROGRAM void one_path() {
+    picture[launch_index] = make_float4(tracePath(subframe), 1.0f);
+}
+
+RT_PROGRAM void add_path() {
+    const float3 light = tracePath(frame);
     const float4 before = frame == 0 ? make_float4(0.0f) : sum[launch_index];
-    const float4 now = before + make_float4(path.light, 1.0f);
+    const float4 now = before + make_float4(light, 1.0f);
     sum[launch_index] = now;
     picture[launch_index] = now / now.w;
-    const float difference = luminance(path.light) - luminance(make_float3(now) / now.w);
+    const float difference = luminance(light) - luminance(make_float3(now) / now.w);
     atomicAdd(&noise[launch_index.y], difference * difference);
 }
 RT_PROGRAM void show_exception() {

@@ -174,15 +174,22 @@ SUNSTONE_API RTresult rtBufferGetMipLevelCount(RTbuffer buffer, unsigned* levels
                         [&](Buffer& object) { store(levels, "level", object.mipLevels); });
 }
 
+// A progressive launch goes on while its pictures are looked at.
+static RTresult onMemory(const char* function, RTbuffer buffer,
+                         const std::function<void(Buffer&)>& body) {
+    return call<Buffer>(function, buffer, "buffer", body,
+                        [](const Buffer& object) { return object.stream != nullptr; });
+}
+
 SUNSTONE_API RTresult rtBufferMap(RTbuffer buffer, void** pointer) {
-    return call<Buffer>(__func__, buffer, "buffer", [&](Buffer& object) {
+    return onMemory(__func__, buffer, [&](Buffer& object) {
         requireNonNull(pointer, "userPointer");
         *pointer = object.map(RT_BUFFER_MAP_READ_WRITE, 0);
     });
 }
 SUNSTONE_API RTresult rtBufferMapEx(RTbuffer buffer, unsigned flags, unsigned level,
                                     void* userOwned, void** pointer) {
-    return call<Buffer>(__func__, buffer, "buffer", [&](Buffer& object) {
+    return onMemory(__func__, buffer, [&](Buffer& object) {
         requireNonNull(pointer, "optixOwned");
         if (userOwned)
             refuse(RT_ERROR_INVALID_VALUE, "userOwned = ", userOwned, " is not null");
@@ -190,10 +197,10 @@ SUNSTONE_API RTresult rtBufferMapEx(RTbuffer buffer, unsigned flags, unsigned le
     });
 }
 SUNSTONE_API RTresult rtBufferUnmap(RTbuffer buffer) {
-    return call<Buffer>(__func__, buffer, "buffer", [](Buffer& object) { object.unmap(0); });
+    return onMemory(__func__, buffer, [](Buffer& object) { object.unmap(0); });
 }
 SUNSTONE_API RTresult rtBufferUnmapEx(RTbuffer buffer, unsigned level) {
-    return call<Buffer>(__func__, buffer, "buffer", [&](Buffer& object) { object.unmap(level); });
+    return onMemory(__func__, buffer, [&](Buffer& object) { object.unmap(level); });
 }
 SUNSTONE_API RTresult rtBufferGetId(RTbuffer buffer, int* id) {
     return call<Buffer>(__func__, buffer, "buffer", [&](Buffer& object) {

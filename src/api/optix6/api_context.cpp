@@ -7,7 +7,6 @@
 #include "base/log.h"
 
 #include <cstring>
-#include <limits>
 
 using namespace sunstone;
 using namespace sunstone::optix6;
@@ -53,7 +52,7 @@ SUNSTONE_API void rtContextGetErrorString(RTcontext handle, RTresult code, const
     if (!found || found->kind != Kind::kContext || code == RT_SUCCESS)
         return;
     auto& context = static_cast<Context&>(*found);
-    std::lock_guard lock(context.mutex());
+    const auto lock = enter(context);
     if (context.lastError.rfind(textOf(code), 0) == 0)
         *text = context.keep(context.lastError);
 }
@@ -331,14 +330,8 @@ SUNSTONE_API RTresult rtContextGetProgramFromId(RTcontext handle, int id, RTprog
 
 void sunstone::optix6::launchEntry(Context& context, unsigned entry, RTsize width, RTsize height,
                                    RTsize depth) {
-    entryOf(context, entry);
-    constexpr RTsize kMost = std::numeric_limits<uint32_t>::max();
-    if (width > kMost || height > kMost || depth > kMost || (depth != 0 && width > kMost / depth))
-        refuse(RT_ERROR_INVALID_VALUE, "a launch of ", width, " by ", height, " by ", depth,
-               " has too many indices");
-    for (const Ref<Buffer>& ref : context.allBuffers)
-        if (const auto buffer = ref.lock(); buffer && buffer->isMapped())
-            refuse(RT_ERROR_ALREADY_MAPPED, "buffer ", buffer->handle(), " is mapped");
+    checkLaunch(context, entry, width, height, depth);
+    checkUnmapped(context, true);
     context.launched = true;
     context.launchFailed = true;
     context.scene->launch(entry, uint32_t(width), uint32_t(height), uint32_t(depth));
@@ -376,7 +369,4 @@ SUNSTONE_API RTresult rtContextLaunch3D(RTcontext context, unsigned entry, RTsiz
 // Has no effect, as the manual says.
 SUNSTONE_API RTresult rtContextCompile(RTcontext handle) {
     return callContext(__func__, handle, [](Context&) {});
-}
-SUNSTONE_API RTresult rtContextStopProgressive(RTcontext handle) {
-    return callContext(__func__, handle, [](Context&) {}, RT_ERROR_INVALID_CONTEXT);
 }

@@ -49,8 +49,9 @@ unsigned bytesOf(RTformat format) {
 }
 
 Buffer::Buffer(const std::shared_ptr<Context>& context, unsigned description_)
-    : Object(kKind, context), description(description_), backend_(context->engine->backend),
-      view_(backend_, sizeof(devlib::BufferView)), copies_(1) {
+    : Object(kKind, context), description(description_),
+      stream(typeBits() == RT_BUFFER_PROGRESSIVE_STREAM ? std::make_unique<Stream>() : nullptr),
+      backend_(context->engine->backend), view_(backend_, sizeof(devlib::BufferView)), copies_(1) {
     updateView();
 }
 
@@ -201,6 +202,8 @@ void* Buffer::map(unsigned flags, unsigned level) {
     wasWritten_ |= flags != RT_BUFFER_MAP_READ;
     mapped_[level] = true;
     uint8_t* const memory = data() ? data() + levelOffset(level) : nullptr;
+    if (memory && stream)
+        stream->copyTo(memory, bytes());
     if (!memory || !isForeign())
         return memory;
     const size_t bytes = levelElements(level) * elementBytes_;
@@ -208,6 +211,17 @@ void* Buffer::map(unsigned flags, unsigned level) {
     if (flags == RT_BUFFER_MAP_READ || flags == RT_BUFFER_MAP_READ_WRITE)
         backend().copy(copies_[level].get(), memory, bytes);
     return copies_[level].get();
+}
+
+void Buffer::read(void* to) const {
+    backend().copy(to, data(), bytes());
+}
+
+void Buffer::write(std::string_view all) {
+    if (all.size() != bytes() || !data())
+        refuse(RT_ERROR_INVALID_VALUE, "a buffer of ", bytes(), " bytes gets ", all.size());
+    backend().copy(data(), all.data(), all.size());
+    noteChange();
 }
 
 // Whether the host cannot read the memory.

@@ -4,8 +4,10 @@
 
 #include "api/optix6/memory.h"
 #include "api/optix6/object.h"
+#include "api/optix6/progressive/stream.h"
 #include "devlib/classic.h"
 
+#include <string_view>
 #include <vector>
 
 namespace sunstone::optix6 {
@@ -26,6 +28,9 @@ public:
     void* map(unsigned flags, unsigned level);
     void unmap(unsigned level);
     bool isMapped() const;
+    // All bytes of all levels, whichever device they are on.
+    void read(void* to) const;
+    void write(std::string_view all);
     // Throws RT_ERROR_INVALID_CONTEXT if something is missing.
     void validate() const;
 
@@ -50,7 +55,8 @@ public:
     bool hasShapeOf(const Buffer& other) const;
     void noteBound() { isBound_ = true; } // to a variable
 
-    const unsigned description; // RTbuffertype | RTbufferflag
+    const unsigned description;           // RTbuffertype | RTbufferflag
+    const std::unique_ptr<Stream> stream; // of RT_BUFFER_PROGRESSIVE_STREAM alone
     RTformat format = RT_FORMAT_UNKNOWN;
     unsigned dimensions = 0; // 0: no size was set
     unsigned mipLevels = 1;

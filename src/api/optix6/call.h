@@ -4,6 +4,7 @@
 #pragma once
 
 #include "api/optix6/context.h"
+#include "api/optix6/progressive/progressive.h"
 #include "base/forked.h"
 #include "engine/gpu/gpus.h"
 
@@ -23,16 +24,27 @@ inline unsigned deviceCount() {
 RTresult guarded(const std::shared_ptr<Context>& context, const char* function,
                  const std::function<void()>& body);
 
-// Runs body(object) with the lock of its context. T has kKind.
+// Takes the context's lock and ends its progressive launch: as the manual says, any call but a few
+// does. What a progressive launch reads therefore stays as it is while the launch runs.
+inline std::unique_lock<std::mutex> enter(Context& context) {
+    std::unique_lock lock(context.mutex());
+    context.progressive->stop();
+    return lock;
+}
+
+// Runs body(object) with the lock of its context. T has kKind. `goesOn(object)`: whether a
+// progressive launch goes on.
 template <class T, class Body>
-RTresult call(const char* function, const void* handle, const char* parameter, const Body& body) {
+RTresult call(const char* function, const void* handle, const char* parameter, const Body& body,
+              bool (*goesOn)(const T&) = nullptr) {
     if (refusesForkedChild())
         return RT_ERROR_UNKNOWN;
     std::shared_ptr<Object> found = handle ? objects().find(handle) : nullptr;
     std::shared_ptr<Context> context = found ? found->context() : nullptr;
     return guarded(context, function, [&] {
         const std::shared_ptr<T> object = require<T>(handle, parameter);
-        std::lock_guard lock(context->mutex());
+        const auto lock =
+            goesOn && goesOn(*object) ? std::unique_lock(context->mutex()) : enter(*context);
         body(*object);
     });
 }
@@ -40,7 +52,7 @@ RTresult call(const char* function, const void* handle, const char* parameter, c
 // The same for contexts. `dead`: the result for a handle that is none.
 template <class Body>
 RTresult callContext(const char* function, RTcontext handle, const Body& body,
-                     RTresult dead = RT_ERROR_INVALID_VALUE) {
+                     RTresult dead = RT_ERROR_INVALID_VALUE, bool goesOn = false) {
     if (refusesForkedChild())
         return RT_ERROR_UNKNOWN;
     std::shared_ptr<Object> found = handle ? objects().find(handle) : nullptr;
@@ -49,7 +61,7 @@ RTresult callContext(const char* function, RTcontext handle, const Body& body,
     return guarded(context, function, [&] {
         if (!context)
             refuse(dead, "context = ", static_cast<const void*>(handle), " is not a live context");
-        std::lock_guard lock(context->mutex());
+        const auto lock = goesOn ? std::unique_lock(context->mutex()) : enter(*context);
         body(*context);
     });
 }

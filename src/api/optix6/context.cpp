@@ -2,6 +2,7 @@
 // Contexts without their entry points.
 #include "api/optix6/context.h"
 
+#include "api/optix6/progressive/progressive.h"
 #include "api/optix6/scene.h"
 #include "base/log.h"
 #include "compiler/flavor.h"
@@ -12,6 +13,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 
 namespace sunstone::optix6 {
 
@@ -31,7 +33,8 @@ const char* nameOf(Kind kind) {
                                              "selector",
                                              "acceleration",
                                              "post-processing stage",
-                                             "command list"};
+                                             "command list",
+                                             "remote device"};
     return kNames[unsigned(kind)];
 }
 
@@ -105,6 +108,24 @@ bool isEnabled(const Context& context, RTexception exception) {
     return context.exceptions >> exceptionBit(exception) & 1;
 }
 
+void checkLaunch(const Context& context, unsigned entry, RTsize width, RTsize height,
+                 RTsize depth) {
+    if (entry >= context.entryPoints.size())
+        refuse(RT_ERROR_INVALID_VALUE, "entryPointIndex = ", entry, " of ",
+               context.entryPoints.size(), " entry points");
+    constexpr RTsize kMost = std::numeric_limits<uint32_t>::max();
+    if (width > kMost || height > kMost || depth > kMost || (depth != 0 && width > kMost / depth))
+        refuse(RT_ERROR_INVALID_VALUE, "a launch of ", width, " by ", height, " by ", depth,
+               " has too many indices");
+}
+
+void checkUnmapped(const Context& context, bool withStreams) {
+    for (const Ref<Buffer>& ref : context.allBuffers)
+        if (const auto buffer = ref.lock();
+            buffer && buffer->isMapped() && (withStreams || !buffer->stream))
+            refuse(RT_ERROR_ALREADY_MAPPED, "buffer ", buffer->handle(), " is mapped");
+}
+
 Context::Context() : Scoped(kKind, nullptr), engine(std::make_shared<engine::Context>()) {
     exceptions = 1u << exceptionBit(RT_EXCEPTION_STACK_OVERFLOW);
     engine->wording = &wording();
@@ -117,6 +138,7 @@ Context::Context() : Scoped(kKind, nullptr), engine(std::make_shared<engine::Con
         });
     engine->cache->start();
     setDevice(0);
+    progressive = std::make_unique<Progressive>(*this);
 }
 
 // Objects have memory of their context's device, so that it is chosen before them.
@@ -268,6 +290,7 @@ std::shared_ptr<ModuleText> Context::loadText(const std::string& text, bool isLi
     module->prepared = std::make_shared<engine::PreparedCode>(engine->cache);
     auto made = std::make_shared<ModuleText>();
     made->module = std::move(module);
+    made->text = std::make_shared<const std::string>(text);
     return entry = made;
 }
 
@@ -352,6 +375,7 @@ std::shared_ptr<ProgramCode> Context::codeOf(ModuleText& text, const ptx::Functi
         return code;
     code = std::make_shared<ProgramCode>();
     code->module = text.module;
+    code->text = text.text;
     code->function = function.name;
     code->name = compiler::optix6::sourceName(function.name);
     code->isEntry = function.isEntry;

@@ -10,6 +10,8 @@
 
 namespace sunstone::optix6 {
 
+class Progressive;
+class RemoteDevice;
 class Scene;
 
 struct EntryPoint {
@@ -91,12 +93,15 @@ public:
     // The annotation that a program gives a variable of this name; empty if none does.
     std::string annotationOf(const std::string& name) const;
 
+    Ref<RemoteDevice> remoteDevice; // that rtContextSetRemoteDevice has set
+    bool usesRemoteDevice = false;
     // What has changed since the last launch: everything, or these.
     bool structureChanged = true;
     std::vector<Ref<Node>> movedNodes;
     std::vector<Ref<Acceleration>> dirtyAccelerations;
     uint64_t lastVersion = 0; // of bounds; no two structures have the same
     std::unique_ptr<Scene> scene;
+    std::unique_ptr<Progressive> progressive; // its thread uses the scene
 
 private:
     std::shared_ptr<ModuleText> loadText(const std::string& text, bool isLinked = false);
@@ -123,6 +128,11 @@ private:
 constexpr unsigned kAllExceptions = (1u << 12) - 1;
 int exceptionBit(RTexception exception);
 bool isEnabled(const Context& context, RTexception exception);
+
+// Throw Failure: there is no such entry point, or there are too many launch indices; a buffer is
+// mapped.
+void checkLaunch(const Context& context, unsigned entry, RTsize width, RTsize height, RTsize depth);
+void checkUnmapped(const Context& context, bool withStreams);
 
 const char* textOf(RTresult result);
 RTresult resultOf(Code code);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The base of all objects of the classic API. One table owns the objects of all classes: a handle of
-// another class and the handle of a destroyed object give different errors. Objects refer to one
+// The base of all objects of the classic API. One table owns the objects of all classes: a handle
+// of another class and the handle of a destroyed object give different errors. Objects refer to one
 // another by weak pointers, which are empty once the object is destroyed.
 #pragma once
 
@@ -33,6 +33,7 @@ enum class Kind : uint8_t {
     kAcceleration,
     kPostProcessingStage,
     kCommandList,
+    kRemoteDevice,
 };
 const char* nameOf(Kind kind);
 

@@ -13,8 +13,9 @@ namespace sunstone::optix6 {
 
 struct ProgramCode {
     std::shared_ptr<const engine::Module> module;
-    std::string function; // symbol in the PTX
-    std::string name;     // in the source
+    std::shared_ptr<const std::string> text; // of the module
+    std::string function;                    // symbol in the PTX
+    std::string name;                        // in the source
     bool isEntry = false;
     unsigned parameters = 0;
     compiler::optix6::ProgramVariables variables;
@@ -22,6 +23,7 @@ struct ProgramCode {
 
 struct ModuleText {
     std::shared_ptr<engine::Module> module;
+    std::shared_ptr<const std::string> text;
     std::map<std::string, std::shared_ptr<ProgramCode>> programs; // by symbol
 };
 

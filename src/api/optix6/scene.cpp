@@ -539,14 +539,12 @@ void Scene::update() {
     context_.structureChanged = false;
 }
 
-void Scene::launch(unsigned entryPoint, uint32_t width, uint32_t height, uint32_t depth) {
-    update();
+engine::LaunchRequest Scene::request(unsigned entryPoint, uint32_t width, uint32_t height,
+                                     uint32_t depth) const {
     const EntryPoint& entry = context_.entryPoints[entryPoint];
     if (entry.rayGeneration.expired())
         refuse(RT_ERROR_INVALID_CONTEXT, "entry point ", entryPoint,
                " has no ray generation program");
-    if (width == 0 || height == 0 || depth == 0)
-        return;
     engine::LaunchRequest request;
     request.pipeline = pipeline_;
     request.limits = pipeline_->limits.get();
@@ -570,8 +568,21 @@ void Scene::launch(unsigned entryPoint, uint32_t width, uint32_t height, uint32_
     request.width = width;
     request.height = height;
     request.depth = depth;
+    return request;
+}
+
+void Scene::run(const engine::LaunchRequest& request, uint32_t subframe) {
+    if (request.width == 0 || request.height == 0 || request.depth == 0)
+        return;
+    if (launchCopy_.subframe != subframe)
+        launchCopy_.subframe = tables().launch.subframe = subframe;
     engine::launch(context_.engine, request);
     context_.engine->device->synchronize(nullptr);
+}
+
+void Scene::launch(unsigned entryPoint, uint32_t width, uint32_t height, uint32_t depth) {
+    update();
+    run(request(entryPoint, width, height, depth), 0);
 }
 
 } // namespace sunstone::optix6

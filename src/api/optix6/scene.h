@@ -42,6 +42,12 @@ public:
     // program's variable is missing; the scene is then rebuilt at the next call.
     void update();
     void launch(unsigned entryPoint, uint32_t width, uint32_t height, uint32_t depth);
+    // A launch of the scene as update() has left it; valid until the next change. Throws Failure:
+    // the entry point has no program.
+    engine::LaunchRequest request(unsigned entryPoint, uint32_t width, uint32_t height,
+                                  uint32_t depth) const;
+    // Runs it to its end. `subframe`: what programs read as rtSubframeIndex.
+    void run(const engine::LaunchRequest& request, uint32_t subframe);
     // Throws Failure if the node, or what is below, is not complete.
     void validate(Node& node);
 
@@ -79,8 +85,6 @@ private:
     bool hasOneLevel() const;
     void makePipeline();
     compiler::PipelineRules rules() const;
-    engine::LaunchRequest request(const devlib::ClassicRecord& record, devlib::GroupKind kind);
-    void finish();
 
     // binding.cpp
     const void* block(const Program& program, Scopes scopes);

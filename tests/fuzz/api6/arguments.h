@@ -59,6 +59,7 @@ inline constexpr const char* kNames[] = {"result",
                                          "exposure",
                                          "maxmem",
                                          "site",
+                                         "mpi:",
                                          "",
                                          "0bad",
                                          "a b",
@@ -166,6 +167,7 @@ FUZZ_HANDLE(RTtransform)
 FUZZ_HANDLE(RTvariable)
 FUZZ_HANDLE(RTpostprocessingstage)
 FUZZ_HANDLE(RTcommandlist)
+FUZZ_HANDLE(RTremotedevice)
 #undef FUZZ_HANDLE
 
 inline int64_t wholeNumber(World& w) {
@@ -181,7 +183,7 @@ inline int64_t wholeNumber(World& w) {
 inline unsigned enumerator(World& w) {
     const unsigned begins[] = {0,     1,     0x100, 0x111,      0x119,      0x11d,
                                0x120, 0x12c, 0x200, 0x209,      0x212,      0x3eb,
-                               0x3fa, 0x400, 0x500, 0x7fffffff, 0x10000000, 0xf00};
+                               0x3fa, 0x400, 0x500, 0x7fffffff, 0x10000000, 0x04000000};
     return w.chance(50) ? unsigned(w.below(5)) : w.anyOf(begins) + unsigned(w.below(6));
 }
 

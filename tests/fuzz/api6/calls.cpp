@@ -209,11 +209,13 @@ RTresult launch(World& w) {
     const auto size = [&] { return launchSize(w); };
     const RTcontext context = w.handle<RTcontext>();
     const unsigned entry = w.chance(95) ? 0 : unsigned(w.below(4));
-    switch (w.below(3)) {
+    switch (w.below(4)) {
     case 0:
         return rtContextLaunch1D(context, entry, size());
     case 1:
         return rtContextLaunch2D(context, entry, size(), size());
+    case 2:
+        return rtContextLaunchProgressive2D(context, entry, size(), size(), unsigned(w.below(4)));
     default:
         return rtContextLaunch3D(context, entry, size(), size(), size());
     }
@@ -274,6 +276,27 @@ RTresult runStage(World& w) {
     return result;
 }
 
+// A stream and its source, of equal sizes; launches of this size show it.
+RTresult makeStream(World& w) {
+    const RTcontext context = w.handle<RTcontext>();
+    const RTsize width = w.below(6), height = width == 0 ? 0 : 1 + w.below(5);
+    RTbuffer made[2] = {};
+    const unsigned types[] = {RT_BUFFER_PROGRESSIVE_STREAM, RT_BUFFER_OUTPUT};
+    const RTformat formats[] = {RT_FORMAT_UNSIGNED_BYTE4,
+                                w.anyOf({RT_FORMAT_FLOAT3, RT_FORMAT_FLOAT4})};
+    for (int i = 0; i < 2; ++i) {
+        rtBufferCreate(context, types[i], &made[i]);
+        rtBufferSetFormat(made[i], formats[i]);
+        rtBufferSetSize2D(made[i], width, height);
+        if (made[i])
+            w.note(typeid(RTbuffer), made[i]);
+    }
+    const RTresult result = rtBufferBindProgressiveStream(made[0], made[1]);
+    if (w.chance(80))
+        rtContextLaunchProgressive2D(context, 0, width, height, unsigned(w.below(4)));
+    return result;
+}
+
 // ---- All other functions
 // -------------------------------------------------------------------------
 
@@ -285,7 +308,8 @@ bool isSpecial(const std::string& name) {
         "rtGeometryTrianglesSetMotionVertices", "rtGeometryTrianglesSetMotionVerticesMultiBuffer",
         "rtGeometryTrianglesSetTriangleIndices", "rtGeometryTrianglesSetMaterialIndices",
         "rtContextSetAttribute", "rtContextLaunch1D", "rtContextLaunch2D", "rtContextLaunch3D",
-        "rtContextDestroy", "rtContextCreate", "rtCommandListAppendLaunch2D",
+        "rtContextLaunchProgressive2D", "rtContextDestroy", "rtContextCreate",
+        "rtCommandListAppendLaunch2D",
         // A string whose address is in the memory.
         "rtGlobalSetAttribute"};
     return names.contains(name);
@@ -334,6 +358,7 @@ std::vector<Call> calls() {
         {"rtContextLaunch", 120, launch},
         {"rtCommandListAppendLaunch2D", 6, appendLaunch},
         {"a stage whose variables fit", 20, runStage},
+        {"rtBufferBindProgressiveStream", 8, makeStream},
     };
     const auto add = [&](const char* name, auto function) {
         if (isSpecial(name))

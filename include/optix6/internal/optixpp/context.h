@@ -159,6 +159,8 @@ public:
     void launchProgressive(unsigned int entry_point_index, RTsize image_width, RTsize image_height,
                            unsigned int max_subframes);
     void stopProgressive();
+    /** The nodes that take part in progressive launches; a null handle: all. */
+    void setRemoteDevice(RemoteDevice remote_dev);
 
     void setPrintEnabled(bool enabled);
     bool getPrintEnabled() const;

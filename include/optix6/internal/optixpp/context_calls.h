@@ -503,6 +503,9 @@ inline void ContextObj::launchProgressive(unsigned int entry_point_index, RTsize
 inline void ContextObj::stopProgressive() {
     checkError(rtContextStopProgressive(m_context));
 }
+inline void ContextObj::setRemoteDevice(RemoteDevice remote_dev) {
+    checkError(rtContextSetRemoteDevice(m_context, internal::api(remote_dev)));
+}
 inline void ContextObj::setPrintEnabled(bool enabled) {
     checkError(rtContextSetPrintEnabled(m_context, enabled));
 }

@@ -169,6 +169,29 @@ private:
     RTcommandlist m_list;
 };
 
+/** Ranks that take part in progressive launches. It belongs to no context. */
+class RemoteDeviceObj : public APIObj {
+public:
+    typedef RTremotedevice api_t;
+
+    static RemoteDevice create(const std::string& url, const std::string& username,
+                               const std::string& password);
+    void destroy();
+    /** A null handle. */
+    Context getContext() const override;
+    RTremotedevice get();
+
+    void reserve(unsigned int num_nodes, unsigned int config_idx);
+    void release();
+    void getAttribute(RTremotedeviceattribute attrib, RTsize size, void* p);
+
+private:
+    friend class Handle<RemoteDeviceObj>;
+    explicit RemoteDeviceObj(RTremotedevice object) : m_device(object) {}
+
+    RTremotedevice m_device;
+};
+
 } // namespace optix
 
 #endif

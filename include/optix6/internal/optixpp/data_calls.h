@@ -348,6 +348,34 @@ inline void CommandListObj::execute() {
     checkError(rtCommandListExecute(m_list));
 }
 
+// ---- RemoteDevice -----------------------------------------------------------------------------
+
+inline RemoteDevice RemoteDeviceObj::create(const std::string& url, const std::string& username,
+                                            const std::string& password) {
+    RTremotedevice device = 0;
+    internal::check(rtRemoteDeviceCreate(url.c_str(), username.c_str(), password.c_str(), &device));
+    return RemoteDevice::take(device);
+}
+inline void RemoteDeviceObj::destroy() {
+    internal::check(rtRemoteDeviceDestroy(m_device));
+    m_device = 0;
+}
+inline Context RemoteDeviceObj::getContext() const {
+    return Context();
+}
+inline RTremotedevice RemoteDeviceObj::get() {
+    return m_device;
+}
+inline void RemoteDeviceObj::reserve(unsigned int num_nodes, unsigned int config_idx) {
+    internal::check(rtRemoteDeviceReserve(m_device, num_nodes, config_idx));
+}
+inline void RemoteDeviceObj::release() {
+    internal::check(rtRemoteDeviceRelease(m_device));
+}
+inline void RemoteDeviceObj::getAttribute(RTremotedeviceattribute attrib, RTsize size, void* p) {
+    internal::check(rtRemoteDeviceGetAttribute(m_device, attrib, size, p));
+}
+
 } // namespace optix
 
 #endif
