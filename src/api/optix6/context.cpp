@@ -256,15 +256,22 @@ uint32_t Context::attributePlace(const std::string& name, uint32_t bytes) {
     return place->second;
 }
 
-std::shared_ptr<ModuleText> Context::loadText(const std::string& text, bool isLinked) {
+namespace {
+
+// Begins linked texts, which have the texture functions already. Remote devices get them as texts
+// like any other.
+constexpr std::string_view kLinked = "// linked\n";
+
+} // namespace
+
+std::shared_ptr<ModuleText> Context::loadText(const std::string& text) {
     auto source = std::make_shared<const compiler::Source>(std::string_view(text));
     std::shared_ptr<ModuleText>& entry = texts_[source->digest()];
     if (entry)
         return entry;
     ptx::Diagnostics diagnostics;
-    // Linked texts have these functions already.
     const std::string functions =
-        isLinked ? std::string() : compiler::optix6::textureFunctionsFor(text);
+        text.starts_with(kLinked) ? std::string() : compiler::optix6::textureFunctionsFor(text);
     std::shared_ptr<const ptx::Module> tree = ptx::parse(text + functions, diagnostics);
     if (diagnostics.failed() || !tree) {
         texts_.erase(source->digest());
@@ -340,12 +347,12 @@ Context::linkTexts(const std::vector<std::shared_ptr<ModuleText>>& texts) {
     };
     std::string whole;
     try {
-        whole = ptx::link(trees, isShared);
+        whole = std::string(kLinked) + ptx::link(trees, isShared);
     } catch (const Error& error) {
         linked_.erase(texts);
         refuse(RT_ERROR_INVALID_SOURCE, error.what());
     }
-    return entry = loadText(whole, true);
+    return entry = loadText(whole);
 }
 
 std::shared_ptr<ProgramCode> Context::load(const std::vector<std::string>& texts,

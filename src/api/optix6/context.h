@@ -104,7 +104,7 @@ public:
     std::unique_ptr<Progressive> progressive; // its thread uses the scene
 
 private:
-    std::shared_ptr<ModuleText> loadText(const std::string& text, bool isLinked = false);
+    std::shared_ptr<ModuleText> loadText(const std::string& text);
     std::shared_ptr<ModuleText> linkTexts(const std::vector<std::shared_ptr<ModuleText>>& texts);
     static std::shared_ptr<ProgramCode> codeOf(ModuleText& text, const ptx::Function& function);
     uint32_t attributePlace(const std::string& name, uint32_t bytes);
