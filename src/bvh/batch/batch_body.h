@@ -8,31 +8,45 @@
 #include "bvh/batch/batch_visitors.h"
 #include "bvh/batch/nearest_walk.h"
 #include "bvh/batch/packet_walk.h"
+#include "bvh/batch/stream_walk.h"
 
 #include <algorithm>
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
 // The rays of some pieces, and their hits.
-constexpr uint32_t kGroupPieces = 8;
-struct Piece {
+template <uint32_t kPieces>
+struct Pieces {
+    static constexpr uint32_t kRays = kPieces * uint32_t(kPieceRays);
     uint64_t first;
     uint32_t count;
-    BatchRay rays[kGroupPieces * kPieceRays];
-    BatchHit hits[kGroupPieces * kPieceRays];
+    BatchRay rays[kRays];
+    BatchHit hits[kRays];
 };
+constexpr uint32_t kGroupPieces = 8;
 
+template <uint32_t kPieces>
 SUNSTONE_INLINE void readPieces(const RayBatch& batch, uint64_t number, uint64_t endNumber,
-                                Piece& piece) {
+                                Pieces<kPieces>& piece) {
     const uint64_t begin = number * kPieceRays;
     piece.first = begin < batch.firstBit ? 0 : begin - batch.firstBit;
     const uint64_t end = std::min(batch.count, endNumber * kPieceRays - batch.firstBit);
     piece.count = uint32_t(end - piece.first);
+    if (batch.rayFormat == RayFormat::kOriginTminDirectionTmax) {
+        const float* from = reinterpret_cast<const float*>(batch.rays) + 8 * piece.first;
+        for (uint32_t i = 0; i < piece.count; ++i, from += 8) {
+            __builtin_memcpy(&piece.rays[i], from, 32);
+            piece.rays[i].tmin = startOf(from[3]);
+            piece.rays[i].mask = ~0u;
+        }
+        return;
+    }
     for (uint32_t i = 0; i < piece.count; ++i)
         piece.rays[i] = readRay(batch, piece.first + i);
 }
 
-static void writeBits(const RayBatch& batch, const Piece& piece) {
+template <uint32_t kPieces>
+static void writeBits(const RayBatch& batch, const Pieces<kPieces>& piece) {
     auto* const bytes = reinterpret_cast<uint8_t*>(batch.hits);
     for (uint32_t i = 0; i < piece.count; ++i) {
         const uint64_t place = batch.firstBit + piece.first + i;
@@ -42,11 +56,13 @@ static void writeBits(const RayBatch& batch, const Piece& piece) {
     }
 }
 
-SUNSTONE_INLINE void writePiece(const RayBatch& batch, const Piece& piece) {
+template <uint32_t kPieces>
+SUNSTONE_INLINE void writePieces(const RayBatch& batch, const Pieces<kPieces>& piece) {
     if (batch.hitFormat == HitFormat::kBit)
         return writeBits(batch, piece);
+    const RayBatch format = batch; // hits may not change it
     for (uint32_t i = 0; i < piece.count; ++i)
-        writeHit(batch, piece.first + i, piece.hits[i]);
+        writeHit(format, piece.first + i, piece.hits[i]);
 }
 
 template <class Judge, bool kMasked>
@@ -61,39 +77,62 @@ SUNSTONE_INLINE void traceOne(const BatchScene& scene, const BatchRay& ray, Batc
     hit = judge.hit();
 }
 
+// Rays in flight, of which many wait in groups; other walks take a piece.
 template <class Judge, bool kMasked>
-static void tracePieces(const RayBatch& batch, const BatchScene& scene, uint64_t number,
+static void traceGroups(const RayBatch& batch, const BatchScene& scene, uint64_t number,
                         uint64_t endNumber) {
     // Too large for the stacks of all threads.
     auto& walk = threadObject<typename BatchFlights<Judge, kMasked>::Walk>();
-    auto& piece = threadObject<Piece>();
-    BatchFlights<Judge, kMasked> flights(walk, scene);
     auto& packets = threadObject<PacketWalk<Judge, kMasked>>();
-    packets.enter(scene.header, scene.instances ? nullptr : scene.masksOf(0));
-    uint16_t all[kGroupPieces * kPieceRays];
+    auto& group = threadObject<Pieces<kGroupPieces>>();
+    BatchFlights<Judge, kMasked> flights(walk, scene);
+    uint16_t all[Pieces<kGroupPieces>::kRays];
     for (uint32_t i = 0; i < std::size(all); ++i)
         all[i] = uint16_t(i);
+    if (!scene.instances)
+        packets.enter(scene.header, scene.masksOf(0));
     for (; number < endNumber; number += kGroupPieces) {
-        readPieces(batch, number, std::min(endNumber, number + kGroupPieces), piece);
-        if (scene.instances) {
-            flights.trace(piece.rays, piece.hits, {all, piece.count});
-        } else {
-            packets.trace(piece.rays, piece.hits, piece.count);
-            flights.trace(piece.rays, piece.hits, packets.others());
-        }
-        writePiece(batch, piece);
+        readPieces(batch, number, std::min(endNumber, number + kGroupPieces), group);
+        std::span<const uint16_t> left = {all, group.count};
+        if (!scene.instances)
+            left = packets.trace(group.rays, group.hits, group.count);
+        flights.trace(group.rays, group.hits, left);
+        writePieces(batch, group);
     }
+}
+
+// Any hit: nodes that rays of a piece share are visited once for all of them.
+template <class Judge, bool kMasked>
+static void traceStreams(const RayBatch& batch, const BatchScene& scene, uint64_t number,
+                         uint64_t endNumber) {
+    auto& stream = threadObject<StreamWalk<Judge, kMasked>>();
+    stream.enter(scene.header, scene.masksOf(0));
+    for (; number < endNumber; ++number) {
+        Pieces<1> piece;
+        readPieces(batch, number, number + 1, piece);
+        stream.trace(piece.rays, piece.hits, piece.count);
+        writePieces(batch, piece);
+    }
+}
+
+template <class Judge, bool kMasked>
+static void tracePieces(const RayBatch& batch, const BatchScene& scene, uint64_t number,
+                        uint64_t endNumber) {
+    if (Judge::kOrdered || scene.instances)
+        traceGroups<Judge, kMasked>(batch, scene, number, endNumber);
+    else
+        traceStreams<Judge, kMasked>(batch, scene, number, endNumber);
 }
 
 template <class Judge>
 static void trace(const RayBatch& batch, uint64_t number, uint64_t endNumber) {
     const BatchScene scene(batch.handle, batch.masks);
     if (scene.header->root == kNoNode) {
-        auto& piece = threadObject<Piece>();
-        std::fill_n(piece.hits, std::size(piece.hits), kNoBatchHit);
-        for (; number < endNumber; number += kGroupPieces) {
-            readPieces(batch, number, std::min(endNumber, number + kGroupPieces), piece);
-            writePiece(batch, piece);
+        Pieces<1> piece;
+        std::fill_n(piece.hits, piece.kRays, kNoBatchHit);
+        for (; number < endNumber; ++number) {
+            readPieces(batch, number, number + 1, piece);
+            writePieces(batch, piece);
         }
     } else if (batch.masks) {
         tracePieces<Judge, true>(batch, scene, number, endNumber);
