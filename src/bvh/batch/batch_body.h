@@ -65,63 +65,97 @@ SUNSTONE_INLINE void writePieces(const RayBatch& batch, const Pieces<kPieces>& p
         writeHit(format, piece.first + i, piece.hits[i]);
 }
 
+// Rays of several pieces: packets of those that are alike take turns, and of the others those that
+// look for their nearest hit go in flight.
 template <class Judge, bool kMasked>
-SUNSTONE_INLINE void traceOne(const BatchScene& scene, const BatchRay& ray, BatchHit& hit) {
-    hit = kNoBatchHit;
-    if (!isRay(ray.origin, ray.direction, ray.tmin, ray.tmax))
-        return;
-    RaySetup setup;
-    setupRay(setup, scene.header, ray.origin, ray.direction, ray.tmin, ray.tmax);
-    Judge judge(ray.tmax);
-    walkOne<Judge, kMasked>(scene, ray, setup, judge);
-    hit = judge.hit();
-}
-
-// Rays in flight, of which many wait in groups; other walks take a piece.
-template <class Judge, bool kMasked>
-static void traceGroups(const RayBatch& batch, const BatchScene& scene, uint64_t number,
-                        uint64_t endNumber) {
+static void traceGroup(const RayBatch& batch, const BatchScene& scene, uint64_t number,
+                       uint64_t endNumber) {
     // Too large for the stacks of all threads.
-    auto& walk = threadObject<typename BatchFlights<Judge, kMasked>::Walk>();
-    auto& packets = threadObject<PacketWalk<Judge, kMasked>>();
     auto& group = threadObject<Pieces<kGroupPieces>>();
-    BatchFlights<Judge, kMasked> flights(walk, scene);
-    uint16_t all[Pieces<kGroupPieces>::kRays];
-    for (uint32_t i = 0; i < std::size(all); ++i)
-        all[i] = uint16_t(i);
-    if (!scene.instances)
-        packets.enter(scene.header, scene.masksOf(0));
-    for (; number < endNumber; number += kGroupPieces) {
-        readPieces(batch, number, std::min(endNumber, number + kGroupPieces), group);
-        std::span<const uint16_t> left = {all, group.count};
-        if (!scene.instances)
-            left = packets.trace(group.rays, group.hits, group.count);
-        flights.trace(group.rays, group.hits, left);
-        writePieces(batch, group);
+    readPieces(batch, number, endNumber, group);
+    auto& packets = threadObject<PacketWalk<Judge, kMasked>>();
+    packets.enter(scene.header, scene.masksOf(0));
+    const std::span<const uint16_t> others = packets.trace(group.rays, group.hits, group.count);
+    if constexpr (Judge::kOrdered) {
+        auto& walk = threadObject<typename BatchFlights<Judge, kMasked>::Walk>();
+        BatchFlights<Judge, kMasked>(walk, scene).trace(group.rays, group.hits, others);
+    } else {
+        auto& stream = threadObject<StreamWalk<Judge, kMasked>>();
+        stream.enter(scene.header, scene.masksOf(0));
+        for (size_t i = 0; i < others.size(); i += stream.kRays) // whole pieces of the group
+            stream.trace(group.rays + others[i], group.hits + others[i],
+                         uint32_t(std::min<size_t>(stream.kRays, others.size() - i)));
     }
+    writePieces(batch, group);
 }
 
-// Any hit: nodes that rays of a piece share are visited once for all of them.
+// Any hit of a piece: nodes that rays share are visited once for all of them. False where packets
+// do better.
 template <class Judge, bool kMasked>
-static void traceStreams(const RayBatch& batch, const BatchScene& scene, uint64_t number,
-                         uint64_t endNumber) {
+static bool traceStream(const RayBatch& batch, const BatchScene& scene, uint64_t number) {
+    Pieces<1> piece;
+    readPieces(batch, number, number + 1, piece);
+    if (PacketWalk<Judge, kMasked>::isNarrow(piece.rays, piece.count))
+        return false;
     auto& stream = threadObject<StreamWalk<Judge, kMasked>>();
     stream.enter(scene.header, scene.masksOf(0));
-    for (; number < endNumber; ++number) {
-        Pieces<1> piece;
-        readPieces(batch, number, number + 1, piece);
-        stream.trace(piece.rays, piece.hits, piece.count);
-        writePieces(batch, piece);
+    stream.trace(piece.rays, piece.hits, piece.count);
+    writePieces(batch, piece);
+    return true;
+}
+
+template <class Judge, bool kMasked>
+static void traceInstances(const RayBatch& batch, const BatchScene& scene, uint64_t number,
+                           uint64_t endNumber) {
+    auto& group = threadObject<Pieces<kGroupPieces>>();
+    readPieces(batch, number, endNumber, group);
+    uint16_t all[Pieces<kGroupPieces>::kRays];
+    for (uint32_t i = 0; i < group.count; ++i)
+        all[i] = uint16_t(i);
+    auto& walk = threadObject<typename BatchFlights<Judge, kMasked>::Walk>();
+    BatchFlights<Judge, kMasked>(walk, scene).trace(group.rays, group.hits, {all, group.count});
+    writePieces(batch, group);
+}
+
+// A few rays take less time one by one.
+constexpr uint64_t kFewRays = 8;
+
+template <class Judge, bool kMasked>
+static void traceFew(const RayBatch& batch, const BatchScene& scene) {
+    Pieces<2> rays; // those of a bit mask may be in two pieces
+    readPieces(batch, 0, pieceCount(batch), rays);
+    for (uint32_t i = 0; i < rays.count; ++i) {
+        const BatchRay& ray = rays.rays[i];
+        rays.hits[i] = kNoBatchHit;
+        if (!isRay(ray.origin, ray.direction, ray.tmin, ray.tmax))
+            continue;
+        RaySetup setup;
+        setupRay(setup, scene.header, ray.origin, ray.direction, ray.tmin, ray.tmax);
+        Judge judge(ray.tmax);
+        walkOne<Judge, kMasked>(scene, ray, setup, judge);
+        rays.hits[i] = judge.hit();
     }
+    writePieces(batch, rays);
 }
 
 template <class Judge, bool kMasked>
 static void tracePieces(const RayBatch& batch, const BatchScene& scene, uint64_t number,
                         uint64_t endNumber) {
-    if (Judge::kOrdered || scene.instances)
-        traceGroups<Judge, kMasked>(batch, scene, number, endNumber);
-    else
-        traceStreams<Judge, kMasked>(batch, scene, number, endNumber);
+    if (number == 0 && endNumber == pieceCount(batch) && batch.count < kFewRays)
+        return traceFew<Judge, kMasked>(batch, scene);
+    while (number < endNumber) {
+        if (!Judge::kOrdered && !scene.instances &&
+            traceStream<Judge, kMasked>(batch, scene, number)) {
+            ++number;
+            continue;
+        }
+        const uint64_t end = std::min(endNumber, number + kGroupPieces);
+        if (scene.instances)
+            traceInstances<Judge, kMasked>(batch, scene, number, end);
+        else
+            traceGroup<Judge, kMasked>(batch, scene, number, end);
+        number = end;
+    }
 }
 
 template <class Judge>

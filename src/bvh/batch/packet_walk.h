@@ -47,6 +47,17 @@ public:
         masks_ = masks;
     }
 
+    // Whether the directions of these rays are alike.
+    static bool isNarrow(const BatchRay* rays, uint32_t count) {
+        const float* const d = rays[0].direction;
+        const float scale = larger(larger(absolute(d[0]), absolute(d[1])), absolute(d[2]));
+        for (uint32_t i = 1; i < count; ++i)
+            for (int k = 0; k < 3; ++k)
+                if (!(absolute(rays[i].direction[k] - d[k]) <= kSpread * scale))
+                    return false;
+        return count >= kLeastPacket;
+    }
+
     // Answers rays whose directions are alike; at most kRays come. Returns the numbers of the
     // others.
     std::span<const uint16_t> trace(const BatchRay* rays, BatchHit* hits, uint32_t count) {
@@ -54,7 +65,7 @@ public:
         numBlocks_ = numPackets_ = numOthers_ = 0;
         for (uint32_t first = 0; first < count; first += RayBlock::kRays) {
             const uint32_t end = std::min(count, first + RayBlock::kRays);
-            if (isNarrow(first, end))
+            if (isNarrow(rays + first, end - first))
                 startBlock(first, end);
             else
                 for (uint32_t i = first; i < end; ++i)
@@ -101,17 +112,6 @@ private:
     };
 
     static uint32_t lowest(uint64_t set) { return uint32_t(__builtin_ctzll(set)); }
-
-    // Whether the directions of these rays are alike.
-    bool isNarrow(uint32_t first, uint32_t end) const {
-        const float* const d = rays_[first].direction;
-        const float scale = larger(larger(absolute(d[0]), absolute(d[1])), absolute(d[2]));
-        for (uint32_t i = first + 1; i < end; ++i)
-            for (int k = 0; k < 3; ++k)
-                if (!(absolute(rays_[i].direction[k] - d[k]) <= kSpread * scale))
-                    return false;
-        return end - first >= kLeastPacket;
-    }
 
     // Makes packets of these rays.
     void startBlock(uint32_t first, uint32_t end) {
