@@ -259,7 +259,7 @@ private:
                 load(r.org[axes[0]] + lane, w), load(r.org[axes[1]] + lane, w),
                 load(r.org[axes[2]] + lane, w), load(r.shear[0] + lane, w),
                 load(r.shear[1] + lane, w),     load(r.shear[2] + lane, w)};
-            for (uint32_t i = 0; i < leaf.count; ++i) {
+            for (uint32_t i = 0; i < leaf.count && (group & block.alive >> lane); ++i) {
                 TriangleCandidates<kLanes> c;
                 const Mask hits = testTriangles<kLanes, WideLanes>(
                     TriangleAcross{leaf.vertices + i, N}, axes, shear, load(r.start + lane, w),
