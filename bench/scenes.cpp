@@ -110,7 +110,8 @@ Mesh randomTriangles(uint32_t triangles, float length, float width, const char* 
     return m;
 }
 
-// A sphere of `slices` around the y axis and `stacks` along it; radiusAt(direction) gives its shape.
+// A sphere of `slices` around the y axis and `stacks` along it; radiusAt(direction) gives its
+// shape.
 template <class Radius>
 void addSphere(Mesh& m, V center, uint32_t slices, uint32_t stacks, const Radius& radiusAt) {
     const uint32_t base = m.numVertices();
@@ -184,7 +185,10 @@ void addBox(Mesh& m, V low, V high) {
     for (uint32_t axis = 0; axis < 3; ++axis)
         for (const float side : {0.0f, 1.0f})
             addSheet(m, 1, 1, [&](float u, float v) {
-                const float c[3] = {axis == 0 ? side : u, axis == 1 ? side : axis == 0 ? u : v,
+                const float c[3] = {axis == 0 ? side : u,
+                                    axis == 1   ? side
+                                    : axis == 0 ? u
+                                                : v,
                                     axis == 2 ? side : v};
                 return low + V{c[0] * d.x, c[1] * d.y, c[2] * d.z};
             });
@@ -335,9 +339,8 @@ Mesh makeRock(uint32_t triangles) {
     Mesh m;
     m.name = "rock";
     const uint32_t stacks = std::max(3u, uint32_t(std::sqrt(triangles / 4.0)));
-    addSphere(m, {0, 0, 0}, 2 * stacks, stacks, [](V d) {
-        return 0.8f + 0.4f * noise(3 * d.x + 7 * d.y, 3 * d.z - 5 * d.y, 5);
-    });
+    addSphere(m, {0, 0, 0}, 2 * stacks, stacks,
+              [](V d) { return 0.8f + 0.4f * noise(3 * d.x + 7 * d.y, 3 * d.z - 5 * d.y, 5); });
     m.aoRadius = 2;
     lookOverSlab(m);
     return m;
@@ -366,8 +369,8 @@ Mesh makeLeaves(uint32_t triangles) {
 std::vector<float> makeBalls(uint32_t count, Mesh& view) {
     std::vector<float> balls;
     for (uint32_t i = 0; i < count; ++i)
-        balls.insert(balls.end(), {random(i, 1) * 2 - 1, random(i, 2) * 2 - 1,
-                                   random(i, 3) * 2 - 1, 0.002f + 0.008f * random(i, 4)});
+        balls.insert(balls.end(), {random(i, 1) * 2 - 1, random(i, 2) * 2 - 1, random(i, 3) * 2 - 1,
+                                   0.002f + 0.008f * random(i, 4)});
     look(view, {-2.2f, 1.3f, -2.6f}, {0, 0, 0});
     view.fovDegrees = 50;
     view.aoRadius = 0.2f;

@@ -8,31 +8,45 @@
 #include "bvh/batch/batch_visitors.h"
 #include "bvh/batch/nearest_walk.h"
 #include "bvh/batch/packet_walk.h"
+#include "bvh/batch/stream_walk.h"
 
 #include <algorithm>
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
 // The rays of some pieces, and their hits.
-constexpr uint32_t kGroupPieces = 8;
-struct Piece {
+template <uint32_t kPieces>
+struct Pieces {
+    static constexpr uint32_t kRays = kPieces * uint32_t(kPieceRays);
     uint64_t first;
     uint32_t count;
-    BatchRay rays[kGroupPieces * kPieceRays];
-    BatchHit hits[kGroupPieces * kPieceRays];
+    BatchRay rays[kRays];
+    BatchHit hits[kRays];
 };
+constexpr uint32_t kGroupPieces = 8;
 
+template <uint32_t kPieces>
 SUNSTONE_INLINE void readPieces(const RayBatch& batch, uint64_t number, uint64_t endNumber,
-                                Piece& piece) {
+                                Pieces<kPieces>& piece) {
     const uint64_t begin = number * kPieceRays;
     piece.first = begin < batch.firstBit ? 0 : begin - batch.firstBit;
     const uint64_t end = std::min(batch.count, endNumber * kPieceRays - batch.firstBit);
     piece.count = uint32_t(end - piece.first);
+    if (batch.rayFormat == RayFormat::kOriginTminDirectionTmax) {
+        const float* from = reinterpret_cast<const float*>(batch.rays) + 8 * piece.first;
+        for (uint32_t i = 0; i < piece.count; ++i, from += 8) {
+            __builtin_memcpy(&piece.rays[i], from, 32);
+            piece.rays[i].tmin = startOf(from[3]);
+            piece.rays[i].mask = ~0u;
+        }
+        return;
+    }
     for (uint32_t i = 0; i < piece.count; ++i)
         piece.rays[i] = readRay(batch, piece.first + i);
 }
 
-static void writeBits(const RayBatch& batch, const Piece& piece) {
+template <uint32_t kPieces>
+static void writeBits(const RayBatch& batch, const Pieces<kPieces>& piece) {
     auto* const bytes = reinterpret_cast<uint8_t*>(batch.hits);
     for (uint32_t i = 0; i < piece.count; ++i) {
         const uint64_t place = batch.firstBit + piece.first + i;
@@ -42,46 +56,105 @@ static void writeBits(const RayBatch& batch, const Piece& piece) {
     }
 }
 
-SUNSTONE_INLINE void writePiece(const RayBatch& batch, const Piece& piece) {
+template <uint32_t kPieces>
+SUNSTONE_INLINE void writePieces(const RayBatch& batch, const Pieces<kPieces>& piece) {
     if (batch.hitFormat == HitFormat::kBit)
         return writeBits(batch, piece);
+    const RayBatch format = batch; // hits may not change it
     for (uint32_t i = 0; i < piece.count; ++i)
-        writeHit(batch, piece.first + i, piece.hits[i]);
+        writeHit(format, piece.first + i, piece.hits[i]);
+}
+
+// Rays of several pieces: packets of those that are alike take turns, and of the others those that
+// look for their nearest hit go in flight.
+template <class Judge, bool kMasked>
+static void traceGroup(const RayBatch& batch, const BatchScene& scene, uint64_t number,
+                       uint64_t endNumber) {
+    // Too large for the stacks of all threads.
+    auto& group = threadObject<Pieces<kGroupPieces>>();
+    readPieces(batch, number, endNumber, group);
+    auto& packets = threadObject<PacketWalk<Judge, kMasked>>();
+    packets.enter(scene.header, scene.masksOf(0));
+    const std::span<const uint16_t> others = packets.trace(group.rays, group.hits, group.count);
+    if constexpr (Judge::kOrdered) {
+        auto& walk = threadObject<typename BatchFlights<Judge, kMasked>::Walk>();
+        BatchFlights<Judge, kMasked>(walk, scene).trace(group.rays, group.hits, others);
+    } else {
+        auto& stream = threadObject<StreamWalk<Judge, kMasked>>();
+        stream.enter(scene.header, scene.masksOf(0));
+        for (size_t i = 0; i < others.size(); i += stream.kRays) // whole pieces of the group
+            stream.trace(group.rays + others[i], group.hits + others[i],
+                         uint32_t(std::min<size_t>(stream.kRays, others.size() - i)));
+    }
+    writePieces(batch, group);
+}
+
+// Any hit of a piece: nodes that rays share are visited once for all of them. False where packets
+// do better.
+template <class Judge, bool kMasked>
+static bool traceStream(const RayBatch& batch, const BatchScene& scene, uint64_t number) {
+    Pieces<1> piece;
+    readPieces(batch, number, number + 1, piece);
+    if (PacketWalk<Judge, kMasked>::isNarrow(piece.rays, piece.count))
+        return false;
+    auto& stream = threadObject<StreamWalk<Judge, kMasked>>();
+    stream.enter(scene.header, scene.masksOf(0));
+    stream.trace(piece.rays, piece.hits, piece.count);
+    writePieces(batch, piece);
+    return true;
 }
 
 template <class Judge, bool kMasked>
-SUNSTONE_INLINE void traceOne(const BatchScene& scene, const BatchRay& ray, BatchHit& hit) {
-    hit = kNoBatchHit;
-    if (!isRay(ray.origin, ray.direction, ray.tmin, ray.tmax))
-        return;
-    RaySetup setup;
-    setupRay(setup, scene.header, ray.origin, ray.direction, ray.tmin, ray.tmax);
-    Judge judge(ray.tmax);
-    walkOne<Judge, kMasked>(scene, ray, setup, judge);
-    hit = judge.hit();
+static void traceInstances(const RayBatch& batch, const BatchScene& scene, uint64_t number,
+                           uint64_t endNumber) {
+    auto& group = threadObject<Pieces<kGroupPieces>>();
+    readPieces(batch, number, endNumber, group);
+    uint16_t all[Pieces<kGroupPieces>::kRays];
+    for (uint32_t i = 0; i < group.count; ++i)
+        all[i] = uint16_t(i);
+    auto& walk = threadObject<typename BatchFlights<Judge, kMasked>::Walk>();
+    BatchFlights<Judge, kMasked>(walk, scene).trace(group.rays, group.hits, {all, group.count});
+    writePieces(batch, group);
+}
+
+// A few rays take less time one by one.
+constexpr uint64_t kFewRays = 8;
+
+template <class Judge, bool kMasked>
+static void traceFew(const RayBatch& batch, const BatchScene& scene) {
+    Pieces<2> rays; // those of a bit mask may be in two pieces
+    readPieces(batch, 0, pieceCount(batch), rays);
+    for (uint32_t i = 0; i < rays.count; ++i) {
+        const BatchRay& ray = rays.rays[i];
+        rays.hits[i] = kNoBatchHit;
+        if (!isRay(ray.origin, ray.direction, ray.tmin, ray.tmax))
+            continue;
+        RaySetup setup;
+        setupRay(setup, scene.header, ray.origin, ray.direction, ray.tmin, ray.tmax);
+        Judge judge(ray.tmax);
+        walkOne<Judge, kMasked>(scene, ray, setup, judge);
+        rays.hits[i] = judge.hit();
+    }
+    writePieces(batch, rays);
 }
 
 template <class Judge, bool kMasked>
 static void tracePieces(const RayBatch& batch, const BatchScene& scene, uint64_t number,
                         uint64_t endNumber) {
-    // Too large for the stacks of all threads.
-    auto& walk = threadObject<typename BatchFlights<Judge, kMasked>::Walk>();
-    auto& piece = threadObject<Piece>();
-    BatchFlights<Judge, kMasked> flights(walk, scene);
-    auto& packets = threadObject<PacketWalk<Judge, kMasked>>();
-    packets.enter(scene.header, scene.instances ? nullptr : scene.masksOf(0));
-    uint16_t all[kGroupPieces * kPieceRays];
-    for (uint32_t i = 0; i < std::size(all); ++i)
-        all[i] = uint16_t(i);
-    for (; number < endNumber; number += kGroupPieces) {
-        readPieces(batch, number, std::min(endNumber, number + kGroupPieces), piece);
-        if (scene.instances) {
-            flights.trace(piece.rays, piece.hits, {all, piece.count});
-        } else {
-            packets.trace(piece.rays, piece.hits, piece.count);
-            flights.trace(piece.rays, piece.hits, packets.others());
+    if (number == 0 && endNumber == pieceCount(batch) && batch.count < kFewRays)
+        return traceFew<Judge, kMasked>(batch, scene);
+    while (number < endNumber) {
+        if (!Judge::kOrdered && !scene.instances &&
+            traceStream<Judge, kMasked>(batch, scene, number)) {
+            ++number;
+            continue;
         }
-        writePiece(batch, piece);
+        const uint64_t end = std::min(endNumber, number + kGroupPieces);
+        if (scene.instances)
+            traceInstances<Judge, kMasked>(batch, scene, number, end);
+        else
+            traceGroup<Judge, kMasked>(batch, scene, number, end);
+        number = end;
     }
 }
 
@@ -89,11 +162,11 @@ template <class Judge>
 static void trace(const RayBatch& batch, uint64_t number, uint64_t endNumber) {
     const BatchScene scene(batch.handle, batch.masks);
     if (scene.header->root == kNoNode) {
-        auto& piece = threadObject<Piece>();
-        std::fill_n(piece.hits, std::size(piece.hits), kNoBatchHit);
-        for (; number < endNumber; number += kGroupPieces) {
-            readPieces(batch, number, std::min(endNumber, number + kGroupPieces), piece);
-            writePiece(batch, piece);
+        Pieces<1> piece;
+        std::fill_n(piece.hits, piece.kRays, kNoBatchHit);
+        for (; number < endNumber; ++number) {
+            readPieces(batch, number, number + 1, piece);
+            writePieces(batch, piece);
         }
     } else if (batch.masks) {
         tracePieces<Judge, true>(batch, scene, number, endNumber);

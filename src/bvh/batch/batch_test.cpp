@@ -136,6 +136,53 @@ TEST(Batch, RandomRays) {
     compare(soup(1, 1, 6), randomRays(2000, 7));
 }
 
+// Parallel rays and narrow cones in any direction, some along axes, with rays among them that are
+// none: what packets have to tell apart.
+std::vector<RawRay> alikeRays(uint32_t count, uint32_t seed) {
+    Random random(seed);
+    std::vector<RawRay> rays;
+    while (rays.size() < count) {
+        Vec3 d = random.unit();
+        for (int axis = 0; axis < 3; ++axis)
+            if (random.below(3) == 0)
+                d[axis] = random.below(2) ? 0.0f : -0.0f;
+        if (math::length(d) == 0)
+            continue;
+        const float spread = random.below(2) ? 0.0f : random(0, 0.2f) * math::length(d);
+        const bool isCamera = random.below(2);
+        const Vec3 eye = random.point(2) - d * 2.0f;
+        for (uint32_t i = 0; i < 64; ++i) {
+            RawRay ray =
+                rawRay(isCamera ? eye : random.point(1) - d * 3.0f, d + random.point(spread));
+            switch (random.below(40)) {
+            case 0:
+                ray.origin[random.below(3)] = NAN;
+                break;
+            case 1:
+                ray.tmax = random(-1, 3);
+                break;
+            case 2:
+                ray.tmin = random(0, 4);
+                break;
+            }
+            rays.push_back(ray);
+        }
+    }
+    return rays;
+}
+
+TEST(Batch, RaysThatAreAlike) {
+    Mesh mixed = soup(2000, 0.03f, 14); // tiny triangles, and some that fill the scene
+    const Mesh large = soup(12, 3, 15);
+    for (const auto& t : large.triangles)
+        mixed.triangles.push_back({t[0] + 6000, t[1] + 6000, t[2] + 6000});
+    mixed.vertices.insert(mixed.vertices.end(), large.vertices.begin(), large.vertices.end());
+    compare(mixed, alikeRays(6400, 16));
+    compare(soup(3000, 0.1f, 1), alikeRays(6400, 17));
+    compare(cube(), alikeRays(3200, 18)); // rays in the planes of its sides
+    compare(icosphere(3), alikeRays(3207, 19));
+}
+
 TEST(Batch, EmptyStructures) {
     Mesh mesh = cube();
     mesh.triangles.clear();

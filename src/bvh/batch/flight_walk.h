@@ -185,11 +185,7 @@ private:
     // The ray joins the list of its next node.
     SUNSTONE_INLINE_MEMBER void advance(Flight& f, uint32_t side) {
         const NodeRef ref = NodeRef(*f.top);
-        prefetchNode(f.block, offsetOf(ref));
-        // Wide leaves have two lines more; others are asked for their last line again.
-        const uint8_t* const last = f.block + offsetOf(ref) + 192;
-        __builtin_prefetch(last + (ref & kWideLeaf) * 32);
-        __builtin_prefetch(last + (ref & kWideLeaf) * 64);
+        prefetchChild(f.block, ref);
         const uint32_t list = (ref & kNodeTagMask) + f.kinds;
         lists_[side][list][counts_[side][list]++] = uint8_t(f.place);
     }

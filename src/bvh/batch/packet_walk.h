@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rays of a batch through a structure of triangles. Included by files that are compiled once
-// per instruction set (see bvh/simd.h).
+// Rays that are alike, together through a structure of triangles. Included by files that are
+// compiled once per instruction set (see bvh/simd.h).
 //
-// Rays whose directions are alike and of one octant make a packet. A node is loaded once for all
-// that meet it, and tested in three steps, from coarse to fine:
+// Rays whose directions are of one octant make a packet. A node is loaded once for all that meet
+// it, and tested in three steps, from coarse to fine:
 //   all rays     The eight children against bounds of the packet (packet_bounds.h).
 //   16 rays      Each remaining child against the rays in lanes (8 with AVX2, 4 without).
-//   a ray        Where so few rays are left that lanes would be empty, the eight children against
-//                each ray, as in the walk of one ray.
+//   a ray        In place of these, where few rays are left in few lanes, the eight children
+//                against each ray, as in the walk of one ray.
 // A leaf is tested in the same way: a triangle against the rays in lanes, or its triangles against
 // a ray. A stack entry is a node and the set of its rays, a bit for each. Several packets take
 // turns, a node each, while the next nodes of the others come from memory.
-//
-// Other rays, and nodes that very few rays of a packet meet, go in flight (flight_walk.h).
 //
 // Every test of boxes passes what testNode() passes, and triangles are tested with the operations
 // of the walk of one ray, so the hits, which do not depend on the order of visits (see
@@ -20,9 +18,10 @@
 #pragma once
 
 #include "bvh/batch/batch_visitors.h"
-#include "bvh/batch/flight_walk.h"
+#include "bvh/batch/child_rays.h"
 #include "bvh/batch/packet_bounds.h"
 
+#include <algorithm>
 #include <span>
 
 namespace sunstone::bvh::SUNSTONE_ISA {
@@ -37,44 +36,6 @@ SUNSTONE_INLINE F vertexLanes(const TriangleAcross& t, uint32_t vertex, uint32_t
     return splat(t.vertices[(3 * vertex + axis) * t.stride], f);
 }
 
-// The rays that meet each child of a node, a bit for each ray.
-#if defined(__AVX512F__)
-class ChildRays {
-public:
-    SUNSTONE_INLINE_MEMBER void add(uint32_t ray, Mask children) {
-        sets_ = _mm512_mask_or_epi64(sets_, __mmask8(children), sets_,
-                                     _mm512_set1_epi64(int64_t(uint64_t(1) << ray)));
-    }
-    SUNSTONE_INLINE_MEMBER void finish(uint64_t* sets) { _mm512_store_si512(sets, sets_); }
-
-private:
-    __m512i sets_ = _mm512_setzero_si512();
-};
-#else
-class ChildRays {
-public:
-    SUNSTONE_INLINE_MEMBER void add(uint32_t ray, Mask children) {
-        bytes_[ray] = uint8_t(children);
-    }
-    SUNSTONE_INLINE_MEMBER void finish(uint64_t* sets) const {
-        for (uint32_t child = 0; child < 8; ++child) {
-            // The rays whose byte has the child's bit.
-            const __m128i shift = _mm_cvtsi32_si128(int(7 - child));
-            uint64_t set = 0;
-            for (int i = 3; i >= 0; --i) {
-                const __m128i hits = _mm_load_si128(reinterpret_cast<const __m128i*>(bytes_) + i);
-                set = set << 16 |
-                      uint64_t(uint32_t(_mm_movemask_epi8(_mm_sll_epi16(hits, shift))) & 0xFFFFu);
-            }
-            sets[child] = set;
-        }
-    }
-
-private:
-    alignas(16) uint8_t bytes_[RayBlock::kRays] = {};
-};
-#endif
-
 template <class Judge, bool kMasked>
 class PacketWalk {
 public:
@@ -86,59 +47,55 @@ public:
         masks_ = masks;
     }
 
-    // Answers the rays; at most kRays. Those that fit in no packet are left to the caller: their
-    // numbers are in others().
-    void trace(const BatchRay* rays, BatchHit* hits, uint32_t count) {
+    // Whether the directions of these rays are alike.
+    static bool isNarrow(const BatchRay* rays, uint32_t count) {
+        const float* const d = rays[0].direction;
+        const float scale = larger(larger(absolute(d[0]), absolute(d[1])), absolute(d[2]));
+        for (uint32_t i = 1; i < count; ++i)
+            for (int k = 0; k < 3; ++k)
+                if (!(absolute(rays[i].direction[k] - d[k]) <= kSpread * scale))
+                    return false;
+        return count >= kLeastPacket;
+    }
+
+    // Answers rays whose directions are alike; at most kRays come. Returns the numbers of the
+    // others.
+    std::span<const uint16_t> trace(const BatchRay* rays, BatchHit* hits, uint32_t count) {
         rays_ = rays;
-        numBlocks_ = numPackets_ = numApart_ = numOthers_ = 0;
+        numBlocks_ = numPackets_ = numOthers_ = 0;
         for (uint32_t first = 0; first < count; first += RayBlock::kRays) {
             const uint32_t end = std::min(count, first + RayBlock::kRays);
-            if (isNarrow(first, end)) {
-                for (uint32_t i = first; i < end; ++i)
-                    order_[i - first] = uint16_t(i);
-                startBlock(order_, end - first);
-            } else {
+            if (isNarrow(rays + first, end - first))
+                startBlock(first, end);
+            else
                 for (uint32_t i = first; i < end; ++i)
                     others_[numOthers_++] = uint16_t(i);
-            }
         }
-        if (!Judge::kOrdered)
-            sortOthers();
         walkPackets();
-        Apart apart{*this, 0};
-        flights_.run(apart);
         for (uint32_t b = 0; b < numBlocks_; ++b) {
             const Block& block = blocks_[b];
             for (uint32_t lane = 0; lane < block.count; ++lane)
-                hits[block.numbers[lane]] =
+                hits[block.first + lane] =
                     block.rays.valid >> lane & 1 ? block.judges[lane].hit() : kNoBatchHit;
         }
+        return {others_, numOthers_};
     }
-    std::span<const uint16_t> others() const { return {others_, numOthers_}; }
 
 private:
-    // An octant's last block may have few rays.
-    static constexpr uint32_t kBlocks = kRays / RayBlock::kRays + 8;
-    static constexpr uint32_t kPackets = 4;
+    static constexpr uint32_t kBlocks = kRays / RayBlock::kRays;
+    static constexpr uint32_t kPackets = 8;
     static constexpr uint32_t kLeastPacket = 8;
-    // Rays of a set that are so few go apart.
-    static constexpr int kFew = 2;
     // Tests of a box against a group of lanes that take as long as those of all against a ray.
-    static constexpr uint32_t kTests = 1;
-    // Room on a ray's own stack.
-    static constexpr uint32_t kGiven = 16;
+    static constexpr uint32_t kTests = 2;
     // The most that directions of a packet may differ along an axis, of the longest component.
     static constexpr float kSpread = 0.3f;
 
     struct Block {
         RayBlock rays;
-        uint64_t alive; // rays that have not ended
-        uint32_t count;
-        uint16_t numbers[RayBlock::kRays]; // of the rays
+        uint64_t alive;        // rays that have not ended
+        uint32_t first, count; // of the rays that trace() has
         Judge judges[RayBlock::kRays];
         uint32_t masks[RayBlock::kRays];
-        uint8_t given[RayBlock::kRays]; // entries in `own`
-        uint64_t own[RayBlock::kRays][kGiven];
     };
 
     struct Entry {
@@ -154,102 +111,26 @@ private:
         Entry stack[kStackSize];
     };
 
-    // Rays in flight.
-    struct Apart {
-        static constexpr bool kOrdered = true;
-        struct Data {
-            Block* block;
-            uint32_t lane;
-        };
-        using Walk = FlightWalk<Apart, 32, 1>;
-        using Flight = typename Walk::Flight;
-        PacketWalk& walk;
-        uint32_t at;
-
-        bool next(Flight& f) {
-            while (at < walk.numApart_) {
-                const uint32_t ray = walk.apart_[at++];
-                if (walk.fly(f, walk.blocks_[ray / RayBlock::kRays], ray % RayBlock::kRays))
-                    return true;
-            }
-            return false;
-        }
-        SUNSTONE_INLINE_MEMBER bool leaf(Flight& f, NodeRef ref) {
-            Block& block = *f.data.block;
-            const uint32_t lane = f.data.lane;
-            BatchTriangles<Judge, kMasked> triangles(*f.setup, block.judges[lane], walk.masks_,
-                                                     block.masks[lane]);
-            const bool ended = triangles.leaf(f.block, ref);
-            f.tmax = block.judges[lane].tmax;
-            return ended;
-        }
-        bool instance(Flight&, NodeRef) { return true; } // there is none
-        void end(Flight&) {}
-    };
-
     static uint32_t lowest(uint64_t set) { return uint32_t(__builtin_ctzll(set)); }
 
-    static uint32_t octantOf(const BatchRay& ray) {
-        return bitsOf(ray.direction[0]) >> 31 | bitsOf(ray.direction[1]) >> 31 << 1 |
-               bitsOf(ray.direction[2]) >> 31 << 2;
-    }
-
-    // Whether the directions of these rays are alike.
-    bool isNarrow(uint32_t first, uint32_t end) const {
-        const float* const d = rays_[first].direction;
-        const float scale = larger(larger(absolute(d[0]), absolute(d[1])), absolute(d[2]));
-        for (uint32_t i = first + 1; i < end; ++i)
-            for (int k = 0; k < 3; ++k)
-                if (!(absolute(rays_[i].direction[k] - d[k]) <= kSpread * scale))
-                    return false;
-        return end - first >= kLeastPacket;
-    }
-
-    // Makes blocks of others whose directions are of one octant.
-    void sortOthers() {
-        uint32_t counts[9] = {};
-        for (uint32_t i = 0; i < numOthers_; ++i)
-            ++counts[octantOf(rays_[others_[i]]) + 1];
-        for (int k = 0; k < 8; ++k)
-            counts[k + 1] += counts[k];
-        uint32_t place[8];
-        std::copy(counts, counts + 8, place);
-        for (uint32_t i = 0; i < numOthers_; ++i)
-            order_[place[octantOf(rays_[others_[i]])]++] = others_[i];
-        numOthers_ = 0;
-        for (int k = 0; k < 8; ++k)
-            for (uint32_t first = counts[k]; first < counts[k + 1]; first += RayBlock::kRays) {
-                const uint32_t count = std::min(RayBlock::kRays, counts[k + 1] - first);
-                if (count >= kLeastPacket)
-                    startBlock(order_ + first, count);
-                else
-                    for (uint32_t i = 0; i < count; ++i)
-                        others_[numOthers_++] = order_[first + i];
-            }
-    }
-
     // Makes packets of these rays.
-    void startBlock(const uint16_t* numbers, uint32_t count) {
+    void startBlock(uint32_t first, uint32_t end) {
         Block& block = blocks_[numBlocks_++];
+        const uint32_t count = end - first;
+        block.first = first;
         block.count = count;
         for (uint32_t i = 0; i < count; ++i) {
-            const BatchRay& ray = rays_[numbers[i]];
-            block.numbers[i] = numbers[i];
+            const BatchRay& ray = rays_[first + i];
             block.rays.set(i, ray);
             block.judges[i] = Judge(ray.tmax);
             block.masks[i] = ray.mask;
-            block.given[i] = 0;
         }
         block.rays.setup(header_, count);
         block.alive = block.rays.valid;
         for (uint64_t left = block.rays.valid; left != 0;) {
             const uint64_t packet = left & sameOctant(block.rays, lowest(left), count);
             left &= ~packet;
-            if (uint32_t(__builtin_popcountll(packet)) >= kLeastPacket)
-                addPacket(block, packet);
-            else
-                for (uint64_t set = packet; set; set &= set - 1)
-                    give(block, lowest(set), header_->root);
+            addPacket(block, packet);
         }
     }
 
@@ -272,45 +153,6 @@ private:
             packet.sameAxes &= block.rays.axes[lowest(set)] == axes;
         packet.stack[0] = {header_->root, rays};
         packet.top = packet.stack + 1;
-    }
-
-    // Puts the node on the ray's own stack; false if that is full.
-    bool give(Block& block, uint32_t lane, uint64_t item) {
-        uint8_t& count = block.given[lane];
-        if (count == kGiven)
-            return false;
-        if (count == 0)
-            apart_[numApart_++] = uint16_t((&block - blocks_) * ptrdiff_t(RayBlock::kRays) + lane);
-        block.own[lane][count++] = item;
-        return true;
-    }
-    bool giveAll(Block& block, uint64_t rays, uint64_t item) {
-        for (uint64_t set = rays; set; set &= set - 1)
-            if (block.given[lowest(set)] == kGiven)
-                return false;
-        for (uint64_t set = rays; set; set &= set - 1)
-            give(block, lowest(set), item);
-        return true;
-    }
-
-    // Starts the ray's flight; false if it has nothing left to visit.
-    bool fly(typename Apart::Flight& f, Block& block, uint32_t lane) {
-        const float tmax = block.judges[lane].tmax;
-        uint64_t* const entries = block.own[lane];
-        uint32_t count = 0;
-        for (uint32_t k = 0; k < block.given[lane]; ++k) {
-            const uint64_t entry = entries[k];
-            entries[count] = entry;
-            count += entry >> 32 == 0 || __builtin_bit_cast(float, uint32_t(entry >> 32)) <= tmax;
-        }
-        if (count == 0 || !(block.alive >> lane & 1))
-            return false;
-        std::reverse(entries, entries + count);
-        sortEntries(entries, count);
-        f.data = {&block, lane};
-        block.rays.copyTo(f.setups[0], lane);
-        flights_.beginAt(f, header_, &f.setups[0], tmax, entries, count);
-        return true;
     }
 
     // Packets take turns until all have ended.
@@ -338,15 +180,13 @@ private:
             if (rays == 0)
                 continue;
             const int count = __builtin_popcountll(rays);
-            if (count <= kFew && giveAll(block, rays, entry.item))
-                continue;
             const NodeRef ref = NodeRef(entry.item);
             if ((ref & kNodeTagMask) == kInner)
                 open(packet, block_ + offsetOf(ref), rays, count);
             else
                 visitLeaf(packet, ref, rays, count);
             if (packet.top != packet.stack)
-                prefetchNode(block_, offsetOf(NodeRef(packet.top[-1].item)));
+                prefetchChild(block_, NodeRef(packet.top[-1].item));
             return true;
         }
         return false;
@@ -419,7 +259,7 @@ private:
                 load(r.org[axes[0]] + lane, w), load(r.org[axes[1]] + lane, w),
                 load(r.org[axes[2]] + lane, w), load(r.shear[0] + lane, w),
                 load(r.shear[1] + lane, w),     load(r.shear[2] + lane, w)};
-            for (uint32_t i = 0; i < leaf.count; ++i) {
+            for (uint32_t i = 0; i < leaf.count && (group & block.alive >> lane); ++i) {
                 TriangleCandidates<kLanes> c;
                 const Mask hits = testTriangles<kLanes, WideLanes>(
                     TriangleAcross{leaf.vertices + i, N}, axes, shear, load(r.start + lane, w),
@@ -464,6 +304,7 @@ private:
             for (; place > first && place[-1].item < entry.item; --place)
                 *place = place[-1];
             *place = entry;
+            prefetchChild(block_, children[child]);
         }
         packet.top = top;
     }
@@ -548,11 +389,10 @@ private:
     const uint8_t* block_ = nullptr;
     const uint32_t* masks_ = nullptr;
     const BatchRay* rays_ = nullptr;
-    uint32_t numBlocks_ = 0, numPackets_ = 0, numApart_ = 0, numOthers_ = 0;
-    uint16_t apart_[kBlocks * RayBlock::kRays], others_[kRays], order_[kRays];
+    uint32_t numBlocks_ = 0, numPackets_ = 0, numOthers_ = 0;
+    uint16_t others_[kRays];
     Packet packets_[kPackets];
     Block blocks_[kBlocks];
-    typename Apart::Walk flights_;
 };
 
 } // namespace sunstone::bvh::SUNSTONE_ISA

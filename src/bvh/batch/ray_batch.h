@@ -55,6 +55,7 @@ struct RayBatch {
     uint32_t pad = 0;
 };
 
+// The first eight as in kOriginTminDirectionTmax.
 struct BatchRay {
     float origin[3];
     float tmin;
