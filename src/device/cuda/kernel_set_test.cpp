@@ -52,6 +52,16 @@ std::vector<KernelSource> kernels(int count, int* texts = nullptr) {
     return all;
 }
 
+TEST(KernelSet, PreparesAll) {
+    Source source;
+    KernelSet set(testDriver(), &source, kernels(5));
+    set.prepareAll();
+    EXPECT_EQ(source.made.size(), 5u);
+    source.fails = true; // there is nothing left to make
+    for (uint32_t kernel = 0; kernel < 5; ++kernel)
+        EXPECT_NE(set.function(kernel), nullptr);
+}
+
 TEST(KernelSet, MakesEachKernelOnceHoweverManyThreadsAsk) {
     const Driver& driver = testDriver();
     CUcontext context = nullptr;
