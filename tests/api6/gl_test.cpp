@@ -291,6 +291,17 @@ TEST_F(GlBuffers, NeedAContextThatIsCurrent) {
     egl().makeCurrent();
 }
 
+TEST_F(GlBuffers, ContextsOfOpenGlEsHaveNone) {
+    RTbuffer made = nullptr;
+    const bool isCurrent = egl().enterEs();
+    if (isCurrent)
+        fails(RT_ERROR_NOT_SUPPORTED, rtBufferCreateFromGLBO(context_, RT_BUFFER_INPUT, 1, &made),
+              "\"OpenGL ES");
+    egl().leaveEs();
+    if (!isCurrent)
+        GTEST_SKIP() << "EGL makes no context of OpenGL ES 3";
+}
+
 TEST_F(GlBuffers, LeaveTheStateOfOpenGlAlone) {
     const unsigned first = glBuffer(std::vector<float>(16)),
                    other = glBuffer(std::vector<float>(4));
