@@ -44,6 +44,21 @@ public:
 
     bool makeCurrent() { return makeCurrent_(display_, nullptr, nullptr, context_) != 0; }
     void release() { makeCurrent_(display_, nullptr, nullptr, nullptr); }
+    // A context of OpenGL ES in place of the one of OpenGL, until leaveEs().
+    bool enterEs() {
+        constexpr int kMajor = 0x3098, kNone = 0x3038;
+        const int attributes[] = {kMajor, 3, kNone};
+        release();
+        void* const es = bindApi_(kOpenGlEsApi)
+                             ? createContext_(display_, nullptr, nullptr, attributes)
+                             : nullptr;
+        return es && makeCurrent_(display_, nullptr, nullptr, es) != 0;
+    }
+    void leaveEs() {
+        release();
+        bindApi_(kOpenGlApi);
+        makeCurrent();
+    }
 
 #define SUNSTONE_TEST_GL(X)                                                                        \
     X(GetString, const unsigned char*, unsigned)                                                   \
@@ -94,22 +109,21 @@ private:
     }
 
     std::string create() {
-        constexpr unsigned kSurfaceless = 0x31DD, kOpenGlApi = 0x30A2;
+        constexpr unsigned kSurfaceless = 0x31DD;
         constexpr int kMajor = 0x3098, kMinor = 0x30FB, kProfile = 0x30FD, kCore = 1,
                       kNone = 0x3038;
         void* (*getPlatformDisplay)(unsigned, void*, const ptrdiff_t*) = nullptr;
         unsigned (*initialize)(void*, int*, int*) = nullptr;
-        unsigned (*bindApi)(unsigned) = nullptr;
         find(getPlatformDisplay, "eglGetPlatformDisplay");
         find(initialize, "eglInitialize");
-        find(bindApi, "eglBindAPI");
-        if (!getPlatformDisplay || !initialize || !bindApi || !getProcAddress_)
+        find(bindApi_, "eglBindAPI");
+        if (!getPlatformDisplay || !initialize || !bindApi_ || !getProcAddress_)
             return "libEGL.so.1 is older than EGL 1.5";
         display_ = getPlatformDisplay(kSurfaceless, nullptr, nullptr);
         if (!display_ || !initialize(display_, nullptr, nullptr))
             return "EGL has no display without a surface";
         const int attributes[] = {kMajor, 4, kMinor, 5, kProfile, kCore, kNone};
-        if (bindApi(kOpenGlApi))
+        if (bindApi_(kOpenGlApi))
             context_ = createContext_(display_, nullptr, nullptr, attributes);
         if (!context_)
             return "EGL makes no context of OpenGL 4.5";
@@ -123,6 +137,8 @@ private:
     }
 
     void *library_ = nullptr, *display_ = nullptr, *context_ = nullptr;
+    static constexpr unsigned kOpenGlApi = 0x30A2, kOpenGlEsApi = 0x30A0;
+    unsigned (*bindApi_)(unsigned) = nullptr;
     Procedure (*getProcAddress_)(const char*) = nullptr;
     unsigned (*makeCurrent_)(void*, void*, void*, void*) = nullptr;
     void* (*createContext_)(void*, void*, void*, const int*) = nullptr;

@@ -332,6 +332,15 @@ TEST_F(DenoiserStage, TilesGiveWhatTheWholeGives) {
     set(made, "output_buffer", input); // in place
     run(made);
     EXPECT_EQ(floats(input), whole);
+    set(made, "input_albedo_buffer", output); // as a guide, and as the result
+    set(made, "output_buffer", output);
+    const auto guided = [&](float limit) {
+        fill(output, noisyEdge(kLong, kShort, 0));
+        set(made, "maxmem", limit);
+        run(made);
+        return floats(output);
+    };
+    EXPECT_EQ(guided(6e6f), guided(0.0f));
     set(made, "maxmem", 1000.0f);
     fails(RT_ERROR_MEMORY_ALLOCATION_FAILED, rtCommandListExecute(listOf({made})),
           "= 1000 bytes, but the smallest tile needs");

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Images: textures and renderbuffers. Their texels go into a buffer that the sampler owns.
-#include "api/optix6/gl/functions.h"
 #include "api/optix6/gl/share.h"
 
 #include <algorithm>
@@ -336,7 +335,10 @@ void fetchRenderbuffer(const Functions& gl, TextureSampler& sampler) {
 } // namespace
 
 void fetch(TextureSampler& sampler) {
-    const Functions gl = current();
+    fetch(current(), sampler);
+}
+
+void fetch(const Functions& gl, TextureSampler& sampler) {
     if (sampler.gl->target == RT_TARGET_GL_RENDER_BUFFER)
         fetchRenderbuffer(gl, sampler);
     else

@@ -2,8 +2,6 @@
 // Buffer objects. images.cpp has images.
 #include "api/optix6/gl/share.h"
 
-#include "api/optix6/gl/functions.h"
-
 #include <algorithm>
 
 namespace sunstone::optix6::gl {
@@ -76,6 +74,24 @@ void uploadByCopy(const Functions& gl, const void* data, ptrdiff_t bytes) {
     gl.DeleteBuffers(1, &other);
 }
 
+void download(const Functions& gl, Buffer& buffer) {
+    requireObject(gl, buffer);
+    const Binding bound(gl, buffer.glBuffer);
+    requireRoom(bound, buffer);
+    gl.GetBufferSubData(kArrayBuffer, 0, ptrdiff_t(buffer.bytes()), buffer.data());
+    buffer.noteChange();
+}
+
+void upload(const Functions& gl, const Buffer& buffer) {
+    requireObject(gl, buffer);
+    const Binding bound(gl, buffer.glBuffer);
+    requireRoom(bound, buffer);
+    if (bound.takesData())
+        gl.BufferSubData(kArrayBuffer, 0, ptrdiff_t(buffer.bytes()), buffer.data());
+    else
+        uploadByCopy(gl, buffer.data(), ptrdiff_t(buffer.bytes()));
+}
+
 template <class T>
 std::vector<std::shared_ptr<T>> liveOf(std::vector<Ref<T>>& list) {
     list.erase(std::remove_if(list.begin(), list.end(), [](const auto& r) { return r.expired(); }),
@@ -99,38 +115,32 @@ void check(const Buffer& buffer) {
 }
 
 void download(Buffer& buffer) {
-    const Functions gl = current();
-    requireObject(gl, buffer);
-    const Binding bound(gl, buffer.glBuffer);
-    requireRoom(bound, buffer);
-    gl.GetBufferSubData(kArrayBuffer, 0, ptrdiff_t(buffer.bytes()), buffer.data());
-    buffer.noteChange();
+    download(current(), buffer);
 }
 
 void upload(const Buffer& buffer) {
-    const Functions gl = current();
-    requireObject(gl, buffer);
-    const Binding bound(gl, buffer.glBuffer);
-    requireRoom(bound, buffer);
-    if (bound.takesData())
-        gl.BufferSubData(kArrayBuffer, 0, ptrdiff_t(buffer.bytes()), buffer.data());
-    else
-        uploadByCopy(gl, buffer.data(), ptrdiff_t(buffer.bytes()));
+    upload(current(), buffer);
+}
+
+const Functions& Share::gl() {
+    if (!gl_)
+        gl_ = current();
+    return *gl_;
 }
 
 Share::Share(Context& context) : context_(context) {
     for (const std::shared_ptr<Buffer>& buffer : liveOf(context_.glBuffers))
         if (isShared(*buffer))
-            download(*buffer);
+            download(gl(), *buffer);
     for (const std::shared_ptr<TextureSampler>& sampler : liveOf(context_.glSamplers))
         if (sampler->gl->isRegistered)
-            fetch(*sampler);
+            fetch(gl(), *sampler);
 }
 
 void Share::giveBack() {
     for (const std::shared_ptr<Buffer>& buffer : liveOf(context_.glBuffers))
         if (isShared(*buffer) && buffer->typeBits() != RT_BUFFER_INPUT)
-            upload(*buffer);
+            upload(gl(), *buffer);
 }
 
 } // namespace sunstone::optix6::gl

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "api/optix6/context.h"
+#include "api/optix6/gl/functions.h"
 
 namespace sunstone::optix6::gl {
 
@@ -17,7 +18,11 @@ public:
     void giveBack();
 
 private:
+    // Looked up at the first object, since most contexts have none.
+    const Functions& gl();
+
     Context& context_;
+    std::optional<Functions> gl_;
 };
 
 // Throws Failure if the buffer object behind a buffer does not exist.
@@ -27,5 +32,6 @@ void download(Buffer& buffer);
 void upload(const Buffer& buffer);
 // Texels and format of the image of a sampler.
 void fetch(TextureSampler& sampler);
+void fetch(const Functions& gl, TextureSampler& sampler);
 
 } // namespace sunstone::optix6::gl

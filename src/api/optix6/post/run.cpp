@@ -131,21 +131,25 @@ void PostProcessingStage::denoise(const Images& images) {
     if (tileWidth == width && tileHeight == height)
         submit(filter, frame);
     else
-        submitTiles(filter, std::move(frame), tileWidth, tileHeight);
+        submitTiles(filter, frame, tileWidth, tileHeight);
 }
 
 // Each tile gives the bits of the whole.
 void PostProcessingStage::submitTiles(const std::shared_ptr<const denoise::Filter>& filter,
-                                      denoise::Frame whole, uint32_t tileWidth,
+                                      const denoise::Frame& whole, uint32_t tileWidth,
                                       uint32_t tileHeight) {
-    denoise::Image input = whole.layers[0].input;
-    const denoise::Image output = whole.layers[0].output;
-    if (input.data == output.data) { // a tile would read what its neighbours have written
-        const size_t bytes = input.rowStride * input.height;
+    const denoise::Image input = whole.layers[0].input;
+    denoise::Image output = whole.layers[0].output;
+    const std::shared_ptr<engine::Backend>& backend = context()->engine->backend;
+    const size_t bytes = output.rowStride * output.height;
+    uint8_t* const place = output.data;
+    // A tile would read what its neighbours have written.
+    const bool isRead =
+        place == input.data || place == whole.albedo.data || place == whole.normal.data;
+    if (isRead) {
         if (copy_.size() < bytes)
-            copy_ = SharedMemory(context()->engine->backend, bytes);
-        context()->engine->backend->copy(copy_.get(), input.data, bytes);
-        input.data = static_cast<uint8_t*>(copy_.get());
+            copy_ = SharedMemory(backend, bytes);
+        output.data = static_cast<uint8_t*>(copy_.get());
     }
     const uint32_t overlap = filter->overlap();
     for (uint32_t y = 0; y < input.height; y += tileHeight)
@@ -164,6 +168,10 @@ void PostProcessingStage::submitTiles(const std::shared_ptr<const denoise::Filte
             tile.layers[0].output = partOf(output, x, y, tileRight - x, tileBottom - y);
             submit(filter, tile);
         }
+    if (!isRead)
+        return;
+    context()->engine->device->synchronize(nullptr);
+    backend->copy(place, output.data, bytes);
 }
 
 } // namespace sunstone::optix6

@@ -159,6 +159,8 @@ denoise::Image PostProcessingStage::image(const char* name, bool isRequired) con
     if (width > kMostSide || height > kMostSide)
         refuseIt(RT_ERROR_INVALID_VALUE, name, "has a buffer of ", width, " x ", height,
                  " elements, but ", kMostSide, " are the most in each direction");
+    if (!buffer->data() && width != 0)
+        refuseIt(RT_ERROR_MEMORY_ALLOCATION_FAILED, name, "has a buffer without memory");
     image.data = buffer->data();
     image.width = uint32_t(width);
     image.height = uint32_t(height);
@@ -213,13 +215,19 @@ void PostProcessingStage::run() {
     const std::optional<Images> all = images(predicts ? 16 : 1);
     if (!all)
         return;
-    if (stage_ == StageKind::kToneMapper)
-        mapTones(*all);
-    else if (predicts)
-        predictStructure(*all);
-    else
-        denoise(*all);
-    context()->engine->device->synchronize(nullptr);
+    device::Device& device = *context()->engine->device;
+    try {
+        if (stage_ == StageKind::kToneMapper)
+            mapTones(*all);
+        else if (predicts)
+            predictStructure(*all);
+        else
+            denoise(*all);
+    } catch (...) { // what has been queued uses the stage's memory
+        device.synchronizeAll();
+        throw;
+    }
+    device.synchronize(nullptr);
     bufferOf("output_buffer", true)->noteChange();
 }
 

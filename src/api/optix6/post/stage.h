@@ -59,8 +59,8 @@ private:
 
     void reserve(size_t scratchBytes);
     void submit(const std::shared_ptr<const denoise::Filter>& filter, const denoise::Frame& frame);
-    void submitTiles(const std::shared_ptr<const denoise::Filter>& filter, denoise::Frame frame,
-                     uint32_t tileWidth, uint32_t tileHeight);
+    void submitTiles(const std::shared_ptr<const denoise::Filter>& filter,
+                     const denoise::Frame& whole, uint32_t tileWidth, uint32_t tileHeight);
 
     const StageKind stage_;
     std::vector<const Variable*> declared_;
