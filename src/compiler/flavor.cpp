@@ -57,6 +57,25 @@ private:
     std::set<llvm::Function*> active_, done_;
 };
 
+// Whether calls among these functions lead from one back to it.
+bool callsItself(llvm::Function* function, const std::set<llvm::Function*>& functions) {
+    std::set<llvm::Function*> seen;
+    std::vector<llvm::Function*> queue = {function};
+    while (!queue.empty()) {
+        llvm::Function* caller = queue.back();
+        queue.pop_back();
+        for (llvm::Instruction& instruction : llvm::instructions(*caller)) {
+            auto* call = llvm::dyn_cast<llvm::CallInst>(&instruction);
+            llvm::Function* callee = call ? call->getCalledFunction() : nullptr;
+            if (callee == function)
+                return true;
+            if (callee && functions.count(callee) && seen.insert(callee).second)
+                queue.push_back(callee);
+        }
+    }
+    return false;
+}
+
 } // namespace
 
 const Flavor& kernelFlavor() {
@@ -81,11 +100,21 @@ void markIntrinsicUsers(Unit& unit) {
                 queue.push_back(call->getFunction());
         }
     }
-    RecursionCheck check(unit, users);
+    // A piece of code for CPUs has one program, so that recursive functions are its own.
+    if (unit.flavor().allowsRecursion() && !unit.isGpu() && unit.kinds().size() == 1) {
+        for (llvm::Function* function : users)
+            if (callsItself(function, users)) {
+                function->addFnAttr(kRecursive);
+                function->addFnAttr(llvm::Attribute::NoInline);
+            }
+    } else {
+        RecursionCheck check(unit, users);
+        for (llvm::Function* function : users)
+            check.visit(function);
+    }
     for (llvm::Function* function : users)
-        check.visit(function);
-    for (llvm::Function* function : users)
-        if (!unit.kinds().count(function) || !function->use_empty())
+        if (!function->hasFnAttribute(kRecursive) &&
+            (!unit.kinds().count(function) || !function->use_empty()))
             function->addFnAttr(llvm::Attribute::AlwaysInline);
 }
 

@@ -72,6 +72,10 @@ public:
         return {};
     }
 
+    // Whether functions that reach an intrinsic may call themselves, on CPUs. They stay functions,
+    // which markIntrinsicUsers marks with kRecursive.
+    virtual bool allowsRecursion() const { return false; }
+
     // Replaces the intrinsics of all programs (Unit::kinds) by loads, stores and calls on RayState.
     virtual void lower(Unit& unit, const ProgramPayloads& payloads) const = 0;
 };
@@ -84,9 +88,12 @@ const Flavor& optix7Flavor();
 // serves the next launch index or ray afterwards, so the loads are not invariant to LLVM.
 constexpr const char* kStableLoad = "sunstone.stable";
 
+// Attribute of functions that call themselves, perhaps through others, and reach an intrinsic.
+constexpr const char* kRecursive = "sunstone-recursive";
+
 // Functions that reach an intrinsic become part of the programs that call them, because an intrinsic
 // may end a program, which is a return of the program itself. Throws Error(kInvalidPtx) on recursion
-// through such functions.
+// through such functions, unless the flavor allows it.
 void markIntrinsicUsers(Unit& unit);
 
 } // namespace sunstone::compiler

@@ -105,7 +105,7 @@ TEST_F(Attributes, SettingsOfContexts) {
     ok(rtContextLaunch1D(context_, 0, 0) == RT_ERROR_INVALID_CONTEXT ? RT_SUCCESS
                                                                      : RT_ERROR_UNKNOWN);
     fails(RT_ERROR_INVALID_VALUE, rtContextSetPrintBufferSize(context_, 200), "launched");
-    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch3D(context_, 0, 1 << 16, 1 << 16, 2));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch3D(context_, 0, 1u << 31, 1, 3));
     fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 7, 1), "7 of 1");
 }
 

@@ -53,6 +53,26 @@ TEST_F(Limits, CallablesBeyondTheDepthAreAFullStack) {
     EXPECT_EQ(depth, 11u);
 }
 
+TEST_F(Limits, RecursiveFunctionsReadVariables) {
+    int ordinal = 0;
+    ok(rtDeviceGetAttribute(0, RT_DEVICE_ATTRIBUTE_CUDA_DEVICE_ORDINAL, sizeof ordinal, &ordinal));
+    ok(rtVariableSet1f(variable("scoped"), 2));
+    setEntry("write_grown");
+    if (ordinal >= 0) { // on GPUs they are refused
+        EXPECT_NE(rtContextLaunch1D(context_, 0, 1), RT_SUCCESS);
+        return;
+    }
+    EXPECT_EQ(launch("write_grown")[0], 2 * 89);
+    RTprogram link = program("count_down"), grower = program("grow_after_call");
+    int id = 0;
+    ok(rtProgramGetId(link, &id));
+    ok(rtVariableSet1i(variable("next"), id));
+    ok(rtProgramGetId(grower, &id));
+    ok(rtVariableSet1i(variable("grower"), id));
+    setFloat(grower, rtProgramDeclareVariable, "scoped", 3);
+    EXPECT_EQ(launch("call_grower")[0], 1000 + 3 * 8) << "the callable's own variable";
+}
+
 TEST_F(Limits, AccessesBeyondAPayload) {
     setEntry("shoot_small");
     enable(RT_EXCEPTION_PAYLOAD_ACCESS_OUT_OF_BOUNDS);

@@ -47,6 +47,14 @@ RT_PROGRAM void write_other() {
     result[line_index] = 2 * scoped;
 }
 
+// A device function that calls itself and reads a variable.
+__device__ __noinline__ float grow(int n) {
+    return n < 2 ? scoped : grow(n - 1) + grow(n - 2);
+}
+RT_PROGRAM void write_grown() {
+    result[0] = grow(10);
+}
+
 // ---- buffers
 // --------------------------------------------------------------------------------------
 
@@ -296,6 +304,13 @@ RT_CALLABLE_PROGRAM float scale(float a) {
 rtDeclareVariable(rtCallableProgramId<float(float)>, next, , );
 RT_CALLABLE_PROGRAM float count_down(float n) {
     return n < 2 ? 1 : 1 + next(n - 1);
+}
+RT_CALLABLE_PROGRAM float grow_after_call(float n) {
+    return 1000 * next(1) + grow(int(n));
+}
+rtDeclareVariable(rtCallableProgramId<float(float)>, grower, , );
+RT_PROGRAM void call_grower() {
+    result[0] = grower(5);
 }
 rtDeclareVariable(float, chain, , );
 RT_PROGRAM void call_chain() {

@@ -160,15 +160,17 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetTriangleIndices(RTgeometrytriangles 
                                                             RTbuffer buffer, RTsize offset,
                                                             RTsize stride, RTformat format) {
     return call<GeometryTriangles>(__func__, triangles, "geometrytriangles", [&](auto& object) {
-        object.hasIndices = buffer != nullptr;
-        if (!buffer)
+        if (!buffer) {
+            object.hasIndices = false;
             return;
+        }
         requireFormat(format, {RT_FORMAT_UNSIGNED_INT3, RT_FORMAT_UNSIGNED_SHORT3},
                       "triIndicesFormat");
         object.indices = requireOf<Buffer>(*object.context(), buffer, "indexBuffer");
         object.indexByteOffset = offset;
         object.indexStride = stride;
         object.indexFormat = format;
+        object.hasIndices = true;
     });
 }
 SUNSTONE_API RTresult rtGeometryTrianglesSetVertices(RTgeometrytriangles triangles, unsigned count,
@@ -230,9 +232,10 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetMaterialIndices(RTgeometrytriangles 
                                                             RTbuffer buffer, RTsize offset,
                                                             RTsize stride, RTformat format) {
     return call<GeometryTriangles>(__func__, triangles, "geometrytriangles", [&](auto& object) {
-        object.hasMaterialIndices = buffer != nullptr;
-        if (!buffer)
+        if (!buffer) {
+            object.hasMaterialIndices = false;
             return;
+        }
         requireFormat(format,
                       {RT_FORMAT_UNSIGNED_INT, RT_FORMAT_UNSIGNED_SHORT, RT_FORMAT_UNSIGNED_BYTE},
                       "materialIndexFormat");
@@ -241,6 +244,7 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetMaterialIndices(RTgeometrytriangles 
         object.materialByteOffset = offset;
         object.materialStride = stride;
         object.materialFormat = format;
+        object.hasMaterialIndices = true;
     });
 }
 

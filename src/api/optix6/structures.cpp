@@ -269,7 +269,9 @@ void Scene::build(Acceleration::Built& built, std::shared_ptr<const engine::Acce
 
 SharedVector<float> Scene::boxesOf(const GeometryInstance& instance, const Geometry& geometry,
                                    unsigned step) {
-    SharedVector<float> boxes(size_t(6) * geometry.primitives, allocator<float>());
+    SharedVector<float> boxes(size_t(6) * std::max(1u, geometry.primitives), allocator<float>());
+    if (geometry.primitives == 0)
+        return boxes;
     engine::BoundsRequest request;
     request.pipeline = pipeline_;
     request.record = uint64_t(&bounds_[boundsOf_.at(&instance)]);

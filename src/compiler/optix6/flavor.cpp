@@ -32,6 +32,7 @@ public:
     // Source files declare the same variables: the current ray, attributes, the launch index.
     bool linksModules() const override { return false; }
     bool isProgramName(std::string_view) const override { return false; }
+    bool allowsRecursion() const override { return true; }
 
     // Intersection: primitive. Bounds: primitive, with motion the step, box.
     std::optional<size_t> parameterAt(ProgramKind kind, size_t index, size_t count) const override {

@@ -38,8 +38,10 @@ devlib::ClassicBlock blockOf(ProgramKind kind) {
 // Lowers the calls of one program.
 class Lowering : public ProgramLowering {
 public:
-    Lowering(Unit& unit, llvm::Function& function, ProgramKind kind)
-        : ProgramLowering(unit, function, kind, kPrefix) {}
+    // `program`: the function itself, or for a recursive function of a program that program.
+    Lowering(Unit& unit, llvm::Function& function, ProgramKind kind, llvm::Function& program)
+        : ProgramLowering(unit, function, kind, kPrefix), program_(program),
+          isHelper_(&program != &function) {}
 
     void run() {
         if (kind_ == ProgramKind::kNone && function_.use_empty())
@@ -47,7 +49,11 @@ public:
         const FunctionFacts& facts = unit_.facts().at(&function_);
         rules_ = &unit_.moduleRules(unit_.moduleNumber(*facts.module));
         if (kind_ != ProgramKind::kNone)
-            variables_ = variablesOf(unit_.modules(), facts.function->name);
+            variables_ = variablesOf(unit_.modules(), unit_.facts().at(&program_).function->name);
+        if (kind_ == ProgramKind::kDirectCallable)
+            passDataToHelpers();
+        if (isHelper_)
+            return lowerAll();
         if (kind_ == ProgramKind::kIntersection)
             for (const DeviceVariable& variable : variables_.list)
                 if (variable.use == VariableUse::kAttribute)
@@ -122,6 +128,7 @@ private:
     void lower() override {
         if (kind_ != ProgramKind::kNone && !(intrinsic_->kinds & kindBit(kind_)))
             fault(ErrorCode::kInvalidFunctionUse, "cannot be used in a program of this kind");
+        requireProgramItself();
         switch (Op(intrinsic_->op)) {
         case Op::kTrace:
             return trace();
@@ -140,6 +147,29 @@ private:
             return;
         default:
             return replace(value());
+        }
+    }
+
+    // What ends a program, or belongs to its frame, is not for the recursive functions it calls.
+    void requireProgramItself() const {
+        const Op op = Op(intrinsic_->op);
+        if (isHelper_ && (op == Op::kReport || op == Op::kPotential || op == Op::kIgnore ||
+                          op == Op::kTerminate || op == Op::kChild))
+            fault(ErrorCode::kInvalidFunctionUse, "cannot be used in a recursive function");
+    }
+
+    // Callables that have been called since have their data in the field.
+    void passDataToHelpers() {
+        std::vector<llvm::CallInst*> calls;
+        for (llvm::Instruction& each : llvm::instructions(function_))
+            if (auto* call = llvm::dyn_cast<llvm::CallInst>(&each))
+                if (call->getCalledFunction() &&
+                    call->getCalledFunction()->hasFnAttribute(kRecursive))
+                    calls.push_back(call);
+        for (llvm::CallInst* call : calls) {
+            Value* own = data();
+            builder_.SetInsertPoint(call);
+            store(state(), offsetof(RayState, callableData), own);
         }
     }
 
@@ -224,6 +254,9 @@ private:
             for (const AttributeCopy& copy : copies_)
                 if (copy.symbol == symbol)
                     return copy.memory;
+            if (isHelper_ && kind_ == ProgramKind::kIntersection)
+                failAt(ErrorCode::kInvalidFunctionUse, found->declaration->location, "attribute \"",
+                       found->name, "\" cannot be set in a recursive function");
             return address(attributeBlock(), placeOf(*found));
         default:
             return address(block(), found->slot);
@@ -297,18 +330,26 @@ private:
                    variable.name, "\" has a semantic that programs of this kind do not have");
     }
 
-    // The block with the program's variables; read on entry, as calls of callables overwrite the
-    // field.
-    Value* block() {
-        if (!block_) {
+    // The data of the program's record; read on entry, as calls of callables overwrite the field.
+    Value* data() {
+        if (!data_) {
             llvm::IRBuilder<>::InsertPointGuard guard(builder_);
             atEntry();
             const size_t field = kind_ == ProgramKind::kDirectCallable
                                      ? offsetof(RayState, callableData)
                                      : offsetof(RayState, sbtData);
-            Value* data = load(state(), field, pointer());
+            data_ = llvm::cast<llvm::Instruction>(load(state(), field, pointer()));
+        }
+        return data_;
+    }
+    // The block with the program's variables.
+    Value* block() {
+        if (!block_) {
+            data();
+            llvm::IRBuilder<>::InsertPointGuard guard(builder_);
+            builder_.SetInsertPoint(data_->getNextNode());
             constexpr size_t kBlocks = offsetof(ClassicRecord, blocks) - sizeof(devlib::SbtHeader);
-            block_ = loadOfLaunch(data, kBlocks + blockOf(kind_) * sizeof(void*), pointer());
+            block_ = loadOfLaunch(data_, kBlocks + blockOf(kind_) * sizeof(void*), pointer());
         }
         return block_;
     }
@@ -728,9 +769,12 @@ private:
         uint32_t offset, bytes;
     };
 
+    llvm::Function& program_;
+    const bool isHelper_;
     ProgramVariables variables_;
     const ModuleRules* rules_ = nullptr;
     std::vector<AttributeCopy> copies_; // of an intersection program
+    llvm::Instruction* data_ = nullptr;
     Value* block_ = nullptr;
     Value* ray_ = nullptr;
     Value* attributeMemory_ = nullptr;
@@ -746,9 +790,13 @@ void lowerPrograms(Unit& unit) {
     for (llvm::Function& function : unit.module()) {
         if (function.isDeclaration())
             continue;
-        const auto program = programs.find(&function);
-        Lowering(unit, function, program == programs.end() ? ProgramKind::kNone : program->second)
-            .run();
+        auto program = programs.find(&function);
+        if (program == programs.end() && function.hasFnAttribute(kRecursive))
+            program = programs.begin(); // the only one
+        if (program == programs.end())
+            Lowering(unit, function, ProgramKind::kNone, function).run();
+        else
+            Lowering(unit, function, program->second, *program->first).run();
     }
 }
 
