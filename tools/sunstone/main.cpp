@@ -87,6 +87,8 @@ bool isUnknownCommand(const CLI::App& app, int argc, char** argv) {
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
         if (command->get_name() == word)
             return false;
+        if (command->get_group().empty())
+            continue; // not for people
         known += (known.empty() ? "" : ", ") + command->get_name();
     }
     std::fprintf(stderr, "sunstone: there is no command '%s'; commands: %s\n", word.c_str(),
