@@ -48,14 +48,17 @@ void addRender(CLI::App& app, RenderOptions& options) {
 }
 
 void addRun(CLI::App& app, RunOptions& options) {
-    app.footer("PROGRAM [ARGUMENTS...] follow the options.\n\n"
-               "--check compiles device code (kernels and ray tracing programs) so that each load, "
-               "store and atomic\nis checked before it is made: it must be aligned and lie within "
-               "one allocation, the block's shared\nmemory, the parameters or the thread's own "
-               "variables. Each violation is reported once for each place in the\nsource, with the "
-               "address, the nearest allocation and the thread; the launch then fails with the "
-               "documented\nerror. The exit code is 1 if anything was reported, else the "
-               "program's.");
+    app.footer(
+        "PROGRAM [ARGUMENTS...] follow the options.\n\n"
+        "--check compiles device code (kernels and ray tracing programs) so that each load, "
+        "store and atomic\nis checked before it is made: it must be aligned and lie within "
+        "one allocation, the block's shared\nmemory, the parameters or the thread's own "
+        "variables. Each violation is reported once for each place in the\nsource, with the "
+        "address, the nearest allocation and the thread; the launch then fails with the "
+        "documented\nerror. The exit code is 1 if anything was reported, else the "
+        "program's.\n\n"
+        "`mpirun -n N sunstone run PROGRAM` runs a program of the classic API on rank 0; the "
+        "other ranks make\nsubframes of its progressive launches (docs/classic.md).");
     app.add_flag("--check", options.check, "check memory accesses of device code");
     app.add_flag("--leak-check", options.leakCheck,
                  "with --check: report device memory that is never freed");
@@ -87,6 +90,8 @@ bool isUnknownCommand(const CLI::App& app, int argc, char** argv) {
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
         if (command->get_name() == word)
             return false;
+        if (command->get_group().empty())
+            continue; // not for people
         known += (known.empty() ? "" : ", ") + command->get_name();
     }
     std::fprintf(stderr, "sunstone: there is no command '%s'; commands: %s\n", word.c_str(),

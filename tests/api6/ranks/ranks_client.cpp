@@ -266,7 +266,7 @@ void compare(unsigned ranks, bool kills) {
     require(countOf(own, RT_REMOTEDEVICE_ATTRIBUTE_NUM_TOTAL_NODES) == ranks, "all ranks count");
     own->reserve(1, 0); // rank 0
     require(countOf(own, RT_REMOTEDEVICE_ATTRIBUTE_NUM_FREE_NODES) == ranks - 1, "one is reserved");
-    Scene all(kWidth, kHeight, 16), local(kWidth, kHeight, 16);
+    Scene all(kWidth, kHeight, 12), local(kWidth, kHeight, 12);
     local.context_->setRemoteDevice(own);
     const auto kill = [&] {
         const std::vector<pid_t> list = nodes();
@@ -274,7 +274,7 @@ void compare(unsigned ranks, bool kills) {
         ::kill(list[0], SIGKILL);
     };
     for (unsigned i = 0; all.change(i) && local.change(i); ++i) {
-        const unsigned subframes = 40 + 3 * i;
+        const unsigned subframes = 30 + 2 * i;
         const auto one =
             kills && i == 1 ? all.render(subframes, kill) : all.render(subframes, nothing);
         const auto other = local.render(subframes, nothing);
