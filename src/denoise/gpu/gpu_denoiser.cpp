@@ -16,7 +16,7 @@ namespace {
 constexpr uint64_t kMostPixels = uint64_t(1) << 30;
 // Kernels of step_kernels.cu; the first ones in the order of Step, without the rows.
 enum StepKernel : uint32_t {
-    kBegin = 15,
+    kBegin = 17,
     kLuminance,
     kLuminanceBlocks,
     kColors,
@@ -31,6 +31,8 @@ constexpr const char* kStepKernels[] = {"sunstone_guides",
                                         "sunstone_loss",
                                         "sunstone_correlate",
                                         "sunstone_gather",
+                                        "sunstone_sum_row",
+                                        "sunstone_mean_of_box",
                                         "sunstone_return",
                                         "sunstone_restore",
                                         "sunstone_compress",
