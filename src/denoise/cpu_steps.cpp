@@ -61,6 +61,10 @@ public:
             return rowsBy(rowKernels().correlate);
         case Step::kGather:
             return rowsBy(rowKernels().gather);
+        case Step::kSumRow:
+            return rowsBy(rowKernels().sumRow);
+        case Step::kMeanOfBox:
+            return rowsBy(rowKernels().meanOfBox);
         case Step::kReturn:
             return rowsBy(rowKernels().giveBack);
         case Step::kRestore:

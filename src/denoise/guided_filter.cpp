@@ -189,7 +189,8 @@ private:
         pass_.pilot = given;
         pass_.sums[0] = given.variance;
         pass_.sums[1] = job_.valid;
-        for (Step step : {Step::kLoss, Step::kCorrelate, Step::kGather, Step::kReturn})
+        for (Step step : {Step::kLoss, Step::kCorrelate, Step::kGather, Step::kSumRow,
+                          Step::kMeanOfBox, Step::kReturn})
             run(step, smooth, scratch);
     }
 

@@ -153,6 +153,33 @@ TEST(GuidedFilter, AveragesLimitedColorsAsLight) {
     EXPECT_NEAR(sum / (kSide * kSide), 0.333, 0.025);
 }
 
+// Single dark pixels that no guide shows, far below the noise around them (bright ones are cut as
+// fireflies). Neighbours' differences are not alike; boxes tell them from noise.
+TEST(GuidedFilter, KeepsSparsePoints) {
+    constexpr uint32_t kSide = 60, kEvery = 12;
+    constexpr float kGround = 0.5f, kDepth = 0.2f;
+    Rendering noisy{Picture(kSide, kSide), Picture(kSide, kSide), Picture(kSide, kSide)};
+    std::mt19937 random(11);
+    std::normal_distribution<float> noise(0.0f, 0.01f);
+    const auto isPoint = [](uint32_t x, uint32_t y) {
+        return x % kEvery == kEvery / 2 && y % kEvery == kEvery / 2;
+    };
+    for (uint32_t y = 0; y < kSide; ++y)
+        for (uint32_t x = 0; x < kSide; ++x)
+            for (int c = 0; c < 3; ++c)
+                noisy.color.at(x, y)[c] = kGround - (isPoint(x, y) ? kDepth : 0) + noise(random);
+    const Picture result = denoised(noisy, {false, false});
+    float depth = 0;
+    unsigned points = 0;
+    for (uint32_t y = 0; y < kSide; ++y)
+        for (uint32_t x = 0; x < kSide; ++x)
+            if (isPoint(x, y)) {
+                depth += kGround - result.at(x, y)[1];
+                ++points;
+            }
+    EXPECT_GT(depth / float(points), 0.5f * kDepth);
+}
+
 TEST(GuidedFilter, LeavesNoiselessPicturesAlone) {
     Rendering clean = truth();
     EXPECT_GT(psnr(denoised(clean), clean.color), 38.0);

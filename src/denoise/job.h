@@ -23,9 +23,11 @@ enum class Step : uint32_t {
     kSpread,
     kDetail,
     kSmooth,
-    kLoss, // these four: rows_return.h
+    kLoss, // these six: rows_return.h
     kCorrelate,
     kGather,
+    kSumRow,
+    kMeanOfBox,
     kReturn,
     kRestore,  // from: undoes the removal of detail and the division, in place
     kCompress, // these three: upsampler.h

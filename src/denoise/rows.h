@@ -45,10 +45,12 @@ struct RowKernels {
     // from.color, pilot -> detail, to.color without it; from.variance -> to.variance. With guides.
     void (*detail)(const Pass&, uint32_t y);
     void (*smooth)(const Pass&, uint32_t y); // one à-trous pass
-    // These four give back structure: rows_return.h.
+    // These give back structure: rows_return.h.
     void (*loss)(const Pass&, uint32_t y);
     void (*correlate)(const Pass&, uint32_t y);
     void (*gather)(const Pass&, uint32_t y);
+    void (*sumRow)(const Pass&, uint32_t y);
+    void (*meanOfBox)(const Pass&, uint32_t y);
     void (*giveBack)(const Pass&, uint32_t y);
 };
 
@@ -57,7 +59,10 @@ constexpr int kResidualRadius = 1;
 constexpr int kSpreadRadius = 3;
 constexpr int kDetailRadius = 4;
 constexpr int kCorrelateRadius = 2;
-constexpr int kGatherRadius = 5;
+constexpr int kGatherRadius = 8;
+constexpr int kBoxRadius = 2;
+constexpr int kBoxDistance = 3; // of boxes that do not hold the pixel, along rows and columns
+static_assert(kBoxRadius + kBoxDistance <= kGatherRadius);
 
 const RowKernels& baseRowKernels();
 const RowKernels& avx2RowKernels();

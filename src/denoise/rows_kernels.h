@@ -81,12 +81,19 @@ void correlateRow(const Pass& pass, uint32_t y) {
 void gatherRow(const Pass& pass, uint32_t y) {
     forChunks(pass, [&](uint32_t a, uint32_t b) { gatherChunk<kChunk>(pass, y, a, b); });
 }
+void sumRowRow(const Pass& pass, uint32_t y) {
+    forChunks(pass, [&](uint32_t a, uint32_t b) { sumRowChunk<kChunk>(pass, y, a, b); });
+}
+void meanOfBoxRow(const Pass& pass, uint32_t y) {
+    forChunks(pass, [&](uint32_t a, uint32_t b) { meanOfBoxChunk<kChunk>(pass, y, a, b); });
+}
 void giveBackRow(const Pass& pass, uint32_t y) {
     forChunks(pass, [&](uint32_t a, uint32_t b) { returnChunk<kChunk>(pass, y, a, b); });
 }
 
-constexpr RowKernels kKernels = {repairRow, residualRow,  spreadRow, detailRow,  smoothRow,
-                                 lossRow,   correlateRow, gatherRow, giveBackRow};
+constexpr RowKernels kKernels = {repairRow, residualRow,  spreadRow,    detailRow,
+                                 smoothRow, lossRow,      correlateRow, gatherRow,
+                                 sumRowRow, meanOfBoxRow, giveBackRow};
 
 } // namespace
 } // namespace sunstone::denoise

@@ -7,6 +7,10 @@
 // no guide shows (a glowing pattern, a shadow, a thin object). The covariance of neighbours at
 // distances of one and two pixels, extended to distance 0, is the structure's variance (Thong, Sim,
 // Phang 2001, "Single-image signal-to-noise ratio estimation"). As much of the difference returns.
+//
+// Structure that is finer than two pixels, or sparse (the rim of an object), looks like noise to
+// that measure. But noise has neighbours alike: where the differences in a box around the pixel are
+// several times those of the quietest box beside it, the difference returns, too.
 #include "denoise/rows.h"
 
 namespace sunstone::denoise {
@@ -14,10 +18,12 @@ namespace {
 
 // The part of the difference's variance that is structure: from the first on some of the difference
 // returns, from the second on all of it. Few pixels of noise alone seem to have some.
-constexpr float kLeastStructure = 0.25f, kFullStructure = 0.75f;
+constexpr float kLeastStructure = 0.2f, kFullStructure = 0.6f;
+// Boxes of equal noise may differ by this factor, because noise has outliers.
+constexpr float kNoiseAround = 7.0f;
 // Squared error that the passes leave anywhere, relative to the light: less noise is not worth it.
 constexpr float kUsualLoss = 0.0005f;
-constexpr float kMostLoss = 4.0f; // relative to the smoothed light: one pixel must not decide
+constexpr float kMostLoss = 2.0f; // relative to the smoothed light: one pixel must not decide
 
 // pilot (the given picture), from (the smoothed one) -> to.color[0]: their difference, relative
 template <uint32_t kSize>
@@ -84,10 +90,80 @@ inline void gatherChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t e
     }
 }
 
-// The planes of gatherChunk, from, pilot -> from
+// to.color[1] -> to.color[2]: sums over a box's part of a row
+template <uint32_t kSize>
+inline void sumRowChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t end) {
+    const Place here = Place(y) * Place(pass.stride);
+    float sums[kSize] = {};
+    const Row row(pass.to.color[1], here);
+    for (int dx = -kBoxRadius; dx <= kBoxRadius; ++dx) {
+        const uint32_t first = uint32_t(std::max(int(begin), -dx));
+        const uint32_t last = uint32_t(std::max(0, std::min(int(end), int(pass.width) - dx)));
+        for (uint32_t x = first; x < last; ++x)
+            sums[x - begin] += row[uint32_t(int(x) + dx)];
+    }
+    for (uint32_t x = begin; x < end; ++x)
+        pass.to.color[2][here + x] = sums[x - begin];
+}
+
+// Pixels of a row or column within `radius` of a place.
+inline int pixelsAround(uint32_t at, uint32_t size, int radius) {
+    return std::min(int(at), radius) + std::min(int(size) - 1 - int(at), radius) + 1;
+}
+
+// to.color[2] -> to.variance: mean of the box around a pixel
+template <uint32_t kSize>
+inline void meanOfBoxChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t end) {
+    const Place here = Place(y) * Place(pass.stride);
+    float sums[kSize] = {};
+    for (int dy = -kBoxRadius; dy <= kBoxRadius; ++dy) {
+        const int row = int(y) + dy;
+        if (row < 0 || row >= int(pass.height))
+            continue;
+        const Row other(pass.to.color[2], Place(row) * Place(pass.stride));
+        for (uint32_t x = begin; x < end; ++x)
+            sums[x - begin] += other[x];
+    }
+    const int rows = pixelsAround(y, pass.height, kBoxRadius);
+    for (uint32_t x = begin; x < end; ++x)
+        pass.to.variance[here + x] =
+            sums[x - begin] / float(rows * pixelsAround(x, pass.width, kBoxRadius));
+}
+
+// The centre of a box that lies inside the image, where the image is large enough.
+inline uint32_t boxCentre(int at, uint32_t size) {
+    return uint32_t(std::max(std::min(std::max(at, kBoxRadius), int(size) - 1 - kBoxRadius), 0));
+}
+
+// The part of the differences around a pixel that cannot be noise, because the quietest of four
+// boxes beside it has less.
+struct Boxes {
+    Row own, above, below; // means, by rows of centres
+    uint32_t width;
+
+    Boxes(const Pass& pass, uint32_t y) : width(pass.width) {
+        const auto rowAt = [&](int at) {
+            return Row(pass.to.variance, Place(boxCentre(at, pass.height)) * Place(pass.stride));
+        };
+        own = rowAt(int(y));
+        above = rowAt(int(y) - kBoxDistance);
+        below = rowAt(int(y) + kBoxDistance);
+    }
+    float structure(uint32_t x) const {
+        const uint32_t left = boxCentre(int(x) - kBoxDistance, width),
+                       right = boxCentre(int(x) + kBoxDistance, width);
+        const float quietest =
+            std::min(std::min(above[left], above[right]), std::min(below[left], below[right]));
+        const float mean = own[boxCentre(int(x), width)];
+        return mean > kSmall * kSmall ? 1.0f - kNoiseAround * quietest / mean : 0.0f;
+    }
+};
+
+// The planes of gatherChunk and meanOfBoxChunk, from, pilot -> from
 template <uint32_t kSize>
 inline void returnChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t end) {
     const Place here = Place(y) * Place(pass.stride);
+    const Boxes boxes(pass, y);
     float sums[3][kSize] = {};
     for (int dy = -kGatherRadius; dy <= kGatherRadius; ++dy) {
         const int row = int(y) + dy;
@@ -103,15 +179,13 @@ inline void returnChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t e
     for (uint32_t x = begin; x < end; ++x) {
         const uint32_t i = x - begin;
         const float structure = std::max(sums[1][i], 0.0f) + std::max(sums[2][i], 0.0f);
-        const float across = float(std::min(int(x), kGatherRadius) +
-                                   std::min(int(pass.width) - 1 - int(x), kGatherRadius) + 1);
-        const float down = float(std::min(int(y), kGatherRadius) +
-                                 std::min(int(pass.height) - 1 - int(y), kGatherRadius) + 1);
+        const float across = float(pixelsAround(x, pass.width, kGatherRadius));
+        const float down = float(pixelsAround(y, pass.height, kGatherRadius));
         const float total = sums[0][i] + kSmall;
         const float part = structure / total + kUsualLoss * across * down / total;
-        const float share =
-            pass.mostReturned *
-            std::clamp((part - kLeastStructure) / (kFullStructure - kLeastStructure), 0.0f, 1.0f);
+        const float returned = std::max(
+            (part - kLeastStructure) / (kFullStructure - kLeastStructure), boxes.structure(x));
+        const float share = pass.mostReturned * std::clamp(returned, 0.0f, 1.0f);
         for (int c = 0; c < 3; ++c) {
             float& smooth = pass.from.color[c][here + x];
             smooth += (pass.pilot.color[c][here + x] - smooth) * share;

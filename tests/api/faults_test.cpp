@@ -79,6 +79,10 @@ TEST_P(Faults, TrapsNameProgramAndLine) {
     (void)launch({results_.as<unsigned>(), 0, kAt, 0, kFaultTrap}, rig_->table());
     EXPECT_TRUE(log_.hasError("trap", ", in __raygen__faults, at ")) << log_.all();
     EXPECT_TRUE(log_.hasError("faults.cu:", "launch index (517, 0, 0)")) << log_.all();
+}
+
+TEST_P(Faults, TrapsFailTheStream) {
+    (void)launch({results_.as<unsigned>(), 0, kAt, 0, kFaultTrap}, rig_->table());
     EXPECT_EQ(OPTIX_ERROR_LAUNCH_FAILURE,
               launch({results_.as<unsigned>(), 0, 0, 0}, rig_->table()));
 }

@@ -33,6 +33,7 @@ protected:
     OptixResult create(const std::string& ptx, Types& types, OptixModule& module,
                        int numPayloadValues = 0) {
         OptixModuleCompileOptions options{};
+        options.debugLevel = debugLevel_;
         options.numPayloadTypes = unsigned(types.list.size());
         options.payloadTypes = types.list.data();
         OptixPipelineCompileOptions pipeline = compileOptions(numPayloadValues);
@@ -67,6 +68,7 @@ protected:
         desc.hitgroup.entryFunctionNameAH = anyHit;
         return desc;
     }
+    void runTwoTypes(const std::string& ptx);
     void TearDown() override {
         for (OptixProgramGroup each : groups_)
             optixProgramGroupDestroy(each);
@@ -74,6 +76,7 @@ protected:
     }
 
     unsigned flags_ = OPTIX_EXCEPTION_FLAG_NONE;
+    OptixCompileDebugLevel debugLevel_ = OPTIX_COMPILE_DEBUG_LEVEL_DEFAULT;
     std::vector<OptixProgramGroup> groups_;
     // As payload_types.cu uses them, and the same in another order.
     Types types_{{{kFirstWord, kCallerRead | kHitWrite},
@@ -81,9 +84,8 @@ protected:
     Types swapped_{{types_.words[1], types_.words[0]}};
 };
 
-TEST_P(PayloadTypes, TwoTypesInOnePipeline) {
+void PayloadTypes::runTwoTypes(const std::string& ptx) {
     flags_ = OPTIX_EXCEPTION_FLAG_DEBUG;
-    const std::string ptx = program("payload_types");
     OptixModule module = nullptr;
     ASSERT_OK(create(ptx, types_, module));
     OptixProgramGroup raygen, miss[2], hits[2], exception, refused = nullptr;
@@ -115,6 +117,7 @@ TEST_P(PayloadTypes, TwoTypesInOnePipeline) {
     options.exceptionFlags = flags_;
     OptixPipelineLinkOptions link{};
     link.maxTraceDepth = 1;
+    link.debugLevel = debugLevel_;
     OptixPipeline pipeline = nullptr;
     ASSERT_OK(optixPipelineCreate(context_, &options, &link, groups_.data(),
                                   unsigned(groups_.size()), nullptr, nullptr, &pipeline));
@@ -166,6 +169,16 @@ TEST_P(PayloadTypes, TwoTypesInOnePipeline) {
     }
     optixPipelineDestroy(pipeline);
     optixModuleDestroy(module);
+}
+
+TEST_P(PayloadTypes, TwoTypesInOnePipeline) {
+    runTwoTypes(program("payload_types"));
+}
+
+// Compilers that do not optimise pass types and slots through memory.
+TEST_P(PayloadTypes, CodeForDebuggers) {
+    debugLevel_ = OPTIX_COMPILE_DEBUG_LEVEL_FULL;
+    runTwoTypes(program(GetParam() == "nvcc" ? "payload_types_G" : "payload_types_O0"));
 }
 
 // Types are equal if their words are, with any numbers in the modules.

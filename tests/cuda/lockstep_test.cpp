@@ -388,39 +388,71 @@ TEST_F(Lockstep, KernelsOfWarpsThatRunByThreadAreReported) {
     }
 }
 
-// Code for a debugger keeps step where lanes exchange values through volatile memory, here in a
-// function that the kernel calls. With single threads a warning names the kernel.
-TEST_F(Lockstep, KernelsForDebuggersKeepStepAtVolatileAccesses) {
-    std::string text =
-        kernelText("debugged", "ld.param.u64 %rd4, [in]; mad.wide.u32 %rd4, %r1, 4, %rd4;\n"
-                               "{ .param .b64 a; .param .b32 r; st.param.b64 [a], %rd4;\n"
-                               "call.uni (r), exchange, (a); ld.param.b32 %r9, [r]; }\n"
-                               "ld.param.u64 %rd2, [out]; mad.wide.u32 %rd3, %r1, 4, %rd2;\n"
-                               "st.global.u32 [%rd3], %r9;\n");
-    text.replace(text.find("sm_"), 5, "sm_70, debug");
-    text.insert(text.find(".visible"),
-                ".func (.param .b32 r) exchange(.param .b64 a) {\n"
-                ".reg .b64 %p; .reg .b32 %t; ld.param.b64 %p, [a]; mov.u32 %t, %laneid;\n"
-                "st.volatile.u32 [%p], %t; ld.volatile.u32 %t, [%p+4];\n"
-                "st.param.b32 [r], %t; ret; }\n");
-    for (const bool inStep : {true, false}) {
-        setenv("SUNSTONE_KERNELS", inStep ? "lockstep" : "single", 1);
-        testing::internal::CaptureStderr();
-        CUmodule module = load(text);
-        std::vector<unsigned> words(64, 7), out(32, 0xabababab);
-        unsigned *in = words.data(), *to = out.data();
-        unsigned n = 32;
-        void* params[] = {&in, &to, &n};
-        EXPECT_EQ(cuLaunchKernel(find(module, "debugged"), 1, 1, 1, 32, 1, 1, 0, nullptr, params,
-                                 nullptr),
-                  CUDA_SUCCESS);
-        EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
-        const std::string log = testing::internal::GetCapturedStderr();
-        EXPECT_EQ(log.find("thread by thread") == log.npos, inStep) << log;
-        for (unsigned thread = 0; thread < 32 && inStep; ++thread)
-            EXPECT_EQ(out[thread], thread == 31 ? 7 : thread + 1) << thread;
-        EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
-    }
+// Code for a debugger keeps step where lanes exchange values through memory: volatile, in a
+// function that the kernel calls; by atomics; shared. With single threads a warning names the
+// kernel. Others stay as they are for the debugger.
+TEST_F(Lockstep, KernelsForDebuggersKeepStepWhereLanesExchangeValues) {
+    struct Case {
+        const char* name;
+        std::string body;
+        unsigned (*expected)(unsigned thread);
+        bool countsOnSteps;
+    };
+    const Case cases[] = {
+        {"volatileWords",
+         "ld.param.u64 %rd4, [in]; mad.wide.u32 %rd4, %r1, 4, %rd4;\n"
+         "{ .param .b64 a; .param .b32 r; st.param.b64 [a], %rd4;\n"
+         "call.uni (r), exchange, (a); ld.param.b32 %r9, [r]; }\n",
+         [](unsigned thread) { return thread == 31 ? 7 : thread + 1; }, true},
+        {"counter",
+         "ld.param.u64 %rd4, [in]; ld.global.u32 %r9, [%rd4];\n"
+         "{ .param .b64 a; st.param.b64 [a], %rd4; setp.ne.u32 %p1, %r1, 0; @%p1 bra A;\n"
+         "call.uni raise, (a); }\nA:\n",
+         [](unsigned) { return 7u; }, true},
+        {"sharedWords",
+         "{ .shared .align 4 .b8 words[128]; mov.u32 %r4, words; mad.lo.u32 %r4, %r1, 4, %r4;\n"
+         "st.shared.u32 [%r4], %r1; xor.b32 %r5, %r1, 31; mov.u32 %r4, words;\n"
+         "mad.lo.u32 %r4, %r5, 4, %r4; ld.shared.u32 %r9, [%r4]; }\n",
+         [](unsigned thread) { return thread ^ 31; }, true},
+        {"histogram",
+         "ld.param.u64 %rd4, [in]; and.b32 %r5, %r1, 3; mad.wide.u32 %rd4, %r5, 4, %rd4;\n"
+         "red.global.add.u32 [%rd4], 1; mov.u32 %r9, %r1;\n",
+         [](unsigned thread) { return thread; }, false},
+    };
+    const std::string functions =
+        ".func (.param .b32 r) exchange(.param .b64 a) {\n"
+        ".reg .b64 %p; .reg .b32 %t; ld.param.b64 %p, [a]; mov.u32 %t, %laneid;\n"
+        "st.volatile.u32 [%p], %t; ld.volatile.u32 %t, [%p+4];\n"
+        "st.param.b32 [r], %t; ret; }\n"
+        ".func raise(.param .b64 a) {\n"
+        ".reg .b64 %p; .reg .b32 %t; ld.param.b64 %p, [a];\n"
+        "atom.add.u32 %t, [%p], 100; ret; }\n";
+    for (const Case& one : cases)
+        for (const bool inStep : {true, false}) {
+            SCOPED_TRACE(testing::Message() << one.name << " in step " << inStep);
+            std::string text = kernelText(
+                one.name, one.body + "ld.param.u64 %rd2, [out]; mad.wide.u32 %rd3, %r1, 4, %rd2;\n"
+                                     "st.global.u32 [%rd3], %r9;\n");
+            text.replace(text.find("sm_"), 5, "sm_70, debug");
+            text.insert(text.find(".visible"), functions);
+            setenv("SUNSTONE_KERNELS", inStep ? "lockstep" : "single", 1);
+            testing::internal::CaptureStderr();
+            CUmodule module = load(text);
+            std::vector<unsigned> words(64, 7), out(32, 0xabababab);
+            unsigned *in = words.data(), *to = out.data();
+            unsigned n = 32;
+            void* params[] = {&in, &to, &n};
+            EXPECT_EQ(cuLaunchKernel(find(module, one.name), 1, 1, 1, 32, 1, 1, 0, nullptr, params,
+                                     nullptr),
+                      CUDA_SUCCESS);
+            EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
+            const std::string log = testing::internal::GetCapturedStderr();
+            EXPECT_EQ(log.find("thread by thread") != log.npos, one.countsOnSteps && !inStep)
+                << log;
+            for (unsigned thread = 0; thread < 32 && (inStep || !one.countsOnSteps); ++thread)
+                EXPECT_EQ(out[thread], one.expected(thread)) << thread;
+            EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+        }
 }
 
 TEST_F(Lockstep, ActiveLanesOfTheLastRound) {

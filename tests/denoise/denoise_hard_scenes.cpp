@@ -31,7 +31,7 @@ constexpr uint32_t kSamples[] = {1, 4, 16, 64};
 constexpr uint32_t kReferenceSamples = 4096;
 constexpr size_t kLeastPixels = 40; // of a class
 // docs/denoiser.md has the figures; they may only get better.
-constexpr double kMostWorse = 0.24, kLeastGain = 2.7;
+constexpr double kMostWorse = 0.18, kLeastGain = 2.9;
 // Rounding of references and inputs, in squared units of the screen.
 constexpr double kSlack = 2e-6;
 

@@ -4,7 +4,7 @@
 
 #include "shared_params.h"
 
-extern "C" __constant__ Params params;
+extern "C" { __constant__ Params params; }
 
 static __device__ __noinline__ unsigned twice(unsigned value)
 {

@@ -99,10 +99,20 @@ llvm::DISubprogram* DebugInfo::describe(const ptx::Module& module, const ptx::Fu
                                                           : llvm::DICompileUnit::LineTablesOnly);
     llvm::DIFile* place = file(module, dwarf && dwarf->file ? dwarf->file : first->file);
     const std::string name = dwarf ? dwarf->name : std::string(source.name);
-    return builder_.createFunction(
-        place, name, toRef(source.name), place, line,
-        builder_.createSubroutineType(builder_.getOrCreateTypeArray({})), line,
-        llvm::DINode::FlagPrototyped, llvm::DISubprogram::SPFlagDefinition);
+    return builder_.createFunction(place, name, toRef(source.name), place, line,
+                                   builder_.createSubroutineType(builder_.getOrCreateTypeArray({})),
+                                   line, llvm::DINode::FlagPrototyped,
+                                   llvm::DISubprogram::SPFlagDefinition);
+}
+
+void DebugInfo::describeLaunchParams(const ptx::Module& module, llvm::DISubprogram* function) {
+    const auto& globals = dwarf(module).globals;
+    const auto found = globals.find(unit_.rules().launchParams);
+    if (found == globals.end() || launchParams_.count(function) != 0)
+        return;
+    if (llvm::DIType* kind = type(module, found->second.type))
+        launchParams_[function] = builder_.createAutoVariable(
+            function, found->second.name, function->getFile(), function->getLine(), kind, true);
 }
 
 llvm::DISubprogram* DebugInfo::inlinedFunction(const ptx::Module& module, const std::string& name,
@@ -114,6 +124,7 @@ llvm::DISubprogram* DebugInfo::inlinedFunction(const ptx::Module& module, const 
             place, name, {}, place, line,
             builder_.createSubroutineType(builder_.getOrCreateTypeArray({})), line,
             llvm::DINode::FlagPrototyped, llvm::DISubprogram::SPFlagDefinition);
+        describeLaunchParams(module, function);
     }
     return function;
 }
@@ -230,6 +241,7 @@ FunctionDebug::FunctionDebug(DebugInfo& info, const ptx::Module& module,
     const DwarfFunction* dwarf = info.variablesOf(module, source);
     if (!dwarf)
         return;
+    info.describeLaunchParams(module, subprogram_);
     for (uint32_t i = 0; i < source.registers.size(); ++i) {
         const ptx::Register& reg = source.registers[i];
         const std::string number = reg.number == ~0u ? "" : std::to_string(reg.number);
@@ -314,9 +326,8 @@ void FunctionDebug::setLocation(llvm::IRBuilder<>& builder, const ptx::SourcePos
     if (!subprogram_)
         return;
     Scope in = open_.back();
-    const uint32_t call = source.line != 0 && !in.inlinedAt
-                              ? info_.inlinedCalls(module_).at(textLine)
-                              : 0;
+    const uint32_t call =
+        source.line != 0 && !in.inlinedAt ? info_.inlinedCalls(module_).at(textLine) : 0;
     if (call != 0) {
         const DebugInfo::InlinedScope inlined =
             info_.inlinedScope(module_, call, source, subprogram_);
@@ -376,94 +387,8 @@ void FunctionDebug::atValue(llvm::IRBuilder<>& builder, uint32_t reg, llvm::Valu
         for (const Place& place : variable.places)
             if (place.active && place.reg == reg)
                 info_.builder().insertDbgValueIntrinsic(
-                    value, variable.variable, info_.builder().createExpression(),
-                    variable.location, builder.GetInsertBlock());
-}
-
-// ---- memory for variables ---------------------------------------------------------------------
-
-namespace {
-
-using llvm::DbgVariableRecord;
-using VariableKey = std::pair<llvm::DILocalVariable*, llvm::DILocation*>; // and the inlined call
-
-// Bits of the variable that a record's value covers; none if the expression does more than select a
-// part.
-std::optional<std::pair<uint64_t, uint64_t>> coveredBits(const DbgVariableRecord& record) {
-    const llvm::DIExpression* expression = record.getExpression();
-    const auto fragment = expression->getFragmentInfo();
-    if (expression->getNumElements() > (fragment ? 3u : 0u))
-        return std::nullopt;
-    const uint64_t size = record.getVariable()->getSizeInBits().value_or(0);
-    return fragment ? std::make_pair(fragment->OffsetInBits, fragment->SizeInBits)
-                    : std::make_pair(uint64_t(0), size);
-}
-
-void storeValue(DbgVariableRecord& record, llvm::AllocaInst* memory,
-                const llvm::DataLayout& layout) {
-    const auto bits = coveredBits(record);
-    if (!bits || record.isKillLocation() || record.hasArgList())
-        return;
-    llvm::Value* value = record.getVariableLocationOp(0);
-    if (!value || !value->getType()->isSized() || bits->first % 8 != 0 ||
-        layout.getTypeSizeInBits(value->getType()) > bits->second)
-        return;
-    llvm::Instruction* before = record.getMarker()->MarkedInstr;
-    if (!before)
-        return;
-    if (llvm::isa<llvm::PHINode>(before))
-        before = &*before->getParent()->getFirstInsertionPt();
-    llvm::IRBuilder<> builder(before);
-    builder.SetCurrentDebugLocation(llvm::DebugLoc()); // belongs to no line
-    llvm::Value* place = builder.CreateConstInBoundsGEP1_64(builder.getInt8Ty(), memory,
-                                                            bits->first / 8);
-    builder.CreateAlignedStore(value, place, llvm::Align(1), true);
-}
-
-void pinVariablesOf(llvm::Function& function) {
-    std::map<VariableKey, std::vector<DbgVariableRecord*>> found;
-    std::vector<VariableKey> order;
-    for (llvm::BasicBlock& block : function)
-        for (llvm::Instruction& instruction : block)
-            for (DbgVariableRecord& record :
-                 llvm::filterDbgVars(instruction.getDbgRecordRange())) {
-                if (!record.isDbgValue())
-                    continue;
-                const VariableKey key = {record.getVariable(),
-                                         record.getDebugLoc().getInlinedAt()};
-                auto& list = found[key];
-                if (list.empty())
-                    order.push_back(key);
-                list.push_back(&record);
-            }
-    const llvm::DataLayout& layout = function.getDataLayout();
-    llvm::DIBuilder builder(*function.getParent(), false);
-    llvm::BasicBlock& entry = function.getEntryBlock();
-    for (const VariableKey& key : order) {
-        const uint64_t bits = key.first->getSizeInBits().value_or(0);
-        constexpr uint64_t kMostBits = 1 << 16;
-        if (bits == 0 || bits % 8 != 0 || bits > kMostBits)
-            continue;
-        llvm::IRBuilder<> top(&entry, entry.begin());
-        auto* memory = top.CreateAlloca(llvm::ArrayType::get(top.getInt8Ty(), bits / 8));
-        memory->setAlignment(llvm::Align(16));
-        std::vector<DbgVariableRecord*>& records = found[key];
-        for (DbgVariableRecord* record : records)
-            storeValue(*record, memory, layout);
-        llvm::DILocation* location = records.front()->getDebugLoc();
-        llvm::Instruction* first = &*entry.getFirstNonPHIOrDbgOrAlloca();
-        builder.insertDeclare(memory, key.first, builder.createExpression(), location, first);
-        for (DbgVariableRecord* record : records)
-            record->eraseFromParent();
-    }
-}
-
-} // namespace
-
-void pinVariables(Unit& unit) {
-    for (llvm::Function& function : unit.module())
-        if (!function.isDeclaration() && function.getSubprogram())
-            pinVariablesOf(function);
+                    value, variable.variable, info_.builder().createExpression(), variable.location,
+                    builder.GetInsertBlock());
 }
 
 } // namespace sunstone::compiler

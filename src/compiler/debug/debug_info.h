@@ -8,7 +8,8 @@
 // Variables. PTX keeps them in depots and registers. Both are promoted to values soon after
 // translation, because later passes need constants. LLVM tracks the values in debug records. After
 // lowering, pinVariables gives each variable memory and stores every value there, so a debugger
-// sees the variable at every stop in its scope.
+// sees the variable at every stop in its scope. The launch parameters are a local variable of each
+// function.
 #pragma once
 
 #include "compiler/debug/dwarf.h"
@@ -50,6 +51,13 @@ public:
                                             uint32_t line) {
         return inlinedVariables_[{function, name, line}];
     }
+    // Makes the local variable that stands for the launch parameters in a function, if the module
+    // describes them.
+    void describeLaunchParams(const ptx::Module& module, llvm::DISubprogram* function);
+    llvm::DILocalVariable* launchParamsIn(llvm::DISubprogram* function) const {
+        const auto found = launchParams_.find(function);
+        return found == launchParams_.end() ? nullptr : found->second;
+    }
     llvm::DIBuilder& builder() { return builder_; }
     // Call once, after all functions are translated.
     void finish();
@@ -74,6 +82,7 @@ private:
     std::map<std::pair<llvm::DISubprogram*, uint32_t>, InlinedScope> inlinedScopes_;
     std::map<std::tuple<llvm::DISubprogram*, std::string, uint32_t>, llvm::DILocalVariable*>
         inlinedVariables_;
+    std::map<llvm::DISubprogram*, llvm::DILocalVariable*> launchParams_;
 };
 
 // Debug information of one function during translation: its open scopes and the places of its
@@ -125,7 +134,7 @@ private:
     std::map<std::string, uint32_t, std::less<>> registers_; // by full name
 };
 
-// See the head comment. For functions with debug records of variables.
+// See the head comment. For functions with debug records of variables (pin_variables.cpp).
 void pinVariables(Unit& unit);
 
 } // namespace sunstone::compiler

@@ -466,6 +466,8 @@ private:
     }
 
     void collect(const Entry& entry) {
+        if (entry.tag == kTagVariable)
+            return collectGlobal(entry);
         if (entry.tag != kTagSubprogram || !entry.find(kLowPc))
             return;
         DwarfFunction function;
@@ -477,6 +479,14 @@ private:
         if (symbol.empty())
             symbol = inheritedText(entry, kLinkageName);
         out_.functions[symbol.empty() ? function.name : symbol] = std::move(function);
+    }
+
+    void collectGlobal(const Entry& entry) {
+        DwarfScope scope;
+        addVariable(entry, scope);
+        for (DwarfVariable& variable : scope.variables)
+            if (const DwarfPlace place = variable.places[0]; !place.isRegister)
+                out_.globals.emplace(place.name, std::move(variable));
     }
 
     void fillScope(const Entry& entry, DwarfScope& scope, unsigned depth) {
@@ -627,8 +637,8 @@ private:
         for (const size_t index : entry->children) {
             const Entry& child = entries_[index];
             if (child.tag == kTagMember && !child.text(kName).empty()) {
-                type.members.push_back({child.text(kName), uint32_t(child.number(kType)),
-                                        memberOffset(child)});
+                type.members.push_back(
+                    {child.text(kName), uint32_t(child.number(kType)), memberOffset(child)});
                 needed.push_back(type.members.back().type);
             } else if (child.tag == kTagSubrange) {
                 const bool hasBound = child.find(kUpperBound) != nullptr;

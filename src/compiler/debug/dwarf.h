@@ -42,10 +42,10 @@ struct DwarfType {
     };
     Kind kind = Kind::kNone;
     std::string name;
-    uint64_t size = 0;       // bytes; 0: the size of the aliased type
-    uint32_t encoding = 0;   // DW_ATE_* of a base type
-    uint32_t of = 0;         // pointed to, element, aliased; key in DwarfInfo::types, 0: void
-    uint64_t count = 0;      // elements of an array
+    uint64_t size = 0;     // bytes; 0: the size of the aliased type
+    uint32_t encoding = 0; // DW_ATE_* of a base type
+    uint32_t of = 0;       // pointed to, element, aliased; key in DwarfInfo::types, 0: void
+    uint64_t count = 0;    // elements of an array
     std::vector<Member> members;
     std::vector<std::pair<std::string, int64_t>> enumerators;
 };
@@ -88,6 +88,7 @@ struct DwarfFunction {
 
 struct DwarfInfo {
     std::map<std::string, DwarfFunction> functions; // by symbol
+    std::map<std::string, DwarfVariable> globals;   // by symbol
     std::map<uint32_t, DwarfType> types;
 };
 

@@ -50,7 +50,7 @@ bool hasState(const llvm::Module& module) {
 
 void refuseUnresolved(const llvm::Module& module) {
     // Functions that the driver provides to device code.
-    constexpr llvm::StringLiteral kProvided[] = {"vprintf", "malloc", "free", "__assertfail"};
+    constexpr llvm::StringLiteral kProvided[] = {"vprintf", "malloc", "free"};
     std::string missing;
     for (const llvm::Function& function : module)
         if (function.isDeclaration() && !function.isIntrinsic() && !function.use_empty() &&

@@ -7,9 +7,10 @@
 #include "base/threads.h"
 #include "compiler/compile_steps.h"
 #include "compiler/debug/debug_info.h"
+#include "compiler/kernels/exchanges.h"
 #include "compiler/kernels/shared_layout.h"
-#include "compiler/kernels/volatile_accesses.h"
 #include "compiler/lockstep/lockstep.h"
+#include "compiler/lockstep/steps.h"
 #include "compiler/machine.h"
 #include "compiler/passes/flush.h"
 #include "compiler/passes/optimizer.h"
@@ -27,6 +28,9 @@ namespace sunstone::compiler {
 namespace {
 
 constexpr const char* kKernelPrefix = "kernel.";
+
+// Statements of a module that is optimised although it is for a debugger, which takes some seconds.
+constexpr size_t kLongModule = 50000;
 
 KernelInfo describeKernel(const ptx::Function& function) {
     KernelInfo info;
@@ -57,6 +61,14 @@ bool callsThroughPointers(const ptx::Module& module) {
                 statement.instruction.target.kind != ptx::OperandKind::kSymbol)
                 return true;
     return false;
+}
+
+bool areLong(const KernelModules& modules) {
+    size_t statements = 0;
+    for (const auto& module : modules)
+        for (const ptx::Function& function : module->functions)
+            statements += function.body.size();
+    return statements > kLongModule;
 }
 
 bool isMemory(const ptx::Variable& variable) {
@@ -233,11 +245,12 @@ public:
             addLockstepCode(optimizer, kernels);
             times.step("lockstep");
         } else {
-            const auto exchanging = functionsWithVolatileAccesses(pointersOf(modules_));
-            for (KernelInfo& info : kernels) {
-                info.singleReason = level_ == OptLevel::k0 ? "it was compiled for debugging"
-                                                           : "the memory checker watches it";
-                info.countsOnSteps = exchanging.count(info.name) != 0;
+            for (size_t i = 0; i < functions_.size(); ++i) {
+                kernels[i].singleReason = level_ == OptLevel::k0 ? "it was compiled for debugging"
+                                                                 : "the memory checker watches it";
+                kernels[i].countsOnSteps =
+                    functions_[i] &&
+                    countsOnSteps(flushedOf(*unit_, *functions_[i]), kernels[i].usesBarriers);
             }
         }
         CodeObject object = generate(*unit_, machine_);
@@ -286,10 +299,10 @@ public:
     KernelModuleImpl(KernelModules modules, const KernelOptions& options)
         : modules_(std::move(modules)), options_(options),
           isWhole_(modules_.size() > 1 || callsThroughPointers(*modules_[0])),
-          kernels_(describeKernels(modules_)) {
+          isLong_(areLong(modules_)), kernels_(describeKernels(modules_)) {
         ready_.resize(kernels_.size());
         if (options.debugLevel == DebugLevel::kFull)
-            exchanging_ = functionsWithVolatileAccesses(pointersOf(modules_));
+            exchanging_ = functionsThatMayExchange(pointersOf(modules_));
         if (isWhole_)
             loadWhole();
         else
@@ -377,25 +390,33 @@ private:
     }
 
     // Code for a debugger runs thread by thread, with wrong results where lanes exchange values
-    // through volatile memory in step. Such a kernel gives up its variables, unless the user asks
-    // for single threads.
-    DebugLevel levelOf(const KernelInfo& info) const {
-        const bool isExchanging = exchanging_.count(info.name) != 0;
-        if (!isExchanging || checks("memory") || currentConfig(Setting::kKernels) == "single")
-            return options_.debugLevel;
-        log(LogLevel::kInfo, "compiler",
-            message("kernel ", info.name,
-                    " has volatile accesses, so its warps run in step and a "
-                    "debugger does not see its variables; SUNSTONE_KERNELS=single shows them"));
-        return DebugLevel::kModerate;
+    // through memory in step. Such a kernel gives up its variables, unless the user asks for single
+    // threads. Optimised code tells which kernels do so.
+    KernelObject obtainKernel(size_t index) const {
+        const KernelInfo& info = kernels_[index];
+        const bool mayExchange = exchanging_.count(info.name) != 0;
+        bool countsOnSteps = mayExchange;
+        if (mayExchange && !isLong_ && !checks("memory")) {
+            KernelObject made = obtainKernel(index, DebugLevel::kModerate, " in step");
+            countsOnSteps = made.kernels[0].countsOnSteps;
+            if (countsOnSteps && made.kernels[0].hasLockstep &&
+                currentConfig(Setting::kKernels) != "single") {
+                log(LogLevel::kInfo, "compiler",
+                    message("kernel ", info.name,
+                            " exchanges values through memory, so its warps run in step and a "
+                            "debugger does not see its variables; SUNSTONE_KERNELS=single shows "
+                            "them"));
+                return made;
+            }
+        }
+        KernelObject made = obtainKernel(index, options_.debugLevel, "");
+        if (mayExchange && !checks("memory"))
+            made.kernels[0].countsOnSteps = countsOnSteps;
+        return made;
     }
 
-    KernelObject obtainKernel(size_t index) const {
-        const DebugLevel level = levelOf(kernels_[index]);
-        std::string what = kKernelPrefix + kernels_[index].name;
-        if (level != options_.debugLevel)
-            what += " in step";
-        return obtain(what, {kernels_[index]},
+    KernelObject obtainKernel(size_t index, DebugLevel level, const char* way) const {
+        return obtain(kKernelPrefix + kernels_[index].name + way, {kernels_[index]},
                       [&](std::vector<KernelInfo>& kernels, StepTimes& times) {
                           KernelCompilation compilation(modules_, level, Variables::kReferenced);
                           if (!compilation.addKernels(kernels))
@@ -427,6 +448,8 @@ private:
                 return compilation.finish(kernels, times);
             });
         kernels_ = made.kernels;
+        for (KernelInfo& info : kernels_) // code for a debugger alone was looked at, not optimised
+            info.countsOnSteps |= exchanging_.count(info.name) != 0;
         std::vector<std::string> symbols;
         for (const KernelInfo& info : kernels_)
             addSymbols(info, symbols);
@@ -478,9 +501,9 @@ private:
 
     const KernelModules modules_;
     const KernelOptions options_;
-    const bool isWhole_;
+    const bool isWhole_, isLong_;
     std::vector<KernelInfo> kernels_;
-    std::set<std::string_view> exchanging_; // through volatile memory; of modules for debugging
+    std::set<std::string_view> exchanging_; // perhaps, through memory; of modules for debugging
     std::vector<char> ready_;
     std::map<VariableId, void*> addresses_;
     VariableTable table_;

@@ -321,7 +321,7 @@ std::string addCode(Unit& unit, Optimizer& optimizer, LentMachine& machine, llvm
         return "its values take too much memory";
     if (isFlushed) {
         runFlushed(unit, *made);
-        made = unit.module().getFunction((made->getName() + kFlushedSuffix).str());
+        made = &flushedOf(unit, *made);
     }
     optimizer.finishLockstep(*made, byRuns);
     return {};
@@ -335,9 +335,8 @@ bool wantsRuns() {
 
 void addLockstep(Unit& unit, Optimizer& optimizer, LentMachine& machine, llvm::Function& kernel,
                  KernelInfo& info) {
-    llvm::Function* flushed = unit.module().getFunction((kernel.getName() + kFlushedSuffix).str());
-    const llvm::Function& source = flushed ? *flushed : kernel;
-    info.countsOnSteps = countsOnSteps(source);
+    llvm::Function& source = flushedOf(unit, kernel);
+    info.countsOnSteps = countsOnSteps(source, info.usesBarriers);
     const bool needsSteps = info.usesBarriers || info.usesWarpFunctions || info.countsOnSteps;
     const bool isLong = source.getInstructionCount() > kLongKernel || wantsRuns();
     if (isLong && !needsSteps && !wantsRuns()) {
@@ -349,10 +348,10 @@ void addLockstep(Unit& unit, Optimizer& optimizer, LentMachine& machine, llvm::F
         return;
     }
     llvm::ValueToValueMapTy map;
-    llvm::Function* copy = llvm::CloneFunction(const_cast<llvm::Function*>(&source), map);
+    llvm::Function* copy = llvm::CloneFunction(&source, map);
     copy->setLinkage(llvm::GlobalValue::InternalLinkage);
     info.singleReason =
-        addCode(unit, optimizer, machine, *copy, flushed != nullptr, needsSteps, isLong, info);
+        addCode(unit, optimizer, machine, *copy, &source != &kernel, needsSteps, isLong, info);
     optimizer.forget(*copy);
     copy->eraseFromParent();
 }

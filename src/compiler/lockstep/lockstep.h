@@ -16,7 +16,7 @@
 //
 // Kernels keep only their code for one thread if they are very long or have
 //  - meeting points in functions that are called through pointers or recursively;
-//  - code for a debugger (kernels with volatile accesses get the function all the same, see
+//  - code for a debugger (kernels that count on steps get the function all the same, see
 //    kernels/compile_kernels.cpp) or for the memory checker.
 // Kernels whose lanes do not exchange values get the function only if it is faster (lockstep.cpp).
 // Long kernels get scalar code instead of vectors (lockstep/runs.cpp).

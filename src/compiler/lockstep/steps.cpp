@@ -41,8 +41,8 @@ public:
             note(instruction);
     }
 
-    bool countOnSteps() const {
-        if (hasVolatile_ || (loadsShared_ && storesShared_))
+    bool countOnSteps(bool hasBarriers) const {
+        if (hasVolatile_ || (loadsShared_ && storesShared_ && !hasBarriers))
             return true;
         for (const Root& atomic : atomics_)
             for (const Root& plain : plain_)
@@ -118,8 +118,8 @@ private:
 
 } // namespace
 
-bool countsOnSteps(const llvm::Function& kernel) {
-    return Accesses(kernel).countOnSteps();
+bool countsOnSteps(const llvm::Function& kernel, bool hasBarriers) {
+    return Accesses(kernel).countOnSteps(hasBarriers);
 }
 
 } // namespace sunstone::compiler

@@ -13,6 +13,6 @@ namespace sunstone::compiler {
 //  - loads and stores of shared memory, if the kernel has no barrier;
 //  - atomic updates of memory that the kernel also accesses otherwise. Addresses from different
 //    parameters count as different memory.
-bool countsOnSteps(const llvm::Function& kernel);
+bool countsOnSteps(const llvm::Function& kernel, bool hasBarriers);
 
 } // namespace sunstone::compiler

@@ -9,6 +9,7 @@
 #include "compiler/optix7/intrinsics.h"
 #include "compiler/optix7/payload.h"
 #include "compiler/optix7/program_kind.h"
+#include "compiler/optix7/tree_constants.h"
 
 #include "base/error.h"
 #include "ptx/opcode.h"
@@ -41,60 +42,6 @@ template <class... Parts>
                          const Parts&... parts) {
     fail(code, "line ", instruction.location.line, ": ", parts...);
 }
-
-// Registers that hold one known number all the time.
-class Constants {
-public:
-    explicit Constants(const ptx::Function& function)
-        : definitions_(function.registers.size(), 0), values_(function.registers.size()) {
-        for (const ptx::Statement& statement : function.body) {
-            if (statement.kind != ptx::StatementKind::kInstruction)
-                continue;
-            const ptx::Instruction& instruction = statement.instruction;
-            if (!instruction.operands.empty())
-                define(instruction.operands[0], &instruction);
-            for (const ptx::Operand& result : instruction.results)
-                define(result, nullptr);
-        }
-    }
-
-    std::optional<uint32_t> valueOf(const ptx::Operand& operand) const {
-        if (operand.kind == ptx::OperandKind::kInteger)
-            return uint32_t(operand.integer);
-        uint32_t index = operand.index;
-        for (unsigned copies = 0; copies < 8; ++copies) {
-            if (operand.kind != ptx::OperandKind::kRegister || index >= values_.size() ||
-                definitions_[index] != 1)
-                return std::nullopt;
-            const auto source = copyOf_.find(index);
-            if (source == copyOf_.end())
-                return values_[index];
-            index = source->second;
-        }
-        return std::nullopt;
-    }
-
-private:
-    void define(const ptx::Operand& target, const ptx::Instruction* instruction) {
-        for (const ptx::Operand& element : target.elements)
-            define(element, nullptr);
-        if (target.kind != ptx::OperandKind::kRegister || target.index >= values_.size())
-            return;
-        ++definitions_[target.index];
-        if (!instruction || instruction->facts->operation != ptx::Operation::kMove ||
-            instruction->guard >= 0 || instruction->operands.size() != 2)
-            return;
-        const ptx::Operand& source = instruction->operands[1];
-        if (source.kind == ptx::OperandKind::kInteger)
-            values_[target.index] = uint32_t(source.integer);
-        else if (source.kind == ptx::OperandKind::kRegister && source.component < 0)
-            copyOf_[target.index] = source.index;
-    }
-
-    std::vector<unsigned> definitions_;
-    std::vector<std::optional<uint32_t>> values_;
-    std::unordered_map<uint32_t, uint32_t> copyOf_;
-};
 
 uint32_t estimateStack(const ptx::Function& function, bool traces) {
     uint64_t bytes = 32; // return address and saved registers
@@ -173,10 +120,10 @@ private:
 
     void collect(const ptx::Function& function) {
         FunctionCalls& calls = calls_[function.name];
-        std::optional<Constants> constants;
+        std::optional<TreeConstants> constants;
         for (const ptx::Statement& statement : function.body) {
             if (statement.kind == ptx::StatementKind::kInstruction &&
-                statement.instruction.facts->isJump())
+                statement.instruction.facts->isJump() && !leadsToNext(function, statement))
                 calls.firstBranch = std::min(calls.firstBranch,
                                              statement.instruction.location.line);
             if (statement.kind != ptx::StatementKind::kInstruction ||
@@ -205,6 +152,16 @@ private:
             checkConstants(*intrinsic, instruction, *constants);
             calls.intrinsics.push_back({intrinsic, &instruction});
         }
+    }
+
+    // nvcc -G jumps to the beginning of what it inlined.
+    static bool leadsToNext(const ptx::Function& function, const ptx::Statement& jump) {
+        const ptx::Statement* next = &jump + 1;
+        const auto& operands = jump.instruction.operands;
+        return jump.instruction.guard < 0 && operands.size() == 1 &&
+               operands[0].kind == ptx::OperandKind::kLabel &&
+               next != function.body.data() + function.body.size() &&
+               next->kind == ptx::StatementKind::kLabel && next->label == operands[0].index;
     }
 
     void checkOperands(const Intrinsic& intrinsic, const ptx::Instruction& instruction) const {
@@ -237,7 +194,7 @@ private:
     }
 
     void checkConstants(const Intrinsic& intrinsic, const ptx::Instruction& instruction,
-                        const Constants& constants) {
+                        const TreeConstants& constants) {
         std::optional<uint32_t> slot;
         switch (opOf(intrinsic)) {
         case IntrinsicOp::kSetPayload:
@@ -411,7 +368,7 @@ private:
 class NamedTypes {
 public:
     void add(const ptx::Function& function) {
-        const Constants constants(function);
+        const TreeConstants constants(function);
         for (const ptx::Statement& statement : function.body) {
             const ptx::Instruction& instruction = statement.instruction;
             if (statement.kind != ptx::StatementKind::kInstruction ||

@@ -407,6 +407,34 @@ TEST_F(Optix, ConstantsThroughMemory) {
     EXPECT_EQ(ray_.payload[3], 5u);
 }
 
+// The same of the types that a program supports, which module creation asks for. Another store
+// between hides the number.
+TEST_F(Optix, PayloadTypesThroughMemory) {
+    const auto typesOf = [](const std::string& between) {
+        PipelineRules rules;
+        ModuleRules own;
+        own.payloadTypes.resize(3);
+        const auto module = parse(std::string(kHeader) + R"(
+.visible .entry __miss__ms() {
+  .local .align 8 .b8 depot[16]; .reg .b64 %SP, %SPL; .reg .b32 %r<4>; .reg .b64 %rd<3>; .reg .pred %p;
+  mov.u64 %SPL, depot; cvta.local.u64 %SP, %SPL; add.u64 %rd1, %SP, 8; setp.eq.u32 %p, 1, 2;
+  mov.b32 %r1, 5; st.u32 [%SP+8], %r1; st.u32 [%SP+12], 1;
+)" + between + R"(
+  ld.u32 %r2, [%SP+8];
+  call _optix_set_payload_types, (%r2);
+  ret;
+}
+)");
+        return inspect(*module, rules, own).programs.at(0).payloadTypes;
+    };
+    EXPECT_EQ(5u, typesOf(""));
+    EXPECT_EQ(5u, typesOf("mov.u32 %r3, 9; st.u32 [%SP+4], %r3; debug:"));
+    for (const char* between :
+         {"st.u32 [%rd1], 2;", "st.u16 [%SP+10], 0;", "st.u64 [%SP+4], 0;", "again: @%p bra again;",
+          "atom.add.u32 %r3, [%SP+8], 1;", "st.v2.u32 [%SP+4], {%r1, %r1};"})
+        EXPECT_THROW(typesOf(between), Error) << between;
+}
+
 // Of the launch parameters, another constant, a local variable and an address from outside.
 TEST_F(Optix, SpacesOfAddresses) {
     compile(R"(

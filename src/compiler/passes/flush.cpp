@@ -392,6 +392,11 @@ void addCallees(const Analyses& all, std::set<llvm::Function*>& chosen) {
 
 } // namespace
 
+llvm::Function& flushedOf(Unit& unit, llvm::Function& function) {
+    llvm::Function* moved = unit.module().getFunction((function.getName() + kFlushedSuffix).str());
+    return moved ? *moved : function;
+}
+
 void runFlushed(Unit& unit, llvm::Function& function) {
     Modes(unit).split(function);
 }

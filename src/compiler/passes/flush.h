@@ -13,6 +13,9 @@ constexpr const char* kFlushName = "sunstone.flush";
 // Appended to the name of a function that runs with results flushed by the processor.
 constexpr const char* kFlushedSuffix = ".flushed";
 
+// The function that holds the body of one that lowerFlushes has seen.
+llvm::Function& flushedOf(Unit& unit, llvm::Function& function);
+
 // Prefix of the functions through which code in that mode calls code that needs the default mode:
 // the first argument is the callee.
 constexpr const char* kLeavePrefix = "leave.";

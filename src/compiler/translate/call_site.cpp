@@ -50,6 +50,12 @@ std::string sourcePlace(Unit& unit, const FunctionFacts& caller,
     return at.column ? message(text, ":", at.column) : text;
 }
 
+std::string placeIn(Unit& unit, const FunctionFacts& function,
+                    const ptx::Instruction& instruction) {
+    const std::string place = sourcePlace(unit, function, instruction);
+    return message(", in ", function.function->name, place.empty() ? "" : ", at ", place);
+}
+
 void setCallSite(Unit& unit, llvm::CallInst& call, const FunctionFacts& caller,
                  const ptx::Instruction& instruction, const std::string& source) {
     llvm::LLVMContext& context = unit.context();
@@ -57,10 +63,9 @@ void setCallSite(Unit& unit, llvm::CallInst& call, const FunctionFacts& caller,
         return llvm::ConstantAsMetadata::get(
             llvm::ConstantInt::get(llvm::Type::getInt32Ty(context), value));
     };
-    call.setMetadata(
-        kKind, llvm::MDNode::get(context, {number(instruction.location.line),
-                                           number(unit.moduleNumber(*caller.module)),
-                                           llvm::MDString::get(context, source)}));
+    call.setMetadata(kKind, llvm::MDNode::get(context, {number(instruction.location.line),
+                                                        number(unit.moduleNumber(*caller.module)),
+                                                        llvm::MDString::get(context, source)}));
 }
 
 CallSite callSite(Unit& unit, const llvm::Instruction& call) {

@@ -12,8 +12,8 @@ void setCallSite(Unit& unit, llvm::CallInst& call, const FunctionFacts& caller,
                  const ptx::Instruction& instruction, const std::string& source);
 
 struct CallSite {
-    uint32_t line = 0;       // in the PTX; 0: unknown
-    llvm::StringRef source;  // "file:line:column"; empty: unknown
+    uint32_t line = 0;                  // in the PTX; 0: unknown
+    llvm::StringRef source;             // "file:line:column"; empty: unknown
     const ModuleRules* rules = nullptr; // never null from callSite
 };
 CallSite callSite(Unit& unit, const llvm::Instruction& call);
@@ -23,5 +23,8 @@ CallSite callSite(Unit& unit, const llvm::Instruction& call);
 // program with the call.
 std::string sourcePlace(Unit& unit, const FunctionFacts& caller,
                         const ptx::Instruction& instruction);
+
+// ", in FUNCTION, at FILE:LINE:COLUMN", as far as known.
+std::string placeIn(Unit& unit, const FunctionFacts& function, const ptx::Instruction& instruction);
 
 } // namespace sunstone::compiler

@@ -88,7 +88,7 @@ void FunctionTranslator::endAfterAssertion() {
 // Ends the thread through its launcher, which normally does not return; if it does, the function
 // returns.
 //
-// No tail call: the return address says where the trap is.
+// No tail call: the return address says where the trap is. On GPUs the text of the place does.
 void FunctionTranslator::emitTrap(ptx::Lockstep how) {
     if (isKernel()) {
         llvm::cast<llvm::CallInst>(meet(how, builder_.getVoidTy()))
@@ -102,10 +102,13 @@ void FunctionTranslator::emitTrap(ptx::Lockstep how) {
         Value* handler =
             unit_.launchFunction(builder_, launch, offsetof(devlib::LaunchState, throwException),
                                  "throwException", type);
+        Value* place = llvm::ConstantPointerNull::get(builder_.getPtrTy());
+        if (unit_.isGpu())
+            place = builder_.CreateGlobalString(placeIn(unit_, facts_, *current_));
         builder_
             .CreateCall(type, handler,
                         {state(), builder_.getInt32(uint32_t(devlib::kExceptionTrap)),
-                         builder_.getInt32(0), llvm::ConstantPointerNull::get(builder_.getPtrTy())})
+                         builder_.getInt32(0), place})
             ->setTailCallKind(llvm::CallInst::TCK_NoTail);
     }
     emitReturn();

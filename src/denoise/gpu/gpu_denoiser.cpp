@@ -15,7 +15,7 @@ namespace {
 constexpr uint64_t kMostPixels = uint64_t(1) << 30;
 // Kernels of step_kernels.cu; the first ones in the order of Step, without the rows.
 enum StepKernel : uint32_t {
-    kToneMap = 15,
+    kToneMap = 17,
     kStructure,
     kBegin,
     kLuminance,
@@ -24,17 +24,30 @@ enum StepKernel : uint32_t {
     kColorsBlocks,
     kStepKernelCount
 };
-constexpr const char* kStepKernels[] = {"sunstone_guides",         "sunstone_alpha",
-                                        "sunstone_alpha_as_color", "sunstone_color_as_alpha",
-                                        "sunstone_color",          "sunstone_loss",
-                                        "sunstone_correlate",      "sunstone_gather",
-                                        "sunstone_return",         "sunstone_restore",
-                                        "sunstone_compress",       "sunstone_tensor",
-                                        "sunstone_upsample",       "sunstone_blend",
-                                        "sunstone_write",          "sunstone_tone_map",
-                                        "sunstone_structure",      "sunstone_begin",
-                                        "sunstone_luminance",      "sunstone_luminance_blocks",
-                                        "sunstone_colors",         "sunstone_colors_blocks"};
+constexpr const char* kStepKernels[] = {"sunstone_guides",
+                                        "sunstone_alpha",
+                                        "sunstone_alpha_as_color",
+                                        "sunstone_color_as_alpha",
+                                        "sunstone_color",
+                                        "sunstone_loss",
+                                        "sunstone_correlate",
+                                        "sunstone_gather",
+                                        "sunstone_sum_row",
+                                        "sunstone_mean_of_box",
+                                        "sunstone_return",
+                                        "sunstone_restore",
+                                        "sunstone_compress",
+                                        "sunstone_tensor",
+                                        "sunstone_upsample",
+                                        "sunstone_blend",
+                                        "sunstone_write",
+                                        "sunstone_tone_map",
+                                        "sunstone_structure",
+                                        "sunstone_begin",
+                                        "sunstone_luminance",
+                                        "sunstone_luminance_blocks",
+                                        "sunstone_colors",
+                                        "sunstone_colors_blocks"};
 static_assert(std::size(kStepKernels) == kStepKernelCount);
 
 // Kernels of filter_kernels.cu, once for each number of guides; the first ones in the order of

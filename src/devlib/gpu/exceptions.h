@@ -43,6 +43,33 @@ SUNSTONE_INLINE void note(RayState* state, uint64_t& word, int32_t code) {
     endLaunch(reportOf(state), placeOf(state), code);
 }
 
+// Copies the end of a text, which has the name of a file.
+[[gnu::noinline]] static void keepText(char (&to)[LaunchSaying::kBytes], const char* text) {
+    if (!text)
+        return;
+    uint32_t length = 0;
+    while (text[length])
+        ++length;
+    if (length >= LaunchSaying::kBytes)
+        text += length - (LaunchSaying::kBytes - 1);
+    for (uint32_t i = 0; i + 1 < LaunchSaying::kBytes && text[i]; ++i)
+        to[i] = text[i];
+}
+
+// The first thread of a launch that says something is heard.
+[[gnu::noinline]] static void say(RayState* state, int32_t code, uint32_t line, const char* text,
+                                  const char* file, const char* function) {
+    LaunchSaying& saying = reportOf(state).saying;
+    if (__nvvm_atom_cas_gen_ll(reinterpret_cast<long long*>(&saying.by), 0,
+                               static_cast<long long>(placeOf(state) + 1)) != 0)
+        return;
+    saying.line = line;
+    saying.code = code;
+    keepText(saying.texts[0], text);
+    keepText(saying.texts[1], file);
+    keepText(saying.texts[2], function);
+}
+
 // What the getters of exceptions tell, for the host.
 [[gnu::noinline]] static void noteDetails(RayState* state, uint64_t* words) {
     const ExceptionInfo& info = state->thread->exception;
@@ -114,6 +141,8 @@ SUNSTONE_INLINE void note(RayState* state, uint64_t& word, int32_t code) {
 extern "C" void sunstone_gpu_throwException(RayState* state, int32_t code, uint32_t count,
                                             const uint32_t* details) {
     ThreadState* const thread = state->thread;
+    if (code == kExceptionTrap && details) // the text of its place
+        say(state, code, 0, reinterpret_cast<const char*>(details), nullptr, nullptr);
     for (uint32_t i = 0; i < 8; ++i)
         thread->exceptionDetails[i] = i < count ? details[i] : 0;
     thread->exception = {};

@@ -13,6 +13,18 @@ namespace sunstone::devlib {
 // ones: nothing happened.
 constexpr uint64_t kNoReport = ~uint64_t(0);
 
+// What the first launch index to fail an assertion or to trap says. The report holds the texts,
+// because the module that they stand in may be unloaded when the host reads the report.
+struct LaunchSaying {
+    static constexpr unsigned kTexts = 3, kBytes = 192;
+
+    uint64_t by; // the launch index (linear) plus one; 0: none
+    uint32_t line;
+    int32_t code; // as in LaunchReport::fatal
+    // Of an assertion the condition, the file and the function; of a trap its place.
+    char texts[kTexts][kBytes];
+};
+
 struct LaunchReport {
     uint64_t raised;  // exception of the run-time
     uint64_t unseen;  // exception without an exception program
@@ -25,6 +37,7 @@ struct LaunchReport {
     // launch index above so that they are of the same one (ReportWord).
     static constexpr unsigned kWords = 12;
     uint64_t raisedDetails[kWords], unseenDetails[kWords];
+    LaunchSaying saying;
 };
 
 // An invalid ray takes all nine words from 0 on, other exceptions these. Addresses are of texts in
@@ -45,6 +58,7 @@ inline LaunchReport emptyReport() {
     report.unknown = report.usual = 0;
     for (unsigned i = 0; i < LaunchReport::kWords; ++i)
         report.raisedDetails[i] = report.unseenDetails[i] = kNoReport;
+    report.saying = {};
     return report;
 }
 
@@ -53,6 +67,7 @@ enum FatalCode : int32_t {
     kFatalRaygenRecord = -1000,    // holds no ray generation group of the pipeline
     kFatalExceptionRecord = -1001, // holds no exception group of the pipeline
     kFatalGraphTooDeep = -1002,    // the structures on a path are too deep together
+    kFatalAssertion = -1003,       // a failed assertion
 };
 
 // Spaces on a path below the world's: those of the deepest graph that there may be, by the property

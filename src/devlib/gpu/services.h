@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Functions that translated programs call by name: those that CUDA's driver provides to device
-// code, with the hidden parameter of every function of an OptiX module.
+// code, with the hidden parameter of every function of an OptiX module. A failed assertion ends the
+// launch; the driver's own function would end the context.
 #pragma once
 
 #include "devlib/gpu/checks.h"
@@ -9,7 +10,6 @@ extern "C" {
 int vprintf(const char*, void*);
 void* malloc(size_t);
 void free(void*);
-void __assertfail(const void*, const void*, uint32_t, const void*, size_t);
 
 uint32_t sunstone_vprintf(sunstone::devlib::RayState*, uint64_t format, uint64_t values) {
     return uint32_t(
@@ -20,6 +20,13 @@ uint64_t sunstone_malloc(sunstone::devlib::RayState*, uint64_t size) {
 }
 void sunstone_free(sunstone::devlib::RayState*, uint64_t address) {
     free(reinterpret_cast<void*>(address));
+}
+void sunstone_assertfail(sunstone::devlib::RayState* state, uint64_t condition, uint64_t file,
+                         uint32_t line, uint64_t function, uint64_t) {
+    using namespace sunstone::devlib;
+    gpu::say(state, kFatalAssertion, line, reinterpret_cast<const char*>(condition),
+             reinterpret_cast<const char*>(file), reinterpret_cast<const char*>(function));
+    gpu::endLaunch(state, kFatalAssertion);
 }
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdio>
 #include <cstring>
 #include <optional>
 #include <utility>
@@ -27,9 +28,23 @@ std::string nameOfFatal(int32_t code) {
     case devlib::kFatalGraphTooDeep:
         return "the structures on a path of the traversable graph are too deep together for "
                "GPUs: more than 16 of them, with trees as deep as they can be";
+    case devlib::kFatalAssertion:
+        return "failed assertion";
     default:
         return {};
     }
+}
+
+// A failed assertion, in the form that it has on the CPU.
+std::string assertionOf(const devlib::LaunchSaying& saying) {
+    const auto text = [&](unsigned i) { return saying.texts[i][0] ? saying.texts[i] : "?"; };
+    return message(text(1), ":", saying.line, ": ", text(2), ": Assertion `", text(0), "` failed");
+}
+
+std::string atIndex(uint64_t place, const devlib::LaunchState& launch) {
+    const uint64_t width = launch.dimensions[0], height = launch.dimensions[1];
+    return message(", at launch index (", place % width, ", ", place / width % height, ", ",
+                   place / width / height, ")");
 }
 
 // A text in the pipeline's module, or empty where it cannot be read.
@@ -96,9 +111,15 @@ std::string describe(uint64_t word, const devlib::LaunchState& launch, const Wor
         }
         name = describeException(thread, wording);
     }
-    const uint64_t place = word >> 32, width = launch.dimensions[0], height = launch.dimensions[1];
-    return message(name, ", at launch index (", place % width, ", ", place / width % height, ", ",
-                   place / width / height, ")");
+    return name + atIndex(word >> 32, launch);
+}
+
+std::string textOf(const devlib::LaunchSaying& saying, const Wording& wording) {
+    if (saying.code == devlib::kFatalAssertion)
+        return assertionOf(saying);
+    devlib::ThreadState thread{};
+    thread.exceptionCode = saying.code;
+    return describeException(thread, wording) + saying.texts[0];
 }
 
 } // namespace
@@ -314,10 +335,12 @@ void GpuLaunchSlots::lose(CUresult reason, Lines& lines) {
 
 std::string GpuLaunchSlots::failureOf(const Slot& slot, bool validation, bool withTexts) {
     const devlib::LaunchReport& report = *slot.report;
-    std::string text = describe(report.fatal, slot.host->launch, *slot.wording);
+    const devlib::LaunchState& launch = slot.host->launch;
+    std::string text = describe(report.fatal, launch, *slot.wording);
+    if (!text.empty() && report.saying.by != 0)
+        text = textOf(report.saying, *slot.wording) + atIndex(report.saying.by - 1, launch);
     if (text.empty() && validation)
-        text = describe(report.raised, slot.host->launch, *slot.wording, report.raisedDetails,
-                        withTexts);
+        text = describe(report.raised, launch, *slot.wording, report.raisedDetails, withTexts);
     return text;
 }
 
@@ -348,6 +371,8 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
         remark(slot.wording->excludedMotion);
     if (report.unknown)
         remark(unknownHandleRemark(report.unknown));
+    if (report.saying.code == devlib::kFatalAssertion) // as the CPU and other drivers do
+        std::fprintf(stderr, "%s.\n", assertionOf(report.saying).c_str());
     if (!failure.empty())
         lines.push_back({slot.context, LogLevel::kError, where + failure});
     else if (!unseen.empty())
