@@ -332,7 +332,7 @@ TEST_F(GpuKernels, ForeignEntriesAreNoCode) {
     const auto cache = std::make_shared<sunstone::engine::CompileCache>(
         [](sunstone::LogLevel, const std::string&) {});
     cache->start();
-    GpuKernelCode codes(90, 13000);
+    GpuKernelCode codes(90, 13000, nullptr);
     codes.useCache(cache);
     const sunstone::device::cuda::KernelSource kernel{"a", "test a", [] { return "the text"; }};
     const sunstone::device::cuda::KernelSource* const one = &kernel;
