@@ -274,7 +274,7 @@ void compare(unsigned ranks, bool kills) {
         ::kill(list[0], SIGKILL);
     };
     for (unsigned i = 0; all.change(i) && local.change(i); ++i) {
-        const unsigned subframes = 30 + 2 * i;
+        const unsigned subframes = ranks > 1 ? 24 + 2 * i : 6;
         const auto one =
             kills && i == 1 ? all.render(subframes, kill) : all.render(subframes, nothing);
         const auto other = local.render(subframes, nothing);
