@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // OptiX programs against a launch with fake trace, report and callable functions.
-#include "compiler/testing.h"
 #include "compiler/optix7/program_kind.h"
+#include "compiler/testing.h"
 
 #include <functional>
 
@@ -447,14 +447,17 @@ TEST_F(Optix, SpacesOfAddresses) {
   mov.u64 %rd1, depot; cvta.local.u64 %rd4, %rd1; st.u32 [%rd4], 5;
   ld.const.u64 %rd5, [params];
   mov.u32 %r1, 0;
-)" + [] {
-        std::string text;
-        for (const std::string address : {"%rd2", "%rd3", "%rd4", "%rd5"})
-            for (const std::string space : {"const", "local", "global", "shared"})
-                text += "isspacep." + space + " %p, " + address +
-                        "; selp.u32 %r2, 1, 0, %p; shl.b32 %r1, %r1, 1; or.b32 %r1, %r1, %r2;\n";
-        return text;
-    }() + R"(
+)" +
+                [] {
+                    std::string text;
+                    for (const std::string address : {"%rd2", "%rd3", "%rd4", "%rd5"})
+                        for (const std::string space : {"const", "local", "global", "shared"})
+                            text += "isspacep." + space + " %p, " + address +
+                                    "; selp.u32 %r2, 1, 0, %p; shl.b32 %r1, %r1, 1; or.b32 %r1, "
+                                    "%r1, %r2;\n";
+                    return text;
+                }() +
+                R"(
   st.u32 [%rd5], %r1; ld.u32 %r2, [%rd4]; st.u32 [%rd5+4], %r2;
   ret;
 }
@@ -552,13 +555,17 @@ TEST_F(Optix, PayloadTypesAreSetBeforeBranches) {
     moduleRules.payloadTypes.resize(1);
     moduleRules.payloadTypes[0].words.resize(1);
     const auto programWith = [&](const std::string& first) {
-        const auto module = parse(std::string(kHeader) +
-                                  ".visible .entry __miss__a() { .reg .b32 %r<3>;\n" + first +
-                                  "\ncall _optix_set_payload_types, (1);\nret; }\n");
+        const auto module =
+            parse(std::string(kHeader) +
+                  ".visible .entry __miss__a() { .reg .b32 %r<3>; .reg .pred %p;\n" + first +
+                  "\ncall _optix_set_payload_types, (1);\nret; }\n");
         return inspect(*module, rules_, moduleRules).programs.at(0).payloadTypes;
     };
     EXPECT_EQ(programWith("brev.b32 %r1, %r2; brkpt;"), 1u);
-    EXPECT_THROW(programWith("bra next; next:"), Error);
+    EXPECT_EQ(programWith("bra.uni next; next:"), 1u); // nvcc -G, before what it inlined
+    for (const char* branch :
+         {"@%p bra next; next:", "bra over; brkpt; over:", "again: bra again;"})
+        EXPECT_THROW(programWith(branch), Error) << branch;
 }
 
 } // namespace
