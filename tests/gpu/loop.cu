@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Device programs of loop_test.cpp. With ONE_PLACE, ray generation traces at one place in a loop,
-// so that the compiler cuts the program there; with AHEAD at one more place before the loop; else at
-// two in the loop.
+// so that the compiler cuts the program there; else at two.
 #include "loop.h"
 
 #include <optix.h>
@@ -22,41 +21,33 @@ static __forceinline__ __device__ void trace(const TestRay& r, unsigned int& hit
                params.flags, 0, 1, 0, hit, primitive, levels);
 }
 
-// The trace of number k, if there is one. False: it was the last.
-static __forceinline__ __device__ bool step(unsigned int k, unsigned int number,
-                                            unsigned int* recent, LoopResult& result) {
-    if (k % 3 == 2 && result.hits == 0)
-        return true;
-    const TestRay& ray = params.rays[(number * 7 + k * 13) % params.rayCount];
-    unsigned int hit = 0, primitive = number, levels = 2;
-#if defined(ONE_PLACE) || defined(AHEAD)
-    trace(ray, hit, primitive, levels);
-#else
-    if (k & 1)
-        trace(ray, hit, primitive, levels);
-    else
-        trace(ray, hit, primitive, levels);
-#endif
-    ++result.traces;
-    result.hits += hit;
-    recent[(primitive + k) & 3] = primitive + levels;
-    result.checksum = result.checksum * 31 + recent[k & 3];
-    if (number % 5 == params.throwAt)
-        optixThrowException(int(number));
-    return result.hits != 4;
-}
-
 // Every ray may be the last, and every third trace is one of two.
 extern "C" __global__ void __raygen__loop() {
     const unsigned int number = place(), count = number % params.most;
     unsigned int recent[4] = {1, 2, 3, 4}; // lives across traces, in memory
     LoopResult result = {};
-    unsigned int k = 0;
-#ifdef AHEAD
-    if (k < count && step(k++, number, recent, result))
+    for (unsigned int k = 0; k < count; ++k) {
+        if (k % 3 == 2 && result.hits == 0)
+            continue;
+        const TestRay& ray = params.rays[(number * 7 + k * 13) % params.rayCount];
+        unsigned int hit = 0, primitive = number, levels = 2;
+#ifdef ONE_PLACE
+        trace(ray, hit, primitive, levels);
+#else
+        if (k & 1)
+            trace(ray, hit, primitive, levels);
+        else
+            trace(ray, hit, primitive, levels);
 #endif
-        while (k < count && step(k, number, recent, result))
-            ++k;
+        ++result.traces;
+        result.hits += hit;
+        recent[(primitive + k) & 3] = primitive + levels;
+        result.checksum = result.checksum * 31 + recent[k & 3];
+        if (number % 5 == params.throwAt)
+            optixThrowException(int(number));
+        if (result.hits == 4)
+            break;
+    }
     params.results[number] = result;
 }
 

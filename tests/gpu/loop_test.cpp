@@ -62,10 +62,6 @@ protected:
         static Kernel kernel(textOf(TEST_LOOP_PTX), oneHitGroup());
         return kernel;
     }
-    static Kernel& ahead() {
-        static Kernel kernel(textOf(TEST_LOOP_AHEAD_PTX), oneHitGroup());
-        return kernel;
-    }
     static Kernel& whole() {
         static Kernel kernel(textOf(TEST_LOOP_TWO_PTX), oneHitGroup());
         return kernel;
@@ -123,7 +119,7 @@ protected:
     std::vector<LoopResult> same(const Job& job, devlib::LaunchReport* report = nullptr) const {
         devlib::LaunchReport wantedReport, foundReport;
         const std::vector<LoopResult> wanted = run(whole(), job, &wantedReport);
-        for (Kernel* kernel : {&cut(), &ahead(), &nested()}) {
+        for (Kernel* kernel : {&cut(), &nested()}) {
             SCOPED_TRACE(kernel->feedback);
             const std::vector<LoopResult> found = run(*kernel, job, &foundReport);
             for (size_t i = 0; i < wanted.size(); ++i) {
@@ -149,8 +145,6 @@ protected:
 TEST_F(GpuLoop, FeedbackTellsTheKernel) {
     EXPECT_NE(cut().feedback.find("warps take new launch indices"), std::string::npos)
         << cut().feedback;
-    EXPECT_NE(ahead().feedback.find("warps take new launch indices"), std::string::npos)
-        << ahead().feedback;
     EXPECT_NE(whole().feedback.find("one thread for each launch index, because no ray generation"),
               std::string::npos)
         << whole().feedback;

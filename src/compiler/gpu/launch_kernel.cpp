@@ -82,8 +82,7 @@ std::vector<llvm::Function*> LaunchKernel::programsToNest(std::string& reason) c
 // Rays of a ray generation program that traces in a loop, at one place, take turns in the
 // kernel of devlib/gpu/loop.h. With several such places lanes would wait at different ones, and
 // all that lies between would run for few lanes at a time (docs/notes/ray-kernels-gpu.md has
-// figures). Places outside of loops, such as that of a camera ray before its occlusion rays, are
-// seldom the ones where a lane is.
+// figures).
 std::string LaunchKernel::chooseSimple() {
     std::vector<llvm::Function*> cut;
     std::string reason = "no ray generation program traces in a loop at one place";

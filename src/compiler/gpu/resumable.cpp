@@ -274,10 +274,11 @@ std::vector<llvm::Function*> tracingFunctions(llvm::Module& module) {
     return result;
 }
 
-namespace {
-
-// Whether control can come back to the block.
-bool isRepeated(const llvm::BasicBlock* block) {
+bool tracesInLoop(const llvm::Function& program) {
+    const std::vector<llvm::CallInst*> calls = tracesOf(program);
+    if (calls.size() != 1)
+        return false;
+    const llvm::BasicBlock* const block = calls[0]->getParent();
     std::set<const llvm::BasicBlock*> seen;
     std::vector<const llvm::BasicBlock*> queue(llvm::succ_begin(block), llvm::succ_end(block));
     while (!queue.empty()) {
@@ -289,15 +290,6 @@ bool isRepeated(const llvm::BasicBlock* block) {
             queue.insert(queue.end(), llvm::succ_begin(each), llvm::succ_end(each));
     }
     return false;
-}
-
-} // namespace
-
-bool tracesInLoop(const llvm::Function& program) {
-    const std::vector<llvm::CallInst*> calls = tracesOf(program);
-    return 1 == std::count_if(calls.begin(), calls.end(), [](const llvm::CallInst* call) {
-               return isRepeated(call->getParent());
-           });
 }
 
 std::string obstacleToCut(const llvm::Function& program) {

@@ -30,7 +30,7 @@ struct CutPrograms {
 // The functions of a module with lowered calls that trace, in module order.
 std::vector<llvm::Function*> tracingFunctions(llvm::Module& module);
 
-// Whether the program, with lowered calls, traces repeatedly at one place; at others at most once.
+// Whether the program, with lowered calls, traces at one place, repeatedly.
 bool tracesInLoop(const llvm::Function& program);
 
 // The reason why the program cannot be cut, or empty. Its module must not depend on which lanes of
