@@ -55,41 +55,6 @@ TEST(GpuCompile, KernelForTheDevice) {
     EXPECT_TRUE(has(compile(body, future), ".target sm_90"));
 }
 
-// A ray generation program that calls one of `count` callables.
-std::string callables(unsigned count) {
-    std::string text = ".version 7.8\n.target sm_70\n.address_size 64\n"
-                       ".visible .const .align 8 .b8 params[16];\n";
-    for (unsigned i = 0; i < count; ++i)
-        text += ".visible .func (.param .b32 r) __direct_callable__c" + std::to_string(i) +
-                "(.param .b32 a) {\n.reg .b32 %r<4>;\nld.param.b32 %r1, [a];\nmul.lo.u32 %r1, "
-                "%r1, " +
-                std::to_string(1000 + i) + ";\nst.param.b32 [r], %r1;\nret;\n}\n";
-    return text + R"(
-.visible .entry __raygen__main() {
-  .reg .b32 %r<9>; .reg .b64 %rd<9>;
-  ld.const.u64 %rd1, [params]; ld.global.u32 %r1, [%rd1];
-  call (%rd2), _optix_call_direct_callable, (%r1);
-  { .param .b32 a; .param .b32 r; st.param.b32 [a], %r1;
-    prototype_0 : .callprototype (.param .b32 _) _ (.param .b32 _);
-    call (r), %rd2, (a), prototype_0; ld.param.b32 %r2, [r]; }
-  st.global.u32 [%rd1+4], %r2;
-  ret;
-}
-)";
-}
-
-TEST(GpuCompile, ManyCallablesAreFoundInATable) {
-    const std::string many = compile(callables(9));
-    EXPECT_TRUE(has(many, "sunstone_gpu_direct_table[9]")) << many;
-    expectAccepted(many);
-    EXPECT_FALSE(has(compile(callables(3)), "_table"));
-    // Groups whose numbers lie far apart.
-    compiler::GpuPipelineRequest request = requestOf(callables(9), Options());
-    for (GpuGroup& group : request.groups)
-        group.number *= 1000;
-    EXPECT_FALSE(has(compiler::compileGpuPipeline(request).ptx, "_table"));
-}
-
 // LLVM has no equivalent for these, or only one that it cannot emit.
 TEST(GpuCompile, WhatLlvmCannotWriteStaysWhatItIs) {
     const std::string kept[] = {

@@ -5,6 +5,7 @@
 #include <llvm/IR/IRBuilder.h>
 
 #include <map>
+#include <set>
 
 namespace sunstone::compiler {
 
@@ -127,53 +128,6 @@ private:
     std::map<llvm::Function*, llvm::BasicBlock*> calls_; // one call per program
 };
 
-// The programs of a dispatcher, by group.
-using Targets = std::map<uint32_t, llvm::Function*>;
-
-// Above this many groups the addresses are read from a table: the lanes of a warp that look for
-// several programs would take each branch of a switch one after the other.
-constexpr size_t kMostInSwitch = 4;
-
-// Numbers are those of the device context's groups: a pipeline may have few of a wide range.
-bool suitsTable(const Targets& targets) {
-    constexpr size_t kMostPlacesEach = 4;
-    return targets.size() > kMostInSwitch &&
-           targets.rbegin()->first - targets.begin()->first < kMostPlacesEach * targets.size();
-}
-
-// return group < size ? table[group] : null, for groups from the first on.
-void defineTable(llvm::Function& function, const Targets& targets) {
-    llvm::Module& module = *function.getParent();
-    llvm::IRBuilder<> builder(module.getContext());
-    llvm::Constant* const none = llvm::ConstantPointerNull::get(builder.getPtrTy());
-    const uint32_t first = targets.begin()->first, last = targets.rbegin()->first;
-    std::vector<llvm::Constant*> addresses(last - first + 1, none);
-    for (const auto& [group, target] : targets)
-        addresses[group - first] = target;
-    auto* type = llvm::ArrayType::get(builder.getPtrTy(), addresses.size());
-    constexpr unsigned kGlobal = 1; // address space
-    auto* table = new llvm::GlobalVariable(module, type, true, llvm::GlobalValue::InternalLinkage,
-                                           llvm::ConstantArray::get(type, addresses),
-                                           function.getName() + "_table", nullptr,
-                                           llvm::GlobalValue::NotThreadLocal, kGlobal);
-    function.addFnAttr(llvm::Attribute::AlwaysInline);
-    function.addFnAttr(llvm::Attribute::NoUnwind);
-    llvm::LLVMContext& context = module.getContext();
-    auto* entry = llvm::BasicBlock::Create(context, "", &function);
-    auto* inside = llvm::BasicBlock::Create(context, "inside", &function);
-    auto* outside = llvm::BasicBlock::Create(context, "none", &function);
-    builder.SetInsertPoint(entry);
-    llvm::Value* place = builder.CreateSub(function.getArg(0), builder.getInt32(first));
-    builder.CreateCondBr(builder.CreateICmpULT(place, builder.getInt32(uint32_t(addresses.size()))),
-                         inside, outside);
-    builder.SetInsertPoint(inside);
-    place = builder.CreateZExt(place, builder.getInt64Ty());
-    llvm::Value* address = builder.CreateInBoundsGEP(builder.getPtrTy(), table, place);
-    builder.CreateRet(builder.CreateAlignedLoad(builder.getPtrTy(), address, llvm::Align(8)));
-    builder.SetInsertPoint(outside);
-    builder.CreateRet(none);
-}
-
 // A function of a number: the fact about it, else `none`.
 using Facts = std::map<uint32_t, llvm::Value*>;
 void defineFacts(llvm::Module& module, const char* name, llvm::Value* none, const Facts& facts) {
@@ -204,21 +158,16 @@ void defineDispatchers(llvm::Module& module, const std::vector<GpuGroup>& groups
         llvm::Function* const function = module.getFunction(dispatcher.name);
         if (!function) // the run-time does not call it
             continue;
-        Targets targets; // a group may be given twice
+        Switch choice(*function, dispatcher.form);
+        std::set<uint32_t> numbers; // a group may be given twice
         for (const GpuGroup& group : groups) {
             const size_t index = group.programs[dispatcher.role];
-            if (index == GpuGroup::kNone || !serves(dispatcher.kind, group.kind))
+            if (index == GpuGroup::kNone || !serves(dispatcher.kind, group.kind) ||
+                !numbers.insert(group.number).second)
                 continue;
             if (llvm::Function* program = targetOf(cuts, dispatcher.form, programs[index]))
-                targets.emplace(group.number, program);
+                choice.add(group.number, *program);
         }
-        if (dispatcher.form == Dispatcher::kCode && suitsTable(targets)) {
-            defineTable(*function, targets);
-            continue;
-        }
-        Switch choice(*function, dispatcher.form);
-        for (const auto& [group, program] : targets)
-            choice.add(group, *program);
     }
 }
 
