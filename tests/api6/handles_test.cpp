@@ -151,7 +151,7 @@ RTresult resultOfBadContext(const std::string& name) {
     static const std::set<std::string> listed = {
         "rtContextGetDeviceCount",  "rtContextGetDevices",         "rtContextValidate",
         "rtContextLaunch1D",        "rtContextLaunch2D",           "rtContextLaunch3D",
-        "rtContextStopProgressive", "rtContextLaunchProgressive2D"};
+        "rtContextStopProgressive", "rtContextLaunchProgressive2D", "rtContextSetRemoteDevice"};
     return listed.count(name) || name.find("Create") != std::string::npos ? RT_ERROR_INVALID_CONTEXT
                                                                           : RT_ERROR_INVALID_VALUE;
 }
@@ -207,12 +207,16 @@ TEST_F(Handles, NullInPlaceOfOtherPointersIsRefused) {
         {"rtVariableGetContext", 1},
         {"rtCommandListGetContext", 1},
         {"rtAccelerationSetTraverser", 1},
+        {"rtContextSetRemoteDevice", 1},
         // The caller's own data; lists of no items; none of the optional parts.
         {"rtContextSetUsageReportCallback", 3},
         {"rtProgramCallsiteSetPotentialCallees", 2},
         {"rtGeometryTrianglesSetPreTransformMatrix", 2},
         {"rtGeometryTrianglesSetTriangleIndices", 1},
         {"rtGeometryTrianglesSetMaterialIndices", 1},
+        // Ranks of mpirun have no users.
+        {"rtRemoteDeviceCreate", 1},
+        {"rtRemoteDeviceCreate", 2},
         // Another argument is wrong first; attributes_test.cpp tries these.
         {"rtGlobalSetAttribute", 2},
         {"rtGlobalGetAttribute", 2},
