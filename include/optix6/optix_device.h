@@ -409,6 +409,7 @@ SUNSTONE_OPTIX_DEVICE void rtPrintExceptionDetails() {
 }
 
 #include "internal/optix_device_textures.h"
+#include "internal/optix_texture_references.h"
 
 #undef SUNSTONE_OPTIX_DEVICE
 

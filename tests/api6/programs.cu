@@ -341,6 +341,16 @@ RT_PROGRAM void sample() {
     result[3] = float(size.x + 10 * size.y);
 }
 
+rtTextureSampler<uchar4, 2, cudaReadModeNormalizedFloat> bytes_reference;
+rtTextureSampler<float, 2> depth_reference;
+RT_PROGRAM void sample_references() {
+    const float4 color = tex2D(bytes_reference, 0.75f, 0.25f);
+    result[0] = color.x;
+    result[1] = color.y;
+    result[2] = tex2D(depth_reference, 0.25f, 0.75f);
+    result[3] = tex2DLod(depth_reference, 0.75f, 0.75f, 0.0f);
+}
+
 rtDeclareVariable(int, gl_target, , "an RTgltarget");
 rtDeclareVariable(float3, place, , );
 rtDeclareVariable(int, layer, , );

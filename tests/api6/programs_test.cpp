@@ -248,6 +248,40 @@ TEST_F(Programs, TexturesById) {
     EXPECT_EQ(launch("sample")[0], 0) << "no such texture";
 }
 
+TEST_F(Programs, TexturesByReference) {
+    const auto sampler = [&](RTbuffer texels) {
+        RTtexturesampler made = nullptr;
+        ok(rtTextureSamplerCreate(context_, &made));
+        ok(rtTextureSamplerSetFilteringModes(made, RT_FILTER_NEAREST, RT_FILTER_NEAREST,
+                                             RT_FILTER_NONE));
+        ok(rtTextureSamplerSetBuffer(made, 0, 0, texels));
+        return made;
+    };
+    RTbuffer bytes = nullptr, depths = nullptr;
+    ok(rtBufferCreate(context_, RT_BUFFER_INPUT, &bytes));
+    ok(rtBufferSetFormat(bytes, RT_FORMAT_UNSIGNED_BYTE4));
+    ok(rtBufferSetSize2D(bytes, 2, 2));
+    fill<unsigned char>(bytes, {1, 2, 3, 4, 255, 51, 0, 0, 9, 9, 77, 9, 0, 0, 0, 0});
+    ok(rtBufferCreate(context_, RT_BUFFER_INPUT, &depths));
+    ok(rtBufferSetFormat(depths, RT_FORMAT_FLOAT));
+    ok(rtBufferSetSize2D(depths, 2, 2));
+    fill<float>(depths, {1, 2, 3, 4});
+    setEntry("sample_references");
+    fails(RT_ERROR_VARIABLE_NOT_FOUND, rtContextLaunch1D(context_, 0, 1), "_reference");
+    ok(rtVariableSetObject(variable("bytes_reference"), sampler(bytes)));
+    RTvariable depth = variable("depth_reference");
+    ok(rtVariableSetObject(depth, bytes));
+    fails(RT_ERROR_TYPE_MISMATCH, rtContextLaunch1D(context_, 0, 1), "texture sampler");
+    RTvariable undeclared = depth;
+    ok(rtContextRemoveVariable(context_, undeclared));
+    ok(rtVariableSetObject(variable("depth_reference"), sampler(depths)));
+    const std::vector<float> r = launch("sample_references");
+    EXPECT_EQ(r[0], 1);
+    EXPECT_FLOAT_EQ(r[1], 0.2f);
+    EXPECT_EQ(r[2], 3);
+    EXPECT_EQ(r[3], 4);
+}
+
 TEST_F(Programs, AreCompiledOnceForEqualTexts) {
     ok(rtVariableSet1f(variable("scoped"), 1));
     setEntry("write_scoped");

@@ -11,8 +11,6 @@
 #define SUNSTONE_OPTIX_DEVICE static __forceinline__ __device__
 #endif
 
-#define rtTextureSampler texture
-
 namespace optix {
 
 typedef int rtTextureId;
@@ -253,392 +251,405 @@ struct Fetched<float4> {
 namespace sunstone {
 
 // One texture instruction for each type of result.
-__device__ __forceinline__ void fetch1D(float4& v, rtTextureId id, float x) {
+__device__ __forceinline__ void fetch1D(float4& v, unsigned long long handle, float x) {
     asm volatile("tex.1d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5}];"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x));
+                 : "l"(handle), "f"(x));
 }
-__device__ __forceinline__ void fetch1D(int4& v, rtTextureId id, float x) {
+__device__ __forceinline__ void fetch1D(int4& v, unsigned long long handle, float x) {
     asm volatile("tex.1d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x));
+                 : "l"(handle), "f"(x));
 }
-__device__ __forceinline__ void fetch1D(uint4& v, rtTextureId id, float x) {
+__device__ __forceinline__ void fetch1D(uint4& v, unsigned long long handle, float x) {
     asm volatile("tex.1d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x));
+                 : "l"(handle), "f"(x));
 }
-__device__ __forceinline__ void fetch2D(float4& v, rtTextureId id, float x, float y) {
+__device__ __forceinline__ void fetch2D(float4& v, unsigned long long handle, float x, float y) {
     asm volatile("tex.2d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}];"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y));
+                 : "l"(handle), "f"(x), "f"(y));
 }
-__device__ __forceinline__ void fetch2D(int4& v, rtTextureId id, float x, float y) {
+__device__ __forceinline__ void fetch2D(int4& v, unsigned long long handle, float x, float y) {
     asm volatile("tex.2d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y));
+                 : "l"(handle), "f"(x), "f"(y));
 }
-__device__ __forceinline__ void fetch2D(uint4& v, rtTextureId id, float x, float y) {
+__device__ __forceinline__ void fetch2D(uint4& v, unsigned long long handle, float x, float y) {
     asm volatile("tex.2d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y));
+                 : "l"(handle), "f"(x), "f"(y));
 }
-__device__ __forceinline__ void fetch3D(float4& v, rtTextureId id, float x, float y, float z) {
+__device__ __forceinline__ void fetch3D(float4& v, unsigned long long handle, float x, float y,
+                                        float z) {
     asm volatile("tex.3d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}];"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z));
 }
-__device__ __forceinline__ void fetch3D(int4& v, rtTextureId id, float x, float y, float z) {
+__device__ __forceinline__ void fetch3D(int4& v, unsigned long long handle, float x, float y,
+                                        float z) {
     asm volatile("tex.3d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z));
 }
-__device__ __forceinline__ void fetch3D(uint4& v, rtTextureId id, float x, float y, float z) {
+__device__ __forceinline__ void fetch3D(uint4& v, unsigned long long handle, float x, float y,
+                                        float z) {
     asm volatile("tex.3d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z));
 }
-__device__ __forceinline__ void fetch1DFetch(float4& v, rtTextureId id, int x) {
+__device__ __forceinline__ void fetch1DFetch(float4& v, unsigned long long handle, int x) {
     asm volatile("tex.1d.v4.f32.s32 {%0, %1, %2, %3}, [%4, {%5}];"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(x));
+                 : "l"(handle), "r"(x));
 }
-__device__ __forceinline__ void fetch1DFetch(int4& v, rtTextureId id, int x) {
+__device__ __forceinline__ void fetch1DFetch(int4& v, unsigned long long handle, int x) {
     asm volatile("tex.1d.v4.s32.s32 {%0, %1, %2, %3}, [%4, {%5}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(x));
+                 : "l"(handle), "r"(x));
 }
-__device__ __forceinline__ void fetch1DFetch(uint4& v, rtTextureId id, int x) {
+__device__ __forceinline__ void fetch1DFetch(uint4& v, unsigned long long handle, int x) {
     asm volatile("tex.1d.v4.u32.s32 {%0, %1, %2, %3}, [%4, {%5}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(x));
+                 : "l"(handle), "r"(x));
 }
-__device__ __forceinline__ void fetch2DFetch(float4& v, rtTextureId id, int x, int y) {
+__device__ __forceinline__ void fetch2DFetch(float4& v, unsigned long long handle, int x, int y) {
     asm volatile("tex.2d.v4.f32.s32 {%0, %1, %2, %3}, [%4, {%5, %6}];"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(x), "r"(y));
+                 : "l"(handle), "r"(x), "r"(y));
 }
-__device__ __forceinline__ void fetch2DFetch(int4& v, rtTextureId id, int x, int y) {
+__device__ __forceinline__ void fetch2DFetch(int4& v, unsigned long long handle, int x, int y) {
     asm volatile("tex.2d.v4.s32.s32 {%0, %1, %2, %3}, [%4, {%5, %6}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(x), "r"(y));
+                 : "l"(handle), "r"(x), "r"(y));
 }
-__device__ __forceinline__ void fetch2DFetch(uint4& v, rtTextureId id, int x, int y) {
+__device__ __forceinline__ void fetch2DFetch(uint4& v, unsigned long long handle, int x, int y) {
     asm volatile("tex.2d.v4.u32.s32 {%0, %1, %2, %3}, [%4, {%5, %6}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(x), "r"(y));
+                 : "l"(handle), "r"(x), "r"(y));
 }
-__device__ __forceinline__ void fetch3DFetch(float4& v, rtTextureId id, int x, int y, int z) {
+__device__ __forceinline__ void fetch3DFetch(float4& v, unsigned long long handle, int x, int y,
+                                             int z) {
     asm volatile("tex.3d.v4.f32.s32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}];"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(x), "r"(y), "r"(z));
+                 : "l"(handle), "r"(x), "r"(y), "r"(z));
 }
-__device__ __forceinline__ void fetch3DFetch(int4& v, rtTextureId id, int x, int y, int z) {
+__device__ __forceinline__ void fetch3DFetch(int4& v, unsigned long long handle, int x, int y,
+                                             int z) {
     asm volatile("tex.3d.v4.s32.s32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(x), "r"(y), "r"(z));
+                 : "l"(handle), "r"(x), "r"(y), "r"(z));
 }
-__device__ __forceinline__ void fetch3DFetch(uint4& v, rtTextureId id, int x, int y, int z) {
+__device__ __forceinline__ void fetch3DFetch(uint4& v, unsigned long long handle, int x, int y,
+                                             int z) {
     asm volatile("tex.3d.v4.u32.s32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(x), "r"(y), "r"(z));
+                 : "l"(handle), "r"(x), "r"(y), "r"(z));
 }
-__device__ __forceinline__ void fetch1DGrad(float4& v, rtTextureId id, float x, float dPdx,
-                                            float dPdy) {
+__device__ __forceinline__ void fetch1DGrad(float4& v, unsigned long long handle, float x,
+                                            float dPdx, float dPdy) {
     asm volatile("tex.grad.1d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5}], {%6}, {%7};"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(dPdx), "f"(dPdy));
+                 : "l"(handle), "f"(x), "f"(dPdx), "f"(dPdy));
 }
-__device__ __forceinline__ void fetch1DGrad(int4& v, rtTextureId id, float x, float dPdx,
+__device__ __forceinline__ void fetch1DGrad(int4& v, unsigned long long handle, float x, float dPdx,
                                             float dPdy) {
     asm volatile("tex.grad.1d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5}], {%6}, {%7};"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(dPdx), "f"(dPdy));
+                 : "l"(handle), "f"(x), "f"(dPdx), "f"(dPdy));
 }
-__device__ __forceinline__ void fetch1DGrad(uint4& v, rtTextureId id, float x, float dPdx,
-                                            float dPdy) {
+__device__ __forceinline__ void fetch1DGrad(uint4& v, unsigned long long handle, float x,
+                                            float dPdx, float dPdy) {
     asm volatile("tex.grad.1d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5}], {%6}, {%7};"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(dPdx), "f"(dPdy));
+                 : "l"(handle), "f"(x), "f"(dPdx), "f"(dPdy));
 }
-__device__ __forceinline__ void fetch2DGrad(float4& v, rtTextureId id, float x, float y,
+__device__ __forceinline__ void fetch2DGrad(float4& v, unsigned long long handle, float x, float y,
                                             float2 dPdx, float2 dPdy) {
     asm volatile("tex.grad.2d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}], {%7, %8}, {%9, %10};"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(dPdx.x), "f"(dPdx.y),
-                   "f"(dPdy.x), "f"(dPdy.y));
+                 : "l"(handle), "f"(x), "f"(y), "f"(dPdx.x), "f"(dPdx.y), "f"(dPdy.x), "f"(dPdy.y));
 }
-__device__ __forceinline__ void fetch2DGrad(int4& v, rtTextureId id, float x, float y, float2 dPdx,
-                                            float2 dPdy) {
+__device__ __forceinline__ void fetch2DGrad(int4& v, unsigned long long handle, float x, float y,
+                                            float2 dPdx, float2 dPdy) {
     asm volatile("tex.grad.2d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}], {%7, %8}, {%9, %10};"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(dPdx.x), "f"(dPdx.y),
-                   "f"(dPdy.x), "f"(dPdy.y));
+                 : "l"(handle), "f"(x), "f"(y), "f"(dPdx.x), "f"(dPdx.y), "f"(dPdy.x), "f"(dPdy.y));
 }
-__device__ __forceinline__ void fetch2DGrad(uint4& v, rtTextureId id, float x, float y, float2 dPdx,
-                                            float2 dPdy) {
+__device__ __forceinline__ void fetch2DGrad(uint4& v, unsigned long long handle, float x, float y,
+                                            float2 dPdx, float2 dPdy) {
     asm volatile("tex.grad.2d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}], {%7, %8}, {%9, %10};"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(dPdx.x), "f"(dPdx.y),
-                   "f"(dPdy.x), "f"(dPdy.y));
+                 : "l"(handle), "f"(x), "f"(y), "f"(dPdx.x), "f"(dPdx.y), "f"(dPdy.x), "f"(dPdy.y));
 }
-__device__ __forceinline__ void fetch3DGrad(float4& v, rtTextureId id, float x, float y, float z,
-                                            float4 dPdx, float4 dPdy) {
+__device__ __forceinline__ void fetch3DGrad(float4& v, unsigned long long handle, float x, float y,
+                                            float z, float4 dPdx, float4 dPdy) {
     asm volatile("tex.grad.3d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], {%8, %9, %10, "
                  "%10}, {%11, %12, %13, %13};"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z), "f"(dPdx.x), "f"(dPdx.y),
-                   "f"(dPdx.z), "f"(dPdy.x), "f"(dPdy.y), "f"(dPdy.z));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z), "f"(dPdx.x), "f"(dPdx.y), "f"(dPdx.z),
+                   "f"(dPdy.x), "f"(dPdy.y), "f"(dPdy.z));
 }
-__device__ __forceinline__ void fetch3DGrad(int4& v, rtTextureId id, float x, float y, float z,
-                                            float4 dPdx, float4 dPdy) {
+__device__ __forceinline__ void fetch3DGrad(int4& v, unsigned long long handle, float x, float y,
+                                            float z, float4 dPdx, float4 dPdy) {
     asm volatile("tex.grad.3d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], {%8, %9, %10, "
                  "%10}, {%11, %12, %13, %13};"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z), "f"(dPdx.x), "f"(dPdx.y),
-                   "f"(dPdx.z), "f"(dPdy.x), "f"(dPdy.y), "f"(dPdy.z));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z), "f"(dPdx.x), "f"(dPdx.y), "f"(dPdx.z),
+                   "f"(dPdy.x), "f"(dPdy.y), "f"(dPdy.z));
 }
-__device__ __forceinline__ void fetch3DGrad(uint4& v, rtTextureId id, float x, float y, float z,
-                                            float4 dPdx, float4 dPdy) {
+__device__ __forceinline__ void fetch3DGrad(uint4& v, unsigned long long handle, float x, float y,
+                                            float z, float4 dPdx, float4 dPdy) {
     asm volatile("tex.grad.3d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], {%8, %9, %10, "
                  "%10}, {%11, %12, %13, %13};"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z), "f"(dPdx.x), "f"(dPdx.y),
-                   "f"(dPdx.z), "f"(dPdy.x), "f"(dPdy.y), "f"(dPdy.z));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z), "f"(dPdx.x), "f"(dPdx.y), "f"(dPdx.z),
+                   "f"(dPdy.x), "f"(dPdy.y), "f"(dPdy.z));
 }
-__device__ __forceinline__ void fetch1DLayeredGrad(float4& v, rtTextureId id, float x, int layer,
-                                                   float dPdx, float dPdy) {
+__device__ __forceinline__ void fetch1DLayeredGrad(float4& v, unsigned long long handle, float x,
+                                                   int layer, float dPdx, float dPdy) {
     asm volatile("tex.grad.a1d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}], {%7}, {%8};"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(dPdx), "f"(dPdy));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(dPdx), "f"(dPdy));
 }
-__device__ __forceinline__ void fetch1DLayeredGrad(int4& v, rtTextureId id, float x, int layer,
-                                                   float dPdx, float dPdy) {
+__device__ __forceinline__ void fetch1DLayeredGrad(int4& v, unsigned long long handle, float x,
+                                                   int layer, float dPdx, float dPdy) {
     asm volatile("tex.grad.a1d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}], {%7}, {%8};"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(dPdx), "f"(dPdy));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(dPdx), "f"(dPdy));
 }
-__device__ __forceinline__ void fetch1DLayeredGrad(uint4& v, rtTextureId id, float x, int layer,
-                                                   float dPdx, float dPdy) {
+__device__ __forceinline__ void fetch1DLayeredGrad(uint4& v, unsigned long long handle, float x,
+                                                   int layer, float dPdx, float dPdy) {
     asm volatile("tex.grad.a1d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}], {%7}, {%8};"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(dPdx), "f"(dPdy));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(dPdx), "f"(dPdy));
 }
-__device__ __forceinline__ void fetch2DLayeredGrad(float4& v, rtTextureId id, float x, float y,
-                                                   int layer, float2 dPdx, float2 dPdy) {
+__device__ __forceinline__ void fetch2DLayeredGrad(float4& v, unsigned long long handle, float x,
+                                                   float y, int layer, float2 dPdx, float2 dPdy) {
     asm volatile(
         "tex.grad.a2d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], {%8, %9}, {%10, %11};"
         : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-        : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y), "f"(dPdx.x), "f"(dPdx.y),
-          "f"(dPdy.x), "f"(dPdy.y));
+        : "l"(handle), "r"(layer), "f"(x), "f"(y), "f"(dPdx.x), "f"(dPdx.y), "f"(dPdy.x),
+          "f"(dPdy.y));
 }
-__device__ __forceinline__ void fetch2DLayeredGrad(int4& v, rtTextureId id, float x, float y,
-                                                   int layer, float2 dPdx, float2 dPdy) {
+__device__ __forceinline__ void fetch2DLayeredGrad(int4& v, unsigned long long handle, float x,
+                                                   float y, int layer, float2 dPdx, float2 dPdy) {
     asm volatile(
         "tex.grad.a2d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], {%8, %9}, {%10, %11};"
         : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-        : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y), "f"(dPdx.x), "f"(dPdx.y),
-          "f"(dPdy.x), "f"(dPdy.y));
+        : "l"(handle), "r"(layer), "f"(x), "f"(y), "f"(dPdx.x), "f"(dPdx.y), "f"(dPdy.x),
+          "f"(dPdy.y));
 }
-__device__ __forceinline__ void fetch2DLayeredGrad(uint4& v, rtTextureId id, float x, float y,
-                                                   int layer, float2 dPdx, float2 dPdy) {
+__device__ __forceinline__ void fetch2DLayeredGrad(uint4& v, unsigned long long handle, float x,
+                                                   float y, int layer, float2 dPdx, float2 dPdy) {
     asm volatile(
         "tex.grad.a2d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], {%8, %9}, {%10, %11};"
         : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-        : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y), "f"(dPdx.x), "f"(dPdx.y),
-          "f"(dPdy.x), "f"(dPdy.y));
+        : "l"(handle), "r"(layer), "f"(x), "f"(y), "f"(dPdx.x), "f"(dPdx.y), "f"(dPdy.x),
+          "f"(dPdy.y));
 }
-__device__ __forceinline__ void fetch1DLod(float4& v, rtTextureId id, float x, float level) {
+__device__ __forceinline__ void fetch1DLod(float4& v, unsigned long long handle, float x,
+                                           float level) {
     asm volatile("tex.level.1d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5}], %6;"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(level));
+                 : "l"(handle), "f"(x), "f"(level));
 }
-__device__ __forceinline__ void fetch1DLod(int4& v, rtTextureId id, float x, float level) {
+__device__ __forceinline__ void fetch1DLod(int4& v, unsigned long long handle, float x,
+                                           float level) {
     asm volatile("tex.level.1d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5}], %6;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(level));
+                 : "l"(handle), "f"(x), "f"(level));
 }
-__device__ __forceinline__ void fetch1DLod(uint4& v, rtTextureId id, float x, float level) {
+__device__ __forceinline__ void fetch1DLod(uint4& v, unsigned long long handle, float x,
+                                           float level) {
     asm volatile("tex.level.1d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5}], %6;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(level));
+                 : "l"(handle), "f"(x), "f"(level));
 }
-__device__ __forceinline__ void fetch2DLod(float4& v, rtTextureId id, float x, float y,
+__device__ __forceinline__ void fetch2DLod(float4& v, unsigned long long handle, float x, float y,
                                            float level) {
     asm volatile("tex.level.2d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}], %7;"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(level));
+                 : "l"(handle), "f"(x), "f"(y), "f"(level));
 }
-__device__ __forceinline__ void fetch2DLod(int4& v, rtTextureId id, float x, float y, float level) {
+__device__ __forceinline__ void fetch2DLod(int4& v, unsigned long long handle, float x, float y,
+                                           float level) {
     asm volatile("tex.level.2d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}], %7;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(level));
+                 : "l"(handle), "f"(x), "f"(y), "f"(level));
 }
-__device__ __forceinline__ void fetch2DLod(uint4& v, rtTextureId id, float x, float y,
+__device__ __forceinline__ void fetch2DLod(uint4& v, unsigned long long handle, float x, float y,
                                            float level) {
     asm volatile("tex.level.2d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}], %7;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(level));
+                 : "l"(handle), "f"(x), "f"(y), "f"(level));
 }
-__device__ __forceinline__ void fetch3DLod(float4& v, rtTextureId id, float x, float y, float z,
-                                           float level) {
+__device__ __forceinline__ void fetch3DLod(float4& v, unsigned long long handle, float x, float y,
+                                           float z, float level) {
     asm volatile("tex.level.3d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], %8;"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z), "f"(level));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z), "f"(level));
 }
-__device__ __forceinline__ void fetch3DLod(int4& v, rtTextureId id, float x, float y, float z,
-                                           float level) {
+__device__ __forceinline__ void fetch3DLod(int4& v, unsigned long long handle, float x, float y,
+                                           float z, float level) {
     asm volatile("tex.level.3d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], %8;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z), "f"(level));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z), "f"(level));
 }
-__device__ __forceinline__ void fetch3DLod(uint4& v, rtTextureId id, float x, float y, float z,
-                                           float level) {
+__device__ __forceinline__ void fetch3DLod(uint4& v, unsigned long long handle, float x, float y,
+                                           float z, float level) {
     asm volatile("tex.level.3d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], %8;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z), "f"(level));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z), "f"(level));
 }
-__device__ __forceinline__ void fetch1DLayeredLod(float4& v, rtTextureId id, float x, int layer,
-                                                  float level) {
+__device__ __forceinline__ void fetch1DLayeredLod(float4& v, unsigned long long handle, float x,
+                                                  int layer, float level) {
     asm volatile("tex.level.a1d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}], %7;"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(level));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(level));
 }
-__device__ __forceinline__ void fetch1DLayeredLod(int4& v, rtTextureId id, float x, int layer,
-                                                  float level) {
+__device__ __forceinline__ void fetch1DLayeredLod(int4& v, unsigned long long handle, float x,
+                                                  int layer, float level) {
     asm volatile("tex.level.a1d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}], %7;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(level));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(level));
 }
-__device__ __forceinline__ void fetch1DLayeredLod(uint4& v, rtTextureId id, float x, int layer,
-                                                  float level) {
+__device__ __forceinline__ void fetch1DLayeredLod(uint4& v, unsigned long long handle, float x,
+                                                  int layer, float level) {
     asm volatile("tex.level.a1d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}], %7;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(level));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(level));
 }
-__device__ __forceinline__ void fetch2DLayeredLod(float4& v, rtTextureId id, float x, float y,
-                                                  int layer, float level) {
+__device__ __forceinline__ void fetch2DLayeredLod(float4& v, unsigned long long handle, float x,
+                                                  float y, int layer, float level) {
     asm volatile("tex.level.a2d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], %8;"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y), "f"(level));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(y), "f"(level));
 }
-__device__ __forceinline__ void fetch2DLayeredLod(int4& v, rtTextureId id, float x, float y,
-                                                  int layer, float level) {
+__device__ __forceinline__ void fetch2DLayeredLod(int4& v, unsigned long long handle, float x,
+                                                  float y, int layer, float level) {
     asm volatile("tex.level.a2d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], %8;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y), "f"(level));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(y), "f"(level));
 }
-__device__ __forceinline__ void fetch2DLayeredLod(uint4& v, rtTextureId id, float x, float y,
-                                                  int layer, float level) {
+__device__ __forceinline__ void fetch2DLayeredLod(uint4& v, unsigned long long handle, float x,
+                                                  float y, int layer, float level) {
     asm volatile("tex.level.a2d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], %8;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y), "f"(level));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(y), "f"(level));
 }
-__device__ __forceinline__ void fetch1DLayered(float4& v, rtTextureId id, float x, int layer) {
+__device__ __forceinline__ void fetch1DLayered(float4& v, unsigned long long handle, float x,
+                                               int layer) {
     asm volatile("tex.a1d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}];"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x));
+                 : "l"(handle), "r"(layer), "f"(x));
 }
-__device__ __forceinline__ void fetch1DLayered(int4& v, rtTextureId id, float x, int layer) {
+__device__ __forceinline__ void fetch1DLayered(int4& v, unsigned long long handle, float x,
+                                               int layer) {
     asm volatile("tex.a1d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x));
+                 : "l"(handle), "r"(layer), "f"(x));
 }
-__device__ __forceinline__ void fetch1DLayered(uint4& v, rtTextureId id, float x, int layer) {
+__device__ __forceinline__ void fetch1DLayered(uint4& v, unsigned long long handle, float x,
+                                               int layer) {
     asm volatile("tex.a1d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x));
+                 : "l"(handle), "r"(layer), "f"(x));
 }
-__device__ __forceinline__ void fetch2DLayered(float4& v, rtTextureId id, float x, float y,
-                                               int layer) {
+__device__ __forceinline__ void fetch2DLayered(float4& v, unsigned long long handle, float x,
+                                               float y, int layer) {
     asm volatile("tex.a2d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}];"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(y));
 }
-__device__ __forceinline__ void fetch2DLayered(int4& v, rtTextureId id, float x, float y,
+__device__ __forceinline__ void fetch2DLayered(int4& v, unsigned long long handle, float x, float y,
                                                int layer) {
     asm volatile("tex.a2d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(y));
 }
-__device__ __forceinline__ void fetch2DLayered(uint4& v, rtTextureId id, float x, float y,
-                                               int layer) {
+__device__ __forceinline__ void fetch2DLayered(uint4& v, unsigned long long handle, float x,
+                                               float y, int layer) {
     asm volatile("tex.a2d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(y));
 }
-__device__ __forceinline__ void fetchCubemap(float4& v, rtTextureId id, float x, float y, float z) {
+__device__ __forceinline__ void fetchCubemap(float4& v, unsigned long long handle, float x, float y,
+                                             float z) {
     asm volatile("tex.cube.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}];"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z));
 }
-__device__ __forceinline__ void fetchCubemap(int4& v, rtTextureId id, float x, float y, float z) {
+__device__ __forceinline__ void fetchCubemap(int4& v, unsigned long long handle, float x, float y,
+                                             float z) {
     asm volatile("tex.cube.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z));
 }
-__device__ __forceinline__ void fetchCubemap(uint4& v, rtTextureId id, float x, float y, float z) {
+__device__ __forceinline__ void fetchCubemap(uint4& v, unsigned long long handle, float x, float y,
+                                             float z) {
     asm volatile("tex.cube.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z));
 }
-__device__ __forceinline__ void fetchCubemapLayered(float4& v, rtTextureId id, float x, float y,
-                                                    float z, int layer) {
+__device__ __forceinline__ void fetchCubemapLayered(float4& v, unsigned long long handle, float x,
+                                                    float y, float z, int layer) {
     asm volatile("tex.acube.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %8}];"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y), "f"(z));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(y), "f"(z));
 }
-__device__ __forceinline__ void fetchCubemapLayered(int4& v, rtTextureId id, float x, float y,
-                                                    float z, int layer) {
+__device__ __forceinline__ void fetchCubemapLayered(int4& v, unsigned long long handle, float x,
+                                                    float y, float z, int layer) {
     asm volatile("tex.acube.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %8}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y), "f"(z));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(y), "f"(z));
 }
-__device__ __forceinline__ void fetchCubemapLayered(uint4& v, rtTextureId id, float x, float y,
-                                                    float z, int layer) {
+__device__ __forceinline__ void fetchCubemapLayered(uint4& v, unsigned long long handle, float x,
+                                                    float y, float z, int layer) {
     asm volatile("tex.acube.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %8}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y), "f"(z));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(y), "f"(z));
 }
-__device__ __forceinline__ void fetchCubemapLod(float4& v, rtTextureId id, float x, float y,
-                                                float z, float level) {
+__device__ __forceinline__ void fetchCubemapLod(float4& v, unsigned long long handle, float x,
+                                                float y, float z, float level) {
     asm volatile("tex.level.cube.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], %8;"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z), "f"(level));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z), "f"(level));
 }
-__device__ __forceinline__ void fetchCubemapLod(int4& v, rtTextureId id, float x, float y, float z,
-                                                float level) {
+__device__ __forceinline__ void fetchCubemapLod(int4& v, unsigned long long handle, float x,
+                                                float y, float z, float level) {
     asm volatile("tex.level.cube.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], %8;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z), "f"(level));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z), "f"(level));
 }
-__device__ __forceinline__ void fetchCubemapLod(uint4& v, rtTextureId id, float x, float y, float z,
-                                                float level) {
+__device__ __forceinline__ void fetchCubemapLod(uint4& v, unsigned long long handle, float x,
+                                                float y, float z, float level) {
     asm volatile("tex.level.cube.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %7}], %8;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "f"(x), "f"(y), "f"(z), "f"(level));
+                 : "l"(handle), "f"(x), "f"(y), "f"(z), "f"(level));
 }
-__device__ __forceinline__ void fetchCubemapLayeredLod(float4& v, rtTextureId id, float x, float y,
-                                                       float z, int layer, float level) {
+__device__ __forceinline__ void fetchCubemapLayeredLod(float4& v, unsigned long long handle,
+                                                       float x, float y, float z, int layer,
+                                                       float level) {
     asm volatile("tex.level.acube.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %8}], %9;"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y), "f"(z), "f"(level));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(y), "f"(z), "f"(level));
 }
-__device__ __forceinline__ void fetchCubemapLayeredLod(int4& v, rtTextureId id, float x, float y,
-                                                       float z, int layer, float level) {
+__device__ __forceinline__ void fetchCubemapLayeredLod(int4& v, unsigned long long handle, float x,
+                                                       float y, float z, int layer, float level) {
     asm volatile("tex.level.acube.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %8}], %9;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y), "f"(z), "f"(level));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(y), "f"(z), "f"(level));
 }
-__device__ __forceinline__ void fetchCubemapLayeredLod(uint4& v, rtTextureId id, float x, float y,
-                                                       float z, int layer, float level) {
+__device__ __forceinline__ void fetchCubemapLayeredLod(uint4& v, unsigned long long handle, float x,
+                                                       float y, float z, int layer, float level) {
     asm volatile("tex.level.acube.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6, %7, %8}], %9;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
-                 : "l"(rt_texture_handle(id)), "r"(layer), "f"(x), "f"(y), "f"(z), "f"(level));
+                 : "l"(handle), "r"(layer), "f"(x), "f"(y), "f"(z), "f"(level));
 }
-__device__ __forceinline__ void fetch2DGather(float4& v, rtTextureId id, float x, float y,
-                                              int comp) {
-    const unsigned long long handle = rt_texture_handle(id);
+__device__ __forceinline__ void fetch2DGather(float4& v, unsigned long long handle, float x,
+                                              float y, int comp) {
     if (comp == 0)
         asm volatile("tld4.r.2d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}];"
                      : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
@@ -656,8 +667,8 @@ __device__ __forceinline__ void fetch2DGather(float4& v, rtTextureId id, float x
                      : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
                      : "l"(handle), "f"(x), "f"(y));
 }
-__device__ __forceinline__ void fetch2DGather(int4& v, rtTextureId id, float x, float y, int comp) {
-    const unsigned long long handle = rt_texture_handle(id);
+__device__ __forceinline__ void fetch2DGather(int4& v, unsigned long long handle, float x, float y,
+                                              int comp) {
     if (comp == 0)
         asm volatile("tld4.r.2d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}];"
                      : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
@@ -675,9 +686,8 @@ __device__ __forceinline__ void fetch2DGather(int4& v, rtTextureId id, float x, 
                      : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
                      : "l"(handle), "f"(x), "f"(y));
 }
-__device__ __forceinline__ void fetch2DGather(uint4& v, rtTextureId id, float x, float y,
+__device__ __forceinline__ void fetch2DGather(uint4& v, unsigned long long handle, float x, float y,
                                               int comp) {
-    const unsigned long long handle = rt_texture_handle(id);
     if (comp == 0)
         asm volatile("tld4.r.2d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, %6}];"
                      : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
@@ -701,7 +711,7 @@ __device__ __forceinline__ void fetch2DGather(uint4& v, rtTextureId id, float x,
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex1D(rtTextureId id, float x) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch1D(v, id, x);
+    sunstone::fetch1D(v, rt_texture_handle(id), x);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -711,7 +721,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex1D(T* retVal, rtTextureId id, float x) {
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex2D(rtTextureId id, float x, float y) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch2D(v, id, x, y);
+    sunstone::fetch2D(v, rt_texture_handle(id), x, y);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -721,7 +731,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex2D(T* retVal, rtTextureId id, float x, float y) 
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex3D(rtTextureId id, float x, float y, float z) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch3D(v, id, x, y, z);
+    sunstone::fetch3D(v, rt_texture_handle(id), x, y, z);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -731,7 +741,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex3D(T* retVal, rtTextureId id, float x, float y, 
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex1DFetch(rtTextureId id, int x) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch1DFetch(v, id, x);
+    sunstone::fetch1DFetch(v, rt_texture_handle(id), x);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -741,7 +751,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex1DFetch(T* retVal, rtTextureId id, int x) {
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex2DFetch(rtTextureId id, int x, int y) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch2DFetch(v, id, x, y);
+    sunstone::fetch2DFetch(v, rt_texture_handle(id), x, y);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -751,7 +761,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex2DFetch(T* retVal, rtTextureId id, int x, int y)
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex3DFetch(rtTextureId id, int x, int y, int z) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch3DFetch(v, id, x, y, z);
+    sunstone::fetch3DFetch(v, rt_texture_handle(id), x, y, z);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -761,7 +771,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex3DFetch(T* retVal, rtTextureId id, int x, int y,
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex1DGrad(rtTextureId id, float x, float dPdx, float dPdy) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch1DGrad(v, id, x, dPdx, dPdy);
+    sunstone::fetch1DGrad(v, rt_texture_handle(id), x, dPdx, dPdy);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -771,7 +781,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex1DGrad(T* retVal, rtTextureId id, float x, float
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex2DGrad(rtTextureId id, float x, float y, float2 dPdx, float2 dPdy) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch2DGrad(v, id, x, y, dPdx, dPdy);
+    sunstone::fetch2DGrad(v, rt_texture_handle(id), x, y, dPdx, dPdy);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -783,7 +793,7 @@ template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex3DGrad(rtTextureId id, float x, float y, float z, float4 dPdx,
                                     float4 dPdy) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch3DGrad(v, id, x, y, z, dPdx, dPdy);
+    sunstone::fetch3DGrad(v, rt_texture_handle(id), x, y, z, dPdx, dPdy);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -795,7 +805,7 @@ template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex1DLayeredGrad(rtTextureId id, float x, int layer, float dPdx,
                                            float dPdy) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch1DLayeredGrad(v, id, x, layer, dPdx, dPdy);
+    sunstone::fetch1DLayeredGrad(v, rt_texture_handle(id), x, layer, dPdx, dPdy);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -807,7 +817,7 @@ template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex2DLayeredGrad(rtTextureId id, float x, float y, int layer, float2 dPdx,
                                            float2 dPdy) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch2DLayeredGrad(v, id, x, y, layer, dPdx, dPdy);
+    sunstone::fetch2DLayeredGrad(v, rt_texture_handle(id), x, y, layer, dPdx, dPdy);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -818,7 +828,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex2DLayeredGrad(T* retVal, rtTextureId id, float x
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex1DLod(rtTextureId id, float x, float level) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch1DLod(v, id, x, level);
+    sunstone::fetch1DLod(v, rt_texture_handle(id), x, level);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -828,7 +838,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex1DLod(T* retVal, rtTextureId id, float x, float 
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex2DLod(rtTextureId id, float x, float y, float level) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch2DLod(v, id, x, y, level);
+    sunstone::fetch2DLod(v, rt_texture_handle(id), x, y, level);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -838,7 +848,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex2DLod(T* retVal, rtTextureId id, float x, float 
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex3DLod(rtTextureId id, float x, float y, float z, float level) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch3DLod(v, id, x, y, z, level);
+    sunstone::fetch3DLod(v, rt_texture_handle(id), x, y, z, level);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -849,7 +859,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex3DLod(T* retVal, rtTextureId id, float x, float 
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex1DLayeredLod(rtTextureId id, float x, int layer, float level) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch1DLayeredLod(v, id, x, layer, level);
+    sunstone::fetch1DLayeredLod(v, rt_texture_handle(id), x, layer, level);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -861,7 +871,7 @@ template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex2DLayeredLod(rtTextureId id, float x, float y, int layer,
                                           float level) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch2DLayeredLod(v, id, x, y, layer, level);
+    sunstone::fetch2DLayeredLod(v, rt_texture_handle(id), x, y, layer, level);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -872,7 +882,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex2DLayeredLod(T* retVal, rtTextureId id, float x,
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex1DLayered(rtTextureId id, float x, int layer) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch1DLayered(v, id, x, layer);
+    sunstone::fetch1DLayered(v, rt_texture_handle(id), x, layer);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -882,7 +892,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex1DLayered(T* retVal, rtTextureId id, float x, in
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex2DLayered(rtTextureId id, float x, float y, int layer) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch2DLayered(v, id, x, y, layer);
+    sunstone::fetch2DLayered(v, rt_texture_handle(id), x, y, layer);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -892,7 +902,7 @@ SUNSTONE_OPTIX_DEVICE void rtTex2DLayered(T* retVal, rtTextureId id, float x, fl
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTexCubemap(rtTextureId id, float x, float y, float z) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetchCubemap(v, id, x, y, z);
+    sunstone::fetchCubemap(v, rt_texture_handle(id), x, y, z);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -902,7 +912,7 @@ SUNSTONE_OPTIX_DEVICE void rtTexCubemap(T* retVal, rtTextureId id, float x, floa
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTexCubemapLayered(rtTextureId id, float x, float y, float z, int layer) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetchCubemapLayered(v, id, x, y, z, layer);
+    sunstone::fetchCubemapLayered(v, rt_texture_handle(id), x, y, z, layer);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -913,7 +923,7 @@ SUNSTONE_OPTIX_DEVICE void rtTexCubemapLayered(T* retVal, rtTextureId id, float 
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTexCubemapLod(rtTextureId id, float x, float y, float z, float level) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetchCubemapLod(v, id, x, y, z, level);
+    sunstone::fetchCubemapLod(v, rt_texture_handle(id), x, y, z, level);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -925,7 +935,7 @@ template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTexCubemapLayeredLod(rtTextureId id, float x, float y, float z, int layer,
                                                float level) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetchCubemapLayeredLod(v, id, x, y, z, layer, level);
+    sunstone::fetchCubemapLayeredLod(v, rt_texture_handle(id), x, y, z, layer, level);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>
@@ -936,7 +946,7 @@ SUNSTONE_OPTIX_DEVICE void rtTexCubemapLayeredLod(T* retVal, rtTextureId id, flo
 template <typename T>
 SUNSTONE_OPTIX_DEVICE T rtTex2DGather(rtTextureId id, float x, float y, int comp = 0) {
     typename sunstone::Fetched<T>::Wide v;
-    sunstone::fetch2DGather(v, id, x, y, comp);
+    sunstone::fetch2DGather(v, rt_texture_handle(id), x, y, comp);
     return sunstone::Fetched<T>::from(v);
 }
 template <typename T>

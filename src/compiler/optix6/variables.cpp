@@ -106,6 +106,12 @@ bool looksLikeBuffer(const ptx::Variable& variable) {
            variable.type == ptx::Type::kB8 && !variable.hasInitializer;
 }
 
+// The type `texture` of internal/optix_texture_references.h.
+bool looksLikeTexture(const ptx::Variable& variable) {
+    return variable.isArray && variable.size == 128 && variable.alignment == 128 &&
+           variable.type == ptx::Type::kB8 && !variable.hasInitializer;
+}
+
 // The names of functions and variables in a function's body.
 class Names {
 public:
@@ -253,6 +259,8 @@ DeviceVariable describe(const ptx::Module& module, const ptx::Variable& variable
     if (!info) {
         if (looksLikeBuffer(variable))
             result.use = VariableUse::kBuffer;
+        else if (looksLikeTexture(variable))
+            result.use = VariableUse::kTexture;
         return result;
     }
     result.typeName = textOf(companion(module, variable.name, "rti_internal_typename"));
