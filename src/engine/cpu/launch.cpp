@@ -202,9 +202,14 @@ devlib::TraceFeatures featuresOf(const Pipeline& pipeline) {
 
 // Whether launch indices may run side by side. With debug exceptions and in the classic API each
 // walk may run programs or raise.
-bool mayKeepInFlight(const LaunchRequest& request, const devlib::TraceFeatures& features) {
-    return !features.checked && !features.classic && !check::enabled() &&
-           cpu::wishedWay() != cpu::WishedWay::kAlone && request.entryKind == devlib::kGroupRaygen;
+bool mayKeepInFlight(const LaunchRequest& request, const devlib::TraceFeatures& features,
+                     const Tiling& tiling, cpu::WishedWay wish) {
+    // Smaller launches are over before two ways could be compared.
+    constexpr uint64_t kLeastTiles = 32;
+    const bool fits = wish == cpu::WishedWay::kInFlight ||
+                      (wish == cpu::WishedWay::kFaster && tiling.count() >= kLeastTiles);
+    return fits && !features.checked && !features.classic && !check::enabled() &&
+           request.entryKind == devlib::kGroupRaygen;
 }
 
 uint64_t nanoseconds() {
@@ -214,11 +219,10 @@ uint64_t nanoseconds() {
 }
 
 // Runs the tiles from `begin` to before `end`, a few at a time, each time in the way that seems to
-// be the faster one.
+// be the faster one. `forced`: all of them in flight.
 void runTiles(Runner& runner, const cpu::InFlightLaunch& inFlight, cpu::Pace& pace,
-              const Tiling& tiling, uint64_t begin, uint64_t end) {
+              const Tiling& tiling, bool forced, uint64_t begin, uint64_t end) {
     constexpr uint64_t kPiece = 8;
-    const bool forced = cpu::wishedWay() == cpu::WishedWay::kInFlight;
     for (uint64_t first = begin; first < end; first += kPiece) {
         const uint64_t last = std::min(first + kPiece, end);
         cpu::Way way = forced ? cpu::Way::kInFlight : pace.next();
@@ -263,13 +267,13 @@ void runLaunch(const LaunchRequest& request, const Wording& wording,
     devlib::NotedLaunch waiting = launch;
     waiting.trace = cpu::traceInFlight;
     const cpu::InFlightLaunch inFlight = {waiting, devlib::selectTrace(features).traceBatch};
-    // A single tile is over before two ways could be compared.
-    const bool mayWait = mayKeepInFlight(request, features) &&
-                         (tiling.count() > 1 || cpu::wishedWay() == cpu::WishedWay::kInFlight);
+    const cpu::WishedWay wish = cpu::wishedWay();
+    const bool mayWait = mayKeepInFlight(request, features, tiling, wish);
+    const bool forced = wish == cpu::WishedWay::kInFlight;
     parallelFor(tiling.count(), 1, [&](size_t begin, size_t end) {
         prepareForFaults();
         if (mayWait)
-            return runTiles(runner, inFlight, pipeline.pace, tiling, begin, end);
+            return runTiles(runner, inFlight, pipeline.pace, tiling, forced, begin, end);
         for (size_t i = begin; i < end; ++i)
             runner.run(Tile(tiling, i));
     });

@@ -137,7 +137,7 @@ std::vector<uint32_t> sunstone::optix6::reservedNodes(const Ref<RemoteDevice>& r
     return device->nodes;
 }
 
-// The ranks are those that `mpirun` has started: nobody asks for a user's name.
+// `mpirun` has started the ranks, so the function does not use the name and password of a user.
 SUNSTONE_API RTresult rtRemoteDeviceCreate(const char* url, const char*, const char*,
                                            RTremotedevice* remote_dev) {
     if (refusesForkedChild())

@@ -39,7 +39,7 @@ Distribution::~Distribution() {
     log(LogLevel::kInfo, "optix6", text);
 }
 
-// At most so many subframes that nobody has; count 0: there are none.
+// Takes up to `most` subframes that no rank has taken; a count of 0: none is left.
 Distribution::Range Distribution::cut(unsigned most) {
     if (!open_.empty()) {
         Range& range = open_.front();
