@@ -5,6 +5,7 @@
 #include "optix_cuda_interop.h"
 #include "optixu/optixpp_namespace.h"
 
+#include <chrono>
 #include <thread>
 
 namespace sunstone::api6 {
@@ -46,6 +47,34 @@ TEST_F(GlBuffers, InputIsNotWrittenByLaunches) {
     ok(rtVariableSetObject(variable("image"), input));
     ok(rtContextLaunch2D(context_, 1, 2, 2));
     EXPECT_EQ(read(glId, 16), std::vector<float>(16, 8.0f));
+}
+
+TEST_F(GlBuffers, ProgressiveLaunchesReadTheElementsOfOpenGl) {
+    const unsigned glId = glBuffer(std::vector<float>(4));
+    const auto flat = [&](unsigned type, RTformat format) {
+        RTbuffer made = nullptr;
+        ok(rtBufferCreate(context_, type, &made));
+        ok(rtBufferSetFormat(made, format));
+        ok(rtBufferSetSize2D(made, 1, 1));
+        return made;
+    };
+    RTbuffer picture = flat(RT_BUFFER_OUTPUT, RT_FORMAT_FLOAT4);
+    RTbuffer stream = flat(RT_BUFFER_PROGRESSIVE_STREAM, RT_FORMAT_UNSIGNED_BYTE4);
+    ok(rtBufferBindProgressiveStream(stream, picture));
+    ok(rtVariableSetObject(variable("image"),
+                           shared(RT_BUFFER_INPUT, glId, RT_FORMAT_FLOAT4, 1, 1)));
+    ok(rtVariableSetObject(variable("picture"), picture));
+    setEntry("show_image");
+    write(glId, std::vector<float>(4, 1.0f));
+    ok(rtContextLaunchProgressive2D(context_, 0, 1, 1, 1));
+    int isReady = 0;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (!isReady && std::chrono::steady_clock::now() < end)
+        ok(rtBufferGetProgressiveUpdateReady(stream, &isReady, nullptr, nullptr));
+    void* bytes = nullptr;
+    ok(rtBufferMap(stream, &bytes));
+    EXPECT_EQ(static_cast<unsigned char*>(bytes)[0], 255);
+    ok(rtBufferUnmap(stream));
 }
 
 TEST_F(GlBuffers, MapsShowAndChangeThem) {

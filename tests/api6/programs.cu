@@ -413,6 +413,9 @@ static __device__ __forceinline__ float3 subframeColor() {
 RT_PROGRAM void write_subframe() {
     picture[launch_index] = make_float4(subframeColor(), 7.0f);
 }
+RT_PROGRAM void show_image() {
+    picture[launch_index] = image[launch_index];
+}
 RT_PROGRAM void write_small_subframe() {
     small_picture[launch_index] = subframeColor();
 }

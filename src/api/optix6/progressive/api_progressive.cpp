@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Entry points of progressive launches and stream buffers (sections 5.2 and 5.14).
 #include "api/optix6/call.h"
+#include "api/optix6/gl/share.h"
 
 #include <cmath>
 #include <cstring>
@@ -21,6 +22,8 @@ SUNSTONE_API RTresult rtContextLaunchProgressive2D(RTcontext handle, unsigned en
                 return;
             progressive.stop();
             checkUnmapped(context, false);
+            // Here, because the thread of the launch has no context of OpenGL.
+            const gl::Share share(context);
             context.launched = true;
             context.launchFailed = true;
             progressive.start(parameters);
