@@ -13,7 +13,7 @@ namespace sunstone::optix6 {
 
 namespace {
 
-// Above this share of changed children a build costs little more than their updates.
+// If more than one child in so many has changed, a build costs little more than their updates.
 constexpr size_t kMostChanged = 4;
 // A ray through the updated tree costs at most this much more than through a new one.
 constexpr double kMostDegraded = 1.5;
