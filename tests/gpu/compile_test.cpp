@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pipelines for CUDA GPUs as PTX text: required and refused contents, and acceptance by ptxas.
 #include "base/error.h"
-#include "bvh/gpu/layout.h"
 #include "bvh/gpu/build/builder.h"
 #include "bvh/gpu/kernels_ptx.h"
+#include "bvh/gpu/layout.h"
 #include "gpu/pipelines.h"
 
 #include <gtest/gtest.h>
@@ -72,19 +72,20 @@ TEST(GpuCompile, WhatLlvmCannotWriteStaysWhatItIs) {
         "multimem.red.relaxed.sys.global.add.u32 ",
         "cp.async.bulk.prefetch.L2.global ",
     };
-    std::string body = raygen(
-        "    ld.acquire.gpu.global.u32 %r2, [%rd1+8];\n    st.release.sys.global.u32 [%rd1+8], %r2;\n"
-        "    ld.mmio.relaxed.sys.global.u32 %r2, [%rd1+8];\n"
-        "    createpolicy.fractional.L2::evict_first.b64 %rd2;\n"
-        "    atom.global.add.L2::cache_hint.u32 %r3, [%rd1+8], %r2, %rd2;\n"
-        "    prefetch.global.L2::evict_last [%rd1];\n    discard.global.L2 [%rd1], 128;\n"
-        "    nanosleep.u32 20;\n    .reg .b128 %q<3>;\n    mov.b128 %q0, {%rd2, %rd2};\n"
-        "    atom.relaxed.gpu.global.cas.b128 %q1, [%rd1], %q0, %q0;\n"
-        "    mov.b128 {%rd3, %rd4}, %q1;\n    st.global.u64 [%rd1+16], %rd3;\n"
-        "    mov.pred %p1, %is_explicit_cluster;\n    selp.u32 %r3, %r3, 7, %p1;\n"
-        "    mov.u64 %rd5, %current_graph_exec;\n    st.global.u64 [%rd1+24], %rd5;\n"
-        "    multimem.red.relaxed.sys.global.add.u32 [%rd1], %r3;\n"
-        "    cp.async.bulk.prefetch.L2.global [%rd1], 16;\n");
+    std::string body =
+        raygen("    ld.acquire.gpu.global.u32 %r2, [%rd1+8];\n    st.release.sys.global.u32 "
+               "[%rd1+8], %r2;\n"
+               "    ld.mmio.relaxed.sys.global.u32 %r2, [%rd1+8];\n"
+               "    createpolicy.fractional.L2::evict_first.b64 %rd2;\n"
+               "    atom.global.add.L2::cache_hint.u32 %r3, [%rd1+8], %r2, %rd2;\n"
+               "    prefetch.global.L2::evict_last [%rd1];\n    discard.global.L2 [%rd1], 128;\n"
+               "    nanosleep.u32 20;\n    .reg .b128 %q<3>;\n    mov.b128 %q0, {%rd2, %rd2};\n"
+               "    atom.relaxed.gpu.global.cas.b128 %q1, [%rd1], %q0, %q0;\n"
+               "    mov.b128 {%rd3, %rd4}, %q1;\n    st.global.u64 [%rd1+16], %rd3;\n"
+               "    mov.pred %p1, %is_explicit_cluster;\n    selp.u32 %r3, %r3, 7, %p1;\n"
+               "    mov.u64 %rd5, %current_graph_exec;\n    st.global.u64 [%rd1+24], %rd5;\n"
+               "    multimem.red.relaxed.sys.global.add.u32 [%rd1], %r3;\n"
+               "    cp.async.bulk.prefetch.L2.global [%rd1], 16;\n");
     body.replace(body.find("7.8"), 3, "8.3");
     body.replace(body.find("sm_70"), 5, "sm_90");
     Options options;
@@ -115,10 +116,11 @@ TEST(GpuCompile, RegistersOfUnknownInstructionsAreHandedOver) {
 }
 
 TEST(GpuCompile, CallsThroughListsOfTargets) {
-    std::string body = raygen("    mov.u64 %rd2, table;\n    and.b32 %r1, %r1, 1;\n"
-                              "    mul.wide.u32 %rd3, %r1, 8;\n    add.u64 %rd2, %rd2, %rd3;\n"
-                              "    ld.global.u64 %rd4, [%rd2];\n    to: .calltargets one, two;\n"
-                              "    call (%r2), %rd4, (%r1), to;\n    st.global.u32 [%rd1+8], %r2;\n");
+    std::string body =
+        raygen("    mov.u64 %rd2, table;\n    and.b32 %r1, %r1, 1;\n"
+               "    mul.wide.u32 %rd3, %r1, 8;\n    add.u64 %rd2, %rd2, %rd3;\n"
+               "    ld.global.u64 %rd4, [%rd2];\n    to: .calltargets one, two;\n"
+               "    call (%r2), %rd4, (%r1), to;\n    st.global.u32 [%rd1+8], %r2;\n");
     body.insert(body.find(".visible .const"),
                 ".func (.reg .u32 r) one(.reg .u32 a) { add.u32 r, a, 1; ret; }\n"
                 ".func (.reg .u32 r) two(.reg .u32 a) { add.u32 r, a, 2; ret; }\n"
@@ -191,9 +193,10 @@ TEST(GpuCompile, VariablesThatCanBeWrittenAreTold) {
         return compileCode(text.insert(text.find(".visible .const"), variable)).hasState;
     };
     EXPECT_TRUE(hasState(".global .align 4 .u32 it = 5;\n"));
-    const std::string table = raygen("    mov.u64 %rd2, it;\n    and.b32 %r1, %r1, 3;\n"
-                                     "    mul.wide.u32 %rd3, %r1, 4;\n    add.u64 %rd2, %rd2, %rd3;\n"
-                                     "    ld.const.u32 %r2, [%rd2];\n    st.global.u32 [%rd1], %r2;\n");
+    const std::string table =
+        raygen("    mov.u64 %rd2, it;\n    and.b32 %r1, %r1, 3;\n"
+               "    mul.wide.u32 %rd3, %r1, 4;\n    add.u64 %rd2, %rd2, %rd3;\n"
+               "    ld.const.u32 %r2, [%rd2];\n    st.global.u32 [%rd1], %r2;\n");
     std::string text = table;
     EXPECT_FALSE(compileCode(text.insert(text.find(".visible .const"),
                                          ".const .align 4 .u32 it[4] = {1, 2, 3, 4};\n"))
@@ -373,7 +376,7 @@ TEST(GpuCompile, ReportsNeedNoStateInMemory) {
 }
 )";
     const std::string ptx = compile(text);
-    EXPECT_LE(frameOfKernel(ptx), (bvh::gpu::kStackEntries + bvh::gpu::kWaitingLeaves) * 8u);
+    EXPECT_LE(frameOfKernel(ptx), bvh::gpu::kStackEntries * 8u);
     expectAccepted(ptx);
 }
 
@@ -409,7 +412,7 @@ TEST(GpuCompile, StackOfTraces) {
     const compiler::GpuStack deep = compileCode(textOf(TEST_RECURSION_PTX)).stack;
     EXPECT_GT(deep.waiting, 0u);
     EXPECT_LT(deep.waiting, 3000u);
-    EXPECT_GT(deep.entry, 0u); // the ray generation program's frame is the kernel's
+    EXPECT_GT(deep.entry, 0u);           // the ray generation program's frame is the kernel's
     EXPECT_GE(deep.other, deep.waiting); // the frames of a trace, to the deepest end
     EXPECT_LT(deep.entry + 32 * deep.waiting + deep.other, 100'000u);
     const compiler::GpuStack measured =

@@ -46,7 +46,7 @@ public:
     Kernel(const Kernel&) = delete;
 
     std::string feedback;
-    uint32_t patience = devlib::kPatience;
+    uint32_t patience = devlib::kShortPatience;
     uint32_t maxTraceDepth = 1;
 
     // Runs with this block, in which the caller has set the fields that depend on the test.
@@ -64,7 +64,7 @@ public:
         block.launch.firstGroup = kFirstGroup - 1;
         block.launch.entryKind = devlib::kGroupRaygen;
         const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
-        block.work = {0, tiles * devlib::kGpuTile, patience};
+        block.work = {0, tiles * devlib::kGpuTile, {patience, patience}, 0, 0};
         constexpr uint32_t kTiles = devlib::kGpuBlockThreads / devlib::kGpuTile;
         const auto blocks = unsigned((tiles + kTiles - 1) / kTiles);
         CUdeviceptr address = memory.address();

@@ -77,7 +77,7 @@ protected:
                   CUDA_SUCCESS);
         {
             GpuLaunchSlots::Lease slot(*slots_, context_, stream_, 16, false);
-            slot->usualHandle = pipeline_;
+            slot->findings = pipeline_;
             *slot->host = {};
             for (uint32_t& dimension : slot->host->launch.dimensions)
                 dimension = 4;
@@ -108,7 +108,7 @@ protected:
     static constexpr devlib::LaunchReport kRaised{kNone, 9, kNone};
     CUstream stream_ = nullptr;
     CUdeviceptr memory_ = 0;
-    std::shared_ptr<std::atomic<uint64_t>> pipeline_ = std::make_shared<std::atomic<uint64_t>>(0);
+    std::shared_ptr<LaunchFindings> pipeline_ = std::make_shared<LaunchFindings>();
 };
 
 TEST_F(CapturedSlots, ComeBackWhenTheGraphIsDestroyed) {

@@ -65,9 +65,7 @@ struct CurveLanes {
     SUNSTONE_INLINE_MEMBER V first(int c, V u) const {
         return fused(fused(3 * a[3][c], u, 2 * a[2][c]), u, a[1][c]);
     }
-    SUNSTONE_INLINE_MEMBER V second(int c, V u) const {
-        return fused(6 * a[3][c], u, 2 * a[2][c]);
-    }
+    SUNSTONE_INLINE_MEMBER V second(int c, V u) const { return fused(6 * a[3][c], u, 2 * a[2][c]); }
     SUNSTONE_INLINE_MEMBER V4 value(float u) const {
         return ((power[3] * u + power[2]) * u + power[1]) * u + power[0];
     }
@@ -118,7 +116,7 @@ SUNSTONE_INLINE ConeEntries<N> enterCones(const CurveLanes<N>& curve, Lanes<N> u
     ConeEntries<N> e;
     const V x = curve.value(0, u), y = curve.value(1, u), r = curve.value(3, u);
     const V dx = curve.first(0, u), dy = curve.first(1, u), dz = curve.first(2, u),
-             dr = curve.first(3, u);
+            dr = curve.first(3, u);
     const V flat = fused(dx, dx, dy * dy);
     e.speed = fused(dz, dz, flat);
     const V inverse = 1 / e.speed;
@@ -256,7 +254,7 @@ SUNSTONE_INLINE EighthTest testLanes(const CurveLanes<N>& curve, const RaySpace&
     const V u0 = begin + h * eighths<N>(first), u1 = u0 + h;
     const V ax = curve.value(0, u0), ay = curve.value(1, u0), az = curve.value(2, u0);
     const V vx = curve.value(0, u1) - ax, vy = curve.value(1, u1) - ay,
-             vz = curve.value(2, u1) - az;
+            vz = curve.value(2, u1) - az;
     // How far the curve and its radius may be from linear.
     V off = {}, offR = {};
     const V ends[2] = {u0, u1};
@@ -265,7 +263,7 @@ SUNSTONE_INLINE EighthTest testLanes(const CurveLanes<N>& curve, const RaySpace&
         const V x = curve.second(0, u), y = curve.second(1, u), z = curve.second(2, u);
         const V dx = curve.first(0, u), dy = curve.first(1, u), dz = curve.first(2, u);
         const V size = x * x + y * y + z * z, speed = dx * dx + dy * dy + dz * dz,
-                 along = x * dx + y * dy + z * dz, r = curve.value(3, u);
+                along = x * dx + y * dy + z * dz, r = curve.value(3, u);
         off = mostOf(off, size);
         offR = mostOf(offR, magnitude(curve.second(3, u)));
         tight |= ((size * speed - along * along) * r * r > 0.0625f * speed * speed * speed) |
@@ -276,17 +274,65 @@ SUNSTONE_INLINE EighthTest testLanes(const CurveLanes<N>& curve, const RaySpace&
         leastOf(mostOf(-(ax * vx + ay * vy) / mostOf(flat, all<V>(1e-37f)), V{}), all<V>(1));
     const V px = fused(place, vx, ax), py = fused(place, vy, ay);
     const V r = mostOf(magnitude(curve.value(3, u0)), magnitude(curve.value(3, u1))) +
-                 (rootOf(off) + offR) * (h * h / 8) + 0x1p-20f * (magnitude(az) + magnitude(vz));
+                (rootOf(off) + offR) * (h * h / 8) + 0x1p-20f * (magnitude(az) + magnitude(vz));
     const V low = leastOf(az, az + vz) - r, high = mostOf(az, az + vz) + r;
     const auto meets =
         (px * px + py * py <= r * r) & (low <= tmax * s.length) & (high >= s.tmin * s.length);
     return {bitsOfMask(meets), turnsMuch<N>(curve, u0, u1, h), bitsOfMask(tight)};
 }
 
+// Circles about the middles of the eighths, seen along the ray, in which they lie: a first look
+// that costs a tenth of testLanes(), for one lane.
+struct EighthCircles {
+    float reach; // of the curve and of its radius' change from the middle
+
+    SUNSTONE_INLINE_MEMBER EighthCircles(const CurveLanes<1>& curve, float begin, float length) {
+        // The derivative's Bernstein coefficients bound the speed.
+        const V1 u0 = all<V1>(begin), u1 = all<V1>(begin + length);
+        float most = 0, mostR = 0, depth = 0;
+        V1 d[3][4];
+        for (int c = 0; c < 4; ++c) {
+            d[0][c] = curve.first(c, u0);
+            d[1][c] = fused(curve.second(c, u0), all<V1>(0.5f * length), d[0][c]);
+            d[2][c] = curve.first(c, u1);
+        }
+        for (const auto& each : d) {
+            most = larger(most, each[0][0] * each[0][0] + each[1][0] * each[1][0]);
+            mostR = larger(mostR, magnitude(each[3])[0]);
+        }
+        for (int k = 0; k < 4; ++k)
+            depth += magnitude(curve.a[k][2])[0];
+        reach =
+            (rootOf(all<V1>(most))[0] + mostR) * (length / 16) * (1 + 0x1p-16f) + 0x1p-18f * depth;
+    }
+    // Whether the ray meets the circle about the curve at u.
+    SUNSTONE_INLINE_MEMBER bool meets(const CurveLanes<1>& curve, float u) const {
+        const V1 at = all<V1>(u), x = curve.value(0, at), y = curve.value(1, at);
+        const float r = magnitude(curve.value(3, at))[0] + reach;
+        return !(x[0] * x[0] + y[0] * y[0] > r * r);
+    }
+    static SUNSTONE_INLINE_MEMBER float larger(float a, float b) { return a > b ? a : b; }
+};
+
 template <unsigned N>
 SUNSTONE_INLINE EighthTest testEighths(const CurveLanes<N>& curve, const RaySpace& s, float begin,
                                        float length, float tmax) {
     EighthTest all = {};
+    if constexpr (N == 1) {
+        const EighthCircles circles(curve, begin, length);
+        Mask near = 0;
+        for (uint32_t i = 0; i < 8; ++i)
+            if (circles.meets(curve, begin + length * (float(i) + 0.5f) / 8))
+                near |= 1u << i;
+        for (Mask m = near; m; m &= m - 1) {
+            const uint32_t first = lowestBit(m);
+            const EighthTest some = testLanes<1>(curve, s, begin, length, first, tmax);
+            all.meets |= some.meets << first;
+            all.bent |= some.bent << first;
+            all.tight |= some.tight << first;
+        }
+        return all;
+    }
     for (uint32_t first = 0; first < 8; first += N) {
         const EighthTest some = testLanes<N>(curve, s, begin, length, first, tmax);
         all.meets |= some.meets << first;

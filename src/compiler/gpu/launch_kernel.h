@@ -17,6 +17,8 @@ public:
     std::string choose();
     const CutPrograms& cuts() const { return cuts_; }
     // Defines the kernel, which calls a function of the run-time.
+    // Whether closest-hit or miss programs trace, and take turns with their rays.
+    bool recurses() const { return kind_ == Kind::kNested; }
     void make();
     // Makes the kernel the only visible function of the linked module.
     void hideOthers();

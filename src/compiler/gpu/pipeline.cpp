@@ -98,6 +98,7 @@ public:
         llvm::StripDebugInfo(unit_.module());
         times_.step("translate");
         code_.feedback += kernel_.choose();
+        code_.recurses = kernel_.recurses();
         optimizer_->dump("cut");
         verify(unit_, "cutting");
         times_.step("cut");

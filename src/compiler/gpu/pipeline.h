@@ -59,6 +59,7 @@ struct GpuCode {
     GpuStack stack;
     std::string calls;       // GpuCalls::text()
     std::string machineCode; // of the text; empty if the driver keeps it
+    bool recurses = false;   // closest-hit or miss programs trace
     bool hasState = false;   // programs have variables in global memory: each pipeline has its own
 };
 constexpr const char* kGpuKernel = "sunstone_launch";

@@ -25,6 +25,12 @@ struct LaunchSaying {
     char texts[kTexts][kBytes];
 };
 
+// Rays that have ended in warps of a kernel whose warps take launch indices, and how long these
+// warps ran, in units of 256 clock cycles.
+struct WarpPace {
+    uint64_t rays, time;
+};
+
 struct LaunchReport {
     uint64_t raised;  // exception of the run-time
     uint64_t unseen;  // exception without an exception program
@@ -37,6 +43,7 @@ struct LaunchReport {
     // launch index above so that they are of the same one (ReportWord).
     static constexpr unsigned kWords = 12;
     uint64_t raisedDetails[kWords], unseenDetails[kWords];
+    WarpPace paces[2]; // by patience, if LaunchWork::isMeasured
     LaunchSaying saying;
 };
 
@@ -58,6 +65,7 @@ inline LaunchReport emptyReport() {
     report.unknown = report.usual = 0;
     for (unsigned i = 0; i < LaunchReport::kWords; ++i)
         report.raisedDetails[i] = report.unseenDetails[i] = kNoReport;
+    report.paces[0] = report.paces[1] = {};
     report.saying = {};
     return report;
 }
@@ -80,13 +88,20 @@ constexpr unsigned kMostNestedVisits = 4;
 // Launch indices of a kernel whose warps take them (devlib/gpu/loop.h): numbers from 0, in the
 // order of tiles of 32 (see kGpuTileWidth).
 struct LaunchWork {
-    uint64_t next;     // nobody has taken this one or a later one
-    uint64_t count;    // of all tiles, those behind the edges too
-    uint32_t patience; // what idle lanes may cost before a warp looks after them; kPatience
+    uint64_t next;  // the first that no warp has taken
+    uint64_t count; // of all tiles, those behind the edges too
+    // What idle lanes may cost before a warp looks after them, in steps of lanes through nodes.
+    // Blocks use the two by turns.
+    uint32_t patience[2];
+    uint32_t isMeasured; // warps report their pace
+    uint32_t pad;
 };
 
-// In steps of lanes, through nodes. On an H100 or H200 a quarter and twice of it are slower.
-constexpr uint32_t kPatience = 128;
+// Which patience is the faster one depends on programs and scene (engine/gpu/patience.h): warps
+// that look after idle lanes early gain where lengths of rays differ much, those that wait for all
+// lanes where programs between rays are long.
+constexpr uint32_t kShortPatience = 128;
+constexpr uint32_t kLongPatience = 0x0FFFFFFF; // kernels may take a multiple
 
 struct LaunchBlock {
     LaunchState launch;

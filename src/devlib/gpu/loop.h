@@ -76,6 +76,34 @@ SUNSTONE_INLINE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Wa
     return Lane::kEnded;
 }
 
+SUNSTONE_INLINE uint32_t patienceIndex() {
+    return uint32_t(__nvvm_read_ptx_sreg_ctaid_x()) & 1u;
+}
+
+// Counts a warp's rays and its time.
+class PaceOfWarp {
+public:
+    SUNSTONE_INLINE_MEMBER PaceOfWarp() : start_(now()), rays_(0) {}
+    // To be called by all of the warp.
+    SUNSTONE_INLINE_MEMBER void add(Lane lane) { rays_ += countOf(ballot(lane == Lane::kEnded)); }
+    SUNSTONE_INLINE_MEMBER void report(LaunchBlock& block) const {
+        if (!block.work.isMeasured || __nvvm_read_ptx_sreg_laneid() != 0)
+            return;
+        const uint32_t time = now() - start_;
+        WarpPace& pace = block.report.paces[patienceIndex()];
+        __nvvm_atom_add_gen_ll(reinterpret_cast<long long*>(&pace.rays), rays_);
+        __nvvm_atom_add_gen_ll(reinterpret_cast<long long*>(&pace.time), time);
+    }
+
+private:
+    // In one register.
+    static SUNSTONE_INLINE_MEMBER uint32_t now() {
+        return uint32_t(uint64_t(__nvvm_read_ptx_sreg_clock64()) >> 8);
+    }
+
+    uint32_t start_, rays_;
+};
+
 // Walks on with all rays until idle lanes have cost enough. To be called by all of the warp.
 template <class Programs, class Walk>
 SUNSTONE_INLINE void walkTogether(bool more, Lane& lane, Programs& tracer, walk::Ray& ray,
@@ -116,6 +144,7 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
     typename Walk::Level levels[kMaxLevels + 1];
     Lane lane = Lane::kIdle;
     bool more = true;
+    PaceOfWarp pace;
     for (;;) {
         if (takeIndex(block, lane, more, thread.index)) {
             uint32_t asks = 0;
@@ -125,7 +154,9 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
         }
         if (lane == Lane::kAsks)
             lane = begin(&asked, tracer, ray, walker, levels);
-        walkTogether(more, lane, tracer, ray, walker, stack, levels, block.work.patience);
+        walkTogether(more, lane, tracer, ray, walker, stack, levels,
+                     block.work.patience[patienceIndex()]);
+        pace.add(lane);
         if (lane == Lane::kEnded) {
             uint32_t hitGroup = 0;
             const Found found = conclude(tracer, ray, hitGroup);
@@ -135,7 +166,7 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
             lane = asks ? Lane::kAsks : Lane::kIdle;
         }
         if (ballot(lane != Lane::kIdle) == 0)
-            return;
+            return pace.report(block);
     }
 }
 

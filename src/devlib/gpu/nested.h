@@ -79,6 +79,7 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
     Lane lane = Lane::kIdle;
     uint32_t depth = 0;
     bool more = true;
+    PaceOfWarp pace;
     for (;;) {
         if (takeIndex(block, lane, more, thread.index)) {
             uint32_t asks = 0;
@@ -95,11 +96,12 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
             lane = begin(tracer.state, tracer, ray, walker, levels);
         }
         walkTogether(more, lane, tracer, ray, walker, stack, levels,
-                     kNestedPatience * block.work.patience);
+                     kNestedPatience * block.work.patience[patienceIndex()]);
+        pace.add(lane);
         if (lane == Lane::kEnded)
             lane = goOn(waiting, tracer, ray, depth) ? Lane::kAsks : Lane::kIdle;
         if (ballot(lane != Lane::kIdle) == 0)
-            return;
+            return pace.report(block);
     }
 }
 

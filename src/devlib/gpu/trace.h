@@ -270,11 +270,7 @@ struct AtTime<true> {
     walk::KnownSegment known;
 };
 
-// Whether a walk looks for the nearest hit; the ray's flags tell, which not all code knows before.
-enum class Seeks { kByFlags, kNearest, kAny };
-
-template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion, bool kLetsWait = false,
-          Seeks kSeeks = Seeks::kByFlags>
+template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
 struct Tracer : Candidates, AtTime<kWithMotion> {
     static constexpr bool kTriangles = true, kCustoms = kWithCustoms, kInstances = kMaxLevels > 0,
                           kMotion = kWithMotion;
@@ -349,33 +345,32 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     }
 
     static SUNSTONE_INLINE_MEMBER uint32_t shapes() { return sunstone_gpu_shapes; }
-    // In walks that are called, letting primitives wait has cost more than it gave.
-    static SUNSTONE_INLINE_MEMBER uint32_t lanes() {
-        if constexpr (!kLetsWait)
-            return 1;
+    static SUNSTONE_INLINE_MEMBER uint32_t activeLanes() {
         uint32_t mask;
         asm volatile("activemask.b32 %0;" : "=r"(mask));
-        return uint32_t(__builtin_popcount(mask));
+        return mask;
+    }
+    static SUNSTONE_INLINE_MEMBER uint32_t lanes() {
+        return uint32_t(__builtin_popcount(activeLanes()));
     }
 
-    // Entering takes as long as a node, with motion much longer, and few lanes come to it at once:
-    // they wait until they are a quarter of those under way.
-    static SUNSTONE_INLINE_MEMBER bool mayEnter(bool wants) {
-        if constexpr (!kLetsWait && !kMotion)
-            return wants;
-        uint32_t mask;
-        asm volatile("activemask.b32 %0;" : "=r"(mask));
+    // Lanes wait with rare, long work until they are one of `of` lanes under way.
+    static SUNSTONE_INLINE_MEMBER bool areEnough(bool wants, int of) {
+        const uint32_t mask = activeLanes();
         const uint32_t waiting = __nvvm_vote_ballot_sync(mask, wants);
-        return wants && 4 * __builtin_popcount(waiting) >= __builtin_popcount(mask);
+        return wants && of * __builtin_popcount(waiting) >= __builtin_popcount(mask);
     }
+    // Entering takes as long as a node, with motion much longer. On an H100 rays through instances
+    // take 4 % longer if each lane enters at once, with motion 9 %.
+    static SUNSTONE_INLINE_MEMBER bool mayEnter(bool wants) {
+        return areEnough(wants, kMotion ? 2 : 4);
+    }
+    // docs/notes/programs-gpu.md has figures.
+    static SUNSTONE_INLINE_MEMBER bool mayTest(bool wants) { return areEnough(wants, 2); }
     static SUNSTONE_INLINE_MEMBER bool any(bool value) {
-        uint32_t mask;
-        asm volatile("activemask.b32 %0;" : "=r"(mask));
-        return __nvvm_vote_any_sync(mask, value);
+        return __nvvm_vote_any_sync(activeLanes(), value);
     }
     SUNSTONE_INLINE_MEMBER bool nearestFirst() const {
-        if constexpr (kSeeks != Seeks::kByFlags)
-            return kSeeks == Seeks::kNearest;
         return (rayFlags & kRayTerminateOnFirstHit) == 0;
     }
 
@@ -629,10 +624,9 @@ SUNSTONE_INLINE Found conclude(Programs& tracer, const walk::Ray& ray, uint32_t&
     return Found::kHit;
 }
 
-template <bool kInline, bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion,
-          Seeks kSeeks = Seeks::kByFlags>
+template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
 SUNSTONE_DEVICE_PART Found walkGraph(RayState* state, uint32_t& group) {
-    using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion, kInline, kSeeks>;
+    using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion>;
     using Walk = walk::Traversal<Programs>;
     Programs tracer;
     typename Programs::Path path;
@@ -647,23 +641,12 @@ SUNSTONE_DEVICE_PART Found walkGraph(RayState* state, uint32_t& group) {
     return conclude(tracer, ray, group);
 }
 
-// The frame of the walk is gone while closest-hit and miss programs run, which may trace
-// themselves.
-template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion, Seeks kSeeks>
-[[gnu::noinline]] static Found findHitBy(RayState* state, uint32_t& group) {
-    return walkGraph<false, kWithCustoms, kMaxLevels, kWithMotion, kSeeks>(state, group);
-}
-
-// Where there are instances, distances are for rays that seek the nearest hit; the others have a
-// walk of their own, which is a tenth faster without.
+// The frame of the walk is freed before closest-hit and miss programs run, which may trace
+// themselves. One function serves all rays: two, for the nearest hit and for any hit, do not fit
+// into a processor's instruction cache together (docs/notes/programs-gpu.md).
 template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
-SUNSTONE_INLINE Found findHit(RayState* state, uint32_t& group) {
-    if constexpr (kMaxLevels == 0)
-        return findHitBy<kWithCustoms, kMaxLevels, kWithMotion, Seeks::kByFlags>(state, group);
-    else if (state->rayFlags & kRayTerminateOnFirstHit)
-        return findHitBy<kWithCustoms, kMaxLevels, kWithMotion, Seeks::kAny>(state, group);
-    else
-        return findHitBy<kWithCustoms, kMaxLevels, kWithMotion, Seeks::kNearest>(state, group);
+[[gnu::noinline]] static Found findHit(RayState* state, uint32_t& group) {
+    return walkGraph<kWithCustoms, kMaxLevels, kWithMotion>(state, group);
 }
 
 // Makes the state ready for the miss program; its group, or kNoGroup.
@@ -681,13 +664,13 @@ SUNSTONE_INLINE Found findInGraph(RayState* state, uint32_t& group) {
     constexpr unsigned kAny = kMaxGpuGraphDepth;
     switch (sunstone_gpu_graph) {
     case kGraphGas:
-        return kInline ? walkGraph<true, kWithCustoms, 0, kWithMotion>(state, group)
+        return kInline ? walkGraph<kWithCustoms, 0, kWithMotion>(state, group)
                        : findHit<kWithCustoms, 0, kWithMotion>(state, group);
     case kGraphSingleLevel:
-        return kInline ? walkGraph<true, kWithCustoms, 1, kWithMotion>(state, group)
+        return kInline ? walkGraph<kWithCustoms, 1, kWithMotion>(state, group)
                        : findHit<kWithCustoms, 1, kWithMotion>(state, group);
     default:
-        return kInline ? walkGraph<true, kWithCustoms, kAny, kWithMotion>(state, group)
+        return kInline ? walkGraph<kWithCustoms, kAny, kWithMotion>(state, group)
                        : findHit<kWithCustoms, kAny, kWithMotion>(state, group);
     }
 }

@@ -84,10 +84,11 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     const bool debugging = pipeline.rules.exceptionFlags & devlib::kFlagDebug;
     const auto& code = static_cast<const GpuCodeObject&>(*pipeline.deviceCode);
     GpuLaunchSlots::Lease slot(slots_, context, stream, variable, request.validation);
-    slot->usualHandle = code.usualHandle;
+    slot->findings = code.findings;
     const bool asksAll = debugging || request.validation;
-    const GpuKnownHandles::View handles = known_->update(
-        asksAll ? GpuKnownHandles::kAll : GpuKnownHandles::kSome, *code.usualHandle, stream);
+    const GpuKnownHandles::View handles =
+        known_->update(asksAll ? GpuKnownHandles::kAll : GpuKnownHandles::kSome,
+                       code.findings->usualHandle, stream);
     LaunchBlock& block = *slot->host;
     std::memset(static_cast<void*>(&block), 0, sizeof(block));
     block.launch.params = reinterpret_cast<const void*>(slot->memory + GpuLaunchSlots::kParameters);
@@ -110,10 +111,12 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
     constexpr uint64_t kTilesOfBlock = devlib::kGpuBlockThreads / devlib::kGpuTile;
     const uint64_t blocks = (tiles + kTilesOfBlock - 1) / kTilesOfBlock;
-    block.work = {0, tiles * devlib::kGpuTile, devlib::kPatience};
+    block.work.count = tiles * devlib::kGpuTile;
     block.report = devlib::emptyReport();
     block.stackBytes = uint32_t(code.stackBytes);
-    const bool looksUp = debugging || !isCapturing(driver(), stream); // see devlib/gpu/programs.h
+    const bool captured = isCapturing(driver(), stream);
+    code.findings->patience.choose(block.work, !captured);
+    const bool looksUp = debugging || !captured; // see devlib/gpu/programs.h
     block.constants = {handles.usual, looksUp ? handles.known : 0, request.limits.maxGraphDepth};
     SUNSTONE_CU(memcpyHtoDAsync, slot->memory, &block, sizeof(block), stream);
     const CUdeviceptr params = slot->memory + GpuLaunchSlots::kParameters;

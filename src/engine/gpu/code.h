@@ -5,6 +5,7 @@
 #include "compiler/gpu/pipeline.h"
 #include "device/cuda/driver.h"
 #include "engine/backend.h"
+#include "engine/gpu/patience.h"
 
 #include <atomic>
 #include <memory>
@@ -50,10 +51,7 @@ public:
     size_t neededStack = 0;
     size_t reservedStack = 0; // of it, for functions that do not check
     std::atomic<size_t> stackBytes = 0;
-    // The handle that rays of the last launch used, if launches reported it; launches may outlive
-    // the pipeline.
-    const std::shared_ptr<std::atomic<uint64_t>> usualHandle =
-        std::make_shared<std::atomic<uint64_t>>(0);
+    const std::shared_ptr<LaunchFindings> findings = std::make_shared<LaunchFindings>();
 
 private:
     CUcontext context_;

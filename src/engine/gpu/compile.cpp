@@ -87,38 +87,41 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
 
 // Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %
 // where there are no instances, from 96 to 80 up to 6 % where there is one level of them; where
-// nodes have two motion keys the other way round: with motion blur 96 are 9 to 19 % faster than 72,
-// 25 % faster than 80, 128 within 3 % of that (docs/notes/instances-gpu.md).
+// nodes have two motion keys the other way round: with motion blur 96 are 9 to 19 % faster than 72
+// (docs/notes/instances-gpu.md), and below motion transforms 128 are 5 to 7 % faster than 96
+// (docs/notes/programs-gpu.md).
 constexpr unsigned kMostRegisters = 128;
 unsigned registersOf(const compiler::PipelineRules& rules) {
-    constexpr unsigned kOfGraph[] = {72, 80, 96}; // by GraphKind
-    return rules.motionBlur ? 96 : kOfGraph[graphKindOf(rules.traversableGraphFlags)];
+    constexpr unsigned kStill[] = {72, 80, 96}, kMoving[] = {96, 128, 128}; // by GraphKind
+    return (rules.motionBlur ? kMoving : kStill)[graphKindOf(rules.traversableGraphFlags)];
 }
 
-// Of the kernel: with more spills, more registers are worth more than warps. On an H100 kernels
-// that spill 660 to 820 bytes take 5 to 27 % less time with 128, those that spill up to 260 bytes
-// take more (docs/notes/ray-kernels-gpu.md).
-constexpr uint64_t kMostSpills = 400;
-bool spills(std::string_view log) {
-    return compiler::gpuSpillsIn(log) > kMostSpills;
+// Bytes of the kernel: with more spills, more registers are worth more than warps. On an H100
+// kernels whose programs recurse take 5 to 27 % less time with 128 registers if they spill 440 to
+// 660 bytes, and more if they spill up to 260; others take more up to 580, and 5 % less at 820
+// (docs/notes/programs-gpu.md, recursion-gpu.md).
+bool spills(std::string_view log, bool recurses) {
+    return compiler::gpuSpillsIn(log) > (recurses ? 400 : 700);
 }
 
 // The kernel's machine code with few registers, or with many if it spills much otherwise. Both are
-// made at once where there are processors for it: the second takes as long as the first.
-std::optional<MachineCode> machineCodeOf(const std::string& ptx, unsigned capability,
+// made at once where the second is often needed and there are processors for it: it takes as long
+// as the first.
+std::optional<MachineCode> machineCodeOf(const compiler::GpuCode& code, unsigned capability,
                                          unsigned registers) {
     constexpr unsigned kThreads = 4;
     std::optional<MachineCode> made[2];
     const unsigned most[2] = {registers, kMostRegisters};
-    const auto make = [&](size_t i) { made[i] = compilePtx(ptx, capability, most[i]); };
-    if (cpuLimit().threads >= kThreads && hasPtxCompiler())
+    const auto make = [&](size_t i) { made[i] = compilePtx(code.ptx, capability, most[i]); };
+    if (code.recurses && registers < kMostRegisters && cpuLimit().threads >= kThreads &&
+        hasPtxCompiler())
         parallelFor(2, 1, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; ++i)
                 make(i);
         });
     else
         make(0);
-    if (!made[0] || !spills(made[0]->log))
+    if (!made[0] || registers == kMostRegisters || !spills(made[0]->log, code.recurses))
         return std::move(made[0]);
     if (!made[1])
         make(1);
@@ -207,7 +210,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
         code = compiler::compileGpuPipeline(request);
     if (!entry.loaded) {
         const unsigned capability = request.target.computeCapability;
-        if (auto made = machineCodeOf(code.ptx, capability, registers)) {
+        if (auto made = machineCodeOf(code, capability, registers)) {
             code.machineCode = std::move(made->cubin);
             compiler::measureGpuStack(code, made->log);
             isKept = false;
@@ -215,7 +218,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
         load(registers);
         if (entry.loaded->isOfText) {
             code.machineCode.clear(); // the driver accepts no machine code
-            if (spills(log))
+            if (spills(log, code.recurses))
                 load(kMostRegisters);
         }
         if (!log.empty()) {

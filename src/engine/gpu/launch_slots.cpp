@@ -347,12 +347,15 @@ std::string GpuLaunchSlots::failureOf(const Slot& slot, bool validation, bool wi
 void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
     const bool abandoned = slot.state == State::kAbandoned;
     slot.state = State::kFree;
-    const auto usualHandle = std::exchange(slot.usualHandle, {}).lock();
+    const auto findings = std::exchange(slot.findings, {}).lock();
     slot.graphDestroyed = nullptr;
     if (abandoned)
         return;
-    if (slot.report->usual != 0 && usualHandle)
-        *usualHandle = slot.report->usual;
+    if (findings) {
+        if (slot.report->usual != 0)
+            findings->usualHandle = slot.report->usual;
+        findings->patience.learn(slot.report->paces);
+    }
     const std::string where = message("launch ", slot.number, ": ");
     const devlib::LaunchReport& report = *slot.report;
     const std::string failure = failureOf(slot, slot.validation, false);
@@ -383,7 +386,7 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
 // Reports of graphs' launches whose pipeline has been destroyed. The graphs may exist still.
 void GpuLaunchSlots::tellOfGraphs(Lines& lines) {
     for (auto& slot : slots_) {
-        if (slot->state != State::kCaptured || !slot->usualHandle.expired())
+        if (slot->state != State::kCaptured || !slot->findings.expired())
             continue;
         auto graphDestroyed = slot->graphDestroyed;
         settle(*slot, lines);

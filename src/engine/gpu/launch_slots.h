@@ -12,6 +12,7 @@
 #include "device/cuda/driver.h"
 #include "devlib/gpu/launch_block.h"
 #include "engine/context.h"
+#include "engine/gpu/patience.h"
 
 #include <atomic>
 #include <cstddef>
@@ -42,8 +43,8 @@ public:
         State state = State::kFree;
         bool validation = false;
         std::weak_ptr<Context> context;
-        const Wording* wording = nullptr; // of the context
-        std::weak_ptr<std::atomic<uint64_t>> usualHandle; // of the pipeline; see GpuCodeObject
+        const Wording* wording = nullptr;       // of the context
+        std::weak_ptr<LaunchFindings> findings; // of the pipeline
         // Of a captured launch: set when its graph has been destroyed.
         std::shared_ptr<std::atomic<bool>> graphDestroyed;
         uint64_t number = 0; // of the launch, in order

@@ -117,15 +117,21 @@ SUNSTONE_INLINE bool testLinear(const U4* record, const MotionPlace& place, cons
     return lane::intersectPiece<1>(space, now, CurveBasis(shape), word, flags, best);
 }
 
+// Whether the ray meets the capsule about the piece of a curve.
 template <bool kMotion>
-SUNSTONE_INLINE bool testCurve(const BlockHeader* block, const U4* record, const MotionPlace& place,
-                               const lane::RaySpace& s, float tmax, ShapeHit& hit) {
+SUNSTONE_INLINE bool meetsCapsule(const U4* record, const MotionPlace& place,
+                                  const lane::RaySpace& s, float tmax) {
     float rows[8];
     loadRows<kMotion>(record, kCurveUnits, place, rows);
     loadRows<kMotion>(record + 1, kCurveUnits, place, rows + 4);
     lane::Lanes<1> near;
-    if (!lane::testCapsules<1>(rows, s, tmax, near))
-        return false;
+    return lane::testCapsules<1>(rows, s, tmax, near);
+}
+
+// The piece itself.
+template <bool kMotion>
+SUNSTONE_INLINE bool testCurve(const BlockHeader* block, const U4* record, const MotionPlace& place,
+                               const lane::RaySpace& s, float tmax, ShapeHit& hit) {
     const U4 rest = loadConstant(record + 2);
     const uint32_t shape = block->shape, stride = curvePointFloats(CurveBasis(shape), 1);
     const auto* const points = reinterpret_cast<const float*>(
@@ -147,24 +153,28 @@ SUNSTONE_INLINE bool testCurve(const BlockHeader* block, const U4* record, const
     return true;
 }
 
-// A record of a block of curves or spheres; `records` are those of place.key.
+// Whether the block is of curves whose pieces take long to test, where `bits` may be met.
+SUNSTONE_INLINE bool isOfPieces(uint32_t bits, const BlockHeader* block) {
+    if (!(bits & kMeetsCurves))
+        return false;
+    return bits == kMeetsCurves ||
+           (block->shape != kSphereShape && block->shape != uint32_t(CurveBasis::kLinear));
+}
+
+// A record of a block of spheres or linear curves; `records` are those of place.key.
 template <bool kMotion>
 SUNSTONE_INLINE bool testShape(uint32_t bits, const BlockHeader* block, const uint8_t* records,
                                uint32_t record, const MotionPlace& place, const lane::RaySpace& s,
                                float tmax, ShapeHit& hit) {
     const uint64_t index = kMotion ? uint64_t(record) * place.keys : record;
     const bool sphere =
-        bits == kMeetsSpheres || ((bits & kMeetsSpheres) && block->shape == kSphereShape);
+        !(bits & kMeetsLinear) || ((bits & kMeetsSpheres) && block->shape == kSphereShape);
     if (sphere)
         return testSphere<kMotion>(
             reinterpret_cast<const U4*>(records + index * sizeof(SphereRecord)), place, s, tmax,
             hit);
-    const auto* const curve = reinterpret_cast<const U4*>(records + index * sizeof(CurveRecord));
-    const bool linear = !(bits & kMeetsCurves) ||
-                        ((bits & kMeetsLinear) && block->shape == uint32_t(CurveBasis::kLinear));
-    if (linear)
-        return testLinear<kMotion>(curve, place, s, tmax, hit);
-    return testCurve<kMotion>(block, curve, place, s, tmax, hit);
+    return testLinear<kMotion>(reinterpret_cast<const U4*>(records + index * sizeof(CurveRecord)),
+                               place, s, tmax, hit);
 }
 
 } // namespace sunstone::bvh::gpu

@@ -25,6 +25,8 @@
 //       static uint32_t lanes(); // of the warp that run this together
 //       // With kInstances: whether a lane that wants to enter an instance may do so now.
 //       static bool mayEnter(bool wants);
+//       // With curves: whether a lane that wants to test a piece of one may do so now.
+//       static bool mayTest(bool wants);
 //       static bool any(bool value); // with that and kMotion: for any lane that runs this together
 //       bool nearestFirst() const; // whether the nearest hit is wanted, not any hit
 //       float time() const;  // with kMotion
@@ -73,6 +75,7 @@ struct NoMotion {
 struct OneLane {
     static SUNSTONE_INLINE_MEMBER uint32_t lanes() { return 1; }
     static SUNSTONE_INLINE_MEMBER bool mayEnter(bool wants) { return wants; }
+    static SUNSTONE_INLINE_MEMBER bool mayTest(bool wants) { return wants; }
     static SUNSTONE_INLINE_MEMBER bool any(bool value) { return value; }
 };
 // The same for graphs whose depth is known to fit.
@@ -138,8 +141,7 @@ struct Traversal : Levels<Programs::kMotion> {
     // a group, or 0, 0 where a space ends.
     static constexpr unsigned kDeepLevels = Programs::kLevels < 15 ? Programs::kLevels : 15;
     static constexpr unsigned kStackSize =
-        (Programs::kInstances ? kWaitingChildren + 8 : kWaitingLeaves) +
-        kStackEntries * (kDeepLevels + 1);
+        (Programs::kInstances ? kWaitingChildren + 8 : 0) + kStackEntries * (kDeepLevels + 1);
     // Instances are entered from the ray's first space only, which is therefore stored once.
     static constexpr bool kKeepsSpace = Programs::kLevels == 1 && !Programs::kMotion;
     // With motion a structure of instances is stored when it is entered, not with each of its
@@ -156,6 +158,7 @@ struct Traversal : Levels<Programs::kMotion> {
     BoxRay box;
     Shear shear;
     lane::RaySpace space; // in structures of curves and spheres
+    uint32_t piece;       // of a curve, whose capsule the ray meets, to be tested; or kNoPiece
     MotionPlace motion;   // with kMotion
 
     // Begins at a handle (with its tag). False: nothing to visit.
@@ -163,6 +166,7 @@ struct Traversal : Levels<Programs::kMotion> {
                                       Level* levels) {
         inner = leaf = {0, 0};
         top = depth = 0;
+        piece = kNoPiece;
         block = nullptr;
         if constexpr (Programs::kMotion) {
             this->around = 0;
@@ -192,21 +196,29 @@ struct Traversal : Levels<Programs::kMotion> {
 
     // Visits a node, or the rest of a leaf, and primitives found there. True at the end.
     SUNSTONE_INLINE_MEMBER bool step(Programs& programs, Ray& ray, U2* stack, Level* levels) {
+        bool end = false;
+        if (meetsPieces() && finishPiece(programs, ray, stack, end))
+            return end;
         if constexpr (Programs::kInstances)
             return stepInGraph(programs, ray, stack, levels);
-        openNext(programs, ray, stack);
+        if (meetsPieces())
+            return stepInCurves(programs, ray, stack);
+        if (leaf.bits == 0)
+            openNext(programs, ray, stack);
+        // The rest of a leaf is left to the next step where nearly all lanes of the warp have
+        // finished theirs: they go on to their next nodes. Leaves have 1 to 24 primitives; without
+        // this, on long thin triangles, tests ran for 3.5 of 32 lanes. A ray's order of primitives
+        // stays the same.
         const uint32_t few = (5 * Programs::lanes() + 8) / 16;
         while (leaf.bits != 0) {
             if (visitNext(programs, ray))
                 return true;
-            if (leaf.bits != 0 && mayWait() && Programs::lanes() < few) {
-                push(stack, leaf);
-                leaf.bits = 0;
-            }
+            if (Programs::lanes() < few)
+                break;
         }
         // Without a branch around it: a compiler turns such a branch into a loop of the lanes that
         // need no other group, and lanes that take one from the stack wait for its end.
-        const bool empty = inner.bits <= 0x00FFFFFFu;
+        const bool empty = inner.bits <= 0x00FFFFFFu && leaf.bits == 0;
         if (empty && top == 0)
             return true;
         top -= empty;
@@ -217,10 +229,36 @@ struct Traversal : Levels<Programs::kMotion> {
     }
 
 private:
-    // The rest of a leaf is deferred to the stack where nearly all lanes of the warp have finished
-    // theirs, so that they do not wait. Leaves have 1 to 24 primitives; without this, on long thin
-    // triangles, tests ran for 3.5 of 32 lanes.
-    SUNSTONE_INLINE_MEMBER bool mayWait() const { return top < kWaitingLeaves; }
+    // Testing a piece of a curve takes longer than a node, and few lanes come to it at once: the
+    // others walk on until enough of them have one.
+    static SUNSTONE_INLINE_MEMBER bool meetsPieces() { return Programs::shapes() & kMeetsCurves; }
+
+    // True: the step is over, and the walk if `end`.
+    SUNSTONE_INLINE_MEMBER bool finishPiece(Programs& programs, Ray& ray, const U2* stack,
+                                            bool& end) {
+        if (Programs::mayTest(piece != kNoPiece)) {
+            ShapeHit hit;
+            const uint64_t index = Programs::kMotion ? uint64_t(piece) * motion.keys : piece;
+            const auto* const curve =
+                reinterpret_cast<const U4*>(records + index * sizeof(CurveRecord));
+            piece = kNoPiece;
+            end = testCurve<Programs::kMotion>(block, curve, motion, space, ray.tmax, hit) &&
+                  programs.shape(ray, hit) == Visit::kEnd;
+            if (!end && leaf.bits == 0)
+                end = pop(ray, stack);
+            return true;
+        }
+        return piece != kNoPiece;
+    }
+
+    SUNSTONE_INLINE_MEMBER bool stepInCurves(Programs& programs, Ray& ray, U2* stack) {
+        if (leaf.bits == 0)
+            openNext(programs, ray, stack);
+        while (leaf.bits != 0 && piece == kNoPiece)
+            if (visitNext(programs, ray))
+                return true;
+        return piece == kNoPiece && pop(ray, stack);
+    }
 
     static constexpr uint32_t kVisits = 2;
 
@@ -246,9 +284,12 @@ private:
         if (leaf.bits == 0)
             openNext(programs, ray, stack);
         if (kind != BlockType::kInstances)
-            for (uint32_t i = 0; leaf.bits != 0 && i < kVisits; ++i)
+            for (uint32_t i = 0; leaf.bits != 0 && i < kVisits; ++i) {
                 if (visitNext(programs, ray))
                     return true;
+                if (meetsPieces() && piece != kNoPiece)
+                    return false;
+            }
         return pop(ray, stack);
     }
 
@@ -390,6 +431,14 @@ private:
 
     SUNSTONE_INLINE_MEMBER bool visit(Programs& programs, Ray& ray, uint32_t record) {
         if (Programs::shapes() && kind == BlockType::kShapes) {
+            if (isOfPieces(Programs::shapes(), block)) {
+                const uint64_t index = Programs::kMotion ? uint64_t(record) * motion.keys : record;
+                if (meetsCapsule<Programs::kMotion>(
+                        reinterpret_cast<const U4*>(records + index * sizeof(CurveRecord)), motion,
+                        space, ray.tmax))
+                    piece = record;
+                return false;
+            }
             ShapeHit hit;
             return testShape<Programs::kMotion>(Programs::shapes(), block, records, record, motion,
                                                 space, ray.tmax, hit) &&

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/gpu/patience.h"
+
+#include <gtest/gtest.h>
+
+namespace sunstone::engine {
+namespace {
+
+constexpr uint64_t kMany = 1 << 20;
+
+devlib::LaunchWork next(WarpPatience& patience, bool mayTry = true) {
+    devlib::LaunchWork work = {};
+    patience.choose(work, mayTry);
+    return work;
+}
+
+TEST(WarpPatience, FirstLaunchTriesBoth) {
+    WarpPatience patience;
+    const devlib::LaunchWork work = next(patience);
+    EXPECT_TRUE(work.isMeasured);
+    EXPECT_EQ(work.patience[0], devlib::kShortPatience);
+    EXPECT_EQ(work.patience[1], devlib::kLongPatience);
+}
+
+TEST(WarpPatience, TheFasterWayIsTaken) {
+    for (uint32_t faster : {0u, 1u}) {
+        WarpPatience patience;
+        next(patience);
+        devlib::WarpPace paces[2] = {{kMany, 1000}, {kMany, 1000}};
+        paces[1 - faster].time += 10;
+        patience.learn(paces);
+        const devlib::LaunchWork work = next(patience);
+        EXPECT_FALSE(work.isMeasured);
+        for (const uint32_t each : work.patience)
+            EXPECT_EQ(each, faster ? devlib::kLongPatience : devlib::kShortPatience);
+    }
+}
+
+TEST(WarpPatience, FewRaysDecideNothing) {
+    WarpPatience patience;
+    for (int launch = 0; launch < 10; ++launch) {
+        EXPECT_TRUE(next(patience).isMeasured);
+        patience.learn({{100, 1}, {100, 2}});
+    }
+    patience.learn({{kMany, 100}, {kMany, 200}});
+    EXPECT_EQ(next(patience).patience[1], devlib::kShortPatience);
+}
+
+// Kernels whose warps take no launch indices report zeros.
+TEST(WarpPatience, LaunchesWithoutAReport) {
+    WarpPatience patience;
+    for (int launch = 0; launch < 200; ++launch) {
+        patience.learn({{0, 0}, {0, 0}});
+        EXPECT_TRUE(next(patience).isMeasured);
+    }
+}
+
+TEST(WarpPatience, CapturedLaunchesTryNothing) {
+    WarpPatience patience;
+    const devlib::LaunchWork work = next(patience, false);
+    EXPECT_FALSE(work.isMeasured);
+    EXPECT_EQ(work.patience[0], work.patience[1]);
+    EXPECT_TRUE(next(patience).isMeasured);
+}
+
+TEST(WarpPatience, ChoicesAreMadeAgain) {
+    WarpPatience patience;
+    patience.learn({{kMany, 100}, {kMany, 200}});
+    int measured = 0;
+    for (int launch = 0; launch < 100; ++launch)
+        measured += next(patience).isMeasured != 0;
+    EXPECT_GT(measured, 0);
+    patience.learn({{kMany, 200}, {kMany, 100}});
+    EXPECT_EQ(next(patience).patience[0], devlib::kLongPatience);
+}
+
+} // namespace
+} // namespace sunstone::engine
