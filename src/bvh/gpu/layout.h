@@ -123,8 +123,9 @@ constexpr unsigned kMaxWideDepth = 30;
 // Groups of children that wait during traversal of one structure: one for each level, and two where
 // an instance is entered.
 constexpr unsigned kStackEntries = kMaxWideDepth + 2;
-// Besides these, children of nodes of instances wait on a stack, one by one, while it has fewer
-// entries than this.
+// Besides these, primitives wait on a stack while it has fewer entries than this.
+constexpr unsigned kWaitingLeaves = 16;
+// Likewise children of nodes of instances, one by one, while it has fewer.
 constexpr unsigned kWaitingChildren = 48;
 
 } // namespace sunstone::bvh::gpu

@@ -354,6 +354,12 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         return uint32_t(__builtin_popcount(activeLanes()));
     }
 
+    // Of triangles the nearest hit is the same in any order, and so is whether there is a hit.
+    SUNSTONE_INLINE_MEMBER bool mayReorder() const {
+        return !kCustoms && !sunstone_gpu_hasAnyHit &&
+               (nearestFirst() || (rayFlags & kRayDisableClosestHit));
+    }
+
     // Lanes wait with rare, long work until they are one of `of` lanes under way.
     static SUNSTONE_INLINE_MEMBER bool areEnough(bool wants, int of) {
         const uint32_t mask = activeLanes();

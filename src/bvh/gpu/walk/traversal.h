@@ -23,6 +23,7 @@
 //       void leave(Ray& ray);
 //       void leave(Ray& ray, uint32_t count);
 //       static uint32_t lanes(); // of the warp that run this together
+//       bool mayReorder() const; // programs see the same in any order of primitives
 //       // With kInstances: whether a lane that wants to enter an instance may do so now.
 //       static bool mayEnter(bool wants);
 //       // With curves: whether a lane that wants to test a piece of one may do so now.
@@ -74,6 +75,7 @@ struct NoMotion {
 };
 struct OneLane {
     static SUNSTONE_INLINE_MEMBER uint32_t lanes() { return 1; }
+    static SUNSTONE_INLINE_MEMBER bool mayReorder() { return false; }
     static SUNSTONE_INLINE_MEMBER bool mayEnter(bool wants) { return wants; }
     static SUNSTONE_INLINE_MEMBER bool mayTest(bool wants) { return wants; }
     static SUNSTONE_INLINE_MEMBER bool any(bool value) { return value; }
@@ -141,7 +143,8 @@ struct Traversal : Levels<Programs::kMotion> {
     // a group, or 0, 0 where a space ends.
     static constexpr unsigned kDeepLevels = Programs::kLevels < 15 ? Programs::kLevels : 15;
     static constexpr unsigned kStackSize =
-        (Programs::kInstances ? kWaitingChildren + 8 : 0) + kStackEntries * (kDeepLevels + 1);
+        (Programs::kInstances ? kWaitingChildren + 8 : kWaitingLeaves) +
+        kStackEntries * (kDeepLevels + 1);
     // Instances are entered from the ray's first space only, which is therefore stored once.
     static constexpr bool kKeepsSpace = Programs::kLevels == 1 && !Programs::kMotion;
     // With motion a structure of instances is stored when it is entered, not with each of its
@@ -205,16 +208,20 @@ struct Traversal : Levels<Programs::kMotion> {
             return stepInCurves(programs, ray, stack);
         if (leaf.bits == 0)
             openNext(programs, ray, stack);
-        // The rest of a leaf is left to the next step where nearly all lanes of the warp have
-        // finished theirs: they go on to their next nodes. Leaves have 1 to 24 primitives; without
-        // this, on long thin triangles, tests ran for 3.5 of 32 lanes. A ray's order of primitives
-        // stays the same.
+        // Where nearly all lanes of the warp have finished their leaves, they go on to their next
+        // nodes, and the rest of a leaf waits: on the stack, or, where programs would notice
+        // another order of primitives, with its lane. Leaves have 1 to 24 primitives; without this,
+        // on long thin triangles, tests ran for 3.5 of 32 lanes.
         const uint32_t few = (5 * Programs::lanes() + 8) / 16;
         while (leaf.bits != 0) {
             if (visitNext(programs, ray))
                 return true;
-            if (Programs::lanes() < few)
+            if (leaf.bits == 0 || Programs::lanes() >= few)
+                continue;
+            if (!programs.mayReorder() || top >= kWaitingLeaves)
                 break;
+            push(stack, leaf);
+            leaf.bits = 0;
         }
         // Without a branch around it: a compiler turns such a branch into a loop of the lanes that
         // need no other group, and lanes that take one from the stack wait for its end.
