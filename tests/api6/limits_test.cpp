@@ -54,15 +54,14 @@ TEST_F(Limits, CallablesBeyondTheDepthAreAFullStack) {
 }
 
 TEST_F(Limits, RecursiveFunctionsReadVariables) {
-    int ordinal = 0;
-    ok(rtDeviceGetAttribute(0, RT_DEVICE_ATTRIBUTE_CUDA_DEVICE_ORDINAL, sizeof ordinal, &ordinal));
     ok(rtVariableSet1f(variable("scoped"), 2));
-    setEntry("write_grown");
-    if (ordinal >= 0) { // on GPUs they are refused
-        EXPECT_NE(rtContextLaunch1D(context_, 0, 1), RT_SUCCESS);
-        return;
-    }
+    ok(rtContextSetEntryPointCount(context_, 2));
+    RTprogram other = program("write_grown_again"); // with a variable of its own
+    setFloat(other, rtProgramDeclareVariable, "scoped", 5);
+    ok(rtContextSetRayGenerationProgram(context_, 1, other));
     EXPECT_EQ(launch("write_grown")[0], 2 * 89);
+    ok(rtContextLaunch1D(context_, 1, 1));
+    EXPECT_EQ(results()[0], 5 * 89);
     RTprogram link = program("count_down"), grower = program("grow_after_call");
     int id = 0;
     ok(rtProgramGetId(link, &id));
