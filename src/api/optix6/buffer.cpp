@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -153,6 +154,25 @@ void Buffer::allocate() {
             refuse(RT_ERROR_MEMORY_ALLOCATION_FAILED, "no memory for a buffer of ", size, " bytes");
         }
     updateView();
+}
+
+void Buffer::requireMovable() const {
+    if (adopted_ || hasPointer_)
+        refuse(RT_ERROR_INVALID_VALUE, "the application has a device pointer of buffer ", handle(),
+               ", whose elements therefore stay on their device");
+}
+
+void Buffer::moveTo(const std::shared_ptr<engine::Backend>& backend) {
+    std::vector<uint8_t> elements(data() ? bytes() : 0);
+    if (!elements.empty())
+        read(elements.data());
+    const devlib::BufferView before = view();
+    backend_ = backend;
+    view_ = SharedMemory(backend_, sizeof before);
+    std::memcpy(view_.get(), &before, sizeof before);
+    allocate();
+    if (!elements.empty())
+        backend_->copy(data(), elements.data(), elements.size());
 }
 
 void Buffer::setMemory(void* memory) {
