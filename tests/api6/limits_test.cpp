@@ -72,6 +72,17 @@ TEST_F(Limits, RecursiveFunctionsReadVariables) {
     EXPECT_EQ(launch("call_grower")[0], 1000 + 3 * 8) << "the callable's own variable";
 }
 
+TEST_F(Limits, RecursiveFunctionsTraceRaysOnCpus) {
+    const RTgeometrygroup top = square("hit_head");
+    setEntry("look_often");
+    if (!runsOnGpu()) {
+        EXPECT_EQ(shoot(top)[0], 15) << "the calls for 5, 4, 3, 3, 2, ...";
+        return;
+    }
+    ok(rtVariableSetObject(variable("top_object"), top));
+    fails(RT_ERROR_NOT_SUPPORTED, rtContextLaunch1D(context_, 0, 1), "recursive function");
+}
+
 TEST_F(Limits, AccessesBeyondAPayload) {
     setEntry("shoot_small");
     enable(RT_EXCEPTION_PAYLOAD_ACCESS_OUT_OF_BOUNDS);

@@ -149,6 +149,16 @@ RT_PROGRAM void shoot() {
     result[4 * line_index + 2] = p.normal.x;
     result[4 * line_index + 3] = p.large[39];
 }
+// A device function that calls itself and traces rays.
+static __device__ __noinline__ float look(int n) {
+    Payload p;
+    p.value = -1;
+    rtTrace(top_object, make_Ray(ray_origin, make_float3(0, 0, -1), ray_type, 0.0f, 100.0f), p);
+    return n < 2 ? p.value : p.value + look(n - 1) + look(n - 2);
+}
+RT_PROGRAM void look_often() {
+    result[0] = look(5);
+}
 rtDeclareVariable(float, ray_time, , );
 RT_PROGRAM void shoot_at() {
     Payload p;

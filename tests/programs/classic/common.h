@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-extern "C" const char device_ptx[]; // of device/NAME.cu, which the build embeds
+extern "C" const char device_ptx[]; // of the program, which the build embeds
 
 inline void require(bool holds, const std::string& what) {
     if (!holds)
