@@ -163,16 +163,21 @@ void Buffer::requireMovable() const {
 }
 
 void Buffer::moveTo(const std::shared_ptr<engine::Backend>& backend) {
-    std::vector<uint8_t> elements(data() ? bytes() : 0);
-    if (!elements.empty())
+    if (backend_ == backend)
+        return;
+    SharedMemory view(backend, sizeof(devlib::BufferView)), storage;
+    std::vector<uint8_t> elements(storage_.get() ? bytes() : 0);
+    if (!elements.empty()) {
+        storage = SharedMemory(backend, elements.size() + kMargin);
         read(elements.data());
-    const devlib::BufferView before = view();
-    backend_ = backend;
-    view_ = SharedMemory(backend_, sizeof before);
-    std::memcpy(view_.get(), &before, sizeof before);
-    allocate();
-    if (!elements.empty())
-        backend_->copy(data(), elements.data(), elements.size());
+        backend->copy(storage.get(), elements.data(), elements.size());
+    }
+    std::memcpy(view.get(), view_.get(), sizeof(devlib::BufferView));
+    backend_ = backend; // nothing fails from here on
+    view_ = std::move(view);
+    storage_ = std::move(storage);
+    noteChange();
+    updateView();
 }
 
 void Buffer::setMemory(void* memory) {

@@ -191,13 +191,22 @@ void Context::setDevice(int ordinal) {
     for (const std::shared_ptr<Object>& object : all)
         if (object->kind == Kind::kBuffer)
             static_cast<const Buffer&>(*object).requireMovable();
-    const std::shared_ptr<engine::Backend> before = engine->backend; // until the end
-    scene = nullptr;
-    useBackend(std::move(backend), ordinal);
-    for (const std::shared_ptr<Object>& object : all)
-        moveTo(engine->backend, *object);
-    scene = std::make_unique<Scene>(*this);
-    noteStructure();
+    const std::shared_ptr<engine::Backend> before = engine->backend;
+    const int deviceBefore = device;
+    const auto moveAll = [&](const std::shared_ptr<engine::Backend>& to, int toOrdinal) {
+        scene = nullptr;
+        useBackend(to, toOrdinal);
+        scene = std::make_unique<Scene>(*this);
+        noteStructure();
+        for (const std::shared_ptr<Object>& object : all)
+            moveTo(to, *object);
+    };
+    try {
+        moveAll(backend, ordinal);
+    } catch (...) { // the device has too little memory
+        moveAll(before, deviceBefore);
+        throw;
+    }
 }
 
 Context::~Context() = default;

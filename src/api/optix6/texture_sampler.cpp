@@ -80,13 +80,13 @@ TextureSampler::~TextureSampler() {
 }
 
 void TextureSampler::moveTo(const std::shared_ptr<engine::Backend>& backend) {
+    if (gl)
+        gl->texels->moveTo(backend);
     if (texture)
         backend_->removeTexture(texture);
     texture = 0;
     expanded_ = {};
     backend_ = backend;
-    if (gl)
-        gl->texels->moveTo(backend);
     noteChange();
 }
 
