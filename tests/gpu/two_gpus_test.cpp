@@ -40,6 +40,14 @@ CUresult eitherDevice(CUdevice* device, int ordinal) {
     return ordinal < 2 ? realDeviceGet(device, 0) : CUDA_ERROR_INVALID_DEVICE;
 }
 
+// Memory of this size or more cannot be had while the flag is set.
+constexpr size_t kLarge = 8 << 20;
+bool isFull = false;
+decltype(Driver::memAllocManaged) realAlloc = nullptr;
+CUresult limitedAlloc(CUdeviceptr* memory, size_t bytes, unsigned flags) {
+    return isFull && bytes >= kLarge ? CUDA_ERROR_OUT_OF_MEMORY : realAlloc(memory, bytes, flags);
+}
+
 class TwoGpus : public ::testing::Test {
 protected:
     static void SetUpTestSuite() {
@@ -47,6 +55,8 @@ protected:
         realDeviceGet = driver.deviceGet;
         driver.deviceGet = eitherDevice;
         driver.deviceGetCount = twoDevices;
+        realAlloc = driver.memAllocManaged;
+        driver.memAllocManaged = limitedAlloc;
     }
     void SetUp() override {
         ok(rtContextCreate(&context_));
@@ -220,6 +230,25 @@ TEST_F(TwoGpus, BuffersThatTheApplicationHoldsStay) {
     EXPECT_EQ(device, 0);
     ok(rtBufferDestroy(result_));
     useDevice(1);
+}
+
+TEST_F(TwoGpus, ContextsStayWhereObjectsDoNotFitElsewhere) {
+    RTbuffer large = floats(RT_BUFFER_INPUT, nullptr, std::vector<float>(kLarge / 2, 9));
+    ok(rtVariableSet1f(variable("scoped"), 3));
+    EXPECT_EQ(launch("write_scoped")[0], 3);
+    const int second = 1;
+    isFull = true;
+    refuses(RT_ERROR_MEMORY_ALLOCATION_FAILED, rtContextSetDevices(context_, 1, &second), "Memory");
+    isFull = false;
+    int device = -1;
+    ok(rtContextGetDevices(context_, &device));
+    EXPECT_EQ(device, 0);
+    EXPECT_EQ(contents(result_)[0], 3);
+    EXPECT_EQ(contents(large).back(), 9);
+    ok(rtVariableSet1f(variable("scoped"), 4));
+    EXPECT_EQ(launch("write_scoped")[0], 4);
+    useDevice(1);
+    EXPECT_EQ(contents(large).back(), 9);
 }
 
 } // namespace
