@@ -100,8 +100,7 @@ void markIntrinsicUsers(Unit& unit) {
                 queue.push_back(call->getFunction());
         }
     }
-    // A piece of code for CPUs has one program, so that recursive functions are its own.
-    if (unit.flavor().allowsRecursion() && !unit.isGpu() && unit.kinds().size() == 1) {
+    if (unit.flavor().allowsRecursion()) {
         for (llvm::Function* function : users)
             if (callsItself(function, users)) {
                 function->addFnAttr(kRecursive);

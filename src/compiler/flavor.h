@@ -72,8 +72,8 @@ public:
         return {};
     }
 
-    // Whether functions that reach an intrinsic may call themselves, on CPUs. They stay functions,
-    // which markIntrinsicUsers marks with kRecursive.
+    // Whether functions that reach an intrinsic may call themselves. They stay functions, which
+    // markIntrinsicUsers marks with kRecursive.
     virtual bool allowsRecursion() const { return false; }
 
     // Replaces the intrinsics of all programs (Unit::kinds) by loads, stores and calls on RayState.

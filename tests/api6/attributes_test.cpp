@@ -398,7 +398,7 @@ TEST_F(Attributes, OfTextureSamplers) {
     fails(RT_ERROR_INVALID_VALUE, rtTextureSamplerSetIndexingMode(made, RTtextureindexmode(2)));
     ok(rtTextureSamplerGetIndexingMode(made, &indexing));
     EXPECT_EQ(indexing, RT_TEXTURE_INDEX_ARRAY_INDEX);
-    RTbuffer texels = buffer(RT_BUFFER_INPUT, RT_FORMAT_FLOAT3, 4), found = nullptr;
+    RTbuffer texels = buffer(RT_BUFFER_INPUT, RT_FORMAT_LONG_LONG, 4), found = nullptr;
     ok(rtTextureSamplerSetBuffer(made, 0, 0, texels));
     fails(RT_ERROR_INVALID_VALUE, rtTextureSamplerSetBuffer(made, 1, 0, texels));
     fails(RT_ERROR_INVALID_VALUE, rtTextureSamplerGetBuffer(made, 0, 1, &found));

@@ -49,6 +49,60 @@ TEST_F(GlBuffers, InputIsNotWrittenByLaunches) {
     EXPECT_EQ(read(glId, 16), std::vector<float>(16, 8.0f));
 }
 
+// OpenGL deletes a buffer that no program reads. A launch that copied it would fail.
+TEST_F(GlBuffers, ThatProgramsCannotReachAreNotCopied) {
+    const unsigned glId = glBuffer(std::vector<float>(16, 8.0f)), other = glBuffer<float>({1, 2});
+    RTbuffer both = shared(RT_BUFFER_INPUT_OUTPUT, glId, RT_FORMAT_FLOAT4, 2, 2);
+    RTbuffer unread = shared(RT_BUFFER_OUTPUT, other, RT_FORMAT_FLOAT, 2, 1);
+    setEntries();
+    ok(rtVariableSetObject(variable("image"), both));
+    ok(rtVariableSetObject(variable("no_program_has_it"), unread));
+    ok(rtContextLaunch2D(context_, 1, 2, 2));
+    write(other, {3, 4});
+    egl().DeleteBuffers(1, &other);
+    ok(rtContextLaunch2D(context_, 1, 2, 2));
+    EXPECT_EQ(read(glId, 16), std::vector<float>(16, 2.0f));
+    // With an id, programs may reach it.
+    int id = 0;
+    ok(rtBufferGetId(unread, &id));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch2D(context_, 1, 2, 2));
+}
+
+TEST_F(GlBuffers, ThatGeometryReadsAreCopied) {
+    const unsigned glId = glBuffer<float>({0, 0, 5, 1, 0, 5, 0, 1, 5});
+    RTbuffer corners = shared(RT_BUFFER_INPUT, glId, RT_FORMAT_FLOAT3, 3, 1);
+    RTgeometrytriangles mesh = nullptr;
+    ok(rtGeometryTrianglesCreate(context_, &mesh));
+    ok(rtGeometryTrianglesSetPrimitiveCount(mesh, 1));
+    ok(rtGeometryTrianglesSetVertices(mesh, 3, corners, 0, 12, RT_FORMAT_FLOAT3));
+    RTmaterial paint = nullptr;
+    ok(rtMaterialCreate(context_, &paint));
+    ok(rtMaterialSetClosestHitProgram(paint, 0, program("hit_distance_only")));
+    RTgeometryinstance instance = nullptr;
+    ok(rtGeometryInstanceCreate(context_, &instance));
+    ok(rtGeometryInstanceSetGeometryTriangles(instance, mesh));
+    ok(rtGeometryInstanceSetMaterialCount(instance, 1));
+    ok(rtGeometryInstanceSetMaterial(instance, 0, paint));
+    RTacceleration acceleration = nullptr;
+    ok(rtAccelerationCreate(context_, &acceleration));
+    ok(rtAccelerationSetBuilder(acceleration, "Trbvh"));
+    RTgeometrygroup top = nullptr;
+    ok(rtGeometryGroupCreate(context_, &top));
+    ok(rtGeometryGroupSetAcceleration(top, acceleration));
+    ok(rtGeometryGroupSetChildCount(top, 1));
+    ok(rtGeometryGroupSetChild(top, 0, instance));
+    ok(rtVariableSetObject(variable("top_object"), top));
+    for (const char* name : {"step", "mark"})
+        ok(rtVariableSet1f(variable(name), 0));
+    for (const char* name : {"ray_type", "flags"})
+        ok(rtVariableSet1ui(variable(name), 0));
+    EXPECT_EQ(launch("shoot")[3], 5);
+    write(glId, {0, 0, 7, 1, 0, 7, 0, 1, 7});
+    ok(rtAccelerationMarkDirty(acceleration));
+    ok(rtContextLaunch1D(context_, 0, 1));
+    EXPECT_EQ(results()[3], 3);
+}
+
 TEST_F(GlBuffers, ProgressiveLaunchesReadTheElementsOfOpenGl) {
     const unsigned glId = glBuffer(std::vector<float>(4));
     const auto flat = [&](unsigned type, RTformat format) {

@@ -54,15 +54,14 @@ TEST_F(Limits, CallablesBeyondTheDepthAreAFullStack) {
 }
 
 TEST_F(Limits, RecursiveFunctionsReadVariables) {
-    int ordinal = 0;
-    ok(rtDeviceGetAttribute(0, RT_DEVICE_ATTRIBUTE_CUDA_DEVICE_ORDINAL, sizeof ordinal, &ordinal));
     ok(rtVariableSet1f(variable("scoped"), 2));
-    setEntry("write_grown");
-    if (ordinal >= 0) { // on GPUs they are refused
-        EXPECT_NE(rtContextLaunch1D(context_, 0, 1), RT_SUCCESS);
-        return;
-    }
+    ok(rtContextSetEntryPointCount(context_, 2));
+    RTprogram other = program("write_grown_again"); // with a variable of its own
+    setFloat(other, rtProgramDeclareVariable, "scoped", 5);
+    ok(rtContextSetRayGenerationProgram(context_, 1, other));
     EXPECT_EQ(launch("write_grown")[0], 2 * 89);
+    ok(rtContextLaunch1D(context_, 1, 1));
+    EXPECT_EQ(results()[0], 5 * 89);
     RTprogram link = program("count_down"), grower = program("grow_after_call");
     int id = 0;
     ok(rtProgramGetId(link, &id));
@@ -71,6 +70,17 @@ TEST_F(Limits, RecursiveFunctionsReadVariables) {
     ok(rtVariableSet1i(variable("grower"), id));
     setFloat(grower, rtProgramDeclareVariable, "scoped", 3);
     EXPECT_EQ(launch("call_grower")[0], 1000 + 3 * 8) << "the callable's own variable";
+}
+
+TEST_F(Limits, RecursiveFunctionsTraceRaysOnCpus) {
+    const RTgeometrygroup top = square("hit_head");
+    setEntry("look_often");
+    if (!runsOnGpu()) {
+        EXPECT_EQ(shoot(top)[0], 15) << "the calls for 5, 4, 3, 3, 2, ...";
+        return;
+    }
+    ok(rtVariableSetObject(variable("top_object"), top));
+    fails(RT_ERROR_NOT_SUPPORTED, rtContextLaunch1D(context_, 0, 1), "recursive function");
 }
 
 TEST_F(Limits, AccessesBeyondAPayload) {

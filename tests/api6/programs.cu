@@ -54,6 +54,9 @@ __device__ __noinline__ float grow(int n) {
 RT_PROGRAM void write_grown() {
     result[0] = grow(10);
 }
+RT_PROGRAM void write_grown_again() {
+    result[0] = grow(10);
+}
 
 // ---- buffers
 // --------------------------------------------------------------------------------------
@@ -85,6 +88,13 @@ RT_PROGRAM void paint_image() {
 }
 RT_PROGRAM void halve_image() {
     image[launch_index] = image[launch_index] * 0.5f;
+}
+
+rtDeclareVariable(uint3, place_index, rtLaunchIndex, );
+rtDeclareVariable(uint3, place_dim, rtLaunchDim, );
+rtBuffer<uint3, 3> places;
+RT_PROGRAM void write_place() {
+    places[place_index] = place_index + 10u * place_dim;
 }
 
 // ---- exceptions, printing
@@ -139,6 +149,16 @@ RT_PROGRAM void shoot() {
     result[4 * line_index + 2] = p.normal.x;
     result[4 * line_index + 3] = p.large[39];
 }
+// A device function that calls itself and traces rays.
+static __device__ __noinline__ float look(int n) {
+    Payload p;
+    p.value = -1;
+    rtTrace(top_object, make_Ray(ray_origin, make_float3(0, 0, -1), ray_type, 0.0f, 100.0f), p);
+    return n < 2 ? p.value : p.value + look(n - 1) + look(n - 2);
+}
+RT_PROGRAM void look_often() {
+    result[0] = look(5);
+}
 rtDeclareVariable(float, ray_time, , );
 RT_PROGRAM void shoot_at() {
     Payload p;
@@ -172,6 +192,9 @@ rtDeclareVariable(float, tag, attribute tag, );
 RT_PROGRAM void hit_mark() {
     payload.value = mark;
     payload.normal = normal;
+    payload.large[39] = hit_distance;
+}
+RT_PROGRAM void hit_distance_only() {
     payload.large[39] = hit_distance;
 }
 // Traces the same ray again, which is one level deeper.
@@ -381,6 +404,15 @@ RT_PROGRAM void sample_target() {
 RT_PROGRAM void sample_levels() {
     for (int level = 0; level < 3; ++level)
         result[level] = rtTex2DLod<float>(texture_id, 0.5f, 0.5f, float(level));
+}
+
+RT_PROGRAM void sample_colors() {
+    for (int level = 0; level < 2; ++level) {
+        const float4 color = rtTex2DLod<float4>(texture_id, place.x, place.y, float(level));
+        result[4 * level] = color.x;
+        result[4 * level + 1] = color.y;
+        result[4 * level + 2] = color.z;
+    }
 }
 
 rtDeclareVariable(int, texel_kind, , "0: float, 1: int, 2: unsigned");

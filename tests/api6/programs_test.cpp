@@ -248,6 +248,52 @@ TEST_F(Programs, TexturesById) {
     EXPECT_EQ(launch("sample")[0], 0) << "no such texture";
 }
 
+TEST_F(Programs, TexturesOfThreeComponents) {
+    RTbuffer texels = nullptr;
+    ok(rtBufferCreate(context_, RT_BUFFER_INPUT, &texels));
+    ok(rtBufferSetFormat(texels, RT_FORMAT_FLOAT3));
+    ok(rtBufferSetMipLevelCount(texels, 1));
+    ok(rtBufferSetSize2D(texels, 2, 2));
+    fill<float>(texels, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12});
+    RTtexturesampler sampler = nullptr;
+    ok(rtTextureSamplerCreate(context_, &sampler));
+    ok(rtTextureSamplerSetFilteringModes(sampler, RT_FILTER_NEAREST, RT_FILTER_NEAREST,
+                                         RT_FILTER_NONE));
+    ok(rtTextureSamplerSetBuffer(sampler, 0, 0, texels));
+    ok(rtTextureSamplerValidate(sampler));
+    int id = 0;
+    ok(rtTextureSamplerGetId(sampler, &id));
+    ok(rtVariableSet1i(variable("texture_id"), id));
+    ok(rtVariableSet1i(variable("texel_kind"), 0));
+    const auto texel = [&] {
+        const std::vector<float> r = launch("sample_texel");
+        return std::vector<float>(r.begin(), r.begin() + 4);
+    };
+    EXPECT_EQ(texel(), (std::vector<float>{4, 5, 6, 0}));
+    fill<float>(texels, {0, 0, 0, 40, 50, 60, 0, 0, 0, 0, 0, 0});
+    EXPECT_EQ(texel(), (std::vector<float>{40, 50, 60, 0})) << "the buffer has changed";
+    // Filtered, of bytes, with levels.
+    ok(rtBufferSetFormat(texels, RT_FORMAT_UNSIGNED_BYTE3));
+    ok(rtBufferSetMipLevelCount(texels, 2));
+    fill<unsigned char>(texels, {255, 0, 51, 255, 0, 51, 0, 255, 51, 0, 255, 51});
+    const float place[3] = {0.5f, 0.5f, 0};
+    ok(rtVariableSet3fv(variable("place"), place));
+    ok(rtTextureSamplerSetFilteringModes(sampler, RT_FILTER_LINEAR, RT_FILTER_LINEAR,
+                                         RT_FILTER_NEAREST));
+    void* data = nullptr;
+    ok(rtBufferMapEx(texels, RT_BUFFER_MAP_WRITE, 1, nullptr, &data));
+    const unsigned char small[3] = {51, 102, 153};
+    std::memcpy(data, small, sizeof small);
+    ok(rtBufferUnmapEx(texels, 1));
+    const std::vector<float> r = launch("sample_colors");
+    EXPECT_NEAR(r[0], 0.5f, 0.01f);
+    EXPECT_NEAR(r[1], 0.5f, 0.01f);
+    EXPECT_NEAR(r[2], 0.2f, 0.01f);
+    EXPECT_NEAR(r[4], 0.2f, 0.01f);
+    EXPECT_NEAR(r[5], 0.4f, 0.01f);
+    EXPECT_NEAR(r[6], 0.6f, 0.01f);
+}
+
 TEST_F(Programs, TexturesByReference) {
     const auto sampler = [&](RTbuffer texels) {
         RTtexturesampler made = nullptr;

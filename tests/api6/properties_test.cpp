@@ -63,6 +63,8 @@ protected:
         EXPECT_EQ(owner, context_);
         ok(destroy(object));
         fails(RT_ERROR_INVALID_VALUE, getContext(object, &owner));
+        if (last_)
+            expectLastVariableIsGone();
     }
     template <class Object>
     void scope(Object object, RTresult (*declare)(Object, const char*, RTvariable*),
@@ -95,7 +97,16 @@ protected:
         fails(RT_ERROR_INVALID_VALUE, remove(object, made));
         ok(count(object, &after));
         EXPECT_EQ(after, before);
+        ok(declare(object, "last", &last_));
     }
+    // The last variable that scope() has left; its object is destroyed.
+    void expectLastVariableIsGone() {
+        const char* name = nullptr;
+        fails(RT_ERROR_INVALID_VALUE, rtVariableGetName(last_, &name), "not a live object");
+        fails(RT_ERROR_INVALID_VALUE, rtVariableSet1f(last_, 1));
+        last_ = nullptr;
+    }
+    RTvariable last_ = nullptr;
 };
 
 TEST_F(Properties, OfGeometry) {

@@ -124,6 +124,31 @@ TEST_F(SceneChanges, RiseThroughNestedGroups) {
     EXPECT_EQ(at(outer, 0, 0), 0) << "the square that stands by itself";
 }
 
+// One child gets more geometry, so that the records of hit programs of all others move.
+TEST_F(SceneChanges, RecordsOfChildrenThatStay) {
+    const auto marked = [&](float mark) {
+        const RTgeometryinstance made = instance(squares(1), {material("hit_mark")});
+        setFloat(made, rtGeometryInstanceDeclareVariable, "mark", mark);
+        return made;
+    };
+    std::vector<RTobject> children;
+    std::vector<RTgeometrygroup> leaves;
+    for (int i = 0; i < 12; ++i) {
+        leaves.push_back(group({marked(float(i + 1))}));
+        children.push_back(moved(leaves.back(), 2 * float(i)));
+    }
+    const RTgroup top = groupOf(children);
+    EXPECT_EQ(at(top, 6, 0), 4);
+    for (unsigned count = 2; count < 5; ++count) {
+        ok(rtGeometryGroupSetChildCount(leaves[0], count));
+        ok(rtGeometryGroupSetChild(leaves[0], count - 1, marked(1)));
+        ok(rtAccelerationMarkDirty(accelerationOf(leaves[0])));
+        ok(rtAccelerationMarkDirty(accelerationOf(top)));
+        for (int i = 0; i < 12; ++i)
+            EXPECT_EQ(at(top, 2 * float(i), 0), float(i + 1)) << count;
+    }
+}
+
 TEST_F(SceneChanges, GeometryThatAllInstancesShare) {
     const RTgroup top = row(50);
     const RTacceleration below = accelerationOf(square_), above = accelerationOf(top);

@@ -12,18 +12,22 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
 #include <vector>
 
 namespace sunstone::api6 {
 
-inline const std::string& ptx() {
-    static const auto* text = [] {
+// The text of a file of programs.
+inline const std::string& ptx(const std::string& file = "programs.ptx") {
+    static auto* texts = new std::map<std::string, std::string>;
+    std::string& text = (*texts)[file];
+    if (text.empty()) {
         const char* folder = std::getenv("SUNSTONE_TEST_PTX"); // where the build folder is not
-        std::ifstream file(folder ? folder + std::string("/programs.ptx") : SUNSTONE_TEST_PTX);
-        return new std::string(std::istreambuf_iterator<char>(file), {});
-    }();
-    return *text;
+        std::ifstream stream((folder ? folder : SUNSTONE_TEST_PTX_FOLDER) + ("/" + file));
+        text.assign(std::istreambuf_iterator<char>(stream), {});
+    }
+    return text;
 }
 
 class Classic : public ::testing::Test {
@@ -47,6 +51,12 @@ protected:
     void fails(RTresult wanted, RTresult code, const std::string& word = "") {
         EXPECT_EQ(wanted, code) << textOf(code);
         EXPECT_NE(textOf(code).find(word), std::string::npos) << textOf(code);
+    }
+
+    bool runsOnGpu() {
+        char name[64] = "";
+        ok(rtDeviceGetAttribute(0, RT_DEVICE_ATTRIBUTE_NAME, sizeof name, name));
+        return std::string(name) != "Sunstone CPU";
     }
 
     RTprogram program(const char* name) {

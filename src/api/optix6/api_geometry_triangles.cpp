@@ -156,6 +156,18 @@ SUNSTONE_API RTresult rtGeometryTrianglesGetPreTransformMatrix(RTgeometrytriangl
         writeMatrix(object.transform.data(), transpose != 0, 3, matrix);
     });
 }
+namespace {
+
+// A buffer that builds read.
+std::shared_ptr<Buffer> sourceOf(const GeometryTriangles& object, RTbuffer handle,
+                                 const char* parameter) {
+    std::shared_ptr<Buffer> buffer = requireOf<Buffer>(*object.context(), handle, parameter);
+    buffer->isUsedByObjects = true;
+    return buffer;
+}
+
+} // namespace
+
 SUNSTONE_API RTresult rtGeometryTrianglesSetTriangleIndices(RTgeometrytriangles triangles,
                                                             RTbuffer buffer, RTsize offset,
                                                             RTsize stride, RTformat format) {
@@ -166,7 +178,7 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetTriangleIndices(RTgeometrytriangles 
         }
         requireFormat(format, {RT_FORMAT_UNSIGNED_INT3, RT_FORMAT_UNSIGNED_SHORT3},
                       "triIndicesFormat");
-        object.indices = requireOf<Buffer>(*object.context(), buffer, "indexBuffer");
+        object.indices = sourceOf(object, buffer, "indexBuffer");
         object.indexByteOffset = offset;
         object.indexStride = stride;
         object.indexFormat = format;
@@ -177,7 +189,7 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetVertices(RTgeometrytriangles triangl
                                                      RTbuffer buffer, RTsize offset, RTsize stride,
                                                      RTformat format) {
     return call<GeometryTriangles>(__func__, triangles, "geometrytriangles", [&](auto& object) {
-        auto vertices = requireOf<Buffer>(*object.context(), buffer, "vertexBuffer");
+        auto vertices = sourceOf(object, buffer, "vertexBuffer");
         setVertices(object, count, {vertices}, offset, stride, 0, format);
     });
 }
@@ -186,7 +198,7 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetMotionVertices(RTgeometrytriangles t
                                                            RTsize offset, RTsize stride,
                                                            RTsize motionStride, RTformat format) {
     return call<GeometryTriangles>(__func__, triangles, "geometrytriangles", [&](auto& object) {
-        auto vertices = requireOf<Buffer>(*object.context(), buffer, "vertexBuffer");
+        auto vertices = sourceOf(object, buffer, "vertexBuffer");
         setVertices(object, count, {vertices}, offset, stride, motionStride, format);
     });
 }
@@ -200,7 +212,7 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetMotionVerticesMultiBuffer(
                    kMostMotionSteps);
         std::vector<Ref<Buffer>> list;
         for (unsigned i = 0; i < bufferCount; ++i)
-            list.push_back(requireOf<Buffer>(*object.context(), buffers[i], "a vertex buffer"));
+            list.push_back(sourceOf(object, buffers[i], "a vertex buffer"));
         setVertices(object, count, std::move(list), offset, stride, 0, format);
     });
 }
@@ -239,8 +251,7 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetMaterialIndices(RTgeometrytriangles 
         requireFormat(format,
                       {RT_FORMAT_UNSIGNED_INT, RT_FORMAT_UNSIGNED_SHORT, RT_FORMAT_UNSIGNED_BYTE},
                       "materialIndexFormat");
-        object.materialIndices =
-            requireOf<Buffer>(*object.context(), buffer, "materialIndexBuffer");
+        object.materialIndices = sourceOf(object, buffer, "materialIndexBuffer");
         object.materialByteOffset = offset;
         object.materialStride = stride;
         object.materialFormat = format;

@@ -25,6 +25,12 @@ void give(RTsize size, void* p, const T& value) {
     std::memcpy(p, &value, sizeof(T));
 }
 
+void giveList(RTsize size, void* p, const std::vector<int>& list) {
+    requireNonNull(p, "p");
+    requireSize(size, list.size() * sizeof(int));
+    std::memcpy(p, list.data(), size);
+}
+
 // As much of a text as fits, terminated.
 void giveText(RTsize size, void* p, std::string_view text) {
     requireNonNull(p, "p");
@@ -57,10 +63,19 @@ const engine::Gpu* gpuAt(int ordinal) {
     return all.empty() ? nullptr : &all[size_t(ordinal)];
 }
 
+// The count, the devices, and zeros for the others.
+std::vector<int> compatibleDevices(int ordinal) {
+    std::vector<int> list(deviceCount() + 1);
+    for (unsigned i = 0; i < deviceCount(); ++i)
+        if (capabilityOf(gpuAt(int(i)), 0) == capabilityOf(gpuAt(ordinal), 0) &&
+            capabilityOf(gpuAt(int(i)), 1) == capabilityOf(gpuAt(ordinal), 1))
+            list[size_t(++list[0])] = int(i);
+    return list;
+}
+
 void deviceAttribute(int ordinal, RTdeviceattribute attribute, RTsize size, void* p) {
     const engine::Gpu* const gpu = gpuAt(ordinal);
     const int capability[2] = {capabilityOf(gpu, 0), capabilityOf(gpu, 1)};
-    const int compatible[2] = {1, ordinal};
     switch (attribute) {
     case RT_DEVICE_ATTRIBUTE_MAX_THREADS_PER_BLOCK:
         return give(size, p, gpu ? gpu->threadsPerBlock : 1024);
@@ -81,11 +96,11 @@ void deviceAttribute(int ordinal, RTdeviceattribute attribute, RTsize size, void
     case RT_DEVICE_ATTRIBUTE_TCC_DRIVER:
         return give(size, p, int(gpu && gpu->isTcc));
     case RT_DEVICE_ATTRIBUTE_CUDA_DEVICE_ORDINAL:
-        return give(size, p, gpu ? gpu->ordinal : -1);
+        return give(size, p, gpu ? gpu->ordinal : engine::cudaOrdinalOfCpu());
     case RT_DEVICE_ATTRIBUTE_PCI_BUS_ID:
         return giveText(std::min<RTsize>(size, 14), p, gpu ? gpu->pciBusId : "0000:00:00.0");
     case RT_DEVICE_ATTRIBUTE_COMPATIBLE_DEVICES:
-        return give(size, p, compatible);
+        return giveList(size, p, compatibleDevices(ordinal));
     }
     refuse(RT_ERROR_INVALID_VALUE, "attrib = ", unsigned(attribute), " is unknown");
 }

@@ -149,7 +149,9 @@ SUNSTONE_API RTresult rtTextureSamplerSetBuffer(RTtexturesampler sampler, unsign
         requireBelow(slice, 1, "deprecated0");
         requireBelow(level, 1, "deprecated1");
         requireOwnBuffer(object);
-        object.buffer = requireOf<Buffer>(*object.context(), buffer, "buffer");
+        const auto source = requireOf<Buffer>(*object.context(), buffer, "buffer");
+        source->isUsedByObjects = true;
+        object.buffer = source;
     });
 }
 SUNSTONE_API RTresult rtTextureSamplerGetBuffer(RTtexturesampler sampler, unsigned slice,

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -152,6 +153,30 @@ void Buffer::allocate() {
             updateView();
             refuse(RT_ERROR_MEMORY_ALLOCATION_FAILED, "no memory for a buffer of ", size, " bytes");
         }
+    updateView();
+}
+
+void Buffer::requireMovable() const {
+    if (adopted_ || hasPointer_)
+        refuse(RT_ERROR_INVALID_VALUE, "the application has a device pointer of buffer ", handle(),
+               ", whose elements therefore stay on their device");
+}
+
+void Buffer::moveTo(const std::shared_ptr<engine::Backend>& backend) {
+    if (backend_ == backend)
+        return;
+    SharedMemory view(backend, sizeof(devlib::BufferView)), storage;
+    std::vector<uint8_t> elements(storage_.get() ? bytes() : 0);
+    if (!elements.empty()) {
+        storage = SharedMemory(backend, elements.size() + kMargin);
+        read(elements.data());
+        backend->copy(storage.get(), elements.data(), elements.size());
+    }
+    std::memcpy(view.get(), view_.get(), sizeof(devlib::BufferView));
+    backend_ = backend; // nothing fails from here on
+    view_ = std::move(view);
+    storage_ = std::move(storage);
+    noteChange();
     updateView();
 }
 

@@ -25,6 +25,10 @@ public:
     void setMipLevels(unsigned count);
     // Adopts memory of the application; null: memory of its own again.
     void setMemory(void* memory);
+    // Throws Failure if the application has a pointer to the elements on their device.
+    void requireMovable() const;
+    // Puts the elements on another device. The buffer is movable and not mapped.
+    void moveTo(const std::shared_ptr<engine::Backend>& backend);
     void* map(unsigned flags, unsigned level);
     void unmap(unsigned level);
     bool isMapped() const;
@@ -64,6 +68,7 @@ public:
     // The buffer object of OpenGL that has the same elements (gl/share.h); 0: none.
     unsigned glBuffer = 0;
     bool isGlRegistered = false;
+    bool isUsedByObjects = false; // by geometry triangles or a texture sampler, now or before
     bool isRegistered() const { return glBuffer == 0 || isGlRegistered; }
     // Throws RT_ERROR_INVALID_VALUE where OpenGL alone may use the elements.
     void requireRegistered() const;
@@ -78,7 +83,7 @@ private:
 
     uint64_t extents_[3] = {0, 0, 0};
     uint32_t elementBytes_ = 0;
-    const std::shared_ptr<engine::Backend> backend_;
+    std::shared_ptr<engine::Backend> backend_;
     SharedMemory storage_, view_;
     void* adopted_ = nullptr;
     bool hasPointer_ = false; // the application has got a device pointer

@@ -81,12 +81,21 @@ RTresult create(const char* function, RTcontext handle, const char* parameter, H
         RT_ERROR_INVALID_CONTEXT);
 }
 
-// rtXDestroy. What refers to the object finds nothing from now on.
+// Removes an object, with its variables. What refers to it finds nothing from now on.
+template <class T>
+void removeObject(T& object) {
+    if constexpr (std::is_base_of_v<Scoped, T>)
+        for (const std::shared_ptr<Variable>& variable : object.scope.list)
+            objects().remove(variable->handle());
+    objects().remove(object.handle());
+}
+
+// rtXDestroy.
 template <class T>
 RTresult destroy(const char* function, const void* handle, const char* parameter) {
     return call<T>(function, handle, parameter, [&](T& object) {
         object.context()->noteStructure();
-        objects().remove(handle);
+        removeObject(object);
     });
 }
 

@@ -2,6 +2,7 @@
 // Contexts without their entry points.
 #include "api/optix6/context.h"
 
+#include "api/optix6/post/stage.h"
 #include "api/optix6/progressive/progressive.h"
 #include "api/optix6/scene.h"
 #include "base/log.h"
@@ -141,19 +142,71 @@ Context::Context() : Scoped(kKind, nullptr), engine(std::make_shared<engine::Con
     progressive = std::make_unique<Progressive>(*this);
 }
 
-// Objects have memory of their context's device, so that it is chosen before them.
-void Context::setDevice(int ordinal) {
-    const std::vector<engine::Gpu>& gpus = engine::gpus();
-    if (engine->backend && ordinal == device)
-        return;
-    if (!allBuffers.empty() || programs.size() > 1 || nodes.size() > 1 || scene)
-        refuse(RT_ERROR_INVALID_VALUE, "the context has objects on device ", device,
-               ": devices[0] = ", ordinal, " must be chosen before them");
-    engine->backend =
-        gpus.empty() ? engine::cpuBackend() : engine::createPrimaryBackend(gpus[size_t(ordinal)]);
+void Context::useBackend(std::shared_ptr<engine::Backend> backend, int ordinal) {
+    engine->backend = std::move(backend);
     engine->device = &engine->backend->device();
     engine->backend->useCache(engine->cache);
     device = ordinal;
+}
+
+std::vector<std::shared_ptr<Object>> Context::liveObjects() const {
+    std::vector<std::shared_ptr<Object>> live;
+    objects().findIf([&](Object& object) {
+        if (&object != this && object.context().get() == this)
+            live.push_back(object.shared_from_this());
+        return false;
+    });
+    return live;
+}
+
+namespace {
+
+void moveTo(const std::shared_ptr<engine::Backend>& backend, Object& object) {
+    if (object.kind == Kind::kBuffer)
+        static_cast<Buffer&>(object).moveTo(backend);
+    else if (object.kind == Kind::kTextureSampler)
+        static_cast<TextureSampler&>(object).moveTo(backend);
+    else if (object.kind == Kind::kAcceleration)
+        static_cast<Acceleration&>(object).drop();
+    else if (object.kind == Kind::kPostProcessingStage)
+        static_cast<PostProcessingStage&>(object).dropMemory();
+    else if (object.kind == Kind::kVariable)
+        static_cast<Variable&>(object).users.clear(); // in blocks of the scene
+    else if (isNode(object.kind))
+        static_cast<Node&>(object).dropStructures();
+}
+
+} // namespace
+
+void Context::setDevice(int ordinal) {
+    if (engine->backend && ordinal == device)
+        return;
+    const std::vector<engine::Gpu>& gpus = engine::gpus();
+    auto backend =
+        gpus.empty() ? engine::cpuBackend() : engine::createPrimaryBackend(gpus[size_t(ordinal)]);
+    if (!engine->backend) // the context is being made
+        return useBackend(std::move(backend), ordinal);
+    checkUnmapped(*this, true);
+    const std::vector<std::shared_ptr<Object>> all = liveObjects();
+    for (const std::shared_ptr<Object>& object : all)
+        if (object->kind == Kind::kBuffer)
+            static_cast<const Buffer&>(*object).requireMovable();
+    const std::shared_ptr<engine::Backend> before = engine->backend;
+    const int deviceBefore = device;
+    const auto moveAll = [&](const std::shared_ptr<engine::Backend>& to, int toOrdinal) {
+        scene = nullptr;
+        useBackend(to, toOrdinal);
+        scene = std::make_unique<Scene>(*this);
+        noteStructure();
+        for (const std::shared_ptr<Object>& object : all)
+            moveTo(to, *object);
+    };
+    try {
+        moveAll(backend, ordinal);
+    } catch (...) { // the device has too little memory
+        moveAll(before, deviceBefore);
+        throw;
+    }
 }
 
 Context::~Context() = default;

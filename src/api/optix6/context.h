@@ -54,8 +54,8 @@ public:
     void report(int level, const char* tag, const std::string& text);
     void deliverReports();
 
-    // The device of all objects: the CPU or one of engine::gpus(). Throws RT_ERROR_INVALID_VALUE if
-    // there are objects of another.
+    // The device of all objects: the CPU or one of engine::gpus(). Objects move to it. Throws
+    // Failure where one cannot.
     void setDevice(int ordinal);
     bool isOnGpu() const { return !engine->backend->sharesMemory(); }
 
@@ -108,6 +108,8 @@ private:
     std::shared_ptr<ModuleText> linkTexts(const std::vector<std::shared_ptr<ModuleText>>& texts);
     static std::shared_ptr<ProgramCode> codeOf(ModuleText& text, const ptx::Function& function);
     uint32_t attributePlace(const std::string& name, uint32_t bytes);
+    void useBackend(std::shared_ptr<engine::Backend> backend, int ordinal);
+    std::vector<std::shared_ptr<Object>> liveObjects() const;
 
     mutable std::mutex mutex_;
     std::map<std::string, std::shared_ptr<ModuleText>> texts_; // by digest

@@ -115,6 +115,7 @@ public:
     uint64_t nodeHandle = 0;
     SharedMemory nodeMemory;
     std::unique_ptr<InstanceStructure> several; // where rays enter more than one child
+    void dropStructures() { nodeHandle = 0, nodeMemory = {}, several = nullptr; }
 
     // The scene's: its number among the nodes, and which slots of which nodes hold it.
     static constexpr uint32_t kNowhere = ~0u;

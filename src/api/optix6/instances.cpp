@@ -69,8 +69,11 @@ void InstanceStructure::showOne(size_t index, const Child& child) {
     const bool isSame = known.handle == child.handle &&
                         std::memcmp(&known.instance, &child.instance, sizeof child.instance) == 0;
     known = child;
-    if (!isSame)
-        write(index);
+    if (isSame)
+        return;
+    write(index);
+    if (index < descriptions_.size()) // an update of all children writes their records, too
+        descriptions_[index] = child.instance;
 }
 
 // The record of a child in the structure; that of no child is hidden.
@@ -123,9 +126,6 @@ bool InstanceStructure::refit(Context& context, bool refitsAll) {
     const bool isFew = stale_.size() <= children_.size() / kMostChanged;
     if (!isFew && !refitsAll)
         return false;
-    for (const uint32_t i : stale_)
-        if (i < descriptions_.size())
-            descriptions_[i] = children_[i].instance;
     moved_ += stale_.size();
     if (context.isOnGpu()) {
         if (!refitsAll && moved_ > children_.size())

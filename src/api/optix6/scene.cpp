@@ -18,6 +18,9 @@ namespace {
 // On GPUs, where the stack has room for a depth: that of programs that set none. The API had stack
 // sizes alone before release 6.
 constexpr unsigned kDepthOfOldPrograms = 16;
+// Bytes of stack on GPUs for functions that call themselves: as the application wishes, within
+// these.
+constexpr RTsize kLeastRecursion = 8 << 10, kMostRecursion = 64 << 10;
 
 std::string describe(const Object& object) {
     return message(nameOf(object.kind), " ", object.handle());
@@ -329,6 +332,7 @@ ClassicRecord Scene::hitRecord(const GeometryInstance& instance, const Scope& sh
     const Scopes hit = {&instance.scope, material ? &material->scope : &instance.scope,
                         &context_.scope};
     const Scopes shapes = {&instance.scope, &shape, &context_.scope};
+    const Scopes ofAttributes = {&shape, &instance.scope, &context_.scope};
     if (closest)
         made.blocks[devlib::kBlockMain] = block(*closest, hit);
     if (any)
@@ -336,7 +340,7 @@ ClassicRecord Scene::hitRecord(const GeometryInstance& instance, const Scope& sh
     if (intersection)
         made.blocks[devlib::kBlockIntersection] = block(*intersection, shapes);
     if (attributes)
-        made.blocks[devlib::kBlockAttribute] = block(*attributes, shapes);
+        made.blocks[devlib::kBlockAttribute] = block(*attributes, ofAttributes);
     made.header.pad[devlib::kWordReaders] =
         (mayRead(any.get()) ? devlib::kAnyHitReads : 0u) |
         (mayRead(closest.get()) ? devlib::kClosestHitReads : 0u);
@@ -423,7 +427,7 @@ void Scene::makePipeline() {
                       wanted.exceptionFlags == rules_.exceptionFlags &&
                       pipeline_->limits.get().maxTraceDepth == limits.maxTraceDepth;
     if (same && !needsPipeline_)
-        return;
+        return reserveStack();
     std::vector<std::shared_ptr<engine::ProgramGroup>> groups;
     for (const auto& [key, group] : groups_)
         groups.push_back(group);
@@ -434,6 +438,24 @@ void Scene::makePipeline() {
         context_.engine->log(LogLevel::kInfo, "PIPELINE", pipeline_->feedback);
     rules_ = std::move(wanted);
     needsPipeline_ = false;
+    reserveStack();
+}
+
+// GPUs know the stack that programs need, but not how often functions call themselves.
+void Scene::reserveStack() {
+    const auto recurses = [](const auto& group) {
+        return std::any_of(
+            group.first.second.begin(), group.first.second.end(),
+            [](const ProgramCode* code) { return code && code->variables.recurses; });
+    };
+    if (!context_.isOnGpu() || std::none_of(groups_.begin(), groups_.end(), recurses))
+        return;
+    const auto bytes = unsigned(std::clamp(context_.stackSize, kLeastRecursion, kMostRecursion));
+    if (pipeline_->limits.get().continuationStack == bytes)
+        return;
+    pipeline_->limits.update(
+        [&](engine::PipelineLimits& limits) { limits.continuationStack = bytes; });
+    context_.engine->backend->setStackSizes(*context_.engine, *pipeline_);
 }
 
 void Scene::collectSamplers() {

@@ -84,6 +84,7 @@ private:
     bool hasMotion() const;
     bool hasOneLevel() const;
     void makePipeline();
+    void reserveStack();
     compiler::PipelineRules rules() const;
 
     // binding.cpp

@@ -6,6 +6,7 @@
 #include "texture/texture.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace sunstone::optix6 {
 
@@ -30,7 +31,7 @@ bool textureFormat(RTformat format, texture::Format& result) {
             if (unsigned(format) == unsigned(first) + channels - 1) {
                 result.channel = channel;
                 result.channels = uint8_t(channels);
-                return channels != 3;
+                return true;
             }
     if (format < RT_FORMAT_UNSIGNED_BC1 || format > RT_FORMAT_UNSIGNED_BC7)
         return false;
@@ -38,16 +39,34 @@ bool textureFormat(RTformat format, texture::Format& result) {
     return true;
 }
 
-texture::Image imageOf(const Buffer& buffer, const texture::Format& format, unsigned level) {
+// `data`: elements of this format, those of the buffer.
+texture::Image imageOf(const Buffer& buffer, const uint8_t* data, const texture::Format& format,
+                       unsigned level) {
     texture::Image image;
     const uint64_t width = buffer.extent(0, level), height = buffer.extent(1, level);
-    image.data = buffer.data() + buffer.levelOffset(level);
+    image.data =
+        data + buffer.levelOffset(level) / buffer.view().elementBytes * format.elementBytes();
     image.width = uint32_t(width * format.edge());
     image.height = buffer.dimensions > 1 ? uint32_t(height * format.edge()) : 1;
     image.depth = uint32_t(buffer.extent(2, level));
     image.rowPitch = width * format.elementBytes();
     image.slicePitch = image.rowPitch * height;
     return image;
+}
+
+// Textures of devices have one, two or four components.
+bool expands(const texture::Format& format) {
+    return !format.isBlock() && format.channels == 3;
+}
+
+// Elements of three components with a fourth, which is zero.
+void expand(const Buffer& buffer, uint8_t* to) {
+    const size_t from = buffer.view().elementBytes, component = from / 3;
+    const uint8_t* const data = buffer.data();
+    for (size_t i = 0, count = buffer.bytes() / from; i < count; ++i) {
+        std::memcpy(to + i * 4 * component, data + i * from, from);
+        std::memset(to + i * 4 * component + from, 0, component);
+    }
 }
 
 } // namespace
@@ -58,6 +77,17 @@ TextureSampler::TextureSampler(const std::shared_ptr<Context>& context)
 TextureSampler::~TextureSampler() {
     if (texture)
         backend_->removeTexture(texture);
+}
+
+void TextureSampler::moveTo(const std::shared_ptr<engine::Backend>& backend) {
+    if (gl)
+        gl->texels->moveTo(backend);
+    if (texture)
+        backend_->removeTexture(texture);
+    texture = 0;
+    expanded_ = {};
+    backend_ = backend;
+    noteChange();
 }
 
 void TextureSampler::validate() const {
@@ -85,17 +115,27 @@ void TextureSampler::validate() const {
 bool TextureSampler::update() {
     validate();
     const std::shared_ptr<Buffer> source = buffer.lock();
-    const bool isCurrent =
-        !backend_->copiesImages() || (source->version() == version_ && !source->changesUnseen());
+    texture::Format format;
+    textureFormat(source->format, format);
+    const bool copies = backend_->copiesImages() || expands(format);
+    const bool isCurrent = !copies || (source->version() == version_ && !source->changesUnseen());
     if (!changed_ && texture != 0 && source->data() == data_ && isCurrent)
         return false;
     if (!source->data())
         refuse(RT_ERROR_INVALID_CONTEXT, "the buffer of the texture sampler has no elements");
     auto made = std::make_unique<texture::Texture>();
-    textureFormat(source->format, made->format);
+    const uint8_t* texels = source->data();
+    SharedMemory expanded;
+    if (expands(format)) {
+        expanded = SharedMemory(backend_, source->bytes() / 3 * 4);
+        expand(*source, static_cast<uint8_t*>(expanded.get()));
+        texels = static_cast<const uint8_t*>(expanded.get());
+        format.channels = 4;
+    }
+    made->format = format;
     made->levels = source->mipLevels;
     for (unsigned level = 0; level < made->levels; ++level)
-        made->images[level] = imageOf(*source, made->format, level);
+        made->images[level] = imageOf(*source, texels, made->format, level);
     made->layered = source->description & RT_BUFFER_LAYERED;
     made->cube = source->description & RT_BUFFER_CUBEMAP;
     made->is1D = source->dimensions == 1;
@@ -118,6 +158,7 @@ bool TextureSampler::update() {
     if (texture)
         backend_->removeTexture(texture);
     texture = handle;
+    expanded_ = std::move(expanded);
     data_ = source->data();
     version_ = source->version();
     changed_ = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texture samplers: the state that applications set, and the texture that programs sample. On CPUs
-// the texture reads the buffer's own memory, on GPUs it has a copy.
+// the texture reads the buffer's own memory, on GPUs it has a copy. Elements of three components
+// are copied on CPUs, too.
 #pragma once
 
 #include "api/optix6/buffer.h"
@@ -19,6 +20,8 @@ public:
     // Makes the texture if its state or its buffer has changed. True: the handle is another one.
     bool update();
     void noteChange() { changed_ = true; }
+    // The next texture is one of another device.
+    void moveTo(const std::shared_ptr<engine::Backend>& backend);
 
     RTwrapmode wrap[3] = {RT_WRAP_REPEAT, RT_WRAP_REPEAT, RT_WRAP_REPEAT};
     RTfiltermode minFilter = RT_FILTER_LINEAR, magFilter = RT_FILTER_LINEAR,
@@ -39,7 +42,8 @@ public:
     uint64_t texture = 0; // handle; 0: not made yet
 
 private:
-    const std::shared_ptr<engine::Backend> backend_;
+    std::shared_ptr<engine::Backend> backend_;
+    SharedMemory expanded_; // texels of four components, where the buffer's have three
     bool changed_ = true;
     // Of the buffer when the texture was made.
     const void* data_ = nullptr;

@@ -15,6 +15,7 @@
 #include "devlib/classic.h"
 
 #include <llvm/IR/MDBuilder.h>
+#include <llvm/Transforms/Utils/Cloning.h>
 
 #include <map>
 
@@ -44,7 +45,8 @@ public:
           isHelper_(&program != &function) {}
 
     void run() {
-        if (kind_ == ProgramKind::kNone && function_.use_empty())
+        if (kind_ == ProgramKind::kNone &&
+            (function_.use_empty() || function_.hasFnAttribute(kRecursive)))
             return dropCalls();
         const FunctionFacts& facts = unit_.facts().at(&function_);
         rules_ = &unit_.moduleRules(unit_.moduleNumber(*facts.module));
@@ -67,7 +69,7 @@ public:
     }
 
 private:
-    // The body of a function that has been inlined everywhere.
+    // The body of a function that has been inlined everywhere, or has copies for all programs.
     void dropCalls() {
         for (llvm::Instruction& each : llvm::make_early_inc_range(llvm::instructions(function_)))
             if (auto* call = llvm::dyn_cast<llvm::CallInst>(&each))
@@ -156,6 +158,8 @@ private:
         if (isHelper_ && (op == Op::kReport || op == Op::kPotential || op == Op::kIgnore ||
                           op == Op::kTerminate || op == Op::kChild))
             fault(ErrorCode::kInvalidFunctionUse, "cannot be used in a recursive function");
+        if (isHelper_ && unit_.isGpu() && op == Op::kTrace)
+            fault(ErrorCode::kNotSupported, "cannot be used in a recursive function on a GPU");
     }
 
     // Callables that have been called since have their data in the field.
@@ -783,20 +787,77 @@ private:
     std::map<uint64_t, Value*> zeros_; // on GPUs, by bytes
 };
 
+// Gives each program its own copies of the recursive functions that it calls, since their variables
+// are those of the program.
+class Copies {
+public:
+    explicit Copies(Unit& unit) : unit_(unit), isOnly_(unit.kinds().size() == 1) {
+        std::vector<llvm::Function*> programs; // in the module's order
+        for (llvm::Function& function : unit.module())
+            if (unit.kinds().count(&function) && !function.isDeclaration())
+                programs.push_back(&function);
+        for (llvm::Function* program : programs)
+            addFor(*program);
+    }
+    // The program whose copy a function is; null: it is none.
+    llvm::Function* programOf(llvm::Function& function) const {
+        const auto found = programs_.find(&function);
+        return found == programs_.end() ? nullptr : found->second;
+    }
+
+private:
+    void addFor(llvm::Function& program) {
+        std::map<llvm::Function*, llvm::Function*> copies;
+        std::vector<llvm::Function*> queue = {&program};
+        while (!queue.empty()) {
+            llvm::Function& caller = *queue.back();
+            queue.pop_back();
+            for (llvm::Instruction& each : llvm::instructions(caller)) {
+                auto* call = llvm::dyn_cast<llvm::CallInst>(&each);
+                llvm::Function* callee = call ? call->getCalledFunction() : nullptr;
+                if (!callee || !callee->hasFnAttribute(kRecursive) || unit_.kinds().count(callee) ||
+                    programs_.count(callee))
+                    continue;
+                llvm::Function*& copy = copies[callee];
+                if (!copy) {
+                    copy = isOnly_ ? callee : copyOf(*callee);
+                    programs_[copy] = &program;
+                    queue.push_back(copy);
+                }
+                call->setCalledFunction(copy);
+            }
+        }
+    }
+    llvm::Function* copyOf(llvm::Function& function) {
+        llvm::ValueToValueMapTy map;
+        llvm::Function* copy = llvm::CloneFunction(&function, map);
+        copy->setLinkage(llvm::GlobalValue::InternalLinkage);
+        unit_.facts()[copy] = unit_.facts().at(&function);
+        return copy;
+    }
+
+    Unit& unit_;
+    const bool isOnly_; // a piece of code for CPUs has one program, which needs no copies
+    std::map<llvm::Function*, llvm::Function*> programs_; // by copy
+};
+
 } // namespace
 
 void lowerPrograms(Unit& unit) {
     const ProgramKinds& programs = unit.kinds();
-    for (llvm::Function& function : unit.module()) {
-        if (function.isDeclaration())
-            continue;
-        auto program = programs.find(&function);
-        if (program == programs.end() && function.hasFnAttribute(kRecursive))
-            program = programs.begin(); // the only one
+    const Copies copies(unit);
+    std::vector<llvm::Function*> functions;
+    for (llvm::Function& function : unit.module())
+        if (!function.isDeclaration() &&
+            unit.facts().count(&function)) // others call nothing of the API
+            functions.push_back(&function);
+    for (llvm::Function* function : functions) {
+        llvm::Function* const owner = copies.programOf(*function);
+        const auto program = programs.find(owner ? owner : function);
         if (program == programs.end())
-            Lowering(unit, function, ProgramKind::kNone, function).run();
+            Lowering(unit, *function, ProgramKind::kNone, *function).run();
         else
-            Lowering(unit, function, program->second, *program->first).run();
+            Lowering(unit, *function, program->second, *program->first).run();
     }
 }
 

@@ -87,6 +87,7 @@ VariableUse useOf(const std::string& semantic, std::string& attribute) {
         {"rtCurrentRay", VariableUse::kRay},
         {"rtIntersectionDistance", VariableUse::kDistance},
         {"rtRayPayload", VariableUse::kPayload},
+        {"rtPayload", VariableUse::kPayload}, // as programs before release 6 have it
         {"rtCurrentTime", VariableUse::kTime},
         {"rtSubframeIndex", VariableUse::kSubframe},
     };
@@ -284,11 +285,36 @@ bool ProgramVariables::readsAttributes() const {
     });
 }
 
+namespace {
+
+using CallGraph = std::map<const ptx::Function*, std::set<const ptx::Function*>>;
+
+bool reaches(const CallGraph& calls, const ptx::Function* from, const ptx::Function* to) {
+    std::set<const ptx::Function*> seen;
+    std::vector<const ptx::Function*> queue = {from};
+    while (!queue.empty()) {
+        const auto callees = calls.find(queue.back());
+        queue.pop_back();
+        if (callees == calls.end())
+            continue;
+        for (const ptx::Function* callee : callees->second) {
+            if (callee == to)
+                return true;
+            if (seen.insert(callee).second)
+                queue.push_back(callee);
+        }
+    }
+    return false;
+}
+
+} // namespace
+
 ProgramVariables variablesOf(const std::vector<const ptx::Module*>& modules,
                              std::string_view function) {
     ProgramVariables result;
     std::set<const ptx::Function*> seen;
     std::vector<std::pair<const ptx::Module*, const ptx::Function*>> queue;
+    CallGraph calls;
     const auto visit = [&](const ptx::Module* from, std::string_view name) {
         const auto [module, body] = findFunction(modules, from, name);
         if (body && seen.insert(body).second)
@@ -307,12 +333,16 @@ ProgramVariables variablesOf(const std::vector<const ptx::Module*>& modules,
         std::set<std::string_view> names;
         Names(names).add(*body);
         for (const std::string_view name : names) {
+            if (const ptx::Function* callee = findFunction(modules, module, name).second)
+                calls[body].insert(callee);
             result.callsPrograms |= name.starts_with("_rt_callable_program");
             visit(module, name);
         }
     }
-    for (const ptx::Function* each : seen)
+    for (const ptx::Function* each : seen) {
         noteAccesses(*each, result.list);
+        result.recurses = result.recurses || reaches(calls, each, each);
+    }
     for (DeviceVariable& variable : result.list)
         for (uint32_t* number : {&variable.dimensions, &variable.elementBytes})
             *number = *number == ~0u ? 0 : *number;

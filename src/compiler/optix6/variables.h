@@ -66,6 +66,7 @@ struct ProgramVariables {
     std::vector<DeviceVariable> list; // those that the program's call graph names, but kNone
     uint32_t blockBytes = 0;
     bool callsPrograms = false;   // callable programs, by id or through variables
+    bool recurses = false;        // a function of the call graph calls itself, or one that calls it
     bool readsAttributes() const; // its own code does
     const DeviceVariable* find(std::string_view symbol) const;
 };

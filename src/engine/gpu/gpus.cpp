@@ -93,6 +93,10 @@ void warm(const Gpu& gpu, const CompileCache::Log& log) {
     backend.prepareKernels();
 }
 
+int cudaOrdinalOfCpu() {
+    return loadedDriver() == LoadedDriver::kCpuDevice ? 0 : -1;
+}
+
 size_t freeMemory(const Gpu& gpu) {
     ContextScope scope(contextOf(gpu));
     size_t bytes = 0, total = 0;

@@ -31,7 +31,9 @@ void warm(const Gpu& gpu, const CompileCache::Log& log);
 // The back end of the GPU's primary context, which the driver's run-time API shares. The context
 // is retained for the life of the process, as the run-time API does.
 std::shared_ptr<Backend> createPrimaryBackend(const Gpu& gpu);
-// Bytes of memory that are free on it.
+// What CUDA calls the CPU: 0 where the process has the CPU device's driver, else -1.
+int cudaOrdinalOfCpu();
+// Bytes of memory that are free on the GPU.
 size_t freeMemory(const Gpu& gpu);
 
 } // namespace sunstone::engine

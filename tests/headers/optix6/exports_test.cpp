@@ -60,6 +60,26 @@ TEST(ClassicSymbols, FunctionsAreExported) {
     EXPECT_EQ(expectExported("rtu function", SUNSTONE_OPTIXU, true), 5u);
 }
 
+// Programs of releases before 6.0 link the first names, others the full number of their release.
+TEST(ClassicSymbols, LibrariesHaveTheNamesOfReleases) {
+    for (const auto& [library, names] :
+         {std::pair(SUNSTONE_OPTIX6,
+                    std::vector<std::string>{"liboptix.so.1", "liboptix.so.5.0.0",
+                                             "liboptix.so.5.0.1", "liboptix.so.5.1.0",
+                                             "liboptix.so.5.1.1", "liboptix.so.6.0.0",
+                                             "liboptix.so.6.5.0"}),
+          std::pair(SUNSTONE_OPTIXU,
+                    std::vector<std::string>{"liboptixu.so.1", "liboptixu.so.5.1.0",
+                                             "liboptixu.so.5.1.1", "liboptixu.so.6.0.0",
+                                             "liboptixu.so.6.5.0"})})
+        for (const std::string& name : names) {
+            const auto alias = std::filesystem::path(library).parent_path() / name;
+            EXPECT_TRUE(std::filesystem::exists(alias) &&
+                        std::filesystem::equivalent(alias, library))
+                << name;
+        }
+}
+
 TEST(ClassicSymbols, BuildersAndPropertiesAreAccepted) {
     RTcontext context = nullptr;
     RTacceleration acceleration = nullptr;

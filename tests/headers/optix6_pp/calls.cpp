@@ -3,6 +3,12 @@
 
 Recorder recorder;
 
+#define API6_DEFINITION(name, parameters, ...)                                                     \
+    RTresult name parameters {                                                                     \
+        Call call(#name);                                                                          \
+        call.addAll(__VA_ARGS__);                                                                  \
+        return call.finish();                                                                      \
+    }
 #include "calls.inc"
 
 void rtContextGetErrorString(RTcontext context, RTresult code, const char** text) {

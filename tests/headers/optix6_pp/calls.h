@@ -54,6 +54,11 @@ public:
         next(place ? "out" : "null");
     }
 
+    template <typename... T>
+    void addAll(T... values) {
+        (add(values), ...);
+    }
+
     RTresult finish() {
         recorder.calls.push_back(text_ + ")");
         const auto found = recorder.results.find(name_);

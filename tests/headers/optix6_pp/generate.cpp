@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes of the functions that headers declare ("RTresult RTAPI name(...);") definitions that note
-// their calls (calls.h). Usage: generate OUTPUT HEADER...
+// Makes of each function that headers declare ("RTresult RTAPI name(...);") a line
+// API6_DEFINITION(name, (parameters), names of the parameters). Usage: generate OUTPUT HEADER...
 #include <cctype>
 #include <cstdlib>
 #include <fstream>
@@ -41,11 +41,10 @@ std::vector<std::string> names(const std::string& parameters) {
 }
 
 std::string definition(const std::string& name, const std::string& parameters) {
-    std::string text =
-        "RTresult " + name + "(" + parameters + ") {\n    Call call(\"" + name + "\");\n";
+    std::string text = "API6_DEFINITION(" + name + ", (" + parameters + ")";
     for (const std::string& parameter : names(parameters))
-        text += "    call.add(" + parameter + ");\n";
-    return text + "    return call.finish();\n}\n";
+        text += ", " + parameter;
+    return text + ")\n";
 }
 
 } // namespace

@@ -128,18 +128,59 @@ const Functions& Share::gl() {
     return *gl_;
 }
 
+namespace {
+
+// Whether a variable that some program reads has the object as its value.
+bool isRead(const Context& context, const Object& object) {
+    for (const Ref<Variable>& ref : context.variables)
+        if (const std::shared_ptr<Variable> variable = ref.lock();
+            variable && !variable->users.empty() && variable->object.lock().get() == &object)
+            return true;
+    return false;
+}
+
+// Programs reach objects with ids by numbers. Builds and textures read the buffers of other
+// objects.
+bool isReached(const Context& context, const Buffer& buffer) {
+    return buffer.id != 0 || buffer.isUsedByObjects || isRead(context, buffer);
+}
+bool isReached(const Context& context, const TextureSampler& sampler) {
+    return sampler.id != 0 || isRead(context, sampler);
+}
+
+} // namespace
+
 Share::Share(Context& context) : context_(context) {
+    // After such a change the launch decides which variables programs read.
+    const bool all = context_.structureChanged;
     for (const std::shared_ptr<Buffer>& buffer : liveOf(context_.glBuffers))
-        if (isShared(*buffer))
+        if (isShared(*buffer) && (all || isReached(context_, *buffer))) {
             download(gl(), *buffer);
+            fetched_.insert(buffer.get());
+        }
     for (const std::shared_ptr<TextureSampler>& sampler : liveOf(context_.glSamplers))
-        if (sampler->gl->isRegistered)
-            fetch(gl(), *sampler);
+        if (sampler->gl->isRegistered && (all || isReached(context_, *sampler)))
+            gl::fetch(gl(), *sampler);
+}
+
+void Share::fetch(const PostProcessingStage& stage) {
+    for (const std::shared_ptr<Variable>& variable : stage.scope.list) {
+        const std::shared_ptr<Object> object = variable->object.lock();
+        if (!object || object->kind != Kind::kBuffer)
+            continue;
+        auto& buffer = static_cast<Buffer&>(*object);
+        if (!isShared(buffer))
+            continue;
+        if (fetched_.insert(&buffer).second)
+            download(gl(), buffer);
+        ofStages_.insert(&buffer);
+    }
 }
 
 void Share::giveBack() {
     for (const std::shared_ptr<Buffer>& buffer : liveOf(context_.glBuffers))
-        if (isShared(*buffer) && buffer->typeBits() != RT_BUFFER_INPUT)
+        if (isShared(*buffer) && buffer->typeBits() != RT_BUFFER_INPUT &&
+            (ofStages_.count(buffer.get()) || isReached(context_, *buffer)))
             upload(gl(), *buffer);
 }
 

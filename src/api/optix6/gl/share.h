@@ -6,15 +6,21 @@
 
 #include "api/optix6/context.h"
 #include "api/optix6/gl/functions.h"
+#include "api/optix6/post/stage.h"
+
+#include <set>
 
 namespace sunstone::optix6::gl {
 
-// Brings all registered objects of a context up to date with OpenGL. Without such objects it costs
+// Brings registered objects of a context up to date with OpenGL: those that programs can reach, and
+// all of them where a launch has to find out which these are. Without such objects it costs
 // nothing. Throws Failure.
 class Share {
 public:
     explicit Share(Context& context);
-    // To OpenGL: the elements of buffers that programs may have written.
+    // The buffers of a stage that is about to run, too.
+    void fetch(const PostProcessingStage& stage);
+    // To OpenGL: the elements of buffers that programs or stages may have written.
     void giveBack();
 
 private:
@@ -23,6 +29,7 @@ private:
 
     Context& context_;
     std::optional<Functions> gl_;
+    std::set<const Buffer*> fetched_, ofStages_;
 };
 
 // Throws Failure if the buffer object behind a buffer does not exist.

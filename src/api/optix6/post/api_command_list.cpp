@@ -44,6 +44,9 @@ void CommandList::execute() {
     requireStages();
     const std::shared_ptr<Context> owner = context();
     gl::Share share(*owner);
+    for (const Command& command : commands_)
+        if (!command.isLaunch) // before a launch writes to buffers that OpenGL does not have yet
+            share.fetch(*command.stage.lock());
     for (const Command& command : commands_) {
         if (command.isLaunch)
             launchEntry(*owner, command.entryPoint, command.width, command.height, 1);

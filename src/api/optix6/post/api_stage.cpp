@@ -37,11 +37,7 @@ SUNSTONE_API RTresult rtPostProcessingStageCreateBuiltin(RTcontext handle, const
 
 // Lists that have the stage find it destroyed.
 SUNSTONE_API RTresult rtPostProcessingStageDestroy(RTpostprocessingstage stage) {
-    return callStage(__func__, stage, [&](PostProcessingStage& object) {
-        for (const std::shared_ptr<Variable>& variable : object.scope.list)
-            objects().remove(variable->handle());
-        objects().remove(stage);
-    });
+    return callStage(__func__, stage, [&](PostProcessingStage& object) { removeObject(object); });
 }
 
 SUNSTONE_API RTresult rtPostProcessingStageGetContext(RTpostprocessingstage stage,

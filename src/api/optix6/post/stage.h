@@ -30,6 +30,8 @@ public:
     std::shared_ptr<Variable> declare(const std::string& name);
     // Filters, and waits for the result. Throws Failure where variables are missing or do not fit.
     void run();
+    // Forgets the memory of the filter, which is on another device than the next run.
+    void dropMemory() { small_ = {}, scratch_ = {}, copy_ = {}, isMeasured_ = false; }
 
 private:
     struct Images {
