@@ -89,28 +89,34 @@ engine::StructurePtr structureOf(const Query& query, std::unique_lock<std::mutex
     return structure;
 }
 
+void requireRanges(const Query& query) {
+    if (!query.rays || !query.hits)
+        fail(Code::kInvalidOperation, "the query has no ", query.rays ? "hits" : "rays",
+             ": call rtpQuerySet", query.rays ? "Hits" : "Rays");
+    if (query.rays->count() != query.hits->count())
+        fail(Code::kInvalidValue, "rays has a range of ", query.rays->count(),
+             " elements, hits of ", query.hits->count());
+}
+
 void execute(const std::shared_ptr<Query>& query, bool asynchronous) {
     std::unique_lock lock(query->context->mutex);
-    if (!query->rays || !query->hits)
-        fail(Code::kInvalidOperation, "the query has no ", query->rays ? "hits" : "rays",
-             ": call rtpQuerySet", query->rays ? "Hits" : "Rays");
-    if (query->rays->count() != query->hits->count())
-        fail(Code::kInvalidValue, "rays has a range of ", query->rays->count(),
-             " elements, hits of ", query->hits->count());
+    requireRanges(*query);
     const engine::StructurePtr structure = structureOf(*query, lock);
+    requireRanges(*query); // another thread may have set others
     requireNoCapture(*query);
     const engine::TraceRequest request = requestOf(*query, structure);
     const ContextPtr context = query->context;
     const std::shared_ptr<engine::QueryDevice> device = context->device;
+    const Context::Place place = context->place();
     const engine::CompletionPtr before = query->completion;
     lock.unlock();
     finishQuietly(before);
     engine::CompletionPtr completion;
     if (context->type == RTP_CONTEXT_TYPE_CPU) {
-        completion =
-            context->run(asynchronous, [device, request] { device->trace(request)->wait(); });
+        completion = context->run(place, asynchronous,
+                                  [device, request] { device->trace(request)->wait(); });
     } else {
-        CudaScope scope(context->cudaContext);
+        CudaScope scope(place.cudaContext);
         completion = device->trace(request);
     }
     if (!asynchronous)
@@ -214,7 +220,7 @@ extern "C" RTPresult RTPAPI rtpQueryDestroy(RTPquery query) {
     return guarded(peekContext(queries(), query), "rtpQueryDestroy", [&] {
         const auto object = queryOf(query);
         queries().remove(query);
-        finishQuietly(object->completion);
+        finishQuietly(completionOf(*object));
     });
 }
 
