@@ -58,7 +58,7 @@ engine::TraceRequest requestOf(const Query& query, const engine::StructurePtr& s
     uint64_t size = request.count * hits.elementBytes();
     if (request.hitFormat == bvh::HitFormat::kBit) {
         request.firstBit = uint32_t(hits.begin % 8);
-        bytes.buffer = static_cast<uint8_t*>(hits.buffer) + hits.begin / 8;
+        bytes.buffer = hits.addressAt(hits.begin / 8);
         size = request.count ? (request.firstBit + request.count + 7) / 8 : 0;
     }
     request.hits = bytes.first();

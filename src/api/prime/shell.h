@@ -66,7 +66,11 @@ struct BufferDesc : Handled {
     uint64_t count() const { return end - begin; }
     uint32_t elementBytes() const; // 0 for bits
     uint32_t strideBytes() const { return stride ? stride : elementBytes(); }
-    void* first() const { return static_cast<uint8_t*>(buffer) + begin * strideBytes(); }
+    // Of any address and range: it is checked later.
+    void* addressAt(uint64_t offset) const {
+        return reinterpret_cast<void*>(reinterpret_cast<uintptr_t>(buffer) + offset);
+    }
+    void* first() const { return addressAt(begin * strideBytes()); }
 };
 
 struct Model : Handled {

@@ -372,6 +372,9 @@ TEST_P(PrimeErrors, MemoryOfBuffers) {
     const Desc null(context, RTP_BUFFER_FORMAT_HIT_T, RTP_BUFFER_TYPE_HOST, nullptr, 1);
     ASSERT_RTP(rtpQuerySetHits(q, null));
     expectError(rtpQueryExecute(q, 0), RTP_ERROR_INVALID_VALUE, "hits: the range");
+    ASSERT_RTP(rtpBufferDescSetRange(null, 3, 4));
+    ASSERT_RTP(rtpQuerySetHits(q, null));
+    expectError(rtpQueryExecute(q, 0), RTP_ERROR_INVALID_VALUE, "hits: the range");
     // Vertices and indices, and instances.
     ASSERT_EQ(mprotect(pages + page, page, PROT_NONE), 0);
     const Desc vertices(context, RTP_BUFFER_FORMAT_VERTEX_FLOAT3, RTP_BUFFER_TYPE_HOST, pages,
