@@ -72,7 +72,10 @@ public:
         return slot ? slot->object : nullptr;
     }
 
-    // The same without a lock and without ownership, for device code: the application must not
+    // Whether the handle's object is in the table; takes no lock.
+    bool isAlive(const void* handle) const { return live(reinterpret_cast<uint64_t>(handle)); }
+
+    // The object without a lock and without ownership, for device code: the application must not
     // destroy what a running launch uses.
     T* peek(uint64_t handle) const {
         const Slot* slot = live(handle);

@@ -52,8 +52,8 @@ Gpu openGpu() {
         throw std::runtime_error(dlerror());
     require(find<decltype(&::cuInit)>(library, "cuInit")(0), "cuInit");
     CUcontext context = nullptr;
-    require(find<decltype(&::cuDevicePrimaryCtxRetain)>(library, "cuDevicePrimaryCtxRetain")(
-                &context, 0),
+    require(find<decltype(&::cuDevicePrimaryCtxRetain)>(library,
+                                                        "cuDevicePrimaryCtxRetain")(&context, 0),
             "cuDevicePrimaryCtxRetain");
     require(find<decltype(&::cuCtxSetCurrent)>(library, "cuCtxSetCurrent")(context),
             "cuCtxSetCurrent");
@@ -91,6 +91,7 @@ void prepareDevice() {
         if (!gpu())
             return false;
         tellFaults();
+        limitTests();
         endWithContext([] { return gpu()->isLost(); });
         return true;
     }();
@@ -116,7 +117,7 @@ void prepareThread() {
 
 void* allocateDevice(size_t size, size_t alignment) {
     if (const Gpu* driver = gpu()) {
-        CUdeviceptr memory = 0; // aligned to 512 bytes at least
+        CUdeviceptr memory = 0;                                 // aligned to 512 bytes at least
         if (driver->allocate(&memory, size, 1) != CUDA_SUCCESS) // CU_MEM_ATTACH_GLOBAL
             throw std::bad_alloc();
         return reinterpret_cast<void*>(memory);

@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <execinfo.h>
 #include <unistd.h>
@@ -22,16 +23,36 @@ const char* runningTest(const char*& suite) {
 
 // Calls only async-signal-safe functions; tellFaults makes the first backtrace() of the process,
 // because that one allocates.
-void onFault(int signal) {
+void tell(const char* what, int signal) {
     const char* suite = nullptr;
     const char* name = runningTest(suite);
-    for (const char* text : {"\n[ CRASHED  ] ", suite, ".", name, ": ", sigabbrev_np(signal), "\n"})
+    for (const char* text : {what, suite, ".", name, ": ", sigabbrev_np(signal), "\n"})
         if (write(STDERR_FILENO, text, std::strlen(text)) < 0)
             break;
     void* calls[64];
     backtrace_symbols_fd(calls, backtrace(calls, 64), STDERR_FILENO);
+}
+
+void onFault(int signal) {
+    tell("\n[ CRASHED  ] ", signal);
     raise(signal); // the default by now
 }
+
+void onAlarm(int signal) {
+    tell("\n[ HUNG     ] ", signal);
+    _exit(kTestHangs);
+}
+
+// The clock of each test.
+class Limit : public testing::EmptyTestEventListener {
+public:
+    explicit Limit(unsigned seconds) : seconds_(seconds) {}
+    void OnTestStart(const testing::TestInfo&) override { alarm(seconds_); }
+    void OnTestEnd(const testing::TestInfo&) override { alarm(0); }
+
+private:
+    unsigned seconds_;
+};
 
 class Watch : public testing::EmptyTestEventListener {
 public:
@@ -58,11 +79,22 @@ private:
 void tellFaults() {
     void* calls[1];
     backtrace(calls, 1);
-    struct sigaction action {};
+    struct sigaction action{};
     action.sa_handler = onFault;
     action.sa_flags = SA_RESETHAND | SA_NODEFER;
     for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
         sigaction(signal, &action, nullptr);
+}
+
+void limitTests() {
+    const char* text = std::getenv("SUNSTONE_TEST_LIMIT");
+    const int seconds = text ? std::atoi(text) : 0;
+    if (seconds <= 0)
+        return;
+    struct sigaction action{};
+    action.sa_handler = onAlarm;
+    sigaction(SIGALRM, &action, nullptr);
+    testing::UnitTest::GetInstance()->listeners().Append(new Limit(unsigned(seconds)));
 }
 
 void mayLoseContext() {

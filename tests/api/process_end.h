@@ -14,6 +14,11 @@ constexpr int kContextLost = 70;
 // From now on faults of this process are reported, then end it as before.
 void tellFaults();
 
+// From now on a test that takes more seconds than the variable SUNSTONE_TEST_LIMIT of the
+// environment says is reported like a fault, and the process ends with the status of timeout(1).
+void limitTests();
+constexpr int kTestHangs = 124;
+
 // The running test deliberately loses the context on a GPU.
 void mayLoseContext();
 

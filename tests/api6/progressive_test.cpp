@@ -484,5 +484,39 @@ TEST_F(Progressive, ThreadsMayLookWhileOthersChangeTheScene) {
     EXPECT_EQ(pixels(stream_)[0][2], toneMapped(0.9f));
 }
 
+// The result of a call that waits for the context while another thread destroys it: the destroying
+// thread has the context's lock until the subframe ends.
+template <class Call>
+RTresult resultDuringDestruction(RTcontext context, const Call& call) {
+    std::atomic<bool> begins{false};
+    std::thread destroyer([&] {
+        begins = true;
+        EXPECT_EQ(rtContextDestroy(context), RT_SUCCESS);
+    });
+    while (!begins)
+        std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    const RTresult result = call();
+    destroyer.join();
+    return result;
+}
+
+TEST_F(Progressive, CallsThatWaitForADestroyedContextAreRefused) {
+    constexpr RTsize kSide = 2048; // a subframe takes much longer than a thread to start
+    for (const bool isOfContext : {true, false}) {
+        ok(rtBufferSetSize2D(source_, kSide, kSide));
+        ok(rtBufferSetSize2D(stream_, kSide, kSide));
+        RTvariable scoped = variable("scoped");
+        ok(rtContextLaunchProgressive2D(context_, 0, kSide, kSide, 0));
+        EXPECT_EQ(waitFor(1), 1u);
+        const auto call = [&] {
+            return isOfContext ? rtContextValidate(context_) : rtVariableSet1f(scoped, 0.5f);
+        };
+        EXPECT_EQ(resultDuringDestruction(context_, call),
+                  isOfContext ? RT_ERROR_INVALID_CONTEXT : RT_ERROR_INVALID_VALUE);
+        SetUp();
+    }
+}
+
 } // namespace
 } // namespace sunstone::api6

@@ -32,6 +32,12 @@ inline std::unique_lock<std::mutex> enter(Context& context) {
     return lock;
 }
 
+// Another thread may have destroyed the object while this one waited for the context's lock.
+inline void requireAlive(const void* handle, const char* parameter, RTresult dead) {
+    if (!objects().isAlive(handle))
+        refuse(dead, parameter, " = ", handle, " was destroyed by another thread");
+}
+
 // Runs body(object) with the lock of its context. T has kKind. `goesOn(object)`: whether a
 // progressive launch goes on.
 template <class T, class Body>
@@ -45,6 +51,7 @@ RTresult call(const char* function, const void* handle, const char* parameter, c
         const std::shared_ptr<T> object = require<T>(handle, parameter);
         const auto lock =
             goesOn && goesOn(*object) ? std::unique_lock(context->mutex()) : enter(*context);
+        requireAlive(handle, parameter, RT_ERROR_INVALID_VALUE);
         body(*object);
     });
 }
@@ -62,6 +69,7 @@ RTresult callContext(const char* function, RTcontext handle, const Body& body,
         if (!context)
             refuse(dead, "context = ", static_cast<const void*>(handle), " is not a live context");
         const auto lock = goesOn ? std::unique_lock(context->mutex()) : enter(*context);
+        requireAlive(handle, "context", dead);
         body(*context);
     });
 }

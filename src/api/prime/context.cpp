@@ -37,7 +37,7 @@ void createCudaContext(Context& context) {
 template <class Predicate>
 void destroyQueries(Predicate isMine) {
     for (const std::shared_ptr<Query>& query : queries().removeIf(isMine))
-        finishQuietly(query->completion);
+        finishQuietly(completionOf(*query));
 }
 
 } // namespace

@@ -86,12 +86,14 @@ Children childrenOf(const Model& model) {
 void start(Model& model, unsigned hints, std::shared_ptr<ModelUpdate> update,
            std::function<engine::StructurePtr()> work) {
     ModelUpdate* const to = update.get(); // the completion's owner waits for it
-    update->completion = model.context->run(
-        hints & kAsync, [keep = std::weak_ptr<ModelUpdate>(update), to, work = std::move(work)] {
-            engine::StructurePtr structure = work();
-            if (const auto alive = keep.lock())
-                to->structure = std::move(structure);
-        });
+    Context& context = *model.context;
+    update->completion =
+        context.run(context.place(), hints & kAsync,
+                    [keep = std::weak_ptr<ModelUpdate>(update), to, work = std::move(work)] {
+                        engine::StructurePtr structure = work();
+                        if (const auto alive = keep.lock())
+                            to->structure = std::move(structure);
+                    });
     model.update = update;
     if (!(hints & kAsync))
         update->wait();
@@ -305,10 +307,13 @@ extern "C" RTPresult RTPAPI rtpModelDestroy(RTPmodel model) {
         models().remove(model);
         for (const std::shared_ptr<Query>& query :
              queries().removeIf([&](const Query& q) { return q.model == object; }))
-            finishQuietly(query->completion);
+            finishQuietly(completionOf(*query));
+        std::unique_lock lock(object->context->mutex);
+        const std::shared_ptr<ModelUpdate> update = object->update;
+        lock.unlock();
         try {
-            if (object->update)
-                object->update->wait();
+            if (update)
+                update->wait();
         } catch (const Error& error) {
             log(LogLevel::kWarning, "prime", error.what());
         }

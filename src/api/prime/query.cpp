@@ -58,7 +58,7 @@ engine::TraceRequest requestOf(const Query& query, const engine::StructurePtr& s
     uint64_t size = request.count * hits.elementBytes();
     if (request.hitFormat == bvh::HitFormat::kBit) {
         request.firstBit = uint32_t(hits.begin % 8);
-        bytes.buffer = static_cast<uint8_t*>(hits.buffer) + hits.begin / 8;
+        bytes.buffer = hits.addressAt(hits.begin / 8);
         size = request.count ? (request.firstBit + request.count + 7) / 8 : 0;
     }
     request.hits = bytes.first();
@@ -89,28 +89,34 @@ engine::StructurePtr structureOf(const Query& query, std::unique_lock<std::mutex
     return structure;
 }
 
+void requireRanges(const Query& query) {
+    if (!query.rays || !query.hits)
+        fail(Code::kInvalidOperation, "the query has no ", query.rays ? "hits" : "rays",
+             ": call rtpQuerySet", query.rays ? "Hits" : "Rays");
+    if (query.rays->count() != query.hits->count())
+        fail(Code::kInvalidValue, "rays has a range of ", query.rays->count(),
+             " elements, hits of ", query.hits->count());
+}
+
 void execute(const std::shared_ptr<Query>& query, bool asynchronous) {
     std::unique_lock lock(query->context->mutex);
-    if (!query->rays || !query->hits)
-        fail(Code::kInvalidOperation, "the query has no ", query->rays ? "hits" : "rays",
-             ": call rtpQuerySet", query->rays ? "Hits" : "Rays");
-    if (query->rays->count() != query->hits->count())
-        fail(Code::kInvalidValue, "rays has a range of ", query->rays->count(),
-             " elements, hits of ", query->hits->count());
+    requireRanges(*query);
     const engine::StructurePtr structure = structureOf(*query, lock);
+    requireRanges(*query); // another thread may have set others
     requireNoCapture(*query);
     const engine::TraceRequest request = requestOf(*query, structure);
     const ContextPtr context = query->context;
     const std::shared_ptr<engine::QueryDevice> device = context->device;
+    const Context::Place place = context->place();
     const engine::CompletionPtr before = query->completion;
     lock.unlock();
     finishQuietly(before);
     engine::CompletionPtr completion;
     if (context->type == RTP_CONTEXT_TYPE_CPU) {
-        completion =
-            context->run(asynchronous, [device, request] { device->trace(request)->wait(); });
+        completion = context->run(place, asynchronous,
+                                  [device, request] { device->trace(request)->wait(); });
     } else {
-        CudaScope scope(context->cudaContext);
+        CudaScope scope(place.cudaContext);
         completion = device->trace(request);
     }
     if (!asynchronous)
@@ -214,7 +220,7 @@ extern "C" RTPresult RTPAPI rtpQueryDestroy(RTPquery query) {
     return guarded(peekContext(queries(), query), "rtpQueryDestroy", [&] {
         const auto object = queryOf(query);
         queries().remove(query);
-        finishQuietly(object->completion);
+        finishQuietly(completionOf(*object));
     });
 }
 

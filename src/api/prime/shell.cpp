@@ -89,13 +89,14 @@ std::string Context::lastError() {
     return lastError_;
 }
 
-engine::CompletionPtr Context::run(bool asynchronous, std::function<void()> work) {
+engine::CompletionPtr Context::run(const Place& place, bool asynchronous,
+                                   std::function<void()> work) {
     auto completion = std::make_shared<engine::HostCompletion>();
-    auto body = [completion, work = std::move(work), team = team, cuda = cudaContext] {
+    auto body = [completion, work = std::move(work), place] {
         completion->run([&] {
-            CudaScope scope(cuda);
-            if (team)
-                team->run(work);
+            CudaScope scope(place.cudaContext);
+            if (place.team)
+                place.team->run(work);
             else
                 work();
         });
@@ -143,6 +144,11 @@ uint32_t hintBits(unsigned hints, unsigned common, unsigned known) {
     if (hints != 0 && (hints & common) == 0)
         fail(Code::kInvalidValue, "hints = 0x", std::hex, hints, " is no combination of hints");
     return own;
+}
+
+engine::CompletionPtr completionOf(const Query& query) {
+    std::lock_guard lock(query.context->mutex);
+    return query.completion;
 }
 
 void finishQuietly(const engine::CompletionPtr& completion) noexcept {

@@ -34,9 +34,14 @@ struct Context : Handled {
     int cudaDevice = -1;              // of CUDA contexts: the primary device
     void* cudaContext = nullptr;      // its CUcontext
 
-    // Runs work now, or on the queue's thread after all earlier work there, with the threads and
-    // the CUDA context of this context.
-    engine::CompletionPtr run(bool asynchronous, std::function<void()> work);
+    // What work of the context runs with. Read with the lock.
+    struct Place {
+        std::shared_ptr<ThreadTeam> team;
+        void* cudaContext;
+    };
+    Place place() const { return {team, cudaContext}; }
+    // Runs work now, or on the queue's thread after all earlier work there.
+    engine::CompletionPtr run(const Place& place, bool asynchronous, std::function<void()> work);
 
     void setError(const std::string& text);
     std::string lastError();
@@ -61,7 +66,11 @@ struct BufferDesc : Handled {
     uint64_t count() const { return end - begin; }
     uint32_t elementBytes() const; // 0 for bits
     uint32_t strideBytes() const { return stride ? stride : elementBytes(); }
-    void* first() const { return static_cast<uint8_t*>(buffer) + begin * strideBytes(); }
+    // Of any address and range: it is checked later.
+    void* addressAt(uint64_t offset) const {
+        return reinterpret_cast<void*>(reinterpret_cast<uintptr_t>(buffer) + offset);
+    }
+    void* first() const { return addressAt(begin * strideBytes()); }
 };
 
 struct Model : Handled {
@@ -138,6 +147,9 @@ void requireNonNull(const T* pointer, const char* name) {
 
 // The own bits of hints, without their common bit. Throws kInvalidValue for unknown bits.
 uint32_t hintBits(unsigned hints, unsigned common, unsigned known);
+
+// The last execution of a query.
+engine::CompletionPtr completionOf(const Query& query);
 
 // Waits for the work of a query or model; errors of the work are dropped.
 void finishQuietly(const engine::CompletionPtr& completion) noexcept;

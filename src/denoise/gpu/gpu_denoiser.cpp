@@ -131,7 +131,13 @@ GpuDenoiser::GpuDenoiser(const device::cuda::Driver& driver, device::cuda::Machi
 }
 
 GpuDenoiser::~GpuDenoiser() {
-    driver_.memFreeHost(report_);
+    if (report_)
+        driver_.memFreeHost(report_);
+}
+
+void GpuDenoiser::abandon() {
+    kernels_.abandon();
+    report_ = nullptr;
 }
 
 void GpuDenoiser::check(CUresult result, const char* what) const {

@@ -30,6 +30,8 @@ public:
     void prepare(int guides);
     // The same for all numbers of guides.
     void prepareAll();
+    // The context was destroyed: the destructor does not call the driver.
+    void abandon();
     // Writes the caller's state memory.
     void setUp(CUstream stream, CUdeviceptr state, uint32_t width, uint32_t height);
     // Frame::scale comes from `inputs`. A call that is refused when the stream reaches it leaves

@@ -50,6 +50,8 @@ public:
     void prepare(std::span<const uint32_t> kernels);
     // The same for every kernel of the set.
     void prepareAll();
+    // The context was destroyed, and the modules with it: the destructor does not call the driver.
+    void abandon() { modules_.clear(); }
     // The kernel, which is prepared first if it is not loaded.
     CUfunction function(uint32_t kernel);
     const KernelSource& source(uint32_t kernel) const { return kernels_[kernel]; }

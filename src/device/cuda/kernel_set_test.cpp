@@ -62,6 +62,26 @@ TEST(KernelSet, PreparesAll) {
         EXPECT_NE(set.function(kernel), nullptr);
 }
 
+int unloaded = 0;
+
+TEST(KernelSet, CallsNoDriverAfterItsContextIsDestroyed) {
+    Driver driver = testDriver();
+    driver.moduleUnload = [](CUmodule module) {
+        ++unloaded;
+        return testDriver().moduleUnload(module);
+    };
+    for (const bool isDestroyed : {false, true}) {
+        unloaded = 0;
+        {
+            KernelSet set(driver, nullptr, kernels(3));
+            set.prepareAll();
+            if (isDestroyed)
+                set.abandon();
+        }
+        EXPECT_EQ(unloaded, isDestroyed ? 0 : 3);
+    }
+}
+
 TEST(KernelSet, MakesEachKernelOnceHoweverManyThreadsAsk) {
     const Driver& driver = testDriver();
     CUcontext context = nullptr;

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <thread>
+#include <vector>
+
 using sunstone::engine::cpu::Pace;
 using sunstone::engine::cpu::Way;
 
@@ -35,6 +39,18 @@ TEST(Pace, TheChoiceFollowsTheScene) {
 TEST(Pace, PiecesWithoutTimeAreNoMeasurement) {
     Pace pace;
     EXPECT_NEAR(run(pace, 100, 0, 0), 50, 1);
+}
+
+// Sums are halved several times meanwhile.
+TEST(Pace, ThreadsMeasureAtOnce) {
+    Pace pace;
+    std::atomic<unsigned> count{0};
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i)
+        threads.emplace_back([&] { count += run(pace, 10'000, 1'000'000, 700'000); });
+    for (std::thread& thread : threads)
+        thread.join();
+    EXPECT_GT(count, 38'000u);
 }
 
 } // namespace

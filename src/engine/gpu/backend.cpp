@@ -34,10 +34,12 @@ GpuBackend::~GpuBackend() {
         builder_.reset();
         denoiser_.reset();
         known_.reset();
-    } catch (const Error&) { // the application has destroyed its context, and modules with it
-        (void)builder_.release();
-        (void)denoiser_.release();
-        (void)known_.release();
+    } catch (const Error&) { // the application has destroyed its context
+        if (builder_)
+            builder_->abandon();
+        if (denoiser_)
+            denoiser_->abandon();
+        known_->abandon();
     }
 }
 

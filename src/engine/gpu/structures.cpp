@@ -35,6 +35,12 @@ GpuKnownHandles::~GpuKnownHandles() {
             driver().memFree(memory);
 }
 
+void GpuKnownHandles::abandon() {
+    std::lock_guard own(mutex_);
+    stream_ = nullptr;
+    table_ = replaced_ = cell_ = 0;
+}
+
 // The replaced table stays allocated until the next replacement: running launches may read it, and
 // freeing waits for them.
 void GpuKnownHandles::makeRoom(size_t entries) {

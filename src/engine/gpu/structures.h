@@ -37,6 +37,8 @@ public:
     // leads to the table at the time when its graph runs: from then on every noted handle is added
     // to it at once.
     View update(size_t asked, uint64_t usual, CUstream stream);
+    // The context was destroyed: the destructor does not call the driver.
+    void abandon();
 
 private:
     friend void noteGpuHandle(uint64_t handle);

@@ -5,6 +5,7 @@
 
 #include <sys/mman.h>
 
+#include <atomic>
 #include <thread>
 
 namespace prime_test {
@@ -371,6 +372,9 @@ TEST_P(PrimeErrors, MemoryOfBuffers) {
     const Desc null(context, RTP_BUFFER_FORMAT_HIT_T, RTP_BUFFER_TYPE_HOST, nullptr, 1);
     ASSERT_RTP(rtpQuerySetHits(q, null));
     expectError(rtpQueryExecute(q, 0), RTP_ERROR_INVALID_VALUE, "hits: the range");
+    ASSERT_RTP(rtpBufferDescSetRange(null, 3, 4));
+    ASSERT_RTP(rtpQuerySetHits(q, null));
+    expectError(rtpQueryExecute(q, 0), RTP_ERROR_INVALID_VALUE, "hits: the range");
     // Vertices and indices, and instances.
     ASSERT_EQ(mprotect(pages + page, page, PROT_NONE), 0);
     const Desc vertices(context, RTP_BUFFER_FORMAT_VERTEX_FLOAT3, RTP_BUFFER_TYPE_HOST, pages,
@@ -567,6 +571,53 @@ TEST(PrimeMisc, Threads) {
     for (std::thread& thread : threads)
         thread.join();
     EXPECT_RTP(rtpContextDestroy(shared));
+}
+
+// Settings of a context change, and its objects are destroyed, while other threads use them: calls
+// succeed or are refused.
+TEST(PrimeMisc, ThreadsChangeWhatOthersUse) {
+    RTPcontext context = nullptr;
+    ASSERT_RTP(rtpContextCreate(RTP_CONTEXT_TYPE_CPU, &context));
+    std::vector<Float3> vertices = soup(1, 0.3f, 1).vertices;
+    const Desc vertexDesc(context, RTP_BUFFER_FORMAT_VERTEX_FLOAT3, RTP_BUFFER_TYPE_HOST,
+                          vertices.data(), vertices.size());
+    std::vector<Ray> rays = randomRays(1, 1);
+    std::vector<Hit> hits(rays.size());
+    const Desc rayDesc(context, RTP_BUFFER_FORMAT_RAY_ORIGIN_TMIN_DIRECTION_TMAX,
+                       RTP_BUFFER_TYPE_HOST, rays.data(), rays.size());
+    const Desc hitDesc(context, RTP_BUFFER_FORMAT_HIT_T_TRIID_INSTID_U_V, RTP_BUFFER_TYPE_HOST,
+                       hits.data(), hits.size());
+    std::atomic<RTPmodel> model = nullptr;
+    std::atomic<RTPquery> query = nullptr;
+    std::atomic<bool> ends = false;
+    // One thread alone, because two would write the same hits.
+    std::thread user([&] {
+        while (!ends) {
+            rtpModelUpdate(model, RTP_MODEL_HINT_ASYNC);
+            rtpQueryExecute(query, RTP_QUERY_HINT_ASYNC);
+            rtpQueryExecute(query, 0);
+        }
+    });
+    for (int round = 0; round < 2000; ++round) {
+        RTPmodel newModel = nullptr;
+        RTPquery newQuery = nullptr;
+        EXPECT_RTP(rtpModelCreate(context, &newModel));
+        EXPECT_RTP(rtpModelSetTriangles(newModel, nullptr, vertexDesc));
+        EXPECT_RTP(rtpModelUpdate(newModel, 0));
+        EXPECT_RTP(rtpQueryCreate(newModel, RTP_QUERY_TYPE_CLOSEST, &newQuery));
+        EXPECT_RTP(rtpQuerySetRays(newQuery, rayDesc));
+        EXPECT_RTP(rtpQuerySetHits(newQuery, hitDesc));
+        model = newModel;
+        query = newQuery;
+        EXPECT_RTP(rtpContextSetCpuThreads(context, 1));
+        EXPECT_RTP(rtpContextSetCpuThreads(context, 0));
+        if (round % 2)
+            EXPECT_RTP(rtpQueryDestroy(newQuery));
+        EXPECT_RTP(rtpModelDestroy(newModel));
+    }
+    ends = true;
+    user.join();
+    EXPECT_RTP(rtpContextDestroy(context));
 }
 
 #ifndef PRIME_TEST_CUDA

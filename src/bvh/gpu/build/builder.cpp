@@ -144,7 +144,14 @@ Builder::Builder(const device::cuda::Driver& driver, device::cuda::MachineCodeSo
 }
 
 Builder::~Builder() {
-    driver_.memFreeHost(report_);
+    if (report_)
+        driver_.memFreeHost(report_);
+}
+
+void Builder::abandon() {
+    staging_.abandon();
+    kernels_.abandon();
+    report_ = nullptr;
 }
 
 std::vector<device::cuda::KernelSource> Builder::kernelSources() {

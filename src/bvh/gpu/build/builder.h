@@ -45,6 +45,8 @@ public:
     void prepare(const BuildInputs& inputs, const BuildOptions& options) const;
     // The same for builds of all kinds.
     void prepareAll() const { kernels_.prepareAll(); }
+    // The context was destroyed: the destructor does not call the driver.
+    void abandon();
 
     // Queues a build. temp and output: 128-byte aligned, at least as large as computeMemoryUsage
     // says. Throws Error(kInvalidValue) otherwise. `known`: see known_handles.h; instances with

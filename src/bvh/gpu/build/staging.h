@@ -25,6 +25,9 @@ public:
     // Queues the copy; `from` may change when this returns.
     CUresult copy(CUstream stream, CUdeviceptr to, const void* from, size_t size);
 
+    // The context was destroyed, and the blocks with it: the destructor does not call the driver.
+    void abandon() { blocks_.clear(); }
+
 private:
     struct Block {
         void* memory = nullptr;
