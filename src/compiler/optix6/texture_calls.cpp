@@ -74,7 +74,9 @@ std::string defineGather() {
 std::string defineSize() {
     return ".func (" + results("b32", 3) + ") " + std::string(kTextureCallPrefix) +
            "size_id (.reg .b32 id)\n{\n.reg .b64 h;\ncall (h), _rt_texture_handle, (id);\n" +
-           "txq.width.b32 r0, [h];\ntxq.height.b32 r1, [h];\ntxq.depth.b32 r2, [h];\nret;\n}\n";
+           "txq.width.b32 r0, [h];\ntxq.height.b32 r1, [h];\ntxq.depth.b32 r2, [h];\n" +
+           // GPUs say 0 for what a texture lacks.
+           "max.u32 r1, r1, 1;\nmax.u32 r2, r2, 1;\nret;\n}\n";
 }
 
 constexpr const char* kPosition = ".reg .f32 x, .reg .f32 y, .reg .f32 z, .reg .b32 layer";

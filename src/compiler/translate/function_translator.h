@@ -25,6 +25,7 @@
 #include "compiler/translate/unit.h"
 #include "ptx/opcode.h"
 
+#include <optional>
 #include <unordered_map>
 
 namespace sunstone::compiler {
@@ -104,6 +105,7 @@ private:
     Value* stateField(size_t offset, llvm::Type* type, const char* name);
     Value* indexedPointer(Value* base, const ptx::Operand& operand);
     Value* pointerOfWord(const ptx::Operand& reg);
+    bool isGlobalMemory();
     Value* addressedConstant();
     Value* offsetPointer(Value* pointer, int64_t offset);
     // For the memory checker: `access` is the part at `offset` of an access of `bytes`.
@@ -357,6 +359,7 @@ private:
     std::vector<Slot> slots_;
     uint32_t carrySlot_ = 0;
     uint32_t region_ = 0;
+    std::optional<bool> hasOwnVariables_; // the module has some with Flavor::variableIntrinsic()
     std::vector<std::pair<uint32_t, Value*>>* guardLog_ = nullptr; // slots written under a guard
     std::vector<llvm::BasicBlock*> labels_;
     // Parameters and variables of the body: address by name.

@@ -222,6 +222,20 @@ Value* FunctionTranslator::pointerOfWord(const ptx::Operand& reg) {
     return builder_.CreateIntToPtr(builder_.CreateAdd(whole, distance), builder_.getPtrTy());
 }
 
+// Whether the instruction's address, which is in a register, is one of a GPU's global memory. Text
+// of the classic API declares payloads and attributes, too, as .global variables, and computes with
+// their addresses; they are part of a ray's state, in local memory.
+bool FunctionTranslator::isGlobalMemory() {
+    if (!unit_.isGpu() || !current_->has("global"))
+        return false;
+    if (!hasOwnVariables_)
+        hasOwnVariables_ = std::any_of(
+            module_.variables.begin(), module_.variables.end(), [&](const ptx::Variable& each) {
+                return !unit_.flavor().variableIntrinsic(module_, each).empty();
+            });
+    return !*hasOwnVariables_;
+}
+
 FunctionTranslator::Place FunctionTranslator::place(const ptx::Operand& operand) {
     Place place;
     if (operand.kind != ptx::OperandKind::kAddress && operand.kind != ptx::OperandKind::kSymbol &&
@@ -235,13 +249,12 @@ FunctionTranslator::Place FunctionTranslator::place(const ptx::Operand& operand)
         ptx::Operand reg = operand;
         reg.kind = ptx::OperandKind::kRegister;
         reg.negated = false;
-        // A generic address of global memory equals its address in the global space.
-        const bool global = unit_.isGpu() && current_->has("global");
         const bool isWord = bitsOf(source_.registers[operand.index].type) == 32 &&
                             (current_->has("local") || current_->has("const"));
+        // A generic address of global memory equals its address in the global space.
+        const unsigned space = isGlobalMemory() ? kGlobalSpace : 0;
         base = isWord ? pointerOfWord(reg)
-                      : builder_.CreateIntToPtr(readInt(reg, 64),
-                                                builder_.getPtrTy(global ? kGlobalSpace : 0));
+                      : builder_.CreateIntToPtr(readInt(reg, 64), builder_.getPtrTy(space));
     } else {
         base = builder_.CreateIntToPtr(builder_.getInt64(uint64_t(operand.offset)),
                                        builder_.getPtrTy());
