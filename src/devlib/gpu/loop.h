@@ -81,9 +81,9 @@ SUNSTONE_INLINE uint32_t patienceIndex() {
 }
 
 // Counts a warp's rays and its time.
-class PaceOfWarp {
+class PaceCounter {
 public:
-    SUNSTONE_INLINE_MEMBER PaceOfWarp() : start_(now()), rays_(0) {}
+    SUNSTONE_INLINE_MEMBER PaceCounter() : start_(now()), rays_(0) {}
     // To be called by all of the warp.
     SUNSTONE_INLINE_MEMBER void add(Lane lane) { rays_ += countOf(ballot(lane == Lane::kEnded)); }
     SUNSTONE_INLINE_MEMBER void report(LaunchBlock& block) const {
@@ -144,7 +144,7 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
     typename Walk::Level levels[kMaxLevels + 1];
     Lane lane = Lane::kIdle;
     bool more = true;
-    PaceOfWarp pace;
+    PaceCounter pace;
     for (;;) {
         if (takeIndex(block, lane, more, thread.index)) {
             uint32_t asks = 0;

@@ -79,7 +79,7 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
     Lane lane = Lane::kIdle;
     uint32_t depth = 0;
     bool more = true;
-    PaceOfWarp pace;
+    PaceCounter pace;
     for (;;) {
         if (takeIndex(block, lane, more, thread.index)) {
             uint32_t asks = 0;

@@ -366,12 +366,10 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         const uint32_t waiting = __nvvm_vote_ballot_sync(mask, wants);
         return wants && of * __builtin_popcount(waiting) >= __builtin_popcount(mask);
     }
-    // Entering takes as long as a node, with motion much longer. On an H100 rays through instances
-    // take 4 % longer if each lane enters at once, with motion 9 %.
+    // Entering takes as long as a node, with motion much longer (docs/notes/programs-gpu.md).
     static SUNSTONE_INLINE_MEMBER bool mayEnter(bool wants) {
         return areEnough(wants, kMotion ? 2 : 4);
     }
-    // docs/notes/programs-gpu.md has figures.
     static SUNSTONE_INLINE_MEMBER bool mayTest(bool wants) { return areEnough(wants, 2); }
     static SUNSTONE_INLINE_MEMBER bool any(bool value) {
         return __nvvm_vote_any_sync(activeLanes(), value);

@@ -240,14 +240,17 @@ private:
     // others walk on until enough of them have one.
     static SUNSTONE_INLINE_MEMBER bool meetsPieces() { return Programs::shapes() & kMeetsCurves; }
 
+    SUNSTONE_INLINE_MEMBER const U4* curveAt(uint32_t record) const {
+        const uint64_t index = Programs::kMotion ? uint64_t(record) * motion.keys : record;
+        return reinterpret_cast<const U4*>(records + index * sizeof(CurveRecord));
+    }
+
     // True: the step is over, and the walk if `end`.
     SUNSTONE_INLINE_MEMBER bool finishPiece(Programs& programs, Ray& ray, const U2* stack,
                                             bool& end) {
         if (Programs::mayTest(piece != kNoPiece)) {
             ShapeHit hit;
-            const uint64_t index = Programs::kMotion ? uint64_t(piece) * motion.keys : piece;
-            const auto* const curve =
-                reinterpret_cast<const U4*>(records + index * sizeof(CurveRecord));
+            const U4* const curve = curveAt(piece);
             piece = kNoPiece;
             end = testCurve<Programs::kMotion>(block, curve, motion, space, ray.tmax, hit) &&
                   programs.shape(ray, hit) == Visit::kEnd;
@@ -439,10 +442,7 @@ private:
     SUNSTONE_INLINE_MEMBER bool visit(Programs& programs, Ray& ray, uint32_t record) {
         if (Programs::shapes() && kind == BlockType::kShapes) {
             if (isOfPieces(Programs::shapes(), block)) {
-                const uint64_t index = Programs::kMotion ? uint64_t(record) * motion.keys : record;
-                if (meetsCapsule<Programs::kMotion>(
-                        reinterpret_cast<const U4*>(records + index * sizeof(CurveRecord)), motion,
-                        space, ray.tmax))
+                if (meetsCapsule<Programs::kMotion>(curveAt(record), motion, space, ray.tmax))
                     piece = record;
                 return false;
             }
