@@ -41,8 +41,7 @@ extern "C" __global__ void __raygen__recursion() {
     params.results[2 * i + 1] = count;
 }
 
-extern "C" __global__ void __closesthit__recursion() {
-    const unsigned level = optixGetPayload_0() + 1;
+static __forceinline__ __device__ void descendToTheEnd(unsigned level) {
     if (level < params.depth) {
         const float direction = optixGetWorldRayDirection().z;
         const float z = optixGetWorldRayOrigin().z + direction * optixGetRayTmax();
@@ -52,6 +51,18 @@ extern "C" __global__ void __closesthit__recursion() {
     optixSetPayload_0(level);
     optixSetPayload_1(0);
     optixSetPayload_2(1);
+}
+
+extern "C" __global__ void __closesthit__recursion() {
+    descendToTheEnd(optixGetPayload_0() + 1);
+}
+
+// The same; an exception ends every eighth launch index at its deepest ray, but for every 512th.
+extern "C" __global__ void __closesthit__thrower() {
+    const unsigned level = optixGetPayload_0() + 1, index = optixGetLaunchIndex().x;
+    if (level >= params.depth && index % 8 == 0 && index % 512 != 0)
+        optixThrowException(7);
+    descendToTheEnd(level);
 }
 
 // The same, with far more values across the trace than there are registers.

@@ -65,12 +65,13 @@ constexpr uint32_t kMagic = 0x43555047; // "GPUC"
 
 // The text is kept only if there is no machine code.
 std::string serialize(const GpuCode& code) {
-    const auto& [ptx, feedback, stack, calls, machineCode, recurses, isState] =
+    const auto& [ptx, feedback, stack, calls, machineCode, laneMemory, recurses, isState] =
         code; // names every field
     ByteWriter out;
     out.number(kMagic);
     for (const uint64_t value : {stack.entry, stack.waiting, stack.other,
-                                 uint64_t(stack.isMeasured), uint64_t(recurses), uint64_t(isState)})
+                                 uint64_t(stack.isMeasured), laneMemory, uint64_t(recurses),
+                                 uint64_t(isState)})
         out.wide(value);
     out.text(feedback);
     out.text(calls);
@@ -87,6 +88,7 @@ bool deserialize(std::string_view bytes, GpuCode& code) {
     code.stack.waiting = in.wide();
     code.stack.other = in.wide();
     code.stack.isMeasured = in.wide() != 0;
+    code.laneMemoryBytes = in.wide();
     code.recurses = in.wide() != 0;
     code.hasState = in.wide() != 0;
     code.feedback = in.text();

@@ -3,10 +3,11 @@
 #include "compiler/gpu/launch_kernel.h"
 
 #include "compiler/gpu/machine.h"
-#include "compiler/gpu/ray_states.h"
 #include "devlib/abi.h"
+#include "devlib/gpu/launch_block.h"
 
 #include <llvm/IR/IRBuilder.h>
+#include <llvm/IR/IntrinsicsNVPTX.h>
 
 namespace sunstone::compiler {
 
@@ -16,6 +17,14 @@ namespace {
 constexpr const char* kConstantNames[] = {"sunstone_gpu_usual", "sunstone_gpu_known",
                                           "sunstone_gpu_maxGraphDepth"};
 static_assert(std::size(kConstantNames) == devlib::LaunchConstants::kCount);
+
+constexpr const char *kHasLaneMemory = "sunstone_gpu_hasLaneMemory",
+                     *kClaimLaneMemory = "sunstone_gpu_claimLaneMemory",
+                     *kFreeLaneMemory = "sunstone_gpu_freeLaneMemory";
+
+// States of a lane's rays in local memory: all of them if they are at most kMostNear, else kNear
+// (devlib/gpu/nested.h).
+constexpr uint64_t kNear = 3, kMostNear = 6;
 
 // What runs once in the kernel becomes a part of it. LLVM leaves large functions apart, and the
 // driver's compiler gives those frames of their own (docs/notes/compile-time.md has figures).
@@ -139,15 +148,31 @@ void LaunchKernel::make() {
     if (kind_ == Kind::kLoop)
         addMemory(frame, kFrameAlignment);
     if (kind_ == Kind::kNested) {
-        // A ray that is too deep has a state, too.
-        statesType_ = addMemory((depths + 1) * sizeof(devlib::RayState), alignof(devlib::RayState));
-        addMemory(depths * frame, kFrameAlignment);
-        addMemory(depths * sizeof(uint32_t), alignof(uint32_t));
+        const uint64_t states = depths + 1; // a ray that is too deep has one, too
+        const uint64_t near = states <= kMostNear ? states : kNear;
+        const auto addPart = [&](uint64_t first, uint64_t end) {
+            addMemory((end - first) * sizeof(devlib::RayState), alignof(devlib::RayState));
+            states_.emplace_back(arguments.back());
+            addMemory((std::min(end, depths) - first) * frame, kFrameAlignment);
+            frames_.emplace_back(arguments.back());
+        };
+        addPart(0, near);
+        if (near != states)
+            addPart(near, states);
+        else
+            arguments.insert(arguments.end(), 2,
+                             llvm::ConstantPointerNull::get(builder.getPtrTy()));
+        arguments.push_back(builder.getInt32(uint32_t(near)));
         arguments.push_back(builder.getInt32(uint32_t(frame)));
     }
     std::vector<llvm::Type*> types;
     for (const llvm::Value* argument : arguments)
         types.push_back(argument->getType());
+    if (kind_ == Kind::kNested) { // linked, and used if claimLaneMemory() wants
+        unit_.module().getOrInsertFunction(kClaimLaneMemory, builder.getPtrTy(),
+                                           builder.getPtrTy());
+        unit_.module().getOrInsertFunction(kFreeLaneMemory, builder.getVoidTy());
+    }
     builder.CreateCall(
         unit_.module().getOrInsertFunction(
             entryOf(kind_), llvm::FunctionType::get(builder.getVoidTy(), types, false)),
@@ -180,21 +205,94 @@ void LaunchKernel::defineConstants() {
     }
 }
 
+StateUses::Arrays LaunchKernel::states() const {
+    StateUses::Arrays arrays;
+    for (const llvm::WeakTrackingVH& each : states_)
+        if (llvm::Value* const value = each; value && llvm::isa<llvm::AllocaInst>(value))
+            arrays.push_back(llvm::cast<llvm::AllocaInst>(value));
+    return arrays.size() == states_.size() ? arrays : StateUses::Arrays();
+}
+
 void LaunchKernel::foldStates(OptLevel level) {
-    if (kind_ != Kind::kNested)
-        return;
     constexpr int kRounds = 2; // the first removes code that blocks the second
-    llvm::Function& kernel = *unit_.module().getFunction(kGpuKernel);
     for (int round = 0; round < kRounds; ++round) {
-        llvm::AllocaInst* states = nullptr;
-        for (llvm::Instruction& each : kernel.getEntryBlock())
-            if (auto* memory = llvm::dyn_cast<llvm::AllocaInst>(&each))
-                if (memory->getAllocatedType() == statesType_)
-                    states = memory;
-        if (!states || !foldRayStates(*states))
+        const StateUses::Arrays arrays = states();
+        if (arrays.empty() || !foldRayStates(arrays))
             return;
-        simplifyForGpu(kernel, machine_, level);
+        simplifyForGpu(*arrays.front()->getFunction(), machine_, level);
     }
+}
+
+void LaunchKernel::decideLaneMemory(bool has) {
+    llvm::Module& module = unit_.module();
+    if (llvm::Function* asked = module.getFunction(kHasLaneMemory)) {
+        for (llvm::User* user : llvm::make_early_inc_range(asked->users())) {
+            user->replaceAllUsesWith(llvm::ConstantInt::get(user->getType(), has ? 1 : 0));
+            llvm::cast<llvm::Instruction>(user)->eraseFromParent();
+        }
+        asked->eraseFromParent();
+    }
+    for (const char* name : {kClaimLaneMemory, kFreeLaneMemory})
+        if (llvm::Function* function = module.getFunction(name); function && !has)
+            function->eraseFromParent();
+}
+
+uint64_t LaunchKernel::placeStates() {
+    const StateUses::Arrays arrays = states();
+    const std::optional<uint64_t> bytes = arrays.empty() ? std::nullopt : packRayStates(arrays);
+    decideLaneMemory(bytes && arrays.size() > 1);
+    if (!bytes)
+        return 0;
+    const auto statesIn = [&](const llvm::AllocaInst& array) {
+        return array.getAllocationSize(unit_.module().getDataLayout())->getFixedValue() /
+               sizeof(devlib::RayState);
+    };
+    llvm::IRBuilder<> builder(arrays[0]);
+    llvm::AllocaInst* const near = builder.CreateAlloca(
+        llvm::ArrayType::get(builder.getInt8Ty(), statesIn(*arrays[0]) * *bytes));
+    near->setAlignment(llvm::Align(kStateAlignment));
+    arrays[0]->replaceAllUsesWith(near);
+    arrays[0]->eraseFromParent();
+    return arrays.size() == 1 ? 0 : claimLaneMemory(*arrays[1], statesIn(*arrays[1]), *bytes);
+}
+
+uint64_t LaunchKernel::claimLaneMemory(llvm::AllocaInst& states, uint64_t count, uint64_t bytes) {
+    constexpr unsigned kLanes = devlib::kGpuTile;
+    llvm::Function& kernel = *states.getFunction();
+    llvm::IRBuilder<> builder(&*kernel.getEntryBlock().getFirstInsertionPt());
+    llvm::Value* const own =
+        builder.CreateCall(unit_.module().getFunction(kClaimLaneMemory), {kernel.getArg(0)});
+    // Tells LLVM that it is global memory.
+    llvm::Value* const slot = builder.CreateAddrSpaceCast(
+        builder.CreateAddrSpaceCast(own, builder.getPtrTy(1)), builder.getPtrTy());
+    llvm::Value* const lane = builder.CreateZExt(
+        builder.CreateIntrinsic(llvm::Intrinsic::nvvm_read_ptx_sreg_laneid, {}, {}),
+        builder.getInt64Ty());
+    uint64_t end = 0;
+    const auto place = [&](llvm::AllocaInst& array, uint64_t laneBytes) {
+        array.replaceAllUsesWith(builder.CreateGEP(
+            builder.getInt8Ty(), slot,
+            builder.CreateAdd(builder.getInt64(end),
+                              builder.CreateMul(lane, builder.getInt64(laneBytes)))));
+        array.eraseFromParent();
+        end += laneBytes * kLanes;
+    };
+    place(states, count * bytes);
+    llvm::Value* const frames = frames_.back();
+    if (auto* array = frames ? llvm::dyn_cast<llvm::AllocaInst>(frames) : nullptr) {
+        place(*array, llvm::alignTo(
+                          array->getAllocationSize(unit_.module().getDataLayout())->getFixedValue(),
+                          kStateAlignment));
+    }
+    std::vector<llvm::Instruction*> ends;
+    for (llvm::BasicBlock& block : kernel)
+        if (llvm::isa<llvm::ReturnInst>(block.getTerminator()))
+            ends.push_back(block.getTerminator());
+    for (llvm::Instruction* each : ends) {
+        builder.SetInsertPoint(each);
+        builder.CreateCall(unit_.module().getFunction(kFreeLaneMemory));
+    }
+    return end;
 }
 
 void LaunchKernel::hideOthers() {
@@ -203,8 +301,11 @@ void LaunchKernel::hideOthers() {
         if (program->hasOneUse())
             inlineIntoKernel(*program);
     for (llvm::GlobalValue& value : unit_.module().global_values())
-        if (!value.isDeclaration() && value.getName() != kGpuKernel)
+        if (!value.isDeclaration() && value.getName() != kGpuKernel &&
+            value.getName() != kClaimLaneMemory && value.getName() != kFreeLaneMemory)
             value.setLinkage(llvm::GlobalValue::InternalLinkage);
+    if (kind_ != Kind::kNested)
+        decideLaneMemory(false);
 }
 
 } // namespace sunstone::compiler

@@ -3,7 +3,10 @@
 #pragma once
 
 #include "compiler/gpu/programs.h"
+#include "compiler/gpu/ray_states.h"
 #include "compiler/gpu/resumable.h"
+
+#include <llvm/IR/ValueHandle.h>
 
 namespace sunstone::compiler {
 
@@ -16,14 +19,17 @@ public:
     // Chooses the kernel and cuts programs for it. Returns lines that say which and why.
     std::string choose();
     const CutPrograms& cuts() const { return cuts_; }
-    // Defines the kernel, which calls a function of the run-time.
     // Whether closest-hit or miss programs trace, and take turns with their rays.
     bool recurses() const { return kind_ == Kind::kNested; }
+    // Defines the kernel, which calls a function of the run-time.
     void make();
     // Makes the kernel the only visible function of the linked module.
     void hideOthers();
     // After optimisation: folds the states of rays in the kernel's memory into registers.
     void foldStates(OptLevel level);
+    // Gives the states their final layout and place. Returns the bytes of memory that a warp
+    // claims for those that are not in local memory (devlib/gpu/lane_memory.h), or 0.
+    uint64_t placeStates();
     // Replaces the functions of LaunchConstants. In the kernel they are its arguments, which GPUs
     // read without a load.
     void defineConstants();
@@ -45,7 +51,13 @@ private:
     const GpuPrograms& programs_;
     Kind kind_ = Kind::kPlain;
     CutPrograms cuts_;
-    llvm::Type* statesType_ = nullptr; // of the memory that keeps the states of rays, if any does
+    void decideLaneMemory(bool has);  // tells the code that asks
+    StateUses::Arrays states() const; // all, or none if LLVM has removed some
+    uint64_t claimLaneMemory(llvm::AllocaInst& states, uint64_t count, uint64_t bytes);
+
+    // The kernel's memory for states of rays and frames of programs: near, then, if depths are
+    // many, far.
+    std::vector<llvm::WeakTrackingVH> states_, frames_;
 };
 
 } // namespace sunstone::compiler

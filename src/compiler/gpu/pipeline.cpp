@@ -112,6 +112,7 @@ public:
         times_.step("link");
         optimizeForGpu(unit_.module(), *machine_, level_);
         kernel_.foldStates(level_);
+        code_.laneMemoryBytes = kernel_.placeStates();
         kernel_.defineConstants();
         optimizer_->dump("optimized");
         refuseUnresolved(unit_.module());

@@ -59,6 +59,7 @@ struct GpuCode {
     GpuStack stack;
     std::string calls;       // GpuCalls::text()
     std::string machineCode; // of the text; empty if the driver keeps it
+    uint64_t laneMemoryBytes = 0; // that a warp claims (devlib/gpu/lane_memory.h)
     bool recurses = false;   // closest-hit or miss programs trace
     bool hasState = false;   // programs have variables in global memory: each pipeline has its own
 };

@@ -1,16 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// The states of a lane's rays in the kernel of devlib/gpu/nested.h are an array, indexed by depth,
-// so LLVM keeps it in memory as a whole. This pass considers each field for all depths together: if
-// every ray gets the same value (the launch, a mask, a stride), the value replaces the loads, and
-// stores that no load reads are removed.
+// The states of a lane's rays in the kernel of devlib/gpu/nested.h are arrays, indexed by depth, so
+// LLVM keeps them in memory as a whole. These passes consider each field for all depths together.
 #pragma once
 
-#include <llvm/IR/Instructions.h>
+#include "compiler/gpu/state_uses.h"
+
+#include <optional>
 
 namespace sunstone::compiler {
 
-// `states`: an array of RayState in an optimised kernel. Changes nothing if the array's addresses
-// have other uses. Returns whether it changed the kernel.
-bool foldRayStates(llvm::AllocaInst& states);
+// `states`: arrays of RayState in an optimised kernel. Where every ray gets the same value (the
+// launch, a mask, a stride), the value replaces the loads; stores that no load reads are removed.
+// Changes nothing if the arrays' addresses have other uses. Returns whether it changed the kernel.
+bool foldRayStates(const StateUses::Arrays& states);
+
+// Changes the layout of the states, where all uses of the arrays' addresses are known: a state has
+// the fields that are loaded, one after another. Returns its bytes, a multiple of kStateAlignment;
+// none, and nothing changed, where the arrays have other uses. The caller replaces the arrays by
+// memory of that size.
+constexpr uint64_t kStateAlignment = 32; // a sector of the caches
+std::optional<uint64_t> packRayStates(const StateUses::Arrays& states);
 
 } // namespace sunstone::compiler

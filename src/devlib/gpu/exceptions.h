@@ -3,6 +3,7 @@
 // pipeline has one. The exception goes to the host in the launch's report.
 #pragma once
 
+#include "devlib/gpu/lane_memory.h"
 #include "devlib/gpu/programs.h"
 
 namespace sunstone::devlib::gpu {
@@ -26,6 +27,8 @@ SUNSTONE_INLINE void note(RayState* state, uint64_t& word, int32_t code) {
 }
 
 [[noreturn]] SUNSTONE_INLINE void endThread() {
+    if (sunstone_gpu_hasLaneMemory())
+        leaveLaneMemory(1);
     asm volatile("exit;");
     __builtin_unreachable();
 }

@@ -85,6 +85,14 @@ constexpr unsigned kMaxGpuGraphDepth = kMaxGraphDepth - 1;
 // Visit programs that a path through the graph may meet one below the other.
 constexpr unsigned kMostNestedVisits = 4;
 
+// Memory that warps claim for the states of their rays (devlib/gpu/lane_memory.h).
+struct LaneMemory {
+    uint64_t slots;     // address of the first slot
+    uint64_t freeSlots; // address of the set of free ones, a bit for each
+    uint32_t words;     // of that set
+    uint32_t slotBytes;
+};
+
 // Launch indices of a kernel whose warps take them (devlib/gpu/loop.h): numbers from 0, in the
 // order of tiles of 32 (see kGpuTileWidth).
 struct LaunchWork {
@@ -95,6 +103,7 @@ struct LaunchWork {
     uint32_t patience[2];
     uint32_t isMeasured; // warps report their pace
     uint32_t pad;
+    LaneMemory laneMemory;
 };
 
 // Which patience is the faster one depends on programs and scene (engine/gpu/patience.h): warps

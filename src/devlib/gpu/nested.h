@@ -2,9 +2,9 @@
 // The kernel of pipelines whose closest-hit or miss programs trace. Each function call of a warp
 // leaves some lanes behind; rays traced by nested calls would soon be walked one lane at a time. So
 // all programs that trace are cut at their traces (compiler/gpu/resumable.h), and a lane keeps its
-// waiting programs in arrays: states[n] of its ray at depth n (0: the launch index), and the frames
-// of programs that wait for the next ray. As in loop.h each warp loops, and walks all its rays at
-// one place, at any depth.
+// waiting programs in arrays: the state of its ray at each depth (0: the launch index), and the
+// frames of programs that wait for the next ray. As in loop.h each warp loops, and walks all its
+// rays at one place, at any depth.
 #pragma once
 
 #include "devlib/gpu/loop.h"
@@ -15,16 +15,32 @@ namespace sunstone::devlib::gpu {
 // wait, the more of them do it together.
 constexpr uint32_t kNestedPatience = 8;
 
-// The rays and programs of a launch index that wait for others.
-struct Waiting {
-    RayState* states; // one more than there may be depths: a ray too deep asks, and ends
+// The rays of a launch index at one range of depths, and the programs that wait there for others.
+struct WaitingPart {
+    RayState* states;
     uint8_t* frames;
-    uint32_t* groups; // of the programs that the frames belong to
-    uint32_t frameBytes;
+};
 
-    SUNSTONE_INLINE_MEMBER void* frameAt(uint32_t depth) const {
-        return frames + uint64_t(depth) * frameBytes;
+// Those of all depths, and one ray more: a ray too deep asks, and ends. Most programs trace few
+// rays deep, most of the time, and the lanes of a warp are at the same depth then: `near` is local
+// memory. Lanes that are deeper are seldom alike, and `far` is memory of lane_memory.h. Pipelines
+// whose depth is limited to a few have no such part.
+struct Waiting {
+    WaitingPart near, far;
+    uint32_t nearDepths, frameBytes;
+
+    SUNSTONE_INLINE_MEMBER bool isFar(uint32_t depth) const {
+        return far.states && depth >= nearDepths;
     }
+    SUNSTONE_INLINE_MEMBER RayState* stateAt(uint32_t depth) const {
+        return isFar(depth) ? far.states + (depth - nearDepths) : near.states + depth;
+    }
+    SUNSTONE_INLINE_MEMBER void* frameAt(uint32_t depth) const {
+        return isFar(depth) ? far.frames + uint64_t(depth - nearDepths) * frameBytes
+                            : near.frames + uint64_t(depth) * frameBytes;
+    }
+    // Group of the program at a depth that waits for the ray below.
+    SUNSTONE_INLINE_MEMBER uint32_t& groupAt(uint32_t depth) const { return stateAt(depth)->pad; }
 };
 
 // Runs the programs at the end of the ray at `depth`, and those that waited for it. True: the state
@@ -32,27 +48,30 @@ struct Waiting {
 template <class Programs>
 SUNSTONE_INLINE bool goOn(const Waiting& waiting, Programs& tracer, const walk::Ray& ray,
                           uint32_t& depth) {
-    RayState* state = waiting.states + depth;
+    RayState* state = waiting.stateAt(depth);
     uint32_t group = kNoGroup;
     const Found found = conclude(tracer, ray, group);
     uint32_t asks = 0;
     if (found == Found::kHit) {
-        sunstone_gpu_startHit(state, state + 1, waiting.frameAt(depth), &asks, group);
+        sunstone_gpu_startHit(state, waiting.stateAt(depth + 1), waiting.frameAt(depth), &asks,
+                              group);
     } else if (found == Found::kNothing) {
         state->tmax = ray.tmax;
         group = prepareMiss(state);
-        sunstone_gpu_startMiss(state, state + 1, waiting.frameAt(depth), &asks, group);
+        sunstone_gpu_startMiss(state, waiting.stateAt(depth + 1), waiting.frameAt(depth), &asks,
+                               group);
     }
     for (;;) {
         if (asks) {
-            waiting.groups[depth++] = group;
+            waiting.groupAt(depth++) = group;
             return true;
         }
         if (depth == 0)
             return false;
-        state = waiting.states + --depth;
-        group = waiting.groups[depth];
-        sunstone_gpu_resumeAny(state, state + 1, waiting.frameAt(depth), &asks, group);
+        state = waiting.stateAt(--depth);
+        group = waiting.groupAt(depth);
+        sunstone_gpu_resumeAny(state, waiting.stateAt(depth + 1), waiting.frameAt(depth), &asks,
+                               group);
     }
 }
 
@@ -60,7 +79,7 @@ template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
 SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) {
     using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion>;
     using Walk = walk::Traversal<Programs>;
-    RayState& root = waiting.states[0];
+    RayState& root = *waiting.near.states;
     ThreadState thread;
     prepareRoot(block.launch, root, thread);
     const uint32_t group =
@@ -84,15 +103,15 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
         if (takeIndex(block, lane, more, thread.index)) {
             uint32_t asks = 0;
             prepareEntry(root);
-            sunstone_gpu_start(&root, &root + 1, waiting.frames, &asks, group);
+            sunstone_gpu_start(&root, waiting.near.states + 1, waiting.near.frames, &asks, group);
             if (asks) {
-                waiting.groups[0] = group;
+                waiting.groupAt(0) = group;
                 depth = 1;
                 lane = Lane::kAsks;
             }
         }
         if (lane == Lane::kAsks) {
-            tracer.state = waiting.states + depth;
+            tracer.state = waiting.stateAt(depth);
             lane = begin(tracer.state, tracer, ray, walker, levels);
         }
         walkTogether(more, lane, tracer, ray, walker, stack, levels,
@@ -117,12 +136,14 @@ SUNSTONE_INLINE void runNestedInGraph(LaunchBlock& block, const Waiting& waiting
     }
 }
 
-extern "C" __attribute__((always_inline)) void sunstone_gpu_runNested(LaunchBlock* block,
-                                                                      void* states, void* frames,
-                                                                      void* groups,
-                                                                      uint32_t frameBytes) {
-    const Waiting waiting = {static_cast<RayState*>(states), static_cast<uint8_t*>(frames),
-                             static_cast<uint32_t*>(groups), frameBytes};
+// `states`, `frames`: near, at least two states; `farStates`, `farFrames`: null if there are none.
+extern "C" __attribute__((always_inline)) void
+sunstone_gpu_runNested(LaunchBlock* block, void* states, void* frames, void* farStates,
+                       void* farFrames, uint32_t nearDepths, uint32_t frameBytes) {
+    const Waiting waiting = {{static_cast<RayState*>(states), static_cast<uint8_t*>(frames)},
+                             {static_cast<RayState*>(farStates), static_cast<uint8_t*>(farFrames)},
+                             nearDepths,
+                             frameBytes};
     if (sunstone_gpu_motion)
         runNestedInGraph<true, true>(*block, waiting);
     else if (sunstone_gpu_hasIntersection)

@@ -34,6 +34,7 @@ GpuBackend::~GpuBackend() {
         builder_.reset();
         denoiser_.reset();
         known_.reset();
+        laneMemory_.release();
     } catch (const Error&) { // the application has destroyed its context
         if (builder_)
             builder_->abandon();
@@ -114,6 +115,7 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     constexpr uint64_t kTilesOfBlock = devlib::kGpuBlockThreads / devlib::kGpuTile;
     const uint64_t blocks = (tiles + kTilesOfBlock - 1) / kTilesOfBlock;
     block.work.count = tiles * devlib::kGpuTile;
+    block.work.laneMemory = code.laneMemory;
     block.report = devlib::emptyReport();
     block.stackBytes = uint32_t(code.stackBytes);
     const bool captured = isCapturing(driver(), stream);

@@ -9,6 +9,7 @@
 #include "engine/backend.h"
 #include "engine/gpu/code.h"
 #include "engine/gpu/kernel_code.h"
+#include "engine/gpu/lane_memory.h"
 #include "engine/gpu/launch_slots.h"
 #include "engine/gpu/shared_memory.h"
 #include "engine/gpu/structures.h"
@@ -93,6 +94,7 @@ private:
     std::once_flag ptxAsked_;
     unsigned newestPtx_ = 0; // GpuTarget::ptxVersion
     std::unique_ptr<GpuKnownHandles> known_ = std::make_unique<GpuKnownHandles>();
+    GpuLaneMemory laneMemory_;
     GpuLaunchSlots slots_;
     GpuSharedMemory shared_;
     std::mutex textureMutex_;

@@ -50,6 +50,7 @@ public:
     // stackBytes: the limit for a launch index with stack overflow exceptions.
     size_t neededStack = 0;
     size_t reservedStack = 0; // of it, for functions that do not check
+    devlib::LaneMemory laneMemory = {}; // that its warps claim, if they do
     std::atomic<size_t> stackBytes = 0;
     const std::shared_ptr<LaunchFindings> findings = std::make_shared<LaunchFindings>();
 

@@ -316,6 +316,9 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     const auto loaded = std::make_shared<GpuCodeObject>(device_.context(), entry.loaded);
     pipeline.feedback = code.feedback;
     loaded->firstGroup = first;
+    if (code.laneMemoryBytes != 0)
+        loaded->laneMemory =
+            laneMemory_.obtain(code.laneMemoryBytes, residentWarps(loaded->kernel));
     const bool overflows = pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow;
     int frame = 0;
     SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);

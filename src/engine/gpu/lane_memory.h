@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Device memory that warps of recursive launches claim (devlib/gpu/lane_memory.h): pools of slots
+// of equal size. Launches of all pipelines share the pools; a pool lives as long as the context's
+// back end, because graphs of captured launches refer to it.
+#pragma once
+
+#include "device/cuda/driver.h"
+#include "devlib/gpu/launch_block.h"
+
+#include <mutex>
+#include <vector>
+
+namespace sunstone::engine {
+
+class GpuLaneMemory {
+public:
+    GpuLaneMemory() = default;
+    GpuLaneMemory(const GpuLaneMemory&) = delete;
+    GpuLaneMemory& operator=(const GpuLaneMemory&) = delete;
+
+    // Slots of at least so many bytes for so many warps that run at a time, or for fewer if memory
+    // is short; warps then wait for one another. The context is current. Throws kOutOfMemory
+    // where there is none even for a few.
+    devlib::LaneMemory obtain(uint64_t slotBytes, uint32_t warps);
+    // Frees all pools; no launch is under way, and the context is current.
+    void release() noexcept;
+
+private:
+    static bool allocate(devlib::LaneMemory& pool, uint32_t words);
+
+    std::mutex mutex_;
+    std::vector<devlib::LaneMemory> pools_;
+};
+
+// Warps of a kernel of blocks of devlib::kGpuBlockThreads that the current context's GPU runs at a
+// time.
+uint32_t residentWarps(CUfunction kernel);
+
+} // namespace sunstone::engine
