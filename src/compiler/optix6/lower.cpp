@@ -158,8 +158,6 @@ private:
         if (isHelper_ && (op == Op::kReport || op == Op::kPotential || op == Op::kIgnore ||
                           op == Op::kTerminate || op == Op::kChild))
             fault(ErrorCode::kInvalidFunctionUse, "cannot be used in a recursive function");
-        if (isHelper_ && unit_.isGpu() && op == Op::kTrace)
-            fault(ErrorCode::kNotSupported, "cannot be used in a recursive function on a GPU");
     }
 
     // Callables that have been called since have their data in the field.
