@@ -184,16 +184,49 @@ int parameterOf(const llvm::Instruction& instruction) {
     return -1;
 }
 
-// Instructions repeated after a trace instead of kept in the frame: arithmetic, and loads of values
-// that stay the same for a launch index.
-bool isCheap(llvm::Instruction& instruction) {
-    if (parameterOf(instruction) >= 0)
-        return true;
-    if (llvm::isa<llvm::LoadInst>(instruction))
-        return instruction.hasMetadata(llvm::LLVMContext::MD_invariant_load) ||
-               instruction.hasMetadata(kStableLoad);
+// A value in the frame that an expression needs, if it is to be repeated after a trace: none, one,
+// or more than one.
+struct Needs {
+    const Value* one = nullptr;
+    bool more = false;
+    void add(const Value* value) {
+        more |= one && value && one != value;
+        one = value ? value : one;
+    }
+};
+
+bool isStable(const llvm::Instruction& instruction) {
+    return parameterOf(instruction) >= 0 ||
+           (llvm::isa<llvm::LoadInst>(instruction) &&
+            (instruction.hasMetadata(llvm::LLVMContext::MD_invariant_load) ||
+             instruction.hasMetadata(kStableLoad)));
+}
+
+bool isArithmetic(const llvm::Instruction& instruction) {
     return llvm::isa<llvm::CastInst, llvm::GetElementPtrInst, llvm::BinaryOperator, llvm::CmpInst,
                      llvm::SelectInst>(instruction);
+}
+
+Needs needsOf(const llvm::Instruction& instruction, unsigned depth) {
+    constexpr unsigned kMostDepth = 8;
+    Needs needs;
+    for (const Value* operand : instruction.operands()) {
+        const auto* from = llvm::dyn_cast<llvm::Instruction>(operand);
+        if (!from || isStable(*from))
+            continue;
+        const Needs own = isArithmetic(*from) && depth < kMostDepth ? needsOf(*from, depth + 1)
+                                                                    : Needs{nullptr, true};
+        needs.add(own.more ? from : own.one);
+    }
+    return needs;
+}
+
+// Instructions repeated after a trace instead of kept in the frame: loads of values that stay the
+// same for a launch index, and arithmetic on one kept value. Arithmetic on several would keep them
+// all, and a normal would become the matrix that it was transformed by.
+bool isCheap(llvm::Instruction& instruction) {
+    return isStable(instruction) ||
+           (isArithmetic(instruction) && !needsOf(instruction, 0).more);
 }
 
 void split(llvm::Module& module, llvm::TargetMachine& machine) {

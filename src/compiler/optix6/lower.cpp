@@ -649,13 +649,20 @@ private:
 
     // ---- transforms ---------------------------------------------------------------------------
 
-    // Rows of the 3x4 matrix of a kind (RT_WORLD_TO_OBJECT, RT_OBJECT_TO_WORLD).
+    // Rows of the 3x4 matrix of a kind (RT_WORLD_TO_OBJECT, RT_OBJECT_TO_WORLD). On GPUs each call
+    // has rows of its own, which endRows ends, so that they are not kept across traces.
     Value* matrixRows(Value* toWorld) {
-        if (!rows_)
+        if (!rows_ || unit_.isGpu())
             rows_ = entryAlloca(llvm::ArrayType::get(builder_.getFloatTy(), 12), 4);
+        if (unit_.isGpu())
+            builder_.CreateLifetimeStart(rows_);
         callShared(offsetof(ClassicLaunch, matrix), "matrix", builder_.getVoidTy(),
                    {state(), toWorld, rows_});
         return rows_;
+    }
+    void endRows() {
+        if (unit_.isGpu())
+            builder_.CreateLifetimeEnd(rows_);
     }
     Value* entry(Value* rows, unsigned row, unsigned column) {
         return load(rows, (row * 4 + column) * 4, builder_.getFloatTy());
@@ -671,6 +678,7 @@ private:
                                                  : static_cast<Value*>(llvm::ConstantFP::get(
                                                        builder_.getFloatTy(), i == 15 ? 1.0 : 0.0)),
                                              i);
+        endRows();
         return all;
     }
 
@@ -695,6 +703,7 @@ private:
             all =
                 builder_.CreateInsertValue(all, builder_.CreateSelect(isNormal, normal, plain), i);
         }
+        endRows();
         return builder_.CreateInsertValue(all, argument(4), 3);
     }
 
