@@ -567,7 +567,7 @@ private:
         if (intrinsic_->number == kBufferId)
             return ofTable(offsetof(ClassicLaunch, buffers), offsetof(ClassicLaunch, bufferCount),
                            argument(0), pointer());
-        return loadOfLaunch(builder_.CreateIntToPtr(argument(0), pointer()), 0, pointer());
+        return builder_.CreateIntToPtr(argument(0), pointer());
     }
     Value* extent(Value* view, unsigned dimension) {
         return loadOfLaunch(view, offsetof(BufferView, size) + dimension * 8,
@@ -591,9 +591,11 @@ private:
         }
         Value* bytes = argument(2);
         const bool byId = intrinsic_->number == kBufferId;
-        inside = builder_.CreateAnd(
-            inside, builder_.CreateICmpULE(
-                        bytes, loadOfLaunch(buffer, offsetof(BufferView, elementBytes), word())));
+        if (byId || !hasFittingBuffers() || !llvm::isa<llvm::ConstantInt>(bytes))
+            inside = builder_.CreateAnd(
+                inside,
+                builder_.CreateICmpULE(
+                    bytes, loadOfLaunch(buffer, offsetof(BufferView, elementBytes), word())));
         Value* data = loadOfLaunch(buffer, offsetof(BufferView, data), pointer());
         Value* place = builder_.CreateGEP(
             builder_.getInt8Ty(), data,
@@ -603,6 +605,14 @@ private:
             code = builder_.CreateSelect(builder_.CreateICmpEQ(extent(buffer, 0), number(0)),
                                          builder_.getInt32(devlib::kCodeBufferId), code);
         return insideOr(inside, place, bytes, code);
+    }
+
+    // Whether the elements of all buffers that variables bind have the size that the program
+    // accesses: launches refuse others where there is one such size.
+    bool hasFittingBuffers() const {
+        return std::all_of(variables_.list.begin(), variables_.list.end(), [](const auto& each) {
+            return each.use != VariableUse::kBuffer || each.elementBytes != 0;
+        });
     }
 
     // The address, or outside of the buffer that of zeros.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/optix6/variables.h"
 
+#include "devlib/classic.h"
+
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -237,6 +239,12 @@ uint32_t slotAlignment(const DeviceVariable& variable) {
                : 8;
 }
 
+uint32_t slotBytes(const DeviceVariable& variable) {
+    return variable.use == VariableUse::kValue    ? std::max(variable.bytes, 4u)
+           : variable.use == VariableUse::kBuffer ? uint32_t(sizeof(devlib::BufferView))
+                                                  : 8;
+}
+
 } // namespace
 
 std::string sourceName(std::string_view symbol) {
@@ -353,9 +361,7 @@ ProgramVariables variablesOf(const std::vector<const ptx::Module*>& modules,
             continue;
         const uint32_t alignment = slotAlignment(variable);
         variable.slot = (result.blockBytes + alignment - 1) / alignment * alignment;
-        result.blockBytes =
-            variable.slot +
-            (variable.use == VariableUse::kValue ? std::max(variable.bytes, 4u) : 8);
+        result.blockBytes = variable.slot + slotBytes(variable);
     }
     return result;
 }
