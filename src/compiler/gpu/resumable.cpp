@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "compiler/translate/unit.h"
 
+#include <llvm/ADT/SmallPtrSet.h>
 #include <llvm/IR/CFG.h>
 #include <llvm/IR/IRBuilder.h>
 #include <llvm/IR/InlineAsm.h>
@@ -184,17 +185,6 @@ int parameterOf(const llvm::Instruction& instruction) {
     return -1;
 }
 
-// A value in the frame that an expression needs, if it is to be repeated after a trace: none, one,
-// or more than one.
-struct Needs {
-    const Value* one = nullptr;
-    bool more = false;
-    void add(const Value* value) {
-        more |= one && value && one != value;
-        one = value ? value : one;
-    }
-};
-
 bool isStable(const llvm::Instruction& instruction) {
     return parameterOf(instruction) >= 0 ||
            (llvm::isa<llvm::LoadInst>(instruction) &&
@@ -207,26 +197,30 @@ bool isArithmetic(const llvm::Instruction& instruction) {
                      llvm::SelectInst>(instruction);
 }
 
-Needs needsOf(const llvm::Instruction& instruction, unsigned depth) {
+// Adds what has to be kept so that the expression can be repeated. False: more than kMostKept
+// values.
+constexpr size_t kMostKept = 4;
+bool addNeeds(const llvm::Instruction& instruction, unsigned depth,
+              llvm::SmallPtrSetImpl<const llvm::Instruction*>& needs) {
     constexpr unsigned kMostDepth = 8;
-    Needs needs;
     for (const Value* operand : instruction.operands()) {
         const auto* from = llvm::dyn_cast<llvm::Instruction>(operand);
         if (!from || isStable(*from))
             continue;
-        const Needs own = isArithmetic(*from) && depth < kMostDepth ? needsOf(*from, depth + 1)
-                                                                    : Needs{nullptr, true};
-        needs.add(own.more ? from : own.one);
+        llvm::SmallPtrSet<const llvm::Instruction*, kMostKept + 1> own;
+        if (!isArithmetic(*from) || depth == kMostDepth || !addNeeds(*from, depth + 1, own))
+            own = {from};
+        needs.insert(own.begin(), own.end());
     }
-    return needs;
+    return needs.size() <= kMostKept;
 }
 
 // Instructions repeated after a trace instead of kept in the frame: loads of values that stay the
-// same for a launch index, and arithmetic on one kept value. Arithmetic on several would keep them
-// all, and a normal would become the matrix that it was transformed by.
+// same for a launch index, and arithmetic on a few values. Arithmetic on many would keep them all:
+// a normal would become the matrix that it was transformed by.
 bool isCheap(llvm::Instruction& instruction) {
-    return isStable(instruction) ||
-           (isArithmetic(instruction) && !needsOf(instruction, 0).more);
+    llvm::SmallPtrSet<const llvm::Instruction*, kMostKept + 1> needs;
+    return isStable(instruction) || (isArithmetic(instruction) && addNeeds(instruction, 0, needs));
 }
 
 void split(llvm::Module& module, llvm::TargetMachine& machine) {

@@ -574,6 +574,19 @@ private:
                             builder_.getInt64Ty());
     }
 
+    // On GPUs one load: the second of two would wait behind the test of the first.
+    std::pair<Value*, Value*> dataAndWidth(Value* view) {
+        static_assert(offsetof(BufferView, data) == 0 && offsetof(BufferView, size) == 8);
+        if (!unit_.isGpu())
+            return {loadOfLaunch(view, 0, pointer()), extent(view, 0)};
+        auto* both = llvm::cast<llvm::LoadInst>(
+            loadOfLaunch(view, 0, llvm::FixedVectorType::get(builder_.getInt64Ty(), 2)));
+        both->setAlignment(llvm::Align(alignof(BufferView)));
+        return {
+            builder_.CreateIntToPtr(builder_.CreateExtractElement(both, uint64_t(0)), pointer()),
+            builder_.CreateExtractElement(both, uint64_t(1))};
+    }
+
     // Operands: buffer, dimensions, bytes of an element, four indices.
     Value* element() {
         const auto* dimensions = llvm::dyn_cast<llvm::ConstantInt>(argument(1));
@@ -581,8 +594,9 @@ private:
             dimensions ? unsigned(std::min<uint64_t>(dimensions->getZExtValue(), 3)) : 3;
         Value* buffer = view();
         Value* linear = argument(3);
-        Value* inside = builder_.CreateICmpULT(linear, extent(buffer, 0));
-        Value* row = extent(buffer, 0);
+        const auto [data, width] = dataAndWidth(buffer);
+        Value* inside = builder_.CreateICmpULT(linear, width);
+        Value* row = width;
         for (unsigned i = 1; i < count; ++i) {
             Value* index = argument(3 + i);
             inside = builder_.CreateAnd(inside, builder_.CreateICmpULT(index, extent(buffer, i)));
@@ -596,13 +610,12 @@ private:
                 inside,
                 builder_.CreateICmpULE(
                     bytes, loadOfLaunch(buffer, offsetof(BufferView, elementBytes), word())));
-        Value* data = loadOfLaunch(buffer, offsetof(BufferView, data), pointer());
         Value* place = builder_.CreateGEP(
             builder_.getInt8Ty(), data,
             builder_.CreateMul(linear, builder_.CreateZExt(bytes, builder_.getInt64Ty())));
         Value* code = builder_.getInt32(devlib::kCodeBufferIndex);
         if (byId)
-            code = builder_.CreateSelect(builder_.CreateICmpEQ(extent(buffer, 0), number(0)),
+            code = builder_.CreateSelect(builder_.CreateICmpEQ(width, number(0)),
                                          builder_.getInt32(devlib::kCodeBufferId), code);
         return insideOr(inside, place, bytes, code);
     }

@@ -236,7 +236,8 @@ const ptx::Variable* findVariable(const std::vector<const ptx::Module*>& modules
 uint32_t slotAlignment(const DeviceVariable& variable) {
     return variable.use == VariableUse::kValue
                ? std::clamp(variable.declaration->alignment, 4u, 16u)
-               : 8;
+           : variable.use == VariableUse::kBuffer ? uint32_t(alignof(devlib::BufferView))
+                                                  : 8;
 }
 
 uint32_t slotBytes(const DeviceVariable& variable) {
