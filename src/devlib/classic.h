@@ -9,8 +9,9 @@
 
 namespace sunstone::devlib {
 
-// A buffer as programs see it; one for each buffer of the context, at an address that stays.
-struct BufferView {
+// A buffer as programs see it; one for each buffer of the context, at an address that stays, and
+// copies in blocks of variables. GPUs load the first two members at once.
+struct alignas(16) BufferView {
     uint8_t* data;
     uint64_t size[3]; // elements; 1 beyond the dimensionality
     uint32_t elementBytes;

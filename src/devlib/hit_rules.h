@@ -58,20 +58,22 @@ SUNSTONE_INLINE bool inInterval(const RayState& ray, float t, float tmax) {
 }
 
 // A hit that optixReportIntersection describes becomes the candidate.
+template <class Records>
 SUNSTONE_INLINE void reportCandidate(RayState& ray, float t, uint32_t kind) {
     ray.hit.t = t;
     ray.hit.kind = kind & 0x7F;
-    for (unsigned i = 0; i < kMaxAttributeWords; ++i)
-        ray.hit.attributes[i] = ray.reportAttributes[i];
+    if constexpr (!Records::kAttributeBlocks)
+        for (unsigned i = 0; i < Records::kAttributeWords; ++i)
+            ray.hit.attributes[i] = ray.reportAttributes[i];
 }
 
 // The candidate becomes the best hit, but for where in the graph it is.
-template <class Best>
+template <class Records, class Best>
 SUNSTONE_INLINE void keepCandidate(const Hit& hit, Best& best) {
     best.kind = hit.kind;
     best.primitive = hit.primitive;
     best.sbtGasIndex = hit.sbtGasIndex;
-    for (unsigned i = 0; i < kMaxAttributeWords; ++i)
+    for (unsigned i = 0; i < Records::kAttributeWords; ++i)
         best.attributes[i] = hit.attributes[i];
 }
 

@@ -41,6 +41,7 @@ struct SbtRecords {
     static constexpr bool kMaterials = false;         // reports choose a record among the input's
     static constexpr bool kAttributePrograms = false; // of triangles
     static constexpr bool kOwnHandles = false;        // rays have handles of the shell alone
+    static constexpr unsigned kAttributeWords = kMaxAttributeWords; // of a hit, beside the blocks
 
     // The index that a hit's record has, for messages too.
     SUNSTONE_INLINE_MEMBER static uint64_t hitIndex(const RayState& ray, uint32_t sbtGasIndex,
@@ -80,6 +81,7 @@ struct ClassicRecords {
     static constexpr bool kMaterials = true;
     static constexpr bool kAttributePrograms = true;
     static constexpr bool kOwnHandles = true;
+    static constexpr unsigned kAttributeWords = 2; // barycentrics
 
     SUNSTONE_INLINE_MEMBER static uint64_t hitIndex(const RayState& ray, uint32_t sbtGasIndex,
                                                     uint32_t instanceSbtOffset) {

@@ -252,7 +252,7 @@ private:
         hit.instanceId = level.record ? level.record->instanceId : ~0u;
         hit.instanceSbtOffset = level.sbtOffset;
         hit.gas = level.handle;
-        setBarycentrics(hit.attributes, d.v, d.w, d.det);
+        setBarycentrics<SbtRecords>(hit.attributes, d.v, d.w, d.det);
         hit.transformCount = d.hitLevel;
         for (uint32_t i = 0; i < d.hitLevel; ++i)
             hit.transforms[i] = makeHandle(d.hitPath[i + 1].record, kTagInstance);

@@ -88,10 +88,11 @@ SUNSTONE_INLINE void transformRay(const float m[12], const float org[3], const f
     }
 }
 
+template <class Records>
 SUNSTONE_INLINE void setBarycentrics(uint32_t* attributes, float v, float w, float det) {
     attributes[0] = isa::bitsOf(v / det);
     attributes[1] = isa::bitsOf(w / det);
-    for (unsigned i = 2; i < kMaxAttributeWords; ++i)
+    for (unsigned i = 2; i < Records::kAttributeWords; ++i)
         attributes[i] = 0;
 }
 
@@ -156,7 +157,7 @@ public:
         hit.instanceId = best_.instanceId;
         hit.instanceSbtOffset = best_.instanceSbtOffset;
         hit.gas = best_.gas;
-        for (unsigned i = 0; i < kMaxAttributeWords; ++i)
+        for (unsigned i = 0; i < Records::kAttributeWords; ++i)
             hit.attributes[i] = best_.attributes[i];
         hit.transformCount = best_.transformCount;
         for (uint32_t i = 0; i < best_.transformCount; ++i)
@@ -176,7 +177,7 @@ public:
     uint32_t report(float t, uint32_t kind) {
         if (!inInterval(*state_, t, tmax_))
             return kIgnore;
-        reportCandidate(*state_, t, kind);
+        reportCandidate<Records>(*state_, t, kind);
         if constexpr (Records::kMaterials)
             return reportMaterial(kind);
         const uint32_t result = offer(candidateGroup_, candidateAnyHit_);
@@ -206,7 +207,7 @@ private:
         uint32_t kind, primitive, sbtGasIndex, instanceIndex, instanceId, instanceSbtOffset;
         uint32_t transformCount;
         uint64_t gas;
-        uint32_t attributes[kMaxAttributeWords];
+        uint32_t attributes[Records::kAttributeWords];
     };
 
     // kWalking: of a candidate, while the walk is where it is.
@@ -326,6 +327,11 @@ private:
                 launch_.raise(state_, code, nullptr);
             return kIgnore;
         }
+        if (material == 0) { // whose record the state shows
+            const uint32_t result = offer(candidateGroup_, candidateAnyHit_);
+            state_->tmax = tmax_;
+            return result;
+        }
         Hit& hit = state_->hit;
         const uint32_t first = hit.sbtGasIndex;
         const void* const record = hit.record;
@@ -364,7 +370,7 @@ private:
         }
         found_ = true;
         tmax_ = state_->hit.t;
-        keepCandidate(state_->hit, best_);
+        keepCandidate<Records>(state_->hit, best_);
         if constexpr (Records::kAttributeBlocks)
             std::swap(state_->attributeBlocks[0], state_->attributeBlocks[1]);
         keepPath();
@@ -452,7 +458,7 @@ private:
         Hit& hit = state_->hit;
         hit.t = t;
         hit.kind = triangleKind(det, instanceFlags_);
-        setBarycentrics(hit.attributes, v, w, det);
+        setBarycentrics<Records>(hit.attributes, v, w, det);
         return offer(candidateGroup_, candidateAnyHit_);
     }
 
@@ -510,7 +516,7 @@ private:
         best_.kind = triangleKind(det, instanceFlags_);
         best_.primitive = primitive;
         best_.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
-        setBarycentrics(best_.attributes, v, w, det);
+        setBarycentrics<Records>(best_.attributes, v, w, det);
         keepPath();
         ended_ = rayFlags_ & kRayTerminateOnFirstHit;
         return ended_ ? kTerminate : kAccept;
@@ -613,7 +619,7 @@ private:
         best_.kind = triangleKind(visitor.det, instanceFlags_);
         best_.primitive = visitor.primitive;
         best_.sbtGasIndex = visitor.sbt & bvh::kSbtIndexMask;
-        setBarycentrics(best_.attributes, visitor.v, visitor.w, visitor.det);
+        setBarycentrics<Records>(best_.attributes, visitor.v, visitor.w, visitor.det);
         keepPath();
         ended_ = !kAll;
         return ended_;
@@ -707,7 +713,7 @@ private:
         hit.t = from.t;
         hit.kind = from.kind;
         hit.attributes[0] = isa::bitsOf(from.u);
-        for (unsigned i = 1; i < kMaxAttributeWords; ++i)
+        for (unsigned i = 1; i < Records::kAttributeWords; ++i)
             hit.attributes[i] = 0;
         const uint32_t result = tracer.offer(tracer.candidateGroup_, tracer.candidateAnyHit_);
         return result == kIgnore      ? bvh::ShapeFilter::kIgnore

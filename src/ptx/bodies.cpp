@@ -2,6 +2,8 @@
 // Function bodies: statements, nested scopes, labels, calls. See parser_impl.h.
 #include "ptx/parser_impl.h"
 
+#include <algorithm>
+
 namespace sunstone::ptx {
 
 // From '{' to its '}'. Nested braces are a loop, not recursion, so depth costs no stack.
@@ -268,6 +270,26 @@ void Parser::parseGuard(Instruction& instruction) {
                                          std::string(nameOf(predicate.type)));
 }
 
+// PTX 1 may leave out how floats are rounded: to the nearest, or as the approximate forms do.
+void Parser::completeRounding(Instruction& instruction) const {
+    static constexpr std::string_view kExact[] = {"mad", "div", "rcp", "sqrt"};
+    static constexpr std::string_view kRough[] = {"div", "rcp", "sqrt", "rsqrt",
+                                                  "sin", "cos", "lg2",  "ex2"};
+    const auto isOneOf = [&](const auto& opcodes) {
+        return std::find(std::begin(opcodes), std::end(opcodes), instruction.opcode) !=
+               std::end(opcodes);
+    };
+    const Type type = instruction.types.empty() ? Type::kNone : instruction.types[0];
+    for (const std::string_view given : {"rn", "rz", "rm", "rp", "approx", "full"})
+        if (!isFloat(type) || instruction.has(given))
+            return;
+    std::vector<std::string_view>& modifiers = instruction.modifiers;
+    if (type == Type::kF32 && isOneOf(kRough))
+        modifiers.insert(modifiers.begin(), {"approx", "ftz"});
+    else if (isOneOf(kExact))
+        modifiers.insert(modifiers.begin(), "rn");
+}
+
 void Parser::parseInstruction(Instruction& instruction) {
     instruction.source = source_;
     while (token_.kind == TokenKind::kDotWord) {
@@ -277,6 +299,8 @@ void Parser::parseInstruction(Instruction& instruction) {
             instruction.types.push_back(type);
         advance();
     }
+    if (module_.versionMajor < 2)
+        completeRounding(instruction);
     instruction.facts = &opcodes_.find(instruction.opcode);
     const Syntax syntax = instruction.facts->syntax;
     if (syntax == Syntax::kCall)

@@ -149,6 +149,23 @@ TEST(Directives, Aliases) {
     EXPECT_EQ(module->aliases[0].second, "real");
 }
 
+TEST(Directives, RegistersOfAModuleWerePossibleBeforePtx3) {
+    const std::string items = ".target sm_10\n.reg .u32 %ra<17>;\n.entry k { exit; }\n";
+    EXPECT_EQ(mustParse(".version 1.4\n" + items)->functions.size(), 1u);
+    EXPECT_EQ(errorOf(".version 3.0\n" + items),
+              "3:1: .reg variables belong inside a function, not at module scope");
+}
+
+TEST(Directives, RoundingsOfPtx1) {
+    const auto module = mustParse(".version 1.3\n.target sm_10\n.entry k { .reg .f32 %f<4>;\n"
+                                  "mad.f32 %f1, %f2, %f3, %f0;\ndiv.f32 %f1, %f2, %f3;\n"
+                                  "sqrt.rn.f32 %f1, %f2;\nadd.f32 %f1, %f2, %f3;\n}\n");
+    std::string opcodes;
+    for (const Statement& statement : module->functions.at(0).body)
+        opcodes += statement.instruction.fullOpcode() + ' ';
+    EXPECT_EQ(opcodes, "mad.rn.f32 div.approx.ftz.f32 sqrt.rn.f32 add.f32 ");
+}
+
 TEST(DirectiveErrors, UnknownAndMisplaced) {
     EXPECT_EQ(errorOfItems(".globl .u32 a;"),
               "4:1: unknown directive '.globl' (did you mean '.global'?)");

@@ -138,6 +138,9 @@ void Parser::parseItem() {
     }
     Space space = Space::kNone;
     if (token_.kind == TokenKind::kDotWord && parseSpace(token_.text, space)) {
+        // Compilers before PTX 3 declare the registers of calls here, even if nothing calls.
+        if (space == Space::kReg && module_.versionMajor < 3)
+            return skipStatement();
         if (space == Space::kReg || space == Space::kParam || space == Space::kLocal)
             fault(token_.location, "." + std::string(token_.text) +
                                        " variables belong inside a function, not at module scope");
@@ -145,6 +148,12 @@ void Parser::parseItem() {
         return parseModuleVariables(linkage, space, location);
     }
     unknownDirective();
+}
+
+void Parser::skipStatement() {
+    while (token_.kind != TokenKind::kEnd && !token_.is(';'))
+        advance();
+    expect(';', "after the declaration");
 }
 
 void Parser::requireHeader() {

@@ -58,6 +58,7 @@ private:
     void parseAlias();
     void unknownDirective();
     Linkage parseLinkage();
+    void skipStatement();
     void requireHeader();
     void indexModule();
     void resolveModuleNames();
@@ -107,6 +108,7 @@ private:
     void parseBranchTargets(BranchTargets& targets);
     void parseCallTargets(CallTargets& targets);
     void parseGuard(Instruction& instruction);
+    void completeRounding(Instruction& instruction) const;
     void parseInstruction(Instruction& instruction);
     void parseCall(Instruction& instruction);
     std::vector<Operand> parseCallList();

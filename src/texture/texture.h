@@ -21,7 +21,7 @@ struct Texture {
     bool layered = false;
     bool cube = false;
     bool is3D = false;
-    bool is1D = false; // what GPUs need to know; programs on CPUs say it at each use
+    bool hasLines = false; // layers of one dimension: GPUs need to know, on CPUs each use says it
     bool linearMemory = false; // indexed by integers alone
     Address address[3] = {Address::kWrap, Address::kWrap, Address::kWrap};
     bool linear = false;       // filter between texels

@@ -72,15 +72,16 @@ TEST_F(Limits, RecursiveFunctionsReadVariables) {
     EXPECT_EQ(launch("call_grower")[0], 1000 + 3 * 8) << "the callable's own variable";
 }
 
-TEST_F(Limits, RecursiveFunctionsTraceRaysOnCpus) {
-    const RTgeometrygroup top = square("hit_head");
+TEST_F(Limits, RecursiveFunctionsTraceRays) {
     setEntry("look_often");
-    if (!runsOnGpu()) {
-        EXPECT_EQ(shoot(top)[0], 15) << "the calls for 5, 4, 3, 3, 2, ...";
-        return;
-    }
-    ok(rtVariableSetObject(variable("top_object"), top));
-    fails(RT_ERROR_NOT_SUPPORTED, rtContextLaunch1D(context_, 0, 1), "recursive function");
+    EXPECT_EQ(shoot(square("hit_head"))[0], 15) << "the calls for 5, 4, 3, 3, 2, ...";
+    ok(rtVariableSet1f(variable("scoped"), 3));
+    ok(rtContextSetStackSize(context_, 32 << 10));
+    setEntry("shoot");
+    float value = 1; // of a ray three deep; each ray above looks once, and three times once more
+    for (int depth = 2; depth >= 0; --depth)
+        value = 1 + 4 * value;
+    EXPECT_EQ(shoot(square("hit_looking"))[0], value);
 }
 
 TEST_F(Limits, AccessesBeyondAPayload) {

@@ -132,7 +132,6 @@ TEST_F(OldPtx, TexturesOfAllShapes) {
     EXPECT_EQ(floats("base_id, (%r9, 7, " + down + ", 1)"), texel(9));
 }
 
-// Not on GPUs; see docs/classic.md.
 TEST_F(OldPtx, TexelsOfOneDimension) {
     texture<float>(RT_FORMAT_FLOAT4, 0, 4, 0, 0);
     EXPECT_EQ(floats("fetch_id, (%r9, 1, 3, 0, 0, 0)"), texel(3));
@@ -167,6 +166,69 @@ TEST_F(OldPtx, ElementsOfIntegers) {
     texture<unsigned char>(RT_FORMAT_UNSIGNED_BYTE4, 0, 4, 4, 0);
     EXPECT_EQ((look<unsigned>("u_id, (%r9, 2, " + at + f(0) + ")", 4, 'r')),
               (std::vector<unsigned>{1, 101, 201, 45}));
+}
+
+// PTX of compilers before CUDA 12 has rtTextureSampler variables as references.
+class OldReferences : public OldPtx {
+protected:
+    // The results of a lookup in the texture `picture`.
+    std::vector<float> floats(const std::string& lookup) {
+        const std::string text =
+            ".version 3.2\n.target sm_20\n.address_size 64\n"
+            ".visible .global .align 1 .b8 words[1];\n.global .texref picture;\n"
+            ".visible .entry lookup()\n{\n.reg .f32 %f<9>;\n.reg .b32 %r<20>;\n"
+            ".reg .b64 %rd<9>;\nmov.u64 %rd1, words;\nmov.u32 %r10, 1;\nmov.u32 %r11, 4;\n"
+            "mov.u64 %rd3, 0;\nmov.f32 %f5, 0f3FC00000;\nmov.f32 %f6, 0f40200000;\n"
+            "mov.f32 %f7, 0f00000000;\nmov.u32 %r1, 3;\nmov.u32 %r2, 1;\n" +
+            lookup + "\n" + stores() + "ret;\n}\n";
+        RTprogram program = nullptr;
+        ok(rtProgramCreateFromPTXString(context_, text.c_str(), "lookup", &program));
+        ok(rtContextSetRayGenerationProgram(context_, 0, program));
+        int id = 0;
+        ok(rtVariableGet1i(variable("texture_id"), &id));
+        RTtexturesampler sampler = nullptr;
+        ok(rtContextGetTextureSamplerFromId(context_, id, &sampler));
+        ok(rtVariableSetObject(variable("picture"), sampler));
+        ok(rtContextLaunch1D(context_, 0, 1));
+        void* data = nullptr;
+        std::vector<float> values(4);
+        rtBufferMap(words_, &data);
+        std::memcpy(values.data(), data, 16);
+        rtBufferUnmap(words_);
+        return values;
+    }
+    // Of %f0 to %f3.
+    static std::string stores() {
+        std::string text;
+        for (unsigned i = 0; i < 4; ++i)
+            text += "mov.u64 %rd2, " + std::to_string(i) +
+                    ";\ncall (%rd4), _rt_buffer_get_64, (%rd1, %r10, %r11, %rd2, %rd3, %rd3, "
+                    "%rd3);\nst.f32 [%rd4], %f" +
+                    std::to_string(i) + ";\n";
+        return text;
+    }
+};
+
+TEST_F(OldReferences, AllForms) {
+    const std::string results = " {%f0, %f1, %f2, %f3}, [picture, ";
+    texture<float>(RT_FORMAT_FLOAT4, 0, 4, 4, 0);
+    EXPECT_EQ(floats("tex.2d.v4.f32.f32" + results + "{%f5, %f6}];"), texel(9));
+    EXPECT_EQ(floats("tex.2d.v4.f32.s32" + results + "{%r1, %r2}];"), texel(7));
+    EXPECT_EQ(floats("mov.u64 %rd5, picture;\n"
+                     "tex.2d.v4.f32.f32 {%f0, %f1, %f2, %f3}, [%rd5, {%f5, %f6}];"),
+              texel(9));
+    EXPECT_EQ(floats("txq.width.b32 %r5, [picture];\ntxq.height.b32 %r6, [picture];\n"
+                     "cvt.rn.f32.u32 %f0, %r5;\ncvt.rn.f32.u32 %f1, %r6;\n"
+                     "mov.f32 %f2, %f0;\nmov.f32 %f3, %f1;"),
+              (std::vector<float>{4, 4, 4, 4}));
+    texture<float>(RT_FORMAT_FLOAT4, 0, 4, 0, 0);
+    EXPECT_EQ(floats("tex.1d.v4.f32.f32" + results + "{%f5}];"), texel(1));
+    EXPECT_EQ(floats("tex.1d.v4.f32.s32" + results + "{%r1}];"), texel(3));
+    EXPECT_EQ(floats("tex.1d.v4.f32.s32" + results + "%r1];"), texel(3));
+    EXPECT_EQ(floats("tex.level.1d.v4.f32.f32" + results + "{%f5}], %f7;"), texel(1));
+    EXPECT_EQ(floats("tex.grad.1d.v4.f32.f32" + results + "{%f5}], {%f7}, {%f7};"), texel(1));
+    texture<float>(RT_FORMAT_FLOAT4, 0, 4, 4, 4);
+    EXPECT_EQ(floats("tex.3d.v4.f32.f32" + results + "{%f5, %f6, %f5, %f5}];"), texel(25));
 }
 
 TEST_F(OldPtx, UnknownLookupsAreRefused) {

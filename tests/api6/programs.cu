@@ -149,6 +149,11 @@ RT_PROGRAM void shoot() {
     result[4 * line_index + 2] = p.normal.x;
     result[4 * line_index + 3] = p.large[39];
 }
+rtBuffer<float, 1> measured;
+RT_PROGRAM void measure() {
+    result[0] = float(measured.size());
+    result[1] = measured[2];
+}
 // A device function that calls itself and traces rays.
 static __device__ __noinline__ float look(int n) {
     Payload p;
@@ -158,6 +163,21 @@ static __device__ __noinline__ float look(int n) {
 }
 RT_PROGRAM void look_often() {
     result[0] = look(5);
+}
+// Two functions that call each other, from a closest-hit program that their rays run again.
+static __device__ float look_again(int n, int depth);
+static __device__ __noinline__ float look_deeper(int n, int depth) {
+    Payload p;
+    p.value = -1;
+    p.calls = depth;
+    rtTrace(top_object, make_Ray(ray_origin, make_float3(0, 0, -1), ray_type, 0.0f, 100.0f), p);
+    return p.value + look_again(n - 1, depth);
+}
+static __device__ __noinline__ float look_again(int n, int depth) {
+    return n < 1 ? 0 : scoped * look_deeper(n, depth);
+}
+RT_PROGRAM void hit_looking() {
+    payload.value = payload.calls < 3 ? 1 + look_deeper(2, payload.calls + 1) : 1;
 }
 rtDeclareVariable(float, ray_time, , );
 RT_PROGRAM void shoot_at() {

@@ -169,6 +169,48 @@ TEST_F(Programs, BuffersOfAnotherTypeAreRefused) {
     ok(rtContextLaunch1D(context_, 0, 64));
 }
 
+TEST_F(Programs, BuffersThatChangeDoSoForAllVariablesThatHoldThem) {
+    const RTbuffer first = filled<float>(RT_FORMAT_FLOAT, {1, 2, 3}),
+                   second = filled<float>(RT_FORMAT_FLOAT, {4, 5, 6, 7});
+    ok(rtContextSetEntryPointCount(context_, 2));
+    RTprogram other = program("measure");
+    RTvariable own = nullptr;
+    ok(rtProgramDeclareVariable(other, "measured", &own));
+    ok(rtContextSetRayGenerationProgram(context_, 1, other));
+    setEntry("measure");
+    const auto expect = [&](unsigned entry, float size, float third) {
+        ok(rtContextLaunch1D(context_, entry, 1));
+        EXPECT_EQ(results()[0], size);
+        EXPECT_EQ(results()[1], third);
+    };
+    const auto resize = [&](RTbuffer buffer, const std::vector<float>& elements) {
+        ok(rtBufferSetSize1D(buffer, elements.size()));
+        fill(buffer, elements);
+    };
+    ok(rtVariableSetObject(variable("measured"), first));
+    ok(rtVariableSetObject(own, first));
+    expect(0, 3, 3);
+    expect(1, 3, 3);
+    resize(first, {9, 8, 7, 6, 5});
+    expect(0, 5, 7);
+    expect(1, 5, 7);
+    ok(rtVariableSetObject(variable("measured"), second));
+    resize(first, std::vector<float>(2000, 11));
+    expect(0, 4, 6);
+    expect(1, 2000, 11);
+    resize(second, {0, 0, 12});
+    expect(0, 3, 12);
+    expect(1, 2000, 11);
+    ok(rtVariableSetObject(own, second));
+    ok(rtBufferSetSize1D(second, 2));
+    expect(0, 2, 0);
+    expect(1, 2, 0);
+    ok(rtProgramRemoveVariable(other, own));
+    resize(second, {1, 2, 3, 4, 5, 6});
+    expect(0, 6, 3);
+    expect(1, 6, 3);
+}
+
 TEST_F(Programs, ElementsSmallerThanTheProgramsTypeAreOutside) {
     const RTbuffer bytes = filled<uint8_t>(RT_FORMAT_UNSIGNED_BYTE, std::vector<uint8_t>(64, 9));
     int id = 0;

@@ -32,6 +32,9 @@ SUNSTONE_OPTIX_DEVICE uint3 rtTexSize(rtTextureId id) {
     asm("txq.width.b32 %0, [%1];" : "=r"(size.x) : "l"(handle));
     asm("txq.height.b32 %0, [%1];" : "=r"(size.y) : "l"(handle));
     asm("txq.depth.b32 %0, [%1];" : "=r"(size.z) : "l"(handle));
+    // GPUs say 0 for what a texture lacks.
+    size.y = size.y ? size.y : 1;
+    size.z = size.z ? size.z : 1;
     return size;
 }
 
@@ -250,19 +253,20 @@ struct Fetched<float4> {
 
 namespace sunstone {
 
-// One texture instruction for each type of result.
+// One texture instruction for each type of result. A texture of one dimension is a row of one of
+// two: arrays of one dimension have no lookups by integers.
 __device__ __forceinline__ void fetch1D(float4& v, unsigned long long handle, float x) {
-    asm volatile("tex.1d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5}];"
+    asm volatile("tex.2d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, 0f3F000000}];"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
                  : "l"(handle), "f"(x));
 }
 __device__ __forceinline__ void fetch1D(int4& v, unsigned long long handle, float x) {
-    asm volatile("tex.1d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5}];"
+    asm volatile("tex.2d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, 0f3F000000}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
                  : "l"(handle), "f"(x));
 }
 __device__ __forceinline__ void fetch1D(uint4& v, unsigned long long handle, float x) {
-    asm volatile("tex.1d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5}];"
+    asm volatile("tex.2d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, 0f3F000000}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
                  : "l"(handle), "f"(x));
 }
@@ -300,17 +304,17 @@ __device__ __forceinline__ void fetch3D(uint4& v, unsigned long long handle, flo
                  : "l"(handle), "f"(x), "f"(y), "f"(z));
 }
 __device__ __forceinline__ void fetch1DFetch(float4& v, unsigned long long handle, int x) {
-    asm volatile("tex.1d.v4.f32.s32 {%0, %1, %2, %3}, [%4, {%5}];"
+    asm volatile("tex.2d.v4.f32.s32 {%0, %1, %2, %3}, [%4, {%5, 0}];"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
                  : "l"(handle), "r"(x));
 }
 __device__ __forceinline__ void fetch1DFetch(int4& v, unsigned long long handle, int x) {
-    asm volatile("tex.1d.v4.s32.s32 {%0, %1, %2, %3}, [%4, {%5}];"
+    asm volatile("tex.2d.v4.s32.s32 {%0, %1, %2, %3}, [%4, {%5, 0}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
                  : "l"(handle), "r"(x));
 }
 __device__ __forceinline__ void fetch1DFetch(uint4& v, unsigned long long handle, int x) {
-    asm volatile("tex.1d.v4.u32.s32 {%0, %1, %2, %3}, [%4, {%5}];"
+    asm volatile("tex.2d.v4.u32.s32 {%0, %1, %2, %3}, [%4, {%5, 0}];"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
                  : "l"(handle), "r"(x));
 }
@@ -349,19 +353,22 @@ __device__ __forceinline__ void fetch3DFetch(uint4& v, unsigned long long handle
 }
 __device__ __forceinline__ void fetch1DGrad(float4& v, unsigned long long handle, float x,
                                             float dPdx, float dPdy) {
-    asm volatile("tex.grad.1d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5}], {%6}, {%7};"
+    asm volatile("tex.grad.2d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, 0f3F000000}], {%6, "
+                 "0f00000000}, {%7, 0f00000000};"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
                  : "l"(handle), "f"(x), "f"(dPdx), "f"(dPdy));
 }
 __device__ __forceinline__ void fetch1DGrad(int4& v, unsigned long long handle, float x, float dPdx,
                                             float dPdy) {
-    asm volatile("tex.grad.1d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5}], {%6}, {%7};"
+    asm volatile("tex.grad.2d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, 0f3F000000}], {%6, "
+                 "0f00000000}, {%7, 0f00000000};"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
                  : "l"(handle), "f"(x), "f"(dPdx), "f"(dPdy));
 }
 __device__ __forceinline__ void fetch1DGrad(uint4& v, unsigned long long handle, float x,
                                             float dPdx, float dPdy) {
-    asm volatile("tex.grad.1d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5}], {%6}, {%7};"
+    asm volatile("tex.grad.2d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, 0f3F000000}], {%6, "
+                 "0f00000000}, {%7, 0f00000000};"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
                  : "l"(handle), "f"(x), "f"(dPdx), "f"(dPdy));
 }
@@ -451,19 +458,19 @@ __device__ __forceinline__ void fetch2DLayeredGrad(uint4& v, unsigned long long 
 }
 __device__ __forceinline__ void fetch1DLod(float4& v, unsigned long long handle, float x,
                                            float level) {
-    asm volatile("tex.level.1d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5}], %6;"
+    asm volatile("tex.level.2d.v4.f32.f32 {%0, %1, %2, %3}, [%4, {%5, 0f3F000000}], %6;"
                  : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
                  : "l"(handle), "f"(x), "f"(level));
 }
 __device__ __forceinline__ void fetch1DLod(int4& v, unsigned long long handle, float x,
                                            float level) {
-    asm volatile("tex.level.1d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5}], %6;"
+    asm volatile("tex.level.2d.v4.s32.f32 {%0, %1, %2, %3}, [%4, {%5, 0f3F000000}], %6;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
                  : "l"(handle), "f"(x), "f"(level));
 }
 __device__ __forceinline__ void fetch1DLod(uint4& v, unsigned long long handle, float x,
                                            float level) {
-    asm volatile("tex.level.1d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5}], %6;"
+    asm volatile("tex.level.2d.v4.u32.f32 {%0, %1, %2, %3}, [%4, {%5, 0f3F000000}], %6;"
                  : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
                  : "l"(handle), "f"(x), "f"(level));
 }

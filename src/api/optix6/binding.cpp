@@ -93,7 +93,7 @@ void Block::write(uint32_t index) {
         std::memcpy(place, variable->bytes.data(),
                     std::min<size_t>(variable->bytes.size(), wanted.bytes));
     } else if (object->kind == Kind::kBuffer) {
-        const devlib::BufferView* const view = &static_cast<Buffer&>(*object).view();
+        const devlib::BufferView& view = static_cast<Buffer&>(*object).view();
         std::memcpy(place, &view, sizeof view);
     } else if (object->kind == Kind::kTextureSampler) {
         const uint64_t handle = static_cast<TextureSampler&>(*object).texture;

@@ -4,6 +4,7 @@
 
 #include "api/optix6/context.h"
 #include "api/optix6/gl/share.h"
+#include "api/optix6/variable.h"
 #include "base/error.h"
 
 #include <algorithm>
@@ -208,8 +209,22 @@ void Buffer::updateView() {
         view.size[i] = view.data ? extents_[i] : 0;
     view.elementBytes = elementBytes_;
     view.dimensions = std::max(1u, dimensions);
-    if (isBound_ && !isSameShape(before, view))
+    if (holders_.empty() || std::memcmp(&before, &view, sizeof view) == 0)
+        return;
+    if (!isSameShape(before, view))
         context()->noteStructure();
+    // Blocks have copies of the view.
+    std::erase_if(holders_, [&](const auto& entry) {
+        const std::shared_ptr<Variable> variable = entry.second.lock();
+        if (!variable || variable->object.lock().get() != this)
+            return true;
+        variable->writeUsers();
+        return false;
+    });
+}
+
+void Buffer::noteBound(const std::shared_ptr<Variable>& variable) {
+    holders_[variable.get()] = variable;
 }
 
 void* Buffer::map(unsigned flags, unsigned level) {

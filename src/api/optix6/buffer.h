@@ -7,12 +7,15 @@
 #include "api/optix6/progressive/stream.h"
 #include "devlib/classic.h"
 
+#include <map>
 #include <string_view>
 #include <vector>
 
 namespace sunstone::optix6 {
 
 unsigned bytesOf(RTformat format); // of an element; 0 of user formats and unknown ones
+
+class Variable;
 
 class Buffer : public Object {
 public:
@@ -57,7 +60,7 @@ public:
     unsigned typeBits() const { return description & 0x13; }
     // Whether programs that access one access the other in the same way.
     bool hasShapeOf(const Buffer& other) const;
-    void noteBound() { isBound_ = true; } // to a variable
+    void noteBound(const std::shared_ptr<Variable>& variable);
 
     const unsigned description;           // RTbuffertype | RTbufferflag
     const std::unique_ptr<Stream> stream; // of RT_BUFFER_PROGRESSIVE_STREAM alone
@@ -87,7 +90,7 @@ private:
     SharedMemory storage_, view_;
     void* adopted_ = nullptr;
     bool hasPointer_ = false; // the application has got a device pointer
-    bool isBound_ = false;
+    std::map<const Variable*, std::weak_ptr<Variable>> holders_; // whose value it is, or was
     uint64_t version_ = 0;
     std::vector<bool> mapped_{false};                // by level
     bool wasWritten_ = false;                        // by the host, since the last upload to OpenGL

@@ -482,8 +482,7 @@ void Scene::updateTextures() {
             update(*sampler);
     for (const auto& [variable, ref] : samplers_)
         if (newTextures_.count(ref.lock().get()))
-            for (const Variable::User& user : variable->users)
-                user.block->write(user.index);
+            variable->writeUsers();
     newTextures_.clear();
 }
 

@@ -138,8 +138,7 @@ bool TextureSampler::update() {
         made->images[level] = imageOf(*source, texels, made->format, level);
     made->layered = source->description & RT_BUFFER_LAYERED;
     made->cube = source->description & RT_BUFFER_CUBEMAP;
-    made->is1D = source->dimensions == 1 ||
-                 (made->layered && !made->cube && made->images[0].height == 1);
+    made->hasLines = made->layered && !made->cube && made->images[0].height == 1;
     made->is3D = source->dimensions == 3 && !made->layered && !made->cube;
     static_assert(unsigned(texture::Address::kBorder) == RT_WRAP_CLAMP_TO_BORDER);
     for (unsigned i = 0; i < 3; ++i)

@@ -58,6 +58,10 @@ void Variable::set(RTobjecttype wanted, const void* data, size_t size) {
     bytes.assign(static_cast<const uint8_t*>(data), static_cast<const uint8_t*>(data) + size);
     if (isNew)
         owner->noteStructure();
+    writeUsers();
+}
+
+void Variable::writeUsers() const {
     for (const User& user : users)
         user.block->write(user.index);
 }
@@ -73,7 +77,7 @@ void Variable::set(const std::shared_ptr<Object>& value) {
     bool isStructure = true;
     if (value->kind == Kind::kBuffer) {
         auto& buffer = static_cast<Buffer&>(*value);
-        buffer.noteBound();
+        buffer.noteBound(std::static_pointer_cast<Variable>(shared_from_this()));
         const std::shared_ptr<Object> known = object.lock();
         isStructure = !known || !buffer.isRegistered() ||
                       !buffer.hasShapeOf(static_cast<const Buffer&>(*known));
@@ -82,8 +86,7 @@ void Variable::set(const std::shared_ptr<Object>& value) {
     object = value;
     if (isStructure)
         return context()->noteStructure();
-    for (const User& user : users)
-        user.block->write(user.index);
+    writeUsers();
 }
 
 void Variable::get(RTobjecttype wanted, void* data, size_t size) const {

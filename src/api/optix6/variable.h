@@ -32,6 +32,7 @@ public:
         uint32_t index; // of the program's variable
     };
     std::vector<User> users;
+    void writeUsers() const;
 };
 
 RTobjecttype typeOf(const Object& object);

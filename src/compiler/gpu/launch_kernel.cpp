@@ -72,7 +72,7 @@ std::vector<llvm::Function*> LaunchKernel::programsToNest(std::string& reason) c
         nests |= kind != ProgramKind::kRaygen;
         if (kind != ProgramKind::kRaygen && kind != ProgramKind::kClosestHit &&
             kind != ProgramKind::kMiss)
-            obstacle = "a callable traces";
+            obstacle = "a callable or a function that calls itself traces";
         else if (obstacle.empty())
             obstacle = obstacleToCut(*function);
     }

@@ -88,6 +88,7 @@ public:
         markIntrinsicUsers(unit_);
         optimizer_->inlineAlways();
         optimizer_->promote();
+        optimizer_->forwardStores();
         programs_.copyForPayloads();
         bindValues();
         unit_.flavor().lower(unit_, programs_.payloads());

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "compiler/translate/unit.h"
 
+#include <llvm/ADT/SmallPtrSet.h>
 #include <llvm/IR/CFG.h>
 #include <llvm/IR/IRBuilder.h>
 #include <llvm/IR/InlineAsm.h>
@@ -184,16 +185,42 @@ int parameterOf(const llvm::Instruction& instruction) {
     return -1;
 }
 
-// Instructions repeated after a trace instead of kept in the frame: arithmetic, and loads of values
-// that stay the same for a launch index.
-bool isCheap(llvm::Instruction& instruction) {
-    if (parameterOf(instruction) >= 0)
-        return true;
-    if (llvm::isa<llvm::LoadInst>(instruction))
-        return instruction.hasMetadata(llvm::LLVMContext::MD_invariant_load) ||
-               instruction.hasMetadata(kStableLoad);
+bool isStable(const llvm::Instruction& instruction) {
+    return parameterOf(instruction) >= 0 ||
+           (llvm::isa<llvm::LoadInst>(instruction) &&
+            (instruction.hasMetadata(llvm::LLVMContext::MD_invariant_load) ||
+             instruction.hasMetadata(kStableLoad)));
+}
+
+bool isArithmetic(const llvm::Instruction& instruction) {
     return llvm::isa<llvm::CastInst, llvm::GetElementPtrInst, llvm::BinaryOperator, llvm::CmpInst,
                      llvm::SelectInst>(instruction);
+}
+
+// Adds what has to be kept so that the expression can be repeated. False: more than kMostKept
+// values.
+constexpr size_t kMostKept = 4;
+bool addNeeds(const llvm::Instruction& instruction, unsigned depth,
+              llvm::SmallPtrSetImpl<const llvm::Instruction*>& needs) {
+    constexpr unsigned kMostDepth = 8;
+    for (const Value* operand : instruction.operands()) {
+        const auto* from = llvm::dyn_cast<llvm::Instruction>(operand);
+        if (!from || isStable(*from))
+            continue;
+        llvm::SmallPtrSet<const llvm::Instruction*, kMostKept + 1> own;
+        if (!isArithmetic(*from) || depth == kMostDepth || !addNeeds(*from, depth + 1, own))
+            own = {from};
+        needs.insert(own.begin(), own.end());
+    }
+    return needs.size() <= kMostKept;
+}
+
+// Instructions repeated after a trace instead of kept in the frame: loads of values that stay the
+// same for a launch index, and arithmetic on a few values. Arithmetic on many would keep them all:
+// a normal would become the matrix that it was transformed by.
+bool isCheap(llvm::Instruction& instruction) {
+    llvm::SmallPtrSet<const llvm::Instruction*, kMostKept + 1> needs;
+    return isStable(instruction) || (isArithmetic(instruction) && addNeeds(instruction, 0, needs));
 }
 
 void split(llvm::Module& module, llvm::TargetMachine& machine) {

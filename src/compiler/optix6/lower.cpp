@@ -158,8 +158,6 @@ private:
         if (isHelper_ && (op == Op::kReport || op == Op::kPotential || op == Op::kIgnore ||
                           op == Op::kTerminate || op == Op::kChild))
             fault(ErrorCode::kInvalidFunctionUse, "cannot be used in a recursive function");
-        if (isHelper_ && unit_.isGpu() && op == Op::kTrace)
-            fault(ErrorCode::kNotSupported, "cannot be used in a recursive function on a GPU");
     }
 
     // Callables that have been called since have their data in the field.
@@ -569,11 +567,24 @@ private:
         if (intrinsic_->number == kBufferId)
             return ofTable(offsetof(ClassicLaunch, buffers), offsetof(ClassicLaunch, bufferCount),
                            argument(0), pointer());
-        return loadOfLaunch(builder_.CreateIntToPtr(argument(0), pointer()), 0, pointer());
+        return builder_.CreateIntToPtr(argument(0), pointer());
     }
     Value* extent(Value* view, unsigned dimension) {
         return loadOfLaunch(view, offsetof(BufferView, size) + dimension * 8,
                             builder_.getInt64Ty());
+    }
+
+    // On GPUs one load: the second of two would wait behind the test of the first.
+    std::pair<Value*, Value*> dataAndWidth(Value* view) {
+        static_assert(offsetof(BufferView, data) == 0 && offsetof(BufferView, size) == 8);
+        if (!unit_.isGpu())
+            return {loadOfLaunch(view, 0, pointer()), extent(view, 0)};
+        auto* both = llvm::cast<llvm::LoadInst>(
+            loadOfLaunch(view, 0, llvm::FixedVectorType::get(builder_.getInt64Ty(), 2)));
+        both->setAlignment(llvm::Align(alignof(BufferView)));
+        return {
+            builder_.CreateIntToPtr(builder_.CreateExtractElement(both, uint64_t(0)), pointer()),
+            builder_.CreateExtractElement(both, uint64_t(1))};
     }
 
     // Operands: buffer, dimensions, bytes of an element, four indices.
@@ -583,8 +594,9 @@ private:
             dimensions ? unsigned(std::min<uint64_t>(dimensions->getZExtValue(), 3)) : 3;
         Value* buffer = view();
         Value* linear = argument(3);
-        Value* inside = builder_.CreateICmpULT(linear, extent(buffer, 0));
-        Value* row = extent(buffer, 0);
+        const auto [data, width] = dataAndWidth(buffer);
+        Value* inside = builder_.CreateICmpULT(linear, width);
+        Value* row = width;
         for (unsigned i = 1; i < count; ++i) {
             Value* index = argument(3 + i);
             inside = builder_.CreateAnd(inside, builder_.CreateICmpULT(index, extent(buffer, i)));
@@ -593,18 +605,27 @@ private:
         }
         Value* bytes = argument(2);
         const bool byId = intrinsic_->number == kBufferId;
-        inside = builder_.CreateAnd(
-            inside, builder_.CreateICmpULE(
-                        bytes, loadOfLaunch(buffer, offsetof(BufferView, elementBytes), word())));
-        Value* data = loadOfLaunch(buffer, offsetof(BufferView, data), pointer());
+        if (byId || !hasFittingBuffers() || !llvm::isa<llvm::ConstantInt>(bytes))
+            inside = builder_.CreateAnd(
+                inside,
+                builder_.CreateICmpULE(
+                    bytes, loadOfLaunch(buffer, offsetof(BufferView, elementBytes), word())));
         Value* place = builder_.CreateGEP(
             builder_.getInt8Ty(), data,
             builder_.CreateMul(linear, builder_.CreateZExt(bytes, builder_.getInt64Ty())));
         Value* code = builder_.getInt32(devlib::kCodeBufferIndex);
         if (byId)
-            code = builder_.CreateSelect(builder_.CreateICmpEQ(extent(buffer, 0), number(0)),
+            code = builder_.CreateSelect(builder_.CreateICmpEQ(width, number(0)),
                                          builder_.getInt32(devlib::kCodeBufferId), code);
         return insideOr(inside, place, bytes, code);
+    }
+
+    // Whether the elements of all buffers that variables bind have the size that the program
+    // accesses: launches refuse others where there is one such size.
+    bool hasFittingBuffers() const {
+        return std::all_of(variables_.list.begin(), variables_.list.end(), [](const auto& each) {
+            return each.use != VariableUse::kBuffer || each.elementBytes != 0;
+        });
     }
 
     // The address, or outside of the buffer that of zeros.
@@ -651,13 +672,20 @@ private:
 
     // ---- transforms ---------------------------------------------------------------------------
 
-    // Rows of the 3x4 matrix of a kind (RT_WORLD_TO_OBJECT, RT_OBJECT_TO_WORLD).
+    // Rows of the 3x4 matrix of a kind (RT_WORLD_TO_OBJECT, RT_OBJECT_TO_WORLD). On GPUs each call
+    // has rows of its own, which endRows ends, so that they are not kept across traces.
     Value* matrixRows(Value* toWorld) {
-        if (!rows_)
+        if (!rows_ || unit_.isGpu())
             rows_ = entryAlloca(llvm::ArrayType::get(builder_.getFloatTy(), 12), 4);
+        if (unit_.isGpu())
+            builder_.CreateLifetimeStart(rows_);
         callShared(offsetof(ClassicLaunch, matrix), "matrix", builder_.getVoidTy(),
                    {state(), toWorld, rows_});
         return rows_;
+    }
+    void endRows() {
+        if (unit_.isGpu())
+            builder_.CreateLifetimeEnd(rows_);
     }
     Value* entry(Value* rows, unsigned row, unsigned column) {
         return load(rows, (row * 4 + column) * 4, builder_.getFloatTy());
@@ -673,6 +701,7 @@ private:
                                                  : static_cast<Value*>(llvm::ConstantFP::get(
                                                        builder_.getFloatTy(), i == 15 ? 1.0 : 0.0)),
                                              i);
+        endRows();
         return all;
     }
 
@@ -697,6 +726,7 @@ private:
             all =
                 builder_.CreateInsertValue(all, builder_.CreateSelect(isNormal, normal, plain), i);
         }
+        endRows();
         return builder_.CreateInsertValue(all, argument(4), 3);
     }
 

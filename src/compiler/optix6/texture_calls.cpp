@@ -5,7 +5,8 @@ namespace sunstone::compiler::optix6 {
 
 namespace {
 
-// Coordinates of a kind of lookup (rtiTexLookupKind), in registers x, y, z and layer.
+// Coordinates of a kind of lookup (rtiTexLookupKind), in registers x, y, z and layer. Textures of
+// one dimension are rows: `row` is the centre of one, `none` is no gradient across.
 struct Lookup {
     unsigned kind;
     const char* geometry;
@@ -14,7 +15,7 @@ struct Lookup {
     const char* dy;
 };
 constexpr Lookup kLookups[] = {
-    {1, "1d", "{x}", "{ax}", "{bx}"},
+    {1, "2d", "{x, row}", "{ax, none}", "{bx, none}"},
     {2, "2d", "{x, y}", "{ax, ay}", "{bx, by}"},
     {3, "3d", "{x, y, z, z}", "{ax, ay, az, az}", "{bx, by, bz, bz}"},
     {4, "a1d", "{layer, x}", "{ax}", "{bx}"},
@@ -46,7 +47,9 @@ std::string define(const Form& form) {
                        std::string(kTextureCallPrefix) + form.name + "_id (.reg .b32 id, " +
                        ".reg .b32 dim, " + form.parameters + ")\n{\n.reg .b64 h;\n.reg .pred p;\n" +
                        "call (h), _rt_texture_handle, (id);\n" +
-                       "mov.b32 r0, 0;\nmov.b32 r1, 0;\nmov.b32 r2, 0;\nmov.b32 r3, 0;\n";
+                       "mov.b32 r0, 0;\nmov.b32 r1, 0;\nmov.b32 r2, 0;\nmov.b32 r3, 0;\n" +
+                       ".reg .b32 row, none;\nmov.b32 none, 0;\nmov.b32 row, " +
+                       (form.coordinate == std::string_view("f32") ? "0f3F000000" : "0") + ";\n";
     for (const Lookup& lookup : kLookups) {
         if (lookup.kind > form.last || (form.hasGradient && !lookup.dx))
             continue;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/optix6/variables.h"
 
+#include "devlib/classic.h"
+
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -234,7 +236,14 @@ const ptx::Variable* findVariable(const std::vector<const ptx::Module*>& modules
 uint32_t slotAlignment(const DeviceVariable& variable) {
     return variable.use == VariableUse::kValue
                ? std::clamp(variable.declaration->alignment, 4u, 16u)
-               : 8;
+           : variable.use == VariableUse::kBuffer ? uint32_t(alignof(devlib::BufferView))
+                                                  : 8;
+}
+
+uint32_t slotBytes(const DeviceVariable& variable) {
+    return variable.use == VariableUse::kValue    ? std::max(variable.bytes, 4u)
+           : variable.use == VariableUse::kBuffer ? uint32_t(sizeof(devlib::BufferView))
+                                                  : 8;
 }
 
 } // namespace
@@ -353,9 +362,7 @@ ProgramVariables variablesOf(const std::vector<const ptx::Module*>& modules,
             continue;
         const uint32_t alignment = slotAlignment(variable);
         variable.slot = (result.blockBytes + alignment - 1) / alignment * alignment;
-        result.blockBytes =
-            variable.slot +
-            (variable.use == VariableUse::kValue ? std::max(variable.bytes, 4u) : 8);
+        result.blockBytes = variable.slot + slotBytes(variable);
     }
     return result;
 }

@@ -21,7 +21,7 @@ namespace sunstone::compiler::optix6 {
 enum class VariableUse : uint8_t {
     kNone,    // ordinary device memory
     kValue,   // found through scopes: plain data, graph nodes, program ids
-    kBuffer,  // found through scopes: the slot holds the address of a devlib::BufferView
+    kBuffer,  // found through scopes: the slot holds a devlib::BufferView
     kTexture, // found through scopes: the slot holds a texture handle
     kLaunchIndex,
     kLaunchDim,

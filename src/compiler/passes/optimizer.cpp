@@ -123,6 +123,14 @@ void Optimizer::promote() {
     dump("promoted");
 }
 
+void Optimizer::forwardStores() {
+    begin();
+    llvm::ModulePassManager passes;
+    passes.addPass(llvm::createModuleToFunctionPassAdaptor(llvm::EarlyCSEPass(true)));
+    passes.run(unit_.module(), managers_->modules);
+    dump("forwarded");
+}
+
 void Optimizer::inlineAlways() {
     begin();
     llvm::ModulePassManager passes;

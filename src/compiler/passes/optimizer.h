@@ -15,6 +15,9 @@ public:
     ~Optimizer();
 
     void promote(); // registers and local arrays from memory to values
+    // Loads of what was stored before, also from memory whose address calls get. Code that was not
+    // optimised passes its operands so, and lowering for GPUs needs the constants among them.
+    void forwardStores();
     void inlineAlways();
     void optimize(); // all further passes
     void dump(const char* stage);

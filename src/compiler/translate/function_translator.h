@@ -336,6 +336,9 @@ private:
                     const char* open, const char* between, const char* close);
     void nativeRegister(Assembly& code, const ptx::Operand& operand, bool isTarget);
     void nativeAddress(Assembly& code, const ptx::Operand& operand);
+    static ptx::Instruction rowLookup(const ptx::Instruction& line);
+    bool isReference(const ptx::Operand& operand) const;
+    Value* referenceHandle(const ptx::Operand& operand);
     unsigned nativeBits(const ptx::Operand& operand) const;
     llvm::CallInst* callAssembly(const Assembly& code);
     void allocateStackNative(const ptx::Instruction& instruction);

@@ -16,6 +16,8 @@
 
 #include <llvm/IR/InlineAsm.h>
 
+#include <algorithm>
+#include <bit>
 #include <cinttypes>
 
 namespace sunstone::compiler {
@@ -148,6 +150,36 @@ struct FunctionTranslator::Assembly {
     }
 };
 
+// A lookup of one dimension as one of a row of two: at the row's centre, without a gradient across.
+// Arrays of one dimension have no lookups by integers.
+ptx::Instruction FunctionTranslator::rowLookup(const ptx::Instruction& line) {
+    ptx::Instruction row = line;
+    std::replace(row.modifiers.begin(), row.modifiers.end(), std::string_view("1d"),
+                 std::string_view("2d"));
+    const auto widen = [](ptx::Operand& coordinates, const ptx::Operand& second) {
+        if (coordinates.kind != ptx::OperandKind::kVector) {
+            const ptx::Operand first = coordinates;
+            coordinates.kind = ptx::OperandKind::kVector;
+            coordinates.elements = {first};
+        }
+        coordinates.elements.push_back(second);
+    };
+    ptx::Operand zero;
+    zero.kind = ptx::OperandKind::kInteger;
+    if (row.types.at(1) == ptx::Type::kF32) {
+        zero.kind = ptx::OperandKind::kFloat;
+        zero.floatBits = 32;
+    }
+    ptx::Operand centre = zero;
+    if (centre.kind == ptx::OperandKind::kFloat)
+        centre.integer = std::bit_cast<int32_t>(0.5f);
+    widen(row.operands.at(1).elements.at(1), centre);
+    if (row.has("grad"))
+        for (size_t i = 2; i < row.operands.size(); ++i)
+            widen(row.operands[i], zero);
+    return row;
+}
+
 // Returns true if it translated the instruction.
 bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
     const std::optional<NativeForm> form = nativeForm(instruction);
@@ -155,6 +187,9 @@ bool FunctionTranslator::translateNative(const ptx::Instruction& instruction) {
         return false;
     if (!instruction.isForeign && instruction.facts->native == ptx::Native::kStack)
         allocateStackNative(instruction);
+    else if (instruction.opcode == "tex" && instruction.has("1d") &&
+             isReference(instruction.operands.at(1).elements.at(0)))
+        emitNative(rowLookup(instruction), *form);
     else
         emitNative(instruction, *form);
     return true;
@@ -239,7 +274,8 @@ void FunctionTranslator::nativeOperand(Assembly& code, const ptx::Operand& opera
             coerce(value, intType(unsigned(value->getType()->getIntegerBitWidth()))));
     }
     case ptx::OperandKind::kSymbol:
-        return code.addInput(readInt(operand, 64));
+        return code.addInput(isReference(operand) ? referenceHandle(operand)
+                                                  : readInt(operand, 64));
     case ptx::OperandKind::kAddress:
         return nativeAddress(code, operand);
     case ptx::OperandKind::kVector:
@@ -247,9 +283,6 @@ void FunctionTranslator::nativeOperand(Assembly& code, const ptx::Operand& opera
     case ptx::OperandKind::kPair:
         return nativeList(code, operand.elements, isTarget, "", "|", "");
     case ptx::OperandKind::kTexture:
-        if (operand.elements.at(0).kind == ptx::OperandKind::kSymbol)
-            reject(instruction, ErrorCode::kNotSupported,
-                   "texture references are not available on GPUs; use texture objects");
         return nativeList(code, operand.elements, isTarget, "[", ", ", "]");
     case ptx::OperandKind::kSink:
         code.text += "_";
@@ -304,6 +337,11 @@ void FunctionTranslator::nativeRegister(Assembly& code, const ptx::Operand& oper
 
 void FunctionTranslator::nativeAddress(Assembly& code, const ptx::Operand& operand) {
     code.text += "[";
+    if (isReference(operand)) {
+        code.addInput(referenceHandle(operand));
+        code.text += "]";
+        return;
+    }
     // 32-bit addresses are in spaces of their own: shared memory, matrix memory.
     const bool isWord = operand.name.empty() && operand.index != ~0u && nativeBits(operand) == 32 &&
                         !code.instruction.has("local");
@@ -316,6 +354,23 @@ void FunctionTranslator::nativeAddress(Assembly& code, const ptx::Operand& opera
         code.addInput(builder_.CreatePtrToInt(place(operand).pointer, builder_.getInt64Ty()));
     }
     code.text += "]";
+}
+
+// Whether the operand names a .texref or .surfref.
+bool FunctionTranslator::isReference(const ptx::Operand& operand) const {
+    const ptx::Variable* variable =
+        operand.name.empty() ? nullptr : unit_.findVariable(module_, operand.name);
+    return variable && variable->type >= ptx::Type::kTexref;
+}
+
+// The texture object that stands for a reference. Drivers bind references of modules; here only a
+// flavor whose variables have values of their own gives them objects.
+Value* FunctionTranslator::referenceHandle(const ptx::Operand& operand) {
+    const ptx::Variable* variable = unit_.findVariable(module_, operand.name);
+    if (unit_.flavor().variableIntrinsic(module_, *variable).empty())
+        reject(*current_, ErrorCode::kNotSupported,
+               "texture references are not available on GPUs; use texture objects");
+    return textureHandle(operand);
 }
 
 // The memory is freed when the function returns, so the function must not be inlined. Addresses are

@@ -39,7 +39,7 @@ struct Candidates {
         uint32_t kind, primitive, sbtGasIndex, instanceIndex, instanceId, instanceSbtOffset;
         uint32_t transformCount;
         uint64_t entered, gas;
-        uint32_t attributes[kMaxAttributeWords];
+        uint32_t attributes[Records::kAttributeWords];
     } best;
     uint64_t *transforms, *bestTransforms; // of the GraphPath
 
@@ -200,7 +200,7 @@ struct Candidates {
         }
         found = true;
         rayTmax = state->hit.t;
-        keepCandidate(state->hit, best);
+        keepCandidate<Records>(state->hit, best);
         swapAttributes();
         keepPath();
         ended = endsRay(result, rayFlags);
@@ -214,6 +214,8 @@ struct Candidates {
                 raise(state, code);
             return kIgnore;
         }
+        if (material == 0) // whose record the state shows
+            return offer(tmax);
         Hit& hit = state->hit;
         const uint32_t first = hit.sbtGasIndex, group = candidateGroup;
         const void* const record = hit.record;
@@ -283,7 +285,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
                                                 const walk::TriangleHit& hit) {
         attributes[0] = walk::bitsOf(walk::divide(hit.v, hit.det));
         attributes[1] = walk::bitsOf(walk::divide(hit.w, hit.det));
-        for (unsigned i = 2; i < kMaxAttributeWords; ++i)
+        for (unsigned i = 2; i < Records::kAttributeWords; ++i)
             attributes[i] = 0;
     }
     SUNSTONE_INLINE_MEMBER uint32_t kindOf(const walk::TriangleHit& hit) const {
@@ -380,7 +382,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
 
     SUNSTONE_INLINE_MEMBER void setParameter(uint32_t* attributes, float u) {
         attributes[0] = walk::bitsOf(u);
-        for (unsigned i = 1; i < kMaxAttributeWords; ++i)
+        for (unsigned i = 1; i < Records::kAttributeWords; ++i)
             attributes[i] = 0;
     }
 
@@ -555,7 +557,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         hit.sbtGasIndex = best.sbtGasIndex;
         const Place place = bestPlace();
         setPlace(place);
-        for (unsigned i = 0; i < kMaxAttributeWords; ++i)
+        for (unsigned i = 0; i < Records::kAttributeWords; ++i)
             hit.attributes[i] = best.attributes[i];
         if (hasOneLevel()) {
             showEntered(best.entered);
@@ -737,7 +739,7 @@ extern "C" __attribute__((always_inline)) uint32_t sunstone_gpu_reportTo(RayStat
     Candidates& candidates = *to;
     if (!inInterval(*state, t, candidates.tmax))
         return kIgnore;
-    reportCandidate(*state, t, kind);
+    reportCandidate<Records>(*state, t, kind);
     const uint32_t result =
         Records::kMaterials ? candidates.offerMaterial(kind) : candidates.offer(candidates.tmax);
     state->tmax = candidates.tmax;

@@ -47,7 +47,7 @@ CUDA_ARRAY3D_DESCRIPTOR arrayOf(const texture::Texture& texture) {
     const texture::Image& image = texture.images[0];
     CUDA_ARRAY3D_DESCRIPTOR array{};
     array.Width = elements(image.width, texture.format);
-    array.Height = texture.is1D ? 0 : elements(image.height, texture.format);
+    array.Height = texture.hasLines ? 0 : elements(image.height, texture.format);
     array.Depth = texture.is3D || texture.layered || texture.cube ? image.depth : 0;
     array.Format = formatOf(texture.format);
     array.NumChannels =
