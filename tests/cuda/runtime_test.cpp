@@ -171,6 +171,15 @@ TEST_F(Runtime, CopiesOfArraysAndPeers) {
     EXPECT_EQ(cudaMemcpyToArrayAsync(a, 24, 1, in, 16, cudaMemcpyHostToDevice, stream),
               cudaErrorInvalidValue);
 
+    // Positions count texels of four bytes; their products do not wrap around.
+    cudaMemcpy3DParms far = {};
+    far.srcArray = b;
+    far.dstPtr = {out, 16, 4, 1};
+    far.extent = {2, 1, 1};
+    far.kind = cudaMemcpyDeviceToHost;
+    EXPECT_EQ(cudaMemcpy3D(&far), cudaSuccess);
+    far.srcPos.x = SIZE_MAX / 4 + 1;
+    EXPECT_EQ(cudaMemcpy3D(&far), cudaErrorInvalidValue);
     cudaMemcpy3DPeerParms copy = {};
     copy.srcArray = b;
     copy.dstPtr = {out, 16, 4, 1}; // neither of a device nor page-locked
