@@ -204,6 +204,38 @@ TEST_F(Runtime, CopiesOfArraysAndPeers) {
     EXPECT_EQ(cudaFreeArray(b), cudaSuccess);
 }
 
+// Two libraries have the same inline kernel, whose host stub is one function.
+TEST_F(Runtime, KernelsRegisteredTwiceLiveAsLongAsTheLastFile) {
+    static char text[] = ".version 7.0\n.target sm_60\n.address_size 64\n"
+                         ".visible .entry nothing() { ret; }\n";
+    static const char stub = 0;
+    const auto add = [] {
+        void** const file = __cudaRegisterFatBinary(text);
+        __cudaRegisterFunction(file, &stub, nullptr, "nothing", -1, nullptr, nullptr, nullptr,
+                               nullptr, nullptr);
+        return file;
+    };
+    const auto launch = [](const void* kernel) {
+        return cudaLaunchKernel(kernel, dim3(1), dim3(1), nullptr, 0, nullptr);
+    };
+    cudaKernel_t handle = nullptr, again = nullptr;
+    void** const first = add();
+    ASSERT_EQ(__cudaGetKernel(&handle, &stub), cudaSuccess);
+    void** const second = add();
+    EXPECT_EQ(__cudaGetKernel(&again, &stub), cudaSuccess);
+    EXPECT_EQ(again, handle) << "a program keeps it";
+    EXPECT_EQ(launch(handle), cudaSuccess);
+    __cudaUnregisterFatBinary(second);
+    EXPECT_EQ(launch(&stub), cudaSuccess);
+    void** const third = add();
+    __cudaUnregisterFatBinary(first);
+    EXPECT_EQ(launch(handle), cudaSuccess);
+    __cudaUnregisterFatBinary(third);
+    EXPECT_EQ(launch(&stub), cudaErrorInvalidDeviceFunction);
+    EXPECT_EQ(launch(handle), cudaErrorInvalidDeviceFunction);
+    EXPECT_EQ(cudaGetLastError(), cudaErrorInvalidDeviceFunction);
+}
+
 TEST_F(Runtime, FunctionsOfTheDriverByName) {
     CUresult (*version)(int*) = nullptr;
     cudaDriverEntryPointQueryResult status{};

@@ -139,8 +139,8 @@ __host__ __device__ unsigned char render(const Scene& scene, int x, int y, int w
     Vector direction = {(x - width / 2) * kOne * 2 / width, (height / 2 - y) * kOne * 2 / width,
                         kOne};
     const Fixed length = root(dot(direction, direction));
-    direction = {(direction.x << kBits) / length, (direction.y << kBits) / length,
-                 (direction.z << kBits) / length};
+    direction = {direction.x * kOne / length, direction.y * kOne / length,
+                 direction.z * kOne / length};
     const Vector light = {-26755, 53510, -26755}; // of length one, nearly
     Vector from = {0, kOne / 2, -kOne};
     Fixed sum = 0, weight = kOne;

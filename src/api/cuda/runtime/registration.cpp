@@ -3,6 +3,7 @@
 // their host shadows. A fat binary is loaded at the first use of its contents.
 #include "api/cuda/runtime/runtime.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -26,9 +27,10 @@ struct FatBinary {
     std::vector<ManagedVariable> managed;
 };
 
-// A kernel; __cudaGetKernel returns its address as the handle.
+// A kernel; __cudaGetKernel returns its address as the handle. Files and libraries share the stub
+// of an inline kernel, which each registers; the code is that of the first.
 struct Kernel {
-    FatBinary* binary = nullptr;
+    std::vector<FatBinary*> binaries;
     std::string name;
     CUfunction function = nullptr;
 };
@@ -197,10 +199,11 @@ cudaError_t findFunction(const void* symbol, CUfunction* function) {
         return fromDriver(driver().cuKernelGetFunction(function, ofLibrary));
     }
     if (!kernel->function) {
-        if (cudaError_t error = load(*kernel->binary))
+        FatBinary& binary = *kernel->binaries.front();
+        if (cudaError_t error = load(binary))
             return error;
-        const CUresult result = driver().cuModuleGetFunction(
-            &kernel->function, kernel->binary->module, kernel->name.c_str());
+        const CUresult result =
+            driver().cuModuleGetFunction(&kernel->function, binary.module, kernel->name.c_str());
         if (result)
             return result == CUDA_ERROR_NOT_FOUND ? cudaErrorInvalidDeviceFunction
                                                   : fromDriver(result);
@@ -271,8 +274,12 @@ SUNSTONE_CUDART void __cudaUnregisterFatBinary(void** handle) {
     if (binary->module && driver().status == cudaSuccess && ensureContext() == cudaSuccess)
         driver().cuModuleUnload(binary->module);
     std::erase_if(registry().variables, [&](auto& v) { return v.second.binary == binary; });
-    std::erase_if(registry().handles, [&](auto& h) { return h.first->binary == binary; });
-    std::erase_if(registry().kernels, [&](auto& k) { return k.second->binary == binary; });
+    std::erase_if(registry().kernels, [&](auto& k) {
+        Kernel& kernel = *k.second;
+        if (std::erase(kernel.binaries, binary) != 0)
+            kernel.function = nullptr;
+        return kernel.binaries.empty() && registry().handles.erase(&kernel);
+    });
     registry().binaries.erase(handle);
 }
 
@@ -283,11 +290,15 @@ SUNSTONE_CUDART void __cudaRegisterFunction(void** handle, const char* hostFunct
     FatBinary* binary = binaryOf(handle);
     if (!binary || !hostFunction || !deviceName)
         return;
-    auto kernel = std::make_unique<Kernel>();
-    kernel->binary = binary;
-    kernel->name = deviceName;
-    registry().handles[kernel.get()] = hostFunction;
-    registry().kernels[hostFunction] = std::move(kernel);
+    std::unique_ptr<Kernel>& kernel = registry().kernels[hostFunction];
+    if (!kernel) {
+        kernel = std::make_unique<Kernel>();
+        kernel->name = deviceName;
+        registry().handles[kernel.get()] = hostFunction;
+    }
+    if (std::find(kernel->binaries.begin(), kernel->binaries.end(), binary) ==
+        kernel->binaries.end())
+        kernel->binaries.push_back(binary);
 }
 
 SUNSTONE_CUDART void __cudaRegisterVar(void** handle, char* hostVariable, char*,
