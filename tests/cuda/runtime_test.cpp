@@ -146,6 +146,9 @@ TEST_F(Runtime, SetsOfThreeDimensions) {
     EXPECT_EQ(cudaMemset3D(memory, 7, {5, 2, 4}), cudaErrorInvalidValue);
     EXPECT_EQ(cudaMemset3D(memory, 7, {memory.pitch + 1, 2, 1}), cudaErrorInvalidValue);
     EXPECT_EQ(cudaMemset3D(memory, 7, {0, 2, 1}), cudaSuccess);
+    EXPECT_EQ(cudaMemset3D(memory, 7, {0, 2, SIZE_MAX}), cudaSuccess) << "at once";
+    const cudaPitchedPtr endless = {memory.ptr, SIZE_MAX / 2 + 1, 10, 2}; // a slice is 2^64 bytes
+    EXPECT_EQ(cudaMemset3D(endless, 7, {5, 1, 2}), cudaErrorInvalidValue);
     EXPECT_EQ(cudaFree(memory.ptr), cudaSuccess);
 }
 
