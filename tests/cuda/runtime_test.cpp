@@ -207,33 +207,55 @@ TEST_F(Runtime, CopiesOfArraysAndPeers) {
     EXPECT_EQ(cudaFreeArray(b), cudaSuccess);
 }
 
-// Two libraries have the same inline kernel, whose host stub is one function.
-TEST_F(Runtime, KernelsRegisteredTwiceLiveAsLongAsTheLastFile) {
+// Two libraries have the same inline kernel and variable, whose host stub and shadow are one.
+TEST_F(Runtime, WhatIsRegisteredTwiceLivesAsLongAsTheLastFile) {
     static char text[] = ".version 7.0\n.target sm_60\n.address_size 64\n"
+                         ".visible .global .align 4 .u32 number;\n"
+                         ".visible .global .attribute(.managed) .align 4 .u32 shared;\n"
                          ".visible .entry nothing() { ret; }\n";
     static const char stub = 0;
+    static char shadow = 0;
+    static void* managed = nullptr;
     const auto add = [] {
         void** const file = __cudaRegisterFatBinary(text);
         __cudaRegisterFunction(file, &stub, nullptr, "nothing", -1, nullptr, nullptr, nullptr,
                                nullptr, nullptr);
+        __cudaRegisterVar(file, &shadow, nullptr, "number", 0, 4, 0, 0);
+        __cudaRegisterManagedVar(file, &managed, nullptr, "shared", 0, 4, 0, 0);
         return file;
     };
     const auto launch = [](const void* kernel) {
         return cudaLaunchKernel(kernel, dim3(1), dim3(1), nullptr, 0, nullptr);
     };
+    const auto address = [](const void* host) {
+        void* found = nullptr;
+        EXPECT_EQ(cudaGetSymbolAddress(&found, host), cudaSuccess);
+        return found;
+    };
     cudaKernel_t handle = nullptr, again = nullptr;
     void** const first = add();
     ASSERT_EQ(__cudaGetKernel(&handle, &stub), cudaSuccess);
+    void* const number = address(&shadow);
+    const void* const shared = managed;
+    EXPECT_NE(shared, nullptr);
     void** const second = add();
+    EXPECT_EQ(address(&shadow), number);
     EXPECT_EQ(__cudaGetKernel(&again, &stub), cudaSuccess);
     EXPECT_EQ(again, handle) << "a program keeps it";
     EXPECT_EQ(launch(handle), cudaSuccess);
     __cudaUnregisterFatBinary(second);
     EXPECT_EQ(launch(&stub), cudaSuccess);
+    EXPECT_EQ(address(&shadow), number);
     void** const third = add();
+    EXPECT_TRUE(__cudaInitModule(third));
+    EXPECT_EQ(managed, shared);
     __cudaUnregisterFatBinary(first);
+    EXPECT_EQ(managed, address(&managed)) << "of the third";
     EXPECT_EQ(launch(handle), cudaSuccess);
+    EXPECT_NE(address(&shadow), nullptr);
     __cudaUnregisterFatBinary(third);
+    void* none = nullptr;
+    EXPECT_EQ(cudaGetSymbolAddress(&none, &shadow), cudaErrorInvalidSymbol);
     EXPECT_EQ(launch(&stub), cudaErrorInvalidDeviceFunction);
     EXPECT_EQ(launch(handle), cudaErrorInvalidDeviceFunction);
     EXPECT_EQ(cudaGetLastError(), cudaErrorInvalidDeviceFunction);
