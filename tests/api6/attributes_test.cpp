@@ -376,6 +376,8 @@ TEST_F(Attributes, LevelsOfBuffersFitTheirSize) {
     ok(rtBufferSetFormat(made, RT_FORMAT_FLOAT));
     fails(RT_ERROR_INVALID_VALUE, rtBufferSetMipLevelCount(made, ~0u), "levels");
     ok(rtBufferSetMipLevelCount(made, 40)); // more than any texture has
+    ok(rtBufferSetSize2D(made, 0, 0));
+    ok(rtBufferValidate(made));
     ok(rtBufferSetSize2D(made, 4, 4));
     fails(RT_ERROR_INVALID_VALUE, rtBufferValidate(made), "levels = 40");
     RTtexturesampler sampler = nullptr;

@@ -304,9 +304,11 @@ void Buffer::validate() const {
                "the buffer has the format RT_FORMAT_USER and no element size");
     if (dimensions == 0)
         refuse(RT_ERROR_INVALID_CONTEXT, "the buffer has no size");
+    if (extents_[0] == 0)
+        return;
     requireLevels(mipLevels); // the size may have changed since
     const bool layered = description & RT_BUFFER_LAYERED;
-    if (!(description & RT_BUFFER_CUBEMAP) || extents_[0] == 0)
+    if (!(description & RT_BUFFER_CUBEMAP))
         return;
     if (dimensions != 3 || extents_[0] != extents_[1] ||
         (layered ? extents_[2] % 6 != 0 : extents_[2] != 6))
