@@ -350,6 +350,51 @@ TEST_F(Attributes, MappedBuffersRefuseChanges) {
     fails(RT_ERROR_INVALID_VALUE, rtBufferSetDevicePointer(made, 9, data));
 }
 
+// A product of sizes that wraps around would be the size of a small block of memory.
+TEST_F(Attributes, SizesOfBuffersAfterTheirFormatFitIntoMemory) {
+    RTbuffer made = nullptr;
+    ok(rtBufferCreate(context_, RT_BUFFER_INPUT, &made));
+    constexpr RTsize kElement = 274177, kElements = 67280421310721; // their product is 2^64 + 1
+    ok(rtBufferSetSize1D(made, kElements));
+    ok(rtBufferSetFormat(made, RT_FORMAT_USER));
+    fails(RT_ERROR_MEMORY_ALLOCATION_FAILED, rtBufferSetElementSize(made, kElement), "274177");
+    fails(RT_ERROR_MEMORY_ALLOCATION_FAILED, rtBufferSetFormat(made, RT_FORMAT_FLOAT4));
+    ok(rtBufferSetSize1D(made, 2));
+    ok(rtBufferSetElementSize(made, kElement));
+    fails(RT_ERROR_MEMORY_ALLOCATION_FAILED, rtBufferSetSize1D(made, kElements));
+    void* data = nullptr;
+    ok(rtBufferMap(made, &data));
+    ok(rtBufferUnmap(made));
+
+    fails(RT_ERROR_MEMORY_ALLOCATION_FAILED, rtBufferSetSize1D(made, RTsize(1) << 27));
+    fails(RT_ERROR_MEMORY_ALLOCATION_FAILED, rtBufferMap(made, &data));
+}
+
+TEST_F(Attributes, LevelsOfBuffersFitTheirSize) {
+    RTbuffer made = nullptr;
+    ok(rtBufferCreate(context_, RT_BUFFER_INPUT, &made));
+    ok(rtBufferSetFormat(made, RT_FORMAT_FLOAT));
+    fails(RT_ERROR_INVALID_VALUE, rtBufferSetMipLevelCount(made, ~0u), "levels");
+    ok(rtBufferSetMipLevelCount(made, 40)); // more than any texture has
+    ok(rtBufferSetSize2D(made, 0, 0));
+    ok(rtBufferValidate(made));
+    ok(rtBufferSetSize2D(made, 4, 4));
+    fails(RT_ERROR_INVALID_VALUE, rtBufferValidate(made), "levels = 40");
+    RTtexturesampler sampler = nullptr;
+    ok(rtTextureSamplerCreate(context_, &sampler));
+    ok(rtTextureSamplerSetBuffer(sampler, 0, 0, made));
+    ok(rtTextureSamplerSetFilteringModes(sampler, RT_FILTER_LINEAR, RT_FILTER_LINEAR,
+                                         RT_FILTER_LINEAR));
+    fails(RT_ERROR_INVALID_VALUE, rtTextureSamplerValidate(sampler), "levels");
+    int id = 0;
+    ok(rtTextureSamplerGetId(sampler, &id));
+    setEntry("write_scoped");
+    ok(rtVariableSet1f(variable("scoped"), 3));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "levels");
+    ok(rtBufferSetMipLevelCount(made, 3));
+    ok(rtTextureSamplerValidate(sampler));
+}
+
 TEST_F(Attributes, OfTextureSamplers) {
     RTtexturesampler made = nullptr;
     ok(rtTextureSamplerCreate(context_, &made));

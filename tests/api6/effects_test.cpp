@@ -171,6 +171,25 @@ TEST_F(Effects, OfBuffersForCuda) {
     ok(rtBufferUnmap(lender));
 }
 
+// A larger buffer does not fit into the memory that the application gave for a smaller one.
+TEST_F(Effects, OfSizesOfBuffersInMemoryOfTheApplication) {
+    RTbuffer lender = filled<float>(RT_FORMAT_FLOAT, std::vector<float>(64, 7));
+    RTbuffer own = buffer(RT_BUFFER_INPUT_OUTPUT, RT_FORMAT_FLOAT, 32);
+    void *memory = nullptr, *kept = nullptr;
+    ok(rtBufferGetDevicePointer(lender, 0, &memory));
+    ok(rtBufferSetDevicePointer(own, 0, memory));
+    ok(rtBufferSetSize1D(own, 64));
+    ok(rtBufferGetDevicePointer(own, 0, &kept));
+    EXPECT_EQ(kept, memory) << "it is in accessible memory";
+    ok(rtBufferSetSize1D(own, size_t(1) << 24));
+    ok(rtBufferGetDevicePointer(own, 0, &kept));
+    EXPECT_NE(kept, memory);
+    ok(rtBufferSetSize1D(own, 64));
+    ok(rtBufferSetDevicePointer(own, 0, memory));
+    ok(rtBufferGetDevicePointer(own, 0, &kept));
+    EXPECT_EQ(kept, memory);
+}
+
 TEST_F(Effects, OfSizesOfBuffers) {
     RTbuffer made = buffer(RT_BUFFER_INPUT, RT_FORMAT_FLOAT, 12);
     ok(rtBufferSetMipLevelCount(made, 3));

@@ -219,6 +219,12 @@ TEST_F(Properties, OfBuffersOfTriangles) {
     ok(rtGeometryTrianglesSetMotionVerticesMultiBuffer(object, 3, three, 3, 0, 12, good));
     ok(rtAccelerationMarkDirty(built));
     fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "3 vertex buffers");
+    // The begin of the third step would wrap around to that of the first.
+    ok(rtGeometryTrianglesSetMotionSteps(object, 3));
+    ok(rtGeometryTrianglesSetMotionVertices(object, 3, list, 36, 12, RTsize(1) << 63, good));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "vertices");
+    ok(rtGeometryTrianglesSetMotionVertices(object, 3, list, 36, 12, ~RTsize(11), good));
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "motion step 1");
 }
 
 TEST_F(Properties, OfInstancesAndMaterials) {

@@ -94,6 +94,12 @@ TEST_F(BadInput, MappedMemory) {
     unsigned char byte = 0;
     EXPECT_EQ(cuMemcpyDtoH(&byte, memory, 1), CUDA_SUCCESS);
     EXPECT_EQ(byte, 7);
+    CUdeviceptr wide = 0;
+    ASSERT_EQ(cuMemAddressReserve(&wide, 4 * kUnit, 0, 0, 0), CUDA_SUCCESS);
+    ASSERT_EQ(cuMemMap(wide + kUnit, kUnit, 0, handle, 0), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemUnmap(wide + 1, 2 * kUnit), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuMemUnmap(wide, 2 * kUnit), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemAddressFree(wide, 4 * kUnit), CUDA_SUCCESS);
     EXPECT_EQ(cuMemUnmap(space, kUnit), CUDA_SUCCESS);
     EXPECT_EQ(cuMemcpyDtoH(&byte, space, 1), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuMemRelease(handle), CUDA_SUCCESS);

@@ -87,8 +87,12 @@ TEST_F(DeviceCalls, FreeOfWhatIsNoBlock) {
         EXPECT_EQ(run("mov.u64 %rd3, %rd1;\n" + kFree, inside, 0, meets), CUDA_ERROR_LAUNCH_FAILED);
         EXPECT_EQ(run("mov.u64 %rd3, %rd1;\n" + kFree, inside + 1, 0, meets),
                   CUDA_ERROR_LAUNCH_FAILED);
-        EXPECT_EQ(run(kMalloc + "add.u64 %rd3, %rd3, 16;\n" + kFree, 0, 0, meets),
+        uint64_t block = 0;
+        EXPECT_EQ(run(kMalloc + "st.u64 [%rd2], %rd3; add.u64 %rd3, %rd3, 16;\n" + kFree, 0,
+                      reinterpret_cast<uint64_t>(&block), meets),
                   CUDA_ERROR_LAUNCH_FAILED);
+        EXPECT_EQ(run("mov.u64 %rd3, %rd1;\n" + kFree, block, 0, meets), CUDA_SUCCESS)
+            << "it is still a block";
         EXPECT_EQ(run(kMalloc + kFree + kFree, 0, 0, meets), CUDA_ERROR_LAUNCH_FAILED) << "twice";
         if (!isSanitized()) {
             EXPECT_EQ(run("mov.u64 %rd3, 0x123450;\n" + kFree, 0, 0, meets),

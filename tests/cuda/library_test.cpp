@@ -137,6 +137,10 @@ TEST_F(Library, WhatIsAskedOfThem) {
                   &blocks, reinterpret_cast<CUfunction>(kernel), 256, 0),
               CUDA_SUCCESS);
     EXPECT_GT(blocks, 0);
+    EXPECT_EQ(cuOccupancyMaxActiveBlocksPerMultiprocessor(
+                  &blocks, reinterpret_cast<CUfunction>(nothing), 256, SIZE_MAX),
+              CUDA_SUCCESS);
+    EXPECT_EQ(blocks, 0) << "with its static shared memory the sum wraps around";
 }
 
 TEST_F(Library, ManagedVariablesAreManagedMemory) {
@@ -264,6 +268,12 @@ TEST_F(StreamMemory, BadInput) {
     EXPECT_EQ(cuStreamWriteValue32(stream, memory, 1, 2), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuStreamWaitValue32(stream, memory, 1, 4), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuStreamWaitValue32(stream, 0xdead0000, 1, 0), CUDA_ERROR_INVALID_VALUE);
+    CUdeviceptr half = 0; // of a word of eight bytes
+    ASSERT_EQ(cuMemAlloc(&half, 4), CUDA_SUCCESS);
+    EXPECT_EQ(cuStreamWriteValue64(stream, half, 1, 0), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuStreamWaitValue64(stream, half, 0, 0), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuStreamWriteValue32(stream, half, 1, 0), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemFree(half), CUDA_SUCCESS);
     CUstreamBatchMemOpParams op = {};
     EXPECT_EQ(cuStreamBatchMemOp(stream, 1, &op, 0), CUDA_ERROR_INVALID_VALUE);
     op.flushRemoteWrites = {CU_STREAM_MEM_OP_FLUSH_REMOTE_WRITES, 0};

@@ -146,6 +146,9 @@ TEST_F(Runtime, SetsOfThreeDimensions) {
     EXPECT_EQ(cudaMemset3D(memory, 7, {5, 2, 4}), cudaErrorInvalidValue);
     EXPECT_EQ(cudaMemset3D(memory, 7, {memory.pitch + 1, 2, 1}), cudaErrorInvalidValue);
     EXPECT_EQ(cudaMemset3D(memory, 7, {0, 2, 1}), cudaSuccess);
+    EXPECT_EQ(cudaMemset3D(memory, 7, {0, 2, SIZE_MAX}), cudaSuccess) << "at once";
+    const cudaPitchedPtr endless = {memory.ptr, SIZE_MAX / 2 + 1, 10, 2}; // a slice is 2^64 bytes
+    EXPECT_EQ(cudaMemset3D(endless, 7, {5, 1, 2}), cudaErrorInvalidValue);
     EXPECT_EQ(cudaFree(memory.ptr), cudaSuccess);
 }
 
@@ -171,6 +174,15 @@ TEST_F(Runtime, CopiesOfArraysAndPeers) {
     EXPECT_EQ(cudaMemcpyToArrayAsync(a, 24, 1, in, 16, cudaMemcpyHostToDevice, stream),
               cudaErrorInvalidValue);
 
+    // Positions count texels of four bytes; their products do not wrap around.
+    cudaMemcpy3DParms far = {};
+    far.srcArray = b;
+    far.dstPtr = {out, 16, 4, 1};
+    far.extent = {2, 1, 1};
+    far.kind = cudaMemcpyDeviceToHost;
+    EXPECT_EQ(cudaMemcpy3D(&far), cudaSuccess);
+    far.srcPos.x = SIZE_MAX / 4 + 1;
+    EXPECT_EQ(cudaMemcpy3D(&far), cudaErrorInvalidValue);
     cudaMemcpy3DPeerParms copy = {};
     copy.srcArray = b;
     copy.dstPtr = {out, 16, 4, 1}; // neither of a device nor page-locked
@@ -193,6 +205,60 @@ TEST_F(Runtime, CopiesOfArraysAndPeers) {
     EXPECT_EQ(cudaStreamDestroy(stream), cudaSuccess);
     EXPECT_EQ(cudaFreeArray(a), cudaSuccess);
     EXPECT_EQ(cudaFreeArray(b), cudaSuccess);
+}
+
+// Two libraries have the same inline kernel and variable, whose host stub and shadow are one.
+TEST_F(Runtime, WhatIsRegisteredTwiceLivesAsLongAsTheLastFile) {
+    static char text[] = ".version 7.0\n.target sm_60\n.address_size 64\n"
+                         ".visible .global .align 4 .u32 number;\n"
+                         ".visible .global .attribute(.managed) .align 4 .u32 shared;\n"
+                         ".visible .entry nothing() { ret; }\n";
+    static const char stub = 0;
+    static char shadow = 0;
+    static void* managed = nullptr;
+    const auto add = [] {
+        void** const file = __cudaRegisterFatBinary(text);
+        __cudaRegisterFunction(file, &stub, nullptr, "nothing", -1, nullptr, nullptr, nullptr,
+                               nullptr, nullptr);
+        __cudaRegisterVar(file, &shadow, nullptr, "number", 0, 4, 0, 0);
+        __cudaRegisterManagedVar(file, &managed, nullptr, "shared", 0, 4, 0, 0);
+        return file;
+    };
+    const auto launch = [](const void* kernel) {
+        return cudaLaunchKernel(kernel, dim3(1), dim3(1), nullptr, 0, nullptr);
+    };
+    const auto address = [](const void* host) {
+        void* found = nullptr;
+        EXPECT_EQ(cudaGetSymbolAddress(&found, host), cudaSuccess);
+        return found;
+    };
+    cudaKernel_t handle = nullptr, again = nullptr;
+    void** const first = add();
+    ASSERT_EQ(__cudaGetKernel(&handle, &stub), cudaSuccess);
+    void* const number = address(&shadow);
+    const void* const shared = managed;
+    EXPECT_NE(shared, nullptr);
+    void** const second = add();
+    EXPECT_EQ(address(&shadow), number);
+    EXPECT_EQ(__cudaGetKernel(&again, &stub), cudaSuccess);
+    EXPECT_EQ(again, handle) << "a program keeps it";
+    EXPECT_EQ(launch(handle), cudaSuccess);
+    __cudaUnregisterFatBinary(second);
+    EXPECT_EQ(launch(&stub), cudaSuccess);
+    EXPECT_EQ(address(&shadow), number);
+    void** const third = add();
+    EXPECT_TRUE(__cudaInitModule(third));
+    EXPECT_EQ(managed, shared);
+    __cudaUnregisterFatBinary(first);
+    EXPECT_EQ(managed, address(&managed)) << "of the third";
+    EXPECT_EQ(launch(handle), cudaSuccess);
+    EXPECT_NE(address(&shadow), nullptr);
+    __cudaUnregisterFatBinary(third);
+    void* none = nullptr;
+    EXPECT_EQ(cudaGetSymbolAddress(&none, &shadow), cudaErrorInvalidSymbol);
+    EXPECT_EQ(launch(&stub), cudaErrorInvalidDeviceFunction);
+    EXPECT_EQ(launch(handle), cudaErrorInvalidDeviceFunction);
+    EXPECT_EQ(cudaGetLastError(), cudaErrorInvalidDeviceFunction);
 }
 
 TEST_F(Runtime, FunctionsOfTheDriverByName) {

@@ -322,12 +322,31 @@ TEST_F(Views, OtherFormatsAndLayers) {
     EXPECT_EQ(cuTexObjectDestroy(texture), CUDA_SUCCESS);
     view.lastLayer = 4;
     EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_ERROR_INVALID_VALUE);
+    view.lastLayer = ~0u;
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_ERROR_INVALID_VALUE);
     view.lastLayer = 0;
     EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_ERROR_INVALID_VALUE);
     view.lastLayer = 2;
     view.format = CU_RES_VIEW_FORMAT_FLOAT_1X16;
     EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuArrayDestroy(array), CUDA_SUCCESS);
+}
+
+TEST_F(Views, NeedArrays) {
+    CUDA_RESOURCE_DESC r = {};
+    r.resType = CU_RESOURCE_TYPE_LINEAR;
+    r.res.linear = {out_, CU_AD_FORMAT_UNSIGNED_INT32, 2, 16};
+    CUDA_TEXTURE_DESC d = {};
+    CUDA_RESOURCE_VIEW_DESC view = {};
+    view.format = CU_RES_VIEW_FORMAT_UNSIGNED_BC1;
+    view.width = 8;
+    view.height = 4;
+    CUtexObject texture = 0;
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_ERROR_INVALID_VALUE);
+    view = {};
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, &view), CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuTexObjectCreate(&texture, &r, &d, nullptr), CUDA_SUCCESS);
+    EXPECT_EQ(cuTexObjectDestroy(texture), CUDA_SUCCESS);
 }
 
 } // namespace

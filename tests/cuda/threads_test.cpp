@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <pthread.h>
 #include <thread>
@@ -319,6 +320,45 @@ TEST_F(Threads, StreamsAreDestroyedWithoutAThreadOfTheDefaultStream) {
     goesOn = true;
     EXPECT_EQ(cuStreamSynchronize(nullptr), CUDA_SUCCESS);
     EXPECT_EQ(word(0), 0x03030303u);
+}
+
+// Changes of mapped memory wait for queued work, which may wait for a thread that calls meanwhile.
+TEST_F(Threads, ChangesOfMappedMemoryLetOtherThreadsCall) {
+    constexpr size_t kUnit = size_t(2) << 20;
+    CUmemAllocationProp properties = {};
+    properties.type = CU_MEM_ALLOCATION_TYPE_PINNED;
+    properties.location = {CU_MEM_LOCATION_TYPE_DEVICE, 0};
+    CUdeviceptr space = 0;
+    CUmemGenericAllocationHandle handle = 0;
+    ASSERT_EQ(cuMemAddressReserve(&space, kUnit, 0, 0, 0), CUDA_SUCCESS);
+    ASSERT_EQ(cuMemCreate(&handle, kUnit, &properties, 0), CUDA_SUCCESS);
+    ASSERT_EQ(cuMemMap(space, kUnit, 0, handle, 0), CUDA_SUCCESS);
+    struct {
+        std::atomic<bool> waits{false}, isAnswered{false}, isInTime{false};
+    } state;
+    const auto wait = [](void* data) {
+        auto& s = *static_cast<decltype(state)*>(data);
+        s.waits = true;
+        for (int i = 0; i < 5000 && !s.isAnswered; ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        s.isInTime = s.isAnswered.load();
+    };
+    ASSERT_EQ(cuLaunchHostFunc(streams[0], wait, &state), CUDA_SUCCESS);
+    std::thread other([&] {
+        EXPECT_EQ(cuCtxSetCurrent(context), CUDA_SUCCESS);
+        while (!state.waits)
+            std::this_thread::yield();
+        std::this_thread::sleep_for(std::chrono::milliseconds(50)); // the other call has begun
+        CUmemGenericAllocationHandle second = 0;
+        EXPECT_EQ(cuMemCreate(&second, kUnit, &properties, 0), CUDA_SUCCESS);
+        EXPECT_EQ(cuMemRelease(second), CUDA_SUCCESS);
+        state.isAnswered = true;
+    });
+    EXPECT_EQ(cuMemUnmap(space, kUnit), CUDA_SUCCESS);
+    other.join();
+    EXPECT_TRUE(state.isInTime);
+    EXPECT_EQ(cuMemRelease(handle), CUDA_SUCCESS);
+    EXPECT_EQ(cuMemAddressFree(space, kUnit), CUDA_SUCCESS);
 }
 
 } // namespace

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <climits>
 #include <thread>
 
 namespace {
@@ -105,6 +106,19 @@ TEST_F(UserObjects, AreReleasedByGraphs) {
     EXPECT_EQ(cuGraphReleaseUserObject(graph_, object, 3), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuGraphReleaseUserObject(graph_, object, 1), CUDA_SUCCESS);
     EXPECT_TRUE(isKept());
+    EXPECT_EQ(cuGraphReleaseUserObject(graph_, object, 1), CUDA_SUCCESS);
+    EXPECT_TRUE(isDestroyed());
+    EXPECT_EQ(cuGraphDestroy(graph_), CUDA_SUCCESS);
+}
+
+// References are counted, not stored one by one.
+TEST_F(UserObjects, AGraphHasAsManyReferencesAsAnIntCounts) {
+    const CUuserObject object = make();
+    ASSERT_EQ(cuGraphRetainUserObject(graph_, object, INT_MAX, 0), CUDA_SUCCESS);
+    EXPECT_EQ(cuUserObjectRelease(object, 1), CUDA_SUCCESS);
+    EXPECT_EQ(cuGraphReleaseUserObject(graph_, object, INT_MAX - 1), CUDA_SUCCESS);
+    EXPECT_TRUE(isKept());
+    EXPECT_EQ(cuGraphReleaseUserObject(graph_, object, 2), CUDA_ERROR_INVALID_VALUE);
     EXPECT_EQ(cuGraphReleaseUserObject(graph_, object, 1), CUDA_SUCCESS);
     EXPECT_TRUE(isDestroyed());
     EXPECT_EQ(cuGraphDestroy(graph_), CUDA_SUCCESS);

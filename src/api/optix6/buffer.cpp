@@ -6,6 +6,7 @@
 #include "api/optix6/gl/share.h"
 #include "api/optix6/variable.h"
 #include "base/error.h"
+#include "base/log.h"
 
 #include <algorithm>
 #include <bit>
@@ -17,10 +18,20 @@ namespace sunstone::optix6 {
 
 namespace {
 
-constexpr size_t kMargin = 64; // vector loads at the end
+constexpr size_t kMargin = 64;          // vector loads at the end
+constexpr unsigned kMostBytesLog2 = 46; // of the first level of a buffer
+constexpr unsigned kMostLevels = kMostBytesLog2 + 1;
 
 bool isBlockFormat(RTformat format) {
     return format >= RT_FORMAT_UNSIGNED_BC1 && format <= RT_FORMAT_UNSIGNED_BC7;
+}
+
+void requireFits(uint32_t elementBytes, unsigned count, const uint64_t* extents) {
+    uint64_t product = std::max(1u, elementBytes);
+    for (unsigned i = 0; i < count; ++i)
+        if (__builtin_mul_overflow(product, extents[i], &product) || product >> kMostBytesLog2 != 0)
+            refuse(RT_ERROR_MEMORY_ALLOCATION_FAILED, "a buffer of this size with elements of ",
+                   elementBytes, " bytes does not fit into memory");
 }
 
 } // namespace
@@ -73,6 +84,7 @@ void Buffer::setFormat(RTformat wanted) {
     requireUnmapped();
     if (format == wanted)
         return;
+    requireFits(bytesOf(wanted), dimensions, extents_);
     format = wanted;
     elementBytes_ = bytesOf(wanted);
     allocate();
@@ -85,6 +97,7 @@ void Buffer::setElementSize(RTsize size) {
     if (size == 0 || size > std::numeric_limits<uint32_t>::max())
         refuse(RT_ERROR_INVALID_VALUE, "size = ", size, " is not the size of an element");
     requireUnmapped();
+    requireFits(uint32_t(size), dimensions, extents_);
     elementBytes_ = uint32_t(size);
     allocate();
 }
@@ -95,23 +108,23 @@ void Buffer::setSize(unsigned count, const RTsize* extents) {
     if (someZero && !allZero)
         refuse(RT_ERROR_INVALID_VALUE, "one size is zero and another is not");
     requireUnmapped();
-    uint64_t product = std::max(1u, elementBytes_);
-    for (unsigned i = 0; i < count; ++i)
-        if (__builtin_mul_overflow(product, extents[i], &product) || product >> 46 != 0)
-            refuse(RT_ERROR_MEMORY_ALLOCATION_FAILED,
-                   "a buffer of this size does not fit into memory");
+    requireFits(elementBytes_, count, extents);
     dimensions = count;
     for (unsigned i = 0; i < 3; ++i)
         extents_[i] = i < count ? extents[i] : 1;
     allocate();
 }
 
+void Buffer::requireLevels(unsigned count) const {
+    const uint64_t largest = std::max({extents_[0], extents_[1], extents_[2], uint64_t(1)});
+    const unsigned most = dimensions == 0 ? kMostLevels : unsigned(std::bit_width(largest));
+    if (count == 0 || count > most)
+        refuse(RT_ERROR_INVALID_VALUE, "levels = ", count, " is outside 1..", most);
+}
+
 void Buffer::setMipLevels(unsigned count) {
     requireUnmapped();
-    const uint64_t largest = std::max({extents_[0], extents_[1], extents_[2], uint64_t(1)});
-    const unsigned most = unsigned(std::bit_width(largest));
-    if (count == 0 || (dimensions != 0 && count > most))
-        refuse(RT_ERROR_INVALID_VALUE, "levels = ", count, " is outside 1..", most);
+    requireLevels(count);
     mipLevels = count;
     allocate();
 }
@@ -147,6 +160,12 @@ void Buffer::allocate() {
     storage_ = {};
     noteChange();
     const uint64_t size = bytes();
+    if (adopted_ && !context()->engine->device->isAccessible(adopted_, size)) {
+        log(LogLevel::kWarning, "optix6",
+            message("buffer ", handle(), " has memory of its own again: its ", size,
+                    " bytes are not in accessible memory at ", adopted_));
+        adopted_ = nullptr;
+    }
     if (size != 0 && !adopted_)
         try {
             storage_ = SharedMemory(backend_, size + kMargin);
@@ -239,9 +258,12 @@ void* Buffer::map(unsigned flags, unsigned level) {
         refuse(RT_ERROR_ALREADY_MAPPED, "level ", level, " of the buffer is mapped");
     if (glBuffer && data() && flags != RT_BUFFER_MAP_WRITE_DISCARD && !isMapped())
         gl::download(*this);
+    uint8_t* const memory = data() ? data() + levelOffset(level) : nullptr;
+    if (!memory && bytes() != 0)
+        refuse(RT_ERROR_MEMORY_ALLOCATION_FAILED, "there was no memory for the buffer's ", bytes(),
+               " bytes");
     wasWritten_ |= flags != RT_BUFFER_MAP_READ;
     mapped_[level] = true;
-    uint8_t* const memory = data() ? data() + levelOffset(level) : nullptr;
     if (memory && stream)
         stream->copyTo(memory, bytes());
     if (!memory || !isForeign())
@@ -297,8 +319,11 @@ void Buffer::validate() const {
                "the buffer has the format RT_FORMAT_USER and no element size");
     if (dimensions == 0)
         refuse(RT_ERROR_INVALID_CONTEXT, "the buffer has no size");
+    if (extents_[0] == 0)
+        return;
+    requireLevels(mipLevels); // the size may have changed since
     const bool layered = description & RT_BUFFER_LAYERED;
-    if (!(description & RT_BUFFER_CUBEMAP) || extents_[0] == 0)
+    if (!(description & RT_BUFFER_CUBEMAP))
         return;
     if (dimensions != 3 || extents_[0] != extents_[1] ||
         (layered ? extents_[2] % 6 != 0 : extents_[2] != 6))

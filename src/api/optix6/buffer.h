@@ -80,6 +80,7 @@ private:
     engine::Backend& backend() const { return *backend_; }
     bool isForeign() const;
     void requireUnmapped() const;
+    void requireLevels(unsigned count) const;
     void allocate();
     void updateView();
     uint64_t levelElements(unsigned level) const;

@@ -44,6 +44,16 @@ const uint8_t* place(const Ref<Buffer>& ref, const char* what, uint64_t offset, 
     return buffer->data() ? buffer->data() + offset : nullptr;
 }
 
+// Where the vertices of a motion step begin in a buffer that holds all steps.
+uint64_t stepOffset(const GeometryTriangles& t, unsigned step) {
+    uint64_t offset = 0;
+    if (__builtin_mul_overflow(uint64_t(step), t.vertexMotionStride, &offset) ||
+        __builtin_add_overflow(offset, t.vertexByteOffset, &offset))
+        refuse(RT_ERROR_INVALID_VALUE, "vertexBufferMotionByteStride = ", t.vertexMotionStride,
+               " puts motion step ", step, " outside of the vertex buffer");
+    return offset;
+}
+
 unsigned entriesOf(const GeometryInstance& instance) {
     return std::max<unsigned>(1, unsigned(instance.materials.size()));
 }
@@ -62,8 +72,8 @@ bvh::TriangleInput triangleInput(engine::AccelInputs& inputs, GeometryTriangles&
     for (unsigned step = 0; step < t.motion.steps; ++step) {
         const bool many = t.vertices.size() > 1;
         keys.push_back(place(t.vertices[many ? step : 0], "vertices",
-                             t.vertexByteOffset + (many ? 0 : step * t.vertexMotionStride), stride,
-                             vertexBytes, t.vertexCount));
+                             many ? t.vertexByteOffset : stepOffset(t, step), stride, vertexBytes,
+                             t.vertexCount));
     }
     in.vertices = keys[0];
     if (t.motion.steps > 1)

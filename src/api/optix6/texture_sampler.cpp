@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 namespace sunstone::optix6 {
 
@@ -102,6 +103,11 @@ void TextureSampler::validate() const {
     if (!textureFormat(source->format, format))
         refuse(RT_ERROR_INVALID_CONTEXT, "no texture has elements of the buffer's format ",
                unsigned(source->format));
+    constexpr uint64_t kMostTexels = std::numeric_limits<int32_t>::max(); // programs number them
+    for (unsigned i = 0; i < 3; ++i)
+        if (const uint64_t texels = source->extent(i, 0); texels > kMostTexels / format.edge())
+            refuse(RT_ERROR_INVALID_CONTEXT, "no texture has ", texels,
+                   " elements along dimension ", i);
     if (!gl && (mipFilter == RT_FILTER_NONE) != (source->mipLevels == 1))
         refuse(RT_ERROR_INVALID_CONTEXT, "the mipmapping filter does not fit a buffer with ",
                source->mipLevels, " levels");

@@ -61,6 +61,13 @@ void checkStride(const BufferDesc& desc, unsigned stride) {
              " is not a multiple of ", unit);
 }
 
+void requireInAddressSpace(uint64_t end, uint32_t strideBytes) {
+    constexpr uint64_t kMost = uint64_t(1) << 47;
+    if (end > kMost / std::max(strideBytes, 1u))
+        fail(Code::kInvalidValue, "end = ", end, " elements of ", strideBytes,
+             " bytes is beyond the address space");
+}
+
 } // namespace
 
 uint32_t BufferDesc::elementBytes() const {
@@ -159,10 +166,8 @@ extern "C" RTPresult RTPAPI rtpBufferDescSetRange(RTPbufferdesc desc, RTPsize be
         const auto object = descOf(desc, "desc");
         if (begin > end)
             fail(Code::kInvalidValue, "begin = ", begin, " is behind end = ", end);
-        constexpr uint64_t kMost = uint64_t(1) << 47; // bytes of the address space
         std::lock_guard lock(object->context->mutex);
-        if (end > kMost / std::max(object->strideBytes(), 1u))
-            fail(Code::kInvalidValue, "end = ", end, " is beyond the address space");
+        requireInAddressSpace(end, object->strideBytes());
         object->hasRange = true;
         object->begin = begin;
         object->end = end;
@@ -174,6 +179,7 @@ extern "C" RTPresult RTPAPI rtpBufferDescSetStride(RTPbufferdesc desc, unsigned 
         const auto object = descOf(desc, "desc");
         checkStride(*object, strideBytes);
         std::lock_guard lock(object->context->mutex);
+        requireInAddressSpace(object->end, strideBytes);
         object->stride = strideBytes;
     });
 }

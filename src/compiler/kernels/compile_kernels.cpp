@@ -44,8 +44,12 @@ KernelInfo describeKernel(const ptx::Function& function) {
         offset += parameter.size;
     }
     info.parameterBytes = uint32_t(offset);
+    limitBytes(info, offset, "parameters");
     const auto product = [](const uint32_t(&threads)[3]) {
-        return threads[0] * std::max(1u, threads[1]) * std::max(1u, threads[2]);
+        uint64_t all = threads[0];
+        for (const uint32_t more : {threads[1], threads[2]})
+            all = std::min<uint64_t>(all * std::max(1u, more), UINT32_MAX);
+        return uint32_t(all);
     };
     info.maxThreadsPerBlock = product(function.requiredThreads);
     if (info.maxThreadsPerBlock == 0)

@@ -5,6 +5,8 @@
 // largest kernel that uses it, also at one offset for all.
 #include "compiler/kernels/shared_layout.h"
 
+#include "base/error.h"
+
 #include <llvm/IR/InstIterator.h>
 
 #include <algorithm>
@@ -43,6 +45,12 @@ uint64_t placeVariables(std::vector<SharedVariable*>& variables, uint64_t offset
 
 } // namespace
 
+void limitBytes(KernelInfo& kernel, uint64_t bytes, const char* what) {
+    if (bytes > kMostKernelBytes && kernel.unsupported.empty())
+        kernel.unsupported =
+            message(bytes, " bytes of ", what, " are more than the limit of ", kMostKernelBytes);
+}
+
 void describeThreads(Unit& unit, const std::vector<llvm::Function*>& functions,
                      std::vector<KernelInfo>& kernels) {
     FunctionSet addressTaken;
@@ -56,14 +64,17 @@ void describeThreads(Unit& unit, const std::vector<llvm::Function*>& functions,
             continue;
         FunctionSet reached;
         addReachable(functions[i], addressTaken, reached);
+        uint64_t localBytes = 0;
         for (llvm::Function* function : reached) {
             const auto facts = unit.facts().find(function);
             if (facts == unit.facts().end())
                 continue;
             kernels[i].usesBarriers |= facts->second.barriers;
             kernels[i].usesWarpFunctions |= facts->second.warp;
-            kernels[i].localBytes += uint32_t(facts->second.localBytes);
+            localBytes += facts->second.localBytes;
         }
+        kernels[i].localBytes = uint32_t(localBytes);
+        limitBytes(kernels[i], localBytes, "local memory");
         for (SharedVariable& shared : unit.shared())
             if (std::any_of(shared.users.begin(), shared.users.end(),
                             [&](llvm::Function* user) { return reached.count(user) != 0; }))
@@ -97,13 +108,16 @@ void describeThreads(Unit& unit, const std::vector<llvm::Function*>& functions,
         if (own.count(i))
             end = placeVariables(own[i], end, places);
         kernels[i].staticSharedBytes = uint32_t(end);
+        limitBytes(kernels[i], end, "shared memory");
         if (usesDynamic[i])
             dynamicStart = std::max(dynamicStart, end);
     }
     dynamicStart = (dynamicStart + 15) / 16 * 16;
     for (size_t i = 0; i < functions.size(); ++i)
-        if (usesDynamic[i])
+        if (usesDynamic[i]) {
             kernels[i].staticSharedBytes = uint32_t(dynamicStart);
+            limitBytes(kernels[i], dynamicStart, "shared memory");
+        }
 
     llvm::Type* word = llvm::Type::getInt64Ty(unit.context());
     for (SharedVariable& shared : unit.shared()) {

@@ -494,5 +494,27 @@ TEST(Kernels, ParametersAndUnsupported) {
     EXPECT_NE(code->kernels()[1].unsupported.find("line 7"), std::string::npos);
 }
 
+// Sums of 32 bits would be those of small kernels.
+TEST(Kernels, SizesThatNoDeviceHas) {
+    const auto code = compileKernels(parse(std::string(kHeader) + R"(
+.visible .entry local() { .local .align 4 .b8 a[4294967296]; .local .align 4 .b8 b[64];
+  .reg .b32 %r; .reg .b64 %rd; mov.u32 %r, %tid.x; cvt.u64.u32 %rd, %r; mov.u64 %rd, a;
+  st.local.u32 [%rd], %r; ret; }
+.visible .entry shared() { .shared .align 4 .b8 a[4294967232]; .shared .align 4 .b8 b[4096];
+  .reg .b64 %rd; mov.u64 %rd, a; st.shared.u32 [%rd], 1; mov.u64 %rd, b; st.shared.u32 [%rd], 1;
+  ret; }
+.visible .entry parameters(.param .align 4 .b8 a[4294967296], .param .u32 b) { ret; }
+.visible .entry threads() .maxntid 65536, 65536, 1 { ret; }
+)"));
+    const char* const words[] = {"local memory", "shared memory", "parameters"};
+    for (size_t i = 0; i < 3; ++i) {
+        EXPECT_FALSE(code->kernels()[i].address);
+        EXPECT_NE(code->kernels()[i].unsupported.find(words[i]), std::string::npos)
+            << code->kernels()[i].unsupported;
+    }
+    EXPECT_TRUE(code->kernels()[3].address);
+    EXPECT_GE(code->kernels()[3].maxThreadsPerBlock, 1024u);
+}
+
 } // namespace
 } // namespace sunstone::compiler::testing

@@ -32,12 +32,25 @@ void Graph::remove(GraphNode* node) {
     std::erase_if(nodes_, [&](const auto& owned) { return owned.get() == node; });
 }
 
-bool Graph::release(const void* handle, size_t count) {
-    const auto is = [&](const Kept& kept) { return kept.handle == handle; };
-    if (!handle || size_t(std::count_if(kept_.begin(), kept_.end(), is)) < count)
+std::vector<Graph::Kept>::iterator Graph::keptOf(const void* handle) {
+    return std::find_if(kept_.begin(), kept_.end(),
+                        [&](const Kept& kept) { return kept.handle == handle; });
+}
+
+void Graph::keep(std::shared_ptr<void> resource, const void* handle, size_t references) {
+    if (const auto found = keptOf(handle); found != kept_.end())
+        found->references += references;
+    else
+        kept_.push_back({std::move(resource), handle, references});
+}
+
+bool Graph::release(const void* handle, size_t references) {
+    const auto found = handle ? keptOf(handle) : kept_.end();
+    if (found == kept_.end() || found->references < references)
         return false;
-    for (; count != 0; --count)
-        kept_.erase(std::find_if(kept_.begin(), kept_.end(), is));
+    found->references -= references;
+    if (found->references == 0)
+        kept_.erase(found);
     return true;
 }
 

@@ -105,19 +105,21 @@ public:
     // A copy with children copied too; `twins` gets copy by original.
     std::shared_ptr<Graph> clone(std::unordered_map<const GraphNode*, GraphNode*>* twins) const;
     // Keeps a resource, such as memory that nodes use, alive as long as the graph.
-    // `handle`: the client's, if release() is to find the resource.
-    void keep(std::shared_ptr<void> resource, const void* handle = nullptr) {
-        kept_.push_back({std::move(resource), handle});
-    }
-    // Undoes as many calls of keep(); changes nothing and returns false if there were fewer.
-    bool release(const void* handle, size_t count);
+    void keep(std::shared_ptr<void> resource) { kept_.push_back({std::move(resource)}); }
+    // The same with a number of references, which add up for a handle of the client.
+    void keep(std::shared_ptr<void> resource, const void* handle, size_t references);
+    // Drops references to a handle; changes nothing and returns false if there are fewer.
+    bool release(const void* handle, size_t references);
 
 private:
     std::vector<std::unique_ptr<GraphNode>> nodes_;
     struct Kept {
         std::shared_ptr<void> resource;
-        const void* handle;
+        const void* handle = nullptr;
+        size_t references = 1;
     };
+    std::vector<Kept>::iterator keptOf(const void* handle);
+
     std::vector<Kept> kept_; // the resources are shared with clones
 };
 

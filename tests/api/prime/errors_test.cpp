@@ -111,6 +111,8 @@ TEST_P(PrimeErrors, BufferDescStride) {
     EXPECT_RTP(rtpBufferDescSetStride(desc, 0));
     EXPECT_RTP(rtpBufferDescSetStride(desc, 12));
     EXPECT_RTP(rtpBufferDescSetStride(desc, 100));
+    EXPECT_RTP(rtpBufferDescSetRange(desc, 0, RTPsize(1) << 40));
+    expectError(rtpBufferDescSetStride(desc, 1u << 24), RTP_ERROR_INVALID_VALUE, "end = ");
     expectError(rtpBufferDescSetStride(desc, 8), RTP_ERROR_INVALID_VALUE, "less than the 12");
     expectError(rtpBufferDescSetStride(desc, 13), RTP_ERROR_INVALID_VALUE, "multiple of 4");
     for (const RTPbufferformat format :

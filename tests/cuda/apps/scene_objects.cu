@@ -82,8 +82,8 @@ struct Sphere : Shape {
         return distance > kOne / 64 && distance < most ? distance : most;
     }
     __host__ __device__ Vector normal(Vector place) const override {
-        return {((place.x - centre.x) << kBits) / radius, ((place.y - centre.y) << kBits) / radius,
-                ((place.z - centre.z) << kBits) / radius};
+        return {(place.x - centre.x) * kOne / radius, (place.y - centre.y) * kOne / radius,
+                (place.z - centre.z) * kOne / radius};
     }
     Vector centre;
     Fixed radius;
@@ -95,7 +95,7 @@ struct Floor : Shape {
     __host__ __device__ Fixed meet(Vector from, Vector direction, Fixed most) const override {
         if (direction.y >= 0)
             return most;
-        const Fixed distance = ((height - from.y) << kBits) / direction.y;
+        const Fixed distance = (height - from.y) * kOne / direction.y;
         return distance > kOne / 64 && distance < most ? distance : most;
     }
     __host__ __device__ Vector normal(Vector) const override { return {0, kOne, 0}; }
@@ -139,8 +139,8 @@ __host__ __device__ unsigned char render(const Scene& scene, int x, int y, int w
     Vector direction = {(x - width / 2) * kOne * 2 / width, (height / 2 - y) * kOne * 2 / width,
                         kOne};
     const Fixed length = root(dot(direction, direction));
-    direction = {(direction.x << kBits) / length, (direction.y << kBits) / length,
-                 (direction.z << kBits) / length};
+    direction = {direction.x * kOne / length, direction.y * kOne / length,
+                 direction.z * kOne / length};
     const Vector light = {-26755, 53510, -26755}; // of length one, nearly
     Vector from = {0, kOne / 2, -kOne};
     Fixed sum = 0, weight = kOne;

@@ -86,7 +86,7 @@ void put(Arena& arena, size_t at, OptixProgramGroup group, const T& data) {
 
 HitData hitData(unsigned record, const Colour* colours) {
     HitData data = {};
-    data.colour = record % 5 == 4 ? nullptr : colours + record;
+    data.colour = !colours || record % 5 == 4 ? nullptr : colours + record;
     data.id = (unsigned short)(record * 3 + 1);
     data.type = (unsigned char)(record % kTypes);
     data.name[20] = char(record % 7);

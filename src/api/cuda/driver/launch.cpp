@@ -223,9 +223,10 @@ unsigned activeBlocks(const Function& function, unsigned blockSize, size_t dynam
         return 0;
     const unsigned warps = (blockSize + kWarpSize - 1) / kWarpSize;
     size_t blocks = std::min(kBlocksPerProcessor, kThreadsPerProcessor / (warps * kWarpSize));
-    const size_t shared = function.info->staticSharedBytes + dynamicShared;
-    if (shared > kSharedOptin)
+    const size_t statics = function.info->staticSharedBytes;
+    if (dynamicShared > kSharedOptin || statics > kSharedOptin - dynamicShared)
         return 0;
+    const size_t shared = statics + dynamicShared;
     if (shared)
         blocks = std::min(blocks, kSharedPerProcessor / shared);
     return unsigned(blocks);

@@ -17,9 +17,9 @@ namespace {
 template <class Word>
 Word* wordAt(CUdeviceptr address) {
     require(address && address % sizeof(Word) == 0, "the address is null or not aligned");
-    if (!cpu::memory().find(reinterpret_cast<void*>(address)))
-        refuse(CUDA_ERROR_INVALID_VALUE, "address ", reinterpret_cast<void*>(address),
-               " is in no allocation");
+    if (!cpu::memory().contains(reinterpret_cast<void*>(address), sizeof(Word)))
+        refuse(CUDA_ERROR_INVALID_VALUE, "address ", reinterpret_cast<void*>(address), " + ",
+               sizeof(Word), " is in no allocation");
     return reinterpret_cast<Word*>(address);
 }
 

@@ -197,7 +197,7 @@ void applyView(texture::Texture& texture, const CUDA_RESOURCE_VIEW_DESC& view) {
     if (view.firstLayer != 0 || view.lastLayer != 0) {
         const unsigned unit = texture.cube ? 6 : 1;
         require(texture.layered && view.firstLayer <= view.lastLayer &&
-                    size_t(view.lastLayer + 1) * unit <= texture.images[0].depth,
+                    (size_t(view.lastLayer) + 1) * unit <= texture.images[0].depth,
                 "the view has layers that the array has not");
         for (unsigned level = 0; level < texture.levels; ++level) {
             texture::Image& image = texture.images[level];
@@ -224,6 +224,9 @@ uint64_t createTexture(const CUDA_RESOURCE_DESC& resource, const CUDA_TEXTURE_DE
                        const CUDA_RESOURCE_VIEW_DESC* view) {
     auto texture = std::make_unique<texture::Texture>();
     useResource(*texture, resource);
+    require(!view || resource.resType == CU_RESOURCE_TYPE_ARRAY ||
+                resource.resType == CU_RESOURCE_TYPE_MIPMAPPED_ARRAY,
+            "only arrays and mipmapped arrays can have a view");
     if (view)
         applyView(*texture, *view);
     describe(*texture, description);

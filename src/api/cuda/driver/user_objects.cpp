@@ -149,8 +149,7 @@ SUNSTONE_EXPORT CUresult cuGraphRetainUserObject(CUgraph graph, CUuserObject obj
         const std::shared_ptr<Resource> resource = ownedOf(object).resource;
         if (flags == CU_GRAPH_USER_OBJECT_MOVE)
             release(object, count);
-        for (unsigned i = 0; i < count; ++i)
-            owner->keep(resource, object);
+        owner->keep(resource, object, count);
     });
 }
 

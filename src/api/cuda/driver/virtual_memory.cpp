@@ -67,6 +67,22 @@ CUresult guardedHere(const char* function, const std::function<void()>& body) {
     });
 }
 
+// Changes memory that queued work may use, after that work. Host functions may call, or wait for
+// threads that do, so the wait holds no lock and `check` runs again after it.
+CUresult guardedAfterWork(const char* function, const std::function<void()>& check,
+                          const std::function<void()>& change) {
+    return guarded(function, Needs::kContext, [&] {
+        {
+            std::lock_guard lock(mutex);
+            check();
+        }
+        cpu::streams().synchronizeAll();
+        std::lock_guard lock(mutex);
+        check();
+        change();
+    });
+}
+
 void* pointerOf(uintptr_t address) {
     return reinterpret_cast<void*>(address);
 }
@@ -267,8 +283,9 @@ SUNSTONE_EXPORT CUresult cuMemMap(CUdeviceptr address, size_t bytes, size_t offs
 }
 
 SUNSTONE_EXPORT CUresult cuMemUnmap(CUdeviceptr address, size_t bytes) {
-    return guardedHere("cuMemUnmap", [&] {
+    const auto check = [&] {
         const AddressRange room = findReservation(address);
+        require(address % kUnit == 0, "the address is not aligned to the granularity");
         require(isWhole(bytes) && bytes <= room.size && address - room.base <= room.size - bytes,
                 "the range is not reserved, or no multiple of the granularity");
         // Only whole mappings can be unmapped; gaps between them are ignored.
@@ -277,7 +294,8 @@ SUNSTONE_EXPORT CUresult cuMemUnmap(CUdeviceptr address, size_t bytes) {
             return found != mappings().end() && found->first != at;
         };
         require(!cut(address) && !cut(address + bytes), "the range cuts a mapping");
-        cpu::streams().synchronizeAll(); // queued work may use the memory
+    };
+    return guardedAfterWork("cuMemUnmap", check, [&] {
         mmap(pointerOf(address), bytes, PROT_NONE,
              MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_FIXED, -1, 0);
         for (auto it = mappings().lower_bound(address);
@@ -288,9 +306,10 @@ SUNSTONE_EXPORT CUresult cuMemUnmap(CUdeviceptr address, size_t bytes) {
 
 SUNSTONE_EXPORT CUresult cuMemSetAccess(CUdeviceptr address, size_t bytes,
                                         const CUmemAccessDesc* access, size_t count) {
-    return guardedHere("cuMemSetAccess", [&] {
+    Mappings found;
+    const auto check = [&] {
         require(access && count != 0 && bytes != 0, "no access descriptions, or size 0");
-        const Mappings found = mappingsOf(address, bytes);
+        found = mappingsOf(address, bytes);
         require(!found.empty(), "the range is not made of whole mappings");
         for (size_t i = 0; i < count; ++i) {
             const CUmemAccessDesc& a = access[i];
@@ -305,7 +324,8 @@ SUNSTONE_EXPORT CUresult cuMemSetAccess(CUdeviceptr address, size_t bytes,
                 refuse(CUDA_ERROR_NOT_SUPPORTED, "access by the host");
             require(a.location.id == 0, "there is no such device");
         }
-        cpu::streams().synchronizeAll(); // queued work may use the memory
+    };
+    return guardedAfterWork("cuMemSetAccess", check, [&] {
         for (const auto& mapping : found) {
             mapping->second.access = access[count - 1].flags;
             place(mapping->first, mapping->second);

@@ -139,6 +139,21 @@ CUmemorytype typeOf(cudaMemcpyKind kind, bool destination) {
 
 namespace {
 
+// Elements that hold a width or a height; the last one may be used in part.
+size_t elementsOf(size_t size, const Element& element) {
+    return size / element.edge + (size % element.edge != 0);
+}
+
+// Sets what a copy counts in bytes along x. False if a product overflows.
+bool setBytes(CUDA_MEMCPY3D& copy, const cudaMemcpy3DParms& parms, const Element& element) {
+    const auto toBytes = [&](size_t elements, size_t& bytes) {
+        return !__builtin_mul_overflow(elements, element.bytes, &bytes);
+    };
+    return toBytes(parms.srcPos.x / element.edge, copy.srcXInBytes) &&
+           toBytes(parms.dstPos.x / element.edge, copy.dstXInBytes) &&
+           toBytes(elementsOf(parms.extent.width, element), copy.WidthInBytes);
+}
+
 // One side: an array or a pitched block, not both.
 cudaError_t checkSide(const cudaArray* array, const cudaPitchedPtr& block,
                       const cudaExtent& extent) {
@@ -181,7 +196,6 @@ cudaError_t toDriver(const cudaMemcpy3DParms& parms, CUDA_MEMCPY3D* driverCopy) 
     copy.srcDevice = addressOf(parms.srcPtr.ptr);
     copy.srcPitch = parms.srcPtr.pitch;
     copy.srcHeight = parms.srcPtr.ysize;
-    copy.srcXInBytes = parms.srcPos.x / element.edge * element.bytes;
     copy.srcY = parms.srcPos.y / element.edge;
     copy.srcZ = parms.srcPos.z;
     copy.dstMemoryType = parms.dstArray ? CU_MEMORYTYPE_ARRAY : typeOf(parms.kind, true);
@@ -190,15 +204,11 @@ cudaError_t toDriver(const cudaMemcpy3DParms& parms, CUDA_MEMCPY3D* driverCopy) 
     copy.dstDevice = addressOf(parms.dstPtr.ptr);
     copy.dstPitch = parms.dstPtr.pitch;
     copy.dstHeight = parms.dstPtr.ysize;
-    copy.dstXInBytes = parms.dstPos.x / element.edge * element.bytes;
     copy.dstY = parms.dstPos.y / element.edge;
     copy.dstZ = parms.dstPos.z;
-    copy.Height = (extent.height + element.edge - 1) / element.edge;
-    if (__builtin_mul_overflow((extent.width + element.edge - 1) / element.edge, element.bytes,
-                               &copy.WidthInBytes))
-        return cudaErrorInvalidValue;
+    copy.Height = elementsOf(extent.height, element);
     copy.Depth = extent.depth;
-    return cudaSuccess;
+    return setBytes(copy, parms, element) ? cudaSuccess : cudaErrorInvalidValue;
 }
 
 } // namespace sunstone::cudart

@@ -125,12 +125,14 @@ cudaError_t set2D(void* dst, size_t pitch, int value, size_t width, size_t heigh
 cudaError_t set3D(const cudaPitchedPtr& dst, int value, const cudaExtent& extent,
                   cudaStream_t stream, bool wait) {
     const bool isRow = extent.height <= 1 && extent.depth <= 1;
-    if ((extent.width > dst.pitch && !isRow) || extent.height > dst.ysize)
+    size_t slice = 0;
+    if ((extent.width > dst.pitch && !isRow) || extent.height > dst.ysize ||
+        __builtin_mul_overflow(dst.pitch, dst.ysize, &slice))
         return remember(cudaErrorInvalidValue);
     return queued(stream, wait, [&](const Driver& d, CUstream target) {
-        const size_t slice = dst.pitch * dst.ysize;
+        const size_t slices = extent.width && extent.height ? extent.depth : 0;
         CUresult result = CUDA_SUCCESS;
-        for (size_t z = 0; z < extent.depth && !result; ++z)
+        for (size_t z = 0; z < slices && !result; ++z)
             result = d.cuMemsetD2D8Async(addressOf(dst.ptr) + z * slice, dst.pitch,
                                          static_cast<unsigned char>(value), extent.width,
                                          extent.height, target);

@@ -3,6 +3,7 @@
 // their host shadows. A fat binary is loaded at the first use of its contents.
 #include "api/cuda/runtime/runtime.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -14,27 +15,39 @@ namespace sunstone::cudart {
 
 namespace {
 
-struct ManagedVariable {
-    void** host;
-    std::string name;
-};
-
 struct FatBinary {
     const void* wrapper = nullptr;
     CUmodule module = nullptr;
     cudaError_t error = cudaSuccess; // of loading; stays
-    std::vector<ManagedVariable> managed;
+    std::vector<void**> managed;     // host shadows
 };
 
-// A kernel; __cudaGetKernel returns its address as the handle.
+// The files that have registered a kernel or variable. Files and libraries share those that are
+// inline, and each registers them; what counts is in the first file.
+class Owners {
+public:
+    FatBinary& first() const { return *files_.front(); }
+    void add(FatBinary* file) {
+        if (std::find(files_.begin(), files_.end(), file) == files_.end())
+            files_.push_back(file);
+    }
+    // Whether it was one of them.
+    bool remove(FatBinary* file) { return std::erase(files_, file) != 0; }
+    bool empty() const { return files_.empty(); }
+
+private:
+    std::vector<FatBinary*> files_;
+};
+
+// __cudaGetKernel returns its address as the handle.
 struct Kernel {
-    FatBinary* binary = nullptr;
+    Owners owners;
     std::string name;
     CUfunction function = nullptr;
 };
 
 struct Variable {
-    FatBinary* binary = nullptr;
+    Owners owners;
     std::string name;
     size_t size = 0;
 };
@@ -52,6 +65,13 @@ Registry& registry() {
     // Constructed by the first registration, which may run before our own constructors.
     static Registry* const instance = new Registry;
     return *instance;
+}
+
+void addVariable(FatBinary* binary, const void* host, const char* name, size_t size) {
+    Variable& variable = registry().variables[host];
+    variable.owners.add(binary);
+    variable.name = name;
+    variable.size = size;
 }
 
 FatBinary* binaryOf(void** handle) {
@@ -153,19 +173,25 @@ CUresult loadRegistered(CUmodule* module, const void* registered) {
     return linkPieces(module, wrapper->pieces);
 }
 
-// Loads the module, then stores the addresses of managed variables in their host shadows.
+// Stores the address of a managed variable in its host shadow.
+cudaError_t fillShadow(void** host, const Variable& variable) {
+    CUdeviceptr address = 0;
+    size_t size = 0;
+    const CUresult result = driver().cuModuleGetGlobal(
+        &address, &size, variable.owners.first().module, variable.name.c_str());
+    if (!result)
+        *host = reinterpret_cast<void*>(address);
+    return fromDriver(result);
+}
+
 cudaError_t load(FatBinary& binary) {
     if (binary.module || binary.error != cudaSuccess)
         return binary.error;
     binary.error = fromDriver(loadRegistered(&binary.module, binary.wrapper));
-    for (const ManagedVariable& variable : binary.managed) {
-        CUdeviceptr address = 0;
-        size_t size = 0;
-        if (binary.error == cudaSuccess)
-            binary.error = fromDriver(
-                driver().cuModuleGetGlobal(&address, &size, binary.module, variable.name.c_str()));
-        if (binary.error == cudaSuccess)
-            *variable.host = reinterpret_cast<void*>(address);
+    for (void** host : binary.managed) {
+        const Variable& variable = registry().variables.at(host);
+        if (binary.error == cudaSuccess && &variable.owners.first() == &binary)
+            binary.error = fillShadow(host, variable);
     }
     return binary.error;
 }
@@ -197,10 +223,11 @@ cudaError_t findFunction(const void* symbol, CUfunction* function) {
         return fromDriver(driver().cuKernelGetFunction(function, ofLibrary));
     }
     if (!kernel->function) {
-        if (cudaError_t error = load(*kernel->binary))
+        FatBinary& binary = kernel->owners.first();
+        if (cudaError_t error = load(binary))
             return error;
-        const CUresult result = driver().cuModuleGetFunction(
-            &kernel->function, kernel->binary->module, kernel->name.c_str());
+        const CUresult result =
+            driver().cuModuleGetFunction(&kernel->function, binary.module, kernel->name.c_str());
         if (result)
             return result == CUDA_ERROR_NOT_FOUND ? cudaErrorInvalidDeviceFunction
                                                   : fromDriver(result);
@@ -239,10 +266,11 @@ cudaError_t findVariable(const void* symbol, CUdeviceptr* address, size_t* size)
     if (found == registry().variables.end())
         return cudaErrorInvalidSymbol;
     const Variable& variable = found->second;
-    if (cudaError_t error = load(*variable.binary))
+    FatBinary& binary = variable.owners.first();
+    if (cudaError_t error = load(binary))
         return error;
     const CUresult result =
-        driver().cuModuleGetGlobal(address, size, variable.binary->module, variable.name.c_str());
+        driver().cuModuleGetGlobal(address, size, binary.module, variable.name.c_str());
     return result == CUDA_ERROR_NOT_FOUND ? cudaErrorInvalidSymbol : fromDriver(result);
 }
 
@@ -270,10 +298,21 @@ SUNSTONE_CUDART void __cudaUnregisterFatBinary(void** handle) {
     // The context and its module may already be destroyed, so errors are ignored.
     if (binary->module && driver().status == cudaSuccess && ensureContext() == cudaSuccess)
         driver().cuModuleUnload(binary->module);
-    std::erase_if(registry().variables, [&](auto& v) { return v.second.binary == binary; });
-    std::erase_if(registry().handles, [&](auto& h) { return h.first->binary == binary; });
-    std::erase_if(registry().kernels, [&](auto& k) { return k.second->binary == binary; });
+    for (auto& [host, variable] : registry().variables)
+        variable.owners.remove(binary);
+    std::erase_if(registry().variables, [](auto& v) { return v.second.owners.empty(); });
+    std::erase_if(registry().kernels, [&](auto& k) {
+        Kernel& kernel = *k.second;
+        if (kernel.owners.remove(binary))
+            kernel.function = nullptr;
+        return kernel.owners.empty() && registry().handles.erase(&kernel);
+    });
+    const std::vector<void**> managed = std::move(binary->managed);
     registry().binaries.erase(handle);
+    for (void** host : managed) // which another file may have, too
+        if (const auto found = registry().variables.find(host);
+            found != registry().variables.end() && found->second.owners.first().module)
+            fillShadow(host, found->second);
 }
 
 SUNSTONE_CUDART void __cudaRegisterFunction(void** handle, const char* hostFunction, char*,
@@ -283,18 +322,20 @@ SUNSTONE_CUDART void __cudaRegisterFunction(void** handle, const char* hostFunct
     FatBinary* binary = binaryOf(handle);
     if (!binary || !hostFunction || !deviceName)
         return;
-    auto kernel = std::make_unique<Kernel>();
-    kernel->binary = binary;
-    kernel->name = deviceName;
-    registry().handles[kernel.get()] = hostFunction;
-    registry().kernels[hostFunction] = std::move(kernel);
+    std::unique_ptr<Kernel>& kernel = registry().kernels[hostFunction];
+    if (!kernel) {
+        kernel = std::make_unique<Kernel>();
+        kernel->name = deviceName;
+        registry().handles[kernel.get()] = hostFunction;
+    }
+    kernel->owners.add(binary);
 }
 
 SUNSTONE_CUDART void __cudaRegisterVar(void** handle, char* hostVariable, char*,
                                        const char* deviceName, int, size_t size, int, int) {
     std::lock_guard lock(registry().mutex);
     if (FatBinary* binary = binaryOf(handle); binary && hostVariable && deviceName)
-        registry().variables[hostVariable] = {binary, deviceName, size};
+        addVariable(binary, hostVariable, deviceName, size);
 }
 
 SUNSTONE_CUDART void __cudaRegisterManagedVar(void** handle, void** hostVariable, char*,
@@ -303,8 +344,8 @@ SUNSTONE_CUDART void __cudaRegisterManagedVar(void** handle, void** hostVariable
     FatBinary* binary = binaryOf(handle);
     if (!binary || !hostVariable || !deviceName)
         return;
-    binary->managed.push_back({hostVariable, deviceName});
-    registry().variables[hostVariable] = {binary, deviceName, size};
+    binary->managed.push_back(hostVariable);
+    addVariable(binary, hostVariable, deviceName, size);
 }
 
 // Host code calls it before its first access to a managed variable.
