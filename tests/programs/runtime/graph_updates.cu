@@ -110,7 +110,6 @@ int main() {
     CUDA(cudaGraphGetEdges(graph, nullptr, nullptr, nullptr, &edges));
     cudaGraphExec_t exec;
     CUDA(cudaGraphInstantiateWithFlags(&exec, graph, 0));
-    CUDA(cudaGraphDestroy(graph)); // the executable graph lives on
 
     cudaEvent_t begin, end;
     CUDA(cudaEventCreate(&begin));
@@ -150,6 +149,7 @@ int main() {
     }
     std::printf("%d wrong, %d calls\n", wrong, calls.load());
     CUDA(cudaGraphExecDestroy(exec));
+    CUDA(cudaGraphDestroy(graph)); // until then its nodes name those of the executable graph
     CUDA(cudaGraphDestroy(part));
     return finish(wrong == 0 && calls == 3 + 30);
 }
