@@ -45,8 +45,8 @@ SUNSTONE_INLINE uint32_t triangleKind(float det, uint32_t instanceFlags) {
     return (det > 0) != flipped ? kHitTriangleFront : kHitTriangleBack;
 }
 
-// Of two triangles at the same distance the one with the lower number is hit, in whichever order
-// the walk meets them.
+// Of two built-in primitives at the same distance the one with the lower number is hit, in whichever
+// order the walk meets them.
 SUNSTONE_INLINE bool losesTie(float t, uint32_t primitive, bool found, float bestT,
                               uint32_t bestPrimitive) {
     return t == bestT && found && primitive > bestPrimitive;

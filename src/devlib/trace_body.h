@@ -691,7 +691,8 @@ private:
         }
         bvh::ShapeHit hit;
         const bool first = rayFlags_ & kRayTerminateOnFirstHit;
-        if (!(first ? isa::kShapes.any : isa::kShapes.closest)(block, ray, hit))
+        if (!(first ? isa::kShapes.any : isa::kShapes.closest)(block, ray, hit) ||
+            losesTie(hit.t, hit.primitive, found_, tmax_, best_.primitive))
             return false;
         found_ = true;
         tmax_ = hit.t;

@@ -135,6 +135,35 @@ protected:
     unsigned buildFlags_ = 0; // of the built-in module
 };
 
+// Each segment eight times: the walk may meet them in any order.
+TEST_F(CurveTest, OfEqualHitsTheLowestPrimitiveCounts) {
+    constexpr unsigned kSegments = 8, kCopies = 8;
+    for (OptixPrimitiveType type : kTypes) {
+        SCOPED_TRACE(unsigned(type));
+        prepare(type, false);
+        Strand strand(type, kSegments);
+        strand.first.clear();
+        std::vector<unsigned> lowest(kSegments, ~0u);
+        for (unsigned i = 0; i < kSegments * kCopies; ++i) {
+            strand.first.push_back((i * 5 + i / kSegments * 3) % kSegments);
+            lowest[strand.first[i]] = std::min(lowest[strand.first[i]], i);
+        }
+        strand.upload();
+        strand.input.curveArray.numPrimitives = unsigned(strand.first.size());
+        strand.input.curveArray.indexBuffer = strand.indices.address();
+        Accel accel = build(strand.input);
+        std::vector<CurveRay> rays;
+        for (unsigned i = 0; i < kSegments; ++i)
+            rays.push_back(down(float(i) + 0.4f));
+        const std::vector<CurveResult> results = trace(rays, accel.handle);
+        for (unsigned i = 0; i < kSegments; ++i) {
+            ASSERT_EQ(1u, results[i].closestHits) << i;
+            EXPECT_EQ(lowest[i], results[i].primitive) << i;
+        }
+        again();
+    }
+}
+
 TEST_F(CurveTest, HitsOfAllBases) {
     for (OptixPrimitiveType type : kTypes) {
         prepare(type, true);

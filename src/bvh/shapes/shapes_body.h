@@ -36,7 +36,8 @@ struct ShapeArrays {
     }
 };
 
-// Keeps the nearest hit, or with kAny the first that is found.
+// Keeps the nearest hit, of equal ones that of the lowest primitive; or with kAny the first that is
+// found.
 template <bool kAny>
 struct KeepHit {
     static constexpr bool kOrdered = !kAny;
@@ -45,8 +46,11 @@ struct KeepHit {
     float u = 0;
     uint32_t number = ~0u, kind = 0;
 
-    SUNSTONE_INLINE_MEMBER bool take(const ShapeArrays&, float t, float place, uint32_t primitive,
-                                     uint32_t hitKind) {
+    SUNSTONE_INLINE_MEMBER bool take(const ShapeArrays& arrays, float t, float place,
+                                     uint32_t primitive, uint32_t hitKind) {
+        if (t == tmax && found &&
+            arrays.records[primitive].primitive > arrays.records[number].primitive)
+            return false;
         tmax = t;
         u = place;
         number = primitive;

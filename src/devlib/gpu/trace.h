@@ -397,7 +397,8 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             setParameter(state->hit.attributes, hit.u);
             return offer(ray.tmax) == kTerminate ? walk::Visit::kEnd : walk::Visit::kContinue;
         }
-        if (droppedByFlags(rayFlags, enabled))
+        if (droppedByFlags(rayFlags, enabled) ||
+            losesTie(hit.t, hit.primitive, found, ray.tmax, best.primitive))
             return walk::Visit::kContinue;
         found = true;
         ray.tmax = hit.t;
