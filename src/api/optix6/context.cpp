@@ -170,8 +170,6 @@ void moveTo(const std::shared_ptr<engine::Backend>& backend, Object& object) {
         static_cast<Acceleration&>(object).drop();
     else if (object.kind == Kind::kPostProcessingStage)
         static_cast<PostProcessingStage&>(object).dropMemory();
-    else if (object.kind == Kind::kVariable)
-        static_cast<Variable&>(object).users.clear(); // in blocks of the scene
     else if (isNode(object.kind))
         static_cast<Node&>(object).dropStructures();
 }
@@ -198,6 +196,9 @@ void Context::setDevice(int ordinal) {
         useBackend(to, toOrdinal);
         scene = std::make_unique<Scene>(*this);
         noteStructure();
+        for (const std::shared_ptr<Object>& object : all) // before buffers write to their users
+            if (object->kind == Kind::kVariable)
+                static_cast<Variable&>(*object).users.clear(); // in blocks of the scene before
         for (const std::shared_ptr<Object>& object : all)
             moveTo(to, *object);
     };

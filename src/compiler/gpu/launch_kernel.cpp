@@ -4,7 +4,7 @@
 
 #include "compiler/gpu/machine.h"
 #include "devlib/abi.h"
-#include "devlib/gpu/launch_block.h"
+#include "devlib/lockstep.h"
 
 #include <llvm/IR/IRBuilder.h>
 #include <llvm/IR/IntrinsicsNVPTX.h>
@@ -257,7 +257,7 @@ uint64_t LaunchKernel::placeStates() {
 }
 
 uint64_t LaunchKernel::claimLaneMemory(llvm::AllocaInst& states, uint64_t count, uint64_t bytes) {
-    constexpr unsigned kLanes = devlib::kGpuTile;
+    constexpr unsigned kLanes = devlib::kWarpLanes;
     llvm::Function& kernel = *states.getFunction();
     llvm::IRBuilder<> builder(&*kernel.getEntryBlock().getFirstInsertionPt());
     llvm::Value* const own =
