@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Slots of launches on the CPU device: they are freed after every outcome of a launch, and a
-// launch's report is logged once, with its own context.
+// launch's report is logged once, with its own context. Pools of memory that warps claim.
+#include "base/error.h"
 #include "bvh/gpu/testing/device.h"
+#include "engine/gpu/lane_memory.h"
 #include "engine/gpu/launch_slots.h"
 
 #include <gtest/gtest.h>
@@ -242,6 +244,44 @@ TEST_F(Slots, AwaitedLaunchesAreToldByThoseWhoWait) {
     EXPECT_EQ(lines_.size(), 1u);
     slots_->tellOfEnded(~0u);
     EXPECT_EQ(lines_.size(), 1u);
+}
+
+class LaneMemory : public Slots {
+protected:
+    void TearDown() override { memory_.release(); }
+    GpuLaneMemory memory_;
+};
+
+TEST_F(LaneMemory, PipelinesShareSlotsOfTheirSize) {
+    const devlib::LaneMemory first = memory_.obtain(9000, 100);
+    EXPECT_GE(first.slotBytes, 9000u);
+    EXPECT_EQ(first.words, 4u) << "sets of 32 warps";
+    EXPECT_EQ(memory_.obtain(12000, 10).slots, first.slots);
+    EXPECT_NE(memory_.obtain(13000, 10).slots, first.slots) << "larger slots";
+    EXPECT_NE(memory_.obtain(9000, 1000).slots, first.slots) << "more warps";
+    std::vector<uint32_t> free(first.words);
+    ASSERT_EQ(driver().memcpyDtoH(free.data(), first.freeSlots, free.size() * 4), CUDA_SUCCESS);
+    EXPECT_EQ(free, std::vector<uint32_t>(first.words, ~0u));
+}
+
+TEST_F(LaneMemory, WithoutRoomForAFewIsAnError) {
+    const auto codeOf = [&](uint64_t bytes, uint32_t warps) {
+        try {
+            memory_.obtain(bytes, warps);
+        } catch (const Error& error) {
+            return error.code();
+        }
+        return Code::kOk;
+    };
+    CUdevice device = 0;
+    size_t total = 0;
+    ASSERT_EQ(driver().ctxGetDevice(&device), CUDA_SUCCESS);
+    ASSERT_EQ(driver().deviceTotalMem(&total, device), CUDA_SUCCESS);
+    constexpr uint64_t kLarge = uint64_t(3) << 30; // 32 of these are the least that is tried
+    if (total / 32 < kLarge)
+        EXPECT_EQ(codeOf(kLarge, 4096), Code::kOutOfMemory);
+    EXPECT_EQ(codeOf(uint64_t(5) << 30, 1), Code::kNotSupported);
+    EXPECT_EQ(codeOf(4096, 1), Code::kOk) << "nothing is lost";
 }
 
 } // namespace

@@ -232,18 +232,8 @@ void Buffer::updateView() {
         return;
     if (!isSameShape(before, view))
         context()->noteStructure();
-    // Blocks have copies of the view.
-    std::erase_if(holders_, [&](const auto& entry) {
-        const std::shared_ptr<Variable> variable = entry.second.lock();
-        if (!variable || variable->object.lock().get() != this)
-            return true;
+    for (const Variable* variable : holders_) // blocks have copies of the view
         variable->writeUsers();
-        return false;
-    });
-}
-
-void Buffer::noteBound(const std::shared_ptr<Variable>& variable) {
-    holders_[variable.get()] = variable;
 }
 
 void* Buffer::map(unsigned flags, unsigned level) {

@@ -7,7 +7,7 @@
 #include "api/optix6/progressive/stream.h"
 #include "devlib/classic.h"
 
-#include <map>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -60,7 +60,9 @@ public:
     unsigned typeBits() const { return description & 0x13; }
     // Whether programs that access one access the other in the same way.
     bool hasShapeOf(const Buffer& other) const;
-    void noteBound(const std::shared_ptr<Variable>& variable);
+    // The variables whose value it is.
+    void addHolder(const Variable& variable) { holders_.insert(&variable); }
+    void removeHolder(const Variable& variable) { holders_.erase(&variable); }
 
     const unsigned description;           // RTbuffertype | RTbufferflag
     const std::unique_ptr<Stream> stream; // of RT_BUFFER_PROGRESSIVE_STREAM alone
@@ -91,7 +93,7 @@ private:
     SharedMemory storage_, view_;
     void* adopted_ = nullptr;
     bool hasPointer_ = false; // the application has got a device pointer
-    std::map<const Variable*, std::weak_ptr<Variable>> holders_; // whose value it is, or was
+    std::set<const Variable*> holders_;
     uint64_t version_ = 0;
     std::vector<bool> mapped_{false};                // by level
     bool wasWritten_ = false;                        // by the host, since the last upload to OpenGL

@@ -61,6 +61,11 @@ void Variable::set(RTobjecttype wanted, const void* data, size_t size) {
     writeUsers();
 }
 
+void Variable::releaseBuffer() {
+    if (const auto known = object.lock(); known && known->kind == Kind::kBuffer)
+        static_cast<Buffer&>(*known).removeHolder(*this);
+}
+
 void Variable::writeUsers() const {
     for (const User& user : users)
         user.block->write(user.index);
@@ -76,14 +81,16 @@ void Variable::set(const std::shared_ptr<Object>& value) {
     // alone may use is found when scopes are searched.
     bool isStructure = true;
     if (value->kind == Kind::kBuffer) {
-        auto& buffer = static_cast<Buffer&>(*value);
-        buffer.noteBound(std::static_pointer_cast<Variable>(shared_from_this()));
+        const auto& buffer = static_cast<const Buffer&>(*value);
         const std::shared_ptr<Object> known = object.lock();
         isStructure = !known || !buffer.isRegistered() ||
                       !buffer.hasShapeOf(static_cast<const Buffer&>(*known));
     }
+    releaseBuffer();
     type = wanted;
     object = value;
+    if (value->kind == Kind::kBuffer)
+        static_cast<Buffer&>(*value).addHolder(*this);
     if (isStructure)
         return context()->noteStructure();
     writeUsers();

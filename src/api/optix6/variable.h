@@ -15,6 +15,7 @@ public:
     static constexpr Kind kKind = Kind::kVariable;
     Variable(const std::shared_ptr<Context>& context, std::string name_)
         : Object(kKind, context), name(std::move(name_)) {}
+    ~Variable() override { releaseBuffer(); }
 
     // Sets plain data. Throws RT_ERROR_TYPE_MISMATCH if the variable has another type.
     void set(RTobjecttype wanted, const void* data, size_t size);
@@ -33,6 +34,9 @@ public:
     };
     std::vector<User> users;
     void writeUsers() const;
+
+private:
+    void releaseBuffer(); // that is the value
 };
 
 RTobjecttype typeOf(const Object& object);

@@ -22,8 +22,8 @@ constexpr const char *kHasLaneMemory = "sunstone_gpu_hasLaneMemory",
                      *kClaimLaneMemory = "sunstone_gpu_claimLaneMemory",
                      *kFreeLaneMemory = "sunstone_gpu_freeLaneMemory";
 
-// States of a lane's rays in local memory: all of them if they are at most kMostNear, else kNear
-// (devlib/gpu/nested.h).
+// States of a lane's rays in local memory: all of them if they are at most kMostNear, else kNear.
+// docs/notes/programs-gpu.md has figures.
 constexpr uint64_t kNear = 3, kMostNear = 6;
 
 // What runs once in the kernel becomes a part of it. LLVM leaves large functions apart, and the
@@ -238,6 +238,8 @@ void LaunchKernel::decideLaneMemory(bool has) {
 }
 
 uint64_t LaunchKernel::placeStates() {
+    if (kind_ != Kind::kNested)
+        return 0;
     const StateUses::Arrays arrays = states();
     const std::optional<uint64_t> bytes = arrays.empty() ? std::nullopt : packRayStates(arrays);
     decideLaneMemory(bytes && arrays.size() > 1);
@@ -279,11 +281,10 @@ uint64_t LaunchKernel::claimLaneMemory(llvm::AllocaInst& states, uint64_t count,
     };
     place(states, count * bytes);
     llvm::Value* const frames = frames_.back();
-    if (auto* array = frames ? llvm::dyn_cast<llvm::AllocaInst>(frames) : nullptr) {
+    if (auto* array = frames ? llvm::dyn_cast<llvm::AllocaInst>(frames) : nullptr)
         place(*array, llvm::alignTo(
                           array->getAllocationSize(unit_.module().getDataLayout())->getFixedValue(),
                           kStateAlignment));
-    }
     std::vector<llvm::Instruction*> ends;
     for (llvm::BasicBlock& block : kernel)
         if (llvm::isa<llvm::ReturnInst>(block.getTerminator()))
@@ -304,7 +305,7 @@ void LaunchKernel::hideOthers() {
         if (!value.isDeclaration() && value.getName() != kGpuKernel &&
             value.getName() != kClaimLaneMemory && value.getName() != kFreeLaneMemory)
             value.setLinkage(llvm::GlobalValue::InternalLinkage);
-    if (kind_ != Kind::kNested)
+    if (kind_ != Kind::kNested) // before LLVM optimises the code that asks
         decideLaneMemory(false);
 }
 

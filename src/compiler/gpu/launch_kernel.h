@@ -44,6 +44,9 @@ private:
     // programs trace and nothing prevents it; `reason` receives the obstacle.
     std::vector<llvm::Function*> programsToNest(std::string& reason) const;
     std::string chooseSimple();
+    void decideLaneMemory(bool has);  // tells the code that asks
+    StateUses::Arrays states() const; // all, or none if LLVM has removed some
+    uint64_t claimLaneMemory(llvm::AllocaInst& states, uint64_t count, uint64_t bytes);
 
     const GpuPipelineRequest& request_;
     Unit& unit_;
@@ -51,10 +54,6 @@ private:
     const GpuPrograms& programs_;
     Kind kind_ = Kind::kPlain;
     CutPrograms cuts_;
-    void decideLaneMemory(bool has);  // tells the code that asks
-    StateUses::Arrays states() const; // all, or none if LLVM has removed some
-    uint64_t claimLaneMemory(llvm::AllocaInst& states, uint64_t count, uint64_t bytes);
-
     // The kernel's memory for states of rays and frames of programs: near, then, if depths are
     // many, far.
     std::vector<llvm::WeakTrackingVH> states_, frames_;
