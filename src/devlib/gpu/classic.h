@@ -92,9 +92,7 @@ SUNSTONE_INLINE void walkChild(RayState* state, uint64_t child) {
     Candidates& outer = *static_cast<Candidates*>(state->traversal);
     const VisitNode* const node = state->visited;
     Programs tracer;
-    typename Programs::Path path;
     static_cast<Candidates&>(tracer) = outer;
-    tracer.places = path.places;
     if constexpr (kWithMotion)
         tracer.known = {};
     walk::Ray ray;

@@ -6,9 +6,9 @@
 // rays that have ended. Other traces run to their end where they are called (sunstone_gpu_trace).
 // Such pipelines have no motion.
 //
-// There are as many warps as tiles of launch indices. A warp without work in any lane ends, which
-// makes room for the next; warps that start when all indices are taken do nothing. A lane that an
-// exception has ended therefore does not need to be replaced.
+// There are as many warps as tiles of launch indices. Warps that start when all indices are taken
+// do nothing. A warp that has lost lanes to exceptions ends when the others are idle, and another
+// one takes its place.
 #pragma once
 
 #include "devlib/gpu/run.h"
@@ -60,6 +60,12 @@ SUNSTONE_INLINE bool takeIndex(LaunchBlock& block, Lane lane, bool& more, uint32
     return lane == Lane::kIdle && exists &&
            findIndex(block.launch.dimensions, uint32_t(number / kGpuTile),
                      uint32_t(number % kGpuTile), index);
+}
+
+// Whether a warp has no work. It goes on while there are indices: the block keeps the place of a
+// warp that ends before the others. To be called by all of the warp.
+SUNSTONE_INLINE bool isThrough(Lane lane, bool more) {
+    return ballot(lane != Lane::kIdle) == 0 && (!more || ballot(true) != kAllLanes);
 }
 
 // Begins with the ray that a program has asked for.
@@ -165,7 +171,7 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
             sunstone_gpu_resume(&root, &asked, frame, &asks, group);
             lane = asks ? Lane::kAsks : Lane::kIdle;
         }
-        if (ballot(lane != Lane::kIdle) == 0)
+        if (isThrough(lane, more))
             return pace.report(block);
     }
 }

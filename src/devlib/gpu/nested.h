@@ -119,7 +119,7 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
         pace.add(lane);
         if (lane == Lane::kEnded)
             lane = goOn(waiting, tracer, ray, depth) ? Lane::kAsks : Lane::kIdle;
-        if (ballot(lane != Lane::kIdle) == 0)
+        if (isThrough(lane, more))
             return pace.report(block);
     }
 }

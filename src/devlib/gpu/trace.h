@@ -27,18 +27,18 @@ struct Candidates {
     // structure; kNothingShown: not yet.
     uint32_t shown;
     static constexpr uint32_t kNothingShown = ~0u;
-    // Where in the graph the walk is: with one level the instance, or transform, that was entered,
-    // or 0, from which all else follows; with more what they add up to.
+    // Where in the graph the walk is: the instance, or transform, entered last, or 0; with more
+    // than one level the last of `transforms`. All else follows from their records.
     uint64_t entered;
-    uint32_t instanceIndex, instanceId, instanceSbtOffset, instanceFlags;
     uint32_t transformCount;
     uint32_t visits; // visit programs that run
-    uint64_t gas;
     // The best hit: as in RayState::hit.
     struct Best {
-        uint32_t kind, primitive, sbtGasIndex, instanceIndex, instanceId, instanceSbtOffset;
-        uint32_t transformCount;
-        uint64_t entered, gas;
+        uint32_t kind, primitive, sbtGasIndex;
+        uint64_t entered; // with one level
+        // With more: of its path the first `shared` are in `transforms`, the others in
+        // `bestTransforms`. They move there when others take their place.
+        uint32_t transformCount, shared;
         uint32_t attributes[Records::kAttributeWords];
     } best;
     uint64_t *transforms, *bestTransforms; // of the GraphPath
@@ -54,32 +54,68 @@ struct Candidates {
         return sunstone_gpu_graph == kGraphSingleLevel;
     }
 
-    // What programs are told of a place.
+    // What programs see of a place.
     struct Place {
-        uint32_t index = 0, id = ~0u, sbtOffset = 0, flags = 0;
+        uint32_t index = 0, id = ~0u, sbtOffset = 0;
         uint64_t gas = 0;
     };
+    static SUNSTONE_INLINE_MEMBER const InstanceRecord& recordOf(uint64_t instance) {
+        return *reinterpret_cast<const InstanceRecord*>(addressOf(instance));
+    }
+    SUNSTONE_INLINE_MEMBER uint64_t childOf(uint64_t handle) const {
+        return handle == 0                     ? state->handle
+               : tagOf(handle) == kTagInstance ? recordOf(handle).child
+                                               : bvh::childOf(handle);
+    }
     SUNSTONE_INLINE_MEMBER Place placeOf(uint64_t handle) const {
         Place place;
-        if (handle == 0) {
-            place.gas = state->handle;
-        } else if (tagOf(handle) == kTagInstance) {
-            const auto& record = *reinterpret_cast<const InstanceRecord*>(addressOf(handle));
-            place = {record.index, record.instanceId, record.sbtOffset, record.flags, record.child};
-        } else {
-            place.gas = bvh::childOf(handle);
+        if (handle != 0 && tagOf(handle) == kTagInstance) {
+            const InstanceRecord& record = recordOf(handle);
+            place = {record.index, record.instanceId, record.sbtOffset};
         }
+        place.gas = childOf(handle);
+        return place;
+    }
+    // Of the path of `count` handles, which at(i) returns.
+    template <class At>
+    SUNSTONE_INLINE_MEMBER Place placeOfPath(uint32_t count, At at) const {
+        Place place;
+        uint64_t handle = 0;
+#pragma clang loop unroll(disable)
+        for (uint32_t i = 0; i < count; ++i) {
+            handle = at(i);
+            if (tagOf(handle) != kTagInstance)
+                continue;
+            const InstanceRecord& record = recordOf(handle);
+            place.index = record.index;
+            place.id = record.instanceId;
+            place.sbtOffset += record.sbtOffset;
+        }
+        place.gas = childOf(handle);
         return place;
     }
     SUNSTONE_INLINE_MEMBER Place here() const {
         return hasOneLevel()
                    ? placeOf(entered)
-                   : Place{instanceIndex, instanceId, instanceSbtOffset, instanceFlags, gas};
+                   : placeOfPath(transformCount, [this](uint32_t i) { return transforms[i]; });
+    }
+    SUNSTONE_INLINE_MEMBER uint64_t ofBestPath(uint32_t i) const {
+        return i < best.shared ? transforms[i] : bestTransforms[i];
     }
     SUNSTONE_INLINE_MEMBER Place bestPlace() const {
-        return hasOneLevel() ? placeOf(best.entered)
-                             : Place{best.instanceIndex, best.instanceId, best.instanceSbtOffset, 0,
-                                     best.gas};
+        return hasOneLevel()
+                   ? placeOf(best.entered)
+                   : placeOfPath(best.transformCount, [this](uint32_t i) { return ofBestPath(i); });
+    }
+    // Of the innermost instance.
+    SUNSTONE_INLINE_MEMBER uint32_t instanceFlags() const {
+        uint64_t handle = entered;
+        if (!hasOneLevel()) {
+#pragma clang loop unroll(disable)
+            for (uint32_t i = transformCount; i > 1 && tagOf(handle) != kTagInstance; --i)
+                handle = transforms[i - 2];
+        }
+        return handle != 0 && tagOf(handle) == kTagInstance ? recordOf(handle).flags : 0;
     }
     // Of the state's hit.
     SUNSTONE_INLINE_MEMBER void setPlace(const Place& place) const {
@@ -92,8 +128,6 @@ struct Candidates {
     SUNSTONE_INLINE_MEMBER void beginPath() {
         shown = kNothingShown;
         entered = 0;
-        instanceIndex = instanceSbtOffset = instanceFlags = 0;
-        instanceId = ~0u;
         transformCount = 0;
         visits = 0;
     }
@@ -103,6 +137,7 @@ struct Candidates {
         if (hasOneLevel())
             return showEntered(entered);
         state->hit.transformCount = transformCount;
+#pragma clang loop unroll(disable)
         for (uint32_t i = 0; i < transformCount; ++i)
             state->hit.transforms[i] = transforms[i];
     }
@@ -114,32 +149,25 @@ struct Candidates {
     }
 
     SUNSTONE_INLINE_MEMBER bool isAnyHitEnabled(uint32_t sbtWord) const {
-        return anyHitEnabled(here().flags, sbtWord);
+        return anyHitEnabled(instanceFlags(), sbtWord);
     }
     SUNSTONE_INLINE_MEMBER bool runsAnyHit(bool enabled) const {
         return sunstone_gpu_hasAnyHit && anyHitRuns(rayFlags, enabled);
     }
-    SUNSTONE_INLINE_MEMBER bool flipped() const { return here().flags & kInstanceFlipFacing; }
+    SUNSTONE_INLINE_MEMBER bool flipped() const { return instanceFlags() & kInstanceFlipFacing; }
     SUNSTONE_INLINE_MEMBER bool culled(float det, uint32_t sbtWord) const {
         if ((rayFlags & (kRayCullFront | kRayCullBack)) == 0 ||
-            (here().flags & kInstanceDisableFaceCulling) ||
+            (instanceFlags() & kInstanceDisableFaceCulling) ||
             (sbtWord >> bvh::kGeometryFlagShift & bvh::kGeometryDisableFaceCulling))
             return false;
         return rayFlags & ((det > 0) != flipped() ? kRayCullFront : kRayCullBack);
     }
 
     SUNSTONE_INLINE_MEMBER void keepPath() {
-        if (hasOneLevel()) {
+        if (hasOneLevel())
             best.entered = entered;
-            return;
-        }
-        best.instanceIndex = instanceIndex;
-        best.instanceId = instanceId;
-        best.instanceSbtOffset = instanceSbtOffset;
-        best.gas = gas;
-        best.transformCount = transformCount;
-        for (uint32_t i = 0; i < transformCount; ++i)
-            bestTransforms[i] = transforms[i];
+        else
+            best.transformCount = best.shared = transformCount;
     }
 
     // Fills what programs see of a candidate before they look at it. False if flags drop it.
@@ -256,12 +284,7 @@ struct Candidates {
 // it is passed on and all of its members are known by name.
 template <unsigned kMaxLevels>
 struct GraphPath {
-    // What leaving an instance brings back.
-    struct Around {
-        uint32_t index, id, sbtOffset, flags;
-    };
     uint64_t transforms[kMaxLevels + 1], best[kMaxLevels + 1];
-    Around places[kMaxLevels + 1];
 };
 
 // What a walk knows of its ray's time.
@@ -279,7 +302,6 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     static constexpr unsigned kLevels = kMaxLevels;
 
     using Path = GraphPath<kMaxLevels>;
-    typename Path::Around* places;
 
     SUNSTONE_INLINE_MEMBER void setBarycentrics(uint32_t* attributes,
                                                 const walk::TriangleHit& hit) {
@@ -289,20 +311,21 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             attributes[i] = 0;
     }
     SUNSTONE_INLINE_MEMBER uint32_t kindOf(const walk::TriangleHit& hit) const {
-        return triangleKind(hit.det, here().flags);
+        return triangleKind(hit.det, instanceFlags());
     }
 
     // False where the triangle is transparent; else sets the geometry flag.
     SUNSTONE_INLINE_MEMBER bool throughMicromap(const walk::TriangleHit& hit, uint32_t primitive,
                                                 uint32_t& sbtWord) const {
-        const Place place = here();
-        const auto* const block = reinterpret_cast<const bvh::BlockHeader*>(addressOf(place.gas));
-        if ((place.flags & kInstanceDisableMicromaps) || block->micromapsOffset == 0)
+        const uint32_t flags = instanceFlags();
+        const auto* const block =
+            reinterpret_cast<const bvh::BlockHeader*>(addressOf(childOf(entered)));
+        if ((flags & kInstanceDisableMicromaps) || block->micromapsOffset == 0)
             return true;
         const uint32_t at = walk::lane::MicromapLookup(block).stateAt(
             primitive, sbtWord, walk::divide(hit.v, hit.det), walk::divide(hit.w, hit.det));
         const bool twoStates =
-            (rayFlags & kRayForceMicromap2State) || (place.flags & kInstanceForceMicromap2State);
+            (rayFlags & kRayForceMicromap2State) || (flags & kInstanceForceMicromap2State);
         return walk::lane::throughMicromap(at, twoStates, sbtWord);
     }
 
@@ -412,7 +435,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     }
 
     SUNSTONE_INLINE_MEMBER bool enterInstance(walk::Ray&, const bvh::InstanceRecord& instance,
-                                              uint64_t& child, float worldToObject[12]) {
+                                              uint64_t& child) {
         const auto* const words = reinterpret_cast<const walk::U4*>(&instance);
         const walk::U4 last =
             walk::loadConstant(words + offsetof(InstanceRecord, visibilityMask) / 16);
@@ -420,31 +443,11 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             return false;
         const walk::U4 from = walk::loadConstant(words + offsetof(InstanceRecord, child) / 16);
         child = walk::wordsOf(from.x, from.y);
-        if (!hasOneLevel()) {
-            savePlace();
-            instanceIndex = last.z;
-            instanceId = from.z;
-            instanceSbtOffset += from.w;
-            instanceFlags = last.y;
-        }
         enterWith(makeHandle(&instance, kTagInstance), child);
-        for (int i = 0; i < 3; ++i) {
-            const walk::U4 row =
-                walk::loadConstant(words + offsetof(InstanceRecord, worldToObject) / 16 + i);
-            worldToObject[4 * i] = walk::floatOf(row.x);
-            worldToObject[4 * i + 1] = walk::floatOf(row.y);
-            worldToObject[4 * i + 2] = walk::floatOf(row.z);
-            worldToObject[4 * i + 3] = walk::floatOf(row.w);
-        }
         return true;
     }
-    static_assert(offsetof(InstanceRecord, worldToObject) % 16 == 0 &&
-                  offsetof(InstanceRecord, child) % 16 == 0 &&
-                  offsetof(InstanceRecord, instanceId) == offsetof(InstanceRecord, child) + 8 &&
-                  offsetof(InstanceRecord, sbtOffset) == offsetof(InstanceRecord, child) + 12 &&
-                  offsetof(InstanceRecord, visibilityMask) % 16 == 0 &&
-                  offsetof(InstanceRecord, flags) == offsetof(InstanceRecord, visibilityMask) + 4 &&
-                  offsetof(InstanceRecord, index) == offsetof(InstanceRecord, visibilityMask) + 8);
+    static_assert(offsetof(InstanceRecord, child) % 16 == 0 &&
+                  offsetof(InstanceRecord, visibilityMask) % 16 == 0);
 
     SUNSTONE_INLINE_MEMBER bool enterTransform(walk::Ray& ray, uint64_t handle, uint64_t& child,
                                                float worldToObject[12]) {
@@ -456,10 +459,12 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
                 enterVisit(ray, handle);
                 return false;
             }
-            if (tag == kTagInstance)
-                return enterInstance(ray,
-                                     *reinterpret_cast<const InstanceRecord*>(addressOf(handle)),
-                                     child, worldToObject);
+            if (tag == kTagInstance) {
+                const InstanceRecord& instance = recordOf(handle);
+                for (int i = 0; i < 12; ++i)
+                    worldToObject[i] = instance.worldToObject[i];
+                return enterInstance(ray, instance, child);
+            }
         }
         if (tag == kTagStatic) {
             const auto& still = *reinterpret_cast<const bvh::StaticTransform*>(addressOf(handle));
@@ -476,8 +481,6 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             child = bvh::childOf(handle);
         if (!childLeadsSomewhere(state, child))
             return false;
-        if constexpr (!kMotion) // with motion it is left together with the instance above
-            savePlace();
         enterWith(handle, child);
         return true;
     }
@@ -515,12 +518,19 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             checkChild(state, child, &handle, 1);
             return;
         }
-        transforms[transformCount++] = handle;
+        keepBest();
+        transforms[transformCount++] = entered = handle;
         checkChild(state, child, transforms, transformCount);
         if (transformCount >= sunstone_gpu_maxGraphDepth(&blockOf(state->launch)))
             reportOf(state).deepGraph = 1;
-        if (tagOf(child) == kTagGas)
-            gas = child;
+    }
+    // Before another handle takes the next place of `transforms`.
+    SUNSTONE_INLINE_MEMBER void keepBest() {
+#pragma clang loop unroll(disable)
+        for (uint32_t i = transformCount; i < best.shared; ++i)
+            bestTransforms[i] = transforms[i];
+        if (best.shared > transformCount)
+            best.shared = transformCount;
     }
 
     // Below the last level there is nothing to see.
@@ -530,21 +540,12 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     }
     SUNSTONE_INLINE_MEMBER void refuseStack() { endLaunch(state, kFatalGraphTooDeep); }
 
-    // With one level, what is left is always to where the ray began.
-    SUNSTONE_INLINE_MEMBER void savePlace() {
-        if constexpr (kMaxLevels > 1)
-            places[transformCount] = {instanceIndex, instanceId, instanceSbtOffset, instanceFlags};
-    }
     SUNSTONE_INLINE_MEMBER void leave(walk::Ray&, uint32_t count = 1) {
         this->shown = Candidates::kNothingShown;
         if constexpr (kMaxLevels > 1) {
             transformCount -= count;
-            const typename Path::Around& place = places[transformCount];
-            instanceIndex = place.index;
-            instanceId = place.id;
-            instanceSbtOffset = place.sbtOffset;
-            instanceFlags = place.flags;
-        } else {
+            entered = transformCount != 0 ? transforms[transformCount - 1] : 0;
+        } else { // to where the ray began
             beginPath();
         }
     }
@@ -564,8 +565,9 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             showEntered(best.entered);
         } else {
             hit.transformCount = best.transformCount;
+#pragma clang loop unroll(disable)
             for (uint32_t i = 0; i < best.transformCount; ++i)
-                hit.transforms[i] = bestTransforms[i];
+                hit.transforms[i] = ofBestPath(i);
         }
         state->tmax = t;
         const uint64_t record = hitRecord(best.sbtGasIndex, place.sbtOffset);
@@ -587,7 +589,6 @@ SUNSTONE_INLINE void bind(RayState* state, Programs& tracer, typename Programs::
     tracer.state = state;
     tracer.transforms = path.transforms;
     tracer.bestTransforms = path.best;
-    tracer.places = path.places;
 }
 
 // Makes both ready for the ray that the state asks for.
@@ -598,7 +599,7 @@ SUNSTONE_INLINE void prepare(RayState* state, Programs& tracer, walk::Ray& ray) 
     tracer.tmax = 0;
     tracer.candidateGroup = 0;
     tracer.beginPath();
-    tracer.gas = tagOf(state->handle) == kTagGas ? state->handle : 0;
+    tracer.best.transformCount = tracer.best.shared = 0;
     if constexpr (Programs::kMotion)
         tracer.known = {};
     for (int i = 0; i < 3; ++i) {

@@ -86,13 +86,13 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
 }
 
 // Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %
-// where there are no instances, from 96 to 80 up to 6 % where there is one level of them; where
-// nodes have two motion keys the other way round: with motion blur 96 are 9 to 19 % faster than 72
-// (docs/notes/instances-gpu.md), and below motion transforms 128 are 5 to 7 % faster than 96
-// (docs/notes/programs-gpu.md).
+// where there are no instances, from 96 to 80 up to 6 % where there is one level of them. With more
+// levels memory bounds walks, and 128 are 15 % faster than 96; where nodes have two motion keys 96
+// are 9 to 19 % faster than 72 (docs/notes/instances-gpu.md), and below motion transforms 128 are 5
+// to 7 % faster than 96 (docs/notes/programs-gpu.md).
 constexpr unsigned kMostRegisters = 128;
 unsigned registersOf(const compiler::PipelineRules& rules) {
-    constexpr unsigned kStill[] = {72, 80, 96}, kMoving[] = {96, 128, 128}; // by GraphKind
+    constexpr unsigned kStill[] = {72, 80, 128}, kMoving[] = {96, 128, 128}; // by GraphKind
     return (rules.motionBlur ? kMoving : kStill)[graphKindOf(rules.traversableGraphFlags)];
 }
 

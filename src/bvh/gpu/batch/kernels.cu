@@ -35,11 +35,8 @@ struct BatchPrograms : NoShapes, NoMotion, NoDeepGraphs, OneLane {
         return kAnyHit ? Visit::kEnd : Visit::kContinue;
     }
     __device__ Visit custom(gpu::Ray&, uint32_t, uint32_t) { return Visit::kContinue; }
-    __device__ bool enterInstance(gpu::Ray&, const InstanceRecord& record, uint64_t& child,
-                                  float worldToObject[12]) {
+    __device__ bool enterInstance(gpu::Ray&, const InstanceRecord& record, uint64_t& child) {
         child = record.child;
-        for (int i = 0; i < 12; ++i)
-            worldToObject[i] = record.worldToObject[i];
         current = record.index;
         if (kMasked)
             masks = tables ? reinterpret_cast<const uint64_t*>(tables)[current] : 0;

@@ -107,10 +107,8 @@ struct NearestPrograms : NoShapes, NoMotion, NoDeepGraphs, OneLane {
         return Visit::kContinue;
     }
     Visit custom(gpu::Ray&, uint32_t, uint32_t) { return Visit::kContinue; }
-    bool enterInstance(gpu::Ray&, const InstanceRecord& i, uint64_t& child,
-                       float worldToObject[12]) {
+    bool enterInstance(gpu::Ray&, const InstanceRecord& i, uint64_t& child) {
         child = i.child;
-        std::memcpy(worldToObject, i.worldToObject, 48);
         current = i.index;
         return true;
     }

@@ -417,10 +417,9 @@ TEST(GpuMotion, TurnedInstancesHaveTightBoxes) {
     struct Counting : MovingPrograms {
         uint32_t entered = 0;
         using MovingPrograms::MovingPrograms;
-        bool enterInstance(gpu::Ray& ray, const InstanceRecord& i, uint64_t& child,
-                           float worldToObject[12]) {
+        bool enterInstance(gpu::Ray& ray, const InstanceRecord& i, uint64_t& child) {
             ++entered;
-            return MovingPrograms::enterInstance(ray, i, child, worldToObject);
+            return MovingPrograms::enterInstance(ray, i, child);
         }
     };
     // An octahedron of many triangles; a rotation by 45 degrees about z halves its extent along x.

@@ -14,9 +14,8 @@
 //       static uint32_t shapes(); // ShapeBits of the curves and spheres that may be met
 //       Visit shape(Ray& ray, const ShapeHit& hit); // as triangle()
 //       // Before the child of an instance or of a transform in the caller's memory (its handle,
-//       // tag included) is entered: false skips it, else fills world-to-object of this level.
-//       bool enterInstance(Ray& ray, const InstanceRecord& instance, uint64_t& child,
-//                          float worldToObject[12]);
+//       // tag included) is entered: false skips it. Transforms fill world-to-object of this level.
+//       bool enterInstance(Ray& ray, const InstanceRecord& instance, uint64_t& child);
 //       bool enterTransform(Ray& ray, uint64_t handle, uint64_t& child, float worldToObject[12]);
 //       // Leaves the level entered last; ray.origin and direction are those of the outer space
 //       // again. With kMotion an instance and the transforms below it at once: `count` of them.
@@ -102,26 +101,35 @@ struct RunToEnd {
 };
 
 // The state to restore when an instance or transform is left, in units of one memory access.
-struct Level {
+struct OnlyLevel {
     U4 origin;      // and the first reciprocal
     U4 direction;   // and the second
     U4 box;         // the third; slack, octant and one
     U4 places;      // of nodes and records
     uint64_t block; // 0 above a transform
 };
-struct MovingLevel : Level {
+struct MovingLevel : OnlyLevel {
     U4 motion; // of the MotionPlace all but the number of keys
     uint32_t keys;
     uint32_t around; // see Levels
 };
+// Where there are many, memory bounds walks: all else is computed again from the block's header.
+struct Level {
+    U4 origin;    // and the low word of the block
+    U4 direction; // and the high word
+};
 
 // A walk's data about levels.
-template <bool kMotion>
+template <bool kMotion, unsigned kLevels>
 struct Levels {
     using Level = gpu::Level;
 };
 template <>
-struct Levels<true> {
+struct Levels<false, 1> {
+    using Level = OnlyLevel;
+};
+template <unsigned kLevels>
+struct Levels<true, kLevels> {
     using Level = MovingLevel;
     uint32_t around; // the level of the space to come back to
 };
@@ -137,7 +145,7 @@ SUNSTONE_INLINE uint64_t wordsOf(uint32_t low, uint32_t high) {
 }
 
 template <class Programs>
-struct Traversal : Levels<Programs::kMotion> {
+struct Traversal : Levels<Programs::kMotion, Programs::kLevels> {
     // The stack has room for kDeepLevels structures of the largest depth. Graphs with more levels
     // use the room that shallower structures leave; a walk that finds none is refused. An entry is
     // a group, or 0, 0 where a space ends.
@@ -145,11 +153,13 @@ struct Traversal : Levels<Programs::kMotion> {
     static constexpr unsigned kStackSize =
         (Programs::kInstances ? kWaitingChildren + 8 : kWaitingLeaves) +
         kStackEntries * (kDeepLevels + 1);
+    // Levels have the ray and its block only.
+    static constexpr bool kKeepsRays = Programs::kLevels > 1 && !Programs::kMotion;
     // Instances are entered from the ray's first space only, which is therefore stored once.
     static constexpr bool kKeepsSpace = Programs::kLevels == 1 && !Programs::kMotion;
-    // With motion a structure of instances is stored when it is entered, not with each of its
-    // instances, and transforms have no levels.
-    using Level = typename Levels<Programs::kMotion>::Level;
+    // Else a structure of instances is stored when it is entered, not with each of its instances.
+    // With motion transforms have no levels.
+    using Level = typename Levels<Programs::kMotion, Programs::kLevels>::Level;
 
     Group inner, leaf;
     uint32_t top;
@@ -178,7 +188,14 @@ struct Traversal : Levels<Programs::kMotion> {
                 levels[0].around = 0;
             }
         }
-        if (!enter(programs, ray, handle, levels, 0))
+        if constexpr (Programs::kInstances)
+            if (isTransform(handle)) {
+                float worldToObject[12];
+                if (!openTransform(programs, ray, worldToObject, handle, levels, 0) ||
+                    !moveDown(programs, ray, worldToObject, handle, levels, 0))
+                    return false;
+            }
+        if (!enterBlock(programs, ray, handle, levels, 0))
             return false;
         if constexpr (kKeepsSpace)
             saveSpace(ray, levels[depth]);
@@ -477,12 +494,11 @@ private:
             const InstanceRecord& instance = reinterpret_cast<const InstanceRecord*>(
                 reinterpret_cast<const uint8_t*>(block) + block->instancesOffset)[index];
             uint64_t child = 0;
-            float worldToObject[12];
             if (depth >= Programs::kLevels)
                 return programs.refuseLevel();
             if (Programs::kLevels > kDeepLevels && top > kStackSize - kStackEntries - 10)
                 return programs.refuseStack();
-            if (!programs.enterInstance(ray, instance, child, worldToObject))
+            if (!programs.enterInstance(ray, instance, child))
                 return;
             if (inner.bits > 0x00FFFFFFu)
                 push(stack, inner);
@@ -491,15 +507,59 @@ private:
             stack[top++] = U2{0, 0};
             if constexpr (Programs::kMotion)
                 this->around = depth;
-            else if constexpr (!kKeepsSpace)
-                saveSpace(ray, levels[depth]);
             ++depth;
-            moveRay(worldToObject, ray);
             // If it is empty, the space is left at once.
             inner = leaf = {0, 0};
-            block = nullptr;
-            enter(programs, ray, child, levels, depth);
+            float worldToObject[12];
+            loadMatrix(instance, worldToObject);
+            const uint32_t base = depth;
+            if (moveDown(programs, ray, worldToObject, child, levels, base))
+                enterBlock(programs, ray, child, levels, base);
         }
+    }
+
+    static SUNSTONE_INLINE_MEMBER void loadMatrix(const InstanceRecord& instance, float to[12]) {
+        static_assert(offsetof(InstanceRecord, worldToObject) % 16 == 0);
+        const U4* const rows = reinterpret_cast<const U4*>(instance.worldToObject);
+        for (int i = 0; i < 3; ++i) {
+            const U4 row = loadConstant(rows + i);
+            toFloats(row, to + 4 * i);
+            to[4 * i + 3] = floatOf(row.w);
+        }
+    }
+
+    // The ray goes into the space below, and on through the transforms that `handle` leads to.
+    // False: as enterBlock().
+    SUNSTONE_INLINE_MEMBER bool moveDown(Programs& programs, Ray& ray, float worldToObject[12],
+                                         uint64_t& handle, Level* levels, uint32_t base) {
+        for (;;) {
+            moveRay(worldToObject, ray);
+            block = nullptr;
+            if (Programs::kLevels == 1 || !isTransform(handle)) // enterBlock() refuses them
+                return true;
+            if (!openTransform(programs, ray, worldToObject, handle, levels, base))
+                return false;
+        }
+    }
+    static SUNSTONE_INLINE_MEMBER bool isTransform(uint64_t handle) {
+        return (handle & devlib::kTagMask) >= devlib::kTagStatic;
+    }
+    // The handle becomes that of the child. False: as enterBlock().
+    SUNSTONE_INLINE_MEMBER bool openTransform(Programs& programs, Ray& ray, float worldToObject[12],
+                                              uint64_t& handle, Level* levels, uint32_t base) {
+        uint64_t child = 0;
+        const bool tooDeep = depth >= Programs::kLevels;
+        if (tooDeep)
+            programs.refuseLevel();
+        if (tooDeep || !programs.enterTransform(ray, handle, child, worldToObject)) {
+            leaveTo(programs, ray, levels, base);
+            return false;
+        }
+        if constexpr (!Programs::kMotion)
+            saveSpace(ray, levels[depth]);
+        ++depth;
+        handle = child;
+        return true;
     }
 
     static SUNSTONE_INLINE_MEMBER void moveRay(const float worldToObject[12], Ray& ray) {
@@ -512,6 +572,16 @@ private:
     }
 
     SUNSTONE_INLINE_MEMBER void saveSpace(const Ray& ray, Level& level) const {
+        if constexpr (kKeepsRays) {
+            const uint64_t at = reinterpret_cast<uint64_t>(block);
+            level.origin = withFloats(ray.origin, floatOf(uint32_t(at)));
+            level.direction = withFloats(ray.direction, floatOf(uint32_t(at >> 32)));
+        } else {
+            saveAll(ray, level);
+        }
+    }
+
+    SUNSTONE_INLINE_MEMBER void saveAll(const Ray& ray, Level& level) const {
         level.origin = withFloats(ray.origin, box.inverse[0]);
         level.direction = withFloats(ray.direction, box.inverse[1]);
         level.box = {bitsOf(box.inverse[2]), bitsOf(box.slack), box.octant, bitsOf(box.one)};
@@ -532,20 +602,35 @@ private:
         if constexpr (Programs::kInstances && Programs::kMotion) {
             programs.leave(ray, depth - this->around);
             depth = this->around;
-            restoreSpace(ray, levels[depth]);
+            restoreSpace(programs, ray, levels[depth]);
         } else if constexpr (Programs::kInstances) {
             do
                 programs.leave(ray);
-            while (levels[--depth].block == 0);
-            restoreSpace(ray, levels[depth]);
+            while (blockOf(levels[--depth]) == 0);
+            restoreSpace(programs, ray, levels[depth]);
         }
     }
 
+    static SUNSTONE_INLINE_MEMBER uint64_t blockOf(const Level& level) {
+        if constexpr (kKeepsRays)
+            return wordsOf(level.origin.w, level.direction.w);
+        else
+            return level.block;
+    }
+
     // Only structures of instances are returned to.
-    SUNSTONE_INLINE_MEMBER void restoreSpace(Ray& ray, const Level& level) {
+    SUNSTONE_INLINE_MEMBER void restoreSpace(const Programs& programs, Ray& ray,
+                                             const Level& level) {
         toFloats(level.origin, ray.origin);
         toFloats(level.direction, ray.direction);
-        block = reinterpret_cast<const BlockHeader*>(level.block);
+        block = reinterpret_cast<const BlockHeader*>(blockOf(level));
+        if constexpr (kKeepsRays)
+            open(programs, ray, BlockType::kInstances, Header(block));
+        else
+            restoreAll(level);
+    }
+
+    SUNSTONE_INLINE_MEMBER void restoreAll(const Level& level) {
         if constexpr (Programs::kMotion) {
             motion = {level.keys, level.motion.x, floatOf(level.motion.y), floatOf(level.motion.z),
                       floatOf(level.motion.w)};
@@ -562,14 +647,31 @@ private:
         records = reinterpret_cast<const uint8_t*>(wordsOf(level.places.z, level.places.w));
     }
 
-    // Enters the space of `block`, with fields of its header; `size`: see makeBoxRay().
+    // What entering a block needs of its header.
+    struct Header {
+        U4 first, places, last;
+
+        explicit SUNSTONE_INLINE_MEMBER Header(const BlockHeader* header) {
+            const U4* const words = reinterpret_cast<const U4*>(header);
+            first = loadConstant(words);
+            places = loadConstant(words + offsetof(BlockHeader, instancesOffset) / 16);
+            last = loadConstant(words + offsetof(BlockHeader, recordsOffset) / 16);
+        }
+        SUNSTONE_INLINE_MEMBER uint64_t nodesOffset() const { return wordsOf(places.z, places.w); }
+        SUNSTONE_INLINE_MEMBER uint64_t recordsOffset() const {
+            return wordsOf(last.x, last.y) + (last.z >> 16);
+        }
+        SUNSTONE_INLINE_MEMBER uint32_t shape() const { return last.z & 0xffff; }
+        SUNSTONE_INLINE_MEMBER float size() const { return floatOf(last.w); } // see makeBoxRay()
+    };
+
+    // Enters the space of `block`.
     SUNSTONE_INLINE_MEMBER void open(const Programs& programs, const Ray& ray, BlockType type,
-                                     float size, uint64_t nodesOffset, uint64_t recordsOffset,
-                                     uint32_t sharesRecords) {
+                                     const Header& header) {
         kind = kindOf(type);
         const uint8_t* const bytes = reinterpret_cast<const uint8_t*>(block);
-        nodes = reinterpret_cast<const U4*>(bytes + nodesOffset);
-        records = bytes + recordsOffset + sharesRecords;
+        nodes = reinterpret_cast<const U4*>(bytes + header.nodesOffset());
+        records = bytes + header.recordsOffset();
         if constexpr (Programs::kMotion) {
             motion = placeIn(*block, programs.time(), ray.origin);
             if (motion.keys > 1) {
@@ -578,52 +680,32 @@ private:
                     records += motion.key * recordSize(kind, block->shape, 1);
             }
         }
-        box = makeBoxRay(ray.direction, size);
+        box = makeBoxRay(ray.direction, header.size());
         if (Programs::kTriangles && (!Programs::kInstances || kind == BlockType::kTriangles))
             shear = makeShear(ray.direction);
     }
 
-    // Follows the handle through transforms to a block, whose root becomes the group to visit.
-    // False: nothing to visit; levels above `base` have been left again, with motion by
-    // leaveSpace().
-    SUNSTONE_INLINE_MEMBER bool enter(Programs& programs, Ray& ray, uint64_t handle, Level* levels,
-                                      uint32_t base) {
-        if constexpr (Programs::kInstances)
-            while ((handle & devlib::kTagMask) >= devlib::kTagStatic) {
-                float worldToObject[12];
-                uint64_t child = 0;
-                const bool tooDeep = depth >= Programs::kLevels;
-                if (tooDeep)
-                    programs.refuseLevel();
-                if (tooDeep || !programs.enterTransform(ray, handle, child, worldToObject)) {
-                    leaveTo(programs, ray, levels, base);
-                    return false;
-                }
-                block = nullptr;
-                if constexpr (Programs::kMotion)
-                    ++depth;
-                else
-                    saveSpace(ray, levels[depth++]);
-                moveRay(worldToObject, ray);
-                handle = child;
-            }
+    // Makes the root of the block the group to visit. False: nothing to visit; levels above `base`
+    // have been left again, with motion by leaveSpace().
+    SUNSTONE_INLINE_MEMBER bool enterBlock(Programs& programs, Ray& ray, uint64_t handle,
+                                           Level* levels, uint32_t base) {
         const uint64_t tag = handle & devlib::kTagMask;
         const BlockHeader* const header =
             reinterpret_cast<const BlockHeader*>(handle & ~uint64_t(devlib::kTagMask));
+        if constexpr (Programs::kInstances && Programs::kLevels == 1)
+            if (isTransform(handle))
+                programs.refuseLevel();
         if (!header ||
             !(tag == devlib::kTagGas || (Programs::kInstances && tag == devlib::kTagIas)) ||
             (tag == devlib::kTagIas && isInside(header, levels))) {
             leaveTo(programs, ray, levels, base);
             return false;
         }
-        // All that is needed of the header at once.
-        const U4* const words = reinterpret_cast<const U4*>(header);
-        const U4 first = loadConstant(words),
-                 places = loadConstant(words + offsetof(BlockHeader, instancesOffset) / 16),
-                 last = loadConstant(words + offsetof(BlockHeader, recordsOffset) / 16);
+        const Header fields(header);
+        const U4 first = fields.first;
         const BlockType type = BlockType(first.z);
         const bool wanted = first.x == kGpuBlockMagic && first.w != kNoNode &&
-                            fits(type, last.z & 0xffff) && isRay(ray) &&
+                            fits(type, fields.shape()) && isRay(ray) &&
                             isThere(programs, *header) && enterShapes(type, ray);
         if (!wanted) {
             if constexpr (!Programs::kMotion)
@@ -633,9 +715,8 @@ private:
             return false;
         }
         block = header;
-        open(programs, ray, type, floatOf(last.w), wordsOf(places.z, places.w),
-             wordsOf(last.x, last.y), last.z >> 16);
-        if constexpr (Programs::kInstances && Programs::kMotion)
+        open(programs, ray, type, fields);
+        if constexpr (Programs::kInstances && !kKeepsSpace)
             if (kind == BlockType::kInstances)
                 saveSpace(ray, levels[depth]);
         // The root is slot 0 of a group of one.
@@ -665,8 +746,13 @@ private:
                 found |= levels[i].block == address;
             }
         } else if constexpr (Programs::kLevels > 1) {
+            bool maybe = false; // by one word, as memory bounds walks
+#pragma clang loop unroll(disable)
             for (uint32_t i = 0; i < depth; ++i)
-                found |= levels[i].block == address;
+                maybe |= levels[i].origin.w == uint32_t(address);
+#pragma clang loop unroll(disable)
+            for (uint32_t i = 0; maybe && i < depth; ++i)
+                found |= blockOf(levels[i]) == address;
         }
         return found;
     }
