@@ -183,6 +183,33 @@ TEST(Batch, RaysThatAreAlike) {
     compare(icosphere(3), alikeRays(3207, 19));
 }
 
+// Some rays start so far off that distances to planes overflow; those beside them hit.
+TEST(Batch, OriginsThatAreTooFarOff) {
+    for (std::vector<RawRay> rays : {randomRays(5000, 20), alikeRays(6400, 21)}) {
+        Random random(22);
+        for (RawRay& ray : rays) {
+            if (random.below(8) != 0)
+                continue;
+            for (float& o : ray.origin)
+                if (random.below(4) != 0)
+                    o = random.below(2) ? 1e38f : -1e38f;
+            if (random.below(2))
+                ray.tmax = INFINITY;
+        }
+        compare(soup(83, 0.5f, 9), rays);
+    }
+}
+
+// Directions so long that axes cull nothing, in packets and one by one.
+TEST(Batch, LongDirections) {
+    std::vector<RawRay> rays = cameraRays(600, 20);
+    for (RawRay& ray : rays)
+        for (float& d : ray.direction)
+            d *= 1e38f;
+    compare(icosphere(3), rays);
+    compare(soup(83, 0.5f, 9), rays);
+}
+
 TEST(Batch, EmptyStructures) {
     Mesh mesh = cube();
     mesh.triangles.clear();

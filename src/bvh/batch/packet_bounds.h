@@ -21,10 +21,11 @@ public:
         farthest = rangeOf(block.tmax, rays).high;
         tmin_ = splat(start.low, f);
         const uint32_t first = uint32_t(__builtin_ctzll(rays));
+        const bool isOpen = block.open & rays;
         for (int i = 0; i < 3; ++i) {
             octant[i] = (uint32_t(2 * i) + (block.octant[first] >> i & 1)) * kPlanesSize;
             setAxis(axes_[i], rangeOf(block.nearR[i], rays), rangeOf(block.farR[i], rays),
-                    rangeOf(block.org[i], rays));
+                    rangeOf(block.org[i], rays), isOpen);
         }
     }
 
@@ -87,23 +88,23 @@ private:
         return range;
     }
 
-    static void setAxis(Axis& a, Range near, Range far, Range org) {
+    static void setAxis(Axis& a, Range near, Range far, Range org, bool isOpen) {
         F8* const f = nullptr;
         const bool forwards = near.low >= 0;
         a.nearOrg = splat(forwards ? org.high : org.low, f);
         a.farOrg = splat(forwards ? org.low : org.high, f);
-        // Where a ray hardly moves along the axis, the axis decides nothing.
-        const bool isStill = larger(near.reach(), far.reach()) > 0x1p60f;
-        const auto outward = [f, isStill](float r, float sign) {
-            return splat(isStill ? 1.0f : r + sign * absolute(r) * 0x1p-20f, f);
+        // Where a ray hardly moves along the axis, or has an open one, the axis decides nothing.
+        const bool isIdle = isOpen || larger(near.reach(), far.reach()) > 0x1p60f;
+        const auto outward = [f, isIdle](float r, float sign) {
+            return splat(isIdle ? 1.0f : r + sign * absolute(r) * 0x1p-20f, f);
         };
         a.nearLow = outward(near.low, -1);
         a.nearHigh = outward(near.high, 1);
         a.farLow = outward(far.low, -1);
         a.farHigh = outward(far.high, 1);
         const float infinity = __builtin_inff();
-        a.nearSlack = splat(isStill ? infinity : org.reach() * near.reach() * 0x1p-20f, f);
-        a.farSlack = splat(isStill ? infinity : org.reach() * far.reach() * 0x1p-20f, f);
+        a.nearSlack = splat(isIdle ? infinity : org.reach() * near.reach() * 0x1p-20f, f);
+        a.farSlack = splat(isIdle ? infinity : org.reach() * far.reach() * 0x1p-20f, f);
     }
 
     Axis axes_[3];

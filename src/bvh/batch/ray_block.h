@@ -24,6 +24,7 @@ struct alignas(64) RayBlock {
     uint8_t axes[kRays];   // in kShearAxes
     uint8_t octant[kRays]; // a bit for each axis that the ray goes backwards
     uint64_t valid;        // isRay()
+    uint64_t open;         // rays of which some axis is open, see setupOpenAxis()
 
     SUNSTONE_INLINE_MEMBER void set(uint32_t lane, const BatchRay& ray) {
         for (int i = 0; i < 3; ++i) {
@@ -56,7 +57,9 @@ struct alignas(64) RayBlock {
 private:
     static constexpr uint32_t kLanes = WideLanes::kLanes;
     void setupLanes(const BlockHeader* header, uint32_t first);
-    void setupStill(const BlockHeader* header, int axis, uint32_t lane, float longest);
+    void setupPlanes(const BlockHeader* header, uint32_t first, const WideLanes* speed,
+                     WideLanes longest, Mask good);
+    void setupRare(const BlockHeader* header, int axis, uint32_t lane, float longest, bool isStill);
 };
 
 inline void RayBlock::setup(const BlockHeader* header, uint32_t count) {
@@ -68,23 +71,65 @@ inline void RayBlock::setup(const BlockHeader* header, uint32_t count) {
         start[lane] = start[0];
         tmax[lane] = tmax[0];
     }
-    valid = 0;
+    valid = open = 0;
     for (uint32_t lane = 0; lane < count; lane += kLanes)
         setupLanes(header, lane);
     if (count < kRays)
         valid &= (uint64_t(1) << count) - 1;
 }
 
-inline void RayBlock::setupStill(const BlockHeader* header, int axis, uint32_t lane,
-                                 float longest) {
+inline void RayBlock::setupRare(const BlockHeader* header, int axis, uint32_t lane, float longest,
+                                bool isStill) {
     RaySetup s;
     const float origin[3] = {org[0][lane], org[1][lane], org[2][lane]};
-    setupStillAxis(s, axis, origin[axis], dir[axis][lane], reachOf(header, origin),
-                   tmax[lane] * longest);
+    if (isStill) {
+        setupStillAxis(s, axis, origin[axis], dir[axis][lane], reachOf(header, origin),
+                       tmax[lane] * longest);
+    } else {
+        setupOpenAxis(s, axis, dir[axis][lane]);
+        open |= uint64_t(1) << lane;
+    }
     nearR[axis][lane] = s.nearR[axis];
     nearC[axis][lane] = s.nearC[axis];
     farR[axis][lane] = s.farR[axis];
     farC[axis][lane] = s.farC[axis];
+}
+
+// good: lanes with rays.
+inline void RayBlock::setupPlanes(const BlockHeader* header, uint32_t first, const WideLanes* speed,
+                                  WideLanes longest, Mask good) {
+    WideLanes* const w = nullptr;
+    const auto constant = [w](float s) { return splat(s, w); };
+    const WideLanes zero = constant(0), one = constant(1);
+    const WideLanes margin = longest * constant(0x1p-21f), ulps = constant(0x1p-22f);
+    const WideLanes still = max(longest * constant(0x1p-18f), constant(0x1p-100f));
+    Mask stillLanes[3], openLanes[3];
+    for (int i = 0; i < 3; ++i) {
+        const WideLanes o = load(org[i] + first, w), d = load(dir[i] + first, w);
+        const WideLanes near = withSign(one / (speed[i] + margin), d);
+        const WideLanes far = withSign(one / (speed[i] - margin) * constant(1 + 0x1p-21f), d);
+        store(nearR[i] + first, near);
+        store(farR[i] + first, far);
+        WideLanes n = zero, f = zero, largest = speed[i] * constant(kOpenSpeed);
+        if constexpr (kFusedSlab) {
+            n = negative(o * near);
+            f = negative(o * far);
+            largest = max(largest, magnitude(f));
+            n = n - magnitude(n) * ulps;
+            f = f + magnitude(f) * ulps;
+        }
+        store(nearC[i] + first, n);
+        store(farC[i] + first, f);
+        stillLanes[i] = lessEqual(speed[i], still) & good;
+        openLanes[i] = ~lessEqual(largest, constant(kLargestProduct)) & good;
+    }
+    alignas(64) float longestOf[kLanes];
+    store(longestOf, longest);
+    for (int i = 0; i < 3; ++i)
+        for (Mask m = stillLanes[i] | openLanes[i]; __builtin_expect(m != 0, 0); m &= m - 1) {
+            const uint32_t k = lowestBit(m);
+            setupRare(header, i, first + k, longestOf[k], stillLanes[i] >> k & 1);
+        }
 }
 
 inline void RayBlock::setupLanes(const BlockHeader* header, uint32_t first) {
@@ -105,30 +150,7 @@ inline void RayBlock::setupLanes(const BlockHeader* header, uint32_t first) {
                       lessEqual(constant(0x1p-120f), longest);
     valid |= uint64_t(good) << first;
     store(tmin + first, max(begin, zero));
-    const WideLanes margin = longest * constant(0x1p-21f), ulps = constant(0x1p-22f);
-    const WideLanes still = max(constant(8) * longest * constant(0x1p-21f), constant(0x1p-100f));
-    Mask stillLanes[3];
-    for (int i = 0; i < 3; ++i) {
-        const WideLanes near = withSign(one / (speed[i] + margin), d[i]);
-        const WideLanes far = withSign(one / (speed[i] - margin) * constant(1 + 0x1p-21f), d[i]);
-        store(nearR[i] + first, near);
-        store(farR[i] + first, far);
-        WideLanes n = zero, f = zero;
-        if constexpr (kFusedSlab) {
-            n = negative(o[i] * near);
-            f = negative(o[i] * far);
-            n = n - magnitude(n) * ulps;
-            f = f + magnitude(f) * ulps;
-        }
-        store(nearC[i] + first, n);
-        store(farC[i] + first, f);
-        stillLanes[i] = lessEqual(speed[i], still) & good;
-    }
-    alignas(64) float longestOf[kLanes];
-    store(longestOf, longest);
-    for (int i = 0; i < 3; ++i)
-        for (Mask m = stillLanes[i]; __builtin_expect(m != 0, 0); m &= m - 1)
-            setupStill(header, i, first + lowestBit(m), longestOf[lowestBit(m)]);
+    setupPlanes(header, first, speed, longest, good);
     const Mask yLeads = lessEqual(speed[0], speed[1]); // not x > y
     const Mask zBeatsX = lessEqual(speed[0], speed[2]), zBeatsY = lessEqual(speed[1], speed[2]);
     const Mask alongZ = (yLeads & zBeatsY) | (~yLeads & zBeatsX), alongY = yLeads & ~zBeatsY;

@@ -139,6 +139,26 @@ TEST(MotionTriangles, AreWhereTheyAreAtTheTime) {
         }
 }
 
+// Distances to planes overflow on all axes: unused children must be culled all the same.
+TEST(MotionTriangles, OriginsThatAreTooFarOff) {
+    const MovingMesh mesh = randomMotion(83, 3, 0.5f, 0.3f, 9);
+    const Structure s = makeStructure(mesh.input(), mesh.options());
+    Random random(31);
+    for (int i = 0; i < 4000; ++i) {
+        const Vec3 d = random.unit();
+        QueryRay ray = {{}, 0, {d.x, d.y, d.z}, random.below(2) ? INFINITY : 1e30f};
+        for (float& o : ray.origin)
+            o = random.below(4) == 0 ? 0.5f : random.below(2) ? 1e38f : -1e38f;
+        ray.origin[random.below(3)] = 1e38f;
+        const float time = kTimes[random.below(std::size(kTimes))];
+        for (Isa isa : machineIsas()) {
+            QueryHit hit{};
+            EXPECT_FALSE(kernels(isa).closestAt(s.block(), ray, time, hit)) << i;
+            EXPECT_FALSE(kernels(isa).occludedAt(s.block(), ray, time)) << i;
+        }
+    }
+}
+
 TEST(MotionTriangles, FarFromTheOriginAndFast) {
     for (const float offset : {1000.0f, 1e6f})
         for (const float speed : {0.001f, 50.0f}) {

@@ -15,6 +15,11 @@
 // or never is: r becomes huge, and the planes move by how far the ray may drift on its way through
 // the structure.
 //
+// Where origin * r overflows, or |d| is so large that r is subnormal, the axis does not tell what
+// the ray meets. The constants then are larger than all distances, so the axis culls no box but
+// that of unused children. Infinite constants would not cull that box: infinity minus infinity is
+// NaN, which testNode() ignores.
+//
 // Triangle test: the shear of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection"
 // (JCGT 2013): axes permuted so that z is the longest of the direction, winding kept.
 #pragma once
@@ -78,6 +83,18 @@ SUNSTONE_INLINE void setupStillAxis(RaySetup& s, int i, float org, float dir, fl
     s.farC[i] = c + drift * r;
 }
 
+// The planes of an axis that culls unused children only: neither their infinite planes nor kFar are
+// below kOpenReach after the product.
+constexpr float kOpenScale = 4, kOpenReach = 0x1.8p127f;
+static_assert(kFar * double(kOpenScale) > kOpenReach);
+SUNSTONE_INLINE void setupOpenAxis(RaySetup& s, int i, float dir) {
+    s.nearR[i] = s.farR[i] = bitsOf(dir) >> 31 ? -kOpenScale : kOpenScale;
+    s.nearC[i] = -kOpenReach;
+    s.farC[i] = kOpenReach;
+}
+// An axis is open if -origin * r exceeds this, or its speed times kOpenSpeed does.
+constexpr float kLargestProduct = 0x1p127f, kOpenSpeed = 8;
+
 // The farthest that the structure reaches from the origin, along an axis.
 SUNSTONE_INLINE float reachOf(const BlockHeader* header, const float org[3]) {
     float reach = 0;
@@ -85,6 +102,18 @@ SUNSTONE_INLINE float reachOf(const BlockHeader* header, const float org[3]) {
         reach = larger(reach, larger(absolute(header->lower[i] - org[i]),
                                      absolute(header->upper[i] - org[i])));
     return reach;
+}
+
+// The axes in these sets.
+SUNSTONE_INLINE void setupRareAxes(RaySetup& s, const BlockHeader* header, const float org[3],
+                                   const float dir[3], float travel, int stillAxes, int openAxes) {
+    const float reach = reachOf(header, org);
+    for (int i = 0; i < 3; ++i) {
+        if (stillAxes >> i & 1)
+            setupStillAxis(s, i, org[i], dir[i], reach, travel);
+        else if (openAxes >> i & 1)
+            setupOpenAxis(s, i, dir[i]);
+    }
 }
 
 // The ray must satisfy isRay(). header: the block whose nodes will be visited.
@@ -100,14 +129,14 @@ SUNSTONE_INLINE void setupRay(RaySetup& s, const BlockHeader* header, const floa
     const __m128 farR = _mm_or_ps(
         _mm_mul_ps(_mm_div_ps(one, _mm_sub_ps(speed, w)), _mm_set1_ps(1 + 0x1p-21f)), sign);
     __m128 nearC = _mm_setzero_ps(), farC = _mm_setzero_ps();
+    __m128 largest = _mm_mul_ps(speed, _mm_set1_ps(kOpenSpeed));
     if constexpr (kFusedSlab) {
-        // An origin so far off that this overflows culls everything; floats could not distinguish
-        // hits of such a ray anyway.
         const __m128 n = _mm_xor_ps(_mm_mul_ps(o, nearR), signBit);
         const __m128 f = _mm_xor_ps(_mm_mul_ps(o, farR), signBit);
         const __m128 ulps = _mm_set1_ps(0x1p-22f);
         nearC = _mm_sub_ps(n, _mm_mul_ps(_mm_andnot_ps(signBit, n), ulps));
         farC = _mm_add_ps(f, _mm_mul_ps(_mm_andnot_ps(signBit, f), ulps));
+        largest = _mm_max_ps(largest, _mm_andnot_ps(signBit, f));
     }
     _mm_store_ps(s.nearR, nearR);
     _mm_store_ps(s.nearC, nearC);
@@ -116,17 +145,14 @@ SUNSTONE_INLINE void setupRay(RaySetup& s, const BlockHeader* header, const floa
     _mm_store_ps(s.org, o);
     for (int i = 0; i < 3; ++i)
         s.nearPlanes[i] = (uint32_t(2 * i) + (bitsOf(dir[i]) >> 31)) * kPlanesSize;
-    const float still = larger(8 * longest * 0x1p-21f, 0x1p-100f);
+    const float still = larger(longest * 0x1p-18f, 0x1p-100f);
     const int stillAxes = _mm_movemask_ps(_mm_cmple_ps(
                               _mm_andnot_ps(signBit, _mm_setr_ps(dir[0], dir[1], dir[2], longest)),
                               _mm_set1_ps(still))) &
                           7;
-    if (__builtin_expect(stillAxes != 0, 0)) {
-        const float reach = reachOf(header, org);
-        for (int i = 0; i < 3; ++i)
-            if (stillAxes >> i & 1)
-                setupStillAxis(s, i, org[i], dir[i], reach, tmax * longest);
-    }
+    const int openAxes = _mm_movemask_ps(_mm_cmpgt_ps(largest, _mm_set1_ps(kLargestProduct))) & 7;
+    if (__builtin_expect((stillAxes | openAxes) != 0, 0))
+        setupRareAxes(s, header, org, dir, tmax * longest, stillAxes, openAxes);
     s.tmin = tmin;
     setupShear(s, dir);
 }

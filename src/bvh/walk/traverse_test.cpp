@@ -4,6 +4,7 @@
 #include "bvh/testing/meshes.h"
 
 #include <gtest/gtest.h>
+#include <xmmintrin.h>
 
 namespace sunstone::bvh {
 namespace {
@@ -230,6 +231,64 @@ TEST(Traverse, RaysThatAreNoneMiss) {
             EXPECT_FALSE(kernels(isa).closest(s.block(), ray, hit));
             EXPECT_FALSE(kernels(isa).occluded(s.block(), ray));
         }
+}
+
+// Origins so far off for the direction that distances to the planes of boxes overflow: no axis may
+// say that the ray meets the unused children of a node.
+TEST(Traverse, OriginsThatAreTooFarOff) {
+    const Structure s = makeStructure(soup(83, 0.5f, 9).input());
+    const float places[] = {0.5f, 1e38f, -1e38f, 3e37f};
+    Random random(31);
+    for (int i = 0; i < 4000; ++i) {
+        Vec3 o, d = random.unit();
+        for (int axis = 0; axis < 3; ++axis) {
+            o[axis] = places[random.below(4)];
+            if (random.below(8) == 0)
+                d[axis] = random.below(2) ? 0.0f : 1e-9f;
+        }
+        o[int(random.below(3))] = places[1 + random.below(2)];
+        const QueryRay ray = rayFrom(o, d, 0, random.below(2) ? INFINITY : 1e30f);
+        for (Isa isa : machineIsas()) {
+            QueryHit hit{};
+            EXPECT_FALSE(kernels(isa).closest(s.block(), ray, hit)) << i;
+            EXPECT_FALSE(kernels(isa).occluded(s.block(), ray)) << i;
+        }
+    }
+}
+
+// Distances to planes through zero overflow, those to the sphere do not.
+TEST(Traverse, OverflowLosesNoHits) {
+    Mesh m = icosphere(2);
+    const Vec3 center = {0x1p50f, 0x1p50f, -0x1p50f};
+    for (Vec3& v : m.vertices)
+        v = v * 0x1p44f + center;
+    const Structure s = makeStructure(m.input());
+    Random random(18);
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3 o = center + random.unit() * 0x1p45f;
+        const Vec3 d = (center + random.unit() * 0x1p43f - o) * 0x1p-125f;
+        for (Isa isa : machineIsas())
+            EXPECT_TRUE(kernels(isa).occluded(s.block(), rayFrom(o, d, 0, INFINITY))) << i;
+    }
+}
+
+// The reciprocals of directions this long are subnormal, or 0 on threads that flush those.
+TEST(Traverse, LongDirections) {
+    const Structure s = makeStructure(soup(83, 0.5f, 9).input());
+    const Structure sphere = makeStructure(icosphere(2).input());
+    const unsigned mode = _mm_getcsr();
+    Random random(19);
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3 o = random.unit() * 3.0f;
+        const Vec3 d = (random.unit() * 0.5f - o) * (1e37f * random(0.1f, 5));
+        for (Isa isa : machineIsas()) {
+            EXPECT_TRUE(kernels(isa).occluded(sphere.block(), rayFrom(o, d))) << i;
+            _mm_setcsr(mode | 0x8040); // flush to zero, and subnormals are zeros
+            QueryHit hit{};
+            kernels(isa).closest(s.block(), rayFrom(o, d), hit);
+            _mm_setcsr(mode);
+        }
+    }
 }
 
 TEST(Traverse, FarAwayAndHugeScenes) {
