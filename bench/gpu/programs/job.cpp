@@ -41,8 +41,8 @@ void Job::allocatePicture(unsigned width, unsigned height) {
 const std::vector<JobKind>& jobKinds() {
     static const std::vector<JobKind> kinds = [] {
         std::vector<JobKind> all;
-        for (const auto& jobs : {pathJobs(), surfaceJobs(), leafJobs(), motionJobs(), shapeJobs(),
-                                 listJobs(), buildJobs()})
+        for (const auto& jobs : {pathJobs(), surfaceJobs(), leafJobs(), motionJobs(), outdoorJobs(),
+                                 shapeJobs(), listJobs(), buildJobs()})
             all.insert(all.end(), jobs.begin(), jobs.end());
         return all;
     }();

@@ -105,6 +105,7 @@ std::vector<JobKind> pathJobs();
 std::vector<JobKind> surfaceJobs();
 std::vector<JobKind> leafJobs();
 std::vector<JobKind> motionJobs();
+std::vector<JobKind> outdoorJobs();
 std::vector<JobKind> shapeJobs();
 std::vector<JobKind> listJobs();
 std::vector<JobKind> buildJobs();

@@ -73,14 +73,16 @@ std::vector<OptixTraversableHandle> transforms(OptixDeviceContext context, Job& 
     return handles;
 }
 
-Job movingInstances(OptixDeviceContext context, const JobSettings& settings, double count,
-                    const OptixMotionOptions& keys) {
-    Job job = moving(bench_moving_instances_ptx());
+} // namespace
+
+void addMovingRocks(OptixDeviceContext context, Job& job, const JobSettings& settings,
+                    unsigned count, const OptixMotionOptions& keys) {
+    job.moves = true;
     job.graph = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_ANY;
     job.graphDepth = 3;
     const Mesh rock = makeRock(settings.some(4000, 200));
     const Triangles uploaded = uploadTriangles(job, rock);
-    const std::vector<float> matrices = scatter(settings.some(count, 50));
+    const std::vector<float> matrices = scatter(count);
     std::vector<OptixInstance> records(matrices.size() / 12);
     const auto children = transforms(context, job, addMesh(context, job, uploaded), records.size());
     for (size_t i = 0; i < records.size(); ++i) {
@@ -94,6 +96,14 @@ Job movingInstances(OptixDeviceContext context, const JobSettings& settings, dou
     job.records = {{0, materialOf(uploaded, vec(0.5f))}};
     lightOutside(job, rock, settings);
     job.allocatePicture(settings.width, settings.height);
+}
+
+namespace {
+
+Job movingInstances(OptixDeviceContext context, const JobSettings& settings, double count,
+                    const OptixMotionOptions& keys) {
+    Job job = moving(bench_moving_instances_ptx());
+    addMovingRocks(context, job, settings, settings.some(count, 50), keys);
     return job;
 }
 Job underTransforms(OptixDeviceContext context, const JobSettings& settings) {

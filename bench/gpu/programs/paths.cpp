@@ -40,6 +40,11 @@ Job paths(OptixDeviceContext context, const JobSettings& settings, std::string_v
 Job paths2(OptixDeviceContext context, const JobSettings& settings) {
     return paths(context, settings, bench_paths_2_ptx(), 2);
 }
+Job pathsAny(OptixDeviceContext context, const JobSettings& settings) {
+    Job job = paths2(context, settings);
+    job.graph = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_ANY;
+    return job;
+}
 Job paths8(OptixDeviceContext context, const JobSettings& settings) {
     Job job = paths(context, settings, bench_paths_8_ptx(), 8);
     job.traceDepth = 1; // the ray generation program traces all rays
@@ -138,6 +143,7 @@ Job textured200(OptixDeviceContext context, const JobSettings& settings) {
 std::vector<JobKind> pathJobs() {
     return {
         {"paths_2", "paths in a struct, its address in two payload words", paths2, 0.01, 0.1},
+        {"paths_any", "the same, compiled for graphs of any depth", pathsAny, 0.01, 0.1},
         {"paths_8", "eight payload words: hits; shading in ray generation", paths8, 0.01, 0.1},
         {"paths_16", "sixteen payload words: the path", paths16, 0.01, 0.1},
         {"paths_32", "32 payload words: the path and further outputs", paths32, 0.01, 0.1},

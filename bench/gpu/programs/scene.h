@@ -50,6 +50,11 @@ OptixTraversableHandle addMesh(OptixDeviceContext context, Job& job, const Trian
 OptixTraversableHandle addItems(OptixDeviceContext context, Job& job, std::span<const Item> items,
                                 unsigned flags);
 
+// Instances of a rock under motion transforms; `keys`: of the structure of instances. Sets light,
+// camera and picture.
+void addMovingRocks(OptixDeviceContext context, Job& job, const JobSettings& settings,
+                    unsigned count, const OptixMotionOptions& keys);
+
 float3 colorOf(unsigned number);
 // A number in [0, 1) for a place in a stream.
 float randomOf(unsigned number, unsigned stream);
