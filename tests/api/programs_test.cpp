@@ -201,26 +201,31 @@ TEST_P(Programs, RecursionKeepsMuch) {
 }
 
 // On a GPU the lanes that an exception ends give back what their warp has claimed for deep rays:
-// else later launches would wait for it for ever.
+// else later launches would wait for it for ever. With motion warps meet in each step of their
+// walks, and must not wait there for lanes that have ended.
 TEST_P(Programs, ExceptionsEndDeepRecursion) {
     constexpr unsigned kDepth = 12, kIndices = 1000, kLaunches = 8;
     auto low = wall(0), high = wall(1);
     Accel accel = buildAccel(context_, log_, {low->input, high->input});
-    OptixPipelineCompileOptions options = compileOptions(3);
-    options.exceptionFlags = OPTIX_EXCEPTION_FLAG_USER;
-    auto r = rig("recursion", options);
-    r->raygenRecord(r->raygen("__raygen__recursion"));
-    r->missRecord(r->miss("__miss__recursion"));
-    r->hitRecord(r->hit("__closesthit__thrower"));
-    r->hitRecord(r->hit("__closesthit__thrower"));
-    r->link(kDepth);
-    for (unsigned launch = 0; launch < kLaunches; ++launch) {
-        Buffer results(kIndices * 16);
-        r->run(RecursionParams{accel.handle, results.as<unsigned long long>(), kDepth, 0},
-               kIndices);
-        for (unsigned i = 0; i < kIndices; i += 2) { // odd ones miss
-            const uint64_t count = i % 8 != 0 || i % 512 == 0 ? kDepth : 0;
-            ASSERT_EQ(count, results.as<uint64_t>()[2 * i + 1]) << i;
+    for (const bool moves : {false, true}) {
+        SCOPED_TRACE(moves ? "motion" : "no motion");
+        OptixPipelineCompileOptions options = compileOptions(3);
+        options.exceptionFlags = OPTIX_EXCEPTION_FLAG_USER;
+        options.usesMotionBlur = moves;
+        auto r = rig("recursion", options);
+        r->raygenRecord(r->raygen("__raygen__recursion"));
+        r->missRecord(r->miss("__miss__recursion"));
+        r->hitRecord(r->hit("__closesthit__thrower"));
+        r->hitRecord(r->hit("__closesthit__thrower"));
+        r->link(kDepth);
+        for (unsigned launch = 0; launch < kLaunches; ++launch) {
+            Buffer results(kIndices * 16);
+            r->run(RecursionParams{accel.handle, results.as<unsigned long long>(), kDepth, 0},
+                   kIndices);
+            for (unsigned i = 0; i < kIndices; i += 2) { // odd ones miss
+                const uint64_t count = i % 8 != 0 || i % 512 == 0 ? kDepth : 0;
+                ASSERT_EQ(count, results.as<uint64_t>()[2 * i + 1]) << i;
+            }
         }
     }
 }

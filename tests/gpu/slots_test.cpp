@@ -253,21 +253,21 @@ protected:
 };
 
 TEST_F(LaneMemory, PipelinesShareSlotsOfTheirSize) {
-    const devlib::LaneMemory first = memory_.obtain(9000, 100);
+    const devlib::LaneMemory first = memory_.obtain(9000, 100, false);
     EXPECT_GE(first.slotBytes, 9000u);
     EXPECT_EQ(first.words, 4u) << "sets of 32 warps";
-    EXPECT_EQ(memory_.obtain(12000, 10).slots, first.slots);
-    EXPECT_NE(memory_.obtain(13000, 10).slots, first.slots) << "larger slots";
-    EXPECT_NE(memory_.obtain(9000, 1000).slots, first.slots) << "more warps";
+    EXPECT_EQ(memory_.obtain(12000, 10, true).slots, first.slots);
+    EXPECT_NE(memory_.obtain(13000, 10, false).slots, first.slots) << "larger slots";
+    EXPECT_NE(memory_.obtain(9000, 1000, false).slots, first.slots) << "more warps";
     std::vector<uint32_t> free(first.words);
     ASSERT_EQ(driver().memcpyDtoH(free.data(), first.freeSlots, free.size() * 4), CUDA_SUCCESS);
     EXPECT_EQ(free, std::vector<uint32_t>(first.words, ~0u));
 }
 
 TEST_F(LaneMemory, WithoutRoomForAFewIsAnError) {
-    const auto codeOf = [&](uint64_t bytes, uint32_t warps) {
+    const auto codeOf = [&](uint64_t bytes, uint32_t warps, bool inStep = false) {
         try {
-            memory_.obtain(bytes, warps);
+            memory_.obtain(bytes, warps, inStep);
         } catch (const Error& error) {
             return error.code();
         }
@@ -280,6 +280,7 @@ TEST_F(LaneMemory, WithoutRoomForAFewIsAnError) {
     constexpr uint64_t kLarge = uint64_t(3) << 30; // 32 of these are the least that is tried
     if (total / 32 < kLarge)
         EXPECT_EQ(codeOf(kLarge, 4096), Code::kOutOfMemory);
+    EXPECT_EQ(codeOf(total >> 18, 1u << 19, true), Code::kOutOfMemory) << "all or none";
     EXPECT_EQ(codeOf(uint64_t(5) << 30, 1), Code::kNotSupported);
     EXPECT_EQ(codeOf(4096, 1), Code::kOk) << "nothing is lost";
 }

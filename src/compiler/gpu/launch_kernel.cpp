@@ -48,6 +48,11 @@ uint32_t LaunchKernel::constant(std::string_view name) const {
     return 0;
 }
 
+bool LaunchKernel::walksInStep() const {
+    return kind_ == Kind::kNested && constant("sunstone_gpu_motion") &&
+           constant("sunstone_gpu_graph") != 0; // there may be instances
+}
+
 std::string LaunchKernel::choose() {
     std::string obstacle;
     std::vector<llvm::Function*> cut = programsToNest(obstacle);

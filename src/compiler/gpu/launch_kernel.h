@@ -21,6 +21,10 @@ public:
     const CutPrograms& cuts() const { return cuts_; }
     // Whether closest-hit or miss programs trace, and take turns with their rays.
     bool recurses() const { return kind_ == Kind::kNested; }
+    // Whether warps take new launch indices as their rays end.
+    bool takesTurns() const { return kind_ != Kind::kPlain; }
+    // Whether all warps of a block walk in step.
+    bool walksInStep() const;
     // Defines the kernel, which calls a function of the run-time.
     void make();
     // Makes the kernel the only visible function of the linked module.

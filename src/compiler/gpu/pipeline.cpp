@@ -99,7 +99,9 @@ public:
         llvm::StripDebugInfo(unit_.module());
         times_.step("translate");
         code_.feedback += kernel_.choose();
+        code_.takesTurns = kernel_.takesTurns();
         code_.recurses = kernel_.recurses();
+        code_.walksInStep = kernel_.walksInStep();
         optimizer_->dump("cut");
         verify(unit_, "cutting");
         times_.step("cut");

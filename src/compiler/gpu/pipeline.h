@@ -57,11 +57,13 @@ struct GpuCode {
     std::string ptx;      // of kGpuKernel; parameters: a LaunchBlock's address, LaunchConstants
     std::string feedback; // lines: the kind of kernel, loads specialised to bound values
     GpuStack stack;
-    std::string calls;       // GpuCalls::text()
-    std::string machineCode; // of the text; empty if the driver keeps it
+    std::string calls;            // GpuCalls::text()
+    std::string machineCode;      // of the text; empty if the driver keeps it
     uint64_t laneMemoryBytes = 0; // that a warp claims (devlib/gpu/lane_memory.h)
-    bool recurses = false;   // closest-hit or miss programs trace
-    bool hasState = false;   // programs have variables in global memory: each pipeline has its own
+    bool walksInStep = false;     // all warps of a block (devlib/gpu/nested.h)
+    bool takesTurns = false;      // rays of a ray generation program's loop, or of all programs
+    bool recurses = false;        // closest-hit or miss programs trace
+    bool hasState = false; // programs have variables in global memory: each pipeline has its own
 };
 constexpr const char* kGpuKernel = "sunstone_launch";
 

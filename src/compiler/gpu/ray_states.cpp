@@ -24,8 +24,8 @@ using Range = StateUses::Range;
 
 constexpr auto kBytes = int64_t(StateUses::kBytes);
 
-// LLVM joins two loads into one through a phi of their addresses. Where one of these leads to the
-// states and another does not, the loads are separated again.
+// LLVM joins two loads into one through a phi, or a select, of their addresses. Where one of these
+// leads to the states and another does not, the loads are separated again.
 class JoinedLoads {
 public:
     explicit JoinedLoads(const StateUses::Arrays& states) : states_(states) {}
@@ -36,7 +36,10 @@ public:
             if (auto* load = llvm::dyn_cast<llvm::LoadInst>(&each); load && isJoined(*load))
                 joined.push_back(load);
         for (llvm::LoadInst* load : joined)
-            separate(*load);
+            if (auto* select = llvm::dyn_cast<llvm::SelectInst>(load->getPointerOperand()))
+                separate(*load, *select);
+            else
+                separate(*load);
     }
 
 private:
@@ -48,6 +51,9 @@ private:
     }
 
     bool isJoined(const llvm::LoadInst& load) const {
+        if (const auto* select = llvm::dyn_cast<llvm::SelectInst>(load.getPointerOperand()))
+            return load.isSimple() &&
+                   isState(select->getTrueValue()) != isState(select->getFalseValue());
         const auto* pointer = llvm::dyn_cast<llvm::PHINode>(load.getPointerOperand());
         if (!pointer || pointer->getParent() != load.getParent() || !load.isSimple())
             return false;
@@ -60,6 +66,23 @@ private:
         const auto isFromState = [&](const Value* value) { return isState(value); };
         return llvm::any_of(pointer->incoming_values(), isFromState) &&
                !llvm::all_of(pointer->incoming_values(), isFromState);
+    }
+
+    static void separate(llvm::LoadInst& load, llvm::SelectInst& select) {
+        llvm::Instruction* ends[2];
+        llvm::SplitBlockAndInsertIfThenElse(select.getCondition(), &load, &ends[0], &ends[1]);
+        auto* value = llvm::PHINode::Create(load.getType(), 2, "", load.getParent()->begin());
+        Value* const pointers[2] = {select.getTrueValue(), select.getFalseValue()};
+        for (unsigned i = 0; i < 2; ++i) {
+            llvm::Instruction* const part = load.clone();
+            part->setOperand(0, pointers[i]);
+            part->insertBefore(ends[i]);
+            value->addIncoming(part, ends[i]->getParent());
+        }
+        load.replaceAllUsesWith(value);
+        load.eraseFromParent();
+        if (select.use_empty())
+            select.eraseFromParent();
     }
 
     static void separate(llvm::LoadInst& load) {

@@ -209,6 +209,22 @@ TEST(RayStates, LoadsJoinedWithOthersAreSeparated) {
     EXPECT_EQ(value->getIncomingValueForBlock(inside), k.builder.getInt32(5));
 }
 
+TEST(RayStates, LoadsOfOneOfTwoAddressesAreSeparated) {
+    Kernel k;
+    const uint64_t at = offsetof(RayState, missIndex);
+    k.store(k.builder.getInt32(5), at);
+    llvm::Value* const own = k.field(at);
+    llvm::Value* const isOwn = k.builder.CreateIsNull(k.function->getArg(1));
+    k.show(k.builder.CreateLoad(k.builder.getInt32Ty(),
+                                k.builder.CreateSelect(isOwn, own, k.function->getArg(2))));
+    k.store(k.builder.getInt32(9), offsetof(RayState, visibilityMask)); // no load reads it
+    ASSERT_TRUE(k.fold());
+    const auto* value = llvm::dyn_cast<llvm::PHINode>(k.shown[0]->getValueOperand());
+    ASSERT_TRUE(value);
+    EXPECT_EQ(value->getIncomingValue(0), k.builder.getInt32(5));
+    EXPECT_TRUE(llvm::isa<llvm::LoadInst>(value->getIncomingValue(1)));
+}
+
 TEST(RayStates, PackedFieldsFollowOneAnother) {
     Kernel k;
     llvm::Type* const word = k.builder.getInt32Ty();

@@ -22,7 +22,7 @@ struct LaneSlot {
 };
 
 [[clang::loader_uninitialized]] static
-    __attribute__((address_space(3))) LaneSlot laneSlots[kGpuBlockThreads / kGpuTile];
+    __attribute__((address_space(3))) LaneSlot laneSlots[kGpuStepBlockThreads / kGpuTile];
 
 SUNSTONE_INLINE LaneSlot& laneSlot() {
     return *(LaneSlot*)&laneSlots[uint32_t(__nvvm_read_ptx_sreg_tid_x()) / kGpuTile];
@@ -39,8 +39,10 @@ SUNSTONE_INLINE void leaveLaneMemory(uint32_t lanes) {
 
 // The number of a slot that was free. To be called by one lane.
 SUNSTONE_INLINE uint32_t claimSlot(const LaneMemory& memory, LaneSlot& slot) {
-    const uint32_t warp = uint32_t(__nvvm_read_ptx_sreg_ctaid_x()) * (kGpuBlockThreads / kGpuTile) +
-                          uint32_t(__nvvm_read_ptx_sreg_tid_x()) / kGpuTile;
+    const uint32_t warp =
+        (uint32_t(__nvvm_read_ptx_sreg_ctaid_x()) * uint32_t(__nvvm_read_ptx_sreg_ntid_x()) +
+         uint32_t(__nvvm_read_ptx_sreg_tid_x())) /
+        kGpuTile;
     for (uint32_t at = warp % memory.words;; at = at + 1 == memory.words ? 0 : at + 1) {
         auto* const word = reinterpret_cast<uint32_t*>(memory.freeSlots) + at;
         for (uint32_t free = *static_cast<volatile uint32_t*>(word); free != 0;) {

@@ -129,6 +129,8 @@ enum GraphKind : uint32_t { kGraphGas = 0, kGraphSingleLevel = 1, kGraphAny = 2 
 // Threads of a block, and the shape of a warp's tile of launch indices; launches of height 1 have
 // their indices in a row.
 constexpr unsigned kGpuBlockThreads = 64;
+// The same where the warps of a block walk in step (devlib/gpu/nested.h).
+constexpr unsigned kGpuStepBlockThreads = 256;
 constexpr unsigned kGpuTileWidth = 8, kGpuTileHeight = 4;
 constexpr unsigned kGpuTile = kGpuTileWidth * kGpuTileHeight;
 

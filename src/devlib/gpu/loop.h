@@ -110,16 +110,33 @@ private:
     uint32_t start_, rays_;
 };
 
-// Walks on with all rays until idle lanes have cost enough. To be called by all of the warp.
-template <class Programs, class Walk>
+// The threads of the block for which `value` is true. Waits for all that have not ended.
+SUNSTONE_INLINE uint32_t countInBlock(bool value) {
+    uint32_t count;
+    asm volatile("{ .reg .pred p; setp.ne.u32 p, %1, 0; barrier.red.popc.u32 %0, 0, p; }"
+                 : "=r"(count)
+                 : "r"(uint32_t(value))
+                 : "memory");
+    return count;
+}
+// Those of the warp, or a warp's mean where all warps of the block go in step.
+template <bool kInStep>
+SUNSTONE_INLINE uint32_t countLanes(bool value) {
+    constexpr uint32_t kWarps = kGpuStepBlockThreads / kGpuTile;
+    return kInStep ? (countInBlock(value) + kWarps - 1) / kWarps : countOf(ballot(value));
+}
+
+// Walks on with all rays until idle lanes have cost enough. To be called by all of the warp, and
+// with kInStep by all of the block.
+template <bool kInStep, class Programs, class Walk>
 SUNSTONE_INLINE void walkTogether(bool more, Lane& lane, Programs& tracer, walk::Ray& ray,
                                   Walk& walker, walk::U2* stack, typename Walk::Level* levels,
                                   uint32_t patience) {
-    const uint32_t lanes = more ? 32 : countOf(ballot(lane != Lane::kIdle));
+    const uint32_t lanes = !kInStep && more ? 32 : countLanes<kInStep>(more || lane != Lane::kIdle);
     for (;;) {
         if (lane == Lane::kWalking && walker.step(tracer, ray, stack, levels))
             lane = Lane::kEnded;
-        const uint32_t walking = countOf(ballot(lane == Lane::kWalking));
+        const uint32_t walking = countLanes<kInStep>(lane == Lane::kWalking);
         if (walking == 0 || lanes - walking >= patience)
             break;
         patience -= lanes - walking;
@@ -160,8 +177,8 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
         }
         if (lane == Lane::kAsks)
             lane = begin(&asked, tracer, ray, walker, levels);
-        walkTogether(more, lane, tracer, ray, walker, stack, levels,
-                     block.work.patience[patienceIndex()]);
+        walkTogether<false>(more, lane, tracer, ray, walker, stack, levels,
+                            block.work.patience[patienceIndex()]);
         pace.add(lane);
         if (lane == Lane::kEnded) {
             uint32_t hitGroup = 0;

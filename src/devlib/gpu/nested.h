@@ -5,6 +5,10 @@
 // waiting programs in arrays: the state of its ray at each depth (0: the launch index), and the
 // frames of programs that wait for the next ray. As in loop.h each warp loops, and walks all its
 // rays at one place, at any depth.
+//
+// Where motion is met in instances, the code of the walk is larger than the instruction cache. All
+// warps of a block then walk in step, so that they share what is loaded into that cache
+// (docs/notes/programs-gpu.md has figures).
 #pragma once
 
 #include "devlib/gpu/loop.h"
@@ -79,6 +83,7 @@ template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
 SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) {
     using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion>;
     using Walk = walk::Traversal<Programs>;
+    constexpr bool kInStep = kWithMotion && kMaxLevels > 0; // see LaunchKernel::walksInStep
     RayState& root = *waiting.near.states;
     ThreadState thread;
     prepareRoot(block.launch, root, thread);
@@ -114,8 +119,8 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
             tracer.state = waiting.stateAt(depth);
             lane = begin(tracer.state, tracer, ray, walker, levels);
         }
-        walkTogether(more, lane, tracer, ray, walker, stack, levels,
-                     kNestedPatience * block.work.patience[patienceIndex()]);
+        walkTogether<kInStep>(more, lane, tracer, ray, walker, stack, levels,
+                              kNestedPatience * block.work.patience[patienceIndex()]);
         pace.add(lane);
         if (lane == Lane::kEnded)
             lane = goOn(waiting, tracer, ray, depth) ? Lane::kAsks : Lane::kIdle;

@@ -112,8 +112,8 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.launch.numAttributes = pipeline.rules.optix7.numAttributeValues;
     block.launch.firstGroup = code.firstGroup;
     const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
-    constexpr uint64_t kTilesOfBlock = devlib::kGpuBlockThreads / devlib::kGpuTile;
-    const uint64_t blocks = (tiles + kTilesOfBlock - 1) / kTilesOfBlock;
+    const uint64_t tilesOfBlock = code.blockThreads / devlib::kGpuTile;
+    const uint64_t blocks = (tiles + tilesOfBlock - 1) / tilesOfBlock;
     block.work.count = tiles * devlib::kGpuTile;
     block.work.laneMemory = code.laneMemory;
     block.report = devlib::emptyReport();
@@ -131,8 +131,8 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
 
     void* arguments[] = {&slot->memory, &block.constants.usual, &block.constants.known,
                          &block.constants.maxGraphDepth};
-    SUNSTONE_CU(launchKernel, code.kernel, unsigned(blocks), 1, 1, devlib::kGpuBlockThreads, 1, 1,
-                0, stream, arguments, nullptr);
+    SUNSTONE_CU(launchKernel, code.kernel, unsigned(blocks), 1, 1, code.blockThreads, 1, 1, 0,
+                stream, arguments, nullptr);
     SUNSTONE_CU(memcpyDtoHAsync, slot->report, slot->memory + offsetof(LaunchBlock, report),
                 sizeof(block.report), stream);
     if (!request.validation && !request.waits)

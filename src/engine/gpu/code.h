@@ -46,6 +46,7 @@ public:
     ~GpuCodeObject() override;
     const CUfunction kernel;
     uint32_t firstGroup = 0; // base of group numbers in the code
+    unsigned blockThreads = 0;
     // Bytes of stack that the programs take for traces of full depth and callables two deep.
     // stackBytes: the limit for a launch index with stack overflow exceptions.
     size_t neededStack = 0;

@@ -90,10 +90,20 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
 // levels memory bounds walks, and 128 are 15 % faster than 96; where nodes have two motion keys 96
 // are 9 to 19 % faster than 72 (docs/notes/instances-gpu.md), and below motion transforms 128 are 5
 // to 7 % faster than 96 (docs/notes/programs-gpu.md).
+// Of custom primitives, curves and spheres kernels that take turns are 5 to 7 % faster with 80 than
+// with 72, others slower.
 constexpr unsigned kMostRegisters = 128;
-unsigned registersOf(const compiler::PipelineRules& rules) {
+unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurns) {
+    const compiler::PipelineRules& rules = request.pipeline.rules;
     constexpr unsigned kStill[] = {72, 80, 128}, kMoving[] = {96, 128, 128}; // by GraphKind
-    return (rules.motionBlur ? kMoving : kStill)[graphKindOf(rules.traversableGraphFlags)];
+    const unsigned most =
+        (rules.motionBlur ? kMoving : kStill)[graphKindOf(rules.traversableGraphFlags)];
+    const auto isSet = [](const auto& constant) {
+        return constant.second != 0 && (constant.first == "sunstone_gpu_hasIntersection" ||
+                                        constant.first == "sunstone_gpu_shapes");
+    };
+    const bool onlyTriangles = std::ranges::none_of(request.constants, isSet);
+    return takesTurns && !onlyTriangles ? std::max(most, 80u) : most;
 }
 
 // Bytes of the kernel: with more spills, more registers are worth more than warps. On an H100
@@ -181,7 +191,6 @@ void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
 // Without a store no code is kept here either: with the cache off, code must be compiled.
 LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest& request,
                                              compiler::ObjectStore* store) {
-    const unsigned registers = registersOf(request.pipeline.rules);
     LoadedGpuCodes::Entry entry;
     compiler::GpuCode code;
     std::string log;
@@ -200,7 +209,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     }
     if (isKept && !code.machineCode.empty())
         try {
-            load(registers);
+            load(registersOf(request, code.takesTurns));
         } catch (const Error& error) {
             if (error.code() != Code::kLinkError)
                 throw;
@@ -210,6 +219,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
         code = compiler::compileGpuPipeline(request);
     if (!entry.loaded) {
         const unsigned capability = request.target.computeCapability;
+        const unsigned registers = registersOf(request, code.takesTurns);
         if (auto made = machineCodeOf(code, capability, registers)) {
             code.machineCode = std::move(made->cubin);
             compiler::measureGpuStack(code, made->log);
@@ -316,9 +326,12 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     const auto loaded = std::make_shared<GpuCodeObject>(device_.context(), entry.loaded);
     pipeline.feedback = code.feedback;
     loaded->firstGroup = first;
+    loaded->blockThreads =
+        code.walksInStep ? devlib::kGpuStepBlockThreads : devlib::kGpuBlockThreads;
     if (code.laneMemoryBytes != 0)
-        loaded->laneMemory =
-            laneMemory_.obtain(code.laneMemoryBytes, residentWarps(loaded->kernel));
+        loaded->laneMemory = laneMemory_.obtain(code.laneMemoryBytes,
+                                                residentWarps(loaded->kernel, loaded->blockThreads),
+                                                code.walksInStep);
     const bool overflows = pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow;
     int frame = 0;
     SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);

@@ -38,7 +38,7 @@ bool GpuLaneMemory::allocate(devlib::LaneMemory& pool, uint32_t words) {
     return true;
 }
 
-devlib::LaneMemory GpuLaneMemory::obtain(uint64_t slotBytes, uint32_t warps) {
+devlib::LaneMemory GpuLaneMemory::obtain(uint64_t slotBytes, uint32_t warps, bool inStep) {
     const uint64_t size = sizeClassOf(slotBytes);
     if (size > UINT32_MAX)
         fail(Code::kNotSupported, "waiting programs of a warp take ", slotBytes,
@@ -51,9 +51,9 @@ devlib::LaneMemory GpuLaneMemory::obtain(uint64_t slotBytes, uint32_t warps) {
     devlib::LaneMemory pool{};
     pool.slotBytes = uint32_t(size);
     while (!allocate(pool, words)) {
-        if (words == 1)
+        if (words == 1 || inStep)
             fail(Code::kOutOfMemory, "no device memory for waiting programs: ", size,
-                 " bytes for each of ", kWordBits, " warps");
+                 " bytes for each of ", words * kWordBits, " warps");
         words /= 2;
     }
     pools_.push_back(pool);
@@ -66,15 +66,14 @@ void GpuLaneMemory::release() noexcept {
     pools_.clear();
 }
 
-uint32_t residentWarps(CUfunction kernel) {
+uint32_t residentWarps(CUfunction kernel, unsigned blockThreads) {
     CUdevice device = 0;
     int blocks = 0, processors = 0;
     SUNSTONE_CU(ctxGetDevice, &device);
     SUNSTONE_CU(deviceGetAttribute, &processors, CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT, device);
-    SUNSTONE_CU(occupancyMaxActiveBlocksPerMultiprocessor, &blocks, kernel,
-                int(devlib::kGpuBlockThreads), 0);
+    SUNSTONE_CU(occupancyMaxActiveBlocksPerMultiprocessor, &blocks, kernel, int(blockThreads), 0);
     return uint32_t(std::max(blocks, 1)) * uint32_t(std::max(processors, 1)) *
-           (devlib::kGpuBlockThreads / devlib::kGpuTile);
+           (blockThreads / devlib::kGpuTile);
 }
 
 } // namespace sunstone::engine

@@ -19,9 +19,10 @@ public:
     GpuLaneMemory& operator=(const GpuLaneMemory&) = delete;
 
     // Slots of at least so many bytes for so many warps that run at a time, or for fewer if memory
-    // is short; warps then wait for one another. The context is current. Throws kOutOfMemory
-    // where there is none even for a few.
-    devlib::LaneMemory obtain(uint64_t slotBytes, uint32_t warps);
+    // is short; warps then wait for one another. With inStep, where warps of a block meet, they may
+    // not: one that waits for a slot would hold up those that have one. The context is current.
+    // Throws kOutOfMemory where there is none even for a few, or with inStep for all.
+    devlib::LaneMemory obtain(uint64_t slotBytes, uint32_t warps, bool inStep);
     // Frees all pools; no launch is under way, and the context is current.
     void release() noexcept;
 
@@ -32,8 +33,7 @@ private:
     std::vector<devlib::LaneMemory> pools_;
 };
 
-// Warps of a kernel of blocks of devlib::kGpuBlockThreads that the current context's GPU runs at a
-// time.
-uint32_t residentWarps(CUfunction kernel);
+// Warps of a kernel that the current context's GPU runs at a time.
+uint32_t residentWarps(CUfunction kernel, unsigned blockThreads);
 
 } // namespace sunstone::engine
