@@ -95,6 +95,11 @@ Job instances(OptixDeviceContext context, const JobSettings& settings) {
     job.allocatePicture(settings.width, settings.height);
     return job;
 }
+Job instancesAny(OptixDeviceContext context, const JobSettings& settings) {
+    Job job = instances(context, settings);
+    job.graph = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_ANY;
+    return job;
+}
 
 } // namespace
 
@@ -106,6 +111,7 @@ std::vector<JobKind> surfaceJobs() {
         {"launch_huge", "a launch of 2^30 indices", hugeLaunch, 0.001, 0.01},
         {"launches_10000", "10,000 launches of 64 x 64", manyLaunches, 0.001, 0.01},
         {"instances", "direct light, 100,000 instances", instances, 0.001, 0.01},
+        {"instances_any", "the same, compiled for graphs of any depth", instancesAny, 0.001, 0.01},
     };
 }
 
