@@ -149,8 +149,11 @@ int main(int argc, char** argv) {
         const ClassicTimes times = timeClassic(instancedScene(quick ? 1000 : 10000));
         std::printf("\n1460 programs of 5 names: %.1f ms\n"
                     "launch of 8 x 8: %.3f ms; after a change of a transform %.3f ms, of a "
-                    "material's variable %.3f ms\n",
-                    times.createPrograms, times.smallLaunch, times.moveInstance, times.setVariable);
+                    "material's variable %.3f ms\n"
+                    "100 programs of as many texts without caches: %.0f ms; the first launch with "
+                    "them %.0f ms\n",
+                    times.createPrograms, times.smallLaunch, times.moveInstance, times.setVariable,
+                    times.createMany, times.firstLaunch);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "bench_classic: %s\n", error.what());
         return 1;

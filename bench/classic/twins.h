@@ -43,6 +43,8 @@ struct ClassicTimes {
     double moveInstance;   // from a new transform to the end of a small launch, 10,000 instances
     double setVariable;    // the same for a variable of a material
     double smallLaunch;    // the same launch without a change
+    // Once: 100 programs of as many texts, and the first launch of a context that uses them.
+    double createMany, firstLaunch;
 };
 ClassicTimes timeClassic(const Scene& scene);
 
