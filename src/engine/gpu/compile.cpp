@@ -86,18 +86,19 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
 }
 
 // Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %
-// where there are no instances, from 96 to 80 up to 6 % where there is one level of them. With more
-// levels memory bounds walks, and 128 are 15 % faster than 96; where nodes have two motion keys 96
-// are 9 to 19 % faster than 72 (docs/notes/instances-gpu.md), and below motion transforms 128 are 5
-// to 7 % faster than 96 (docs/notes/programs-gpu.md).
-// Of custom primitives, curves and spheres kernels that take turns are 5 to 7 % faster with 80 than
-// with 72, others slower.
+// where there are no instances, from 96 to 80 up to 6 % where there is one level of them
+// (docs/notes/instances-gpu.md). Three kinds of kernels want more: where nodes have two motion keys
+// 96 are 9 to 19 % faster than 72, and below motion transforms 128 are 5 to 7 % faster than 96.
+// Kernels that take turns are 6 % faster with 128 than with 96 if their graphs are deep, and with 80
+// than with 72 if they meet custom primitives, curves or spheres (docs/notes/programs-gpu.md).
 constexpr unsigned kMostRegisters = 128;
 unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurns) {
     const compiler::PipelineRules& rules = request.pipeline.rules;
-    constexpr unsigned kStill[] = {72, 80, 128}, kMoving[] = {96, 128, 128}; // by GraphKind
-    const unsigned most =
-        (rules.motionBlur ? kMoving : kStill)[graphKindOf(rules.traversableGraphFlags)];
+    constexpr unsigned kStill[] = {72, 80, 80}, kTurns[] = {72, 80, 128},
+                       kMoving[] = {96, 128, 128}; // by GraphKind
+    const unsigned most = (rules.motionBlur ? kMoving
+                           : takesTurns     ? kTurns
+                                            : kStill)[graphKindOf(rules.traversableGraphFlags)];
     const auto isSet = [](const auto& constant) {
         return constant.second != 0 && (constant.first == "sunstone_gpu_hasIntersection" ||
                                         constant.first == "sunstone_gpu_shapes");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Closest-hit programs that trace the sun's shadow ray and the path's next ray, through instances;
-// with random times where MOVES is set. Payload: the colour, the depth, the random state.
-#include "common.h"
+// with random times where MOVES is set.
+#include "recursive.h"
 
 #if MOVES
 #define NEW_TIME(random) nextFloat(random)
@@ -10,27 +10,6 @@
 #define NEW_TIME(random) 0.0f
 #define RAY_TIME 0.0f
 #endif
-
-DEVICE float3 trace(float3 origin, float3 direction, float time, unsigned depth, unsigned random) {
-    unsigned r = 0, g = 0, b = 0;
-    optixTrace(params.scene, origin, direction, 0.0f, 1e16f, time, OptixVisibilityMask(255),
-               OPTIX_RAY_FLAG_DISABLE_ANYHIT, 0, 1, 0, r, g, b, depth, random);
-    return asFloats(r, g, b);
-}
-DEVICE bool seesSun(float3 origin) {
-    unsigned hidden = 1;
-    optixTrace(params.scene, origin, params.light[0], 0.0f, 1e16f, RAY_TIME,
-               OptixVisibilityMask(255),
-               OPTIX_RAY_FLAG_DISABLE_ANYHIT | OPTIX_RAY_FLAG_TERMINATE_ON_FIRST_HIT |
-                   OPTIX_RAY_FLAG_DISABLE_CLOSESTHIT,
-               0, 1, 1, hidden);
-    return hidden == 0;
-}
-DEVICE void setColor(float3 color) {
-    optixSetPayload_0(__float_as_uint(color.x));
-    optixSetPayload_1(__float_as_uint(color.y));
-    optixSetPayload_2(__float_as_uint(color.z));
-}
 
 extern "C" __global__ void __raygen__camera() {
     float3 sum = vec(0.0f);
@@ -73,7 +52,7 @@ extern "C" __global__ void __closesthit__outdoors() {
     unsigned random = optixGetPayload_4();
     float3 light = vec(0.0f);
     const float cosine = dot(normal, params.light[0]);
-    if (cosine > 0.0f && seesSun(above))
+    if (cosine > 0.0f && sees(above, params.light[0], 1e16f, RAY_TIME))
         light = params.emission * cosine;
     if (depth < params.depth) {
         const float u = nextFloat(random), v = nextFloat(random);

@@ -1,35 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Closest-hit programs that trace: __closesthit__whitted a shadow ray, the reflected and the
-// refracted ray; __closesthit__path a shadow ray and one random ray, however deep. Payload: the
-// colour, the depth, the random state.
-#include "common.h"
-
-DEVICE float3 trace(float3 origin, float3 direction, unsigned depth, unsigned random) {
-    unsigned r = 0, g = 0, b = 0;
-    optixTrace(params.scene, origin, direction, 0.0f, 1e16f, 0.0f, OptixVisibilityMask(255),
-               OPTIX_RAY_FLAG_DISABLE_ANYHIT, 0, 1, 0, r, g, b, depth, random);
-    return asFloats(r, g, b);
-}
-DEVICE bool sees(float3 origin, float3 direction, float distance) {
-    unsigned hidden = 1;
-    optixTrace(params.scene, origin, direction, 0.0f, distance, 0.0f, OptixVisibilityMask(255),
-               OPTIX_RAY_FLAG_DISABLE_ANYHIT | OPTIX_RAY_FLAG_TERMINATE_ON_FIRST_HIT |
-                   OPTIX_RAY_FLAG_DISABLE_CLOSESTHIT,
-               0, 1, 1, hidden);
-    return hidden == 0;
-}
-DEVICE void setColor(float3 color) {
-    optixSetPayload_0(__float_as_uint(color.x));
-    optixSetPayload_1(__float_as_uint(color.y));
-    optixSetPayload_2(__float_as_uint(color.z));
-}
+// refracted ray; __closesthit__path a shadow ray and one random ray, however deep.
+#include "recursive.h"
 
 extern "C" __global__ void __raygen__camera() {
     float3 sum = vec(0.0f);
     unsigned random = hashPcg(pixelIndex());
     for (unsigned i = 0; i < params.samples; ++i) {
         const float3 direction = cameraRay(random);
-        sum += trace(params.camera.eye, direction, 1, random);
+        sum += trace(params.camera.eye, direction, 0.0f, 1, random);
     }
     store(sum / float(params.samples));
 }
@@ -43,7 +22,7 @@ extern "C" __global__ void __miss__lamp() {
 DEVICE float3 lampLight(float3 point, float3 normal, unsigned& random) {
     const LampSample lamp = sampleLamp(point, normal, random);
     return maxComponent(lamp.light) > 0.0f && sees(point + normal * params.epsilon, lamp.direction,
-                                                   lamp.distance - 2 * params.epsilon)
+                                                   lamp.distance - 2 * params.epsilon, 0.0f)
                ? lamp.light
                : vec(0.0f);
 }
@@ -62,12 +41,12 @@ extern "C" __global__ void __closesthit__whitted() {
         color += m.color * lampLight(point, normal, random);
     if (m.surface != kMatt && depth < params.depth) {
         const float share = m.surface == kMirror ? 0.9f : m.surface == kGlass ? 0.15f : 0.3f;
-        color += trace(above, reflect(d, normal), depth + 1, random) * share;
+        color += trace(above, reflect(d, normal), 0.0f, depth + 1, random) * share;
         const float cosine = -dot(normal, d), ratio = back ? 1.4f : 1.0f / 1.4f;
         const float squared = 1.0f - ratio * ratio * (1.0f - cosine * cosine);
         if (m.surface == kGlass && squared > 0.0f)
             color += trace(point - normal * params.epsilon,
-                           normalize(d * ratio + normal * (ratio * cosine - sqrtf(squared))),
+                           normalize(d * ratio + normal * (ratio * cosine - sqrtf(squared))), 0.0f,
                            depth + 1, random + 1) *
                      0.85f;
     }
@@ -86,6 +65,6 @@ extern "C" __global__ void __closesthit__path() {
     float3 light = m.surface == kMatt ? lampLight(point, normal, random) : vec(0.0f);
     if (depth < params.depth)
         light += trace(point + normal * (b.passes ? -params.epsilon : params.epsilon), b.direction,
-                       depth + 1, random);
+                       0.0f, depth + 1, random);
     setColor(light * b.color);
 }
