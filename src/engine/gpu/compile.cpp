@@ -89,8 +89,8 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
 // where there are no instances, from 96 to 80 up to 6 % where there is one level of them
 // (docs/notes/instances-gpu.md). Three kinds of kernels want more: where nodes have two motion keys
 // 96 are 9 to 19 % faster than 72, and below motion transforms 128 are 5 to 7 % faster than 96.
-// Kernels that take turns are 6 % faster with 128 than with 96 if their graphs are deep, and with 80
-// than with 72 if they meet custom primitives, curves or spheres (docs/notes/programs-gpu.md).
+// Kernels that take turns are 6 % faster with 128 than with 96 if their graphs are deep, and with
+// 80 than with 72 if they meet custom primitives, curves or spheres (docs/notes/programs-gpu.md).
 constexpr unsigned kMostRegisters = 128;
 unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurns) {
     const compiler::PipelineRules& rules = request.pipeline.rules;
