@@ -6,6 +6,7 @@
 #ifndef SUNSTONE_MATH_H
 #define SUNSTONE_MATH_H
 
+#include "float_kernels.h"
 #include "math_kernels.h"
 
 // ---- one instruction each ---------------------------------------------------------------------
@@ -79,7 +80,7 @@ SUNSTONE_BINARY(pow, (float)sunstone_math::power(x, y), sunstone_math::power(x, 
 #endif
 SUNSTONE_BINARY(atan2, (float)sunstone_math::arcTangent2(x, y), sunstone_math::arcTangent2(x, y))
 SUNSTONE_BINARY(hypot, (float)sunstone_math::hypotenuse(x, y), sunstone_math::hypotenuse(x, y))
-SUNSTONE_BINARY(rhypot, (float)(1.0 / sunstone_math::hypotenuse(x, y)),
+SUNSTONE_BINARY(rhypot, 1.0f / sunstone_math::hypotenuse(x, y),
                 1.0 / sunstone_math::hypotenuse(x, y))
 SUNSTONE_BINARY(fmod, (float)sunstone_math::modulo(x, y), sunstone_math::modulo(x, y))
 SUNSTONE_DEVICE double pow(double x, int y) { return sunstone_math::power(x, y); }
@@ -89,20 +90,14 @@ SUNSTONE_DEVICE void sincosf(float x, float* s, float* c) {
 #if defined(__CLANG_GPU_APPROX_TRANSCENDENTALS__) || defined(__CLANG_CUDA_APPROX_TRANSCENDENTALS__)
     __sincosf(x, s, c);
 #else
-    double sine, cosine;
-    sunstone_math::sinCos(x, &sine, &cosine);
-    *s = (float)sine;
-    *c = (float)cosine;
+    sunstone_math::sinCos(x, s, c);
 #endif
 }
 SUNSTONE_DEVICE void sincos(double x, double* s, double* c) { sunstone_math::sinCos(x, s, c); }
 SUNSTONE_DEVICE void sincos(float x, float* s, float* c) { sincosf(x, s, c); }
 SUNSTONE_DEVICE void sincospi(double x, double* s, double* c) { sunstone_math::sinCosPi(x, s, c); }
 SUNSTONE_DEVICE void sincospif(float x, float* s, float* c) {
-    double sine, cosine;
-    sunstone_math::sinCosPi(x, &sine, &cosine);
-    *s = (float)sine;
-    *c = (float)cosine;
+    sunstone_math::sinCosPi(x, s, c);
 }
 SUNSTONE_DEVICE double sinpi(double x) {
     double s, c;
@@ -114,8 +109,16 @@ SUNSTONE_DEVICE double cospi(double x) {
     sunstone_math::sinCosPi(x, &s, &c);
     return c;
 }
-SUNSTONE_DEVICE float sinpif(float x) { return (float)sinpi((double)x); }
-SUNSTONE_DEVICE float cospif(float x) { return (float)cospi((double)x); }
+SUNSTONE_DEVICE float sinpif(float x) {
+    float s, c;
+    sunstone_math::sinCosPi(x, &s, &c);
+    return s;
+}
+SUNSTONE_DEVICE float cospif(float x) {
+    float s, c;
+    sunstone_math::sinCosPi(x, &s, &c);
+    return c;
+}
 SUNSTONE_DEVICE float normcdff(float x) {
     return (float)(0.5 * sunstone_math::errorFunctionComplement(-0.70710678118654752440 * x));
 }
