@@ -382,8 +382,97 @@ TEST_P(GraphExceptions, TraversalDepth) {
     }
 }
 
+// Graphs of two and three traversables: instances of instances, and a transform before both.
+class GraphDepths : public GraphExceptions {
+protected:
+    // After prepare().
+    void build() {
+        above_ = std::make_unique<InstanceList>(
+            std::vector<OptixInstance>{instanceOf(scene_->ias.handle, identity(), 9)});
+        two_ = std::make_unique<Accel>(buildAccel(context_, log_, {above_->input}));
+        shallow_ = transformOf(0, scene_->gas.handle);
+        deep_ = transformOf(1, scene_->ias.handle);
+    }
+    void declare(unsigned depth) {
+        ASSERT_OK(optixPipelineSetStackSize(rig_->pipeline(), 0, 0, 0, depth));
+    }
+    // Launches with the handle; whether the triangle was hit.
+    bool hits(OptixTraversableHandle handle) {
+        traced_ = handle;
+        log_.clear();
+        EXPECT_OK(launch(kFine, 40));
+        EXPECT_EQ(1u, result(0).reached);
+        return result(0).detail == 100;
+    }
+    bool isRemarkedUpon() const {
+        return log_.all().find("levels of maxTraversableGraphDepth") != std::string::npos;
+    }
+    std::unique_ptr<InstanceList> above_;
+    std::unique_ptr<Accel> two_;
+    OptixTraversableHandle shallow_ = 0, deep_ = 0;
+
+private:
+    OptixTraversableHandle transformOf(size_t place, OptixTraversableHandle child) {
+        const uint64_t at = transforms_.address() + place * kStride;
+        auto& transform = *reinterpret_cast<OptixStaticTransform*>(at);
+        transform = {};
+        transform.child = child;
+        for (int i = 0; i < 12; ++i)
+            transform.transform[i] = transform.invTransform[i] = i % 5 == 0 ? 1.0f : 0.0f;
+        OptixTraversableHandle handle = 0;
+        EXPECT_OK(optixConvertPointerToTraversableHandle(
+            context_, at, OPTIX_TRAVERSABLE_TYPE_STATIC_TRANSFORM, &handle));
+        return handle;
+    }
+    static constexpr size_t kStride = 2 * OPTIX_TRANSFORM_BYTE_ALIGNMENT;
+    static_assert(kStride >= sizeof(OptixStaticTransform));
+    Buffer transforms_{2 * kStride, OPTIX_TRANSFORM_BYTE_ALIGNMENT};
+};
+
+TEST_P(GraphDepths, UndeclaredOnesAreFoundAtAnyDepth) {
+    prepare(OPTIX_EXCEPTION_FLAG_NONE);
+    build();
+    for (const OptixTraversableHandle handle : {two_->handle, deep_, shallow_, scene_->ias.handle}) {
+        EXPECT_TRUE(hits(handle));
+        EXPECT_FALSE(isRemarkedUpon()) << log_.all();
+    }
+}
+
+TEST_P(GraphDepths, ThoseDeclaredAreFoundAndMayChange) {
+    prepare(OPTIX_EXCEPTION_FLAG_NONE);
+    build();
+    for (const unsigned depth : {2u, 3u, 2u, 4u}) {
+        declare(depth);
+        EXPECT_TRUE(hits(scene_->ias.handle)) << depth;
+        EXPECT_TRUE(hits(scene_->gas.handle)) << depth;
+        EXPECT_TRUE(hits(shallow_)) << depth;
+        EXPECT_FALSE(isRemarkedUpon()) << log_.all();
+        const bool isFound = hits(two_->handle) && hits(deep_);
+        EXPECT_EQ(depth < 3, isRemarkedUpon()) << log_.all();
+        if (depth >= 3)
+            EXPECT_TRUE(isFound);
+    }
+}
+
+TEST_P(GraphDepths, DeeperOnesRaiseExceptions) {
+    prepare(OPTIX_EXCEPTION_FLAG_TRACE_DEPTH);
+    build();
+    declare(2);
+    for (const OptixTraversableHandle handle : {two_->handle, deep_}) {
+        traced_ = handle;
+        ASSERT_OK(launch(kFine, 1));
+        EXPECT_EQ(OPTIX_EXCEPTION_CODE_TRAVERSAL_DEPTH_EXCEEDED, result(0).code);
+    }
+    for (const OptixTraversableHandle handle : {shallow_, scene_->ias.handle}) {
+        traced_ = handle;
+        ASSERT_OK(launch(kFine, 1));
+        EXPECT_EQ(1000, result(0).code);
+    }
+}
+
 INSTANTIATE_DEVICE_TEST(DebugExceptions);
 INSTANTIATE_DEVICE_TEST(GraphExceptions);
+INSTANTIATE_DEVICE_TEST(GraphDepths);
 
 } // namespace
 } // namespace tests::api

@@ -100,7 +100,7 @@ protected:
         return context;
     }
     std::unique_ptr<Rig> make(OptixDeviceContext context, const std::string& text) {
-        auto rig = std::make_unique<Rig>(context, log_, text, compileOptions());
+        auto rig = std::make_unique<Rig>(context, log_, text, oneStructureOptions());
         const size_t group = rig->raygen("__raygen__a");
         rig->link();
         rig->raygenRecord(group);
@@ -200,7 +200,7 @@ TEST_F(GpuKeeping, WithoutACacheNothingIsKept) {
 TEST_F(GpuKeeping, ModulesMayBeGoneBeforeTheirPipeline) {
     make(context_, stores(7));
     const OptixDeviceContext other = newContext();
-    Rig rig(other, log_, stores(7), compileOptions());
+    Rig rig(other, log_, stores(7), oneStructureOptions());
     const size_t group = rig.raygen("__raygen__a");
     EXPECT_OK(optixModuleDestroy(rig.module()));
     rig.link();

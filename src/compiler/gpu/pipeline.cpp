@@ -78,10 +78,11 @@ public:
         optimizer_.emplace(unit_, *machine_, level_);
     }
 
-    GpuCode run() {
+    // The programs, cut at their traces. Returns the feedback.
+    const std::string& begin() {
         programs_.declare();
         unit_.translateQueue();
-        const GpuHeader header = headerOfText();
+        header_ = headerOfText();
         optimizer_->dump("translated");
         verify(unit_, "translation");
         optimizer_->promote();
@@ -105,6 +106,10 @@ public:
         optimizer_->dump("cut");
         verify(unit_, "cutting");
         times_.step("cut");
+        return code_.feedback;
+    }
+
+    GpuCode finish() {
         kernel_.make();
         linkGpuRuntime(unit_.module(), *machine_, request_.runtime, request_.constants);
         defineDispatchers(unit_.module(), request_.groups, programs_.functions(), kernel_.cuts());
@@ -120,7 +125,7 @@ public:
         optimizer_->dump("optimized");
         refuseUnresolved(unit_.module());
         times_.step("optimize");
-        code_.ptx = withHeader(emitGpuText(unit_.module(), *machine_), header);
+        code_.ptx = withHeader(emitGpuText(unit_.module(), *machine_), header_);
         times_.step("generate");
         const GpuCalls calls(unit_.module(), code_.ptx);
         code_.stack = calls.stack();
@@ -170,13 +175,20 @@ private:
     LaunchKernel kernel_;
     OptLevel level_ = OptLevel::k0;
     std::optional<Optimizer> optimizer_;
+    GpuHeader header_;
     GpuCode code_;
 };
 
 } // namespace
 
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request) {
-    return GpuBuild(request).run();
+    GpuBuild build(request);
+    build.begin();
+    return build.finish();
+}
+
+std::string checkGpuPipeline(const GpuPipelineRequest& request) {
+    return GpuBuild(request).begin();
 }
 
 void measureGpuStack(GpuCode& code, std::string_view log) {

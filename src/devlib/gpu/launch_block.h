@@ -123,8 +123,14 @@ struct LaunchBlock {
 };
 static_assert(offsetof(LaunchBlock, constants) == sizeof(LaunchState));
 
-// Traversables that optixTrace may be given.
-enum GraphKind : uint32_t { kGraphGas = 0, kGraphSingleLevel = 1, kGraphAny = 2 };
+// Traversables that optixTrace may be given. kGraphShallow: of any kind, but at most two on a path.
+enum GraphKind : uint32_t {
+    kGraphGas = 0,
+    kGraphSingleLevel = 1,
+    kGraphAny = 2,
+    kGraphShallow = 3,
+};
+constexpr unsigned kGraphKinds = 4;
 
 // Threads of a block, and the shape of a warp's tile of launch indices; launches of height 1 have
 // their indices in a row.

@@ -199,6 +199,7 @@ SUNSTONE_INLINE void runLanesInGraph(LaunchBlock& block, void* frame) {
     case kGraphGas:
         return runLanes<kWithCustoms, 0>(block, frame);
     case kGraphSingleLevel:
+    case kGraphShallow:
         return runLanes<kWithCustoms, 1>(block, frame);
     default:
         return runLanes<kWithCustoms, kMaxGpuGraphDepth>(block, frame);

@@ -135,6 +135,7 @@ SUNSTONE_INLINE void runNestedInGraph(LaunchBlock& block, const Waiting& waiting
     case kGraphGas:
         return runNested<kWithCustoms, 0, kWithMotion>(block, waiting);
     case kGraphSingleLevel:
+    case kGraphShallow:
         return runNested<kWithCustoms, 1, kWithMotion>(block, waiting);
     default:
         return runNested<kWithCustoms, kMaxGpuGraphDepth, kWithMotion>(block, waiting);

@@ -51,7 +51,7 @@ struct Candidates {
     }
 
     static SUNSTONE_INLINE_MEMBER bool hasOneLevel() {
-        return sunstone_gpu_graph == kGraphSingleLevel;
+        return sunstone_gpu_graph == kGraphSingleLevel || sunstone_gpu_graph == kGraphShallow;
     }
 
     // What programs see of a place.
@@ -516,12 +516,17 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         if (hasOneLevel()) {
             entered = handle;
             checkChild(state, child, &handle, 1);
+            if (sunstone_gpu_graph == kGraphShallow)
+                noteDepth(1);
             return;
         }
         keepBest();
         transforms[transformCount++] = entered = handle;
         checkChild(state, child, transforms, transformCount);
-        if (transformCount >= sunstone_gpu_maxGraphDepth(&blockOf(state->launch)))
+        noteDepth(transformCount);
+    }
+    SUNSTONE_INLINE_MEMBER void noteDepth(uint32_t above) const {
+        if (above >= sunstone_gpu_maxGraphDepth(&blockOf(state->launch)))
             reportOf(state).deepGraph = 1;
     }
     // Before another handle takes the next place of `transforms`.
@@ -533,10 +538,15 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             best.shared = transformCount;
     }
 
-    // Below the last level there is nothing to see.
-    SUNSTONE_INLINE_MEMBER void refuseLevel() {
+    // Below the last level there is nothing to see. `handle`: of what leads there, or 0.
+    SUNSTONE_INLINE_MEMBER void refuseLevel(uint64_t handle = 0) {
         LaunchReport& report = reportOf(state);
-        (kMaxLevels > 1 ? report.deepGraph : report.outsideFlags) = 1;
+        const bool isShallow = sunstone_gpu_graph == kGraphShallow;
+        (kMaxLevels > 1 || isShallow ? report.deepGraph : report.outsideFlags) = 1;
+        if (isShallow && handle != 0) {
+            const uint64_t path[] = {entered, handle};
+            checkChild(state, handle, path, 2);
+        }
     }
     SUNSTONE_INLINE_MEMBER void refuseStack() { endLaunch(state, kFatalGraphTooDeep); }
 
@@ -675,6 +685,7 @@ SUNSTONE_INLINE Found findInGraph(RayState* state, uint32_t& group) {
         return kInline ? walkGraph<kWithCustoms, 0, kWithMotion>(state, group)
                        : findHit<kWithCustoms, 0, kWithMotion>(state, group);
     case kGraphSingleLevel:
+    case kGraphShallow:
         return kInline ? walkGraph<kWithCustoms, 1, kWithMotion>(state, group)
                        : findHit<kWithCustoms, 1, kWithMotion>(state, group);
     default:

@@ -85,7 +85,9 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
         checkBoundValues(pipeline, params.data());
     }
     const bool debugging = pipeline.rules.exceptionFlags & devlib::kFlagDebug;
-    const auto& code = static_cast<const GpuCodeObject&>(*pipeline.deviceCode);
+    const std::shared_ptr<const GpuCodeObject> kept =
+        codeOf(pipeline).get(request.limits.maxGraphDepth);
+    const GpuCodeObject& code = *kept;
     GpuLaunchSlots::Lease slot(slots_, context, stream, variable, request.validation);
     slot->findings = code.findings;
     const bool asksAll = debugging || request.validation;

@@ -74,6 +74,11 @@ private:
     bool takes(const std::string& ptx);
     unsigned newestPtx();
     compiler::GpuTarget target();
+    static GpuPipelineCode& codeOf(const Pipeline& pipeline);
+    struct CodePlan;
+    bool isKept(const CodePlan& plan, devlib::GraphKind graph);
+    std::shared_ptr<GpuCodeObject> makeCode(const CodePlan& plan, devlib::GraphKind graph);
+    void makeRoom(GpuCodeObject& code, const CodePlan& plan, const compiler::GpuStack& stack);
     void setStackUse(GpuCodeObject& code);
     LoadedGpuCodes::Entry obtainCode(const compiler::GpuPipelineRequest& request,
                                      compiler::ObjectStore* store);

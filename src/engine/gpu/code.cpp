@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "base/log.h"
+#include "devlib/flags.h"
 
 #include <algorithm>
 #include <cstring>
@@ -86,6 +87,39 @@ LoadedGpuCode::~LoadedGpuCode() {
         driver().moduleUnload(module_);
     } catch (const Error&) { // the application has destroyed its context, and the module with it
     }
+}
+
+namespace {
+
+constexpr unsigned kShallowDepth = 2, kAnyDepth = devlib::kMaxGraphDepth;
+
+devlib::GraphKind graphKindOf(unsigned flags, unsigned depth) {
+    if (flags == devlib::kAllowSingleGas)
+        return devlib::kGraphGas;
+    if (flags & devlib::kAllowSingleLevelInstancing)
+        return devlib::kGraphSingleLevel;
+    return depth <= kShallowDepth ? devlib::kGraphShallow : devlib::kGraphAny;
+}
+
+} // namespace
+
+bool GpuPipelineCode::isByDepth() const {
+    return graphKindOf(flags_, kShallowDepth) != graphKindOf(flags_, kAnyDepth);
+}
+
+std::shared_ptr<GpuCodeObject> GpuPipelineCode::get(unsigned depth) {
+    const devlib::GraphKind kind = graphKindOf(flags_, depth);
+    std::lock_guard lock(mutex_);
+    const std::shared_ptr<GpuCodeObject>& any = codes_[devlib::kGraphAny];
+    if (any && any->hasState) // other code would have variables of its own
+        return any;
+    if (!codes_[kind])
+        codes_[kind] = make_(kind);
+    if (kind == devlib::kGraphShallow && codes_[kind]->hasState) {
+        codes_[devlib::kGraphAny] = make_(devlib::kGraphAny);
+        return any;
+    }
+    return codes_[kind];
 }
 
 GpuCodeObject::~GpuCodeObject() {

@@ -4,10 +4,12 @@
 
 #include "compiler/gpu/pipeline.h"
 #include "device/cuda/driver.h"
+#include "devlib/gpu/launch_block.h"
 #include "engine/backend.h"
 #include "engine/gpu/patience.h"
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -38,26 +40,52 @@ private:
     CUmodule module_ = nullptr;
 };
 
-// The code of one pipeline. Waits for its launches when it dies.
-class GpuCodeObject final : public DeviceCode {
+// Code of one pipeline for one kind of graphs. Waits for its launches when it dies.
+class GpuCodeObject {
 public:
     GpuCodeObject(CUcontext context, std::shared_ptr<const LoadedGpuCode> code)
         : kernel(code->kernel), context_(context), code_(std::move(code)) {}
-    ~GpuCodeObject() override;
+    ~GpuCodeObject();
+    GpuCodeObject(const GpuCodeObject&) = delete;
+    GpuCodeObject& operator=(const GpuCodeObject&) = delete;
     const CUfunction kernel;
     uint32_t firstGroup = 0; // base of group numbers in the code
     unsigned blockThreads = 0;
     // Bytes of stack that the programs take for traces of full depth and callables two deep.
     // stackBytes: the limit for a launch index with stack overflow exceptions.
     size_t neededStack = 0;
-    size_t reservedStack = 0; // of it, for functions that do not check
+    size_t reservedStack = 0;           // of it, for functions that do not check
     devlib::LaneMemory laneMemory = {}; // that its warps claim, if they do
     std::atomic<size_t> stackBytes = 0;
+    std::string feedback;  // what the compiler has to say
+    bool hasState = false; // the programs have variables in global memory
     const std::shared_ptr<LaunchFindings> findings = std::make_shared<LaunchFindings>();
 
 private:
     CUcontext context_;
     std::shared_ptr<const LoadedGpuCode> code_;
+};
+
+// The code of one pipeline, which depends on the depth of graphs that the pipeline declares. Any
+// thread may call.
+class GpuPipelineCode final : public DeviceCode {
+public:
+    using Make = std::function<std::shared_ptr<GpuCodeObject>(devlib::GraphKind)>;
+    // flags: OptixTraversableGraphFlags.
+    GpuPipelineCode(Make make, unsigned flags) : make_(std::move(make)), flags_(flags) {}
+
+    // Whether the depth counts.
+    bool isByDepth() const;
+    // The code for graphs of this depth, made if there is none. Throws what `make` throws.
+    std::shared_ptr<GpuCodeObject> get(unsigned depth);
+
+private:
+    const Make make_;
+    const unsigned flags_;
+    std::mutex mutex_;
+    // By GraphKind. None is unloaded before the pipeline is destroyed: captured graphs may launch
+    // it.
+    std::shared_ptr<GpuCodeObject> codes_[devlib::kGraphKinds];
 };
 
 // Recently loaded code and its compiler's messages, by the key of the request. Code with module

@@ -50,13 +50,6 @@ unsigned ptxVersionOf(int driverVersion) {
     return version;
 }
 
-devlib::GraphKind graphKindOf(unsigned flags) {
-    if (flags == devlib::kAllowSingleGas)
-        return devlib::kGraphGas;
-    return flags & devlib::kAllowSingleLevelInstancing ? devlib::kGraphSingleLevel
-                                                       : devlib::kGraphAny;
-}
-
 // Programs that run while another one's trace, or call, is under way and can start the same again.
 bool mayRecurse(const PipelineParts& parts) {
     for (const auto& group : parts.groups) {
@@ -92,18 +85,21 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
 // Kernels that take turns are 6 % faster with 128 than with 96 if their graphs are deep, and with
 // 80 than with 72 if they meet custom primitives, curves or spheres (docs/notes/programs-gpu.md).
 constexpr unsigned kMostRegisters = 128;
+constexpr const char* kGraphConstant = "sunstone_gpu_graph";
 unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurns) {
     const compiler::PipelineRules& rules = request.pipeline.rules;
-    constexpr unsigned kStill[] = {72, 80, 80}, kTurns[] = {72, 80, 128},
-                       kMoving[] = {96, 128, 128}; // by GraphKind
+    constexpr unsigned kStill[] = {72, 80, 80, 80}, kTurns[] = {72, 80, 128, 80},
+                       kMoving[] = {96, 128, 128, 128}; // by GraphKind
+    const auto constant = [&](std::string_view name) {
+        const auto found =
+            std::ranges::find(request.constants, name, [](const auto& each) { return each.first; });
+        return found == request.constants.end() ? 0 : found->second;
+    };
     const unsigned most = (rules.motionBlur ? kMoving
                            : takesTurns     ? kTurns
-                                            : kStill)[graphKindOf(rules.traversableGraphFlags)];
-    const auto isSet = [](const auto& constant) {
-        return constant.second != 0 && (constant.first == "sunstone_gpu_hasIntersection" ||
-                                        constant.first == "sunstone_gpu_shapes");
-    };
-    const bool onlyTriangles = std::ranges::none_of(request.constants, isSet);
+                                            : kStill)[constant(kGraphConstant)];
+    const bool onlyTriangles =
+        !constant("sunstone_gpu_hasIntersection") && !constant("sunstone_gpu_shapes");
     return takesTurns && !onlyTriangles ? std::max(most, 80u) : most;
 }
 
@@ -159,13 +155,28 @@ constexpr size_t kReserved = 1024;
 // Bytes that the driver's compiler spills in kernels without a report.
 constexpr size_t kSpills = 1024;
 
-size_t stackNeed(const Pipeline& pipeline, const compiler::GpuStack& stack, size_t kernelFrame) {
-    const size_t depth = size_t(pipeline.limits.get().maxTraceDepth) + 1;
+size_t stackNeed(unsigned traceDepth, const compiler::GpuStack& stack, size_t kernelFrame) {
+    const size_t depth = size_t(traceDepth) + 1;
     return kernelFrame + kReserved + (stack.isMeasured ? 0 : kSpills) + stack.entry +
            depth * stack.waiting + stack.other;
 }
 
 } // namespace
+
+// What a pipeline's code is made from, for graphs of any kind.
+struct GpuBackend::CodePlan {
+    compiler::GpuPipelineRequest request; // without the kind of graphs
+    compiler::ObjectStore* cache = nullptr;
+    uint32_t firstGroup = ~0u;
+    bool measuresStack = false; // programs recurse, or overflows of the stack are exceptions
+    bool hasVisits = false;
+
+    compiler::GpuPipelineRequest requestFor(devlib::GraphKind graph) const;
+};
+
+GpuPipelineCode& GpuBackend::codeOf(const Pipeline& pipeline) {
+    return static_cast<GpuPipelineCode&>(*pipeline.deviceCode);
+}
 
 // How much of the stack a launch index may use before it counts as an overflow.
 void GpuBackend::setStackUse(GpuCodeObject& code) {
@@ -176,8 +187,8 @@ void GpuBackend::setStackUse(GpuCodeObject& code) {
 
 // The sizes can only enlarge the stack beyond the programs' known need.
 void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
-    auto& code = static_cast<GpuCodeObject&>(*pipeline.deviceCode);
     const PipelineLimits set = pipeline.limits.get();
+    GpuCodeObject& code = *codeOf(pipeline).get(set.maxGraphDepth);
     const size_t asked = size_t(set.directStackFromTraversal) + set.directStackFromState +
                          set.continuationStack + code.reservedStack;
     ContextScope scope(device_.context());
@@ -287,70 +298,106 @@ bool GpuBackend::accepts(const ptx::Module& module) {
     return takes(compiler::withHeader(ptx::print(module), header));
 }
 
-void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
-    compiler::GpuPipelineRequest request;
-    request.pipeline = parts.request;
-    const bool isClassic = parts.request.flavor == &compiler::optix6Flavor();
-    request.runtime = isClassic ? devlib::gpuClassicRuntime() : devlib::gpuRuntime();
-    request.target = target();
-    const PipelineLimits limits = pipeline.limits.get();
-    request.maxTraceDepth = limits.maxTraceDepth;
-    bool hasException = false, hasBounds = false, hasVisits = false;
-    uint32_t first = ~0u;
-    for (const auto& group : parts.groups)
-        first = std::min(first, group->number);
-    for (size_t i = 0; i < parts.groups.size(); ++i) {
-        static_assert(compiler::GpuGroup::kNone == PipelineParts::kNone);
-        request.groups.push_back(
-            {parts.groups[i]->number - first, parts.groups[i]->kind, parts.indices[i]});
-        addCallables(request.groups.back(), *parts.groups[i]);
-        request.groups.back().builtin = parts.groups[i]->builtinPrimitive;
-        hasException |= parts.groups[i]->kind == devlib::kGroupException;
-        hasBounds |= parts.groups[i]->kind == devlib::kGroupBounds;
-        hasVisits |= parts.groups[i]->kind == devlib::kGroupVisit;
+// Makes room on the stack for the code, which the driver cannot foresee where programs recurse.
+void GpuBackend::makeRoom(GpuCodeObject& code, const CodePlan& plan,
+                          const compiler::GpuStack& stack) {
+    int frame = 0;
+    SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, code.kernel);
+    if (!plan.measuresStack) { // else the driver makes room in the first launch, and waits
+        raiseStackLimit(size_t(frame) + kReserved);
+        return;
     }
-    request.constants = {
-        {"sunstone_gpu_hasAnyHit", pipeline.hasAnyHit},
-        {"sunstone_gpu_hasIntersection", pipeline.hasIntersection},
-        {"sunstone_gpu_micromaps", limits.opacityMicromaps},
-        {"sunstone_gpu_shapes", bvh::gpu::shapeBitsOf(pipeline.rules.primitiveTypeFlags)},
-        {"sunstone_gpu_hasBounds", hasBounds},
-        {"sunstone_gpu_hasVisits", hasVisits},
-        {"sunstone_gpu_hasException", hasException},
-        {"sunstone_gpu_exceptionFlags", pipeline.rules.exceptionFlags},
-        {"sunstone_gpu_graph", graphKindOf(pipeline.rules.traversableGraphFlags)},
-        {"sunstone_gpu_motion", pipeline.rules.motionBlur},
-    };
+    code.neededStack = stackNeed(plan.request.maxTraceDepth, stack, size_t(frame));
+    if (plan.hasVisits) // `stack` counts the circle of walks and visit programs once
+        code.neededStack += (devlib::kMostNestedVisits - 1) * std::max(stack.entry, stack.other);
+    code.reservedStack = stack.other + kReserved;
+    if (!raiseStackLimit(code.neededStack))
+        fail(Code::kNotSupported, "traces of full depth take ", code.neededStack,
+             " bytes of stack a thread, which this GPU cannot give to all of them");
+}
+
+std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, devlib::GraphKind graph) {
     ContextScope scope(device_.context());
-    const LoadedGpuCodes::Entry entry = obtainCode(request, parts.cache);
+    const LoadedGpuCodes::Entry entry = obtainCode(plan.requestFor(graph), plan.cache);
     const compiler::GpuCode& code = *entry.code;
-    const auto loaded = std::make_shared<GpuCodeObject>(device_.context(), entry.loaded);
-    pipeline.feedback = code.feedback;
-    loaded->firstGroup = first;
+    auto loaded = std::make_shared<GpuCodeObject>(device_.context(), entry.loaded);
+    loaded->feedback = code.feedback;
+    loaded->hasState = code.hasState;
+    loaded->firstGroup = plan.firstGroup;
     loaded->blockThreads =
         code.walksInStep ? devlib::kGpuStepBlockThreads : devlib::kGpuBlockThreads;
     if (code.laneMemoryBytes != 0)
         loaded->laneMemory = laneMemory_.obtain(code.laneMemoryBytes,
                                                 residentWarps(loaded->kernel, loaded->blockThreads),
                                                 code.walksInStep);
-    const bool overflows = pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow;
-    int frame = 0;
-    SUNSTONE_CU(funcGetAttribute, &frame, CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES, loaded->kernel);
-    if (overflows || mayRecurse(parts)) {
-        loaded->neededStack = stackNeed(pipeline, code.stack, size_t(frame));
-        if (hasVisits) // code.stack counts the circle of walks and visit programs once
-            loaded->neededStack +=
-                (devlib::kMostNestedVisits - 1) * std::max(code.stack.entry, code.stack.other);
-        loaded->reservedStack = code.stack.other + kReserved;
-        if (!raiseStackLimit(loaded->neededStack))
-            fail(Code::kNotSupported, "traces of full depth take ", loaded->neededStack,
-                 " bytes of stack a thread, which this GPU cannot give to all of them");
-    } else {
-        // Else the driver makes room in the first launch, which would wait for all streams then.
-        raiseStackLimit(size_t(frame) + kReserved);
-    }
-    pipeline.deviceCode = loaded;
+    makeRoom(*loaded, plan, code.stack);
     setStackUse(*loaded);
+    return loaded;
+}
+
+compiler::GpuPipelineRequest GpuBackend::CodePlan::requestFor(devlib::GraphKind graph) const {
+    compiler::GpuPipelineRequest made = request;
+    made.constants.emplace_back(kGraphConstant, graph);
+    return made;
+}
+
+bool GpuBackend::isKept(const CodePlan& plan, devlib::GraphKind graph) {
+    if (!plan.cache)
+        return false;
+    const std::string key = compiler::keyOf(plan.requestFor(graph));
+    return loaded_.find(key).loaded || plan.cache->has(key);
+}
+
+// Where the code depends on the depth of graphs, which the application declares next or never, it
+// is made then, or at the first launch: code for any depth takes up to twice as long to make and
+// 1.1 to 1.3 times as long to run.
+void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
+    CodePlan plan;
+    compiler::GpuPipelineRequest& request = plan.request;
+    request.pipeline = parts.request;
+    const bool isClassic = parts.request.flavor == &compiler::optix6Flavor();
+    request.runtime = isClassic ? devlib::gpuClassicRuntime() : devlib::gpuRuntime();
+    request.target = target();
+    const PipelineLimits limits = pipeline.limits.get();
+    request.maxTraceDepth = limits.maxTraceDepth;
+    plan.cache = parts.cache;
+    for (const auto& group : parts.groups)
+        plan.firstGroup = std::min(plan.firstGroup, group->number);
+    const auto has = [&](devlib::GroupKind kind) {
+        return std::ranges::any_of(parts.groups,
+                                   [=](const auto& group) { return group->kind == kind; });
+    };
+    plan.hasVisits = has(devlib::kGroupVisit);
+    plan.measuresStack =
+        (pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow) || mayRecurse(parts);
+    for (size_t i = 0; i < parts.groups.size(); ++i) {
+        static_assert(compiler::GpuGroup::kNone == PipelineParts::kNone);
+        const ProgramGroup& group = *parts.groups[i];
+        request.groups.push_back({group.number - plan.firstGroup, group.kind, parts.indices[i]});
+        addCallables(request.groups.back(), group);
+        request.groups.back().builtin = group.builtinPrimitive;
+    }
+    request.constants = {
+        {"sunstone_gpu_hasAnyHit", pipeline.hasAnyHit},
+        {"sunstone_gpu_hasIntersection", pipeline.hasIntersection},
+        {"sunstone_gpu_micromaps", limits.opacityMicromaps},
+        {"sunstone_gpu_shapes", bvh::gpu::shapeBitsOf(pipeline.rules.primitiveTypeFlags)},
+        {"sunstone_gpu_hasBounds", has(devlib::kGroupBounds)},
+        {"sunstone_gpu_hasVisits", plan.hasVisits},
+        {"sunstone_gpu_hasException", has(devlib::kGroupException)},
+        {"sunstone_gpu_exceptionFlags", pipeline.rules.exceptionFlags},
+        {"sunstone_gpu_motion", pipeline.rules.motionBlur},
+    };
+    const auto code = std::make_shared<GpuPipelineCode>(
+        [this, plan](devlib::GraphKind graph) { return makeCode(plan, graph); },
+        pipeline.rules.traversableGraphFlags);
+    pipeline.deviceCode = code;
+    const bool isOpen = !isClassic && code->isByDepth();
+    const bool isShallowKept = isOpen && isKept(plan, devlib::kGraphShallow);
+    if (isOpen && !isShallowKept && !isKept(plan, devlib::kGraphAny))
+        pipeline.feedback = compiler::checkGpuPipeline(plan.requestFor(devlib::kGraphShallow));
+    else
+        pipeline.feedback = code->get(isShallowKept ? 2 : limits.maxGraphDepth)->feedback;
 }
 
 } // namespace sunstone::engine

@@ -31,9 +31,9 @@
 //       bool nearestFirst() const; // whether the nearest hit is wanted, not any hit
 //       float time() const;  // with kMotion
 //       void refuseMotion(); // without kMotion: met motion; if it returns, it is skipped
-//       // With kInstances: more levels than kLevels, or than the stack can hold; if they return,
-//       // the child is skipped.
-//       void refuseLevel();
+//       // With kInstances: more levels than kLevels, to which the handle leads, or than the stack
+//       // can hold; if they return, the child is skipped.
+//       void refuseLevel(uint64_t handle);
 //       void refuseStack();
 //       // Optional: whether the ray has ended while a handle was entered, which enterTransform()
 //       // then refuses. Handles may then be of instances outside structures, and of VisitNodes.
@@ -81,7 +81,7 @@ struct OneLane {
 };
 // The same for graphs whose depth is known to fit.
 struct NoDeepGraphs {
-    SUNSTONE_INLINE_MEMBER void refuseLevel() {}
+    SUNSTONE_INLINE_MEMBER void refuseLevel(uint64_t) {}
     SUNSTONE_INLINE_MEMBER void refuseStack() {}
 };
 
@@ -495,7 +495,8 @@ private:
                 reinterpret_cast<const uint8_t*>(block) + block->instancesOffset)[index];
             uint64_t child = 0;
             if (depth >= Programs::kLevels)
-                return programs.refuseLevel();
+                return programs.refuseLevel(reinterpret_cast<uint64_t>(&instance) |
+                                            devlib::kTagInstance);
             if (Programs::kLevels > kDeepLevels && top > kStackSize - kStackEntries - 10)
                 return programs.refuseStack();
             if (!programs.enterInstance(ray, instance, child))
@@ -550,7 +551,7 @@ private:
         uint64_t child = 0;
         const bool tooDeep = depth >= Programs::kLevels;
         if (tooDeep)
-            programs.refuseLevel();
+            programs.refuseLevel(handle);
         if (tooDeep || !programs.enterTransform(ray, handle, child, worldToObject)) {
             leaveTo(programs, ray, levels, base);
             return false;
@@ -694,7 +695,7 @@ private:
             reinterpret_cast<const BlockHeader*>(handle & ~uint64_t(devlib::kTagMask));
         if constexpr (Programs::kInstances && Programs::kLevels == 1)
             if (isTransform(handle))
-                programs.refuseLevel();
+                programs.refuseLevel(handle);
         if (!header ||
             !(tag == devlib::kTagGas || (Programs::kInstances && tag == devlib::kTagIas)) ||
             (tag == devlib::kTagIas && isInside(header, levels))) {
