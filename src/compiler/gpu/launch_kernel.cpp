@@ -218,13 +218,13 @@ StateUses::Arrays LaunchKernel::states() const {
     return arrays.size() == states_.size() ? arrays : StateUses::Arrays();
 }
 
-void LaunchKernel::foldStates(OptLevel level) {
+void LaunchKernel::foldStates() {
     constexpr int kRounds = 2; // the first removes code that blocks the second
     for (int round = 0; round < kRounds; ++round) {
         const StateUses::Arrays arrays = states();
         if (arrays.empty() || !foldRayStates(arrays))
             return;
-        simplifyForGpu(*arrays.front()->getFunction(), machine_, level);
+        simplifyForGpu(*arrays.front()->getFunction(), machine_);
     }
 }
 

@@ -30,7 +30,7 @@ public:
     // Makes the kernel the only visible function of the linked module.
     void hideOthers();
     // After optimisation: folds the states of rays in the kernel's memory into registers.
-    void foldStates(OptLevel level);
+    void foldStates();
     // Gives the states their final layout and place. Returns the bytes of memory that a warp
     // claims for those that are not in local memory (devlib/gpu/lane_memory.h), or 0.
     uint64_t placeStates();

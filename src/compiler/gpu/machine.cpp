@@ -43,7 +43,7 @@ std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target) {
 
 namespace {
 
-// LLVM's optimiser at one level.
+// LLVM's optimiser.
 struct Pipeline {
     explicit Pipeline(llvm::TargetMachine& machine) : builder(&machine, tuning()) {
         machine.registerPassBuilderCallbacks(builder);
@@ -68,24 +68,24 @@ struct Pipeline {
     llvm::ModuleAnalysisManager modules;
 };
 
-llvm::OptimizationLevel effortOf(OptLevel level) {
-    return level == OptLevel::k0   ? llvm::OptimizationLevel::O1
-           : level == OptLevel::k1 ? llvm::OptimizationLevel::O1
-           : level == OptLevel::k2 ? llvm::OptimizationLevel::O2
-                                   : llvm::OptimizationLevel::O3;
+// Programs come from an optimising compiler, the run-time is optimised when it is built, and the
+// driver's compiler optimises again. O3 takes up to 1.9 times as long to make a pipeline, and its
+// frames are no faster: 33 programs take 1.006 times as long, one 1.11
+// (docs/notes/programs-gpu.md).
+const llvm::OptimizationLevel& effort() {
+    return llvm::OptimizationLevel::O1;
 }
 
 } // namespace
 
-void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine, OptLevel level) {
+void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine) {
     Pipeline pipeline(machine);
-    pipeline.builder.buildPerModuleDefaultPipeline(effortOf(level)).run(module, pipeline.modules);
+    pipeline.builder.buildPerModuleDefaultPipeline(effort()).run(module, pipeline.modules);
 }
 
-void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine, OptLevel level) {
+void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine) {
     Pipeline pipeline(machine);
-    pipeline.builder
-        .buildFunctionSimplificationPipeline(effortOf(level), llvm::ThinOrFullLTOPhase::None)
+    pipeline.builder.buildFunctionSimplificationPipeline(effort(), llvm::ThinOrFullLTOPhase::None)
         .run(function, pipeline.functions);
 }
 

@@ -12,9 +12,9 @@ namespace sunstone::compiler {
 std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target);
 
 // Optimises the whole module, in which only the kernel is visible.
-void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine, OptLevel level);
+void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine);
 // Optimises a function again after a change.
-void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine, OptLevel level);
+void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine);
 
 std::string emitGpuText(llvm::Module& module, llvm::TargetMachine& machine);
 

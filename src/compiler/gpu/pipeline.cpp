@@ -71,11 +71,12 @@ public:
         unit_.setTarget(Target::kGpu);
         unit_.module().setDataLayout(machine_->createDataLayout());
         unit_.module().setTargetTriple(machine_->getTargetTriple().str());
+        OptLevel level = OptLevel::k0;
         for (const ProgramRequest& program : request.pipeline.programs) {
             unit_.setOptions(program.module->tree(), program.moduleRules, DebugLevel::kMinimal);
-            level_ = std::max(level_, program.optLevel);
+            level = std::max(level, program.optLevel);
         }
-        optimizer_.emplace(unit_, *machine_, level_);
+        optimizer_.emplace(unit_, *machine_, level);
     }
 
     // The programs, cut at their traces. Returns the feedback.
@@ -118,8 +119,8 @@ public:
         optimizer_->dump("linked");
         verify(unit_, "linking");
         times_.step("link");
-        optimizeForGpu(unit_.module(), *machine_, level_);
-        kernel_.foldStates(level_);
+        optimizeForGpu(unit_.module(), *machine_);
+        kernel_.foldStates();
         code_.laneMemoryBytes = kernel_.placeStates();
         kernel_.defineConstants();
         optimizer_->dump("optimized");
@@ -173,7 +174,6 @@ private:
     Unit unit_;
     GpuPrograms programs_;
     LaunchKernel kernel_;
-    OptLevel level_ = OptLevel::k0;
     std::optional<Optimizer> optimizer_;
     GpuHeader header_;
     GpuCode code_;

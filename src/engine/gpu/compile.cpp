@@ -114,13 +114,18 @@ bool spills(std::string_view log, bool recurses) {
 // The kernel's machine code with few registers, or with many if it spills much otherwise. Both are
 // made at once where the second is often needed and there are processors for it: it takes as long
 // as the first.
-std::optional<MachineCode> machineCodeOf(const compiler::GpuCode& code, unsigned capability,
+std::optional<MachineCode> machineCodeOf(const compiler::GpuCode& code,
+                                         const compiler::GpuPipelineRequest& request,
                                          unsigned registers) {
     constexpr unsigned kThreads = 4;
     std::optional<MachineCode> made[2];
     const unsigned most[2] = {registers, kMostRegisters};
-    const auto make = [&](size_t i) { made[i] = compilePtx(code.ptx, capability, most[i]); };
-    if (code.recurses && registers < kMostRegisters && cpuLimit().threads >= kThreads &&
+    const auto make = [&](size_t i) {
+        made[i] = compilePtx(code.ptx, request.target.computeCapability, most[i]);
+    };
+    const uint32_t shapes = bvh::gpu::shapeBitsOf(request.pipeline.rules.primitiveTypeFlags);
+    const bool oftenSpills = code.recurses || (shapes & bvh::gpu::kMeetsCurves);
+    if (oftenSpills && registers < kMostRegisters && cpuLimit().threads >= kThreads &&
         hasPtxCompiler())
         parallelFor(2, 1, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; ++i)
@@ -230,9 +235,8 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     if (!isKept)
         code = compiler::compileGpuPipeline(request);
     if (!entry.loaded) {
-        const unsigned capability = request.target.computeCapability;
         const unsigned registers = registersOf(request, code.takesTurns);
-        if (auto made = machineCodeOf(code, capability, registers)) {
+        if (auto made = machineCodeOf(code, request, registers)) {
             code.machineCode = std::move(made->cubin);
             compiler::measureGpuStack(code, made->log);
             isKept = false;
